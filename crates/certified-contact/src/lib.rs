@@ -1,0 +1,1 @@
+//! Two bodies in contact, solved and certified by one library call

@@ -1,0 +1,317 @@
+//! Assembles stiffness and load of a body: `K u = f` in the unknowns of a [`DofMap`].
+//!
+//! Every column is gathered by itself from the triangles around its node, in a fixed order: columns run
+//! in parallel and the result does not depend on the number of threads, bit for bit.
+
+use crate::body::{Body, FreeMotion};
+use crate::dof::{DofMap, IMPOSED};
+use crate::element::Triangle;
+use crate::geometry::{Vector, dot};
+use crate::interface::InterfaceSide;
+use crate::sparse::SymmetricCsc;
+use nalgebra::Matrix2;
+use rayon::prelude::*;
+use thiserror::Error;
+
+/// Why a body cannot be assembled.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum AssemblyError {
+    /// The supports leave a rigid motion free, so the displacement is not unique.
+    #[error("the body {motion} (piece at ({}, {})); support it in that direction", motion.near()[0], motion.near()[1])]
+    Floating {
+        /// The motion.
+        motion: FreeMotion,
+    },
+    /// Every displacement is imposed: nothing is left to solve for.
+    #[error("every displacement of the body is imposed; nothing is left to solve for")]
+    NothingUnknown,
+    /// The matrix has more entries than 32-bit numbers can address.
+    #[error("the stiffness matrix has {entries} entries; at most {limit} are supported")]
+    TooLarge {
+        /// Entries of the lower triangle.
+        entries: usize,
+        /// Largest supported number.
+        limit: usize,
+    },
+    /// Stiffness or load overflow.
+    #[error("{what} of the body is not finite; check the size of moduli, coordinates and loads")]
+    NotFinite {
+        /// "the stiffness" or "the load".
+        what: &'static str,
+    },
+}
+
+/// The assembled problem of one body: lower triangle of `K`, and `f` with the imposed displacements moved
+/// to the right-hand side.
+#[derive(Clone, Debug)]
+pub struct System {
+    /// The unknowns.
+    pub dofs: DofMap,
+    /// Stiffness, N/m².
+    pub stiffness: SymmetricCsc,
+    /// Load, N/m.
+    pub load: Vec<f64>,
+}
+
+impl System {
+    /// Assembles a body whose interface normals (of `side`) are the last unknowns.
+    ///
+    /// # Errors
+    /// A floating body, named with its free motion; one without unknowns; one with overflowing data.
+    pub fn assemble(body: &Body, side: &InterfaceSide) -> Result<Self, AssemblyError> {
+        if let Some(motion) = body.free_motion() {
+            return Err(AssemblyError::Floating { motion });
+        }
+        let dofs = DofMap::new(body, side);
+        if dofs.is_empty() {
+            return Err(AssemblyError::NothingUnknown);
+        }
+        let external = external_forces(body);
+        let columns = Columns { body, dofs: &dofs, external: &external };
+        let starts = columns.starts()?;
+        let mut rows = vec![0u32; starts[dofs.len()] as usize];
+        let mut values = vec![0.0; rows.len()];
+        let mut load = vec![0.0; dofs.len()];
+        columns.fill(&starts, &mut rows, &mut values, &mut load);
+        for (what, numbers) in [("the stiffness", &values), ("the load", &load)] {
+            if !numbers.iter().all(|x| x.is_finite()) {
+                return Err(AssemblyError::NotFinite { what });
+            }
+        }
+        Ok(Self { stiffness: SymmetricCsc { starts, rows, values }, load, dofs })
+    }
+}
+
+/// Computes the nodal forces of tractions and body force, Cartesian, N/m.
+pub fn external_forces(body: &Body) -> Vec<Vector> {
+    let mesh = body.mesh();
+    let mut forces = vec![[0.0; 2]; mesh.points().len()];
+    for (condition, &edge) in body.edge_conditions().iter().zip(mesh.topology().boundary_edges()) {
+        let [a, b] = condition.traction;
+        if a == [0.0; 2] && b == [0.0; 2] {
+            continue;
+        }
+        let length = mesh.edge_length(edge);
+        let nodes = mesh.topology().edges()[edge as usize];
+        for (node, near, far) in [(nodes[0], a, b), (nodes[1], b, a)] {
+            for c in 0..2 {
+                forces[node as usize][c] += length / 6.0 * (2.0 * near[c] + far[c]);
+            }
+        }
+    }
+    let b = body.body_force();
+    if b != [0.0; 2] {
+        for (t, corners) in mesh.triangles().iter().enumerate() {
+            let share = mesh.area(t) / 3.0;
+            for &n in corners {
+                forces[n as usize][0] += share * b[0];
+                forces[n as usize][1] += share * b[1];
+            }
+        }
+    }
+    forces
+}
+
+/// Columns of the stiffness, node by node.
+struct Columns<'a> {
+    body: &'a Body,
+    dofs: &'a DofMap,
+    external: &'a [Vector],
+}
+
+/// Columns handled as one unit of parallel work.
+const CHUNK: usize = 2048;
+
+impl Columns<'_> {
+    /// Nodes joined to `node` by a triangle, itself included, in a fixed order.
+    fn neighbours(&self, node: usize, list: &mut Vec<u32>) {
+        let mesh = self.body.mesh();
+        list.clear();
+        for &t in mesh.topology().triangles_around(node) {
+            list.extend_from_slice(&mesh.triangles()[t as usize]);
+        }
+        list.sort_unstable();
+        list.dedup();
+    }
+
+    fn starts(&self) -> Result<Vec<u32>, AssemblyError> {
+        let counts: Vec<u32> = (0..self.dofs.len())
+            .into_par_iter()
+            .with_min_len(CHUNK)
+            .map_init(Vec::new, |list, j| {
+                self.neighbours(self.dofs.unknown(j).0, list);
+                let below = |n: &u32, c| {
+                    let i = self.dofs.number(*n as usize, c);
+                    u32::from(i != IMPOSED && i as usize >= j)
+                };
+                list.iter().map(|n| below(n, 0) + below(n, 1)).sum()
+            })
+            .collect();
+        let entries: usize = counts.iter().map(|&c| c as usize).sum();
+        if entries > u32::MAX as usize {
+            return Err(AssemblyError::TooLarge { entries, limit: u32::MAX as usize });
+        }
+        let mut starts = Vec::with_capacity(counts.len() + 1);
+        let mut total = 0;
+        starts.push(0);
+        for c in counts {
+            total += c;
+            starts.push(total);
+        }
+        Ok(starts)
+    }
+
+    fn fill(&self, starts: &[u32], rows: &mut [u32], values: &mut [f64], load: &mut [f64]) {
+        // Cut the arrays at the chunks' ends, so that each task owns its slice.
+        let mut tasks = Vec::new();
+        let (mut rows, mut values) = (rows, values);
+        for (k, load) in load.chunks_mut(CHUNK).enumerate() {
+            let first = k * CHUNK;
+            let size = (starts[first + load.len()] - starts[first]) as usize;
+            let (r, rest) = rows.split_at_mut(size);
+            rows = rest;
+            let (v, rest) = values.split_at_mut(size);
+            values = rest;
+            tasks.push((first, load, r, v));
+        }
+        tasks.into_par_iter().for_each(|(first, load, rows, values)| {
+            let mut gather = Gather::default();
+            let mut filled = 0;
+            for (offset, f) in load.iter_mut().enumerate() {
+                let (node, c) = self.dofs.unknown(first + offset);
+                gather.node(self, node);
+                *f = gather.column(self, first + offset, node, c);
+                for &(i, value) in &gather.entries {
+                    rows[filled] = i;
+                    values[filled] = value;
+                    filled += 1;
+                }
+            }
+        });
+    }
+}
+
+/// Work space of one thread: the 2×2 blocks of one node's columns, reused for its second column.
+#[derive(Default)]
+struct Gather {
+    node: Option<usize>,
+    neighbours: Vec<u32>,
+    blocks: Vec<Matrix2<f64>>,
+    entries: Vec<(u32, f64)>,
+}
+
+impl Gather {
+    /// Computes the blocks `K_{b,node}` for all neighbours `b`, Cartesian.
+    fn node(&mut self, columns: &Columns<'_>, node: usize) {
+        if self.node == Some(node) {
+            return;
+        }
+        self.node = Some(node);
+        columns.neighbours(node, &mut self.neighbours);
+        self.blocks.clear();
+        self.blocks.resize(self.neighbours.len(), Matrix2::zeros());
+        let mesh = columns.body.mesh();
+        for &t in mesh.topology().triangles_around(node) {
+            let t = t as usize;
+            let corners = mesh.triangles()[t];
+            let element = Triangle::new(mesh.corners(t));
+            let material = columns.body.material(t);
+            let column = corners.iter().position(|&n| n as usize == node).unwrap_or(0);
+            for (row, n) in corners.iter().enumerate() {
+                if let Ok(place) = self.neighbours.binary_search(n) {
+                    self.blocks[place] += element.stiffness_block(material, row, column);
+                }
+            }
+        }
+    }
+
+    /// Makes the lower part of one column in `entries`, and returns its load.
+    fn column(&mut self, columns: &Columns<'_>, j: usize, node: usize, c: usize) -> f64 {
+        let dofs = columns.dofs;
+        let axis = dofs.axis(node, c);
+        let mut load = dot(columns.external[node], axis);
+        self.entries.clear();
+        for (&n, block) in self.neighbours.iter().zip(&self.blocks) {
+            let n = n as usize;
+            let force = [
+                block[(0, 0)] * axis[0] + block[(0, 1)] * axis[1],
+                block[(1, 0)] * axis[0] + block[(1, 1)] * axis[1],
+            ];
+            for d in 0..2 {
+                let entry = dot(dofs.axis(n, d), force);
+                match dofs.number(n, d) {
+                    IMPOSED => load -= entry * dofs.imposed(n, d),
+                    i if i as usize >= j => self.entries.push((i, entry)),
+                    _ => {}
+                }
+            }
+        }
+        self.entries.sort_unstable_by_key(|e| e.0);
+        load
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::boundary::BoundaryConditions;
+    use crate::material::{Hypothesis, LinearElastic};
+    use crate::mesh::generate::block;
+
+    fn body(conditions: BoundaryConditions, cells: [usize; 2]) -> Body {
+        let material = LinearElastic::isotropic(10.0, 0.3, Hypothesis::PlaneStrain).unwrap();
+        Body::new(block([0.0, 0.0], [2.0, 1.0], cells).unwrap(), material, &conditions).unwrap()
+    }
+
+    #[test]
+    fn assembly_does_not_depend_on_threads() {
+        let b = body(BoundaryConditions::new().fix("bottom").pressure("top", 3.0), [40, 40]);
+        let systems: Vec<System> = [1, 2, 7]
+            .into_iter()
+            .map(|threads| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                pool.install(|| System::assemble(&b, &InterfaceSide::default()).unwrap())
+            })
+            .collect();
+        for s in &systems[1..] {
+            assert_eq!(s.stiffness, systems[0].stiffness);
+            assert_eq!(s.load, systems[0].load);
+        }
+    }
+
+    #[test]
+    fn stiffness_annihilates_what_it_should() {
+        // Imposed rigid rotation on the whole boundary of a body: the solution of K x = f is that rotation.
+        let rotation = |b: BoundaryConditions, side: &str| {
+            b.displace(
+                side,
+                Some(crate::boundary::ScalarData::function(|x| -x[1])),
+                Some(crate::boundary::ScalarData::function(|x| x[0])),
+            )
+        };
+        let mut c = BoundaryConditions::new();
+        for side in ["bottom", "right", "top", "left"] {
+            c = rotation(c, side);
+        }
+        let b = body(c, [6, 4]);
+        let s = System::assemble(&b, &InterfaceSide::default()).unwrap();
+        let exact: Vec<f64> = (0..s.dofs.len())
+            .map(|j| {
+                let (node, c) = s.dofs.unknown(j);
+                let x = b.mesh().points()[node];
+                dot([-x[1], x[0]], s.dofs.axis(node, c))
+            })
+            .collect();
+        let residual = s.stiffness.multiply(&exact);
+        for (r, f) in residual.iter().zip(&s.load) {
+            assert!((r - f).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_floating_body_is_named() {
+        let b = body(BoundaryConditions::new().roller("bottom", 0.0), [2, 2]);
+        let e = System::assemble(&b, &InterfaceSide::default()).unwrap_err();
+        assert!(e.to_string().contains("can translate along"), "{e}");
+    }
+}

@@ -1,0 +1,231 @@
+//! A body: mesh, material and the boundary conditions evaluated on the mesh.
+
+mod conditions;
+mod motion;
+
+use crate::boundary::BoundaryConditions;
+use crate::geometry::Vector;
+use crate::material::LinearElastic;
+use crate::mesh::TriMesh;
+use std::fmt;
+use thiserror::Error;
+
+pub use motion::FreeMotion;
+
+/// What is imposed on the displacement of one node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NodeConstraint {
+    /// Nothing.
+    Free,
+    /// The component along a unit vector.
+    Along {
+        /// Unit vector.
+        direction: Vector,
+        /// Imposed component, m.
+        value: f64,
+    },
+    /// Both components.
+    Fixed {
+        /// Imposed displacement, m.
+        value: Vector,
+    },
+}
+
+/// In which directions the traction of a boundary edge is an unknown reaction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum EdgeReaction {
+    /// None: the whole traction is given (a Neumann edge).
+    None,
+    /// Along a unit vector (a roller, or one imposed component).
+    Along(Vector),
+    /// Both components (a clamped edge).
+    Both,
+}
+
+/// What is imposed on one boundary edge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EdgeCondition {
+    /// Directions of unknown reaction.
+    pub reaction: EdgeReaction,
+    /// Given traction at the edge's two nodes (in the order of [`crate::mesh::topology::Topology::edges`]), Pa;
+    /// linear between them. Zero in the directions of unknown reaction.
+    pub traction: [Vector; 2],
+}
+
+/// The list a condition stands in, for error messages.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ConditionList {
+    /// `BoundaryConditions::displacements`.
+    Displacement,
+    /// `BoundaryConditions::tractions`.
+    Traction,
+}
+
+/// One condition by its list and place therein.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ConditionPlace {
+    /// Which list.
+    pub list: ConditionList,
+    /// Place in the list, from 0.
+    pub index: usize,
+}
+
+impl fmt::Display for ConditionPlace {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let list = match self.list {
+            ConditionList::Displacement => "displacement",
+            ConditionList::Traction => "traction",
+        };
+        write!(f, "{list} condition {}", self.index + 1)
+    }
+}
+
+/// Why boundary conditions do not make sense on a mesh.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum BodyError {
+    /// No group of that name.
+    #[error("{place}: there is no edge group \"{group}\"; the groups are: {known}")]
+    UnknownGroup {
+        /// The condition.
+        place: ConditionPlace,
+        /// The name it uses.
+        group: String,
+        /// The names there are.
+        known: String,
+    },
+    /// The condition applies to no edge at all.
+    #[error("{place}: no edge of \"{group}\" lies in the given part")]
+    EmptySelection {
+        /// The condition.
+        place: ConditionPlace,
+        /// The group.
+        group: String,
+    },
+    /// The group has an edge inside the body.
+    #[error(
+        "{place}: \"{group}\" has the edge from ({}, {}) to ({}, {}) inside the body; only boundary edges can be held or loaded",
+        ends[0][0], ends[0][1], ends[1][0], ends[1][1]
+    )]
+    InteriorEdge {
+        /// The condition.
+        place: ConditionPlace,
+        /// The group.
+        group: String,
+        /// Ends of the edge.
+        ends: [Vector; 2],
+    },
+    /// A value is infinite or not a number.
+    #[error("{place}: the value at ({}, {}) is {value}; a finite number is needed", point[0], point[1])]
+    NotFinite {
+        /// The condition.
+        place: ConditionPlace,
+        /// Where it was evaluated.
+        point: Vector,
+        /// What came out.
+        value: f64,
+    },
+    /// Two conditions impose different displacements on a node.
+    #[error(
+        "{place} and an earlier one impose different displacements on the node at ({}, {}): {values:?} along the same direction",
+        point[0], point[1]
+    )]
+    Conflict {
+        /// The later condition.
+        place: ConditionPlace,
+        /// The node.
+        point: Vector,
+        /// The two values.
+        values: [f64; 2],
+    },
+    /// A load acts in a direction in which the displacement is imposed.
+    #[error(
+        "{place} loads the edge at ({}, {}) in a direction in which its displacement is imposed; remove one of the two",
+        point[0], point[1]
+    )]
+    LoadOnSupport {
+        /// The traction condition.
+        place: ConditionPlace,
+        /// Middle of the edge.
+        point: Vector,
+    },
+    /// The body force is infinite or not a number.
+    #[error("the body force is ({}, {}); finite numbers are needed", force[0], force[1])]
+    BodyForce {
+        /// The force found.
+        force: Vector,
+    },
+}
+
+/// A body: mesh, material and evaluated boundary conditions. It is not assembled: see
+/// [`crate::assembly::System`].
+#[derive(Clone, Debug)]
+pub struct Body {
+    mesh: TriMesh,
+    material: LinearElastic,
+    body_force: Vector,
+    node_constraints: Vec<NodeConstraint>,
+    /// By position in `mesh.topology().boundary_edges()`.
+    edge_conditions: Vec<EdgeCondition>,
+    /// Nodes of each displacement condition, ascending.
+    support_nodes: Vec<Vec<u32>>,
+}
+
+impl Body {
+    /// Evaluates boundary conditions on a mesh.
+    ///
+    /// Displacements are interpolated at the nodes. Tractions become linear on each edge by their two
+    /// moments `∫ F φ_i ds` (five-point Gauss), which is exact for linear ones.
+    ///
+    /// # Errors
+    /// Conditions that name no edges, contradict each other or are not finite, see [`BodyError`].
+    pub fn new(
+        mesh: TriMesh,
+        material: LinearElastic,
+        conditions: &BoundaryConditions,
+    ) -> Result<Self, BodyError> {
+        conditions::evaluate(mesh, material, conditions)
+    }
+
+    /// Returns the mesh.
+    pub fn mesh(&self) -> &TriMesh {
+        &self.mesh
+    }
+
+    /// Returns the material of a triangle.
+    pub fn material(&self, _triangle: usize) -> &LinearElastic {
+        &self.material
+    }
+
+    /// Returns the body force per unit area and thickness, N/m³.
+    pub fn body_force(&self) -> Vector {
+        self.body_force
+    }
+
+    /// Returns what is imposed on each node's displacement.
+    pub fn node_constraints(&self) -> &[NodeConstraint] {
+        &self.node_constraints
+    }
+
+    /// Returns what is imposed on each boundary edge, in the order of
+    /// [`crate::mesh::topology::Topology::boundary_edges`].
+    pub fn edge_conditions(&self) -> &[EdgeCondition] {
+        &self.edge_conditions
+    }
+
+    /// Returns the nodes that each displacement condition applies to, in the order of the conditions.
+    pub fn support_nodes(&self) -> &[Vec<u32>] {
+        &self.support_nodes
+    }
+
+    /// Finds the condition of a boundary edge.
+    pub fn edge_condition(&self, edge: u32) -> Option<&EdgeCondition> {
+        let place = self.mesh.topology().boundary_edges().binary_search(&edge).ok()?;
+        self.edge_conditions.get(place)
+    }
+
+    /// Finds a rigid motion that the supports allow, if there is one: then no statically loaded solution
+    /// is unique. Each connected piece is looked at by itself.
+    pub fn free_motion(&self) -> Option<FreeMotion> {
+        motion::find(self)
+    }
+}

@@ -1,0 +1,283 @@
+//! Evaluates boundary conditions on a mesh: nodal constraints and edge tractions.
+
+use super::{Body, BodyError, ConditionList, ConditionPlace, EdgeCondition, EdgeReaction, NodeConstraint};
+use crate::boundary::{BoundaryConditions, EdgeSelection, Load, ScalarData, Support};
+use crate::geometry::{self, Vector, cross, dot, scale};
+use crate::material::LinearElastic;
+use crate::mesh::TriMesh;
+use crate::quadrature::GAUSS5;
+
+/// Two directions closer than this (sine of the angle) are the same one.
+const SAME_DIRECTION: f64 = 1e-9;
+
+pub(super) fn evaluate(
+    mesh: TriMesh,
+    material: LinearElastic,
+    conditions: &BoundaryConditions,
+) -> Result<Body, BodyError> {
+    let force = conditions.body_force;
+    if !(force[0].is_finite() && force[1].is_finite()) {
+        return Err(BodyError::BodyForce { force });
+    }
+    let mut work = Evaluation {
+        constraints: vec![NodeConstraint::Free; mesh.points().len()],
+        edges: vec![
+            EdgeCondition { reaction: EdgeReaction::None, traction: [[0.0; 2]; 2] };
+            mesh.topology().boundary_edges().len()
+        ],
+        mesh: &mesh,
+    };
+    let mut support_nodes = Vec::with_capacity(conditions.displacements.len());
+    for (index, condition) in conditions.displacements.iter().enumerate() {
+        let place = ConditionPlace { list: ConditionList::Displacement, index };
+        support_nodes.push(work.impose(place, &condition.edges, &condition.support)?);
+    }
+    for (index, condition) in conditions.tractions.iter().enumerate() {
+        let place = ConditionPlace { list: ConditionList::Traction, index };
+        work.load(place, &condition.edges, &condition.load)?;
+    }
+    let (node_constraints, edge_conditions) = (work.constraints, work.edges);
+    Ok(Body { mesh, material, body_force: force, node_constraints, edge_conditions, support_nodes })
+}
+
+struct Evaluation<'a> {
+    mesh: &'a TriMesh,
+    constraints: Vec<NodeConstraint>,
+    edges: Vec<EdgeCondition>,
+}
+
+impl Evaluation<'_> {
+    /// Selects boundary edges: (edge, place among the boundary edges).
+    fn select(
+        &self,
+        place: ConditionPlace,
+        selection: &EdgeSelection,
+    ) -> Result<Vec<(u32, usize)>, BodyError> {
+        let group = selection.on.clone();
+        let Some(edges) = self.mesh.group(&group) else {
+            let names: Vec<&str> = self.mesh.groups().keys().map(String::as_str).collect();
+            return Err(BodyError::UnknownGroup { place, group, known: names.join(", ") });
+        };
+        let points = self.mesh.points();
+        let tolerance = 1e-9 * geometry::diagonal(points);
+        let inside = |p: Vector| {
+            selection.part.is_none_or(|part| {
+                (0..2).all(|c| p[c] >= part[c][0] - tolerance && p[c] <= part[c][1] + tolerance)
+            })
+        };
+        let mut selected = Vec::new();
+        for &edge in edges {
+            let ends = self.mesh.topology().edges()[edge as usize].map(|n| points[n as usize]);
+            if !ends.into_iter().all(inside) {
+                continue;
+            }
+            match self.mesh.topology().boundary_edges().binary_search(&edge) {
+                Ok(position) => selected.push((edge, position)),
+                Err(_) => return Err(BodyError::InteriorEdge { place, group, ends }),
+            }
+        }
+        if selected.is_empty() { Err(BodyError::EmptySelection { place, group }) } else { Ok(selected) }
+    }
+
+    fn impose(
+        &mut self,
+        place: ConditionPlace,
+        selection: &EdgeSelection,
+        support: &Support,
+    ) -> Result<Vec<u32>, BodyError> {
+        let mut nodes = Vec::new();
+        for (edge, position) in self.select(place, selection)? {
+            let normal = self.mesh.edge_normal(edge);
+            let imposed: Vec<(Vector, &ScalarData)> = match support {
+                Support::Normal(value) => vec![(normal, value)],
+                Support::Components(components) => {
+                    let axes = [[1.0, 0.0], [0.0, 1.0]];
+                    axes.into_iter().zip(components).filter_map(|(a, v)| v.as_ref().map(|v| (a, v))).collect()
+                }
+            };
+            for (direction, value) in imposed {
+                let reaction = &mut self.edges[position].reaction;
+                *reaction = add_reaction(*reaction, direction);
+                for node in self.mesh.topology().edges()[edge as usize] {
+                    self.constrain(place, node, direction, value)?;
+                    nodes.push(node);
+                }
+            }
+        }
+        nodes.sort_unstable();
+        nodes.dedup();
+        Ok(nodes)
+    }
+
+    fn constrain(
+        &mut self,
+        place: ConditionPlace,
+        node: u32,
+        direction: Vector,
+        data: &ScalarData,
+    ) -> Result<(), BodyError> {
+        let point = self.mesh.points()[node as usize];
+        let value = finite(place, point, data.at(point))?;
+        let constraint = &mut self.constraints[node as usize];
+        let agree = |known: f64| {
+            let close = (known - value).abs() <= 1e-12 * known.abs().max(value.abs());
+            if close { Ok(()) } else { Err(BodyError::Conflict { place, point, values: [known, value] }) }
+        };
+        *constraint = match *constraint {
+            NodeConstraint::Free => NodeConstraint::Along { direction, value },
+            NodeConstraint::Along { direction: d, value: v } => {
+                let sine = cross(d, direction);
+                if sine.abs() <= SAME_DIRECTION {
+                    agree(v * dot(d, direction).signum())?;
+                    return Ok(());
+                }
+                // Solve d·u = v, direction·u = value.
+                let u = [(v * direction[1] - value * d[1]) / sine, (d[0] * value - direction[0] * v) / sine];
+                NodeConstraint::Fixed { value: u }
+            }
+            NodeConstraint::Fixed { value: u } => {
+                agree(dot(u, direction))?;
+                return Ok(());
+            }
+        };
+        Ok(())
+    }
+
+    fn load(
+        &mut self,
+        place: ConditionPlace,
+        selection: &EdgeSelection,
+        load: &Load,
+    ) -> Result<(), BodyError> {
+        for (edge, position) in self.select(place, selection)? {
+            let traction = self.edge_traction(place, edge, load)?;
+            let condition = &mut self.edges[position];
+            let blocked = match condition.reaction {
+                EdgeReaction::None => false,
+                EdgeReaction::Along(d) => {
+                    traction.iter().any(|&t| dot(t, d).abs() > SAME_DIRECTION * geometry::norm(t))
+                }
+                EdgeReaction::Both => traction.iter().any(|&t| t != [0.0; 2]),
+            };
+            if blocked {
+                let ends =
+                    self.mesh.topology().edges()[edge as usize].map(|n| self.mesh.points()[n as usize]);
+                let point = scale(0.5, geometry::add(ends[0], ends[1]));
+                return Err(BodyError::LoadOnSupport { place, point });
+            }
+            for (total, t) in condition.traction.iter_mut().zip(traction) {
+                let along = match condition.reaction {
+                    EdgeReaction::Along(d) => scale(dot(t, d), d),
+                    _ => [0.0; 2],
+                };
+                *total = geometry::add(*total, geometry::sub(t, along));
+            }
+        }
+        Ok(())
+    }
+
+    /// Computes the linear traction with the moments of the given one: `[2, 1; 1, 2] F / 6 = m`.
+    fn edge_traction(&self, place: ConditionPlace, edge: u32, load: &Load) -> Result<[Vector; 2], BodyError> {
+        let ends = self.mesh.topology().edges()[edge as usize].map(|n| self.mesh.points()[n as usize]);
+        let normal = self.mesh.edge_normal(edge);
+        let constant = match load {
+            Load::Vector([x, y]) => x.constant().zip(y.constant()).map(|(x, y)| [x, y]),
+            Load::Pressure(q) => q.constant().map(|q| scale(-q, normal)),
+        };
+        if let Some(t) = constant {
+            finite(place, ends[0], t[0])?;
+            finite(place, ends[0], t[1])?;
+            return Ok([t, t]);
+        }
+        let mut moments = [[0.0; 2]; 2];
+        for (s, weight) in GAUSS5 {
+            let point = geometry::add(scale(1.0 - s, ends[0]), scale(s, ends[1]));
+            let t = match load {
+                Load::Vector([x, y]) => [x.at(point), y.at(point)],
+                Load::Pressure(q) => scale(-q.at(point), normal),
+            };
+            for c in 0..2 {
+                finite(place, point, t[c])?;
+                moments[0][c] += weight * (1.0 - s) * t[c];
+                moments[1][c] += weight * s * t[c];
+            }
+        }
+        let combine = |a: Vector, b: Vector| [4.0 * a[0] - 2.0 * b[0], 4.0 * a[1] - 2.0 * b[1]];
+        Ok([combine(moments[0], moments[1]), combine(moments[1], moments[0])])
+    }
+}
+
+fn finite(place: ConditionPlace, point: Vector, value: f64) -> Result<f64, BodyError> {
+    if value.is_finite() { Ok(value) } else { Err(BodyError::NotFinite { place, point, value }) }
+}
+
+fn add_reaction(present: EdgeReaction, direction: Vector) -> EdgeReaction {
+    match present {
+        EdgeReaction::None => EdgeReaction::Along(direction),
+        EdgeReaction::Along(d) if cross(d, direction).abs() <= SAME_DIRECTION => present,
+        _ => EdgeReaction::Both,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::Hypothesis;
+    use crate::mesh::generate::block;
+
+    fn body(conditions: &BoundaryConditions) -> Result<Body, BodyError> {
+        let mesh = block([0.0, 0.0], [2.0, 1.0], [4, 2]).unwrap();
+        Body::new(mesh, LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap(), conditions)
+    }
+
+    #[test]
+    fn two_imposed_components_fix_a_corner() {
+        let b =
+            body(&BoundaryConditions::new().displace("left", Some(0.5.into()), None).roller("bottom", -0.25))
+                .unwrap();
+        assert_eq!(b.node_constraints()[0], NodeConstraint::Fixed { value: [0.5, 0.25] });
+        assert!(matches!(b.node_constraints()[1], NodeConstraint::Along { .. }));
+        assert_eq!(b.node_constraints()[9], NodeConstraint::Free);
+        assert_eq!(b.support_nodes()[0].len(), 3);
+    }
+
+    #[test]
+    fn linear_tractions_are_exact_and_pressure_pushes() {
+        let linear = ScalarData::function(|x| 3.0 * x[0] - 1.0);
+        let b =
+            body(&BoundaryConditions::new().pressure("top", 2.0).traction("bottom", [linear, 0.0.into()]))
+                .unwrap();
+        for &e in b.mesh().group("top").unwrap() {
+            assert_eq!(b.edge_condition(e).unwrap().traction, [[0.0, -2.0]; 2]);
+        }
+        for &e in b.mesh().group("bottom").unwrap() {
+            let nodes = b.mesh().topology().edges()[e as usize];
+            for (n, t) in nodes.iter().zip(b.edge_condition(e).unwrap().traction) {
+                assert!((t[0] - (3.0 * b.mesh().points()[*n as usize][0] - 1.0)).abs() < 1e-13);
+            }
+        }
+    }
+
+    #[test]
+    fn contradictions_are_refused() {
+        let base = BoundaryConditions::new;
+        let conflict =
+            base().displace("left", Some(0.0.into()), None).displace("bottom", Some(0.1.into()), None);
+        assert!(matches!(body(&conflict), Err(BodyError::Conflict { .. })));
+        let loaded = base().displace("top", None, Some(0.0.into())).pressure("top", 1.0);
+        assert!(matches!(body(&loaded), Err(BodyError::LoadOnSupport { .. })));
+        let shear = base().displace("top", None, Some(0.0.into())).traction("top", [1.0.into(), 0.0.into()]);
+        assert!(body(&shear).is_ok());
+        assert!(matches!(body(&base().fix("botom")), Err(BodyError::UnknownGroup { .. })));
+        assert!(matches!(body(&base().pressure("top", f64::NAN)), Err(BodyError::NotFinite { .. })));
+        let part = EdgeSelection::group("top").within([[5.0, 6.0], [0.0, 2.0]]);
+        assert!(matches!(body(&base().fix(part)), Err(BodyError::EmptySelection { .. })));
+    }
+
+    #[test]
+    fn a_part_selects_edges_by_both_ends() {
+        let part = EdgeSelection::group("top").within([[0.0, 1.1], [f64::NEG_INFINITY, f64::INFINITY]]);
+        let b = body(&BoundaryConditions::new().fix(part)).unwrap();
+        assert_eq!(b.support_nodes()[0].len(), 3);
+    }
+}

@@ -1,0 +1,142 @@
+//! Finds the rigid motions that the supports of a body leave free.
+
+use super::{Body, NodeConstraint};
+use crate::geometry::{self, Vector, norm};
+use nalgebra::Matrix3;
+use std::fmt;
+
+/// A rigid motion that no support prevents.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FreeMotion {
+    /// Every translation and rotation: the piece has no support at all.
+    Everything {
+        /// A node of the piece.
+        near: Vector,
+    },
+    /// A translation along a unit vector.
+    Translation {
+        /// Unit vector.
+        direction: Vector,
+        /// A node of the piece.
+        near: Vector,
+    },
+    /// A rotation about a point.
+    Rotation {
+        /// Centre of rotation.
+        centre: Vector,
+        /// A node of the piece.
+        near: Vector,
+    },
+}
+
+impl FreeMotion {
+    /// Returns a node of the piece that can move.
+    pub fn near(&self) -> Vector {
+        match *self {
+            Self::Everything { near } | Self::Translation { near, .. } | Self::Rotation { near, .. } => near,
+        }
+    }
+}
+
+impl fmt::Display for FreeMotion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Round-off must not show as "-0.0000".
+        let r = |x: f64| (x * 1e4).round() / 1e4 + 0.0;
+        match *self {
+            Self::Everything { .. } => write!(f, "can translate and rotate freely: it has no support"),
+            Self::Translation { direction: d, .. } => {
+                write!(f, "can translate along ({}, {})", r(d[0]), r(d[1]))
+            }
+            Self::Rotation { centre: c, .. } => write!(f, "can rotate about ({}, {})", r(c[0]), r(c[1])),
+        }
+    }
+}
+
+pub(super) fn find(body: &Body) -> Option<FreeMotion> {
+    let (piece_of, pieces) = body.mesh().topology().pieces();
+    let points = body.mesh().points();
+    // Rotations are scaled by the size of the body, about its middle, so that the three columns compare.
+    let [low, high] = geometry::bounding_box(points);
+    let middle = geometry::scale(0.5, geometry::add(low, high));
+    let size = norm(geometry::sub(high, low));
+    let mut gram = vec![Matrix3::<f64>::zeros(); pieces];
+    let mut near = vec![None; pieces];
+    for (node, constraint) in body.node_constraints().iter().enumerate() {
+        let piece = piece_of[node] as usize;
+        let x = geometry::scale(1.0 / size, geometry::sub(points[node], middle));
+        near[piece].get_or_insert(points[node]);
+        let mut impose = |d: Vector| {
+            let row = nalgebra::RowVector3::new(d[0], d[1], -d[0] * x[1] + d[1] * x[0]);
+            gram[piece] += row.transpose() * row;
+        };
+        match *constraint {
+            NodeConstraint::Free => {}
+            NodeConstraint::Along { direction, .. } => impose(direction),
+            NodeConstraint::Fixed { .. } => {
+                impose([1.0, 0.0]);
+                impose([0.0, 1.0]);
+            }
+        }
+    }
+    for piece in 0..pieces {
+        let near = near[piece].unwrap_or(middle);
+        if gram[piece] == Matrix3::zeros() {
+            return Some(FreeMotion::Everything { near });
+        }
+        let eigen = gram[piece].symmetric_eigen();
+        let (k, smallest) = (0..3)
+            .map(|k| (k, eigen.eigenvalues[k]))
+            .fold((0, f64::INFINITY), |best, next| if next.1 < best.1 { next } else { best });
+        // The supports must hold the motion by more than round-off relative to what they hold best.
+        if smallest <= 1e-12 * eigen.eigenvalues.amax() {
+            let m = eigen.eigenvectors.column(k);
+            let (t, w) = ([m[0], m[1]], m[2]);
+            if w.abs() <= 1e-6 * norm(t) {
+                return Some(FreeMotion::Translation { direction: geometry::scale(1.0 / norm(t), t), near });
+            }
+            // t + w e_z × (x − middle)/size = 0 at the centre.
+            let centre = [middle[0] - t[1] / w * size, middle[1] + t[0] / w * size];
+            return Some(FreeMotion::Rotation { centre, near });
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::boundary::{BoundaryConditions, EdgeSelection};
+    use crate::material::{Hypothesis, LinearElastic};
+    use crate::mesh::generate::block;
+
+    fn motion(conditions: BoundaryConditions) -> Option<FreeMotion> {
+        let mesh = block([0.0, 0.0], [2.0, 1.0], [4, 2]).unwrap();
+        let material = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
+        Body::new(mesh, material, &conditions).unwrap().free_motion()
+    }
+
+    #[test]
+    fn supports_that_hold_are_accepted() {
+        assert_eq!(motion(BoundaryConditions::new().fix("bottom")), None);
+        assert_eq!(motion(BoundaryConditions::new().roller("bottom", 0.0).roller("left", 0.0)), None);
+    }
+
+    #[test]
+    fn free_motions_are_named() {
+        assert!(matches!(motion(BoundaryConditions::new()), Some(FreeMotion::Everything { .. })));
+        match motion(BoundaryConditions::new().roller("bottom", 0.0)) {
+            Some(FreeMotion::Translation { direction, .. }) => {
+                assert!((direction[0].abs() - 1.0).abs() < 1e-12 && direction[1].abs() < 1e-12);
+            }
+            other => panic!("{other:?}"),
+        }
+        // Normals of one edge on the left and of one below meet in a point: the body turns about it.
+        let ends = [[f64::NEG_INFINITY, f64::INFINITY], [f64::NEG_INFINITY, 0.5]];
+        let m = motion(BoundaryConditions::new().displace(
+            EdgeSelection::group("left").within(ends),
+            Some(0.0.into()),
+            None,
+        ));
+        assert!(matches!(m, Some(FreeMotion::Translation { .. })), "{m:?}");
+    }
+}

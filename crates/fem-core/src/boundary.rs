@@ -1,0 +1,190 @@
+//! What is imposed on a body: displacements, tractions, pressures and a body force, by named sides.
+//!
+//! A condition names an edge group and holds numbers or functions of the position. [`crate::body::Body`]
+//! evaluates it on the mesh.
+
+use crate::geometry::Vector;
+use std::fmt;
+use std::sync::Arc;
+
+/// A scalar datum: one number, or a function of the position.
+#[derive(Clone)]
+pub enum ScalarData {
+    /// The same value everywhere.
+    Constant(f64),
+    /// A function of the position `[x, y]`.
+    Function(Arc<dyn Fn(Vector) -> f64 + Send + Sync>),
+}
+
+impl ScalarData {
+    /// Wraps a function of the position.
+    pub fn function(f: impl Fn(Vector) -> f64 + Send + Sync + 'static) -> Self {
+        Self::Function(Arc::new(f))
+    }
+
+    /// Evaluates the datum at a point.
+    pub fn at(&self, x: Vector) -> f64 {
+        match self {
+            Self::Constant(value) => *value,
+            Self::Function(f) => f(x),
+        }
+    }
+
+    /// Returns the value where it is the same everywhere.
+    pub fn constant(&self) -> Option<f64> {
+        match self {
+            Self::Constant(value) => Some(*value),
+            Self::Function(_) => None,
+        }
+    }
+}
+
+impl From<f64> for ScalarData {
+    fn from(value: f64) -> Self {
+        Self::Constant(value)
+    }
+}
+
+impl fmt::Debug for ScalarData {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Constant(value) => write!(f, "{value}"),
+            Self::Function(_) => write!(f, "f(x, y)"),
+        }
+    }
+}
+
+/// The edges a condition applies to: those of a named group, or a part of them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EdgeSelection {
+    /// Name of the edge group.
+    pub on: String,
+    /// Where given, only edges whose both ends lie in the closed box `[[x0, x1], [y0, y1]]` (with a
+    /// tolerance of 1e-9 body diagonals); infinite limits leave a direction free.
+    pub part: Option<[[f64; 2]; 2]>,
+}
+
+impl EdgeSelection {
+    /// Selects a whole group.
+    pub fn group(name: impl Into<String>) -> Self {
+        Self { on: name.into(), part: None }
+    }
+
+    /// Restricts the selection to the edges within `[[x0, x1], [y0, y1]]`.
+    pub fn within(mut self, part: [[f64; 2]; 2]) -> Self {
+        self.part = Some(part);
+        self
+    }
+}
+
+impl From<&str> for EdgeSelection {
+    fn from(name: &str) -> Self {
+        Self::group(name)
+    }
+}
+
+/// Which components of the displacement are imposed, with their values in the length unit.
+#[derive(Clone, Debug)]
+pub enum Support {
+    /// Cartesian components; `None` leaves one free.
+    Components([Option<ScalarData>; 2]),
+    /// The component along the outward normal of the side (0 is a roller); the tangential one is free.
+    Normal(ScalarData),
+}
+
+/// A displacement imposed on a part of the boundary.
+#[derive(Clone, Debug)]
+pub struct DisplacementCondition {
+    /// Where.
+    pub edges: EdgeSelection,
+    /// What.
+    pub support: Support,
+}
+
+/// A load on a part of the boundary, per unit length and thickness (Pa).
+#[derive(Clone, Debug)]
+pub enum Load {
+    /// A traction vector by Cartesian components.
+    Vector([ScalarData; 2]),
+    /// A pressure `q` that pushes onto the body: the traction `−q n`.
+    Pressure(ScalarData),
+}
+
+/// A load applied to a part of the boundary.
+#[derive(Clone, Debug)]
+pub struct TractionCondition {
+    /// Where.
+    pub edges: EdgeSelection,
+    /// What.
+    pub load: Load,
+}
+
+/// Everything imposed on one body. Sides that are not named are free of traction.
+///
+/// ```
+/// use fem_core::boundary::BoundaryConditions;
+/// let conditions = BoundaryConditions::new()
+///     .fix("bottom")
+///     .displace("left", Some(0.0.into()), None)
+///     .traction("right", [0.0.into(), 30.0.into()])
+///     .pressure("top", 5.0);
+/// assert_eq!(conditions.displacements.len(), 2);
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct BoundaryConditions {
+    /// Imposed displacements.
+    pub displacements: Vec<DisplacementCondition>,
+    /// Imposed tractions; where several apply to one edge they add up.
+    pub tractions: Vec<TractionCondition>,
+    /// Constant body force per unit area and thickness, N/m³.
+    pub body_force: Vector,
+}
+
+impl BoundaryConditions {
+    /// Makes conditions that impose nothing.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Holds both components of a side at zero.
+    pub fn fix(self, edges: impl Into<EdgeSelection>) -> Self {
+        self.displace(edges, Some(0.0.into()), Some(0.0.into()))
+    }
+
+    /// Imposes the given Cartesian components on a side.
+    pub fn displace(
+        mut self,
+        edges: impl Into<EdgeSelection>,
+        ux: Option<ScalarData>,
+        uy: Option<ScalarData>,
+    ) -> Self {
+        let support = Support::Components([ux, uy]);
+        self.displacements.push(DisplacementCondition { edges: edges.into(), support });
+        self
+    }
+
+    /// Imposes the normal component on a side and leaves the tangential one free: a roller.
+    pub fn roller(mut self, edges: impl Into<EdgeSelection>, value: impl Into<ScalarData>) -> Self {
+        let support = Support::Normal(value.into());
+        self.displacements.push(DisplacementCondition { edges: edges.into(), support });
+        self
+    }
+
+    /// Applies a traction vector to a side.
+    pub fn traction(mut self, edges: impl Into<EdgeSelection>, vector: [ScalarData; 2]) -> Self {
+        self.tractions.push(TractionCondition { edges: edges.into(), load: Load::Vector(vector) });
+        self
+    }
+
+    /// Applies a pressure that pushes onto the body.
+    pub fn pressure(mut self, edges: impl Into<EdgeSelection>, value: impl Into<ScalarData>) -> Self {
+        self.tractions.push(TractionCondition { edges: edges.into(), load: Load::Pressure(value.into()) });
+        self
+    }
+
+    /// Sets the constant body force per unit area and thickness.
+    pub fn body_force(mut self, force: Vector) -> Self {
+        self.body_force = force;
+        self
+    }
+}

@@ -1,0 +1,279 @@
+//! One factorisation per body serves every step: the body condensed on its interface normals.
+//!
+//! With the interface last, `K = L Lᵀ`, `L = [L_II 0; L_CI L_CC]`, the Steklov-Poincaré operator is
+//! `S = L_CC L_CCᵀ`, and the reaction to an imposed normal trace `v` is `r = S v − g̃`.
+
+use crate::assembly::System;
+use crate::cholesky::{Cholesky, CholeskyError, SymbolicCholesky};
+use crate::dof::DofMap;
+use crate::geometry::Vector;
+use faer::linalg::matmul::matmul;
+use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
+use faer::prelude::ReborrowMut;
+use faer::{Accum, ColMut, ColRef, MatMut, MatRef, Par};
+use thiserror::Error;
+
+/// A pivot below this fraction of its diagonal entry has lost all its digits.
+const PIVOT_FLOOR: f64 = 64.0 * f64::EPSILON;
+
+/// Why a body could not be factorised.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum FactorError {
+    /// The factorisation broke down.
+    #[error("{source}, at the node ({}, {})", point[0], point[1])]
+    Cholesky {
+        /// Position of the node of the failing pivot.
+        point: Vector,
+        /// What happened.
+        source: CholeskyError,
+    },
+    /// A pivot was so small, against its diagonal entry, that the solution would be noise.
+    #[error(
+        "the body is so nearly free to move or so nearly incompressible near ({}, {}) that no digit of its solution \
+         could be trusted (pivot ratio {ratio:.1e})",
+        point[0], point[1]
+    )]
+    NearlySingular {
+        /// Position of the node of the smallest pivot.
+        point: Vector,
+        /// Pivot over diagonal entry.
+        ratio: f64,
+    },
+}
+
+/// A body factorised once, seen from its interface.
+///
+/// Traces and forces are along the pairs' normals and in the order of the pairs. [`Self::reversed`] turns
+/// the normals round for the exchanged roles of the bodies.
+#[derive(Clone, Debug)]
+pub struct CondensedBody {
+    dofs: DofMap,
+    factor: Cholesky,
+    /// `L⁻¹ f`: the forward half of every solve, done once.
+    forward_load: Vec<f64>,
+    /// `L_CC`, column-major.
+    interface_factor: Vec<f64>,
+    /// `S`, column-major, both triangles.
+    schur: Vec<f64>,
+    /// `g̃ = L_CC (L⁻¹ f)_C`.
+    condensed_load: Vec<f64>,
+    /// −1 where the outside's normals are opposite to those of the unknowns.
+    sign: f64,
+}
+
+impl CondensedBody {
+    /// Factorises an assembled body.
+    ///
+    /// * `points`: the nodes of the body, to say where a factorisation failed.
+    ///
+    /// # Errors
+    /// A stiffness that is not positive definite, or that is so to round-off only.
+    pub fn factorise(system: System, points: &[Vector]) -> Result<Self, FactorError> {
+        let System { dofs, stiffness, load } = system;
+        let place = |unknown: usize| points.get(dofs.unknown(unknown).0).copied().unwrap_or_default();
+        let factor = SymbolicCholesky::analyse(&stiffness)
+            .and_then(|symbolic| Cholesky::factorise(&symbolic, &stiffness))
+            .map_err(|source| {
+                let pivot = match source {
+                    CholeskyError::NotPositiveDefinite { pivot, .. } => pivot,
+                    _ => 0,
+                };
+                FactorError::Cholesky { point: place(pivot), source }
+            })?;
+        let (pivot, ratio) = factor.smallest_pivot(&stiffness);
+        if !(ratio > PIVOT_FLOOR) {
+            return Err(FactorError::NearlySingular { point: place(pivot), ratio });
+        }
+        let n_c = dofs.interface_len();
+        let interface_factor = factor.trailing_block(n_c);
+        let mut schur = vec![0.0; n_c * n_c];
+        let l = MatRef::from_column_major_slice(&interface_factor, n_c, n_c);
+        let s = MatMut::from_column_major_slice_mut(&mut schur, n_c, n_c);
+        matmul(s, Accum::Replace, l, l.transpose(), 1.0, Par::Seq);
+        // Round-off must not make S unsymmetric.
+        for j in 0..n_c {
+            for i in 0..j {
+                schur[j * n_c + i] = schur[i * n_c + j];
+            }
+        }
+        let mut forward_load = load;
+        factor.forward(&mut forward_load);
+        let mut condensed_load = vec![0.0; n_c];
+        let y = &forward_load[dofs.len() - n_c..];
+        for (j, yj) in y.iter().enumerate() {
+            for i in j..n_c {
+                condensed_load[i] += interface_factor[j * n_c + i] * yj;
+            }
+        }
+        Ok(Self { dofs, factor, forward_load, interface_factor, schur, condensed_load, sign: 1.0 })
+    }
+
+    /// Returns the unknowns of the body.
+    pub fn dofs(&self) -> &DofMap {
+        &self.dofs
+    }
+
+    /// Returns the number of interface unknowns.
+    pub fn len(&self) -> usize {
+        self.condensed_load.len()
+    }
+
+    /// Tells whether the body has no interface.
+    pub fn is_empty(&self) -> bool {
+        self.condensed_load.is_empty()
+    }
+
+    /// Returns the number of values the factor stores.
+    pub fn stored_values(&self) -> usize {
+        self.factor.stored_values()
+    }
+
+    /// Turns the normals round: traces and forces change their sign, `S` stays.
+    pub fn reversed(mut self) -> Self {
+        self.sign = -self.sign;
+        for g in &mut self.condensed_load {
+            *g = -*g;
+        }
+        self
+    }
+
+    /// Returns `S`, column-major, both triangles, N/m².
+    pub fn schur(&self) -> &[f64] {
+        &self.schur
+    }
+
+    /// Returns `g̃`, N/m.
+    pub fn condensed_load(&self) -> &[f64] {
+        &self.condensed_load
+    }
+
+    /// Computes the reaction to an imposed normal trace, `r = S v − g̃` (N/m), in `2 n_c²` operations.
+    pub fn reaction(&self, v: &[f64], r: &mut [f64]) {
+        self.apply_schur(v, r);
+        for (r, g) in r.iter_mut().zip(&self.condensed_load) {
+            *r -= g;
+        }
+    }
+
+    /// Computes `S v`, N/m.
+    pub fn apply_schur(&self, v: &[f64], r: &mut [f64]) {
+        let n = self.len();
+        let s = MatRef::from_column_major_slice(&self.schur, n, n);
+        let (v, r) = (ColRef::from_slice(v), ColMut::from_slice_mut(r));
+        matmul(r.as_mat_mut(), Accum::Replace, s, v.as_mat(), 1.0, Par::Seq);
+    }
+
+    /// Computes the trace of a correction under a normal force, `w = S⁻¹ r` (m), by two triangular solves.
+    pub fn trace_from_force(&self, r: &[f64], w: &mut [f64]) {
+        w.copy_from_slice(r);
+        let n = self.len();
+        let l = MatRef::from_column_major_slice(&self.interface_factor, n, n);
+        let mut w = ColMut::from_slice_mut(w).as_mat_mut();
+        solve_lower_triangular_in_place(l, w.rb_mut(), Par::Seq);
+        solve_upper_triangular_in_place(l.transpose(), w, Par::Seq);
+    }
+
+    /// Recovers the displacement (Cartesian, m) with an imposed normal trace `v` and the body's loads: the
+    /// back-substitution that the condensed steps left out.
+    pub fn displacement_from_trace(&self, v: &[f64]) -> Vec<Vector> {
+        let mut x = self.forward_load.clone();
+        let start = x.len() - self.len();
+        for (x, v) in x[start..].iter_mut().zip(v) {
+            *x = self.sign * v;
+        }
+        self.factor.backward(&mut x, self.len());
+        self.dofs.displacement(&x)
+    }
+
+    /// Computes the displacement (Cartesian, m) under the body's loads and the normal forces `r` (N/m) on
+    /// a free interface: the Neumann problem.
+    pub fn displacement_from_force(&self, r: &[f64]) -> Vec<Vector> {
+        let mut x = self.forward_load.clone();
+        let start = x.len() - self.len();
+        let n = self.len();
+        let mut y: Vec<f64> = r.iter().map(|r| self.sign * r).collect();
+        let l = MatRef::from_column_major_slice(&self.interface_factor, n, n);
+        solve_lower_triangular_in_place(l, ColMut::from_slice_mut(&mut y).as_mat_mut(), Par::Seq);
+        for (x, y) in x[start..].iter_mut().zip(&y) {
+            *x += y;
+        }
+        self.factor.backward(&mut x, 0);
+        self.dofs.displacement(&x)
+    }
+
+    /// Returns the factor, for solves with other right-hand sides.
+    pub fn factor(&self) -> &Cholesky {
+        &self.factor
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::Body;
+    use crate::boundary::BoundaryConditions;
+    use crate::interface::{ContactInterface, Gap};
+    use crate::material::{Hypothesis, LinearElastic};
+    use crate::mesh::generate::block;
+
+    fn condensed() -> (CondensedBody, System) {
+        let material = LinearElastic::isotropic(10.0, 0.3, Hypothesis::PlaneStrain).unwrap();
+        let make = |y: f64, c| {
+            Body::new(block([0.0, y], [2.0, 1.0], [6, 4]).unwrap(), material.clone(), &c).unwrap()
+        };
+        let lower = make(0.0, BoundaryConditions::new().fix("bottom").body_force([0.1, -0.3]));
+        let upper = make(1.0, BoundaryConditions::new().fix("top"));
+        let interface =
+            ContactInterface::pair(&lower, &upper, ["top", "bottom"], &Gap::Given(0.0.into())).unwrap();
+        let system = System::assemble(&lower, &interface.sides()[0]).unwrap();
+        (CondensedBody::factorise(system.clone(), lower.mesh().points()).unwrap(), system)
+    }
+
+    #[test]
+    fn recovered_fields_satisfy_the_full_system() {
+        let (body, system) = condensed();
+        let n_c = body.len();
+        let v: Vec<f64> = (0..n_c).map(|i| 0.01 * (i as f64).cos()).collect();
+        let mut r = vec![0.0; n_c];
+        body.reaction(&v, &mut r);
+        let u = body.displacement_from_trace(&v);
+        let x: Vec<f64> = (0..system.dofs.len())
+            .map(|j| {
+                let (node, c) = system.dofs.unknown(j);
+                crate::geometry::dot(u[node], system.dofs.axis(node, c))
+            })
+            .collect();
+        let residual = system.stiffness.multiply(&x);
+        let start = x.len() - n_c;
+        for j in 0..x.len() {
+            let expected = if j < start { 0.0 } else { r[j - start] };
+            assert!((residual[j] - system.load[j] - expected).abs() < 1e-13);
+        }
+        // The reaction, applied as a force, gives the same displacement.
+        for (a, b) in body.displacement_from_force(&r).iter().zip(&u) {
+            assert!((a[0] - b[0]).abs() < 1e-14 && (a[1] - b[1]).abs() < 1e-14);
+        }
+        let mut w = vec![0.0; n_c];
+        let mut back = vec![0.0; n_c];
+        body.trace_from_force(&r, &mut w);
+        body.apply_schur(&w, &mut back);
+        for (a, b) in back.iter().zip(&r) {
+            assert!((a - b).abs() < 1e-13);
+        }
+    }
+
+    #[test]
+    fn reversing_turns_traces_and_forces_round() {
+        let (body, _) = condensed();
+        let n_c = body.len();
+        let v: Vec<f64> = (0..n_c).map(|i| 0.01 * (i as f64).cos()).collect();
+        let minus: Vec<f64> = v.iter().map(|v| -v).collect();
+        let (mut r, mut q) = (vec![0.0; n_c], vec![0.0; n_c]);
+        body.reaction(&v, &mut r);
+        let u = body.displacement_from_trace(&v);
+        let turned = body.reversed();
+        turned.reaction(&minus, &mut q);
+        assert!(r.iter().zip(&q).all(|(r, q)| *r == -*q));
+        assert_eq!(turned.displacement_from_trace(&minus), u);
+    }
+}

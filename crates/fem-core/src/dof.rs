@@ -1,0 +1,146 @@
+//! The unknowns of a body: node frames, imposed values, and their number in the order of elimination.
+
+use crate::body::{Body, NodeConstraint};
+use crate::geometry::{Vector, add, dot, perpendicular, scale};
+use crate::interface::InterfaceSide;
+use crate::ordering;
+
+/// Number of an imposed component in [`DofMap::number`].
+pub const IMPOSED: u32 = u32::MAX;
+
+/// Maps displacement components to unknowns.
+///
+/// Each node has an orthonormal frame `(a, a⊥)`: Cartesian, or turned into the direction of a roller or
+/// of the contact normal. Unknowns are numbered in the order of elimination, the interface's normal
+/// unknowns last, in the order of the pairs.
+#[derive(Clone, Debug)]
+pub struct DofMap {
+    axes: Vec<Vector>,
+    numbers: Vec<[u32; 2]>,
+    imposed: Vec<[f64; 2]>,
+    /// 2·node + component of every unknown.
+    unknowns: Vec<u32>,
+    interface: usize,
+}
+
+impl DofMap {
+    /// Numbers the unknowns of a body whose interface is `side` (empty for a body alone).
+    pub fn new(body: &Body, side: &InterfaceSide) -> Self {
+        let nodes = body.mesh().points().len();
+        let mut axes = vec![[1.0, 0.0]; nodes];
+        let mut fixed = vec![[false; 2]; nodes];
+        let mut imposed = vec![[0.0; 2]; nodes];
+        let mut contact = vec![false; nodes];
+        for (&node, &normal) in side.nodes.iter().zip(&side.normals) {
+            axes[node as usize] = normal;
+            contact[node as usize] = true;
+        }
+        for (node, constraint) in body.node_constraints().iter().enumerate() {
+            match *constraint {
+                NodeConstraint::Free => {}
+                NodeConstraint::Along { direction, value } if contact[node] => {
+                    // The pairing has made sure that the support is tangential.
+                    fixed[node][1] = true;
+                    imposed[node][1] = value * dot(direction, perpendicular(axes[node])).signum();
+                }
+                NodeConstraint::Along { direction, value } => {
+                    axes[node] = direction;
+                    fixed[node][0] = true;
+                    imposed[node][0] = value;
+                }
+                NodeConstraint::Fixed { value } => {
+                    axes[node] = [1.0, 0.0];
+                    fixed[node] = [true; 2];
+                    imposed[node] = value;
+                }
+            }
+        }
+        let mut numbers = vec![[IMPOSED; 2]; nodes];
+        let mut unknowns = Vec::with_capacity(2 * nodes);
+        let mut give = |node: usize, c: usize| {
+            if !fixed[node][c] {
+                numbers[node][c] = unknowns.len() as u32;
+                unknowns.push((2 * node + c) as u32);
+            }
+        };
+        for node in ordering::elimination_order(body.mesh()) {
+            let node = node as usize;
+            if !contact[node] {
+                give(node, 0);
+            }
+            give(node, 1);
+        }
+        for &node in &side.nodes {
+            give(node as usize, 0);
+        }
+        let interface = side.nodes.iter().filter(|&&n| !fixed[n as usize][0]).count();
+        Self { axes, numbers, imposed, unknowns, interface }
+    }
+
+    /// Returns the number of unknowns.
+    pub fn len(&self) -> usize {
+        self.unknowns.len()
+    }
+
+    /// Tells whether everything is imposed.
+    pub fn is_empty(&self) -> bool {
+        self.unknowns.is_empty()
+    }
+
+    /// Returns the number of interface unknowns, the last ones.
+    pub fn interface_len(&self) -> usize {
+        self.interface
+    }
+
+    /// Returns the unknown of component `c` in the node's frame, or [`IMPOSED`].
+    pub fn number(&self, node: usize, c: usize) -> u32 {
+        self.numbers[node][c]
+    }
+
+    /// Returns the imposed value of component `c` in the node's frame; 0 for an unknown.
+    pub fn imposed(&self, node: usize, c: usize) -> f64 {
+        self.imposed[node][c]
+    }
+
+    /// Returns node and component of an unknown.
+    pub fn unknown(&self, number: usize) -> (usize, usize) {
+        let code = self.unknowns[number] as usize;
+        (code / 2, code % 2)
+    }
+
+    /// Returns axis `c` of a node's frame.
+    pub fn axis(&self, node: usize, c: usize) -> Vector {
+        if c == 0 { self.axes[node] } else { perpendicular(self.axes[node]) }
+    }
+
+    /// Tells whether a node's frame is the Cartesian one.
+    pub fn is_cartesian(&self, node: usize) -> bool {
+        self.axes[node] == [1.0, 0.0]
+    }
+
+    /// Expands unknowns into nodal displacements in Cartesian components, imposed values included.
+    pub fn displacement(&self, x: &[f64]) -> Vec<Vector> {
+        self.expand(x, 1.0)
+    }
+
+    /// Expands unknowns into a nodal correction, which vanishes where displacements are imposed.
+    pub fn correction(&self, x: &[f64]) -> Vec<Vector> {
+        self.expand(x, 0.0)
+    }
+
+    fn expand(&self, x: &[f64], imposed_factor: f64) -> Vec<Vector> {
+        let value = |node: usize, c: usize| match self.numbers[node][c] {
+            IMPOSED => imposed_factor * self.imposed[node][c],
+            number => x[number as usize],
+        };
+        (0..self.numbers.len())
+            .map(|node| {
+                let local = [value(node, 0), value(node, 1)];
+                if self.is_cartesian(node) {
+                    return local;
+                }
+                add(scale(local[0], self.axis(node, 0)), scale(local[1], self.axis(node, 1)))
+            })
+            .collect()
+    }
+}

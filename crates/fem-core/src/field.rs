@@ -1,0 +1,39 @@
+//! Fields on a body: strains and stresses of a displacement, residual forces.
+
+use crate::assembly::external_forces;
+use crate::body::Body;
+use crate::element::Triangle;
+use crate::geometry::Vector;
+use crate::tensor::SymTensor2;
+use rayon::prelude::*;
+
+/// Computes the stress of a displacement field in every triangle, Pa.
+///
+/// * `displacement`: Cartesian, one per node, m.
+pub fn stresses(body: &Body, displacement: &[Vector]) -> Vec<SymTensor2> {
+    let mesh = body.mesh();
+    (0..mesh.triangles().len())
+        .into_par_iter()
+        .with_min_len(1024)
+        .map(|t| {
+            let u = mesh.triangles()[t].map(|n| displacement[n as usize]);
+            body.material(t).stress(Triangle::new(mesh.corners(t)).strain(u))
+        })
+        .collect()
+}
+
+/// Computes `K u − f` at every node, Cartesian, N/m: zero where nothing acts but the loads, the support's
+/// reaction where a displacement is imposed, the contact force on the interface.
+pub fn nodal_residual(body: &Body, displacement: &[Vector]) -> Vec<Vector> {
+    let mesh = body.mesh();
+    let mut residual: Vec<Vector> = external_forces(body).into_iter().map(|f| [-f[0], -f[1]]).collect();
+    for (t, corners) in mesh.triangles().iter().enumerate() {
+        let element = Triangle::new(mesh.corners(t));
+        let stress = body.material(t).stress(element.strain(corners.map(|n| displacement[n as usize])));
+        for (&n, f) in corners.iter().zip(element.internal_forces(stress)) {
+            residual[n as usize][0] += f[0];
+            residual[n as usize][1] += f[1];
+        }
+    }
+    residual
+}

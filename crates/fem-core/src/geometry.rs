@@ -1,0 +1,91 @@
+//! Plane vectors as plain arrays, and the few operations on them that the other rooms share.
+
+/// A point or vector of the plane, `[x, y]`, in the length unit of the user's data.
+pub type Vector = [f64; 2];
+
+/// Adds two vectors.
+pub fn add(a: Vector, b: Vector) -> Vector {
+    [a[0] + b[0], a[1] + b[1]]
+}
+
+/// Subtracts `b` from `a`.
+pub fn sub(a: Vector, b: Vector) -> Vector {
+    [a[0] - b[0], a[1] - b[1]]
+}
+
+/// Multiplies a vector by a number.
+pub fn scale(factor: f64, a: Vector) -> Vector {
+    [factor * a[0], factor * a[1]]
+}
+
+/// Computes the scalar product `a·b`.
+pub fn dot(a: Vector, b: Vector) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+/// Computes the out-of-plane component of `a × b`, twice the signed area of the triangle they span.
+pub fn cross(a: Vector, b: Vector) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+/// Computes the Euclidean length of a vector without undue overflow.
+pub fn norm(a: Vector) -> f64 {
+    a[0].hypot(a[1])
+}
+
+/// Rotates a vector by +90 degrees, `(x, y) ↦ (−y, x)`.
+pub fn perpendicular(a: Vector) -> Vector {
+    [-a[1], a[0]]
+}
+
+/// Computes the unit normal on the right of the path from `from` to `to`: the outward normal of a
+/// body whose boundary is walked counter-clockwise.
+pub fn right_normal(from: Vector, to: Vector) -> Vector {
+    let t = sub(to, from);
+    let length = norm(t);
+    [t[1] / length, -t[0] / length]
+}
+
+/// Computes the signed area of a triangle, positive when its corners run counter-clockwise.
+pub fn signed_area(corners: [Vector; 3]) -> f64 {
+    0.5 * cross(sub(corners[1], corners[0]), sub(corners[2], corners[0]))
+}
+
+/// Computes the axis-aligned bounding box `[lower left, upper right]` of a set of points.
+///
+/// Returns two infinite corners of the wrong order for an empty set.
+pub fn bounding_box(points: &[Vector]) -> [Vector; 2] {
+    let mut low = [f64::INFINITY; 2];
+    let mut high = [f64::NEG_INFINITY; 2];
+    for p in points {
+        for c in 0..2 {
+            low[c] = low[c].min(p[c]);
+            high[c] = high[c].max(p[c]);
+        }
+    }
+    [low, high]
+}
+
+/// Computes the length of the bounding box's diagonal, the length scale of geometric tolerances.
+pub fn diagonal(points: &[Vector]) -> f64 {
+    let [low, high] = bounding_box(points);
+    if points.is_empty() { 0.0 } else { norm(sub(high, low)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn right_normal_points_out_of_a_counter_clockwise_body() {
+        // The bottom side of the unit square, walked to the right: outward is down.
+        assert_eq!(right_normal([0.0, 0.0], [2.0, 0.0]), [0.0, -1.0]);
+    }
+
+    #[test]
+    fn area_changes_sign_with_orientation() {
+        let corners = [[0.0, 0.0], [2.0, 0.0], [0.0, 1.0]];
+        assert_eq!(signed_area(corners), 1.0);
+        assert_eq!(signed_area([corners[0], corners[2], corners[1]]), -1.0);
+    }
+}

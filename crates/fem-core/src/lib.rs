@@ -1,0 +1,59 @@
+//! Plane linear elasticity on P1 triangles, its sparse factorisation, and the geometry of contact.
+//!
+//! # The problem
+//! ```text
+//! find u with  ∫ E ε(u) : ε(v) = ∫ b·v + ∫_{Γ_N} F·v   for every v that vanishes on Γ_D,   u = u_D on Γ_D
+//! ```
+//! | symbol | what | type |
+//! |---|---|---|
+//! | Ω | the triangulated body, `n` nodes | [`mesh::TriMesh`] |
+//! | E | the elasticity tensor | [`material::LinearElastic`] |
+//! | u_D, F, b | what is imposed | [`boundary::BoundaryConditions`], evaluated in [`body::Body`] |
+//! | K, f | stiffness and load in the unknowns, about `2n` | [`assembly::System`] |
+//! | L | `K = L Lᵀ` | [`cholesky::Cholesky`] |
+//! | S, g̃ | `n_c × n_c` interface operator, its load | [`condensation::CondensedBody`] |
+//!
+//! In the order one meets them: generate or read a [`mesh::TriMesh`], evaluate conditions on it in a
+//! [`body::Body`], pair two bodies in an [`interface::ContactInterface`] (or use an empty
+//! [`interface::InterfaceSide`] for one body alone), assemble a [`assembly::System`], factorise it in a
+//! [`condensation::CondensedBody`], and take stresses and energies from [`field`] and [`norm`].
+//!
+//! # Example
+//! A block under its own weight, its side walls on rollers: `σ_yy = −ρg(1 − y)`.
+//! ```
+//! use fem_core::{assembly::System, body::Body, boundary::BoundaryConditions, condensation::CondensedBody,
+//!     interface::InterfaceSide, material::{Hypothesis, LinearElastic}, mesh::generate::block, norm};
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let mesh = block([0.0, 0.0], [2.0, 1.0], [40, 20])?;
+//! let material = LinearElastic::isotropic(1.0e3, 0.0, Hypothesis::PlaneStrain)?;
+//! let conditions = BoundaryConditions::new()
+//!     .fix("bottom").roller("left", 0.0).roller("right", 0.0).body_force([0.0, -9.81]);
+//! let body = Body::new(mesh, material, &conditions)?;
+//! let solver = CondensedBody::factorise(System::assemble(&body, &InterfaceSide::default())?, body.mesh().points())?;
+//! let u = solver.displacement_from_force(&[]);
+//! // Energy norm² of the exact solution: ∫ σ²/E = 2 (ρg)² / (3 E).
+//! let exact = 2.0 * 9.81f64.powi(2) / 3.0e3;
+//! assert!((norm::energy_norm_squared(&body, &u) / exact - 1.0).abs() < 1e-3);
+//! # Ok(()) }
+//! ```
+//!
+//! # What this crate does not know
+//! No contact law, no iteration, no estimator. It does not print, read the clock or the environment.
+
+pub mod assembly;
+pub mod body;
+pub mod boundary;
+pub mod cholesky;
+pub mod condensation;
+pub mod dof;
+pub mod element;
+pub mod field;
+pub mod geometry;
+pub mod interface;
+pub mod material;
+pub mod mesh;
+pub mod norm;
+pub mod ordering;
+pub mod quadrature;
+pub mod sparse;
+pub mod tensor;

@@ -1,0 +1,159 @@
+//! Linear elastic materials of the plane.
+//!
+//! In Voigt form `σ = (σ_xx, σ_yy, σ_xy)`, `ε = (ε_xx, ε_yy, 2 ε_xy)` and `σ = D ε`, with `D` 3×3,
+//! symmetric and positive definite.
+
+use crate::tensor::SymTensor2;
+use nalgebra::Matrix3;
+use thiserror::Error;
+
+/// How the third direction behaves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Hypothesis {
+    /// `ε_zz = 0`: a long body.
+    PlaneStrain,
+    /// `σ_zz = 0`: a thin sheet.
+    PlaneStress,
+}
+
+/// Why a material cannot be used.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum MaterialError {
+    /// Young's modulus is not a positive, finite number.
+    #[error("Young's modulus is {found}; it must be positive and finite (and at most 1e100)")]
+    Young {
+        /// The value found.
+        found: f64,
+    },
+    /// Poisson's ratio is outside the range in which the material is positive definite.
+    #[error(
+        "Poisson's ratio is {found}; it must lie in (-1, 0.5) for an isotropic material: 0.5 is incompressible, \
+         which P1 triangles cannot represent"
+    )]
+    Poisson {
+        /// The value found.
+        found: f64,
+    },
+}
+
+/// A linear elastic material under one plane hypothesis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LinearElastic {
+    stiffness: Matrix3<f64>,
+    compliance: Matrix3<f64>,
+    /// σ_zz = out_of_plane · (σ_xx, σ_yy, σ_xy).
+    out_of_plane: [f64; 3],
+}
+
+impl LinearElastic {
+    /// Makes an isotropic material.
+    ///
+    /// Plane strain: `D = λ 1⊗1 + 2µ I` with `λ = Eν/((1+ν)(1−2ν))`, `µ = E/(2(1+ν))`; plane stress
+    /// has `λ* = Eν/(1−ν²)` instead of `λ`.
+    ///
+    /// * `young`: E > 0, Pa.
+    /// * `poisson`: ν in (−1, ½), dimensionless.
+    ///
+    /// # Errors
+    /// A modulus or ratio outside its range, or not a number.
+    pub fn isotropic(young: f64, poisson: f64, hypothesis: Hypothesis) -> Result<Self, MaterialError> {
+        if !(young > 0.0 && young <= 1e100) {
+            return Err(MaterialError::Young { found: young });
+        }
+        if !(poisson > -1.0 && poisson < 0.5) {
+            return Err(MaterialError::Poisson { found: poisson });
+        }
+        let mu = young / (2.0 * (1.0 + poisson));
+        // In-plane Young's modulus and Poisson's ratio: plane strain is plane stress with (E', ν').
+        let (lambda, young_plane, poisson_plane) = match hypothesis {
+            Hypothesis::PlaneStrain => (
+                young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson)),
+                young / (1.0 - poisson * poisson),
+                poisson / (1.0 - poisson),
+            ),
+            Hypothesis::PlaneStress => (young * poisson / (1.0 - poisson * poisson), young, poisson),
+        };
+        let normal = lambda + 2.0 * mu;
+        let stiffness = Matrix3::new(normal, lambda, 0.0, lambda, normal, 0.0, 0.0, 0.0, mu);
+        let (c, d) = (1.0 / young_plane, -poisson_plane / young_plane);
+        let compliance = Matrix3::new(c, d, 0.0, d, c, 0.0, 0.0, 0.0, 1.0 / mu);
+        let out_of_plane = match hypothesis {
+            Hypothesis::PlaneStrain => [poisson, poisson, 0.0],
+            Hypothesis::PlaneStress => [0.0; 3],
+        };
+        Ok(Self { stiffness, compliance, out_of_plane })
+    }
+
+    /// Returns `D` of `σ = D ε` (Voigt, engineering shear), Pa.
+    pub fn stiffness(&self) -> &Matrix3<f64> {
+        &self.stiffness
+    }
+
+    /// Computes the stress of a strain, `σ = E ε`.
+    pub fn stress(&self, strain: SymTensor2) -> SymTensor2 {
+        let d = &self.stiffness;
+        let (x, y, g) = (strain.xx, strain.yy, 2.0 * strain.xy);
+        SymTensor2::new(
+            d[(0, 0)] * x + d[(0, 1)] * y + d[(0, 2)] * g,
+            d[(1, 0)] * x + d[(1, 1)] * y + d[(1, 2)] * g,
+            d[(2, 0)] * x + d[(2, 1)] * y + d[(2, 2)] * g,
+        )
+    }
+
+    /// Computes `σ : E⁻¹ τ`, the complementary energy product of two stresses (J/m³, no factor ½).
+    pub fn complementary(&self, sigma: SymTensor2, tau: SymTensor2) -> f64 {
+        let c = &self.compliance;
+        let e = [
+            c[(0, 0)] * tau.xx + c[(0, 1)] * tau.yy + c[(0, 2)] * tau.xy,
+            c[(1, 0)] * tau.xx + c[(1, 1)] * tau.yy + c[(1, 2)] * tau.xy,
+            c[(2, 0)] * tau.xx + c[(2, 1)] * tau.yy + c[(2, 2)] * tau.xy,
+        ];
+        sigma.xx * e[0] + sigma.yy * e[1] + sigma.xy * e[2]
+    }
+
+    /// Computes von Mises' equivalent stress with the out-of-plane stress of the hypothesis, Pa.
+    pub fn von_mises(&self, sigma: SymTensor2) -> f64 {
+        let zz = self.out_of_plane_stress(sigma);
+        let pairs = (sigma.xx - sigma.yy).powi(2) + (sigma.yy - zz).powi(2) + (zz - sigma.xx).powi(2);
+        (0.5 * pairs + 3.0 * sigma.xy * sigma.xy).sqrt()
+    }
+
+    /// Computes `σ_zz`: `ν(σ_xx + σ_yy)` in plane strain of an isotropic material, 0 in plane stress.
+    pub fn out_of_plane_stress(&self, sigma: SymTensor2) -> f64 {
+        self.out_of_plane[0] * sigma.xx + self.out_of_plane[1] * sigma.yy + self.out_of_plane[2] * sigma.xy
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn compliance_inverts_stiffness() {
+        for hypothesis in [Hypothesis::PlaneStrain, Hypothesis::PlaneStress] {
+            let m = LinearElastic::isotropic(2000.0, 0.3, hypothesis).unwrap();
+            let product = m.stiffness * m.compliance;
+            assert!((product - Matrix3::identity()).norm() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn uniaxial_plane_stress_has_youngs_modulus() {
+        let m = LinearElastic::isotropic(200.0, 0.25, Hypothesis::PlaneStress).unwrap();
+        let s = m.stress(SymTensor2::new(1.0, -0.25, 0.0));
+        assert!((s.xx - 200.0).abs() < 1e-12 && s.yy.abs() < 1e-12);
+        assert!((m.von_mises(s) - 200.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn limits_of_the_range_are_refused() {
+        for nu in [0.5, -1.0, f64::NAN, 0.7] {
+            let e = LinearElastic::isotropic(1.0, nu, Hypothesis::PlaneStress).unwrap_err();
+            assert!(matches!(e, MaterialError::Poisson { .. }));
+        }
+        for young in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e308] {
+            let e = LinearElastic::isotropic(young, 0.3, Hypothesis::PlaneStrain).unwrap_err();
+            assert!(matches!(e, MaterialError::Young { .. }));
+        }
+    }
+}

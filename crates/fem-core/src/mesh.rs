@@ -1,0 +1,340 @@
+//! Triangle meshes: immutable, checked when they are made, with named sets of edges.
+
+pub mod generate;
+pub mod topology;
+
+use crate::geometry::{self, Vector};
+use std::collections::BTreeMap;
+use thiserror::Error;
+use topology::Topology;
+
+/// Why a set of points and triangles is not a mesh that can be computed with.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum MeshError {
+    /// There is nothing to compute with.
+    #[error("the mesh has {points} nodes and {triangles} triangles; at least one triangle is needed")]
+    Empty {
+        /// Number of nodes.
+        points: usize,
+        /// Number of triangles.
+        triangles: usize,
+    },
+    /// More nodes or triangles than 32-bit numbers can address.
+    #[error("the mesh has {found} {what}; at most {limit} are supported")]
+    TooLarge {
+        /// What is counted.
+        what: &'static str,
+        /// The number found.
+        found: usize,
+        /// The largest supported number.
+        limit: usize,
+    },
+    /// A coordinate is infinite or not a number.
+    #[error("node {node} has the coordinates ({x}, {y}); finite numbers are needed")]
+    NotFinite {
+        /// Node number, from 0.
+        node: usize,
+        /// First coordinate.
+        x: f64,
+        /// Second coordinate.
+        y: f64,
+    },
+    /// A triangle names a node that does not exist.
+    #[error("triangle {triangle} uses node {node}, but the mesh has {nodes} nodes")]
+    NoSuchNode {
+        /// Triangle number, from 0.
+        triangle: usize,
+        /// The node it names.
+        node: usize,
+        /// Number of nodes of the mesh.
+        nodes: usize,
+    },
+    /// A triangle has no area, or its corners run clockwise.
+    #[error(
+        "triangle {triangle} at ({x}, {y}) has the signed area {area:e}; a positive one is needed \
+         (corners counter-clockwise, not on one line)"
+    )]
+    Area {
+        /// Triangle number, from 0.
+        triangle: usize,
+        /// Signed area found.
+        area: f64,
+        /// Centroid, first coordinate.
+        x: f64,
+        /// Centroid, second coordinate.
+        y: f64,
+    },
+    /// A node belongs to no triangle: it would make the stiffness singular.
+    #[error("node {node} at ({x}, {y}) belongs to no triangle; remove it")]
+    LooseNode {
+        /// Node number, from 0.
+        node: usize,
+        /// First coordinate.
+        x: f64,
+        /// Second coordinate.
+        y: f64,
+    },
+    /// More than two triangles meet in an edge, or two of them lie on the same side of it.
+    #[error(
+        "the edge between nodes {a} and {b} belongs to more than two triangles, or to two on the same side"
+    )]
+    NonManifoldEdge {
+        /// First node.
+        a: usize,
+        /// Second node.
+        b: usize,
+    },
+    /// Two parts of the body touch in a single node only.
+    #[error(
+        "at node {node} ({x}, {y}) two parts of the body touch in that node alone; separate them or join them by an edge"
+    )]
+    BowTie {
+        /// Node number, from 0.
+        node: usize,
+        /// First coordinate.
+        x: f64,
+        /// Second coordinate.
+        y: f64,
+    },
+    /// A group names an edge that no triangle has.
+    #[error("group \"{group}\" contains the edge between nodes {a} and {b}, which no triangle has")]
+    NoSuchEdge {
+        /// Group name.
+        group: String,
+        /// First node.
+        a: usize,
+        /// Second node.
+        b: usize,
+    },
+    /// Two groups of edges have the same name.
+    #[error("two groups of edges are called \"{group}\"")]
+    DuplicateGroup {
+        /// Group name.
+        group: String,
+    },
+    /// A generator was given sizes it cannot mesh.
+    #[error("a block of {cells:?} cells and size {size:?} at {origin:?} cannot be meshed: {reason}")]
+    Block {
+        /// Lower left corner.
+        origin: Vector,
+        /// Width and height.
+        size: Vector,
+        /// Number of cells in each direction.
+        cells: [usize; 2],
+        /// What is wrong.
+        reason: &'static str,
+    },
+}
+
+/// A conforming triangle mesh of the plane with named sets of edges.
+///
+/// Corners of every triangle run counter-clockwise. Edge `k` of a triangle joins its corners `k` and
+/// `(k+1) mod 3`.
+#[derive(Clone, Debug)]
+pub struct TriMesh {
+    points: Vec<Vector>,
+    triangles: Vec<[u32; 3]>,
+    topology: Topology,
+    groups: BTreeMap<String, Vec<u32>>,
+}
+
+impl TriMesh {
+    /// Checks points, triangles and named edges and makes a mesh of them.
+    ///
+    /// * `groups`: name and edges, each edge by its two nodes in either order; edges may lie in several groups.
+    ///
+    /// # Errors
+    /// Anything that would make a computation on this mesh meaningless, see [`MeshError`].
+    pub fn new(
+        points: Vec<Vector>,
+        triangles: Vec<[u32; 3]>,
+        groups: Vec<(String, Vec<[u32; 2]>)>,
+    ) -> Result<Self, MeshError> {
+        check_sizes(&points, &triangles)?;
+        check_triangles(&points, &triangles)?;
+        let topology = Topology::build(points.len(), &triangles)?;
+        check_nodes(&points, &topology)?;
+        let mut named = BTreeMap::new();
+        for (name, edges) in groups {
+            let mut ids = Vec::with_capacity(edges.len());
+            for [a, b] in edges {
+                let id = topology.find_edge(a, b).ok_or_else(|| MeshError::NoSuchEdge {
+                    group: name.clone(),
+                    a: a as usize,
+                    b: b as usize,
+                })?;
+                ids.push(id);
+            }
+            ids.sort_unstable();
+            ids.dedup();
+            if named.insert(name.clone(), ids).is_some() {
+                return Err(MeshError::DuplicateGroup { group: name });
+            }
+        }
+        Ok(Self { points, triangles, topology, groups: named })
+    }
+
+    /// Returns the coordinates of the nodes.
+    pub fn points(&self) -> &[Vector] {
+        &self.points
+    }
+
+    /// Returns the corners of the triangles, counter-clockwise.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// Returns edges and neighbourhoods.
+    pub fn topology(&self) -> &Topology {
+        &self.topology
+    }
+
+    /// Returns the named sets of edges: edge numbers, ascending.
+    pub fn groups(&self) -> &BTreeMap<String, Vec<u32>> {
+        &self.groups
+    }
+
+    /// Returns the edges of one group, if there is a group of that name.
+    pub fn group(&self, name: &str) -> Option<&[u32]> {
+        self.groups.get(name).map(Vec::as_slice)
+    }
+
+    /// Returns the three corner points of a triangle.
+    pub fn corners(&self, triangle: usize) -> [Vector; 3] {
+        self.triangles[triangle].map(|n| self.points[n as usize])
+    }
+
+    /// Computes the area of a triangle, m².
+    pub fn area(&self, triangle: usize) -> f64 {
+        geometry::signed_area(self.corners(triangle))
+    }
+
+    /// Computes the length of an edge, m.
+    pub fn edge_length(&self, edge: u32) -> f64 {
+        let [a, b] = self.topology.edges()[edge as usize].map(|n| self.points[n as usize]);
+        geometry::norm(geometry::sub(b, a))
+    }
+
+    /// Computes the unit normal of an edge that points out of the edge's first triangle: the outward
+    /// normal of the body on a boundary edge.
+    pub fn edge_normal(&self, edge: u32) -> Vector {
+        let [a, b] = self.topology.oriented_edge(edge, &self.triangles);
+        geometry::right_normal(self.points[a as usize], self.points[b as usize])
+    }
+
+    /// Computes the smallest angle of all triangles, in degrees.
+    pub fn smallest_angle(&self) -> f64 {
+        let mut smallest = 180.0f64;
+        for t in 0..self.triangles.len() {
+            let p = self.corners(t);
+            for k in 0..3 {
+                let (u, v) = (geometry::sub(p[(k + 1) % 3], p[k]), geometry::sub(p[(k + 2) % 3], p[k]));
+                smallest = smallest.min(geometry::cross(u, v).atan2(geometry::dot(u, v)).to_degrees());
+            }
+        }
+        smallest
+    }
+}
+
+fn check_sizes(points: &[Vector], triangles: &[[u32; 3]]) -> Result<(), MeshError> {
+    if points.is_empty() || triangles.is_empty() {
+        return Err(MeshError::Empty { points: points.len(), triangles: triangles.len() });
+    }
+    // Two unknowns per node and three edges per triangle must stay below 2³².
+    let limit = (u32::MAX / 8) as usize;
+    for (what, found) in [("nodes", points.len()), ("triangles", triangles.len())] {
+        if found > limit {
+            return Err(MeshError::TooLarge { what, found, limit });
+        }
+    }
+    match points.iter().position(|p| !(p[0].is_finite() && p[1].is_finite())) {
+        Some(node) => Err(MeshError::NotFinite { node, x: points[node][0], y: points[node][1] }),
+        None => Ok(()),
+    }
+}
+
+fn check_triangles(points: &[Vector], triangles: &[[u32; 3]]) -> Result<(), MeshError> {
+    for (triangle, corners) in triangles.iter().enumerate() {
+        if let Some(&node) = corners.iter().find(|&&n| n as usize >= points.len()) {
+            return Err(MeshError::NoSuchNode { triangle, node: node as usize, nodes: points.len() });
+        }
+        let p = corners.map(|n| points[n as usize]);
+        let area = geometry::signed_area(p);
+        // Below this fraction of its squared size the sign of the area is round-off.
+        let size = (0..3).map(|k| geometry::norm(geometry::sub(p[(k + 1) % 3], p[k]))).fold(0.0, f64::max);
+        if !(area > 1e-14 * size * size) || !area.is_finite() {
+            let x = (p[0][0] + p[1][0] + p[2][0]) / 3.0;
+            let y = (p[0][1] + p[1][1] + p[2][1]) / 3.0;
+            return Err(MeshError::Area { triangle, area, x, y });
+        }
+    }
+    Ok(())
+}
+
+fn check_nodes(points: &[Vector], topology: &Topology) -> Result<(), MeshError> {
+    let mut boundary_edges = vec![0u8; points.len()];
+    for &e in topology.boundary_edges() {
+        for n in topology.edges()[e as usize] {
+            boundary_edges[n as usize] = boundary_edges[n as usize].saturating_add(1);
+        }
+    }
+    for (node, p) in points.iter().enumerate() {
+        if topology.triangles_around(node).is_empty() {
+            return Err(MeshError::LooseNode { node, x: p[0], y: p[1] });
+        }
+        if boundary_edges[node] > 2 {
+            return Err(MeshError::BowTie { node, x: p[0], y: p[1] });
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square() -> (Vec<Vector>, Vec<[u32; 3]>) {
+        (vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], vec![[0, 1, 2], [0, 2, 3]])
+    }
+
+    #[test]
+    fn named_edges_are_found_in_either_order() {
+        let (p, t) = square();
+        let m = TriMesh::new(p, t, vec![("bottom".into(), vec![[1, 0]])]).unwrap();
+        let e = m.group("bottom").unwrap()[0];
+        assert_eq!(m.edge_normal(e), [0.0, -1.0]);
+        assert_eq!(m.topology().boundary_edges().len(), 4);
+        assert!((m.smallest_angle() - 45.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn faults_are_named() {
+        let (p, t) = square();
+        let mut bad = p.clone();
+        bad[2][1] = f64::NAN;
+        assert!(matches!(TriMesh::new(bad, t.clone(), vec![]), Err(MeshError::NotFinite { node: 2, .. })));
+        let clockwise = vec![[0, 2, 1], [0, 2, 3]];
+        assert!(matches!(
+            TriMesh::new(p.clone(), clockwise, vec![]),
+            Err(MeshError::Area { triangle: 0, .. })
+        ));
+        let mut loose = p.clone();
+        loose.push([5.0, 5.0]);
+        assert!(matches!(TriMesh::new(loose, t.clone(), vec![]), Err(MeshError::LooseNode { node: 4, .. })));
+        let three = vec![[0, 1, 2], [0, 2, 3], [0, 1, 3]];
+        assert!(matches!(TriMesh::new(p.clone(), three, vec![]), Err(MeshError::NonManifoldEdge { .. })));
+        let diagonal = vec![("d".to_string(), vec![[1, 3]])];
+        assert!(matches!(TriMesh::new(p.clone(), t.clone(), diagonal), Err(MeshError::NoSuchEdge { .. })));
+        assert!(matches!(
+            TriMesh::new(p, vec![[0, 1, 9]], vec![]),
+            Err(MeshError::NoSuchNode { node: 9, .. })
+        ));
+    }
+
+    #[test]
+    fn two_triangles_touching_in_a_node_are_refused() {
+        let p = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [-1.0, 0.0], [-1.0, -1.0]];
+        let t = vec![[0, 1, 2], [0, 3, 4]];
+        assert!(matches!(TriMesh::new(p, t, vec![]), Err(MeshError::BowTie { node: 0, .. })));
+    }
+}

@@ -1,0 +1,208 @@
+//! Edges of a triangle mesh and the neighbourhoods of its nodes.
+
+use super::MeshError;
+
+/// Stands for 'no triangle' on the outer side of a boundary edge.
+pub const NONE: u32 = u32::MAX;
+
+/// Edges, their triangles, and the triangles around each node.
+///
+/// Edges are numbered by their nodes (smaller first), so the numbering does not depend on the order of
+/// the triangles.
+#[derive(Clone, Debug)]
+pub struct Topology {
+    edges: Vec<[u32; 2]>,
+    edge_triangles: Vec<[u32; 2]>,
+    triangle_edges: Vec<[u32; 3]>,
+    boundary_edges: Vec<u32>,
+    /// Edges whose smaller node is i: first_edge[i]..first_edge[i+1].
+    first_edge: Vec<u32>,
+    node_starts: Vec<u32>,
+    node_triangles: Vec<u32>,
+}
+
+impl Topology {
+    /// Builds the topology in time proportional to the number of triangles.
+    pub(super) fn build(nodes: usize, triangles: &[[u32; 3]]) -> Result<Self, MeshError> {
+        let (node_starts, node_triangles) = triangles_by_node(nodes, triangles);
+        // Bucket the 3T half-edges by their smaller node; a bucket holds at most a few, so that sorting
+        // it costs next to nothing.
+        let mut starts = vec![0u32; nodes + 1];
+        for t in triangles {
+            for k in 0..3 {
+                starts[t[k].min(t[(k + 1) % 3]) as usize + 1] += 1;
+            }
+        }
+        for i in 0..nodes {
+            starts[i + 1] += starts[i];
+        }
+        let mut cursor = starts.clone();
+        let mut half = vec![(0u32, 0u32, 0u8, false); 3 * triangles.len()];
+        for (number, t) in triangles.iter().enumerate() {
+            for k in 0..3 {
+                let (a, b) = (t[k], t[(k + 1) % 3]);
+                let slot = &mut cursor[a.min(b) as usize];
+                half[*slot as usize] = (a.max(b), number as u32, k as u8, a < b);
+                *slot += 1;
+            }
+        }
+        let mut edges = Vec::with_capacity(triangles.len() * 3 / 2 + 16);
+        let mut edge_triangles: Vec<[u32; 2]> = Vec::with_capacity(edges.capacity());
+        let mut triangle_edges = vec![[NONE; 3]; triangles.len()];
+        let mut first_edge = Vec::with_capacity(nodes + 1);
+        for a in 0..nodes {
+            first_edge.push(edges.len() as u32);
+            let bucket = &mut half[starts[a] as usize..starts[a + 1] as usize];
+            bucket.sort_unstable();
+            let mut previous = None;
+            for &(b, triangle, k, forward) in bucket.iter() {
+                let fault = MeshError::NonManifoldEdge { a, b: b as usize };
+                let edge = match previous {
+                    Some((other, other_forward)) if other == b => {
+                        let e = edges.len() - 1;
+                        if edge_triangles[e][1] != NONE || other_forward == forward {
+                            return Err(fault);
+                        }
+                        edge_triangles[e][1] = triangle;
+                        e
+                    }
+                    _ => {
+                        edges.push([a as u32, b]);
+                        edge_triangles.push([triangle, NONE]);
+                        edges.len() - 1
+                    }
+                };
+                previous = Some((b, forward));
+                triangle_edges[triangle as usize][k as usize] = edge as u32;
+            }
+        }
+        first_edge.push(edges.len() as u32);
+        let boundary_edges =
+            (0..edges.len() as u32).filter(|&e| edge_triangles[e as usize][1] == NONE).collect();
+        Ok(Self {
+            edges,
+            edge_triangles,
+            triangle_edges,
+            boundary_edges,
+            first_edge,
+            node_starts,
+            node_triangles,
+        })
+    }
+
+    /// Returns the two nodes of every edge, the smaller first.
+    pub fn edges(&self) -> &[[u32; 2]] {
+        &self.edges
+    }
+
+    /// Returns the triangles of every edge; the second is [`NONE`] on the boundary.
+    pub fn edge_triangles(&self) -> &[[u32; 2]] {
+        &self.edge_triangles
+    }
+
+    /// Returns the edges of every triangle: edge `k` joins its corners `k` and `(k+1) mod 3`.
+    pub fn triangle_edges(&self) -> &[[u32; 3]] {
+        &self.triangle_edges
+    }
+
+    /// Returns the edges that have one triangle only, ascending.
+    pub fn boundary_edges(&self) -> &[u32] {
+        &self.boundary_edges
+    }
+
+    /// Tells whether an edge has one triangle only.
+    pub fn is_boundary(&self, edge: u32) -> bool {
+        self.edge_triangles[edge as usize][1] == NONE
+    }
+
+    /// Returns the triangles that have `node` as a corner, ascending.
+    pub fn triangles_around(&self, node: usize) -> &[u32] {
+        &self.node_triangles[self.node_starts[node] as usize..self.node_starts[node + 1] as usize]
+    }
+
+    /// Finds the edge between two nodes.
+    pub fn find_edge(&self, a: u32, b: u32) -> Option<u32> {
+        let (low, high) = (a.min(b) as usize, a.max(b));
+        let range = *self.first_edge.get(low)?..*self.first_edge.get(low + 1)?;
+        range.into_iter().find(|&e| self.edges[e as usize][1] == high)
+    }
+
+    /// Returns the nodes of an edge in the counter-clockwise sense of its first triangle.
+    pub fn oriented_edge(&self, edge: u32, triangles: &[[u32; 3]]) -> [u32; 2] {
+        let triangle = self.edge_triangles[edge as usize][0] as usize;
+        let corners = triangles[triangle];
+        let k = (0..3).find(|&k| self.triangle_edges[triangle][k] == edge).unwrap_or(0);
+        [corners[k], corners[(k + 1) % 3]]
+    }
+
+    /// Returns, for every node, the other ends of its edges, ascending, in compressed form
+    /// `(starts, neighbours)`.
+    pub fn node_neighbours(&self) -> (Vec<u32>, Vec<u32>) {
+        let nodes = self.node_starts.len() - 1;
+        let mut starts = vec![0u32; nodes + 1];
+        for e in &self.edges {
+            starts[e[0] as usize + 1] += 1;
+            starts[e[1] as usize + 1] += 1;
+        }
+        for i in 0..nodes {
+            starts[i + 1] += starts[i];
+        }
+        let mut cursor = starts.clone();
+        let mut neighbours = vec![0u32; 2 * self.edges.len()];
+        // Edges come by smaller node: first all larger-to-smaller links, then the others, keeps each list ascending.
+        for (from, to) in [(1, 0), (0, 1)] {
+            for e in &self.edges {
+                let slot = &mut cursor[e[from] as usize];
+                neighbours[*slot as usize] = e[to];
+                *slot += 1;
+            }
+        }
+        (starts, neighbours)
+    }
+
+    /// Numbers the connected pieces of the mesh: the piece of every node, and their number.
+    pub fn pieces(&self) -> (Vec<u32>, usize) {
+        let (starts, neighbours) = self.node_neighbours();
+        let nodes = starts.len() - 1;
+        let mut piece = vec![NONE; nodes];
+        let mut count = 0;
+        let mut stack = Vec::new();
+        for seed in 0..nodes {
+            if piece[seed] != NONE {
+                continue;
+            }
+            piece[seed] = count;
+            stack.push(seed);
+            while let Some(i) = stack.pop() {
+                for &j in &neighbours[starts[i] as usize..starts[i + 1] as usize] {
+                    if piece[j as usize] == NONE {
+                        piece[j as usize] = count;
+                        stack.push(j as usize);
+                    }
+                }
+            }
+            count += 1;
+        }
+        (piece, count as usize)
+    }
+}
+
+fn triangles_by_node(nodes: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, Vec<u32>) {
+    let mut starts = vec![0u32; nodes + 1];
+    for n in triangles.iter().flatten() {
+        starts[*n as usize + 1] += 1;
+    }
+    for i in 0..nodes {
+        starts[i + 1] += starts[i];
+    }
+    let mut cursor = starts.clone();
+    let mut list = vec![0u32; 3 * triangles.len()];
+    for (number, t) in triangles.iter().enumerate() {
+        for n in t {
+            let slot = &mut cursor[*n as usize];
+            list[*slot as usize] = number as u32;
+            *slot += 1;
+        }
+    }
+    (starts, list)
+}

@@ -1,0 +1,101 @@
+//! Energy norms, all without the factor ½: `‖u‖² = a(u, u) = ∫ σ(u) : ε(u)`.
+
+use crate::body::Body;
+use crate::element::Triangle;
+use crate::geometry::{Vector, norm, sub};
+use crate::mesh::TriMesh;
+use crate::quadrature::RADON7;
+use crate::tensor::SymTensor2;
+use rayon::prelude::*;
+
+/// Triangles summed by one task. Fixed, so that sums do not depend on the number of threads.
+const CHUNK: usize = 4096;
+
+/// Sums a quantity over the triangles in an order that does not depend on the number of threads.
+pub fn sum_over_triangles(count: usize, quantity: impl Fn(usize) -> f64 + Sync) -> f64 {
+    let partial: Vec<f64> = (0..count.div_ceil(CHUNK))
+        .into_par_iter()
+        .map(|k| (k * CHUNK..count.min((k + 1) * CHUNK)).map(&quantity).sum())
+        .collect();
+    partial.iter().sum()
+}
+
+/// Computes `a(u, u)` of a displacement field, J/m.
+pub fn energy_norm_squared(body: &Body, displacement: &[Vector]) -> f64 {
+    let mesh = body.mesh();
+    sum_over_triangles(mesh.triangles().len(), |t| {
+        let u = mesh.triangles()[t].map(|n| displacement[n as usize]);
+        let element = Triangle::new(mesh.corners(t));
+        let strain = element.strain(u);
+        element.area * body.material(t).stress(strain).contract(strain)
+    })
+}
+
+/// Computes `a(u − v, u − v)` for the difference of two displacement fields, J/m.
+pub fn energy_distance_squared(body: &Body, u: &[Vector], v: &[Vector]) -> f64 {
+    let difference: Vec<Vector> = u.iter().zip(v).map(|(a, b)| sub(*a, *b)).collect();
+    energy_norm_squared(body, &difference)
+}
+
+/// Computes the exact energy error `‖σ(u_h) − σ‖²` in the complementary norm against a known stress field,
+/// J/m, by Radon's rule on four congruent parts of every triangle.
+pub fn energy_error_squared(
+    body: &Body,
+    displacement: &[Vector],
+    exact: impl Fn(Vector) -> SymTensor2 + Sync,
+) -> f64 {
+    let stresses = crate::field::stresses(body, displacement);
+    integrate(body.mesh(), |t, x| {
+        let d = exact(x).minus(stresses[t]);
+        body.material(t).complementary(d, d)
+    })
+}
+
+/// Computes `∫ |u_h − u|²`, m⁴, against a known displacement field.
+pub fn l2_error_squared(
+    mesh: &TriMesh,
+    displacement: &[Vector],
+    exact: impl Fn(Vector) -> Vector + Sync,
+) -> f64 {
+    sum_over_triangles(mesh.triangles().len(), |t| {
+        let corners = mesh.corners(t);
+        let u = mesh.triangles()[t].map(|n| displacement[n as usize]);
+        let at = |values: [Vector; 3], l: [f64; 3]| {
+            [0, 1].map(|c| l[0] * values[0][c] + l[1] * values[1][c] + l[2] * values[2][c])
+        };
+        let mean: f64 =
+            RADON7.iter().map(|(l, w)| w * norm(sub(at(u, *l), exact(at(corners, *l)))).powi(2)).sum();
+        mean * mesh.area(t)
+    })
+}
+
+/// Integrates a function of triangle and position over a mesh, each triangle cut in four.
+pub fn integrate(mesh: &TriMesh, function: impl Fn(usize, Vector) -> f64 + Sync) -> f64 {
+    // Barycentric corners of the four congruent parts.
+    const PARTS: [[[f64; 3]; 3]; 4] = {
+        const A: [f64; 3] = [1.0, 0.0, 0.0];
+        const B: [f64; 3] = [0.0, 1.0, 0.0];
+        const C: [f64; 3] = [0.0, 0.0, 1.0];
+        const AB: [f64; 3] = [0.5, 0.5, 0.0];
+        const BC: [f64; 3] = [0.0, 0.5, 0.5];
+        const CA: [f64; 3] = [0.5, 0.0, 0.5];
+        [[A, AB, CA], [AB, B, BC], [CA, BC, C], [AB, BC, CA]]
+    };
+    sum_over_triangles(mesh.triangles().len(), |t| {
+        let p = mesh.corners(t);
+        let mut mean = 0.0;
+        for part in &PARTS {
+            for (m, w) in &RADON7 {
+                let mut x = [0.0; 2];
+                for (corner, weight) in part.iter().zip(m) {
+                    for (l, q) in corner.iter().zip(&p) {
+                        x[0] += weight * l * q[0];
+                        x[1] += weight * l * q[1];
+                    }
+                }
+                mean += 0.25 * w * function(t, x);
+            }
+        }
+        mean * mesh.area(t)
+    })
+}

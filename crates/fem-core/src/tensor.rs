@@ -1,0 +1,63 @@
+//! Symmetric tensors of the plane. The shear convention is stated here once: `xy` is always the
+//! *tensor* component (`ε_xy = ½ γ_xy`), never the engineering shear.
+
+use crate::geometry::Vector;
+
+/// A symmetric second-order tensor of the plane: a strain (–) or a stress (Pa).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SymTensor2 {
+    /// Component xx.
+    pub xx: f64,
+    /// Component yy.
+    pub yy: f64,
+    /// Tensor component xy = yx.
+    pub xy: f64,
+}
+
+impl SymTensor2 {
+    /// Makes a tensor from its components.
+    pub const fn new(xx: f64, yy: f64, xy: f64) -> Self {
+        Self { xx, yy, xy }
+    }
+
+    /// Applies the tensor to a vector, `T n`: the traction of a stress on a side of normal `n`.
+    pub fn apply(self, n: Vector) -> Vector {
+        [self.xx * n[0] + self.xy * n[1], self.xy * n[0] + self.yy * n[1]]
+    }
+
+    /// Computes the double contraction `S : T = S_xx T_xx + S_yy T_yy + 2 S_xy T_xy`.
+    pub fn contract(self, other: Self) -> f64 {
+        self.xx * other.xx + self.yy * other.yy + 2.0 * self.xy * other.xy
+    }
+
+    /// Adds two tensors.
+    pub fn plus(self, other: Self) -> Self {
+        Self::new(self.xx + other.xx, self.yy + other.yy, self.xy + other.xy)
+    }
+
+    /// Subtracts `other`.
+    pub fn minus(self, other: Self) -> Self {
+        Self::new(self.xx - other.xx, self.yy - other.yy, self.xy - other.xy)
+    }
+
+    /// Multiplies by a number.
+    pub fn scaled(self, factor: f64) -> Self {
+        Self::new(factor * self.xx, factor * self.yy, factor * self.xy)
+    }
+
+    /// Tells whether every component is finite.
+    pub fn is_finite(self) -> bool {
+        self.xx.is_finite() && self.yy.is_finite() && self.xy.is_finite()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn contraction_counts_the_shear_twice() {
+        let t = SymTensor2::new(1.0, 2.0, 3.0);
+        assert_eq!(t.contract(t), 1.0 + 4.0 + 18.0);
+    }
+}

@@ -1,0 +1,2 @@
+//! nndd
+fn main(){}

@@ -1,0 +1,1 @@
+//! The Neumann-Neumann domain decomposition of Choi, Gallimard and Sassi for frictionless unilateral contact

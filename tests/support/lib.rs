@@ -1,0 +1,1 @@
+//! Reference problems with trusted answers.
