@@ -173,6 +173,20 @@ impl CondensedBody {
         solve_upper_triangular_in_place(l.transpose(), w, Par::Seq);
     }
 
+    /// Computes `S⁻¹`, column-major, m²/N: all traces under unit forces at once.
+    pub fn flexibility(&self) -> Vec<f64> {
+        let n = self.len();
+        let mut inverse = vec![0.0; n * n];
+        for i in 0..n {
+            inverse[i * n + i] = 1.0;
+        }
+        let l = MatRef::from_column_major_slice(&self.interface_factor, n, n);
+        let mut x = MatMut::from_column_major_slice_mut(&mut inverse, n, n);
+        solve_lower_triangular_in_place(l, x.rb_mut(), Par::Seq);
+        solve_upper_triangular_in_place(l.transpose(), x, Par::Seq);
+        inverse
+    }
+
     /// Recovers the displacement (Cartesian, m) with an imposed normal trace `v` and the body's loads: the
     /// back-substitution that the condensed steps left out.
     pub fn displacement_from_trace(&self, v: &[f64]) -> Vec<Vector> {

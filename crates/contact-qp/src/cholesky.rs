@@ -1,0 +1,226 @@
+//! Cholesky factors of the block `P_II` of the free unknowns `I`. The only room that knows faer.
+
+use crate::error::QpError;
+use crate::problem::MatrixView;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt;
+use faer::sparse::linalg::cholesky as sparse_cholesky;
+use faer::sparse::linalg::cholesky::{SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use faer::{Conj, Mat, MatMut, Par, Side};
+
+/// Holds `L` with `P_II = L Lᵀ`.
+pub(crate) enum Factor {
+    /// Lower triangle of a full matrix.
+    Dense(Mat<f64>),
+    /// Pattern in an approximate minimum degree order, and values.
+    Sparse { symbolic: Box<SymbolicCholesky<usize>>, values: Vec<f64> },
+}
+
+impl Factor {
+    /// Factorises the rows and columns `free` (sorted, unique) of `matrix`, on the calling thread alone.
+    ///
+    /// # Errors
+    /// [`QpError::NotPositiveDefinite`] with the unknown, numbered in the whole matrix.
+    pub(crate) fn of_block(matrix: &MatrixView<'_>, free: &[usize]) -> Result<Self, QpError> {
+        match *matrix {
+            MatrixView::Dense { n, values } => factorise_dense(n, values, free),
+            MatrixView::SparseUpper { n, column_starts, row_indices, values } => {
+                Block::gather(n, column_starts, row_indices, values, free).factorise(free)
+            }
+        }
+    }
+
+    /// Overwrites `rhs` with `P_II⁻¹ rhs`.
+    pub(crate) fn solve(&self, rhs: &mut [f64]) {
+        let size = rhs.len();
+        let rhs = MatMut::from_column_major_slice_mut(rhs, size, 1);
+        match self {
+            Self::Dense(lower) => {
+                let mut memory = MemBuffer::new(llt::solve::solve_in_place_scratch::<f64>(size, 1, Par::Seq));
+                llt::solve::solve_in_place(lower.as_ref(), rhs, Par::Seq, MemStack::new(&mut memory));
+            }
+            Self::Sparse { symbolic, values } => {
+                let mut memory = MemBuffer::new(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq));
+                sparse_cholesky::LltRef::new(symbolic, values).solve_in_place_with_conj(
+                    Conj::No,
+                    rhs,
+                    Par::Seq,
+                    MemStack::new(&mut memory),
+                );
+            }
+        }
+    }
+}
+
+fn factorise_dense(n: usize, values: &[f64], free: &[usize]) -> Result<Factor, QpError> {
+    let size = free.len();
+    let mut lower = Mat::<f64>::zeros(size, size);
+    for (j, &column) in free.iter().enumerate() {
+        let source = &values[column * n..(column + 1) * n];
+        // Only the lower triangle is read by the factorisation.
+        for (i, &row) in free.iter().enumerate().skip(j) {
+            lower[(i, j)] = source[row];
+        }
+    }
+    let scratch = llt::factor::cholesky_in_place_scratch::<f64>(size, Par::Seq, Default::default());
+    let mut memory = MemBuffer::new(scratch);
+    llt::factor::cholesky_in_place(
+        lower.as_mut(),
+        Default::default(),
+        Par::Seq,
+        MemStack::new(&mut memory),
+        Default::default(),
+    )
+    .map_err(|llt::factor::LltError::NonPositivePivot { index }| QpError::NotPositiveDefinite {
+        index: free[index],
+    })?;
+    Ok(Factor::Dense(lower))
+}
+
+/// Upper triangle of `P_II` in compressed columns.
+struct Block {
+    column_starts: Vec<usize>,
+    row_indices: Vec<usize>,
+    values: Vec<f64>,
+}
+
+impl Block {
+    fn gather(n: usize, starts: &[usize], rows: &[usize], values: &[f64], free: &[usize]) -> Self {
+        const FIXED: usize = usize::MAX;
+        let mut place = vec![FIXED; n];
+        for (local, &unknown) in free.iter().enumerate() {
+            place[unknown] = local;
+        }
+        let mut block = Self { column_starts: vec![0], row_indices: Vec::new(), values: Vec::new() };
+        for &column in free {
+            for k in starts[column]..starts[column + 1] {
+                if place[rows[k]] != FIXED {
+                    block.row_indices.push(place[rows[k]]);
+                    block.values.push(values[k]);
+                }
+            }
+            block.column_starts.push(block.values.len());
+        }
+        block
+    }
+
+    fn factorise(&self, free: &[usize]) -> Result<Factor, QpError> {
+        let size = free.len();
+        let pattern =
+            SymbolicSparseColMatRef::new_checked(size, size, &self.column_starts, None, &self.row_indices);
+        let symbolic = sparse_cholesky::factorize_symbolic_cholesky(
+            pattern,
+            Side::Upper,
+            SymmetricOrdering::Amd,
+            Default::default(),
+        )
+        .map_err(library_error)?;
+        let mut values = vec![0.0; symbolic.len_val()];
+        let scratch = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default());
+        let mut memory = MemBuffer::new(scratch);
+        symbolic
+            .factorize_numeric_llt(
+                &mut values,
+                SparseColMatRef::new(pattern, &self.values),
+                Side::Upper,
+                Default::default(),
+                Par::Seq,
+                MemStack::new(&mut memory),
+                Default::default(),
+            )
+            .map_err(|error| pivot_error(error, &symbolic, free))?;
+        Ok(Factor::Sparse { symbolic: Box::new(symbolic), values })
+    }
+}
+
+fn pivot_error(error: llt::factor::LltError, symbolic: &SymbolicCholesky<usize>, free: &[usize]) -> QpError {
+    let llt::factor::LltError::NonPositivePivot { index } = error;
+    // faer counts from 1 in its simplicial form, from 0 in its supernodal form, and in the permuted order.
+    let permuted = match symbolic.raw() {
+        SymbolicCholeskyRaw::Simplicial(_) => index.saturating_sub(1),
+        SymbolicCholeskyRaw::Supernodal(_) => index,
+    };
+    let local = symbolic.perm().map_or(permuted, |order| order.arrays().0[permuted]);
+    QpError::NotPositiveDefinite { index: free[local] }
+}
+
+fn library_error(error: impl std::fmt::Debug) -> QpError {
+    QpError::Library { library: "faer", message: format!("{error:?}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Upper triangle of a full column-major matrix, with or without its zeros.
+    fn upper(n: usize, full: &[f64], keep_zeros: bool) -> (Vec<usize>, Vec<usize>, Vec<f64>) {
+        let (mut starts, mut rows, mut values) = (vec![0], vec![], vec![]);
+        for j in 0..n {
+            for i in (0..=j).filter(|&i| keep_zeros || full[j * n + i] != 0.0) {
+                rows.push(i);
+                values.push(full[j * n + i]);
+            }
+            starts.push(values.len());
+        }
+        (starts, rows, values)
+    }
+
+    /// `I + 0.25 tridiagonal`, whose entry `(bad, bad)` is −1, so that this pivot alone is not positive: the
+    /// matrix without that unknown is diagonally dominant, and a factorisation fails where it meets it.
+    fn with_bad_pivot(n: usize, bad: usize) -> Vec<f64> {
+        let mut full = vec![0.0; n * n];
+        for i in 0..n {
+            full[i * n + i] = if i == bad { -1.0 } else { 1.0 };
+            if i > 0 {
+                full[i * n + i - 1] = 0.25;
+                full[(i - 1) * n + i] = 0.25;
+            }
+        }
+        full
+    }
+
+    #[test]
+    fn the_failing_pivot_is_named_in_the_callers_numbering() {
+        for n in [3, 40, 130] {
+            for bad in [1, n / 2, n - 1] {
+                let full = with_bad_pivot(n, bad);
+                let free: Vec<usize> = (1..n).collect();
+                let dense = MatrixView::Dense { n, values: &full };
+                for keep_zeros in [false, true] {
+                    let (starts, rows, values) = upper(n, &full, keep_zeros);
+                    let sparse = MatrixView::SparseUpper {
+                        n,
+                        column_starts: &starts,
+                        row_indices: &rows,
+                        values: &values,
+                    };
+                    for matrix in [dense, sparse] {
+                        let error = Factor::of_block(&matrix, &free).err();
+                        assert_eq!(error, Some(QpError::NotPositiveDefinite { index: bad }), "n = {n}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn solves_the_block_of_the_free_unknowns() {
+        let n = 60;
+        let full = with_bad_pivot(n, 7);
+        let (starts, rows, values) = upper(n, &full, false);
+        let sparse =
+            MatrixView::SparseUpper { n, column_starts: &starts, row_indices: &rows, values: &values };
+        let free: Vec<usize> = (0..n).filter(|&i| i != 7).collect();
+        for matrix in [MatrixView::Dense { n, values: &full }, sparse] {
+            let wanted: Vec<f64> = (0..n).map(|i| if i == 7 { 0.0 } else { 1.0 + i as f64 }).collect();
+            let mut image = vec![0.0; n];
+            matrix.add_product(&wanted, &mut image);
+            let mut found: Vec<f64> = free.iter().map(|&i| image[i]).collect();
+            Factor::of_block(&matrix, &free).unwrap().solve(&mut found);
+            for (found, &i) in found.iter().zip(&free) {
+                assert!((found - wanted[i]).abs() < 1e-12 * wanted[i]);
+            }
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! Errors: the call made no sense, or the matrix was not positive definite.
+
+use thiserror::Error;
+
+/// Says why a quadratic programme could not be posed.
+///
+/// How an iteration *ended* is not an error but a [`QpStatus`](crate::QpStatus). Each variant gives the
+/// place, what was found there and what was expected.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum QpError {
+    /// An array has the wrong number of entries.
+    #[error("`{what}` has {found} entries, expected {expected}")]
+    Length {
+        /// Name of the array.
+        what: &'static str,
+        /// Number of entries it must have.
+        expected: usize,
+        /// Number of entries it has.
+        found: usize,
+    },
+    /// A number is infinite or not a number.
+    ///
+    /// An absent bound is expressed by leaving its index out of `bounded`, not by `-inf`.
+    #[error("`{what}[{place}]` is {found}, expected a finite number")]
+    NotFinite {
+        /// Name of the array.
+        what: &'static str,
+        /// Place in the array (column-major for a dense matrix).
+        place: usize,
+        /// The number found.
+        found: f64,
+    },
+    /// A dense matrix is not symmetric.
+    #[error(
+        "matrix entry ({row}, {column}) is {found:e}, expected its mirror image {expected:e} \
+         to within {tolerance:e}"
+    )]
+    NotSymmetric {
+        /// Row, below the diagonal.
+        row: usize,
+        /// Column.
+        column: usize,
+        /// Entry `(row, column)`.
+        found: f64,
+        /// Entry `(column, row)`.
+        expected: f64,
+        /// Largest difference allowed.
+        tolerance: f64,
+    },
+    /// `column_starts` does not begin at 0, decreases, or does not end at the number of entries.
+    #[error("`column_starts[{place}]` is {found}, expected a value from {least} to {most}")]
+    ColumnStarts {
+        /// Place in `column_starts`.
+        place: usize,
+        /// The start found.
+        found: usize,
+        /// Smallest start allowed there.
+        least: usize,
+        /// Largest start allowed there.
+        most: usize,
+    },
+    /// A sparse matrix has an entry below its diagonal.
+    #[error("row {found} is stored in column {column}, expected rows 0 to {column}: upper triangle only")]
+    BelowDiagonal {
+        /// Column.
+        column: usize,
+        /// Row found there.
+        found: usize,
+    },
+    /// The rows of a sparse column are unsorted or repeated.
+    #[error("row {found} follows row {previous} in column {column}, expected a larger row")]
+    RowOrder {
+        /// Column.
+        column: usize,
+        /// Row stored just before.
+        previous: usize,
+        /// Row found.
+        found: usize,
+    },
+    /// `bounded` is unsorted or has a repeated index.
+    #[error("`bounded[{place}]` is {found} after {previous}, expected a larger index")]
+    BoundedOrder {
+        /// Place in `bounded`.
+        place: usize,
+        /// Index stored just before.
+        previous: usize,
+        /// Index found.
+        found: usize,
+    },
+    /// `bounded` names an unknown that does not exist.
+    #[error("`bounded[{place}]` is {found}, expected an index below {size}")]
+    BoundedRange {
+        /// Place in `bounded`.
+        place: usize,
+        /// Index found.
+        found: usize,
+        /// Number of unknowns.
+        size: usize,
+    },
+    /// The matrix is not positive definite on the unknowns that are free to move.
+    ///
+    /// A mechanical cause is a body that can move rigidly without closing any contact.
+    #[error("the matrix is not positive definite, found at unknown {index}")]
+    NotPositiveDefinite {
+        /// Unknown whose pivot was not positive (0 ≤ `index` < n).
+        index: usize,
+    },
+    /// A setting is out of its range.
+    #[error("setting `{what}` is {found}, expected {expected}")]
+    Setting {
+        /// Name of the setting.
+        what: &'static str,
+        /// Value found.
+        found: f64,
+        /// Range, in words.
+        expected: &'static str,
+    },
+    /// A library refused data that had passed every check here.
+    #[error("{library} refused checked data: {message}")]
+    Library {
+        /// Name of the library.
+        library: &'static str,
+        /// Its message.
+        message: String,
+    },
+}

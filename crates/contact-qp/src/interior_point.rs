@@ -1,0 +1,219 @@
+//! Clarabel: scaling of the problem, the call, and its status. The only room that knows Clarabel.
+
+use crate::active_set::ActiveSet;
+use crate::error::QpError;
+use crate::kkt;
+use crate::polish::{Admissible, Prepared, positive_part};
+use crate::problem::{BoundQp, MatrixView};
+use crate::settings::QpSettings;
+use crate::solution::QpStatus;
+use clarabel::algebra::CscMatrix;
+use clarabel::solver::{
+    DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus, SupportedConeT,
+};
+
+/// Tolerance of the second call when the first one stalls: Clarabel's own default. The polish makes the answer
+/// exact in either case; the tolerance only decides how near the active set is.
+const LOOSE_TOLERANCE: f64 = 1e-8;
+
+/// A bound further than this below zero, in scaled length, is kept from Clarabel: it can hardly become active,
+/// and Clarabel stalls on very large right-hand sides. The polish checks it like any other.
+const FAR_BOUND: f64 = 1e8;
+
+/// What Clarabel found.
+pub(crate) struct InteriorPoint {
+    /// How the last call ended.
+    pub(crate) status: QpStatus,
+    /// Interior-point iterations of the last call.
+    pub(crate) iterations: usize,
+    /// Number of calls.
+    pub(crate) calls: usize,
+    /// The last iterate, moved onto the bounds it calls active.
+    pub(crate) iterate: Admissible,
+}
+
+/// Calls Clarabel, a second time with a looser tolerance if it stalls.
+///
+/// # Errors
+/// [`QpError::Library`] when Clarabel refuses the data.
+pub(crate) fn solve(problem: &Prepared<'_>, settings: &QpSettings) -> Result<InteriorPoint, QpError> {
+    let scaled = Scaled::new(problem);
+    let mut found = scaled.solve(&problem.qp, settings, settings.tolerance)?;
+    let stalled = matches!(found.status, QpStatus::AlmostSolved | QpStatus::InsufficientProgress);
+    if stalled && settings.tolerance < LOOSE_TOLERANCE {
+        found = scaled.solve(&problem.qp, settings, LOOSE_TOLERANCE)?;
+        found.calls = 2;
+    }
+    Ok(found)
+}
+
+/// The problem in units that make a tolerance dimensionless and all unknowns alike: with `d_i = √P_ii` and the
+/// load `f`, `P'_ij = P_ij / (d_i d_j)`, `q'_i = q_i / (d_i f)`, `x'_i = d_i x_i / f`, `r'_i = r_i / (d_i f)`.
+struct Scaled<'a> {
+    /// `d`.
+    roots: &'a [f64],
+    /// `f`.
+    load: f64,
+    matrix: CscMatrix<f64>,
+    linear: Vec<f64>,
+    /// Places in `bounded` of the bounds that Clarabel is told.
+    near: Vec<usize>,
+    rows: CscMatrix<f64>,
+    rhs: Vec<f64>,
+}
+
+impl<'a> Scaled<'a> {
+    fn new(problem: &'a Prepared<'_>) -> Self {
+        let (qp, roots) = (&problem.qp, problem.scales.roots());
+        let load = load(qp, roots);
+        let bound = |k: usize| qp.lower[k] * roots[qp.bounded[k]] / load;
+        let near: Vec<usize> = (0..qp.lower.len()).filter(|&k| bound(k) > -FAR_BOUND).collect();
+        Self {
+            roots,
+            load,
+            matrix: upper_triangle(&qp.matrix, roots),
+            linear: qp.linear.iter().zip(roots).map(|(value, root)| value / root / load).collect(),
+            rows: selection(qp, &near),
+            rhs: near.iter().map(|&k| -bound(k)).collect(),
+            near,
+        }
+    }
+
+    fn solve(
+        &self,
+        qp: &BoundQp<'_>,
+        settings: &QpSettings,
+        tolerance: f64,
+    ) -> Result<InteriorPoint, QpError> {
+        let cones: Vec<SupportedConeT<f64>> =
+            if self.near.is_empty() { Vec::new() } else { vec![NonnegativeConeT(self.near.len())] };
+        let mut solver = DefaultSolver::new(
+            &self.matrix,
+            &self.linear,
+            &self.rows,
+            &self.rhs,
+            &cones,
+            clarabel_settings(settings, tolerance),
+        )
+        .map_err(|error| QpError::Library { library: "clarabel", message: error.to_string() })?;
+        solver.solve();
+        let answer = &solver.solution;
+        Ok(InteriorPoint {
+            status: status(answer.status),
+            iterations: answer.iterations as usize,
+            calls: 1,
+            iterate: self.admissible(qp, &answer.x, &answer.z),
+        })
+    }
+
+    /// Reads the active set, slack against dual, and moves the iterate onto it: `k` is active when
+    /// `r'_k > x'_k − l'_k`, that is `r_k > P_kk (x_k − l_k)`.
+    fn admissible(&self, qp: &BoundQp<'_>, x: &[f64], z: &[f64]) -> Admissible {
+        let mut x: Vec<f64> =
+            x.iter().zip(self.roots).map(|(value, root)| finite_or_zero(value * self.load / root)).collect();
+        let mut multipliers = vec![0.0; qp.bounded.len()];
+        for (&k, &value) in self.near.iter().zip(z) {
+            multipliers[k] = positive_part(finite_or_zero(value * self.load * self.roots[qp.bounded[k]]));
+        }
+        let mut flags = vec![false; qp.bounded.len()];
+        for (k, &i) in qp.bounded.iter().enumerate() {
+            let opening = x[i] - qp.lower[k];
+            flags[k] = opening <= 0.0 || multipliers[k] > qp.matrix.diagonal(i) * opening;
+            if flags[k] {
+                x[i] = qp.lower[k];
+            } else {
+                multipliers[k] = 0.0;
+            }
+        }
+        Admissible { x, multipliers, active: ActiveSet::new(flags) }
+    }
+}
+
+/// Returns `f = max(|q|_D, |P l⁺|_D)`: the loads that `x` must balance. The positive part of `l` alone can push,
+/// so that far-away bounds do not spoil the unit. Where nothing pushes the answer is 0 and any unit will do.
+fn load(qp: &BoundQp<'_>, roots: &[f64]) -> f64 {
+    let mut pushed = vec![0.0; qp.linear.len()];
+    for (&i, &lower) in qp.bounded.iter().zip(qp.lower) {
+        pushed[i] = positive_part(lower);
+    }
+    let mut reaction = vec![0.0; pushed.len()];
+    qp.matrix.add_product(&pushed, &mut reaction);
+    let force = |values: &[f64]| kkt::largest(values.iter().zip(roots).map(|(value, root)| value / root));
+    let load = force(qp.linear).max(force(&reaction));
+    if load > 0.0 {
+        return load;
+    }
+    let length = kkt::largest(qp.bounded.iter().zip(qp.lower).map(|(&i, lower)| lower * roots[i]));
+    if length > 0.0 { length } else { 1.0 }
+}
+
+fn finite_or_zero(value: f64) -> f64 {
+    if value.is_finite() { value } else { 0.0 }
+}
+
+fn upper_triangle(matrix: &MatrixView<'_>, roots: &[f64]) -> CscMatrix<f64> {
+    match *matrix {
+        MatrixView::Dense { n, values } => {
+            let (mut starts, mut rows, mut entries) = (vec![0], Vec::new(), Vec::new());
+            for j in 0..n {
+                rows.extend(0..=j);
+                entries.extend((0..=j).map(|i| values[j * n + i] / roots[i] / roots[j]));
+                starts.push(entries.len());
+            }
+            CscMatrix::new(n, n, starts, rows, entries)
+        }
+        MatrixView::SparseUpper { n, column_starts, row_indices, values } => {
+            let mut entries = Vec::with_capacity(values.len());
+            for j in 0..n {
+                let column = column_starts[j]..column_starts[j + 1];
+                entries.extend(column.map(|k| values[k] / roots[row_indices[k]] / roots[j]));
+            }
+            CscMatrix::new(n, n, column_starts.to_vec(), row_indices.to_vec(), entries)
+        }
+    }
+}
+
+/// Makes the rows `−x_i ≤ −l_i`, one per bound in `near`: an entry −1 in column i.
+fn selection(qp: &BoundQp<'_>, near: &[usize]) -> CscMatrix<f64> {
+    let n = qp.linear.len();
+    let mut starts = vec![0; n + 1];
+    for &k in near {
+        starts[qp.bounded[k] + 1] = 1;
+    }
+    for j in 0..n {
+        starts[j + 1] += starts[j];
+    }
+    // The bounded unknowns are sorted, so that row k is entry k.
+    CscMatrix::new(near.len(), n, starts, (0..near.len()).collect(), vec![-1.0; near.len()])
+}
+
+fn clarabel_settings(settings: &QpSettings, tolerance: f64) -> DefaultSettings<f64> {
+    DefaultSettings {
+        verbose: false,
+        max_iter: u32::try_from(settings.max_iterations).unwrap_or(u32::MAX),
+        tol_gap_abs: tolerance,
+        tol_gap_rel: tolerance,
+        tol_feas: tolerance,
+        // The relaxation of a badly conditioned problem grows along its softest mode; at Clarabel's 1e-8 that
+        // passes for an unbounded direction.
+        tol_infeas_abs: settings.tolerance,
+        tol_infeas_rel: settings.tolerance,
+        static_regularization_constant: settings.static_regularization,
+        presolve_enable: false,
+        max_threads: 1,
+        ..DefaultSettings::default()
+    }
+}
+
+fn status(status: SolverStatus) -> QpStatus {
+    match status {
+        SolverStatus::Solved => QpStatus::Solved,
+        SolverStatus::AlmostSolved => QpStatus::AlmostSolved,
+        SolverStatus::DualInfeasible => QpStatus::Unbounded,
+        SolverStatus::MaxIterations => QpStatus::MaxIterations,
+        SolverStatus::InsufficientProgress => QpStatus::InsufficientProgress,
+        // Lower bounds always leave a feasible point, and there is no time limit and no callback: every other
+        // word is an error of arithmetic.
+        _ => QpStatus::NumericalError,
+    }
+}

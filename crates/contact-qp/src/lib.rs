@@ -1,0 +1,83 @@
+//! Convex quadratic programmes with lower bounds: Clarabel, an exact active-set polish, and verified warm starts.
+//!
+//! ```text
+//!      min   ½ xᵀ P x + qᵀ x        P  n × n, symmetric positive definite
+//!       x                           q  n
+//!      s.t.  x_i ≥ l_i, i ∈ B       B  m ≤ n indices, sorted; l  m
+//! ```
+//!
+//! The solution is the only pair of `x` (n) and multipliers `r` (m) that satisfies the KKT conditions
+//!
+//! ```text
+//!      P x + q = Σ_{i ∈ B} r_i e_i,     x_i ≥ l_i,     r_i ≥ 0,     r_i (x_i − l_i) = 0 .
+//! ```
+//!
+//! In unilateral contact `P` is a stiffness, `−q` the loads, `l` the gaps and `r` the contact forces, but nothing
+//! here knows of contact: no mesh, no normal.
+//!
+//! An interior-point answer satisfies bounds and signs to its tolerance only. Here Clarabel only *names* the
+//! bounds that hold with equality, the active set `A`. The answer itself comes from the linear system on the
+//! other unknowns `I`,
+//!
+//! ```text
+//!      x_A = l_A,     P_II x_I = −q_I − P_IA l_A,     r_A = (P x + q)_A,
+//! ```
+//!
+//! with primal-dual active-set steps where a sign is wrong. So `x ≥ l`, `r ≥ 0` and `r (x − l) = 0` hold *exactly*
+//! in the returned numbers, the balance of forces holds to round-off, and four residuals say so. When the active
+//! set of a neighbouring problem is known, it is tried first, and Clarabel is not called where it is right.
+//!
+//! # Types, in the order one meets them
+//! - [`MatrixView`] and [`BoundQp`] borrow `P`, `q`, `B` and `l`, dense or sparse, and check them;
+//! - [`QpSettings`] and [`QpMethod`] say how to solve;
+//! - [`ActiveSet`] is a warm start, and part of the answer;
+//! - [`solve`] returns a [`QpSolution`], whose [`QpStatus`] says how it ended, [`QpPath`] by which road, and
+//!   [`KktResiduals`] how good it is; [`kkt_residuals`] measures any other pair;
+//! - [`QpError`] says why a programme could not be posed.
+//!
+//! # Example
+//! Two masses on springs, the first above a floor at 0.5; the loads alone would put them at (0, 1).
+//! ```
+//! use contact_qp::{BoundQp, MatrixView, QpPath, QpSettings, QpStatus, solve};
+//!
+//! let p = [4.0, -2.0, -2.0, 4.0];
+//! let q = [2.0, -4.0];
+//! let qp = BoundQp {
+//!     matrix: MatrixView::Dense { n: 2, values: &p },
+//!     linear: &q,
+//!     bounded: &[0],
+//!     lower: &[0.5],
+//! };
+//! let first = solve(&qp, None, &QpSettings::default())?;
+//! assert_eq!(first.status, QpStatus::Solved);
+//! assert_eq!(first.x, [0.5, 1.25]);
+//! assert_eq!(first.multipliers, [1.5]); // 4·0.5 − 2·1.25 + 2
+//! assert_eq!(first.path, QpPath::Clarabel);
+//!
+//! // A slightly different load: the same bound is active, so no interior point is needed.
+//! let heavier = BoundQp { linear: &[2.0, -4.2], ..qp };
+//! let second = solve(&heavier, Some(&first.active), &QpSettings::default())?;
+//! assert_eq!((second.path, second.clarabel_calls), (QpPath::WarmStart, 0));
+//! # Ok::<(), contact_qp::QpError>(())
+//! ```
+
+mod active_set;
+mod cholesky;
+mod error;
+mod interior_point;
+mod kkt;
+mod matrix;
+mod polish;
+mod primal_dual;
+mod problem;
+mod settings;
+mod solution;
+mod solve;
+
+pub use active_set::ActiveSet;
+pub use error::QpError;
+pub use kkt::{KktResiduals, kkt_residuals};
+pub use problem::{BoundQp, MatrixView};
+pub use settings::{QpMethod, QpSettings};
+pub use solution::{QpPath, QpSolution, QpStatus};
+pub use solve::solve;

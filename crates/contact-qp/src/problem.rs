@@ -1,0 +1,166 @@
+//! The programme as the caller poses it, borrowed, and its checks.
+
+use crate::error::QpError;
+
+/// Largest asymmetry of a dense matrix, relative to `√(|P_ii| |P_jj|)`.
+const SYMMETRY_TOLERANCE: f64 = 1e-12;
+
+/// Lends a symmetric n × n matrix.
+#[derive(Clone, Copy, Debug)]
+pub enum MatrixView<'a> {
+    /// Full matrix, both triangles stored.
+    Dense {
+        /// Number of rows and columns.
+        n: usize,
+        /// n² entries, column by column.
+        values: &'a [f64],
+    },
+    /// Upper triangle (diagonal included) in compressed sparse columns; rows sorted and unique in each column.
+    SparseUpper {
+        /// Number of rows and columns.
+        n: usize,
+        /// Start of each column in `row_indices` and `values`; n + 1 entries, the last one their length.
+        column_starts: &'a [usize],
+        /// Row of each entry, at most its column.
+        row_indices: &'a [usize],
+        /// Value of each entry.
+        values: &'a [f64],
+    },
+}
+
+/// Lends the data of `min ½ xᵀP x + qᵀx` subject to `x_i ≥ l_i` for `i` in `bounded`.
+#[derive(Clone, Copy, Debug)]
+pub struct BoundQp<'a> {
+    /// `P`, symmetric positive definite, n × n.
+    pub matrix: MatrixView<'a>,
+    /// `q`, n entries.
+    pub linear: &'a [f64],
+    /// Unknowns that have a lower bound, sorted and unique; m ≤ n entries.
+    pub bounded: &'a [usize],
+    /// `l`, finite, m entries in the order of `bounded`.
+    pub lower: &'a [f64],
+}
+
+impl BoundQp<'_> {
+    /// Checks everything but positive definiteness: lengths, finite numbers, symmetry or triangle, order, range,
+    /// and the sign of the diagonal. Costs one pass over the data.
+    ///
+    /// # Errors
+    /// Any [`QpError`] but `Setting` and `Library`; [`QpError::NotPositiveDefinite`] for a diagonal entry that
+    /// is not positive.
+    pub fn check(&self) -> Result<(), QpError> {
+        let n = self.matrix.size();
+        check_length("linear", n, self.linear.len())?;
+        check_length("lower", self.bounded.len(), self.lower.len())?;
+        self.matrix.check()?;
+        check_finite("linear", self.linear)?;
+        check_finite("lower", self.lower)?;
+        self.check_bounded(n)?;
+        match (0..n).find(|&i| self.matrix.diagonal(i) <= 0.0) {
+            Some(index) => Err(QpError::NotPositiveDefinite { index }),
+            None => Ok(()),
+        }
+    }
+
+    fn check_bounded(&self, size: usize) -> Result<(), QpError> {
+        for (place, &found) in self.bounded.iter().enumerate() {
+            if found >= size {
+                return Err(QpError::BoundedRange { place, found, size });
+            }
+            if place > 0 && self.bounded[place - 1] >= found {
+                return Err(QpError::BoundedOrder { place, previous: self.bounded[place - 1], found });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl MatrixView<'_> {
+    fn check(&self) -> Result<(), QpError> {
+        match *self {
+            Self::Dense { n, values } => {
+                // A size whose square overflows cannot match any slice.
+                check_length("values", n.saturating_mul(n), values.len())?;
+                check_finite("values", values)?;
+                check_symmetric(n, values)
+            }
+            Self::SparseUpper { n, column_starts, row_indices, values } => {
+                check_length("column_starts", n.saturating_add(1), column_starts.len())?;
+                check_length("values", row_indices.len(), values.len())?;
+                check_column_starts(column_starts, values.len())?;
+                (0..n)
+                    .try_for_each(|j| check_rows(j, &row_indices[column_starts[j]..column_starts[j + 1]]))?;
+                check_finite("values", values)
+            }
+        }
+    }
+}
+
+fn check_length(what: &'static str, expected: usize, found: usize) -> Result<(), QpError> {
+    if found == expected { Ok(()) } else { Err(QpError::Length { what, expected, found }) }
+}
+
+fn check_finite(what: &'static str, values: &[f64]) -> Result<(), QpError> {
+    // Without an early exit the sweep vectorises, so that good data pass quickly.
+    if values.iter().fold(true, |all, value| all & value.is_finite()) {
+        return Ok(());
+    }
+    match values.iter().position(|value| !value.is_finite()) {
+        Some(place) => Err(QpError::NotFinite { what, place, found: values[place] }),
+        None => Ok(()),
+    }
+}
+
+fn check_symmetric(n: usize, values: &[f64]) -> Result<(), QpError> {
+    // By tiles: a plain sweep would read one triangle with a stride of n and miss the cache each time.
+    const TILE: usize = 32;
+    for first_column in (0..n).step_by(TILE) {
+        let last_column = n.min(first_column + TILE);
+        for first_row in (first_column..n).step_by(TILE) {
+            for column in first_column..last_column {
+                for row in first_row.max(column + 1)..n.min(first_row + TILE) {
+                    if values[column * n + row] != values[row * n + column] {
+                        check_mirrored(n, values, row, column)?;
+                    }
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+fn check_mirrored(n: usize, values: &[f64], row: usize, column: usize) -> Result<(), QpError> {
+    let (found, expected) = (values[column * n + row], values[row * n + column]);
+    let scale = (values[column * n + column].abs() * values[row * n + row].abs()).sqrt();
+    let tolerance = SYMMETRY_TOLERANCE * scale;
+    if (found - expected).abs() <= tolerance {
+        Ok(())
+    } else {
+        Err(QpError::NotSymmetric { row, column, found, expected, tolerance })
+    }
+}
+
+fn check_column_starts(starts: &[usize], entries: usize) -> Result<(), QpError> {
+    let last = starts.len() - 1;
+    for (place, &found) in starts.iter().enumerate() {
+        let least = if place == 0 { 0 } else { starts[place - 1] };
+        let most = if place == 0 { 0 } else { entries };
+        let least = if place == last { entries.min(most) } else { least };
+        if found < least || found > most {
+            return Err(QpError::ColumnStarts { place, found, least, most });
+        }
+    }
+    Ok(())
+}
+
+fn check_rows(column: usize, rows: &[usize]) -> Result<(), QpError> {
+    for (place, &found) in rows.iter().enumerate() {
+        if found > column {
+            return Err(QpError::BelowDiagonal { column, found });
+        }
+        if place > 0 && rows[place - 1] >= found {
+            return Err(QpError::RowOrder { column, previous: rows[place - 1], found });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,126 @@
+//! How to solve: method, tolerances, limits.
+
+use crate::error::QpError;
+
+/// Chooses the road to the active set; the answer is polished on it in every case.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum QpMethod {
+    /// With a warm start: check it, then primal-dual active-set steps from it, then Clarabel.
+    /// Without: Clarabel.
+    #[default]
+    Auto,
+    /// Always Clarabel, whose active set the polish then checks and corrects; the warm start is not used.
+    Clarabel,
+    /// Primal-dual active-set steps from the warm start, or from the empty set; Clarabel when they fail.
+    ActiveSet,
+}
+
+/// Collects the choices of [`solve`](crate::solve). Start from [`QpSettings::default`] and use the `with_`
+/// functions.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct QpSettings {
+    /// Road to the active set; default [`QpMethod::Auto`].
+    pub method: QpMethod,
+    /// Clarabel's absolute gap, relative gap, feasibility and infeasibility tolerance, on the problem scaled to
+    /// `P_ii = 1` and a load of 1; dimensionless, default 1e-12.
+    pub tolerance: f64,
+    /// Clarabel's static regularisation of its scaled KKT matrix; dimensionless, default 1e-12. Clarabel's own
+    /// 1e-8 is too much for a tolerance of 1e-12.
+    pub static_regularization: f64,
+    /// Most iterations of each inner method: Clarabel, and the active-set steps that polish its answer;
+    /// default 200.
+    pub max_iterations: usize,
+    /// Most active sets tried before Clarabel is called, the warm start included; default 50. The smaller of
+    /// this and `max_iterations` counts.
+    pub max_active_set_steps: usize,
+    /// Largest [`KktResiduals::max`](crate::KktResiduals::max) an answer may have to be called solved;
+    /// dimensionless, default 1e-12.
+    pub kkt_tolerance: f64,
+}
+
+impl Default for QpSettings {
+    fn default() -> Self {
+        Self {
+            method: QpMethod::Auto,
+            tolerance: 1e-12,
+            static_regularization: 1e-12,
+            max_iterations: 200,
+            max_active_set_steps: 50,
+            kkt_tolerance: 1e-12,
+        }
+    }
+}
+
+impl QpSettings {
+    /// Sets the road to the active set.
+    #[must_use]
+    pub fn with_method(self, method: QpMethod) -> Self {
+        Self { method, ..self }
+    }
+
+    /// Sets Clarabel's tolerance (> 0, dimensionless).
+    #[must_use]
+    pub fn with_tolerance(self, tolerance: f64) -> Self {
+        Self { tolerance, ..self }
+    }
+
+    /// Sets Clarabel's static regularisation (≥ 0, dimensionless).
+    #[must_use]
+    pub fn with_static_regularization(self, static_regularization: f64) -> Self {
+        Self { static_regularization, ..self }
+    }
+
+    /// Sets the most iterations of each inner method.
+    #[must_use]
+    pub fn with_max_iterations(self, max_iterations: usize) -> Self {
+        Self { max_iterations, ..self }
+    }
+
+    /// Sets the most active sets tried before Clarabel is called.
+    #[must_use]
+    pub fn with_max_active_set_steps(self, max_active_set_steps: usize) -> Self {
+        Self { max_active_set_steps, ..self }
+    }
+
+    /// Sets the largest KKT residual of a solved problem (> 0, dimensionless).
+    #[must_use]
+    pub fn with_kkt_tolerance(self, kkt_tolerance: f64) -> Self {
+        Self { kkt_tolerance, ..self }
+    }
+
+    /// Checks the ranges.
+    pub(crate) fn check(&self) -> Result<(), QpError> {
+        let positive = [("tolerance", self.tolerance), ("kkt_tolerance", self.kkt_tolerance)];
+        for (what, found) in positive {
+            if !(found > 0.0 && found.is_finite()) {
+                return Err(QpError::Setting { what, found, expected: "a positive finite number" });
+            }
+        }
+        let found = self.static_regularization;
+        if !(found >= 0.0 && found.is_finite()) {
+            let what = "static_regularization";
+            return Err(QpError::Setting { what, found, expected: "a finite number, not negative" });
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_are_checked() {
+        let good = QpSettings::default();
+        assert_eq!(good.check(), Ok(()));
+        for bad in [
+            good.clone().with_tolerance(0.0),
+            good.clone().with_tolerance(f64::NAN),
+            good.clone().with_kkt_tolerance(f64::INFINITY),
+            good.clone().with_static_regularization(-1e-12),
+        ] {
+            assert!(matches!(bad.check(), Err(QpError::Setting { .. })), "{bad:?}");
+        }
+    }
+}

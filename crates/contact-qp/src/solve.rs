@@ -1,0 +1,136 @@
+//! The choice of road: warm start, active-set steps, Clarabel.
+
+use crate::active_set::ActiveSet;
+use crate::cholesky::Factor;
+use crate::error::QpError;
+use crate::interior_point;
+use crate::kkt::KktResiduals;
+use crate::polish::{Admissible, Prepared};
+use crate::primal_dual::{self, OnCycle, Outcome};
+use crate::problem::BoundQp;
+use crate::settings::{QpMethod, QpSettings};
+use crate::solution::{QpPath, QpSolution, QpStatus};
+
+/// Solves `min ½ xᵀP x + qᵀx` subject to `x_i ≥ l_i`, exactly on its active set.
+///
+/// `warm_start` is a guess of the active set (one flag per bound), typically that of a neighbouring problem. It
+/// is checked, never trusted: where its KKT conditions hold it *is* the solution, and one linear solution was
+/// all the work. [`QpMethod`] says which road is taken otherwise.
+///
+/// Only the block of `P` that belongs to the free unknowns is factorised, so the answer is unique and global
+/// provided `P` is positive definite, or at least positive semi-definite.
+///
+/// Where a bound just touches (`x_i = l_i` and `r_i = 0` to round-off) the active set is not unique; such a
+/// bound is usually reported active.
+///
+/// # Errors
+/// - those of [`BoundQp::check`], before anything is solved;
+/// - [`QpError::Length`] for a warm start of the wrong length, [`QpError::Setting`] for a setting out of range;
+/// - [`QpError::NotPositiveDefinite`] when `P` is not positive definite on the free unknowns;
+/// - [`QpError::Library`] when Clarabel or faer refuses data that passed the checks.
+///
+/// Not converging is a [`QpStatus`], not an error.
+pub fn solve(
+    qp: &BoundQp<'_>,
+    warm_start: Option<&ActiveSet>,
+    settings: &QpSettings,
+) -> Result<QpSolution, QpError> {
+    settings.check()?;
+    let problem = Prepared::new(qp)?;
+    if let Some(set) = warm_start.filter(|set| set.len() != problem.bounds()) {
+        return Err(QpError::Length { what: "warm_start", expected: problem.bounds(), found: set.len() });
+    }
+    if qp.linear.is_empty() {
+        return Ok(nothing_to_solve());
+    }
+    if let Some(start) = starting_set(&problem, warm_start, settings.method) {
+        let limit = settings.max_active_set_steps.min(settings.max_iterations);
+        let (outcome, steps) = primal_dual::run(&problem, start, limit, OnCycle::Stop);
+        if let Outcome::Found(answer) = outcome {
+            let kkt = answer.residuals(&problem);
+            if kkt.max() <= settings.kkt_tolerance {
+                let path =
+                    if steps == 1 && warm_start.is_some() { QpPath::WarmStart } else { QpPath::ActiveSet };
+                return Ok(solution(answer, kkt, QpStatus::Solved, path, steps));
+            }
+        }
+    }
+    solve_with_clarabel(&problem, settings)
+}
+
+/// Returns the set from which active-set steps start; none when the road begins with Clarabel.
+fn starting_set(
+    problem: &Prepared<'_>,
+    warm_start: Option<&ActiveSet>,
+    method: QpMethod,
+) -> Option<ActiveSet> {
+    match (method, warm_start) {
+        (QpMethod::Clarabel, _) => None,
+        (_, Some(set)) => Some(set.clone()),
+        // Without bounds there is one set only, and a linear system needs no interior point.
+        (QpMethod::Auto, None) => (problem.bounds() == 0).then(ActiveSet::default),
+        // The first step gives the unconstrained minimiser, the second set is that of the bounds it violates.
+        (QpMethod::ActiveSet, None) => Some(ActiveSet::none(problem.bounds())),
+    }
+}
+
+fn solve_with_clarabel(problem: &Prepared<'_>, settings: &QpSettings) -> Result<QpSolution, QpError> {
+    let found = interior_point::solve(problem, settings)?;
+    let report = |answer: Admissible, status: QpStatus, steps: usize| {
+        let kkt = answer.residuals(problem);
+        let mut solution = solution(answer, kkt, status, QpPath::Clarabel, found.iterations);
+        solution.polish_steps = steps;
+        solution.clarabel_calls = found.calls;
+        solution
+    };
+    if !found.status.is_solved() {
+        diagnose(problem, found.status)?;
+        return Ok(report(found.iterate, found.status, 0));
+    }
+    let on_cycle = OnCycle::SinglePivots { slack: settings.kkt_tolerance };
+    let (outcome, steps) =
+        primal_dual::run(problem, found.iterate.active.clone(), settings.max_iterations, on_cycle);
+    match outcome {
+        Outcome::Singular(error) => Err(error),
+        Outcome::Found(answer) if answer.residuals(problem).max() <= settings.kkt_tolerance => {
+            Ok(report(answer, QpStatus::Solved, steps))
+        }
+        _ => Ok(report(found.iterate, QpStatus::PolishFailed, steps)),
+    }
+}
+
+/// Tells an indefinite matrix, on which Clarabel stalls with an arbitrary point, from a hard problem.
+fn diagnose(problem: &Prepared<'_>, status: QpStatus) -> Result<(), QpError> {
+    let stalled =
+        matches!(status, QpStatus::AlmostSolved | QpStatus::InsufficientProgress | QpStatus::NumericalError);
+    if stalled {
+        let all: Vec<usize> = (0..problem.qp.linear.len()).collect();
+        Factor::of_block(&problem.qp.matrix, &all)?;
+    }
+    Ok(())
+}
+
+fn solution(
+    answer: Admissible,
+    kkt: KktResiduals,
+    status: QpStatus,
+    path: QpPath,
+    iterations: usize,
+) -> QpSolution {
+    QpSolution {
+        x: answer.x,
+        multipliers: answer.multipliers,
+        active: answer.active,
+        status,
+        path,
+        iterations,
+        polish_steps: 0,
+        clarabel_calls: 0,
+        kkt,
+    }
+}
+
+fn nothing_to_solve() -> QpSolution {
+    let answer = Admissible { x: Vec::new(), multipliers: Vec::new(), active: ActiveSet::default() };
+    solution(answer, KktResiduals::default(), QpStatus::Solved, QpPath::ActiveSet, 0)
+}

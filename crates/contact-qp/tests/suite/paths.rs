@@ -1,0 +1,148 @@
+//! Which road is taken, and what is reported about it.
+
+use crate::support::{Problem, assert_close, assert_exact, brute_force};
+use contact_qp::{ActiveSet, BoundQp, MatrixView, QpMethod, QpPath, QpSettings, QpStatus, solve};
+
+fn settings(method: QpMethod) -> QpSettings {
+    QpSettings::default().with_method(method)
+}
+
+/// A matrix on which primal-dual steps from the empty set cycle with period 3.
+fn cycling() -> Problem {
+    Problem {
+        n: 3,
+        matrix: vec![4.0, 5.0, -5.0, 5.0, 9.0, -5.0, -5.0, -5.0, 7.0],
+        linear: vec![2.0, 1.0, -3.0],
+        bounded: vec![0, 1, 2],
+        lower: vec![0.0; 3],
+    }
+}
+
+#[test]
+fn the_right_warm_start_needs_one_linear_solution() {
+    let problem = Problem::random(40, 7);
+    let cold = solve(&problem.dense(), None, &QpSettings::default()).unwrap();
+    assert_eq!((cold.path, cold.clarabel_calls), (QpPath::Clarabel, 1));
+    assert!(cold.iterations > 1 && cold.polish_steps >= 1);
+    for method in [QpMethod::Auto, QpMethod::ActiveSet] {
+        let warm = solve(&problem.dense(), Some(&cold.active), &settings(method)).unwrap();
+        assert_eq!((warm.status, warm.path), (QpStatus::Solved, QpPath::WarmStart));
+        assert_eq!((warm.iterations, warm.clarabel_calls, warm.polish_steps), (1, 0, 0));
+        assert_eq!(warm.x, cold.x);
+        assert_eq!(warm.multipliers, cold.multipliers);
+    }
+}
+
+#[test]
+fn a_wrong_warm_start_is_not_believed() {
+    let problem = Problem::random(40, 7);
+    let cold = solve(&problem.dense(), None, &QpSettings::default()).unwrap();
+    for flip in 0..problem.bounded.len() {
+        let mut flags = cold.active.as_slice().to_vec();
+        flags[flip] = !flags[flip];
+        let warm = solve(&problem.dense(), Some(&ActiveSet::new(flags)), &QpSettings::default()).unwrap();
+        assert_eq!((warm.status, warm.path), (QpStatus::Solved, QpPath::ActiveSet));
+        assert!(warm.iterations > 1 && warm.clarabel_calls == 0);
+        assert_eq!(warm.active, cold.active);
+    }
+}
+
+#[test]
+fn method_clarabel_does_not_use_the_warm_start() {
+    let problem = Problem::random(12, 3);
+    let cold = solve(&problem.dense(), None, &settings(QpMethod::ActiveSet)).unwrap();
+    assert_eq!((cold.path, cold.clarabel_calls), (QpPath::ActiveSet, 0));
+    let solution = solve(&problem.dense(), Some(&cold.active), &settings(QpMethod::Clarabel)).unwrap();
+    assert_eq!((solution.path, solution.clarabel_calls), (QpPath::Clarabel, 1));
+    assert_eq!(solution.active, cold.active);
+}
+
+#[test]
+fn a_cycle_falls_back_to_clarabel() {
+    let problem = cycling();
+    let (x, multipliers) = brute_force(&problem);
+    let empty = ActiveSet::none(3);
+    for (method, start) in [(QpMethod::ActiveSet, None), (QpMethod::Auto, Some(&empty))] {
+        let solution = solve(&problem.dense(), start, &settings(method)).unwrap();
+        assert_eq!((solution.status, solution.path), (QpStatus::Solved, QpPath::Clarabel));
+        assert_eq!(solution.clarabel_calls, 1);
+        assert_close(&solution.x, &x, 1e-14);
+        assert_close(&solution.multipliers, &multipliers, 1e-14);
+    }
+}
+
+#[test]
+fn the_limit_of_active_set_steps_falls_back_to_clarabel() {
+    let problem = Problem::random(40, 7);
+    let wrong = ActiveSet::none(problem.bounded.len());
+    for limit in [0, 1] {
+        let settings = QpSettings::default().with_max_active_set_steps(limit);
+        let solution = solve(&problem.dense(), Some(&wrong), &settings).unwrap();
+        assert_eq!((solution.status, solution.path), (QpStatus::Solved, QpPath::Clarabel));
+        assert_eq!(solution.clarabel_calls, 1);
+        assert_exact(&problem.dense(), &solution);
+    }
+}
+
+#[test]
+fn too_few_iterations_are_a_status_with_honest_residuals() {
+    let problem = Problem::random(40, 7);
+    for limit in [0, 1] {
+        let settings = settings(QpMethod::Clarabel).with_max_iterations(limit);
+        let solution = solve(&problem.dense(), None, &settings).unwrap();
+        assert_eq!((solution.status, solution.clarabel_calls), (QpStatus::MaxIterations, 1));
+        assert!(!solution.status.is_solved());
+        assert_exact(&problem.dense(), &solution);
+        assert!(solution.kkt.stationarity > 1e-6, "{:?}", solution.kkt);
+    }
+}
+
+#[test]
+fn a_stalled_clarabel_is_called_again_with_a_looser_tolerance() {
+    let problem = Problem::random(40, 7);
+    let wanted = solve(&problem.dense(), None, &settings(QpMethod::ActiveSet)).unwrap();
+    // No floating-point iterate is that good.
+    let settings = settings(QpMethod::Clarabel).with_tolerance(1e-25);
+    let solution = solve(&problem.dense(), None, &settings).unwrap();
+    assert_eq!((solution.status, solution.clarabel_calls), (QpStatus::Solved, 2));
+    assert_exact(&problem.dense(), &solution);
+    assert_eq!(solution.active, wanted.active);
+}
+
+#[test]
+fn an_unattainable_kkt_tolerance_is_a_status() {
+    let problem = Problem::random(40, 7);
+    let settings = QpSettings::default().with_kkt_tolerance(1e-30);
+    let solution = solve(&problem.dense(), None, &settings).unwrap();
+    assert_eq!(solution.status, QpStatus::PolishFailed);
+    assert_exact(&problem.dense(), &solution);
+}
+
+#[test]
+fn a_bound_that_just_touches_is_active_with_multiplier_zero() {
+    // The unconstrained minimiser is (1, 2), exactly on both bounds.
+    let qp = BoundQp {
+        matrix: MatrixView::Dense { n: 2, values: &[4.0, -1.0, -1.0, 4.0] },
+        linear: &[-2.0, -7.0],
+        bounded: &[0, 1],
+        lower: &[1.0, 2.0],
+    };
+    let sets = [vec![false, false], vec![true, false], vec![false, true], vec![true, true]];
+    let starts = sets.into_iter().map(|flags| Some(ActiveSet::new(flags))).chain([None]);
+    for start in starts {
+        for method in [QpMethod::Auto, QpMethod::ActiveSet, QpMethod::Clarabel] {
+            let solution = solve(&qp, start.as_ref(), &settings(method)).unwrap();
+            assert_eq!(solution.status, QpStatus::Solved, "{start:?} {method:?}");
+            assert_exact(&qp, &solution);
+            assert_close(&solution.x, &[1.0, 2.0], 1e-15);
+            assert!(solution.multipliers.iter().all(|&r| r < 1e-14), "{solution:?}");
+        }
+    }
+}
+
+#[test]
+fn the_words_of_the_report() {
+    let words = [QpPath::WarmStart, QpPath::ActiveSet, QpPath::Clarabel].map(|path| path.to_string());
+    assert_eq!(words, ["warm-start", "active-set", "clarabel"]);
+    assert_eq!(format!("{:>12}", QpStatus::Solved), "      solved");
+}

@@ -1,0 +1,176 @@
+//! Checks of admissibility, as numbers: what a certificate rests on.
+
+use crate::admissible::{AdmissiblePair, EquilibratedStress};
+use crate::johnson_mercier::{CellStress, part_divergence};
+use fem_core::body::{Body, EdgeReaction};
+use fem_core::geometry::{Vector, add, dot, norm, perpendicular, scale, sub};
+use fem_core::interface::ContactProblem;
+use rayon::prelude::*;
+
+/// Force residuals up to this are round-off; larger ones invalidate a certificate.
+pub const FORCE_TOLERANCE: f64 = 1e-10;
+/// Penetration and negative pressure up to this, relative, are round-off.
+pub const SIGN_TOLERANCE: f64 = 1e-12;
+
+/// Residuals of the conditions of admissibility.
+///
+/// The force residuals are maxima over their items, divided by the largest edge force, load or pressure
+/// force. `penetration` is relative to the largest displacement of the interface, `pressure_sign` to the
+/// largest pressure.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Admissibility {
+    /// `|div τ + b|` times area in every part, and the jump of traction inside the triangles.
+    pub equilibrium: f64,
+    /// Jump of the traction between triangles.
+    pub traction_jump: f64,
+    /// Difference from the given tractions on the boundary, the pressure on the contact edges included.
+    pub boundary_traction: f64,
+    /// Largest negative opening.
+    pub penetration: f64,
+    /// Largest negative pressure.
+    pub pressure_sign: f64,
+}
+
+impl Admissibility {
+    /// Tells whether everything holds to round-off, so that the bound is a bound.
+    pub fn is_valid(&self) -> bool {
+        let forces = [self.equilibrium, self.traction_jump, self.boundary_traction];
+        forces.iter().all(|x| *x <= FORCE_TOLERANCE)
+            && [self.penetration, self.pressure_sign].iter().all(|x| *x <= SIGN_TOLERANCE)
+    }
+}
+
+/// Force residuals of one body and the scale they are compared with, N/m.
+#[derive(Clone, Copy, Debug, Default)]
+struct Forces {
+    equilibrium: f64,
+    jump: f64,
+    boundary: f64,
+    scale: f64,
+}
+
+impl Forces {
+    fn max(self, other: Self) -> Self {
+        Self {
+            equilibrium: larger(self.equilibrium, other.equilibrium),
+            jump: larger(self.jump, other.jump),
+            boundary: larger(self.boundary, other.boundary),
+            scale: larger(self.scale, other.scale),
+        }
+    }
+}
+
+/// The larger number, or NaN where there is one: a NaN must show.
+fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
+}
+
+/// Checks an admissible pair.
+pub fn check(problem: &ContactProblem, pair: &AdmissiblePair) -> Admissibility {
+    let (a, b) = rayon::join(
+        || forces(&problem.bodies[0], &pair.equilibrated[0]),
+        || forces(&problem.bodies[1], &pair.equilibrated[1]),
+    );
+    let f = a.max(b);
+    let relative = |x: f64, scale: f64| if x == 0.0 { 0.0 } else { x / scale };
+    let mut trace = 0.0;
+    let mut penetration = 0.0;
+    for (k, p) in problem.interface.pairs().iter().enumerate() {
+        let u = [0, 1].map(|b| pair.displacement[b][p.nodes[b] as usize]);
+        trace = larger(trace, larger(norm(u[0]), norm(u[1])));
+        trace = larger(trace, p.gap);
+        // Both the opening that enters the bound and that of the fields themselves.
+        let opening = p.gap - dot(sub(u[0], u[1]), p.normal);
+        penetration = larger(penetration, larger(-opening, -pair.opening[k]));
+        penetration = larger(penetration, (opening - pair.opening[k]).abs());
+    }
+    let largest = pair.pressure.iter().fold(0.0, |m, p| larger(m, p.abs()));
+    let negative = pair.pressure.iter().fold(0.0, |m, p| larger(m, -p));
+    Admissibility {
+        equilibrium: relative(f.equilibrium, f.scale),
+        traction_jump: relative(f.jump, f.scale),
+        boundary_traction: relative(f.boundary, f.scale),
+        penetration: relative(penetration, trace),
+        pressure_sign: relative(negative, largest),
+    }
+}
+
+fn forces(body: &Body, stress: &EquilibratedStress) -> Forces {
+    let mesh = body.mesh();
+    let cells = (0..mesh.triangles().len())
+        .into_par_iter()
+        .with_min_len(512)
+        .map(|t| cell(body, stress, t))
+        .reduce(Forces::default, Forces::max);
+    let edges = (0..mesh.topology().edges().len() as u32)
+        .into_par_iter()
+        .with_min_len(512)
+        .map(|e| edge(body, stress, e))
+        .reduce(Forces::default, Forces::max);
+    cells.max(edges)
+}
+
+fn parts(corners: [Vector; 3]) -> [[Vector; 3]; 3] {
+    let centre = scale(1.0 / 3.0, add(add(corners[0], corners[1]), corners[2]));
+    std::array::from_fn(|k| [corners[k], corners[(k + 1) % 3], centre])
+}
+
+fn cell(body: &Body, stress: &EquilibratedStress, t: usize) -> Forces {
+    let corners = body.mesh().corners(t);
+    let area = body.mesh().area(t);
+    let tau = stress.cell(body, t);
+    let mut worst = Forces { scale: norm(body.body_force()) * area, ..Forces::default() };
+    for (k, points) in parts(corners).iter().enumerate() {
+        let divergence = add(part_divergence(*points, &tau[k]), body.body_force());
+        worst.equilibrium = larger(worst.equilibrium, norm(divergence) * area / 3.0);
+        // The inner edge at corner k, between part k and the part before it.
+        let inner = sub(points[2], points[0]);
+        let normal = [inner[1], -inner[0]];
+        let other = &tau[(k + 2) % 3];
+        for (s, o) in [(tau[k][0], other[1]), (tau[k][2], other[2])] {
+            worst.equilibrium = larger(worst.equilibrium, norm(s.minus(o).apply(normal)));
+        }
+    }
+    worst
+}
+
+/// Tractions times length at the ends of an edge, as the stress of one of its triangles gives them.
+fn edge_forces(body: &Body, tau: &CellStress, t: usize, edge: u32) -> [Vector; 2] {
+    let topology = body.mesh().topology();
+    let corners = body.mesh().corners(t);
+    let k = (0..3).find(|&k| topology.triangle_edges()[t][k] == edge).unwrap_or(0);
+    let along = sub(corners[(k + 1) % 3], corners[k]);
+    let normal = [along[1], -along[0]];
+    let forces = [tau[k][0].apply(normal), tau[k][1].apply(normal)];
+    let first = topology.edges()[edge as usize][0] == body.mesh().triangles()[t][k];
+    if first { forces } else { [forces[1], forces[0]] }
+}
+
+fn edge(body: &Body, stress: &EquilibratedStress, edge: u32) -> Forces {
+    let mesh = body.mesh();
+    let [first, second] = mesh.topology().edge_triangles()[edge as usize].map(|t| t as usize);
+    let on_first = edge_forces(body, &stress.cell(body, first), first, edge);
+    let mut worst = Forces { scale: larger(norm(on_first[0]), norm(on_first[1])), ..Forces::default() };
+    if !mesh.topology().is_boundary(edge) {
+        let on_second = edge_forces(body, &stress.cell(body, second), second, edge);
+        for (a, b) in on_first.into_iter().zip(on_second) {
+            worst.jump = larger(worst.jump, norm(add(a, b)));
+        }
+        return worst;
+    }
+    let Ok(place) = mesh.topology().boundary_edges().binary_search(&edge) else { return worst };
+    let condition = &stress.conditions[place];
+    let length = mesh.edge_length(edge);
+    for (force, traction) in on_first.into_iter().zip(condition.traction) {
+        let given = scale(length, traction);
+        worst.scale = larger(worst.scale, norm(given));
+        let difference = sub(force, given);
+        let residual = match condition.reaction {
+            EdgeReaction::None => norm(difference),
+            EdgeReaction::Along(d) => dot(difference, perpendicular(d)).abs(),
+            EdgeReaction::Both => 0.0,
+        };
+        worst.boundary = larger(worst.boundary, residual);
+    }
+    worst
+}

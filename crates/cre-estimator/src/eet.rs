@@ -1,0 +1,210 @@
+//! EET: edge tractions in equilibrium with an FE stress (Ladevèze and Leguillon 1983).
+//!
+//! For each vertex `i` the moments `b_Γ = ∫_Γ F_Γ φ_i ds` on the edges of its star satisfy, for every
+//! triangle `E` of the star,
+//! ```text
+//! Σ_{Γ∋i} ± b_Γ = ∫_E σ̂ ∇φ_i − ∫_E b φ_i
+//! ```
+//! Among the solutions the one closest to the average FE traction is taken (`Σ |b − b̄|²/|Γ|` least).
+//!
+//! The triangles of a star follow each other around the vertex, so one moment determines all others: the
+//! system has one free vector. Conditions at the ends of an open star fix it in whole or in part; the rest
+//! is a weighted mean. No matrix, no rank decision.
+
+use fem_core::body::{Body, EdgeCondition, EdgeReaction};
+use fem_core::element::Triangle;
+use fem_core::geometry::{self, Vector, add, cross, dot, perpendicular, scale, sub};
+use fem_core::tensor::SymTensor2;
+use rayon::prelude::*;
+
+/// Moments `∫_Γ F_Γ φ ds` about the two nodes of every edge, N/m. `F_Γ` acts on the edge's first triangle.
+pub type EdgeMoments = Vec<[Vector; 2]>;
+
+/// Vertices handled by one task.
+const CHUNK: usize = 1024;
+
+/// Computes edge moments in equilibrium with the FE stress `stress` (one per triangle, Pa).
+///
+/// * `conditions`: what is given on each boundary edge, in the order of
+///   [`fem_core::mesh::topology::Topology::boundary_edges`].
+///
+/// `stress` must satisfy the FE equilibrium in every direction whose traction is given; otherwise the
+/// residual shows in [`crate::check`].
+pub fn edge_moments(body: &Body, stress: &[SymTensor2], conditions: &[EdgeCondition]) -> EdgeMoments {
+    let mesh = body.mesh();
+    let recovery = Recovery { body, stress, conditions };
+    let nodes = mesh.points().len();
+    let chunks: Vec<Vec<(u32, u8, Vector)>> = (0..nodes.div_ceil(CHUNK))
+        .into_par_iter()
+        .map(|k| {
+            let mut found = Vec::with_capacity(8 * CHUNK);
+            let mut star = Star::default();
+            for node in k * CHUNK..nodes.min((k + 1) * CHUNK) {
+                recovery.vertex(node, &mut star, &mut found);
+            }
+            found
+        })
+        .collect();
+    let mut moments = vec![[[0.0; 2]; 2]; mesh.topology().edges().len()];
+    for (edge, end, moment) in chunks.into_iter().flatten() {
+        moments[edge as usize][end as usize] = moment;
+    }
+    moments
+}
+
+/// The star of a vertex, counter-clockwise: spoke `j` comes before triangle `j`.
+#[derive(Default)]
+struct Star {
+    triangles: Vec<u32>,
+    spokes: Vec<u32>,
+    /// Moments on the spokes, acting on the triangle after the spoke, less that of the first.
+    relative: Vec<Vector>,
+}
+
+struct Recovery<'a> {
+    body: &'a Body,
+    stress: &'a [SymTensor2],
+    conditions: &'a [EdgeCondition],
+}
+
+impl Recovery<'_> {
+    fn vertex(&self, node: usize, star: &mut Star, found: &mut Vec<(u32, u8, Vector)>) {
+        let closed = self.walk(node, star);
+        self.differences(node, star);
+        let mean = self.mean(node, star);
+        let first = if closed { mean } else { self.fit_ends(node, star, mean) };
+        let topology = self.body.mesh().topology();
+        for (j, &edge) in star.spokes.iter().enumerate() {
+            let after = add(first, star.relative[j]);
+            // The moment acts on the edge's first triangle.
+            let is_first =
+                j < star.triangles.len() && topology.edge_triangles()[edge as usize][0] == star.triangles[j];
+            let moment = if is_first { after } else { scale(-1.0, after) };
+            let end = u8::from(topology.edges()[edge as usize][1] as usize == node);
+            found.push((edge, end, moment));
+        }
+    }
+
+    /// Orders the star counter-clockwise; an open one begins at its boundary edge. Returns whether it is closed.
+    fn walk(&self, node: usize, star: &mut Star) -> bool {
+        let mesh = self.body.mesh();
+        let topology = mesh.topology();
+        let around = topology.triangles_around(node);
+        let corner =
+            |t: u32| mesh.triangles()[t as usize].iter().position(|&n| n as usize == node).unwrap_or(0);
+        let before = |t: u32| topology.triangle_edges()[t as usize][corner(t)];
+        let after = |t: u32| topology.triangle_edges()[t as usize][(corner(t) + 2) % 3];
+        let start = around.iter().copied().find(|&t| topology.is_boundary(before(t)));
+        let closed = start.is_none();
+        star.triangles.clear();
+        star.spokes.clear();
+        let mut current = start.unwrap_or(around[0]);
+        for _ in 0..around.len() {
+            star.triangles.push(current);
+            star.spokes.push(before(current));
+            let [a, b] = topology.edge_triangles()[after(current) as usize];
+            let next = if a == current { b } else { a };
+            if next == fem_core::mesh::topology::NONE {
+                star.spokes.push(after(current));
+                break;
+            }
+            current = next;
+        }
+        closed
+    }
+
+    /// Moment `c_{j+1} = c_j − Q_j` on each spoke, relative to the first.
+    fn differences(&self, node: usize, star: &mut Star) {
+        let mesh = self.body.mesh();
+        star.relative.clear();
+        let mut c = [0.0; 2];
+        star.relative.push(c);
+        for &t in &star.triangles {
+            let t = t as usize;
+            let corner = mesh.triangles()[t].iter().position(|&n| n as usize == node).unwrap_or(0);
+            let element = Triangle::new(mesh.corners(t));
+            let internal = element.internal_forces(self.stress[t])[corner];
+            let load = scale(element.area / 3.0, self.body.body_force());
+            c = sub(c, sub(internal, load));
+            star.relative.push(c);
+        }
+        star.relative.truncate(star.spokes.len());
+    }
+
+    /// The first moment for which all are closest to the average FE tractions, disregarding the ends.
+    fn mean(&self, node: usize, star: &Star) -> Vector {
+        let mesh = self.body.mesh();
+        let count = star.triangles.len();
+        let mut sum = [0.0; 2];
+        let mut weights = 0.0;
+        for (j, &edge) in star.spokes.iter().enumerate() {
+            let other = mesh.topology().edges()[edge as usize].into_iter().find(|&n| n as usize != node);
+            let (from, to) = (mesh.points()[node], mesh.points()[other.unwrap_or(0) as usize]);
+            let length = geometry::norm(sub(to, from));
+            // Outward normal of the triangle after the spoke, which lies to its left.
+            let normal = geometry::right_normal(from, to);
+            let closed = star.spokes.len() == count;
+            let after = if j < count { Some(star.triangles[j]) } else { None };
+            let before = match j {
+                0 if closed => Some(star.triangles[count - 1]),
+                0 => None,
+                _ => Some(star.triangles[j - 1]),
+            };
+            let sides = [after, before].into_iter().flatten();
+            let mut traction = [0.0; 2];
+            let mut found = 0.0;
+            for t in sides {
+                traction = add(traction, self.stress[t as usize].apply(normal));
+                found += 1.0;
+            }
+            // b̄ = |Γ|/2 F̄, weight 1/|Γ|
+            let average = scale(0.5 * length / found, traction);
+            let weight = 1.0 / length;
+            sum = add(sum, scale(weight, sub(average, star.relative[j])));
+            weights += weight;
+        }
+        scale(1.0 / weights, sum)
+    }
+
+    /// Moves the mean onto what is given at the two boundary edges of an open star.
+    fn fit_ends(&self, node: usize, star: &Star, mean: Vector) -> Vector {
+        let last = star.spokes.len() - 1;
+        let mut given: Vec<(Vector, f64)> = Vec::with_capacity(4);
+        for (spoke, sign) in [(0, 1.0), (last, -1.0)] {
+            let (reaction, moment) = self.boundary(node, star.spokes[spoke]);
+            // On the last spoke the triangle lies before it, so that the moment on it is −c.
+            let value = sub(scale(sign, moment), star.relative[spoke]);
+            match reaction {
+                EdgeReaction::None => {
+                    given.push(([1.0, 0.0], value[0]));
+                    given.push(([0.0, 1.0], value[1]));
+                }
+                EdgeReaction::Along(d) => given.push((perpendicular(d), dot(perpendicular(d), value))),
+                EdgeReaction::Both => {}
+            }
+        }
+        let Some(&(e, value)) = given.first() else { return mean };
+        // Of the others the one most across the first; a parallel one says the same, by FE equilibrium.
+        let other =
+            given[1..].iter().copied().max_by(|a, b| cross(e, a.0).abs().total_cmp(&cross(e, b.0).abs()));
+        match other {
+            Some((d, second)) if cross(e, d).abs() > 1e-6 => {
+                let sine = cross(e, d);
+                [(value * d[1] - second * e[1]) / sine, (e[0] * second - d[0] * value) / sine]
+            }
+            _ => add(mean, scale(value - dot(e, mean), e)),
+        }
+    }
+
+    /// Returns what is given on a boundary edge: directions of reaction, and the moment about `node`.
+    fn boundary(&self, node: usize, edge: u32) -> (EdgeReaction, Vector) {
+        let mesh = self.body.mesh();
+        let place = mesh.topology().boundary_edges().binary_search(&edge).unwrap_or(0);
+        let condition = &self.conditions[place];
+        let [a, b] = condition.traction;
+        let first = mesh.topology().edges()[edge as usize][0] as usize == node;
+        let (near, far) = if first { (a, b) } else { (b, a) };
+        let moment = scale(mesh.edge_length(edge) / 6.0, add(scale(2.0, near), far));
+        (condition.reaction, moment)
+    }
+}

@@ -1,0 +1,25 @@
+//! Why an estimate could not be made.
+
+use thiserror::Error;
+
+/// Why an estimate could not be made.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum EstimatorError {
+    /// An array has the wrong length.
+    #[error("{what} has {found} entries; {expected} are needed")]
+    Length {
+        /// Which array.
+        what: &'static str,
+        /// Its length.
+        found: usize,
+        /// The length needed.
+        expected: usize,
+    },
+    /// An array has an entry that is infinite or not a number.
+    #[error("{what} has an entry that is not finite")]
+    NotFinite {
+        /// Which array.
+        what: &'static str,
+    },
+}

@@ -1,0 +1,76 @@
+//! Everything a certificate needs, in one call.
+
+use crate::admissible::{AdmissiblePair, admissible_pair};
+use crate::check::{Admissibility, check};
+use crate::cre::{Cre, constitutive_relation_error};
+use crate::error::EstimatorError;
+use crate::indicators::eta_dis_squared;
+use fem_core::condensation::CondensedBody;
+use fem_core::interface::{ContactProblem, ContactState};
+use fem_core::norm::sum_over_triangles;
+
+/// The estimate of a contact state.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Estimate {
+    /// The admissible pair the bound rests on.
+    pub pair: AdmissiblePair,
+    /// The constitutive relation error and its split.
+    pub cre: Cre,
+    /// Residuals of admissibility.
+    pub admissibility: Admissibility,
+    /// The guaranteed bound `e_CRE` of the energy error, round-off allowance included, square root of J/m.
+    pub e_cre: f64,
+    /// The discretisation indicator `η_dis`.
+    pub eta_dis: f64,
+    /// `a(u, u)` of the state's displacements in each body, J/m.
+    pub energy_norm_squared: [f64; 2],
+}
+
+/// Estimates the error of a contact state, whoever computed it.
+///
+/// # Errors
+/// Arrays of the wrong length, values that are not finite.
+pub fn estimate(
+    problem: &ContactProblem,
+    bodies: &[CondensedBody; 2],
+    state: &ContactState<'_>,
+) -> Result<Estimate, EstimatorError> {
+    let pair = admissible_pair(problem, bodies, state)?;
+    let cre = constitutive_relation_error(problem, &pair);
+    let admissibility = check(problem, &pair);
+    let energy = |b: usize| {
+        let body = &problem.bodies[b];
+        sum_over_triangles(pair.stress[b].len(), |t| {
+            let s = pair.stress[b][t];
+            body.mesh().area(t) * body.material(t).complementary(s, s)
+        })
+    };
+    let energy_norm_squared = [energy(0), energy(1)];
+    let eta_dis = eta_dis_squared(problem, &pair, &cre).max(0.0).sqrt();
+    let allowance = round_off_allowance(problem, &pair, energy_norm_squared);
+    let e_cre = cre.e_cre() + allowance;
+    if !(e_cre.is_finite() && eta_dis.is_finite()) {
+        return Err(EstimatorError::NotFinite { what: "the estimate" });
+    }
+    Ok(Estimate { pair, cre, admissibility, e_cre, eta_dis, energy_norm_squared })
+}
+
+/// Bounds what round-off may have taken from `e_CRE`, so that the printed number stays a bound: the smallest
+/// relative change of the energy norms that a double can see, and the work of the pressure on the largest
+/// penetration that passes as round-off.
+fn round_off_allowance(problem: &ContactProblem, pair: &AdmissiblePair, energies: [f64; 2]) -> f64 {
+    let penetration: f64 = problem
+        .interface
+        .pairs()
+        .iter()
+        .enumerate()
+        .map(|(k, p)| {
+            let u = [0, 1].map(|b| pair.displacement[b][p.nodes[b] as usize]);
+            let jump = fem_core::geometry::sub(u[0], u[1]);
+            let opening = p.gap - fem_core::geometry::dot(jump, p.normal);
+            (opening - pair.opening[k]).abs().max(-opening) * pair.pressure[k] * p.tributary_length
+        })
+        .sum();
+    64.0 * f64::EPSILON * (energies[0] + energies[1]).sqrt() + (2.0 * penetration).sqrt()
+}

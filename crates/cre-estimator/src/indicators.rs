@@ -1,0 +1,23 @@
+//! The discretisation indicator: the error of step 1's own problems for a frozen λ_p.
+
+use crate::admissible::{AdmissiblePair, EquilibratedStress, with_imposed_normal};
+use crate::cre::Cre;
+use fem_core::interface::ContactProblem;
+use fem_core::norm::sum_over_triangles;
+
+/// Computes `η_dis,p²`, J/m: the constitutive relation error of the second reference problem, λ_p frozen.
+///
+/// * Ω₁ has `v¹ = λ_p` imposed: recovery on `σ(u¹_p)` itself, the normal traction on Γ_C free and the
+///   tangential one zero.
+/// * Ω₂ stands against a rigid obstacle at `λ_p − g`: its equilibrated stress and its contact term are those
+///   of the global bound, since the pressure is the same, `p_i = r²_i/ℓ_i`.
+pub fn eta_dis_squared(problem: &ContactProblem, pair: &AdmissiblePair, cre: &Cre) -> f64 {
+    let body = &problem.bodies[0];
+    let conditions = with_imposed_normal(body, &problem.interface, 0);
+    let recovered = EquilibratedStress::recover(body, pair.stress[0].clone(), conditions);
+    let first = sum_over_triangles(pair.stress[0].len(), |t| {
+        recovered.cell_distance_squared(body, t, pair.stress[0][t])
+    });
+    let second = sum_over_triangles(cre.by_cell[1].len(), |t| cre.by_cell[1][t]);
+    first + second + cre.by_contact_edge.iter().sum::<f64>()
+}

@@ -1,0 +1,286 @@
+//! The Johnson-Mercier stress: on a triangle split at its barycentre, exactly one symmetric, piecewise
+//! linear, normal-continuous, divergence-free stress has given linear edge tractions in equilibrium
+//! (Johnson and Mercier 1978).
+
+use fem_core::geometry::{Vector, scale, sub};
+use fem_core::material::LinearElastic;
+use fem_core::tensor::SymTensor2;
+use nalgebra::DMatrix;
+use std::sync::OnceLock;
+
+/// A piecewise linear stress of one triangle: part `k` lies at edge `k` and has the corners `k`, `k+1` and
+/// the barycentre, in this order.
+pub type CellStress = [[SymTensor2; 3]; 3];
+
+/// Edge tractions of one triangle times the edge's length, N/m: `loads[k][m]` at corner `k + m` of edge `k`,
+/// acting on the triangle.
+pub type CellLoads = [[Vector; 2]; 3];
+
+/// Rows of the recovery matrix: part, corner, component; columns: edge, end, component.
+type Recovery = [[f64; 12]; 27];
+
+const REFERENCE: [Vector; 3] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+const CENTRE: Vector = [1.0 / 3.0, 1.0 / 3.0];
+
+/// Computes the stress of a triangle with the given corners, edge loads and constant body force (N/m³).
+///
+/// It maps from the reference triangle by the double Piola transform `τ = (1/J) F τ̂ Fᵀ`, which keeps
+/// symmetry, divergence and tractions. A body force is carried by `τ_P = −diag(b_x (x−x_c), b_y (y−y_c))`.
+pub fn cell_stress(corners: [Vector; 3], loads: &CellLoads, body_force: Vector) -> CellStress {
+    let centre = [0, 1].map(|c| (corners[0][c] + corners[1][c] + corners[2][c]) / 3.0);
+    let particular = |x: Vector| {
+        let d = sub(x, centre);
+        SymTensor2::new(-body_force[0] * d[0], -body_force[1] * d[1], 0.0)
+    };
+    let heavy = body_force != [0.0; 2];
+    let mut reduced = *loads;
+    if heavy {
+        for k in 0..3 {
+            let t = sub(corners[(k + 1) % 3], corners[k]);
+            // Normal times length.
+            let normal = [t[1], -t[0]];
+            for m in 0..2 {
+                let carried = particular(corners[(k + m) % 3]).apply(normal);
+                reduced[k][m] = sub(reduced[k][m], carried);
+            }
+        }
+    }
+    let mut stress = divergence_free(corners, &reduced);
+    if heavy {
+        for (k, part) in stress.iter_mut().enumerate() {
+            let points = [corners[k], corners[(k + 1) % 3], centre];
+            for (s, x) in part.iter_mut().zip(points) {
+                *s = s.plus(particular(x));
+            }
+        }
+    }
+    stress
+}
+
+fn divergence_free(corners: [Vector; 3], loads: &CellLoads) -> CellStress {
+    let (a, b) = (sub(corners[1], corners[0]), sub(corners[2], corners[0]));
+    let jacobian = a[0] * b[1] - a[1] * b[0];
+    let mut reference = [0.0; 12];
+    for k in 0..3 {
+        for m in 0..2 {
+            let g = loads[k][m];
+            reference[4 * k + 2 * m] = (b[1] * g[0] - b[0] * g[1]) / jacobian;
+            reference[4 * k + 2 * m + 1] = (a[0] * g[1] - a[1] * g[0]) / jacobian;
+        }
+    }
+    let recovery = recovery();
+    let component = |row: usize| -> f64 { recovery[row].iter().zip(&reference).map(|(r, g)| r * g).sum() };
+    std::array::from_fn(|k| {
+        std::array::from_fn(|m| {
+            let row = 9 * k + 3 * m;
+            let (xx, yy, xy) = (component(row), component(row + 1), component(row + 2));
+            // F τ̂ Fᵀ with F = [a b].
+            let fa = [a[0] * xx + b[0] * xy, a[1] * xx + b[1] * xy];
+            let fb = [a[0] * xy + b[0] * yy, a[1] * xy + b[1] * yy];
+            SymTensor2::new(
+                (fa[0] * a[0] + fb[0] * b[0]) / jacobian,
+                (fa[1] * a[1] + fb[1] * b[1]) / jacobian,
+                (fa[0] * a[1] + fb[0] * b[1]) / jacobian,
+            )
+        })
+    })
+}
+
+/// Computes `∫ (τ − σ) : E⁻¹ (τ − σ)` over a triangle of the given area for a constant σ, J/m.
+pub fn distance_squared(
+    stress: &CellStress,
+    constant: SymTensor2,
+    area: f64,
+    material: &LinearElastic,
+) -> f64 {
+    // For linear d on a part of area A/3: ∫ d:C:d = A/36 (Σd : C : Σd + Σ d_m : C : d_m).
+    let mut sum = 0.0;
+    for part in stress {
+        let d = part.map(|s| s.minus(constant));
+        let total = d[0].plus(d[1]).plus(d[2]);
+        sum += material.complementary(total, total);
+        sum += d.iter().map(|d| material.complementary(*d, *d)).sum::<f64>();
+    }
+    area / 36.0 * sum
+}
+
+/// Computes the gradient-weighted sum that is the divergence of one part's linear stress, N/m³.
+pub fn part_divergence(corners: [Vector; 3], part: &[SymTensor2; 3]) -> Vector {
+    let element = fem_core::element::Triangle::new(corners);
+    let mut divergence = [0.0; 2];
+    for (s, g) in part.iter().zip(element.gradients) {
+        let d = s.apply(g);
+        divergence[0] += d[0];
+        divergence[1] += d[1];
+    }
+    divergence
+}
+
+/// The 27×12 matrix of the reference triangle, computed once: the pseudo-inverse of the conditions on the
+/// 27 nodal stresses (outer tractions, continuity across the three inner edges, no divergence).
+fn recovery() -> &'static Recovery {
+    static MATRIX: OnceLock<Recovery> = OnceLock::new();
+    MATRIX.get_or_init(|| {
+        let conditions = conditions();
+        let mut matrix = [[0.0; 12]; 27];
+        // The tolerance separates 27 singular values of order one from none at all.
+        if let Ok(inverse) = conditions.pseudo_inverse(1e-10) {
+            for (row, out) in matrix.iter_mut().enumerate() {
+                for (column, value) in out.iter_mut().enumerate() {
+                    *value = inverse[(row, column)];
+                }
+            }
+        }
+        matrix
+    })
+}
+
+fn conditions() -> DMatrix<f64> {
+    let mut a = DMatrix::zeros(30, 27);
+    let mut row = 0;
+    // Adds the two rows of `factor · τ n` for corner m of part k.
+    let traction = |a: &mut DMatrix<f64>, row: usize, k: usize, m: usize, n: Vector| {
+        let column = 9 * k + 3 * m;
+        a[(row, column)] += n[0];
+        a[(row, column + 2)] += n[1];
+        a[(row + 1, column + 2)] += n[0];
+        a[(row + 1, column + 1)] += n[1];
+    };
+    let turned = |from: Vector, to: Vector| {
+        let t = sub(to, from);
+        [t[1], -t[0]]
+    };
+    for k in 0..3 {
+        let n = turned(REFERENCE[k], REFERENCE[(k + 1) % 3]);
+        for m in 0..2 {
+            traction(&mut a, row, k, m, n);
+            row += 2;
+        }
+    }
+    for v in 0..3 {
+        // The inner edge at corner v lies between part v (whose corner 0 it is) and part v+2 (corner 1).
+        let n = turned(REFERENCE[v], CENTRE);
+        for (m, other) in [(0, 1), (2, 2)] {
+            traction(&mut a, row, v, m, n);
+            traction(&mut a, row, (v + 2) % 3, other, scale(-1.0, n));
+            row += 2;
+        }
+    }
+    for k in 0..3 {
+        let element = fem_core::element::Triangle::new([REFERENCE[k], REFERENCE[(k + 1) % 3], CENTRE]);
+        for (m, g) in element.gradients.into_iter().enumerate() {
+            traction(&mut a, row, k, m, g);
+        }
+        row += 2;
+    }
+    a
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fem_core::material::Hypothesis;
+
+    const CORNERS: [Vector; 3] = [[0.2, 0.1], [1.7, 0.4], [0.5, 1.3]];
+
+    /// Loads of a linear stress that satisfies div τ + b = 0.
+    fn loads_of(stress: impl Fn(Vector) -> SymTensor2) -> CellLoads {
+        std::array::from_fn(|k| {
+            let t = sub(CORNERS[(k + 1) % 3], CORNERS[k]);
+            std::array::from_fn(|m| stress(CORNERS[(k + m) % 3]).apply([t[1], -t[0]]))
+        })
+    }
+
+    #[test]
+    fn conditions_have_full_rank() {
+        let singular = conditions().singular_values();
+        assert!(singular.min() > 1e-2, "{singular}");
+    }
+
+    #[test]
+    fn linear_stresses_are_reproduced() {
+        // div = (2 − 2, 5 − 5) + (0.3 − 0.3, …): σxx = 2x + y, σxy = −2y + 5x… chosen with its body force.
+        let b = [0.7, -1.1];
+        let stress = |x: Vector| {
+            let (x, y) = (x[0], x[1]);
+            SymTensor2::new(
+                1.0 + (2.0 - b[0]) * x + 0.4 * y,
+                -3.0 + (-5.0 - b[1]) * y,
+                0.5 + 5.0 * x - 2.0 * y,
+            )
+        };
+        let found = cell_stress(CORNERS, &loads_of(stress), b);
+        let centre = [0, 1].map(|c| (CORNERS[0][c] + CORNERS[1][c] + CORNERS[2][c]) / 3.0);
+        for k in 0..3 {
+            for (s, x) in found[k].iter().zip([CORNERS[k], CORNERS[(k + 1) % 3], centre]) {
+                let d = s.minus(stress(x));
+                assert!(d.contract(d) < 1e-24, "{d:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn any_loads_in_equilibrium_give_an_admissible_stress() {
+        // Self-equilibrated loads: random ones less the forces and the moment they make.
+        let mut loads: CellLoads =
+            [[[0.3, -1.0], [2.0, 0.4]], [[-0.7, 0.1], [0.2, 1.9]], [[1.1, 0.6], [-0.4, -0.8]]];
+        let total = |l: &CellLoads| {
+            // ∫ of a linear traction times length is the mean of its ends.
+            let mut f = [0.0; 3];
+            for k in 0..3 {
+                for m in 0..2 {
+                    let (x, y) = (CORNERS[(k + m) % 3], CORNERS[(k + 1 - m) % 3]);
+                    let g = l[k][m];
+                    f[0] += 0.5 * g[0];
+                    f[1] += 0.5 * g[1];
+                    let lever = [(2.0 * x[0] + y[0]) / 6.0, (2.0 * x[1] + y[1]) / 6.0];
+                    f[2] += lever[0] * g[1] - lever[1] * g[0];
+                }
+            }
+            f
+        };
+        let f = total(&loads);
+        for m in 0..2 {
+            loads[0][m] = sub(loads[0][m], [f[0], f[1]]);
+        }
+        // A couple on edge 0, normal to it, takes the moment.
+        let t = sub(CORNERS[1], CORNERS[0]);
+        let couple = |c: f64| [[-c * t[1], c * t[0]], [c * t[1], -c * t[0]]];
+        let add_couple = |mut l: CellLoads, c: f64| {
+            for m in 0..2 {
+                l[0][m] = fem_core::geometry::add(l[0][m], couple(c)[m]);
+            }
+            l
+        };
+        let unit = total(&add_couple(loads, 1.0))[2] - total(&loads)[2];
+        loads = add_couple(loads, -total(&loads)[2] / unit);
+        let stress = cell_stress(CORNERS, &loads, [0.0; 2]);
+        let centre = [0, 1].map(|c| (CORNERS[0][c] + CORNERS[1][c] + CORNERS[2][c]) / 3.0);
+        for k in 0..3 {
+            let (p, q) = (CORNERS[k], CORNERS[(k + 1) % 3]);
+            let divergence = part_divergence([p, q, centre], &stress[k]);
+            assert!(fem_core::geometry::norm(divergence) < 1e-12);
+            let t = sub(q, p);
+            for m in 0..2 {
+                let d = sub(stress[k][m].apply([t[1], -t[0]]), loads[k][m]);
+                assert!(fem_core::geometry::norm(d) < 1e-12);
+            }
+            let inner = sub(centre, p);
+            let other = &stress[(k + 2) % 3];
+            for (s, o) in [(stress[k][0], other[1]), (stress[k][2], other[2])] {
+                let jump = s.minus(o).apply([inner[1], -inner[0]]);
+                assert!(fem_core::geometry::norm(jump) < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn distance_to_a_constant_is_exact() {
+        let material = LinearElastic::isotropic(3.0, 0.25, Hypothesis::PlaneStrain).unwrap();
+        let constant = SymTensor2::new(1.0, -2.0, 0.5);
+        let shifted = [[constant.plus(SymTensor2::new(0.1, 0.2, -0.3)); 3]; 3];
+        let d = SymTensor2::new(0.1, 0.2, -0.3);
+        let exact = 0.8 * material.complementary(d, d);
+        assert!((distance_squared(&shifted, constant, 0.8, &material) - exact).abs() < 1e-16);
+    }
+}

@@ -1,0 +1,328 @@
+//! The deformed bodies, cells coloured by error density.
+
+use super::PlotError;
+use super::axis::{Axis, drawable, drawable_log, extent, short};
+use super::cells::{self, Cell};
+use super::colour::{GREY, INK, viridis};
+use super::outline::outline;
+use super::series::{self, Look, Marker};
+use super::sheet::{self, Area, Chart, Frame, LEFT, LEGEND, Labels, TITLE, UNITS, WIDTH, Words};
+use plotters::element::{PathElement, Rectangle};
+use plotters::style::Color;
+
+/// One body of [`deformed`].
+pub(crate) struct BodyPicture<'a> {
+    /// Its name.
+    pub(crate) name: &'a str,
+    /// Its points.
+    pub(crate) points: &'a [[f64; 2]],
+    /// Its triangles, by point number.
+    pub(crate) triangles: &'a [[u32; 3]],
+    /// The displacement of each point.
+    pub(crate) displacement: &'a [[f64; 2]],
+    /// Error density of each triangle (squared error over area), ≥ 0.
+    pub(crate) density: &'a [f64],
+}
+
+/// Room between the panel and the sheet's right edge: the bodies' names and the colour bar.
+const BESIDE: i32 = 190;
+/// Room above the panel for names of bodies side by side.
+const ABOVE: i32 = 24;
+/// Decades of density shown below the largest.
+const DECADES: f64 = 1e-4;
+
+const UNDEFORMED: Look =
+    Look { name: "undeformed", colour: GREY, dash: None, marker: Marker::None, thickness: 4 };
+const DEFORMED: Look = Look { name: "deformed", colour: INK, dash: None, marker: Marker::None, thickness: 6 };
+
+/// Draws the bodies deformed, on axes of equal scale, with cells coloured by error density on one common
+/// logarithmic scale and undeformed outlines in grey.
+///
+/// Displacements are multiplied by 1, 2 or 5 times a power of ten such that the largest is at most 8 % of the
+/// size of the bodies; the title says which. Densities smaller than 1e-4 of the largest, zero among them, have
+/// the colour of the lower end. Points with a coordinate or displacement that is not finite are left out with
+/// their triangles. Many small cells are drawn as squares with the mean of the cells in them.
+///
+/// # Errors
+/// [`PlotError::Length`] where displacements and points, or densities and triangles, differ in number, and
+/// [`PlotError::Index`] where a triangle names a point that is not there.
+pub(crate) fn deformed(title: &str, bodies: &[BodyPicture<'_>]) -> Result<String, PlotError> {
+    bodies.iter().try_for_each(checked)?;
+    let [x, y] = [0, 1].map(|c| extent(coordinates(bodies, 0.0).map(|p| p[c])));
+    let size = x.map_or(0.0, |x| x.1 - x.0).max(y.map_or(0.0, |y| y.1 - y.0));
+    let largest = bodies.iter().map(largest_displacement).fold(0.0, f64::max);
+    let factor = nice_factor(0.08 * size, largest);
+    let [x, y] =
+        [0, 1].map(|c| extent([0.0, factor].into_iter().flat_map(|f| coordinates(bodies, f)).map(|p| p[c])));
+    let x_known = x;
+    let (x, y) = (x.unwrap_or((0.0, 1.0)), y.unwrap_or((0.0, 1.0)));
+
+    let width = WIDTH - LEFT - BESIDE;
+    let ratio = ((y.1 - y.0) / (x.1 - x.0).max(f64::MIN_POSITIVE)).clamp(0.3, 1.2);
+    let frame = Frame {
+        left: LEFT,
+        top: TITLE + LEGEND + ABOVE,
+        width,
+        height: (f64::from(width) * if ratio.is_finite() { ratio } else { 1.0 }) as i32,
+    };
+    let (x_axis, y_axis) = equal_scale(x, y, frame);
+    let scale = scale(bodies);
+    let heading = match x_known {
+        None => title.to_owned(),
+        Some(_) if largest > 0.0 => format!("{title} (displacements × {})", short(factor)),
+        Some(_) => format!("{title} (no displacement)"),
+    };
+    let description = description(bodies, factor, &scale);
+
+    sheet::figure(frame.top + frame.height + sheet::BELOW + 10, &heading, &description, |area| {
+        let labels = Labels { x: "x (length units)", y: "y (length units)", grid: false };
+        sheet::legend(area, TITLE, &[DEFORMED, UNDEFORMED])?;
+        let chart = sheet::panel(area, frame, (x_axis, y_axis), &labels)?;
+        let mut drawn: Vec<Cell> = vec![];
+        for body in bodies {
+            cells_of(body, factor, &chart, &mut drawn);
+            outlines(area, &chart, body, factor)?;
+        }
+        names(area, &chart, bodies, factor, frame)?;
+        if drawn.is_empty() {
+            sheet::no_data(area, frame)?;
+        } else {
+            colour_bar(area, &scale, frame)?;
+        }
+        Ok(cells::elements(&drawn, |density| scale.position(density)))
+    })
+}
+
+fn checked(body: &BodyPicture<'_>) -> Result<(), PlotError> {
+    let points = body.points.len();
+    super::same_length("displacements of a body", points, body.displacement.len())?;
+    super::same_length("densities of a body", body.triangles.len(), body.density.len())?;
+    for (triangle, t) in body.triangles.iter().enumerate() {
+        if let Some(point) = t.iter().copied().find(|v| *v as usize >= points) {
+            return Err(PlotError::Index { triangle, point, points });
+        }
+    }
+    Ok(())
+}
+
+/// Where a point goes, `None` where that is not a number to draw.
+fn moved(body: &BodyPicture<'_>, point: usize, factor: f64) -> Option<[f64; 2]> {
+    let (p, u) = (body.points[point], body.displacement[point]);
+    let usable = p.iter().chain(&u).all(|v| drawable(*v));
+    usable.then(|| [p[0] + factor * u[0], p[1] + factor * u[1]]).filter(|q| q.iter().all(|v| drawable(*v)))
+}
+
+fn coordinates<'a>(bodies: &'a [BodyPicture<'a>], factor: f64) -> impl Iterator<Item = [f64; 2]> + 'a {
+    bodies.iter().flat_map(move |b| (0..b.points.len()).filter_map(move |i| moved(b, i, factor)))
+}
+
+fn largest_displacement(body: &BodyPicture<'_>) -> f64 {
+    (0..body.points.len())
+        .filter(|i| moved(body, *i, 0.0).is_some())
+        .map(|i| body.displacement[i][0].hypot(body.displacement[i][1]))
+        .fold(0.0, f64::max)
+}
+
+/// The largest of 1, 2, 5 times a power of ten with `factor · largest ≤ goal`; 1 where nothing moves.
+fn nice_factor(goal: f64, largest: f64) -> f64 {
+    let raw = goal / largest;
+    if !drawable_log(raw) {
+        return 1.0;
+    }
+    let exponent = raw.log10().floor() as i32;
+    let power = if exponent < 0 { 1.0 / 10f64.powi(-exponent) } else { 10f64.powi(exponent) };
+    [5.0, 2.0].into_iter().map(|m| m * power).find(|f| *f <= raw * (1.0 + 1e-9)).unwrap_or(power)
+}
+
+/// Axes on which a unit of length has the same size in both directions.
+fn equal_scale(x: (f64, f64), y: (f64, f64), frame: Frame) -> (Axis, Axis) {
+    let (w, h) = (f64::from(frame.width), f64::from(frame.height));
+    let unit = ((x.1 - x.0) / w).max((y.1 - y.0) / h) * 1.06;
+    let reach = x.0.abs().max(x.1.abs()).max(y.0.abs()).max(y.1.abs());
+    let unit = if unit > 1e-12 * reach && unit > 0.0 { unit } else { reach.max(1.0) / w };
+    let around = |(lo, hi): (f64, f64), pixels: f64| {
+        let (middle, half) = (0.5 * lo + 0.5 * hi, 0.5 * unit * pixels);
+        Axis::linear(middle - half, middle + half, (pixels / 60.0).max(2.0) as usize)
+    };
+    (around(x, w), around(y, h))
+}
+
+/// The colour scale, and what is special about it.
+struct Scale {
+    axis: Axis,
+    /// Some cells are below the lower end.
+    cut: bool,
+    /// No cell has a density above zero.
+    empty: bool,
+}
+
+impl Scale {
+    fn position(&self, density: f64) -> f64 {
+        if self.empty || !drawable_log(density) { 0.0 } else { self.axis.position(density) }
+    }
+}
+
+fn scale(bodies: &[BodyPicture<'_>]) -> Scale {
+    let all = || bodies.iter().flat_map(|b| b.density.iter().copied());
+    match extent(all().filter(|d| drawable_log(*d))) {
+        None => Scale { axis: Axis::log(0.1, 10.0, 5), cut: false, empty: true },
+        Some((lo, hi)) => {
+            let from = lo.max(hi * DECADES);
+            let from = if hi / from < 10.0 { hi / 10.0 } else { from };
+            Scale { axis: Axis::log(from, hi, 8), cut: all().any(|d| d < from), empty: false }
+        }
+    }
+}
+
+fn cells_of(body: &BodyPicture<'_>, factor: f64, chart: &Chart<'_, '_>, out: &mut Vec<Cell>) {
+    let places: Vec<Option<(i32, i32)>> = (0..body.points.len())
+        .map(|i| moved(body, i, factor).map(|p| chart.backend_coord(&(p[0], p[1]))))
+        .collect();
+    for (t, density) in body.triangles.iter().zip(body.density) {
+        if let [Some(a), Some(b), Some(c)] = t.map(|v| places[v as usize]) {
+            out.push(Cell { corners: [a, b, c], density: *density });
+        }
+    }
+}
+
+fn outlines(
+    area: &Area<'_>,
+    chart: &Chart<'_, '_>,
+    body: &BodyPicture<'_>,
+    factor: f64,
+) -> Result<(), PlotError> {
+    let still: Vec<[f64; 2]> =
+        (0..body.points.len()).map(|i| moved(body, i, 0.0).unwrap_or([f64::NAN; 2])).collect();
+    let twice_area = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|v| still[v as usize]);
+        (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+    };
+    let lines = outline(body.points.len(), body.triangles, twice_area);
+    for (look, at_rest) in [(UNDEFORMED, true), (DEFORMED, false)] {
+        for line in &lines {
+            let mut path: Vec<(i32, i32)> = line
+                .iter()
+                .filter_map(|v| {
+                    let p = moved(body, *v as usize, factor)?;
+                    let [x, y] = if at_rest { moved(body, *v as usize, 0.0)? } else { p };
+                    Some(chart.backend_coord(&(x, y)))
+                })
+                .collect();
+            straightened(&mut path);
+            area.draw(&PathElement::new(path, look.colour.stroke_width(look.thickness)))?;
+        }
+    }
+    Ok(())
+}
+
+/// Drops points that repeat the one before or lie on the line between their neighbours.
+fn straightened(path: &mut Vec<(i32, i32)>) {
+    let mut kept: Vec<(i32, i32)> = Vec::with_capacity(path.len());
+    for p in path.drain(..) {
+        if kept.last() == Some(&p) {
+            continue;
+        }
+        if let [.., a, b] = kept[..] {
+            let (u, v) =
+                ((i64::from(b.0 - a.0), i64::from(b.1 - a.1)), (i64::from(p.0 - b.0), i64::from(p.1 - b.1)));
+            if u.0 * v.1 == u.1 * v.0 && u.0 * v.0 + u.1 * v.1 > 0 {
+                kept.pop();
+            }
+        }
+        kept.push(p);
+    }
+    *path = kept;
+}
+
+/// Writes the bodies' names beside the panel at the height of each, or above it for bodies side by side.
+fn names(
+    area: &Area<'_>,
+    chart: &Chart<'_, '_>,
+    bodies: &[BodyPicture<'_>],
+    factor: f64,
+    frame: Frame,
+) -> Result<(), PlotError> {
+    let mut middles: Vec<(&str, [i32; 2])> = vec![];
+    for body in bodies {
+        let places = || (0..body.points.len()).filter_map(|i| moved(body, i, factor));
+        if let (Some(x), Some(y)) = (extent(places().map(|p| p[0])), extent(places().map(|p| p[1]))) {
+            let m = chart.backend_coord(&(0.5 * (x.0 + x.1), 0.5 * (y.0 + y.1)));
+            middles.push((body.name, [m.0 / UNITS, m.1 / UNITS]));
+        }
+    }
+    let spread = |c: usize| extent(middles.iter().map(|m| f64::from(m.1[c]))).map_or(0.0, |e| e.1 - e.0);
+    let beside = spread(1) >= spread(0);
+    middles.sort_by_key(|m| if beside { m.1[1] } else { m.1[0] });
+    let mut free = i32::MIN;
+    for (name, [x, y]) in middles {
+        let room = if beside { 76.0 } else { f64::from(frame.width) / bodies.len().max(1) as f64 };
+        let letters = (room / (0.54 * 10.0)) as usize;
+        let name: String = if name.chars().count() <= letters {
+            name.to_owned()
+        } else {
+            name.chars().take(letters.saturating_sub(1)).chain(['…']).collect()
+        };
+        let size = sheet::fitting(&name, 14.0, room);
+        if beside {
+            let y = y.max(free);
+            Words::new(size).flush_left().write(area, &name, (frame.left + frame.width + 8, y))?;
+            free = y + 18;
+        } else {
+            let half = (0.5 * sheet::width_of(&name, size)) as i32;
+            let x = x.max(free.saturating_add(half)).max(half + 4);
+            Words::new(size).write(area, &name, (x, frame.top - 13))?;
+            free = x + half + 10;
+        }
+    }
+    Ok(())
+}
+
+fn colour_bar(area: &Area<'_>, scale: &Scale, panel: Frame) -> Result<(), PlotError> {
+    let frame = Frame { left: WIDTH - 76, top: panel.top, width: 16, height: panel.height };
+    if scale.empty {
+        let text = ["error density", "zero everywhere"];
+        for (k, line) in text.into_iter().enumerate() {
+            let at = (WIDTH - 60, panel.top + panel.height / 2 - 9 + 18 * k as i32);
+            Words::new(12.0).grey().write(area, line, at)?;
+        }
+        return Ok(());
+    }
+    let bottom = if scale.cut { ", lower end: this or less" } else { "" };
+    let label = format!("error density (energy / area{bottom})");
+    let (left, right) = (frame.left * UNITS, (frame.left + frame.width) * UNITS);
+    let (top, low) = (frame.top * UNITS, (frame.top + frame.height) * UNITS);
+    for k in 0..cells::SHADES {
+        // Each shade covers the bar from its lower edge to the top; the next covers the rest: no seams.
+        let t = k as f64 / cells::SHADES as f64;
+        let y = low - (t * f64::from(low - top)).round() as i32;
+        let colour = viridis(k as f64 / (cells::SHADES - 1) as f64);
+        area.draw(&Rectangle::new([(left, top), (right, y)], colour.filled()))?;
+    }
+    sheet::bar(area, frame, scale.axis.clone(), &label)?;
+    let edge = [(left, low), (left, top), (right, top), (right, low), (left, low)];
+    series::stroke(area, &Look { thickness: 3, ..DEFORMED }, &edge)
+}
+
+fn description(bodies: &[BodyPicture<'_>], factor: f64, scale: &Scale) -> String {
+    let mut text = format!("Deformed bodies, displacements multiplied by {}.", short(factor));
+    for b in bodies {
+        text.push_str(&format!(
+            " {}: {} triangles, largest displacement {}.",
+            b.name,
+            b.triangles.len(),
+            short(largest_displacement(b))
+        ));
+    }
+    let (lo, hi) = scale.axis.ends();
+    if scale.empty {
+        text.push_str(" The error density is zero everywhere.");
+    } else {
+        text.push_str(&format!(
+            " Cells coloured by error density, energy per area, on a logarithmic scale from {}{} to {}.",
+            short(lo),
+            if scale.cut { " or less" } else { "" },
+            short(hi)
+        ));
+    }
+    text
+}

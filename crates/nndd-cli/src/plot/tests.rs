@@ -1,0 +1,291 @@
+use super::axis::{Axis, short};
+use super::outline::outline;
+use super::*;
+use plotters::coord::ranged1d::ValueFormatter;
+
+const BAD: [f64; 6] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300, -1e300, 5e-324];
+
+/// Fails unless the text is one SVG document whose tags close in order and whose numbers are numbers.
+#[track_caller]
+fn assert_whole(svg: &str) {
+    assert!(svg.starts_with("<svg ") && svg.trim_end().ends_with("</svg>"), "not one svg element");
+    assert!(!svg.contains("NaN") && !svg.contains("inf"), "a number that is none");
+    let mut open: Vec<&str> = vec![];
+    let mut rest = svg;
+    while let Some(start) = rest.find('<') {
+        assert!(!rest[..start].contains('>'), "stray > in text");
+        let end = start + rest[start..].find('>').expect("tag without an end");
+        let tag = &rest[start + 1..end];
+        assert!(!tag.contains('<'), "tag within a tag: {tag}");
+        assert_eq!(tag.matches('"').count() % 2, 0, "quotes of {tag}");
+        let name = tag.split([' ', '/']).find(|s| !s.is_empty()).unwrap();
+        if tag.starts_with('/') {
+            assert_eq!(open.pop(), Some(name));
+        } else if !tag.ends_with('/') {
+            open.push(name);
+        }
+        rest = &rest[end + 1..];
+    }
+    assert!(open.is_empty(), "left open: {open:?}");
+    assert_eq!(svg.matches("<title>").count(), 1);
+    assert_eq!(svg.matches("<desc>").count(), 1);
+    assert!(svg.len() < 1_500_000, "{} bytes", svg.len());
+}
+
+fn rows(n: usize) -> Vec<ConvergenceRow> {
+    (1..=n)
+        .map(|k| ConvergenceRow {
+            iteration: k,
+            eta_nndd: 0.5f64.powi(k as i32),
+            precision: 0.1 * 0.3f64.powi(k as i32),
+            eta_dis: (k % 2 == 0).then_some(0.9),
+            e_cre: None,
+        })
+        .collect()
+}
+
+type Mesh = (Vec<[f64; 2]>, Vec<[u32; 3]>);
+
+/// A block of `2n × n` squares cut into triangles.
+fn block(n: usize, y: f64) -> Mesh {
+    let id = |i: usize, j: usize| (j * (2 * n + 1) + i) as u32;
+    let points = (0..=n)
+        .flat_map(|j| (0..=2 * n).map(move |i| [i as f64 / n as f64, y + j as f64 / n as f64]))
+        .collect();
+    let triangles = (0..n)
+        .flat_map(|j| (0..2 * n).map(move |i| (i, j)))
+        .flat_map(|(i, j)| {
+            [[id(i, j), id(i + 1, j), id(i + 1, j + 1)], [id(i, j), id(i + 1, j + 1), id(i, j + 1)]]
+        })
+        .collect();
+    (points, triangles)
+}
+
+fn picture(
+    n: usize,
+    u: impl Fn([f64; 2]) -> [f64; 2],
+    density: impl Fn(usize) -> f64,
+) -> Result<String, PlotError> {
+    let meshes = [block(n, 1.0), block(n, 0.0)];
+    let fields: Vec<(Vec<[f64; 2]>, Vec<f64>)> = meshes
+        .iter()
+        .map(|(p, t)| (p.iter().map(|p| u(*p)).collect(), (0..t.len()).map(&density).collect()))
+        .collect();
+    let bodies: Vec<BodyPicture<'_>> = ["upper", "lower"]
+        .into_iter()
+        .zip(&meshes)
+        .zip(&fields)
+        .map(|((name, (points, triangles)), (displacement, density))| BodyPicture {
+            name,
+            points,
+            triangles,
+            displacement,
+            density,
+        })
+        .collect();
+    deformed("Two blocks", &bodies)
+}
+
+fn constant(name: &str, value: Option<f64>) -> SweepSeries {
+    let theta = vec![0.2, 0.4, 0.6];
+    SweepSeries {
+        name: name.into(),
+        theta,
+        eta_nndd: vec![value; 3],
+        eta_dis: vec![value; 3],
+        e_cre: vec![value; 3],
+    }
+}
+
+#[test]
+fn sweep_names_its_panels_series_and_losses() {
+    let mut fine = constant("fine <5994> & more", Some(0.2));
+    fine.eta_nndd = vec![Some(0.5), Some(0.01), None];
+    let svg = sweep("Sweep", "solver.theta", &[constant("coarse", Some(1.0)), fine]).unwrap();
+    assert_whole(&svg);
+    for text in ["coarse", "fine &lt;5994&gt; &amp; more", "eta_nndd", "eta_dis", "e_cre", "energy^1/2"] {
+        assert!(svg.contains(text), "{text}");
+    }
+    assert!(svg.contains("smallest eta_nndd at solver.theta = 0.4") && svg.contains("1 of 3 diverged"));
+}
+
+#[test]
+fn sweep_of_nothing_says_so() {
+    let empty =
+        SweepSeries { name: "e".into(), theta: vec![], eta_nndd: vec![], eta_dis: vec![], e_cre: vec![] };
+    for panels in [vec![], vec![empty], vec![constant("lost", None)], vec![constant("zero", Some(0.0))]] {
+        let svg = sweep("Sweep", "theta", &panels).unwrap();
+        assert_whole(&svg);
+        assert!(svg.contains("no data"));
+    }
+    for bad in BAD {
+        let mut panel = constant("bad", Some(bad));
+        panel.theta[1] = bad;
+        assert_whole(&sweep("Sweep", "theta", &[panel, constant("good", Some(1.0))]).unwrap());
+    }
+}
+
+#[test]
+fn arrays_that_do_not_match_are_refused() {
+    let mut short = constant("short", Some(1.0));
+    short.e_cre.pop();
+    assert!(matches!(sweep("s", "t", &[short]), Err(PlotError::Length { expected: 3, found: 2, .. })));
+    let profile = ContactProfile { s: &[0.0, 1.0], opening: &[0.0], pressure: &[0.0, 0.0] };
+    assert!(matches!(contact("c", &profile), Err(PlotError::Length { expected: 2, found: 1, .. })));
+    let body = BodyPicture {
+        name: "b",
+        points: &[[0.0; 2]; 3],
+        triangles: &[[0, 1, 3]],
+        displacement: &[[0.0; 2]; 3],
+        density: &[1.0],
+    };
+    assert!(matches!(deformed("d", &[body]), Err(PlotError::Index { triangle: 0, point: 3, points: 3 })));
+}
+
+#[test]
+fn convergence_shows_only_what_was_computed() {
+    let svg = convergence("Convergence", &rows(12)).unwrap();
+    assert_whole(&svg);
+    assert!(svg.contains("eta_nndd") && svg.contains("precision") && svg.contains("eta_dis"));
+    assert!(!svg.contains("e_cre (total"), "a legend entry without data");
+    assert!(svg.contains("1e-3"), "logarithmic ticks");
+}
+
+#[test]
+fn convergence_of_odd_rows() {
+    assert!(convergence("None", &[]).unwrap().contains("no data"));
+    assert_whole(&convergence("One", &rows(1)).unwrap());
+    for bad in BAD.into_iter().chain([0.0, -1.0]) {
+        let mut odd = rows(5);
+        odd[2].eta_nndd = bad;
+        odd[3].precision = bad;
+        odd[1].eta_dis = Some(bad);
+        odd[4].e_cre = Some(bad);
+        assert_whole(&convergence("Odd", &odd).unwrap());
+    }
+    let mut many = rows(20_000);
+    for (k, row) in many.iter_mut().enumerate() {
+        row.eta_nndd = if k % 2 == 0 { 1e-9 } else { 1.0 };
+        row.precision = row.eta_nndd;
+        row.e_cre = Some(row.eta_nndd);
+    }
+    assert_whole(&convergence("Many", &many).unwrap());
+}
+
+#[test]
+fn contact_shades_where_there_is_pressure() {
+    let s = [0.0, 0.5, 1.0, 1.5, 2.0];
+    let profile =
+        ContactProfile { s: &s, opening: &[0.0, 0.0, 0.0, 0.1, 0.3], pressure: &[3.0, 2.0, 1.0, 0.0, 0.0] };
+    let svg = contact("Contact", &profile).unwrap();
+    assert_whole(&svg);
+    assert!(svg.contains("Contact zone: 0 to 1.25."), "{svg}");
+    for text in ["pressure", "opening", "contact zone", "length units"] {
+        assert!(svg.contains(text), "{text}");
+    }
+}
+
+#[test]
+fn contact_of_odd_profiles() {
+    let empty = contact("Contact", &ContactProfile { s: &[], opening: &[], pressure: &[] }).unwrap();
+    assert_whole(&empty);
+    assert!(empty.contains("no data"));
+    assert_whole(
+        &contact("Contact", &ContactProfile { s: &[1.0], opening: &[0.0], pressure: &[2.0] }).unwrap(),
+    );
+    let open =
+        contact("Contact", &ContactProfile { s: &[0.0, 1.0], opening: &[1.0; 2], pressure: &[0.0; 2] });
+    assert!(open.unwrap().contains("pressure is zero everywhere"));
+    for bad in BAD {
+        let values = [1.0, bad, 2.0];
+        for (s, opening, pressure) in [
+            ([0.0, bad, 1.0], [0.0; 3], [1.0; 3]),
+            ([0.0, 0.5, 1.0], values, [1.0; 3]),
+            ([0.0; 3], [0.0; 3], values),
+        ] {
+            let profile = ContactProfile { s: &s, opening: &opening, pressure: &pressure };
+            assert_whole(&contact("Contact", &profile).unwrap());
+        }
+    }
+}
+
+#[test]
+fn deformed_says_its_factor_and_names() {
+    let svg = picture(3, |p| [0.0, -0.02 * p[1]], |k| 1e-3 * (k + 1) as f64).unwrap();
+    assert_whole(&svg);
+    // The largest displacement is 0.04 and the size 2: 0.16 / 0.04 = 4, rounded down.
+    assert!(svg.contains("displacements × 2"), "factor");
+    assert!(svg.contains("upper") && svg.contains("lower") && svg.contains("error density"));
+}
+
+#[test]
+fn deformed_of_odd_bodies() {
+    let still = picture(2, |_| [0.0; 2], |_| 0.0).unwrap();
+    assert_whole(&still);
+    assert!(still.contains("no displacement") && still.contains("zero everywhere"));
+    assert!(deformed("Nothing", &[]).unwrap().contains("no data"));
+    assert_whole(&picture(2, |_| [0.1; 2], |_| 3.0).unwrap());
+    for bad in BAD {
+        assert_whole(&picture(2, |p| [if p[0] == 1.0 { bad } else { 0.1 }, 0.0], |_| 1.0).unwrap());
+        assert_whole(&picture(2, |_| [0.1; 2], |k| if k == 1 { bad } else { 1.0 }).unwrap());
+        assert_whole(&picture(2, |_| [bad; 2], |_| bad).unwrap());
+    }
+    let point = BodyPicture {
+        name: "point",
+        points: &[[1.0, 1.0]; 3],
+        triangles: &[[0, 1, 2], [1, 1, 1]],
+        displacement: &[[0.0; 2]; 3],
+        density: &[1.0, 2.0],
+    };
+    assert_whole(&deformed("Point", &[point]).unwrap());
+}
+
+#[test]
+fn many_cells_stay_a_small_file() {
+    // As unlike from cell to cell as can be: no two neighbours share a shade.
+    let noise = |k: usize| 10f64.powf(-4.0 * ((k * 2_654_435_761) % 1000) as f64 / 1000.0);
+    for n in [50, 150] {
+        assert_whole(&picture(n, |p| [0.0, -0.02 * p[1]], noise).unwrap());
+    }
+}
+
+#[test]
+fn outline_of_a_block_goes_once_around() {
+    let (points, mut triangles) = block(4, 0.0);
+    triangles[5].swap(0, 1);
+    let area = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|v| points[v as usize]);
+        (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+    };
+    let lines = outline(points.len(), &triangles, area);
+    assert_eq!(lines.len(), 1);
+    assert_eq!(lines[0].len(), 2 * (8 + 4) + 1);
+    assert_eq!(lines[0].first(), lines[0].last());
+}
+
+#[test]
+fn ticks_are_readable() {
+    let written = |axis: Axis| -> Vec<String> { axis.major().iter().map(|v| axis.format_ext(v)).collect() };
+    assert_eq!(written(Axis::linear(0.0, 1.0, 5)), ["0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
+    assert_eq!(written(Axis::linear(0.0, 3e-7, 3)), ["0", "1e-7", "2e-7", "3e-7"]);
+    assert_eq!(written(Axis::log(1e-4, 1.0, 8)), ["1e-4", "1e-3", "1e-2", "1e-1", "1e0"]);
+    assert_eq!(written(Axis::log(0.09, 1.1, 8)), ["1e-1", "2e-1", "5e-1", "1e0"]);
+    assert_eq!(written(Axis::whole(1, 4, 12)), ["1", "2", "3", "4"]);
+    for (lo, hi) in [(1.0, 1.0), (0.0, 0.0), (-1e100, 1e100), (1e9, 1e9 + 1e-7), (0.0, 1e-160)] {
+        let ticks = written(Axis::padded(lo, hi, 8)).len();
+        assert!((2..=20).contains(&ticks), "{ticks} ticks between {lo} and {hi}");
+    }
+    for (lo, hi) in [(1.0, 1.0), (1e-100, 1e100), (0.95, 1.0), (2.0, 2.0000001), (3.0, 30.0)] {
+        let ticks = written(Axis::log_padded(lo, hi, 8)).len();
+        assert!((2..=20).contains(&ticks), "{ticks} ticks between {lo} and {hi}");
+    }
+}
+
+#[test]
+fn short_numbers() {
+    for (value, text) in
+        [(0.0, "0"), (0.45, "0.45"), (5.0, "5"), (1e5, "1e5"), (2.5e-7, "2.5e-7"), (-12.345, "-12.35")]
+    {
+        assert_eq!(short(value), text);
+    }
+}

@@ -1,0 +1,48 @@
+//! Why a call made no sense. How an iteration ended is [`crate::NnddStatus`], never an error.
+
+use contact_qp::QpError;
+use fem_core::assembly::AssemblyError;
+use fem_core::cholesky::CholeskyError;
+use thiserror::Error;
+
+/// Why an iteration could not be run.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum NnddError {
+    /// The sizes of problem, condensed bodies and λ do not belong together.
+    #[error("{what} has {found} interface unknowns; the interface has {expected} pairs")]
+    Length {
+        /// What is of the wrong size.
+        what: &'static str,
+        /// Its size.
+        found: usize,
+        /// Number of pairs.
+        expected: usize,
+    },
+    /// θ is not a positive number.
+    #[error("theta is {found}; it must be a positive, finite number")]
+    Theta {
+        /// The value found.
+        found: f64,
+    },
+    /// The initial λ is infinite or not a number.
+    #[error("the initial lambda of pair {pair} is {found}; finite numbers are needed")]
+    Lambda {
+        /// Number of the pair.
+        pair: usize,
+        /// The value found.
+        found: f64,
+    },
+    /// The contact problem was refused.
+    #[error("the contact problem of the second body cannot be solved: {0}")]
+    Qp(#[from] QpError),
+    /// A body could not be assembled for the literal path.
+    #[error(transparent)]
+    Assembly(#[from] AssemblyError),
+    /// A body could not be factorised for the literal path.
+    #[error(transparent)]
+    Factor(#[from] CholeskyError),
+    /// The stopping criterion failed.
+    #[error("the stopping criterion failed: {0}")]
+    Criterion(#[source] Box<dyn std::error::Error + Send + Sync>),
+}

@@ -1,0 +1,97 @@
+//! What one iteration knows, and what is kept of it.
+
+use contact_qp::{ActiveSet, KktResiduals, QpPath, QpStatus};
+
+/// The contact problem of step 1: how it was solved.
+#[derive(Clone, Debug)]
+pub struct ContactAnswer {
+    /// Normal trace `v²` of Ω₂, m.
+    pub normal_trace: Vec<f64>,
+    /// Contact force `r² ≥ 0`, N/m.
+    pub normal_reaction: Vec<f64>,
+    /// Active bounds.
+    pub active: ActiveSet,
+    /// How the programme ended.
+    pub status: QpStatus,
+    /// By which road it was solved.
+    pub path: QpPath,
+    /// Iterations of that road.
+    pub iterations: usize,
+    /// How often Clarabel was called.
+    pub clarabel_calls: usize,
+    /// Its KKT residuals, relative.
+    pub kkt: KktResiduals,
+}
+
+/// One iteration: the admissible pair of step 1 and what step 2 makes of it.
+#[derive(Clone, Debug)]
+pub struct Iterate {
+    /// Number, from 1.
+    pub iteration: usize,
+    /// The imposed normal trace λ of this iteration, m.
+    pub lambda: Vec<f64>,
+    /// Reaction `r¹` of Ω₁ to λ, N/m.
+    pub reaction: Vec<f64>,
+    /// Ω₂'s answer to λ.
+    pub contact: ContactAnswer,
+    /// Opening `o = v² − (λ − g) ≥ 0`, m.
+    pub opening: Vec<f64>,
+    /// θ of the update that follows.
+    pub theta: f64,
+    /// `ε_t = 2 max|t¹+t²| / (max|t¹|+max|t²|)`, dimensionless.
+    pub precision: f64,
+    /// `η_NNDD = ‖w̄‖`, the guaranteed bound of the iteration's error, square root of an energy.
+    pub eta_nndd: f64,
+}
+
+impl Iterate {
+    /// Counts the pairs in contact: those with a positive force. A pair that touches without a force does
+    /// not count, since its bound may be called active or not.
+    pub fn contact_nodes(&self) -> usize {
+        self.contact.normal_reaction.iter().filter(|&&r| r > 0.0).count()
+    }
+
+    /// Computes the contact force `Σ r²_i`, N/m.
+    pub fn contact_force(&self) -> f64 {
+        self.contact.normal_reaction.iter().sum()
+    }
+}
+
+/// The row of one iteration in a history.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct IterationRow {
+    /// Number, from 1.
+    pub iteration: usize,
+    /// θ of the update that follows.
+    pub theta: f64,
+    /// `ε_t`.
+    pub precision: f64,
+    /// `η_NNDD`.
+    pub eta_nndd: f64,
+    /// Pairs in contact.
+    pub contact_nodes: usize,
+    /// `Σ r²_i`, N/m.
+    pub contact_force: f64,
+    /// How Ω₂'s contact problem was solved.
+    pub qp_path: QpPath,
+    /// Iterations that took.
+    pub qp_iterations: usize,
+    /// Largest relative KKT residual of its answer.
+    pub qp_kkt: f64,
+}
+
+impl From<&Iterate> for IterationRow {
+    fn from(it: &Iterate) -> Self {
+        Self {
+            iteration: it.iteration,
+            theta: it.theta,
+            precision: it.precision,
+            eta_nndd: it.eta_nndd,
+            contact_nodes: it.contact_nodes(),
+            contact_force: it.contact_force(),
+            qp_path: it.contact.path,
+            qp_iterations: it.contact.iterations,
+            qp_kkt: it.contact.kkt.max(),
+        }
+    }
+}

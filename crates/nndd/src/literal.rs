@@ -1,0 +1,94 @@
+//! The literal path: one full-size solve per body and step, and the full sparse contact problem.
+//!
+//! It shares neither the Schur complement nor its factor with the condensed path, and is the reference that
+//! the condensed path is tested against.
+
+use crate::error::NnddError;
+use crate::iterate::ContactAnswer;
+use crate::steps::{Steps, answer};
+use contact_qp::{ActiveSet, BoundQp, MatrixView, QpSettings};
+use fem_core::assembly::System;
+use fem_core::cholesky::{Cholesky, SymbolicCholesky};
+use fem_core::interface::ContactProblem;
+
+pub(crate) struct LiteralSteps {
+    systems: [System; 2],
+    /// Factor of `K¹` with the interface normals imposed.
+    dirichlet: Cholesky,
+    /// Factors of `K¹`, `K²` with the interface free.
+    neumann: [Cholesky; 2],
+    /// `K²` by its upper triangle, and `−f²`.
+    contact: (Vec<usize>, Vec<usize>, Vec<f64>),
+    linear: Vec<f64>,
+    bounded: Vec<usize>,
+}
+
+fn factorise(matrix: &fem_core::sparse::SymmetricCsc) -> Result<Cholesky, NnddError> {
+    Ok(Cholesky::factorise(&SymbolicCholesky::analyse(matrix)?, matrix)?)
+}
+
+impl LiteralSteps {
+    pub(crate) fn new(problem: &ContactProblem) -> Result<Self, NnddError> {
+        let sides = problem.interface.sides();
+        let (first, second) = rayon::join(
+            || System::assemble(&problem.bodies[0], &sides[0]),
+            || System::assemble(&problem.bodies[1], &sides[1]),
+        );
+        let systems = [first?, second?];
+        let interior = systems[0].dofs.len() - systems[0].dofs.interface_len();
+        let (first, second) =
+            rayon::join(|| factorise(&systems[0].stiffness), || factorise(&systems[1].stiffness));
+        let dofs = &systems[1].dofs;
+        Ok(Self {
+            dirichlet: factorise(&systems[0].stiffness.leading(interior))?,
+            neumann: [first?, second?],
+            contact: systems[1].stiffness.upper(),
+            linear: systems[1].load.iter().map(|f| -f).collect(),
+            bounded: (dofs.len() - dofs.interface_len()..dofs.len()).collect(),
+            systems,
+        })
+    }
+}
+
+impl Steps for LiteralSteps {
+    fn dirichlet(&self, lambda: &[f64]) -> Vec<f64> {
+        let System { stiffness, load, .. } = &self.systems[0];
+        let interior = load.len() - lambda.len();
+        // K_II u_I = f_I − K_IC λ
+        let mut x = vec![0.0; load.len()];
+        x[interior..].copy_from_slice(lambda);
+        let coupling = stiffness.multiply(&x);
+        let mut u: Vec<f64> = load[..interior].iter().zip(&coupling).map(|(f, k)| f - k).collect();
+        self.dirichlet.solve(&mut u);
+        x[..interior].copy_from_slice(&u);
+        let forces = stiffness.multiply(&x);
+        (interior..x.len()).map(|j| forces[j] - load[j]).collect()
+    }
+
+    fn contact(
+        &self,
+        lower: &[f64],
+        warm_start: Option<&ActiveSet>,
+        settings: &QpSettings,
+    ) -> Result<ContactAnswer, NnddError> {
+        let (starts, rows, values) = &self.contact;
+        let matrix = MatrixView::SparseUpper {
+            n: self.linear.len(),
+            column_starts: starts,
+            row_indices: rows,
+            values,
+        };
+        let qp = BoundQp { matrix, linear: &self.linear, bounded: &self.bounded, lower };
+        let solution = contact_qp::solve(&qp, warm_start, settings)?;
+        let trace = solution.x[self.linear.len() - lower.len()..].to_vec();
+        Ok(answer(solution, trace))
+    }
+
+    fn neumann(&self, body: usize, force: &[f64]) -> Vec<f64> {
+        let n = self.systems[body].dofs.len();
+        let mut x = vec![0.0; n];
+        x[n - force.len()..].copy_from_slice(force);
+        self.neumann[body].solve(&mut x);
+        x.split_off(n - force.len())
+    }
+}

@@ -1,0 +1,51 @@
+//! The interface Newton method: the reference that every other path is tested against.
+//!
+//! With `F = S₁⁻¹ + S₂⁻¹` and `c` the opening without contact force, the discrete contact problem is
+//! `r ≥ 0, o = c + F r ≥ 0, r·o = 0`, the optimality conditions of `min ½ rᵀF r + cᵀr, r ≥ 0`. Semi-smooth
+//! Newton on them is the primal-dual active-set method of `contact-qp`; the result is exact.
+
+use crate::error::NnddError;
+use contact_qp::{BoundQp, MatrixView, QpSettings, QpSolution};
+use fem_core::condensation::CondensedBody;
+use fem_core::interface::ContactInterface;
+
+/// The Newton method's answer: λ, and the programme that gave it.
+pub(crate) struct NewtonAnswer {
+    pub(crate) lambda: Vec<f64>,
+    pub(crate) solution: QpSolution,
+}
+
+pub(crate) fn solve(
+    interface: &ContactInterface,
+    bodies: &[CondensedBody; 2],
+    settings: &QpSettings,
+) -> Result<NewtonAnswer, NnddError> {
+    let n = bodies[0].len();
+    let (first, second) = rayon::join(|| bodies[0].flexibility(), || bodies[1].flexibility());
+    let mut flexibility: Vec<f64> = first.iter().zip(&second).map(|(a, b)| a + b).collect();
+    for j in 0..n {
+        for i in 0..j {
+            flexibility[j * n + i] = flexibility[i * n + j];
+        }
+    }
+    let free = |b: &CondensedBody| {
+        let mut v = vec![0.0; n];
+        b.trace_from_force(b.condensed_load(), &mut v);
+        v
+    };
+    let (v1, v2) = (free(&bodies[0]), free(&bodies[1]));
+    let opening: Vec<f64> =
+        interface.pairs().iter().zip(v1.iter().zip(&v2)).map(|(p, (a, b))| p.gap - a + b).collect();
+    let bounded: Vec<usize> = (0..n).collect();
+    let qp = BoundQp {
+        matrix: MatrixView::Dense { n, values: &flexibility },
+        linear: &opening,
+        bounded: &bounded,
+        lower: &vec![0.0; n],
+    };
+    let solution = contact_qp::solve(&qp, None, settings)?;
+    let force: Vec<f64> = bodies[0].condensed_load().iter().zip(&solution.x).map(|(g, r)| g - r).collect();
+    let mut lambda = vec![0.0; n];
+    bodies[0].trace_from_force(&force, &mut lambda);
+    Ok(NewtonAnswer { lambda, solution })
+}

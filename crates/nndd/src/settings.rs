@@ -1,0 +1,101 @@
+//! How to iterate.
+
+use contact_qp::QpSettings;
+
+/// Which algorithm solves the discrete contact problem.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Method {
+    /// The Neumann-Neumann iteration, equations (8)-(11).
+    #[default]
+    Nndd,
+    /// The interface Newton method, the reference; see [`crate::monolithic`].
+    Newton,
+}
+
+/// By which operators the steps are solved.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Path {
+    /// In the interface unknowns only, `O(n_c²)` operations per step.
+    #[default]
+    Condensed,
+    /// One full-size solve per body and step, and the full sparse contact problem: the reference.
+    Literal,
+}
+
+/// The relaxation parameter of the update.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Theta {
+    /// From the ends of the spectrum of the interface operator, `2/(µ_min + µ_max)`.
+    #[default]
+    Auto,
+    /// A given positive number.
+    Value(f64),
+}
+
+/// How the interface imbalance is shared between the two bodies.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Weights {
+    /// Half each, and the update `w¹ − w²`: the paper's.
+    Half,
+    /// `d_α = k_α/(k₁+k₂)` with the diagonals of `S_α`, and the update `d₁ w¹ − d₂ w²`.
+    #[default]
+    Stiffness,
+}
+
+/// How the sequence of λ is accelerated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Acceleration {
+    /// Not at all: the paper's fixed θ.
+    None,
+    /// Aitken's vector Δ² relaxation of θ.
+    Aitken,
+    /// Anderson's method with a safeguard.
+    #[default]
+    Anderson,
+}
+
+/// Settings of [`crate::solve`].
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct NnddSettings {
+    /// The algorithm; default the Neumann-Neumann iteration.
+    pub method: Method,
+    /// The operators; default condensed.
+    pub path: Path,
+    /// The relaxation; default automatic.
+    pub theta: Theta,
+    /// The weights; default by stiffness.
+    pub weights: Weights,
+    /// The acceleration; default Anderson.
+    pub acceleration: Acceleration,
+    /// Most iterations; default 50. With 0 the first pair is still computed, so that it can be certified.
+    pub max_iterations: usize,
+    /// How Ω₂'s contact problem is solved.
+    pub qp: QpSettings,
+}
+
+impl Default for NnddSettings {
+    fn default() -> Self {
+        Self {
+            method: Method::default(),
+            path: Path::default(),
+            theta: Theta::default(),
+            weights: Weights::default(),
+            acceleration: Acceleration::default(),
+            max_iterations: 50,
+            qp: QpSettings::default(),
+        }
+    }
+}
+
+impl NnddSettings {
+    /// The paper's own settings: θ given, half weights, no acceleration.
+    pub fn paper(theta: f64) -> Self {
+        Self {
+            theta: Theta::Value(theta),
+            weights: Weights::Half,
+            acceleration: Acceleration::None,
+            ..Self::default()
+        }
+    }
+}

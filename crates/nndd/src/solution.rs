@@ -1,0 +1,51 @@
+//! How an iteration ended, and what it leaves.
+
+use crate::iterate::{Iterate, IterationRow};
+use crate::spectrum::Spectrum;
+use contact_qp::QpStatus;
+
+/// How an iteration ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum NnddStatus {
+    /// The stopping criterion was met.
+    StoppedByCriterion,
+    /// All allowed iterations were used.
+    MaxIterations,
+    /// η_NNDD grows: θ is too large.
+    Diverged {
+        /// η_NNDD of the best iteration before.
+        best: f64,
+        /// θ converges below this (full contact), where that could be estimated.
+        theta_limit: Option<f64>,
+    },
+    /// η_NNDD falls no further.
+    Stalled {
+        /// The smallest value reached: the attainable floor where it is at round-off.
+        floor: f64,
+        /// Whether that floor is round-off, against the first iteration.
+        at_round_off: bool,
+    },
+    /// Somebody outside ended it.
+    Interrupted,
+    /// Ω₂'s contact problem was not solved.
+    ContactQpUnsolved(QpStatus),
+}
+
+/// The result of [`crate::solve`].
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct NnddSolution {
+    /// How it ended.
+    pub status: NnddStatus,
+    /// One row per iteration.
+    pub history: Vec<IterationRow>,
+    /// The last iteration.
+    pub last: Iterate,
+    /// θ at the start: as given, or chosen.
+    pub theta: f64,
+    /// The spectrum θ was chosen by, where it was estimated.
+    pub spectrum: Option<Spectrum>,
+    /// How often Clarabel was called in all.
+    pub clarabel_calls: usize,
+}

@@ -1,0 +1,262 @@
+//! The algorithm box of the paper: one loop.
+
+use crate::acceleration::Accelerator;
+use crate::error::NnddError;
+use crate::iterate::{ContactAnswer, Iterate, IterationRow};
+use crate::literal::LiteralSteps;
+use crate::monitor::Monitor;
+use crate::monolithic;
+use crate::settings::{Acceleration, Method, NnddSettings, Path, Theta};
+use crate::solution::{NnddSolution, NnddStatus};
+use crate::spectrum::{self, Spectrum};
+use crate::steps::{CondensedSteps, Steps};
+use crate::stopping::{Decision, StoppingCriterion};
+use crate::weights::NodalWeights;
+use contact_qp::ActiveSet;
+use fem_core::condensation::CondensedBody;
+use fem_core::interface::{ContactInterface, ContactProblem};
+
+/// Solves a contact problem by the Neumann-Neumann iteration (8)-(11), or by the reference method.
+///
+/// * `bodies`: the two bodies condensed on the interface, in the roles of `problem`.
+/// * `lambda`: the initial normal trace λ₁ at each pair, m.
+/// * `stop`: looked at after every iteration.
+///
+/// The pair of step 1 of the last iteration is in `last`; it is kinematically admissible exactly.
+///
+/// # Errors
+/// Sizes that do not belong together, a θ that is not positive, a contact problem that is refused, a
+/// criterion that fails. Not converging is a status.
+pub fn solve(
+    problem: &ContactProblem,
+    bodies: &[CondensedBody; 2],
+    lambda: Vec<f64>,
+    settings: &NnddSettings,
+    stop: &mut dyn StoppingCriterion,
+) -> Result<NnddSolution, NnddError> {
+    check(problem, bodies, &lambda, settings)?;
+    let weights = NodalWeights::new(bodies, settings.weights);
+    let (theta, spectrum) = choose_theta(bodies, &weights, settings);
+    let literal;
+    let condensed;
+    let steps: &dyn Steps = match settings.path {
+        Path::Condensed => {
+            condensed = CondensedSteps::new(bodies);
+            &condensed
+        }
+        Path::Literal => {
+            literal = LiteralSteps::new(problem)?;
+            &literal
+        }
+    };
+    let mut run = Run { interface: &problem.interface, steps, weights: &weights, settings, warm_start: None };
+    let mut solution = match settings.method {
+        Method::Nndd => run.iterate(lambda, theta, stop)?,
+        Method::Newton => run.newton(bodies, stop)?,
+    };
+    solution.spectrum = spectrum;
+    if let NnddStatus::Diverged { theta_limit, .. } = &mut solution.status {
+        let spectrum = spectrum.or_else(|| spectrum::estimate(bodies, &weights));
+        *theta_limit = spectrum.map(|s| s.theta_limit());
+        solution.spectrum = spectrum;
+    }
+    Ok(solution)
+}
+
+fn check(
+    problem: &ContactProblem,
+    bodies: &[CondensedBody; 2],
+    lambda: &[f64],
+    settings: &NnddSettings,
+) -> Result<(), NnddError> {
+    let expected = problem.interface.pairs().len();
+    let sizes =
+        [("the first body", bodies[0].len()), ("the second body", bodies[1].len()), ("lambda", lambda.len())];
+    for (what, found) in sizes {
+        if found != expected {
+            return Err(NnddError::Length { what, found, expected });
+        }
+    }
+    if let Some(pair) = lambda.iter().position(|l| !l.is_finite()) {
+        return Err(NnddError::Lambda { pair, found: lambda[pair] });
+    }
+    match settings.theta {
+        Theta::Value(found) if !(found > 0.0 && found.is_finite()) => Err(NnddError::Theta { found }),
+        _ => Ok(()),
+    }
+}
+
+fn choose_theta(
+    bodies: &[CondensedBody; 2],
+    weights: &NodalWeights,
+    settings: &NnddSettings,
+) -> (f64, Option<Spectrum>) {
+    match settings.theta {
+        Theta::Value(theta) => (theta, None),
+        Theta::Auto => {
+            let spectrum = spectrum::estimate(bodies, weights);
+            // Without a spectrum: the best value for identical bodies.
+            let identical = if weights.is_half() { 0.5 } else { 1.0 };
+            (spectrum.map_or(identical, |s| s.best_theta()), spectrum)
+        }
+    }
+}
+
+struct Run<'a> {
+    interface: &'a ContactInterface,
+    steps: &'a dyn Steps,
+    weights: &'a NodalWeights,
+    settings: &'a NnddSettings,
+    warm_start: Option<ActiveSet>,
+}
+
+/// What step 2 finds.
+struct Correction {
+    /// Direction of the update, `(w¹ − w²)·n`.
+    direction: Vec<f64>,
+    /// `η_NNDD`.
+    eta_nndd: f64,
+}
+
+impl Run<'_> {
+    /// The algorithm box.
+    fn iterate(
+        &mut self,
+        mut lambda: Vec<f64>,
+        theta: f64,
+        stop: &mut dyn StoppingCriterion,
+    ) -> Result<NnddSolution, NnddError> {
+        let mut accelerator = Accelerator::new(self.settings.acceleration, theta);
+        let mut monitor = Monitor::default();
+        let mut history = Vec::new();
+        let mut clarabel_calls = 0;
+        for iteration in 1.. {
+            // Step 1: (8) and (9), at the same time.
+            let (reaction, contact) = self.step_1(&lambda)?;
+            clarabel_calls += contact.clarabel_calls;
+            // Step 2: (10) and (11), at the same time.
+            let imbalance: Vec<f64> =
+                reaction.iter().zip(&contact.normal_reaction).map(|(a, b)| a + b).collect();
+            let correction = self.step_2(&imbalance);
+            let theta = accelerator.theta(&correction.direction);
+            let iterate =
+                self.iterate_of(iteration, theta, correction.eta_nndd, lambda.clone(), reaction, contact);
+            history.push(IterationRow::from(&iterate));
+            let qp_status = iterate.contact.status;
+            // ε_t, η_NNDD: stop, or give up?
+            let status = if !qp_status.is_solved() {
+                Some(NnddStatus::ContactQpUnsolved(qp_status))
+            } else {
+                match stop.check(&iterate).map_err(NnddError::Criterion)? {
+                    Decision::Stop => Some(NnddStatus::StoppedByCriterion),
+                    Decision::Interrupt => Some(NnddStatus::Interrupted),
+                    Decision::Continue if iteration >= self.settings.max_iterations => {
+                        Some(NnddStatus::MaxIterations)
+                    }
+                    Decision::Continue => {
+                        monitor.judge(iterate.eta_nndd, self.settings.acceleration == Acceleration::None)
+                    }
+                }
+            };
+            if let Some(status) = status {
+                return Ok(NnddSolution {
+                    status,
+                    history,
+                    last: iterate,
+                    theta,
+                    spectrum: None,
+                    clarabel_calls,
+                });
+            }
+            // λ ← λ + θ (w¹ − w²)·n
+            lambda = accelerator.next(&lambda, correction.direction, iterate.eta_nndd);
+        }
+        unreachable!("the loop above ends by its own conditions")
+    }
+
+    /// Step 1: imposes λ on Ω₁ (8) and solves Ω₂'s contact problem (9).
+    fn step_1(&mut self, lambda: &[f64]) -> Result<(Vec<f64>, ContactAnswer), NnddError> {
+        let lower: Vec<f64> = lambda.iter().zip(self.interface.pairs()).map(|(l, p)| l - p.gap).collect();
+        let (steps, warm, qp) = (self.steps, self.warm_start.as_ref(), &self.settings.qp);
+        let (reaction, contact) = rayon::join(|| steps.dirichlet(lambda), || steps.contact(&lower, warm, qp));
+        let contact = contact?;
+        self.warm_start = Some(contact.active.clone());
+        Ok((reaction, contact))
+    }
+
+    /// Step 2: the Neumann problems (10) and (11) under the imbalance `r¹ + r²`.
+    fn step_2(&self, imbalance: &[f64]) -> Correction {
+        let [load_1, load_2] = self.weights.loads(imbalance);
+        let ((w1, eta_nndd), w2) = rayon::join(
+            || {
+                let w1 = self.steps.neumann(0, &load_1);
+                // η_NNDD² = ‖w̄‖² = (r¹+r²)·w̄ with w̄ = S₁⁻¹(r¹+r²); with half weights w̄ = −2 w¹.
+                let squared = if self.weights.is_half() {
+                    4.0 * dot(&load_1, &w1)
+                } else {
+                    dot(imbalance, &self.steps.neumann(0, imbalance))
+                };
+                (w1, squared.max(0.0).sqrt())
+            },
+            || self.steps.neumann(1, &load_2),
+        );
+        Correction { direction: self.weights.update([&w1, &w2]), eta_nndd }
+    }
+
+    fn iterate_of(
+        &self,
+        iteration: usize,
+        theta: f64,
+        eta_nndd: f64,
+        lambda: Vec<f64>,
+        reaction: Vec<f64>,
+        contact: ContactAnswer,
+    ) -> Iterate {
+        let pairs = self.interface.pairs();
+        let opening =
+            (0..pairs.len()).map(|i| contact.normal_trace[i] - (lambda[i] - pairs[i].gap)).collect();
+        let traction = |r: &dyn Fn(usize) -> f64| {
+            (0..pairs.len()).map(|i| (r(i) / pairs[i].tributary_length).abs()).fold(0.0, f64::max)
+        };
+        let r2 = &contact.normal_reaction;
+        let scale = traction(&|i| reaction[i]) + traction(&|i| r2[i]);
+        let imbalance = traction(&|i| reaction[i] + r2[i]);
+        let precision = if scale > 0.0 { 2.0 * imbalance / scale } else { 0.0 };
+        Iterate { iteration, lambda, opening, theta, precision, eta_nndd, reaction, contact }
+    }
+
+    /// The reference: λ by interface Newton, then one pass of both steps, which certifies it.
+    fn newton(
+        &mut self,
+        bodies: &[CondensedBody; 2],
+        stop: &mut dyn StoppingCriterion,
+    ) -> Result<NnddSolution, NnddError> {
+        let qp = &self.settings.qp;
+        let limit = self.settings.max_iterations.max(1).min(qp.max_iterations);
+        let answer = monolithic::solve(self.interface, bodies, &qp.clone().with_max_iterations(limit))?;
+        let flags: Vec<bool> = answer.solution.multipliers.iter().map(|o| *o == 0.0).collect();
+        self.warm_start = Some(ActiveSet::new(flags));
+        let (reaction, contact) = self.step_1(&answer.lambda)?;
+        let clarabel_calls = answer.solution.clarabel_calls + contact.clarabel_calls;
+        let imbalance: Vec<f64> = reaction.iter().zip(&contact.normal_reaction).map(|(a, b)| a + b).collect();
+        let eta = self.step_2(&imbalance).eta_nndd;
+        let mut iterate = self.iterate_of(1, 0.0, eta, answer.lambda, reaction, contact);
+        iterate.contact.path = answer.solution.path;
+        iterate.contact.iterations = answer.solution.iterations;
+        let status = match (answer.solution.status.is_solved(), iterate.contact.status.is_solved()) {
+            (false, _) => NnddStatus::ContactQpUnsolved(answer.solution.status),
+            (_, false) => NnddStatus::ContactQpUnsolved(iterate.contact.status),
+            _ => match stop.check(&iterate).map_err(NnddError::Criterion)? {
+                Decision::Interrupt => NnddStatus::Interrupted,
+                // The discrete problem is solved: there is nothing to continue.
+                Decision::Stop | Decision::Continue => NnddStatus::StoppedByCriterion,
+            },
+        };
+        let history = vec![IterationRow::from(&iterate)];
+        Ok(NnddSolution { status, history, last: iterate, theta: 0.0, spectrum: None, clarabel_calls })
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}

@@ -1,0 +1,104 @@
+//! The spectrum of the interface operator, which says what θ can be.
+//!
+//! In full contact an iteration multiplies the error of λ by `I − θ B (S₁+S₂)`, with `B = ½(S₁⁻¹+S₂⁻¹)` for
+//! the paper's weights and `B = d₁S₁⁻¹d₁ + d₂S₂⁻¹d₂` for nodal ones. The eigenvalues µ are real and positive
+//! (`B(S₁+S₂)` is self-adjoint in the inner product of `S₁+S₂`): θ converges below `2/µ_max` and is best at
+//! `2/(µ_min+µ_max)`.
+
+use crate::weights::NodalWeights;
+use fem_core::condensation::CondensedBody;
+use nalgebra::{DMatrix, SymmetricEigen};
+
+/// The ends of the spectrum, estimated by a few Lanczos steps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spectrum {
+    /// Smallest Ritz value: an upper bound of the smallest eigenvalue.
+    pub smallest: f64,
+    /// Largest Ritz value: a lower bound of the largest eigenvalue.
+    pub largest: f64,
+    /// Lanczos steps taken.
+    pub steps: usize,
+}
+
+impl Spectrum {
+    /// Returns the best fixed θ in full contact, `2/(µ_min+µ_max)`.
+    pub fn best_theta(&self) -> f64 {
+        2.0 / (self.smallest + self.largest)
+    }
+
+    /// Returns the limit of convergence in full contact, `2/µ_max`.
+    pub fn theta_limit(&self) -> f64 {
+        2.0 / self.largest
+    }
+}
+
+/// Most Lanczos steps: the ends of the spectrum converge in a few.
+const STEPS: usize = 12;
+
+/// Estimates the spectrum of `B (S₁+S₂)` by Lanczos steps in the inner product of `S₁+S₂`.
+pub(crate) fn estimate(bodies: &[CondensedBody; 2], weights: &NodalWeights) -> Option<Spectrum> {
+    let n = bodies[0].len();
+    let sum = |v: &[f64]| {
+        let (mut a, mut b) = (vec![0.0; n], vec![0.0; n]);
+        bodies[0].apply_schur(v, &mut a);
+        bodies[1].apply_schur(v, &mut b);
+        a.iter_mut().zip(&b).for_each(|(a, b)| *a += b);
+        a
+    };
+    let precondition = |force: &[f64]| {
+        let [minus, plus] = weights.loads(force);
+        let (mut w1, mut w2) = (vec![0.0; n], vec![0.0; n]);
+        bodies[0].trace_from_force(&minus, &mut w1);
+        bodies[1].trace_from_force(&plus, &mut w2);
+        let update = weights.update([&w1, &w2]);
+        update.into_iter().map(|x| -x).collect::<Vec<f64>>()
+    };
+    let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+
+    // A start with every frequency in it, always the same.
+    let mut v: Vec<f64> = (0..n).map(|i| 1.0 + (1.7 * (i * i) as f64 + 0.3 * i as f64).sin()).collect();
+    let mut basis: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
+    let (mut alpha, mut beta) = (Vec::new(), Vec::new());
+    let steps = STEPS.min(n);
+    for k in 0..steps {
+        let av = sum(&v);
+        let norm = dot(&v, &av).sqrt();
+        if !(norm > 0.0 && norm.is_finite()) {
+            break;
+        }
+        if k > 0 {
+            if norm <= 1e-10 * alpha[k - 1] {
+                break;
+            }
+            beta.push(norm);
+        }
+        let q: Vec<f64> = v.iter().map(|x| x / norm).collect();
+        let aq: Vec<f64> = av.iter().map(|x| x / norm).collect();
+        let mut next = precondition(&aq);
+        alpha.push(dot(&next, &aq));
+        basis.push((q, aq));
+        // Twice, so that the basis stays orthogonal to round-off.
+        for _ in 0..2 {
+            for (q, aq) in &basis {
+                let c = dot(&next, aq);
+                next.iter_mut().zip(q).for_each(|(x, q)| *x -= c * q);
+            }
+        }
+        v = next;
+    }
+    let m = alpha.len();
+    if m == 0 {
+        return None;
+    }
+    let mut t = DMatrix::zeros(m, m);
+    for k in 0..m {
+        t[(k, k)] = alpha[k];
+        if k + 1 < m {
+            t[(k, k + 1)] = beta[k];
+            t[(k + 1, k)] = beta[k];
+        }
+    }
+    let values = SymmetricEigen::new(t).eigenvalues;
+    let spectrum = Spectrum { smallest: values.min(), largest: values.max(), steps: m };
+    (spectrum.smallest > 0.0 && spectrum.largest.is_finite()).then_some(spectrum)
+}

@@ -1,0 +1,52 @@
+//! Tasks of the workspace, run as `cargo xtask TASK`: everything that is not plain cargo.
+//!
+//! - `verify` runs every check a change must pass,
+//! - `tidy` checks what no compiler checks: the crate graph on the map, stray files, forbidden words,
+//! - `bench` runs the benchmark suites and writes `bench-results/`.
+
+// Reporting is what these tasks are for.
+#![allow(clippy::print_stdout, clippy::print_stderr)]
+
+mod bench;
+mod tidy;
+mod verify;
+mod workspace;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+use workspace::Workspace;
+
+/// What the command line asks for.
+#[derive(Parser)]
+#[command(name = "cargo xtask", about = "Tasks of the workspace")]
+struct Arguments {
+    #[command(subcommand)]
+    task: Task,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// Run every check: format, clippy, tests, docs, cases, tidy
+    Verify(verify::Arguments),
+    /// Check the crate graph, the manifests and the tracked files
+    Tidy,
+    /// Run the benchmark suites and write a folder of bench-results
+    Bench(bench::Arguments),
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let outcome = Workspace::find().and_then(|workspace| match arguments.task {
+        Task::Verify(arguments) => verify::run(&workspace, &arguments),
+        Task::Tidy => tidy::run(&workspace),
+        Task::Bench(arguments) => bench::run(&workspace, &arguments).map(|()| true),
+    });
+    match outcome {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("xtask: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,178 @@
+//! What cargo says about the workspace, and how its commands are run.
+
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// What a task returns, with a sentence where it could not be carried out.
+pub(crate) type Outcome<T> = Result<T, String>;
+
+/// The workspace as `cargo metadata` describes it.
+pub(crate) struct Workspace {
+    /// Its top folder.
+    pub(crate) root: PathBuf,
+    /// Where cargo builds.
+    pub(crate) target: PathBuf,
+    /// Its packages in alphabetical order.
+    pub(crate) packages: Vec<Package>,
+}
+
+/// One package of the workspace.
+pub(crate) struct Package {
+    /// Its name.
+    pub(crate) name: String,
+    /// Its manifest, from the top folder, with forward slashes.
+    pub(crate) manifest: String,
+    /// Normal dependencies on packages of the workspace, in alphabetical order.
+    pub(crate) internal: Vec<String>,
+    /// Normal dependencies on other packages, in alphabetical order.
+    pub(crate) external: Vec<String>,
+    /// Its benchmark targets.
+    pub(crate) benches: Vec<String>,
+}
+
+impl Package {
+    /// Whether the package is one of `crates/`.
+    pub(crate) fn is_crate(&self) -> bool {
+        self.manifest.starts_with("crates/")
+    }
+}
+
+impl Workspace {
+    /// Asks cargo about the workspace around the current folder.
+    pub(crate) fn find() -> Outcome<Workspace> {
+        let text = output(cargo().args(["metadata", "--format-version", "1", "--no-deps"]))?;
+        Workspace::parse(&text)
+    }
+
+    /// Reads the answer of `cargo metadata --no-deps`.
+    pub(crate) fn parse(text: &str) -> Outcome<Workspace> {
+        let metadata: Value = serde_json::from_str(text).map_err(|e| format!("cargo metadata: {e}"))?;
+        let root = PathBuf::from(string(&metadata, "workspace_root")?);
+        let target = PathBuf::from(string(&metadata, "target_directory")?);
+        let listed = list(&metadata, "packages");
+        let names: Vec<&str> = listed.iter().filter_map(|p| p["name"].as_str()).collect();
+        let mut packages = listed.iter().map(|p| package(p, &root, &names)).collect::<Outcome<Vec<_>>>()?;
+        packages.sort_by(|a, b| a.name.cmp(&b.name));
+        Ok(Workspace { root, target, packages })
+    }
+
+    /// A cargo command that runs in the top folder.
+    pub(crate) fn cargo(&self, arguments: &[&str]) -> Command {
+        let mut command = cargo();
+        command.current_dir(&self.root).args(arguments);
+        command
+    }
+
+    /// A git command that runs in the top folder.
+    pub(crate) fn git(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new("git");
+        command.current_dir(&self.root).args(arguments);
+        command
+    }
+
+    /// The program `nndd`, where a release build puts it.
+    pub(crate) fn nndd(&self) -> PathBuf {
+        self.target.join("release").join(format!("nndd{}", std::env::consts::EXE_SUFFIX))
+    }
+
+    /// A path as the top folder sees it, for messages.
+    pub(crate) fn shown(&self, path: &Path) -> String {
+        path.strip_prefix(&self.root).unwrap_or(path).display().to_string()
+    }
+}
+
+fn package(package: &Value, root: &Path, names: &[&str]) -> Outcome<Package> {
+    let manifest = PathBuf::from(string(package, "manifest_path")?);
+    let manifest = manifest.strip_prefix(root).unwrap_or(&manifest).to_string_lossy().replace('\\', "/");
+    // A dependency without a kind is a normal one; the others are "dev" and "build".
+    let normal = list(package, "dependencies").iter().filter(|d| d["kind"].is_null());
+    let mut dependencies: Vec<String> =
+        normal.filter_map(|d| d["name"].as_str()).map(str::to_owned).collect();
+    dependencies.sort();
+    dependencies.dedup();
+    let (internal, external) = dependencies.into_iter().partition(|d| names.contains(&d.as_str()));
+    let is_bench = |t: &&Value| list(t, "kind").iter().any(|k| k.as_str() == Some("bench"));
+    let benches = list(package, "targets").iter().filter(is_bench).filter_map(|t| t["name"].as_str());
+    Ok(Package {
+        name: string(package, "name")?.to_owned(),
+        manifest,
+        internal,
+        external,
+        benches: benches.map(str::to_owned).collect(),
+    })
+}
+
+fn list<'a>(value: &'a Value, key: &str) -> &'a [Value] {
+    value[key].as_array().map_or(&[], Vec::as_slice)
+}
+
+fn string<'a>(value: &'a Value, key: &str) -> Outcome<&'a str> {
+    value[key].as_str().ok_or_else(|| format!("cargo metadata: no text under {key}"))
+}
+
+fn cargo() -> Command {
+    Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+}
+
+/// How a command reads in messages: program and arguments, the program without its folder.
+pub(crate) fn described(command: &Command) -> String {
+    let program = Path::new(command.get_program()).file_name().unwrap_or_default();
+    let words = std::iter::once(program).chain(command.get_args());
+    words.map(|w| w.to_string_lossy().into_owned()).collect::<Vec<_>>().join(" ")
+}
+
+/// Runs a command, its output shown as it comes, and returns its exit status; `None` where a signal ended it.
+pub(crate) fn stream(command: &mut Command) -> Outcome<Option<i32>> {
+    println!("$ {}", described(command));
+    let status = command.status().map_err(|e| format!("{}: {e}", described(command)))?;
+    Ok(status.code())
+}
+
+/// Runs a command and returns what it wrote to its standard output.
+pub(crate) fn output(command: &mut Command) -> Outcome<String> {
+    let out = command.output().map_err(|e| format!("{}: {e}", described(command)))?;
+    if !out.status.success() {
+        let said = String::from_utf8_lossy(&out.stderr);
+        return Err(format!("{}: {}: {}", described(command), out.status, said.trim()));
+    }
+    String::from_utf8(out.stdout).map_err(|_| format!("{}: its output is not UTF-8", described(command)))
+}
+
+/// Reads a text file.
+pub(crate) fn read(path: &Path) -> Outcome<String> {
+    std::fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn metadata_gives_packages_and_their_dependencies() {
+        let text = r#"{ "workspace_root": "/w", "target_directory": "/w/target", "packages": [
+            { "name": "nndd", "manifest_path": "/w/crates/nndd/Cargo.toml",
+              "dependencies": [
+                { "name": "rayon", "kind": null }, { "name": "fem-core", "kind": null },
+                { "name": "criterion", "kind": "dev" } ],
+              "targets": [ { "name": "nndd", "kind": ["lib"] }, { "name": "steps", "kind": ["bench"] } ] },
+            { "name": "fem-core", "manifest_path": "/w/crates/fem-core/Cargo.toml",
+              "dependencies": [], "targets": [] },
+            { "name": "xtask", "manifest_path": "/w/xtask/Cargo.toml", "dependencies": [], "targets": [] } ] }"#;
+        let workspace = Workspace::parse(text).unwrap();
+        let [fem_core, nndd, xtask] = &workspace.packages[..] else { panic!("three packages") };
+        assert_eq!((fem_core.name.as_str(), nndd.manifest.as_str()), ("fem-core", "crates/nndd/Cargo.toml"));
+        assert_eq!(
+            (&nndd.internal[..], &nndd.external[..]),
+            (&["fem-core".to_owned()][..], &["rayon".to_owned()][..])
+        );
+        assert_eq!(nndd.benches, ["steps"]);
+        assert!(nndd.is_crate() && !xtask.is_crate());
+    }
+
+    #[test]
+    fn metadata_that_is_none_is_an_error() {
+        assert!(Workspace::parse("[]").is_err());
+        assert!(Workspace::parse("{").is_err());
+    }
+}
