@@ -1,1 +1,41 @@
-//! Two bodies in contact, solved and certified by one library call
+//! Two bodies in contact, solved and certified by one library call.
+//!
+//! ```text
+//! ContactProblem ─► assemble, factorise (both bodies at once) ─► iterate ─► estimate ─► stop? ─► Certificate
+//! ```
+//! In the order one meets them: a [`fem_core::interface::ContactProblem`], [`Settings`], [`solve`], and the
+//! [`CertifiedSolution`] with its rows, its estimate and its results.
+//!
+//! # Example
+//! ```
+//! use certified_contact::{Settings, Silent, solve};
+//! use fem_core::{body::Body, boundary::BoundaryConditions, interface::{ContactInterface, ContactProblem, Gap},
+//!     material::{Hypothesis, LinearElastic}, mesh::generate::block};
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let steel = LinearElastic::isotropic(2000.0, 0.3, Hypothesis::PlaneStrain)?;
+//! let upper = Body::new(block([0.0, 1.0], [2.0, 1.0], [16, 8])?, steel.clone(),
+//!     &BoundaryConditions::new().displace("top", Some(0.0.into()), Some((-0.01).into())))?;
+//! let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], [16, 8])?, steel, &BoundaryConditions::new().fix("bottom"))?;
+//! let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
+//! let problem = ContactProblem { bodies: [upper, lower], interface };
+//! let answer = solve(problem, &Settings::default(), &mut Silent)?;
+//! assert!(answer.is_certified());
+//! println!("certified error <= {:.2} % of the energy norm", 100.0 * answer.relative().unwrap_or(f64::NAN));
+//! # Ok(()) }
+//! ```
+//!
+//! # What this crate does not know
+//! No file format and no picture. It does not print, read the clock or the environment: an [`Observer`] follows it.
+
+mod history;
+mod observer;
+mod results;
+mod settings;
+mod solve;
+mod stopping;
+
+pub use history::Row;
+pub use observer::{Observer, Phase, Silent};
+pub use results::{Reaction, Results};
+pub use settings::{Criterion, Imposed, Settings};
+pub use solve::{CertifiedSolution, RoleReason, SolveError, solve};

@@ -52,6 +52,17 @@ pub struct EdgeCondition {
     pub traction: [Vector; 2],
 }
 
+/// The nodes that one displacement condition holds.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SupportSet {
+    /// The edge group the condition names.
+    pub group: String,
+    /// Nodes, ascending.
+    pub nodes: Vec<u32>,
+    /// Which Cartesian components it imposes; both for a condition along the normal.
+    pub components: [bool; 2],
+}
+
 /// The list a condition stands in, for error messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ConditionList {
@@ -166,8 +177,8 @@ pub struct Body {
     node_constraints: Vec<NodeConstraint>,
     /// By position in `mesh.topology().boundary_edges()`.
     edge_conditions: Vec<EdgeCondition>,
-    /// Nodes of each displacement condition, ascending.
-    support_nodes: Vec<Vec<u32>>,
+    /// Nodes of each displacement condition.
+    supports: Vec<SupportSet>,
 }
 
 impl Body {
@@ -212,9 +223,9 @@ impl Body {
         &self.edge_conditions
     }
 
-    /// Returns the nodes that each displacement condition applies to, in the order of the conditions.
-    pub fn support_nodes(&self) -> &[Vec<u32>] {
-        &self.support_nodes
+    /// Returns what each displacement condition holds, in the order of the conditions.
+    pub fn supports(&self) -> &[SupportSet] {
+        &self.supports
     }
 
     /// Finds the condition of a boundary edge.

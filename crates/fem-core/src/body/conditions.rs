@@ -1,6 +1,8 @@
 //! Evaluates boundary conditions on a mesh: nodal constraints and edge tractions.
 
-use super::{Body, BodyError, ConditionList, ConditionPlace, EdgeCondition, EdgeReaction, NodeConstraint};
+use super::{
+    Body, BodyError, ConditionList, ConditionPlace, EdgeCondition, EdgeReaction, NodeConstraint, SupportSet,
+};
 use crate::boundary::{BoundaryConditions, EdgeSelection, Load, ScalarData, Support};
 use crate::geometry::{self, Vector, cross, dot, scale};
 use crate::material::LinearElastic;
@@ -27,17 +29,22 @@ pub(super) fn evaluate(
         ],
         mesh: &mesh,
     };
-    let mut support_nodes = Vec::with_capacity(conditions.displacements.len());
+    let mut supports = Vec::with_capacity(conditions.displacements.len());
     for (index, condition) in conditions.displacements.iter().enumerate() {
         let place = ConditionPlace { list: ConditionList::Displacement, index };
-        support_nodes.push(work.impose(place, &condition.edges, &condition.support)?);
+        let nodes = work.impose(place, &condition.edges, &condition.support)?;
+        let components = match &condition.support {
+            Support::Components(values) => [values[0].is_some(), values[1].is_some()],
+            Support::Normal(_) => [true; 2],
+        };
+        supports.push(SupportSet { group: condition.edges.on.clone(), nodes, components });
     }
     for (index, condition) in conditions.tractions.iter().enumerate() {
         let place = ConditionPlace { list: ConditionList::Traction, index };
         work.load(place, &condition.edges, &condition.load)?;
     }
     let (node_constraints, edge_conditions) = (work.constraints, work.edges);
-    Ok(Body { mesh, material, body_force: force, node_constraints, edge_conditions, support_nodes })
+    Ok(Body { mesh, material, body_force: force, node_constraints, edge_conditions, supports })
 }
 
 struct Evaluation<'a> {
@@ -238,7 +245,7 @@ mod tests {
         assert_eq!(b.node_constraints()[0], NodeConstraint::Fixed { value: [0.5, 0.25] });
         assert!(matches!(b.node_constraints()[1], NodeConstraint::Along { .. }));
         assert_eq!(b.node_constraints()[9], NodeConstraint::Free);
-        assert_eq!(b.support_nodes()[0].len(), 3);
+        assert_eq!(b.supports()[0].nodes.len(), 3);
     }
 
     #[test]
@@ -278,6 +285,6 @@ mod tests {
     fn a_part_selects_edges_by_both_ends() {
         let part = EdgeSelection::group("top").within([[0.0, 1.1], [f64::NEG_INFINITY, f64::INFINITY]]);
         let b = body(&BoundaryConditions::new().fix(part)).unwrap();
-        assert_eq!(b.support_nodes()[0].len(), 3);
+        assert_eq!(b.supports()[0].nodes.len(), 3);
     }
 }

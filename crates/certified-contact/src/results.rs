@@ -1,0 +1,143 @@
+//! The quantities a user reads off: forces, pressures, gaps, reactions.
+
+use cre_estimator::AdmissiblePair;
+use fem_core::assembly::external_forces;
+use fem_core::body::Body;
+use fem_core::field;
+use fem_core::geometry::{Vector, add, norm, scale, sub};
+use fem_core::interface::ContactProblem;
+use nndd::Iterate;
+
+/// The reaction of one support.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reaction {
+    /// The body, in the order of [`Results`].
+    pub body: usize,
+    /// The edge group it holds.
+    pub on: String,
+    /// Force of the support on the body, N/m. Where supports share a node and direction it counts for the first.
+    pub force: Vector,
+}
+
+/// What comes out of a run; arrays by body in the order of the problem handed to [`crate::solve`].
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Results {
+    /// `a(u, u)`, J/m.
+    pub energy_norm_squared: [f64; 2],
+    /// `Σ r²_i`, N/m.
+    pub contact_force: f64,
+    /// Stretches of arc length under pressure, m.
+    pub contact_intervals: Vec<[f64; 2]>,
+    /// Largest mean pressure of an interface edge, Pa.
+    pub max_pressure: f64,
+    /// Smallest opening, m.
+    pub min_gap: f64,
+    /// Reactions of the supports.
+    pub reactions: Vec<Reaction>,
+    /// Loads, reactions and contact force of each body added up: zero to round-off, N/m.
+    pub balance: [Vector; 2],
+    /// Largest displacement, m.
+    pub max_displacement: f64,
+    /// Largest von Mises stress of the displacements, Pa.
+    pub max_von_mises: f64,
+}
+
+/// Reads the results off an iteration; `swapped` says that the roles are those of the exchanged bodies.
+pub(crate) fn results(
+    problem: &ContactProblem,
+    swapped: bool,
+    iterate: &Iterate,
+    pair: &AdmissiblePair,
+    energies: [f64; 2],
+) -> Results {
+    let order = if swapped { [1, 0] } else { [0, 1] };
+    let interface = &problem.interface;
+    let pressure = &pair.pressure;
+    let mean = |e: &fem_core::interface::ContactEdge| {
+        0.5 * (pressure[e.pairs[0] as usize] + pressure[e.pairs[1] as usize])
+    };
+    let mut reactions = Vec::new();
+    let balance = order.map(|b| {
+        let contact = if b == 0 { &iterate.reaction } else { &iterate.contact.normal_reaction };
+        support_reactions(problem, b, &pair.displacement[b], contact, order[b], &mut reactions)
+    });
+    let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
+    let von_mises = |b: usize| {
+        let body = &problem.bodies[b];
+        largest(&mut pair.stress[b].iter().enumerate().map(|(t, s)| body.material(t).von_mises(*s)))
+    };
+    Results {
+        energy_norm_squared: order.map(|b| energies[b]),
+        contact_force: iterate.contact_force(),
+        contact_intervals: intervals(problem, iterate),
+        max_pressure: largest(&mut interface.edges().iter().map(mean)),
+        min_gap: pair.opening.iter().copied().fold(f64::INFINITY, f64::min),
+        reactions,
+        balance,
+        max_displacement: largest(&mut pair.displacement.iter().flatten().map(|u| norm(*u))),
+        max_von_mises: von_mises(0).max(von_mises(1)),
+    }
+}
+
+/// Finds the stretches of arc length whose nodes carry a contact force.
+fn intervals(problem: &ContactProblem, iterate: &Iterate) -> Vec<[f64; 2]> {
+    let pairs = problem.interface.pairs();
+    let mut joined = vec![false; pairs.len()];
+    for edge in problem.interface.edges() {
+        let [i, j] = edge.pairs.map(|k| k as usize);
+        if j == i + 1 {
+            joined[j] = true;
+        }
+    }
+    let mut found: Vec<[f64; 2]> = Vec::new();
+    let mut open = false;
+    for (k, pair) in pairs.iter().enumerate() {
+        let carries = iterate.contact.normal_reaction[k] > 0.0;
+        match found.last_mut() {
+            Some(last) if carries && open && joined[k] => last[1] = pair.arc_length,
+            _ if carries => found.push([pair.arc_length; 2]),
+            _ => {}
+        }
+        open = carries;
+    }
+    found
+}
+
+/// Adds the reactions of a body's supports and returns its balance of forces.
+fn support_reactions(
+    problem: &ContactProblem,
+    b: usize,
+    displacement: &[Vector],
+    contact: &[f64],
+    number: usize,
+    reactions: &mut Vec<Reaction>,
+) -> Vector {
+    let body: &Body = &problem.bodies[b];
+    let mut residual = field::nodal_residual(body, displacement);
+    let mut balance = [0.0; 2];
+    for (pair, r) in problem.interface.pairs().iter().zip(contact) {
+        let force = scale(*r, pair.normal);
+        let node = &mut residual[pair.nodes[b] as usize];
+        *node = sub(*node, force);
+        balance = add(balance, force);
+    }
+    for f in external_forces(body) {
+        balance = add(balance, f);
+    }
+    let mut counted = vec![[false; 2]; residual.len()];
+    for support in body.supports() {
+        let mut force = [0.0; 2];
+        for &node in &support.nodes {
+            for c in 0..2 {
+                if support.components[c] && !counted[node as usize][c] {
+                    counted[node as usize][c] = true;
+                    force[c] += residual[node as usize][c];
+                }
+            }
+        }
+        balance = add(balance, force);
+        reactions.push(Reaction { body: number, on: support.group.clone(), force });
+    }
+    balance
+}

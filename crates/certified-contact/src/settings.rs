@@ -1,0 +1,66 @@
+//! What to solve and when to stop.
+
+use fem_core::boundary::ScalarData;
+use nndd::NnddSettings;
+
+/// Which body carries λ, the paper's Ω₁.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Imposed {
+    /// The first body.
+    First,
+    /// The second body.
+    Second,
+    /// The stiffer one under a uniform pressure on the interface.
+    #[default]
+    Auto,
+}
+
+/// When the iteration has done enough.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Criterion {
+    /// `η_NNDD ≤ ratio · η_dis`: the iteration's error is small against the mesh's.
+    Estimator {
+        /// The ratio.
+        ratio: f64,
+    },
+    /// `ε_t ≤ tolerance`, the paper's precision, which deceives.
+    Precision {
+        /// The tolerance.
+        tolerance: f64,
+    },
+    /// `η_NNDD ≤ tolerance · η_NNDD(1)`.
+    EtaNndd {
+        /// The tolerance.
+        tolerance: f64,
+    },
+    /// A fixed number of iterations.
+    Iterations,
+}
+
+/// Settings of [`crate::solve`].
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Settings {
+    /// Which body carries λ.
+    pub imposed: Imposed,
+    /// The iteration.
+    pub nndd: NnddSettings,
+    /// Initial λ: normal displacement along the contact normal out of the body that carries it, m.
+    pub lambda: ScalarData,
+    /// When to stop.
+    pub criterion: Criterion,
+    /// Estimate after every so many iterations; 0: only when the criterion needs it, and at the end.
+    pub estimate_every: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            imposed: Imposed::default(),
+            nndd: NnddSettings::default(),
+            lambda: 0.0.into(),
+            criterion: Criterion::Estimator { ratio: 0.1 },
+            estimate_every: 0,
+        }
+    }
+}

@@ -1,0 +1,188 @@
+//! The way from a problem to a certified answer.
+
+use crate::history::Row;
+use crate::observer::{Observer, Phase};
+use crate::results::{self, Results};
+use crate::settings::{Imposed, Settings};
+use crate::stopping::Follow;
+use cre_estimator::{Estimate, EstimatorError};
+use fem_core::assembly::{AssemblyError, System};
+use fem_core::condensation::{CondensedBody, FactorError};
+use fem_core::interface::ContactProblem;
+use nndd::{Iterate, NnddError, NnddSolution};
+use thiserror::Error;
+
+/// Why a problem could not be solved.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum SolveError {
+    /// A body cannot be assembled; a floating one among them.
+    #[error("body {body}: {source}")]
+    Assembly {
+        /// The body, from 0, in the order handed over.
+        body: usize,
+        /// What is wrong.
+        source: AssemblyError,
+    },
+    /// A body cannot be factorised.
+    #[error("body {body}: {source}")]
+    Factor {
+        /// The body, from 0, in the order handed over.
+        body: usize,
+        /// What is wrong.
+        source: FactorError,
+    },
+    /// The iteration cannot be run.
+    #[error(transparent)]
+    Nndd(#[from] NnddError),
+    /// The first iterate cannot be certified.
+    #[error(transparent)]
+    Estimator(#[from] EstimatorError),
+}
+
+/// Why λ is carried by the body it is carried by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RoleReason {
+    /// The settings said so.
+    Given,
+    /// It is the stiffer one: compliances `ℓᵀ S⁻¹ ℓ` of the two bodies under a uniform unit pressure, m³/N.
+    Stiffer {
+        /// In the order of the bodies handed over.
+        compliance: [f64; 2],
+    },
+}
+
+/// A solved problem and its certificate.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct CertifiedSolution {
+    /// The problem in the roles of the iteration: index 0 carries λ.
+    pub problem: ContactProblem,
+    /// Whether the roles are exchanged against the order handed over.
+    pub swapped: bool,
+    /// Why.
+    pub role_reason: RoleReason,
+    /// The iteration.
+    pub nndd: NnddSolution,
+    /// One row per iteration.
+    pub rows: Vec<Row>,
+    /// The certificate of the last iteration; `None` where its numbers are not finite.
+    pub estimate: Option<Estimate>,
+    /// What a user reads off, in the order handed over.
+    pub results: Option<Results>,
+    /// Unknowns of each body, in the order handed over.
+    pub unknowns: [usize; 2],
+}
+
+impl CertifiedSolution {
+    /// Returns the index in [`Self::problem`] of a body in the order handed over.
+    pub fn role(&self, body: usize) -> usize {
+        if self.swapped { 1 - body } else { body }
+    }
+
+    /// Returns the last iteration.
+    pub fn last(&self) -> &Iterate {
+        &self.nndd.last
+    }
+
+    /// Returns the certified relative error `e_CRE / √(a₁+a₂)`; `None` for zero data or without certificate.
+    pub fn relative(&self) -> Option<f64> {
+        let estimate = self.estimate.as_ref()?;
+        let norm = estimate.energy_norm_squared.iter().sum::<f64>().sqrt();
+        (norm > 0.0).then(|| estimate.e_cre / norm)
+    }
+
+    /// Returns a guaranteed bound of the error over the *exact* energy norm, `e_CRE / (√(a₁+a₂) − e_CRE)`;
+    /// `None` where the difference is not positive.
+    pub fn relative_guaranteed(&self) -> Option<f64> {
+        let estimate = self.estimate.as_ref()?;
+        let norm = estimate.energy_norm_squared.iter().sum::<f64>().sqrt();
+        (norm > estimate.e_cre).then(|| estimate.e_cre / (norm - estimate.e_cre))
+    }
+
+    /// Tells whether there is a certificate and its checks hold.
+    pub fn is_certified(&self) -> bool {
+        self.estimate.as_ref().is_some_and(|e| e.admissibility.is_valid())
+    }
+}
+
+/// Solves a contact problem and certifies the answer.
+///
+/// * `problem`: bodies in the user's order; the settings choose which of them carries λ.
+///
+/// # Errors
+/// A body without unique solution, or settings that make no sense. Not converging is a status in
+/// `nndd.status`, with the certificate of what was reached.
+pub fn solve(
+    problem: ContactProblem,
+    settings: &Settings,
+    observer: &mut dyn Observer,
+) -> Result<CertifiedSolution, SolveError> {
+    let bodies = condense(&problem, observer)?;
+    let unknowns = [0, 1].map(|b| bodies[b].dofs().len());
+    let (swapped, role_reason) = choose_roles(&problem, &bodies, settings.imposed);
+    let (problem, bodies) = if swapped {
+        let [first, second] = bodies;
+        (problem.swapped(), [second.reversed(), first.reversed()])
+    } else {
+        (problem, bodies)
+    };
+    observer.phase(Phase::Iterations);
+    let points = problem.bodies[0].mesh().points();
+    let lambda =
+        problem.interface.pairs().iter().map(|p| settings.lambda.at(points[p.nodes[0] as usize])).collect();
+    let mut follow = Follow::new(&problem, &bodies, settings.criterion, settings.estimate_every, observer);
+    let nndd = nndd::solve(&problem, &bodies, lambda, &settings.nndd, &mut follow)?;
+    let last = &nndd.last;
+    if follow.rows.last().is_none_or(|row| row.iteration.iteration != last.iteration) {
+        // An iteration whose contact problem was not solved has not passed the criterion.
+        follow.rows.push(Row { iteration: last.into(), eta_dis: None, e_cre: None });
+    }
+    // A diverged iteration may have run out of finite numbers: then there is no certificate, but a report.
+    let certified = follow.estimate(last).is_ok();
+    let rows = std::mem::take(&mut follow.rows);
+    let estimate = follow.latest.take().filter(|_| certified).map(|(_, estimate)| estimate);
+    let results =
+        estimate.as_ref().map(|e| results::results(&problem, swapped, last, &e.pair, e.energy_norm_squared));
+    Ok(CertifiedSolution { swapped, role_reason, nndd, rows, estimate, results, unknowns, problem })
+}
+
+/// Assembles and factorises both bodies, each at the same time as the other.
+fn condense(problem: &ContactProblem, observer: &mut dyn Observer) -> Result<[CondensedBody; 2], SolveError> {
+    let sides = problem.interface.sides();
+    observer.phase(Phase::Assembly);
+    let assemble = |b: usize| {
+        System::assemble(&problem.bodies[b], &sides[b])
+            .map_err(|source| SolveError::Assembly { body: b, source })
+    };
+    let (first, second) = rayon::join(|| assemble(0), || assemble(1));
+    let (first, second) = (first?, second?);
+    observer.phase(Phase::Factorisation);
+    let factorise = |b: usize, system: System| {
+        CondensedBody::factorise(system, problem.bodies[b].mesh().points())
+            .map_err(|source| SolveError::Factor { body: b, source })
+    };
+    let (first, second) = rayon::join(|| factorise(0, first), || factorise(1, second));
+    Ok([first?, second?])
+}
+
+/// Decides whether the bodies exchange their roles.
+fn choose_roles(
+    problem: &ContactProblem,
+    bodies: &[CondensedBody; 2],
+    imposed: Imposed,
+) -> (bool, RoleReason) {
+    match imposed {
+        Imposed::First => (false, RoleReason::Given),
+        Imposed::Second => (true, RoleReason::Given),
+        Imposed::Auto => {
+            let force: Vec<f64> = problem.interface.pairs().iter().map(|p| p.tributary_length).collect();
+            let compliance = [0, 1].map(|b: usize| {
+                let mut w = vec![0.0; force.len()];
+                bodies[b].trace_from_force(&force, &mut w);
+                w.iter().zip(&force).map(|(w, f)| w * f).sum::<f64>()
+            });
+            (compliance[1] < compliance[0], RoleReason::Stiffer { compliance })
+        }
+    }
+}

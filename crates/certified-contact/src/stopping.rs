@@ -1,0 +1,104 @@
+//! The criterion that compares the iteration's error with the mesh's.
+
+use crate::history::Row;
+use crate::observer::{Observer, Phase};
+use crate::settings::Criterion;
+use cre_estimator::{Estimate, estimate};
+use fem_core::condensation::CondensedBody;
+use fem_core::geometry::Vector;
+use fem_core::interface::{ContactProblem, ContactState};
+use nndd::stopping::{Decision, StoppingCriterion};
+use nndd::{Iterate, IterationRow};
+
+/// Follows the iteration, estimates where asked, and decides.
+pub(crate) struct Follow<'a> {
+    problem: &'a ContactProblem,
+    bodies: &'a [CondensedBody; 2],
+    criterion: Criterion,
+    every: usize,
+    observer: &'a mut dyn Observer,
+    pub(crate) rows: Vec<Row>,
+    /// The estimate of the iteration of that number.
+    pub(crate) latest: Option<(usize, Estimate)>,
+}
+
+impl<'a> Follow<'a> {
+    pub(crate) fn new(
+        problem: &'a ContactProblem,
+        bodies: &'a [CondensedBody; 2],
+        criterion: Criterion,
+        every: usize,
+        observer: &'a mut dyn Observer,
+    ) -> Self {
+        Self { problem, bodies, criterion, every, observer, rows: Vec::new(), latest: None }
+    }
+
+    /// Estimates an iteration, unless it has been.
+    pub(crate) fn estimate(&mut self, iterate: &Iterate) -> Result<(), cre_estimator::EstimatorError> {
+        if self.latest.as_ref().is_some_and(|(number, _)| *number == iterate.iteration) {
+            return Ok(());
+        }
+        self.observer.phase(Phase::Iterations);
+        let displacement = displacements(self.bodies, iterate);
+        self.observer.phase(Phase::Estimate);
+        let state = ContactState {
+            displacement: [&displacement[0], &displacement[1]],
+            contact_force: &iterate.contact.normal_reaction,
+            opening: &iterate.opening,
+        };
+        let estimate = estimate(self.problem, self.bodies, &state)?;
+        if let Some(row) = self.rows.iter_mut().find(|row| row.iteration.iteration == iterate.iteration) {
+            row.eta_dis = Some(estimate.eta_dis);
+            row.e_cre = Some(estimate.e_cre);
+        }
+        self.latest = Some((iterate.iteration, estimate));
+        self.observer.phase(Phase::Iterations);
+        Ok(())
+    }
+
+    /// Tells whether η_NNDD is small against η_dis: first against the latest one, then against a fresh one.
+    fn matches_mesh(&mut self, iterate: &Iterate, ratio: f64) -> Result<bool, cre_estimator::EstimatorError> {
+        let small = |latest: &Option<(usize, Estimate)>| {
+            latest.as_ref().is_none_or(|(_, e)| iterate.eta_nndd <= ratio * e.eta_dis)
+        };
+        if !small(&self.latest) {
+            return Ok(false);
+        }
+        self.estimate(iterate)?;
+        Ok(small(&self.latest))
+    }
+}
+
+impl StoppingCriterion for Follow<'_> {
+    fn check(&mut self, iterate: &Iterate) -> Result<Decision, Box<dyn std::error::Error + Send + Sync>> {
+        let iteration = IterationRow::from(iterate);
+        self.rows.push(Row { iteration, eta_dis: None, e_cre: None });
+        if self.every > 0 && iterate.iteration % self.every == 0 {
+            self.estimate(iterate)?;
+        }
+        let first = self.rows[0].iteration.eta_nndd;
+        let done = match self.criterion {
+            Criterion::Estimator { ratio } => self.matches_mesh(iterate, ratio)?,
+            Criterion::Precision { tolerance } => iterate.precision <= tolerance,
+            Criterion::EtaNndd { tolerance } => iterate.eta_nndd <= tolerance * first,
+            Criterion::Iterations => false,
+        };
+        if let Some(row) = self.rows.last() {
+            self.observer.iteration(row);
+        }
+        Ok(match (done, self.observer.should_stop()) {
+            (true, _) => Decision::Stop,
+            (false, true) => Decision::Interrupt,
+            (false, false) => Decision::Continue,
+        })
+    }
+}
+
+/// Recovers the displacements of both bodies from an iteration's interface values.
+pub(crate) fn displacements(bodies: &[CondensedBody; 2], iterate: &Iterate) -> [Vec<Vector>; 2] {
+    let (first, second) = rayon::join(
+        || bodies[0].displacement_from_trace(&iterate.lambda),
+        || bodies[1].displacement_from_trace(&iterate.contact.normal_trace),
+    );
+    [first, second]
+}
