@@ -10,6 +10,9 @@ use fem_core::interface::{ContactProblem, ContactState};
 use nndd::stopping::{Decision, StoppingCriterion};
 use nndd::{Iterate, IterationRow};
 
+/// An error of this size, relative to the energy norm, is round-off.
+const ROUND_OFF: f64 = 1e-13;
+
 /// Follows the iteration, estimates where asked, and decides.
 pub(crate) struct Follow<'a> {
     problem: &'a ContactProblem,
@@ -57,9 +60,13 @@ impl<'a> Follow<'a> {
     }
 
     /// Tells whether η_NNDD is small against η_dis: first against the latest one, then against a fresh one.
+    /// Where the mesh is exact (η_dis is round-off), round-off is small enough.
     fn matches_mesh(&mut self, iterate: &Iterate, ratio: f64) -> Result<bool, cre_estimator::EstimatorError> {
         let small = |latest: &Option<(usize, Estimate)>| {
-            latest.as_ref().is_none_or(|(_, e)| iterate.eta_nndd <= ratio * e.eta_dis)
+            latest.as_ref().is_none_or(|(_, e)| {
+                let round_off = ROUND_OFF * e.energy_norm_squared.iter().sum::<f64>().sqrt();
+                iterate.eta_nndd <= (ratio * e.eta_dis).max(round_off)
+            })
         };
         if !small(&self.latest) {
             return Ok(false);

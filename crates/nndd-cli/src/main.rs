@@ -1,2 +1,58 @@
-//! nndd
-fn main(){}
+//! The command `nndd`: solves frictionless contact between two elastic bodies and certifies the answer.
+
+mod args;
+mod check;
+mod console;
+mod convert;
+mod failure;
+mod figures;
+mod files;
+mod html;
+mod outcome;
+mod plot;
+mod run;
+mod signals;
+mod solve;
+mod stopwatch;
+mod sweep;
+
+use args::{Arguments, Command};
+use clap::{CommandFactory, Parser};
+use failure::Failure;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    match dispatch(&arguments) {
+        Ok(code) => ExitCode::from(code),
+        Err(failure) => {
+            console::failure(&failure);
+            ExitCode::from(failure.code)
+        }
+    }
+}
+
+fn dispatch(arguments: &Arguments) -> Result<u8, Failure> {
+    match &arguments.command {
+        Command::Solve(options) => solve::command(options),
+        Command::Check(options) => check::command(options),
+        Command::Sweep(options) => sweep::command(options),
+        Command::New { template } => {
+            let text = case_io::template::find(template).ok_or_else(|| {
+                let known: Vec<&str> = case_io::template::TEMPLATES.iter().map(|(name, _)| *name).collect();
+                Failure::command_line(format!(
+                    "there is no template \"{template}\"; there are: {}",
+                    known.join(", ")
+                ))
+            })?;
+            console::print(text)?;
+            Ok(0)
+        }
+        Command::Completions { shell } => {
+            let mut script = Vec::new();
+            clap_complete::generate(*shell, &mut Arguments::command(), "nndd", &mut script);
+            console::print(&String::from_utf8_lossy(&script))?;
+            Ok(0)
+        }
+    }
+}

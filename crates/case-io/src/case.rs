@@ -1,0 +1,377 @@
+//! A case: everything a run is asked to do, typed, checked and with every default filled in.
+//!
+//! ```
+//! use case_io::case::{Case, Method};
+//! let text = case_io::template::PAPER;
+//! let case = Case::parse(text, "paper.toml", &[("solver.method".into(), "newton".into())])?;
+//! assert_eq!(case.solver.method, Method::Newton);
+//! let [upper, lower] = case.build_bodies()?;
+//! assert_eq!(upper.mesh().points().len() + lower.mesh().points().len(), 380);
+//! assert_eq!(case.build_interface(&upper, &lower)?.pairs().len(), 19);
+//! # Ok::<(), case_io::CaseError>(())
+//! ```
+
+mod build;
+mod choices;
+mod conditions;
+mod read;
+mod read_body;
+mod settings;
+mod warnings;
+
+#[cfg(test)]
+mod tests;
+
+pub use choices::{Acceleration, Criterion, Imposed, Method, Path, QpChoice, Weights};
+
+use crate::case_file;
+use crate::diagnostic::{CaseError, Diagnostic, Place};
+use fem_core::material::Hypothesis;
+use std::collections::BTreeMap;
+
+/// The version of the case file that this crate reads.
+pub const SCHEMA: u32 = 1;
+
+/// A case as one case file and its overrides describe it.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Case {
+    /// What the user calls it; empty by default.
+    pub title: String,
+    /// `[model]`.
+    pub model: Model,
+    /// `[materials.*]` in the file's order.
+    pub materials: Vec<Material>,
+    /// `[[body]]` in the file's order, whichever body carries λ.
+    pub bodies: [BodyCase; 2],
+    /// `[contact]`.
+    pub contact: Contact,
+    /// `[solver]`.
+    pub solver: Solver,
+    /// `[estimator]`.
+    pub estimator: Estimator,
+    /// `[adapt]`, where an adaptive run is wanted.
+    pub adapt: Option<Adapt>,
+    /// `[output]`.
+    pub output: Output,
+    /// `[limits]`.
+    pub limits: Limits,
+    file_name: String,
+    places: BTreeMap<String, Place>,
+}
+
+/// A number, or an expression in `x` and `y`.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// The same everywhere.
+    Number(f64),
+    /// To be evaluated at points; no case of this version has one.
+    Expression(String),
+}
+
+impl Value {
+    /// Returns the number, if it is one.
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Self::Number(value) => Some(*value),
+            Self::Expression(_) => None,
+        }
+    }
+}
+
+impl Default for Value {
+    fn default() -> Self {
+        Self::Number(0.0)
+    }
+}
+
+/// `[model]`: what all bodies share.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Model {
+    /// How the third direction behaves; plane strain by default.
+    pub hypothesis: Hypothesis,
+    /// Thickness, m, > 0; it only converts results for the reader.
+    pub thickness: f64,
+}
+
+/// `[materials.NAME]`: an isotropic linear elastic material.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// Its name.
+    pub name: String,
+    /// Young's modulus, Pa.
+    pub young: f64,
+    /// Poisson's ratio.
+    pub poisson: f64,
+}
+
+/// `[[body]]`: one of the two bodies.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct BodyCase {
+    /// Its name, which also names its output files.
+    pub name: String,
+    /// The name of its material.
+    pub material: String,
+    /// Where its mesh comes from.
+    pub mesh: MeshSource,
+    /// Force per unit area and thickness, N/m³.
+    pub body_force: [f64; 2],
+    /// Imposed displacements in the file's order.
+    pub displacements: Vec<Displacement>,
+    /// Loads in the file's order.
+    pub tractions: Vec<Traction>,
+}
+
+/// Where a body's mesh comes from.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum MeshSource {
+    /// `generator = { kind = "block", … }`: a structured rectangle.
+    Block {
+        /// Lower left corner, m.
+        origin: [f64; 2],
+        /// Width and height, m.
+        size: [f64; 2],
+        /// Rectangles in each direction; each is cut in two triangles.
+        cells: [usize; 2],
+    },
+}
+
+impl Default for MeshSource {
+    fn default() -> Self {
+        Self::Block { origin: [0.0; 2], size: [1.0; 2], cells: [1; 2] }
+    }
+}
+
+/// The part of an edge group a condition applies to: edges whose both ends lie in the closed box.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Part {
+    /// Limits in x; `None` leaves x free.
+    pub x: Option<[f64; 2]>,
+    /// Limits in y; `None` leaves y free.
+    pub y: Option<[f64; 2]>,
+}
+
+/// What a `[[body.displacement]]` imposes.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Imposition {
+    /// `ux`, `uy`: at least one of the two.
+    Components([Option<Value>; 2]),
+    /// `normal`: the component along the outward normal.
+    Normal(Value),
+    /// `fixed = true`: both components are zero.
+    Fixed,
+}
+
+/// `[[body.displacement]]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Displacement {
+    /// The edge group.
+    pub on: String,
+    /// The part of it.
+    pub part: Part,
+    /// What is imposed, m.
+    pub imposition: Imposition,
+}
+
+/// What a `[[body.traction]]` applies.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Load {
+    /// `vector`: Cartesian components, Pa.
+    Vector([Value; 2]),
+    /// `pressure`: pushes onto the body, Pa.
+    Pressure(Value),
+}
+
+/// `[[body.traction]]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Traction {
+    /// The edge group.
+    pub on: String,
+    /// The part of it.
+    pub part: Part,
+    /// What is applied.
+    pub load: Load,
+}
+
+/// `[contact]`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Contact {
+    /// Edge group of the first body and of the second.
+    pub surfaces: [String; 2],
+    /// Initial gap, m, ≥ 0; it overrides the geometry.
+    pub gap: Value,
+}
+
+/// `theta`: the relaxation parameter.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Theta {
+    /// Chosen by the solver.
+    #[default]
+    Auto,
+    /// Given, > 0.
+    Value(f64),
+}
+
+/// `[solver]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solver {
+    /// Which algorithm.
+    pub method: Method,
+    /// Which body carries λ.
+    pub imposed: Imposed,
+    /// Condensed or full-size solves.
+    pub path: Path,
+    /// How the contact problem is solved.
+    pub qp: QpChoice,
+    /// Relaxation parameter.
+    pub theta: Theta,
+    /// Weights of the two corrections.
+    pub weights: Weights,
+    /// Convergence acceleration.
+    pub acceleration: Acceleration,
+    /// Initial normal displacement, m.
+    pub lambda: Value,
+    /// Iterations at most; 0 is allowed.
+    pub max_iterations: usize,
+    /// `[solver.stop]`.
+    pub stop: Stop,
+}
+
+/// `[solver.stop]`: when the iteration ends.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stop {
+    /// What is compared.
+    pub criterion: Criterion,
+    /// `η_NNDD ≤ ratio · η_dis`.
+    pub ratio: f64,
+    /// Tolerance of the other criteria.
+    pub tolerance: f64,
+}
+
+/// `[estimator]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Estimator {
+    /// Steps of star-patch relaxation after the equilibration; 0 is the equilibration alone.
+    pub relaxation: usize,
+    /// Estimate every so many iterations; 0 only when needed.
+    pub every: usize,
+}
+
+/// `[adapt]`: an adaptive run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Adapt {
+    /// The certified relative error to reach.
+    pub target_relative_error: f64,
+    /// Meshes at most.
+    pub max_steps: usize,
+    /// Nodes at most.
+    pub max_nodes: usize,
+    /// Share of the squared error that is refined, in (0, 1].
+    pub fraction: f64,
+}
+
+/// `[output]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Output {
+    /// Where results go, relative to the working directory; see [`Case::output_directory`].
+    pub directory: Option<String>,
+    /// Whether ParaView files are written.
+    pub vtu: bool,
+}
+
+/// A limit as the user wrote it and as a number.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Limit<T> {
+    /// As written, such as `4GiB`.
+    pub written: String,
+    /// In bytes or seconds.
+    pub value: T,
+}
+
+/// `[limits]`: what a run may use; nothing is limited by default.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Limits {
+    /// Memory, bytes.
+    pub memory: Option<Limit<u64>>,
+    /// Wall time, seconds.
+    pub time: Option<Limit<f64>>,
+}
+
+impl Case {
+    /// Reads a case file with the overrides of the command line, applied in their order.
+    ///
+    /// * `text`: the case file; a byte order mark and CRLF are accepted.
+    /// * `file_name`: what messages call it.
+    /// * `overrides`: dotted keys and TOML values, see [`case_file::split_override`].
+    ///
+    /// # Errors
+    /// All independent faults together, each with its place.
+    pub fn parse(text: &str, file_name: &str, overrides: &[(String, String)]) -> Result<Self, CaseError> {
+        read::case(&case_file::parse(text, file_name, overrides)?, file_name)
+    }
+
+    /// Reads a case file from its bytes, see [`Case::parse`].
+    ///
+    /// # Errors
+    /// Bytes that are not UTF-8, and what [`Case::parse`] refuses.
+    pub fn parse_bytes(
+        bytes: &[u8],
+        file_name: &str,
+        overrides: &[(String, String)],
+    ) -> Result<Self, CaseError> {
+        Self::parse(case_file::decode(bytes, file_name)?, file_name, overrides)
+    }
+
+    /// Returns the place of a key by its dotted path, `body.0.displacement.1.on`, or of the nearest table above it
+    /// that stands in the file.
+    pub fn place(&self, path: &str) -> Option<&Place> {
+        let mut path = path;
+        loop {
+            if let Some(place) = self.places.get(path) {
+                return Some(place);
+            }
+            path = path.rsplit_once('.').map_or("", |(above, _)| above);
+            if path.is_empty() {
+                return self.places.get("");
+            }
+        }
+    }
+
+    /// Says whether a key stands in the file or in an override, rather than having its default.
+    pub fn is_given(&self, path: &str) -> bool {
+        self.places.contains_key(path)
+    }
+
+    /// Returns the name that messages use for the case file.
+    pub fn file_name(&self) -> &str {
+        &self.file_name
+    }
+
+    /// Returns the material of a body, 0 or 1.
+    pub fn material_of(&self, body: usize) -> Option<&Material> {
+        self.materials.iter().find(|m| m.name == self.bodies[body].material)
+    }
+
+    /// Returns where results go: `output.directory`, or `runs/` and the name of the case file without its ending.
+    pub fn output_directory(&self) -> String {
+        let stem = || {
+            let stem = std::path::Path::new(&self.file_name).file_stem();
+            stem.map_or_else(|| "case".into(), |s| s.to_string_lossy().into_owned())
+        };
+        self.output.directory.clone().unwrap_or_else(|| format!("runs/{}", stem()))
+    }
+
+    /// Counts the nodes that the bodies' meshes will have, without making them.
+    pub fn node_counts(&self) -> [u64; 2] {
+        [0, 1].map(|k| match self.bodies[k].mesh {
+            MeshSource::Block { cells, .. } => {
+                cells.iter().fold(1u64, |product, &n| product.saturating_mul(n as u64 + 1))
+            }
+        })
+    }
+
+    fn diagnostic(&self, code: &'static str, path: &str, message: impl Into<String>) -> Diagnostic {
+        Diagnostic::new(code, self.place(path).cloned(), message)
+    }
+}

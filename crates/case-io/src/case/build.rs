@@ -1,0 +1,142 @@
+//! Bodies and the interface of a case, with fem-core's errors brought back to the places of their keys.
+
+use super::{Case, MeshSource};
+use crate::diagnostic::{CaseError, Diagnostic, code, did_you_mean};
+use fem_core::body::{Body, BodyError, ConditionList, ConditionPlace};
+use fem_core::interface::{ContactInterface, Gap, InterfaceError};
+use fem_core::material::{LinearElastic, MaterialError};
+use fem_core::mesh::{MeshError, TriMesh, generate};
+
+impl Case {
+    /// Makes the two bodies in the file's order: mesh, material and evaluated conditions.
+    ///
+    /// # Errors
+    /// Everything that fem-core refuses of either body, at the place of the key that causes it.
+    pub fn build_bodies(&self) -> Result<[Body; 2], CaseError> {
+        match (self.build_body(0), self.build_body(1)) {
+            (Ok(first), Ok(second)) => Ok([first, second]),
+            (first, second) => {
+                let faults = [first.err(), second.err()].into_iter().flatten();
+                Err(CaseError::new(faults.flat_map(|e| e.diagnostics).collect()))
+            }
+        }
+    }
+
+    /// Makes one body, 0 or 1.
+    ///
+    /// # Errors
+    /// See [`Case::build_bodies`].
+    pub fn build_body(&self, body: usize) -> Result<Body, CaseError> {
+        let mesh = self.build_mesh(body)?;
+        let material = self.build_material(body)?;
+        let conditions = self.boundary_conditions(body)?;
+        Body::new(mesh, material, &conditions).map_err(|error| self.body_diagnostic(body, &error).into())
+    }
+
+    /// Makes the mesh of one body, 0 or 1.
+    ///
+    /// # Errors
+    /// A mesh that cannot be generated.
+    pub fn build_mesh(&self, body: usize) -> Result<TriMesh, CaseError> {
+        match self.bodies[body].mesh {
+            MeshSource::Block { origin, size, cells } => generate::block(origin, size, cells)
+                .map_err(|error| self.mesh_diagnostic(body, &error).into()),
+        }
+    }
+
+    fn build_material(&self, body: usize) -> Result<LinearElastic, CaseError> {
+        let name = &self.bodies[body].material;
+        let Some(material) = self.material_of(body) else {
+            let path = format!("body.{body}.material");
+            return Err(self
+                .diagnostic(code::REFERENCE, &path, format!("there is no material \"{name}\""))
+                .into());
+        };
+        LinearElastic::isotropic(material.young, material.poisson, self.model.hypothesis)
+            .map_err(|error| self.material_diagnostic(name, &error).into())
+    }
+
+    /// Pairs the contact surfaces of the two bodies, given in the file's order.
+    ///
+    /// # Errors
+    /// Surfaces that cannot be paired, at the place of the key that causes it.
+    pub fn build_interface(&self, first: &Body, second: &Body) -> Result<ContactInterface, CaseError> {
+        let gap = Gap::Given(self.scalar(&self.contact.gap, "contact.gap")?);
+        let [a, b] = &self.contact.surfaces;
+        ContactInterface::pair(first, second, [a, b], &gap)
+            .map_err(|error| self.interface_diagnostic(&error).into())
+    }
+
+    /// Brings an error of a body's boundary conditions back to the condition's key.
+    pub fn body_diagnostic(&self, body: usize, error: &BodyError) -> Diagnostic {
+        let of = |place: &ConditionPlace, key: &str| {
+            let list = match place.list {
+                ConditionList::Displacement => "displacement",
+                ConditionList::Traction => "traction",
+            };
+            format!("body.{body}.{list}.{}{key}", place.index)
+        };
+        let mut help = None;
+        let path = match error {
+            BodyError::UnknownGroup { place, group, known } => {
+                help = did_you_mean(group, known.split(", "), '"');
+                of(place, ".on")
+            }
+            BodyError::InteriorEdge { place, .. } => of(place, ".on"),
+            BodyError::EmptySelection { place, .. } if self.is_given(&of(place, ".part")) => {
+                of(place, ".part")
+            }
+            BodyError::EmptySelection { place, .. } => of(place, ".on"),
+            BodyError::LoadOnSupport { place, .. } => self.load_path(&of(place, "")),
+            BodyError::NotFinite { place, .. } | BodyError::Conflict { place, .. } => of(place, ""),
+            BodyError::BodyForce { .. } => format!("body.{body}.body_force"),
+        };
+        let message = format!("body \"{}\": {error}", self.bodies[body].name);
+        self.diagnostic(code::CONDITION, &path, message).help(help)
+    }
+
+    fn load_path(&self, condition: &str) -> String {
+        let keys = ["vector", "pressure"].map(|key| format!("{condition}.{key}"));
+        keys.into_iter().find(|path| self.is_given(path)).unwrap_or_else(|| condition.to_owned())
+    }
+
+    /// Brings an error of a body's mesh back to its generator.
+    pub fn mesh_diagnostic(&self, body: usize, error: &MeshError) -> Diagnostic {
+        let message = format!("body \"{}\": {error}", self.bodies[body].name);
+        self.diagnostic(code::MESH, &format!("body.{body}.generator"), message)
+    }
+
+    /// Brings an error of a material back to its key.
+    pub fn material_diagnostic(&self, material: &str, error: &MaterialError) -> Diagnostic {
+        let key = match error {
+            MaterialError::Young { .. } => "young",
+            MaterialError::Poisson { .. } => "poisson",
+        };
+        self.diagnostic(code::VALUE, &format!("materials.{material}.{key}"), error.to_string())
+    }
+
+    /// Brings an error of the contact interface back to `[contact]`; bodies are called by their names.
+    pub fn interface_diagnostic(&self, error: &InterfaceError) -> Diagnostic {
+        let mut help = None;
+        let (path, body) = match error {
+            InterfaceError::UnknownSurface { body, group, known } => {
+                help = did_you_mean(group, known.split(", "), '"');
+                (format!("contact.surfaces.{body}"), Some(*body))
+            }
+            InterfaceError::NoSurface { body, .. }
+            | InterfaceError::Occupied { body, .. }
+            | InterfaceError::SupportedNode { body, .. } => (format!("contact.surfaces.{body}"), Some(*body)),
+            InterfaceError::NotMatching { body, .. } | InterfaceError::EdgeWithoutPartner { body, .. } => {
+                ("contact.surfaces".to_owned(), Some(*body))
+            }
+            InterfaceError::BadGap { .. } => ("contact.gap".to_owned(), None),
+            _ => ("contact.surfaces".to_owned(), None),
+        };
+        let mut message = error.to_string();
+        if let Some(body) = body.filter(|b| *b < 2) {
+            let named = format!("body \"{}\"", self.bodies[body].name);
+            message = message.replacen(&format!("body {body}"), &named, 1);
+        }
+        self.diagnostic(code::CONTACT, &path, message).help(help)
+    }
+}

@@ -1,0 +1,116 @@
+//! The words that settings choose from.
+
+/// Declares an enumeration whose variants are words of the case file.
+macro_rules! choices {
+    ($(#[$doc:meta])* $name:ident, default $default:ident { $($(#[$variant_doc:meta])* $variant:ident = $word:literal,)+ }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum $name {
+            $($(#[$variant_doc])* $variant,)+
+        }
+
+        impl $name {
+            /// The words of the case file, each with its choice.
+            pub const NAMES: &'static [(&'static str, Self)] = &[$(($word, Self::$variant)),+];
+
+            /// Returns the word of the case file.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $word,)+
+                }
+            }
+        }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self::$default
+            }
+        }
+
+        impl std::fmt::Display for $name {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str(self.name())
+            }
+        }
+    };
+}
+
+choices! {
+    /// `solver.imposed`: which body carries λ, the paper's Ω₁.
+    Imposed, default Auto {
+        /// The first body of the file.
+        First = "first",
+        /// The second body of the file.
+        Second = "second",
+        /// The stiffer of the two.
+        Auto = "auto",
+    }
+}
+
+choices! {
+    /// `solver.method`: which algorithm solves the contact problem.
+    Method, default Nndd {
+        /// The Neumann-Neumann algorithm of the paper.
+        Nndd = "nndd",
+        /// Interface semi-smooth Newton, the reference; it uses only `max_iterations` and `qp`.
+        Newton = "newton",
+    }
+}
+
+choices! {
+    /// `solver.path`: on which unknowns the steps work.
+    Path, default Condensed {
+        /// On the interface.
+        Condensed = "condensed",
+        /// On the whole bodies, the reference.
+        Literal = "literal",
+    }
+}
+
+choices! {
+    /// `solver.qp`: how the unilateral problem is solved.
+    QpChoice, default Auto {
+        /// Clarabel first, then the previous active set where it verifies.
+        Auto = "auto",
+        /// Always Clarabel.
+        Clarabel = "clarabel",
+        /// Always active-set steps.
+        ActiveSet = "active-set",
+    }
+}
+
+choices! {
+    /// `solver.weights`: how the two bodies share a correction.
+    Weights, default Stiffness {
+        /// One half each, the paper's.
+        Half = "half",
+        /// By stiffness.
+        Stiffness = "stiffness",
+    }
+}
+
+choices! {
+    /// `solver.acceleration`: what is done with successive iterates.
+    Acceleration, default Anderson {
+        /// Nothing, the paper's.
+        None = "none",
+        /// Aitken's relaxation.
+        Aitken = "aitken",
+        /// Anderson's mixing.
+        Anderson = "anderson",
+    }
+}
+
+choices! {
+    /// `solver.stop.criterion`: when the iteration ends.
+    Criterion, default Estimator {
+        /// `η_NNDD ≤ ratio · η_dis`.
+        Estimator = "estimator",
+        /// `ε_t ≤ tolerance`.
+        Precision = "precision",
+        /// `η_NNDD ≤ tolerance · η_NNDD(1)`.
+        EtaNndd = "eta_nndd",
+        /// After `max_iterations`.
+        Iterations = "iterations",
+    }
+}

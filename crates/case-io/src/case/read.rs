@@ -1,0 +1,297 @@
+//! From the document to a [`Case`]: every section with its defaults and checks, except the bodies'.
+
+use super::read_body;
+use super::{
+    Acceleration, Adapt, BodyCase, Case, Contact, Criterion, Estimator, Imposed, Limit, Limits, Material,
+    Method, Model, Output, Path, QpChoice, SCHEMA, Solver, Stop, Theta, Value, Weights,
+};
+use crate::case_file::{self, Document, Findings, NodeValue, Reader};
+use crate::diagnostic::{CaseError, Diagnostic, code, did_you_mean, excerpt};
+use fem_core::material::{Hypothesis, LinearElastic, MaterialError};
+
+const HYPOTHESES: &[(&str, Hypothesis)] =
+    &[("plane_strain", Hypothesis::PlaneStrain), ("plane_stress", Hypothesis::PlaneStress)];
+
+/// Returns the word of a hypothesis.
+pub(super) fn hypothesis_name(hypothesis: Hypothesis) -> &'static str {
+    HYPOTHESES.iter().find(|(_, h)| *h == hypothesis).map_or("", |(name, _)| name)
+}
+
+/// Reads all sections and collects what is wrong with any of them.
+pub(super) fn case(document: &Document, file_name: &str) -> Result<Case, CaseError> {
+    let findings = Findings::default();
+    let mut root = Reader::new(&findings, &document.root, String::new(), &document.at);
+    schema(&mut root)?;
+    root.require(&["body", "contact", "materials"]);
+    let title = root.string("title").unwrap_or_default();
+    let model = model(root.table("model"));
+    let materials = root.table("materials").map(|r| materials(r, model.hypothesis)).unwrap_or_default();
+    let bodies = read_body::bodies(&mut root);
+    check_references(&root, &materials, &bodies);
+    let contact = root.table("contact").map(contact).unwrap_or_default();
+    let solver = solver(root.table("solver"));
+    let estimator = estimator(root.table("estimator"));
+    let adapt = adapt(&mut root);
+    let output = output(root.table("output"));
+    let limits = root.table("limits").map(limits).unwrap_or_default();
+    root.finish();
+    let (diagnostics, places) = findings.into_parts();
+    match <[BodyCase; 2]>::try_from(bodies) {
+        Ok(bodies) if diagnostics.is_empty() => Ok(Case {
+            title,
+            model,
+            materials,
+            bodies,
+            contact,
+            solver,
+            estimator,
+            adapt,
+            output,
+            limits,
+            file_name: file_name.to_owned(),
+            places,
+        }),
+        _ => Err(CaseError::new(diagnostics)),
+    }
+}
+
+/// Checks the version first: in a file of another version every other message would mislead.
+fn schema(root: &mut Reader<'_>) -> Result<(), CaseError> {
+    let version = env!("CARGO_PKG_VERSION");
+    let fault = |code, root: &Reader<'_>, message: String| {
+        CaseError::from(
+            Diagnostic::new(code, root.place_of("schema"), message).expected(format!("schema = {SCHEMA}")),
+        )
+    };
+    let Some(node) = root.node("schema") else {
+        root.require(&["schema"]);
+        return Ok(());
+    };
+    match node.value {
+        NodeValue::Integer(found) if found == i128::from(SCHEMA) => Ok(()),
+        NodeValue::Integer(found) if found > i128::from(SCHEMA) => Err(fault(
+            code::VALUE,
+            root,
+            format!(
+                "`schema` is {found}, which a newer nndd reads; this is version {version}, which reads schema {SCHEMA}"
+            ),
+        )),
+        NodeValue::Integer(found) => Err(fault(code::VALUE, root, format!("`schema` is {found}"))),
+        ref other => Err(fault(code::TYPE, root, format!("`schema` is {}", other.type_name()))),
+    }
+}
+
+fn positive(value: f64) -> bool {
+    value > 0.0
+}
+
+fn model(reader: Option<Reader<'_>>) -> Model {
+    let mut model = Model { hypothesis: Hypothesis::PlaneStrain, thickness: 1.0 };
+    let Some(mut r) = reader else { return model };
+    model.hypothesis = r.choice("hypothesis", HYPOTHESES).unwrap_or(model.hypothesis);
+    model.thickness = r.number_where("thickness", positive, "a number > 0").unwrap_or(model.thickness);
+    r.finish();
+    model
+}
+
+fn materials(reader: Reader<'_>, hypothesis: Hypothesis) -> Vec<Material> {
+    let mut materials = Vec::new();
+    for entry in reader.entries() {
+        let path = reader.path_of(&entry.key);
+        let NodeValue::Table(table) = &entry.node.value else {
+            let message = format!("`{path}` is {}", entry.node.value.type_name());
+            let diagnostic = Diagnostic::new(code::TYPE, Some(entry.node.at.place()), message);
+            reader.findings().push(diagnostic.expected("a table with `young` and `poisson`"));
+            // The name is there, so bodies may refer to it.
+            materials.push(Material { name: entry.key.clone(), young: 1.0, poisson: 0.0 });
+            continue;
+        };
+        let mut r = Reader::new(reader.findings(), table, path, &entry.node.at);
+        r.require(&["young", "poisson"]);
+        let young = r.number("young");
+        let poisson = r.number("poisson");
+        // One at a time with a harmless partner, so that both faults are found.
+        if let Some(young) = young {
+            check_material(&r, "young", LinearElastic::isotropic(young, 0.0, hypothesis));
+        }
+        if let Some(poisson) = poisson {
+            check_material(&r, "poisson", LinearElastic::isotropic(1.0, poisson, hypothesis));
+        }
+        r.finish();
+        materials.push(Material {
+            name: entry.key.clone(),
+            young: young.unwrap_or(1.0),
+            poisson: poisson.unwrap_or_default(),
+        });
+    }
+    materials
+}
+
+fn check_material(r: &Reader<'_>, key: &str, result: Result<LinearElastic, MaterialError>) {
+    if let Err(error) = result {
+        r.refuse(key, error.to_string(), "");
+    }
+}
+
+/// Checks that every body's material exists, and names the nearest where it does not.
+fn check_references(root: &Reader<'_>, materials: &[Material], bodies: &[BodyCase]) {
+    if materials.is_empty() && !root.has("materials") {
+        return;
+    }
+    let names = || materials.iter().map(|m| m.name.as_str());
+    for (k, body) in bodies.iter().enumerate() {
+        // An empty name stands for one that is missing or no string, which has been reported.
+        if body.material.is_empty() || names().any(|name| name == body.material) {
+            continue;
+        }
+        let message = format!("there is no material {}", excerpt(&body.material));
+        let known: Vec<String> = names().map(|n| format!("\"{n}\"")).collect();
+        let place = root.findings().place(&format!("body.{k}.material"));
+        let diagnostic = Diagnostic::new(code::REFERENCE, place, message);
+        let diagnostic = if known.is_empty() { diagnostic } else { diagnostic.expected(known.join(" or ")) };
+        root.findings().push(diagnostic.help(did_you_mean(&body.material, names(), '"')));
+    }
+}
+
+fn contact(mut r: Reader<'_>) -> Contact {
+    r.require(&["surfaces"]);
+    let surfaces = r.string_pair("surfaces").unwrap_or_default();
+    let geometric = matches!(r.node("gap").map(|n| &n.value), Some(NodeValue::String(s)) if s == "geometric");
+    let gap = if geometric {
+        r.not_yet(
+            "gap",
+            "`gap = \"geometric\"`, a gap measured between the meshes",
+            "write the gap as a number",
+        );
+        Value::default()
+    } else {
+        r.value("gap").unwrap_or_default()
+    };
+    if gap.number().is_some_and(|g| g < 0.0) {
+        r.refuse("gap", "`contact.gap` is negative: the bodies would overlap", "a number >= 0");
+    }
+    if r.has("normal") {
+        r.pair("normal");
+        r.not_yet(
+            "normal",
+            "`contact.normal`, a fixed contact direction",
+            "leave it out: the normal is the mesh's",
+        );
+    } else {
+        r.node("normal");
+    }
+    r.finish();
+    Contact { surfaces, gap }
+}
+
+fn solver(reader: Option<Reader<'_>>) -> Solver {
+    let mut stop = Stop { criterion: Criterion::default(), ratio: 0.1, tolerance: 1e-8 };
+    let mut solver = Solver {
+        method: Method::default(),
+        imposed: Imposed::default(),
+        path: Path::default(),
+        qp: QpChoice::default(),
+        theta: Theta::default(),
+        weights: Weights::default(),
+        acceleration: Acceleration::default(),
+        lambda: Value::default(),
+        max_iterations: 50,
+        stop: stop.clone(),
+    };
+    let Some(mut r) = reader else { return solver };
+    solver.method = r.choice("method", Method::NAMES).unwrap_or_default();
+    solver.imposed = r.choice("imposed", Imposed::NAMES).unwrap_or_default();
+    solver.path = r.choice("path", Path::NAMES).unwrap_or_default();
+    solver.qp = r.choice("qp", QpChoice::NAMES).unwrap_or_default();
+    solver.theta = theta(&mut r);
+    solver.weights = r.choice("weights", Weights::NAMES).unwrap_or_default();
+    solver.acceleration = r.choice("acceleration", Acceleration::NAMES).unwrap_or_default();
+    solver.lambda = r.value("lambda").unwrap_or_default();
+    solver.max_iterations = r.count("max_iterations", 0).unwrap_or(solver.max_iterations);
+    if let Some(mut r) = r.table("stop") {
+        stop.criterion = r.choice("criterion", Criterion::NAMES).unwrap_or_default();
+        stop.ratio = r.number_where("ratio", positive, "a number > 0").unwrap_or(stop.ratio);
+        stop.tolerance = r.number_where("tolerance", positive, "a number > 0").unwrap_or(stop.tolerance);
+        r.finish();
+    }
+    solver.stop = stop;
+    r.finish();
+    solver
+}
+
+fn theta(r: &mut Reader<'_>) -> Theta {
+    let expected = "a number > 0, or \"auto\"";
+    match r.node("theta").map(|n| &n.value) {
+        None => Theta::Auto,
+        Some(NodeValue::String(word)) if word == "auto" => Theta::Auto,
+        Some(NodeValue::String(word)) => {
+            let message = format!("`solver.theta` is the string {}", excerpt(word));
+            r.refuse("theta", message, expected);
+            Theta::Auto
+        }
+        Some(_) => r.number_where("theta", positive, expected).map_or(Theta::Auto, Theta::Value),
+    }
+}
+
+fn estimator(reader: Option<Reader<'_>>) -> Estimator {
+    let mut estimator = Estimator { relaxation: 2, every: 0 };
+    let Some(mut r) = reader else { return estimator };
+    estimator.relaxation = r.count("relaxation", 0).unwrap_or(estimator.relaxation);
+    estimator.every = r.count("every", 0).unwrap_or(estimator.every);
+    r.finish();
+    estimator
+}
+
+pub(super) fn adapt(root: &mut Reader<'_>) -> Option<Adapt> {
+    let mut r = root.table("adapt")?;
+    r.require(&["target_relative_error"]);
+    let adapt = Adapt {
+        target_relative_error: r
+            .number_where("target_relative_error", positive, "a number > 0")
+            .unwrap_or_default(),
+        max_steps: r.count("max_steps", 1).unwrap_or(30),
+        max_nodes: r.count("max_nodes", 1).unwrap_or(2_000_000),
+        fraction: r.number_where("fraction", |f| f > 0.0 && f <= 1.0, "a number > 0 and <= 1").unwrap_or(0.5),
+    };
+    r.finish();
+    // Remove this line when adaptive runs are there.
+    root.not_yet("adapt", "`[adapt]`, an adaptive run", "leave the table out and refine `cells` by hand");
+    Some(adapt)
+}
+
+fn output(reader: Option<Reader<'_>>) -> Output {
+    let mut output = Output { directory: None, vtu: true };
+    let Some(mut r) = reader else { return output };
+    output.directory = r.string("directory");
+    if output.directory.as_ref().is_some_and(|d| d.trim().is_empty() || d.contains('\0')) {
+        r.refuse("directory", "`output.directory` is no path", "a directory, such as \"runs/paper\"");
+    }
+    output.vtu = r.boolean("vtu").unwrap_or(output.vtu);
+    r.finish();
+    output
+}
+
+fn limits(mut r: Reader<'_>) -> Limits {
+    let memory =
+        limit(&mut r, "memory", case_file::memory, "an amount of memory, such as \"4GiB\" or \"512MB\"");
+    let time = limit(&mut r, "time", case_file::time, "a time, such as \"30s\", \"10min\" or \"2h\"");
+    r.finish();
+    Limits { memory, time }
+}
+
+fn limit<T>(
+    r: &mut Reader<'_>,
+    key: &'static str,
+    parse: impl Fn(&str) -> Option<T>,
+    expected: &str,
+) -> Option<Limit<T>> {
+    let written = r.string(key)?;
+    match parse(&written) {
+        Some(value) => Some(Limit { written, value }),
+        None => {
+            let message = format!("`limits.{key}` is {}", excerpt(&written));
+            r.refuse(key, message, expected);
+            None
+        }
+    }
+}

@@ -1,0 +1,161 @@
+//! The `[[body]]` tables: names, meshes, displacements and tractions.
+
+use super::{BodyCase, Displacement, Imposition, Load, MeshSource, Part, Traction, Value};
+use crate::case_file::Reader;
+use crate::diagnostic::{Diagnostic, code, excerpt};
+
+/// Reads the bodies, however many there are, and reports it unless there are two.
+pub(super) fn bodies(root: &mut Reader<'_>) -> Vec<BodyCase> {
+    let Some(mut readers) = root.tables("body") else { return Vec::new() };
+    let mut bodies = Vec::with_capacity(readers.len());
+    for r in &mut readers {
+        let read = body(r, &bodies);
+        bodies.push(read);
+    }
+    let count = bodies.len();
+    if count != 2 {
+        let place = readers.get(2).map_or_else(|| root.place_of("body"), Reader::place);
+        let message = match count {
+            1 => "there is 1 body".to_owned(),
+            n => format!("there are {n} bodies"),
+        };
+        let diagnostic = Diagnostic::new(code::VALUE, place, message);
+        root.findings().push(
+            diagnostic
+                .expected("exactly two [[body]] tables: this program solves contact between two bodies"),
+        );
+    }
+    for r in readers {
+        r.finish();
+    }
+    bodies
+}
+
+fn body(r: &mut Reader<'_>, others: &[BodyCase]) -> BodyCase {
+    r.require(&["name", "material"]);
+    let name = r.string("name");
+    if let Some(name) = &name {
+        check_name(r, name, others);
+    }
+    let name = name.unwrap_or_default();
+    let material = r.string("material").unwrap_or_default();
+    let mesh = mesh(r).unwrap_or_default();
+    let body_force = r.pair("body_force").unwrap_or_default();
+    let displacements: Vec<_> =
+        r.tables("displacement").unwrap_or_default().into_iter().map(displacement).collect();
+    let tractions = r.tables("traction").unwrap_or_default().into_iter().map(traction).collect();
+    BodyCase { name, material, mesh, body_force, displacements, tractions }
+}
+
+/// Checks that a name is free and can name a file.
+fn check_name(r: &Reader<'_>, name: &str, others: &[BodyCase]) {
+    let forbidden = |c: char| c.is_control() || "/\\:*?\"<>|".contains(c);
+    if name.trim().is_empty() || name.starts_with('.') || name.len() > 100 || name.contains(forbidden) {
+        r.refuse(
+            "name",
+            format!("the body name {} cannot name a file", excerpt(name)),
+            "letters, digits, - and _",
+        );
+    } else if name.eq_ignore_ascii_case("contact") {
+        r.refuse(
+            "name",
+            "a body cannot be called \"contact\": contact.vtu is the interface's",
+            "another name",
+        );
+    } else if others.iter().any(|b| b.name.to_lowercase() == name.to_lowercase()) {
+        let message = format!("two bodies are called {}", excerpt(name));
+        let diagnostic = Diagnostic::new(code::DUPLICATE, r.place_of("name"), message);
+        r.findings().push(diagnostic.expected("two different names (in letters, not only in case)"));
+    }
+}
+
+fn mesh(r: &mut Reader<'_>) -> Option<MeshSource> {
+    let source = r.table("generator").and_then(generator);
+    if let Some(mut file) = r.table("mesh") {
+        file.require(&["file"]);
+        let name = file.string("file").unwrap_or_default();
+        file.string("region");
+        file.finish();
+        // This refusal becomes a `MeshSource` when mesh files can be read.
+        let what = format!("the mesh file {}", excerpt(&name));
+        r.not_yet("mesh", &what, "use generator = { kind = \"block\", … }");
+    }
+    match (r.has("generator"), r.has("mesh")) {
+        (true, true) => {
+            r.refuse("mesh", "a body has either a `generator` or a `mesh`, not both", "one of the two")
+        }
+        (false, false) => r.require(&["generator"]),
+        _ => {}
+    }
+    source
+}
+
+fn generator(mut r: Reader<'_>) -> Option<MeshSource> {
+    r.require(&["kind", "size", "cells"]);
+    r.choice("kind", &[("block", ())]);
+    let origin = r.pair("origin").unwrap_or_default();
+    let size = r.pair("size");
+    if size.is_some_and(|s| s.iter().any(|&v| v <= 0.0)) {
+        r.refuse("size", "a block needs a width and a height", "two numbers > 0");
+    }
+    let cells = r.count_pair("cells");
+    r.finish();
+    Some(MeshSource::Block { origin, size: size?, cells: cells? })
+}
+
+fn part(r: &mut Reader<'_>) -> Part {
+    let Some(mut r) = r.table("part") else { return Part::default() };
+    let part = Part { x: r.pair("x"), y: r.pair("y") };
+    for (key, limits) in [("x", part.x), ("y", part.y)] {
+        if limits.is_some_and(|[low, high]| low > high) {
+            r.refuse(key, "the limits of the part stand in the wrong order", "[smaller, larger]");
+        }
+    }
+    r.finish();
+    part
+}
+
+fn displacement(mut r: Reader<'_>) -> Displacement {
+    r.require(&["on"]);
+    let on = r.string("on").unwrap_or_default();
+    let part = part(&mut r);
+    let given: Vec<&str> = ["ux", "uy", "normal", "fixed"].into_iter().filter(|key| r.has(key)).collect();
+    let components = [r.value("ux"), r.value("uy")];
+    let normal = r.value("normal");
+    let fixed = r.boolean("fixed");
+    let expected = "`ux` and/or `uy`, or `normal`, or `fixed = true`";
+    match given[..] {
+        [] => r.refuse("", "this condition imposes no displacement", expected),
+        ["ux"] | ["uy"] | ["ux", "uy"] | ["normal"] => {}
+        ["fixed"] if fixed != Some(false) => {}
+        ["fixed"] => r.refuse("fixed", "`fixed = false` imposes nothing", expected),
+        // The last of the keys is the one that does not go with the others.
+        [.., last] => r.refuse(last, format!("`{}` exclude each other", given.join("`, `")), expected),
+    }
+    r.finish();
+    let imposition = match (normal, fixed) {
+        (Some(value), _) => Imposition::Normal(value),
+        (None, Some(_)) => Imposition::Fixed,
+        (None, None) => Imposition::Components(components),
+    };
+    Displacement { on, part, imposition }
+}
+
+fn traction(mut r: Reader<'_>) -> Traction {
+    r.require(&["on"]);
+    let on = r.string("on").unwrap_or_default();
+    let part = part(&mut r);
+    let (vector, pressure) = (r.value_pair("vector"), r.value("pressure"));
+    let expected = "either `vector = [tx, ty]` or `pressure = p`";
+    match (r.has("vector"), r.has("pressure")) {
+        (true, true) => r.refuse("pressure", "`vector` and `pressure` exclude each other", expected),
+        (false, false) => r.refuse("", "this condition applies no load", expected),
+        _ => {}
+    }
+    r.finish();
+    let load = match (vector, pressure) {
+        (Some(vector), _) => Load::Vector(vector),
+        (None, pressure) => Load::Pressure(pressure.unwrap_or_else(Value::default)),
+    };
+    Traction { on, part, load }
+}

@@ -1,0 +1,139 @@
+//! Every setting with its value, in the case file's own structure, and the hash that names a case.
+
+use super::{
+    BodyCase, Case, Displacement, Imposition, Load, MeshSource, Part, SCHEMA, Theta, Traction, Value, read,
+};
+use serde_json::{Map, Value as Json, json};
+use sha2::{Digest, Sha256};
+
+impl Case {
+    /// Returns every setting with its value, as written or by default: the `case` object of report.json.
+    pub fn settings_json(&self) -> Json {
+        let materials: Map<String, Json> = self
+            .materials
+            .iter()
+            .map(|m| (m.name.clone(), json!({ "young": m.young, "poisson": m.poisson })))
+            .collect();
+        let mut settings = json!({
+            "schema": SCHEMA,
+            "title": self.title,
+            "model": {
+                "hypothesis": read::hypothesis_name(self.model.hypothesis),
+                "thickness": self.model.thickness,
+            },
+            "materials": materials,
+            "body": self.bodies.iter().map(body).collect::<Vec<_>>(),
+            "contact": { "surfaces": self.contact.surfaces, "gap": value(&self.contact.gap) },
+            "solver": self.solver_json(),
+            "estimator": { "relaxation": self.estimator.relaxation, "every": self.estimator.every },
+        });
+        if let Some(adapt) = &self.adapt {
+            settings["adapt"] = json!({
+                "target_relative_error": adapt.target_relative_error,
+                "max_steps": adapt.max_steps,
+                "max_nodes": adapt.max_nodes,
+                "fraction": adapt.fraction,
+            });
+        }
+        settings["output"] = json!({ "directory": self.output_directory(), "vtu": self.output.vtu });
+        settings["limits"] = json!({
+            "memory": self.limits.memory.as_ref().map(|l| &l.written),
+            "time": self.limits.time.as_ref().map(|l| &l.written),
+        });
+        settings
+    }
+
+    fn solver_json(&self) -> Json {
+        let s = &self.solver;
+        json!({
+            "method": s.method.name(),
+            "imposed": s.imposed.name(),
+            "path": s.path.name(),
+            "qp": s.qp.name(),
+            "theta": match s.theta { Theta::Auto => json!("auto"), Theta::Value(theta) => json!(theta) },
+            "weights": s.weights.name(),
+            "acceleration": s.acceleration.name(),
+            "lambda": value(&s.lambda),
+            "max_iterations": s.max_iterations,
+            "stop": {
+                "criterion": s.stop.criterion.name(),
+                "ratio": s.stop.ratio,
+                "tolerance": s.stop.tolerance,
+            },
+        })
+    }
+
+    /// Computes the SHA-256 of the settings less the output directory, in hexadecimal: two runs of the same case
+    /// have the same hash wherever they write, and however their files are laid out and commented.
+    pub fn hash(&self) -> String {
+        let mut settings = self.settings_json();
+        if let Some(output) = settings.get_mut("output").and_then(Json::as_object_mut) {
+            output.remove("directory");
+        }
+        settings.sort_all_objects();
+        let digest = Sha256::digest(settings.to_string().as_bytes());
+        digest.iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+}
+
+fn value(value: &Value) -> Json {
+    match value {
+        // Zero has one sign here, so that `-0.0` is the same case.
+        Value::Number(number) => json!(number + 0.0),
+        Value::Expression(text) => json!(text),
+    }
+}
+
+fn body(body: &BodyCase) -> Json {
+    let MeshSource::Block { origin, size, cells } = body.mesh;
+    json!({
+        "name": body.name,
+        "material": body.material,
+        "generator": { "kind": "block", "origin": origin, "size": size, "cells": cells },
+        "body_force": body.body_force,
+        "displacement": body.displacements.iter().map(displacement).collect::<Vec<_>>(),
+        "traction": body.tractions.iter().map(traction).collect::<Vec<_>>(),
+    })
+}
+
+fn edges(on: &str, part: Part) -> Map<String, Json> {
+    let mut object = Map::new();
+    object.insert("on".to_owned(), json!(on));
+    let limits: Map<String, Json> = [("x", part.x), ("y", part.y)]
+        .into_iter()
+        .filter_map(|(key, limits)| limits.map(|l| (key.to_owned(), json!(l))))
+        .collect();
+    if !limits.is_empty() {
+        object.insert("part".to_owned(), Json::Object(limits));
+    }
+    object
+}
+
+fn displacement(given: &Displacement) -> Json {
+    let mut object = edges(&given.on, given.part);
+    match &given.imposition {
+        Imposition::Components(components) => {
+            for (key, component) in ["ux", "uy"].into_iter().zip(components) {
+                if let Some(component) = component {
+                    object.insert(key.to_owned(), value(component));
+                }
+            }
+        }
+        Imposition::Normal(normal) => {
+            object.insert("normal".to_owned(), value(normal));
+        }
+        Imposition::Fixed => {
+            object.insert("fixed".to_owned(), json!(true));
+        }
+    }
+    Json::Object(object)
+}
+
+fn traction(given: &Traction) -> Json {
+    let mut object = edges(&given.on, given.part);
+    match &given.load {
+        Load::Vector(vector) => object.insert("vector".to_owned(), json!(vector.each_ref().map(value))),
+        Load::Pressure(pressure) => object.insert("pressure".to_owned(), value(pressure)),
+    };
+    Json::Object(object)
+}

@@ -1,0 +1,143 @@
+//! The case file as a document: bytes to a tree of values with places, with the overrides applied.
+//!
+//! What the keys mean is [`crate::case`]'s business; here are TOML, places and the command line's
+//! `--set` and `--over`.
+
+mod overrides;
+mod quantity;
+mod reader;
+mod sweep;
+mod tree;
+
+pub use overrides::split_override;
+pub use sweep::{MOST_SWEEP_VALUES, Sweep};
+
+pub(crate) use quantity::{memory, time};
+pub(crate) use reader::{Findings, Reader};
+pub(crate) use tree::{At, NodeValue, Table};
+
+use crate::diagnostic::{CaseError, Diagnostic, Place, Source, code};
+use std::io::{self, Read};
+use std::ops::Range;
+use std::path::Path;
+use std::sync::Arc;
+use toml::de::DeTable;
+
+/// The largest case file that is read, in bytes.
+pub const LARGEST_CASE_FILE: u64 = 16 << 20;
+
+/// Reads the bytes of a case file from disk.
+///
+/// # Errors
+/// A file that cannot be read, that is not a regular file (a pipe would wait for ever), or that has more than
+/// [`LARGEST_CASE_FILE`] bytes.
+pub fn read(path: &Path) -> io::Result<Vec<u8>> {
+    let found = std::fs::metadata(path)?;
+    let refuse = |what: String| Err(io::Error::new(io::ErrorKind::InvalidInput, what));
+    if found.is_dir() {
+        return refuse("a directory, not a case file".to_owned());
+    }
+    if !found.is_file() {
+        return refuse("not a regular file".to_owned());
+    }
+    let mut bytes = Vec::new();
+    std::fs::File::open(path)?.take(LARGEST_CASE_FILE + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > LARGEST_CASE_FILE {
+        return refuse(format!("more than {LARGEST_CASE_FILE} bytes: this is not a case file"));
+    }
+    Ok(bytes)
+}
+
+/// A parsed case file with its overrides.
+pub(crate) struct Document {
+    pub(crate) root: Table,
+    pub(crate) at: At,
+}
+
+/// Decodes bytes as UTF-8 without a byte order mark.
+pub(crate) fn decode<'a>(bytes: &'a [u8], file_name: &str) -> Result<&'a str, CaseError> {
+    let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+    std::str::from_utf8(bytes).map_err(|error| {
+        // Up to the fault the replaced text has the same bytes, so the span fits.
+        let source = Source::new(file_name, &String::from_utf8_lossy(bytes), false);
+        let start = error.valid_up_to();
+        let byte = bytes.get(start).copied().unwrap_or(0);
+        let place = Place::new(&source, start..start + 3);
+        let wide = bytes.starts_with(b"\xFF\xFE") || bytes.starts_with(b"\xFE\xFF");
+        let advice = if wide { "this looks like UTF-16; save it as UTF-8" } else { "save the file as UTF-8" };
+        Diagnostic::new(code::ENCODING, Some(place), format!("the byte 0x{byte:02X} is not UTF-8 text"))
+            .expected("UTF-8")
+            .help(Some(advice.to_owned()))
+            .into()
+    })
+}
+
+/// Parses a text and applies the overrides in their order.
+pub(crate) fn parse(
+    text: &str,
+    file_name: &str,
+    overrides: &[(String, String)],
+) -> Result<Document, CaseError> {
+    let text = text.strip_prefix('\u{FEFF}').unwrap_or(text);
+    let source = Source::new(file_name, text, false);
+    let mut root = document(text, &source)?;
+    let faults: Vec<Diagnostic> = overrides
+        .iter()
+        .filter_map(|(key, value)| overrides::apply(&mut root, key, value).err())
+        .flat_map(|error| error.diagnostics)
+        .collect();
+    if !faults.is_empty() {
+        return Err(CaseError::new(faults));
+    }
+    let at = At { source, span: 0..0 };
+    if root.entries.is_empty() {
+        let help = "write a case file to start from with `nndd new paper`";
+        let message = if text.is_empty() { "the case file is empty" } else { "the case file sets nothing" };
+        return Err(Diagnostic::new(code::MISSING, Some(at.place()), message)
+            .help(Some(help.to_owned()))
+            .into());
+    }
+    Ok(Document { root, at })
+}
+
+fn document(text: &str, source: &Arc<Source>) -> Result<Table, CaseError> {
+    let (table, errors) = DeTable::parse_recoverable(text);
+    if errors.is_empty() {
+        return Ok(tree::table(table.get_ref(), source, 0));
+    }
+    let mut faults: Vec<(Range<usize>, String)> =
+        errors.iter().map(|e| (e.span().unwrap_or(0..0), e.message().to_owned())).collect();
+    faults.sort_by_key(|(span, _)| span.start);
+    let mut diagnostics: Vec<Diagnostic> = Vec::new();
+    for (span, message) in faults {
+        let place = Place::new(source, span);
+        // What follows on the same line is nearly always a consequence of the first fault.
+        let last = diagnostics.last().and_then(|d| d.place.as_ref()).map(|p| p.line);
+        if last == Some(place.line) {
+            continue;
+        }
+        diagnostics.push(Diagnostic::new(code::SYNTAX, Some(place), message));
+    }
+    Err(CaseError::new(diagnostics))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_regular_files_of_a_sane_size_are_read() {
+        let root = tempfile::tempdir().unwrap();
+        let file = root.path().join("case.toml");
+        std::fs::write(&file, "schema = 1").unwrap();
+        assert_eq!(read(&file).unwrap(), b"schema = 1");
+        assert!(read(root.path()).unwrap_err().to_string().contains("a directory"));
+        assert_eq!(read(&root.path().join("none")).unwrap_err().kind(), io::ErrorKind::NotFound);
+        // A sparse file of more than the limit is refused before it is read whole.
+        std::fs::File::options().write(true).open(&file).unwrap().set_len(LARGEST_CASE_FILE + 1).unwrap();
+        assert!(read(&file).unwrap_err().to_string().contains("not a case file"));
+        if cfg!(unix) {
+            assert!(read(Path::new("/dev/zero")).unwrap_err().to_string().contains("not a regular file"));
+        }
+    }
+}

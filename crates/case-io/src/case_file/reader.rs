@@ -1,0 +1,349 @@
+//! A typed reader of one table: it collects what is wrong instead of stopping at the first fault.
+//!
+//! Reading a key makes it known; [`Reader::finish`] reports the keys that nobody read.
+
+use super::tree::{At, Entry, Node, NodeValue, Table};
+use crate::case::Value;
+use crate::diagnostic::{Diagnostic, Place, code, did_you_mean, excerpt};
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+
+/// What reading a document brought to light: faults, and the place of every key that was read.
+#[derive(Default)]
+pub(crate) struct Findings {
+    diagnostics: RefCell<Vec<Diagnostic>>,
+    places: RefCell<BTreeMap<String, Place>>,
+}
+
+impl Findings {
+    pub(crate) fn push(&self, diagnostic: Diagnostic) {
+        self.diagnostics.borrow_mut().push(diagnostic);
+    }
+
+    fn note(&self, path: &str, at: &At) {
+        self.places.borrow_mut().insert(path.to_owned(), at.place());
+    }
+
+    /// Finds the place of a key that was read.
+    pub(crate) fn place(&self, path: &str) -> Option<Place> {
+        self.places.borrow().get(path).cloned()
+    }
+
+    pub(crate) fn into_parts(self) -> (Vec<Diagnostic>, BTreeMap<String, Place>) {
+        (self.diagnostics.into_inner(), self.places.into_inner())
+    }
+}
+
+/// Reads the keys of one table.
+pub(crate) struct Reader<'a> {
+    findings: &'a Findings,
+    table: &'a Table,
+    /// Dotted path of the table, empty for the document.
+    path: String,
+    at: At,
+    known: Vec<&'static str>,
+}
+
+impl<'a> Reader<'a> {
+    pub(crate) fn new(findings: &'a Findings, table: &'a Table, path: String, at: &At) -> Self {
+        findings.note(&path, at);
+        Self { findings, table, path, at: at.clone(), known: Vec::new() }
+    }
+
+    /// Returns the dotted path of a key of this table.
+    pub(crate) fn path_of(&self, key: &str) -> String {
+        if self.path.is_empty() { key.to_owned() } else { format!("{}.{key}", self.path) }
+    }
+
+    pub(crate) fn has(&self, key: &str) -> bool {
+        self.table.get(key).is_some()
+    }
+
+    /// Finds the place of the table itself.
+    pub(crate) fn place(&self) -> Option<Place> {
+        Some(self.at.place())
+    }
+
+    /// Returns the entries, for tables whose keys are the user's own names.
+    pub(crate) fn entries(&self) -> &'a [Entry] {
+        &self.table.entries
+    }
+
+    pub(crate) fn findings(&self) -> &'a Findings {
+        self.findings
+    }
+
+    /// Looks a key up and makes it known.
+    pub(crate) fn node(&mut self, key: &'static str) -> Option<&'a Node> {
+        self.known.push(key);
+        let entry = self.table.get(key)?;
+        self.findings.note(&self.path_of(key), &entry.node.at);
+        Some(&entry.node)
+    }
+
+    /// Reports required keys that are missing.
+    pub(crate) fn require(&self, keys: &[&str]) {
+        for key in keys.iter().filter(|key| !self.has(key)) {
+            let path = self.path_of(key);
+            let found = format!("the key `{path}` is missing");
+            self.findings.push(Diagnostic::new(code::MISSING, Some(self.at.place()), found));
+        }
+    }
+
+    /// Reports a value that has the right type but cannot be used.
+    pub(crate) fn refuse(&self, key: &str, message: impl Into<String>, expected: &str) {
+        let mut diagnostic = Diagnostic::new(code::VALUE, self.place_of(key), message);
+        if !expected.is_empty() {
+            diagnostic = diagnostic.expected(expected);
+        }
+        self.findings.push(diagnostic);
+    }
+
+    /// Reports something that this version does not know yet.
+    pub(crate) fn not_yet(&self, key: &str, what: &str, help: &str) {
+        let message = format!("{what}: not in this version yet ({})", env!("CARGO_PKG_VERSION"));
+        let diagnostic = Diagnostic::new(code::UNSUPPORTED, self.place_of(key), message);
+        self.findings.push(diagnostic.help(Some(help.to_owned())));
+    }
+
+    /// Finds the place of a key's value, or of the table where the key is not there.
+    pub(crate) fn place_of(&self, key: &str) -> Option<Place> {
+        Some(self.table.get(key).map_or(&self.at, |e| &e.node.at).place())
+    }
+
+    fn wrong_type(&self, path: &str, node: &Node, expected: &str) {
+        let message = format!("`{path}` is {}", described(&node.value));
+        let number = |text: &str| text.trim().parse::<f64>().is_ok_and(f64::is_finite);
+        let help = match &node.value {
+            NodeValue::String(text) if expected.contains("number") && number(text) => {
+                Some(format!("write {} without quotes", text.trim()))
+            }
+            _ => None,
+        };
+        let diagnostic = Diagnostic::new(code::TYPE, Some(node.at.place()), message).expected(expected);
+        self.findings.push(diagnostic.help(help));
+    }
+
+    fn finite(&self, path: &str, node: &Node) -> Option<f64> {
+        let value = match node.value {
+            NodeValue::Float(value) => value,
+            NodeValue::Integer(value) => value as f64,
+            _ => {
+                self.wrong_type(path, node, "a number");
+                return None;
+            }
+        };
+        if value.is_finite() {
+            return Some(value);
+        }
+        let message = format!("`{path}` is {value}");
+        let diagnostic = Diagnostic::new(code::VALUE, Some(node.at.place()), message);
+        self.findings.push(diagnostic.expected("a finite number"));
+        None
+    }
+
+    /// Reads a finite number.
+    pub(crate) fn number(&mut self, key: &'static str) -> Option<f64> {
+        let node = self.node(key)?;
+        self.finite(&self.path_of(key), node)
+    }
+
+    /// Reads a finite number that satisfies a condition.
+    pub(crate) fn number_where(
+        &mut self,
+        key: &'static str,
+        condition: impl Fn(f64) -> bool,
+        expected: &str,
+    ) -> Option<f64> {
+        let value = self.number(key)?;
+        if !condition(value) {
+            self.refuse(key, format!("`{}` is {value}", self.path_of(key)), expected);
+        }
+        Some(value)
+    }
+
+    fn value_of(&self, path: &str, node: &Node) -> Option<Value> {
+        let NodeValue::String(text) = &node.value else {
+            return self.finite(path, node).map(Value::Number);
+        };
+        // Remove these lines when expressions can be evaluated.
+        let message = format!(
+            "`{path}` is the expression {}: expressions are not in this version yet ({})",
+            excerpt(text),
+            env!("CARGO_PKG_VERSION")
+        );
+        let diagnostic = Diagnostic::new(code::UNSUPPORTED, Some(node.at.place()), message);
+        self.findings.push(diagnostic.expected("a number"));
+        Some(Value::Expression(text.clone()))
+    }
+
+    /// Reads a number or an expression.
+    pub(crate) fn value(&mut self, key: &'static str) -> Option<Value> {
+        let node = self.node(key)?;
+        self.value_of(&self.path_of(key), node)
+    }
+
+    /// Reads two numbers or expressions.
+    pub(crate) fn value_pair(&mut self, key: &'static str) -> Option<[Value; 2]> {
+        self.two(key, "an array of two numbers", Self::value_of)
+    }
+
+    /// Reads two finite numbers.
+    pub(crate) fn pair(&mut self, key: &'static str) -> Option<[f64; 2]> {
+        self.two(key, "an array of two numbers", Self::finite)
+    }
+
+    /// Reads two whole numbers ≥ 1.
+    pub(crate) fn count_pair(&mut self, key: &'static str) -> Option<[usize; 2]> {
+        self.two(key, "an array of two whole numbers", |r, path, node| r.whole(path, node, 1))
+    }
+
+    /// Reads two strings.
+    pub(crate) fn string_pair(&mut self, key: &'static str) -> Option<[String; 2]> {
+        self.two(key, "an array of two strings", Self::text)
+    }
+
+    fn two<T>(
+        &mut self,
+        key: &'static str,
+        expected: &str,
+        read: impl Fn(&Self, &str, &Node) -> Option<T>,
+    ) -> Option<[T; 2]> {
+        let node = self.node(key)?;
+        let path = self.path_of(key);
+        let NodeValue::Array(items) = &node.value else {
+            self.wrong_type(&path, node, expected);
+            return None;
+        };
+        let [a, b] = &items[..] else {
+            self.refuse(key, format!("`{path}` has {} entries", items.len()), expected);
+            return None;
+        };
+        let read_one = |k: usize, item: &Node| {
+            let path = format!("{path}.{k}");
+            self.findings.note(&path, &item.at);
+            read(self, &path, item)
+        };
+        // Both are read before either is given up, so that both faults are found.
+        let (a, b) = (read_one(0, a), read_one(1, b));
+        Some([a?, b?])
+    }
+
+    fn whole(&self, path: &str, node: &Node, least: usize) -> Option<usize> {
+        let expected = format!("a whole number, at least {least}");
+        let NodeValue::Integer(value) = node.value else {
+            self.wrong_type(path, node, &expected);
+            return None;
+        };
+        let found = usize::try_from(value).ok().filter(|v| *v >= least && i64::try_from(*v).is_ok());
+        if found.is_none() {
+            let message = format!("`{path}` is {value}");
+            let diagnostic = Diagnostic::new(code::VALUE, Some(node.at.place()), message);
+            self.findings.push(diagnostic.expected(expected));
+        }
+        found
+    }
+
+    /// Reads a whole number that is at least `least`.
+    pub(crate) fn count(&mut self, key: &'static str, least: usize) -> Option<usize> {
+        let node = self.node(key)?;
+        self.whole(&self.path_of(key), node, least)
+    }
+
+    /// Reads a boolean.
+    pub(crate) fn boolean(&mut self, key: &'static str) -> Option<bool> {
+        let node = self.node(key)?;
+        let NodeValue::Boolean(truth) = node.value else {
+            self.wrong_type(&self.path_of(key), node, "true or false");
+            return None;
+        };
+        Some(truth)
+    }
+
+    fn text(&self, path: &str, node: &Node) -> Option<String> {
+        let NodeValue::String(text) = &node.value else {
+            self.wrong_type(path, node, "a string");
+            return None;
+        };
+        Some(text.clone())
+    }
+
+    /// Reads a string.
+    pub(crate) fn string(&mut self, key: &'static str) -> Option<String> {
+        let node = self.node(key)?;
+        self.text(&self.path_of(key), node)
+    }
+
+    /// Reads one of a few words.
+    pub(crate) fn choice<T: Copy>(&mut self, key: &'static str, names: &[(&'static str, T)]) -> Option<T> {
+        let text = self.string(key)?;
+        let found = names.iter().find(|(name, _)| *name == text).map(|(_, choice)| *choice);
+        if found.is_none() {
+            let words: Vec<String> = names.iter().map(|(name, _)| format!("\"{name}\"")).collect();
+            let message = format!("`{}` is {}", self.path_of(key), excerpt(&text));
+            let help = did_you_mean(&text, names.iter().map(|(name, _)| *name), '"');
+            let diagnostic = Diagnostic::new(code::VALUE, self.place_of(key), message);
+            self.findings.push(diagnostic.expected(words.join(" or ")).help(help));
+        }
+        found
+    }
+
+    /// Opens a table.
+    pub(crate) fn table(&mut self, key: &'static str) -> Option<Reader<'a>> {
+        let node = self.node(key)?;
+        let path = self.path_of(key);
+        let NodeValue::Table(table) = &node.value else {
+            self.wrong_type(&path, node, "a table");
+            return None;
+        };
+        Some(Reader::new(self.findings, table, path, &node.at))
+    }
+
+    /// Opens the tables of an array; nothing where the key is missing or is no array.
+    pub(crate) fn tables(&mut self, key: &'static str) -> Option<Vec<Reader<'a>>> {
+        let node = self.node(key)?;
+        let path = self.path_of(key);
+        let expected = format!("an array of tables, each under [[{key}]]");
+        let NodeValue::Array(items) = &node.value else {
+            self.wrong_type(&path, node, &expected);
+            return None;
+        };
+        let mut readers = Vec::with_capacity(items.len());
+        for (k, item) in items.iter().enumerate() {
+            let path = format!("{path}.{k}");
+            match &item.value {
+                NodeValue::Table(table) => readers.push(Reader::new(self.findings, table, path, &item.at)),
+                _ => self.wrong_type(&path, item, "a table"),
+            }
+        }
+        Some(readers)
+    }
+
+    /// Reports the keys that nobody read.
+    pub(crate) fn finish(self) {
+        for entry in self.table.entries.iter().filter(|e| !self.known.contains(&e.key.as_str())) {
+            let place = match self.path.as_str() {
+                "" => "at the top level".to_owned(),
+                path => format!("in `{path}`"),
+            };
+            let message = format!("unknown key `{}` {place}", entry.key.escape_debug());
+            let help = did_you_mean(&entry.key, self.known.iter().copied(), '`').or_else(|| {
+                let keys: Vec<String> = self.known.iter().map(|k| format!("`{k}`")).collect();
+                Some(format!("the keys here are {}", keys.join(", ")))
+            });
+            let diagnostic = Diagnostic::new(code::UNKNOWN_KEY, Some(entry.key_at.place()), message);
+            self.findings.push(diagnostic.help(help));
+        }
+    }
+}
+
+/// Describes a value by its type and, where it is short, its text.
+fn described(value: &NodeValue) -> String {
+    match value {
+        NodeValue::String(text) => format!("the string {}", excerpt(text)),
+        NodeValue::Integer(number) => format!("the integer {number}"),
+        NodeValue::Float(number) => format!("the number {number:?}"),
+        NodeValue::Boolean(truth) => format!("the boolean {truth}"),
+        other => other.type_name().to_owned(),
+    }
+}

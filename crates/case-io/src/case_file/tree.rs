@@ -1,0 +1,111 @@
+//! An owned tree of TOML values in which every key and value knows its place.
+
+use crate::diagnostic::{Place, Source};
+use std::ops::Range;
+use std::sync::Arc;
+use toml::de::{DeInteger, DeTable, DeValue};
+
+/// Where a key or a value stands; the line is only counted when somebody asks.
+#[derive(Clone, Debug)]
+pub(crate) struct At {
+    pub(crate) source: Arc<Source>,
+    pub(crate) span: Range<usize>,
+}
+
+impl At {
+    pub(crate) fn place(&self) -> Place {
+        Place::new(&self.source, self.span.clone())
+    }
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct Node {
+    pub(crate) value: NodeValue,
+    pub(crate) at: At,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) enum NodeValue {
+    String(String),
+    Integer(i128),
+    Float(f64),
+    Boolean(bool),
+    Datetime,
+    Array(Vec<Node>),
+    Table(Table),
+}
+
+impl NodeValue {
+    /// Names the type for a message.
+    pub(crate) fn type_name(&self) -> &'static str {
+        match self {
+            Self::String(_) => "a string",
+            Self::Integer(_) => "an integer",
+            Self::Float(_) => "a number",
+            Self::Boolean(_) => "a boolean",
+            Self::Datetime => "a date",
+            Self::Array(_) => "an array",
+            Self::Table(_) => "a table",
+        }
+    }
+}
+
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Table {
+    pub(crate) entries: Vec<Entry>,
+}
+
+impl Table {
+    pub(crate) fn get(&self, key: &str) -> Option<&Entry> {
+        self.entries.iter().find(|e| e.key == key)
+    }
+
+    pub(crate) fn get_mut(&mut self, key: &str) -> Option<&mut Entry> {
+        self.entries.iter_mut().find(|e| e.key == key)
+    }
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct Entry {
+    pub(crate) key: String,
+    pub(crate) key_at: At,
+    pub(crate) node: Node,
+}
+
+/// Copies a table; its spans are shifted by `offset`, where its text stands in the source.
+pub(crate) fn table(table: &DeTable<'_>, source: &Arc<Source>, offset: usize) -> Table {
+    let entries = table.iter().map(|(key, value)| Entry {
+        key: key.get_ref().clone().into_owned(),
+        key_at: at(source, key.span(), offset),
+        node: node(value, source, offset),
+    });
+    Table { entries: entries.collect() }
+}
+
+/// Copies a value, see [`table`].
+pub(crate) fn node(value: &toml::Spanned<DeValue<'_>>, source: &Arc<Source>, offset: usize) -> Node {
+    let copy = match value.get_ref() {
+        DeValue::String(text) => NodeValue::String(text.clone().into_owned()),
+        DeValue::Integer(number) => integer(number),
+        // TOML's floats are Rust's, `nan` and `inf` included; one too large becomes infinite and is refused later.
+        DeValue::Float(number) => NodeValue::Float(number.as_str().parse().unwrap_or(f64::NAN)),
+        DeValue::Boolean(truth) => NodeValue::Boolean(*truth),
+        DeValue::Datetime(_) => NodeValue::Datetime,
+        DeValue::Array(items) => {
+            NodeValue::Array(items.iter().map(|item| node(item, source, offset)).collect())
+        }
+        DeValue::Table(inner) => NodeValue::Table(table(inner, source, offset)),
+    };
+    Node { value: copy, at: at(source, value.span(), offset) }
+}
+
+fn integer(number: &DeInteger<'_>) -> NodeValue {
+    match i128::from_str_radix(number.as_str(), number.radix()) {
+        Ok(value) => NodeValue::Integer(value),
+        Err(_) => NodeValue::Float(number.as_str().parse().unwrap_or(f64::INFINITY)),
+    }
+}
+
+fn at(source: &Arc<Source>, span: Range<usize>, offset: usize) -> At {
+    At { source: Arc::clone(source), span: span.start + offset..span.end + offset }
+}

@@ -1,0 +1,271 @@
+//! What is wrong with a case, and where: sources, places, diagnostics, and the error that collects them.
+//!
+//! Every diagnostic says what was found, what was expected and, where there is one, a fix. The binary
+//! renders them; this crate only provides the words and the places.
+
+use std::fmt;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// The most diagnostics that one [`CaseError`] lists; the others are counted.
+pub const MOST_DIAGNOSTICS: usize = 20;
+
+/// The codes that diagnostics carry.
+pub mod code {
+    /// The bytes are not UTF-8.
+    pub const ENCODING: &str = "case::encoding";
+    /// The text is not TOML, or a key stands twice.
+    pub const SYNTAX: &str = "case::syntax";
+    /// A key that no version knows.
+    pub const UNKNOWN_KEY: &str = "case::unknown_key";
+    /// A required key is missing.
+    pub const MISSING: &str = "case::missing";
+    /// A value of the wrong type.
+    pub const TYPE: &str = "case::type";
+    /// A value outside its range, or keys that exclude each other.
+    pub const VALUE: &str = "case::value";
+    /// A name that refers to nothing.
+    pub const REFERENCE: &str = "case::reference";
+    /// A name that stands twice.
+    pub const DUPLICATE: &str = "case::duplicate";
+    /// Something that a later version will read.
+    pub const UNSUPPORTED: &str = "case::unsupported";
+    /// An override or a sweep on the command line.
+    pub const OVERRIDE: &str = "case::override";
+    /// A mesh that cannot be made.
+    pub const MESH: &str = "case::mesh";
+    /// Boundary conditions that make no sense on their mesh.
+    pub const CONDITION: &str = "case::condition";
+    /// Contact surfaces that cannot be paired.
+    pub const CONTACT: &str = "case::contact";
+}
+
+/// A text that places refer to: the case file, or one override of the command line.
+pub struct Source {
+    name: String,
+    text: String,
+    command_line: bool,
+    line_starts: Vec<usize>,
+}
+
+impl Source {
+    pub(crate) fn new(name: &str, text: &str, command_line: bool) -> Arc<Self> {
+        let ends = text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(k, _)| k + 1);
+        let line_starts = std::iter::once(0).chain(ends).collect();
+        Arc::new(Self { name: name.to_owned(), text: text.to_owned(), command_line, line_starts })
+    }
+
+    /// Returns the name of the file, or `--set KEY=VALUE`.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Returns the text that the spans of places count in (without a byte order mark).
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Says whether this is an argument of the command line rather than a file.
+    pub fn is_command_line(&self) -> bool {
+        self.command_line
+    }
+}
+
+impl fmt::Debug for Source {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Source({:?}, {} bytes)", self.name, self.text.len())
+    }
+}
+
+/// A place in a case file or in an override.
+#[derive(Clone, Debug)]
+pub struct Place {
+    /// The text.
+    pub source: Arc<Source>,
+    /// Line, from 1.
+    pub line: usize,
+    /// Column in characters, from 1.
+    pub column: usize,
+    /// The bytes of the text.
+    pub span: Range<usize>,
+}
+
+impl Place {
+    pub(crate) fn new(source: &Arc<Source>, span: Range<usize>) -> Self {
+        let start = span.start.min(source.text.len());
+        let span = start..span.end.clamp(start, source.text.len());
+        let line = source.line_starts.partition_point(|&s| s <= start).max(1);
+        let line_start = source.line_starts.get(line - 1).copied().unwrap_or(0);
+        let column = source.text.get(line_start..start).map_or(start - line_start, |s| s.chars().count()) + 1;
+        Self { source: Arc::clone(source), line, column, span }
+    }
+
+    /// Returns the name of the file, or `--set KEY=VALUE`.
+    pub fn file(&self) -> &str {
+        &self.source.name
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.source.command_line {
+            write!(f, "{}", self.source.name)
+        } else {
+            write!(f, "{}:{}:{}", self.source.name, self.line, self.column)
+        }
+    }
+}
+
+/// One thing that is wrong, or worth a warning.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Diagnostic {
+    /// One of [`code`].
+    pub code: &'static str,
+    /// What was found.
+    pub message: String,
+    /// Where.
+    pub place: Option<Place>,
+    /// What was expected there.
+    pub expected: Option<String>,
+    /// One fix.
+    pub help: Option<String>,
+}
+
+impl Diagnostic {
+    pub(crate) fn new(code: &'static str, place: Option<Place>, message: impl Into<String>) -> Self {
+        Self { code, message: message.into(), place, expected: None, help: None }
+    }
+
+    pub(crate) fn expected(mut self, expected: impl Into<String>) -> Self {
+        self.expected = Some(expected.into());
+        self
+    }
+
+    pub(crate) fn help(mut self, help: Option<String>) -> Self {
+        self.help = help;
+        self
+    }
+}
+
+impl fmt::Display for Diagnostic {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(place) = &self.place {
+            write!(f, "{place}: ")?;
+        }
+        write!(f, "{}", self.message)?;
+        if let Some(expected) = &self.expected {
+            write!(f, "; expected {expected}")?;
+        }
+        if let Some(help) = &self.help {
+            write!(f, "; help: {help}")?;
+        }
+        Ok(())
+    }
+}
+
+/// Everything that is wrong with a case: at least one diagnostic, at most [`MOST_DIAGNOSTICS`].
+#[derive(Clone, Debug)]
+pub struct CaseError {
+    /// What is wrong, in the order of the places.
+    pub diagnostics: Vec<Diagnostic>,
+    /// How many more there are.
+    pub omitted: usize,
+}
+
+impl CaseError {
+    /// Collects diagnostics, those of the case file first and by place.
+    pub(crate) fn new(mut diagnostics: Vec<Diagnostic>) -> Self {
+        let rank = |d: &Diagnostic| match &d.place {
+            Some(place) => (place.source.command_line, place.span.start),
+            None => (true, usize::MAX),
+        };
+        diagnostics.sort_by_key(rank);
+        let omitted = diagnostics.len().saturating_sub(MOST_DIAGNOSTICS);
+        diagnostics.truncate(MOST_DIAGNOSTICS);
+        Self { diagnostics, omitted }
+    }
+}
+
+impl From<Diagnostic> for CaseError {
+    fn from(diagnostic: Diagnostic) -> Self {
+        Self { diagnostics: vec![diagnostic], omitted: 0 }
+    }
+}
+
+impl fmt::Display for CaseError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (k, diagnostic) in self.diagnostics.iter().enumerate() {
+            if k > 0 {
+                writeln!(f)?;
+            }
+            write!(f, "{diagnostic}")?;
+        }
+        if self.omitted > 0 {
+            write!(f, "\nand {} more", self.omitted)?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for CaseError {}
+
+/// Finds the name nearest to a misspelt one, if one is near enough to be meant.
+pub(crate) fn nearest<'a>(found: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    // Distances are quadratic in the length: nobody misspells a name this long.
+    if found.len() > 200 {
+        return None;
+    }
+    let distance = |name: &&str| strsim::damerau_levenshtein(&found.to_lowercase(), &name.to_lowercase());
+    let best = names.into_iter().min_by_key(distance)?;
+    let limit = 1 + found.chars().count().max(best.chars().count()) / 4;
+    (distance(&best) <= limit).then_some(best)
+}
+
+/// Makes the help "did you mean …?" where a name is near enough, with quotes of the caller's choice.
+pub(crate) fn did_you_mean<'a>(
+    found: &str,
+    names: impl IntoIterator<Item = &'a str>,
+    quote: char,
+) -> Option<String> {
+    nearest(found, names).map(|name| format!("did you mean {quote}{name}{quote}?"))
+}
+
+/// Shortens a text from a file for a message.
+pub(crate) fn excerpt(text: &str) -> String {
+    const MOST: usize = 40;
+    let short: String = text.chars().take(MOST).collect();
+    let dots = if short.len() < text.len() { "…" } else { "" };
+    format!("\"{}{dots}\"", short.escape_debug())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_count_lines_and_characters() {
+        let source = Source::new("c.toml", "a = 1\r\nβ = \"γ\"\nlast", false);
+        let place = Place::new(&source, 12..16);
+        assert_eq!((place.line, place.column), (2, 5));
+        assert_eq!(&source.text()[place.span.clone()], "\"γ\"");
+        assert_eq!(place.to_string(), "c.toml:2:5");
+        let end = Place::new(&source, 99..120);
+        assert_eq!((end.line, end.column), (3, 5));
+    }
+
+    #[test]
+    fn only_near_names_are_offered() {
+        assert_eq!(nearest("theata", ["theta", "path"]), Some("theta"));
+        assert_eq!(nearest("Stiff", ["soft", "stiff"]), Some("stiff"));
+        assert_eq!(nearest("zzz", ["theta", "path"]), None);
+    }
+
+    #[test]
+    fn long_lists_are_cut_and_counted() {
+        let many = (0..25).map(|k| Diagnostic::new(code::VALUE, None, format!("fault {k}"))).collect();
+        let error = CaseError::new(many);
+        assert_eq!((error.diagnostics.len(), error.omitted), (20, 5));
+        assert!(error.to_string().ends_with("and 5 more"));
+    }
+}

@@ -1,0 +1,52 @@
+//! Case files, reports, tables and ParaView files of the contact solver: every file format, and nothing else.
+//!
+//! # The way data flows
+//! ```text
+//! case.toml ─► case_file ─► Case ─► [Body; 2], ContactInterface            (fem-core)
+//! Report ─► report.json      IterationRow, ContactRow, SweepRow ─► .csv     VtuMesh, VtuData ─► .vtu, .pvd
+//!                            all of them through one OutputDirectory
+//! ```
+//! | to | use |
+//! |---|---|
+//! | read a case file, with overrides | [`Case::parse`], [`case_file::split_override`] |
+//! | vary one setting | [`case_file::Sweep`] |
+//! | say what is wrong with it, and where | [`CaseError`], [`Diagnostic`], [`Place`] |
+//! | make fem-core's values of it | [`Case::build_bodies`], [`Case::build_interface`] |
+//! | record every setting, name the case | [`Case::settings_json`], [`Case::hash`] |
+//! | write what a run found | [`report::Report`], [`table`], [`vtu`] |
+//! | write it safely | [`output::OutputDirectory`] |
+//! | start from something | [`template`] |
+//!
+//! Solver settings leave this crate as plain typed tables; it knows no solver. Numbers that are not finite are
+//! refused on the way in and on the way out.
+//!
+//! # Example
+//! ```
+//! use case_io::{Case, case_file::split_override, template};
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let overrides = [split_override("solver.theta=0.45")?, split_override("body.0.generator.cells=[4, 2]")?,
+//!     split_override("body.1.generator.cells=[4, 2]")?];
+//! let case = Case::parse(template::PAPER, "paper.toml", &overrides)?;
+//! let [upper, lower] = case.build_bodies()?;
+//! assert_eq!(case.build_interface(&upper, &lower)?.pairs().len(), 5);
+//!
+//! // A misspelt key is found, with its place and the key that was meant.
+//! let error = Case::parse(template::PAPER, "paper.toml", &[split_override("solver.theata=0.45")?]).unwrap_err();
+//! assert_eq!(
+//!     error.to_string(),
+//!     "--set solver.theata=0.45: unknown key `theata` in `solver`; help: did you mean `theta`?"
+//! );
+//! # Ok(()) }
+//! ```
+
+pub mod case;
+pub mod case_file;
+pub mod diagnostic;
+pub mod output;
+pub mod report;
+pub mod table;
+pub mod template;
+pub mod vtu;
+
+pub use case::Case;
+pub use diagnostic::{CaseError, Diagnostic, Place, Source};

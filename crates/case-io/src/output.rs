@@ -1,0 +1,283 @@
+//! Safe files: every file is written under a temporary name in its own directory and renamed, and a directory of
+//! results is owned by one run and one case.
+
+mod lock;
+
+use crate::report::Report;
+use lock::{LOCK_FILE, Lock};
+use std::collections::BTreeSet;
+use std::ffi::OsStr;
+use std::fs;
+use std::io::{self, BufWriter, Write};
+use std::path::{Component, Path, PathBuf};
+use thiserror::Error;
+
+/// Temporary files begin with this; one that a killed run left behind does not count as content.
+const TEMPORARY: &str = ".nndd-tmp-";
+
+/// The file that makes a directory a complete result: it is written last.
+const REPORT: &str = "report.json";
+
+/// Why a file or directory cannot be used.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum OutputError {
+    /// The path is a file.
+    #[error("{} is not a directory", path.display())]
+    NotADirectory {
+        /// The path.
+        path: PathBuf,
+    },
+    /// Another run writes there at this moment.
+    #[error("{} is in use by another run{}; wait for it, or choose another directory with --out", path.display(), holder.map(|p| format!(" (process {p})")).unwrap_or_default())]
+    Locked {
+        /// The directory.
+        path: PathBuf,
+        /// The process that holds it, where it is known.
+        holder: Option<u32>,
+    },
+    /// The directory holds something that is no complete result.
+    #[error("{} is not empty and holds no complete result of this program (there is \"{found}\"); choose another directory with --out, or write there all the same with --force", path.display())]
+    NotOurs {
+        /// The directory.
+        path: PathBuf,
+        /// One of the entries.
+        found: String,
+    },
+    /// The directory holds the result of another case.
+    #[error("{} holds the result of another case; choose another directory with --out, or replace it with --force", path.display())]
+    OtherCase {
+        /// The directory.
+        path: PathBuf,
+    },
+    /// A file name that would lead out of the directory.
+    #[error("\"{name}\" is not a file name below the output directory")]
+    Name {
+        /// The name.
+        name: String,
+    },
+    /// The operating system's complaint.
+    #[error("cannot {what} {}: {source}", path.display())]
+    Io {
+        /// What was tried.
+        what: &'static str,
+        /// With which file.
+        path: PathBuf,
+        /// What came of it.
+        source: io::Error,
+    },
+}
+
+fn failed<'a>(what: &'static str, path: &'a Path) -> impl FnOnce(io::Error) -> OutputError + 'a {
+    move |source| OutputError::Io { what, path: path.to_owned(), source }
+}
+
+/// Writes a file under a temporary name in the same directory and renames it: whatever happens, the final name holds
+/// either the old content or the whole new one.
+///
+/// # Errors
+/// What the operating system or the closure reports; the temporary file is removed.
+pub fn write_file(
+    path: &Path,
+    content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), OutputError> {
+    let directory = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(TEMPORARY);
+    // Results are for sharing: the usual permissions (less the umask), not those of a private temporary file.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut file = builder.tempfile_in(directory).map_err(failed("write", path))?;
+    let mut buffered = BufWriter::new(&mut file);
+    content(&mut buffered).and_then(|()| buffered.flush()).map_err(failed("write", path))?;
+    drop(buffered);
+    file.persist(path).map_err(|e| failed("write", path)(e.error))?;
+    Ok(())
+}
+
+/// What a directory held before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Before {
+    /// Nothing that counts.
+    Nothing,
+    /// A result of the same case.
+    SameCase,
+    /// A result of another case, to be replaced by force.
+    OtherCase,
+    /// Something else, which stays.
+    Foreign,
+}
+
+/// A directory of results that this run alone writes to.
+///
+/// Files are written as they come; [`OutputDirectory::finish`] removes what an earlier result had and this one has
+/// not. The lock goes when the value is dropped.
+#[derive(Debug)]
+pub struct OutputDirectory {
+    path: PathBuf,
+    before: Before,
+    written: BTreeSet<PathBuf>,
+    lock: Lock,
+}
+
+impl OutputDirectory {
+    /// Opens a directory for the results of one case, and locks it.
+    ///
+    /// A missing or empty directory is fine. A complete result of the same case will be replaced. Anything else is
+    /// refused, unless `force` is given.
+    ///
+    /// * `case_hash`: [`crate::Case::hash`], compared with the one in report.json.
+    ///
+    /// # Errors
+    /// See [`OutputError`]; nothing has been changed then, except that a missing directory may have been created.
+    pub fn open(path: &Path, case_hash: &str, force: bool) -> Result<Self, OutputError> {
+        if path.exists() && !path.is_dir() {
+            return Err(OutputError::NotADirectory { path: path.to_owned() });
+        }
+        fs::create_dir_all(path).map_err(failed("create", path))?;
+        let lock = Lock::take(path)?;
+        let before = inspect(path, case_hash)?;
+        let before = match before {
+            Ok(before) => before,
+            Err(_) if force && path.join(REPORT).is_file() => Before::OtherCase,
+            Err(_) if force => Before::Foreign,
+            Err(refusal) => return Err(refusal),
+        };
+        Ok(Self { path: path.to_owned(), before, written: BTreeSet::new(), lock })
+    }
+
+    /// Returns the directory.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Says whether an earlier run left its lock behind: it was killed, and what it wrote may be incomplete.
+    pub fn found_stale_lock(&self) -> bool {
+        self.lock.was_stale
+    }
+
+    /// Says whether an earlier result is being replaced.
+    pub fn replaces_a_result(&self) -> bool {
+        matches!(self.before, Before::SameCase | Before::OtherCase)
+    }
+
+    /// Returns what was written so far, relative to the directory, in alphabetical order.
+    pub fn written(&self) -> impl Iterator<Item = &Path> {
+        self.written.iter().map(PathBuf::as_path)
+    }
+
+    /// Writes one file; directories in its name are created.
+    ///
+    /// * `name`: relative to the directory, such as `figures/history.svg`.
+    ///
+    /// # Errors
+    /// A name that leads elsewhere, and what the operating system reports.
+    pub fn write(&mut self, name: &str, content: &[u8]) -> Result<(), OutputError> {
+        self.write_with(name, |out| out.write_all(content))
+    }
+
+    /// Writes one file piece by piece, see [`OutputDirectory::write`].
+    ///
+    /// # Errors
+    /// See [`OutputDirectory::write`]; and what the closure reports.
+    pub fn write_with(
+        &mut self,
+        name: &str,
+        content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<(), OutputError> {
+        let relative = Path::new(name);
+        let plain = relative.components().all(|c| matches!(c, Component::Normal(_)));
+        if name.is_empty() || !plain || relative.file_name() == Some(OsStr::new(LOCK_FILE)) {
+            return Err(OutputError::Name { name: name.to_owned() });
+        }
+        if self.before == Before::OtherCase && self.written.is_empty() {
+            // Half of one case beside the report of another would be taken for a complete result.
+            remove(&self.path.join(REPORT))?;
+        }
+        let path = self.path.join(relative);
+        if let Some(parent) = path.parent() {
+            fs::create_dir_all(parent).map_err(failed("create", parent))?;
+        }
+        write_file(&path, content)?;
+        self.written.insert(relative.to_owned());
+        Ok(())
+    }
+
+    /// Ends a run: removes the files of the result that this one replaced, as far as this run has not written them.
+    /// Files that are not this program's stay.
+    ///
+    /// # Errors
+    /// What the operating system reports.
+    pub fn finish(self) -> Result<(), OutputError> {
+        if self.replaces_a_result() {
+            for directory in ["", "figures", "fields"] {
+                self.remove_old(Path::new(directory))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn remove_old(&self, below: &Path) -> Result<(), OutputError> {
+        let directory = self.path.join(below);
+        if !directory.is_dir() {
+            return Ok(());
+        }
+        for entry in fs::read_dir(&directory).map_err(failed("read", &directory))? {
+            let entry = entry.map_err(failed("read", &directory))?;
+            let relative = below.join(entry.file_name());
+            let is_file = entry.file_type().is_ok_and(|t| t.is_file());
+            if is_file && is_result(below, &entry.file_name()) && !self.written.contains(&relative) {
+                remove(&entry.path())?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn remove(path: &Path) -> Result<(), OutputError> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(failed("remove", path)(error)),
+        _ => Ok(()),
+    }
+}
+
+/// Says whether a file of an earlier result has this name.
+fn is_result(below: &Path, name: &OsStr) -> bool {
+    let name = name.to_string_lossy();
+    let ending = |ending: &str| name.ends_with(ending);
+    match below.to_str() {
+        Some("figures") => ending(".svg"),
+        Some("") => {
+            ["report.json", "report.html", "history.csv", "contact.csv", "sweep.csv"].contains(&name.as_ref())
+                || ending(".vtu")
+                || ending(".pvd")
+                || name.starts_with(TEMPORARY)
+        }
+        _ => ending(".vtu"),
+    }
+}
+
+/// Looks at what a directory holds; the inner error is what `force` overrules.
+fn inspect(path: &Path, case_hash: &str) -> Result<Result<Before, OutputError>, OutputError> {
+    let mut found = None;
+    for entry in fs::read_dir(path).map_err(failed("read", path))? {
+        let name = entry.map_err(failed("read", path))?.file_name().to_string_lossy().into_owned();
+        if name != LOCK_FILE && !name.starts_with(TEMPORARY) {
+            // The alphabetically first, so that the message does not depend on the file system.
+            found = Some(found.map_or(name.clone(), |f: String| f.min(name)));
+        }
+    }
+    let Some(found) = found else { return Ok(Ok(Before::Nothing)) };
+    let report = fs::read_to_string(path.join(REPORT)).ok().and_then(|text| Report::from_json(&text).ok());
+    Ok(match report.as_ref().map(Report::case_hash) {
+        Some(Some(hash)) if hash == case_hash => Ok(Before::SameCase),
+        Some(Some(_)) => Err(OutputError::OtherCase { path: path.to_owned() }),
+        _ => Err(OutputError::NotOurs { path: path.to_owned(), found }),
+    })
+}
+
+#[cfg(test)]
+mod tests;

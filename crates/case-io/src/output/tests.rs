@@ -1,0 +1,130 @@
+//! The rules of a directory of results.
+
+use super::*;
+use crate::report::tests::sample;
+
+fn names(path: &Path) -> Vec<String> {
+    let mut names: Vec<String> =
+        fs::read_dir(path).unwrap().map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
+/// Leaves a complete result behind.
+fn run(path: &Path, hash: &str, force: bool, extra: &[&str]) -> Result<(), OutputError> {
+    let mut output = OutputDirectory::open(path, hash, force)?;
+    for name in extra {
+        output.write(name, name.as_bytes())?;
+    }
+    output.write("report.json", sample(hash).to_json().unwrap().as_bytes())?;
+    output.finish()
+}
+
+#[test]
+fn a_missing_directory_is_created_and_an_empty_one_is_fine() {
+    let root = tempfile::tempdir().unwrap();
+    let deep = root.path().join("runs/über a/paper");
+    run(&deep, "h", false, &["figures/a.svg", "upper.vtu"]).unwrap();
+    assert_eq!(names(&deep), ["figures", "report.json", "upper.vtu"]);
+    let empty = root.path().join("empty");
+    fs::create_dir(&empty).unwrap();
+    assert!(run(&empty, "h", false, &[]).is_ok());
+}
+
+#[test]
+fn the_same_case_is_replaced_and_its_old_files_go() {
+    let root = tempfile::tempdir().unwrap();
+    run(root.path(), "h", false, &["figures/a.svg", "upper.vtu", "history.csv"]).unwrap();
+    fs::write(root.path().join("notes.txt"), "mine").unwrap();
+    run(root.path(), "h", false, &["history.csv"]).unwrap();
+    assert_eq!(names(root.path()), ["figures", "history.csv", "notes.txt", "report.json"]);
+    assert_eq!(names(&root.path().join("figures")), Vec::<String>::new());
+}
+
+#[test]
+fn another_case_needs_force() {
+    let root = tempfile::tempdir().unwrap();
+    run(root.path(), "h", false, &["upper.vtu"]).unwrap();
+    assert!(matches!(run(root.path(), "other", false, &[]), Err(OutputError::OtherCase { .. })));
+    assert_eq!(names(root.path()), ["report.json", "upper.vtu"]);
+    let mut output = OutputDirectory::open(root.path(), "other", true).unwrap();
+    assert!(output.replaces_a_result());
+    output.write("lower.vtu", b"new").unwrap();
+    // Killed here, nothing would pass for a complete result.
+    assert!(!root.path().join("report.json").exists());
+    drop(output);
+    assert!(matches!(run(root.path(), "other", false, &[]), Err(OutputError::NotOurs { .. })));
+}
+
+#[test]
+fn anything_else_needs_force_and_stays() {
+    let root = tempfile::tempdir().unwrap();
+    fs::write(root.path().join("thesis.tex"), "mine").unwrap();
+    match run(root.path(), "h", false, &[]) {
+        Err(OutputError::NotOurs { found, .. }) => assert_eq!(found, "thesis.tex"),
+        other => panic!("{other:?}"),
+    }
+    assert_eq!(names(root.path()), ["thesis.tex"]);
+    run(root.path(), "h", true, &[]).unwrap();
+    assert_eq!(names(root.path()), ["report.json", "thesis.tex"]);
+    // A report that does not say which case it belongs to, or a broken one, is not a complete result.
+    for broken in ["{}", "{", "not json"] {
+        fs::write(root.path().join("report.json"), broken).unwrap();
+        assert!(matches!(run(root.path(), "h", false, &[]), Err(OutputError::NotOurs { .. })), "{broken}");
+    }
+    let file = root.path().join("thesis.tex");
+    assert!(matches!(run(&file, "h", true, &[]), Err(OutputError::NotADirectory { .. })));
+    assert!(matches!(run(&file.join("below"), "h", true, &[]), Err(OutputError::Io { .. })));
+}
+
+#[test]
+fn two_runs_cannot_share_a_directory() {
+    let root = tempfile::tempdir().unwrap();
+    let first = OutputDirectory::open(root.path(), "h", false).unwrap();
+    assert!(!first.found_stale_lock());
+    match OutputDirectory::open(root.path(), "h", true) {
+        Err(OutputError::Locked { holder, .. }) => assert_eq!(holder, Some(std::process::id())),
+        other => panic!("{other:?}"),
+    }
+    drop(first);
+    assert_eq!(names(root.path()), Vec::<String>::new());
+    // A killed run leaves the file, not the lock; nor does its temporary file count as content.
+    fs::write(root.path().join(LOCK_FILE), "99999").unwrap();
+    fs::write(root.path().join(".nndd-tmp-abc"), "half").unwrap();
+    assert!(OutputDirectory::open(root.path(), "h", false).unwrap().found_stale_lock());
+}
+
+#[test]
+fn a_failing_write_leaves_the_old_file() {
+    let root = tempfile::tempdir().unwrap();
+    let path = root.path().join("history.csv");
+    write_file(&path, |out| out.write_all(b"old")).unwrap();
+    let full = || io::Error::from(io::ErrorKind::StorageFull);
+    let error = write_file(&path, |out| out.write_all(b"ne").and_then(|()| Err(full()))).unwrap_err();
+    assert!(error.to_string().starts_with("cannot write "), "{error}");
+    assert_eq!(fs::read(&path).unwrap(), b"old");
+    assert_eq!(names(root.path()), ["history.csv"]);
+}
+
+#[test]
+fn names_stay_below_the_directory() {
+    let root = tempfile::tempdir().unwrap();
+    let mut output = OutputDirectory::open(root.path(), "h", false).unwrap();
+    for name in ["", "../x", "/tmp/x", "a/../../x", LOCK_FILE, "."] {
+        assert!(matches!(output.write(name, b""), Err(OutputError::Name { .. })), "{name}");
+    }
+    output.write("a/b/c.txt", b"deep").unwrap();
+    assert_eq!(output.written().collect::<Vec<_>>(), [Path::new("a/b/c.txt")]);
+}
+
+#[cfg(unix)]
+#[test]
+fn results_have_the_usual_permissions() {
+    use std::os::unix::fs::PermissionsExt;
+    let root = tempfile::tempdir().unwrap();
+    let path = root.path().join("a");
+    write_file(&path, |out| out.write_all(b"x")).unwrap();
+    fs::write(root.path().join("b"), b"x").unwrap();
+    let mode = |name: &str| fs::metadata(root.path().join(name)).unwrap().permissions().mode();
+    assert_eq!(mode("a"), mode("b"));
+}

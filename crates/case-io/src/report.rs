@@ -1,0 +1,369 @@
+//! `report.json`: what a run found, with the exact keys and their order.
+//!
+//! JSON has no NaN: serde_json would write `null` without a word. [`Report::to_json`] therefore refuses a number
+//! that is not finite and names its place. Where a value may be unknown its type is an [`Option`], written as `null`.
+
+mod finite;
+
+pub(crate) use finite::check as check_finite;
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+use thiserror::Error;
+
+/// The version of report.json that this crate writes.
+pub const SCHEMA: u32 = 1;
+
+/// The key of `run` under which the hash of the case is kept, see [`crate::Case::hash`].
+pub const CASE_HASH: &str = "case_hash";
+
+/// Why a report cannot be written or read.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ReportError {
+    /// A number that is infinite or not a number: a defect of the program, never written.
+    #[error("the report's {field} is {value}; only finite numbers are written")]
+    NotFinite {
+        /// Dotted path of the number.
+        field: String,
+        /// What was found.
+        value: f64,
+    },
+    /// Not JSON, or not the keys of a report.
+    #[error("this is not a report: {0}")]
+    Json(#[from] serde_json::Error),
+}
+
+/// The whole report.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// [`SCHEMA`].
+    pub schema: u32,
+    /// How the run ended.
+    pub status: Status,
+    /// Every setting with its value, see [`crate::Case::settings_json`].
+    pub case: Value,
+    /// The bodies in the file's order.
+    pub bodies: Vec<BodySummary>,
+    /// The contact interfaces.
+    pub contact: Vec<ContactSummary>,
+    /// One row per iteration.
+    pub iterations: Vec<IterationRow>,
+    /// The bound of the last row.
+    pub certificate: Certificate,
+    /// The numbers engineers ask for, of the last row.
+    pub results: Results,
+    /// One row per adaptive step; empty where the run was not adaptive.
+    pub adaptive: Vec<AdaptiveRow>,
+    /// Wall times.
+    pub timings: Timings,
+    /// Host, threads, version, start, flags, the hash of the case; free of form.
+    pub run: Map<String, Value>,
+}
+
+/// How a run ended.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Status {
+    /// One word, such as `converged`.
+    pub word: String,
+    /// The exit status.
+    pub code: u8,
+    /// Why, in a few words or as a comparison.
+    pub reason: String,
+}
+
+/// The size of a body.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct BodySummary {
+    /// Its name.
+    pub name: String,
+    /// Number of nodes.
+    pub nodes: usize,
+    /// Number of triangles.
+    pub triangles: usize,
+    /// Number of unknowns.
+    pub unknowns: usize,
+}
+
+/// A contact interface.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ContactSummary {
+    /// Names of the two bodies, in the file's order.
+    pub bodies: [String; 2],
+    /// Name of the body that carries λ.
+    pub imposed: String,
+    /// Number of node pairs.
+    pub pairs: usize,
+    /// Length, m.
+    pub length: f64,
+}
+
+/// One iteration.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct IterationRow {
+    /// From 1.
+    pub iteration: usize,
+    /// θ of this iteration; `None` for a method that has none.
+    pub theta: Option<f64>,
+    /// ε_t.
+    pub precision: Option<f64>,
+    /// η_NNDD.
+    pub eta_nndd: Option<f64>,
+    /// η_dis, where it was estimated.
+    pub eta_dis: Option<f64>,
+    /// The bound of the energy error, where it was estimated.
+    pub e_cre: Option<f64>,
+    /// Pairs with a positive force or an active bound.
+    pub contact_nodes: usize,
+    /// `Σ r²_i`, N/m.
+    pub contact_force: f64,
+    /// How the contact problem was solved.
+    pub qp_path: Option<String>,
+    /// Iterations of the contact problem.
+    pub qp_iterations: usize,
+}
+
+/// A certified bound; [`Certificate::default`] is the one of a run that ended before there was any.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Certificate {
+    /// Whether all checks hold.
+    pub valid: bool,
+    /// The bound of the energy error.
+    pub e_cre: Option<f64>,
+    /// Relative to the energy norm of the computed solution; `None` for zero data.
+    pub relative: Option<f64>,
+    /// A bound relative to the energy norm of the exact solution, where there is one.
+    pub relative_guaranteed: Option<f64>,
+    /// η_dis.
+    pub eta_dis: Option<f64>,
+    /// η_NNDD.
+    pub eta_nndd: Option<f64>,
+    /// The exact split of `e_cre`.
+    pub split: Split,
+    /// What makes the bound valid.
+    pub checks: Checks,
+}
+
+/// `discretisation² + algebraic² = e_cre²`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Split {
+    /// The part of the mesh.
+    pub discretisation: Option<f64>,
+    /// The part of the iteration.
+    pub algebraic: Option<f64>,
+}
+
+/// Residuals of admissibility, relative to the largest force.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Checks {
+    /// Equilibrium in the triangles.
+    pub equilibrium: Option<f64>,
+    /// Tractions across edges.
+    pub traction_jump: Option<f64>,
+    /// Tractions on the boundary.
+    pub boundary_traction: Option<f64>,
+    /// Penetration.
+    pub penetration: Option<f64>,
+    /// Tension in the contact pressure.
+    pub pressure_sign: Option<f64>,
+}
+
+/// The numbers engineers ask for.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Results {
+    /// `a(u, u)` of each body.
+    pub energy_norm_squared: [f64; 2],
+    /// `Σ r²_i`, N/m.
+    pub contact_force: f64,
+    /// Stretches in contact, by arc length, m.
+    pub contact_intervals: Vec<[f64; 2]>,
+    /// Largest mean pressure of an interface edge, Pa.
+    pub max_pressure: f64,
+    /// Smallest opening, m.
+    pub min_gap: f64,
+    /// Reaction of each support.
+    pub reactions: Vec<Reaction>,
+    /// Sum of all forces on each body, N/m.
+    pub balance: Vec<[f64; 2]>,
+    /// Largest displacement, m.
+    pub max_displacement: f64,
+    /// Largest equivalent stress, Pa.
+    pub max_von_mises: f64,
+}
+
+/// The reaction of one support, N/m.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Reaction {
+    /// Name of the body.
+    pub body: String,
+    /// The edge group.
+    pub on: String,
+    /// First component.
+    pub fx: f64,
+    /// Second component.
+    pub fy: f64,
+}
+
+/// One adaptive step.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct AdaptiveRow {
+    /// From 1.
+    pub step: usize,
+    /// Nodes of both bodies.
+    pub nodes: usize,
+    /// The bound.
+    pub e_cre: f64,
+    /// The bound relative to the energy norm.
+    pub relative: Option<f64>,
+    /// Iterations of this step.
+    pub iterations: usize,
+}
+
+/// Disjoint wall times that add up to `total`, s.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Timings {
+    /// Reading or generating meshes.
+    pub mesh: f64,
+    /// Pattern, stiffness and loads.
+    pub assembly: f64,
+    /// Ordering, symbolic and numeric factorisation, interface operators.
+    pub factorisation: f64,
+    /// The loop, contact problems, recovery of displacements.
+    pub iterations: f64,
+    /// Everything for certificates.
+    pub estimate: f64,
+    /// Writing files.
+    pub write: f64,
+    /// All of it.
+    pub total: f64,
+}
+
+impl Report {
+    /// Writes the report as JSON, indented, with a line break at its end.
+    ///
+    /// # Errors
+    /// A number that is not finite.
+    pub fn to_json(&self) -> Result<String, ReportError> {
+        check_finite(self)
+            .map_err(|fault| ReportError::NotFinite { field: fault.field, value: fault.value })?;
+        let mut text = serde_json::to_string_pretty(self)?;
+        text.push('\n');
+        Ok(text)
+    }
+
+    /// Reads a report.
+    ///
+    /// # Errors
+    /// Not JSON, or not a report.
+    pub fn from_json(text: &str) -> Result<Self, ReportError> {
+        Ok(serde_json::from_str(text)?)
+    }
+
+    /// Returns the hash of the case, if the report carries one.
+    pub fn case_hash(&self) -> Option<&str> {
+        self.run.get(CASE_HASH)?.as_str()
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    pub(crate) fn sample(hash: &str) -> Report {
+        let mut run = Map::new();
+        run.insert("threads".into(), 2.into());
+        run.insert(CASE_HASH.into(), hash.into());
+        let row = IterationRow {
+            iteration: 1,
+            theta: Some(0.4),
+            precision: Some(2.0),
+            eta_nndd: Some(1.2270569444),
+            qp_path: Some("clarabel".into()),
+            qp_iterations: 11,
+            ..IterationRow::default()
+        };
+        Report {
+            schema: SCHEMA,
+            status: Status { word: "converged".into(), code: 0, reason: "eta_nndd <= 0.1 eta_dis".into() },
+            case: serde_json::json!({ "schema": 1, "title": "t" }),
+            bodies: vec![BodySummary { name: "upper".into(), nodes: 190, triangles: 324, unknowns: 351 }],
+            contact: vec![ContactSummary {
+                bodies: ["upper".into(), "lower".into()],
+                imposed: "upper".into(),
+                pairs: 19,
+                length: 2.0,
+            }],
+            iterations: vec![row],
+            certificate: Certificate { valid: true, e_cre: Some(0.1), ..Certificate::default() },
+            results: Results {
+                contact_intervals: vec![[0.0, 1.6666666666666667]],
+                reactions: vec![Reaction { body: "upper".into(), on: "left".into(), fx: 1.0, fy: -0.5 }],
+                ..Results::default()
+            },
+            adaptive: vec![],
+            timings: Timings::default(),
+            run,
+        }
+    }
+
+    #[test]
+    fn a_report_comes_back_as_it_was() {
+        let report = sample("abc");
+        let text = report.to_json().unwrap();
+        assert_eq!(Report::from_json(&text).unwrap(), report);
+        assert_eq!(report.case_hash(), Some("abc"));
+        assert!(Report::from_json("{}").is_err());
+    }
+
+    #[test]
+    fn keys_and_their_order_are_the_contract() {
+        let value: Value = serde_json::from_str(&sample("abc").to_json().unwrap()).unwrap();
+        let keys = |v: &Value| v.as_object().unwrap().keys().cloned().collect::<Vec<_>>().join(" ");
+        assert_eq!(
+            keys(&value),
+            "schema status case bodies contact iterations certificate results adaptive timings run"
+        );
+        assert_eq!(keys(&value["status"]), "word code reason");
+        assert_eq!(keys(&value["bodies"][0]), "name nodes triangles unknowns");
+        assert_eq!(keys(&value["contact"][0]), "bodies imposed pairs length");
+        assert_eq!(
+            keys(&value["iterations"][0]),
+            "iteration theta precision eta_nndd eta_dis e_cre contact_nodes contact_force qp_path qp_iterations"
+        );
+        assert_eq!(
+            keys(&value["certificate"]),
+            "valid e_cre relative relative_guaranteed eta_dis eta_nndd split checks"
+        );
+        assert_eq!(keys(&value["certificate"]["split"]), "discretisation algebraic");
+        assert_eq!(
+            keys(&value["certificate"]["checks"]),
+            "equilibrium traction_jump boundary_traction penetration pressure_sign"
+        );
+        assert_eq!(
+            keys(&value["results"]),
+            "energy_norm_squared contact_force contact_intervals max_pressure min_gap reactions balance \
+             max_displacement max_von_mises"
+        );
+        assert_eq!(keys(&value["results"]["reactions"][0]), "body on fx fy");
+        assert_eq!(keys(&value["timings"]), "mesh assembly factorisation iterations estimate write total");
+        assert!(value["iterations"][0]["eta_dis"].is_null());
+    }
+
+    #[test]
+    fn numbers_that_are_not_finite_are_named_and_refused() {
+        let field = |change: &dyn Fn(&mut Report)| {
+            let mut report = sample("abc");
+            change(&mut report);
+            match report.to_json() {
+                Err(ReportError::NotFinite { field, .. }) => field,
+                other => panic!("{other:?}"),
+            }
+        };
+        assert_eq!(field(&|r| r.certificate.e_cre = Some(f64::NAN)), "certificate.e_cre");
+        assert_eq!(field(&|r| r.iterations[0].theta = Some(f64::INFINITY)), "iterations.0.theta");
+        assert_eq!(
+            field(&|r| r.results.contact_intervals.push([0.0, f64::NEG_INFINITY])),
+            "results.contact_intervals.1.1"
+        );
+    }
+}

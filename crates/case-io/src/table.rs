@@ -1,0 +1,165 @@
+//! The CSV files: history, contact and sweep. Numbers stand in the shortest form that reads back exactly; what is
+//! unknown is an empty field.
+
+use crate::report::{IterationRow, check_finite};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// The columns of history.csv: the keys of `iterations` in report.json.
+pub const HISTORY_COLUMNS: [&str; 10] = [
+    "iteration",
+    "theta",
+    "precision",
+    "eta_nndd",
+    "eta_dis",
+    "e_cre",
+    "contact_nodes",
+    "contact_force",
+    "qp_path",
+    "qp_iterations",
+];
+
+/// The columns of contact.csv.
+pub const CONTACT_COLUMNS: [&str; 6] = ["s", "x", "y", "gap", "pressure", "active"];
+
+/// Why a table cannot be written.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum TableError {
+    /// A number that is infinite or not a number.
+    #[error("row {row} of the table: {field} is {value}; only finite numbers are written")]
+    NotFinite {
+        /// Row, from 1.
+        row: usize,
+        /// Column.
+        field: String,
+        /// What was found.
+        value: f64,
+    },
+    /// The CSV writer's own complaint.
+    #[error("the table cannot be written: {0}")]
+    Csv(#[from] csv::Error),
+}
+
+/// One node pair of the interface.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ContactRow {
+    /// Arc length along the first body's surface, m.
+    pub s: f64,
+    /// Position, m.
+    pub x: f64,
+    /// Position, m.
+    pub y: f64,
+    /// Opening, m, ≥ 0.
+    pub gap: f64,
+    /// Pressure, Pa, ≥ 0 in compression.
+    pub pressure: f64,
+    /// 1 in contact, 0 open.
+    pub active: u8,
+}
+
+/// One run of a sweep.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SweepRow {
+    /// The swept value as TOML.
+    pub value: String,
+    /// The status word of the run.
+    pub status: String,
+    /// Its last iteration.
+    pub iteration: IterationRow,
+}
+
+/// Writes history.csv.
+///
+/// # Errors
+/// A number that is not finite.
+pub fn history_csv(rows: &[IterationRow]) -> Result<String, TableError> {
+    write(&HISTORY_COLUMNS, rows)
+}
+
+/// Writes contact.csv.
+///
+/// # Errors
+/// A number that is not finite.
+pub fn contact_csv(rows: &[ContactRow]) -> Result<String, TableError> {
+    write(&CONTACT_COLUMNS, rows)
+}
+
+/// Writes sweep.csv: the swept key, `status`, and the keys of `iterations` of each run's last iteration.
+///
+/// # Errors
+/// A number that is not finite.
+pub fn sweep_csv(key: &str, rows: &[SweepRow]) -> Result<String, TableError> {
+    let mut columns = vec![key, "status"];
+    columns.extend(HISTORY_COLUMNS);
+    let tuples: Vec<_> = rows.iter().map(|r| (&r.value, &r.status, &r.iteration)).collect();
+    write(&columns, &tuples)
+}
+
+/// Writes the columns first, so that a table without rows has them too.
+fn write<T: Serialize>(columns: &[&str], rows: &[T]) -> Result<String, TableError> {
+    let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
+    writer.write_record(columns)?;
+    for (k, row) in rows.iter().enumerate() {
+        check_finite(row).map_err(|fault| TableError::NotFinite {
+            row: k + 1,
+            field: fault.field,
+            value: fault.value,
+        })?;
+        writer.serialize(row)?;
+    }
+    let bytes = writer.into_inner().map_err(|error| csv::Error::from(error.into_error()))?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn history_has_the_keys_of_iterations() {
+        let row = IterationRow {
+            iteration: 1,
+            theta: Some(0.4),
+            eta_nndd: Some(0.1 + 0.2),
+            contact_force: 1e-20,
+            qp_path: Some("active, set".into()),
+            ..IterationRow::default()
+        };
+        let keys: Vec<String> =
+            serde_json::to_value(&row).unwrap().as_object().unwrap().keys().cloned().collect();
+        assert_eq!(keys, HISTORY_COLUMNS);
+        let text = history_csv(std::slice::from_ref(&row)).unwrap();
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines[0], HISTORY_COLUMNS.join(","));
+        assert_eq!(lines[1], "1,0.4,,0.30000000000000004,,,0,1e-20,\"active, set\",0");
+        let back: Vec<IterationRow> =
+            csv::Reader::from_reader(text.as_bytes()).deserialize().collect::<Result<_, _>>().unwrap();
+        assert_eq!(back, [row]);
+        assert_eq!(history_csv(&[]).unwrap().lines().count(), 1);
+    }
+
+    #[test]
+    fn contact_has_its_columns() {
+        let row = ContactRow { s: 0.5, x: 0.5, y: 1.0, gap: 0.0, pressure: 1234.5678901234567, active: 1 };
+        assert_eq!(
+            contact_csv(&[row]).unwrap(),
+            "s,x,y,gap,pressure,active\n0.5,0.5,1.0,0.0,1234.5678901234567,1\n"
+        );
+    }
+
+    #[test]
+    fn a_sweep_has_its_key_first() {
+        let row = SweepRow { value: "0.1".into(), status: "completed".into(), ..SweepRow::default() };
+        let text = sweep_csv("solver.theta", &[row]).unwrap();
+        assert!(text.starts_with("solver.theta,status,iteration,theta,"), "{text}");
+        assert!(text.contains("\n0.1,completed,0,,"), "{text}");
+    }
+
+    #[test]
+    fn numbers_that_are_not_finite_are_refused() {
+        let row = ContactRow { gap: f64::NAN, ..ContactRow::default() };
+        let error = contact_csv(&[ContactRow::default(), row]).unwrap_err();
+        assert!(error.to_string().starts_with("row 2 of the table: gap is NaN"), "{error}");
+    }
+}

@@ -1,0 +1,18 @@
+//! Commented case files to start from, for `nndd new`.
+
+/// The test problem of the paper: two blocks that lose contact, with the paper's settings.
+pub const PAPER: &str = include_str!("template/paper.toml");
+
+/// Two blocks under uniform pressure: constant stresses, which linear triangles represent exactly.
+pub const PATCH: &str = include_str!("template/patch.toml");
+
+/// The templates by name.
+pub const TEMPLATES: &[(&str, &str)] = &[("paper", PAPER), ("patch", PATCH)];
+
+/// Names that a later version will have.
+pub const NOT_YET: &[&str] = &["hertz", "adaptive"];
+
+/// Finds a template by its name.
+pub fn find(name: &str) -> Option<&'static str> {
+    TEMPLATES.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
+}

@@ -1,0 +1,119 @@
+//! The command line.
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
+use std::path::PathBuf;
+
+const EXAMPLES: &str = "\
+Examples:
+  nndd new paper > case.toml           start from a commented case file
+  nndd solve case.toml                 solve it; the certificate is the last line
+  nndd sweep case.toml --over solver.theta=0.1:0.9:0.05
+
+Exit status:
+  0 converged, or the given number of iterations completed
+  1 defect of this program        2 wrong command line       3 invalid input
+  4 no unique solution            5 not converged            6 no valid certificate, or its target missed
+  7 cannot read or write          8 memory or time limit     130, 143 interrupted";
+
+/// Solves frictionless unilateral contact between two elastic bodies, and certifies the answer.
+#[derive(Debug, Parser)]
+#[command(name = "nndd", version, after_help = EXAMPLES, arg_required_else_help = true)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Solve a case and certify the answer.
+    Solve(Solve),
+    /// Check a case without factorising anything: bodies, groups, supports, sizes, memory.
+    Check(Check),
+    /// Run a case for several values of one setting, a few iterations each: the paper's figure 2.
+    Sweep(Sweep),
+    /// Print a commented case file to start from: paper, patch.
+    New {
+        /// Name of the template.
+        template: String,
+    },
+    /// Print a completion script.
+    Completions {
+        /// For which shell.
+        shell: Shell,
+    },
+}
+
+/// What every command that reads a case takes.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct CaseOptions {
+    /// The case file.
+    #[arg(value_name = "CASE.toml")]
+    pub(crate) case: PathBuf,
+    /// Override a setting; VALUE is TOML, arrays are addressed by index: body.0.generator.cells=[36,18].
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+}
+
+/// What every command that computes takes.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct RunOptions {
+    /// Write results here instead of the case's output directory.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Write even where the directory holds something else.
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Number of threads; 0 for one per core.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) threads: usize,
+    /// Print nothing but errors.
+    #[arg(long, short, conflicts_with = "verbose")]
+    pub(crate) quiet: bool,
+    /// Say more about every choice made.
+    #[arg(long, short)]
+    pub(crate) verbose: bool,
+}
+
+#[derive(Args, Clone, Debug)]
+pub(crate) struct Solve {
+    #[command(flatten)]
+    pub(crate) case: CaseOptions,
+    #[command(flatten)]
+    pub(crate) run: RunOptions,
+    /// How to print progress and result.
+    #[arg(long, value_enum, default_value_t = Format::Human)]
+    pub(crate) format: Format,
+}
+
+#[derive(Args, Clone, Debug)]
+pub(crate) struct Check {
+    #[command(flatten)]
+    pub(crate) case: CaseOptions,
+}
+
+#[derive(Args, Clone, Debug)]
+pub(crate) struct Sweep {
+    #[command(flatten)]
+    pub(crate) case: CaseOptions,
+    #[command(flatten)]
+    pub(crate) run: RunOptions,
+    /// The setting and its values: KEY=a:b:h or KEY=[v1, v2].
+    #[arg(long, value_name = "KEY=RANGE")]
+    pub(crate) over: String,
+    /// Iterations of each run.
+    #[arg(long, value_name = "N", default_value_t = 3)]
+    pub(crate) iterations: usize,
+    /// A further panel with other settings: "KEY=VALUE; KEY=VALUE"; may be repeated.
+    #[arg(long, value_name = "SETTINGS")]
+    pub(crate) panel: Vec<String>,
+}
+
+/// How to print.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Format {
+    /// A table for people.
+    Human,
+    /// One JSON object per line.
+    Json,
+}

@@ -1,0 +1,242 @@
+//! What the console shows: results on stdout, errors on stderr.
+
+use crate::failure::Failure;
+use crate::run::Solved;
+use case_io::Case;
+use case_io::diagnostic::Diagnostic;
+use case_io::report::{Report, Status};
+use certified_contact::{RoleReason, Row};
+use fem_core::geometry::bounding_box;
+use fem_core::interface::ContactProblem;
+use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, NamedSource};
+use std::fmt::Write as _;
+use std::io::{self, IsTerminal, Write};
+
+/// Prints to stdout. A reader that has gone away is no error of ours.
+pub(crate) fn print(text: &str) -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        other => other,
+    }
+}
+
+/// Prints why a command failed.
+pub(crate) fn failure(failure: &Failure) {
+    let mut text = String::new();
+    for diagnostic in &failure.diagnostics {
+        text += &render("error", diagnostic);
+    }
+    if let Some(message) = &failure.message {
+        let prefix = if failure.diagnostics.is_empty() { "error: " } else { "" };
+        let _ = writeln!(text, "{prefix}{message}");
+    }
+    let _ = io::stderr().write_all(text.as_bytes());
+}
+
+/// Prints warnings about a case.
+pub(crate) fn warnings(diagnostics: &[Diagnostic]) {
+    for diagnostic in diagnostics {
+        let _ = io::stderr().write_all(render("warning", diagnostic).as_bytes());
+    }
+}
+
+/// Renders a diagnostic with its place: one plain line first, then the source as people like to see it.
+fn render(kind: &str, diagnostic: &Diagnostic) -> String {
+    let mut text = format!("{kind}[{}]: {diagnostic}\n", diagnostic.code);
+    let Some(place) = diagnostic.place.as_ref().filter(|p| !p.source.is_command_line()) else { return text };
+    let label = LabeledSpan::underline(place.span.clone());
+    let report = miette::Report::new(MietteDiagnostic::new(diagnostic.message.clone()).with_label(label))
+        .with_source_code(NamedSource::new(place.file(), place.source.text().to_owned()));
+    let colour = io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
+    let theme = if colour { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
+    let mut picture = String::new();
+    if GraphicalReportHandler::new_themed(theme)
+        .with_context_lines(1)
+        .render_report(&mut picture, report.as_ref())
+        .is_ok()
+    {
+        // The message stands in the first line already.
+        text.extend(picture.lines().skip_while(|l| !l.contains('╭')).map(|l| format!("{l}\n")));
+    }
+    text
+}
+
+/// The header: version, sizes, settings.
+pub(crate) fn header(case: &Case, problem: &ContactProblem, output: &str) -> String {
+    let mut text = format!("nndd {}   {}\n", env!("CARGO_PKG_VERSION"), case.file_name());
+    if !case.title.is_empty() {
+        let _ = writeln!(text, "  {}", case.title);
+    }
+    for (body, model) in case.bodies.iter().zip(&problem.bodies) {
+        let [low, high] = bounding_box(model.mesh().points());
+        let material = case.materials.iter().find(|m| m.name == body.material);
+        let (e, nu) = material.map_or((f64::NAN, f64::NAN), |m| (m.young, m.poisson));
+        let _ = writeln!(
+            text,
+            "  {:<10} {:>8} nodes {:>8} triangles   E {e}  nu {nu}   [{}, {}] x [{}, {}]",
+            body.name,
+            model.mesh().points().len(),
+            model.mesh().triangles().len(),
+            low[0],
+            high[0],
+            low[1],
+            high[1]
+        );
+    }
+    let solver = &case.solver;
+    let interface = &problem.interface;
+    let _ = writeln!(
+        text,
+        "  {:<10} {:>8} pairs, length {}",
+        "contact",
+        interface.pairs().len(),
+        interface.length()
+    );
+    let theta = match solver.theta {
+        case_io::case::Theta::Auto => "auto".to_string(),
+        case_io::case::Theta::Value(theta) => theta.to_string(),
+    };
+    let _ = writeln!(
+        text,
+        "  solver     {} theta {theta}, weights {}, acceleration {}, lambda on {}, path {}, qp {}",
+        solver.method, solver.weights, solver.acceleration, solver.imposed, solver.path, solver.qp
+    );
+    let stop = &solver.stop;
+    let bound = match stop.criterion {
+        case_io::case::Criterion::Estimator => format!("ratio {}", stop.ratio),
+        case_io::case::Criterion::Iterations => String::new(),
+        _ => format!("tolerance {:e}", stop.tolerance),
+    };
+    let _ = writeln!(
+        text,
+        "  stop       {} {bound}, at most {} iterations; relaxation {}; threads {}; output {output}",
+        stop.criterion,
+        solver.max_iterations,
+        case.estimator.relaxation,
+        rayon::current_num_threads()
+    );
+    text
+}
+
+/// The head of the table.
+pub(crate) const TABLE_HEAD: &str = "
+  it     theta  precision   eta_nndd    eta_dis      e_cre  contact        force  qp
+";
+
+/// One row of the table.
+pub(crate) fn row(row: &Row) -> String {
+    let it = &row.iteration;
+    let optional = |x: Option<f64>| x.map_or_else(|| format!("{:>10}", "-"), |x| format!("{x:>10.3e}"));
+    format!(
+        "{:>4} {:>9.4} {:>10.3e} {:>10.3e} {} {} {:>8} {:>12.5e}  {} {}\n",
+        it.iteration,
+        it.theta,
+        it.precision,
+        it.eta_nndd,
+        optional(row.eta_dis),
+        optional(row.e_cre),
+        it.contact_nodes,
+        it.contact_force,
+        it.qp_path,
+        it.qp_iterations
+    )
+}
+
+/// What was chosen and why, for `--verbose`.
+pub(crate) fn choices(case: &Case, solved: &Solved) -> String {
+    let solution = &solved.solution;
+    let names = [0, 1].map(|b| &case.bodies[b].name);
+    let carrier = names[usize::from(solution.swapped)];
+    let mut text = String::new();
+    let _ = match solution.role_reason {
+        RoleReason::Given => writeln!(text, "  lambda is carried by \"{carrier}\", as given"),
+        RoleReason::Stiffer { compliance } => writeln!(
+            text,
+            "  lambda is carried by \"{carrier}\", the stiffer body: compliance {:.3e} of \"{}\" against {:.3e} of \"{}\"",
+            compliance[0], names[0], compliance[1], names[1]
+        ),
+    };
+    if let Some(s) = solution.nndd.spectrum {
+        let _ = writeln!(
+            text,
+            "  theta {:.4}: spectrum of the interface operator [{:.4}, {:.4}] from {} Lanczos steps, limit {:.4}",
+            solution.nndd.theta,
+            s.smallest,
+            s.largest,
+            s.steps,
+            s.theta_limit()
+        );
+    }
+    let kkt = solution.rows.iter().map(|r| r.iteration.qp_kkt).fold(0.0, f64::max);
+    let _ = writeln!(
+        text,
+        "  contact problems: Clarabel called {} times, largest KKT residual {kkt:.1e}",
+        solution.nndd.clarabel_calls
+    );
+    text
+}
+
+/// The status line and the certificate line.
+pub(crate) fn verdict(report: &Report) -> String {
+    let Status { word, reason, .. } = &report.status;
+    let mut text = format!("\n{word}: {reason}\n");
+    let certificate = &report.certificate;
+    let checks = &certificate.checks;
+    let numbers = (certificate.e_cre, certificate.split.discretisation, certificate.split.algebraic);
+    match numbers {
+        (Some(e_cre), Some(dis), Some(alg)) if certificate.valid => {
+            text += &match certificate.relative {
+                Some(relative) if e_cre > 0.0 => {
+                    let percent = |x: f64| significant(100.0 * relative * x / e_cre);
+                    format!(
+                        "certified error <= {} % of the energy norm (discretisation {} %, iteration {} %)\n",
+                        significant(100.0 * relative),
+                        percent(dis),
+                        percent(alg)
+                    )
+                }
+                _ => format!("certified error <= {e_cre:.3e} (energy norm of a solution that is zero)\n"),
+            };
+        }
+        (Some(_), ..) => {
+            let worst = [
+                ("equilibrium", checks.equilibrium),
+                ("traction_jump", checks.traction_jump),
+                ("boundary_traction", checks.boundary_traction),
+                ("penetration", checks.penetration),
+                ("pressure_sign", checks.pressure_sign),
+            ];
+            text += "NOT certified, the bound is not valid:";
+            for (name, value) in worst {
+                let _ = write!(text, " {name} {:.1e}", value.unwrap_or(f64::NAN));
+            }
+            text.push('\n');
+        }
+        _ => text += "no certificate: the iteration left the range of finite numbers\n",
+    }
+    text
+}
+
+/// Three significant digits without an exponent where that is readable.
+fn significant(x: f64) -> String {
+    if x != 0.0 && !(1e-3..1e4).contains(&x.abs()) {
+        return format!("{x:.2e}");
+    }
+    let digits = if x == 0.0 { 0 } else { (2.0 - x.abs().log10().floor()).max(0.0) as usize };
+    format!("{x:.digits$}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::significant;
+
+    #[test]
+    fn numbers_have_three_digits() {
+        assert_eq!(significant(1.8349), "1.83");
+        assert_eq!(significant(0.021249), "0.0212");
+        assert_eq!(significant(42.04), "42.0");
+        assert_eq!(significant(3.2e-9), "3.20e-9");
+        assert_eq!(significant(0.0), "0");
+    }
+}

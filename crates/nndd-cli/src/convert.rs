@@ -1,0 +1,61 @@
+//! From the case file's words to the libraries' settings.
+
+use case_io::Case;
+use case_io::case::{self, Value};
+use certified_contact::{Criterion, Imposed, Settings};
+use contact_qp::QpMethod;
+use fem_core::boundary::ScalarData;
+use nndd::{Acceleration, Method, Path, Theta, Weights};
+
+/// Makes the settings of a solve.
+pub(crate) fn settings(case: &Case) -> Settings {
+    let solver = &case.solver;
+    let mut settings = Settings::default();
+    settings.imposed = match solver.imposed {
+        case::Imposed::First => Imposed::First,
+        case::Imposed::Second => Imposed::Second,
+        case::Imposed::Auto => Imposed::Auto,
+    };
+    settings.lambda = scalar(&solver.lambda);
+    settings.criterion = match solver.stop.criterion {
+        case::Criterion::Estimator => Criterion::Estimator { ratio: solver.stop.ratio },
+        case::Criterion::Precision => Criterion::Precision { tolerance: solver.stop.tolerance },
+        case::Criterion::EtaNndd => Criterion::EtaNndd { tolerance: solver.stop.tolerance },
+        case::Criterion::Iterations => Criterion::Iterations,
+    };
+    settings.estimate_every = case.estimator.every;
+    let nndd = &mut settings.nndd;
+    nndd.method = match solver.method {
+        case::Method::Nndd => Method::Nndd,
+        case::Method::Newton => Method::Newton,
+    };
+    nndd.path = match solver.path {
+        case::Path::Condensed => Path::Condensed,
+        case::Path::Literal => Path::Literal,
+    };
+    nndd.theta = match solver.theta {
+        case::Theta::Auto => Theta::Auto,
+        case::Theta::Value(theta) => Theta::Value(theta),
+    };
+    nndd.weights = match solver.weights {
+        case::Weights::Half => Weights::Half,
+        case::Weights::Stiffness => Weights::Stiffness,
+    };
+    nndd.acceleration = match solver.acceleration {
+        case::Acceleration::None => Acceleration::None,
+        case::Acceleration::Aitken => Acceleration::Aitken,
+        case::Acceleration::Anderson => Acceleration::Anderson,
+    };
+    nndd.max_iterations = solver.max_iterations;
+    nndd.qp.method = match solver.qp {
+        case::QpChoice::Auto => QpMethod::Auto,
+        case::QpChoice::Clarabel => QpMethod::Clarabel,
+        case::QpChoice::ActiveSet => QpMethod::ActiveSet,
+    };
+    settings
+}
+
+/// A datum of the case; the reader lets nothing but numbers through.
+fn scalar(value: &Value) -> ScalarData {
+    value.number().map_or_else(|| ScalarData::Constant(f64::NAN), ScalarData::Constant)
+}

@@ -1,0 +1,122 @@
+//! Why a command ended without a result: an exit status and what to say.
+
+use case_io::diagnostic::Diagnostic;
+use case_io::output::OutputError;
+use case_io::report::ReportError;
+use case_io::table::TableError;
+use case_io::{Case, CaseError};
+use certified_contact::SolveError;
+use fem_core::assembly::AssemblyError;
+use fem_core::cholesky::CholeskyError;
+use fem_core::condensation::FactorError;
+use nndd::NnddError;
+use std::io;
+use std::path::Path;
+
+/// Why a command ended without a result.
+#[derive(Debug)]
+pub(crate) struct Failure {
+    /// Exit status.
+    pub(crate) code: u8,
+    /// What to say, each with its place where there is one.
+    pub(crate) diagnostics: Vec<Diagnostic>,
+    /// What to say without a place.
+    pub(crate) message: Option<String>,
+}
+
+/// Defect of this program.
+const DEFECT: u8 = 1;
+const COMMAND_LINE: u8 = 2;
+const INVALID_INPUT: u8 = 3;
+const NO_UNIQUE_SOLUTION: u8 = 4;
+const FILES: u8 = 7;
+const LIMIT: u8 = 8;
+
+impl Failure {
+    fn plain(code: u8, message: impl Into<String>) -> Self {
+        Self { code, diagnostics: Vec::new(), message: Some(message.into()) }
+    }
+
+    pub(crate) fn command_line(message: impl Into<String>) -> Self {
+        Self::plain(COMMAND_LINE, message)
+    }
+
+    pub(crate) fn defect(message: impl Into<String>) -> Self {
+        Self::plain(DEFECT, message)
+    }
+
+    pub(crate) fn limit(message: impl Into<String>) -> Self {
+        Self::plain(LIMIT, message)
+    }
+
+    pub(crate) fn unreadable(path: &Path, error: &io::Error) -> Self {
+        Self::plain(FILES, format!("cannot read {}: {error}", path.display()))
+    }
+
+    pub(crate) fn output(error: &OutputError) -> Self {
+        Self::plain(FILES, error.to_string())
+    }
+
+    /// Says why a solve made no sense, with the body's name.
+    pub(crate) fn solve(case: &Case, error: &SolveError) -> Self {
+        let name = |body: usize| &case.bodies[body].name;
+        match error {
+            SolveError::Assembly { body, source: AssemblyError::Floating { motion } } => Self::plain(
+                NO_UNIQUE_SOLUTION,
+                format!(
+                    "no unique solution: body \"{}\" {motion} (piece at ({}, {})).\n  expected: supports that hold \
+                     every rigid motion of each body by itself, without the contact\n  fix: add a [[body.displacement]] \
+                     to \"{}\" that prevents this motion",
+                    name(*body),
+                    motion.near()[0],
+                    motion.near()[1],
+                    name(*body)
+                ),
+            ),
+            SolveError::Assembly { body, source: source @ AssemblyError::TooLarge { .. } } => {
+                Self::plain(LIMIT, format!("body \"{}\": {source}", name(*body)))
+            }
+            SolveError::Assembly { body, source } => {
+                Self::plain(INVALID_INPUT, format!("body \"{}\": {source}", name(*body)))
+            }
+            SolveError::Factor { body, source: FactorError::Cholesky { source, .. } }
+                if matches!(source, CholeskyError::OutOfMemory { .. }) =>
+            {
+                Self::plain(LIMIT, format!("body \"{}\": {source}", name(*body)))
+            }
+            SolveError::Factor { body, source } => Self::plain(
+                NO_UNIQUE_SOLUTION,
+                format!("no unique solution: body \"{}\": {source}", name(*body)),
+            ),
+            SolveError::Nndd(e @ (NnddError::Theta { .. } | NnddError::Lambda { .. })) => {
+                Self::plain(INVALID_INPUT, e.to_string())
+            }
+            other => Self::defect(other.to_string()),
+        }
+    }
+}
+
+impl From<CaseError> for Failure {
+    fn from(error: CaseError) -> Self {
+        let message = (error.omitted > 0).then(|| format!("and {} more", error.omitted));
+        Self { code: INVALID_INPUT, diagnostics: error.diagnostics, message }
+    }
+}
+
+impl From<ReportError> for Failure {
+    fn from(error: ReportError) -> Self {
+        Self::defect(error.to_string())
+    }
+}
+
+impl From<TableError> for Failure {
+    fn from(error: TableError) -> Self {
+        Self::defect(error.to_string())
+    }
+}
+
+impl From<io::Error> for Failure {
+    fn from(error: io::Error) -> Self {
+        Self::plain(FILES, error.to_string())
+    }
+}

@@ -1,0 +1,274 @@
+//! What a run leaves on disk.
+
+use crate::failure::Failure;
+use crate::figures;
+use crate::html;
+use crate::run::Solved;
+use case_io::Case;
+use case_io::output::OutputDirectory;
+use case_io::report::{
+    BodySummary, Certificate, Checks, ContactSummary, IterationRow, Reaction, Report, Results, SCHEMA, Split,
+    Timings,
+};
+use case_io::table::{self, ContactRow};
+use case_io::vtu::{self, VtuArray, VtuCells, VtuData, VtuError, VtuMesh};
+use certified_contact::{CertifiedSolution, Row};
+use fem_core::tensor::SymTensor2;
+use serde_json::{Map, Value};
+use std::io;
+
+/// One row of `iterations`.
+pub(crate) fn iteration_row(row: &Row) -> IterationRow {
+    let it = &row.iteration;
+    let finite = |x: f64| x.is_finite().then_some(x);
+    IterationRow {
+        iteration: it.iteration,
+        theta: finite(it.theta).filter(|theta| *theta > 0.0),
+        precision: finite(it.precision),
+        eta_nndd: finite(it.eta_nndd),
+        eta_dis: row.eta_dis,
+        e_cre: row.e_cre,
+        contact_nodes: it.contact_nodes,
+        contact_force: finite(it.contact_force).unwrap_or_default(),
+        qp_path: Some(it.qp_path.to_string()),
+        qp_iterations: it.qp_iterations,
+    }
+}
+
+/// Collects the report; its timings are filled in when everything else is written.
+pub(crate) fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> Report {
+    let solution = &solved.solution;
+    let names = [0, 1].map(|b| case.bodies[b].name.clone());
+    let bodies = [0, 1].map(|b| {
+        let mesh = solution.problem.bodies[solution.role(b)].mesh();
+        BodySummary {
+            name: names[b].clone(),
+            nodes: mesh.points().len(),
+            triangles: mesh.triangles().len(),
+            unknowns: solution.unknowns[b],
+        }
+    });
+    let interface = &solution.problem.interface;
+    let contact = ContactSummary {
+        imposed: names[usize::from(solution.swapped)].clone(),
+        pairs: interface.pairs().len(),
+        length: interface.length(),
+        bodies: names,
+    };
+    Report {
+        schema: SCHEMA,
+        status: solved.status.clone(),
+        case: case.settings_json(),
+        bodies: bodies.to_vec(),
+        contact: vec![contact],
+        iterations: solution.rows.iter().map(iteration_row).collect(),
+        certificate: certificate(solution),
+        results: results(case, solution),
+        adaptive: Vec::new(),
+        timings: Timings::default(),
+        run,
+    }
+}
+
+fn certificate(solution: &CertifiedSolution) -> Certificate {
+    let Some(estimate) = &solution.estimate else { return Certificate::default() };
+    let a = &estimate.admissibility;
+    // The allowance for round-off counts as iteration error, so that the parts still make the whole.
+    let discretisation = estimate.cre.discretisation_squared.max(0.0).sqrt();
+    let algebraic = (estimate.e_cre.powi(2) - estimate.cre.discretisation_squared).max(0.0).sqrt();
+    Certificate {
+        valid: solution.is_certified(),
+        e_cre: Some(estimate.e_cre),
+        relative: solution.relative(),
+        relative_guaranteed: solution.relative_guaranteed(),
+        eta_dis: Some(estimate.eta_dis),
+        eta_nndd: Some(solution.last().eta_nndd),
+        split: Split { discretisation: Some(discretisation), algebraic: Some(algebraic) },
+        checks: Checks {
+            equilibrium: Some(a.equilibrium),
+            traction_jump: Some(a.traction_jump),
+            boundary_traction: Some(a.boundary_traction),
+            penetration: Some(a.penetration),
+            pressure_sign: Some(a.pressure_sign),
+        },
+    }
+}
+
+fn results(case: &Case, solution: &CertifiedSolution) -> Results {
+    let Some(r) = &solution.results else { return Results::default() };
+    let reactions = r.reactions.iter().map(|reaction| Reaction {
+        body: case.bodies[reaction.body].name.clone(),
+        on: reaction.on.clone(),
+        fx: reaction.force[0],
+        fy: reaction.force[1],
+    });
+    Results {
+        energy_norm_squared: r.energy_norm_squared,
+        contact_force: r.contact_force,
+        contact_intervals: r.contact_intervals.clone(),
+        max_pressure: r.max_pressure,
+        min_gap: r.min_gap,
+        reactions: reactions.collect(),
+        balance: r.balance.to_vec(),
+        max_displacement: r.max_displacement,
+        max_von_mises: r.max_von_mises,
+    }
+}
+
+/// Arc lengths, openings, pressures along the contact line; s runs along the first body of the file.
+pub(crate) fn contact_rows(solution: &CertifiedSolution) -> Vec<ContactRow> {
+    let interface = &solution.problem.interface;
+    let first = solution.role(0);
+    let points = solution.problem.bodies[first].mesh().points();
+    let last = solution.last();
+    interface
+        .pairs()
+        .iter()
+        .enumerate()
+        .map(|(k, pair)| {
+            let [x, y] = points[pair.nodes[first] as usize];
+            let force = last.contact.normal_reaction[k];
+            ContactRow {
+                s: pair.arc_length,
+                x,
+                y,
+                gap: last.opening[k],
+                pressure: force / pair.tributary_length,
+                active: u8::from(force > 0.0),
+            }
+        })
+        .collect()
+}
+
+/// Writes tables, pictures, ParaView files and the page; everything but report.json.
+pub(crate) fn write(
+    case: &Case,
+    solved: &Solved,
+    report: &Report,
+    directory: &mut OutputDirectory,
+) -> Result<(), Failure> {
+    let mut put =
+        |name: &str, text: &str| directory.write(name, text.as_bytes()).map_err(|e| Failure::output(&e));
+    put("history.csv", &table::history_csv(&report.iterations)?)?;
+    let solution = &solved.solution;
+    let contact = contact_rows(solution);
+    if solution.estimate.is_some() {
+        put("contact.csv", &table::contact_csv(&contact)?)?;
+    }
+    let pictures = figures::of_solve(case, solution, &contact)?;
+    for picture in &pictures {
+        put(&format!("figures/{}.svg", picture.name), &picture.svg)?;
+    }
+    put("report.html", &html::page(case, report, &pictures))?;
+    if case.output.vtu && solution.estimate.is_some() {
+        for body in 0..2 {
+            let name = format!("{}.vtu", file_name(&case.bodies[body].name));
+            vtu_body(solution, body, &name, directory)?;
+        }
+        vtu_contact(solution, &contact, directory)?;
+    }
+    Ok(())
+}
+
+/// Makes a file name of a body's name.
+fn file_name(name: &str) -> String {
+    let safe = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' };
+    let text: String = name.chars().map(safe).take(100).collect();
+    // Names the program itself uses, and names that would be hidden.
+    if text.is_empty() || text.starts_with('.') || text == "contact" { format!("body_{text}") } else { text }
+}
+
+fn six(t: SymTensor2, zz: f64) -> [f64; 6] {
+    [t.xx, t.yy, zz, t.xy, 0.0, 0.0]
+}
+
+fn vtu_body(
+    solution: &CertifiedSolution,
+    body: usize,
+    name: &str,
+    directory: &mut OutputDirectory,
+) -> Result<(), Failure> {
+    let Some(estimate) = &solution.estimate else { return Ok(()) };
+    let role = solution.role(body);
+    let model = &solution.problem.bodies[role];
+    let mesh = model.mesh();
+    let pair = &estimate.pair;
+    let cells = mesh.triangles().len();
+    let tensor = |of: &dyn Fn(usize) -> SymTensor2| -> Vec<[f64; 6]> {
+        (0..cells)
+            .map(|t| {
+                let s = of(t);
+                six(s, model.material(t).out_of_plane_stress(s))
+            })
+            .collect()
+    };
+    let stress = tensor(&|t| pair.stress[role][t]);
+    let equilibrated = tensor(&|t| pair.equilibrated[role].cell_mean(model, t));
+    let von_mises = (0..cells).map(|t| model.material(t).von_mises(pair.stress[role][t])).collect();
+    let data = VtuData {
+        point: vec![VtuArray::vectors("displacement", &pair.displacement[role])],
+        cell: vec![
+            VtuArray::tensors("stress", &stress),
+            VtuArray::tensors("stress_equilibrated", &equilibrated),
+            VtuArray::scalars("von_mises", von_mises),
+            VtuArray::scalars("error_density", figures::error_density(solution, role)),
+        ],
+        field: vec![
+            VtuArray::scalars("iteration", vec![solution.last().iteration as f64]),
+            VtuArray::scalars("e_cre", vec![estimate.e_cre]),
+        ],
+    };
+    let grid =
+        VtuMesh { points: mesh.points().to_vec(), cells: VtuCells::Triangles(mesh.triangles().to_vec()) };
+    write_vtu(directory, name, &grid, &data)
+}
+
+fn vtu_contact(
+    solution: &CertifiedSolution,
+    rows: &[ContactRow],
+    directory: &mut OutputDirectory,
+) -> Result<(), Failure> {
+    let column = |of: &dyn Fn(&ContactRow) -> f64| rows.iter().map(of).collect::<Vec<f64>>();
+    let last = solution.last();
+    let per_length = |force: &[f64]| -> Vec<f64> {
+        force.iter().zip(solution.problem.interface.pairs()).map(|(r, p)| r / p.tributary_length).collect()
+    };
+    let data = VtuData {
+        point: vec![
+            VtuArray::scalars("gap", column(&|r| r.gap)),
+            VtuArray::scalars("contact_pressure", column(&|r| r.pressure)),
+            VtuArray::scalars("active", column(&|r| f64::from(r.active))),
+            VtuArray::scalars("lambda", last.lambda.clone()),
+            VtuArray::scalars("traction_1", per_length(&last.reaction)),
+            VtuArray::scalars("traction_2", per_length(&last.contact.normal_reaction)),
+        ],
+        ..VtuData::default()
+    };
+    let grid = VtuMesh {
+        points: rows.iter().map(|r| [r.x, r.y]).collect(),
+        cells: VtuCells::Lines(solution.problem.interface.edges().iter().map(|e| e.pairs).collect()),
+    };
+    write_vtu(directory, "contact.vtu", &grid, &data)
+}
+
+fn write_vtu(
+    directory: &mut OutputDirectory,
+    name: &str,
+    grid: &VtuMesh,
+    data: &VtuData,
+) -> Result<(), Failure> {
+    let mut refused = None;
+    let written = directory.write_with(name, |out| {
+        vtu::write(out, grid, data).map_err(|e| match e {
+            VtuError::Io(e) => e,
+            other => {
+                refused = Some(other.to_string());
+                io::Error::other("refused")
+            }
+        })
+    });
+    match refused {
+        Some(reason) => Err(Failure::defect(format!("{name}: {reason}"))),
+        None => written.map_err(|e| Failure::output(&e)),
+    }
+}

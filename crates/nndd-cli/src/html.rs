@@ -1,0 +1,127 @@
+//! report.html: one page with everything, for people. No network, no script.
+
+use crate::figures::Picture;
+use case_io::Case;
+use case_io::report::Report;
+use std::fmt::Write as _;
+
+const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:1rem auto;padding:0 1rem;color:#222}\
+table{border-collapse:collapse;font-variant-numeric:tabular-nums;display:block;overflow-x:auto}\
+td,th{padding:.15rem .6rem;text-align:right;border-bottom:1px solid #ddd;white-space:nowrap}\
+th{background:#f4f4f4}td:first-child,th:first-child{text-align:left}\
+.verdict{border:2px solid;padding:.6rem 1rem;border-radius:.4rem;margin:1rem 0}\
+.ok{border-color:#0072b2}.no{border-color:#d55e00}\
+figure{margin:1.5rem 0}svg{max-width:100%;height:auto}pre{overflow-x:auto;background:#f7f7f7;padding:.6rem}\
+@media print{body{max-width:none}figure{break-inside:avoid}}";
+
+/// Writes the page.
+pub(crate) fn page(case: &Case, report: &Report, pictures: &[Picture]) -> String {
+    let title = escape(if case.title.is_empty() { case.file_name() } else { &case.title });
+    let mut page = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
+         <title>{title}</title><style>{STYLE}</style></head><body>\n<h1>{title}</h1>\n"
+    );
+    verdict(&mut page, report);
+    for picture in pictures {
+        let _ = writeln!(page, "<figure>{}</figure>", picture.svg);
+    }
+    results(&mut page, case, report);
+    iterations(&mut page, report);
+    let settings = serde_json::to_string_pretty(&report.case).unwrap_or_default();
+    let _ = writeln!(page, "<h2>Settings</h2>\n<pre>{}</pre>", escape(&settings));
+    let _ = writeln!(
+        page,
+        "<h2>How to reproduce</h2>\n<pre>nndd solve {}</pre>\n<p>nndd {}, case {}</p>\n</body></html>",
+        escape(case.file_name()),
+        env!("CARGO_PKG_VERSION"),
+        case.hash()
+    );
+    page
+}
+
+fn verdict(page: &mut String, report: &Report) {
+    let class = if report.certificate.valid && report.status.code == 0 { "ok" } else { "no" };
+    let text = crate::console::verdict(report);
+    let lines: Vec<String> = text.lines().filter(|l| !l.is_empty()).map(escape).collect();
+    let _ = writeln!(page, "<div class=\"verdict {class}\">{}</div>", lines.join("<br>"));
+    let c = &report.certificate.checks;
+    let checks = [
+        ("equilibrium", c.equilibrium),
+        ("traction jump", c.traction_jump),
+        ("boundary traction", c.boundary_traction),
+        ("penetration", c.penetration),
+        ("pressure sign", c.pressure_sign),
+    ];
+    page.push_str("<h2>Checks of the certificate</h2>\n<table><tr><th>residual</th><th>relative</th></tr>\n");
+    for (name, value) in checks {
+        let _ = writeln!(page, "<tr><td>{name}</td><td>{}</td></tr>", number(value));
+    }
+    page.push_str("</table>\n");
+}
+
+fn results(page: &mut String, case: &Case, report: &Report) {
+    let r = &report.results;
+    let t = case.model.thickness;
+    page.push_str("<h2>Results</h2>\n<table><tr><th>quantity</th><th>per unit thickness</th>");
+    let _ = writeln!(page, "<th>for the thickness {t}</th></tr>");
+    let mut row = |name: &str, value: f64, by_thickness: bool| {
+        let whole = if by_thickness { number(Some(value * t)) } else { "–".into() };
+        let _ = writeln!(
+            page,
+            "<tr><td>{}</td><td>{}</td><td>{whole}</td></tr>",
+            escape(name),
+            number(Some(value))
+        );
+    };
+    for (body, a) in report.bodies.iter().zip(r.energy_norm_squared) {
+        row(&format!("energy norm² of {}", body.name), a, true);
+    }
+    row("contact force", r.contact_force, true);
+    row("largest pressure", r.max_pressure, false);
+    row("smallest gap", r.min_gap, false);
+    row("largest displacement", r.max_displacement, false);
+    row("largest von Mises stress", r.max_von_mises, false);
+    for reaction in &r.reactions {
+        row(&format!("reaction x of {} on {}", reaction.on, reaction.body), reaction.fx, true);
+        row(&format!("reaction y of {} on {}", reaction.on, reaction.body), reaction.fy, true);
+    }
+    page.push_str("</table>\n");
+}
+
+fn iterations(page: &mut String, report: &Report) {
+    page.push_str(
+        "<h2>Iterations</h2>\n<table><tr><th>it</th><th>theta</th><th>precision</th><th>eta_nndd</th><th>eta_dis</th>\
+         <th>e_cre</th><th>contact nodes</th><th>contact force</th><th>contact problem</th></tr>\n",
+    );
+    for row in &report.iterations {
+        let _ = writeln!(
+            page,
+            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{} {}</td></tr>",
+            row.iteration,
+            number(row.theta),
+            number(row.precision),
+            number(row.eta_nndd),
+            number(row.eta_dis),
+            number(row.e_cre),
+            row.contact_nodes,
+            number(Some(row.contact_force)),
+            row.qp_path.as_deref().unwrap_or("–"),
+            row.qp_iterations
+        );
+    }
+    page.push_str("</table>\n");
+}
+
+fn number(value: Option<f64>) -> String {
+    match value {
+        None => "–".into(),
+        Some(0.0) => "0".into(),
+        Some(x) if (1e-3..1e5).contains(&x.abs()) => format!("{x:.6}"),
+        Some(x) => format!("{x:.5e}"),
+    }
+}
+
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}

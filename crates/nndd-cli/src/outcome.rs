@@ -1,0 +1,109 @@
+//! The status word, exit status and reason of a run.
+
+use case_io::Case;
+use case_io::case::Criterion;
+use case_io::report::Status;
+use certified_contact::CertifiedSolution;
+use nndd::NnddStatus;
+
+/// Why a run was ended from outside the iteration.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Ended {
+    /// By a signal with this exit status.
+    Signal(u8),
+    /// By the time limit, in seconds.
+    TimeLimit(f64),
+}
+
+/// Judges a finished run.
+pub(crate) fn judge(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>) -> Status {
+    let status = of_iteration(case, solution, ended);
+    if status.code == 0 && !solution.is_certified() {
+        let reason = match &solution.estimate {
+            Some(_) => "an admissibility check fails by more than round-off: the bound would not be valid",
+            None => "no certificate could be computed",
+        };
+        return word("not_certified", 6, reason);
+    }
+    status
+}
+
+fn word(word: &str, code: u8, reason: impl Into<String>) -> Status {
+    Status { word: word.into(), code, reason: reason.into() }
+}
+
+fn of_iteration(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>) -> Status {
+    let iterations = solution.rows.len();
+    match solution.nndd.status {
+        NnddStatus::StoppedByCriterion => word("converged", 0, criterion(case)),
+        NnddStatus::MaxIterations if case.solver.stop.criterion == Criterion::Iterations => {
+            word("completed", 0, format!("{iterations} iterations, as asked for"))
+        }
+        NnddStatus::MaxIterations => word(
+            "max_iterations",
+            5,
+            format!("{} not met after {iterations} iterations; raise solver.max_iterations", criterion(case)),
+        ),
+        NnddStatus::Diverged { best, theta_limit } => {
+            word("diverged", 5, diverged(solution, best, theta_limit))
+        }
+        NnddStatus::Stalled { floor, at_round_off: true } => word(
+            "stalled",
+            5,
+            format!(
+                "eta_nndd has reached its round-off floor {floor:.3e}, and {} is not met: ask for no less than that",
+                criterion(case)
+            ),
+        ),
+        NnddStatus::Stalled { floor, at_round_off: false } => word(
+            "stalled",
+            5,
+            format!(
+                "eta_nndd does not fall below {floor:.3e}; use weights = \"stiffness\", acceleration = \"anderson\", \
+                 theta = \"auto\" and imposed = \"auto\", or method = \"newton\""
+            ),
+        ),
+        NnddStatus::ContactQpUnsolved(status) => word(
+            "stalled",
+            5,
+            format!(
+                "the contact problem of iteration {iterations} was not solved: {status}; try solver.qp = \"active-set\""
+            ),
+        ),
+        NnddStatus::Interrupted => match ended {
+            Some(Ended::Signal(code)) => {
+                word("interrupted", code, format!("by a signal after iteration {iterations}"))
+            }
+            Some(Ended::TimeLimit(seconds)) => {
+                word("limit", 8, format!("limits.time = {seconds} s reached after iteration {iterations}"))
+            }
+            None => word("interrupted", 130, format!("after iteration {iterations}")),
+        },
+        _ => word("stalled", 5, "the iteration ended in an unknown way"),
+    }
+}
+
+fn criterion(case: &Case) -> String {
+    if case.solver.method == case_io::case::Method::Newton {
+        return "interface Newton, exact for the discrete problem".into();
+    }
+    let stop = &case.solver.stop;
+    match stop.criterion {
+        Criterion::Estimator => format!("eta_nndd <= {} eta_dis", stop.ratio),
+        Criterion::Precision => format!("precision <= {:e}", stop.tolerance),
+        Criterion::EtaNndd => format!("eta_nndd <= {:e} eta_nndd(1)", stop.tolerance),
+        Criterion::Iterations => "the number of iterations".into(),
+    }
+}
+
+fn diverged(solution: &CertifiedSolution, best: f64, theta_limit: Option<f64>) -> String {
+    let eta = solution.last().eta_nndd;
+    let mut text = format!("eta_nndd grew from {best:.3e} to {eta:.3e} with theta = {}", solution.nndd.theta);
+    if let (Some(limit), Some(spectrum)) = (theta_limit, solution.nndd.spectrum) {
+        text += &format!(
+            "; in full contact theta converges between 0 and {limit:.3} and is best near {:.3}",
+            spectrum.best_theta()
+        );
+    }
+    text + "; theta = \"auto\" chooses it"
+}

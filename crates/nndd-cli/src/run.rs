@@ -1,0 +1,91 @@
+//! What `solve` and `sweep` share: from a case to a solved problem.
+
+use crate::args::{CaseOptions, RunOptions};
+use crate::convert;
+use crate::failure::Failure;
+use crate::outcome::{self, Ended};
+use crate::signals::Signals;
+use crate::stopwatch::{Activity, Stopwatch};
+use case_io::Case;
+use case_io::case_file::split_override;
+use case_io::report::Status;
+use certified_contact::{CertifiedSolution, Observer, Phase, Row};
+use fem_core::interface::ContactProblem;
+
+/// Reads the overrides of the command line.
+pub(crate) fn overrides(set: &[String]) -> Result<Vec<(String, String)>, Failure> {
+    set.iter().map(|argument| split_override(argument).map_err(Failure::from)).collect()
+}
+
+/// Reads a case file with overrides.
+pub(crate) fn read_case(
+    options: &CaseOptions,
+    overrides: &[(String, String)],
+) -> Result<(Vec<u8>, Case), Failure> {
+    let bytes =
+        case_io::case_file::read(&options.case).map_err(|e| Failure::unreadable(&options.case, &e))?;
+    let case = Case::parse_bytes(&bytes, &options.case.to_string_lossy(), overrides)?;
+    Ok((bytes, case))
+}
+
+/// Makes the contact problem of a case, bodies in the file's order.
+pub(crate) fn build(case: &Case) -> Result<ContactProblem, Failure> {
+    let bodies = case.build_bodies()?;
+    let interface = case.build_interface(&bodies[0], &bodies[1])?;
+    Ok(ContactProblem { bodies, interface })
+}
+
+/// Starts the threads.
+pub(crate) fn start_threads(options: &RunOptions) -> Result<(), Failure> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(options.threads)
+        .build_global()
+        .map_err(|e| Failure::defect(format!("cannot start {} threads: {e}", options.threads)))
+}
+
+/// A solved case.
+pub(crate) struct Solved {
+    pub(crate) solution: CertifiedSolution,
+    pub(crate) status: Status,
+}
+
+/// Solves a case.
+pub(crate) fn solve(
+    case: &Case,
+    problem: ContactProblem,
+    watch: &mut Stopwatch,
+    signals: &Signals,
+    row: &mut dyn FnMut(&Row),
+) -> Result<Solved, Failure> {
+    let limit = case.limits.time.as_ref().map(|limit| limit.value);
+    let mut follower = Follower { watch, signals, limit, ended: None, row };
+    let solution = certified_contact::solve(problem, &convert::settings(case), &mut follower)
+        .map_err(|e| Failure::solve(case, &e))?;
+    let status = outcome::judge(case, &solution, follower.ended);
+    Ok(Solved { solution, status })
+}
+
+/// Times the phases, hands the rows on, and ends the run on a signal or at the time limit.
+struct Follower<'a> {
+    watch: &'a mut Stopwatch,
+    signals: &'a Signals,
+    limit: Option<f64>,
+    ended: Option<Ended>,
+    row: &'a mut dyn FnMut(&Row),
+}
+
+impl Observer for Follower<'_> {
+    fn phase(&mut self, phase: Phase) {
+        self.watch.switch(Activity::Solve(phase));
+    }
+
+    fn iteration(&mut self, row: &Row) {
+        (self.row)(row);
+    }
+
+    fn should_stop(&mut self) -> bool {
+        let time = self.limit.filter(|limit| self.watch.elapsed() > *limit).map(Ended::TimeLimit);
+        self.ended = self.signals.status().map(Ended::Signal).or(time);
+        self.ended.is_some()
+    }
+}

@@ -1,0 +1,173 @@
+//! `nndd solve`: solves a case, certifies it, writes everything down.
+
+use crate::args::{Format, Solve};
+use crate::check::{mebibytes, memory_estimate};
+use crate::console;
+use crate::failure::Failure;
+use crate::files;
+use crate::run::{self, Solved};
+use crate::signals::Signals;
+use crate::stopwatch::{Activity, Stopwatch};
+use case_io::Case;
+use case_io::output::OutputDirectory;
+use case_io::report::{CASE_HASH, Report};
+use certified_contact::Row;
+use fem_core::interface::ContactProblem;
+use serde_json::{Map, Value, json};
+use std::path::PathBuf;
+
+pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
+    let mut watch = Stopwatch::start();
+    let signals = Signals::listen()?;
+    let started = jiff::Timestamp::now().to_string();
+    let (_, case) = run::read_case(&options.case, &run::overrides(&options.case.set)?)?;
+    run::start_threads(&options.run)?;
+    let problem = run::build(&case)?;
+    check_memory(&case, &problem)?;
+    let path = options.run.out.clone().unwrap_or_else(|| PathBuf::from(case.output_directory()));
+    let mut directory =
+        OutputDirectory::open(&path, &case.hash(), options.run.force).map_err(|e| Failure::output(&e))?;
+    let mut printer = Printer { format: options.format, quiet: options.run.quiet, rows: 0 };
+    if !options.run.quiet {
+        console::warnings(&case.warnings());
+    }
+    printer.header(&case, &problem, &path.display().to_string())?;
+    let solved = run::solve(&case, problem, &mut watch, &signals, &mut |row| printer.row(row))?;
+    watch.switch(Activity::Write);
+    let mut run_info = Map::new();
+    run_info.insert(CASE_HASH.into(), case.hash().into());
+    run_info.insert("version".into(), env!("CARGO_PKG_VERSION").into());
+    run_info.insert("started".into(), started.into());
+    run_info.insert("host".into(), host().into());
+    run_info.insert("threads".into(), rayon::current_num_threads().into());
+    run_info.insert("output".into(), path.display().to_string().into());
+    run_info.insert("case_file".into(), case.file_name().into());
+    run_info.insert("overrides".into(), options.case.set.clone().into());
+    run_info.insert("clarabel_calls".into(), solved.solution.nndd.clarabel_calls.into());
+    let report = write_all(&case, &solved, run_info, &mut watch, &mut directory)?;
+    let written: Vec<String> = directory.written().map(|p| p.display().to_string()).collect();
+    directory.finish().map_err(|e| Failure::output(&e))?;
+    printer.end(options.run.verbose, &case, &solved, &report, &path.display().to_string(), &written)?;
+    Ok(report.status.code)
+}
+
+fn check_memory(case: &Case, problem: &ContactProblem) -> Result<(), Failure> {
+    let needed = memory_estimate(problem);
+    match &case.limits.memory {
+        Some(limit) if needed > limit.value as f64 => {
+            let nodes: usize = problem.bodies.iter().map(|b| b.mesh().points().len()).sum();
+            // The need grows a little faster than the number of nodes.
+            let fits = nodes as f64 * (limit.value as f64 / needed).powf(1.0 / 1.05);
+            Err(Failure::limit(format!(
+                "about {} are needed for {nodes} nodes; limits.memory is {}, enough for about {} nodes",
+                mebibytes(needed),
+                limit.written,
+                significant_nodes(fits)
+            )))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Rounds down to two digits.
+fn significant_nodes(nodes: f64) -> u64 {
+    let unit = 10f64.powf((nodes.max(10.0).log10() - 1.0).floor());
+    ((nodes / unit).floor() * unit) as u64
+}
+
+fn host() -> String {
+    std::fs::read_to_string("/proc/sys/kernel/hostname")
+        .map_or_else(|_| "unknown".into(), |s| s.trim().into())
+}
+
+/// Writes the pictures and tables, and report.json last: it makes the result complete.
+fn write_all(
+    case: &Case,
+    solved: &Solved,
+    run_info: Map<String, Value>,
+    watch: &mut Stopwatch,
+    directory: &mut OutputDirectory,
+) -> Result<Report, Failure> {
+    let mut report = files::report(case, solved, run_info);
+    files::write(case, solved, &report, directory)?;
+    report.timings = watch.read();
+    let text = report.to_json()?;
+    directory.write("report.json", text.as_bytes()).map_err(|e| Failure::output(&e))?;
+    Ok(report)
+}
+
+/// Prints the course of a run, for people or for programs.
+struct Printer {
+    format: Format,
+    quiet: bool,
+    rows: usize,
+}
+
+impl Printer {
+    fn header(&mut self, case: &Case, problem: &ContactProblem, output: &str) -> Result<(), Failure> {
+        match self.format {
+            _ if self.quiet => Ok(()),
+            Format::Human => Ok(console::print(&console::header(case, problem, output))?),
+            Format::Json => self.event(json!({
+                "event": "started",
+                "case": case.file_name(),
+                "nodes": problem.bodies.iter().map(|b| b.mesh().points().len()).collect::<Vec<_>>(),
+                "pairs": problem.interface.pairs().len(),
+                "output": output,
+            })),
+        }
+    }
+
+    fn row(&mut self, row: &Row) {
+        let result = match self.format {
+            _ if self.quiet => Ok(()),
+            Format::Human => {
+                let head = if self.rows == 0 { console::TABLE_HEAD } else { "" };
+                console::print(&format!("{head}{}", console::row(row))).map_err(Failure::from)
+            }
+            Format::Json => {
+                let mut object = json!(files::iteration_row(row));
+                if let Some(map) = object.as_object_mut() {
+                    map.insert("event".into(), "iteration".into());
+                }
+                self.event(object)
+            }
+        };
+        self.rows += 1;
+        // A console that cannot be written to must not cost the run its result.
+        drop(result);
+    }
+
+    fn end(
+        &self,
+        verbose: bool,
+        case: &Case,
+        solved: &Solved,
+        report: &Report,
+        directory: &str,
+        written: &[String],
+    ) -> Result<(), Failure> {
+        match self.format {
+            _ if self.quiet => Ok(()),
+            Format::Human => {
+                let mut text = console::verdict(report);
+                if verbose {
+                    text += &console::choices(case, solved);
+                }
+                text += &format!("wrote {directory}: {}\n", written.join(" "));
+                Ok(console::print(&text)?)
+            }
+            Format::Json => self.event(json!({
+                "event": "finished",
+                "status": report.status,
+                "certificate": report.certificate,
+                "timings": report.timings,
+                "files": written,
+            })),
+        }
+    }
+
+    fn event(&self, event: Value) -> Result<(), Failure> {
+        Ok(console::print(&format!("{event}\n"))?)
+    }
+}

@@ -1,0 +1,133 @@
+//! `nndd sweep`: a case for several values of one setting, a few iterations each.
+
+use crate::args::Sweep as Options;
+use crate::console;
+use crate::failure::Failure;
+use crate::files;
+use crate::plot::{self, SweepSeries};
+use crate::run;
+use crate::signals::Signals;
+use crate::stopwatch::Stopwatch;
+use case_io::case_file::{Sweep, split_override};
+use case_io::output::OutputDirectory;
+use case_io::report::IterationRow;
+use case_io::table::{self, SweepRow};
+use std::path::PathBuf;
+
+/// One mesh (or other variant) of the sweep.
+struct Panel {
+    name: String,
+    rows: Vec<SweepRow>,
+}
+
+pub(crate) fn command(options: &Options) -> Result<u8, Failure> {
+    let sweep = Sweep::parse(&options.over)?;
+    let base = run::overrides(&options.case.set)?;
+    let mut variants = vec![Vec::new()];
+    for panel in &options.panel {
+        let settings = panel.split(';').map(str::trim).filter(|s| !s.is_empty());
+        variants.push(settings.map(split_override).collect::<Result<Vec<_>, _>>()?);
+    }
+    run::start_threads(&options.run)?;
+    let signals = Signals::listen()?;
+    let (_, case) = run::read_case(&options.case, &base)?;
+    let path = options.run.out.clone().unwrap_or_else(|| PathBuf::from(case.output_directory() + "-sweep"));
+    // Each sweep has its own mark, so that its directory can be told from that of a solve.
+    let mark = format!("sweep {} {} {:?} {}", options.over, options.iterations, options.panel, case.hash());
+    let mut directory = OutputDirectory::open(&path, &mark, true).map_err(|e| Failure::output(&e))?;
+    let mut panels = Vec::new();
+    for variant in &variants {
+        let mut overrides = base.clone();
+        overrides.extend(variant.iter().cloned());
+        match run_panel(options, &sweep, &overrides, &signals)? {
+            Ok(panel) => panels.push(panel),
+            Err(signal) => return Ok(signal),
+        }
+    }
+    for (k, panel) in panels.iter().enumerate() {
+        let name = if k == 0 { "sweep.csv".to_string() } else { format!("sweep-{}.csv", k + 1) };
+        let text = table::sweep_csv(&sweep.key, &panel.rows)?;
+        directory.write(&name, text.as_bytes()).map_err(|e| Failure::output(&e))?;
+    }
+    let title = format!("Indicators after {} iterations", options.iterations);
+    let numbers: Vec<f64> = match sweep.numbers().into_iter().collect::<Option<Vec<f64>>>() {
+        Some(numbers) => numbers,
+        None => (1..=sweep.values.len()).map(|k| k as f64).collect(),
+    };
+    let series: Vec<SweepSeries> = panels.iter().map(|panel| series(panel, &numbers)).collect();
+    let figure = plot::sweep(&title, &sweep.key, &series)?;
+    directory.write("figures/sweep.svg", figure.as_bytes()).map_err(|e| Failure::output(&e))?;
+    let written: Vec<String> = directory.written().map(|p| p.display().to_string()).collect();
+    directory.finish().map_err(|e| Failure::output(&e))?;
+    if !options.run.quiet {
+        for panel in &panels {
+            console::print(&best(&sweep.key, panel))?;
+        }
+        console::print(&format!("wrote {}: {}\n", path.display(), written.join(" ")))?;
+    }
+    Ok(0)
+}
+
+/// Runs one panel; `Err` is the exit status of a signal.
+fn run_panel(
+    options: &Options,
+    sweep: &Sweep,
+    overrides: &[(String, String)],
+    signals: &Signals,
+) -> Result<Result<Panel, u8>, Failure> {
+    let mut panel = Panel { name: String::new(), rows: Vec::new() };
+    for (k, value) in sweep.values.iter().enumerate() {
+        let mut all = overrides.to_vec();
+        all.push((sweep.key.clone(), value.clone()));
+        all.push(("solver.max_iterations".into(), options.iterations.to_string()));
+        all.push(("solver.stop.criterion".into(), "iterations".into()));
+        let (_, case) = run::read_case(&options.case, &all)?;
+        let problem = run::build(&case)?;
+        if k == 0 {
+            let nodes: usize = problem.bodies.iter().map(|b| b.mesh().points().len()).sum();
+            panel.name = format!("{nodes} nodes");
+            if !options.run.quiet {
+                console::print(&format!(
+                    "\n{}\n{:>12} {}",
+                    panel.name,
+                    sweep.key,
+                    &console::TABLE_HEAD[1..]
+                ))?;
+            }
+        }
+        let solved = run::solve(&case, problem, &mut Stopwatch::start(), signals, &mut |_| ())?;
+        if let Some(code) = signals.status() {
+            return Ok(Err(code));
+        }
+        let row = solved.solution.rows.last();
+        if let Some(row) = row.filter(|_| !options.run.quiet) {
+            console::print(&format!("{value:>12} {}", console::row(row)))?;
+        }
+        let iteration = row.map_or_else(IterationRow::default, files::iteration_row);
+        panel.rows.push(SweepRow { value: value.clone(), status: solved.status.word, iteration });
+    }
+    Ok(Ok(panel))
+}
+
+fn series(panel: &Panel, numbers: &[f64]) -> SweepSeries {
+    let column = |of: fn(&IterationRow) -> Option<f64>| {
+        let value = |row: &SweepRow| of(&row.iteration).filter(|_| row.status != "diverged");
+        panel.rows.iter().map(value).collect()
+    };
+    SweepSeries {
+        name: panel.name.clone(),
+        theta: numbers.to_vec(),
+        eta_nndd: column(|it| it.eta_nndd),
+        eta_dis: column(|it| it.eta_dis),
+        e_cre: column(|it| it.e_cre),
+    }
+}
+
+/// Says where the iteration's error is smallest.
+fn best(key: &str, panel: &Panel) -> String {
+    let known = panel.rows.iter().filter_map(|row| Some((row.iteration.eta_nndd?, &row.value)));
+    match known.min_by(|a, b| a.0.total_cmp(&b.0)) {
+        Some((eta, value)) => format!("{}: smallest eta_nndd {eta:.3e} at {key} = {value}\n", panel.name),
+        None => format!("{}: no value\n", panel.name),
+    }
+}
