@@ -127,20 +127,33 @@ pub(crate) const TABLE_HEAD: &str = "
 /// One row of the table.
 pub(crate) fn row(row: &Row) -> String {
     let it = &row.iteration;
-    let optional = |x: Option<f64>| x.map_or_else(|| format!("{:>10}", "-"), |x| format!("{x:>10.3e}"));
+    let optional = |x: Option<f64>| x.map_or_else(|| format!("{:>10}", "-"), |x| scientific(x, 10, 3));
     format!(
-        "{:>4} {:>9.4} {:>10.3e} {:>10.3e} {} {} {:>8} {:>12.5e}  {} {}\n",
+        "{:>4} {:>9.4} {} {} {} {} {:>8} {}  {} {}\n",
         it.iteration,
         it.theta,
-        it.precision,
-        it.eta_nndd,
+        scientific(it.precision, 10, 3),
+        scientific(it.eta_nndd, 10, 3),
         optional(row.eta_dis),
         optional(row.e_cre),
         it.contact_nodes,
-        it.contact_force,
+        scientific(it.contact_force, 12, 5),
         it.qp_path,
         it.qp_iterations
     )
+}
+
+/// Writes a number with a signed exponent of two digits, so that columns line up.
+fn scientific(x: f64, width: usize, digits: usize) -> String {
+    let text = format!("{x:.digits$e}");
+    let text = match text.split_once('e') {
+        Some((mantissa, exponent)) => match exponent.parse::<i32>() {
+            Ok(e) => format!("{mantissa}e{}{:02}", if e < 0 { '-' } else { '+' }, e.abs()),
+            Err(_) => text,
+        },
+        None => text,
+    };
+    format!("{text:>width$}")
 }
 
 /// What was chosen and why, for `--verbose`.
@@ -229,7 +242,7 @@ fn significant(x: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::significant;
+    use super::{scientific, significant};
 
     #[test]
     fn numbers_have_three_digits() {
@@ -238,5 +251,6 @@ mod tests {
         assert_eq!(significant(42.04), "42.0");
         assert_eq!(significant(3.2e-9), "3.20e-9");
         assert_eq!(significant(0.0), "0");
+        assert_eq!(scientific(-1234.5, 12, 3), "  -1.234e+03");
     }
 }
