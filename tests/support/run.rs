@@ -1,0 +1,190 @@
+//! The steps every test shares: factorise, iterate, recover, certify, measure.
+
+use cre_estimator::{EquilibratedStress, Estimate, EstimatorError, estimate};
+use fem_core::assembly::System;
+use fem_core::body::Body;
+use fem_core::condensation::CondensedBody;
+use fem_core::geometry::{Vector, cross, scale, sub};
+use fem_core::interface::{ContactProblem, ContactState, InterfaceSide};
+use fem_core::norm::energy_norm_squared;
+use fem_core::quadrature::RADON7;
+use fem_core::tensor::SymTensor2;
+use nndd::stopping::{Decision, EtaNndd, Never, StoppingCriterion};
+use nndd::{Iterate, Method, NnddError, NnddSettings, NnddSolution};
+
+/// Assembles and factorises a body that is known to be sound.
+///
+/// # Panics
+/// If it is not.
+pub fn condense(body: &Body, side: &InterfaceSide) -> CondensedBody {
+    match System::assemble(body, side).map(|s| CondensedBody::factorise(s, body.mesh().points())) {
+        Ok(Ok(condensed)) => condensed,
+        Ok(Err(e)) => unreachable!("the reference body cannot be factorised: {e}"),
+        Err(e) => unreachable!("the reference body cannot be assembled: {e}"),
+    }
+}
+
+/// Condenses both bodies of a reference problem.
+pub fn condense_both(problem: &ContactProblem) -> [CondensedBody; 2] {
+    let sides = problem.interface.sides();
+    [condense(&problem.bodies[0], &sides[0]), condense(&problem.bodies[1], &sides[1])]
+}
+
+/// Solves a body without interface.
+pub fn solve_alone(body: &Body) -> Vec<Vector> {
+    condense(body, &InterfaceSide::default()).displacement_from_force(&[])
+}
+
+/// Recovers the displacements of an iteration.
+pub fn displacements(bodies: &[CondensedBody; 2], iterate: &Iterate) -> [Vec<Vector>; 2] {
+    [
+        bodies[0].displacement_from_trace(&iterate.lambda),
+        bodies[1].displacement_from_trace(&iterate.contact.normal_trace),
+    ]
+}
+
+/// Certifies an iteration.
+///
+/// # Errors
+/// None, for finite numbers.
+pub fn certify(
+    problem: &ContactProblem,
+    bodies: &[CondensedBody; 2],
+    iterate: &Iterate,
+) -> Result<Estimate, EstimatorError> {
+    let u = displacements(bodies, iterate);
+    let state = ContactState {
+        displacement: [&u[0], &u[1]],
+        contact_force: &iterate.contact.normal_reaction,
+        opening: &iterate.opening,
+    };
+    estimate(problem, bodies, &state)
+}
+
+struct Recorder {
+    inner: EtaNndd,
+    iterates: Vec<Iterate>,
+}
+
+impl StoppingCriterion for Recorder {
+    fn check(&mut self, iterate: &Iterate) -> Result<Decision, Box<dyn std::error::Error + Send + Sync>> {
+        self.iterates.push(iterate.clone());
+        self.inner.check(iterate)
+    }
+}
+
+/// Iterates from λ = 0 until `η_NNDD ≤ tolerance · η_NNDD(1)`, and keeps every iteration.
+///
+/// # Errors
+/// Settings that make no sense.
+pub fn iterates(
+    problem: &ContactProblem,
+    bodies: &[CondensedBody; 2],
+    settings: &NnddSettings,
+    tolerance: f64,
+) -> Result<(NnddSolution, Vec<Iterate>), NnddError> {
+    let mut recorder = Recorder { inner: EtaNndd::new(tolerance), iterates: Vec::new() };
+    let lambda = vec![0.0; problem.interface.pairs().len()];
+    let solution = nndd::solve(problem, bodies, lambda, settings, &mut recorder)?;
+    Ok((solution, recorder.iterates))
+}
+
+/// Takes the admissible pair of one given λ: step 1 alone.
+///
+/// # Errors
+/// λ of the wrong length.
+pub fn pair_of(
+    problem: &ContactProblem,
+    bodies: &[CondensedBody; 2],
+    lambda: Vec<f64>,
+) -> Result<Iterate, NnddError> {
+    let mut settings = NnddSettings::paper(0.4);
+    settings.max_iterations = 1;
+    Ok(nndd::solve(problem, bodies, lambda, &settings, &mut Never)?.last)
+}
+
+/// Solves the discrete contact problem by the interface Newton method.
+///
+/// # Errors
+/// None, for sound problems.
+pub fn newton(problem: &ContactProblem, bodies: &[CondensedBody; 2]) -> Result<Iterate, NnddError> {
+    let mut settings = NnddSettings::default();
+    settings.method = Method::Newton;
+    let lambda = vec![0.0; problem.interface.pairs().len()];
+    Ok(nndd::solve(problem, bodies, lambda, &settings, &mut Never)?.last)
+}
+
+/// Computes `‖u‖` and `‖u − v‖` of two pairs of displacement fields, square roots of energies.
+pub fn norm_and_distance(problem: &ContactProblem, u: &[Vec<Vector>; 2], v: &[Vec<Vector>; 2]) -> [f64; 2] {
+    let mut squared = [0.0; 2];
+    for (b, body) in problem.bodies.iter().enumerate() {
+        squared[0] += energy_norm_squared(body, &u[b]);
+        squared[1] += fem_core::norm::energy_distance_squared(body, &u[b], &v[b]);
+    }
+    squared.map(f64::sqrt)
+}
+
+/// Computes the largest difference of two arrays over the largest entry of the second.
+pub fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
+    let largest = |x: &mut dyn Iterator<Item = f64>| x.fold(0.0, |m: f64, x| if x.is_nan() { x } else { m.max(x) });
+    let difference = largest(&mut a.iter().zip(b).map(|(a, b)| (a - b).abs()));
+    let scale = largest(&mut b.iter().map(|b| b.abs()));
+    if difference == 0.0 && a.len() == b.len() { 0.0 } else { difference / scale }
+}
+
+/// Computes the observed order of convergence between two meshes whose cells differ by a factor 2.
+pub fn rate(coarse: f64, fine: f64) -> f64 {
+    (coarse / fine).log2()
+}
+
+/// Computes `‖σ − τ‖²` of an equilibrated stress against a known one, in the complementary norm, J/m.
+pub fn stress_error_squared(
+    body: &Body,
+    stress: &EquilibratedStress,
+    exact: impl Fn(Vector) -> SymTensor2,
+) -> f64 {
+    let mesh = body.mesh();
+    let mut sum = 0.0;
+    for t in 0..mesh.triangles().len() {
+        let corners = mesh.corners(t);
+        let centre = [0, 1].map(|c| (corners[0][c] + corners[1][c] + corners[2][c]) / 3.0);
+        for (k, values) in stress.cell(body, t).iter().enumerate() {
+            let points = [corners[k], corners[(k + 1) % 3], centre];
+            for (l, w) in RADON7 {
+                let x = [0, 1].map(|c| l[0] * points[0][c] + l[1] * points[1][c] + l[2] * points[2][c]);
+                let tau = values[0].scaled(l[0]).plus(values[1].scaled(l[1])).plus(values[2].scaled(l[2]));
+                let d = tau.minus(exact(x));
+                sum += w * mesh.area(t) / 3.0 * body.material(t).complementary(d, d);
+            }
+        }
+    }
+    sum
+}
+
+/// Computes the largest unbalanced force and moment of any triangle under its edge loads and the body force, over
+/// the largest edge load (moments over that times the largest edge as well).
+pub fn cell_imbalance(body: &Body, stress: &EquilibratedStress) -> [f64; 2] {
+    let mesh = body.mesh();
+    let (mut force, mut moment, mut largest, mut size) = (0.0f64, 0.0f64, 0.0f64, 0.0f64);
+    for t in 0..mesh.triangles().len() {
+        let corners = mesh.corners(t);
+        let centre = [0, 1].map(|c| (corners[0][c] + corners[1][c] + corners[2][c]) / 3.0);
+        let mut total = scale(mesh.area(t), body.body_force());
+        let mut turn = 0.0;
+        for (k, ends) in stress.cell_loads(body, t).iter().enumerate() {
+            let points = [corners[k], corners[(k + 1) % 3]];
+            size = size.max(fem_core::geometry::norm(sub(points[1], points[0])));
+            for m in 0..2 {
+                // Of a traction linear along the edge: half the end values, two thirds of the way to that end.
+                let arm = [0, 1].map(|c| (2.0 * points[m][c] + points[1 - m][c]) / 3.0 - centre[c]);
+                let half = scale(0.5, ends[m]);
+                total = fem_core::geometry::add(total, half);
+                turn += cross(arm, half);
+                largest = largest.max(fem_core::geometry::norm(ends[m]));
+            }
+        }
+        force = force.max(fem_core::geometry::norm(total));
+        moment = moment.max(turn.abs());
+    }
+    [force / largest, moment / (largest * size)]
+}
