@@ -8,6 +8,7 @@ use crate::stopping::Follow;
 use cre_estimator::{Estimate, EstimatorError};
 use fem_core::assembly::{AssemblyError, System};
 use fem_core::condensation::{CondensedBody, FactorError};
+use fem_core::dof::DofMap;
 use fem_core::interface::ContactProblem;
 use nndd::{Iterate, NnddError, NnddSolution};
 use thiserror::Error;
@@ -131,7 +132,7 @@ pub fn solve(
     let points = problem.bodies[0].mesh().points();
     let lambda =
         problem.interface.pairs().iter().map(|p| settings.lambda.at(points[p.nodes[0] as usize])).collect();
-    let mut follow = Follow::new(&problem, &bodies, settings.criterion, settings.estimate_every, observer);
+    let mut follow = Follow::new(&problem, &bodies, settings, observer);
     let nndd = nndd::solve(&problem, &bodies, lambda, &settings.nndd, &mut follow)?;
     let last = &nndd.last;
     if follow.rows.last().is_none_or(|row| row.iteration.iteration != last.iteration) {
@@ -150,12 +151,14 @@ pub fn solve(
 /// Assembles and factorises both bodies, each at the same time as the other.
 fn condense(problem: &ContactProblem, observer: &mut dyn Observer) -> Result<[CondensedBody; 2], SolveError> {
     let sides = problem.interface.sides();
+    observer.phase(Phase::Factorisation);
+    let order = |b: usize| DofMap::new(&problem.bodies[b], &sides[b]);
+    let (first, second) = rayon::join(|| order(0), || order(1));
     observer.phase(Phase::Assembly);
-    let assemble = |b: usize| {
-        System::assemble(&problem.bodies[b], &sides[b])
-            .map_err(|source| SolveError::Assembly { body: b, source })
+    let assemble = |b: usize, dofs: DofMap| {
+        System::with_dofs(&problem.bodies[b], dofs).map_err(|source| SolveError::Assembly { body: b, source })
     };
-    let (first, second) = rayon::join(|| assemble(0), || assemble(1));
+    let (first, second) = rayon::join(|| assemble(0, first), || assemble(1, second));
     let (first, second) = (first?, second?);
     observer.phase(Phase::Factorisation);
     let factorise = |b: usize, system: System| {

@@ -2,7 +2,7 @@
 
 use crate::history::Row;
 use crate::observer::{Observer, Phase};
-use crate::settings::Criterion;
+use crate::settings::{Criterion, Settings};
 use cre_estimator::{Estimate, estimate};
 use fem_core::condensation::CondensedBody;
 use fem_core::geometry::Vector;
@@ -13,12 +13,14 @@ use nndd::{Iterate, IterationRow};
 /// An error of this size, relative to the energy norm, is round-off.
 const ROUND_OFF: f64 = 1e-13;
 
+/// The mesh's error is expected above this fraction of the first η_NNDD.
+const FIRST_ESTIMATE: f64 = 0.1;
+
 /// Follows the iteration, estimates where asked, and decides.
 pub(crate) struct Follow<'a> {
     problem: &'a ContactProblem,
     bodies: &'a [CondensedBody; 2],
-    criterion: Criterion,
-    every: usize,
+    settings: &'a Settings,
     observer: &'a mut dyn Observer,
     pub(crate) rows: Vec<Row>,
     /// The estimate of the iteration of that number.
@@ -29,11 +31,10 @@ impl<'a> Follow<'a> {
     pub(crate) fn new(
         problem: &'a ContactProblem,
         bodies: &'a [CondensedBody; 2],
-        criterion: Criterion,
-        every: usize,
+        settings: &'a Settings,
         observer: &'a mut dyn Observer,
     ) -> Self {
-        Self { problem, bodies, criterion, every, observer, rows: Vec::new(), latest: None }
+        Self { problem, bodies, settings, observer, rows: Vec::new(), latest: None }
     }
 
     /// Estimates an iteration, unless it has been.
@@ -61,6 +62,9 @@ impl<'a> Follow<'a> {
 
     /// Tells whether η_NNDD is small against η_dis: first against the latest one, then against a fresh one.
     /// Where the mesh is exact (η_dis is round-off), round-off is small enough.
+    ///
+    /// An estimate costs as much as very many iterations: the first one waits until η_NNDD has fallen so far
+    /// that it should be the last, or until the iterations run out.
     fn matches_mesh(&mut self, iterate: &Iterate, ratio: f64) -> Result<bool, cre_estimator::EstimatorError> {
         let small = |latest: &Option<(usize, Estimate)>| {
             latest.as_ref().is_none_or(|(_, e)| {
@@ -68,7 +72,9 @@ impl<'a> Follow<'a> {
                 iterate.eta_nndd <= (ratio * e.eta_dis).max(round_off)
             })
         };
-        if !small(&self.latest) {
+        let first = self.rows[0].iteration.eta_nndd;
+        let early = self.latest.is_none() && iterate.eta_nndd > FIRST_ESTIMATE * ratio * first;
+        if !small(&self.latest) || early && iterate.iteration < self.settings.nndd.max_iterations {
             return Ok(false);
         }
         self.estimate(iterate)?;
@@ -80,11 +86,12 @@ impl StoppingCriterion for Follow<'_> {
     fn check(&mut self, iterate: &Iterate) -> Result<Decision, Box<dyn std::error::Error + Send + Sync>> {
         let iteration = IterationRow::from(iterate);
         self.rows.push(Row { iteration, eta_dis: None, e_cre: None });
-        if self.every > 0 && iterate.iteration % self.every == 0 {
+        let every = self.settings.estimate_every;
+        if every > 0 && iterate.iteration % every == 0 {
             self.estimate(iterate)?;
         }
         let first = self.rows[0].iteration.eta_nndd;
-        let done = match self.criterion {
+        let done = match self.settings.criterion {
             Criterion::Estimator { ratio } => self.matches_mesh(iterate, ratio)?,
             Criterion::Precision { tolerance } => iterate.precision <= tolerance,
             Criterion::EtaNndd { tolerance } => iterate.eta_nndd <= tolerance * first,

@@ -54,15 +54,22 @@ pub struct System {
 }
 
 impl System {
-    /// Assembles a body whose interface normals (of `side`) are the last unknowns.
+    /// Numbers the unknowns of a body, those of the interface `side` last, and assembles it.
     ///
     /// # Errors
     /// A floating body, named with its free motion; one without unknowns; one with overflowing data.
     pub fn assemble(body: &Body, side: &InterfaceSide) -> Result<Self, AssemblyError> {
+        Self::with_dofs(body, DofMap::new(body, side))
+    }
+
+    /// Assembles a body in given unknowns.
+    ///
+    /// # Errors
+    /// See [`Self::assemble`].
+    pub fn with_dofs(body: &Body, dofs: DofMap) -> Result<Self, AssemblyError> {
         if let Some(motion) = body.free_motion() {
             return Err(AssemblyError::Floating { motion });
         }
-        let dofs = DofMap::new(body, side);
         if dofs.is_empty() {
             return Err(AssemblyError::NothingUnknown);
         }

@@ -1,19 +1,17 @@
-//! Sparse Cholesky factorisation `K = L Lᵀ` in the given order, by faer's supernodal algorithm.
+//! Sparse Cholesky factorisation `K = L Lᵀ` in a given order: the multifrontal method on a given tree.
 //!
 //! The order is the caller's: [`crate::ordering`] makes a good one, and puts the interface last, so that
-//! the trailing block of `L` is the factor of the interface's Schur complement.
+//! the trailing block of `L` is the factor of the interface's Schur complement. The dense algebra of the
+//! fronts is faer's; independent subtrees are factorised at the same time.
+
+mod numeric;
+mod symbolic;
 
 use crate::sparse::SymmetricCsc;
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::llt::factor::{LltError as DenseError, LltRegularization};
-use faer::sparse::linalg::cholesky::{
-    self as sparse_cholesky, CholeskySymbolicParams, SymbolicCholeskyRaw, SymmetricOrdering, supernodal,
-};
-use faer::sparse::linalg::{SupernodalThreshold, SymbolicSupernodalParams};
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
-use faer::{Par, Side};
 use std::sync::Arc;
 use thiserror::Error;
+
+pub use symbolic::{Front, SymbolicCholesky};
 
 /// Why a matrix could not be factorised.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
@@ -32,85 +30,32 @@ pub enum CholeskyError {
         /// Dimension of the matrix.
         dimension: usize,
     },
-    /// The matrix is not one.
-    #[error("a matrix of dimension {dimension} was refused by the symbolic factorisation: {reason}")]
-    Structure {
+    /// The tree does not belong to the matrix.
+    #[error("the elimination tree does not belong to the matrix of dimension {dimension}: {reason}")]
+    Tree {
         /// Dimension of the matrix.
         dimension: usize,
         /// What is wrong.
-        reason: String,
+        reason: &'static str,
     },
-}
-
-/// The structure of a factor: it serves every matrix of the same pattern.
-#[derive(Clone, Debug)]
-pub struct SymbolicCholesky {
-    inner: Arc<sparse_cholesky::SymbolicCholesky<u32>>,
-    dimension: usize,
-}
-
-fn pattern(matrix: &SymmetricCsc) -> SymbolicSparseColMatRef<'_, u32> {
-    let n = matrix.dimension();
-    SymbolicSparseColMatRef::new_checked(n, n, &matrix.starts, None, &matrix.rows)
-}
-
-impl SymbolicCholesky {
-    /// Analyses the pattern of a matrix; no reordering takes place.
-    ///
-    /// # Errors
-    /// A factor that does not fit in memory.
-    pub fn analyse(matrix: &SymmetricCsc) -> Result<Self, CholeskyError> {
-        let dimension = matrix.dimension();
-        let params = CholeskySymbolicParams {
-            // One layout for every size: the solves below walk supernodes.
-            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
-            supernodal_params: SymbolicSupernodalParams::default(),
-            ..Default::default()
-        };
-        // With the identity as its order, faer analyses the upper triangle, whichever side it is told.
-        let (starts, rows) = matrix.upper_pattern();
-        let inner = sparse_cholesky::factorize_symbolic_cholesky(
-            SymbolicSparseColMatRef::new_checked(dimension, dimension, &starts, None, &rows),
-            Side::Upper,
-            SymmetricOrdering::Identity,
-            params,
-        )
-        .map_err(|e| match e {
-            faer::sparse::FaerError::OutOfMemory => CholeskyError::OutOfMemory { dimension },
-            other => CholeskyError::Structure { dimension, reason: format!("{other:?}") },
-        })?;
-        Ok(Self { inner: Arc::new(inner), dimension })
-    }
-
-    /// Returns the number of values the factor stores.
-    pub fn stored_values(&self) -> usize {
-        self.inner.len_val()
-    }
-
-    fn supernodes(&self) -> Option<&supernodal::SymbolicSupernodalCholesky<u32>> {
-        match self.inner.raw() {
-            SymbolicCholeskyRaw::Supernodal(s) => Some(s),
-            SymbolicCholeskyRaw::Simplicial(_) => None,
-        }
-    }
 }
 
 /// The factor `L` of a positive definite matrix.
 #[derive(Clone, Debug)]
 pub struct Cholesky {
-    symbolic: SymbolicCholesky,
+    symbolic: Arc<SymbolicCholesky>,
     values: Vec<f64>,
 }
 
 /// Columns `first..first+width` of `L`: a dense trapezium of the diagonal block and the rows `below`.
-struct Supernode<'a> {
+struct Panel<'a> {
     first: usize,
     width: usize,
     below: &'a [u32],
     values: &'a [f64],
 }
 
-impl Supernode<'_> {
+impl Panel<'_> {
     /// Returns the stored part of a column, rows of the diagonal block first.
     fn column(&self, k: usize) -> &[f64] {
         let height = self.width + self.below.len();
@@ -123,37 +68,22 @@ impl Cholesky {
     ///
     /// # Errors
     /// A matrix that is not positive definite (with the pivot), or memory that runs out.
-    pub fn factorise(symbolic: &SymbolicCholesky, matrix: &SymmetricCsc) -> Result<Self, CholeskyError> {
-        let dimension = symbolic.dimension;
-        let params = Default::default();
-        let scratch = symbolic.inner.factorize_numeric_llt_scratch::<f64>(Par::Seq, params);
-        let mut memory = MemBuffer::try_new(scratch).map_err(|_| CholeskyError::OutOfMemory { dimension })?;
-        let mut values = Vec::new();
-        values
-            .try_reserve_exact(symbolic.stored_values())
-            .map_err(|_| CholeskyError::OutOfMemory { dimension })?;
-        values.resize(symbolic.stored_values(), 0.0);
-        symbolic
-            .inner
-            .factorize_numeric_llt::<f64>(
-                &mut values,
-                SparseColMatRef::new(pattern(matrix), &matrix.values),
-                Side::Lower,
-                LltRegularization::default(),
-                Par::Seq,
-                MemStack::new(&mut memory),
-                params,
-            )
-            .map_err(|DenseError::NonPositivePivot { index }| CholeskyError::NotPositiveDefinite {
-                pivot: index,
-                dimension,
-            })?;
-        Ok(Self { symbolic: symbolic.clone(), values })
+    pub fn factorise(symbolic: Arc<SymbolicCholesky>, matrix: &SymmetricCsc) -> Result<Self, CholeskyError> {
+        let values = numeric::factorise(&symbolic, matrix)?;
+        Ok(Self { symbolic, values })
+    }
+
+    /// Analyses and factorises a matrix in one go.
+    ///
+    /// # Errors
+    /// See [`SymbolicCholesky::analyse`] and [`Self::factorise`].
+    pub fn new(matrix: &SymmetricCsc, fronts: &[Front]) -> Result<Self, CholeskyError> {
+        Self::factorise(Arc::new(SymbolicCholesky::analyse(matrix, fronts)?), matrix)
     }
 
     /// Returns the dimension of the matrix.
     pub fn dimension(&self) -> usize {
-        self.symbolic.dimension
+        self.symbolic.dimension()
     }
 
     /// Returns the number of values the factor stores.
@@ -165,10 +95,10 @@ impl Cholesky {
     /// A ratio near the machine precision means that the pivot is round-off.
     pub fn smallest_pivot(&self, matrix: &SymmetricCsc) -> (usize, f64) {
         let mut smallest = (0, f64::INFINITY);
-        for s in self.supernodes() {
-            for k in 0..s.width {
-                let j = s.first + k;
-                let pivot = s.column(k)[k];
+        for panel in self.panels() {
+            for k in 0..panel.width {
+                let j = panel.first + k;
+                let pivot = panel.column(k)[k];
                 let ratio = pivot * pivot / matrix.values[matrix.starts[j] as usize];
                 if !(ratio >= smallest.1) {
                     smallest = (j, ratio);
@@ -178,17 +108,12 @@ impl Cholesky {
         smallest
     }
 
-    fn supernodes(&self) -> impl DoubleEndedIterator<Item = Supernode<'_>> {
-        let symbolic = self.symbolic.supernodes();
-        let count = symbolic.map_or(0, |s| s.n_supernodes());
-        (0..count).filter_map(move |s| {
-            let symbolic = symbolic?;
-            let first = symbolic.supernode_begin()[s] as usize;
-            let width = symbolic.supernode_end()[s] as usize - first;
-            let below = symbolic.supernode(s).pattern();
-            let start = symbolic.col_ptr_for_val()[s] as usize;
-            let values = &self.values[start..start + width * (width + below.len())];
-            Some(Supernode { first, width, below, values })
+    fn panels(&self) -> impl DoubleEndedIterator<Item = Panel<'_>> {
+        self.symbolic.layouts().iter().map(|layout| Panel {
+            first: layout.first,
+            width: layout.width,
+            below: self.symbolic.below(layout),
+            values: &self.values[layout.values.clone()],
         })
     }
 
@@ -198,22 +123,22 @@ impl Cholesky {
     /// If `x` is shorter than the dimension.
     pub fn forward(&self, x: &mut [f64]) {
         let mut tail = Vec::new();
-        for s in self.supernodes() {
+        for panel in self.panels() {
             tail.clear();
-            tail.resize(s.below.len(), 0.0);
-            for k in 0..s.width {
-                let column = s.column(k);
-                let (diagonal, below) = column.split_at(s.width);
-                let value = x[s.first + k] / diagonal[k];
-                x[s.first + k] = value;
-                for (xi, l) in x[s.first + k + 1..s.first + s.width].iter_mut().zip(&diagonal[k + 1..]) {
+            tail.resize(panel.below.len(), 0.0);
+            for k in 0..panel.width {
+                let (diagonal, below) = panel.column(k).split_at(panel.width);
+                let value = x[panel.first + k] / diagonal[k];
+                x[panel.first + k] = value;
+                let inside = &mut x[panel.first + k + 1..panel.first + panel.width];
+                for (xi, l) in inside.iter_mut().zip(&diagonal[k + 1..]) {
                     *xi -= l * value;
                 }
                 for (t, l) in tail.iter_mut().zip(below) {
                     *t += l * value;
                 }
             }
-            for (&row, t) in s.below.iter().zip(&tail) {
+            for (&row, t) in panel.below.iter().zip(&tail) {
                 x[row as usize] -= t;
             }
         }
@@ -227,23 +152,17 @@ impl Cholesky {
     pub fn backward(&self, x: &mut [f64], given: usize) {
         let end = self.dimension() - given;
         let mut tail = Vec::new();
-        for s in self.supernodes().rev() {
-            let width = s.width.min(end.saturating_sub(s.first));
+        for panel in self.panels().rev() {
+            let width = panel.width.min(end.saturating_sub(panel.first));
             if width == 0 {
                 continue;
             }
             tail.clear();
-            tail.extend(s.below.iter().map(|&row| x[row as usize]));
+            tail.extend(panel.below.iter().map(|&row| x[row as usize]));
             for k in (0..width).rev() {
-                let column = s.column(k);
-                let (diagonal, below) = column.split_at(s.width);
-                let inside: f64 = x[s.first + k + 1..s.first + s.width]
-                    .iter()
-                    .zip(&diagonal[k + 1..])
-                    .map(|(x, l)| x * l)
-                    .sum();
-                let outside: f64 = tail.iter().zip(below).map(|(x, l)| x * l).sum();
-                x[s.first + k] = (x[s.first + k] - inside - outside) / diagonal[k];
+                let (diagonal, below) = panel.column(k).split_at(panel.width);
+                let inside = dot(&x[panel.first + k + 1..panel.first + panel.width], &diagonal[k + 1..]);
+                x[panel.first + k] = (x[panel.first + k] - inside - dot(&tail, below)) / diagonal[k];
             }
         }
     }
@@ -258,14 +177,14 @@ impl Cholesky {
     pub fn trailing_block(&self, m: usize) -> Vec<f64> {
         let start = self.dimension() - m;
         let mut block = vec![0.0; m * m];
-        for s in self.supernodes().filter(|s| s.first + s.width > start) {
-            for k in start.saturating_sub(s.first)..s.width {
-                let column = s.column(k);
-                let j = s.first + k - start;
-                for (i, value) in column[k..s.width].iter().enumerate() {
+        for panel in self.panels().filter(|p| p.first + p.width > start) {
+            for k in start.saturating_sub(panel.first)..panel.width {
+                let column = panel.column(k);
+                let j = panel.first + k - start;
+                for (i, value) in column[k..panel.width].iter().enumerate() {
                     block[j * m + j + i] = *value;
                 }
-                for (&row, value) in s.below.iter().zip(&column[s.width..]) {
+                for (&row, value) in panel.below.iter().zip(&column[panel.width..]) {
                     block[j * m + row as usize - start] = *value;
                 }
             }
@@ -274,11 +193,26 @@ impl Cholesky {
     }
 }
 
+/// Scalar product in four running sums, which the compiler turns into vector instructions.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 4];
+    let (fours, rest) = a.as_chunks::<4>();
+    let (others, other_rest) = b.as_chunks::<4>();
+    for (x, y) in fours.iter().zip(others) {
+        for c in 0..4 {
+            sums[c] += x[c] * y[c];
+        }
+    }
+    let rest: f64 = rest.iter().zip(other_rest).map(|(x, y)| x * y).sum();
+    sums[0] + sums[1] + sums[2] + sums[3] + rest
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ordering::ROOT;
 
-    /// A random-looking, diagonally dominant band matrix, and the same as a dense one.
+    /// A random-looking, diagonally dominant band matrix.
     fn sample(n: usize) -> SymmetricCsc {
         let mut m = SymmetricCsc { starts: vec![0], rows: vec![], values: vec![] };
         for j in 0..n {
@@ -291,31 +225,47 @@ mod tests {
         m
     }
 
+    /// A chain of fronts of the given widths.
+    fn chain(widths: &[u32]) -> Vec<Front> {
+        let mut first = 0;
+        let count = widths.len() as u32;
+        (0..count)
+            .zip(widths)
+            .map(|(k, &width)| {
+                let columns = first..first + width;
+                first += width;
+                Front { columns, parent: if k + 1 < count { k + 1 } else { ROOT } }
+            })
+            .collect()
+    }
+
     #[test]
     fn solves_and_partial_solves_agree_with_the_matrix() {
         let m = sample(40);
-        let c = Cholesky::factorise(&SymbolicCholesky::analyse(&m).unwrap(), &m).unwrap();
-        let exact: Vec<f64> = (0..40).map(|i| (i as f64).sin()).collect();
-        let b = m.multiply(&exact);
-        let mut x = b.clone();
-        c.solve(&mut x);
-        for (a, e) in x.iter().zip(&exact) {
-            assert!((a - e).abs() < 1e-14);
-        }
-        // With the last ten given, the leading part of the solution follows.
-        let mut y = b;
-        c.forward(&mut y);
-        y[30..].copy_from_slice(&exact[30..]);
-        c.backward(&mut y, 10);
-        for (a, e) in y.iter().zip(&exact) {
-            assert!((a - e).abs() < 1e-14);
+        for widths in [vec![40], vec![1; 40], vec![7, 3, 20, 10]] {
+            let c = Cholesky::new(&m, &chain(&widths)).unwrap();
+            let exact: Vec<f64> = (0..40).map(|i| f64::from(i).sin()).collect();
+            let b = m.multiply(&exact);
+            let mut x = b.clone();
+            c.solve(&mut x);
+            for (a, e) in x.iter().zip(&exact) {
+                assert!((a - e).abs() < 1e-14);
+            }
+            // With the last ten given, the leading part of the solution follows.
+            let mut y = b;
+            c.forward(&mut y);
+            y[30..].copy_from_slice(&exact[30..]);
+            c.backward(&mut y, 10);
+            for (a, e) in y.iter().zip(&exact) {
+                assert!((a - e).abs() < 1e-14);
+            }
         }
     }
 
     #[test]
     fn trailing_block_is_the_factor_of_the_schur_complement() {
         let m = sample(12);
-        let c = Cholesky::factorise(&SymbolicCholesky::analyse(&m).unwrap(), &m).unwrap();
+        let c = Cholesky::new(&m, &chain(&[5, 7])).unwrap();
         let l = nalgebra::DMatrix::from_vec(4, 4, c.trailing_block(4));
         let mut dense = nalgebra::DMatrix::zeros(12, 12);
         for j in 0..12 {
@@ -335,7 +285,18 @@ mod tests {
         let mut m = sample(10);
         let last = m.values.len() - 1;
         m.values[last] = -3.0;
-        let e = Cholesky::factorise(&SymbolicCholesky::analyse(&m).unwrap(), &m).unwrap_err();
-        assert_eq!(e, CholeskyError::NotPositiveDefinite { pivot: 9, dimension: 10 });
+        for widths in [vec![10], vec![1; 10], vec![4, 6]] {
+            let e = Cholesky::new(&m, &chain(&widths)).unwrap_err();
+            assert_eq!(e, CholeskyError::NotPositiveDefinite { pivot: 9, dimension: 10 });
+        }
+    }
+
+    #[test]
+    fn a_tree_of_another_matrix_is_refused() {
+        let m = sample(10);
+        assert!(matches!(Cholesky::new(&m, &chain(&[9])), Err(CholeskyError::Tree { .. })));
+        // Two roots cannot serve a matrix that joins them.
+        let split = vec![Front { columns: 0..5, parent: ROOT }, Front { columns: 5..10, parent: ROOT }];
+        assert!(matches!(Cholesky::new(&m, &split), Err(CholeskyError::Tree { .. })));
     }
 }

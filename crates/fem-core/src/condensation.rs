@@ -4,7 +4,7 @@
 //! `S = L_CC L_CCᵀ`, and the reaction to an imposed normal trace `v` is `r = S v − g̃`.
 
 use crate::assembly::System;
-use crate::cholesky::{Cholesky, CholeskyError, SymbolicCholesky};
+use crate::cholesky::{Cholesky, CholeskyError};
 use crate::dof::DofMap;
 use crate::geometry::Vector;
 use faer::linalg::matmul::matmul;
@@ -71,15 +71,13 @@ impl CondensedBody {
     pub fn factorise(system: System, points: &[Vector]) -> Result<Self, FactorError> {
         let System { dofs, stiffness, load } = system;
         let place = |unknown: usize| points.get(dofs.unknown(unknown).0).copied().unwrap_or_default();
-        let factor = SymbolicCholesky::analyse(&stiffness)
-            .and_then(|symbolic| Cholesky::factorise(&symbolic, &stiffness))
-            .map_err(|source| {
-                let pivot = match source {
-                    CholeskyError::NotPositiveDefinite { pivot, .. } => pivot,
-                    _ => 0,
-                };
-                FactorError::Cholesky { point: place(pivot), source }
-            })?;
+        let factor = Cholesky::new(&stiffness, dofs.fronts()).map_err(|source| {
+            let pivot = match source {
+                CholeskyError::NotPositiveDefinite { pivot, .. } => pivot,
+                _ => 0,
+            };
+            FactorError::Cholesky { point: place(pivot), source }
+        })?;
         let (pivot, ratio) = factor.smallest_pivot(&stiffness);
         if !(ratio > PIVOT_FLOOR) {
             return Err(FactorError::NearlySingular { point: place(pivot), ratio });

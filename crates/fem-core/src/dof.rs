@@ -1,9 +1,10 @@
 //! The unknowns of a body: node frames, imposed values, and their number in the order of elimination.
 
 use crate::body::{Body, NodeConstraint};
+use crate::cholesky::Front;
 use crate::geometry::{Vector, add, dot, perpendicular, scale};
 use crate::interface::InterfaceSide;
-use crate::ordering;
+use crate::ordering::{self, ROOT};
 
 /// Number of an imposed component in [`DofMap::number`].
 pub const IMPOSED: u32 = u32::MAX;
@@ -21,6 +22,7 @@ pub struct DofMap {
     /// 2·node + component of every unknown.
     unknowns: Vec<u32>,
     interface: usize,
+    fronts: Vec<Front>,
 }
 
 impl DofMap {
@@ -57,24 +59,31 @@ impl DofMap {
         }
         let mut numbers = vec![[IMPOSED; 2]; nodes];
         let mut unknowns = Vec::with_capacity(2 * nodes);
-        let mut give = |node: usize, c: usize| {
+        let mut give = |node: usize, c: usize, unknowns: &mut Vec<u32>| {
             if !fixed[node][c] {
                 numbers[node][c] = unknowns.len() as u32;
                 unknowns.push((2 * node + c) as u32);
             }
         };
-        for node in ordering::elimination_order(body.mesh()) {
-            let node = node as usize;
-            if !contact[node] {
-                give(node, 0);
+        let dissection = ordering::dissect(body.mesh());
+        let mut fronts = Fronts::default();
+        for part in &dissection.parts {
+            for &node in &dissection.order[part.nodes.clone()] {
+                let node = node as usize;
+                if !contact[node] {
+                    give(node, 0, &mut unknowns);
+                }
+                give(node, 1, &mut unknowns);
             }
-            give(node, 1);
+            fronts.part(part.parent, unknowns.len());
         }
+        let interior = unknowns.len();
         for &node in &side.nodes {
-            give(node as usize, 0);
+            give(node as usize, 0, &mut unknowns);
         }
-        let interface = side.nodes.iter().filter(|&&n| !fixed[n as usize][0]).count();
-        Self { axes, numbers, imposed, unknowns, interface }
+        let interface = unknowns.len() - interior;
+        let fronts = fronts.finish(interior, interface);
+        Self { axes, numbers, imposed, unknowns, interface, fronts }
     }
 
     /// Returns the number of unknowns.
@@ -85,6 +94,11 @@ impl DofMap {
     /// Tells whether everything is imposed.
     pub fn is_empty(&self) -> bool {
         self.unknowns.is_empty()
+    }
+
+    /// Returns the fronts of the factorisation, the interface last.
+    pub fn fronts(&self) -> &[Front] {
+        &self.fronts
     }
 
     /// Returns the number of interface unknowns, the last ones.
@@ -142,5 +156,48 @@ impl DofMap {
                 add(scale(local[0], self.axis(node, 0)), scale(local[1], self.axis(node, 1)))
             })
             .collect()
+    }
+}
+
+/// Turns the tree of parts into fronts: parts without unknowns disappear.
+#[derive(Default)]
+struct Fronts {
+    fronts: Vec<Front>,
+    /// The front of each part; for an empty one the parent is looked up instead.
+    front_of: Vec<Option<u32>>,
+    parents: Vec<u32>,
+    end: usize,
+}
+
+impl Fronts {
+    /// Takes the next part, whose unknowns end at `end`.
+    fn part(&mut self, parent: u32, end: usize) {
+        let number = (end > self.end).then_some(self.fronts.len() as u32);
+        if number.is_some() {
+            self.fronts.push(Front { columns: self.end as u32..end as u32, parent: ROOT });
+        }
+        self.front_of.push(number);
+        self.parents.push(parent);
+        self.end = end;
+    }
+
+    /// Adds the front of the interface and joins the fronts to a tree.
+    fn finish(mut self, interior: usize, interface: usize) -> Vec<Front> {
+        let root = if interface > 0 { self.fronts.len() as u32 } else { ROOT };
+        for (part, front) in self.front_of.iter().enumerate() {
+            let Some(front) = front else { continue };
+            // Climb over parts without unknowns.
+            let mut above = self.parents[part];
+            while above != ROOT && self.front_of[above as usize].is_none() {
+                above = self.parents[above as usize];
+            }
+            let parent = if above == ROOT { None } else { self.front_of[above as usize] };
+            self.fronts[*front as usize].parent = parent.unwrap_or(root);
+        }
+        if interface > 0 {
+            let columns = interior as u32..(interior + interface) as u32;
+            self.fronts.push(Front { columns, parent: ROOT });
+        }
+        self.fronts
     }
 }

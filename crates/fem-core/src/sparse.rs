@@ -50,10 +50,10 @@ impl SymmetricCsc {
         part
     }
 
-    /// Returns the pattern of the upper triangle: `(column starts, rows)`, rows ascending.
-    pub fn upper_pattern(&self) -> (Vec<u32>, Vec<u32>) {
+    /// Returns the same matrix by its upper triangle: `(column starts, rows, values)`, rows ascending.
+    pub fn upper(&self) -> (Vec<usize>, Vec<usize>, Vec<f64>) {
         let n = self.dimension();
-        let mut starts = vec![0u32; n + 1];
+        let mut starts = vec![0usize; n + 1];
         for &i in &self.rows {
             starts[i as usize + 1] += 1;
         }
@@ -62,28 +62,15 @@ impl SymmetricCsc {
         }
         let mut cursor = starts.clone();
         let mut rows = vec![0; self.rows.len()];
+        let mut values = vec![0.0; self.rows.len()];
         for j in 0..n {
-            for &i in &self.rows[self.starts[j] as usize..self.starts[j + 1] as usize] {
-                rows[cursor[i as usize] as usize] = j as u32;
-                cursor[i as usize] += 1;
-            }
-        }
-        (starts, rows)
-    }
-
-    /// Returns the same matrix by its upper triangle: `(column starts, rows, values)`, rows ascending.
-    pub fn upper(&self) -> (Vec<usize>, Vec<usize>, Vec<f64>) {
-        let (starts, rows) = self.upper_pattern();
-        let mut cursor = starts.clone();
-        let mut values = vec![0.0; rows.len()];
-        for j in 0..self.dimension() {
             for (i, a) in self.column(j) {
-                values[cursor[i] as usize] = a;
+                rows[cursor[i]] = j;
+                values[cursor[i]] = a;
                 cursor[i] += 1;
             }
         }
-        let wide = |v: Vec<u32>| v.into_iter().map(|x| x as usize).collect();
-        (wide(starts), wide(rows), values)
+        (starts, rows, values)
     }
 }
 

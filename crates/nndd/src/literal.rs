@@ -8,8 +8,10 @@ use crate::iterate::ContactAnswer;
 use crate::steps::{Steps, answer};
 use contact_qp::{ActiveSet, BoundQp, MatrixView, QpSettings};
 use fem_core::assembly::System;
-use fem_core::cholesky::{Cholesky, SymbolicCholesky};
+use fem_core::cholesky::{Cholesky, Front};
 use fem_core::interface::ContactProblem;
+use fem_core::ordering::ROOT;
+use fem_core::sparse::SymmetricCsc;
 
 pub(crate) struct LiteralSteps {
     systems: [System; 2],
@@ -23,8 +25,18 @@ pub(crate) struct LiteralSteps {
     bounded: Vec<usize>,
 }
 
-fn factorise(matrix: &fem_core::sparse::SymmetricCsc) -> Result<Cholesky, NnddError> {
-    Ok(Cholesky::factorise(&SymbolicCholesky::analyse(matrix)?, matrix)?)
+fn factorise(matrix: &SymmetricCsc, fronts: &[Front]) -> Result<Cholesky, NnddError> {
+    Ok(Cholesky::new(matrix, fronts)?)
+}
+
+/// Leaves the interface out of a tree of fronts: what hung on it becomes a root.
+fn without_interface(fronts: &[Front]) -> Vec<Front> {
+    let kept = fronts.len() - 1;
+    let mut fronts = fronts[..kept].to_vec();
+    for front in fronts.iter_mut().filter(|f| f.parent as usize == kept) {
+        front.parent = ROOT;
+    }
+    fronts
 }
 
 impl LiteralSteps {
@@ -36,11 +48,12 @@ impl LiteralSteps {
         );
         let systems = [first?, second?];
         let interior = systems[0].dofs.len() - systems[0].dofs.interface_len();
-        let (first, second) =
-            rayon::join(|| factorise(&systems[0].stiffness), || factorise(&systems[1].stiffness));
+        let neumann = |s: &System| factorise(&s.stiffness, s.dofs.fronts());
+        let inner = without_interface(systems[0].dofs.fronts());
+        let (first, second) = rayon::join(|| neumann(&systems[0]), || neumann(&systems[1]));
         let dofs = &systems[1].dofs;
         Ok(Self {
-            dirichlet: factorise(&systems[0].stiffness.leading(interior))?,
+            dirichlet: factorise(&systems[0].stiffness.leading(interior), &inner)?,
             neumann: [first?, second?],
             contact: systems[1].stiffness.upper(),
             linear: systems[1].load.iter().map(|f| -f).collect(),

@@ -1,0 +1,61 @@
+//! The certificate of a contact state, and the recovery of one body.
+#![allow(clippy::unwrap_used, missing_docs)] // The data are fixed and sound; criterion's macros are not documented.
+
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use cre_estimator::{EquilibratedStress, estimate};
+use fem_core::assembly::System;
+use fem_core::body::Body;
+use fem_core::boundary::BoundaryConditions;
+use fem_core::condensation::CondensedBody;
+use fem_core::field;
+use fem_core::interface::{ContactInterface, ContactProblem, ContactState, Gap};
+use fem_core::material::{Hypothesis, LinearElastic};
+use fem_core::mesh::generate::block;
+
+fn certificates(c: &mut Criterion) {
+    let mut group = c.benchmark_group("cre-estimator");
+    group.sample_size(10);
+    for cells in [[18, 9], [80, 36], [320, 160]] {
+        let material = || LinearElastic::isotropic(1000.0, 0.3, Hypothesis::PlaneStrain).unwrap();
+        let body = |y: f64, held: &str| {
+            let conditions = BoundaryConditions::new().fix(held).body_force([0.1, -1.0]);
+            Body::new(block([0.0, y], [2.0, 1.0], cells).unwrap(), material(), &conditions).unwrap()
+        };
+        let (upper, lower) = (body(1.0, "top"), body(0.0, "bottom"));
+        let interface =
+            ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(1.0.into())).unwrap();
+        let condense = |body: &Body, side| {
+            CondensedBody::factorise(System::assemble(body, side).unwrap(), body.mesh().points()).unwrap()
+        };
+        let bodies = [condense(&upper, &interface.sides()[0]), condense(&lower, &interface.sides()[1])];
+        // A wide gap: the bodies hang and stand by themselves, which costs the estimator the same.
+        let n = interface.pairs().len();
+        let none = vec![0.0; n];
+        let u = [bodies[0].displacement_from_force(&none), bodies[1].displacement_from_force(&none)];
+        let problem = ContactProblem { bodies: [upper, lower], interface };
+        let opening: Vec<f64> = problem
+            .interface
+            .pairs()
+            .iter()
+            .map(|p| {
+                let [a, b] = [u[0][p.nodes[0] as usize], u[1][p.nodes[1] as usize]];
+                p.gap - fem_core::geometry::dot(fem_core::geometry::sub(a, b), p.normal)
+            })
+            .collect();
+        let state =
+            ContactState { displacement: [&u[0], &u[1]], contact_force: &none, opening: &opening };
+        let name = format!("{}x{}", cells[0], cells[1]);
+        group.bench_function(BenchmarkId::new("certificate", &name), |b| {
+            b.iter(|| estimate(&problem, &bodies, &state).unwrap());
+        });
+        let body = &problem.bodies[1];
+        let stress = field::stresses(body, &u[1]);
+        group.bench_function(BenchmarkId::new("equilibrated edge tractions", &name), |b| {
+            b.iter(|| EquilibratedStress::recover(body, stress.clone(), body.edge_conditions().to_vec()));
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, certificates);
+criterion_main!(benches);

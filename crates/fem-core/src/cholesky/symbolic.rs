@@ -1,0 +1,214 @@
+//! The structure of a factor: fronts, their rows, and where their values stand.
+
+use super::CholeskyError;
+use crate::ordering::ROOT;
+use crate::sparse::SymmetricCsc;
+use std::ops::Range;
+
+/// Columns eliminated together.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Front {
+    /// The columns; fronts follow each other.
+    pub columns: Range<u32>,
+    /// The front that takes up the rest of this one, later in the list, or [`ROOT`].
+    pub parent: u32,
+}
+
+/// Where a front's columns, rows and values stand.
+#[derive(Clone, Debug)]
+pub(super) struct Layout {
+    pub(super) first: usize,
+    pub(super) width: usize,
+    /// Its rows below the diagonal block, in `SymbolicCholesky::below`.
+    pub(super) rows: Range<usize>,
+    /// Its values in the factor, `(width + rows) × width`, column-major.
+    pub(super) values: Range<usize>,
+    /// The first front of its subtree.
+    pub(super) subtree: usize,
+    /// Operations of its subtree.
+    pub(super) flops: f64,
+}
+
+/// The structure of a factor: it serves every matrix of the same pattern.
+#[derive(Clone, Debug)]
+pub struct SymbolicCholesky {
+    dimension: usize,
+    layouts: Vec<Layout>,
+    /// Rows of all fronts below their diagonal blocks, each ascending.
+    below: Vec<u32>,
+    /// Place of each of these rows in the parent's front.
+    in_parent: Vec<u32>,
+    stored_values: usize,
+    peak_values: usize,
+}
+
+impl SymbolicCholesky {
+    /// Finds the structure of the factor of a matrix on a given tree.
+    ///
+    /// * `fronts`: children before parents, each subtree in one stretch.
+    ///
+    /// # Errors
+    /// Fronts that do not cover the matrix, or that do not form a tree for it.
+    pub fn analyse(matrix: &SymmetricCsc, fronts: &[Front]) -> Result<Self, CholeskyError> {
+        let dimension = matrix.dimension();
+        let fault = |reason| CholeskyError::Tree { dimension, reason };
+        check(fronts, dimension).map_err(fault)?;
+        let children = children(fronts);
+        let mut symbolic = Self {
+            dimension,
+            layouts: Vec::with_capacity(fronts.len()),
+            below: Vec::new(),
+            in_parent: Vec::new(),
+            stored_values: 0,
+            peak_values: 0,
+        };
+        let mut seen = vec![ROOT; dimension];
+        let mut rows = Vec::new();
+        for (s, front) in fronts.iter().enumerate() {
+            let (first, end) = (front.columns.start as usize, front.columns.end as usize);
+            rows.clear();
+            let mut take = |row: u32| {
+                if row as usize >= end && seen[row as usize] != s as u32 {
+                    seen[row as usize] = s as u32;
+                    rows.push(row);
+                }
+            };
+            matrix.rows[matrix.starts[first] as usize..matrix.starts[end] as usize]
+                .iter()
+                .for_each(|&row| take(row));
+            for &child in &children[s] {
+                symbolic.below[symbolic.layouts[child as usize].rows.clone()]
+                    .iter()
+                    .for_each(|&row| take(row));
+            }
+            rows.sort_unstable();
+            if front.parent == ROOT && !rows.is_empty() {
+                return Err(fault("a root has rows below it"));
+            }
+            let (width, height) = (end - first, end - first + rows.len());
+            let start = symbolic.below.len();
+            symbolic.below.extend_from_slice(&rows);
+            let values = symbolic.stored_values..symbolic.stored_values + width * height;
+            symbolic.stored_values = values.end;
+            let below = children[s].iter().map(|&c| &symbolic.layouts[c as usize]);
+            let flops = operations(width, rows.len()) + below.clone().map(|l| l.flops).sum::<f64>();
+            let subtree = below.map(|l| l.subtree).min().unwrap_or(s);
+            let layout = Layout { first, width, rows: start..symbolic.below.len(), values, subtree, flops };
+            symbolic.layouts.push(layout);
+        }
+        symbolic.place_in_parents(fronts).map_err(fault)?;
+        symbolic.peak_values = symbolic.stored_values + symbolic.largest_updates(&children);
+        Ok(symbolic)
+    }
+
+    /// Finds each row of a front below its diagonal block in the front of its parent.
+    fn place_in_parents(&mut self, fronts: &[Front]) -> Result<(), &'static str> {
+        self.in_parent = vec![0; self.below.len()];
+        for (s, front) in fronts.iter().enumerate().filter(|(_, f)| f.parent != ROOT) {
+            let parent = &self.layouts[front.parent as usize];
+            let candidates = &self.below[parent.rows.clone()];
+            let mut next = 0;
+            for k in self.layouts[s].rows.clone() {
+                let row = self.below[k];
+                self.in_parent[k] = if (row as usize) < parent.first + parent.width {
+                    // Rows before the parent's columns would never be eliminated.
+                    (row as usize).checked_sub(parent.first).ok_or("a front skips rows")? as u32
+                } else {
+                    while candidates.get(next).is_some_and(|&c| c < row) {
+                        next += 1;
+                    }
+                    if candidates.get(next) != Some(&row) {
+                        return Err("a parent lacks a row of its child");
+                    }
+                    (parent.width + next) as u32
+                };
+            }
+        }
+        Ok(())
+    }
+
+    /// Computes how many values of updates exist at once in a sequential factorisation.
+    fn largest_updates(&self, children: &[Vec<u32>]) -> usize {
+        let mut peak = vec![0usize; self.layouts.len()];
+        let mut largest = 0;
+        for (s, layout) in self.layouts.iter().enumerate() {
+            let mut held = 0;
+            for &child in &children[s] {
+                peak[s] = peak[s].max(held + peak[child as usize]);
+                held += self.layouts[child as usize].rows.len().pow(2);
+            }
+            peak[s] = peak[s].max(held + layout.rows.len().pow(2));
+            largest = largest.max(peak[s]);
+        }
+        largest
+    }
+
+    /// Returns the dimension of the matrix.
+    pub fn dimension(&self) -> usize {
+        self.dimension
+    }
+
+    /// Returns the number of values the factor stores.
+    pub fn stored_values(&self) -> usize {
+        self.stored_values
+    }
+
+    /// Returns the largest number of values that exist at once while the factor is computed by one thread.
+    pub fn peak_values(&self) -> usize {
+        self.peak_values
+    }
+
+    /// Returns the number of multiplications and additions of the factorisation.
+    pub fn operations(&self) -> f64 {
+        let roots = self.layouts.iter().enumerate().rev();
+        let mut next = self.layouts.len();
+        let mut total = 0.0;
+        for (s, layout) in roots {
+            if s + 1 == next {
+                total += layout.flops;
+                next = layout.subtree;
+            }
+        }
+        total
+    }
+
+    pub(super) fn layouts(&self) -> &[Layout] {
+        &self.layouts
+    }
+
+    pub(super) fn below(&self, layout: &Layout) -> &[u32] {
+        &self.below[layout.rows.clone()]
+    }
+
+    pub(super) fn in_parent(&self, layout: &Layout) -> &[u32] {
+        &self.in_parent[layout.rows.clone()]
+    }
+}
+
+fn check(fronts: &[Front], dimension: usize) -> Result<(), &'static str> {
+    let mut next = 0;
+    for (s, front) in fronts.iter().enumerate() {
+        if front.columns.start != next || front.columns.end <= next {
+            return Err("the fronts do not follow each other");
+        }
+        if front.parent != ROOT && (front.parent as usize <= s || front.parent as usize >= fronts.len()) {
+            return Err("a parent does not come after its child");
+        }
+        next = front.columns.end;
+    }
+    if next as usize == dimension { Ok(()) } else { Err("the fronts do not cover the matrix") }
+}
+
+fn children(fronts: &[Front]) -> Vec<Vec<u32>> {
+    let mut children = vec![Vec::new(); fronts.len()];
+    for (s, front) in fronts.iter().enumerate().filter(|(_, f)| f.parent != ROOT) {
+        children[front.parent as usize].push(s as u32);
+    }
+    children
+}
+
+/// Operations of eliminating `w` columns with `b` rows below: `w³/3 + w² b + w b²`.
+fn operations(w: usize, b: usize) -> f64 {
+    let (w, b) = (w as f64, b as f64);
+    w * w * w / 3.0 + w * w * b + w * b * b
+}

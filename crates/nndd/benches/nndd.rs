@@ -1,0 +1,62 @@
+//! Whole iterations on condensed bodies: the paper's settings and the default ones, and the reference.
+#![allow(clippy::unwrap_used, missing_docs)] // The data are fixed and sound; criterion's macros are not documented.
+
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use fem_core::assembly::System;
+use fem_core::body::Body;
+use fem_core::boundary::BoundaryConditions;
+use fem_core::condensation::CondensedBody;
+use fem_core::interface::{ContactInterface, ContactProblem, Gap};
+use fem_core::material::{Hypothesis, LinearElastic};
+use fem_core::mesh::generate::block;
+use nndd::stopping::{EtaNndd, Never};
+use nndd::{Method, NnddSettings};
+
+fn problem(cells: [usize; 2]) -> (ContactProblem, [CondensedBody; 2]) {
+    let material = |e| LinearElastic::isotropic(e, 0.3, Hypothesis::PlaneStrain).unwrap();
+    let upper = BoundaryConditions::new()
+        .displace("left", Some(0.0.into()), None)
+        .displace("top", None, Some((-0.02).into()))
+        .traction("right", [0.0.into(), 30.0.into()]);
+    let upper = Body::new(block([0.0, 1.0], [2.0, 1.0], cells).unwrap(), material(2000.0), &upper).unwrap();
+    let lower = BoundaryConditions::new().fix("bottom");
+    let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], cells).unwrap(), material(1000.0), &lower).unwrap();
+    let interface =
+        ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
+    let condense = |body: &Body, side| {
+        CondensedBody::factorise(System::assemble(body, side).unwrap(), body.mesh().points()).unwrap()
+    };
+    let bodies = [condense(&upper, &interface.sides()[0]), condense(&lower, &interface.sides()[1])];
+    (ContactProblem { bodies: [upper, lower], interface }, bodies)
+}
+
+fn iterations(c: &mut Criterion) {
+    let mut group = c.benchmark_group("nndd");
+    group.sample_size(10);
+    for cells in [[18, 9], [80, 36], [320, 160]] {
+        let (problem, bodies) = problem(cells);
+        let pairs = problem.interface.pairs().len();
+        let start = vec![0.0; pairs];
+        let mut ten = NnddSettings::paper(0.4);
+        ten.max_iterations = 10;
+        group.bench_function(BenchmarkId::new("ten iterations, paper", pairs), |b| {
+            b.iter(|| nndd::solve(&problem, &bodies, start.clone(), &ten, &mut Never).unwrap());
+        });
+        let default = NnddSettings::default();
+        group.bench_function(BenchmarkId::new("to 1e-10, default", pairs), |b| {
+            b.iter(|| {
+                nndd::solve(&problem, &bodies, start.clone(), &default, &mut EtaNndd::new(1e-10)).unwrap()
+            });
+        });
+        let mut newton = NnddSettings::default();
+        newton.method = Method::Newton;
+        newton.qp = newton.qp.with_method(contact_qp::QpMethod::ActiveSet);
+        group.bench_function(BenchmarkId::new("interface Newton", pairs), |b| {
+            b.iter(|| nndd::solve(&problem, &bodies, start.clone(), &newton, &mut Never).unwrap());
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, iterations);
+criterion_main!(benches);
