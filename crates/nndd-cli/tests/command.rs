@@ -1,0 +1,199 @@
+//! Runs the binary as a user does: example cases, wrong inputs, output directories, reports.
+
+use case_io::report::Report;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn cases() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/cases")
+}
+
+fn nndd(arguments: &[&str], directory: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_nndd")).args(arguments).current_dir(directory).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+fn solve(case: &Path, out: &Path, more: &[&str]) -> Output {
+    let mut arguments = vec!["solve", case.to_str().unwrap(), "--out", out.to_str().unwrap()];
+    arguments.extend(more);
+    nndd(&arguments, out.parent().unwrap())
+}
+
+fn report(out: &Path) -> Report {
+    Report::from_json(&std::fs::read_to_string(out.join("report.json")).unwrap()).unwrap()
+}
+
+#[test]
+fn every_bad_case_ends_as_it_says() {
+    let mut tried = 0;
+    for entry in std::fs::read_dir(cases().join("bad")).unwrap() {
+        let case = entry.unwrap().path();
+        let source = std::fs::read_to_string(&case).unwrap();
+        let line = |head: &str| {
+            let found = source.lines().find_map(|l| l.strip_prefix(head));
+            found.unwrap_or_else(|| panic!("{}: no line \"{head}\"", case.display())).trim().to_string()
+        };
+        let code: i32 = line("# expect: exit ").parse().unwrap();
+        let temp = tempfile::tempdir().unwrap();
+        let out = temp.path().join("out");
+        let output = solve(&case, &out, &[]);
+        let said = text(&output.stdout) + &text(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{}: {said}", case.display());
+        for word in line("# words: ").split(" | ") {
+            assert!(said.contains(word), "{}: \"{word}\" is not in\n{said}", case.display());
+        }
+        assert!(!said.contains("panicked"), "{}: {said}", case.display());
+        // No result of a run that made no sense; always one of a run that did.
+        assert_eq!(out.join("report.json").exists(), code >= 5, "{}", case.display());
+        tried += 1;
+    }
+    assert!(tried >= 10, "only {tried} bad cases found");
+}
+
+#[test]
+fn the_papers_case_gives_a_complete_result() {
+    let temp = tempfile::tempdir().unwrap();
+    let out = temp.path().join("paper");
+    let output = solve(&cases().join("paper.toml"), &out, &[]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert!(text(&output.stdout).contains("certified error <="));
+    let files = [
+        "report.html",
+        "history.csv",
+        "contact.csv",
+        "upper.vtu",
+        "lower.vtu",
+        "contact.vtu",
+        "figures/convergence.svg",
+        "figures/deformed.svg",
+        "figures/contact.svg",
+    ];
+    for file in files {
+        assert!(out.join(file).metadata().unwrap().len() > 100, "{file}");
+    }
+    let report = report(&out);
+    assert_eq!((report.status.word.as_str(), report.status.code), ("converged", 0));
+    assert!(report.certificate.valid);
+    let split = &report.certificate.split;
+    let sum = split.discretisation.unwrap().powi(2) + split.algebraic.unwrap().powi(2);
+    let e_cre = report.certificate.e_cre.unwrap();
+    assert!((sum - e_cre * e_cre).abs() <= 1e-12 * e_cre * e_cre);
+    assert!(report.run["clarabel_calls"].as_u64().unwrap() >= 1);
+    let t = &report.timings;
+    let parts = t.mesh + t.assembly + t.factorisation + t.iterations + t.estimate + t.write;
+    assert!((parts - t.total).abs() <= 0.02 * t.total);
+    for (name, fx, fy) in report.results.reactions.iter().map(|r| (&r.on, r.fx, r.fy)) {
+        assert!(fx.is_finite() && fy.is_finite(), "{name}");
+    }
+}
+
+#[test]
+fn results_do_not_depend_on_threads_or_on_the_run() {
+    let temp = tempfile::tempdir().unwrap();
+    let settings = ["--set", "solver.acceleration=anderson", "--set", "solver.theta=auto", "--threads"];
+    let mut reports = Vec::new();
+    for (k, threads) in ["1", "2", "7", "2"].into_iter().enumerate() {
+        let out = temp.path().join(k.to_string());
+        let mut more = settings.to_vec();
+        more.push(threads);
+        assert_eq!(solve(&cases().join("paper.toml"), &out, &more).status.code(), Some(0));
+        let mut report = report(&out);
+        report.timings = Default::default();
+        report.run = Default::default();
+        reports.push(report.to_json().unwrap());
+    }
+    assert!(reports.iter().all(|r| *r == reports[0]));
+}
+
+#[test]
+fn an_output_directory_is_kept_from_harm() {
+    let temp = tempfile::tempdir().unwrap();
+    let out = temp.path().join("out");
+    let paper = cases().join("paper.toml");
+    std::fs::create_dir(&out).unwrap();
+    std::fs::write(out.join("thesis.tex"), "precious").unwrap();
+    let refused = solve(&paper, &out, &[]);
+    assert_eq!(refused.status.code(), Some(7));
+    assert!(text(&refused.stderr).contains("--force"));
+    assert_eq!(solve(&paper, &out, &["--force"]).status.code(), Some(0));
+    // The same case again replaces its own result, another case does not.
+    assert_eq!(solve(&paper, &out, &["--force"]).status.code(), Some(0));
+    let other = solve(&paper, &out, &["--set", "solver.theta=0.3"]);
+    assert_eq!(other.status.code(), Some(7));
+    assert_eq!(std::fs::read_to_string(out.join("thesis.tex")).unwrap(), "precious");
+}
+
+#[test]
+fn missing_files_and_wrong_arguments_have_their_status() {
+    let temp = tempfile::tempdir().unwrap();
+    let here = temp.path();
+    assert_eq!(nndd(&["solve", "absent.toml"], here).status.code(), Some(7));
+    assert_eq!(nndd(&["solve"], here).status.code(), Some(2));
+    assert_eq!(nndd(&[], here).status.code(), Some(2));
+    assert_eq!(nndd(&["new", "nothing"], here).status.code(), Some(2));
+    let paper = cases().join("paper.toml");
+    let wrong = nndd(&["check", paper.to_str().unwrap(), "--set", "solver.theata=1"], here);
+    assert_eq!(wrong.status.code(), Some(3));
+    assert!(text(&wrong.stderr).contains("did you mean"));
+}
+
+#[test]
+fn templates_are_cases_that_solve() {
+    let temp = tempfile::tempdir().unwrap();
+    for name in ["paper", "patch"] {
+        let template = nndd(&["new", name], temp.path());
+        let case = temp.path().join(format!("{name}.toml"));
+        std::fs::write(&case, &template.stdout).unwrap();
+        assert_eq!(nndd(&["check", case.to_str().unwrap()], temp.path()).status.code(), Some(0));
+        let output = solve(&case, &temp.path().join(name), &["--quiet"]);
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        assert!(output.stdout.is_empty());
+    }
+}
+
+#[test]
+fn a_sweep_finds_the_papers_theta() {
+    let temp = tempfile::tempdir().unwrap();
+    let (paper, out) = (cases().join("paper.toml"), temp.path().join("sweep"));
+    let range = "solver.theta=0.1:0.9:0.1";
+    let arguments = ["sweep", paper.to_str().unwrap(), "--over", range, "--out", out.to_str().unwrap()];
+    let output = nndd(&arguments, temp.path());
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let said = text(&output.stdout);
+    assert!(["0.4", "0.5"].iter().any(|t| said.contains(&format!("at solver.theta = {t}\n"))), "{said}");
+    assert_eq!(std::fs::read_to_string(out.join("sweep.csv")).unwrap().lines().count(), 10);
+    assert!(out.join("figures/sweep.svg").exists());
+}
+
+#[test]
+fn limits_are_honoured() {
+    let temp = tempfile::tempdir().unwrap();
+    let paper = cases().join("paper.toml");
+    let memory = solve(&paper, &temp.path().join("m"), &["--set", "limits.memory=\"1kB\""]);
+    assert_eq!(memory.status.code(), Some(8), "{}", text(&memory.stderr));
+    assert!(!temp.path().join("m/report.json").exists());
+    let out = temp.path().join("t");
+    let time = solve(&paper, &out, &["--set", "limits.time=\"0.000001s\""]);
+    assert_eq!(time.status.code(), Some(8), "{}", text(&time.stderr));
+    assert_eq!(report(&out).status.word, "limit");
+    assert!(report(&out).certificate.valid);
+}
+
+#[test]
+fn json_events_are_one_object_a_line() {
+    let temp = tempfile::tempdir().unwrap();
+    let output = solve(&cases().join("paper.toml"), &temp.path().join("j"), &["--format", "json"]);
+    let said = text(&output.stdout);
+    let events: Vec<String> = said
+        .lines()
+        .map(|line| {
+            serde_json::from_str::<serde_json::Value>(line).unwrap()["event"].as_str().unwrap().to_string()
+        })
+        .collect();
+    assert_eq!(events.first().map(String::as_str), Some("started"));
+    assert_eq!(events.last().map(String::as_str), Some("finished"));
+    assert!(events[1..events.len() - 1].iter().all(|e| e == "iteration"));
+}
