@@ -1,4 +1,12 @@
 //! Tests that run across the crates: reference problems, the example cases, the binary as a process.
+// All of this is test code: a failed unwrap is a failed test.
+#![allow(clippy::unwrap_used, clippy::panic)]
 
-mod paper;
+mod bound;
 mod certificate;
+mod elasticity;
+mod limit;
+mod paper;
+mod patch;
+mod solve;
+mod threads;

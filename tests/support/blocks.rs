@@ -61,13 +61,7 @@ impl Blocks {
     /// stress is singular where the pressed part ends.
     pub fn half_open(c: f64) -> Self {
         let young = 1000.0 * c;
-        Self {
-            young: [young, 1000.0],
-            pressed: 1.0,
-            lift: 5.0 * c.min(1.0),
-            pull: 0.0,
-            ..Self::default()
-        }
+        Self { young: [young, 1000.0], pressed: 1.0, lift: 5.0 * c.min(1.0), pull: 0.0, ..Self::default() }
     }
 
     /// Sets the cells along the width; cells stay about square.
@@ -81,14 +75,15 @@ impl Blocks {
     /// None, for sensible numbers.
     pub fn problem(&self) -> Result<ContactProblem, Box<dyn std::error::Error>> {
         let rows = |height: f64| ((self.cells as f64 * height / 2.0).round() as usize).max(2);
-        let material = |b: usize| {
-            LinearElastic::isotropic(self.young[b], self.poisson[b], Hypothesis::PlaneStrain)
-        };
+        let material =
+            |b: usize| LinearElastic::isotropic(self.young[b], self.poisson[b], Hypothesis::PlaneStrain);
         let everywhere = [f64::NEG_INFINITY, f64::INFINITY];
         let pressed = EdgeSelection::group("top").within([[0.0, self.pressed], everywhere]);
-        let mut conditions = BoundaryConditions::new()
-            .displace("left", Some(0.0.into()), None)
-            .displace(pressed, None, Some((-0.02).into()));
+        let mut conditions = BoundaryConditions::new().displace("left", Some(0.0.into()), None).displace(
+            pressed,
+            None,
+            Some((-0.02).into()),
+        );
         if self.pressed < 2.0 && self.lift != 0.0 {
             let rest = EdgeSelection::group("top").within([[self.pressed, 2.0], everywhere]);
             conditions = conditions.traction(rest, [0.0.into(), self.lift.into()]);

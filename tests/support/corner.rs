@@ -35,13 +35,7 @@ fn potentials(x: Vector) -> Potentials {
         [size * (p * angle).cos(), size * (p * angle).sin()]
     };
     let (a, c) = (EXPONENT, -(1.5 * PI * EXPONENT).cos());
-    [
-        power(1.0, a),
-        power(a, a - 1.0),
-        power(a * (a - 1.0), a - 2.0),
-        power(c, a),
-        power(c * a, a - 1.0),
-    ]
+    [power(1.0, a), power(a, a - 1.0), power(a * (a - 1.0), a - 2.0), power(c, a), power(c * a, a - 1.0)]
 }
 
 /// The exact field, in plane strain.

@@ -9,8 +9,8 @@
 //!   └──────────┘
 //!     o  o  o
 //! ```
-//! Units: any consistent set. Ω₁ stands on Ω₂ and on springless rollers only: it is held against falling by a
-//! roller of its own on the part `x ≤ ½` of its top, which sinks by 0.01. Reference: none but invariance
+//! Units: any consistent set. A roller on the part `x ≤ ½` of its top, pushed in by 0.01, holds Ω₁ against
+//! falling. Reference: none but invariance
 //! (nothing depends on the angle) and equilibrium (reactions carry the loads), both exact.
 
 use crate::shapes::{turn, turned};

@@ -3,6 +3,7 @@
 //! Each file says where its reference values come from and of which kind they are: exact, from an
 //! independent code, or an earlier value of this code.
 
+pub mod blocks;
 pub mod cook;
 pub mod corner;
 pub mod goursat;

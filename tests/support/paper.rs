@@ -39,13 +39,26 @@ pub const ENERGIES: [f64; 2] = [0.751282805581, 0.332986279609];
 /// Converged contact force.
 pub const FORCE: f64 = 26.2501595729;
 
-/// The paper's problem on a mesh of the given cells per body, with the given moduli.
+/// Arc length at which contact ends, `x = 5/3`, on the coarse mesh.
+pub const CONTACT_END: f64 = 5.0 / 3.0;
+/// The paper's moduli.
+pub const YOUNG: [f64; 2] = [2000.0, 1000.0];
+/// The traction on the right of Ω₁.
+pub const TRACTION: f64 = 30.0;
+/// The displacement of the top.
+pub const PUSH: f64 = -0.02;
+
+/// The paper's problem on a mesh of the given cells per body, with the given moduli, traction on the right,
+/// displacement of the top and initial gap.
 ///
 /// # Errors
 /// None, for sensible numbers.
 pub fn problem_with(
     cells: [usize; 2],
     young: [f64; 2],
+    traction: f64,
+    push: f64,
+    gap: f64,
 ) -> Result<ContactProblem, Box<dyn std::error::Error>> {
     let material = |e| LinearElastic::isotropic(e, 0.3, Hypothesis::PlaneStrain);
     let upper = Body::new(
@@ -53,15 +66,15 @@ pub fn problem_with(
         material(young[0])?,
         &BoundaryConditions::new()
             .displace("left", Some(0.0.into()), None)
-            .displace("top", None, Some((-0.02).into()))
-            .traction("right", [0.0.into(), 30.0.into()]),
+            .displace("top", None, Some(push.into()))
+            .traction("right", [0.0.into(), traction.into()]),
     )?;
     let lower = Body::new(
         block([0.0, 0.0], [2.0, 1.0], cells)?,
         material(young[1])?,
         &BoundaryConditions::new().fix("bottom"),
     )?;
-    let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
+    let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(gap.into()))?;
     Ok(ContactProblem { bodies: [upper, lower], interface })
 }
 
@@ -70,5 +83,5 @@ pub fn problem_with(
 /// # Errors
 /// None, for sensible numbers.
 pub fn problem(cells: [usize; 2]) -> Result<ContactProblem, Box<dyn std::error::Error>> {
-    problem_with(cells, [2000.0, 1000.0])
+    problem_with(cells, YOUNG, TRACTION, PUSH, 0.0)
 }

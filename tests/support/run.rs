@@ -126,7 +126,8 @@ pub fn norm_and_distance(problem: &ContactProblem, u: &[Vec<Vector>; 2], v: &[Ve
 
 /// Computes the largest difference of two arrays over the largest entry of the second.
 pub fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
-    let largest = |x: &mut dyn Iterator<Item = f64>| x.fold(0.0, |m: f64, x| if x.is_nan() { x } else { m.max(x) });
+    let largest =
+        |x: &mut dyn Iterator<Item = f64>| x.fold(0.0, |m: f64, x| if x.is_nan() { x } else { m.max(x) });
     let difference = largest(&mut a.iter().zip(b).map(|(a, b)| (a - b).abs()));
     let scale = largest(&mut b.iter().map(|b| b.abs()));
     if difference == 0.0 && a.len() == b.len() { 0.0 } else { difference / scale }

@@ -65,3 +65,23 @@ pub fn l_shape(n: usize) -> Result<TriMesh, MeshError> {
     let (outer, faces) = bare.topology().boundary_edges().iter().map(edge).partition(outside);
     TriMesh::new(points.clone(), triangles, vec![("outer".into(), outer), ("faces".into(), faces)])
 }
+
+/// Evaluates a nodal field of a structured block at the nodes of the block with `factor` times as many cells in
+/// each direction, which contains its mesh.
+///
+/// * `cells`: of the coarse block.
+pub fn interpolate_block(field: &[Vector], cells: [usize; 2], factor: usize) -> Vec<Vector> {
+    let node = |i: usize, j: usize| field[j * (cells[0] + 1) + i];
+    let mut fine = Vec::new();
+    for j in 0..=cells[1] * factor {
+        for i in 0..=cells[0] * factor {
+            let (ci, cj) = ((i / factor).min(cells[0] - 1), (j / factor).min(cells[1] - 1));
+            let [s, t] = [i - ci * factor, j - cj * factor].map(|k| k as f64 / factor as f64);
+            // The diagonal of a cell runs from its lower left to its upper right corner.
+            let weights = if s >= t { [1.0 - s, s - t, t, 0.0] } else { [1.0 - t, 0.0, s, t - s] };
+            let corners = [node(ci, cj), node(ci + 1, cj), node(ci + 1, cj + 1), node(ci, cj + 1)];
+            fine.push([0, 1].map(|c| (0..4).map(|k| weights[k] * corners[k][c]).sum()));
+        }
+    }
+    fine
+}

@@ -53,7 +53,8 @@ impl Exact {
         let (m, t) = Self::root(x[0], y.max(0.0));
         let z = [-self.c * m * t.cos(), -self.c * m * t.sin()];
         // Z' = −c/(2√z)
-        let slope = if m > 0.0 { [-0.5 * self.c / m * t.cos(), 0.5 * self.c / m * t.sin()] } else { [0.0; 2] };
+        let slope =
+            if m > 0.0 { [-0.5 * self.c / m * t.cos(), 0.5 * self.c / m * t.sin()] } else { [0.0; 2] };
         let plane = self.young / (1.0 - self.poisson * self.poisson);
         SymTensor2::new(
             z[0] - y * slope[1] + self.k * plane * x[1],
@@ -85,6 +86,17 @@ pub fn exact(materials: [(f64, f64); 2], k: f64) -> [Exact; 2] {
     [one(materials[0], false), one(materials[1], true)]
 }
 
+/// The exact pressure at a point of the interface.
+pub fn pressure(x: f64) -> f64 {
+    x.max(0.0).sqrt()
+}
+
+/// The exact opening at a point of the interface, `(4/3)|x|^{3/2}/E*` where it is open.
+pub fn opening(materials: [(f64, f64); 2], x: f64) -> f64 {
+    let compliance: f64 = materials.iter().map(|(e, nu)| (1.0 - nu * nu) / e).sum();
+    4.0 / 3.0 * (-x).max(0.0).powf(1.5) * compliance
+}
+
 /// The problem on `cells[0] × cells[1]` cells per body (an even number along x has a node where contact ends).
 ///
 /// # Errors
@@ -96,9 +108,7 @@ pub fn problem(
 ) -> Result<ContactProblem, Box<dyn std::error::Error>> {
     let body = |e: Exact, far: &str, y: f64| -> Result<Body, Box<dyn std::error::Error>> {
         let displacement = |c: usize| Some(ScalarData::function(move |x| e.displacement(x)[c]));
-        let traction = |n: f64| {
-            [0, 1].map(|c| ScalarData::function(move |x| e.stress(x).apply([n, 0.0])[c]))
-        };
+        let traction = |n: f64| [0, 1].map(|c| ScalarData::function(move |x| e.stress(x).apply([n, 0.0])[c]));
         let conditions = BoundaryConditions::new()
             .displace(far, displacement(0), displacement(1))
             .traction("left", traction(-1.0))

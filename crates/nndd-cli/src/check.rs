@@ -4,6 +4,7 @@ use crate::args::Check;
 use crate::console;
 use crate::failure::Failure;
 use crate::run;
+use case_io::Case;
 use certified_contact::SolveError;
 use fem_core::assembly::AssemblyError;
 use fem_core::body::NodeConstraint;
@@ -14,12 +15,7 @@ pub(crate) fn command(options: &Check) -> Result<u8, Failure> {
     let (_, case) = run::read_case(&options.case, &run::overrides(&options.case.set)?)?;
     let problem = run::build(&case)?;
     console::warnings(&case.warnings());
-    for (body, model) in problem.bodies.iter().enumerate() {
-        if let Some(motion) = model.free_motion() {
-            let source = AssemblyError::Floating { motion };
-            return Err(Failure::solve(&case, &SolveError::Assembly { body, source }));
-        }
-    }
+    supports(&case, &problem)?;
     let mut text = console::header(&case, &problem, &case.output_directory());
     for (body, model) in case.bodies.iter().zip(&problem.bodies) {
         let mesh = model.mesh();
@@ -36,6 +32,17 @@ pub(crate) fn command(options: &Check) -> Result<u8, Failure> {
     text += "  ok: nothing stands against solving this case\n";
     console::print(&text)?;
     Ok(0)
+}
+
+/// Refuses bodies that can move freely, before anything is computed or written.
+pub(crate) fn supports(case: &Case, problem: &ContactProblem) -> Result<(), Failure> {
+    for (body, model) in problem.bodies.iter().enumerate() {
+        if let Some(motion) = model.free_motion() {
+            let source = AssemblyError::Floating { motion };
+            return Err(Failure::solve(case, &SolveError::Assembly { body, source }));
+        }
+    }
+    Ok(())
 }
 
 /// Estimates the memory of a solve from the number of nodes, bytes.

@@ -1,7 +1,7 @@
 //! `nndd solve`: solves a case, certifies it, writes everything down.
 
 use crate::args::{Format, Solve};
-use crate::check::{mebibytes, memory_estimate};
+use crate::check::{self, mebibytes, memory_estimate};
 use crate::console;
 use crate::failure::Failure;
 use crate::files;
@@ -23,6 +23,7 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
     let (_, case) = run::read_case(&options.case, &run::overrides(&options.case.set)?)?;
     run::start_threads(&options.run)?;
     let problem = run::build(&case)?;
+    check::supports(&case, &problem)?;
     check_memory(&case, &problem)?;
     let path = options.run.out.clone().unwrap_or_else(|| PathBuf::from(case.output_directory()));
     let mut directory =
