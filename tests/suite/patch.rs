@@ -3,7 +3,7 @@
 use fem_core::material::Hypothesis;
 use nndd::{NnddSettings, NnddStatus};
 use std::f64::consts::FRAC_PI_2;
-use tests::{certify, condense_both, displacements, iterates, patch};
+use tests::{certify, condense_both, iterates, patch};
 
 #[test]
 fn the_patch_is_exact_and_certified_as_exact() {
@@ -42,8 +42,8 @@ fn the_patch_is_exact_and_certified_as_exact() {
                 }
                 assert!(estimate.cre.e_cre() < 1e-10 * norm, "{case}: {:e}", estimate.cre.e_cre() / norm);
                 assert!(estimate.eta_dis < 1e-10 * norm, "{case}");
-                let u = displacements(&bodies, &solution.last);
-                assert!(u.iter().flatten().flatten().all(|x| x.is_finite()));
+                // With the allowance for round-off in the opening, a square root of it where normals are oblique.
+                assert!(estimate.e_cre < 1e-7 * norm, "{case}: {:e}", estimate.e_cre / norm);
             }
         }
     }
