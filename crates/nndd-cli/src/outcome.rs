@@ -59,8 +59,9 @@ fn of_iteration(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>)
             "stalled",
             5,
             format!(
-                "eta_nndd does not fall below {floor:.3e}; use weights = \"stiffness\", acceleration = \"anderson\", \
-                 theta = \"auto\" and imposed = \"auto\", or method = \"newton\""
+                "eta_nndd does not fall below {floor:.3e}{}; use weights = \"stiffness\", acceleration = \"anderson\", \
+                 theta = \"auto\" and imposed = \"auto\", or method = \"newton\"",
+                range_of_theta(solution)
             ),
         ),
         NnddStatus::ContactQpUnsolved(status) => word(
@@ -96,14 +97,20 @@ fn criterion(case: &Case) -> String {
     }
 }
 
-fn diverged(solution: &CertifiedSolution, best: f64, theta_limit: Option<f64>) -> String {
-    let eta = solution.last().eta_nndd;
-    let mut text = format!("eta_nndd grew from {best:.3e} to {eta:.3e} with theta = {}", solution.nndd.theta);
-    if let (Some(limit), Some(spectrum)) = (theta_limit, solution.nndd.spectrum) {
-        text += &format!(
-            "; in full contact theta converges between 0 and {limit:.3} and is best near {:.3}",
+/// Says which θ converges, where that is known.
+fn range_of_theta(solution: &CertifiedSolution) -> String {
+    solution.nndd.spectrum.map_or_else(String::new, |spectrum| {
+        format!(
+            " with theta = {}; in full contact theta converges between 0 and {:.3} and is best near {:.3}",
+            solution.nndd.theta,
+            spectrum.theta_limit(),
             spectrum.best_theta()
-        );
-    }
-    text + "; theta = \"auto\" chooses it"
+        )
+    })
+}
+
+fn diverged(solution: &CertifiedSolution, best: f64) -> String {
+    let eta = solution.last().eta_nndd;
+    let range = range_of_theta(solution);
+    format!("eta_nndd grew from {best:.3e} to {eta:.3e}{range}; theta = \"auto\" chooses it")
 }

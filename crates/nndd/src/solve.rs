@@ -55,10 +55,16 @@ pub fn solve(
         Method::Newton => run.newton(bodies, stop)?,
     };
     solution.spectrum = spectrum;
+    let failed = matches!(
+        solution.status,
+        NnddStatus::Diverged { .. } | NnddStatus::Stalled { at_round_off: false, .. }
+    );
+    if failed {
+        // Say which θ would do.
+        solution.spectrum = spectrum.or_else(|| spectrum::estimate(bodies, &weights));
+    }
     if let NnddStatus::Diverged { theta_limit, .. } = &mut solution.status {
-        let spectrum = spectrum.or_else(|| spectrum::estimate(bodies, &weights));
-        *theta_limit = spectrum.map(|s| s.theta_limit());
-        solution.spectrum = spectrum;
+        *theta_limit = solution.spectrum.map(|s| s.theta_limit());
     }
     Ok(solution)
 }
