@@ -44,9 +44,7 @@ fn of_iteration(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>)
             5,
             format!("{} not met after {iterations} iterations; raise solver.max_iterations", criterion(case)),
         ),
-        NnddStatus::Diverged { best, theta_limit } => {
-            word("diverged", 5, diverged(solution, best, theta_limit))
-        }
+        NnddStatus::Diverged { best, .. } => word("diverged", 5, diverged(solution, best)),
         NnddStatus::Stalled { floor, at_round_off: true } => word(
             "stalled",
             5,
