@@ -71,6 +71,8 @@ fn the_defaults_stop_when_the_iteration_is_good_enough_for_the_mesh() {
 fn with_an_estimate_in_every_iteration_the_first_good_enough_is_the_last() {
     let mut settings = with(NnddSettings::paper(0.4), Criterion::Estimator { ratio: 0.03 });
     settings.estimate_every = 1;
+    // The prototype's η_dis below is by EET alone.
+    settings.relaxation = cre_estimator::Relaxation::NONE;
     let answer = run(coarse(), &settings);
     assert_eq!(answer.nndd.status, NnddStatus::StoppedByCriterion);
     let good: Vec<bool> =
@@ -314,4 +316,36 @@ fn the_stiffer_body_carries_lambda_by_default() {
         let answer = run(problem, &Settings::default());
         assert_eq!(answer.swapped, swapped, "{:?}", answer.role_reason);
     }
+}
+
+/// A body moved rigidly (gap 0.05, pushed 0.02, no load) is free of stress: its residuals are round-off over
+/// round-off, and must not cost it the certificate.
+#[test]
+fn a_stress_free_rigid_motion_is_certified() {
+    let problem = paper::problem_with(paper::COARSE, paper::YOUNG, 0.0, paper::PUSH, 0.05).unwrap();
+    for imposed in [Imposed::First, Imposed::Second] {
+        let mut settings = Settings::default();
+        settings.imposed = imposed;
+        settings.criterion = Criterion::EtaNndd { tolerance: 1e-10 };
+        let answer = solve(problem.clone(), &settings, &mut Silent).unwrap();
+        let estimate = answer.estimate.as_ref().unwrap();
+        assert!(answer.is_certified(), "{imposed:?} {:?} {:e}", estimate.admissibility, estimate.e_cre);
+        assert!(estimate.e_cre < 1e-9);
+    }
+}
+
+/// A θ 10 % above the limit: opening and closing of the contact keeps η bounded, so the iteration stalls
+/// rather than diverges; the usable range is named all the same.
+#[test]
+fn a_theta_just_above_the_limit_stalls_and_the_range_is_named() {
+    let problem = paper::problem_with(paper::COARSE, paper::YOUNG, 0.0, paper::PUSH, 0.0).unwrap();
+    let mut settings = Settings::default();
+    settings.imposed = Imposed::First;
+    settings.nndd = NnddSettings::paper(1.1 * 0.7708262296050389);
+    settings.nndd.max_iterations = 400;
+    settings.criterion = Criterion::EtaNndd { tolerance: 1e-6 };
+    let answer = solve(problem, &settings, &mut Silent).unwrap();
+    assert!(matches!(answer.nndd.status, NnddStatus::Stalled { at_round_off: false, .. }));
+    let limit = answer.nndd.spectrum.unwrap().theta_limit();
+    assert!((limit - 0.7708262296050389).abs() < 1e-6, "{limit}");
 }

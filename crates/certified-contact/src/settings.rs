@@ -1,5 +1,6 @@
 //! What to solve and when to stop.
 
+use cre_estimator::Relaxation;
 use fem_core::boundary::ScalarData;
 use nndd::NnddSettings;
 
@@ -49,6 +50,8 @@ pub struct Settings {
     pub lambda: ScalarData,
     /// When to stop.
     pub criterion: Criterion,
+    /// How far the equilibrated stresses are relaxed; default two steps.
+    pub relaxation: Relaxation,
     /// Estimate after every so many iterations; 0: only when the criterion needs it, and at the end.
     pub estimate_every: usize,
 }
@@ -60,6 +63,7 @@ impl Default for Settings {
             nndd: NnddSettings::default(),
             lambda: 0.0.into(),
             criterion: Criterion::Estimator { ratio: 0.1 },
+            relaxation: Relaxation::default(),
             estimate_every: 0,
         }
     }

@@ -3,7 +3,7 @@
 use crate::history::Row;
 use crate::observer::{Observer, Phase};
 use crate::settings::{Criterion, Settings};
-use cre_estimator::{Estimate, estimate};
+use cre_estimator::{Estimate, estimate_with};
 use fem_core::condensation::CondensedBody;
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactProblem, ContactState};
@@ -50,7 +50,7 @@ impl<'a> Follow<'a> {
             contact_force: &iterate.contact.normal_reaction,
             opening: &iterate.opening,
         };
-        let estimate = estimate(self.problem, self.bodies, &state)?;
+        let estimate = estimate_with(self.problem, self.bodies, &state, self.settings.relaxation)?;
         if let Some(row) = self.rows.iter_mut().find(|row| row.iteration.iteration == iterate.iteration) {
             row.eta_dis = Some(estimate.eta_dis);
             row.e_cre = Some(estimate.e_cre);
@@ -87,7 +87,7 @@ impl StoppingCriterion for Follow<'_> {
         let iteration = IterationRow::from(iterate);
         self.rows.push(Row { iteration, eta_dis: None, e_cre: None });
         let every = self.settings.estimate_every;
-        if every > 0 && iterate.iteration % every == 0 {
+        if every > 0 && iterate.iteration.is_multiple_of(every) {
             self.estimate(iterate)?;
         }
         let first = self.rows[0].iteration.eta_nndd;

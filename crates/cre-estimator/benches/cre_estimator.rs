@@ -1,8 +1,8 @@
 //! The certificate of a contact state, and the recovery of one body.
 #![allow(clippy::unwrap_used, missing_docs)] // The data are fixed and sound; criterion's macros are not documented.
 
-use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use cre_estimator::{EquilibratedStress, estimate};
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use fem_core::assembly::System;
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
@@ -42,8 +42,7 @@ fn certificates(c: &mut Criterion) {
                 p.gap - fem_core::geometry::dot(fem_core::geometry::sub(a, b), p.normal)
             })
             .collect();
-        let state =
-            ContactState { displacement: [&u[0], &u[1]], contact_force: &none, opening: &opening };
+        let state = ContactState { displacement: [&u[0], &u[1]], contact_force: &none, opening: &opening };
         let name = format!("{}x{}", cells[0], cells[1]);
         group.bench_function(BenchmarkId::new("certificate", &name), |b| {
             b.iter(|| estimate(&problem, &bodies, &state).unwrap());

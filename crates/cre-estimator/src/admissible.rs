@@ -5,6 +5,7 @@ use crate::eet::{self, EdgeMoments};
 use crate::error::EstimatorError;
 use crate::johnson_mercier::{self, CellLoads, CellStress};
 use crate::pressure;
+use crate::star_relaxation::{Relaxation, RelaxationReport, relax};
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
 use fem_core::condensation::CondensedBody;
 use fem_core::field;
@@ -28,6 +29,18 @@ impl EquilibratedStress {
     pub fn recover(body: &Body, finite_element: Vec<SymTensor2>, conditions: Vec<EdgeCondition>) -> Self {
         let edge_moments = eet::edge_moments(body, &finite_element, &conditions);
         Self { edge_moments, conditions, finite_element }
+    }
+
+    /// Recovers an equilibrated stress by EET and relaxes it, see [`crate::star_relaxation`].
+    pub fn recover_relaxed(
+        body: &Body,
+        finite_element: Vec<SymTensor2>,
+        conditions: Vec<EdgeCondition>,
+        relaxation: Relaxation,
+    ) -> (Self, RelaxationReport) {
+        let mut stress = Self::recover(body, finite_element, conditions);
+        let report = relax(body, &mut stress, relaxation);
+        (stress, report)
     }
 
     /// Computes the loads (traction times length) on the edges of a triangle, N/m.
@@ -82,12 +95,15 @@ pub struct AdmissiblePair {
     pub pressure: Vec<f64>,
     /// Equilibrated stresses.
     pub equilibrated: [EquilibratedStress; 2],
+    /// How they were relaxed.
+    pub relaxation: [RelaxationReport; 2],
 }
 
 /// Builds the admissible pair of a contact state.
 ///
 /// The pressure is `p_i = r²_i/ℓ_i`. One Neumann problem per body with the consistent load `M p` gives an FE
-/// stress in FE equilibrium with exactly this pressure; EET and Johnson-Mercier make it equilibrated.
+/// stress in FE equilibrium with exactly this pressure; EET and Johnson-Mercier make it equilibrated, and the
+/// relaxation makes it the sharper.
 ///
 /// # Errors
 /// Arrays of the wrong length, values that are not finite.
@@ -95,6 +111,7 @@ pub fn admissible_pair(
     problem: &ContactProblem,
     bodies: &[CondensedBody; 2],
     state: &ContactState<'_>,
+    relaxation: Relaxation,
 ) -> Result<AdmissiblePair, EstimatorError> {
     check_state(problem, bodies, state)?;
     let interface = &problem.interface;
@@ -107,16 +124,18 @@ pub fn admissible_pair(
         let load: Vec<f64> = force.iter().map(|f| sign * f).collect();
         let neumann = bodies[b].displacement_from_force(&load);
         let conditions = with_pressure(body, interface, b, &pressure);
-        let equilibrated = EquilibratedStress::recover(body, field::stresses(body, &neumann), conditions);
+        let finite_element = field::stresses(body, &neumann);
+        let equilibrated = EquilibratedStress::recover_relaxed(body, finite_element, conditions, relaxation);
         (equilibrated, field::stresses(body, state.displacement[b]))
     };
-    let ((e1, s1), (e2, s2)) = rayon::join(|| recover(0), || recover(1));
+    let (((e1, r1), s1), ((e2, r2), s2)) = rayon::join(|| recover(0), || recover(1));
     Ok(AdmissiblePair {
         displacement: state.displacement.map(<[Vector]>::to_vec),
         stress: [s1, s2],
         opening: state.opening.to_vec(),
         pressure,
         equilibrated: [e1, e2],
+        relaxation: [r1, r2],
     })
 }
 

@@ -15,7 +15,8 @@ pub const SIGN_TOLERANCE: f64 = 1e-12;
 /// Residuals of the conditions of admissibility.
 ///
 /// The force residuals are maxima over their items, divided by the largest edge force, load or pressure
-/// force. `penetration` is relative to the largest displacement of the interface, `pressure_sign` to the
+/// force; residuals that rounding of the displacements alone explains count as zero, and the bound has an
+/// allowance for them. `penetration` is relative to the largest displacement of the interface, `pressure_sign` to the
 /// largest pressure.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Admissibility {
@@ -58,7 +59,21 @@ impl Forces {
             scale: larger(self.scale, other.scale),
         }
     }
+
+    /// Relates the residuals to the scale; what `noise` alone would cause counts as none.
+    fn residuals(self, noise: f64) -> Admissibility {
+        let beyond = |x: f64| relative(if x <= noise { 0.0 } else { x }, self.scale);
+        Admissibility {
+            equilibrium: beyond(self.equilibrium),
+            traction_jump: beyond(self.jump),
+            boundary_traction: beyond(self.boundary),
+            ..Admissibility::default()
+        }
+    }
 }
+
+/// Tractions times length on the edges of a triangle, as its stress gives them: edge `k` at corners `k`, `k+1`.
+type CellForces = [[Vector; 2]; 3];
 
 /// The larger number, or NaN where there is one: a NaN must show.
 fn larger(a: f64, b: f64) -> f64 {
@@ -71,8 +86,11 @@ pub fn check(problem: &ContactProblem, pair: &AdmissiblePair) -> Admissibility {
         || forces(&problem.bodies[0], &pair.equilibrated[0]),
         || forces(&problem.bodies[1], &pair.equilibrated[1]),
     );
-    let f = a.max(b);
-    let relative = |x: f64, scale: f64| if x == 0.0 { 0.0 } else { x / scale };
+    let noise = larger(
+        force_noise(&problem.bodies[0], &pair.displacement[0]),
+        force_noise(&problem.bodies[1], &pair.displacement[1]),
+    );
+    let mut found = a.max(b).residuals(noise);
     let mut trace = 0.0;
     let mut penetration = 0.0;
     for (k, p) in problem.interface.pairs().iter().enumerate() {
@@ -86,28 +104,58 @@ pub fn check(problem: &ContactProblem, pair: &AdmissiblePair) -> Admissibility {
     }
     let largest = pair.pressure.iter().fold(0.0, |m, p| larger(m, p.abs()));
     let negative = pair.pressure.iter().fold(0.0, |m, p| larger(m, -p));
-    Admissibility {
-        equilibrium: relative(f.equilibrium, f.scale),
-        traction_jump: relative(f.jump, f.scale),
-        boundary_traction: relative(f.boundary, f.scale),
-        penetration: relative(penetration, trace),
-        pressure_sign: relative(negative, largest),
-    }
+    found.penetration = relative(penetration, trace);
+    found.pressure_sign = relative(negative, largest);
+    found
+}
+
+/// Bounds the relative error of a displacement by rounding alone.
+const DISPLACEMENT_NOISE: f64 = 16.0 * f64::EPSILON;
+
+/// Computes the edge forces that rounding of the displacements causes: a body that is moved without strain
+/// has no other.
+fn force_noise(body: &Body, displacement: &[Vector]) -> f64 {
+    let largest = displacement.iter().fold(0.0, |m, u| larger(m, norm(*u)));
+    DISPLACEMENT_NOISE * largest * largest_stiffness(body)
+}
+
+/// Bounds the energy norm of what rounding of the displacements adds to a body's stress, square root of J/m:
+/// `δ|u|/h` of strain in each of N triangles of area `h²`.
+pub(crate) fn energy_noise(body: &Body, displacement: &[Vector]) -> f64 {
+    let largest = displacement.iter().fold(0.0, |m, u| larger(m, norm(*u)));
+    let triangles = body.mesh().triangles().len() as f64;
+    DISPLACEMENT_NOISE * largest * (largest_stiffness(body) * triangles).sqrt()
+}
+
+fn largest_stiffness(body: &Body) -> f64 {
+    body.material(0).stiffness().amax()
+}
+
+/// Checks the equilibrium of one body's stress with its loads and given tractions; penetration and pressure
+/// are zero.
+pub fn check_stress(body: &Body, stress: &EquilibratedStress) -> Admissibility {
+    forces(body, stress).residuals(0.0)
+}
+
+fn relative(x: f64, scale: f64) -> f64 {
+    if x == 0.0 { 0.0 } else { x / scale }
 }
 
 fn forces(body: &Body, stress: &EquilibratedStress) -> Forces {
     let mesh = body.mesh();
-    let cells = (0..mesh.triangles().len())
+    let cells: Vec<(Forces, CellForces)> = (0..mesh.triangles().len())
         .into_par_iter()
         .with_min_len(512)
-        .map(|t| cell(body, stress, t))
-        .reduce(Forces::default, Forces::max);
+        .map(|t| cell(body, &stress.cell(body, t), t))
+        .collect();
+    let inside =
+        cells.par_iter().with_min_len(512).map(|(found, _)| *found).reduce(Forces::default, Forces::max);
     let edges = (0..mesh.topology().edges().len() as u32)
         .into_par_iter()
         .with_min_len(512)
-        .map(|e| edge(body, stress, e))
+        .map(|e| edge(body, stress, &cells, e))
         .reduce(Forces::default, Forces::max);
-    cells.max(edges)
+    inside.max(edges)
 }
 
 fn parts(corners: [Vector; 3]) -> [[Vector; 3]; 3] {
@@ -115,11 +163,11 @@ fn parts(corners: [Vector; 3]) -> [[Vector; 3]; 3] {
     std::array::from_fn(|k| [corners[k], corners[(k + 1) % 3], centre])
 }
 
-fn cell(body: &Body, stress: &EquilibratedStress, t: usize) -> Forces {
+fn cell(body: &Body, tau: &CellStress, t: usize) -> (Forces, CellForces) {
     let corners = body.mesh().corners(t);
     let area = body.mesh().area(t);
-    let tau = stress.cell(body, t);
     let mut worst = Forces { scale: norm(body.body_force()) * area, ..Forces::default() };
+    let mut outer = CellForces::default();
     for (k, points) in parts(corners).iter().enumerate() {
         let divergence = add(part_divergence(*points, &tau[k]), body.body_force());
         worst.equilibrium = larger(worst.equilibrium, norm(divergence) * area / 3.0);
@@ -130,29 +178,29 @@ fn cell(body: &Body, stress: &EquilibratedStress, t: usize) -> Forces {
         for (s, o) in [(tau[k][0], other[1]), (tau[k][2], other[2])] {
             worst.equilibrium = larger(worst.equilibrium, norm(s.minus(o).apply(normal)));
         }
+        let along = sub(points[1], points[0]);
+        let normal = [along[1], -along[0]];
+        outer[k] = [tau[k][0].apply(normal), tau[k][1].apply(normal)];
     }
-    worst
+    (worst, outer)
 }
 
-/// Tractions times length at the ends of an edge, as the stress of one of its triangles gives them.
-fn edge_forces(body: &Body, tau: &CellStress, t: usize, edge: u32) -> [Vector; 2] {
+/// Tractions times length at the ends of an edge, in its own order, as one of its triangles gives them.
+fn edge_forces(body: &Body, cells: &[(Forces, CellForces)], t: usize, edge: u32) -> [Vector; 2] {
     let topology = body.mesh().topology();
-    let corners = body.mesh().corners(t);
     let k = (0..3).find(|&k| topology.triangle_edges()[t][k] == edge).unwrap_or(0);
-    let along = sub(corners[(k + 1) % 3], corners[k]);
-    let normal = [along[1], -along[0]];
-    let forces = [tau[k][0].apply(normal), tau[k][1].apply(normal)];
+    let forces = cells[t].1[k];
     let first = topology.edges()[edge as usize][0] == body.mesh().triangles()[t][k];
     if first { forces } else { [forces[1], forces[0]] }
 }
 
-fn edge(body: &Body, stress: &EquilibratedStress, edge: u32) -> Forces {
+fn edge(body: &Body, stress: &EquilibratedStress, cells: &[(Forces, CellForces)], edge: u32) -> Forces {
     let mesh = body.mesh();
     let [first, second] = mesh.topology().edge_triangles()[edge as usize].map(|t| t as usize);
-    let on_first = edge_forces(body, &stress.cell(body, first), first, edge);
+    let on_first = edge_forces(body, cells, first, edge);
     let mut worst = Forces { scale: larger(norm(on_first[0]), norm(on_first[1])), ..Forces::default() };
     if !mesh.topology().is_boundary(edge) {
-        let on_second = edge_forces(body, &stress.cell(body, second), second, edge);
+        let on_second = edge_forces(body, cells, second, edge);
         for (a, b) in on_first.into_iter().zip(on_second) {
             worst.jump = larger(worst.jump, norm(add(a, b)));
         }

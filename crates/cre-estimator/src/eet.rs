@@ -11,6 +11,7 @@
 //! system has one free vector. Conditions at the ends of an open star fix it in whole or in part; the rest
 //! is a weighted mean. No matrix, no rank decision.
 
+use crate::star::{self, Star};
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
 use fem_core::element::Triangle;
 use fem_core::geometry::{self, Vector, add, cross, dot, perpendicular, scale, sub};
@@ -29,7 +30,7 @@ const CHUNK: usize = 1024;
 ///   [`fem_core::mesh::topology::Topology::boundary_edges`].
 ///
 /// `stress` must satisfy the FE equilibrium in every direction whose traction is given; otherwise the
-/// residual shows in [`crate::check`].
+/// residual shows in [`crate::check()`].
 pub fn edge_moments(body: &Body, stress: &[SymTensor2], conditions: &[EdgeCondition]) -> EdgeMoments {
     let mesh = body.mesh();
     let recovery = Recovery { body, stress, conditions };
@@ -38,9 +39,9 @@ pub fn edge_moments(body: &Body, stress: &[SymTensor2], conditions: &[EdgeCondit
         .into_par_iter()
         .map(|k| {
             let mut found = Vec::with_capacity(8 * CHUNK);
-            let mut star = Star::default();
+            let (mut star, mut relative) = (Star::default(), Vec::new());
             for node in k * CHUNK..nodes.min((k + 1) * CHUNK) {
-                recovery.vertex(node, &mut star, &mut found);
+                recovery.vertex(node, &mut star, &mut relative, &mut found);
             }
             found
         })
@@ -52,15 +53,6 @@ pub fn edge_moments(body: &Body, stress: &[SymTensor2], conditions: &[EdgeCondit
     moments
 }
 
-/// The star of a vertex, counter-clockwise: spoke `j` comes before triangle `j`.
-#[derive(Default)]
-struct Star {
-    triangles: Vec<u32>,
-    spokes: Vec<u32>,
-    /// Moments on the spokes, acting on the triangle after the spoke, less that of the first.
-    relative: Vec<Vector>,
-}
-
 struct Recovery<'a> {
     body: &'a Body,
     stress: &'a [SymTensor2],
@@ -68,14 +60,21 @@ struct Recovery<'a> {
 }
 
 impl Recovery<'_> {
-    fn vertex(&self, node: usize, star: &mut Star, found: &mut Vec<(u32, u8, Vector)>) {
-        let closed = self.walk(node, star);
-        self.differences(node, star);
-        let mean = self.mean(node, star);
-        let first = if closed { mean } else { self.fit_ends(node, star, mean) };
+    /// Finds the moments about a vertex. `star` and `relative` are working space.
+    fn vertex(
+        &self,
+        node: usize,
+        star: &mut Star,
+        relative: &mut Vec<Vector>,
+        found: &mut Vec<(u32, u8, Vector)>,
+    ) {
+        star.walk(self.body.mesh(), node);
+        self.differences(node, star, relative);
+        let mean = self.mean(node, star, relative);
+        let first = if star.is_closed() { mean } else { self.fit_ends(node, star, relative, mean) };
         let topology = self.body.mesh().topology();
         for (j, &edge) in star.spokes.iter().enumerate() {
-            let after = add(first, star.relative[j]);
+            let after = add(first, relative[j]);
             // The moment acts on the edge's first triangle.
             let is_first =
                 j < star.triangles.len() && topology.edge_triangles()[edge as usize][0] == star.triangles[j];
@@ -85,54 +84,26 @@ impl Recovery<'_> {
         }
     }
 
-    /// Orders the star counter-clockwise; an open one begins at its boundary edge. Returns whether it is closed.
-    fn walk(&self, node: usize, star: &mut Star) -> bool {
+    /// Moment `c_{j+1} = c_j − Q_j` on each spoke, acting on the triangle after it, relative to the first.
+    fn differences(&self, node: usize, star: &Star, relative: &mut Vec<Vector>) {
         let mesh = self.body.mesh();
-        let topology = mesh.topology();
-        let around = topology.triangles_around(node);
-        let corner =
-            |t: u32| mesh.triangles()[t as usize].iter().position(|&n| n as usize == node).unwrap_or(0);
-        let before = |t: u32| topology.triangle_edges()[t as usize][corner(t)];
-        let after = |t: u32| topology.triangle_edges()[t as usize][(corner(t) + 2) % 3];
-        let start = around.iter().copied().find(|&t| topology.is_boundary(before(t)));
-        let closed = start.is_none();
-        star.triangles.clear();
-        star.spokes.clear();
-        let mut current = start.unwrap_or(around[0]);
-        for _ in 0..around.len() {
-            star.triangles.push(current);
-            star.spokes.push(before(current));
-            let [a, b] = topology.edge_triangles()[after(current) as usize];
-            let next = if a == current { b } else { a };
-            if next == fem_core::mesh::topology::NONE {
-                star.spokes.push(after(current));
-                break;
-            }
-            current = next;
-        }
-        closed
-    }
-
-    /// Moment `c_{j+1} = c_j − Q_j` on each spoke, relative to the first.
-    fn differences(&self, node: usize, star: &mut Star) {
-        let mesh = self.body.mesh();
-        star.relative.clear();
+        relative.clear();
         let mut c = [0.0; 2];
-        star.relative.push(c);
+        relative.push(c);
         for &t in &star.triangles {
+            let corner = star::corner(mesh, t, node);
             let t = t as usize;
-            let corner = mesh.triangles()[t].iter().position(|&n| n as usize == node).unwrap_or(0);
             let element = Triangle::new(mesh.corners(t));
             let internal = element.internal_forces(self.stress[t])[corner];
             let load = scale(element.area / 3.0, self.body.body_force());
             c = sub(c, sub(internal, load));
-            star.relative.push(c);
+            relative.push(c);
         }
-        star.relative.truncate(star.spokes.len());
+        relative.truncate(star.spokes.len());
     }
 
     /// The first moment for which all are closest to the average FE tractions, disregarding the ends.
-    fn mean(&self, node: usize, star: &Star) -> Vector {
+    fn mean(&self, node: usize, star: &Star, relative: &[Vector]) -> Vector {
         let mesh = self.body.mesh();
         let count = star.triangles.len();
         let mut sum = [0.0; 2];
@@ -143,7 +114,7 @@ impl Recovery<'_> {
             let length = geometry::norm(sub(to, from));
             // Outward normal of the triangle after the spoke, which lies to its left.
             let normal = geometry::right_normal(from, to);
-            let closed = star.spokes.len() == count;
+            let closed = star.is_closed();
             let after = if j < count { Some(star.triangles[j]) } else { None };
             let before = match j {
                 0 if closed => Some(star.triangles[count - 1]),
@@ -160,20 +131,20 @@ impl Recovery<'_> {
             // b̄ = |Γ|/2 F̄, weight 1/|Γ|
             let average = scale(0.5 * length / found, traction);
             let weight = 1.0 / length;
-            sum = add(sum, scale(weight, sub(average, star.relative[j])));
+            sum = add(sum, scale(weight, sub(average, relative[j])));
             weights += weight;
         }
         scale(1.0 / weights, sum)
     }
 
     /// Moves the mean onto what is given at the two boundary edges of an open star.
-    fn fit_ends(&self, node: usize, star: &Star, mean: Vector) -> Vector {
+    fn fit_ends(&self, node: usize, star: &Star, relative: &[Vector], mean: Vector) -> Vector {
         let last = star.spokes.len() - 1;
         let mut given: Vec<(Vector, f64)> = Vec::with_capacity(4);
         for (spoke, sign) in [(0, 1.0), (last, -1.0)] {
             let (reaction, moment) = self.boundary(node, star.spokes[spoke]);
             // On the last spoke the triangle lies before it, so that the moment on it is −c.
-            let value = sub(scale(sign, moment), star.relative[spoke]);
+            let value = sub(scale(sign, moment), relative[spoke]);
             match reaction {
                 EdgeReaction::None => {
                     given.push(([1.0, 0.0], value[0]));

@@ -2,6 +2,7 @@
 
 use crate::admissible::{AdmissiblePair, EquilibratedStress, with_imposed_normal};
 use crate::cre::Cre;
+use crate::star_relaxation::Relaxation;
 use fem_core::interface::ContactProblem;
 use fem_core::norm::sum_over_triangles;
 
@@ -11,10 +12,18 @@ use fem_core::norm::sum_over_triangles;
 ///   tangential one zero.
 /// * Ω₂ stands against a rigid obstacle at `λ_p − g`: its equilibrated stress and its contact term are those
 ///   of the global bound, since the pressure is the same, `p_i = r²_i/ℓ_i`.
-pub fn eta_dis_squared(problem: &ContactProblem, pair: &AdmissiblePair, cre: &Cre) -> f64 {
+///
+/// `relaxation` applies to Ω₁ and should be that of the pair.
+pub fn eta_dis_squared(
+    problem: &ContactProblem,
+    pair: &AdmissiblePair,
+    cre: &Cre,
+    relaxation: Relaxation,
+) -> f64 {
     let body = &problem.bodies[0];
     let conditions = with_imposed_normal(body, &problem.interface, 0);
-    let recovered = EquilibratedStress::recover(body, pair.stress[0].clone(), conditions);
+    let (recovered, _) =
+        EquilibratedStress::recover_relaxed(body, pair.stress[0].clone(), conditions, relaxation);
     let first = sum_over_triangles(pair.stress[0].len(), |t| {
         recovered.cell_distance_squared(body, t, pair.stress[0][t])
     });

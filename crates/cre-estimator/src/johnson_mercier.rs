@@ -17,9 +17,10 @@ pub type CellStress = [[SymTensor2; 3]; 3];
 pub type CellLoads = [[Vector; 2]; 3];
 
 /// Rows of the recovery matrix: part, corner, component; columns: edge, end, component.
-type Recovery = [[f64; 12]; 27];
+pub(crate) type Recovery = [[f64; 12]; 27];
 
-const REFERENCE: [Vector; 3] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+/// The reference triangle.
+pub(crate) const REFERENCE: [Vector; 3] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
 const CENTRE: Vector = [1.0 / 3.0, 1.0 / 3.0];
 
 /// Computes the stress of a triangle with the given corners, edge loads and constant body force (N/m³).
@@ -68,12 +69,16 @@ fn divergence_free(corners: [Vector; 3], loads: &CellLoads) -> CellStress {
             reference[4 * k + 2 * m + 1] = (a[0] * g[1] - a[1] * g[0]) / jacobian;
         }
     }
-    let recovery = recovery();
-    let component = |row: usize| -> f64 { recovery[row].iter().zip(&reference).map(|(r, g)| r * g).sum() };
+    let mut components = [0.0; 27];
+    for (column, g) in by_column().iter().zip(reference) {
+        for (component, r) in components.iter_mut().zip(column) {
+            *component += r * g;
+        }
+    }
     std::array::from_fn(|k| {
         std::array::from_fn(|m| {
             let row = 9 * k + 3 * m;
-            let (xx, yy, xy) = (component(row), component(row + 1), component(row + 2));
+            let (xx, yy, xy) = (components[row], components[row + 1], components[row + 2]);
             // F τ̂ Fᵀ with F = [a b].
             let fa = [a[0] * xx + b[0] * xy, a[1] * xx + b[1] * xy];
             let fb = [a[0] * xy + b[0] * yy, a[1] * xy + b[1] * yy];
@@ -86,6 +91,27 @@ fn divergence_free(corners: [Vector; 3], loads: &CellLoads) -> CellStress {
     })
 }
 
+/// `E⁻¹` of one material, lower half by rows, for the inner loops.
+pub(crate) struct Compliance([f64; 6]);
+
+impl Compliance {
+    pub(crate) fn of(material: &LinearElastic) -> Self {
+        let [x, y, s] = [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)]
+            .map(|(xx, yy, xy)| SymTensor2::new(xx, yy, xy));
+        Self([(x, x), (y, x), (y, y), (s, x), (s, y), (s, s)].map(|(a, b)| material.complementary(a, b)))
+    }
+
+    /// Computes the strain `E⁻¹ σ`.
+    pub(crate) fn strain(&self, s: SymTensor2) -> SymTensor2 {
+        let c = &self.0;
+        SymTensor2 {
+            xx: c[0] * s.xx + c[1] * s.yy + c[3] * s.xy,
+            yy: c[1] * s.xx + c[2] * s.yy + c[4] * s.xy,
+            xy: 0.5 * (c[3] * s.xx + c[4] * s.yy + c[5] * s.xy),
+        }
+    }
+}
+
 /// Computes `∫ (τ − σ) : E⁻¹ (τ − σ)` over a triangle of the given area for a constant σ, J/m.
 pub fn distance_squared(
     stress: &CellStress,
@@ -94,12 +120,13 @@ pub fn distance_squared(
     material: &LinearElastic,
 ) -> f64 {
     // For linear d on a part of area A/3: ∫ d:C:d = A/36 (Σd : C : Σd + Σ d_m : C : d_m).
+    let compliance = Compliance::of(material);
     let mut sum = 0.0;
     for part in stress {
         let d = part.map(|s| s.minus(constant));
         let total = d[0].plus(d[1]).plus(d[2]);
-        sum += material.complementary(total, total);
-        sum += d.iter().map(|d| material.complementary(*d, *d)).sum::<f64>();
+        sum += total.contract(compliance.strain(total));
+        sum += d.iter().map(|d| d.contract(compliance.strain(*d))).sum::<f64>();
     }
     area / 36.0 * sum
 }
@@ -118,7 +145,7 @@ pub fn part_divergence(corners: [Vector; 3], part: &[SymTensor2; 3]) -> Vector {
 
 /// The 27×12 matrix of the reference triangle, computed once: the pseudo-inverse of the conditions on the
 /// 27 nodal stresses (outer tractions, continuity across the three inner edges, no divergence).
-fn recovery() -> &'static Recovery {
+pub(crate) fn recovery() -> &'static Recovery {
     static MATRIX: OnceLock<Recovery> = OnceLock::new();
     MATRIX.get_or_init(|| {
         let conditions = conditions();
@@ -132,6 +159,15 @@ fn recovery() -> &'static Recovery {
             }
         }
         matrix
+    })
+}
+
+/// The transpose of [`recovery`], to be added up column by column.
+fn by_column() -> &'static [[f64; 27]; 12] {
+    static MATRIX: OnceLock<[[f64; 27]; 12]> = OnceLock::new();
+    MATRIX.get_or_init(|| {
+        let rows = recovery();
+        std::array::from_fn(|column| std::array::from_fn(|row| rows[row][column]))
     })
 }
 

@@ -16,11 +16,12 @@
 //! | Neumann problems `σ̂`, the admissible pair | [`admissible`] |
 //! | edge tractions in equilibrium with `σ̂` | [`eet`] |
 //! | local stresses with these tractions | [`johnson_mercier`] |
+//! | edge tractions nearer to the best | [`star_relaxation`] |
 //! | residuals of admissibility, as numbers | [`check()`] |
 //! | `e_CRE` and the split | [`cre`] |
 //! | `η_dis` | [`indicators`] |
 //!
-//! [`estimate()`] does all of it.
+//! [`estimate_with()`] does all of it, [`estimate()`] without relaxation.
 //!
 //! # Example
 //! Two equal blocks at rest against each other: the certificate of a zero field is zero.
@@ -58,9 +59,12 @@ mod estimate;
 pub mod indicators;
 pub mod johnson_mercier;
 pub mod pressure;
+mod star;
+pub mod star_relaxation;
 
 pub use admissible::{AdmissiblePair, EquilibratedStress, admissible_pair};
-pub use check::{Admissibility, check};
+pub use check::{Admissibility, check, check_stress};
 pub use cre::{Cre, constitutive_relation_error};
 pub use error::EstimatorError;
-pub use estimate::{Estimate, estimate};
+pub use estimate::{Estimate, estimate, estimate_with};
+pub use star_relaxation::{Relaxation, RelaxationReport, StarRelaxation, relax};

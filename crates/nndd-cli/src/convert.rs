@@ -4,6 +4,7 @@ use case_io::Case;
 use case_io::case::{self, Value};
 use certified_contact::{Criterion, Imposed, Settings};
 use contact_qp::QpMethod;
+use cre_estimator::Relaxation;
 use fem_core::boundary::ScalarData;
 use nndd::{Acceleration, Method, Path, Theta, Weights};
 
@@ -23,6 +24,7 @@ pub(crate) fn settings(case: &Case) -> Settings {
         case::Criterion::EtaNndd => Criterion::EtaNndd { tolerance: solver.stop.tolerance },
         case::Criterion::Iterations => Criterion::Iterations,
     };
+    settings.relaxation = Relaxation::Steps(case.estimator.relaxation);
     settings.estimate_every = case.estimator.every;
     let nndd = &mut settings.nndd;
     nndd.method = match solver.method {

@@ -14,6 +14,9 @@ use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Accum, MatMut, MatRef, Par};
 
+/// Buffers a task keeps for reuse.
+const KEPT: usize = 16;
+
 /// Subtrees of at least this many operations are worth a task of their own.
 const TASK: f64 = 2e6;
 
@@ -22,11 +25,8 @@ pub(super) fn factorise(
     matrix: &SymmetricCsc,
 ) -> Result<Vec<f64>, CholeskyError> {
     let dimension = symbolic.dimension();
-    let mut values = Vec::new();
-    values
-        .try_reserve_exact(symbolic.stored_values())
-        .map_err(|_| CholeskyError::OutOfMemory { dimension })?;
-    values.resize(symbolic.stored_values(), 0.0);
+    let mut values = zeros(symbolic.stored_values(), dimension)?;
+    let mut pool = Pool::default();
     let work = Work { symbolic, matrix };
     // The roots are the fronts that no subtree contains.
     let mut next = symbolic.layouts().len();
@@ -36,7 +36,8 @@ pub(super) fn factorise(
         next = symbolic.layouts()[root].subtree;
         let start = symbolic.layouts()[next].values.start;
         let (before, own) = rest.split_at_mut(start);
-        work.subtree(root, own)?;
+        let update = work.subtree(root, own, &mut pool)?;
+        pool.give_back(update);
         rest = before;
     }
     Ok(values)
@@ -50,58 +51,61 @@ struct Work<'a> {
 impl Work<'_> {
     /// Factorises the subtree of front `s` in its part of the factor; returns the update for the parent,
     /// `b × b` column-major, lower part.
-    fn subtree(&self, s: usize, values: &mut [f64]) -> Result<Vec<f64>, CholeskyError> {
+    fn subtree(&self, s: usize, values: &mut [f64], pool: &mut Pool) -> Result<Vec<f64>, CholeskyError> {
         let layouts = self.symbolic.layouts();
         let layout = &layouts[s];
         let start = layouts[layout.subtree].values.start;
         let (below, panel) = values.split_at_mut(layout.values.start - start);
-        let updates = self.children(s, below)?;
+        let updates = self.children(s, below, pool)?;
         let b = layout.rows.len();
-        let mut update = zeros(b * b, self.symbolic.dimension())?;
+        let mut update = pool.take(b * b, self.symbolic.dimension())?;
         self.gather(layout, panel);
-        for (child, from) in &updates {
-            self.extend_add(&layouts[*child], from, layout, panel, &mut update);
+        for (child, from) in updates {
+            self.extend_add(&layouts[child], &from, layout, panel, &mut update);
+            pool.give_back(from);
         }
-        drop(updates);
         self.eliminate(layout, panel, &mut update)?;
         Ok(update)
     }
 
     /// Factorises the children's subtrees, large ones at the same time.
-    fn children(&self, s: usize, values: &mut [f64]) -> Result<Vec<(usize, Vec<f64>)>, CholeskyError> {
+    fn children(
+        &self,
+        s: usize,
+        values: &mut [f64],
+        pool: &mut Pool,
+    ) -> Result<Vec<(usize, Vec<f64>)>, CholeskyError> {
         let layouts = self.symbolic.layouts();
+        let base = layouts[layouts[s].subtree].values.start;
         let mut tasks = Vec::new();
         let mut rest = values;
         let mut next = s;
         while next > layouts[s].subtree {
             let child = next - 1;
             next = layouts[child].subtree;
-            let before = layouts[next].values.start - layouts[layouts[s].subtree].values.start;
-            let (head, own) = rest.split_at_mut(before);
+            let (head, own) = rest.split_at_mut(layouts[next].values.start - base);
             rest = head;
             tasks.push((child, own));
         }
         // In ascending order, so that updates are added in the same order always.
         tasks.reverse();
-        let worth = tasks.iter().filter(|(child, _)| layouts[*child].flops > TASK).count() > 1;
-        let results: Result<Vec<_>, CholeskyError> = if worth {
-            self.join(tasks)
-        } else {
-            tasks.into_iter().map(|(child, own)| Ok((child, self.subtree(child, own)?))).collect()
-        };
-        results
+        if tasks.iter().filter(|(child, _)| layouts[*child].flops > TASK).count() < 2 {
+            return self.in_turn(tasks, pool);
+        }
+        let last = tasks.split_off(tasks.len() / 2);
+        let (first, second) =
+            rayon::join(|| self.in_turn(tasks, pool), || self.in_turn(last, &mut Pool::default()));
+        let mut updates = first?;
+        updates.extend(second?);
+        Ok(updates)
     }
 
-    fn join(&self, mut tasks: Vec<(usize, &mut [f64])>) -> Result<Vec<(usize, Vec<f64>)>, CholeskyError> {
-        let one = |tasks: Vec<(usize, &mut [f64])>| {
-            tasks.into_iter().map(|(child, own)| Ok((child, self.subtree(child, own)?))).collect()
-        };
-        let last = tasks.split_off(tasks.len() / 2);
-        let (first, second): (Result<Vec<_>, CholeskyError>, Result<Vec<_>, CholeskyError>) =
-            rayon::join(|| one(tasks), || one(last));
-        let mut results = first?;
-        results.extend(second?);
-        Ok(results)
+    fn in_turn(
+        &self,
+        tasks: Vec<(usize, &mut [f64])>,
+        pool: &mut Pool,
+    ) -> Result<Vec<(usize, Vec<f64>)>, CholeskyError> {
+        tasks.into_iter().map(|(child, own)| Ok((child, self.subtree(child, own, pool)?))).collect()
     }
 
     /// Puts the front's columns of the matrix in its panel.
@@ -196,9 +200,38 @@ impl Work<'_> {
     }
 }
 
+/// Update matrices that one task has done with: touching fresh memory costs more than the algebra of a
+/// small front.
+#[derive(Default)]
+struct Pool {
+    free: Vec<Vec<f64>>,
+}
+
+impl Pool {
+    /// Takes a buffer of `count` zeros.
+    fn take(&mut self, count: usize, dimension: usize) -> Result<Vec<f64>, CholeskyError> {
+        let fits = |v: &Vec<f64>| v.capacity() >= count;
+        // The one last given back is the one still in the cache.
+        match self.free.iter().rposition(fits) {
+            Some(k) => {
+                let mut buffer = self.free.swap_remove(k);
+                buffer.clear();
+                buffer.resize(count, 0.0);
+                Ok(buffer)
+            }
+            None => zeros(count, dimension),
+        }
+    }
+
+    fn give_back(&mut self, buffer: Vec<f64>) {
+        if buffer.capacity() > 0 && self.free.len() < KEPT {
+            self.free.push(buffer);
+        }
+    }
+}
+
+/// Makes zeros without touching them, after asking whether there is room.
 fn zeros(count: usize, dimension: usize) -> Result<Vec<f64>, CholeskyError> {
-    let mut values = Vec::new();
-    values.try_reserve_exact(count).map_err(|_| CholeskyError::OutOfMemory { dimension })?;
-    values.resize(count, 0.0);
-    Ok(values)
+    Vec::<f64>::new().try_reserve_exact(count).map_err(|_| CholeskyError::OutOfMemory { dimension })?;
+    Ok(vec![0.0; count])
 }

@@ -1,0 +1,47 @@
+//! The star of a vertex: its triangles and the edges between them, in order.
+
+use fem_core::mesh::TriMesh;
+use fem_core::mesh::topology::NONE;
+
+/// The star of a vertex, counter-clockwise: spoke `j` comes before triangle `j`. An open star begins and ends
+/// at a boundary edge and has one spoke more than triangles.
+#[derive(Default)]
+pub(crate) struct Star {
+    pub(crate) triangles: Vec<u32>,
+    pub(crate) spokes: Vec<u32>,
+}
+
+impl Star {
+    /// Walks around a vertex.
+    pub(crate) fn walk(&mut self, mesh: &TriMesh, node: usize) {
+        let topology = mesh.topology();
+        let around = topology.triangles_around(node);
+        let before = |t: u32| topology.triangle_edges()[t as usize][corner(mesh, t, node)];
+        let after = |t: u32| topology.triangle_edges()[t as usize][(corner(mesh, t, node) + 2) % 3];
+        let start = around.iter().copied().find(|&t| topology.is_boundary(before(t)));
+        self.triangles.clear();
+        self.spokes.clear();
+        let mut current = start.unwrap_or(around[0]);
+        for _ in 0..around.len() {
+            self.triangles.push(current);
+            self.spokes.push(before(current));
+            let [a, b] = topology.edge_triangles()[after(current) as usize];
+            let next = if a == current { b } else { a };
+            if next == NONE {
+                self.spokes.push(after(current));
+                break;
+            }
+            current = next;
+        }
+    }
+
+    /// Tells whether the vertex lies inside the mesh.
+    pub(crate) fn is_closed(&self) -> bool {
+        self.spokes.len() == self.triangles.len()
+    }
+}
+
+/// Finds which corner of a triangle a node is.
+pub(crate) fn corner(mesh: &TriMesh, triangle: u32, node: usize) -> usize {
+    mesh.triangles()[triangle as usize].iter().position(|&n| n as usize == node).unwrap_or(0)
+}

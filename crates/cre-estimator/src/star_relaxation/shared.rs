@@ -1,0 +1,45 @@
+//! A vector whose entries several threads write at the same time, each its own.
+
+use fem_core::norm::sum_over_triangles;
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+
+/// Entries handled by one task.
+const CHUNK: usize = 4096;
+
+/// A vector of numbers that can be written through a shared reference.
+///
+/// The stars of one colour write scattered entries, no two the same one. Relaxed atomic loads and stores are
+/// plain loads and stores on the machine and make that safe without a copy.
+pub(super) struct Shared(Vec<AtomicU64>);
+
+impl Shared {
+    /// Makes a vector of zeros.
+    pub(super) fn zeros(len: usize) -> Self {
+        Self((0..len).into_par_iter().with_min_len(CHUNK).map(|_| AtomicU64::new(0)).collect())
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    pub(super) fn get(&self, i: usize) -> f64 {
+        f64::from_bits(self.0[i].load(Relaxed))
+    }
+
+    pub(super) fn set(&self, i: usize, value: f64) {
+        self.0[i].store(value.to_bits(), Relaxed);
+    }
+
+    /// Replaces every entry `x` by `f(i, x)`.
+    pub(super) fn update(&self, f: impl Fn(usize, f64) -> f64 + Sync) {
+        self.0.par_iter().enumerate().with_min_len(CHUNK).for_each(|(i, x)| {
+            x.store(f(i, f64::from_bits(x.load(Relaxed))).to_bits(), Relaxed);
+        });
+    }
+
+    /// Computes the scalar product, in an order that does not depend on the number of threads.
+    pub(super) fn dot(&self, other: &Self) -> f64 {
+        sum_over_triangles(self.len(), |i| self.get(i) * other.get(i))
+    }
+}

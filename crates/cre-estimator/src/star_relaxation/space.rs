@@ -1,0 +1,169 @@
+//! Which Airy functions the boundary allows: the functions whose stress leaves every given traction alone.
+
+use super::airy::rotated;
+use crate::admissible::EquilibratedStress;
+use fem_core::body::{Body, EdgeCondition, EdgeReaction};
+use fem_core::geometry::{Vector, add, cross, dot, norm, perpendicular, scale, sub};
+use rayon::prelude::*;
+
+/// Directions closer than this (sine of the angle) are the same one; the traction error that it lets through
+/// stays below the tolerance of [`crate::check()`].
+const SAME_DIRECTION: f64 = 1e-11;
+/// A reaction closer than this to the edge's tangent, and not along it, would make the space ill-conditioned.
+const NEARLY_TANGENTIAL: f64 = 1e-3;
+
+/// How the three unknowns of a node make value and gradient: `φ = value x₀`, `∇φ = slopes₀ x₁ + slopes₁ x₂`.
+/// Zeros where the boundary allows nothing.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct NodeBasis {
+    pub(super) value: f64,
+    pub(super) slopes: [Vector; 2],
+}
+
+/// The mean gradient on an edge from node `a` to node `b`, `m = along (φ_b − φ_a) + across q`; the edge's
+/// unknown `q` is the mean normal derivative over the edge's length.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct EdgeBasis {
+    pub(super) along: Vector,
+    pub(super) across: Vector,
+}
+
+/// The admissible Airy functions: three unknowns per node, then one per edge (its mean normal derivative).
+///
+/// The stress function vector `ψ = (∂_y φ, −∂_x φ)` has the traction as its derivative along an edge. So:
+/// * whole traction given: `∇φ` is constant along the edge; together with the stars' outer edges, zero;
+/// * traction unknown along `d` only: `d·∇φ` is constant along the edge, that is zero, also in the mean;
+/// * traction unknown: nothing.
+pub(super) struct Space<'a> {
+    body: &'a Body,
+    nodes: Vec<NodeBasis>,
+    /// Per boundary edge: the factor `κ` of `q = κ (φ_b − φ_a)`, and whether `q` is free (1 or 0).
+    boundary: Vec<[f64; 2]>,
+}
+
+impl<'a> Space<'a> {
+    pub(super) fn new(body: &'a Body, conditions: &[EdgeCondition]) -> Self {
+        let mesh = body.mesh();
+        let free = NodeBasis { value: 1.0, slopes: [[1.0, 0.0], [0.0, 1.0]] };
+        let mut nodes = vec![free; mesh.points().len()];
+        let mut boundary = Vec::with_capacity(conditions.len());
+        for (&edge, condition) in mesh.topology().boundary_edges().iter().zip(conditions) {
+            let [a, b] =
+                mesh.topology().oriented_edge(edge, mesh.triangles()).map(|n| mesh.points()[n as usize]);
+            let length = norm(sub(b, a));
+            let normal = scale(1.0 / length, rotated(sub(b, a)));
+            let mut keep_value = true;
+            let freedom = match condition.reaction {
+                EdgeReaction::None => {
+                    keep_value = false;
+                    [0.0, 0.0]
+                }
+                EdgeReaction::Both => [0.0, 1.0],
+                EdgeReaction::Along(d) => {
+                    let (n, t) = (dot(d, normal), cross(normal, d));
+                    keep_value = n.abs() >= NEARLY_TANGENTIAL;
+                    // d·m = 0 with m = t (φ_b − φ_a)/L + L n q, t and n of length one.
+                    let tangential = n.abs() <= SAME_DIRECTION;
+                    if keep_value {
+                        [-t / (n * length * length), 0.0]
+                    } else {
+                        [0.0, f64::from(u8::from(tangential))]
+                    }
+                }
+            };
+            boundary.push(freedom);
+            for node in mesh.topology().edges()[edge as usize] {
+                let basis = &mut nodes[node as usize];
+                if !keep_value {
+                    basis.value = 0.0;
+                }
+                restrict(&mut basis.slopes, condition.reaction);
+            }
+        }
+        Self { body, nodes, boundary }
+    }
+
+    /// Counts the unknowns, those that are always zero included.
+    pub(super) fn len(&self) -> usize {
+        3 * self.nodes.len() + self.body.mesh().topology().edges().len()
+    }
+
+    pub(super) fn body(&self) -> &'a Body {
+        self.body
+    }
+
+    pub(super) fn node(&self, node: usize) -> NodeBasis {
+        self.nodes[node]
+    }
+
+    /// Place of an edge's unknown.
+    pub(super) fn edge_unknown(&self, edge: u32) -> usize {
+        3 * self.nodes.len() + edge as usize
+    }
+
+    /// Basis of an edge as the triangle `triangle` walks it, from `a` to `b`.
+    pub(super) fn edge(&self, edge: u32, triangle: usize, a: Vector, b: Vector) -> EdgeBasis {
+        let topology = self.body.mesh().topology();
+        let t = sub(b, a);
+        let along = scale(1.0 / dot(t, t), t);
+        let normal = rotated(t);
+        if !topology.is_boundary(edge) {
+            let first = topology.edge_triangles()[edge as usize][0] as usize == triangle;
+            return EdgeBasis { along, across: if first { normal } else { scale(-1.0, normal) } };
+        }
+        let place = topology.boundary_edges().binary_search(&edge).unwrap_or(0);
+        let [tilt, free] = self.boundary[place];
+        EdgeBasis { along: add(along, scale(tilt, normal)), across: scale(free, normal) }
+    }
+
+    /// Adds the edge moments of an Airy function: `b_a = R(m − ∇φ_a)`, `b_b = R(∇φ_b − m)`, `R(x, y) = (y, −x)`.
+    pub(super) fn add_moments(&self, unknown: impl Fn(usize) -> f64 + Sync, stress: &mut EquilibratedStress) {
+        let mesh = self.body.mesh();
+        let topology = mesh.topology();
+        let conditions = &stress.conditions;
+        stress.edge_moments.par_iter_mut().enumerate().with_min_len(1024).for_each(|(e, moments)| {
+            let nodes = topology.oriented_edge(e as u32, mesh.triangles()).map(|n| n as usize);
+            let [a, b] = nodes.map(|n| mesh.points()[n]);
+            let first = topology.edge_triangles()[e][0] as usize;
+            let basis = self.edge(e as u32, first, a, b);
+            let value = nodes.map(|n| self.nodes[n].value * unknown(3 * n));
+            let [ga, gb] = nodes.map(|n| {
+                let s = self.nodes[n].slopes;
+                add(scale(unknown(3 * n + 1), s[0]), scale(unknown(3 * n + 2), s[1]))
+            });
+            let q = unknown(self.edge_unknown(e as u32));
+            let m = add(scale(value[1] - value[0], basis.along), scale(q, basis.across));
+            let mut added = [rotated(sub(m, ga)), rotated(sub(gb, m))];
+            if let Ok(place) = topology.boundary_edges().binary_search(&(e as u32)) {
+                // Removes what round-off puts on the given components.
+                match conditions[place].reaction {
+                    EdgeReaction::None => added = [[0.0; 2]; 2],
+                    EdgeReaction::Along(d) => added = added.map(|b| scale(dot(d, b) / dot(d, d), d)),
+                    EdgeReaction::Both => {}
+                }
+            }
+            if topology.edges()[e][0] as usize != nodes[0] {
+                added.reverse();
+            }
+            for (moment, x) in moments.iter_mut().zip(added) {
+                *moment = add(*moment, x);
+            }
+        });
+    }
+}
+
+/// Restricts the gradient at a node to what an edge through it allows.
+fn restrict(slopes: &mut [Vector; 2], reaction: EdgeReaction) {
+    const ZERO: [Vector; 2] = [[0.0; 2]; 2];
+    match reaction {
+        EdgeReaction::Both => {}
+        EdgeReaction::None => *slopes = ZERO,
+        EdgeReaction::Along(d) => {
+            if slopes[1] != [0.0; 2] {
+                *slopes = [perpendicular(scale(1.0 / norm(d), d)), [0.0; 2]];
+            } else if dot(slopes[0], d).abs() > SAME_DIRECTION {
+                *slopes = ZERO;
+            }
+        }
+    }
+}

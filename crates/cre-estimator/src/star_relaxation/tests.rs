@@ -1,0 +1,361 @@
+use super::*;
+use crate::check::check_stress;
+use crate::estimate_with;
+use crate::johnson_mercier::{CellStress, distance_squared};
+use fem_core::assembly::System;
+use fem_core::boundary::{BoundaryConditions, ScalarData};
+use fem_core::condensation::CondensedBody;
+use fem_core::field;
+use fem_core::geometry::{Vector, cross, perpendicular};
+use fem_core::interface::{ContactInterface, ContactProblem, ContactState, Gap, InterfaceSide};
+use fem_core::material::{Hypothesis, LinearElastic};
+use fem_core::mesh::TriMesh;
+use fem_core::mesh::generate::block;
+use fem_core::tensor::SymTensor2;
+use nalgebra::{DMatrix, DVector};
+
+/// A block of irregular triangles, turned by an angle.
+fn mesh(cells: [usize; 2], angle: f64) -> TriMesh {
+    let straight = block([0.0, 0.0], [1.5, 1.0], cells).unwrap();
+    let (sin, cos) = angle.sin_cos();
+    let boundary = |p: Vector| p[0] == 0.0 || p[0] == 1.5 || p[1] == 0.0 || p[1] == 1.0;
+    let points = straight.points().iter().enumerate().map(|(i, &p)| {
+        let h = if boundary(p) { 0.0 } else { 0.15 / cells[1] as f64 };
+        let x = p[0] + h * (7.3 * i as f64).sin();
+        let y = p[1] + h * (3.1 * i as f64).cos();
+        [cos * x - sin * y, sin * x + cos * y]
+    });
+    let groups = straight.groups().iter().map(|(name, edges)| {
+        (name.clone(), edges.iter().map(|&e| straight.topology().edges()[e as usize]).collect())
+    });
+    TriMesh::new(points.collect(), straight.triangles().to_vec(), groups.collect()).unwrap()
+}
+
+fn linear() -> ScalarData {
+    ScalarData::function(|x| 2.0 + 3.0 * x[0] - x[1])
+}
+
+/// Every kind of support: what it is, the angle the mesh is turned by, and the conditions.
+fn cases() -> Vec<(&'static str, f64, BoundaryConditions)> {
+    let new = BoundaryConditions::new;
+    vec![
+        (
+            "clamped, loaded, heavy",
+            0.0,
+            new().fix("bottom").traction("top", [1.0.into(), linear()]).body_force([0.7, -2.0]),
+        ),
+        (
+            "rollers",
+            0.0,
+            new().roller("left", 0.0).roller("bottom", 0.01).traction("top", [0.0.into(), linear()]),
+        ),
+        (
+            "turned rollers, heavy",
+            0.6,
+            new()
+                .roller("left", 0.0)
+                .roller("bottom", 0.01)
+                .pressure("right", linear())
+                .body_force([0.3, 0.9]),
+        ),
+        (
+            "oblique reactions",
+            0.6,
+            new()
+                .displace("bottom", Some(0.0.into()), None)
+                .displace("left", None, Some(0.02.into()))
+                .pressure("top", linear()),
+        ),
+        (
+            "held along the tangent",
+            0.0,
+            new().fix("left").displace("bottom", Some(0.0.into()), None).pressure("top", linear()),
+        ),
+    ]
+}
+
+fn solve(mesh: TriMesh, conditions: &BoundaryConditions) -> (Body, EquilibratedStress) {
+    let material = LinearElastic::isotropic(50.0, 0.3, Hypothesis::PlaneStrain).unwrap();
+    let body = Body::new(mesh, material, conditions).unwrap();
+    let system = System::assemble(&body, &InterfaceSide::default()).unwrap();
+    let u = CondensedBody::factorise(system, body.mesh().points()).unwrap().displacement_from_force(&[]);
+    let stress =
+        EquilibratedStress::recover(&body, field::stresses(&body, &u), body.edge_conditions().to_vec());
+    (body, stress)
+}
+
+fn energy(body: &Body, stress: &EquilibratedStress) -> f64 {
+    (0..stress.finite_element.len())
+        .map(|t| stress.cell_distance_squared(body, t, stress.finite_element[t]))
+        .sum()
+}
+
+#[test]
+fn every_step_is_in_equilibrium_and_lowers_the_energy() {
+    for (name, angle, conditions) in cases() {
+        let (body, eet) = solve(mesh([9, 6], angle), &conditions);
+        let mut last = energy(&body, &eet);
+        for steps in 0..12 {
+            let mut stress = eet.clone();
+            let report = relax(&body, &mut stress, Relaxation::Steps(steps));
+            assert_eq!((report.steps, report.energy_history.len()), (steps, steps + 1));
+            let found = energy(&body, &stress);
+            assert!(found <= last, "{name}: {found} after {last}");
+            assert!((report.energy_history[steps] / found - 1.0).abs() < 1e-11, "{name}");
+            last = found;
+            let residuals = check_stress(&body, &stress);
+            assert!(residuals.is_valid(), "{name}: {residuals:?}");
+        }
+        assert!(last < 0.5 * energy(&body, &eet), "{name}: EET left nothing to gain");
+    }
+}
+
+#[test]
+fn the_difference_to_the_finite_element_stress_stays_orthogonal_to_its_strains() {
+    let (body, mut stress) = solve(mesh([9, 6], 0.0), &cases()[0].2);
+    relax(&body, &mut stress, Relaxation::Steps(3));
+    // The strain of a displacement that vanishes on the clamped side.
+    let nodes = body.mesh().points();
+    let v: Vec<Vector> = nodes.iter().map(|p| [p[1] * p[0].sin(), p[1] * (2.0 + p[0])]).collect();
+    let virtual_stress = field::stresses(&body, &v);
+    let with = |factor: f64| -> f64 {
+        (0..virtual_stress.len())
+            .map(|t| {
+                let shifted = stress.finite_element[t].plus(virtual_stress[t].scaled(factor));
+                stress.cell_distance_squared(&body, t, shifted)
+            })
+            .sum()
+    };
+    // ‖τ − σ̂ ∓ σ(v)‖² differ by four times the product.
+    assert!((with(1.0) - with(-1.0)).abs() < 1e-12 * with(1.0));
+}
+
+/// The least energy over all edge moments in equilibrium, by dense algebra that knows no Airy function.
+fn best(body: &Body, eet: &EquilibratedStress) -> f64 {
+    let mesh = body.mesh();
+    let topology = mesh.topology();
+    let unknowns = 4 * topology.edges().len();
+    let mut rows: Vec<DVector<f64>> = Vec::new();
+    for t in 0..mesh.triangles().len() {
+        let mut balance = [DVector::zeros(unknowns), DVector::zeros(unknowns), DVector::zeros(unknowns)];
+        for edge in topology.triangle_edges()[t] {
+            let edge = edge as usize;
+            let sign = if topology.edge_triangles()[edge][0] as usize == t { 1.0 } else { -1.0 };
+            for end in 0..2 {
+                let x = mesh.points()[topology.edges()[edge][end] as usize];
+                for (c, unit) in [[1.0, 0.0], [0.0, 1.0]].into_iter().enumerate() {
+                    let unknown = 4 * edge + 2 * end + c;
+                    balance[c][unknown] = sign;
+                    balance[2][unknown] = sign * cross(x, unit);
+                }
+            }
+        }
+        rows.extend(balance);
+    }
+    for (&edge, condition) in topology.boundary_edges().iter().zip(&eet.conditions) {
+        let given = match condition.reaction {
+            EdgeReaction::Both => vec![],
+            EdgeReaction::Along(d) => vec![perpendicular(d)],
+            EdgeReaction::None => vec![[1.0, 0.0], [0.0, 1.0]],
+        };
+        for (direction, end) in given.into_iter().flat_map(|d| [(d, 0), (d, 1)]) {
+            let mut row = DVector::zeros(unknowns);
+            row[4 * edge as usize + 2 * end] = direction[0];
+            row[4 * edge as usize + 2 * end + 1] = direction[1];
+            rows.push(row);
+        }
+    }
+    // The null space of the conditions: eigenvectors of CᵀC without an eigenvalue.
+    let conditions = DMatrix::from_columns(&rows);
+    let eigen = (&conditions * conditions.transpose()).symmetric_eigen();
+    let null: Vec<usize> = (0..unknowns).filter(|&k| eigen.eigenvalues[k].abs() < 1e-11).collect();
+    let cells = mesh.triangles().len();
+    let difference = |a: &CellStress, b: &CellStress| -> CellStress {
+        std::array::from_fn(|k| std::array::from_fn(|m| a[k][m].minus(b[k][m])))
+    };
+    let corrections: Vec<Vec<CellStress>> = null
+        .iter()
+        .map(|&k| {
+            let mut moved = eet.clone();
+            for (i, value) in eigen.eigenvectors.column(k).iter().enumerate() {
+                moved.edge_moments[i / 4][i % 4 / 2][i % 2] += value;
+            }
+            (0..cells).map(|t| difference(&moved.cell(body, t), &eet.cell(body, t))).collect()
+        })
+        .collect();
+    let start: Vec<CellStress> = (0..cells)
+        .map(|t| eet.cell(body, t).map(|part| part.map(|s| s.minus(eet.finite_element[t]))))
+        .collect();
+    let norm = |a: &[CellStress]| -> f64 {
+        (0..cells)
+            .map(|t| distance_squared(&a[t], SymTensor2::default(), mesh.area(t), body.material(t)))
+            .sum()
+    };
+    let product = |a: &[CellStress], b: &[CellStress]| -> f64 {
+        let sum: Vec<CellStress> = a
+            .iter()
+            .zip(b)
+            .map(|(a, b)| std::array::from_fn(|k| std::array::from_fn(|m| a[k][m].plus(b[k][m]))))
+            .collect();
+        0.5 * (norm(&sum) - norm(a) - norm(b))
+    };
+    let n = null.len();
+    let gram = DMatrix::from_fn(n, n, |i, j| product(&corrections[i], &corrections[j]));
+    let gradient = DVector::from_fn(n, |i, _| product(&corrections[i], &start));
+    norm(&start) - gradient.dot(&gram.cholesky().unwrap().solve(&gradient))
+}
+
+#[test]
+fn the_fixed_point_is_the_best_of_all_edge_moments_in_equilibrium() {
+    for (name, angle, conditions) in cases() {
+        for cells in [[1, 1], [3, 2]] {
+            let (body, mut stress) = solve(mesh(cells, angle), &conditions);
+            let best = best(&body, &stress);
+            let report = relax(&body, &mut stress, Relaxation::Steps(500));
+            assert!(report.stationary, "{name}");
+            let found = energy(&body, &stress);
+            assert!((found / best - 1.0).abs() < 1e-9, "{name} {cells:?}: {found} against {best}");
+            assert!(check_stress(&body, &stress).is_valid());
+        }
+    }
+}
+
+#[test]
+fn two_supports_keep_the_resultant_between_them() {
+    // Clamped at both ends, free between: three functions affine on each free side are no star's.
+    let conditions = BoundaryConditions::new().fix("left").fix("right").pressure("top", linear());
+    let (body, mut stress) = solve(mesh([3, 2], 0.0), &conditions);
+    let best = best(&body, &stress);
+    relax(&body, &mut stress, Relaxation::Steps(500));
+    let found = energy(&body, &stress);
+    assert!(best <= found && found < 1.1 * best, "{found} against {best}");
+}
+
+#[test]
+fn the_number_of_threads_changes_no_bit() {
+    let (body, eet) = solve(mesh([60, 40], 0.6), &cases()[2].2);
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let mut stress = eet.clone();
+        let report = pool.install(|| relax(&body, &mut stress, Relaxation::Steps(4)));
+        (stress.edge_moments, report)
+    };
+    let one = run(1);
+    for threads in [2, 7] {
+        assert!(run(threads) == one, "{threads} threads");
+    }
+}
+
+#[test]
+fn nothing_is_done_where_there_is_nothing_to_gain() {
+    let rest = BoundaryConditions::new().fix("bottom");
+    let uniform = BoundaryConditions::new().roller("left", 0.0).roller("bottom", 0.0).pressure("top", 3.0);
+    for conditions in [rest, uniform] {
+        let (body, mut stress) = solve(mesh([5, 4], 0.0), &conditions);
+        let before = stress.edge_moments.clone();
+        let report = relax(&body, &mut stress, Relaxation::Tolerance { gain: 0.02, max_steps: 10 });
+        assert!(report.stationary && report.steps == 0, "{report:?}");
+        assert_eq!(stress.edge_moments, before);
+    }
+}
+
+#[test]
+fn prepared_stars_relax_any_stress_of_the_same_supports() {
+    let (body, eet) = solve(mesh([9, 6], 0.6), &cases()[3].2);
+    let prepared = StarRelaxation::new(&body, &eet.conditions);
+    let (mut one, mut other) = (eet.clone(), eet.clone());
+    assert_eq!(
+        prepared.relax(&mut one, Relaxation::Steps(3)),
+        relax(&body, &mut other, Relaxation::Steps(3))
+    );
+    assert_eq!(one.edge_moments, other.edge_moments);
+    // Relaxing goes on from where it is.
+    let again = prepared.relax(&mut one, Relaxation::Steps(1));
+    assert!(again.energy_history[1] < energy(&body, &other));
+    assert!(check_stress(&body, &one).is_valid());
+}
+
+#[test]
+#[should_panic(expected = "directions")]
+fn prepared_stars_refuse_other_supports() {
+    let (body, eet) = solve(mesh([3, 2], 0.0), &cases()[0].2);
+    let mut stress = eet.clone();
+    let prepared = StarRelaxation::new(&body, &eet.conditions);
+    for condition in &mut stress.conditions {
+        condition.reaction = EdgeReaction::None;
+    }
+    prepared.relax(&mut stress, Relaxation::Steps(1));
+}
+
+#[test]
+fn the_tolerance_stops_at_the_first_small_gain() {
+    let (body, eet) = solve(mesh([9, 6], 0.0), &cases()[0].2);
+    let mut stress = eet.clone();
+    let report = relax(&body, &mut stress, Relaxation::Tolerance { gain: 0.01, max_steps: 50 });
+    let bounds: Vec<f64> = report.energy_history.iter().map(|e| e.sqrt()).collect();
+    let gains: Vec<f64> = bounds.windows(2).map(|b| 1.0 - b[1] / b[0]).collect();
+    assert!(report.steps < 50 && report.steps == gains.len());
+    let (last, others) = gains.split_last().unwrap();
+    assert!(*last < 0.01 && others.iter().all(|g| *g >= 0.01), "{gains:?}");
+    let mut same = eet;
+    relax(&body, &mut same, Relaxation::Steps(report.steps));
+    assert_eq!(same.edge_moments, stress.edge_moments);
+}
+
+/// Two blocks, the upper one pressed down on the lower one by an imposed common trace.
+fn two_blocks(press: f64) -> (ContactProblem, [CondensedBody; 2], Vec<f64>) {
+    let material = |e| LinearElastic::isotropic(e, 0.3, Hypothesis::PlaneStrain).unwrap();
+    let upper = BoundaryConditions::new().fix("top");
+    let lower = BoundaryConditions::new().fix("bottom");
+    let upper = Body::new(block([0.0, 1.0], [2.0, 1.0], [8, 5]).unwrap(), material(2000.0), &upper).unwrap();
+    let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], [8, 4]).unwrap(), material(1000.0), &lower).unwrap();
+    let interface =
+        ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
+    let condense = |body: &Body, side| {
+        CondensedBody::factorise(System::assemble(body, side).unwrap(), body.mesh().points()).unwrap()
+    };
+    let bodies = [condense(&upper, &interface.sides()[0]), condense(&lower, &interface.sides()[1])];
+    let trace = vec![press; interface.pairs().len()];
+    (ContactProblem { bodies: [upper, lower], interface }, bodies, trace)
+}
+
+#[test]
+fn every_stage_of_an_estimate_is_admissible_and_splits_exactly() {
+    let (problem, bodies, trace) = two_blocks(0.01);
+    let displacement = [0, 1].map(|b: usize| bodies[b].displacement_from_trace(&trace));
+    let mut force = vec![0.0; trace.len()];
+    bodies[1].reaction(&trace, &mut force);
+    assert!(force.iter().all(|f| *f > 0.0));
+    let opening = vec![0.0; trace.len()];
+    let state = ContactState {
+        displacement: [&displacement[0], &displacement[1]],
+        contact_force: &force,
+        opening: &opening,
+    };
+    let mut last = (f64::INFINITY, f64::INFINITY);
+    for steps in 0..6 {
+        let e = estimate_with(&problem, &bodies, &state, Relaxation::Steps(steps)).unwrap();
+        assert!(e.admissibility.is_valid(), "{:?}", e.admissibility);
+        assert!(e.cre.split_defect() < 1e-12, "{}", e.cre.split_defect());
+        let relaxed: f64 = e.pair.relaxation.iter().map(|r| r.energy_history[steps]).sum();
+        assert!((relaxed / e.cre.discretisation_squared - 1.0).abs() < 1e-11);
+        assert!(e.e_cre < last.0 && e.eta_dis < last.1);
+        last = (e.e_cre, e.eta_dis);
+    }
+}
+
+#[test]
+fn a_zero_state_has_a_zero_certificate_at_every_stage() {
+    let (problem, bodies, trace) = two_blocks(0.0);
+    let displacement = [0, 1].map(|b: usize| bodies[b].displacement_from_trace(&trace));
+    let state = ContactState {
+        displacement: [&displacement[0], &displacement[1]],
+        contact_force: &trace,
+        opening: &trace,
+    };
+    for relaxation in [Relaxation::Steps(3), Relaxation::Tolerance { gain: 0.02, max_steps: 9 }] {
+        let e = estimate_with(&problem, &bodies, &state, relaxation).unwrap();
+        assert_eq!((e.e_cre, e.eta_dis), (0.0, 0.0));
+        assert!(e.admissibility.is_valid());
+    }
+}
