@@ -1,5 +1,8 @@
 //! Runs the binary as a user does: example cases, wrong inputs, output directories, reports.
 
+// All of this is test code: a failed unwrap is a failed test.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
 use case_io::report::Report;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
