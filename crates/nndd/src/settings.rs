@@ -8,7 +8,7 @@ pub enum Method {
     /// The Neumann-Neumann iteration, equations (8)-(11).
     #[default]
     Nndd,
-    /// The interface Newton method, the reference; see [`crate::monolithic`].
+    /// The interface Newton method, the reference: exact for the discrete problem.
     Newton,
 }
 
