@@ -14,10 +14,33 @@ pub(crate) struct Arguments {
     /// Let criterion stop as soon as its estimate settles
     #[arg(long)]
     quick: bool,
+    /// Time 1280x640 cells per body as well: minutes, and several GiB of memory
+    #[arg(long)]
+    large: bool,
 }
 
-/// The cases timed as whole processes.
-const CASES: [&str; 1] = ["tests/cases/paper.toml"];
+impl Arguments {
+    fn flags(&self) -> String {
+        let flags = [(self.quick, " --quick"), (self.large, " --large")];
+        flags.into_iter().filter_map(|(given, flag)| given.then_some(flag)).collect()
+    }
+}
+
+/// The case timed as a whole process, as it is and on finer meshes with the program's default settings.
+const CASE: &str = "tests/cases/paper.toml";
+/// Cells per body of the finer meshes; the last one only when asked for.
+const CELLS: [[usize; 2]; 5] = [[18, 9], [80, 36], [320, 160], [640, 320], [1280, 640]];
+/// Settings that undo the paper's, so that the defaults are timed.
+const DEFAULTS: [&str; 6] = [
+    "solver.imposed=auto",
+    "solver.theta=auto",
+    "solver.weights=stiffness",
+    "solver.acceleration=anderson",
+    "estimator.every=0",
+    "output.vtu=false",
+];
+/// The parts of a run's time, as report.json names them.
+const PHASES: [&str; 7] = ["mesh", "assembly", "factorisation", "iterations", "estimate", "write", "total"];
 /// How often each is timed, after one run that is thrown away.
 const RUNS: usize = 5;
 /// GNU time, which reports the peak memory of a process.
@@ -50,6 +73,20 @@ struct Process {
     seconds: Vec<f64>,
     /// Peak memory in kibibytes, ascending; empty where it could not be measured.
     memory: Vec<f64>,
+    /// Median seconds of each of [`PHASES`].
+    phases: Vec<f64>,
+}
+
+/// The cases of whole processes: what they are called, and the settings they need.
+fn cases(large: bool) -> Vec<(String, Vec<String>)> {
+    let mut cases = vec![("paper.toml".to_owned(), Vec::new())];
+    let meshes = if large { CELLS.len() } else { CELLS.len() - 1 };
+    for [nx, ny] in &CELLS[..meshes] {
+        let cells = (0..2).map(|body| format!("body.{body}.generator.cells=[{nx},{ny}]"));
+        let settings = cells.chain(DEFAULTS.iter().map(|s| (*s).to_owned())).collect();
+        cases.push((format!("{nx}x{ny} cells per body, defaults"), settings));
+    }
+    cases
 }
 
 /// Runs the suites and writes the results.
@@ -75,7 +112,10 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<()> {
     if stream(&mut workspace.cargo(&["build", "--release", "--bin", "nndd"]))? != Some(0) {
         return Err("the program does not build".to_owned());
     }
-    let processes = CASES.iter().map(|case| time_process(workspace, case)).collect::<Outcome<Vec<_>>>()?;
+    let processes = cases(arguments.large)
+        .iter()
+        .map(|(name, settings)| time_process(workspace, name, settings))
+        .collect::<Outcome<Vec<_>>>()?;
 
     let machine = Machine::look();
     let date = jiff::Timestamp::now().strftime("%Y-%m-%d").to_string();
@@ -86,6 +126,7 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<()> {
         ("README.md", readme),
         ("criterion.csv", criterion_csv(&estimates)),
         ("whole-process.csv", process_csv(&processes)),
+        ("phases.csv", phases_csv(&processes)),
     ] {
         let path = folder.join(name);
         std::fs::write(&path, text).map_err(|e| format!("{}: {e}", workspace.shown(&path)))?;
@@ -134,15 +175,15 @@ fn parse_estimate(benchmark: &str, estimates: &str) -> Outcome<Estimate> {
 }
 
 /// Times the program on one case: once thrown away, then wall times, then peak memory where GNU time is there.
-fn time_process(workspace: &Workspace, case: &str) -> Outcome<Process> {
-    let out = workspace.target.join("bench").join(Path::new(case).file_stem().unwrap_or_default());
-    if let Some(parent) = out.parent() {
-        std::fs::create_dir_all(parent).map_err(|e| format!("{}: {e}", workspace.shown(parent)))?;
-    }
+fn time_process(workspace: &Workspace, case: &str, settings: &[String]) -> Outcome<Process> {
+    let out = workspace.target.join("bench");
+    std::fs::create_dir_all(&out).map_err(|e| format!("{}: {e}", workspace.shown(&out)))?;
     let run = |mut command: Command| -> Outcome<(f64, String)> {
         command
             .current_dir(&workspace.root)
-            .args(["solve", case, "--out"])
+            .args(["solve", CASE])
+            .args(settings.iter().flat_map(|setting| ["--set", setting]))
+            .arg("--out")
             .arg(&out)
             .args(["--force", "--quiet"]);
         let start = Instant::now();
@@ -157,8 +198,21 @@ fn time_process(workspace: &Workspace, case: &str) -> Outcome<Process> {
     };
     println!("timing {case}");
     run(Command::new(workspace.nndd()))?;
-    let mut seconds =
-        (0..RUNS).map(|_| Ok(run(Command::new(workspace.nndd()))?.0)).collect::<Outcome<Vec<_>>>()?;
+    let mut seconds = vec![];
+    let mut phases = vec![vec![]; PHASES.len()];
+    for _ in 0..RUNS {
+        seconds.push(run(Command::new(workspace.nndd()))?.0);
+        let report: Value = serde_json::from_str(&read(&out.join("report.json"))?)
+            .map_err(|e| format!("report.json of {case}: {e}"))?;
+        for (times, phase) in phases.iter_mut().zip(PHASES) {
+            times.extend(report["timings"][phase].as_f64());
+        }
+    }
+    let middle = |mut times: Vec<f64>| {
+        times.sort_by(f64::total_cmp);
+        spread(&times).map_or(f64::NAN, |[median, ..]| median)
+    };
+    let phases = phases.into_iter().map(middle).collect();
     let mut memory = vec![];
     if Path::new(TIME).exists() {
         for _ in 0..RUNS {
@@ -170,7 +224,7 @@ fn time_process(workspace: &Workspace, case: &str) -> Outcome<Process> {
     }
     seconds.sort_by(f64::total_cmp);
     memory.sort_by(f64::total_cmp);
-    Ok(Process { case: case.to_owned(), seconds, memory })
+    Ok(Process { case: case.to_owned(), seconds, memory, phases })
 }
 
 /// The peak memory in kibibytes in what GNU time says.
@@ -259,7 +313,7 @@ fn readme(
     let versions: Vec<String> = versions.into_iter().map(|(n, v)| format!("{n} {v}")).collect();
     let mut text = format!("# Benchmarks of {date} on {}\n\n", machine.slug());
     let rows = [
-        ("command", format!("`cargo xtask bench{}`", if arguments.quick { " --quick" } else { "" })),
+        ("command", format!("`cargo xtask bench{}`", arguments.flags())),
         ("commit", format!("{commit}, tree {tree}")),
         ("compiler", format!("{}, {}", rustc.trim(), cargo.trim())),
         ("packages", versions.join(", ")),
@@ -276,7 +330,8 @@ fn readme(
         text.push_str("- peak memory: GNU time was not there.\n");
     }
     text.push_str(
-        "\nRaw numbers: `criterion.csv` (nanoseconds), `whole-process.csv` (seconds, kibibytes).\n",
+        "\nRaw numbers: `criterion.csv` (nanoseconds), `whole-process.csv` (seconds, kibibytes), \
+         `phases.csv` (seconds).\n",
     );
     Ok(text)
 }
@@ -291,7 +346,17 @@ fn summary(estimates: &[Estimate], processes: &[Process]) -> String {
             spread(&p.seconds).map_or(["-"; 3].map(str::to_owned), |s| s.map(|t| time(t * 1e9)));
         let memory =
             spread(&p.memory).map_or("not measured".to_owned(), |m| format!("{:.1} MiB", m[0] / 1024.0));
-        let _ = writeln!(text, "| `nndd solve {}` | {median} | {least} | {most} | {memory} |", p.case);
+        let _ = writeln!(text, "| {} | {median} | {least} | {most} | {memory} |", p.case);
+    }
+    let _ = writeln!(
+        text,
+        "\n| phases, median s | {} |\n|---{}|",
+        PHASES.join(" | "),
+        "|---".repeat(PHASES.len())
+    );
+    for p in processes {
+        let times: Vec<String> = p.phases.iter().map(|t| format!("{t:.4}")).collect();
+        let _ = writeln!(text, "| {} | {} |", p.case, times.join(" | "));
     }
     if estimates.is_empty() {
         text.push_str("\nNo crate has a criterion suite.\n");
@@ -380,6 +445,16 @@ fn process_csv(processes: &[Process]) -> String {
 }
 
 /// A field of a comma-separated table, in quotes where it needs them.
+/// The phases of every case, median seconds.
+fn phases_csv(processes: &[Process]) -> String {
+    let mut text = format!("case,{}\n", PHASES.map(|phase| format!("{phase} [s]")).join(","));
+    for p in processes {
+        let times: Vec<String> = p.phases.iter().map(|t| format!("{t:.6}")).collect();
+        let _ = writeln!(text, "{},{}", quoted(&p.case), times.join(","));
+    }
+    text
+}
+
 fn quoted(field: &str) -> String {
     if field.contains([',', '"', '\n']) {
         format!("\"{}\"", field.replace('"', "\"\""))
@@ -470,8 +545,12 @@ mod tests {
 
     #[test]
     fn tables_hold_every_result() {
-        let processes =
-            [Process { case: "paper.toml".into(), seconds: vec![0.1, 0.12, 0.2], memory: vec![] }];
+        let processes = [Process {
+            case: "paper.toml".into(),
+            seconds: vec![0.1, 0.12, 0.2],
+            memory: vec![],
+            phases: vec![],
+        }];
         let text = summary(&[estimate()], &processes);
         assert!(text.contains("| 120.00 ms | 100.00 ms | 200.00 ms | not measured |"), "{text}");
         assert!(text.contains("| condense/body, fine | 1.20 µs | 1.15 µs to 1.25 µs (95 %) |"), "{text}");

@@ -2,12 +2,14 @@
 //!
 //! - `verify` runs every check a change must pass,
 //! - `tidy` checks what no compiler checks: the crate graph on the map, stray files, forbidden words,
-//! - `bench` runs the benchmark suites and writes `bench-results/`.
+//! - `bench` runs the benchmark suites and writes `bench-results/`,
+//! - `reproduce` runs the studies whose tables stand in `bench-results/`.
 
 // Reporting is what these tasks are for.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 mod bench;
+mod reproduce;
 mod tidy;
 mod verify;
 mod workspace;
@@ -32,6 +34,8 @@ enum Task {
     Tidy,
     /// Run the benchmark suites and write a folder of bench-results
     Bench(bench::Arguments),
+    /// Run the studies and write their tables to bench-results
+    Reproduce,
 }
 
 fn main() -> ExitCode {
@@ -40,6 +44,7 @@ fn main() -> ExitCode {
         Task::Verify(arguments) => verify::run(&workspace, &arguments),
         Task::Tidy => tidy::run(&workspace),
         Task::Bench(arguments) => bench::run(&workspace, &arguments).map(|()| true),
+        Task::Reproduce => reproduce::run(&workspace).map(|()| true),
     });
     match outcome {
         Ok(true) => ExitCode::SUCCESS,

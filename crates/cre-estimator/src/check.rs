@@ -15,8 +15,8 @@ pub const SIGN_TOLERANCE: f64 = 1e-12;
 /// Residuals of the conditions of admissibility.
 ///
 /// The force residuals are maxima over their items, divided by the largest edge force, load or pressure
-/// force; residuals that rounding of the displacements alone explains count as zero, and the bound has an
-/// allowance for them. `penetration` is relative to the largest displacement of the interface, `pressure_sign` to the
+/// force, and at least by a force at which rounding of the displacements alone would just pass: the bound has
+/// an allowance for that. `penetration` is relative to the largest displacement of the interface, `pressure_sign` to the
 /// largest pressure.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Admissibility {
@@ -60,13 +60,13 @@ impl Forces {
         }
     }
 
-    /// Relates the residuals to the scale; what `noise` alone would cause counts as none.
+    /// Relates the residuals to the scale, or to one at which `noise` alone just passes.
     fn residuals(self, noise: f64) -> Admissibility {
-        let beyond = |x: f64| relative(if x <= noise { 0.0 } else { x }, self.scale);
+        let scale = larger(self.scale, noise / FORCE_TOLERANCE);
         Admissibility {
-            equilibrium: beyond(self.equilibrium),
-            traction_jump: beyond(self.jump),
-            boundary_traction: beyond(self.boundary),
+            equilibrium: relative(self.equilibrium, scale),
+            traction_jump: relative(self.jump, scale),
+            boundary_traction: relative(self.boundary, scale),
             ..Admissibility::default()
         }
     }

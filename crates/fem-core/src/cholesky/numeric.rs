@@ -10,9 +10,13 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{
     LltError, LltRegularization, cholesky_in_place, cholesky_in_place_scratch,
 };
+use faer::linalg::matmul::matmul;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Accum, MatMut, MatRef, Par};
+
+/// Updates of at most this many rows are computed whole.
+const WHOLE: usize = 96;
 
 /// Buffers a task keeps for reuse.
 const KEPT: usize = 16;
@@ -185,17 +189,14 @@ impl Work<'_> {
         let mut bottom = bottom;
         solve_lower_triangular_in_place(top.as_ref(), bottom.as_mut().transpose_mut(), Par::Seq);
         let l: MatRef<'_, f64> = bottom.as_ref();
-        triangular::matmul(
-            MatMut::from_column_major_slice_mut(update, b, b),
-            BlockStructure::TriangularLower,
-            Accum::Add,
-            l,
-            BlockStructure::Rectangular,
-            l.transpose(),
-            BlockStructure::Rectangular,
-            -1.0,
-            Par::Seq,
-        );
+        let update = MatMut::from_column_major_slice_mut(update, b, b);
+        if b <= WHOLE {
+            // Nobody reads the upper half; one call for all of it is cheaper than several for the lower one.
+            matmul(update, Accum::Add, l, l.transpose(), -1.0, Par::Seq);
+        } else {
+            let (lower, whole) = (BlockStructure::TriangularLower, BlockStructure::Rectangular);
+            triangular::matmul(update, lower, Accum::Add, l, whole, l.transpose(), whole, -1.0, Par::Seq);
+        }
         Ok(())
     }
 }
