@@ -3,7 +3,7 @@
 use crate::history::Row;
 use crate::observer::{Observer, Phase};
 use crate::settings::{Criterion, Settings};
-use cre_estimator::{Estimate, estimate_with};
+use cre_estimator::{Estimate, EstimatorError, estimate_with};
 use fem_core::condensation::CondensedBody;
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactProblem, ContactState};
@@ -38,7 +38,7 @@ impl<'a> Follow<'a> {
     }
 
     /// Estimates an iteration, unless it has been.
-    pub(crate) fn estimate(&mut self, iterate: &Iterate) -> Result<(), cre_estimator::EstimatorError> {
+    pub(crate) fn estimate(&mut self, iterate: &Iterate) -> Result<(), EstimatorError> {
         if self.latest.as_ref().is_some_and(|(number, _)| *number == iterate.iteration) {
             return Ok(());
         }
@@ -60,12 +60,20 @@ impl<'a> Follow<'a> {
         Ok(())
     }
 
+    /// Estimates an iteration; `false` where a diverging one has left the range of finite numbers.
+    fn try_estimate(&mut self, iterate: &Iterate) -> Result<bool, EstimatorError> {
+        match self.estimate(iterate) {
+            Err(EstimatorError::NotFinite { .. }) => Ok(false),
+            other => other.map(|()| true),
+        }
+    }
+
     /// Tells whether η_NNDD is small against η_dis: first against the latest one, then against a fresh one.
     /// Where the mesh is exact (η_dis is round-off), round-off is small enough.
     ///
     /// An estimate costs as much as very many iterations: the first one waits until η_NNDD has fallen so far
     /// that it should be the last, or until the iterations run out.
-    fn matches_mesh(&mut self, iterate: &Iterate, ratio: f64) -> Result<bool, cre_estimator::EstimatorError> {
+    fn matches_mesh(&mut self, iterate: &Iterate, ratio: f64) -> Result<bool, EstimatorError> {
         let small = |latest: &Option<(usize, Estimate)>| {
             latest.as_ref().is_none_or(|(_, e)| {
                 let round_off = ROUND_OFF * e.energy_norm_squared.iter().sum::<f64>().sqrt();
@@ -77,8 +85,7 @@ impl<'a> Follow<'a> {
         if !small(&self.latest) || early && iterate.iteration < self.settings.nndd.max_iterations {
             return Ok(false);
         }
-        self.estimate(iterate)?;
-        Ok(small(&self.latest))
+        Ok(self.try_estimate(iterate)? && small(&self.latest))
     }
 }
 
@@ -88,7 +95,7 @@ impl StoppingCriterion for Follow<'_> {
         self.rows.push(Row { iteration, eta_dis: None, e_cre: None });
         let every = self.settings.estimate_every;
         if every > 0 && iterate.iteration.is_multiple_of(every) {
-            self.estimate(iterate)?;
+            self.try_estimate(iterate)?;
         }
         let first = self.rows[0].iteration.eta_nndd;
         let done = match self.settings.criterion {

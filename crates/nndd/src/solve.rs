@@ -136,7 +136,9 @@ impl Run<'_> {
         let mut monitor = Monitor::default();
         let mut history = Vec::new();
         let mut clarabel_calls = 0;
-        for iteration in 1.. {
+        let mut iteration = 0;
+        loop {
+            iteration += 1;
             // Step 1: (8) and (9), at the same time.
             let (reaction, contact) = self.step_1(&lambda)?;
             clarabel_calls += contact.clarabel_calls;
@@ -164,7 +166,11 @@ impl Run<'_> {
                     }
                 }
             };
-            if let Some(status) = status {
+            // λ ← λ + θ (w¹ − w²)·n
+            let next = accelerator.next(&lambda, correction.direction, iterate.eta_nndd);
+            let overflow = NnddStatus::Diverged { best: iterate.eta_nndd, theta_limit: None };
+            let finite = next.iter().all(|x| x.is_finite());
+            if let Some(status) = status.or((!finite).then_some(overflow)) {
                 return Ok(NnddSolution {
                     status,
                     history,
@@ -174,10 +180,8 @@ impl Run<'_> {
                     clarabel_calls,
                 });
             }
-            // λ ← λ + θ (w¹ − w²)·n
-            lambda = accelerator.next(&lambda, correction.direction, iterate.eta_nndd);
+            lambda = next;
         }
-        unreachable!("the loop above ends by its own conditions")
     }
 
     /// Step 1: imposes λ on Ω₁ (8) and solves Ω₂'s contact problem (9).

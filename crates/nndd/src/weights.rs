@@ -35,10 +35,8 @@ impl NodalWeights {
 
     /// Computes the loads of step 2: `−d₁ (r¹+r²)` and `+d₂ (r¹+r²)`.
     pub(crate) fn loads(&self, imbalance: &[f64]) -> [Vec<f64>; 2] {
-        [-1.0, 1.0].map(|sign| sign).map(|sign| {
-            let share = &self.share[usize::from(sign > 0.0)];
-            imbalance.iter().zip(share).map(|(s, d)| sign * d * s).collect()
-        })
+        let share = |sign: f64, d: &[f64]| imbalance.iter().zip(d).map(|(s, d)| sign * d * s).collect();
+        [share(-1.0, &self.share[0]), share(1.0, &self.share[1])]
     }
 
     /// Computes the direction of the update from the corrections' traces.
