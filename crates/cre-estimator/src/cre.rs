@@ -4,7 +4,7 @@ use crate::admissible::AdmissiblePair;
 use crate::pressure;
 use fem_core::body::Body;
 use fem_core::interface::ContactProblem;
-use fem_core::norm::sum_over_triangles;
+use fem_core::norm::{from_squared, sum_over_triangles};
 use fem_core::tensor::SymTensor2;
 use rayon::prelude::*;
 
@@ -26,7 +26,7 @@ pub struct Cre {
 impl Cre {
     /// Returns `e_CRE`.
     pub fn e_cre(&self) -> f64 {
-        self.e_cre_squared.max(0.0).sqrt()
+        from_squared(self.e_cre_squared)
     }
 
     /// Returns the relative defect of the split, `|e² − (discretisation² + algebraic²)|/e²`: round-off.

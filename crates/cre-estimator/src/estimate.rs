@@ -8,7 +8,7 @@ use crate::indicators::eta_dis_squared;
 use crate::star_relaxation::Relaxation;
 use fem_core::condensation::CondensedBody;
 use fem_core::interface::{ContactProblem, ContactState};
-use fem_core::norm::sum_over_triangles;
+use fem_core::norm::{from_squared, sum_over_triangles};
 
 /// The estimate of a contact state.
 #[derive(Clone, Debug)]
@@ -65,7 +65,7 @@ pub fn estimate_with(
         })
     };
     let energy_norm_squared = [energy(0), energy(1)];
-    let eta_dis = eta_dis_squared(problem, &pair, &cre, relaxation).max(0.0).sqrt();
+    let eta_dis = from_squared(eta_dis_squared(problem, &pair, &cre, relaxation));
     let allowance = round_off_allowance(problem, &pair, energy_norm_squared);
     let e_cre = cre.e_cre() + allowance;
     if !(e_cre.is_finite() && eta_dis.is_finite()) {

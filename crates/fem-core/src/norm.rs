@@ -20,6 +20,11 @@ pub fn sum_over_triangles(count: usize, quantity: impl Fn(usize) -> f64 + Sync) 
     partial.iter().sum()
 }
 
+/// Computes a norm from its square. A negative square is round-off and gives 0; a NaN stays one, so that it shows.
+pub fn from_squared(squared: f64) -> f64 {
+    if squared < 0.0 { 0.0 } else { squared.sqrt() }
+}
+
 /// Computes `a(u, u)` of a displacement field, J/m.
 pub fn energy_norm_squared(body: &Body, displacement: &[Vector]) -> f64 {
     let mesh = body.mesh();
@@ -98,4 +103,16 @@ pub fn integrate(mesh: &TriMesh, function: impl Fn(usize, Vector) -> f64 + Sync)
         }
         mean * mesh.area(t)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::from_squared;
+
+    #[test]
+    fn a_norm_hides_no_nan() {
+        assert_eq!(from_squared(4.0), 2.0);
+        assert_eq!(from_squared(-1e-30), 0.0);
+        assert!(from_squared(f64::NAN).is_nan());
+    }
 }

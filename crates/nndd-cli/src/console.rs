@@ -129,9 +129,9 @@ pub(crate) fn row(row: &Row) -> String {
     let it = &row.iteration;
     let optional = |x: Option<f64>| x.map_or_else(|| format!("{:>10}", "-"), |x| scientific(x, 10, 3));
     format!(
-        "{:>4} {:>9.4} {} {} {} {} {:>8} {}  {} {}\n",
+        "{:>4} {} {} {} {} {} {:>8} {}  {} {}\n",
         it.iteration,
-        it.theta,
+        if it.theta < 1e4 { format!("{:>9.4}", it.theta) } else { scientific(it.theta, 9, 1) },
         scientific(it.precision, 10, 3),
         scientific(it.eta_nndd, 10, 3),
         optional(row.eta_dis),

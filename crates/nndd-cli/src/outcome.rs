@@ -95,12 +95,17 @@ fn criterion(case: &Case) -> String {
     }
 }
 
+/// Writes a number as people would.
+fn short(x: f64) -> String {
+    if (1e-4..1e6).contains(&x) { x.to_string() } else { format!("{x:e}") }
+}
+
 /// Says which θ converges, where that is known.
 fn range_of_theta(solution: &CertifiedSolution) -> String {
     solution.nndd.spectrum.map_or_else(String::new, |spectrum| {
         format!(
             " with theta = {}; in full contact theta converges between 0 and {:.3} and is best near {:.3}",
-            solution.nndd.theta,
+            short(solution.nndd.theta),
             spectrum.theta_limit(),
             spectrum.best_theta()
         )
@@ -109,6 +114,7 @@ fn range_of_theta(solution: &CertifiedSolution) -> String {
 
 fn diverged(solution: &CertifiedSolution, best: f64) -> String {
     let eta = solution.last().eta_nndd;
+    let eta = if eta.is_finite() { format!("to {eta:.3e}") } else { "beyond all numbers".into() };
     let range = range_of_theta(solution);
-    format!("eta_nndd grew from {best:.3e} to {eta:.3e}{range}; theta = \"auto\" chooses it")
+    format!("eta_nndd grew from {best:.3e} {eta}{range}; theta = \"auto\" chooses it")
 }

@@ -15,6 +15,7 @@ use crate::weights::NodalWeights;
 use contact_qp::ActiveSet;
 use fem_core::condensation::CondensedBody;
 use fem_core::interface::{ContactInterface, ContactProblem};
+use fem_core::norm::from_squared;
 
 /// Solves a contact problem by the Neumann-Neumann iteration (8)-(11), or by the reference method.
 ///
@@ -206,7 +207,7 @@ impl Run<'_> {
                 } else {
                     dot(imbalance, &self.steps.neumann(0, imbalance))
                 };
-                (w1, squared.max(0.0).sqrt())
+                (w1, from_squared(squared))
             },
             || self.steps.neumann(1, &load_2),
         );
@@ -226,12 +227,14 @@ impl Run<'_> {
         let opening =
             (0..pairs.len()).map(|i| contact.normal_trace[i] - (lambda[i] - pairs[i].gap)).collect();
         let traction = |r: &dyn Fn(usize) -> f64| {
-            (0..pairs.len()).map(|i| (r(i) / pairs[i].tributary_length).abs()).fold(0.0, f64::max)
+            let tractions = (0..pairs.len()).map(|i| (r(i) / pairs[i].tributary_length).abs());
+            // A NaN must show: it would pass for a small imbalance.
+            tractions.fold(0.0, |largest: f64, t| if t > largest || t.is_nan() { t } else { largest })
         };
         let r2 = &contact.normal_reaction;
         let scale = traction(&|i| reaction[i]) + traction(&|i| r2[i]);
         let imbalance = traction(&|i| reaction[i] + r2[i]);
-        let precision = if scale > 0.0 { 2.0 * imbalance / scale } else { 0.0 };
+        let precision = if scale == 0.0 { 0.0 } else { 2.0 * imbalance / scale };
         Iterate { iteration, lambda, opening, theta, precision, eta_nndd, reaction, contact }
     }
 
