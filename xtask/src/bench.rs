@@ -92,17 +92,16 @@ fn cases(large: bool) -> Vec<(String, Vec<String>)> {
 /// Runs the suites and writes the results.
 pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<()> {
     let started = SystemTime::now();
-    for package in workspace.packages.iter().filter(|p| p.is_crate() && !p.benches.is_empty()) {
-        let mut command = workspace.cargo(&["bench", "-p", &package.name]);
-        for bench in &package.benches {
-            command.args(["--bench", bench]);
-        }
-        if arguments.quick {
-            command.args(["--", "--quick"]);
-        }
-        if stream(&mut command)? != Some(0) {
-            return Err(format!("the benchmarks of {} failed", package.name));
-        }
+    // All of the workspace at once, with the features the tests use: otherwise each crate compiles its own numeric stack.
+    let mut command = workspace.cargo(&["bench", "--workspace"]);
+    for bench in workspace.packages.iter().filter(|p| p.is_crate()).flat_map(|p| &p.benches) {
+        command.args(["--bench", bench]);
+    }
+    if arguments.quick {
+        command.args(["--", "--quick"]);
+    }
+    if stream(&mut command)? != Some(0) {
+        return Err("a benchmark failed".to_owned());
     }
     let mut files = vec![];
     find_estimates(&workspace.target.join("criterion"), started, &mut files);
