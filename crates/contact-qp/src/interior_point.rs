@@ -196,8 +196,8 @@ fn clarabel_settings(settings: &QpSettings, tolerance: f64) -> DefaultSettings<f
         tol_feas: tolerance,
         // The relaxation of a badly conditioned problem grows along its softest mode; at Clarabel's 1e-8 that
         // passes for an unbounded direction.
-        tol_infeas_abs: settings.tolerance,
-        tol_infeas_rel: settings.tolerance,
+        tol_infeas_abs: 1e-12,
+        tol_infeas_rel: 1e-12,
         static_regularization_constant: settings.static_regularization,
         presolve_enable: false,
         max_threads: 1,

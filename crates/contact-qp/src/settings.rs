@@ -43,7 +43,7 @@ impl Default for QpSettings {
     fn default() -> Self {
         Self {
             method: QpMethod::Auto,
-            tolerance: 1e-12,
+            tolerance: 1e-6,
             static_regularization: 1e-12,
             max_iterations: 200,
             max_active_set_steps: 50,

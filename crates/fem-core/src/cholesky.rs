@@ -6,6 +6,7 @@
 
 mod numeric;
 mod symbolic;
+mod workspace;
 
 use crate::sparse::SymmetricCsc;
 use std::sync::Arc;

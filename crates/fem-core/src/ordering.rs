@@ -8,7 +8,7 @@ use crate::mesh::TriMesh;
 use std::ops::Range;
 
 /// Parts of at most this many nodes are not cut further: one dense front costs less than more, smaller ones.
-const LEAF: usize = 24;
+const LEAF: usize = 12;
 
 /// Stands for 'no parent'.
 pub const ROOT: u32 = u32::MAX;

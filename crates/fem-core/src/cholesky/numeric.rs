@@ -1,15 +1,15 @@
 //! The values of a factor: front by front, children before parents.
 //!
-//! A front gathers its columns of the matrix and the updates its children leave, eliminates its columns by
-//! dense algebra, and leaves its own update, `U = A₂₂ − L₂₁ L₂₁ᵀ`, to its parent.
+//! A front gathers its columns of the matrix and what its children's updates say of them, eliminates its
+//! columns by dense algebra, and leaves its own update, `U = −L₂₁ L₂₁ᵀ` and the rest of the children's, to its
+//! parent.
 
 use super::CholeskyError;
 use super::symbolic::{Layout, SymbolicCholesky};
+use super::workspace::{Run, Workspace};
 use crate::sparse::SymmetricCsc;
 use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::llt::factor::{
-    LltError, LltRegularization, cholesky_in_place, cholesky_in_place_scratch,
-};
+use faer::linalg::cholesky::llt::factor::{LltError, LltRegularization, cholesky_in_place};
 use faer::linalg::matmul::matmul;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
@@ -18,98 +18,126 @@ use faer::{Accum, MatMut, MatRef, Par};
 /// Updates of at most this many rows are computed whole.
 const WHOLE: usize = 96;
 
-/// Buffers a task keeps for reuse.
-const KEPT: usize = 16;
-
-/// Subtrees of at least this many operations are worth a task of their own.
-const TASK: f64 = 2e6;
+/// Subtrees of more than this share of all operations, divided by the number of threads, are a task of their own.
+const SHARE: f64 = 0.25;
 
 pub(super) fn factorise(
     symbolic: &SymbolicCholesky,
     matrix: &SymmetricCsc,
 ) -> Result<Vec<f64>, CholeskyError> {
-    let dimension = symbolic.dimension();
-    let mut values = zeros(symbolic.stored_values(), dimension)?;
-    let mut pool = Pool::default();
-    let work = Work { symbolic, matrix };
-    // The roots are the fronts that no subtree contains.
-    let mut next = symbolic.layouts().len();
-    let mut rest = values.as_mut_slice();
-    while next > 0 {
-        let root = next - 1;
-        next = symbolic.layouts()[root].subtree;
-        let start = symbolic.layouts()[next].values.start;
-        let (before, own) = rest.split_at_mut(start);
-        let update = work.subtree(root, own, &mut pool)?;
-        pool.give_back(update);
-        rest = before;
+    let mut values = super::workspace::zeros(symbolic.stored_values(), symbolic.dimension())?;
+    let threads = rayon::current_num_threads();
+    // One thread needs no tasks; the values are the same in any case.
+    let task = if threads == 1 { f64::INFINITY } else { SHARE * symbolic.operations() / threads as f64 };
+    let job = Job { symbolic, matrix, task };
+    for root in symbolic.roots() {
+        let layout = &symbolic.layouts()[root];
+        let own = &mut values[symbolic.values_start(layout)..layout.values.end];
+        job.subtree(root, own, &mut Workspace::new(symbolic, &[root as u32], 0)?, 0)?;
     }
     Ok(values)
 }
 
-struct Work<'a> {
+struct Job<'a> {
     symbolic: &'a SymbolicCholesky,
     matrix: &'a SymmetricCsc,
+    /// Subtrees of more operations may run beside others.
+    task: f64,
 }
 
-impl Work<'_> {
-    /// Factorises the subtree of front `s` in its part of the factor; returns the update for the parent,
-    /// `b × b` column-major, lower part.
-    fn subtree(&self, s: usize, values: &mut [f64], pool: &mut Pool) -> Result<Vec<f64>, CholeskyError> {
-        let layouts = self.symbolic.layouts();
-        let layout = &layouts[s];
-        let start = layouts[layout.subtree].values.start;
+/// A workspace that served some of a front's children, from that number on.
+type Beside = Option<(usize, Workspace)>;
+
+impl Job<'_> {
+    /// Factorises the subtree of front `s` in its part of the factor. Its update is left on stack `side` of the
+    /// workspace, `b × b` column-major, lower part; its children's come and go on the other one.
+    fn subtree(
+        &self,
+        s: usize,
+        values: &mut [f64],
+        work: &mut Workspace,
+        side: usize,
+    ) -> Result<(), CholeskyError> {
+        let layout = &self.symbolic.layouts()[s];
+        let start = self.symbolic.values_start(layout);
         let (below, panel) = values.split_at_mut(layout.values.start - start);
-        let updates = self.children(s, below, pool)?;
-        let b = layout.rows.len();
-        let mut update = pool.take(b * b, self.symbolic.dimension())?;
+        let floor = work.top[1 - side];
+        let beside = self.children(s, below, work, 1 - side)?;
+        let Workspace { updates, top, runs, scratch } = work;
+        let [even, odd] = updates;
+        let (stack, held) = if side == 0 { (even, &*odd) } else { (odd, &*even) };
+        let from = &held[floor..];
+        let other = beside.as_ref().map(|(first, work)| (*first, work.updates[1 - side].as_slice()));
+
         self.gather(layout, panel);
-        for (child, from) in updates {
-            self.extend_add(&layouts[child], &from, layout, panel, &mut update);
-            pool.give_back(from);
+        for (child, update) in self.updates(s, from, other) {
+            self.add_to_panel(child, update, layout, panel, runs);
         }
-        self.eliminate(layout, panel, &mut update)?;
-        Ok(update)
+        self.eliminate(layout, panel, scratch)?;
+        let b = layout.rows.len();
+        let own = &mut stack[top[side]..top[side] + b * b];
+        multiply(layout, panel, own);
+        for (child, update) in self.updates(s, from, other) {
+            self.add_to_update(child, update, layout, own, runs);
+        }
+        top[side] += b * b;
+        top[1 - side] = floor;
+        Ok(())
     }
 
-    /// Factorises the children's subtrees, large ones at the same time.
+    /// Factorises the children's subtrees; two large ones at the same time, the later one in a workspace of its own.
     fn children(
         &self,
         s: usize,
         values: &mut [f64],
-        pool: &mut Pool,
-    ) -> Result<Vec<(usize, Vec<f64>)>, CholeskyError> {
+        work: &mut Workspace,
+        side: usize,
+    ) -> Result<Beside, CholeskyError> {
+        let children = self.symbolic.children(s);
         let layouts = self.symbolic.layouts();
-        let base = layouts[layouts[s].subtree].values.start;
-        let mut tasks = Vec::new();
-        let mut rest = values;
-        let mut next = s;
-        while next > layouts[s].subtree {
-            let child = next - 1;
-            next = layouts[child].subtree;
-            let (head, own) = rest.split_at_mut(layouts[next].values.start - base);
-            rest = head;
-            tasks.push((child, own));
+        let base = self.symbolic.values_start(&layouts[s]);
+        let in_turn = |children: &[u32], values: &mut [f64], base: usize, work: &mut Workspace| {
+            children.iter().try_for_each(|&child| {
+                let layout = &layouts[child as usize];
+                let own = self.symbolic.values_start(layout) - base..layout.values.end - base;
+                self.subtree(child as usize, &mut values[own], work, side)
+            })
+        };
+        let is_large = |&child: &u32| layouts[child as usize].flops > self.task;
+        let last_large = children.iter().rposition(is_large).unwrap_or(0);
+        if !children[..last_large].iter().any(is_large) {
+            in_turn(children, values, base, work)?;
+            return Ok(None);
         }
-        // In ascending order, so that updates are added in the same order always.
-        tasks.reverse();
-        if tasks.iter().filter(|(child, _)| layouts[*child].flops > TASK).count() < 2 {
-            return self.in_turn(tasks, pool);
-        }
-        let last = tasks.split_off(tasks.len() / 2);
-        let (first, second) =
-            rayon::join(|| self.in_turn(tasks, pool), || self.in_turn(last, &mut Pool::default()));
-        let mut updates = first?;
-        updates.extend(second?);
-        Ok(updates)
+        let (before, after) = children.split_at(last_large);
+        let middle = self.symbolic.values_start(&layouts[after[0] as usize]);
+        let (values_before, values_after) = values.split_at_mut(middle - base);
+        let mut beside = Workspace::new(self.symbolic, after, side)?;
+        let (first, second) = rayon::join(
+            || in_turn(before, values_before, base, work),
+            || in_turn(after, values_after, middle, &mut beside),
+        );
+        first.and(second)?;
+        Ok(Some((last_large, beside)))
     }
 
-    fn in_turn(
-        &self,
-        tasks: Vec<(usize, &mut [f64])>,
-        pool: &mut Pool,
-    ) -> Result<Vec<(usize, Vec<f64>)>, CholeskyError> {
-        tasks.into_iter().map(|(child, own)| Ok((child, self.subtree(child, own, pool)?))).collect()
+    /// Walks over the updates of a front's children: the first ones stand in `from`, one after another, those
+    /// from number `other.0` on in `other.1`.
+    fn updates<'b>(
+        &'b self,
+        s: usize,
+        mut from: &'b [f64],
+        other: Option<(usize, &'b [f64])>,
+    ) -> impl Iterator<Item = (&'b Layout, &'b [f64])> {
+        self.symbolic.children(s).iter().enumerate().map(move |(k, &child)| {
+            if let Some((_, beside)) = other.filter(|(first, _)| *first == k) {
+                from = beside;
+            }
+            let layout = &self.symbolic.layouts()[child as usize];
+            let (own, rest) = from.split_at(layout.rows.len().pow(2));
+            from = rest;
+            (layout, own)
+        })
     }
 
     /// Puts the front's columns of the matrix in its panel.
@@ -133,106 +161,78 @@ impl Work<'_> {
         }
     }
 
-    /// Adds a child's update to the front.
-    fn extend_add(
+    /// Adds the columns of a child's update that are the front's own.
+    fn add_to_panel(
         &self,
         child: &Layout,
-        from: &[f64],
+        update: &[f64],
         layout: &Layout,
         panel: &mut [f64],
-        update: &mut [f64],
+        runs: &mut Vec<Run>,
     ) {
         let place = self.symbolic.in_parent(child);
-        let (count, b) = (place.len(), layout.rows.len());
-        let height = layout.width + b;
-        for (j, &column) in place.iter().enumerate() {
-            let source = &from[j * count + j..(j + 1) * count];
-            let column = column as usize;
-            if column < layout.width {
-                let target = &mut panel[column * height..(column + 1) * height];
-                for (value, &row) in source.iter().zip(&place[j..]) {
-                    target[row as usize] += value;
-                }
-            } else {
-                let column = column - layout.width;
-                let target = &mut update[column * b..(column + 1) * b];
-                for (value, &row) in source.iter().zip(&place[j..]) {
-                    target[row as usize - layout.width] += value;
-                }
-            }
+        Run::find(place, runs);
+        let (count, height) = (place.len(), layout.width + layout.rows.len());
+        for (j, &column) in place.iter().enumerate().take_while(|(_, c)| (**c as usize) < layout.width) {
+            let target = &mut panel[column as usize * height..(column as usize + 1) * height];
+            Run::add(runs, &update[j * count..(j + 1) * count], j, target, 0);
         }
     }
 
-    /// Eliminates the front's columns: `L₁₁ L₁₁ᵀ = A₁₁`, `L₂₁ = A₂₁ L₁₁⁻ᵀ`, `U = A₂₂ − L₂₁ L₂₁ᵀ`.
-    fn eliminate(&self, layout: &Layout, panel: &mut [f64], update: &mut [f64]) -> Result<(), CholeskyError> {
-        let (w, b) = (layout.width, layout.rows.len());
-        let dimension = self.symbolic.dimension();
-        let panel = MatMut::from_column_major_slice_mut(panel, w + b, w);
-        let (mut top, bottom) = panel.split_at_row_mut(w);
-        let mut memory =
-            MemBuffer::try_new(cholesky_in_place_scratch::<f64>(w, Par::Seq, Default::default()))
-                .map_err(|_| CholeskyError::OutOfMemory { dimension })?;
-        cholesky_in_place(
-            top.as_mut(),
-            LltRegularization::default(),
-            Par::Seq,
-            MemStack::new(&mut memory),
-            Default::default(),
-        )
-        .map_err(|LltError::NonPositivePivot { index }| CholeskyError::NotPositiveDefinite {
-            pivot: layout.first + index,
-            dimension,
-        })?;
-        if b == 0 {
-            return Ok(());
+    /// Adds the other columns of a child's update to the front's.
+    fn add_to_update(
+        &self,
+        child: &Layout,
+        update: &[f64],
+        layout: &Layout,
+        own: &mut [f64],
+        runs: &mut Vec<Run>,
+    ) {
+        let place = self.symbolic.in_parent(child);
+        Run::find(place, runs);
+        let (count, b, width) = (place.len(), layout.rows.len(), layout.width);
+        for j in place.partition_point(|c| (*c as usize) < width)..count {
+            let column = place[j] as usize - width;
+            let target = &mut own[column * b..(column + 1) * b];
+            Run::add(runs, &update[j * count..(j + 1) * count], j, target, width);
         }
-        let mut bottom = bottom;
-        solve_lower_triangular_in_place(top.as_ref(), bottom.as_mut().transpose_mut(), Par::Seq);
-        let l: MatRef<'_, f64> = bottom.as_ref();
-        let update = MatMut::from_column_major_slice_mut(update, b, b);
-        if b <= WHOLE {
-            // Nobody reads the upper half; one call for all of it is cheaper than several for the lower one.
-            matmul(update, Accum::Add, l, l.transpose(), -1.0, Par::Seq);
-        } else {
-            let (lower, whole) = (BlockStructure::TriangularLower, BlockStructure::Rectangular);
-            triangular::matmul(update, lower, Accum::Add, l, whole, l.transpose(), whole, -1.0, Par::Seq);
+    }
+
+    /// Eliminates the front's columns: `L₁₁ L₁₁ᵀ = A₁₁`, `L₂₁ = A₂₁ L₁₁⁻ᵀ`.
+    fn eliminate(
+        &self,
+        layout: &Layout,
+        panel: &mut [f64],
+        scratch: &mut MemBuffer,
+    ) -> Result<(), CholeskyError> {
+        let (w, b) = (layout.width, layout.rows.len());
+        let (mut top, bottom) = MatMut::from_column_major_slice_mut(panel, w + b, w).split_at_row_mut(w);
+        let memory = MemStack::new(scratch);
+        cholesky_in_place(top.as_mut(), LltRegularization::default(), Par::Seq, memory, Default::default())
+            .map_err(|LltError::NonPositivePivot { index }| CholeskyError::NotPositiveDefinite {
+                pivot: layout.first + index,
+                dimension: self.symbolic.dimension(),
+            })?;
+        if b > 0 {
+            solve_lower_triangular_in_place(top.as_ref(), bottom.transpose_mut(), Par::Seq);
         }
         Ok(())
     }
 }
 
-/// Update matrices that one task has done with: touching fresh memory costs more than the algebra of a
-/// small front.
-#[derive(Default)]
-struct Pool {
-    free: Vec<Vec<f64>>,
-}
-
-impl Pool {
-    /// Takes a buffer of `count` zeros.
-    fn take(&mut self, count: usize, dimension: usize) -> Result<Vec<f64>, CholeskyError> {
-        let fits = |v: &Vec<f64>| v.capacity() >= count;
-        // The one last given back is the one still in the cache.
-        match self.free.iter().rposition(fits) {
-            Some(k) => {
-                let mut buffer = self.free.swap_remove(k);
-                buffer.clear();
-                buffer.resize(count, 0.0);
-                Ok(buffer)
-            }
-            None => zeros(count, dimension),
-        }
+/// Computes `U = −L₂₁ L₂₁ᵀ`, lower part.
+fn multiply(layout: &Layout, panel: &[f64], own: &mut [f64]) {
+    let (w, b) = (layout.width, layout.rows.len());
+    if b == 0 {
+        return;
     }
-
-    fn give_back(&mut self, buffer: Vec<f64>) {
-        if buffer.capacity() > 0 && self.free.len() < KEPT {
-            self.free.push(buffer);
-        }
+    let l = MatRef::from_column_major_slice(panel, w + b, w).split_at_row(w).1;
+    let u = MatMut::from_column_major_slice_mut(own, b, b);
+    if b <= WHOLE {
+        // Nobody reads the upper half; one call for all of it is cheaper than several for the lower one.
+        matmul(u, Accum::Replace, l, l.transpose(), -1.0, Par::Seq);
+    } else {
+        let (lower, whole) = (BlockStructure::TriangularLower, BlockStructure::Rectangular);
+        triangular::matmul(u, lower, Accum::Replace, l, whole, l.transpose(), whole, -1.0, Par::Seq);
     }
-}
-
-/// Makes zeros without touching them, after asking whether there is room.
-fn zeros(count: usize, dimension: usize) -> Result<Vec<f64>, CholeskyError> {
-    Vec::<f64>::new().try_reserve_exact(count).map_err(|_| CholeskyError::OutOfMemory { dimension })?;
-    Ok(vec![0.0; count])
 }

@@ -27,6 +27,11 @@ pub(super) struct Layout {
     pub(super) subtree: usize,
     /// Operations of its subtree.
     pub(super) flops: f64,
+    /// Values of updates that exist at once while one thread factorises its subtree, on the stack that takes its
+    /// own update and on the one that takes its children's.
+    pub(super) peak: [usize; 2],
+    /// The largest width in its subtree.
+    pub(super) widest: usize,
 }
 
 /// The structure of a factor: it serves every matrix of the same pattern.
@@ -38,6 +43,10 @@ pub struct SymbolicCholesky {
     below: Vec<u32>,
     /// Place of each of these rows in the parent's front.
     in_parent: Vec<u32>,
+    /// The children of all fronts, each front's ascending, and where they start.
+    children: Vec<u32>,
+    child_starts: Vec<u32>,
+    roots: Vec<u32>,
     stored_values: usize,
     peak_values: usize,
 }
@@ -53,17 +62,21 @@ impl SymbolicCholesky {
         let dimension = matrix.dimension();
         let fault = |reason| CholeskyError::Tree { dimension, reason };
         check(fronts, dimension).map_err(fault)?;
-        let children = children(fronts);
+        let (child_starts, children) = children(fronts);
         let mut symbolic = Self {
             dimension,
             layouts: Vec::with_capacity(fronts.len()),
             below: Vec::new(),
             in_parent: Vec::new(),
+            children,
+            child_starts,
+            roots: Vec::new(),
             stored_values: 0,
             peak_values: 0,
         };
         let mut seen = vec![ROOT; dimension];
         let mut rows = Vec::new();
+        let mut root_peak = 0;
         for (s, front) in fronts.iter().enumerate() {
             let (first, end) = (front.columns.start as usize, front.columns.end as usize);
             rows.clear();
@@ -76,7 +89,7 @@ impl SymbolicCholesky {
             matrix.rows[matrix.starts[first] as usize..matrix.starts[end] as usize]
                 .iter()
                 .for_each(|&row| take(row));
-            for &child in &children[s] {
+            for &child in symbolic.children(s) {
                 symbolic.below[symbolic.layouts[child as usize].rows.clone()]
                     .iter()
                     .for_each(|&row| take(row));
@@ -90,14 +103,34 @@ impl SymbolicCholesky {
             symbolic.below.extend_from_slice(&rows);
             let values = symbolic.stored_values..symbolic.stored_values + width * height;
             symbolic.stored_values = values.end;
-            let below = children[s].iter().map(|&c| &symbolic.layouts[c as usize]);
-            let flops = operations(width, rows.len()) + below.clone().map(|l| l.flops).sum::<f64>();
-            let subtree = below.map(|l| l.subtree).min().unwrap_or(s);
-            let layout = Layout { first, width, rows: start..symbolic.below.len(), values, subtree, flops };
+            let mut layout = Layout {
+                first,
+                width,
+                rows: start..symbolic.below.len(),
+                values,
+                subtree: s,
+                flops: operations(width, rows.len()),
+                peak: [0; 2],
+                widest: width,
+            };
+            let mut held = 0;
+            for child in symbolic.children(s).iter().map(|&c| &symbolic.layouts[c as usize]) {
+                layout.flops += child.flops;
+                layout.subtree = layout.subtree.min(child.subtree);
+                layout.widest = layout.widest.max(child.widest);
+                let [own, other] = child.peak;
+                layout.peak = [layout.peak[0].max(other), layout.peak[1].max(held + own)];
+                held += child.rows.len().pow(2);
+            }
+            layout.peak[0] = layout.peak[0].max(rows.len().pow(2));
+            if front.parent == ROOT {
+                symbolic.roots.push(s as u32);
+                root_peak = root_peak.max(layout.peak[0] + layout.peak[1]);
+            }
             symbolic.layouts.push(layout);
         }
         symbolic.place_in_parents(fronts).map_err(fault)?;
-        symbolic.peak_values = symbolic.stored_values + symbolic.largest_updates(&children);
+        symbolic.peak_values = symbolic.stored_values + root_peak;
         Ok(symbolic)
     }
 
@@ -127,22 +160,6 @@ impl SymbolicCholesky {
         Ok(())
     }
 
-    /// Computes how many values of updates exist at once in a sequential factorisation.
-    fn largest_updates(&self, children: &[Vec<u32>]) -> usize {
-        let mut peak = vec![0usize; self.layouts.len()];
-        let mut largest = 0;
-        for (s, layout) in self.layouts.iter().enumerate() {
-            let mut held = 0;
-            for &child in &children[s] {
-                peak[s] = peak[s].max(held + peak[child as usize]);
-                held += self.layouts[child as usize].rows.len().pow(2);
-            }
-            peak[s] = peak[s].max(held + layout.rows.len().pow(2));
-            largest = largest.max(peak[s]);
-        }
-        largest
-    }
-
     /// Returns the dimension of the matrix.
     pub fn dimension(&self) -> usize {
         self.dimension
@@ -160,20 +177,26 @@ impl SymbolicCholesky {
 
     /// Returns the number of multiplications and additions of the factorisation.
     pub fn operations(&self) -> f64 {
-        let roots = self.layouts.iter().enumerate().rev();
-        let mut next = self.layouts.len();
-        let mut total = 0.0;
-        for (s, layout) in roots {
-            if s + 1 == next {
-                total += layout.flops;
-                next = layout.subtree;
-            }
-        }
-        total
+        self.roots().map(|root| self.layouts[root].flops).sum()
+    }
+
+    /// Walks over the fronts that no subtree contains, ascending.
+    pub(super) fn roots(&self) -> impl Iterator<Item = usize> {
+        self.roots.iter().map(|&root| root as usize)
+    }
+
+    /// Returns where the values of a front's subtree start.
+    pub(super) fn values_start(&self, layout: &Layout) -> usize {
+        self.layouts[layout.subtree].values.start
     }
 
     pub(super) fn layouts(&self) -> &[Layout] {
         &self.layouts
+    }
+
+    /// Returns the children of a front, ascending.
+    pub(super) fn children(&self, s: usize) -> &[u32] {
+        &self.children[self.child_starts[s] as usize..self.child_starts[s + 1] as usize]
     }
 
     pub(super) fn below(&self, layout: &Layout) -> &[u32] {
@@ -199,12 +222,24 @@ fn check(fronts: &[Front], dimension: usize) -> Result<(), &'static str> {
     if next as usize == dimension { Ok(()) } else { Err("the fronts do not cover the matrix") }
 }
 
-fn children(fronts: &[Front]) -> Vec<Vec<u32>> {
-    let mut children = vec![Vec::new(); fronts.len()];
-    for (s, front) in fronts.iter().enumerate().filter(|(_, f)| f.parent != ROOT) {
-        children[front.parent as usize].push(s as u32);
+/// Lists the children of all fronts: where each front's start, and they.
+fn children(fronts: &[Front]) -> (Vec<u32>, Vec<u32>) {
+    let mut starts = vec![0u32; fronts.len() + 1];
+    let parents = || fronts.iter().enumerate().filter(|(_, f)| f.parent != ROOT);
+    for (_, front) in parents() {
+        starts[front.parent as usize + 1] += 1;
     }
-    children
+    for s in 0..fronts.len() {
+        starts[s + 1] += starts[s];
+    }
+    let mut children = vec![0; starts[fronts.len()] as usize];
+    let mut next = starts.clone();
+    for (s, front) in parents() {
+        let place = &mut next[front.parent as usize];
+        children[*place as usize] = s as u32;
+        *place += 1;
+    }
+    (starts, children)
 }
 
 /// Operations of eliminating `w` columns with `b` rows below: `w³/3 + w² b + w b²`.

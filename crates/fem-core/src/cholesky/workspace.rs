@@ -1,0 +1,85 @@
+//! The memory of one task of a factorisation, touched once and used again for every front.
+
+use super::CholeskyError;
+use super::symbolic::SymbolicCholesky;
+use faer::Par;
+use faer::dyn_stack::MemBuffer;
+use faer::linalg::cholesky::llt::factor::cholesky_in_place_scratch;
+
+/// Two stacks of update matrices: fronts of even depth leave theirs on one, those of odd depth on the other, so
+/// that a front's own update never stands on top of the ones it is made of.
+pub(super) struct Workspace {
+    pub(super) updates: [Vec<f64>; 2],
+    /// Where each stack ends.
+    pub(super) top: [usize; 2],
+    pub(super) runs: Vec<Run>,
+    /// Scratch memory of the dense factorisation.
+    pub(super) scratch: MemBuffer,
+}
+
+impl Workspace {
+    /// Makes a workspace for the subtrees of some fronts, one after another, which leave their updates on stack
+    /// `side`.
+    pub(super) fn new(
+        symbolic: &SymbolicCholesky,
+        fronts: &[u32],
+        side: usize,
+    ) -> Result<Self, CholeskyError> {
+        let dimension = symbolic.dimension();
+        let (mut peak, mut held, mut width) = ([0; 2], 0, 0);
+        for layout in fronts.iter().map(|&front| &symbolic.layouts()[front as usize]) {
+            peak[side] = peak[side].max(held + layout.peak[0]);
+            peak[1 - side] = peak[1 - side].max(layout.peak[1]);
+            held += layout.rows.len().pow(2);
+            width = width.max(layout.widest);
+        }
+        let scratch = cholesky_in_place_scratch::<f64>(width, Par::Seq, Default::default());
+        Ok(Self {
+            updates: [zeros(peak[0], dimension)?, zeros(peak[1], dimension)?],
+            top: [0; 2],
+            runs: Vec::new(),
+            scratch: MemBuffer::try_new(scratch).map_err(|_| CholeskyError::OutOfMemory { dimension })?,
+        })
+    }
+}
+
+/// Rows of a child that follow each other in the parent too: they are added in one stretch.
+#[derive(Clone, Copy)]
+pub(super) struct Run {
+    /// First and last row (excluded) in the child.
+    from: u32,
+    end: u32,
+    /// Place of the first one in the parent.
+    to: u32,
+}
+
+impl Run {
+    /// Finds the runs of a child whose rows have these places in the parent.
+    pub(super) fn find(place: &[u32], runs: &mut Vec<Self>) {
+        runs.clear();
+        for (k, &to) in place.iter().enumerate() {
+            let k = k as u32;
+            match runs.last_mut() {
+                Some(run) if run.to + (k - run.from) == to => run.end = k + 1,
+                _ => runs.push(Self { from: k, end: k + 1, to }),
+            }
+        }
+    }
+
+    /// Adds the rows of a child's column from `first` on to the parent's, whose places are counted from `offset`.
+    pub(super) fn add(runs: &[Self], column: &[f64], first: usize, target: &mut [f64], offset: usize) {
+        for run in &runs[runs.partition_point(|run| run.end as usize <= first)..] {
+            let (from, end) = (first.max(run.from as usize), run.end as usize);
+            let to = run.to as usize + (from - run.from as usize) - offset;
+            for (value, add) in target[to..to + (end - from)].iter_mut().zip(&column[from..end]) {
+                *value += add;
+            }
+        }
+    }
+}
+
+/// Makes zeros without touching them, after asking whether there is room.
+pub(super) fn zeros(count: usize, dimension: usize) -> Result<Vec<f64>, CholeskyError> {
+    Vec::<f64>::new().try_reserve_exact(count).map_err(|_| CholeskyError::OutOfMemory { dimension })?;
+    Ok(vec![0.0; count])
+}
