@@ -20,6 +20,10 @@ const LOOSE_TOLERANCE: f64 = 1e-8;
 /// and Clarabel stalls on very large right-hand sides. The polish checks it like any other.
 const FAR_BOUND: f64 = 1e8;
 
+/// Tolerance of a direction in which nothing holds `x`. The relaxation of a badly conditioned problem grows along its
+/// softest mode; at Clarabel's 1e-8 that passes for such a direction.
+const UNBOUNDED: f64 = 1e-12;
+
 /// What Clarabel found.
 pub(crate) struct InteriorPoint {
     /// How the last call ended.
@@ -194,10 +198,8 @@ fn clarabel_settings(settings: &QpSettings, tolerance: f64) -> DefaultSettings<f
         tol_gap_abs: tolerance,
         tol_gap_rel: tolerance,
         tol_feas: tolerance,
-        // The relaxation of a badly conditioned problem grows along its softest mode; at Clarabel's 1e-8 that
-        // passes for an unbounded direction.
-        tol_infeas_abs: 1e-12,
-        tol_infeas_rel: 1e-12,
+        tol_infeas_abs: UNBOUNDED,
+        tol_infeas_rel: UNBOUNDED,
         static_regularization_constant: settings.static_regularization,
         presolve_enable: false,
         max_threads: 1,

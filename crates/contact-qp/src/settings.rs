@@ -22,11 +22,12 @@ pub enum QpMethod {
 pub struct QpSettings {
     /// Road to the active set; default [`QpMethod::Auto`].
     pub method: QpMethod,
-    /// Clarabel's absolute gap, relative gap, feasibility and infeasibility tolerance, on the problem scaled to
-    /// `P_ii = 1` and a load of 1; dimensionless, default 1e-12.
+    /// Clarabel's absolute gap, relative gap and feasibility tolerance, on the problem scaled to `P_ii = 1` and a
+    /// load of 1; dimensionless, default 1e-6. The polish makes the answer exact, so that Clarabel only has to come
+    /// near the active set.
     pub tolerance: f64,
     /// Clarabel's static regularisation of its scaled KKT matrix; dimensionless, default 1e-12. Clarabel's own
-    /// 1e-8 is too much for a tolerance of 1e-12.
+    /// 1e-8 is too much for a tight tolerance.
     pub static_regularization: f64,
     /// Most iterations of each inner method: Clarabel, and the active-set steps that polish its answer;
     /// default 200.

@@ -5,7 +5,7 @@ use crate::eet::{self, EdgeMoments};
 use crate::error::EstimatorError;
 use crate::johnson_mercier::{self, CellLoads, CellStress};
 use crate::pressure;
-use crate::star_relaxation::{Relaxation, RelaxationReport, relax};
+use crate::star_relaxation::{Relaxation, RelaxationReport, StarRelaxation, relax_with_stars};
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
 use fem_core::condensation::CondensedBody;
 use fem_core::field;
@@ -29,18 +29,6 @@ impl EquilibratedStress {
     pub fn recover(body: &Body, finite_element: Vec<SymTensor2>, conditions: Vec<EdgeCondition>) -> Self {
         let edge_moments = eet::edge_moments(body, &finite_element, &conditions);
         Self { edge_moments, conditions, finite_element }
-    }
-
-    /// Recovers an equilibrated stress by EET and relaxes it, see [`crate::star_relaxation`].
-    pub fn recover_relaxed(
-        body: &Body,
-        finite_element: Vec<SymTensor2>,
-        conditions: Vec<EdgeCondition>,
-        relaxation: Relaxation,
-    ) -> (Self, RelaxationReport) {
-        let mut stress = Self::recover(body, finite_element, conditions);
-        let report = relax(body, &mut stress, relaxation);
-        (stress, report)
     }
 
     /// Computes the loads (traction times length) on the edges of a triangle, N/m.
@@ -113,6 +101,16 @@ pub fn admissible_pair(
     state: &ContactState<'_>,
     relaxation: Relaxation,
 ) -> Result<AdmissiblePair, EstimatorError> {
+    Ok(pair_and_stars(problem, bodies, state, relaxation)?.0)
+}
+
+/// [`admissible_pair`], with the stars of Ω₁ for another stress of that body; none without relaxation.
+pub(crate) fn pair_and_stars<'a>(
+    problem: &'a ContactProblem,
+    bodies: &[CondensedBody; 2],
+    state: &ContactState<'_>,
+    relaxation: Relaxation,
+) -> Result<(AdmissiblePair, Option<StarRelaxation<'a>>), EstimatorError> {
     check_state(problem, bodies, state)?;
     let interface = &problem.interface;
     let pressure = pressure::nodal_pressure(interface, state.contact_force);
@@ -124,19 +122,22 @@ pub fn admissible_pair(
         let load: Vec<f64> = force.iter().map(|f| sign * f).collect();
         let neumann = bodies[b].displacement_from_force(&load);
         let conditions = with_pressure(body, interface, b, &pressure);
-        let finite_element = field::stresses(body, &neumann);
-        let equilibrated = EquilibratedStress::recover_relaxed(body, finite_element, conditions, relaxation);
+        let equilibrated = EquilibratedStress::recover(body, field::stresses(body, &neumann), conditions);
         (equilibrated, field::stresses(body, state.displacement[b]))
     };
-    let (((e1, r1), s1), ((e2, r2), s2)) = rayon::join(|| recover(0), || recover(1));
-    Ok(AdmissiblePair {
+    let ((mut e1, s1), (mut e2, s2)) = rayon::join(|| recover(0), || recover(1));
+    // One body after the other, each in parallel: the stars of one at a time are in memory.
+    let (_, r2) = relax_with_stars(&problem.bodies[1], &mut e2, relaxation);
+    let (stars, r1) = relax_with_stars(&problem.bodies[0], &mut e1, relaxation);
+    let pair = AdmissiblePair {
         displacement: state.displacement.map(<[Vector]>::to_vec),
         stress: [s1, s2],
         opening: state.opening.to_vec(),
         pressure,
         equilibrated: [e1, e2],
         relaxation: [r1, r2],
-    })
+    };
+    Ok((pair, stars))
 }
 
 /// Puts the contact pressure on a body's contact edges: traction `−p n` on Ω₁, `+p n` on Ω₂.

@@ -1,10 +1,10 @@
 //! Everything a certificate needs, in one call.
 
-use crate::admissible::{AdmissiblePair, admissible_pair};
+use crate::admissible::{AdmissiblePair, pair_and_stars};
 use crate::check::{Admissibility, check, energy_noise};
 use crate::cre::{Cre, constitutive_relation_error};
 use crate::error::EstimatorError;
-use crate::indicators::eta_dis_squared;
+use crate::indicators::eta_dis_squared_with;
 use crate::star_relaxation::Relaxation;
 use fem_core::condensation::CondensedBody;
 use fem_core::interface::{ContactProblem, ContactState};
@@ -54,7 +54,7 @@ pub fn estimate_with(
     state: &ContactState<'_>,
     relaxation: Relaxation,
 ) -> Result<Estimate, EstimatorError> {
-    let pair = admissible_pair(problem, bodies, state, relaxation)?;
+    let (pair, stars) = pair_and_stars(problem, bodies, state, relaxation)?;
     let cre = constitutive_relation_error(problem, &pair);
     let admissibility = check(problem, &pair);
     let energy = |b: usize| {
@@ -65,7 +65,7 @@ pub fn estimate_with(
         })
     };
     let energy_norm_squared = [energy(0), energy(1)];
-    let eta_dis = from_squared(eta_dis_squared(problem, &pair, &cre, relaxation));
+    let eta_dis = from_squared(eta_dis_squared_with(problem, &pair, &cre, relaxation, stars));
     let allowance = round_off_allowance(problem, &pair, energy_norm_squared);
     let e_cre = cre.e_cre() + allowance;
     if !(e_cre.is_finite() && eta_dis.is_finite()) {

@@ -2,7 +2,7 @@
 
 use crate::admissible::{AdmissiblePair, EquilibratedStress, with_imposed_normal};
 use crate::cre::Cre;
-use crate::star_relaxation::Relaxation;
+use crate::star_relaxation::{Relaxation, StarRelaxation, relax};
 use fem_core::interface::ContactProblem;
 use fem_core::norm::sum_over_triangles;
 
@@ -20,13 +20,28 @@ pub fn eta_dis_squared(
     cre: &Cre,
     relaxation: Relaxation,
 ) -> f64 {
+    eta_dis_squared_with(problem, pair, cre, relaxation, None)
+}
+
+/// [`eta_dis_squared`] with stars of Ω₁ that are ready already.
+pub(crate) fn eta_dis_squared_with<'a>(
+    problem: &'a ContactProblem,
+    pair: &AdmissiblePair,
+    cre: &Cre,
+    relaxation: Relaxation,
+    stars: Option<StarRelaxation<'a>>,
+) -> f64 {
     let body = &problem.bodies[0];
     let conditions = with_imposed_normal(body, &problem.interface, 0);
-    let (recovered, _) =
-        EquilibratedStress::recover_relaxed(body, pair.stress[0].clone(), conditions, relaxation);
-    let first = sum_over_triangles(pair.stress[0].len(), |t| {
-        recovered.cell_distance_squared(body, t, pair.stress[0][t])
-    });
+    let mut recovered = EquilibratedStress::recover(body, pair.stress[0].clone(), conditions);
+    let report = match stars {
+        Some(mut stars) => {
+            stars.restate(&recovered.conditions);
+            stars.relax(&mut recovered, relaxation)
+        }
+        None => relax(body, &mut recovered, relaxation),
+    };
+    let first = report.energy_history.last().copied().unwrap_or(f64::NAN);
     let second = sum_over_triangles(cre.by_cell[1].len(), |t| cre.by_cell[1][t]);
     first + second + cre.by_contact_edge.iter().sum::<f64>()
 }

@@ -91,27 +91,6 @@ fn divergence_free(corners: [Vector; 3], loads: &CellLoads) -> CellStress {
     })
 }
 
-/// `E⁻¹` of one material, lower half by rows, for the inner loops.
-pub(crate) struct Compliance([f64; 6]);
-
-impl Compliance {
-    pub(crate) fn of(material: &LinearElastic) -> Self {
-        let [x, y, s] = [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)]
-            .map(|(xx, yy, xy)| SymTensor2::new(xx, yy, xy));
-        Self([(x, x), (y, x), (y, y), (s, x), (s, y), (s, s)].map(|(a, b)| material.complementary(a, b)))
-    }
-
-    /// Computes the strain `E⁻¹ σ`.
-    pub(crate) fn strain(&self, s: SymTensor2) -> SymTensor2 {
-        let c = &self.0;
-        SymTensor2 {
-            xx: c[0] * s.xx + c[1] * s.yy + c[3] * s.xy,
-            yy: c[1] * s.xx + c[2] * s.yy + c[4] * s.xy,
-            xy: 0.5 * (c[3] * s.xx + c[4] * s.yy + c[5] * s.xy),
-        }
-    }
-}
-
 /// Computes `∫ (τ − σ) : E⁻¹ (τ − σ)` over a triangle of the given area for a constant σ, J/m.
 pub fn distance_squared(
     stress: &CellStress,
@@ -120,13 +99,12 @@ pub fn distance_squared(
     material: &LinearElastic,
 ) -> f64 {
     // For linear d on a part of area A/3: ∫ d:C:d = A/36 (Σd : C : Σd + Σ d_m : C : d_m).
-    let compliance = Compliance::of(material);
     let mut sum = 0.0;
     for part in stress {
         let d = part.map(|s| s.minus(constant));
         let total = d[0].plus(d[1]).plus(d[2]);
-        sum += total.contract(compliance.strain(total));
-        sum += d.iter().map(|d| d.contract(compliance.strain(*d))).sum::<f64>();
+        sum += total.contract(material.strain(total));
+        sum += d.iter().map(|d| d.contract(material.strain(*d))).sum::<f64>();
     }
     area / 36.0 * sum
 }

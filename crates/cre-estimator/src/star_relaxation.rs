@@ -95,13 +95,30 @@ pub struct RelaxationReport {
 /// Where there is nothing to gain (a body at rest, a uniform stress) it is left as it is. To relax several stresses of
 /// one body under the same kind of conditions, prepare a [`StarRelaxation`] once.
 pub fn relax(body: &Body, stress: &mut EquilibratedStress, relaxation: Relaxation) -> RelaxationReport {
+    relax_with_stars(body, stress, relaxation).1
+}
+
+/// [`relax`], with the stars for another stress; none where no step is asked for.
+pub(crate) fn relax_with_stars<'a>(
+    body: &'a Body,
+    stress: &mut EquilibratedStress,
+    relaxation: Relaxation,
+) -> (Option<StarRelaxation<'a>>, RelaxationReport) {
     if relaxation.max_steps() == 0 {
+        return (None, RelaxationReport::unrelaxed(body, stress));
+    }
+    let stars = StarRelaxation::new(body, &stress.conditions);
+    let report = stars.relax(stress, relaxation);
+    (Some(stars), report)
+}
+
+impl RelaxationReport {
+    fn unrelaxed(body: &Body, stress: &EquilibratedStress) -> Self {
         let energy = sum_over_triangles(stress.finite_element.len(), |t| {
             stress.cell_distance_squared(body, t, stress.finite_element[t])
         });
-        return RelaxationReport { energy_history: vec![energy], ..RelaxationReport::default() };
+        Self { energy_history: vec![energy], ..Self::default() }
     }
-    StarRelaxation::new(body, &stress.conditions).relax(stress, relaxation)
 }
 
 /// The stars of a body, ready to relax any stress whose reactions are in the same directions.
@@ -120,6 +137,15 @@ impl<'a> StarRelaxation<'a> {
         let space = Space::new(body, conditions);
         let stars = Stars::new(&space);
         Self { space, stars, reactions: conditions.iter().map(|c| c.reaction).collect() }
+    }
+
+    /// Prepares the stars for other conditions of the same body: only those near a boundary edge whose
+    /// reactions have other directions are assembled anew.
+    pub fn restate(&mut self, conditions: &[EdgeCondition]) {
+        let space = Space::new(self.space.body(), conditions);
+        self.stars.update(&space, &space.differences(&self.space));
+        self.space = space;
+        self.reactions = conditions.iter().map(|c| c.reaction).collect();
     }
 
     /// Relaxes an equilibrated stress in place, see [`relax`].

@@ -94,21 +94,26 @@ impl LinearElastic {
         let d = &self.stiffness;
         let (x, y, g) = (strain.xx, strain.yy, 2.0 * strain.xy);
         SymTensor2::new(
-            d[(0, 0)] * x + d[(0, 1)] * y + d[(0, 2)] * g,
-            d[(1, 0)] * x + d[(1, 1)] * y + d[(1, 2)] * g,
-            d[(2, 0)] * x + d[(2, 1)] * y + d[(2, 2)] * g,
+            d.m11 * x + d.m12 * y + d.m13 * g,
+            d.m21 * x + d.m22 * y + d.m23 * g,
+            d.m31 * x + d.m32 * y + d.m33 * g,
         )
+    }
+
+    /// Computes the strain of a stress, `ε = E⁻¹ σ`.
+    pub fn strain(&self, stress: SymTensor2) -> SymTensor2 {
+        let c = &self.compliance;
+        let SymTensor2 { xx, yy, xy } = stress;
+        SymTensor2 {
+            xx: c.m11 * xx + c.m12 * yy + c.m13 * xy,
+            yy: c.m21 * xx + c.m22 * yy + c.m23 * xy,
+            xy: 0.5 * (c.m31 * xx + c.m32 * yy + c.m33 * xy),
+        }
     }
 
     /// Computes `σ : E⁻¹ τ`, the complementary energy product of two stresses (J/m³, no factor ½).
     pub fn complementary(&self, sigma: SymTensor2, tau: SymTensor2) -> f64 {
-        let c = &self.compliance;
-        let e = [
-            c[(0, 0)] * tau.xx + c[(0, 1)] * tau.yy + c[(0, 2)] * tau.xy,
-            c[(1, 0)] * tau.xx + c[(1, 1)] * tau.yy + c[(1, 2)] * tau.xy,
-            c[(2, 0)] * tau.xx + c[(2, 1)] * tau.yy + c[(2, 2)] * tau.xy,
-        ];
-        sigma.xx * e[0] + sigma.yy * e[1] + sigma.xy * e[2]
+        sigma.contract(self.strain(tau))
     }
 
     /// Computes von Mises' equivalent stress with the out-of-plane stress of the hypothesis, Pa.

@@ -9,7 +9,7 @@
 
 use super::space::Space;
 use crate::admissible::EquilibratedStress;
-use crate::johnson_mercier::{self, Compliance};
+use crate::johnson_mercier;
 use fem_core::geometry::{Vector, cross, dot, sub};
 use fem_core::tensor::SymTensor2;
 use std::sync::OnceLock;
@@ -105,9 +105,18 @@ fn reference_stress() -> [[f64; 12]; 27] {
 }
 
 /// One triangle: how its unknowns make the reference gradients, and its geometry.
+///
+/// The reference gradients are the products of `∇φ` with the two edge vectors at corner 0: two rows per corner, then
+/// two per edge.
 pub(super) struct Cell {
-    /// Per unknown, up to four entries (row, factor) in the columns of [`Reference`].
-    columns: [[(usize, f64); 4]; UNKNOWNS],
+    /// Per edge: the two rows of its mean gradient under a unit of `φ_b − φ_a`.
+    along: [Vector; 3],
+    /// Per edge: the two rows of its mean gradient under its own unknown.
+    across: [Vector; 3],
+    /// Per corner: the factor of `φ`.
+    values: [f64; 3],
+    /// Per corner and slope: the two rows of its gradient.
+    slopes: [[Vector; 2]; 3],
     /// `a⊗a`, `b⊗b`, `a⊗b + b⊗a` of the two edge vectors at corner 0.
     dyads: [SymTensor2; 3],
     /// `a × b`, twice the area.
@@ -119,66 +128,63 @@ impl Cell {
     pub(super) fn new(space: &Space<'_>, triangle: usize) -> Self {
         let mesh = space.body().mesh();
         let corners = mesh.corners(triangle);
-        let nodes = mesh.triangles()[triangle];
+        let nodes = mesh.triangles()[triangle].map(|n| space.node(n as usize));
+        let edges = mesh.topology().triangle_edges()[triangle];
         let (a, b) = (sub(corners[1], corners[0]), sub(corners[2], corners[0]));
-        let mut columns = [[(0, 0.0); 4]; UNKNOWNS];
-        for k in 0..3 {
-            let (start, end) = (k, (k + 1) % 3);
-            let edge = mesh.topology().triangle_edges()[triangle][k];
-            let basis = space.edge(edge, triangle, corners[start], corners[end]);
-            let row = 6 + 2 * k;
-            let along = [dot(a, basis.along), dot(b, basis.along)];
-            let values = [start, end].map(|c| space.node(nodes[c] as usize).value);
-            for c in 0..2 {
-                // The start of edge k is the end of edge k + 2: each corner has two edges.
-                columns[3 * start][c] = (row + c, -values[0] * along[c]);
-                columns[3 * end][2 + c] = (row + c, values[1] * along[c]);
-            }
-            columns[9 + k][0] = (row, dot(a, basis.across));
-            columns[9 + k][1] = (row + 1, dot(b, basis.across));
-            for (s, slope) in space.node(nodes[k] as usize).slopes.into_iter().enumerate() {
-                columns[3 * k + 1 + s][0] = (2 * k, dot(a, slope));
-                columns[3 * k + 1 + s][1] = (2 * k + 1, dot(b, slope));
-            }
-        }
+        let rows = |v: Vector| [dot(a, v), dot(b, v)];
+        let bases: [_; 3] =
+            std::array::from_fn(|k| space.edge(edges[k], triangle, corners[k], corners[(k + 1) % 3]));
         let dyads = [
             SymTensor2::new(a[0] * a[0], a[1] * a[1], a[0] * a[1]),
             SymTensor2::new(b[0] * b[0], b[1] * b[1], b[0] * b[1]),
             SymTensor2::new(2.0 * a[0] * b[0], 2.0 * a[1] * b[1], a[0] * b[1] + a[1] * b[0]),
         ];
-        Self { columns, dyads, jacobian: cross(a, b), triangle }
+        Self {
+            along: bases.map(|basis| rows(basis.along)),
+            across: bases.map(|basis| rows(basis.across)),
+            values: nodes.map(|node| node.value),
+            slopes: nodes.map(|node| node.slopes.map(rows)),
+            dyads,
+            jacobian: cross(a, b),
+            triangle,
+        }
+    }
+
+    /// Computes the products of the twelve unknowns with a row of reference gradients.
+    fn unknowns(&self, gradients: &[f64; 12]) -> [f64; UNKNOWNS] {
+        let pair = |k: usize, v: Vector| gradients[2 * k] * v[0] + gradients[2 * k + 1] * v[1];
+        let along: [f64; 3] = std::array::from_fn(|k| pair(3 + k, self.along[k]));
+        let mut unknowns = [0.0; UNKNOWNS];
+        for k in 0..3 {
+            // Corner k ends edge k + 2 and starts edge k.
+            unknowns[3 * k] = self.values[k] * (along[(k + 2) % 3] - along[k]);
+            unknowns[3 * k + 1] = pair(k, self.slopes[k][0]);
+            unknowns[3 * k + 2] = pair(k, self.slopes[k][1]);
+            unknowns[9 + k] = pair(3 + k, self.across[k]);
+        }
+        unknowns
     }
 
     /// Computes `⟨τ_i, τ_j⟩ = ∫ τ_i : E⁻¹ τ_j` of the twelve unknowns; `τ = F s Fᵀ/J²` with the reference stress `s`.
     pub(super) fn form(&self, space: &Space<'_>) -> Form {
-        let compliance = Compliance::of(space.body().material(self.triangle));
-        let strains = self.dyads.map(|dyad| compliance.strain(dyad));
-        let reference = reference();
-        let mut gradients = [0.0; PACKED];
+        let material = space.body().material(self.triangle);
+        let strains = self.dyads.map(|dyad| material.strain(dyad));
         let scale = 1.0 / (self.jacobian * self.jacobian * self.jacobian);
-        for ((p, q), mass) in PAIRS.into_iter().zip(&reference.mass) {
+        let mut lower = [0.0; PACKED];
+        for ((p, q), mass) in PAIRS.into_iter().zip(&reference().mass) {
             let factor = scale * self.dyads[p].contract(strains[q]);
-            for (g, m) in gradients.iter_mut().zip(mass) {
+            for (g, m) in lower.iter_mut().zip(mass) {
                 *g += factor * m;
             }
         }
-        let mut full = [[0.0; 12]; 12];
-        for i in 0..12 {
-            for j in 0..=i {
-                full[i][j] = gradients[PLACES[i][j]];
-                full[j][i] = full[i][j];
-            }
-        }
+        let gradients = PLACES.map(|places| places.map(|place| lower[place]));
+        // Tᵀ G T: first the rows of G, whose results are the columns of G T, then those.
+        let half = gradients.map(|row| self.unknowns(&row));
         let mut form = [0.0; PACKED];
-        for (j, column) in self.columns.iter().enumerate() {
-            let mut product = [0.0; 12];
-            for &(row, factor) in column {
-                for (p, f) in product.iter_mut().zip(&full[row]) {
-                    *p += factor * f;
-                }
-            }
+        for j in 0..UNKNOWNS {
+            let column = self.unknowns(&std::array::from_fn(|row| half[row][j]));
             for i in j..UNKNOWNS {
-                form[PLACES[i][j]] = self.columns[i].iter().map(|&(row, factor)| factor * product[row]).sum();
+                form[PLACES[i][j]] = column[i];
             }
         }
         form
@@ -188,30 +194,29 @@ impl Cell {
     pub(super) fn gradient(&self, space: &Space<'_>, stress: &EquilibratedStress) -> ([f64; UNKNOWNS], f64) {
         let body = space.body();
         let material = body.material(self.triangle);
-        let compliance = Compliance::of(material);
-        let area = 0.5 * self.jacobian;
         let tau = stress.cell(body, self.triangle);
         let constant = stress.finite_element[self.triangle];
-        let energy = johnson_mercier::distance_squared(&tau, constant, area, material);
         let reference = reference();
-        let scale = area / (36.0 * self.jacobian * self.jacobian);
-        let mut gradients = [0.0; 12];
+        let (mut energy, mut gradients) = (0.0, [0.0; 12]);
         for (k, part) in tau.iter().enumerate() {
             let d = part.map(|s| s.minus(constant));
             let total = d[0].plus(d[1]).plus(d[2]);
+            energy += total.contract(material.strain(total));
             for (m, d) in d.into_iter().enumerate() {
-                let strain = compliance.strain(d.plus(total));
+                let strain = material.strain(d.plus(total));
+                energy += d.contract(material.strain(d));
                 for (c, dyad) in self.dyads.iter().enumerate() {
-                    let weight = scale * strain.contract(*dyad);
+                    let weight = strain.contract(*dyad);
                     for (g, s) in gradients.iter_mut().zip(&reference.stress[9 * k + 3 * m + c]) {
                         *g += weight * s;
                     }
                 }
             }
         }
-        let unknowns =
-            self.columns.map(|column| column.iter().map(|&(row, factor)| factor * gradients[row]).sum());
-        (unknowns, energy)
+        // ∫ over a part of a third of the area: see [`johnson_mercier::distance_squared`].
+        let scale = 0.5 * self.jacobian / 36.0;
+        let gradients = gradients.map(|g| scale / (self.jacobian * self.jacobian) * g);
+        (self.unknowns(&gradients), scale * energy)
     }
 }
 

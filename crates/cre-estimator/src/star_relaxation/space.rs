@@ -14,7 +14,7 @@ const NEARLY_TANGENTIAL: f64 = 1e-3;
 
 /// How the three unknowns of a node make value and gradient: `φ = value x₀`, `∇φ = slopes₀ x₁ + slopes₁ x₂`.
 /// Zeros where the boundary allows nothing.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct NodeBasis {
     pub(super) value: f64,
     pub(super) slopes: [Vector; 2],
@@ -81,6 +81,27 @@ impl<'a> Space<'a> {
             }
         }
         Self { body, nodes, boundary }
+    }
+
+    /// Marks the vertices whose stars see another basis than in the space `other` of the same mesh.
+    pub(super) fn differences(&self, other: &Self) -> Vec<bool> {
+        let mesh = self.body.mesh();
+        let topology = mesh.topology();
+        let mut differs: Vec<bool> = self.nodes.iter().zip(&other.nodes).map(|(a, b)| a != b).collect();
+        for (k, &edge) in topology.boundary_edges().iter().enumerate() {
+            if self.boundary[k] != other.boundary[k] {
+                for n in topology.edges()[edge as usize] {
+                    differs[n as usize] = true;
+                }
+            }
+        }
+        let mut marked = vec![false; differs.len()];
+        for nodes in mesh.triangles().iter().filter(|nodes| nodes.iter().any(|&n| differs[n as usize])) {
+            for &n in nodes {
+                marked[n as usize] = true;
+            }
+        }
+        marked
     }
 
     /// Counts the unknowns, those that are always zero included.

@@ -7,8 +7,9 @@ use crate::star::{Star, corner};
 use fem_core::mesh::TriMesh;
 use rayon::prelude::*;
 
-/// Stars handled by one task.
-const CHUNK: usize = 256;
+/// Vertices whose stars are assembled by one task: enough for most triangles around them to have all their vertices
+/// among them, few enough for the forms of these triangles to stay in the cache.
+const BAND: usize = 4096;
 /// A pivot below this fraction of its diagonal entry is round-off: its unknown is left out of the star.
 const PIVOT_FLOOR: f64 = 1e-12;
 
@@ -48,25 +49,40 @@ struct Chunk {
     inverse: Vec<f64>,
 }
 
-/// All stars of a mesh by colour. Stars of one colour share no edge, and none writes what another reads: two such vertices are no neighbours.
+/// All stars of a mesh by colour, one chunk per band of vertices. Stars of one colour share no edge, and none writes
+/// what another reads: two such vertices are no neighbours.
 pub(super) struct Stars {
     colours: Vec<Vec<Chunk>>,
+    /// The colour of every vertex.
+    colour_of: Vec<u32>,
 }
 
 impl Stars {
     /// Assembles and inverts the blocks of all stars.
     pub(super) fn new(space: &Space<'_>) -> Self {
-        let mesh = space.body().mesh();
-        let forms: Vec<Form> = (0..mesh.triangles().len())
+        let colour_of = colour(space.body().mesh());
+        let count = colour_of.iter().max().map_or(0, |&c| c as usize + 1);
+        let bands: Vec<Vec<Chunk>> = (0..colour_of.len().div_ceil(BAND))
             .into_par_iter()
-            .with_min_len(256)
-            .map(|t| Cell::new(space, t).form(space))
+            .map(|k| band(space, &colour_of, k, count))
             .collect();
-        let colours = colour(mesh)
-            .iter()
-            .map(|nodes| nodes.par_chunks(CHUNK).map(|nodes| Chunk::new(space, &forms, nodes)).collect())
-            .collect();
-        Self { colours }
+        let mut colours: Vec<Vec<Chunk>> = (0..count).map(|_| Vec::with_capacity(bands.len())).collect();
+        for band in bands {
+            for (colour, chunk) in colours.iter_mut().zip(band) {
+                colour.push(chunk);
+            }
+        }
+        Self { colours, colour_of }
+    }
+
+    /// Assembles the stars anew of every band in which one has changed.
+    pub(super) fn update(&mut self, space: &Space<'_>, changed: &[bool]) {
+        let count = self.colours.len();
+        for (k, _) in changed.chunks(BAND).enumerate().filter(|(_, band)| band.contains(&true)) {
+            for (colour, chunk) in self.colours.iter_mut().zip(band(space, &self.colour_of, k, count)) {
+                colour[k] = chunk;
+            }
+        }
     }
 
     /// Computes `y = A x`.
@@ -88,13 +104,11 @@ impl Stars {
     }
 }
 
-/// Colours the vertices greedily in their order: the lists of the vertices of each colour, ascending. Two
-/// vertices of one colour share no edge.
-fn colour(mesh: &TriMesh) -> Vec<Vec<u32>> {
+/// Colours the vertices greedily in their order. Two vertices of one colour share no edge.
+fn colour(mesh: &TriMesh) -> Vec<u32> {
     let (starts, neighbours) = mesh.topology().node_neighbours();
     let nodes = mesh.points().len();
     let mut colours = vec![u32::MAX; nodes];
-    let mut lists: Vec<Vec<u32>> = Vec::new();
     let mut used: Vec<u32> = Vec::new();
     for i in 0..nodes {
         for &j in &neighbours[starts[i] as usize..starts[i + 1] as usize] {
@@ -105,38 +119,81 @@ fn colour(mesh: &TriMesh) -> Vec<Vec<u32>> {
         let free = used.iter().position(|&mark| mark != i as u32).unwrap_or(used.len());
         if free == used.len() {
             used.push(u32::MAX);
-            lists.push(Vec::new());
         }
         colours[i] = free as u32;
-        lists[free].push(i as u32);
     }
-    lists
+    colours
+}
+
+/// Assembles the stars of one band of vertices: a chunk of each colour. Neighbours follow each other, so that the
+/// forms they share are still in the cache.
+fn band(space: &Space<'_>, colour_of: &[u32], k: usize, colours: usize) -> Vec<Chunk> {
+    let topology = space.body().mesh().topology();
+    let nodes = k * BAND..colour_of.len().min((k + 1) * BAND);
+    let forms = Forms::around(space, nodes.clone());
+    let mut sizes = vec![[0; 3]; colours];
+    for n in nodes.clone() {
+        // An open star has one spoke more than triangles, so this is enough.
+        let spokes = topology.triangles_around(n).len() + 1;
+        let [stars, all_spokes, entries] = &mut sizes[colour_of[n] as usize];
+        *stars += 1;
+        *all_spokes += spokes;
+        *entries += (3 + spokes) * (4 + spokes) / 2;
+    }
+    let mut chunks: Vec<Chunk> = sizes.into_iter().map(Chunk::with_capacity).collect();
+    let (mut star, mut columns) = (Star::default(), Vec::new());
+    for n in nodes {
+        star.walk(space.body().mesh(), n);
+        chunks[colour_of[n] as usize].push(space, &forms, n as u32, &star, &mut columns);
+    }
+    chunks
+}
+
+/// The forms of the triangles around some vertices.
+struct Forms {
+    first: u32,
+    /// Place of each triangle from `first` on in `forms`.
+    places: Vec<u32>,
+    forms: Vec<Form>,
+}
+
+impl Forms {
+    fn around(space: &Space<'_>, nodes: std::ops::Range<usize>) -> Self {
+        let topology = space.body().mesh().topology();
+        let triangles = || nodes.clone().flat_map(|n| topology.triangles_around(n).iter().copied());
+        let first = triangles().min().unwrap_or(0);
+        let end = triangles().max().map_or(first, |last| last + 1);
+        let mut places = vec![u32::MAX; (end - first) as usize];
+        let mut forms = Vec::with_capacity(2 * nodes.len() + 64);
+        for t in triangles() {
+            let place = &mut places[(t - first) as usize];
+            if *place == u32::MAX {
+                *place = forms.len() as u32;
+                forms.push(Cell::new(space, t as usize).form(space));
+            }
+        }
+        Self { first, places, forms }
+    }
+
+    fn of(&self, triangle: u32) -> &Form {
+        &self.forms[self.places[(triangle - self.first) as usize] as usize]
+    }
 }
 
 impl Chunk {
-    fn new(space: &Space<'_>, forms: &[Form], nodes: &[u32]) -> Self {
-        // An open star has one spoke more than triangles, so this is enough.
-        let bounds =
-            nodes.iter().map(|&n| space.body().mesh().topology().triangles_around(n as usize).len() + 1);
-        let (spokes, entries) =
-            bounds.fold((0, 0), |(s, e), bound| (s + bound, e + (3 + bound) * (4 + bound) / 2));
-        let mut chunk = Self {
-            places: Vec::with_capacity(nodes.len()),
+    /// Makes an empty chunk for that many stars, spokes and entries of a block.
+    fn with_capacity([stars, spokes, entries]: [usize; 3]) -> Self {
+        Self {
+            places: Vec::with_capacity(stars),
             spokes: Vec::with_capacity(spokes),
             outer: Vec::with_capacity(spokes),
             inner: Vec::with_capacity(entries),
             inverse: Vec::with_capacity(entries),
-        };
-        let (mut star, mut columns) = (Star::default(), Vec::new());
-        for &node in nodes {
-            star.walk(space.body().mesh(), node as usize);
-            chunk.push(space, forms, node, &star, &mut columns);
         }
-        chunk
     }
 
     /// Assembles one star from the forms of its triangles. `columns` is working space.
-    fn push(&mut self, space: &Space<'_>, forms: &[Form], node: u32, star: &Star, columns: &mut Vec<f64>) {
+    fn push(&mut self, space: &Space<'_>, forms: &Forms, node: u32, star: &Star, columns: &mut Vec<f64>) {
         let mesh = space.body().mesh();
         let count = star.spokes.len();
         let size = 3 + count;
@@ -158,7 +215,7 @@ impl Chunk {
             self.spokes.push(Spoke { own, ring: 3 * other, rim: own });
         }
         for (j, &t) in star.triangles.iter().enumerate() {
-            let form = &forms[t as usize];
+            let form = forms.of(t);
             let c = corner(mesh, t, node as usize);
             let after = if j + 1 == count { 0 } else { j + 1 };
             // Places in the triangle: ring vertices, spokes before and after, outer edge.

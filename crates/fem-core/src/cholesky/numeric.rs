@@ -210,9 +210,9 @@ impl Job<'_> {
         let memory = MemStack::new(scratch);
         cholesky_in_place(top.as_mut(), LltRegularization::default(), Par::Seq, memory, Default::default())
             .map_err(|LltError::NonPositivePivot { index }| CholeskyError::NotPositiveDefinite {
-                pivot: layout.first + index,
-                dimension: self.symbolic.dimension(),
-            })?;
+            pivot: layout.first + index,
+            dimension: self.symbolic.dimension(),
+        })?;
         if b > 0 {
             solve_lower_triangular_in_place(top.as_ref(), bottom.transpose_mut(), Par::Seq);
         }
