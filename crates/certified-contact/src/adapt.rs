@@ -105,7 +105,7 @@ pub fn solve_adaptively(
         let wanted = refine::next_size(step.nodes, step.relative, adapt.target, adapt.max_nodes);
         let Finer { problem, refinement_edges, start } =
             match refine::refine(&solution, &edges, adapt.fraction, wanted, adapt.max_nodes) {
-                Ok(Refined::Finer(finer)) => finer,
+                Ok(Refined::Finer(finer)) => *finer,
                 Ok(Refined::NothingToRefine) => break round_off(&solution),
                 Ok(Refined::NoRoom) => break AdaptiveEnd::MaxNodes,
                 Err(error) => break AdaptiveEnd::Failed(error.into()),

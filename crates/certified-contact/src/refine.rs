@@ -37,7 +37,7 @@ pub(crate) fn has_room(nodes: usize, limit: usize) -> bool {
 /// What came of refining.
 pub(crate) enum Refined {
     /// A finer problem.
-    Finer(Finer),
+    Finer(Box<Finer>),
     /// No cell contributes anything.
     NothingToRefine,
     /// Refining a single cell would take more nodes than allowed.
@@ -93,7 +93,7 @@ pub(crate) fn refine(
     }
     let something = contributions.iter().flatten().any(|c| *c > 0.0);
     Ok(match finer {
-        Some(f) => Refined::Finer(Finer { problem: f.problem, refinement_edges: edges, start }),
+        Some(f) => Refined::Finer(Box::new(Finer { problem: f.problem, refinement_edges: edges, start })),
         None if something => Refined::NoRoom,
         None => Refined::NothingToRefine,
     })

@@ -53,7 +53,7 @@ fn every_key_has_its_own_default() {
         stop: Stop { criterion: Criterion::Estimator, ratio: 0.1, tolerance: 1e-8 },
     };
     assert_eq!(case.solver, expected);
-    assert_eq!(case.estimator, Estimator { relaxation: 2, every: 0 });
+    assert_eq!(case.estimator, Estimator { relaxation: 2, until: None, every: 0 });
     assert_eq!(case.adapt, None);
     assert_eq!(case.output, Output { directory: None, vtu: true });
     assert_eq!(case.output_directory(), "runs/case");
@@ -112,7 +112,7 @@ fn the_example_of_the_contract_is_read() {
         stop: Stop { criterion: Criterion::Estimator, ratio: 0.1, tolerance: 1e-8 },
     };
     assert_eq!(case.solver, solver);
-    assert_eq!(case.estimator, Estimator { relaxation: 2, every: 1 });
+    assert_eq!(case.estimator, Estimator { relaxation: 2, until: None, every: 1 });
     assert_eq!(case.output_directory(), "runs/paper");
     assert_eq!(case.node_counts(), [190, 190]);
     assert!(case.warnings().is_empty());
