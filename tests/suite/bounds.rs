@@ -13,7 +13,7 @@ fn family() -> Vec<Columns> {
         Columns { gap: 0.004, ..base },
         Columns { weights: [30.0, 50.0], ..base },
         Columns { weights: [30.0, -50.0], gap: 0.002, ..base },
-        Columns { weights: [40.0, -10.0], materials: [(10.0, 0.0), (1000.0, 0.45)], ..base },
+        Columns { weights: [40.0, -10.0], materials: [(100.0, 0.0), (1000.0, 0.45)], ..base },
         // The gap stays open: no pressure.
         Columns { weights: [3.0, 5.0], gap: 0.1, ..base },
     ]
@@ -21,7 +21,7 @@ fn family() -> Vec<Columns> {
 
 fn bounds(problem: ContactProblem, settings: &Settings) -> Bounds {
     let answer = solve(problem, settings, &mut Silent).unwrap();
-    assert!(answer.is_certified(), "{:?} {:?}", answer.nndd.status, answer.estimate.map(|e| e.admissibility));
+    assert!(answer.is_certified(), "{:?}", answer.estimate.map(|e| e.admissibility));
     answer.bounds.unwrap()
 }
 
@@ -75,6 +75,8 @@ fn they_hold_at_every_iteration_however_far_from_the_limit() {
                 settings.nndd = NnddSettings::paper(theta);
                 settings.nndd.max_iterations = iterations;
                 settings.criterion = Criterion::Iterations;
+                // Pressed together from the start: a body that is moved without load has nothing but round-off to check.
+                settings.lambda = 0.005.into();
                 all_hold(&columns, &bounds(columns.problem(4).unwrap(), &settings));
             }
         }

@@ -45,12 +45,12 @@ pub(crate) fn adaptive(
         || "No step has a relative error.".to_owned(),
         |(a, b)| {
             format!(
-                "Logarithmic scales. {} at {} nodes, {} at {} nodes; target {}.",
+                "Logarithmic scales. {} at {} nodes, {} at {} nodes.{}",
                 short(a.1),
                 short(a.0),
                 short(b.1),
                 short(b.0),
-                short(target)
+                if wanted.is_some() { format!(" Target {}.", short(target)) } else { String::new() }
             )
         },
     );

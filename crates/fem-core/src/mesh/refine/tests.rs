@@ -42,14 +42,7 @@ fn check(old: &TriMesh, new: &Refinement) {
     // a boundary node inside, and lengthen the boundary.
     let boundary = |m: &TriMesh| m.topology().boundary_edges().iter().map(|&e| m.edge_length(e)).sum::<f64>();
     assert!((boundary(mesh) - boundary(old)).abs() < 1e-12 * boundary(old));
-    // Rounded coordinates: about 2e-16 times the perimeter of each triangle.
-    assert!(
-        (area(mesh) - area(old)).abs() < 1e-12 * area(old),
-        "{} {} {}",
-        area(mesh),
-        area(old),
-        mesh.triangles().len()
-    );
+    assert!((area(mesh) - area(old)).abs() < 1e-12 * area(old));
     assert_eq!(mesh.points()[..old.points().len()], *old.points());
     for (k, [a, b]) in new.parent_nodes.iter().enumerate() {
         let ends = [a, b].map(|n| old.points()[*n as usize]);
@@ -106,7 +99,7 @@ fn random_refinements_keep_shapes_area_and_groups() {
                 .iter()
                 .map(|e| {
                     let [x, y] = mesh.points()[e[0] as usize];
-                    random.next() < 0.02 + 0.5 * (-8.0 * ((x - 1.3).powi(2) + (y - 0.2).powi(2))).exp()
+                    random.next() < 0.005 + 0.25 * (-8.0 * ((x - 1.3).powi(2) + (y - 0.2).powi(2))).exp()
                 })
                 .collect();
             let new = refine(&mesh, &labels, &marked).unwrap();
