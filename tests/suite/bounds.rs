@@ -1,9 +1,13 @@
 //! Bounds of energies and of the contact force, against exact solutions.
 
-use certified_contact::{Bounds, Criterion, Settings, Silent, solve};
+use certified_contact::{
+    AdaptSettings, AdaptiveEnd, Bounds, Criterion, Settings, Silent, solve, solve_adaptively,
+};
 use fem_core::interface::ContactProblem;
+use fem_core::norm::energy_error_squared;
 use nndd::NnddSettings;
 use tests::columns::Columns;
+use tests::signorini;
 
 fn family() -> Vec<Columns> {
     let soft = [(2000.0, 0.3), (1000.0, 0.2)];
@@ -93,4 +97,36 @@ fn roles_do_not_matter() {
             all_hold(&columns, &bounds(problem.clone(), &settings));
         }
     }
+}
+
+#[test]
+fn they_hold_on_the_exact_signorini_problem_and_close_in_adaptively() {
+    // Its data are interpolated: an error of the order h² beside intervals of the order h.
+    let materials = [(1.0, 0.3), (1.0, 0.3)];
+    let norm = (2.0 * signorini::ENERGY).sqrt();
+    let problem = signorini::problem(materials, 0.0, [16, 8]).unwrap();
+    let mut target = AdaptSettings::new(0.02);
+    target.max_nodes = 20_000;
+    let answer = solve_adaptively(problem, &Settings::default(), &target, &mut Silent).unwrap();
+    assert!(matches!(answer.end, AdaptiveEnd::TargetMet), "{:?}", answer.end);
+    let found = answer.solution.bounds.unwrap();
+    holds("energy norm", found.energy_norm, norm);
+    // ∫ √x over (0, 1).
+    let force = found.contact_force.unwrap();
+    holds("contact force", force, 2.0 / 3.0);
+    assert!(force[1] - force[0] < 0.1, "{force:?}");
+    // The error itself is known: the certificate of the last mesh is above it, and within 10 %.
+    let exact = signorini::exact(materials, 0.0);
+    let estimate = answer.solution.estimate.as_ref().unwrap();
+    let error: f64 = [0, 1]
+        .map(|b| {
+            let role = answer.solution.role(b);
+            let body = &answer.solution.problem.bodies[role];
+            energy_error_squared(body, &estimate.pair.displacement[role], |x| exact[b].stress(x))
+        })
+        .iter()
+        .sum::<f64>()
+        .sqrt();
+    let effectivity = estimate.e_cre / error;
+    assert!((1.0..1.1).contains(&effectivity), "{effectivity}");
 }

@@ -81,6 +81,25 @@ pub struct AdaptiveSolution {
 /// * `settings`: of the solve on every mesh. The criterion that compares the iteration with the mesh is the one that
 ///   makes sense here. Roles and λ are chosen on the first mesh and carried over.
 ///
+/// # Example
+/// Two blocks, the upper one pressed down and held at its left side: a certified 8 % from a very coarse start.
+/// ```
+/// use certified_contact::{AdaptSettings, AdaptiveEnd, Settings, Silent, solve_adaptively};
+/// use fem_core::{body::Body, boundary::BoundaryConditions, interface::{ContactInterface, ContactProblem, Gap},
+///     material::{Hypothesis, LinearElastic}, mesh::generate::block};
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let steel = LinearElastic::isotropic(2000.0, 0.3, Hypothesis::PlaneStrain)?;
+/// let upper = Body::new(block([0.0, 1.0], [2.0, 1.0], [4, 2])?, steel.clone(), &BoundaryConditions::new()
+///     .displace("left", Some(0.0.into()), None).displace("top", None, Some((-0.01).into())))?;
+/// let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], [4, 2])?, steel, &BoundaryConditions::new().fix("bottom"))?;
+/// let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
+/// let problem = ContactProblem { bodies: [upper, lower], interface };
+/// let answer = solve_adaptively(problem, &Settings::default(), &AdaptSettings::new(0.08), &mut Silent)?;
+/// assert!(matches!(answer.end, AdaptiveEnd::TargetMet));
+/// assert!(answer.history.len() > 1 && answer.solution.is_certified());
+/// # Ok(()) }
+/// ```
+///
 /// # Errors
 /// The first mesh cannot be solved. What happens later is told by [`AdaptiveSolution::end`], beside the best certificate.
 pub fn solve_adaptively(
