@@ -11,6 +11,8 @@ use nndd::Start;
 const LARGEST_GROWTH: f64 = 3.0;
 /// And by at least this: a step that adds less costs more than it gains.
 const SMALLEST_GROWTH: f64 = 1.3;
+/// A round marks at least this share of the cells, however small `fraction` is: the number of rounds stays bounded.
+const LEAST_ROUND: f64 = 0.01;
 /// The target is aimed at with so many nodes more than the rate predicts.
 const MARGIN: f64 = 1.08;
 
@@ -73,7 +75,8 @@ pub(crate) fn refine(
     loop {
         let problem = finer.as_ref().map_or(&solution.problem, |f| &f.problem);
         let ranked = marking::ranking([&contributions[0], &contributions[1]]);
-        let bulk = marking::bulk(&ranked, fraction);
+        let least = (LEAST_ROUND * ranked.len() as f64).ceil() as usize;
+        let bulk = marking::bulk(&ranked, fraction).max(least);
         let mut count = largest_count(problem, &edges, &ranked, bulk, wanted);
         if count == 0 && finer.is_none() {
             count = largest_count(problem, &edges, &ranked, bulk.min(1), limit);

@@ -275,3 +275,22 @@ fn limits_of_an_adaptive_run_keep_its_certificate() {
     let sweep = ["sweep", case.to_str().unwrap(), "--over", "solver.theta=0.1:0.9:0.1"];
     assert_eq!(nndd(&sweep, temp.path()).status.code(), Some(2));
 }
+
+#[test]
+fn relaxation_may_go_on_until_it_gains_too_little() {
+    let temp = tempfile::tempdir().unwrap();
+    let case = cases().join("singular.toml");
+    let run = |name: &str, more: &[&str]| {
+        let out = temp.path().join(name);
+        let output = solve(&case, &out, more);
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        (report(&out), text(&output.stdout))
+    };
+    let (steps, _) = run("steps", &[]);
+    let (tolerance, said) = run("tolerance", &["--set", "estimator.tolerance=0.02"]);
+    assert!(said.contains("relaxation until a step gains less than 0.02"), "{said}");
+    assert_eq!(tolerance.case["estimator"]["tolerance"], 0.02);
+    // The first meshes are the same: the bound is sharper, and still valid.
+    assert!(tolerance.adaptive[0].e_cre < steps.adaptive[0].e_cre);
+    assert!(tolerance.certificate.valid);
+}

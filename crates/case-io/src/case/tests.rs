@@ -253,6 +253,22 @@ fn doubtful_settings_are_warned_of() {
 }
 
 #[test]
+fn an_adaptive_run_with_another_criterion_is_warned_of() {
+    let adaptive = |stop: &str| {
+        let text = minimal(&format!("[adapt]\ntarget_relative_error = 0.02\n{stop}"));
+        Case::parse(&text, "c", &[]).unwrap().warnings()
+    };
+    assert!(adaptive("").is_empty());
+    let warnings = adaptive("[solver.stop]\ncriterion = 'precision'");
+    assert_eq!(warnings.len(), 1);
+    assert!(
+        warnings[0].to_string().starts_with("c:18:13: an adaptive run with the criterion"),
+        "{}",
+        warnings[0]
+    );
+}
+
+#[test]
 fn every_template_is_a_valid_case() {
     for (name, text) in crate::template::TEMPLATES {
         let case = Case::parse(text, &format!("{name}.toml"), &[]).unwrap();
