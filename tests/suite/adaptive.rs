@@ -1,8 +1,8 @@
 //! Adaptive runs: the target is met, every certificate holds, the rate is the best there is, limits are kept.
 
 use certified_contact::{
-    AdaptSettings, AdaptiveEnd, AdaptiveSolution, CertifiedSolution, Observer, Row, Settings, Silent, Step,
-    solve, solve_adaptively,
+    AdaptSettings, AdaptiveEnd, AdaptiveSolution, CertifiedSolution, Criterion, Observer, Row, Settings,
+    Silent, Step, solve, solve_adaptively,
 };
 use fem_core::interface::ContactProblem;
 use fem_core::material::Hypothesis;
@@ -234,6 +234,22 @@ fn a_target_below_round_off_is_recognised() {
     let AdaptiveEnd::RoundOff { floor } = answer.end else { panic!("{:?}", answer.end) };
     assert!(floor > 1e-17 && floor < 1e-10, "{floor:e}");
     assert_eq!(answer.history.len(), 1);
+}
+
+#[test]
+fn an_error_of_the_iteration_is_not_refined() {
+    // One iteration from λ = 0: nearly all of the bound is the iteration's.
+    let mut settings = Settings::default();
+    settings.criterion = Criterion::Iterations;
+    settings.nndd.max_iterations = 1;
+    let answer = solve_adaptively(coarse_paper(), &settings, &AdaptSettings::new(0.05), &mut Silent).unwrap();
+    assert!(matches!(answer.end, AdaptiveEnd::IterationError), "{:?}", answer.end);
+    assert_eq!(answer.history.len(), 1);
+    // Enough of them do.
+    settings.nndd.max_iterations = 8;
+    let answer = solve_adaptively(coarse_paper(), &settings, &AdaptSettings::new(0.05), &mut Silent).unwrap();
+    assert!(matches!(answer.end, AdaptiveEnd::TargetMet), "{:?}", answer.end);
+    assert!(answer.history.iter().all(|s| s.iterations == 8));
 }
 
 #[test]

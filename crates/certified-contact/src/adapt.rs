@@ -9,6 +9,9 @@ use fem_core::interface::ContactProblem;
 use fem_core::mesh::refine::RefinementEdges;
 use nndd::NnddStatus;
 
+/// Refining is worth the while where the mesh contributes at least this share of the squared bound.
+const LEAST_SHARE: f64 = 0.1;
+
 /// When an adaptive run ends, and how it refines.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -48,6 +51,8 @@ pub enum AdaptiveEnd {
     },
     /// The iteration on the last mesh did not meet its criterion: see [`nndd::NnddSolution::status`].
     Iteration(NnddStatus),
+    /// Nearly all of the last mesh's bound is the iteration's error, which no finer mesh lowers: it was stopped too early.
+    IterationError,
     /// The checks of the last mesh's bound fail, or it has none.
     NotCertified,
     /// The observer ended the run.
@@ -125,7 +130,7 @@ pub fn solve_adaptively(
         let Finer { problem, refinement_edges, start } =
             match refine::refine(&solution, &edges, adapt.fraction, wanted, adapt.max_nodes) {
                 Ok(Refined::Finer(finer)) => *finer,
-                Ok(Refined::NothingToRefine) => break round_off(&solution),
+                Ok(Refined::NothingToRefine) => break AdaptiveEnd::IterationError,
                 Ok(Refined::NoRoom) => break AdaptiveEnd::MaxNodes,
                 Err(error) => break AdaptiveEnd::Failed(error.into()),
             };
@@ -174,10 +179,12 @@ fn ended(
         NnddStatus::Interrupted => return Some(AdaptiveEnd::Interrupted),
         status => return Some(AdaptiveEnd::Iteration(status)),
     }
-    if let AdaptiveEnd::RoundOff { floor } = round_off(solution)
-        && floor > adapt.target
-    {
+    let floor = round_off(solution);
+    if floor > adapt.target {
         return Some(AdaptiveEnd::RoundOff { floor });
+    }
+    if refine::mesh_share(solution) < LEAST_SHARE {
+        return Some(AdaptiveEnd::IterationError);
     }
     if step.step >= adapt.max_steps {
         return Some(AdaptiveEnd::MaxSteps);
@@ -188,14 +195,13 @@ fn ended(
     observer.should_stop().then_some(AdaptiveEnd::Interrupted)
 }
 
-/// The end by round-off: what is certified is the allowance for it, over the energy norm.
-fn round_off(solution: &CertifiedSolution) -> AdaptiveEnd {
-    let floor = solution.estimate.as_ref().map_or(0.0, |e| {
+/// Computes the allowance for round-off over the energy norm: no relative error below it can be certified.
+fn round_off(solution: &CertifiedSolution) -> f64 {
+    solution.estimate.as_ref().map_or(0.0, |e| {
         let norm = e.energy_norm_squared.iter().sum::<f64>().sqrt();
         let allowance = e.e_cre - e.cre.e_cre();
         if norm > 0.0 { allowance / norm } else { 0.0 }
-    });
-    AdaptiveEnd::RoundOff { floor }
+    })
 }
 
 /// Tells whether a solution has a valid bound, smaller than that of the other if that has one.

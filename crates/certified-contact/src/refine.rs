@@ -36,6 +36,13 @@ pub(crate) fn has_room(nodes: usize, limit: usize) -> bool {
     limit as f64 >= SMALLEST_GROWTH * nodes as f64
 }
 
+/// Computes what the mesh contributes to the squared bound, from 0 to 1.
+pub(crate) fn mesh_share(solution: &CertifiedSolution) -> f64 {
+    let Some(estimate) = &solution.estimate else { return 0.0 };
+    let contributions = marking::contributions(&solution.problem, &estimate.cre);
+    contributions.iter().flatten().sum::<f64>() / estimate.e_cre.powi(2)
+}
+
 /// What came of refining.
 pub(crate) enum Refined {
     /// A finer problem.

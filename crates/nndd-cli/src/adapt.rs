@@ -17,6 +17,7 @@ use certified_contact::{
     solve_adaptively,
 };
 use fem_core::interface::ContactProblem;
+use nndd::NnddStatus;
 
 /// What a printer hears of an adaptive run.
 pub(crate) enum Event<'a> {
@@ -133,10 +134,13 @@ fn judge(
     let reached =
         relative.map_or_else(|| "the bound".into(), |r| format!("certified relative error {r:.3e}"));
     let missed = |reason: String| word("target_missed", 6, format!("{reached} > {target}: {reason}"));
+    let meshes = answer.history.len();
+    // The best certificate may be that of an earlier mesh.
+    let last = answer.step == meshes;
     let mut status = match &answer.end {
         AdaptiveEnd::TargetMet => {
             let reached = relative.map_or_else(|| "no error".into(), |_| reached.clone());
-            word("converged", 0, format!("{reached} <= {target} on mesh {}", answer.history.len()))
+            word("converged", 0, format!("{reached} <= {target} on mesh {meshes}"))
         }
         AdaptiveEnd::MaxSteps => {
             missed(format!("all adapt.max_steps = {} meshes are used; raise it", adapt.max_steps))
@@ -153,10 +157,29 @@ fn judge(
                  more than that"
             ),
         ),
-        AdaptiveEnd::Iteration(_) | AdaptiveEnd::NotCertified => {
+        AdaptiveEnd::Iteration(_) | AdaptiveEnd::NotCertified if last => {
             outcome::judge(case, &answer.solution, ended)
         }
-        AdaptiveEnd::Interrupted => outcome::interrupted(ended, &format!("mesh {}", answer.history.len())),
+        AdaptiveEnd::Iteration(status) => {
+            let failed = match status {
+                NnddStatus::MaxIterations => "max_iterations",
+                NnddStatus::Diverged { .. } => "diverged",
+                _ => "stalled",
+            };
+            word(failed, 5, format!("the iteration on mesh {meshes} did not meet its criterion"))
+        }
+        AdaptiveEnd::IterationError => word(
+            "stalled",
+            5,
+            format!(
+                "{reached} > {target}, and nearly all of it is the iteration's error, which no finer mesh lowers; use \
+                 solver.stop.criterion = \"estimator\", or more iterations"
+            ),
+        ),
+        AdaptiveEnd::NotCertified => {
+            word("not_certified", 6, format!("the bound of mesh {meshes} does not pass its checks"))
+        }
+        AdaptiveEnd::Interrupted => outcome::interrupted(ended, &format!("mesh {meshes}")),
         AdaptiveEnd::NoRoom { nodes } => {
             let needed = memory.unwrap_or("too much memory");
             word("limit", 8, format!("the next mesh of {nodes} nodes needs {needed}"))
@@ -171,7 +194,7 @@ fn judge(
         }
         _ => missed("the run ended in an unknown way".into()),
     };
-    if answer.step != answer.history.len() {
+    if !last {
         status.reason += &format!("; the certificate is that of mesh {}", answer.step);
     }
     status
