@@ -2,7 +2,9 @@
 // All of this is test code: a failed unwrap is a failed test.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+mod adaptive;
 mod bound;
+mod bounds;
 mod certificate;
 mod elasticity;
 mod limit;

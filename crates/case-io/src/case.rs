@@ -15,6 +15,7 @@ mod build;
 mod choices;
 mod conditions;
 mod read;
+mod read_adapt;
 mod read_body;
 mod settings;
 mod warnings;
@@ -254,8 +255,19 @@ pub struct Stop {
 pub struct Estimator {
     /// Steps of star-patch relaxation after the equilibration; 0 is the equilibration alone.
     pub relaxation: usize,
+    /// Instead of a fixed number of steps: relax until a step lowers the bound by less than a fraction of itself.
+    pub until: Option<RelaxUntil>,
     /// Estimate every so many iterations; 0 only when needed.
     pub every: usize,
+}
+
+/// `estimator.tolerance`, `estimator.max_steps`: relaxation as long as it is worth the while.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RelaxUntil {
+    /// Smallest gain of a step, relative, in (0, 1).
+    pub tolerance: f64,
+    /// Steps at most.
+    pub max_steps: usize,
 }
 
 /// `[adapt]`: an adaptive run.

@@ -251,7 +251,8 @@ fn is_result(below: &Path, name: &OsStr) -> bool {
     match below.to_str() {
         Some("figures") => ending(".svg"),
         Some("") => {
-            ["report.json", "report.html", "history.csv", "contact.csv", "sweep.csv"].contains(&name.as_ref())
+            ["report.json", "report.html", "history.csv", "contact.csv", "sweep.csv", "adaptive.csv"]
+                .contains(&name.as_ref())
                 || ending(".vtu")
                 || ending(".pvd")
                 || name.starts_with(TEMPORARY)

@@ -142,6 +142,19 @@ pub struct Certificate {
     pub split: Split,
     /// What makes the bound valid.
     pub checks: Checks,
+    /// What the bound says about the exact solution, where it is valid.
+    pub bounds: Bounds,
+}
+
+/// Lower and upper bounds of quantities of the exact solution, both bodies together.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Bounds {
+    /// `√a(u, u)`, the energy norm.
+    pub energy_norm: Option<[f64; 2]>,
+    /// `½ a(u, u)` less the work of the loads, J/m.
+    pub potential_energy: Option<[f64; 2]>,
+    /// The whole contact force, N/m; `None` on an interface that bends.
+    pub contact_force: Option<[f64; 2]>,
 }
 
 /// `discretisation² + algebraic² = e_cre²`.
@@ -211,12 +224,16 @@ pub struct AdaptiveRow {
     pub step: usize,
     /// Nodes of both bodies.
     pub nodes: usize,
+    /// Node pairs on the interface.
+    pub pairs: usize,
     /// The bound.
     pub e_cre: f64,
     /// The bound relative to the energy norm.
     pub relative: Option<f64>,
     /// Iterations of this step.
     pub iterations: usize,
+    /// `a(u, u)` of both bodies.
+    pub energy_norm_squared: f64,
 }
 
 /// Disjoint wall times that add up to `total`, s.
@@ -332,9 +349,13 @@ pub(crate) mod tests {
         );
         assert_eq!(
             keys(&value["certificate"]),
-            "valid e_cre relative relative_guaranteed eta_dis eta_nndd split checks"
+            "valid e_cre relative relative_guaranteed eta_dis eta_nndd split checks bounds"
         );
         assert_eq!(keys(&value["certificate"]["split"]), "discretisation algebraic");
+        let bounds = keys(&value["certificate"]["bounds"]);
+        assert_eq!(bounds, "energy_norm potential_energy contact_force");
+        let step = serde_json::to_value(AdaptiveRow::default()).unwrap();
+        assert_eq!(keys(&step), "step nodes pairs e_cre relative iterations energy_norm_squared");
         assert_eq!(
             keys(&value["certificate"]["checks"]),
             "equilibrium traction_jump boundary_traction penetration pressure_sign"

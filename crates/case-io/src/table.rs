@@ -1,7 +1,7 @@
-//! The CSV files: history, contact and sweep. Numbers stand in the shortest form that reads back exactly; what is
+//! The CSV files: history, contact, adaptive steps and sweep. Numbers stand in the shortest form that reads back exactly; what is
 //! unknown is an empty field.
 
-use crate::report::{IterationRow, check_finite};
+use crate::report::{AdaptiveRow, IterationRow, check_finite};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -21,6 +21,10 @@ pub const HISTORY_COLUMNS: [&str; 10] = [
 
 /// The columns of contact.csv.
 pub const CONTACT_COLUMNS: [&str; 6] = ["s", "x", "y", "gap", "pressure", "active"];
+
+/// The columns of adaptive.csv: the keys of `adaptive` in report.json.
+pub const ADAPTIVE_COLUMNS: [&str; 7] =
+    ["step", "nodes", "pairs", "e_cre", "relative", "iterations", "energy_norm_squared"];
 
 /// Why a table cannot be written.
 #[derive(Debug, Error)]
@@ -85,6 +89,14 @@ pub fn contact_csv(rows: &[ContactRow]) -> Result<String, TableError> {
     write(&CONTACT_COLUMNS, rows)
 }
 
+/// Writes adaptive.csv.
+///
+/// # Errors
+/// A number that is not finite.
+pub fn adaptive_csv(rows: &[AdaptiveRow]) -> Result<String, TableError> {
+    write(&ADAPTIVE_COLUMNS, rows)
+}
+
 /// Writes sweep.csv: the swept key, `status`, and the keys of `iterations` of each run's last iteration.
 ///
 /// # Errors
@@ -146,6 +158,15 @@ mod tests {
             contact_csv(&[row]).unwrap(),
             "s,x,y,gap,pressure,active\n0.5,0.5,1.0,0.0,1234.5678901234567,1\n"
         );
+    }
+
+    #[test]
+    fn adaptive_steps_have_the_keys_of_the_report() {
+        let row = AdaptiveRow { step: 2, nodes: 900, e_cre: 0.25, ..AdaptiveRow::default() };
+        let keys: Vec<String> =
+            serde_json::to_value(&row).unwrap().as_object().unwrap().keys().cloned().collect();
+        assert_eq!(keys, ADAPTIVE_COLUMNS);
+        assert_eq!(adaptive_csv(&[row]).unwrap().lines().nth(1), Some("2,900,0,0.25,,0,0.0"));
     }
 
     #[test]

@@ -6,11 +6,14 @@ pub const PAPER: &str = include_str!("template/paper.toml");
 /// Two blocks under uniform pressure: constant stresses, which linear triangles represent exactly.
 pub const PATCH: &str = include_str!("template/patch.toml");
 
+/// Meshes refined until the certified error is below a target.
+pub const ADAPTIVE: &str = include_str!("template/adaptive.toml");
+
 /// The templates by name.
-pub const TEMPLATES: &[(&str, &str)] = &[("paper", PAPER), ("patch", PATCH)];
+pub const TEMPLATES: &[(&str, &str)] = &[("paper", PAPER), ("patch", PATCH), ("adaptive", ADAPTIVE)];
 
 /// Names that a later version will have.
-pub const NOT_YET: &[&str] = &["hertz", "adaptive"];
+pub const NOT_YET: &[&str] = &["hertz"];
 
 /// Finds a template by its name.
 pub fn find(name: &str) -> Option<&'static str> {

@@ -1,5 +1,6 @@
 //! The course of a run.
 
+use crate::solve::CertifiedSolution;
 use nndd::IterationRow;
 
 /// One iteration with what was estimated at it.
@@ -11,4 +12,42 @@ pub struct Row {
     pub eta_dis: Option<f64>,
     /// The guaranteed bound of this iteration's pair, where it was computed.
     pub e_cre: Option<f64>,
+}
+
+/// One mesh of an adaptive run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Step {
+    /// Number, from 1.
+    pub step: usize,
+    /// Nodes of both bodies together.
+    pub nodes: usize,
+    /// Pairs on the interface.
+    pub pairs: usize,
+    /// The guaranteed bound, where there is one.
+    pub e_cre: Option<f64>,
+    /// The bound over the energy norm; `None` where that is zero or there is no bound.
+    pub relative: Option<f64>,
+    /// Whether the checks of the bound hold.
+    pub certified: bool,
+    /// Iterations on this mesh.
+    pub iterations: usize,
+    /// `a(u, u)` of both bodies together, J/m.
+    pub energy_norm_squared: Option<f64>,
+}
+
+impl Step {
+    pub(crate) fn new(step: usize, solution: &CertifiedSolution) -> Self {
+        let estimate = solution.estimate.as_ref();
+        Self {
+            step,
+            nodes: solution.problem.bodies.iter().map(|b| b.mesh().points().len()).sum(),
+            pairs: solution.problem.interface.pairs().len(),
+            e_cre: estimate.map(|e| e.e_cre),
+            relative: solution.relative(),
+            certified: solution.is_certified(),
+            iterations: solution.rows.len(),
+            energy_norm_squared: estimate.map(|e| e.energy_norm_squared.iter().sum()),
+        }
+    }
 }

@@ -4,7 +4,8 @@
 //! ContactProblem ─► assemble, factorise (both bodies at once) ─► iterate ─► estimate ─► stop? ─► Certificate
 //! ```
 //! In the order one meets them: a [`fem_core::interface::ContactProblem`], [`Settings`], [`solve`], and the
-//! [`CertifiedSolution`] with its rows, its estimate and its results.
+//! [`CertifiedSolution`] with its rows, its estimate, its [`Bounds`] and its results. [`solve_adaptively`] does so on
+//! finer and finer meshes, until the certified error is as small as asked for.
 //!
 //! # Example
 //! ```
@@ -27,14 +28,19 @@
 //! # What this crate does not know
 //! No file format and no picture. It does not print, read the clock or the environment: an [`Observer`] follows it.
 
+mod adapt;
+mod bounds;
 mod history;
 mod observer;
+mod refine;
 mod results;
 mod settings;
 mod solve;
 mod stopping;
 
-pub use history::Row;
+pub use adapt::{AdaptSettings, AdaptiveEnd, AdaptiveSolution, solve_adaptively};
+pub use bounds::Bounds;
+pub use history::{Row, Step};
 pub use observer::{Observer, Phase, Silent};
 pub use results::{Reaction, Results};
 pub use settings::{Criterion, Imposed, Settings};

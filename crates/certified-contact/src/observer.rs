@@ -1,6 +1,8 @@
 //! How a run tells the outside where it is. The library itself neither prints nor reads the clock.
 
-use crate::history::Row;
+use crate::history::{Row, Step};
+use crate::solve::CertifiedSolution;
+use fem_core::interface::ContactProblem;
 
 /// What is being worked on; exactly one phase is open at any time of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,6 +15,8 @@ pub enum Phase {
     Iterations,
     /// Everything for certificates.
     Estimate,
+    /// Marking and refining the meshes of an adaptive run.
+    Refinement,
 }
 
 /// Follows a run.
@@ -23,7 +27,16 @@ pub trait Observer {
     /// An iteration has ended.
     fn iteration(&mut self, _row: &Row) {}
 
-    /// Asked after every iteration: whether the run should end with what it has.
+    /// A mesh of an adaptive run has been solved.
+    fn step(&mut self, _step: &Step, _solution: &CertifiedSolution) {}
+
+    /// Asked before a finer mesh of an adaptive run is solved: whether there is room for it. Bodies are in the roles of
+    /// the iteration.
+    fn has_room_for(&mut self, _problem: &ContactProblem) -> bool {
+        true
+    }
+
+    /// Asked after every iteration, and between the meshes of an adaptive run: whether the run should end with what it has.
     fn should_stop(&mut self) -> bool {
         false
     }

@@ -1,5 +1,6 @@
 //! The way from a problem to a certified answer.
 
+use crate::bounds::Bounds;
 use crate::history::Row;
 use crate::observer::{Observer, Phase};
 use crate::results::{self, Results};
@@ -9,8 +10,8 @@ use cre_estimator::{Estimate, EstimatorError};
 use fem_core::assembly::{AssemblyError, System};
 use fem_core::condensation::{CondensedBody, FactorError};
 use fem_core::dof::DofMap;
-use fem_core::interface::ContactProblem;
-use nndd::{Iterate, NnddError, NnddSolution};
+use fem_core::interface::{ContactProblem, RefineError};
+use nndd::{Iterate, NnddError, NnddSolution, Start};
 use thiserror::Error;
 
 /// Why a problem could not be solved.
@@ -39,6 +40,9 @@ pub enum SolveError {
     /// The first iterate cannot be certified.
     #[error(transparent)]
     Estimator(#[from] EstimatorError),
+    /// The problem cannot be refined.
+    #[error(transparent)]
+    Refine(#[from] RefineError),
 }
 
 /// Why λ is carried by the body it is carried by.
@@ -69,6 +73,9 @@ pub struct CertifiedSolution {
     pub rows: Vec<Row>,
     /// The certificate of the last iteration; `None` where its numbers are not finite.
     pub estimate: Option<Estimate>,
+    /// Bounds of the exact solution's energies and contact force; `None` without estimate. They hold where
+    /// [`Self::is_certified`].
+    pub bounds: Option<Bounds>,
     /// What a user reads off, in the order handed over.
     pub results: Option<Results>,
     /// Unknowns of each body, in the order handed over.
@@ -120,20 +127,56 @@ pub fn solve(
     observer: &mut dyn Observer,
 ) -> Result<CertifiedSolution, SolveError> {
     let bodies = condense(&problem, observer)?;
-    let unknowns = [0, 1].map(|b| bodies[b].dofs().len());
-    let (swapped, role_reason) = choose_roles(&problem, &bodies, settings.imposed);
+    let (swapped, reason) = choose_roles(&problem, &bodies, settings.imposed);
     let (problem, bodies) = if swapped {
         let [first, second] = bodies;
         (problem.swapped(), [second.reversed(), first.reversed()])
     } else {
         (problem, bodies)
     };
-    observer.phase(Phase::Iterations);
     let points = problem.bodies[0].mesh().points();
-    let lambda =
-        problem.interface.pairs().iter().map(|p| settings.lambda.at(points[p.nodes[0] as usize])).collect();
-    let mut follow = Follow::new(&problem, &bodies, settings, observer);
-    let nndd = nndd::solve(&problem, &bodies, lambda, &settings.nndd, &mut follow)?;
+    let pairs = problem.interface.pairs().iter();
+    let lambda = pairs.map(|p| settings.lambda.at(points[p.nodes[0] as usize])).collect();
+    let start = Start { lambda, active: None };
+    iterate(problem, &bodies, Roles { swapped, reason }, start, settings, observer)
+}
+
+/// Who carries λ, against the order handed over, and why.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Roles {
+    pub(crate) swapped: bool,
+    pub(crate) reason: RoleReason,
+}
+
+/// Solves a finer problem, in the roles that the coarser one had, from what was found there.
+pub(crate) fn solve_again(
+    problem: ContactProblem,
+    roles: Roles,
+    start: Start,
+    settings: &Settings,
+    observer: &mut dyn Observer,
+) -> Result<CertifiedSolution, SolveError> {
+    let given = |b: usize| if roles.swapped { 1 - b } else { b };
+    let bodies = condense(&problem, observer).map_err(|error| match error {
+        SolveError::Assembly { body, source } => SolveError::Assembly { body: given(body), source },
+        SolveError::Factor { body, source } => SolveError::Factor { body: given(body), source },
+        other => other,
+    })?;
+    iterate(problem, &bodies, roles, start, settings, observer)
+}
+
+/// Iterates, certifies the last iterate, and reads off the results; everything in the roles of the iteration.
+fn iterate(
+    problem: ContactProblem,
+    bodies: &[CondensedBody; 2],
+    roles: Roles,
+    start: Start,
+    settings: &Settings,
+    observer: &mut dyn Observer,
+) -> Result<CertifiedSolution, SolveError> {
+    observer.phase(Phase::Iterations);
+    let mut follow = Follow::new(&problem, bodies, settings, observer);
+    let nndd = nndd::solve_from(&problem, bodies, start, &settings.nndd, &mut follow)?;
     let last = &nndd.last;
     if follow.rows.last().is_none_or(|row| row.iteration.iteration != last.iteration) {
         // An iteration whose contact problem was not solved has not passed the criterion.
@@ -143,9 +186,14 @@ pub fn solve(
     let certified = follow.estimate(last).is_ok();
     let rows = std::mem::take(&mut follow.rows);
     let estimate = follow.latest.take().filter(|_| certified).map(|(_, estimate)| estimate);
+    let swapped = roles.swapped;
     let results =
         estimate.as_ref().map(|e| results::results(&problem, swapped, last, &e.pair, e.energy_norm_squared));
-    Ok(CertifiedSolution { swapped, role_reason, nndd, rows, estimate, results, unknowns, problem })
+    let bounds = estimate.as_ref().map(|e| Bounds::new(&problem, bodies, last, e));
+    let given = |b: usize| if swapped { 1 - b } else { b };
+    let unknowns = [0, 1].map(|b| bodies[given(b)].dofs().len());
+    let role_reason = roles.reason;
+    Ok(CertifiedSolution { swapped, role_reason, nndd, rows, estimate, bounds, results, unknowns, problem })
 }
 
 /// Assembles and factorises both bodies, each at the same time as the other.

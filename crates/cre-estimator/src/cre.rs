@@ -15,6 +15,8 @@ pub struct Cre {
     pub e_cre_squared: f64,
     /// Contribution of every triangle of each body, `‖τ − σ(v)‖²`.
     pub by_cell: [Vec<f64>; 2],
+    /// Part of the mesh in every triangle of each body, `‖τ − σ̂‖²`: what refinement can lower.
+    pub discretisation_by_cell: [Vec<f64>; 2],
     /// Contribution of every contact edge, `2∫ p o`.
     pub by_contact_edge: Vec<f64>,
     /// `Σ‖τ − σ̂‖²`: what the mesh contributes.
@@ -62,12 +64,13 @@ pub fn constitutive_relation_error(problem: &ContactProblem, pair: &AdmissiblePa
     let ((first, a1), (second, a2)) = rayon::join(|| per_body(0), || per_body(1));
     let column = |both: &[[f64; 2]], k: usize| both.iter().map(|x| x[k]).collect::<Vec<f64>>();
     let by_cell = [column(&first, 0), column(&second, 0)];
-    let discretisation_squared =
-        sum_over_triangles(first.len(), |t| first[t][1]) + sum_over_triangles(second.len(), |t| second[t][1]);
+    let discretisation_by_cell = [column(&first, 1), column(&second, 1)];
     let total = |cells: &[f64]| sum_over_triangles(cells.len(), |t| cells[t]);
+    let discretisation_squared = total(&discretisation_by_cell[0]) + total(&discretisation_by_cell[1]);
     Cre {
         e_cre_squared: total(&by_cell[0]) + total(&by_cell[1]) + contact,
         by_cell,
+        discretisation_by_cell,
         by_contact_edge,
         discretisation_squared,
         algebraic_squared: a1 + a2 + contact,

@@ -20,6 +20,7 @@
 //! | residuals of admissibility, as numbers | [`check()`] |
 //! | `e_CRE` and the split | [`cre`] |
 //! | `η_dis` | [`indicators`] |
+//! | where to refine | [`marking`] |
 //!
 //! [`estimate_with()`] does all of it, [`estimate()`] without relaxation.
 //!
@@ -58,6 +59,7 @@ mod error;
 mod estimate;
 pub mod indicators;
 pub mod johnson_mercier;
+pub mod marking;
 pub mod pressure;
 mod star;
 pub mod star_relaxation;

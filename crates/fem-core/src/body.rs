@@ -7,6 +7,7 @@ use crate::boundary::BoundaryConditions;
 use crate::geometry::Vector;
 use crate::material::LinearElastic;
 use crate::mesh::TriMesh;
+use crate::mesh::refine::Refinement;
 use std::fmt;
 use thiserror::Error;
 
@@ -173,12 +174,14 @@ pub enum BodyError {
 pub struct Body {
     mesh: TriMesh,
     material: LinearElastic,
-    body_force: Vector,
     node_constraints: Vec<NodeConstraint>,
     /// By position in `mesh.topology().boundary_edges()`.
     edge_conditions: Vec<EdgeCondition>,
     /// Nodes of each displacement condition.
     supports: Vec<SupportSet>,
+    /// What was evaluated, and on which edges, to be evaluated again on a finer mesh.
+    conditions: BoundaryConditions,
+    selected: conditions::Selected,
 }
 
 impl Body {
@@ -194,7 +197,28 @@ impl Body {
         material: LinearElastic,
         conditions: &BoundaryConditions,
     ) -> Result<Self, BodyError> {
-        conditions::evaluate(mesh, material, conditions)
+        conditions::evaluate(mesh, material, conditions, None)
+    }
+
+    /// Makes the same body on a finer mesh: conditions apply to the parts of the edges they applied to, whatever their
+    /// selections would find there, and functions are evaluated at the new nodes.
+    ///
+    /// * `refinement`: of this body's mesh.
+    ///
+    /// # Errors
+    /// Functions whose values at new nodes are not finite, or contradict each other, see [`BodyError`].
+    pub fn refined(&self, refinement: &Refinement) -> Result<Self, BodyError> {
+        let finer = |edges: &Vec<u32>| {
+            let mut parts: Vec<u32> = edges.iter().flat_map(|&e| refinement.parts(&self.mesh, e)).collect();
+            parts.sort_unstable();
+            parts
+        };
+        let selected = conditions::Selected {
+            displacements: self.selected.displacements.iter().map(finer).collect(),
+            tractions: self.selected.tractions.iter().map(finer).collect(),
+        };
+        let (mesh, material) = (refinement.mesh.clone(), self.material.clone());
+        conditions::evaluate(mesh, material, &self.conditions, Some(selected))
     }
 
     /// Returns the mesh.
@@ -209,7 +233,7 @@ impl Body {
 
     /// Returns the body force per unit area and thickness, N/m³.
     pub fn body_force(&self) -> Vector {
-        self.body_force
+        self.conditions.body_force
     }
 
     /// Returns what is imposed on each node's displacement.

@@ -1,11 +1,14 @@
 //! The geometry of contact: pairs of nodes, normals, gaps, lengths. It knows no contact law.
 
 mod pairing;
+mod refinement;
 
 use crate::body::Body;
 use crate::boundary::ScalarData;
 use crate::geometry::Vector;
 use thiserror::Error;
+
+pub use refinement::{RefineError, RefinedProblem};
 
 /// Two facing nodes, one of each body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -150,6 +153,9 @@ pub struct ContactInterface {
     pairs: Vec<Pair>,
     edges: Vec<ContactEdge>,
     sides: [InterfaceSide; 2],
+    /// What gives the gap, and the body on whose surface it, arc lengths and lengths are measured.
+    gap: Gap,
+    measured_on: usize,
 }
 
 impl ContactInterface {
@@ -204,6 +210,7 @@ impl ContactInterface {
         for edge in &mut self.edges {
             edge.edges.reverse();
         }
+        self.measured_on = 1 - self.measured_on;
         self.sides.reverse();
         for side in &mut self.sides {
             for n in &mut side.normals {

@@ -1,6 +1,7 @@
 //! Triangle meshes: immutable, checked when they are made, with named sets of edges.
 
 pub mod generate;
+pub mod refine;
 pub mod topology;
 
 use crate::geometry::{self, Vector};

@@ -8,6 +8,7 @@ const EXAMPLES: &str = "\
 Examples:
   nndd new paper > case.toml           start from a commented case file
   nndd solve case.toml                 solve it; the certificate is the last line
+  nndd new adaptive > case.toml        refine until the certified error is small enough
   nndd sweep case.toml --over solver.theta=0.1:0.9:0.05
 
 Exit status:
@@ -32,7 +33,7 @@ pub(crate) enum Command {
     Check(Check),
     /// Run a case for several values of one setting, a few iterations each: the paper's figure 2.
     Sweep(Sweep),
-    /// Print a commented case file to start from: paper, patch.
+    /// Print a commented case file to start from: paper, patch, adaptive.
     New {
         /// Name of the template.
         template: String,

@@ -5,7 +5,7 @@ use crate::run::Solved;
 use case_io::Case;
 use case_io::diagnostic::Diagnostic;
 use case_io::report::{Report, Status};
-use certified_contact::{RoleReason, Row};
+use certified_contact::{RoleReason, Row, Step};
 use fem_core::geometry::bounding_box;
 use fem_core::interface::ContactProblem;
 use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, NamedSource};
@@ -113,9 +113,19 @@ pub(crate) fn header(case: &Case, problem: &ContactProblem, output: &str) -> Str
         "  stop       {} {bound}, at most {} iterations; relaxation {}; threads {}; output {output}",
         stop.criterion,
         solver.max_iterations,
-        case.estimator.relaxation,
+        match case.estimator.until {
+            None => case.estimator.relaxation.to_string(),
+            Some(until) => format!("until a step gains less than {}", until.tolerance),
+        },
         rayon::current_num_threads()
     );
+    if let Some(adapt) = &case.adapt {
+        let _ = writeln!(
+            text,
+            "  adapt      until the certified relative error <= {}; at most {} meshes, {} nodes; fraction {}",
+            adapt.target_relative_error, adapt.max_steps, adapt.max_nodes, adapt.fraction
+        );
+    }
     text
 }
 
@@ -140,6 +150,25 @@ pub(crate) fn row(row: &Row) -> String {
         scientific(it.contact_force, 12, 5),
         it.qp_path,
         it.qp_iterations
+    )
+}
+
+/// The head of the table of an adaptive run.
+pub(crate) const STEP_HEAD: &str = "
+step     nodes   pairs  iterations      e_cre     certified
+";
+
+/// One mesh of an adaptive run.
+pub(crate) fn step(step: &Step) -> String {
+    let e_cre = step.e_cre.map_or_else(|| format!("{:>10}", "-"), |x| scientific(x, 10, 3));
+    let certified = match step.relative {
+        _ if !step.certified => "not valid".to_string(),
+        Some(relative) => format!("{} %", significant(100.0 * relative)),
+        None => "-".to_string(),
+    };
+    format!(
+        "{:>4} {:>9} {:>7} {:>11} {e_cre} {certified:>13}\n",
+        step.step, step.nodes, step.pairs, step.iterations
     )
 }
 

@@ -24,7 +24,10 @@ pub(crate) fn settings(case: &Case) -> Settings {
         case::Criterion::EtaNndd => Criterion::EtaNndd { tolerance: solver.stop.tolerance },
         case::Criterion::Iterations => Criterion::Iterations,
     };
-    settings.relaxation = Relaxation::Steps(case.estimator.relaxation);
+    settings.relaxation = match case.estimator.until {
+        None => Relaxation::Steps(case.estimator.relaxation),
+        Some(until) => Relaxation::Tolerance { gain: until.tolerance, max_steps: until.max_steps },
+    };
     settings.estimate_every = case.estimator.every;
     let nndd = &mut settings.nndd;
     nndd.method = match solver.method {

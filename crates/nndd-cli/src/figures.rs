@@ -3,6 +3,7 @@
 use crate::failure::Failure;
 use crate::plot::{self, BodyPicture, ContactProfile, ConvergenceRow, PlotError};
 use case_io::Case;
+use case_io::report::AdaptiveRow;
 use case_io::table::ContactRow;
 use certified_contact::CertifiedSolution;
 
@@ -30,6 +31,7 @@ pub(crate) fn of_solve(
     case: &Case,
     solution: &CertifiedSolution,
     contact: &[ContactRow],
+    steps: &[AdaptiveRow],
 ) -> Result<Vec<Picture>, Failure> {
     let rows: Vec<ConvergenceRow> = solution
         .rows
@@ -47,6 +49,14 @@ pub(crate) fn of_solve(
         name: "convergence",
         svg: plot::convergence(&format!("{name}: errors against the iteration"), &rows)?,
     }];
+    if let Some(adapt) = &case.adapt {
+        let steps: Vec<_> = steps.iter().map(|row| (row.nodes, row.relative)).collect();
+        let title = format!("{name}: certified error against the number of nodes");
+        pictures.push(Picture {
+            name: "adaptive",
+            svg: plot::adaptive(&title, &steps, adapt.target_relative_error)?,
+        });
+    }
     let Some(estimate) = &solution.estimate else { return Ok(pictures) };
     let densities = [0, 1].map(|role| error_density(solution, role));
     let bodies = [0, 1].map(|b| {

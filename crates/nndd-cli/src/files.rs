@@ -7,11 +7,11 @@ use crate::run::Solved;
 use case_io::Case;
 use case_io::output::OutputDirectory;
 use case_io::report::{
-    BodySummary, Certificate, Checks, ContactSummary, IterationRow, Reaction, Report, Results, SCHEMA, Split,
-    Timings,
+    BodySummary, Bounds, Certificate, Checks, ContactSummary, IterationRow, Reaction, Report, Results,
+    SCHEMA, Split, Timings,
 };
 use case_io::table::{self, ContactRow};
-use case_io::vtu::{self, VtuArray, VtuCells, VtuData, VtuError, VtuMesh};
+use case_io::vtu::{self, PvdEntry, VtuArray, VtuCells, VtuData, VtuError, VtuMesh};
 use certified_contact::{CertifiedSolution, Row};
 use fem_core::tensor::SymTensor2;
 use serde_json::{Map, Value};
@@ -64,7 +64,7 @@ pub(crate) fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> R
         iterations: solution.rows.iter().map(iteration_row).collect(),
         certificate: certificate(solution),
         results: results(case, solution),
-        adaptive: Vec::new(),
+        adaptive: solved.adaptive.clone(),
         timings: Timings::default(),
         run,
     }
@@ -84,6 +84,7 @@ fn certificate(solution: &CertifiedSolution) -> Certificate {
         eta_dis: Some(estimate.eta_dis),
         eta_nndd: Some(solution.last().eta_nndd),
         split: Split { discretisation: Some(discretisation), algebraic: Some(algebraic) },
+        bounds: bounds(solution),
         checks: Checks {
             equilibrium: Some(a.equilibrium),
             traction_jump: Some(a.traction_jump),
@@ -91,6 +92,15 @@ fn certificate(solution: &CertifiedSolution) -> Certificate {
             penetration: Some(a.penetration),
             pressure_sign: Some(a.pressure_sign),
         },
+    }
+}
+
+fn bounds(solution: &CertifiedSolution) -> Bounds {
+    let Some(bounds) = solution.bounds.filter(|_| solution.is_certified()) else { return Bounds::default() };
+    Bounds {
+        energy_norm: Some(bounds.energy_norm),
+        potential_energy: Some(bounds.potential_energy),
+        contact_force: bounds.contact_force,
     }
 }
 
@@ -155,7 +165,10 @@ pub(crate) fn write(
     if solution.estimate.is_some() {
         put("contact.csv", &table::contact_csv(&contact)?)?;
     }
-    let pictures = figures::of_solve(case, solution, &contact)?;
+    if !report.adaptive.is_empty() {
+        put("adaptive.csv", &table::adaptive_csv(&report.adaptive)?)?;
+    }
+    let pictures = figures::of_solve(case, solution, &contact, &report.adaptive)?;
     for picture in &pictures {
         put(&format!("figures/{}.svg", picture.name), &picture.svg)?;
     }
@@ -166,8 +179,40 @@ pub(crate) fn write(
             vtu_body(solution, body, &name, directory)?;
         }
         vtu_contact(solution, &contact, directory)?;
+        if !report.adaptive.is_empty() {
+            write_series(case, report, directory)?;
+        }
     }
     Ok(())
+}
+
+/// The file of a body on a mesh of an adaptive run.
+fn step_name(case: &Case, body: usize, step: usize) -> String {
+    format!("fields/{}-step-{step:02}.vtu", file_name(&case.bodies[body].name))
+}
+
+/// Writes the bodies on one mesh of an adaptive run.
+pub(crate) fn vtu_step(
+    case: &Case,
+    solution: &CertifiedSolution,
+    step: usize,
+    directory: &mut OutputDirectory,
+) -> Result<(), Failure> {
+    (0..2).try_for_each(|body| vtu_body(solution, body, &step_name(case, body, step), directory))
+}
+
+/// Writes the collection of these files.
+fn write_series(case: &Case, report: &Report, directory: &mut OutputDirectory) -> Result<(), Failure> {
+    let entry = |step: usize, body: usize| PvdEntry {
+        timestep: step as f64,
+        part: body,
+        name: case.bodies[body].name.clone(),
+        file: step_name(case, body, step),
+    };
+    let entries: Vec<PvdEntry> =
+        report.adaptive.iter().flat_map(|row| [0, 1].map(|body| entry(row.step, body))).collect();
+    let text = vtu::pvd(&entries).map_err(|e| Failure::defect(format!("adaptive.pvd: {e}")))?;
+    directory.write("adaptive.pvd", text.as_bytes()).map_err(|e| Failure::output(&e))
 }
 
 /// Makes a file name of a body's name.

@@ -27,6 +27,8 @@ pub(crate) fn page(case: &Case, report: &Report, pictures: &[Picture]) -> String
         let _ = writeln!(page, "<figure>{}</figure>", picture.svg);
     }
     results(&mut page, case, report);
+    bounds(&mut page, report);
+    steps(&mut page, report);
     iterations(&mut page, report);
     let settings = serde_json::to_string_pretty(&report.case).unwrap_or_default();
     let _ = writeln!(page, "<h2>Settings</h2>\n<pre>{}</pre>", escape(&settings));
@@ -85,6 +87,56 @@ fn results(page: &mut String, case: &Case, report: &Report) {
     for reaction in &r.reactions {
         row(&format!("reaction x of {} on {}", reaction.on, reaction.body), reaction.fx, true);
         row(&format!("reaction y of {} on {}", reaction.on, reaction.body), reaction.fy, true);
+    }
+    page.push_str("</table>\n");
+}
+
+/// What the certificate says about other quantities.
+fn bounds(page: &mut String, report: &Report) {
+    let b = &report.certificate.bounds;
+    let rows = [
+        ("energy norm", b.energy_norm),
+        ("potential energy", b.potential_energy),
+        ("contact force", b.contact_force),
+    ];
+    if rows.iter().all(|(_, bounds)| bounds.is_none()) {
+        return;
+    }
+    page.push_str(
+        "<h2>Bounds of the exact solution</h2>\n<table><tr><th>quantity, per unit thickness</th><th>at least</th>\
+         <th>at most</th></tr>\n",
+    );
+    for (name, [low, high]) in rows.into_iter().filter_map(|(name, bounds)| Some((name, bounds?))) {
+        let _ = writeln!(
+            page,
+            "<tr><td>{name}</td><td>{}</td><td>{}</td></tr>",
+            number(Some(low)),
+            number(Some(high))
+        );
+    }
+    page.push_str("</table>\n<p>They follow from the certified error and are strict where that is.</p>\n");
+}
+
+/// The meshes of an adaptive run.
+fn steps(page: &mut String, report: &Report) {
+    if report.adaptive.is_empty() {
+        return;
+    }
+    page.push_str(
+        "<h2>Meshes</h2>\n<table><tr><th>step</th><th>nodes</th><th>pairs</th><th>e_cre</th><th>relative</th>\
+         <th>iterations</th></tr>\n",
+    );
+    for row in &report.adaptive {
+        let _ = writeln!(
+            page,
+            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+            row.step,
+            row.nodes,
+            row.pairs,
+            number(Some(row.e_cre)),
+            number(row.relative),
+            row.iterations
+        );
     }
     page.push_str("</table>\n");
 }

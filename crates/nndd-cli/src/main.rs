@@ -1,5 +1,6 @@
 //! The command `nndd`: solves frictionless contact between two elastic bodies and certifies the answer.
 
+mod adapt;
 mod args;
 mod check;
 mod console;

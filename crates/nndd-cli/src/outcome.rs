@@ -69,16 +69,19 @@ fn of_iteration(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>)
                 "the contact problem of iteration {iterations} was not solved: {status}; try solver.qp = \"active-set\""
             ),
         ),
-        NnddStatus::Interrupted => match ended {
-            Some(Ended::Signal(code)) => {
-                word("interrupted", code, format!("by a signal after iteration {iterations}"))
-            }
-            Some(Ended::TimeLimit(seconds)) => {
-                word("limit", 8, format!("limits.time = {seconds} s reached after iteration {iterations}"))
-            }
-            None => word("interrupted", 130, format!("after iteration {iterations}")),
-        },
+        NnddStatus::Interrupted => interrupted(ended, &format!("iteration {iterations}")),
         _ => word("stalled", 5, "the iteration ended in an unknown way"),
+    }
+}
+
+/// Says what ended a run from outside, and after what.
+pub(crate) fn interrupted(ended: Option<Ended>, after: &str) -> Status {
+    match ended {
+        Some(Ended::Signal(code)) => word("interrupted", code, format!("by a signal after {after}")),
+        Some(Ended::TimeLimit(seconds)) => {
+            word("limit", 8, format!("limits.time = {seconds} s reached after {after}"))
+        }
+        None => word("interrupted", 130, format!("after {after}")),
     }
 }
 

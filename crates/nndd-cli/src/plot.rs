@@ -1,4 +1,4 @@
-//! Figures of a run as SVG text: indicators against a swept value, the convergence history, the deformed
+//! Figures of a run as SVG text: indicators against a swept value, the convergence history, the adaptive one, the deformed
 //! bodies coloured by error density, and pressure and opening along the contact.
 //!
 //! Every function takes plain numbers and returns a whole SVG document. Numbers that cannot be drawn (not
@@ -6,6 +6,7 @@
 //! `no data`. Colours are those of Okabe and Ito and of the viridis map, which remain distinct to
 //! colour-blind readers, and series differ by marker and dash as well.
 
+mod adaptive;
 mod axis;
 mod cells;
 mod colour;
@@ -19,6 +20,7 @@ mod sweep;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use adaptive::adaptive;
 pub(crate) use contact::{ContactProfile, contact};
 pub(crate) use convergence::{ConvergenceRow, convergence};
 pub(crate) use deformed::{BodyPicture, deformed};

@@ -8,7 +8,7 @@ use crate::signals::Signals;
 use crate::stopwatch::{Activity, Stopwatch};
 use case_io::Case;
 use case_io::case_file::split_override;
-use case_io::report::Status;
+use case_io::report::{AdaptiveRow, Status};
 use certified_contact::{CertifiedSolution, Observer, Phase, Row};
 use fem_core::interface::ContactProblem;
 
@@ -47,6 +47,10 @@ pub(crate) fn start_threads(options: &RunOptions) -> Result<(), Failure> {
 pub(crate) struct Solved {
     pub(crate) solution: CertifiedSolution,
     pub(crate) status: Status,
+    /// One row per mesh of an adaptive run.
+    pub(crate) adaptive: Vec<AdaptiveRow>,
+    /// Seconds from the start to the end of each of these meshes.
+    pub(crate) step_seconds: Vec<f64>,
 }
 
 /// Solves a case.
@@ -57,26 +61,22 @@ pub(crate) fn solve(
     signals: &Signals,
     row: &mut dyn FnMut(&Row),
 ) -> Result<Solved, Failure> {
-    let limit = case.limits.time.as_ref().map(|limit| limit.value);
-    let mut follower = Follower { watch, signals, limit, ended: None, row };
+    let mut follower = Rows { follower: Follower::new(case, watch, signals), row };
     let solution = certified_contact::solve(problem, &convert::settings(case), &mut follower)
         .map_err(|e| Failure::solve(case, &e))?;
-    let status = outcome::judge(case, &solution, follower.ended);
-    Ok(Solved { solution, status })
+    let status = outcome::judge(case, &solution, follower.follower.ended);
+    Ok(Solved { solution, status, adaptive: Vec::new(), step_seconds: Vec::new() })
 }
 
-/// Times the phases, hands the rows on, and ends the run on a signal or at the time limit.
-struct Follower<'a> {
-    watch: &'a mut Stopwatch,
-    signals: &'a Signals,
-    limit: Option<f64>,
-    ended: Option<Ended>,
+/// Hands the rows on.
+struct Rows<'a> {
+    follower: Follower<'a>,
     row: &'a mut dyn FnMut(&Row),
 }
 
-impl Observer for Follower<'_> {
+impl Observer for Rows<'_> {
     fn phase(&mut self, phase: Phase) {
-        self.watch.switch(Activity::Solve(phase));
+        self.follower.phase(phase);
     }
 
     fn iteration(&mut self, row: &Row) {
@@ -84,6 +84,30 @@ impl Observer for Follower<'_> {
     }
 
     fn should_stop(&mut self) -> bool {
+        self.follower.should_stop()
+    }
+}
+
+/// Times the phases, and ends the run on a signal or at the time limit.
+pub(crate) struct Follower<'a> {
+    pub(crate) watch: &'a mut Stopwatch,
+    signals: &'a Signals,
+    limit: Option<f64>,
+    /// Why the run was ended.
+    pub(crate) ended: Option<Ended>,
+}
+
+impl<'a> Follower<'a> {
+    pub(crate) fn new(case: &Case, watch: &'a mut Stopwatch, signals: &'a Signals) -> Self {
+        let limit = case.limits.time.as_ref().map(|limit| limit.value);
+        Self { watch, signals, limit, ended: None }
+    }
+
+    pub(crate) fn phase(&mut self, phase: Phase) {
+        self.watch.switch(Activity::Solve(phase));
+    }
+
+    pub(crate) fn should_stop(&mut self) -> bool {
         let time = self.limit.filter(|limit| self.watch.elapsed() > *limit).map(Ended::TimeLimit);
         self.ended = self.signals.status().map(Ended::Signal).or(time);
         self.ended.is_some()

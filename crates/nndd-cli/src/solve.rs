@@ -1,5 +1,6 @@
 //! `nndd solve`: solves a case, certifies it, writes everything down.
 
+use crate::adapt::{self, Event};
 use crate::args::{Format, Solve};
 use crate::check::{self, mebibytes, memory_estimate};
 use crate::console;
@@ -11,7 +12,7 @@ use crate::stopwatch::{Activity, Stopwatch};
 use case_io::Case;
 use case_io::output::OutputDirectory;
 use case_io::report::{CASE_HASH, Report};
-use certified_contact::Row;
+use certified_contact::{Row, Step};
 use fem_core::interface::ContactProblem;
 use serde_json::{Map, Value, json};
 use std::path::PathBuf;
@@ -28,12 +29,27 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
     let path = options.run.out.clone().unwrap_or_else(|| PathBuf::from(case.output_directory()));
     let mut directory =
         OutputDirectory::open(&path, &case.hash(), options.run.force).map_err(|e| Failure::output(&e))?;
-    let mut printer = Printer { format: options.format, quiet: options.run.quiet, rows: 0 };
+    let mut printer = Printer {
+        format: options.format,
+        quiet: options.run.quiet,
+        every_iteration: case.adapt.is_none() || options.run.verbose || options.format == Format::Json,
+        rows: 0,
+        steps: 0,
+    };
     if !options.run.quiet {
         console::warnings(&case.warnings());
     }
     printer.header(&case, &problem, &path.display().to_string())?;
-    let solved = run::solve(&case, problem, &mut watch, &signals, &mut |row| printer.row(row))?;
+    let solved = match &case.adapt {
+        None => run::solve(&case, problem, &mut watch, &signals, &mut |row| printer.row(row))?,
+        Some(adapt) => {
+            let mut print = |event: Event<'_>| match event {
+                Event::Iteration(row) => printer.row(row),
+                Event::Step(step) => printer.step(step),
+            };
+            adapt::solve(&case, adapt, problem, &mut watch, &signals, &mut directory, &mut print)?
+        }
+    };
     watch.switch(Activity::Write);
     let mut run_info = Map::new();
     run_info.insert(CASE_HASH.into(), case.hash().into());
@@ -45,6 +61,9 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
     run_info.insert("case_file".into(), case.file_name().into());
     run_info.insert("overrides".into(), options.case.set.clone().into());
     run_info.insert("clarabel_calls".into(), solved.solution.nndd.clarabel_calls.into());
+    if case.adapt.is_some() {
+        run_info.insert("adaptive_seconds".into(), solved.step_seconds.clone().into());
+    }
     let report = write_all(&case, &solved, run_info, &mut watch, &mut directory)?;
     let written: Vec<String> = directory.written().map(|p| p.display().to_string()).collect();
     directory.finish().map_err(|e| Failure::output(&e))?;
@@ -101,7 +120,10 @@ fn write_all(
 struct Printer {
     format: Format,
     quiet: bool,
+    /// Whether the iterations of an adaptive run are shown too.
+    every_iteration: bool,
     rows: usize,
+    steps: usize,
 }
 
 impl Printer {
@@ -121,7 +143,7 @@ impl Printer {
 
     fn row(&mut self, row: &Row) {
         let result = match self.format {
-            _ if self.quiet => Ok(()),
+            _ if self.quiet || !self.every_iteration => Ok(()),
             Format::Human => {
                 let head = if self.rows == 0 { console::TABLE_HEAD } else { "" };
                 console::print(&format!("{head}{}", console::row(row))).map_err(Failure::from)
@@ -135,6 +157,29 @@ impl Printer {
             }
         };
         self.rows += 1;
+        // A console that cannot be written to must not cost the run its result.
+        drop(result);
+    }
+
+    /// Prints a mesh of an adaptive run.
+    fn step(&mut self, step: &Step) {
+        let result = match self.format {
+            _ if self.quiet => Ok(()),
+            Format::Human => {
+                let head = if self.steps == 0 || self.every_iteration { console::STEP_HEAD } else { "" };
+                console::print(&format!("{head}{}", console::step(step))).map_err(Failure::from)
+            }
+            Format::Json => {
+                let mut object = json!(adapt::row(step));
+                if let Some(map) = object.as_object_mut() {
+                    map.insert("event".into(), "step".into());
+                }
+                self.event(object)
+            }
+        };
+        self.steps += 1;
+        // The next mesh has a table of iterations of its own.
+        self.rows = 0;
         // A console that cannot be written to must not cost the run its result.
         drop(result);
     }

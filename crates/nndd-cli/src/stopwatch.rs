@@ -35,7 +35,7 @@ impl Stopwatch {
         let now = Instant::now();
         let elapsed = now.saturating_duration_since(self.since).as_secs_f64();
         let slot = match self.activity {
-            Activity::Mesh => &mut self.timings.mesh,
+            Activity::Mesh | Activity::Solve(Phase::Refinement) => &mut self.timings.mesh,
             Activity::Solve(Phase::Assembly) => &mut self.timings.assembly,
             Activity::Solve(Phase::Factorisation) => &mut self.timings.factorisation,
             Activity::Solve(Phase::Iterations) => &mut self.timings.iterations,

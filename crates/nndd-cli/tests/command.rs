@@ -146,7 +146,7 @@ fn missing_files_and_wrong_arguments_have_their_status() {
 #[test]
 fn templates_are_cases_that_solve() {
     let temp = tempfile::tempdir().unwrap();
-    for name in ["paper", "patch"] {
+    for name in ["paper", "patch", "adaptive"] {
         let template = nndd(&["new", name], temp.path());
         let case = temp.path().join(format!("{name}.toml"));
         std::fs::write(&case, &template.stdout).unwrap();
@@ -199,4 +199,98 @@ fn json_events_are_one_object_a_line() {
     assert_eq!(events.first().map(String::as_str), Some("started"));
     assert_eq!(events.last().map(String::as_str), Some("finished"));
     assert!(events[1..events.len() - 1].iter().all(|e| e == "iteration"));
+}
+
+#[test]
+fn an_adaptive_run_has_a_row_and_files_for_every_mesh() {
+    let temp = tempfile::tempdir().unwrap();
+    let out = temp.path().join("adaptive");
+    let output = solve(&cases().join("adaptive.toml"), &out, &[]);
+    let said = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let report = report(&out);
+    assert_eq!(report.status.word, "converged");
+    let relative = report.certificate.relative.unwrap();
+    assert!(report.certificate.valid && relative <= 0.03);
+    let last = report.adaptive.last().unwrap();
+    assert_eq!((last.relative, last.step), (Some(relative), report.adaptive.len()));
+    assert_eq!(last.nodes, report.bodies.iter().map(|b| b.nodes).sum::<usize>());
+    assert!(said.contains("adapt      until") && said.contains("on mesh"), "{said}");
+    for row in &report.adaptive {
+        assert!(said.contains(&format!("{:>4} {:>9}", row.step, row.nodes)), "{said}");
+        for body in ["upper", "lower"] {
+            let file = format!("fields/{body}-step-{:02}.vtu", row.step);
+            assert!(out.join(&file).exists(), "{file}");
+            assert!(std::fs::read_to_string(out.join("adaptive.pvd")).unwrap().contains(&file), "{file}");
+        }
+    }
+    let table = std::fs::read_to_string(out.join("adaptive.csv")).unwrap();
+    assert_eq!(table.lines().count(), report.adaptive.len() + 1);
+    let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.contains("Bounds of the exact solution") && page.contains("Meshes"));
+    assert!(std::fs::read_to_string(out.join("figures/adaptive.svg")).unwrap().contains("N^(-1/2)"));
+    let [low, high] = report.certificate.bounds.energy_norm.unwrap();
+    let norm = report.results.energy_norm_squared.iter().sum::<f64>().sqrt();
+    assert!(low < norm && norm < high && high - low < 0.07 * norm);
+    assert_eq!(report.run["adaptive_seconds"].as_array().unwrap().len(), report.adaptive.len());
+    // A run that needs fewer meshes leaves no file of the others behind.
+    let again = solve(&cases().join("adaptive.toml"), &out, &["--set", "adapt.max_steps=2", "--force"]);
+    assert_eq!(again.status.code(), Some(6), "{}", text(&again.stderr));
+    assert!(out.join("fields/upper-step-02.vtu").exists());
+}
+
+#[test]
+fn adaptive_runs_do_not_depend_on_threads() {
+    let temp = tempfile::tempdir().unwrap();
+    let reports: Vec<String> = ["1", "2"]
+        .into_iter()
+        .map(|threads| {
+            let out = temp.path().join(threads);
+            let output = solve(&cases().join("singular.toml"), &out, &["--threads", threads]);
+            assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+            let mut report = report(&out);
+            report.timings = Default::default();
+            report.run = Default::default();
+            report.to_json().unwrap()
+        })
+        .collect();
+    assert_eq!(reports[0], reports[1]);
+}
+
+#[test]
+fn limits_of_an_adaptive_run_keep_its_certificate() {
+    let temp = tempfile::tempdir().unwrap();
+    let case = cases().join("adaptive.toml");
+    let out = temp.path().join("m");
+    // Enough for the first mesh, not for all of them.
+    let memory = solve(&case, &out, &["--set", "limits.memory=\"2MiB\""]);
+    assert_eq!(memory.status.code(), Some(8), "{}", text(&memory.stderr));
+    let found = report(&out);
+    assert!(found.certificate.valid && found.status.reason.contains("limits.memory"), "{:?}", found.status);
+    assert!(!found.adaptive.is_empty());
+    let out = temp.path().join("t");
+    let time = solve(&case, &out, &["--set", "limits.time=\"0.000001s\""]);
+    assert_eq!(time.status.code(), Some(8), "{}", text(&time.stderr));
+    assert!(report(&out).certificate.valid);
+    let sweep = ["sweep", case.to_str().unwrap(), "--over", "solver.theta=0.1:0.9:0.1"];
+    assert_eq!(nndd(&sweep, temp.path()).status.code(), Some(2));
+}
+
+#[test]
+fn relaxation_may_go_on_until_it_gains_too_little() {
+    let temp = tempfile::tempdir().unwrap();
+    let case = cases().join("singular.toml");
+    let run = |name: &str, more: &[&str]| {
+        let out = temp.path().join(name);
+        let output = solve(&case, &out, more);
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        (report(&out), text(&output.stdout))
+    };
+    let (steps, _) = run("steps", &[]);
+    let (tolerance, said) = run("tolerance", &["--set", "estimator.tolerance=0.02"]);
+    assert!(said.contains("relaxation until a step gains less than 0.02"), "{said}");
+    assert_eq!(tolerance.case["estimator"]["tolerance"], 0.02);
+    // The first meshes are the same: the bound is sharper, and still valid.
+    assert!(tolerance.adaptive[0].e_cre < steps.adaptive[0].e_cre);
+    assert!(tolerance.certificate.valid);
 }

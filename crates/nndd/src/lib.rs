@@ -65,5 +65,5 @@ pub use error::NnddError;
 pub use iterate::{ContactAnswer, Iterate, IterationRow};
 pub use settings::{Acceleration, Method, NnddSettings, Path, Theta, Weights};
 pub use solution::{NnddSolution, NnddStatus};
-pub use solve::solve;
+pub use solve::{Start, solve, solve_from};
 pub use spectrum::Spectrum;

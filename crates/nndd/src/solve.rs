@@ -35,7 +35,35 @@ pub fn solve(
     settings: &NnddSettings,
     stop: &mut dyn StoppingCriterion,
 ) -> Result<NnddSolution, NnddError> {
+    solve_from(problem, bodies, Start { lambda, active: None }, settings, stop)
+}
+
+/// Where an iteration starts.
+#[derive(Clone, Debug)]
+pub struct Start {
+    /// The normal trace λ₁ at each pair, m.
+    pub lambda: Vec<f64>,
+    /// The active set of Ω₂'s contact problem, where one is known: it is tried before Clarabel.
+    pub active: Option<ActiveSet>,
+}
+
+/// Solves a contact problem as [`solve`] does, from what is known of a similar one.
+///
+/// # Errors
+/// See [`solve`].
+pub fn solve_from(
+    problem: &ContactProblem,
+    bodies: &[CondensedBody; 2],
+    start: Start,
+    settings: &NnddSettings,
+    stop: &mut dyn StoppingCriterion,
+) -> Result<NnddSolution, NnddError> {
+    let Start { lambda, active } = start;
     check(problem, bodies, &lambda, settings)?;
+    let (expected, found) = (lambda.len(), active.as_ref().map_or(lambda.len(), ActiveSet::len));
+    if found != expected {
+        return Err(NnddError::Length { what: "the active set at the start", found, expected });
+    }
     let weights = NodalWeights::new(bodies, settings.weights);
     let (theta, spectrum) = choose_theta(bodies, &weights, settings);
     let literal;
@@ -50,7 +78,8 @@ pub fn solve(
             &literal
         }
     };
-    let mut run = Run { interface: &problem.interface, steps, weights: &weights, settings, warm_start: None };
+    let mut run =
+        Run { interface: &problem.interface, steps, weights: &weights, settings, warm_start: active };
     let mut solution = match settings.method {
         Method::Nndd => run.iterate(lambda, theta, stop)?,
         Method::Newton => run.newton(bodies, stop)?,

@@ -1,10 +1,10 @@
 //! From the document to a [`Case`]: every section with its defaults and checks, except the bodies'.
 
-use super::read_body;
 use super::{
-    Acceleration, Adapt, BodyCase, Case, Contact, Criterion, Estimator, Imposed, Limit, Limits, Material,
-    Method, Model, Output, Path, QpChoice, SCHEMA, Solver, Stop, Theta, Value, Weights,
+    Acceleration, BodyCase, Case, Contact, Criterion, Estimator, Imposed, Limit, Limits, Material, Method,
+    Model, Output, Path, QpChoice, SCHEMA, Solver, Stop, Theta, Value, Weights,
 };
+use super::{read_adapt, read_body};
 use crate::case_file::{self, Document, Findings, NodeValue, Reader};
 use crate::diagnostic::{CaseError, Diagnostic, code, did_you_mean, excerpt};
 use fem_core::material::{Hypothesis, LinearElastic, MaterialError};
@@ -31,7 +31,7 @@ pub(super) fn case(document: &Document, file_name: &str) -> Result<Case, CaseErr
     let contact = root.table("contact").map(contact).unwrap_or_default();
     let solver = solver(root.table("solver"));
     let estimator = estimator(root.table("estimator"));
-    let adapt = adapt(&mut root);
+    let adapt = read_adapt::adapt(&mut root);
     let output = output(root.table("output"));
     let limits = root.table("limits").map(limits).unwrap_or_default();
     root.finish();
@@ -234,29 +234,13 @@ fn theta(r: &mut Reader<'_>) -> Theta {
 }
 
 fn estimator(reader: Option<Reader<'_>>) -> Estimator {
-    let mut estimator = Estimator { relaxation: 2, every: 0 };
+    let mut estimator = Estimator { relaxation: 2, until: None, every: 0 };
     let Some(mut r) = reader else { return estimator };
+    estimator.until = read_adapt::relax_until(&mut r);
     estimator.relaxation = r.count("relaxation", 0).unwrap_or(estimator.relaxation);
     estimator.every = r.count("every", 0).unwrap_or(estimator.every);
     r.finish();
     estimator
-}
-
-pub(super) fn adapt(root: &mut Reader<'_>) -> Option<Adapt> {
-    let mut r = root.table("adapt")?;
-    r.require(&["target_relative_error"]);
-    let adapt = Adapt {
-        target_relative_error: r
-            .number_where("target_relative_error", positive, "a number > 0")
-            .unwrap_or_default(),
-        max_steps: r.count("max_steps", 1).unwrap_or(30),
-        max_nodes: r.count("max_nodes", 1).unwrap_or(2_000_000),
-        fraction: r.number_where("fraction", |f| f > 0.0 && f <= 1.0, "a number > 0 and <= 1").unwrap_or(0.5),
-    };
-    r.finish();
-    // Remove this line when adaptive runs are there.
-    root.not_yet("adapt", "`[adapt]`, an adaptive run", "leave the table out and refine `cells` by hand");
-    Some(adapt)
 }
 
 fn output(reader: Option<Reader<'_>>) -> Output {

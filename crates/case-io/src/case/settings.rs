@@ -25,7 +25,7 @@ impl Case {
             "body": self.bodies.iter().map(body).collect::<Vec<_>>(),
             "contact": { "surfaces": self.contact.surfaces, "gap": value(&self.contact.gap) },
             "solver": self.solver_json(),
-            "estimator": { "relaxation": self.estimator.relaxation, "every": self.estimator.every },
+            "estimator": self.estimator_json(),
         });
         if let Some(adapt) = &self.adapt {
             settings["adapt"] = json!({
@@ -41,6 +41,16 @@ impl Case {
             "time": self.limits.time.as_ref().map(|l| &l.written),
         });
         settings
+    }
+
+    fn estimator_json(&self) -> Json {
+        let every = self.estimator.every;
+        match self.estimator.until {
+            None => json!({ "relaxation": self.estimator.relaxation, "every": every }),
+            Some(until) => {
+                json!({ "tolerance": until.tolerance, "max_steps": until.max_steps, "every": every })
+            }
+        }
     }
 
     fn solver_json(&self) -> Json {

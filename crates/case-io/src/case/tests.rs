@@ -53,7 +53,7 @@ fn every_key_has_its_own_default() {
         stop: Stop { criterion: Criterion::Estimator, ratio: 0.1, tolerance: 1e-8 },
     };
     assert_eq!(case.solver, expected);
-    assert_eq!(case.estimator, Estimator { relaxation: 2, every: 0 });
+    assert_eq!(case.estimator, Estimator { relaxation: 2, until: None, every: 0 });
     assert_eq!(case.adapt, None);
     assert_eq!(case.output, Output { directory: None, vtu: true });
     assert_eq!(case.output_directory(), "runs/case");
@@ -112,7 +112,7 @@ fn the_example_of_the_contract_is_read() {
         stop: Stop { criterion: Criterion::Estimator, ratio: 0.1, tolerance: 1e-8 },
     };
     assert_eq!(case.solver, solver);
-    assert_eq!(case.estimator, Estimator { relaxation: 2, every: 1 });
+    assert_eq!(case.estimator, Estimator { relaxation: 2, until: None, every: 1 });
     assert_eq!(case.output_directory(), "runs/paper");
     assert_eq!(case.node_counts(), [190, 190]);
     assert!(case.warnings().is_empty());
@@ -250,6 +250,22 @@ fn doubtful_settings_are_warned_of() {
         "{messages:?}"
     );
     assert!(messages[1].contains("no body uses the material \"spare\""), "{messages:?}");
+}
+
+#[test]
+fn an_adaptive_run_with_another_criterion_is_warned_of() {
+    let adaptive = |stop: &str| {
+        let text = minimal(&format!("[adapt]\ntarget_relative_error = 0.02\n{stop}"));
+        Case::parse(&text, "c", &[]).unwrap().warnings()
+    };
+    assert!(adaptive("").is_empty());
+    let warnings = adaptive("[solver.stop]\ncriterion = 'precision'");
+    assert_eq!(warnings.len(), 1);
+    assert!(
+        warnings[0].to_string().starts_with("c:18:13: an adaptive run with the criterion"),
+        "{}",
+        warnings[0]
+    );
 }
 
 #[test]

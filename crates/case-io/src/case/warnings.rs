@@ -1,6 +1,6 @@
 //! What is allowed but probably not meant.
 
-use super::{Case, Method};
+use super::{Case, Criterion, Method};
 use crate::diagnostic::{Diagnostic, code};
 
 /// From this ratio on P1 triangles lock noticeably in plane strain.
@@ -49,6 +49,14 @@ impl Case {
                 unused.join("`, `")
             );
             warnings.push(self.diagnostic(code::VALUE, "solver.method", message));
+        }
+        let criterion = self.solver.stop.criterion;
+        if self.adapt.is_some() && self.solver.method == Method::Nndd && criterion != Criterion::Estimator {
+            let message = format!(
+                "an adaptive run with the criterion \"{criterion}\": the iteration may end long before or after its error is \
+                 small against the mesh's; criterion = \"estimator\" compares the two"
+            );
+            warnings.push(self.diagnostic(code::VALUE, "solver.stop.criterion", message));
         }
         warnings
     }

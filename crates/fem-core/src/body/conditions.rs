@@ -12,10 +12,19 @@ use crate::quadrature::GAUSS5;
 /// Two directions closer than this (sine of the angle) are the same one.
 const SAME_DIRECTION: f64 = 1e-9;
 
+/// The edges that each condition applies to, in the order of the conditions.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Selected {
+    pub(super) displacements: Vec<Vec<u32>>,
+    pub(super) tractions: Vec<Vec<u32>>,
+}
+
+/// Evaluates conditions on a mesh, on the edges they select or on those `inherited` from a coarser mesh.
 pub(super) fn evaluate(
     mesh: TriMesh,
     material: LinearElastic,
     conditions: &BoundaryConditions,
+    inherited: Option<Selected>,
 ) -> Result<Body, BodyError> {
     let force = conditions.body_force;
     if !(force[0].is_finite() && force[1].is_finite()) {
@@ -29,10 +38,16 @@ pub(super) fn evaluate(
         ],
         mesh: &mesh,
     };
+    let mut selected = Selected::default();
     let mut supports = Vec::with_capacity(conditions.displacements.len());
     for (index, condition) in conditions.displacements.iter().enumerate() {
         let place = ConditionPlace { list: ConditionList::Displacement, index };
-        let nodes = work.impose(place, &condition.edges, &condition.support)?;
+        let edges = match &inherited {
+            Some(known) => known.displacements[index].clone(),
+            None => work.select(place, &condition.edges)?,
+        };
+        let nodes = work.impose(place, &edges, &condition.support)?;
+        selected.displacements.push(edges);
         let components = match &condition.support {
             Support::Components(values) => [values[0].is_some(), values[1].is_some()],
             Support::Normal(_) => [true; 2],
@@ -41,10 +56,16 @@ pub(super) fn evaluate(
     }
     for (index, condition) in conditions.tractions.iter().enumerate() {
         let place = ConditionPlace { list: ConditionList::Traction, index };
-        work.load(place, &condition.edges, &condition.load)?;
+        let edges = match &inherited {
+            Some(known) => known.tractions[index].clone(),
+            None => work.select(place, &condition.edges)?,
+        };
+        work.load(place, &edges, &condition.load)?;
+        selected.tractions.push(edges);
     }
     let (node_constraints, edge_conditions) = (work.constraints, work.edges);
-    Ok(Body { mesh, material, body_force: force, node_constraints, edge_conditions, supports })
+    let conditions = conditions.clone();
+    Ok(Body { mesh, material, node_constraints, edge_conditions, supports, conditions, selected })
 }
 
 struct Evaluation<'a> {
@@ -54,12 +75,8 @@ struct Evaluation<'a> {
 }
 
 impl Evaluation<'_> {
-    /// Selects boundary edges: (edge, place among the boundary edges).
-    fn select(
-        &self,
-        place: ConditionPlace,
-        selection: &EdgeSelection,
-    ) -> Result<Vec<(u32, usize)>, BodyError> {
+    /// Selects boundary edges.
+    fn select(&self, place: ConditionPlace, selection: &EdgeSelection) -> Result<Vec<u32>, BodyError> {
         let group = selection.on.clone();
         let Some(edges) = self.mesh.group(&group) else {
             let names: Vec<&str> = self.mesh.groups().keys().map(String::as_str).collect();
@@ -78,22 +95,28 @@ impl Evaluation<'_> {
             if !ends.into_iter().all(inside) {
                 continue;
             }
-            match self.mesh.topology().boundary_edges().binary_search(&edge) {
-                Ok(position) => selected.push((edge, position)),
-                Err(_) => return Err(BodyError::InteriorEdge { place, group, ends }),
+            if !self.mesh.topology().is_boundary(edge) {
+                return Err(BodyError::InteriorEdge { place, group, ends });
             }
+            selected.push(edge);
         }
         if selected.is_empty() { Err(BodyError::EmptySelection { place, group }) } else { Ok(selected) }
+    }
+
+    /// Pairs boundary edges with their places among the boundary edges.
+    fn places<'s>(&'s self, edges: &'s [u32]) -> impl Iterator<Item = (u32, usize)> + use<'s> {
+        let boundary = self.mesh.topology().boundary_edges();
+        edges.iter().filter_map(|&edge| Some((edge, boundary.binary_search(&edge).ok()?)))
     }
 
     fn impose(
         &mut self,
         place: ConditionPlace,
-        selection: &EdgeSelection,
+        edges: &[u32],
         support: &Support,
     ) -> Result<Vec<u32>, BodyError> {
         let mut nodes = Vec::new();
-        for (edge, position) in self.select(place, selection)? {
+        for (edge, position) in self.places(edges).collect::<Vec<_>>() {
             let normal = self.mesh.edge_normal(edge);
             let imposed: Vec<(Vector, &ScalarData)> = match support {
                 Support::Normal(value) => vec![(normal, value)],
@@ -150,13 +173,8 @@ impl Evaluation<'_> {
         Ok(())
     }
 
-    fn load(
-        &mut self,
-        place: ConditionPlace,
-        selection: &EdgeSelection,
-        load: &Load,
-    ) -> Result<(), BodyError> {
-        for (edge, position) in self.select(place, selection)? {
+    fn load(&mut self, place: ConditionPlace, edges: &[u32], load: &Load) -> Result<(), BodyError> {
+        for (edge, position) in self.places(edges).collect::<Vec<_>>() {
             let traction = self.edge_traction(place, edge, load)?;
             let condition = &mut self.edges[position];
             let blocked = match condition.reaction {

@@ -23,11 +23,16 @@ pub(super) fn pair(
     let edges = make_edges(bodies, edges, &chain, &partner, &number)?;
     normals_and_lengths(bodies, &mut pairs, &edges)?;
     check_supports(bodies, &pairs)?;
-    let sides = [0, 1].map(|b| InterfaceSide {
+    let sides = sides(&pairs);
+    Ok(ContactInterface { pairs, edges, sides, gap: gap.clone(), measured_on: 0 })
+}
+
+/// Lists what each body keeps of the pairs.
+pub(super) fn sides(pairs: &[Pair]) -> [InterfaceSide; 2] {
+    [0, 1].map(|b| InterfaceSide {
         nodes: pairs.iter().map(|p| p.nodes[b]).collect(),
         normals: pairs.iter().map(|p| p.normal).collect(),
-    });
-    Ok(ContactInterface { pairs, edges, sides })
+    })
 }
 
 fn surface<'a>(body: &'a Body, number: usize, group: &str) -> Result<&'a [u32], InterfaceError> {

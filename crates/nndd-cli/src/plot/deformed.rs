@@ -167,11 +167,34 @@ fn scale(bodies: &[BodyPicture<'_>]) -> Scale {
     match extent(all().filter(|d| drawable_log(*d))) {
         None => Scale { axis: Axis::log(0.1, 10.0, 5), cut: false, empty: true },
         Some((lo, hi)) => {
-            let from = lo.max(hi * DECADES);
+            // Below the usual range only where much of the picture lies there: near singularities cells are tiny.
+            let from = lo.max((hi * DECADES).min(low_density(bodies)).max(hi * DECADES * DECADES));
             let from = if hi / from < 10.0 { hi / 10.0 } else { from };
             Scale { axis: Axis::log(from, hi, 8), cut: all().any(|d| d < from), empty: false }
         }
     }
+}
+
+/// Finds the density that one twentieth of the bodies' area lies below.
+fn low_density(bodies: &[BodyPicture<'_>]) -> f64 {
+    let mut cells: Vec<(f64, f64)> = Vec::new();
+    for body in bodies {
+        for (t, density) in body.triangles.iter().zip(body.density).filter(|(_, d)| drawable_log(**d)) {
+            let corners = t.map(|v| body.points.get(v as usize).copied().unwrap_or([f64::NAN; 2]));
+            let area = fem_core::geometry::signed_area(corners).abs();
+            if drawable(area) {
+                cells.push((*density, area));
+            }
+        }
+    }
+    cells.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let twentieth = 0.05 * cells.iter().map(|c| c.1).sum::<f64>();
+    let mut below = 0.0;
+    let found = cells.iter().find(|c| {
+        below += c.1;
+        below > twentieth
+    });
+    found.map_or(f64::INFINITY, |c| c.0)
 }
 
 fn cells_of(body: &BodyPicture<'_>, factor: f64, chart: &Chart<'_, '_>, out: &mut Vec<Cell>) {

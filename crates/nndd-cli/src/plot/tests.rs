@@ -289,3 +289,28 @@ fn short_numbers() {
         assert_eq!(short(value), text);
     }
 }
+
+#[test]
+fn adaptive_shows_the_rate_and_the_target() {
+    let steps = [(380, Some(0.19)), (1000, Some(0.06)), (4000, Some(0.029))];
+    let svg = adaptive("Adaptive", &steps, 0.03).unwrap();
+    assert_whole(&svg);
+    for text in ["certified relative error", "N^(-1/2)", "target", "nodes of both bodies"] {
+        assert!(svg.contains(text), "{text}");
+    }
+}
+
+#[test]
+fn adaptive_of_odd_steps() {
+    for steps in [vec![], vec![(10, None)], vec![(0, Some(0.1))]] {
+        let svg = adaptive("Nothing", &steps, 0.03).unwrap();
+        assert_whole(&svg);
+        assert!(svg.contains("no data"));
+    }
+    let one = adaptive("One", &[(380, Some(0.2))], 0.1).unwrap();
+    assert_whole(&one);
+    assert!(!one.contains("N^(-1/2)"), "a rate of one point");
+    for bad in BAD.into_iter().chain([0.0, -1.0]) {
+        assert_whole(&adaptive("Odd", &[(100, Some(0.1)), (200, Some(bad)), (400, None)], bad).unwrap());
+    }
+}

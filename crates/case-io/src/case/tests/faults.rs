@@ -268,19 +268,50 @@ fn what_comes_later_is_refused_with_its_place() {
     unsupported(&minimal("gap = '0.1 * x^2'"), "c.toml:15:7: `contact.gap` is the expression \"0.1 * x^2\"");
     unsupported(&minimal("normal = [0.0, -1.0]"), "c.toml:15:10: `contact.normal`");
     unsupported(&minimal("[solver]\nlambda = 'x'"), "c.toml:16:10: `solver.lambda` is the expression \"x\"");
-    unsupported(&minimal("[adapt]\ntarget_relative_error = 0.02"), "c.toml:15:1: `[adapt]`, an adaptive run");
     let text = minimal("");
     let start = text.find("generator").unwrap();
     let end = start + text[start..].find('\n').unwrap();
     let mesh = format!("{}mesh = {{ file = \"b.msh\", region = \"upper\" }}{}", &text[..start], &text[end..]);
     unsupported(&mesh, "c.toml:8:8: the mesh file \"b.msh\"");
-    // The shape of what comes later is read already.
-    refused_too(
-        "[adapt]\ntarget_relative_error = 0.02\nfraction = 1.5",
-        "c.toml:17:12: `adapt.fraction` is 1.5; expected a number > 0 and <= 1",
-    );
+}
+
+#[test]
+fn nonsense_of_adaptive_runs_is_refused() {
+    let fraction = |line: &str, found: &str, expected: &str| {
+        refused_too(
+            &format!("[adapt]\ntarget_relative_error = 0.02\n{line}"),
+            &format!("c.toml:17:{found}; expected {expected}"),
+        );
+    };
+    for (value, shown) in [("1.5", "1.5"), ("0.0", "0"), ("-0.5", "-0.5")] {
+        let found = format!("12: `adapt.fraction` is {shown}");
+        fraction(&format!("fraction = {value}"), &found, "a number > 0 and <= 1");
+    }
+    fraction("max_steps = 0", "13: `adapt.max_steps` is 0", "a whole number, at least 1");
+    fraction("max_nodes = 0", "13: `adapt.max_nodes` is 0", "a whole number, at least 1");
+    for (value, shown) in [("0.0", "0"), ("-0.02", "-0.02"), ("1.0", "1"), ("2.0", "2")] {
+        let expected =
+            format!("c.toml:16:25: `adapt.target_relative_error` is {shown}; expected a number > 0 and < 1");
+        refused_too(&format!("[adapt]\ntarget_relative_error = {value}"), &expected);
+    }
     refused_too("[adapt]\ntarget = 0.02", "c.toml:16:1: unknown key `target` in `adapt`");
     refused_too("[adapt]\nmax_steps = 3", "c.toml:15:1: the key `adapt.target_relative_error` is missing");
+}
+
+#[test]
+fn relaxation_is_by_steps_or_by_tolerance() {
+    let until = |rest: &str| Case::parse(&minimal(rest), "c.toml", &[]).unwrap().estimator;
+    assert_eq!(until("").until, None);
+    let by_tolerance = until("[estimator]\ntolerance = 0.02");
+    assert_eq!(by_tolerance.until, Some(RelaxUntil { tolerance: 0.02, max_steps: 30 }));
+    let few = until("[estimator]\ntolerance = 0.02\nmax_steps = 4");
+    assert_eq!(few.until.unwrap().max_steps, 4);
+    refused_too("[estimator]\nrelaxation = 2\ntolerance = 0.02", "c.toml:17:13: `estimator.relaxation` and");
+    refused_too("[estimator]\nmax_steps = 2", "c.toml:16:13: `estimator.max_steps` limits");
+    refused_too("[estimator]\ntolerance = 1.0", "c.toml:16:13: `estimator.tolerance` is 1");
+    // A case without the key has the hash it had before there was one.
+    let settings = Case::parse(&minimal(""), "c.toml", &[]).unwrap().settings_json();
+    assert_eq!(settings["estimator"], serde_json::json!({ "relaxation": 2, "every": 0 }));
 }
 
 fn refused_too(rest: &str, expected: &str) {
@@ -290,12 +321,9 @@ fn refused_too(rest: &str, expected: &str) {
 
 #[test]
 fn adaptive_runs_have_their_defaults() {
-    let text = minimal("[adapt]\ntarget_relative_error = 0.02\n");
-    let document = crate::case_file::parse(&text, "c", &[]).unwrap();
-    let findings = crate::case_file::Findings::default();
-    let mut root = crate::case_file::Reader::new(&findings, &document.root, String::new(), &document.at);
+    let case = Case::parse(&minimal("[adapt]\ntarget_relative_error = 0.02\n"), "c", &[]).unwrap();
     let expected = Adapt { target_relative_error: 0.02, max_steps: 30, max_nodes: 2_000_000, fraction: 0.5 };
-    assert_eq!(super::super::read::adapt(&mut root), Some(expected));
+    assert_eq!(case.adapt, Some(expected));
 }
 
 #[test]

@@ -1,0 +1,103 @@
+//! What the bound of the energy error says about other quantities of the exact solution.
+
+use cre_estimator::Estimate;
+use fem_core::assembly::external_forces;
+use fem_core::condensation::CondensedBody;
+use fem_core::geometry::dot;
+use fem_core::interface::ContactProblem;
+use nndd::Iterate;
+
+/// Bounds `[lower, upper]` of quantities of the exact solution `u`. They follow from `e_CRE` without any constant and
+/// are as strict as it is: strict where the data are represented exactly, displacements linear and loads linear along
+/// each edge, on the given polygons.
+///
+/// With `v` the computed pair of displacements, `τ`, `p` the equilibrated stress and its pressure, `o` the opening of `v`,
+/// `a` the energy product, `ℓ` the work of the loads, `e² = e_CRE² = ‖τ − σ(v)‖² + 2∫ p o`:
+///
+/// * **Energy norm.** `‖u − v‖ ≤ e`, hence `‖v‖ − e ≤ ‖u‖ ≤ ‖v‖ + e`.
+/// * **Potential energy** `J(v) = ½ a(v, v) − ℓ(v)`. `u` minimises it over the displacements that satisfy supports and
+///   contact condition, `v` among them: `J(u) ≤ J(v)`. From below: multiply `div τ + b = 0` by any such `v` and
+///   integrate, with `τ n = F` on Γ_N, `∓p n` on Γ_C, `v = u_D` on Γ_D and `[v]·n = g − o` on Γ_C:
+///   ```text
+///   ∫ τ : ε(v) = ℓ(v) + ∫_{Γ_D} τ n · u_D − ∫ p g + ∫ p o
+///   ½ e²       = ½ ‖τ‖² + ½ a(v, v) − ∫ τ : ε(v) + ∫ p o = J(v) + J*(τ, p)
+///   J*(τ, p)   = ½ ‖τ‖² − ∫_{Γ_D} τ n · u_D + ∫ p g
+///   ```
+///   The same identity for `u` in place of `v` has a left side that is not negative: `J(u) ≥ −J*(τ, p)`. So
+///   `J(v) − ½ e² ≤ J(u) ≤ J(v)`. On a roller or under one imposed component only that component of `u_D` and the
+///   reaction along it count; the rest of the traction is given and part of `ℓ`.
+/// * **Contact force** `N = ∫ p_ex`. In each body take the displacement `w` with `w·n = ∓1` on Γ_C that vanishes where
+///   displacements are imposed and has the least energy of its space, `‖w‖² = s = 1ᵀ S 1`. Virtual work gives
+///   `N = ∫ σ : ε(w) − ℓ(w)` in either body, and the same with `τ` gives `∫ p`, with `σ(v)` the computed reaction. Both
+///   bodies with the weights `s₂/(s₁+s₂)`, `s₁/(s₁+s₂)` have the least energy `s₁ s₂/(s₁+s₂)`. The mean of the two
+///   stresses is nearer to the exact one than either:
+///   ```text
+///   ‖σ − ½(τ + σ(v))‖² = ¼ (‖σ−τ‖² + ‖σ−σ(v)‖² − 2∫ p o_ex − 2∫ p_ex o + 2∫ p o)  ≤  ¼ (e² + 2∫ p o)
+///   ```
+///   so `|N − N_mean| ≤ ½ √(e² + 2∫ p o) √(s₁ s₂/(s₁+s₂))`. This needs one normal for the whole interface.
+///
+/// Source: Prager and Synge 1947 for the mean; the identities are derived here.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Bounds {
+    /// `√a(u, u)` of both bodies together, square root of J/m.
+    pub energy_norm: [f64; 2],
+    /// `J(u) = ½ a(u, u) − ℓ(u)`, J/m.
+    pub potential_energy: [f64; 2],
+    /// `∫ p_ex ds`, N/m; `None` where the interface bends.
+    pub contact_force: Option<[f64; 2]>,
+}
+
+impl Bounds {
+    /// * `bodies`, `iterate`, `estimate`: in the roles of the iteration, and of one iteration.
+    pub(crate) fn new(
+        problem: &ContactProblem,
+        bodies: &[CondensedBody; 2],
+        iterate: &Iterate,
+        estimate: &Estimate,
+    ) -> Self {
+        let e = estimate.e_cre;
+        let energy: f64 = estimate.energy_norm_squared.iter().sum();
+        let norm = energy.sqrt();
+        let (mut work, mut size) = (0.0, 0.0);
+        for (body, displacement) in problem.bodies.iter().zip(&estimate.pair.displacement) {
+            for (f, u) in external_forces(body).into_iter().zip(displacement) {
+                work += dot(f, *u);
+                size += dot(f, *u).abs();
+            }
+        }
+        let potential = 0.5 * energy - work;
+        let noise = 64.0 * f64::EPSILON * (energy + size);
+        Self {
+            energy_norm: [(norm - e).max(0.0), norm + e],
+            potential_energy: [potential - 0.5 * e * e - noise, potential + noise],
+            contact_force: contact_force(problem, bodies, iterate, estimate),
+        }
+    }
+}
+
+fn contact_force(
+    problem: &ContactProblem,
+    bodies: &[CondensedBody; 2],
+    iterate: &Iterate,
+    estimate: &Estimate,
+) -> Option<[f64; 2]> {
+    let pairs = problem.interface.pairs();
+    let straight = pairs.iter().all(|p| p.normal == pairs[0].normal);
+    let stiffness = |b: usize| {
+        let mut force = vec![0.0; pairs.len()];
+        bodies[b].apply_schur(&vec![1.0; pairs.len()], &mut force);
+        force.iter().sum::<f64>()
+    };
+    let s = [stiffness(0), stiffness(1)];
+    let sum = |r: &[f64]| r.iter().sum::<f64>();
+    let (first, second) = (-sum(&iterate.reaction), sum(&iterate.contact.normal_reaction));
+    let share = s[1] / (s[0] + s[1]);
+    // The pressure adds up to the force of the second body, whichever body it is integrated on.
+    let mean = 0.5 * (second + share * first + (1.0 - share) * second);
+    let contact: f64 = estimate.cre.by_contact_edge.iter().sum();
+    let radius = 0.5 * (estimate.e_cre.powi(2) + contact.max(0.0)).sqrt() * (share * s[0]).sqrt();
+    let noise = 64.0 * f64::EPSILON * (first.abs() + second.abs());
+    let bounds = [(mean - radius - noise).max(0.0), mean + radius + noise];
+    (straight && bounds.iter().all(|x| x.is_finite())).then_some(bounds)
+}

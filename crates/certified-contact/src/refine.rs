@@ -1,0 +1,201 @@
+//! Where the meshes of an adaptive run become finer, and by how much.
+
+use crate::solve::CertifiedSolution;
+use contact_qp::ActiveSet;
+use cre_estimator::marking::{self, Contribution};
+use fem_core::interface::{ContactProblem, RefineError, RefinedProblem};
+use fem_core::mesh::refine::RefinementEdges;
+use nndd::Start;
+
+/// A mesh grows by at most about this factor in one step: more, and what the finer mesh would have taught is missed.
+const LARGEST_GROWTH: f64 = 3.0;
+/// And by at least this: a step that adds less costs more than it gains.
+const SMALLEST_GROWTH: f64 = 1.3;
+/// A round marks at least this share of the cells, however small `fraction` is: the number of rounds stays bounded.
+const LEAST_ROUND: f64 = 0.01;
+/// The target is aimed at with so many nodes more than the rate predicts.
+const MARGIN: f64 = 1.08;
+
+/// Chooses the number of nodes of the next mesh.
+///
+/// The best rate of linear triangles is `e ~ N^(-1/2)`, so `(relative/target)²` times as many nodes are needed. They
+/// are reached in equal factors of at most [`LARGEST_GROWTH`], so that the last mesh is the only expensive one.
+///
+/// * `relative`: the certified error; `None` where there is no scale for it.
+/// * `limit`: the largest number of nodes allowed.
+pub(crate) fn next_size(nodes: usize, relative: Option<f64>, target: f64, limit: usize) -> usize {
+    let needed = relative.map_or(LARGEST_GROWTH, |r| (r / target).powi(2) * MARGIN);
+    let needed = needed.clamp(SMALLEST_GROWTH, (limit as f64 / nodes as f64).max(SMALLEST_GROWTH));
+    let steps = (needed.ln() / LARGEST_GROWTH.ln()).ceil().max(1.0);
+    let wanted = nodes as f64 * needed.powf(1.0 / steps);
+    (wanted.ceil() as usize).min(limit)
+}
+
+/// Tells whether a mesh of so many nodes may still grow worth the while below the limit.
+pub(crate) fn has_room(nodes: usize, limit: usize) -> bool {
+    limit as f64 >= SMALLEST_GROWTH * nodes as f64
+}
+
+/// Computes what the mesh contributes to the squared bound, from 0 to 1.
+pub(crate) fn mesh_share(solution: &CertifiedSolution) -> f64 {
+    let Some(estimate) = &solution.estimate else { return 0.0 };
+    let contributions = marking::contributions(&solution.problem, &estimate.cre);
+    contributions.iter().flatten().sum::<f64>() / estimate.e_cre.powi(2)
+}
+
+/// What came of refining.
+pub(crate) enum Refined {
+    /// A finer problem.
+    Finer(Box<Finer>),
+    /// No cell contributes anything.
+    NothingToRefine,
+    /// Refining a single cell would take more nodes than allowed.
+    NoRoom,
+}
+
+/// A finer problem in the roles of the iteration, and where its iteration starts.
+pub(crate) struct Finer {
+    pub(crate) problem: ContactProblem,
+    pub(crate) refinement_edges: [RefinementEdges; 2],
+    pub(crate) start: Start,
+}
+
+/// Refines both bodies up to `wanted` nodes, round by round: marks the smallest set of cells that makes up `fraction` of
+/// the squared error of the mesh, halves all their edges, predicts what the new cells contribute, and goes on with
+/// that. The last round takes fewer cells. At least one cell is refined where `limit` nodes allow it.
+///
+/// A cell of area `A` contributes about in proportion to `A²` where the solution is smooth; near singularities the
+/// prediction is too good, and the next step corrects it.
+pub(crate) fn refine(
+    solution: &CertifiedSolution,
+    refinement_edges: &[RefinementEdges; 2],
+    fraction: f64,
+    wanted: usize,
+    limit: usize,
+) -> Result<Refined, RefineError> {
+    let Some(estimate) = &solution.estimate else { return Ok(Refined::NothingToRefine) };
+    let mut contributions = marking::contributions(&solution.problem, &estimate.cre);
+    let last = solution.last();
+    let mut start = Start { lambda: last.lambda.clone(), active: Some(last.contact.active.clone()) };
+    let mut edges = refinement_edges.clone();
+    let mut finer: Option<RefinedProblem> = None;
+    loop {
+        let problem = finer.as_ref().map_or(&solution.problem, |f| &f.problem);
+        let ranked = marking::ranking([&contributions[0], &contributions[1]]);
+        let least = (LEAST_ROUND * ranked.len() as f64).ceil() as usize;
+        let bulk = marking::bulk(&ranked, fraction).max(least);
+        let mut count = largest_count(problem, &edges, &ranked, bulk, wanted);
+        if count == 0 && finer.is_none() {
+            count = largest_count(problem, &edges, &ranked, bulk.min(1), limit);
+        }
+        if count == 0 {
+            break;
+        }
+        let marked = edges_of(problem, &ranked[..count]);
+        let next = problem.refined([&edges[0], &edges[1]], &marked)?;
+        contributions = predict(problem, &next, &contributions);
+        start = prolong(&next, &start);
+        edges = next.refinements.each_ref().map(|r| r.refinement_edges.clone());
+        finer = Some(next);
+        if count < bulk {
+            break;
+        }
+    }
+    let something = contributions.iter().flatten().any(|c| *c > 0.0);
+    Ok(match finer {
+        Some(f) => Refined::Finer(Box::new(Finer { problem: f.problem, refinement_edges: edges, start })),
+        None if something => Refined::NoRoom,
+        None => Refined::NothingToRefine,
+    })
+}
+
+/// Marks the edges of cells.
+fn edges_of(problem: &ContactProblem, cells: &[Contribution]) -> [Vec<bool>; 2] {
+    let mut marked = [0, 1].map(|b| vec![false; problem.bodies[b].mesh().topology().edges().len()]);
+    for c in cells {
+        for edge in problem.bodies[c.body].mesh().topology().triangle_edges()[c.cell as usize] {
+            marked[c.body][edge as usize] = true;
+        }
+    }
+    marked
+}
+
+/// Finds how many of the first `bulk` cells can be refined within `wanted` nodes: more cells never give fewer nodes.
+fn largest_count(
+    problem: &ContactProblem,
+    edges: &[RefinementEdges; 2],
+    ranked: &[Contribution],
+    bulk: usize,
+    wanted: usize,
+) -> usize {
+    let fits = |count: usize| {
+        let mut marked = edges_of(problem, &ranked[..count]);
+        problem.close([&edges[0], &edges[1]], &mut marked).iter().sum::<usize>() <= wanted
+    };
+    if fits(bulk) {
+        return bulk;
+    }
+    let (mut low, mut high) = (0, bulk);
+    while high - low > 1 {
+        let middle = low + (high - low) / 2;
+        if fits(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    low
+}
+
+/// Predicts what the cells of a refined problem contribute: the part of the area, squared.
+fn predict(old: &ContactProblem, finer: &RefinedProblem, contributions: &[Vec<f64>; 2]) -> [Vec<f64>; 2] {
+    [0, 1].map(|b| {
+        let (mesh, coarse) = (finer.problem.bodies[b].mesh(), old.bodies[b].mesh());
+        let parents = finer.refinements[b].parent_cell.iter().enumerate();
+        parents
+            .map(|(cell, &parent)| {
+                let parent = parent as usize;
+                contributions[b][parent] * (mesh.area(cell) / coarse.area(parent)).powi(2)
+            })
+            .collect()
+    })
+}
+
+/// Carries λ and the active set over: a new pair touches where both its neighbours do.
+fn prolong(finer: &RefinedProblem, start: &Start) -> Start {
+    let active = start.active.as_ref().map(|active| {
+        let parents = finer.pair_parents.iter();
+        ActiveSet::new(parents.map(|p| p.iter().all(|&k| active.is_active(k as usize))).collect())
+    });
+    Start { lambda: finer.prolong_interface(&start.lambda), active }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_lead_to_the_target_in_equal_factors() {
+        // Ten times too large: a hundred times as many nodes and the margin, in five steps.
+        let (mut nodes, mut relative) = (400, 0.2);
+        let mut sizes = Vec::new();
+        while relative > 0.02 {
+            let next = next_size(nodes, Some(relative), 0.02, usize::MAX >> 12);
+            relative *= (nodes as f64 / next as f64).sqrt();
+            nodes = next;
+            sizes.push(next);
+        }
+        assert_eq!(sizes.len(), 5, "{sizes:?}");
+        assert!((40_000..44_000).contains(&nodes), "{sizes:?}");
+        let growth: Vec<f64> = sizes.windows(2).map(|w| w[1] as f64 / w[0] as f64).collect();
+        assert!(growth.iter().all(|g| (2.0..3.0).contains(g)), "{growth:?}");
+    }
+
+    #[test]
+    fn sizes_stay_below_the_limit_and_above_the_smallest_growth() {
+        assert_eq!(next_size(1000, Some(0.5), 0.01, 2000), 2000);
+        assert_eq!(next_size(1000, Some(0.0101), 0.01, 10_000), 1300);
+        assert_eq!(next_size(1000, None, 0.01, 10_000), 3000);
+        assert!(has_room(1000, 1300) && !has_room(1000, 1299));
+    }
+}

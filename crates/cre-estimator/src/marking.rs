@@ -1,0 +1,112 @@
+//! Which cells to refine: what each contributes to the error of the mesh, and the smallest set that makes up a given
+//! share of it.
+//!
+//! Only the mesh's part steers: what the iteration contributes falls with further iterations, not with finer cells.
+//! Source: Dörfler 1996.
+
+use crate::cre::Cre;
+use fem_core::interface::ContactProblem;
+
+/// Computes what refinement can lower, by triangle of each body, J/m: `‖τ − σ̂‖²`, and for the triangles at a contact
+/// edge half of its contact term `2∫ p o` each.
+///
+/// The contact term belongs to the mesh once the iteration has converged: it stands where contact ends within an edge.
+pub fn contributions(problem: &ContactProblem, cre: &Cre) -> [Vec<f64>; 2] {
+    let mut by_cell = cre.discretisation_by_cell.clone();
+    for (edge, term) in problem.interface.edges().iter().zip(&cre.by_contact_edge) {
+        for (b, cells) in by_cell.iter_mut().enumerate() {
+            let topology = problem.bodies[b].mesh().topology();
+            cells[topology.edge_triangles()[edge.edges[b] as usize][0] as usize] += 0.5 * term;
+        }
+    }
+    by_cell
+}
+
+/// One cell of one body with what it contributes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contribution {
+    /// 0 or 1.
+    pub body: usize,
+    /// Triangle of that body.
+    pub cell: u32,
+    /// What it contributes, J/m.
+    pub squared: f64,
+}
+
+/// Sorts the cells of both bodies by what they contribute, the largest first; equal ones by body and number, so that
+/// the order is always the same. Cells that contribute nothing are left out.
+pub fn ranking(contributions: [&[f64]; 2]) -> Vec<Contribution> {
+    let mut ranked: Vec<Contribution> = Vec::new();
+    for (body, cells) in contributions.into_iter().enumerate() {
+        let positive = cells.iter().enumerate().filter(|(_, c)| **c > 0.0);
+        ranked.extend(positive.map(|(cell, &squared)| Contribution { body, cell: cell as u32, squared }));
+    }
+    ranked.sort_by(|a, b| b.squared.total_cmp(&a.squared).then((a.body, a.cell).cmp(&(b.body, b.cell))));
+    ranked
+}
+
+/// Counts the cells of the smallest set that contributes at least `fraction` of the whole: the first so many of a
+/// [`ranking`].
+///
+/// * `fraction`: of the squared error, from 0 to 1.
+pub fn bulk(ranked: &[Contribution], fraction: f64) -> usize {
+    let total = ranked.iter().fold(0.0, |sum, c| sum + c.squared);
+    let mut sum = 0.0;
+    for (count, c) in ranked.iter().enumerate() {
+        if sum >= fraction * total {
+            return count;
+        }
+        sum += c.squared;
+    }
+    ranked.len()
+}
+
+/// Marks the smallest set of cells of both bodies that contributes at least `fraction` of the whole (Dörfler marking).
+///
+/// Where nothing contributes, nothing is marked. Costs `O(n log n)`.
+///
+/// ```
+/// use cre_estimator::marking::doerfler;
+/// let marked = doerfler([&[1.0, 4.0, 1.0], &[4.0]], 0.5);
+/// assert_eq!(marked, [vec![false, true, false], vec![true]]);
+/// ```
+pub fn doerfler(contributions: [&[f64]; 2], fraction: f64) -> [Vec<bool>; 2] {
+    let ranked = ranking(contributions);
+    let mut marked = contributions.map(|cells| vec![false; cells.len()]);
+    for c in &ranked[..bulk(&ranked, fraction)] {
+        marked[c.body][c.cell as usize] = true;
+    }
+    marked
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_smallest_set_is_marked_and_ties_go_to_the_first() {
+        let first: Vec<f64> = (0..40).map(|k| f64::from((k * 7) % 13)).collect();
+        let second = vec![3.0; 9];
+        for fraction in [0.1, 0.3, 0.5, 0.9, 1.0] {
+            let marked = doerfler([&first, &second], fraction);
+            let all: Vec<(f64, bool)> =
+                first.iter().chain(&second).copied().zip(marked.iter().flatten().copied()).collect();
+            let total: f64 = all.iter().map(|c| c.0).sum();
+            let share: f64 = all.iter().filter(|c| c.1).map(|c| c.0).sum();
+            let smallest = all.iter().filter(|c| c.1).map(|c| c.0).fold(f64::INFINITY, f64::min);
+            let largest_left = all.iter().filter(|c| !c.1).map(|c| c.0).fold(0.0, f64::max);
+            assert!(share >= fraction * total && share - smallest < fraction * total, "{fraction}");
+            assert!(largest_left <= smallest, "{fraction}");
+        }
+        // Among equals the lower numbers come first.
+        assert_eq!(doerfler([&[1.0; 4], &[1.0; 2]], 0.5)[0], [true, true, true, false]);
+    }
+
+    #[test]
+    fn the_whole_is_reached_and_nothing_is_nothing() {
+        let cells: Vec<f64> = (1..200).map(|k| 0.1 / f64::from(k)).collect();
+        assert!(doerfler([&cells, &[]], 1.0)[0].iter().all(|m| *m));
+        assert_eq!(doerfler([&[0.0, 0.0], &[0.0]], 0.5), [vec![false; 2], vec![false]]);
+        assert_eq!(doerfler([&[1.0, 0.0], &[]], 1.0)[0], [true, false]);
+    }
+}

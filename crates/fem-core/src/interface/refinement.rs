@@ -1,0 +1,192 @@
+//! The same contact problem on finer meshes that match along the interface.
+
+use super::{ContactEdge, ContactInterface, ContactProblem, Gap, InterfaceError, Pair, pairing};
+use crate::body::{Body, BodyError};
+use crate::geometry::{add, scale};
+use crate::mesh::MeshError;
+use crate::mesh::refine::{self, Refinement, RefinementEdges};
+use crate::mesh::topology::NONE;
+use thiserror::Error;
+
+/// Why a problem cannot be refined.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
+pub enum RefineError {
+    /// The finer mesh of a body is too large, or its triangles are too small for floating-point numbers.
+    #[error("the finer mesh of body {body}: {source}")]
+    Mesh {
+        /// 0 or 1.
+        body: usize,
+        /// What is wrong.
+        source: MeshError,
+    },
+    /// A condition cannot be evaluated on the finer mesh.
+    #[error("body {body} on the finer mesh: {source}")]
+    Body {
+        /// 0 or 1.
+        body: usize,
+        /// What is wrong.
+        source: BodyError,
+    },
+    /// The gap cannot be evaluated on the finer interface.
+    #[error("on the finer interface: {0}")]
+    Interface(#[from] InterfaceError),
+}
+
+/// A refined problem and where everything in it comes from.
+#[derive(Clone, Debug)]
+pub struct RefinedProblem {
+    /// The problem.
+    pub problem: ContactProblem,
+    /// The refinement of each body's mesh.
+    pub refinements: [Refinement; 2],
+    /// For every new pair the two old pairs it lies between: the same one twice where it is an old pair.
+    pub pair_parents: Vec<[u32; 2]>,
+}
+
+impl RefinedProblem {
+    /// Carries a P1 function on the interface over, one number per pair along its normal.
+    pub fn prolong_interface(&self, values: &[f64]) -> Vec<f64> {
+        let mean = |p: &[u32; 2]| 0.5 * (values[p[0] as usize] + values[p[1] as usize]);
+        self.pair_parents.iter().map(mean).collect()
+    }
+}
+
+impl ContactProblem {
+    /// Marks further edges until both bodies' refinements are conforming and match: a contact edge is marked in both
+    /// bodies or in none. Returns the number of nodes that each refined body will have.
+    ///
+    /// * `marked`: one entry per edge of each body.
+    ///
+    /// # Panics
+    /// If the arrays do not belong to the bodies' meshes.
+    pub fn close(&self, refinement_edges: [&RefinementEdges; 2], marked: &mut [Vec<bool>; 2]) -> [usize; 2] {
+        loop {
+            for b in 0..2 {
+                refine::close(self.bodies[b].mesh(), refinement_edges[b], &mut marked[b]);
+            }
+            let mut added = false;
+            for contact in self.interface.edges() {
+                let [a, b] = contact.edges.map(|e| e as usize);
+                if marked[0][a] != marked[1][b] {
+                    (marked[0][a], marked[1][b], added) = (true, true, true);
+                }
+            }
+            if !added {
+                let count = |b: usize| marked[b].iter().filter(|m| **m).count();
+                return [0, 1].map(|b| self.bodies[b].mesh().points().len() + count(b));
+            }
+        }
+    }
+
+    /// Halves the marked edges of both bodies, after [`ContactProblem::close`]: the same problem on finer meshes.
+    ///
+    /// Conditions pass on to the parts of their edges, pairs to the nodes between them; functions, the gap among them,
+    /// are evaluated at the new nodes. The normal field, linear between the pairs, stays what it is.
+    ///
+    /// # Errors
+    /// Meshes that become too large or too small, functions that are not finite at new nodes, a negative gap there.
+    ///
+    /// # Panics
+    /// See [`ContactProblem::close`].
+    pub fn refined(
+        &self,
+        refinement_edges: [&RefinementEdges; 2],
+        marked: &[Vec<bool>; 2],
+    ) -> Result<RefinedProblem, RefineError> {
+        let mut marked = marked.clone();
+        self.close(refinement_edges, &mut marked);
+        let refine = |b: usize| -> Result<(Refinement, Body), RefineError> {
+            let old = &self.bodies[b];
+            let refinement = refine::refine(old.mesh(), refinement_edges[b], &marked[b])
+                .map_err(|source| RefineError::Mesh { body: b, source })?;
+            let body = old.refined(&refinement).map_err(|source| RefineError::Body { body: b, source })?;
+            Ok((refinement, body))
+        };
+        let (first, second) = rayon::join(|| refine(0), || refine(1));
+        let ((r0, first), (r1, second)) = (first?, second?);
+        let (bodies, refinements) = ([first, second], [r0, r1]);
+        let (interface, pair_parents) = self.interface.refined(&bodies, &refinements)?;
+        Ok(RefinedProblem { problem: ContactProblem { bodies, interface }, refinements, pair_parents })
+    }
+}
+
+impl ContactInterface {
+    /// Makes the interface of the refined bodies, and the parents of its pairs.
+    fn refined(
+        &self,
+        bodies: &[Body; 2],
+        refinements: &[Refinement; 2],
+    ) -> Result<(Self, Vec<[u32; 2]>), InterfaceError> {
+        let mut starting = vec![None; self.pairs.len()];
+        for edge in &self.edges {
+            starting[edge.pairs[0] as usize] = Some(edge);
+        }
+        let mut pairs = Vec::new();
+        let mut parents = Vec::new();
+        let mut number = vec![NONE; self.pairs.len()];
+        let mut middle = vec![NONE; self.pairs.len()];
+        for (k, pair) in self.pairs.iter().enumerate() {
+            number[k] = pairs.len() as u32;
+            pairs.push(Pair { tributary_length: 0.0, ..*pair });
+            parents.push([k as u32; 2]);
+            let nodes = |edge: &ContactEdge| [0, 1].map(|b| refinements[b].middle[edge.edges[b] as usize]);
+            if let Some((edge, nodes)) = starting[k].map(|e| (e, nodes(e))).filter(|(_, n)| *n != [NONE; 2]) {
+                middle[k] = pairs.len() as u32;
+                pairs.push(self.middle_pair(edge, nodes, bodies)?);
+                parents.push(edge.pairs);
+            }
+        }
+        let mut edges = Vec::new();
+        for edge in &self.edges {
+            let [i, j] = edge.pairs.map(|k| number[k as usize]);
+            match middle[edge.pairs[0] as usize] {
+                NONE => edges.extend(self.part(bodies, &mut pairs, [i, j])),
+                m => edges
+                    .extend([[i, m], [m, j]].into_iter().filter_map(|p| self.part(bodies, &mut pairs, p))),
+            }
+        }
+        let sides = pairing::sides(&pairs);
+        let interface = Self { pairs, edges, sides, gap: self.gap.clone(), measured_on: self.measured_on };
+        Ok((interface, parents))
+    }
+
+    /// Makes the pair in the middle of a contact edge.
+    fn middle_pair(
+        &self,
+        edge: &ContactEdge,
+        nodes: [u32; 2],
+        bodies: &[Body; 2],
+    ) -> Result<Pair, InterfaceError> {
+        let [i, j] = edge.pairs.map(|k| &self.pairs[k as usize]);
+        let point = bodies[self.measured_on].mesh().points()[nodes[self.measured_on] as usize];
+        let Gap::Given(data) = &self.gap;
+        let gap = data.at(point);
+        if !(gap >= 0.0 && gap.is_finite()) {
+            return Err(InterfaceError::BadGap { point, value: gap });
+        }
+        Ok(Pair {
+            nodes,
+            // Not normalised: the field between the pairs stays what it is.
+            normal: scale(0.5, add(i.normal, j.normal)),
+            gap,
+            tributary_length: 0.0,
+            arc_length: i.arc_length + 0.5 * edge.length,
+        })
+    }
+
+    /// Makes the edge between two pairs and adds its length to theirs.
+    fn part(&self, bodies: &[Body; 2], pairs: &mut [Pair], ends: [u32; 2]) -> Option<ContactEdge> {
+        let [i, j] = ends.map(|k| pairs[k as usize].nodes);
+        let find = |b: usize| bodies[b].mesh().topology().find_edge(i[b], j[b]);
+        let edges = [find(0)?, find(1)?];
+        let length = bodies[self.measured_on].mesh().edge_length(edges[self.measured_on]);
+        for k in ends {
+            pairs[k as usize].tributary_length += 0.5 * length;
+        }
+        Some(ContactEdge { pairs: ends, edges, length })
+    }
+}
+
+#[cfg(test)]
+mod tests;

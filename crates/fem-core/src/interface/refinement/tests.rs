@@ -1,0 +1,147 @@
+use super::*;
+use crate::boundary::{BoundaryConditions, EdgeSelection, ScalarData};
+use crate::material::{Hypothesis, LinearElastic};
+use crate::mesh::generate::block;
+
+fn problem(cells: [usize; 2]) -> ContactProblem {
+    let material = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
+    let everywhere = [f64::NEG_INFINITY, f64::INFINITY];
+    let pressed = EdgeSelection::group("top").within([[0.0, 0.9], everywhere]);
+    let rest = EdgeSelection::group("top").within([[1.0, 2.0], everywhere]);
+    let upper = Body::new(
+        block([0.0, 1.0], [2.0, 1.0], [4, 2]).unwrap(),
+        material.clone(),
+        &BoundaryConditions::new()
+            .displace("left", Some(0.0.into()), None)
+            .displace(pressed, None, Some(ScalarData::function(|x| x[0] * x[0])))
+            .traction(rest, [0.0.into(), ScalarData::function(|x| x[0])]),
+    )
+    .unwrap();
+    let lower = block([0.0, 0.0], [2.0, 1.0], cells).unwrap();
+    let lower = Body::new(lower, material, &BoundaryConditions::new().fix("bottom")).unwrap();
+    let gap = Gap::Given(ScalarData::function(|x| x[0] * x[0]));
+    let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &gap).unwrap();
+    ContactProblem { bodies: [upper, lower], interface }
+}
+
+fn labels(problem: &ContactProblem) -> [RefinementEdges; 2] {
+    [0, 1].map(|b| RefinementEdges::longest(problem.bodies[b].mesh()))
+}
+
+fn unmarked(problem: &ContactProblem) -> [Vec<bool>; 2] {
+    [0, 1].map(|b| vec![false; problem.bodies[b].mesh().topology().edges().len()])
+}
+
+fn refine(
+    problem: &ContactProblem,
+    labels: &[RefinementEdges; 2],
+    marked: &[Vec<bool>; 2],
+) -> RefinedProblem {
+    problem.refined([&labels[0], &labels[1]], marked).unwrap()
+}
+
+#[test]
+fn an_edge_marked_in_one_body_is_halved_in_both() {
+    let coarse = problem([4, 3]);
+    let labels = labels(&coarse);
+    for (body, edge) in [(0, 1), (1, 2)] {
+        let mut marked = unmarked(&coarse);
+        marked[body][coarse.interface.edges()[edge].edges[body] as usize] = true;
+        let predicted = coarse.close([&labels[0], &labels[1]], &mut marked.clone());
+        let finer = refine(&coarse, &labels, &marked);
+        assert_eq!(predicted, [0, 1].map(|b| finer.problem.bodies[b].mesh().points().len()));
+        let interface = &finer.problem.interface;
+        assert_eq!((interface.pairs().len(), interface.edges().len()), (6, 5));
+        assert!((interface.length() - 2.0).abs() < 1e-15);
+        let new = &interface.pairs()[edge + 1];
+        assert_eq!(finer.pair_parents[edge + 1], [edge as u32, edge as u32 + 1]);
+        assert_eq!(new.arc_length, 0.5 * edge as f64 + 0.25);
+        // The gap is that of the new node, not the mean of its neighbours.
+        assert_eq!(new.gap, new.arc_length * new.arc_length);
+        assert_eq!(new.normal, [0.0, -1.0]);
+    }
+}
+
+#[test]
+fn a_refined_interface_is_the_one_that_pairing_finds() {
+    let mut coarse = problem([4, 3]);
+    let mut edges = labels(&coarse);
+    for round in 0..4 {
+        let mut marked = unmarked(&coarse);
+        for (b, marks) in marked.iter_mut().enumerate() {
+            let mesh = coarse.bodies[b].mesh();
+            for (e, mark) in marks.iter_mut().enumerate() {
+                let [x, y] = mesh.points()[mesh.topology().edges()[e][0] as usize];
+                *mark = (x - 0.7).hypot(y - 1.0) < 1.0 / f64::from(1 << round);
+            }
+        }
+        let finer = refine(&coarse, &edges, &marked);
+        let [upper, lower] = &finer.problem.bodies;
+        let gap = Gap::Given(ScalarData::function(|x| x[0] * x[0]));
+        let found = ContactInterface::pair(upper, lower, ["bottom", "top"], &gap).unwrap();
+        let interface = &finer.problem.interface;
+        assert_eq!(interface.edges(), found.edges());
+        assert_eq!(interface.sides(), found.sides());
+        for (a, b) in interface.pairs().iter().zip(found.pairs()) {
+            assert_eq!((a.nodes, a.normal, a.gap), (b.nodes, b.normal, b.gap));
+            assert!((a.arc_length - b.arc_length).abs() < 1e-14);
+            assert!((a.tributary_length - b.tributary_length).abs() < 1e-15);
+        }
+        let line: Vec<f64> = coarse.interface.pairs().iter().map(|p| 3.0 * p.arc_length - 1.0).collect();
+        for (value, pair) in finer.prolong_interface(&line).iter().zip(interface.pairs()) {
+            assert!((value - (3.0 * pair.arc_length - 1.0)).abs() < 1e-14);
+        }
+        // Exchanging roles and refining may be done in either order.
+        let turned = coarse.clone().swapped();
+        let marks = [marked[1].clone(), marked[0].clone()];
+        let turned = turned.refined([&edges[1], &edges[0]], &marks).unwrap().problem.swapped();
+        assert_eq!(turned.interface.pairs(), interface.pairs());
+        assert_eq!(turned.interface.edges(), interface.edges());
+        edges = finer.refinements.map(|r| r.refinement_edges);
+        coarse = finer.problem;
+    }
+    assert!(coarse.interface.pairs().len() > 15);
+}
+
+#[test]
+fn conditions_stay_on_the_edges_they_were_given_on() {
+    // x <= 0.9 selects the first edge of the top, [0, 0.5], only; on the finer mesh it would select [0, 0.75].
+    let coarse = problem([4, 3]);
+    let edges = labels(&coarse);
+    let marked = [0, 1].map(|b| vec![true; coarse.bodies[b].mesh().topology().edges().len()]);
+    let finer = refine(&coarse, &edges, &marked).problem;
+    let body = &finer.bodies[0];
+    let x = |n: &u32| body.mesh().points()[*n as usize][0];
+    let mut held: Vec<f64> = body.supports()[1].nodes.iter().map(x).collect();
+    held.sort_by(f64::total_cmp);
+    assert_eq!(held, [0.0, 0.25, 0.5]);
+    for node in &body.supports()[1].nodes {
+        let expected = x(node) * x(node);
+        match body.node_constraints()[*node as usize] {
+            crate::body::NodeConstraint::Along { value, .. } => assert_eq!(value, expected),
+            crate::body::NodeConstraint::Fixed { value } => assert_eq!(value[1], expected),
+            crate::body::NodeConstraint::Free => panic!("node {node} is free"),
+        }
+    }
+    let loaded = |e: &&u32| body.edge_condition(**e).unwrap().traction != [[0.0; 2]; 2];
+    let top = body.mesh().group("top").unwrap();
+    assert_eq!(top.iter().filter(loaded).count(), 4);
+    for edge in top.iter().filter(loaded) {
+        let nodes = body.mesh().topology().edges()[*edge as usize];
+        for (node, t) in nodes.iter().zip(body.edge_condition(*edge).unwrap().traction) {
+            assert!((t[1] - x(node)).abs() < 1e-14);
+        }
+    }
+}
+
+#[test]
+fn a_gap_that_becomes_negative_between_the_nodes_is_refused() {
+    let mut coarse = problem([4, 3]);
+    // Zero at every node of the first mesh, negative between them.
+    let gap = ScalarData::function(|x| -(2.0 * std::f64::consts::PI * x[0]).sin().abs().max(1e-9) + 1e-9);
+    coarse.interface.gap = Gap::Given(gap);
+    let marked = [0, 1].map(|b| vec![true; coarse.bodies[b].mesh().topology().edges().len()]);
+    let edges = labels(&coarse);
+    let error = coarse.refined([&edges[0], &edges[1]], &marked).unwrap_err();
+    assert!(matches!(error, RefineError::Interface(InterfaceError::BadGap { .. })), "{error}");
+}

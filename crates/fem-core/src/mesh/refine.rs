@@ -1,0 +1,210 @@
+//! Newest-vertex bisection: from a conforming mesh and a set of marked edges to a finer conforming mesh.
+//!
+//! Every triangle has one *refinement edge*. A triangle is cut from the middle of that edge to the opposite corner;
+//! the middle is the newest vertex of both halves, and their refinement edges are the ones opposite to it. Edges are
+//! marked, never triangles: where any edge of a triangle is marked, its refinement edge must be, and adding those
+//! until nothing changes ([`close`]) makes the finer mesh conforming. A triangle of which one, two or three edges are
+//! marked becomes two, three or four.
+//!
+//! * **Start.** The refinement edge of a triangle of the first mesh is its longest one, equal lengths told apart by the
+//!   nodes' numbers ([`RefinementEdges::longest`]).
+//! * **Shapes.** The descendants of one triangle fall into four classes of similar triangles, and no angle falls below
+//!   half the smallest angle of the first mesh.
+//! * **Size.** Closure adds in all at most a constant times the number of marked cells, over any number of refinements.
+//!
+//! Sources: Mitchell 1989; Binev, Dahmen and DeVore 2004 and Karkulik, Pavlicek and Praetorius 2013 (closure); Rosenberg
+//! and Stenger 1975 (angles).
+
+use super::topology::NONE;
+use super::{MeshError, TriMesh};
+use crate::geometry::{add, scale};
+
+/// The refinement edge of every triangle, by its place 0, 1 or 2 in the triangle.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RefinementEdges(Vec<u8>);
+
+impl RefinementEdges {
+    /// Chooses the longest edge of every triangle of a first mesh; among edges of equal length the one with the
+    /// smallest nodes.
+    ///
+    /// Lengths that differ by less than 1e-9 of themselves count as equal, so that round-off does not decide.
+    pub fn longest(mesh: &TriMesh) -> Self {
+        let topology = mesh.topology();
+        let longest = |edges: &[u32; 3]| {
+            let length = edges.map(|e| mesh.edge_length(e));
+            let limit = length.into_iter().fold(0.0, f64::max) * (1.0 - 1e-9);
+            let candidates = (0..3).filter(|&k| length[k] >= limit);
+            candidates.min_by_key(|&k| topology.edges()[edges[k] as usize]).unwrap_or(0) as u8
+        };
+        Self(topology.triangle_edges().iter().map(longest).collect())
+    }
+
+    /// Returns the number of the refinement edge of a triangle.
+    pub fn of(&self, mesh: &TriMesh, triangle: usize) -> u32 {
+        mesh.topology().triangle_edges()[triangle][usize::from(self.0[triangle])]
+    }
+
+    /// Returns the number of triangles.
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Tells whether there are no triangles.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+}
+
+/// A refined mesh and where everything in it comes from.
+#[derive(Clone, Debug)]
+pub struct Refinement {
+    /// The finer mesh. Old nodes keep their numbers, edge groups pass on to the halves.
+    pub mesh: TriMesh,
+    /// The refinement edges of its triangles.
+    pub refinement_edges: RefinementEdges,
+    /// The triangle of the old mesh that each new one lies in.
+    pub parent_cell: Vec<u32>,
+    /// The two ends of the edge that each new node halves; new node `k` has the number `old nodes + k`.
+    pub parent_nodes: Vec<[u32; 2]>,
+    /// The new node on each old edge, [`NONE`] where the edge is not cut.
+    pub middle: Vec<u32>,
+}
+
+impl Refinement {
+    /// Carries a P1 field over exactly: `C` components per node.
+    ///
+    /// # Panics
+    /// If the field has not one entry per old node.
+    pub fn prolong<const C: usize>(&self, field: &[[f64; C]]) -> Vec<[f64; C]> {
+        let (found, expected) = (field.len(), self.mesh.points().len() - self.parent_nodes.len());
+        assert!(found == expected, "the field has {found} entries, the old mesh {expected} nodes");
+        let middle = |ends: &[u32; 2]| {
+            let [a, b] = ends.map(|n| field[n as usize]);
+            std::array::from_fn(|c| 0.5 * (a[c] + b[c]))
+        };
+        field.iter().copied().chain(self.parent_nodes.iter().map(middle)).collect()
+    }
+
+    /// Returns the parts of an old edge in the new mesh: itself or its two halves.
+    pub fn parts(&self, old: &TriMesh, edge: u32) -> Vec<u32> {
+        let [a, b] = old.topology().edges()[edge as usize];
+        let find = |a, b| self.mesh.topology().find_edge(a, b);
+        match self.middle[edge as usize] {
+            NONE => find(a, b).into_iter().collect(),
+            m => find(a, m).into_iter().chain(find(m, b)).collect(),
+        }
+    }
+}
+
+/// Marks further edges until the refinement is conforming: where any edge of a triangle is marked, its refinement edge
+/// becomes marked too. Returns whether any was added.
+///
+/// * `marked`: one entry per edge.
+///
+/// # Panics
+/// If `marked` has not one entry per edge, or the refinement edges belong to another mesh.
+pub fn close(mesh: &TriMesh, refinement_edges: &RefinementEdges, marked: &mut [bool]) -> bool {
+    let topology = mesh.topology();
+    let (found, expected) = (marked.len(), topology.edges().len());
+    assert!(found == expected, "{found} edges are marked or not, the mesh has {expected}");
+    let (found, expected) = (refinement_edges.len(), mesh.triangles().len());
+    assert!(found == expected, "there are {found} refinement edges for {expected} triangles");
+    let mut waiting: Vec<u32> = (0..marked.len() as u32).filter(|&e| marked[e as usize]).collect();
+    let mut added = false;
+    while let Some(edge) = waiting.pop() {
+        for triangle in topology.edge_triangles()[edge as usize].into_iter().filter(|&t| t != NONE) {
+            let needed = refinement_edges.of(mesh, triangle as usize);
+            if !marked[needed as usize] {
+                marked[needed as usize] = true;
+                added = true;
+                waiting.push(needed);
+            }
+        }
+    }
+    added
+}
+
+/// Halves the marked edges and cuts the triangles accordingly, after [`close`].
+///
+/// * `marked`: one entry per edge; it is closed here where it is not.
+///
+/// # Errors
+/// More nodes or triangles than a mesh can have, triangles too small to be told from nothing.
+///
+/// # Panics
+/// See [`close`].
+pub fn refine(
+    mesh: &TriMesh,
+    refinement_edges: &RefinementEdges,
+    marked: &[bool],
+) -> Result<Refinement, MeshError> {
+    let mut marked = marked.to_vec();
+    close(mesh, refinement_edges, &mut marked);
+    let topology = mesh.topology();
+    let mut points = mesh.points().to_vec();
+    let mut middle = vec![NONE; marked.len()];
+    let mut parent_nodes = Vec::new();
+    for (edge, _) in marked.iter().enumerate().filter(|(_, m)| **m) {
+        let ends = topology.edges()[edge];
+        let [a, b] = ends.map(|n| points[n as usize]);
+        middle[edge] = points.len() as u32;
+        points.push(scale(0.5, add(a, b)));
+        parent_nodes.push(ends);
+    }
+    let mut children = Children::default();
+    for (triangle, corners) in mesh.triangles().iter().enumerate() {
+        children.parent = triangle as u32;
+        let edges = topology.triangle_edges()[triangle].map(|e| middle[e as usize]);
+        children.cut(*corners, edges, usize::from(refinement_edges.0[triangle]));
+    }
+    let groups = mesh.groups().iter().map(|(name, edges)| {
+        let halves = edges.iter().flat_map(|&e| {
+            let [a, b] = topology.edges()[e as usize];
+            match middle[e as usize] {
+                NONE => vec![[a, b]],
+                m => vec![[a, m], [m, b]],
+            }
+        });
+        (name.clone(), halves.collect())
+    });
+    let finer = TriMesh::new(points, children.triangles, groups.collect())?;
+    Ok(Refinement {
+        mesh: finer,
+        refinement_edges: RefinementEdges(children.refinement_edges),
+        parent_cell: children.parents,
+        parent_nodes,
+        middle,
+    })
+}
+
+/// The triangles of the finer mesh as they come.
+#[derive(Default)]
+struct Children {
+    parent: u32,
+    triangles: Vec<[u32; 3]>,
+    refinement_edges: Vec<u8>,
+    parents: Vec<u32>,
+}
+
+impl Children {
+    /// Cuts a triangle at the middle of its refinement edge `k`, if that is marked, and its halves likewise.
+    ///
+    /// * `middle`: the node on each of its edges, or [`NONE`].
+    fn cut(&mut self, corners: [u32; 3], middle: [u32; 3], k: usize) {
+        let m = middle[k];
+        if m == NONE {
+            self.triangles.push(corners);
+            self.refinement_edges.push(k as u8);
+            self.parents.push(self.parent);
+            return;
+        }
+        let [a, b, c] = [0, 1, 2].map(|j| corners[(k + j) % 3]);
+        let [to_c, to_a] = [1, 2].map(|j| middle[(k + j) % 3]);
+        // The edge opposite to the newest vertex m is the next to be cut: c-a in the first half, b-c in the second.
+        self.cut([c, a, m], [to_a, NONE, NONE], 0);
+        self.cut([b, c, m], [to_c, NONE, NONE], 0);
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,201 @@
+//! An adaptive run: one row and one set of ParaView files per mesh.
+
+use crate::check::{mebibytes, memory_estimate};
+use crate::convert;
+use crate::failure::Failure;
+use crate::files;
+use crate::outcome::{self, Ended};
+use crate::run::{Follower, Solved};
+use crate::signals::Signals;
+use crate::stopwatch::{Activity, Stopwatch};
+use case_io::Case;
+use case_io::case::Adapt;
+use case_io::output::OutputDirectory;
+use case_io::report::{AdaptiveRow, Status};
+use certified_contact::{
+    AdaptSettings, AdaptiveEnd, AdaptiveSolution, CertifiedSolution, Observer, Phase, Row, Step,
+    solve_adaptively,
+};
+use fem_core::interface::ContactProblem;
+use nndd::NnddStatus;
+
+/// What a printer hears of an adaptive run.
+pub(crate) enum Event<'a> {
+    /// An iteration on the present mesh.
+    Iteration(&'a Row),
+    /// A mesh has been solved.
+    Step(&'a Step),
+}
+
+/// One row of `adaptive`; `None` for a mesh without bound.
+pub(crate) fn row(step: &Step) -> Option<AdaptiveRow> {
+    Some(AdaptiveRow {
+        step: step.step,
+        nodes: step.nodes,
+        pairs: step.pairs,
+        e_cre: step.e_cre?,
+        relative: step.relative,
+        iterations: step.iterations,
+        energy_norm_squared: step.energy_norm_squared?,
+    })
+}
+
+/// Solves an adaptive case.
+pub(crate) fn solve(
+    case: &Case,
+    adapt: &Adapt,
+    problem: ContactProblem,
+    watch: &mut Stopwatch,
+    signals: &Signals,
+    directory: &mut OutputDirectory,
+    print: &mut dyn FnMut(Event<'_>),
+) -> Result<Solved, Failure> {
+    let mut settings = AdaptSettings::new(adapt.target_relative_error);
+    settings.max_steps = adapt.max_steps;
+    settings.max_nodes = adapt.max_nodes;
+    settings.fraction = adapt.fraction;
+    let mut steps = Steps {
+        follower: Follower::new(case, watch, signals),
+        case,
+        directory,
+        print,
+        failure: None,
+        seconds: Vec::new(),
+        memory: None,
+    };
+    let answer = solve_adaptively(problem, &convert::settings(case), &settings, &mut steps)
+        .map_err(|e| Failure::solve(case, &e))?;
+    let Steps { follower, failure, seconds, memory, .. } = steps;
+    if let Some(failure) = failure {
+        return Err(failure);
+    }
+    let status = judge(case, adapt, &answer, follower.ended, memory.as_deref());
+    let adaptive = answer.history.iter().filter_map(row).collect();
+    Ok(Solved { solution: answer.solution, status, adaptive, step_seconds: seconds })
+}
+
+/// Follows the run, writes each mesh's files, and keeps it within the memory limit.
+struct Steps<'a> {
+    follower: Follower<'a>,
+    case: &'a Case,
+    directory: &'a mut OutputDirectory,
+    print: &'a mut dyn FnMut(Event<'_>),
+    /// What went wrong in writing; the run then ends.
+    failure: Option<Failure>,
+    /// When each mesh had been solved.
+    seconds: Vec<f64>,
+    /// Why the next mesh has no room.
+    memory: Option<String>,
+}
+
+impl Observer for Steps<'_> {
+    fn phase(&mut self, phase: Phase) {
+        self.follower.phase(phase);
+    }
+
+    fn iteration(&mut self, row: &Row) {
+        (self.print)(Event::Iteration(row));
+    }
+
+    fn step(&mut self, step: &Step, solution: &CertifiedSolution) {
+        self.follower.watch.switch(Activity::Write);
+        self.seconds.push(self.follower.watch.elapsed());
+        (self.print)(Event::Step(step));
+        if self.case.output.vtu && step.e_cre.is_some() {
+            self.failure = files::vtu_step(self.case, solution, step.step, self.directory).err();
+        }
+    }
+
+    fn has_room_for(&mut self, problem: &ContactProblem) -> bool {
+        let Some(limit) = &self.case.limits.memory else { return true };
+        let needed = memory_estimate(problem);
+        if needed <= limit.value as f64 {
+            return true;
+        }
+        self.memory = Some(format!("about {} and limits.memory is {}", mebibytes(needed), limit.written));
+        false
+    }
+
+    fn should_stop(&mut self) -> bool {
+        self.failure.is_some() || self.follower.should_stop()
+    }
+}
+
+fn judge(
+    case: &Case,
+    adapt: &Adapt,
+    answer: &AdaptiveSolution,
+    ended: Option<Ended>,
+    memory: Option<&str>,
+) -> Status {
+    let word = |word: &str, code: u8, reason: String| Status { word: word.into(), code, reason };
+    let target = adapt.target_relative_error;
+    let relative = answer.solution.relative();
+    let reached =
+        relative.map_or_else(|| "the bound".into(), |r| format!("certified relative error {r:.3e}"));
+    let missed = |reason: String| word("target_missed", 6, format!("{reached} > {target}: {reason}"));
+    let meshes = answer.history.len();
+    // The best certificate may be that of an earlier mesh.
+    let last = answer.step == meshes;
+    let mut status = match &answer.end {
+        AdaptiveEnd::TargetMet => {
+            let reached = relative.map_or_else(|| "no error".into(), |_| reached.clone());
+            word("converged", 0, format!("{reached} <= {target} on mesh {meshes}"))
+        }
+        AdaptiveEnd::MaxSteps => {
+            missed(format!("all adapt.max_steps = {} meshes are used; raise it", adapt.max_steps))
+        }
+        AdaptiveEnd::MaxNodes => missed(format!(
+            "adapt.max_nodes = {} leaves no room for a mesh that is worth it; raise it",
+            adapt.max_nodes
+        )),
+        AdaptiveEnd::RoundOff { floor } => word(
+            "stalled",
+            5,
+            format!(
+                "the target {target:e} lies below the attainable floor {floor:.1e}, the round-off of this problem; ask for \
+                 more than that"
+            ),
+        ),
+        AdaptiveEnd::Iteration(_) | AdaptiveEnd::NotCertified if last => {
+            outcome::judge(case, &answer.solution, ended)
+        }
+        AdaptiveEnd::Iteration(status) => {
+            let failed = match status {
+                NnddStatus::MaxIterations => "max_iterations",
+                NnddStatus::Diverged { .. } => "diverged",
+                _ => "stalled",
+            };
+            word(failed, 5, format!("the iteration on mesh {meshes} did not meet its criterion"))
+        }
+        AdaptiveEnd::IterationError => word(
+            "stalled",
+            5,
+            format!(
+                "{reached} > {target}, and nearly all of it is the iteration's error, which no finer mesh lowers; use \
+                 solver.stop.criterion = \"estimator\", or more iterations"
+            ),
+        ),
+        AdaptiveEnd::NotCertified => {
+            word("not_certified", 6, format!("the bound of mesh {meshes} does not pass its checks"))
+        }
+        AdaptiveEnd::Interrupted => outcome::interrupted(ended, &format!("mesh {meshes}")),
+        AdaptiveEnd::NoRoom { nodes } => {
+            let needed = memory.unwrap_or("too much memory");
+            word("limit", 8, format!("the next mesh of {nodes} nodes needs {needed}"))
+        }
+        AdaptiveEnd::Failed(error) => {
+            let failure = Failure::solve(case, error);
+            let reason = failure.message.unwrap_or_else(|| error.to_string());
+            match failure.code {
+                8 => word("limit", 8, format!("the next mesh: {reason}")),
+                _ => missed(format!("the next mesh cannot be solved: {reason}")),
+            }
+        }
+        _ => missed("the run ended in an unknown way".into()),
+    };
+    if !last {
+        status.reason += &format!("; the certificate is that of mesh {}", answer.step);
+    }
+    status
+}
