@@ -16,7 +16,7 @@ const PIVOT_FLOOR: f64 = 1e-12;
 /// Couplings of one spoke with the unknowns outside the star: of the vertex's three unknowns with the ring
 /// vertex (3×3, rows first) and the outer edge after the spoke (3), and of the spoke's own unknown with the
 /// ring vertex at its end (3), the one before (3), the one after (3), and the outer edges before and after.
-type Outer = [f64; 23];
+type Outer = [f32; 23];
 
 /// One star: its vertex, and where its spokes and its blocks begin in the chunk.
 struct Place {
@@ -39,14 +39,26 @@ struct Spoke {
 }
 
 /// Stars of one colour, next to each other in memory in the order in which a sweep visits them.
+///
+/// The sweeps are as fast as the memory: coefficients are kept in single precision, the unknowns in double. What
+/// direction the steps take and how long they are is then right to 1e-7, and what they add is in exact equilibrium
+/// all the same.
 struct Chunk {
     places: Vec<Place>,
     spokes: Vec<Spoke>,
     outer: Vec<Outer>,
     /// The star's own block, lower half by rows: three unknowns of the vertex, then one per spoke.
-    inner: Vec<f64>,
+    inner: Vec<f32>,
     /// Its inverse.
-    inverse: Vec<f64>,
+    inverse: Vec<f32>,
+}
+
+/// One star in double precision, before it is stored.
+#[derive(Default)]
+struct Work {
+    inner: Vec<f64>,
+    outer: Vec<[f64; 23]>,
+    columns: Vec<f64>,
 }
 
 /// All stars of a mesh by colour, one chunk per band of vertices. Stars of one colour share no edge, and none writes
@@ -55,6 +67,8 @@ pub(super) struct Stars {
     colours: Vec<Vec<Chunk>>,
     /// The colour of every vertex.
     colour_of: Vec<u32>,
+    /// What the coefficients are divided by, so that single precision holds them whatever the units.
+    unit: f64,
 }
 
 impl Stars {
@@ -62,9 +76,11 @@ impl Stars {
     pub(super) fn new(space: &Space<'_>) -> Self {
         let colour_of = colour(space.body().mesh());
         let count = colour_of.iter().max().map_or(0, |&c| c as usize + 1);
+        let unit = Cell::new(space, 0).form(space).iter().fold(0.0, |unit: f64, x| unit.max(x.abs()));
+        let unit = if unit > 0.0 { unit } else { 1.0 };
         let bands: Vec<Vec<Chunk>> = (0..colour_of.len().div_ceil(BAND))
             .into_par_iter()
-            .map(|k| band(space, &colour_of, k, count))
+            .map(|k| band(space, unit, &colour_of, k, count))
             .collect();
         let mut colours: Vec<Vec<Chunk>> = (0..count).map(|_| Vec::with_capacity(bands.len())).collect();
         for band in bands {
@@ -72,14 +88,16 @@ impl Stars {
                 colour.push(chunk);
             }
         }
-        Self { colours, colour_of }
+        Self { colours, colour_of, unit }
     }
 
     /// Assembles the stars anew of every band in which one has changed.
     pub(super) fn update(&mut self, space: &Space<'_>, changed: &[bool]) {
         let count = self.colours.len();
         for (k, _) in changed.chunks(BAND).enumerate().filter(|(_, band)| band.contains(&true)) {
-            for (colour, chunk) in self.colours.iter_mut().zip(band(space, &self.colour_of, k, count)) {
+            for (colour, chunk) in
+                self.colours.iter_mut().zip(band(space, self.unit, &self.colour_of, k, count))
+            {
                 colour[k] = chunk;
             }
         }
@@ -88,7 +106,7 @@ impl Stars {
     /// Computes `y = A x`.
     pub(super) fn multiply(&self, x: &Shared, y: &Shared) {
         for chunks in &self.colours {
-            chunks.par_iter().for_each(|chunk| chunk.multiply(x, y));
+            chunks.par_iter().for_each(|chunk| chunk.multiply(x, self.unit, y));
         }
     }
 
@@ -99,7 +117,7 @@ impl Stars {
         z.update(|_, _| 0.0);
         let back = self.colours.iter().rev().skip(1);
         for chunks in self.colours.iter().chain(back) {
-            chunks.par_iter().for_each(|chunk| chunk.relax(r, z));
+            chunks.par_iter().for_each(|chunk| chunk.relax(r, self.unit, z));
         }
     }
 }
@@ -127,10 +145,10 @@ fn colour(mesh: &TriMesh) -> Vec<u32> {
 
 /// Assembles the stars of one band of vertices: a chunk of each colour. Neighbours follow each other, so that the
 /// forms they share are still in the cache.
-fn band(space: &Space<'_>, colour_of: &[u32], k: usize, colours: usize) -> Vec<Chunk> {
+fn band(space: &Space<'_>, unit: f64, colour_of: &[u32], k: usize, colours: usize) -> Vec<Chunk> {
     let topology = space.body().mesh().topology();
     let nodes = k * BAND..colour_of.len().min((k + 1) * BAND);
-    let forms = Forms::around(space, nodes.clone());
+    let forms = Forms::around(space, unit, nodes.clone());
     let mut sizes = vec![[0; 3]; colours];
     for n in nodes.clone() {
         // An open star has one spoke more than triangles, so this is enough.
@@ -141,10 +159,10 @@ fn band(space: &Space<'_>, colour_of: &[u32], k: usize, colours: usize) -> Vec<C
         *entries += (3 + spokes) * (4 + spokes) / 2;
     }
     let mut chunks: Vec<Chunk> = sizes.into_iter().map(Chunk::with_capacity).collect();
-    let (mut star, mut columns) = (Star::default(), Vec::new());
+    let (mut star, mut work) = (Star::default(), Work::default());
     for n in nodes {
         star.walk(space.body().mesh(), n);
-        chunks[colour_of[n] as usize].push(space, &forms, n as u32, &star, &mut columns);
+        chunks[colour_of[n] as usize].push(space, &forms, n as u32, &star, &mut work);
     }
     chunks
 }
@@ -158,7 +176,8 @@ struct Forms {
 }
 
 impl Forms {
-    fn around(space: &Space<'_>, nodes: std::ops::Range<usize>) -> Self {
+    /// Computes the forms, divided by `unit`.
+    fn around(space: &Space<'_>, unit: f64, nodes: std::ops::Range<usize>) -> Self {
         let topology = space.body().mesh().topology();
         let triangles = || nodes.clone().flat_map(|n| topology.triangles_around(n).iter().copied());
         let first = triangles().min().unwrap_or(0);
@@ -169,7 +188,7 @@ impl Forms {
             let place = &mut places[(t - first) as usize];
             if *place == u32::MAX {
                 *place = forms.len() as u32;
-                forms.push(Cell::new(space, t as usize).form(space));
+                forms.push(Cell::new(space, t as usize).form(space).map(|x| x / unit));
             }
         }
         Self { first, places, forms }
@@ -192,21 +211,24 @@ impl Chunk {
         }
     }
 
-    /// Assembles one star from the forms of its triangles. `columns` is working space.
-    fn push(&mut self, space: &Space<'_>, forms: &Forms, node: u32, star: &Star, columns: &mut Vec<f64>) {
+    /// Assembles one star from the forms of its triangles, in double precision first.
+    fn push(&mut self, space: &Space<'_>, forms: &Forms, node: u32, star: &Star, work: &mut Work) {
         let mesh = space.body().mesh();
         let count = star.spokes.len();
         let size = 3 + count;
-        let (first_spoke, first_entry) = (self.spokes.len(), self.inner.len());
+        let first_spoke = self.spokes.len();
         self.places.push(Place {
             node,
             first_spoke: first_spoke as u32,
             spokes: count as u32,
-            first_entry: first_entry as u32,
+            first_entry: self.inner.len() as u32,
             closed: star.is_closed(),
         });
-        self.outer.resize(first_spoke + count, [0.0; 23]);
-        self.inner.resize(first_entry + size * (size + 1) / 2, 0.0);
+        let Work { inner, outer, columns } = work;
+        outer.clear();
+        outer.resize(count, [0.0; 23]);
+        inner.clear();
+        inner.resize(size * (size + 1) / 2, 0.0);
         for &edge in &star.spokes {
             let ends = mesh.topology().edges()[edge as usize];
             let other = if ends[0] == node { ends[1] } else { ends[0] };
@@ -225,7 +247,6 @@ impl Chunk {
             self.spokes[first_spoke + j].rim = space.edge_unknown(edge) as u32;
             let at = |a: usize, b: usize| form[PLACES[a][b]];
 
-            let inner = &mut self.inner[first_entry..];
             let own = [3 * c, 3 * c + 1, 3 * c + 2, before, next];
             let place = [0, 1, 2, 3 + j, 3 + after];
             for a in 0..5 {
@@ -234,7 +255,6 @@ impl Chunk {
                 }
             }
 
-            let outer = &mut self.outer[first_spoke..];
             for row in 0..3 {
                 for k in 0..3 {
                     outer[j][3 * row + k] += at(3 * c + row, near + k);
@@ -251,9 +271,10 @@ impl Chunk {
             outer[j][22] = at(before, rim);
             outer[after][21] = at(next, rim);
         }
-        let start = self.inverse.len();
-        self.inverse.extend_from_slice(&self.inner[first_entry..]);
-        invert(&mut self.inverse[start..], size, columns);
+        self.outer.extend(outer.iter().map(|spoke| spoke.map(|x| x as f32)));
+        self.inner.extend(inner.iter().map(|x| *x as f32));
+        invert(inner, size, columns);
+        self.inverse.extend(inner.iter().map(|x| *x as f32));
     }
 
     /// Computes the part of `A x` in a star's rows that comes from the unknowns outside the star.
@@ -279,7 +300,7 @@ impl Chunk {
         for j in 0..count {
             let after = if j < last { ring(j + 1) } else { first_ring };
             let rim_after = rim(j);
-            let o = &outer[j];
+            let o = outer[j].map(f64::from);
             for row in 0..3 {
                 let c = &o[3 * row..3 * row + 3];
                 total[row] += c[0] * near[0] + c[1] * near[1] + c[2] * near[2] + o[9 + row] * rim_after;
@@ -303,12 +324,12 @@ impl Chunk {
     }
 
     /// Minimises over each star: `x_star = A_ss⁻¹ (r − A_so x_outside)`.
-    fn relax(&self, r: &Shared, x: &Shared) {
+    fn relax(&self, r: &Shared, unit: f64, x: &Shared) {
         let (mut rows, mut solution) = (Vec::with_capacity(16), Vec::with_capacity(16));
         for place in &self.places {
             self.outside(place, x, &mut rows);
             for (row, value) in rows.iter_mut().enumerate() {
-                *value = r.get(self.unknown(place, row)) - *value;
+                *value = r.get(self.unknown(place, row)) / unit - *value;
             }
             solution.clear();
             solution.resize(rows.len(), 0.0);
@@ -320,7 +341,7 @@ impl Chunk {
     }
 
     /// Computes the rows of `A x` of each star's vertex and of the spokes of which it is the first node.
-    fn multiply(&self, x: &Shared, y: &Shared) {
+    fn multiply(&self, x: &Shared, unit: f64, y: &Shared) {
         let (mut rows, mut own) = (Vec::with_capacity(16), Vec::with_capacity(16));
         for place in &self.places {
             self.outside(place, x, &mut rows);
@@ -334,7 +355,7 @@ impl Chunk {
                     self.spokes[place.first_spoke as usize + row - 3].ring / 3
                 };
                 if place.node < other {
-                    y.set(self.unknown(place, row), *value);
+                    y.set(self.unknown(place, row), unit * value);
                 }
             }
         }
@@ -342,12 +363,12 @@ impl Chunk {
 }
 
 /// Adds `A x` to `y`, with the lower half of a symmetric matrix by rows.
-fn multiply_symmetric(lower: &[f64], x: &[f64], y: &mut [f64]) {
+fn multiply_symmetric(lower: &[f32], x: &[f64], y: &mut [f64]) {
     let mut rest = lower;
     for i in 0..x.len() {
         let (row, below) = rest.split_at(i + 1);
-        let (xi, mut sum) = (x[i], row[i] * x[i]);
-        for ((a, xj), yj) in row[..i].iter().zip(x).zip(y.iter_mut()) {
+        let (xi, mut sum) = (x[i], f64::from(row[i]) * x[i]);
+        for ((a, xj), yj) in row[..i].iter().map(|a| f64::from(*a)).zip(x).zip(y.iter_mut()) {
             sum += a * xj;
             *yj += a * xi;
         }
