@@ -39,9 +39,12 @@
 //! # Ok(()) }
 //! ```
 
+pub mod abaqus;
 pub mod case;
 pub mod case_file;
 pub mod diagnostic;
+pub mod gmsh;
+pub mod mesh_file;
 pub mod output;
 pub mod report;
 pub mod table;
