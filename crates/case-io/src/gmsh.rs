@@ -141,7 +141,10 @@ fn header(v: &mut Values<'_>) -> Result<Version, MeshFileError> {
     match section {
         b"$MeshFormat" => {}
         b"$NOD" => {
-            return Err(v.unsupported("this is Gmsh's MSH format 1").expected("MSH 2.2 or 4.1").help(CONVERT));
+            return Err(v
+                .unsupported("this is Gmsh's MSH format 1")
+                .expected("MSH 2.2 or 4.1")
+                .help(CONVERT));
         }
         other => {
             let found = format!("the file begins with {}", shown(other));
@@ -176,12 +179,17 @@ fn header(v: &mut Values<'_>) -> Result<Version, MeshFileError> {
                 [0, 0, 0, 1] => Mode::BinaryBig,
                 other => {
                     let found = format!("the mark of the byte order is {}", i32::from_le_bytes(other));
-                    return Err(v.unsupported(found).expected("the number one in either order").help(CONVERT));
+                    return Err(v
+                        .unsupported(found)
+                        .expected("the number one in either order")
+                        .help(CONVERT));
                 }
             };
         }
         other => {
-            return Err(v.unsupported(format!("the file type is {other}")).expected("0 (text) or 1 (binary)"));
+            return Err(v
+                .unsupported(format!("the file type is {other}"))
+                .expected("0 (text) or 1 (binary)"));
         }
     }
     v.end("$EndMeshFormat")?;

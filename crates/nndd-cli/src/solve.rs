@@ -31,6 +31,7 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
     let mut printer = Printer { format: options.format, quiet: options.run.quiet, rows: 0 };
     if !options.run.quiet {
         console::warnings(&case.warnings());
+        console::notes(case.notes());
     }
     printer.header(&case, &problem, &path.display().to_string())?;
     let solved = run::solve(&case, problem, &mut watch, &signals, &mut |row| printer.row(row))?;
@@ -115,6 +116,7 @@ impl Printer {
                 "nodes": problem.bodies.iter().map(|b| b.mesh().points().len()).collect::<Vec<_>>(),
                 "pairs": problem.interface.pairs().len(),
                 "output": output,
+                "notes": case.notes(),
             })),
         }
     }

@@ -72,8 +72,9 @@ impl<'a> Row<'a> {
             if field.is_empty() {
                 continue;
             }
-            *x = real(field)
-                .ok_or_else(|| Fault::new(format!("node {number}: found {}", shown(field)), "a coordinate"))?;
+            *x = real(field).ok_or_else(|| {
+                Fault::new(format!("node {number}: found {}", shown(field)), "a coordinate")
+            })?;
         }
         if given < 2 {
             let found = format!("node {number} has {given} coordinates");

@@ -3,9 +3,7 @@
 use super::data::{self, Row};
 use super::keyword::{Keyword, upper};
 use super::sets::{Entry, Sets, Surface, Target};
-use crate::mesh_file::{
-    Collector, ElementKind, Includes, MeshFault, MeshFile, MeshFileError, Spot, counted,
-};
+use crate::mesh_file::{Collector, ElementKind, Includes, MeshFault, MeshFile, MeshFileError, Spot, counted};
 use std::path::Path;
 
 /// Included files within included files, at most.
@@ -14,8 +12,19 @@ const DEEPEST: usize = 8;
 const MOST_FILES: usize = 1000;
 /// Keywords that make, move or rename nodes and elements.
 const REFUSED: [&str; 13] = [
-    "PART", "ASSEMBLY", "INSTANCE", "SYSTEM", "NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SUBSTRUCTURE PATH",
-    "IMPORT", "PARAMETER",
+    "PART",
+    "ASSEMBLY",
+    "INSTANCE",
+    "SYSTEM",
+    "NGEN",
+    "NFILL",
+    "NCOPY",
+    "NMAP",
+    "ELGEN",
+    "ELCOPY",
+    "SUBSTRUCTURE PATH",
+    "IMPORT",
+    "PARAMETER",
 ];
 /// Keywords that are passed over without counting them.
 const SILENT: [&str; 3] = ["HEADING", "PREPRINT", "END"];
@@ -24,13 +33,32 @@ const SILENT: [&str; 3] = ["HEADING", "PREPRINT", "END"];
 enum Block {
     /// Nothing that is read.
     None,
-    Nodes { set: Option<usize> },
-    Elements { kind: ElementKind, name: String, set: Option<usize>, pending: Vec<u64> },
-    NodeSet { set: usize, generate: bool },
-    ElementSet { set: usize, generate: bool },
-    Surface { surface: usize },
+    Nodes {
+        set: Option<usize>,
+    },
+    Elements {
+        kind: ElementKind,
+        name: String,
+        set: Option<usize>,
+        pending: Vec<u64>,
+    },
+    NodeSet {
+        set: usize,
+        generate: bool,
+    },
+    ElementSet {
+        set: usize,
+        generate: bool,
+    },
+    Surface {
+        surface: usize,
+    },
     /// Elements of a type that is not read: counted for the message.
-    Refused { name: String, count: usize, spot: Spot },
+    Refused {
+        name: String,
+        count: usize,
+        spot: Spot,
+    },
 }
 
 /// A deck while it is read.
@@ -100,7 +128,8 @@ impl Deck {
             return Err(self.syntax(spot, "*INCLUDE names no file").expected("*INCLUDE, INPUT=file"));
         };
         if depth >= DEEPEST || self.collector.files.len() > MOST_FILES {
-            let found = format!("*INCLUDE of \"{file}\": the files include each other too deeply or too often");
+            let found =
+                format!("*INCLUDE of \"{file}\": the files include each other too deeply or too often");
             return Err(self.syntax(spot, found).expected(format!(
                 "at most {DEEPEST} files within each other and {MOST_FILES} altogether, and none within itself"
             )));
@@ -176,11 +205,9 @@ impl Deck {
         let mut error = self.syntax(spot, format!("*{name} is not read"));
         error.fault = MeshFault::Format;
         match name {
-            "PART" | "ASSEMBLY" | "INSTANCE" => {
-                error.expected("a deck without parts and instances").help(
-                    "in Abaqus/CAE set noPartsInputFile=ON, or export the mesh with meshio or PrePoMax",
-                )
-            }
+            "PART" | "ASSEMBLY" | "INSTANCE" => error
+                .expected("a deck without parts and instances")
+                .help("in Abaqus/CAE set noPartsInputFile=ON, or export the mesh with meshio or PrePoMax"),
             _ => error.expected("nodes and elements written out one by one"),
         }
     }
@@ -196,7 +223,9 @@ impl Deck {
 
     fn begin_elements(&mut self, keyword: &Keyword, spot: Spot) -> Result<Block, MeshFileError> {
         let Some(name) = keyword.value("TYPE").map(upper) else {
-            return Err(self.syntax(spot, "*ELEMENT has no TYPE").expected("*ELEMENT, TYPE=CPS3 or the like"));
+            return Err(self
+                .syntax(spot, "*ELEMENT has no TYPE")
+                .expected("*ELEMENT, TYPE=CPS3 or the like"));
         };
         match data::kind(&name) {
             Some(kind) => {
@@ -211,8 +240,7 @@ impl Deck {
     fn end_block(&mut self) -> Result<(), MeshFileError> {
         match std::mem::replace(&mut self.block, Block::None) {
             Block::Refused { name, count, spot } => {
-                let mut error =
-                    self.syntax(spot, format!("{} of type {name}", counted(count, "element")));
+                let mut error = self.syntax(spot, format!("{} of type {name}", counted(count, "element")));
                 error.fault = MeshFault::Format;
                 Err(error.expected(
                     "plane elements (CPS3, CPE3, CPS4, CPE4, CPS6, CPE6, CPS8, CPE8 and the like) or line elements",
@@ -282,8 +310,7 @@ impl Deck {
             Block::Surface { surface } => {
                 let surface = *surface;
                 let of_nodes = self.sets.surfaces[surface].of_nodes;
-                let entry =
-                    surface_entry(&row, of_nodes).map_err(|fault| fault.at(self.syntax(spot, "")))?;
+                let entry = surface_entry(&row, of_nodes).map_err(|fault| fault.at(self.syntax(spot, "")))?;
                 Surface::add(&mut self.sets.surfaces[surface], entry, spot);
                 Ok(())
             }

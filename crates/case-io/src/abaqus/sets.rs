@@ -139,8 +139,11 @@ impl Sets {
             work.spend(numbers.len(), *spot)?;
             for number in numbers {
                 let Some(side) = cells.find(*number).and_then(|cell| mesh.push_side(cell, *face)) else {
-                    let found =
-                        format!("surface \"{}\" takes the face S{} of element {number}", surface.name, face + 1);
+                    let found = format!(
+                        "surface \"{}\" takes the face S{} of element {number}",
+                        surface.name,
+                        face + 1
+                    );
                     return Err(work.fault(*spot, found).expected("a plane element that has this face"));
                 };
                 members.push(side);
@@ -211,18 +214,15 @@ impl Work<'_> {
                 Ok(())
             }
             None => Err(self
-                .fault(spot, "the sets have more members altogether than four per byte of the deck".to_owned())
+                .fault(
+                    spot,
+                    "the sets have more members altogether than four per byte of the deck".to_owned(),
+                )
                 .expected("fewer or smaller sets")),
         }
     }
 
-    fn find(
-        &self,
-        registry: &Registry,
-        name: &str,
-        spot: Spot,
-        what: &str,
-    ) -> Result<usize, MeshFileError> {
+    fn find(&self, registry: &Registry, name: &str, spot: Spot, what: &str) -> Result<usize, MeshFileError> {
         registry.index.get(&upper(name)).copied().ok_or_else(|| {
             let error = self.fault(spot, format!("there is no {what} set \"{name}\""));
             let names = registry.sets.iter().take(1000).map(|s| s.name.as_str());
@@ -249,8 +249,10 @@ impl Work<'_> {
                     Entry::Range { from, to, step } => {
                         self.range(*from, *to, *step, existing, &index, &mut members, *spot)?;
                         if from == to && members.last() != Some(from) {
-                            let found =
-                                format!("{what} set \"{}\" names {what} {from}, which the deck does not have", set.name);
+                            let found = format!(
+                                "{what} set \"{}\" names {what} {from}, which the deck does not have",
+                                set.name
+                            );
                             return Err(self.fault(*spot, found).expected("numbers of the deck"));
                         }
                     }

@@ -6,7 +6,12 @@ use crate::mesh_file::{ElementKind, MeshFileError, counted};
 /// Finds the kind of an element type, or refuses it by name.
 ///
 /// * `count`: how many there are at this place; `number`: the first of them, where it is known.
-pub(super) fn kind(v: &Values<'_>, code: i32, count: u64, number: Option<u64>) -> Result<ElementKind, MeshFileError> {
+pub(super) fn kind(
+    v: &Values<'_>,
+    code: i32,
+    count: u64,
+    number: Option<u64>,
+) -> Result<ElementKind, MeshFileError> {
     Ok(match code {
         1 => ElementKind::Edge2,
         2 => ElementKind::Triangle3,
@@ -31,7 +36,9 @@ fn refusal(v: &Values<'_>, code: i32, count: u64, number: Option<u64>) -> MeshFi
             } else {
                 "set Mesh.ElementOrder = 1 in Gmsh"
             };
-            v.unsupported(format!("the file has {}{first}", counted(many, what))).expected(expected).help(help)
+            v.unsupported(format!("the file has {}{first}", counted(many, what)))
+                .expected(expected)
+                .help(help)
         }
         None => v.fault(format!("there is no element type {code}{first}")).expected(expected),
     }

@@ -68,13 +68,7 @@ fn head(v: &mut Values<'_>, each: usize, what: &'static str) -> Result<(u64, usi
 }
 
 /// Refuses a block that goes beyond the number at the head of the section.
-fn check_block(
-    v: &Values<'_>,
-    size: u64,
-    done: u64,
-    count: u64,
-    what: &str,
-) -> Result<usize, MeshFileError> {
+fn check_block(v: &Values<'_>, size: u64, done: u64, count: u64, what: &str) -> Result<usize, MeshFileError> {
     if size > count - done {
         let found = format!("a block of {size} {what} begins after {done} of {count}");
         return Err(v.fault(found).expected(format!("at most {}", count - done)));

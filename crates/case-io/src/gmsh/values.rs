@@ -147,7 +147,8 @@ impl<'a> Values<'a> {
             return Ok(());
         }
         let found = format!("found {} after the last entry of {}", shown(token), self.section);
-        let help = "the count at the head of the section is smaller than the section, or an entry is too long";
+        let help =
+            "the count at the head of the section is smaller than the section, or an entry is too long";
         Err(self.fault(found).expected(format!("`{word}`")).help(help))
     }
 

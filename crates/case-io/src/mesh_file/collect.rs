@@ -89,8 +89,7 @@ impl Collector {
     /// Makes an error at a spot.
     pub(crate) fn fault(&self, spot: Spot, found: impl Into<String>) -> MeshFileError {
         let file = self.files.get(usize::from(spot.file)).map_or("", String::as_str);
-        let place =
-            if spot.line == 0 { MeshPlace::File } else { MeshPlace::Line(u64::from(spot.line)) };
+        let place = if spot.line == 0 { MeshPlace::File } else { MeshPlace::Line(u64::from(spot.line)) };
         MeshFileError::new(MeshFault::Content, file, place, found)
     }
 
@@ -155,8 +154,7 @@ impl Collector {
         used: &mut [bool],
     ) -> Result<[u32; 4], MeshFileError> {
         let kind = element.kind;
-        let nodes =
-            self.connectivity.get(element.start..element.start + kind.nodes()).unwrap_or_default();
+        let nodes = self.connectivity.get(element.start..element.start + kind.nodes()).unwrap_or_default();
         let mut corners = [0; 4];
         for (k, &number) in nodes.iter().enumerate() {
             let Some(place) = index.find(number) else {
@@ -167,7 +165,12 @@ impl Collector {
                 );
                 let expected = match (self.nodes.first(), self.nodes.last()) {
                     (Some(a), Some(b)) => {
-                        format!("one of its {}, numbered from {} to {}", counted(self.nodes.len(), "node"), a.number, b.number)
+                        format!(
+                            "one of its {}, numbered from {} to {}",
+                            counted(self.nodes.len(), "node"),
+                            a.number,
+                            b.number
+                        )
                     }
                     _ => "nodes; it has none".to_owned(),
                 };

@@ -22,7 +22,8 @@ impl Region {
     }
 
     fn explain(&self, error: &MeshError) -> MeshFileError {
-        let fault = |found: String| MeshFileError::new(MeshFault::Content, &self.file, MeshPlace::File, found);
+        let fault =
+            |found: String| MeshFileError::new(MeshFault::Content, &self.file, MeshPlace::File, found);
         match error {
             MeshError::NonManifoldEdge { a, b } => {
                 let found = format!(

@@ -26,7 +26,11 @@ pub(super) struct Triangles {
 
 impl MeshFile {
     /// Cuts cells into triangles with corners in the counter-clockwise sense.
-    pub(super) fn triangulate(&self, cells: impl Iterator<Item = u32>, map: &dyn Fn(u32) -> u32) -> Triangles {
+    pub(super) fn triangulate(
+        &self,
+        cells: impl Iterator<Item = u32>,
+        map: &dyn Fn(u32) -> u32,
+    ) -> Triangles {
         let mut out = Triangles::default();
         for cell in cells.filter_map(|c| self.cells.get(c as usize)) {
             out.reduced += usize::from(cell.kind.is_quadratic());
@@ -138,9 +142,9 @@ pub(super) fn coincident(points: &[Vector]) -> Vec<[u32; 2]> {
     let mut pairs = Vec::new();
     for run in order.chunk_by_mut(|a, b| at(*b, 0) - at(*a, 0) <= tolerance) {
         run.sort_by(|a, b| at(*a, 1).total_cmp(&at(*b, 1)).then(a.cmp(b)));
-        for near in run.chunk_by(|a, b| {
-            at(*b, 1) - at(*a, 1) <= tolerance && (at(*b, 0) - at(*a, 0)).abs() <= tolerance
-        }) {
+        for near in run
+            .chunk_by(|a, b| at(*b, 1) - at(*a, 1) <= tolerance && (at(*b, 0) - at(*a, 0)).abs() <= tolerance)
+        {
             let kept = near.iter().copied().min().unwrap_or(0);
             pairs.extend(near.iter().filter(|n| **n != kept).map(|n| [kept, *n]));
         }

@@ -88,7 +88,9 @@ fn bytes(path: &Path, left: &mut u64) -> Result<Vec<u8>, String> {
         return Err(too_large());
     }
     let mut bytes = Vec::new();
-    bytes.try_reserve_exact(found.len() as usize).map_err(|_| "there is not enough memory for it".to_owned())?;
+    bytes
+        .try_reserve_exact(found.len() as usize)
+        .map_err(|_| "there is not enough memory for it".to_owned())?;
     let file = std::fs::File::open(path).map_err(|e| e.to_string())?;
     file.take(*left + 1).read_to_end(&mut bytes).map_err(|e| e.to_string())?;
     *left = left.checked_sub(bytes.len() as u64).ok_or_else(too_large)?;

@@ -102,7 +102,10 @@ impl MeshFile {
                 numbers[1]
             ));
         } else if !twins.is_empty() {
-            notes.push(format!("{} of {title} joined with the node at the same place", counted(twins.len(), "node")));
+            notes.push(format!(
+                "{} of {title} joined with the node at the same place",
+                counted(twins.len(), "node")
+            ));
             for [kept, other] in &twins {
                 target[used[*other as usize] as usize] = used[*kept as usize];
             }
@@ -117,8 +120,7 @@ impl MeshFile {
         }
         // Joined nodes are known by the one that was kept.
         let local: Vec<u32> = target.iter().map(|n| local[*n as usize]).collect();
-        let triangles: Vec<[u32; 3]> =
-            made.corners.iter().map(|t| t.map(|n| local[n as usize])).collect();
+        let triangles: Vec<[u32; 3]> = made.corners.iter().map(|t| t.map(|n| local[n as usize])).collect();
         let points: Vec<Vector> = used.iter().map(|n| self.xy_of(*n)).collect();
         let groups = self.sides(&local, &triangles, points.len(), &title, &mut warnings);
         let mut region = Region {
@@ -157,12 +159,16 @@ impl MeshFile {
                 return Ok((0..self.cells.len() as u32).collect());
             }
             let found = format!("the file has {} regions", names.len());
-            return Err(self.fault(MeshFault::Region, found).expected(format!("`region` to be one of {}", listed(&names))));
+            return Err(self
+                .fault(MeshFault::Region, found)
+                .expected(format!("`region` to be one of {}", listed(&names))));
         };
         if let Some(group) = self.groups.iter().find(|g| g.dimension == 2 && g.name == name) {
             if group.members.is_empty() {
                 let found = format!("region \"{name}\" is empty: no cell belongs to it");
-                return Err(self.fault(MeshFault::Region, found).expected("a group with triangles or quadrilaterals"));
+                return Err(self
+                    .fault(MeshFault::Region, found)
+                    .expected("a group with triangles or quadrilaterals"));
             }
             let mut cells = group.members.clone();
             cells.sort_unstable();
@@ -212,7 +218,8 @@ impl MeshFile {
     fn refuse_degenerate(&self, made: &Triangles, title: &str) -> Result<(), MeshFileError> {
         let Some(cell) = &made.first_degenerate else { return Ok(()) };
         let corners = &cell.corners[..cell.kind.corners()];
-        let numbers: Vec<String> = corners.iter().map(|n| self.node_numbers[*n as usize].to_string()).collect();
+        let numbers: Vec<String> =
+            corners.iter().map(|n| self.node_numbers[*n as usize].to_string()).collect();
         let places: Vec<String> = corners
             .iter()
             .map(|n| {
@@ -317,11 +324,17 @@ fn describe(made: &Triangles, title: &str, notes: &mut Vec<String>) {
     let was = |n: usize| if n == 1 { "was" } else { "were" };
     if made.split > 0 {
         let what = counted(made.split, "quadrilateral");
-        notes.push(format!("{what} of {title} {} split into two triangles along the shorter diagonal", was(made.split)));
+        notes.push(format!(
+            "{what} of {title} {} split into two triangles along the shorter diagonal",
+            was(made.split)
+        ));
     }
     if made.reduced > 0 {
         let what = counted(made.reduced, "quadratic cell");
-        notes.push(format!("{what} of {title} {} reduced to the corners: curved sides become polygons", was(made.reduced)));
+        notes.push(format!(
+            "{what} of {title} {} reduced to the corners: curved sides become polygons",
+            was(made.reduced)
+        ));
     }
     if made.turned > 0 {
         let what = counted(made.turned, "clockwise cell");

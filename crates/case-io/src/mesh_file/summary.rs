@@ -128,7 +128,10 @@ impl MeshFile {
         let made = self.triangulate(0..self.cells.len() as u32, &|n| n);
         for (count, what) in [
             (made.split, "quadrilateral will be split|quadrilaterals will be split"),
-            (made.reduced, "quadratic cell will be reduced to its corners|quadratic cells will be reduced to their corners"),
+            (
+                made.reduced,
+                "quadratic cell will be reduced to its corners|quadratic cells will be reduced to their corners",
+            ),
             (made.turned, "clockwise cell will be turned|clockwise cells will be turned"),
         ] {
             if let Some((one, many)) = what.split_once('|').filter(|_| count > 0) {
@@ -206,7 +209,9 @@ impl MeshFile {
             Ok(None) => {}
         }
         if self.group_names(1).next().is_none() && !self.groups.iter().any(|g| g.dimension == 0) {
-            problems.push("no group of edges: nothing can be supported, loaded or brought into contact".to_owned());
+            problems.push(
+                "no group of edges: nothing can be supported, loaded or brought into contact".to_owned(),
+            );
         }
         let mut parent = vec![u32::MAX; self.points.len()];
         for (name, members) in self.regions() {
@@ -300,7 +305,9 @@ impl MeshFile {
                     let owner = &mut of_node[node as usize];
                     if *owner == u32::MAX {
                         *owner = number;
-                    } else if *owner != number && std::mem::replace(&mut seen[node as usize], number) != number {
+                    } else if *owner != number
+                        && std::mem::replace(&mut seen[node as usize], number) != number
+                    {
                         *pairs.entry((*owner, number)).or_insert(0) += 1;
                     }
                 }
