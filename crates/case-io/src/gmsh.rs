@@ -160,7 +160,8 @@ fn header(v: &mut Values<'_>) -> Result<Version, MeshFileError> {
     } else if is(4.1) {
         Version::Four
     } else {
-        let found = format!("this is MSH version {}", shown(version));
+        let named = number.filter(|n| (0.0..100.0).contains(n)).map(|n| format!("{n:.1}"));
+        let found = format!("this is MSH version {}", named.unwrap_or_else(|| shown(version)));
         return Err(v.unsupported(found).expected("2.2 or 4.1").help(CONVERT));
     };
     let kind = v.int("0 for text or 1 for binary")?;

@@ -109,7 +109,7 @@ impl From<CaseError> for Failure {
 impl From<MeshFileError> for Failure {
     fn from(error: MeshFileError) -> Self {
         let code = if error.fault == MeshFault::Unreadable { FILES } else { INVALID_INPUT };
-        Self::plain(code, format!("[{}]: {error}", error.fault.code()))
+        Self { code, diagnostics: vec![error.into_diagnostic(None)], message: None }
     }
 }
 

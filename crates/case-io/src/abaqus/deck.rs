@@ -288,6 +288,11 @@ impl Deck {
                     return Err(self.syntax(spot, found).expected(format!("{}", needed - 1)));
                 }
                 if let Some((&number, nodes)) = numbers.split_first() {
+                    // The ends of a quadratic line are its first and its last node.
+                    let ends_first = |n: &[u64]| [n[0], n[2], n[1]];
+                    let reordered =
+                        if kind == ElementKind::Edge3 { ends_first(nodes).to_vec() } else { Vec::new() };
+                    let nodes = if reordered.is_empty() { nodes } else { &reordered };
                     self.collector.element(number, kind, nodes, 0, spot);
                     if let Some(set) = set {
                         self.sets.elements.add_number(set, number, spot);

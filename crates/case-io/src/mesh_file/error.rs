@@ -78,7 +78,7 @@ impl MeshFileError {
     }
 
     /// Makes a diagnostic of it, at the place of the key that names the file.
-    pub(crate) fn into_diagnostic(self, place: Option<Place>) -> Diagnostic {
+    pub fn into_diagnostic(self, place: Option<Place>) -> Diagnostic {
         let message = self.located();
         let mut diagnostic = Diagnostic::new(self.fault.code(), place, message).help(self.help);
         diagnostic.expected = self.expected;

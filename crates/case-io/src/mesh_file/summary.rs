@@ -227,15 +227,20 @@ impl MeshFile {
                 break;
             }
         }
-        self.shared_nodes(&mut problems);
+        let owners = self.shared_nodes(&mut problems);
         let points: Vec<Vector> = all.iter().map(|n| self.plane(*n)).collect();
-        let twins = coincident(&points);
+        let mut twins = coincident(&points);
+        // Between two regions that is as it should be.
+        twins.retain(|pair| {
+            let [a, b] = pair.map(|k| owners[all[k as usize] as usize]);
+            a == b && (a != u32::MAX || self.group_names(2).next().is_none())
+        });
         if let Some([a, b]) = twins.first() {
             let numbers = [a, b].map(|k| self.node_numbers[all[*k as usize] as usize]);
             let [x, y] = points[*a as usize];
             problems.push(format!(
-                "{} at the place of another (nodes {} and {} at ({x}, {y})); that is as it should be between two \
-                 bodies, and a crack within one",
+                "{} at the place of another of the same region (nodes {} and {} at ({x}, {y})): a crack, or an \
+                 accident that `merge = true` heals",
                 counted(twins.len(), "node"),
                 numbers[0],
                 numbers[1]
@@ -288,7 +293,9 @@ impl MeshFile {
     }
 
     /// Finds pairs of regions that share nodes but no cell: one mesh where two bodies are wanted.
-    fn shared_nodes(&self, problems: &mut Vec<String>) {
+    ///
+    /// Returns the first region of each node.
+    fn shared_nodes(&self, problems: &mut Vec<String>) -> Vec<u32> {
         let mut of_node = vec![u32::MAX; self.points.len()];
         let mut of_cell = vec![u32::MAX; self.cells.len()];
         let mut seen = vec![u32::MAX; self.points.len()];
@@ -321,5 +328,6 @@ impl MeshFile {
                 counted(*count, "node")
             ));
         }
+        of_node
     }
 }
