@@ -6,6 +6,7 @@ mod bound;
 mod certificate;
 mod elasticity;
 mod limit;
+mod mesh_files;
 mod paper;
 mod patch;
 mod solve;
