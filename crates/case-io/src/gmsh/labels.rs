@@ -27,7 +27,6 @@ impl Labels {
         v.enter("$PhysicalNames");
         let mode = std::mem::replace(&mut v.mode, Mode::Ascii);
         let count = v.size("the number of names")?;
-        v.check_count(count, 6, "names")?;
         for done in 0..count {
             v.progress(done, count, "names");
             let line = v.record_begin()?;

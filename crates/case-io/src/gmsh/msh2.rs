@@ -22,7 +22,7 @@ fn number(v: &mut Values<'_>, what: &str) -> Result<u64, MeshFileError> {
 pub(super) fn nodes(v: &mut Values<'_>, collector: &mut Collector) -> Result<(), MeshFileError> {
     v.enter("$Nodes");
     let count = v.text_count("the number of nodes")?;
-    collector.reserve_nodes(v.check_count(count, NODE[usize::from(v.is_binary())], "nodes")?);
+    collector.reserve_nodes(v.capacity(count, NODE, "nodes")?);
     if v.is_binary() {
         v.rest_of_line();
     }
@@ -46,7 +46,7 @@ pub(super) fn elements(
 ) -> Result<(), MeshFileError> {
     v.enter("$Elements");
     let count = v.text_count("the number of elements")?;
-    collector.reserve_elements(v.check_count(count, ELEMENT[usize::from(v.is_binary())], "elements")?);
+    collector.reserve_elements(v.capacity(count, ELEMENT, "elements")?);
     if v.is_binary() {
         v.rest_of_line();
         binary(v, collector, labels, count)?;

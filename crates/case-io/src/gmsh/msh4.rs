@@ -57,24 +57,27 @@ pub(super) fn entities(
 }
 
 /// The head that `$Nodes` and `$Elements` share: number of blocks and of items.
-fn head(v: &mut Values<'_>, each: usize, what: &'static str) -> Result<(u64, usize), MeshFileError> {
+fn head(
+    v: &mut Values<'_>,
+    each: [usize; 2],
+    what: &'static str,
+) -> Result<(u64, u64, usize), MeshFileError> {
     let line = v.record_begin()?;
     let blocks = v.size("the number of blocks")?;
     let count = v.size("the number of items in all blocks")?;
     v.size("the smallest number")?;
     v.size("the largest number")?;
     v.record_end(line)?;
-    Ok((blocks, v.check_count(count, each, what)?))
+    Ok((blocks, count, v.capacity(count, each, what)?))
 }
 
 /// Refuses a block that goes beyond the number at the head of the section.
-fn check_block(v: &Values<'_>, size: u64, done: u64, count: u64, what: &str) -> Result<usize, MeshFileError> {
+fn check_block(v: &Values<'_>, size: u64, done: u64, count: u64, what: &str) -> Result<(), MeshFileError> {
     if size > count - done {
         let found = format!("a block of {size} {what} begins after {done} of {count}");
         return Err(v.fault(found).expected(format!("at most {}", count - done)));
     }
-    // No more than `count`, which was compared with the size of the file.
-    Ok(size as usize)
+    Ok(())
 }
 
 /// Checks that the blocks brought as many items as the head of the section says.
@@ -88,9 +91,9 @@ fn check_total(v: &Values<'_>, done: u64, count: u64, what: &str) -> Result<(), 
 /// Reads `$Nodes`.
 pub(super) fn nodes(v: &mut Values<'_>, collector: &mut Collector) -> Result<(), MeshFileError> {
     v.enter("$Nodes");
-    let (blocks, count) = head(v, if v.is_binary() { 32 } else { 8 }, "nodes")?;
-    collector.reserve_nodes(count);
-    let (mut done, count) = (0u64, count as u64);
+    let (blocks, count, capacity) = head(v, [8, 32], "nodes")?;
+    collector.reserve_nodes(capacity);
+    let mut done = 0;
     let mut numbers = Vec::new();
     for _ in 0..blocks {
         v.progress(done, count, "nodes");
@@ -100,14 +103,14 @@ pub(super) fn nodes(v: &mut Values<'_>, collector: &mut Collector) -> Result<(),
         let parametric = v.int("0 or 1 for parametric coordinates")?;
         let size = v.size("the number of nodes of a block")?;
         v.record_end(line)?;
-        let size = check_block(v, size, done, count, "nodes")?;
+        check_block(v, size, done, count, "nodes")?;
         if !(0..=3).contains(&dimension) || !(0..=1).contains(&parametric) {
             let found = format!("a block has the dimension {dimension} and the parametric mark {parametric}");
             return Err(v.fault(found).expected("0 to 3, and 0 or 1"));
         }
         numbers.clear();
-        numbers.reserve(size);
-        for k in 0..size as u64 {
+        numbers.reserve(capacity.min(usize::try_from(size).unwrap_or(capacity)));
+        for k in 0..size {
             v.progress(done + k, count, "nodes");
             numbers.push(v.size("the number of a node")?);
         }
@@ -135,9 +138,9 @@ pub(super) fn elements(
     labels: &Labels,
 ) -> Result<(), MeshFileError> {
     v.enter("$Elements");
-    let (blocks, count) = head(v, if v.is_binary() { 16 } else { 4 }, "elements")?;
-    collector.reserve_elements(count);
-    let (mut done, count) = (0u64, count as u64);
+    let (blocks, count, capacity) = head(v, [4, 16], "elements")?;
+    collector.reserve_elements(capacity);
+    let mut done = 0;
     for _ in 0..blocks {
         v.progress(done, count, "elements");
         let line = v.record_begin()?;

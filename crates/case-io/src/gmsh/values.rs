@@ -244,22 +244,21 @@ impl<'a> Values<'a> {
         count
     }
 
-    /// Checks that as many items as the file says can be there at all.
-    pub(super) fn check_count(
-        &self,
+    /// Returns for how many items room may be made: no more than the rest of the file can hold, whatever it says.
+    pub(super) fn capacity(
+        &mut self,
         count: u64,
-        bytes_each: usize,
-        what: &str,
+        bytes_each: [usize; 2],
+        what: &'static str,
     ) -> Result<usize, MeshFileError> {
-        let most = self.remaining() / bytes_each.max(1) + 1;
-        match usize::try_from(count) {
-            Ok(count) if count <= most => Ok(count),
-            _ => {
-                let left = self.remaining();
-                let found = format!("{} says that there are {count} {what}", self.section);
-                Err(self.fault(found).expected(format!("at most {most}: {left} bytes of the file are left")))
-            }
+        let most = self.remaining() / bytes_each[usize::from(self.is_binary())] + 1;
+        let capacity = usize::try_from(count).map_or(most, |count| count.min(most));
+        if self.is_binary() && count > most as u64 {
+            // Reading on would only take other data for numbers.
+            self.progress(most as u64 - 1, count, what);
+            return Err(self.ended());
         }
+        Ok(capacity)
     }
 }
 
