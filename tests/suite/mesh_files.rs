@@ -6,7 +6,7 @@ use fem_core::interface::ContactProblem;
 use fem_core::mesh::{TriMesh, generate::block};
 use nndd::NnddSettings;
 use std::time::{Duration, Instant};
-use tests::mesh_files::{ALL, Format, write};
+use tests::mesh_files::{self, ALL, Encoding, Format, write};
 use tests::random::Random;
 use tests::{certify, condense_both, iterates, paper};
 
@@ -169,4 +169,27 @@ fn random_damage_is_an_error_or_a_mesh() {
     }
     // Both happen, or the damage would test nothing.
     assert!(refused > 2000 && taken > 200, "{refused} refused, {taken} taken");
+}
+
+/// The mesh files of the example cases: the paper's blocks, once for Gmsh, once as a deck of quadrilaterals whose
+/// nodes stand in a file of their own.
+fn examples() -> [(&'static str, Vec<u8>); 3] {
+    let [upper, lower] = blocks(paper::COARSE);
+    let bodies = [("upper", &upper), ("lower", &lower)];
+    let head = "** The paper's two blocks, 18 x 9 quadrilaterals each.\n*HEADING\nTwo blocks\n*INCLUDE, INPUT=nodes.inp\n";
+    let deck = format!("{head}{}", mesh_files::deck_elements(&bodies, true));
+    [
+        ("blocks.msh", write(&bodies, Format::Msh4(Encoding::Text))),
+        ("blocks.inp", deck.into_bytes()),
+        ("nodes.inp", mesh_files::deck_nodes(&bodies).into_bytes()),
+    ]
+}
+
+#[test]
+fn the_example_meshes_are_the_papers_blocks() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/meshes");
+    for (name, meant) in examples() {
+        let found = std::fs::read(folder.join(name)).unwrap();
+        assert!(found == meant, "{name} is not what the writer of this test makes");
+    }
 }
