@@ -269,11 +269,6 @@ fn what_comes_later_is_refused_with_its_place() {
     unsupported(&minimal("normal = [0.0, -1.0]"), "c.toml:15:10: `contact.normal`");
     unsupported(&minimal("[solver]\nlambda = 'x'"), "c.toml:16:10: `solver.lambda` is the expression \"x\"");
     unsupported(&minimal("[adapt]\ntarget_relative_error = 0.02"), "c.toml:15:1: `[adapt]`, an adaptive run");
-    let text = minimal("");
-    let start = text.find("generator").unwrap();
-    let end = start + text[start..].find('\n').unwrap();
-    let mesh = format!("{}mesh = {{ file = \"b.msh\", region = \"upper\" }}{}", &text[..start], &text[end..]);
-    unsupported(&mesh, "c.toml:8:8: the mesh file \"b.msh\"");
     // The shape of what comes later is read already.
     refused_too(
         "[adapt]\ntarget_relative_error = 0.02\nfraction = 1.5",
