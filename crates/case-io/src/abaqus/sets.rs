@@ -293,7 +293,7 @@ impl Work<'_> {
             members.extend((0..=terms).map(|k| from + k * step).filter(|n| index.find(*n).is_some()));
         } else {
             self.spend(high - low, spot)?;
-            members.extend(existing[low..high].iter().filter(|n| (*n - from) % step == 0));
+            members.extend(existing[low..high].iter().filter(|n| (*n - from).is_multiple_of(step)));
         }
         Ok(())
     }
