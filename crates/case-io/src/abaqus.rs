@@ -24,6 +24,7 @@
 
 mod data;
 mod deck;
+mod entries;
 mod keyword;
 mod sets;
 

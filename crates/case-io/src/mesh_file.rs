@@ -118,7 +118,9 @@ impl MeshFile {
         self.groups.iter().filter(move |g| g.dimension == dimension).map(|g| g.name.as_str())
     }
 
-    pub(crate) fn push_group(&mut self, group: Group) {
+    pub(crate) fn push_group(&mut self, mut group: Group) {
+        // Names are shown on terminals, which take control characters for orders.
+        group.name = group.name.replace(char::is_control, "\u{FFFD}");
         self.groups.push(group);
     }
 

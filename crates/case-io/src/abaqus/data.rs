@@ -154,7 +154,9 @@ pub(super) fn kind(name: &str) -> Option<ElementKind> {
         ("B22", ElementKind::Edge3),
         ("B32", ElementKind::Edge3),
     ];
-    if let Some((_, kind)) = lines.iter().find(|(line, _)| *line == name) {
+    // Beams may have letters for the formulation (`B31H`).
+    let bare = if name.starts_with('B') { name.trim_end_matches(char::is_alphabetic) } else { name };
+    if let Some((_, kind)) = lines.iter().find(|(line, _)| *line == bare) {
         return Some(*kind);
     }
     let rest = ["CPS", "CPE", "M3D", "S"].iter().find_map(|family| name.strip_prefix(family))?;

@@ -118,7 +118,9 @@ fn a_few_bytes_cannot_ask_for_much() {
 #[test]
 fn every_element_type_of_the_plane_is_known_and_no_other() {
     use super::data::kind;
-    for name in ["CPS3", "CPE3", "CPE4H", "CPS4I", "CPE6M", "CPS8R", "CPE8RH", "M3D9", "S4R", "B31", "T2D3"] {
+    for name in
+        ["CPS3", "CPE3", "CPE4H", "CPS4I", "CPE6M", "CPS8R", "CPE8RH", "M3D9", "S4R", "B31", "B32H", "T2D3"]
+    {
         assert!(kind(name).is_some(), "{name}");
     }
     for name in ["C3D8", "CAX4", "CPS5", "SPRINGA", "MASS", "S", "CPS", "CPS4-1", "R2D2", ""] {

@@ -38,6 +38,13 @@ fn names_may_stand_in_two_dimensions_and_hold_anything() {
 }
 
 #[test]
+fn control_characters_in_names_reach_no_terminal() {
+    let names = "$PhysicalNames\n1\n2 1 \"\u{1b}[31mred\"\n$EndPhysicalNames\n";
+    let file = parse(two(names, NODES, ELEMENTS).as_bytes(), "m.msh").unwrap();
+    assert_eq!(file.group_names(2).collect::<Vec<_>>(), ["\u{FFFD}[31mred"]);
+}
+
+#[test]
 fn ten_thousand_groups_are_accepted() {
     let names: String = (1..=10_000).map(|k| format!("1 {k} \"side {k}\"\n")).collect();
     let names = format!("$PhysicalNames\n10000\n{names}$EndPhysicalNames\n");
