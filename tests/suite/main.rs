@@ -8,6 +8,7 @@ mod bounds;
 mod certificate;
 mod elasticity;
 mod limit;
+mod mesh_files;
 mod paper;
 mod patch;
 mod solve;

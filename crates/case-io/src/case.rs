@@ -14,6 +14,7 @@
 mod build;
 mod choices;
 mod conditions;
+mod mesh_files;
 mod read;
 mod read_adapt;
 mod read_body;
@@ -57,6 +58,7 @@ pub struct Case {
     pub output: Output,
     /// `[limits]`.
     pub limits: Limits,
+    meshes: mesh_files::MeshFiles,
     file_name: String,
     places: BTreeMap<String, Place>,
 }
@@ -135,6 +137,17 @@ pub enum MeshSource {
         size: [f64; 2],
         /// Rectangles in each direction; each is cut in two triangles.
         cells: [usize; 2],
+    },
+    /// `mesh = { file = …, region = … }`: a region of a mesh file, see [`Case::read_mesh_files`].
+    File {
+        /// The file, relative to the case file.
+        file: String,
+        /// The group of cells; all cells where it is left out.
+        region: Option<String>,
+        /// Whether nodes at one place become one node.
+        merge: bool,
+        /// Whether two bodies of one file may share nodes, each getting its own.
+        duplicate_interface: bool,
     },
 }
 
@@ -374,9 +387,10 @@ impl Case {
         self.output.directory.clone().unwrap_or_else(|| format!("runs/{}", stem()))
     }
 
-    /// Counts the nodes that the bodies' meshes will have, without making them.
+    /// Counts the nodes that the bodies' meshes will have, without making them; none for files that were not read.
     pub fn node_counts(&self) -> [u64; 2] {
         [0, 1].map(|k| match self.bodies[k].mesh {
+            MeshSource::File { .. } => self.meshes.region(k).map_or(0, |r| r.node_numbers().len() as u64),
             MeshSource::Block { cells, .. } => {
                 cells.iter().fold(1u64, |product, &n| product.saturating_mul(n as u64 + 1))
             }

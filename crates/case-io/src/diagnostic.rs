@@ -36,6 +36,8 @@ pub mod code {
     pub const MESH: &str = "case::mesh";
     /// Boundary conditions that make no sense on their mesh.
     pub const CONDITION: &str = "case::condition";
+    /// A mesh file that cannot be read.
+    pub const UNREADABLE: &str = "mesh::unreadable";
     /// Contact surfaces that cannot be paired.
     pub const CONTACT: &str = "case::contact";
 }

@@ -1,14 +1,17 @@
-//! Case files, reports, tables and ParaView files of the contact solver: every file format, and nothing else.
+//! Case files, mesh files, reports, tables and ParaView files of the contact solver: every file format, and nothing else.
 //!
 //! # The way data flows
 //! ```text
 //! case.toml ─► case_file ─► Case ─► [Body; 2], ContactInterface            (fem-core)
+//! .msh, .inp ─► gmsh, abaqus ─► MeshFile ─► Region ─► TriMesh                 (fem-core)
 //! Report ─► report.json      IterationRow, ContactRow, SweepRow ─► .csv     VtuMesh, VtuData ─► .vtu, .pvd
 //!                            all of them through one OutputDirectory
 //! ```
 //! | to | use |
 //! |---|---|
 //! | read a case file, with overrides | [`Case::parse`], [`case_file::split_override`] |
+//! | read the mesh files it names | [`Case::read_mesh_files`] |
+//! | read a mesh file, look at it | [`mesh_file::read`], [`mesh_file::MeshFile::summary`] |
 //! | vary one setting | [`case_file::Sweep`] |
 //! | say what is wrong with it, and where | [`CaseError`], [`Diagnostic`], [`Place`] |
 //! | make fem-core's values of it | [`Case::build_bodies`], [`Case::build_interface`] |
@@ -39,9 +42,12 @@
 //! # Ok(()) }
 //! ```
 
+pub mod abaqus;
 pub mod case;
 pub mod case_file;
 pub mod diagnostic;
+pub mod gmsh;
+pub mod mesh_file;
 pub mod output;
 pub mod report;
 pub mod table;

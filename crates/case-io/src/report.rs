@@ -55,6 +55,9 @@ pub struct Report {
     pub results: Results,
     /// One row per adaptive step; empty where the run was not adaptive.
     pub adaptive: Vec<AdaptiveRow>,
+    /// What is worth knowing about how the case was read, such as cells that were split.
+    #[serde(default)]
+    pub notes: Vec<String>,
     /// Wall times.
     pub timings: Timings,
     /// Host, threads, version, start, flags, the hash of the case; free of form.
@@ -318,6 +321,7 @@ pub(crate) mod tests {
                 ..Results::default()
             },
             adaptive: vec![],
+            notes: vec![],
             timings: Timings::default(),
             run,
         }
@@ -338,7 +342,7 @@ pub(crate) mod tests {
         let keys = |v: &Value| v.as_object().unwrap().keys().cloned().collect::<Vec<_>>().join(" ");
         assert_eq!(
             keys(&value),
-            "schema status case bodies contact iterations certificate results adaptive timings run"
+            "schema status case bodies contact iterations certificate results adaptive notes timings run"
         );
         assert_eq!(keys(&value["status"]), "word code reason");
         assert_eq!(keys(&value["bodies"][0]), "name nodes triangles unknowns");

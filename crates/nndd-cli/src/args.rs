@@ -33,6 +33,8 @@ pub(crate) enum Command {
     Check(Check),
     /// Run a case for several values of one setting, a few iterations each: the paper's figure 2.
     Sweep(Sweep),
+    /// Show what a mesh file holds: groups, cells, bounding box, quality, possible problems.
+    Mesh(Mesh),
     /// Print a commented case file to start from: paper, patch, adaptive.
     New {
         /// Name of the template.
@@ -108,6 +110,16 @@ pub(crate) struct Sweep {
     /// A further panel with other settings: "KEY=VALUE; KEY=VALUE"; may be repeated.
     #[arg(long, value_name = "SETTINGS")]
     pub(crate) panel: Vec<String>,
+}
+
+#[derive(Args, Clone, Debug)]
+pub(crate) struct Mesh {
+    /// The mesh file: Gmsh MSH 2.2 or 4.1, or an Abaqus-style input deck.
+    #[arg(value_name = "FILE")]
+    pub(crate) file: PathBuf,
+    /// How to print.
+    #[arg(long, value_enum, default_value_t = Format::Human)]
+    pub(crate) format: Format,
 }
 
 /// How to print.

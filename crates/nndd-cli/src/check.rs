@@ -15,6 +15,7 @@ pub(crate) fn command(options: &Check) -> Result<u8, Failure> {
     let (_, case) = run::read_case(&options.case, &run::overrides(&options.case.set)?)?;
     let problem = run::build(&case)?;
     console::warnings(&case.warnings());
+    console::notes(case.notes());
     supports(&case, &problem)?;
     let mut text = console::header(&case, &problem, &case.output_directory());
     for (body, model) in case.bodies.iter().zip(&problem.bodies) {

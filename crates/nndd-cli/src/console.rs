@@ -41,6 +41,13 @@ pub(crate) fn warnings(diagnostics: &[Diagnostic]) {
     }
 }
 
+/// Prints what is worth knowing about how a case was read.
+pub(crate) fn notes(notes: &[String]) {
+    for note in notes {
+        let _ = io::stderr().write_all(format!("note: {note}\n").as_bytes());
+    }
+}
+
 /// Renders a diagnostic with its place: one plain line first, then the source as people like to see it.
 fn render(kind: &str, diagnostic: &Diagnostic) -> String {
     let mut text = format!("{kind}[{}]: {diagnostic}\n", diagnostic.code);

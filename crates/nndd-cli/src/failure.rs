@@ -1,6 +1,7 @@
 //! Why a command ended without a result: an exit status and what to say.
 
-use case_io::diagnostic::Diagnostic;
+use case_io::diagnostic::{Diagnostic, code};
+use case_io::mesh_file::{MeshFault, MeshFileError};
 use case_io::output::OutputError;
 use case_io::report::ReportError;
 use case_io::table::TableError;
@@ -99,7 +100,16 @@ impl Failure {
 impl From<CaseError> for Failure {
     fn from(error: CaseError) -> Self {
         let message = (error.omitted > 0).then(|| format!("and {} more", error.omitted));
-        Self { code: INVALID_INPUT, diagnostics: error.diagnostics, message }
+        let unreadable = error.diagnostics.iter().any(|d| d.code == code::UNREADABLE);
+        let code = if unreadable { FILES } else { INVALID_INPUT };
+        Self { code, diagnostics: error.diagnostics, message }
+    }
+}
+
+impl From<MeshFileError> for Failure {
+    fn from(error: MeshFileError) -> Self {
+        let code = if error.fault == MeshFault::Unreadable { FILES } else { INVALID_INPUT };
+        Self { code, diagnostics: vec![error.into_diagnostic(None)], message: None }
     }
 }
 

@@ -65,6 +65,7 @@ pub(crate) fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> R
         certificate: certificate(solution),
         results: results(case, solution),
         adaptive: solved.adaptive.clone(),
+        notes: case.notes().to_vec(),
         timings: Timings::default(),
         run,
     }

@@ -9,6 +9,7 @@ mod failure;
 mod figures;
 mod files;
 mod html;
+mod mesh;
 mod outcome;
 mod plot;
 mod run;
@@ -38,6 +39,7 @@ fn dispatch(arguments: &Arguments) -> Result<u8, Failure> {
         Command::Solve(options) => solve::command(options),
         Command::Check(options) => check::command(options),
         Command::Sweep(options) => sweep::command(options),
+        Command::Mesh(options) => mesh::command(options),
         Command::New { template } => {
             let text = case_io::template::find(template).ok_or_else(|| {
                 let known: Vec<&str> = case_io::template::TEMPLATES.iter().map(|(name, _)| *name).collect();

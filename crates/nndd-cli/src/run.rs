@@ -11,6 +11,7 @@ use case_io::case_file::split_override;
 use case_io::report::{AdaptiveRow, Status};
 use certified_contact::{CertifiedSolution, Observer, Phase, Row};
 use fem_core::interface::ContactProblem;
+use std::path::Path;
 
 /// Reads the overrides of the command line.
 pub(crate) fn overrides(set: &[String]) -> Result<Vec<(String, String)>, Failure> {
@@ -24,7 +25,9 @@ pub(crate) fn read_case(
 ) -> Result<(Vec<u8>, Case), Failure> {
     let bytes =
         case_io::case_file::read(&options.case).map_err(|e| Failure::unreadable(&options.case, &e))?;
-    let case = Case::parse_bytes(&bytes, &options.case.to_string_lossy(), overrides)?;
+    let mut case = Case::parse_bytes(&bytes, &options.case.to_string_lossy(), overrides)?;
+    // Mesh files lie beside the case file.
+    case.read_mesh_files(options.case.parent().unwrap_or(Path::new("")))?;
     Ok((bytes, case))
 }
 

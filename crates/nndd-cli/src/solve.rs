@@ -38,6 +38,7 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
     };
     if !options.run.quiet {
         console::warnings(&case.warnings());
+        console::notes(case.notes());
     }
     printer.header(&case, &problem, &path.display().to_string())?;
     let solved = match &case.adapt {
@@ -137,6 +138,7 @@ impl Printer {
                 "nodes": problem.bodies.iter().map(|b| b.mesh().points().len()).collect::<Vec<_>>(),
                 "pairs": problem.interface.pairs().len(),
                 "output": output,
+                "notes": case.notes(),
             })),
         }
     }

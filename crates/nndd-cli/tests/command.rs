@@ -34,6 +34,9 @@ fn every_bad_case_ends_as_it_says() {
     let mut tried = 0;
     for entry in std::fs::read_dir(cases().join("bad")).unwrap() {
         let case = entry.unwrap().path();
+        if case.extension().is_none_or(|e| e != "toml") {
+            continue;
+        }
         let source = std::fs::read_to_string(&case).unwrap();
         let line = |head: &str| {
             let found = source.lines().find_map(|l| l.strip_prefix(head));
@@ -50,7 +53,7 @@ fn every_bad_case_ends_as_it_says() {
         }
         assert!(!said.contains("panicked"), "{}: {said}", case.display());
         // No result of a run that made no sense; always one of a run that did.
-        assert_eq!(out.join("report.json").exists(), code >= 5, "{}", case.display());
+        assert_eq!(out.join("report.json").exists(), code >= 5 && code != 7, "{}", case.display());
         tried += 1;
     }
     assert!(tried >= 10, "only {tried} bad cases found");

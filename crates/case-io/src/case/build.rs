@@ -36,9 +36,10 @@ impl Case {
     /// Makes the mesh of one body, 0 or 1.
     ///
     /// # Errors
-    /// A mesh that cannot be generated.
+    /// A mesh that cannot be generated, or a file that was not read or holds no sound mesh.
     pub fn build_mesh(&self, body: usize) -> Result<TriMesh, CaseError> {
         match self.bodies[body].mesh {
+            MeshSource::File { .. } => self.mesh_of_file(body),
             MeshSource::Block { origin, size, cells } => generate::block(origin, size, cells)
                 .map_err(|error| self.mesh_diagnostic(body, &error).into()),
         }
@@ -79,7 +80,8 @@ impl Case {
         let mut help = None;
         let path = match error {
             BodyError::UnknownGroup { place, group, known } => {
-                help = did_you_mean(group, known.split(", "), '"');
+                help =
+                    self.region_not_side(body, group).or_else(|| did_you_mean(group, known.split(", "), '"'));
                 of(place, ".on")
             }
             BodyError::InteriorEdge { place, .. } => of(place, ".on"),
@@ -120,7 +122,9 @@ impl Case {
         let mut help = None;
         let (path, body) = match error {
             InterfaceError::UnknownSurface { body, group, known } => {
-                help = did_you_mean(group, known.split(", "), '"');
+                help = self
+                    .region_not_side(*body, group)
+                    .or_else(|| did_you_mean(group, known.split(", "), '"'));
                 (format!("contact.surfaces.{body}"), Some(*body))
             }
             InterfaceError::NoSurface { body, .. }

@@ -48,6 +48,7 @@ pub(super) fn case(document: &Document, file_name: &str) -> Result<Case, CaseErr
             adapt,
             output,
             limits,
+            meshes: Default::default(),
             file_name: file_name.to_owned(),
             places,
         }),

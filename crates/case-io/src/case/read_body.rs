@@ -71,23 +71,31 @@ fn check_name(r: &Reader<'_>, name: &str, others: &[BodyCase]) {
 
 fn mesh(r: &mut Reader<'_>) -> Option<MeshSource> {
     let source = r.table("generator").and_then(generator);
-    if let Some(mut file) = r.table("mesh") {
-        file.require(&["file"]);
-        let name = file.string("file").unwrap_or_default();
-        file.string("region");
-        file.finish();
-        // This refusal becomes a `MeshSource` when mesh files can be read.
-        let what = format!("the mesh file {}", excerpt(&name));
-        r.not_yet("mesh", &what, "use generator = { kind = \"block\", … }");
-    }
+    let file = r.table("mesh").and_then(mesh_file);
     match (r.has("generator"), r.has("mesh")) {
         (true, true) => {
             r.refuse("mesh", "a body has either a `generator` or a `mesh`, not both", "one of the two")
         }
-        (false, false) => r.require(&["generator"]),
+        (false, false) => {
+            let expected = "`generator = { kind = \"block\", … }` or `mesh = { file = \"name.msh\", region = \"name\" }`";
+            r.refuse("", "this body has no mesh: neither `generator` nor `mesh` is there", expected);
+        }
         _ => {}
     }
-    source
+    source.or(file)
+}
+
+fn mesh_file(mut r: Reader<'_>) -> Option<MeshSource> {
+    r.require(&["file"]);
+    let file = r.string("file");
+    if file.as_ref().is_some_and(|name| name.trim().is_empty()) {
+        r.refuse("file", "`mesh.file` is empty", "the name of a mesh file, relative to the case file");
+    }
+    let region = r.string("region");
+    let merge = r.boolean("merge").unwrap_or(false);
+    let duplicate_interface = r.boolean("duplicate_interface").unwrap_or(false);
+    r.finish();
+    Some(MeshSource::File { file: file?, region, merge, duplicate_interface })
 }
 
 fn generator(mut r: Reader<'_>) -> Option<MeshSource> {

@@ -73,12 +73,16 @@ impl Case {
         })
     }
 
-    /// Computes the SHA-256 of the settings less the output directory, in hexadecimal: two runs of the same case
-    /// have the same hash wherever they write, and however their files are laid out and commented.
+    /// Computes the SHA-256 of the settings less the output directory, and of the contents of the mesh files that
+    /// were read, in hexadecimal: two runs of the same case have the same hash wherever they write, and however their files are laid out and commented.
     pub fn hash(&self) -> String {
         let mut settings = self.settings_json();
         if let Some(output) = settings.get_mut("output").and_then(Json::as_object_mut) {
             output.remove("directory");
+        }
+        // A mesh file counts by its contents.
+        if self.meshes.digests().iter().any(Option::is_some) {
+            settings["meshes"] = json!(self.meshes.digests());
         }
         settings.sort_all_objects();
         let digest = Sha256::digest(settings.to_string().as_bytes());
@@ -95,15 +99,33 @@ fn value(value: &Value) -> Json {
 }
 
 fn body(body: &BodyCase) -> Json {
-    let MeshSource::Block { origin, size, cells } = body.mesh;
+    let (key, mesh) = mesh(&body.mesh);
     json!({
         "name": body.name,
         "material": body.material,
-        "generator": { "kind": "block", "origin": origin, "size": size, "cells": cells },
+        key: mesh,
         "body_force": body.body_force,
         "displacement": body.displacements.iter().map(displacement).collect::<Vec<_>>(),
         "traction": body.tractions.iter().map(traction).collect::<Vec<_>>(),
     })
+}
+
+fn mesh(source: &MeshSource) -> (&'static str, Json) {
+    match source {
+        MeshSource::Block { origin, size, cells } => {
+            ("generator", json!({ "kind": "block", "origin": origin, "size": size, "cells": cells }))
+        }
+        MeshSource::File { file, region, merge, duplicate_interface } => {
+            let mut object = Map::new();
+            object.insert("file".to_owned(), json!(file));
+            if let Some(region) = region {
+                object.insert("region".to_owned(), json!(region));
+            }
+            object.insert("merge".to_owned(), json!(merge));
+            object.insert("duplicate_interface".to_owned(), json!(duplicate_interface));
+            ("mesh", Json::Object(object))
+        }
+    }
 }
 
 fn edges(on: &str, part: Part) -> Map<String, Json> {

@@ -2,6 +2,7 @@
 
 mod building;
 mod faults;
+mod mesh_files;
 
 use super::*;
 

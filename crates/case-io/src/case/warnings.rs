@@ -13,9 +13,10 @@ const MODULI: f64 = 1e6;
 const NNDD_ONLY: [&str; 7] = ["imposed", "path", "theta", "weights", "acceleration", "lambda", "stop"];
 
 impl Case {
-    /// Lists what is allowed but probably not meant: materials that lock, settings without effect.
+    /// Lists what is allowed but probably not meant: materials that lock, settings without effect,
+    /// slivers and cracks in meshes that were read.
     pub fn warnings(&self) -> Vec<Diagnostic> {
-        let mut warnings = Vec::new();
+        let mut warnings = self.mesh_warnings();
         for material in self.materials.iter().filter(|m| m.poisson >= LOCKING) {
             let path = format!("materials.{}.poisson", material.name);
             let message = format!(

@@ -268,11 +268,6 @@ fn what_comes_later_is_refused_with_its_place() {
     unsupported(&minimal("gap = '0.1 * x^2'"), "c.toml:15:7: `contact.gap` is the expression \"0.1 * x^2\"");
     unsupported(&minimal("normal = [0.0, -1.0]"), "c.toml:15:10: `contact.normal`");
     unsupported(&minimal("[solver]\nlambda = 'x'"), "c.toml:16:10: `solver.lambda` is the expression \"x\"");
-    let text = minimal("");
-    let start = text.find("generator").unwrap();
-    let end = start + text[start..].find('\n').unwrap();
-    let mesh = format!("{}mesh = {{ file = \"b.msh\", region = \"upper\" }}{}", &text[..start], &text[end..]);
-    unsupported(&mesh, "c.toml:8:8: the mesh file \"b.msh\"");
 }
 
 #[test]

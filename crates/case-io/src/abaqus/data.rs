@@ -1,0 +1,176 @@
+//! Data lines: fields between commas, numbers, types of elements.
+
+use crate::mesh_file::{ElementKind, MeshFileError};
+use std::borrow::Cow;
+
+/// What is wrong with a data line; its place is added by the caller.
+pub(super) struct Fault {
+    found: String,
+    expected: &'static str,
+}
+
+impl Fault {
+    pub(super) fn new(found: String, expected: &'static str) -> Self {
+        Self { found, expected }
+    }
+
+    /// Puts the words into an error that knows the place.
+    pub(super) fn at(self, mut error: MeshFileError) -> MeshFileError {
+        error.found = self.found;
+        error.expected(self.expected)
+    }
+}
+
+/// One data line.
+pub(super) struct Row<'a> {
+    line: &'a [u8],
+    continues: bool,
+}
+
+impl<'a> Row<'a> {
+    pub(super) fn new(line: &'a [u8]) -> Self {
+        match line.strip_suffix(b",") {
+            Some(line) => Self { line, continues: true },
+            None => Self { line, continues: false },
+        }
+    }
+
+    /// Says whether the line ends with a comma: its data go on in the next one.
+    pub(super) fn continues(&self) -> bool {
+        self.continues
+    }
+
+    /// Splits at the commas.
+    pub(super) fn fields(&self) -> impl Iterator<Item = &'a [u8]> + use<'a> {
+        self.line.split(|b| *b == b',').map(<[u8]>::trim_ascii)
+    }
+
+    /// Appends the whole numbers of the line.
+    pub(super) fn numbers(&self, into: &mut Vec<u64>) -> Result<(), Fault> {
+        for field in self.fields() {
+            match number(field) {
+                Some(number) => into.push(number),
+                None => return Err(Fault::new(format!("found {}", shown(field)), "a whole number")),
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads number and coordinates of a node; missing coordinates are zero.
+    pub(super) fn node(&self) -> Result<(u64, [f64; 3]), Fault> {
+        let mut fields = self.fields();
+        let first = fields.next().unwrap_or_default();
+        let Some(number) = number(first) else {
+            return Err(Fault::new(format!("found {}", shown(first)), "the number of a node"));
+        };
+        let mut point = [0.0; 3];
+        let mut given = 0;
+        for (k, field) in fields.enumerate() {
+            // Some decks give normals or temperatures behind the coordinates.
+            let Some(x) = point.get_mut(k) else { break };
+            given = k + 1;
+            if field.is_empty() {
+                continue;
+            }
+            *x = real(field).ok_or_else(|| {
+                Fault::new(format!("node {number}: found {}", shown(field)), "a coordinate")
+            })?;
+        }
+        if given < 2 {
+            let found = format!("node {number} has {given} coordinates");
+            return Err(Fault::new(found, "number, x, y"));
+        }
+        Ok((number, point))
+    }
+}
+
+/// Reads a whole number.
+pub(super) fn number(field: &[u8]) -> Option<u64> {
+    if field.is_empty() || !field.iter().all(u8::is_ascii_digit) {
+        return None;
+    }
+    std::str::from_utf8(field).ok()?.parse().ok()
+}
+
+/// Reads a number, also with Fortran's exponent `D`.
+fn real(field: &[u8]) -> Option<f64> {
+    let text = std::str::from_utf8(field).ok()?;
+    text.parse().ok().or_else(|| text.replace(['d', 'D'], "e").parse().ok())
+}
+
+/// Returns a field as text.
+pub(super) fn text(field: &[u8]) -> Cow<'_, str> {
+    String::from_utf8_lossy(field.trim_ascii())
+}
+
+fn shown(field: &[u8]) -> String {
+    let text = String::from_utf8_lossy(&field[..field.len().min(40)]);
+    format!("`{}`", text.escape_debug())
+}
+
+/// Lists numbers for a message.
+pub(super) fn listed(numbers: &[u64]) -> String {
+    let mut words: Vec<String> = numbers.iter().take(5).map(u64::to_string).collect();
+    if numbers.len() > words.len() {
+        words.push("…".to_owned());
+    }
+    if words.is_empty() { "no numbers".to_owned() } else { words.join(", ") }
+}
+
+/// Splits a line at the commas that do not stand in quotes.
+pub(super) fn split_quoted(line: &str) -> Vec<&str> {
+    let mut parts = Vec::new();
+    let (mut start, mut quoted) = (0, false);
+    for (k, byte) in line.bytes().enumerate() {
+        match byte {
+            b'"' => quoted = !quoted,
+            b',' if !quoted => {
+                parts.push(&line[start..k]);
+                start = k + 1;
+            }
+            _ => {}
+        }
+    }
+    parts.push(&line[start..]);
+    parts
+}
+
+/// Takes blanks and quotes away.
+pub(super) fn unquoted(text: &str) -> &str {
+    let text = text.trim();
+    text.strip_prefix('"').and_then(|t| t.strip_suffix('"')).unwrap_or(text)
+}
+
+/// Finds the kind of an element type such as `CPS4R`, in upper case: a family, the number of nodes, and letters for
+/// the formulation, which does not matter here.
+pub(super) fn kind(name: &str) -> Option<ElementKind> {
+    let lines = [
+        ("T2D2", ElementKind::Edge2),
+        ("T3D2", ElementKind::Edge2),
+        ("B21", ElementKind::Edge2),
+        ("B31", ElementKind::Edge2),
+        ("T2D3", ElementKind::Edge3),
+        ("T3D3", ElementKind::Edge3),
+        ("B22", ElementKind::Edge3),
+        ("B32", ElementKind::Edge3),
+    ];
+    // Beams may have letters for the formulation (`B31H`).
+    let bare = if name.starts_with('B') { name.trim_end_matches(char::is_alphabetic) } else { name };
+    if let Some((_, kind)) = lines.iter().find(|(line, _)| *line == bare) {
+        return Some(*kind);
+    }
+    let rest = ["CPS", "CPE", "M3D", "S"].iter().find_map(|family| name.strip_prefix(family))?;
+    let digits = rest.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len());
+    let (nodes, letters) = rest.split_at(digits);
+    if !letters.chars().all(|c| c.is_ascii_alphabetic()) {
+        return None;
+    }
+    Some(match nodes {
+        "3" => ElementKind::Triangle3,
+        "4" => ElementKind::Quad4,
+        "6" => ElementKind::Triangle6,
+        "8" => ElementKind::Quad8,
+        "9" => ElementKind::Quad9,
+        _ => return None,
+    })
+}

@@ -1,0 +1,129 @@
+//! Keywords, sets, surfaces and what is refused, in small.
+
+use super::parse_text;
+use crate::mesh_file::{MeshFile, RegionOptions};
+use fem_core::mesh::TriMesh;
+
+const DECK: &str = "** two squares\n*Heading\nanything, at all\n*NODE, NSET=all\n1, 0, 0\n2, 1., 0\n3, 2, 0.D0\n4, , 1\n\
+    5, 1, 1, 0.\n6, 2.0E0, 1\n*element, elset=Plate,\n type=cps4r\n1, 1, 2,\n 5, 4\n2, 2, 3, 6, 5\n";
+
+fn read(more: &str) -> MeshFile {
+    parse_text(format!("{DECK}{more}").as_bytes(), "d.inp").unwrap()
+}
+
+fn mesh(more: &str) -> TriMesh {
+    read(more).region(Some("Plate"), RegionOptions::default()).unwrap().mesh().unwrap()
+}
+
+fn refused(more: &str) -> String {
+    parse_text(format!("{DECK}{more}").as_bytes(), "d.inp").unwrap_err().to_string()
+}
+
+/// Returns the edges of a group by their nodes' numbers in the deck.
+fn side(mesh: &TriMesh, name: &str) -> Vec<[u32; 2]> {
+    let edges = mesh.group(name).unwrap_or_default();
+    edges.iter().map(|e| mesh.topology().edges()[*e as usize].map(|n| n + 1)).collect()
+}
+
+#[test]
+fn surfaces_sets_of_lines_and_sets_of_nodes_are_sides() {
+    let more = "*SURFACE, NAME=low, TYPE=ELEMENT\nPLATE, S1\n*SURFACE, NAME=\"the top\"\n1, S3\n2, s3\n\
+        *ELEMENT, TYPE=T3D2, ELSET=ends\n7, 4, 1\n8, 6, 3\n*NSET, NSET=up\n4, 5\n 6,\n*NSET, NSET=left, GENERATE\n1, 4, 3\n\
+        *NSET, NSET=both\nup, left\n*SURFACE, TYPE=NODE, NAME=again\nup\n";
+    let mesh = mesh(more);
+    assert_eq!(side(&mesh, "low"), [[1, 2], [2, 3]]);
+    assert_eq!(side(&mesh, "the top"), [[4, 5], [5, 6]]);
+    assert_eq!(side(&mesh, "ends"), [[1, 4], [3, 6]]);
+    assert_eq!(side(&mesh, "up"), [[4, 5], [5, 6]]);
+    assert_eq!(side(&mesh, "left"), [[1, 4]]);
+    assert_eq!(side(&mesh, "both"), [[1, 4], [4, 5], [5, 6]]);
+    assert_eq!(side(&mesh, "again"), [[4, 5], [5, 6]]);
+    // The edge between the squares has both its ends in the set, but is not free.
+    assert_eq!(side(&mesh, "all").len(), 6);
+}
+
+#[test]
+fn sets_grow_and_contain_earlier_ones() {
+    let file = read(
+        "*ELSET, ELSET=one\n1\n*ELSET, ELSET=ONE\n2\n*ELSET, ELSET=more, GENERATE\n1, 999, 2\n*ELSET,ELSET=x\none, more\n",
+    );
+    assert_eq!(file.group_names(2).collect::<Vec<_>>(), ["Plate", "one", "more", "x"]);
+    let cells = |name| file.region(Some(name), RegionOptions::default()).unwrap().triangle_count();
+    assert_eq!([cells("one"), cells("more"), cells("x")], [4, 2, 4]);
+    let later = refused("*ELSET, ELSET=a\nb\n*ELSET, ELSET=b\n1\n");
+    assert!(later.contains("d.inp:17: element set \"a\" contains the set \"b\""), "{later}");
+    assert!(refused("*ELSET, ELSET=a\nA\n").contains("contains the set \"A\""));
+    assert!(
+        refused("*NSET, NSET=a\nal\n").contains("there is no node set \"al\"; help: did you mean \"all\"?")
+    );
+}
+
+#[test]
+fn other_keywords_are_ignored_and_counted() {
+    let file =
+        read("*MATERIAL, NAME=m\n*ELASTIC\n1., 0.3\n*STEP\n*NODE PRINT\n*ELEMENT OUTPUT\n*END STEP\n*STEP\n");
+    let note = "6 keywords that do not describe the mesh were ignored: MATERIAL, ELASTIC, STEP, NODE PRINT, ELEMENT OUTPUT";
+    assert_eq!(file.notes(), [note]);
+}
+
+#[test]
+fn what_would_change_the_mesh_is_refused() {
+    for keyword in ["NGEN", "NFILL", "ELGEN", "SYSTEM", "PART", "Instance", "NCOPY"] {
+        let told = refused(&format!("*{keyword}, X=1\n"));
+        assert!(told.starts_with(&format!("d.inp:16: *{} is not read", keyword.to_uppercase())), "{told}");
+    }
+    assert!(refused("*NODE, SYSTEM=C\n9, 1, 1\n").contains("Cartesian"));
+    assert!(refused("*NODE, INPUT=n.inp\n").contains("*INCLUDE"));
+    assert!(refused("*INCLUDE, INPUT=n.inp\n").contains("included files are not read here"));
+    assert!(refused("*ELEMENT, TYPE=CAX4\n9, 1, 2, 5, 4\n").contains("1 element of type CAX4"));
+    assert!(refused("*ELEMENT\n9, 1, 2, 5, 4\n").contains("*ELEMENT has no TYPE"));
+}
+
+#[test]
+fn wrong_lines_are_found() {
+    let expect = |more: &str, words: &str| {
+        let told = refused(more);
+        assert!(told.contains(words), "{told}");
+    };
+    expect("*NODE\nx, 1, 1\n", "d.inp:17: found `x`; expected the number of a node");
+    expect("*NODE\n7, 1\n", "d.inp:17: node 7 has 1 coordinates; expected number, x, y");
+    expect("*NODE\n7, 1, inf\n", "d.inp:17: node 7 has the coordinates (1, inf, 0)");
+    expect("*ELEMENT, TYPE=CPS3\n3, 1, 2\n", "d.inp:17: an element of type CPS3 has 2 nodes; expected 3");
+    expect("*ELEMENT, TYPE=CPS3\n3, 1, 2, 5, 6\n", "has 4 nodes; expected 3");
+    expect("*ELEMENT, TYPE=CPS3\n3, 1, 2,\n", "the data of element 3 (CPS3) ended after 3 numbers");
+    expect("*ELEMENT, TYPE=CPS3\n3, 1, -2, 5\n", "found `-2`; expected a whole number");
+    expect("*ELSET, ELSET=a, GENERATE\n5, 1\n", "5, 1 do not make a range");
+    expect("*ELSET, ELSET=a, GENERATE\n1, 5, 0\n", "1, 5, 0 do not make a range");
+    expect("*SURFACE, NAME=a\n1, S9\n", "the face of a surface is `S9`");
+    expect("*SURFACE, NAME=a\nPlate\n", "the face of a surface is missing");
+    expect("*SURFACE, NAME=a, TYPE=CUTTING\n", "*SURFACE has the type CUTTING");
+    expect("*SURFACE\n1, S1\n", "*SURFACE has no name");
+    expect("*NSET\n1\n", "*NSET has no name");
+    expect("*NSET, NSET=a\n1,,2\n", "an entry is empty");
+}
+
+#[test]
+fn a_few_bytes_cannot_ask_for_much() {
+    // Each line names a million millions of elements; there are two.
+    let endless = "1, 1000000000000\n".repeat(1000);
+    let file = read(&format!("*ELSET, ELSET=a, GENERATE\n{endless}"));
+    assert_eq!(file.region(Some("a"), RegionOptions::default()).unwrap().triangle_count(), 4);
+    // A set of all elements a thousand times over is more than the deck may ask for.
+    let cells: String = (0..5000).map(|k| format!("{}, 1, 2, 5\n", k + 10)).collect();
+    let sets: String = (0..2000).map(|k| format!("*ELSET, ELSET=s{k}\nbig\n")).collect();
+    let told = refused(&format!("*ELEMENT, TYPE=CPS3, ELSET=big\n{cells}{sets}"));
+    assert!(told.contains("the sets have more members altogether than four per byte"), "{told}");
+}
+
+#[test]
+fn every_element_type_of_the_plane_is_known_and_no_other() {
+    use super::data::kind;
+    for name in
+        ["CPS3", "CPE3", "CPE4H", "CPS4I", "CPE6M", "CPS8R", "CPE8RH", "M3D9", "S4R", "B31", "B32H", "T2D3"]
+    {
+        assert!(kind(name).is_some(), "{name}");
+    }
+    for name in ["C3D8", "CAX4", "CPS5", "SPRINGA", "MASS", "S", "CPS", "CPS4-1", "R2D2", ""] {
+        assert!(kind(name).is_none(), "{name}");
+    }
+}

@@ -1,0 +1,174 @@
+//! The mesh files of a case: read once, kept as regions, named by their contents.
+
+use super::{Case, MeshSource};
+use crate::diagnostic::{CaseError, Diagnostic, code};
+use crate::mesh_file::{self, MeshFault, MeshFile, MeshFileError, Region, RegionOptions};
+use fem_core::mesh::TriMesh;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// What has been read of the mesh files of a case.
+#[derive(Clone, Debug, Default)]
+pub(super) struct MeshFiles {
+    regions: [Option<Arc<Region>>; 2],
+    digests: [Option<String>; 2],
+    notes: Vec<String>,
+}
+
+impl MeshFiles {
+    pub(super) fn region(&self, body: usize) -> Option<&Region> {
+        self.regions.get(body)?.as_deref()
+    }
+
+    /// Returns the hash of the contents of each body's file, where it has one.
+    pub(super) fn digests(&self) -> &[Option<String>; 2] {
+        &self.digests
+    }
+}
+
+impl Case {
+    /// Reads the mesh files that the bodies name; does nothing for bodies with a generator.
+    ///
+    /// * `folder`: what the names of mesh files are relative to: the folder of the case file.
+    ///
+    /// # Errors
+    /// Files that cannot be read (with [`code::UNREADABLE`]), that hold no mesh or not the region asked for, and two
+    /// bodies that share nodes or cells.
+    pub fn read_mesh_files(&mut self, folder: &Path) -> Result<(), CaseError> {
+        let mut files: Vec<(PathBuf, Result<MeshFile, MeshFileError>)> = Vec::new();
+        let mut faults = Vec::new();
+        let mut loaded = MeshFiles::default();
+        for body in 0..2 {
+            let MeshSource::File { file, region, merge, .. } = &self.bodies[body].mesh else { continue };
+            let path = folder.join(file);
+            let known = files.iter().position(|(other, _)| *other == path);
+            let place = known.unwrap_or_else(|| {
+                let read = mesh_file::read(&path);
+                files.push((path, read));
+                files.len() - 1
+            });
+            let options = RegionOptions { merge: *merge };
+            let taken = match &files[place].1 {
+                Ok(mesh) => {
+                    loaded.digests[body] = Some(mesh.digest().to_owned());
+                    mesh.region(region.as_deref(), options).and_then(|r| r.without_sides().map_or(Ok(r), Err))
+                }
+                Err(error) => Err(error.clone()),
+            };
+            match taken {
+                Ok(region) => loaded.regions[body] = Some(Arc::new(region)),
+                Err(error) => faults.push(self.mesh_file_diagnostic(body, error)),
+            }
+        }
+        for region in loaded.regions.iter().flatten() {
+            for note in region.notes() {
+                // What concerns the whole file is said once.
+                if !loaded.notes.contains(note) {
+                    loaded.notes.push(note.clone());
+                }
+            }
+        }
+        match self.glued(&mut loaded) {
+            Err(fault) if faults.is_empty() => faults.push(*fault),
+            _ => {}
+        }
+        if !faults.is_empty() {
+            return Err(CaseError::new(faults));
+        }
+        self.meshes = loaded;
+        Ok(())
+    }
+
+    /// Returns what is worth knowing about how the meshes were read: cells split, turned or reduced, nodes left out.
+    pub fn notes(&self) -> &[String] {
+        &self.meshes.notes
+    }
+
+    /// Returns what is probably not meant in the meshes, with the body's place in the case file.
+    pub(super) fn mesh_warnings(&self) -> Vec<Diagnostic> {
+        let mut warnings = Vec::new();
+        for body in 0..2 {
+            for warning in self.meshes.region(body).map(Region::warnings).unwrap_or_default() {
+                let message = format!("body \"{}\": {warning}", self.bodies[body].name);
+                warnings.push(self.diagnostic(code::MESH, &format!("body.{body}.mesh.file"), message));
+            }
+        }
+        warnings
+    }
+
+    /// Helps where a region is named and a side is wanted.
+    pub(super) fn region_not_side(&self, body: usize, name: &str) -> Option<String> {
+        let region = self.meshes.region(body).filter(|r| r.is_cell_group(name))?;
+        Some(format!(
+            "\"{name}\" is a group of cells (dimension 2) of the file, {} wants edges (dimension 1)",
+            region.title()
+        ))
+    }
+
+    /// Makes the mesh of a body whose file has been read.
+    pub(super) fn mesh_of_file(&self, body: usize) -> Result<TriMesh, CaseError> {
+        match self.meshes.region(body) {
+            Some(region) => region.mesh().map_err(|error| self.mesh_file_diagnostic(body, error).into()),
+            None => {
+                let message =
+                    format!("the mesh file of body \"{}\" has not been read", self.bodies[body].name);
+                let diagnostic =
+                    self.diagnostic(code::UNREADABLE, &format!("body.{body}.mesh.file"), message);
+                Err(diagnostic.help(Some("call Case::read_mesh_files first".to_owned())).into())
+            }
+        }
+    }
+
+    /// Brings an error of a mesh file to the key that names the file or the region.
+    fn mesh_file_diagnostic(&self, body: usize, error: MeshFileError) -> Diagnostic {
+        let of_region = format!("body.{body}.mesh.region");
+        let path = if error.fault == MeshFault::Region && self.is_given(&of_region) {
+            of_region
+        } else {
+            format!("body.{body}.mesh.file")
+        };
+        error.into_diagnostic(self.place(&path).cloned())
+    }
+
+    /// Refuses bodies that are one mesh, or notes that they were parted where that was asked for.
+    fn glued(&self, loaded: &mut MeshFiles) -> Result<(), Box<Diagnostic>> {
+        let [
+            MeshSource::File { duplicate_interface: part_a, .. },
+            MeshSource::File { file: b, duplicate_interface: part_b, .. },
+        ] = [&self.bodies[0].mesh, &self.bodies[1].mesh]
+        else {
+            return Ok(());
+        };
+        let [Some(first), Some(second)] = &loaded.regions else { return Ok(()) };
+        // The same contents, under whatever names.
+        if loaded.digests[0] != loaded.digests[1] {
+            return Ok(());
+        }
+        let Some((count, node, [x, y], cell)) = mesh_file::glued_nodes(first, second) else { return Ok(()) };
+        let names = [0, 1].map(|k| &self.bodies[k].name);
+        if let Some(cell) = cell {
+            let found =
+                format!("{b}: element {cell} belongs to both bodies, \"{}\" and \"{}\"", names[0], names[1]);
+            let fault = self.diagnostic(MeshFault::Region.code(), "body.1.mesh.file", found);
+            return Err(Box::new(fault.expected("regions without a common element")));
+        }
+        if *part_a || *part_b {
+            let title = if count == 1 { "1 node" } else { &format!("{count} nodes") };
+            loaded.notes.push(format!(
+                "{title} of {b} belonging to both bodies: each body has its own (duplicate_interface)"
+            ));
+            return Ok(());
+        }
+        let found = format!(
+            "{b}: the bodies \"{}\" and \"{}\" share {count} nodes (node {node} at ({x}, {y})): as one mesh they \
+             cannot part",
+            names[0], names[1]
+        );
+        let fault = self.diagnostic(MeshFault::Region.code(), "body.1.mesh.file", found);
+        Err(Box::new(fault.expected("two regions that have their own nodes where they touch").help(Some(
+            "write `duplicate_interface = true` into `mesh` to give each body its own nodes, or draw the interface \
+             twice"
+                .to_owned(),
+        ))))
+    }
+}

@@ -1,0 +1,143 @@
+//! Physical groups: their names, and which of them elements and entities belong to.
+
+use super::values::{Mode, Values};
+use crate::mesh_file::{Collected, Group, MeshFileError};
+use std::collections::HashMap;
+
+/// Dimension and number of a physical group.
+type Key = (u8, u32);
+
+/// Groups, and the sets of groups that elements carry.
+#[derive(Default)]
+pub(super) struct Labels {
+    names: HashMap<Key, String>,
+    /// All groups that were named or used, in the order of their appearance.
+    groups: Vec<Key>,
+    index: HashMap<Key, u32>,
+    /// Sets of groups; the number 0 stands for the empty one, `k` for `sets[k - 1]`.
+    sets: Vec<Vec<u32>>,
+    single: HashMap<Key, u32>,
+    /// The set of each entity of version 4, by dimension and number.
+    entities: HashMap<(i32, i32), u32>,
+}
+
+impl Labels {
+    /// Reads `$PhysicalNames`, which is text in binary files as well.
+    pub(super) fn read_names(&mut self, v: &mut Values<'_>) -> Result<(), MeshFileError> {
+        v.enter("$PhysicalNames");
+        let mode = std::mem::replace(&mut v.mode, Mode::Ascii);
+        let count = v.size("the number of names")?;
+        for done in 0..count {
+            v.progress(done, count, "names");
+            let line = v.record_begin()?;
+            let dimension = v.int("a dimension from 0 to 3")?;
+            let tag = v.int("the number of a physical group")?;
+            v.record_end(line)?;
+            let name = quoted(v.rest_of_line());
+            let Ok(dimension @ 0..=3) = u8::try_from(dimension) else {
+                return Err(v.fault(format!("the dimension of a group is {dimension}")).expected("0 to 3"));
+            };
+            let Some(name) = name.filter(|n| !n.is_empty()) else {
+                return Err(v
+                    .fault(format!("group {tag} of dimension {dimension} has no name in quotes"))
+                    .expected("a line such as `1 10 \"bottom\"`"));
+            };
+            let key = (dimension, tag.unsigned_abs());
+            if let Some(other) = self.names.insert(key, name) {
+                let found = format!("group {tag} of dimension {dimension} is named twice, first \"{other}\"");
+                return Err(v.fault(found).expected("one name"));
+            }
+            self.group(key);
+        }
+        v.end("$EndPhysicalNames")?;
+        v.mode = mode;
+        Ok(())
+    }
+
+    fn group(&mut self, key: Key) -> u32 {
+        *self.index.entry(key).or_insert_with(|| {
+            self.groups.push(key);
+            self.groups.len() as u32 - 1
+        })
+    }
+
+    /// Returns the set of an element of version 2, which carries one group or none (0).
+    pub(super) fn set_of_tag(&mut self, dimension: u8, tag: i32) -> u32 {
+        if tag == 0 {
+            return 0;
+        }
+        let key = (dimension, tag.unsigned_abs());
+        if let Some(set) = self.single.get(&key) {
+            return *set;
+        }
+        let group = self.group(key);
+        self.sets.push(vec![group]);
+        let set = self.sets.len() as u32;
+        self.single.insert(key, set);
+        set
+    }
+
+    /// Records the groups of an entity of version 4.
+    pub(super) fn set_entity(&mut self, dimension: u8, entity: i32, tags: &[i32]) {
+        if tags.is_empty() {
+            return;
+        }
+        let mut groups: Vec<u32> =
+            tags.iter().map(|tag| self.group((dimension, tag.unsigned_abs()))).collect();
+        groups.sort_unstable();
+        groups.dedup();
+        self.sets.push(groups);
+        self.entities.insert((i32::from(dimension), entity), self.sets.len() as u32);
+    }
+
+    /// Returns the set of an entity.
+    pub(super) fn set_of_entity(&self, dimension: i32, entity: i32) -> u32 {
+        self.entities.get(&(dimension, entity)).copied().unwrap_or(0)
+    }
+
+    /// Gives the mesh its groups of edges and cells; returns how many have no name.
+    pub(super) fn apply(self, collected: &mut Collected) -> Result<usize, MeshFileError> {
+        let mut members = vec![Vec::new(); self.groups.len()];
+        for sets in [&collected.edge_sets, &collected.cell_sets] {
+            for (place, set) in sets.iter().enumerate() {
+                let groups = (*set as usize).checked_sub(1).and_then(|k| self.sets.get(k));
+                for group in groups.into_iter().flatten() {
+                    members[*group as usize].push(place as u32);
+                }
+            }
+        }
+        let mut taken: HashMap<(u8, String), u32> = HashMap::new();
+        let mut unnamed = 0;
+        // Those with a name come first, so that a number never takes the place of a name.
+        let (named, numbered): (Vec<_>, Vec<_>) =
+            self.groups.iter().zip(members).partition(|(key, _)| self.names.contains_key(key));
+        for (key, members) in named.into_iter().chain(numbered) {
+            let (dimension, tag) = *key;
+            if !(1..=2).contains(&dimension) {
+                continue;
+            }
+            let name = match self.names.get(key) {
+                Some(name) => name.clone(),
+                None => {
+                    unnamed += 1;
+                    tag.to_string()
+                }
+            };
+            if let Some(other) = taken.insert((dimension, name.clone()), tag) {
+                let found = format!(
+                    "two physical groups of dimension {dimension} are called \"{name}\", numbers {other} and {tag}"
+                );
+                return Err(collected.fault(found).expected("names that differ within a dimension"));
+            }
+            collected.mesh.push_group(Group { dimension, name, members });
+        }
+        Ok(unnamed)
+    }
+}
+
+/// Takes the text between the first and the last quote; names that are not UTF-8 keep what can be read.
+fn quoted(line: &[u8]) -> Option<String> {
+    let first = line.iter().position(|b| *b == b'"')?;
+    let last = line.iter().rposition(|b| *b == b'"')?;
+    Some(String::from_utf8_lossy(line.get(first + 1..last)?).trim().to_owned())
+}

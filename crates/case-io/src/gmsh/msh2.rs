@@ -1,0 +1,119 @@
+//! Version 2.2: `$Nodes` and `$Elements`; the element carries its group.
+
+use super::elements;
+use super::labels::Labels;
+use super::values::Values;
+use crate::mesh_file::{Collector, MeshFileError};
+
+/// The shortest node and element: in text with one digit per number, in binary.
+const NODE: [usize; 2] = [8, 28];
+const ELEMENT: [usize; 2] = [8, 8];
+
+/// Reads the number of a node, element or tag list: an `int` that is not negative.
+fn number(v: &mut Values<'_>, what: &str) -> Result<u64, MeshFileError> {
+    if !v.is_binary() {
+        return v.size(what);
+    }
+    let found = v.int(what)?;
+    u64::try_from(found).map_err(|_| v.fault(format!("found {found}")).expected(what.to_owned()))
+}
+
+/// Reads `$Nodes`.
+pub(super) fn nodes(v: &mut Values<'_>, collector: &mut Collector) -> Result<(), MeshFileError> {
+    v.enter("$Nodes");
+    let count = v.text_count("the number of nodes")?;
+    collector.reserve_nodes(v.capacity(count, NODE, "nodes")?);
+    if v.is_binary() {
+        v.rest_of_line();
+    }
+    for done in 0..count {
+        v.progress(done, count, "nodes");
+        let line = v.record_begin()?;
+        let number = number(v, "the number of a node")?;
+        let what = "a coordinate";
+        let point = [v.real(what)?, v.real(what)?, v.real(what)?];
+        v.record_end(line)?;
+        collector.node(number, point, v.spot())?;
+    }
+    v.end("$EndNodes")
+}
+
+/// Reads `$Elements`.
+pub(super) fn elements(
+    v: &mut Values<'_>,
+    collector: &mut Collector,
+    labels: &mut Labels,
+) -> Result<(), MeshFileError> {
+    v.enter("$Elements");
+    let count = v.text_count("the number of elements")?;
+    collector.reserve_elements(v.capacity(count, ELEMENT, "elements")?);
+    if v.is_binary() {
+        v.rest_of_line();
+        binary(v, collector, labels, count)?;
+    } else {
+        for done in 0..count {
+            v.progress(done, count, "elements");
+            let line = v.record_begin()?;
+            let number = v.size("the number of an element")?;
+            let code = v.int("the type of an element")?;
+            let tags = v.size("the number of tags")?;
+            let kind = elements::kind(v, code, 1, Some(number))?;
+            element(v, collector, labels, number, kind, tags)?;
+            v.record_end(line)?;
+        }
+    }
+    v.end("$EndElements")
+}
+
+/// Reads the binary blocks of elements of one type and number of tags.
+fn binary(
+    v: &mut Values<'_>,
+    collector: &mut Collector,
+    labels: &mut Labels,
+    count: u64,
+) -> Result<(), MeshFileError> {
+    let mut done = 0;
+    while done < count {
+        v.progress(done, count, "elements");
+        let code = v.int("the type of the elements")?;
+        let follow = number(v, "how many elements follow")?;
+        let tags = number(v, "the number of tags")?;
+        if follow == 0 || follow > count - done {
+            let found = format!("{follow} elements follow, of {} that are left", count - done);
+            return Err(v.fault(found).expected("at least one, and no more than are left"));
+        }
+        let kind = elements::kind(v, code, follow, None)?;
+        for _ in 0..follow {
+            v.progress(done, count, "elements");
+            let number = number(v, "the number of an element")?;
+            element(v, collector, labels, number, kind, tags)?;
+            done += 1;
+        }
+    }
+    Ok(())
+}
+
+/// Reads tags and nodes of an element; the first tag is its physical group.
+fn element(
+    v: &mut Values<'_>,
+    collector: &mut Collector,
+    labels: &mut Labels,
+    number_of_element: u64,
+    kind: crate::mesh_file::ElementKind,
+    tags: u64,
+) -> Result<(), MeshFileError> {
+    let mut group = 0;
+    for k in 0..tags {
+        let tag = v.int("a tag")?;
+        if k == 0 {
+            group = tag;
+        }
+    }
+    let mut nodes = [0u64; 9];
+    for node in &mut nodes[..kind.nodes()] {
+        *node = number(v, "the number of a node")?;
+    }
+    let set = labels.set_of_tag(kind.dimension(), group);
+    collector.element(number_of_element, kind, &nodes[..kind.nodes()], set, v.spot());
+    Ok(())
+}

@@ -1,0 +1,174 @@
+//! Version 4.1: entities carry the groups; nodes and elements come in blocks, one per entity.
+
+use super::elements;
+use super::labels::Labels;
+use super::values::Values;
+use crate::mesh_file::{Collector, MeshFileError};
+
+/// Reads `$Entities` or `$PartitionedEntities`, of which only the groups matter.
+pub(super) fn entities(
+    v: &mut Values<'_>,
+    labels: &mut Labels,
+    partitioned: bool,
+) -> Result<(), MeshFileError> {
+    v.enter(if partitioned { "$PartitionedEntities" } else { "$Entities" });
+    if partitioned {
+        v.size("the number of partitions")?;
+        let ghosts = v.size("the number of ghost entities")?;
+        for _ in 0..ghosts {
+            v.int("the number of a ghost entity")?;
+            v.int("its partition")?;
+        }
+    }
+    let what = "the number of entities";
+    let counts = [v.size(what)?, v.size(what)?, v.size(what)?, v.size(what)?];
+    let mut tags = Vec::new();
+    for (dimension, count) in (0u8..).zip(counts) {
+        for done in 0..count {
+            v.progress(done, count, "entities of one dimension");
+            let entity = v.int("the number of an entity")?;
+            if partitioned {
+                v.int("the dimension of the parent")?;
+                v.int("the number of the parent")?;
+                let partitions = v.size("the number of partitions")?;
+                for _ in 0..partitions {
+                    v.int("a partition")?;
+                }
+            }
+            // A point has its coordinates, everything else the two corners of its bounding box.
+            for _ in 0..if dimension == 0 { 3 } else { 6 } {
+                v.real("a coordinate")?;
+            }
+            let groups = v.size("the number of physical groups")?;
+            tags.clear();
+            for _ in 0..groups {
+                tags.push(v.int("the number of a physical group")?);
+            }
+            labels.set_entity(dimension, entity, &tags);
+            if dimension > 0 {
+                let bounding = v.size("the number of bounding entities")?;
+                for _ in 0..bounding {
+                    v.int("the number of a bounding entity")?;
+                }
+            }
+        }
+    }
+    v.end(if partitioned { "$EndPartitionedEntities" } else { "$EndEntities" })
+}
+
+/// The head that `$Nodes` and `$Elements` share: number of blocks and of items.
+fn head(
+    v: &mut Values<'_>,
+    each: [usize; 2],
+    what: &'static str,
+) -> Result<(u64, u64, usize), MeshFileError> {
+    let line = v.record_begin()?;
+    let blocks = v.size("the number of blocks")?;
+    let count = v.size("the number of items in all blocks")?;
+    v.size("the smallest number")?;
+    v.size("the largest number")?;
+    v.record_end(line)?;
+    Ok((blocks, count, v.capacity(count, each, what)?))
+}
+
+/// Refuses a block that goes beyond the number at the head of the section.
+fn check_block(v: &Values<'_>, size: u64, done: u64, count: u64, what: &str) -> Result<(), MeshFileError> {
+    if size > count - done {
+        let found = format!("a block of {size} {what} begins after {done} of {count}");
+        return Err(v.fault(found).expected(format!("at most {}", count - done)));
+    }
+    Ok(())
+}
+
+/// Checks that the blocks brought as many items as the head of the section says.
+fn check_total(v: &Values<'_>, done: u64, count: u64, what: &str) -> Result<(), MeshFileError> {
+    if done == count {
+        return Ok(());
+    }
+    Err(v.fault(format!("the blocks hold {done} {what}, the head of the section says {count}")))
+}
+
+/// Reads `$Nodes`.
+pub(super) fn nodes(v: &mut Values<'_>, collector: &mut Collector) -> Result<(), MeshFileError> {
+    v.enter("$Nodes");
+    let (blocks, count, capacity) = head(v, [8, 32], "nodes")?;
+    collector.reserve_nodes(capacity);
+    let mut done = 0;
+    let mut numbers = Vec::new();
+    for _ in 0..blocks {
+        v.progress(done, count, "nodes");
+        let line = v.record_begin()?;
+        let dimension = v.int("the dimension of an entity")?;
+        v.int("the number of an entity")?;
+        let parametric = v.int("0 or 1 for parametric coordinates")?;
+        let size = v.size("the number of nodes of a block")?;
+        v.record_end(line)?;
+        check_block(v, size, done, count, "nodes")?;
+        if !(0..=3).contains(&dimension) || !(0..=1).contains(&parametric) {
+            let found = format!("a block has the dimension {dimension} and the parametric mark {parametric}");
+            return Err(v.fault(found).expected("0 to 3, and 0 or 1"));
+        }
+        numbers.clear();
+        numbers.reserve(capacity.min(usize::try_from(size).unwrap_or(capacity)));
+        for k in 0..size {
+            v.progress(done + k, count, "nodes");
+            numbers.push(v.size("the number of a node")?);
+        }
+        for &number in &numbers {
+            v.progress(done, count, "nodes");
+            let line = v.record_begin()?;
+            let what = "a coordinate";
+            let point = [v.real(what)?, v.real(what)?, v.real(what)?];
+            for _ in 0..dimension * parametric {
+                v.real("a parametric coordinate")?;
+            }
+            v.record_end(line)?;
+            collector.node(number, point, v.spot())?;
+            done += 1;
+        }
+    }
+    check_total(v, done, count, "nodes")?;
+    v.end("$EndNodes")
+}
+
+/// Reads `$Elements`.
+pub(super) fn elements(
+    v: &mut Values<'_>,
+    collector: &mut Collector,
+    labels: &Labels,
+) -> Result<(), MeshFileError> {
+    v.enter("$Elements");
+    let (blocks, count, capacity) = head(v, [4, 16], "elements")?;
+    collector.reserve_elements(capacity);
+    let mut done = 0;
+    for _ in 0..blocks {
+        v.progress(done, count, "elements");
+        let line = v.record_begin()?;
+        let dimension = v.int("the dimension of an entity")?;
+        let entity = v.int("the number of an entity")?;
+        let code = v.int("the type of the elements")?;
+        let size = v.size("the number of elements of a block")?;
+        v.record_end(line)?;
+        check_block(v, size, done, count, "elements")?;
+        let kind = elements::kind(v, code, size, None)?;
+        if i32::from(kind.dimension()) != dimension {
+            let found = format!("a block of {}s lies on an entity of dimension {dimension}", kind.name());
+            return Err(v.fault(found).expected(format!("dimension {}", kind.dimension())));
+        }
+        let set = labels.set_of_entity(dimension, entity);
+        for _ in 0..size {
+            v.progress(done, count, "elements");
+            let line = v.record_begin()?;
+            let number = v.size("the number of an element")?;
+            let mut nodes = [0u64; 9];
+            for node in &mut nodes[..kind.nodes()] {
+                *node = v.size("the number of a node")?;
+            }
+            v.record_end(line)?;
+            collector.element(number, kind, &nodes[..kind.nodes()], set, v.spot());
+            done += 1;
+        }
+    }
+    check_total(v, done, count, "elements")?;
+    v.end("$EndElements")
+}

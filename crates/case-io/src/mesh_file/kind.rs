@@ -1,0 +1,75 @@
+//! The kinds of elements that are read.
+
+/// The shape and order of an element; every kind's corners are its first nodes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum ElementKind {
+    /// A single node; it is not used.
+    Point,
+    /// A straight edge.
+    Edge2,
+    /// A quadratic edge.
+    Edge3,
+    /// A linear triangle.
+    Triangle3,
+    /// A quadratic triangle.
+    Triangle6,
+    /// A bilinear quadrilateral.
+    Quad4,
+    /// A quadratic quadrilateral without a node in its middle.
+    Quad8,
+    /// A quadratic quadrilateral with a node in its middle.
+    Quad9,
+}
+
+impl ElementKind {
+    /// Returns the number of nodes.
+    pub fn nodes(self) -> usize {
+        match self {
+            Self::Point => 1,
+            Self::Edge2 => 2,
+            Self::Edge3 | Self::Triangle3 => 3,
+            Self::Quad4 => 4,
+            Self::Triangle6 => 6,
+            Self::Quad8 => 8,
+            Self::Quad9 => 9,
+        }
+    }
+
+    /// Returns the number of corners.
+    pub fn corners(self) -> usize {
+        match self {
+            Self::Point => 1,
+            Self::Edge2 | Self::Edge3 => 2,
+            Self::Triangle3 | Self::Triangle6 => 3,
+            Self::Quad4 | Self::Quad8 | Self::Quad9 => 4,
+        }
+    }
+
+    /// Returns 0 for points, 1 for edges, 2 for cells.
+    pub fn dimension(self) -> u8 {
+        match self {
+            Self::Point => 0,
+            Self::Edge2 | Self::Edge3 => 1,
+            _ => 2,
+        }
+    }
+
+    /// Says whether there are nodes besides the corners.
+    pub fn is_quadratic(self) -> bool {
+        self.nodes() > self.corners()
+    }
+
+    /// Returns what people call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Point => "point",
+            Self::Edge2 => "2-node edge",
+            Self::Edge3 => "3-node edge",
+            Self::Triangle3 => "3-node triangle",
+            Self::Triangle6 => "6-node triangle",
+            Self::Quad4 => "4-node quadrilateral",
+            Self::Quad8 => "8-node quadrilateral",
+            Self::Quad9 => "9-node quadrilateral",
+        }
+    }
+}
