@@ -150,14 +150,18 @@ impl Cell {
         }
     }
 
-    /// Computes the products of the twelve unknowns with a row of reference gradients.
-    fn unknowns(&self, gradients: &[f64; 12]) -> [f64; UNKNOWNS] {
-        let pair = |k: usize, v: Vector| gradients[2 * k] * v[0] + gradients[2 * k + 1] * v[1];
-        let along: [f64; 3] = std::array::from_fn(|k| pair(3 + k, self.along[k]));
-        let mut unknowns = [0.0; UNKNOWNS];
+    /// Computes `Tᵀ G`: what the twelve unknowns make of rows that belong to the reference gradients.
+    fn unknowns<const N: usize>(&self, gradients: &[[f64; N]; 12]) -> [[f64; N]; UNKNOWNS] {
+        let pair = |k: usize, v: Vector| -> [f64; N] {
+            let (x, y) = (&gradients[2 * k], &gradients[2 * k + 1]);
+            std::array::from_fn(|i| x[i] * v[0] + y[i] * v[1])
+        };
+        let along: [[f64; N]; 3] = std::array::from_fn(|k| pair(3 + k, self.along[k]));
+        let mut unknowns = [[0.0; N]; UNKNOWNS];
         for k in 0..3 {
             // Corner k ends edge k + 2 and starts edge k.
-            unknowns[3 * k] = self.values[k] * (along[(k + 2) % 3] - along[k]);
+            let (end, start) = (&along[(k + 2) % 3], &along[k]);
+            unknowns[3 * k] = std::array::from_fn(|i| self.values[k] * (end[i] - start[i]));
             unknowns[3 * k + 1] = pair(k, self.slopes[k][0]);
             unknowns[3 * k + 2] = pair(k, self.slopes[k][1]);
             unknowns[9 + k] = pair(3 + k, self.across[k]);
@@ -177,17 +181,23 @@ impl Cell {
                 *g += factor * m;
             }
         }
-        let gradients = PLACES.map(|places| places.map(|place| lower[place]));
-        // Tᵀ G T: first the rows of G, whose results are the columns of G T, then those.
-        let half = gradients.map(|row| self.unknowns(&row));
-        let mut form = [0.0; PACKED];
-        for j in 0..UNKNOWNS {
-            let column = self.unknowns(&std::array::from_fn(|row| half[row][j]));
-            for i in j..UNKNOWNS {
-                form[PLACES[i][j]] = column[i];
+        let mut gradients = [[0.0; 12]; 12];
+        for i in 0..12 {
+            for j in 0..=i {
+                gradients[i][j] = lower[PLACES[i][j]];
+                gradients[j][i] = lower[PLACES[i][j]];
             }
         }
-        form
+        // Tᵀ (Tᵀ G)ᵀ
+        let half = self.unknowns(&gradients);
+        let form = self.unknowns::<12>(&std::array::from_fn(|i| std::array::from_fn(|j| half[j][i])));
+        let mut packed = [0.0; PACKED];
+        let mut next = 0;
+        for (i, row) in form.iter().enumerate() {
+            packed[next..=next + i].copy_from_slice(&row[..=i]);
+            next += i + 1;
+        }
+        packed
     }
 
     /// Computes `⟨τ − σ̂, τ_i⟩` of the twelve unknowns, and `‖τ − σ̂‖²`.
@@ -215,8 +225,8 @@ impl Cell {
         }
         // ∫ over a part of a third of the area: see [`johnson_mercier::distance_squared`].
         let scale = 0.5 * self.jacobian / 36.0;
-        let gradients = gradients.map(|g| scale / (self.jacobian * self.jacobian) * g);
-        (self.unknowns(&gradients), scale * energy)
+        let gradients = gradients.map(|g| [scale / (self.jacobian * self.jacobian) * g]);
+        (self.unknowns(&gradients).map(|[x]| x), scale * energy)
     }
 }
 
