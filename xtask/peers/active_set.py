@@ -18,10 +18,10 @@ import process
 
 
 def cholmod(matrix, rhs):
-    """One analysis, factorisation and solve by CHOLMOD, ordered by METIS."""
+    """One analysis, factorisation and solve by CHOLMOD, in the order it chooses."""
     from sksparse.cholmod import cholesky
 
-    return cholesky(matrix, ordering_method="metis")(rhs)
+    return cholesky(matrix)(rhs)
 
 
 def superlu(matrix, rhs):
