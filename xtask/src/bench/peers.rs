@@ -21,7 +21,7 @@ const THREADS: usize = 2;
 const SLOW: f64 = 60.0;
 /// Largest relative difference to a peer that solves the same discrete problem.
 const AGREEMENT: f64 = 1e-6;
-/// Settings of the run whose answer is compared: converged far below [`AGREEMENT`].
+/// Settings of the run whose answer is compared with those of peers: converged far below [`AGREEMENT`].
 const CONVERGED: [&str; 2] = ["solver.stop.criterion=\"eta_nndd\"", "solver.stop.tolerance=1e-8"];
 /// What criterion calls one iteration, with 1281 pairs.
 const ITERATION: &str = "nndd/one iteration/1281";
@@ -29,8 +29,10 @@ const ITERATION: &str = "nndd/one iteration/1281";
 /// One run of this program.
 #[derive(Clone, Debug)]
 struct Own {
-    /// From the mesh in memory to recovered displacements.
+    /// From the mesh in memory to recovered displacements, by the default criterion.
     solve: f64,
+    /// The same, converged as far as [`CONVERGED`] says.
+    converged: f64,
     /// The same with everything for the certificate.
     certified: f64,
     /// Wall time of the process.
@@ -97,53 +99,84 @@ fn on_mesh(runner: &Runner<'_>, peers: &[Peer], runs: usize, skipped: &mut Vec<S
     let [nx, ny] = runner.cells;
     let name = format!("{nx}x{ny} cells per body");
     let settings = process::settings(runner.cells);
-    println!("{name}: this program and {} peers", peers.iter().filter(|p| p.takes(runner.cells)).count());
     let mut taking: Vec<Peer> = peers.iter().filter(|p| p.takes(runner.cells)).copied().collect();
     if let Err(error) = runner.prepare(&taking) {
         skipped.push(format!("all peers at {name}: {}", environment::last_line(&error)));
         taking.clear();
     }
+    println!("{name}: this program and {} peers", taking.len());
     let mut converged = settings.clone();
     converged.extend(CONVERGED.map(str::to_owned));
-    let (_, reference) = process::solve(runner.workspace, &name, &converged, Some(THREADS))?;
-
+    let timer = Timer { workspace: runner.workspace, name: &name, settings, converged };
+    // The first round is thrown away, but for peers so slow that it is their only one.
+    let (_, reference) = timer.run()?;
     let mut series = vec![];
-    // The first round is thrown away, unless it took so long that it is the only one.
-    own_run(runner.workspace, &name, &settings)?;
     for peer in taking {
         match runner.run(&peer) {
             Ok(answer) => {
+                println!("{}: {:.2} s, process {:.2} s", peer.name, answer.seconds, answer.whole);
                 let differences = differences(&reference, &answer.details);
                 let answers = if answer.whole > SLOW { vec![answer] } else { vec![] };
                 series.push(Series { peer, answers, differences });
             }
-            Err(error) => {
-                let line = format!("{} at {name}: {}", peer.name, environment::last_line(&error));
-                println!("skipped {line}");
-                skipped.push(line);
-            }
+            Err(error) => skip(skipped, &peer, &name, &error),
         }
     }
-    let again: Vec<bool> = series.iter().map(|s| s.answers.is_empty()).collect();
+    let mut again: Vec<bool> = series.iter().map(|s| s.answers.is_empty()).collect();
     let mut own = vec![];
-    for _ in 0..runs {
-        own.push(own_run(runner.workspace, &name, &settings)?);
-        for (s, _) in series.iter_mut().zip(&again).filter(|(_, again)| **again) {
-            s.answers.push(runner.run(&s.peer)?);
+    for round in 1..=runs {
+        println!("{name}: round {round} of {runs}");
+        own.push(timer.run()?.0);
+        for (s, again) in series.iter_mut().zip(&mut again).filter(|(_, again)| **again) {
+            match runner.run(&s.peer) {
+                Ok(answer) => s.answers.push(answer),
+                Err(error) => {
+                    skip(skipped, &s.peer, &name, &error);
+                    *again = false;
+                }
+            }
         }
     }
     let unknowns = process::unknowns(&reference).unwrap_or(f64::NAN);
     Ok(OnMesh { cells: runner.cells, unknowns, own, series })
 }
 
-fn own_run(workspace: &Workspace, name: &str, settings: &[String]) -> Outcome<Own> {
-    let (run, report) = process::solve(workspace, name, settings, Some(THREADS))?;
-    let phase = |key: &str| {
-        report["timings"][key].as_f64().ok_or_else(|| format!("{name}: no timing {key} in report.json"))
-    };
-    let solve = phase("assembly")? + phase("factorisation")? + phase("iterations")?;
-    let certified = solve + phase("estimate")?;
-    Ok(Own { solve, certified, whole: run.seconds, memory: run.memory.map(|kib| kib * 1024.0) })
+/// Notes that a peer does not run.
+fn skip(skipped: &mut Vec<String>, peer: &Peer, mesh: &str, error: &str) {
+    let line = format!("{} at {mesh}: {}", peer.name, environment::last_line(error));
+    println!("skipped {line}");
+    skipped.push(line);
+}
+
+/// Runs this program on one mesh.
+struct Timer<'a> {
+    workspace: &'a Workspace,
+    name: &'a str,
+    settings: Vec<String>,
+    converged: Vec<String>,
+}
+
+impl Timer<'_> {
+    /// Runs it by its default criterion and converged, and returns the latter's report as well.
+    fn run(&self) -> Outcome<(Own, Value)> {
+        let (run, report) = process::solve(self.workspace, self.name, &self.settings, Some(THREADS))?;
+        let solve = self.solve_time(&report)?;
+        let certified = solve + self.phase(&report, "estimate")?;
+        let (_, reference) = process::solve(self.workspace, self.name, &self.converged, Some(THREADS))?;
+        let converged = self.solve_time(&reference)?;
+        let memory = run.memory.map(|kib| kib * 1024.0);
+        Ok((Own { solve, converged, certified, whole: run.seconds, memory }, reference))
+    }
+
+    fn solve_time(&self, report: &Value) -> Outcome<f64> {
+        let phases = ["assembly", "factorisation", "iterations"];
+        phases.into_iter().map(|key| self.phase(report, key)).sum()
+    }
+
+    fn phase(&self, report: &Value, key: &str) -> Outcome<f64> {
+        let found = report["timings"][key].as_f64();
+        found.ok_or_else(|| format!("{}: no timing {key} in report.json", self.name))
+    }
 }
 
 /// Relative differences of a peer's energies and contact force to those of report.json; none where it has none.
