@@ -2,7 +2,7 @@
 //!
 //! - `verify` runs every check a change must pass,
 //! - `tidy` checks what no compiler checks: the crate graph on the map, stray files, forbidden words,
-//! - `bench` runs the benchmark suites and writes `bench-results/`,
+//! - `bench` runs the benchmark suites and writes `bench-results/`; with `--peers`, other programs beside this one,
 //! - `reproduce` runs the studies whose tables stand in `bench-results/`.
 
 // Reporting is what these tasks are for.

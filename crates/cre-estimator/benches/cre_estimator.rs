@@ -1,8 +1,8 @@
-//! The certificate of a contact state, and the recovery of one body.
+//! The certificate of a contact state, by EET alone and relaxed, and its parts for one body.
 #![allow(clippy::unwrap_used, missing_docs)] // The data are fixed and sound; criterion's macros are not documented.
 
-use cre_estimator::{EquilibratedStress, estimate};
-use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use cre_estimator::{EquilibratedStress, Relaxation, StarRelaxation, estimate, estimate_with};
+use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
 use fem_core::assembly::System;
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
@@ -47,10 +47,26 @@ fn certificates(c: &mut Criterion) {
         group.bench_function(BenchmarkId::new("certificate", &name), |b| {
             b.iter(|| estimate(&problem, &bodies, &state).unwrap());
         });
+        group.bench_function(BenchmarkId::new("certificate, relaxed", &name), |b| {
+            b.iter(|| estimate_with(&problem, &bodies, &state, Relaxation::default()).unwrap());
+        });
         let body = &problem.bodies[1];
         let stress = field::stresses(body, &u[1]);
         group.bench_function(BenchmarkId::new("equilibrated edge tractions", &name), |b| {
             b.iter(|| EquilibratedStress::recover(body, stress.clone(), body.edge_conditions().to_vec()));
+        });
+        let eet = EquilibratedStress::recover(body, stress.clone(), body.edge_conditions().to_vec());
+        group.bench_function(BenchmarkId::new("Johnson-Mercier distances", &name), |b| {
+            let triangles = 0..stress.len();
+            b.iter(|| triangles.clone().map(|t| eet.cell_distance_squared(body, t, stress[t])).sum::<f64>());
+        });
+        group.bench_function(BenchmarkId::new("stars prepared", &name), |b| {
+            b.iter(|| StarRelaxation::new(body, &eet.conditions));
+        });
+        let stars = StarRelaxation::new(body, &eet.conditions);
+        group.bench_function(BenchmarkId::new("two steps of relaxation", &name), |b| {
+            let relax = |mut copy| stars.relax(&mut copy, Relaxation::default());
+            b.iter_batched(|| eet.clone(), relax, BatchSize::LargeInput);
         });
     }
     group.finish();

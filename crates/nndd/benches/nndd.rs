@@ -1,4 +1,5 @@
-//! Whole iterations on condensed bodies: the paper's settings and the default ones, and the reference.
+//! Whole iterations on condensed bodies: the paper's settings and the default ones, and the reference; one iteration by
+//! itself, for an interface as long as that of 1280x640 cells per body.
 #![allow(clippy::unwrap_used, missing_docs)] // The data are fixed and sound; criterion's macros are not documented.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
@@ -9,8 +10,10 @@ use fem_core::condensation::CondensedBody;
 use fem_core::interface::{ContactInterface, ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
-use nndd::stopping::{EtaNndd, Never};
-use nndd::{Method, NnddSettings};
+use nndd::stopping::{Decision, EtaNndd, Never, StoppingCriterion};
+use nndd::{Iterate, Method, NnddSettings};
+use std::error::Error;
+use std::time::{Duration, Instant};
 
 fn problem(cells: [usize; 2]) -> (ContactProblem, [CondensedBody; 2]) {
     let material = |e| LinearElastic::isotropic(e, 0.3, Hypothesis::PlaneStrain).unwrap();
@@ -58,5 +61,53 @@ fn iterations(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, iterations);
+/// Iterations timed in one run, after the first, which starts the contact problem cold.
+const TIMED: u32 = 10;
+
+/// Takes the time from the end of the first iteration to the end of the last.
+#[derive(Default)]
+struct Watch {
+    first: Option<Instant>,
+    iterations: u32,
+    elapsed: Duration,
+}
+
+impl StoppingCriterion for Watch {
+    fn check(&mut self, _: &Iterate) -> Result<Decision, Box<dyn Error + Send + Sync>> {
+        let first = *self.first.get_or_insert_with(Instant::now);
+        self.elapsed = first.elapsed();
+        let done = self.iterations == TIMED;
+        self.iterations += 1;
+        Ok(if done { Decision::Stop } else { Decision::Continue })
+    }
+}
+
+fn one_iteration(c: &mut Criterion) {
+    let mut group = c.benchmark_group("nndd");
+    group.sample_size(10);
+    // Flat cells: the interface decides the time, and the bodies below it are quickly condensed.
+    for cells in [[320, 160], [1280, 40]] {
+        let (problem, bodies) = problem(cells);
+        let pairs = problem.interface.pairs().len();
+        let start = vec![0.0; pairs];
+        let mut settings = NnddSettings::paper(0.4);
+        settings.qp = settings.qp.with_method(contact_qp::QpMethod::ActiveSet);
+        group.bench_function(BenchmarkId::new("one iteration", pairs), |b| {
+            b.iter_custom(|wanted| {
+                let (mut elapsed, mut done) = (Duration::ZERO, 0);
+                while done < wanted {
+                    let mut watch = Watch::default();
+                    nndd::solve(&problem, &bodies, start.clone(), &settings, &mut watch).unwrap();
+                    assert_eq!(watch.iterations, TIMED + 1);
+                    elapsed += watch.elapsed;
+                    done += u64::from(TIMED);
+                }
+                elapsed.mul_f64(wanted as f64 / done as f64)
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, iterations, one_iteration);
 criterion_main!(benches);

@@ -1,0 +1,231 @@
+//! Who is compared, and how each is run on one mesh.
+
+use super::super::process;
+use super::THREADS;
+use super::environment::{BASE, CHOLMOD, Environment, PARDISO, program};
+use crate::workspace::{Outcome, Workspace};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The executable of CalculiX.
+const CALCULIX: &str = "ccx";
+
+/// What a peer does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Task {
+    /// Analysis, factorisation and one solve of the two stiffnesses: argument of `linear.py`.
+    Linear(&'static str),
+    /// The contact problem from assembly on: argument of `active_set.py`.
+    ActiveSet(&'static str),
+    /// The contact problem by CalculiX, as a whole process.
+    CalculiX,
+}
+
+/// A program, or a way to use one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Peer {
+    pub(super) name: &'static str,
+    pub(super) task: Task,
+    /// Cells along the interface of the finest mesh it is run on.
+    finest: usize,
+    /// Whether MKL's BLAS is put in the place of the system's.
+    on_mkl: bool,
+}
+
+const fn peer(name: &'static str, task: Task, finest: usize) -> Peer {
+    Peer { name, task, finest, on_mkl: false }
+}
+
+/// PARDISO stands first, so that it runs right after this program.
+const PEERS: [Peer; 8] = [
+    peer("PARDISO", Task::Linear("pardiso"), usize::MAX),
+    peer("PARDISO, minimum degree", Task::Linear("pardiso-minimum-degree"), 640),
+    peer("CHOLMOD", Task::Linear("cholmod"), 640),
+    peer("SuperLU", Task::Linear("superlu"), 320),
+    peer("active set, CHOLMOD", Task::ActiveSet("cholmod"), 320),
+    Peer { on_mkl: true, ..peer("active set, CHOLMOD on MKL's BLAS", Task::ActiveSet("cholmod"), 320) },
+    peer("active set, SuperLU", Task::ActiveSet("superlu"), 320),
+    peer("CalculiX", Task::CalculiX, 320),
+];
+
+impl Peer {
+    /// Whether its answer is that of the same discrete problem, to round-off.
+    pub(super) fn is_exact(&self) -> bool {
+        matches!(self.task, Task::ActiveSet(_))
+    }
+
+    /// Whether it solves the contact problem at all.
+    pub(super) fn solves_contact(&self) -> bool {
+        !matches!(self.task, Task::Linear(_))
+    }
+
+    pub(super) fn takes(&self, cells: [usize; 2]) -> bool {
+        cells[0] <= self.finest
+    }
+
+    /// Why it cannot run here.
+    fn hindrance(&self, environment: &Environment) -> Option<String> {
+        let groups = match self.task {
+            Task::Linear(name) if name.starts_with("pardiso") => vec![BASE, PARDISO],
+            Task::Linear("cholmod") | Task::ActiveSet("cholmod") => vec![BASE, CHOLMOD],
+            Task::Linear(_) | Task::ActiveSet(_) | Task::CalculiX => vec![BASE],
+        };
+        let missing = environment.missing.iter().find(|(name, _)| groups.contains(name));
+        if let Some((group, reason)) = missing {
+            return Some(format!("{group} {reason}"));
+        }
+        if self.task == Task::CalculiX && program(CALCULIX).is_none() {
+            return Some(format!("no executable {CALCULIX}; `apt install calculix-ccx`"));
+        }
+        if self.on_mkl && environment.mkl().is_none() {
+            return Some("no MKL in the environment".to_owned());
+        }
+        None
+    }
+}
+
+/// The peers that can run here, and those that cannot with the reason.
+pub(super) fn muster(environment: &Environment) -> (Vec<Peer>, Vec<String>) {
+    let (mut able, mut skipped) = (vec![], vec![]);
+    for peer in PEERS {
+        match peer.hindrance(environment) {
+            None => able.push(peer),
+            Some(reason) => skipped.push(format!("{}: {reason}", peer.name)),
+        }
+    }
+    (able, skipped)
+}
+
+/// One run of a peer.
+#[derive(Clone, Debug)]
+pub(super) struct Answer {
+    /// What it is measured by: see [`Task`].
+    pub(super) seconds: f64,
+    /// Wall time of its process.
+    pub(super) whole: f64,
+    /// Memory in bytes: of the solver alone for [`Task::Linear`], of the process otherwise.
+    pub(super) memory: Option<f64>,
+    /// Everything else it says.
+    pub(super) details: Value,
+}
+
+/// Runs peers on one mesh.
+pub(super) struct Runner<'a> {
+    pub(super) workspace: &'a Workspace,
+    pub(super) environment: &'a Environment,
+    pub(super) cells: [usize; 2],
+}
+
+impl Runner<'_> {
+    /// Writes what a task reads.
+    pub(super) fn prepare(&self, peers: &[Peer]) -> Outcome<()> {
+        let folder = self.folder();
+        std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", self.workspace.shown(&folder)))?;
+        if peers.iter().any(|p| matches!(p.task, Task::Linear(_))) {
+            self.script("linear.py", &["matrix"], &self.matrix(), None)?;
+        }
+        if peers.iter().any(|p| p.task == Task::CalculiX) {
+            self.script("calculix.py", &["deck"], &folder.join("job"), None)?;
+        }
+        Ok(())
+    }
+
+    /// Runs a peer once.
+    pub(super) fn run(&self, peer: &Peer) -> Outcome<Answer> {
+        let blas = if peer.on_mkl { self.environment.mkl() } else { None };
+        let (run, details) = match peer.task {
+            Task::Linear(solver) => {
+                let run = self.python("linear.py", None, |c| {
+                    c.arg(solver).arg(self.matrix());
+                })?;
+                let details = json(&run.said)?;
+                (run, details)
+            }
+            Task::ActiveSet(solver) => {
+                let [nx, ny] = self.cells.map(|n| n.to_string());
+                let run = self.python("active_set.py", blas.as_deref(), |c| {
+                    c.args([solver, &nx, &ny]);
+                })?;
+                let details = json(&run.said)?;
+                (run, details)
+            }
+            Task::CalculiX => {
+                let ccx = program(CALCULIX).ok_or_else(|| format!("no executable {CALCULIX}"))?;
+                let folder = self.folder();
+                let run = process::run(peer.name, &ccx, |command| {
+                    command.current_dir(&folder).arg("job").env("OMP_NUM_THREADS", THREADS.to_string());
+                })?;
+                let said = self.script("calculix.py", &["read"], &folder.join("job"), None)?;
+                (run, json(&said)?)
+            }
+        };
+        let memory = details["memory_bytes"]
+            .as_f64()
+            .or_else(|| (peer.task == Task::CalculiX).then(|| run.memory.map(|kib| kib * 1024.0)).flatten());
+        let seconds = details["seconds"].as_f64().unwrap_or(run.seconds);
+        Ok(Answer { seconds, whole: run.seconds, memory, details })
+    }
+
+    fn folder(&self) -> PathBuf {
+        self.workspace.target.join("peers").join(format!("{}x{}", self.cells[0], self.cells[1]))
+    }
+
+    fn matrix(&self) -> PathBuf {
+        self.folder().join("stiffness.npz")
+    }
+
+    /// Runs a script with the mesh and a file as arguments, and returns what it prints.
+    fn script(&self, name: &str, first: &[&str], file: &Path, blas: Option<&Path>) -> Outcome<String> {
+        let run = self.python(name, blas, |c| {
+            c.args(first).args(self.cells.map(|n| n.to_string())).arg(file);
+        })?;
+        Ok(run.said)
+    }
+
+    fn python(
+        &self,
+        name: &str,
+        blas: Option<&Path>,
+        prepare: impl Fn(&mut Command),
+    ) -> Outcome<process::Run> {
+        let script = self.workspace.root.join("xtask").join("peers").join(name);
+        process::run(name, &self.environment.python(), |command| {
+            // No compiled scripts beside the tracked ones.
+            command.arg("-B").arg(&script);
+            for variable in ["OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"] {
+                command.env(variable, THREADS.to_string());
+            }
+            if let Some(library) = blas {
+                // CHOLMOD calls a BLAS from its own threads; two sets of threads hinder each other badly.
+                command.env("LD_PRELOAD", library).env("MKL_THREADING_LAYER", "SEQUENTIAL");
+            }
+            prepare(command);
+        })
+    }
+}
+
+fn json(said: &str) -> Outcome<Value> {
+    serde_json::from_str(said.trim()).map_err(|e| format!("found {:?}, expected JSON: {e}", said.trim()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn linear_solvers_do_not_answer_the_contact_problem() {
+        for peer in PEERS {
+            assert_eq!(peer.solves_contact(), !matches!(peer.task, Task::Linear(_)), "{}", peer.name);
+            assert!(peer.solves_contact() || !peer.is_exact(), "{}", peer.name);
+            assert!(peer.takes([18, 9]), "{}", peer.name);
+        }
+        assert!(PEERS[0].takes([1280, 640]) && !PEERS[PEERS.len() - 1].takes([640, 320]));
+    }
+
+    #[test]
+    fn answers_are_json() {
+        assert!(json(" {\"seconds\": 1.5}\n").is_ok_and(|v| v["seconds"].as_f64() == Some(1.5)));
+        assert!(json("Traceback").is_err());
+    }
+}

@@ -1,0 +1,149 @@
+//! What this program should reach against its peers, and whether it does.
+
+use super::super::criterion::Estimate;
+use super::super::numbers::{spread_of, time};
+use super::roster::{Answer, Task};
+use super::{OnMesh, Own, Series};
+use std::fmt::Write as _;
+
+/// Largest solve, and solve with certificate, over PARDISO's analysis, factorisation and one solve.
+const SOLVE: f64 = 0.5;
+const CERTIFIED: f64 = 1.0;
+/// Smallest ratio of the active set's time to that of a solve as converged as its own, on [`ACTIVE_SET_MESH`].
+const ACTIVE_SET: f64 = 30.0;
+const ACTIVE_SET_MESH: usize = 320;
+/// Coarsest mesh of the targets, cells along the interface.
+const COARSEST: usize = 320;
+/// Largest time of one iteration with 1281 pairs, nanoseconds.
+const ITERATION: f64 = 10e6;
+/// Largest peak memory on the mesh of 3.3 million unknowns, bytes.
+const MEMORY: f64 = 6.0 * 1024.0 * 1024.0 * 1024.0;
+const MEMORY_MESH: usize = 1280;
+
+/// Whether a value keeps to a limit, in words.
+///
+/// * `at_most`: whether the limit is an upper one.
+pub(super) fn verdict(value: f64, limit: f64, at_most: bool) -> String {
+    let kept = if at_most { value <= limit } else { value >= limit };
+    if kept { "met".to_owned() } else { format!("missed by {:.0} %", 100.0 * (value / limit - 1.0).abs()) }
+}
+
+/// Ratios of paired runs: that of the medians, the smallest and the largest of the pairs.
+pub(super) fn ratio(pairs: &[[f64; 2]]) -> Option<[f64; 3]> {
+    let [above, below] =
+        [0, 1].map(|k| spread_of(pairs.iter().map(|p| p[k]).collect()).map(|[median, ..]| median));
+    let [_, least, most] = spread_of(pairs.iter().map(|p| p[0] / p[1]).collect())?;
+    Some([above? / below?, least, most])
+}
+
+/// This program's runs and a peer's, round by round; the one run of a slow peer stands beside every own run.
+pub(super) fn paired(
+    mesh: &OnMesh,
+    series: &Series,
+    own: impl Fn(&Own) -> Option<f64>,
+    peer: impl Fn(&Answer) -> Option<f64>,
+) -> Vec<[f64; 2]> {
+    let answers = series.answers.iter().cycle();
+    mesh.own.iter().zip(answers).filter_map(|(o, a)| Some([own(o)?, peer(a)?])).collect()
+}
+
+/// The peer of a kind that does best on a mesh.
+fn best(
+    mesh: &OnMesh,
+    kind: impl Fn(Task) -> bool,
+    value: impl Fn(&Answer) -> Option<f64>,
+) -> Option<&Series> {
+    let middle = |s: &Series| spread_of(s.answers.iter().filter_map(&value).collect()).map(|[m, ..]| m);
+    let able = mesh.series.iter().filter(|s| kind(s.peer.task)).filter_map(|s| Some((middle(s)?, s)));
+    able.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, s)| s)
+}
+
+/// One line of the table of targets.
+///
+/// * `limit`: with whether it is an upper one.
+fn line(
+    what: &str,
+    mesh: Option<&OnMesh>,
+    peer: Option<&Series>,
+    found: Option<[f64; 3]>,
+    limit: (f64, bool),
+) -> String {
+    let cells = mesh.map_or("-".to_owned(), |m| format!("{}x{}", m.cells[0], m.cells[1]));
+    let peer = peer.map_or("-", |s| s.peer.name);
+    let rest = found.map_or("- | - | not measured".to_owned(), |[middle, least, most]| {
+        format!("{middle:.2} | {least:.2} to {most:.2} | {}", verdict(middle, limit.0, limit.1))
+    });
+    format!("| {what} | {cells} | {peer} | {rest} |\n")
+}
+
+/// The table of targets: one line each, `not measured` where a peer or a mesh is missing.
+pub(super) fn table(meshes: &[OnMesh], iteration: Option<&Estimate>) -> String {
+    let mut text = String::from(
+        "| target | cells per body | against | found | of single rounds | verdict |\n|---|---|---|---|---|---|\n",
+    );
+    let pardiso = |task: Task| matches!(task, Task::Linear(name) if name.starts_with("pardiso"));
+    let cholmod = |task: Task| task == Task::ActiveSet("cholmod");
+    let seconds = |a: &Answer| Some(a.seconds);
+    for mesh in meshes.iter().filter(|m| m.cells[0] >= COARSEST) {
+        let fastest = best(mesh, pardiso, seconds);
+        let over = |own: fn(&Own) -> Option<f64>| fastest.and_then(|s| ratio(&paired(mesh, s, own, seconds)));
+        let what = format!("solve <= {SOLVE} x PARDISO");
+        text += &line(&what, Some(mesh), fastest, over(|o| Some(o.solve)), (SOLVE, true));
+        let what = format!("solve and certificate <= {CERTIFIED} x PARDISO");
+        text += &line(&what, Some(mesh), fastest, over(|o| Some(o.certified)), (CERTIFIED, true));
+        let leanest = best(mesh, pardiso, |a| a.memory);
+        let memory = leanest.and_then(|s| ratio(&paired(mesh, s, |o| o.memory, |a| a.memory)));
+        text += &line("peak memory <= 1 x PARDISO's", Some(mesh), leanest, memory, (1.0, true));
+    }
+    let mesh = meshes.iter().find(|m| m.cells[0] == ACTIVE_SET_MESH);
+    let fastest = mesh.and_then(|m| best(m, cholmod, seconds));
+    let times = mesh.zip(fastest).map(|(m, s)| paired(m, s, |o| Some(o.converged), seconds));
+    let found = times.and_then(|t| ratio(&t.iter().map(|[own, peer]| [*peer, *own]).collect::<Vec<_>>()));
+    let what = format!("active set >= {ACTIVE_SET} x solve to 1e-8");
+    text += &line(&what, mesh, fastest, found, (ACTIVE_SET, false));
+
+    let _ = match iteration {
+        Some(e) => writeln!(
+            text,
+            "| one iteration, 1281 pairs, <= {} | - | - | {} | {} to {} | {} |",
+            time(ITERATION),
+            time(e.median),
+            time(e.lower),
+            time(e.upper),
+            verdict(e.median, ITERATION, true)
+        ),
+        None => writeln!(text, "| one iteration, 1281 pairs | - | - | - | - | not measured |"),
+    };
+    let mesh = meshes.iter().find(|m| m.cells[0] == MEMORY_MESH);
+    let found = mesh.and_then(|m| spread_of(m.own.iter().filter_map(|o| o.memory).collect()));
+    let gib = |bytes: f64| bytes / (1024.0 * 1024.0 * 1024.0);
+    let what = format!("3.3 million unknowns solved and certified in {} GiB", gib(MEMORY));
+    text += &line(&what, mesh, None, found.map(|s| s.map(gib)), (gib(MEMORY), true));
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn verdicts_say_by_how_much() {
+        assert_eq!(verdict(0.5, 0.5, true), "met");
+        assert_eq!(verdict(0.6, 0.5, true), "missed by 20 %");
+        assert_eq!(verdict(24.0, 30.0, false), "missed by 20 %");
+        assert_eq!(verdict(31.0, 30.0, false), "met");
+        assert!(verdict(f64::NAN, 1.0, true).starts_with("missed"));
+    }
+
+    #[test]
+    fn ratios_are_of_medians_and_of_rounds() {
+        assert_eq!(ratio(&[[1.0, 2.0], [3.0, 2.0], [2.0, 4.0]]), Some([1.0, 0.5, 1.5]));
+        assert_eq!(ratio(&[]), None);
+    }
+
+    #[test]
+    fn what_is_missing_is_not_measured() {
+        let text = table(&[], None);
+        assert_eq!(text.matches("not measured").count(), 3, "{text}");
+    }
+}
