@@ -1,9 +1,9 @@
 //! An adaptive run: one row and one set of ParaView files per mesh.
 
-use crate::check::{mebibytes, memory_estimate};
 use crate::convert;
 use crate::failure::Failure;
 use crate::files;
+use crate::memory::{self, mebibytes};
 use crate::outcome::{self, Ended};
 use crate::run::{Follower, Solved};
 use crate::signals::Signals;
@@ -108,7 +108,7 @@ impl Observer for Steps<'_> {
 
     fn has_room_for(&mut self, problem: &ContactProblem) -> bool {
         let Some(limit) = &self.case.limits.memory else { return true };
-        let needed = memory_estimate(problem);
+        let needed = memory::estimate(problem);
         if needed <= limit.value as f64 {
             return true;
         }

@@ -3,6 +3,7 @@
 use crate::args::Check;
 use crate::console;
 use crate::failure::Failure;
+use crate::memory::{self, mebibytes};
 use crate::run;
 use case_io::Case;
 use certified_contact::SolveError;
@@ -29,7 +30,7 @@ pub(crate) fn command(options: &Check) -> Result<u8, Failure> {
         let _ = writeln!(text, "    loads           {} conditions", body.tractions.len());
         let _ = writeln!(text, "    smallest angle  {:.1} degrees", mesh.smallest_angle());
     }
-    let _ = writeln!(text, "\n  memory estimate {}", mebibytes(memory_estimate(&problem)));
+    let _ = writeln!(text, "\n  memory estimate {}", mebibytes(memory::estimate(&problem)));
     text += "  ok: nothing stands against solving this case\n";
     console::print(&text)?;
     Ok(0)
@@ -44,27 +45,4 @@ pub(crate) fn supports(case: &Case, problem: &ContactProblem) -> Result<(), Fail
         }
     }
     Ok(())
-}
-
-/// Estimates the memory of a solve from the number of nodes, bytes.
-///
-/// Per body with n unknowns: the factor of a nested dissection, about 5 n log₂ n numbers (measured between
-/// 10⁵ and 1.6·10⁶ unknowns), the stiffness, the mesh with its topology, the fields of the estimator; and
-/// three dense interface matrices.
-pub(crate) fn memory_estimate(problem: &ContactProblem) -> f64 {
-    let pairs = problem.interface.pairs().len() as f64;
-    problem
-        .bodies
-        .iter()
-        .map(|body| {
-            let n = 2.0 * body.mesh().points().len() as f64;
-            8.0 * 5.0 * n * n.log2() + 700.0 * n + 3.0 * 8.0 * pairs * pairs
-        })
-        .sum()
-}
-
-/// Writes a size in MiB or GiB.
-pub(crate) fn mebibytes(bytes: f64) -> String {
-    let mib = bytes / f64::from(1 << 20);
-    if mib < 1024.0 { format!("{mib:.1} MiB") } else { format!("{:.2} GiB", mib / 1024.0) }
 }

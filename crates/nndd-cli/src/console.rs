@@ -1,6 +1,7 @@
 //! What the console shows: results on stdout, errors on stderr.
 
 use crate::failure::Failure;
+use crate::memory::{self, mebibytes};
 use crate::run::Solved;
 use case_io::Case;
 use case_io::diagnostic::Diagnostic;
@@ -100,6 +101,7 @@ pub(crate) fn header(case: &Case, problem: &ContactProblem, output: &str) -> Str
         interface.pairs().len(),
         interface.length()
     );
+    let _ = writeln!(text, "  {:<10} about {} of memory", "needs", mebibytes(memory::estimate(problem)));
     let theta = match solver.theta {
         case_io::case::Theta::Auto => "auto".to_string(),
         case_io::case::Theta::Value(theta) => theta.to_string(),

@@ -9,6 +9,7 @@ mod failure;
 mod figures;
 mod files;
 mod html;
+mod memory;
 mod mesh;
 mod outcome;
 mod plot;

@@ -2,10 +2,11 @@
 
 use crate::adapt::{self, Event};
 use crate::args::{Format, Solve};
-use crate::check::{self, mebibytes, memory_estimate};
+use crate::check;
 use crate::console;
 use crate::failure::Failure;
 use crate::files;
+use crate::memory::{self, mebibytes};
 use crate::run::{self, Solved};
 use crate::signals::Signals;
 use crate::stopwatch::{Activity, Stopwatch};
@@ -26,6 +27,7 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
     let problem = run::build(&case)?;
     check::supports(&case, &problem)?;
     check_memory(&case, &problem)?;
+    let memory_estimate = memory::estimate(&problem).round();
     let path = options.run.out.clone().unwrap_or_else(|| PathBuf::from(case.output_directory()));
     let mut directory =
         OutputDirectory::open(&path, &case.hash(), options.run.force).map_err(|e| Failure::output(&e))?;
@@ -58,6 +60,8 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
     run_info.insert("started".into(), started.into());
     run_info.insert("host".into(), host().into());
     run_info.insert("threads".into(), rayon::current_num_threads().into());
+    run_info.insert("memory_estimate".into(), memory_estimate.into());
+    run_info.insert("memory_peak".into(), memory::peak().into());
     run_info.insert("output".into(), path.display().to_string().into());
     run_info.insert("case_file".into(), case.file_name().into());
     run_info.insert("overrides".into(), options.case.set.clone().into());
@@ -73,7 +77,7 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
 }
 
 fn check_memory(case: &Case, problem: &ContactProblem) -> Result<(), Failure> {
-    let needed = memory_estimate(problem);
+    let needed = memory::estimate(problem);
     match &case.limits.memory {
         Some(limit) if needed > limit.value as f64 => {
             let nodes: usize = problem.bodies.iter().map(|b| b.mesh().points().len()).sum();
