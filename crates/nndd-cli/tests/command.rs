@@ -266,7 +266,7 @@ fn limits_of_an_adaptive_run_keep_its_certificate() {
     let case = cases().join("adaptive.toml");
     let out = temp.path().join("m");
     // Enough for the first mesh, not for all of them.
-    let memory = solve(&case, &out, &["--set", "limits.memory=\"2MiB\""]);
+    let memory = solve(&case, &out, &["--set", "limits.memory=\"22MiB\""]);
     assert_eq!(memory.status.code(), Some(8), "{}", text(&memory.stderr));
     let found = report(&out);
     assert!(found.certificate.valid && found.status.reason.contains("limits.memory"), "{:?}", found.status);
