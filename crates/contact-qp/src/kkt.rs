@@ -1,7 +1,7 @@
 //! The four KKT residuals, as numbers.
 
 use crate::error::QpError;
-use crate::problem::BoundQp;
+use crate::problem::{BoundQp, MatrixView};
 
 /// Measures how far `(x, r)` is from satisfying the KKT conditions; all four are dimensionless.
 ///
@@ -44,7 +44,8 @@ impl KktResiduals {
 /// # Errors
 /// Those of [`BoundQp::check`]; [`QpError::Length`] when `x` or `multipliers` has the wrong length.
 pub fn kkt_residuals(qp: &BoundQp<'_>, x: &[f64], multipliers: &[f64]) -> Result<KktResiduals, QpError> {
-    qp.check()?;
+    let matrix = CheckedMatrix::new(qp.matrix)?;
+    qp.check_vectors()?;
     for (what, expected, found) in
         [("x", qp.linear.len(), x.len()), ("multipliers", qp.bounded.len(), multipliers.len())]
     {
@@ -52,7 +53,31 @@ pub fn kkt_residuals(qp: &BoundQp<'_>, x: &[f64], multipliers: &[f64]) -> Result
             return Err(QpError::Length { what, expected, found });
         }
     }
-    Ok(residuals(qp, &Scales::new(qp), x, multipliers))
+    Ok(residuals(qp, &Scales::new(&matrix, qp.linear), x, multipliers))
+}
+
+/// A matrix checked and measured once, for programmes that differ in their vectors only: see
+/// [`solve_with`](crate::solve_with). Both cost passes over the whole matrix.
+#[derive(Clone, Debug)]
+pub struct CheckedMatrix<'a> {
+    pub(crate) view: MatrixView<'a>,
+    /// `√P_ii`.
+    roots: Vec<f64>,
+    /// `‖P‖_D`.
+    norm: f64,
+}
+
+impl<'a> CheckedMatrix<'a> {
+    /// Checks everything of a matrix but positive definiteness.
+    ///
+    /// # Errors
+    /// Those of [`BoundQp::check`] that concern the matrix.
+    pub fn new(view: MatrixView<'a>) -> Result<Self, QpError> {
+        view.check()?;
+        let roots: Vec<f64> = (0..view.size()).map(|i| view.diagonal(i).sqrt()).collect();
+        let inverse: Vec<f64> = roots.iter().map(|root| 1.0 / root).collect();
+        Ok(Self { view, norm: view.scaled_norm(&inverse), roots })
+    }
 }
 
 /// The units in which errors are judged, see [`KktResiduals`].
@@ -67,12 +92,10 @@ pub(crate) struct Scales {
 
 impl Scales {
     /// Measures checked data.
-    pub(crate) fn new(qp: &BoundQp<'_>) -> Self {
-        let roots: Vec<f64> = (0..qp.linear.len()).map(|i| qp.matrix.diagonal(i).sqrt()).collect();
-        let inverse: Vec<f64> = roots.iter().map(|root| 1.0 / root).collect();
-        let matrix = qp.matrix.scaled_norm(&inverse);
-        let linear = largest(qp.linear.iter().zip(&roots).map(|(force, root)| force / root));
-        Self { roots, matrix, linear }
+    pub(crate) fn new(matrix: &CheckedMatrix<'_>, linear: &[f64]) -> Self {
+        let roots = matrix.roots.clone();
+        let linear = largest(linear.iter().zip(&roots).map(|(force, root)| force / root));
+        Self { roots, matrix: matrix.norm, linear }
     }
 
     /// Returns `√P_ii` for every unknown.

@@ -33,6 +33,7 @@
 //! - [`ActiveSet`] is a warm start, and part of the answer;
 //! - [`solve`] returns a [`QpSolution`], whose [`QpStatus`] says how it ended, [`QpPath`] by which road, and
 //!   [`KktResiduals`] how good it is; [`kkt_residuals`] measures any other pair;
+//! - [`CheckedMatrix`] and [`solve_with`] check a matrix once for many programmes;
 //! - [`QpError`] says why a programme could not be posed.
 //!
 //! # Example
@@ -76,8 +77,8 @@ mod solve;
 
 pub use active_set::ActiveSet;
 pub use error::QpError;
-pub use kkt::{KktResiduals, kkt_residuals};
+pub use kkt::{CheckedMatrix, KktResiduals, kkt_residuals};
 pub use problem::{BoundQp, MatrixView};
 pub use settings::{QpMethod, QpSettings};
 pub use solution::{QpPath, QpSolution, QpStatus};
-pub use solve::solve;
+pub use solve::{solve, solve_with};

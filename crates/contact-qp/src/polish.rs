@@ -3,7 +3,7 @@
 use crate::active_set::ActiveSet;
 use crate::cholesky::Factor;
 use crate::error::QpError;
-use crate::kkt::{self, KktResiduals, Scales};
+use crate::kkt::{self, CheckedMatrix, KktResiduals, Scales};
 use crate::problem::BoundQp;
 
 /// Size of a wrong sign that is round-off, relative to the scales of [`KktResiduals`]: a few units in the last
@@ -17,13 +17,25 @@ pub(crate) struct Prepared<'a> {
 }
 
 impl<'a> Prepared<'a> {
-    /// Checks the programme and measures its units.
+    /// Checks the rest of a programme and measures its units.
     ///
     /// # Errors
-    /// Those of [`BoundQp::check`].
-    pub(crate) fn new(qp: &BoundQp<'a>) -> Result<Self, QpError> {
-        qp.check()?;
-        Ok(Self { qp: *qp, scales: Scales::new(qp) })
+    /// Those of [`BoundQp::check`] that do not concern the matrix.
+    pub(crate) fn new(
+        matrix: &CheckedMatrix<'a>,
+        linear: &'a [f64],
+        bounded: &'a [usize],
+        lower: &'a [f64],
+    ) -> Result<Self, QpError> {
+        let qp = BoundQp { matrix: matrix.view, linear, bounded, lower };
+        qp.check_vectors()?;
+        Ok(Self { qp, scales: Scales::new(matrix, linear) })
+    }
+
+    /// Checks all of a programme.
+    #[cfg(test)]
+    pub(crate) fn of(qp: &BoundQp<'a>) -> Result<Self, QpError> {
+        Self::new(&CheckedMatrix::new(qp.matrix)?, qp.linear, qp.bounded, qp.lower)
     }
 
     /// Number of bounds.
@@ -189,7 +201,7 @@ mod tests {
     fn solves_on_the_set_and_lists_wrong_signs() {
         // On A = {0}: x₀ = 1, 4 x₁ = 6 + 2 x₀ = 8, so x₁ = 2 and r₀ = 4 − 4 − 6 = −6: bound 0 must leave.
         let qp = pair(&[-6.0, -6.0], &[1.0, 2.5]);
-        let problem = Prepared::new(&qp).unwrap();
+        let problem = Prepared::of(&qp).unwrap();
         let active = ActiveSet::new(vec![true, false]);
         let candidate = Candidate::new(&problem, &active).unwrap();
         assert_eq!(candidate.x, [1.0, 2.0]);
@@ -202,7 +214,7 @@ mod tests {
         // All fixed at 1: the multipliers are 4 − 2 + q.
         let linear = [-2.0 - 4.0 * f64::EPSILON, -1.5];
         let qp = pair(&linear, &[1.0, 1.0]);
-        let problem = Prepared::new(&qp).unwrap();
+        let problem = Prepared::of(&qp).unwrap();
         let active = ActiveSet::all(2);
         let candidate = Candidate::new(&problem, &active).unwrap();
         assert!(candidate.gradient[0] < 0.0);
@@ -220,7 +232,7 @@ mod tests {
         // Unconstrained minimiser (1, 1), bounds one unit in the last place above it.
         let lower = [1.0 + f64::EPSILON, -4.0];
         let qp = pair(&[-2.0, -2.0], &lower);
-        let problem = Prepared::new(&qp).unwrap();
+        let problem = Prepared::of(&qp).unwrap();
         let active = ActiveSet::none(2);
         let candidate = Candidate::new(&problem, &active).unwrap();
         assert!(candidate.x[0] < lower[0]);
@@ -247,7 +259,7 @@ mod tests {
             }
             let matrix = MatrixView::Dense { n, values: &values };
             let qp = BoundQp { matrix, linear: &[1.0; 6], bounded: &[], lower: &[] };
-            let problem = Prepared::new(&qp).unwrap();
+            let problem = Prepared::of(&qp).unwrap();
             let free: Vec<usize> = (0..n).collect();
             hidden += usize::from(Factor::of_block(&matrix, &free).is_ok());
             let found = Candidate::new(&problem, &ActiveSet::default()).err();

@@ -100,7 +100,7 @@ mod tests {
 
     #[test]
     fn a_cycle_is_noticed() {
-        let problem = Prepared::new(&CYCLING).unwrap();
+        let problem = Prepared::of(&CYCLING).unwrap();
         let (outcome, steps) = run(&problem, ActiveSet::none(3), 1000, OnCycle::Stop);
         assert!(matches!(outcome, Outcome::NotFound));
         assert_eq!(steps, 3);
@@ -108,7 +108,7 @@ mod tests {
 
     #[test]
     fn single_pivots_end_a_cycle() {
-        let problem = Prepared::new(&CYCLING).unwrap();
+        let problem = Prepared::of(&CYCLING).unwrap();
         let on_cycle = OnCycle::SinglePivots { slack: 1e-12 };
         let (outcome, steps) = run(&problem, ActiveSet::none(3), 1000, on_cycle);
         let Outcome::Found(answer) = outcome else { panic!("not found in {steps} steps") };
@@ -122,7 +122,7 @@ mod tests {
 
     #[test]
     fn the_limit_counts_the_sets_tried() {
-        let problem = Prepared::new(&CYCLING).unwrap();
+        let problem = Prepared::of(&CYCLING).unwrap();
         for limit in [0, 1, 2] {
             let (outcome, steps) = run(&problem, ActiveSet::none(3), limit, OnCycle::Stop);
             assert!(matches!(outcome, Outcome::NotFound));

@@ -49,17 +49,18 @@ impl BoundQp<'_> {
     /// Any [`QpError`] but `Setting` and `Library`; [`QpError::NotPositiveDefinite`] for a diagonal entry that
     /// is not positive.
     pub fn check(&self) -> Result<(), QpError> {
+        self.matrix.check()?;
+        self.check_vectors()
+    }
+
+    /// Checks everything but the matrix.
+    pub(crate) fn check_vectors(&self) -> Result<(), QpError> {
         let n = self.matrix.size();
         check_length("linear", n, self.linear.len())?;
         check_length("lower", self.bounded.len(), self.lower.len())?;
-        self.matrix.check()?;
         check_finite("linear", self.linear)?;
         check_finite("lower", self.lower)?;
-        self.check_bounded(n)?;
-        match (0..n).find(|&i| self.matrix.diagonal(i) <= 0.0) {
-            Some(index) => Err(QpError::NotPositiveDefinite { index }),
-            None => Ok(()),
-        }
+        self.check_bounded(n)
     }
 
     fn check_bounded(&self, size: usize) -> Result<(), QpError> {
@@ -76,7 +77,16 @@ impl BoundQp<'_> {
 }
 
 impl MatrixView<'_> {
-    fn check(&self) -> Result<(), QpError> {
+    /// Checks all of a matrix but positive definiteness.
+    pub(crate) fn check(&self) -> Result<(), QpError> {
+        self.check_entries()?;
+        match (0..self.size()).find(|&i| self.diagonal(i) <= 0.0) {
+            Some(index) => Err(QpError::NotPositiveDefinite { index }),
+            None => Ok(()),
+        }
+    }
+
+    fn check_entries(&self) -> Result<(), QpError> {
         match *self {
             Self::Dense { n, values } => {
                 // A size whose square overflows cannot match any slice.

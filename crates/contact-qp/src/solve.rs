@@ -4,7 +4,7 @@ use crate::active_set::ActiveSet;
 use crate::cholesky::Factor;
 use crate::error::QpError;
 use crate::interior_point;
-use crate::kkt::KktResiduals;
+use crate::kkt::{CheckedMatrix, KktResiduals};
 use crate::polish::{Admissible, Prepared};
 use crate::primal_dual::{self, OnCycle, Outcome};
 use crate::problem::BoundQp;
@@ -35,12 +35,30 @@ pub fn solve(
     warm_start: Option<&ActiveSet>,
     settings: &QpSettings,
 ) -> Result<QpSolution, QpError> {
+    let matrix = CheckedMatrix::new(qp.matrix)?;
+    solve_with(&matrix, qp.linear, qp.bounded, qp.lower, warm_start, settings)
+}
+
+/// [`solve`] with a matrix that has been checked: the way to many programmes that differ in their vectors only.
+///
+/// * `linear`, `bounded`, `lower`: as in [`BoundQp`].
+///
+/// # Errors
+/// Those of [`solve`] that do not concern the matrix's entries.
+pub fn solve_with(
+    matrix: &CheckedMatrix<'_>,
+    linear: &[f64],
+    bounded: &[usize],
+    lower: &[f64],
+    warm_start: Option<&ActiveSet>,
+    settings: &QpSettings,
+) -> Result<QpSolution, QpError> {
     settings.check()?;
-    let problem = Prepared::new(qp)?;
+    let problem = Prepared::new(matrix, linear, bounded, lower)?;
     if let Some(set) = warm_start.filter(|set| set.len() != problem.bounds()) {
         return Err(QpError::Length { what: "warm_start", expected: problem.bounds(), found: set.len() });
     }
-    if qp.linear.is_empty() {
+    if linear.is_empty() {
         return Ok(nothing_to_solve());
     }
     if let Some(start) = starting_set(&problem, warm_start, settings.method) {

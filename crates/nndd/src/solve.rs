@@ -70,7 +70,7 @@ pub fn solve_from(
     let condensed;
     let steps: &dyn Steps = match settings.path {
         Path::Condensed => {
-            condensed = CondensedSteps::new(bodies);
+            condensed = CondensedSteps::new(bodies)?;
             &condensed
         }
         Path::Literal => {

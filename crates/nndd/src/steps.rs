@@ -2,7 +2,7 @@
 
 use crate::error::NnddError;
 use crate::iterate::ContactAnswer;
-use contact_qp::{ActiveSet, BoundQp, MatrixView, QpSettings, QpSolution};
+use contact_qp::{ActiveSet, CheckedMatrix, MatrixView, QpSettings, QpSolution};
 use fem_core::condensation::CondensedBody;
 
 /// Solves the steps' problems; the condensed path and the literal one differ in nothing else.
@@ -25,14 +25,17 @@ pub(crate) trait Steps: Sync {
 /// Steps by the interface operators: `r = S v − g̃`, `w = S⁻¹ r`.
 pub(crate) struct CondensedSteps<'a> {
     bodies: &'a [CondensedBody; 2],
+    matrix: CheckedMatrix<'a>,
     linear: Vec<f64>,
     bounded: Vec<usize>,
 }
 
 impl<'a> CondensedSteps<'a> {
-    pub(crate) fn new(bodies: &'a [CondensedBody; 2]) -> Self {
+    pub(crate) fn new(bodies: &'a [CondensedBody; 2]) -> Result<Self, NnddError> {
+        let n = bodies[1].len();
+        let matrix = CheckedMatrix::new(MatrixView::Dense { n, values: bodies[1].schur() })?;
         let linear = bodies[1].condensed_load().iter().map(|g| -g).collect();
-        Self { bodies, linear, bounded: (0..bodies[1].len()).collect() }
+        Ok(Self { bodies, matrix, linear, bounded: (0..n).collect() })
     }
 }
 
@@ -49,9 +52,8 @@ impl Steps for CondensedSteps<'_> {
         warm_start: Option<&ActiveSet>,
         settings: &QpSettings,
     ) -> Result<ContactAnswer, NnddError> {
-        let matrix = MatrixView::Dense { n: lower.len(), values: self.bodies[1].schur() };
-        let qp = BoundQp { matrix, linear: &self.linear, bounded: &self.bounded, lower };
-        let solution = contact_qp::solve(&qp, warm_start, settings)?;
+        let solution =
+            contact_qp::solve_with(&self.matrix, &self.linear, &self.bounded, lower, warm_start, settings)?;
         let trace = solution.x.clone();
         Ok(answer(solution, trace))
     }
