@@ -20,6 +20,8 @@ const TOLERANCE: usize = 2;
 const CONTRASTS: [f64; 5] = [1e-3, 0.05, 1.0, 20.0, 1e3];
 /// How many times more exact the finer solution is where the exact one is not known.
 const OVERKILL: f64 = 10.0;
+/// The same on the smaller meshes of the problems with targets.
+const SHARP_OVERKILL: f64 = 20.0;
 
 type Made = Result<ContactProblem, Box<dyn Error>>;
 
@@ -63,7 +65,8 @@ impl Case {
     }
 
     pub(crate) fn paper(cells: [usize; 2]) -> Result<Self, Box<dyn Error>> {
-        Self::new("the paper's", 2.0, paper::problem(cells), Truth::Overkill(OVERKILL))
+        let factor = if cells[0] <= 36 { SHARP_OVERKILL } else { OVERKILL };
+        Self::new("the paper's", 2.0, paper::problem(cells), Truth::Overkill(factor))
     }
 
     fn blocks(contrast: f64, cells: usize) -> Result<Self, Box<dyn Error>> {
@@ -73,7 +76,8 @@ impl Case {
 
     pub(crate) fn half_open(contrast: f64, cells: usize) -> Result<Self, Box<dyn Error>> {
         let problem = Blocks::half_open(contrast).cells(cells).problem();
-        Self::new("half open, singular", contrast, problem, Truth::Overkill(OVERKILL))
+        let factor = if cells <= 36 && contrast == 1.0 { SHARP_OVERKILL } else { OVERKILL };
+        Self::new("half open, singular", contrast, problem, Truth::Overkill(factor))
     }
 
     fn heavy(n: usize) -> Result<Self, Box<dyn Error>> {
@@ -127,16 +131,16 @@ pub(crate) fn page(folder: &Path, quick: bool) -> Result<(), Box<dyn Error>> {
     println!("## Every problem and mesh\n\n{}", meshes(&measured));
     println!("{}", relaxation::section(quick)?);
     write(folder, "effectivity.csv", &csv(&measured))?;
-    let (count, below) = count_below_one(&measured);
-    println!("Bounds below the true error: {below} of {count}.");
+    let (count, below) = count_below(&measured, 0);
     if below > 0 { Err(format!("{below} of {count} bounds are below the true error").into()) } else { Ok(()) }
 }
 
-/// Counts the valid bounds, and those that are below the smallest possible error.
-fn count_below_one(measured: &[(Case, Course)]) -> (usize, usize) {
+/// Counts the valid bounds, and those that are below one end of the enclosure of the error: below the lower end a bound
+/// fails; between the ends the finer solution is not exact enough to tell.
+fn count_below(measured: &[(Case, Course)], end: usize) -> (usize, usize) {
     let samples = measured.iter().flat_map(|(_, course)| &course.samples);
-    let pairs = samples.flat_map(|s| s.bounds.iter().flatten().map(|bound| (*bound, s.error[0])));
-    // Written so that a bound or an error that is not a number counts as a failure.
+    let pairs = samples.flat_map(|s| s.bounds.iter().flatten().map(|bound| (*bound, s.error[end])));
+    // Also where one is not a number.
     pairs.fold((0, 0), |(n, below), (bound, error)| (n + 1, below + usize::from(!(bound >= error))))
 }
 
@@ -184,13 +188,12 @@ fn targets(measured: &[(Case, Course)]) -> String {
         let worst = found.iter().fold(f64::NEG_INFINITY, |m, x| if x.is_nan() { *x } else { m.max(*x) });
         let _ = writeln!(text, "{}", row(&[&what, &target, &format!("{worst:.3}"), &verdict(worst, target)]));
     }
-    let (count, below) = count_below_one(measured);
-    let word = if below == 0 { "met" } else { "missed" };
-    let _ = writeln!(
-        text,
-        "{}",
-        row(&[&"every bound of this study", &"≥ 1", &format!("{below} of {count} below"), &word])
-    );
+    for (what, end) in [("below 1", 0), ("not certainly above 1", 1)] {
+        let (count, below) = count_below(measured, end);
+        let word = if below == 0 { "met" } else { "missed" };
+        let what = format!("every bound: {what}");
+        let _ = writeln!(text, "{}", row(&[&what, &"none", &format!("{below} of {count}"), &word]));
+    }
     text
 }
 

@@ -14,14 +14,14 @@ const BEST: Relaxation = Relaxation::Tolerance { gain: 1e-6, max_steps: 400 };
 
 /// Makes the section: figures by step, then by tolerance.
 pub(crate) fn section(quick: bool) -> Result<String, Box<dyn Error>> {
-    Ok(format!("{}\n{}", steps(quick)?, tolerances(quick)?))
+    Ok(format!("{}\n{}\n{}", steps(quick)?, effectivities(quick)?, tolerances(quick)?))
 }
 
 /// `‖τ − σ̂‖` of each body after 0, 1, 2, 3, 8 steps and at the end, at the converged iteration.
 fn steps(quick: bool) -> Result<String, Box<dyn Error>> {
     let mut text = String::from(
         "## Steps of relaxation\n\n`‖τ − σ̂‖` of each body at the converged iteration; the best is where a step gains \
-         less than 1e-6. Targets of two steps over the best: 1.10 where the solution is smooth, 1.25 in the body \
+         less than 1e-6. The prototype's figures are those of an independent code, to the digits known. Targets of two steps over the best: 1.10 where the solution is smooth, 1.25 in the body \
          with the strong singularity (half open, upper).\n\n",
     );
     let names = [
@@ -41,19 +41,27 @@ fn steps(quick: bool) -> Result<String, Box<dyn Error>> {
     ];
     text += &(head(&names) + "\n");
     let mut cases = vec![
-        (Case::signorini(1.0, 0.0, 8)?, [1.1, 1.1]),
-        (Case::signorini(1.0, 0.0, 16)?, [1.1, 1.1]),
-        (Case::signorini(0.05, 0.0, 16)?, [1.1, 1.1]),
-        (Case::paper(paper::COARSE)?, [1.1, 1.1]),
-        (Case::paper([36, 18])?, [1.1, 1.1]),
-        (Case::half_open(1.0, 18)?, [1.25, 1.1]),
-        (Case::half_open(1.0, 36)?, [1.25, 1.1]),
+        (Case::signorini(1.0, 0.0, 8)?, [1.1, 1.1], ["", ""]),
+        (Case::signorini(1.0, 0.0, 16)?, [1.1, 1.1], ["", ""]),
+        (Case::signorini(0.05, 0.0, 16)?, [1.1, 1.1], ["", ""]),
+        (
+            Case::paper(paper::COARSE)?,
+            [1.1, 1.1],
+            ["0.498, 0.205, 0.189; 0.174", "0.174, 0.056, 0.053; 0.051"],
+        ),
+        (Case::paper([36, 18])?, [1.1, 1.1], ["", ""]),
+        (
+            Case::half_open(1.0, 18)?,
+            [1.25, 1.1],
+            ["0.695, 0.279, 0.249; 0.199", "0.1025, 0.0328, 0.0313; 0.0300"],
+        ),
+        (Case::half_open(1.0, 36)?, [1.25, 1.1], ["", ""]),
     ];
     if !quick {
-        cases.push((Case::signorini(1.0, 0.0, 32)?, [1.1, 1.1]));
-        cases.push((Case::half_open(1.0, 80)?, [1.25, 1.1]));
+        cases.push((Case::signorini(1.0, 0.0, 32)?, [1.1, 1.1], ["", ""]));
+        cases.push((Case::half_open(1.0, 80)?, [1.25, 1.1], ["", ""]));
     }
-    for (case, targets) in cases {
+    for (case, targets, prototype) in cases {
         let problem = &case.problem;
         let nodes: usize = problem.bodies.iter().map(|b| b.mesh().points().len()).sum();
         let bodies = condense_both(problem);
@@ -65,7 +73,7 @@ fn steps(quick: bool) -> Result<String, Box<dyn Error>> {
             let [eet, one, two, three, eight, last] =
                 [0, 1, 2, 3, 8, usize::MAX].map(|k| format!("{:.4}", at(k)));
             let ratio = at(2) / best;
-            let cells: [&dyn std::fmt::Display; 13] = [
+            let cells: [&dyn std::fmt::Display; 14] = [
                 &case.name,
                 &case.contrast,
                 &nodes,
@@ -79,9 +87,40 @@ fn steps(quick: bool) -> Result<String, Box<dyn Error>> {
                 &report.steps,
                 &format!("{ratio:.3}"),
                 &verdict(ratio, targets[b]),
+                &prototype[b],
             ];
             let _ = writeln!(text, "{}", row(&cells));
         }
+    }
+    Ok(text)
+}
+
+/// Effectivity after 0, 1, 2, 3, 8 steps and at the end, beside the prototype's.
+fn effectivities(quick: bool) -> Result<String, Box<dyn Error>> {
+    let mut relaxations = [0, 1, 2, 3, 8].map(Relaxation::Steps).to_vec();
+    relaxations.push(BEST);
+    let mut text = String::from(
+        "## Effectivity by steps\n\nOn the exact Signorini problem, where the default criterion stops; the prototype's \
+         figures are of an independent code at the converged iteration.\n\n",
+    );
+    text += &head(&["E1/E2", "nodes", "EET", "1", "2", "3", "8", "best", "prototype: EET, 1, 2, 3; best"]);
+    text += "\n";
+    let mut cases = vec![
+        (1.0, 8, "4.18, 1.133, 1.067, 1.046; 1.009"),
+        (1.0, 16, "4.26, 1.104, 1.046, 1.032; 1.004"),
+        (1.0, 32, "4.29, 1.082, 1.028, 1.020"),
+        (0.05, 16, "3.59, 1.086, 1.043, 1.030; 1.005"),
+    ];
+    if !quick {
+        cases.push((0.05, 32, ""));
+    }
+    for (contrast, n, prototype) in cases {
+        let case = Case::signorini(contrast, 0.0, n)?;
+        let found = course(case.problem, &case.truth, &relaxations, Which::Stop)?;
+        let stop = found.stop().ok_or("the default criterion did not stop")?;
+        let mut cells = vec![contrast.to_string(), found.nodes.to_string()];
+        cells.extend((0..relaxations.len()).map(|k| enclosure(stop.effectivity(k).unwrap_or([f64::NAN; 2]))));
+        let _ = writeln!(text, "| {} | {prototype} |", cells.join(" | "));
     }
     Ok(text)
 }
