@@ -1,8 +1,28 @@
-//! Studies whose tables stand in bench-results; run by `cargo xtask reproduce`.
-#![allow(clippy::print_stdout)] // It writes tables.
+//! Studies whose pages stand in bench-results; run by `cargo xtask reproduce`.
+//!
+//! `reproduce STUDY FOLDER [--quick]` prints the page of a study and writes its tables and figures to a folder.
+#![allow(clippy::print_stdout)] // It writes pages.
 
+mod adaptivity;
+mod effectivity;
+mod figure;
 mod iterations;
+mod page;
+mod relaxation;
+
+use std::path::PathBuf;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    iterations::table()
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let quick = arguments.iter().any(|a| a == "--quick");
+    let [study, folder, ..] = arguments.as_slice() else {
+        return Err("expected: reproduce iterations|effectivity|adaptivity FOLDER [--quick]".into());
+    };
+    let folder = PathBuf::from(folder);
+    match study.as_str() {
+        "iterations" => iterations::table(quick),
+        "effectivity" => effectivity::page(&folder, quick),
+        "adaptivity" => adaptivity::page(&folder, quick),
+        other => Err(format!("no study is named {other:?}: iterations, effectivity or adaptivity").into()),
+    }
 }

@@ -3,6 +3,7 @@
 use certified_contact::{
     AdaptSettings, AdaptiveEnd, Bounds, Criterion, Settings, Silent, solve, solve_adaptively,
 };
+use cre_estimator::Relaxation;
 use fem_core::interface::ContactProblem;
 use fem_core::norm::energy_error_squared;
 use nndd::NnddSettings;
@@ -74,13 +75,13 @@ fn they_hold_on_exact_columns_and_close_in() {
 fn they_hold_at_every_iteration_however_far_from_the_limit() {
     for columns in family() {
         for iterations in 1..6 {
-            for theta in [0.1, 0.25, 0.4] {
+            // From λ = 0 the first iteration may move the upper body without strain.
+            for (theta, lambda) in [(0.1, 0.005), (0.25, 0.005), (0.4, 0.005), (0.4, 0.0)] {
                 let mut settings = Settings::default();
                 settings.nndd = NnddSettings::paper(theta);
                 settings.nndd.max_iterations = iterations;
                 settings.criterion = Criterion::Iterations;
-                // Pressed together from the start: a body that is moved without load has nothing but round-off to check.
-                settings.lambda = 0.005.into();
+                settings.lambda = lambda.into();
                 all_hold(&columns, &bounds(columns.problem(4).unwrap(), &settings));
             }
         }
@@ -129,4 +130,48 @@ fn they_hold_on_the_exact_signorini_problem_and_close_in_adaptively() {
         .sqrt();
     let effectivity = estimate.e_cre / error;
     assert!((1.0..1.1).contains(&effectivity), "{effectivity}");
+}
+
+#[test]
+fn a_body_that_is_only_moved_is_not_refused() {
+    // From λ = 0 the first iteration moves the upper body without strain: nothing but round-off to check, on every mesh.
+    let base = Columns { materials: [(2000.0, 0.3), (1000.0, 0.2)], weights: [0.0; 2], push: 0.01, gap: 0.0 };
+    let mut settings = Settings::default();
+    settings.nndd.max_iterations = 1;
+    settings.criterion = Criterion::Iterations;
+    for (materials, push) in [
+        (base.materials, 0.01),
+        ([(2000.0, 0.3), (1000.0, 0.2)], 0.0137),
+        ([(3.7, 0.0), (2.0, 0.45)], 1.0 / 3.0),
+    ] {
+        for n in [2, 3, 4, 5, 8, 13, 16, 32, 64] {
+            for relaxation in [Relaxation::NONE, Relaxation::Steps(2)] {
+                settings.relaxation = relaxation;
+                let columns = Columns { materials, push, ..base };
+                let answer = solve(columns.problem(n).unwrap(), &settings, &mut Silent).unwrap();
+                let estimate = answer.estimate.as_ref().unwrap();
+                assert!(answer.is_certified(), "{materials:?} {push} {n}: {:?}", estimate.admissibility);
+                // The allowance stays round-off beside the energy of the pushed column.
+                let allowance = estimate.e_cre - estimate.cre.e_cre();
+                let norm = columns.exact().energy_norm_squared.sqrt();
+                assert!(allowance < 1e-10 * norm, "{n}: {allowance:e} against {norm}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_moved_body_with_an_unbalanced_side_is_refused() {
+    // The allowance excuses round-off, not a millionth of the force that the push would need.
+    let columns =
+        Columns { materials: [(2000.0, 0.3), (1000.0, 0.2)], weights: [0.0; 2], push: 0.01, gap: 0.0 };
+    let problem = columns.problem(4).unwrap();
+    let bodies = tests::condense_both(&problem);
+    let iterate = tests::run::pair_of(&problem, &bodies, vec![0.0; 5]).unwrap();
+    let mut pair = tests::certify(&problem, &bodies, &iterate).unwrap().pair;
+    assert!(cre_estimator::check(&problem, &pair).is_valid());
+    let force = columns.exact().contact_force;
+    let interface = problem.interface.edges()[0].edges[0] as usize;
+    pair.equilibrated[0].edge_moments[interface][0][1] += 1e-6 * force;
+    assert!(!cre_estimator::check(&problem, &pair).is_valid());
 }

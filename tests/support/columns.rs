@@ -15,9 +15,11 @@
 
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
+use fem_core::geometry::Vector;
 use fem_core::interface::{ContactInterface, ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
+use fem_core::tensor::SymTensor2;
 
 /// Width of the columns.
 pub const WIDTH: f64 = 2.0;
@@ -74,6 +76,14 @@ impl Columns {
         let gap = Gap::Given(self.gap.into());
         let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &gap)?;
         Ok(ContactProblem { bodies: [upper, lower], interface })
+    }
+
+    /// The exact stress of a body: `σ_yy = −p ± b·(distance from Γ_C)`, and what the walls add.
+    pub fn stress(&self, body: usize, x: Vector) -> SymTensor2 {
+        let p = self.exact().contact_force / WIDTH;
+        let nu = self.materials[body].1;
+        let vertical = -p + self.weights[body] * (x[1] - 1.0);
+        SymTensor2::new(nu / (1.0 - nu) * vertical, vertical, 0.0)
     }
 
     /// The exact solution; the pressure is zero where the gap stays open.

@@ -1,6 +1,6 @@
 //! The steps every test shares: factorise, iterate, recover, certify, measure.
 
-use cre_estimator::{EquilibratedStress, Estimate, EstimatorError, estimate};
+use cre_estimator::{EquilibratedStress, Estimate, EstimatorError, Relaxation, estimate_with};
 use fem_core::assembly::System;
 use fem_core::body::Body;
 use fem_core::condensation::CondensedBody;
@@ -43,7 +43,7 @@ pub fn displacements(bodies: &[CondensedBody; 2], iterate: &Iterate) -> [Vec<Vec
     ]
 }
 
-/// Certifies an iteration.
+/// Certifies an iteration by EET alone.
 ///
 /// # Errors
 /// None, for finite numbers.
@@ -52,13 +52,26 @@ pub fn certify(
     bodies: &[CondensedBody; 2],
     iterate: &Iterate,
 ) -> Result<Estimate, EstimatorError> {
+    certify_with(problem, bodies, iterate, Relaxation::NONE)
+}
+
+/// Certifies an iteration.
+///
+/// # Errors
+/// None, for finite numbers.
+pub fn certify_with(
+    problem: &ContactProblem,
+    bodies: &[CondensedBody; 2],
+    iterate: &Iterate,
+    relaxation: Relaxation,
+) -> Result<Estimate, EstimatorError> {
     let u = displacements(bodies, iterate);
     let state = ContactState {
         displacement: [&u[0], &u[1]],
         contact_force: &iterate.contact.normal_reaction,
         opening: &iterate.opening,
     };
-    estimate(problem, bodies, &state)
+    estimate_with(problem, bodies, &state, relaxation)
 }
 
 struct Recorder {

@@ -35,7 +35,7 @@ enum Task {
     /// Run the benchmark suites and write a folder of bench-results
     Bench(bench::Arguments),
     /// Run the studies and write their tables to bench-results
-    Reproduce,
+    Reproduce(reproduce::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -44,7 +44,7 @@ fn main() -> ExitCode {
         Task::Verify(arguments) => verify::run(&workspace, &arguments),
         Task::Tidy => tidy::run(&workspace),
         Task::Bench(arguments) => bench::run(&workspace, &arguments).map(|()| true),
-        Task::Reproduce => reproduce::run(&workspace).map(|()| true),
+        Task::Reproduce(arguments) => reproduce::run(&workspace, &arguments).map(|()| true),
     });
     match outcome {
         Ok(true) => ExitCode::SUCCESS,

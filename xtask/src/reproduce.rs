@@ -1,32 +1,106 @@
-//! `cargo xtask reproduce`: runs the studies of the package `tests` and writes their tables to `bench-results/`.
+//! `cargo xtask reproduce`: runs the studies of the package `tests` and writes their pages to `bench-results/`.
 
 use crate::workspace::{Outcome, Workspace, output, stream};
+use clap::Args;
 use std::process::Command;
 
-/// Writes `bench-results/iterations/README.md`.
-pub(crate) fn run(workspace: &Workspace) -> Outcome<()> {
-    let mut build = workspace.cargo(&["build", "--release", "-p", "tests", "--bin", "reproduce"]);
+/// What `reproduce` can be asked.
+#[derive(Args)]
+pub(crate) struct Arguments {
+    /// Only this study: iterations, effectivity or adaptivity
+    study: Option<String>,
+    /// Fewer and smaller meshes
+    #[arg(long)]
+    quick: bool,
+}
+
+/// A page: its folder, its title and what stands above the tables.
+struct Page {
+    study: &'static str,
+    title: &'static str,
+    text: &'static str,
+}
+
+const PAGES: [Page; 3] = [
+    Page {
+        study: "iterations",
+        title: "Iterations to reduce eta_nndd by 1e-10",
+        text: "The problems are those of `tests/support/blocks.rs`; all settings are the defaults (stiffness weights, \
+               Anderson, theta auto), from lambda = 0.\n\n\
+               `cells` is the number of contact edges. `auto` lets the stiffer body carry lambda; `first` and `second` \
+               force it on the upper and on the lower body. `stall` and `div` say where a run gave up: with the much \
+               softer body carrying lambda the iteration is not reliable, which is why `auto` is the default.",
+    },
+    Page {
+        study: "effectivity",
+        title: "Effectivity: the bound over the true error",
+        text: "`e_CRE/‖u − u_p‖` for every problem, mesh and iteration, from lambda = 0 with the default settings until \
+               `eta_nndd` has fallen by 1e-6; with EET alone, with the default two steps of relaxation, and with \
+               relaxation until a step gains less than 0.002 (at most 50 steps). Where the exact solution is known the \
+               error is integrated. Elsewhere it is enclosed by a solution on a finer mesh that contains the coarse one, \
+               whose certified error is stated (`tests/support/overkill.rs`): such effectivities are intervals, and their \
+               upper ends are compared with the targets. Bounds whose checks fail are counted as refused, not measured. \
+               All iterations: `effectivity.csv`. The study fails if a bound is below the error.",
+    },
+    Page {
+        study: "adaptivity",
+        title: "Uniform against adaptive meshes",
+        text: "`certified_contact::solve_adaptively` with the default settings, from 18 × 9 cells per body, against \
+               uniform meshes. A target is met when the certified relative error is at most as large. Times are wall times \
+               of one run; the cost of a step includes refining towards its mesh. The last mesh alone is solved again \
+               from lambda = 0. All meshes: `adaptivity.csv`.",
+    },
+];
+
+/// Writes `bench-results/STUDY/` for each study.
+pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<()> {
+    let wanted = |page: &&Page| arguments.study.as_ref().is_none_or(|s| s == page.study);
+    if PAGES.iter().filter(wanted).count() == 0 {
+        let names = PAGES.map(|p| p.study).join(", ");
+        return Err(format!("no such study; there are {names}"));
+    }
+    let mut build = workspace.cargo(&["build", "--release", "--workspace", "--bin", "reproduce"]);
     if stream(&mut build)? != Some(0) {
         return Err("the studies do not build".to_owned());
     }
-    let program = workspace.nndd().with_file_name("reproduce");
-    let table = output(Command::new(program).current_dir(&workspace.root))?;
     let commit =
         output(Command::new("git").args(["rev-parse", "--short", "HEAD"]).current_dir(&workspace.root))?;
+    for page in PAGES.iter().filter(wanted) {
+        write(workspace, page, commit.trim(), arguments.quick)?;
+    }
+    Ok(())
+}
+
+fn write(workspace: &Workspace, page: &Page, commit: &str, quick: bool) -> Outcome<()> {
+    let folder = workspace.root.join("bench-results").join(page.study);
+    let program = workspace.nndd().with_file_name("reproduce");
+    let mut command = Command::new(program);
+    command.arg(page.study).arg(&folder).current_dir(&workspace.root);
+    if quick {
+        command.arg("--quick");
+    }
+    let load = load();
+    let tables = output(&mut command)?;
+    let flag = if quick { " --quick" } else { "" };
     let text = format!(
-        "# Iterations to reduce eta_nndd by 1e-10\n\n\
-         Written by `cargo xtask reproduce` at commit {}. The problems are those of `tests/support/blocks.rs`; all \
-         settings are the defaults (stiffness weights, Anderson, theta auto), from lambda = 0.\n\n\
-         `cells` is the number of contact edges. `auto` lets the stiffer body carry lambda; `first` and `second` \
-         force it on the upper and on the lower body. `stall` and `div` say where a run gave up: with the much \
-         softer body carrying lambda the iteration is not reliable, which is why `auto` is the default.\n\n{table}",
-        commit.trim()
+        "# {}\n\nWritten by `cargo xtask reproduce {}{flag}` at commit {commit}, on {load}.\n\n{}\n\n{}\n",
+        page.title,
+        page.study,
+        page.text,
+        tables.trim_end()
     );
-    let folder = workspace.root.join("bench-results/iterations");
     let path = folder.join("README.md");
     std::fs::create_dir_all(&folder)
         .and_then(|()| std::fs::write(&path, text))
         .map_err(|e| format!("{}: {e}", workspace.shown(&path)))?;
     println!("wrote {}", workspace.shown(&path));
     Ok(())
+}
+
+/// Describes the machine as far as times depend on it: processors, and how busy they were before the run.
+fn load() -> String {
+    let processors = std::thread::available_parallelism().map_or(1, usize::from);
+    let average = std::fs::read_to_string("/proc/loadavg").ok();
+    let average = average.as_deref().and_then(|s| s.split_whitespace().next()).unwrap_or("unknown");
+    format!("{processors} processors with a load of {average} before it began")
 }

@@ -49,7 +49,8 @@ pub enum Relaxation {
     Steps(usize),
     /// Until a step lowers `‖τ − σ̂‖` by less than a fraction of itself.
     Tolerance {
-        /// That fraction, e.g. 0.02.
+        /// That fraction. Many small gains add up: 0.002 brings the bound within 2 % of the error of a smooth
+        /// problem, where 0.02 ends after three steps (measured, `bench-results/effectivity`).
         gain: f64,
         /// Largest number of steps.
         max_steps: usize,

@@ -1,0 +1,282 @@
+//! Uniform against adaptive meshes: rates, nodes needed for a certified error, cost of a run over its last step's.
+
+use crate::figure::{Line, log_log};
+use crate::page::{head, row, verdict, write};
+use certified_contact::{
+    AdaptSettings, CertifiedSolution, Imposed, Observer, Phase, Settings, Silent, Step, solve,
+    solve_adaptively,
+};
+use fem_core::interface::ContactProblem;
+use std::error::Error;
+use std::fmt::Write as _;
+use std::path::Path;
+use std::time::Instant;
+use tests::blocks::Blocks;
+use tests::paper;
+
+/// Wall times of an adaptive run, by mesh.
+struct Watch {
+    started: Instant,
+    /// When marking and refining towards a mesh began, for the second and later ones.
+    refining: Vec<f64>,
+    /// When a mesh had been solved and certified.
+    solved: Vec<f64>,
+}
+
+impl Watch {
+    fn new() -> Self {
+        Self { started: Instant::now(), refining: vec![0.0], solved: vec![] }
+    }
+}
+
+impl Observer for Watch {
+    fn phase(&mut self, phase: Phase) {
+        if phase == Phase::Refinement {
+            self.refining.push(self.started.elapsed().as_secs_f64());
+        }
+    }
+
+    fn step(&mut self, _step: &Step, _solution: &CertifiedSolution) {
+        self.solved.push(self.started.elapsed().as_secs_f64());
+    }
+}
+
+/// One mesh of a study.
+struct Point {
+    nodes: usize,
+    relative: f64,
+}
+
+/// An adaptive run with its times.
+struct Run {
+    target: f64,
+    points: Vec<Point>,
+    iterations: Vec<usize>,
+    /// Of each step, refining included, s.
+    seconds: Vec<f64>,
+    met: bool,
+}
+
+impl Run {
+    fn of(problem: ContactProblem, target: f64) -> Result<(Self, CertifiedSolution), Box<dyn Error>> {
+        let mut watch = Watch::new();
+        let answer =
+            solve_adaptively(problem, &Settings::default(), &AdaptSettings::new(target), &mut watch)?;
+        let point = |s: &Step| Point { nodes: s.nodes, relative: s.relative.unwrap_or(f64::NAN) };
+        let seconds = watch.solved.iter().zip(&watch.refining).map(|(b, a)| b - a).collect();
+        let met = answer.solution.is_certified() && answer.solution.relative().is_some_and(|r| r <= target);
+        let iterations = answer.history.iter().map(|s| s.iterations).collect();
+        let points = answer.history.iter().map(point).collect();
+        Ok((Self { target, points, iterations, seconds, met }, answer.solution))
+    }
+
+    fn nodes(&self) -> usize {
+        self.points.last().map_or(0, |p| p.nodes)
+    }
+
+    /// The whole run's time over that of the last step, refining of its mesh included.
+    fn cost(&self) -> f64 {
+        self.seconds.iter().sum::<f64>() / self.seconds.last().copied().unwrap_or(f64::NAN)
+    }
+
+    /// Nodes of the last mesh over those of the one before.
+    fn growth(&self) -> Vec<f64> {
+        self.points.windows(2).map(|w| w[1].nodes as f64 / w[0].nodes as f64).collect()
+    }
+}
+
+/// The observed rate `r` of `e ~ N^(-r)` between two meshes.
+fn rate(a: &Point, b: &Point) -> f64 {
+    (a.relative / b.relative).ln() / (b.nodes as f64 / a.nodes as f64).ln()
+}
+
+/// A problem, its uniform meshes, and its targets with the most nodes allowed.
+struct Study {
+    name: &'static str,
+    file: &'static str,
+    uniform: Vec<ContactProblem>,
+    targets: Vec<(f64, Option<usize>)>,
+    /// The rate that uniform meshes are expected to show.
+    uniform_rate: f64,
+}
+
+fn studies(quick: bool) -> Result<Vec<Study>, Box<dyn Error>> {
+    let sizes: &[usize] = if quick { &[18, 36, 72] } else { &[18, 36, 72, 144] };
+    let of = |problem: &dyn Fn(usize) -> Result<ContactProblem, Box<dyn Error>>| {
+        sizes.iter().map(|&n| problem(n)).collect::<Result<Vec<_>, _>>()
+    };
+    let mut targets = vec![(0.05, None), (0.02, Some(40_000)), (0.01, Some(150_000))];
+    if !quick {
+        targets.push((0.005, None));
+    }
+    Ok(vec![
+        Study {
+            name: "The paper's problem",
+            file: "paper",
+            uniform: of(&|n| paper::problem([n, n / 2]))?,
+            targets: targets.clone(),
+            uniform_rate: 0.5,
+        },
+        Study {
+            name: "Half open: a strong singularity where the pressed part of the top ends",
+            file: "half-open",
+            uniform: of(&|n| Blocks::half_open(1.0).cells(n).problem())?,
+            targets,
+            uniform_rate: 0.25,
+        },
+    ])
+}
+
+/// Runs everything; prints the page, writes `adaptivity.csv` and one figure per problem.
+pub(crate) fn page(folder: &Path, quick: bool) -> Result<(), Box<dyn Error>> {
+    let mut csv = "problem,kind,target,step,nodes,relative,iterations,seconds\n".to_owned();
+    for study in studies(quick)? {
+        let uniform: Vec<Point> =
+            study.uniform.iter().map(|p| uniform_point(p.clone())).collect::<Result<_, _>>()?;
+        for p in &uniform {
+            let _ = writeln!(csv, "{},uniform,,,{},{:.6e},,", study.file, p.nodes, p.relative);
+        }
+        let first = &study.uniform[0];
+        let mut runs = Vec::new();
+        let mut last_alone = Vec::new();
+        for &(target, _) in &study.targets {
+            let (run, solution) = Run::of(first.clone(), target)?;
+            last_alone.push(alone(solution)?);
+            for (k, p) in run.points.iter().enumerate() {
+                let _ = writeln!(
+                    csv,
+                    "{},adaptive,{target},{},{},{:.6e},{},{:.4}",
+                    study.file,
+                    k + 1,
+                    p.nodes,
+                    p.relative,
+                    run.iterations[k],
+                    run.seconds[k]
+                );
+            }
+            runs.push(run);
+        }
+        println!("## {}\n", study.name);
+        println!("{}", needed(&study, &runs, &last_alone));
+        println!("{}", rates(&study, &uniform, &runs));
+        println!("![Certified error against nodes]({}.svg)\n", study.file);
+        let lines = figure_lines(&uniform, &runs, study.uniform_rate);
+        let svg = log_log(study.name, ["nodes of both bodies", "certified relative error"], &lines)?;
+        write(folder, &format!("{}.svg", study.file), &svg)?;
+    }
+    write(folder, "adaptivity.csv", &csv)
+}
+
+fn uniform_point(problem: ContactProblem) -> Result<Point, Box<dyn Error>> {
+    let solution = solve(problem, &Settings::default(), &mut Silent)?;
+    let relative =
+        solution.relative().filter(|_| solution.is_certified()).ok_or("a uniform mesh is not certified")?;
+    Ok(Point { nodes: solution.problem.bodies.iter().map(|b| b.mesh().points().len()).sum(), relative })
+}
+
+/// Solves and certifies the last mesh of a run once more, from λ = 0 and knowing nothing, s.
+fn alone(solution: CertifiedSolution) -> Result<f64, Box<dyn Error>> {
+    let problem = solution.problem;
+    let mut settings = Settings::default();
+    settings.imposed = Imposed::First;
+    let started = Instant::now();
+    let again = solve(problem, &settings, &mut Silent)?;
+    let seconds = started.elapsed().as_secs_f64();
+    if again.is_certified() { Ok(seconds) } else { Err("the last mesh alone is not certified".into()) }
+}
+
+fn needed(study: &Study, runs: &[Run], alone: &[f64]) -> String {
+    let names = [
+        "target",
+        "certified",
+        "nodes",
+        "allowed",
+        "verdict",
+        "steps",
+        "growth per step",
+        "whole run, s",
+        "/ last step",
+        "/ last mesh alone",
+        "≤ 3",
+    ];
+    let mut text = head(&names) + "\n";
+    for ((run, (_, allowed)), alone) in runs.iter().zip(&study.targets).zip(alone) {
+        let verdict_of_nodes = match (run.met, allowed) {
+            (false, _) => "missed: target not reached".into(),
+            (true, None) => "met".into(),
+            (true, Some(allowed)) => verdict(run.nodes() as f64, *allowed as f64),
+        };
+        let growth = run.growth();
+        let range = [
+            growth.iter().copied().fold(f64::INFINITY, f64::min),
+            growth.iter().copied().fold(0.0, f64::max),
+        ];
+        let certified = run.points.last().map_or(f64::NAN, |p| p.relative);
+        let whole: f64 = run.seconds.iter().sum();
+        let _ = writeln!(
+            text,
+            "{}",
+            row(&[
+                &run.target,
+                &format!("{certified:.5}"),
+                &run.nodes(),
+                &allowed.map_or("-".to_owned(), |n| n.to_string()),
+                &verdict_of_nodes,
+                &run.points.len(),
+                &format!("{:.2} to {:.2}", range[0], range[1]),
+                &format!("{whole:.2}"),
+                &format!("{:.2}", run.cost()),
+                &format!("{:.2}", whole / alone),
+                &verdict(run.cost(), 3.0),
+            ])
+        );
+    }
+    text
+}
+
+fn rates(study: &Study, uniform: &[Point], runs: &[Run]) -> String {
+    let mut text = head(&["uniform: nodes", "certified relative error", "rate in N"]) + "\n";
+    for (k, p) in uniform.iter().enumerate() {
+        let r = if k == 0 { "-".into() } else { format!("{:.3}", rate(&uniform[k - 1], p)) };
+        let _ = writeln!(text, "{}", row(&[&p.nodes, &format!("{:.5}", p.relative), &r]));
+    }
+    let Some(longest) = runs.last() else { return text };
+    text += "\n";
+    text += &(head(&["adaptive: nodes", "certified relative error", "rate in N", "iterations", "s"]) + "\n");
+    for (k, p) in longest.points.iter().enumerate() {
+        let r = if k == 0 { "-".into() } else { format!("{:.3}", rate(&longest.points[k - 1], p)) };
+        let cells: [&dyn std::fmt::Display; 5] = [
+            &p.nodes,
+            &format!("{:.5}", p.relative),
+            &r,
+            &longest.iterations[k],
+            &format!("{:.3}", longest.seconds[k]),
+        ];
+        let _ = writeln!(text, "{}", row(&cells));
+    }
+    // From about 1500 nodes on: before, the singularities are still being cut out.
+    let late: Vec<&Point> = longest.points.iter().filter(|p| p.nodes > 1500).collect();
+    if let (Some(a), Some(b), [.., c, d]) = (late.first(), late.last(), uniform) {
+        let adaptive = rate(a, b);
+        let _ = writeln!(
+            text,
+            "\nRate of the adaptive meshes from {} nodes on: {adaptive:.3} (the best of linear triangles is 0.5: {}); of \
+             the two finest uniform meshes: {:.3} ({} expected in the limit).",
+            a.nodes,
+            verdict(0.5, adaptive / 0.95),
+            rate(c, d),
+            study.uniform_rate
+        );
+    }
+    text
+}
+
+fn figure_lines(uniform: &[Point], runs: &[Run], uniform_rate: f64) -> Vec<(Line, f64)> {
+    let points = |p: &[Point]| p.iter().map(|p| (p.nodes as f64, p.relative)).collect();
+    let mut lines = vec![(Line { name: "uniform".into(), points: points(uniform) }, -uniform_rate)];
+    if let Some(run) = runs.last() {
+        let name = format!("adaptive, target {}", run.target);
+        lines.push((Line { name, points: points(&run.points) }, -0.5));
+    }
+    lines
+}

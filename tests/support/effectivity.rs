@@ -1,0 +1,124 @@
+//! The bound over the true error, at every iteration of a problem.
+
+use crate::overkill::Overkill;
+use crate::run::{certify_with, condense_both, displacements, iterates};
+use certified_contact::{Settings, Silent, solve};
+use cre_estimator::Relaxation;
+use fem_core::interface::ContactProblem;
+use fem_core::norm::energy_error_squared;
+use fem_core::tensor::SymTensor2;
+use std::error::Error;
+
+/// An exact stress of one body.
+pub type Stress<'a> = Box<dyn Fn([f64; 2]) -> SymTensor2 + Sync + 'a>;
+
+/// Where the true error comes from.
+pub enum Truth<'a> {
+    /// The exact stresses of the two bodies, in the order of the problem handed over.
+    Exact([Stress<'a>; 2]),
+    /// A finer solution, so many times more exact than the certified error of the converged one.
+    Overkill(f64),
+}
+
+/// One iteration of one problem.
+#[derive(Clone, Debug)]
+pub struct Sample {
+    /// Number, from 1.
+    pub iteration: usize,
+    /// Whether the default criterion stops here.
+    pub stops: bool,
+    /// An enclosure of `‖u − u_p‖`; both ends are the same for an exact solution.
+    pub error: [f64; 2],
+    /// `e_CRE` for each relaxation asked for; `None` where its checks fail.
+    pub bounds: Vec<Option<f64>>,
+    /// Steps made in both bodies together, for each relaxation.
+    pub steps: Vec<usize>,
+}
+
+impl Sample {
+    /// Encloses the effectivity for one of the relaxations: bound over error.
+    pub fn effectivity(&self, relaxation: usize) -> Option<[f64; 2]> {
+        self.bounds[relaxation].map(|bound| [bound / self.error[1], bound / self.error[0]])
+    }
+}
+
+/// The iterations of a problem and what they were measured by.
+#[derive(Clone, Debug)]
+pub struct Course {
+    /// Nodes of both bodies.
+    pub nodes: usize,
+    /// The iterations, from the first.
+    pub samples: Vec<Sample>,
+    /// Nodes and certified relative error of the finer solution, where there is one.
+    pub overkill: Option<(usize, f64)>,
+}
+
+impl Course {
+    /// Returns the iteration at which the default criterion stops.
+    pub fn stop(&self) -> Option<&Sample> {
+        self.samples.iter().find(|s| s.stops)
+    }
+}
+
+/// Which iterations to measure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Which {
+    /// All of them.
+    Every,
+    /// The one at which the default criterion stops.
+    Stop,
+}
+
+/// Iterates from λ = 0 with the default settings until `η_NNDD` has fallen by 1e-6, and measures the iterations.
+///
+/// # Errors
+/// The problem cannot be solved, or the finer solution is not certified.
+pub fn course(
+    problem: ContactProblem,
+    truth: &Truth<'_>,
+    relaxations: &[Relaxation],
+    which: Which,
+) -> Result<Course, Box<dyn Error>> {
+    let nodes = problem.bodies.iter().map(|b| b.mesh().points().len()).sum();
+    // The roles, and where the default criterion stops.
+    let default = solve(problem, &Settings::default(), &mut Silent)?;
+    let stop = default.rows.len();
+    let bodies = condense_both(&default.problem);
+    let (_, all) = iterates(&default.problem, &bodies, &Settings::default().nndd, 1e-6)?;
+    let finer = match truth {
+        Truth::Exact(_) => None,
+        Truth::Overkill(factor) => {
+            let own = default.relative().ok_or("a problem without energy")?;
+            Some(Overkill::new(default.problem.clone(), own / factor)?)
+        }
+    };
+    let mut samples = Vec::new();
+    for iterate in all.iter().filter(|i| which == Which::Every || i.iteration == stop) {
+        let u = displacements(&bodies, iterate);
+        let error = match (truth, &finer) {
+            (Truth::Exact(exact), _) => {
+                let squared = |b: usize| {
+                    let role = default.role(b);
+                    energy_error_squared(&default.problem.bodies[role], &u[role], |x| exact[b](x))
+                };
+                [(squared(0) + squared(1)).sqrt(); 2]
+            }
+            (_, Some(finer)) => finer.error([&u[0], &u[1]], &iterate.opening)?,
+            (_, None) => [f64::NAN; 2],
+        };
+        let mut sample = Sample {
+            iteration: iterate.iteration,
+            stops: iterate.iteration == stop,
+            error,
+            bounds: vec![],
+            steps: vec![],
+        };
+        for &relaxation in relaxations {
+            let e = certify_with(&default.problem, &bodies, iterate, relaxation)?;
+            sample.bounds.push(e.admissibility.is_valid().then_some(e.e_cre));
+            sample.steps.push(e.pair.relaxation.iter().map(|r| r.steps).sum());
+        }
+        samples.push(sample);
+    }
+    Ok(Course { nodes, samples, overkill: finer.map(|f| (f.nodes(), f.relative())) })
+}
