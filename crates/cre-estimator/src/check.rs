@@ -133,7 +133,7 @@ pub(crate) fn energy_noise(body: &Body, displacement: &[Vector]) -> f64 {
 }
 
 fn largest_stiffness(body: &Body) -> f64 {
-    body.material(0).stiffness().amax()
+    body.materials().list().iter().map(|m| m.stiffness().amax()).fold(0.0, f64::max)
 }
 
 /// Checks the equilibrium of one body's stress with its loads and given tractions; penetration and pressure

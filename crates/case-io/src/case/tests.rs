@@ -200,7 +200,7 @@ fn overrides_replace_and_create_keys() {
         case.bodies[0].mesh,
         MeshSource::Block { origin: [0.0, 1.0], size: [2.0, 1.0], cells: [36, 18] }
     );
-    assert_eq!(case.materials[1].young, 5e3);
+    assert_eq!(case.materials[1].law, MaterialLaw::Isotropic { young: 5e3, poisson: 0.3 });
     assert_eq!(case.output_directory(), "runs/über x");
     assert_eq!(case.place("solver.theta").unwrap().to_string(), "--set solver.theta=0.35");
     assert_eq!(case.place("solver.path").unwrap().to_string(), "paper.toml:57:18");
