@@ -9,6 +9,7 @@ pub mod cook;
 pub mod corner;
 pub mod goursat;
 pub mod heavy;
+pub mod layers;
 pub mod mesh_files;
 pub mod paper;
 pub mod patch;

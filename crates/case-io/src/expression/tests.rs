@@ -7,7 +7,7 @@ fn at(text: &str, point: Vector) -> f64 {
 
 #[test]
 fn values_are_those_of_the_usual_rules() {
-    let (x, y) = (1.7, -0.4);
+    let (x, y): (f64, f64) = (1.7, -0.4);
     for (text, value) in [
         ("3", 3.0),
         (" 1e-3*2.5E+2 ", 0.25),
