@@ -1,8 +1,9 @@
 //! Data of real problems: expressions, several materials in a body, materials with directions.
 
 use case_io::Case;
+use cre_estimator::{Relaxation, estimate_with};
 use fem_core::geometry::Vector;
-use fem_core::interface::ContactProblem;
+use fem_core::interface::{ContactProblem, ContactState};
 use fem_core::material::{Hypothesis, LinearElastic, Orthotropic};
 use fem_core::mesh::refine::RefinementEdges;
 use fem_core::norm::energy_error_squared;
@@ -170,7 +171,6 @@ fn the_bound_holds_for_inclusions_and_orthotropic_bodies() {
     assert!(case.data_notes(problem.bodies.each_ref(), problem.interpolated_gap()).is_empty());
     let bodies = condense_both(&problem);
     let (_, all) = iterates(&problem, &bodies, &NnddSettings::default(), 1e-9).unwrap();
-    let mut last = 0.0;
     let (fine, _) = refined(&problem, 2, displacements(&bodies, &all[0]));
     let fine_bodies = condense_both(&fine);
     let exact = displacements(&fine_bodies, &newton(&fine, &fine_bodies).unwrap());
@@ -182,10 +182,22 @@ fn the_bound_holds_for_inclusions_and_orthotropic_bodies() {
         let [norm, distance] = norm_and_distance(&fine, &exact, &u);
         assert!(distance > 1e-3 * norm);
         assert!(estimate.e_cre >= distance, "{}: {} < {distance}", iterate.iteration, estimate.e_cre);
-        last = estimate.e_cre / distance;
     }
-    // Without relaxation; corners of inclusions converge slowly, so the finer solution is no exact one.
-    assert!(last < 2.0, "{last}");
+    // Plain means of tractions are poor next to inclusions: relaxation mends that (4.4 without it, 1.5 with it; part
+    // of what is left is that the finer solution is no exact one).
+    let last = newton(&problem, &bodies).unwrap();
+    let u = displacements(&bodies, &last);
+    let (_, on_fine) = refined(&problem, 2, u.clone());
+    let [_, distance] = norm_and_distance(&fine, &exact, &on_fine);
+    let state = ContactState {
+        displacement: [&u[0], &u[1]],
+        contact_force: &last.contact.normal_reaction,
+        opening: &last.opening,
+    };
+    let relaxed = estimate_with(&problem, &bodies, &state, Relaxation::Steps(10)).unwrap();
+    assert!(relaxed.admissibility.is_valid(), "{:?}", relaxed.admissibility);
+    let effectivity = relaxed.e_cre / distance;
+    assert!((1.0..1.6).contains(&effectivity), "{effectivity}");
 }
 
 #[test]

@@ -48,12 +48,15 @@ impl Case {
     /// Pairs the contact surfaces of the two bodies, given in the file's order.
     ///
     /// # Errors
-    /// Surfaces that cannot be paired, at the place of the key that causes it.
+    /// Surfaces that cannot be paired, at the place of the key that causes it, and a `solver.lambda` that is not finite
+    /// at one of their nodes.
     pub fn build_interface(&self, first: &Body, second: &Body) -> Result<ContactInterface, CaseError> {
         let gap = Gap::Given(self.contact.gap.scalar());
         let [a, b] = &self.contact.surfaces;
-        ContactInterface::pair(first, second, [a, b], &gap)
-            .map_err(|error| self.interface_diagnostic(&error).into())
+        let interface = ContactInterface::pair(first, second, [a, b], &gap)
+            .map_err(|error| self.interface_diagnostic(&error))?;
+        self.check_lambda([first, second], &interface)?;
+        Ok(interface)
     }
 
     /// Brings an error of a body's boundary conditions back to the condition's key.

@@ -1,8 +1,11 @@
 //! Numbers and expressions as fem-core's data, and what the mesh makes of them.
 
-use super::{Case, Value};
+use super::{Case, MaterialLaw, Value};
+use crate::diagnostic::{CaseError, code};
 use fem_core::body::{Body, ConditionList, DataDifference, Difference};
 use fem_core::boundary::ScalarData;
+use fem_core::interface::{ContactInterface, Pair};
+use fem_core::material::Hypothesis;
 
 impl Value {
     /// Makes fem-core's datum of a value. An expression without `x` and `y` is a number.
@@ -27,13 +30,14 @@ fn quoted(value: Option<&Value>) -> String {
 }
 
 impl Case {
-    /// Says which data given by expressions linear edges cannot represent, and how much the data of this mesh differ from
+    /// Says what the reader of the results should know of the data: where the stress out of the plane is not known, and
+    /// which data given by expressions linear edges cannot represent, and how much the data of this mesh differ from
     /// them: the bound of the error is for the data of the mesh.
     ///
     /// * `bodies`: in the file's order.
     /// * `gap`: what [`fem_core::interface::ContactProblem::interpolated_gap`] returns.
     pub fn data_notes(&self, bodies: [&Body; 2], gap: Option<Difference>) -> Vec<String> {
-        let mut notes = Vec::new();
+        let mut notes = self.stress_notes();
         for (k, body) in bodies.into_iter().enumerate() {
             for found in body.interpolated_data() {
                 let what = self.datum(k, &found);
@@ -42,6 +46,40 @@ impl Case {
         }
         let of_gap = || format!("contact.gap = {}", quoted(Some(&self.contact.gap)));
         notes.extend(gap.map(|difference| note(&of_gap(), difference)));
+        notes
+    }
+
+    /// Refuses an initial λ that is not finite at a contact node of either body.
+    pub(super) fn check_lambda(
+        &self,
+        bodies: [&Body; 2],
+        interface: &ContactInterface,
+    ) -> Result<(), CaseError> {
+        let lambda = self.solver.lambda.scalar();
+        let points = |pair: &Pair| [0, 1].map(|b| bodies[b].mesh().points()[pair.nodes[b] as usize]);
+        let Some([x, y]) = interface.pairs().iter().flat_map(points).find(|p| !lambda.at(*p).is_finite())
+        else {
+            return Ok(());
+        };
+        let message = format!("`solver.lambda`: the value at ({x}, {y}) is {}", lambda.at([x, y]));
+        Err(self.diagnostic(code::CONDITION, "solver.lambda", message).expected("a finite number").into())
+    }
+
+    /// Says where the stress out of the plane is not known.
+    fn stress_notes(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        for material in (0..2).flat_map(|body| self.materials_of(body)) {
+            let unknown = matches!(material.law, MaterialLaw::Stiffness(_))
+                && self.model.hypothesis == Hypothesis::PlaneStrain;
+            let note = format!(
+                "material \"{}\": a plane stiffness in plane strain does not say the stress out of the plane: there is no \
+                 von Mises stress, and ParaView files have 0 for it",
+                material.name
+            );
+            if unknown && !notes.contains(&note) {
+                notes.push(note);
+            }
+        }
         notes
     }
 

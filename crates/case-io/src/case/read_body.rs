@@ -118,12 +118,12 @@ fn part(r: &mut Reader<'_>) -> Part {
 }
 
 /// Reads the limits of a box.
-pub(super) fn limits(r: &mut Reader<'_>, key: &'static str) -> Part {
-    let Some(mut r) = r.table(key) else { return Part::default() };
+pub(super) fn limits(r: &mut Reader<'_>, name: &'static str) -> Part {
+    let Some(mut r) = r.table(name) else { return Part::default() };
     let part = Part { x: r.pair("x"), y: r.pair("y") };
     for (key, limits) in [("x", part.x), ("y", part.y)] {
         if limits.is_some_and(|[low, high]| low > high) {
-            r.refuse(key, "the limits stand in the wrong order", "[smaller, larger]");
+            r.refuse(key, format!("the limits of the {name} stand in the wrong order"), "[smaller, larger]");
         }
     }
     r.finish();

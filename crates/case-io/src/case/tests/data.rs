@@ -62,8 +62,6 @@ fn notes_say_what_is_interpolated_and_how_much() {
 #[test]
 fn faults_of_expressions_stand_at_the_character() {
     let of = |quoted: &str| fault(&with("", "", &format!("gap = {quoted}")));
-    let first = of("'1'");
-    assert_eq!(first.code, code::CONTACT, "{first}");
     let cases = [
         ("'0.1 * sinn(x)'", "0.1 * ", "unknown function \"sinn\"; help: did you mean `sin`?"),
         ("\"x + z\"", "x + ", "unknown name \"z\""),
