@@ -10,6 +10,7 @@ pub mod corner;
 pub mod effectivity;
 pub mod goursat;
 pub mod heavy;
+pub mod layers;
 pub mod mesh_files;
 pub mod overkill;
 pub mod paper;

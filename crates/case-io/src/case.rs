@@ -14,10 +14,13 @@
 mod build;
 mod choices;
 mod conditions;
+mod data;
+mod materials;
 mod mesh_files;
 mod read;
 mod read_adapt;
 mod read_body;
+mod regions;
 mod settings;
 mod warnings;
 
@@ -25,9 +28,12 @@ mod warnings;
 mod tests;
 
 pub use choices::{Acceleration, Criterion, Imposed, Method, Path, QpChoice, Weights};
+pub use materials::{Material, MaterialLaw};
+pub use regions::{CellSelection, MaterialRegion};
 
 use crate::case_file;
 use crate::diagnostic::{CaseError, Diagnostic, Place};
+use crate::expression::Expression;
 use fem_core::material::Hypothesis;
 use std::collections::BTreeMap;
 
@@ -68,8 +74,8 @@ pub struct Case {
 pub enum Value {
     /// The same everywhere.
     Number(f64),
-    /// To be evaluated at points; no case of this version has one.
-    Expression(String),
+    /// To be evaluated at points.
+    Expression(Expression),
 }
 
 impl Value {
@@ -97,17 +103,6 @@ pub struct Model {
     pub thickness: f64,
 }
 
-/// `[materials.NAME]`: an isotropic linear elastic material.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Material {
-    /// Its name.
-    pub name: String,
-    /// Young's modulus, Pa.
-    pub young: f64,
-    /// Poisson's ratio.
-    pub poisson: f64,
-}
-
 /// `[[body]]`: one of the two bodies.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BodyCase {
@@ -115,6 +110,8 @@ pub struct BodyCase {
     pub name: String,
     /// The name of its material.
     pub material: String,
+    /// Parts of other materials, in the file's order.
+    pub regions: Vec<MaterialRegion>,
     /// Where its mesh comes from.
     pub mesh: MeshSource,
     /// Force per unit area and thickness, N/m³.
@@ -371,11 +368,6 @@ impl Case {
     /// Returns the name that messages use for the case file.
     pub fn file_name(&self) -> &str {
         &self.file_name
-    }
-
-    /// Returns the material of a body, 0 or 1.
-    pub fn material_of(&self, body: usize) -> Option<&Material> {
-        self.materials.iter().find(|m| m.name == self.bodies[body].material)
     }
 
     /// Returns where results go: `output.directory`, or `runs/` and the name of the case file without its ending.

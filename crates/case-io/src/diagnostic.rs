@@ -30,6 +30,8 @@ pub mod code {
     pub const DUPLICATE: &str = "case::duplicate";
     /// Something that a later version will read.
     pub const UNSUPPORTED: &str = "case::unsupported";
+    /// An expression that cannot be read.
+    pub const EXPRESSION: &str = "case::expression";
     /// An override or a sweep on the command line.
     pub const OVERRIDE: &str = "case::override";
     /// A mesh that cannot be made.

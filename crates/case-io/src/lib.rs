@@ -12,6 +12,7 @@
 //! | read a case file, with overrides | [`Case::parse`], [`case_file::split_override`] |
 //! | read the mesh files it names | [`Case::read_mesh_files`] |
 //! | read a mesh file, look at it | [`mesh_file::read`], [`mesh_file::MeshFile::summary`] |
+//! | evaluate data in x and y | [`Expression`] |
 //! | vary one setting | [`case_file::Sweep`] |
 //! | say what is wrong with it, and where | [`CaseError`], [`Diagnostic`], [`Place`] |
 //! | make fem-core's values of it | [`Case::build_bodies`], [`Case::build_interface`] |
@@ -46,6 +47,7 @@ pub mod abaqus;
 pub mod case;
 pub mod case_file;
 pub mod diagnostic;
+pub mod expression;
 pub mod gmsh;
 pub mod mesh_file;
 pub mod output;
@@ -56,3 +58,4 @@ pub mod vtu;
 
 pub use case::Case;
 pub use diagnostic::{CaseError, Diagnostic, Place, Source};
+pub use expression::{Expression, ExpressionError};

@@ -204,7 +204,7 @@ pub struct Results {
     /// Largest displacement, m.
     pub max_displacement: f64,
     /// Largest equivalent stress, Pa.
-    pub max_von_mises: f64,
+    pub max_von_mises: Option<f64>,
 }
 
 /// The reaction of one support, N/m.

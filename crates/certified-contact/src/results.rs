@@ -39,8 +39,8 @@ pub struct Results {
     pub balance: [Vector; 2],
     /// Largest displacement, m.
     pub max_displacement: f64,
-    /// Largest von Mises stress of the displacements, Pa.
-    pub max_von_mises: f64,
+    /// Largest von Mises stress of the displacements, Pa; `None` where the out-of-plane stress of a material is not known.
+    pub max_von_mises: Option<f64>,
 }
 
 /// Reads the results off an iteration; `swapped` says that the roles are those of the exchanged bodies.
@@ -65,7 +65,8 @@ pub(crate) fn results(
     let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
     let von_mises = |b: usize| {
         let body = &problem.bodies[b];
-        largest(&mut pair.stress[b].iter().enumerate().map(|(t, s)| body.material(t).von_mises(*s)))
+        let values = pair.stress[b].iter().enumerate().map(|(t, s)| body.material(t).von_mises(*s));
+        values.collect::<Option<Vec<f64>>>().map(|v| largest(&mut v.into_iter()))
     };
     Results {
         energy_norm_squared: order.map(|b| energies[b]),
@@ -76,7 +77,7 @@ pub(crate) fn results(
         reactions,
         balance,
         max_displacement: largest(&mut pair.displacement.iter().flatten().map(|u| norm(*u))),
-        max_von_mises: von_mises(0).max(von_mises(1)),
+        max_von_mises: von_mises(0).zip(von_mises(1)).map(|(a, b)| a.max(b)),
     }
 }
 

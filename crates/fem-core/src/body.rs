@@ -1,16 +1,19 @@
 //! A body: mesh, material and the boundary conditions evaluated on the mesh.
 
 mod conditions;
+mod interpolation;
 mod motion;
 
 use crate::boundary::BoundaryConditions;
 use crate::geometry::Vector;
-use crate::material::LinearElastic;
+use crate::material::{LinearElastic, Materials};
 use crate::mesh::TriMesh;
 use crate::mesh::refine::Refinement;
 use std::fmt;
 use thiserror::Error;
 
+pub(crate) use interpolation::Sum as DifferenceSum;
+pub use interpolation::{DataDifference, Difference};
 pub use motion::FreeMotion;
 
 /// What is imposed on the displacement of one node.
@@ -166,6 +169,16 @@ pub enum BodyError {
         /// The force found.
         force: Vector,
     },
+    /// The materials do not fit the mesh.
+    #[error(
+        "the materials are given for {cells} cells and the mesh has {triangles}, or one of them is not there"
+    )]
+    Materials {
+        /// Cells that have a material.
+        cells: usize,
+        /// Triangles of the mesh.
+        triangles: usize,
+    },
 }
 
 /// A body: mesh, material and evaluated boundary conditions. It is not assembled: see
@@ -173,7 +186,7 @@ pub enum BodyError {
 #[derive(Clone, Debug)]
 pub struct Body {
     mesh: TriMesh,
-    material: LinearElastic,
+    materials: Materials,
     node_constraints: Vec<NodeConstraint>,
     /// By position in `mesh.topology().boundary_edges()`.
     edge_conditions: Vec<EdgeCondition>,
@@ -190,14 +203,16 @@ impl Body {
     /// Displacements are interpolated at the nodes. Tractions become linear on each edge by their two
     /// moments `∫ F φ_i ds` (five-point Gauss), which is exact for linear ones.
     ///
+    /// * `materials`: one [`LinearElastic`] for the whole body, or [`Materials`] by triangle.
+    ///
     /// # Errors
     /// Conditions that name no edges, contradict each other or are not finite, see [`BodyError`].
     pub fn new(
         mesh: TriMesh,
-        material: LinearElastic,
+        materials: impl Into<Materials>,
         conditions: &BoundaryConditions,
     ) -> Result<Self, BodyError> {
-        conditions::evaluate(mesh, material, conditions, None)
+        conditions::evaluate(mesh, materials.into(), conditions, None)
     }
 
     /// Makes the same body on a finer mesh: conditions apply to the parts of the edges they applied to, whatever their
@@ -217,8 +232,8 @@ impl Body {
             displacements: self.selected.displacements.iter().map(finer).collect(),
             tractions: self.selected.tractions.iter().map(finer).collect(),
         };
-        let (mesh, material) = (refinement.mesh.clone(), self.material.clone());
-        conditions::evaluate(mesh, material, &self.conditions, Some(selected))
+        let materials = self.materials.inherited(&refinement.parent_cell);
+        conditions::evaluate(refinement.mesh.clone(), materials, &self.conditions, Some(selected))
     }
 
     /// Returns the mesh.
@@ -227,8 +242,13 @@ impl Body {
     }
 
     /// Returns the material of a triangle.
-    pub fn material(&self, _triangle: usize) -> &LinearElastic {
-        &self.material
+    pub fn material(&self, triangle: usize) -> &LinearElastic {
+        self.materials.of(triangle)
+    }
+
+    /// Returns the materials of all triangles.
+    pub fn materials(&self) -> &Materials {
+        &self.materials
     }
 
     /// Returns the body force per unit area and thickness, N/m³.

@@ -3,9 +3,15 @@
 //! In Voigt form `σ = (σ_xx, σ_yy, σ_xy)`, `ε = (ε_xx, ε_yy, 2 ε_xy)` and `σ = D ε`, with `D` 3×3,
 //! symmetric and positive definite.
 
+mod anisotropic;
+mod assignment;
+
 use crate::tensor::SymTensor2;
 use nalgebra::Matrix3;
 use thiserror::Error;
+
+pub use anisotropic::Orthotropic;
+pub use assignment::Materials;
 
 /// How the third direction behaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,6 +40,66 @@ pub enum MaterialError {
         /// The value found.
         found: f64,
     },
+    /// A modulus of an orthotropic material is not a positive, finite number.
+    #[error("{name} is {found}; it must be positive and finite (and at most 1e100)")]
+    Modulus {
+        /// Which one, by its field of [`Orthotropic`].
+        name: &'static str,
+        /// The value found.
+        found: f64,
+    },
+    /// Poisson's ratios with which an orthotropic material would yield energy.
+    #[error(
+        "{name} is {found}, with which the material is not positive definite: it must be smaller than {limit:.6} in \
+         magnitude"
+    )]
+    PoissonPair {
+        /// Which one, by its field of [`Orthotropic`].
+        name: &'static str,
+        /// The value found.
+        found: f64,
+        /// `√(E_i/E_j)`.
+        limit: f64,
+    },
+    /// Three ratios of Poisson that do not go together.
+    #[error(
+        "poisson_12 = {}, poisson_13 = {} and poisson_23 = {} together make the material not positive definite; make \
+         them smaller",
+        ratios[0], ratios[1], ratios[2]
+    )]
+    PoissonTriple {
+        /// ν₁₂, ν₁₃, ν₂₃.
+        ratios: [f64; 3],
+    },
+    /// A number that is infinite, not a number, or too large.
+    #[error("{name} is {found}; it must be a finite number (at most 1e100 in magnitude)")]
+    NotFinite {
+        /// What it is.
+        name: &'static str,
+        /// The value found.
+        found: f64,
+    },
+    /// A stiffness that is not symmetric.
+    #[error(
+        "the stiffness is not symmetric: entry ({}, {}) is {} and entry ({}, {}) is {}",
+        entry[0], entry[1], values[0], entry[1], entry[0], values[1]
+    )]
+    NotSymmetric {
+        /// Row and column, from 1, of the entry above the diagonal.
+        entry: [usize; 2],
+        /// That entry and its mirror image.
+        values: [f64; 2],
+    },
+    /// A stiffness that is not positive definite.
+    #[error(
+        "the stiffness is not positive definite: its smallest eigenvalue is {smallest:.6e}, its largest {largest:.6e}"
+    )]
+    NotPositiveDefinite {
+        /// Smallest eigenvalue, Pa.
+        smallest: f64,
+        /// Largest eigenvalue, Pa.
+        largest: f64,
+    },
 }
 
 /// A linear elastic material under one plane hypothesis.
@@ -41,8 +107,8 @@ pub enum MaterialError {
 pub struct LinearElastic {
     stiffness: Matrix3<f64>,
     compliance: Matrix3<f64>,
-    /// σ_zz = out_of_plane · (σ_xx, σ_yy, σ_xy).
-    out_of_plane: [f64; 3],
+    /// σ_zz = out_of_plane · (σ_xx, σ_yy, σ_xy), where it is known.
+    out_of_plane: Option<[f64; 3]>,
 }
 
 impl LinearElastic {
@@ -81,7 +147,7 @@ impl LinearElastic {
             Hypothesis::PlaneStrain => [poisson, poisson, 0.0],
             Hypothesis::PlaneStress => [0.0; 3],
         };
-        Ok(Self { stiffness, compliance, out_of_plane })
+        Ok(Self { stiffness, compliance, out_of_plane: Some(out_of_plane) })
     }
 
     /// Returns `D` of `σ = D ε` (Voigt, engineering shear), Pa.
@@ -116,16 +182,18 @@ impl LinearElastic {
         sigma.contract(self.strain(tau))
     }
 
-    /// Computes von Mises' equivalent stress with the out-of-plane stress of the hypothesis, Pa.
-    pub fn von_mises(&self, sigma: SymTensor2) -> f64 {
-        let zz = self.out_of_plane_stress(sigma);
+    /// Computes von Mises' equivalent stress with the out-of-plane stress of the hypothesis, Pa; `None` where that is
+    /// not known.
+    pub fn von_mises(&self, sigma: SymTensor2) -> Option<f64> {
+        let zz = self.out_of_plane_stress(sigma)?;
         let pairs = (sigma.xx - sigma.yy).powi(2) + (sigma.yy - zz).powi(2) + (zz - sigma.xx).powi(2);
-        (0.5 * pairs + 3.0 * sigma.xy * sigma.xy).sqrt()
+        Some((0.5 * pairs + 3.0 * sigma.xy * sigma.xy).sqrt())
     }
 
-    /// Computes `σ_zz`: `ν(σ_xx + σ_yy)` in plane strain of an isotropic material, 0 in plane stress.
-    pub fn out_of_plane_stress(&self, sigma: SymTensor2) -> f64 {
-        self.out_of_plane[0] * sigma.xx + self.out_of_plane[1] * sigma.yy + self.out_of_plane[2] * sigma.xy
+    /// Computes `σ_zz`: `ν(σ_xx + σ_yy)` in plane strain of an isotropic material, 0 in plane stress; `None` for a given
+    /// plane stiffness in plane strain, which does not say it.
+    pub fn out_of_plane_stress(&self, sigma: SymTensor2) -> Option<f64> {
+        self.out_of_plane.map(|[a, b, c]| a * sigma.xx + b * sigma.yy + c * sigma.xy)
     }
 }
 
@@ -147,7 +215,7 @@ mod tests {
         let m = LinearElastic::isotropic(200.0, 0.25, Hypothesis::PlaneStress).unwrap();
         let s = m.stress(SymTensor2::new(1.0, -0.25, 0.0));
         assert!((s.xx - 200.0).abs() < 1e-12 && s.yy.abs() < 1e-12);
-        assert!((m.von_mises(s) - 200.0).abs() < 1e-12);
+        assert!((m.von_mises(s).unwrap() - 200.0).abs() < 1e-12);
     }
 
     #[test]

@@ -17,6 +17,7 @@ pub(crate) fn command(options: &Check) -> Result<u8, Failure> {
     let problem = run::build(&case)?;
     console::warnings(&case.warnings());
     console::notes(case.notes());
+    console::notes(&case.data_notes(problem.bodies.each_ref(), problem.interpolated_gap()));
     supports(&case, &problem)?;
     let mut text = console::header(&case, &problem, &case.output_directory());
     for (body, model) in case.bodies.iter().zip(&problem.bodies) {

@@ -4,6 +4,7 @@ use crate::failure::Failure;
 use crate::memory::{self, mebibytes};
 use crate::run::Solved;
 use case_io::Case;
+use case_io::case::Material;
 use case_io::diagnostic::Diagnostic;
 use case_io::report::{Report, Status};
 use certified_contact::{RoleReason, Row, Step};
@@ -76,16 +77,16 @@ pub(crate) fn header(case: &Case, problem: &ContactProblem, output: &str) -> Str
     if !case.title.is_empty() {
         let _ = writeln!(text, "  {}", case.title);
     }
-    for (body, model) in case.bodies.iter().zip(&problem.bodies) {
+    for (k, (body, model)) in case.bodies.iter().zip(&problem.bodies).enumerate() {
         let [low, high] = bounding_box(model.mesh().points());
-        let material = case.materials.iter().find(|m| m.name == body.material);
-        let (e, nu) = material.map_or((f64::NAN, f64::NAN), |m| (m.young, m.poisson));
+        let materials: Vec<String> = case.materials_of(k).into_iter().map(Material::summary).collect();
         let _ = writeln!(
             text,
-            "  {:<10} {:>8} nodes {:>8} triangles   E {e}  nu {nu}   [{}, {}] x [{}, {}]",
+            "  {:<10} {:>8} nodes {:>8} triangles   {}   [{}, {}] x [{}, {}]",
             body.name,
             model.mesh().points().len(),
             model.mesh().triangles().len(),
+            materials.join(" | "),
             low[0],
             high[0],
             low[1],

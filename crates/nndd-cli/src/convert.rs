@@ -1,11 +1,10 @@
 //! From the case file's words to the libraries' settings.
 
 use case_io::Case;
-use case_io::case::{self, Value};
+use case_io::case;
 use certified_contact::{Criterion, Imposed, Settings};
 use contact_qp::QpMethod;
 use cre_estimator::Relaxation;
-use fem_core::boundary::ScalarData;
 use nndd::{Acceleration, Method, Path, Theta, Weights};
 
 /// Makes the settings of a solve.
@@ -17,7 +16,7 @@ pub(crate) fn settings(case: &Case) -> Settings {
         case::Imposed::Second => Imposed::Second,
         case::Imposed::Auto => Imposed::Auto,
     };
-    settings.lambda = scalar(&solver.lambda);
+    settings.lambda = solver.lambda.scalar();
     settings.criterion = match solver.stop.criterion {
         case::Criterion::Estimator => Criterion::Estimator { ratio: solver.stop.ratio },
         case::Criterion::Precision => Criterion::Precision { tolerance: solver.stop.tolerance },
@@ -58,9 +57,4 @@ pub(crate) fn settings(case: &Case) -> Settings {
         case::QpChoice::ActiveSet => QpMethod::ActiveSet,
     };
     settings
-}
-
-/// A datum of the case; the reader lets nothing but numbers through.
-fn scalar(value: &Value) -> ScalarData {
-    value.number().map_or_else(|| ScalarData::Constant(f64::NAN), ScalarData::Constant)
 }

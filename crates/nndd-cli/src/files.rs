@@ -65,10 +65,17 @@ pub(crate) fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> R
         certificate: certificate(solution),
         results: results(case, solution),
         adaptive: solved.adaptive.clone(),
-        notes: case.notes().to_vec(),
+        notes: case.notes().iter().cloned().chain(data_notes(case, solution)).collect(),
         timings: Timings::default(),
         run,
     }
+}
+
+/// Says of the mesh of a solution which data it carries only interpolated.
+fn data_notes(case: &Case, solution: &CertifiedSolution) -> Vec<String> {
+    let problem = &solution.problem;
+    let bodies = [0, 1].map(|body| &problem.bodies[solution.role(body)]);
+    case.data_notes(bodies, problem.interpolated_gap())
 }
 
 fn certificate(solution: &CertifiedSolution) -> Certificate {
@@ -244,21 +251,25 @@ fn vtu_body(
         (0..cells)
             .map(|t| {
                 let s = of(t);
-                six(s, model.material(t).out_of_plane_stress(s))
+                // Not known for a given plane stiffness in plane strain.
+                six(s, model.material(t).out_of_plane_stress(s).unwrap_or(0.0))
             })
             .collect()
     };
     let stress = tensor(&|t| pair.stress[role][t]);
     let equilibrated = tensor(&|t| pair.equilibrated[role].cell_mean(model, t));
-    let von_mises = (0..cells).map(|t| model.material(t).von_mises(pair.stress[role][t])).collect();
+    let von_mises: Option<Vec<f64>> =
+        (0..cells).map(|t| model.material(t).von_mises(pair.stress[role][t])).collect();
     let data = VtuData {
         point: vec![VtuArray::vectors("displacement", &pair.displacement[role])],
         cell: vec![
             VtuArray::tensors("stress", &stress),
             VtuArray::tensors("stress_equilibrated", &equilibrated),
-            VtuArray::scalars("von_mises", von_mises),
             VtuArray::scalars("error_density", figures::error_density(solution, role)),
-        ],
+        ]
+        .into_iter()
+        .chain(von_mises.map(|values| VtuArray::scalars("von_mises", values)))
+        .collect(),
         field: vec![
             VtuArray::scalars("iteration", vec![solution.last().iteration as f64]),
             VtuArray::scalars("e_cre", vec![estimate.e_cre]),

@@ -83,7 +83,9 @@ fn results(page: &mut String, case: &Case, report: &Report) {
     row("largest pressure", r.max_pressure, false);
     row("smallest gap", r.min_gap, false);
     row("largest displacement", r.max_displacement, false);
-    row("largest von Mises stress", r.max_von_mises, false);
+    if let Some(stress) = r.max_von_mises {
+        row("largest von Mises stress", stress, false);
+    }
     for reaction in &r.reactions {
         row(&format!("reaction x of {} on {}", reaction.on, reaction.body), reaction.fx, true);
         row(&format!("reaction y of {} on {}", reaction.on, reaction.body), reaction.fy, true);

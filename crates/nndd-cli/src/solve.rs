@@ -207,10 +207,14 @@ impl Printer {
                     text += &console::choices(case, solved);
                 }
                 text += &format!("wrote {directory}: {}\n", written.join(" "));
-                Ok(console::print(&text)?)
+                console::print(&text)?;
+                // Those of the case were shown at the beginning.
+                console::notes(report.notes.get(case.notes().len()..).unwrap_or_default());
+                Ok(())
             }
             Format::Json => self.event(json!({
                 "event": "finished",
+                "notes": report.notes,
                 "status": report.status,
                 "certificate": report.certificate,
                 "timings": report.timings,

@@ -1,10 +1,10 @@
 //! Bodies and the interface of a case, with fem-core's errors brought back to the places of their keys.
 
-use super::{Case, MeshSource};
+use super::{Case, MeshSource, materials};
 use crate::diagnostic::{CaseError, Diagnostic, code, did_you_mean};
 use fem_core::body::{Body, BodyError, ConditionList, ConditionPlace};
 use fem_core::interface::{ContactInterface, Gap, InterfaceError};
-use fem_core::material::{LinearElastic, MaterialError};
+use fem_core::material::MaterialError;
 use fem_core::mesh::{MeshError, TriMesh, generate};
 
 impl Case {
@@ -28,9 +28,9 @@ impl Case {
     /// See [`Case::build_bodies`].
     pub fn build_body(&self, body: usize) -> Result<Body, CaseError> {
         let mesh = self.build_mesh(body)?;
-        let material = self.build_material(body)?;
-        let conditions = self.boundary_conditions(body)?;
-        Body::new(mesh, material, &conditions).map_err(|error| self.body_diagnostic(body, &error).into())
+        let materials = self.build_materials(body, &mesh)?;
+        let conditions = self.boundary_conditions(body);
+        Body::new(mesh, materials, &conditions).map_err(|error| self.body_diagnostic(body, &error).into())
     }
 
     /// Makes the mesh of one body, 0 or 1.
@@ -45,27 +45,18 @@ impl Case {
         }
     }
 
-    fn build_material(&self, body: usize) -> Result<LinearElastic, CaseError> {
-        let name = &self.bodies[body].material;
-        let Some(material) = self.material_of(body) else {
-            let path = format!("body.{body}.material");
-            return Err(self
-                .diagnostic(code::REFERENCE, &path, format!("there is no material \"{name}\""))
-                .into());
-        };
-        LinearElastic::isotropic(material.young, material.poisson, self.model.hypothesis)
-            .map_err(|error| self.material_diagnostic(name, &error).into())
-    }
-
     /// Pairs the contact surfaces of the two bodies, given in the file's order.
     ///
     /// # Errors
-    /// Surfaces that cannot be paired, at the place of the key that causes it.
+    /// Surfaces that cannot be paired, at the place of the key that causes it, and a `solver.lambda` that is not finite
+    /// at one of their nodes.
     pub fn build_interface(&self, first: &Body, second: &Body) -> Result<ContactInterface, CaseError> {
-        let gap = Gap::Given(self.scalar(&self.contact.gap, "contact.gap")?);
+        let gap = Gap::Given(self.contact.gap.scalar());
         let [a, b] = &self.contact.surfaces;
-        ContactInterface::pair(first, second, [a, b], &gap)
-            .map_err(|error| self.interface_diagnostic(&error).into())
+        let interface = ContactInterface::pair(first, second, [a, b], &gap)
+            .map_err(|error| self.interface_diagnostic(&error))?;
+        self.check_lambda([first, second], &interface)?;
+        Ok(interface)
     }
 
     /// Brings an error of a body's boundary conditions back to the condition's key.
@@ -90,7 +81,9 @@ impl Case {
             }
             BodyError::EmptySelection { place, .. } => of(place, ".on"),
             BodyError::LoadOnSupport { place, .. } => self.load_path(&of(place, "")),
-            BodyError::NotFinite { place, .. } | BodyError::Conflict { place, .. } => of(place, ""),
+            BodyError::NotFinite { place, .. } => self.expression_path(&of(place, "")),
+            BodyError::Conflict { place, .. } => of(place, ""),
+            BodyError::Materials { .. } => format!("body.{body}.material"),
             BodyError::BodyForce { .. } => format!("body.{body}.body_force"),
         };
         let message = format!("body \"{}\": {error}", self.bodies[body].name);
@@ -110,10 +103,7 @@ impl Case {
 
     /// Brings an error of a material back to its key.
     pub fn material_diagnostic(&self, material: &str, error: &MaterialError) -> Diagnostic {
-        let key = match error {
-            MaterialError::Young { .. } => "young",
-            MaterialError::Poisson { .. } => "poisson",
-        };
+        let key = materials::key_of(error);
         self.diagnostic(code::VALUE, &format!("materials.{material}.{key}"), error.to_string())
     }
 

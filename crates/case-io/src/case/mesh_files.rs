@@ -1,6 +1,6 @@
 //! The mesh files of a case: read once, kept as regions, named by their contents.
 
-use super::{Case, MeshSource};
+use super::{Case, CellSelection, MeshSource};
 use crate::diagnostic::{CaseError, Diagnostic, code};
 use crate::mesh_file::{self, MeshFault, MeshFile, MeshFileError, Region, RegionOptions};
 use fem_core::mesh::TriMesh;
@@ -12,6 +12,8 @@ use std::sync::Arc;
 pub(super) struct MeshFiles {
     regions: [Option<Arc<Region>>; 2],
     digests: [Option<String>; 2],
+    /// By body: the groups of cells that its material regions name, with the file's numbers of their cells.
+    groups: [Vec<(String, Vec<u64>)>; 2],
     notes: Vec<String>,
 }
 
@@ -51,6 +53,11 @@ impl Case {
             let taken = match &files[place].1 {
                 Ok(mesh) => {
                     loaded.digests[body] = Some(mesh.digest().to_owned());
+                    for region in &self.bodies[body].regions {
+                        let CellSelection::Group(name) = &region.cells else { continue };
+                        let numbers = mesh.cells_of_group(name);
+                        loaded.groups[body].extend(numbers.map(|numbers| (name.clone(), numbers)));
+                    }
                     mesh.region(region.as_deref(), options).and_then(|r| r.without_sides().map_or(Ok(r), Err))
                 }
                 Err(error) => Err(error.clone()),
@@ -82,6 +89,17 @@ impl Case {
     /// Returns what is worth knowing about how the meshes were read: cells split, turned or reduced, nodes left out.
     pub fn notes(&self) -> &[String] {
         &self.meshes.notes
+    }
+
+    /// Returns the region of the mesh file that a body is.
+    pub(super) fn mesh_region(&self, body: usize) -> Option<&Region> {
+        self.meshes.region(body)
+    }
+
+    /// Returns the file's numbers of the cells of a group that a material region names, ascending.
+    pub(super) fn group_of_cells(&self, body: usize, group: &str) -> Option<&[u64]> {
+        let groups = self.meshes.groups.get(body)?;
+        groups.iter().find(|(name, _)| name == group).map(|(_, numbers)| &numbers[..])
     }
 
     /// Returns what is probably not meant in the meshes, with the body's place in the case file.

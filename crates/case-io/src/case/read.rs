@@ -1,13 +1,13 @@
 //! From the document to a [`Case`]: every section with its defaults and checks, except the bodies'.
 
 use super::{
-    Acceleration, BodyCase, Case, Contact, Criterion, Estimator, Imposed, Limit, Limits, Material, Method,
-    Model, Output, Path, QpChoice, SCHEMA, Solver, Stop, Theta, Value, Weights,
+    Acceleration, BodyCase, Case, Contact, Criterion, Estimator, Imposed, Limit, Limits, Method, Model,
+    Output, Path, QpChoice, SCHEMA, Solver, Stop, Theta, Value, Weights,
 };
-use super::{read_adapt, read_body};
+use super::{materials, read_adapt, read_body, regions};
 use crate::case_file::{self, Document, Findings, NodeValue, Reader};
-use crate::diagnostic::{CaseError, Diagnostic, code, did_you_mean, excerpt};
-use fem_core::material::{Hypothesis, LinearElastic, MaterialError};
+use crate::diagnostic::{CaseError, Diagnostic, code, excerpt};
+use fem_core::material::Hypothesis;
 
 const HYPOTHESES: &[(&str, Hypothesis)] =
     &[("plane_strain", Hypothesis::PlaneStrain), ("plane_stress", Hypothesis::PlaneStress)];
@@ -25,9 +25,10 @@ pub(super) fn case(document: &Document, file_name: &str) -> Result<Case, CaseErr
     root.require(&["body", "contact", "materials"]);
     let title = root.string("title").unwrap_or_default();
     let model = model(root.table("model"));
-    let materials = root.table("materials").map(|r| materials(r, model.hypothesis)).unwrap_or_default();
+    let materials =
+        root.table("materials").map(|r| materials::materials(r, model.hypothesis)).unwrap_or_default();
     let bodies = read_body::bodies(&mut root);
-    check_references(&root, &materials, &bodies);
+    regions::check_references(&root, &materials, &bodies);
     let contact = root.table("contact").map(contact).unwrap_or_default();
     let solver = solver(root.table("solver"));
     let estimator = estimator(root.table("estimator"));
@@ -93,65 +94,6 @@ fn model(reader: Option<Reader<'_>>) -> Model {
     model.thickness = r.number_where("thickness", positive, "a number > 0").unwrap_or(model.thickness);
     r.finish();
     model
-}
-
-fn materials(reader: Reader<'_>, hypothesis: Hypothesis) -> Vec<Material> {
-    let mut materials = Vec::new();
-    for entry in reader.entries() {
-        let path = reader.path_of(&entry.key);
-        let NodeValue::Table(table) = &entry.node.value else {
-            let message = format!("`{path}` is {}", entry.node.value.type_name());
-            let diagnostic = Diagnostic::new(code::TYPE, Some(entry.node.at.place()), message);
-            reader.findings().push(diagnostic.expected("a table with `young` and `poisson`"));
-            // The name is there, so bodies may refer to it.
-            materials.push(Material { name: entry.key.clone(), young: 1.0, poisson: 0.0 });
-            continue;
-        };
-        let mut r = Reader::new(reader.findings(), table, path, &entry.node.at);
-        r.require(&["young", "poisson"]);
-        let young = r.number("young");
-        let poisson = r.number("poisson");
-        // One at a time with a harmless partner, so that both faults are found.
-        if let Some(young) = young {
-            check_material(&r, "young", LinearElastic::isotropic(young, 0.0, hypothesis));
-        }
-        if let Some(poisson) = poisson {
-            check_material(&r, "poisson", LinearElastic::isotropic(1.0, poisson, hypothesis));
-        }
-        r.finish();
-        materials.push(Material {
-            name: entry.key.clone(),
-            young: young.unwrap_or(1.0),
-            poisson: poisson.unwrap_or_default(),
-        });
-    }
-    materials
-}
-
-fn check_material(r: &Reader<'_>, key: &str, result: Result<LinearElastic, MaterialError>) {
-    if let Err(error) = result {
-        r.refuse(key, error.to_string(), "");
-    }
-}
-
-/// Checks that every body's material exists, and names the nearest where it does not.
-fn check_references(root: &Reader<'_>, materials: &[Material], bodies: &[BodyCase]) {
-    if materials.is_empty() && !root.has("materials") {
-        return;
-    }
-    let names = || materials.iter().map(|m| m.name.as_str());
-    for (k, body) in bodies.iter().enumerate() {
-        // An empty name stands for one that is missing or no string, which has been reported.
-        if body.material.is_empty() || names().any(|name| name == body.material) {
-            continue;
-        }
-        let message = format!("there is no material {}", excerpt(&body.material));
-        let known: Vec<String> = names().map(|n| format!("\"{n}\"")).collect();
-        let place = root.findings().place(&format!("body.{k}.material"));
-        let diagnostic = Diagnostic::new(code::REFERENCE, place, message);
-        let diagnostic = if known.is_empty() { diagnostic } else { diagnostic.expected(known.join(" or ")) };
-        root.findings().push(diagnostic.help(did_you_mean(&body.material, names(), '"')));
-    }
 }
 
 fn contact(mut r: Reader<'_>) -> Contact {

@@ -1,5 +1,6 @@
 //! The `[[body]]` tables: names, meshes, displacements and tractions.
 
+use super::regions::regions;
 use super::{BodyCase, Displacement, Imposition, Load, MeshSource, Part, Traction, Value};
 use crate::case_file::Reader;
 use crate::diagnostic::{Diagnostic, code, excerpt};
@@ -40,11 +41,12 @@ fn body(r: &mut Reader<'_>, others: &[BodyCase]) -> BodyCase {
     let name = name.unwrap_or_default();
     let material = r.string("material").unwrap_or_default();
     let mesh = mesh(r).unwrap_or_default();
+    let regions = regions(r);
     let body_force = r.pair("body_force").unwrap_or_default();
     let displacements: Vec<_> =
         r.tables("displacement").unwrap_or_default().into_iter().map(displacement).collect();
     let tractions = r.tables("traction").unwrap_or_default().into_iter().map(traction).collect();
-    BodyCase { name, material, mesh, body_force, displacements, tractions }
+    BodyCase { name, material, regions, mesh, body_force, displacements, tractions }
 }
 
 /// Checks that a name is free and can name a file.
@@ -112,11 +114,16 @@ fn generator(mut r: Reader<'_>) -> Option<MeshSource> {
 }
 
 fn part(r: &mut Reader<'_>) -> Part {
-    let Some(mut r) = r.table("part") else { return Part::default() };
+    limits(r, "part")
+}
+
+/// Reads the limits of a box.
+pub(super) fn limits(r: &mut Reader<'_>, name: &'static str) -> Part {
+    let Some(mut r) = r.table(name) else { return Part::default() };
     let part = Part { x: r.pair("x"), y: r.pair("y") };
     for (key, limits) in [("x", part.x), ("y", part.y)] {
         if limits.is_some_and(|[low, high]| low > high) {
-            r.refuse(key, "the limits of the part stand in the wrong order", "[smaller, larger]");
+            r.refuse(key, format!("the limits of the {name} stand in the wrong order"), "[smaller, larger]");
         }
     }
     r.finish();

@@ -1,7 +1,8 @@
 //! Every setting with its value, in the case file's own structure, and the hash that names a case.
 
 use super::{
-    BodyCase, Case, Displacement, Imposition, Load, MeshSource, Part, SCHEMA, Theta, Traction, Value, read,
+    BodyCase, Case, CellSelection, Displacement, Imposition, Load, MaterialRegion, MeshSource, Part, SCHEMA,
+    Theta, Traction, Value, read,
 };
 use serde_json::{Map, Value as Json, json};
 use sha2::{Digest, Sha256};
@@ -9,11 +10,8 @@ use sha2::{Digest, Sha256};
 impl Case {
     /// Returns every setting with its value, as written or by default: the `case` object of report.json.
     pub fn settings_json(&self) -> Json {
-        let materials: Map<String, Json> = self
-            .materials
-            .iter()
-            .map(|m| (m.name.clone(), json!({ "young": m.young, "poisson": m.poisson })))
-            .collect();
+        let materials: Map<String, Json> =
+            self.materials.iter().map(|m| (m.name.clone(), m.json())).collect();
         let mut settings = json!({
             "schema": SCHEMA,
             "title": self.title,
@@ -94,20 +92,31 @@ fn value(value: &Value) -> Json {
     match value {
         // Zero has one sign here, so that `-0.0` is the same case.
         Value::Number(number) => json!(number + 0.0),
-        Value::Expression(text) => json!(text),
+        Value::Expression(expression) => json!(expression.text()),
     }
 }
 
 fn body(body: &BodyCase) -> Json {
     let (key, mesh) = mesh(&body.mesh);
-    json!({
+    let mut settings = json!({
         "name": body.name,
         "material": body.material,
         key: mesh,
         "body_force": body.body_force,
         "displacement": body.displacements.iter().map(displacement).collect::<Vec<_>>(),
         "traction": body.tractions.iter().map(traction).collect::<Vec<_>>(),
-    })
+    });
+    if !body.regions.is_empty() {
+        settings["region"] = body.regions.iter().map(region).collect();
+    }
+    settings
+}
+
+fn region(region: &MaterialRegion) -> Json {
+    match &region.cells {
+        CellSelection::Box(part) => json!({ "material": region.material, "box": limits(*part) }),
+        CellSelection::Group(group) => json!({ "material": region.material, "group": group }),
+    }
 }
 
 fn mesh(source: &MeshSource) -> (&'static str, Json) {
@@ -128,13 +137,15 @@ fn mesh(source: &MeshSource) -> (&'static str, Json) {
     }
 }
 
+fn limits(part: Part) -> Map<String, Json> {
+    let limits = [("x", part.x), ("y", part.y)].into_iter();
+    limits.filter_map(|(key, limits)| limits.map(|l| (key.to_owned(), json!(l)))).collect()
+}
+
 fn edges(on: &str, part: Part) -> Map<String, Json> {
     let mut object = Map::new();
     object.insert("on".to_owned(), json!(on));
-    let limits: Map<String, Json> = [("x", part.x), ("y", part.y)]
-        .into_iter()
-        .filter_map(|(key, limits)| limits.map(|l| (key.to_owned(), json!(l))))
-        .collect();
+    let limits = limits(part);
     if !limits.is_empty() {
         object.insert("part".to_owned(), Json::Object(limits));
     }

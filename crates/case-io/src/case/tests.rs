@@ -1,6 +1,7 @@
 //! Every default, every check with its place.
 
 mod building;
+mod data;
 mod faults;
 mod mesh_files;
 
@@ -72,11 +73,14 @@ fn the_example_of_the_contract_is_read() {
     let case = parse(crate::template::PAPER);
     assert_eq!(case.title, "Two blocks, loss of contact");
     assert_eq!(case.materials.len(), 2);
-    assert_eq!(case.materials[0], Material { name: "stiff".into(), young: 2000.0, poisson: 0.3 });
-    assert_eq!(case.materials[1], Material { name: "soft".into(), young: 1000.0, poisson: 0.3 });
+    for (material, name, young) in [(0, "stiff", 2000.0), (1, "soft", 1000.0)] {
+        let law = MaterialLaw::Isotropic { young, poisson: 0.3 };
+        assert_eq!(case.materials[material], Material { name: name.into(), law });
+    }
     let upper = BodyCase {
         name: "upper".into(),
         material: "stiff".into(),
+        regions: vec![],
         mesh: MeshSource::Block { origin: [0.0, 1.0], size: [2.0, 1.0], cells: [18, 9] },
         body_force: [0.0; 2],
         displacements: vec![
@@ -156,7 +160,7 @@ fn conditions_of_every_kind_are_read() {
     assert_eq!(body.displacements[0].part, Part { x: Some([0.0, 1.0]), y: None });
     assert_eq!(body.displacements[1].imposition, Imposition::Normal(Value::Number(0.5)));
     assert_eq!(body.tractions[0].load, Load::Pressure(Value::Number(5.0)));
-    let conditions = case.boundary_conditions(0).unwrap();
+    let conditions = case.boundary_conditions(0);
     let part = conditions.displacements[0].edges.part.unwrap();
     assert_eq!(part, [[0.0, 1.0], [f64::NEG_INFINITY, f64::INFINITY]]);
     assert_eq!(conditions.tractions[0].edges.part.unwrap(), [[0.0, 1.0], [0.5, 2.0]]);
@@ -200,7 +204,7 @@ fn overrides_replace_and_create_keys() {
         case.bodies[0].mesh,
         MeshSource::Block { origin: [0.0, 1.0], size: [2.0, 1.0], cells: [36, 18] }
     );
-    assert_eq!(case.materials[1].young, 5e3);
+    assert_eq!(case.materials[1].law, MaterialLaw::Isotropic { young: 5e3, poisson: 0.3 });
     assert_eq!(case.output_directory(), "runs/über x");
     assert_eq!(case.place("solver.theta").unwrap().to_string(), "--set solver.theta=0.35");
     assert_eq!(case.place("solver.path").unwrap().to_string(), "paper.toml:57:18");

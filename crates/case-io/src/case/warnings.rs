@@ -1,6 +1,6 @@
 //! What is allowed but probably not meant.
 
-use super::{Case, Criterion, Method};
+use super::{Case, Criterion, MaterialLaw, Method};
 use crate::diagnostic::{Diagnostic, code};
 
 /// From this ratio on P1 triangles lock noticeably in plane strain.
@@ -17,23 +17,26 @@ impl Case {
     /// slivers and cracks in meshes that were read.
     pub fn warnings(&self) -> Vec<Diagnostic> {
         let mut warnings = self.mesh_warnings();
-        for material in self.materials.iter().filter(|m| m.poisson >= LOCKING) {
+        for material in &self.materials {
+            let MaterialLaw::Isotropic { poisson, .. } = material.law else { continue };
+            if poisson < LOCKING {
+                continue;
+            }
             let path = format!("materials.{}.poisson", material.name);
             let message = format!(
-                "Poisson's ratio {} is nearly incompressible: linear triangles lock, and the certified error shows it",
-                material.poisson
+                "Poisson's ratio {poisson} is nearly incompressible: linear triangles lock, and the certified error shows it"
             );
             warnings.push(self.diagnostic(code::VALUE, &path, message));
         }
-        if let (Some(a), Some(b)) = (self.material_of(0), self.material_of(1)) {
-            let ratio = (a.young / b.young).max(b.young / a.young);
-            if ratio > MODULI {
-                let message = format!("the moduli of the two bodies differ by a factor of {ratio:.1e}");
-                warnings.push(self.diagnostic(code::VALUE, "materials", message));
-            }
+        let moduli =
+            || (0..2).flat_map(|body| self.materials_of(body)).map(|material| material.largest_modulus());
+        let ratio = moduli().fold(0.0, f64::max) / moduli().fold(f64::INFINITY, f64::min);
+        if ratio > MODULI {
+            let message = format!("the moduli of the materials differ by a factor of {ratio:.1e}");
+            warnings.push(self.diagnostic(code::VALUE, "materials", message));
         }
         for material in &self.materials {
-            if self.bodies.iter().all(|b| b.material != material.name) {
+            if (0..2).all(|b| self.materials_of(b).iter().all(|m| m.name != material.name)) {
                 let message = format!("no body uses the material \"{}\"", material.name);
                 warnings.push(self.diagnostic(
                     code::REFERENCE,

@@ -5,6 +5,7 @@
 use super::tree::{At, Entry, Node, NodeValue, Table};
 use crate::case::Value;
 use crate::diagnostic::{Diagnostic, Place, code, did_you_mean, excerpt};
+use crate::expression::Expression;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 
@@ -166,15 +167,20 @@ impl<'a> Reader<'a> {
         let NodeValue::String(text) = &node.value else {
             return self.finite(path, node).map(Value::Number);
         };
-        // Remove these lines when expressions can be evaluated.
-        let message = format!(
-            "`{path}` is the expression {}: expressions are not in this version yet ({})",
-            excerpt(text),
-            env!("CARGO_PKG_VERSION")
-        );
-        let diagnostic = Diagnostic::new(code::UNSUPPORTED, Some(node.at.place()), message);
-        self.findings.push(diagnostic.expected("a number"));
-        Some(Value::Expression(text.clone()))
+        match Expression::parse(text) {
+            Ok(expression) => Some(Value::Expression(expression)),
+            Err(error) => {
+                let place = node.at.within(text, error.span);
+                let diagnostic =
+                    Diagnostic::new(code::EXPRESSION, Some(place), format!("`{path}`: {}", error.message));
+                let diagnostic = match error.expected {
+                    Some(expected) => diagnostic.expected(expected),
+                    None => diagnostic,
+                };
+                self.findings.push(diagnostic.help(error.help));
+                None
+            }
+        }
     }
 
     /// Reads a number or an expression.
@@ -201,6 +207,35 @@ impl<'a> Reader<'a> {
     /// Reads two strings.
     pub(crate) fn string_pair(&mut self, key: &'static str) -> Option<[String; 2]> {
         self.two(key, "an array of two strings", Self::text)
+    }
+
+    /// Reads three rows of three finite numbers.
+    pub(crate) fn matrix(&mut self, key: &'static str) -> Option<[[f64; 3]; 3]> {
+        let node = self.node(key)?;
+        let path = self.path_of(key);
+        let expected = "three rows of three numbers, `[[a, b, c], [b, d, e], [c, e, f]]`";
+        let three = |path: &str, node: &'a Node| -> Option<&'a [Node; 3]> {
+            match &node.value {
+                NodeValue::Array(items) => <&[Node; 3]>::try_from(&items[..]).ok().or_else(|| {
+                    let message = format!("`{path}` has {} entries", items.len());
+                    let diagnostic = Diagnostic::new(code::VALUE, Some(node.at.place()), message);
+                    self.findings.push(diagnostic.expected(expected));
+                    None
+                }),
+                _ => {
+                    self.wrong_type(path, node, expected);
+                    None
+                }
+            }
+        };
+        let mut matrix = [[0.0; 3]; 3];
+        for (i, row) in three(&path, node)?.iter().enumerate() {
+            let path = format!("{path}.{i}");
+            for (j, entry) in three(&path, row)?.iter().enumerate() {
+                matrix[i][j] = self.finite(&format!("{path}.{j}"), entry)?;
+            }
+        }
+        Some(matrix)
     }
 
     fn two<T>(

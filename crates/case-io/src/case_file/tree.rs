@@ -16,6 +16,19 @@ impl At {
     pub(crate) fn place(&self) -> Place {
         Place::new(&self.source, self.span.clone())
     }
+
+    /// Returns the place of some bytes of a string that stands here; the place of the string where escapes make the two
+    /// differ.
+    pub(crate) fn within(&self, text: &str, bytes: Range<usize>) -> Place {
+        let written = self.source.text().get(self.span.clone()).unwrap_or_default();
+        match written.find(text).filter(|_| !text.is_empty()) {
+            Some(start) => {
+                let start = self.span.start + start;
+                Place::new(&self.source, start + bytes.start..start + bytes.end)
+            }
+            None => self.place(),
+        }
+    }
 }
 
 #[derive(Clone, Debug)]

@@ -62,6 +62,16 @@ impl Region {
         self.triangles.len()
     }
 
+    /// Returns the file's number of the cell that each triangle was made of.
+    pub fn cell_numbers(&self) -> &[u64] {
+        &self.cell_numbers
+    }
+
+    /// Lists the groups of cells of the file.
+    pub(crate) fn cell_group_names(&self) -> impl Iterator<Item = &str> {
+        self.cell_groups.iter().map(String::as_str)
+    }
+
     /// Says whether the file has a group of cells of this name.
     pub fn is_cell_group(&self, name: &str) -> bool {
         self.cell_groups.iter().any(|g| g == name)
@@ -137,6 +147,15 @@ impl MeshFile {
         };
         region.warn_of_slivers();
         Ok(region)
+    }
+
+    /// Returns the file's numbers of the cells of a group, ascending; `None` where there is no such group.
+    pub(crate) fn cells_of_group(&self, name: &str) -> Option<Vec<u64>> {
+        let group = self.groups.iter().find(|g| g.dimension == 2 && g.name == name)?;
+        let numbers = group.members.iter().filter_map(|m| self.cells.get(*m as usize));
+        let mut numbers: Vec<u64> = numbers.map(|cell| cell.number).collect();
+        numbers.sort_unstable();
+        Some(numbers)
     }
 
     fn xy_of(&self, node: u32) -> Vector {

@@ -5,7 +5,7 @@ use super::{
 };
 use crate::boundary::{BoundaryConditions, EdgeSelection, Load, ScalarData, Support};
 use crate::geometry::{self, Vector, cross, dot, scale};
-use crate::material::LinearElastic;
+use crate::material::Materials;
 use crate::mesh::TriMesh;
 use crate::quadrature::GAUSS5;
 
@@ -22,10 +22,14 @@ pub(super) struct Selected {
 /// Evaluates conditions on a mesh, on the edges they select or on those `inherited` from a coarser mesh.
 pub(super) fn evaluate(
     mesh: TriMesh,
-    material: LinearElastic,
+    materials: Materials,
     conditions: &BoundaryConditions,
     inherited: Option<Selected>,
 ) -> Result<Body, BodyError> {
+    let triangles = mesh.triangles().len();
+    if !materials.fit(triangles) {
+        return Err(BodyError::Materials { cells: materials.len(), triangles });
+    }
     let force = conditions.body_force;
     if !(force[0].is_finite() && force[1].is_finite()) {
         return Err(BodyError::BodyForce { force });
@@ -65,7 +69,7 @@ pub(super) fn evaluate(
     }
     let (node_constraints, edge_conditions) = (work.constraints, work.edges);
     let conditions = conditions.clone();
-    Ok(Body { mesh, material, node_constraints, edge_conditions, supports, conditions, selected })
+    Ok(Body { mesh, materials, node_constraints, edge_conditions, supports, conditions, selected })
 }
 
 struct Evaluation<'a> {
@@ -214,15 +218,22 @@ impl Evaluation<'_> {
             finite(place, ends[0], t[1])?;
             return Ok([t, t]);
         }
-        let mut moments = [[0.0; 2]; 2];
-        for (s, weight) in GAUSS5 {
-            let point = geometry::add(scale(1.0 - s, ends[0]), scale(s, ends[1]));
+        let at = |point: Vector| {
             let t = match load {
                 Load::Vector([x, y]) => [x.at(point), y.at(point)],
                 Load::Pressure(q) => scale(-q.at(point), normal),
             };
+            finite(place, point, t[0])?;
+            finite(place, point, t[1])?;
+            Ok(t)
+        };
+        // The quadrature has no point at the nodes, where a singular load must not pass unseen.
+        at(ends[0])?;
+        at(ends[1])?;
+        let mut moments = [[0.0; 2]; 2];
+        for (s, weight) in GAUSS5 {
+            let t = at(geometry::add(scale(1.0 - s, ends[0]), scale(s, ends[1])))?;
             for c in 0..2 {
-                finite(place, point, t[c])?;
                 moments[0][c] += weight * (1.0 - s) * t[c];
                 moments[1][c] += weight * s * t[c];
             }
@@ -247,7 +258,7 @@ fn add_reaction(present: EdgeReaction, direction: Vector) -> EdgeReaction {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::material::Hypothesis;
+    use crate::material::{Hypothesis, LinearElastic};
     use crate::mesh::generate::block;
 
     fn body(conditions: &BoundaryConditions) -> Result<Body, BodyError> {

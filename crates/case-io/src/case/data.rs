@@ -1,0 +1,135 @@
+//! Numbers and expressions as fem-core's data, and what the mesh makes of them.
+
+use super::{Case, MaterialLaw, Value};
+use crate::diagnostic::{CaseError, code};
+use fem_core::body::{Body, ConditionList, DataDifference, Difference};
+use fem_core::boundary::ScalarData;
+use fem_core::interface::{ContactInterface, Pair};
+use fem_core::material::Hypothesis;
+
+impl Value {
+    /// Makes fem-core's datum of a value. An expression without `x` and `y` is a number.
+    pub fn scalar(&self) -> ScalarData {
+        match self {
+            Self::Number(number) => (*number).into(),
+            Self::Expression(expression) if expression.is_constant() => expression.at([0.0; 2]).into(),
+            Self::Expression(expression) => {
+                let expression = expression.clone();
+                ScalarData::function(move |point| expression.at(point))
+            }
+        }
+    }
+}
+
+/// Writes an expression for a note.
+fn quoted(value: Option<&Value>) -> String {
+    match value {
+        Some(Value::Expression(expression)) => crate::diagnostic::excerpt(expression.text()),
+        _ => "a function".to_owned(),
+    }
+}
+
+impl Case {
+    /// Says what the reader of the results should know of the data: where the stress out of the plane is not known, and
+    /// which data given by expressions linear edges cannot represent, and how much the data of this mesh differ from
+    /// them: the bound of the error is for the data of the mesh.
+    ///
+    /// * `bodies`: in the file's order.
+    /// * `gap`: what [`fem_core::interface::ContactProblem::interpolated_gap`] returns.
+    pub fn data_notes(&self, bodies: [&Body; 2], gap: Option<Difference>) -> Vec<String> {
+        let mut notes = self.stress_notes();
+        for (k, body) in bodies.into_iter().enumerate() {
+            for found in body.interpolated_data() {
+                let what = self.datum(k, &found);
+                notes.push(note(&what, found.difference));
+            }
+        }
+        let of_gap = || format!("contact.gap = {}", quoted(Some(&self.contact.gap)));
+        notes.extend(gap.map(|difference| note(&of_gap(), difference)));
+        notes
+    }
+
+    /// Refuses an initial λ that is not finite at a contact node of either body.
+    pub(super) fn check_lambda(
+        &self,
+        bodies: [&Body; 2],
+        interface: &ContactInterface,
+    ) -> Result<(), CaseError> {
+        let lambda = self.solver.lambda.scalar();
+        let points = |pair: &Pair| [0, 1].map(|b| bodies[b].mesh().points()[pair.nodes[b] as usize]);
+        let Some([x, y]) = interface.pairs().iter().flat_map(points).find(|p| !lambda.at(*p).is_finite())
+        else {
+            return Ok(());
+        };
+        let message = format!("`solver.lambda`: the value at ({x}, {y}) is {}", lambda.at([x, y]));
+        Err(self.diagnostic(code::CONDITION, "solver.lambda", message).expected("a finite number").into())
+    }
+
+    /// Says where the stress out of the plane is not known.
+    fn stress_notes(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        for material in (0..2).flat_map(|body| self.materials_of(body)) {
+            let unknown = matches!(material.law, MaterialLaw::Stiffness(_))
+                && self.model.hypothesis == Hypothesis::PlaneStrain;
+            let note = format!(
+                "material \"{}\": a plane stiffness in plane strain does not say the stress out of the plane: there is no \
+                 von Mises stress, and ParaView files have 0 for it",
+                material.name
+            );
+            if unknown && !notes.contains(&note) {
+                notes.push(note);
+            }
+        }
+        notes
+    }
+
+    /// Names a datum by body, side and key.
+    fn datum(&self, body: usize, found: &DataDifference) -> String {
+        use super::{Imposition, Load};
+        let given = &self.bodies[body];
+        let index = found.place.index;
+        let (on, key, value) = match found.place.list {
+            ConditionList::Displacement => {
+                let Some(condition) = given.displacements.get(index) else { return String::new() };
+                let (key, value) = match (&condition.imposition, found.component) {
+                    (Imposition::Components([value, _]), Some(0)) => ("ux", value.as_ref()),
+                    (Imposition::Components([_, value]), Some(_)) => ("uy", value.as_ref()),
+                    (Imposition::Normal(value), _) => ("normal", Some(value)),
+                    _ => ("displacement", None),
+                };
+                (&condition.on, key, value)
+            }
+            ConditionList::Traction => {
+                let Some(condition) = given.tractions.get(index) else { return String::new() };
+                let (key, value) = match (&condition.load, found.component) {
+                    (Load::Vector([value, _]), Some(0)) => ("traction x", Some(value)),
+                    (Load::Vector([_, value]), Some(_)) => ("traction y", Some(value)),
+                    (Load::Pressure(value), _) => ("pressure", Some(value)),
+                    _ => ("traction", None),
+                };
+                (&condition.on, key, value)
+            }
+        };
+        format!("body \"{}\", {key} = {} on \"{on}\"", given.name, quoted(value))
+    }
+
+    /// Finds the key of the first expression in a condition.
+    pub(super) fn expression_path(&self, condition: &str) -> String {
+        let keys = ["ux", "uy", "normal", "pressure", "vector.0", "vector.1"];
+        let mut paths = keys.into_iter().map(|key| format!("{condition}.{key}"));
+        let is_expression = |path: &String| {
+            self.place(path).filter(|_| self.is_given(path)).is_some_and(|place| {
+                place.source.text().get(place.span.clone()).is_some_and(|t| t.starts_with(['"', '\'']))
+            })
+        };
+        paths.find(is_expression).unwrap_or_else(|| condition.to_owned())
+    }
+}
+
+fn note(what: &str, difference: Difference) -> String {
+    format!(
+        "{what}: not linear along the edges, so the bound is for interpolated data, which differ from the expression \
+         by at most {:.1e} of its largest value ({:.1e} in the mean)",
+        difference.largest, difference.mean
+    )
+}

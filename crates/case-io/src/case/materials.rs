@@ -1,0 +1,191 @@
+//! `[materials.NAME]`: isotropic, orthotropic, or a plane stiffness.
+
+use crate::case_file::{NodeValue, Reader};
+use crate::diagnostic::{Diagnostic, code};
+use fem_core::material::{Hypothesis, LinearElastic, MaterialError, Orthotropic};
+use serde_json::{Value as Json, json};
+
+/// `[materials.NAME]`: a linear elastic material.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// Its name.
+    pub name: String,
+    /// Its constants.
+    pub law: MaterialLaw,
+}
+
+/// The constants of a material.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum MaterialLaw {
+    /// `young`, `poisson`.
+    Isotropic {
+        /// Young's modulus, Pa.
+        young: f64,
+        /// Poisson's ratio.
+        poisson: f64,
+    },
+    /// `young_1`, `young_2`, `poisson_12`, `shear`, `angle` and, for plane strain, `young_3`, `poisson_13`, `poisson_23`.
+    /// Its angle is in degrees here.
+    Orthotropic(Orthotropic),
+    /// `stiffness`: that of the plane problem by rows, Pa.
+    Stiffness([[f64; 3]; 3]),
+}
+
+const ISOTROPIC: [&str; 2] = ["young", "poisson"];
+const ORTHOTROPIC: [&str; 8] =
+    ["young_1", "young_2", "young_3", "poisson_12", "poisson_13", "poisson_23", "shear", "angle"];
+const KINDS: &str = "either `young` and `poisson`, or `young_1`, `young_2`, `poisson_12`, `shear` and `angle`, or `stiffness`";
+
+impl Material {
+    /// Makes fem-core's material.
+    ///
+    /// # Errors
+    /// Constants that fem-core refuses; none for materials that were read from a case file.
+    pub fn elastic(&self, hypothesis: Hypothesis) -> Result<LinearElastic, MaterialError> {
+        match &self.law {
+            MaterialLaw::Isotropic { young, poisson } => {
+                LinearElastic::isotropic(*young, *poisson, hypothesis)
+            }
+            MaterialLaw::Orthotropic(constants) => {
+                let angle = constants.angle.to_radians();
+                LinearElastic::orthotropic(&Orthotropic { angle, ..*constants }, hypothesis)
+            }
+            MaterialLaw::Stiffness(rows) => LinearElastic::from_stiffness(*rows, hypothesis),
+        }
+    }
+
+    /// Returns the largest modulus, Pa: what tells a stiff material from a soft one.
+    pub fn largest_modulus(&self) -> f64 {
+        match &self.law {
+            MaterialLaw::Isotropic { young, .. } => *young,
+            MaterialLaw::Orthotropic(c) => c.young_1.max(c.young_2),
+            MaterialLaw::Stiffness(rows) => rows[0][0].max(rows[1][1]),
+        }
+    }
+
+    /// Describes the material in a few words: `E 2000  nu 0.3`.
+    pub fn summary(&self) -> String {
+        match &self.law {
+            MaterialLaw::Isotropic { young, poisson } => format!("E {young}  nu {poisson}"),
+            MaterialLaw::Orthotropic(c) => {
+                format!("E1 {}  E2 {}  at {} degrees", c.young_1, c.young_2, c.angle)
+            }
+            MaterialLaw::Stiffness(_) => "plane stiffness".to_owned(),
+        }
+    }
+
+    /// Returns the constants as the case file has them.
+    pub(super) fn json(&self) -> Json {
+        match &self.law {
+            MaterialLaw::Isotropic { young, poisson } => json!({ "young": young, "poisson": poisson }),
+            MaterialLaw::Orthotropic(c) => json!({
+                "young_1": c.young_1,
+                "young_2": c.young_2,
+                "young_3": c.young_3,
+                "poisson_12": c.poisson_12,
+                "poisson_13": c.poisson_13,
+                "poisson_23": c.poisson_23,
+                "shear": c.shear,
+                "angle": c.angle,
+            }),
+            MaterialLaw::Stiffness(rows) => json!({ "stiffness": rows }),
+        }
+    }
+}
+
+/// Reads `[materials]`.
+pub(super) fn materials(reader: Reader<'_>, hypothesis: Hypothesis) -> Vec<Material> {
+    let mut materials = Vec::new();
+    for entry in reader.entries() {
+        let path = reader.path_of(&entry.key);
+        let law = match &entry.node.value {
+            NodeValue::Table(table) => {
+                let mut r = Reader::new(reader.findings(), table, path, &entry.node.at);
+                let law = law(&mut r, hypothesis);
+                r.finish();
+                law
+            }
+            other => {
+                let message = format!("`{path}` is {}", other.type_name());
+                let diagnostic = Diagnostic::new(code::TYPE, Some(entry.node.at.place()), message);
+                reader.findings().push(diagnostic.expected("a table with `young` and `poisson`"));
+                None
+            }
+        };
+        // The name is there, so bodies may refer to it, whatever is wrong with the constants.
+        let law = law.unwrap_or(MaterialLaw::Isotropic { young: 1.0, poisson: 0.0 });
+        materials.push(Material { name: entry.key.clone(), law });
+    }
+    materials
+}
+
+fn law(r: &mut Reader<'_>, hypothesis: Hypothesis) -> Option<MaterialLaw> {
+    let first = |r: &Reader<'_>, keys: &[&'static str]| keys.iter().copied().find(|k| r.has(k));
+    let given = [first(r, &ISOTROPIC), first(r, &ORTHOTROPIC), first(r, &["stiffness"])];
+    for key in ISOTROPIC.into_iter().chain(ORTHOTROPIC).chain(["stiffness"]) {
+        // Known, whichever of them is read, so that a misspelt one gets the nearest.
+        r.node(key);
+    }
+    let kinds: Vec<&str> = given.into_iter().flatten().collect();
+    if let [one, other, ..] = kinds[..] {
+        r.refuse(other, format!("`{one}` and `{other}` are constants of different kinds of material"), KINDS);
+        return None;
+    }
+    match given {
+        [_, Some(_), _] => orthotropic(r, hypothesis),
+        [_, _, Some(_)] => {
+            let rows = r.matrix("stiffness")?;
+            check(r, LinearElastic::from_stiffness(rows, hypothesis));
+            Some(MaterialLaw::Stiffness(rows))
+        }
+        _ => isotropic(r, hypothesis),
+    }
+}
+
+fn isotropic(r: &mut Reader<'_>, hypothesis: Hypothesis) -> Option<MaterialLaw> {
+    r.require(&ISOTROPIC);
+    let (young, poisson) = (r.number("young"), r.number("poisson"));
+    // One at a time with a harmless partner, so that both faults are found.
+    if let Some(young) = young {
+        check(r, LinearElastic::isotropic(young, 0.0, hypothesis));
+    }
+    if let Some(poisson) = poisson {
+        check(r, LinearElastic::isotropic(1.0, poisson, hypothesis));
+    }
+    Some(MaterialLaw::Isotropic { young: young?, poisson: poisson? })
+}
+
+fn orthotropic(r: &mut Reader<'_>, hypothesis: Hypothesis) -> Option<MaterialLaw> {
+    r.require(&["young_1", "young_2", "poisson_12", "shear"]);
+    let (young_1, young_2) = (r.number("young_1"), r.number("young_2"));
+    let (poisson_12, shear) = (r.number("poisson_12"), r.number("shear"));
+    let angle = r.number("angle").unwrap_or(0.0);
+    let third = [r.number("young_3"), r.number("poisson_13"), r.number("poisson_23")];
+    let mut constants = Orthotropic::in_plane([young_1?, young_2?], poisson_12?, shear?, angle);
+    constants.young_3 = third[0].unwrap_or(constants.young_3);
+    constants.poisson_13 = third[1].unwrap_or(constants.poisson_13);
+    constants.poisson_23 = third[2].unwrap_or(constants.poisson_23);
+    check(r, LinearElastic::orthotropic(&constants, hypothesis));
+    Some(MaterialLaw::Orthotropic(constants))
+}
+
+fn check(r: &Reader<'_>, result: Result<LinearElastic, MaterialError>) {
+    if let Err(error) = result {
+        r.refuse(key_of(&error), error.to_string(), "");
+    }
+}
+
+/// Returns the key that an error is about.
+pub(super) fn key_of(error: &MaterialError) -> &'static str {
+    match error {
+        MaterialError::Young { .. } => "young",
+        MaterialError::Poisson { .. } => "poisson",
+        MaterialError::Modulus { name, .. } | MaterialError::PoissonPair { name, .. } => name,
+        MaterialError::PoissonTriple { .. } => "poisson_12",
+        MaterialError::NotFinite { name: "angle", .. } => "angle",
+        MaterialError::NotFinite { .. }
+        | MaterialError::NotSymmetric { .. }
+        | MaterialError::NotPositiveDefinite { .. } => "stiffness",
+    }
+}

@@ -1,0 +1,175 @@
+//! `[[body.region]]`: parts of a body that are of another material.
+
+use super::read_body::limits;
+use super::{BodyCase, Case, Material, Part};
+use crate::case_file::Reader;
+use crate::diagnostic::{CaseError, Diagnostic, code, did_you_mean, excerpt};
+use fem_core::geometry;
+use fem_core::material::Materials;
+use fem_core::mesh::TriMesh;
+
+/// `[[body.region]]`: cells with a material of their own. Where regions overlap, the later one counts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MaterialRegion {
+    /// The name of the material.
+    pub material: String,
+    /// Which cells.
+    pub cells: CellSelection,
+}
+
+/// Which cells a `[[body.region]]` takes.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum CellSelection {
+    /// `box`: the cells whose centroid lies in the closed box (with a tolerance of 1e-9 body diagonals).
+    Box(Part),
+    /// `group`: the cells of a group of the body's mesh file.
+    Group(String),
+}
+
+/// Reads `[[body.region]]`.
+pub(super) fn regions(r: &mut Reader<'_>) -> Vec<MaterialRegion> {
+    r.tables("region").unwrap_or_default().into_iter().map(|r| region(r)).collect()
+}
+
+fn region(mut r: Reader<'_>) -> MaterialRegion {
+    r.require(&["material"]);
+    let material = r.string("material").unwrap_or_default();
+    let expected = "`box = { x = [low, high], y = [low, high] }`, or `group = \"name\"` for a mesh file";
+    match (r.has("box"), r.has("group")) {
+        (true, true) => r.refuse("group", "`box` and `group` exclude each other", expected),
+        (false, false) => r.refuse("", "this region takes no cells", expected),
+        _ => {}
+    }
+    let group = r.string("group");
+    let part = limits(&mut r, "box");
+    if r.has("box") && part == Part::default() {
+        r.refuse("box", "the box has no limits", "`x = [low, high]` and/or `y = [low, high]`");
+    }
+    r.finish();
+    let cells = group.map_or(CellSelection::Box(part), CellSelection::Group);
+    MaterialRegion { material, cells }
+}
+
+/// Checks that every material that bodies and regions name exists, and names the nearest where it does not.
+pub(super) fn check_references(root: &Reader<'_>, materials: &[Material], bodies: &[BodyCase]) {
+    if materials.is_empty() && !root.has("materials") {
+        return;
+    }
+    let names = || materials.iter().map(|m| m.name.as_str());
+    let used = bodies.iter().enumerate().flat_map(|(k, body)| {
+        let of_regions =
+            body.regions.iter().enumerate().map(move |(j, r)| (format!("body.{k}.region.{j}"), &r.material));
+        std::iter::once((format!("body.{k}"), &body.material)).chain(of_regions)
+    });
+    for (path, material) in used {
+        // An empty name stands for one that is missing or no string, which has been reported.
+        if material.is_empty() || names().any(|name| name == material) {
+            continue;
+        }
+        let message = format!("there is no material {}", excerpt(material));
+        let known: Vec<String> = names().map(|n| format!("\"{n}\"")).collect();
+        let diagnostic =
+            Diagnostic::new(code::REFERENCE, root.findings().place(&format!("{path}.material")), message);
+        let diagnostic = if known.is_empty() { diagnostic } else { diagnostic.expected(known.join(" or ")) };
+        root.findings().push(diagnostic.help(did_you_mean(material, names(), '"')));
+    }
+}
+
+impl Case {
+    /// Lists the materials of a body, 0 or 1: its own first, then those of its regions, each once.
+    pub fn materials_of(&self, body: usize) -> Vec<&Material> {
+        let body = &self.bodies[body];
+        let names = std::iter::once(&body.material).chain(body.regions.iter().map(|r| &r.material));
+        let mut found: Vec<&Material> = Vec::new();
+        for material in names.filter_map(|name| self.materials.iter().find(|m| m.name == *name)) {
+            if !found.iter().any(|m| m.name == material.name) {
+                found.push(material);
+            }
+        }
+        found
+    }
+
+    /// Makes the materials of a body's cells.
+    pub(super) fn build_materials(&self, body: usize, mesh: &TriMesh) -> Result<Materials, CaseError> {
+        let given = &self.bodies[body];
+        let hypothesis = self.model.hypothesis;
+        let mut list = Vec::with_capacity(1 + given.regions.len());
+        let names = std::iter::once(&given.material).chain(given.regions.iter().map(|r| &r.material));
+        for name in names {
+            let Some(material) = self.materials.iter().find(|m| m.name == *name) else {
+                let path = format!("body.{body}.material");
+                let message = format!("there is no material \"{name}\"");
+                return Err(self.diagnostic(code::REFERENCE, &path, message).into());
+            };
+            let elastic = material.elastic(hypothesis);
+            list.push(elastic.map_err(|error| CaseError::from(self.material_diagnostic(name, &error)))?);
+        }
+        if given.regions.is_empty() {
+            return Ok(Materials::by_triangle(list, Vec::new()));
+        }
+        let mut of_triangle = vec![0; mesh.triangles().len()];
+        let mut faults = Vec::new();
+        for (k, region) in given.regions.iter().enumerate() {
+            let cells = match &region.cells {
+                CellSelection::Box(part) => Ok(cells_in(mesh, *part)),
+                CellSelection::Group(group) => self.cells_of_group(body, k, group),
+            };
+            match cells {
+                Ok(cells) if cells.is_empty() => {
+                    let path = format!("body.{body}.region.{k}.box");
+                    let message = format!("body \"{}\": no cell lies in this region", given.name);
+                    let expected = "a box that holds the centroid of a cell";
+                    faults.push(self.diagnostic(code::MESH, &path, message).expected(expected));
+                }
+                Ok(cells) => cells.into_iter().for_each(|t| of_triangle[t] = k as u32 + 1),
+                Err(fault) => faults.push(*fault),
+            }
+        }
+        if faults.is_empty() {
+            Ok(Materials::by_triangle(list, of_triangle))
+        } else {
+            Err(CaseError::new(faults))
+        }
+    }
+
+    /// Finds the cells of a body that belong to a group of its mesh file.
+    fn cells_of_group(&self, body: usize, k: usize, group: &str) -> Result<Vec<usize>, Box<Diagnostic>> {
+        let path = format!("body.{body}.region.{k}.group");
+        let name = &self.bodies[body].name;
+        let fault = |message: String| self.diagnostic(code::MESH, &path, message);
+        let Some(region) = self.mesh_region(body) else {
+            let message = format!("body \"{name}\" has no mesh file, and so no groups of cells");
+            return Err(Box::new(fault(message).expected("`box = { x = [low, high], y = [low, high] }`")));
+        };
+        let Some(numbers) = self.group_of_cells(body, group) else {
+            let message =
+                format!("the mesh file of body \"{name}\" has no group of cells {}", excerpt(group));
+            let known: Vec<&str> = region.cell_group_names().collect();
+            let fault = fault(message).expected(known.join(", "));
+            return Err(Box::new(fault.help(did_you_mean(group, known.into_iter().take(10_000), '"'))));
+        };
+        let is_inside = |t: &usize| numbers.binary_search(&region.cell_numbers()[*t]).is_ok();
+        let cells: Vec<usize> = (0..region.triangle_count()).filter(is_inside).collect();
+        if cells.is_empty() {
+            let message = format!("no cell of body \"{name}\" belongs to the group {}", excerpt(group));
+            return Err(Box::new(
+                fault(message).expected("a group that shares cells with the body's region"),
+            ));
+        }
+        Ok(cells)
+    }
+}
+
+fn cells_in(mesh: &TriMesh, part: Part) -> Vec<usize> {
+    let tolerance = 1e-9 * geometry::diagonal(mesh.points());
+    let limits = [part.x, part.y];
+    let inside = |t: &usize| {
+        let corners = mesh.corners(*t);
+        (0..2).all(|c| {
+            let centroid = (corners[0][c] + corners[1][c] + corners[2][c]) / 3.0;
+            limits[c].is_none_or(|[low, high]| centroid >= low - tolerance && centroid <= high + tolerance)
+        })
+    };
+    (0..mesh.triangles().len()).filter(inside).collect()
+}

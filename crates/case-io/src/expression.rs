@@ -1,0 +1,108 @@
+//! Expressions in `x` and `y`: data of a case that differ from point to point.
+//!
+//! ```
+//! use case_io::Expression;
+//! let load = Expression::parse("30 * sin(pi * x / 2) - y^2")?;
+//! assert!((load.at([1.0, 2.0]) - 26.0).abs() < 1e-14);
+//! let error = Expression::parse("30 * sinn(x)").unwrap_err();
+//! assert_eq!((error.span, error.help.as_deref()), (5..9, Some("did you mean `sin`?")));
+//! # Ok::<(), case_io::ExpressionError>(())
+//! ```
+//!
+//! Numbers, `x`, `y`, `pi`, the operators `+ - * / ^`, parentheses, and the functions of [`FUNCTIONS`]. A power binds
+//! more strongly than a sign, `-x^2 = -(x^2)`, and has one exponent: `a^b^c` is refused.
+
+mod spelling;
+#[cfg(test)]
+mod tests;
+mod words;
+
+use exmex::{Express, FlatEx, NumberMatcher};
+use fem_core::geometry::Vector;
+use std::fmt;
+use std::ops::Range;
+use std::sync::Arc;
+use thiserror::Error;
+
+pub use words::FUNCTIONS;
+
+/// The longest expression, in bytes.
+pub const LONGEST_EXPRESSION: usize = 1000;
+
+/// The most parentheses that are open at one place.
+pub const DEEPEST_EXPRESSION: usize = 50;
+
+/// Why a text is no expression.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error("{message}")]
+pub struct ExpressionError {
+    /// The bytes of the text that are wrong.
+    pub span: Range<usize>,
+    /// What was found.
+    pub message: String,
+    /// What was expected there.
+    pub expected: Option<String>,
+    /// One fix.
+    pub help: Option<String>,
+}
+
+/// A text that was read once, to be evaluated at many points.
+#[derive(Clone)]
+pub struct Expression {
+    text: String,
+    compiled: Arc<FlatEx<f64, words::Words, NumberMatcher>>,
+    /// Whether it depends on x, on y.
+    uses: [bool; 2],
+}
+
+impl Expression {
+    /// Reads an expression.
+    ///
+    /// # Errors
+    /// What is not an expression, with the place in the text: unknown names and characters, a grammar that is not that
+    /// of an expression, more than [`LONGEST_EXPRESSION`] bytes or [`DEEPEST_EXPRESSION`] open parentheses.
+    pub fn parse(text: &str) -> Result<Self, ExpressionError> {
+        let spelled = spelling::spell(text)?;
+        let compiled = FlatEx::parse(&spelled).map_err(|error| ExpressionError {
+            span: 0..text.len(),
+            message: format!("the expression cannot be read: {error}"),
+            expected: None,
+            help: None,
+        })?;
+        let uses = ["x", "y"].map(|name| compiled.var_names().iter().any(|v| v == name));
+        Ok(Self { text: text.to_owned(), compiled: Arc::new(compiled), uses })
+    }
+
+    /// Returns the text.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Evaluates the expression at a point `[x, y]`; NaN or infinite where it is not defined.
+    pub fn at(&self, [x, y]: Vector) -> f64 {
+        let value = match self.uses {
+            [true, true] => self.compiled.eval(&[x, y]),
+            [true, false] => self.compiled.eval(&[x]),
+            [false, true] => self.compiled.eval(&[y]),
+            [false, false] => self.compiled.eval(&[]),
+        };
+        value.unwrap_or(f64::NAN)
+    }
+
+    /// Says whether the value is the same everywhere because neither `x` nor `y` stands in the text.
+    pub fn is_constant(&self) -> bool {
+        self.uses == [false; 2]
+    }
+}
+
+impl PartialEq for Expression {
+    fn eq(&self, other: &Self) -> bool {
+        self.text == other.text
+    }
+}
+
+impl fmt::Debug for Expression {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Expression({:?})", self.text)
+    }
+}

@@ -1,0 +1,179 @@
+//! How far data given as functions are from what linear edges make of them.
+//!
+//! Displacements are interpolated at the nodes, tractions become linear by their moments. What differs is another
+//! problem, which no bound of the discretisation error knows of.
+
+use super::{Body, ConditionList, ConditionPlace};
+use crate::boundary::{Load, ScalarData, Support};
+use crate::geometry::{self, Vector, add, scale};
+use crate::quadrature::GAUSS5;
+
+/// Below this part of the largest value a difference is round-off: the data are linear along the edges.
+const ROUND_OFF: f64 = 1e-12;
+
+/// How far one datum is from its linear interpolant, over its largest value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Difference {
+    /// Largest difference at the points of a five-point Gauss rule on every edge.
+    pub largest: f64,
+    /// Root of the mean squared difference.
+    pub mean: f64,
+}
+
+/// The difference of one datum of a condition.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DataDifference {
+    /// The condition.
+    pub place: ConditionPlace,
+    /// The Cartesian component; `None` for one along the normal and for a pressure.
+    pub component: Option<usize>,
+    /// How much it is.
+    pub difference: Difference,
+}
+
+/// Adds up the difference of one datum, edge by edge.
+#[derive(Default)]
+pub(crate) struct Sum {
+    scale: f64,
+    largest: f64,
+    squared: f64,
+    length: f64,
+}
+
+impl Sum {
+    /// Adds an edge: a function against the linear one with the given values at the ends.
+    pub(crate) fn edge(&mut self, ends: [Vector; 2], values: [f64; 2], function: impl Fn(Vector) -> f64) {
+        let length = geometry::norm(geometry::sub(ends[1], ends[0]));
+        self.length += length;
+        for (s, weight) in GAUSS5 {
+            let exact = function(add(scale(1.0 - s, ends[0]), scale(s, ends[1])));
+            let difference = exact - ((1.0 - s) * values[0] + s * values[1]);
+            self.scale = self.scale.max(exact.abs());
+            self.largest = self.largest.max(difference.abs());
+            self.squared += weight * length * difference * difference;
+        }
+    }
+
+    /// Returns the difference, unless it is round-off.
+    pub(crate) fn difference(&self) -> Option<Difference> {
+        if !(self.largest > ROUND_OFF * self.scale) {
+            return None;
+        }
+        let mean = (self.squared / self.length).sqrt();
+        Some(Difference { largest: self.largest / self.scale, mean: mean / self.scale })
+    }
+}
+
+impl Body {
+    /// Measures how far the imposed displacements and loads are from the linear ones that the body carries.
+    ///
+    /// Returns the data that differ by more than round-off, relative to their largest values, in the order of the
+    /// conditions: numbers, and functions that are linear along each edge, are not among them.
+    pub fn interpolated_data(&self) -> Vec<DataDifference> {
+        let mut found = Vec::new();
+        let mut push = |list, index, component, sum: &Sum| {
+            let place = ConditionPlace { list, index };
+            found.extend(sum.difference().map(|difference| DataDifference { place, component, difference }));
+        };
+        let displacements = self.conditions.displacements.iter().zip(&self.selected.displacements);
+        for (index, (condition, edges)) in displacements.enumerate() {
+            let data: Vec<(Option<usize>, &ScalarData)> = match &condition.support {
+                Support::Normal(value) => vec![(None, value)],
+                Support::Components(components) => {
+                    (0..2).filter_map(|c| Some((Some(c), components[c].as_ref()?))).collect()
+                }
+            };
+            for (component, datum) in data.into_iter().filter(|(_, d)| d.constant().is_none()) {
+                let mut sum = Sum::default();
+                for &edge in edges {
+                    let ends = self.ends(edge);
+                    sum.edge(ends, ends.map(|x| datum.at(x)), |x| datum.at(x));
+                }
+                push(ConditionList::Displacement, index, component, &sum);
+            }
+        }
+        for (index, (condition, edges)) in
+            self.conditions.tractions.iter().zip(&self.selected.tractions).enumerate()
+        {
+            let data: Vec<(Option<usize>, &ScalarData)> = match &condition.load {
+                Load::Pressure(value) => vec![(None, value)],
+                Load::Vector([x, y]) => vec![(Some(0), x), (Some(1), y)],
+            };
+            for (component, datum) in data.into_iter().filter(|(_, d)| d.constant().is_none()) {
+                let mut sum = Sum::default();
+                for &edge in edges {
+                    let ends = self.ends(edge);
+                    sum.edge(ends, linear_by_moments(ends, |x| datum.at(x)), |x| datum.at(x));
+                }
+                push(ConditionList::Traction, index, component, &sum);
+            }
+        }
+        found
+    }
+
+    fn ends(&self, edge: u32) -> [Vector; 2] {
+        self.mesh.topology().edges()[edge as usize].map(|n| self.mesh.points()[n as usize])
+    }
+}
+
+/// Computes the linear function on an edge with the moments of a given one: `[2, 1; 1, 2] F / 6 = m`.
+fn linear_by_moments(ends: [Vector; 2], function: impl Fn(Vector) -> f64) -> [f64; 2] {
+    let mut moments = [0.0; 2];
+    for (s, weight) in GAUSS5 {
+        let value = weight * function(add(scale(1.0 - s, ends[0]), scale(s, ends[1])));
+        moments[0] += (1.0 - s) * value;
+        moments[1] += s * value;
+    }
+    [4.0 * moments[0] - 2.0 * moments[1], 4.0 * moments[1] - 2.0 * moments[0]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::boundary::BoundaryConditions;
+    use crate::material::{Hypothesis, LinearElastic};
+    use crate::mesh::generate::block;
+
+    fn differences(cells: usize, conditions: &BoundaryConditions) -> Vec<DataDifference> {
+        let mesh = block([0.0, 0.0], [2.0, 1.0], [cells, 1]).unwrap();
+        let material = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
+        Body::new(mesh, material, conditions).unwrap().interpolated_data()
+    }
+
+    fn data(f: impl Fn(Vector) -> f64 + Send + Sync + 'static) -> ScalarData {
+        ScalarData::function(f)
+    }
+
+    #[test]
+    fn numbers_and_affine_data_are_exact() {
+        let conditions = BoundaryConditions::new()
+            .fix("bottom")
+            .displace("left", Some(data(|x| 1e-3 - 2e-3 * x[1])), None)
+            .roller("right", data(|x| 3.0 * x[0] - x[1]))
+            .traction("top", [data(|x| 1e6 - 7e5 * x[0] + x[1]), data(|_| 0.0)])
+            .pressure("top", data(|x| x[0]));
+        assert_eq!(differences(7, &conditions), []);
+    }
+
+    #[test]
+    fn quadratic_data_differ_by_an_eighth_of_the_second_derivative() {
+        // x² on edges of length h: the interpolant is above by h²/4 s(1−s)·4, in the mean square h²/√30; the linear
+        // function of the same moments differs by h²/6 at the ends, in the mean square h²/(6√5).
+        let square = || data(|x| x[0] * x[0]);
+        let conditions =
+            BoundaryConditions::new().displace("bottom", None, Some(square())).pressure("top", square());
+        for cells in [4, 8] {
+            let h = 2.0 / cells as f64;
+            let [d, t] = differences(cells, &conditions)[..] else { unreachable!() };
+            assert_eq!((d.place.list, d.place.index, d.component), (ConditionList::Displacement, 0, Some(1)));
+            assert_eq!((t.place.list, t.place.index, t.component), (ConditionList::Traction, 0, None));
+            // The largest value is that of the last Gauss point.
+            let scale = (2.0 - h * GAUSS5[0].0).powi(2);
+            assert!((d.difference.largest * scale - h * h / 4.0).abs() < 1e-14);
+            assert!((d.difference.mean * scale - h * h / 30f64.sqrt()).abs() < 1e-14);
+            assert!((t.difference.mean * scale - h * h / (6.0 * 5f64.sqrt())).abs() < 1e-14);
+            assert!(t.difference.largest * scale < h * h / 6.0);
+            assert!(t.difference.largest * scale > 0.7 * h * h / 6.0);
+        }
+    }
+}

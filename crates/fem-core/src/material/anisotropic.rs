@@ -1,0 +1,195 @@
+//! Materials whose stiffness depends on the direction.
+
+use super::{Hypothesis, LinearElastic, MaterialError};
+use nalgebra::{Matrix3, RowVector3};
+
+/// No modulus or stiffness is larger than this, so that squares of stresses stay finite.
+const LARGEST: f64 = 1e100;
+
+/// A stiffness whose eigenvalues differ by more is singular to round-off.
+const SINGULAR: f64 = 1e-12;
+
+/// The constants of an orthotropic material with the axes 1 and 2 in the plane and 3 out of it.
+///
+/// `ν_ij` is the contraction along j over the extension along i, pulled along i: `ν_ij/E_i = ν_ji/E_j`. Plane stress
+/// does not use the constants of axis 3.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Orthotropic {
+    /// E₁ > 0, Pa.
+    pub young_1: f64,
+    /// E₂ > 0, Pa.
+    pub young_2: f64,
+    /// E₃ > 0, Pa.
+    pub young_3: f64,
+    /// ν₁₂, dimensionless.
+    pub poisson_12: f64,
+    /// ν₁₃, dimensionless.
+    pub poisson_13: f64,
+    /// ν₂₃, dimensionless.
+    pub poisson_23: f64,
+    /// Shear modulus G₁₂ > 0, Pa.
+    pub shear: f64,
+    /// From the x-axis to axis 1, counter-clockwise, radians.
+    pub angle: f64,
+}
+
+impl Orthotropic {
+    /// Makes the constants of a material whose axis 3 is like axis 2: `E₃ = E₂`, `ν₁₃ = ν₂₃ = ν₁₂`.
+    pub fn in_plane(young: [f64; 2], poisson_12: f64, shear: f64, angle: f64) -> Self {
+        Self {
+            young_1: young[0],
+            young_2: young[1],
+            young_3: young[1],
+            poisson_12,
+            poisson_13: poisson_12,
+            poisson_23: poisson_12,
+            shear,
+            angle,
+        }
+    }
+
+    /// Computes the compliance of the normal components, `S_ii = 1/E_i`, `S_ij = −ν_ij/E_i`, 1/Pa.
+    fn normal_compliance(&self) -> Matrix3<f64> {
+        let [a, b, c] = [
+            -self.poisson_12 / self.young_1,
+            -self.poisson_13 / self.young_1,
+            -self.poisson_23 / self.young_2,
+        ];
+        Matrix3::new(1.0 / self.young_1, a, b, a, 1.0 / self.young_2, c, b, c, 1.0 / self.young_3)
+    }
+
+    /// Checks ranges and that the energy is positive.
+    fn check(&self, hypothesis: Hypothesis) -> Result<(), MaterialError> {
+        let plane_strain = hypothesis == Hypothesis::PlaneStrain;
+        let mut moduli = vec![("young_1", self.young_1), ("young_2", self.young_2), ("shear", self.shear)];
+        // Each ratio with the moduli of its two axes.
+        let mut ratios = vec![("poisson_12", self.poisson_12, self.young_1, self.young_2)];
+        if plane_strain {
+            moduli.push(("young_3", self.young_3));
+            ratios.push(("poisson_13", self.poisson_13, self.young_1, self.young_3));
+            ratios.push(("poisson_23", self.poisson_23, self.young_2, self.young_3));
+        }
+        for (name, found) in moduli {
+            // The inverse of what is smaller is not finite.
+            if !(found >= 1.0 / LARGEST && found <= LARGEST) {
+                return Err(MaterialError::Modulus { name, found });
+            }
+        }
+        if !self.angle.is_finite() {
+            return Err(MaterialError::NotFinite { name: "angle", found: self.angle });
+        }
+        for (name, found, along, across) in ratios {
+            let limit = (along / across).sqrt();
+            if !(found.abs() < limit) {
+                return Err(MaterialError::PoissonPair { name, found, limit });
+            }
+        }
+        // 1 − Σ ν_ij ν_ji − 2 ν_12 ν_23 ν_31, the determinant of the compliance times E₁E₂E₃.
+        let [e1, e2, e3] = [self.young_1, self.young_2, self.young_3];
+        let [a, b, c] = [self.poisson_12, self.poisson_13, self.poisson_23];
+        let determinant =
+            1.0 - a * a * (e2 / e1) - b * b * (e3 / e1) - c * c * (e3 / e2) - 2.0 * a * b * c * (e3 / e1);
+        if plane_strain && !(determinant > SINGULAR) {
+            return Err(MaterialError::PoissonTriple { ratios: [a, b, c] });
+        }
+        Ok(())
+    }
+}
+
+/// Returns the matrix that turns a stress `(σ_xx, σ_yy, σ_xy)` to axes turned by an angle.
+fn turn(angle: f64) -> Matrix3<f64> {
+    let (s, c) = angle.sin_cos();
+    Matrix3::new(c * c, s * s, 2.0 * c * s, s * s, c * c, -2.0 * c * s, -c * s, c * s, c * c - s * s)
+}
+
+fn symmetric(m: &Matrix3<f64>) -> Matrix3<f64> {
+    0.5 * (m + m.transpose())
+}
+
+impl LinearElastic {
+    /// Makes an orthotropic material.
+    ///
+    /// In its axes the compliance is `S_ij` of the plane in plane stress, `S_ij − S_i3 S_j3/S_33` in plane strain,
+    /// where `σ_zz = −(S_13 σ_11 + S_23 σ_22)/S_33`; with `T` the rotation of stresses, `S = Tᵀ S' T` in x and y.
+    ///
+    /// # Errors
+    /// Moduli that are not positive, ratios with which the material is not positive definite.
+    pub fn orthotropic(constants: &Orthotropic, hypothesis: Hypothesis) -> Result<Self, MaterialError> {
+        constants.check(hypothesis)?;
+        let s = constants.normal_compliance();
+        let (reduced, out_of_plane) = match hypothesis {
+            Hypothesis::PlaneStress => (s, RowVector3::zeros()),
+            Hypothesis::PlaneStrain => {
+                (s - s.column(2) * s.row(2) / s.m33, RowVector3::new(-s.m13 / s.m33, -s.m23 / s.m33, 0.0))
+            }
+        };
+        let (a, b, d) = (reduced.m11, reduced.m12, reduced.m22);
+        let compliance = Matrix3::new(a, b, 0.0, b, d, 0.0, 0.0, 0.0, 1.0 / constants.shear);
+        // Divided by a and d one after the other: the products of moduli need not be finite.
+        let ratio = 1.0 - (b / a) * (b / d);
+        let stiffness = Matrix3::new(
+            1.0 / (a * ratio),
+            -(b / a) / (d * ratio),
+            0.0,
+            -(b / a) / (d * ratio),
+            1.0 / (d * ratio),
+            0.0,
+            0.0,
+            0.0,
+            constants.shear,
+        );
+        let (to_axes, back) = (turn(constants.angle), turn(-constants.angle));
+        let zz = out_of_plane * to_axes;
+        Ok(Self {
+            stiffness: symmetric(&(back * stiffness * back.transpose())),
+            compliance: symmetric(&(to_axes.transpose() * compliance * to_axes)),
+            out_of_plane: Some([zz[0], zz[1], zz[2]]),
+        })
+    }
+
+    /// Makes a material of its plane stiffness `D`, `(σ_xx, σ_yy, σ_xy) = D (ε_xx, ε_yy, 2 ε_xy)`.
+    ///
+    /// `D` is that of the plane problem, whatever the hypothesis; in plane strain `σ_zz` is then not known.
+    ///
+    /// * `stiffness`: 3×3 by rows, symmetric (to 1e-12 of its largest entry) and positive definite, Pa.
+    ///
+    /// # Errors
+    /// Entries that are not finite, a matrix that is not symmetric or not positive definite.
+    pub fn from_stiffness(stiffness: [[f64; 3]; 3], hypothesis: Hypothesis) -> Result<Self, MaterialError> {
+        for found in stiffness.into_iter().flatten() {
+            if !(found.abs() <= LARGEST) {
+                return Err(MaterialError::NotFinite { name: "an entry of the stiffness", found });
+            }
+        }
+        let given = Matrix3::from_fn(|i, j| stiffness[i][j]);
+        let largest_entry = given.amax();
+        for (i, j) in [(0, 1), (0, 2), (1, 2)] {
+            let values = [given[(i, j)], given[(j, i)]];
+            if (values[0] - values[1]).abs() > 1e-12 * largest_entry {
+                return Err(MaterialError::NotSymmetric { entry: [i + 1, j + 1], values });
+            }
+        }
+        let singular = |smallest, largest| Err(MaterialError::NotPositiveDefinite { smallest, largest });
+        if !(largest_entry >= 1.0 / LARGEST) {
+            return singular(0.0, largest_entry);
+        }
+        let stiffness = symmetric(&given);
+        let scaled = stiffness / largest_entry;
+        let eigenvalues = scaled.symmetric_eigenvalues();
+        let (smallest, largest) = (eigenvalues.min(), eigenvalues.max());
+        if !(smallest > SINGULAR * largest) {
+            return singular(smallest * largest_entry, largest * largest_entry);
+        }
+        let Some(inverse) = scaled.try_inverse() else {
+            return singular(smallest * largest_entry, largest * largest_entry);
+        };
+        let out_of_plane = match hypothesis {
+            Hypothesis::PlaneStrain => None,
+            Hypothesis::PlaneStress => Some([0.0; 3]),
+        };
+        Ok(Self { stiffness, compliance: symmetric(&inverse) / largest_entry, out_of_plane })
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,118 @@
+use super::*;
+use crate::tensor::SymTensor2;
+
+const BOTH: [Hypothesis; 2] = [Hypothesis::PlaneStrain, Hypothesis::PlaneStress];
+
+fn wood(angle: f64) -> Orthotropic {
+    Orthotropic {
+        young_1: 11000.0,
+        young_2: 900.0,
+        young_3: 500.0,
+        poisson_12: 0.37,
+        poisson_13: 0.42,
+        poisson_23: 0.47,
+        shear: 750.0,
+        angle,
+    }
+}
+
+fn close(a: &Matrix3<f64>, b: &Matrix3<f64>) -> bool {
+    (a - b).amax() <= 1e-13 * b.amax()
+}
+
+#[test]
+fn with_the_constants_of_an_isotropic_material_it_is_one_at_every_angle() {
+    let (young, poisson) = (2000.0, 0.3);
+    for hypothesis in BOTH {
+        let isotropic = LinearElastic::isotropic(young, poisson, hypothesis).unwrap();
+        for angle in [0.0, 0.4, 1.7, -2.9] {
+            let shear = young / (2.0 * (1.0 + poisson));
+            let constants = Orthotropic::in_plane([young; 2], poisson, shear, angle);
+            let turned = LinearElastic::orthotropic(&constants, hypothesis).unwrap();
+            assert!(close(&turned.stiffness, &isotropic.stiffness), "{hypothesis:?} {angle}");
+            assert!(close(&turned.compliance, &isotropic.compliance), "{hypothesis:?} {angle}");
+            let sigma = SymTensor2::new(3.0, -1.0, 2.0);
+            let (a, b) = (turned.von_mises(sigma).unwrap(), isotropic.von_mises(sigma).unwrap());
+            assert!((a - b).abs() < 1e-13 * b);
+        }
+    }
+}
+
+#[test]
+fn compliance_inverts_stiffness() {
+    for hypothesis in BOTH {
+        for angle in [0.0, 0.3, 1.0] {
+            let m = LinearElastic::orthotropic(&wood(angle), hypothesis).unwrap();
+            assert!((m.stiffness * m.compliance - Matrix3::identity()).amax() < 1e-12);
+            assert_eq!(m.stiffness, m.stiffness.transpose());
+            let rows = [0, 1, 2].map(|i| [0, 1, 2].map(|j| m.stiffness[(i, j)]));
+            let full = LinearElastic::from_stiffness(rows, hypothesis).unwrap();
+            assert_eq!(full.stiffness, m.stiffness);
+            assert!(close(&full.compliance, &m.compliance));
+        }
+    }
+}
+
+#[test]
+fn pulled_along_its_axes_it_has_their_moduli() {
+    for angle in [0.0, 0.7] {
+        let m = LinearElastic::orthotropic(&wood(angle), Hypothesis::PlaneStress).unwrap();
+        for (turned, young) in [(angle, 11000.0), (angle + std::f64::consts::FRAC_PI_2, 900.0)] {
+            let (s, c) = turned.sin_cos();
+            let pull = SymTensor2::new(c * c, s * s, c * s);
+            let extension = m.strain(pull).contract(pull);
+            assert!((extension * young - 1.0).abs() < 1e-13, "{angle}: {}", 1.0 / extension);
+        }
+    }
+}
+
+#[test]
+fn plane_strain_has_no_strain_out_of_the_plane() {
+    let c = wood(0.0);
+    let m = LinearElastic::orthotropic(&c, Hypothesis::PlaneStrain).unwrap();
+    let sigma = SymTensor2::new(3.0, -1.0, 0.5);
+    let zz = m.out_of_plane_stress(sigma).unwrap();
+    let e3 = -c.poisson_13 / c.young_1 * sigma.xx - c.poisson_23 / c.young_2 * sigma.yy + zz / c.young_3;
+    assert!(e3.abs() < 1e-15 * zz.abs());
+    // The strain along axis 1 by the law of three dimensions.
+    let e1 = sigma.xx / c.young_1 - c.poisson_12 / c.young_1 * sigma.yy - c.poisson_13 / c.young_1 * zz;
+    assert!((m.strain(sigma).xx - e1).abs() < 1e-13 * e1.abs());
+}
+
+#[test]
+fn what_is_not_positive_definite_is_refused() {
+    let refused = |c: Orthotropic, h| LinearElastic::orthotropic(&c, h).unwrap_err();
+    for h in BOTH {
+        for bad in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-200] {
+            let c = Orthotropic { shear: bad, ..wood(0.0) };
+            assert!(matches!(refused(c, h), MaterialError::Modulus { name: "shear", .. }));
+        }
+        // √(E₁/E₂) = 3.496…
+        let c = Orthotropic { poisson_12: 3.5, ..wood(0.0) };
+        assert!(matches!(refused(c, h), MaterialError::PoissonPair { name: "poisson_12", .. }));
+        let c = Orthotropic { angle: f64::NAN, ..wood(0.0) };
+        assert!(matches!(refused(c, h), MaterialError::NotFinite { name: "angle", .. }));
+    }
+    // Each pair is allowed, the three together are not; the third axis is nothing to plane stress.
+    let c = Orthotropic { poisson_13: 3.0, poisson_23: 0.9, ..wood(0.0) };
+    assert!(matches!(refused(c, Hypothesis::PlaneStrain), MaterialError::PoissonTriple { .. }));
+    assert!(LinearElastic::orthotropic(&c, Hypothesis::PlaneStress).is_ok());
+    // Isotropic limits.
+    let c = Orthotropic::in_plane([1.0; 2], 0.5, 1.0 / 3.0, 0.0);
+    assert!(matches!(refused(c, Hypothesis::PlaneStrain), MaterialError::PoissonTriple { .. }));
+
+    let full = |d| LinearElastic::from_stiffness(d, Hypothesis::PlaneStrain);
+    let good = [[4.0, 1.0, 0.2], [1.0, 3.0, -0.1], [0.2, -0.1, 1.0]];
+    assert_eq!(full(good).unwrap().von_mises(SymTensor2::new(1.0, 0.0, 0.0)), None);
+    let changed = |i: usize, j: usize, value: f64| {
+        let mut d = good;
+        d[i][j] = value;
+        full(d).unwrap_err()
+    };
+    assert_eq!(changed(0, 2, 0.3), MaterialError::NotSymmetric { entry: [1, 3], values: [0.3, 0.2] });
+    assert!(matches!(changed(2, 2, -1.0), MaterialError::NotPositiveDefinite { .. }));
+    assert!(matches!(changed(2, 2, 0.0), MaterialError::NotPositiveDefinite { .. }));
+    assert!(matches!(changed(1, 1, f64::NAN), MaterialError::NotFinite { .. }));
+    assert!(matches!(changed(1, 1, 1e200), MaterialError::NotFinite { .. }));
+    assert!(matches!(full([[0.0; 3]; 3]), Err(MaterialError::NotPositiveDefinite { .. })));
+}
