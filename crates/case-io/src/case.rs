@@ -14,6 +14,7 @@
 mod build;
 mod choices;
 mod conditions;
+mod matching;
 mod mesh_files;
 mod read;
 mod read_adapt;

@@ -57,15 +57,22 @@ impl Case {
             .map_err(|error| self.material_diagnostic(name, &error).into())
     }
 
-    /// Pairs the contact surfaces of the two bodies, given in the file's order.
+    /// Pairs the contact surfaces of the two bodies, given in the file's order, which must match node by node.
     ///
     /// # Errors
     /// Surfaces that cannot be paired, at the place of the key that causes it.
     pub fn build_interface(&self, first: &Body, second: &Body) -> Result<ContactInterface, CaseError> {
+        self.pair([first, second])?.map_err(|error| self.interface_diagnostic(&error).into())
+    }
+
+    /// Pairs the surfaces; the inner error is fem-core's.
+    pub(super) fn pair(
+        &self,
+        [first, second]: [&Body; 2],
+    ) -> Result<Result<ContactInterface, InterfaceError>, CaseError> {
         let gap = Gap::Given(self.scalar(&self.contact.gap, "contact.gap")?);
         let [a, b] = &self.contact.surfaces;
-        ContactInterface::pair(first, second, [a, b], &gap)
-            .map_err(|error| self.interface_diagnostic(&error).into())
+        Ok(ContactInterface::pair(first, second, [a, b], &gap))
     }
 
     /// Brings an error of a body's boundary conditions back to the condition's key.
