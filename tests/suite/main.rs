@@ -9,6 +9,7 @@ mod certificate;
 mod elasticity;
 mod limit;
 mod mesh_files;
+mod non_matching;
 mod paper;
 mod patch;
 mod solve;

@@ -12,11 +12,11 @@ const CORNER: f64 = 0.866;
 /// One stretch: its nodes in order; a closed one ends with the node it begins with.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Chain {
-    pub nodes: Vec<u32>,
+    pub(super) nodes: Vec<u32>,
 }
 
 impl Chain {
-    pub fn is_closed(&self) -> bool {
+    pub(super) fn is_closed(&self) -> bool {
         self.nodes.len() > 1 && self.nodes.first() == self.nodes.last()
     }
 }

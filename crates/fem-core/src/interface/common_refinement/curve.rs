@@ -12,7 +12,7 @@ pub(super) struct Curve {
 
 impl Curve {
     /// Makes the curve of at least two points; normals are the means of the edges' right normals, weighted by length.
-    pub fn new(points: Vec<Vector>) -> Self {
+    pub(super) fn new(points: Vec<Vector>) -> Self {
         let n = points.len();
         let edge = |k: usize| [points[k], points[k + 1]];
         let weighted = |k: usize| {
@@ -36,17 +36,17 @@ impl Curve {
     }
 
     /// Returns the arc length of each node, m.
-    pub fn arc(&self) -> &[f64] {
+    pub(super) fn arc(&self) -> &[f64] {
         &self.arc
     }
 
     /// Returns the whole length, m.
-    pub fn length(&self) -> f64 {
+    pub(super) fn length(&self) -> f64 {
         self.arc[self.arc.len() - 1]
     }
 
     /// Returns point and normal at an arc length; before and after the ends the line goes straight on.
-    pub fn at(&self, s: f64) -> (Vector, Vector) {
+    pub(super) fn at(&self, s: f64) -> (Vector, Vector) {
         let last = self.points.len() - 2;
         let k = self.arc.partition_point(|a| *a <= s).saturating_sub(1).min(last);
         if s == self.arc[k] {
@@ -58,7 +58,7 @@ impl Curve {
     }
 
     /// Finds the node nearest to a point.
-    pub fn nearest(&self, q: Vector) -> usize {
+    pub(super) fn nearest(&self, q: Vector) -> usize {
         let distance = |k: &usize| norm(sub(self.points[*k], q));
         (0..self.points.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
     }
@@ -67,7 +67,7 @@ impl Curve {
     /// where there is none.
     ///
     /// * `hint`: the edge to look at first; it becomes the edge found.
-    pub fn parameter(&self, q: Vector, hint: &mut usize) -> f64 {
+    pub(super) fn parameter(&self, q: Vector, hint: &mut usize) -> f64 {
         let last = self.points.len() - 2;
         // Positive past the normal of node k.
         let past = |k: usize| dot(sub(q, self.points[k]), perpendicular(self.normals[k]));
@@ -100,7 +100,7 @@ impl Curve {
     }
 
     /// Finds where the normal at an arc length crosses the segment `a`-`b`: a fraction of the way from `a`.
-    pub fn crossing(&self, s: f64, a: Vector, b: Vector) -> f64 {
+    pub(super) fn crossing(&self, s: f64, a: Vector, b: Vector) -> f64 {
         let (r, n) = self.at(s);
         cross(sub(r, a), n) / cross(sub(b, a), n)
     }

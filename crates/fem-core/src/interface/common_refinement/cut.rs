@@ -19,8 +19,8 @@ const PASSES: usize = 120;
 
 /// One body on the way to its refined mesh.
 pub(super) struct Side {
-    pub body: Body,
-    pub refinement_edges: RefinementEdges,
+    pub(super) body: Body,
+    pub(super) refinement_edges: RefinementEdges,
 }
 
 /// Where a contact edge is to be cut.

@@ -21,25 +21,22 @@ const FACING: f64 = -0.5;
 /// A node at its place on the common line. Two nodes of the two sides belong together where their `s` is the same number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Site {
-    pub s: f64,
-    pub node: u32,
-    pub slides: bool,
+    pub(super) s: f64,
+    pub(super) node: u32,
+    pub(super) slides: bool,
 }
 
 /// One stretch on which the surfaces face each other.
 #[derive(Clone, Debug)]
 pub(super) struct Overlap {
-    pub curve: Curve,
+    pub(super) curve: Curve,
     /// The nodes of each body, `s` ascending; they may reach beyond the common range by one.
-    pub sites: [Vec<Site>; 2],
+    pub(super) sites: [Vec<Site>; 2],
     /// The common range of `s`.
-    pub range: [f64; 2],
+    pub(super) range: [f64; 2],
     /// Mean distance of the surfaces.
     distance: f64,
 }
-
-/// A node to be moved to a new place on its own surface.
-pub(super) type Motion = (u32, Vector);
 
 impl Overlap {
     fn contains(&self, s: f64) -> bool {
@@ -47,7 +44,7 @@ impl Overlap {
     }
 
     /// Returns the arc lengths of the other body's nodes between sites `k` and `k + 1` of body `b`.
-    pub fn targets(&self, b: usize, k: usize) -> impl DoubleEndedIterator<Item = f64> + '_ {
+    pub(super) fn targets(&self, b: usize, k: usize) -> impl DoubleEndedIterator<Item = f64> + '_ {
         let [from, to] = [self.sites[b][k].s, self.sites[b][k + 1].s];
         let other = &self.sites[1 - b];
         let start = other.partition_point(|x| x.s <= from);
@@ -56,7 +53,7 @@ impl Overlap {
     }
 
     /// Returns the pairs of neighbouring sites of body `b` that lie in the common range.
-    pub fn common(&self, b: usize) -> impl Iterator<Item = [u32; 2]> + '_ {
+    pub(super) fn common(&self, b: usize) -> impl Iterator<Item = [u32; 2]> + '_ {
         let inside = |w: &&[Site]| self.contains(w[0].s) && self.contains(w[1].s);
         self.sites[b].windows(2).filter(inside).map(|w| [w[0].node, w[1].node])
     }
@@ -181,8 +178,9 @@ fn join_ends(overlap: &mut Overlap, reference: usize) {
     }
 }
 
-/// Snaps nodes of one surface onto nodes of the other that are closer than 0.2 of the smaller edge next to them, and
-/// returns the motions of each body's nodes.
+/// Snaps nodes of one surface onto nodes of the other that are closer than 0.2 of the smaller edge next to them.
+///
+/// * `moved`: the new place of each body's moved nodes; it grows.
 ///
 /// The node with the longer edges moves, on its own surface; ends, corners, supported nodes and nodes where a group or a
 /// material begins do not.
