@@ -35,7 +35,8 @@ pub fn problem(
     angle: f64,
 ) -> Result<ContactProblem, Box<dyn std::error::Error>> {
     let bodies = bodies(materials, hypothesis, angle, [[7, 3], [7, 5]])?;
-    let interface = ContactInterface::pair(&bodies[0], &bodies[1], ["bottom", "top"], &Gap::Given(0.0.into()))?;
+    let interface =
+        ContactInterface::pair(&bodies[0], &bodies[1], ["bottom", "top"], &Gap::Given(0.0.into()))?;
     Ok(ContactProblem { bodies, interface })
 }
 

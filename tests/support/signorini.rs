@@ -109,7 +109,8 @@ pub fn problem(
     cells: [usize; 2],
 ) -> Result<ContactProblem, Box<dyn std::error::Error>> {
     let bodies = bodies(materials, k, [cells; 2], |x| x)?;
-    let interface = ContactInterface::pair(&bodies[0], &bodies[1], ["bottom", "top"], &Gap::Given(0.0.into()))?;
+    let interface =
+        ContactInterface::pair(&bodies[0], &bodies[1], ["bottom", "top"], &Gap::Given(0.0.into()))?;
     Ok(ContactProblem { bodies, interface })
 }
 

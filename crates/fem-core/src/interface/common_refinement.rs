@@ -21,8 +21,8 @@
 //! match and the constitutive relation error remains a bound.
 
 mod chain;
-mod cut;
 mod curve;
+mod cut;
 mod overlap;
 
 use super::InterfaceError;
@@ -160,7 +160,9 @@ pub fn common_refinement(
     let reference = reference(&bodies, &chains);
     let mut overlaps = overlap::find(&bodies, &chains, reference)?;
     if overlaps.is_empty() {
-        return Err(CommonRefinementError::NoOverlap { points: [0, 1].map(|b| centre(&bodies[b], &chains[b])) });
+        return Err(CommonRefinementError::NoOverlap {
+            points: [0, 1].map(|b| centre(&bodies[b], &chains[b])),
+        });
     }
     let mut moved = [HashMap::new(), HashMap::new()];
     for overlap in &mut overlaps {
@@ -170,7 +172,7 @@ pub fn common_refinement(
     let nodes = [0, 1].map(|b| bodies[b].mesh().points().len());
     let [first, second] = bodies;
     let mut sides = [side(first, 0, &moved[0])?, side(second, 1, &moved[1])?];
-    cut::cut_all(&mut sides, &mut overlaps)?;
+    cut::cut_all(&mut sides, &mut overlaps, reference)?;
     let [first, second] = sides.map(|s| s.body);
     let (first, free_0) = restrict(first, 0, surfaces[0], &overlaps)?;
     let (second, free_1) = restrict(second, 1, surfaces[1], &overlaps)?;

@@ -54,7 +54,10 @@ impl Curve {
         }
         let t = (s - self.arc[k]) / (self.arc[k + 1] - self.arc[k]);
         let mix = |a: Vector, b: Vector, t: f64| add(scale(1.0 - t, a), scale(t, b));
-        (mix(self.points[k], self.points[k + 1], t), mix(self.normals[k], self.normals[k + 1], t.clamp(0.0, 1.0)))
+        (
+            mix(self.points[k], self.points[k + 1], t),
+            mix(self.normals[k], self.normals[k + 1], t.clamp(0.0, 1.0)),
+        )
     }
 
     /// Finds the node nearest to a point.

@@ -31,11 +31,17 @@ struct Cut {
 }
 
 /// Cuts until the nodes of both sides on every overlap are the same.
-pub(super) fn cut_all(sides: &mut [Side; 2], overlaps: &mut [Overlap]) -> Result<(), CommonRefinementError> {
+///
+/// * `first`: the body to be cut first; the other one sees its new nodes.
+pub(super) fn cut_all(
+    sides: &mut [Side; 2],
+    overlaps: &mut [Overlap],
+    first: usize,
+) -> Result<(), CommonRefinementError> {
     for _ in 0..PASSES {
         let mut thin = [false; 2];
         let mut open = [false; 2];
-        for b in 0..2 {
+        for b in [first, 1 - first] {
             let marks = marks(&sides[b].body, overlaps, b)?;
             thin[b] = !marks.thin.is_empty();
             open[b] = !marks.open.is_empty();
@@ -47,7 +53,7 @@ pub(super) fn cut_all(sides: &mut [Side; 2], overlaps: &mut [Overlap]) -> Result
             if open == [false; 2] {
                 return Ok(());
             }
-            for b in 0..2 {
+            for b in [first, 1 - first] {
                 split(&mut sides[b], overlaps, b)?;
             }
         }
@@ -87,7 +93,13 @@ fn edge_of(body: &Body, overlap: &Overlap, b: usize, k: usize) -> Result<u32, Co
 }
 
 /// Finds the point of the edge between sites `k` and `k + 1` at an arc length.
-fn point_at(body: &Body, overlap: &Overlap, b: usize, k: usize, s: f64) -> Result<Vector, CommonRefinementError> {
+fn point_at(
+    body: &Body,
+    overlap: &Overlap,
+    b: usize,
+    k: usize,
+    s: f64,
+) -> Result<Vector, CommonRefinementError> {
     let [from, to] = [k, k + 1].map(|k| body.mesh().points()[overlap.sites[b][k].node as usize]);
     let t = overlap.curve.crossing(s, from, to);
     if !(t > 0.0 && t < 1.0) {
@@ -97,7 +109,13 @@ fn point_at(body: &Body, overlap: &Overlap, b: usize, k: usize, s: f64) -> Resul
 }
 
 /// Tells whether the fan that the other side's nodes make of a contact cell has too small an angle.
-fn is_thin(body: &Body, overlap: &Overlap, b: usize, k: usize, edge: u32) -> Result<bool, CommonRefinementError> {
+fn is_thin(
+    body: &Body,
+    overlap: &Overlap,
+    b: usize,
+    k: usize,
+    edge: u32,
+) -> Result<bool, CommonRefinementError> {
     let mesh = body.mesh();
     let cell = mesh.topology().edge_triangles()[edge as usize][0] as usize;
     let ends = [k, k + 1].map(|k| overlap.sites[b][k].node);
@@ -107,7 +125,8 @@ fn is_thin(body: &Body, overlap: &Overlap, b: usize, k: usize, edge: u32) -> Res
     let mut smallest = f64::INFINITY;
     let mut look = |next: Vector| {
         // The cell may lie on either side of the walk.
-        let angle = chain::angle([previous, next, apex]).abs().min(chain::angle([next, previous, apex]).abs());
+        let angle =
+            chain::angle([previous, next, apex]).abs().min(chain::angle([next, previous, apex]).abs());
         smallest = smallest.min(angle);
         previous = next;
     };
@@ -119,7 +138,12 @@ fn is_thin(body: &Body, overlap: &Overlap, b: usize, k: usize, edge: u32) -> Res
 }
 
 /// Bisects the given contact edges and what newest-vertex bisection needs besides.
-fn bisect(side: &mut Side, overlaps: &mut [Overlap], b: usize, edges: &[u32]) -> Result<(), CommonRefinementError> {
+fn bisect(
+    side: &mut Side,
+    overlaps: &mut [Overlap],
+    b: usize,
+    edges: &[u32],
+) -> Result<(), CommonRefinementError> {
     let mesh = side.body.mesh();
     let mut marked = vec![false; mesh.topology().edges().len()];
     for &edge in edges {

@@ -32,6 +32,8 @@ pub(super) struct Overlap {
     pub(super) curve: Curve,
     /// The nodes of each body, `s` ascending; they may reach beyond the common range by one.
     pub(super) sites: [Vec<Site>; 2],
+    /// The body on whose surface `s` is measured.
+    reference: usize,
     /// The common range of `s`.
     pub(super) range: [f64; 2],
     /// Mean distance of the surfaces.
@@ -56,6 +58,14 @@ impl Overlap {
     pub(super) fn common(&self, b: usize) -> impl Iterator<Item = [u32; 2]> + '_ {
         let inside = |w: &&[Site]| self.contains(w[0].s) && self.contains(w[1].s);
         self.sites[b].windows(2).filter(inside).map(|w| [w[0].node, w[1].node])
+    }
+
+    /// Makes two sites, one of each body, the same one without motion, and returns their place.
+    fn join(&mut self, at: [usize; 2]) -> f64 {
+        let s = self.sites[self.reference][at[self.reference]].s;
+        let other = 1 - self.reference;
+        self.sites[other][at[other]].s = s;
+        s
     }
 
     /// Computes the smallest edge next to a site, m along the common line.
@@ -132,19 +142,16 @@ fn between(
     let theirs = (first..=last).map(|k| place(1 - reference, facing.nodes[k], s[k])).collect();
     let sites: [Vec<Site>; 2] = if reference == 0 { [mine, theirs] } else { [theirs, mine] };
     let range = [s[first].max(0.0), s[last].min(curve.length())];
-    let mut overlap = Overlap { curve, sites, range, distance };
-    join_ends(&mut overlap, reference);
-    let shortest = |b: usize| (0..overlap.sites[b].len()).map(|k| overlap.spacing(b, k)).fold(f64::INFINITY, f64::min);
+    let mut overlap = Overlap { curve, sites, reference, range, distance };
+    join_ends(&mut overlap);
+    let shortest =
+        |b: usize| (0..overlap.sites[b].len()).map(|k| overlap.spacing(b, k)).fold(f64::INFINITY, f64::min);
     let low = SAME * shortest(0).min(shortest(1));
     Ok((overlap.range[1] - overlap.range[0] > low).then_some(overlap))
 }
 
 /// Finds the first and the last node of the part that faces the curve.
-fn facing_run(
-    curve: &Curve,
-    q: &[Vector],
-    s: &[f64],
-) -> Result<Option<[usize; 2]>, CommonRefinementError> {
+fn facing_run(curve: &Curve, q: &[Vector], s: &[f64]) -> Result<Option<[usize; 2]>, CommonRefinementError> {
     let length = curve.length();
     let mut run: Option<[usize; 2]> = None;
     for k in 0..q.len() - 1 {
@@ -166,14 +173,13 @@ fn facing_run(
 }
 
 /// Makes ends of the two surfaces that stand at one place the same site, without motion.
-fn join_ends(overlap: &mut Overlap, reference: usize) {
+fn join_ends(overlap: &mut Overlap) {
     for end in [0, 1] {
         let k = [0, 1].map(|b| if end == 0 { 0 } else { overlap.sites[b].len() - 1 });
         let spacing = overlap.spacing(0, k[0]).min(overlap.spacing(1, k[1]));
         let s = [0, 1].map(|b| overlap.sites[b][k[b]].s);
         if (s[0] - s[1]).abs() <= SAME * spacing {
-            overlap.sites[1 - reference][k[1 - reference]].s = s[reference];
-            overlap.range[end] = s[reference];
+            overlap.range[end] = overlap.join(k);
         }
     }
 }
@@ -192,9 +198,8 @@ pub(super) fn snap(
     bodies: &[Body; 2],
     moved: &mut [HashMap<u32, Vector>; 2],
 ) -> Result<(), CommonRefinementError> {
-    let spacings = [0, 1].map(|b| {
-        (0..overlap.sites[b].len()).map(|k| overlap.spacing(b, k)).collect::<Vec<f64>>()
-    });
+    let spacings =
+        [0, 1].map(|b| (0..overlap.sites[b].len()).map(|k| overlap.spacing(b, k)).collect::<Vec<f64>>());
     let mut j = 0;
     for i in 0..overlap.sites[0].len() {
         let s = overlap.sites[0][i].s;
@@ -212,7 +217,7 @@ pub(super) fn snap(
         }
         let at = [i, j];
         if offset <= ROUND_OFF * smaller {
-            overlap.sites[1][j].s = s;
+            overlap.join(at);
             continue;
         }
         let mut order = [0, 1];
@@ -230,7 +235,7 @@ pub(super) fn snap(
             continue;
         }
         if offset <= SAME * smaller {
-            overlap.sites[1][j].s = s;
+            overlap.join(at);
         } else if offset < REFUSE * smaller {
             let node = overlap.sites[0][i].node as usize;
             let point = bodies[0].mesh().points()[node];
@@ -261,7 +266,8 @@ fn try_motion(
     if moved.contains_key(&site.node) {
         return Ok(false);
     }
-    let towards = if s > site.s { overlap.sites[b].get(k + 1) } else { k.checked_sub(1).map(|k| &overlap.sites[b][k]) };
+    let towards =
+        if s > site.s { overlap.sites[b].get(k + 1) } else { k.checked_sub(1).map(|k| &overlap.sites[b][k]) };
     let Some(towards) = towards else { return Ok(false) };
     let [from, to] = [site.node, towards.node].map(|n| mesh.points()[n as usize]);
     let t = overlap.curve.crossing(s, from, to);
