@@ -11,6 +11,7 @@ mod effectivity;
 mod elasticity;
 mod limit;
 mod mesh_files;
+mod non_matching;
 mod paper;
 mod patch;
 mod solve;

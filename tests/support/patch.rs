@@ -34,20 +34,35 @@ pub fn problem(
     hypothesis: Hypothesis,
     angle: f64,
 ) -> Result<ContactProblem, Box<dyn std::error::Error>> {
+    let bodies = bodies(materials, hypothesis, angle, [[7, 3], [7, 5]])?;
+    let interface =
+        ContactInterface::pair(&bodies[0], &bodies[1], ["bottom", "top"], &Gap::Given(0.0.into()))?;
+    Ok(ContactProblem { bodies, interface })
+}
+
+/// The two bodies of the patch, each with its own cells.
+///
+/// # Errors
+/// None, for sensible numbers.
+pub fn bodies(
+    materials: [(f64, f64); 2],
+    hypothesis: Hypothesis,
+    angle: f64,
+    cells: [[usize; 2]; 2],
+) -> Result<[Body; 2], Box<dyn std::error::Error>> {
     let [first, second] = materials.map(|(e, nu)| LinearElastic::isotropic(e, nu, hypothesis));
     let push: f64 = compressions(materials, hypothesis).iter().sum();
     let upper = Body::new(
-        turned(&block([0.0, 1.0], [WIDTH, HEIGHTS[0]], [7, 3])?, angle)?,
+        turned(&block([0.0, 1.0], [WIDTH, HEIGHTS[0]], cells[0])?, angle)?,
         first?,
         &BoundaryConditions::new().roller("left", 0.0).roller("top", -push),
     )?;
     let lower = Body::new(
-        turned(&block([0.0, 0.0], [WIDTH, HEIGHTS[1]], [7, 5])?, angle)?,
+        turned(&block([0.0, 0.0], [WIDTH, HEIGHTS[1]], cells[1])?, angle)?,
         second?,
         &BoundaryConditions::new().roller("left", 0.0).roller("bottom", 0.0),
     )?;
-    let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
-    Ok(ContactProblem { bodies: [upper, lower], interface })
+    Ok([upper, lower])
 }
 
 /// Exact compression δ of each body.

@@ -15,11 +15,13 @@
 //! Source: exact (equilibrium and contact conditions by inspection, displacements by finite differences).
 //! [`ENERGY`] is the energy norm² of one body for c = 1, ν = 0.3, E = 1, k = 0, by an independent code.
 
+use crate::shapes::moved;
 use fem_core::body::Body;
 use fem_core::boundary::{BoundaryConditions, ScalarData};
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactInterface, ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
+use fem_core::mesh::TriMesh;
 use fem_core::mesh::generate::block;
 use fem_core::tensor::SymTensor2;
 
@@ -106,7 +108,23 @@ pub fn problem(
     k: f64,
     cells: [usize; 2],
 ) -> Result<ContactProblem, Box<dyn std::error::Error>> {
-    let body = |e: Exact, far: &str, y: f64| -> Result<Body, Box<dyn std::error::Error>> {
+    let bodies = bodies(materials, k, [cells; 2], |x| x)?;
+    let interface =
+        ContactInterface::pair(&bodies[0], &bodies[1], ["bottom", "top"], &Gap::Given(0.0.into()))?;
+    Ok(ContactProblem { bodies, interface })
+}
+
+/// The two bodies, each with its own cells; the lower one's nodes are moved by `motion`.
+///
+/// # Errors
+/// A motion that turns triangles over.
+pub fn bodies(
+    materials: [(f64, f64); 2],
+    k: f64,
+    cells: [[usize; 2]; 2],
+    motion: impl Fn(Vector) -> Vector,
+) -> Result<[Body; 2], Box<dyn std::error::Error>> {
+    let body = |e: Exact, far: &str, mesh: TriMesh| -> Result<Body, Box<dyn std::error::Error>> {
         let displacement = |c: usize| Some(ScalarData::function(move |x| e.displacement(x)[c]));
         let traction = |n: f64| [0, 1].map(|c| ScalarData::function(move |x| e.stress(x).apply([n, 0.0])[c]));
         let conditions = BoundaryConditions::new()
@@ -114,11 +132,10 @@ pub fn problem(
             .traction("left", traction(-1.0))
             .traction("right", traction(1.0));
         let material = LinearElastic::isotropic(e.young, e.poisson, Hypothesis::PlaneStrain)?;
-        Ok(Body::new(block([-1.0, y], [2.0, 1.0], cells)?, material, &conditions)?)
+        Ok(Body::new(mesh, material, &conditions)?)
     };
     let [first, second] = exact(materials, k);
-    let upper = body(first, "top", 0.0)?;
-    let lower = body(second, "bottom", -1.0)?;
-    let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
-    Ok(ContactProblem { bodies: [upper, lower], interface })
+    let upper = body(first, "top", block([-1.0, 0.0], [2.0, 1.0], cells[0])?)?;
+    let lower = body(second, "bottom", moved(&block([-1.0, -1.0], [2.0, 1.0], cells[1])?, motion)?)?;
+    Ok([upper, lower])
 }

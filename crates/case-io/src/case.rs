@@ -15,6 +15,7 @@ mod build;
 mod choices;
 mod conditions;
 mod data;
+mod matching;
 mod materials;
 mod mesh_files;
 mod read;

@@ -1,5 +1,6 @@
 //! The geometry of contact: pairs of nodes, normals, gaps, lengths. It knows no contact law.
 
+pub mod common_refinement;
 mod interpolation;
 mod pairing;
 mod refinement;

@@ -13,8 +13,8 @@ use fem_core::interface::ContactProblem;
 use std::fmt::Write as _;
 
 pub(crate) fn command(options: &Check) -> Result<u8, Failure> {
-    let (_, case) = run::read_case(&options.case, &run::overrides(&options.case.set)?)?;
-    let problem = run::build(&case)?;
+    let (_, mut case) = run::read_case(&options.case, &run::overrides(&options.case.set)?)?;
+    let problem = run::build(&mut case)?;
     console::warnings(&case.warnings());
     console::notes(case.notes());
     console::notes(&case.data_notes(problem.bodies.each_ref(), problem.interpolated_gap()));

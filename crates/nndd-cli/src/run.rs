@@ -31,11 +31,9 @@ pub(crate) fn read_case(
     Ok((bytes, case))
 }
 
-/// Makes the contact problem of a case, bodies in the file's order.
-pub(crate) fn build(case: &Case) -> Result<ContactProblem, Failure> {
-    let bodies = case.build_bodies()?;
-    let interface = case.build_interface(&bodies[0], &bodies[1])?;
-    Ok(ContactProblem { bodies, interface })
+/// Makes the contact problem of a case, bodies in the file's order; the case may get notes.
+pub(crate) fn build(case: &mut Case) -> Result<ContactProblem, Failure> {
+    Ok(case.build_problem()?)
 }
 
 /// Starts the threads.

@@ -22,9 +22,9 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
     let mut watch = Stopwatch::start();
     let signals = Signals::listen()?;
     let started = jiff::Timestamp::now().to_string();
-    let (_, case) = run::read_case(&options.case, &run::overrides(&options.case.set)?)?;
+    let (_, mut case) = run::read_case(&options.case, &run::overrides(&options.case.set)?)?;
     run::start_threads(&options.run)?;
-    let problem = run::build(&case)?;
+    let problem = run::build(&mut case)?;
     check::supports(&case, &problem)?;
     check_memory(&case, &problem)?;
     let memory_estimate = memory::estimate(&problem).round();

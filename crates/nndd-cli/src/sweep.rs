@@ -81,13 +81,13 @@ fn run_panel(
         all.push((sweep.key.clone(), value.clone()));
         all.push(("solver.max_iterations".into(), options.iterations.to_string()));
         all.push(("solver.stop.criterion".into(), "iterations".into()));
-        let (_, case) = run::read_case(&options.case, &all)?;
+        let (_, mut case) = run::read_case(&options.case, &all)?;
         if case.adapt.is_some() {
             return Err(Failure::command_line(
                 "a sweep compares runs on one mesh, and this case has [adapt]; leave that table out",
             ));
         }
-        let problem = run::build(&case)?;
+        let problem = run::build(&mut case)?;
         if k == 0 {
             let nodes: usize = problem.bodies.iter().map(|b| b.mesh().points().len()).sum();
             panel.name = format!("{nodes} nodes");

@@ -45,18 +45,27 @@ impl Case {
         }
     }
 
-    /// Pairs the contact surfaces of the two bodies, given in the file's order.
+    /// Pairs the contact surfaces of the two bodies, given in the file's order, which must match node by node.
     ///
     /// # Errors
     /// Surfaces that cannot be paired, at the place of the key that causes it, and a `solver.lambda` that is not finite
     /// at one of their nodes.
     pub fn build_interface(&self, first: &Body, second: &Body) -> Result<ContactInterface, CaseError> {
-        let gap = Gap::Given(self.contact.gap.scalar());
-        let [a, b] = &self.contact.surfaces;
-        let interface = ContactInterface::pair(first, second, [a, b], &gap)
-            .map_err(|error| self.interface_diagnostic(&error))?;
+        let interface = self
+            .pair([first, second])?
+            .map_err(|error| CaseError::from(self.interface_diagnostic(&error)))?;
         self.check_lambda([first, second], &interface)?;
         Ok(interface)
+    }
+
+    /// Pairs the surfaces; the inner error is fem-core's.
+    pub(super) fn pair(
+        &self,
+        [first, second]: [&Body; 2],
+    ) -> Result<Result<ContactInterface, InterfaceError>, CaseError> {
+        let gap = Gap::Given(self.contact.gap.scalar());
+        let [a, b] = &self.contact.surfaces;
+        Ok(ContactInterface::pair(first, second, [a, b], &gap))
     }
 
     /// Brings an error of a body's boundary conditions back to the condition's key.

@@ -86,7 +86,8 @@ impl Case {
         Ok(())
     }
 
-    /// Returns what is worth knowing about how the meshes were read: cells split, turned or reduced, nodes left out.
+    /// Returns what is worth knowing about how the meshes were read, cells split, turned or reduced, nodes left out, and
+    /// about how contact surfaces were made to match.
     pub fn notes(&self) -> &[String] {
         &self.meshes.notes
     }
@@ -100,6 +101,13 @@ impl Case {
     pub(super) fn group_of_cells(&self, body: usize, group: &str) -> Option<&[u64]> {
         let groups = self.meshes.groups.get(body)?;
         groups.iter().find(|(name, _)| name == group).map(|(_, numbers)| &numbers[..])
+    }
+
+    /// Adds a note, once.
+    pub(super) fn add_note(&mut self, note: String) {
+        if !self.meshes.notes.contains(&note) {
+            self.meshes.notes.push(note);
+        }
     }
 
     /// Returns what is probably not meant in the meshes, with the body's place in the case file.

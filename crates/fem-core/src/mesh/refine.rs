@@ -17,7 +17,7 @@
 
 use super::topology::NONE;
 use super::{MeshError, TriMesh};
-use crate::geometry::{add, scale};
+use crate::geometry::{Vector, add, scale};
 
 /// The refinement edge of every triangle, by its place 0, 1 or 2 in the triangle.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -37,6 +37,20 @@ impl RefinementEdges {
             candidates.min_by_key(|&k| topology.edges()[edges[k] as usize]).unwrap_or(0) as u8
         };
         Self(topology.triangle_edges().iter().map(longest).collect())
+    }
+
+    /// Chooses a preferred edge of every triangle that has one, and else as [`RefinementEdges::longest`] does: where only
+    /// preferred edges are marked closure adds nothing.
+    ///
+    /// * `preferred`: one entry per edge.
+    pub fn preferring(mesh: &TriMesh, preferred: &[bool]) -> Self {
+        let mut edges = Self::longest(mesh);
+        for (choice, own) in edges.0.iter_mut().zip(mesh.topology().triangle_edges()) {
+            if let Some(k) = own.iter().position(|&e| preferred[e as usize]) {
+                *choice = k as u8;
+            }
+        }
+        edges
     }
 
     /// Returns the number of the refinement edge of a triangle.
@@ -138,6 +152,23 @@ pub fn refine(
     refinement_edges: &RefinementEdges,
     marked: &[bool],
 ) -> Result<Refinement, MeshError> {
+    refine_at(mesh, refinement_edges, marked, |_| None)
+}
+
+/// Cuts as [`refine`] does, but at given points where `place` gives one for an edge: [`Refinement::prolong`] is then not
+/// for this refinement.
+///
+/// # Errors
+/// See [`refine`]; a point that turns a triangle over.
+///
+/// # Panics
+/// See [`close`].
+pub fn refine_at(
+    mesh: &TriMesh,
+    refinement_edges: &RefinementEdges,
+    marked: &[bool],
+    place: impl Fn(u32) -> Option<Vector>,
+) -> Result<Refinement, MeshError> {
     let mut marked = marked.to_vec();
     close(mesh, refinement_edges, &mut marked);
     let topology = mesh.topology();
@@ -148,7 +179,7 @@ pub fn refine(
         let ends = topology.edges()[edge];
         let [a, b] = ends.map(|n| points[n as usize]);
         middle[edge] = points.len() as u32;
-        points.push(scale(0.5, add(a, b)));
+        points.push(place(edge as u32).unwrap_or_else(|| scale(0.5, add(a, b))));
         parent_nodes.push(ends);
     }
     let mut children = Children::default();

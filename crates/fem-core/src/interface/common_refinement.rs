@@ -1,0 +1,292 @@
+//! Common refinement: two bodies whose contact surfaces are cut differently become two whose nodes face each other.
+//!
+//! The theory of the bound needs matching nodes. So the nodes of each surface are carried over to the other along the
+//! contact normal:
+//!
+//! 1. **Project.** Both surfaces are measured by the arc length `s` of the one with fewer edges, with its averaged normals
+//!    `n(s)`: a point `q` has the `s` for which `q − r(s)` is along `n(s)`.
+//! 2. **Snap.** Nodes closer than 0.2 of the smaller edge next to them become one: the one with the longer edges slides
+//!    along its own surface, onto the other. Ends, corners, supported nodes and nodes where a group of edges or a material
+//!    begins do not slide; no triangle loses more than 70 % of its area.
+//! 3. **Bisect.** Where the nodes that are left would cut a contact cell into a fan with an angle below 8 degrees, the cells
+//!    are bisected inwards first ([`crate::mesh::refine`]).
+//! 4. **Insert.** The remaining nodes are inserted and their cells cut from there to the opposite corner.
+//!
+//! Where only a part of the surfaces faces each other, it becomes the contact surface: the group of edges keeps that part,
+//! and the rest is free. Conditions pass on to the parts of their edges ([`Body::refined`]), so the problem is the same.
+//! The result does not depend on the order of the two bodies. On curved surfaces a node that slides cuts its polygon's
+//! corner anew, a change of the order of the polygon's own distance from the curve.
+//!
+//! Source: the common refinement of Jiao and Heath 2004, here by insertion into the meshes themselves, so that the pairs
+//! match and the constitutive relation error remains a bound.
+
+mod chain;
+mod curve;
+mod cut;
+mod overlap;
+
+use super::InterfaceError;
+use crate::body::{Body, BodyError};
+use crate::geometry::Vector;
+use crate::mesh::refine::{Refinement, RefinementEdges};
+use crate::mesh::topology::NONE;
+use crate::mesh::{MeshError, TriMesh};
+use chain::Chain;
+use cut::Side;
+use overlap::Overlap;
+use std::collections::HashMap;
+use thiserror::Error;
+
+/// Why two surfaces have no common refinement.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
+pub enum CommonRefinementError {
+    /// No such group, or one with an edge inside the body.
+    #[error("the contact surface \"{group}\" of body {body} is no group of boundary edges")]
+    NoSurface {
+        /// 0 or 1.
+        body: usize,
+        /// The name given.
+        group: String,
+    },
+    /// The surfaces lie beside each other, or look the same way.
+    #[error(
+        "the two contact surfaces do not overlap: seen along the contact normal, no edge of the one (around ({}, {})) faces \
+         an edge of the other (around ({}, {}))",
+        points[0][0], points[0][1], points[1][0], points[1][1]
+    )]
+    NoOverlap {
+        /// The mean of each surface's nodes.
+        points: [Vector; 2],
+    },
+    /// Two nodes are too close, and neither may move.
+    #[error(
+        "two nodes of the contact surfaces are {offset:.3e} apart at ({}, {}), with edges of length {spacing:.3e}: too close \
+         to be kept apart, and neither can be moved onto the other (an end, a corner, a support, or a cell too thin); make \
+         them coincide, or at least 5 % of the edge apart",
+        point[0], point[1]
+    )]
+    Offset {
+        /// The first body's node.
+        point: Vector,
+        /// Distance along the surface.
+        offset: f64,
+        /// The smaller edge.
+        spacing: f64,
+    },
+    /// The projection of one surface onto the other is not one to one.
+    #[error(
+        "near ({}, {}) the contact surfaces fold: along the contact normal a point of the one faces several of the other; \
+         end the contact surface at the corner",
+        point[0], point[1]
+    )]
+    Folded {
+        /// Where.
+        point: Vector,
+    },
+    /// A contact line without ends.
+    #[error(
+        "the contact surface of body {body} closes on itself at ({}, {}); this version refines open lines only: use \
+         matching meshes",
+        point[0], point[1]
+    )]
+    Closed {
+        /// 0 or 1.
+        body: usize,
+        /// One of its nodes.
+        point: Vector,
+    },
+    /// The cut mesh is too large, or its triangles are too small for floating-point numbers.
+    #[error("the mesh of body {body}, cut at the other side's nodes: {source}")]
+    Mesh {
+        /// 0 or 1.
+        body: usize,
+        /// What is wrong.
+        source: MeshError,
+    },
+    /// A condition cannot be evaluated on the cut mesh.
+    #[error("body {body}, cut at the other side's nodes: {source}")]
+    Body {
+        /// 0 or 1.
+        body: usize,
+        /// What is wrong.
+        source: BodyError,
+    },
+}
+
+/// What was done to the two meshes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Changes {
+    /// Nodes added to each body: those inserted in its surface and those of cells bisected inwards.
+    pub added: [usize; 2],
+    /// Nodes of each body moved along its surface onto one of the other.
+    pub snapped: [usize; 2],
+    /// Smallest angle of the cells at each body's contact surface before, degrees.
+    pub angle_before: [f64; 2],
+    /// Smallest angle of the cells at each body's contact surface afterwards, degrees.
+    pub smallest_angle: [f64; 2],
+    /// Length of each surface that faces nothing and is free, m.
+    pub free: [f64; 2],
+}
+
+/// Two bodies whose contact surfaces match.
+#[derive(Clone, Debug)]
+pub struct CommonRefinement {
+    /// The bodies, in the order given.
+    pub bodies: [Body; 2],
+    /// What was done to them; `None`: nothing.
+    pub changes: Option<Changes>,
+}
+
+impl InterfaceError {
+    /// Tells whether the surfaces failed to match node by node, so that [`common_refinement`] may help.
+    pub fn is_mismatch(&self) -> bool {
+        matches!(self, Self::NotMatching { .. } | Self::EdgeWithoutPartner { .. })
+    }
+}
+
+/// Makes the contact surfaces of two bodies match.
+///
+/// * `surfaces`: the edge group of the first and of the second body.
+///
+/// # Errors
+/// Surfaces that nowhere face each other, nodes that are too close and cannot move, see [`CommonRefinementError`].
+pub fn common_refinement(
+    bodies: [Body; 2],
+    surfaces: [&str; 2],
+) -> Result<CommonRefinement, CommonRefinementError> {
+    let chains = [chains(&bodies[0], 0, surfaces[0])?, chains(&bodies[1], 1, surfaces[1])?];
+    let reference = reference(&bodies, &chains);
+    let mut overlaps = overlap::find(&bodies, &chains, reference)?;
+    if overlaps.is_empty() {
+        return Err(CommonRefinementError::NoOverlap {
+            points: [0, 1].map(|b| centre(&bodies[b], &chains[b])),
+        });
+    }
+    let mut moved = [HashMap::new(), HashMap::new()];
+    for overlap in &mut overlaps {
+        overlap::snap(overlap, &bodies, &mut moved)?;
+    }
+    let before = [0, 1].map(|b| surface_angle(&bodies[b], surfaces[b]));
+    let nodes = [0, 1].map(|b| bodies[b].mesh().points().len());
+    let [first, second] = bodies;
+    let mut sides = [side(first, 0, &moved[0])?, side(second, 1, &moved[1])?];
+    cut::cut_all(&mut sides, &mut overlaps, reference)?;
+    let [first, second] = sides.map(|s| s.body);
+    let (first, free_0) = restrict(first, 0, surfaces[0], &overlaps)?;
+    let (second, free_1) = restrict(second, 1, surfaces[1], &overlaps)?;
+    let bodies = [first, second];
+    let changes = Changes {
+        added: [0, 1].map(|b| bodies[b].mesh().points().len() - nodes[b]),
+        snapped: [0, 1].map(|b| moved[b].len()),
+        angle_before: before,
+        smallest_angle: [0, 1].map(|b| surface_angle(&bodies[b], surfaces[b])),
+        free: [free_0, free_1],
+    };
+    let nothing = changes.added == [0; 2] && changes.snapped == [0; 2] && changes.free == [0.0; 2];
+    Ok(CommonRefinement { bodies, changes: (!nothing).then_some(changes) })
+}
+
+fn chains(body: &Body, number: usize, group: &str) -> Result<Vec<Chain>, CommonRefinementError> {
+    let fault = || CommonRefinementError::NoSurface { body: number, group: group.to_string() };
+    let edges = body.mesh().group(group).filter(|edges| !edges.is_empty()).ok_or_else(fault)?;
+    let chains = chain::chains(body.mesh(), edges).ok_or_else(fault)?;
+    match chains.iter().find(|c| c.is_closed()) {
+        Some(chain) => {
+            let point = body.mesh().points()[chain.nodes[0] as usize];
+            Err(CommonRefinementError::Closed { body: number, point })
+        }
+        None => Ok(chains),
+    }
+}
+
+/// Chooses the surface on which both are measured: the one with fewer edges, of as many the one that comes first in space,
+/// so that the order of the bodies does not matter.
+fn reference(bodies: &[Body; 2], chains: &[Vec<Chain>; 2]) -> usize {
+    let edges = |b: usize| chains[b].iter().map(|c| c.nodes.len() - 1).sum::<usize>();
+    let places = |b: usize| chain::sorted_points(bodies[b].mesh(), &chains[b]).into_iter().flatten();
+    let earlier = || places(1).zip(places(0)).map(|(q, p)| q.total_cmp(&p)).find(|o| o.is_ne());
+    let order = edges(1).cmp(&edges(0)).then_with(|| earlier().unwrap_or(std::cmp::Ordering::Equal));
+    usize::from(order.is_lt())
+}
+
+fn centre(body: &Body, chains: &[Chain]) -> Vector {
+    let mut sum = [0.0; 2];
+    let nodes: Vec<u32> = chains.iter().flat_map(|c| c.nodes.iter().copied()).collect();
+    for &n in &nodes {
+        sum = crate::geometry::add(sum, body.mesh().points()[n as usize]);
+    }
+    crate::geometry::scale(1.0 / nodes.len() as f64, sum)
+}
+
+fn surface_angle(body: &Body, group: &str) -> f64 {
+    let mesh = body.mesh();
+    let edges = mesh.group(group).unwrap_or(&[]);
+    chain::smallest_angle(mesh, edges.iter().flat_map(|&e| mesh.topology().edges()[e as usize]))
+}
+
+/// Moves the nodes that were snapped.
+fn side(body: Body, number: usize, moved: &HashMap<u32, Vector>) -> Result<Side, CommonRefinementError> {
+    let body = if moved.is_empty() {
+        body
+    } else {
+        let mut points = body.mesh().points().to_vec();
+        for (&node, &point) in moved {
+            points[node as usize] = point;
+        }
+        replaced(&body, number, points, None)?
+    };
+    let refinement_edges = RefinementEdges::longest(body.mesh());
+    Ok(Side { body, refinement_edges })
+}
+
+/// Leaves in the group of the contact surface the edges of the overlaps, and returns the length of the others.
+fn restrict(
+    body: Body,
+    number: usize,
+    group: &str,
+    overlaps: &[Overlap],
+) -> Result<(Body, f64), CommonRefinementError> {
+    let mesh = body.mesh();
+    let find = |ends: [u32; 2]| mesh.topology().find_edge(ends[0], ends[1]);
+    let mut kept: Vec<u32> = overlaps.iter().flat_map(|o| o.common(number)).filter_map(find).collect();
+    kept.sort_unstable();
+    kept.dedup();
+    let all = mesh.group(group).unwrap_or(&[]);
+    if kept == all {
+        return Ok((body, 0.0));
+    }
+    let free = all.iter().filter(|e| kept.binary_search(e).is_err()).map(|&e| mesh.edge_length(e)).sum();
+    let points = mesh.points().to_vec();
+    Ok((replaced(&body, number, points, Some((group, kept)))?, free))
+}
+
+/// Makes the same body with its nodes at other places, or with other edges in one group.
+fn replaced(
+    body: &Body,
+    number: usize,
+    points: Vec<Vector>,
+    group: Option<(&str, Vec<u32>)>,
+) -> Result<Body, CommonRefinementError> {
+    let mesh = body.mesh();
+    let edges = mesh.topology().edges();
+    let groups = mesh.groups().iter().map(|(name, all)| {
+        let kept = group.as_ref().filter(|(changed, _)| changed == name).map_or(all, |(_, kept)| kept);
+        (name.clone(), kept.iter().map(|&e| edges[e as usize]).collect())
+    });
+    let changed = TriMesh::new(points, mesh.triangles().to_vec(), groups.collect())
+        .map_err(|source| CommonRefinementError::Mesh { body: number, source })?;
+    // A refinement that cuts nothing: conditions stay on the edges they applied to.
+    let same = Refinement {
+        refinement_edges: RefinementEdges::longest(&changed),
+        parent_cell: (0..mesh.triangles().len() as u32).collect(),
+        parent_nodes: Vec::new(),
+        middle: vec![NONE; edges.len()],
+        mesh: changed,
+    };
+    body.refined(&same).map_err(|source| CommonRefinementError::Body { body: number, source })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,128 @@
+//! The stretches of a contact surface, in the sense in which their body lies on the left.
+
+use crate::body::{Body, NodeConstraint};
+use crate::geometry::{Vector, dot};
+use crate::mesh::TriMesh;
+use crate::mesh::topology::NONE;
+use std::collections::HashMap;
+
+/// Cosine of the turn, 30 degrees, from which a node is a corner that stays where it is.
+const CORNER: f64 = 0.866;
+
+/// One stretch: its nodes in order; a closed one ends with the node it begins with.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Chain {
+    pub(super) nodes: Vec<u32>,
+}
+
+impl Chain {
+    pub(super) fn is_closed(&self) -> bool {
+        self.nodes.len() > 1 && self.nodes.first() == self.nodes.last()
+    }
+}
+
+/// Sorts the edges of a surface into stretches, the one with the smallest first point (x, y) first. `None` where an edge
+/// lies inside the body.
+pub(super) fn chains(mesh: &TriMesh, surface: &[u32]) -> Option<Vec<Chain>> {
+    let mut next = HashMap::new();
+    let mut entered = HashMap::new();
+    for &edge in surface {
+        if !mesh.topology().is_boundary(edge) {
+            return None;
+        }
+        let [a, b] = mesh.topology().oriented_edge(edge, mesh.triangles());
+        next.insert(a, b);
+        entered.insert(b, a);
+    }
+    let mut nodes: Vec<u32> = next.keys().copied().collect();
+    nodes.sort_unstable_by(|&a, &b| before(mesh, a, b));
+    // Open stretches begin at an end; what is left after them is closed.
+    nodes.sort_by_key(|n| entered.contains_key(n));
+    let mut chains = Vec::new();
+    for start in nodes {
+        let mut chain = vec![start];
+        let mut node = start;
+        while let Some(to) = next.remove(&node) {
+            chain.push(to);
+            node = to;
+        }
+        if chain.len() > 1 {
+            chains.push(Chain { nodes: chain });
+        }
+    }
+    chains.sort_by(|a, b| before(mesh, a.nodes[0], b.nodes[0]));
+    Some(chains)
+}
+
+fn before(mesh: &TriMesh, a: u32, b: u32) -> std::cmp::Ordering {
+    let [p, q] = [a, b].map(|n| mesh.points()[n as usize]);
+    p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])).then(a.cmp(&b))
+}
+
+/// The surface's points in the order of (x, y): what tells two surfaces with as many edges apart, whichever way they are
+/// walked.
+pub(super) fn sorted_points(mesh: &TriMesh, chains: &[Chain]) -> Vec<Vector> {
+    let mut points: Vec<Vector> =
+        chains.iter().flat_map(|c| &c.nodes).map(|&n| mesh.points()[n as usize]).collect();
+    points.sort_by(|p, q| p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])));
+    points
+}
+
+/// Tells which nodes of the stretches may slide along their surface: inner ones, on no corner, without support, where no
+/// group of edges and no material begins.
+pub(super) fn sliding(body: &Body, chains: &[Chain]) -> HashMap<u32, bool> {
+    let mesh = body.mesh();
+    let topology = mesh.topology();
+    let mut sliding: HashMap<u32, bool> = HashMap::new();
+    for chain in chains {
+        for (k, &node) in chain.nodes.iter().enumerate() {
+            let inner = k > 0 && k + 1 < chain.nodes.len();
+            let held = body.node_constraints()[node as usize] != NodeConstraint::Free;
+            let cells = topology.triangles_around(node as usize);
+            let first = body.material(cells[0] as usize);
+            let mixed = cells.iter().any(|&t| body.material(t as usize) != first);
+            let corner = inner && {
+                let edge = |a: u32, b: u32| topology.find_edge(a, b).map(|e| mesh.edge_normal(e));
+                match [edge(chain.nodes[k - 1], node), edge(node, chain.nodes[k + 1])] {
+                    [Some(m), Some(n)] => dot(m, n) < CORNER,
+                    _ => true,
+                }
+            };
+            sliding.insert(node, inner && !held && !mixed && !corner);
+        }
+    }
+    // A group passes through a node by two of its edges, or begins there.
+    for edges in mesh.groups().values() {
+        let mut count: HashMap<u32, usize> = HashMap::new();
+        for node in edges.iter().flat_map(|&e| topology.edges()[e as usize]) {
+            if sliding.contains_key(&node) {
+                *count.entry(node).or_default() += 1;
+            }
+        }
+        for node in count.into_iter().filter(|(_, c)| *c != 2).map(|(n, _)| n) {
+            sliding.insert(node, false);
+        }
+    }
+    sliding
+}
+
+/// Computes the smallest angle of the cells that touch one of the nodes, in degrees.
+pub(super) fn smallest_angle(mesh: &TriMesh, nodes: impl Iterator<Item = u32>) -> f64 {
+    let mut smallest = 180.0f64;
+    for node in nodes.filter(|n| *n != NONE) {
+        for &t in mesh.topology().triangles_around(node as usize) {
+            smallest = smallest.min(angle(mesh.corners(t as usize)));
+        }
+    }
+    smallest
+}
+
+/// Computes the smallest angle of a triangle, in degrees.
+pub(super) fn angle(p: [Vector; 3]) -> f64 {
+    use crate::geometry::{cross, sub};
+    let at = |k: usize| {
+        let (u, v) = (sub(p[(k + 1) % 3], p[k]), sub(p[(k + 2) % 3], p[k]));
+        cross(u, v).atan2(dot(u, v)).to_degrees()
+    };
+    at(0).min(at(1)).min(at(2))
+}

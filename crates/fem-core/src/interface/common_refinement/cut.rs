@@ -1,0 +1,229 @@
+//! Cuts contact edges at the other side's nodes: inwards by bisection first where a fan would be too thin.
+
+use super::CommonRefinementError;
+use super::chain;
+use super::overlap::{Overlap, Site};
+use crate::body::Body;
+use crate::geometry::{Vector, add, scale};
+use crate::mesh::refine::{self, RefinementEdges};
+use crate::mesh::topology::NONE;
+use std::collections::HashMap;
+
+/// Fans with a smaller angle, degrees, are too thin, unless their cell has one of not twice that itself.
+const THIN: f64 = 8.0;
+/// A bisected contact edge is cut at the other side's node nearest to its middle if that lies within this fraction of its
+/// ends; in the middle otherwise.
+const CENTRAL: f64 = 0.25;
+/// Each pass halves edges; edges of 2⁻⁶⁰ of a length are none.
+const PASSES: usize = 120;
+
+/// One body on the way to its refined mesh.
+pub(super) struct Side {
+    pub(super) body: Body,
+    pub(super) refinement_edges: RefinementEdges,
+}
+
+/// Where a contact edge is to be cut.
+#[derive(Clone, Copy, Debug)]
+struct Cut {
+    s: f64,
+    point: Vector,
+}
+
+/// Cuts until the nodes of both sides on every overlap are the same.
+///
+/// * `first`: the body to be cut first; the other one sees its new nodes.
+pub(super) fn cut_all(
+    sides: &mut [Side; 2],
+    overlaps: &mut [Overlap],
+    first: usize,
+) -> Result<(), CommonRefinementError> {
+    for _ in 0..PASSES {
+        let mut thin = [false; 2];
+        let mut open = [false; 2];
+        for b in [first, 1 - first] {
+            let marks = marks(&sides[b].body, overlaps, b)?;
+            thin[b] = !marks.thin.is_empty();
+            open[b] = !marks.open.is_empty();
+            if thin[b] {
+                bisect(&mut sides[b], overlaps, b, &marks.thin)?;
+            }
+        }
+        if thin == [false; 2] {
+            if open == [false; 2] {
+                return Ok(());
+            }
+            for b in [first, 1 - first] {
+                split(&mut sides[b], overlaps, b)?;
+            }
+        }
+    }
+    let point = overlaps.first().map_or([f64::NAN; 2], |o| o.curve.at(o.range[0]).0);
+    Err(CommonRefinementError::Folded { point })
+}
+
+/// Contact edges that hold nodes of the other side; and those of them whose fan would be too thin.
+#[derive(Default)]
+struct Marks {
+    open: Vec<u32>,
+    thin: Vec<u32>,
+}
+
+fn marks(body: &Body, overlaps: &[Overlap], b: usize) -> Result<Marks, CommonRefinementError> {
+    let mut marks = Marks::default();
+    for overlap in overlaps {
+        for k in 0..overlap.sites[b].len() - 1 {
+            if overlap.targets(b, k).next().is_none() {
+                continue;
+            }
+            let edge = edge_of(body, overlap, b, k)?;
+            marks.open.push(edge);
+            if is_thin(body, overlap, b, k, edge)? {
+                marks.thin.push(edge);
+            }
+        }
+    }
+    Ok(marks)
+}
+
+fn edge_of(body: &Body, overlap: &Overlap, b: usize, k: usize) -> Result<u32, CommonRefinementError> {
+    let [i, j] = [overlap.sites[b][k].node, overlap.sites[b][k + 1].node];
+    let found = body.mesh().topology().find_edge(i, j);
+    found.ok_or(CommonRefinementError::Folded { point: body.mesh().points()[i as usize] })
+}
+
+/// Finds the point of the edge between sites `k` and `k + 1` at an arc length.
+fn point_at(
+    body: &Body,
+    overlap: &Overlap,
+    b: usize,
+    k: usize,
+    s: f64,
+) -> Result<Vector, CommonRefinementError> {
+    let [from, to] = [k, k + 1].map(|k| body.mesh().points()[overlap.sites[b][k].node as usize]);
+    let t = overlap.curve.crossing(s, from, to);
+    if !(t > 0.0 && t < 1.0) {
+        return Err(CommonRefinementError::Folded { point: from });
+    }
+    Ok(add(scale(1.0 - t, from), scale(t, to)))
+}
+
+/// Tells whether the fan that the other side's nodes make of a contact cell has too small an angle.
+fn is_thin(
+    body: &Body,
+    overlap: &Overlap,
+    b: usize,
+    k: usize,
+    edge: u32,
+) -> Result<bool, CommonRefinementError> {
+    let mesh = body.mesh();
+    let cell = mesh.topology().edge_triangles()[edge as usize][0] as usize;
+    let ends = [k, k + 1].map(|k| overlap.sites[b][k].node);
+    let apex = mesh.triangles()[cell].iter().find(|n| !ends.contains(n)).map(|&n| mesh.points()[n as usize]);
+    let Some(apex) = apex else { return Ok(false) };
+    let mut previous = mesh.points()[ends[0] as usize];
+    let mut smallest = f64::INFINITY;
+    let mut look = |next: Vector| {
+        // The cell may lie on either side of the walk.
+        let angle =
+            chain::angle([previous, next, apex]).abs().min(chain::angle([next, previous, apex]).abs());
+        smallest = smallest.min(angle);
+        previous = next;
+    };
+    for s in overlap.targets(b, k) {
+        look(point_at(body, overlap, b, k, s)?);
+    }
+    look(mesh.points()[ends[1] as usize]);
+    Ok(smallest < THIN.min(0.5 * chain::angle(mesh.corners(cell))))
+}
+
+/// Bisects the given contact edges and what newest-vertex bisection needs besides.
+fn bisect(
+    side: &mut Side,
+    overlaps: &mut [Overlap],
+    b: usize,
+    edges: &[u32],
+) -> Result<(), CommonRefinementError> {
+    let mesh = side.body.mesh();
+    let mut marked = vec![false; mesh.topology().edges().len()];
+    for &edge in edges {
+        marked[edge as usize] = true;
+    }
+    refine::close(mesh, &side.refinement_edges, &mut marked);
+    let mut cuts = HashMap::new();
+    for overlap in &*overlaps {
+        for k in 0..overlap.sites[b].len() - 1 {
+            let edge = edge_of(&side.body, overlap, b, k)?;
+            if !marked[edge as usize] {
+                continue;
+            }
+            let [from, to] = [k, k + 1].map(|k| overlap.sites[b][k].s);
+            let middle = 0.5 * (from + to);
+            let near = nearest(overlap, b, k).filter(|s| (s - middle).abs() <= (0.5 - CENTRAL) * (to - from));
+            if near.is_some() || !cuts.contains_key(&edge) {
+                let s = near.unwrap_or(middle);
+                cuts.insert(edge, Cut { s, point: point_at(&side.body, overlap, b, k, s)? });
+            }
+        }
+    }
+    let edges = side.refinement_edges.clone();
+    apply(side, overlaps, b, &edges, &marked, &cuts)
+}
+
+/// Cuts every contact edge that holds nodes of the other side at the one nearest to its middle, and its cell from there
+/// to the opposite corner.
+fn split(side: &mut Side, overlaps: &mut [Overlap], b: usize) -> Result<(), CommonRefinementError> {
+    let mesh = side.body.mesh();
+    let mut marked = vec![false; mesh.topology().edges().len()];
+    let mut cuts = HashMap::new();
+    for overlap in &*overlaps {
+        for k in 0..overlap.sites[b].len() - 1 {
+            if let Some(s) = nearest(overlap, b, k) {
+                let edge = edge_of(&side.body, overlap, b, k)?;
+                marked[edge as usize] = true;
+                cuts.insert(edge, Cut { s, point: point_at(&side.body, overlap, b, k, s)? });
+            }
+        }
+    }
+    if cuts.is_empty() {
+        return Ok(());
+    }
+    let edges = RefinementEdges::preferring(mesh, &marked);
+    apply(side, overlaps, b, &edges, &marked, &cuts)
+}
+
+/// Finds the other side's node nearest to the middle of the edge between sites `k` and `k + 1`.
+fn nearest(overlap: &Overlap, b: usize, k: usize) -> Option<f64> {
+    let middle = 0.5 * (overlap.sites[b][k].s + overlap.sites[b][k + 1].s);
+    overlap.targets(b, k).min_by(|x, y| (x - middle).abs().total_cmp(&(y - middle).abs()))
+}
+
+fn apply(
+    side: &mut Side,
+    overlaps: &mut [Overlap],
+    b: usize,
+    edges: &RefinementEdges,
+    marked: &[bool],
+    cuts: &HashMap<u32, Cut>,
+) -> Result<(), CommonRefinementError> {
+    let old = side.body.mesh();
+    let refinement = refine::refine_at(old, edges, marked, |e| cuts.get(&e).map(|c| c.point))
+        .map_err(|source| CommonRefinementError::Mesh { body: b, source })?;
+    for overlap in overlaps {
+        let mut sites = Vec::with_capacity(overlap.sites[b].len());
+        for w in overlap.sites[b].windows(2) {
+            sites.push(w[0]);
+            let edge = old.topology().find_edge(w[0].node, w[1].node);
+            let new = edge.map_or(NONE, |e| refinement.middle[e as usize]);
+            if let Some(cut) = edge.and_then(|e| cuts.get(&e)).filter(|_| new != NONE) {
+                sites.push(Site { s: cut.s, node: new, slides: false });
+            }
+        }
+        sites.extend(overlap.sites[b].last());
+        overlap.sites[b] = sites;
+    }
+    side.body =
+        side.body.refined(&refinement).map_err(|source| CommonRefinementError::Body { body: b, source })?;
+    side.refinement_edges = refinement.refinement_edges;
+    Ok(())
+}

@@ -1,0 +1,288 @@
+//! Where two surfaces face each other, and the nodes of both along the common line.
+
+use super::CommonRefinementError;
+use super::chain::{self, Chain};
+use super::curve::Curve;
+use crate::body::Body;
+use crate::geometry::{Vector, add, dot, norm, right_normal, scale, sub};
+use std::collections::HashMap;
+
+/// Fixed nodes this fraction of the smaller adjacent edge apart count as one.
+const SAME: f64 = 0.01;
+/// Nodes that stand this close, likewise, are one without any motion.
+const ROUND_OFF: f64 = 1e-9;
+/// Nodes closer than this, likewise, are snapped.
+const SNAP: f64 = 0.2;
+/// Nodes that stay closer than this, likewise, are refused.
+const REFUSE: f64 = 0.05;
+/// Edges face each other up to this cosine of the angle between their outward normals, 120 degrees.
+const FACING: f64 = -0.5;
+
+/// A node at its place on the common line. Two nodes of the two sides belong together where their `s` is the same number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Site {
+    pub(super) s: f64,
+    pub(super) node: u32,
+    pub(super) slides: bool,
+}
+
+/// One stretch on which the surfaces face each other.
+#[derive(Clone, Debug)]
+pub(super) struct Overlap {
+    pub(super) curve: Curve,
+    /// The nodes of each body, `s` ascending; they may reach beyond the common range by one.
+    pub(super) sites: [Vec<Site>; 2],
+    /// The body on whose surface `s` is measured.
+    reference: usize,
+    /// The common range of `s`.
+    pub(super) range: [f64; 2],
+    /// Mean distance of the surfaces.
+    distance: f64,
+}
+
+impl Overlap {
+    fn contains(&self, s: f64) -> bool {
+        s >= self.range[0] && s <= self.range[1]
+    }
+
+    /// Returns the arc lengths of the other body's nodes between sites `k` and `k + 1` of body `b`.
+    pub(super) fn targets(&self, b: usize, k: usize) -> impl DoubleEndedIterator<Item = f64> + '_ {
+        let [from, to] = [self.sites[b][k].s, self.sites[b][k + 1].s];
+        let other = &self.sites[1 - b];
+        let start = other.partition_point(|x| x.s <= from);
+        let end = other.partition_point(|x| x.s < to).max(start);
+        other[start..end].iter().map(|x| x.s).filter(|s| self.contains(*s))
+    }
+
+    /// Returns the pairs of neighbouring sites of body `b` that lie in the common range.
+    pub(super) fn common(&self, b: usize) -> impl Iterator<Item = [u32; 2]> + '_ {
+        let inside = |w: &&[Site]| self.contains(w[0].s) && self.contains(w[1].s);
+        self.sites[b].windows(2).filter(inside).map(|w| [w[0].node, w[1].node])
+    }
+
+    /// Makes two sites, one of each body, the same one without motion, and returns their place.
+    fn join(&mut self, at: [usize; 2]) -> f64 {
+        let s = self.sites[self.reference][at[self.reference]].s;
+        let other = 1 - self.reference;
+        self.sites[other][at[other]].s = s;
+        s
+    }
+
+    /// Computes the smallest edge next to a site, m along the common line.
+    fn spacing(&self, b: usize, k: usize) -> f64 {
+        let sites = &self.sites[b];
+        let before = if k > 0 { sites[k].s - sites[k - 1].s } else { f64::INFINITY };
+        let after = sites.get(k + 1).map_or(f64::INFINITY, |x| x.s - sites[k].s);
+        before.min(after)
+    }
+}
+
+/// Finds where the surfaces of the two bodies face each other.
+///
+/// * `chains`: the stretches of each body's surface.
+/// * `reference`: the body whose surface is the common line.
+pub(super) fn find(
+    bodies: &[Body; 2],
+    chains: &[Vec<Chain>; 2],
+    reference: usize,
+) -> Result<Vec<Overlap>, CommonRefinementError> {
+    let slides = [0, 1].map(|b| chain::sliding(&bodies[b], &chains[b]));
+    let mut found = Vec::new();
+    for (i, own) in chains[reference].iter().enumerate() {
+        for (j, other) in chains[1 - reference].iter().enumerate() {
+            if let Some(overlap) = between(bodies, [own, other], reference, &slides)? {
+                found.push((overlap, i, j));
+            }
+        }
+    }
+    // Of stretches one behind the other the nearest face each other.
+    found.sort_by(|a, b| a.0.distance.total_cmp(&b.0.distance).then((a.1, a.2).cmp(&(b.1, b.2))));
+    let mut kept: Vec<(Overlap, usize, usize)> = Vec::new();
+    for (overlap, i, j) in found {
+        let hidden = kept.iter().any(|(k, ki, kj)| {
+            let [low, high] = [k.range[0].max(overlap.range[0]), k.range[1].min(overlap.range[1])];
+            let behind = *ki == i && high - low > SAME * (k.range[1] - k.range[0]);
+            behind || (*kj == j && *ki != i && shares_edge(k, &overlap, 1 - reference))
+        });
+        if !hidden {
+            kept.push((overlap, i, j));
+        }
+    }
+    kept.sort_by_key(|k| (k.1, k.2));
+    Ok(kept.into_iter().map(|k| k.0).collect())
+}
+
+/// Tells whether two overlaps have a whole edge of body `b` in common.
+fn shares_edge(a: &Overlap, b: &Overlap, body: usize) -> bool {
+    let edges: std::collections::HashSet<[u32; 2]> = a.common(body).collect();
+    b.common(body).any(|e| edges.contains(&e) || edges.contains(&[e[1], e[0]]))
+}
+
+fn between(
+    bodies: &[Body; 2],
+    [own, other]: [&Chain; 2],
+    reference: usize,
+    slides: &[HashMap<u32, bool>; 2],
+) -> Result<Option<Overlap>, CommonRefinementError> {
+    let points = |b: usize, chain: &Chain| -> Vec<Vector> {
+        chain.nodes.iter().map(|&n| bodies[b].mesh().points()[n as usize]).collect()
+    };
+    let curve = Curve::new(points(reference, own));
+    let place = |b: usize, node: u32, s: f64| Site { s, node, slides: slides[b].get(&node) == Some(&true) };
+    // Facing bodies walk their surfaces in opposite senses.
+    let mut facing = other.clone();
+    facing.nodes.reverse();
+    let q = points(1 - reference, &facing);
+    let mut hint = curve.nearest(q[0]);
+    let s: Vec<f64> = q.iter().map(|&q| curve.parameter(q, &mut hint)).collect();
+    let Some([first, last]) = facing_run(&curve, &q, &s)? else { return Ok(None) };
+    let distance = |k: usize| norm(sub(q[k], curve.at(s[k].clamp(0.0, curve.length())).0));
+    let distance = (first..=last).map(distance).sum::<f64>() / (last - first + 1) as f64;
+    let mine = own.nodes.iter().zip(curve.arc()).map(|(&n, &s)| place(reference, n, s)).collect();
+    let theirs = (first..=last).map(|k| place(1 - reference, facing.nodes[k], s[k])).collect();
+    let sites: [Vec<Site>; 2] = if reference == 0 { [mine, theirs] } else { [theirs, mine] };
+    let range = [s[first].max(0.0), s[last].min(curve.length())];
+    let mut overlap = Overlap { curve, sites, reference, range, distance };
+    join_ends(&mut overlap);
+    let shortest =
+        |b: usize| (0..overlap.sites[b].len()).map(|k| overlap.spacing(b, k)).fold(f64::INFINITY, f64::min);
+    let low = SAME * shortest(0).min(shortest(1));
+    Ok((overlap.range[1] - overlap.range[0] > low).then_some(overlap))
+}
+
+/// Finds the first and the last node of the part that faces the curve.
+fn facing_run(curve: &Curve, q: &[Vector], s: &[f64]) -> Result<Option<[usize; 2]>, CommonRefinementError> {
+    let length = curve.length();
+    let mut run: Option<[usize; 2]> = None;
+    for k in 0..q.len() - 1 {
+        let within = s[k].min(s[k + 1]) < length && s[k].max(s[k + 1]) > 0.0;
+        // The outward normal lies on the left of the reversed walk.
+        let outward = scale(-1.0, right_normal(q[k], q[k + 1]));
+        let middle = 0.5 * (s[k].clamp(0.0, length) + s[k + 1].clamp(0.0, length));
+        let normal = curve.at(middle).1;
+        if !(within && s[k + 1] > s[k] && dot(outward, normal) < FACING * norm(normal)) {
+            continue;
+        }
+        run = match run {
+            None => Some([k, k + 1]),
+            Some([first, last]) if last == k => Some([first, k + 1]),
+            Some(_) => return Err(CommonRefinementError::Folded { point: q[k] }),
+        };
+    }
+    Ok(run)
+}
+
+/// Makes ends of the two surfaces that stand at one place the same site, without motion.
+fn join_ends(overlap: &mut Overlap) {
+    for end in [0, 1] {
+        let k = [0, 1].map(|b| if end == 0 { 0 } else { overlap.sites[b].len() - 1 });
+        let spacing = overlap.spacing(0, k[0]).min(overlap.spacing(1, k[1]));
+        let s = [0, 1].map(|b| overlap.sites[b][k[b]].s);
+        if (s[0] - s[1]).abs() <= SAME * spacing {
+            overlap.range[end] = overlap.join(k);
+        }
+    }
+}
+
+/// Snaps nodes of one surface onto nodes of the other that are closer than 0.2 of the smaller edge next to them.
+///
+/// * `moved`: the new place of each body's moved nodes; it grows.
+///
+/// The node with the longer edges moves, on its own surface; ends, corners, supported nodes and nodes where a group or a
+/// material begins do not.
+///
+/// # Errors
+/// Nodes closer than 0.05 of the edge that neither may move.
+pub(super) fn snap(
+    overlap: &mut Overlap,
+    bodies: &[Body; 2],
+    moved: &mut [HashMap<u32, Vector>; 2],
+) -> Result<(), CommonRefinementError> {
+    let spacings =
+        [0, 1].map(|b| (0..overlap.sites[b].len()).map(|k| overlap.spacing(b, k)).collect::<Vec<f64>>());
+    let mut j = 0;
+    for i in 0..overlap.sites[0].len() {
+        let s = overlap.sites[0][i].s;
+        // The nearest node of the other side.
+        while j + 1 < overlap.sites[1].len()
+            && (overlap.sites[1][j + 1].s - s).abs() <= (overlap.sites[1][j].s - s).abs()
+        {
+            j += 1;
+        }
+        let offset = (overlap.sites[1][j].s - s).abs();
+        let spacing = [spacings[0][i], spacings[1][j]];
+        let smaller = spacing[0].min(spacing[1]);
+        if offset == 0.0 || offset >= SNAP * smaller {
+            continue;
+        }
+        let at = [i, j];
+        if offset <= ROUND_OFF * smaller {
+            overlap.join(at);
+            continue;
+        }
+        let mut order = [0, 1];
+        if movable_first(overlap, bodies, at, spacing) == 1 {
+            order.reverse();
+        }
+        let mut done = false;
+        for b in order {
+            if overlap.sites[b][at[b]].slides && try_motion(overlap, &bodies[b], b, at, &mut moved[b])? {
+                done = true;
+                break;
+            }
+        }
+        if done {
+            continue;
+        }
+        if offset <= SAME * smaller {
+            overlap.join(at);
+        } else if offset < REFUSE * smaller {
+            let node = overlap.sites[0][i].node as usize;
+            let point = bodies[0].mesh().points()[node];
+            return Err(CommonRefinementError::Offset { point, offset, spacing: smaller });
+        }
+    }
+    Ok(())
+}
+
+/// Chooses the body whose node moves: the one with the longer edges; of equal ones the one with the larger (x, y), so that
+/// the order of the bodies does not matter.
+fn movable_first(overlap: &Overlap, bodies: &[Body; 2], at: [usize; 2], spacing: [f64; 2]) -> usize {
+    let [p, q] = [0, 1].map(|b| bodies[b].mesh().points()[overlap.sites[b][at[b]].node as usize]);
+    let order = spacing[0].total_cmp(&spacing[1]).then(p[0].total_cmp(&q[0])).then(p[1].total_cmp(&q[1]));
+    usize::from(order.is_lt())
+}
+
+/// Moves a node of body `b` to the site of the other body's, unless a triangle would lose most of its area.
+fn try_motion(
+    overlap: &mut Overlap,
+    body: &Body,
+    b: usize,
+    at: [usize; 2],
+    moved: &mut HashMap<u32, Vector>,
+) -> Result<bool, CommonRefinementError> {
+    let (mesh, k) = (body.mesh(), at[b]);
+    let (site, s) = (overlap.sites[b][k], overlap.sites[1 - b][at[1 - b]].s);
+    if moved.contains_key(&site.node) {
+        return Ok(false);
+    }
+    let towards =
+        if s > site.s { overlap.sites[b].get(k + 1) } else { k.checked_sub(1).map(|k| &overlap.sites[b][k]) };
+    let Some(towards) = towards else { return Ok(false) };
+    let [from, to] = [site.node, towards.node].map(|n| mesh.points()[n as usize]);
+    let t = overlap.curve.crossing(s, from, to);
+    if !(0.0..=1.0).contains(&t) {
+        return Err(CommonRefinementError::Folded { point: from });
+    }
+    let point = add(scale(1.0 - t, from), scale(t, to));
+    let place = |n: u32| moved.get(&n).copied().unwrap_or(mesh.points()[n as usize]);
+    for &cell in mesh.topology().triangles_around(site.node as usize) {
+        let corners = mesh.triangles()[cell as usize].map(|n| if n == site.node { point } else { place(n) });
+        if crate::geometry::signed_area(corners) < 0.3 * mesh.area(cell as usize) {
+            return Ok(false);
+        }
+    }
+    moved.insert(site.node, point);
+    overlap.sites[b][k].s = s;
+    Ok(true)
+}

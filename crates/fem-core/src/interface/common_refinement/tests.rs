@@ -1,0 +1,141 @@
+use super::*;
+use crate::boundary::BoundaryConditions;
+use crate::interface::{ContactInterface, Gap};
+use crate::material::{Hypothesis, LinearElastic};
+use crate::mesh::generate::block;
+
+fn body(origin: Vector, size: Vector, cells: [usize; 2]) -> Body {
+    let material = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
+    Body::new(block(origin, size, cells).unwrap(), material, &BoundaryConditions::new()).unwrap()
+}
+
+fn pair(bodies: &[Body; 2]) -> ContactInterface {
+    ContactInterface::pair(&bodies[0], &bodies[1], ["bottom", "top"], &Gap::Given(0.0.into())).unwrap()
+}
+
+fn area(body: &Body) -> f64 {
+    (0..body.mesh().triangles().len()).map(|t| body.mesh().area(t)).sum()
+}
+
+#[test]
+fn blocks_of_any_ratio_match() {
+    for (m, n) in [(2, 3), (6, 7), (17, 40), (16, 23), (8, 31), (3, 200), (1, 400)] {
+        let upper = body([0.0, 1.0], [2.0, 1.0], [m, (m / 2).max(1)]);
+        let lower = body([0.0, 0.0], [2.0, 1.0], [n, (n / 2).min(20)]);
+        let common = common_refinement([upper, lower], ["bottom", "top"]).unwrap();
+        let interface = pair(&common.bodies);
+        assert!((interface.length() - 2.0).abs() < 1e-14);
+        let changes = common.changes.unwrap();
+        for body in &common.bodies {
+            assert!((area(body) - 2.0).abs() < 1e-12);
+        }
+        assert_eq!(changes.free, [0.0; 2]);
+        // Shared nodes at the ends at least.
+        assert!(interface.pairs().len() <= m + n);
+        assert!(changes.smallest_angle.iter().all(|a| *a > 5.0), "{changes:?}");
+    }
+}
+
+#[test]
+fn matching_surfaces_stay_as_they_are() {
+    let bodies = [body([0.0, 1.0], [2.0, 1.0], [7, 3]), body([0.0, 0.0], [2.0, 1.0], [7, 5])];
+    let points = bodies.each_ref().map(|b| b.mesh().points().to_vec());
+    let common = common_refinement(bodies, ["bottom", "top"]).unwrap();
+    assert_eq!(common.changes, None);
+    assert_eq!(common.bodies.each_ref().map(|b| b.mesh().points().to_vec()), points);
+}
+
+fn mesh_of(body: &Body) -> (Vec<Vector>, Vec<[u32; 3]>, Vec<u32>) {
+    let (points, cells) = (body.mesh().points().to_vec(), body.mesh().triangles().to_vec());
+    (points, cells, body.mesh().groups().values().flatten().copied().collect())
+}
+
+#[test]
+fn the_order_of_the_bodies_does_not_matter() {
+    // 23 against 23: as many edges, half an edge apart.
+    for (m, n, width) in [(16, 23, 2.0), (23, 16, 2.0), (5, 80, 1.7), (23, 23, 1.95)] {
+        let one = || body([0.0, 1.0], [width, 1.0], [m, 8]);
+        let two = || body([0.0, 0.0], [2.0, 1.0], [n, 9]);
+        let given = common_refinement([one(), two()], ["bottom", "top"]).unwrap();
+        let turned = common_refinement([two(), one()], ["top", "bottom"]).unwrap();
+        for b in 0..2 {
+            assert_eq!(mesh_of(&given.bodies[b]), mesh_of(&turned.bodies[1 - b]), "{m}:{n}");
+        }
+        let [a, b] = [given.changes.unwrap(), turned.changes.unwrap()];
+        assert_eq!((a.added[0], a.snapped[1]), (b.added[1], b.snapped[0]));
+    }
+}
+
+#[test]
+fn only_the_common_stretch_is_in_contact() {
+    let upper = body([0.0, 1.0], [2.0, 1.0], [7, 4]);
+    let lower = body([0.55, 0.0], [3.0, 1.0], [13, 5]);
+    let common = common_refinement([upper, lower], ["bottom", "top"]).unwrap();
+    let changes = common.changes.unwrap();
+    assert!((changes.free[0] - 0.55).abs() < 1e-14 && (changes.free[1] - 1.55).abs() < 1e-14, "{changes:?}");
+    let interface = pair(&common.bodies);
+    assert!((interface.length() - 1.45).abs() < 1e-14);
+    for (b, area_before) in [(0, 2.0), (1, 3.0)] {
+        assert!((area(&common.bodies[b]) - area_before).abs() < 1e-13);
+        let end = |k: usize| common.bodies[b].mesh().points()[interface.pairs()[k].nodes[b] as usize];
+        assert!(
+            (end(0)[0] - 0.55).abs() < 1e-15 && (end(interface.pairs().len() - 1)[0] - 2.0).abs() < 1e-15
+        );
+    }
+}
+
+#[test]
+fn what_has_no_common_refinement_is_refused() {
+    let refused = |origin: Vector, size: Vector, cells, names| {
+        let upper = body([0.0, 1.0], [2.0, 1.0], [7, 4]);
+        common_refinement([upper, body(origin, size, cells)], names).unwrap_err()
+    };
+    let names = ["bottom", "top"];
+    let beside = refused([2.5, 0.0], [2.0, 1.0], [9, 4], names);
+    assert!(matches!(beside, CommonRefinementError::NoOverlap { .. }), "{beside}");
+    let touching = refused([2.0, 0.0], [2.0, 1.0], [9, 4], names);
+    assert!(matches!(touching, CommonRefinementError::NoOverlap { .. }), "{touching}");
+    let same_way = refused([0.0, 0.0], [2.0, 1.0], [9, 4], ["bottom", "bottom"]);
+    assert!(matches!(same_way, CommonRefinementError::NoOverlap { .. }), "{same_way}");
+    let across = refused([0.0, 0.0], [2.0, 1.0], [9, 4], ["bottom", "left"]);
+    assert!(matches!(across, CommonRefinementError::NoOverlap { .. }), "{across}");
+    let misspelt = refused([0.0, 0.0], [2.0, 1.0], [9, 4], ["bottom", "tip"]);
+    assert!(matches!(misspelt, CommonRefinementError::NoSurface { body: 1, .. }), "{misspelt}");
+    // The ends are 3 % of an edge apart, and ends do not slide.
+    let ends = refused([0.0, 0.0], [2.0 + 0.03 * 0.2, 1.0], [10, 4], names);
+    assert!(matches!(ends, CommonRefinementError::Offset { .. }), "{ends}");
+}
+
+#[test]
+fn conditions_pass_on_and_held_nodes_stay() {
+    // A support on a part of the side above the contact line, and a group that begins in the middle of the line.
+    let mesh = block([0.0, 1.0], [2.0, 1.0], [8, 4]).unwrap();
+    let topology = mesh.topology();
+    let mut groups: Vec<(String, Vec<[u32; 2]>)> = (mesh.groups().iter())
+        .map(|(name, edges)| (name.clone(), edges.iter().map(|&e| topology.edges()[e as usize]).collect()))
+        .collect();
+    groups.push(("half".into(), vec![[0, 1], [1, 2], [2, 3], [3, 4]]));
+    let mesh = TriMesh::new(mesh.points().to_vec(), mesh.triangles().to_vec(), groups).unwrap();
+    let material = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
+    let part = crate::boundary::EdgeSelection::group("left").within([[0.0, 0.0], [1.0, 1.3]]);
+    let conditions = BoundaryConditions::new().displace(part, Some(0.0.into()), None).pressure("top", 2.0);
+    let upper = Body::new(mesh, material, &conditions).unwrap();
+    let supports = upper.supports().to_vec();
+    // 1 % of an edge beside the upper one's nodes, with twice as many.
+    let shift = |x: Vector| if x[0] > 1e-9 && x[0] < 2.0 - 1e-9 { [x[0] + 0.0025, x[1]] } else { x };
+    let lower = body([0.0, 0.0], [2.0, 1.0], [16, 4]);
+    let points = lower.mesh().points().iter().map(|x| shift(*x)).collect();
+    let lower = replaced(&lower, 1, points, None).unwrap();
+    let common = common_refinement([upper, lower], ["bottom", "top"]).unwrap();
+    let changes = common.changes.unwrap();
+    // Six of the seven inner nodes slide; the one where "half" ends stays, and the lower one's comes to it.
+    assert_eq!((changes.snapped, changes.added), ([6, 1], [8, 0]), "{changes:?}");
+    let middle = common.bodies[0].mesh().points()[4];
+    assert_eq!(middle, [1.0, 1.0]);
+    let [upper, _] = &common.bodies;
+    assert_eq!(upper.supports(), supports);
+    assert_eq!(upper.mesh().group("half").unwrap().len(), 8);
+    for &e in upper.mesh().group("top").unwrap() {
+        assert_eq!(upper.edge_condition(e).unwrap().traction, [[0.0, -2.0]; 2]);
+    }
+}

@@ -1,0 +1,40 @@
+//! Cases whose surfaces do not match, as a user runs them: the note, the result, matching cases untouched.
+
+// All of this is test code: a failed unwrap is a failed test.
+#![allow(clippy::unwrap_used)]
+
+use case_io::report::Report;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn nndd(command: &str, case: &str, more: &[&str], directory: &Path) -> Output {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/cases").join(case);
+    let mut arguments = vec![command, path.to_str().unwrap()];
+    arguments.extend(more);
+    Command::new(env!("CARGO_BIN_EXE_nndd")).args(arguments).current_dir(directory).output().unwrap()
+}
+
+#[test]
+fn the_note_is_said_by_check_and_solve_and_written_down() {
+    let temp = tempfile::tempdir().unwrap();
+    let note = "the contact surfaces do not match and were refined in common: \"upper\"";
+    let checked = nndd("check", "nonmatching.toml", &[], temp.path());
+    let said = String::from_utf8_lossy(&checked.stderr).into_owned();
+    assert_eq!(checked.status.code(), Some(0), "{said}");
+    assert!(said.contains(&format!("note: {note}")), "{said}");
+    let solved = nndd("solve", "nonmatching.toml", &["--out", "out"], temp.path());
+    let said = String::from_utf8_lossy(&solved.stderr).into_owned();
+    assert_eq!(solved.status.code(), Some(0), "{said}");
+    assert!(said.contains(&format!("note: {note}")), "{said}");
+    let text = std::fs::read_to_string(temp.path().join("out/report.json")).unwrap();
+    let report = Report::from_json(&text).unwrap();
+    assert!(report.certificate.valid);
+    assert_eq!(report.notes.len(), 1);
+    assert!(report.notes[0].starts_with(note) && report.notes[0].contains("is free"), "{:?}", report.notes);
+    assert!((report.contact[0].length - 1.5).abs() < 1e-12);
+    // A sweep has the same mesh, and a matching case no note.
+    let swept = nndd("sweep", "nonmatching.toml", &["--over", "solver.theta=0.4:0.5:0.1"], temp.path());
+    assert_eq!(swept.status.code(), Some(0), "{}", String::from_utf8_lossy(&swept.stderr));
+    let matching = nndd("check", "paper.toml", &[], temp.path());
+    assert!(!String::from_utf8_lossy(&matching.stderr).contains("note:"));
+}
