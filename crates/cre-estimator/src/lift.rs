@@ -34,7 +34,12 @@ pub(crate) fn lift(interface: &ContactInterface, middle: &[f64]) -> Vec<f64> {
 }
 
 /// Moves the first body's contact nodes by `−factor ε n`.
-pub(crate) fn moved(problem: &ContactProblem, displacement: &[Vector], lift: &[f64], factor: f64) -> Vec<Vector> {
+pub(crate) fn moved(
+    problem: &ContactProblem,
+    displacement: &[Vector],
+    lift: &[f64],
+    factor: f64,
+) -> Vec<Vector> {
     let mut lifted = displacement.to_vec();
     for (pair, &epsilon) in problem.interface.pairs().iter().zip(lift) {
         if epsilon > 0.0 {

@@ -3,7 +3,7 @@
 use super::{Case, MeshSource};
 use crate::diagnostic::{CaseError, Diagnostic, code, did_you_mean};
 use fem_core::body::{Body, BodyError, ConditionList, ConditionPlace};
-use fem_core::interface::{ContactInterface, Gap, InterfaceError};
+use fem_core::interface::{ContactInterface, ContactNormal, Gap, InterfaceError};
 use fem_core::material::{LinearElastic, MaterialError};
 use fem_core::mesh::{MeshError, TriMesh, generate};
 
@@ -42,6 +42,12 @@ impl Case {
             MeshSource::File { .. } => self.mesh_of_file(body),
             MeshSource::Block { origin, size, cells } => generate::block(origin, size, cells)
                 .map_err(|error| self.mesh_diagnostic(body, &error).into()),
+            MeshSource::Ring { centre, radii, angles, cells } => generate::ring(centre, radii, angles, cells)
+                .map_err(|error| self.mesh_diagnostic(body, &error).into()),
+            MeshSource::HalfDisc { pole, radius, facing, half_width, cells } => {
+                generate::half_disc(pole, radius, facing, half_width, cells)
+                    .map_err(|error| self.mesh_diagnostic(body, &error).into())
+            }
         }
     }
 
@@ -62,9 +68,13 @@ impl Case {
     /// # Errors
     /// Surfaces that cannot be paired, at the place of the key that causes it.
     pub fn build_interface(&self, first: &Body, second: &Body) -> Result<ContactInterface, CaseError> {
-        let gap = Gap::Given(self.scalar(&self.contact.gap, "contact.gap")?);
+        let gap = match self.contact.geometric {
+            true => Gap::Geometric,
+            false => Gap::Given(self.scalar(&self.contact.gap, "contact.gap")?),
+        };
+        let normal = self.contact.normal.map_or(ContactNormal::Averaged, ContactNormal::Fixed);
         let [a, b] = &self.contact.surfaces;
-        ContactInterface::pair(first, second, [a, b], &gap)
+        ContactInterface::pair_along(first, second, [a, b], &gap, normal)
             .map_err(|error| self.interface_diagnostic(&error).into())
     }
 
@@ -133,7 +143,10 @@ impl Case {
             InterfaceError::NotMatching { body, .. } | InterfaceError::EdgeWithoutPartner { body, .. } => {
                 ("contact.surfaces".to_owned(), Some(*body))
             }
-            InterfaceError::BadGap { .. } => ("contact.gap".to_owned(), None),
+            InterfaceError::BadGap { .. }
+            | InterfaceError::Overlap { .. }
+            | InterfaceError::TooFar { .. } => ("contact.gap".to_owned(), None),
+            InterfaceError::NormalAway { .. } => ("contact.normal".to_owned(), None),
             _ => ("contact.surfaces".to_owned(), None),
         };
         let mut message = error.to_string();

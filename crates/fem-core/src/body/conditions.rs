@@ -348,7 +348,9 @@ mod tests {
         let mean = 10.0f64.to_radians();
         match body.node_constraints()[1] {
             NodeConstraint::Along { direction, value } => {
-                assert!((direction[0] - mean.sin()).abs() < 1e-15 && (direction[1] + mean.cos()).abs() < 1e-15);
+                assert!(
+                    (direction[0] - mean.sin()).abs() < 1e-15 && (direction[1] + mean.cos()).abs() < 1e-15
+                );
                 assert_eq!(value, 0.5);
             }
             other => panic!("{other:?}"),

@@ -197,7 +197,9 @@ pub(super) fn along(
                 best = Some((fit, k, start));
             }
         }
-        let Some((_, k, start)) = best else { return counts(first, "stretches", [chain.len(), others.len()]) };
+        let Some((_, k, start)) = best else {
+            return counts(first, "stretches", [chain.len(), others.len()]);
+        };
         let mut other = std::mem::take(&mut free[k]);
         if closed[k] != stretch.is_closed() {
             return counts(first, "closed lines", [stretch.is_closed(), closed[k]].map(usize::from));

@@ -39,7 +39,8 @@ pub(super) fn choose(
         ContactNormal::Averaged => {
             let (mut first_pair, mut first_edge) = (0, 0);
             for stretch in chain {
-                let (last_pair, last_edge) = (first_pair + stretch.nodes.len(), first_edge + stretch.edges.len());
+                let (last_pair, last_edge) =
+                    (first_pair + stretch.nodes.len(), first_edge + stretch.edges.len());
                 averaged(bodies[0], pairs, first_pair..last_pair, &edges[first_edge..last_edge])?;
                 (first_pair, first_edge) = (last_pair, last_edge);
             }
@@ -59,7 +60,11 @@ fn given(body: &Body, edges: &[ContactEdge], direction: Vector) -> Result<Vector
         let cosine = dot(unit, body.mesh().edge_normal(edge.edges[0]));
         if !(cosine >= TURN && length.is_finite()) {
             let point = middle(body, edge.edges[0]);
-            return Err(InterfaceError::NormalAway { normal: direction, point, degrees: cosine.acos().to_degrees() });
+            return Err(InterfaceError::NormalAway {
+                normal: direction,
+                point,
+                degrees: cosine.acos().to_degrees(),
+            });
         }
     }
     Ok(unit)
@@ -85,7 +90,8 @@ fn averaged(
             let k = k as usize;
             let known = &mut before[k - stretch.start];
             if known.is_some_and(|other| dot(other, normal) < TURN) {
-                let degrees = known.map_or(0.0, |other| dot(other, normal).clamp(-1.0, 1.0).acos().to_degrees());
+                let degrees =
+                    known.map_or(0.0, |other| dot(other, normal).clamp(-1.0, 1.0).acos().to_degrees());
                 let point = body.mesh().points()[pairs[k].nodes[0] as usize];
                 return Err(InterfaceError::Curved { point, degrees });
             }

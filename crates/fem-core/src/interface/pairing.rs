@@ -1,7 +1,9 @@
 //! Pairs two matching contact surfaces.
 
 use super::matching::{self, Stretch};
-use super::{ContactEdge, ContactInterface, ContactNormal, Gap, InterfaceError, InterfaceSide, Pair, normals};
+use super::{
+    ContactEdge, ContactInterface, ContactNormal, Gap, InterfaceError, InterfaceSide, Pair, normals,
+};
 use crate::body::{Body, EdgeReaction};
 use crate::boundary::ScalarData;
 use crate::geometry::{self, Vector, cross, dot, sub};
@@ -109,18 +111,15 @@ fn given_gap(bodies: [&Body; 2], pairs: &mut [Pair], data: &ScalarData) -> Resul
 }
 
 /// Measures the gap of every pair along its normal, and reports the deepest overlap.
-fn measured_gap(
-    bodies: [&Body; 2],
-    pairs: &mut [Pair],
-    edges: &[ContactEdge],
-) -> Result<(), InterfaceError> {
+fn measured_gap(bodies: [&Body; 2], pairs: &mut [Pair], edges: &[ContactEdge]) -> Result<(), InterfaceError> {
     let mut spacing = vec![f64::INFINITY; pairs.len()];
     for edge in edges {
         for k in edge.pairs {
             spacing[k as usize] = spacing[k as usize].min(edge.length);
         }
     }
-    let size = geometry::diagonal(bodies[0].mesh().points()).min(geometry::diagonal(bodies[1].mesh().points()));
+    let size =
+        geometry::diagonal(bodies[0].mesh().points()).min(geometry::diagonal(bodies[1].mesh().points()));
     let mut deepest: Option<(Vector, f64, f64)> = None;
     for (pair, spacing) in pairs.iter_mut().zip(spacing) {
         let [point, other] = [0, 1].map(|b| bodies[b].mesh().points()[pair.nodes[b] as usize]);

@@ -6,7 +6,7 @@ mod ring;
 use super::{MeshError, TriMesh};
 use crate::geometry::Vector;
 
-pub use half_disc::{Facing, half_disc};
+pub use half_disc::{Facing, half_disc, half_disc_nodes};
 pub use ring::ring;
 
 /// Most cells that a generator makes.

@@ -264,9 +264,7 @@ fn what_comes_later_is_refused_with_its_place() {
         assert!(error.to_string().starts_with(expected), "\nfound    {error}\nexpected {expected}");
         assert!(error.to_string().contains("not in this version yet"), "{error}");
     };
-    unsupported(&minimal("gap = 'geometric'"), "c.toml:15:7: `gap = \"geometric\"`");
     unsupported(&minimal("gap = '0.1 * x^2'"), "c.toml:15:7: `contact.gap` is the expression \"0.1 * x^2\"");
-    unsupported(&minimal("normal = [0.0, -1.0]"), "c.toml:15:10: `contact.normal`");
     unsupported(&minimal("[solver]\nlambda = 'x'"), "c.toml:16:10: `solver.lambda` is the expression \"x\"");
 }
 

@@ -49,8 +49,7 @@ pub fn half_disc(
         return fault("the contact may be at most 0.7 radii wide to each side");
     }
     let n = cells;
-    // Steps along a ray that are about as long as the rays are apart.
-    let layers = ((radius / half_width).ln() / (PI / (4.0 * n as f64)).ln_1p()).ceil().max(2.0);
+    let layers = layers(radius, half_width, n);
     if n == 0 || n > MAX_CELLS || layers * 4.0 * n as f64 + (2 * n * n) as f64 > MAX_CELLS as f64 {
         return fault("at least one cell is needed, and at most 2^28 in all");
     }
@@ -62,6 +61,17 @@ pub fn half_disc(
         triangles.iter_mut().for_each(|t| t.swap(1, 2));
     }
     TriMesh::new(points, triangles, grid.groups())
+}
+
+/// Counts the nodes of a [`half_disc`] without making it.
+pub fn half_disc_nodes(radius: f64, half_width: f64, cells: usize) -> u64 {
+    let n = cells as f64;
+    ((2.0 * n + 1.0) * (n + 1.0) + (4.0 * n + 1.0) * layers(radius, half_width, cells)) as u64
+}
+
+/// The number of steps along a ray that are about as long as the rays are apart.
+fn layers(radius: f64, half_width: f64, cells: usize) -> f64 {
+    ((radius / half_width).ln() / (PI / (4.0 * cells as f64)).ln_1p()).ceil().max(2.0)
 }
 
 /// The half disc that looks down with its pole at the origin.
@@ -177,6 +187,7 @@ mod tests {
         for (facing, sign) in [(Facing::Down, 1.0), (Facing::Up, -1.0)] {
             for (width, cells) in [(0.1, 4), (0.3, 8), (0.02, 3), (0.7, 6)] {
                 let m = half_disc([1.0, 2.0], 3.0, facing, 3.0 * width, cells).unwrap();
+                assert_eq!(m.points().len() as u64, half_disc_nodes(3.0, 3.0 * width, cells));
                 let centre = [1.0, 2.0 + sign * 3.0];
                 for name in ["contact", "arc"] {
                     for &e in m.group(name).unwrap() {
