@@ -6,6 +6,7 @@ mod adaptive;
 mod bound;
 mod bounds;
 mod certificate;
+mod curved;
 mod data;
 mod effectivity;
 mod elasticity;

@@ -36,6 +36,7 @@ use crate::case_file;
 use crate::diagnostic::{CaseError, Diagnostic, Place};
 use crate::expression::Expression;
 use fem_core::material::Hypothesis;
+use fem_core::mesh::generate::{self, Facing};
 use std::collections::BTreeMap;
 
 /// The version of the case file that this crate reads.
@@ -136,6 +137,30 @@ pub enum MeshSource {
         /// Rectangles in each direction; each is cut in two triangles.
         cells: [usize; 2],
     },
+    /// `generator = { kind = "ring", … }`: a ring or a sector of one, see [`fem_core::mesh::generate::ring()`].
+    Ring {
+        /// Centre, m.
+        centre: [f64; 2],
+        /// Inner and outer radius, m.
+        radii: [f64; 2],
+        /// Start and end, degrees.
+        angles: [f64; 2],
+        /// Cells around and across.
+        cells: [usize; 2],
+    },
+    /// `generator = { kind = "half_disc", … }`: fine near its pole, see [`fem_core::mesh::generate::half_disc()`].
+    HalfDisc {
+        /// The middle of the arc, m.
+        pole: [f64; 2],
+        /// Radius, m.
+        radius: f64,
+        /// Where the pole looks.
+        facing: Facing,
+        /// Half the width of the side `contact`, m.
+        half_width: f64,
+        /// Cells from the pole to the end of `contact`.
+        cells: usize,
+    },
     /// `mesh = { file = …, region = … }`: a region of a mesh file, see [`Case::read_mesh_files`].
     File {
         /// The file, relative to the case file.
@@ -213,6 +238,10 @@ pub struct Contact {
     pub surfaces: [String; 2],
     /// Initial gap, m, ≥ 0; it overrides the geometry.
     pub gap: Value,
+    /// `gap = "geometric"`: the gap is measured between the meshes along the contact normal.
+    pub geometric: bool,
+    /// A fixed direction of contact, out of the first body; averaged at the nodes where it is left out.
+    pub normal: Option<[f64; 2]>,
 }
 
 /// `theta`: the relaxation parameter.
@@ -386,6 +415,13 @@ impl Case {
             MeshSource::File { .. } => self.meshes.region(k).map_or(0, |r| r.node_numbers().len() as u64),
             MeshSource::Block { cells, .. } => {
                 cells.iter().fold(1u64, |product, &n| product.saturating_mul(n as u64 + 1))
+            }
+            MeshSource::Ring { angles, cells: [around, across], .. } => {
+                let closed = u64::from(angles[1] - angles[0] == 360.0);
+                (around as u64 + 1 - closed).saturating_mul(across as u64 + 1)
+            }
+            MeshSource::HalfDisc { radius, half_width, cells, .. } => {
+                generate::half_disc_nodes(radius, half_width, cells)
             }
         })
     }

@@ -182,6 +182,9 @@ pub struct Checks {
     pub penetration: Option<f64>,
     /// Tension in the contact pressure.
     pub pressure_sign: Option<f64>,
+    /// Rollers on curved sides, which the displacements violate between the nodes.
+    #[serde(default)]
+    pub supports: Option<f64>,
 }
 
 /// The numbers engineers ask for.
@@ -362,7 +365,7 @@ pub(crate) mod tests {
         assert_eq!(keys(&step), "step nodes pairs e_cre relative iterations energy_norm_squared");
         assert_eq!(
             keys(&value["certificate"]["checks"]),
-            "equilibrium traction_jump boundary_traction penetration pressure_sign"
+            "equilibrium traction_jump boundary_traction penetration pressure_sign supports"
         );
         assert_eq!(
             keys(&value["results"]),

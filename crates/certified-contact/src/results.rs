@@ -60,7 +60,7 @@ pub(crate) fn results(
     let mut reactions = Vec::new();
     let balance = order.map(|b| {
         let contact = if b == 0 { &iterate.reaction } else { &iterate.contact.normal_reaction };
-        support_reactions(problem, b, &pair.displacement[b], contact, order[b], &mut reactions)
+        support_reactions(problem, b, &pair.unlifted(problem, b), contact, order[b], &mut reactions)
     });
     let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
     let von_mises = |b: usize| {

@@ -4,6 +4,7 @@
 use crate::eet::{self, EdgeMoments};
 use crate::error::EstimatorError;
 use crate::johnson_mercier::{self, CellLoads, CellStress};
+use crate::lift;
 use crate::pressure;
 use crate::star_relaxation::{Relaxation, RelaxationReport, StarRelaxation, relax_with_stars};
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
@@ -79,18 +80,42 @@ pub struct AdmissiblePair {
     pub stress: [Vec<SymTensor2>; 2],
     /// Opening at each pair, ≥ 0, m.
     pub opening: Vec<f64>,
-    /// Common pressure at each pair, ≥ 0, Pa.
+    /// Middle Bernstein coefficient of the opening along each contact edge, ≥ 0, m.
+    pub middle_opening: Vec<f64>,
+    /// How far the first body's contact nodes were moved back along the normals from the state's displacement, ≥ 0, m;
+    /// zero on a straight contact line.
+    pub lift: Vec<f64>,
+    /// Pressure at each pair, `r²_i/ℓ_i ≥ 0`, Pa.
     pub pressure: Vec<f64>,
+    /// Common pressure at the two ends of each contact edge, ≥ 0, Pa, see [`crate::pressure::edge_pressure`].
+    pub edge_pressure: Vec<[f64; 2]>,
     /// Equilibrated stresses.
     pub equilibrated: [EquilibratedStress; 2],
     /// How they were relaxed.
     pub relaxation: [RelaxationReport; 2],
 }
 
+impl AdmissiblePair {
+    /// Returns the largest lift, m.
+    pub fn largest_lift(&self) -> f64 {
+        self.lift.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// Returns the displacement that body `b` had before it was lifted, m: to round-off, the state's.
+    pub fn unlifted(&self, problem: &ContactProblem, b: usize) -> Vec<Vector> {
+        match b {
+            0 => lift::moved(problem, &self.displacement[0], &self.lift, -1.0),
+            _ => self.displacement[b].clone(),
+        }
+    }
+}
+
 /// Builds the admissible pair of a contact state.
 ///
-/// The pressure is `p_i = r²_i/ℓ_i`. One Neumann problem per body with the consistent load `M p` gives an FE
-/// stress in FE equilibrium with exactly this pressure; EET and Johnson-Mercier make it equilibrated, and the
+/// The pressure is `p_i = r²_i/ℓ_i`, linear along straight contact edges, its mean on edges along which the normal changes.
+/// There the state's displacement is lifted, too, until the bodies penetrate nowhere (theory: the contact line is a
+/// polygon with a frozen normal field, linear along the edges). One Neumann problem per body with the consistent load
+/// `∫ p n φ_i` gives an FE stress in FE equilibrium with exactly this pressure; EET and Johnson-Mercier make it equilibrated, and the
 /// relaxation makes it the sharper.
 ///
 /// # Errors
@@ -114,43 +139,81 @@ pub(crate) fn pair_and_stars<'a>(
     check_state(problem, bodies, state)?;
     let interface = &problem.interface;
     let pressure = pressure::nodal_pressure(interface, state.contact_force);
-    let force = interface.mass(&pressure);
+    let edge_pressure = pressure::edge_pressure(interface, &pressure);
+    let opened = lift::middle_openings(interface, state.displacement);
+    let lift = lift::lift(interface, &opened);
+    let lifted = lift.iter().any(|l| *l > 0.0);
+    let first = if lifted {
+        lift::moved(problem, state.displacement[0], &lift, 1.0)
+    } else {
+        state.displacement[0].to_vec()
+    };
+    let displacement = [first, state.displacement[1].to_vec()];
+    let middle_opening =
+        if lifted { lift::middle_openings(interface, [&displacement[0], &displacement[1]]) } else { opened };
     let recover = |b: usize| {
         let body = &problem.bodies[b];
-        // Along the common normal, out of the first body: −p on Ω₁, +p on Ω₂.
-        let sign = if b == 0 { -1.0 } else { 1.0 };
-        let load: Vec<f64> = force.iter().map(|f| sign * f).collect();
-        let neumann = bodies[b].displacement_from_force(&load);
-        let conditions = with_pressure(body, interface, b, &pressure);
+        let neumann = neumann(&bodies[b], interface, b, &pressure, &edge_pressure);
+        let conditions = with_pressure(body, interface, b, &edge_pressure);
         let equilibrated = EquilibratedStress::recover(body, field::stresses(body, &neumann), conditions);
-        (equilibrated, field::stresses(body, state.displacement[b]))
+        (equilibrated, field::stresses(body, &displacement[b]))
     };
     let ((mut e1, s1), (mut e2, s2)) = rayon::join(|| recover(0), || recover(1));
     // One body after the other, each in parallel: the stars of one at a time are in memory.
     let (_, r2) = relax_with_stars(&problem.bodies[1], &mut e2, relaxation);
     let (stars, r1) = relax_with_stars(&problem.bodies[0], &mut e1, relaxation);
     let pair = AdmissiblePair {
-        displacement: state.displacement.map(<[Vector]>::to_vec),
+        displacement,
         stress: [s1, s2],
-        opening: state.opening.to_vec(),
+        opening: state.opening.iter().zip(&lift).map(|(o, l)| o + l).collect(),
+        middle_opening,
+        lift,
         pressure,
+        edge_pressure,
         equilibrated: [e1, e2],
         relaxation: [r1, r2],
     };
     Ok((pair, stars))
 }
 
-/// Puts the contact pressure on a body's contact edges: traction `−p n` on Ω₁, `+p n` on Ω₂.
+/// Solves a body's Neumann problem with the consistent load of the pressure: `−p n` on Ω₁, `+p n` on Ω₂.
+fn neumann(
+    body: &CondensedBody,
+    interface: &ContactInterface,
+    b: usize,
+    pressure: &[f64],
+    edge_pressure: &[[f64; 2]],
+) -> Vec<Vector> {
+    let sign = if b == 0 { -1.0 } else { 1.0 };
+    if interface.has_bent_edges() {
+        // The loads have a small part along the surface as well.
+        let forces = interface.pressure_forces(edge_pressure);
+        let nodes = interface.pairs().iter().map(|pair| pair.nodes[b]);
+        let forces: Vec<_> = nodes.zip(forces).map(|(node, force)| (node, scale(sign, force))).collect();
+        return body.displacement_from_nodal_forces(&forces);
+    }
+    let load: Vec<f64> = interface.mass(pressure).iter().map(|f| sign * f).collect();
+    body.displacement_from_force(&load)
+}
+
+/// Puts the contact pressure on a body's contact edges: traction `−p n` on Ω₁, `+p n` on Ω₂ per length of the contact
+/// line, scaled to the length of the body's own edge.
 fn with_pressure(
     body: &Body,
     interface: &ContactInterface,
     b: usize,
-    pressure: &[f64],
+    edge_pressure: &[[f64; 2]],
 ) -> Vec<EdgeCondition> {
     let mut conditions = body.edge_conditions().to_vec();
     let sign = if b == 0 { -1.0 } else { 1.0 };
-    for_contact_edges(body, interface, b, |place, ends| {
-        let traction = ends.map(|k| scale(sign * pressure[k], interface.pairs()[k].normal));
+    for_contact_edges(body, interface, b, |place, contact, reversed| {
+        let edge = &interface.edges()[contact];
+        let stretch = edge.length / body.mesh().edge_length(edge.edges[b]);
+        let end = |k: usize| {
+            let normal = interface.pairs()[edge.pairs[k] as usize].normal;
+            scale(sign * edge_pressure[contact][k] * stretch, normal)
+        };
+        let traction = if reversed { [end(1), end(0)] } else { [end(0), end(1)] };
         conditions[place] = EdgeCondition { reaction: EdgeReaction::None, traction };
     });
     conditions
@@ -160,30 +223,27 @@ fn with_pressure(
 /// reaction, the tangential one is zero.
 pub(crate) fn with_imposed_normal(body: &Body, interface: &ContactInterface, b: usize) -> Vec<EdgeCondition> {
     let mut conditions = body.edge_conditions().to_vec();
-    for_contact_edges(body, interface, b, |place, ends| {
-        let normal = interface.pairs()[ends[0]].normal;
+    for_contact_edges(body, interface, b, |place, contact, _| {
+        let normal = interface.pairs()[interface.edges()[contact].pairs[0] as usize].normal;
         conditions[place] = EdgeCondition { reaction: EdgeReaction::Along(normal), traction: [[0.0; 2]; 2] };
     });
     conditions
 }
 
-/// Calls `act` with the place of each contact edge among the boundary edges, and the pairs at its two nodes
-/// in the edge's own order.
+/// Calls `act` with the place of each contact edge among the boundary edges, its number among the contact edges, and
+/// whether the mesh's edge runs against it.
 fn for_contact_edges(
     body: &Body,
     interface: &ContactInterface,
     b: usize,
-    mut act: impl FnMut(usize, [usize; 2]),
+    mut act: impl FnMut(usize, usize, bool),
 ) {
     let topology = body.mesh().topology();
-    for contact in interface.edges() {
+    for (number, contact) in interface.edges().iter().enumerate() {
         let edge = contact.edges[b];
         let Ok(place) = topology.boundary_edges().binary_search(&edge) else { continue };
-        let mut ends = contact.pairs.map(|k| k as usize);
-        if interface.pairs()[ends[0]].nodes[b] != topology.edges()[edge as usize][0] {
-            ends.reverse();
-        }
-        act(place, ends);
+        let first = interface.pairs()[contact.pairs[0] as usize].nodes[b];
+        act(place, number, first != topology.edges()[edge as usize][0]);
     }
 }
 

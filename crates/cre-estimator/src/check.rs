@@ -2,6 +2,7 @@
 
 use crate::admissible::{AdmissiblePair, EquilibratedStress};
 use crate::johnson_mercier::{CellStress, part_divergence};
+use crate::lift;
 use fem_core::body::{Body, EdgeReaction};
 use fem_core::geometry::{Vector, add, dot, perpendicular, scale, sub};
 use fem_core::interface::ContactProblem;
@@ -12,6 +13,8 @@ use rayon::prelude::*;
 pub const FORCE_TOLERANCE: f64 = 1e-10;
 /// Penetration and negative pressure up to this, relative, are round-off.
 pub const SIGN_TOLERANCE: f64 = 1e-12;
+/// Directions of a roller that differ by less are the same one.
+const SAME_DIRECTION: f64 = 1e-9;
 
 /// Residuals of the conditions of admissibility.
 ///
@@ -31,6 +34,9 @@ pub struct Admissibility {
     pub penetration: f64,
     /// Largest negative pressure.
     pub pressure_sign: f64,
+    /// Sine of the largest angle between an edge on a roller and the direction in which its nodes are held: on curved
+    /// sides the displacements violate the roller between the nodes, and the bound is none.
+    pub supports: f64,
 }
 
 impl Admissibility {
@@ -39,6 +45,7 @@ impl Admissibility {
         let forces = [self.equilibrium, self.traction_jump, self.boundary_traction];
         forces.iter().all(|x| *x <= FORCE_TOLERANCE)
             && [self.penetration, self.pressure_sign].iter().all(|x| *x <= SIGN_TOLERANCE)
+            && self.supports <= SAME_DIRECTION
     }
 }
 
@@ -108,8 +115,19 @@ pub fn check(problem: &ContactProblem, pair: &AdmissiblePair) -> Admissibility {
         penetration = larger(penetration, larger(-opening, -pair.opening[k]));
         penetration = larger(penetration, (opening - pair.opening[k]).abs());
     }
-    let largest = pair.pressure.iter().fold(0.0, |m, p| larger(m, p.abs()));
-    let negative = pair.pressure.iter().fold(0.0, |m, p| larger(m, -p));
+    // Between the pairs, where the normal changes.
+    let displacement = [pair.displacement[0].as_slice(), pair.displacement[1].as_slice()];
+    let middle = lift::middle_openings(&problem.interface, displacement);
+    for ((edge, opening), stated) in problem.interface.edges().iter().zip(middle).zip(&pair.middle_opening) {
+        if problem.interface.is_bent(edge) {
+            penetration = larger(penetration, larger(-opening, -stated));
+            penetration = larger(penetration, (opening - stated).abs());
+        }
+    }
+    let edge_pressure = pair.edge_pressure.as_flattened();
+    let largest = edge_pressure.iter().fold(0.0, |m, p| larger(m, p.abs()));
+    let negative = edge_pressure.iter().fold(0.0, |m, p| larger(m, -p));
+    found.supports = larger(problem.bodies[0].roller_turn(), problem.bodies[1].roller_turn());
     found.penetration = relative(penetration, trace);
     found.pressure_sign = relative(negative, largest);
     found

@@ -43,7 +43,8 @@ impl Cre {
 /// The split has no cross term, since `τ − σ̂` is orthogonal to every FE strain that vanishes on Γ_D. Both
 /// sides of it are computed by themselves: [`Cre::split_defect`] compares them.
 pub fn constitutive_relation_error(problem: &ContactProblem, pair: &AdmissiblePair) -> Cre {
-    let by_contact_edge = pressure::contact_terms(&problem.interface, &pair.pressure, &pair.opening);
+    let by_contact_edge =
+        pressure::contact_terms(&problem.interface, &pair.edge_pressure, &pair.opening, &pair.middle_opening);
     let contact: f64 = by_contact_edge.iter().sum();
     let per_body = |b: usize| {
         let body = &problem.bodies[b];

@@ -81,6 +81,12 @@ fn round_off_allowance(problem: &ContactProblem, pair: &AdmissiblePair, energies
     let pairs = problem.interface.pairs().iter().enumerate();
     let penetration: f64 =
         pairs.map(|(k, p)| (-pair.opening[k]).max(0.0) * pair.pressure[k].abs() * p.tributary_length).sum();
+    let edges = problem.interface.edges().iter().zip(&pair.middle_opening).zip(&pair.edge_pressure);
+    let between: f64 = edges
+        .filter(|((edge, _), _)| problem.interface.is_bent(edge))
+        .map(|((edge, o), p)| (-o).max(0.0) * p[0].abs() * edge.length)
+        .sum();
+    let penetration = penetration + between;
     let noise = [0, 1].map(|b| energy_noise(&problem.bodies[b], &pair.displacement[b]));
     64.0 * f64::EPSILON * (energies[0] + energies[1]).sqrt()
         + noise[0]

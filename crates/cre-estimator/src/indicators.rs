@@ -13,6 +13,10 @@ use fem_core::norm::sum_over_triangles;
 /// * Ω₂ stands against a rigid obstacle at `λ_p − g`: its equilibrated stress and its contact term are those
 ///   of the global bound, since the pressure is the same, `p_i = r²_i/ℓ_i`.
 ///
+///
+/// Where the normal changes along contact edges, the reactions of an imposed trace are not those of a traction that is
+/// linear along the edges: there the pressure of Ω₁ is frozen instead of λ, and its part is `‖τ¹ − σ̂¹‖²`.
+///
 /// `relaxation` applies to Ω₁ and should be that of the pair.
 pub fn eta_dis_squared(
     problem: &ContactProblem,
@@ -31,6 +35,12 @@ pub(crate) fn eta_dis_squared_with<'a>(
     relaxation: Relaxation,
     stars: Option<StarRelaxation<'a>>,
 ) -> f64 {
+    let second = sum_over_triangles(cre.by_cell[1].len(), |t| cre.by_cell[1][t]);
+    let contact = cre.by_contact_edge.iter().sum::<f64>();
+    if problem.interface.has_bent_edges() {
+        let cells = &cre.discretisation_by_cell[0];
+        return sum_over_triangles(cells.len(), |t| cells[t]) + second + contact;
+    }
     let body = &problem.bodies[0];
     let conditions = with_imposed_normal(body, &problem.interface, 0);
     let mut recovered = EquilibratedStress::recover(body, pair.stress[0].clone(), conditions);
@@ -42,6 +52,5 @@ pub(crate) fn eta_dis_squared_with<'a>(
         None => relax(body, &mut recovered, relaxation),
     };
     let first = report.energy_history.last().copied().unwrap_or(f64::NAN);
-    let second = sum_over_triangles(cre.by_cell[1].len(), |t| cre.by_cell[1][t]);
-    first + second + cre.by_contact_edge.iter().sum::<f64>()
+    first + second + contact
 }

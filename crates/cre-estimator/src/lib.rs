@@ -59,6 +59,7 @@ mod error;
 mod estimate;
 pub mod indicators;
 pub mod johnson_mercier;
+mod lift;
 pub mod marking;
 pub mod pressure;
 mod star;

@@ -5,7 +5,7 @@ mod interpolation;
 mod motion;
 
 use crate::boundary::BoundaryConditions;
-use crate::geometry::Vector;
+use crate::geometry::{Vector, cross};
 use crate::material::{LinearElastic, Materials};
 use crate::mesh::TriMesh;
 use crate::mesh::refine::Refinement;
@@ -276,6 +276,23 @@ impl Body {
     pub fn edge_condition(&self, edge: u32) -> Option<&EdgeCondition> {
         let place = self.mesh.topology().boundary_edges().binary_search(&edge).ok()?;
         self.edge_conditions.get(place)
+    }
+
+    /// Computes the largest sine of the angle between the normal of an edge on a roller and the direction in which its
+    /// nodes are held: zero on straight sides. Where it is not zero, the displacement along the edge violates the roller
+    /// between the nodes, so that no bound of the error is strict.
+    pub fn roller_turn(&self) -> f64 {
+        let topology = self.mesh.topology();
+        let mut largest: f64 = 0.0;
+        for (&edge, condition) in topology.boundary_edges().iter().zip(&self.edge_conditions) {
+            let EdgeReaction::Along(normal) = condition.reaction else { continue };
+            for node in topology.edges()[edge as usize] {
+                if let NodeConstraint::Along { direction, .. } = self.node_constraints[node as usize] {
+                    largest = largest.max(cross(direction, normal).abs());
+                }
+            }
+        }
+        largest
     }
 
     /// Finds a rigid motion that the supports allow, if there is one: then no statically loaded solution

@@ -5,8 +5,8 @@
 
 use crate::assembly::System;
 use crate::cholesky::{Cholesky, CholeskyError};
-use crate::dof::DofMap;
-use crate::geometry::Vector;
+use crate::dof::{DofMap, IMPOSED};
+use crate::geometry::{Vector, dot};
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
 use faer::prelude::ReborrowMut;
@@ -213,6 +213,28 @@ impl CondensedBody {
         self.dofs.displacement(&x)
     }
 
+    /// Computes the displacement (Cartesian, m) under the body's loads and further nodal forces: the Neumann problem with
+    /// forces in any direction.
+    ///
+    /// * `forces`: node and Cartesian force, N/m; they do not turn round with the normals.
+    pub fn displacement_from_nodal_forces(&self, forces: &[(u32, Vector)]) -> Vec<Vector> {
+        let mut x = vec![0.0; self.forward_load.len()];
+        for &(node, force) in forces {
+            for c in 0..2 {
+                let number = self.dofs.number(node as usize, c);
+                if number != IMPOSED {
+                    x[number as usize] += dot(force, self.dofs.axis(node as usize, c));
+                }
+            }
+        }
+        self.factor.forward(&mut x);
+        for (x, f) in x.iter_mut().zip(&self.forward_load) {
+            *x += f;
+        }
+        self.factor.backward(&mut x, 0);
+        self.dofs.displacement(&x)
+    }
+
     /// Returns the factor, for solves with other right-hand sides.
     pub fn factor(&self) -> &Cholesky {
         &self.factor
@@ -264,6 +286,14 @@ mod tests {
         // The reaction, applied as a force, gives the same displacement.
         for (a, b) in body.displacement_from_force(&r).iter().zip(&u) {
             assert!((a[0] - b[0]).abs() < 1e-14 && (a[1] - b[1]).abs() < 1e-14);
+        }
+        // So it does as forces on the nodes.
+        let nodes = (start..x.len()).map(|j| {
+            let (node, c) = system.dofs.unknown(j);
+            (node as u32, crate::geometry::scale(r[j - start], system.dofs.axis(node, c)))
+        });
+        for (a, b) in body.displacement_from_nodal_forces(&nodes.collect::<Vec<_>>()).iter().zip(&u) {
+            assert!((a[0] - b[0]).abs() < 1e-13 && (a[1] - b[1]).abs() < 1e-13);
         }
         let mut w = vec![0.0; n_c];
         let mut back = vec![0.0; n_c];

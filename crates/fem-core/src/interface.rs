@@ -2,15 +2,20 @@
 
 pub mod common_refinement;
 mod interpolation;
+mod matching;
+mod normals;
 mod pairing;
 mod refinement;
 
 use crate::body::Body;
 use crate::boundary::ScalarData;
-use crate::geometry::Vector;
+use crate::geometry::{Vector, add, dot, norm, scale, sub};
 use thiserror::Error;
 
 pub use refinement::{RefineError, RefinedProblem};
+
+/// Normals that differ by less are the same one: the length of their difference, round-off.
+const SAME_NORMAL: f64 = 1e-12;
 
 /// Two facing nodes, one of each body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,8 +55,21 @@ pub struct InterfaceSide {
 /// What the initial gap is.
 #[derive(Clone, Debug)]
 pub enum Gap {
-    /// Given, ≥ 0: it overrides what the meshes say.
+    /// Given, ≥ 0: it overrides what the meshes say, whose nodes must coincide to 5 % of the edges.
     Given(ScalarData),
+    /// Measured between the paired nodes along the contact normal, ≥ 0: the surfaces are paired along their length,
+    /// node by node, wherever they stand.
+    Geometric,
+}
+
+/// How the contact normal is chosen. Whichever it is, it is a datum, frozen on the undeformed meshes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum ContactNormal {
+    /// At each node the mean of the first body's edge normals, weighted by length; linear between the nodes.
+    #[default]
+    Averaged,
+    /// One direction for the whole line, out of the first body; of any length but zero.
+    Fixed(Vector),
 }
 
 /// Why two surfaces cannot be paired.
@@ -118,19 +136,92 @@ pub enum InterfaceError {
         /// Middle of the edge.
         point: Vector,
     },
-    /// The contact line bends.
-    #[error("the contact line bends by {degrees:.3} degrees at ({}, {}); this version needs a straight one", point[0], point[1])]
+    /// The contact line turns so sharply that it has no normal.
+    #[error(
+        "the contact line turns by {degrees:.1} degrees near ({}, {}); at most 60 degrees between neighbouring edges give a \
+         normal: refine the surface there, end it at the corner, or give the normal (`contact.normal`)",
+        point[0], point[1]
+    )]
     Curved {
-        /// The node.
+        /// Where.
         point: Vector,
-        /// Angle between neighbouring edge normals.
+        /// Angle between neighbouring normals.
         degrees: f64,
+    },
+    /// The given normal is no direction, or does not point out of the first body.
+    #[error(
+        "the given contact normal ({}, {}) is {degrees:.1} degrees from the first body's outward normal at ({}, {}); \
+         at most 60 are allowed",
+        normal[0], normal[1], point[0], point[1]
+    )]
+    NormalAway {
+        /// As given.
+        normal: Vector,
+        /// Middle of the edge.
+        point: Vector,
+        /// Angle between the two; not a number where the given one is no direction.
+        degrees: f64,
+    },
+    /// The surfaces are cut into different numbers of edges or stretches.
+    #[error(
+        "the surfaces do not match: near ({}, {}) the first body's has {} {what}, the second's {}; to measure a gap along \
+         the normal they need the same number, node facing node",
+        point[0], point[1], counts[0], counts[1]
+    )]
+    Counts {
+        /// Where the stretch of the first body begins.
+        point: Vector,
+        /// "stretches", "edges" and so on.
+        what: &'static str,
+        /// What was found on each body.
+        counts: [usize; 2],
+    },
+    /// Paired nodes do not face each other along the normal.
+    #[error(
+        "the surfaces do not match: the node at ({}, {}) and its partner stand {offset:.3e} apart along the surface, with \
+         edges of length {spacing:.3e}; at most a quarter of the edge is allowed",
+        point[0], point[1]
+    )]
+    Offset {
+        /// Node of the first body.
+        point: Vector,
+        /// Distance across the normal.
+        offset: f64,
+        /// Local edge length.
+        spacing: f64,
+    },
+    /// The bodies overlap before anything is loaded.
+    #[error(
+        "the bodies overlap: deepest by {depth:.3e} at ({}, {}), where the edges are {spacing:.3e} long; the gap along the \
+         contact normal must be >= 0",
+        point[0], point[1]
+    )]
+    Overlap {
+        /// Node of the first body.
+        point: Vector,
+        /// Depth, m.
+        depth: f64,
+        /// Local edge length.
+        spacing: f64,
+    },
+    /// The surfaces are farther apart than the bodies are large.
+    #[error(
+        "the surfaces are too far apart: {distance:.3e} at ({}, {}), and the smaller body is {size:.3e} large",
+        point[0], point[1]
+    )]
+    TooFar {
+        /// Node of the first body.
+        point: Vector,
+        /// Gap, m.
+        distance: f64,
+        /// Diagonal of the smaller body.
+        size: f64,
     },
     /// The normal displacement of a contact node is imposed by a support.
     #[error(
-        "the contact node of body {body} at ({}, {}) is held by a support in a direction that is not tangential to the \
-         contact line; this version needs the normal direction of every contact node free: end the contact surface or \
-         the support one edge earlier",
+        "the contact node of body {body} at ({}, {}) is held by a support along the contact normal, within 45 degrees, or \
+         in two directions; this version needs the normal direction of every contact node free: end the contact surface \
+         or the support one edge earlier",
         point[0], point[1]
     )]
     SupportedNode {
@@ -169,7 +260,24 @@ impl ContactInterface {
     /// # Errors
     /// Surfaces that do not match, do not face each other, bend, or are held or loaded, see [`InterfaceError`].
     pub fn pair(first: &Body, second: &Body, surfaces: [&str; 2], gap: &Gap) -> Result<Self, InterfaceError> {
-        pairing::pair([first, second], surfaces, gap)
+        Self::pair_along(first, second, surfaces, gap, ContactNormal::Averaged)
+    }
+
+    /// [`Self::pair`] with a choice of the contact normal.
+    ///
+    /// At a contact node that a support holds in one direction, the normal is the direction left free: on the axis of
+    /// symmetry of a curved line, that is the line's own normal.
+    ///
+    /// # Errors
+    /// See [`Self::pair`]; a given normal that does not point out of the first body.
+    pub fn pair_along(
+        first: &Body,
+        second: &Body,
+        surfaces: [&str; 2],
+        gap: &Gap,
+        normal: ContactNormal,
+    ) -> Result<Self, InterfaceError> {
+        pairing::pair([first, second], surfaces, gap, normal)
     }
 
     /// Returns the pairs by increasing arc length.
@@ -199,6 +307,41 @@ impl ContactInterface {
             let [i, j] = edge.pairs.map(|k| k as usize);
             forces[i] += edge.length / 6.0 * (2.0 * p[i] + p[j]);
             forces[j] += edge.length / 6.0 * (p[i] + 2.0 * p[j]);
+        }
+        forces
+    }
+
+    /// Tells whether the normal changes along an edge: only to round-off where it does not.
+    pub fn is_bent(&self, edge: &ContactEdge) -> bool {
+        let [a, b] = edge.pairs.map(|k| self.pairs[k as usize].normal);
+        norm(sub(a, b)) > SAME_NORMAL
+    }
+
+    /// Tells whether the normal changes along any edge.
+    pub fn has_bent_edges(&self) -> bool {
+        self.edges.iter().any(|e| self.is_bent(e))
+    }
+
+    /// Computes the middle Bernstein coefficient of the opening along an edge, m:
+    /// `½(g_i+g_j) − ½([u]_i·n_j + [u]_j·n_i)`. The opening `g − [u]·n` is quadratic where `n` changes; its other two
+    /// coefficients are the nodal openings, and where all three are ≥ 0 it is.
+    ///
+    /// * `jump`: `[u] = u¹ − u²` of a pair, m.
+    pub fn middle_opening(&self, edge: &ContactEdge, jump: impl Fn(usize) -> Vector) -> f64 {
+        let [i, j] = edge.pairs.map(|k| k as usize);
+        let (a, b) = (&self.pairs[i], &self.pairs[j]);
+        0.5 * (a.gap + b.gap) - 0.5 * (dot(jump(i), b.normal) + dot(jump(j), a.normal))
+    }
+
+    /// Computes the nodal forces `∫ p n φ_i ds` of a pressure given at the two ends of every edge, Cartesian, N/m: exact
+    /// where `p n` is linear along the edge, that is where `p` is constant or `n` is.
+    pub fn pressure_forces(&self, edge_pressure: &[[f64; 2]]) -> Vec<Vector> {
+        let mut forces = vec![[0.0; 2]; self.pairs.len()];
+        for (edge, p) in self.edges.iter().zip(edge_pressure) {
+            let [i, j] = edge.pairs.map(|k| k as usize);
+            let [a, b] = [scale(p[0], self.pairs[i].normal), scale(p[1], self.pairs[j].normal)];
+            forces[i] = add(forces[i], scale(edge.length / 6.0, add(scale(2.0, a), b)));
+            forces[j] = add(forces[j], scale(edge.length / 6.0, add(a, scale(2.0, b))));
         }
         forces
     }

@@ -125,6 +125,14 @@ pub enum MeshError {
         /// What is wrong.
         reason: &'static str,
     },
+    /// Another generator was given something it cannot mesh.
+    #[error("the {kind} cannot be meshed: {reason}")]
+    Generator {
+        /// "ring" and so on.
+        kind: &'static str,
+        /// What is wrong.
+        reason: &'static str,
+    },
 }
 
 /// A conforming triangle mesh of the plane with named sets of edges.

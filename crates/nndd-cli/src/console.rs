@@ -258,6 +258,7 @@ pub(crate) fn verdict(report: &Report) -> String {
                 ("boundary_traction", checks.boundary_traction),
                 ("penetration", checks.penetration),
                 ("pressure_sign", checks.pressure_sign),
+                ("supports", checks.supports),
             ];
             text += "NOT certified, the bound is not valid:";
             for (name, value) in worst {

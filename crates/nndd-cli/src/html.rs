@@ -54,6 +54,7 @@ fn verdict(page: &mut String, report: &Report) {
         ("boundary traction", c.boundary_traction),
         ("penetration", c.penetration),
         ("pressure sign", c.pressure_sign),
+        ("supports", c.supports),
     ];
     page.push_str("<h2>Checks of the certificate</h2>\n<table><tr><th>residual</th><th>relative</th></tr>\n");
     for (name, value) in checks {

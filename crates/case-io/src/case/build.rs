@@ -3,7 +3,7 @@
 use super::{Case, MeshSource, materials};
 use crate::diagnostic::{CaseError, Diagnostic, code, did_you_mean};
 use fem_core::body::{Body, BodyError, ConditionList, ConditionPlace};
-use fem_core::interface::{ContactInterface, Gap, InterfaceError};
+use fem_core::interface::{ContactInterface, ContactNormal, Gap, InterfaceError};
 use fem_core::material::MaterialError;
 use fem_core::mesh::{MeshError, TriMesh, generate};
 
@@ -42,6 +42,12 @@ impl Case {
             MeshSource::File { .. } => self.mesh_of_file(body),
             MeshSource::Block { origin, size, cells } => generate::block(origin, size, cells)
                 .map_err(|error| self.mesh_diagnostic(body, &error).into()),
+            MeshSource::Ring { centre, radii, angles, cells } => generate::ring(centre, radii, angles, cells)
+                .map_err(|error| self.mesh_diagnostic(body, &error).into()),
+            MeshSource::HalfDisc { pole, radius, facing, half_width, cells } => {
+                generate::half_disc(pole, radius, facing, half_width, cells)
+                    .map_err(|error| self.mesh_diagnostic(body, &error).into())
+            }
         }
     }
 
@@ -63,9 +69,13 @@ impl Case {
         &self,
         [first, second]: [&Body; 2],
     ) -> Result<Result<ContactInterface, InterfaceError>, CaseError> {
-        let gap = Gap::Given(self.contact.gap.scalar());
+        let gap = match self.contact.geometric {
+            true => Gap::Geometric,
+            false => Gap::Given(self.contact.gap.scalar()),
+        };
+        let normal = self.contact.normal.map_or(ContactNormal::Averaged, ContactNormal::Fixed);
         let [a, b] = &self.contact.surfaces;
-        Ok(ContactInterface::pair(first, second, [a, b], &gap))
+        Ok(ContactInterface::pair_along(first, second, [a, b], &gap, normal))
     }
 
     /// Brings an error of a body's boundary conditions back to the condition's key.
@@ -132,7 +142,10 @@ impl Case {
             InterfaceError::NotMatching { body, .. } | InterfaceError::EdgeWithoutPartner { body, .. } => {
                 ("contact.surfaces".to_owned(), Some(*body))
             }
-            InterfaceError::BadGap { .. } => ("contact.gap".to_owned(), None),
+            InterfaceError::BadGap { .. }
+            | InterfaceError::Overlap { .. }
+            | InterfaceError::TooFar { .. } => ("contact.gap".to_owned(), None),
+            InterfaceError::NormalAway { .. } => ("contact.normal".to_owned(), None),
             _ => ("contact.surfaces".to_owned(), None),
         };
         let mut message = error.to_string();

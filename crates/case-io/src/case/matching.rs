@@ -12,6 +12,12 @@ impl Case {
     /// # Errors
     /// See [`Case::build_bodies`] and [`Case::build_interface`]; surfaces without a common refinement.
     pub fn build_problem(&mut self) -> Result<ContactProblem, CaseError> {
+        let problem = self.build_matching()?;
+        self.check_lambda([&problem.bodies[0], &problem.bodies[1]], &problem.interface)?;
+        Ok(problem)
+    }
+
+    fn build_matching(&mut self) -> Result<ContactProblem, CaseError> {
         let bodies = self.build_bodies()?;
         let mismatch = match self.pair([&bodies[0], &bodies[1]])? {
             Ok(interface) => return Ok(ContactProblem { bodies, interface }),

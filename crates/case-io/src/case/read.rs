@@ -100,31 +100,20 @@ fn contact(mut r: Reader<'_>) -> Contact {
     r.require(&["surfaces"]);
     let surfaces = r.string_pair("surfaces").unwrap_or_default();
     let geometric = matches!(r.node("gap").map(|n| &n.value), Some(NodeValue::String(s)) if s == "geometric");
-    let gap = if geometric {
-        r.not_yet(
-            "gap",
-            "`gap = \"geometric\"`, a gap measured between the meshes",
-            "write the gap as a number",
-        );
-        Value::default()
-    } else {
-        r.value("gap").unwrap_or_default()
-    };
+    let gap = if geometric { Value::default() } else { r.value("gap").unwrap_or_default() };
     if gap.number().is_some_and(|g| g < 0.0) {
         r.refuse("gap", "`contact.gap` is negative: the bodies would overlap", "a number >= 0");
     }
-    if r.has("normal") {
-        r.pair("normal");
-        r.not_yet(
+    let normal = r.pair("normal");
+    if normal == Some([0.0; 2]) {
+        r.refuse(
             "normal",
-            "`contact.normal`, a fixed contact direction",
-            "leave it out: the normal is the mesh's",
+            "`contact.normal` has no direction",
+            "a direction out of the first body, such as [0.0, -1.0]",
         );
-    } else {
-        r.node("normal");
     }
     r.finish();
-    Contact { surfaces, gap }
+    Contact { surfaces, gap, geometric, normal }
 }
 
 fn solver(reader: Option<Reader<'_>>) -> Solver {

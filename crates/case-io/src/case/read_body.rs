@@ -4,6 +4,7 @@ use super::regions::regions;
 use super::{BodyCase, Displacement, Imposition, Load, MeshSource, Part, Traction, Value};
 use crate::case_file::Reader;
 use crate::diagnostic::{Diagnostic, code, excerpt};
+use fem_core::mesh::generate::Facing;
 
 /// Reads the bodies, however many there are, and reports it unless there are two.
 pub(super) fn bodies(root: &mut Reader<'_>) -> Vec<BodyCase> {
@@ -100,9 +101,61 @@ fn mesh_file(mut r: Reader<'_>) -> Option<MeshSource> {
     Some(MeshSource::File { file: file?, region, merge, duplicate_interface })
 }
 
+/// The generators, by their words.
+#[derive(Clone, Copy)]
+enum Kind {
+    Block,
+    Ring,
+    HalfDisc,
+}
+
+const KINDS: &[(&str, Kind)] = &[("block", Kind::Block), ("ring", Kind::Ring), ("half_disc", Kind::HalfDisc)];
+
+const FACINGS: &[(&str, Facing)] = &[("down", Facing::Down), ("up", Facing::Up)];
+
+/// Returns the word of a direction.
+pub(super) fn facing_name(facing: Facing) -> &'static str {
+    FACINGS.iter().find(|(_, f)| *f == facing).map_or("", |(name, _)| name)
+}
+
 fn generator(mut r: Reader<'_>) -> Option<MeshSource> {
+    // Without a kind the keys of a block are expected.
+    let kind = if r.has("kind") { r.choice("kind", KINDS)? } else { Kind::Block };
+    match kind {
+        Kind::Block => block(r),
+        Kind::Ring => ring(r),
+        Kind::HalfDisc => half_disc(r),
+    }
+}
+
+fn ring(mut r: Reader<'_>) -> Option<MeshSource> {
+    r.require(&["radii", "cells"]);
+    let centre = r.pair("centre").unwrap_or_default();
+    let radii = r.pair("radii");
+    let angles = r.pair("angles").unwrap_or([0.0, 360.0]);
+    let cells = r.count_pair("cells");
+    r.finish();
+    Some(MeshSource::Ring { centre, radii: radii?, angles, cells: cells? })
+}
+
+fn half_disc(mut r: Reader<'_>) -> Option<MeshSource> {
+    r.require(&["radius", "facing", "half_width", "cells"]);
+    let pole = r.pair("pole").unwrap_or_default();
+    let (radius, half_width) = (r.number("radius"), r.number("half_width"));
+    let facing = r.choice("facing", FACINGS);
+    let cells = r.count("cells", 1);
+    r.finish();
+    Some(MeshSource::HalfDisc {
+        pole,
+        radius: radius?,
+        facing: facing?,
+        half_width: half_width?,
+        cells: cells?,
+    })
+}
+
+fn block(mut r: Reader<'_>) -> Option<MeshSource> {
     r.require(&["kind", "size", "cells"]);
-    r.choice("kind", &[("block", ())]);
     let origin = r.pair("origin").unwrap_or_default();
     let size = r.pair("size");
     if size.is_some_and(|s| s.iter().any(|&v| v <= 0.0)) {

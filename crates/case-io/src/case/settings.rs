@@ -1,8 +1,8 @@
 //! Every setting with its value, in the case file's own structure, and the hash that names a case.
 
 use super::{
-    BodyCase, Case, CellSelection, Displacement, Imposition, Load, MaterialRegion, MeshSource, Part, SCHEMA,
-    Theta, Traction, Value, read,
+    BodyCase, Case, CellSelection, Contact, Displacement, Imposition, Load, MaterialRegion, MeshSource, Part,
+    SCHEMA, Theta, Traction, Value, read,
 };
 use serde_json::{Map, Value as Json, json};
 use sha2::{Digest, Sha256};
@@ -21,7 +21,7 @@ impl Case {
             },
             "materials": materials,
             "body": self.bodies.iter().map(body).collect::<Vec<_>>(),
-            "contact": { "surfaces": self.contact.surfaces, "gap": value(&self.contact.gap) },
+            "contact": contact(&self.contact),
             "solver": self.solver_json(),
             "estimator": self.estimator_json(),
         });
@@ -119,10 +119,34 @@ fn region(region: &MaterialRegion) -> Json {
     }
 }
 
+fn contact(contact: &Contact) -> Json {
+    let gap = if contact.geometric { json!("geometric") } else { value(&contact.gap) };
+    let mut object = Map::new();
+    object.insert("surfaces".to_owned(), json!(contact.surfaces));
+    object.insert("gap".to_owned(), gap);
+    if let Some(normal) = contact.normal {
+        object.insert("normal".to_owned(), json!(normal));
+    }
+    Json::Object(object)
+}
+
 fn mesh(source: &MeshSource) -> (&'static str, Json) {
     match source {
         MeshSource::Block { origin, size, cells } => {
             ("generator", json!({ "kind": "block", "origin": origin, "size": size, "cells": cells }))
+        }
+        MeshSource::Ring { centre, radii, angles, cells } => {
+            let ring =
+                json!({ "kind": "ring", "centre": centre, "radii": radii, "angles": angles, "cells": cells });
+            ("generator", ring)
+        }
+        MeshSource::HalfDisc { pole, radius, facing, half_width, cells } => {
+            let facing = super::read_body::facing_name(*facing);
+            let disc = json!({
+                "kind": "half_disc", "pole": pole, "radius": radius, "facing": facing, "half_width": half_width,
+                "cells": cells
+            });
+            ("generator", disc)
         }
         MeshSource::File { file, region, merge, duplicate_interface } => {
             let mut object = Map::new();

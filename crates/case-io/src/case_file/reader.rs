@@ -100,13 +100,6 @@ impl<'a> Reader<'a> {
         self.findings.push(diagnostic);
     }
 
-    /// Reports something that this version does not know yet.
-    pub(crate) fn not_yet(&self, key: &str, what: &str, help: &str) {
-        let message = format!("{what}: not in this version yet ({})", env!("CARGO_PKG_VERSION"));
-        let diagnostic = Diagnostic::new(code::UNSUPPORTED, self.place_of(key), message);
-        self.findings.push(diagnostic.help(Some(help.to_owned())));
-    }
-
     /// Finds the place of a key's value, or of the table where the key is not there.
     pub(crate) fn place_of(&self, key: &str) -> Option<Place> {
         Some(self.table.get(key).map_or(&self.at, |e| &e.node.at).place())

@@ -8,9 +8,13 @@ use crate::geometry::{self, Vector, cross, dot, scale};
 use crate::material::Materials;
 use crate::mesh::TriMesh;
 use crate::quadrature::GAUSS5;
+use std::collections::HashMap;
 
 /// Two directions closer than this (sine of the angle) are the same one.
 const SAME_DIRECTION: f64 = 1e-9;
+
+/// Rollers on neighbouring edges whose normals differ by no more hold a node along their mean; by more, they fix it.
+const SMOOTH: f64 = 30.0;
 
 /// The edges that each condition applies to, in the order of the conditions.
 #[derive(Clone, Debug, Default)]
@@ -120,6 +124,10 @@ impl Evaluation<'_> {
         support: &Support,
     ) -> Result<Vec<u32>, BodyError> {
         let mut nodes = Vec::new();
+        let rollers = match support {
+            Support::Normal(_) => self.roller_normals(edges),
+            Support::Components(_) => HashMap::new(),
+        };
         for (edge, position) in self.places(edges).collect::<Vec<_>>() {
             let normal = self.mesh.edge_normal(edge);
             let imposed: Vec<(Vector, &ScalarData)> = match support {
@@ -133,7 +141,8 @@ impl Evaluation<'_> {
                 let reaction = &mut self.edges[position].reaction;
                 *reaction = add_reaction(*reaction, direction);
                 for node in self.mesh.topology().edges()[edge as usize] {
-                    self.constrain(place, node, direction, value)?;
+                    let held = rollers.get(&node).map_or(direction, |all| mean_normal(all, direction));
+                    self.constrain(place, node, held, value)?;
                     nodes.push(node);
                 }
             }
@@ -141,6 +150,18 @@ impl Evaluation<'_> {
         nodes.sort_unstable();
         nodes.dedup();
         Ok(nodes)
+    }
+
+    /// Lists the normals of a roller's edges at each of their nodes, times the edges' lengths.
+    fn roller_normals(&self, edges: &[u32]) -> HashMap<u32, Vec<Vector>> {
+        let mut normals: HashMap<u32, Vec<Vector>> = HashMap::new();
+        for &edge in edges {
+            let weighted = scale(self.mesh.edge_length(edge), self.mesh.edge_normal(edge));
+            for node in self.mesh.topology().edges()[edge as usize] {
+                normals.entry(node).or_default().push(weighted);
+            }
+        }
+        normals
     }
 
     fn constrain(
@@ -243,6 +264,14 @@ impl Evaluation<'_> {
     }
 }
 
+/// The mean of those weighted normals that are within [`SMOOTH`] of the edge's own; that one itself on a straight side.
+fn mean_normal(all: &[Vector], own: Vector) -> Vector {
+    let near = all.iter().filter(|n| dot(**n, own) >= SMOOTH.to_radians().cos() * geometry::norm(**n));
+    let mean = near.fold([0.0; 2], |sum, n| geometry::add(sum, *n));
+    let mean = scale(1.0 / geometry::norm(mean), mean);
+    if cross(mean, own).abs() <= SAME_DIRECTION { own } else { mean }
+}
+
 fn finite(place: ConditionPlace, point: Vector, value: f64) -> Result<f64, BodyError> {
     if value.is_finite() { Ok(value) } else { Err(BodyError::NotFinite { place, point, value }) }
 }
@@ -308,6 +337,39 @@ mod tests {
         assert!(matches!(body(&base().pressure("top", f64::NAN)), Err(BodyError::NotFinite { .. })));
         let part = EdgeSelection::group("top").within([[5.0, 6.0], [0.0, 2.0]]);
         assert!(matches!(body(&base().fix(part)), Err(BodyError::EmptySelection { .. })));
+    }
+
+    /// A fan of three edges that turn by 20 and 80 degrees, all on a roller.
+    #[test]
+    fn rollers_hold_the_mean_normal_where_a_side_is_smooth_and_fix_its_corners() {
+        let angles = [0.0f64, 20.0, 100.0];
+        let mut points = vec![[0.0, 0.0]];
+        for a in angles {
+            let (sine, cosine) = a.to_radians().sin_cos();
+            let last: Vector = points[points.len() - 1];
+            points.push([last[0] + cosine, last[1] + sine]);
+        }
+        let centre = points.len() as u32;
+        points.push([0.5, 2.0]);
+        let triangles = (0..3).map(|k| [k, k + 1, centre]).collect();
+        let groups = vec![("side".to_string(), (0..3).map(|k| [k, k + 1]).collect())];
+        let mesh = TriMesh::new(points, triangles, groups).unwrap();
+        let steel = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
+        let body = Body::new(mesh, steel, &BoundaryConditions::new().roller("side", 0.5)).unwrap();
+        let mean = 10.0f64.to_radians();
+        match body.node_constraints()[1] {
+            NodeConstraint::Along { direction, value } => {
+                assert!(
+                    (direction[0] - mean.sin()).abs() < 1e-15 && (direction[1] + mean.cos()).abs() < 1e-15
+                );
+                assert_eq!(value, 0.5);
+            }
+            other => panic!("{other:?}"),
+        }
+        assert!(matches!(body.node_constraints()[2], NodeConstraint::Fixed { .. }));
+        assert!(matches!(body.node_constraints()[0], NodeConstraint::Along { direction: [_, -1.0], .. }));
+        // The bound does not hold where the direction held is not the edge's own.
+        assert!((body.roller_turn() - mean.sin()).abs() < 1e-15);
     }
 
     #[test]

@@ -11,7 +11,8 @@ impl ContactProblem {
         let interface = &self.interface;
         let data = match &interface.gap {
             Gap::Given(data) if data.constant().is_none() => data,
-            Gap::Given(_) => return None,
+            // A measured gap is that of the meshes.
+            Gap::Given(_) | Gap::Geometric => return None,
         };
         let side = interface.measured_on;
         let points = self.bodies[side].mesh().points();

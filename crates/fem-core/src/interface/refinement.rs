@@ -2,7 +2,7 @@
 
 use super::{ContactEdge, ContactInterface, ContactProblem, Gap, InterfaceError, Pair, pairing};
 use crate::body::{Body, BodyError};
-use crate::geometry::{add, scale};
+use crate::geometry::{add, norm, scale};
 use crate::mesh::MeshError;
 use crate::mesh::refine::{self, Refinement, RefinementEdges};
 use crate::mesh::topology::NONE;
@@ -82,7 +82,8 @@ impl ContactProblem {
     /// Halves the marked edges of both bodies, after [`ContactProblem::close`]: the same problem on finer meshes.
     ///
     /// Conditions pass on to the parts of their edges, pairs to the nodes between them; functions, the gap among them,
-    /// are evaluated at the new nodes. The normal field, linear between the pairs, stays what it is.
+    /// are evaluated at the new nodes. Where the normal changes along an edge, the one at its middle has the direction of the
+    /// field there and the length one: the field turns a little differently between the nodes, by the cube of the angle.
     ///
     /// # Errors
     /// Meshes that become too large or too small, functions that are not finite at new nodes, a negative gap there.
@@ -160,15 +161,19 @@ impl ContactInterface {
     ) -> Result<Pair, InterfaceError> {
         let [i, j] = edge.pairs.map(|k| &self.pairs[k as usize]);
         let point = bodies[self.measured_on].mesh().points()[nodes[self.measured_on] as usize];
-        let Gap::Given(data) = &self.gap;
-        let gap = data.at(point);
+        let normal = scale(0.5, add(i.normal, j.normal));
+        // Shorter than one where the normal changes. Divided by its length, normal and gap say the same of the nodes.
+        let length = if self.is_bent(edge) { norm(normal) } else { 1.0 };
+        let gap = match &self.gap {
+            Gap::Given(data) => data.at(point),
+            Gap::Geometric => 0.5 * (i.gap + j.gap) / length,
+        };
         if !(gap >= 0.0 && gap.is_finite()) {
             return Err(InterfaceError::BadGap { point, value: gap });
         }
         Ok(Pair {
             nodes,
-            // Not normalised: the field between the pairs stays what it is.
-            normal: scale(0.5, add(i.normal, j.normal)),
+            normal: scale(1.0 / length, normal),
             gap,
             tributary_length: 0.0,
             arc_length: i.arc_length + 0.5 * edge.length,

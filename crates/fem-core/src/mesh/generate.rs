@@ -1,7 +1,16 @@
 //! Generators of structured meshes.
 
+mod half_disc;
+mod ring;
+
 use super::{MeshError, TriMesh};
 use crate::geometry::Vector;
+
+pub use half_disc::{Facing, half_disc, half_disc_nodes};
+pub use ring::ring;
+
+/// Most cells that a generator makes.
+const MAX_CELLS: usize = 1 << 28;
 
 /// Meshes the rectangle `origin + [0, size_x] × [0, size_y]` with `cells[0] × cells[1]` rectangles,
 /// each cut from its lower left to its upper right corner.
@@ -23,8 +32,7 @@ pub fn block(origin: Vector, size: Vector, cells: [usize; 2]) -> Result<TriMesh,
     if nx == 0 || ny == 0 {
         return Err(fault("at least one cell is needed in each direction"));
     }
-    let limit = 1usize << 28;
-    if nx > limit || ny > limit || nx.saturating_mul(ny) > limit {
+    if nx > MAX_CELLS || ny > MAX_CELLS || nx.saturating_mul(ny) > MAX_CELLS {
         return Err(fault("more than 2^28 cells"));
     }
     let coordinate = |c: usize, k: usize| {

@@ -256,19 +256,6 @@ fn conditions_impose_exactly_one_thing() {
 }
 
 #[test]
-fn what_comes_later_is_refused_with_its_place() {
-    let unsupported = |text: &str, expected: &str| {
-        let error = Case::parse(text, "c.toml", &[]).unwrap_err();
-        assert_eq!(error.diagnostics.len(), 1, "{error}");
-        assert_eq!(error.diagnostics[0].code, code::UNSUPPORTED);
-        assert!(error.to_string().starts_with(expected), "\nfound    {error}\nexpected {expected}");
-        assert!(error.to_string().contains("not in this version yet"), "{error}");
-    };
-    unsupported(&minimal("gap = 'geometric'"), "c.toml:15:7: `gap = \"geometric\"`");
-    unsupported(&minimal("normal = [0.0, -1.0]"), "c.toml:15:10: `contact.normal`");
-}
-
-#[test]
 fn nonsense_of_adaptive_runs_is_refused() {
     let fraction = |line: &str, found: &str, expected: &str| {
         refused_too(

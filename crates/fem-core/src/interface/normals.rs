@@ -1,0 +1,159 @@
+//! Lengths and normals of the contact line.
+//!
+//! The normal is a frozen field `n(s) = Σ φ_i n_i`, linear between unit normals at the nodes. Edge normals would lock: two
+//! matching polygons interlock at their corners under linearised kinematics.
+
+use super::matching::Stretch;
+use super::pairing::middle;
+use super::{ContactEdge, ContactNormal, InterfaceError, Pair};
+use crate::body::{Body, NodeConstraint};
+use crate::geometry::{Vector, add, cross, dot, norm, perpendicular, scale};
+
+/// A line whose edge normals differ by no more (sine of the angle) is straight.
+const STRAIGHT: f64 = 1e-6;
+/// Sine of the angle below which directions count as parallel.
+const PARALLEL: f64 = 1e-9;
+/// Cosine of the largest angle between neighbouring normals: 60 degrees.
+const TURN: f64 = 0.5;
+/// Sine of the largest angle between a support's direction and the contact line: 45 degrees.
+const SUPPORT: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
+/// Sets tributary lengths and normals of all pairs.
+pub(super) fn choose(
+    bodies: [&Body; 2],
+    chain: &[Stretch],
+    pairs: &mut [Pair],
+    edges: &[ContactEdge],
+    normal: ContactNormal,
+) -> Result<(), InterfaceError> {
+    for edge in edges {
+        for pair in edge.pairs {
+            pairs[pair as usize].tributary_length += 0.5 * edge.length;
+        }
+    }
+    match normal {
+        ContactNormal::Fixed(direction) => {
+            let common = given(bodies[0], edges, direction)?;
+            pairs.iter_mut().for_each(|p| p.normal = common);
+        }
+        ContactNormal::Averaged => {
+            let (mut first_pair, mut first_edge) = (0, 0);
+            for stretch in chain {
+                let (last_pair, last_edge) =
+                    (first_pair + stretch.nodes.len(), first_edge + stretch.edges.len());
+                averaged(bodies[0], pairs, first_pair..last_pair, &edges[first_edge..last_edge])?;
+                (first_pair, first_edge) = (last_pair, last_edge);
+            }
+        }
+    }
+    for pair in pairs.iter_mut() {
+        free_direction(bodies, pair)?;
+    }
+    check_turns(bodies, pairs, edges)
+}
+
+/// Checks a given direction against every edge and gives it the length one.
+fn given(body: &Body, edges: &[ContactEdge], direction: Vector) -> Result<Vector, InterfaceError> {
+    let length = norm(direction);
+    let unit = scale(1.0 / length, direction);
+    for edge in edges {
+        let cosine = dot(unit, body.mesh().edge_normal(edge.edges[0]));
+        if !(cosine >= TURN && length.is_finite()) {
+            let point = middle(body, edge.edges[0]);
+            return Err(InterfaceError::NormalAway {
+                normal: direction,
+                point,
+                degrees: cosine.acos().to_degrees(),
+            });
+        }
+    }
+    Ok(unit)
+}
+
+/// Averages the edge normals at the nodes of one stretch; a straight one has a single normal.
+fn averaged(
+    body: &Body,
+    pairs: &mut [Pair],
+    stretch: std::ops::Range<usize>,
+    edges: &[ContactEdge],
+) -> Result<(), InterfaceError> {
+    let of = |edge: &ContactEdge| body.mesh().edge_normal(edge.edges[0]);
+    let common = of(&edges[0]);
+    if edges.iter().all(|e| cross(common, of(e)).abs() <= STRAIGHT && dot(common, of(e)) > 0.0) {
+        pairs[stretch].iter_mut().for_each(|p| p.normal = common);
+        return Ok(());
+    }
+    let mut before: Vec<Option<Vector>> = vec![None; stretch.len()];
+    for edge in edges {
+        let normal = of(edge);
+        for k in edge.pairs {
+            let k = k as usize;
+            let known = &mut before[k - stretch.start];
+            if known.is_some_and(|other| dot(other, normal) < TURN) {
+                let degrees =
+                    known.map_or(0.0, |other| dot(other, normal).clamp(-1.0, 1.0).acos().to_degrees());
+                let point = body.mesh().points()[pairs[k].nodes[0] as usize];
+                return Err(InterfaceError::Curved { point, degrees });
+            }
+            *known = Some(normal);
+            pairs[k].normal = add(pairs[k].normal, scale(edge.length, normal));
+        }
+    }
+    for pair in &mut pairs[stretch] {
+        pair.normal = scale(1.0 / norm(pair.normal), pair.normal);
+    }
+    Ok(())
+}
+
+/// Turns the normal of a pair whose node is held in one direction into the direction left free, and refuses nodes whose
+/// normal displacement is imposed.
+fn free_direction(bodies: [&Body; 2], pair: &mut Pair) -> Result<(), InterfaceError> {
+    let averaged = pair.normal;
+    for b in 0..2 {
+        let node = pair.nodes[b] as usize;
+        let refused = InterfaceError::SupportedNode { body: b, point: bodies[b].mesh().points()[node] };
+        match bodies[b].node_constraints()[node] {
+            NodeConstraint::Free => {}
+            NodeConstraint::Fixed { .. } => return Err(refused),
+            NodeConstraint::Along { direction, .. } => {
+                if dot(direction, pair.normal).abs() <= PARALLEL {
+                    continue;
+                }
+                // The other body's support may have fixed the normal already.
+                if pair.normal != averaged || dot(direction, averaged).abs() > SUPPORT {
+                    return Err(refused);
+                }
+                let free = perpendicular(direction);
+                pair.normal = scale(dot(free, averaged).signum(), free);
+            }
+        }
+    }
+    // A tangential support of the first body does not show in the normal: look at it again.
+    for b in 0..2 {
+        let node = pair.nodes[b] as usize;
+        if let NodeConstraint::Along { direction, .. } = bodies[b].node_constraints()[node]
+            && dot(direction, pair.normal).abs() > PARALLEL
+        {
+            return Err(InterfaceError::SupportedNode { body: b, point: bodies[b].mesh().points()[node] });
+        }
+    }
+    Ok(())
+}
+
+/// Refuses lines whose normals turn too much along an edge, or lie too far from it.
+fn check_turns(bodies: [&Body; 2], pairs: &[Pair], edges: &[ContactEdge]) -> Result<(), InterfaceError> {
+    for edge in edges {
+        let [a, b] = edge.pairs.map(|k| pairs[k as usize].normal);
+        let own = bodies[0].mesh().edge_normal(edge.edges[0]);
+        let other = scale(-1.0, bodies[1].mesh().edge_normal(edge.edges[1]));
+        let worst = [dot(a, b), dot(a, own), dot(b, own)].into_iter().fold(1.0, f64::min);
+        if !(worst >= TURN - PARALLEL) {
+            let degrees = worst.clamp(-1.0, 1.0).acos().to_degrees();
+            return Err(InterfaceError::Curved { point: middle(bodies[0], edge.edges[0]), degrees });
+        }
+        if dot(add(a, b), other) <= 0.0 {
+            return Err(InterfaceError::NotFacing { point: middle(bodies[0], edge.edges[0]) });
+        }
+    }
+    Ok(())
+}

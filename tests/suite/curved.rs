@@ -1,0 +1,280 @@
+//! Contact lines that bend, close on themselves and stand apart.
+
+use cre_estimator::{Estimate, Relaxation, estimate_with};
+use fem_core::body::Body;
+use fem_core::boundary::BoundaryConditions;
+use fem_core::condensation::CondensedBody;
+use fem_core::interface::{
+    ContactInterface, ContactNormal, ContactProblem, ContactState, Gap, InterfaceError,
+};
+use fem_core::material::{Hypothesis, LinearElastic};
+use fem_core::mesh::TriMesh;
+use fem_core::mesh::generate::{Facing, block, half_disc, ring};
+use fem_core::mesh::refine::RefinementEdges;
+use fem_core::norm::energy_error_squared;
+use nndd::{Iterate, NnddSettings, NnddStatus};
+use tests::rings::{self, Materials};
+use tests::run::{newton, norm_and_distance, pair_of, rate};
+use tests::{condense_both, displacements, hertz, iterates};
+
+const TWO: Materials = [(1000.0, 0.3), (300.0, 0.2)];
+
+fn relaxed(problem: &ContactProblem, bodies: &[CondensedBody; 2], iterate: &Iterate) -> Estimate {
+    let u = displacements(bodies, iterate);
+    let state = ContactState {
+        displacement: [&u[0], &u[1]],
+        contact_force: &iterate.contact.normal_reaction,
+        opening: &iterate.opening,
+    };
+    let e = estimate_with(problem, bodies, &state, Relaxation::Steps(2)).unwrap();
+    assert!(e.admissibility.is_valid(), "{:?}", e.admissibility);
+    assert!(e.cre.split_defect() < 1e-11, "{:e}", e.cre.split_defect());
+    assert!(e.cre.by_contact_edge.iter().all(|t| *t >= 0.0));
+    assert!(e.pair.middle_opening.iter().all(|o| *o >= -1e-15), "{:?}", e.pair.middle_opening);
+    e
+}
+
+/// The same polygons, every edge halved `times` times; carries a pair of displacements along.
+fn finer(
+    mut problem: ContactProblem,
+    mut u: [Vec<[f64; 2]>; 2],
+    times: usize,
+) -> (ContactProblem, [Vec<[f64; 2]>; 2]) {
+    for _ in 0..times {
+        let edges = [0, 1].map(|b| RefinementEdges::longest(problem.bodies[b].mesh()));
+        let all = [0, 1].map(|b| vec![true; problem.bodies[b].mesh().topology().edges().len()]);
+        let refined = problem.refined([&edges[0], &edges[1]], &all).unwrap();
+        u = [0, 1].map(|b| refined.refinements[b].prolong(&u[b]));
+        problem = refined.problem;
+    }
+    (problem, u)
+}
+
+#[test]
+fn nested_rings_converge_to_lames_solution() {
+    let (hole, outer) = (0.0, 7.0);
+    let p = rings::pressure(TWO, hole, outer);
+    let exact = rings::exact(p, hole, outer);
+    let mut found: Vec<[f64; 3]> = Vec::new();
+    for n in [8, 16, 32] {
+        let problem = rings::quarter(TWO, hole, outer, [2 * n, n]).unwrap();
+        // On the axes the normal is the free direction, exactly.
+        let pairs = problem.interface.pairs();
+        assert_eq!(pairs.len(), 2 * n + 1);
+        let ends = [pairs[0].normal, pairs[2 * n].normal];
+        assert!(ends.contains(&[1.0, 0.0]) && ends.contains(&[0.0, 1.0]), "{ends:?}");
+        let bodies = condense_both(&problem);
+        let (solution, _) = iterates(&problem, &bodies, &NnddSettings::default(), 1e-10).unwrap();
+        assert!(matches!(solution.status, NnddStatus::StoppedByCriterion), "{:?}", solution.status);
+        let e = relaxed(&problem, &bodies, &solution.last);
+        let u = displacements(&bodies, &solution.last);
+        let error: f64 =
+            (0..2).map(|b| energy_error_squared(&problem.bodies[b], &u[b], |x| exact[b].stress(x))).sum();
+        let worst = e.pair.pressure.iter().map(|q| (q / p - 1.0).abs()).fold(0.0, f64::max);
+        // The exact solution is that of the circle: the polygon's differs by the square of the edge length.
+        assert!(
+            e.e_cre > 0.98 * error.sqrt() && e.e_cre < 1.3 * error.sqrt(),
+            "{} {}",
+            e.e_cre,
+            error.sqrt()
+        );
+        found.push([error.sqrt(), e.e_cre, worst]);
+    }
+    for k in 0..2 {
+        let [error, bound, pressure] = [0, 1, 2].map(|c| rate(found[k][c], found[k + 1][c]));
+        // Nothing is claimed of the order of the largest error of the pressure; measured: 0.74, then 0.94.
+        assert!(error > 0.95 && bound > 0.95 && pressure > 0.6, "{error} {bound} {pressure}: {found:?}");
+    }
+    assert!(found[2][2] < 0.003, "{found:?}");
+}
+
+#[test]
+fn whole_rings_close_and_turn_without_friction() {
+    let d = 0.01;
+    let p = rings::whole_pressure(TWO, d);
+    let mut worst = Vec::new();
+    for n in [24, 48] {
+        let problem = rings::whole(TWO, [d, 0.003], [n, n / 6]).unwrap();
+        let interface = &problem.interface;
+        assert_eq!((interface.pairs().len(), interface.edges().len()), (n, n));
+        for pair in interface.pairs() {
+            let x = problem.bodies[0].mesh().points()[pair.nodes[0] as usize];
+            assert!((pair.normal[0] - x[0] / rings::B).abs() < 1e-13);
+        }
+        let bodies = condense_both(&problem);
+        let iterate = newton(&problem, &bodies).unwrap();
+        let e = relaxed(&problem, &bodies, &iterate);
+        worst.push(e.pair.pressure.iter().map(|q| (q / p - 1.0).abs()).fold(0.0, f64::max));
+        // The rings' roles exchanged: the same problem seen from the other side.
+        let turned = problem.clone().swapped();
+        let bodies = condense_both(&turned);
+        let other = relaxed(&turned, &bodies, &newton(&turned, &bodies).unwrap());
+        assert!((other.cre.discretisation_squared / e.cre.discretisation_squared - 1.0).abs() < 1e-6);
+    }
+    assert!(worst[0] < 0.1 && worst[1] < 0.6 * worst[0], "{worst:?}");
+}
+
+#[test]
+fn hydrostatic_pressure_on_a_curve_converges_faster_than_the_mesh() {
+    let same = [(1000.0, 0.3), (1000.0, 0.3)];
+    assert!((rings::pressure(same, 5.0, 5.0) - 5.0).abs() < 1e-12);
+    let mut relative = Vec::new();
+    for n in [8, 16, 32, 64] {
+        let problem = rings::quarter(same, 5.0, 5.0, [n, n / 4]).unwrap();
+        let bodies = condense_both(&problem);
+        let e = relaxed(&problem, &bodies, &newton(&problem, &bodies).unwrap());
+        relative.push(e.e_cre / e.energy_norm_squared.iter().sum::<f64>().sqrt());
+    }
+    for pair in relative.windows(2) {
+        assert!(rate(pair[0], pair[1]) > 1.3, "{relative:?}");
+    }
+}
+
+#[test]
+fn the_bound_holds_where_arcs_slide() {
+    for (materials, push) in [(TWO, [0.1, -0.03]), ([(300.0, 0.2), (1000.0, 0.3)], [-0.2, -0.02])] {
+        let problem = rings::sliding(materials, push, [12, 4]).unwrap();
+        let bodies = condense_both(&problem);
+        let rest = [0, 1].map(|b| vec![[0.0; 2]; problem.bodies[b].mesh().points().len()]);
+        let (fine, _) = finer(problem.clone(), rest, 3);
+        let fine_bodies = condense_both(&fine);
+        let reference = displacements(&fine_bodies, &newton(&fine, &fine_bodies).unwrap());
+        let solved = newton(&problem, &bodies).unwrap();
+        assert!(solved.contact_nodes() > 2 && solved.contact_nodes() < 13, "{}", solved.contact_nodes());
+        let mut lifted = 0.0f64;
+        for factor in [1.0, 0.9, 0.3] {
+            let lambda: Vec<f64> = solved.lambda.iter().map(|l| factor * l).collect();
+            let iterate = pair_of(&problem, &bodies, lambda).unwrap();
+            let e = relaxed(&problem, &bodies, &iterate);
+            lifted = lifted.max(e.pair.largest_lift());
+            // The field that is certified is the lifted one.
+            let (_, u) = finer(problem.clone(), e.pair.displacement.clone(), 3);
+            let [norm, error] = norm_and_distance(&fine, &reference, &u);
+            assert!(e.e_cre >= error, "{factor}: {} < {error}", e.e_cre);
+            if factor == 1.0 {
+                assert!(error > 0.01 * norm && e.e_cre < 1.6 * error, "{} against {error}", e.e_cre);
+            }
+        }
+        assert!(lifted > 0.0, "nothing was lifted");
+    }
+}
+
+/// Fits `p² = p₀² (1 − x²/a²)` to the nodal pressures well inside the contact; returns a and p₀.
+fn fit(problem: &ContactProblem, e: &Estimate, a: f64) -> [f64; 2] {
+    let mut sums = [0.0; 5];
+    for (pair, p) in problem.interface.pairs().iter().zip(&e.pair.pressure) {
+        let x = problem.bodies[0].mesh().points()[pair.nodes[0] as usize][0];
+        if x.abs() < 0.9 * a {
+            let (x2, p2) = (x * x, p * p);
+            for (sum, term) in sums.iter_mut().zip([1.0, x2, x2 * x2, p2, p2 * x2]) {
+                *sum += term;
+            }
+        }
+    }
+    let [n, x, xx, y, xy] = sums;
+    let slope = (n * xy - x * y) / (n * xx - x * x);
+    let top = (y - slope * x) / n;
+    [(-top / slope).sqrt(), top.sqrt()]
+}
+
+#[test]
+fn hertz_contact_of_two_cylinders() {
+    let [a, p0] = hertz::closed_form(hertz::FORCE);
+    assert!((a / hertz::PRINTED[0] - 1.0).abs() < 1e-4 && (p0 / hertz::PRINTED[1] - 1.0).abs() < 1e-4);
+    let force = |push: f64, cells: usize| {
+        let problem = hertz::problem(1.5, cells, push).unwrap();
+        let bodies = condense_both(&problem);
+        let iterate = newton(&problem, &bodies).unwrap();
+        (iterate.contact_force(), problem, bodies, iterate)
+    };
+    // The force is nearly proportional to the push: one secant step on a coarse mesh gives the one of the manual.
+    let guess = 0.4;
+    let push = guess * hertz::FORCE / force(guess, 15).0;
+    let (p, problem, bodies, iterate) = force(push, 60);
+    assert!((p / hertz::FORCE - 1.0).abs() < 0.15, "{p}");
+    let e = relaxed(&problem, &bodies, &iterate);
+    let closed = hertz::closed_form(p);
+    let found = fit(&problem, &e, closed[0]);
+    for k in 0..2 {
+        assert!((found[k] / closed[k] - 1.0).abs() < 0.01, "force {p}: {found:?} against {closed:?}");
+    }
+    let largest = e.pair.pressure.iter().copied().fold(0.0, f64::max);
+    assert!((largest / closed[1] - 1.0).abs() < 0.01, "{largest} {closed:?}");
+    // With one direction of contact nothing is lifted.
+    assert_eq!(e.pair.largest_lift(), 0.0);
+    assert!(problem.interface.pairs().iter().any(|pair| pair.gap > 0.1));
+}
+
+fn free(mesh: TriMesh) -> Body {
+    let material = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
+    Body::new(mesh, material, &BoundaryConditions::new()).unwrap()
+}
+
+fn refused(first: TriMesh, second: TriMesh, surfaces: [&str; 2], normal: ContactNormal) -> InterfaceError {
+    ContactInterface::pair_along(&free(first), &free(second), surfaces, &Gap::Geometric, normal).unwrap_err()
+}
+
+#[test]
+fn what_has_no_gap_or_no_normal_is_refused() {
+    let quarter = |radii, cells| ring([0.0, 0.0], radii, [0.0, 90.0], [cells, 2]).unwrap();
+    let averaged = ContactNormal::Averaged;
+    let sides = ["outer", "inner"];
+    let inner = || quarter([1.0, 1.5], 8);
+    // Too deep by a tenth.
+    match refused(inner(), quarter([1.4, 2.0], 8), sides, averaged) {
+        InterfaceError::Overlap { depth, .. } => assert!((depth - 0.1).abs() < 0.01, "{depth}"),
+        other => panic!("{other}"),
+    }
+    let e = refused(inner(), quarter([1.5, 2.0], 9), sides, averaged);
+    assert!(matches!(e, InterfaceError::Counts { what: "nodes", counts: [9, 10], .. }), "{e}");
+    let e = refused(inner(), quarter([9.0, 10.0], 8), sides, averaged);
+    assert!(matches!(e, InterfaceError::TooFar { .. } | InterfaceError::Offset { .. }), "{e}");
+    let turned = ring([0.0, 0.0], [1.5, 2.0], [5.0, 95.0], [8, 2]).unwrap();
+    let e = refused(inner(), turned, sides, averaged);
+    assert!(matches!(e, InterfaceError::Offset { .. }), "{e}");
+    let e = refused(inner(), quarter([1.5, 2.0], 8), sides, ContactNormal::Fixed([-1.0, 0.0]));
+    assert!(matches!(e, InterfaceError::NormalAway { .. }), "{e}");
+    let e = refused(inner(), quarter([1.5, 2.0], 8), sides, ContactNormal::Fixed([f64::NAN, 0.0]));
+    assert!(matches!(e, InterfaceError::NormalAway { .. }), "{e}");
+    let whole = ring([0.0, 0.0], [1.5, 2.0], [0.0, 360.0], [32, 2]).unwrap();
+    let e = refused(inner(), whole, sides, averaged);
+    assert!(matches!(e, InterfaceError::Counts { .. }), "{e}");
+    // A block whose bottom and right side are one contact line, around a right angle.
+    let corner = |origin: [f64; 2], names: [&str; 2]| {
+        let b = block(origin, [1.0, 1.0], [4, 4]).unwrap();
+        let nodes = |e: &u32| b.topology().edges()[*e as usize];
+        let edges = names.iter().flat_map(|n| b.group(n).unwrap().iter().map(nodes)).collect();
+        TriMesh::new(b.points().to_vec(), b.triangles().to_vec(), vec![("line".to_string(), edges)]).unwrap()
+    };
+    let e = refused(
+        corner([0.0, 0.0], ["bottom", "right"]),
+        corner([0.0, 0.0], ["top", "left"]),
+        ["line"; 2],
+        averaged,
+    );
+    assert!(matches!(e, InterfaceError::NotFacing { .. } | InterfaceError::Curved { .. }), "{e}");
+}
+
+#[test]
+fn gaps_are_measured_along_the_normal() {
+    let quarter = |radii| ring([0.0, 0.0], radii, [0.0, 90.0], [16, 2]).unwrap();
+    let (inner, outer) = (free(quarter([1.0, 1.5])), free(quarter([1.52, 2.0])));
+    let sides = ["outer", "inner"];
+    let interface = ContactInterface::pair(&inner, &outer, sides, &Gap::Geometric).unwrap();
+    // At the ends the normal is that of the one edge.
+    assert!(interface.pairs()[1..16].iter().all(|p| (p.gap - 0.02).abs() < 1e-14));
+    // A given gap says nothing of surfaces that stand apart.
+    let given = ContactInterface::pair(&inner, &outer, sides, &Gap::Given(0.0.into())).unwrap_err();
+    assert!(matches!(given, InterfaceError::NotMatching { .. }), "{given}");
+    let discs = [(10.0, Facing::Down), (13.0, Facing::Up)]
+        .map(|(r, facing)| free(half_disc([0.0, 0.0], r, facing, 1.5, 10).unwrap()));
+    let down = ContactNormal::Fixed([0.0, -2.0]);
+    let [upper, lower] = &discs;
+    let interface =
+        ContactInterface::pair_along(upper, lower, ["contact"; 2], &Gap::Geometric, down).unwrap();
+    for pair in interface.pairs() {
+        let x = upper.mesh().points()[pair.nodes[0] as usize][0];
+        let exact = 10.0 - (100.0 - x * x).sqrt() + 13.0 - (169.0 - x * x).sqrt();
+        assert!((pair.gap - exact).abs() < 1e-13 && pair.normal == [0.0, -1.0]);
+    }
+}
