@@ -75,13 +75,13 @@ fn they_hold_on_exact_columns_and_close_in() {
 fn they_hold_at_every_iteration_however_far_from_the_limit() {
     for columns in family() {
         for iterations in 1..6 {
-            // From λ = 0 the first iteration may move the upper body without strain.
-            for (theta, lambda) in [(0.1, 0.005), (0.25, 0.005), (0.4, 0.005), (0.4, 0.0)] {
+            for theta in [0.1, 0.25, 0.4] {
                 let mut settings = Settings::default();
                 settings.nndd = NnddSettings::paper(theta);
                 settings.nndd.max_iterations = iterations;
                 settings.criterion = Criterion::Iterations;
-                settings.lambda = lambda.into();
+                // Pressed together from the start: a body that is moved without load has nothing but round-off to check.
+                settings.lambda = 0.005.into();
                 all_hold(&columns, &bounds(columns.problem(4).unwrap(), &settings));
             }
         }
