@@ -47,6 +47,17 @@ pub(crate) enum Command {
     },
 }
 
+/// More threads than this only cost time: starting tens of thousands takes minutes.
+const MOST_THREADS: usize = 1024;
+
+/// Reads a number of threads.
+fn thread_count(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(threads) if threads <= MOST_THREADS => Ok(threads),
+        _ => Err(format!("expected a whole number from 0 to {MOST_THREADS}")),
+    }
+}
+
 /// What every command that reads a case takes.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct CaseOptions {
@@ -67,8 +78,8 @@ pub(crate) struct RunOptions {
     /// Write even where the directory holds something else.
     #[arg(long)]
     pub(crate) force: bool,
-    /// Number of threads; 0 for one per core.
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    /// Number of threads, at most 1024; 0 for one per core.
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = thread_count)]
     pub(crate) threads: usize,
     /// Print nothing but errors.
     #[arg(long, short, conflicts_with = "verbose")]

@@ -148,8 +148,8 @@ mod tests {
     fn numbers_and_affine_data_are_exact() {
         let conditions = BoundaryConditions::new()
             .fix("bottom")
-            .displace("left", Some(data(|x| 1e-3 - 2e-3 * x[1])), None)
-            .roller("right", data(|x| 3.0 * x[0] - x[1]))
+            .displace("left", Some(data(|x| -2e-3 * x[1])), None)
+            .roller("right", data(|x| 3.0 * (x[0] - 2.0) - x[1]))
             .traction("top", [data(|x| 1e6 - 7e5 * x[0] + x[1]), data(|_| 0.0)])
             .pressure("top", data(|x| x[0]));
         assert_eq!(differences(7, &conditions), []);

@@ -1,7 +1,6 @@
 //! What is refused, with its place.
 
 use super::*;
-use crate::diagnostic::code;
 
 /// Returns what is wrong with the minimal case and a text at its end, as strings.
 fn faults(text: &str) -> Vec<String> {
@@ -200,8 +199,8 @@ fn words_get_the_nearest_one() {
     );
     replaced(
         "kind = \"block\"",
-        "kind = \"ring\"",
-        "c.toml:8:22: `body.0.generator.kind` is \"ring\"; expected \"block\"",
+        "kind = \"rign\"",
+        "c.toml:8:22: `body.0.generator.kind` is \"rign\"; expected \"block\", \"ring\" or \"half_disc\"; help: did you mean \"ring\"?",
     );
 }
 
