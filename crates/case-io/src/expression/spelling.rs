@@ -216,11 +216,11 @@ impl Speller<'_> {
             return Err(fault(span, "`)` closes nothing".to_owned()).help("remove it, or open it with `(`"));
         };
         self.complete(span.clone(), "`)`")?;
-        if let Some((name, arity)) = open.function {
-            if open.arguments < arity {
-                let found = format!("`{name}` has {} argument", open.arguments);
-                return Err(fault(span, found).expected(format!("{arity} arguments, `{name}(…, …)`")));
-            }
+        if let Some((name, arity)) = open.function
+            && open.arguments < arity
+        {
+            let found = format!("`{name}` has {} argument", open.arguments);
+            return Err(fault(span, found).expected(format!("{arity} arguments, `{name}(…, …)`")));
         }
         self.out += if open.function.is_some_and(|f| f.1 == 2) { "))" } else { ")" };
         self.power = open.power;

@@ -71,7 +71,7 @@ impl Orthotropic {
         }
         for (name, found) in moduli {
             // The inverse of what is smaller is not finite.
-            if !(found >= 1.0 / LARGEST && found <= LARGEST) {
+            if !(1.0 / LARGEST..=LARGEST).contains(&found) {
                 return Err(MaterialError::Modulus { name, found });
             }
         }
