@@ -2,22 +2,17 @@
 
 use crate::page::{head, median, row, verdict, write};
 use crate::relaxation;
-use cre_estimator::Relaxation;
 use fem_core::interface::ContactProblem;
 use std::error::Error;
 use std::fmt::Write as _;
 use std::path::Path;
 use tests::blocks::Blocks;
 use tests::columns::Columns;
-use tests::effectivity::{Course, Stress, Truth, Which, course};
+use tests::effectivity::{CONTRASTS, Course, RELAXATIONS, Truth, Which, course};
 use tests::{heavy, paper, signorini};
 
-/// What every iteration is measured with.
-const RELAXATIONS: [Relaxation; 3] =
-    [Relaxation::NONE, Relaxation::Steps(2), Relaxation::Tolerance { gain: 0.002, max_steps: 50 }];
 const TWO_STEPS: usize = 1;
 const TOLERANCE: usize = 2;
-const CONTRASTS: [f64; 5] = [1e-3, 0.05, 1.0, 20.0, 1e3];
 /// How many times more exact the finer solution is where the exact one is not known.
 const OVERKILL: f64 = 10.0;
 /// The same on the smaller meshes of the problems with targets.
@@ -48,20 +43,17 @@ impl Case {
         let poisson = if contrast == 0.05 { [0.2, 0.4] } else { [0.3, 0.3] };
         let materials = [(contrast, poisson[0]), (1.0, poisson[1])];
         let name = if k == 0.0 { "Signorini, exact" } else { "Signorini with bending, exact" };
-        let exact = signorini::exact(materials, k).map(|e| Box::new(move |x| e.stress(x)) as Stress<'_>);
-        Self::new(name, contrast, signorini::problem(materials, k, [2 * n, n]), Truth::Exact(exact))
+        Self::new(
+            name,
+            contrast,
+            signorini::problem(materials, k, [2 * n, n]),
+            Truth::signorini(materials, k),
+        )
     }
 
     fn columns(contrast: f64, n: usize) -> Result<Self, Box<dyn Error>> {
-        let young = 1000.0 * contrast;
-        let columns = Columns {
-            materials: [(young, 0.3), (1000.0, 0.2)],
-            weights: [0.01 * young, 30.0],
-            push: 0.01,
-            gap: 0.001,
-        };
-        let exact = [0, 1].map(|b| Box::new(move |x| columns.stress(b, x)) as Stress<'_>);
-        Self::new("heavy columns, exact", contrast, columns.problem(n), Truth::Exact(exact))
+        let columns = Columns::contrast(contrast);
+        Self::new("heavy columns, exact", contrast, columns.problem(n), Truth::columns(columns))
     }
 
     pub(crate) fn paper(cells: [usize; 2]) -> Result<Self, Box<dyn Error>> {

@@ -4,12 +4,8 @@ use cre_estimator::Relaxation;
 use fem_core::interface::ContactProblem;
 use tests::blocks::Blocks;
 use tests::columns::Columns;
-use tests::effectivity::{Course, Stress, Truth, Which, course};
+use tests::effectivity::{CONTRASTS, Course, RELAXATIONS, Truth, Which, course};
 use tests::{heavy, paper, signorini};
-
-const RELAXATIONS: [Relaxation; 3] =
-    [Relaxation::NONE, Relaxation::Steps(2), Relaxation::Tolerance { gain: 0.002, max_steps: 50 }];
-const CONTRASTS: [f64; 5] = [1e-3, 0.05, 1.0, 20.0, 1e3];
 
 /// Measures every iteration and asserts that no bound is below the error, and none refused.
 fn measured(problem: ContactProblem, truth: &Truth<'_>) -> Course {
@@ -38,19 +34,11 @@ fn no_bound_is_below_the_exact_error_whatever_the_contrast() {
     for c in CONTRASTS {
         for k in [0.0, 0.7] {
             let materials = [(c, 0.2), (1.0, 0.4)];
-            let exact = signorini::exact(materials, k).map(|e| Box::new(move |x| e.stress(x)) as Stress<'_>);
             let problem = signorini::problem(materials, k, [17, 8]).unwrap();
-            measured(problem, &Truth::Exact(exact));
+            measured(problem, &Truth::signorini(materials, k));
         }
-        let young = 1000.0 * c;
-        let columns = Columns {
-            materials: [(young, 0.3), (1000.0, 0.2)],
-            weights: [0.01 * young, 30.0],
-            push: 0.01,
-            gap: 0.001,
-        };
-        let exact = [0, 1].map(|b| Box::new(move |x| columns.stress(b, x)) as Stress<'_>);
-        measured(columns.problem(5).unwrap(), &Truth::Exact(exact));
+        let columns = Columns::contrast(c);
+        measured(columns.problem(5).unwrap(), &Truth::columns(columns));
     }
 }
 
@@ -67,16 +55,9 @@ fn no_bound_is_below_the_error_enclosed_by_a_finer_solution() {
 fn the_enclosure_holds_the_exact_error() {
     // The data of Signorini's exact problem are interpolated, of the columns they are not: there both ways must agree.
     for c in [0.05, 1.0, 20.0] {
-        let young = 1000.0 * c;
-        let columns = Columns {
-            materials: [(young, 0.3), (1000.0, 0.2)],
-            weights: [0.01 * young, 30.0],
-            push: 0.01,
-            gap: 0.001,
-        };
-        let exact = [0, 1].map(|b| Box::new(move |x| columns.stress(b, x)) as Stress<'_>);
+        let columns = Columns::contrast(c);
         let one =
-            course(columns.problem(4).unwrap(), &Truth::Exact(exact), &[Relaxation::NONE], Which::Every);
+            course(columns.problem(4).unwrap(), &Truth::columns(columns), &[Relaxation::NONE], Which::Every);
         let other =
             course(columns.problem(4).unwrap(), &Truth::Overkill(5.0), &[Relaxation::NONE], Which::Every);
         let (one, other) = (one.unwrap(), other.unwrap());
@@ -93,8 +74,10 @@ fn the_effectivity_is_as_promised() {
     for (materials, two, tolerance) in
         [([(1.0, 0.3), (1.0, 0.3)], 1.05, 1.02), ([(1.0, 0.2), (20.0, 0.4)], 1.05, 1.02)]
     {
-        let exact = signorini::exact(materials, 0.0).map(|e| Box::new(move |x| e.stress(x)) as Stress<'_>);
-        let found = measured(signorini::problem(materials, 0.0, [32, 16]).unwrap(), &Truth::Exact(exact));
+        let found = measured(
+            signorini::problem(materials, 0.0, [32, 16]).unwrap(),
+            &Truth::signorini(materials, 0.0),
+        );
         let worst = at_stop(&found);
         assert!(worst[0] <= two && worst[1] <= tolerance, "{materials:?}: {worst:?}");
     }

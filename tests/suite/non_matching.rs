@@ -33,17 +33,7 @@ fn the_patch_is_exact_for_any_ratio_and_angle() {
                 let bodies = condense_both(&problem);
                 let (solution, _) = iterates(&problem, &bodies, &NnddSettings::default(), 1e-12).unwrap();
                 let estimate = certify(&problem, &bodies, &solution.last).unwrap();
-                assert!(estimate.admissibility.is_valid(), "{case}: {:?}", estimate.admissibility);
-                let exact = patch::energies(materials, hypothesis);
-                let norm = exact.iter().sum::<f64>().sqrt();
-                for b in 0..2 {
-                    let energy = estimate.energy_norm_squared[b];
-                    assert!((energy - exact[b]).abs() < 1e-10 * exact[b], "{case}: {energy}");
-                }
-                for p in &estimate.pair.pressure {
-                    assert!((p - patch::PRESSURE).abs() < 1e-10 * patch::PRESSURE, "{case}: {p}");
-                }
-                assert!(estimate.cre.e_cre() < 1e-10 * norm, "{case}: {:e}", estimate.cre.e_cre() / norm);
+                crate::patch::assert_exact(&estimate, materials, hypothesis, &case);
             }
         }
     }

@@ -49,6 +49,13 @@ pub struct Exact {
 }
 
 impl Columns {
+    /// Heavy columns of different stiffness, pushed over a gap; the lower one has `E₂ = 1000`.
+    pub fn contrast(contrast: f64) -> Self {
+        let young = 1000.0 * contrast;
+        let materials = [(young, 0.3), (1000.0, 0.2)];
+        Self { materials, weights: [0.01 * young, 30.0], push: 0.01, gap: 0.001 }
+    }
+
     fn moduli(&self) -> [f64; 2] {
         self.materials.map(|(e, nu)| e * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu)))
     }

@@ -1,13 +1,22 @@
 //! The bound over the true error, at every iteration of a problem.
 
+use crate::columns::Columns;
 use crate::overkill::Overkill;
 use crate::run::{certify_with, condense_both, displacements, iterates};
+use crate::signorini;
 use certified_contact::{Settings, Silent, solve};
 use cre_estimator::Relaxation;
 use fem_core::interface::ContactProblem;
 use fem_core::norm::energy_error_squared;
 use fem_core::tensor::SymTensor2;
 use std::error::Error;
+
+/// What every iteration is measured with: EET alone, the default, and until a step gains next to nothing.
+pub const RELAXATIONS: [Relaxation; 3] =
+    [Relaxation::NONE, Relaxation::Steps(2), Relaxation::Tolerance { gain: 0.002, max_steps: 50 }];
+
+/// The contrasts `E₁/E₂` that the bound is tried on.
+pub const CONTRASTS: [f64; 5] = [1e-3, 0.05, 1.0, 20.0, 1e3];
 
 /// An exact stress of one body.
 pub type Stress<'a> = Box<dyn Fn([f64; 2]) -> SymTensor2 + Sync + 'a>;
@@ -18,6 +27,18 @@ pub enum Truth<'a> {
     Exact([Stress<'a>; 2]),
     /// A finer solution, so many times more exact than the certified error of the converged one.
     Overkill(f64),
+}
+
+impl Truth<'_> {
+    /// The exact stresses of reference problem 2, see [`signorini`].
+    pub fn signorini(materials: [(f64, f64); 2], k: f64) -> Self {
+        Self::Exact(signorini::exact(materials, k).map(|e| Box::new(move |x| e.stress(x)) as Stress<'_>))
+    }
+
+    /// The exact stresses of heavy columns.
+    pub fn columns(columns: Columns) -> Self {
+        Self::Exact([0, 1].map(|b| Box::new(move |x| columns.stress(b, x)) as Stress<'_>))
+    }
 }
 
 /// One iteration of one problem.
