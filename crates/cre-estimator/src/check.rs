@@ -95,10 +95,18 @@ fn norm(a: Vector) -> f64 {
 
 /// Checks an admissible pair.
 pub fn check(problem: &ContactProblem, pair: &AdmissiblePair) -> Admissibility {
-    let (a, b) = rayon::join(
-        || forces(&problem.bodies[0], &pair.equilibrated[0]),
-        || forces(&problem.bodies[1], &pair.equilibrated[1]),
-    );
+    check_and_visit(problem, pair, |_, _, _| ()).0
+}
+
+/// [`check`], and what `visit` makes of body, triangle and its stress on the way, for every triangle of each body.
+pub(crate) fn check_and_visit<T: Send>(
+    problem: &ContactProblem,
+    pair: &AdmissiblePair,
+    visit: impl Fn(usize, usize, &CellStress) -> T + Sync,
+) -> (Admissibility, [Vec<T>; 2]) {
+    let of_body =
+        |b: usize| forces(&problem.bodies[b], &pair.equilibrated[b], |t, tau: &CellStress| visit(b, t, tau));
+    let ((a, first), (b, second)) = rayon::join(|| of_body(0), || of_body(1));
     let noise = larger(
         force_noise(&problem.bodies[0], &pair.displacement[0]),
         force_noise(&problem.bodies[1], &pair.displacement[1]),
@@ -130,7 +138,7 @@ pub fn check(problem: &ContactProblem, pair: &AdmissiblePair) -> Admissibility {
     found.supports = larger(problem.bodies[0].roller_turn(), problem.bodies[1].roller_turn());
     found.penetration = relative(penetration, trace);
     found.pressure_sign = relative(negative, largest);
-    found
+    (found, [first, second])
 }
 
 /// Rounding errors of a strain, in units of ε: of one term `u ∇φ` of its sum.
@@ -204,28 +212,48 @@ impl Shape {
 /// Checks the equilibrium of one body's stress with its loads and given tractions; penetration and pressure
 /// are zero.
 pub fn check_stress(body: &Body, stress: &EquilibratedStress) -> Admissibility {
-    forces(body, stress).residuals(0.0)
+    forces(body, stress, |_, _| ()).0.residuals(0.0)
 }
 
 fn relative(x: f64, scale: f64) -> f64 {
     if x == 0.0 { 0.0 } else { x / scale }
 }
 
-fn forces(body: &Body, stress: &EquilibratedStress) -> Forces {
-    let mesh = body.mesh();
-    let cells: Vec<(Forces, CellForces)> = (0..mesh.triangles().len())
+/// Triangles whose edge forces are kept at a time: most edges have both sides among them, and they stay in the cache.
+const BLOCK: usize = 8192;
+
+/// Finds the force residuals of a body, block by block; `visit` is handed each triangle and its stress once.
+fn forces<T: Send>(
+    body: &Body,
+    stress: &EquilibratedStress,
+    visit: impl Fn(usize, &CellStress) -> T + Sync,
+) -> (Forces, Vec<T>) {
+    let triangles = body.mesh().triangles().len();
+    let blocks: Vec<(Forces, Vec<T>)> = (0..triangles.div_ceil(BLOCK))
         .into_par_iter()
-        .with_min_len(512)
-        .map(|t| cell(body, &stress.cell(body, t), t))
+        .map(|k| {
+            let block = k * BLOCK..triangles.min((k + 1) * BLOCK);
+            let mut worst = Forces::default();
+            let mut cells = Vec::with_capacity(block.len());
+            let mut visited = Vec::with_capacity(block.len());
+            for t in block.clone() {
+                let tau = stress.cell(body, t);
+                let (found, forces) = cell(body, &tau, t);
+                worst = worst.max(found);
+                cells.push(forces);
+                visited.push(visit(t, &tau));
+            }
+            let block = Block { body, stress, first: block.start, cells };
+            for t in block.first..block.first + block.cells.len() {
+                for k in 0..3 {
+                    worst = worst.max(block.edge(t, k));
+                }
+            }
+            (worst, visited)
+        })
         .collect();
-    let inside =
-        cells.par_iter().with_min_len(512).map(|(found, _)| *found).reduce(Forces::default, Forces::max);
-    let edges = (0..mesh.topology().edges().len() as u32)
-        .into_par_iter()
-        .with_min_len(512)
-        .map(|e| edge(body, stress, &cells, e))
-        .reduce(Forces::default, Forces::max);
-    inside.max(edges)
+    let worst = blocks.iter().fold(Forces::default(), |worst, (found, _)| worst.max(*found));
+    (worst, blocks.into_iter().flat_map(|(_, visited)| visited).collect())
 }
 
 fn parts(corners: [Vector; 3]) -> [[Vector; 3]; 3] {
@@ -255,40 +283,61 @@ fn cell(body: &Body, tau: &CellStress, t: usize) -> (Forces, CellForces) {
     (worst, outer)
 }
 
-/// Tractions times length at the ends of an edge, in its own order, as one of its triangles gives them.
-fn edge_forces(body: &Body, cells: &[(Forces, CellForces)], t: usize, edge: u32) -> [Vector; 2] {
-    let topology = body.mesh().topology();
-    let k = (0..3).find(|&k| topology.triangle_edges()[t][k] == edge).unwrap_or(0);
-    let forces = cells[t].1[k];
-    let first = topology.edges()[edge as usize][0] == body.mesh().triangles()[t][k];
-    if first { forces } else { [forces[1], forces[0]] }
+/// Consecutive triangles with the forces on their edges.
+struct Block<'a> {
+    body: &'a Body,
+    stress: &'a EquilibratedStress,
+    first: usize,
+    cells: Vec<CellForces>,
 }
 
-fn edge(body: &Body, stress: &EquilibratedStress, cells: &[(Forces, CellForces)], edge: u32) -> Forces {
-    let mesh = body.mesh();
-    let [first, second] = mesh.topology().edge_triangles()[edge as usize].map(|t| t as usize);
-    let on_first = edge_forces(body, cells, first, edge);
-    let mut worst = Forces { scale: larger(norm(on_first[0]), norm(on_first[1])), ..Forces::default() };
-    if !mesh.topology().is_boundary(edge) {
-        let on_second = edge_forces(body, cells, second, edge);
-        for (a, b) in on_first.into_iter().zip(on_second) {
-            worst.jump = larger(worst.jump, norm(add(a, b)));
+impl Block<'_> {
+    /// Compares what acts on edge `k` of triangle `t` from both its sides, or with what is given there. Edges that
+    /// belong to their other triangle have nothing to tell.
+    fn edge(&self, t: usize, k: usize) -> Forces {
+        let mesh = self.body.mesh();
+        let topology = mesh.topology();
+        let edge = topology.triangle_edges()[t][k];
+        let [owner, other] = topology.edge_triangles()[edge as usize].map(|t| t as usize);
+        let mut worst = Forces::default();
+        if owner != t {
+            return worst;
         }
-        return worst;
+        let own = self.edge_forces(t, edge);
+        worst.scale = larger(norm(own[0]), norm(own[1]));
+        if !topology.is_boundary(edge) {
+            for (a, b) in own.into_iter().zip(self.edge_forces(other, edge)) {
+                worst.jump = larger(worst.jump, norm(add(a, b)));
+            }
+            return worst;
+        }
+        let Ok(place) = topology.boundary_edges().binary_search(&edge) else { return worst };
+        let condition = &self.stress.conditions[place];
+        let length = mesh.edge_length(edge);
+        for (force, traction) in own.into_iter().zip(condition.traction) {
+            let given = scale(length, traction);
+            worst.scale = larger(worst.scale, norm(given));
+            let difference = sub(force, given);
+            let residual = match condition.reaction {
+                EdgeReaction::None => norm(difference),
+                EdgeReaction::Along(d) => dot(difference, perpendicular(d)).abs(),
+                EdgeReaction::Both => 0.0,
+            };
+            worst.boundary = larger(worst.boundary, residual);
+        }
+        worst
     }
-    let Ok(place) = mesh.topology().boundary_edges().binary_search(&edge) else { return worst };
-    let condition = &stress.conditions[place];
-    let length = mesh.edge_length(edge);
-    for (force, traction) in on_first.into_iter().zip(condition.traction) {
-        let given = scale(length, traction);
-        worst.scale = larger(worst.scale, norm(given));
-        let difference = sub(force, given);
-        let residual = match condition.reaction {
-            EdgeReaction::None => norm(difference),
-            EdgeReaction::Along(d) => dot(difference, perpendicular(d)).abs(),
-            EdgeReaction::Both => 0.0,
+
+    /// Tractions times length at the ends of an edge, in its own order, as triangle `t` gives them.
+    fn edge_forces(&self, t: usize, edge: u32) -> [Vector; 2] {
+        let mesh = self.body.mesh();
+        let topology = mesh.topology();
+        let k = (0..3).find(|&k| topology.triangle_edges()[t][k] == edge).unwrap_or(0);
+        let forces = match self.cells.get(t.wrapping_sub(self.first)) {
+            Some(forces) => forces[k],
+            None => cell(self.body, &self.stress.cell(self.body, t), t).1[k],
         };
-        worst.boundary = larger(worst.boundary, residual);
+        let first = topology.edges()[edge as usize][0] == mesh.triangles()[t][k];
+        if first { forces } else { [forces[1], forces[0]] }
     }
-    worst
 }

@@ -1,6 +1,7 @@
 //! The constitutive relation error of an admissible pair, and its exact split.
 
 use crate::admissible::AdmissiblePair;
+use crate::johnson_mercier::{self, CellStress};
 use crate::pressure;
 use fem_core::body::Body;
 use fem_core::interface::ContactProblem;
@@ -43,38 +44,62 @@ impl Cre {
 /// The split has no cross term, since `τ − σ̂` is orthogonal to every FE strain that vanishes on Γ_D. Both
 /// sides of it are computed by themselves: [`Cre::split_defect`] compares them.
 pub fn constitutive_relation_error(problem: &ContactProblem, pair: &AdmissiblePair) -> Cre {
-    let by_contact_edge =
-        pressure::contact_terms(&problem.interface, &pair.edge_pressure, &pair.opening, &pair.middle_opening);
-    let contact: f64 = by_contact_edge.iter().sum();
-    let per_body = |b: usize| {
+    let of_body = |b: usize| {
         let body = &problem.bodies[b];
-        let equilibrated = &pair.equilibrated[b];
-        let both: Vec<[f64; 2]> = (0..body.mesh().triangles().len())
+        (0..body.mesh().triangles().len())
             .into_par_iter()
             .with_min_len(512)
-            .map(|t| {
-                let tau = equilibrated.cell(body, t);
-                let (area, material) = (body.mesh().area(t), body.material(t));
-                let distance = |s| crate::johnson_mercier::distance_squared(&tau, s, area, material);
-                [distance(pair.stress[b][t]), distance(equilibrated.finite_element[t])]
-            })
-            .collect();
-        let algebraic = distance_squared(body, &equilibrated.finite_element, &pair.stress[b]);
-        (both, algebraic)
+            .map(|t| cell_distances(problem, pair, b, t, &pair.equilibrated[b].cell(body, t)))
+            .collect()
     };
-    let ((first, a1), (second, a2)) = rayon::join(|| per_body(0), || per_body(1));
-    let column = |both: &[[f64; 2]], k: usize| both.iter().map(|x| x[k]).collect::<Vec<f64>>();
-    let by_cell = [column(&first, 0), column(&second, 0)];
-    let discretisation_by_cell = [column(&first, 1), column(&second, 1)];
-    let total = |cells: &[f64]| sum_over_triangles(cells.len(), |t| cells[t]);
-    let discretisation_squared = total(&discretisation_by_cell[0]) + total(&discretisation_by_cell[1]);
-    Cre {
-        e_cre_squared: total(&by_cell[0]) + total(&by_cell[1]) + contact,
-        by_cell,
-        discretisation_by_cell,
-        by_contact_edge,
-        discretisation_squared,
-        algebraic_squared: a1 + a2 + contact,
+    let (first, second) = rayon::join(|| of_body(0), || of_body(1));
+    Cre::from_cells(problem, pair, [first, second])
+}
+
+/// Computes `‖τ − σ(v)‖²` and `‖τ − σ̂‖²` of one triangle, J/m.
+pub(crate) fn cell_distances(
+    problem: &ContactProblem,
+    pair: &AdmissiblePair,
+    b: usize,
+    t: usize,
+    tau: &CellStress,
+) -> [f64; 2] {
+    let body = &problem.bodies[b];
+    let (area, material) = (body.mesh().area(t), body.material(t));
+    [pair.stress[b][t], pair.equilibrated[b].finite_element[t]]
+        .map(|constant| johnson_mercier::distance_squared(tau, constant, area, material))
+}
+
+impl Cre {
+    /// Sums up [`cell_distances`] of all triangles.
+    pub(crate) fn from_cells(
+        problem: &ContactProblem,
+        pair: &AdmissiblePair,
+        distances: [Vec<[f64; 2]>; 2],
+    ) -> Self {
+        let by_contact_edge = pressure::contact_terms(
+            &problem.interface,
+            &pair.edge_pressure,
+            &pair.opening,
+            &pair.middle_opening,
+        );
+        let contact: f64 = by_contact_edge.iter().sum();
+        let algebraic = |b: usize| {
+            distance_squared(&problem.bodies[b], &pair.equilibrated[b].finite_element, &pair.stress[b])
+        };
+        let column = |k: usize| [0, 1].map(|b: usize| distances[b].iter().map(|x| x[k]).collect::<Vec<f64>>());
+        let (by_cell, discretisation_by_cell) = (column(0), column(1));
+        let total = |cells: &[Vec<f64>; 2]| {
+            cells.iter().map(|cells| sum_over_triangles(cells.len(), |t| cells[t])).sum::<f64>()
+        };
+        Self {
+            e_cre_squared: total(&by_cell) + contact,
+            discretisation_squared: total(&discretisation_by_cell),
+            algebraic_squared: algebraic(0) + algebraic(1) + contact,
+            by_cell,
+            discretisation_by_cell,
+            by_contact_edge,
+        }
     }
 }
 

@@ -1,8 +1,8 @@
 //! Everything a certificate needs, in one call.
 
 use crate::admissible::{AdmissiblePair, pair_and_stars};
-use crate::check::{Admissibility, check, energy_noise};
-use crate::cre::{Cre, constitutive_relation_error};
+use crate::check::{Admissibility, check_and_visit, energy_noise};
+use crate::cre::{Cre, cell_distances};
 use crate::error::EstimatorError;
 use crate::indicators::eta_dis_squared_with;
 use crate::star_relaxation::Relaxation;
@@ -55,8 +55,10 @@ pub fn estimate_with(
     relaxation: Relaxation,
 ) -> Result<Estimate, EstimatorError> {
     let (pair, stars) = pair_and_stars(problem, bodies, state, relaxation)?;
-    let cre = constitutive_relation_error(problem, &pair);
-    let admissibility = check(problem, &pair);
+    // One walk over the cells for both.
+    let (admissibility, distances) =
+        check_and_visit(problem, &pair, |b, t, tau| cell_distances(problem, &pair, b, t, tau));
+    let cre = Cre::from_cells(problem, &pair, distances);
     let energy = |b: usize| {
         let body = &problem.bodies[b];
         sum_over_triangles(pair.stress[b].len(), |t| {

@@ -48,7 +48,7 @@ pub struct Cholesky {
     values: Vec<f64>,
 }
 
-/// Columns `first..first+width` of `L`: a dense trapezium of the diagonal block and the rows `below`.
+/// Columns `first..first+width` of `L`: a dense trapezium of the lower diagonal block and the rows `below`.
 struct Panel<'a> {
     first: usize,
     width: usize,
@@ -57,10 +57,12 @@ struct Panel<'a> {
 }
 
 impl Panel<'_> {
-    /// Returns the stored part of a column, rows of the diagonal block first.
-    fn column(&self, k: usize) -> &[f64] {
+    /// Returns a column: its pivot, the rest of the diagonal block's rows, and the rows below.
+    fn column(&self, k: usize) -> (f64, &[f64], &[f64]) {
         let height = self.width + self.below.len();
-        &self.values[k * height..(k + 1) * height]
+        let start = symbolic::column_start(k, height);
+        let (inside, below) = self.values[start..start + height - k].split_at(self.width - k);
+        (inside[0], &inside[1..], below)
     }
 }
 
@@ -99,7 +101,7 @@ impl Cholesky {
         for panel in self.panels() {
             for k in 0..panel.width {
                 let j = panel.first + k;
-                let pivot = panel.column(k)[k];
+                let (pivot, ..) = panel.column(k);
                 let ratio = pivot * pivot / matrix.values[matrix.starts[j] as usize];
                 if !(ratio >= smallest.1) {
                     smallest = (j, ratio);
@@ -128,11 +130,11 @@ impl Cholesky {
             tail.clear();
             tail.resize(panel.below.len(), 0.0);
             for k in 0..panel.width {
-                let (diagonal, below) = panel.column(k).split_at(panel.width);
-                let value = x[panel.first + k] / diagonal[k];
+                let (pivot, inside, below) = panel.column(k);
+                let value = x[panel.first + k] / pivot;
                 x[panel.first + k] = value;
-                let inside = &mut x[panel.first + k + 1..panel.first + panel.width];
-                for (xi, l) in inside.iter_mut().zip(&diagonal[k + 1..]) {
+                let after = &mut x[panel.first + k + 1..panel.first + panel.width];
+                for (xi, l) in after.iter_mut().zip(inside) {
                     *xi -= l * value;
                 }
                 for (t, l) in tail.iter_mut().zip(below) {
@@ -161,9 +163,9 @@ impl Cholesky {
             tail.clear();
             tail.extend(panel.below.iter().map(|&row| x[row as usize]));
             for k in (0..width).rev() {
-                let (diagonal, below) = panel.column(k).split_at(panel.width);
-                let inside = dot(&x[panel.first + k + 1..panel.first + panel.width], &diagonal[k + 1..]);
-                x[panel.first + k] = (x[panel.first + k] - inside - dot(&tail, below)) / diagonal[k];
+                let (pivot, inside, below) = panel.column(k);
+                let known = dot(&x[panel.first + k + 1..panel.first + panel.width], inside) + dot(&tail, below);
+                x[panel.first + k] = (x[panel.first + k] - known) / pivot;
             }
         }
     }
@@ -180,12 +182,11 @@ impl Cholesky {
         let mut block = vec![0.0; m * m];
         for panel in self.panels().filter(|p| p.first + p.width > start) {
             for k in start.saturating_sub(panel.first)..panel.width {
-                let column = panel.column(k);
+                let (pivot, inside, below) = panel.column(k);
                 let j = panel.first + k - start;
-                for (i, value) in column[k..panel.width].iter().enumerate() {
-                    block[j * m + j + i] = *value;
-                }
-                for (&row, value) in panel.below.iter().zip(&column[panel.width..]) {
+                block[j * m + j] = pivot;
+                block[j * m + j + 1..j * m + j + 1 + inside.len()].copy_from_slice(inside);
+                for (&row, value) in panel.below.iter().zip(below) {
                     block[j * m + row as usize - start] = *value;
                 }
             }

@@ -5,7 +5,7 @@
 //! parent.
 
 use super::CholeskyError;
-use super::symbolic::{Layout, SymbolicCholesky};
+use super::symbolic::{Layout, SymbolicCholesky, column_start};
 use super::workspace::{Run, Workspace};
 use crate::sparse::SymmetricCsc;
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -60,10 +60,11 @@ impl Job<'_> {
     ) -> Result<(), CholeskyError> {
         let layout = &self.symbolic.layouts()[s];
         let start = self.symbolic.values_start(layout);
-        let (below, panel) = values.split_at_mut(layout.values.start - start);
+        let (below, columns) = values.split_at_mut(layout.values.start - start);
         let floor = work.top[1 - side];
         let beside = self.children(s, below, work, 1 - side)?;
-        let Workspace { updates, top, runs, scratch } = work;
+        let Workspace { updates, top, runs, panel, scratch } = work;
+        let panel = &mut panel[..layout.height() * layout.width];
         let [even, odd] = updates;
         let (stack, held) = if side == 0 { (even, &*odd) } else { (odd, &*even) };
         let from = &held[floor..];
@@ -74,6 +75,7 @@ impl Job<'_> {
             self.add_to_panel(child, update, layout, panel, runs);
         }
         self.eliminate(layout, panel, scratch)?;
+        store(layout, panel, columns);
         let b = layout.rows.len();
         let own = &mut stack[top[side]..top[side] + b * b];
         multiply(layout, panel, own);
@@ -140,12 +142,11 @@ impl Job<'_> {
         })
     }
 
-    /// Puts the front's columns of the matrix in its panel.
+    /// Puts the front's columns of the matrix in its panel, lower part.
     fn gather(&self, layout: &Layout, panel: &mut [f64]) {
         let rows = self.symbolic.below(layout);
-        let height = layout.width + rows.len();
-        for k in 0..layout.width {
-            let column = &mut panel[k * height..(k + 1) * height];
+        for (k, column) in panel.chunks_exact_mut(layout.height()).enumerate() {
+            column[k..].fill(0.0);
             let mut next = 0;
             for (i, value) in self.matrix.column(layout.first + k) {
                 let place = if i < layout.first + layout.width {
@@ -172,7 +173,7 @@ impl Job<'_> {
     ) {
         let place = self.symbolic.in_parent(child);
         Run::find(place, runs);
-        let (count, height) = (place.len(), layout.width + layout.rows.len());
+        let (count, height) = (place.len(), layout.height());
         for (j, &column) in place.iter().enumerate().take_while(|(_, c)| (**c as usize) < layout.width) {
             let target = &mut panel[column as usize * height..(column as usize + 1) * height];
             Run::add(runs, &update[j * count..(j + 1) * count], j, target, 0);
@@ -217,6 +218,15 @@ impl Job<'_> {
             solve_lower_triangular_in_place(top.as_ref(), bottom.transpose_mut(), Par::Seq);
         }
         Ok(())
+    }
+}
+
+/// Keeps the lower part of a panel.
+fn store(layout: &Layout, panel: &[f64], columns: &mut [f64]) {
+    let height = layout.height();
+    for (k, column) in panel.chunks_exact(height).enumerate() {
+        let start = column_start(k, height);
+        columns[start..start + height - k].copy_from_slice(&column[k..]);
     }
 }
 

@@ -21,7 +21,7 @@ pub(super) struct Layout {
     pub(super) width: usize,
     /// Its rows below the diagonal block, in `SymbolicCholesky::below`.
     pub(super) rows: Range<usize>,
-    /// Its values in the factor, `(width + rows) × width`, column-major.
+    /// Its values in the factor, column by column from the diagonal down.
     pub(super) values: Range<usize>,
     /// The first front of its subtree.
     pub(super) subtree: usize,
@@ -32,6 +32,20 @@ pub(super) struct Layout {
     pub(super) peak: [usize; 2],
     /// The largest width in its subtree.
     pub(super) widest: usize,
+    /// The largest number of values of a front's columns, upper half of the diagonal block included, in its subtree.
+    pub(super) largest: usize,
+}
+
+impl Layout {
+    /// Counts the rows of its columns, those of the diagonal block included.
+    pub(super) fn height(&self) -> usize {
+        self.width + self.rows.len()
+    }
+}
+
+/// Place of the diagonal entry of column `k` among the values of a front with columns of `height` rows.
+pub(super) fn column_start(k: usize, height: usize) -> usize {
+    k * height - k * k.saturating_sub(1) / 2
 }
 
 /// The structure of a factor: it serves every matrix of the same pattern.
@@ -101,7 +115,7 @@ impl SymbolicCholesky {
             let (width, height) = (end - first, end - first + rows.len());
             let start = symbolic.below.len();
             symbolic.below.extend_from_slice(&rows);
-            let values = symbolic.stored_values..symbolic.stored_values + width * height;
+            let values = symbolic.stored_values..symbolic.stored_values + column_start(width, height);
             symbolic.stored_values = values.end;
             let mut layout = Layout {
                 first,
@@ -112,12 +126,14 @@ impl SymbolicCholesky {
                 flops: operations(width, rows.len()),
                 peak: [0; 2],
                 widest: width,
+                largest: width * height,
             };
             let mut held = 0;
             for child in symbolic.children(s).iter().map(|&c| &symbolic.layouts[c as usize]) {
                 layout.flops += child.flops;
                 layout.subtree = layout.subtree.min(child.subtree);
                 layout.widest = layout.widest.max(child.widest);
+                layout.largest = layout.largest.max(child.largest);
                 let [own, other] = child.peak;
                 layout.peak = [layout.peak[0].max(other), layout.peak[1].max(held + own)];
                 held += child.rows.len().pow(2);
