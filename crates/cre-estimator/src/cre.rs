@@ -87,7 +87,8 @@ impl Cre {
         let algebraic = |b: usize| {
             distance_squared(&problem.bodies[b], &pair.equilibrated[b].finite_element, &pair.stress[b])
         };
-        let column = |k: usize| [0, 1].map(|b: usize| distances[b].iter().map(|x| x[k]).collect::<Vec<f64>>());
+        let column =
+            |k: usize| [0, 1].map(|b: usize| distances[b].iter().map(|x| x[k]).collect::<Vec<f64>>());
         let (by_cell, discretisation_by_cell) = (column(0), column(1));
         let total = |cells: &[Vec<f64>; 2]| {
             cells.iter().map(|cells| sum_over_triangles(cells.len(), |t| cells[t])).sum::<f64>()

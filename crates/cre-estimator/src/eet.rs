@@ -23,6 +23,8 @@ pub type EdgeMoments = Vec<[Vector; 2]>;
 
 /// Vertices handled by one task.
 const CHUNK: usize = 1024;
+/// Chunks whose moments are held before they are put in their places.
+const GROUP: usize = 16;
 
 /// Computes edge moments in equilibrium with the FE stress `stress` (one per triangle, Pa).
 ///
@@ -35,20 +37,23 @@ pub fn edge_moments(body: &Body, stress: &[SymTensor2], conditions: &[EdgeCondit
     let mesh = body.mesh();
     let recovery = Recovery { body, stress, conditions };
     let nodes = mesh.points().len();
-    let chunks: Vec<Vec<(u32, u8, Vector)>> = (0..nodes.div_ceil(CHUNK))
-        .into_par_iter()
-        .map(|k| {
-            let mut found = Vec::with_capacity(8 * CHUNK);
-            let (mut star, mut relative) = (Star::default(), Vec::new());
-            for node in k * CHUNK..nodes.min((k + 1) * CHUNK) {
-                recovery.vertex(node, &mut star, &mut relative, &mut found);
-            }
-            found
-        })
-        .collect();
+    let chunks = nodes.div_ceil(CHUNK);
     let mut moments = vec![[[0.0; 2]; 2]; mesh.topology().edges().len()];
-    for (edge, end, moment) in chunks.into_iter().flatten() {
-        moments[edge as usize][end as usize] = moment;
+    for group in (0..chunks).step_by(GROUP) {
+        let found: Vec<Vec<(u32, u8, Vector)>> = (group..chunks.min(group + GROUP))
+            .into_par_iter()
+            .map(|k| {
+                let mut found = Vec::with_capacity(8 * CHUNK);
+                let (mut star, mut relative) = (Star::default(), Vec::new());
+                for node in k * CHUNK..nodes.min((k + 1) * CHUNK) {
+                    recovery.vertex(node, &mut star, &mut relative, &mut found);
+                }
+                found
+            })
+            .collect();
+        for (edge, end, moment) in found.into_iter().flatten() {
+            moments[edge as usize][end as usize] = moment;
+        }
     }
     moments
 }

@@ -41,6 +41,13 @@ impl Star {
     }
 }
 
+/// Tells whether a vertex lies inside the mesh: whether its triangles follow each other all the way round.
+pub(crate) fn is_closed(mesh: &TriMesh, node: usize) -> bool {
+    let topology = mesh.topology();
+    let before = |t: u32| topology.triangle_edges()[t as usize][corner(mesh, t, node)];
+    !topology.triangles_around(node).iter().any(|&t| topology.is_boundary(before(t)))
+}
+
 /// Finds which corner of a triangle a node is.
 pub(crate) fn corner(mesh: &TriMesh, triangle: u32, node: usize) -> usize {
     mesh.triangles()[triangle as usize].iter().position(|&n| n as usize == node).unwrap_or(0)

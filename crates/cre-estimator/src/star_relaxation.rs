@@ -24,6 +24,7 @@
 //! Mercier 1978; Clough and Tocher 1965.
 
 mod airy;
+mod inverse;
 mod shared;
 mod space;
 mod stars;
@@ -31,13 +32,14 @@ mod stars;
 mod tests;
 
 use crate::admissible::EquilibratedStress;
-use airy::{Cell, UNKNOWNS};
+use airy::Cell;
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
 use fem_core::norm::sum_over_triangles;
 use rayon::prelude::*;
 use shared::Shared;
 use space::Space;
-use stars::Stars;
+use stars::{BAND, Stars};
+use std::ops::Range;
 
 /// A gain below this fraction of the energies at hand is round-off: the gradient has vanished.
 const ROUND_OFF: f64 = 1e-28;
@@ -205,29 +207,45 @@ impl<'a> StarRelaxation<'a> {
 
     /// Computes the negative gradient of half the energy, `−⟨τ − σ̂, τ_i⟩`, and the energy.
     fn residual(&self, stress: &EquilibratedStress) -> (Shared, f64) {
+        let nodes = self.space.body().mesh().points().len();
+        let r = Shared::zeros(self.space.len());
+        let energies: Vec<f64> = (0..nodes.div_ceil(BAND))
+            .into_par_iter()
+            .map(|k| self.residual_of_band(k * BAND..nodes.min((k + 1) * BAND), stress, &r))
+            .collect();
+        (r, energies.iter().sum())
+    }
+
+    /// Adds to `r` what belongs to some nodes and to the edges of which they are the smaller one, and returns the
+    /// energy of the triangles of which they are the smallest. The triangles between two bands are met in both.
+    fn residual_of_band(&self, band: Range<usize>, stress: &EquilibratedStress, r: &Shared) -> f64 {
         let mesh = self.space.body().mesh();
         let topology = mesh.topology();
-        let cells: Vec<([f64; UNKNOWNS], f64)> = (0..mesh.triangles().len())
-            .into_par_iter()
-            .with_min_len(256)
-            .map(|t| Cell::new(&self.space, t).gradient(&self.space, stress))
-            .collect();
-        let r = Shared::zeros(self.space.len());
-        let nodes = 3 * mesh.points().len();
-        r.update(|i, _| {
-            if i < nodes {
-                let (node, k) = (i / 3, i % 3);
-                let around = topology.triangles_around(node).iter();
-                -around.map(|&t| cells[t as usize].0[3 * crate::star::corner(mesh, t, node) + k]).sum::<f64>()
-            } else {
-                let edge = (i - nodes) as u32;
-                let triangles = topology.edge_triangles()[edge as usize].map(|t| t as usize);
-                let place = |t: usize| topology.triangle_edges()[t].iter().position(|&e| e == edge);
-                let both = triangles.into_iter().filter(|&t| t < cells.len());
-                -both.map(|t| cells[t].0[9 + place(t).unwrap_or(0)]).sum::<f64>()
+        let is_own = |n: u32| band.contains(&(n as usize));
+        let mut energy = 0.0;
+        for n in band.clone() {
+            for &t in topology.triangles_around(n) {
+                let corners = mesh.triangles()[t as usize];
+                if corners.iter().any(|&m| is_own(m) && (m as usize) < n) {
+                    continue;
+                }
+                let (gradient, of_cell) = Cell::new(&self.space, t as usize).gradient(&self.space, stress);
+                let add = |i: usize, g: f64| r.set(i, r.get(i) - g);
+                for k in 0..3 {
+                    if is_own(corners[k]) {
+                        (0..3).for_each(|c| add(3 * corners[k] as usize + c, gradient[3 * k + c]));
+                    }
+                    let edge = topology.triangle_edges()[t as usize][k];
+                    if is_own(topology.edges()[edge as usize][0]) {
+                        add(self.space.edge_unknown(edge), gradient[9 + k]);
+                    }
+                }
+                if corners.iter().all(|&m| m as usize >= n) {
+                    energy += of_cell;
+                }
             }
-        });
-        (r, sum_over_triangles(cells.len(), |t| cells[t].1))
+        }
+        energy
     }
 }
 

@@ -164,7 +164,8 @@ impl Cholesky {
             tail.extend(panel.below.iter().map(|&row| x[row as usize]));
             for k in (0..width).rev() {
                 let (pivot, inside, below) = panel.column(k);
-                let known = dot(&x[panel.first + k + 1..panel.first + panel.width], inside) + dot(&tail, below);
+                let known =
+                    dot(&x[panel.first + k + 1..panel.first + panel.width], inside) + dot(&tail, below);
                 x[panel.first + k] = (x[panel.first + k] - known) / pivot;
             }
         }

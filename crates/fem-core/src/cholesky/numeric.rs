@@ -171,11 +171,10 @@ impl Job<'_> {
         panel: &mut [f64],
         runs: &mut Vec<Run>,
     ) {
-        let place = self.symbolic.in_parent(child);
-        Run::find(place, runs);
-        let (count, height) = (place.len(), layout.height());
-        for (j, &column) in place.iter().enumerate().take_while(|(_, c)| (**c as usize) < layout.width) {
-            let target = &mut panel[column as usize * height..(column as usize + 1) * height];
+        self.find_runs(child, layout, runs);
+        let (count, height) = (child.rows.len(), layout.height());
+        for (j, column) in Run::places(runs).take_while(|(_, column)| *column < layout.width) {
+            let target = &mut panel[column * height..(column + 1) * height];
             Run::add(runs, &update[j * count..(j + 1) * count], j, target, 0);
         }
     }
@@ -189,14 +188,31 @@ impl Job<'_> {
         own: &mut [f64],
         runs: &mut Vec<Run>,
     ) {
-        let place = self.symbolic.in_parent(child);
-        Run::find(place, runs);
-        let (count, b, width) = (place.len(), layout.rows.len(), layout.width);
-        for j in place.partition_point(|c| (*c as usize) < width)..count {
-            let column = place[j] as usize - width;
-            let target = &mut own[column * b..(column + 1) * b];
+        self.find_runs(child, layout, runs);
+        let (count, b, width) = (child.rows.len(), layout.rows.len(), layout.width);
+        for (j, column) in Run::places(runs).skip_while(|(_, column)| *column < width) {
+            let target = &mut own[(column - width) * b..(column - width + 1) * b];
             Run::add(runs, &update[j * count..(j + 1) * count], j, target, width);
         }
+    }
+
+    /// Finds where the rows of a child stand in the front of its parent.
+    fn find_runs(&self, child: &Layout, parent: &Layout, runs: &mut Vec<Run>) {
+        let end = (parent.first + parent.width) as u32;
+        let candidates = self.symbolic.below(parent);
+        let mut next = 0;
+        Run::collect(
+            self.symbolic.below(child).iter().map(|&row| {
+                if row < end {
+                    return row - parent.first as u32;
+                }
+                while candidates[next] < row {
+                    next += 1;
+                }
+                (parent.width + next) as u32
+            }),
+            runs,
+        );
     }
 
     /// Eliminates the front's columns: `L₁₁ L₁₁ᵀ = A₁₁`, `L₂₁ = A₂₁ L₁₁⁻ᵀ`.

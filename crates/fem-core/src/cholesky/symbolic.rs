@@ -55,8 +55,6 @@ pub struct SymbolicCholesky {
     layouts: Vec<Layout>,
     /// Rows of all fronts below their diagonal blocks, each ascending.
     below: Vec<u32>,
-    /// Place of each of these rows in the parent's front.
-    in_parent: Vec<u32>,
     /// The children of all fronts, each front's ascending, and where they start.
     children: Vec<u32>,
     child_starts: Vec<u32>,
@@ -81,7 +79,6 @@ impl SymbolicCholesky {
             dimension,
             layouts: Vec::with_capacity(fronts.len()),
             below: Vec::new(),
-            in_parent: Vec::new(),
             children,
             child_starts,
             roots: Vec::new(),
@@ -145,32 +142,31 @@ impl SymbolicCholesky {
             }
             symbolic.layouts.push(layout);
         }
-        symbolic.place_in_parents(fronts).map_err(fault)?;
+        symbolic.check_parents(fronts).map_err(fault)?;
         symbolic.peak_values = symbolic.stored_values + root_peak;
         Ok(symbolic)
     }
 
-    /// Finds each row of a front below its diagonal block in the front of its parent.
-    fn place_in_parents(&mut self, fronts: &[Front]) -> Result<(), &'static str> {
-        self.in_parent = vec![0; self.below.len()];
-        for (s, front) in fronts.iter().enumerate().filter(|(_, f)| f.parent != ROOT) {
+    /// Checks that every row of a front below its diagonal block has its place in the front of its parent.
+    fn check_parents(&self, fronts: &[Front]) -> Result<(), &'static str> {
+        for (layout, front) in self.layouts.iter().zip(fronts).filter(|(_, f)| f.parent != ROOT) {
             let parent = &self.layouts[front.parent as usize];
-            let candidates = &self.below[parent.rows.clone()];
+            let candidates = self.below(parent);
             let mut next = 0;
-            for k in self.layouts[s].rows.clone() {
-                let row = self.below[k];
-                self.in_parent[k] = if (row as usize) < parent.first + parent.width {
-                    // Rows before the parent's columns would never be eliminated.
-                    (row as usize).checked_sub(parent.first).ok_or("a front skips rows")? as u32
-                } else {
-                    while candidates.get(next).is_some_and(|&c| c < row) {
-                        next += 1;
-                    }
-                    if candidates.get(next) != Some(&row) {
-                        return Err("a parent lacks a row of its child");
-                    }
-                    (parent.width + next) as u32
-                };
+            for &row in self.below(layout) {
+                if (row as usize) < parent.first {
+                    // It would never be eliminated.
+                    return Err("a front skips rows");
+                }
+                if (row as usize) < parent.first + parent.width {
+                    continue;
+                }
+                while candidates.get(next).is_some_and(|&c| c < row) {
+                    next += 1;
+                }
+                if candidates.get(next) != Some(&row) {
+                    return Err("a parent lacks a row of its child");
+                }
             }
         }
         Ok(())
@@ -217,10 +213,6 @@ impl SymbolicCholesky {
 
     pub(super) fn below(&self, layout: &Layout) -> &[u32] {
         &self.below[layout.rows.clone()]
-    }
-
-    pub(super) fn in_parent(&self, layout: &Layout) -> &[u32] {
-        &self.in_parent[layout.rows.clone()]
     }
 }
 

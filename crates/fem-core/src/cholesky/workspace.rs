@@ -58,16 +58,20 @@ pub(super) struct Run {
 }
 
 impl Run {
-    /// Finds the runs of a child whose rows have these places in the parent.
-    pub(super) fn find(place: &[u32], runs: &mut Vec<Self>) {
+    /// Collects the runs of a child whose rows have these places in the parent.
+    pub(super) fn collect(places: impl Iterator<Item = u32>, runs: &mut Vec<Self>) {
         runs.clear();
-        for (k, &to) in place.iter().enumerate() {
-            let k = k as u32;
+        for (k, to) in (0..).zip(places) {
             match runs.last_mut() {
                 Some(run) if run.to + (k - run.from) == to => run.end = k + 1,
                 _ => runs.push(Self { from: k, end: k + 1, to }),
             }
         }
+    }
+
+    /// Walks over the rows of a child and their places in the parent.
+    pub(super) fn places(runs: &[Self]) -> impl Iterator<Item = (usize, usize)> {
+        runs.iter().flat_map(|run| (run.from as usize..run.end as usize).zip(run.to as usize..))
     }
 
     /// Adds the rows of a child's column from `first` on to the parent's, whose places are counted from `offset`.
