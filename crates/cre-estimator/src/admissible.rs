@@ -33,6 +33,7 @@ impl EquilibratedStress {
     }
 
     /// Computes the loads (traction times length) on the edges of a triangle, N/m.
+    #[inline(always)]
     pub fn cell_loads(&self, body: &Body, triangle: usize) -> CellLoads {
         let topology = body.mesh().topology();
         let corners = body.mesh().triangles()[triangle];
@@ -48,6 +49,7 @@ impl EquilibratedStress {
     }
 
     /// Computes the stress in a triangle.
+    #[inline(always)]
     pub fn cell(&self, body: &Body, triangle: usize) -> CellStress {
         let loads = self.cell_loads(body, triangle);
         johnson_mercier::cell_stress(body.mesh().corners(triangle), &loads, body.body_force())
@@ -160,8 +162,8 @@ pub(crate) fn pair_and_stars<'a>(
     };
     let ((mut e1, s1), (mut e2, s2)) = rayon::join(|| recover(0), || recover(1));
     // One body after the other, each in parallel: the stars of one at a time are in memory.
-    let (_, r2) = relax_with_stars(&problem.bodies[1], &mut e2, relaxation);
-    let (stars, r1) = relax_with_stars(&problem.bodies[0], &mut e1, relaxation);
+    let (used, r2) = relax_with_stars(&problem.bodies[1], &mut e2, relaxation, None);
+    let (stars, r1) = relax_with_stars(&problem.bodies[0], &mut e1, relaxation, used);
     let pair = AdmissiblePair {
         displacement,
         stress: [s1, s2],

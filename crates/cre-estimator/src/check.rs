@@ -8,6 +8,7 @@ use fem_core::geometry::{Vector, add, dot, perpendicular, scale, sub};
 use fem_core::interface::ContactProblem;
 use fem_core::norm::sum_over_triangles;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Force residuals up to this are round-off; larger ones invalidate a certificate.
 pub const FORCE_TOLERANCE: f64 = 1e-10;
@@ -49,7 +50,7 @@ impl Admissibility {
     }
 }
 
-/// Force residuals of one body and the scale they are compared with, N/m.
+/// Squares of the force residuals of one body and of the scale they are compared with, N²/m²: one root for all of them.
 #[derive(Clone, Copy, Debug, Default)]
 struct Forces {
     equilibrium: f64,
@@ -70,11 +71,11 @@ impl Forces {
 
     /// Relates the residuals to the scale, or to one at which `noise` alone just passes.
     fn residuals(self, noise: f64) -> Admissibility {
-        let scale = larger(self.scale, noise / FORCE_TOLERANCE);
+        let scale = larger(self.scale.sqrt(), noise / FORCE_TOLERANCE);
         Admissibility {
-            equilibrium: relative(self.equilibrium, scale),
-            traction_jump: relative(self.jump, scale),
-            boundary_traction: relative(self.boundary, scale),
+            equilibrium: relative(self.equilibrium.sqrt(), scale),
+            traction_jump: relative(self.jump.sqrt(), scale),
+            boundary_traction: relative(self.boundary.sqrt(), scale),
             ..Admissibility::default()
         }
     }
@@ -88,9 +89,13 @@ fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }
 
+fn square(a: Vector) -> f64 {
+    dot(a, a)
+}
+
 /// Length of a vector by its square: the guard of `hypot` against overflow costs more than the whole check.
 fn norm(a: Vector) -> f64 {
-    dot(a, a).sqrt()
+    square(a).sqrt()
 }
 
 /// Checks an admissible pair.
@@ -232,28 +237,46 @@ fn forces<T: Send>(
     let blocks: Vec<(Forces, Vec<T>)> = (0..triangles.div_ceil(BLOCK))
         .into_par_iter()
         .map(|k| {
-            let block = k * BLOCK..triangles.min((k + 1) * BLOCK);
-            let mut worst = Forces::default();
-            let mut cells = Vec::with_capacity(block.len());
-            let mut visited = Vec::with_capacity(block.len());
-            for t in block.clone() {
-                let tau = stress.cell(body, t);
-                let (found, forces) = cell(body, &tau, t);
-                worst = worst.max(found);
-                cells.push(forces);
-                visited.push(visit(t, &tau));
-            }
-            let block = Block { body, stress, first: block.start, cells };
-            for t in block.first..block.first + block.cells.len() {
-                for k in 0..3 {
-                    worst = worst.max(block.edge(t, k));
-                }
-            }
-            (worst, visited)
+            let triangles = k * BLOCK..triangles.min((k + 1) * BLOCK);
+            pulp::Arch::new().dispatch(BlockForces { body, stress, triangles, visit: &visit })
         })
         .collect();
     let worst = blocks.iter().fold(Forces::default(), |worst, (found, _)| worst.max(*found));
     (worst, blocks.into_iter().flat_map(|(_, visited)| visited).collect())
+}
+
+/// The force residuals of a block.
+struct BlockForces<'a, V> {
+    body: &'a Body,
+    stress: &'a EquilibratedStress,
+    triangles: Range<usize>,
+    visit: &'a V,
+}
+
+impl<T, V: Fn(usize, &CellStress) -> T> pulp::NullaryFnOnce for BlockForces<'_, V> {
+    type Output = (Forces, Vec<T>);
+
+    #[inline(always)]
+    fn call(self) -> (Forces, Vec<T>) {
+        let Self { body, stress, triangles, visit } = self;
+        let mut worst = Forces::default();
+        let mut cells = Vec::with_capacity(triangles.len());
+        let mut visited = Vec::with_capacity(triangles.len());
+        for t in triangles.clone() {
+            let tau = stress.cell(body, t);
+            let (found, forces) = cell(body, &tau, t);
+            worst = worst.max(found);
+            cells.push(forces);
+            visited.push(visit(t, &tau));
+        }
+        let block = Block { body, stress, first: triangles.start, cells };
+        for t in triangles {
+            for k in 0..3 {
+                worst = worst.max(block.edge(t, k));
+            }
+        }
+        (worst, visited)
+    }
 }
 
 fn parts(corners: [Vector; 3]) -> [[Vector; 3]; 3] {
@@ -261,20 +284,22 @@ fn parts(corners: [Vector; 3]) -> [[Vector; 3]; 3] {
     std::array::from_fn(|k| [corners[k], corners[(k + 1) % 3], centre])
 }
 
+#[inline(always)]
 fn cell(body: &Body, tau: &CellStress, t: usize) -> (Forces, CellForces) {
     let corners = body.mesh().corners(t);
     let area = body.mesh().area(t);
-    let mut worst = Forces { scale: norm(body.body_force()) * area, ..Forces::default() };
+    let load = scale(area, body.body_force());
+    let mut worst = Forces { scale: square(load), ..Forces::default() };
     let mut outer = CellForces::default();
     for (k, points) in parts(corners).iter().enumerate() {
         let divergence = add(part_divergence(*points, &tau[k]), body.body_force());
-        worst.equilibrium = larger(worst.equilibrium, norm(divergence) * area / 3.0);
+        worst.equilibrium = larger(worst.equilibrium, square(scale(area / 3.0, divergence)));
         // The inner edge at corner k, between part k and the part before it.
         let inner = sub(points[2], points[0]);
         let normal = [inner[1], -inner[0]];
         let other = &tau[(k + 2) % 3];
         for (s, o) in [(tau[k][0], other[1]), (tau[k][2], other[2])] {
-            worst.equilibrium = larger(worst.equilibrium, norm(s.minus(o).apply(normal)));
+            worst.equilibrium = larger(worst.equilibrium, square(s.minus(o).apply(normal)));
         }
         let along = sub(points[1], points[0]);
         let normal = [along[1], -along[0]];
@@ -304,10 +329,10 @@ impl Block<'_> {
             return worst;
         }
         let own = self.edge_forces(t, edge);
-        worst.scale = larger(norm(own[0]), norm(own[1]));
+        worst.scale = larger(square(own[0]), square(own[1]));
         if !topology.is_boundary(edge) {
             for (a, b) in own.into_iter().zip(self.edge_forces(other, edge)) {
-                worst.jump = larger(worst.jump, norm(add(a, b)));
+                worst.jump = larger(worst.jump, square(add(a, b)));
             }
             return worst;
         }
@@ -316,11 +341,11 @@ impl Block<'_> {
         let length = mesh.edge_length(edge);
         for (force, traction) in own.into_iter().zip(condition.traction) {
             let given = scale(length, traction);
-            worst.scale = larger(worst.scale, norm(given));
+            worst.scale = larger(worst.scale, square(given));
             let difference = sub(force, given);
             let residual = match condition.reaction {
-                EdgeReaction::None => norm(difference),
-                EdgeReaction::Along(d) => dot(difference, perpendicular(d)).abs(),
+                EdgeReaction::None => square(difference),
+                EdgeReaction::Along(d) => dot(difference, perpendicular(d)).powi(2),
                 EdgeReaction::Both => 0.0,
             };
             worst.boundary = larger(worst.boundary, residual);

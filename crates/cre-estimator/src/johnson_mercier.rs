@@ -27,6 +27,7 @@ const CENTRE: Vector = [1.0 / 3.0, 1.0 / 3.0];
 ///
 /// It maps from the reference triangle by the double Piola transform `τ = (1/J) F τ̂ Fᵀ`, which keeps
 /// symmetry, divergence and tractions. A body force is carried by `τ_P = −diag(b_x (x−x_c), b_y (y−y_c))`.
+#[inline(always)]
 pub fn cell_stress(corners: [Vector; 3], loads: &CellLoads, body_force: Vector) -> CellStress {
     let centre = [0, 1].map(|c| (corners[0][c] + corners[1][c] + corners[2][c]) / 3.0);
     let particular = |x: Vector| {
@@ -58,6 +59,7 @@ pub fn cell_stress(corners: [Vector; 3], loads: &CellLoads, body_force: Vector) 
     stress
 }
 
+#[inline(always)]
 fn divergence_free(corners: [Vector; 3], loads: &CellLoads) -> CellStress {
     let (a, b) = (sub(corners[1], corners[0]), sub(corners[2], corners[0]));
     let jacobian = a[0] * b[1] - a[1] * b[0];
@@ -92,6 +94,7 @@ fn divergence_free(corners: [Vector; 3], loads: &CellLoads) -> CellStress {
 }
 
 /// Computes `∫ (τ − σ) : E⁻¹ (τ − σ)` over a triangle of the given area for a constant σ, J/m.
+#[inline(always)]
 pub fn distance_squared(
     stress: &CellStress,
     constant: SymTensor2,

@@ -24,7 +24,9 @@
 //! Mercier 1978; Clough and Tocher 1965.
 
 mod airy;
+mod form;
 mod inverse;
+mod lanes;
 mod shared;
 mod space;
 mod stars;
@@ -99,19 +101,22 @@ pub struct RelaxationReport {
 /// Where there is nothing to gain (a body at rest, a uniform stress) it is left as it is. To relax several stresses of
 /// one body under the same kind of conditions, prepare a [`StarRelaxation`] once.
 pub fn relax(body: &Body, stress: &mut EquilibratedStress, relaxation: Relaxation) -> RelaxationReport {
-    relax_with_stars(body, stress, relaxation).1
+    relax_with_stars(body, stress, relaxation, None).1
 }
 
 /// [`relax`], with the stars for another stress; none where no step is asked for.
+///
+/// * `used`: stars whose memory may be used again.
 pub(crate) fn relax_with_stars<'a>(
     body: &'a Body,
     stress: &mut EquilibratedStress,
     relaxation: Relaxation,
+    used: Option<StarRelaxation<'_>>,
 ) -> (Option<StarRelaxation<'a>>, RelaxationReport) {
     if relaxation.max_steps() == 0 {
         return (None, RelaxationReport::unrelaxed(body, stress));
     }
-    let stars = StarRelaxation::new(body, &stress.conditions);
+    let stars = StarRelaxation::in_memory_of(used, body, &stress.conditions);
     let report = stars.relax(stress, relaxation);
     (Some(stars), report)
 }
@@ -138,8 +143,12 @@ impl<'a> StarRelaxation<'a> {
     /// * `conditions`: of each boundary edge, in the order of
     ///   [`fem_core::mesh::topology::Topology::boundary_edges`]; only the directions of reaction count.
     pub fn new(body: &'a Body, conditions: &[EdgeCondition]) -> Self {
+        Self::in_memory_of(None, body, conditions)
+    }
+
+    fn in_memory_of(used: Option<StarRelaxation<'_>>, body: &'a Body, conditions: &[EdgeCondition]) -> Self {
         let space = Space::new(body, conditions);
-        let stars = Stars::new(&space);
+        let stars = Stars::new(&space, used.map(|used| used.stars));
         Self { space, stars, reactions: conditions.iter().map(|c| c.reaction).collect() }
     }
 
@@ -211,33 +220,50 @@ impl<'a> StarRelaxation<'a> {
         let r = Shared::zeros(self.space.len());
         let energies: Vec<f64> = (0..nodes.div_ceil(BAND))
             .into_par_iter()
-            .map(|k| self.residual_of_band(k * BAND..nodes.min((k + 1) * BAND), stress, &r))
+            .map(|k| {
+                let nodes = k * BAND..nodes.min((k + 1) * BAND);
+                pulp::Arch::new().dispatch(BandResidual { space: &self.space, nodes, stress, r: &r })
+            })
             .collect();
         (r, energies.iter().sum())
     }
+}
 
-    /// Adds to `r` what belongs to some nodes and to the edges of which they are the smaller one, and returns the
-    /// energy of the triangles of which they are the smallest. The triangles between two bands are met in both.
-    fn residual_of_band(&self, band: Range<usize>, stress: &EquilibratedStress, r: &Shared) -> f64 {
-        let mesh = self.space.body().mesh();
+/// The residual of some nodes and of the edges of which they are the smaller one.
+struct BandResidual<'a> {
+    space: &'a Space<'a>,
+    nodes: Range<usize>,
+    stress: &'a EquilibratedStress,
+    r: &'a Shared,
+}
+
+impl pulp::NullaryFnOnce for BandResidual<'_> {
+    type Output = f64;
+
+    /// Adds it to `r`, and returns the energy of the triangles of which these nodes are the smallest. The triangles
+    /// between two bands are met in both.
+    #[inline(always)]
+    fn call(self) -> f64 {
+        let Self { space, nodes, stress, r } = self;
+        let mesh = space.body().mesh();
         let topology = mesh.topology();
-        let is_own = |n: u32| band.contains(&(n as usize));
+        let is_own = |n: u32| nodes.contains(&(n as usize));
+        let add = |i: usize, g: f64| r.set(i, r.get(i) - g);
         let mut energy = 0.0;
-        for n in band.clone() {
+        for n in nodes.clone() {
             for &t in topology.triangles_around(n) {
                 let corners = mesh.triangles()[t as usize];
                 if corners.iter().any(|&m| is_own(m) && (m as usize) < n) {
                     continue;
                 }
-                let (gradient, of_cell) = Cell::new(&self.space, t as usize).gradient(&self.space, stress);
-                let add = |i: usize, g: f64| r.set(i, r.get(i) - g);
+                let (gradient, of_cell) = Cell::new(space, t as usize).gradient(space, stress);
                 for k in 0..3 {
                     if is_own(corners[k]) {
                         (0..3).for_each(|c| add(3 * corners[k] as usize + c, gradient[3 * k + c]));
                     }
                     let edge = topology.triangle_edges()[t as usize][k];
                     if is_own(topology.edges()[edge as usize][0]) {
-                        add(self.space.edge_unknown(edge), gradient[9 + k]);
+                        add(space.edge_unknown(edge), gradient[9 + k]);
                     }
                 }
                 if corners.iter().all(|&m| m as usize >= n) {

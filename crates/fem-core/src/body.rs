@@ -237,11 +237,13 @@ impl Body {
     }
 
     /// Returns the mesh.
+    #[inline]
     pub fn mesh(&self) -> &TriMesh {
         &self.mesh
     }
 
     /// Returns the material of a triangle.
+    #[inline]
     pub fn material(&self, triangle: usize) -> &LinearElastic {
         self.materials.of(triangle)
     }
@@ -252,6 +254,7 @@ impl Body {
     }
 
     /// Returns the body force per unit area and thickness, N/m³.
+    #[inline]
     pub fn body_force(&self) -> Vector {
         self.conditions.body_force
     }

@@ -16,6 +16,7 @@ pub struct Triangle {
 
 impl Triangle {
     /// Computes area and gradients from the corners, counter-clockwise.
+    #[inline]
     pub fn new(corners: [Vector; 3]) -> Self {
         let area = signed_area(corners);
         let half = 1.0 / (2.0 * area);
@@ -27,6 +28,7 @@ impl Triangle {
     }
 
     /// Computes the strain of nodal displacements, constant in the triangle.
+    #[inline]
     pub fn strain(&self, displacement: [Vector; 3]) -> SymTensor2 {
         let mut e = SymTensor2::default();
         for (u, g) in displacement.iter().zip(&self.gradients) {
@@ -47,6 +49,7 @@ impl Triangle {
     }
 
     /// Computes `∫ σ ∇φ_k`, the nodal forces of a constant stress, N/m.
+    #[inline]
     pub fn internal_forces(&self, stress: SymTensor2) -> [Vector; 3] {
         self.gradients.map(|g| {
             let f = stress.apply(g);

@@ -156,6 +156,7 @@ impl LinearElastic {
     }
 
     /// Computes the stress of a strain, `σ = E ε`.
+    #[inline]
     pub fn stress(&self, strain: SymTensor2) -> SymTensor2 {
         let d = &self.stiffness;
         let (x, y, g) = (strain.xx, strain.yy, 2.0 * strain.xy);
@@ -167,6 +168,7 @@ impl LinearElastic {
     }
 
     /// Computes the strain of a stress, `ε = E⁻¹ σ`.
+    #[inline]
     pub fn strain(&self, stress: SymTensor2) -> SymTensor2 {
         let c = &self.compliance;
         let SymTensor2 { xx, yy, xy } = stress;
@@ -178,6 +180,7 @@ impl LinearElastic {
     }
 
     /// Computes `σ : E⁻¹ τ`, the complementary energy product of two stresses (J/m³, no factor ½).
+    #[inline]
     pub fn complementary(&self, sigma: SymTensor2, tau: SymTensor2) -> f64 {
         sigma.contract(self.strain(tau))
     }

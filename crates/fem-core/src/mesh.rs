@@ -184,16 +184,19 @@ impl TriMesh {
     }
 
     /// Returns the coordinates of the nodes.
+    #[inline]
     pub fn points(&self) -> &[Vector] {
         &self.points
     }
 
     /// Returns the corners of the triangles, counter-clockwise.
+    #[inline]
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
 
     /// Returns edges and neighbourhoods.
+    #[inline]
     pub fn topology(&self) -> &Topology {
         &self.topology
     }
@@ -209,16 +212,19 @@ impl TriMesh {
     }
 
     /// Returns the three corner points of a triangle.
+    #[inline]
     pub fn corners(&self, triangle: usize) -> [Vector; 3] {
         self.triangles[triangle].map(|n| self.points[n as usize])
     }
 
     /// Computes the area of a triangle, m².
+    #[inline]
     pub fn area(&self, triangle: usize) -> f64 {
         geometry::signed_area(self.corners(triangle))
     }
 
     /// Computes the length of an edge, m.
+    #[inline]
     pub fn edge_length(&self, edge: u32) -> f64 {
         let [a, b] = self.topology.edges()[edge as usize].map(|n| self.points[n as usize]);
         geometry::norm(geometry::sub(b, a))

@@ -19,9 +19,6 @@ pub(super) const UNKNOWNS: usize = 12;
 /// Entries of the lower half of a 12×12 matrix.
 pub(super) const PACKED: usize = UNKNOWNS * (UNKNOWNS + 1) / 2;
 
-/// `⟨τ_i, τ_j⟩` in the complementary energy, lower half by rows.
-pub(super) type Form = [f64; PACKED];
-
 /// Place of entry (i, j) of a symmetric matrix in its lower half by rows.
 pub(super) const fn packed(i: usize, j: usize) -> usize {
     if i < j { j * (j + 1) / 2 + i } else { i * (i + 1) / 2 + j }
@@ -48,17 +45,17 @@ pub(super) fn rotated(a: Vector) -> Vector {
 }
 
 /// The reference triangle's matrices. Columns: `∇φ` at the three corners, then its mean on the three edges.
-struct Reference {
+pub(super) struct Reference {
     /// `R ∇²φ Rᵀ`; rows: part, corner, component as in [`johnson_mercier`].
     stress: [[f64; 12]; 27],
     /// `∫ s_p s_q` of the components xx, yy, xy, each pair of different ones with its mirror.
-    mass: [Form; 6],
+    pub(super) mass: [[f64; PACKED]; 6],
 }
 
 /// Pairs of components, in the order of [`Reference::mass`].
 const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
 
-fn reference() -> &'static Reference {
+pub(super) fn reference() -> &'static Reference {
     static REFERENCE: OnceLock<Reference> = OnceLock::new();
     REFERENCE.get_or_init(|| {
         let stress = reference_stress();
@@ -110,13 +107,13 @@ fn reference_stress() -> [[f64; 12]; 27] {
 /// two per edge.
 pub(super) struct Cell {
     /// Per edge: the two rows of its mean gradient under a unit of `φ_b − φ_a`.
-    along: [Vector; 3],
+    pub(super) along: [Vector; 3],
     /// Per edge: the two rows of its mean gradient under its own unknown.
-    across: [Vector; 3],
+    pub(super) across: [Vector; 3],
     /// Per corner: the factor of `φ`.
-    values: [f64; 3],
+    pub(super) values: [f64; 3],
     /// Per corner and slope: the two rows of its gradient.
-    slopes: [[Vector; 2]; 3],
+    pub(super) slopes: [[Vector; 2]; 3],
     /// `a⊗a`, `b⊗b`, `a⊗b + b⊗a` of the two edge vectors at corner 0.
     dyads: [SymTensor2; 3],
     /// `a × b`, twice the area.
@@ -150,18 +147,22 @@ impl Cell {
         }
     }
 
-    /// Computes `Tᵀ G`: what the twelve unknowns make of rows that belong to the reference gradients.
-    fn unknowns<const N: usize>(&self, gradients: &[[f64; N]; 12]) -> [[f64; N]; UNKNOWNS] {
-        let pair = |k: usize, v: Vector| -> [f64; N] {
-            let (x, y) = (&gradients[2 * k], &gradients[2 * k + 1]);
-            std::array::from_fn(|i| x[i] * v[0] + y[i] * v[1])
-        };
-        let along: [[f64; N]; 3] = std::array::from_fn(|k| pair(3 + k, self.along[k]));
-        let mut unknowns = [[0.0; N]; UNKNOWNS];
+    /// Computes the factors of [`Reference::mass`] in `∫ τ_i : E⁻¹ τ_j`; `τ = F s Fᵀ/J²` with the reference stress `s`.
+    pub(super) fn factors(&self, space: &Space<'_>) -> [f64; 6] {
+        let material = space.body().material(self.triangle);
+        let strains = self.dyads.map(|dyad| material.strain(dyad));
+        let scale = 1.0 / (self.jacobian * self.jacobian * self.jacobian);
+        PAIRS.map(|(p, q)| scale * self.dyads[p].contract(strains[q]))
+    }
+
+    /// What the twelve unknowns make of numbers that belong to the reference gradients, `Tᵀ g`.
+    fn unknowns(&self, gradients: &[f64; 12]) -> [f64; UNKNOWNS] {
+        let pair = |k: usize, v: Vector| gradients[2 * k] * v[0] + gradients[2 * k + 1] * v[1];
+        let along = [0, 1, 2].map(|k| pair(3 + k, self.along[k]));
+        let mut unknowns = [0.0; UNKNOWNS];
         for k in 0..3 {
             // Corner k ends edge k + 2 and starts edge k.
-            let (end, start) = (&along[(k + 2) % 3], &along[k]);
-            unknowns[3 * k] = std::array::from_fn(|i| self.values[k] * (end[i] - start[i]));
+            unknowns[3 * k] = self.values[k] * (along[(k + 2) % 3] - along[k]);
             unknowns[3 * k + 1] = pair(k, self.slopes[k][0]);
             unknowns[3 * k + 2] = pair(k, self.slopes[k][1]);
             unknowns[9 + k] = pair(3 + k, self.across[k]);
@@ -169,38 +170,8 @@ impl Cell {
         unknowns
     }
 
-    /// Computes `⟨τ_i, τ_j⟩ = ∫ τ_i : E⁻¹ τ_j` of the twelve unknowns; `τ = F s Fᵀ/J²` with the reference stress `s`.
-    pub(super) fn form(&self, space: &Space<'_>) -> Form {
-        let material = space.body().material(self.triangle);
-        let strains = self.dyads.map(|dyad| material.strain(dyad));
-        let scale = 1.0 / (self.jacobian * self.jacobian * self.jacobian);
-        let mut lower = [0.0; PACKED];
-        for ((p, q), mass) in PAIRS.into_iter().zip(&reference().mass) {
-            let factor = scale * self.dyads[p].contract(strains[q]);
-            for (g, m) in lower.iter_mut().zip(mass) {
-                *g += factor * m;
-            }
-        }
-        let mut gradients = [[0.0; 12]; 12];
-        for i in 0..12 {
-            for j in 0..=i {
-                gradients[i][j] = lower[PLACES[i][j]];
-                gradients[j][i] = lower[PLACES[i][j]];
-            }
-        }
-        // Tᵀ (Tᵀ G)ᵀ
-        let half = self.unknowns(&gradients);
-        let form = self.unknowns::<12>(&std::array::from_fn(|i| std::array::from_fn(|j| half[j][i])));
-        let mut packed = [0.0; PACKED];
-        let mut next = 0;
-        for (i, row) in form.iter().enumerate() {
-            packed[next..=next + i].copy_from_slice(&row[..=i]);
-            next += i + 1;
-        }
-        packed
-    }
-
     /// Computes `⟨τ − σ̂, τ_i⟩` of the twelve unknowns, and `‖τ − σ̂‖²`.
+    #[inline(always)]
     pub(super) fn gradient(&self, space: &Space<'_>, stress: &EquilibratedStress) -> ([f64; UNKNOWNS], f64) {
         let body = space.body();
         let material = body.material(self.triangle);
@@ -225,8 +196,8 @@ impl Cell {
         }
         // ∫ over a part of a third of the area: see [`johnson_mercier::distance_squared`].
         let scale = 0.5 * self.jacobian / 36.0;
-        let gradients = gradients.map(|g| [scale / (self.jacobian * self.jacobian) * g]);
-        (self.unknowns(&gradients).map(|[x]| x), scale * energy)
+        let gradients = gradients.map(|g| scale / (self.jacobian * self.jacobian) * g);
+        (self.unknowns(&gradients), scale * energy)
     }
 }
 

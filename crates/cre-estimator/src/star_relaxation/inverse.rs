@@ -1,14 +1,10 @@
 //! Inverses of the stars' blocks, several of one size at a time.
 
 use super::airy::packed;
+use super::lanes::{LANES, Lanes, ZERO, minus, times};
 
-/// Blocks inverted together. Every operation serves all of them, side by side in the processor's vectors.
-const LANES: usize = 8;
 /// A pivot below this fraction of its diagonal entry is round-off: its unknown is left out of the star.
 const PIVOT_FLOOR: f64 = 1e-12;
-
-/// One number of every block.
-type Lanes = [f64; LANES];
 
 /// Blocks that wait for others of their size, and working space.
 #[derive(Default)]
@@ -32,7 +28,7 @@ impl Inverter {
             self.waiting.resize_with(size + 1, Batch::default);
         }
         let batch = &mut self.waiting[size];
-        batch.blocks.resize(block.len(), [0.0; LANES]);
+        batch.blocks.resize(block.len(), ZERO);
         let lane = batch.targets.len();
         for (lanes, x) in batch.blocks.iter_mut().zip(block) {
             lanes[lane] = *x;
@@ -54,7 +50,7 @@ impl Inverter {
 
 impl Batch {
     fn invert(&mut self, size: usize, columns: &mut Vec<Lanes>, inverses: &mut [f32]) {
-        invert(&mut self.blocks, size, columns);
+        pulp::Arch::new().dispatch(Inversion { blocks: &mut self.blocks, size, columns });
         for (lane, target) in self.targets.drain(..).enumerate() {
             let inverse = &mut inverses[target..target + self.blocks.len()];
             for (x, lanes) in inverse.iter_mut().zip(&self.blocks) {
@@ -64,17 +60,30 @@ impl Batch {
     }
 }
 
-/// Computes `a − Σ b c`, number by number.
-fn less<'a>(a: Lanes, products: impl Iterator<Item = (&'a Lanes, &'a Lanes)>) -> Lanes {
-    products.fold(a, |a, (b, c)| std::array::from_fn(|l| a[l] - b[l] * c[l]))
+/// [`invert`], for [`pulp`] to compile for every kind of processor.
+struct Inversion<'a> {
+    blocks: &'a mut [Lanes],
+    size: usize,
+    columns: &'a mut Vec<Lanes>,
 }
 
-/// Computes `a b`, number by number.
-fn times(a: Lanes, b: Lanes) -> Lanes {
-    std::array::from_fn(|l| a[l] * b[l])
+impl pulp::NullaryFnOnce for Inversion<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        invert(self.blocks, self.size, self.columns);
+    }
+}
+
+/// Computes `a − Σ b c`.
+#[inline(always)]
+fn less<'a>(a: Lanes, products: impl Iterator<Item = (&'a Lanes, &'a Lanes)>) -> Lanes {
+    products.fold(a, |a, (b, c)| minus(a, *b, *c))
 }
 
 /// Inverts blocks in place. `columns` is working space.
+#[inline(always)]
 fn invert(a: &mut [Lanes], size: usize, columns: &mut Vec<Lanes>) {
     // L, with the inverses of its pivots on the diagonal: zero, like their rows, for those that are not sound.
     for i in 0..size {
@@ -94,19 +103,19 @@ fn invert(a: &mut [Lanes], size: usize, columns: &mut Vec<Lanes>) {
     }
     // L⁻¹, column by column.
     columns.clear();
-    columns.resize(size * size, [0.0; LANES]);
+    columns.resize(size * size, ZERO);
     for (j, column) in columns.chunks_exact_mut(size).enumerate() {
         column[j] = a[packed(j, j)];
         for i in j + 1..size {
             let row = &a[packed(i, 0)..=packed(i, i)];
-            column[i] = times(less([0.0; LANES], row[j..i].iter().zip(&column[j..i])), row[i]);
+            column[i] = times(less(ZERO, row[j..i].iter().zip(&column[j..i])), row[i]);
         }
     }
     // L⁻ᵀ L⁻¹
     for i in 0..size {
         let own = &columns[i * size + i..(i + 1) * size];
         for (entry, column) in a[packed(i, 0)..=packed(i, i)].iter_mut().zip(columns.chunks_exact(size)) {
-            *entry = less([0.0; LANES], own.iter().zip(&column[i..])).map(|x| -x);
+            *entry = less(ZERO, own.iter().zip(&column[i..])).map(|x| -x);
         }
     }
 }

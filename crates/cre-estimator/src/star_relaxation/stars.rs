@@ -1,6 +1,7 @@
 //! The vertex stars: their blocks of the complementary energy, coloured, and the sweeps over them.
 
-use super::airy::{Cell, Form, PLACES, packed};
+use super::airy::{PLACES, packed};
+use super::form::{Form, forms};
 use super::inverse::Inverter;
 use super::shared::Shared;
 use super::space::Space;
@@ -52,6 +53,7 @@ struct Spoke {
 /// The sweeps are as fast as the memory: coefficients are kept in single precision, the unknowns in double. What
 /// direction the steps take and how long they are is then right to 1e-7, and what they add is in exact equilibrium
 /// all the same.
+#[derive(Default)]
 struct Band {
     places: Vec<Place>,
     /// Where each colour starts in `places`.
@@ -77,16 +79,21 @@ pub(super) struct Stars {
 
 impl Stars {
     /// Assembles and inverts the blocks of all stars.
-    pub(super) fn new(space: &Space<'_>) -> Self {
+    ///
+    /// * `used`: stars whose memory is used again; what is touched the first time is slow.
+    pub(super) fn new(space: &Space<'_>, used: Option<Self>) -> Self {
         let colour_of = colour(space.body().mesh());
         let colours = colour_of.iter().max().map_or(0, |&c| c as usize + 1);
-        let unit = Cell::new(space, 0).form(space).iter().fold(0.0, |unit: f64, x| unit.max(x.abs()));
+        let mut first = Vec::new();
+        forms(space, &[0], 1.0, &mut first);
+        let unit = first.as_flattened().iter().fold(0.0, |unit: f64, x| unit.max(x.abs()));
         let unit = if unit > 0.0 { unit } else { 1.0 };
         let nodes = colour_of.len();
-        let bands = (0..nodes.div_ceil(BAND))
-            .into_par_iter()
-            .map(|k| Band::new(space, unit, &colour_of, colours, k * BAND..nodes.min((k + 1) * BAND)))
-            .collect();
+        let mut bands = used.map_or_else(Vec::new, |used| used.bands);
+        bands.resize_with(nodes.div_ceil(BAND), Band::default);
+        bands.par_iter_mut().enumerate().for_each_init(Work::default, |work, (k, band)| {
+            band.renew(space, unit, &colour_of, colours, k * BAND..nodes.min((k + 1) * BAND), work);
+        });
         Self { bands, colour_of, colours, unit }
     }
 
@@ -95,7 +102,8 @@ impl Stars {
         let Self { bands, colour_of, colours, unit } = self;
         let marked = bands.par_iter_mut().zip(changed.par_chunks(BAND)).enumerate();
         marked.filter(|(_, (_, changed))| changed.contains(&true)).for_each(|(k, (band, changed))| {
-            *band = Band::new(space, *unit, colour_of, *colours, k * BAND..k * BAND + changed.len());
+            let nodes = k * BAND..k * BAND + changed.len();
+            band.renew(space, *unit, colour_of, *colours, nodes, &mut Work::default());
         });
     }
 
@@ -138,30 +146,33 @@ fn colour(mesh: &TriMesh) -> Vec<u32> {
 }
 
 /// The forms of the triangles around some vertices.
+#[derive(Default)]
 struct Forms {
     first: u32,
     /// Place of each triangle from `first` on in `forms`.
     places: Vec<u32>,
+    triangles: Vec<u32>,
     forms: Vec<Form>,
 }
 
 impl Forms {
-    /// Computes the forms, divided by `unit`.
-    fn around(space: &Space<'_>, unit: f64, nodes: Range<usize>) -> Self {
+    /// Computes the forms, divided by `unit`, in the place of those of other vertices.
+    fn renew(&mut self, space: &Space<'_>, unit: f64, nodes: Range<usize>) {
         let topology = space.body().mesh().topology();
-        let triangles = || nodes.clone().flat_map(|n| topology.triangles_around(n).iter().copied());
-        let first = triangles().min().unwrap_or(0);
-        let end = triangles().max().map_or(first, |last| last + 1);
-        let mut places = vec![u32::MAX; (end - first) as usize];
-        let mut forms = Vec::with_capacity(2 * nodes.len() + 64);
-        for t in triangles() {
-            let place = &mut places[(t - first) as usize];
+        let around = || nodes.clone().flat_map(|n| topology.triangles_around(n).iter().copied());
+        self.first = around().min().unwrap_or(0);
+        let end = around().max().map_or(self.first, |last| last + 1);
+        self.places.clear();
+        self.places.resize((end - self.first) as usize, u32::MAX);
+        self.triangles.clear();
+        for t in around() {
+            let place = &mut self.places[(t - self.first) as usize];
             if *place == u32::MAX {
-                *place = forms.len() as u32;
-                forms.push(Cell::new(space, t as usize).form(space).map(|x| x / unit));
+                *place = self.triangles.len() as u32;
+                self.triangles.push(t);
             }
         }
-        Self { first, places, forms }
+        forms(space, &self.triangles, unit, &mut self.forms);
     }
 
     fn of(&self, triangle: u32) -> &Form {
@@ -169,9 +180,11 @@ impl Forms {
     }
 }
 
-/// What assembling stars needs besides: one star in double precision, before it is stored.
+/// What assembling stars needs besides, used again for the next band.
 #[derive(Default)]
 struct Work {
+    forms: Forms,
+    /// One star in double precision, before it is stored.
     star: Star,
     inner: Vec<f64>,
     outer: Vec<[f64; 23]>,
@@ -181,9 +194,32 @@ struct Work {
 impl Band {
     /// Assembles and inverts the stars of some vertices. Neighbours follow each other, so that the forms they share are
     /// still in the cache.
-    fn new(space: &Space<'_>, unit: f64, colour_of: &[u32], colours: usize, nodes: Range<usize>) -> Self {
+    fn renew(
+        &mut self,
+        space: &Space<'_>,
+        unit: f64,
+        colour_of: &[u32],
+        colours: usize,
+        nodes: Range<usize>,
+        work: &mut Work,
+    ) {
+        self.place(space, colour_of, colours, nodes.clone());
+        work.forms.renew(space, unit, nodes.clone());
+        let mut next = self.starts.clone();
+        for n in nodes {
+            let place = &mut next[colour_of[n] as usize];
+            self.assemble(space, *place as usize, work);
+            *place += 1;
+        }
+        work.inverter.finish(&mut self.inverse);
+    }
+
+    /// Finds where the stars of some vertices stand, and makes room for them.
+    fn place(&mut self, space: &Space<'_>, colour_of: &[u32], colours: usize, nodes: Range<usize>) {
         let mesh = space.body().mesh();
-        let mut starts = vec![0; colours + 1];
+        let starts = &mut self.starts;
+        starts.clear();
+        starts.resize(colours + 1, 0);
         for n in nodes.clone() {
             starts[colour_of[n] as usize + 1] += 1;
         }
@@ -191,48 +227,36 @@ impl Band {
             starts[c + 1] += starts[c];
         }
         let mut next = starts.clone();
-        let mut places = vec![Place::default(); nodes.len()];
-        for n in nodes.clone() {
+        self.places.clear();
+        self.places.resize(nodes.len(), Place::default());
+        for n in nodes {
             let place = &mut next[colour_of[n] as usize];
-            places[*place as usize].node = n as u32;
+            self.places[*place as usize].node = n as u32;
             *place += 1;
         }
-        let (mut all_spokes, mut entries) = (0, 0);
-        for place in &mut places {
+        let (mut spokes, mut entries) = (0, 0);
+        for place in &mut self.places {
             let node = place.node as usize;
             place.closed = star::is_closed(mesh, node);
             // An open star has one spoke more than triangles.
             place.spokes = (mesh.topology().triangles_around(node).len() + usize::from(!place.closed)) as u32;
-            (place.first_spoke, place.first_entry) = (all_spokes, entries);
-            all_spokes += place.spokes;
+            (place.first_spoke, place.first_entry) = (spokes, entries);
+            spokes += place.spokes;
             entries += (place.size() * (place.size() + 1) / 2) as u32;
         }
-        let mut band = Self {
-            places,
-            starts,
-            spokes: vec![Spoke::default(); all_spokes as usize],
-            outer: vec![[0.0; 23]; all_spokes as usize],
-            inner: vec![0.0; entries as usize],
-            inverse: vec![0.0; entries as usize],
-        };
-        let forms = Forms::around(space, unit, nodes.clone());
-        let mut work = Work::default();
-        let mut next = band.starts.clone();
-        for n in nodes {
-            let place = &mut next[colour_of[n] as usize];
-            band.assemble(space, &forms, *place as usize, &mut work);
-            *place += 1;
-        }
-        work.inverter.finish(&mut band.inverse);
-        band
+        // All of it is written over.
+        self.spokes.resize(spokes as usize, Spoke::default());
+        self.outer.resize(spokes as usize, [0.0; 23]);
+        self.inner.resize(entries as usize, 0.0);
+        self.inverse.resize(entries as usize, 0.0);
     }
 
     /// Assembles one star from the forms of its triangles, in double precision first.
-    fn assemble(&mut self, space: &Space<'_>, forms: &Forms, place: usize, work: &mut Work) {
+    fn assemble(&mut self, space: &Space<'_>, place: usize, work: &mut Work) {
         let mesh = space.body().mesh();
         let place = self.places[place];
         let node = place.node;
-        let Work { star, inner, outer, inverter } = work;
+        let Work { forms, star, inner, outer, inverter } = work;
         star.walk(mesh, node as usize);
         let (count, size) = (place.spokes as usize, place.size());
         let spokes = &mut self.spokes[place.first_spoke as usize..][..count];

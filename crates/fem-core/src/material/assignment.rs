@@ -34,6 +34,7 @@ impl Materials {
     }
 
     /// Returns the material of a triangle.
+    #[inline]
     pub fn of(&self, triangle: usize) -> &LinearElastic {
         &self.list[self.of_triangle.get(triangle).map_or(0, |&k| k as usize)]
     }

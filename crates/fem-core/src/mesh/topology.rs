@@ -91,31 +91,37 @@ impl Topology {
     }
 
     /// Returns the two nodes of every edge, the smaller first.
+    #[inline]
     pub fn edges(&self) -> &[[u32; 2]] {
         &self.edges
     }
 
     /// Returns the triangles of every edge; the second is [`NONE`] on the boundary.
+    #[inline]
     pub fn edge_triangles(&self) -> &[[u32; 2]] {
         &self.edge_triangles
     }
 
     /// Returns the edges of every triangle: edge `k` joins its corners `k` and `(k+1) mod 3`.
+    #[inline]
     pub fn triangle_edges(&self) -> &[[u32; 3]] {
         &self.triangle_edges
     }
 
     /// Returns the edges that have one triangle only, ascending.
+    #[inline]
     pub fn boundary_edges(&self) -> &[u32] {
         &self.boundary_edges
     }
 
     /// Tells whether an edge has one triangle only.
+    #[inline]
     pub fn is_boundary(&self, edge: u32) -> bool {
         self.edge_triangles[edge as usize][1] == NONE
     }
 
     /// Returns the triangles that have `node` as a corner, ascending.
+    #[inline]
     pub fn triangles_around(&self, node: usize) -> &[u32] {
         &self.node_triangles[self.node_starts[node] as usize..self.node_starts[node + 1] as usize]
     }
@@ -128,6 +134,7 @@ impl Topology {
     }
 
     /// Returns the nodes of an edge in the counter-clockwise sense of its first triangle.
+    #[inline]
     pub fn oriented_edge(&self, edge: u32, triangles: &[[u32; 3]]) -> [u32; 2] {
         let triangle = self.edge_triangles[edge as usize][0] as usize;
         let corners = triangles[triangle];
