@@ -54,7 +54,7 @@ pub fn estimate_with(
     state: &ContactState<'_>,
     relaxation: Relaxation,
 ) -> Result<Estimate, EstimatorError> {
-    let (pair, stars) = pair_and_stars(problem, bodies, state, relaxation)?;
+    let (mut pair, stars) = pair_and_stars(problem, bodies, state, relaxation)?;
     // One walk over the cells for both.
     let (admissibility, distances) =
         check_and_visit(problem, &pair, |b, t, tau| cell_distances(problem, &pair, b, t, tau));
@@ -67,7 +67,10 @@ pub fn estimate_with(
         })
     };
     let energy_norm_squared = [energy(0), energy(1)];
-    let eta_dis = from_squared(eta_dis_squared_with(problem, &pair, &cre, relaxation, stars));
+    let first = std::mem::take(&mut pair.stress[0]);
+    let (eta_dis_squared, first) = eta_dis_squared_with(problem, first, &cre, relaxation, stars);
+    let eta_dis = from_squared(eta_dis_squared);
+    pair.stress[0] = first;
     let allowance = round_off_allowance(problem, &pair, energy_norm_squared);
     let e_cre = cre.e_cre() + allowance;
     if !(e_cre.is_finite() && eta_dis.is_finite()) {

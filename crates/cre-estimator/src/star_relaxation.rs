@@ -175,7 +175,7 @@ impl<'a> StarRelaxation<'a> {
         let mut report = RelaxationReport { energy_history: vec![energy], ..RelaxationReport::default() };
         let floor = ROUND_OFF * (energy + energy_of(body, stress));
         let unknowns = self.space.len();
-        let [x, z, p, q] = std::array::from_fn(|_| Shared::zeros(unknowns));
+        let [x, z, p] = std::array::from_fn(|_| Shared::zeros(unknowns));
         // Preconditioned conjugate gradients for A x = r.
         let mut energy = energy;
         let mut descent = 0.0;
@@ -190,14 +190,15 @@ impl<'a> StarRelaxation<'a> {
             let beta = if descent > 0.0 { next / descent } else { 0.0 };
             p.update(|i, p| z.get(i) + beta * p);
             descent = next;
-            self.stars.multiply(&p, &q);
-            let alpha = descent / p.dot(&q);
+            // z has done its part: its memory takes A p.
+            self.stars.multiply(&p, &z);
+            let alpha = descent / p.dot(&z);
             if !(alpha > 0.0 && alpha.is_finite()) {
                 report.stationary = true;
                 break;
             }
             x.update(|i, x| x + alpha * p.get(i));
-            r.update(|i, r| r - alpha * q.get(i));
+            r.update(|i, r| r - alpha * z.get(i));
             let before = energy;
             energy = (energy - alpha * descent).max(0.0);
             report.steps += 1;

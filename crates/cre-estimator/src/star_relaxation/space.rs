@@ -36,7 +36,10 @@ pub(super) struct EdgeBasis {
 /// * traction unknown: nothing.
 pub(super) struct Space<'a> {
     body: &'a Body,
-    nodes: Vec<NodeBasis>,
+    /// The bases that occur: first that of the nodes inside, which are free, then one per node of the boundary.
+    bases: Vec<NodeBasis>,
+    /// The basis of every node.
+    basis_of: Vec<u32>,
     /// Per boundary edge: the factor `κ` of `q = κ (φ_b − φ_a)`, and whether `q` is free (1 or 0).
     boundary: Vec<[f64; 2]>,
 }
@@ -45,7 +48,8 @@ impl<'a> Space<'a> {
     pub(super) fn new(body: &'a Body, conditions: &[EdgeCondition]) -> Self {
         let mesh = body.mesh();
         let free = NodeBasis { value: 1.0, slopes: [[1.0, 0.0], [0.0, 1.0]] };
-        let mut nodes = vec![free; mesh.points().len()];
+        let mut bases = vec![free];
+        let mut basis_of = vec![0u32; mesh.points().len()];
         let mut boundary = Vec::with_capacity(conditions.len());
         for (&edge, condition) in mesh.topology().boundary_edges().iter().zip(conditions) {
             let [a, b] =
@@ -73,21 +77,27 @@ impl<'a> Space<'a> {
             };
             boundary.push(freedom);
             for node in mesh.topology().edges()[edge as usize] {
-                let basis = &mut nodes[node as usize];
+                let place = &mut basis_of[node as usize];
+                if *place == 0 {
+                    *place = bases.len() as u32;
+                    bases.push(free);
+                }
+                let basis = &mut bases[*place as usize];
                 if !keep_value {
                     basis.value = 0.0;
                 }
                 restrict(&mut basis.slopes, condition.reaction);
             }
         }
-        Self { body, nodes, boundary }
+        Self { body, bases, basis_of, boundary }
     }
 
     /// Marks the vertices whose stars see another basis than in the space `other` of the same mesh.
     pub(super) fn differences(&self, other: &Self) -> Vec<bool> {
         let mesh = self.body.mesh();
         let topology = mesh.topology();
-        let mut differs: Vec<bool> = self.nodes.iter().zip(&other.nodes).map(|(a, b)| a != b).collect();
+        let mut differs: Vec<bool> =
+            (0..self.basis_of.len()).map(|n| self.node(n) != other.node(n)).collect();
         for (k, &edge) in topology.boundary_edges().iter().enumerate() {
             if self.boundary[k] != other.boundary[k] {
                 for n in topology.edges()[edge as usize] {
@@ -106,7 +116,7 @@ impl<'a> Space<'a> {
 
     /// Counts the unknowns, those that are always zero included.
     pub(super) fn len(&self) -> usize {
-        3 * self.nodes.len() + self.body.mesh().topology().edges().len()
+        3 * self.basis_of.len() + self.body.mesh().topology().edges().len()
     }
 
     pub(super) fn body(&self) -> &'a Body {
@@ -114,12 +124,12 @@ impl<'a> Space<'a> {
     }
 
     pub(super) fn node(&self, node: usize) -> NodeBasis {
-        self.nodes[node]
+        self.bases[self.basis_of[node] as usize]
     }
 
     /// Place of an edge's unknown.
     pub(super) fn edge_unknown(&self, edge: u32) -> usize {
-        3 * self.nodes.len() + edge as usize
+        3 * self.basis_of.len() + edge as usize
     }
 
     /// Basis of an edge as the triangle `triangle` walks it, from `a` to `b`.
@@ -147,9 +157,9 @@ impl<'a> Space<'a> {
             let [a, b] = nodes.map(|n| mesh.points()[n]);
             let first = topology.edge_triangles()[e][0] as usize;
             let basis = self.edge(e as u32, first, a, b);
-            let value = nodes.map(|n| self.nodes[n].value * unknown(3 * n));
+            let value = nodes.map(|n| self.node(n).value * unknown(3 * n));
             let [ga, gb] = nodes.map(|n| {
-                let s = self.nodes[n].slopes;
+                let s = self.node(n).slopes;
                 add(scale(unknown(3 * n + 1), s[0]), scale(unknown(3 * n + 2), s[1]))
             });
             let q = unknown(self.edge_unknown(e as u32));
