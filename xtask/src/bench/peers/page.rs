@@ -19,8 +19,8 @@ const HOW: &str = "\
 - **PARDISO**, **CHOLMOD**, **SuperLU**: analysis, factorisation and one solve with the stiffnesses of both bodies \
   (free unknowns) as one block-diagonal matrix that is in memory already: no assembly, no contact, no recovery. \
   PARDISO runs for symmetric positive definite matrices on the upper triangle, in its default order and by minimum \
-  degree; targets compare with the faster. CHOLMOD chooses its order. A small system goes before, so that loading \
-  libraries is not measured.
+  degree: the targets are set against the default one, and the other stands beside it. CHOLMOD chooses its order. A \
+  small system goes before, so that loading libraries is not measured.
 - **active set**: scikit-fem from assembly on: the primal-dual active set with tied pairs, factorised anew in every \
   step. CHOLMOD runs on the system's BLAS, and on MKL's, put in its place with one thread (more hinder CHOLMOD's own).
 - **CalculiX**: its whole process, that is reading the deck, solving and writing displacements; plane triangles, \
@@ -29,7 +29,8 @@ const HOW: &str = "\
   peak of its process less what was resident before the matrix was read, libraries included: the matrix (its upper \
   triangle), the wrapper's copies, and the solver's own memory. `own` is PARDISO's count of the latter alone \
   (the larger of iparm 15 and 16 + 17). Ours counts everything, the mesh, the stresses of the certificate and the \
-  report too.
+  report too. The targets set it beside both: the peak of PARDISO's whole process, Python and matrix included, and \
+  that less what was there before.
 - Every round runs this program, then each peer once. Ratios are those of the medians; the range beside them is that of \
   the single rounds.
 ";

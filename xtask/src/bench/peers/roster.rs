@@ -106,6 +106,8 @@ pub(super) struct Answer {
     pub(super) whole: f64,
     /// Memory in bytes: of the solver alone for [`Task::Linear`], of the process otherwise.
     pub(super) memory: Option<f64>,
+    /// Peak of its whole process, bytes.
+    pub(super) process_memory: Option<f64>,
     /// Everything else it says.
     pub(super) details: Value,
 }
@@ -160,11 +162,12 @@ impl Runner<'_> {
                 (run, json(&said)?)
             }
         };
+        let process_memory = run.memory.map(|kib| kib * 1024.0);
         let memory = details["memory_bytes"]
             .as_f64()
-            .or_else(|| (peer.task == Task::CalculiX).then(|| run.memory.map(|kib| kib * 1024.0)).flatten());
+            .or_else(|| if peer.task == Task::CalculiX { process_memory } else { None });
         let seconds = details["seconds"].as_f64().unwrap_or(run.seconds);
-        Ok(Answer { seconds, whole: run.seconds, memory, details })
+        Ok(Answer { seconds, whole: run.seconds, memory, process_memory, details })
     }
 
     fn folder(&self) -> PathBuf {
