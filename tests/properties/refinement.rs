@@ -23,7 +23,7 @@ fn bounds(problem: &ContactProblem) -> (Bounds, f64) {
 
 #[test]
 fn refinement_never_raises_the_energy_error() {
-    check("refinement", 120, &(models(), any::<u64>(), 0.02..0.7f64), |(model, seed, share)| {
+    check("refinement", 300, &(models(), any::<u64>(), 0.02..0.7f64), |(model, seed, share)| {
         let mut problem = model.problem(&Motion::NONE);
         let mut edges = [0, 1].map(|b| RefinementEdges::longest(problem.bodies[b].mesh()));
         let mut random = Random::new(seed);

@@ -245,7 +245,8 @@ mod tests {
 
     #[test]
     fn differences_name_the_setting() {
-        let old = json!({"solver": {"theta": 0.4, "qp": "auto"}, "body": [{"cells": [4, 2]}, {"cells": [1, 1]}]});
+        let old =
+            json!({"solver": {"theta": 0.4, "qp": "auto"}, "body": [{"cells": [4, 2]}, {"cells": [1, 1]}]});
         let mut new = old.clone();
         assert!(differences(&old, &new).is_empty());
         new["solver"]["theta"] = json!(0.5);

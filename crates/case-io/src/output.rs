@@ -212,7 +212,9 @@ impl OutputDirectory {
     ) -> Result<(), OutputError> {
         let (from, to) = (self.path.join(name), self.path.join(older));
         match fs::rename(&from, &to) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(failed("rename", &from)(error)),
+            Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                return Err(failed("rename", &from)(error));
+            }
             Err(_) => {}
             Ok(()) => {
                 self.written.insert(PathBuf::from(older));

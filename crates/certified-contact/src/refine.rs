@@ -108,7 +108,9 @@ pub(crate) fn refine(
     }
     let something = contributions.iter().flatten().any(|c| *c > 0.0);
     Ok(match finer {
-        Some(f) => Refined::Finer(Box::new(Finer { problem: f.problem, refinement_edges: edges, rounds, start })),
+        Some(f) => {
+            Refined::Finer(Box::new(Finer { problem: f.problem, refinement_edges: edges, rounds, start }))
+        }
         None if something => Refined::NoRoom,
         None => Refined::NothingToRefine,
     })

@@ -178,7 +178,9 @@ fn a_changed_case_says_what_differs() {
     settings.extend(["materials.soft.young=1001.0", "adapt.fraction=0.6"]);
     let refused = solve(&out, &settings, &["--resume"]);
     assert_eq!(refused.status.code(), Some(3), "{}", said(&refused));
-    for words in ["materials.soft.young was 1000.0 and is 1001.0", "adapt.fraction was 0.5 and is 0.6", "fix: "] {
+    for words in
+        ["materials.soft.young was 1000.0 and is 1001.0", "adapt.fraction was 0.5 and is 0.6", "fix: "]
+    {
         assert!(said(&refused).contains(words), "{words}: {}", said(&refused));
     }
     let after: Vec<Vec<u8>> = files(&out).iter().map(|f| std::fs::read(f).unwrap()).collect();
@@ -198,7 +200,11 @@ fn the_older_checkpoint_serves_where_the_newest_is_damaged() {
     std::fs::write(out.join(NEWEST), bytes).unwrap();
     let resumed = solve(&out, &SETTINGS, &["--resume"]);
     assert_eq!(resumed.status.code(), Some(0), "{}", said(&resumed));
-    assert!(said(&resumed).contains("checkpoint.nndd is damaged; the run goes on from"), "{}", said(&resumed));
+    assert!(
+        said(&resumed).contains("checkpoint.nndd is damaged; the run goes on from"),
+        "{}",
+        said(&resumed)
+    );
     assert_eq!(solve(&whole, &SETTINGS, &[]).status.code(), Some(0));
     assert_eq!(report(&out).0, report(&whole).0);
     same_files(&whole, &out);
