@@ -1,6 +1,6 @@
 //! Properties of every solution and every certificate, on random problems. Each prints how many cases it tried.
 // All of this is test code: a failed unwrap is a failed test.
-#![allow(clippy::unwrap_used, clippy::panic)]
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout)]
 
 mod bound;
 mod equilibrium;
