@@ -15,5 +15,6 @@ mod mesh_files;
 mod non_matching;
 mod paper;
 mod patch;
+mod resume;
 mod solve;
 mod threads;

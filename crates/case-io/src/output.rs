@@ -3,6 +3,7 @@
 
 mod lock;
 
+use crate::checkpoint;
 use crate::report::Report;
 use lock::{LOCK_FILE, Lock};
 use std::collections::BTreeSet;
@@ -35,6 +36,12 @@ pub enum OutputError {
         path: PathBuf,
         /// The process that holds it, where it is known.
         holder: Option<u32>,
+    },
+    /// The directory holds a run that was ended before it had a result.
+    #[error("{} holds a run that did not come to its end; go on with it by --resume, or begin anew with --force", path.display())]
+    Unfinished {
+        /// The directory.
+        path: PathBuf,
     },
     /// The directory holds something that is no complete result.
     #[error("{} is not empty and holds no complete result of this program (there is \"{found}\"); choose another directory with --out, or write there all the same with --force", path.display())]
@@ -149,6 +156,18 @@ impl OutputDirectory {
         Ok(Self { path: path.to_owned(), before, written: BTreeSet::new(), lock })
     }
 
+    /// Opens a directory in which a run of the same case is to go on, and locks it.
+    ///
+    /// # Errors
+    /// No directory, or another run in it.
+    pub fn reopen(path: &Path) -> Result<Self, OutputError> {
+        if !path.is_dir() {
+            return Err(OutputError::NotADirectory { path: path.to_owned() });
+        }
+        let lock = Lock::take(path)?;
+        Ok(Self { path: path.to_owned(), before: Before::SameCase, written: BTreeSet::new(), lock })
+    }
+
     /// Returns the directory.
     pub fn path(&self) -> &Path {
         &self.path
@@ -177,6 +196,47 @@ impl OutputDirectory {
     /// A name that leads elsewhere, and what the operating system reports.
     pub fn write(&mut self, name: &str, content: &[u8]) -> Result<(), OutputError> {
         self.write_with(name, |out| out.write_all(content))
+    }
+
+    /// Renames a file to an older name, if it is there, and writes it anew.
+    ///
+    /// * `pieces`: the content, one after the other.
+    ///
+    /// # Errors
+    /// See [`OutputDirectory::write`].
+    pub fn write_after_renaming(
+        &mut self,
+        name: &str,
+        older: &str,
+        pieces: &[&[u8]],
+    ) -> Result<(), OutputError> {
+        let (from, to) = (self.path.join(name), self.path.join(older));
+        match fs::rename(&from, &to) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                return Err(failed("rename", &from)(error));
+            }
+            Err(_) => {}
+            Ok(()) => {
+                self.written.insert(PathBuf::from(older));
+            }
+        }
+        self.write_with(name, |out| pieces.iter().try_for_each(|piece| out.write_all(piece)))
+    }
+
+    /// Counts a file that an earlier part of this run wrote as one of this run.
+    pub fn keep(&mut self, name: &str) {
+        if self.path.join(name).is_file() {
+            self.written.insert(PathBuf::from(name));
+        }
+    }
+
+    /// Removes a file that this run may have written, if it is there.
+    ///
+    /// # Errors
+    /// What the operating system reports.
+    pub fn remove(&mut self, name: &str) -> Result<(), OutputError> {
+        self.written.remove(Path::new(name));
+        remove(&self.path.join(name))
     }
 
     /// Writes one file piece by piece, see [`OutputDirectory::write`].
@@ -255,6 +315,7 @@ fn is_result(below: &Path, name: &OsStr) -> bool {
                 .contains(&name.as_ref())
                 || ending(".vtu")
                 || ending(".pvd")
+                || [checkpoint::NEWEST, checkpoint::PREVIOUS].contains(&name.as_ref())
                 || name.starts_with(TEMPORARY)
         }
         _ => ending(".vtu"),
@@ -276,6 +337,9 @@ fn inspect(path: &Path, case_hash: &str) -> Result<Result<Before, OutputError>, 
     Ok(match report.as_ref().map(Report::case_hash) {
         Some(Some(hash)) if hash == case_hash => Ok(Before::SameCase),
         Some(Some(_)) => Err(OutputError::OtherCase { path: path.to_owned() }),
+        _ if [checkpoint::NEWEST, checkpoint::PREVIOUS].iter().any(|name| path.join(name).is_file()) => {
+            Err(OutputError::Unfinished { path: path.to_owned() })
+        }
         _ => Err(OutputError::NotOurs { path: path.to_owned(), found }),
     })
 }

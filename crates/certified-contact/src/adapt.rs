@@ -1,10 +1,11 @@
 //! The certified loop: solve, estimate, mark, refine, until the bound is as small as asked for.
 
+use crate::checkpoint::{Checkpoint, FinerMesh};
 use crate::history::Step;
-use crate::observer::{Observer, Phase};
+use crate::observer::{Observer, Phase, Silent};
 use crate::refine::{self, Finer, Refined};
 use crate::settings::{Criterion, Settings};
-use crate::solve::{CertifiedSolution, Roles, SolveError, solve, solve_again};
+use crate::solve::{CertifiedSolution, SolveError, solve, solve_again};
 use fem_core::interface::ContactProblem;
 use fem_core::mesh::refine::RefinementEdges;
 use nndd::NnddStatus;
@@ -113,13 +114,81 @@ pub fn solve_adaptively(
     adapt: &AdaptSettings,
     observer: &mut dyn Observer,
 ) -> Result<AdaptiveSolution, SolveError> {
-    let mut solution = solve(problem, settings, observer)?;
-    let mut edges = [0, 1].map(|b| RefinementEdges::longest(solution.problem.bodies[b].mesh()));
-    let mut history = Vec::new();
-    let mut best = None;
+    let solution = solve(problem, settings, observer)?;
+    let course = Course::new(solution);
+    go_on(course, None, settings, adapt, observer)
+}
+
+/// Goes on with an adaptive run that was ended from outside, to the result that it would have had.
+///
+/// * `problem`: on its first mesh, in the order handed over, as at the start of the run.
+/// * `checkpoint`: what [`Observer::checkpoint`] was told last; the mesh that it was about to solve comes first now. Where
+///   that cannot be solved, or has no room, the mesh before it is solved again.
+/// * `settings`, `adapt`: those of the run.
+///
+/// # Errors
+/// See [`solve_adaptively`]; [`SolveError::Checkpoint`] where the checkpoint is not one of this problem.
+pub fn resume_adaptively(
+    problem: ContactProblem,
+    checkpoint: Checkpoint,
+    settings: &Settings,
+    adapt: &AdaptSettings,
+    observer: &mut dyn Observer,
+) -> Result<AdaptiveSolution, SolveError> {
+    let mut record = checkpoint;
+    if record.history.len() != record.meshes.len() {
+        return Err(SolveError::Checkpoint { what: "it has not one row per mesh solved" });
+    }
+    observer.phase(Phase::Refinement);
+    while !record.meshes.is_empty() {
+        let step = record.meshes.len() + 1;
+        let (finer, edges) = record.replay(&problem, step)?;
+        if observer.has_room_for(&finer) {
+            let start = record.start_of(step)?.clone();
+            if let Ok(solution) = solve_again(finer, record.roles(), start, settings, observer) {
+                let course = Course { solution, edges, record, best: None };
+                return go_on(course, Some(&problem), settings, adapt, observer);
+            }
+        }
+        record.step_back();
+    }
+    solve_adaptively(problem, settings, adapt, observer)
+}
+
+/// An adaptive run whose present mesh has just been solved.
+struct Course {
+    solution: CertifiedSolution,
+    edges: [RefinementEdges; 2],
+    /// Of the meshes before the present one.
+    record: Checkpoint,
+    /// An earlier solution that is better than all after it, and its step.
+    best: Option<(usize, CertifiedSolution)>,
+}
+
+impl Course {
+    /// Begins with the solution on the first mesh.
+    fn new(solution: CertifiedSolution) -> Self {
+        let edges = [0, 1].map(|b| RefinementEdges::longest(solution.problem.bodies[b].mesh()));
+        let (swapped, role_reason) = (solution.swapped, solution.role_reason);
+        let record = Checkpoint { swapped, role_reason, meshes: Vec::new(), history: Vec::new() };
+        Self { solution, edges, record, best: None }
+    }
+}
+
+/// Refines and solves until there is a reason to end.
+///
+/// * `first`: the problem on its first mesh, where the run was resumed.
+fn go_on(
+    course: Course,
+    first: Option<&ContactProblem>,
+    settings: &Settings,
+    adapt: &AdaptSettings,
+    observer: &mut dyn Observer,
+) -> Result<AdaptiveSolution, SolveError> {
+    let Course { mut solution, mut edges, mut record, mut best } = course;
     let end = loop {
-        let step = Step::new(history.len() + 1, &solution);
-        history.push(step);
+        let step = Step::new(record.history.len() + 1, &solution);
+        record.history.push(step);
         observer.step(&step, &solution);
         if let Some(end) = ended(&step, &solution, settings, adapt, observer) {
             break end;
@@ -127,7 +196,7 @@ pub fn solve_adaptively(
         // Mark and refine; carry λ and the active set over.
         observer.phase(Phase::Refinement);
         let wanted = refine::next_size(step.nodes, step.relative, adapt.target, adapt.max_nodes);
-        let Finer { problem, refinement_edges, start } =
+        let Finer { problem, refinement_edges, rounds, start } =
             match refine::refine(&solution, &edges, adapt.fraction, wanted, adapt.max_nodes) {
                 Ok(Refined::Finer(finer)) => *finer,
                 Ok(Refined::NothingToRefine) => break AdaptiveEnd::IterationError,
@@ -138,24 +207,57 @@ pub fn solve_adaptively(
             let nodes = problem.bodies.iter().map(|b| b.mesh().points().len()).sum();
             break AdaptiveEnd::NoRoom { nodes };
         }
+        record.meshes.push(FinerMesh { rounds, start: start.clone() });
+        observer.checkpoint(&record);
         // Solve and estimate.
-        let roles = Roles { swapped: solution.swapped, reason: solution.role_reason };
-        let finer = match solve_again(problem, roles, start, settings, observer) {
+        let finer = match solve_again(problem, record.roles(), start, settings, observer) {
             Ok(finer) => finer,
             Err(error) => break AdaptiveEnd::Failed(error),
         };
         edges = refinement_edges;
         let coarser = std::mem::replace(&mut solution, finer);
-        if !is_better(&solution, &coarser) {
-            keep_better(&mut best, coarser, step.step);
+        let next = Step::new(step.step + 1, &solution);
+        if best_step(record.history.iter().chain([&next])) == Some(step.step) {
+            best = Some((step.step, coarser));
         }
     };
-    let last = history.len();
-    let (step, solution) = match best {
-        Some((step, kept)) if !is_better(&solution, &kept) => (step, kept),
-        _ => (last, solution),
+    let step = best_step(&record.history).unwrap_or(record.history.len());
+    let solution = match (best, first) {
+        _ if step == record.history.len() => solution,
+        (Some((kept, better)), _) if kept == step => better,
+        // It was solved before the run was resumed.
+        (_, Some(first)) => solve_step(first, &record, step, settings)?,
+        _ => solution,
     };
-    Ok(AdaptiveSolution { solution, step, history, end })
+    Ok(AdaptiveSolution { solution, step, history: record.history, end })
+}
+
+/// Solves the mesh of an earlier step once more.
+fn solve_step(
+    first: &ContactProblem,
+    record: &Checkpoint,
+    step: usize,
+    settings: &Settings,
+) -> Result<CertifiedSolution, SolveError> {
+    if step == 1 {
+        return solve(first.clone(), settings, &mut Silent);
+    }
+    let (problem, _) = record.replay(first, step)?;
+    solve_again(problem, record.roles(), record.start_of(step)?.clone(), settings, &mut Silent)
+}
+
+/// Finds the first of the steps with the smallest valid bound.
+fn best_step<'a>(history: impl IntoIterator<Item = &'a Step>) -> Option<usize> {
+    let mut best: Option<(usize, f64)> = None;
+    for step in history {
+        let bound = step.relative.or(step.e_cre).filter(|_| step.certified);
+        if let Some(bound) = bound
+            && best.is_none_or(|(_, least)| bound < least)
+        {
+            best = Some((step.step, bound));
+        }
+    }
+    best.map(|(step, _)| step)
 }
 
 /// Decides whether the mesh just solved is the last one.
@@ -202,23 +304,4 @@ fn round_off(solution: &CertifiedSolution) -> f64 {
         let allowance = e.e_cre - e.cre.e_cre();
         if norm > 0.0 { allowance / norm } else { 0.0 }
     })
-}
-
-/// Tells whether a solution has a valid bound, smaller than that of the other if that has one.
-fn is_better(this: &CertifiedSolution, other: &CertifiedSolution) -> bool {
-    let bound = |s: &CertifiedSolution| {
-        let absolute = s.estimate.as_ref().map(|e| e.e_cre);
-        if s.is_certified() { s.relative().or(absolute) } else { None }
-    };
-    match (bound(this), bound(other)) {
-        (Some(this), Some(other)) => this < other,
-        (this, _) => this.is_some(),
-    }
-}
-
-/// Keeps a solution if it is better than the one kept so far.
-fn keep_better(best: &mut Option<(usize, CertifiedSolution)>, solution: CertifiedSolution, step: usize) {
-    if best.as_ref().is_none_or(|(_, kept)| is_better(&solution, kept)) {
-        *best = Some((step, solution));
-    }
 }

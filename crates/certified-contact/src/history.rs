@@ -16,7 +16,6 @@ pub struct Row {
 
 /// One mesh of an adaptive run.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
 pub struct Step {
     /// Number, from 1.
     pub step: usize,

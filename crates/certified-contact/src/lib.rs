@@ -30,6 +30,7 @@
 
 mod adapt;
 mod bounds;
+mod checkpoint;
 mod history;
 mod observer;
 mod refine;
@@ -38,8 +39,9 @@ mod settings;
 mod solve;
 mod stopping;
 
-pub use adapt::{AdaptSettings, AdaptiveEnd, AdaptiveSolution, solve_adaptively};
+pub use adapt::{AdaptSettings, AdaptiveEnd, AdaptiveSolution, resume_adaptively, solve_adaptively};
 pub use bounds::Bounds;
+pub use checkpoint::{Checkpoint, FinerMesh};
 pub use history::{Row, Step};
 pub use observer::{Observer, Phase, Silent};
 pub use results::{Reaction, Results};

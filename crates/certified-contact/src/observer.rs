@@ -1,5 +1,6 @@
 //! How a run tells the outside where it is. The library itself neither prints nor reads the clock.
 
+use crate::checkpoint::Checkpoint;
 use crate::history::{Row, Step};
 use crate::solve::CertifiedSolution;
 use fem_core::interface::ContactProblem;
@@ -35,6 +36,9 @@ pub trait Observer {
     fn has_room_for(&mut self, _problem: &ContactProblem) -> bool {
         true
     }
+
+    /// A finer mesh of an adaptive run is about to be solved: from here [`crate::resume_adaptively`] can go on.
+    fn checkpoint(&mut self, _checkpoint: &Checkpoint) {}
 
     /// Asked after every iteration, and between the meshes of an adaptive run: whether the run should end with what it has.
     fn should_stop(&mut self) -> bool {

@@ -57,6 +57,8 @@ pub(crate) enum Refined {
 pub(crate) struct Finer {
     pub(crate) problem: ContactProblem,
     pub(crate) refinement_edges: [RefinementEdges; 2],
+    /// Round by round the cells of each body that were marked.
+    pub(crate) rounds: Vec<[Vec<u32>; 2]>,
     pub(crate) start: Start,
 }
 
@@ -78,6 +80,7 @@ pub(crate) fn refine(
     let last = solution.last();
     let mut start = Start { lambda: last.lambda.clone(), active: Some(last.contact.active.clone()) };
     let mut edges = refinement_edges.clone();
+    let mut rounds = Vec::new();
     let mut finer: Option<RefinedProblem> = None;
     loop {
         let problem = finer.as_ref().map_or(&solution.problem, |f| &f.problem);
@@ -91,7 +94,9 @@ pub(crate) fn refine(
         if count == 0 {
             break;
         }
-        let marked = edges_of(problem, &ranked[..count]);
+        let round = cells_of(&ranked[..count]);
+        let marked = edges_of_cells(problem, &round);
+        rounds.push(round);
         let next = problem.refined([&edges[0], &edges[1]], &marked)?;
         contributions = predict(problem, &next, &contributions);
         start = prolong(&next, &start);
@@ -103,21 +108,36 @@ pub(crate) fn refine(
     }
     let something = contributions.iter().flatten().any(|c| *c > 0.0);
     Ok(match finer {
-        Some(f) => Refined::Finer(Box::new(Finer { problem: f.problem, refinement_edges: edges, start })),
+        Some(f) => {
+            Refined::Finer(Box::new(Finer { problem: f.problem, refinement_edges: edges, rounds, start }))
+        }
         None if something => Refined::NoRoom,
         None => Refined::NothingToRefine,
     })
 }
 
-/// Marks the edges of cells.
-fn edges_of(problem: &ContactProblem, cells: &[Contribution]) -> [Vec<bool>; 2] {
-    let mut marked = [0, 1].map(|b| vec![false; problem.bodies[b].mesh().topology().edges().len()]);
-    for c in cells {
-        for edge in problem.bodies[c.body].mesh().topology().triangle_edges()[c.cell as usize] {
-            marked[c.body][edge as usize] = true;
-        }
+/// Lists the cells of each body, ascending.
+fn cells_of(ranked: &[Contribution]) -> [Vec<u32>; 2] {
+    let mut cells = [Vec::new(), Vec::new()];
+    for c in ranked {
+        cells[c.body].push(c.cell);
     }
-    marked
+    cells.iter_mut().for_each(|c| c.sort_unstable());
+    cells
+}
+
+/// Marks the edges of cells.
+pub(crate) fn edges_of_cells(problem: &ContactProblem, cells: &[Vec<u32>; 2]) -> [Vec<bool>; 2] {
+    [0, 1].map(|b| {
+        let topology = problem.bodies[b].mesh().topology();
+        let mut marked = vec![false; topology.edges().len()];
+        for &cell in &cells[b] {
+            for edge in topology.triangle_edges()[cell as usize] {
+                marked[edge as usize] = true;
+            }
+        }
+        marked
+    })
 }
 
 /// Finds how many of the first `bulk` cells can be refined within `wanted` nodes: more cells never give fewer nodes.
@@ -129,7 +149,7 @@ fn largest_count(
     wanted: usize,
 ) -> usize {
     let fits = |count: usize| {
-        let mut marked = edges_of(problem, &ranked[..count]);
+        let mut marked = edges_of_cells(problem, &cells_of(&ranked[..count]));
         problem.close([&edges[0], &edges[1]], &mut marked).iter().sum::<usize>() <= wanted
     };
     if fits(bulk) {

@@ -43,6 +43,12 @@ pub enum SolveError {
     /// The problem cannot be refined.
     #[error(transparent)]
     Refine(#[from] RefineError),
+    /// A checkpoint is not one of this problem.
+    #[error("the checkpoint does not belong to this problem: {what}")]
+    Checkpoint {
+        /// What does not fit.
+        what: &'static str,
+    },
 }
 
 /// Why λ is carried by the body it is carried by.

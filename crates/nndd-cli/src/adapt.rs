@@ -5,6 +5,7 @@ use crate::failure::Failure;
 use crate::files;
 use crate::memory::{self, mebibytes};
 use crate::outcome::{self, Ended};
+use crate::resume::{self, Place};
 use crate::run::{Follower, Solved};
 use crate::signals::Signals;
 use crate::stopwatch::{Activity, Stopwatch};
@@ -13,8 +14,8 @@ use case_io::case::Adapt;
 use case_io::output::OutputDirectory;
 use case_io::report::{AdaptiveRow, Status};
 use certified_contact::{
-    AdaptSettings, AdaptiveEnd, AdaptiveSolution, CertifiedSolution, Observer, Phase, Row, Step,
-    solve_adaptively,
+    AdaptSettings, AdaptiveEnd, AdaptiveSolution, CertifiedSolution, Checkpoint, Observer, Phase, Row, Step,
+    resume_adaptively, solve_adaptively,
 };
 use fem_core::interface::ContactProblem;
 use nndd::NnddStatus;
@@ -47,24 +48,36 @@ pub(crate) fn solve(
     problem: ContactProblem,
     watch: &mut Stopwatch,
     signals: &Signals,
-    directory: &mut OutputDirectory,
+    mut place: Place<'_>,
     print: &mut dyn FnMut(Event<'_>),
 ) -> Result<Solved, Failure> {
     let mut settings = AdaptSettings::new(adapt.target_relative_error);
     settings.max_steps = adapt.max_steps;
     settings.max_nodes = adapt.max_nodes;
     settings.fraction = adapt.fraction;
+    resume::prepare(case, &mut place)?;
+    let Place { directory, progress } = place;
+    let checkpoint = progress.as_ref().map(resume::read);
+    for step in checkpoint.iter().flat_map(|c| &c.history) {
+        print(Event::Step(step));
+    }
+    let seconds: Vec<f64> = progress.iter().flat_map(|p| &p.steps).map(|s| s.seconds).collect();
     let mut steps = Steps {
         follower: Follower::new(case, watch, signals),
         case,
         directory,
         print,
         failure: None,
-        seconds: Vec::new(),
+        before: seconds.last().copied().unwrap_or(0.0),
+        seconds,
         memory: None,
     };
-    let answer = solve_adaptively(problem, &convert::settings(case), &settings, &mut steps)
-        .map_err(|e| Failure::solve(case, &e))?;
+    let solver = convert::settings(case);
+    let answer = match checkpoint {
+        Some(checkpoint) => resume_adaptively(problem, checkpoint, &solver, &settings, &mut steps),
+        None => solve_adaptively(problem, &solver, &settings, &mut steps),
+    };
+    let answer = answer.map_err(|e| Failure::solve(case, &e))?;
     let Steps { follower, failure, seconds, memory, .. } = steps;
     if let Some(failure) = failure {
         return Err(failure);
@@ -82,8 +95,10 @@ struct Steps<'a> {
     print: &'a mut dyn FnMut(Event<'_>),
     /// What went wrong in writing; the run then ends.
     failure: Option<Failure>,
-    /// When each mesh had been solved.
+    /// When each mesh had been solved, in seconds of work.
     seconds: Vec<f64>,
+    /// Seconds of work before the run was resumed.
+    before: f64,
     /// Why the next mesh has no room.
     memory: Option<String>,
 }
@@ -99,7 +114,8 @@ impl Observer for Steps<'_> {
 
     fn step(&mut self, step: &Step, solution: &CertifiedSolution) {
         self.follower.watch.switch(Activity::Write);
-        self.seconds.push(self.follower.watch.elapsed());
+        self.seconds.truncate(step.step - 1);
+        self.seconds.push(self.before + self.follower.watch.elapsed());
         (self.print)(Event::Step(step));
         if self.case.output.vtu && step.e_cre.is_some() {
             self.failure = files::vtu_step(self.case, solution, step.step, self.directory).err();
@@ -114,6 +130,12 @@ impl Observer for Steps<'_> {
         }
         self.memory = Some(format!("about {} and limits.memory is {}", mebibytes(needed), limit.written));
         false
+    }
+
+    fn checkpoint(&mut self, checkpoint: &Checkpoint) {
+        self.follower.watch.switch(Activity::Write);
+        let written = resume::write(self.case, checkpoint, &self.seconds, self.directory);
+        self.failure = self.failure.take().or(written.err());
     }
 
     fn should_stop(&mut self) -> bool {

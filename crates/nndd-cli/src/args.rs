@@ -95,6 +95,9 @@ pub(crate) struct Solve {
     pub(crate) case: CaseOptions,
     #[command(flatten)]
     pub(crate) run: RunOptions,
+    /// Go on with an adaptive run of this case that was ended by a signal, a limit, or killed.
+    #[arg(long, conflicts_with = "force")]
+    pub(crate) resume: bool,
     /// How to print progress and result.
     #[arg(long, value_enum, default_value_t = Format::Human)]
     pub(crate) format: Format,

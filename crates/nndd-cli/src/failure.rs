@@ -1,5 +1,6 @@
 //! Why a command ended without a result: an exit status and what to say.
 
+use case_io::checkpoint::CheckpointError;
 use case_io::diagnostic::{Diagnostic, code};
 use case_io::mesh_file::{MeshFault, MeshFileError};
 use case_io::output::OutputError;
@@ -50,6 +51,10 @@ impl Failure {
         Self::plain(LIMIT, message)
     }
 
+    pub(crate) fn invalid(message: impl Into<String>) -> Self {
+        Self::plain(INVALID_INPUT, message)
+    }
+
     pub(crate) fn unreadable(path: &Path, error: &io::Error) -> Self {
         Self::plain(FILES, format!("cannot read {}: {error}", path.display()))
     }
@@ -92,6 +97,7 @@ impl Failure {
             SolveError::Nndd(e @ (NnddError::Theta { .. } | NnddError::Lambda { .. })) => {
                 Self::plain(INVALID_INPUT, e.to_string())
             }
+            SolveError::Checkpoint { .. } => Self::plain(INVALID_INPUT, error.to_string()),
             other => Self::defect(other.to_string()),
         }
     }
@@ -122,6 +128,12 @@ impl From<ReportError> for Failure {
 impl From<TableError> for Failure {
     fn from(error: TableError) -> Self {
         Self::defect(error.to_string())
+    }
+}
+
+impl From<CheckpointError> for Failure {
+    fn from(error: CheckpointError) -> Self {
+        Self::plain(FILES, error.to_string())
     }
 }
 

@@ -212,7 +212,7 @@ pub(crate) fn write(
 }
 
 /// The file of a body on a mesh of an adaptive run.
-fn step_name(case: &Case, body: usize, step: usize) -> String {
+pub(crate) fn step_name(case: &Case, body: usize, step: usize) -> String {
     format!("fields/{}-step-{step:02}.vtu", file_name(&case.bodies[body].name))
 }
 

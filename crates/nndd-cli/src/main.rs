@@ -13,6 +13,7 @@ mod memory;
 mod mesh;
 mod outcome;
 mod plot;
+mod resume;
 mod run;
 mod signals;
 mod solve;

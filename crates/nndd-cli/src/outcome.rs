@@ -85,6 +85,11 @@ pub(crate) fn interrupted(ended: Option<Ended>, after: &str) -> Status {
     }
 }
 
+/// Tells whether a run was ended from outside, so that it could go on.
+pub(crate) fn may_go_on(status: &Status) -> bool {
+    ["interrupted", "limit"].contains(&status.word.as_str())
+}
+
 fn criterion(case: &Case) -> String {
     if case.solver.method == case_io::case::Method::Newton {
         return "interface Newton, exact for the discrete problem".into();

@@ -7,10 +7,13 @@ use crate::console;
 use crate::failure::Failure;
 use crate::files;
 use crate::memory::{self, mebibytes};
+use crate::outcome;
+use crate::resume::{self, Place, Resumed};
 use crate::run::{self, Solved};
 use crate::signals::Signals;
 use crate::stopwatch::{Activity, Stopwatch};
 use case_io::Case;
+use case_io::checkpoint;
 use case_io::output::OutputDirectory;
 use case_io::report::{CASE_HASH, Report};
 use certified_contact::{Row, Step};
@@ -29,8 +32,16 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
     check_memory(&case, &problem)?;
     let memory_estimate = memory::estimate(&problem).round();
     let path = options.run.out.clone().unwrap_or_else(|| PathBuf::from(case.output_directory()));
-    let mut directory =
-        OutputDirectory::open(&path, &case.hash(), options.run.force).map_err(|e| Failure::output(&e))?;
+    let resumed = if options.resume { Some(resume::find(&case, &path)?) } else { None };
+    let (mut directory, progress, notes) = match resumed {
+        Some(Resumed { directory, progress, notes }) => (directory, progress, notes),
+        None => {
+            let directory = OutputDirectory::open(&path, &case.hash(), options.run.force)
+                .map_err(|e| Failure::output(&e))?;
+            (directory, None, Vec::new())
+        }
+    };
+    let resumed_on = options.resume.then(|| progress.as_ref().map_or(1, |p| p.meshes.len() + 1));
     let mut printer = Printer {
         format: options.format,
         quiet: options.run.quiet,
@@ -41,6 +52,7 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
     if !options.run.quiet {
         console::warnings(&case.warnings());
         console::notes(case.notes());
+        console::notes(&notes);
     }
     printer.header(&case, &problem, &path.display().to_string())?;
     let solved = match &case.adapt {
@@ -50,7 +62,8 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
                 Event::Iteration(row) => printer.row(row),
                 Event::Step(step) => printer.step(step),
             };
-            adapt::solve(&case, adapt, problem, &mut watch, &signals, &mut directory, &mut print)?
+            let place = Place { directory: &mut directory, progress };
+            adapt::solve(&case, adapt, problem, &mut watch, &signals, place, &mut print)?
         }
     };
     watch.switch(Activity::Write);
@@ -69,7 +82,13 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
     if case.adapt.is_some() {
         run_info.insert("adaptive_seconds".into(), solved.step_seconds.clone().into());
     }
+    if let Some(mesh) = resumed_on {
+        run_info.insert("resumed_on_mesh".into(), mesh.into());
+    }
     let report = write_all(&case, &solved, run_info, &mut watch, &mut directory)?;
+    if !outcome::may_go_on(&report.status) {
+        checkpoint::remove(&mut directory).map_err(|e| Failure::output(&e))?;
+    }
     let written: Vec<String> = directory.written().map(|p| p.display().to_string()).collect();
     directory.finish().map_err(|e| Failure::output(&e))?;
     printer.end(options.run.verbose, &case, &solved, &report, &path.display().to_string(), &written)?;

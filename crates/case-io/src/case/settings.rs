@@ -41,6 +41,29 @@ impl Case {
         settings
     }
 
+    /// Returns what decides every number that a run computes: the settings less the output directory and the limits, and
+    /// the contents of the mesh files that were read, by their SHA-256.
+    pub fn identity(&self) -> Json {
+        let mut settings = self.hashed_json();
+        if let Some(settings) = settings.as_object_mut() {
+            settings.remove("limits");
+        }
+        settings
+    }
+
+    /// Returns the settings less the output directory, and what names the contents of the mesh files.
+    fn hashed_json(&self) -> Json {
+        let mut settings = self.settings_json();
+        if let Some(output) = settings.get_mut("output").and_then(Json::as_object_mut) {
+            output.remove("directory");
+        }
+        // A mesh file counts by its contents.
+        if self.meshes.digests().iter().any(Option::is_some) {
+            settings["meshes"] = json!(self.meshes.digests());
+        }
+        settings
+    }
+
     fn estimator_json(&self) -> Json {
         let every = self.estimator.every;
         match self.estimator.until {
@@ -74,14 +97,7 @@ impl Case {
     /// Computes the SHA-256 of the settings less the output directory, and of the contents of the mesh files that
     /// were read, in hexadecimal: two runs of the same case have the same hash wherever they write, and however their files are laid out and commented.
     pub fn hash(&self) -> String {
-        let mut settings = self.settings_json();
-        if let Some(output) = settings.get_mut("output").and_then(Json::as_object_mut) {
-            output.remove("directory");
-        }
-        // A mesh file counts by its contents.
-        if self.meshes.digests().iter().any(Option::is_some) {
-            settings["meshes"] = json!(self.meshes.digests());
-        }
+        let mut settings = self.hashed_json();
         settings.sort_all_objects();
         let digest = Sha256::digest(settings.to_string().as_bytes());
         digest.iter().map(|byte| format!("{byte:02x}")).collect()

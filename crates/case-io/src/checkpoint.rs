@@ -1,0 +1,264 @@
+//! Checkpoints of adaptive runs: what a run that was ended from outside needs to go on.
+//!
+//! A file holds one line, `nndd checkpoint 1` and the SHA-256 of the rest, and then JSON. Two are kept, the newest and
+//! the one before it, each written under a temporary name and renamed: whenever a process is killed, one is whole. A
+//! file that was damaged afterwards is told by its hash, and the older one is used.
+
+use crate::output::{OutputDirectory, OutputError};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use sha2::{Digest, Sha256};
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// The newest checkpoint of a run, in its output directory.
+pub const NEWEST: &str = "checkpoint.nndd";
+/// The one before it.
+pub const PREVIOUS: &str = "checkpoint-previous.nndd";
+/// How files of this version begin.
+const HEAD: &str = "nndd checkpoint 1 ";
+
+/// A run, and how far it has come.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Checkpoint {
+    /// What the run computes: [`crate::Case::identity`]. Only a run of the same case may go on from here.
+    pub case: Value,
+    /// How far it has come; `None` before its first mesh is solved.
+    pub progress: Option<Progress>,
+}
+
+/// The course of an adaptive run up to a mesh that is to be solved, bodies in the roles of the iteration.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Progress {
+    /// Whether the roles are exchanged against the case file.
+    pub swapped: bool,
+    /// The compliances by which the roles were chosen, m³/N; `None` where the case says who carries λ.
+    pub compliance: Option<[f64; 2]>,
+    /// The second mesh and every one after it; the last one is to be solved.
+    pub meshes: Vec<FinerMesh>,
+    /// One entry per mesh solved.
+    pub steps: Vec<Step>,
+}
+
+/// How a mesh came from the one before it, and where its iteration starts.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FinerMesh {
+    /// Round by round the cells of each body that were refined.
+    pub rounds: Vec<[Vec<u32>; 2]>,
+    /// λ at each pair, m.
+    pub lambda: Vec<f64>,
+    /// Whether each pair touched, where that is known.
+    pub active: Option<Vec<bool>>,
+}
+
+/// A mesh that was solved.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Step {
+    /// Nodes of both bodies.
+    pub nodes: usize,
+    /// Pairs on the interface.
+    pub pairs: usize,
+    /// The guaranteed bound.
+    pub e_cre: Option<f64>,
+    /// The bound over the energy norm.
+    pub relative: Option<f64>,
+    /// Whether the checks of the bound hold.
+    pub certified: bool,
+    /// Iterations on this mesh.
+    pub iterations: usize,
+    /// `a(u, u)` of both bodies, J/m.
+    pub energy_norm_squared: Option<f64>,
+    /// When it had been solved, in seconds of work since the start.
+    pub seconds: f64,
+}
+
+/// Why a run cannot go on.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum CheckpointError {
+    /// No checkpoint is there.
+    #[error(
+        "{} holds no checkpoint: a checkpoint is there while an adaptive run goes on and after it was ended by a signal or \
+         a limit; run the case without --resume", directory.display()
+    )]
+    Absent {
+        /// Where it was looked for.
+        directory: PathBuf,
+    },
+    /// No checkpoint is whole.
+    #[error("no checkpoint in {} can be used: {reason}; run the case without --resume, with --force", directory.display())]
+    Damaged {
+        /// Where it was looked for.
+        directory: PathBuf,
+        /// What is wrong with each.
+        reason: String,
+    },
+}
+
+/// Writes the newest checkpoint of a run; what was the newest becomes the one before.
+///
+/// # Errors
+/// What the operating system reports.
+pub fn write(directory: &mut OutputDirectory, checkpoint: &Checkpoint) -> Result<(), OutputError> {
+    let body = serde_json::to_vec(checkpoint).map_err(|e| OutputError::Io {
+        what: "write",
+        path: directory.path().join(NEWEST),
+        source: e.into(),
+    })?;
+    let head = format!("{HEAD}{}\n", digest(&body));
+    directory.write_after_renaming(NEWEST, PREVIOUS, &[head.as_bytes(), &body])
+}
+
+/// Removes both checkpoints of a run that needs them no more.
+///
+/// # Errors
+/// What the operating system reports.
+pub fn remove(directory: &mut OutputDirectory) -> Result<(), OutputError> {
+    [NEWEST, PREVIOUS].into_iter().try_for_each(|name| directory.remove(name))
+}
+
+/// Reads the newest checkpoint that is whole, and a note where that is not the newest one.
+///
+/// # Errors
+/// None is there, or none is whole.
+pub fn read(directory: &Path) -> Result<(Checkpoint, Option<String>), CheckpointError> {
+    let mut damaged = Vec::new();
+    for name in [NEWEST, PREVIOUS] {
+        match std::fs::read(directory.join(name)) {
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {}
+            Err(error) => damaged.push(format!("{name} cannot be read ({error})")),
+            Ok(bytes) => match decode(&bytes) {
+                Ok(checkpoint) => {
+                    let note = damaged.first().map(|fault| format!("{fault}; the run goes on from {name}"));
+                    return Ok((checkpoint, note));
+                }
+                Err(fault) => damaged.push(format!("{name} {fault}")),
+            },
+        }
+    }
+    let directory = directory.to_owned();
+    if damaged.is_empty() {
+        return Err(CheckpointError::Absent { directory });
+    }
+    Err(CheckpointError::Damaged { directory, reason: damaged.join(", ") })
+}
+
+fn digest(body: &[u8]) -> String {
+    Sha256::digest(body).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+fn decode(bytes: &[u8]) -> Result<Checkpoint, &'static str> {
+    let rest = bytes.strip_prefix(HEAD.as_bytes()).ok_or("is no checkpoint of this version")?;
+    let end = rest.iter().position(|&b| b == b'\n').ok_or("is damaged")?;
+    let (hash, body) = (&rest[..end], &rest[end + 1..]);
+    if hash != digest(body).as_bytes() {
+        return Err("is damaged");
+    }
+    serde_json::from_slice(body).map_err(|_| "is no checkpoint of this version")
+}
+
+/// Lists where two cases differ: the dotted path of each setting, what the checkpoint has, what the case has now.
+pub fn differences(checkpoint: &Value, now: &Value) -> Vec<String> {
+    let mut found = Vec::new();
+    compare(checkpoint, now, &mut String::new(), &mut found);
+    found
+}
+
+fn compare(old: &Value, new: &Value, path: &mut String, found: &mut Vec<String>) {
+    let mut inside = |key: &str, old: Option<&Value>, new: Option<&Value>| {
+        let length = path.len();
+        path.push_str(if path.is_empty() { "" } else { "." });
+        path.push_str(key);
+        compare(old.unwrap_or(&Value::Null), new.unwrap_or(&Value::Null), path, found);
+        path.truncate(length);
+    };
+    match (old, new) {
+        (Value::Object(a), Value::Object(b)) => {
+            for key in a.keys().chain(b.keys().filter(|key| !a.contains_key(*key))) {
+                inside(key, a.get(key), b.get(key));
+            }
+        }
+        (Value::Array(a), Value::Array(b)) if a.iter().chain(b).any(|v| v.is_object() || v.is_array()) => {
+            for k in 0..a.len().max(b.len()) {
+                inside(&k.to_string(), a.get(k), b.get(k));
+            }
+        }
+        _ if old != new => found.push(format!("{path} was {} and is {}", shown(old), shown(new))),
+        _ => {}
+    }
+}
+
+fn shown(value: &Value) -> String {
+    if value.is_null() { "not given".to_owned() } else { value.to_string() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    fn checkpoint(lambda: f64) -> Checkpoint {
+        let mesh = FinerMesh { rounds: vec![[vec![1, 2], vec![]]], lambda: vec![lambda], active: None };
+        let step = Step {
+            nodes: 8,
+            pairs: 2,
+            e_cre: Some(0.1 + 0.2),
+            relative: None,
+            certified: true,
+            iterations: 3,
+            energy_norm_squared: Some(f64::MIN_POSITIVE),
+            seconds: 0.0,
+        };
+        let progress = Progress { swapped: true, compliance: None, meshes: vec![mesh], steps: vec![step] };
+        Checkpoint { case: json!({"a": 1}), progress: Some(progress) }
+    }
+
+    #[test]
+    fn the_newest_whole_checkpoint_is_read_to_the_last_bit() {
+        let temp = tempfile::tempdir().unwrap();
+        let path = temp.path();
+        assert!(matches!(read(path), Err(CheckpointError::Absent { .. })));
+        let mut directory = OutputDirectory::open(path, "hash", false).unwrap();
+        for lambda in [1.0 / 3.0, -1e-300, 0.7] {
+            write(&mut directory, &checkpoint(lambda)).unwrap();
+            assert_eq!(read(path), Ok((checkpoint(lambda), None)));
+        }
+        // One byte wrong, cut anywhere, gone: the one before is there.
+        let whole = std::fs::read(path.join(NEWEST)).unwrap();
+        for damage in [0, 30, 100, whole.len() - 1] {
+            let mut bytes = whole.clone();
+            bytes[damage] ^= 1;
+            for bytes in [&bytes[..], &whole[..damage]] {
+                std::fs::write(path.join(NEWEST), bytes).unwrap();
+                let (found, note) = read(path).unwrap();
+                assert_eq!(found, checkpoint(-1e-300));
+                assert!(note.unwrap().contains("goes on from checkpoint-previous.nndd"));
+            }
+        }
+        std::fs::remove_file(path.join(NEWEST)).unwrap();
+        assert_eq!(read(path), Ok((checkpoint(-1e-300), None)));
+        std::fs::write(path.join(PREVIOUS), "nothing").unwrap();
+        assert!(matches!(read(path), Err(CheckpointError::Damaged { .. })));
+        remove(&mut directory).unwrap();
+        assert!(matches!(read(path), Err(CheckpointError::Absent { .. })));
+    }
+
+    #[test]
+    fn differences_name_the_setting() {
+        let old =
+            json!({"solver": {"theta": 0.4, "qp": "auto"}, "body": [{"cells": [4, 2]}, {"cells": [1, 1]}]});
+        let mut new = old.clone();
+        assert!(differences(&old, &new).is_empty());
+        new["solver"]["theta"] = json!(0.5);
+        new["body"][1]["cells"] = json!([1, 2]);
+        new["adapt"] = json!({"fraction": 0.5});
+        assert_eq!(
+            differences(&old, &new),
+            [
+                "solver.theta was 0.4 and is 0.5",
+                "body.1.cells was [1,1] and is [1,2]",
+                "adapt was not given and is {\"fraction\":0.5}"
+            ]
+        );
+    }
+}

@@ -1,0 +1,147 @@
+//! Checkpoints of adaptive runs: what is written while one goes on, and `--resume`.
+
+use crate::failure::Failure;
+use crate::files;
+use case_io::Case;
+use case_io::checkpoint::{self, Checkpoint, CheckpointError, FinerMesh, Progress};
+use case_io::output::OutputDirectory;
+use certified_contact::{RoleReason, Step};
+use contact_qp::ActiveSet;
+use nndd::Start;
+use serde_json::Value;
+use std::path::Path;
+
+/// Where an adaptive run writes, and from where it goes on.
+pub(crate) struct Place<'a> {
+    pub(crate) directory: &'a mut OutputDirectory,
+    /// How far it had come; `None` for a run that begins.
+    pub(crate) progress: Option<Progress>,
+}
+
+/// A run that is to go on.
+pub(crate) struct Resumed {
+    pub(crate) directory: OutputDirectory,
+    /// `None` where no mesh had been solved.
+    pub(crate) progress: Option<Progress>,
+    /// What the user should know.
+    pub(crate) notes: Vec<String>,
+}
+
+/// Returns what must be the same for a run to go on: the case, and this program, whose numbers it is about.
+fn identity(case: &Case) -> Value {
+    let mut identity = case.identity();
+    identity["program"] = env!("CARGO_PKG_VERSION").into();
+    identity
+}
+
+/// Finds the run of a case that was ended in a directory.
+pub(crate) fn find(case: &Case, path: &Path) -> Result<Resumed, Failure> {
+    if case.adapt.is_none() {
+        return Err(Failure::command_line(format!(
+            "--resume goes on with adaptive runs, and {} has no [adapt]: run it again without --resume",
+            case.file_name()
+        )));
+    }
+    if !path.is_dir() {
+        return Err(CheckpointError::Absent { directory: path.to_owned() }.into());
+    }
+    let mut directory = OutputDirectory::reopen(path).map_err(|e| Failure::output(&e))?;
+    let (Checkpoint { case: old, progress }, damage) = checkpoint::read(path)?;
+    let differences = checkpoint::differences(&old, &identity(case));
+    if !differences.is_empty() {
+        return Err(Failure::invalid(format!(
+            "the checkpoint in {} is of another case: {}.\n  expected: the case as it was, but for [limits] and \
+             output.directory\n  fix: undo the change, or begin anew with --force instead of --resume",
+            path.display(),
+            differences.join("; ")
+        )));
+    }
+    let mesh = progress.as_ref().map_or(1, |p| p.meshes.len() + 1);
+    let mut notes = vec![format!("the run goes on with mesh {mesh}")];
+    if let Some(damage) = damage {
+        // Else it would replace the one that is whole.
+        directory.remove(checkpoint::NEWEST).map_err(|e| Failure::output(&e))?;
+        notes.insert(0, damage);
+    }
+    Ok(Resumed { directory, progress, notes })
+}
+
+/// Prepares the directory: a run that begins leaves its first checkpoint, one that goes on keeps what it has.
+pub(crate) fn prepare(case: &Case, place: &mut Place<'_>) -> Result<(), Failure> {
+    let Some(progress) = &place.progress else {
+        checkpoint::remove(place.directory).map_err(|e| Failure::output(&e))?;
+        let first = Checkpoint { case: identity(case), progress: None };
+        return checkpoint::write(place.directory, &first).map_err(|e| Failure::output(&e));
+    };
+    for name in [checkpoint::NEWEST, checkpoint::PREVIOUS] {
+        place.directory.keep(name);
+    }
+    for step in 1..=progress.steps.len() {
+        (0..2).for_each(|body| place.directory.keep(&files::step_name(case, body, step)));
+    }
+    Ok(())
+}
+
+/// Writes the checkpoint of a run.
+///
+/// * `seconds`: when each of its meshes had been solved.
+pub(crate) fn write(
+    case: &Case,
+    from: &certified_contact::Checkpoint,
+    seconds: &[f64],
+    directory: &mut OutputDirectory,
+) -> Result<(), Failure> {
+    let compliance = match from.role_reason {
+        RoleReason::Given => None,
+        RoleReason::Stiffer { compliance } => Some(compliance),
+    };
+    let mesh = |mesh: &certified_contact::FinerMesh| FinerMesh {
+        rounds: mesh.rounds.clone(),
+        lambda: mesh.start.lambda.clone(),
+        active: mesh.start.active.as_ref().map(|active| active.as_slice().to_vec()),
+    };
+    let step = |(step, &seconds): (&Step, &f64)| checkpoint::Step {
+        nodes: step.nodes,
+        pairs: step.pairs,
+        e_cre: step.e_cre,
+        relative: step.relative,
+        certified: step.certified,
+        iterations: step.iterations,
+        energy_norm_squared: step.energy_norm_squared,
+        seconds,
+    };
+    let progress = Progress {
+        swapped: from.swapped,
+        compliance,
+        meshes: from.meshes.iter().map(mesh).collect(),
+        steps: from.history.iter().zip(seconds).map(step).collect(),
+    };
+    let checkpoint = Checkpoint { case: identity(case), progress: Some(progress) };
+    checkpoint::write(directory, &checkpoint).map_err(|e| Failure::output(&e))
+}
+
+/// Makes the library's values of a checkpoint.
+pub(crate) fn read(progress: &Progress) -> certified_contact::Checkpoint {
+    let mesh = |mesh: &FinerMesh| certified_contact::FinerMesh {
+        rounds: mesh.rounds.clone(),
+        start: Start { lambda: mesh.lambda.clone(), active: mesh.active.clone().map(ActiveSet::new) },
+    };
+    let step = |(k, step): (usize, &checkpoint::Step)| Step {
+        step: k + 1,
+        nodes: step.nodes,
+        pairs: step.pairs,
+        e_cre: step.e_cre,
+        relative: step.relative,
+        certified: step.certified,
+        iterations: step.iterations,
+        energy_norm_squared: step.energy_norm_squared,
+    };
+    certified_contact::Checkpoint {
+        swapped: progress.swapped,
+        role_reason: progress
+            .compliance
+            .map_or(RoleReason::Given, |compliance| RoleReason::Stiffer { compliance }),
+        meshes: progress.meshes.iter().map(mesh).collect(),
+        history: progress.steps.iter().enumerate().map(step).collect(),
+    }
+}
