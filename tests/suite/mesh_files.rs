@@ -5,7 +5,6 @@ use case_io::mesh_file::{self, MeshFile, RegionOptions};
 use fem_core::interface::ContactProblem;
 use fem_core::mesh::{TriMesh, generate::block};
 use nndd::NnddSettings;
-use std::time::{Duration, Instant};
 use tests::mesh_files::{self, ALL, Encoding, Format, write};
 use tests::random::Random;
 use tests::{certify, condense_both, iterates, paper};
@@ -113,9 +112,8 @@ fn use_everything(file: &MeshFile) {
     }
 }
 
-/// Reads damaged bytes; says how long it took and whether they still are a mesh.
-fn read(bytes: &[u8]) -> (Duration, bool) {
-    let start = Instant::now();
+/// Reads damaged bytes; says whether they still are a mesh.
+fn read(bytes: &[u8]) -> bool {
     let parsed = mesh_file::parse(bytes, "damaged");
     if let Ok(file) = &parsed {
         use_everything(file);
@@ -123,18 +121,17 @@ fn read(bytes: &[u8]) -> (Duration, bool) {
     if let Err(error) = &parsed {
         assert!(error.to_string().starts_with("damaged"), "{error}");
     }
-    (start.elapsed(), parsed.is_ok())
+    parsed.is_ok()
 }
 
 #[test]
 fn every_prefix_of_a_file_is_an_error_or_a_mesh() {
     for format in ALL {
         let whole = file([2, 1], format);
-        assert!(read(&whole).1);
+        assert!(read(&whole));
         let needed = whole.trim_ascii_end().len();
         for len in 0..needed {
-            let (time, is_mesh) = read(&whole[..len]);
-            assert!(time < Duration::from_millis(500), "{format:?} cut at {len}: {time:?}");
+            let is_mesh = read(&whole[..len]);
             // Decks have no end mark; the others must notice.
             assert!(!is_mesh || format.ending() == "inp", "{format:?} cut at {len} of {needed} was taken");
         }
@@ -162,9 +159,7 @@ fn random_damage_is_an_error_or_a_mesh() {
                     }
                 }
             }
-            let (time, is_mesh) = read(&bytes);
-            assert!(time < Duration::from_millis(500), "{format:?}: {time:?}");
-            *(if is_mesh { &mut taken } else { &mut refused }) += 1;
+            *(if read(&bytes) { &mut taken } else { &mut refused }) += 1;
         }
     }
     // Both happen, or the damage would test nothing.
