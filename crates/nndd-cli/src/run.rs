@@ -41,7 +41,7 @@ pub(crate) fn start_threads(options: &RunOptions) -> Result<(), Failure> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(options.threads)
         .build_global()
-        .map_err(|e| Failure::defect(format!("cannot start {} threads: {e}", options.threads)))
+        .map_err(|e| Failure::threads(options.threads, &e))
 }
 
 /// A solved case.

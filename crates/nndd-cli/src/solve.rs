@@ -7,6 +7,7 @@ use crate::console;
 use crate::failure::Failure;
 use crate::files;
 use crate::memory::{self, mebibytes};
+use crate::notes;
 use crate::run::{self, Solved};
 use crate::signals::Signals;
 use crate::stopwatch::{Activity, Stopwatch};
@@ -209,7 +210,8 @@ impl Printer {
                 text += &format!("wrote {directory}: {}\n", written.join(" "));
                 console::print(&text)?;
                 // Those of the case were shown at the beginning.
-                console::notes(report.notes.get(case.notes().len()..).unwrap_or_default());
+                let shown = notes::of_case(case).len();
+                console::notes(report.notes.get(shown..).unwrap_or_default());
                 Ok(())
             }
             Format::Json => self.event(json!({

@@ -1,0 +1,157 @@
+//! Files and directories that are not what they should be, and disks that are full.
+
+use super::*;
+use std::ffi::OsStr;
+use std::os::unix::ffi::OsStrExt;
+use std::os::unix::fs::{PermissionsExt, symlink};
+
+#[test]
+fn item_10_what_is_no_case_file_is_refused_at_once() {
+    let temp = tempfile::tempdir().unwrap();
+    let here = temp.path();
+    let fifo = here.join("fifo.toml");
+    if Command::new("mkfifo").arg(&fifo).status().is_ok_and(|s| s.success()) {
+        let output = solve(&fifo, &here.join("out"), &[]);
+        assert_eq!(output.status.code(), Some(7));
+        assert!(said(&output).contains("not a regular file"));
+    } else {
+        eprintln!("item_10: skipped the pipe, there is no mkfifo");
+    }
+    let output = solve(here, &here.join("out"), &[]);
+    assert_eq!(output.status.code(), Some(7));
+    assert!(said(&output).contains("a directory, not a case file"));
+    let large = here.join("large.toml");
+    // Sparse: it takes no room.
+    std::fs::File::create(&large).unwrap().set_len(2 << 30).unwrap();
+    let output = solve(&large, &here.join("out"), &[]);
+    assert_eq!(output.status.code(), Some(7));
+    assert!(said(&output).contains("this is not a case file"));
+    assert!(!here.join("out").exists());
+}
+
+#[test]
+fn item_66_output_directories_that_cannot_be() {
+    let temp = tempfile::tempdir().unwrap();
+    let here = temp.path();
+    let paper = cases().join("paper.toml");
+    std::fs::write(here.join("file"), "precious").unwrap();
+    for out in ["file", "file/below"] {
+        let output = solve(&paper, &here.join(out), &[]);
+        assert_eq!(output.status.code(), Some(7), "{out}: {}", said(&output));
+    }
+    assert_eq!(std::fs::read_to_string(here.join("file")).unwrap(), "precious");
+    // A missing one is created, with those above it.
+    assert_eq!(solve(&paper, &here.join("a/b/c"), &[]).status.code(), Some(0));
+    let locked = here.join("locked");
+    std::fs::create_dir(&locked).unwrap();
+    std::fs::set_permissions(&locked, std::fs::Permissions::from_mode(0o555)).unwrap();
+    if std::fs::write(locked.join("probe"), "").is_ok() {
+        eprintln!("item_66: skipped the read-only directory, this user may write everywhere");
+        return;
+    }
+    let output = solve(&paper, &locked, &[]);
+    assert_eq!(output.status.code(), Some(7), "{}", said(&output));
+    assert!(said(&output).contains("locked"));
+}
+
+#[test]
+fn item_67_an_earlier_result_of_another_case_stays() {
+    // Decided otherwise than by the list: a complete result of the same case is replaced, since it would be the same.
+    let temp = tempfile::tempdir().unwrap();
+    let out = temp.path().join("out");
+    let paper = cases().join("paper.toml");
+    assert_eq!(solve(&paper, &out, &[]).status.code(), Some(0));
+    let before = std::fs::read(out.join("report.json")).unwrap();
+    let other = solve(&paper, &out, &["--set", "solver.theta=0.3"]);
+    assert_eq!(other.status.code(), Some(7));
+    assert!(said(&other).contains("--force"));
+    assert_eq!(std::fs::read(out.join("report.json")).unwrap(), before);
+    assert_eq!(solve(&paper, &out, &[]).status.code(), Some(0));
+}
+
+/// Sizes from "nothing fits" to "everything fits", as the shell counts them (512 bytes each).
+const BLOCKS: [usize; 7] = [0, 1, 4, 16, 40, 100, 4000];
+
+#[test]
+fn item_68_a_disk_that_fills_up_leaves_no_cut_file() {
+    // The limit of the file size stands for the full disk: with its signal ignored a write fails as on a full disk.
+    let temp = tempfile::tempdir().unwrap();
+    let mut codes = Vec::new();
+    for blocks in BLOCKS {
+        let out = temp.path().join(blocks.to_string());
+        let output =
+            prepared(&format!("trap '' XFSZ; ulimit -f {blocks}"), &cases().join("paper.toml"), &out);
+        let code = output.status.code().unwrap();
+        assert!(code == 0 || code == 7, "{blocks}: {}", said(&output));
+        whole_files(&out);
+        assert_eq!(out.join("report.json").exists(), code == 0, "{blocks}");
+        assert!(files_below(&out).iter().all(|p| !p.to_string_lossy().contains(".nndd-tmp-")), "{blocks}");
+        codes.push(code);
+    }
+    assert_eq!((codes.first(), codes.last()), (Some(&7), Some(&0)), "{codes:?}");
+}
+
+#[test]
+fn item_68_a_death_in_the_middle_of_a_file_leaves_no_cut_file() {
+    // Here the limit kills the program in the middle of a write, wherever that is.
+    let temp = tempfile::tempdir().unwrap();
+    for blocks in BLOCKS {
+        let out = temp.path().join(blocks.to_string());
+        prepared(&format!("ulimit -c 0; ulimit -f {blocks}"), &cases().join("paper.toml"), &out);
+        whole_files(&out);
+    }
+}
+
+#[test]
+fn item_68_an_earlier_result_survives_a_full_disk() {
+    let temp = tempfile::tempdir().unwrap();
+    let out = temp.path().join("out");
+    let paper = cases().join("paper.toml");
+    assert_eq!(solve(&paper, &out, &[]).status.code(), Some(0));
+    let before = numbers(&out);
+    let output = prepared("trap '' XFSZ; ulimit -f 8", &paper, &out);
+    assert_eq!(output.status.code(), Some(7), "{}", said(&output));
+    assert_eq!(numbers(&out), before);
+    whole_files(&out);
+}
+
+#[test]
+fn item_68_a_full_console_is_said() {
+    if !Path::new("/dev/full").exists() {
+        eprintln!("item_68: skipped, there is no /dev/full");
+        return;
+    }
+    let temp = tempfile::tempdir().unwrap();
+    let mut command = nndd(temp.path());
+    command.arg("solve").arg(cases().join("paper.toml")).stdout(std::fs::File::create("/dev/full").unwrap());
+    assert_eq!(command.output().unwrap().status.code(), Some(7));
+}
+
+#[test]
+fn item_76_paths_of_every_kind() {
+    let temp = tempfile::tempdir().unwrap();
+    let here = temp.path();
+    let paper = cases().join("paper.toml");
+    for name in [OsStr::new("mit Leerzeichen ä 上 \"'"), OsStr::from_bytes(b"not \xFF text")] {
+        let folder = here.join(name);
+        if std::fs::create_dir(&folder).is_err() {
+            eprintln!("item_76: skipped {name:?}, this file system does not take it");
+            continue;
+        }
+        std::fs::copy(&paper, folder.join("case.toml")).unwrap();
+        let output = solve(&folder.join("case.toml"), &folder.join(name), &[]);
+        assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+        whole_files(&folder.join(name));
+        assert!(report(&folder.join(name)).certificate.valid);
+    }
+    symlink(here.join("one"), here.join("two")).unwrap();
+    symlink(here.join("two"), here.join("one")).unwrap();
+    assert_eq!(solve(&here.join("one"), &here.join("out"), &[]).status.code(), Some(7));
+    assert_eq!(solve(&paper, &here.join("one/out"), &[]).status.code(), Some(7));
+    let long = here.join("x".repeat(300));
+    assert_eq!(solve(&long, &here.join("out"), &[]).status.code(), Some(7));
+    assert_eq!(solve(&paper, &long, &[]).status.code(), Some(7));
+    // Long as a whole, but each part is allowed.
+    let deep = here.join(["y".repeat(100), "y".repeat(100), "y".repeat(100)].join("/"));
+    assert_eq!(solve(&paper, &deep, &[]).status.code(), Some(0));
+}

@@ -1,0 +1,211 @@
+//! Signals, limits, several runs at once, threads and environments.
+
+use super::*;
+use std::process::{Child, Stdio};
+
+/// A run that takes a while: many iterations on a finer mesh, each with a relaxed estimate.
+fn long_run(out: &Path) -> Child {
+    let mut command = nndd(&cases());
+    command.args(["solve", "paper.toml", "--out"]).arg(out).args([
+        "--set",
+        "body.0.generator.cells=[72,36]",
+        "--set",
+        "body.1.generator.cells=[72,36]",
+        "--set",
+        "solver.max_iterations=1000000",
+        "--set",
+        "solver.stop.criterion=iterations",
+        "--set",
+        "estimator.every=1",
+    ]);
+    command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+}
+
+fn signal(child: &Child, name: &str) {
+    let sent = Command::new("kill").args([&format!("-{name}"), &child.id().to_string()]).status().unwrap();
+    assert!(sent.success());
+}
+
+/// Waits until the first iteration is printed, then lets somebody else read the rest.
+fn wait_for_iterations(child: &mut Child) {
+    use std::io::{BufRead, BufReader, Read};
+    let mut lines = BufReader::new(child.stdout.take().unwrap());
+    let mut line = String::new();
+    while lines.read_line(&mut line).unwrap() > 0 && !line.trim_start().starts_with("2 ") {
+        line.clear();
+    }
+    std::thread::spawn(move || lines.read_to_end(&mut Vec::new()));
+}
+
+#[test]
+fn item_69_a_signal_ends_the_run_with_its_certificate() {
+    for (name, code) in [("INT", 130), ("TERM", 143)] {
+        let temp = tempfile::tempdir().unwrap();
+        let out = temp.path().join("out");
+        let mut child = long_run(&out);
+        wait_for_iterations(&mut child);
+        signal(&child, name);
+        let status = child.wait().unwrap();
+        assert_eq!(status.code(), Some(code));
+        let report = report(&out);
+        assert_eq!((report.status.word.as_str(), i32::from(report.status.code)), ("interrupted", code));
+        assert!(report.certificate.valid);
+        assert_eq!(report.iterations.len(), report.iterations.last().unwrap().iteration);
+        whole_files(&out);
+        assert!(!out.join(".nndd.lock").exists());
+    }
+}
+
+#[test]
+fn item_69_a_reader_that_goes_away_costs_nothing() {
+    let temp = tempfile::tempdir().unwrap();
+    let out = temp.path().join("out");
+    let mut command = nndd(&cases());
+    command.args(["solve", "paper.toml", "--out"]).arg(&out).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    assert!(output.stderr.is_empty(), "{}", said(&output));
+    assert!(report(&out).certificate.valid);
+}
+
+#[test]
+fn item_70_a_killed_run_leaves_whole_files_and_can_be_run_again() {
+    // An adaptive run writes while it goes on. There is no --resume here: a run that was killed is run again.
+    let temp = tempfile::tempdir().unwrap();
+    let whole = temp.path().join("whole");
+    let case = cases().join("adaptive.toml");
+    assert_eq!(solve(&case, &whole, &[]).status.code(), Some(0));
+    let (expected, all) = (numbers(&whole), whole_files(&whole));
+    let mut killed = 0;
+    for wanted in [1, 2, 4, 6, all - 1] {
+        let out = temp.path().join(wanted.to_string());
+        let mut command = nndd(&cases());
+        command.arg("solve").arg(&case).arg("--out").arg(&out).stdout(Stdio::null()).stderr(Stdio::null());
+        let mut child = command.spawn().unwrap();
+        wait_until("files of the run", || {
+            out.exists() && files_below_if_quiet(&out) >= wanted || child.try_wait().unwrap().is_some()
+        });
+        child.kill().unwrap();
+        let status = child.wait().unwrap();
+        whole_files(&out);
+        killed += usize::from(status.code().is_none());
+        if !out.join("report.json").exists() {
+            assert_eq!(solve(&case, &out, &[]).status.code(), Some(7), "what is there is not overwritten");
+        }
+        assert_eq!(solve(&case, &out, &["--force"]).status.code(), Some(0));
+        assert_eq!(
+            numbers(&out).replace(&*out.to_string_lossy(), ""),
+            expected.replace(&*whole.to_string_lossy(), "")
+        );
+    }
+    assert!(killed > 0, "no run was killed in time");
+}
+
+/// Counts files while they come and go.
+fn files_below_if_quiet(directory: &Path) -> usize {
+    let count = |path: &Path| {
+        let entries = std::fs::read_dir(path).into_iter().flatten().flatten();
+        entries.filter(|e| e.path().is_file() && !e.file_name().to_string_lossy().starts_with('.')).count()
+    };
+    ["", "fields", "figures"].iter().map(|below| count(&directory.join(below))).sum()
+}
+
+#[test]
+fn item_71_too_little_memory_is_said_before_anything_is_computed() {
+    let temp = tempfile::tempdir().unwrap();
+    let out = temp.path().join("out");
+    let output = solve(&cases().join("paper.toml"), &out, &["--set", "limits.memory=\"1MiB\""]);
+    assert_eq!(output.status.code(), Some(8));
+    let text = said(&output);
+    assert!(text.contains("limits.memory is 1MiB, enough for about") && text.contains("380 nodes"), "{text}");
+    assert!(!out.exists());
+}
+
+#[test]
+fn item_72_the_time_limit_keeps_the_certificate() {
+    let temp = tempfile::tempdir().unwrap();
+    let out = temp.path().join("out");
+    let output = solve(&cases().join("paper.toml"), &out, &["--set", "limits.time=\"0.000001s\""]);
+    assert_eq!(output.status.code(), Some(8), "{}", said(&output));
+    let report = report(&out);
+    assert!(report.status.reason.contains("limits.time") && report.certificate.valid);
+}
+
+#[test]
+fn item_73_two_runs_do_not_share_a_directory() {
+    let temp = tempfile::tempdir().unwrap();
+    let out = temp.path().join("out");
+    let mut first = long_run(&out);
+    wait_for_iterations(&mut first);
+    for more in [&[][..], &["--force"]] {
+        let second = solve(&cases().join("paper.toml"), &out, more);
+        assert_eq!(second.status.code(), Some(7));
+        let text = said(&second);
+        assert!(text.contains(&format!("in use by another run (process {})", first.id())), "{text}");
+    }
+    signal(&first, "TERM");
+    assert_eq!(first.wait().unwrap().code(), Some(143));
+    whole_files(&out);
+}
+
+#[test]
+fn item_74_any_number_of_threads_gives_the_same_numbers() {
+    let temp = tempfile::tempdir().unwrap();
+    let paper = cases().join("paper.toml");
+    let all: Vec<String> = ["0", "1", "64"]
+        .into_iter()
+        .map(|threads| {
+            let out = temp.path().join("out");
+            let output = solve(&paper, &out, &["--threads", threads]);
+            assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+            numbers(&out)
+        })
+        .collect();
+    assert!(all.iter().all(|one| *one == all[0]));
+    for threads in ["-1", "1025", "1000000", "two"] {
+        let output = solve(&paper, &temp.path().join("none"), &["--threads", threads]);
+        assert_eq!(output.status.code(), Some(2), "{threads}: {}", said(&output));
+    }
+    assert!(!temp.path().join("none").exists());
+}
+
+#[test]
+fn item_75_the_environment_does_not_matter() {
+    let temp = tempfile::tempdir().unwrap();
+    let out = temp.path().join("out");
+    let run = |change: &dyn Fn(&mut Command)| {
+        let mut command = nndd(&cases());
+        command.args(["solve", "paper.toml", "--out"]).arg(&out);
+        change(&mut command);
+        let output = command.output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+        (said(&output), numbers(&out))
+    };
+    let usual = run(&|_| {});
+    let changes: [&dyn Fn(&mut Command); 5] = [
+        &|c| _ = c.env("LC_ALL", "de_DE.UTF-8").env("LANG", "de_DE.UTF-8").env("LC_NUMERIC", "de_DE.UTF-8"),
+        &|c| _ = c.env("TZ", "Pacific/Chatham"),
+        &|c| _ = c.env("TZ", "no such zone").env_remove("HOME"),
+        &|c| _ = c.env("COLUMNS", "20").env("NO_COLOR", "1").env("TERM", "dumb"),
+        &|c| _ = c.env_clear(),
+    ];
+    for (k, change) in changes.into_iter().enumerate() {
+        let found = run(change);
+        assert!(found == usual, "change {k}: {}\n{}", found.0, usual.0);
+    }
+}
+
+#[test]
+fn item_77_times_are_never_negative() {
+    // The program times with the system's monotonic clock, which a test cannot turn back; it can only see that what
+    // is reported is sound.
+    let temp = tempfile::tempdir().unwrap();
+    let out = temp.path().join("out");
+    assert_eq!(solve(&cases().join("paper.toml"), &out, &[]).status.code(), Some(0));
+    let t = report(&out).timings;
+    let parts = [t.mesh, t.assembly, t.factorisation, t.iterations, t.estimate, t.write];
+    assert!(parts.iter().all(|x| x.is_finite() && *x >= 0.0), "{parts:?}");
+    assert!(t.total > 0.0);
+}
