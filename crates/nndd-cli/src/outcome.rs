@@ -121,3 +121,6 @@ fn diverged(solution: &CertifiedSolution, best: f64) -> String {
     let range = range_of_theta(solution);
     format!("eta_nndd grew from {best:.3e} {eta}{range}; theta = \"auto\" chooses it")
 }
+
+#[cfg(test)]
+mod tests;
