@@ -4,6 +4,7 @@ use case_io::Case;
 use certified_contact::CertifiedSolution;
 use fem_core::body::{Body, Difference, NodeConstraint};
 use fem_core::geometry::{bounding_box, norm, sub};
+use nndd::NnddStatus;
 
 /// From this strain on the theory of small strains is doubtful.
 const STRAIN: f64 = 0.1;
@@ -47,6 +48,10 @@ pub(crate) fn of_solution(case: &Case, solution: &CertifiedSolution) -> Vec<Stri
     let mut notes = of_problem(case, bodies, problem.interpolated_gap());
     notes.extend(bent_contact(solution));
     let Some(estimate) = &solution.estimate else { return notes };
+    if matches!(solution.nndd.status, NnddStatus::Diverged { .. }) {
+        // The last iterate says nothing about the bodies.
+        return notes;
+    }
     if solution.last().contact.normal_reaction.iter().all(|r| *r <= 0.0) {
         notes.push("no contact: no force passes between the bodies".to_owned());
     }

@@ -8,8 +8,8 @@ use contact_qp::QpStatus;
 
 fn solved() -> (Case, CertifiedSolution) {
     let small = ["body.0.generator.cells", "body.1.generator.cells"].map(|key| (key.into(), "[4, 2]".into()));
-    let case = Case::parse(case_io::template::PAPER, "paper.toml", &small).unwrap();
-    let problem = run::build(&case).unwrap();
+    let mut case = Case::parse(case_io::template::PAPER, "paper.toml", &small).unwrap();
+    let problem = run::build(&mut case).unwrap();
     let solution = certified_contact::solve(problem, &convert::settings(&case), &mut Silent).unwrap();
     (case, solution)
 }
