@@ -13,6 +13,7 @@ mod processes;
 mod text;
 
 use case_io::report::Report;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
@@ -82,16 +83,47 @@ fn whole_files(out: &Path) -> usize {
     let files = files_below(out);
     let hidden = |path: &PathBuf| path.file_name().unwrap().to_string_lossy().starts_with(".nndd");
     for path in files.iter().filter(|path| !hidden(path)) {
-        let text = std::fs::read_to_string(path).unwrap();
-        let end = match path.extension().unwrap().to_str().unwrap() {
-            "vtu" | "pvd" => "</VTKFile>",
-            "svg" => "</svg>",
-            "html" => "</html>",
-            "json" => "}",
-            _ => "\n",
+        let bytes = std::fs::read(path).unwrap();
+        let end: &[u8] = match path.extension().unwrap().to_str().unwrap() {
+            "vtu" | "pvd" => b"</VTKFile>\n",
+            "svg" => b"</svg>\n",
+            "html" => b"</html>\n",
+            "json" => b"}\n",
+            _ => b"\n",
         };
-        let whole = text.trim_end_matches('\n').ends_with(end) || end == "\n" && text.ends_with(end);
-        assert!(whole, "{} is cut: {} bytes", path.display(), text.len());
+        assert!(bytes.ends_with(end), "{} is cut: {} bytes", path.display(), bytes.len());
     }
     files.iter().filter(|path| !hidden(path)).count()
+}
+
+/// Fills `numbers` with those that follow `mark` in `text`.
+fn collect(text: &str, mark: &str, numbers: &mut BTreeSet<usize>) {
+    for (at, _) in text.match_indices(mark) {
+        let digits: String = text[at + mark.len()..].chars().take_while(char::is_ascii_digit).collect();
+        numbers.extend(digits.parse::<usize>());
+    }
+}
+
+#[test]
+fn every_number_of_the_list_has_a_test() {
+    // 78 faults, by number; each has a case file in tests/cases/bad or a test function that carries its number.
+    let mut found = BTreeSet::new();
+    let root = cases().join("../..");
+    for folder in ["crates", "tests"] {
+        for file in files_below(&root.join(folder)) {
+            if file.extension().is_some_and(|e| e == "rs") {
+                collect(&std::fs::read_to_string(&file).unwrap(), concat!("fn ", "item_"), &mut found);
+            }
+        }
+    }
+    for file in files_below(&cases().join("bad")) {
+        let name = file.file_name().unwrap().to_string_lossy().into_owned();
+        if name.ends_with(".toml") {
+            collect(&name, "case_", &mut found);
+            collect(&name, "mesh_", &mut found);
+        }
+    }
+    // 70, going on after a kill, is not asked for here.
+    let missing: Vec<usize> = (1..=78).filter(|n| *n != 70 && !found.contains(n)).collect();
+    assert!(missing.is_empty(), "no test for {missing:?}");
 }

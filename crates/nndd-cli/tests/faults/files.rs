@@ -42,31 +42,88 @@ fn item_66_output_directories_that_cannot_be() {
     assert_eq!(std::fs::read_to_string(here.join("file")).unwrap(), "precious");
     // A missing one is created, with those above it.
     assert_eq!(solve(&paper, &here.join("a/b/c"), &[]).status.code(), Some(0));
-    let locked = here.join("locked");
-    std::fs::create_dir(&locked).unwrap();
-    std::fs::set_permissions(&locked, std::fs::Permissions::from_mode(0o555)).unwrap();
-    if std::fs::write(locked.join("probe"), "").is_ok() {
-        eprintln!("item_66: skipped the read-only directory, this user may write everywhere");
-        return;
+}
+
+/// Runs the program as somebody who may not do everything; `None` where that cannot be arranged.
+fn as_nobody(arguments: &[&OsStr]) -> Option<Output> {
+    // Not root: this user will do.
+    let root = Command::new("id").arg("-u").output().ok()?.stdout == b"0\n";
+    let mut command = Command::new(if root { "setpriv" } else { "env" });
+    if root {
+        command.args(["--reuid", "65534", "--regid", "65534", "--clear-groups"]);
     }
-    let output = solve(&paper, &locked, &[]);
-    assert_eq!(output.status.code(), Some(7), "{}", said(&output));
-    assert!(said(&output).contains("locked"));
+    let run = |command: &mut Command| command.arg(env!("CARGO_BIN_EXE_nndd")).args(arguments).output().ok();
+    let output = run(&mut command)?;
+    // 126 and 127: the program itself cannot be started.
+    (!matches!(output.status.code(), Some(126 | 127))).then_some(output)
 }
 
 #[test]
-fn item_67_an_earlier_result_of_another_case_stays() {
-    // Decided otherwise than by the list: a complete result of the same case is replaced, since it would be the same.
+fn item_16_an_unreadable_mesh_file_is_said() {
+    let temp = open_folder();
+    let mesh = temp.path().join("sound.msh");
+    std::fs::copy(cases().join("bad/meshes/sound.msh"), &mesh).unwrap();
+    std::fs::set_permissions(&mesh, std::fs::Permissions::from_mode(0o000)).unwrap();
+    let Some(output) = as_nobody(&["mesh".as_ref(), mesh.as_os_str()]) else {
+        eprintln!("item_16: skipped, there is nobody else to run the program");
+        return;
+    };
+    assert_eq!(output.status.code(), Some(7), "{}", said(&output));
+    assert!(said(&output).contains("sound.msh") && said(&output).contains("cannot be read"), "{}", said(&output));
+}
+
+/// A temporary directory into which everybody may look.
+fn open_folder() -> tempfile::TempDir {
+    let temp = tempfile::tempdir().unwrap();
+    std::fs::set_permissions(temp.path(), std::fs::Permissions::from_mode(0o755)).unwrap();
+    temp
+}
+
+#[test]
+fn item_66_an_output_directory_without_leave_to_write_is_said() {
+    let temp = open_folder();
+    let locked = temp.path().join("locked");
+    std::fs::create_dir(&locked).unwrap();
+    std::fs::set_permissions(&locked, std::fs::Permissions::from_mode(0o555)).unwrap();
+    let case = temp.path().join("paper.toml");
+    std::fs::copy(cases().join("paper.toml"), &case).unwrap();
+    for out in [locked.clone(), locked.join("below")] {
+        let arguments = ["solve".as_ref(), case.as_os_str(), "--out".as_ref(), out.as_os_str()];
+        let Some(output) = as_nobody(&arguments) else {
+            eprintln!("item_66: skipped, there is nobody else to run the program");
+            return;
+        };
+        assert_eq!(output.status.code(), Some(7), "{}", said(&output));
+        assert!(said(&output).contains("locked"), "{}", said(&output));
+    }
+    assert_eq!(files_below(&locked).len(), 0);
+}
+
+#[test]
+fn item_66_an_output_directory_that_vanishes_is_made_again() {
+    // Nothing was in it yet, so nothing is lost: the files are written where they were asked for.
     let temp = tempfile::tempdir().unwrap();
     let out = temp.path().join("out");
-    let paper = cases().join("paper.toml");
-    assert_eq!(solve(&paper, &out, &[]).status.code(), Some(0));
-    let before = std::fs::read(out.join("report.json")).unwrap();
-    let other = solve(&paper, &out, &["--set", "solver.theta=0.3"]);
-    assert_eq!(other.status.code(), Some(7));
-    assert!(said(&other).contains("--force"));
-    assert_eq!(std::fs::read(out.join("report.json")).unwrap(), before);
-    assert_eq!(solve(&paper, &out, &[]).status.code(), Some(0));
+    let mut child = processes::long_run(&out);
+    processes::wait_for_iterations(&mut child);
+    std::fs::remove_dir_all(&out).unwrap();
+    processes::signal(&child, "TERM");
+    assert_eq!(child.wait().unwrap().code(), Some(143));
+    assert!(report(&out).certificate.valid);
+    whole_files(&out);
+}
+
+#[test]
+fn item_66_an_output_directory_that_becomes_a_file_is_said() {
+    let temp = tempfile::tempdir().unwrap();
+    let out = temp.path().join("out");
+    let mut child = processes::long_run(&out);
+    processes::wait_for_iterations(&mut child);
+    std::fs::remove_dir_all(&out).unwrap();
+    std::fs::write(&out, "precious").unwrap();
+    processes::signal(&child, "TERM");
+    assert_eq!(child.wait().unwrap().code(), Some(7));
+    assert_eq!(std::fs::read_to_string(&out).unwrap(), "precious");
 }
 
 /// Sizes from "nothing fits" to "everything fits", as the shell counts them (512 bytes each).
@@ -99,6 +156,30 @@ fn item_68_a_death_in_the_middle_of_a_file_leaves_no_cut_file() {
         let out = temp.path().join(blocks.to_string());
         prepared(&format!("ulimit -c 0; ulimit -f {blocks}"), &cases().join("paper.toml"), &out);
         whole_files(&out);
+    }
+}
+
+#[test]
+fn item_68_a_real_disk_that_is_full_leaves_no_cut_file() {
+    // A disk of a few pages, in a space of its own; what lies on it is copied out of there before it goes.
+    let temp = tempfile::tempdir().unwrap();
+    let disk = temp.path().join("disk");
+    std::fs::create_dir(&disk).unwrap();
+    for size in ["8k", "40k", "120k"] {
+        let kept = temp.path().join(size);
+        let script = "mount -t tmpfs -o size=$1 tmpfs \"$2\" || exit 99; \"$0\" solve \"$3\" --out \"$2/out\"; code=$?; \
+                      cp -r \"$2/out\" \"$4\"; exit $code";
+        let mut command = Command::new("unshare");
+        command.args(["-rm", "sh", "-c", script, env!("CARGO_BIN_EXE_nndd"), size]);
+        let output = command.arg(&disk).arg(cases().join("paper.toml")).arg(&kept).output();
+        let Some(output) = output.ok().filter(|o| !matches!(o.status.code(), Some(1 | 99) | None)) else {
+            eprintln!("item_68: skipped, no disk can be mounted here");
+            return;
+        };
+        assert_eq!(output.status.code(), Some(7), "{size}: {}", said(&output));
+        assert!(said(&output).contains("cannot write"), "{size}: {}", said(&output));
+        whole_files(&kept);
+        assert!(!kept.join("report.json").exists(), "{size}");
     }
 }
 

@@ -4,7 +4,7 @@ use super::*;
 use std::process::{Child, Stdio};
 
 /// A run that takes a while: many iterations on a finer mesh, each with a relaxed estimate.
-fn long_run(out: &Path) -> Child {
+pub(crate) fn long_run(out: &Path) -> Child {
     let mut command = nndd(&cases());
     command.args(["solve", "paper.toml", "--out"]).arg(out).args([
         "--set",
@@ -21,13 +21,13 @@ fn long_run(out: &Path) -> Child {
     command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
 }
 
-fn signal(child: &Child, name: &str) {
+pub(crate) fn signal(child: &Child, name: &str) {
     let sent = Command::new("kill").args([&format!("-{name}"), &child.id().to_string()]).status().unwrap();
     assert!(sent.success());
 }
 
 /// Waits until the first iteration is printed, then lets somebody else read the rest.
-fn wait_for_iterations(child: &mut Child) {
+pub(crate) fn wait_for_iterations(child: &mut Child) {
     use std::io::{BufRead, BufReader, Read};
     let mut lines = BufReader::new(child.stdout.take().unwrap());
     let mut line = String::new();
@@ -57,6 +57,26 @@ fn item_69_a_signal_ends_the_run_with_its_certificate() {
 }
 
 #[test]
+fn item_69_a_second_signal_ends_the_run_at_once() {
+    let temp = tempfile::tempdir().unwrap();
+    let out = temp.path().join("out");
+    // A mesh whose factorisation alone takes far longer than the time between the two signals.
+    let cells = ["body.0.generator.cells=[400,200]", "body.1.generator.cells=[400,200]"];
+    let mut command = nndd(&cases());
+    command.args(["solve", "paper.toml", "--quiet", "--set", cells[0], "--set", cells[1], "--out"]).arg(&out);
+    let mut child = command.spawn().unwrap();
+    wait_until("the output directory", || out.exists());
+    signal(&child, "INT");
+    std::thread::sleep(Duration::from_millis(20));
+    signal(&child, "TERM");
+    assert_eq!(child.wait().unwrap().code(), Some(143));
+    assert!(!out.join("report.json").exists());
+    // The lock that it left behind stands in nobody's way.
+    let again = solve(&cases().join("paper.toml"), &out, &[]);
+    assert_eq!(again.status.code(), Some(0), "{}", said(&again));
+}
+
+#[test]
 fn item_69_a_reader_that_goes_away_costs_nothing() {
     let temp = tempfile::tempdir().unwrap();
     let out = temp.path().join("out");
@@ -71,8 +91,8 @@ fn item_69_a_reader_that_goes_away_costs_nothing() {
 }
 
 #[test]
-fn item_70_a_killed_run_leaves_whole_files_and_can_be_run_again() {
-    // An adaptive run writes while it goes on. There is no --resume here: a run that was killed is run again.
+fn item_68_a_killed_run_leaves_whole_files_and_can_be_run_again() {
+    // An adaptive run writes while it goes on.
     let temp = tempfile::tempdir().unwrap();
     let whole = temp.path().join("whole");
     let case = cases().join("adaptive.toml");
@@ -91,9 +111,6 @@ fn item_70_a_killed_run_leaves_whole_files_and_can_be_run_again() {
         let status = child.wait().unwrap();
         whole_files(&out);
         killed += usize::from(status.code().is_none());
-        if !out.join("report.json").exists() {
-            assert_eq!(solve(&case, &out, &[]).status.code(), Some(7), "what is there is not overwritten");
-        }
         assert_eq!(solve(&case, &out, &["--force"]).status.code(), Some(0));
         assert_eq!(
             numbers(&out).replace(&*out.to_string_lossy(), ""),
@@ -154,21 +171,40 @@ fn item_73_two_runs_do_not_share_a_directory() {
 fn item_74_any_number_of_threads_gives_the_same_numbers() {
     let temp = tempfile::tempdir().unwrap();
     let paper = cases().join("paper.toml");
-    let all: Vec<String> = ["0", "1", "64"]
-        .into_iter()
-        .map(|threads| {
-            let out = temp.path().join("out");
-            let output = solve(&paper, &out, &["--threads", threads]);
+    let out = temp.path().join("out");
+    let automatic = ["--set", "solver.acceleration=anderson", "--set", "solver.theta=auto", "--force"];
+    for settings in [&[][..], &automatic] {
+        let all = ["0", "1", "2", "7", "64", "2"].map(|threads| {
+            let output = solve(&paper, &out, &[settings, &["--threads", threads]].concat());
             assert_eq!(output.status.code(), Some(0), "{}", said(&output));
             numbers(&out)
-        })
-        .collect();
-    assert!(all.iter().all(|one| *one == all[0]));
+        });
+        assert!(all.iter().all(|one| *one == all[0]));
+    }
     for threads in ["-1", "1025", "1000000", "two"] {
         let output = solve(&paper, &temp.path().join("none"), &["--threads", threads]);
         assert_eq!(output.status.code(), Some(2), "{threads}: {}", said(&output));
     }
     assert!(!temp.path().join("none").exists());
+}
+
+#[test]
+fn item_74_threads_that_do_not_start_are_said() {
+    let temp = tempfile::tempdir().unwrap();
+    let out = temp.path().join("out");
+    // Room for the program, not for the stacks of so many threads.
+    let script = "ulimit -v 600000; exec \"$0\" solve \"$1\" --out \"$2\" --threads 1024";
+    let mut command = Command::new("sh");
+    command.args(["-c", script, env!("CARGO_BIN_EXE_nndd")]).arg(cases().join("paper.toml")).arg(&out);
+    let output = command.output().unwrap();
+    let text = said(&output);
+    if output.status.code() == Some(0) {
+        eprintln!("item_74: skipped, this system starts the threads all the same");
+        return;
+    }
+    assert_eq!(output.status.code(), Some(7), "{text}");
+    assert!(text.contains("cannot start 1024 threads"), "{text}");
+    assert!(!out.exists());
 }
 
 #[test]
@@ -195,6 +231,48 @@ fn item_75_the_environment_does_not_matter() {
         let found = run(change);
         assert!(found == usual, "change {k}: {}\n{}", found.0, usual.0);
     }
+}
+
+#[test]
+fn item_75_a_narrow_terminal_shows_the_same() {
+    let temp = tempfile::tempdir().unwrap();
+    let out = temp.path().join("out");
+    let usual = solve(&cases().join("paper.toml"), &out, &[]);
+    let inner = format!("stty cols 20 rows 5; exec {} solve paper.toml --out {}", program(), out.display());
+    let mut command = Command::new("script");
+    command.args(["-qec", &inner]).arg(temp.path().join("typescript")).current_dir(cases());
+    let Some(output) = command.env("NO_COLOR", "1").stdin(Stdio::null()).output().ok() else {
+        eprintln!("item_75: skipped, there is no program `script` that makes a terminal");
+        return;
+    };
+    let shown = said(&output).replace("\r\n", "\n");
+    assert!(!shown.contains('\u{1b}'), "{shown}");
+    let lines = |text: &str| text.lines().filter(|l| l.starts_with("certified")).map(str::to_owned).collect::<Vec<_>>();
+    assert_eq!(lines(&shown), lines(&said(&usual)), "{shown}");
+}
+
+/// The program's path as a word of a shell.
+fn program() -> String {
+    format!("'{}'", env!("CARGO_BIN_EXE_nndd").replace('\'', "'\\''"))
+}
+
+#[test]
+fn item_78_more_memory_than_the_machine_has_is_said_at_once() {
+    // No limit is given: that of the machine holds. So many nodes need a terabyte.
+    let memory = std::fs::read_to_string("/proc/meminfo").unwrap_or_default();
+    let total = memory.lines().find_map(|l| l.strip_prefix("MemTotal:")?.trim().strip_suffix("kB")?.trim().parse().ok());
+    if total.is_none_or(|kibibytes: u64| kibibytes > 800 << 20) {
+        eprintln!("item_78: skipped, this machine does not say how much memory it has, or has a lot");
+        return;
+    }
+    let temp = tempfile::tempdir().unwrap();
+    let out = temp.path().join("out");
+    let cells = ["body.0.generator.cells=[11000,11000]", "body.1.generator.cells=[11000,11000]"];
+    let output = solve(&cases().join("paper.toml"), &out, &["--set", cells[0], "--set", cells[1]]);
+    let text = said(&output);
+    assert_eq!(output.status.code(), Some(8), "{text}");
+    assert!(text.contains("are needed for 242044002 nodes; this machine has"), "{text}");
+    assert!(!out.exists());
 }
 
 #[test]

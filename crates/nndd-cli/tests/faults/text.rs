@@ -31,6 +31,41 @@ fn item_01_a_byte_that_is_no_text_has_a_place() {
 }
 
 #[test]
+fn item_09_ten_megabytes_of_an_expression_are_refused() {
+    let temp = tempfile::tempdir().unwrap();
+    let case = temp.path().join("long.toml");
+    let long = format!("\"0{}\"", "+0".repeat(5_000_000));
+    let text = paper().replace("vector = [0.0, 30.0]", &format!("vector = [0.0, {long}]"));
+    assert!(text.len() > 10_000_000);
+    std::fs::write(&case, text).unwrap();
+    let output = solve(&case, &temp.path().join("out"), &[]);
+    assert_eq!(output.status.code(), Some(3));
+    let text = said(&output);
+    assert!(text.contains("long.toml:") && text.contains("at most 1000"), "{}", &text[..text.len().min(2000)]);
+    assert!(text.len() < 10_000, "{} bytes are shown", text.len());
+}
+
+#[test]
+fn item_56_the_direction_of_the_edges_in_a_file_does_not_matter() {
+    // The contact edges the other way round, and in another order.
+    let temp = tempfile::tempdir().unwrap();
+    let mesh = std::fs::read_to_string(cases().join("bad/meshes/sound.msh")).unwrap();
+    let edges = "1 1 2 1 1 1 2\n2 1 2 1 1 2 3\n";
+    assert!(mesh.contains(edges));
+    let case = std::fs::read_to_string(cases().join("bad/mesh_22_holes.toml")).unwrap();
+    std::fs::write(temp.path().join("case.toml"), case.replace("meshes/22_holes.msh", "mesh.msh")).unwrap();
+    let results = [edges, "1 1 2 1 1 2 1\n2 1 2 1 1 3 2\n", "1 1 2 1 1 3 2\n2 1 2 1 1 2 1\n"].map(|turned| {
+        std::fs::write(temp.path().join("mesh.msh"), mesh.replace(edges, turned)).unwrap();
+        let out = temp.path().join("out");
+        let output = solve(&temp.path().join("case.toml"), &out, &["--force"]);
+        assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+        numbers(&out)
+    });
+    assert_eq!(results[0], results[1]);
+    assert_eq!(results[0], results[2]);
+}
+
+#[test]
 fn item_10_an_empty_file_is_said_to_be_empty() {
     let temp = tempfile::tempdir().unwrap();
     let case = temp.path().join("empty.toml");
