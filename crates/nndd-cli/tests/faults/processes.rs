@@ -5,8 +5,12 @@ use std::process::{Child, Stdio};
 
 /// A run that takes a while: many iterations on a finer mesh, each with a relaxed estimate.
 pub(crate) fn long_run(out: &Path) -> Child {
-    let mut command = nndd(&cases());
-    command.args(["solve", "paper.toml", "--out"]).arg(out).args([
+    long(nndd(&cases()), &cases().join("paper.toml"), out)
+}
+
+/// The same by another command.
+pub(crate) fn long(mut command: Command, case: &Path, out: &Path) -> Child {
+    command.arg("solve").arg(case).arg("--out").arg(out).args([
         "--set",
         "body.0.generator.cells=[72,36]",
         "--set",

@@ -43,6 +43,16 @@ fn item_09_ten_megabytes_of_an_expression_are_refused() {
     let text = said(&output);
     assert!(text.contains("long.toml:") && text.contains("at most 1000"), "{}", &text[..text.len().min(2000)]);
     assert!(text.len() < 10_000, "{} bytes are shown", text.len());
+    // Nor does a long name or a long word flood the console.
+    let long = "ä".repeat(1_000_000);
+    for (from, to) in [("theta", &long), ("\"nndd\"", &format!("\"{long}\"")), ("\"left\"", &format!("\"{long}\""))] {
+        assert!(paper().contains(from));
+        std::fs::write(&case, paper().replacen(from, to, 1)).unwrap();
+        let output = solve(&case, &temp.path().join("out"), &[]);
+        assert_eq!(output.status.code(), Some(3));
+        let text = said(&output);
+        assert!(text.contains("long.toml:") && text.len() < 100_000, "{from}: {} bytes are shown", text.len());
+    }
 }
 
 #[test]
