@@ -36,7 +36,8 @@ fn every_bad_case_ends_as_it_says() {
     cases.retain(|case| case.extension().is_some_and(|e| e == "toml"));
     cases.sort();
     assert!(cases.len() >= 100, "only {} bad cases found", cases.len());
-    let wrong: Vec<String> = cases.iter().filter_map(|case| Some(format!("{}: {}", case.display(), fault(case)?))).collect();
+    let wrong: Vec<String> =
+        cases.iter().filter_map(|case| Some(format!("{}: {}", case.display(), fault(case)?))).collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
 }
 

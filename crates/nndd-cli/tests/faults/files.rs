@@ -47,7 +47,7 @@ fn item_66_output_directories_that_cannot_be() {
 /// The program as somebody runs it who may not write everywhere; `None` where that cannot be arranged.
 fn as_nobody() -> Option<Command> {
     let root = Command::new("id").arg("-u").output().ok()?.stdout == b"0\n";
-    let mut command = || {
+    let command = || {
         // Who is not root is good enough.
         let mut command = Command::new(if root { "setpriv" } else { "env" });
         if root {
@@ -74,7 +74,11 @@ fn item_16_an_unreadable_mesh_file_is_said() {
     let Some(mut command) = as_nobody() else { return };
     let output = command.arg("mesh").arg(&mesh).output().unwrap();
     assert_eq!(output.status.code(), Some(7), "{}", said(&output));
-    assert!(said(&output).contains("sound.msh") && said(&output).contains("cannot be read"), "{}", said(&output));
+    assert!(
+        said(&output).contains("sound.msh") && said(&output).contains("cannot be read"),
+        "{}",
+        said(&output)
+    );
 }
 
 /// A temporary directory into which everybody may look.

@@ -251,7 +251,9 @@ fn item_75_a_narrow_terminal_shows_the_same() {
     };
     let shown = said(&output).replace("\r\n", "\n");
     assert!(!shown.contains('\u{1b}'), "{shown}");
-    let lines = |text: &str| text.lines().filter(|l| l.starts_with("certified")).map(str::to_owned).collect::<Vec<_>>();
+    let lines = |text: &str| {
+        text.lines().filter(|l| l.starts_with("certified")).map(str::to_owned).collect::<Vec<_>>()
+    };
     assert_eq!(lines(&shown), lines(&said(&usual)), "{shown}");
 }
 
@@ -264,7 +266,9 @@ fn program() -> String {
 fn item_78_more_memory_than_the_machine_has_is_said_at_once() {
     // No limit is given: that of the machine holds. So many nodes need a terabyte.
     let memory = std::fs::read_to_string("/proc/meminfo").unwrap_or_default();
-    let total = memory.lines().find_map(|l| l.strip_prefix("MemTotal:")?.trim().strip_suffix("kB")?.trim().parse().ok());
+    let total = memory
+        .lines()
+        .find_map(|l| l.strip_prefix("MemTotal:")?.trim().strip_suffix("kB")?.trim().parse().ok());
     if total.is_none_or(|kibibytes: u64| kibibytes > 800 << 20) {
         eprintln!("item_78: skipped, this machine does not say how much memory it has, or has a lot");
         return;
