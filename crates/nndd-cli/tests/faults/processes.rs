@@ -43,6 +43,7 @@ pub(crate) fn wait_for_iterations(child: &mut Child) {
 
 #[test]
 fn item_69_a_signal_ends_the_run_with_its_certificate() {
+    // SIGTERM ends a run as Ctrl-C does, but for its status, which is that of its own signal.
     for (name, code) in [("INT", 130), ("TERM", 143)] {
         let temp = tempfile::tempdir().unwrap();
         let out = temp.path().join("out");
@@ -185,6 +186,7 @@ fn item_74_any_number_of_threads_gives_the_same_numbers() {
         });
         assert!(all.iter().all(|one| *one == all[0]));
     }
+    // Decided otherwise than by the list: not any number is accepted, since to start tens of thousands takes minutes.
     for threads in ["-1", "1025", "1000000", "two"] {
         let output = solve(&paper, &temp.path().join("none"), &["--threads", threads]);
         assert_eq!(output.status.code(), Some(2), "{threads}: {}", said(&output));
