@@ -131,8 +131,10 @@ fn syntax_faults(text: &str, mut errors: Vec<toml::de::Error>, source: &Arc<Sour
             // The text is TOML up to its meaning: the other faults stand by themselves.
             continue;
         }
-        if text[start..end].trim_start().starts_with('[') {
-            // To which table the keys below belong is not known.
+        let header = text[start..end].trim_start().starts_with('[');
+        if header || text[start..at].trim().is_empty() {
+            // To which table the keys below belong is not known, or the fault began further up, as an array that is
+            // never closed: what stands below cannot be judged.
             break;
         }
         text.replace_range(start..end, &" ".repeat(end - start));

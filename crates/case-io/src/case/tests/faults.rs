@@ -333,7 +333,8 @@ fn what_is_not_toml_has_its_place() {
     let two = faults("a = 1 2\nb = 3\nc = \"x\n");
     assert_eq!(two.len(), 2, "{two:?}");
     // What follows from a fault is not told again.
-    let open = faults("a = [1, 2\nb = 3\n[c]\nd = 4\ne = \n");
+    assert_eq!(faults("a = [1, 2\nb = 3\n[c]\nd = 4\ne = \n").len(), 1);
+    let open = faults("a = { b = [1, 2 }\nb = 3\n[c]\nd = 4\ne = \n");
     assert_eq!(open.len(), 2, "{open:?}");
     assert!(open[0].starts_with("c.toml:1:") && open[1].starts_with("c.toml:5:"), "{open:?}");
     assert_eq!(faults("[materials.a\nyoung = 1\n[materials.b]\nyoung = 1\n").len(), 1);
