@@ -32,7 +32,7 @@ pub(crate) fn of_problem(case: &Case, bodies: [&Body; 2], gap: Option<Difference
         let size = norm(sub(high, low));
         if largest > DISPLACEMENT * size {
             notes.push(format!(
-                "body \"{}\": an imposed displacement of {largest} on a body of size {size:.3}: small strains may not be \
+                "body \"{}\": an imposed displacement of {largest:.2e} on a body of size {size:.2e}: small strains may not be \
                  a fair assumption; check the units",
                 given.name
             ));
