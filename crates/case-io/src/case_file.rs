@@ -18,13 +18,15 @@ pub(crate) use tree::{At, NodeValue, Table};
 
 use crate::diagnostic::{CaseError, Diagnostic, Place, Source, code};
 use std::io::{self, Read};
-use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 use toml::de::DeTable;
 
 /// The largest case file that is read, in bytes.
 pub const LARGEST_CASE_FILE: u64 = 16 << 20;
+
+/// At most so many faults of syntax are told: each costs a look at the whole text.
+const MOST_SYNTAX_FAULTS: usize = 8;
 
 /// Reads the bytes of a case file from disk.
 ///
@@ -105,20 +107,40 @@ fn document(text: &str, source: &Arc<Source>) -> Result<Table, CaseError> {
     if errors.is_empty() {
         return Ok(tree::table(table.get_ref(), source, 0));
     }
-    let mut faults: Vec<(Range<usize>, String)> =
-        errors.iter().map(|e| (e.span().unwrap_or(0..0), e.message().to_owned())).collect();
-    faults.sort_by_key(|(span, _)| span.start);
-    let mut diagnostics: Vec<Diagnostic> = Vec::new();
-    for (span, message) in faults {
-        let place = Place::new(source, span);
-        // What follows on the same line is nearly always a consequence of the first fault.
-        let last = diagnostics.last().and_then(|d| d.place.as_ref()).map(|p| p.line);
-        if last == Some(place.line) {
+    Err(CaseError::new(syntax_faults(text, errors, source)))
+}
+
+/// Lists the faults of a text that is no TOML, without those that follow from others: a bracket that is never closed makes
+/// every line below it wrong. So a faulty line is blanked before what stands below it is judged.
+fn syntax_faults(text: &str, mut errors: Vec<toml::de::Error>, source: &Arc<Source>) -> Vec<Diagnostic> {
+    let mut text = text.to_owned();
+    let mut faults = Vec::new();
+    let mut from = 0;
+    while faults.len() < MOST_SYNTAX_FAULTS {
+        let span = |error: &toml::de::Error| error.span().unwrap_or(0..0);
+        let below = errors.iter().filter(|error| span(error).start >= from);
+        let Some(first) = below.min_by_key(|error| span(error).start) else { break };
+        let span = span(first);
+        faults.push(Diagnostic::new(code::SYNTAX, Some(Place::new(source, span.clone())), first.message()));
+        let at = span.start.min(text.len());
+        let is_end = |byte: &u8| *byte == b'\n';
+        let start = text.as_bytes()[..at].iter().rposition(is_end).map_or(0, |end| end + 1);
+        let end = text.as_bytes()[at..].iter().position(is_end).map_or(text.len(), |length| at + length);
+        from = end + 1;
+        if first.message().starts_with("duplicate key") {
+            // The text is TOML up to its meaning: the other faults stand by themselves.
             continue;
         }
-        diagnostics.push(Diagnostic::new(code::SYNTAX, Some(place), message));
+        let header = text[start..end].trim_start().starts_with('[');
+        if header || text[start..at].trim().is_empty() {
+            // To which table the keys below belong is not known, or the fault began further up, as an array that is
+            // never closed: what stands below cannot be judged.
+            break;
+        }
+        text.replace_range(start..end, &" ".repeat(end - start));
+        errors = DeTable::parse_recoverable(&text).1;
     }
-    Err(CaseError::new(diagnostics))
+    faults
 }
 
 #[cfg(test)]

@@ -284,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn an_indefinite_matrix_is_refused_with_its_pivot() {
+    fn item_65_an_indefinite_matrix_is_refused_with_its_pivot() {
         let mut m = sample(10);
         let last = m.values.len() - 1;
         m.values[last] = -3.0;

@@ -26,7 +26,7 @@ pub enum Hypothesis {
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum MaterialError {
     /// Young's modulus is not a positive, finite number.
-    #[error("Young's modulus is {found}; it must be positive and finite (and at most 1e100)")]
+    #[error("Young's modulus is {found:?}; it must be positive and finite (and at most 1e100)")]
     Young {
         /// The value found.
         found: f64,
@@ -41,7 +41,7 @@ pub enum MaterialError {
         found: f64,
     },
     /// A modulus of an orthotropic material is not a positive, finite number.
-    #[error("{name} is {found}; it must be positive and finite (and at most 1e100)")]
+    #[error("{name} is {found:?}; it must be positive and finite (and at most 1e100)")]
     Modulus {
         /// Which one, by its field of [`Orthotropic`].
         name: &'static str,
@@ -72,7 +72,7 @@ pub enum MaterialError {
         ratios: [f64; 3],
     },
     /// A number that is infinite, not a number, or too large.
-    #[error("{name} is {found}; it must be a finite number (at most 1e100 in magnitude)")]
+    #[error("{name} is {found:?}; it must be a finite number (at most 1e100 in magnitude)")]
     NotFinite {
         /// What it is.
         name: &'static str,

@@ -123,12 +123,11 @@ impl Observer for Steps<'_> {
     }
 
     fn has_room_for(&mut self, problem: &ContactProblem) -> bool {
-        let Some(limit) = &self.case.limits.memory else { return true };
         let needed = memory::estimate(problem);
-        if needed <= limit.value as f64 {
+        let Some((_, words)) = memory::limit(self.case).filter(|(limit, _)| needed > *limit) else {
             return true;
-        }
-        self.memory = Some(format!("about {} and limits.memory is {}", mebibytes(needed), limit.written));
+        };
+        self.memory = Some(format!("about {} and {words}", mebibytes(needed)));
         false
     }
 

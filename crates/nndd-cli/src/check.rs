@@ -4,6 +4,7 @@ use crate::args::Check;
 use crate::console;
 use crate::failure::Failure;
 use crate::memory::{self, mebibytes};
+use crate::notes;
 use crate::run;
 use case_io::Case;
 use certified_contact::SolveError;
@@ -17,7 +18,7 @@ pub(crate) fn command(options: &Check) -> Result<u8, Failure> {
     let problem = run::build(&mut case)?;
     console::warnings(&case.warnings());
     console::notes(case.notes());
-    console::notes(&case.data_notes(problem.bodies.each_ref(), problem.interpolated_gap()));
+    console::notes(&notes::of_problem(&case, problem.bodies.each_ref(), problem.interpolated_gap()));
     supports(&case, &problem)?;
     let mut text = console::header(&case, &problem, &case.output_directory());
     for (body, model) in case.bodies.iter().zip(&problem.bodies) {

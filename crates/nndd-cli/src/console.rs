@@ -50,10 +50,22 @@ pub(crate) fn notes(notes: &[String]) {
     }
 }
 
+/// Longer lines are no help on a console: a message is cut, and a source line is not shown.
+const LONGEST_LINE: usize = 2000;
+
 /// Renders a diagnostic with its place: one plain line first, then the source as people like to see it.
 fn render(kind: &str, diagnostic: &Diagnostic) -> String {
-    let mut text = format!("{kind}[{}]: {diagnostic}\n", diagnostic.code);
+    let mut text = format!("{kind}[{}]: {diagnostic}", diagnostic.code);
+    if let Some((end, _)) = text.char_indices().nth(LONGEST_LINE) {
+        text.truncate(end);
+        text += " …";
+    }
+    text.push('\n');
     let Some(place) = diagnostic.place.as_ref().filter(|p| !p.source.is_command_line()) else { return text };
+    let mut shown = place.source.text().lines().skip(place.line.saturating_sub(2)).take(3);
+    if shown.any(|line| line.len() > LONGEST_LINE) {
+        return text;
+    }
     let label = LabeledSpan::underline(place.span.clone());
     let report = miette::Report::new(MietteDiagnostic::new(diagnostic.message.clone()).with_label(label))
         .with_source_code(NamedSource::new(place.file(), place.source.text().to_owned()));

@@ -47,6 +47,11 @@ impl Failure {
         Self::plain(DEFECT, message)
     }
 
+    /// Threads that the system does not give: a matter of the machine, as files are.
+    pub(crate) fn threads(count: usize, error: &rayon::ThreadPoolBuildError) -> Self {
+        Self::plain(FILES, format!("cannot start {count} threads: {error}; ask for fewer with --threads"))
+    }
+
     pub(crate) fn limit(message: impl Into<String>) -> Self {
         Self::plain(LIMIT, message)
     }

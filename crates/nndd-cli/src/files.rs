@@ -3,6 +3,7 @@
 use crate::failure::Failure;
 use crate::figures;
 use crate::html;
+use crate::notes;
 use crate::run::Solved;
 use case_io::Case;
 use case_io::output::OutputDirectory;
@@ -65,33 +66,10 @@ pub(crate) fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> R
         certificate: certificate(solution),
         results: results(case, solution),
         adaptive: solved.adaptive.clone(),
-        notes: (case.notes().iter().cloned())
-            .chain(data_notes(case, solution))
-            .chain(contact_note(solution))
-            .collect(),
+        notes: [notes::of_case(case), notes::of_solution(case, solution)].concat(),
         timings: Timings::default(),
         run,
     }
-}
-
-/// Says of the mesh of a solution which data it carries only interpolated.
-fn data_notes(case: &Case, solution: &CertifiedSolution) -> Vec<String> {
-    let problem = &solution.problem;
-    let bodies = [0, 1].map(|body| &problem.bodies[solution.role(body)]);
-    case.data_notes(bodies, problem.interpolated_gap())
-}
-
-/// Says what the bound of a bent contact line is a bound of.
-fn contact_note(solution: &CertifiedSolution) -> Option<String> {
-    let estimate = solution.estimate.as_ref()?;
-    solution.problem.interface.has_bent_edges().then(|| {
-        format!(
-            "the contact line bends: the bound is for the meshed polygons with normals averaged at their nodes, and the \
-             difference to a curved line is outside it; to penetrate nowhere between the nodes, the contact nodes of one \
-             body were moved by at most {:.1e}",
-            estimate.pair.largest_lift()
-        )
-    })
 }
 
 fn certificate(solution: &CertifiedSolution) -> Certificate {

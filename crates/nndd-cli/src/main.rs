@@ -11,6 +11,7 @@ mod files;
 mod html;
 mod memory;
 mod mesh;
+mod notes;
 mod outcome;
 mod plot;
 mod resume;

@@ -1,6 +1,9 @@
-//! How much memory a solve needs, before it starts, and how much it took.
+//! How much memory a solve needs, before it starts, how much there is, and how much it took.
 
+use crate::failure::Failure;
+use case_io::Case;
 use fem_core::interface::ContactProblem;
+use std::path::Path;
 
 /// Estimates the memory of a solve from the number of nodes, bytes.
 ///
@@ -8,23 +11,81 @@ use fem_core::interface::ContactProblem;
 /// of the estimator and its stars as n; then three dense interface matrices, and the program itself. The two numbers are
 /// fitted to what was measured from 2·10⁵ to 3.3·10⁶ unknowns: within 8 %, rather too much than too little.
 pub(crate) fn estimate(problem: &ContactProblem) -> f64 {
+    of_sizes(node_counts(problem), problem.interface.pairs().len())
+}
+
+fn of_sizes(nodes: [u64; 2], pairs: usize) -> f64 {
     const PROGRAM: f64 = 20e6;
-    let pairs = problem.interface.pairs().len() as f64;
-    problem
-        .bodies
+    let pairs = pairs as f64;
+    nodes
         .iter()
-        .map(|body| {
-            let n = 2.0 * body.mesh().points().len() as f64;
+        .map(|nodes| {
+            let n = 2.0 * (*nodes).max(1) as f64;
             56.0 * n * n.log2() + 450.0 * n + 3.0 * 8.0 * pairs * pairs
         })
         .sum::<f64>()
         + PROGRAM
 }
 
+fn node_counts(problem: &ContactProblem) -> [u64; 2] {
+    problem.bodies.each_ref().map(|body| body.mesh().points().len() as u64)
+}
+
+/// Refuses, before any mesh is made, a case whose nodes alone need more memory than there may be.
+pub(crate) fn check_counts(case: &Case) -> Result<(), Failure> {
+    check(case, case.node_counts(), 0)
+}
+
+/// Refuses a problem that needs more memory than there may be.
+pub(crate) fn check_problem(case: &Case, problem: &ContactProblem) -> Result<(), Failure> {
+    check(case, node_counts(problem), problem.interface.pairs().len())
+}
+
+fn check(case: &Case, nodes: [u64; 2], pairs: usize) -> Result<(), Failure> {
+    let needed = of_sizes(nodes, pairs);
+    let Some((limit, words)) = limit(case).filter(|(limit, _)| needed > *limit) else { return Ok(()) };
+    let nodes = nodes[0].saturating_add(nodes[1]);
+    // The need grows a little faster than the number of nodes.
+    let fits = nodes as f64 * (limit / needed).powf(1.0 / 1.05);
+    Err(Failure::limit(format!(
+        "about {} are needed for {nodes} nodes; {words}, enough for about {} nodes",
+        mebibytes(needed),
+        significant_nodes(fits)
+    )))
+}
+
+/// Rounds down to two digits.
+fn significant_nodes(nodes: f64) -> u64 {
+    let unit = 10f64.powf((nodes.max(10.0).log10() - 1.0).floor());
+    ((nodes / unit).floor() * unit) as u64
+}
+
+/// Returns how much memory a run may take, bytes, and the words for it: the case's limit, otherwise what the machine has,
+/// beyond which it would do nothing but swap.
+pub(crate) fn limit(case: &Case) -> Option<(f64, String)> {
+    match &case.limits.memory {
+        Some(limit) => Some((limit.value as f64, format!("limits.memory is {}", limit.written))),
+        None => of_machine().map(|bytes| (bytes, format!("this machine has {}", mebibytes(bytes)))),
+    }
+}
+
+/// Returns the memory of the machine or of the container, bytes, where the system tells it.
+fn of_machine() -> Option<f64> {
+    let total = line(Path::new("/proc/meminfo"), "MemTotal:");
+    let container = std::fs::read_to_string("/sys/fs/cgroup/memory.max").ok();
+    let container = container.and_then(|text| text.trim().parse().ok());
+    total.into_iter().chain(container).min().map(|bytes| bytes as f64)
+}
+
 /// Returns the largest amount of memory that this process has had, bytes, where the system tells it.
 pub(crate) fn peak() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    line(Path::new("/proc/self/status"), "VmHWM:")
+}
+
+/// Reads a size, which the kernel gives in kibibytes, from one of its tables; in bytes.
+fn line(table: &Path, head: &str) -> Option<u64> {
+    let text = std::fs::read_to_string(table).ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix(head))?;
     let kibibytes: u64 = line.trim().trim_end_matches("kB").trim().parse().ok()?;
     Some(1024 * kibibytes)
 }

@@ -121,8 +121,16 @@ fn range_of_theta(solution: &CertifiedSolution) -> String {
 }
 
 fn diverged(solution: &CertifiedSolution, best: f64) -> String {
+    if !best.is_finite() {
+        return "eta_nndd of the first iteration is beyond all numbers: the loads or displacements are too large for \
+                these moduli; check the units"
+            .into();
+    }
     let eta = solution.last().eta_nndd;
     let eta = if eta.is_finite() { format!("to {eta:.3e}") } else { "beyond all numbers".into() };
     let range = range_of_theta(solution);
     format!("eta_nndd grew from {best:.3e} {eta}{range}; theta = \"auto\" chooses it")
 }
+
+#[cfg(test)]
+mod tests;

@@ -3,6 +3,7 @@
 use crate::args::{CaseOptions, RunOptions};
 use crate::convert;
 use crate::failure::Failure;
+use crate::memory;
 use crate::outcome::{self, Ended};
 use crate::signals::Signals;
 use crate::stopwatch::{Activity, Stopwatch};
@@ -31,9 +32,12 @@ pub(crate) fn read_case(
     Ok((bytes, case))
 }
 
-/// Makes the contact problem of a case, bodies in the file's order; the case may get notes.
+/// Makes the contact problem of a case, bodies in the file's order, if there is memory to solve it; the case may get notes.
 pub(crate) fn build(case: &mut Case) -> Result<ContactProblem, Failure> {
-    Ok(case.build_problem()?)
+    memory::check_counts(case)?;
+    let problem = case.build_problem()?;
+    memory::check_problem(case, &problem)?;
+    Ok(problem)
 }
 
 /// Starts the threads.
@@ -41,7 +45,7 @@ pub(crate) fn start_threads(options: &RunOptions) -> Result<(), Failure> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(options.threads)
         .build_global()
-        .map_err(|e| Failure::defect(format!("cannot start {} threads: {e}", options.threads)))
+        .map_err(|e| Failure::threads(options.threads, &e))
 }
 
 /// A solved case.

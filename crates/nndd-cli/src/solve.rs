@@ -6,7 +6,8 @@ use crate::check;
 use crate::console;
 use crate::failure::Failure;
 use crate::files;
-use crate::memory::{self, mebibytes};
+use crate::memory;
+use crate::notes;
 use crate::outcome;
 use crate::resume::{self, Place, Resumed};
 use crate::run::{self, Solved};
@@ -29,7 +30,6 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
     run::start_threads(&options.run)?;
     let problem = run::build(&mut case)?;
     check::supports(&case, &problem)?;
-    check_memory(&case, &problem)?;
     let memory_estimate = memory::estimate(&problem).round();
     let path = options.run.out.clone().unwrap_or_else(|| PathBuf::from(case.output_directory()));
     let resumed = if options.resume { Some(resume::find(&case, &path)?) } else { None };
@@ -93,30 +93,6 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
     directory.finish().map_err(|e| Failure::output(&e))?;
     printer.end(options.run.verbose, &case, &solved, &report, &path.display().to_string(), &written)?;
     Ok(report.status.code)
-}
-
-fn check_memory(case: &Case, problem: &ContactProblem) -> Result<(), Failure> {
-    let needed = memory::estimate(problem);
-    match &case.limits.memory {
-        Some(limit) if needed > limit.value as f64 => {
-            let nodes: usize = problem.bodies.iter().map(|b| b.mesh().points().len()).sum();
-            // The need grows a little faster than the number of nodes.
-            let fits = nodes as f64 * (limit.value as f64 / needed).powf(1.0 / 1.05);
-            Err(Failure::limit(format!(
-                "about {} are needed for {nodes} nodes; limits.memory is {}, enough for about {} nodes",
-                mebibytes(needed),
-                limit.written,
-                significant_nodes(fits)
-            )))
-        }
-        _ => Ok(()),
-    }
-}
-
-/// Rounds down to two digits.
-fn significant_nodes(nodes: f64) -> u64 {
-    let unit = 10f64.powf((nodes.max(10.0).log10() - 1.0).floor());
-    ((nodes / unit).floor() * unit) as u64
 }
 
 fn host() -> String {
@@ -228,7 +204,8 @@ impl Printer {
                 text += &format!("wrote {directory}: {}\n", written.join(" "));
                 console::print(&text)?;
                 // Those of the case were shown at the beginning.
-                console::notes(report.notes.get(case.notes().len()..).unwrap_or_default());
+                let shown = notes::of_case(case).len();
+                console::notes(report.notes.get(shown..).unwrap_or_default());
                 Ok(())
             }
             Format::Json => self.event(json!({

@@ -22,15 +22,19 @@ fn solve(name: &str, settings: &[&str], folder: &Path) -> (String, Report) {
     (said, Report::from_json(&std::fs::read_to_string(out.join("report.json")).unwrap()).unwrap())
 }
 
+/// The notes on interpolated data; the strains of these examples, whose modulus is 1, are worth others.
+fn interpolated(report: &Report) -> Vec<&String> {
+    report.notes.iter().filter(|note| note.contains("the bound is for interpolated data")).collect()
+}
+
 #[test]
 fn the_report_says_that_the_bound_is_for_interpolated_data() {
     let temp = tempfile::tempdir().unwrap();
     let (said, report) = solve("expressions.toml", &[], temp.path());
     assert!(report.certificate.valid);
     assert!((report.results.contact_force - 2.0 / 3.0).abs() < 5e-3, "{}", report.results.contact_force);
-    assert_eq!(report.notes.len(), 12, "{:#?}", report.notes);
+    assert_eq!(interpolated(&report).len(), 12, "{:#?}", report.notes);
     for note in &report.notes {
-        assert!(note.contains("the bound is for interpolated data"), "{note}");
         assert!(said.contains(note.as_str()), "{said}");
     }
     assert_eq!(report.case["body"][0]["traction"][1]["on"], "right");
@@ -50,9 +54,9 @@ fn the_report_says_that_the_bound_is_for_interpolated_data() {
         let settings = ["adapt={target_relative_error=0.5}", adaptive[1], adaptive[2]];
         let (_, report) = solve("expressions.toml", &settings, temp.path());
         assert_eq!(report.adaptive.len(), 1);
-        (report.notes.iter().map(mean).fold(0.0, f64::max), report)
+        (interpolated(&report).into_iter().map(mean).fold(0.0, f64::max), report)
     };
-    let fine = finer.notes.iter().map(mean).fold(0.0, f64::max);
+    let fine = interpolated(&finer).into_iter().map(mean).fold(0.0, f64::max);
     assert!(fine < coarse, "{fine} {coarse}");
 }
 

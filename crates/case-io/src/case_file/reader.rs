@@ -87,7 +87,9 @@ impl<'a> Reader<'a> {
         for key in keys.iter().filter(|key| !self.has(key)) {
             let path = self.path_of(key);
             let found = format!("the key `{path}` is missing");
-            self.findings.push(Diagnostic::new(code::MISSING, Some(self.at.place()), found));
+            // The one key whose value is the same in every case.
+            let help = (path == "schema").then(|| "write `schema = 1` into the first line".to_owned());
+            self.findings.push(Diagnostic::new(code::MISSING, Some(self.at.place()), found).help(help));
         }
     }
 

@@ -130,8 +130,8 @@ fn materials_exist_and_are_in_range() {
         "material = \"n\"\n",
         "c.toml:7:12: there is no material \"n\"; expected \"m\"; help: did you mean \"m\"?",
     );
-    replaced("young = 1.0", "young = -1", "c.toml:3:9: Young's modulus is -1; it must be positive");
-    replaced("young = 1.0", "young = 1e308", "c.toml:3:9: Young's modulus is 1");
+    replaced("young = 1.0", "young = -1", "c.toml:3:9: Young's modulus is -1.0; it must be positive");
+    replaced("young = 1.0", "young = 1e308", "c.toml:3:9: Young's modulus is 1e308; it must");
     replaced(
         "poisson = 0.0",
         "poisson = 0.5",
@@ -332,6 +332,13 @@ fn what_is_not_toml_has_its_place() {
     assert!(faults("schema = 1\n[materials.a]\n[materials.a]\n")[0].starts_with("c.toml:3:"));
     let two = faults("a = 1 2\nb = 3\nc = \"x\n");
     assert_eq!(two.len(), 2, "{two:?}");
+    // What follows from a fault is not told again.
+    assert_eq!(faults("a = [1, 2\nb = 3\n[c]\nd = 4\ne = \n").len(), 1);
+    let open = faults("a = { b = [1, 2 }\nb = 3\n[c]\nd = 4\ne = \n");
+    assert_eq!(open.len(), 2, "{open:?}");
+    assert!(open[0].starts_with("c.toml:1:") && open[1].starts_with("c.toml:5:"), "{open:?}");
+    assert_eq!(faults("[materials.a\nyoung = 1\n[materials.b]\nyoung = 1\n").len(), 1);
+    assert_eq!(faults("a = 1\nb = 2\na = 3\nb = 4\n").len(), 2);
     assert!(faults("<!DOCTYPE html>\n")[0].starts_with("c.toml:1:1: "));
     for (text, what) in [("", "the case file is empty"), ("# nothing\n", "the case file sets nothing")] {
         assert!(

@@ -1,0 +1,60 @@
+//! What no case file brings about: a certificate that fails its checks, a contact problem that is not solved.
+
+use super::*;
+use crate::{console, convert, files, run};
+use case_io::report::{AdaptiveRow, Report};
+use certified_contact::Silent;
+use contact_qp::QpStatus;
+
+fn solved() -> (Case, CertifiedSolution) {
+    let small = ["body.0.generator.cells", "body.1.generator.cells"].map(|key| (key.into(), "[4, 2]".into()));
+    let mut case = Case::parse(case_io::template::PAPER, "paper.toml", &small).unwrap();
+    let problem = run::build(&mut case).unwrap();
+    let solution = certified_contact::solve(problem, &convert::settings(&case), &mut Silent).unwrap();
+    (case, solution)
+}
+
+fn reported(case: &Case, solution: CertifiedSolution) -> (Report, String) {
+    let status = judge(case, &solution, None);
+    let adaptive: Vec<AdaptiveRow> = Vec::new();
+    let solved = run::Solved { solution, status, adaptive, step_seconds: Vec::new() };
+    let report = files::report(case, &solved, Default::default());
+    let said = console::verdict(&report);
+    (report, said)
+}
+
+#[test]
+fn item_62_a_contact_problem_that_is_not_solved_is_status_5_with_its_own_status() {
+    let (case, mut solution) = solved();
+    for inner in [QpStatus::MaxIterations, QpStatus::NumericalError, QpStatus::Unbounded] {
+        solution.nndd.status = NnddStatus::ContactQpUnsolved(inner);
+        let status = judge(&case, &solution, None);
+        assert_eq!((status.word.as_str(), status.code), ("stalled", 5));
+        assert!(status.reason.contains(&inner.to_string()), "{}", status.reason);
+    }
+}
+
+#[test]
+fn item_63_a_bound_that_fails_its_checks_is_never_called_certified() {
+    let (case, sound) = solved();
+    let (report, said) = reported(&case, sound.clone());
+    assert_eq!((report.status.code, report.certificate.valid), (0, true));
+    assert!(said.contains("certified error <="));
+    for check in 0..5 {
+        let mut solution = sound.clone();
+        let a = &mut solution.estimate.as_mut().unwrap().admissibility;
+        let residuals = [
+            &mut a.equilibrium,
+            &mut a.traction_jump,
+            &mut a.boundary_traction,
+            &mut a.penetration,
+            &mut a.pressure_sign,
+        ];
+        // A residual that is not a number must not pass either.
+        *residuals.into_iter().nth(check).unwrap() = if check == 1 { f64::NAN } else { 1e-6 };
+        let (report, said) = reported(&case, solution);
+        assert_eq!((report.status.word.as_str(), report.status.code), ("not_certified", 6), "check {check}");
+        assert!(!report.certificate.valid && report.certificate.bounds.energy_norm.is_none());
+        assert!(said.contains("NOT certified") && !said.contains("certified error"), "{said}");
+    }
+}
