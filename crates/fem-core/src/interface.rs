@@ -10,6 +10,7 @@ mod refinement;
 use crate::body::Body;
 use crate::boundary::ScalarData;
 use crate::geometry::{Vector, add, dot, norm, scale, sub};
+use common_refinement::CommonRefinement;
 use thiserror::Error;
 
 pub use refinement::{RefineError, RefinedProblem};
@@ -277,7 +278,21 @@ impl ContactInterface {
         gap: &Gap,
         normal: ContactNormal,
     ) -> Result<Self, InterfaceError> {
-        pairing::pair([first, second], surfaces, gap, normal)
+        pairing::pair([first, second], surfaces, gap, normal, None)
+    }
+
+    /// Pairs the surfaces of two bodies that were refined in common, with the same `surfaces` and `normal`.
+    ///
+    /// # Errors
+    /// See [`Self::pair`].
+    pub fn pair_refined(
+        common: &CommonRefinement,
+        surfaces: [&str; 2],
+        gap: &Gap,
+        normal: ContactNormal,
+    ) -> Result<Self, InterfaceError> {
+        let [first, second] = &common.bodies;
+        pairing::pair([first, second], surfaces, gap, normal, Some(&common.facing))
     }
 
     /// Returns the pairs by increasing arc length.

@@ -2,8 +2,11 @@
 
 use super::Case;
 use crate::diagnostic::{CaseError, Diagnostic, code};
-use fem_core::interface::ContactProblem;
+use fem_core::interface::{ContactInterface, ContactProblem};
 use fem_core::interface::common_refinement::{Changes, CommonRefinementError, common_refinement};
+
+/// Surfaces whose edges are farther from a smooth curve, in their lengths, are bent.
+const BENT: f64 = 1e-6;
 
 impl Case {
     /// Makes the contact problem, bodies in the file's order. Contact surfaces that do not match node by node get a common
@@ -19,24 +22,25 @@ impl Case {
 
     fn build_matching(&mut self) -> Result<ContactProblem, CaseError> {
         let bodies = self.build_bodies()?;
-        let mismatch = match self.pair([&bodies[0], &bodies[1]])? {
+        match self.pair([&bodies[0], &bodies[1]]) {
             Ok(interface) => return Ok(ContactProblem { bodies, interface }),
-            Err(error) if error.is_mismatch() => error,
+            Err(error) if error.is_mismatch() => {}
             Err(error) => return Err(self.interface_diagnostic(&error).into()),
-        };
-        let [a, b] = &self.contact.surfaces;
-        let common = common_refinement(bodies, [a, b])
-            .map_err(|error| CaseError::from(self.refinement_diagnostic(&error)))?;
-        // Nodes that face each other and do not match stand too far apart.
-        let changes = common.changes.ok_or_else(|| CaseError::from(self.interface_diagnostic(&mismatch)))?;
-        let bodies = common.bodies;
-        match self.pair([&bodies[0], &bodies[1]])? {
-            Ok(interface) => {
-                self.add_note(self.changes_note(&changes));
-                Ok(ContactProblem { bodies, interface })
-            }
-            Err(error) => Err(self.interface_diagnostic(&error).into()),
         }
+        let (gap, normal) = self.gap_and_normal();
+        let [a, b] = &self.contact.surfaces;
+        let common = common_refinement(bodies, [a, b], normal)
+            .map_err(|error| CaseError::from(self.refinement_diagnostic(&error)))?;
+        let interface = ContactInterface::pair_refined(&common, [a, b], &gap, normal)
+            .map_err(|error| CaseError::from(self.interface_diagnostic(&error)))?;
+        if let Some(changes) = &common.changes {
+            let mut note = self.changes_note(changes);
+            if self.contact.geometric && common.facing.iter().any(|f| f.sagitta > BENT * f.spacing) {
+                note += "; the gap is measured between smooth curves through the nodes of each";
+            }
+            self.add_note(note);
+        }
+        Ok(ContactProblem { bodies: common.bodies, interface })
     }
 
     fn changes_note(&self, changes: &Changes) -> String {
@@ -66,7 +70,6 @@ impl Case {
     fn refinement_diagnostic(&self, error: &CommonRefinementError) -> Diagnostic {
         let (path, body) = match error {
             CommonRefinementError::NoSurface { body, .. }
-            | CommonRefinementError::Closed { body, .. }
             | CommonRefinementError::Mesh { body, .. }
             | CommonRefinementError::Body { body, .. } => (format!("contact.surfaces.{body}"), Some(*body)),
             _ => ("contact.surfaces".to_owned(), None),

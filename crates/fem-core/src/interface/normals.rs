@@ -3,11 +3,13 @@
 //! The normal is a frozen field `n(s) = Σ φ_i n_i`, linear between unit normals at the nodes. Edge normals would lock: two
 //! matching polygons interlock at their corners under linearised kinematics.
 
+use super::common_refinement::Facing;
 use super::matching::Stretch;
 use super::pairing::middle;
 use super::{ContactEdge, ContactNormal, InterfaceError, Pair};
 use crate::body::{Body, NodeConstraint};
 use crate::geometry::{Vector, add, cross, dot, norm, perpendicular, scale};
+use std::collections::HashMap;
 
 /// A line whose edge normals differ by no more (sine of the angle) is straight.
 const STRAIGHT: f64 = 1e-6;
@@ -19,12 +21,15 @@ const TURN: f64 = 0.5;
 const SUPPORT: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// Sets tributary lengths and normals of all pairs.
+///
+/// * `facing`: the normals that a common refinement found; averages of cut surfaces would be edge normals.
 pub(super) fn choose(
     bodies: [&Body; 2],
     chain: &[Stretch],
     pairs: &mut [Pair],
     edges: &[ContactEdge],
     normal: ContactNormal,
+    facing: Option<&HashMap<u32, &Facing>>,
 ) -> Result<(), InterfaceError> {
     for edge in edges {
         for pair in edge.pairs {
@@ -41,7 +46,11 @@ pub(super) fn choose(
             for stretch in chain {
                 let (last_pair, last_edge) =
                     (first_pair + stretch.nodes.len(), first_edge + stretch.edges.len());
-                averaged(bodies[0], pairs, first_pair..last_pair, &edges[first_edge..last_edge])?;
+                let found = &edges[first_edge..last_edge];
+                match facing {
+                    Some(facing) => frozen(bodies[0], &mut pairs[first_pair..last_pair], found, facing),
+                    None => averaged(bodies[0], pairs, first_pair..last_pair, found)?,
+                }
                 (first_pair, first_edge) = (last_pair, last_edge);
             }
         }
@@ -68,6 +77,17 @@ fn given(body: &Body, edges: &[ContactEdge], direction: Vector) -> Result<Vector
         }
     }
     Ok(unit)
+}
+
+/// Takes the normals of a common refinement; on a straight stretch all are the first edge's.
+fn frozen(body: &Body, pairs: &mut [Pair], edges: &[ContactEdge], facing: &HashMap<u32, &Facing>) {
+    let common = body.mesh().edge_normal(edges[0].edges[0]);
+    for pair in pairs.iter_mut() {
+        pair.normal = facing.get(&pair.nodes[0]).map_or(common, |f| f.normal);
+    }
+    if pairs.iter().all(|p| cross(common, p.normal).abs() <= STRAIGHT && dot(common, p.normal) > 0.0) {
+        pairs.iter_mut().for_each(|p| p.normal = common);
+    }
 }
 
 /// Averages the edge normals at the nodes of one stretch; a straight one has a single normal.
