@@ -17,9 +17,9 @@ use tests::rings::{self, Materials};
 use tests::run::{newton, norm_and_distance, pair_of, rate};
 use tests::{condense_both, displacements, hertz, iterates};
 
-const TWO: Materials = [(1000.0, 0.3), (300.0, 0.2)];
+pub(crate) const TWO: Materials = [(1000.0, 0.3), (300.0, 0.2)];
 
-fn relaxed(problem: &ContactProblem, bodies: &[CondensedBody; 2], iterate: &Iterate) -> Estimate {
+pub(crate) fn relaxed(problem: &ContactProblem, bodies: &[CondensedBody; 2], iterate: &Iterate) -> Estimate {
     let u = displacements(bodies, iterate);
     let state = ContactState {
         displacement: [&u[0], &u[1]],
@@ -35,7 +35,7 @@ fn relaxed(problem: &ContactProblem, bodies: &[CondensedBody; 2], iterate: &Iter
 }
 
 /// The same polygons, every edge halved `times` times; carries a pair of displacements along.
-fn finer(
+pub(crate) fn finer(
     mut problem: ContactProblem,
     mut u: [Vec<[f64; 2]>; 2],
     times: usize,
@@ -227,6 +227,7 @@ fn what_has_no_gap_or_no_normal_is_refused() {
     }
     let e = refused(inner(), quarter([1.5, 2.0], 9), sides, averaged);
     assert!(matches!(e, InterfaceError::Counts { what: "nodes", counts: [9, 10], .. }), "{e}");
+    assert!(e.is_mismatch());
     let e = refused(inner(), quarter([9.0, 10.0], 8), sides, averaged);
     assert!(matches!(e, InterfaceError::TooFar { .. } | InterfaceError::Offset { .. }), "{e}");
     let turned = ring([0.0, 0.0], [1.5, 2.0], [5.0, 95.0], [8, 2]).unwrap();

@@ -42,6 +42,6 @@ pub use adapt::{AdaptSettings, AdaptiveEnd, AdaptiveSolution, solve_adaptively};
 pub use bounds::Bounds;
 pub use history::{Row, Step};
 pub use observer::{Observer, Phase, Silent};
-pub use results::{Reaction, Results};
+pub use results::{Reaction, Results, Stretch};
 pub use settings::{Criterion, Imposed, Settings};
 pub use solve::{CertifiedSolution, RoleReason, SolveError, solve};

@@ -337,6 +337,14 @@ impl ContactInterface {
         self.edges.iter().any(|e| self.is_bent(e))
     }
 
+    /// Finds the corner of the first body's contact surface that turns most: where, and by how many degrees.
+    ///
+    /// * `first`: the first body.
+    pub fn sharpest_corner(&self, first: &Body) -> Option<(Vector, f64)> {
+        let corner = normals::sharpest_turn(first, self.edges.iter().map(|e| e.edges[0]));
+        corner.map(|(point, cosine)| (point, cosine.acos().to_degrees()))
+    }
+
     /// Computes the middle Bernstein coefficient of the opening along an edge, m:
     /// `½(g_i+g_j) − ½([u]_i·n_j + [u]_j·n_i)`. The opening `g − [u]·n` is quadratic where `n` changes; its other two
     /// coefficients are the nodal openings, and where all three are ≥ 0 it is.

@@ -7,17 +7,35 @@ use fem_core::interface::common_refinement::{Changes, CommonRefinementError, com
 
 /// Surfaces whose edges are farther from a smooth curve, in their lengths, are bent.
 const BENT: f64 = 1e-6;
+/// Corners of the contact line from this angle on, in degrees, get a note.
+const CORNER: f64 = 30.0;
 
 impl Case {
-    /// Makes the contact problem, bodies in the file's order. Contact surfaces that do not match node by node get a common
+    /// Makes the contact problem, bodies in the file's order. A corner of the contact line gets a note. Contact surfaces that do not match node by node get a common
     /// refinement, and the case a note that says what that changed.
     ///
     /// # Errors
     /// See [`Case::build_bodies`] and [`Case::build_interface`]; surfaces without a common refinement.
     pub fn build_problem(&mut self) -> Result<ContactProblem, CaseError> {
         let problem = self.build_matching()?;
+        self.note_corner(&problem);
         self.check_lambda([&problem.bodies[0], &problem.bodies[1]], &problem.interface)?;
         Ok(problem)
+    }
+
+    /// Says how the normal is chosen at a corner of the contact line.
+    fn note_corner(&mut self, problem: &ContactProblem) {
+        if self.contact.normal.is_some() {
+            return;
+        }
+        let corner = problem.interface.sharpest_corner(&problem.bodies[0]);
+        if let Some(([x, y], degrees)) = corner.filter(|c| c.1 > CORNER) {
+            self.add_note(format!(
+                "the contact line turns by {degrees:.1} degrees at ({x}, {y}): the contact normal there is the mean of its two \
+                 edges' normals, weighted by their lengths; finer edges round the corner off, `contact.normal` gives one \
+                 direction, and more than 60 degrees are refused"
+            ));
+        }
     }
 
     fn build_matching(&mut self) -> Result<ContactProblem, CaseError> {

@@ -48,7 +48,10 @@ pub(super) fn choose(
                     (first_pair + stretch.nodes.len(), first_edge + stretch.edges.len());
                 let found = &edges[first_edge..last_edge];
                 match facing {
-                    Some(facing) => frozen(bodies[0], &mut pairs[first_pair..last_pair], found, facing),
+                    Some(facing) => {
+                        check_corners(bodies[0], found)?;
+                        frozen(bodies[0], &mut pairs[first_pair..last_pair], found, facing);
+                    }
                     None => averaged(bodies[0], pairs, first_pair..last_pair, found)?,
                 }
                 (first_pair, first_edge) = (last_pair, last_edge);
@@ -79,6 +82,33 @@ fn given(body: &Body, edges: &[ContactEdge], direction: Vector) -> Result<Vector
     Ok(unit)
 }
 
+/// Finds the sharpest turn between neighbouring edges of a body's side of the line: its place and the cosine of its angle.
+pub(super) fn sharpest_turn(body: &Body, edges: impl Iterator<Item = u32>) -> Option<(Vector, f64)> {
+    let mut before: HashMap<u32, Vector> = HashMap::new();
+    let mut sharpest: Option<(Vector, f64)> = None;
+    for edge in edges {
+        let normal = body.mesh().edge_normal(edge);
+        for node in body.mesh().topology().edges()[edge as usize] {
+            let Some(other) = before.insert(node, normal) else { continue };
+            let cosine = dot(other, normal).clamp(-1.0, 1.0);
+            if sharpest.is_none_or(|s| cosine < s.1) {
+                sharpest = Some((body.mesh().points()[node as usize], cosine));
+            }
+        }
+    }
+    sharpest
+}
+
+/// Refuses corners of more than 60 degrees.
+fn check_corners(body: &Body, edges: &[ContactEdge]) -> Result<(), InterfaceError> {
+    match sharpest_turn(body, edges.iter().map(|e| e.edges[0])) {
+        Some((point, cosine)) if cosine < TURN => {
+            Err(InterfaceError::Curved { point, degrees: cosine.acos().to_degrees() })
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Takes the normals of a common refinement; on a straight stretch all are the first edge's.
 fn frozen(body: &Body, pairs: &mut [Pair], edges: &[ContactEdge], facing: &HashMap<u32, &Facing>) {
     let common = body.mesh().edge_normal(edges[0].edges[0]);
@@ -103,20 +133,11 @@ fn averaged(
         pairs[stretch].iter_mut().for_each(|p| p.normal = common);
         return Ok(());
     }
-    let mut before: Vec<Option<Vector>> = vec![None; stretch.len()];
+    check_corners(body, edges)?;
     for edge in edges {
-        let normal = of(edge);
         for k in edge.pairs {
-            let k = k as usize;
-            let known = &mut before[k - stretch.start];
-            if known.is_some_and(|other| dot(other, normal) < TURN) {
-                let degrees =
-                    known.map_or(0.0, |other| dot(other, normal).clamp(-1.0, 1.0).acos().to_degrees());
-                let point = body.mesh().points()[pairs[k].nodes[0] as usize];
-                return Err(InterfaceError::Curved { point, degrees });
-            }
-            *known = Some(normal);
-            pairs[k].normal = add(pairs[k].normal, scale(edge.length, normal));
+            let pair = &mut pairs[k as usize];
+            pair.normal = add(pair.normal, scale(edge.length, of(edge)));
         }
     }
     for pair in &mut pairs[stretch] {
