@@ -5,7 +5,7 @@ use fem_core::interface::{ContactNormal, ContactProblem, Gap};
 use fem_core::norm::energy_error_squared;
 use tests::rings::{self, Lame};
 use tests::run::{newton, norm_and_distance, paired_in_common, rate};
-use tests::{condense_both, displacements};
+use tests::{condense_both, displacements, hertz};
 
 const SIDES: [&str; 2] = ["outer", "inner"];
 
@@ -23,7 +23,6 @@ fn measure(problem: &ContactProblem, exact: [Lame; 2], pressure: f64) -> [f64; 3
 
 /// Asserts a bound that holds and is sharp, and the rate 1, over three meshes, each twice as fine.
 fn assert_rings(found: &[[f64; 3]; 3]) {
-    println!("error, bound, pressure: {found:?}");
     for [error, bound, _] in found {
         assert!(bound >= error && *bound < 1.4 * error, "{found:?}");
     }
@@ -42,9 +41,7 @@ fn quarter_rings_with_unequal_counts_converge_to_lames_solution() {
             let found = [1, 2, 4].map(|k| {
                 let cells = counts.map(|n| [n * k, 6 * k]);
                 let bodies = rings::quarter_bodies(TWO, hole, outer, cells).unwrap();
-                let (problem, changes) =
-                    paired_in_common(bodies, SIDES, &gap, ContactNormal::Averaged).unwrap();
-                println!("{counts:?} {gap:?} {changes:?}");
+                let (problem, _) = paired_in_common(bodies, SIDES, &gap, ContactNormal::Averaged).unwrap();
                 measure(&problem, rings::exact(p, hole, outer), p)
             });
             assert_rings(&found);
@@ -61,15 +58,14 @@ fn whole_rings_with_unequal_counts_converge_to_lames_solution() {
         let found = [1, 2, 4].map(|k| {
             let cells = counts.map(|n| [n * k, 3 * k]);
             let bodies = rings::whole_bodies(TWO, [d, 0.0], cells, turned).unwrap();
-            let (problem, changes) =
+            let (problem, _) =
                 paired_in_common(bodies, SIDES, &Gap::Given(0.0.into()), ContactNormal::Averaged).unwrap();
-            println!("{counts:?} {turned} {changes:?}");
             let interface = &problem.interface;
             assert_eq!(interface.pairs().len(), interface.edges().len());
             for pair in interface.pairs() {
                 let x = problem.bodies[0].mesh().points()[pair.nodes[0] as usize];
                 let r = x[0].hypot(x[1]);
-                assert!((pair.normal[0] - x[0] / r).abs() < 1e-2, "{pair:?}");
+                assert!((pair.normal[0] - x[0] / r).abs() < 5e-3, "{pair:?} at {x:?}");
             }
             measure(&problem, rings::whole_exact(TWO, d), p)
         });
@@ -101,7 +97,34 @@ fn the_bound_holds_where_arcs_overlap_in_part_and_slide() {
         let fine_bodies = condense_both(&fine);
         let reference = displacements(&fine_bodies, &newton(&fine, &fine_bodies).unwrap());
         let [norm, error] = norm_and_distance(&fine, &reference, &u);
-        println!("{sectors:?} error {error} bound {} norm {norm}", e.e_cre);
-        assert!(e.e_cre >= error && e.e_cre < 1.6 * error && error > 0.01 * norm, "{} {error} {norm}", e.e_cre);
+        assert!(
+            e.e_cre >= error && e.e_cre < 1.6 * error && error > 0.01 * norm,
+            "{} {error} {norm}",
+            e.e_cre
+        );
     }
+}
+
+/// Pressed cylinders whose contact sides have different steps: the force of the manual to the accuracy of matching ones.
+#[test]
+fn hertz_contact_between_meshes_of_different_steps() {
+    let normal = ContactNormal::Fixed([0.0, -1.0]);
+    let bodies = hertz::bodies(1.5, [30, 41], 0.4).unwrap();
+    let (problem, _) = paired_in_common(bodies, ["contact"; 2], &Gap::Geometric, normal).unwrap();
+    for pair in problem.interface.pairs() {
+        let x = problem.bodies[0].mesh().points()[pair.nodes[0] as usize][0];
+        let exact = 10.0 - (100.0 - x * x).sqrt() + 13.0 - (169.0 - x * x).sqrt();
+        assert!((pair.gap - exact).abs() < 1e-6, "{} {exact}", pair.gap);
+    }
+    let condensed = condense_both(&problem);
+    let iterate = newton(&problem, &condensed).unwrap();
+    let e = relaxed(&problem, &condensed, &iterate);
+    let matching = hertz::problem(1.5, 41, 0.4).unwrap();
+    let bodies = condense_both(&matching);
+    let other = newton(&matching, &bodies).unwrap().contact_force();
+    let force = iterate.contact_force();
+    assert!((force / other - 1.0).abs() < 2e-3, "{force} {other}");
+    let [_, p0] = hertz::closed_form(force);
+    let largest = e.pair.pressure.iter().copied().fold(0.0, f64::max);
+    assert!((largest / p0 - 1.0).abs() < 0.05, "{largest} {p0}");
 }

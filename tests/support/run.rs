@@ -6,7 +6,9 @@ use fem_core::body::Body;
 use fem_core::condensation::CondensedBody;
 use fem_core::geometry::{Vector, cross, scale, sub};
 use fem_core::interface::common_refinement::{Changes, common_refinement};
-use fem_core::interface::{ContactInterface, ContactNormal, ContactProblem, ContactState, Gap, InterfaceSide};
+use fem_core::interface::{
+    ContactInterface, ContactNormal, ContactProblem, ContactState, Gap, InterfaceSide,
+};
 use fem_core::norm::energy_norm_squared;
 use fem_core::quadrature::RADON7;
 use fem_core::tensor::SymTensor2;

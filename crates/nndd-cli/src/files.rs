@@ -7,8 +7,8 @@ use crate::run::Solved;
 use case_io::Case;
 use case_io::output::OutputDirectory;
 use case_io::report::{
-    BodySummary, Bounds, Certificate, Checks, ContactStretch, ContactSummary, IterationRow, Reaction, Report, Results,
-    SCHEMA, Split, Timings,
+    BodySummary, Bounds, Certificate, Checks, ContactStretch, ContactSummary, IterationRow, Reaction, Report,
+    Results, SCHEMA, Split, Timings,
 };
 use case_io::table::{self, ContactRow};
 use case_io::vtu::{self, PvdEntry, VtuArray, VtuCells, VtuData, VtuError, VtuMesh};

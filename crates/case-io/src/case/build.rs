@@ -57,9 +57,8 @@ impl Case {
     /// Surfaces that cannot be paired, at the place of the key that causes it, and a `solver.lambda` that is not finite
     /// at one of their nodes.
     pub fn build_interface(&self, first: &Body, second: &Body) -> Result<ContactInterface, CaseError> {
-        let interface = self
-            .pair([first, second])
-            .map_err(|error| CaseError::from(self.interface_diagnostic(&error)))?;
+        let interface =
+            self.pair([first, second]).map_err(|error| CaseError::from(self.interface_diagnostic(&error)))?;
         self.check_lambda([first, second], &interface)?;
         Ok(interface)
     }

@@ -2,8 +2,8 @@
 
 use super::Case;
 use crate::diagnostic::{CaseError, Diagnostic, code};
-use fem_core::interface::{ContactInterface, ContactProblem};
 use fem_core::interface::common_refinement::{Changes, CommonRefinementError, common_refinement};
+use fem_core::interface::{ContactInterface, ContactProblem};
 
 /// Surfaces whose edges are farther from a smooth curve, in their lengths, are bent.
 const BENT: f64 = 1e-6;

@@ -1,7 +1,7 @@
 //! Pairs two matching contact surfaces.
 
-use super::matching::{self, Stretch};
 use super::common_refinement::Facing;
+use super::matching::{self, Stretch};
 use super::{
     ContactEdge, ContactInterface, ContactNormal, Gap, InterfaceError, InterfaceSide, Pair, normals,
 };
@@ -124,9 +124,8 @@ fn given_gap(bodies: [&Body; 2], pairs: &mut [Pair], data: &ScalarData) -> Resul
 /// Refuses surfaces refined in common that stand apart or overlap although the gap is given.
 fn check_distances(body: &Body, facing: &HashMap<u32, &Facing>) -> Result<(), InterfaceError> {
     let excess = |f: &Facing| f.gap.abs() - matching::TOLERANCE * f.spacing - f.sagitta;
-    let worst = facing.values().max_by(|a, b| {
-        excess(a).total_cmp(&excess(b)).then(a.nodes[0].cmp(&b.nodes[0]))
-    });
+    let worst =
+        facing.values().max_by(|a, b| excess(a).total_cmp(&excess(b)).then(a.nodes[0].cmp(&b.nodes[0])));
     match worst.filter(|f| !(excess(f) <= 0.0)) {
         Some(f) => Err(InterfaceError::NotMatching {
             body: 0,

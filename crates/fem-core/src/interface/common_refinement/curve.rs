@@ -49,6 +49,21 @@ impl Curve {
         Self { points, normals, arc }
     }
 
+    /// Begins a closed curve at a point of its last edge, with the normal that it has there.
+    pub(super) fn begun_at(&self, seam: Vector) -> Self {
+        let n = self.points.len();
+        let [from, to] = [self.points[n - 2], self.points[n - 1]];
+        let before = norm(sub(seam, from));
+        let t = before / norm(sub(to, from));
+        let normal = add(scale(1.0 - t, self.normals[n - 2]), scale(t, self.normals[n - 1]));
+        let normal = scale(1.0 / norm(normal), normal);
+        let around = |all: &[Vector], first: Vector| [&[first], &all[..n - 1], &[first]].concat();
+        let offset = self.length() - self.arc[n - 2] - before;
+        let arc = self.arc[..n - 1].iter().map(|s| s + offset);
+        let arc = [0.0].into_iter().chain(arc).chain([self.length()]).collect();
+        Self { points: around(&self.points, seam), normals: around(&self.normals, normal), arc }
+    }
+
     /// Takes one direction for the normal everywhere if it is at most 60 degrees from every edge's.
     pub(super) fn along(mut self, direction: Vector) -> Self {
         let unit = scale(1.0 / norm(direction), direction);
@@ -197,6 +212,17 @@ mod tests {
                 }
             }
         }
+        let mut whole = circle(0.0, std::f64::consts::TAU, 24);
+        whole[24] = whole[0];
+        let closed = Curve::new(whole);
+        let middle = scale(0.5, add(closed.points[23], closed.points[0]));
+        let begun = closed.begun_at(middle);
+        assert_eq!((begun.points[1], begun.points[24]), (closed.points[0], closed.points[23]));
+        for k in [0, 25] {
+            assert!(cross(begun.normals[k], begun.points[k]).abs() < 1e-14);
+        }
+        assert!((begun.arc[1] - 0.5 * closed.arc[1]).abs() < 1e-14 && begun.length() == closed.length());
+        assert!((begun.arc[2] - 1.5 * closed.arc[1]).abs() < 1e-14);
         // A corner of straight lines stays one.
         let corner = Curve::new([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.4], [4.0, 0.8]].into());
         assert_eq!(corner.smooth(1, 0.5), [1.5, 0.0]);

@@ -53,6 +53,8 @@ struct Uncut {
 impl Uncut {
     /// Finds the edge at a place on the common line.
     fn edge(&self, s: f64) -> usize {
+        // A closed line may have been opened before its first node.
+        let s = if s < self.s[0] { s + self.curve.length() } else { s };
         self.s.partition_point(|x| *x <= s).saturating_sub(1).min(self.s.len() - 2)
     }
 }
@@ -176,13 +178,24 @@ pub(super) fn between(
     let points = |b: usize, chain: &Chain| -> Vec<Vector> {
         chain.nodes.iter().map(|&n| bodies[b].mesh().points()[n as usize]).collect()
     };
-    let mut curve = Curve::new(points(reference, own));
+    let own_points = points(reference, own);
+    let inner = own_points.len() - 1;
+    // A node inserted to open the line changes neither its normals nor its shape.
+    let uncut = match own.inserted {
+        true => Curve::new([&own_points[1..inner], &own_points[1..2]].concat()),
+        false => Curve::new(own_points.clone()),
+    };
+    let mut curve = if own.inserted { uncut.begun_at(own_points[0]) } else { uncut.clone() };
+    let offset = if own.inserted { curve.arc()[1] } else { 0.0 };
+    let uncut_own = Uncut { s: uncut.arc().iter().map(|s| s + offset).collect(), curve: uncut };
     if let ContactNormal::Fixed(direction) = normal {
         curve = curve.along(if reference == 0 { direction } else { scale(-1.0, direction) });
     } else if !own.is_closed() {
         // As in pairing: at a support the normal is the direction left free.
         for (last, node) in [(false, own.nodes[0]), (true, own.nodes[own.nodes.len() - 1])] {
-            if let NodeConstraint::Along { direction, .. } = bodies[reference].node_constraints()[node as usize] {
+            if let NodeConstraint::Along { direction, .. } =
+                bodies[reference].node_constraints()[node as usize]
+            {
                 curve.turn_end(last, perpendicular(direction));
             }
         }
@@ -202,7 +215,6 @@ pub(super) fn between(
     let theirs = (first..=last).map(|k| place(1 - reference, facing.nodes[k], s[k])).collect();
     let sites: [Vec<Site>; 2] = if reference == 0 { [mine, theirs] } else { [theirs, mine] };
     let range = [s[first].max(0.0), s[last].min(curve.length())];
-    let uncut_own = Uncut { curve: Curve::new(points(reference, own)), s: curve.arc().to_vec() };
     let uncut_other = Uncut { curve: Curve::new(q[first..=last].to_vec()), s: s[first..=last].to_vec() };
     let uncut = if reference == 0 { [uncut_own, uncut_other] } else { [uncut_other, uncut_own] };
     let mut overlap = Overlap { curve, sites, reference, range, distance, uncut };
@@ -310,7 +322,7 @@ pub(super) fn snap(
 
 /// Chooses the body whose node moves: the one with the longer edges; of equal ones the one with the larger (x, y), so that
 /// the order of the bodies does not matter.
-pub(super) fn movable_first(overlap: &Overlap, bodies: &[Body; 2], at: [usize; 2], spacing: [f64; 2]) -> usize {
+fn movable_first(overlap: &Overlap, bodies: &[Body; 2], at: [usize; 2], spacing: [f64; 2]) -> usize {
     let [p, q] = [0, 1].map(|b| bodies[b].mesh().points()[overlap.sites[b][at[b]].node as usize]);
     let order = spacing[0].total_cmp(&spacing[1]).then(p[0].total_cmp(&q[0])).then(p[1].total_cmp(&q[1]));
     usize::from(order.is_lt())

@@ -96,7 +96,7 @@ fn begin_together(
     let Some(mut overlap) = found else { return Ok(()) };
     let Some((at, offset)) = closest(&overlap) else { return Ok(()) };
     let mut seam = [0, 1].map(|b| overlap.sites[b][at[b]].node);
-    if offset > SAME && !(offset < SNAP && slide(bodies, &mut overlap, at, slid)?) {
+    if offset > SAME && !(offset < SNAP && slide(bodies, &mut overlap, at, r, slid)?) {
         seam = insert(bodies, &mut chains[r][i], &overlap, r)?;
     }
     rotate_to(&mut chains[r][i], seam[r]);
@@ -130,11 +130,11 @@ fn slide(
     bodies: &mut [Body; 2],
     overlap: &mut Overlap,
     at: [usize; 2],
+    reference: usize,
     slid: &mut [usize; 2],
 ) -> Result<bool, CommonRefinementError> {
-    let spacing = [0, 1].map(|b| overlap.spacing(b, at[b]));
-    let first = overlap::movable_first(overlap, bodies, at, spacing);
-    for b in [first, 1 - first] {
+    // The other side's node first: the reference's normals stay as they are.
+    for b in [1 - reference, reference] {
         let mut moved = HashMap::new();
         if overlap.sites[b][at[b]].slides && overlap::try_motion(overlap, &bodies[b], b, at, &mut moved)? {
             bodies[b] = with_moved(bodies[b].clone(), b, &moved)?;
@@ -177,6 +177,7 @@ fn insert(
     seam[reference] = refinement.middle[edge as usize];
     let place = own.nodes.windows(2).position(|w| w == ends).map_or(own.nodes.len() - 1, |k| k + 1);
     own.nodes.insert(place, seam[reference]);
+    own.inserted = true;
     bodies[reference] = (bodies[reference].refined(&refinement))
         .map_err(|source| CommonRefinementError::Body { body: reference, source })?;
     Ok(seam)
