@@ -15,7 +15,6 @@ use crate::star::{self, Star};
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
 use fem_core::element::Triangle;
 use fem_core::geometry::{self, Vector, add, cross, dot, perpendicular, scale, sub};
-use fem_core::material::LinearElastic;
 use fem_core::tensor::SymTensor2;
 use rayon::prelude::*;
 
@@ -52,12 +51,6 @@ pub fn edge_moments(body: &Body, stress: &[SymTensor2], conditions: &[EdgeCondit
         moments[edge as usize][end as usize] = moment;
     }
     moments
-}
-
-/// The complementary energies of the three unit stresses added up, 1/Pa.
-fn compliance(material: &LinearElastic) -> f64 {
-    let units = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    units.map(|[x, y, xy]| SymTensor2::new(x, y, xy)).iter().map(|s| material.complementary(*s, *s)).sum()
 }
 
 struct Recovery<'a> {
@@ -109,14 +102,10 @@ impl Recovery<'_> {
         relative.truncate(star.spokes.len());
     }
 
-    /// The first moment for which all are closest to the average FE tractions, disregarding the ends. Where materials meet,
-    /// the averages and the distances are weighted by the compliance of the cells.
+    /// The first moment for which all are closest to the average FE tractions, disregarding the ends.
     fn mean(&self, node: usize, star: &Star, relative: &[Vector]) -> Vector {
         let mesh = self.body.mesh();
         let count = star.triangles.len();
-        let material = |t: u32| self.body.material(t as usize);
-        let mixed = star.triangles.iter().any(|&t| !std::ptr::eq(material(t), material(star.triangles[0])));
-        let compliance = |t: u32| if mixed { compliance(material(t)) } else { 1.0 };
         let mut sum = [0.0; 2];
         let mut weights = 0.0;
         for (j, &edge) in star.spokes.iter().enumerate() {
@@ -134,16 +123,14 @@ impl Recovery<'_> {
             };
             let sides = [after, before].into_iter().flatten();
             let mut traction = [0.0; 2];
-            let (mut found, mut cells) = (0.0, 0.0);
+            let mut found = 0.0;
             for t in sides {
-                let c = compliance(t);
-                traction = add(traction, scale(c, self.stress[t as usize].apply(normal)));
-                found += c;
-                cells += 1.0;
+                traction = add(traction, self.stress[t as usize].apply(normal));
+                found += 1.0;
             }
-            // b̄ = |Γ|/2 F̄, weight 1/|Γ| times the mean compliance: an error costs more in a soft cell.
+            // b̄ = |Γ|/2 F̄, weight 1/|Γ|
             let average = scale(0.5 * length / found, traction);
-            let weight = found / cells / length;
+            let weight = 1.0 / length;
             sum = add(sum, scale(weight, sub(average, relative[j])));
             weights += weight;
         }
