@@ -97,10 +97,7 @@ pub fn exact(materials: [(f64, f64); 2]) -> [Exact; 2] {
 ///
 /// # Errors
 /// None, for sensible numbers.
-pub fn problem(
-    materials: [(f64, f64); 2],
-    n: usize,
-) -> Result<ContactProblem, Box<dyn std::error::Error>> {
+pub fn problem(materials: [(f64, f64); 2], n: usize) -> Result<ContactProblem, Box<dyn std::error::Error>> {
     let body = |e: Exact| -> Result<Body, Box<dyn std::error::Error>> {
         let displacement = |c: usize| Some(ScalarData::function(move |x| e.displacement(x)[c]));
         let traction = |n: f64| [0, 1].map(|c| ScalarData::function(move |x| e.stress(x).apply([n, 0.0])[c]));

@@ -52,7 +52,9 @@ fn bent_lines_of_different_counts_are_solved_and_each_stretch_has_its_results() 
     assert!(report.certificate.valid);
     // Lame's pressure, as rings.toml says.
     let [stretch] = &report.results.contact_stretches[..] else { panic!("{text}") };
-    assert!((stretch.max_pressure / 5.04 - 1.0).abs() < 0.01, "{stretch:?}");
+    let mean = stretch.contact_force / stretch.length;
+    assert!((mean / 7.208947 - 1.0).abs() < 1e-3, "{mean}");
+    assert!((stretch.max_pressure / 7.208947 - 1.0).abs() < 0.05, "{stretch:?}");
     assert_eq!((stretch.pairs, stretch.length), (report.contact[0].pairs, report.contact[0].length));
     assert!((stretch.contact_force / report.results.contact_force - 1.0).abs() < 1e-12);
 }
