@@ -1,6 +1,6 @@
 //! e_CRE against exact errors: on every iteration, on three meshes, and for admissible pairs that nobody computed.
 
-use cre_estimator::{Estimate, estimate};
+use cre_estimator::{Estimate, Relaxation, estimate};
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactProblem, ContactState};
 use fem_core::norm::{energy_error_squared, energy_norm_squared, integrate};
@@ -8,7 +8,7 @@ use fem_core::quadrature::GAUSS5;
 use nndd::{NnddSettings, NnddStatus};
 use tests::random::Random;
 use tests::run::{newton, pair_of, rate, stress_error_squared};
-use tests::{certify, condense_both, displacements, iterates, paper, signorini};
+use tests::{certify, condense_both, displacements, hertz_box, iterates, paper, signorini};
 
 type Materials = [(f64, f64); 2];
 
@@ -257,5 +257,38 @@ fn the_bound_holds_on_the_papers_problem_against_a_much_finer_mesh() {
         let [_, error] = tests::run::norm_and_distance(&fine, &reference, &interpolated);
         let e = certify(&coarse, &bodies, iterate).unwrap();
         assert!(e.e_cre >= error, "{}: {} < {error}", iterate.iteration, e.e_cre);
+    }
+}
+
+#[test]
+fn the_bound_holds_on_the_exact_hertz_problem() {
+    for materials in [EQUAL, [(1.0, 0.3), (20.0, 0.2)]] {
+        let exact = hertz_box::exact(materials);
+        let mut found: Vec<[f64; 2]> = Vec::new();
+        for n in [4, 8, 16] {
+            let problem = hertz_box::problem(materials, n).unwrap();
+            let bodies = condense_both(&problem);
+            let (_, all) = iterates(&problem, &bodies, &NnddSettings::default(), 1e-9).unwrap();
+            let mut last = [0.0; 2];
+            for iterate in &all {
+                let e = tests::run::certify_with(&problem, &bodies, iterate, Relaxation::Steps(2)).unwrap();
+                assert!(e.admissibility.is_valid(), "{:?}", e.admissibility);
+                let error = |b: usize| {
+                    energy_error_squared(&problem.bodies[b], &e.pair.displacement[b], |x| exact[b].stress(x))
+                };
+                last = [(error(0) + error(1)).sqrt(), e.e_cre];
+                assert!(last[1] >= last[0], "{n}, {}: {last:?}", iterate.iteration);
+                let energy = e.energy_norm_squared[0] * materials[0].0;
+                let is_coarse = n < 16 || materials != EQUAL || iterate.iteration < all.len();
+                assert!(is_coarse || (energy / hertz_box::ENERGY - 1.0).abs() < 0.02, "{energy}");
+            }
+            found.push(last);
+        }
+        println!("exact-box Hertz {materials:?}: error, bound {found:?}");
+        for w in found.windows(2) {
+            let [error, bound] = [0, 1].map(|c| rate(w[0][c], w[1][c]));
+            assert!(error > 0.9 && bound > 0.9, "{found:?}");
+        }
+        assert!(found[2][1] < 1.1 * found[2][0], "{found:?}");
     }
 }

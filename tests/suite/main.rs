@@ -7,6 +7,7 @@ mod bound;
 mod bounds;
 mod certificate;
 mod curved;
+mod curved_non_matching;
 mod data;
 mod effectivity;
 mod elasticity;

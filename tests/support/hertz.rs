@@ -43,16 +43,31 @@ pub fn problem(
     cells: usize,
     push: f64,
 ) -> Result<ContactProblem, Box<dyn std::error::Error>> {
-    let body =
-        |b: usize, facing, conditions: BoundaryConditions| -> Result<Body, Box<dyn std::error::Error>> {
-            let (young, poisson) = MATERIALS[b];
-            let material = LinearElastic::isotropic(young, poisson, Hypothesis::PlaneStrain)?;
-            Ok(Body::new(half_disc([0.0, 0.0], RADII[b], facing, half_width, cells)?, material, &conditions)?)
-        };
-    let pushed = BoundaryConditions::new().displace("flat", Some(0.0.into()), Some((-push).into()));
-    let upper = body(0, Facing::Down, pushed)?;
-    let lower = body(1, Facing::Up, BoundaryConditions::new().fix("flat"))?;
+    let [upper, lower] = bodies(half_width, [cells; 2], push)?;
     let normal = ContactNormal::Fixed([0.0, -1.0]);
     let interface = ContactInterface::pair_along(&upper, &lower, ["contact"; 2], &Gap::Geometric, normal)?;
     Ok(ContactProblem { bodies: [upper, lower], interface })
+}
+
+/// The two bodies of [`problem`], each with its own cells.
+///
+/// # Errors
+/// None, for sensible numbers.
+pub fn bodies(
+    half_width: f64,
+    cells: [usize; 2],
+    push: f64,
+) -> Result<[Body; 2], Box<dyn std::error::Error>> {
+    let body = |b: usize,
+                facing,
+                conditions: BoundaryConditions|
+     -> Result<Body, Box<dyn std::error::Error>> {
+        let (young, poisson) = MATERIALS[b];
+        let material = LinearElastic::isotropic(young, poisson, Hypothesis::PlaneStrain)?;
+        Ok(Body::new(half_disc([0.0, 0.0], RADII[b], facing, half_width, cells[b])?, material, &conditions)?)
+    };
+    let pushed = BoundaryConditions::new().displace("flat", Some(0.0.into()), Some((-push).into()));
+    let upper = body(0, Facing::Down, pushed)?;
+    let lower = body(1, Facing::Up, BoundaryConditions::new().fix("flat"))?;
+    Ok([upper, lower])
 }

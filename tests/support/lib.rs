@@ -11,6 +11,7 @@ pub mod effectivity;
 pub mod goursat;
 pub mod heavy;
 pub mod hertz;
+pub mod hertz_box;
 pub mod layers;
 pub mod mesh_files;
 pub mod overkill;

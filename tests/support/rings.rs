@@ -83,10 +83,24 @@ pub fn quarter(
     outer: f64,
     cells: [usize; 2],
 ) -> Result<ContactProblem, Box<dyn std::error::Error>> {
-    let rollers = || BoundaryConditions::new().roller("start", 0.0).roller("end", 0.0);
-    let inner = body(materials[0], [A, B], [0.0, 90.0], cells, rollers().pressure("inner", hole))?;
-    let outer = body(materials[1], [B, C], [0.0, 90.0], cells, rollers().pressure("outer", outer))?;
+    let [inner, outer] = quarter_bodies(materials, hole, outer, [cells; 2])?;
     paired(inner, outer)
+}
+
+/// The two bodies of [`quarter`], each with its own cells.
+///
+/// # Errors
+/// None, for sensible numbers.
+pub fn quarter_bodies(
+    materials: Materials,
+    hole: f64,
+    outer: f64,
+    cells: [[usize; 2]; 2],
+) -> Result<[Body; 2], Box<dyn std::error::Error>> {
+    let rollers = || BoundaryConditions::new().roller("start", 0.0).roller("end", 0.0);
+    let inner = body(materials[0], [A, B], [0.0, 90.0], cells[0], rollers().pressure("inner", hole))?;
+    let outer = body(materials[1], [B, C], [0.0, 90.0], cells[1], rollers().pressure("outer", outer))?;
+    Ok([inner, outer])
 }
 
 /// Whole rings: the hole held, the outside moved inwards by `d` and turned by the angle `w`.
@@ -95,23 +109,58 @@ pub fn quarter(
 /// None, for sensible numbers.
 pub fn whole(
     materials: Materials,
-    [d, w]: [f64; 2],
+    motion: [f64; 2],
     cells: [usize; 2],
 ) -> Result<ContactProblem, Box<dyn std::error::Error>> {
+    let [inner, outer] = whole_bodies(materials, motion, [cells; 2], 0.0)?;
+    paired(inner, outer)
+}
+
+/// The two bodies of [`whole`], each with its own cells, the outer one's turned by an angle in degrees.
+///
+/// # Errors
+/// None, for sensible numbers.
+pub fn whole_bodies(
+    materials: Materials,
+    [d, w]: [f64; 2],
+    cells: [[usize; 2]; 2],
+    turned: f64,
+) -> Result<[Body; 2], Box<dyn std::error::Error>> {
     let moved = |c: usize| {
         let sign = if c == 0 { -1.0 } else { 1.0 };
         Some(ScalarData::function(move |x: Vector| -d * x[c] / C + sign * w * x[1 - c]))
     };
-    let turn = [0.0, 360.0];
-    let inner = body(materials[0], [A, B], turn, cells, BoundaryConditions::new().fix("inner"))?;
-    let outer = body(
-        materials[1],
-        [B, C],
-        turn,
-        cells,
-        BoundaryConditions::new().displace("outer", moved(0), moved(1)),
-    )?;
-    paired(inner, outer)
+    let held = BoundaryConditions::new().fix("inner");
+    let inner = body(materials[0], [A, B], [0.0, 360.0], cells[0], held)?;
+    let pushed = BoundaryConditions::new().displace("outer", moved(0), moved(1));
+    let outer = body(materials[1], [B, C], [turned, turned + 360.0], cells[1], pushed)?;
+    Ok([inner, outer])
+}
+
+/// The exact solutions of [`whole`], but for the outer ring's rotation: pressures in the hole and outside that give the
+/// imposed displacements.
+pub fn whole_exact(materials: Materials, d: f64) -> [Lame; 2] {
+    let p = whole_pressure(materials, d);
+    let hole = |q: f64| Lame::new([A, B], [q, p]).radial(materials[0], A);
+    let outer = |q: f64| Lame::new([B, C], [p, q]).radial(materials[1], C) + d;
+    let zero = |f: &dyn Fn(f64) -> f64| f(0.0) / (f(0.0) - f(1.0));
+    exact(p, zero(&hole), zero(&outer))
+}
+
+/// The bodies of [`sliding`], each with its own angles and cells.
+///
+/// # Errors
+/// None, for sensible numbers.
+pub fn sliding_bodies(
+    materials: Materials,
+    push: Vector,
+    sectors: [[f64; 2]; 2],
+    cells: [[usize; 2]; 2],
+) -> Result<[Body; 2], Box<dyn std::error::Error>> {
+    let inner = body(materials[0], [A, B], sectors[0], cells[0], BoundaryConditions::new().fix("inner"))?;
+    let moved = BoundaryConditions::new().displace("outer", Some(push[0].into()), Some(push[1].into()));
+    let outer = body(materials[1], [B, C], sectors[1], cells[1], moved)?;
+    Ok([inner, outer])
 }
 
 /// The exact pressure of [`whole`]: of pressures in the hole and outside, those that give the imposed displacements.
@@ -139,10 +188,7 @@ pub fn sliding(
     push: Vector,
     cells: [usize; 2],
 ) -> Result<ContactProblem, Box<dyn std::error::Error>> {
-    let sector = [40.0, 140.0];
-    let inner = body(materials[0], [A, B], sector, cells, BoundaryConditions::new().fix("inner"))?;
-    let moved = BoundaryConditions::new().displace("outer", Some(push[0].into()), Some(push[1].into()));
-    let outer = body(materials[1], [B, C], sector, cells, moved)?;
+    let [inner, outer] = sliding_bodies(materials, push, [[40.0, 140.0]; 2], [cells; 2])?;
     paired(inner, outer)
 }
 

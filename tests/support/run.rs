@@ -5,8 +5,10 @@ use fem_core::assembly::System;
 use fem_core::body::Body;
 use fem_core::condensation::CondensedBody;
 use fem_core::geometry::{Vector, cross, scale, sub};
-use fem_core::interface::common_refinement::{Changes, CommonRefinement, common_refinement};
-use fem_core::interface::{ContactInterface, ContactProblem, ContactState, Gap, InterfaceSide};
+use fem_core::interface::common_refinement::{Changes, common_refinement};
+use fem_core::interface::{
+    ContactInterface, ContactNormal, ContactProblem, ContactState, Gap, InterfaceSide,
+};
 use fem_core::norm::energy_norm_squared;
 use fem_core::quadrature::RADON7;
 use fem_core::tensor::SymTensor2;
@@ -82,10 +84,22 @@ pub fn certify_with(
 pub fn refined_in_common(
     bodies: [Body; 2],
 ) -> Result<(ContactProblem, Option<Changes>), Box<dyn std::error::Error>> {
-    let surfaces = ["bottom", "top"];
-    let CommonRefinement { bodies, changes, .. } = common_refinement(bodies, surfaces)?;
-    let interface = ContactInterface::pair(&bodies[0], &bodies[1], surfaces, &Gap::Given(0.0.into()))?;
-    Ok((ContactProblem { bodies, interface }, changes))
+    paired_in_common(bodies, ["bottom", "top"], &Gap::Given(0.0.into()), ContactNormal::Averaged)
+}
+
+/// Pairs two surfaces after a common refinement.
+///
+/// # Errors
+/// Surfaces that have none.
+pub fn paired_in_common(
+    bodies: [Body; 2],
+    surfaces: [&str; 2],
+    gap: &Gap,
+    normal: ContactNormal,
+) -> Result<(ContactProblem, Option<Changes>), Box<dyn std::error::Error>> {
+    let common = common_refinement(bodies, surfaces, normal)?;
+    let interface = ContactInterface::pair_refined(&common, surfaces, gap, normal)?;
+    Ok((ContactProblem { bodies: common.bodies, interface }, common.changes))
 }
 
 struct Recorder {

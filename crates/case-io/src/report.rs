@@ -196,6 +196,9 @@ pub struct Results {
     pub contact_force: f64,
     /// Stretches in contact, by arc length, m.
     pub contact_intervals: Vec<[f64; 2]>,
+    /// Each stretch of the contact line.
+    #[serde(default)]
+    pub contact_stretches: Vec<ContactStretch>,
     /// Largest mean pressure of an interface edge, Pa.
     pub max_pressure: f64,
     /// Smallest opening, m.
@@ -208,6 +211,23 @@ pub struct Results {
     pub max_displacement: f64,
     /// Largest equivalent stress, Pa.
     pub max_von_mises: Option<f64>,
+}
+
+/// One stretch of the contact line.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ContactStretch {
+    /// Arc length of its first and last pair, m.
+    pub s: [f64; 2],
+    /// Number of pairs.
+    pub pairs: usize,
+    /// Length, m.
+    pub length: f64,
+    /// `Σ r²_i` on it, N/m.
+    pub contact_force: f64,
+    /// Largest mean pressure of an edge, Pa.
+    pub max_pressure: f64,
+    /// Smallest opening, m.
+    pub min_gap: f64,
 }
 
 /// The reaction of one support, N/m.
@@ -369,8 +389,8 @@ pub(crate) mod tests {
         );
         assert_eq!(
             keys(&value["results"]),
-            "energy_norm_squared contact_force contact_intervals max_pressure min_gap reactions balance \
-             max_displacement max_von_mises"
+            "energy_norm_squared contact_force contact_intervals contact_stretches max_pressure min_gap \
+             reactions balance max_displacement max_von_mises"
         );
         assert_eq!(keys(&value["results"]["reactions"][0]), "body on fx fy");
         assert_eq!(keys(&value["timings"]), "mesh assembly factorisation iterations estimate write total");

@@ -44,6 +44,6 @@ pub use bounds::Bounds;
 pub use checkpoint::{Checkpoint, FinerMesh};
 pub use history::{Row, Step};
 pub use observer::{Observer, Phase, Silent};
-pub use results::{Reaction, Results};
+pub use results::{Reaction, Results, Stretch};
 pub use settings::{Criterion, Imposed, Settings};
 pub use solve::{CertifiedSolution, RoleReason, SolveError, solve};

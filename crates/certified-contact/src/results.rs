@@ -19,6 +19,24 @@ pub struct Reaction {
     pub force: Vector,
 }
 
+/// One stretch of a contact line that may consist of several.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Stretch {
+    /// Where it begins and ends, by the arc length of its first and last pair, m.
+    pub s: [f64; 2],
+    /// Number of pairs.
+    pub pairs: usize,
+    /// Length, m; of one that closes on itself with its last edge.
+    pub length: f64,
+    /// `Σ r²_i`, N/m.
+    pub contact_force: f64,
+    /// Largest mean pressure of an edge, Pa.
+    pub max_pressure: f64,
+    /// Smallest opening, m.
+    pub min_gap: f64,
+}
+
 /// What comes out of a run; arrays by body in the order of the problem handed to [`crate::solve`].
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -29,6 +47,8 @@ pub struct Results {
     pub contact_force: f64,
     /// Stretches of arc length under pressure, m.
     pub contact_intervals: Vec<[f64; 2]>,
+    /// The same of each stretch of the contact line.
+    pub contact_stretches: Vec<Stretch>,
     /// Largest mean pressure of an interface edge, Pa.
     pub max_pressure: f64,
     /// Smallest opening, m.
@@ -72,6 +92,7 @@ pub(crate) fn results(
         energy_norm_squared: order.map(|b| energies[b]),
         contact_force: iterate.contact_force(),
         contact_intervals: intervals(problem, iterate),
+        contact_stretches: stretches(problem, iterate, pair),
         max_pressure: largest(&mut interface.edges().iter().map(mean)),
         min_gap: pair.opening.iter().copied().fold(f64::INFINITY, f64::min),
         reactions,
@@ -81,16 +102,51 @@ pub(crate) fn results(
     }
 }
 
-/// Finds the stretches of arc length whose nodes carry a contact force.
-fn intervals(problem: &ContactProblem, iterate: &Iterate) -> Vec<[f64; 2]> {
-    let pairs = problem.interface.pairs();
-    let mut joined = vec![false; pairs.len()];
+/// Adds up what each stretch of the contact line carries: pairs that follow each other and are joined by edges.
+fn stretches(problem: &ContactProblem, iterate: &Iterate, pair: &AdmissiblePair) -> Vec<Stretch> {
+    let interface = &problem.interface;
+    let joined = joined(problem);
+    let mut number = Vec::with_capacity(joined.len());
+    let mut found: Vec<Stretch> = Vec::new();
+    for (k, p) in interface.pairs().iter().enumerate() {
+        if !joined[k] {
+            let s = [p.arc_length; 2];
+            let (length, contact_force, max_pressure) = (0.0, 0.0, 0.0);
+            found.push(Stretch { s, pairs: 0, length, contact_force, max_pressure, min_gap: f64::INFINITY });
+        }
+        number.push(found.len() - 1);
+        if let Some(last) = found.last_mut() {
+            last.s[1] = p.arc_length;
+            last.pairs += 1;
+            last.contact_force += iterate.contact.normal_reaction[k];
+            last.min_gap = last.min_gap.min(pair.opening[k]);
+        }
+    }
+    for edge in interface.edges() {
+        let [i, j] = edge.pairs.map(|k| k as usize);
+        let stretch = &mut found[number[i]];
+        stretch.length += edge.length;
+        stretch.max_pressure = stretch.max_pressure.max(0.5 * (pair.pressure[i] + pair.pressure[j]));
+    }
+    found
+}
+
+/// Tells of each pair whether an edge joins it to the one before.
+fn joined(problem: &ContactProblem) -> Vec<bool> {
+    let mut joined = vec![false; problem.interface.pairs().len()];
     for edge in problem.interface.edges() {
         let [i, j] = edge.pairs.map(|k| k as usize);
         if j == i + 1 {
             joined[j] = true;
         }
     }
+    joined
+}
+
+/// Finds the stretches of arc length whose nodes carry a contact force.
+fn intervals(problem: &ContactProblem, iterate: &Iterate) -> Vec<[f64; 2]> {
+    let pairs = problem.interface.pairs();
+    let joined = joined(problem);
     let mut found: Vec<[f64; 2]> = Vec::new();
     let mut open = false;
     for (k, pair) in pairs.iter().enumerate() {

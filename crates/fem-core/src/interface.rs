@@ -10,6 +10,7 @@ mod refinement;
 use crate::body::Body;
 use crate::boundary::ScalarData;
 use crate::geometry::{Vector, add, dot, norm, scale, sub};
+use common_refinement::CommonRefinement;
 use thiserror::Error;
 
 pub use refinement::{RefineError, RefinedProblem};
@@ -277,7 +278,21 @@ impl ContactInterface {
         gap: &Gap,
         normal: ContactNormal,
     ) -> Result<Self, InterfaceError> {
-        pairing::pair([first, second], surfaces, gap, normal)
+        pairing::pair([first, second], surfaces, gap, normal, None)
+    }
+
+    /// Pairs the surfaces of two bodies that were refined in common, with the same `surfaces` and `normal`.
+    ///
+    /// # Errors
+    /// See [`Self::pair`].
+    pub fn pair_refined(
+        common: &CommonRefinement,
+        surfaces: [&str; 2],
+        gap: &Gap,
+        normal: ContactNormal,
+    ) -> Result<Self, InterfaceError> {
+        let [first, second] = &common.bodies;
+        pairing::pair([first, second], surfaces, gap, normal, Some(&common.facing))
     }
 
     /// Returns the pairs by increasing arc length.
@@ -320,6 +335,14 @@ impl ContactInterface {
     /// Tells whether the normal changes along any edge.
     pub fn has_bent_edges(&self) -> bool {
         self.edges.iter().any(|e| self.is_bent(e))
+    }
+
+    /// Finds the corner of the first body's contact surface that turns most: where, and by how many degrees.
+    ///
+    /// * `first`: the first body.
+    pub fn sharpest_corner(&self, first: &Body) -> Option<(Vector, f64)> {
+        let corner = normals::sharpest_turn(first, self.edges.iter().map(|e| e.edges[0]));
+        corner.map(|(point, cosine)| (point, cosine.acos().to_degrees()))
     }
 
     /// Computes the middle Bernstein coefficient of the opening along an edge, m:

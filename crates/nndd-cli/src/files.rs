@@ -8,8 +8,8 @@ use crate::run::Solved;
 use case_io::Case;
 use case_io::output::OutputDirectory;
 use case_io::report::{
-    BodySummary, Bounds, Certificate, Checks, ContactSummary, IterationRow, Reaction, Report, Results,
-    SCHEMA, Split, Timings,
+    BodySummary, Bounds, Certificate, Checks, ContactStretch, ContactSummary, IterationRow, Reaction, Report,
+    Results, SCHEMA, Split, Timings,
 };
 use case_io::table::{self, ContactRow};
 use case_io::vtu::{self, PvdEntry, VtuArray, VtuCells, VtuData, VtuError, VtuMesh};
@@ -115,10 +115,19 @@ fn results(case: &Case, solution: &CertifiedSolution) -> Results {
         fx: reaction.force[0],
         fy: reaction.force[1],
     });
+    let stretches = r.contact_stretches.iter().map(|s| ContactStretch {
+        s: s.s,
+        pairs: s.pairs,
+        length: s.length,
+        contact_force: s.contact_force,
+        max_pressure: s.max_pressure,
+        min_gap: s.min_gap,
+    });
     Results {
         energy_norm_squared: r.energy_norm_squared,
         contact_force: r.contact_force,
         contact_intervals: r.contact_intervals.clone(),
+        contact_stretches: stretches.collect(),
         max_pressure: r.max_pressure,
         min_gap: r.min_gap,
         reactions: reactions.collect(),

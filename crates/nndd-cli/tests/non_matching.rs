@@ -1,7 +1,7 @@
 //! Cases whose surfaces do not match, as a user runs them: the note, the result, matching cases untouched.
 
 // All of this is test code: a failed unwrap is a failed test.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::panic)]
 
 use case_io::report::Report;
 use std::path::Path;
@@ -37,4 +37,39 @@ fn the_note_is_said_by_check_and_solve_and_written_down() {
     assert_eq!(swept.status.code(), Some(0), "{}", String::from_utf8_lossy(&swept.stderr));
     let matching = nndd("check", "paper.toml", &[], temp.path());
     assert!(!String::from_utf8_lossy(&matching.stderr).contains("note:"));
+}
+
+#[test]
+fn bent_lines_of_different_counts_are_solved_and_each_stretch_has_its_results() {
+    let temp = tempfile::tempdir().unwrap();
+    let changed = ["--out", "out", "--set", "body.0.generator.cells=[23, 10]"];
+    let solved = nndd("solve", "rings.toml", &changed, temp.path());
+    let said = String::from_utf8_lossy(&solved.stderr).into_owned();
+    assert_eq!(solved.status.code(), Some(0), "{said}");
+    assert!(said.contains("the gap is measured between smooth curves"), "{said}");
+    let text = std::fs::read_to_string(temp.path().join("out/report.json")).unwrap();
+    let report = Report::from_json(&text).unwrap();
+    assert!(report.certificate.valid);
+    // Lame's pressure, as rings.toml says.
+    let [stretch] = &report.results.contact_stretches[..] else { panic!("{text}") };
+    let mean = stretch.contact_force / stretch.length;
+    assert!((mean / 7.208947 - 1.0).abs() < 1e-3, "{mean}");
+    assert!((stretch.max_pressure / 7.208947 - 1.0).abs() < 0.05, "{stretch:?}");
+    assert_eq!((stretch.pairs, stretch.length), (report.contact[0].pairs, report.contact[0].length));
+    assert!((stretch.contact_force / report.results.contact_force - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn a_corner_of_the_contact_line_gets_a_note() {
+    let temp = tempfile::tempdir().unwrap();
+    let cells = |n: &str| {
+        let set = |b: usize| format!("body.{b}.generator.cells=[{n}, 2]");
+        let checked = nndd("check", "rings.toml", &["--set", &set(0), "--set", &set(1)], temp.path());
+        (checked.status.code(), String::from_utf8_lossy(&checked.stderr).into_owned())
+    };
+    let (code, said) = cells("2");
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.contains("the contact line turns by 45.0 degrees at (1.06"), "{said}");
+    let (code, said) = cells("4");
+    assert!(code == Some(0) && !said.contains("turns by"), "{said}");
 }

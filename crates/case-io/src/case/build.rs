@@ -57,25 +57,26 @@ impl Case {
     /// Surfaces that cannot be paired, at the place of the key that causes it, and a `solver.lambda` that is not finite
     /// at one of their nodes.
     pub fn build_interface(&self, first: &Body, second: &Body) -> Result<ContactInterface, CaseError> {
-        let interface = self
-            .pair([first, second])?
-            .map_err(|error| CaseError::from(self.interface_diagnostic(&error)))?;
+        let interface =
+            self.pair([first, second]).map_err(|error| CaseError::from(self.interface_diagnostic(&error)))?;
         self.check_lambda([first, second], &interface)?;
         Ok(interface)
     }
 
-    /// Pairs the surfaces; the inner error is fem-core's.
-    pub(super) fn pair(
-        &self,
-        [first, second]: [&Body; 2],
-    ) -> Result<Result<ContactInterface, InterfaceError>, CaseError> {
+    /// What the case says of gap and normal.
+    pub(super) fn gap_and_normal(&self) -> (Gap, ContactNormal) {
         let gap = match self.contact.geometric {
             true => Gap::Geometric,
             false => Gap::Given(self.contact.gap.scalar()),
         };
-        let normal = self.contact.normal.map_or(ContactNormal::Averaged, ContactNormal::Fixed);
+        (gap, self.contact.normal.map_or(ContactNormal::Averaged, ContactNormal::Fixed))
+    }
+
+    /// Pairs the surfaces.
+    pub(super) fn pair(&self, [first, second]: [&Body; 2]) -> Result<ContactInterface, InterfaceError> {
+        let (gap, normal) = self.gap_and_normal();
         let [a, b] = &self.contact.surfaces;
-        Ok(ContactInterface::pair_along(first, second, [a, b], &gap, normal))
+        ContactInterface::pair_along(first, second, [a, b], &gap, normal)
     }
 
     /// Brings an error of a body's boundary conditions back to the condition's key.

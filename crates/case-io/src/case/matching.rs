@@ -2,41 +2,63 @@
 
 use super::Case;
 use crate::diagnostic::{CaseError, Diagnostic, code};
-use fem_core::interface::ContactProblem;
 use fem_core::interface::common_refinement::{Changes, CommonRefinementError, common_refinement};
+use fem_core::interface::{ContactInterface, ContactProblem};
+
+/// Surfaces whose edges are farther from a smooth curve, in their lengths, are bent.
+const BENT: f64 = 1e-6;
+/// Corners of the contact line from this angle on, in degrees, get a note.
+const CORNER: f64 = 30.0;
 
 impl Case {
-    /// Makes the contact problem, bodies in the file's order. Contact surfaces that do not match node by node get a common
+    /// Makes the contact problem, bodies in the file's order. A corner of the contact line gets a note. Contact surfaces that do not match node by node get a common
     /// refinement, and the case a note that says what that changed.
     ///
     /// # Errors
     /// See [`Case::build_bodies`] and [`Case::build_interface`]; surfaces without a common refinement.
     pub fn build_problem(&mut self) -> Result<ContactProblem, CaseError> {
         let problem = self.build_matching()?;
+        self.note_corner(&problem);
         self.check_lambda([&problem.bodies[0], &problem.bodies[1]], &problem.interface)?;
         Ok(problem)
     }
 
+    /// Says how the normal is chosen at a corner of the contact line.
+    fn note_corner(&mut self, problem: &ContactProblem) {
+        if self.contact.normal.is_some() {
+            return;
+        }
+        let corner = problem.interface.sharpest_corner(&problem.bodies[0]);
+        if let Some(([x, y], degrees)) = corner.filter(|c| c.1 > CORNER) {
+            self.add_note(format!(
+                "the contact line turns by {degrees:.1} degrees at ({x}, {y}): the contact normal there is the mean of its two \
+                 edges' normals, weighted by their lengths; finer edges round the corner off, `contact.normal` gives one \
+                 direction, and more than 60 degrees are refused"
+            ));
+        }
+    }
+
     fn build_matching(&mut self) -> Result<ContactProblem, CaseError> {
         let bodies = self.build_bodies()?;
-        let mismatch = match self.pair([&bodies[0], &bodies[1]])? {
+        match self.pair([&bodies[0], &bodies[1]]) {
             Ok(interface) => return Ok(ContactProblem { bodies, interface }),
-            Err(error) if error.is_mismatch() => error,
+            Err(error) if error.is_mismatch() => {}
             Err(error) => return Err(self.interface_diagnostic(&error).into()),
-        };
-        let [a, b] = &self.contact.surfaces;
-        let common = common_refinement(bodies, [a, b])
-            .map_err(|error| CaseError::from(self.refinement_diagnostic(&error)))?;
-        // Nodes that face each other and do not match stand too far apart.
-        let changes = common.changes.ok_or_else(|| CaseError::from(self.interface_diagnostic(&mismatch)))?;
-        let bodies = common.bodies;
-        match self.pair([&bodies[0], &bodies[1]])? {
-            Ok(interface) => {
-                self.add_note(self.changes_note(&changes));
-                Ok(ContactProblem { bodies, interface })
-            }
-            Err(error) => Err(self.interface_diagnostic(&error).into()),
         }
+        let (gap, normal) = self.gap_and_normal();
+        let [a, b] = &self.contact.surfaces;
+        let common = common_refinement(bodies, [a, b], normal)
+            .map_err(|error| CaseError::from(self.refinement_diagnostic(&error)))?;
+        let interface = ContactInterface::pair_refined(&common, [a, b], &gap, normal)
+            .map_err(|error| CaseError::from(self.interface_diagnostic(&error)))?;
+        if let Some(changes) = &common.changes {
+            let mut note = self.changes_note(changes);
+            if self.contact.geometric && common.facing.iter().any(|f| f.sagitta > BENT * f.spacing) {
+                note += "; the gap is measured between smooth curves through the nodes of each";
+            }
+            self.add_note(note);
+        }
+        Ok(ContactProblem { bodies: common.bodies, interface })
     }
 
     fn changes_note(&self, changes: &Changes) -> String {
@@ -66,7 +88,6 @@ impl Case {
     fn refinement_diagnostic(&self, error: &CommonRefinementError) -> Diagnostic {
         let (path, body) = match error {
             CommonRefinementError::NoSurface { body, .. }
-            | CommonRefinementError::Closed { body, .. }
             | CommonRefinementError::Mesh { body, .. }
             | CommonRefinementError::Body { body, .. } => (format!("contact.surfaces.{body}"), Some(*body)),
             _ => ("contact.surfaces".to_owned(), None),

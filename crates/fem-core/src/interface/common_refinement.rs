@@ -5,6 +5,7 @@
 //!
 //! 1. **Project.** Both surfaces are measured by the arc length `s` of the one with fewer edges, with its averaged normals
 //!    `n(s)`: a point `q` has the `s` for which `q − r(s)` is along `n(s)`.
+//!    Lines that close on themselves are first opened at a node that both have, made if there is none.
 //! 2. **Snap.** Nodes closer than 0.2 of the smaller edge next to them become one: the one with the longer edges slides
 //!    along its own surface, onto the other. Ends, corners, supported nodes and nodes where a group of edges or a material
 //!    begins do not slide; no triangle loses more than 70 % of its area.
@@ -14,8 +15,12 @@
 //!
 //! Where only a part of the surfaces faces each other, it becomes the contact surface: the group of edges keeps that part,
 //! and the rest is free. Conditions pass on to the parts of their edges ([`Body::refined`]), so the problem is the same.
-//! The result does not depend on the order of the two bodies. On curved surfaces a node that slides cuts its polygon's
-//! corner anew, a change of the order of the polygon's own distance from the curve.
+//! The result does not depend on the order of the two bodies.
+//!
+//! On curved surfaces the normals are those of the line on which both are measured, before the cuts (the cut polygon has
+//! edges in a row, whose averaged normals would be edge normals and lock), and gaps are measured between smooth curves
+//! through the nodes: two polygons on one circle are apart by the square of their edges, more than bodies are deformed. A
+//! node that slides cuts its polygon's corner anew, a change of the order of the polygon's own distance from the curve.
 //!
 //! Source: the common refinement of Jiao and Heath 2004, here by insertion into the meshes themselves, so that the pairs
 //! match and the constitutive relation error remains a bound.
@@ -24,8 +29,9 @@ mod chain;
 mod curve;
 mod cut;
 mod overlap;
+mod seam;
 
-use super::InterfaceError;
+use super::{ContactNormal, InterfaceError};
 use crate::body::{Body, BodyError};
 use crate::geometry::Vector;
 use crate::mesh::refine::{Refinement, RefinementEdges};
@@ -84,18 +90,6 @@ pub enum CommonRefinementError {
         /// Where.
         point: Vector,
     },
-    /// A contact line without ends.
-    #[error(
-        "the contact surface of body {body} closes on itself at ({}, {}); this version refines open lines only: use \
-         matching meshes",
-        point[0], point[1]
-    )]
-    Closed {
-        /// 0 or 1.
-        body: usize,
-        /// One of its nodes.
-        point: Vector,
-    },
     /// The cut mesh is too large, or its triangles are too small for floating-point numbers.
     #[error("the mesh of body {body}, cut at the other side's nodes: {source}")]
     Mesh {
@@ -130,11 +124,31 @@ pub struct Changes {
     pub free: [f64; 2],
 }
 
+/// Two nodes that face each other, one of each body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Facing {
+    /// Node of the first and of the second body.
+    pub nodes: [u32; 2],
+    /// Unit normal out of the first body: that of the surface on which both are measured, linear between the averages at its
+    /// nodes before the cuts.
+    pub normal: Vector,
+    /// Distance along the normal, m, negative where the surfaces overlap: of smooth curves through the nodes that each surface
+    /// had before the cuts. Between polygons it would be wrong by the square of their edges.
+    pub gap: f64,
+    /// How far the two polygons are from such curves at most, added up, m.
+    pub sagitta: f64,
+    /// The shorter of the two edges before the cuts, m.
+    pub spacing: f64,
+}
+
 /// Two bodies whose contact surfaces match.
 #[derive(Clone, Debug)]
 pub struct CommonRefinement {
     /// The bodies, in the order given.
     pub bodies: [Body; 2],
+    /// The nodes of the contact surfaces that face each other.
+    pub facing: Vec<Facing>,
     /// What was done to them; `None`: nothing.
     pub changes: Option<Changes>,
 }
@@ -142,23 +156,34 @@ pub struct CommonRefinement {
 impl InterfaceError {
     /// Tells whether the surfaces failed to match node by node, so that [`common_refinement`] may help.
     pub fn is_mismatch(&self) -> bool {
-        matches!(self, Self::NotMatching { .. } | Self::EdgeWithoutPartner { .. })
+        matches!(
+            self,
+            Self::NotMatching { .. }
+                | Self::EdgeWithoutPartner { .. }
+                | Self::Counts { .. }
+                | Self::Offset { .. }
+        )
     }
 }
 
 /// Makes the contact surfaces of two bodies match.
 ///
 /// * `surfaces`: the edge group of the first and of the second body.
+/// * `normal`: nodes are carried over along it.
 ///
 /// # Errors
 /// Surfaces that nowhere face each other, nodes that are too close and cannot move, see [`CommonRefinementError`].
 pub fn common_refinement(
-    bodies: [Body; 2],
+    mut bodies: [Body; 2],
     surfaces: [&str; 2],
+    normal: ContactNormal,
 ) -> Result<CommonRefinement, CommonRefinementError> {
-    let chains = [chains(&bodies[0], 0, surfaces[0])?, chains(&bodies[1], 1, surfaces[1])?];
+    let mut chains = [chains(&bodies[0], 0, surfaces[0])?, chains(&bodies[1], 1, surfaces[1])?];
     let reference = reference(&bodies, &chains);
-    let mut overlaps = overlap::find(&bodies, &chains, reference)?;
+    let before = [0, 1].map(|b| surface_angle(&bodies[b], surfaces[b]));
+    let nodes = [0, 1].map(|b| bodies[b].mesh().points().len());
+    let slid = seam::open(&mut bodies, &mut chains, reference, normal)?;
+    let mut overlaps = overlap::find(&bodies, &chains, reference, normal)?;
     if overlaps.is_empty() {
         return Err(CommonRefinementError::NoOverlap {
             points: [0, 1].map(|b| centre(&bodies[b], &chains[b])),
@@ -168,8 +193,6 @@ pub fn common_refinement(
     for overlap in &mut overlaps {
         overlap::snap(overlap, &bodies, &mut moved)?;
     }
-    let before = [0, 1].map(|b| surface_angle(&bodies[b], surfaces[b]));
-    let nodes = [0, 1].map(|b| bodies[b].mesh().points().len());
     let [first, second] = bodies;
     let mut sides = [side(first, 0, &moved[0])?, side(second, 1, &moved[1])?];
     cut::cut_all(&mut sides, &mut overlaps, reference)?;
@@ -179,26 +202,20 @@ pub fn common_refinement(
     let bodies = [first, second];
     let changes = Changes {
         added: [0, 1].map(|b| bodies[b].mesh().points().len() - nodes[b]),
-        snapped: [0, 1].map(|b| moved[b].len()),
+        snapped: [0, 1].map(|b| moved[b].len() + slid[b]),
         angle_before: before,
         smallest_angle: [0, 1].map(|b| surface_angle(&bodies[b], surfaces[b])),
         free: [free_0, free_1],
     };
     let nothing = changes.added == [0; 2] && changes.snapped == [0; 2] && changes.free == [0.0; 2];
-    Ok(CommonRefinement { bodies, changes: (!nothing).then_some(changes) })
+    let facing = overlaps.iter().flat_map(Overlap::facing).collect();
+    Ok(CommonRefinement { bodies, facing, changes: (!nothing).then_some(changes) })
 }
 
 fn chains(body: &Body, number: usize, group: &str) -> Result<Vec<Chain>, CommonRefinementError> {
     let fault = || CommonRefinementError::NoSurface { body: number, group: group.to_string() };
     let edges = body.mesh().group(group).filter(|edges| !edges.is_empty()).ok_or_else(fault)?;
-    let chains = chain::chains(body.mesh(), edges).ok_or_else(fault)?;
-    match chains.iter().find(|c| c.is_closed()) {
-        Some(chain) => {
-            let point = body.mesh().points()[chain.nodes[0] as usize];
-            Err(CommonRefinementError::Closed { body: number, point })
-        }
-        None => Ok(chains),
-    }
+    chain::chains(body.mesh(), edges).ok_or_else(fault)
 }
 
 /// Chooses the surface on which both are measured: the one with fewer edges, of as many the one that comes first in space,
@@ -227,16 +244,23 @@ fn surface_angle(body: &Body, group: &str) -> f64 {
 }
 
 /// Moves the nodes that were snapped.
+fn with_moved(
+    body: Body,
+    number: usize,
+    moved: &HashMap<u32, Vector>,
+) -> Result<Body, CommonRefinementError> {
+    if moved.is_empty() {
+        return Ok(body);
+    }
+    let mut points = body.mesh().points().to_vec();
+    for (&node, &point) in moved {
+        points[node as usize] = point;
+    }
+    replaced(&body, number, points, None)
+}
+
 fn side(body: Body, number: usize, moved: &HashMap<u32, Vector>) -> Result<Side, CommonRefinementError> {
-    let body = if moved.is_empty() {
-        body
-    } else {
-        let mut points = body.mesh().points().to_vec();
-        for (&node, &point) in moved {
-            points[node as usize] = point;
-        }
-        replaced(&body, number, points, None)?
-    };
+    let body = with_moved(body, number, moved)?;
     let refinement_edges = RefinementEdges::longest(body.mesh());
     Ok(Side { body, refinement_edges })
 }

@@ -1,12 +1,14 @@
 //! Finds, for each node of the first body's contact surface, the second body's node that faces it.
 
 use super::InterfaceError;
+use super::common_refinement::Facing;
+use super::pairing::middle;
 use crate::body::Body;
 use crate::geometry::{self, Vector, norm, sub};
 use std::collections::HashMap;
 
 /// Paired nodes may stand this fraction of the local edge length apart where the gap is given.
-const TOLERANCE: f64 = 0.05;
+pub(super) const TOLERANCE: f64 = 0.05;
 
 /// One stretch of the contact line: nodes in order, and the edges between them.
 pub(super) struct Stretch {
@@ -89,6 +91,25 @@ pub(super) fn nearest(
         let nodes: Vec<u32> = partner.keys().copied().collect();
         let distance = Grid::new(bodies[0], &nodes).nearest(point).1;
         return Err(InterfaceError::NotMatching { body: 1, point, distance, spacing: spacing[1][&node] });
+    }
+    Ok(partner)
+}
+
+/// Takes the partners that a common refinement found.
+pub(super) fn refined(
+    body: &Body,
+    chain: &[Stretch],
+    facing: &HashMap<u32, &Facing>,
+) -> Result<HashMap<u32, u32>, InterfaceError> {
+    let mut partner = HashMap::new();
+    for stretch in chain {
+        for (k, node) in stretch.nodes.iter().enumerate() {
+            let Some(found) = facing.get(node) else {
+                let edge = stretch.edges[k.min(stretch.edges.len() - 1)];
+                return Err(InterfaceError::EdgeWithoutPartner { body: 0, point: middle(body, edge) });
+            };
+            partner.insert(*node, found.nodes[1]);
+        }
     }
     Ok(partner)
 }

@@ -3,11 +3,13 @@
 //! The normal is a frozen field `n(s) = Σ φ_i n_i`, linear between unit normals at the nodes. Edge normals would lock: two
 //! matching polygons interlock at their corners under linearised kinematics.
 
+use super::common_refinement::Facing;
 use super::matching::Stretch;
 use super::pairing::middle;
 use super::{ContactEdge, ContactNormal, InterfaceError, Pair};
 use crate::body::{Body, NodeConstraint};
 use crate::geometry::{Vector, add, cross, dot, norm, perpendicular, scale};
+use std::collections::HashMap;
 
 /// A line whose edge normals differ by no more (sine of the angle) is straight.
 const STRAIGHT: f64 = 1e-6;
@@ -19,12 +21,15 @@ const TURN: f64 = 0.5;
 const SUPPORT: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// Sets tributary lengths and normals of all pairs.
+///
+/// * `facing`: the normals that a common refinement found; averages of cut surfaces would be edge normals.
 pub(super) fn choose(
     bodies: [&Body; 2],
     chain: &[Stretch],
     pairs: &mut [Pair],
     edges: &[ContactEdge],
     normal: ContactNormal,
+    facing: Option<&HashMap<u32, &Facing>>,
 ) -> Result<(), InterfaceError> {
     for edge in edges {
         for pair in edge.pairs {
@@ -41,7 +46,14 @@ pub(super) fn choose(
             for stretch in chain {
                 let (last_pair, last_edge) =
                     (first_pair + stretch.nodes.len(), first_edge + stretch.edges.len());
-                averaged(bodies[0], pairs, first_pair..last_pair, &edges[first_edge..last_edge])?;
+                let found = &edges[first_edge..last_edge];
+                match facing {
+                    Some(facing) => {
+                        check_corners(bodies[0], found)?;
+                        frozen(bodies[0], &mut pairs[first_pair..last_pair], found, facing);
+                    }
+                    None => averaged(bodies[0], pairs, first_pair..last_pair, found)?,
+                }
                 (first_pair, first_edge) = (last_pair, last_edge);
             }
         }
@@ -70,6 +82,44 @@ fn given(body: &Body, edges: &[ContactEdge], direction: Vector) -> Result<Vector
     Ok(unit)
 }
 
+/// Finds the sharpest turn between neighbouring edges of a body's side of the line: its place and the cosine of its angle.
+pub(super) fn sharpest_turn(body: &Body, edges: impl Iterator<Item = u32>) -> Option<(Vector, f64)> {
+    let mut before: HashMap<u32, Vector> = HashMap::new();
+    let mut sharpest: Option<(Vector, f64)> = None;
+    for edge in edges {
+        let normal = body.mesh().edge_normal(edge);
+        for node in body.mesh().topology().edges()[edge as usize] {
+            let Some(other) = before.insert(node, normal) else { continue };
+            let cosine = dot(other, normal).clamp(-1.0, 1.0);
+            if sharpest.is_none_or(|s| cosine < s.1) {
+                sharpest = Some((body.mesh().points()[node as usize], cosine));
+            }
+        }
+    }
+    sharpest
+}
+
+/// Refuses corners of more than 60 degrees.
+fn check_corners(body: &Body, edges: &[ContactEdge]) -> Result<(), InterfaceError> {
+    match sharpest_turn(body, edges.iter().map(|e| e.edges[0])) {
+        Some((point, cosine)) if cosine < TURN => {
+            Err(InterfaceError::Curved { point, degrees: cosine.acos().to_degrees() })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Takes the normals of a common refinement; on a straight stretch all are the first edge's.
+fn frozen(body: &Body, pairs: &mut [Pair], edges: &[ContactEdge], facing: &HashMap<u32, &Facing>) {
+    let common = body.mesh().edge_normal(edges[0].edges[0]);
+    for pair in pairs.iter_mut() {
+        pair.normal = facing.get(&pair.nodes[0]).map_or(common, |f| f.normal);
+    }
+    if pairs.iter().all(|p| cross(common, p.normal).abs() <= STRAIGHT && dot(common, p.normal) > 0.0) {
+        pairs.iter_mut().for_each(|p| p.normal = common);
+    }
+}
+
 /// Averages the edge normals at the nodes of one stretch; a straight one has a single normal.
 fn averaged(
     body: &Body,
@@ -83,20 +133,11 @@ fn averaged(
         pairs[stretch].iter_mut().for_each(|p| p.normal = common);
         return Ok(());
     }
-    let mut before: Vec<Option<Vector>> = vec![None; stretch.len()];
+    check_corners(body, edges)?;
     for edge in edges {
-        let normal = of(edge);
         for k in edge.pairs {
-            let k = k as usize;
-            let known = &mut before[k - stretch.start];
-            if known.is_some_and(|other| dot(other, normal) < TURN) {
-                let degrees =
-                    known.map_or(0.0, |other| dot(other, normal).clamp(-1.0, 1.0).acos().to_degrees());
-                let point = body.mesh().points()[pairs[k].nodes[0] as usize];
-                return Err(InterfaceError::Curved { point, degrees });
-            }
-            *known = Some(normal);
-            pairs[k].normal = add(pairs[k].normal, scale(edge.length, normal));
+            let pair = &mut pairs[k as usize];
+            pair.normal = add(pair.normal, scale(edge.length, of(edge)));
         }
     }
     for pair in &mut pairs[stretch] {

@@ -1,5 +1,6 @@
 //! Pairs two matching contact surfaces.
 
+use super::common_refinement::Facing;
 use super::matching::{self, Stretch};
 use super::{
     ContactEdge, ContactInterface, ContactNormal, Gap, InterfaceError, InterfaceSide, Pair, normals,
@@ -14,25 +15,35 @@ const OFFSET: f64 = 0.25;
 /// An overlap up to this fraction of the local edge length is rounding of coordinates.
 const OVERLAP: f64 = 1e-4;
 
+/// Pairs the surfaces.
+///
+/// * `facing`: the nodes that face each other, where a common refinement found them.
 pub(super) fn pair(
     bodies: [&Body; 2],
     surfaces: [&str; 2],
     gap: &Gap,
     normal: ContactNormal,
+    facing: Option<&[Facing]>,
 ) -> Result<ContactInterface, InterfaceError> {
     let edges = [surface(bodies[0], 0, surfaces[0])?, surface(bodies[1], 1, surfaces[1])?];
     let chain = matching::walk(bodies[0], edges[0]);
-    let partner = match gap {
-        Gap::Given(_) => matching::nearest(bodies, edges, &chain)?,
-        Gap::Geometric => matching::along(bodies, edges, &chain)?,
+    let facing: Option<HashMap<u32, &Facing>> =
+        facing.map(|all| all.iter().map(|f| (f.nodes[0], f)).collect());
+    let partner = match (&facing, gap) {
+        (Some(facing), _) => matching::refined(bodies[0], &chain, facing)?,
+        (None, Gap::Given(_)) => matching::nearest(bodies, edges, &chain)?,
+        (None, Gap::Geometric) => matching::along(bodies, edges, &chain)?,
     };
     let mut pairs = make_pairs(bodies, &chain, &partner);
     let number: HashMap<u32, u32> = pairs.iter().enumerate().map(|(k, p)| (p.nodes[0], k as u32)).collect();
     let edges = make_edges(bodies, edges, &chain, &partner, &number)?;
-    normals::choose(bodies, &chain, &mut pairs, &edges, normal)?;
+    normals::choose(bodies, &chain, &mut pairs, &edges, normal, facing.as_ref())?;
+    if let (Some(facing), Gap::Given(_)) = (&facing, gap) {
+        check_distances(bodies[0], facing)?;
+    }
     match gap {
         Gap::Given(data) => given_gap(bodies, &mut pairs, data)?,
-        Gap::Geometric => measured_gap(bodies, &mut pairs, &edges)?,
+        Gap::Geometric => measured_gap(bodies, &mut pairs, &edges, facing.as_ref())?,
     }
     let sides = sides(&pairs);
     Ok(ContactInterface { pairs, edges, sides, gap: gap.clone(), measured_on: 0 })
@@ -110,8 +121,30 @@ fn given_gap(bodies: [&Body; 2], pairs: &mut [Pair], data: &ScalarData) -> Resul
     Ok(())
 }
 
-/// Measures the gap of every pair along its normal, and reports the deepest overlap.
-fn measured_gap(bodies: [&Body; 2], pairs: &mut [Pair], edges: &[ContactEdge]) -> Result<(), InterfaceError> {
+/// Refuses surfaces refined in common that stand apart or overlap although the gap is given.
+fn check_distances(body: &Body, facing: &HashMap<u32, &Facing>) -> Result<(), InterfaceError> {
+    let excess = |f: &Facing| f.gap.abs() - matching::TOLERANCE * f.spacing - f.sagitta;
+    let worst =
+        facing.values().max_by(|a, b| excess(a).total_cmp(&excess(b)).then(a.nodes[0].cmp(&b.nodes[0])));
+    match worst.filter(|f| !(excess(f) <= 0.0)) {
+        Some(f) => Err(InterfaceError::NotMatching {
+            body: 0,
+            point: body.mesh().points()[f.nodes[0] as usize],
+            distance: f.gap.abs(),
+            spacing: f.spacing,
+        }),
+        None => Ok(()),
+    }
+}
+
+/// Measures the gap of every pair along its normal, and reports the deepest overlap. An overlap of surfaces refined in
+/// common that is within their polygons' distance from smooth curves is none.
+fn measured_gap(
+    bodies: [&Body; 2],
+    pairs: &mut [Pair],
+    edges: &[ContactEdge],
+    facing: Option<&HashMap<u32, &Facing>>,
+) -> Result<(), InterfaceError> {
     let mut spacing = vec![f64::INFINITY; pairs.len()];
     for edge in edges {
         for k in edge.pairs {
@@ -124,15 +157,17 @@ fn measured_gap(bodies: [&Body; 2], pairs: &mut [Pair], edges: &[ContactEdge]) -
     for (pair, spacing) in pairs.iter_mut().zip(spacing) {
         let [point, other] = [0, 1].map(|b| bodies[b].mesh().points()[pair.nodes[b] as usize]);
         let distance = sub(other, point);
+        let found = facing.and_then(|all| all.get(&pair.nodes[0]));
         let offset = cross(pair.normal, distance).abs();
-        if offset > OFFSET * spacing {
+        if found.is_none() && offset > OFFSET * spacing {
             return Err(InterfaceError::Offset { point, offset, spacing });
         }
-        let gap = dot(distance, pair.normal);
+        let gap = found.map_or_else(|| dot(distance, pair.normal), |f| f.gap);
+        let allowed = OVERLAP * spacing + found.map_or(0.0, |f| f.sagitta);
         if gap > size {
             return Err(InterfaceError::TooFar { point, distance: gap, size });
         }
-        if gap < -OVERLAP * spacing && deepest.is_none_or(|(_, depth, _)| -gap > depth) {
+        if gap < -allowed && deepest.is_none_or(|(_, depth, _)| -gap > depth) {
             deepest = Some((point, -gap, spacing));
         }
         pair.gap = gap.max(0.0);

@@ -9,10 +9,13 @@ use std::collections::HashMap;
 /// Cosine of the turn, 30 degrees, from which a node is a corner that stays where it is.
 const CORNER: f64 = 0.866;
 
-/// One stretch: its nodes in order; a closed one ends with the node it begins with.
+/// One stretch.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Chain {
+    /// In order; a closed one ends with the node it begins with.
     pub(super) nodes: Vec<u32>,
+    /// Whether its first node was inserted in an edge.
+    pub(super) inserted: bool,
 }
 
 impl Chain {
@@ -47,7 +50,7 @@ pub(super) fn chains(mesh: &TriMesh, surface: &[u32]) -> Option<Vec<Chain>> {
             node = to;
         }
         if chain.len() > 1 {
-            chains.push(Chain { nodes: chain });
+            chains.push(Chain { nodes: chain, inserted: false });
         }
     }
     chains.sort_by(|a, b| before(mesh, a.nodes[0], b.nodes[0]));

@@ -2,7 +2,11 @@
 
 use crate::geometry::{Vector, add, cross, dot, norm, perpendicular, right_normal, scale, sub};
 
-/// A polygon with a normal at each node, linear between them, and its arc length `s`.
+/// Sine of the turn below which a line is straight.
+const STRAIGHT: f64 = 1e-6;
+
+/// A polygon with a normal at each node, linear between them, and its arc length `s`. One that closes on itself ends with
+/// the point it begins with.
 #[derive(Clone, Debug)]
 pub(super) struct Curve {
     points: Vec<Vector>,
@@ -11,21 +15,31 @@ pub(super) struct Curve {
 }
 
 impl Curve {
-    /// Makes the curve of at least two points; normals are the means of the edges' right normals, weighted by length.
+    /// Makes the curve of at least two points; normals are the means of the edges' right normals, weighted by length. At a
+    /// free end of a bent line the normal is the neighbour's mirrored at the last edge, which is that of a circle.
     pub(super) fn new(points: Vec<Vector>) -> Self {
         let n = points.len();
-        let edge = |k: usize| [points[k], points[k + 1]];
+        let closed = n > 3 && points[0] == points[n - 1];
         let weighted = |k: usize| {
-            let [a, b] = edge(k);
+            let [a, b] = [points[k], points[k + 1]];
             scale(norm(sub(b, a)), right_normal(a, b))
         };
-        let normals = (0..n).map(|k| {
-            let sum = match k {
-                0 => weighted(0),
-                k if k + 1 == n => weighted(n - 2),
-                k => add(weighted(k - 1), weighted(k)),
-            };
-            scale(1.0 / norm(sum), sum)
+        let unit = |v: Vector| scale(1.0 / norm(v), v);
+        let seam = if closed { Some(unit(add(weighted(n - 2), weighted(0)))) } else { None };
+        let end = |edge: usize, neighbour: usize| {
+            let own = unit(weighted(edge));
+            let next = unit(add(weighted(neighbour - 1), weighted(neighbour)));
+            let mirrored = sub(scale(2.0 * dot(next, own), own), next);
+            if cross(own, next).abs() > STRAIGHT { mirrored } else { own }
+        };
+        let normals = (0..n).map(|k| match k {
+            _ if k == 0 || k + 1 == n => match seam {
+                Some(normal) => normal,
+                None if n == 2 => unit(weighted(0)),
+                None if k == 0 => end(0, 1),
+                None => end(n - 2, n - 2),
+            },
+            k => unit(add(weighted(k - 1), weighted(k))),
         });
         let normals = normals.collect();
         let mut arc = vec![0.0];
@@ -33,6 +47,74 @@ impl Curve {
             arc.push(arc[k - 1] + norm(sub(points[k], points[k - 1])));
         }
         Self { points, normals, arc }
+    }
+
+    /// Begins a closed curve at a point of its last edge, with the normal that it has there.
+    pub(super) fn begun_at(&self, seam: Vector) -> Self {
+        let n = self.points.len();
+        let [from, to] = [self.points[n - 2], self.points[n - 1]];
+        let before = norm(sub(seam, from));
+        let t = before / norm(sub(to, from));
+        let normal = add(scale(1.0 - t, self.normals[n - 2]), scale(t, self.normals[n - 1]));
+        let normal = scale(1.0 / norm(normal), normal);
+        let around = |all: &[Vector], first: Vector| [&[first], &all[..n - 1], &[first]].concat();
+        let offset = self.length() - self.arc[n - 2] - before;
+        let arc = self.arc[..n - 1].iter().map(|s| s + offset);
+        let arc = [0.0].into_iter().chain(arc).chain([self.length()]).collect();
+        Self { points: around(&self.points, seam), normals: around(&self.normals, normal), arc }
+    }
+
+    /// Takes one direction for the normal everywhere if it is at most 60 degrees from every edge's.
+    pub(super) fn along(mut self, direction: Vector) -> Self {
+        let unit = scale(1.0 / norm(direction), direction);
+        if self.points.windows(2).all(|w| dot(unit, right_normal(w[0], w[1])) >= 0.5) {
+            self.normals.fill(unit);
+        }
+        self
+    }
+
+    /// Turns the normal at the first or the last node into a direction or its opposite, if it is at most 45 degrees away.
+    pub(super) fn turn_end(&mut self, last: bool, direction: Vector) {
+        let k = if last { self.normals.len() - 1 } else { 0 };
+        let cosine = dot(self.normals[k], direction);
+        if cosine.abs() >= std::f64::consts::FRAC_1_SQRT_2 {
+            self.normals[k] = scale(cosine.signum(), direction);
+        }
+    }
+
+    /// Returns point `k`.
+    pub(super) fn point(&self, k: usize) -> Vector {
+        self.points[k]
+    }
+
+    /// Computes the point of a smooth curve through the nodes over edge `k`, at a fraction `t` of the edge: a cubic that is
+    /// normal to the nodes' normals. Where these turn unequally, as beside a corner of a straight line, the larger slope
+    /// counts as twice the smaller.
+    pub(super) fn smooth(&self, k: usize, t: f64) -> Vector {
+        let [a, b] = self.slopes(k);
+        let [a, b] = if a * b > 0.0 {
+            let limit = 2.0 * a.abs().min(b.abs());
+            [a, b].map(|x| x.clamp(-limit, limit))
+        } else {
+            [0.0; 2]
+        };
+        let (from, to) = (self.points[k], self.points[k + 1]);
+        let height = norm(sub(to, from)) * t * (1.0 - t) * ((1.0 - t) * a + t * b);
+        add(add(scale(1.0 - t, from), scale(t, to)), scale(height, right_normal(from, to)))
+    }
+
+    /// Estimates how far edge `k` is from the curve that it stands for, m: an eighth of its length times its turn.
+    pub(super) fn sagitta(&self, k: usize) -> f64 {
+        let [a, b] = self.slopes(k);
+        norm(sub(self.points[k + 1], self.points[k])) / 8.0 * (a.abs() + b.abs())
+    }
+
+    /// The slopes of the curve at the two ends of an edge, each positive where it rises towards the edge's middle.
+    fn slopes(&self, k: usize) -> [f64; 2] {
+        let (from, to) = (self.points[k], self.points[k + 1]);
+        let (along, across) = (scale(1.0 / norm(sub(to, from)), sub(to, from)), right_normal(from, to));
+        let slope = |n: Vector| dot(n, along) / dot(n, across);
+        [-slope(self.normals[k]), slope(self.normals[k + 1])]
     }
 
     /// Returns the arc length of each node, m.
@@ -112,6 +194,39 @@ impl Curve {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_smooth_curve_through_points_of_a_circle_is_one() {
+        let circle = |from: f64, to: f64, n: u32| -> Vec<Vector> {
+            let at = |k| f64::from(k) / f64::from(n);
+            (0..=n).map(|k| from + (to - from) * at(k)).map(|a| [2.0 * a.cos(), 2.0 * a.sin()]).collect()
+        };
+        let mut whole = circle(0.0, std::f64::consts::TAU, 24);
+        whole[24] = whole[0];
+        for points in [whole, circle(0.2, 1.5, 5), circle(1.5, 0.2, 5)] {
+            let curve = Curve::new(points.clone());
+            for k in 0..points.len() - 1 {
+                assert!((curve.sagitta(k) - 2.0 + 2.0 * (0.5 * curve.arc()[1] / 2.0).cos()).abs() < 1e-4);
+                for t in [0.0, 0.1, 0.5, 0.8] {
+                    assert!((norm(curve.smooth(k, t)) - 2.0).abs() < 1e-5, "{k} {t}");
+                }
+            }
+        }
+        let mut whole = circle(0.0, std::f64::consts::TAU, 24);
+        whole[24] = whole[0];
+        let closed = Curve::new(whole);
+        let middle = scale(0.5, add(closed.points[23], closed.points[0]));
+        let begun = closed.begun_at(middle);
+        assert_eq!((begun.points[1], begun.points[24]), (closed.points[0], closed.points[23]));
+        for k in [0, 25] {
+            assert!(cross(begun.normals[k], begun.points[k]).abs() < 1e-14);
+        }
+        assert!((begun.arc[1] - 0.5 * closed.arc[1]).abs() < 1e-14 && begun.length() == closed.length());
+        assert!((begun.arc[2] - 1.5 * closed.arc[1]).abs() < 1e-14);
+        // A corner of straight lines stays one.
+        let corner = Curve::new([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.4], [4.0, 0.8]].into());
+        assert_eq!(corner.smooth(1, 0.5), [1.5, 0.0]);
+    }
 
     #[test]
     fn the_parameter_inverts_points_off_an_arc() {

@@ -1,18 +1,19 @@
 //! Where two surfaces face each other, and the nodes of both along the common line.
 
-use super::CommonRefinementError;
 use super::chain::{self, Chain};
 use super::curve::Curve;
-use crate::body::Body;
-use crate::geometry::{Vector, add, dot, norm, right_normal, scale, sub};
+use super::{CommonRefinementError, Facing};
+use crate::body::{Body, NodeConstraint};
+use crate::geometry::{Vector, add, dot, norm, perpendicular, right_normal, scale, sub};
+use crate::interface::ContactNormal;
 use std::collections::HashMap;
 
 /// Fixed nodes this fraction of the smaller adjacent edge apart count as one.
-const SAME: f64 = 0.01;
+pub(super) const SAME: f64 = 0.01;
 /// Nodes that stand this close, likewise, are one without any motion.
 const ROUND_OFF: f64 = 1e-9;
 /// Nodes closer than this, likewise, are snapped.
-const SNAP: f64 = 0.2;
+pub(super) const SNAP: f64 = 0.2;
 /// Nodes that stay closer than this, likewise, are refused.
 const REFUSE: f64 = 0.05;
 /// Edges face each other up to this cosine of the angle between their outward normals, 120 degrees.
@@ -38,6 +39,24 @@ pub(super) struct Overlap {
     pub(super) range: [f64; 2],
     /// Mean distance of the surfaces.
     distance: f64,
+    /// Both surfaces as they were.
+    uncut: [Uncut; 2],
+}
+
+/// A surface as it was before it was cut: its polygon, and the place of each node on the common line.
+#[derive(Clone, Debug)]
+struct Uncut {
+    curve: Curve,
+    s: Vec<f64>,
+}
+
+impl Uncut {
+    /// Finds the edge at a place on the common line.
+    fn edge(&self, s: f64) -> usize {
+        // A closed line may have been opened before its first node.
+        let s = if s < self.s[0] { s + self.curve.length() } else { s };
+        self.s.partition_point(|x| *x <= s).saturating_sub(1).min(self.s.len() - 2)
+    }
 }
 
 impl Overlap {
@@ -60,6 +79,35 @@ impl Overlap {
         self.sites[b].windows(2).filter(inside).map(|w| [w[0].node, w[1].node])
     }
 
+    /// Lists the nodes that face each other on the common range, after the cuts.
+    pub(super) fn facing(&self) -> impl Iterator<Item = Facing> + '_ {
+        let inside = |b: usize| self.sites[b].iter().filter(|x| self.contains(x.s));
+        inside(0).zip(inside(1)).map(|(x, y)| self.facing_at([x.node, y.node], x.s))
+    }
+
+    fn facing_at(&self, nodes: [u32; 2], s: f64) -> Facing {
+        let normal = self.curve.at(s).1;
+        let normal = scale(1.0 / norm(normal), normal);
+        let edge = [0, 1].map(|b| self.uncut[b].edge(s));
+        let point = |b: usize| {
+            let (curve, k) = (&self.uncut[b].curve, edge[b]);
+            let t = self.curve.crossing(s, curve.point(k), curve.point(k + 1)).clamp(0.0, 1.0);
+            curve.smooth(k, t)
+        };
+        let gap = dot(sub(point(1 - self.reference), point(self.reference)), normal);
+        let [first, second] = [0, 1].map(|b| {
+            let (curve, k) = (&self.uncut[b].curve, edge[b]);
+            (curve.arc()[k + 1] - curve.arc()[k], curve.sagitta(k))
+        });
+        Facing {
+            nodes,
+            normal: if self.reference == 0 { normal } else { scale(-1.0, normal) },
+            gap,
+            sagitta: first.1 + second.1,
+            spacing: first.0.min(second.0),
+        }
+    }
+
     /// Makes two sites, one of each body, the same one without motion, and returns their place.
     fn join(&mut self, at: [usize; 2]) -> f64 {
         let s = self.sites[self.reference][at[self.reference]].s;
@@ -69,7 +117,7 @@ impl Overlap {
     }
 
     /// Computes the smallest edge next to a site, m along the common line.
-    fn spacing(&self, b: usize, k: usize) -> f64 {
+    pub(super) fn spacing(&self, b: usize, k: usize) -> f64 {
         let sites = &self.sites[b];
         let before = if k > 0 { sites[k].s - sites[k - 1].s } else { f64::INFINITY };
         let after = sites.get(k + 1).map_or(f64::INFINITY, |x| x.s - sites[k].s);
@@ -79,18 +127,19 @@ impl Overlap {
 
 /// Finds where the surfaces of the two bodies face each other.
 ///
-/// * `chains`: the stretches of each body's surface.
-/// * `reference`: the body whose surface is the common line.
+/// * `chains`: the stretches of each body's surface; closed ones that face each other begin at one place.
+/// * `reference`: the body whose surface is the common line; `normal`: the direction of projection.
 pub(super) fn find(
     bodies: &[Body; 2],
     chains: &[Vec<Chain>; 2],
     reference: usize,
+    normal: ContactNormal,
 ) -> Result<Vec<Overlap>, CommonRefinementError> {
     let slides = [0, 1].map(|b| chain::sliding(&bodies[b], &chains[b]));
     let mut found = Vec::new();
     for (i, own) in chains[reference].iter().enumerate() {
         for (j, other) in chains[1 - reference].iter().enumerate() {
-            if let Some(overlap) = between(bodies, [own, other], reference, &slides)? {
+            if let Some(overlap) = between(bodies, [own, other], reference, normal, &slides)? {
                 found.push((overlap, i, j));
             }
         }
@@ -118,22 +167,46 @@ fn shares_edge(a: &Overlap, b: &Overlap, body: usize) -> bool {
     b.common(body).any(|e| edges.contains(&e) || edges.contains(&[e[1], e[0]]))
 }
 
-fn between(
+/// Finds where one stretch of the reference faces one of the other body.
+pub(super) fn between(
     bodies: &[Body; 2],
     [own, other]: [&Chain; 2],
     reference: usize,
+    normal: ContactNormal,
     slides: &[HashMap<u32, bool>; 2],
 ) -> Result<Option<Overlap>, CommonRefinementError> {
     let points = |b: usize, chain: &Chain| -> Vec<Vector> {
         chain.nodes.iter().map(|&n| bodies[b].mesh().points()[n as usize]).collect()
     };
-    let curve = Curve::new(points(reference, own));
+    let own_points = points(reference, own);
+    let inner = own_points.len() - 1;
+    // A node inserted to open the line changes neither its normals nor its shape.
+    let uncut = match own.inserted {
+        true => Curve::new([&own_points[1..inner], &own_points[1..2]].concat()),
+        false => Curve::new(own_points.clone()),
+    };
+    let mut curve = if own.inserted { uncut.begun_at(own_points[0]) } else { uncut.clone() };
+    let offset = if own.inserted { curve.arc()[1] } else { 0.0 };
+    let uncut_own = Uncut { s: uncut.arc().iter().map(|s| s + offset).collect(), curve: uncut };
+    if let ContactNormal::Fixed(direction) = normal {
+        curve = curve.along(if reference == 0 { direction } else { scale(-1.0, direction) });
+    } else if !own.is_closed() {
+        // As in pairing: at a support the normal is the direction left free.
+        for (last, node) in [(false, own.nodes[0]), (true, own.nodes[own.nodes.len() - 1])] {
+            if let NodeConstraint::Along { direction, .. } =
+                bodies[reference].node_constraints()[node as usize]
+            {
+                curve.turn_end(last, perpendicular(direction));
+            }
+        }
+    }
     let place = |b: usize, node: u32, s: f64| Site { s, node, slides: slides[b].get(&node) == Some(&true) };
     // Facing bodies walk their surfaces in opposite senses.
     let mut facing = other.clone();
     facing.nodes.reverse();
     let q = points(1 - reference, &facing);
-    let mut hint = curve.nearest(q[0]);
+    // Closed lines begin near each other.
+    let mut hint = if own.is_closed() && other.is_closed() { 0 } else { curve.nearest(q[0]) };
     let s: Vec<f64> = q.iter().map(|&q| curve.parameter(q, &mut hint)).collect();
     let Some([first, last]) = facing_run(&curve, &q, &s)? else { return Ok(None) };
     let distance = |k: usize| norm(sub(q[k], curve.at(s[k].clamp(0.0, curve.length())).0));
@@ -142,7 +215,9 @@ fn between(
     let theirs = (first..=last).map(|k| place(1 - reference, facing.nodes[k], s[k])).collect();
     let sites: [Vec<Site>; 2] = if reference == 0 { [mine, theirs] } else { [theirs, mine] };
     let range = [s[first].max(0.0), s[last].min(curve.length())];
-    let mut overlap = Overlap { curve, sites, reference, range, distance };
+    let uncut_other = Uncut { curve: Curve::new(q[first..=last].to_vec()), s: s[first..=last].to_vec() };
+    let uncut = if reference == 0 { [uncut_own, uncut_other] } else { [uncut_other, uncut_own] };
+    let mut overlap = Overlap { curve, sites, reference, range, distance, uncut };
     join_ends(&mut overlap);
     let shortest =
         |b: usize| (0..overlap.sites[b].len()).map(|k| overlap.spacing(b, k)).fold(f64::INFINITY, f64::min);
@@ -254,7 +329,7 @@ fn movable_first(overlap: &Overlap, bodies: &[Body; 2], at: [usize; 2], spacing:
 }
 
 /// Moves a node of body `b` to the site of the other body's, unless a triangle would lose most of its area.
-fn try_motion(
+pub(super) fn try_motion(
     overlap: &mut Overlap,
     body: &Body,
     b: usize,

@@ -1,12 +1,19 @@
 use super::*;
 use crate::boundary::BoundaryConditions;
-use crate::interface::{ContactInterface, Gap};
+use crate::interface::{ContactInterface, ContactNormal, Gap};
 use crate::material::{Hypothesis, LinearElastic};
 use crate::mesh::generate::block;
 
 fn body(origin: Vector, size: Vector, cells: [usize; 2]) -> Body {
     let material = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
     Body::new(block(origin, size, cells).unwrap(), material, &BoundaryConditions::new()).unwrap()
+}
+
+fn common_refinement(
+    bodies: [Body; 2],
+    surfaces: [&str; 2],
+) -> Result<CommonRefinement, CommonRefinementError> {
+    super::common_refinement(bodies, surfaces, ContactNormal::Averaged)
 }
 
 fn pair(bodies: &[Body; 2]) -> ContactInterface {

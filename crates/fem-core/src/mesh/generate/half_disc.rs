@@ -146,7 +146,8 @@ impl Grid {
     fn triangles(&self) -> Vec<[u32; 3]> {
         let n = self.n;
         let mut triangles = Vec::with_capacity(4 * n * n + 8 * n * self.layers);
-        // Corners counter-clockwise; the diagonals of the two halves are mirror images.
+        // Corners counter-clockwise. The diagonals of the rays' two halves are mirror images; those of the block are parallel,
+        // so that the pole has as many cells as its neighbours: with another number its nodal pressure stands out by 5 %.
         let mut cut = |[a, b, c, d]: [u32; 4], left: bool| {
             triangles.extend(if left { [[a, b, d], [b, c, d]] } else { [[a, b, c], [a, c, d]] });
         };
@@ -154,7 +155,7 @@ impl Grid {
             for i in 0..2 * n {
                 let corners =
                     [self.block(i, j), self.block(i + 1, j), self.block(i + 1, j + 1), self.block(i, j + 1)];
-                cut(corners, i < n);
+                cut(corners, false);
             }
         }
         for j in 0..self.layers {

@@ -1,0 +1,184 @@
+//! Opens contact lines that close on themselves: both begin at one place, where a node of each faces the other's.
+
+use super::chain::{self, Chain};
+use super::overlap::{self, Overlap, SAME, SNAP};
+use super::{CommonRefinementError, with_moved};
+use crate::body::Body;
+use crate::geometry::{norm, sub};
+use crate::interface::ContactNormal;
+use crate::mesh::refine::{self, RefinementEdges};
+use std::collections::HashMap;
+
+/// Rotates closed stretches. One that faces a closed one begins where that does: at two nodes that nearly coincide, which
+/// are snapped, or at a node of the other side inserted in the reference. Others begin farthest from the other surface.
+///
+/// Returns how many nodes of each body slid.
+pub(super) fn open(
+    bodies: &mut [Body; 2],
+    chains: &mut [Vec<Chain>; 2],
+    reference: usize,
+    normal: ContactNormal,
+) -> Result<[usize; 2], CommonRefinementError> {
+    let mut slid = [0; 2];
+    let mut partnered = Vec::new();
+    for i in 0..chains[reference].len() {
+        if !chains[reference][i].is_closed() {
+            continue;
+        }
+        let first = chains[reference][i].nodes[0];
+        let distance = |chain: &Chain| nearest(bodies, reference, first, chain).1;
+        let others = chains[1 - reference].iter().enumerate();
+        let closest = (others.filter(|(j, c)| c.is_closed() && !partnered.contains(j)))
+            .min_by(|a, b| distance(a.1).total_cmp(&distance(b.1)));
+        let Some((j, _)) = closest else {
+            away(bodies, chains, reference, i);
+            continue;
+        };
+        partnered.push(j);
+        begin_together(bodies, chains, [i, j], reference, normal, &mut slid)?;
+    }
+    for j in 0..chains[1 - reference].len() {
+        if chains[1 - reference][j].is_closed() && !partnered.contains(&j) {
+            away(bodies, chains, 1 - reference, j);
+        }
+    }
+    Ok(slid)
+}
+
+/// Finds the place in the other body's stretch that is nearest to a node of body `b`, and the distance.
+fn nearest(bodies: &[Body; 2], b: usize, node: u32, chain: &Chain) -> (usize, f64) {
+    let point = bodies[b].mesh().points()[node as usize];
+    let distance = |n: &u32| norm(sub(bodies[1 - b].mesh().points()[*n as usize], point));
+    let distances = chain.nodes.iter().map(distance).enumerate();
+    distances.min_by(|x, y| x.1.total_cmp(&y.1)).unwrap_or((0, f64::INFINITY))
+}
+
+/// Rotates a closed stretch so that it begins at its node `k`.
+fn rotate(chain: &mut Chain, k: usize) {
+    chain.nodes.pop();
+    let count = chain.nodes.len();
+    chain.nodes.rotate_left(k % count);
+    chain.nodes.push(chain.nodes[0]);
+}
+
+fn rotate_to(chain: &mut Chain, node: u32) {
+    if let Some(k) = chain.nodes.iter().position(|n| *n == node) {
+        rotate(chain, k);
+    }
+}
+
+/// Begins stretch `i` of body `b` at its node that is farthest from the other body's surface.
+fn away(bodies: &[Body; 2], chains: &mut [Vec<Chain>; 2], b: usize, i: usize) {
+    let distance = |node: u32| {
+        let all = chains[1 - b].iter().map(|c| nearest(bodies, b, node, c).1);
+        all.fold(f64::INFINITY, f64::min)
+    };
+    let nodes = chains[b][i].nodes.iter().map(|&n| distance(n)).enumerate();
+    if let Some((k, _)) = nodes.max_by(|x, y| x.1.total_cmp(&y.1)) {
+        rotate(&mut chains[b][i], k);
+    }
+}
+
+/// Begins stretch `i` of the reference and `j` of the other body at one place.
+fn begin_together(
+    bodies: &mut [Body; 2],
+    chains: &mut [Vec<Chain>; 2],
+    [i, j]: [usize; 2],
+    reference: usize,
+    normal: ContactNormal,
+    slid: &mut [usize; 2],
+) -> Result<(), CommonRefinementError> {
+    let (r, o) = (reference, 1 - reference);
+    let (k, _) = nearest(bodies, r, chains[r][i].nodes[0], &chains[o][j]);
+    rotate(&mut chains[o][j], k);
+    let slides = [0, 1].map(|b| chain::sliding(&bodies[b], &chains[b]));
+    let found = overlap::between(bodies, [&chains[r][i], &chains[o][j]], r, normal, &slides)?;
+    let Some(mut overlap) = found else { return Ok(()) };
+    let Some((at, offset)) = closest(&overlap) else { return Ok(()) };
+    let mut seam = [0, 1].map(|b| overlap.sites[b][at[b]].node);
+    if offset > SAME && !(offset < SNAP && slide(bodies, &mut overlap, at, r, slid)?) {
+        seam = insert(bodies, &mut chains[r][i], &overlap, r)?;
+    }
+    rotate_to(&mut chains[r][i], seam[r]);
+    rotate_to(&mut chains[o][j], seam[o]);
+    Ok(())
+}
+
+/// Finds the two inner nodes, one of each body, that are closest relative to the smaller edge next to them.
+fn closest(overlap: &Overlap) -> Option<([usize; 2], f64)> {
+    let inner = |b: usize| 1..overlap.sites[b].len().saturating_sub(1);
+    let mut best: Option<([usize; 2], f64)> = None;
+    let mut j = inner(1).start;
+    for i in inner(0) {
+        let distance = |j: usize| (overlap.sites[1][j].s - overlap.sites[0][i].s).abs();
+        while j + 1 < inner(1).end && distance(j + 1) <= distance(j) {
+            j += 1;
+        }
+        if j >= inner(1).end {
+            break;
+        }
+        let offset = distance(j) / overlap.spacing(0, i).min(overlap.spacing(1, j));
+        if best.is_none_or(|b| offset < b.1) {
+            best = Some(([i, j], offset));
+        }
+    }
+    best
+}
+
+/// Snaps one of two nodes onto the other; false where neither may move.
+fn slide(
+    bodies: &mut [Body; 2],
+    overlap: &mut Overlap,
+    at: [usize; 2],
+    reference: usize,
+    slid: &mut [usize; 2],
+) -> Result<bool, CommonRefinementError> {
+    // The other side's node first: the reference's normals stay as they are.
+    for b in [1 - reference, reference] {
+        let mut moved = HashMap::new();
+        if overlap.sites[b][at[b]].slides && overlap::try_motion(overlap, &bodies[b], b, at, &mut moved)? {
+            bodies[b] = with_moved(bodies[b].clone(), b, &moved)?;
+            slid[b] += 1;
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
+/// Inserts the other side's node that is nearest to the middle of a reference's edge, and returns the two nodes.
+fn insert(
+    bodies: &mut [Body; 2],
+    own: &mut Chain,
+    overlap: &Overlap,
+    reference: usize,
+) -> Result<[u32; 2], CommonRefinementError> {
+    let sites = &overlap.sites[reference];
+    let mut best = ([0; 2], [sites[0].node; 2], f64::NEG_INFINITY, 0.0);
+    for w in sites.windows(2) {
+        for x in &overlap.sites[1 - reference] {
+            let central = (x.s - w[0].s).min(w[1].s - x.s) / (w[1].s - w[0].s);
+            if central > best.2 {
+                best = ([w[0].node, w[1].node], [x.node; 2], central, x.s);
+            }
+        }
+    }
+    let (ends, mut seam, _, s) = best;
+    let mesh = bodies[reference].mesh();
+    let [from, to] = ends.map(|n| mesh.points()[n as usize]);
+    let fault = CommonRefinementError::Folded { point: from };
+    let edge = mesh.topology().find_edge(ends[0], ends[1]).ok_or(fault)?;
+    let mut marked = vec![false; mesh.topology().edges().len()];
+    marked[edge as usize] = true;
+    let t = overlap.curve.crossing(s, from, to);
+    let point = [0, 1].map(|c| (1.0 - t) * from[c] + t * to[c]);
+    let edges = RefinementEdges::preferring(mesh, &marked);
+    let refinement = refine::refine_at(mesh, &edges, &marked, |e| (e == edge).then_some(point))
+        .map_err(|source| CommonRefinementError::Mesh { body: reference, source })?;
+    seam[reference] = refinement.middle[edge as usize];
+    let place = own.nodes.windows(2).position(|w| w == ends).map_or(own.nodes.len() - 1, |k| k + 1);
+    own.nodes.insert(place, seam[reference]);
+    own.inserted = true;
+    bodies[reference] = (bodies[reference].refined(&refinement))
+        .map_err(|source| CommonRefinementError::Body { body: reference, source })?;
+    Ok(seam)
+}

@@ -1,0 +1,131 @@
+//! Bent and closed contact lines whose meshes do not match: Lamé's rings, sliding arcs, Hertz.
+
+use crate::curved::{TWO, finer, relaxed};
+use fem_core::interface::{ContactNormal, ContactProblem, Gap};
+use fem_core::norm::energy_error_squared;
+use tests::rings::{self, Lame};
+use tests::run::{newton, norm_and_distance, paired_in_common, rate};
+use tests::{condense_both, displacements, hertz};
+
+const SIDES: [&str; 2] = ["outer", "inner"];
+
+/// The error against Lamé's solution, the bound, and the largest relative error of the pressure.
+fn measure(problem: &ContactProblem, exact: [Lame; 2], pressure: f64) -> [f64; 3] {
+    let bodies = condense_both(problem);
+    let iterate = newton(problem, &bodies).unwrap();
+    let e = relaxed(problem, &bodies, &iterate);
+    let u = displacements(&bodies, &iterate);
+    let error: f64 =
+        (0..2).map(|b| energy_error_squared(&problem.bodies[b], &u[b], |x| exact[b].stress(x))).sum();
+    let worst = e.pair.pressure.iter().map(|q| (q / pressure - 1.0).abs()).fold(0.0, f64::max);
+    [error.sqrt(), e.e_cre, worst]
+}
+
+/// Asserts a bound that holds and is sharp, and the rate 1, over three meshes, each twice as fine.
+fn assert_rings(found: &[[f64; 3]; 3]) {
+    println!("rings cut differently: error, bound, error of the pressure {found:?}");
+    for [error, bound, _] in found {
+        assert!(bound >= error && *bound < 1.4 * error, "{found:?}");
+    }
+    for w in found.windows(2) {
+        let [error, bound] = [0, 1].map(|c| rate(w[0][c], w[1][c]));
+        assert!(error > 0.9 && bound > 0.9, "{error} {bound}: {found:?}");
+    }
+}
+
+#[test]
+fn quarter_rings_with_unequal_counts_converge_to_lames_solution() {
+    let (hole, outer) = (0.0, 7.0);
+    let p = rings::pressure(TWO, hole, outer);
+    for gap in [Gap::Given(0.0.into()), Gap::Geometric] {
+        for counts in [[16, 23], [23, 16], [9, 31]] {
+            let found = [1, 2, 4].map(|k| {
+                let cells = counts.map(|n| [n * k, 6 * k]);
+                let bodies = rings::quarter_bodies(TWO, hole, outer, cells).unwrap();
+                let (problem, _) = paired_in_common(bodies, SIDES, &gap, ContactNormal::Averaged).unwrap();
+                measure(&problem, rings::exact(p, hole, outer), p)
+            });
+            assert_rings(&found);
+        }
+    }
+}
+
+#[test]
+fn whole_rings_with_unequal_counts_converge_to_lames_solution() {
+    let d = 0.01;
+    let p = rings::whole_pressure(TWO, d);
+    // The exact stress is that of the outside moved inwards only: nothing rubs.
+    for (counts, turned) in [([24, 35], 0.0), ([35, 24], 1.0), ([30, 30], 6.0), ([30, 30], 1.2)] {
+        let found = [1, 2, 4].map(|k| {
+            let cells = counts.map(|n| [n * k, 3 * k]);
+            let bodies = rings::whole_bodies(TWO, [d, 0.0], cells, turned).unwrap();
+            let (problem, _) =
+                paired_in_common(bodies, SIDES, &Gap::Given(0.0.into()), ContactNormal::Averaged).unwrap();
+            let interface = &problem.interface;
+            assert_eq!(interface.pairs().len(), interface.edges().len());
+            for pair in interface.pairs() {
+                let x = problem.bodies[0].mesh().points()[pair.nodes[0] as usize];
+                let r = x[0].hypot(x[1]);
+                assert!((pair.normal[0] - x[0] / r).abs() < 5e-3, "{pair:?} at {x:?}");
+            }
+            measure(&problem, rings::whole_exact(TWO, d), p)
+        });
+        assert_rings(&found);
+    }
+}
+
+#[test]
+fn the_bound_holds_where_arcs_overlap_in_part_and_slide() {
+    for (sectors, cells) in [
+        ([[40.0, 140.0], [60.0, 120.0]], [[12, 4], [10, 4]]),
+        ([[55.0, 125.0], [30.0, 100.0]], [[8, 4], [13, 4]]),
+        ([[0.0, 360.0], [40.0, 140.0]], [[40, 4], [17, 4]]),
+    ] {
+        let bodies = rings::sliding_bodies(TWO, [0.02, -0.03], sectors, cells).unwrap();
+        let gap = Gap::Given(0.0.into());
+        let (problem, changes) = paired_in_common(bodies, SIDES, &gap, ContactNormal::Averaged).unwrap();
+        let changes = changes.unwrap();
+        let common = sectors[0][1].min(sectors[1][1]) - sectors[0][0].max(sectors[1][0]);
+        let length = common.to_radians() * rings::B;
+        assert!((problem.interface.length() / length - 1.0).abs() < 0.01, "{sectors:?} {changes:?}");
+        let whole = sectors.map(|s| (s[1] - s[0]).to_radians() * rings::B);
+        for b in 0..2 {
+            assert!((changes.free[b] - (whole[b] - length)).abs() < 0.02 * whole[b], "{changes:?}");
+        }
+        let condensed = condense_both(&problem);
+        let e = relaxed(&problem, &condensed, &newton(&problem, &condensed).unwrap());
+        let (fine, u) = finer(problem.clone(), e.pair.displacement.clone(), 3);
+        let fine_bodies = condense_both(&fine);
+        let reference = displacements(&fine_bodies, &newton(&fine, &fine_bodies).unwrap());
+        let [norm, error] = norm_and_distance(&fine, &reference, &u);
+        assert!(
+            e.e_cre >= error && e.e_cre < 1.6 * error && error > 0.01 * norm,
+            "{} {error} {norm}",
+            e.e_cre
+        );
+    }
+}
+
+/// Pressed cylinders whose contact sides have different steps: the force of the manual to the accuracy of matching ones.
+#[test]
+fn hertz_contact_between_meshes_of_different_steps() {
+    let normal = ContactNormal::Fixed([0.0, -1.0]);
+    let bodies = hertz::bodies(1.5, [30, 41], 0.4).unwrap();
+    let (problem, _) = paired_in_common(bodies, ["contact"; 2], &Gap::Geometric, normal).unwrap();
+    for pair in problem.interface.pairs() {
+        let x = problem.bodies[0].mesh().points()[pair.nodes[0] as usize][0];
+        let exact = 10.0 - (100.0 - x * x).sqrt() + 13.0 - (169.0 - x * x).sqrt();
+        assert!((pair.gap - exact).abs() < 1e-6, "{} {exact}", pair.gap);
+    }
+    let condensed = condense_both(&problem);
+    let iterate = newton(&problem, &condensed).unwrap();
+    let e = relaxed(&problem, &condensed, &iterate);
+    let matching = hertz::problem(1.5, 41, 0.4).unwrap();
+    let bodies = condense_both(&matching);
+    let other = newton(&matching, &bodies).unwrap().contact_force();
+    let force = iterate.contact_force();
+    assert!((force / other - 1.0).abs() < 2e-3, "{force} {other}");
+    let [_, p0] = hertz::closed_form(force);
+    let largest = e.pair.pressure.iter().copied().fold(0.0, f64::max);
+    assert!((largest / p0 - 1.0).abs() < 0.05, "{largest} {p0}");
+}

@@ -1,0 +1,118 @@
+//! Hertz' contact of two bodies of any materials in finite boxes, solved exactly.
+//!
+//! ```text
+//!   -3        0        3
+//!    ┌─────────────────┐ 3     exact displacements on top and bottom, exact tractions on the lateral sides
+//!    │       Ω₁        │
+//!    ├ open ┬─────┬────┤ 0     Γ_C: y = 0, gap x²/(2R); contact for |x| < 1
+//!    │       Ω₂        │
+//!    └─────────────────┘ -3
+//! ```
+//! Westergaard form with `Z = −p₀ [√(1 − z²) + i z]`, `√(1 − z²) = −i √(z−1) √(z+1)`, mirrored in Ω₂: the half-planes under
+//! `p = p₀ √(1 − x²)`, whose surfaces approach by `p₀ x²/E* = x²/(2R)` where they touch. Plane strain, a = p₀ = 1.
+//!
+//! Source: exact. [`ENERGY`] is the energy norm² of one body for E = 1, ν = 0.3, by an independent code.
+
+use fem_core::body::Body;
+use fem_core::boundary::{BoundaryConditions, ScalarData};
+use fem_core::geometry::Vector;
+use fem_core::interface::{ContactInterface, ContactProblem, Gap};
+use fem_core::material::{Hypothesis, LinearElastic};
+use fem_core::mesh::generate::block;
+use fem_core::tensor::SymTensor2;
+
+/// Energy norm² of one body for E = 1, ν = 0.3; it falls with 1/E.
+pub const ENERGY: f64 = 2.29763557;
+
+/// The exact solution in one body.
+#[derive(Clone, Copy, Debug)]
+pub struct Exact {
+    /// Young's modulus and Poisson's ratio.
+    pub material: (f64, f64),
+    /// Whether the body lies below the interface.
+    pub below: bool,
+}
+
+fn times(a: Vector, b: Vector) -> Vector {
+    [a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]]
+}
+
+fn root(z: Vector) -> Vector {
+    let (r, angle) = (z[0].hypot(z[1]).sqrt(), 0.5 * z[1].atan2(z[0]));
+    [r * angle.cos(), r * angle.sin()]
+}
+
+/// `√(1 − z²)` on the upper half-plane.
+fn branch(z: Vector) -> Vector {
+    let [re, im] = times(root([z[0] - 1.0, z[1]]), root([z[0] + 1.0, z[1]]));
+    [im, -re]
+}
+
+impl Exact {
+    fn mirrored(&self, x: Vector) -> (Vector, f64) {
+        if self.below { ([x[0], (-x[1]).max(0.0)], -1.0) } else { ([x[0], x[1].max(0.0)], 1.0) }
+    }
+
+    /// The exact stress; at the ends of the contact, where its derivatives are infinite, along y = 0.
+    pub fn stress(&self, x: Vector) -> SymTensor2 {
+        let (z, mirror) = self.mirrored(x);
+        let w = branch(z);
+        // Z = −(w + i z), Z' = −(i − z/w)
+        let value = [-(w[0] - z[1]), -(w[1] + z[0])];
+        let size = w[0] * w[0] + w[1] * w[1];
+        let slope = if size > 0.0 {
+            let ratio = times(z, [w[0] / size, -w[1] / size]);
+            [ratio[0], ratio[1] - 1.0]
+        } else {
+            [0.0; 2]
+        };
+        let y = z[1];
+        SymTensor2::new(value[0] - y * slope[1], value[0] + y * slope[1], mirror * (-y * slope[0]))
+    }
+
+    /// The exact displacement.
+    pub fn displacement(&self, x: Vector) -> Vector {
+        let (z, mirror) = self.mirrored(x);
+        let w = branch(z);
+        let value = [-(w[0] - z[1]), -(w[1] + z[0])];
+        // asin z = −i ln(i z + w); Ẑ = −½ (z w + asin z + i z²)
+        let inner = [w[0] - z[1], w[1] + z[0]];
+        let arcsine = [inner[1].atan2(inner[0]), -inner[0].hypot(inner[1]).ln()];
+        let (zw, zz) = (times(z, w), times(z, z));
+        let integral = [-0.5 * (zw[0] + arcsine[0] - zz[1]), -0.5 * (zw[1] + arcsine[1] + zz[0])];
+        let (young, poisson) = self.material;
+        let (kappa, mu) = (3.0 - 4.0 * poisson, young / (2.0 * (1.0 + poisson)));
+        let ux = (0.5 * (kappa - 1.0) * integral[0] - z[1] * value[1]) / (2.0 * mu);
+        let uy = (0.5 * (kappa + 1.0) * integral[1] - z[1] * value[0]) / (2.0 * mu);
+        [ux, mirror * uy]
+    }
+}
+
+/// The exact solutions for two materials (E, ν).
+pub fn exact(materials: [(f64, f64); 2]) -> [Exact; 2] {
+    [Exact { material: materials[0], below: false }, Exact { material: materials[1], below: true }]
+}
+
+/// The problem with `6n × 3n` cells per body: nodes stand where contact ends.
+///
+/// # Errors
+/// None, for sensible numbers.
+pub fn problem(materials: [(f64, f64); 2], n: usize) -> Result<ContactProblem, Box<dyn std::error::Error>> {
+    let body = |e: Exact| -> Result<Body, Box<dyn std::error::Error>> {
+        let displacement = |c: usize| Some(ScalarData::function(move |x| e.displacement(x)[c]));
+        let traction = |n: f64| [0, 1].map(|c| ScalarData::function(move |x| e.stress(x).apply([n, 0.0])[c]));
+        let (y, far) = if e.below { (-3.0, "bottom") } else { (0.0, "top") };
+        let conditions = BoundaryConditions::new()
+            .displace(far, displacement(0), displacement(1))
+            .traction("left", traction(-1.0))
+            .traction("right", traction(1.0));
+        let material = LinearElastic::isotropic(e.material.0, e.material.1, Hypothesis::PlaneStrain)?;
+        Ok(Body::new(block([-3.0, y], [6.0, 3.0], [6 * n, 3 * n])?, material, &conditions)?)
+    };
+    let [first, second] = exact(materials);
+    let bodies = [body(first)?, body(second)?];
+    let compliance: f64 = materials.iter().map(|(e, nu)| (1.0 - nu * nu) / e).sum();
+    let gap = Gap::Given(ScalarData::function(move |x| compliance * x[0] * x[0]));
+    let interface = ContactInterface::pair(&bodies[0], &bodies[1], ["bottom", "top"], &gap)?;
+    Ok(ContactProblem { bodies, interface })
+}
