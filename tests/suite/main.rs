@@ -1,6 +1,6 @@
 //! Tests that run across the crates: reference problems, the example cases, the binary as a process.
 // All of this is test code: a failed unwrap is a failed test.
-#![allow(clippy::unwrap_used, clippy::panic)]
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout)]
 
 mod adaptive;
 mod bound;

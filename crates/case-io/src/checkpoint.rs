@@ -100,11 +100,12 @@ pub enum CheckpointError {
 /// # Errors
 /// What the operating system reports.
 pub fn write(directory: &mut OutputDirectory, checkpoint: &Checkpoint) -> Result<(), OutputError> {
-    let body = serde_json::to_vec(checkpoint).map_err(|e| OutputError::Io {
+    let mut body = serde_json::to_vec(checkpoint).map_err(|e| OutputError::Io {
         what: "write",
         path: directory.path().join(NEWEST),
         source: e.into(),
     })?;
+    body.push(b'\n');
     let head = format!("{HEAD}{}\n", digest(&body));
     directory.write_after_renaming(NEWEST, PREVIOUS, &[head.as_bytes(), &body])
 }
