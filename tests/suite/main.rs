@@ -11,6 +11,7 @@ mod curved_non_matching;
 mod data;
 mod effectivity;
 mod elasticity;
+mod honesty;
 mod limit;
 mod mesh_files;
 mod non_matching;

@@ -3,12 +3,14 @@
 //! - `verify` runs every check a change must pass,
 //! - `tidy` checks what no compiler checks: the crate graph on the map, stray files, forbidden words,
 //! - `bench` runs the benchmark suites and writes `bench-results/`; with `--peers`, other programs beside this one,
-//! - `reproduce` runs the studies whose tables stand in `bench-results/`.
+//! - `reproduce` runs the studies whose tables stand in `bench-results/`,
+//! - `deep` runs what needs tools beyond the stable compiler: licences, AddressSanitizer, Miri.
 
 // Reporting is what these tasks are for.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 mod bench;
+mod deep;
 mod reproduce;
 mod tidy;
 mod verify;
@@ -36,6 +38,8 @@ enum Task {
     Bench(bench::Arguments),
     /// Run the studies and write their tables to bench-results
     Reproduce(reproduce::Arguments),
+    /// Check licences, memory accesses and undefined behaviour with what is installed
+    Deep,
 }
 
 fn main() -> ExitCode {
@@ -45,6 +49,7 @@ fn main() -> ExitCode {
         Task::Tidy => tidy::run(&workspace),
         Task::Bench(arguments) => bench::run(&workspace, &arguments).map(|()| true),
         Task::Reproduce(arguments) => reproduce::run(&workspace, &arguments).map(|()| true),
+        Task::Deep => deep::run(&workspace),
     });
     match outcome {
         Ok(true) => ExitCode::SUCCESS,

@@ -4,6 +4,7 @@ use super::airy::rotated;
 use crate::admissible::EquilibratedStress;
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
 use fem_core::geometry::{Vector, add, cross, dot, norm, perpendicular, scale, sub};
+use fem_core::norm::sum_over_triangles;
 use rayon::prelude::*;
 
 /// Directions closer than this (sine of the angle) are the same one; the traction error that it lets through
@@ -12,8 +13,8 @@ const SAME_DIRECTION: f64 = 1e-11;
 /// A reaction closer than this to the edge's tangent, and not along it, would make the space ill-conditioned.
 const NEARLY_TANGENTIAL: f64 = 1e-3;
 
-/// How the three unknowns of a node make value and gradient: `φ = value x₀`, `∇φ = slopes₀ x₁ + slopes₁ x₂`.
-/// Zeros where the boundary allows nothing.
+/// How the three unknowns of a node make value and gradient: `φ = value x₀`, `∇φ = slopes₀ x₁ + slopes₁ x₂`, with the
+/// space's typical length as `value`. Zeros where the boundary allows nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct NodeBasis {
     pub(super) value: f64,
@@ -21,7 +22,7 @@ pub(super) struct NodeBasis {
 }
 
 /// The mean gradient on an edge from node `a` to node `b`, `m = along (φ_b − φ_a) + across q`; the edge's
-/// unknown `q` is the mean normal derivative over the edge's length.
+/// unknown `q` is the mean normal derivative over the edge's length, times the space's typical length.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EdgeBasis {
     pub(super) along: Vector,
@@ -36,6 +37,9 @@ pub(super) struct EdgeBasis {
 /// * traction unknown: nothing.
 pub(super) struct Space<'a> {
     body: &'a Body,
+    /// A typical length of the cells: with it all unknowns have one unit, and single precision holds what they have to do
+    /// with each other in any unit of length.
+    length: f64,
     /// The bases that occur: first that of the nodes inside, which are free, then one per node of the boundary.
     bases: Vec<NodeBasis>,
     /// The basis of every node.
@@ -47,7 +51,9 @@ pub(super) struct Space<'a> {
 impl<'a> Space<'a> {
     pub(super) fn new(body: &'a Body, conditions: &[EdgeCondition]) -> Self {
         let mesh = body.mesh();
-        let free = NodeBasis { value: 1.0, slopes: [[1.0, 0.0], [0.0, 1.0]] };
+        let triangles = mesh.triangles().len();
+        let length = (sum_over_triangles(triangles, |t| mesh.area(t)) / triangles as f64).sqrt();
+        let free = NodeBasis { value: length, slopes: [[1.0, 0.0], [0.0, 1.0]] };
         let mut bases = vec![free];
         let mut basis_of = vec![0u32; mesh.points().len()];
         let mut boundary = Vec::with_capacity(conditions.len());
@@ -89,7 +95,7 @@ impl<'a> Space<'a> {
                 restrict(&mut basis.slopes, condition.reaction);
             }
         }
-        Self { body, bases, basis_of, boundary }
+        Self { body, length, bases, basis_of, boundary }
     }
 
     /// Marks the vertices whose stars see another basis than in the space `other` of the same mesh.
@@ -137,14 +143,14 @@ impl<'a> Space<'a> {
         let topology = self.body.mesh().topology();
         let t = sub(b, a);
         let along = scale(1.0 / dot(t, t), t);
-        let normal = rotated(t);
+        let normal = scale(1.0 / self.length, rotated(t));
         if !topology.is_boundary(edge) {
             let first = topology.edge_triangles()[edge as usize][0] as usize == triangle;
             return EdgeBasis { along, across: if first { normal } else { scale(-1.0, normal) } };
         }
         let place = topology.boundary_edges().binary_search(&edge).unwrap_or(0);
         let [tilt, free] = self.boundary[place];
-        EdgeBasis { along: add(along, scale(tilt, normal)), across: scale(free, normal) }
+        EdgeBasis { along: add(along, scale(tilt, rotated(t))), across: scale(free, normal) }
     }
 
     /// Adds the edge moments of an Airy function: `b_a = R(m − ∇φ_a)`, `b_b = R(∇φ_b − m)`, `R(x, y) = (y, −x)`.

@@ -1,0 +1,102 @@
+//! Extreme numbers: either a bound that holds, or none. Never a wrong one.
+
+use certified_contact::{CertifiedSolution, Settings, Silent, solve};
+use fem_core::body::Body;
+use fem_core::boundary::BoundaryConditions;
+use fem_core::interface::{ContactInterface, ContactProblem, Gap};
+use fem_core::material::{Hypothesis, LinearElastic};
+use fem_core::mesh::generate::block;
+use fem_core::norm::energy_error_squared;
+use tests::signorini;
+
+/// Solves a problem with the default settings; `None` where it is refused or not certified.
+fn certified(problem: ContactProblem) -> Option<CertifiedSolution> {
+    solve(problem, &Settings::default(), &mut Silent).ok().filter(CertifiedSolution::is_certified)
+}
+
+/// Solves the exact Signorini problem, the rows of nodes of the lower body moved by `row`, and holds the bound against
+/// the error where there is one.
+fn holds(materials: [(f64, f64); 2], row: impl Fn(f64) -> f64) -> bool {
+    let bodies = signorini::bodies(materials, 0.0, [[16, 8]; 2], |x| [x[0], row(x[1])]).unwrap();
+    let interface =
+        ContactInterface::pair(&bodies[0], &bodies[1], ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
+    let Some(found) = certified(ContactProblem { bodies, interface }) else { return false };
+    let estimate = found.estimate.as_ref().unwrap();
+    let exact = signorini::exact(materials, 0.0);
+    let error: f64 = (0..2)
+        .map(|b| {
+            let role = found.role(b);
+            let displacement = &estimate.pair.displacement[role];
+            energy_error_squared(&found.problem.bodies[role], displacement, |x| exact[b].stress(x))
+        })
+        .sum();
+    assert!(estimate.e_cre >= error.sqrt(), "{materials:?}: {} < {}", estimate.e_cre, error.sqrt());
+    true
+}
+
+#[test]
+fn a_contrast_of_nine_decades_has_a_bound_that_holds() {
+    for contrast in [1e-9, 1e-6, 1e6, 1e9] {
+        assert!(holds([(1.0, 0.3), (contrast, 0.3)], |y| y), "{contrast:e} is refused");
+    }
+}
+
+#[test]
+fn nearly_incompressible_bodies_have_a_bound_that_holds() {
+    for poisson in [0.499, 0.4999, 0.499_999] {
+        assert!(holds([(1.0, poisson), (3.0, poisson)], |y| y), "{poisson} is refused");
+    }
+    // Beyond that no digit may be left: whatever is certified holds.
+    for poisson in [0.499_999_99, 0.499_999_999_99, 0.499_999_999_999_99] {
+        holds([(1.0, poisson), (3.0, poisson)], |y| y);
+    }
+}
+
+#[test]
+fn slivers_have_a_bound_that_holds() {
+    // The row of nodes nearest to the contact, moved to it: angles of 0.1 degrees and less.
+    for height in [2.2e-4, 1e-6, 1e-9, 1e-13] {
+        let row = |y: f64| if (-0.2..-0.05).contains(&y) { -height } else { y };
+        let certified = holds([(1.0, 0.3), (2.0, 0.2)], row);
+        assert!(certified || height < 1e-5, "a height of {height:e} is refused");
+    }
+}
+
+#[test]
+fn a_stiffness_of_any_size_has_a_bound_that_holds() {
+    for young in [1e-12, 1e-6, 1e6, 1e12] {
+        assert!(holds([(young, 0.3), (2.0 * young, 0.2)], |y| y), "{young:e} is refused");
+    }
+}
+
+/// Two blocks of length `length`, the upper one pressed down by `strain` times its height.
+fn pressed(length: f64, young: f64, strain: f64) -> ContactProblem {
+    let steel = |nu| LinearElastic::isotropic(young, nu, Hypothesis::PlaneStrain).unwrap();
+    let push = Some((-strain * length).into());
+    let upper = BoundaryConditions::new().displace("top", Some(0.0.into()), push);
+    let mesh = |y: f64| block([0.0, y * length], [2.0 * length, length], [12, 6]).unwrap();
+    let upper = Body::new(mesh(0.0), steel(0.3), &upper).unwrap();
+    let lower = Body::new(mesh(-1.0), steel(0.2), &BoundaryConditions::new().fix("bottom")).unwrap();
+    let interface =
+        ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
+    ContactProblem { bodies: [upper, lower], interface }
+}
+
+#[test]
+fn the_relative_error_does_not_depend_on_the_size_of_anything() {
+    let expected = certified(pressed(1.0, 1.0, 0.01)).unwrap().relative().unwrap();
+    for length in [1e-9, 1.0, 1e9] {
+        for (young, strain) in [(1e12, 1e-12), (1e12, 1.0), (1.0, 1e-12), (1e-12, 1.0), (1.0, 1e12)] {
+            let found = certified(pressed(length, young, strain));
+            let found = found.unwrap_or_else(|| panic!("{length:e} {young:e} {strain:e} is refused"));
+            let relative = found.relative().unwrap();
+            println!(
+                "{length:e} {young:e} {strain:e}: {relative} {expected} {:?} {} {:?}",
+                found.nndd.status,
+                found.last().iteration,
+                found.swapped
+            );
+            assert!((relative / expected - 1.0).abs() < 1e-9, "{length:e} {young:e} {strain:e}: {relative}");
+        }
+    }
+}
