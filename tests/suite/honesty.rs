@@ -90,12 +90,6 @@ fn the_relative_error_does_not_depend_on_the_size_of_anything() {
             let found = certified(pressed(length, young, strain));
             let found = found.unwrap_or_else(|| panic!("{length:e} {young:e} {strain:e} is refused"));
             let relative = found.relative().unwrap();
-            println!(
-                "{length:e} {young:e} {strain:e}: {relative} {expected} {:?} {} {:?}",
-                found.nndd.status,
-                found.last().iteration,
-                found.swapped
-            );
             assert!((relative / expected - 1.0).abs() < 1e-9, "{length:e} {young:e} {strain:e}: {relative}");
         }
     }
