@@ -1,9 +1,11 @@
 //! `cargo xtask tidy`: what no compiler checks.
 //!
 //! The crate graph in ARCHITECTURE.md equals the one cargo sees; manifests inherit from the workspace; external
-//! dependencies are named on the map; tracked files hold no path of one machine, no word that marks unfinished
+//! dependencies are named on the map; every source that a comment cites stands in REFERENCES.bib; the tests of every
+//! example run; tracked files hold no path of one machine, no word that marks unfinished
 //! work, and are neither large nor out of place.
 
+use crate::citations;
 use crate::workspace::{Outcome, Package, Workspace, output, read};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -58,14 +60,14 @@ const UNFINISHED: [&str; 5] = [
 
 /// Something that is not as it should be.
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Finding {
-    file: String,
-    line: usize,
-    what: String,
+pub(crate) struct Finding {
+    pub(crate) file: String,
+    pub(crate) line: usize,
+    pub(crate) what: String,
 }
 
 impl Finding {
-    fn new(file: &str, line: usize, what: impl Into<String>) -> Finding {
+    pub(crate) fn new(file: &str, line: usize, what: impl Into<String>) -> Finding {
         Finding { file: file.to_owned(), line, what: what.into() }
     }
 }
@@ -83,13 +85,23 @@ pub(crate) fn run(workspace: &Workspace) -> Outcome<bool> {
     for package in &workspace.packages {
         let text = read(&workspace.root.join(&package.manifest))?;
         findings.extend(manifest_findings(&package.manifest, &text, package.is_crate()));
+        let example =
+            |name| format!("found no tests of the example {name}, expected `test = true` in its [[example]]");
+        let untested = package.untested_examples.iter().map(example);
+        findings.extend(untested.map(|what| Finding::new(&package.manifest, 1, what)));
     }
+    let sources = citations::entries(&read(&workspace.root.join(citations::BIBLIOGRAPHY))?);
     let mut notes = vec![];
     for file in &files {
         let Ok(bytes) = std::fs::read(workspace.root.join(file)) else { continue };
         findings.extend(file_findings(file, &bytes));
         if file.ends_with(".rs") {
-            let lines = String::from_utf8_lossy(&bytes).lines().count();
+            let text = String::from_utf8_lossy(&bytes);
+            // The citations' own tests cite what is not there.
+            if !file.ends_with("/citations.rs") {
+                findings.extend(citations::findings(file, &text, &sources));
+            }
+            let lines = text.lines().count();
             if lines > LONG {
                 notes.push(format!("note: {file}: {lines} lines, a look for a seam may be worth it"));
             }
@@ -345,6 +357,7 @@ mod tests {
             internal: owned(internal),
             external: owned(external),
             benches: vec![],
+            untested_examples: vec![],
         }
     }
 
