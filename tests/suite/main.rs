@@ -10,6 +10,7 @@ mod curved;
 mod data;
 mod effectivity;
 mod elasticity;
+mod key_page;
 mod limit;
 mod mesh_files;
 mod non_matching;

@@ -14,7 +14,7 @@ const MARKER: &str = "<!-- crate graph: checked by cargo xtask tidy -->";
 /// Fields every package takes from the workspace.
 const INHERITED: [&str; 4] = ["version", "edition", "rust-version", "license"];
 /// Fields those of `crates/` take too.
-const INHERITED_BY_CRATES: [&str; 2] = ["keywords", "categories"];
+const INHERITED_BY_CRATES: [&str; 3] = ["keywords", "categories", "readme"];
 /// Largest tracked file in bytes.
 const LARGEST: u64 = 1_000_000;
 /// Rust files beyond so many lines are named.
@@ -429,7 +429,7 @@ mod tests {
     fn manifests_inherit() {
         let good = "[package]\nname = \"a\"\nversion.workspace = true\nedition.workspace = true\nrust-version.workspace = true\nlicense.workspace = true\n[lints]\nworkspace = true\n";
         assert_eq!(manifest_findings("xtask/Cargo.toml", good, false), []);
-        assert_eq!(manifest_findings("crates/a/Cargo.toml", good, true).len(), 2);
+        assert_eq!(manifest_findings("crates/a/Cargo.toml", good, true).len(), 3);
         let bad =
             good.replace("edition.workspace = true", "edition = \"2024\"").replace("[lints]", "[other]");
         let found = manifest_findings("xtask/Cargo.toml", &bad, false);

@@ -186,7 +186,10 @@ impl MeshFile {
         let nameless = free_edges(triangles).iter().filter(|e| !named.contains(*e)).count();
         let node_sets = self.groups.iter().any(|g| g.dimension == 0);
         if nameless > 0 && !node_sets {
-            problems.push(format!("{} of the free boundary in no group", counted(nameless, "edge")));
+            problems.push(format!(
+                "{} of the free boundary in no group: nothing can be imposed there",
+                counted(nameless, "edge")
+            ));
         }
     }
 
