@@ -4,7 +4,7 @@
 //! Misprints of the paper are corrected: `t·σn` in (7), corrections that vanish where displacements are imposed in (10), (11).
 //!
 //! # The problem
-//! Two bodies `Ω_1`, `Ω_2`, the unit normal `n` out of the first on the contact line `Γ_C`, the initial gap `g ≥ 0`. For α = 1, 2:
+//! Two bodies Ω₁, Ω₂, the unit normal `n` out of the first on the contact line Γ_C, the initial gap `g ≥ 0`. For α = 1, 2:
 //! ```math
 //! \begin{aligned}
 //! σ^α &= \mathbb{E}^α ε(u^α)                                     && \text{in } Ω_α   && (1) \\
@@ -22,7 +22,7 @@
 //! | (5)-(7) | the nodal law in step 1, (9); its pairs, normals and gaps in [`ContactInterface`](fem_core::interface::ContactInterface) |
 //!
 //! # The iteration
-//! Given the normal trace λ on `Γ_C`, nodal forces `r` and the Steklov-Poincaré operators `S_α`:
+//! Given the normal trace λ on Γ_C, nodal forces `r` and the Steklov-Poincaré operators S₁, S₂:
 //! ```math
 //! \begin{aligned}
 //! \text{step 1:} && v^1 &= λ, \quad r^1 = S_1 λ - \tilde g^1                                              && (8) \\
@@ -39,14 +39,14 @@
 //! | (10), (11) | [`CondensedBody::trace_from_force`](fem_core::condensation::CondensedBody::trace_from_force) |
 //! | the loop | [`nndd::solve`]; weights other than ½ and other updates: [`nndd::Weights`], [`nndd::Acceleration`] |
 //!
-//! `S_α` costs nothing beside the factorisation `K = L Lᵀ` with the interface last, and `u^α` is recovered only where it is asked for:
+//! `S` costs nothing beside the factorisation `K = L Lᵀ` with the interface last, and the displacement is recovered only where it is asked for:
 //! ```math
 //! S = L_{CC} L_{CC}^T, \qquad \tilde g = L_{CC} (L^{-1} f)_C, \qquad a(w, w) = w·S w                          \qquad (13)
 //! ```
 //! in [`CondensedBody::factorise`](fem_core::condensation::CondensedBody::factorise),
 //! [`displacement_from_trace`](fem_core::condensation::CondensedBody::displacement_from_trace).
 //!
-//! With `μ` the eigenvalues of `½(S_1^{-1} + S_2^{-1})(S_1 + S_2)` (full contact) the iteration converges below, and is fastest at,
+//! With `μ` the eigenvalues of `½(S₁⁻¹ + S₂⁻¹)(S₁ + S₂)` (full contact) the iteration converges below, and is fastest at,
 //! ```math
 //! θ < \frac{2}{μ_{max}}, \qquad θ = \frac{2}{μ_{min} + μ_{max}}                                               \qquad (14)
 //! ```
@@ -64,8 +64,8 @@
 //! ```math
 //! e_{CRE}^2 = ‖u - v‖^2 + ‖σ - τ‖^2 + 2 ∫ p\,o_{ex} + 2 ∫ p_{ex}\,o \; ≥ \; ‖u - v‖^2                           \qquad (16)
 //! ```
-//! (16): write `τ - σ(v) = (τ - σ) + (σ - σ(v))`; by equilibrium the cross term is `2∫ (p - p_ex)(o_ex - o)`, and `p_ex o_ex = 0`. It
-//! splits without a cross term, `\hat σ` being the FE stress in equilibrium with `p`, since `τ - \hat σ` is orthogonal to FE strains:
+//! (16): write `τ − σ(v) = (τ − σ) + (σ − σ(v))`; by equilibrium the cross term is `2∫ (p − p_ex)(o_ex − o)`, and `p_ex o_ex = 0`. It
+//! splits without a cross term, `σ̂` being the FE stress in equilibrium with `p`, since `τ − σ̂` is orthogonal to FE strains:
 //! ```math
 //! e_{CRE}^2 = \underbrace{\sum ‖τ - \hat σ‖^2}_{\text{mesh}}
 //!           + \underbrace{\sum ‖\hat σ - σ(v)‖^2 + 2 ∫ p\,o}_{\text{iteration}}                                \qquad (17)

@@ -213,7 +213,7 @@ impl MeshFile {
         }
         if self.group_names(1).next().is_none() && !self.groups.iter().any(|g| g.dimension == 0) {
             problems.push(
-                "no group of edges: nothing can be supported, loaded or brought into contact".to_owned(),
+                "no group of edges (Gmsh: Physical Curve): nothing can be supported, loaded or brought into contact".to_owned(),
             );
         }
         let mut parent = vec![u32::MAX; self.points.len()];
