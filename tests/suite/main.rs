@@ -12,6 +12,7 @@ mod data;
 mod effectivity;
 mod elasticity;
 mod honesty;
+mod key_page;
 mod limit;
 mod mesh_files;
 mod non_matching;

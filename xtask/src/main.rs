@@ -1,6 +1,7 @@
 //! Tasks of the workspace, run as `cargo xtask TASK`: everything that is not plain cargo.
 //!
 //! - `verify` runs every check a change must pass,
+//! - `docs` builds the documentation with its formulae typeset,
 //! - `tidy` checks what no compiler checks: the crate graph on the map, stray files, forbidden words,
 //! - `bench` runs the benchmark suites and writes `bench-results/`; with `--peers`, other programs beside this one,
 //! - `reproduce` runs the studies whose tables stand in `bench-results/`,
@@ -10,7 +11,9 @@
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 mod bench;
+mod citations;
 mod deep;
+mod docs;
 mod reproduce;
 mod tidy;
 mod verify;
@@ -32,6 +35,8 @@ struct Arguments {
 enum Task {
     /// Run every check: format, clippy, tests, docs, cases, tidy
     Verify(verify::Arguments),
+    /// Build the documentation, formulae typeset
+    Docs,
     /// Check the crate graph, the manifests and the tracked files
     Tidy,
     /// Run the benchmark suites and write a folder of bench-results
@@ -46,6 +51,7 @@ fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let outcome = Workspace::find().and_then(|workspace| match arguments.task {
         Task::Verify(arguments) => verify::run(&workspace, &arguments),
+        Task::Docs => docs::run(&workspace),
         Task::Tidy => tidy::run(&workspace),
         Task::Bench(arguments) => bench::run(&workspace, &arguments).map(|()| true),
         Task::Reproduce(arguments) => reproduce::run(&workspace, &arguments).map(|()| true),

@@ -1,9 +1,11 @@
 //! `cargo xtask tidy`: what no compiler checks.
 //!
 //! The crate graph in ARCHITECTURE.md equals the one cargo sees; manifests inherit from the workspace; external
-//! dependencies are named on the map; tracked files hold no path of one machine, no word that marks unfinished
+//! dependencies are named on the map; every source that a comment cites stands in REFERENCES.bib; the tests of every
+//! example run; tracked files hold no path of one machine, no word that marks unfinished
 //! work, and are neither large nor out of place.
 
+use crate::citations;
 use crate::workspace::{Outcome, Package, Workspace, output, read};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,7 +14,7 @@ const MARKER: &str = "<!-- crate graph: checked by cargo xtask tidy -->";
 /// Fields every package takes from the workspace.
 const INHERITED: [&str; 4] = ["version", "edition", "rust-version", "license"];
 /// Fields those of `crates/` take too.
-const INHERITED_BY_CRATES: [&str; 2] = ["keywords", "categories"];
+const INHERITED_BY_CRATES: [&str; 3] = ["keywords", "categories", "readme"];
 /// Largest tracked file in bytes.
 const LARGEST: u64 = 1_000_000;
 /// Rust files beyond so many lines are named.
@@ -58,14 +60,14 @@ const UNFINISHED: [&str; 5] = [
 
 /// Something that is not as it should be.
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Finding {
-    file: String,
-    line: usize,
-    what: String,
+pub(crate) struct Finding {
+    pub(crate) file: String,
+    pub(crate) line: usize,
+    pub(crate) what: String,
 }
 
 impl Finding {
-    fn new(file: &str, line: usize, what: impl Into<String>) -> Finding {
+    pub(crate) fn new(file: &str, line: usize, what: impl Into<String>) -> Finding {
         Finding { file: file.to_owned(), line, what: what.into() }
     }
 }
@@ -83,13 +85,23 @@ pub(crate) fn run(workspace: &Workspace) -> Outcome<bool> {
     for package in &workspace.packages {
         let text = read(&workspace.root.join(&package.manifest))?;
         findings.extend(manifest_findings(&package.manifest, &text, package.is_crate()));
+        let example =
+            |name| format!("found no tests of the example {name}, expected `test = true` in its [[example]]");
+        let untested = package.untested_examples.iter().map(example);
+        findings.extend(untested.map(|what| Finding::new(&package.manifest, 1, what)));
     }
+    let sources = citations::entries(&read(&workspace.root.join(citations::BIBLIOGRAPHY))?);
     let mut notes = vec![];
     for file in &files {
         let Ok(bytes) = std::fs::read(workspace.root.join(file)) else { continue };
         findings.extend(file_findings(file, &bytes));
         if file.ends_with(".rs") {
-            let lines = String::from_utf8_lossy(&bytes).lines().count();
+            let text = String::from_utf8_lossy(&bytes);
+            // The citations' own tests cite what is not there.
+            if !file.ends_with("/citations.rs") {
+                findings.extend(citations::findings(file, &text, &sources));
+            }
+            let lines = text.lines().count();
             if lines > LONG {
                 notes.push(format!("note: {file}: {lines} lines, a look for a seam may be worth it"));
             }
@@ -345,6 +357,7 @@ mod tests {
             internal: owned(internal),
             external: owned(external),
             benches: vec![],
+            untested_examples: vec![],
         }
     }
 
@@ -416,7 +429,7 @@ mod tests {
     fn manifests_inherit() {
         let good = "[package]\nname = \"a\"\nversion.workspace = true\nedition.workspace = true\nrust-version.workspace = true\nlicense.workspace = true\n[lints]\nworkspace = true\n";
         assert_eq!(manifest_findings("xtask/Cargo.toml", good, false), []);
-        assert_eq!(manifest_findings("crates/a/Cargo.toml", good, true).len(), 2);
+        assert_eq!(manifest_findings("crates/a/Cargo.toml", good, true).len(), 3);
         let bad =
             good.replace("edition.workspace = true", "edition = \"2024\"").replace("[lints]", "[other]");
         let found = manifest_findings("xtask/Cargo.toml", &bad, false);

@@ -1,7 +1,7 @@
 //! `cargo xtask verify`: every check a change must pass, one after the other, and a table at the end.
 
-use crate::tidy;
 use crate::workspace::{Outcome, Workspace, read, stream};
+use crate::{docs, tidy};
 use clap::{Args, ValueEnum};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -27,7 +27,7 @@ enum Step {
     Clippy,
     /// cargo test
     Tests,
-    /// cargo doc, warnings denied
+    /// cargo xtask docs
     Docs,
     /// nndd solve on every file of tests/cases
     Cases,
@@ -56,11 +56,7 @@ impl Step {
                 cargo(&["clippy", "--workspace", "--all-targets", "--release", "--", "-D", "warnings"])
             }
             Step::Tests => cargo(&["test", "--workspace", "--release"]),
-            Step::Docs => {
-                // In the profile of the other steps, so that nothing is compiled once more.
-                let mut command = workspace.cargo(&["doc", "--workspace", "--no-deps", "--release"]);
-                Ok(stream(command.env("RUSTDOCFLAGS", "-D warnings"))? == Some(0))
-            }
+            Step::Docs => docs::run(workspace),
             Step::Cases => cases(workspace),
             Step::Tidy => tidy::run(workspace),
         }

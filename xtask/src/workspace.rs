@@ -29,6 +29,8 @@ pub(crate) struct Package {
     pub(crate) external: Vec<String>,
     /// Its benchmark targets.
     pub(crate) benches: Vec<String>,
+    /// Its examples whose tests `cargo test` does not run.
+    pub(crate) untested_examples: Vec<String>,
 }
 
 impl Package {
@@ -92,14 +94,19 @@ fn package(package: &Value, root: &Path, names: &[&str]) -> Outcome<Package> {
     dependencies.sort();
     dependencies.dedup();
     let (internal, external) = dependencies.into_iter().partition(|d| names.contains(&d.as_str()));
-    let is_bench = |t: &&Value| list(t, "kind").iter().any(|k| k.as_str() == Some("bench"));
-    let benches = list(package, "targets").iter().filter(is_bench).filter_map(|t| t["name"].as_str());
+    let targets = |kind: &'static str| {
+        let of_kind = move |t: &&Value| list(t, "kind").iter().any(|k| k.as_str() == Some(kind));
+        list(package, "targets").iter().filter(of_kind)
+    };
+    let names_of = |target: &Value| target["name"].as_str().map(str::to_owned);
+    let untested = targets("example").filter(|t| t["test"].as_bool() != Some(true));
     Ok(Package {
         name: string(package, "name")?.to_owned(),
         manifest,
         internal,
         external,
-        benches: benches.map(str::to_owned).collect(),
+        benches: targets("bench").filter_map(names_of).collect(),
+        untested_examples: untested.filter_map(names_of).collect(),
     })
 }
 
@@ -155,7 +162,8 @@ mod tests {
               "dependencies": [
                 { "name": "rayon", "kind": null }, { "name": "fem-core", "kind": null },
                 { "name": "criterion", "kind": "dev" } ],
-              "targets": [ { "name": "nndd", "kind": ["lib"] }, { "name": "steps", "kind": ["bench"] } ] },
+              "targets": [ { "name": "nndd", "kind": ["lib"] }, { "name": "steps", "kind": ["bench"] },
+                { "name": "blocks", "kind": ["example"], "test": true }, { "name": "new", "kind": ["example"], "test": false } ] },
             { "name": "fem-core", "manifest_path": "/w/crates/fem-core/Cargo.toml",
               "dependencies": [], "targets": [] },
             { "name": "xtask", "manifest_path": "/w/xtask/Cargo.toml", "dependencies": [], "targets": [] } ] }"#;
@@ -166,7 +174,10 @@ mod tests {
             (&nndd.internal[..], &nndd.external[..]),
             (&["fem-core".to_owned()][..], &["rayon".to_owned()][..])
         );
-        assert_eq!(nndd.benches, ["steps"]);
+        assert_eq!(
+            (&nndd.benches[..], &nndd.untested_examples[..]),
+            (&["steps".to_owned()][..], &["new".to_owned()][..])
+        );
         assert!(nndd.is_crate() && !xtask.is_crate());
     }
 

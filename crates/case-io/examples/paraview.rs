@@ -12,6 +12,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let directory =
         std::env::args_os().nth(1).map_or_else(|| PathBuf::from("target/paraview"), PathBuf::from);
     std::fs::create_dir_all(&directory)?;
+    write(&directory)
+}
+
+fn write(directory: &Path) -> Result<(), Box<dyn Error>> {
     let mesh = block([0.0, 0.0], [2.0, 1.0], [30, 15])?;
     let displacement: Vec<_> = mesh.points().iter().map(|p| [0.01 * p[0] * p[1], -0.02 * p[1]]).collect();
     let stress: Vec<_> = (0..mesh.triangles().len()).map(|t| [1.0, 2.0, 3.0, t as f64, 0.0, 0.5]).collect();
@@ -44,4 +48,16 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn save(path: &Path, mesh: &VtuMesh, data: &VtuData) -> Result<(), Box<dyn Error>> {
     write_file(path, |out| vtu::write(out, mesh, data).map_err(io::Error::other))?;
     Ok(())
+}
+
+#[test]
+fn collection_names_the_files_beside_it() {
+    let directory = tempfile::tempdir().unwrap();
+    write(directory.path()).unwrap();
+    let read = |name: &str| std::fs::read_to_string(directory.path().join(name)).unwrap();
+    let collection = read("run.pvd");
+    for name in ["body.vtu", "contact.vtu"] {
+        assert!(collection.contains(&format!("file=\"{name}\"")), "{collection}");
+        assert!(!std::fs::read(directory.path().join(name)).unwrap().is_empty());
+    }
 }

@@ -9,11 +9,12 @@ pub const PATCH: &str = include_str!("template/patch.toml");
 /// Meshes refined until the certified error is below a target.
 pub const ADAPTIVE: &str = include_str!("template/adaptive.toml");
 
-/// The templates by name.
-pub const TEMPLATES: &[(&str, &str)] = &[("paper", PAPER), ("patch", PATCH), ("adaptive", ADAPTIVE)];
+/// Two bodies from a mesh file, with the names to replace.
+pub const GMSH: &str = include_str!("template/gmsh.toml");
 
-/// Names that a later version will have.
-pub const NOT_YET: &[&str] = &["hertz"];
+/// The templates by name.
+pub const TEMPLATES: &[(&str, &str)] =
+    &[("paper", PAPER), ("patch", PATCH), ("adaptive", ADAPTIVE), ("gmsh", GMSH)];
 
 /// Finds a template by its name.
 pub fn find(name: &str) -> Option<&'static str> {

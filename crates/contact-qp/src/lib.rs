@@ -1,15 +1,18 @@
 //! Convex quadratic programmes with lower bounds: Clarabel, an exact active-set polish, and verified warm starts.
 //!
-//! ```text
-//!      min   ½ xᵀ P x + qᵀ x        P  n × n, symmetric positive definite
-//!       x                           q  n
-//!      s.t.  x_i ≥ l_i, i ∈ B       B  m ≤ n indices, sorted; l  m
+//! ```math
+//! \min_x \; ½ x^T P x + q^T x \qquad \text{subject to} \quad x_i ≥ l_i, \; i ∈ B
 //! ```
+//! | symbol | what | size |
+//! |---|---|---|
+//! | P | symmetric, positive definite | `n × n` |
+//! | q | linear term | `n` |
+//! | B, l | sorted indices of the bounded unknowns, their bounds | `m ≤ n` |
 //!
 //! The solution is the only pair of `x` (n) and multipliers `r` (m) that satisfies the KKT conditions
 //!
-//! ```text
-//!      P x + q = Σ_{i ∈ B} r_i e_i,     x_i ≥ l_i,     r_i ≥ 0,     r_i (x_i − l_i) = 0 .
+//! ```math
+//! P x + q = \sum_{i ∈ B} r_i e_i, \qquad x_i ≥ l_i, \qquad r_i ≥ 0, \qquad r_i (x_i - l_i) = 0
 //! ```
 //!
 //! In unilateral contact `P` is a stiffness, `−q` the loads, `l` the gaps and `r` the contact forces, but nothing
@@ -19,8 +22,8 @@
 //! bounds that hold with equality, the active set `A`. The answer itself comes from the linear system on the
 //! other unknowns `I`,
 //!
-//! ```text
-//!      x_A = l_A,     P_II x_I = −q_I − P_IA l_A,     r_A = (P x + q)_A,
+//! ```math
+//! x_A = l_A, \qquad P_{II} x_I = -q_I - P_{IA} l_A, \qquad r_A = (P x + q)_A
 //! ```
 //!
 //! with primal-dual active-set steps where a sign is wrong. So `x ≥ l`, `r ≥ 0` and `r (x − l) = 0` hold *exactly*
@@ -35,6 +38,8 @@
 //!   [`KktResiduals`] how good it is; [`kkt_residuals`] measures any other pair;
 //! - [`CheckedMatrix`] and [`solve_with`] check a matrix once for many programmes;
 //! - [`QpError`] says why a programme could not be posed.
+//!
+//! `examples/` solves an obstacle problem whose contact zone is known, and a regression with bounds.
 //!
 //! # Example
 //! Two masses on springs, the first above a floor at 0.5; the loads alone would put them at (0, 1).

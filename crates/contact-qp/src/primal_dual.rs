@@ -1,8 +1,8 @@
 //! Primal-dual active-set steps: solve on the set, move every bound whose sign is wrong, repeat.
 //!
 //! One step is `A ← {k ∈ A : r_k ≥ 0} ∪ {k ∉ A : x_k < l_k}`, a semi-smooth Newton step for the KKT conditions
-//! (Hintermüller, Ito, Kunisch, *SIAM J. Optim.* 13, 2002). It ends after finitely many steps on M-matrices and,
-//! in practice, on the Steklov-Poincaré operators of elastic bodies, but may cycle on other matrices.
+//! (Hintermüller, Ito and Kunisch 2002). It ends after finitely many steps on M-matrices and, in practice,
+//! on the Steklov-Poincaré operators of elastic bodies, but may cycle on other matrices.
 
 use crate::active_set::ActiveSet;
 use crate::error::QpError;
@@ -15,8 +15,8 @@ pub(crate) enum OnCycle {
     /// Give up; the caller has another method.
     Stop,
     /// From then on move one bound at a time, the last one whose sign is wrong, and let signs be wrong by this
-    /// much of the force scale. In exact arithmetic this rule ends for every positive definite matrix (Murty,
-    /// *Linear Algebra Appl.* 9, 1974).
+    /// much of the force scale. In exact arithmetic this rule ends for every positive definite matrix
+    /// (Murty 1974).
     SinglePivots { slack: f64 },
 }
 

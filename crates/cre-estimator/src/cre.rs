@@ -9,7 +9,10 @@ use fem_core::norm::{from_squared, sum_over_triangles};
 use fem_core::tensor::SymTensor2;
 use rayon::prelude::*;
 
-/// The constitutive relation error `e_CRE² = Σ‖τ − σ(v)‖² + 2∫ p o`, J/m, and where it comes from.
+/// The constitutive relation error, J/m, and where it comes from: (15) and (17) of `certified_contact::theory`.
+/// ```math
+/// e_{CRE}^2 = \sum ‖τ - σ(v)‖^2 + 2 ∫ p\,o = \sum ‖τ - \hat σ‖^2 + \Bigl[ \sum ‖\hat σ - σ(v)‖^2 + 2 ∫ p\,o \Bigr]
+/// ```
 #[derive(Clone, Debug)]
 pub struct Cre {
     /// `e_CRE²`, a bound of `‖u − v‖² + ‖σ − τ‖²`.
@@ -39,7 +42,7 @@ impl Cre {
     }
 }
 
-/// Computes the constitutive relation error of an admissible pair.
+/// Computes the constitutive relation error of an admissible pair, (15).
 ///
 /// The split has no cross term, since `τ − σ̂` is orthogonal to every FE strain that vanishes on Γ_D. Both
 /// sides of it are computed by themselves: [`Cre::split_defect`] compares them.

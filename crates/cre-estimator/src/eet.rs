@@ -2,8 +2,8 @@
 //!
 //! For each vertex `i` the moments `b_Γ = ∫_Γ F_Γ φ_i ds` on the edges of its star satisfy, for every
 //! triangle `E` of the star,
-//! ```text
-//! Σ_{Γ∋i} ± b_Γ = ∫_E σ̂ ∇φ_i − ∫_E b φ_i
+//! ```math
+//! \sum_{Γ ∋ i} ± b_Γ = ∫_E \hat σ ∇φ_i - ∫_E b\,φ_i
 //! ```
 //! Among the solutions the one closest to the average FE traction is taken (`Σ |b − b̄|²/|Γ|` least).
 //!
@@ -26,7 +26,8 @@ const CHUNK: usize = 1024;
 /// Chunks whose moments are held before they are put in their places.
 const GROUP: usize = 16;
 
-/// Computes edge moments in equilibrium with the FE stress `stress` (one per triangle, Pa).
+/// Computes edge moments in equilibrium with the FE stress `stress` (one per triangle, Pa): (19) of
+/// `certified_contact::theory`.
 ///
 /// * `conditions`: what is given on each boundary edge, in the order of
 ///   [`fem_core::mesh::topology::Topology::boundary_edges`].

@@ -7,7 +7,8 @@ use fem_core::interface::ContactProblem;
 use fem_core::norm::sum_over_triangles;
 use fem_core::tensor::SymTensor2;
 
-/// Computes `η_dis,p²`, J/m: the constitutive relation error of the second reference problem, λ_p frozen.
+/// Computes `η_dis,p²`, J/m, (23) of `certified_contact::theory`: the constitutive relation error of the second reference
+/// problem, λ_p frozen.
 ///
 /// * Ω₁ has `v¹ = λ_p` imposed: recovery on `σ(u¹_p)` itself, the normal traction on Γ_C free and the
 ///   tangential one zero.

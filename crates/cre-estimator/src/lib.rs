@@ -3,12 +3,24 @@
 //! # The bound
 //! For displacements `v` that satisfy the contact condition, and stresses `τ` in exact equilibrium with one
 //! common pressure `p ≥ 0`, with the opening `o = g − (v¹−v²)·n ≥ 0`:
-//! ```text
-//! e_CRE² = Σ_α ‖τ^α − σ(v^α)‖²_{E⁻¹} + 2 ∫_Γc p o ds
-//!        = ‖u − v‖² + ‖σ − τ‖² + 2∫ p o_ex + 2∫ p_ex o   ≥   ‖u − v‖² + ‖σ − τ‖²
+//! ```math
+//! \begin{aligned}
+//! e_{CRE}^2 &= \sum_α ‖τ^α - σ(v^α)‖^2 + 2 ∫_{Γ_C} p\,o \\
+//!           &= ‖u - v‖^2 + ‖σ - τ‖^2 + 2 ∫ p\,o_{ex} + 2 ∫ p_{ex}\,o \; ≥ \; ‖u - v‖^2 + ‖σ - τ‖^2
+//! \end{aligned}
 //! ```
-//! No constant, no assumption on the mesh. It splits without a cross term:
-//! `e_CRE² = Σ‖τ−σ̂‖² + [Σ‖σ̂−σ(v)‖² + 2∫ p o]`, the mesh's part and the iteration's.
+//! No constant, no assumption on the mesh. It splits without a cross term into the mesh's part and the iteration's:
+//! ```math
+//! e_{CRE}^2 = \sum ‖τ - \hat σ‖^2 + \Bigl[ \sum ‖\hat σ - σ(v)‖^2 + 2 ∫ p\,o \Bigr]
+//! ```
+//! | symbol | what | size |
+//! |---|---|---|
+//! | v, σ(v) | displacements handed over, m; their stress, Pa | per node; per triangle |
+//! | p, o | pressure, Pa; opening, m | per pair of contact nodes |
+//! | σ̂ | FE stress in equilibrium with `p`, Pa | per triangle |
+//! | τ | stress in exact equilibrium, Pa | nine tensors per triangle |
+//!
+//! # Modules and types, in the order one meets them
 //!
 //! | step | module |
 //! |---|---|
@@ -22,7 +34,8 @@
 //! | `η_dis` | [`indicators`] |
 //! | where to refine | [`marking`] |
 //!
-//! [`estimate_with()`] does all of it, [`estimate()`] without relaxation.
+//! [`estimate_with()`] does all of it for a [`fem_core::interface::ContactState`] and returns an [`Estimate`];
+//! [`estimate()`] does without relaxation. `examples/certify.rs` certifies a displacement field read from a file.
 //!
 //! # Example
 //! Two equal blocks at rest against each other: the certificate of a zero field is zero.

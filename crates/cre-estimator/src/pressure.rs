@@ -2,7 +2,7 @@
 
 use fem_core::interface::{ContactEdge, ContactInterface};
 
-/// Computes the P1 pressure of nodal contact forces, `p_i = r²_i/ℓ_i ≥ 0`, Pa.
+/// Computes the P1 pressure of nodal contact forces, `p_i = r²_i/ℓ_i ≥ 0`, Pa: (18) of `certified_contact::theory`.
 ///
 /// Lumping keeps the sign; the inverse of the consistent mass matrix would not.
 pub fn nodal_pressure(interface: &ContactInterface, contact_force: &[f64]) -> Vec<f64> {
@@ -19,7 +19,7 @@ pub fn edge_pressure(interface: &ContactInterface, pressure: &[f64]) -> Vec<[f64
     interface.edges().iter().map(on_edge).collect()
 }
 
-/// Computes `2 ∫ p o ds` on every contact edge, J/m, with the consistent mass.
+/// Computes `2 ∫ p o ds` on every contact edge, J/m, with the consistent mass: the last term of (15).
 ///
 /// * `edge_pressure`: see [`edge_pressure`].
 /// * `opening`: at the pairs; `middle`: see [`fem_core::interface::ContactInterface::middle_opening`].

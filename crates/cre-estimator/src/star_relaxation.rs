@@ -2,8 +2,8 @@
 //!
 //! EET alone overestimates several times over. The edge moments it finds are one choice among many in
 //! equilibrium; the best minimises the complementary energy
-//! ```text
-//! ‖τ − σ̂‖² = ∫ (τ − σ̂) : E⁻¹ (τ − σ̂)    over    τ = τ_EET + airy(φ)
+//! ```math
+//! ‖τ - \hat σ‖^2 = ∫ (τ - \hat σ) : \mathbb{E}^{-1} (τ - \hat σ) \qquad \text{over} \quad τ = τ_{EET} + \operatorname{airy}(φ)
 //! ```
 //! * **Space.** `airy(φ) = R ∇²φ Rᵀ` of the Hsieh-Clough-Tocher functions `φ` are the self-equilibrated
 //!   Johnson-Mercier stresses. Three unknowns per vertex and one per edge; those of a vertex and its spokes
@@ -93,7 +93,7 @@ pub struct RelaxationReport {
     pub stationary: bool,
 }
 
-/// Relaxes an equilibrated stress in place.
+/// Relaxes an equilibrated stress in place: steps of (21) of `certified_contact::theory`.
 ///
 /// * `stress`: as recovered by EET; on return with the edge moments of the last iterate, in exact equilibrium
 ///   with the same loads and given tractions.

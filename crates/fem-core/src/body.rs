@@ -10,6 +10,7 @@ use crate::material::{LinearElastic, Materials};
 use crate::mesh::TriMesh;
 use crate::mesh::refine::Refinement;
 use std::fmt;
+use std::sync::OnceLock;
 use thiserror::Error;
 
 pub(crate) use interpolation::Sum as DifferenceSum;
@@ -195,6 +196,8 @@ pub struct Body {
     /// What was evaluated, and on which edges, to be evaluated again on a finer mesh.
     conditions: BoundaryConditions,
     selected: conditions::Selected,
+    /// Found when it is first asked for: checks before a run ask, and the assembly asks again.
+    free_motion: OnceLock<Option<FreeMotion>>,
 }
 
 impl Body {
@@ -301,6 +304,6 @@ impl Body {
     /// Finds a rigid motion that the supports allow, if there is one: then no statically loaded solution
     /// is unique. Each connected piece is looked at by itself.
     pub fn free_motion(&self) -> Option<FreeMotion> {
-        motion::find(self)
+        *self.free_motion.get_or_init(|| motion::find(self))
     }
 }

@@ -1,7 +1,13 @@
 //! One factorisation per body serves every step: the body condensed on its interface normals.
 //!
-//! With the interface last, `K = L Lᵀ`, `L = [L_II 0; L_CI L_CC]`, the Steklov-Poincaré operator is
-//! `S = L_CC L_CCᵀ`, and the reaction to an imposed normal trace `v` is `r = S v − g̃`.
+//! With the interface last,
+//! ```math
+//! K = L L^T, \qquad L = \begin{bmatrix} L_{II} & 0 \\ L_{CI} & L_{CC} \end{bmatrix}, \qquad S = L_{CC} L_{CC}^T, \qquad
+//! \tilde g = L_{CC} (L^{-1} f)_C
+//! ```
+//! is the Steklov-Poincaré operator with its load, (13) of `certified_contact::theory`. [`CondensedBody::reaction`] gives the
+//! reaction `r = S v − g̃` to an imposed normal trace `v`, [`CondensedBody::trace_from_force`] the trace `w = S⁻¹ r` of a
+//! correction, and both fields are recovered on demand.
 
 use crate::assembly::System;
 use crate::cholesky::{Cholesky, CholeskyError};

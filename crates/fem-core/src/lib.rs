@@ -1,22 +1,29 @@
 //! Plane linear elasticity on P1 triangles, its sparse factorisation, and the geometry of contact.
 //!
 //! # The problem
-//! ```text
-//! find u with  ∫ E ε(u) : ε(v) = ∫ b·v + ∫_{Γ_N} F·v   for every v that vanishes on Γ_D,   u = u_D on Γ_D
+//! ```math
+//! u = u_D \text{ on } Γ_D, \qquad ∫_Ω \mathbb{E} ε(u) : ε(v) = ∫_Ω b·v + ∫_{Γ_N} F·v \quad \text{for every } v \text{ that vanishes on } Γ_D
 //! ```
-//! | symbol | what | type |
-//! |---|---|---|
-//! | Ω | the triangulated body, `n` nodes | [`mesh::TriMesh`] |
-//! | E | the elasticity tensor | [`material::LinearElastic`] |
-//! | u_D, F, b | what is imposed | [`boundary::BoundaryConditions`], evaluated in [`body::Body`] |
-//! | K, f | stiffness and load in the unknowns, about `2n` | [`assembly::System`] |
-//! | L | `K = L Lᵀ` | [`cholesky::Cholesky`] |
-//! | S, g̃ | `n_c × n_c` interface operator, its load | [`condensation::CondensedBody`] |
+//! With the unknowns on the contact line last, one factorisation gives the solution and the operator on that line:
+//! ```math
+//! K = L L^T, \qquad S = L_{CC} L_{CC}^T
+//! ```
+//! | symbol | what | size | type |
+//! |---|---|---|---|
+//! | Ω | the triangulated body | `n` nodes | [`mesh::TriMesh`] |
+//! | 𝔼 | the elasticity tensor | per triangle | [`material::LinearElastic`] |
+//! | u_D, F, b | what is imposed | per side | [`boundary::BoundaryConditions`], evaluated in [`body::Body`] |
+//! | K, f | stiffness and load in the unknowns | about `2n` | [`assembly::System`] |
+//! | L | the factor | | [`cholesky::Cholesky`] |
+//! | S, g̃ | interface operator, its load | `n_c × n_c`, `n_c` | [`condensation::CondensedBody`] |
 //!
-//! In the order one meets them: generate or read a [`mesh::TriMesh`], evaluate conditions on it in a
+//! # Types, in the order one meets them
+//! Generate or read a [`mesh::TriMesh`], evaluate conditions on it in a
 //! [`body::Body`], pair two bodies in an [`interface::ContactInterface`] (or use an empty
 //! [`interface::InterfaceSide`] for one body alone), assemble a [`assembly::System`], factorise it in a
 //! [`condensation::CondensedBody`], and take stresses and energies from [`field`] and [`norm`].
+//!
+//! `examples/bracket.rs` solves a bracket on a mesh of its own.
 //!
 //! # Example
 //! A block under its own weight, its side walls on rollers: `σ_yy = −ρg(1 − y)`.

@@ -8,7 +8,7 @@ const EXAMPLES: &str = "\
 Examples:
   nndd new paper > case.toml           start from a commented case file
   nndd solve case.toml                 solve it; the certificate is the last line
-  nndd new adaptive > case.toml        refine until the certified error is small enough
+  nndd new gmsh > case.toml            your own mesh, refined until the certified error is small enough
   nndd sweep case.toml --over solver.theta=0.1:0.9:0.05
 
 Exit status:
@@ -35,7 +35,7 @@ pub(crate) enum Command {
     Sweep(Sweep),
     /// Show what a mesh file holds: groups, cells, bounding box, quality, possible problems.
     Mesh(Mesh),
-    /// Print a commented case file to start from: paper, patch, adaptive.
+    /// Print a commented case file to start from: paper, patch, adaptive, gmsh.
     New {
         /// Name of the template.
         template: String,

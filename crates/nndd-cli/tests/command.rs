@@ -145,7 +145,9 @@ fn missing_files_and_wrong_arguments_have_their_status() {
 #[test]
 fn templates_are_cases_that_solve() {
     let temp = tempfile::tempdir().unwrap();
-    for name in ["paper", "patch", "adaptive"] {
+    let mesh = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/cases/meshes/blocks.msh");
+    std::fs::copy(mesh, temp.path().join("blocks.msh")).unwrap();
+    for name in ["paper", "patch", "adaptive", "gmsh"] {
         let template = nndd(&["new", name], temp.path());
         let case = temp.path().join(format!("{name}.toml"));
         std::fs::write(&case, &template.stdout).unwrap();

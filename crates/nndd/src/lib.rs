@@ -2,23 +2,33 @@
 //!
 //! # The algorithm
 //! Given a normal trace λ on the interface Γ_C, `n` out of Ω₁ into Ω₂:
-//! ```text
-//! step 1   (8)  Ω₁:  v¹ = λ imposed            →  reaction r¹
-//!          (9)  Ω₂:  v² ≥ λ − g unilateral     →  contact force r² ≥ 0
-//! step 2  (10)  Ω₁:  K¹ w¹ = −½(r¹ + r²) n
-//!         (11)  Ω₂:  K² w² = +½(r¹ + r²) n
-//! update        λ ← λ + θ (w¹ − w²)·n
+//! ```math
+//! \begin{aligned}
+//! \text{step 1:} && v^1 &= λ \text{ imposed on } Ω_1       && → \text{ reaction } r^1           && (8) \\
+//!                && v^2 &≥ λ - g \text{ unilateral on } Ω_2 && → \text{ contact force } r^2 ≥ 0  && (9) \\
+//! \text{step 2:} && S_1 w^1 &= -½ (r^1 + r^2)              &&                                  && (10) \\
+//!                && S_2 w^2 &= +½ (r^1 + r^2)              &&                                  && (11) \\
+//! \text{update:} && λ &← λ + θ (w^1 - w^2)                 &&                                  &&
+//! \end{aligned}
 //! ```
-//! `η_NNDD = ‖w̄‖`, `w̄ = S₁⁻¹(r¹ + r²)` (`= 2‖w¹‖` with the halves above), bounds the iteration's error
-//! `‖u_h − u_p‖` from above, at every iteration; `ε_t = 2 max|t¹+t²| / (max|t¹| + max|t²|)` does not.
-//!
+//! The first indicator bounds the iteration's error from above, at every iteration; the paper's precision does not:
+//! ```math
+//! ‖u_h - u_p‖ \; ≤ \; η_{NNDD} = ‖S_1^{-1} (r^1 + r^2)‖, \qquad ε_t = \frac{2 \max |t^1 + t^2|}{\max |t^1| + \max |t^2|}
+//! ```
 //! | symbol | what | size |
 //! |---|---|---|
-//! | λ, r^α, w^α | interface vectors, one number per pair | `n_c` |
+//! | λ, v^α, w^α | normal displacements on the interface, one number per pair, m | `n_c` |
+//! | r^α, t^α | normal nodal forces, N/m; over the tributary length, Pa | `n_c` |
 //! | S_α | Steklov-Poincaré operators, [`fem_core::condensation::CondensedBody`] | `n_c × n_c` |
 //!
-//! In the order one meets them: [`NnddSettings`], a [`stopping::StoppingCriterion`], [`solve`],
+//! (8) to (11) are solved in `src/steps.rs`, in the interface unknowns, and once more in full in `src/literal.rs`; the loop is
+//! in `src/solve.rs`. What θ can be: [`Spectrum`].
+//!
+//! # Types, in the order one meets them
+//! [`NnddSettings`], a [`stopping::StoppingCriterion`], [`solve`],
 //! [`NnddSolution`] with its [`NnddStatus`], [`IterationRow`]s and last [`Iterate`].
+//!
+//! `examples/blocks.rs` solves the paper's problem by its settings and by the default ones.
 //!
 //! # Example
 //! Two equal blocks pressed together: one iteration is exact.

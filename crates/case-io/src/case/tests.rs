@@ -275,8 +275,10 @@ fn an_adaptive_run_with_another_criterion_is_warned_of() {
 
 #[test]
 fn every_template_is_a_valid_case() {
+    let meshes = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/cases/meshes");
     for (name, text) in crate::template::TEMPLATES {
-        let case = Case::parse(text, &format!("{name}.toml"), &[]).unwrap();
+        let mut case = Case::parse(text, &format!("{name}.toml"), &[]).unwrap();
+        case.read_mesh_files(&meshes).unwrap();
         let [first, second] = case.build_bodies().unwrap();
         case.build_interface(&first, &second).unwrap();
         assert!(first.free_motion().is_none() && second.free_motion().is_none(), "{name}");

@@ -186,7 +186,10 @@ impl MeshFile {
         let nameless = free_edges(triangles).iter().filter(|e| !named.contains(*e)).count();
         let node_sets = self.groups.iter().any(|g| g.dimension == 0);
         if nameless > 0 && !node_sets {
-            problems.push(format!("{} of the free boundary in no group", counted(nameless, "edge")));
+            problems.push(format!(
+                "{} of the free boundary in no group: nothing can be imposed there",
+                counted(nameless, "edge")
+            ));
         }
     }
 
@@ -210,7 +213,7 @@ impl MeshFile {
         }
         if self.group_names(1).next().is_none() && !self.groups.iter().any(|g| g.dimension == 0) {
             problems.push(
-                "no group of edges: nothing can be supported, loaded or brought into contact".to_owned(),
+                "no group of edges (Gmsh: Physical Curve): nothing can be supported, loaded or brought into contact".to_owned(),
             );
         }
         let mut parent = vec![u32::MAX; self.points.len()];

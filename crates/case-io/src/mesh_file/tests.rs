@@ -105,7 +105,7 @@ fn a_summary_tells_what_may_stand_against_a_file() {
         "no group of edges",
         "region \"r\" consists of 2 parts that are not connected",
         "\"r\", \"q\" are regions with 2 nodes in common",
-        "9 edges of the free boundary in no group",
+        "9 edges of the free boundary in no group: nothing can be imposed there",
     ] {
         assert!(problems.contains(expected), "{expected} is not in\n{problems}");
     }

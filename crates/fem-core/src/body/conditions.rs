@@ -9,6 +9,7 @@ use crate::material::Materials;
 use crate::mesh::TriMesh;
 use crate::quadrature::GAUSS5;
 use std::collections::HashMap;
+use std::sync::OnceLock;
 
 /// Two directions closer than this (sine of the angle) are the same one.
 const SAME_DIRECTION: f64 = 1e-9;
@@ -73,7 +74,17 @@ pub(super) fn evaluate(
     }
     let (node_constraints, edge_conditions) = (work.constraints, work.edges);
     let conditions = conditions.clone();
-    Ok(Body { mesh, materials, node_constraints, edge_conditions, supports, conditions, selected })
+    let free_motion = OnceLock::new();
+    Ok(Body {
+        mesh,
+        materials,
+        node_constraints,
+        edge_conditions,
+        supports,
+        conditions,
+        selected,
+        free_motion,
+    })
 }
 
 struct Evaluation<'a> {

@@ -1,0 +1,118 @@
+//! The method on one page: each formula with the function that computes it.
+//!
+//! Numbers (1) to (12) are those of Choi, Gallimard and Sassi; the others go on from there, in the order of a run.
+//! Misprints of the paper are corrected: `t·σn` in (7), corrections that vanish where displacements are imposed in (10), (11).
+//!
+//! # The problem
+//! Two bodies Ω₁, Ω₂, the unit normal `n` out of the first on the contact line Γ_C, the initial gap `g ≥ 0`. For α = 1, 2:
+//! ```math
+//! \begin{aligned}
+//! σ^α &= \mathbb{E}^α ε(u^α)                                     && \text{in } Ω_α   && (1) \\
+//! \operatorname{div} σ^α + b^α &= 0                              && \text{in } Ω_α   && (2) \\
+//! σ^α n^α &= F^α                                                 && \text{on } Γ_N^α && (3) \\
+//! u^α &= u_D^α                                                   && \text{on } Γ_D^α && (4) \\
+//! o = g - (u^1 - u^2)·n ≥ 0, \quad p &≥ 0, \quad p\,o = 0        && \text{on } Γ_C   && (5) \\
+//! n·σ^α n &= -p, \quad t·σ^α n = 0                               && \text{on } Γ_C   && (6), (7)
+//! \end{aligned}
+//! ```
+//! | formula | where |
+//! |---|---|
+//! | (1) | [`LinearElastic::stress`](fem_core::material::LinearElastic::stress), [`field::stresses`](fem_core::field::stresses) |
+//! | (2), (3), (4) | [`BoundaryConditions`](fem_core::boundary::BoundaryConditions), evaluated in [`Body::new`](fem_core::body::Body::new); their weak form in [`System::assemble`](fem_core::assembly::System::assemble) |
+//! | (5)-(7) | the nodal law in step 1, (9); its pairs, normals and gaps in [`ContactInterface`](fem_core::interface::ContactInterface) |
+//!
+//! # The iteration
+//! Given the normal trace λ on Γ_C, nodal forces `r` and the Steklov-Poincaré operators S₁, S₂:
+//! ```math
+//! \begin{aligned}
+//! \text{step 1:} && v^1 &= λ, \quad r^1 = S_1 λ - \tilde g^1                                              && (8) \\
+//!                && v^2 &= \operatorname{argmin}_{v ≥ λ - g} \; ½ v·S_2 v - \tilde g^2·v, \quad r^2 = S_2 v^2 - \tilde g^2 ≥ 0  && (9) \\
+//! \text{step 2:} && S_1 w^1 &= -½ (r^1 + r^2)                                                             && (10) \\
+//!                && S_2 w^2 &= +½ (r^1 + r^2)                                                             && (11) \\
+//! \text{update:} && λ &← λ + θ (w^1 - w^2)                                                                &&
+//! \end{aligned}
+//! ```
+//! | formula | where |
+//! |---|---|
+//! | (8) | [`CondensedBody::reaction`](fem_core::condensation::CondensedBody::reaction) |
+//! | (9) | [`contact_qp::solve_with`] |
+//! | (10), (11) | [`CondensedBody::trace_from_force`](fem_core::condensation::CondensedBody::trace_from_force) |
+//! | the loop | [`nndd::solve`]; weights other than ½ and other updates: [`nndd::Weights`], [`nndd::Acceleration`] |
+//!
+//! `S` costs nothing beside the factorisation `K = L Lᵀ` with the interface last, and the displacement is recovered only where it is asked for:
+//! ```math
+//! S = L_{CC} L_{CC}^T, \qquad \tilde g = L_{CC} (L^{-1} f)_C, \qquad a(w, w) = w·S w                          \qquad (13)
+//! ```
+//! in [`CondensedBody::factorise`](fem_core::condensation::CondensedBody::factorise),
+//! [`displacement_from_trace`](fem_core::condensation::CondensedBody::displacement_from_trace).
+//!
+//! With `μ` the eigenvalues of `½(S₁⁻¹ + S₂⁻¹)(S₁ + S₂)` (full contact) the iteration converges below, and is fastest at,
+//! ```math
+//! θ < \frac{2}{μ_{max}}, \qquad θ = \frac{2}{μ_{min} + μ_{max}}                                               \qquad (14)
+//! ```
+//! in [`Spectrum::theta_limit`](nndd::Spectrum::theta_limit), [`Spectrum::best_theta`](nndd::Spectrum::best_theta).
+//!
+//! # The bound
+//! `v` satisfies (4) and `o ≥ 0`; `τ` satisfies (2), (3) and (6), (7) with a pressure `p ≥ 0`. The potentials of the contact law
+//! (De Saxcé 1992) then vanish, and of the paper's (12) only the work of the pressure on the opening is left:
+//! ```math
+//! φ(-[v]) + φ^*(t_c) + [v]·t_c + p\,g = p\,o ≥ 0, \text{ and } = 0 \text{ for the solution}                             \qquad (12)
+//! ```
+//! ```math
+//! e_{CRE}^2 = \sum_α ‖τ^α - σ(v^α)‖^2 + 2 ∫_{Γ_C} p\,o, \qquad ‖τ‖^2 = ∫ τ : \mathbb{E}^{-1} τ                 \qquad (15)
+//! ```
+//! ```math
+//! e_{CRE}^2 = ‖u - v‖^2 + ‖σ - τ‖^2 + 2 ∫ p\,o_{ex} + 2 ∫ p_{ex}\,o \; ≥ \; ‖u - v‖^2                           \qquad (16)
+//! ```
+//! (16): write `τ − σ(v) = (τ − σ) + (σ − σ(v))`; by equilibrium the cross term is `2∫ (p − p_ex)(o_ex − o)`, and `p_ex o_ex = 0`. It
+//! splits without a cross term, `σ̂` being the FE stress in equilibrium with `p`, since `τ − σ̂` is orthogonal to FE strains:
+//! ```math
+//! e_{CRE}^2 = \underbrace{\sum ‖τ - \hat σ‖^2}_{\text{mesh}}
+//!           + \underbrace{\sum ‖\hat σ - σ(v)‖^2 + 2 ∫ p\,o}_{\text{iteration}}                                \qquad (17)
+//! ```
+//! | formula | where |
+//! |---|---|
+//! | (12) | [`pressure::contact_terms`](cre_estimator::pressure::contact_terms), with the consistent mass |
+//! | (15), (17) | [`cre::constitutive_relation_error`](cre_estimator::cre::constitutive_relation_error); [`Cre::split_defect`](cre_estimator::Cre::split_defect) |
+//! | (16) | what follows from it: [`Bounds`](crate::Bounds); its conditions, as residuals: [`check()`](cre_estimator::check()) |
+//!
+//! # A stress in exact equilibrium
+//! ```math
+//! p_i = r^2_i / ℓ_i, \qquad \int \hat σ^α : ε(v) = ℓ^α(v) ∓ ∫_{Γ_C} p\,n·v \quad \text{for all FE } v           \qquad (18)
+//! ```
+//! ```math
+//! \sum_{Γ ∋ i} ± b_Γ = ∫_E \hat σ ∇φ_i - ∫_E b\,φ_i, \qquad b_Γ = ∫_Γ F_Γ φ_i, \qquad \sum \frac{|b_Γ - \bar b_Γ|^2}{|Γ|} \text{ least} \qquad (19)
+//! ```
+//! ```math
+//! τ|_E: \; \text{linear on the three parts of } E, \text{ symmetric}, \; \operatorname{div} τ + b = 0, \; τ n = F_Γ, \qquad
+//! τ = \frac{1}{J} F \hat τ F^T                                                                              \qquad (20)
+//! ```
+//! ```math
+//! \min_{φ} ‖τ_{EET} + R ∇^2 φ R^T - \hat σ‖^2, \qquad φ \text{ of Hsieh, Clough and Tocher}                    \qquad (21)
+//! ```
+//! | formula | where |
+//! |---|---|
+//! | (18) | [`pressure::nodal_pressure`](cre_estimator::pressure::nodal_pressure), [`admissible_pair`](cre_estimator::admissible_pair()) |
+//! | (19) | [`eet::edge_moments`](cre_estimator::eet::edge_moments) |
+//! | (20) | [`johnson_mercier::cell_stress`](cre_estimator::johnson_mercier::cell_stress) |
+//! | (21) | [`star_relaxation::relax`](cre_estimator::star_relaxation::relax): every step keeps (20), so every step bounds |
+//!
+//! # The indicators, and when to stop
+//! ```math
+//! η_{NNDD} = ‖\bar w‖, \quad S_1 \bar w = r^1 + r^2, \qquad ‖u_h - u_p‖ ≤ η_{NNDD}                              \qquad (22)
+//! ```
+//! ```math
+//! η_{dis}^2 = ‖τ^1_λ - σ(u^1_p)‖^2 + ‖τ^2 - σ(u^2_p)‖^2 + 2 ∫ p\,o \quad \text{(the bound (15) of (8), (9) for frozen λ)} \qquad (23)
+//! ```
+//! ```math
+//! ε_t = \frac{2 \max |t^1 + t^2|}{\max |t^1| + \max |t^2|}, \quad t_i = r_i / ℓ_i, \qquad
+//! \text{stop:} \; η_{NNDD} ≤ γ\,η_{dis}                                                                      \qquad (24)
+//! ```
+//! | formula | where |
+//! |---|---|
+//! | (22), `ε_t` | [`Iterate::eta_nndd`](nndd::Iterate::eta_nndd), [`Iterate::precision`](nndd::Iterate::precision) |
+//! | (23) | [`indicators::eta_dis_squared`](cre_estimator::indicators::eta_dis_squared) |
+//! | (24) | [`Criterion`](crate::Criterion); γ = 0.1 by default |
+//! | where to refine | [`marking`](cre_estimator::marking), [`solve_adaptively`](crate::solve_adaptively) |
+//!
+//! Sources: Ladevèze and Leguillon 1983 for (19), Johnson and Mercier 1978 for (20), Clough and Tocher 1965 for (21).
