@@ -3,12 +3,17 @@
 //! - `verify` runs every check a change must pass,
 //! - `tidy` checks what no compiler checks: the crate graph on the map, stray files, forbidden words,
 //! - `bench` runs the benchmark suites and writes `bench-results/`; with `--peers`, other programs beside this one,
+//! - `check-vtk` reads the ParaView files back by other programs,
+//! - `gallery` makes the pictures of `bench-results/gallery` anew,
 //! - `reproduce` runs the studies whose tables stand in `bench-results/`.
 
 // Reporting is what these tasks are for.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 mod bench;
+mod check_vtk;
+mod gallery;
+mod python;
 mod reproduce;
 mod tidy;
 mod verify;
@@ -34,6 +39,10 @@ enum Task {
     Tidy,
     /// Run the benchmark suites and write a folder of bench-results
     Bench(bench::Arguments),
+    /// Read the ParaView files of some cases back by VTK and meshio
+    CheckVtk(check_vtk::Arguments),
+    /// Solve the gallery's cases and write their pictures to bench-results/gallery
+    Gallery,
     /// Run the studies and write their tables to bench-results
     Reproduce(reproduce::Arguments),
 }
@@ -44,6 +53,8 @@ fn main() -> ExitCode {
         Task::Verify(arguments) => verify::run(&workspace, &arguments),
         Task::Tidy => tidy::run(&workspace),
         Task::Bench(arguments) => bench::run(&workspace, &arguments).map(|()| true),
+        Task::CheckVtk(arguments) => check_vtk::run(&workspace, &arguments),
+        Task::Gallery => gallery::run(&workspace).map(|()| true),
         Task::Reproduce(arguments) => reproduce::run(&workspace, &arguments).map(|()| true),
     });
     match outcome {

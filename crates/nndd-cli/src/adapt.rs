@@ -6,8 +6,7 @@ use crate::files;
 use crate::memory::{self, mebibytes};
 use crate::outcome::{self, Ended};
 use crate::run::{Follower, Solved};
-use crate::signals::Signals;
-use crate::stopwatch::{Activity, Stopwatch};
+use crate::stopwatch::Activity;
 use case_io::Case;
 use case_io::case::Adapt;
 use case_io::output::OutputDirectory;
@@ -45,8 +44,7 @@ pub(crate) fn solve(
     case: &Case,
     adapt: &Adapt,
     problem: ContactProblem,
-    watch: &mut Stopwatch,
-    signals: &Signals,
+    follower: Follower<'_>,
     directory: &mut OutputDirectory,
     print: &mut dyn FnMut(Event<'_>),
 ) -> Result<Solved, Failure> {
@@ -54,15 +52,8 @@ pub(crate) fn solve(
     settings.max_steps = adapt.max_steps;
     settings.max_nodes = adapt.max_nodes;
     settings.fraction = adapt.fraction;
-    let mut steps = Steps {
-        follower: Follower::new(case, watch, signals),
-        case,
-        directory,
-        print,
-        failure: None,
-        seconds: Vec::new(),
-        memory: None,
-    };
+    let mut steps =
+        Steps { follower, case, directory, print, failure: None, seconds: Vec::new(), memory: None };
     let answer = solve_adaptively(problem, &convert::settings(case), &settings, &mut steps)
         .map_err(|e| Failure::solve(case, &e))?;
     let Steps { follower, failure, seconds, memory, .. } = steps;
@@ -94,13 +85,17 @@ impl Observer for Steps<'_> {
     }
 
     fn iteration(&mut self, row: &Row) {
+        self.follower.progress.clear();
         (self.print)(Event::Iteration(row));
+        self.follower.progress.iteration(row);
     }
 
     fn step(&mut self, step: &Step, solution: &CertifiedSolution) {
         self.follower.watch.switch(Activity::Write);
         self.seconds.push(self.follower.watch.elapsed());
+        self.follower.progress.clear();
         (self.print)(Event::Step(step));
+        self.follower.progress.step(step);
         if self.case.output.vtu && step.e_cre.is_some() {
             self.failure = files::vtu_step(self.case, solution, step.step, self.directory).err();
         }

@@ -13,6 +13,7 @@ mod memory;
 mod mesh;
 mod outcome;
 mod plot;
+mod progress;
 mod run;
 mod signals;
 mod solve;
@@ -50,6 +51,12 @@ fn dispatch(arguments: &Arguments) -> Result<u8, Failure> {
                 ))
             })?;
             console::print(text)?;
+            Ok(0)
+        }
+        Command::Man => {
+            let mut page = Vec::new();
+            clap_mangen::Man::new(Arguments::command()).render(&mut page)?;
+            console::print(&String::from_utf8_lossy(&page))?;
             Ok(0)
         }
         Command::Completions { shell } => {
