@@ -4,6 +4,8 @@
 //! - `docs` builds the documentation with its formulae typeset,
 //! - `tidy` checks what no compiler checks: the crate graph on the map, stray files, forbidden words,
 //! - `bench` runs the benchmark suites and writes `bench-results/`; with `--peers`, other programs beside this one,
+//! - `check-vtk` reads the ParaView files back by other programs,
+//! - `gallery` makes the pictures of `bench-results/gallery` anew,
 //! - `reproduce` runs the studies whose tables stand in `bench-results/`,
 //! - `deep` runs what needs tools beyond the stable compiler: licences, AddressSanitizer, Miri.
 
@@ -11,9 +13,12 @@
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 mod bench;
+mod check_vtk;
 mod citations;
 mod deep;
 mod docs;
+mod gallery;
+mod python;
 mod reproduce;
 mod tidy;
 mod verify;
@@ -41,6 +46,10 @@ enum Task {
     Tidy,
     /// Run the benchmark suites and write a folder of bench-results
     Bench(bench::Arguments),
+    /// Read the ParaView files of some cases back by VTK and meshio
+    CheckVtk(check_vtk::Arguments),
+    /// Solve the gallery's cases and write their pictures to bench-results/gallery
+    Gallery,
     /// Run the studies and write their tables to bench-results
     Reproduce(reproduce::Arguments),
     /// Check licences, memory accesses and undefined behaviour with what is installed
@@ -54,6 +63,8 @@ fn main() -> ExitCode {
         Task::Docs => docs::run(&workspace),
         Task::Tidy => tidy::run(&workspace),
         Task::Bench(arguments) => bench::run(&workspace, &arguments).map(|()| true),
+        Task::CheckVtk(arguments) => check_vtk::run(&workspace, &arguments),
+        Task::Gallery => gallery::run(&workspace).map(|()| true),
         Task::Reproduce(arguments) => reproduce::run(&workspace, &arguments).map(|()| true),
         Task::Deep => deep::run(&workspace),
     });

@@ -7,8 +7,7 @@ use crate::memory::{self, mebibytes};
 use crate::outcome::{self, Ended};
 use crate::resume::{self, Place};
 use crate::run::{Follower, Solved};
-use crate::signals::Signals;
-use crate::stopwatch::{Activity, Stopwatch};
+use crate::stopwatch::Activity;
 use case_io::Case;
 use case_io::case::Adapt;
 use case_io::output::OutputDirectory;
@@ -46,8 +45,7 @@ pub(crate) fn solve(
     case: &Case,
     adapt: &Adapt,
     problem: ContactProblem,
-    watch: &mut Stopwatch,
-    signals: &Signals,
+    follower: Follower<'_>,
     mut place: Place<'_>,
     print: &mut dyn FnMut(Event<'_>),
 ) -> Result<Solved, Failure> {
@@ -63,7 +61,7 @@ pub(crate) fn solve(
     }
     let seconds: Vec<f64> = progress.iter().flat_map(|p| &p.steps).map(|s| s.seconds).collect();
     let mut steps = Steps {
-        follower: Follower::new(case, watch, signals),
+        follower,
         case,
         directory,
         print,
@@ -109,14 +107,18 @@ impl Observer for Steps<'_> {
     }
 
     fn iteration(&mut self, row: &Row) {
+        self.follower.progress.clear();
         (self.print)(Event::Iteration(row));
+        self.follower.progress.iteration(row);
     }
 
     fn step(&mut self, step: &Step, solution: &CertifiedSolution) {
         self.follower.watch.switch(Activity::Write);
         self.seconds.truncate(step.step - 1);
         self.seconds.push(self.before + self.follower.watch.elapsed());
+        self.follower.progress.clear();
         (self.print)(Event::Step(step));
+        self.follower.progress.step(step);
         if self.case.output.vtu && step.e_cre.is_some() {
             self.failure = files::vtu_step(self.case, solution, step.step, self.directory).err();
         }

@@ -40,6 +40,8 @@ pub(crate) enum Command {
         /// Name of the template.
         template: String,
     },
+    /// Print the manual page: nndd man > ~/.local/share/man/man1/nndd.1
+    Man,
     /// Print a completion script.
     Completions {
         /// For which shell.

@@ -1,5 +1,7 @@
 //! What the console shows: results on stdout, errors on stderr.
 
+mod table;
+
 use crate::failure::Failure;
 use crate::memory::{self, mebibytes};
 use crate::run::Solved;
@@ -7,12 +9,14 @@ use case_io::Case;
 use case_io::case::Material;
 use case_io::diagnostic::Diagnostic;
 use case_io::report::{Report, Status};
-use certified_contact::{RoleReason, Row, Step};
+use certified_contact::{RoleReason, Step};
 use fem_core::geometry::bounding_box;
 use fem_core::interface::ContactProblem;
 use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, NamedSource};
 use std::fmt::Write as _;
 use std::io::{self, IsTerminal, Write};
+
+pub(crate) use table::{head as table_head, row};
 
 /// Prints to stdout. A reader that has gone away is no error of ours.
 pub(crate) fn print(text: &str) -> io::Result<()> {
@@ -21,6 +25,13 @@ pub(crate) fn print(text: &str) -> io::Result<()> {
         Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         other => other,
     }
+}
+
+/// The width of the terminal that results go to, `None` where they go elsewhere.
+pub(crate) fn width() -> Option<usize> {
+    let out = io::stdout();
+    let size = out.is_terminal().then(|| terminal_size::terminal_size_of(&out)).flatten();
+    size.map(|(width, _)| usize::from(width.0))
 }
 
 /// Prints why a command failed.
@@ -149,30 +160,6 @@ pub(crate) fn header(case: &Case, problem: &ContactProblem, output: &str) -> Str
         );
     }
     text
-}
-
-/// The head of the table.
-pub(crate) const TABLE_HEAD: &str = "
-  it     theta  precision   eta_nndd    eta_dis      e_cre  contact        force  qp
-";
-
-/// One row of the table.
-pub(crate) fn row(row: &Row) -> String {
-    let it = &row.iteration;
-    let optional = |x: Option<f64>| x.map_or_else(|| format!("{:>10}", "-"), |x| scientific(x, 10, 3));
-    format!(
-        "{:>4} {} {} {} {} {} {:>8} {}  {} {}\n",
-        it.iteration,
-        if it.theta < 1e4 { format!("{:>9.4}", it.theta) } else { scientific(it.theta, 9, 1) },
-        scientific(it.precision, 10, 3),
-        scientific(it.eta_nndd, 10, 3),
-        optional(row.eta_dis),
-        optional(row.e_cre),
-        it.contact_nodes,
-        scientific(it.contact_force, 12, 5),
-        it.qp_path,
-        it.qp_iterations
-    )
 }
 
 /// The head of the table of an adaptive run.

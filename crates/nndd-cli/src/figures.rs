@@ -1,16 +1,23 @@
 //! The figures of a run, drawn by [`crate::plot`].
 
 use crate::failure::Failure;
-use crate::plot::{self, BodyPicture, ContactProfile, ConvergenceRow, PlotError};
+use crate::plot::{
+    self, BodyPicture, Closing, ContactProfile, ConvergenceRow, Held, PlotError, SketchBody, SketchEdge,
+};
 use case_io::Case;
 use case_io::report::AdaptiveRow;
 use case_io::table::ContactRow;
 use certified_contact::CertifiedSolution;
+use fem_core::body::{Body, EdgeReaction, NodeConstraint};
 
 /// A named figure.
 pub(crate) struct Picture {
     pub(crate) name: &'static str,
     pub(crate) svg: String,
+    /// What there is to see, for the page.
+    pub(crate) caption: &'static str,
+    /// The file with its numbers.
+    pub(crate) numbers: Option<&'static str>,
 }
 
 impl From<PlotError> for Failure {
@@ -48,6 +55,8 @@ pub(crate) fn of_solve(
     let mut pictures = vec![Picture {
         name: "convergence",
         svg: plot::convergence(&format!("{name}: errors against the iteration"), &rows)?,
+        caption: "The error of the iteration (eta_nndd) falls below that of the mesh (eta_dis); e_cre bounds both together.",
+        numbers: Some("history.csv"),
     }];
     if let Some(adapt) = &case.adapt {
         let steps: Vec<_> = steps.iter().map(|row| (row.nodes, row.relative)).collect();
@@ -55,8 +64,11 @@ pub(crate) fn of_solve(
         pictures.push(Picture {
             name: "adaptive",
             svg: plot::adaptive(&title, &steps, adapt.target_relative_error)?,
+            caption: "No mesh of linear triangles does better than the slope of the dashed line.",
+            numbers: Some("adaptive.csv"),
         });
     }
+    pictures.insert(0, problem(case, solution, &format!("{name}: the problem"))?);
     let Some(estimate) = &solution.estimate else { return Ok(pictures) };
     let densities = [0, 1].map(|role| error_density(solution, role));
     let bodies = [0, 1].map(|b| {
@@ -70,12 +82,106 @@ pub(crate) fn of_solve(
             density: &densities[role],
         }
     });
-    pictures
-        .push(Picture { name: "deformed", svg: plot::deformed(&format!("{name}: error density"), &bodies)? });
+    pictures.insert(
+        1,
+        Picture {
+            name: "deformed",
+            svg: plot::deformed(&format!("{name}: error density"), &bodies, &closing(solution))?,
+            caption: "The certified squared error of each cell over its area: where the mesh should be finer.",
+            numbers: None,
+        },
+    );
     let column = |of: fn(&ContactRow) -> f64| contact.iter().map(of).collect::<Vec<f64>>();
     let (s, opening, pressure) = (column(|r| r.s), column(|r| r.gap), column(|r| r.pressure));
     let profile = ContactProfile { s: &s, opening: &opening, pressure: &pressure };
-    pictures
-        .push(Picture { name: "contact", svg: plot::contact(&format!("{name}: contact line"), &profile)? });
+    pictures.insert(
+        2,
+        Picture {
+            name: "contact",
+            svg: plot::contact(&format!("{name}: contact line"), &profile)?,
+            caption: "Where the bodies press on each other there is no opening, and where they are open no pressure.",
+            numbers: Some("contact.csv"),
+        },
+    );
     Ok(pictures)
+}
+
+/// The distances of the contact nodes at rest, and by how much the displacements bring them together.
+fn closing(solution: &CertifiedSolution) -> Vec<Closing> {
+    let Some(estimate) = &solution.estimate else { return vec![] };
+    let bodies = &solution.problem.bodies;
+    let along = |n: [f64; 2], v: [[f64; 2]; 2]| n[0] * (v[1][0] - v[0][0]) + n[1] * (v[1][1] - v[0][1]);
+    solution
+        .problem
+        .interface
+        .pairs()
+        .iter()
+        .map(|pair| {
+            let of = |field: [&[[f64; 2]]; 2]| {
+                along(pair.normal, [0, 1].map(|role| field[role][pair.nodes[role] as usize]))
+            };
+            let [a, b] = [0, 1].map(|role| bodies[role].mesh().points());
+            let [u, v] = [0, 1].map(|role| &estimate.pair.displacement[role][..]);
+            Closing { gap: of([a, b]), approach: -of([u, v]) }
+        })
+        .collect()
+}
+
+/// Draws the problem of the last mesh.
+fn problem(case: &Case, solution: &CertifiedSolution, title: &str) -> Result<Picture, Failure> {
+    let bodies = [0, 1].map(|b| {
+        let body = &solution.problem.bodies[solution.role(b)];
+        SketchBody {
+            name: &case.bodies[b].name,
+            points: body.mesh().points(),
+            triangles: body.mesh().triangles(),
+            edges: sketch_edges(body),
+            body_force: body.body_force(),
+        }
+    });
+    let interface = &solution.problem.interface;
+    let first = solution.role(0);
+    let points = solution.problem.bodies[first].mesh().points();
+    let place = |pair: u32| points[interface.pairs()[pair as usize].nodes[first] as usize];
+    let contact: Vec<[[f64; 2]; 2]> = interface.edges().iter().map(|edge| edge.pairs.map(place)).collect();
+    Ok(Picture {
+        name: "problem",
+        svg: plot::sketch(title, &bodies, &contact)?,
+        caption: "Supports, loads and imposed displacements as the program read them.",
+        numbers: None,
+    })
+}
+
+/// What is imposed on the boundary edges of a body.
+fn sketch_edges(body: &Body) -> Vec<SketchEdge> {
+    let mesh = body.mesh();
+    let nodes_of = mesh.topology().edges();
+    let imposed = |node: u32| match body.node_constraints()[node as usize] {
+        NodeConstraint::Free => [0.0; 2],
+        NodeConstraint::Along { direction, value } => direction.map(|c| c * value),
+        NodeConstraint::Fixed { value } => value,
+    };
+    let mean = |[a, b]: [[f64; 2]; 2]| [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
+    mesh.topology()
+        .boundary_edges()
+        .iter()
+        .filter_map(|edge| {
+            let condition = body.edge_condition(*edge)?;
+            let nodes = nodes_of[*edge as usize];
+            let held = match condition.reaction {
+                EdgeReaction::None => Held::Free,
+                EdgeReaction::Along(_) => Held::Roller,
+                EdgeReaction::Both => Held::Fixed,
+            };
+            let displacement = mean(nodes.map(imposed));
+            Some(SketchEdge {
+                ends: nodes.map(|v| mesh.points()[v as usize]),
+                normal: mesh.edge_normal(*edge),
+                held,
+                // The ends of a free edge may belong to a side that is held.
+                displacement: if held == Held::Free { [0.0; 2] } else { displacement },
+                traction: mean(condition.traction),
+            })
+        })
+        .collect()
 }

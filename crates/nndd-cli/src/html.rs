@@ -5,14 +5,21 @@ use case_io::Case;
 use case_io::report::Report;
 use std::fmt::Write as _;
 
-const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:1rem auto;padding:0 1rem;color:#222}\
+const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:64rem;margin:1rem auto;padding:0 .75rem;color:#222}\
 table{border-collapse:collapse;font-variant-numeric:tabular-nums;display:block;overflow-x:auto}\
 td,th{padding:.15rem .6rem;text-align:right;border-bottom:1px solid #ddd;white-space:nowrap}\
 th{background:#f4f4f4}td:first-child,th:first-child{text-align:left}\
+h1,h2{line-height:1.25}\
 .verdict{border:2px solid;padding:.6rem 1rem;border-radius:.4rem;margin:1rem 0}\
-.ok{border-color:#0072b2}.no{border-color:#d55e00}\
-figure{margin:1.5rem 0}svg{max-width:100%;height:auto}pre{overflow-x:auto;background:#f7f7f7;padding:.6rem}\
-@media print{body{max-width:none}figure{break-inside:avoid}}";
+.ok{border-color:#0072b2}.no{border-color:#d55e00}.verdict p{margin:.2rem 0}.verdict p:nth-child(2){font-weight:bold}\
+.figures{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,27rem),1fr));gap:1rem;align-items:start}\
+figure{margin:0}figure svg{width:100%;height:auto}figcaption{font-size:.875rem;color:#555;padding:0 .5rem}\
+pre{overflow-x:auto;background:#f7f7f7;padding:.6rem}\
+@page{size:A4;margin:15mm}\
+@media print{body{max-width:none;margin:0;padding:0;font-size:10pt}h2{break-after:avoid}\
+.figures{grid-template-columns:1fr 1fr}figure,tr,.verdict{break-inside:avoid}\
+table{display:table;font-size:8pt}td,th{white-space:normal;padding:.1rem .3rem}\
+pre{white-space:pre-wrap;overflow-wrap:anywhere;font-size:8pt}}";
 
 /// Writes the page.
 pub(crate) fn page(case: &Case, report: &Report, pictures: &[Picture]) -> String {
@@ -23,9 +30,9 @@ pub(crate) fn page(case: &Case, report: &Report, pictures: &[Picture]) -> String
          <title>{title}</title><style>{STYLE}</style></head><body>\n<h1>{title}</h1>\n"
     );
     verdict(&mut page, report);
-    for picture in pictures {
-        let _ = writeln!(page, "<figure>{}</figure>", picture.svg);
-    }
+    notes(&mut page, report);
+    figures(&mut page, pictures);
+    checks(&mut page, report);
     results(&mut page, case, report);
     bounds(&mut page, report);
     steps(&mut page, report);
@@ -46,7 +53,34 @@ fn verdict(page: &mut String, report: &Report) {
     let class = if report.certificate.valid && report.status.code == 0 { "ok" } else { "no" };
     let text = crate::console::verdict(report);
     let lines: Vec<String> = text.lines().filter(|l| !l.is_empty()).map(escape).collect();
-    let _ = writeln!(page, "<div class=\"verdict {class}\">{}</div>", lines.join("<br>"));
+    let _ = writeln!(page, "<div class=\"verdict {class}\"><p>{}</p></div>", lines.join("</p><p>"));
+}
+
+/// What a reader of the numbers must know.
+fn notes(page: &mut String, report: &Report) {
+    if report.notes.is_empty() {
+        return;
+    }
+    page.push_str("<h2>Notes</h2>\n<ul>");
+    for note in &report.notes {
+        let _ = write!(page, "<li>{}</li>", escape(note));
+    }
+    page.push_str("</ul>\n");
+}
+
+fn figures(page: &mut String, pictures: &[Picture]) {
+    page.push_str("<div class=\"figures\">\n");
+    for picture in pictures {
+        let _ = write!(page, "<figure>{}<figcaption>{}", picture.svg, escape(picture.caption));
+        if let Some(file) = picture.numbers {
+            let _ = write!(page, " Numbers: <a href=\"{file}\">{file}</a>.");
+        }
+        page.push_str("</figcaption></figure>\n");
+    }
+    page.push_str("</div>\n");
+}
+
+fn checks(page: &mut String, report: &Report) {
     let c = &report.certificate.checks;
     let checks = [
         ("equilibrium", c.equilibrium),

@@ -14,6 +14,7 @@ mod mesh;
 mod notes;
 mod outcome;
 mod plot;
+mod progress;
 mod resume;
 mod run;
 mod signals;
@@ -52,6 +53,12 @@ fn dispatch(arguments: &Arguments) -> Result<u8, Failure> {
                 ))
             })?;
             console::print(text)?;
+            Ok(0)
+        }
+        Command::Man => {
+            let mut page = Vec::new();
+            clap_mangen::Man::new(Arguments::command()).render(&mut page)?;
+            console::print(&String::from_utf8_lossy(&page))?;
             Ok(0)
         }
         Command::Completions { shell } => {

@@ -1,4 +1,4 @@
-//! Figures of a run as SVG text: indicators against a swept value, the convergence history, the adaptive one, the deformed
+//! Figures of a run as SVG text: the problem, indicators against a swept value, the convergence history, the adaptive one, the deformed
 //! bodies coloured by error density, and pressure and opening along the contact.
 //!
 //! Every function takes plain numbers and returns a whole SVG document. Numbers that cannot be drawn (not
@@ -16,6 +16,7 @@ mod deformed;
 mod outline;
 mod series;
 mod sheet;
+mod sketch;
 mod sweep;
 #[cfg(test)]
 mod tests;
@@ -23,7 +24,8 @@ mod tests;
 pub(crate) use adaptive::adaptive;
 pub(crate) use contact::{ContactProfile, contact};
 pub(crate) use convergence::{ConvergenceRow, convergence};
-pub(crate) use deformed::{BodyPicture, deformed};
+pub(crate) use deformed::{BodyPicture, Closing, deformed};
+pub(crate) use sketch::{Held, SketchBody, SketchEdge, sketch};
 pub(crate) use sweep::{SweepSeries, sweep};
 
 /// Why a figure could not be drawn.

@@ -5,9 +5,11 @@ use crate::convert;
 use crate::failure::Failure;
 use crate::memory;
 use crate::outcome::{self, Ended};
+use crate::progress::{Goal, Progress};
 use crate::signals::Signals;
 use crate::stopwatch::{Activity, Stopwatch};
 use case_io::Case;
+use case_io::case::Criterion;
 use case_io::case_file::split_override;
 use case_io::report::{AdaptiveRow, Status};
 use certified_contact::{CertifiedSolution, Observer, Phase, Row};
@@ -62,11 +64,10 @@ pub(crate) struct Solved {
 pub(crate) fn solve(
     case: &Case,
     problem: ContactProblem,
-    watch: &mut Stopwatch,
-    signals: &Signals,
+    follower: Follower<'_>,
     row: &mut dyn FnMut(&Row),
 ) -> Result<Solved, Failure> {
-    let mut follower = Rows { follower: Follower::new(case, watch, signals), row };
+    let mut follower = Rows { follower, row };
     let solution = certified_contact::solve(problem, &convert::settings(case), &mut follower)
         .map_err(|e| Failure::solve(case, &e))?;
     let status = outcome::judge(case, &solution, follower.follower.ended);
@@ -85,7 +86,9 @@ impl Observer for Rows<'_> {
     }
 
     fn iteration(&mut self, row: &Row) {
+        self.follower.progress.clear();
         (self.row)(row);
+        self.follower.progress.iteration(row);
     }
 
     fn should_stop(&mut self) -> bool {
@@ -98,18 +101,31 @@ pub(crate) struct Follower<'a> {
     pub(crate) watch: &'a mut Stopwatch,
     signals: &'a Signals,
     limit: Option<f64>,
+    /// The line on the terminal.
+    pub(crate) progress: Progress,
     /// Why the run was ended.
     pub(crate) ended: Option<Ended>,
 }
 
 impl<'a> Follower<'a> {
-    pub(crate) fn new(case: &Case, watch: &'a mut Stopwatch, signals: &'a Signals) -> Self {
+    pub(crate) fn new(
+        case: &Case,
+        watch: &'a mut Stopwatch,
+        signals: &'a Signals,
+        show_progress: bool,
+    ) -> Self {
         let limit = case.limits.time.as_ref().map(|limit| limit.value);
-        Self { watch, signals, limit, ended: None }
+        let stop = &case.solver.stop;
+        let goal = Goal {
+            ratio: (stop.criterion == Criterion::Estimator).then_some(stop.ratio),
+            relative: case.adapt.as_ref().map(|adapt| adapt.target_relative_error),
+        };
+        Self { watch, signals, limit, progress: Progress::start(goal, show_progress), ended: None }
     }
 
     pub(crate) fn phase(&mut self, phase: Phase) {
         self.watch.switch(Activity::Solve(phase));
+        self.progress.phase(phase);
     }
 
     pub(crate) fn should_stop(&mut self) -> bool {

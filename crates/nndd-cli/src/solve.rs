@@ -10,7 +10,7 @@ use crate::memory;
 use crate::notes;
 use crate::outcome;
 use crate::resume::{self, Place, Resumed};
-use crate::run::{self, Solved};
+use crate::run::{self, Follower, Solved};
 use crate::signals::Signals;
 use crate::stopwatch::{Activity, Stopwatch};
 use case_io::Case;
@@ -55,15 +55,17 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
         console::notes(&notes);
     }
     printer.header(&case, &problem, &path.display().to_string())?;
+    let show_progress = !options.run.quiet && options.format == Format::Human;
+    let follower = Follower::new(&case, &mut watch, &signals, show_progress);
     let solved = match &case.adapt {
-        None => run::solve(&case, problem, &mut watch, &signals, &mut |row| printer.row(row))?,
+        None => run::solve(&case, problem, follower, &mut |row| printer.row(row))?,
         Some(adapt) => {
             let mut print = |event: Event<'_>| match event {
                 Event::Iteration(row) => printer.row(row),
                 Event::Step(step) => printer.step(step),
             };
             let place = Place { directory: &mut directory, progress };
-            adapt::solve(&case, adapt, problem, &mut watch, &signals, place, &mut print)?
+            adapt::solve(&case, adapt, problem, follower, place, &mut print)?
         }
     };
     watch.switch(Activity::Write);
@@ -116,6 +118,12 @@ fn write_all(
     Ok(report)
 }
 
+/// What is known of the case before it is solved: how it was read, and which data the first mesh only interpolates.
+fn notes(case: &Case, problem: &ContactProblem) -> Vec<String> {
+    let data = case.data_notes([&problem.bodies[0], &problem.bodies[1]], problem.interpolated_gap());
+    case.notes().iter().cloned().chain(data).collect()
+}
+
 /// Prints the course of a run, for people or for programs.
 struct Printer {
     format: Format,
@@ -137,7 +145,8 @@ impl Printer {
                 "nodes": problem.bodies.iter().map(|b| b.mesh().points().len()).collect::<Vec<_>>(),
                 "pairs": problem.interface.pairs().len(),
                 "output": output,
-                "notes": case.notes(),
+                "notes": notes(case, problem),
+                "warnings": case.warnings().iter().map(ToString::to_string).collect::<Vec<_>>(),
             })),
         }
     }
@@ -146,8 +155,9 @@ impl Printer {
         let result = match self.format {
             _ if self.quiet || !self.every_iteration => Ok(()),
             Format::Human => {
-                let head = if self.rows == 0 { console::TABLE_HEAD } else { "" };
-                console::print(&format!("{head}{}", console::row(row))).map_err(Failure::from)
+                let width = console::width();
+                let head = if self.rows == 0 { console::table_head(width) } else { String::new() };
+                console::print(&format!("{head}{}", console::row(row, width))).map_err(Failure::from)
             }
             Format::Json => {
                 let mut object = json!(files::iteration_row(row));

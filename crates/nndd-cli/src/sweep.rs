@@ -5,7 +5,7 @@ use crate::console;
 use crate::failure::Failure;
 use crate::files;
 use crate::plot::{self, SweepSeries};
-use crate::run;
+use crate::run::{self, Follower};
 use crate::signals::Signals;
 use crate::stopwatch::Stopwatch;
 use case_io::case_file::{Sweep, split_override};
@@ -96,17 +96,19 @@ fn run_panel(
                     "\n{}\n{:>12} {}",
                     panel.name,
                     sweep.key,
-                    &console::TABLE_HEAD[1..]
+                    &console::table_head(None)[1..]
                 ))?;
             }
         }
-        let solved = run::solve(&case, problem, &mut Stopwatch::start(), signals, &mut |_| ())?;
+        let mut watch = Stopwatch::start();
+        let follower = Follower::new(&case, &mut watch, signals, false);
+        let solved = run::solve(&case, problem, follower, &mut |_| ())?;
         if let Some(code) = signals.status() {
             return Ok(Err(code));
         }
         let row = solved.solution.rows.last();
         if let Some(row) = row.filter(|_| !options.run.quiet) {
-            console::print(&format!("{value:>12} {}", console::row(row)))?;
+            console::print(&format!("{value:>12} {}", console::row(row, None)))?;
         }
         let iteration = row.map_or_else(IterationRow::default, files::iteration_row);
         panel.rows.push(SweepRow { value: value.clone(), status: solved.status.word, iteration });

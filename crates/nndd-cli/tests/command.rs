@@ -84,6 +84,7 @@ fn the_papers_case_gives_a_complete_result() {
         "upper.vtu",
         "lower.vtu",
         "contact.vtu",
+        "figures/problem.svg",
         "figures/convergence.svg",
         "figures/deformed.svg",
         "figures/contact.svg",
@@ -186,6 +187,32 @@ fn json_events_are_one_object_a_line() {
     assert_eq!(events.first().map(String::as_str), Some("started"));
     assert_eq!(events.last().map(String::as_str), Some("finished"));
     assert!(events[1..events.len() - 1].iter().all(|e| e == "iteration"));
+}
+
+#[test]
+fn the_first_event_carries_the_notes() {
+    let temp = tempfile::tempdir().unwrap();
+    let case = cases().join("expressions.toml");
+    let output = solve(&case, &temp.path().join("e"), &["--format", "json"]);
+    let said = text(&output.stdout);
+    let notes = |line: &str| {
+        let event: serde_json::Value = serde_json::from_str(line).unwrap();
+        event["notes"].as_array().unwrap().clone()
+    };
+    let (first, last) = (notes(said.lines().next().unwrap()), notes(said.lines().last().unwrap()));
+    assert!(!first.is_empty() && first.iter().all(|note| last.contains(note)), "{first:?}\n{last:?}");
+}
+
+#[test]
+fn the_manual_page_names_every_command() {
+    let temp = tempfile::tempdir().unwrap();
+    let output = nndd(&["man"], temp.path());
+    let page = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(0));
+    assert!(page.contains(".TH nndd"), "{page}");
+    for word in ["solve", "check", "sweep", "mesh", "new", "completions", "Exit status"] {
+        assert!(page.contains(word), "{word}");
+    }
 }
 
 #[test]

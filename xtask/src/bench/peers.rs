@@ -10,8 +10,8 @@ mod targets;
 
 use super::process::{self, CELLS};
 use super::{Arguments, criterion, machine::Machine, write_all};
+use crate::python::last_line;
 use crate::workspace::{Outcome, Workspace};
-use environment::Environment;
 use roster::{Answer, Peer, Runner};
 use serde_json::Value;
 
@@ -60,7 +60,7 @@ struct OnMesh {
 
 /// Measures, writes `peers.md` and `peers.csv`, and fails where an exact peer disagrees.
 pub(super) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<()> {
-    let environment = Environment::make(workspace)?;
+    let environment = environment::make(workspace);
     let (peers, mut skipped) = roster::muster(&environment);
     for line in &skipped {
         println!("skipped {line}");
@@ -101,7 +101,7 @@ fn on_mesh(runner: &Runner<'_>, peers: &[Peer], runs: usize, skipped: &mut Vec<S
     let settings = process::settings(runner.cells);
     let mut taking: Vec<Peer> = peers.iter().filter(|p| p.takes(runner.cells)).copied().collect();
     if let Err(error) = runner.prepare(&taking) {
-        skipped.push(format!("all peers at {name}: {}", environment::last_line(&error)));
+        skipped.push(format!("all peers at {name}: {}", last_line(&error)));
         taking.clear();
     }
     println!("{name}: this program and {} peers", taking.len());
@@ -143,7 +143,7 @@ fn on_mesh(runner: &Runner<'_>, peers: &[Peer], runs: usize, skipped: &mut Vec<S
 
 /// Notes that a peer does not run.
 fn skip(skipped: &mut Vec<String>, peer: &Peer, mesh: &str, error: &str) {
-    let line = format!("{} at {mesh}: {}", peer.name, environment::last_line(error));
+    let line = format!("{} at {mesh}: {}", peer.name, last_line(error));
     println!("skipped {line}");
     skipped.push(line);
 }

@@ -4,7 +4,7 @@ use super::PlotError;
 use super::axis::{drawable_log, short};
 use super::colour::{GREY, INK, VERMILLION};
 use super::series::{self, Look, Marker, Series};
-use super::sheet::{self, Frame, LEFT, LEGEND, Labels, RIGHT, TITLE, WIDTH};
+use super::sheet::{self, Frame, Labels, TITLE};
 
 const ERROR: Look =
     Look { name: "certified relative error", colour: INK, dash: None, marker: Marker::Disc, thickness: 8 };
@@ -12,7 +12,7 @@ const RATE: Look =
     Look { name: "N^(-1/2)", colour: GREY, dash: Some((9, 6)), marker: Marker::None, thickness: 6 };
 const TARGET: Look =
     Look { name: "target", colour: VERMILLION, dash: Some((3, 4)), marker: Marker::None, thickness: 6 };
-const PANEL: i32 = 400;
+const PANEL: i32 = 280;
 
 /// Draws the steps (nodes, relative error) on logarithmic scales, a line of the slope −½ through the last one, and the
 /// target.
@@ -54,18 +54,11 @@ pub(crate) fn adaptive(
             )
         },
     );
-    sheet::figure(TITLE + LEGEND + 12 + PANEL + sheet::BELOW + 10, title, &description, |area| {
+    let top = TITLE + sheet::legend_height(&shown) + 12;
+    sheet::figure(top + PANEL + sheet::BELOW + 10, title, &description, |area| {
         sheet::legend(area, TITLE, &shown)?;
-        let frame =
-            Frame { left: LEFT, top: TITLE + LEGEND + 12, width: WIDTH - LEFT - RIGHT, height: PANEL };
         let labels = Labels { x: "nodes of both bodies", y: "bound of the error / energy norm", grid: true };
-        let chart = sheet::panel(area, frame, (x_axis, y_axis), &labels)?;
-        for s in &all {
-            series::draw(area, &chart, s)?;
-        }
-        if points.is_empty() {
-            sheet::no_data(area, frame)?;
-        }
+        series::line_panel(area, Frame::wide(top, PANEL), (x_axis, y_axis), &labels, &all)?;
         Ok(String::new())
     })
 }

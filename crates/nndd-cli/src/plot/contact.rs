@@ -4,7 +4,7 @@ use super::PlotError;
 use super::axis::{Axis, drawable, short};
 use super::colour::{BLUE, ORANGE, PALE_ORANGE, VERMILLION};
 use super::series::{self, Look, Marker, Series};
-use super::sheet::{self, Area, Chart, Frame, LEFT, LEGEND, Labels, RIGHT, TITLE, WIDTH, Words};
+use super::sheet::{self, Area, Chart, Frame, Labels, TITLE, Words};
 use plotters::element::Rectangle;
 use plotters::style::Color;
 
@@ -22,14 +22,9 @@ const PRESSURE: Look =
     Look { name: "pressure", colour: BLUE, dash: None, marker: Marker::Disc, thickness: 8 };
 const OPENING: Look =
     Look { name: "opening", colour: VERMILLION, dash: None, marker: Marker::Square, thickness: 8 };
-const ZONE: Look = Look {
-    name: "contact zone (pressure > 0)",
-    colour: PALE_ORANGE,
-    dash: None,
-    marker: Marker::None,
-    thickness: 48,
-};
-const PANEL: i32 = 210;
+const ZONE: Look =
+    Look { name: "contact zone", colour: PALE_ORANGE, dash: None, marker: Marker::None, thickness: 48 };
+const PANEL: i32 = 170;
 /// Pressures below this part of the largest count as none.
 const NONE: f64 = 1e-9;
 
@@ -51,8 +46,8 @@ pub(crate) fn contact(title: &str, profile: &ContactProfile<'_>) -> Result<Strin
     let zones = zones(&nodes);
     let largest = |k: usize| nodes.iter().map(|n| n[k]).fold(0.0, f64::max);
     let x_axis = match (nodes.first(), nodes.last()) {
-        (Some(a), Some(b)) => Axis::padded(a[0], b[0], 10),
-        _ => Axis::linear(0.0, 1.0, 10),
+        (Some(a), Some(b)) => Axis::padded(a[0], b[0], 8),
+        _ => Axis::linear(0.0, 1.0, 8),
     };
     let panels = [(PRESSURE, 1, "pressure (stress units)"), (OPENING, 2, "opening (length units)")];
     let description = format!(
@@ -65,15 +60,13 @@ pub(crate) fn contact(title: &str, profile: &ContactProfile<'_>) -> Result<Strin
     );
 
     let each = 14 + PANEL + sheet::BELOW;
-    sheet::figure(TITLE + LEGEND + 2 * each + 8, title, &description, |area| {
-        sheet::legend(
-            area,
-            TITLE,
-            if zones.is_empty() { &[PRESSURE, OPENING] } else { &[PRESSURE, OPENING, ZONE] },
-        )?;
+    let entries: &[Look] = if zones.is_empty() { &[PRESSURE, OPENING] } else { &[PRESSURE, OPENING, ZONE] };
+    let head = TITLE + sheet::legend_height(entries);
+    sheet::figure(head + 2 * each + 8, title, &description, |area| {
+        sheet::legend(area, TITLE, entries)?;
         for (k, (look, column, label)) in panels.into_iter().enumerate() {
-            let top = TITLE + LEGEND + 14 + k as i32 * each;
-            let frame = Frame { left: LEFT, top, width: WIDTH - LEFT - RIGHT, height: PANEL };
+            let top = head + 14 + k as i32 * each;
+            let frame = Frame::wide(top, PANEL);
             let x = if k == 1 { "s along the first body's surface (length units)" } else { "" };
             let labels = Labels { x, y: label, grid: true };
             let values = nodes.iter().map(|n| n[column]);
@@ -103,7 +96,7 @@ fn upwards(lo: f64, hi: f64) -> Axis {
         return Axis::linear(0.0, 1.0, 5);
     }
     let margin = 0.06 * (hi - lo);
-    Axis::linear(lo - 0.4 * margin, hi + margin, 6)
+    Axis::linear(lo - 0.4 * margin, hi + margin, 5)
 }
 
 /// The intervals of contact: around each node with pressure, half of the way to its neighbours.

@@ -4,7 +4,7 @@ use super::PlotError;
 use super::axis::{Axis, drawable_log, short};
 use super::colour::GREEN;
 use super::series::{self, Look, Marker, Series};
-use super::sheet::{self, Frame, LEFT, LEGEND, Labels, RIGHT, TITLE, WIDTH};
+use super::sheet::{self, Frame, Labels, TITLE};
 use super::sweep::{E_CRE, ETA_DIS, ETA_NNDD};
 
 /// One iteration in [`convergence`].
@@ -28,7 +28,7 @@ const PRECISION: Look = Look {
     marker: Marker::Triangle,
     thickness: 8,
 };
-const PANEL: i32 = 400;
+const PANEL: i32 = 280;
 
 /// Draws η_NNDD and the precision against the iteration on a logarithmic scale, with η_dis and e_CRE where
 /// there are any.
@@ -51,24 +51,17 @@ pub(crate) fn convergence(title: &str, rows: &[ConvergenceRow]) -> Result<String
     let shown: Vec<Look> = all.iter().filter(|s| !s.is_empty()).map(|s| s.look).collect();
     let iterations = || rows.iter().map(|r| r.iteration);
     let x_axis = match (iterations().min(), iterations().max()) {
-        (Some(lo), Some(hi)) => Axis::whole(lo, hi, 12),
-        _ => Axis::whole(0, 10, 12),
+        (Some(lo), Some(hi)) => Axis::whole(lo, hi, 10),
+        _ => Axis::whole(0, 10, 10),
     };
     let extents = series::extents(all.iter());
     let y_axis = series::log_axis(extents.map(|[_, y]| y));
 
-    sheet::figure(TITLE + LEGEND + 12 + PANEL + sheet::BELOW + 10, title, &description(&all), |area| {
+    let top = TITLE + sheet::legend_height(&shown) + 12;
+    sheet::figure(top + PANEL + sheet::BELOW + 10, title, &description(&all), |area| {
         sheet::legend(area, TITLE, &shown)?;
-        let frame =
-            Frame { left: LEFT, top: TITLE + LEGEND + 12, width: WIDTH - LEFT - RIGHT, height: PANEL };
         let labels = Labels { x: "iteration", y: "indicators (energy^1/2), precision (no unit)", grid: true };
-        let chart = sheet::panel(area, frame, (x_axis, y_axis), &labels)?;
-        for s in &all {
-            series::draw(area, &chart, s)?;
-        }
-        if extents.is_none() {
-            sheet::no_data(area, frame)?;
-        }
+        series::line_panel(area, Frame::wide(top, PANEL), (x_axis, y_axis), &labels, &all)?;
         Ok(String::new())
     })
 }

@@ -6,7 +6,7 @@ use super::cells::{self, Cell};
 use super::colour::{GREY, INK, viridis};
 use super::outline::outline;
 use super::series::{self, Look, Marker};
-use super::sheet::{self, Area, Chart, Frame, LEFT, LEGEND, Labels, TITLE, UNITS, WIDTH, Words};
+use super::sheet::{self, Area, Chart, Frame, LEFT, Labels, TITLE, UNITS, WIDTH, Words};
 use plotters::element::{PathElement, Rectangle};
 use plotters::style::Color;
 
@@ -24,8 +24,21 @@ pub(crate) struct BodyPicture<'a> {
     pub(crate) density: &'a [f64],
 }
 
-/// Room between the panel and the sheet's right edge: the bodies' names and the colour bar.
-const BESIDE: i32 = 190;
+/// Two contact nodes that face each other, for [`deformed`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Closing {
+    /// Their distance in the drawing at rest, along the contact normal.
+    pub(crate) gap: f64,
+    /// By how much the displacements bring them together.
+    pub(crate) approach: f64,
+}
+
+/// Room between the panel and the sheet's right edge for the bodies' names.
+const BESIDE: i32 = 84;
+/// Height of the colour bar.
+const BAR: i32 = 14;
+/// How far, as a part of the bodies' size, the bodies may overlap in the picture: less than its lines are thick.
+const HAIR: f64 = 1e-3;
 /// Room above the panel for names of bodies side by side.
 const ABOVE: i32 = 24;
 /// Decades of density shown below the largest.
@@ -39,19 +52,24 @@ const DEFORMED: Look = Look { name: "deformed", colour: INK, dash: None, marker:
 /// logarithmic scale and undeformed outlines in grey.
 ///
 /// Displacements are multiplied by 1, 2 or 5 times a power of ten such that the largest is at most 8 % of the
-/// size of the bodies; the title says which. Densities smaller than 1e-4 of the largest, zero among them, have
+/// size of the bodies, and no pair of contact nodes passes each other: a gap is drawn as it is, so displacements that
+/// close it must not be magnified. The title says the factor. Densities smaller than 1e-4 of the largest, zero among them, have
 /// the colour of the lower end. Points with a coordinate or displacement that is not finite are left out with
 /// their triangles. Many small cells are drawn as squares with the mean of the cells in them.
 ///
 /// # Errors
 /// [`PlotError::Length`] where displacements and points, or densities and triangles, differ in number, and
 /// [`PlotError::Index`] where a triangle names a point that is not there.
-pub(crate) fn deformed(title: &str, bodies: &[BodyPicture<'_>]) -> Result<String, PlotError> {
+pub(crate) fn deformed(
+    title: &str,
+    bodies: &[BodyPicture<'_>],
+    closing: &[Closing],
+) -> Result<String, PlotError> {
     bodies.iter().try_for_each(checked)?;
     let [x, y] = [0, 1].map(|c| extent(coordinates(bodies, 0.0).map(|p| p[c])));
     let size = x.map_or(0.0, |x| x.1 - x.0).max(y.map_or(0.0, |y| y.1 - y.0));
     let largest = bodies.iter().map(largest_displacement).fold(0.0, f64::max);
-    let factor = nice_factor(0.08 * size, largest);
+    let factor = nice_factor((0.08 * size / largest).min(most_without_overlap(closing, size)));
     let [x, y] =
         [0, 1].map(|c| extent([0.0, factor].into_iter().flat_map(|f| coordinates(bodies, f)).map(|p| p[c])));
     let x_known = x;
@@ -61,7 +79,7 @@ pub(crate) fn deformed(title: &str, bodies: &[BodyPicture<'_>]) -> Result<String
     let ratio = ((y.1 - y.0) / (x.1 - x.0).max(f64::MIN_POSITIVE)).clamp(0.3, 1.2);
     let frame = Frame {
         left: LEFT,
-        top: TITLE + LEGEND + ABOVE,
+        top: TITLE + sheet::legend_height(&[DEFORMED, UNDEFORMED]) + ABOVE,
         width,
         height: (f64::from(width) * if ratio.is_finite() { ratio } else { 1.0 }) as i32,
     };
@@ -74,7 +92,8 @@ pub(crate) fn deformed(title: &str, bodies: &[BodyPicture<'_>]) -> Result<String
     };
     let description = description(bodies, factor, &scale);
 
-    sheet::figure(frame.top + frame.height + sheet::BELOW + 10, &heading, &description, |area| {
+    let height = frame.top + frame.height + 2 * sheet::BELOW + BAR + 20;
+    sheet::figure(height, &heading, &description, |area| {
         let labels = Labels { x: "x (length units)", y: "y (length units)", grid: false };
         sheet::legend(area, TITLE, &[DEFORMED, UNDEFORMED])?;
         let chart = sheet::panel(area, frame, (x_axis, y_axis), &labels)?;
@@ -123,9 +142,14 @@ fn largest_displacement(body: &BodyPicture<'_>) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// The largest of 1, 2, 5 times a power of ten with `factor · largest ≤ goal`; 1 where nothing moves.
-fn nice_factor(goal: f64, largest: f64) -> f64 {
-    let raw = goal / largest;
+/// The largest factor at which no pair of contact nodes passes each other by more than a hair's breadth.
+fn most_without_overlap(closing: &[Closing], size: f64) -> f64 {
+    let meeting = closing.iter().filter(|pair| pair.approach > 0.0);
+    meeting.map(|pair| (pair.gap.max(0.0) + HAIR * size) / pair.approach).fold(f64::INFINITY, f64::min)
+}
+
+/// The largest of 1, 2, 5 times a power of ten that is at most `raw`; 1 where that is no number to draw.
+fn nice_factor(raw: f64) -> f64 {
     if !drawable_log(raw) {
         return 1.0;
     }
@@ -135,14 +159,14 @@ fn nice_factor(goal: f64, largest: f64) -> f64 {
 }
 
 /// Axes on which a unit of length has the same size in both directions.
-fn equal_scale(x: (f64, f64), y: (f64, f64), frame: Frame) -> (Axis, Axis) {
+pub(super) fn equal_scale(x: (f64, f64), y: (f64, f64), frame: Frame) -> (Axis, Axis) {
     let (w, h) = (f64::from(frame.width), f64::from(frame.height));
     let unit = ((x.1 - x.0) / w).max((y.1 - y.0) / h) * 1.06;
     let reach = x.0.abs().max(x.1.abs()).max(y.0.abs()).max(y.1.abs());
     let unit = if unit > 1e-12 * reach && unit > 0.0 { unit } else { reach.max(1.0) / w };
     let around = |(lo, hi): (f64, f64), pixels: f64| {
         let (middle, half) = (0.5 * lo + 0.5 * hi, 0.5 * unit * pixels);
-        Axis::linear(middle - half, middle + half, (pixels / 60.0).max(2.0) as usize)
+        Axis::linear(middle - half, middle + half, (pixels / 75.0).max(2.0) as usize)
     };
     (around(x, w), around(y, h))
 }
@@ -170,7 +194,7 @@ fn scale(bodies: &[BodyPicture<'_>]) -> Scale {
             // Below the usual range only where much of the picture lies there: near singularities cells are tiny.
             let from = lo.max((hi * DECADES).min(low_density(bodies)).max(hi * DECADES * DECADES));
             let from = if hi / from < 10.0 { hi / 10.0 } else { from };
-            Scale { axis: Axis::log(from, hi, 8), cut: all().any(|d| d < from), empty: false }
+            Scale { axis: Axis::log(from, hi, 6), cut: all().any(|d| d < from), empty: false }
         }
     }
 }
@@ -278,7 +302,8 @@ fn names(
     middles.sort_by_key(|m| if beside { m.1[1] } else { m.1[0] });
     let mut free = i32::MIN;
     for (name, [x, y]) in middles {
-        let room = if beside { 76.0 } else { f64::from(frame.width) / bodies.len().max(1) as f64 };
+        let room =
+            if beside { f64::from(BESIDE - 12) } else { f64::from(frame.width) / bodies.len().max(1) as f64 };
         let letters = (room / (0.54 * 10.0)) as usize;
         let name: String = if name.chars().count() <= letters {
             name.to_owned()
@@ -301,25 +326,22 @@ fn names(
 }
 
 fn colour_bar(area: &Area<'_>, scale: &Scale, panel: Frame) -> Result<(), PlotError> {
-    let frame = Frame { left: WIDTH - 76, top: panel.top, width: 16, height: panel.height };
+    let top = panel.top + panel.height + sheet::BELOW + 10;
+    let frame = Frame { left: panel.left, top, width: panel.width, height: BAR };
     if scale.empty {
-        let text = ["error density", "zero everywhere"];
-        for (k, line) in text.into_iter().enumerate() {
-            let at = (WIDTH - 60, panel.top + panel.height / 2 - 9 + 18 * k as i32);
-            Words::new(12.0).grey().write(area, line, at)?;
-        }
-        return Ok(());
+        let at = (frame.left + frame.width / 2, frame.top + BAR / 2);
+        return Words::new(14.0).grey().write(area, "error density zero everywhere", at);
     }
-    let bottom = if scale.cut { ", lower end: this or less" } else { "" };
+    let bottom = if scale.cut { "; left end: or less" } else { "" };
     let label = format!("error density (energy / area{bottom})");
     let (left, right) = (frame.left * UNITS, (frame.left + frame.width) * UNITS);
     let (top, low) = (frame.top * UNITS, (frame.top + frame.height) * UNITS);
     for k in 0..cells::SHADES {
-        // Each shade covers the bar from its lower edge to the top; the next covers the rest: no seams.
+        // Each shade covers the bar from its left edge to the right; the next covers the rest: no seams.
         let t = k as f64 / cells::SHADES as f64;
-        let y = low - (t * f64::from(low - top)).round() as i32;
+        let x = left + (t * f64::from(right - left)).round() as i32;
         let colour = viridis(k as f64 / (cells::SHADES - 1) as f64);
-        area.draw(&Rectangle::new([(left, top), (right, y)], colour.filled()))?;
+        area.draw(&Rectangle::new([(x, top), (right, low)], colour.filled()))?;
     }
     sheet::bar(area, frame, scale.axis.clone(), &label)?;
     let edge = [(left, low), (left, top), (right, top), (right, low), (left, low)];

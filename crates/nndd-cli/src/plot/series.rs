@@ -2,7 +2,7 @@
 
 use super::PlotError;
 use super::axis::Axis;
-use super::sheet::{Area, Chart, UNITS};
+use super::sheet::{self, Area, Chart, Frame, Labels, UNITS};
 use plotters::element::{Circle, Cross, PathElement, Polygon, TriangleMarker};
 use plotters::style::{Color, RGBColor, ShapeStyle};
 
@@ -55,6 +55,21 @@ impl Series {
     pub(super) fn is_empty(&self) -> bool {
         self.present().next().is_none()
     }
+}
+
+/// Draws a panel with some series in it, or the word that there is nothing to draw.
+pub(super) fn line_panel(
+    area: &Area<'_>,
+    frame: Frame,
+    axes: (Axis, Axis),
+    labels: &Labels<'_>,
+    all: &[Series],
+) -> Result<(), PlotError> {
+    let chart = sheet::panel(area, frame, axes, labels)?;
+    if all.iter().all(Series::is_empty) {
+        return sheet::no_data(area, frame);
+    }
+    all.iter().try_for_each(|s| draw(area, &chart, s))
 }
 
 /// Draws a series in a panel.

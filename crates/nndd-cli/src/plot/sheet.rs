@@ -14,18 +14,20 @@ use plotters::style::{Color, FontStyle, FontTransform, IntoFont, RGBColor, TextS
 
 /// Drawing units per pixel: the drawing library rounds coordinates to whole units.
 pub(super) const UNITS: i32 = 4;
-/// Width of every figure in pixels.
-pub(super) const WIDTH: i32 = 900;
+/// Width of every figure in pixels: narrow, so that its words can still be read on a telephone.
+pub(super) const WIDTH: i32 = 480;
 /// Room left of a panel for the labels of its vertical axis.
-pub(super) const LEFT: i32 = 84;
+pub(super) const LEFT: i32 = 76;
 /// Room below a panel for the labels of its horizontal axis.
-pub(super) const BELOW: i32 = 48;
+pub(super) const BELOW: i32 = 52;
 /// Room right of the panels.
-pub(super) const RIGHT: i32 = 24;
-/// Room above everything for the title.
-pub(super) const TITLE: i32 = 44;
+pub(super) const RIGHT: i32 = 18;
+/// Room above everything for the title, of two lines at most.
+pub(super) const TITLE: i32 = 50;
 /// Height of one row of the legend.
-pub(super) const LEGEND: i32 = 26;
+const LEGEND: i32 = 22;
+/// Size of the words beside axes and in legends.
+const SMALL: f64 = 14.0;
 
 /// What everything is drawn on.
 pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
@@ -46,8 +48,12 @@ pub(super) fn figure(
     let mut drawn = String::new();
     let below = {
         let root = SVGBackend::with_string(&mut drawn, (w as u32, h as u32)).into_drawing_area();
-        let size = fitting(title, 17.0, f64::from(WIDTH - 40));
-        Words::new(size).bold().write(&root, title, (WIDTH / 2, TITLE / 2))?;
+        let lines = two_lines(title, f64::from(WIDTH - 20) / (0.54 * 16.0));
+        for (k, line) in lines.iter().enumerate() {
+            let size = fitting(line, 16.0, f64::from(WIDTH - 20));
+            let y = TITLE / 2 - 9 * (lines.len() as i32 - 1) + 18 * k as i32;
+            Words::new(size).bold().write(&root, line, (WIDTH / 2, y))?;
+        }
         let below = paint(&root)?;
         root.present()?;
         below
@@ -56,7 +62,7 @@ pub(super) fn figure(
     let (title, description) = (escaped(title), escaped(description));
     Ok(format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{height}\" viewBox=\"0 0 {w} {h}\" \
-         role=\"img\">\n<title>{title}</title>\n<desc>{description}</desc>\n\
+         role=\"img\" aria-label=\"{title}\">\n<title>{title}</title>\n<desc>{description}</desc>\n\
          <rect width=\"{w}\" height=\"{h}\" fill=\"#FFFFFF\"/>\n{below}{inner}"
     ))
 }
@@ -155,6 +161,13 @@ pub(super) struct Frame {
     pub(super) height: i32,
 }
 
+impl Frame {
+    /// A frame of the full width.
+    pub(super) fn wide(top: i32, height: i32) -> Frame {
+        Frame { left: LEFT, top, width: WIDTH - LEFT - RIGHT, height }
+    }
+}
+
 /// What stands along the axes of a panel.
 pub(super) struct Labels<'a> {
     pub(super) x: &'a str,
@@ -177,7 +190,7 @@ pub(super) fn panel<'b>(
         .set_label_area_size(LabelAreaPosition::Left, LEFT * UNITS)
         .set_label_area_size(LabelAreaPosition::Bottom, BELOW * UNITS)
         .build_cartesian_2d(x, y)?;
-    let words = Words::new(13.0);
+    let words = Words::new(SMALL);
     let mut mesh = chart.configure_mesh();
     mesh.label_style(words.style())
         .axis_style(INK.stroke_width(5))
@@ -188,8 +201,8 @@ pub(super) fn panel<'b>(
         mesh.disable_mesh();
     }
     mesh.draw()?;
-    let (middle, below) = (frame.left + frame.width / 2, frame.top + frame.height + 38);
-    Words::new(fitting(labels.x, 14.0, f64::from(frame.width))).write(area, labels.x, (middle, below))?;
+    let (middle, below) = (frame.left + frame.width / 2, frame.top + frame.height + 40);
+    Words::new(fitting(labels.x, SMALL, f64::from(frame.width))).write(area, labels.x, (middle, below))?;
     upright(area, labels.y, (frame.left - LEFT + 15, frame.top + frame.height / 2), frame.height)?;
     Ok(chart)
 }
@@ -197,34 +210,34 @@ pub(super) fn panel<'b>(
 /// Writes a text upwards, its middle at `at`, within a height.
 fn upright(area: &Area<'_>, text: &str, at: (i32, i32), height: i32) -> Result<(), PlotError> {
     let style =
-        Words::new(fitting(text, 14.0, f64::from(height))).style().transform(FontTransform::Rotate270);
+        Words::new(fitting(text, SMALL, f64::from(height))).style().transform(FontTransform::Rotate270);
     Ok(area.draw_text(&clean(text), &style, (at.0 * UNITS, at.1 * UNITS))?)
 }
 
-/// Draws the axis of a colour bar, labels on its right.
+/// Draws the axis of a lying colour bar, labels below.
 pub(super) fn bar<'b>(
     area: &Area<'b>,
     frame: Frame,
     axis: Axis,
     label: &str,
 ) -> Result<Chart<'b, 'b>, PlotError> {
-    let room = 56;
     let outer = area.clone().shrink(
         (frame.left * UNITS, frame.top * UNITS),
-        ((frame.width + room) * UNITS, frame.height * UNITS),
+        (frame.width * UNITS, (frame.height + BELOW) * UNITS),
     );
     let mut chart = ChartBuilder::on(&outer)
-        .set_label_area_size(LabelAreaPosition::Right, room * UNITS)
-        .build_cartesian_2d(Axis::linear(0.0, 1.0, 1), axis)?;
+        .set_label_area_size(LabelAreaPosition::Bottom, BELOW * UNITS)
+        .build_cartesian_2d(axis, Axis::linear(0.0, 1.0, 1))?;
     chart
         .configure_mesh()
         .disable_mesh()
-        .disable_x_axis()
-        .label_style(Words::new(12.0).style())
+        .disable_y_axis()
+        .label_style(Words::new(SMALL).style())
         .axis_style(INK.stroke_width(4))
         .set_all_tick_mark_size(4 * UNITS)
         .draw()?;
-    upright(area, label, (frame.left - 12, frame.top + frame.height / 2), frame.height)?;
+    let middle = (frame.left + frame.width / 2, frame.top + frame.height + 40);
+    Words::new(fitting(label, SMALL, f64::from(WIDTH - 20))).write(area, label, middle)?;
     Ok(chart)
 }
 
@@ -234,22 +247,67 @@ pub(super) fn no_data(area: &Area<'_>, frame: Frame) -> Result<(), PlotError> {
     Words::new(18.0).grey().write(area, "no data", middle)
 }
 
-/// Draws a legend in one row from the left edge of the panels.
-pub(super) fn legend(area: &Area<'_>, top: i32, entries: &[Look]) -> Result<(), PlotError> {
-    let (sample, space) = (32, 14);
-    let estimate = |size: f64| -> f64 {
-        entries.iter().map(|e| width_of(e.name, size) + f64::from(sample + 6 + space)).sum()
-    };
-    let room = f64::from(WIDTH - LEFT - RIGHT);
-    let size = [13.0, 12.0, 11.0, 10.0].into_iter().find(|s| estimate(*s) <= room).unwrap_or(9.0);
-    let (mut x, y) = (LEFT, top + LEGEND / 2);
+/// Length of a legend's sample and the room behind an entry.
+const SAMPLE: i32 = 28;
+const SPACE: i32 = 14;
+
+/// The rows of a legend: as many entries in each as there is room for.
+fn legend_rows(entries: &[Look]) -> Vec<Vec<Look>> {
+    let mut rows: Vec<Vec<Look>> = vec![];
+    let mut used = 0;
     for entry in entries {
-        let ends = [(x * UNITS, y * UNITS), ((x + sample) * UNITS, y * UNITS)];
-        series::stroke(area, entry, &ends)?;
-        series::mark(area, entry, ((x + sample / 2) * UNITS, y * UNITS))?;
-        x += sample + 6;
-        Words::new(size).flush_left().write(area, entry.name, (x, y))?;
-        x += width_of(entry.name, size).ceil() as i32 + space;
+        let needed = entry_width(entry);
+        match rows.last_mut() {
+            Some(row) if used + needed <= WIDTH - 20 => row.push(*entry),
+            _ => {
+                rows.push(vec![*entry]);
+                used = 0;
+            }
+        }
+        used += needed;
+    }
+    rows
+}
+
+fn entry_width(entry: &Look) -> i32 {
+    width_of(entry.name, SMALL).ceil() as i32 + SAMPLE + 6 + SPACE
+}
+
+/// The height of a legend.
+pub(super) fn legend_height(entries: &[Look]) -> i32 {
+    LEGEND * legend_rows(entries).len() as i32
+}
+
+/// Draws a legend from a little left of the panels, in as many rows as it takes.
+pub(super) fn legend(area: &Area<'_>, top: i32, entries: &[Look]) -> Result<(), PlotError> {
+    for (k, row) in legend_rows(entries).iter().enumerate() {
+        let width: i32 = row.iter().map(entry_width).sum();
+        // Beside the axis labels where there is room, further left where there is none.
+        let mut x = LEFT.min(WIDTH - 10 - width).max(10);
+        let y = top + LEGEND / 2 + LEGEND * k as i32;
+        for entry in row {
+            series::stroke(area, entry, &[(x * UNITS, y * UNITS), ((x + SAMPLE) * UNITS, y * UNITS)])?;
+            series::mark(area, entry, ((x + SAMPLE / 2) * UNITS, y * UNITS))?;
+            Words::new(SMALL).flush_left().write(area, entry.name, (x + SAMPLE + 6, y))?;
+            x += entry_width(entry);
+        }
     }
     Ok(())
+}
+
+/// Breaks a text at a space into two lines where it has more letters than fit.
+fn two_lines(text: &str, letters: f64) -> Vec<&str> {
+    if text.chars().count() as f64 <= letters {
+        return vec![text];
+    }
+    let uneven = |at: usize| text[..at].chars().count().abs_diff(text[at..].chars().count());
+    // After a colon, which stands between the name and what is shown, or else near the middle.
+    let at = text
+        .find(": ")
+        .map(|at| at + 1)
+        .or_else(|| text.match_indices(' ').map(|(at, _)| at).min_by_key(|at| uneven(*at)));
+    match at {
+        Some(at) => vec![&text[..at], text[at..].trim_start()],
+        None => vec![text],
+    }
 }

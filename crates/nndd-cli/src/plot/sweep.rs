@@ -4,7 +4,7 @@ use super::PlotError;
 use super::axis::{Axis, drawable, drawable_log, short};
 use super::colour::{BLUE, INK, VERMILLION};
 use super::series::{self, Look, Marker, Series};
-use super::sheet::{self, Frame, LEFT, LEGEND, Labels, RIGHT, TITLE, WIDTH, Words};
+use super::sheet::{self, Frame, Labels, TITLE, WIDTH, Words};
 
 /// One panel of [`sweep`]: the indicators of one mesh against the swept value.
 pub(crate) struct SweepSeries {
@@ -40,7 +40,7 @@ pub(super) const E_CRE: Look = Look {
     thickness: 6,
 };
 
-const PANEL: i32 = 270;
+const PANEL: i32 = 230;
 const CAPTION: i32 = 30;
 
 /// Draws the indicators against a swept setting, one panel below the other, on a common logarithmic scale.
@@ -58,7 +58,7 @@ pub(crate) fn sweep(title: &str, x_label: &str, panels: &[SweepSeries]) -> Resul
     }
     let drawn: Vec<[Series; 3]> = panels.iter().map(series_of).collect();
     let extents = series::extents(drawn.iter().flatten());
-    let x_axis = extents.map_or_else(|| Axis::linear(0.0, 1.0, 10), |[x, _]| Axis::padded(x.0, x.1, 10));
+    let x_axis = extents.map_or_else(|| Axis::linear(0.0, 1.0, 8), |[x, _]| Axis::padded(x.0, x.1, 8));
     let y_axis = series::log_axis(extents.map(|[_, y]| y));
     let shown: Vec<Look> = [ETA_NNDD, ETA_DIS, E_CRE]
         .into_iter()
@@ -74,25 +74,19 @@ pub(crate) fn sweep(title: &str, x_label: &str, panels: &[SweepSeries]) -> Resul
         "Indicators, in the square root of an energy, on a logarithmic scale against {x_label}. {}",
         captions.join(". ")
     );
-    sheet::figure(TITLE + LEGEND + count * each + 10, title, &description, |area| {
+    let head = TITLE + sheet::legend_height(&shown);
+    sheet::figure(head + count * each + 10, title, &description, |area| {
         sheet::legend(area, TITLE, &shown)?;
         for k in 0..count {
-            let top = TITLE + LEGEND + k * each + CAPTION;
-            let frame = Frame { left: LEFT, top, width: WIDTH - LEFT - RIGHT, height: PANEL };
+            let top = head + k * each + CAPTION;
+            let frame = Frame::wide(top, PANEL);
             let labels = Labels { x: x_label, y: "indicator (energy^1/2)", grid: true };
-            let chart = sheet::panel(area, frame, (x_axis.clone(), y_axis.clone()), &labels)?;
             if let Some(text) = captions.get(k as usize) {
-                let size = sheet::fitting(text, 14.0, f64::from(frame.width));
-                Words::new(size).bold().flush_left().write(area, text, (LEFT, top - 13))?;
+                let size = sheet::fitting(text, 14.0, f64::from(WIDTH - 20));
+                Words::new(size).bold().write(area, text, (WIDTH / 2, top - 13))?;
             }
-            match drawn.get(k as usize) {
-                Some(all) if all.iter().any(|s| !s.is_empty()) => {
-                    for s in all {
-                        series::draw(area, &chart, s)?;
-                    }
-                }
-                _ => sheet::no_data(area, frame)?,
-            }
+            let all = drawn.get(k as usize).map_or(&[][..], |all| &all[..]);
+            series::line_panel(area, frame, (x_axis.clone(), y_axis.clone()), &labels, all)?;
         }
         Ok(String::new())
     })

@@ -83,7 +83,7 @@ fn picture(
             density,
         })
         .collect();
-    deformed("Two blocks", &bodies)
+    deformed("Two blocks", &bodies, &[])
 }
 
 fn constant(name: &str, value: Option<f64>) -> SweepSeries {
@@ -139,7 +139,10 @@ fn arrays_that_do_not_match_are_refused() {
         displacement: &[[0.0; 2]; 3],
         density: &[1.0],
     };
-    assert!(matches!(deformed("d", &[body]), Err(PlotError::Index { triangle: 0, point: 3, points: 3 })));
+    assert!(matches!(
+        deformed("d", &[body], &[]),
+        Err(PlotError::Index { triangle: 0, point: 3, points: 3 })
+    ));
 }
 
 #[test]
@@ -219,11 +222,34 @@ fn deformed_says_its_factor_and_names() {
 }
 
 #[test]
+fn deformed_never_draws_bodies_into_each_other() {
+    // Two blocks of size 2: the upper one comes down by 0.02 and closes a gap of as much.
+    let factor = |gap: f64, approach: f64| {
+        let (points, triangles) = block(2, 0.0);
+        let body = BodyPicture {
+            name: "b",
+            points: &points,
+            triangles: &triangles,
+            displacement: &vec![[0.0, -0.02]; points.len()],
+            density: &vec![1.0; triangles.len()],
+        };
+        let svg = deformed("d", &[body], &[Closing { gap, approach }]).unwrap();
+        svg.split("multiplied by ").nth(1).unwrap().split(". ").next().unwrap().parse::<f64>().unwrap()
+    };
+    assert_eq!(factor(0.02, 0.02), 1.0);
+    assert_eq!(factor(0.0, 0.0), 5.0);
+    assert_eq!(factor(0.02, -0.02), 5.0);
+    // A gap that stands in the case file only: bodies that touch come together, so hardly any motion can be drawn.
+    assert_eq!(factor(0.0, 0.02), 0.1);
+    assert_eq!(factor(f64::NAN, f64::NAN), 5.0);
+}
+
+#[test]
 fn deformed_of_odd_bodies() {
     let still = picture(2, |_| [0.0; 2], |_| 0.0).unwrap();
     assert_whole(&still);
     assert!(still.contains("no displacement") && still.contains("zero everywhere"));
-    assert!(deformed("Nothing", &[]).unwrap().contains("no data"));
+    assert!(deformed("Nothing", &[], &[]).unwrap().contains("no data"));
     assert_whole(&picture(2, |_| [0.1; 2], |_| 3.0).unwrap());
     for bad in BAD {
         assert_whole(&picture(2, |p| [if p[0] == 1.0 { bad } else { 0.1 }, 0.0], |_| 1.0).unwrap());
@@ -237,7 +263,7 @@ fn deformed_of_odd_bodies() {
         displacement: &[[0.0; 2]; 3],
         density: &[1.0, 2.0],
     };
-    assert_whole(&deformed("Point", &[point]).unwrap());
+    assert_whole(&deformed("Point", &[point], &[]).unwrap());
 }
 
 #[test]
@@ -313,4 +339,70 @@ fn adaptive_of_odd_steps() {
     for bad in BAD.into_iter().chain([0.0, -1.0]) {
         assert_whole(&adaptive("Odd", &[(100, Some(0.1)), (200, Some(bad)), (400, None)], bad).unwrap());
     }
+}
+
+#[test]
+fn sketch_says_what_is_imposed() {
+    let (points, triangles) = block(3, 0.0);
+    let edge = |x: f64, held: Held, displacement: [f64; 2], traction: [f64; 2]| SketchEdge {
+        ends: [[x, 1.0], [x + 0.5, 1.0]],
+        normal: [0.0, 1.0],
+        held,
+        displacement,
+        traction,
+    };
+    let edges = vec![
+        edge(0.0, Held::Fixed, [0.0, -0.1], [0.0; 2]),
+        edge(0.5, Held::Roller, [0.0; 2], [0.0; 2]),
+        edge(1.0, Held::Free, [0.0; 2], [0.0, -3.0]),
+    ];
+    let body = |edges| SketchBody {
+        name: "block <1>",
+        points: &points,
+        triangles: &triangles,
+        edges,
+        body_force: [0.0; 2],
+    };
+    let svg = sketch("Sketch", &[body(edges)], &[[[0.0, 0.0], [2.0, 0.0]]]).unwrap();
+    assert_whole(&svg);
+    let words =
+        ["block &lt;1&gt;", "held in one direction", "imposed displacement", "load", "possible contact"];
+    for text in words {
+        assert!(svg.contains(text), "{text}");
+    }
+    let bare = sketch("Bare", &[body(vec![])], &[]).unwrap();
+    assert_whole(&bare);
+    assert!(bare.contains("nothing imposed") && !bare.contains("possible contact"));
+}
+
+#[test]
+fn sketch_of_odd_bodies() {
+    assert!(sketch("Nothing", &[], &[]).unwrap().contains("no data"));
+    for bad in BAD {
+        let (mut points, triangles) = block(2, 0.0);
+        points[3] = [bad, 0.0];
+        let edges = vec![SketchEdge {
+            ends: [[0.0, bad], [1.0, 1.0]],
+            normal: [bad, 1.0],
+            held: Held::Fixed,
+            displacement: [bad; 2],
+            traction: [bad, 1.0],
+        }];
+        let body =
+            SketchBody { name: "odd", points: &points, triangles: &triangles, edges, body_force: [bad; 2] };
+        assert_whole(&sketch("Odd", &[body], &[]).unwrap());
+    }
+}
+
+#[test]
+fn words_are_large_enough_for_a_telephone() {
+    // At 390 pixels the page is 366 wide; 14 of 480 are then 10.7 pixels.
+    let svg = convergence("Convergence", &rows(12)).unwrap();
+    let sizes: Vec<f64> = svg
+        .split("font-size=\"")
+        .skip(1)
+        .map(|rest| rest.split('"').next().unwrap().parse::<f64>().unwrap() / f64::from(sheet::UNITS))
+        .collect();
+    let smallest = sizes.iter().copied().fold(f64::INFINITY, f64::min);
+    assert!(smallest * 366.0 / f64::from(sheet::WIDTH) >= 9.5, "{smallest}");
 }

@@ -3,9 +3,10 @@
 use super::super::criterion::Estimate;
 use super::super::machine::{Machine, provenance};
 use super::super::numbers::{quoted, spread_of};
-use super::environment::{Environment, program};
+use super::environment::program;
 use super::targets::{self, paired, ratio};
 use super::{AGREEMENT, OnMesh, SLOW, THREADS};
+use crate::python::Environment;
 use crate::workspace::{Outcome, Workspace};
 use std::fmt::Write as _;
 use std::process::Command;

@@ -2,7 +2,8 @@
 
 use super::super::process;
 use super::THREADS;
-use super::environment::{BASE, CHOLMOD, Environment, PARDISO, program};
+use super::environment::{BASE, CHOLMOD, PARDISO, mkl, program};
+use crate::python::Environment;
 use crate::workspace::{Outcome, Workspace};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -78,7 +79,7 @@ impl Peer {
         if self.task == Task::CalculiX && program(CALCULIX).is_none() {
             return Some(format!("no executable {CALCULIX}; `apt install calculix-ccx`"));
         }
-        if self.on_mkl && environment.mkl().is_none() {
+        if self.on_mkl && mkl(environment).is_none() {
             return Some("no MKL in the environment".to_owned());
         }
         None
@@ -135,7 +136,7 @@ impl Runner<'_> {
 
     /// Runs a peer once.
     pub(super) fn run(&self, peer: &Peer) -> Outcome<Answer> {
-        let blas = if peer.on_mkl { self.environment.mkl() } else { None };
+        let blas = if peer.on_mkl { mkl(self.environment) } else { None };
         let (run, details) = match peer.task {
             Task::Linear(solver) => {
                 let run = self.python("linear.py", None, |c| {

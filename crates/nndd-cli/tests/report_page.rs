@@ -1,0 +1,96 @@
+//! report.html as a browser sees it; without Chromium only its text is looked at.
+
+// All of this is test code: a failed unwrap is a failed test.
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stderr)]
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Solves a case and returns its output directory.
+fn solved(case: &str, folder: &Path) -> PathBuf {
+    let out = folder.join(case);
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/cases").join(format!("{case}.toml"));
+    let status = Command::new(env!("CARGO_BIN_EXE_nndd"))
+        .args(["solve", "--quiet", "--out"])
+        .args([&out, &file])
+        .status()
+        .unwrap();
+    assert!(status.success());
+    out
+}
+
+/// Chromium, by the names under which systems install it.
+fn chromium() -> Option<PathBuf> {
+    let folders = std::env::var_os("PATH")?;
+    let names = ["chromium", "chromium-browser", "google-chrome"];
+    std::env::split_paths(&folders).flat_map(|f| names.map(|n| f.join(n))).find(|p| p.is_file())
+}
+
+/// What Chromium says about a page, on stdout and stderr; killed after some minutes.
+fn looked_at(browser: &Path, page: &Path, profile: &Path, width: u32) -> (String, String) {
+    let (dom, log) = (profile.join("dom"), profile.join("log"));
+    std::fs::create_dir_all(profile).unwrap();
+    let mut child = Command::new(browser)
+        .args(["--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr", "--dump-dom"])
+        .arg(format!("--window-size={width},900"))
+        .arg(format!("--user-data-dir={}", profile.display()))
+        .arg(format!("file://{}", page.display()))
+        .stdin(Stdio::null())
+        .stdout(std::fs::File::create(&dom).unwrap())
+        .stderr(std::fs::File::create(&log).unwrap())
+        .spawn()
+        .unwrap();
+    let begun = Instant::now();
+    while child.try_wait().unwrap().is_none() {
+        if begun.elapsed() > Duration::from_secs(300) {
+            child.kill().unwrap();
+            panic!("Chromium does not come to an end");
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    (std::fs::read_to_string(dom).unwrap(), std::fs::read_to_string(log).unwrap())
+}
+
+/// Everything the page loads or links to.
+fn references(page: &str) -> Vec<&str> {
+    ["src=\"", "href=\"", "url(", "@import"]
+        .iter()
+        .flat_map(|key| page.split(key).skip(1).map(|rest| rest.split(['"', ')']).next().unwrap_or("")))
+        .collect()
+}
+
+#[test]
+fn the_page_needs_nothing_but_itself() {
+    let temp = tempfile::tempdir().unwrap();
+    let out = solved("hertz", temp.path());
+    let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(!page.contains("<script"));
+    for reference in references(&page) {
+        assert!(out.join(reference).is_file(), "\"{reference}\" is not beside the page");
+    }
+    // Every figure has an alternative text; the fifth title is the page's.
+    let figures = page.matches("<figure>").count();
+    assert_eq!((figures, page.matches("role=\"img\" aria-label=").count()), (4, 4));
+    assert_eq!((page.matches("<title>").count(), page.matches("<desc>").count()), (5, 4));
+    assert!(page.contains("@page{size:A4"));
+    // The gap is drawn as it is, so displacements are not magnified.
+    assert!(page.contains("displacements × 1)"));
+}
+
+#[test]
+fn a_browser_shows_the_verdict_without_complaint() {
+    let Some(browser) = chromium() else {
+        eprintln!("skipped: Chromium is not installed");
+        return;
+    };
+    let temp = tempfile::tempdir().unwrap();
+    let out = solved("paper", temp.path());
+    for width in [390, 1000] {
+        let profile = temp.path().join(format!("profile-{width}"));
+        let (dom, log) = looked_at(&browser, &out.join("report.html"), &profile, width);
+        assert!(dom.contains("certified error &lt;= 18."), "{log}");
+        assert_eq!(dom.matches("<figure>").count(), 4, "{log}");
+        assert!(!log.contains("CONSOLE"), "{log}");
+    }
+}

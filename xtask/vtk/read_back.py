@@ -1,0 +1,169 @@
+"""Reads the ParaView files of a run back by VTK and by meshio, and compares them with report.json.
+
+    read_back.py OUTPUT_DIRECTORY [PICTURE]
+
+Prints one line per file and ends with status 1 where anything differs by more than round-off.
+"""
+
+import json
+import sys
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import meshio
+import numpy as np
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
+
+POINT = {"displacement": 3}
+CELL = {"stress": 6, "stress_equilibrated": 6, "error_density": 1}
+CONTACT = {"gap", "contact_pressure", "active", "lambda", "traction_1", "traction_2"}
+ROUND_OFF = 1e-9
+
+
+class Grid:
+    """One file as both readers see it; they must agree exactly."""
+
+    def __init__(self, path, corners):
+        self.path = path
+        reader = vtkXMLUnstructuredGridReader()
+        reader.SetFileName(str(path))
+        reader.Update()
+        grid = reader.GetOutput()
+        self.points = vtk_to_numpy(grid.GetPoints().GetData())
+        self.cells = vtk_to_numpy(grid.GetCells().GetConnectivityArray()).reshape(-1, corners)
+        self.point, self.cell, self.field = (
+            {data.GetArrayName(k): vtk_to_numpy(data.GetArray(k)) for k in range(data.GetNumberOfArrays())}
+            for data in (grid.GetPointData(), grid.GetCellData(), grid.GetFieldData())
+        )
+        other = meshio.read(path)
+        self.expect(np.array_equal(other.points, self.points), "points differ between the readers")
+        self.expect(np.array_equal(other.cells[0].data, self.cells), "cells differ between the readers")
+        for name, values in self.point.items():
+            self.expect(np.array_equal(other.point_data[name], values), f"{name} differs between the readers")
+        for name, values in self.cell.items():
+            self.expect(np.array_equal(other.cell_data[name][0], values), f"{name} differs between the readers")
+
+    def expect(self, true, what):
+        if not true:
+            raise SystemExit(f"{self.path}: {what}")
+
+    def equal(self, found, expected, what):
+        scale = max(abs(expected), abs(found), 1e-300)
+        same = abs(found - expected) <= ROUND_OFF * scale
+        self.expect(same, f"{what}: found {found!r}, report.json says {expected!r}")
+
+    def shaped(self, arrays, names, rows):
+        for name, components in names.items():
+            self.expect(name in arrays, f"no field {name}")
+            size = arrays[name].shape
+            self.expect(size == ((rows,) if components == 1 else (rows, components)), f"{name} has shape {size}")
+            self.expect(np.isfinite(arrays[name]).all(), f"{name} is not finite everywhere")
+
+
+def body(path, nodes, triangles):
+    grid = Grid(path, 3)
+    grid.expect(grid.points.shape == (nodes, 3) and not grid.points[:, 2].any(), "wrong points")
+    grid.expect(grid.cells.shape == (triangles, 3), "wrong cells")
+    grid.shaped(grid.point, POINT, nodes)
+    grid.shaped(grid.cell, CELL, triangles)
+    return grid
+
+
+def gradients(grid):
+    """Areas, and the gradients of the three hat functions on each triangle."""
+    p = grid.points[grid.cells][:, :, :2]
+    twice = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+    opposite = np.stack([p[:, 2] - p[:, 1], p[:, 0] - p[:, 2], p[:, 1] - p[:, 0]], axis=1)
+    turned = np.stack([-opposite[..., 1], opposite[..., 0]], axis=-1)
+    return 0.5 * np.abs(twice), turned / twice[:, None, None]
+
+
+def energy(grid):
+    """a(u, u) from the file alone: stress times the strain of the displacement."""
+    areas, hats = gradients(grid)
+    u = grid.point["displacement"][grid.cells][:, :, :2]
+    g = np.einsum("tkc,tkd->tcd", u, hats)
+    s = grid.cell["stress"]
+    return float(np.sum(areas * (s[:, 0] * g[:, 0, 0] + s[:, 1] * g[:, 1, 1] + s[:, 3] * (g[:, 0, 1] + g[:, 1, 0]))))
+
+
+def check(folder, report):
+    certificate, results = report["certificate"], report["results"]
+    grids = []
+    for k, summary in enumerate(report["bodies"]):
+        grid = body(folder / f"{summary['name']}.vtu", summary["nodes"], summary["triangles"])
+        grid.equal(float(grid.field["e_cre"][0]), certificate["e_cre"], "e_cre")
+        grid.equal(float(grid.field["iteration"][0]), report["iterations"][-1]["iteration"], "iteration")
+        grid.equal(energy(grid), results["energy_norm_squared"][k], "energy norm squared")
+        grids.append(grid)
+        print(f"{grid.path.name}: {len(grid.points)} points, {len(grid.cells)} triangles, energy as in report.json")
+    largest = max(np.linalg.norm(g.point["displacement"], axis=1).max() for g in grids)
+    grids[0].equal(float(largest), results["max_displacement"], "largest displacement")
+    if results["max_von_mises"] is not None:
+        largest = max(g.cell["von_mises"].max() for g in grids)
+        grids[0].equal(float(largest), results["max_von_mises"], "largest von Mises stress")
+    # The cells' part of the squared bound: the rest is 2 integral p o along the contact line.
+    inside = sum(float(np.sum(gradients(g)[0] * g.cell["error_density"])) for g in grids)
+    grids[0].expect(0.0 <= inside <= certificate["e_cre"] ** 2 * (1 + ROUND_OFF), "error density above the bound")
+
+    contact = Grid(folder / "contact.vtu", 2)
+    contact.expect(CONTACT <= contact.point.keys(), f"fields {sorted(contact.point)}")
+    contact.expect(len(contact.points) == report["contact"][0]["pairs"], "wrong number of pairs")
+    length = np.linalg.norm(np.diff(contact.points[contact.cells], axis=1)[:, 0], axis=1)
+    contact.equal(float(length.sum()), report["contact"][0]["length"], "length of the contact line")
+    contact.equal(float(contact.point["gap"].min()), results["min_gap"], "smallest gap")
+    tributary = np.zeros(len(contact.points))
+    np.add.at(tributary, contact.cells, 0.5 * length[:, None])
+    force = float(np.sum(tributary * contact.point["contact_pressure"]))
+    contact.equal(force, results["contact_force"], "contact force")
+    print(f"contact.vtu: {len(contact.points)} points, contact force {force:.6g} as in report.json")
+    return grids
+
+
+def check_series(folder, report):
+    """The collection of an adaptive run: every mesh of every body, with the nodes that the history counts."""
+    nodes = {}
+    for entry in ElementTree.parse(folder / "adaptive.pvd").getroot().iter("DataSet"):
+        grid = Grid(folder / entry.get("file"), 3)
+        grid.shaped(grid.point, POINT, len(grid.points))
+        step = int(float(entry.get("timestep")))
+        nodes[step] = nodes.get(step, 0) + len(grid.points)
+    expected = {row["step"]: row["nodes"] for row in report["adaptive"]}
+    if nodes != expected:
+        raise SystemExit(f"{folder}/adaptive.pvd: found nodes {nodes}, report.json says {expected}")
+    print(f"adaptive.pvd: {len(expected)} meshes, nodes as in report.json")
+
+
+def draw(grids, picture):
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    size = max(np.ptp(np.concatenate([g.points for g in grids]), axis=0))
+    largest = max(np.linalg.norm(g.point["displacement"], axis=1).max() for g in grids)
+    factor = 10.0 ** np.floor(np.log10(0.1 * size / largest))
+    figure, axes = plt.subplots(figsize=(7.2, 4.6), constrained_layout=True)
+    top = max(g.cell["von_mises"].max() for g in grids)
+    for grid in grids:
+        moved = grid.points[:, :2] + factor * grid.point["displacement"][:, :2]
+        drawn = axes.tripcolor(
+            *moved.T, grid.cells, facecolors=grid.cell["von_mises"], cmap="viridis", vmin=0.0, vmax=top,
+            edgecolors=(1, 1, 1, 0.35), linewidth=0.2,
+        )
+    figure.colorbar(drawn, label="von Mises stress", shrink=0.85)
+    axes.set(aspect="equal", xlabel="x", ylabel="y")
+    axes.set_title(f"Read from upper.vtu and lower.vtu by VTK, displacements × {factor:g}", fontsize=10)
+    figure.savefig(picture, dpi=110)
+    print(f"wrote {picture}")
+
+
+if __name__ == "__main__":
+    directory = Path(sys.argv[1])
+    said = json.loads((directory / "report.json").read_text())
+    read = check(directory, said)
+    if said["adaptive"]:
+        check_series(directory, said)
+    if len(sys.argv) > 2:
+        draw(read, sys.argv[2])
