@@ -7,7 +7,7 @@
 //! so that the obstacle carries `p = −f` inside the circle: `8π r⁴ (1 + r²/2)` in all.
 #![allow(clippy::print_stdout)]
 
-use contact_qp::{BoundQp, MatrixView, QpError, QpPath, QpSettings, QpSolution, solve};
+use contact_qp::{BoundQp, MatrixView, QpError, QpSettings, QpSolution, solve};
 use std::f64::consts::PI;
 
 /// Radius² of the contact zone.
@@ -117,7 +117,7 @@ fn error_area_and_force_tend_to_the_closed_form() {
         let force: f64 = s.multipliers.iter().sum();
         assert!((force / exact_force() - 1.0).abs() < h, "{force}");
         let twice = membrane.solve(2.0, Some(&s)).unwrap();
-        assert_eq!((twice.path, twice.clarabel_calls), (QpPath::WarmStart, 0));
+        assert_eq!((twice.path, twice.clarabel_calls), (contact_qp::QpPath::WarmStart, 0));
         // Second order; the constant depends on how the nodes lie about the circle.
         let error = membrane.largest_error(&s);
         assert!(error < 0.5 * h * h, "{error}");
