@@ -9,12 +9,15 @@ pub const PATCH: &str = include_str!("template/patch.toml");
 /// Meshes refined until the certified error is below a target.
 pub const ADAPTIVE: &str = include_str!("template/adaptive.toml");
 
+/// Hertz' contact of two cylinders: curved sides and a gap that is measured on the meshes.
+pub const HERTZ: &str = include_str!("template/hertz.toml");
+
 /// Two bodies from a mesh file, with the names to replace.
 pub const GMSH: &str = include_str!("template/gmsh.toml");
 
 /// The templates by name.
 pub const TEMPLATES: &[(&str, &str)] =
-    &[("paper", PAPER), ("patch", PATCH), ("adaptive", ADAPTIVE), ("gmsh", GMSH)];
+    &[("paper", PAPER), ("patch", PATCH), ("hertz", HERTZ), ("adaptive", ADAPTIVE), ("gmsh", GMSH)];
 
 /// Finds a template by its name.
 pub fn find(name: &str) -> Option<&'static str> {

@@ -35,7 +35,7 @@ pub(crate) enum Command {
     Sweep(Sweep),
     /// Show what a mesh file holds: groups, cells, bounding box, quality, possible problems.
     Mesh(Mesh),
-    /// Print a commented case file to start from: paper, patch, adaptive, gmsh.
+    /// Print a commented case file to start from: paper, patch, hertz, adaptive, gmsh.
     New {
         /// Name of the template.
         template: String,

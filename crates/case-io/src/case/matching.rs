@@ -71,7 +71,8 @@ impl Case {
                 changes.snapped[b]
             );
             if changes.free[b] > 0.0 {
-                text += &format!(", {:.3e} of the surface faces nothing and is free", changes.free[b]);
+                text +=
+                    &format!(", {:.4} of the surface's length faces nothing and is free", changes.free[b]);
             }
             text
         };

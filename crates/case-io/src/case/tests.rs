@@ -285,5 +285,5 @@ fn every_template_is_a_valid_case() {
         assert_eq!(case.output_directory(), format!("runs/{name}"));
         assert_eq!(crate::template::find(name), Some(*text));
     }
-    assert_eq!(crate::template::find("hertz"), None);
+    assert_eq!(crate::template::find("herz"), None);
 }
