@@ -73,7 +73,8 @@ def body(path, nodes, triangles):
 def gradients(grid):
     """Areas, and the gradients of the three hat functions on each triangle."""
     p = grid.points[grid.cells][:, :, :2]
-    twice = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+    a, b = p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]
+    twice = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
     opposite = np.stack([p[:, 2] - p[:, 1], p[:, 0] - p[:, 2], p[:, 1] - p[:, 0]], axis=1)
     turned = np.stack([-opposite[..., 1], opposite[..., 0]], axis=-1)
     return 0.5 * np.abs(twice), turned / twice[:, None, None]
@@ -150,7 +151,7 @@ def draw(grids, picture):
         moved = grid.points[:, :2] + factor * grid.point["displacement"][:, :2]
         drawn = axes.tripcolor(
             *moved.T, grid.cells, facecolors=grid.cell["von_mises"], cmap="viridis", vmin=0.0, vmax=top,
-            edgecolors=(1, 1, 1, 0.35), linewidth=0.2,
+            edgecolors="#ffffff59", linewidth=0.2,
         )
     figure.colorbar(drawn, label="von Mises stress", shrink=0.85)
     axes.set(aspect="equal", xlabel="x", ylabel="y")

@@ -148,24 +148,25 @@ pub enum VtuError {
 /// Fields that do not fit the mesh or are not finite, and what the writer reports.
 pub fn write(out: &mut dyn Write, mesh: &VtuMesh, data: &VtuData) -> Result<(), VtuError> {
     check(mesh, data)?;
-    let mut layout = Layout::default();
+    let mut layout = Layout { end: total(mesh, data) };
     let xml = header(&mut layout, mesh, data);
     out.write_all(xml.as_bytes())?;
     let fields = |out: &mut dyn Write, arrays: &[VtuArray]| -> io::Result<()> {
-        arrays.iter().try_for_each(|a| block(out, a.values.len(), a.values.iter().map(|v| v.to_le_bytes())))
+        let mut arrays = arrays.iter().rev();
+        arrays.try_for_each(|a| block(out, a.values.len(), a.values.iter().map(|v| v.to_le_bytes())))
     };
-    // In the order of the header.
-    fields(out, &data.field)?;
-    fields(out, &data.point)?;
-    fields(out, &data.cell)?;
-    let coordinates = mesh.points.iter().flat_map(|p| [p[0], p[1], 0.0]);
-    block(out, 3 * mesh.points.len(), coordinates.map(f64::to_le_bytes))?;
-    let nodes = mesh.cells.nodes();
-    block(out, nodes.len(), nodes.iter().map(|&n| i64::from(n).to_le_bytes()))?;
+    // Against the order of the header.
     let (corners, kind) = mesh.cells.corners_and_type();
     let count = mesh.cells.len();
-    block(out, count, (1..=count).map(|k| ((k * corners) as i64).to_le_bytes()))?;
     block(out, count, (0..count).map(|_| [kind]))?;
+    block(out, count, (1..=count).map(|k| ((k * corners) as i64).to_le_bytes()))?;
+    let nodes = mesh.cells.nodes();
+    block(out, nodes.len(), nodes.iter().map(|&n| i64::from(n).to_le_bytes()))?;
+    let coordinates = mesh.points.iter().flat_map(|p| [p[0], p[1], 0.0]);
+    block(out, 3 * mesh.points.len(), coordinates.map(f64::to_le_bytes))?;
+    fields(out, &data.cell)?;
+    fields(out, &data.point)?;
+    fields(out, &data.field)?;
     out.write_all(b"\n  </AppendedData>\n</VTKFile>\n")?;
     Ok(())
 }
@@ -196,18 +197,30 @@ fn check(mesh: &VtuMesh, data: &VtuData) -> Result<(), VtuError> {
     Ok(())
 }
 
-/// Hands out the places of the appended blocks: each is its length in eight bytes and its data.
-#[derive(Default)]
+/// Computes the length of all appended blocks.
+fn total(mesh: &VtuMesh, data: &VtuData) -> usize {
+    let fields: usize =
+        [&data.field, &data.point, &data.cell].into_iter().flatten().map(|a| 8 + 8 * a.values.len()).sum();
+    let cells = mesh.cells.len();
+    fields + (8 + 24 * mesh.points.len()) + (8 + 8 * mesh.cells.nodes().len()) + (8 + 8 * cells) + (8 + cells)
+}
+
+/// Hands out the places of the appended blocks, from the last to the first: each is its length in eight bytes and its
+/// data.
+///
+/// meshio 5 gives the arrays new offsets as it reads, and looks for the next old one among old and new: in this order it
+/// finds the right one first, in that of the header it may take one array for another.
 struct Layout {
-    offset: usize,
+    /// Where the block before ends.
+    end: usize,
 }
 
 impl Layout {
     fn array(&mut self, xml: &mut String, attributes: &str, bytes: usize) {
-        let offset = self.offset;
+        self.end = self.end.saturating_sub(8 + bytes);
+        let offset = self.end;
         // Writing to a string cannot fail.
         let _ = writeln!(xml, "        <DataArray {attributes} format=\"appended\" offset=\"{offset}\"/>");
-        self.offset += 8 + bytes;
     }
 
     fn section(&mut self, xml: &mut String, tag: &str, arrays: &[VtuArray]) {

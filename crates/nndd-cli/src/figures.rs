@@ -173,13 +173,18 @@ fn sketch_edges(body: &Body) -> Vec<SketchEdge> {
                 EdgeReaction::Along(_) => Held::Roller,
                 EdgeReaction::Both => Held::Fixed,
             };
-            let displacement = mean(nodes.map(imposed));
+            // Only what the edge itself imposes: its ends may belong to another side too.
+            let mean_imposed = mean(nodes.map(imposed));
+            let displacement = match condition.reaction {
+                EdgeReaction::None => [0.0; 2],
+                EdgeReaction::Along(d) => d.map(|c| c * (d[0] * mean_imposed[0] + d[1] * mean_imposed[1])),
+                EdgeReaction::Both => mean_imposed,
+            };
             Some(SketchEdge {
                 ends: nodes.map(|v| mesh.points()[v as usize]),
                 normal: mesh.edge_normal(*edge),
                 held,
-                // The ends of a free edge may belong to a side that is held.
-                displacement: if held == Held::Free { [0.0; 2] } else { displacement },
+                displacement,
                 traction: mean(condition.traction),
             })
         })

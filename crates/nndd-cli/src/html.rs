@@ -14,7 +14,7 @@ h1,h2{line-height:1.25}\
 .ok{border-color:#0072b2}.no{border-color:#d55e00}.verdict p{margin:.2rem 0}.verdict p:nth-child(2){font-weight:bold}\
 .figures{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,27rem),1fr));gap:1rem;align-items:start}\
 figure{margin:0}figure svg{width:100%;height:auto}figcaption{font-size:.875rem;color:#555;padding:0 .5rem}\
-pre{overflow-x:auto;background:#f7f7f7;padding:.6rem}\
+p,li{overflow-wrap:anywhere}pre{overflow-x:auto;background:#f7f7f7;padding:.6rem}\
 @page{size:A4;margin:15mm}\
 @media print{body{max-width:none;margin:0;padding:0;font-size:10pt}h2{break-after:avoid}\
 .figures{grid-template-columns:1fr 1fr}figure,tr,.verdict{break-inside:avoid}\

@@ -102,3 +102,17 @@ fn a_collection_names_its_files() {
     assert!(xml.contains("name=\"a&amp;b\""));
     assert!(pvd(&[entry(f64::NAN, "x")]).is_err());
 }
+
+#[test]
+fn blocks_stand_against_the_order_of_the_header() {
+    let (mesh, data) = sample();
+    let mut file = Vec::new();
+    write(&mut file, &mesh, &data).unwrap();
+    let header = String::from_utf8_lossy(&file).into_owned();
+    let offsets: Vec<usize> = header
+        .split("offset=\"")
+        .skip(1)
+        .map(|rest| rest.split('"').next().unwrap().parse().unwrap())
+        .collect();
+    assert!(offsets.windows(2).all(|w| w[0] > w[1]) && offsets.last() == Some(&0), "{offsets:?}");
+}

@@ -60,7 +60,7 @@ pub(crate) fn convergence(title: &str, rows: &[ConvergenceRow]) -> Result<String
     let top = TITLE + sheet::legend_height(&shown) + 12;
     sheet::figure(top + PANEL + sheet::BELOW + 10, title, &description(&all), |area| {
         sheet::legend(area, TITLE, &shown)?;
-        let labels = Labels { x: "iteration", y: "indicators (energy^1/2), precision (no unit)", grid: true };
+        let labels = Labels { x: "iteration", y: "indicators (energy^1/2), precision", grid: true };
         series::line_panel(area, Frame::wide(top, PANEL), (x_axis, y_axis), &labels, &all)?;
         Ok(String::new())
     })

@@ -69,6 +69,8 @@ const CONTACT: Look =
 const APART: f64 = 17.0;
 /// Length of the longest arrow, in pixels.
 const ARROW: f64 = 30.0;
+/// Triangles and points of the boundary tried in search of a place for a name.
+const MOST_TRIED: usize = 300;
 /// Below so many cells, their edges are drawn.
 const WITH_EDGES: usize = 4_000;
 
@@ -137,9 +139,7 @@ fn filled(chart: &Chart<'_, '_>, body: &SketchBody<'_>) -> String {
         }
         shape.push('z');
     }
-    let mut out = format!(
-        "<path d=\"{shape}\" fill=\"#DCE6EE\" fill-rule=\"evenodd\" stroke=\"#191919\" stroke-width=\"5\"/>\n"
-    );
+    let mut out = format!("<path d=\"{shape}\" fill=\"#DCE6EE\" fill-rule=\"evenodd\"/>\n");
     if body.triangles.len() <= WITH_EDGES {
         let mut cells = String::new();
         for t in body.triangles {
@@ -148,6 +148,7 @@ fn filled(chart: &Chart<'_, '_>, body: &SketchBody<'_>) -> String {
         }
         let _ = writeln!(out, "<path d=\"{cells}\" fill=\"none\" stroke=\"#FFFFFF\" stroke-width=\"2\"/>");
     }
+    let _ = writeln!(out, "<path d=\"{shape}\" fill=\"none\" stroke=\"#191919\" stroke-width=\"5\"/>");
     out
 }
 
@@ -247,18 +248,24 @@ fn name(area: &Area<'_>, chart: &Chart<'_, '_>, body: &SketchBody<'_>) -> Result
         let c = corners(t);
         [0, 1].map(|k| (c[0][k] + c[1][k] + c[2][k]) / 3.0)
     };
-    let (mut sum, mut whole) = ([0.0; 2], 0.0);
-    for t in body.triangles {
-        let (a, m) = (signed_area(corners(t)).abs(), middle(t));
-        if drawable(a) {
-            whole += a;
-            sum = [sum[0] + a * m[0], sum[1] + a * m[1]];
-        }
-    }
-    let centre = sum.map(|s| s / whole);
-    let distance = |m: &[f64; 2]| (m[0] - centre[0]).hypot(m[1] - centre[1]);
-    let nearest = body.triangles.iter().map(middle).min_by(|a, b| distance(a).total_cmp(&distance(b)));
-    let Some([x, y]) = nearest.filter(|m| m.iter().all(|v| drawable(*v))) else { return Ok(()) };
+    // Of some triangles the one farthest from the boundary, and of those alike the one nearest to the middle.
+    let sample = |n: usize| (n / MOST_TRIED).max(1);
+    let edge: Vec<[f64; 2]> = outline(body.points.len(), body.triangles, |t| 2.0 * signed_area(corners(t)))
+        .concat()
+        .iter()
+        .map(|v| body.points[*v as usize])
+        .collect();
+    let tried: Vec<[f64; 2]> =
+        body.triangles.iter().step_by(sample(body.triangles.len())).map(middle).collect();
+    let centre = [0, 1].map(|c| tried.iter().map(|m| m[c]).sum::<f64>() / tried.len().max(1) as f64);
+    let distance = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
+    let worth = |m: &[f64; 2]| {
+        let near =
+            edge.iter().step_by(sample(edge.len())).map(|p| distance(p, m)).fold(f64::INFINITY, f64::min);
+        near - 0.2 * distance(&centre, m)
+    };
+    let best = tried.iter().copied().max_by(|a, b| worth(a).total_cmp(&worth(b)));
+    let Some([x, y]) = best.filter(|m| m.iter().all(|v| drawable(*v))) else { return Ok(()) };
     let (x, y) = chart.backend_coord(&(x, y));
     let room = 2.0 * f64::from((x / UNITS).min(WIDTH - x / UNITS)) - 10.0;
     let pull = unit(body.body_force);
