@@ -71,10 +71,15 @@ fn a_stiffness_of_any_size_has_a_bound_that_holds() {
 
 /// Two blocks of length `length`, the upper one pressed down by `strain` times its height.
 fn pressed(length: f64, young: f64, strain: f64) -> ContactProblem {
+    pressed_at([0.0; 2], length, young, strain)
+}
+
+/// [`pressed`], the left end of the contact line at `place`.
+fn pressed_at(place: [f64; 2], length: f64, young: f64, strain: f64) -> ContactProblem {
     let steel = |nu| LinearElastic::isotropic(young, nu, Hypothesis::PlaneStrain).unwrap();
     let push = Some((-strain * length).into());
     let upper = BoundaryConditions::new().displace("top", Some(0.0.into()), push);
-    let mesh = |y: f64| block([0.0, y * length], [2.0 * length, length], [12, 6]).unwrap();
+    let mesh = |y: f64| block([place[0], place[1] + y * length], [2.0 * length, length], [12, 6]).unwrap();
     let upper = Body::new(mesh(0.0), steel(0.3), &upper).unwrap();
     let lower = Body::new(mesh(-1.0), steel(0.2), &BoundaryConditions::new().fix("bottom")).unwrap();
     let interface =
@@ -92,5 +97,17 @@ fn the_relative_error_does_not_depend_on_the_size_of_anything() {
             let relative = found.relative().unwrap();
             assert!((relative / expected - 1.0).abs() < 1e-9, "{length:e} {young:e} {strain:e}: {relative}");
         }
+    }
+}
+
+#[test]
+fn far_from_the_origin_the_answer_is_the_same() {
+    let expected = certified(pressed(1.0, 1.0, 0.01)).unwrap().relative().unwrap();
+    for distance in [1e3, 1e6, 1e9, 1e12] {
+        let found = certified(pressed_at([distance; 2], 1.0, 1.0, 0.01));
+        let relative = found.unwrap_or_else(|| panic!("{distance:e} is refused")).relative().unwrap();
+        // Coordinates keep 16 digits of the distance: the mesh is another one by that much.
+        let kept = 10.0 * distance * f64::EPSILON;
+        assert!((relative / expected - 1.0).abs() < kept.max(1e-9), "{distance:e}: {relative} {expected}");
     }
 }

@@ -279,7 +279,10 @@ impl<T, V: Fn(usize, &CellStress) -> T> pulp::NullaryFnOnce for BlockForces<'_, 
     }
 }
 
+/// The corners of the three parts of a triangle, from its first corner: far from the origin their differences would be
+/// round-off.
 fn parts(corners: [Vector; 3]) -> [[Vector; 3]; 3] {
+    let corners = corners.map(|c| sub(c, corners[0]));
     let centre = scale(1.0 / 3.0, add(add(corners[0], corners[1]), corners[2]));
     std::array::from_fn(|k| [corners[k], corners[(k + 1) % 3], centre])
 }

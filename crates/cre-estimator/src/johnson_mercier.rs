@@ -29,6 +29,8 @@ const CENTRE: Vector = [1.0 / 3.0, 1.0 / 3.0];
 /// symmetry, divergence and tractions. A body force is carried by `τ_P = −diag(b_x (x−x_c), b_y (y−y_c))`.
 #[inline(always)]
 pub fn cell_stress(corners: [Vector; 3], loads: &CellLoads, body_force: Vector) -> CellStress {
+    // From the first corner: far from the origin the differences to the centre would be round-off.
+    let corners = corners.map(|c| sub(c, corners[0]));
     let centre = [0, 1].map(|c| (corners[0][c] + corners[1][c] + corners[2][c]) / 3.0);
     let particular = |x: Vector| {
         let d = sub(x, centre);
