@@ -151,12 +151,12 @@ impl MeshFile {
                 worst = Some(Quality { smallest_angle: angle, cell: *cell, at });
             }
         }
-        self.edge_problems(&made.corners, problems);
+        self.edge_problems(&made.corners, notes, problems);
         worst
     }
 
     /// Looks for edges with more than two cells, named edges without a cell, and sides without a name.
-    fn edge_problems(&self, triangles: &[[u32; 3]], problems: &mut Vec<String>) {
+    fn edge_problems(&self, triangles: &[[u32; 3]], notes: &mut Vec<String>, problems: &mut Vec<String>) {
         let mut keys: Vec<[u32; 2]> = triangles
             .iter()
             .flat_map(|t| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]])
@@ -186,8 +186,8 @@ impl MeshFile {
         let nameless = free_edges(triangles).iter().filter(|e| !named.contains(*e)).count();
         let node_sets = self.groups.iter().any(|g| g.dimension == 0);
         if nameless > 0 && !node_sets {
-            problems.push(format!(
-                "{} of the free boundary in no group: nothing can be imposed there",
+            notes.push(format!(
+                "{} of the free boundary in no group: free of loads and supports",
                 counted(nameless, "edge")
             ));
         }
