@@ -14,7 +14,6 @@
 
 mod bench;
 mod check_vtk;
-mod citations;
 mod deep;
 mod docs;
 mod gallery;

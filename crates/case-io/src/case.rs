@@ -11,6 +11,7 @@
 //! # Ok::<(), case_io::CaseError>(())
 //! ```
 
+mod body;
 mod build;
 mod choices;
 mod conditions;
@@ -18,6 +19,7 @@ mod data;
 mod matching;
 mod materials;
 mod mesh_files;
+mod part;
 mod read;
 mod read_adapt;
 mod read_body;
@@ -28,15 +30,17 @@ mod warnings;
 #[cfg(test)]
 mod tests;
 
+pub use body::{BodyCase, Displacement, Imposition, Load, MeshSource, Traction};
 pub use choices::{Acceleration, Criterion, Imposed, Method, Path, QpChoice, Weights};
 pub use materials::{Material, MaterialLaw};
+pub use part::Part;
 pub use regions::{CellSelection, MaterialRegion};
 
 use crate::case_file;
 use crate::diagnostic::{CaseError, Diagnostic, Place};
 use crate::expression::Expression;
 use fem_core::material::Hypothesis;
-use fem_core::mesh::generate::{self, Facing};
+use fem_core::mesh::generate;
 use std::collections::BTreeMap;
 
 /// The version of the case file that this crate reads.
@@ -103,132 +107,6 @@ pub struct Model {
     pub hypothesis: Hypothesis,
     /// Thickness, m, > 0; it only converts results for the reader.
     pub thickness: f64,
-}
-
-/// `[[body]]`: one of the two bodies.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct BodyCase {
-    /// Its name, which also names its output files.
-    pub name: String,
-    /// The name of its material.
-    pub material: String,
-    /// Parts of other materials, in the file's order.
-    pub regions: Vec<MaterialRegion>,
-    /// Where its mesh comes from.
-    pub mesh: MeshSource,
-    /// Force per unit area and thickness, N/m³.
-    pub body_force: [f64; 2],
-    /// Imposed displacements in the file's order.
-    pub displacements: Vec<Displacement>,
-    /// Loads in the file's order.
-    pub tractions: Vec<Traction>,
-}
-
-/// Where a body's mesh comes from.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum MeshSource {
-    /// `generator = { kind = "block", … }`: a structured rectangle.
-    Block {
-        /// Lower left corner, m.
-        origin: [f64; 2],
-        /// Width and height, m.
-        size: [f64; 2],
-        /// Rectangles in each direction; each is cut in two triangles.
-        cells: [usize; 2],
-    },
-    /// `generator = { kind = "ring", … }`: a ring or a sector of one, see [`fem_core::mesh::generate::ring()`].
-    Ring {
-        /// Centre, m.
-        centre: [f64; 2],
-        /// Inner and outer radius, m.
-        radii: [f64; 2],
-        /// Start and end, degrees.
-        angles: [f64; 2],
-        /// Cells around and across.
-        cells: [usize; 2],
-    },
-    /// `generator = { kind = "half_disc", … }`: fine near its pole, see [`fem_core::mesh::generate::half_disc()`].
-    HalfDisc {
-        /// The middle of the arc, m.
-        pole: [f64; 2],
-        /// Radius, m.
-        radius: f64,
-        /// Where the pole looks.
-        facing: Facing,
-        /// Half the width of the side `contact`, m.
-        half_width: f64,
-        /// Cells from the pole to the end of `contact`.
-        cells: usize,
-    },
-    /// `mesh = { file = …, region = … }`: a region of a mesh file, see [`Case::read_mesh_files`].
-    File {
-        /// The file, relative to the case file.
-        file: String,
-        /// The group of cells; all cells where it is left out.
-        region: Option<String>,
-        /// Whether nodes at one place become one node.
-        merge: bool,
-        /// Whether two bodies of one file may share nodes, each getting its own.
-        duplicate_interface: bool,
-    },
-}
-
-impl Default for MeshSource {
-    fn default() -> Self {
-        Self::Block { origin: [0.0; 2], size: [1.0; 2], cells: [1; 2] }
-    }
-}
-
-/// The part of an edge group a condition applies to: edges whose both ends lie in the closed box.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Part {
-    /// Limits in x; `None` leaves x free.
-    pub x: Option<[f64; 2]>,
-    /// Limits in y; `None` leaves y free.
-    pub y: Option<[f64; 2]>,
-}
-
-/// What a `[[body.displacement]]` imposes.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Imposition {
-    /// `ux`, `uy`: at least one of the two.
-    Components([Option<Value>; 2]),
-    /// `normal`: the component along the outward normal.
-    Normal(Value),
-    /// `fixed = true`: both components are zero.
-    Fixed,
-}
-
-/// `[[body.displacement]]`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Displacement {
-    /// The edge group.
-    pub on: String,
-    /// The part of it.
-    pub part: Part,
-    /// What is imposed, m.
-    pub imposition: Imposition,
-}
-
-/// What a `[[body.traction]]` applies.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Load {
-    /// `vector`: Cartesian components, Pa.
-    Vector([Value; 2]),
-    /// `pressure`: pushes onto the body, Pa.
-    Pressure(Value),
-}
-
-/// `[[body.traction]]`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Traction {
-    /// The edge group.
-    pub on: String,
-    /// The part of it.
-    pub part: Part,
-    /// What is applied.
-    pub load: Load,
 }
 
 /// `[contact]`.

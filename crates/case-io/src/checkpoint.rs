@@ -11,10 +11,8 @@ use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// The newest checkpoint of a run, in its output directory.
-pub const NEWEST: &str = "checkpoint.nndd";
-/// The one before it.
-pub const PREVIOUS: &str = "checkpoint-previous.nndd";
+pub use crate::output::{CHECKPOINT as NEWEST, CHECKPOINT_BEFORE as PREVIOUS};
+
 /// How files of this version begin.
 const HEAD: &str = "nndd checkpoint 1 ";
 

@@ -3,7 +3,6 @@
 
 mod lock;
 
-use crate::checkpoint;
 use crate::report::Report;
 use lock::{LOCK_FILE, Lock};
 use std::collections::BTreeSet;
@@ -18,6 +17,11 @@ const TEMPORARY: &str = ".nndd-tmp-";
 
 /// The file that makes a directory a complete result: it is written last.
 const REPORT: &str = "report.json";
+
+/// The newest checkpoint of a run that has not come to its end.
+pub const CHECKPOINT: &str = "checkpoint.nndd";
+/// The one before it.
+pub const CHECKPOINT_BEFORE: &str = "checkpoint-previous.nndd";
 
 /// Why a file or directory cannot be used.
 #[derive(Debug, Error)]
@@ -315,7 +319,7 @@ fn is_result(below: &Path, name: &OsStr) -> bool {
                 .contains(&name.as_ref())
                 || ending(".vtu")
                 || ending(".pvd")
-                || [checkpoint::NEWEST, checkpoint::PREVIOUS].contains(&name.as_ref())
+                || [CHECKPOINT, CHECKPOINT_BEFORE].contains(&name.as_ref())
                 || name.starts_with(TEMPORARY)
         }
         _ => ending(".vtu"),
@@ -337,7 +341,7 @@ fn inspect(path: &Path, case_hash: &str) -> Result<Result<Before, OutputError>, 
     Ok(match report.as_ref().map(Report::case_hash) {
         Some(Some(hash)) if hash == case_hash => Ok(Before::SameCase),
         Some(Some(_)) => Err(OutputError::OtherCase { path: path.to_owned() }),
-        _ if [checkpoint::NEWEST, checkpoint::PREVIOUS].iter().any(|name| path.join(name).is_file()) => {
+        _ if [CHECKPOINT, CHECKPOINT_BEFORE].iter().any(|name| path.join(name).is_file()) => {
             Err(OutputError::Unfinished { path: path.to_owned() })
         }
         _ => Err(OutputError::NotOurs { path: path.to_owned(), found }),

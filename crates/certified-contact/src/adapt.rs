@@ -1,11 +1,13 @@
 //! The certified loop: solve, estimate, mark, refine, until the bound is as small as asked for.
 
 use crate::checkpoint::{Checkpoint, FinerMesh};
+use crate::error::SolveError;
 use crate::history::Step;
 use crate::observer::{Observer, Phase, Silent};
 use crate::refine::{self, Finer, Refined};
 use crate::settings::{Criterion, Settings};
-use crate::solve::{CertifiedSolution, SolveError, solve, solve_again};
+use crate::solution::CertifiedSolution;
+use crate::solve::{solve, solve_again};
 use fem_core::interface::ContactProblem;
 use fem_core::mesh::refine::RefinementEdges;
 use nndd::NnddStatus;
@@ -187,7 +189,7 @@ fn go_on(
 ) -> Result<AdaptiveSolution, SolveError> {
     let Course { mut solution, mut edges, mut record, mut best } = course;
     let end = loop {
-        let step = Step::new(record.history.len() + 1, &solution);
+        let step = solution.step(record.history.len() + 1);
         record.history.push(step);
         observer.step(&step, &solution);
         if let Some(end) = ended(&step, &solution, settings, adapt, observer) {
@@ -216,7 +218,7 @@ fn go_on(
         };
         edges = refinement_edges;
         let coarser = std::mem::replace(&mut solution, finer);
-        let next = Step::new(step.step + 1, &solution);
+        let next = solution.step(step.step + 1);
         if best_step(record.history.iter().chain([&next])) == Some(step.step) {
             best = Some((step.step, coarser));
         }

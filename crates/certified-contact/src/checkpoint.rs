@@ -1,8 +1,9 @@
 //! Where an adaptive run stands, as plain data: enough to go on in another process and come to the same numbers.
 
+use crate::error::SolveError;
 use crate::history::Step;
 use crate::refine::edges_of_cells;
-use crate::solve::{RoleReason, Roles, SolveError};
+use crate::solution::{RoleReason, Roles};
 use fem_core::interface::ContactProblem;
 use fem_core::mesh::refine::RefinementEdges;
 use nndd::Start;

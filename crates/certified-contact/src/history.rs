@@ -1,6 +1,5 @@
 //! The course of a run.
 
-use crate::solve::CertifiedSolution;
 use nndd::IterationRow;
 
 /// One iteration with what was estimated at it.
@@ -33,20 +32,4 @@ pub struct Step {
     pub iterations: usize,
     /// `a(u, u)` of both bodies together, J/m.
     pub energy_norm_squared: Option<f64>,
-}
-
-impl Step {
-    pub(crate) fn new(step: usize, solution: &CertifiedSolution) -> Self {
-        let estimate = solution.estimate.as_ref();
-        Self {
-            step,
-            nodes: solution.problem.bodies.iter().map(|b| b.mesh().points().len()).sum(),
-            pairs: solution.problem.interface.pairs().len(),
-            e_cre: estimate.map(|e| e.e_cre),
-            relative: solution.relative(),
-            certified: solution.is_certified(),
-            iterations: solution.rows.len(),
-            energy_norm_squared: estimate.map(|e| e.energy_norm_squared.iter().sum()),
-        }
-    }
 }

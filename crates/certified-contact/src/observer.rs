@@ -2,7 +2,7 @@
 
 use crate::checkpoint::Checkpoint;
 use crate::history::{Row, Step};
-use crate::solve::CertifiedSolution;
+use crate::solution::CertifiedSolution;
 use fem_core::interface::ContactProblem;
 
 /// What is being worked on; exactly one phase is open at any time of a run.

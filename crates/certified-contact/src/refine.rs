@@ -1,6 +1,6 @@
 //! Where the meshes of an adaptive run become finer, and by how much.
 
-use crate::solve::CertifiedSolution;
+use crate::solution::CertifiedSolution;
 use contact_qp::ActiveSet;
 use cre_estimator::marking::{self, Contribution};
 use fem_core::interface::{ContactProblem, RefineError, RefinedProblem};

@@ -1,124 +1,18 @@
 //! The way from a problem to a certified answer.
 
 use crate::bounds::Bounds;
+use crate::error::SolveError;
 use crate::history::Row;
 use crate::observer::{Observer, Phase};
-use crate::results::{self, Results};
+use crate::results;
 use crate::settings::{Imposed, Settings};
+use crate::solution::{CertifiedSolution, RoleReason, Roles};
 use crate::stopping::Follow;
-use cre_estimator::{Estimate, EstimatorError};
-use fem_core::assembly::{AssemblyError, System};
-use fem_core::condensation::{CondensedBody, FactorError};
+use fem_core::assembly::System;
+use fem_core::condensation::CondensedBody;
 use fem_core::dof::DofMap;
-use fem_core::interface::{ContactProblem, RefineError};
-use nndd::{Iterate, NnddError, NnddSolution, Start};
-use thiserror::Error;
-
-/// Why a problem could not be solved.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum SolveError {
-    /// A body cannot be assembled; a floating one among them.
-    #[error("body {body}: {source}")]
-    Assembly {
-        /// The body, from 0, in the order handed over.
-        body: usize,
-        /// What is wrong.
-        source: AssemblyError,
-    },
-    /// A body cannot be factorised.
-    #[error("body {body}: {source}")]
-    Factor {
-        /// The body, from 0, in the order handed over.
-        body: usize,
-        /// What is wrong.
-        source: FactorError,
-    },
-    /// The iteration cannot be run.
-    #[error(transparent)]
-    Nndd(#[from] NnddError),
-    /// The first iterate cannot be certified.
-    #[error(transparent)]
-    Estimator(#[from] EstimatorError),
-    /// The problem cannot be refined.
-    #[error(transparent)]
-    Refine(#[from] RefineError),
-    /// A checkpoint is not one of this problem.
-    #[error("the checkpoint does not belong to this problem: {what}")]
-    Checkpoint {
-        /// What does not fit.
-        what: &'static str,
-    },
-}
-
-/// Why λ is carried by the body it is carried by.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum RoleReason {
-    /// The settings said so.
-    Given,
-    /// It is the stiffer one: compliances `ℓᵀ S⁻¹ ℓ` of the two bodies under a uniform unit pressure, m³/N.
-    Stiffer {
-        /// In the order of the bodies handed over.
-        compliance: [f64; 2],
-    },
-}
-
-/// A solved problem and its certificate.
-#[derive(Clone, Debug)]
-#[non_exhaustive]
-pub struct CertifiedSolution {
-    /// The problem in the roles of the iteration: index 0 carries λ.
-    pub problem: ContactProblem,
-    /// Whether the roles are exchanged against the order handed over.
-    pub swapped: bool,
-    /// Why.
-    pub role_reason: RoleReason,
-    /// The iteration.
-    pub nndd: NnddSolution,
-    /// One row per iteration.
-    pub rows: Vec<Row>,
-    /// The certificate of the last iteration; `None` where its numbers are not finite.
-    pub estimate: Option<Estimate>,
-    /// Bounds of the exact solution's energies and contact force; `None` without estimate. They hold where
-    /// [`Self::is_certified`].
-    pub bounds: Option<Bounds>,
-    /// What a user reads off, in the order handed over.
-    pub results: Option<Results>,
-    /// Unknowns of each body, in the order handed over.
-    pub unknowns: [usize; 2],
-}
-
-impl CertifiedSolution {
-    /// Returns the index in [`Self::problem`] of a body in the order handed over.
-    pub fn role(&self, body: usize) -> usize {
-        if self.swapped { 1 - body } else { body }
-    }
-
-    /// Returns the last iteration.
-    pub fn last(&self) -> &Iterate {
-        &self.nndd.last
-    }
-
-    /// Returns the certified relative error `e_CRE / √(a₁+a₂)`; `None` for zero data or without certificate.
-    pub fn relative(&self) -> Option<f64> {
-        let estimate = self.estimate.as_ref()?;
-        let norm = estimate.energy_norm_squared.iter().sum::<f64>().sqrt();
-        (norm > 0.0).then(|| estimate.e_cre / norm)
-    }
-
-    /// Returns a guaranteed bound of the error over the *exact* energy norm, `e_CRE / (√(a₁+a₂) − e_CRE)`;
-    /// `None` where the difference is not positive.
-    pub fn relative_guaranteed(&self) -> Option<f64> {
-        let estimate = self.estimate.as_ref()?;
-        let norm = estimate.energy_norm_squared.iter().sum::<f64>().sqrt();
-        (norm > estimate.e_cre).then(|| estimate.e_cre / (norm - estimate.e_cre))
-    }
-
-    /// Tells whether there is a certificate and its checks hold.
-    pub fn is_certified(&self) -> bool {
-        self.estimate.as_ref().is_some_and(|e| e.admissibility.is_valid())
-    }
-}
+use fem_core::interface::ContactProblem;
+use nndd::Start;
 
 /// Solves a contact problem and certifies the answer.
 ///
@@ -145,13 +39,6 @@ pub fn solve(
     let lambda = pairs.map(|p| settings.lambda.at(points[p.nodes[0] as usize])).collect();
     let start = Start { lambda, active: None };
     iterate(problem, &bodies, Roles { swapped, reason }, start, settings, observer)
-}
-
-/// Who carries λ, against the order handed over, and why.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Roles {
-    pub(crate) swapped: bool,
-    pub(crate) reason: RoleReason,
 }
 
 /// Solves a finer problem, in the roles that the coarser one had, from what was found there.

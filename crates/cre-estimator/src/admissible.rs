@@ -1,77 +1,17 @@
 //! Builds an admissible pair from a contact state: displacements that satisfy the contact condition, and
 //! stresses in exact equilibrium with one common pressure.
 
-use crate::eet::{self, EdgeMoments};
+use crate::equilibrated::EquilibratedStress;
 use crate::error::EstimatorError;
-use crate::johnson_mercier::{self, CellLoads, CellStress};
 use crate::lift;
 use crate::pressure;
 use crate::star_relaxation::{Relaxation, RelaxationReport, StarRelaxation, relax_with_stars};
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
 use fem_core::condensation::CondensedBody;
 use fem_core::field;
-use fem_core::geometry::{Vector, scale, sub};
+use fem_core::geometry::{Vector, scale};
 use fem_core::interface::{ContactInterface, ContactProblem, ContactState};
 use fem_core::tensor::SymTensor2;
-
-/// A stress in exact equilibrium with given edge tractions: Johnson-Mercier in every triangle.
-#[derive(Clone, Debug)]
-pub struct EquilibratedStress {
-    /// Moments of the edge tractions.
-    pub edge_moments: EdgeMoments,
-    /// What is given on each boundary edge (order of the mesh's boundary edges).
-    pub conditions: Vec<EdgeCondition>,
-    /// The FE stress it was recovered from, one per triangle, Pa.
-    pub finite_element: Vec<SymTensor2>,
-}
-
-impl EquilibratedStress {
-    /// Recovers an equilibrated stress from an FE stress that is in FE equilibrium with the conditions.
-    pub fn recover(body: &Body, finite_element: Vec<SymTensor2>, conditions: Vec<EdgeCondition>) -> Self {
-        let edge_moments = eet::edge_moments(body, &finite_element, &conditions);
-        Self { edge_moments, conditions, finite_element }
-    }
-
-    /// Computes the loads (traction times length) on the edges of a triangle, N/m.
-    #[inline(always)]
-    pub fn cell_loads(&self, body: &Body, triangle: usize) -> CellLoads {
-        let topology = body.mesh().topology();
-        let corners = body.mesh().triangles()[triangle];
-        std::array::from_fn(|k| {
-            let edge = topology.triangle_edges()[triangle][k] as usize;
-            let [a, b] = self.edge_moments[edge];
-            // |Γ| F_a = 4 b_a − 2 b_b
-            let at = |near: Vector, far: Vector| sub(scale(4.0, near), scale(2.0, far));
-            let sign = if topology.edge_triangles()[edge][0] as usize == triangle { 1.0 } else { -1.0 };
-            let ends = [scale(sign, at(a, b)), scale(sign, at(b, a))];
-            if topology.edges()[edge][0] == corners[k] { ends } else { [ends[1], ends[0]] }
-        })
-    }
-
-    /// Computes the stress in a triangle.
-    #[inline(always)]
-    pub fn cell(&self, body: &Body, triangle: usize) -> CellStress {
-        let loads = self.cell_loads(body, triangle);
-        johnson_mercier::cell_stress(body.mesh().corners(triangle), &loads, body.body_force())
-    }
-
-    /// Computes the distance² to a constant stress in a triangle, in the complementary norm, J/m.
-    pub fn cell_distance_squared(&self, body: &Body, triangle: usize, constant: SymTensor2) -> f64 {
-        let stress = self.cell(body, triangle);
-        johnson_mercier::distance_squared(
-            &stress,
-            constant,
-            body.mesh().area(triangle),
-            body.material(triangle),
-        )
-    }
-
-    /// Returns the mean stress in a triangle, for pictures.
-    pub fn cell_mean(&self, body: &Body, triangle: usize) -> SymTensor2 {
-        let stress = self.cell(body, triangle);
-        stress.iter().flatten().fold(SymTensor2::default(), |sum, s| sum.plus(*s)).scaled(1.0 / 9.0)
-    }
-}
 
 /// An admissible pair: kinematic displacements, and stresses that share one pressure.
 #[derive(Clone, Debug)]

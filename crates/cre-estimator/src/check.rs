@@ -1,6 +1,7 @@
 //! Checks of admissibility, as numbers: what a certificate rests on.
 
-use crate::admissible::{AdmissiblePair, EquilibratedStress};
+use crate::admissible::AdmissiblePair;
+use crate::equilibrated::EquilibratedStress;
 use crate::johnson_mercier::{CellStress, part_divergence};
 use crate::lift;
 use fem_core::body::{Body, EdgeReaction};

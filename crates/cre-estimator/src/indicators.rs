@@ -1,7 +1,8 @@
 //! The discretisation indicator: the error of step 1's own problems for a frozen λ_p.
 
-use crate::admissible::{AdmissiblePair, EquilibratedStress, with_imposed_normal};
+use crate::admissible::{AdmissiblePair, with_imposed_normal};
 use crate::cre::Cre;
+use crate::equilibrated::EquilibratedStress;
 use crate::star_relaxation::{Relaxation, StarRelaxation, relax};
 use fem_core::interface::ContactProblem;
 use fem_core::norm::sum_over_triangles;

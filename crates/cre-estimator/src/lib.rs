@@ -28,6 +28,7 @@
 //! | Neumann problems `σ̂`, the admissible pair | [`admissible`] |
 //! | edge tractions in equilibrium with `σ̂` | [`eet`] |
 //! | local stresses with these tractions | [`johnson_mercier`] |
+//! | the stress as a whole | [`equilibrated`] |
 //! | edge tractions nearer to the best | [`star_relaxation`] |
 //! | residuals of admissibility, as numbers | [`check()`] |
 //! | `e_CRE` and the split | [`cre`] |
@@ -68,6 +69,7 @@ pub mod admissible;
 pub mod check;
 pub mod cre;
 pub mod eet;
+pub mod equilibrated;
 mod error;
 mod estimate;
 pub mod indicators;
@@ -78,9 +80,10 @@ pub mod pressure;
 mod star;
 pub mod star_relaxation;
 
-pub use admissible::{AdmissiblePair, EquilibratedStress, admissible_pair};
+pub use admissible::{AdmissiblePair, admissible_pair};
 pub use check::{Admissibility, check, check_stress};
 pub use cre::{Cre, constitutive_relation_error};
+pub use equilibrated::EquilibratedStress;
 pub use error::EstimatorError;
 pub use estimate::{Estimate, estimate, estimate_with};
 pub use star_relaxation::{Relaxation, RelaxationReport, StarRelaxation, relax};

@@ -24,6 +24,7 @@
 //! Mercier 1978; Clough and Tocher 1965.
 
 mod airy;
+mod band;
 mod form;
 mod inverse;
 mod lanes;
@@ -33,14 +34,15 @@ mod stars;
 #[cfg(test)]
 mod tests;
 
-use crate::admissible::EquilibratedStress;
+use crate::equilibrated::EquilibratedStress;
 use airy::Cell;
+use band::BAND;
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
 use fem_core::norm::sum_over_triangles;
 use rayon::prelude::*;
 use shared::Shared;
 use space::Space;
-use stars::{BAND, Stars};
+use stars::Stars;
 use std::ops::Range;
 
 /// A gain below this fraction of the energies at hand is round-off: the gradient has vanished.

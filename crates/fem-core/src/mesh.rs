@@ -226,8 +226,19 @@ impl TriMesh {
     /// Computes the length of an edge, m.
     #[inline]
     pub fn edge_length(&self, edge: u32) -> f64 {
-        let [a, b] = self.topology.edges()[edge as usize].map(|n| self.points[n as usize]);
+        let [a, b] = self.edge_ends(edge);
         geometry::norm(geometry::sub(b, a))
+    }
+
+    /// Returns the places of an edge's two nodes, that with the smaller number first, m.
+    pub fn edge_ends(&self, edge: u32) -> [Vector; 2] {
+        self.topology.edges()[edge as usize].map(|n| self.points[n as usize])
+    }
+
+    /// Computes the middle of an edge, m.
+    pub fn edge_middle(&self, edge: u32) -> Vector {
+        let [a, b] = self.edge_ends(edge);
+        geometry::scale(0.5, geometry::add(a, b))
     }
 
     /// Computes the unit normal of an edge that points out of the edge's first triangle: the outward

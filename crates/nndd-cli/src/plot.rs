@@ -13,6 +13,8 @@ mod colour;
 mod contact;
 mod convergence;
 mod deformed;
+mod legend;
+mod look;
 mod outline;
 mod series;
 mod sheet;

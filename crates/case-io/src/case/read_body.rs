@@ -166,27 +166,10 @@ fn block(mut r: Reader<'_>) -> Option<MeshSource> {
     Some(MeshSource::Block { origin, size: size?, cells: cells? })
 }
 
-fn part(r: &mut Reader<'_>) -> Part {
-    limits(r, "part")
-}
-
-/// Reads the limits of a box.
-pub(super) fn limits(r: &mut Reader<'_>, name: &'static str) -> Part {
-    let Some(mut r) = r.table(name) else { return Part::default() };
-    let part = Part { x: r.pair("x"), y: r.pair("y") };
-    for (key, limits) in [("x", part.x), ("y", part.y)] {
-        if limits.is_some_and(|[low, high]| low > high) {
-            r.refuse(key, format!("the limits of the {name} stand in the wrong order"), "[smaller, larger]");
-        }
-    }
-    r.finish();
-    part
-}
-
 fn displacement(mut r: Reader<'_>) -> Displacement {
     r.require(&["on"]);
     let on = r.string("on").unwrap_or_default();
-    let part = part(&mut r);
+    let part = Part::read(&mut r, "part");
     let given: Vec<&str> = ["ux", "uy", "normal", "fixed"].into_iter().filter(|key| r.has(key)).collect();
     let components = [r.value("ux"), r.value("uy")];
     let normal = r.value("normal");
@@ -212,7 +195,7 @@ fn displacement(mut r: Reader<'_>) -> Displacement {
 fn traction(mut r: Reader<'_>) -> Traction {
     r.require(&["on"]);
     let on = r.string("on").unwrap_or_default();
-    let part = part(&mut r);
+    let part = Part::read(&mut r, "part");
     let (vector, pressure) = (r.value_pair("vector"), r.value("pressure"));
     let expected = "either `vector = [tx, ty]` or `pressure = p`";
     match (r.has("vector"), r.has("pressure")) {

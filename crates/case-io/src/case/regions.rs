@@ -1,6 +1,5 @@
 //! `[[body.region]]`: parts of a body that are of another material.
 
-use super::read_body::limits;
 use super::{BodyCase, Case, Material, Part};
 use crate::case_file::Reader;
 use crate::diagnostic::{CaseError, Diagnostic, code, did_you_mean, excerpt};
@@ -42,7 +41,7 @@ fn region(mut r: Reader<'_>) -> MaterialRegion {
         _ => {}
     }
     let group = r.string("group");
-    let part = limits(&mut r, "box");
+    let part = Part::read(&mut r, "box");
     if r.has("box") && part == Part::default() {
         r.refuse("box", "the box has no limits", "`x = [low, high]` and/or `y = [low, high]`");
     }

@@ -124,3 +124,12 @@ pub(crate) fn first_bytes(bytes: &[u8]) -> String {
         }
     }
 }
+
+/// Lists names for a message, the first twenty.
+pub(super) fn listed(names: &[&str]) -> String {
+    let mut words: Vec<String> = names.iter().take(20).map(|n| format!("\"{n}\"")).collect();
+    if names.len() > words.len() {
+        words.push(format!("… ({} altogether)", names.len()));
+    }
+    words.join(", ")
+}

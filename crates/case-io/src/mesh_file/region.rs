@@ -1,6 +1,6 @@
 //! A region of a mesh file: the triangles, points and named sides of one body.
 
-use super::error::counted;
+use super::error::{counted, listed};
 use super::flat::{Triangles, coincident, smallest_angle};
 use super::sides::free_edges;
 use super::{MeshFault, MeshFile, MeshFileError};
@@ -359,13 +359,4 @@ fn describe(made: &Triangles, title: &str, notes: &mut Vec<String>) {
         let what = counted(made.turned, "clockwise cell");
         notes.push(format!("{what} of {title} {} turned counter-clockwise", was(made.turned)));
     }
-}
-
-/// Lists names for a message, the first twenty.
-pub(super) fn listed(names: &[&str]) -> String {
-    let mut words: Vec<String> = names.iter().take(20).map(|n| format!("\"{n}\"")).collect();
-    if names.len() > words.len() {
-        words.push(format!("… ({} altogether)", names.len()));
-    }
-    words.join(", ")
 }

@@ -1,7 +1,7 @@
 //! The named sides of a region: groups of edges, restricted to the edges of its triangles.
 
-use super::error::counted;
-use super::{MeshFile, region::listed};
+use super::MeshFile;
+use super::error::{counted, listed};
 
 /// An edge by its two nodes, the smaller first.
 type Key = [u32; 2];

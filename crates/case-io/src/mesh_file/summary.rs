@@ -1,8 +1,7 @@
 //! What a mesh file holds, for people who want to look before they use it.
 
-use super::error::counted;
+use super::error::{counted, listed};
 use super::flat::{coincident, sense, smallest_angle};
-use super::region::listed;
 use super::sides::free_edges;
 use super::{ElementKind, MeshFile};
 use fem_core::geometry::{self, Vector};

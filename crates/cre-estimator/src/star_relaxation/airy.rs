@@ -8,7 +8,7 @@
 //! follows from the edge moments of `R∇φ` by the same matrix as any other stress.
 
 use super::space::Space;
-use crate::admissible::EquilibratedStress;
+use crate::equilibrated::EquilibratedStress;
 use crate::johnson_mercier;
 use fem_core::geometry::{Vector, cross, dot, sub};
 use fem_core::tensor::SymTensor2;
@@ -38,11 +38,6 @@ pub(super) const PLACES: [[usize; UNKNOWNS]; UNKNOWNS] = {
     }
     places
 };
-
-/// `R`, a turn by −90 degrees: it takes `∇φ` to the vector whose derivative along an edge is the traction.
-pub(super) fn rotated(a: Vector) -> Vector {
-    [a[1], -a[0]]
-}
 
 /// The reference triangle's matrices. Columns: `∇φ` at the three corners, then its mean on the three edges.
 pub(super) struct Reference {

@@ -1,7 +1,6 @@
 //! Which Airy functions the boundary allows: the functions whose stress leaves every given traction alone.
 
-use super::airy::rotated;
-use crate::admissible::EquilibratedStress;
+use crate::equilibrated::EquilibratedStress;
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
 use fem_core::geometry::{Vector, add, cross, dot, norm, perpendicular, scale, sub};
 use fem_core::norm::sum_over_triangles;
@@ -203,4 +202,9 @@ fn restrict(slopes: &mut [Vector; 2], reaction: EdgeReaction) {
             }
         }
     }
+}
+
+/// `R`, a turn by −90 degrees: it takes `∇φ` to the vector whose derivative along an edge is the traction.
+fn rotated(a: Vector) -> Vector {
+    [a[1], -a[0]]
 }

@@ -2,7 +2,6 @@
 
 use super::InterfaceError;
 use super::common_refinement::Facing;
-use super::pairing::middle;
 use crate::body::Body;
 use crate::geometry::{self, Vector, norm, sub};
 use std::collections::HashMap;
@@ -106,7 +105,10 @@ pub(super) fn refined(
         for (k, node) in stretch.nodes.iter().enumerate() {
             let Some(found) = facing.get(node) else {
                 let edge = stretch.edges[k.min(stretch.edges.len() - 1)];
-                return Err(InterfaceError::EdgeWithoutPartner { body: 0, point: middle(body, edge) });
+                return Err(InterfaceError::EdgeWithoutPartner {
+                    body: 0,
+                    point: body.mesh().edge_middle(edge),
+                });
             };
             partner.insert(*node, found.nodes[1]);
         }

@@ -5,7 +5,6 @@
 
 use super::common_refinement::Facing;
 use super::matching::Stretch;
-use super::pairing::middle;
 use super::{ContactEdge, ContactNormal, InterfaceError, Pair};
 use crate::body::{Body, NodeConstraint};
 use crate::geometry::{Vector, add, cross, dot, norm, perpendicular, scale};
@@ -71,7 +70,7 @@ fn given(body: &Body, edges: &[ContactEdge], direction: Vector) -> Result<Vector
     for edge in edges {
         let cosine = dot(unit, body.mesh().edge_normal(edge.edges[0]));
         if !(cosine >= TURN && length.is_finite()) {
-            let point = middle(body, edge.edges[0]);
+            let point = body.mesh().edge_middle(edge.edges[0]);
             return Err(InterfaceError::NormalAway {
                 normal: direction,
                 point,
@@ -190,10 +189,13 @@ fn check_turns(bodies: [&Body; 2], pairs: &[Pair], edges: &[ContactEdge]) -> Res
         let worst = [dot(a, b), dot(a, own), dot(b, own)].into_iter().fold(1.0, f64::min);
         if !(worst >= TURN - PARALLEL) {
             let degrees = worst.clamp(-1.0, 1.0).acos().to_degrees();
-            return Err(InterfaceError::Curved { point: middle(bodies[0], edge.edges[0]), degrees });
+            return Err(InterfaceError::Curved {
+                point: bodies[0].mesh().edge_middle(edge.edges[0]),
+                degrees,
+            });
         }
         if dot(add(a, b), other) <= 0.0 {
-            return Err(InterfaceError::NotFacing { point: middle(bodies[0], edge.edges[0]) });
+            return Err(InterfaceError::NotFacing { point: bodies[0].mesh().edge_middle(edge.edges[0]) });
         }
     }
     Ok(())

@@ -69,7 +69,7 @@ fn surface<'a>(body: &'a Body, number: usize, group: &str) -> Result<&'a [u32], 
     }
     for &edge in edges {
         let condition = body.edge_condition(edge).ok_or_else(|| fault("has an edge inside the body"))?;
-        let point = middle(body, edge);
+        let point = body.mesh().edge_middle(edge);
         if condition.reaction != EdgeReaction::None {
             return Err(InterfaceError::Occupied { body: number, point, what: "an imposed displacement" });
         }
@@ -78,15 +78,6 @@ fn surface<'a>(body: &'a Body, number: usize, group: &str) -> Result<&'a [u32], 
         }
     }
     Ok(edges)
-}
-
-pub(super) fn ends(body: &Body, edge: u32) -> [Vector; 2] {
-    body.mesh().topology().edges()[edge as usize].map(|n| body.mesh().points()[n as usize])
-}
-
-pub(super) fn middle(body: &Body, edge: u32) -> Vector {
-    let [a, b] = ends(body, edge);
-    geometry::scale(0.5, geometry::add(a, b))
 }
 
 fn make_pairs(bodies: [&Body; 2], chain: &[Stretch], partner: &HashMap<u32, u32>) -> Vec<Pair> {
@@ -192,10 +183,13 @@ fn make_edges(
             let nodes = [stretch.nodes[k], stretch.nodes[(k + 1) % stretch.nodes.len()]];
             let found = bodies[1].mesh().topology().find_edge(partner[&nodes[0]], partner[&nodes[1]]);
             let Some(other) = found.filter(|e| surfaces[1].binary_search(e).is_ok()) else {
-                return Err(InterfaceError::EdgeWithoutPartner { body: 0, point: middle(bodies[0], edge) });
+                return Err(InterfaceError::EdgeWithoutPartner {
+                    body: 0,
+                    point: bodies[0].mesh().edge_middle(edge),
+                });
             };
             if dot(bodies[0].mesh().edge_normal(edge), bodies[1].mesh().edge_normal(other)) >= -0.5 {
-                return Err(InterfaceError::NotFacing { point: middle(bodies[0], edge) });
+                return Err(InterfaceError::NotFacing { point: bodies[0].mesh().edge_middle(edge) });
             }
             seen.insert(other);
             let length = bodies[0].mesh().edge_length(edge);
@@ -203,7 +197,9 @@ fn make_edges(
         }
     }
     match surfaces[1].iter().find(|e| !seen.contains(*e)) {
-        Some(&edge) => Err(InterfaceError::EdgeWithoutPartner { body: 1, point: middle(bodies[1], edge) }),
+        Some(&edge) => {
+            Err(InterfaceError::EdgeWithoutPartner { body: 1, point: bodies[1].mesh().edge_middle(edge) })
+        }
         None => Ok(edges),
     }
 }

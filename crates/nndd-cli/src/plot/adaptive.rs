@@ -3,7 +3,9 @@
 use super::PlotError;
 use super::axis::{drawable_log, short};
 use super::colour::{GREY, INK, VERMILLION};
-use super::series::{self, Look, Marker, Series};
+use super::legend;
+use super::look::{Look, Marker};
+use super::series::{self, Series};
 use super::sheet::{self, Frame, Labels, TITLE};
 
 const ERROR: Look =
@@ -54,9 +56,9 @@ pub(crate) fn adaptive(
             )
         },
     );
-    let top = TITLE + sheet::legend_height(&shown) + 12;
+    let top = TITLE + legend::height(&shown) + 12;
     sheet::figure(top + PANEL + sheet::BELOW + 10, title, &description, |area| {
-        sheet::legend(area, TITLE, &shown)?;
+        legend::draw(area, TITLE, &shown)?;
         let labels = Labels { x: "nodes of both bodies", y: "bound of the error / energy norm", grid: true };
         series::line_panel(area, Frame::wide(top, PANEL), (x_axis, y_axis), &labels, &all)?;
         Ok(String::new())

@@ -3,7 +3,9 @@
 use super::PlotError;
 use super::axis::{Axis, drawable, short};
 use super::colour::{BLUE, ORANGE, PALE_ORANGE, VERMILLION};
-use super::series::{self, Look, Marker, Series};
+use super::legend;
+use super::look::{Look, Marker};
+use super::series::{self, Series};
 use super::sheet::{self, Area, Chart, Frame, Labels, TITLE, Words};
 use plotters::element::Rectangle;
 use plotters::style::Color;
@@ -61,9 +63,9 @@ pub(crate) fn contact(title: &str, profile: &ContactProfile<'_>) -> Result<Strin
 
     let each = 14 + PANEL + sheet::BELOW;
     let entries: &[Look] = if zones.is_empty() { &[PRESSURE, OPENING] } else { &[PRESSURE, OPENING, ZONE] };
-    let head = TITLE + sheet::legend_height(entries);
+    let head = TITLE + legend::height(entries);
     sheet::figure(head + 2 * each + 8, title, &description, |area| {
-        sheet::legend(area, TITLE, entries)?;
+        legend::draw(area, TITLE, entries)?;
         for (k, (look, column, label)) in panels.into_iter().enumerate() {
             let top = head + 14 + k as i32 * each;
             let frame = Frame::wide(top, PANEL);

@@ -3,7 +3,9 @@
 use super::PlotError;
 use super::axis::{Axis, drawable_log, short};
 use super::colour::GREEN;
-use super::series::{self, Look, Marker, Series};
+use super::legend;
+use super::look::{Look, Marker};
+use super::series::{self, Series};
 use super::sheet::{self, Frame, Labels, TITLE};
 use super::sweep::{E_CRE, ETA_DIS, ETA_NNDD};
 
@@ -57,9 +59,9 @@ pub(crate) fn convergence(title: &str, rows: &[ConvergenceRow]) -> Result<String
     let extents = series::extents(all.iter());
     let y_axis = series::log_axis(extents.map(|[_, y]| y));
 
-    let top = TITLE + sheet::legend_height(&shown) + 12;
+    let top = TITLE + legend::height(&shown) + 12;
     sheet::figure(top + PANEL + sheet::BELOW + 10, title, &description(&all), |area| {
-        sheet::legend(area, TITLE, &shown)?;
+        legend::draw(area, TITLE, &shown)?;
         let labels = Labels { x: "iteration", y: "indicators (energy^1/2), precision", grid: true };
         series::line_panel(area, Frame::wide(top, PANEL), (x_axis, y_axis), &labels, &all)?;
         Ok(String::new())

@@ -4,8 +4,9 @@ use super::PlotError;
 use super::axis::{Axis, drawable, drawable_log, extent, short};
 use super::cells::{self, Cell};
 use super::colour::{GREY, INK, viridis};
+use super::legend;
+use super::look::{self, Look, Marker};
 use super::outline::outline;
-use super::series::{self, Look, Marker};
 use super::sheet::{self, Area, Chart, Frame, LEFT, Labels, TITLE, UNITS, WIDTH, Words};
 use plotters::element::{PathElement, Rectangle};
 use plotters::style::Color;
@@ -79,7 +80,7 @@ pub(crate) fn deformed(
     let ratio = ((y.1 - y.0) / (x.1 - x.0).max(f64::MIN_POSITIVE)).clamp(0.3, 1.2);
     let frame = Frame {
         left: LEFT,
-        top: TITLE + sheet::legend_height(&[DEFORMED, UNDEFORMED]) + ABOVE,
+        top: TITLE + legend::height(&[DEFORMED, UNDEFORMED]) + ABOVE,
         width,
         height: (f64::from(width) * if ratio.is_finite() { ratio } else { 1.0 }) as i32,
     };
@@ -95,7 +96,7 @@ pub(crate) fn deformed(
     let height = frame.top + frame.height + 2 * sheet::BELOW + BAR + 20;
     sheet::figure(height, &heading, &description, |area| {
         let labels = Labels { x: "x (length units)", y: "y (length units)", grid: false };
-        sheet::legend(area, TITLE, &[DEFORMED, UNDEFORMED])?;
+        legend::draw(area, TITLE, &[DEFORMED, UNDEFORMED])?;
         let chart = sheet::panel(area, frame, (x_axis, y_axis), &labels)?;
         let mut drawn: Vec<Cell> = vec![];
         for body in bodies {
@@ -345,7 +346,7 @@ fn colour_bar(area: &Area<'_>, scale: &Scale, panel: Frame) -> Result<(), PlotEr
     }
     sheet::bar(area, frame, scale.axis.clone(), &label)?;
     let edge = [(left, low), (left, top), (right, top), (right, low), (left, low)];
-    series::stroke(area, &Look { thickness: 3, ..DEFORMED }, &edge)
+    look::stroke(area, &Look { thickness: 3, ..DEFORMED }, &edge)
 }
 
 fn description(bodies: &[BodyPicture<'_>], factor: f64, scale: &Scale) -> String {

@@ -1,9 +1,8 @@
-//! The sheet a figure is drawn on: size, alternative text, words, panels with axes, legend.
+//! The sheet a figure is drawn on: size, alternative text, words, panels with axes.
 
 use super::PlotError;
 use super::axis::Axis;
 use super::colour::{GREY, INK};
-use super::series::{self, Look};
 use plotters::chart::{ChartBuilder, ChartContext, LabelAreaPosition};
 use plotters::coord::Shift;
 use plotters::coord::cartesian::Cartesian2d;
@@ -24,10 +23,8 @@ pub(super) const BELOW: i32 = 52;
 pub(super) const RIGHT: i32 = 18;
 /// Room above everything for the title, of two lines at most.
 pub(super) const TITLE: i32 = 50;
-/// Height of one row of the legend.
-const LEGEND: i32 = 22;
 /// Size of the words beside axes and in legends.
-const SMALL: f64 = 14.0;
+pub(super) const SMALL: f64 = 14.0;
 
 /// What everything is drawn on.
 pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
@@ -245,54 +242,6 @@ pub(super) fn bar<'b>(
 pub(super) fn no_data(area: &Area<'_>, frame: Frame) -> Result<(), PlotError> {
     let middle = (frame.left + frame.width / 2, frame.top + frame.height / 2);
     Words::new(18.0).grey().write(area, "no data", middle)
-}
-
-/// Length of a legend's sample and the room behind an entry.
-const SAMPLE: i32 = 28;
-const SPACE: i32 = 14;
-
-/// The rows of a legend: as many entries in each as there is room for.
-fn legend_rows(entries: &[Look]) -> Vec<Vec<Look>> {
-    let mut rows: Vec<Vec<Look>> = vec![];
-    let mut used = 0;
-    for entry in entries {
-        let needed = entry_width(entry);
-        match rows.last_mut() {
-            Some(row) if used + needed <= WIDTH - 20 => row.push(*entry),
-            _ => {
-                rows.push(vec![*entry]);
-                used = 0;
-            }
-        }
-        used += needed;
-    }
-    rows
-}
-
-fn entry_width(entry: &Look) -> i32 {
-    width_of(entry.name, SMALL).ceil() as i32 + SAMPLE + 6 + SPACE
-}
-
-/// The height of a legend.
-pub(super) fn legend_height(entries: &[Look]) -> i32 {
-    LEGEND * legend_rows(entries).len() as i32
-}
-
-/// Draws a legend from a little left of the panels, in as many rows as it takes.
-pub(super) fn legend(area: &Area<'_>, top: i32, entries: &[Look]) -> Result<(), PlotError> {
-    for (k, row) in legend_rows(entries).iter().enumerate() {
-        let width: i32 = row.iter().map(entry_width).sum();
-        // Beside the axis labels where there is room, further left where there is none.
-        let mut x = LEFT.min(WIDTH - 10 - width).max(10);
-        let y = top + LEGEND / 2 + LEGEND * k as i32;
-        for entry in row {
-            series::stroke(area, entry, &[(x * UNITS, y * UNITS), ((x + SAMPLE) * UNITS, y * UNITS)])?;
-            series::mark(area, entry, ((x + SAMPLE / 2) * UNITS, y * UNITS))?;
-            Words::new(SMALL).flush_left().write(area, entry.name, (x + SAMPLE + 6, y))?;
-            x += entry_width(entry);
-        }
-    }
-    Ok(())
 }
 
 /// Breaks a text at a space into two lines where it has more letters than fit.

@@ -4,8 +4,9 @@ use super::PlotError;
 use super::axis::{drawable, extent};
 use super::colour::{BLUE, GREEN, GREY, INK, ORANGE, VERMILLION};
 use super::deformed::equal_scale;
+use super::legend;
+use super::look::{self, Look, Marker};
 use super::outline::outline;
-use super::series::{self, Look, Marker};
 use super::sheet::{self, Area, Chart, Frame, LEFT, Labels, RIGHT, TITLE, UNITS, WIDTH, Words};
 use fem_core::geometry::signed_area;
 use plotters::element::{Circle, PathElement, Polygon};
@@ -99,14 +100,14 @@ pub(crate) fn sketch(
     let width = WIDTH - LEFT - RIGHT;
     let ratio = ((y.1 - y.0) / (x.1 - x.0).max(f64::MIN_POSITIVE)).clamp(0.4, 1.2);
     let ratio = if ratio.is_finite() { ratio } else { 1.0 };
-    let top = TITLE + sheet::legend_height(&shown) + 8;
+    let top = TITLE + legend::height(&shown) + 8;
     let frame = Frame { left: LEFT, top, width, height: (f64::from(width) * ratio) as i32 };
     // Room for the marks outside the bodies.
     let margin = 0.12 * (x.1 - x.0).max(y.1 - y.0);
     let (x, y) = ((x.0 - margin, x.1 + margin), (y.0 - margin, y.1 + margin));
     let axes = equal_scale(x, y, frame);
     sheet::figure(top + frame.height + sheet::BELOW + 10, title, &description(bodies), |area| {
-        sheet::legend(area, TITLE, &shown)?;
+        legend::draw(area, TITLE, &shown)?;
         let labels = Labels { x: "x (length units)", y: "y (length units)", grid: false };
         let chart = sheet::panel(area, frame, axes, &labels)?;
         let mut below = String::new();
@@ -114,7 +115,7 @@ pub(crate) fn sketch(
             below += &filled(&chart, body);
         }
         for edge in contact {
-            series::stroke(area, &CONTACT, &edge.map(|p| chart.backend_coord(&(p[0], p[1]))))?;
+            look::stroke(area, &CONTACT, &edge.map(|p| chart.backend_coord(&(p[0], p[1]))))?;
         }
         for body in bodies {
             marks(area, &chart, body, largest)?;

@@ -3,7 +3,9 @@
 use super::PlotError;
 use super::axis::{Axis, drawable, drawable_log, short};
 use super::colour::{BLUE, INK, VERMILLION};
-use super::series::{self, Look, Marker, Series};
+use super::legend;
+use super::look::{Look, Marker};
+use super::series::{self, Series};
 use super::sheet::{self, Frame, Labels, TITLE, WIDTH, Words};
 
 /// One panel of [`sweep`]: the indicators of one mesh against the swept value.
@@ -74,9 +76,9 @@ pub(crate) fn sweep(title: &str, x_label: &str, panels: &[SweepSeries]) -> Resul
         "Indicators, in the square root of an energy, on a logarithmic scale against {x_label}. {}",
         captions.join(". ")
     );
-    let head = TITLE + sheet::legend_height(&shown);
+    let head = TITLE + legend::height(&shown);
     sheet::figure(head + count * each + 10, title, &description, |area| {
-        sheet::legend(area, TITLE, &shown)?;
+        legend::draw(area, TITLE, &shown)?;
         for k in 0..count {
             let top = head + k * each + CAPTION;
             let frame = Frame::wide(top, PANEL);

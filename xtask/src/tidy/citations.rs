@@ -1,6 +1,6 @@
 //! Sources cited in comments, such as `Prager and Synge 1947`: each must stand in REFERENCES.bib.
 
-use crate::tidy::Finding;
+use super::finding::Finding;
 
 /// The file of the sources.
 pub(crate) const BIBLIOGRAPHY: &str = "REFERENCES.bib";

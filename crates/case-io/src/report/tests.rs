@@ -1,0 +1,106 @@
+//! The contract of report.json: keys, order, finite numbers.
+
+use super::*;
+
+pub(crate) fn sample(hash: &str) -> Report {
+    let mut run = Map::new();
+    run.insert("threads".into(), 2.into());
+    run.insert(CASE_HASH.into(), hash.into());
+    let row = IterationRow {
+        iteration: 1,
+        theta: Some(0.4),
+        precision: Some(2.0),
+        eta_nndd: Some(1.2270569444),
+        qp_path: Some("clarabel".into()),
+        qp_iterations: 11,
+        ..IterationRow::default()
+    };
+    Report {
+        schema: SCHEMA,
+        status: Status { word: "converged".into(), code: 0, reason: "eta_nndd <= 0.1 eta_dis".into() },
+        case: serde_json::json!({ "schema": 1, "title": "t" }),
+        bodies: vec![BodySummary { name: "upper".into(), nodes: 190, triangles: 324, unknowns: 351 }],
+        contact: vec![ContactSummary {
+            bodies: ["upper".into(), "lower".into()],
+            imposed: "upper".into(),
+            pairs: 19,
+            length: 2.0,
+        }],
+        iterations: vec![row],
+        certificate: Certificate { valid: true, e_cre: Some(0.1), ..Certificate::default() },
+        results: Results {
+            contact_intervals: vec![[0.0, 1.6666666666666667]],
+            reactions: vec![Reaction { body: "upper".into(), on: "left".into(), fx: 1.0, fy: -0.5 }],
+            ..Results::default()
+        },
+        adaptive: vec![],
+        notes: vec![],
+        timings: Timings::default(),
+        run,
+    }
+}
+
+#[test]
+fn a_report_comes_back_as_it_was() {
+    let report = sample("abc");
+    let text = report.to_json().unwrap();
+    assert_eq!(Report::from_json(&text).unwrap(), report);
+    assert_eq!(report.case_hash(), Some("abc"));
+    assert!(Report::from_json("{}").is_err());
+}
+
+#[test]
+fn keys_and_their_order_are_the_contract() {
+    let value: Value = serde_json::from_str(&sample("abc").to_json().unwrap()).unwrap();
+    let keys = |v: &Value| v.as_object().unwrap().keys().cloned().collect::<Vec<_>>().join(" ");
+    assert_eq!(
+        keys(&value),
+        "schema status case bodies contact iterations certificate results adaptive notes timings run"
+    );
+    assert_eq!(keys(&value["status"]), "word code reason");
+    assert_eq!(keys(&value["bodies"][0]), "name nodes triangles unknowns");
+    assert_eq!(keys(&value["contact"][0]), "bodies imposed pairs length");
+    assert_eq!(
+        keys(&value["iterations"][0]),
+        "iteration theta precision eta_nndd eta_dis e_cre contact_nodes contact_force qp_path qp_iterations"
+    );
+    assert_eq!(
+        keys(&value["certificate"]),
+        "valid e_cre relative relative_guaranteed eta_dis eta_nndd split checks bounds"
+    );
+    assert_eq!(keys(&value["certificate"]["split"]), "discretisation algebraic");
+    let bounds = keys(&value["certificate"]["bounds"]);
+    assert_eq!(bounds, "energy_norm potential_energy contact_force");
+    let step = serde_json::to_value(AdaptiveRow::default()).unwrap();
+    assert_eq!(keys(&step), "step nodes pairs e_cre relative iterations energy_norm_squared");
+    assert_eq!(
+        keys(&value["certificate"]["checks"]),
+        "equilibrium traction_jump boundary_traction penetration pressure_sign supports"
+    );
+    assert_eq!(
+        keys(&value["results"]),
+        "energy_norm_squared contact_force contact_intervals contact_stretches max_pressure min_gap \
+         reactions balance max_displacement max_von_mises"
+    );
+    assert_eq!(keys(&value["results"]["reactions"][0]), "body on fx fy");
+    assert_eq!(keys(&value["timings"]), "mesh assembly factorisation iterations estimate write total");
+    assert!(value["iterations"][0]["eta_dis"].is_null());
+}
+
+#[test]
+fn numbers_that_are_not_finite_are_named_and_refused() {
+    let field = |change: &dyn Fn(&mut Report)| {
+        let mut report = sample("abc");
+        change(&mut report);
+        match report.to_json() {
+            Err(ReportError::NotFinite { field, .. }) => field,
+            other => panic!("{other:?}"),
+        }
+    };
+    assert_eq!(field(&|r| r.certificate.e_cre = Some(f64::NAN)), "certificate.e_cre");
+    assert_eq!(field(&|r| r.iterations[0].theta = Some(f64::INFINITY)), "iterations.0.theta");
+    assert_eq!(
+        field(&|r| r.results.contact_intervals.push([0.0, f64::NEG_INFINITY])),
+        "results.contact_intervals.1.1"
+    );
+}

@@ -1,0 +1,45 @@
+//! What can go wrong between a problem and its certified answer.
+
+use cre_estimator::EstimatorError;
+use fem_core::assembly::AssemblyError;
+use fem_core::condensation::FactorError;
+use fem_core::interface::RefineError;
+use nndd::NnddError;
+use thiserror::Error;
+
+/// Why a problem could not be solved.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum SolveError {
+    /// A body cannot be assembled; a floating one among them.
+    #[error("body {body}: {source}")]
+    Assembly {
+        /// The body, from 0, in the order handed over.
+        body: usize,
+        /// What is wrong.
+        source: AssemblyError,
+    },
+    /// A body cannot be factorised.
+    #[error("body {body}: {source}")]
+    Factor {
+        /// The body, from 0, in the order handed over.
+        body: usize,
+        /// What is wrong.
+        source: FactorError,
+    },
+    /// The iteration cannot be run.
+    #[error(transparent)]
+    Nndd(#[from] NnddError),
+    /// The first iterate cannot be certified.
+    #[error(transparent)]
+    Estimator(#[from] EstimatorError),
+    /// The problem cannot be refined.
+    #[error(transparent)]
+    Refine(#[from] RefineError),
+    /// A checkpoint is not one of this problem.
+    #[error("the checkpoint does not belong to this problem: {what}")]
+    Checkpoint {
+        /// What does not fit.
+        what: &'static str,
+    },
+}

@@ -1,0 +1,101 @@
+//! A certified answer and what is read off it.
+
+use crate::bounds::Bounds;
+use crate::history::{Row, Step};
+use crate::results::Results;
+use cre_estimator::Estimate;
+use fem_core::interface::ContactProblem;
+use nndd::{Iterate, NnddSolution};
+
+/// Why λ is carried by the body it is carried by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RoleReason {
+    /// The settings said so.
+    Given,
+    /// It is the stiffer one: compliances `ℓᵀ S⁻¹ ℓ` of the two bodies under a uniform unit pressure, m³/N.
+    Stiffer {
+        /// In the order of the bodies handed over.
+        compliance: [f64; 2],
+    },
+}
+
+/// Who carries λ, against the order handed over, and why.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Roles {
+    pub(crate) swapped: bool,
+    pub(crate) reason: RoleReason,
+}
+
+/// A solved problem and its certificate.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct CertifiedSolution {
+    /// The problem in the roles of the iteration: index 0 carries λ.
+    pub problem: ContactProblem,
+    /// Whether the roles are exchanged against the order handed over.
+    pub swapped: bool,
+    /// Why.
+    pub role_reason: RoleReason,
+    /// The iteration.
+    pub nndd: NnddSolution,
+    /// One row per iteration.
+    pub rows: Vec<Row>,
+    /// The certificate of the last iteration; `None` where its numbers are not finite.
+    pub estimate: Option<Estimate>,
+    /// Bounds of the exact solution's energies and contact force; `None` without estimate. They hold where
+    /// [`Self::is_certified`].
+    pub bounds: Option<Bounds>,
+    /// What a user reads off, in the order handed over.
+    pub results: Option<Results>,
+    /// Unknowns of each body, in the order handed over.
+    pub unknowns: [usize; 2],
+}
+
+impl CertifiedSolution {
+    /// Returns the index in [`Self::problem`] of a body in the order handed over.
+    pub fn role(&self, body: usize) -> usize {
+        if self.swapped { 1 - body } else { body }
+    }
+
+    /// Returns the last iteration.
+    pub fn last(&self) -> &Iterate {
+        &self.nndd.last
+    }
+
+    /// Returns the certified relative error `e_CRE / √(a₁+a₂)`; `None` for zero data or without certificate.
+    pub fn relative(&self) -> Option<f64> {
+        let estimate = self.estimate.as_ref()?;
+        let norm = estimate.energy_norm_squared.iter().sum::<f64>().sqrt();
+        (norm > 0.0).then(|| estimate.e_cre / norm)
+    }
+
+    /// Returns a guaranteed bound of the error over the *exact* energy norm, `e_CRE / (√(a₁+a₂) − e_CRE)`;
+    /// `None` where the difference is not positive.
+    pub fn relative_guaranteed(&self) -> Option<f64> {
+        let estimate = self.estimate.as_ref()?;
+        let norm = estimate.energy_norm_squared.iter().sum::<f64>().sqrt();
+        (norm > estimate.e_cre).then(|| estimate.e_cre / (norm - estimate.e_cre))
+    }
+
+    /// Tells whether there is a certificate and its checks hold.
+    pub fn is_certified(&self) -> bool {
+        self.estimate.as_ref().is_some_and(|e| e.admissibility.is_valid())
+    }
+
+    /// Sums up the solution as a step of an adaptive run.
+    ///
+    /// * `step`: its number, from 1.
+    pub(crate) fn step(&self, step: usize) -> Step {
+        let estimate = self.estimate.as_ref();
+        Step {
+            step,
+            nodes: self.problem.bodies.iter().map(|b| b.mesh().points().len()).sum(),
+            pairs: self.problem.interface.pairs().len(),
+            e_cre: estimate.map(|e| e.e_cre),
+            relative: self.relative(),
+            certified: self.is_certified(),
+            iterations: self.rows.len(),
+            energy_norm_squared: estimate.map(|e| e.energy_norm_squared.iter().sum()),
+        }
+    }
+}

@@ -1,0 +1,341 @@
+//! Stars of consecutive vertices: their blocks of the complementary energy, assembled, inverted and applied.
+
+use super::airy::{PLACES, packed};
+use super::form::{Form, forms};
+use super::inverse::Inverter;
+use super::shared::Shared;
+use super::space::Space;
+use crate::star::{self, Star, corner};
+use std::ops::Range;
+
+/// Vertices handled by one task: enough for most triangles around them to have all their vertices among them, few enough
+/// for the forms of these triangles to stay in the cache.
+pub(super) const BAND: usize = 4096;
+
+/// Couplings of one spoke with the unknowns outside the star: of the vertex's three unknowns with the ring
+/// vertex (3×3, rows first) and the outer edge after the spoke (3), and of the spoke's own unknown with the
+/// ring vertex at its end (3), the one before (3), the one after (3), and the outer edges before and after.
+type Outer = [f32; 23];
+
+/// One star: its vertex, and where its spokes and its blocks begin in the band.
+#[derive(Clone, Copy, Default)]
+struct Place {
+    node: u32,
+    first_spoke: u32,
+    spokes: u32,
+    first_entry: u32,
+    closed: bool,
+}
+
+impl Place {
+    /// Counts its unknowns: three of the vertex, then one per spoke.
+    fn size(&self) -> usize {
+        3 + self.spokes as usize
+    }
+}
+
+/// Unknowns around one spoke.
+#[derive(Clone, Copy, Default)]
+struct Spoke {
+    /// Of the spoke itself.
+    own: u32,
+    /// The first of the vertex at its end.
+    ring: u32,
+    /// Of the outer edge of the triangle after it.
+    rim: u32,
+}
+
+/// Stars of consecutive vertices, colour by colour, next to each other in memory in the order in which a sweep visits
+/// them.
+///
+/// The sweeps are as fast as the memory: coefficients are kept in single precision, the unknowns in double. What
+/// direction the steps take and how long they are is then right to 1e-7, and what they add is in exact equilibrium
+/// all the same.
+#[derive(Default)]
+pub(super) struct Band {
+    places: Vec<Place>,
+    /// Where each colour starts in `places`.
+    starts: Vec<u32>,
+    spokes: Vec<Spoke>,
+    outer: Vec<Outer>,
+    /// The stars' own blocks, lower half by rows.
+    inner: Vec<f32>,
+    /// Their inverses, at the same places.
+    inverse: Vec<f32>,
+}
+
+/// The forms of the triangles around some vertices.
+#[derive(Default)]
+struct Forms {
+    first: u32,
+    /// Place of each triangle from `first` on in `forms`.
+    places: Vec<u32>,
+    triangles: Vec<u32>,
+    forms: Vec<Form>,
+}
+
+impl Forms {
+    /// Computes the forms, divided by `unit`, in the place of those of other vertices.
+    fn renew(&mut self, space: &Space<'_>, unit: f64, nodes: Range<usize>) {
+        let topology = space.body().mesh().topology();
+        let around = || nodes.clone().flat_map(|n| topology.triangles_around(n).iter().copied());
+        self.first = around().min().unwrap_or(0);
+        let end = around().max().map_or(self.first, |last| last + 1);
+        self.places.clear();
+        self.places.resize((end - self.first) as usize, u32::MAX);
+        self.triangles.clear();
+        for t in around() {
+            let place = &mut self.places[(t - self.first) as usize];
+            if *place == u32::MAX {
+                *place = self.triangles.len() as u32;
+                self.triangles.push(t);
+            }
+        }
+        forms(space, &self.triangles, unit, &mut self.forms);
+    }
+
+    fn of(&self, triangle: u32) -> &Form {
+        &self.forms[self.places[(triangle - self.first) as usize] as usize]
+    }
+}
+
+/// What assembling stars needs besides, used again for the next band.
+#[derive(Default)]
+pub(super) struct Work {
+    forms: Forms,
+    /// One star in double precision, before it is stored.
+    star: Star,
+    inner: Vec<f64>,
+    outer: Vec<[f64; 23]>,
+    inverter: Inverter,
+}
+
+impl Band {
+    /// Assembles and inverts the stars of some vertices. Neighbours follow each other, so that the forms they share are
+    /// still in the cache.
+    pub(super) fn renew(
+        &mut self,
+        space: &Space<'_>,
+        unit: f64,
+        colour_of: &[u32],
+        colours: usize,
+        nodes: Range<usize>,
+        work: &mut Work,
+    ) {
+        self.place(space, colour_of, colours, nodes.clone());
+        work.forms.renew(space, unit, nodes.clone());
+        let mut next = self.starts.clone();
+        for n in nodes {
+            let place = &mut next[colour_of[n] as usize];
+            self.assemble(space, *place as usize, work);
+            *place += 1;
+        }
+        work.inverter.finish(&mut self.inverse);
+    }
+
+    /// Finds where the stars of some vertices stand, and makes room for them.
+    fn place(&mut self, space: &Space<'_>, colour_of: &[u32], colours: usize, nodes: Range<usize>) {
+        let mesh = space.body().mesh();
+        let starts = &mut self.starts;
+        starts.clear();
+        starts.resize(colours + 1, 0);
+        for n in nodes.clone() {
+            starts[colour_of[n] as usize + 1] += 1;
+        }
+        for c in 0..colours {
+            starts[c + 1] += starts[c];
+        }
+        let mut next = starts.clone();
+        self.places.clear();
+        self.places.resize(nodes.len(), Place::default());
+        for n in nodes {
+            let place = &mut next[colour_of[n] as usize];
+            self.places[*place as usize].node = n as u32;
+            *place += 1;
+        }
+        let (mut spokes, mut entries) = (0, 0);
+        for place in &mut self.places {
+            let node = place.node as usize;
+            place.closed = star::is_closed(mesh, node);
+            // An open star has one spoke more than triangles.
+            place.spokes = (mesh.topology().triangles_around(node).len() + usize::from(!place.closed)) as u32;
+            (place.first_spoke, place.first_entry) = (spokes, entries);
+            spokes += place.spokes;
+            entries += (place.size() * (place.size() + 1) / 2) as u32;
+        }
+        // All of it is written over.
+        self.spokes.resize(spokes as usize, Spoke::default());
+        self.outer.resize(spokes as usize, [0.0; 23]);
+        self.inner.resize(entries as usize, 0.0);
+        self.inverse.resize(entries as usize, 0.0);
+    }
+
+    /// Assembles one star from the forms of its triangles, in double precision first.
+    fn assemble(&mut self, space: &Space<'_>, place: usize, work: &mut Work) {
+        let mesh = space.body().mesh();
+        let place = self.places[place];
+        let node = place.node;
+        let Work { forms, star, inner, outer, inverter } = work;
+        star.walk(mesh, node as usize);
+        let (count, size) = (place.spokes as usize, place.size());
+        let spokes = &mut self.spokes[place.first_spoke as usize..][..count];
+        outer.clear();
+        outer.resize(count, [0.0; 23]);
+        inner.clear();
+        inner.resize(size * (size + 1) / 2, 0.0);
+        for (spoke, &edge) in spokes.iter_mut().zip(&star.spokes) {
+            let ends = mesh.topology().edges()[edge as usize];
+            let other = if ends[0] == node { ends[1] } else { ends[0] };
+            let own = space.edge_unknown(edge) as u32;
+            // The last spoke of an open star has no triangle after it: its coupling with the rim is zero.
+            *spoke = Spoke { own, ring: 3 * other, rim: own };
+        }
+        for (j, &t) in star.triangles.iter().enumerate() {
+            let form = forms.of(t);
+            let c = corner(mesh, t, node as usize);
+            let after = if j + 1 == count { 0 } else { j + 1 };
+            // Places in the triangle: ring vertices, spokes before and after, outer edge.
+            let (near, far) = (3 * ((c + 1) % 3), 3 * ((c + 2) % 3));
+            let (before, next, rim) = (9 + c, 9 + (c + 2) % 3, 9 + (c + 1) % 3);
+            let edge = mesh.topology().triangle_edges()[t as usize][(c + 1) % 3];
+            spokes[j].rim = space.edge_unknown(edge) as u32;
+            let at = |a: usize, b: usize| form[PLACES[a][b]];
+
+            let own = [3 * c, 3 * c + 1, 3 * c + 2, before, next];
+            let place = [0, 1, 2, 3 + j, 3 + after];
+            for a in 0..5 {
+                for b in 0..=a {
+                    inner[packed(place[a], place[b])] += at(own[a], own[b]);
+                }
+            }
+
+            for row in 0..3 {
+                for k in 0..3 {
+                    outer[j][3 * row + k] += at(3 * c + row, near + k);
+                    outer[after][3 * row + k] += at(3 * c + row, far + k);
+                }
+                outer[j][9 + row] = at(3 * c + row, rim);
+            }
+            for k in 0..3 {
+                outer[j][12 + k] += at(before, near + k);
+                outer[j][18 + k] = at(before, far + k);
+                outer[after][12 + k] += at(next, far + k);
+                outer[after][15 + k] = at(next, near + k);
+            }
+            outer[j][22] = at(before, rim);
+            outer[after][21] = at(next, rim);
+        }
+        for (stored, spoke) in self.outer[place.first_spoke as usize..].iter_mut().zip(outer) {
+            *stored = spoke.map(|x| x as f32);
+        }
+        let first = place.first_entry as usize;
+        for (stored, x) in self.inner[first..].iter_mut().zip(inner.iter()) {
+            *stored = *x as f32;
+        }
+        inverter.push(inner, size, first, &mut self.inverse);
+    }
+
+    /// The stars of one colour.
+    fn of_colour(&self, colour: usize) -> &[Place] {
+        &self.places[self.starts[colour] as usize..self.starts[colour + 1] as usize]
+    }
+
+    /// Computes the part of `A x` in a star's rows that comes from the unknowns outside the star.
+    fn outside(&self, place: &Place, x: &Shared, rows: &mut Vec<f64>) {
+        let first = place.first_spoke as usize;
+        let count = place.spokes as usize;
+        let spokes = &self.spokes[first..first + count];
+        let outer = &self.outer[first..first + count];
+        let ring = |j: usize| {
+            let i = spokes[j].ring as usize;
+            [x.get(i), x.get(i + 1), x.get(i + 2)]
+        };
+        let rim = |j: usize| x.get(spokes[j].rim as usize);
+        rows.clear();
+        rows.resize(3, 0.0);
+        let last = count - 1;
+        // An open star has nothing before its first spoke and nothing after its last: zero couplings.
+        let (mut before, mut rim_before) =
+            if place.closed { (ring(last), rim(last)) } else { ([0.0; 3], 0.0) };
+        let first_ring = ring(0);
+        let mut near = first_ring;
+        let mut total = [0.0; 3];
+        for j in 0..count {
+            let after = if j < last { ring(j + 1) } else { first_ring };
+            let rim_after = rim(j);
+            let o = outer[j].map(f64::from);
+            for row in 0..3 {
+                let c = &o[3 * row..3 * row + 3];
+                total[row] += c[0] * near[0] + c[1] * near[1] + c[2] * near[2] + o[9 + row] * rim_after;
+            }
+            let mut sum = o[21] * rim_before + o[22] * rim_after;
+            for k in 0..3 {
+                sum += o[12 + k] * near[k] + o[15 + k] * before[k] + o[18 + k] * after[k];
+            }
+            rows.push(sum);
+            (before, near, rim_before) = (near, after, rim_after);
+        }
+        rows[..3].copy_from_slice(&total);
+    }
+
+    /// Unknown of a star's row.
+    fn unknown(&self, place: &Place, row: usize) -> usize {
+        match row {
+            0..3 => 3 * place.node as usize + row,
+            _ => self.spokes[place.first_spoke as usize + row - 3].own as usize,
+        }
+    }
+
+    /// Minimises over each star of a colour: `x_star = A_ss⁻¹ (r − A_so x_outside)`.
+    pub(super) fn relax(&self, colour: usize, r: &Shared, unit: f64, x: &Shared) {
+        let (mut rows, mut solution) = (Vec::with_capacity(16), Vec::with_capacity(16));
+        for place in self.of_colour(colour) {
+            self.outside(place, x, &mut rows);
+            for (row, value) in rows.iter_mut().enumerate() {
+                *value = r.get(self.unknown(place, row)) / unit - *value;
+            }
+            solution.clear();
+            solution.resize(rows.len(), 0.0);
+            multiply_symmetric(&self.inverse[place.first_entry as usize..], &rows, &mut solution);
+            for (row, value) in solution.iter().enumerate() {
+                x.set(self.unknown(place, row), *value);
+            }
+        }
+    }
+
+    /// Computes the rows of `A x` of each star's vertex and of the spokes of which it is the first node.
+    pub(super) fn multiply(&self, x: &Shared, unit: f64, y: &Shared) {
+        let (mut rows, mut own) = (Vec::with_capacity(16), Vec::with_capacity(16));
+        for place in &self.places {
+            self.outside(place, x, &mut rows);
+            own.clear();
+            own.extend((0..rows.len()).map(|row| x.get(self.unknown(place, row))));
+            multiply_symmetric(&self.inner[place.first_entry as usize..], &own, &mut rows);
+            for (row, value) in rows.iter().enumerate() {
+                let other = if row < 3 {
+                    u32::MAX
+                } else {
+                    self.spokes[place.first_spoke as usize + row - 3].ring / 3
+                };
+                if place.node < other {
+                    y.set(self.unknown(place, row), unit * value);
+                }
+            }
+        }
+    }
+}
+
+/// Adds `A x` to `y`, with the lower half of a symmetric matrix by rows.
+fn multiply_symmetric(lower: &[f32], x: &[f64], y: &mut [f64]) {
+    let mut rest = lower;
+    for i in 0..x.len() {
+        let (row, below) = rest.split_at(i + 1);
+        let (xi, mut sum) = (x[i], f64::from(row[i]) * x[i]);
+        for ((a, xj), yj) in row[..i].iter().map(|a| f64::from(*a)).zip(x).zip(y.iter_mut()) {
+            sum += a * xj;
+            *yj += a * xi;
+        }
+        y[i] += sum;
+        rest = below;
+    }
+}

@@ -1,0 +1,172 @@
+//! Why two surfaces cannot be brought into contact.
+
+use crate::geometry::Vector;
+use thiserror::Error;
+
+/// Why two surfaces cannot be paired.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum InterfaceError {
+    /// No group of that name.
+    #[error("body {body} has no edge group \"{group}\" for its contact surface; the groups are: {known}")]
+    UnknownSurface {
+        /// 0 or 1.
+        body: usize,
+        /// The name given.
+        group: String,
+        /// The names there are.
+        known: String,
+    },
+    /// The group has no edge, or one inside the body.
+    #[error("the contact surface \"{group}\" of body {body} {reason}")]
+    NoSurface {
+        /// 0 or 1.
+        body: usize,
+        /// The name given.
+        group: String,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// A contact edge is held or loaded as well.
+    #[error("the contact edge of body {body} at ({}, {}) also has {what}; a contact edge can have neither load nor imposed displacement", point[0], point[1])]
+    Occupied {
+        /// 0 or 1.
+        body: usize,
+        /// Middle of the edge.
+        point: Vector,
+        /// "a load" or "an imposed displacement".
+        what: &'static str,
+    },
+    /// A contact node has no partner.
+    #[error(
+        "the surfaces do not match: the contact node of body {body} at ({}, {}) is {distance:.3e} from the nearest \
+         contact node of the other body, with edges of length {spacing:.3e} around it; use matching meshes \
+         (at most 5 % of the edge apart)",
+        point[0], point[1]
+    )]
+    NotMatching {
+        /// 0 or 1.
+        body: usize,
+        /// The node.
+        point: Vector,
+        /// Distance to the nearest node of the other surface.
+        distance: f64,
+        /// Local edge length.
+        spacing: f64,
+    },
+    /// Paired nodes are joined by an edge in one body only.
+    #[error("the surfaces do not match: the contact edge of body {body} at ({}, {}) has no partner", point[0], point[1])]
+    EdgeWithoutPartner {
+        /// 0 or 1.
+        body: usize,
+        /// Middle of the edge.
+        point: Vector,
+    },
+    /// The two surfaces look in the same direction.
+    #[error("the two surfaces do not face each other at ({}, {})", point[0], point[1])]
+    NotFacing {
+        /// Middle of the edge.
+        point: Vector,
+    },
+    /// The contact line turns so sharply that it has no normal.
+    #[error(
+        "the contact line turns by {degrees:.1} degrees near ({}, {}); at most 60 degrees between neighbouring edges give a \
+         normal: refine the surface there, end it at the corner, or give the normal (`contact.normal`)",
+        point[0], point[1]
+    )]
+    Curved {
+        /// Where.
+        point: Vector,
+        /// Angle between neighbouring normals.
+        degrees: f64,
+    },
+    /// The given normal is no direction, or does not point out of the first body.
+    #[error(
+        "the given contact normal ({}, {}) is {degrees:.1} degrees from the first body's outward normal at ({}, {}); \
+         at most 60 are allowed",
+        normal[0], normal[1], point[0], point[1]
+    )]
+    NormalAway {
+        /// As given.
+        normal: Vector,
+        /// Middle of the edge.
+        point: Vector,
+        /// Angle between the two; not a number where the given one is no direction.
+        degrees: f64,
+    },
+    /// The surfaces are cut into different numbers of edges or stretches.
+    #[error(
+        "the surfaces do not match: near ({}, {}) the first body's has {} {what}, the second's {}; to measure a gap along \
+         the normal they need the same number, node facing node",
+        point[0], point[1], counts[0], counts[1]
+    )]
+    Counts {
+        /// Where the stretch of the first body begins.
+        point: Vector,
+        /// "stretches", "edges" and so on.
+        what: &'static str,
+        /// What was found on each body.
+        counts: [usize; 2],
+    },
+    /// Paired nodes do not face each other along the normal.
+    #[error(
+        "the surfaces do not match: the node at ({}, {}) and its partner stand {offset:.3e} apart along the surface, with \
+         edges of length {spacing:.3e}; at most a quarter of the edge is allowed",
+        point[0], point[1]
+    )]
+    Offset {
+        /// Node of the first body.
+        point: Vector,
+        /// Distance across the normal.
+        offset: f64,
+        /// Local edge length.
+        spacing: f64,
+    },
+    /// The bodies overlap before anything is loaded.
+    #[error(
+        "the bodies overlap: deepest by {depth:.3e} at ({}, {}), where the edges are {spacing:.3e} long; the gap along the \
+         contact normal must be >= 0",
+        point[0], point[1]
+    )]
+    Overlap {
+        /// Node of the first body.
+        point: Vector,
+        /// Depth, m.
+        depth: f64,
+        /// Local edge length.
+        spacing: f64,
+    },
+    /// The surfaces are farther apart than the bodies are large.
+    #[error(
+        "the surfaces are too far apart: {distance:.3e} at ({}, {}), and the smaller body is {size:.3e} large",
+        point[0], point[1]
+    )]
+    TooFar {
+        /// Node of the first body.
+        point: Vector,
+        /// Gap, m.
+        distance: f64,
+        /// Diagonal of the smaller body.
+        size: f64,
+    },
+    /// The normal displacement of a contact node is imposed by a support.
+    #[error(
+        "the contact node of body {body} at ({}, {}) is held by a support along the contact normal, within 45 degrees, or \
+         in two directions; this version needs the normal direction of every contact node free: end the contact surface \
+         or the support one edge earlier",
+        point[0], point[1]
+    )]
+    SupportedNode {
+        /// 0 or 1.
+        body: usize,
+        /// The node.
+        point: Vector,
+    },
+    /// The initial gap is negative or not a number.
+    #[error("the initial gap at ({}, {}) is {value}; it must be a finite number >= 0", point[0], point[1])]
+    BadGap {
+        /// The node.
+        point: Vector,
+        /// What was found.
+        value: f64,
+    },
+}
