@@ -14,6 +14,7 @@ mod mesh;
 mod notes;
 mod outcome;
 mod plot;
+mod printer;
 mod progress;
 mod resume;
 mod run;

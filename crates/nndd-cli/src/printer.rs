@@ -1,0 +1,150 @@
+//! What a run prints from its beginning to its end, for people or for programs.
+
+use crate::adapt;
+use crate::args::{Format, Solve};
+use crate::console;
+use crate::failure::Failure;
+use crate::files;
+use crate::notes;
+use crate::run::Solved;
+use case_io::Case;
+use case_io::report::Report;
+use certified_contact::{Row, Step};
+use fem_core::interface::ContactProblem;
+use serde_json::{Value, json};
+
+/// Prints the course of a run, for people or for programs.
+pub(crate) struct Printer {
+    format: Format,
+    quiet: bool,
+    /// Whether the iterations of an adaptive run are shown too.
+    every_iteration: bool,
+    rows: usize,
+    steps: usize,
+    /// What was said before the run began.
+    said: Vec<String>,
+}
+
+impl Printer {
+    /// Prepares for a case: the iterations of an adaptive run are shown where they are asked for.
+    pub(crate) fn new(options: &Solve, case: &Case) -> Self {
+        let format = options.format;
+        let every_iteration = case.adapt.is_none() || options.run.verbose || format == Format::Json;
+        Self { format, quiet: options.run.quiet, every_iteration, rows: 0, steps: 0, said: Vec::new() }
+    }
+
+    /// Prints what is known before the run begins.
+    ///
+    /// * `notes`: on what it goes on from.
+    pub(crate) fn begin(
+        &mut self,
+        case: &Case,
+        problem: &ContactProblem,
+        output: &str,
+        notes: &[String],
+    ) -> Result<(), Failure> {
+        self.said = notes::of_case(case);
+        let bodies = problem.bodies.each_ref();
+        self.said.extend(notes::of_problem(case, bodies, problem.interpolated_gap()));
+        if !self.quiet {
+            console::warnings(&case.warnings());
+            console::notes(case.notes());
+            console::notes(&self.said[notes::of_case(case).len()..]);
+            console::notes(notes);
+        }
+        match self.format {
+            _ if self.quiet => Ok(()),
+            Format::Human => Ok(console::print(&console::header(case, problem, output))?),
+            Format::Json => self.event(json!({
+                "event": "started",
+                "case": case.file_name(),
+                "nodes": problem.bodies.iter().map(|b| b.mesh().points().len()).collect::<Vec<_>>(),
+                "pairs": problem.interface.pairs().len(),
+                "output": output,
+                "notes": self.said,
+                "warnings": case.warnings().iter().map(ToString::to_string).collect::<Vec<_>>(),
+            })),
+        }
+    }
+
+    pub(crate) fn row(&mut self, row: &Row) {
+        let result = match self.format {
+            _ if self.quiet || !self.every_iteration => Ok(()),
+            Format::Human => {
+                let width = console::width();
+                let head = if self.rows == 0 { console::table_head(width) } else { String::new() };
+                console::print(&format!("{head}{}", console::row(row, width))).map_err(Failure::from)
+            }
+            Format::Json => {
+                let mut object = json!(files::iteration_row(row));
+                if let Some(map) = object.as_object_mut() {
+                    map.insert("event".into(), "iteration".into());
+                }
+                self.event(object)
+            }
+        };
+        self.rows += 1;
+        // A console that cannot be written to must not cost the run its result.
+        drop(result);
+    }
+
+    /// Prints a mesh of an adaptive run.
+    pub(crate) fn step(&mut self, step: &Step) {
+        let result = match self.format {
+            _ if self.quiet => Ok(()),
+            Format::Human => {
+                let head = if self.steps == 0 || self.every_iteration { console::STEP_HEAD } else { "" };
+                console::print(&format!("{head}{}", console::step(step))).map_err(Failure::from)
+            }
+            Format::Json => {
+                let mut object = json!(adapt::row(step));
+                if let Some(map) = object.as_object_mut() {
+                    map.insert("event".into(), "step".into());
+                }
+                self.event(object)
+            }
+        };
+        self.steps += 1;
+        // The next mesh has a table of iterations of its own.
+        self.rows = 0;
+        // A console that cannot be written to must not cost the run its result.
+        drop(result);
+    }
+
+    pub(crate) fn end(
+        &self,
+        verbose: bool,
+        case: &Case,
+        solved: &Solved,
+        report: &Report,
+        directory: &str,
+        written: &[String],
+    ) -> Result<(), Failure> {
+        match self.format {
+            _ if self.quiet => Ok(()),
+            Format::Human => {
+                let mut text = console::verdict(report);
+                if verbose {
+                    text += &console::choices(case, solved);
+                }
+                text += &format!("wrote {directory}: {}\n", written.join(" "));
+                console::print(&text)?;
+                let new = report.notes.iter().filter(|note| !self.said.contains(note));
+                console::notes(&new.cloned().collect::<Vec<_>>());
+                Ok(())
+            }
+            Format::Json => self.event(json!({
+                "event": "finished",
+                "notes": report.notes,
+                "status": report.status,
+                "certificate": report.certificate,
+                "timings": report.timings,
+                "files": written,
+            })),
+        }
+    }
+
+    fn event(&self, event: Value) -> Result<(), Failure> {
+        Ok(console::print(&format!("{event}\n"))?)
+    }
+}
