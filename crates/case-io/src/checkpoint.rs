@@ -217,7 +217,8 @@ mod tests {
         let temp = tempfile::tempdir().unwrap();
         let path = temp.path();
         assert!(matches!(read(path), Err(CheckpointError::Absent { .. })));
-        let mut directory = OutputDirectory::open(path, "hash", false).unwrap();
+        let mut directory =
+            OutputDirectory::open(path, crate::output::ResultKind::Solve, "hash", false).unwrap();
         for lambda in [1.0 / 3.0, -1e-300, 0.7] {
             write(&mut directory, &checkpoint(lambda)).unwrap();
             assert_eq!(read(path), Ok((checkpoint(lambda), None)));

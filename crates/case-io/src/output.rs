@@ -3,7 +3,7 @@
 
 mod lock;
 
-use crate::report::Report;
+use crate::report::CASE_HASH;
 use lock::{LOCK_FILE, Lock};
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
@@ -15,8 +15,26 @@ use thiserror::Error;
 /// Temporary files begin with this; one that a killed run left behind does not count as content.
 const TEMPORARY: &str = ".nndd-tmp-";
 
-/// The file that makes a directory a complete result: it is written last.
-const REPORT: &str = "report.json";
+/// What a directory of results is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ResultKind {
+    /// One run.
+    Solve,
+    /// Runs for several values of one setting.
+    Sweep,
+}
+
+impl ResultKind {
+    const ALL: [Self; 2] = [Self::Solve, Self::Sweep];
+
+    /// Returns the file that makes a directory a complete result of this kind: it is written last.
+    pub fn record(self) -> &'static str {
+        match self {
+            Self::Solve => "report.json",
+            Self::Sweep => "sweep.json",
+        }
+    }
+}
 
 /// The newest checkpoint of a run that has not come to its end.
 pub const CHECKPOINT: &str = "checkpoint.nndd";
@@ -140,20 +158,22 @@ impl OutputDirectory {
     /// A missing or empty directory is fine. A complete result of the same case will be replaced. Anything else is
     /// refused, unless `force` is given.
     ///
-    /// * `case_hash`: [`crate::Case::hash`], compared with the one in report.json.
+    /// * `case_hash`: [`crate::Case::hash`] or what else names the case, compared with the one on record.
     ///
     /// # Errors
     /// See [`OutputError`]; nothing has been changed then, except that a missing directory may have been created.
-    pub fn open(path: &Path, case_hash: &str, force: bool) -> Result<Self, OutputError> {
+    pub fn open(path: &Path, kind: ResultKind, case_hash: &str, force: bool) -> Result<Self, OutputError> {
         if path.exists() && !path.is_dir() {
             return Err(OutputError::NotADirectory { path: path.to_owned() });
         }
         fs::create_dir_all(path).map_err(failed("create", path))?;
         let lock = Lock::take(path)?;
-        let before = inspect(path, case_hash)?;
+        let before = inspect(path, kind, case_hash)?;
         let before = match before {
             Ok(before) => before,
-            Err(_) if force && path.join(REPORT).is_file() => Before::OtherCase,
+            Err(_) if force && ResultKind::ALL.iter().any(|k| path.join(k.record()).is_file()) => {
+                Before::OtherCase
+            }
             Err(_) if force => Before::Foreign,
             Err(refusal) => return Err(refusal),
         };
@@ -258,8 +278,10 @@ impl OutputDirectory {
             return Err(OutputError::Name { name: name.to_owned() });
         }
         if self.before == Before::OtherCase && self.written.is_empty() {
-            // Half of one case beside the report of another would be taken for a complete result.
-            remove(&self.path.join(REPORT))?;
+            // Half of one case beside the record of another would be taken for a complete result.
+            for kind in ResultKind::ALL {
+                remove(&self.path.join(kind.record()))?;
+            }
         }
         let path = self.path.join(relative);
         if let Some(parent) = path.parent() {
@@ -315,8 +337,9 @@ fn is_result(below: &Path, name: &OsStr) -> bool {
     match below.to_str() {
         Some("figures") => ending(".svg"),
         Some("") => {
-            ["report.json", "report.html", "history.csv", "contact.csv", "sweep.csv", "adaptive.csv"]
-                .contains(&name.as_ref())
+            ["report.html", "history.csv", "contact.csv", "adaptive.csv"].contains(&name.as_ref())
+                || ResultKind::ALL.iter().any(|kind| kind.record() == name)
+                || name.starts_with("sweep") && ending(".csv")
                 || ending(".vtu")
                 || ending(".pvd")
                 || [CHECKPOINT, CHECKPOINT_BEFORE].contains(&name.as_ref())
@@ -327,7 +350,11 @@ fn is_result(below: &Path, name: &OsStr) -> bool {
 }
 
 /// Looks at what a directory holds; the inner error is what `force` overrules.
-fn inspect(path: &Path, case_hash: &str) -> Result<Result<Before, OutputError>, OutputError> {
+fn inspect(
+    path: &Path,
+    kind: ResultKind,
+    case_hash: &str,
+) -> Result<Result<Before, OutputError>, OutputError> {
     let mut found = None;
     for entry in fs::read_dir(path).map_err(failed("read", path))? {
         let name = entry.map_err(failed("read", path))?.file_name().to_string_lossy().into_owned();
@@ -337,15 +364,24 @@ fn inspect(path: &Path, case_hash: &str) -> Result<Result<Before, OutputError>, 
         }
     }
     let Some(found) = found else { return Ok(Ok(Before::Nothing)) };
-    let report = fs::read_to_string(path.join(REPORT)).ok().and_then(|text| Report::from_json(&text).ok());
-    Ok(match report.as_ref().map(Report::case_hash) {
-        Some(Some(hash)) if hash == case_hash => Ok(Before::SameCase),
-        Some(Some(_)) => Err(OutputError::OtherCase { path: path.to_owned() }),
-        _ if [CHECKPOINT, CHECKPOINT_BEFORE].iter().any(|name| path.join(name).is_file()) => {
+    let mut recorded =
+        ResultKind::ALL.into_iter().filter_map(|k| Some((k, recorded_hash(&path.join(k.record()))?)));
+    Ok(match recorded.next() {
+        Some((found, hash)) if found == kind && hash == case_hash && recorded.next().is_none() => {
+            Ok(Before::SameCase)
+        }
+        Some(_) => Err(OutputError::OtherCase { path: path.to_owned() }),
+        None if [CHECKPOINT, CHECKPOINT_BEFORE].iter().any(|name| path.join(name).is_file()) => {
             Err(OutputError::Unfinished { path: path.to_owned() })
         }
-        _ => Err(OutputError::NotOurs { path: path.to_owned(), found }),
+        None => Err(OutputError::NotOurs { path: path.to_owned(), found }),
     })
+}
+
+/// Reads the hash of the case that a record is of; `None` where it is no record.
+fn recorded_hash(record: &Path) -> Option<String> {
+    let record: serde_json::Value = serde_json::from_slice(&fs::read(record).ok()?).ok()?;
+    Some(record.get("run")?.get(CASE_HASH)?.as_str()?.to_owned())
 }
 
 #[cfg(test)]

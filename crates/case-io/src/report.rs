@@ -4,8 +4,10 @@
 //! that is not finite and names its place. Where a value may be unknown its type is an [`Option`], written as `null`.
 
 mod finite;
+mod sweep;
 
 pub(crate) use finite::check as check_finite;
+pub use sweep::{SWEEP_SCHEMA, SweepPanel, SweepReport, SweepRow};
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -287,11 +289,7 @@ impl Report {
     /// # Errors
     /// A number that is not finite.
     pub fn to_json(&self) -> Result<String, ReportError> {
-        check_finite(self)
-            .map_err(|fault| ReportError::NotFinite { field: fault.field, value: fault.value })?;
-        let mut text = serde_json::to_string_pretty(self)?;
-        text.push('\n');
-        Ok(text)
+        to_json(self)
     }
 
     /// Reads a report.
@@ -306,6 +304,14 @@ impl Report {
     pub fn case_hash(&self) -> Option<&str> {
         self.run.get(CASE_HASH)?.as_str()
     }
+}
+
+/// Writes JSON whose numbers are all finite, indented, with a line break at its end.
+fn to_json<T: Serialize>(value: &T) -> Result<String, ReportError> {
+    check_finite(value).map_err(|fault| ReportError::NotFinite { field: fault.field, value: fault.value })?;
+    let mut text = serde_json::to_string_pretty(value)?;
+    text.push('\n');
+    Ok(text)
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! The CSV files: history, contact, adaptive steps and sweep. Numbers stand in the shortest form that reads back exactly; what is
 //! unknown is an empty field.
 
-use crate::report::{AdaptiveRow, IterationRow, check_finite};
+use crate::report::{AdaptiveRow, IterationRow, SweepRow, check_finite};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -60,17 +60,6 @@ pub struct ContactRow {
     pub pressure: f64,
     /// 1 in contact, 0 open.
     pub active: u8,
-}
-
-/// One run of a sweep.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct SweepRow {
-    /// The swept value as TOML.
-    pub value: String,
-    /// The status word of the run.
-    pub status: String,
-    /// Its last iteration.
-    pub iteration: IterationRow,
 }
 
 /// Writes history.csv.

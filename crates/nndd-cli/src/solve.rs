@@ -14,7 +14,7 @@ use crate::signals::Signals;
 use crate::stopwatch::{Activity, Stopwatch};
 use case_io::Case;
 use case_io::checkpoint;
-use case_io::output::OutputDirectory;
+use case_io::output::{OutputDirectory, ResultKind};
 use case_io::report::{CASE_HASH, Report};
 use serde_json::{Map, Value};
 use std::path::PathBuf;
@@ -33,7 +33,7 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
     let (mut directory, progress, notes) = match resumed {
         Some(Resumed { directory, progress, notes }) => (directory, progress, notes),
         None => {
-            let directory = OutputDirectory::open(&path, &case.hash(), options.run.force)
+            let directory = OutputDirectory::open(&path, ResultKind::Solve, &case.hash(), options.run.force)
                 .map_err(|e| Failure::output(&e))?;
             (directory, None, Vec::new())
         }

@@ -44,16 +44,10 @@ impl Case {
     /// Returns what decides every number that a run computes: the settings less the output directory and the limits, and
     /// the contents of the mesh files that were read, by their SHA-256.
     pub fn identity(&self) -> Json {
-        let mut settings = self.hashed_json();
+        let mut settings = self.settings_json();
         if let Some(settings) = settings.as_object_mut() {
             settings.remove("limits");
         }
-        settings
-    }
-
-    /// Returns the settings less the output directory, and what names the contents of the mesh files.
-    fn hashed_json(&self) -> Json {
-        let mut settings = self.settings_json();
         if let Some(output) = settings.get_mut("output").and_then(Json::as_object_mut) {
             output.remove("directory");
         }
@@ -94,10 +88,10 @@ impl Case {
         })
     }
 
-    /// Computes the SHA-256 of the settings less the output directory, and of the contents of the mesh files that
-    /// were read, in hexadecimal: two runs of the same case have the same hash wherever they write, and however their files are laid out and commented.
+    /// Computes the SHA-256 of [`Case::identity`], in hexadecimal: two runs of the same case have the same hash wherever
+    /// they write, whatever their limits, and however their files are laid out and commented.
     pub fn hash(&self) -> String {
-        let mut settings = self.hashed_json();
+        let mut settings = self.identity();
         settings.sort_all_objects();
         let digest = Sha256::digest(settings.to_string().as_bytes());
         digest.iter().map(|byte| format!("{byte:02x}")).collect()

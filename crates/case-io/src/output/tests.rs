@@ -12,7 +12,7 @@ fn names(path: &Path) -> Vec<String> {
 
 /// Leaves a complete result behind.
 fn run(path: &Path, hash: &str, force: bool, extra: &[&str]) -> Result<(), OutputError> {
-    let mut output = OutputDirectory::open(path, hash, force)?;
+    let mut output = OutputDirectory::open(path, ResultKind::Solve, hash, force)?;
     for name in extra {
         output.write(name, name.as_bytes())?;
     }
@@ -47,7 +47,7 @@ fn another_case_needs_force() {
     run(root.path(), "h", false, &["upper.vtu"]).unwrap();
     assert!(matches!(run(root.path(), "other", false, &[]), Err(OutputError::OtherCase { .. })));
     assert_eq!(names(root.path()), ["report.json", "upper.vtu"]);
-    let mut output = OutputDirectory::open(root.path(), "other", true).unwrap();
+    let mut output = OutputDirectory::open(root.path(), ResultKind::Solve, "other", true).unwrap();
     assert!(output.replaces_a_result());
     output.write("lower.vtu", b"new").unwrap();
     // Killed here, nothing would pass for a complete result.
@@ -80,9 +80,9 @@ fn anything_else_needs_force_and_stays() {
 #[test]
 fn two_runs_cannot_share_a_directory() {
     let root = tempfile::tempdir().unwrap();
-    let first = OutputDirectory::open(root.path(), "h", false).unwrap();
+    let first = OutputDirectory::open(root.path(), ResultKind::Solve, "h", false).unwrap();
     assert!(!first.found_stale_lock());
-    match OutputDirectory::open(root.path(), "h", true) {
+    match OutputDirectory::open(root.path(), ResultKind::Solve, "h", true) {
         Err(OutputError::Locked { holder, .. }) => assert_eq!(holder, Some(std::process::id())),
         other => panic!("{other:?}"),
     }
@@ -91,7 +91,7 @@ fn two_runs_cannot_share_a_directory() {
     // A killed run leaves the file, not the lock; nor does its temporary file count as content.
     fs::write(root.path().join(LOCK_FILE), "99999").unwrap();
     fs::write(root.path().join(".nndd-tmp-abc"), "half").unwrap();
-    assert!(OutputDirectory::open(root.path(), "h", false).unwrap().found_stale_lock());
+    assert!(OutputDirectory::open(root.path(), ResultKind::Solve, "h", false).unwrap().found_stale_lock());
 }
 
 #[test]
@@ -109,7 +109,7 @@ fn a_failing_write_leaves_the_old_file() {
 #[test]
 fn names_stay_below_the_directory() {
     let root = tempfile::tempdir().unwrap();
-    let mut output = OutputDirectory::open(root.path(), "h", false).unwrap();
+    let mut output = OutputDirectory::open(root.path(), ResultKind::Solve, "h", false).unwrap();
     for name in ["", "../x", "/tmp/x", "a/../../x", LOCK_FILE, "."] {
         assert!(matches!(output.write(name, b""), Err(OutputError::Name { .. })), "{name}");
     }

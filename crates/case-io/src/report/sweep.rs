@@ -1,0 +1,57 @@
+//! `sweep.json`: the runs of a sweep, and of what.
+
+use super::{IterationRow, ReportError, to_json};
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+
+/// The version of sweep.json that this crate writes.
+pub const SWEEP_SCHEMA: u32 = 1;
+
+/// One run of a sweep.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SweepRow {
+    /// The swept value as TOML.
+    pub value: String,
+    /// The status word of the run.
+    pub status: String,
+    /// Its last iteration.
+    pub iteration: IterationRow,
+}
+
+/// The runs with one set of other settings.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SweepPanel {
+    /// The settings against the case, `KEY=VALUE`.
+    pub settings: Vec<String>,
+    /// Nodes of both bodies.
+    pub nodes: usize,
+    /// One run per value.
+    pub rows: Vec<SweepRow>,
+}
+
+/// A sweep.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SweepReport {
+    /// [`SWEEP_SCHEMA`].
+    pub schema: u32,
+    /// Every setting of the case with its value.
+    pub case: Value,
+    /// The swept key.
+    pub key: String,
+    /// Iterations of each run, unless they are what is swept.
+    pub iterations: usize,
+    /// The case itself, then the panels asked for.
+    pub panels: Vec<SweepPanel>,
+    /// Where and with what it was run.
+    pub run: Map<String, Value>,
+}
+
+impl SweepReport {
+    /// Writes the sweep as JSON, indented, with a line break at its end.
+    ///
+    /// # Errors
+    /// A number that is not finite.
+    pub fn to_json(&self) -> Result<String, ReportError> {
+        to_json(self)
+    }
+}
