@@ -273,6 +273,10 @@ fn ended(
     if !step.certified {
         return Some(AdaptiveEnd::NotCertified);
     }
+    // Whoever ends a run wants no answer that depends on the moment.
+    if solution.nndd.status == NnddStatus::Interrupted {
+        return Some(AdaptiveEnd::Interrupted);
+    }
     let met = step.relative.map_or(step.e_cre == Some(0.0), |relative| relative <= adapt.target);
     if met {
         return Some(AdaptiveEnd::TargetMet);
@@ -280,7 +284,6 @@ fn ended(
     match solution.nndd.status {
         NnddStatus::StoppedByCriterion => {}
         NnddStatus::MaxIterations if settings.criterion == Criterion::Iterations => {}
-        NnddStatus::Interrupted => return Some(AdaptiveEnd::Interrupted),
         status => return Some(AdaptiveEnd::Iteration(status)),
     }
     let floor = round_off(solution);
@@ -303,7 +306,6 @@ fn ended(
 fn round_off(solution: &CertifiedSolution) -> f64 {
     solution.estimate.as_ref().map_or(0.0, |e| {
         let norm = e.energy_norm_squared.iter().sum::<f64>().sqrt();
-        let allowance = e.e_cre - e.cre.e_cre();
-        if norm > 0.0 { allowance / norm } else { 0.0 }
+        if norm > 0.0 { e.round_off / norm } else { 0.0 }
     })
 }

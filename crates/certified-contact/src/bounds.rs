@@ -67,9 +67,11 @@ impl Bounds {
             }
         }
         let potential = 0.5 * energy - work;
-        let noise = 64.0 * f64::EPSILON * (energy + size);
+        // Rounding of the displacements is in the energies as well as in the bound.
+        let round_off = estimate.round_off;
+        let noise = 64.0 * f64::EPSILON * (energy + size) + (norm + e) * round_off;
         Self {
-            energy_norm: [(norm - e).max(0.0), norm + e],
+            energy_norm: [(norm - e - round_off).max(0.0), norm + e + round_off],
             potential_energy: [potential - 0.5 * e * e - noise, potential + noise],
             contact_force: contact_force(problem, bodies, iterate, estimate),
         }
@@ -97,7 +99,8 @@ fn contact_force(
     let mean = 0.5 * (second + share * first + (1.0 - share) * second);
     let contact: f64 = estimate.cre.by_contact_edge.iter().sum();
     let radius = 0.5 * (estimate.e_cre.powi(2) + contact.max(0.0)).sqrt() * (share * s[0]).sqrt();
-    let noise = 64.0 * f64::EPSILON * (first.abs() + second.abs());
+    let noise = 64.0 * f64::EPSILON * (first.abs() + second.abs())
+        + estimate.round_off * s[0].max(s[1]).max(0.0).sqrt();
     let bounds = [(mean - radius - noise).max(0.0), mean + radius + noise];
     (straight && bounds.iter().all(|x| x.is_finite())).then_some(bounds)
 }

@@ -10,9 +10,6 @@ use fem_core::interface::{ContactProblem, ContactState};
 use nndd::stopping::{Decision, StoppingCriterion};
 use nndd::{Iterate, IterationRow};
 
-/// An error of this size, relative to the energy norm, is round-off.
-const ROUND_OFF: f64 = 1e-13;
-
 /// The mesh's error is expected above this fraction of the first η_NNDD.
 const FIRST_ESTIMATE: f64 = 0.1;
 
@@ -69,15 +66,15 @@ impl<'a> Follow<'a> {
     }
 
     /// Tells whether η_NNDD is small against η_dis: first against the latest one, then against a fresh one.
-    /// Where the mesh is exact (η_dis is round-off), round-off is small enough.
+    /// Where the mesh is exact (η_dis is round-off), round-off is small enough: see [`Estimate::round_off`].
     ///
     /// An estimate costs as much as very many iterations: the first one waits until η_NNDD has fallen so far
     /// that it should be the last, or until the iterations run out.
     fn matches_mesh(&mut self, iterate: &Iterate, ratio: f64) -> Result<bool, EstimatorError> {
         let small = |latest: &Option<(usize, Estimate)>| {
             latest.as_ref().is_none_or(|(_, e)| {
-                let round_off = ROUND_OFF * e.energy_norm_squared.iter().sum::<f64>().sqrt();
-                iterate.eta_nndd <= (ratio * e.eta_dis).max(round_off)
+                let enough = if e.eta_dis <= e.round_off { e.round_off } else { ratio * e.eta_dis };
+                iterate.eta_nndd <= enough
             })
         };
         let first = self.rows[0].iteration.eta_nndd;

@@ -22,6 +22,8 @@ pub struct Estimate {
     pub admissibility: Admissibility,
     /// The guaranteed bound `e_CRE` of the energy error, round-off allowance included, square root of J/m.
     pub e_cre: f64,
+    /// The part of it that is an allowance for round-off: errors of this size and below cannot be told from zero.
+    pub round_off: f64,
     /// The discretisation indicator `η_dis`.
     pub eta_dis: f64,
     /// `a(u, u)` of the state's displacements in each body, J/m.
@@ -71,12 +73,12 @@ pub fn estimate_with(
     let (eta_dis_squared, first) = eta_dis_squared_with(problem, first, &cre, relaxation, stars);
     let eta_dis = from_squared(eta_dis_squared);
     pair.stress[0] = first;
-    let allowance = round_off_allowance(problem, &pair, energy_norm_squared);
-    let e_cre = cre.e_cre() + allowance;
+    let round_off = round_off_allowance(problem, &pair, energy_norm_squared);
+    let e_cre = cre.e_cre() + round_off;
     if !(e_cre.is_finite() && eta_dis.is_finite()) {
         return Err(EstimatorError::NotFinite { what: "the estimate" });
     }
-    Ok(Estimate { pair, cre, admissibility, e_cre, eta_dis, energy_norm_squared })
+    Ok(Estimate { pair, cre, admissibility, e_cre, round_off, eta_dis, energy_norm_squared })
 }
 
 /// Bounds what round-off may have taken from `e_CRE`, so that the printed number stays a bound: rounding of

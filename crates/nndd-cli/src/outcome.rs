@@ -35,7 +35,7 @@ fn word(word: &str, code: u8, reason: impl Into<String>) -> Status {
 fn of_iteration(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>) -> Status {
     let iterations = solution.rows.len();
     match solution.nndd.status {
-        NnddStatus::StoppedByCriterion => word("converged", 0, criterion(case)),
+        NnddStatus::StoppedByCriterion => word("converged", 0, met(case, solution)),
         NnddStatus::MaxIterations if case.solver.stop.criterion == Criterion::Iterations => {
             word("completed", 0, format!("{iterations} iterations, as asked for"))
         }
@@ -90,13 +90,24 @@ pub(crate) fn may_go_on(status: &Status) -> bool {
     ["interrupted", "limit"].contains(&status.word.as_str())
 }
 
+/// Says what ended a converged iteration.
+fn met(case: &Case, solution: &CertifiedSolution) -> String {
+    let by_estimate = case.solver.stop.criterion == Criterion::Estimator;
+    match &solution.estimate {
+        Some(e) if by_estimate && solution.last().eta_nndd > case.solver.stop.ratio * e.eta_dis => {
+            "eta_dis and eta_nndd are round-off".into()
+        }
+        _ => criterion(case),
+    }
+}
+
 fn criterion(case: &Case) -> String {
     if case.solver.method == case_io::case::Method::Newton {
         return "interface Newton, exact for the discrete problem".into();
     }
     let stop = &case.solver.stop;
     match stop.criterion {
-        Criterion::Estimator => format!("eta_nndd <= {} eta_dis", stop.ratio),
+        Criterion::Estimator => format!("eta_nndd <= {} eta_dis", short(stop.ratio)),
         Criterion::Precision => format!("precision <= {:e}", stop.tolerance),
         Criterion::EtaNndd => format!("eta_nndd <= {:e} eta_nndd(1)", stop.tolerance),
         Criterion::Iterations => "the number of iterations".into(),
