@@ -1,6 +1,6 @@
 //! Extreme numbers: either a bound that holds, or none. Never a wrong one.
 
-use certified_contact::{CertifiedSolution, Settings, Silent, solve};
+use certified_contact::{CertifiedSolution, Criterion, Settings, Silent, solve};
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
 use fem_core::interface::{ContactInterface, ContactProblem, Gap};
@@ -110,5 +110,100 @@ fn far_from_the_origin_the_answer_is_the_same() {
         // and what energies change by counts thirteenfold in the bound, which is a thirteenth of their root.
         let kept = 6.0 * 13.0 * distance * f64::EPSILON;
         assert!((relative / expected - 1.0).abs() < kept.max(1e-9), "{distance:e}: {relative} {expected}");
+    }
+}
+
+/// Two blocks of cells `width` × `height`, the upper one moved away by `motion` and not touched by anything.
+fn moved(cells: [usize; 2], [width, height]: [f64; 2], poisson: f64, motion: [f64; 2]) -> ContactProblem {
+    let [nx, ny] = cells;
+    let size = [width * nx as f64, height * ny as f64];
+    let steel = |nu| LinearElastic::isotropic(1.0, nu, Hypothesis::PlaneStrain).unwrap();
+    let lifted = BoundaryConditions::new().displace("top", Some(motion[0].into()), Some(motion[1].into()));
+    let upper = Body::new(block([0.0, 0.0], size, cells).unwrap(), steel(poisson), &lifted).unwrap();
+    let mesh = block([0.0, -size[1]], size, cells).unwrap();
+    let lower = Body::new(mesh, steel(0.3), &BoundaryConditions::new().fix("bottom")).unwrap();
+    let interface =
+        ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
+    ContactProblem { bodies: [upper, lower], interface }
+}
+
+#[test]
+fn flat_cells_pass_the_checks_where_only_rounding_is_left() {
+    // Nothing but rounding: the allowance must cover it, whatever the shape of the cells.
+    for width in [0.02, 1.0, 20.0, 50.0, 200.0] {
+        for cells in [[4, 4], [40, 20], [8, 64]] {
+            let found = certified(moved(cells, [width, 1.0], 0.3, [1.0, 0.5]));
+            assert!(found.is_some(), "cells {width} times as wide as high, {cells:?}");
+        }
+    }
+}
+
+#[test]
+fn bodies_that_nothing_strains_converge() {
+    // The energy norm is round-off here, and no measure of anything.
+    for cells in [[4, 2], [18, 9]] {
+        for lift in [0.01, 1.0] {
+            let found =
+                solve(moved(cells, [0.1, 0.1], 0.3, [0.0, lift]), &Settings::default(), &mut Silent).unwrap();
+            assert_eq!(found.nndd.status, nndd::NnddStatus::StoppedByCriterion, "{cells:?} {lift}");
+            assert!(found.is_certified() && found.estimate.as_ref().unwrap().e_cre < 1e-10 * lift);
+        }
+    }
+}
+
+#[test]
+fn a_mesh_that_is_not_exact_needs_its_ratio() {
+    // A ratio that no iteration reaches: round-off is no excuse where the mesh has an error.
+    let mut settings = Settings::default();
+    settings.criterion = Criterion::Estimator { ratio: 1e-30 };
+    settings.nndd.max_iterations = 200;
+    let found = solve(pressed(1.0, 2.0, 0.01), &settings, &mut Silent).unwrap();
+    assert!(
+        matches!(found.nndd.status, nndd::NnddStatus::Stalled { at_round_off: true, .. }),
+        "{:?}",
+        found.nndd.status
+    );
+    assert!(found.is_certified());
+}
+
+#[test]
+fn bounds_of_the_energies_allow_for_the_rounding_of_large_motions() {
+    // ν = 0, both bodies pressed together between two plates: ε = −0.005 everywhere, which the space holds.
+    let strain = 0.005;
+    for shift in [0.0, 1024.0, 65_536.0] {
+        let steel = || LinearElastic::isotropic(1.0, 0.0, Hypothesis::PlaneStrain).unwrap();
+        let held =
+            |side: &str, y: f64| BoundaryConditions::new().displace(side, Some(shift.into()), Some(y.into()));
+        let mesh = |y: f64| block([0.0, y], [1.0, 1.0], [7, 5]).unwrap();
+        let upper = Body::new(mesh(0.0), steel(), &held("top", shift - strain)).unwrap();
+        let lower = Body::new(mesh(-1.0), steel(), &held("bottom", shift + strain)).unwrap();
+        let interface =
+            ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
+        let found = certified(ContactProblem { bodies: [upper, lower], interface }).unwrap();
+        let bounds = found.bounds.unwrap();
+        let holds = |name, [low, high]: [f64; 2], exact: f64| {
+            assert!(
+                low <= exact && exact <= high,
+                "{name}, moved by {shift}: {exact:e} is not in [{low:e}, {high:e}]"
+            );
+            assert!(high - low <= 1e-4 * exact, "{name}, moved by {shift}: [{low:e}, {high:e}] says nothing");
+        };
+        // ½ E ε² on an area of 2; no loads.
+        holds("J", bounds.potential_energy, strain * strain);
+        holds("norm", bounds.energy_norm, 2f64.sqrt() * strain);
+        holds("N", bounds.contact_force.unwrap(), strain);
+    }
+}
+
+#[test]
+fn numbers_too_small_for_their_squares_get_no_bound() {
+    for strain in [1e-60, 1e-100, 1e-140, 1e-163, 1e-200] {
+        let Some(found) = certified(pressed(1.0, 1000.0, strain)) else {
+            assert!(strain < 1e-120, "{strain:e} is refused");
+            continue;
+        };
+        let relative = found.relative().unwrap();
+        let usual = certified(pressed(1.0, 1000.0, 0.01)).unwrap().relative().unwrap();
+        assert!((relative / usual - 1.0).abs() < 1e-9, "{strain:e}: {relative} against {usual}");
     }
 }

@@ -270,12 +270,12 @@ fn ended(
     adapt: &AdaptSettings,
     observer: &mut dyn Observer,
 ) -> Option<AdaptiveEnd> {
-    if !step.certified {
-        return Some(AdaptiveEnd::NotCertified);
-    }
     // Whoever ends a run wants no answer that depends on the moment.
     if solution.nndd.status == NnddStatus::Interrupted {
         return Some(AdaptiveEnd::Interrupted);
+    }
+    if !step.certified {
+        return Some(AdaptiveEnd::NotCertified);
     }
     let met = step.relative.map_or(step.e_cre == Some(0.0), |relative| relative <= adapt.target);
     if met {

@@ -57,10 +57,10 @@ impl<'a> Follow<'a> {
         Ok(())
     }
 
-    /// Estimates an iteration; `false` where a diverging one has left the range of finite numbers.
+    /// Estimates an iteration; `false` where a diverging one has left the range of finite numbers, or squares underflow.
     fn try_estimate(&mut self, iterate: &Iterate) -> Result<bool, EstimatorError> {
         match self.estimate(iterate) {
-            Err(EstimatorError::NotFinite { .. }) => Ok(false),
+            Err(EstimatorError::NotFinite { .. } | EstimatorError::TooSmall { .. }) => Ok(false),
             other => other.map(|()| true),
         }
     }
@@ -78,7 +78,10 @@ impl<'a> Follow<'a> {
             })
         };
         let first = self.rows[0].iteration.eta_nndd;
-        let early = self.latest.is_none() && iterate.eta_nndd > FIRST_ESTIMATE * ratio * first;
+        // A start that cannot be improved does not fall at all.
+        let before = self.rows.iter().rev().nth(1).map_or(f64::INFINITY, |row| row.iteration.eta_nndd);
+        let falls = iterate.eta_nndd < 0.9 * before;
+        let early = self.latest.is_none() && falls && iterate.eta_nndd > FIRST_ESTIMATE * ratio * first;
         if !small(&self.latest) || early && iterate.iteration < self.settings.nndd.max_iterations {
             return Ok(false);
         }

@@ -14,16 +14,16 @@
 //!      └─────────────┘
 //! ```
 //! Nothing else is taken over: forces and openings follow from the displacements. A field of a few digits, or a wrong one,
-//! gets a larger bound, never a false one.
+//! gets a larger bound, never a false one; one that is not held by the supports gets none.
 #![allow(clippy::print_stdout)]
 
 use cre_estimator::{Estimate, Relaxation, estimate_with};
 use fem_core::assembly::System;
-use fem_core::body::Body;
+use fem_core::body::{Body, NodeConstraint};
 use fem_core::boundary::BoundaryConditions;
 use fem_core::condensation::CondensedBody;
 use fem_core::field::nodal_residual;
-use fem_core::geometry::{Vector, dot, norm, scale, sub};
+use fem_core::geometry::{Vector, add, dot, norm, scale, sub};
 use fem_core::interface::{ContactInterface, ContactProblem, ContactState, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
@@ -67,12 +67,33 @@ fn read(text: &str, problem: &ContactProblem) -> Result<[Vec<Vector>; 2], Box<dy
     Ok([field(0)?, field(1)?])
 }
 
-/// Certifies a pair of displacement fields that satisfies the supports.
+/// Gives held nodes exactly the displacement that they are held at: the file has seven digits of it.
+fn hold(body: &Body, displacement: &mut [Vector]) -> Result<(), String> {
+    for (node, (u, constraint)) in displacement.iter_mut().zip(body.node_constraints()).enumerate() {
+        let held = match *constraint {
+            NodeConstraint::Free => continue,
+            NodeConstraint::Along { direction, value } => {
+                add(*u, scale(value - dot(*u, direction), direction))
+            }
+            NodeConstraint::Fixed { value } => value,
+        };
+        if norm(sub(held, *u)) > 1e-6 * PUSH.abs() {
+            return Err(format!("node {node} is held at {held:?}, and the file moves it by {u:?}"));
+        }
+        *u = held;
+    }
+    Ok(())
+}
+
+/// Certifies a pair of displacement fields.
 fn certify(
     problem: &ContactProblem,
     mut displacement: [Vec<Vector>; 2],
     relaxation: Relaxation,
 ) -> Result<Estimate, Box<dyn Error>> {
+    for (body, displacement) in problem.bodies.iter().zip(&mut displacement) {
+        hold(body, displacement)?;
+    }
     let pairs = problem.interface.pairs();
     // Rounded numbers may penetrate: the first body's nodes move back until they do not.
     for pair in pairs {
@@ -152,6 +173,29 @@ mod tests {
         let distance = energy_distance_squared(&problem.bodies[1], &good[1], &spoilt[1]).sqrt();
         let [sound, bad] = [good, spoilt].map(|u| certify(&problem, u, Relaxation::Steps(2)).unwrap().e_cre);
         assert!(bad >= distance - sound && bad > 2.0 * sound, "{bad} {distance} {sound}");
+    }
+
+    #[test]
+    fn field_of_other_supports_gets_no_bound() {
+        let problem = problem().unwrap();
+        let good = read(FIELD, &problem).unwrap();
+        // Half as much push everywhere: in balance with its forces, and not the problem's.
+        let half = good.each_ref().map(|u| u.iter().map(|u| scale(0.5, *u)).collect::<Vec<Vector>>());
+        let error = certify(&problem, half.clone(), Relaxation::NONE).unwrap_err().to_string();
+        assert!(error.contains("is held at"), "{error}");
+        let pairs = problem.interface.pairs().len();
+        let condense = |b: usize| {
+            let body: &Body = &problem.bodies[b];
+            let system = System::assemble(body, &problem.interface.sides()[b]).unwrap();
+            CondensedBody::factorise(system, body.mesh().points()).unwrap()
+        };
+        let (force, opening) = (vec![0.0; pairs], vec![1.0; pairs]);
+        let state =
+            ContactState { displacement: [&half[0], &half[1]], contact_force: &force, opening: &opening };
+        let estimate =
+            estimate_with(&problem, &[condense(0), condense(1)], &state, Relaxation::NONE).unwrap();
+        let checks = estimate.admissibility;
+        assert!(checks.imposed_displacement > 0.4 && !checks.is_valid(), "{checks:?}");
     }
 
     #[test]

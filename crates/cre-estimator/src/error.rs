@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 /// Why an estimate could not be made.
-#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum EstimatorError {
     /// An array has the wrong length.
@@ -21,5 +21,15 @@ pub enum EstimatorError {
     NotFinite {
         /// Which array.
         what: &'static str,
+    },
+    /// The squares of stresses and energies underflow: nothing can be checked.
+    #[error(
+        "the stresses (largest {stress:.1e}) and the energy ({energy:.1e}) are too small for their squares; use other units"
+    )]
+    TooSmall {
+        /// The largest component of a stress, Pa.
+        stress: f64,
+        /// `a(u, u)` of both bodies together, J/m.
+        energy: f64,
     },
 }

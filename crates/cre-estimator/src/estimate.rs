@@ -10,6 +10,9 @@ use fem_core::condensation::CondensedBody;
 use fem_core::interface::{ContactProblem, ContactState};
 use fem_core::norm::{from_squared, sum_over_triangles};
 
+/// Rounding is relative to squares above this, and a product of two of their roundings does not underflow.
+const SMALLEST_SQUARE: f64 = 1e-250;
+
 /// The estimate of a contact state.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -61,18 +64,25 @@ pub fn estimate_with(
     let (admissibility, distances) =
         check_and_visit(problem, &pair, |b, t, tau| cell_distances(problem, &pair, b, t, tau));
     let cre = Cre::from_cells(problem, &pair, distances);
-    let energy = |b: usize| {
+    let energy_of = |b: usize| {
         let body = &problem.bodies[b];
         sum_over_triangles(pair.stress[b].len(), |t| {
             let s = pair.stress[b][t];
             body.mesh().area(t) * body.material(t).complementary(s, s)
         })
     };
-    let energy_norm_squared = [energy(0), energy(1)];
+    let energy_norm_squared = [energy_of(0), energy_of(1)];
     let first = std::mem::take(&mut pair.stress[0]);
     let (eta_dis_squared, first) = eta_dis_squared_with(problem, first, &cre, relaxation, stars);
     let eta_dis = from_squared(eta_dis_squared);
     pair.stress[0] = first;
+    // Squares of smaller numbers are lost, and with them the checks.
+    let stress = pair.stress.iter().flatten().flat_map(|s| [s.xx, s.yy, s.xy]);
+    let stress = stress.fold(0.0, |largest: f64, s| largest.max(s.abs()));
+    let energy: f64 = energy_norm_squared.iter().sum();
+    if stress > 0.0 && (stress * stress).min(energy) < SMALLEST_SQUARE {
+        return Err(EstimatorError::TooSmall { stress, energy });
+    }
     let round_off = round_off_allowance(problem, &pair, energy_norm_squared);
     let e_cre = cre.e_cre() + round_off;
     if !(e_cre.is_finite() && eta_dis.is_finite()) {

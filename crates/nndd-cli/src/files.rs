@@ -93,7 +93,7 @@ fn certificate(solution: &CertifiedSolution) -> Certificate {
             boundary_traction: Some(a.boundary_traction),
             penetration: Some(a.penetration),
             pressure_sign: Some(a.pressure_sign),
-            supports: Some(a.supports),
+            supports: Some(a.supports.max(a.imposed_displacement)),
         },
     }
 }

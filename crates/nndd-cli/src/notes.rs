@@ -52,6 +52,7 @@ pub(crate) fn of_solution(case: &Case, solution: &CertifiedSolution) -> Vec<Stri
         // The last iterate says nothing about the bodies.
         return notes;
     }
+    notes.extend(unfinished_iteration(solution));
     if solution.last().contact.normal_reaction.iter().all(|r| *r <= 0.0) {
         notes.push("no contact: no force passes between the bodies".to_owned());
     }
@@ -76,6 +77,17 @@ pub(crate) fn of_solution(case: &Case, solution: &CertifiedSolution) -> Vec<Stri
         }
     }
     notes
+}
+
+/// Says that an iteration which met its criterion leaves most of the bound.
+fn unfinished_iteration(solution: &CertifiedSolution) -> Option<String> {
+    let cre = &solution.estimate.as_ref()?.cre;
+    let stopped = solution.nndd.status == NnddStatus::StoppedByCriterion;
+    (stopped && cre.algebraic_squared > cre.discretisation_squared).then(|| {
+        "the iteration contributes more to the bound than the mesh, although its criterion is met: more iterations would \
+         lower the bound; use a smaller solver.stop.ratio or tolerance"
+            .to_owned()
+    })
 }
 
 /// Says what the bound of a bent contact line is a bound of.
