@@ -1,10 +1,16 @@
 //! The contact patch is solved exactly: uniform pressure, exact energies, and a certificate of zero.
 
+use certified_contact::{Settings, Silent, solve};
 use cre_estimator::Estimate;
-use fem_core::material::Hypothesis;
+use fem_core::body::Body;
+use fem_core::boundary::{BoundaryConditions, ScalarData};
+use fem_core::interface::{ContactInterface, ContactProblem, Gap};
+use fem_core::material::{Hypothesis, LinearElastic};
+use fem_core::mesh::generate::block;
+use fem_core::tensor::SymTensor2;
 use nndd::{NnddSettings, NnddStatus};
 use std::f64::consts::FRAC_PI_2;
-use tests::{certify, condense_both, iterates, patch};
+use tests::{certify, condense_both, iterates, patch, shapes};
 
 #[test]
 fn the_patch_is_exact_and_certified_as_exact() {
@@ -59,4 +65,58 @@ pub(crate) fn assert_exact(
     }
     assert!(estimate.cre.e_cre() < 1e-10 * norm, "{case}: {:e}", estimate.cre.e_cre() / norm);
     norm
+}
+
+/// Two blocks one above the other, sheared until the contact line between them rises by `slope`; the left side of both is
+/// vertical and held in x, oblique to the contact line. Uniform pressure along the normal in both, no shear on the line: the
+/// space holds the solution, whose displacement at the held nodes is not zero.
+fn oblique(slope: f64) -> (ContactProblem, [f64; 2]) {
+    let (young, nu, pressure) = (1000.0, 0.3, 7.0);
+    let length = slope.hypot(1.0);
+    let normal = [slope / length, -1.0 / length];
+    let material = LinearElastic::isotropic(young, nu, Hypothesis::PlaneStrain).unwrap();
+    let stress = |i: usize, j: usize| -pressure * normal[i] * normal[j];
+    let strain = material.strain(SymTensor2 { xx: stress(0, 0), yy: stress(1, 1), xy: stress(0, 1) });
+    let exact = move |x: [f64; 2]| {
+        [0.02 + strain.xx * x[0] + strain.xy * x[1], -0.01 + strain.xy * x[0] + strain.yy * x[1]]
+    };
+    let body = |y: f64, driven: &str| {
+        let sheared = |x: [f64; 2]| [x[0], x[1] + slope * x[0]];
+        let mesh = shapes::moved(&block([0.0, y], [2.0, 1.0], [6, 3]).unwrap(), sheared).unwrap();
+        let [ux, uy] = [0, 1].map(|c| ScalarData::function(move |x| exact(x)[c]));
+        let sides = BoundaryConditions::new()
+            .displace(driven, Some(ux.clone()), Some(uy))
+            .displace("left", Some(ux), None)
+            .traction("left", [0.0.into(), (-stress(0, 1)).into()])
+            .traction("right", [stress(0, 0).into(), stress(0, 1).into()]);
+        Body::new(mesh, material.clone(), &sides).unwrap()
+    };
+    let (upper, lower) = (body(0.0, "top"), body(-1.0, "bottom"));
+    let interface =
+        ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
+    (ContactProblem { bodies: [upper, lower], interface }, [pressure, length])
+}
+
+#[test]
+fn a_support_oblique_to_the_contact_line_leaves_the_patch_exact() {
+    for slope in [0.0, 0.3, -0.5, 0.9] {
+        let (problem, [pressure, length]) = oblique(slope);
+        let normal = [slope / length, -1.0 / length];
+        for pair in problem.interface.pairs() {
+            let off = (pair.normal[0] - normal[0]).hypot(pair.normal[1] - normal[1]);
+            assert!(off < 1e-14, "{slope}: {:?} against {normal:?}", pair.normal);
+        }
+        for problem in [problem.clone(), problem.swapped()] {
+            let found = solve(problem, &Settings::default(), &mut Silent).unwrap();
+            let estimate = found.estimate.as_ref().unwrap();
+            let norm = estimate.energy_norm_squared.iter().sum::<f64>().sqrt();
+            assert!(found.is_certified(), "{slope}: {:?}", estimate.admissibility);
+            assert!(estimate.cre.e_cre() < 1e-10 * norm, "{slope}: {:e}", estimate.cre.e_cre() / norm);
+            for p in &estimate.pair.pressure {
+                assert!((p - pressure).abs() < 1e-9 * pressure, "{slope}: {p}");
+            }
+            let force = found.results.as_ref().unwrap().contact_force;
+            assert!((force - 2.0 * length * pressure).abs() < 1e-9 * force, "{slope}: {force}");
+        }
+    }
 }

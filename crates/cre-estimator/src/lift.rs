@@ -2,9 +2,10 @@
 //!
 //! Where the normal changes along an edge, the opening between two pairs that touch is a quadratic whose middle Bernstein
 //! coefficient can be negative, by the square of the edge length where the bodies slide. The first body's contact nodes
-//! are moved back along their normals until no coefficient is.
+//! are moved back along their normals until no coefficient is; one that is held, along the direction left free.
 
-use fem_core::geometry::{Vector, dot, scale, sub};
+use fem_core::body::NodeConstraint;
+use fem_core::geometry::{Vector, dot, perpendicular, scale, sub};
 use fem_core::interface::{ContactInterface, ContactProblem};
 
 /// Computes the middle Bernstein coefficient of the opening along every contact edge, m.
@@ -33,7 +34,8 @@ pub(crate) fn lift(interface: &ContactInterface, middle: &[f64]) -> Vec<f64> {
     lift
 }
 
-/// Moves the first body's contact nodes by `−factor ε n`.
+/// Moves the first body's contact nodes by `−factor ε` along the normal, or as far along the direction that a support
+/// leaves free.
 pub(crate) fn moved(
     problem: &ContactProblem,
     displacement: &[Vector],
@@ -43,8 +45,15 @@ pub(crate) fn moved(
     let mut lifted = displacement.to_vec();
     for (pair, &epsilon) in problem.interface.pairs().iter().zip(lift) {
         if epsilon > 0.0 {
-            let u = &mut lifted[pair.nodes[0] as usize];
-            *u = sub(*u, scale(factor * epsilon, pair.normal));
+            let node = pair.nodes[0] as usize;
+            let direction = match problem.bodies[0].node_constraints()[node] {
+                NodeConstraint::Along { direction, .. } => {
+                    let free = perpendicular(direction);
+                    scale(1.0 / dot(free, pair.normal), free)
+                }
+                _ => pair.normal,
+            };
+            lifted[node] = sub(lifted[node], scale(factor * epsilon, direction));
         }
     }
     lifted

@@ -6,17 +6,24 @@ use crate::geometry::{Vector, add, dot, perpendicular, scale};
 use crate::interface::InterfaceSide;
 use crate::ordering::{self, ROOT};
 
+/// Sine of the angle below which directions count as parallel, or as at right angles.
+pub(crate) const PARALLEL: f64 = 1e-9;
+
 /// Number of an imposed component in [`DofMap::number`].
 pub const IMPOSED: u32 = u32::MAX;
 
 /// Maps displacement components to unknowns.
 ///
 /// Each node has an orthonormal frame `(a, a⊥)`: Cartesian, or turned into the direction of a roller or
-/// of the contact normal. Unknowns are numbered in the order of elimination, the interface's normal
+/// of the contact normal. A contact node with normal `n` that is held along `d`, not at right angles to `n`, has the frame
+/// dual to the two: `e₀·n = e₁·d = 1`, `e₀·d = e₁·n = 0`. Its unknown is the normal trace `u·n` there as well, and its
+/// force is that of a pressure along `n`. Unknowns are numbered in the order of elimination, the interface's normal
 /// unknowns last, in the order of the pairs.
 #[derive(Clone, Debug)]
 pub struct DofMap {
     axes: Vec<Vector>,
+    /// The second axes of the nodes whose frame is not orthogonal, by node.
+    oblique: Vec<(u32, Vector)>,
     numbers: Vec<[u32; 2]>,
     imposed: Vec<[f64; 2]>,
     /// 2·node + component of every unknown.
@@ -33,6 +40,7 @@ impl DofMap {
         let mut fixed = vec![[false; 2]; nodes];
         let mut imposed = vec![[0.0; 2]; nodes];
         let mut contact = vec![false; nodes];
+        let mut oblique = Vec::new();
         for (&node, &normal) in side.nodes.iter().zip(&side.normals) {
             axes[node as usize] = normal;
             contact[node as usize] = true;
@@ -41,9 +49,18 @@ impl DofMap {
             match *constraint {
                 NodeConstraint::Free => {}
                 NodeConstraint::Along { direction, value } if contact[node] => {
-                    // The pairing has made sure that the support is tangential.
                     fixed[node][1] = true;
-                    imposed[node][1] = value * dot(direction, perpendicular(axes[node])).signum();
+                    let tangent = perpendicular(axes[node]);
+                    let along = dot(direction, tangent);
+                    if dot(direction, axes[node]).abs() <= PARALLEL {
+                        imposed[node][1] = value * along.signum();
+                        continue;
+                    }
+                    // The pairing has made sure that the support is far enough from the normal.
+                    let free = perpendicular(direction);
+                    axes[node] = scale(1.0 / dot(free, axes[node]), free);
+                    oblique.push((node as u32, scale(1.0 / along, tangent)));
+                    imposed[node][1] = value;
                 }
                 NodeConstraint::Along { direction, value } => {
                     axes[node] = direction;
@@ -83,7 +100,7 @@ impl DofMap {
         }
         let interface = unknowns.len() - interior;
         let fronts = fronts.finish(interior, interface);
-        Self { axes, numbers, imposed, unknowns, interface, fronts }
+        Self { axes, oblique, numbers, imposed, unknowns, interface, fronts }
     }
 
     /// Returns the number of unknowns.
@@ -122,9 +139,17 @@ impl DofMap {
         (code / 2, code % 2)
     }
 
-    /// Returns axis `c` of a node's frame.
+    /// Returns axis `c` of a node's frame: displacements are sums of them, forces act along them.
     pub fn axis(&self, node: usize, c: usize) -> Vector {
-        if c == 0 { self.axes[node] } else { perpendicular(self.axes[node]) }
+        if c == 0 {
+            return self.axes[node];
+        }
+        if !self.oblique.is_empty()
+            && let Ok(place) = self.oblique.binary_search_by_key(&(node as u32), |o| o.0)
+        {
+            return self.oblique[place].1;
+        }
+        perpendicular(self.axes[node])
     }
 
     /// Tells whether a node's frame is the Cartesian one.

@@ -99,8 +99,9 @@ impl ContactInterface {
 
     /// [`Self::pair`] with a choice of the contact normal.
     ///
-    /// At a contact node that a support holds in one direction, the normal is the direction left free: on the axis of
-    /// symmetry of a curved line, that is the line's own normal.
+    /// At a contact node of a bent line that a support holds in one direction, the normal is the direction left free if that
+    /// is within twice the line's turn from node to node: on the axis of symmetry of a curved line, that is the line's own
+    /// normal. Elsewhere a support does not change the normal.
     ///
     /// # Errors
     /// See [`Self::pair`]; a given normal that does not point out of the first body.

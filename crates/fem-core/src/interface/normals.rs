@@ -7,13 +7,12 @@ use super::common_refinement::Facing;
 use super::matching::Stretch;
 use super::{ContactEdge, ContactNormal, InterfaceError, Pair};
 use crate::body::{Body, NodeConstraint};
+use crate::dof::PARALLEL;
 use crate::geometry::{Vector, add, cross, dot, norm, perpendicular, scale};
 use std::collections::HashMap;
 
 /// A line whose edge normals differ by no more (sine of the angle) is straight.
 const STRAIGHT: f64 = 1e-6;
-/// Sine of the angle below which directions count as parallel.
-const PARALLEL: f64 = 1e-9;
 /// Cosine of the largest angle between neighbouring normals: 60 degrees.
 const TURN: f64 = 0.5;
 /// Sine of the largest angle between a support's direction and the contact line: 45 degrees.
@@ -57,8 +56,9 @@ pub(super) fn choose(
             }
         }
     }
-    for pair in pairs.iter_mut() {
-        free_direction(bodies, pair)?;
+    let turns = turns(pairs, edges);
+    for (pair, turn) in pairs.iter_mut().zip(turns) {
+        free_direction(bodies, pair, turn)?;
     }
     check_turns(bodies, pairs, edges)
 }
@@ -145,38 +145,66 @@ fn averaged(
     Ok(())
 }
 
-/// Turns the normal of a pair whose node is held in one direction into the direction left free, and refuses nodes whose
-/// normal displacement is imposed.
-fn free_direction(bodies: [&Body; 2], pair: &mut Pair) -> Result<(), InterfaceError> {
-    let averaged = pair.normal;
+/// Computes by how much the line turns at each pair: the largest angle to a neighbour's normal, in radians.
+fn turns(pairs: &[Pair], edges: &[ContactEdge]) -> Vec<f64> {
+    let mut turns = vec![0.0f64; pairs.len()];
+    for edge in edges {
+        let [i, j] = edge.pairs.map(|k| k as usize);
+        let angle = angle(pairs[i].normal, pairs[j].normal);
+        turns[i] = turns[i].max(angle);
+        turns[j] = turns[j].max(angle);
+    }
+    turns
+}
+
+fn angle(a: Vector, b: Vector) -> f64 {
+    cross(a, b).abs().atan2(dot(a, b))
+}
+
+/// Tells whether a normal should be turned into the direction that a support leaves free: where that is within what
+/// the polygon says of the normal there, twice its turn from node to node. At the end of a circle's polygon the edge's normal
+/// is off by half its turn, and the free direction of a symmetry axis is the circle's own normal.
+pub(super) fn turns_into(normal: Vector, free: Vector, turn: f64) -> bool {
+    angle(normal, free) <= 2.0 * turn
+}
+
+/// Turns the normal of a pair whose node is held in one direction into the direction left free where the line is bent,
+/// and refuses nodes whose normal displacement is imposed, or nearly so. Elsewhere the normal is the line's, and the
+/// node's frame is not orthogonal, see [`crate::dof::DofMap`].
+fn free_direction(bodies: [&Body; 2], pair: &mut Pair, turn: f64) -> Result<(), InterfaceError> {
+    let constraint = |b: usize| bodies[b].node_constraints()[pair.nodes[b] as usize];
+    let refused = |b: usize| {
+        Err(InterfaceError::SupportedNode {
+            body: b,
+            point: bodies[b].mesh().points()[pair.nodes[b] as usize],
+        })
+    };
+    let mut normal = pair.normal;
     for b in 0..2 {
-        let node = pair.nodes[b] as usize;
-        let refused = InterfaceError::SupportedNode { body: b, point: bodies[b].mesh().points()[node] };
-        match bodies[b].node_constraints()[node] {
+        match constraint(b) {
             NodeConstraint::Free => {}
-            NodeConstraint::Fixed { .. } => return Err(refused),
+            NodeConstraint::Fixed { .. } => return refused(b),
             NodeConstraint::Along { direction, .. } => {
-                if dot(direction, pair.normal).abs() <= PARALLEL {
-                    continue;
-                }
-                // The other body's support may have fixed the normal already.
-                if pair.normal != averaged || dot(direction, averaged).abs() > SUPPORT {
-                    return Err(refused);
-                }
                 let free = perpendicular(direction);
-                pair.normal = scale(dot(free, averaged).signum(), free);
+                let free = scale(dot(free, pair.normal).signum(), free);
+                // The other body's support may have turned the normal already.
+                if normal == pair.normal
+                    && dot(direction, normal).abs() > PARALLEL
+                    && turns_into(normal, free, turn)
+                {
+                    normal = free;
+                }
             }
         }
     }
-    // A tangential support of the first body does not show in the normal: look at it again.
     for b in 0..2 {
-        let node = pair.nodes[b] as usize;
-        if let NodeConstraint::Along { direction, .. } = bodies[b].node_constraints()[node]
-            && dot(direction, pair.normal).abs() > PARALLEL
+        if let NodeConstraint::Along { direction, .. } = constraint(b)
+            && dot(direction, normal).abs() > SUPPORT
         {
-            return Err(InterfaceError::SupportedNode { body: b, point: bodies[b].mesh().points()[node] });
+            return refused(b);
         }
     }
+    pair.normal = normal;
     Ok(())
 }
 

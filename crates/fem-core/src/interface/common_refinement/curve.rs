@@ -1,6 +1,7 @@
 //! The line on which both surfaces are measured: one side's polygon with its averaged normals, frozen.
 
 use crate::geometry::{Vector, add, cross, dot, norm, perpendicular, right_normal, scale, sub};
+use crate::interface::normals::turns_into;
 
 /// Sine of the turn below which a line is straight.
 const STRAIGHT: f64 = 1e-6;
@@ -73,12 +74,16 @@ impl Curve {
         self
     }
 
-    /// Turns the normal at the first or the last node into a direction or its opposite, if it is at most 45 degrees away.
+    /// Turns the normal at the first or the last node into a direction or its opposite, if the line's own turn lets it, see
+    /// [`turns_into`].
     pub(super) fn turn_end(&mut self, last: bool, direction: Vector) {
-        let k = if last { self.normals.len() - 1 } else { 0 };
-        let cosine = dot(self.normals[k], direction);
-        if cosine.abs() >= std::f64::consts::FRAC_1_SQRT_2 {
-            self.normals[k] = scale(cosine.signum(), direction);
+        let n = self.normals.len();
+        let (k, neighbour) = if last { (n - 1, n - 2) } else { (0, 1) };
+        let (normal, next) = (self.normals[k], self.normals[neighbour]);
+        let free = scale(dot(normal, direction).signum(), direction);
+        let turn = cross(normal, next).abs().atan2(dot(normal, next));
+        if turns_into(normal, free, turn) {
+            self.normals[k] = free;
         }
     }
 
