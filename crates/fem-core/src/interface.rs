@@ -6,12 +6,14 @@ mod interpolation;
 mod matching;
 mod normals;
 mod pairing;
+mod profile;
 mod refinement;
 
 use crate::body::Body;
 use crate::boundary::ScalarData;
 use crate::geometry::{Vector, add, dot, norm, scale, sub};
 use common_refinement::CommonRefinement;
+use profile::Profile;
 
 pub use error::InterfaceError;
 pub use refinement::{RefineError, RefinedProblem};
@@ -60,7 +62,8 @@ pub enum Gap {
     /// Given, ≥ 0: it overrides what the meshes say, whose nodes must coincide to 5 % of the edges.
     Given(ScalarData),
     /// Measured between the paired nodes along the contact normal, ≥ 0: the surfaces are paired along their length,
-    /// node by node, wherever they stand.
+    /// node by node, wherever they stand. Between the nodes of the first meshes, finer meshes measure it between smooth
+    /// curves through these nodes.
     Geometric,
 }
 
@@ -83,6 +86,8 @@ pub struct ContactInterface {
     /// What gives the gap, and the body on whose surface it, arc lengths and lengths are measured.
     gap: Gap,
     measured_on: usize,
+    /// Of a measured gap, along each edge, where it is not linear there.
+    profiles: Vec<Option<Profile>>,
 }
 
 impl ContactInterface {
@@ -126,7 +131,7 @@ impl ContactInterface {
         normal: ContactNormal,
     ) -> Result<Self, InterfaceError> {
         let [first, second] = &common.bodies;
-        pairing::pair([first, second], surfaces, gap, normal, Some(&common.facing))
+        pairing::pair([first, second], surfaces, gap, normal, Some(common))
     }
 
     /// Returns the pairs by increasing arc length.

@@ -26,7 +26,7 @@
 //! match and the constitutive relation error remains a bound.
 
 mod chain;
-mod curve;
+pub(super) mod curve;
 mod cut;
 mod overlap;
 mod seam;
@@ -149,6 +149,8 @@ pub struct CommonRefinement {
     pub bodies: [Body; 2],
     /// The nodes of the contact surfaces that face each other.
     pub facing: Vec<Facing>,
+    /// The gap at ⅓ and ⅔ of the way from one of the first body's nodes to the next, m, measured as [`Facing::gap`].
+    pub(super) between: HashMap<[u32; 2], [f64; 2]>,
     /// What was done to them; `None`: nothing.
     pub changes: Option<Changes>,
 }
@@ -209,7 +211,8 @@ pub fn common_refinement(
     };
     let nothing = changes.added == [0; 2] && changes.snapped == [0; 2] && changes.free == [0.0; 2];
     let facing = overlaps.iter().flat_map(Overlap::facing).collect();
-    Ok(CommonRefinement { bodies, facing, changes: (!nothing).then_some(changes) })
+    let between = overlaps.iter().flat_map(Overlap::between).collect();
+    Ok(CommonRefinement { bodies, facing, between, changes: (!nothing).then_some(changes) })
 }
 
 fn chains(body: &Body, number: usize, group: &str) -> Result<Vec<Chain>, CommonRefinementError> {

@@ -1,26 +1,30 @@
-//! How far a gap given as a function is from what linear contact edges make of it.
+//! How far a gap given as a function, or measured between curves, is from what linear contact edges make of it.
 
 use super::{ContactProblem, Gap};
 use crate::body::Difference;
 use crate::body::DifferenceSum;
+use crate::geometry::{Vector, norm, sub};
 
 impl ContactProblem {
     /// Measures how far the initial gap is from the one that is linear between the pairs, relative to its largest
     /// value; `None` where the two are the same to round-off.
     pub fn interpolated_gap(&self) -> Option<Difference> {
         let interface = &self.interface;
-        let data = match &interface.gap {
-            Gap::Given(data) if data.constant().is_none() => data,
-            // A measured gap is that of the meshes.
-            Gap::Given(_) | Gap::Geometric => return None,
-        };
         let side = interface.measured_on;
         let points = self.bodies[side].mesh().points();
         let mut sum = DifferenceSum::default();
-        for edge in &interface.edges {
+        for (edge, profile) in interface.edges.iter().zip(&interface.profiles) {
             let pairs = edge.pairs.map(|k| &interface.pairs[k as usize]);
             let ends = pairs.map(|pair| points[pair.nodes[side] as usize]);
-            sum.edge(ends, pairs.map(|pair| pair.gap), |x| data.at(x));
+            let gaps = pairs.map(|pair| pair.gap);
+            let fraction = |x: Vector| norm(sub(x, ends[0])) / norm(sub(ends[1], ends[0]));
+            match (&interface.gap, profile) {
+                (Gap::Given(data), _) => sum.edge(ends, gaps, |x| data.at(x)),
+                (Gap::Geometric, Some(profile)) => sum.edge(ends, gaps, |x| profile.at(fraction(x))),
+                (Gap::Geometric, None) => {
+                    sum.edge(ends, gaps, |x| (1.0 - fraction(x)) * gaps[0] + fraction(x) * gaps[1]);
+                }
+            }
         }
         sum.difference()
     }

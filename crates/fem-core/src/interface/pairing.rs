@@ -1,9 +1,9 @@
 //! Pairs two matching contact surfaces.
 
-use super::common_refinement::Facing;
+use super::common_refinement::{CommonRefinement, Facing};
 use super::matching::{self, Stretch};
 use super::{
-    ContactEdge, ContactInterface, ContactNormal, Gap, InterfaceError, InterfaceSide, Pair, normals,
+    ContactEdge, ContactInterface, ContactNormal, Gap, InterfaceError, InterfaceSide, Pair, normals, profile,
 };
 use crate::body::{Body, EdgeReaction};
 use crate::boundary::ScalarData;
@@ -17,18 +17,18 @@ const OVERLAP: f64 = 1e-4;
 
 /// Pairs the surfaces.
 ///
-/// * `facing`: the nodes that face each other, where a common refinement found them.
+/// * `common`: the refinement that made the surfaces match, where there was one.
 pub(super) fn pair(
     bodies: [&Body; 2],
     surfaces: [&str; 2],
     gap: &Gap,
     normal: ContactNormal,
-    facing: Option<&[Facing]>,
+    common: Option<&CommonRefinement>,
 ) -> Result<ContactInterface, InterfaceError> {
     let edges = [surface(bodies[0], 0, surfaces[0])?, surface(bodies[1], 1, surfaces[1])?];
     let chain = matching::walk(bodies[0], edges[0]);
     let facing: Option<HashMap<u32, &Facing>> =
-        facing.map(|all| all.iter().map(|f| (f.nodes[0], f)).collect());
+        common.map(|common| common.facing.iter().map(|f| (f.nodes[0], f)).collect());
     let partner = match (&facing, gap) {
         (Some(facing), _) => matching::refined(bodies[0], &chain, facing)?,
         (None, Gap::Given(_)) => matching::nearest(bodies, edges, &chain)?,
@@ -45,8 +45,13 @@ pub(super) fn pair(
         Gap::Given(data) => given_gap(bodies, &mut pairs, data)?,
         Gap::Geometric => measured_gap(bodies, &mut pairs, &edges, facing.as_ref())?,
     }
+    let profiles = match (gap, common) {
+        (Gap::Given(_), _) => vec![None; edges.len()],
+        (Gap::Geometric, Some(common)) => profile::of_refined(&pairs, &edges, &common.between),
+        (Gap::Geometric, None) => profile::of_matching(bodies, &chain, &pairs, &edges),
+    };
     let sides = sides(&pairs);
-    Ok(ContactInterface { pairs, edges, sides, gap: gap.clone(), measured_on: 0 })
+    Ok(ContactInterface { pairs, edges, sides, gap: gap.clone(), measured_on: 0, profiles })
 }
 
 /// Lists what each body keeps of the pairs.

@@ -1,5 +1,6 @@
 //! The same contact problem on finer meshes that match along the interface.
 
+use super::profile::Profile;
 use super::{ContactEdge, ContactInterface, ContactProblem, Gap, InterfaceError, Pair, pairing};
 use crate::body::{Body, BodyError};
 use crate::geometry::{add, norm, scale};
@@ -82,7 +83,7 @@ impl ContactProblem {
     /// Halves the marked edges of both bodies, after [`ContactProblem::close`]: the same problem on finer meshes.
     ///
     /// Conditions pass on to the parts of their edges, pairs to the nodes between them; functions, the gap among them,
-    /// are evaluated at the new nodes. Where the normal changes along an edge, the one at its middle has the direction of the
+    /// are evaluated at the new nodes, and so is a measured gap, between smooth curves through the nodes of the first meshes. Where the normal changes along an edge, the one at its middle has the direction of the
     /// field there and the length one: the field turns a little differently between the nodes, by the cube of the angle.
     ///
     /// # Errors
@@ -120,8 +121,8 @@ impl ContactInterface {
         refinements: &[Refinement; 2],
     ) -> Result<(Self, Vec<[u32; 2]>), InterfaceError> {
         let mut starting = vec![None; self.pairs.len()];
-        for edge in &self.edges {
-            starting[edge.pairs[0] as usize] = Some(edge);
+        for (edge, profile) in self.edges.iter().zip(&self.profiles) {
+            starting[edge.pairs[0] as usize] = Some((edge, profile.as_ref()));
         }
         let mut pairs = Vec::new();
         let mut parents = Vec::new();
@@ -132,23 +133,33 @@ impl ContactInterface {
             pairs.push(Pair { tributary_length: 0.0, ..*pair });
             parents.push([k as u32; 2]);
             let nodes = |edge: &ContactEdge| [0, 1].map(|b| refinements[b].middle[edge.edges[b] as usize]);
-            if let Some((edge, nodes)) = starting[k].map(|e| (e, nodes(e))).filter(|(_, n)| *n != [NONE; 2]) {
+            let halved = starting[k].map(|(edge, profile)| (edge, profile, nodes(edge)));
+            if let Some((edge, profile, nodes)) = halved.filter(|(.., n)| *n != [NONE; 2]) {
                 middle[k] = pairs.len() as u32;
-                pairs.push(self.middle_pair(edge, nodes, bodies)?);
+                pairs.push(self.middle_pair(edge, profile, nodes, bodies)?);
                 parents.push(edge.pairs);
             }
         }
-        let mut edges = Vec::new();
-        for edge in &self.edges {
+        let (mut edges, mut profiles) = (Vec::new(), Vec::new());
+        for (edge, profile) in self.edges.iter().zip(&self.profiles) {
             let [i, j] = edge.pairs.map(|k| number[k as usize]);
-            match middle[edge.pairs[0] as usize] {
-                NONE => edges.extend(self.part(bodies, &mut pairs, [i, j])),
-                m => edges
-                    .extend([[i, m], [m, j]].into_iter().filter_map(|p| self.part(bodies, &mut pairs, p))),
+            let parts = match middle[edge.pairs[0] as usize] {
+                NONE => vec![([i, j], *profile)],
+                m => {
+                    let halves = profile.as_ref().map(Profile::halves);
+                    vec![([i, m], halves.map(|h| h[0])), ([m, j], halves.map(|h| h[1]))]
+                }
+            };
+            for (ends, profile) in parts {
+                if let Some(part) = self.part(bodies, &mut pairs, ends) {
+                    edges.push(part);
+                    profiles.push(profile);
+                }
             }
         }
         let sides = pairing::sides(&pairs);
-        let interface = Self { pairs, edges, sides, gap: self.gap.clone(), measured_on: self.measured_on };
+        let (gap, measured_on) = (self.gap.clone(), self.measured_on);
+        let interface = Self { pairs, edges, sides, gap, measured_on, profiles };
         Ok((interface, parents))
     }
 
@@ -156,6 +167,7 @@ impl ContactInterface {
     fn middle_pair(
         &self,
         edge: &ContactEdge,
+        profile: Option<&Profile>,
         nodes: [u32; 2],
         bodies: &[Body; 2],
     ) -> Result<Pair, InterfaceError> {
@@ -164,9 +176,10 @@ impl ContactInterface {
         let normal = scale(0.5, add(i.normal, j.normal));
         // Shorter than one where the normal changes. Divided by its length, normal and gap say the same of the nodes.
         let length = if self.is_bent(edge) { norm(normal) } else { 1.0 };
-        let gap = match &self.gap {
-            Gap::Given(data) => data.at(point),
-            Gap::Geometric => 0.5 * (i.gap + j.gap) / length,
+        let gap = match (&self.gap, profile) {
+            (Gap::Given(data), _) => data.at(point),
+            (Gap::Geometric, Some(profile)) => profile.at(0.5),
+            (Gap::Geometric, None) => 0.5 * (i.gap + j.gap) / length,
         };
         if !(gap >= 0.0 && gap.is_finite()) {
             return Err(InterfaceError::BadGap { point, value: gap });

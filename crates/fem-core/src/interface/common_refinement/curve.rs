@@ -9,7 +9,7 @@ const STRAIGHT: f64 = 1e-6;
 /// A polygon with a normal at each node, linear between them, and its arc length `s`. One that closes on itself ends with
 /// the point it begins with.
 #[derive(Clone, Debug)]
-pub(super) struct Curve {
+pub(in crate::interface) struct Curve {
     points: Vec<Vector>,
     normals: Vec<Vector>,
     arc: Vec<f64>,
@@ -18,7 +18,7 @@ pub(super) struct Curve {
 impl Curve {
     /// Makes the curve of at least two points; normals are the means of the edges' right normals, weighted by length. At a
     /// free end of a bent line the normal is the neighbour's mirrored at the last edge, which is that of a circle.
-    pub(super) fn new(points: Vec<Vector>) -> Self {
+    pub(in crate::interface) fn new(points: Vec<Vector>) -> Self {
         let n = points.len();
         let closed = n > 3 && points[0] == points[n - 1];
         let weighted = |k: usize| {
@@ -51,7 +51,7 @@ impl Curve {
     }
 
     /// Begins a closed curve at a point of its last edge, with the normal that it has there.
-    pub(super) fn begun_at(&self, seam: Vector) -> Self {
+    pub(in crate::interface) fn begun_at(&self, seam: Vector) -> Self {
         let n = self.points.len();
         let [from, to] = [self.points[n - 2], self.points[n - 1]];
         let before = norm(sub(seam, from));
@@ -66,7 +66,7 @@ impl Curve {
     }
 
     /// Takes one direction for the normal everywhere if it is at most 60 degrees from every edge's.
-    pub(super) fn along(mut self, direction: Vector) -> Self {
+    pub(in crate::interface) fn along(mut self, direction: Vector) -> Self {
         let unit = scale(1.0 / norm(direction), direction);
         if self.points.windows(2).all(|w| dot(unit, right_normal(w[0], w[1])) >= 0.5) {
             self.normals.fill(unit);
@@ -76,7 +76,7 @@ impl Curve {
 
     /// Turns the normal at the first or the last node into a direction or its opposite, if the line's own turn lets it, see
     /// [`turns_into`].
-    pub(super) fn turn_end(&mut self, last: bool, direction: Vector) {
+    pub(in crate::interface) fn turn_end(&mut self, last: bool, direction: Vector) {
         let n = self.normals.len();
         let (k, neighbour) = if last { (n - 1, n - 2) } else { (0, 1) };
         let (normal, next) = (self.normals[k], self.normals[neighbour]);
@@ -87,15 +87,20 @@ impl Curve {
         }
     }
 
+    /// Tells whether the curve ends where it begins.
+    pub(in crate::interface) fn is_closed(&self) -> bool {
+        self.points.len() > 3 && self.points[0] == self.points[self.points.len() - 1]
+    }
+
     /// Returns point `k`.
-    pub(super) fn point(&self, k: usize) -> Vector {
+    pub(in crate::interface) fn point(&self, k: usize) -> Vector {
         self.points[k]
     }
 
     /// Computes the point of a smooth curve through the nodes over edge `k`, at a fraction `t` of the edge: a cubic that is
     /// normal to the nodes' normals. Where these turn unequally, as beside a corner of a straight line, the larger slope
     /// counts as twice the smaller.
-    pub(super) fn smooth(&self, k: usize, t: f64) -> Vector {
+    pub(in crate::interface) fn smooth(&self, k: usize, t: f64) -> Vector {
         let [a, b] = self.slopes(k);
         let [a, b] = if a * b > 0.0 {
             let limit = 2.0 * a.abs().min(b.abs());
@@ -109,7 +114,7 @@ impl Curve {
     }
 
     /// Estimates how far edge `k` is from the curve that it stands for, m: an eighth of its length times its turn.
-    pub(super) fn sagitta(&self, k: usize) -> f64 {
+    pub(in crate::interface) fn sagitta(&self, k: usize) -> f64 {
         let [a, b] = self.slopes(k);
         norm(sub(self.points[k + 1], self.points[k])) / 8.0 * (a.abs() + b.abs())
     }
@@ -123,17 +128,17 @@ impl Curve {
     }
 
     /// Returns the arc length of each node, m.
-    pub(super) fn arc(&self) -> &[f64] {
+    pub(in crate::interface) fn arc(&self) -> &[f64] {
         &self.arc
     }
 
     /// Returns the whole length, m.
-    pub(super) fn length(&self) -> f64 {
+    pub(in crate::interface) fn length(&self) -> f64 {
         self.arc[self.arc.len() - 1]
     }
 
     /// Returns point and normal at an arc length; before and after the ends the line goes straight on.
-    pub(super) fn at(&self, s: f64) -> (Vector, Vector) {
+    pub(in crate::interface) fn at(&self, s: f64) -> (Vector, Vector) {
         let last = self.points.len() - 2;
         let k = self.arc.partition_point(|a| *a <= s).saturating_sub(1).min(last);
         if s == self.arc[k] {
@@ -148,7 +153,7 @@ impl Curve {
     }
 
     /// Finds the node nearest to a point.
-    pub(super) fn nearest(&self, q: Vector) -> usize {
+    pub(in crate::interface) fn nearest(&self, q: Vector) -> usize {
         let distance = |k: &usize| norm(sub(self.points[*k], q));
         (0..self.points.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
     }
@@ -157,7 +162,7 @@ impl Curve {
     /// where there is none.
     ///
     /// * `hint`: the edge to look at first; it becomes the edge found.
-    pub(super) fn parameter(&self, q: Vector, hint: &mut usize) -> f64 {
+    pub(in crate::interface) fn parameter(&self, q: Vector, hint: &mut usize) -> f64 {
         let last = self.points.len() - 2;
         // Positive past the normal of node k.
         let past = |k: usize| dot(sub(q, self.points[k]), perpendicular(self.normals[k]));
@@ -190,7 +195,7 @@ impl Curve {
     }
 
     /// Finds where the normal at an arc length crosses the segment `a`-`b`: a fraction of the way from `a`.
-    pub(super) fn crossing(&self, s: f64, a: Vector, b: Vector) -> f64 {
+    pub(in crate::interface) fn crossing(&self, s: f64, a: Vector, b: Vector) -> f64 {
         let (r, n) = self.at(s);
         cross(sub(r, a), n) / cross(sub(b, a), n)
     }

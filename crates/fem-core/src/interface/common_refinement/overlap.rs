@@ -53,8 +53,9 @@ struct Uncut {
 impl Uncut {
     /// Finds the edge at a place on the common line.
     fn edge(&self, s: f64) -> usize {
-        // A closed line may have been opened before its first node.
-        let s = if s < self.s[0] { s + self.curve.length() } else { s };
+        // A closed line may have been opened before its first node. One that is not begins at its first node, to round-off.
+        let wraps = self.curve.is_closed() && s < self.s[0];
+        let s = if wraps { s + self.curve.length() } else { s };
         self.s.partition_point(|x| *x <= s).saturating_sub(1).min(self.s.len() - 2)
     }
 }
@@ -85,16 +86,32 @@ impl Overlap {
         inside(0).zip(inside(1)).map(|(x, y)| self.facing_at([x.node, y.node], x.s))
     }
 
-    fn facing_at(&self, nodes: [u32; 2], s: f64) -> Facing {
+    /// Lists the gap at ⅓ and ⅔ of the way between neighbouring nodes of the first body on the common range.
+    pub(super) fn between(&self) -> impl Iterator<Item = ([u32; 2], [f64; 2])> + '_ {
+        let inside = |w: &&[Site]| self.contains(w[0].s) && self.contains(w[1].s);
+        self.sites[0].windows(2).filter(inside).map(|w| {
+            let at = |t: f64| (1.0 - t) * w[0].s + t * w[1].s;
+            // On the edges between the two nodes, not on those beyond.
+            let edge = [0, 1].map(|b| self.uncut[b].edge(at(0.5)));
+            ([w[0].node, w[1].node], [1.0 / 3.0, 2.0 / 3.0].map(|t| self.gap_at(at(t), edge).0))
+        })
+    }
+
+    /// Measures the gap at a place between the smooth curves over the given edges, and returns it with the normal.
+    fn gap_at(&self, s: f64, edge: [usize; 2]) -> (f64, Vector) {
         let normal = self.curve.at(s).1;
         let normal = scale(1.0 / norm(normal), normal);
-        let edge = [0, 1].map(|b| self.uncut[b].edge(s));
         let point = |b: usize| {
             let (curve, k) = (&self.uncut[b].curve, edge[b]);
             let t = self.curve.crossing(s, curve.point(k), curve.point(k + 1)).clamp(0.0, 1.0);
             curve.smooth(k, t)
         };
-        let gap = dot(sub(point(1 - self.reference), point(self.reference)), normal);
+        (dot(sub(point(1 - self.reference), point(self.reference)), normal), normal)
+    }
+
+    fn facing_at(&self, nodes: [u32; 2], s: f64) -> Facing {
+        let edge = [0, 1].map(|b| self.uncut[b].edge(s));
+        let (gap, normal) = self.gap_at(s, edge);
         let [first, second] = [0, 1].map(|b| {
             let (curve, k) = (&self.uncut[b].curve, edge[b]);
             (curve.arc()[k + 1] - curve.arc()[k], curve.sagitta(k))

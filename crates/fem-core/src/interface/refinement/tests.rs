@@ -1,7 +1,9 @@
 use super::*;
 use crate::boundary::{BoundaryConditions, EdgeSelection, ScalarData};
+use crate::interface::ContactNormal;
+use crate::interface::common_refinement::common_refinement;
 use crate::material::{Hypothesis, LinearElastic};
-use crate::mesh::generate::block;
+use crate::mesh::generate::{Facing, block, half_disc};
 
 fn problem(cells: [usize; 2]) -> ContactProblem {
     let material = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
@@ -144,4 +146,62 @@ fn a_gap_that_becomes_negative_between_the_nodes_is_refused() {
     let edges = labels(&coarse);
     let error = coarse.refined([&edges[0], &edges[1]], &marked).unwrap_err();
     assert!(matches!(error, RefineError::Interface(InterfaceError::BadGap { .. })), "{error}");
+}
+
+/// The gap between two discs above and below the origin, along y.
+fn between_discs(radii: [f64; 2], x: f64) -> f64 {
+    radii.iter().map(|r| r - (r * r - x * x).sqrt()).sum()
+}
+
+#[test]
+fn a_measured_gap_follows_the_curves_between_the_nodes_of_the_first_meshes() {
+    let material = || LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
+    let body = |radius: f64, facing, cells| {
+        let mesh = half_disc([0.0; 2], radius, facing, 0.2, cells).unwrap();
+        Body::new(mesh, material(), &BoundaryConditions::new().fix("flat")).unwrap()
+    };
+    let radii = [1.0, 1.5];
+    // Node by node, and refined in common.
+    for cells in [[3, 3], [3, 4]] {
+        let bodies = [body(radii[0], Facing::Down, cells[0]), body(radii[1], Facing::Up, cells[1])];
+        let normal = ContactNormal::Fixed([0.0, -1.0]);
+        let mut problem = if cells[0] == cells[1] {
+            let [a, b] = &bodies;
+            let interface =
+                ContactInterface::pair_along(a, b, ["contact"; 2], &Gap::Geometric, normal).unwrap();
+            ContactProblem { bodies, interface }
+        } else {
+            let common = common_refinement(bodies, ["contact"; 2], normal).unwrap();
+            let interface =
+                ContactInterface::pair_refined(&common, ["contact"; 2], &Gap::Geometric, normal).unwrap();
+            ContactProblem { bodies: common.bodies, interface }
+        };
+        let mut noted = problem.interpolated_gap().unwrap().largest;
+        let mut labels = labels(&problem);
+        for _ in 0..3 {
+            let marked = [0, 1].map(|b| vec![true; problem.bodies[b].mesh().topology().edges().len()]);
+            let finer = refine(&problem, &labels, &marked);
+            labels = finer.refinements.each_ref().map(|r| r.refinement_edges.clone());
+            problem = finer.problem;
+            let now = problem.interpolated_gap().unwrap().largest;
+            assert!(
+                (3.0..5.0).contains(&(noted / now)),
+                "{cells:?}: the difference falls from {noted:e} to {now:e}"
+            );
+            noted = now;
+        }
+        let mut errors = [0.0f64; 2];
+        for pair in problem.interface.pairs() {
+            let x = problem.bodies[0].mesh().points()[pair.nodes[0] as usize][0];
+            // Straight from one node of the first mesh to the next.
+            let edge = 0.2 / cells[0] as f64;
+            let [low, high] = [(x / edge).floor() * edge, (x / edge).ceil() * edge];
+            let t = if high > low { (x - low) / (high - low) } else { 0.0 };
+            let straight = (1.0 - t) * between_discs(radii, low) + t * between_discs(radii, high);
+            let exact = between_discs(radii, x);
+            errors[0] = errors[0].max((pair.gap - exact).abs());
+            errors[1] = errors[1].max((straight - exact).abs());
+        }
+        assert!(errors[0] < 0.05 * errors[1], "{cells:?}: {errors:?}");
+    }
 }
