@@ -40,6 +40,7 @@ impl Case {
 
     fn build_matching(&mut self) -> Result<ContactProblem, CaseError> {
         let bodies = self.build_bodies()?;
+        self.note_cuts(bodies.each_ref());
         match self.pair([&bodies[0], &bodies[1]]) {
             Ok(interface) => return Ok(ContactProblem { bodies, interface }),
             Err(error) if error.is_mismatch() => {}

@@ -1,0 +1,172 @@
+//! Boxes that do not end at nodes or cell borders: what the mesh makes of them is not what was written.
+
+use super::{Case, CellSelection, Part};
+use fem_core::body::Body;
+use fem_core::geometry::{self, Vector, add, cross, norm, scale, sub};
+use fem_core::mesh::TriMesh;
+
+/// An edge or cell of which less than this share lies on one side of a limit is not cut.
+const SHARE: f64 = 1e-6;
+
+/// What a box covers, and what of the mesh counts for it: lengths in m, or areas in m².
+#[derive(Default)]
+struct Cover {
+    written: f64,
+    taken: f64,
+    cut: usize,
+}
+
+impl Case {
+    /// Gives the case a note for every `part` and every `box` that ends inside edges or cells of the first meshes.
+    ///
+    /// * `bodies`: in the file's order.
+    pub(super) fn note_cuts(&mut self, bodies: [&Body; 2]) {
+        let mut notes = Vec::new();
+        for (given, body) in self.bodies.iter().zip(bodies) {
+            let name = &given.name;
+            let supports = given.displacements.iter().map(|d| ("displacement", &d.on, d.part));
+            let loads = given.tractions.iter().map(|t| ("traction", &t.on, t.part));
+            for (what, on, part) in supports.chain(loads) {
+                let found = on_side(body.mesh(), on, part);
+                if found.cut > 0 {
+                    notes.push(format!(
+                        "body \"{name}\": the part of a {what} on \"{on}\" ends inside {} of the mesh, left out: it acts on a \
+                         length of {:.4} instead of {:.4}; put nodes at its ends, or use finer edges",
+                        counted(found.cut, "edge"),
+                        found.taken,
+                        found.written
+                    ));
+                }
+            }
+            for region in &given.regions {
+                let CellSelection::Box(part) = region.cells else { continue };
+                let found = in_body(body.mesh(), part);
+                if found.cut > 0 {
+                    notes.push(format!(
+                        "body \"{name}\": the box of \"{}\" cuts {}, each of which belongs to it if its centroid does: its \
+                         area is {:.4} instead of {:.4}; end it at cell borders, or use finer cells",
+                        region.material,
+                        counted(found.cut, "cell"),
+                        found.taken,
+                        found.written
+                    ));
+                }
+            }
+        }
+        for note in notes {
+            self.add_note(note);
+        }
+    }
+}
+
+fn counted(n: usize, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
+}
+
+/// The half planes of a box, widened by a tolerance: each a signed distance to a limit, positive inside.
+fn limits(part: Part, tolerance: f64) -> impl Iterator<Item = impl Fn(Vector) -> f64> {
+    [part.x, part.y].into_iter().enumerate().flat_map(move |(c, limits)| {
+        let both = limits.map(|[low, high]| [(low, 1.0), (high, -1.0)]);
+        both.into_iter()
+            .flatten()
+            .map(move |(limit, sign)| move |p: Vector| sign * (p[c] - limit) + tolerance)
+    })
+}
+
+/// Measures what a `part` takes of a side: the edges whose both ends lie in it.
+fn on_side(mesh: &TriMesh, group: &str, part: Part) -> Cover {
+    let tolerance = 1e-9 * geometry::diagonal(mesh.points());
+    let mut cover = Cover::default();
+    for &edge in mesh.group(group).unwrap_or(&[]) {
+        let [a, b] = mesh.edge_ends(edge);
+        let (mut from, mut to) = (0.0f64, 1.0f64);
+        let mut is_inside = true;
+        for inside in limits(part, tolerance) {
+            let (p, q) = (inside(a), inside(b));
+            is_inside &= p >= 0.0 && q >= 0.0;
+            match (p >= 0.0, q >= 0.0) {
+                (true, true) => {}
+                (false, false) => to = -1.0,
+                (true, false) => to = to.min(p / (p - q)),
+                (false, true) => from = from.max(p / (p - q)),
+            }
+        }
+        let (share, length) = ((to - from).max(0.0), norm(sub(b, a)));
+        cover.written += share * length;
+        if is_inside {
+            cover.taken += length;
+        }
+        cover.cut += usize::from(!is_inside && share > SHARE);
+    }
+    cover
+}
+
+/// Measures what a `box` takes of a body: the cells whose centroids lie in it.
+fn in_body(mesh: &TriMesh, part: Part) -> Cover {
+    let tolerance = 1e-9 * geometry::diagonal(mesh.points());
+    let mut cover = Cover::default();
+    for t in 0..mesh.triangles().len() {
+        let corners = mesh.corners(t);
+        let mut polygon = corners.to_vec();
+        for inside in limits(part, tolerance) {
+            polygon = clipped(&polygon, &inside);
+        }
+        let (covered, area) = (area(&polygon), mesh.area(t));
+        let centroid = scale(1.0 / 3.0, add(add(corners[0], corners[1]), corners[2]));
+        cover.written += covered;
+        if limits(part, tolerance).all(|inside| inside(centroid) >= 0.0) {
+            cover.taken += area;
+        }
+        cover.cut += usize::from((SHARE..1.0 - SHARE).contains(&(covered / area)));
+    }
+    cover
+}
+
+/// Cuts a convex polygon at a line.
+fn clipped(polygon: &[Vector], inside: &impl Fn(Vector) -> f64) -> Vec<Vector> {
+    let mut kept = Vec::with_capacity(polygon.len() + 1);
+    for (k, &a) in polygon.iter().enumerate() {
+        let b = polygon[(k + 1) % polygon.len()];
+        let (p, q) = (inside(a), inside(b));
+        if p >= 0.0 {
+            kept.push(a);
+        }
+        if (p >= 0.0) != (q >= 0.0) {
+            kept.push(add(a, scale(p / (p - q), sub(b, a))));
+        }
+    }
+    kept
+}
+
+fn area(polygon: &[Vector]) -> f64 {
+    let Some(&first) = polygon.first() else { return 0.0 };
+    polygon.windows(2).map(|w| 0.5 * cross(sub(w[0], first), sub(w[1], first))).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::Case;
+
+    #[test]
+    fn a_part_or_a_box_that_ends_inside_a_cell_has_a_note() {
+        let notes = |limit: &str| {
+            let part = format!("uy = -0.01\npart = {{ x = [0.0, {limit}] }}");
+            let region =
+                format!("[[body.region]]\nmaterial = \"upper\"\nbox = {{ x = [0.0, {limit}] }}\n\n[contact]");
+            let text =
+                crate::template::PATCH.replacen("uy = -0.01", &part, 1).replacen("[contact]", &region, 1);
+            let mut case = Case::parse(&text, "patch.toml", &[]).unwrap();
+            case.build_problem().unwrap();
+            case.notes().join("\n")
+        };
+        // Cells of 0.25.
+        assert_eq!(notes("1.25"), "");
+        assert_eq!(
+            notes("0.6"),
+            "body \"upper\": the part of a displacement on \"top\" ends inside 1 edge of the mesh, left out: it acts on a \
+             length of 0.5000 instead of 0.6000; put nodes at its ends, or use finer edges\n\
+             body \"lower\": the box of \"upper\" cuts 8 cells, each of which belongs to it if its centroid does: its area is \
+             0.6250 instead of 0.6000; end it at cell borders, or use finer cells"
+        );
+    }
+}
