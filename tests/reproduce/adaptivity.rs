@@ -200,7 +200,7 @@ fn needed(study: &Study, runs: &[Run], alone: &[f64]) -> String {
         "whole run, s",
         "/ last step",
         "/ last mesh alone",
-        "≤ 3",
+        "whole run ≤ 3 last steps",
     ];
     let mut text = head(&names) + "\n";
     for ((run, (_, allowed)), alone) in runs.iter().zip(&study.targets).zip(alone) {

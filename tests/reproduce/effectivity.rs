@@ -119,7 +119,10 @@ pub(crate) fn page(folder: &Path, quick: bool) -> Result<(), Box<dyn Error>> {
         .map(|pair: Result<_, Box<dyn Error>>| pair.map(|(course, case)| (case, course)))
         .collect::<Result<_, _>>()?;
     println!("## Targets\n\nAt the iteration where the default criterion stops.\n\n{}", targets(&measured));
-    println!("## Every iteration\n\n{}", distribution(&measured));
+    println!(
+        "## Every iteration\n\nLeast / middle / largest of all iterations and meshes.\n\n{}",
+        distribution(&measured)
+    );
     println!("## Every problem and mesh\n\n{}", meshes(&measured));
     println!("{}", relaxation::section(quick)?);
     write(folder, "effectivity.csv", &csv(&measured))?;
@@ -180,7 +183,9 @@ fn targets(measured: &[(Case, Course)]) -> String {
         let worst = found.iter().fold(f64::NEG_INFINITY, |m, x| if x.is_nan() { *x } else { m.max(*x) });
         let _ = writeln!(text, "{}", row(&[&what, &target, &format!("{worst:.3}"), &verdict(worst, target)]));
     }
-    for (what, end) in [("below 1", 0), ("not certainly above 1", 1)] {
+    for (what, end) in
+        [("certainly below the error", 0), ("too near to tell, since the error is only enclosed", 1)]
+    {
         let (count, below) = count_below(measured, end);
         let word = if below == 0 { "met" } else { "missed" };
         let what = format!("every bound: {what}");

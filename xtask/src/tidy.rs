@@ -1,8 +1,8 @@
 //! `cargo xtask tidy`: what no compiler checks.
 //!
 //! The crate graph in ARCHITECTURE.md equals the one cargo sees; manifests inherit from the workspace; external
-//! dependencies are named on the map; every source that a comment cites stands in REFERENCES.bib; the tests of every
-//! example run; tracked files hold no path of one machine, no word that marks unfinished
+//! dependencies are named on the map; every source that a comment cites stands in REFERENCES.bib, and every one
+//! there is cited; the tests of every example run; tracked files hold no path of one machine, no word that marks unfinished
 //! work, and are neither large nor out of place.
 
 mod citations;
@@ -13,6 +13,7 @@ mod map;
 use crate::workspace::{Outcome, Workspace, output, read};
 use finding::Finding;
 use map::MAP;
+use std::collections::BTreeSet;
 
 /// Rust files beyond so many lines are named.
 const LONG: usize = 500;
@@ -35,22 +36,29 @@ pub(crate) fn run(workspace: &Workspace) -> Outcome<bool> {
         findings.extend(untested.map(|what| Finding::new(&package.manifest, 1, what)));
     }
     let sources = citations::entries(&read(&workspace.root.join(citations::BIBLIOGRAPHY))?);
+    let mut cited = BTreeSet::new();
     let mut notes = vec![];
     for file in &files {
         let Ok(bytes) = std::fs::read(workspace.root.join(file)) else { continue };
         findings.extend(files::of_file(file, &bytes));
-        if file.ends_with(".rs") {
-            let text = String::from_utf8_lossy(&bytes);
-            // The citations' own tests cite what is not there.
-            if !file.ends_with("/citations.rs") {
+        let is_rust = file.ends_with(".rs");
+        if !is_rust && !file.ends_with(".md") {
+            continue;
+        }
+        let text = String::from_utf8_lossy(&bytes);
+        // The citations' own tests cite what is not there.
+        if !file.ends_with("/citations.rs") {
+            cited.extend(citations::cited(file, &text, &sources));
+            if is_rust {
                 findings.extend(citations::findings(file, &text, &sources));
             }
-            let lines = text.lines().count();
-            if lines > LONG {
-                notes.push(format!("note: {file}: {lines} lines, a look for a seam may be worth it"));
-            }
+        }
+        let lines = text.lines().count();
+        if is_rust && lines > LONG {
+            notes.push(format!("note: {file}: {lines} lines, a look for a seam may be worth it"));
         }
     }
+    findings.extend(citations::uncited(&sources, &cited));
     findings.extend(files::of_top(&files));
     findings.sort();
     for Finding { file, line, what } in &findings {

@@ -3,10 +3,10 @@
 //! The upper block is pressed down and pulled up at its right side, so that contact opens there.
 #![allow(clippy::print_stdout)]
 
+use certified_contact::fem_core::interface::{ContactInterface, ContactProblem, Gap};
+use certified_contact::fem_core::material::{Hypothesis, LinearElastic};
+use certified_contact::fem_core::{body::Body, boundary::BoundaryConditions, mesh::generate::block};
 use certified_contact::{AdaptSettings, AdaptiveSolution, Settings, Silent, solve_adaptively};
-use fem_core::interface::{ContactInterface, ContactProblem, Gap};
-use fem_core::material::{Hypothesis, LinearElastic};
-use fem_core::{body::Body, boundary::BoundaryConditions, mesh::generate::block};
 use std::error::Error;
 
 fn certified() -> Result<AdaptiveSolution, Box<dyn Error>> {

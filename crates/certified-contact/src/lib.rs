@@ -22,11 +22,20 @@
 //! [`CertifiedSolution`] with its rows, its estimate, its [`Bounds`] and its results. [`solve_adaptively`] does so on
 //! finer and finer meshes, until the certified error is as small as asked for.
 //!
+//! The percentage is [`CertifiedSolution::relative`]: `e_CRE` over the energy norm of the *computed* displacements.
+//! [`CertifiedSolution::relative_guaranteed`] bounds the error over the norm of the *exact* ones and is a little larger.
+//!
 //! # Example
+//! A program needs this crate alone: the others whose types it takes are re-exported ([`fem_core`], [`nndd`],
+//! [`cre_estimator`]). In its `Cargo.toml`, with this repository in the folder `nndd` beside it:
+//! ```toml
+//! [dependencies]
+//! certified-contact = { path = "../nndd/crates/certified-contact" }
 //! ```
+//! ```
+//! use certified_contact::fem_core::{body::Body, boundary::BoundaryConditions,
+//!     interface::{ContactInterface, ContactProblem, Gap}, material::{Hypothesis, LinearElastic}, mesh::generate::block};
 //! use certified_contact::{Settings, Silent, solve};
-//! use fem_core::{body::Body, boundary::BoundaryConditions, interface::{ContactInterface, ContactProblem, Gap},
-//!     material::{Hypothesis, LinearElastic}, mesh::generate::block};
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let steel = LinearElastic::isotropic(2000.0, 0.3, Hypothesis::PlaneStrain)?;
 //! let upper = Body::new(block([0.0, 1.0], [2.0, 1.0], [16, 8])?, steel.clone(),
@@ -40,7 +49,8 @@
 //! # Ok(()) }
 //! ```
 //!
-//! `examples/two_percent.rs` refines until 2 % are certified.
+//! `examples/two_percent.rs` refines until 2 % are certified. Surfaces that do not match are refined in common first:
+//! [`fem_core::interface::common_refinement`].
 //!
 //! # What this crate does not know
 //! No file format and no picture. It does not print, read the clock or the environment: an [`Observer`] follows it.
@@ -62,8 +72,11 @@ pub mod theory;
 pub use adapt::{AdaptSettings, AdaptiveEnd, AdaptiveSolution, resume_adaptively, solve_adaptively};
 pub use bounds::Bounds;
 pub use checkpoint::{Checkpoint, FinerMesh};
+pub use cre_estimator;
 pub use error::SolveError;
+pub use fem_core;
 pub use history::{Row, Step};
+pub use nndd;
 pub use observer::{Observer, Phase, Silent};
 pub use results::{Reaction, Results, Stretch};
 pub use settings::{Criterion, Imposed, Settings};

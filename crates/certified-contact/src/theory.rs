@@ -115,4 +115,13 @@
 //! | (24) | [`Criterion`](crate::Criterion); γ = 0.1 by default |
 //! | where to refine | [`marking`](cre_estimator::marking), [`solve_adaptively`](crate::solve_adaptively) |
 //!
+//! # The percentage
+//! The percentage that the program prints is relative to the norm of the computed displacements, and a guaranteed bound of the
+//! error over the norm of the *exact* ones follows, since `‖u‖ ≥ ‖v‖ − e_CRE`:
+//! ```math
+//! ε = \frac{e_{CRE}}{‖v‖}, \qquad \frac{‖u - v‖}{‖u‖} ≤ \frac{e_{CRE}}{‖v‖ - e_{CRE}} = \frac{ε}{1 - ε}            \qquad (25)
+//! ```
+//! in [`CertifiedSolution::relative`](crate::CertifiedSolution::relative),
+//! [`relative_guaranteed`](crate::CertifiedSolution::relative_guaranteed).
+//!
 //! Sources: Ladevèze and Leguillon 1983 for (19), Johnson and Mercier 1978 for (20), Clough and Tocher 1965 for (21).

@@ -1,4 +1,4 @@
-//! Cholesky factors of the block `P_II` of the free unknowns `I`. The only room that knows faer.
+//! Cholesky factors of the block `P_II` of the free unknowns `I`. The only file that knows faer.
 
 use crate::error::QpError;
 use crate::problem::MatrixView;

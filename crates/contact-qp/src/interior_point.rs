@@ -1,4 +1,4 @@
-//! Clarabel: scaling of the problem, the call, and its status. The only room that knows Clarabel.
+//! Clarabel (Goulart and Chen 2024): scaling of the problem, the call, and its status. The only file that knows Clarabel.
 
 use crate::active_set::ActiveSet;
 use crate::error::QpError;

@@ -1,4 +1,6 @@
 //! The constitutive relation error of an admissible pair, and its exact split.
+//!
+//! Sources: for contact, Coorevits, Hild and Pelle 2000; for contact solved by domain decomposition, Gallimard and Sassi 2010.
 
 use crate::admissible::AdmissiblePair;
 use crate::johnson_mercier::{self, CellStress};

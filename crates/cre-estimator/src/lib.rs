@@ -37,11 +37,12 @@
 //!
 //! [`estimate_with()`] does all of it for a [`fem_core::interface::ContactState`] and returns an [`Estimate`];
 //! [`estimate()`] does without relaxation. `examples/certify.rs` certifies a displacement field read from a file.
+//! [`fem_core`], whose types stand in the signatures here, is re-exported.
 //!
 //! # Example
 //! Two equal blocks at rest against each other: the certificate of a zero field is zero.
 //! ```
-//! use fem_core::{assembly::System, body::Body, boundary::BoundaryConditions, condensation::CondensedBody,
+//! use cre_estimator::fem_core::{assembly::System, body::Body, boundary::BoundaryConditions, condensation::CondensedBody,
 //!     interface::{ContactInterface, ContactProblem, ContactState, Gap}, material::{Hypothesis, LinearElastic},
 //!     mesh::generate::block};
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -86,4 +87,5 @@ pub use cre::{Cre, constitutive_relation_error};
 pub use equilibrated::EquilibratedStress;
 pub use error::EstimatorError;
 pub use estimate::{Estimate, estimate, estimate_with};
+pub use fem_core;
 pub use star_relaxation::{Relaxation, RelaxationReport, StarRelaxation, relax};

@@ -23,6 +23,9 @@
 //! [`interface::InterfaceSide`] for one body alone), assemble a [`assembly::System`], factorise it in a
 //! [`condensation::CondensedBody`], and take stresses and energies from [`field`] and [`norm`].
 //!
+//! Two contact surfaces that are cut differently are first made to match, by
+//! [`interface::common_refinement`] and [`interface::ContactInterface::pair_refined`].
+//!
 //! `examples/bracket.rs` solves a bracket on a mesh of its own.
 //!
 //! # Example

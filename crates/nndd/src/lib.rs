@@ -28,12 +28,13 @@
 //! [`NnddSettings`], a [`stopping::StoppingCriterion`], [`solve`],
 //! [`NnddSolution`] with its [`NnddStatus`], [`IterationRow`]s and last [`Iterate`].
 //!
-//! `examples/blocks.rs` solves the paper's problem by its settings and by the default ones.
+//! `examples/blocks.rs` solves the paper's problem by its settings and by the default ones. [`fem_core`] and [`contact_qp`],
+//! whose types stand in the signatures here, are re-exported.
 //!
 //! # Example
 //! Two equal blocks pressed together: one iteration is exact.
 //! ```
-//! use fem_core::{assembly::System, body::Body, boundary::BoundaryConditions, condensation::CondensedBody,
+//! use nndd::fem_core::{assembly::System, body::Body, boundary::BoundaryConditions, condensation::CondensedBody,
 //!     interface::{ContactInterface, ContactProblem, Gap}, material::{Hypothesis, LinearElastic},
 //!     mesh::generate::block};
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -71,7 +72,9 @@ mod steps;
 pub mod stopping;
 mod weights;
 
+pub use contact_qp;
 pub use error::NnddError;
+pub use fem_core;
 pub use iterate::{ContactAnswer, Iterate, IterationRow};
 pub use settings::{Acceleration, Method, NnddSettings, Path, Theta, Weights};
 pub use solution::{NnddSolution, NnddStatus};

@@ -3,7 +3,7 @@
 //! In full contact an iteration multiplies the error of λ by `I − θ B (S₁+S₂)`, with `B = ½(S₁⁻¹+S₂⁻¹)` for
 //! the paper's weights and `B = d₁S₁⁻¹d₁ + d₂S₂⁻¹d₂` for nodal ones. The eigenvalues µ are real and positive
 //! (`B(S₁+S₂)` is self-adjoint in the inner product of `S₁+S₂`): θ converges below `2/µ_max` and is best at
-//! `2/(µ_min+µ_max)`.
+//! `2/(µ_min+µ_max)`. With unilateral contact every small enough θ converges: Haslinger, Kučera and Sassi 2009.
 
 use crate::weights::NodalWeights;
 use fem_core::condensation::CondensedBody;

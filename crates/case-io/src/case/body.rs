@@ -59,7 +59,7 @@ pub enum MeshSource {
         /// Cells from the pole to the end of `contact`.
         cells: usize,
     },
-    /// `mesh = { file = …, region = … }`: a region of a mesh file, see [`Case::read_mesh_files`].
+    /// `mesh = { file = …, region = … }`: a region of a mesh file, see [`crate::Case::read_mesh_files`].
     File {
         /// The file, relative to the case file.
         file: String,
