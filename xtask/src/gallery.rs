@@ -128,6 +128,8 @@ fn measured(report: &Value) -> Outcome<String> {
         0 => String::new(),
         n => format!(" on the last of {n} meshes"),
     };
+    // A bound is rounded up.
+    let percent = (100.0 * percent).ceil() / 100.0;
     Ok(format!(
         "Certified error at most **{percent:.2} %** of the energy norm; {nodes} nodes, {} iterations{meshes}; contact force {:.5} \
          per unit thickness.",

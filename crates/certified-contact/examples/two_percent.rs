@@ -26,7 +26,8 @@ fn certified() -> Result<AdaptiveSolution, Box<dyn Error>> {
 fn main() -> Result<(), Box<dyn Error>> {
     let answer = certified()?;
     for step in &answer.history {
-        let percent = 100.0 * step.relative.unwrap_or(f64::NAN);
+        // A bound is rounded up.
+        let percent = (1e4 * step.relative.unwrap_or(f64::NAN)).ceil() / 100.0;
         println!("mesh {}: {:6} nodes, certified error <= {percent:.2} %", step.step, step.nodes);
     }
     if let Some([low, high]) = answer.solution.bounds.and_then(|b| b.contact_force) {

@@ -45,7 +45,7 @@
 //! let problem = ContactProblem { bodies: [upper, lower], interface };
 //! let answer = solve(problem, &Settings::default(), &mut Silent)?;
 //! assert!(answer.is_certified());
-//! println!("certified error <= {:.2} % of the energy norm", 100.0 * answer.relative().unwrap_or(f64::NAN));
+//! println!("certified error <= {:e} of the energy norm", answer.relative().unwrap_or(f64::NAN));
 //! # Ok(()) }
 //! ```
 //!

@@ -172,7 +172,7 @@ pub(crate) fn step(step: &Step) -> String {
     let e_cre = step.e_cre.map_or_else(|| format!("{:>10}", "-"), |x| scientific(x, 10, 3));
     let certified = match step.relative {
         _ if !step.certified => "not valid".to_string(),
-        Some(relative) => format!("{} %", significant(100.0 * relative)),
+        Some(relative) => format!("{} %", rounded_up(100.0 * relative)),
         None => "-".to_string(),
     };
     format!(
