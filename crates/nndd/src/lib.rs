@@ -69,6 +69,7 @@ mod solve;
 mod spectrum;
 mod steps;
 pub mod stopping;
+mod vector;
 mod weights;
 
 pub use error::NnddError;

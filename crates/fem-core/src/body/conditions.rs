@@ -14,6 +14,9 @@ use std::sync::OnceLock;
 /// Two directions closer than this (sine of the angle) are the same one.
 const SAME_DIRECTION: f64 = 1e-9;
 
+/// Values that differ by less, relative to the largest that their conditions impose, are the same one.
+const SAME_VALUE: f64 = 1e-12;
+
 /// Rollers on neighbouring edges whose normals differ by no more hold a node along their mean; by more, they fix it.
 const SMOOTH: f64 = 30.0;
 
@@ -41,6 +44,8 @@ pub(super) fn evaluate(
     }
     let mut work = Evaluation {
         constraints: vec![NodeConstraint::Free; mesh.points().len()],
+        magnitudes: vec![0.0; mesh.points().len()],
+        turned: Vec::new(),
         edges: vec![
             EdgeCondition { reaction: EdgeReaction::None, traction: [[0.0; 2]; 2] };
             mesh.topology().boundary_edges().len()
@@ -72,6 +77,7 @@ pub(super) fn evaluate(
         work.load(place, &edges, &condition.load)?;
         selected.tractions.push(edges);
     }
+    let roller_turn = work.roller_turn();
     let (node_constraints, edge_conditions) = (work.constraints, work.edges);
     let conditions = conditions.clone();
     let free_motion = OnceLock::new();
@@ -81,6 +87,7 @@ pub(super) fn evaluate(
         node_constraints,
         edge_conditions,
         supports,
+        roller_turn,
         conditions,
         selected,
         free_motion,
@@ -90,7 +97,28 @@ pub(super) fn evaluate(
 struct Evaluation<'a> {
     mesh: &'a TriMesh,
     constraints: Vec<NodeConstraint>,
+    /// How large the data are that hold each node, m: what their round-off is measured by.
+    magnitudes: Vec<f64>,
     edges: Vec<EdgeCondition>,
+    turned: Vec<Turned>,
+}
+
+/// A node on a bent roller, held in another direction than the normal of one of its edges.
+struct Turned {
+    node: u32,
+    /// The edge's normal, and what is imposed along it.
+    normal: Vector,
+    value: f64,
+    /// Sine of the angle between the two.
+    sine: f64,
+}
+
+/// A datum and the direction in which it holds the nodes of an edge.
+struct Imposed<'a> {
+    direction: Vector,
+    data: &'a ScalarData,
+    /// Largest absolute value at the nodes of the condition's edges, m.
+    magnitude: f64,
 }
 
 impl Evaluation<'_> {
@@ -139,21 +167,30 @@ impl Evaluation<'_> {
             Support::Normal(_) => self.roller_normals(edges),
             Support::Components(_) => HashMap::new(),
         };
+        let magnitude = |data: &ScalarData| {
+            let all = edges.iter().flat_map(|&e| self.mesh.topology().edges()[e as usize]);
+            all.fold(0.0f64, |largest, n| largest.max(data.at(self.mesh.points()[n as usize]).abs()))
+        };
+        let magnitudes = match support {
+            Support::Normal(data) => [Some((data, magnitude(data))); 2],
+            Support::Components(all) => all.each_ref().map(|d| d.as_ref().map(|d| (d, magnitude(d)))),
+        };
+        let axes = [[1.0, 0.0], [0.0, 1.0]];
         for (edge, position) in self.places(edges).collect::<Vec<_>>() {
             let normal = self.mesh.edge_normal(edge);
-            let imposed: Vec<(Vector, &ScalarData)> = match support {
-                Support::Normal(value) => vec![(normal, value)],
-                Support::Components(components) => {
-                    let axes = [[1.0, 0.0], [0.0, 1.0]];
-                    axes.into_iter().zip(components).filter_map(|(a, v)| v.as_ref().map(|v| (a, v))).collect()
-                }
-            };
-            for (direction, value) in imposed {
+            let directions: &[Vector] =
+                if matches!(support, Support::Normal(_)) { &[normal] } else { &axes };
+            for (&direction, known) in directions.iter().zip(magnitudes) {
+                let Some((data, magnitude)) = known else { continue };
                 let reaction = &mut self.edges[position].reaction;
                 *reaction = add_reaction(*reaction, direction);
                 for node in self.mesh.topology().edges()[edge as usize] {
                     let held = rollers.get(&node).map_or(direction, |all| mean_normal(all, direction));
-                    self.constrain(place, node, held, value)?;
+                    let value = self.constrain(place, node, &Imposed { direction: held, data, magnitude })?;
+                    let sine = cross(held, direction).abs();
+                    if sine > 0.0 {
+                        self.turned.push(Turned { node, normal: direction, value, sine });
+                    }
                     nodes.push(node);
                 }
             }
@@ -175,38 +212,48 @@ impl Evaluation<'_> {
         normals
     }
 
+    /// Holds a node, and returns the value imposed.
     fn constrain(
         &mut self,
         place: ConditionPlace,
         node: u32,
-        direction: Vector,
-        data: &ScalarData,
-    ) -> Result<(), BodyError> {
-        let point = self.mesh.points()[node as usize];
-        let value = finite(place, point, data.at(point))?;
-        let constraint = &mut self.constraints[node as usize];
-        let agree = |known: f64| {
-            let close = (known - value).abs() <= 1e-12 * known.abs().max(value.abs());
-            if close { Ok(()) } else { Err(BodyError::Conflict { place, point, values: [known, value] }) }
+        imposed: &Imposed<'_>,
+    ) -> Result<f64, BodyError> {
+        let (point, direction) = (self.mesh.points()[node as usize], imposed.direction);
+        let value = finite(place, point, imposed.data.at(point))?;
+        let magnitude = &mut self.magnitudes[node as usize];
+        *magnitude = magnitude.max(imposed.magnitude);
+        let agree = |known: f64, magnitude: f64| {
+            let close = (known - value).abs() <= SAME_VALUE * magnitude;
+            if close { Ok(value) } else { Err(BodyError::Conflict { place, point, values: [known, value] }) }
         };
-        *constraint = match *constraint {
-            NodeConstraint::Free => NodeConstraint::Along { direction, value },
+        let constraint = &mut self.constraints[node as usize];
+        match *constraint {
+            NodeConstraint::Free => *constraint = NodeConstraint::Along { direction, value },
             NodeConstraint::Along { direction: d, value: v } => {
                 let sine = cross(d, direction);
                 if sine.abs() <= SAME_DIRECTION {
-                    agree(v * dot(d, direction).signum())?;
-                    return Ok(());
+                    return agree(v * dot(d, direction).signum(), *magnitude);
                 }
-                // Solve d·u = v, direction·u = value.
+                // Solve d·u = v, direction·u = value: round-off grows as the directions come near each other.
                 let u = [(v * direction[1] - value * d[1]) / sine, (d[0] * value - direction[0] * v) / sine];
-                NodeConstraint::Fixed { value: u }
+                *constraint = NodeConstraint::Fixed { value: u };
+                *magnitude /= sine.abs();
             }
+            NodeConstraint::Fixed { value: u } => return agree(dot(u, direction), *magnitude),
+        }
+        Ok(value)
+    }
+
+    /// Computes [`Body::roller_turn`] when all conditions are imposed.
+    fn roller_turn(&self) -> f64 {
+        let violates = |t: &&Turned| match self.constraints[t.node as usize] {
             NodeConstraint::Fixed { value: u } => {
-                agree(dot(u, direction))?;
-                return Ok(());
+                (dot(u, t.normal) - t.value).abs() > SAME_VALUE * self.magnitudes[t.node as usize]
             }
+            _ => true,
         };
-        Ok(())
+        self.turned.iter().filter(violates).fold(0.0, |largest, t| largest.max(t.sine))
     }
 
     fn load(&mut self, place: ConditionPlace, edges: &[u32], load: &Load) -> Result<(), BodyError> {
@@ -318,6 +365,23 @@ mod tests {
     }
 
     #[test]
+    fn data_that_meet_at_zero_to_round_off_agree() {
+        let sine = |size: f64| ScalarData::function(move |x| size * (std::f64::consts::PI * x[0] / 2.0).sin());
+        // sin π is 1e-16.
+        let held = |top, right: f64| {
+            let base = BoundaryConditions::new();
+            body(&base.displace("top", None, Some(top)).displace("right", None, Some(right.into())))
+        };
+        assert!(held(sine(0.01), 0.0).is_ok());
+        assert!(matches!(held(sine(0.01), 1e-13), Err(BodyError::Conflict { .. })));
+        // A third direction at a corner that two conditions fix.
+        let corner = BoundaryConditions::new()
+            .displace("left", Some(0.3.into()), Some(sine(1.0)))
+            .displace("bottom", Some(0.3.into()), Some(0.0.into()));
+        assert!(body(&corner).is_ok());
+    }
+
+    #[test]
     fn linear_tractions_are_exact_and_pressure_pushes() {
         let linear = ScalarData::function(|x| 3.0 * x[0] - 1.0);
         let b =
@@ -381,6 +445,30 @@ mod tests {
         assert!(matches!(body.node_constraints()[0], NodeConstraint::Along { direction: [_, -1.0], .. }));
         // The bound does not hold where the direction held is not the edge's own.
         assert!((body.roller_turn() - mean.sin()).abs() < 1e-15);
+    }
+
+    /// Two edges that turn by 20 degrees, on a roller; a wall of two edges at a right angle beside it.
+    #[test]
+    fn a_bent_roller_whose_nodes_are_fixed_besides_still_shows() {
+        let (sine, cosine) = 20.0f64.to_radians().sin_cos();
+        let points = vec![[0.0, 0.0], [1.0, 0.0], [1.0 + cosine, sine], [0.5, 2.0]];
+        let groups = vec![
+            ("side".to_string(), vec![[0, 1], [1, 2]]),
+            ("first".to_string(), vec![[0, 1]]),
+            ("second".to_string(), vec![[1, 2]]),
+        ];
+        let mesh = TriMesh::new(points, vec![[0, 1, 3], [1, 2, 3]], groups).unwrap();
+        let steel = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
+        let turn = |conditions: BoundaryConditions| {
+            Body::new(mesh.clone(), steel.clone(), &conditions).unwrap().roller_turn()
+        };
+        let roller = |value: f64| BoundaryConditions::new().roller("side", value);
+        let half = 10.0f64.to_radians().sin();
+        assert!((turn(roller(0.5).displace("first", Some(0.0.into()), None)) - half).abs() < 1e-15);
+        // Held at rest, the middle node agrees with the normals of both edges.
+        assert_eq!(turn(roller(0.0).displace("side", Some(0.0.into()), None)), 0.0);
+        // Two rollers, each along a straight side: the corner between them agrees with both.
+        assert_eq!(turn(BoundaryConditions::new().roller("first", 0.5).roller("second", 0.2)), 0.0);
     }
 
     #[test]
