@@ -14,6 +14,9 @@ const PATIENCE: [usize; 2] = [6, 60];
 /// A fall to this part of the last mark sets the next one: progress.
 const PROGRESS: f64 = 0.9;
 
+/// A fall to this part of the last mark, by every iteration since, is slow but steady.
+const STEADY: f64 = 0.999;
+
 /// The course of η_NNDD so far.
 #[derive(Clone, Debug)]
 pub(crate) struct Monitor {
@@ -62,7 +65,8 @@ impl Monitor {
         if !at_round_off && (eta > GROWTH * mark || plain && self.rises >= RISES) {
             return Some(self.diverged());
         }
-        let stalled = self.idle >= PATIENCE[usize::from(!at_round_off)] && (at_round_off || !self.falling);
+        let slow = !at_round_off && self.falling && eta < STEADY * mark;
+        let stalled = self.idle >= PATIENCE[usize::from(!at_round_off)] && !slow;
         stalled.then_some(NnddStatus::Stalled { floor: self.smallest, at_round_off })
     }
 
@@ -91,6 +95,11 @@ mod tests {
     fn a_slow_fall_is_left_to_the_limit_of_iterations() {
         // 5 % in 60 iterations, for a thousand.
         assert_eq!(judge((0..1000).map(|k| 0.99915f64.powi(k))), None);
+        // 6e-8 in 60 iterations is no progress.
+        assert!(matches!(
+            judge((0..100).map(|k| 1.0 - 1e-9 * f64::from(k))),
+            Some(NnddStatus::Stalled { .. })
+        ));
         // With rises in between it has stalled, and the smallest value is the one that is named.
         let rough = (0..1000).map(|k| 0.99915f64.powi(k) * if k % 7 == 3 { 1.01 } else { 1.0 });
         let Some(NnddStatus::Stalled { floor, at_round_off: false }) = judge(rough) else { panic!() };

@@ -19,7 +19,8 @@ pub enum NnddStatus {
         /// θ converges below this (full contact), where that could be estimated.
         theta_limit: Option<f64>,
     },
-    /// η_NNDD fell by less than 10 % in 60 iterations, and not at each of them; or in 6, at round-off.
+    /// η_NNDD fell by less than 10 % in 60 iterations, and either not at each of them or by less than 0.1 %; or in 6, at
+    /// round-off.
     Stalled {
         /// The smallest η_NNDD: the attainable floor where it is at round-off.
         floor: f64,

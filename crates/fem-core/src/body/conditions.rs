@@ -1,5 +1,6 @@
 //! Evaluates boundary conditions on a mesh: nodal constraints and edge tractions.
 
+use super::interpolation::{gauss_points, linear_by_moments};
 use super::{
     Body, BodyError, ConditionList, ConditionPlace, EdgeCondition, EdgeReaction, NodeConstraint, SupportSet,
 };
@@ -7,7 +8,6 @@ use crate::boundary::{BoundaryConditions, EdgeSelection, Load, ScalarData, Suppo
 use crate::geometry::{self, Vector, cross, dot, scale};
 use crate::material::Materials;
 use crate::mesh::TriMesh;
-use crate::quadrature::GAUSS5;
 use std::collections::HashMap;
 use std::sync::OnceLock;
 
@@ -52,31 +52,10 @@ pub(super) fn evaluate(
         ],
         mesh: &mesh,
     };
-    let mut selected = Selected::default();
-    let mut supports = Vec::with_capacity(conditions.displacements.len());
-    for (index, condition) in conditions.displacements.iter().enumerate() {
-        let place = ConditionPlace { list: ConditionList::Displacement, index };
-        let edges = match &inherited {
-            Some(known) => known.displacements[index].clone(),
-            None => work.select(place, &condition.edges)?,
-        };
-        let nodes = work.impose(place, &edges, &condition.support)?;
-        selected.displacements.push(edges);
-        let components = match &condition.support {
-            Support::Components(values) => [values[0].is_some(), values[1].is_some()],
-            Support::Normal(_) => [true; 2],
-        };
-        supports.push(SupportSet { group: condition.edges.on.clone(), nodes, components });
-    }
-    for (index, condition) in conditions.tractions.iter().enumerate() {
-        let place = ConditionPlace { list: ConditionList::Traction, index };
-        let edges = match &inherited {
-            Some(known) => known.tractions[index].clone(),
-            None => work.select(place, &condition.edges)?,
-        };
-        work.load(place, &edges, &condition.load)?;
-        selected.tractions.push(edges);
-    }
+    let inherited = inherited.as_ref();
+    let (displacements, supports) = work.impose_all(conditions, inherited)?;
+    let tractions = work.load_all(conditions, inherited)?;
+    let selected = Selected { displacements, tractions };
     let roller_turn = work.roller_turn();
     let (node_constraints, edge_conditions) = (work.constraints, work.edges);
     let conditions = conditions.clone();
@@ -122,6 +101,49 @@ struct Imposed<'a> {
 }
 
 impl Evaluation<'_> {
+    /// Imposes all displacement conditions; returns the edges of each, and what it holds.
+    fn impose_all(
+        &mut self,
+        conditions: &BoundaryConditions,
+        inherited: Option<&Selected>,
+    ) -> Result<(Vec<Vec<u32>>, Vec<SupportSet>), BodyError> {
+        let (mut selected, mut supports) = (Vec::new(), Vec::new());
+        for (index, condition) in conditions.displacements.iter().enumerate() {
+            let place = ConditionPlace { list: ConditionList::Displacement, index };
+            let edges = match inherited {
+                Some(known) => known.displacements[index].clone(),
+                None => self.select(place, &condition.edges)?,
+            };
+            let nodes = self.impose(place, &edges, &condition.support)?;
+            selected.push(edges);
+            let components = match &condition.support {
+                Support::Components(values) => [values[0].is_some(), values[1].is_some()],
+                Support::Normal(_) => [true; 2],
+            };
+            supports.push(SupportSet { group: condition.edges.on.clone(), nodes, components });
+        }
+        Ok((selected, supports))
+    }
+
+    /// Applies all loads; returns the edges of each.
+    fn load_all(
+        &mut self,
+        conditions: &BoundaryConditions,
+        inherited: Option<&Selected>,
+    ) -> Result<Vec<Vec<u32>>, BodyError> {
+        let mut selected = Vec::new();
+        for (index, condition) in conditions.tractions.iter().enumerate() {
+            let place = ConditionPlace { list: ConditionList::Traction, index };
+            let edges = match inherited {
+                Some(known) => known.tractions[index].clone(),
+                None => self.select(place, &condition.edges)?,
+            };
+            self.load(place, &edges, &condition.load)?;
+            selected.push(edges);
+        }
+        Ok(selected)
+    }
+
     /// Selects boundary edges.
     fn select(&self, place: ConditionPlace, selection: &EdgeSelection) -> Result<Vec<u32>, BodyError> {
         let group = selection.on.clone();
@@ -178,8 +200,7 @@ impl Evaluation<'_> {
         let axes = [[1.0, 0.0], [0.0, 1.0]];
         for (edge, position) in self.places(edges).collect::<Vec<_>>() {
             let normal = self.mesh.edge_normal(edge);
-            let directions: &[Vector] =
-                if matches!(support, Support::Normal(_)) { &[normal] } else { &axes };
+            let directions: &[Vector] = if matches!(support, Support::Normal(_)) { &[normal] } else { &axes };
             for (&direction, known) in directions.iter().zip(magnitudes) {
                 let Some((data, magnitude)) = known else { continue };
                 let reaction = &mut self.edges[position].reaction;
@@ -284,7 +305,7 @@ impl Evaluation<'_> {
         Ok(())
     }
 
-    /// Computes the linear traction with the moments of the given one: `[2, 1; 1, 2] F / 6 = m`.
+    /// Computes the linear traction with the moments of the given one.
     fn edge_traction(&self, place: ConditionPlace, edge: u32, load: &Load) -> Result<[Vector; 2], BodyError> {
         let ends = self.mesh.topology().edges()[edge as usize].map(|n| self.mesh.points()[n as usize]);
         let normal = self.mesh.edge_normal(edge);
@@ -309,16 +330,13 @@ impl Evaluation<'_> {
         // The quadrature has no point at the nodes, where a singular load must not pass unseen.
         at(ends[0])?;
         at(ends[1])?;
-        let mut moments = [[0.0; 2]; 2];
-        for (s, weight) in GAUSS5 {
-            let t = at(geometry::add(scale(1.0 - s, ends[0]), scale(s, ends[1])))?;
-            for c in 0..2 {
-                moments[0][c] += weight * (1.0 - s) * t[c];
-                moments[1][c] += weight * s * t[c];
-            }
+        let mut values = [[0.0; 5]; 2];
+        for (k, point) in gauss_points(ends).into_iter().enumerate() {
+            let t = at(point)?;
+            (values[0][k], values[1][k]) = (t[0], t[1]);
         }
-        let combine = |a: Vector, b: Vector| [4.0 * a[0] - 2.0 * b[0], 4.0 * a[1] - 2.0 * b[1]];
-        Ok([combine(moments[0], moments[1]), combine(moments[1], moments[0])])
+        let [x, y] = values.map(linear_by_moments);
+        Ok([[x[0], y[0]], [x[1], y[1]]])
     }
 }
 
@@ -366,7 +384,8 @@ mod tests {
 
     #[test]
     fn data_that_meet_at_zero_to_round_off_agree() {
-        let sine = |size: f64| ScalarData::function(move |x| size * (std::f64::consts::PI * x[0] / 2.0).sin());
+        let sine =
+            |size: f64| ScalarData::function(move |x| size * (std::f64::consts::PI * x[0] / 2.0).sin());
         // sin π is 1e-16.
         let held = |top, right: f64| {
             let base = BoundaryConditions::new();
@@ -375,9 +394,11 @@ mod tests {
         assert!(held(sine(0.01), 0.0).is_ok());
         assert!(matches!(held(sine(0.01), 1e-13), Err(BodyError::Conflict { .. })));
         // A third direction at a corner that two conditions fix.
-        let corner = BoundaryConditions::new()
-            .displace("left", Some(0.3.into()), Some(sine(1.0)))
-            .displace("bottom", Some(0.3.into()), Some(0.0.into()));
+        let corner = BoundaryConditions::new().displace("left", Some(0.3.into()), Some(sine(1.0))).displace(
+            "bottom",
+            Some(0.3.into()),
+            Some(0.0.into()),
+        );
         assert!(body(&corner).is_ok());
     }
 

@@ -107,7 +107,8 @@ impl Body {
                 let mut sum = Sum::default();
                 for &edge in edges {
                     let ends = self.ends(edge);
-                    sum.edge(ends, linear_by_moments(ends, |x| datum.at(x)), |x| datum.at(x));
+                    let values = gauss_points(ends).map(|x| datum.at(x));
+                    sum.edge(ends, linear_by_moments(values), |x| datum.at(x));
                 }
                 push(ConditionList::Traction, index, component, &sum);
             }
@@ -120,13 +121,18 @@ impl Body {
     }
 }
 
-/// Computes the linear function on an edge with the moments of a given one: `[2, 1; 1, 2] F / 6 = m`.
-fn linear_by_moments(ends: [Vector; 2], function: impl Fn(Vector) -> f64) -> [f64; 2] {
+/// Returns the points of the five-point rule on an edge.
+pub(super) fn gauss_points(ends: [Vector; 2]) -> [Vector; 5] {
+    GAUSS5.map(|(s, _)| add(scale(1.0 - s, ends[0]), scale(s, ends[1])))
+}
+
+/// Computes the linear function on an edge, by its values at the ends, that has the moments of the one with the given values
+/// at [`gauss_points`]: `[2, 1; 1, 2] F / 6 = m`.
+pub(super) fn linear_by_moments(values: [f64; 5]) -> [f64; 2] {
     let mut moments = [0.0; 2];
-    for (s, weight) in GAUSS5 {
-        let value = weight * function(add(scale(1.0 - s, ends[0]), scale(s, ends[1])));
-        moments[0] += (1.0 - s) * value;
-        moments[1] += s * value;
+    for ((s, weight), value) in GAUSS5.into_iter().zip(values) {
+        moments[0] += weight * (1.0 - s) * value;
+        moments[1] += weight * s * value;
     }
     [4.0 * moments[0] - 2.0 * moments[1], 4.0 * moments[1] - 2.0 * moments[0]]
 }

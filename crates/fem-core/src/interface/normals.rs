@@ -5,13 +5,11 @@
 
 use super::common_refinement::Facing;
 use super::matching::Stretch;
-use super::{ContactEdge, ContactNormal, InterfaceError, Pair};
+use super::{ContactEdge, ContactNormal, InterfaceError, Pair, STRAIGHT};
 use crate::body::{Body, NodeConstraint};
 use crate::geometry::{Vector, add, cross, dot, norm, perpendicular, scale};
 use std::collections::HashMap;
 
-/// A line whose edge normals differ by no more (sine of the angle) is straight.
-const STRAIGHT: f64 = 1e-6;
 /// Sine of the angle below which directions count as parallel.
 const PARALLEL: f64 = 1e-9;
 /// Cosine of the largest angle between neighbouring normals: 60 degrees.

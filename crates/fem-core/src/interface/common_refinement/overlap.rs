@@ -1,10 +1,11 @@
 //! Where two surfaces face each other, and the nodes of both along the common line.
 
+use super::Facing;
 use super::chain::{self, Chain};
 use super::curve::Curve;
-use super::{CommonRefinementError, Facing};
+use super::error::CommonRefinementError;
 use crate::body::{Body, NodeConstraint};
-use crate::geometry::{Vector, add, dot, norm, perpendicular, right_normal, scale, sub};
+use crate::geometry::{Vector, add, bounding_box, dot, norm, perpendicular, right_normal, scale, sub};
 use crate::interface::ContactNormal;
 use std::collections::HashMap;
 
@@ -125,6 +126,58 @@ impl Overlap {
     }
 }
 
+/// A stretch of the reference, made ready to be the common line of whatever it faces.
+pub(super) struct Line<'a> {
+    own: &'a Chain,
+    curve: Curve,
+    uncut: Uncut,
+}
+
+impl<'a> Line<'a> {
+    /// * `body`: the one on whose surface the line is, number `reference`; `normal`: the direction of projection.
+    pub(super) fn new(body: &Body, own: &'a Chain, reference: usize, normal: ContactNormal) -> Self {
+        let points = points_of(body, &own.nodes);
+        let inner = points.len() - 1;
+        // A node inserted to open the line changes neither its normals nor its shape.
+        let uncut = match own.inserted {
+            true => Curve::new([&points[1..inner], &points[1..2]].concat()),
+            false => Curve::new(points.clone()),
+        };
+        let mut curve = if own.inserted { uncut.begun_at(points[0]) } else { uncut.clone() };
+        let offset = if own.inserted { curve.arc()[1] } else { 0.0 };
+        let uncut = Uncut { s: uncut.arc().iter().map(|s| s + offset).collect(), curve: uncut };
+        if let ContactNormal::Fixed(direction) = normal {
+            curve = curve.along(if reference == 0 { direction } else { scale(-1.0, direction) });
+        } else if !own.is_closed() {
+            // As in pairing: at a support the normal is the direction left free.
+            for (last, node) in [(false, own.nodes[0]), (true, own.nodes[own.nodes.len() - 1])] {
+                if let NodeConstraint::Along { direction, .. } = body.node_constraints()[node as usize] {
+                    curve.turn_end(last, perpendicular(direction));
+                }
+            }
+        }
+        Self { own, curve, uncut }
+    }
+}
+
+/// A stretch of the other body, walked in the sense of the reference: facing bodies walk their surfaces in opposite senses.
+pub(super) struct Opposite {
+    nodes: Vec<u32>,
+    points: Vec<Vector>,
+    closed: bool,
+}
+
+impl Opposite {
+    pub(super) fn new(body: &Body, chain: &Chain) -> Self {
+        let nodes: Vec<u32> = chain.nodes.iter().rev().copied().collect();
+        Self { points: points_of(body, &nodes), nodes, closed: chain.is_closed() }
+    }
+}
+
+fn points_of(body: &Body, nodes: &[u32]) -> Vec<Vector> {
+    nodes.iter().map(|&n| body.mesh().points()[n as usize]).collect()
+}
+
 /// Finds where the surfaces of the two bodies face each other.
 ///
 /// * `chains`: the stretches of each body's surface; closed ones that face each other begin at one place.
@@ -136,10 +189,13 @@ pub(super) fn find(
     normal: ContactNormal,
 ) -> Result<Vec<Overlap>, CommonRefinementError> {
     let slides = [0, 1].map(|b| chain::sliding(&bodies[b], &chains[b]));
+    let (r, o) = (reference, 1 - reference);
+    let lines: Vec<Line<'_>> = chains[r].iter().map(|c| Line::new(&bodies[r], c, r, normal)).collect();
+    let others: Vec<Opposite> = chains[o].iter().map(|c| Opposite::new(&bodies[o], c)).collect();
     let mut found = Vec::new();
-    for (i, own) in chains[reference].iter().enumerate() {
-        for (j, other) in chains[1 - reference].iter().enumerate() {
-            if let Some(overlap) = between(bodies, [own, other], reference, normal, &slides)? {
+    for (i, near) in candidates(&lines, &others).into_iter().enumerate() {
+        for j in near {
+            if let Some(overlap) = between(&lines[i], &others[j], reference, &slides)? {
                 found.push((overlap, i, j));
             }
         }
@@ -147,18 +203,55 @@ pub(super) fn find(
     // Of stretches one behind the other the nearest face each other.
     found.sort_by(|a, b| a.0.distance.total_cmp(&b.0.distance).then((a.1, a.2).cmp(&(b.1, b.2))));
     let mut kept: Vec<(Overlap, usize, usize)> = Vec::new();
+    // Places in `kept` by stretch of the reference and of the other body.
+    let mut places = [vec![Vec::new(); lines.len()], vec![Vec::new(); others.len()]];
     for (overlap, i, j) in found {
-        let hidden = kept.iter().any(|(k, ki, kj)| {
-            let [low, high] = [k.range[0].max(overlap.range[0]), k.range[1].min(overlap.range[1])];
-            let behind = *ki == i && high - low > SAME * (k.range[1] - k.range[0]);
-            behind || (*kj == j && *ki != i && shares_edge(k, &overlap, 1 - reference))
+        let behind = places[0][i].iter().any(|&k: &usize| {
+            let range = kept[k].0.range;
+            let [low, high] = [range[0].max(overlap.range[0]), range[1].min(overlap.range[1])];
+            high - low > SAME * (range[1] - range[0])
         });
-        if !hidden {
+        let shared = || {
+            let others = places[1][j].iter().filter(|&&k| kept[k].1 != i);
+            others.into_iter().any(|&k| shares_edge(&kept[k].0, &overlap, o))
+        };
+        if !behind && !shared() {
+            places[0][i].push(kept.len());
+            places[1][j].push(kept.len());
             kept.push((overlap, i, j));
         }
     }
     kept.sort_by_key(|k| (k.1, k.2));
     Ok(kept.into_iter().map(|k| k.0).collect())
+}
+
+/// Lists for each line the stretches of the other body, ascending, that reach into what its normals sweep: as intervals on
+/// one axis, along the surface as a whole.
+fn candidates(lines: &[Line<'_>], others: &[Opposite]) -> Vec<Vec<usize>> {
+    let along = lines.iter().fold([0.0; 2], |sum, l| add(sum, l.curve.chord()));
+    // Closed lines have no direction as a whole.
+    let axis = if norm(along) > 0.0 { scale(1.0 / norm(along), along) } else { [1.0, 0.0] };
+    let all: Vec<Vector> = others.iter().flat_map(|o| o.points.iter().copied()).collect();
+    let [low, high] = bounding_box(&all);
+    let corners = [low, [high[0], low[1]], high, [low[0], high[1]]];
+    let margin = 1e-9 * norm(sub(high, low));
+    let interval = |o: &Opposite| {
+        let places = o.points.iter().map(|p| dot(*p, axis));
+        places.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)])
+    };
+    let mut sorted: Vec<([f64; 2], usize)> = others.iter().map(interval).zip(0..).collect();
+    sorted.sort_by(|a, b| a.0[0].total_cmp(&b.0[0]));
+    let widest = sorted.iter().fold(0.0f64, |w, ([a, b], _)| w.max(b - a));
+    let near = |line: &Line<'_>| {
+        let [from, to] = line.curve.reach(axis, corners);
+        let (from, to) = (from - margin, to + margin);
+        let first = sorted.partition_point(|s| s.0[0] < from - widest);
+        let found = sorted[first..].iter().take_while(|s| s.0[0] <= to).filter(|s| s.0[1] >= from);
+        let mut found: Vec<usize> = found.map(|s| s.1).collect();
+        found.sort_unstable();
+        found
+    };
+    lines.iter().map(near).collect()
 }
 
 /// Tells whether two overlaps have a whole edge of body `b` in common.
@@ -169,55 +262,27 @@ fn shares_edge(a: &Overlap, b: &Overlap, body: usize) -> bool {
 
 /// Finds where one stretch of the reference faces one of the other body.
 pub(super) fn between(
-    bodies: &[Body; 2],
-    [own, other]: [&Chain; 2],
+    line: &Line<'_>,
+    other: &Opposite,
     reference: usize,
-    normal: ContactNormal,
     slides: &[HashMap<u32, bool>; 2],
 ) -> Result<Option<Overlap>, CommonRefinementError> {
-    let points = |b: usize, chain: &Chain| -> Vec<Vector> {
-        chain.nodes.iter().map(|&n| bodies[b].mesh().points()[n as usize]).collect()
-    };
-    let own_points = points(reference, own);
-    let inner = own_points.len() - 1;
-    // A node inserted to open the line changes neither its normals nor its shape.
-    let uncut = match own.inserted {
-        true => Curve::new([&own_points[1..inner], &own_points[1..2]].concat()),
-        false => Curve::new(own_points.clone()),
-    };
-    let mut curve = if own.inserted { uncut.begun_at(own_points[0]) } else { uncut.clone() };
-    let offset = if own.inserted { curve.arc()[1] } else { 0.0 };
-    let uncut_own = Uncut { s: uncut.arc().iter().map(|s| s + offset).collect(), curve: uncut };
-    if let ContactNormal::Fixed(direction) = normal {
-        curve = curve.along(if reference == 0 { direction } else { scale(-1.0, direction) });
-    } else if !own.is_closed() {
-        // As in pairing: at a support the normal is the direction left free.
-        for (last, node) in [(false, own.nodes[0]), (true, own.nodes[own.nodes.len() - 1])] {
-            if let NodeConstraint::Along { direction, .. } =
-                bodies[reference].node_constraints()[node as usize]
-            {
-                curve.turn_end(last, perpendicular(direction));
-            }
-        }
-    }
-    let place = |b: usize, node: u32, s: f64| Site { s, node, slides: slides[b].get(&node) == Some(&true) };
-    // Facing bodies walk their surfaces in opposite senses.
-    let mut facing = other.clone();
-    facing.nodes.reverse();
-    let q = points(1 - reference, &facing);
+    let (own, curve, q) = (line.own, &line.curve, &other.points);
     // Closed lines begin near each other.
-    let mut hint = if own.is_closed() && other.is_closed() { 0 } else { curve.nearest(q[0]) };
+    let mut hint = if own.is_closed() && other.closed { 0 } else { curve.nearest(q[0]) };
     let s: Vec<f64> = q.iter().map(|&q| curve.parameter(q, &mut hint)).collect();
-    let Some([first, last]) = facing_run(&curve, &q, &s)? else { return Ok(None) };
+    let Some([first, last]) = facing_run(curve, q, &s)? else { return Ok(None) };
+    let place = |b: usize, node: u32, s: f64| Site { s, node, slides: slides[b].get(&node) == Some(&true) };
     let distance = |k: usize| norm(sub(q[k], curve.at(s[k].clamp(0.0, curve.length())).0));
     let distance = (first..=last).map(distance).sum::<f64>() / (last - first + 1) as f64;
     let mine = own.nodes.iter().zip(curve.arc()).map(|(&n, &s)| place(reference, n, s)).collect();
-    let theirs = (first..=last).map(|k| place(1 - reference, facing.nodes[k], s[k])).collect();
+    let theirs = (first..=last).map(|k| place(1 - reference, other.nodes[k], s[k])).collect();
     let sites: [Vec<Site>; 2] = if reference == 0 { [mine, theirs] } else { [theirs, mine] };
     let range = [s[first].max(0.0), s[last].min(curve.length())];
     let uncut_other = Uncut { curve: Curve::new(q[first..=last].to_vec()), s: s[first..=last].to_vec() };
+    let uncut_own = line.uncut.clone();
     let uncut = if reference == 0 { [uncut_own, uncut_other] } else { [uncut_other, uncut_own] };
-    let mut overlap = Overlap { curve, sites, reference, range, distance, uncut };
+    let mut overlap = Overlap { curve: curve.clone(), sites, reference, range, distance, uncut };
     join_ends(&mut overlap);
     let shortest =
         |b: usize| (0..overlap.sites[b].len()).map(|k| overlap.spacing(b, k)).fold(f64::INFINITY, f64::min);
@@ -360,4 +425,48 @@ pub(super) fn try_motion(
     moved.insert(site.node, point);
     overlap.sites[b][k].s = s;
     Ok(true)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::boundary::BoundaryConditions;
+    use crate::material::{Hypothesis, LinearElastic};
+    use crate::mesh::TriMesh;
+
+    /// Separate cells along a line that rises by an angle, each above or below its own edge: every other edge of the line.
+    fn dashes(count: usize, angle: f64, shift: f64, side: f64) -> (Body, Vec<Chain>) {
+        let (sine, cosine) = angle.sin_cos();
+        let place = |t: f64, h: f64| [t * cosine - h * sine, t * sine + h * cosine];
+        let (mut points, mut cells, mut groups) = (Vec::new(), Vec::new(), Vec::new());
+        for k in 0..count {
+            let (t, n) = (2.0 * k as f64 + shift, points.len() as u32);
+            points.extend([place(t, 0.0), place(t + 1.0, 0.0), place(t + 0.5, side)]);
+            cells.push(if side > 0.0 { [n, n + 1, n + 2] } else { [n, n + 2, n + 1] });
+            groups.push([n, n + 1]);
+        }
+        let mesh = TriMesh::new(points, cells, vec![("line".into(), groups)]).unwrap();
+        let steel = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
+        let chains = chain::chains(&mesh, mesh.group("line").unwrap()).unwrap();
+        (Body::new(mesh, steel, &BoundaryConditions::new()).unwrap(), chains)
+    }
+
+    #[test]
+    fn a_stretch_is_compared_with_its_neighbours_only() {
+        for angle in [0.0, 0.7, 1.6] {
+            let count = 200;
+            let (upper, above) = dashes(count, angle, 0.0, 1.0);
+            let (lower, below) = dashes(count, angle, 0.3, -1.0);
+            let lines: Vec<Line<'_>> =
+                above.iter().map(|c| Line::new(&upper, c, 0, ContactNormal::Averaged)).collect();
+            let others: Vec<Opposite> = below.iter().map(|c| Opposite::new(&lower, c)).collect();
+            let near = candidates(&lines, &others);
+            for (i, near) in near.iter().enumerate() {
+                assert!(near.contains(&i) && near.len() <= 2, "{angle} {i}: {near:?}");
+            }
+            let overlaps =
+                find(&[upper, lower], &[above.clone(), below.clone()], 0, ContactNormal::Averaged).unwrap();
+            assert_eq!(overlaps.len(), count);
+        }
+    }
 }
