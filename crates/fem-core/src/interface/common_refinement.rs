@@ -29,6 +29,7 @@ mod chain;
 mod curve;
 mod cut;
 mod error;
+mod line;
 mod moved;
 mod overlap;
 mod seam;

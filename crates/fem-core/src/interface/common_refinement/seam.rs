@@ -2,8 +2,9 @@
 
 use super::chain::{self, Chain};
 use super::error::CommonRefinementError;
+use super::line::{Line, Opposite};
 use super::moved::with_moved;
-use super::overlap::{self, Line, Opposite, Overlap, SAME, SNAP};
+use super::overlap::{self, Overlap, SAME, SNAP};
 use crate::body::Body;
 use crate::geometry::{norm, sub};
 use crate::interface::ContactNormal;
