@@ -26,7 +26,7 @@ pub enum Hypothesis {
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum MaterialError {
     /// Young's modulus is not a number from 1e-100 to 1e100.
-    #[error("Young's modulus is {found:?}; it must be a number from 1e-100 to 1e100")]
+    #[error("Young's modulus is {found:?}; it must be positive, from 1e-100 to 1e100")]
     Young {
         /// The value found.
         found: f64,
