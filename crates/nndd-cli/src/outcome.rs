@@ -143,7 +143,7 @@ fn diverged(solution: &CertifiedSolution, best: f64) -> String {
     if eta <= best {
         let iterations = solution.rows.len();
         return format!(
-            "lambda is beyond all numbers after iteration {iterations}, with eta_nndd {eta:.3e}{range}; \
+            "lambda is beyond all numbers after iteration {iterations}, eta_nndd {eta:.3e}{range}; \
              theta = \"auto\" chooses it"
         );
     }
