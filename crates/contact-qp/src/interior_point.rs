@@ -12,10 +12,6 @@ use clarabel::solver::{
     DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus, SupportedConeT,
 };
 
-/// Tolerance of the second call when the first one stalls: Clarabel's own default. The polish makes the answer
-/// exact in either case; the tolerance only decides how near the active set is.
-const LOOSE_TOLERANCE: f64 = 1e-8;
-
 /// A bound further than this below zero, in scaled length, is kept from Clarabel: it can hardly become active,
 /// and Clarabel stalls on very large right-hand sides. The polish checks it like any other.
 const FAR_BOUND: f64 = 1e8;
@@ -26,29 +22,20 @@ const UNBOUNDED: f64 = 1e-12;
 
 /// What Clarabel found.
 pub(crate) struct InteriorPoint {
-    /// How the last call ended.
+    /// How the call ended.
     pub(crate) status: QpStatus,
-    /// Interior-point iterations of the last call.
+    /// Interior-point iterations.
     pub(crate) iterations: usize,
-    /// Number of calls.
-    pub(crate) calls: usize,
     /// The last iterate, moved onto the bounds it calls active.
     pub(crate) iterate: Admissible,
 }
 
-/// Calls Clarabel, a second time with a looser tolerance if it stalls.
+/// Calls Clarabel.
 ///
 /// # Errors
 /// [`QpError::Library`] when Clarabel refuses the data.
 pub(crate) fn solve(problem: &Prepared<'_>, settings: &QpSettings) -> Result<InteriorPoint, QpError> {
-    let scaled = Scaled::new(problem);
-    let mut found = scaled.solve(&problem.qp, settings, settings.tolerance)?;
-    let stalled = matches!(found.status, QpStatus::AlmostSolved | QpStatus::InsufficientProgress);
-    if stalled && settings.tolerance < LOOSE_TOLERANCE {
-        found = scaled.solve(&problem.qp, settings, LOOSE_TOLERANCE)?;
-        found.calls = 2;
-    }
-    Ok(found)
+    Scaled::new(problem).solve(&problem.qp, settings)
 }
 
 /// The problem in units that make a tolerance dimensionless and all unknowns alike: with `d_i = √P_ii` and the
@@ -83,12 +70,7 @@ impl<'a> Scaled<'a> {
         }
     }
 
-    fn solve(
-        &self,
-        qp: &BoundQp<'_>,
-        settings: &QpSettings,
-        tolerance: f64,
-    ) -> Result<InteriorPoint, QpError> {
+    fn solve(&self, qp: &BoundQp<'_>, settings: &QpSettings) -> Result<InteriorPoint, QpError> {
         let cones: Vec<SupportedConeT<f64>> =
             if self.near.is_empty() { Vec::new() } else { vec![NonnegativeConeT(self.near.len())] };
         let mut solver = DefaultSolver::new(
@@ -97,7 +79,7 @@ impl<'a> Scaled<'a> {
             &self.rows,
             &self.rhs,
             &cones,
-            clarabel_settings(settings, tolerance),
+            clarabel_settings(settings),
         )
         .map_err(|error| QpError::Library { library: "clarabel", message: error.to_string() })?;
         solver.solve();
@@ -105,7 +87,6 @@ impl<'a> Scaled<'a> {
         Ok(InteriorPoint {
             status: status(answer.status),
             iterations: answer.iterations as usize,
-            calls: 1,
             iterate: self.admissible(qp, &answer.x, &answer.z),
         })
     }
@@ -191,7 +172,8 @@ fn selection(qp: &BoundQp<'_>, near: &[usize]) -> CscMatrix<f64> {
     CscMatrix::new(near.len(), n, starts, (0..near.len()).collect(), vec![-1.0; near.len()])
 }
 
-fn clarabel_settings(settings: &QpSettings, tolerance: f64) -> DefaultSettings<f64> {
+fn clarabel_settings(settings: &QpSettings) -> DefaultSettings<f64> {
+    let tolerance = settings.tolerance;
     DefaultSettings {
         verbose: false,
         max_iter: u32::try_from(settings.max_iterations).unwrap_or(u32::MAX),

@@ -97,6 +97,9 @@ impl MatrixView<'_> {
             Self::SparseUpper { n, column_starts, row_indices, values } => {
                 check_length("column_starts", n.saturating_add(1), column_starts.len())?;
                 check_length("values", row_indices.len(), values.len())?;
+                if n == 0 {
+                    check_length("values", 0, values.len())?;
+                }
                 check_column_starts(column_starts, values.len())?;
                 (0..n)
                     .try_for_each(|j| check_rows(j, &row_indices[column_starts[j]..column_starts[j + 1]]))?;
@@ -173,4 +176,25 @@ fn check_rows(column: usize, rows: &[usize]) -> Result<(), QpError> {
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn entries_without_a_column_are_refused() {
+        let of = |starts: &[usize], entries: usize| {
+            let rows = vec![0; entries];
+            let values = vec![1.0; entries];
+            let view =
+                MatrixView::SparseUpper { n: 0, column_starts: starts, row_indices: &rows, values: &values };
+            view.check()
+        };
+        assert!(of(&[0], 0).is_ok());
+        for starts in [[0], [5]] {
+            let e = of(&starts, 5);
+            assert!(matches!(e, Err(QpError::Length { what: "values", expected: 0, found: 5 })), "{e:?}");
+        }
+    }
 }

@@ -10,7 +10,7 @@ use std::fmt;
 pub enum QpStatus {
     /// Bounds and signs hold exactly, and the KKT residuals are below the tolerance.
     Solved,
-    /// Clarabel reached a reduced accuracy only.
+    /// Clarabel reached a reduced accuracy only; like the words below, where the polish found no answer from there.
     AlmostSolved,
     /// Clarabel found the objective unbounded below: `P` is singular and nothing holds the free direction.
     Unbounded,
@@ -90,8 +90,7 @@ pub struct QpSolution {
     pub iterations: usize,
     /// Active sets tried after Clarabel, to polish its answer; 1 when its set was right, 0 on the other roads.
     pub polish_steps: usize,
-    /// Times Clarabel was called, whether or not its answer was kept: 2 when a first call stalled and was
-    /// repeated with a looser tolerance.
+    /// Times Clarabel was called: 1, or 0 where the active-set steps had found the answer.
     pub clarabel_calls: usize,
     /// The four KKT residuals of the values returned here.
     pub kkt: KktResiduals,

@@ -92,29 +92,33 @@ fn starting_set(
     }
 }
 
+/// Calls Clarabel and polishes its last iterate, however the call ended: the KKT residuals decide, not the word.
 fn solve_with_clarabel(problem: &Prepared<'_>, settings: &QpSettings) -> Result<QpSolution, QpError> {
     let found = interior_point::solve(problem, settings)?;
     let report = |answer: Admissible, status: QpStatus, steps: usize| {
         let kkt = answer.residuals(problem);
         let mut solution = solution(answer, kkt, status, QpPath::Clarabel, found.iterations);
         solution.polish_steps = steps;
-        solution.clarabel_calls = found.calls;
+        solution.clarabel_calls = 1;
         solution
     };
-    if !found.status.is_solved() {
-        diagnose(problem, found.status)?;
+    // Nothing holds x: there is no active set to look for.
+    if found.status == QpStatus::Unbounded {
         return Ok(report(found.iterate, found.status, 0));
     }
+    diagnose(problem, found.status)?;
     let on_cycle = OnCycle::SinglePivots { slack: settings.kkt_tolerance };
     let (outcome, steps) =
         primal_dual::run(problem, found.iterate.active.clone(), settings.max_iterations, on_cycle);
     match outcome {
-        Outcome::Singular(error) => Err(error),
         Outcome::Found(answer) if answer.residuals(problem).max() <= settings.kkt_tolerance => {
-            Ok(report(answer, QpStatus::Solved, steps))
+            return Ok(report(answer, QpStatus::Solved, steps));
         }
-        _ => Ok(report(found.iterate, QpStatus::PolishFailed, steps)),
+        Outcome::Singular(error) if found.status.is_solved() => return Err(error),
+        _ => {}
     }
+    let status = if found.status.is_solved() { QpStatus::PolishFailed } else { found.status };
+    Ok(report(found.iterate, status, steps))
 }
 
 /// Tells an indefinite matrix, on which Clarabel stalls with an arbitrary point, from a hard problem.

@@ -5,7 +5,7 @@ mod interpolation;
 mod motion;
 
 use crate::boundary::BoundaryConditions;
-use crate::geometry::{Vector, cross};
+use crate::geometry::Vector;
 use crate::material::{LinearElastic, Materials};
 use crate::mesh::TriMesh;
 use crate::mesh::refine::Refinement;
@@ -193,6 +193,8 @@ pub struct Body {
     edge_conditions: Vec<EdgeCondition>,
     /// Nodes of each displacement condition.
     supports: Vec<SupportSet>,
+    /// See [`Body::roller_turn`].
+    roller_turn: f64,
     /// What was evaluated, and on which edges, to be evaluated again on a finer mesh.
     conditions: BoundaryConditions,
     selected: conditions::Selected,
@@ -284,21 +286,12 @@ impl Body {
         self.edge_conditions.get(place)
     }
 
-    /// Computes the largest sine of the angle between the normal of an edge on a roller and the direction in which its
-    /// nodes are held: zero on straight sides. Where it is not zero, the displacement along the edge violates the roller
-    /// between the nodes, so that no bound of the error is strict.
+    /// Returns the largest sine of the angle between the normal of an edge on a roller and the direction in which one of its
+    /// nodes is held: zero on straight sides, and where other conditions make the node's displacement agree with the edge's
+    /// normal all the same. Where it is not zero, the displacement along the edge violates the roller, so that no bound of
+    /// the error is strict.
     pub fn roller_turn(&self) -> f64 {
-        let topology = self.mesh.topology();
-        let mut largest: f64 = 0.0;
-        for (&edge, condition) in topology.boundary_edges().iter().zip(&self.edge_conditions) {
-            let EdgeReaction::Along(normal) = condition.reaction else { continue };
-            for node in topology.edges()[edge as usize] {
-                if let NodeConstraint::Along { direction, .. } = self.node_constraints[node as usize] {
-                    largest = largest.max(cross(direction, normal).abs());
-                }
-            }
-        }
-        largest
+        self.roller_turn
     }
 
     /// Finds a rigid motion that the supports allow, if there is one: then no statically loaded solution

@@ -172,6 +172,9 @@ impl Cholesky {
     }
 
     /// Solves `K x = b` in place.
+    ///
+    /// # Panics
+    /// If `x` is shorter than the dimension.
     pub fn solve(&self, x: &mut [f64]) {
         self.forward(x);
         self.backward(x, 0);
@@ -284,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn item_65_an_indefinite_matrix_is_refused_with_its_pivot() {
+    fn an_indefinite_matrix_is_refused_with_its_pivot() {
         let mut m = sample(10);
         let last = m.values.len() - 1;
         m.values[last] = -3.0;

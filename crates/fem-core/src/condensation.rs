@@ -152,6 +152,9 @@ impl CondensedBody {
     }
 
     /// Computes the reaction to an imposed normal trace, `r = S v − g̃` (N/m), in `2 n_c²` operations.
+    ///
+    /// # Panics
+    /// If `v` or `r` has not `n_c` entries.
     pub fn reaction(&self, v: &[f64], r: &mut [f64]) {
         self.apply_schur(v, r);
         for (r, g) in r.iter_mut().zip(&self.condensed_load) {
@@ -160,15 +163,25 @@ impl CondensedBody {
     }
 
     /// Computes `S v`, N/m.
+    ///
+    /// # Panics
+    /// If `v` or `r` has not `n_c` entries.
     pub fn apply_schur(&self, v: &[f64], r: &mut [f64]) {
         let n = self.len();
+        self.check("the trace", v);
+        self.check("the reaction", r);
         let s = MatRef::from_column_major_slice(&self.schur, n, n);
         let (v, r) = (ColRef::from_slice(v), ColMut::from_slice_mut(r));
         matmul(r.as_mat_mut(), Accum::Replace, s, v.as_mat(), 1.0, Par::Seq);
     }
 
     /// Computes the trace of a correction under a normal force, `w = S⁻¹ r` (m), by two triangular solves.
+    ///
+    /// # Panics
+    /// If `r` or `w` has not `n_c` entries.
     pub fn trace_from_force(&self, r: &[f64], w: &mut [f64]) {
+        self.check("the force", r);
+        self.check("the trace", w);
         w.copy_from_slice(r);
         let n = self.len();
         let l = MatRef::from_column_major_slice(&self.interface_factor, n, n);
@@ -193,7 +206,11 @@ impl CondensedBody {
 
     /// Recovers the displacement (Cartesian, m) with an imposed normal trace `v` and the body's loads: the
     /// back-substitution that the condensed steps left out.
+    ///
+    /// # Panics
+    /// If `v` has not `n_c` entries.
     pub fn displacement_from_trace(&self, v: &[f64]) -> Vec<Vector> {
+        self.check("the trace", v);
         let mut x = self.forward_load.clone();
         let start = x.len() - self.len();
         for (x, v) in x[start..].iter_mut().zip(v) {
@@ -205,7 +222,11 @@ impl CondensedBody {
 
     /// Computes the displacement (Cartesian, m) under the body's loads and the normal forces `r` (N/m) on
     /// a free interface: the Neumann problem.
+    ///
+    /// # Panics
+    /// If `r` has not `n_c` entries.
     pub fn displacement_from_force(&self, r: &[f64]) -> Vec<Vector> {
+        self.check("the force", r);
         let mut x = self.forward_load.clone();
         let start = x.len() - self.len();
         let n = self.len();
@@ -239,6 +260,11 @@ impl CondensedBody {
         }
         self.factor.backward(&mut x, 0);
         self.dofs.displacement(&x)
+    }
+
+    fn check(&self, what: &str, values: &[f64]) {
+        let (found, expected) = (values.len(), self.len());
+        assert!(found == expected, "{what} has {found} entries, the interface {expected} unknowns");
     }
 
     /// Returns the factor, for solves with other right-hand sides.
@@ -308,6 +334,12 @@ mod tests {
         for (a, b) in back.iter().zip(&r) {
             assert!((a - b).abs() < 1e-13);
         }
+    }
+
+    #[test]
+    #[should_panic(expected = "the trace has 6 entries, the interface 7 unknowns")]
+    fn a_trace_that_is_too_short_is_refused() {
+        condensed().0.displacement_from_trace(&[0.0; 6]);
     }
 
     #[test]

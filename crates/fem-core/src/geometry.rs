@@ -51,6 +51,15 @@ pub fn signed_area(corners: [Vector; 3]) -> f64 {
     0.5 * cross(sub(corners[1], corners[0]), sub(corners[2], corners[0]))
 }
 
+/// Computes the smallest angle of a triangle, in degrees; not positive when its corners run clockwise.
+pub fn smallest_angle(corners: [Vector; 3]) -> f64 {
+    let at = |k: usize| {
+        let (u, v) = (sub(corners[(k + 1) % 3], corners[k]), sub(corners[(k + 2) % 3], corners[k]));
+        cross(u, v).atan2(dot(u, v)).to_degrees()
+    };
+    at(0).min(at(1)).min(at(2))
+}
+
 /// Computes the axis-aligned bounding box `[lower left, upper right]` of a set of points.
 ///
 /// Returns two infinite corners of the wrong order for an empty set.

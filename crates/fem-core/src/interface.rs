@@ -21,6 +21,9 @@ pub use refinement::{RefineError, RefinedProblem};
 /// Normals that differ by less are the same one: the length of their difference, round-off.
 const SAME_NORMAL: f64 = 1e-12;
 
+/// A line whose edge normals differ by no more (sine of the angle) is straight.
+const STRAIGHT: f64 = 1e-6;
+
 /// Two facing nodes, one of each body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pair {
@@ -32,7 +35,7 @@ pub struct Pair {
     pub gap: f64,
     /// `ℓ = ∫ φ ds`, m.
     pub tributary_length: f64,
-    /// Arc length along the first body's surface, m.
+    /// Arc length along the surface of the body that was the first when they were paired, m; stretches follow each other.
     pub arc_length: f64,
 }
 
@@ -43,7 +46,7 @@ pub struct ContactEdge {
     pub pairs: [u32; 2],
     /// The mesh edge of each body.
     pub edges: [u32; 2],
-    /// Length on the first body, m.
+    /// Length on the body that was the first when the surfaces were paired, m.
     pub length: f64,
 }
 
@@ -97,7 +100,8 @@ impl ContactInterface {
     /// * `gap`: the initial gap along the normal.
     ///
     /// # Errors
-    /// Surfaces that do not match, do not face each other, bend, or are held or loaded, see [`InterfaceError`].
+    /// Surfaces that do not match, do not face each other, have corners above 60 degrees, or are held or loaded, see
+    /// [`InterfaceError`].
     pub fn pair(first: &Body, second: &Body, surfaces: [&str; 2], gap: &Gap) -> Result<Self, InterfaceError> {
         Self::pair_along(first, second, surfaces, gap, ContactNormal::Averaged)
     }
@@ -155,7 +159,12 @@ impl ContactInterface {
     }
 
     /// Applies the consistent interface mass matrix, `(M p)_i = ∫ p φ_i ds`; P1 `p` in Pa gives N/m.
+    ///
+    /// # Panics
+    /// If `p` has not one entry per pair.
     pub fn mass(&self, p: &[f64]) -> Vec<f64> {
+        let (found, expected) = (p.len(), self.pairs.len());
+        assert!(found == expected, "the pressure has {found} entries, the interface {expected} pairs");
         let mut forces = vec![0.0; self.pairs.len()];
         for edge in &self.edges {
             let [i, j] = edge.pairs.map(|k| k as usize);
@@ -197,7 +206,12 @@ impl ContactInterface {
 
     /// Computes the nodal forces `∫ p n φ_i ds` of a pressure given at the two ends of every edge, Cartesian, N/m: exact
     /// where `p n` is linear along the edge, that is where `p` is constant or `n` is.
+    ///
+    /// # Panics
+    /// If `edge_pressure` has not one entry per contact edge.
     pub fn pressure_forces(&self, edge_pressure: &[[f64; 2]]) -> Vec<Vector> {
+        let (found, expected) = (edge_pressure.len(), self.edges.len());
+        assert!(found == expected, "the pressure has {found} entries, the interface {expected} edges");
         let mut forces = vec![[0.0; 2]; self.pairs.len()];
         for (edge, p) in self.edges.iter().zip(edge_pressure) {
             let [i, j] = edge.pairs.map(|k| k as usize);

@@ -250,15 +250,8 @@ impl TriMesh {
 
     /// Computes the smallest angle of all triangles, in degrees.
     pub fn smallest_angle(&self) -> f64 {
-        let mut smallest = 180.0f64;
-        for t in 0..self.triangles.len() {
-            let p = self.corners(t);
-            for k in 0..3 {
-                let (u, v) = (geometry::sub(p[(k + 1) % 3], p[k]), geometry::sub(p[(k + 2) % 3], p[k]));
-                smallest = smallest.min(geometry::cross(u, v).atan2(geometry::dot(u, v)).to_degrees());
-            }
-        }
-        smallest
+        let angle = |t: usize| geometry::smallest_angle(self.corners(t));
+        (0..self.triangles.len()).map(angle).fold(180.0, f64::min)
     }
 }
 

@@ -37,7 +37,17 @@ pub fn energy_norm_squared(body: &Body, displacement: &[Vector]) -> f64 {
 }
 
 /// Computes `a(u − v, u − v)` for the difference of two displacement fields, J/m.
+///
+/// # Panics
+/// If the fields have not one entry per node.
 pub fn energy_distance_squared(body: &Body, u: &[Vector], v: &[Vector]) -> f64 {
+    let nodes = body.mesh().points().len();
+    assert!(
+        [u.len(), v.len()] == [nodes; 2],
+        "fields of {} and {} entries on {nodes} nodes",
+        u.len(),
+        v.len()
+    );
     let difference: Vec<Vector> = u.iter().zip(v).map(|(a, b)| sub(*a, *b)).collect();
     energy_norm_squared(body, &difference)
 }

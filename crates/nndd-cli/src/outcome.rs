@@ -1,9 +1,10 @@
 //! The status word, exit status and reason of a run.
 
 use case_io::Case;
-use case_io::case::Criterion;
+use case_io::case::{Criterion, QpChoice};
 use case_io::report::Status;
 use certified_contact::CertifiedSolution;
+use contact_qp::QpStatus;
 use nndd::NnddStatus;
 
 /// Why a run was ended from outside the iteration.
@@ -57,21 +58,32 @@ fn of_iteration(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>)
             "stalled",
             5,
             format!(
-                "eta_nndd does not fall below {floor:.3e}{}; use weights = \"stiffness\", acceleration = \"anderson\", \
-                 theta = \"auto\" and imposed = \"auto\", or method = \"newton\"",
+                "eta_nndd fell by less than 10 % in 60 iterations, to {floor:.3e} at best{}; use weights = \"stiffness\", \
+                 acceleration = \"anderson\", theta = \"auto\" and imposed = \"auto\", or method = \"newton\"",
                 range_of_theta(solution)
             ),
         ),
-        NnddStatus::ContactQpUnsolved(status) => word(
-            "stalled",
-            5,
-            format!(
-                "the contact problem of iteration {iterations} was not solved: {status}; try solver.qp = \"active-set\""
-            ),
-        ),
+        NnddStatus::ContactQpUnsolved(status) => word("stalled", 5, unsolved(case, iterations, status)),
         NnddStatus::Interrupted => interrupted(ended, &format!("iteration {iterations}")),
         _ => word("stalled", 5, "the iteration ended in an unknown way"),
     }
+}
+
+/// Says which contact problem was not solved, and what may help.
+fn unsolved(case: &Case, iterations: usize, status: QpStatus) -> String {
+    let solver = &case.solver;
+    let newton = solver.method == case_io::case::Method::Newton;
+    let what = if newton {
+        "interface Newton".into()
+    } else {
+        format!("the contact problem of iteration {iterations}")
+    };
+    let advice = match (newton, status, solver.qp) {
+        (true, QpStatus::MaxIterations, _) => "raise solver.max_iterations",
+        (.., QpChoice::ActiveSet) => "try solver.qp = \"clarabel\"",
+        _ => "try solver.qp = \"active-set\"",
+    };
+    format!("{what} was not solved: {status}; {advice}")
 }
 
 /// Says what ended a run from outside, and after what.
@@ -138,8 +150,15 @@ fn diverged(solution: &CertifiedSolution, best: f64) -> String {
             .into();
     }
     let eta = solution.last().eta_nndd;
-    let eta = if eta.is_finite() { format!("to {eta:.3e}") } else { "beyond all numbers".into() };
     let range = range_of_theta(solution);
+    if eta <= best {
+        let iterations = solution.rows.len();
+        return format!(
+            "lambda is beyond all numbers after iteration {iterations}, eta_nndd {eta:.3e}{range}; \
+             theta = \"auto\" chooses it"
+        );
+    }
+    let eta = if eta.is_finite() { format!("to {eta:.3e}") } else { "beyond all numbers".into() };
     format!("eta_nndd grew from {best:.3e} {eta}{range}; theta = \"auto\" chooses it")
 }
 

@@ -308,3 +308,39 @@ fn relaxation_may_go_on_until_it_gains_too_little() {
     assert!(tolerance.adaptive[0].e_cre < steps.adaptive[0].e_cre);
     assert!(tolerance.certificate.valid);
 }
+
+/// Solves the paper's case with other settings.
+fn paper_with(settings: &[&str]) -> Report {
+    let temp = tempfile::tempdir().unwrap();
+    let out = temp.path().join("out");
+    let more: Vec<&str> = settings.iter().flat_map(|s| ["--set", s]).collect();
+    let _ = solve(&cases().join("paper.toml"), &out, &more);
+    report(&out)
+}
+
+#[test]
+fn a_slow_iteration_is_ended_by_its_limit() {
+    let settings = ["solver.theta=0.0005", "solver.max_iterations=80", "estimator.every=0"];
+    let criterion = ["solver.stop.criterion=\"eta_nndd\"", "solver.stop.tolerance=1e-3"];
+    let report = paper_with(&[settings.as_slice(), &criterion].concat());
+    assert_eq!((report.status.word.as_str(), report.iterations.len()), ("max_iterations", 80));
+    assert!(report.status.reason.contains("raise solver.max_iterations"));
+}
+
+#[test]
+fn what_left_the_numbers_is_named() {
+    let report = paper_with(&["solver.theta=1e308", "body.0.displacement.1.uy=-2e4"]);
+    assert_eq!(report.status.word, "diverged");
+    assert!(report.status.reason.contains("lambda is beyond all numbers"), "{}", report.status.reason);
+}
+
+#[test]
+fn newton_takes_active_set_steps_and_names_its_limit() {
+    let of = |limit: &str| paper_with(&["solver.method=\"newton\"", limit]);
+    let report = of("solver.max_iterations=5");
+    assert_eq!(report.status.word, "converged", "{}", report.status.reason);
+    assert_eq!(report.iterations[0].qp_path.as_deref(), Some("active-set"));
+    let report = of("solver.max_iterations=1");
+    assert_eq!(report.status.word, "stalled");
+    assert!(report.status.reason.contains("raise solver.max_iterations"), "{}", report.status.reason);
+}

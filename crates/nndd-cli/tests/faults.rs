@@ -1,5 +1,6 @@
 //! Faults that no case file alone can bring about: odd files, full disks, pipes, signals, two runs at once, odd
-//! environments. Each test is named by its number in the list of faults; wrong inputs are `tests/cases/bad/`.
+//! environments. Each test is named by its number in the list of faults (`tests/cases/README.md`); wrong inputs are
+//! `tests/cases/bad/`.
 
 // All of this is test code: a failed unwrap is a failed test, and what is skipped is said.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stderr)]

@@ -13,7 +13,7 @@ pub(crate) struct Accelerator {
     kind: Acceleration,
     base: f64,
     theta: f64,
-    /// Previous λ and direction.
+    /// λ and direction of the last iteration that was looked at.
     previous: Option<(Vec<f64>, Vec<f64>)>,
     /// Differences of λ and of directions, newest last.
     history: Vec<(Vec<f64>, Vec<f64>)>,
@@ -25,28 +25,11 @@ impl Accelerator {
         Self { kind, base: theta, theta, previous: None, history: Vec::new(), last_eta: f64::INFINITY }
     }
 
-    /// Chooses θ for the coming update.
-    pub(crate) fn theta(&mut self, direction: &[f64]) -> f64 {
+    /// Looks at an iteration and chooses the update that follows, whose θ it returns.
+    pub(crate) fn choose(&mut self, lambda: &[f64], direction: Vec<f64>, eta: f64) -> f64 {
         if self.kind != Acceleration::None {
-            self.theta = self.aitken(direction).unwrap_or(self.base);
+            self.theta = self.aitken(&direction).unwrap_or(self.base);
         }
-        if self.kind == Acceleration::Anderson && !self.history.is_empty() { self.base } else { self.theta }
-    }
-
-    /// Aitken's Δ²: θ ← −θ z₋·(z − z₋)/|z − z₋|², kept within sensible limits of the base.
-    fn aitken(&self, direction: &[f64]) -> Option<f64> {
-        let (_, old) = self.previous.as_ref()?;
-        let (mut product, mut square) = (0.0, 0.0);
-        for (z, y) in direction.iter().zip(old) {
-            product += y * (z - y);
-            square += (z - y) * (z - y);
-        }
-        let theta = -self.theta * product / square;
-        (theta.is_finite() && theta > 0.0).then(|| theta.clamp(1e-3 * self.base, 4.0 * self.base))
-    }
-
-    /// Computes the next λ.
-    pub(crate) fn next(&mut self, lambda: &[f64], direction: Vec<f64>, eta: f64) -> Vec<f64> {
         if self.kind == Acceleration::Anderson {
             if eta > SAFEGUARD * self.last_eta {
                 self.history.clear();
@@ -61,12 +44,31 @@ impl Accelerator {
             }
         }
         self.last_eta = eta;
-        let next = match self.kind {
-            Acceleration::Anderson if !self.history.is_empty() => self.anderson(lambda, &direction),
-            _ => lambda.iter().zip(&direction).map(|(l, z)| l + self.theta * z).collect(),
-        };
         self.previous = Some((lambda.to_vec(), direction));
-        next
+        // A history is Anderson's only.
+        if self.history.is_empty() { self.theta } else { self.base }
+    }
+
+    /// Computes the next λ by the update chosen.
+    pub(crate) fn next(&self) -> Vec<f64> {
+        let Some((lambda, direction)) = &self.previous else { return Vec::new() };
+        if self.history.is_empty() {
+            lambda.iter().zip(direction).map(|(l, z)| l + self.theta * z).collect()
+        } else {
+            self.anderson(lambda, direction)
+        }
+    }
+
+    /// Aitken's Δ²: θ ← −θ z₋·(z − z₋)/|z − z₋|², kept within sensible limits of the base.
+    fn aitken(&self, direction: &[f64]) -> Option<f64> {
+        let (_, old) = self.previous.as_ref()?;
+        let (mut product, mut square) = (0.0, 0.0);
+        for (z, y) in direction.iter().zip(old) {
+            product += y * (z - y);
+            square += (z - y) * (z - y);
+        }
+        let theta = -self.theta * product / square;
+        (theta.is_finite() && theta > 0.0).then(|| theta.clamp(1e-3 * self.base, 4.0 * self.base))
     }
 
     /// λ + θz − Σ γ_j (Δλ_j + θ Δz_j), with γ minimising |z − Σ γ_j Δz_j| (Walker and Ni 2011).
@@ -87,5 +89,43 @@ impl Accelerator {
                 next
             })
             .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Steps on `z = b − A λ` with A = diag(1, ½); after each, the θ that was named and the difference that it makes.
+    fn steps(kind: Acceleration, etas: [f64; 4]) -> Vec<(f64, Vec<f64>)> {
+        let mut update = Accelerator::new(kind, 0.4);
+        let mut lambda = vec![0.0, 0.0];
+        let mut found = Vec::new();
+        for eta in etas {
+            let direction = vec![1.0 - lambda[0], 1.0 - 0.5 * lambda[1]];
+            let theta = update.choose(&lambda, direction.clone(), eta);
+            let next = update.next();
+            let error = (0..2).map(|i| next[i] - lambda[i] - theta * direction[i]).collect();
+            found.push((theta, error));
+            lambda = next;
+        }
+        found
+    }
+
+    #[test]
+    fn the_theta_named_is_the_one_of_the_step() {
+        for kind in [Acceleration::None, Acceleration::Aitken] {
+            for (theta, error) in steps(kind, [1.0; 4]) {
+                assert!(error.iter().all(|e| e.abs() < 1e-15), "{kind:?} {theta} {error:?}");
+            }
+        }
+        // Anderson's steps mix with the base; the first, and one that the safeguard makes begin anew, do not mix.
+        let found = steps(Acceleration::Anderson, [1.0, 0.5, 2.0, 1.0]);
+        assert_eq!(found[1].0, 0.4);
+        assert!(found[1].1.iter().any(|e| e.abs() > 1e-3));
+        for k in [0, 2] {
+            assert!(found[k].1.iter().all(|e| e.abs() < 1e-15), "{k}: {found:?}");
+        }
+        assert_ne!(found[2].0, 0.4);
     }
 }

@@ -70,6 +70,7 @@ mod solve;
 mod spectrum;
 mod steps;
 pub mod stopping;
+mod vector;
 mod weights;
 
 pub use contact_qp;

@@ -2,7 +2,7 @@
 
 use crate::solution::NnddStatus;
 
-/// Growth over the best iteration that counts as divergence.
+/// Growth over the last mark that counts as divergence.
 const GROWTH: f64 = 1e3;
 /// So many rises in a row do as well, where the method is a plain relaxation.
 const RISES: usize = 6;
@@ -11,39 +11,67 @@ const ROUND_OFF: f64 = 1e-11;
 /// Iterations without progress at round-off, and above it.
 const PATIENCE: [usize; 2] = [6, 60];
 
+/// A fall to this part of the last mark sets the next one: progress.
+const PROGRESS: f64 = 0.9;
+
+/// A fall to this part of the last mark, by every iteration since, is slow but steady.
+const STEADY: f64 = 0.999;
+
 /// The course of η_NNDD so far.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct Monitor {
     largest: f64,
-    best: Option<f64>,
+    smallest: f64,
+    /// The last value that was progress.
+    mark: f64,
     last: f64,
     rises: usize,
+    /// Iterations since the mark, and whether η fell at every one of them.
     idle: usize,
+    falling: bool,
+}
+
+impl Default for Monitor {
+    fn default() -> Self {
+        let none = f64::INFINITY;
+        Self { largest: 0.0, smallest: none, mark: none, last: none, rises: 0, idle: 0, falling: true }
+    }
 }
 
 impl Monitor {
+    /// Returns the smallest η so far; infinite before the first.
+    pub(crate) fn smallest(&self) -> f64 {
+        self.smallest
+    }
+
     /// Judges the next η; `plain` says that the iteration has a fixed θ, whose error falls steadily or
-    /// not at all.
+    /// not at all. A slow iteration that still falls is left to the limit of iterations.
     pub(crate) fn judge(&mut self, eta: f64, plain: bool) -> Option<NnddStatus> {
-        let best = self.best.unwrap_or(f64::INFINITY);
+        let mark = self.mark;
         if !eta.is_finite() {
-            return Some(NnddStatus::Diverged { best, theta_limit: None });
+            return Some(self.diverged());
         }
         self.largest = self.largest.max(eta);
-        self.rises = if self.best.is_some() && eta > 1.05 * self.last { self.rises + 1 } else { 0 };
+        self.smallest = self.smallest.min(eta);
+        self.rises = if eta > 1.05 * self.last { self.rises + 1 } else { 0 };
+        self.falling &= eta < self.last;
         self.last = eta;
-        if eta < 0.9 * best {
-            self.best = Some(eta);
-            self.idle = 0;
+        if eta < PROGRESS * mark {
+            (self.mark, self.idle, self.falling) = (eta, 0, true);
         } else {
             self.idle += 1;
         }
-        let round_off = best <= ROUND_OFF * self.largest;
-        if !round_off && (eta > GROWTH * best || plain && self.rises >= RISES) {
-            return Some(NnddStatus::Diverged { best, theta_limit: None });
+        let at_round_off = mark <= ROUND_OFF * self.largest;
+        if !at_round_off && (eta > GROWTH * mark || plain && self.rises >= RISES) {
+            return Some(self.diverged());
         }
-        let stalled = self.idle >= PATIENCE[usize::from(!round_off)];
-        stalled.then_some(NnddStatus::Stalled { floor: best, at_round_off: round_off })
+        let slow = !at_round_off && self.falling && eta < STEADY * mark;
+        let stalled = self.idle >= PATIENCE[usize::from(!at_round_off)] && !slow;
+        stalled.then_some(NnddStatus::Stalled { floor: self.smallest, at_round_off })
+    }
+
+    fn diverged(&self) -> NnddStatus {
+        NnddStatus::Diverged { best: self.smallest, theta_limit: None }
     }
 }
 
@@ -61,6 +89,21 @@ mod tests {
         assert_eq!(judge((0..40).map(|k| 0.6f64.powi(k))), None);
         // One bad step is not divergence.
         assert_eq!(judge([1.0, 0.1, 0.5, 0.05]), None);
+    }
+
+    #[test]
+    fn a_slow_fall_is_left_to_the_limit_of_iterations() {
+        // 5 % in 60 iterations, for a thousand.
+        assert_eq!(judge((0..1000).map(|k| 0.99915f64.powi(k))), None);
+        // 6e-8 in 60 iterations is no progress.
+        assert!(matches!(
+            judge((0..100).map(|k| 1.0 - 1e-9 * f64::from(k))),
+            Some(NnddStatus::Stalled { .. })
+        ));
+        // With rises in between it has stalled, and the smallest value is the one that is named.
+        let rough = (0..1000).map(|k| 0.99915f64.powi(k) * if k % 7 == 3 { 1.01 } else { 1.0 });
+        let Some(NnddStatus::Stalled { floor, at_round_off: false }) = judge(rough) else { panic!() };
+        assert!((floor - 0.99915f64.powi(60)).abs() < 1e-13, "{floor}");
     }
 
     #[test]

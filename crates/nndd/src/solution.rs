@@ -12,16 +12,17 @@ pub enum NnddStatus {
     StoppedByCriterion,
     /// All allowed iterations were used.
     MaxIterations,
-    /// η_NNDD grows: θ is too large.
+    /// η_NNDD grows, or λ leaves the numbers: θ is too large.
     Diverged {
-        /// η_NNDD of the best iteration before.
+        /// The smallest η_NNDD; infinite where not even the first is a finite number.
         best: f64,
         /// θ converges below this (full contact), where that could be estimated.
         theta_limit: Option<f64>,
     },
-    /// η_NNDD falls no further.
+    /// η_NNDD fell by less than 10 % in 60 iterations, and either not at each of them or by less than 0.1 %; or in 6, at
+    /// round-off.
     Stalled {
-        /// The smallest value reached: the attainable floor where it is at round-off.
+        /// The smallest η_NNDD: the attainable floor where it is at round-off.
         floor: f64,
         /// Whether that floor is round-off, against the first iteration.
         at_round_off: bool,
@@ -42,9 +43,9 @@ pub struct NnddSolution {
     pub history: Vec<IterationRow>,
     /// The last iteration.
     pub last: Iterate,
-    /// θ at the start: as given, or chosen.
+    /// θ at the start: as given, or chosen; 0 for Newton's method, which has none.
     pub theta: f64,
-    /// The spectrum θ was chosen by, where it was estimated.
+    /// The spectrum by which θ was chosen; where a given θ failed, the one that says which would do.
     pub spectrum: Option<Spectrum>,
     /// How often Clarabel was called in all.
     pub clarabel_calls: usize,

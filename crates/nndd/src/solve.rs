@@ -8,151 +8,15 @@ use crate::monitor::Monitor;
 use crate::monolithic;
 use crate::settings::{Acceleration, Method, NnddSettings, Path, Theta};
 use crate::solution::{NnddSolution, NnddStatus};
-use crate::spectrum::{self, Spectrum};
+use crate::spectrum;
 use crate::steps::{CondensedSteps, Steps};
 use crate::stopping::{Decision, StoppingCriterion};
+use crate::vector::{add, dot};
 use crate::weights::NodalWeights;
-use contact_qp::ActiveSet;
+use contact_qp::{ActiveSet, QpMethod};
 use fem_core::condensation::CondensedBody;
 use fem_core::interface::{ContactInterface, ContactProblem};
 use fem_core::norm::from_squared;
-
-/// Solves a contact problem by the Neumann-Neumann iteration (8)-(11), or by the reference method.
-///
-/// * `bodies`: the two bodies condensed on the interface, in the roles of `problem`.
-/// * `lambda`: the initial normal trace λ₁ at each pair, m.
-/// * `stop`: looked at after every iteration.
-///
-/// The pair of step 1 of the last iteration is in `last`; it is kinematically admissible exactly.
-///
-/// # Errors
-/// Sizes that do not belong together, a θ that is not positive, a contact problem that is refused, a
-/// criterion that fails. Not converging is a status.
-pub fn solve(
-    problem: &ContactProblem,
-    bodies: &[CondensedBody; 2],
-    lambda: Vec<f64>,
-    settings: &NnddSettings,
-    stop: &mut dyn StoppingCriterion,
-) -> Result<NnddSolution, NnddError> {
-    solve_from(problem, bodies, Start { lambda, active: None }, settings, stop)
-}
-
-/// Where an iteration starts.
-#[derive(Clone, Debug)]
-pub struct Start {
-    /// The normal trace λ₁ at each pair, m.
-    pub lambda: Vec<f64>,
-    /// The active set of Ω₂'s contact problem, where one is known: it is tried before Clarabel.
-    pub active: Option<ActiveSet>,
-}
-
-/// Solves a contact problem as [`solve`] does, from what is known of a similar one.
-///
-/// # Errors
-/// See [`solve`].
-pub fn solve_from(
-    problem: &ContactProblem,
-    bodies: &[CondensedBody; 2],
-    start: Start,
-    settings: &NnddSettings,
-    stop: &mut dyn StoppingCriterion,
-) -> Result<NnddSolution, NnddError> {
-    let Start { lambda, active } = start;
-    check(problem, bodies, &lambda, settings)?;
-    let (expected, found) = (lambda.len(), active.as_ref().map_or(lambda.len(), ActiveSet::len));
-    if found != expected {
-        return Err(NnddError::Length { what: "the active set at the start", found, expected });
-    }
-    let weights = NodalWeights::new(bodies, settings.weights);
-    let (theta, spectrum) = choose_theta(bodies, &weights, settings);
-    let literal;
-    let condensed;
-    let steps: &dyn Steps = match settings.path {
-        Path::Condensed => {
-            condensed = CondensedSteps::new(bodies)?;
-            &condensed
-        }
-        Path::Literal => {
-            literal = LiteralSteps::new(problem)?;
-            &literal
-        }
-    };
-    let mut run =
-        Run { interface: &problem.interface, steps, weights: &weights, settings, warm_start: active };
-    let mut solution = match settings.method {
-        Method::Nndd => run.iterate(lambda, theta, stop)?,
-        Method::Newton => run.newton(bodies, stop)?,
-    };
-    solution.spectrum = spectrum;
-    let failed = matches!(
-        solution.status,
-        NnddStatus::Diverged { .. } | NnddStatus::Stalled { at_round_off: false, .. }
-    );
-    if failed {
-        // Say which θ would do.
-        solution.spectrum = spectrum.or_else(|| spectrum::estimate(bodies, &weights));
-    }
-    if let NnddStatus::Diverged { theta_limit, .. } = &mut solution.status {
-        *theta_limit = solution.spectrum.map(|s| s.theta_limit());
-    }
-    Ok(solution)
-}
-
-fn check(
-    problem: &ContactProblem,
-    bodies: &[CondensedBody; 2],
-    lambda: &[f64],
-    settings: &NnddSettings,
-) -> Result<(), NnddError> {
-    let expected = problem.interface.pairs().len();
-    let sizes =
-        [("the first body", bodies[0].len()), ("the second body", bodies[1].len()), ("lambda", lambda.len())];
-    for (what, found) in sizes {
-        if found != expected {
-            return Err(NnddError::Length { what, found, expected });
-        }
-    }
-    if let Some(pair) = lambda.iter().position(|l| !l.is_finite()) {
-        return Err(NnddError::Lambda { pair, found: lambda[pair] });
-    }
-    match settings.theta {
-        Theta::Value(found) if !(found > 0.0 && found.is_finite()) => Err(NnddError::Theta { found }),
-        _ => Ok(()),
-    }
-}
-
-fn choose_theta(
-    bodies: &[CondensedBody; 2],
-    weights: &NodalWeights,
-    settings: &NnddSettings,
-) -> (f64, Option<Spectrum>) {
-    match settings.theta {
-        Theta::Value(theta) => (theta, None),
-        Theta::Auto => {
-            let spectrum = spectrum::estimate(bodies, weights);
-            // Without a spectrum: the best value for identical bodies.
-            let identical = if weights.is_half() { 0.5 } else { 1.0 };
-            (spectrum.map_or(identical, |s| s.best_theta()), spectrum)
-        }
-    }
-}
-
-struct Run<'a> {
-    interface: &'a ContactInterface,
-    steps: &'a dyn Steps,
-    weights: &'a NodalWeights,
-    settings: &'a NnddSettings,
-    warm_start: Option<ActiveSet>,
-}
-
-/// What step 2 finds.
-struct Correction {
-    /// Direction of the update, `(w¹ − w²)·n`.
-    direction: Vec<f64>,
-    /// `η_NNDD`.
-    eta_nndd: f64,
-}
 
 impl Run<'_> {
     /// The algorithm box.
@@ -162,56 +26,52 @@ impl Run<'_> {
         theta: f64,
         stop: &mut dyn StoppingCriterion,
     ) -> Result<NnddSolution, NnddError> {
-        let mut accelerator = Accelerator::new(self.settings.acceleration, theta);
+        let mut update = Accelerator::new(self.settings.acceleration, theta);
         let mut monitor = Monitor::default();
-        let mut history = Vec::new();
-        let mut clarabel_calls = 0;
-        let mut iteration = 0;
+        let (mut history, mut clarabel_calls) = (Vec::new(), 0);
         loop {
-            iteration += 1;
             // Step 1: (8) and (9), at the same time.
             let (reaction, contact) = self.step_1(&lambda)?;
             clarabel_calls += contact.clarabel_calls;
             // Step 2: (10) and (11), at the same time.
-            let imbalance: Vec<f64> =
-                reaction.iter().zip(&contact.normal_reaction).map(|(a, b)| a + b).collect();
-            let correction = self.step_2(&imbalance);
-            let theta = accelerator.theta(&correction.direction);
-            let iterate =
-                self.iterate_of(iteration, theta, correction.eta_nndd, lambda.clone(), reaction, contact);
-            history.push(IterationRow::from(&iterate));
-            let qp_status = iterate.contact.status;
+            let correction = self.step_2(&add(&reaction, &contact.normal_reaction));
+            let used = update.choose(&lambda, correction.direction, correction.eta_nndd);
+            let iteration = history.len() + 1;
+            let last = self.iterate_of(iteration, used, correction.eta_nndd, lambda, reaction, contact);
+            history.push(IterationRow::from(&last));
             // ε_t, η_NNDD: stop, or give up?
-            let status = if !qp_status.is_solved() {
-                Some(NnddStatus::ContactQpUnsolved(qp_status))
-            } else {
-                match stop.check(&iterate).map_err(NnddError::Criterion)? {
-                    Decision::Stop => Some(NnddStatus::StoppedByCriterion),
-                    Decision::Interrupt => Some(NnddStatus::Interrupted),
-                    Decision::Continue if iteration >= self.settings.max_iterations => {
-                        Some(NnddStatus::MaxIterations)
-                    }
-                    Decision::Continue => {
-                        monitor.judge(iterate.eta_nndd, self.settings.acceleration == Acceleration::None)
-                    }
-                }
-            };
+            let mut status = self.verdict(&last, &mut monitor, stop)?;
             // λ ← λ + θ (w¹ − w²)·n
-            let next = accelerator.next(&lambda, correction.direction, iterate.eta_nndd);
-            let overflow = NnddStatus::Diverged { best: iterate.eta_nndd, theta_limit: None };
-            let finite = next.iter().all(|x| x.is_finite());
-            if let Some(status) = status.or((!finite).then_some(overflow)) {
-                return Ok(NnddSolution {
-                    status,
-                    history,
-                    last: iterate,
-                    theta,
-                    spectrum: None,
-                    clarabel_calls,
-                });
+            lambda = if status.is_none() { update.next() } else { Vec::new() };
+            if lambda.iter().any(|x| !x.is_finite()) {
+                status = Some(NnddStatus::Diverged { best: monitor.smallest(), theta_limit: None });
             }
-            lambda = next;
+            if let Some(status) = status {
+                return Ok(NnddSolution { status, history, last, theta, spectrum: None, clarabel_calls });
+            }
         }
+    }
+
+    /// Tells whether and how the iteration ends with this iterate.
+    fn verdict(
+        &self,
+        iterate: &Iterate,
+        monitor: &mut Monitor,
+        stop: &mut dyn StoppingCriterion,
+    ) -> Result<Option<NnddStatus>, NnddError> {
+        if !iterate.contact.status.is_solved() {
+            return Ok(Some(NnddStatus::ContactQpUnsolved(iterate.contact.status)));
+        }
+        Ok(match stop.check(iterate).map_err(NnddError::Criterion)? {
+            Decision::Stop => Some(NnddStatus::StoppedByCriterion),
+            Decision::Interrupt => Some(NnddStatus::Interrupted),
+            Decision::Continue if iterate.iteration >= self.settings.max_iterations => {
+                Some(NnddStatus::MaxIterations)
+            }
+            Decision::Continue => {
+                monitor.judge(iterate.eta_nndd, self.settings.acceleration == Acceleration::None)
+            }
+        })
     }
 
     /// Step 1: imposes λ on Ω₁ (8) and solves Ω₂'s contact problem (9).
@@ -275,13 +135,15 @@ impl Run<'_> {
     ) -> Result<NnddSolution, NnddError> {
         let qp = &self.settings.qp;
         let limit = self.settings.max_iterations.max(1).min(qp.max_iterations);
-        let answer = monolithic::solve(self.interface, bodies, &qp.clone().with_max_iterations(limit))?;
+        // The method is the active-set steps themselves: interior points only where they are asked for, or the steps fail.
+        let method = if qp.method == QpMethod::Auto { QpMethod::ActiveSet } else { qp.method };
+        let qp = qp.clone().with_max_iterations(limit).with_method(method);
+        let answer = monolithic::solve(self.interface, bodies, &qp)?;
         let flags: Vec<bool> = answer.solution.multipliers.iter().map(|o| *o == 0.0).collect();
         self.warm_start = Some(ActiveSet::new(flags));
         let (reaction, contact) = self.step_1(&answer.lambda)?;
         let clarabel_calls = answer.solution.clarabel_calls + contact.clarabel_calls;
-        let imbalance: Vec<f64> = reaction.iter().zip(&contact.normal_reaction).map(|(a, b)| a + b).collect();
-        let eta = self.step_2(&imbalance).eta_nndd;
+        let eta = self.step_2(&add(&reaction, &contact.normal_reaction)).eta_nndd;
         let mut iterate = self.iterate_of(1, 0.0, eta, answer.lambda, reaction, contact);
         iterate.contact.path = answer.solution.path;
         iterate.contact.iterations = answer.solution.iterations;
@@ -299,6 +161,128 @@ impl Run<'_> {
     }
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+/// What the iteration works with.
+struct Run<'a> {
+    interface: &'a ContactInterface,
+    steps: &'a dyn Steps,
+    weights: &'a NodalWeights,
+    settings: &'a NnddSettings,
+    warm_start: Option<ActiveSet>,
+}
+
+/// What step 2 finds.
+struct Correction {
+    /// Direction of the update, `(w¹ − w²)·n`.
+    direction: Vec<f64>,
+    /// `η_NNDD`.
+    eta_nndd: f64,
+}
+
+/// Solves a contact problem by the Neumann-Neumann iteration (8)-(11), or by the reference method.
+///
+/// * `bodies`: the two bodies condensed on the interface, in the roles of `problem`.
+/// * `lambda`: the initial normal trace λ₁ at each pair, m.
+/// * `stop`: looked at after every iteration.
+///
+/// The pair of step 1 of the last iteration is in `last`; it is kinematically admissible exactly.
+///
+/// # Errors
+/// Sizes that do not belong together, a θ that is not positive, a contact problem that is refused, a
+/// criterion that fails. Not converging is a status.
+pub fn solve(
+    problem: &ContactProblem,
+    bodies: &[CondensedBody; 2],
+    lambda: Vec<f64>,
+    settings: &NnddSettings,
+    stop: &mut dyn StoppingCriterion,
+) -> Result<NnddSolution, NnddError> {
+    solve_from(problem, bodies, Start { lambda, active: None }, settings, stop)
+}
+
+/// Where an iteration starts.
+#[derive(Clone, Debug)]
+pub struct Start {
+    /// The normal trace λ₁ at each pair, m.
+    pub lambda: Vec<f64>,
+    /// The active set of Ω₂'s contact problem, where one is known: it is tried before Clarabel.
+    pub active: Option<ActiveSet>,
+}
+
+/// Solves a contact problem as [`solve`] does, from what is known of a similar one.
+///
+/// # Errors
+/// See [`solve`].
+pub fn solve_from(
+    problem: &ContactProblem,
+    bodies: &[CondensedBody; 2],
+    start: Start,
+    settings: &NnddSettings,
+    stop: &mut dyn StoppingCriterion,
+) -> Result<NnddSolution, NnddError> {
+    let Start { lambda, active } = start;
+    check(problem, bodies, &lambda, settings)?;
+    let (expected, found) = (lambda.len(), active.as_ref().map_or(lambda.len(), ActiveSet::len));
+    if found != expected {
+        return Err(NnddError::Length { what: "the active set at the start", found, expected });
+    }
+    let weights = NodalWeights::new(bodies, settings.weights);
+    // Newton has no θ.
+    let (theta, spectrum) = match settings.method {
+        Method::Nndd => spectrum::choose_theta(settings.theta, bodies, &weights),
+        Method::Newton => (0.0, None),
+    };
+    let literal;
+    let condensed;
+    let steps: &dyn Steps = match settings.path {
+        Path::Condensed => {
+            condensed = CondensedSteps::new(bodies)?;
+            &condensed
+        }
+        Path::Literal => {
+            literal = LiteralSteps::new(problem)?;
+            &literal
+        }
+    };
+    let mut run =
+        Run { interface: &problem.interface, steps, weights: &weights, settings, warm_start: active };
+    let mut solution = match settings.method {
+        Method::Nndd => run.iterate(lambda, theta, stop)?,
+        Method::Newton => run.newton(bodies, stop)?,
+    };
+    solution.spectrum = spectrum;
+    let failed = matches!(
+        solution.status,
+        NnddStatus::Diverged { .. } | NnddStatus::Stalled { at_round_off: false, .. }
+    );
+    if failed {
+        // Say which θ would do.
+        solution.spectrum = spectrum.or_else(|| spectrum::estimate(bodies, &weights));
+    }
+    if let NnddStatus::Diverged { theta_limit, .. } = &mut solution.status {
+        *theta_limit = solution.spectrum.map(|s| s.theta_limit());
+    }
+    Ok(solution)
+}
+
+fn check(
+    problem: &ContactProblem,
+    bodies: &[CondensedBody; 2],
+    lambda: &[f64],
+    settings: &NnddSettings,
+) -> Result<(), NnddError> {
+    let expected = problem.interface.pairs().len();
+    let sizes =
+        [("the first body", bodies[0].len()), ("the second body", bodies[1].len()), ("lambda", lambda.len())];
+    for (what, found) in sizes {
+        if found != expected {
+            return Err(NnddError::Length { what, found, expected });
+        }
+    }
+    if let Some(pair) = lambda.iter().position(|l| !l.is_finite()) {
+        return Err(NnddError::Lambda { pair, found: lambda[pair] });
+    }
+    match settings.theta {
+        Theta::Value(found) if !(found > 0.0 && found.is_finite()) => Err(NnddError::Theta { found }),
+        _ => Ok(()),
+    }
 }

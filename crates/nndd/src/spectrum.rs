@@ -5,6 +5,8 @@
 //! (`B(S₁+S₂)` is self-adjoint in the inner product of `S₁+S₂`): θ converges below `2/µ_max` and is best at
 //! `2/(µ_min+µ_max)`. With unilateral contact every small enough θ converges: Haslinger, Kučera and Sassi 2009.
 
+use crate::settings::Theta;
+use crate::vector::{add, dot};
 use crate::weights::NodalWeights;
 use fem_core::condensation::CondensedBody;
 use nalgebra::{DMatrix, SymmetricEigen};
@@ -35,15 +37,31 @@ impl Spectrum {
 /// Most Lanczos steps: the ends of the spectrum converge in a few.
 const STEPS: usize = 12;
 
+/// Chooses θ: as given, or the best one by the spectrum, which is returned too.
+pub(crate) fn choose_theta(
+    theta: Theta,
+    bodies: &[CondensedBody; 2],
+    weights: &NodalWeights,
+) -> (f64, Option<Spectrum>) {
+    match theta {
+        Theta::Value(theta) => (theta, None),
+        Theta::Auto => {
+            let spectrum = estimate(bodies, weights);
+            // Without a spectrum: the best value for identical bodies.
+            let identical = if weights.is_half() { 0.5 } else { 1.0 };
+            (spectrum.map_or(identical, |s| s.best_theta()), spectrum)
+        }
+    }
+}
+
 /// Estimates the spectrum of `B (S₁+S₂)` by Lanczos steps in the inner product of `S₁+S₂`.
 pub(crate) fn estimate(bodies: &[CondensedBody; 2], weights: &NodalWeights) -> Option<Spectrum> {
     let n = bodies[0].len();
-    let sum = |v: &[f64]| {
+    let both = |v: &[f64]| {
         let (mut a, mut b) = (vec![0.0; n], vec![0.0; n]);
         bodies[0].apply_schur(v, &mut a);
         bodies[1].apply_schur(v, &mut b);
-        a.iter_mut().zip(&b).for_each(|(a, b)| *a += b);
-        a
+        add(&a, &b)
     };
     let precondition = |force: &[f64]| {
         let [minus, plus] = weights.loads(force);
@@ -53,29 +71,42 @@ pub(crate) fn estimate(bodies: &[CondensedBody; 2], weights: &NodalWeights) -> O
         let update = weights.update([&w1, &w2]);
         update.into_iter().map(|x| -x).collect::<Vec<f64>>()
     };
-    let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+    ends(&lanczos(n, both, precondition))
+}
 
+/// The tridiagonal matrix of the Lanczos steps: its diagonal, and what stands beside it.
+#[derive(Default)]
+struct Tridiagonal {
+    diagonal: Vec<f64>,
+    beside: Vec<f64>,
+}
+
+/// Runs the Lanczos steps of `B A` in the inner product of `A`, on `n` unknowns.
+fn lanczos(
+    n: usize,
+    operator: impl Fn(&[f64]) -> Vec<f64>,
+    precondition: impl Fn(&[f64]) -> Vec<f64>,
+) -> Tridiagonal {
     // A start with every frequency in it, always the same.
     let mut v: Vec<f64> = (0..n).map(|i| 1.0 + (1.7 * (i * i) as f64 + 0.3 * i as f64).sin()).collect();
     let mut basis: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
-    let (mut alpha, mut beta) = (Vec::new(), Vec::new());
-    let steps = STEPS.min(n);
-    for k in 0..steps {
-        let av = sum(&v);
+    let mut found = Tridiagonal::default();
+    for k in 0..STEPS.min(n) {
+        let av = operator(&v);
         let norm = dot(&v, &av).sqrt();
         if !(norm > 0.0 && norm.is_finite()) {
             break;
         }
         if k > 0 {
-            if norm <= 1e-10 * alpha[k - 1] {
+            if norm <= 1e-10 * found.diagonal[k - 1] {
                 break;
             }
-            beta.push(norm);
+            found.beside.push(norm);
         }
         let q: Vec<f64> = v.iter().map(|x| x / norm).collect();
         let aq: Vec<f64> = av.iter().map(|x| x / norm).collect();
         let mut next = precondition(&aq);
-        alpha.push(dot(&next, &aq));
+        found.diagonal.push(dot(&next, &aq));
         basis.push((q, aq));
         // Twice, so that the basis stays orthogonal to round-off.
         for _ in 0..2 {
@@ -86,19 +117,24 @@ pub(crate) fn estimate(bodies: &[CondensedBody; 2], weights: &NodalWeights) -> O
         }
         v = next;
     }
-    let m = alpha.len();
-    if m == 0 {
+    found
+}
+
+/// Computes the smallest and the largest eigenvalue; `None` where they are no spectrum of a positive operator.
+fn ends(matrix: &Tridiagonal) -> Option<Spectrum> {
+    let steps = matrix.diagonal.len();
+    if steps == 0 {
         return None;
     }
-    let mut t = DMatrix::zeros(m, m);
-    for k in 0..m {
-        t[(k, k)] = alpha[k];
-        if k + 1 < m {
-            t[(k, k + 1)] = beta[k];
-            t[(k + 1, k)] = beta[k];
+    let mut t = DMatrix::zeros(steps, steps);
+    for k in 0..steps {
+        t[(k, k)] = matrix.diagonal[k];
+        if k + 1 < steps {
+            t[(k, k + 1)] = matrix.beside[k];
+            t[(k + 1, k)] = matrix.beside[k];
         }
     }
     let values = SymmetricEigen::new(t).eigenvalues;
-    let spectrum = Spectrum { smallest: values.min(), largest: values.max(), steps: m };
+    let spectrum = Spectrum { smallest: values.min(), largest: values.max(), steps };
     (spectrum.smallest > 0.0 && spectrum.largest.is_finite()).then_some(spectrum)
 }

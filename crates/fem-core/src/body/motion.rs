@@ -130,7 +130,7 @@ mod tests {
             }
             other => panic!("{other:?}"),
         }
-        // Normals of one edge on the left and of one below meet in a point: the body turns about it.
+        // One edge on the left holds the rotation, not the motion along it.
         let ends = [[f64::NEG_INFINITY, f64::INFINITY], [f64::NEG_INFINITY, 0.5]];
         let m = motion(BoundaryConditions::new().displace(
             EdgeSelection::group("left").within(ends),
@@ -138,5 +138,15 @@ mod tests {
             None,
         ));
         assert!(matches!(m, Some(FreeMotion::Translation { .. })), "{m:?}");
+        // The normals of a whole ring meet in its centre: the body turns about it.
+        let mesh = crate::mesh::generate::ring([0.5, -1.0], [1.0, 2.0], [0.0, 360.0], [24, 1]).unwrap();
+        let material = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
+        let ring = Body::new(mesh, material, &BoundaryConditions::new().roller("outer", 0.0)).unwrap();
+        match ring.free_motion() {
+            Some(FreeMotion::Rotation { centre, .. }) => {
+                assert!((centre[0] - 0.5).abs() < 1e-12 && (centre[1] + 1.0).abs() < 1e-12, "{centre:?}");
+            }
+            other => panic!("{other:?}"),
+        }
     }
 }

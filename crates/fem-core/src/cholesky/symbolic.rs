@@ -89,53 +89,14 @@ impl SymbolicCholesky {
         let mut rows = Vec::new();
         let mut root_peak = 0;
         for (s, front) in fronts.iter().enumerate() {
-            let (first, end) = (front.columns.start as usize, front.columns.end as usize);
-            rows.clear();
-            let mut take = |row: u32| {
-                if row as usize >= end && seen[row as usize] != s as u32 {
-                    seen[row as usize] = s as u32;
-                    rows.push(row);
-                }
-            };
-            matrix.rows[matrix.starts[first] as usize..matrix.starts[end] as usize]
-                .iter()
-                .for_each(|&row| take(row));
-            for &child in symbolic.children(s) {
-                symbolic.below[symbolic.layouts[child as usize].rows.clone()]
-                    .iter()
-                    .for_each(|&row| take(row));
-            }
-            rows.sort_unstable();
+            symbolic.rows_below(matrix, front, s, &mut seen, &mut rows);
             if front.parent == ROOT && !rows.is_empty() {
                 return Err(fault("a root has rows below it"));
             }
-            let (width, height) = (end - first, end - first + rows.len());
             let start = symbolic.below.len();
             symbolic.below.extend_from_slice(&rows);
-            let values = symbolic.stored_values..symbolic.stored_values + column_start(width, height);
-            symbolic.stored_values = values.end;
-            let mut layout = Layout {
-                first,
-                width,
-                rows: start..symbolic.below.len(),
-                values,
-                subtree: s,
-                flops: operations(width, rows.len()),
-                peak: [0; 2],
-                widest: width,
-                largest: width * height,
-            };
-            let mut held = 0;
-            for child in symbolic.children(s).iter().map(|&c| &symbolic.layouts[c as usize]) {
-                layout.flops += child.flops;
-                layout.subtree = layout.subtree.min(child.subtree);
-                layout.widest = layout.widest.max(child.widest);
-                layout.largest = layout.largest.max(child.largest);
-                let [own, other] = child.peak;
-                layout.peak = [layout.peak[0].max(other), layout.peak[1].max(held + own)];
-                held += child.rows.len().pow(2);
-            }
-            layout.peak[0] = layout.peak[0].max(rows.len().pow(2));
+            let layout = symbolic.layout(front, s, start..symbolic.below.len());
+            symbolic.stored_values = layout.values.end;
             if front.parent == ROOT {
                 symbolic.roots.push(s as u32);
                 root_peak = root_peak.max(layout.peak[0] + layout.peak[1]);
@@ -145,6 +106,65 @@ impl SymbolicCholesky {
         symbolic.check_parents(fronts).map_err(fault)?;
         symbolic.peak_values = symbolic.stored_values + root_peak;
         Ok(symbolic)
+    }
+
+    /// Lists the rows of front `s` below its diagonal block, ascending: those of its columns and of its children.
+    ///
+    /// * `seen`: for every row the last front that has it.
+    fn rows_below(
+        &self,
+        matrix: &SymmetricCsc,
+        front: &Front,
+        s: usize,
+        seen: &mut [u32],
+        rows: &mut Vec<u32>,
+    ) {
+        let (first, end) = (front.columns.start as usize, front.columns.end as usize);
+        rows.clear();
+        let mut take = |row: u32| {
+            if row as usize >= end && seen[row as usize] != s as u32 {
+                seen[row as usize] = s as u32;
+                rows.push(row);
+            }
+        };
+        matrix.rows[matrix.starts[first] as usize..matrix.starts[end] as usize]
+            .iter()
+            .for_each(|&row| take(row));
+        for &child in self.children(s) {
+            self.below[self.layouts[child as usize].rows.clone()].iter().for_each(|&row| take(row));
+        }
+        rows.sort_unstable();
+    }
+
+    /// Lays out front `s`, whose values follow those of the fronts before it, and counts what its subtree needs.
+    ///
+    /// * `rows`: where its rows below the diagonal block stand in `below`.
+    fn layout(&self, front: &Front, s: usize, rows: Range<usize>) -> Layout {
+        let (first, end) = (front.columns.start as usize, front.columns.end as usize);
+        let (width, height) = (end - first, end - first + rows.len());
+        let mut layout = Layout {
+            first,
+            width,
+            rows: rows.clone(),
+            values: self.stored_values..self.stored_values + column_start(width, height),
+            subtree: s,
+            flops: operations(width, rows.len()),
+            peak: [0; 2],
+            widest: width,
+            largest: width * height,
+        };
+        let mut held = 0;
+        for child in self.children(s).iter().map(|&c| &self.layouts[c as usize]) {
+            layout.flops += child.flops;
+            layout.subtree = layout.subtree.min(child.subtree);
+            layout.widest = layout.widest.max(child.widest);
+            layout.largest = layout.largest.max(child.largest);
+            let [own, other] = child.peak;
+            layout.peak = [layout.peak[0].max(other), layout.peak[1].max(held + own)];
+            held += child.rows.len().pow(2);
+        }
+        layout.peak[0] = layout.peak[0].max(rows.len().pow(2));
+        layout
     }
 
     /// Checks that every row of a front below its diagonal block has its place in the front of its parent.

@@ -28,85 +28,23 @@
 mod chain;
 pub(super) mod curve;
 mod cut;
+mod error;
+mod line;
+mod moved;
 mod overlap;
 mod seam;
 
-use super::{ContactNormal, InterfaceError};
-use crate::body::{Body, BodyError};
+use super::ContactNormal;
+use crate::body::Body;
 use crate::geometry::Vector;
-use crate::mesh::refine::{Refinement, RefinementEdges};
-use crate::mesh::topology::NONE;
-use crate::mesh::{MeshError, TriMesh};
+use crate::mesh::refine::RefinementEdges;
 use chain::Chain;
 use cut::Side;
+use moved::{replaced, with_moved};
 use overlap::Overlap;
 use std::collections::HashMap;
-use thiserror::Error;
 
-/// Why two surfaces have no common refinement.
-#[derive(Clone, Debug, Error, PartialEq)]
-#[non_exhaustive]
-pub enum CommonRefinementError {
-    /// No such group, or one with an edge inside the body.
-    #[error("the contact surface \"{group}\" of body {body} is no group of boundary edges")]
-    NoSurface {
-        /// 0 or 1.
-        body: usize,
-        /// The name given.
-        group: String,
-    },
-    /// The surfaces lie beside each other, or look the same way.
-    #[error(
-        "the two contact surfaces do not overlap: seen along the contact normal, no edge of the one (around ({}, {})) faces \
-         an edge of the other (around ({}, {}))",
-        points[0][0], points[0][1], points[1][0], points[1][1]
-    )]
-    NoOverlap {
-        /// The mean of each surface's nodes.
-        points: [Vector; 2],
-    },
-    /// Two nodes are too close, and neither may move.
-    #[error(
-        "two nodes of the contact surfaces are {offset:.3e} apart at ({}, {}), with edges of length {spacing:.3e}: too close \
-         to be kept apart, and neither can be moved onto the other (an end, a corner, a support, or a cell too thin); make \
-         them coincide, or at least 5 % of the edge apart",
-        point[0], point[1]
-    )]
-    Offset {
-        /// The first body's node.
-        point: Vector,
-        /// Distance along the surface.
-        offset: f64,
-        /// The smaller edge.
-        spacing: f64,
-    },
-    /// The projection of one surface onto the other is not one to one.
-    #[error(
-        "near ({}, {}) the contact surfaces fold: along the contact normal a point of the one faces several of the other; \
-         end the contact surface at the corner",
-        point[0], point[1]
-    )]
-    Folded {
-        /// Where.
-        point: Vector,
-    },
-    /// The cut mesh is too large, or its triangles are too small for floating-point numbers.
-    #[error("the mesh of body {body}, cut at the other side's nodes: {source}")]
-    Mesh {
-        /// 0 or 1.
-        body: usize,
-        /// What is wrong.
-        source: MeshError,
-    },
-    /// A condition cannot be evaluated on the cut mesh.
-    #[error("body {body}, cut at the other side's nodes: {source}")]
-    Body {
-        /// 0 or 1.
-        body: usize,
-        /// What is wrong.
-        source: BodyError,
-    },
-}
+pub use error::CommonRefinementError;
 
 /// What was done to the two meshes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -153,19 +91,6 @@ pub struct CommonRefinement {
     pub(super) between: HashMap<[u32; 2], [f64; 2]>,
     /// What was done to them; `None`: nothing.
     pub changes: Option<Changes>,
-}
-
-impl InterfaceError {
-    /// Tells whether the surfaces failed to match node by node, so that [`common_refinement`] may help.
-    pub fn is_mismatch(&self) -> bool {
-        matches!(
-            self,
-            Self::NotMatching { .. }
-                | Self::EdgeWithoutPartner { .. }
-                | Self::Counts { .. }
-                | Self::Offset { .. }
-        )
-    }
 }
 
 /// Makes the contact surfaces of two bodies match.
@@ -246,22 +171,6 @@ fn surface_angle(body: &Body, group: &str) -> f64 {
     chain::smallest_angle(mesh, edges.iter().flat_map(|&e| mesh.topology().edges()[e as usize]))
 }
 
-/// Moves the nodes that were snapped.
-fn with_moved(
-    body: Body,
-    number: usize,
-    moved: &HashMap<u32, Vector>,
-) -> Result<Body, CommonRefinementError> {
-    if moved.is_empty() {
-        return Ok(body);
-    }
-    let mut points = body.mesh().points().to_vec();
-    for (&node, &point) in moved {
-        points[node as usize] = point;
-    }
-    replaced(&body, number, points, None)
-}
-
 fn side(body: Body, number: usize, moved: &HashMap<u32, Vector>) -> Result<Side, CommonRefinementError> {
     let body = with_moved(body, number, moved)?;
     let refinement_edges = RefinementEdges::longest(body.mesh());
@@ -287,32 +196,6 @@ fn restrict(
     let free = all.iter().filter(|e| kept.binary_search(e).is_err()).map(|&e| mesh.edge_length(e)).sum();
     let points = mesh.points().to_vec();
     Ok((replaced(&body, number, points, Some((group, kept)))?, free))
-}
-
-/// Makes the same body with its nodes at other places, or with other edges in one group.
-fn replaced(
-    body: &Body,
-    number: usize,
-    points: Vec<Vector>,
-    group: Option<(&str, Vec<u32>)>,
-) -> Result<Body, CommonRefinementError> {
-    let mesh = body.mesh();
-    let edges = mesh.topology().edges();
-    let groups = mesh.groups().iter().map(|(name, all)| {
-        let kept = group.as_ref().filter(|(changed, _)| changed == name).map_or(all, |(_, kept)| kept);
-        (name.clone(), kept.iter().map(|&e| edges[e as usize]).collect())
-    });
-    let changed = TriMesh::new(points, mesh.triangles().to_vec(), groups.collect())
-        .map_err(|source| CommonRefinementError::Mesh { body: number, source })?;
-    // A refinement that cuts nothing: conditions stay on the edges they applied to.
-    let same = Refinement {
-        refinement_edges: RefinementEdges::longest(&changed),
-        parent_cell: (0..mesh.triangles().len() as u32).collect(),
-        parent_nodes: Vec::new(),
-        middle: vec![NONE; edges.len()],
-        mesh: changed,
-    };
-    body.refined(&same).map_err(|source| CommonRefinementError::Body { body: number, source })
 }
 
 #[cfg(test)]

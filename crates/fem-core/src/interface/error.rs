@@ -3,6 +3,20 @@
 use crate::geometry::Vector;
 use thiserror::Error;
 
+/// Writes a number as people would.
+fn short(x: f64) -> String {
+    if x == 0.0 || (1e-4..1e6).contains(&x.abs()) { x.to_string() } else { format!("{x:e}") }
+}
+
+/// Says how far a normal is from where it should be.
+fn away(degrees: f64) -> String {
+    if degrees.is_nan() {
+        "is no direction, to be measured ".into()
+    } else {
+        format!("is {degrees:.1} degrees ")
+    }
+}
+
 /// Why two surfaces cannot be paired.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum InterfaceError {
@@ -81,9 +95,8 @@ pub enum InterfaceError {
     },
     /// The given normal is no direction, or does not point out of the first body.
     #[error(
-        "the given contact normal ({}, {}) is {degrees:.1} degrees from the first body's outward normal at ({}, {}); \
-         at most 60 are allowed",
-        normal[0], normal[1], point[0], point[1]
+        "the given contact normal ({}, {}) {}from the first body's outward normal at ({}, {}); at most 60 degrees are allowed",
+        short(normal[0]), short(normal[1]), away(*degrees), point[0], point[1]
     )]
     NormalAway {
         /// As given.
@@ -169,4 +182,31 @@ pub enum InterfaceError {
         /// What was found.
         value: f64,
     },
+}
+
+impl InterfaceError {
+    /// Tells whether the surfaces failed to match node by node, so that [`super::common_refinement::common_refinement`] may help.
+    pub fn is_mismatch(&self) -> bool {
+        matches!(
+            self,
+            Self::NotMatching { .. }
+                | Self::EdgeWithoutPartner { .. }
+                | Self::Counts { .. }
+                | Self::Offset { .. }
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_normal_without_direction_is_said_shortly() {
+        let normal = [0.0, -1e-320];
+        let said = InterfaceError::NormalAway { normal, point: [1.0, 2.0], degrees: f64::NAN }.to_string();
+        assert!(said.contains("(0, -1e-320) is no direction") && !said.contains("NaN"), "{said}");
+        let away = InterfaceError::NormalAway { normal: [0.0, -1.0], point: [1.0, 2.0], degrees: 90.0 };
+        assert!(away.to_string().contains("(0, -1) is 90.0 degrees from the first body's"), "{away}");
+    }
 }

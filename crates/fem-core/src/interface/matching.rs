@@ -203,19 +203,10 @@ pub(super) fn along(
             nodes.reverse();
         }
         let [first, last] = [place(0, nodes[0]), place(0, nodes[nodes.len() - 1])];
-        let distance = |a: Vector, node: u32| norm(sub(place(1, node), a));
         // How well each stretch that is left fits, and where it begins.
         let mut best: Option<(f64, usize, usize)> = None;
         for (k, other) in free.iter().enumerate().filter(|(_, other)| !other.is_empty()) {
-            let (fit, start) = if closed[k] {
-                let nearest = |best: (f64, usize), (start, &node): (usize, &u32)| {
-                    let d = distance(first, node);
-                    if d < best.0 { (d, start) } else { best }
-                };
-                other.iter().enumerate().fold((f64::INFINITY, 0), nearest)
-            } else {
-                (distance(first, other[0]) + distance(last, other[other.len() - 1]), 0)
-            };
+            let (fit, start) = fit(bodies[1], [first, last], other, closed[k]);
             if best.is_none_or(|b| fit < b.0) {
                 best = Some((fit, k, start));
             }
@@ -234,6 +225,20 @@ pub(super) fn along(
         partner.extend(nodes.into_iter().zip(other));
     }
     Ok(partner)
+}
+
+/// Measures how far a stretch of the other body is from one between two points, and where it begins: a closed one at its
+/// node nearest to the first point.
+fn fit(body: &Body, [first, last]: [Vector; 2], nodes: &[u32], closed: bool) -> (f64, usize) {
+    let distance = |a: Vector, node: u32| norm(sub(body.mesh().points()[node as usize], a));
+    if !closed {
+        return (distance(first, nodes[0]) + distance(last, nodes[nodes.len() - 1]), 0);
+    }
+    let nearest = |best: (f64, usize), (start, &node): (usize, &u32)| {
+        let d = distance(first, node);
+        if d < best.0 { (d, start) } else { best }
+    };
+    nodes.iter().enumerate().fold((f64::INFINITY, 0), nearest)
 }
 
 /// Tells whether the body's outward normal is on the right of the walk: with the body on its left.

@@ -5,14 +5,12 @@
 
 use super::common_refinement::Facing;
 use super::matching::Stretch;
-use super::{ContactEdge, ContactNormal, InterfaceError, Pair};
+use super::{ContactEdge, ContactNormal, InterfaceError, Pair, STRAIGHT};
 use crate::body::{Body, NodeConstraint};
 use crate::dof::PARALLEL;
 use crate::geometry::{Vector, add, cross, dot, norm, perpendicular, scale};
 use std::collections::HashMap;
 
-/// A line whose edge normals differ by no more (sine of the angle) is straight.
-const STRAIGHT: f64 = 1e-6;
 /// Cosine of the largest angle between neighbouring normals: 60 degrees.
 const TURN: f64 = 0.5;
 /// Sine of the largest angle between a support's direction and the contact line: 45 degrees.

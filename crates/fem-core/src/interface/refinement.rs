@@ -47,7 +47,12 @@ pub struct RefinedProblem {
 
 impl RefinedProblem {
     /// Carries a P1 function on the interface over, one number per pair along its normal.
+    ///
+    /// # Panics
+    /// If `values` has not one entry per old pair.
     pub fn prolong_interface(&self, values: &[f64]) -> Vec<f64> {
+        let old = self.pair_parents.iter().filter(|p| p[0] == p[1]).count();
+        assert!(values.len() == old, "{} values, and {old} pairs before the refinement", values.len());
         let mean = |p: &[u32; 2]| 0.5 * (values[p[0] as usize] + values[p[1] as usize]);
         self.pair_parents.iter().map(mean).collect()
     }

@@ -9,8 +9,17 @@ use crate::geometry::Vector;
 pub use half_disc::{Facing, half_disc, half_disc_nodes};
 pub use ring::ring;
 
-/// Most cells that a generator makes.
-const MAX_CELLS: usize = 1 << 28;
+/// Most cells that a generator makes: their triangles are as many as a mesh can have.
+const MAX_CELLS: usize = (1 << 28) - 1;
+/// Most nodes of a mesh.
+const MAX_NODES: usize = (1 << 29) - 1;
+
+/// Tells whether cells in two directions would be too many for a mesh.
+fn too_many(cells: [usize; 2]) -> bool {
+    let [a, b] = cells;
+    let nodes = a.saturating_add(1).saturating_mul(b.saturating_add(1));
+    a.saturating_mul(b) > MAX_CELLS || nodes > MAX_NODES
+}
 
 /// Meshes the rectangle `origin + [0, size_x] × [0, size_y]` with `cells[0] × cells[1]` rectangles,
 /// each cut from its lower left to its upper right corner.
@@ -19,7 +28,7 @@ const MAX_CELLS: usize = 1 << 28;
 /// last exactly at `origin + size`. The sides are named `bottom`, `right`, `top` and `left`.
 ///
 /// # Errors
-/// A size that is not positive and finite, no cells, or more than 2²⁹ of them.
+/// A size that is not positive and finite, no cells, or more than a mesh can have, 2²⁸ − 1 of them or 2²⁹ − 1 nodes.
 pub fn block(origin: Vector, size: Vector, cells: [usize; 2]) -> Result<TriMesh, MeshError> {
     let fault = |reason| MeshError::Block { origin, size, cells, reason };
     if !(origin[0].is_finite() && origin[1].is_finite()) {
@@ -32,8 +41,8 @@ pub fn block(origin: Vector, size: Vector, cells: [usize; 2]) -> Result<TriMesh,
     if nx == 0 || ny == 0 {
         return Err(fault("at least one cell is needed in each direction"));
     }
-    if nx > MAX_CELLS || ny > MAX_CELLS || nx.saturating_mul(ny) > MAX_CELLS {
-        return Err(fault("more than 2^28 cells"));
+    if too_many(cells) {
+        return Err(fault("more than 2^28 - 1 cells or 2^29 - 1 nodes"));
     }
     let coordinate = |c: usize, k: usize| {
         if k == cells[c] { origin[c] + size[c] } else { origin[c] + size[c] * k as f64 / cells[c] as f64 }
@@ -88,7 +97,11 @@ mod tests {
     fn impossible_blocks_are_refused() {
         assert!(block([0.0, 0.0], [1.0, 0.0], [1, 1]).is_err());
         assert!(block([0.0, 0.0], [1.0, 1.0], [0, 1]).is_err());
-        assert!(block([0.0, 0.0], [1.0, 1.0], [usize::MAX, 2]).is_err());
+        // One triangle or node more than a mesh can have is noticed before it is made.
+        for cells in [[usize::MAX, 2], [1 << 14, 1 << 14], [1, (1 << 28) - 1]] {
+            let e = block([0.0, 0.0], [1.0, 1.0], cells).unwrap_err();
+            assert!(matches!(e, MeshError::Block { .. }), "{e}");
+        }
         assert!(block([f64::NAN, 0.0], [1.0, 1.0], [1, 1]).is_err());
     }
 }

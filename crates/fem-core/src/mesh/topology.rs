@@ -21,31 +21,40 @@ pub struct Topology {
     node_triangles: Vec<u32>,
 }
 
+/// A half-edge in the bucket of its smaller node: the larger one, the triangle, its place there, and whether it runs from
+/// the smaller to the larger.
+type HalfEdge = (u32, u32, u8, bool);
+
+/// Buckets the 3T half-edges by their smaller node, and returns where the buckets start; one holds at most a few, so that
+/// sorting it costs next to nothing.
+fn half_edges(nodes: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, Vec<HalfEdge>) {
+    let mut starts = vec![0u32; nodes + 1];
+    for t in triangles {
+        for k in 0..3 {
+            starts[t[k].min(t[(k + 1) % 3]) as usize + 1] += 1;
+        }
+    }
+    for i in 0..nodes {
+        starts[i + 1] += starts[i];
+    }
+    let mut cursor = starts.clone();
+    let mut half = vec![(0u32, 0u32, 0u8, false); 3 * triangles.len()];
+    for (number, t) in triangles.iter().enumerate() {
+        for k in 0..3 {
+            let (a, b) = (t[k], t[(k + 1) % 3]);
+            let slot = &mut cursor[a.min(b) as usize];
+            half[*slot as usize] = (a.max(b), number as u32, k as u8, a < b);
+            *slot += 1;
+        }
+    }
+    (starts, half)
+}
+
 impl Topology {
     /// Builds the topology in time proportional to the number of triangles.
     pub(super) fn build(nodes: usize, triangles: &[[u32; 3]]) -> Result<Self, MeshError> {
         let (node_starts, node_triangles) = triangles_by_node(nodes, triangles);
-        // Bucket the 3T half-edges by their smaller node; a bucket holds at most a few, so that sorting
-        // it costs next to nothing.
-        let mut starts = vec![0u32; nodes + 1];
-        for t in triangles {
-            for k in 0..3 {
-                starts[t[k].min(t[(k + 1) % 3]) as usize + 1] += 1;
-            }
-        }
-        for i in 0..nodes {
-            starts[i + 1] += starts[i];
-        }
-        let mut cursor = starts.clone();
-        let mut half = vec![(0u32, 0u32, 0u8, false); 3 * triangles.len()];
-        for (number, t) in triangles.iter().enumerate() {
-            for k in 0..3 {
-                let (a, b) = (t[k], t[(k + 1) % 3]);
-                let slot = &mut cursor[a.min(b) as usize];
-                half[*slot as usize] = (a.max(b), number as u32, k as u8, a < b);
-                *slot += 1;
-            }
-        }
+        let (starts, mut half) = half_edges(nodes, triangles);
         let mut edges = Vec::with_capacity(triangles.len() * 3 / 2 + 16);
         let mut edge_triangles: Vec<[u32; 2]> = Vec::with_capacity(edges.capacity());
         let mut triangle_edges = vec![[NONE; 3]; triangles.len()];

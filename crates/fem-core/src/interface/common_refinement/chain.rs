@@ -1,7 +1,7 @@
 //! The stretches of a contact surface, in the sense in which their body lies on the left.
 
 use crate::body::{Body, NodeConstraint};
-use crate::geometry::{Vector, dot};
+use crate::geometry::{self, Vector, dot};
 use crate::mesh::TriMesh;
 use crate::mesh::topology::NONE;
 use std::collections::HashMap;
@@ -114,18 +114,8 @@ pub(super) fn smallest_angle(mesh: &TriMesh, nodes: impl Iterator<Item = u32>) -
     let mut smallest = 180.0f64;
     for node in nodes.filter(|n| *n != NONE) {
         for &t in mesh.topology().triangles_around(node as usize) {
-            smallest = smallest.min(angle(mesh.corners(t as usize)));
+            smallest = smallest.min(geometry::smallest_angle(mesh.corners(t as usize)));
         }
     }
     smallest
-}
-
-/// Computes the smallest angle of a triangle, in degrees.
-pub(super) fn angle(p: [Vector; 3]) -> f64 {
-    use crate::geometry::{cross, sub};
-    let at = |k: usize| {
-        let (u, v) = (sub(p[(k + 1) % 3], p[k]), sub(p[(k + 2) % 3], p[k]));
-        cross(u, v).atan2(dot(u, v)).to_degrees()
-    };
-    at(0).min(at(1)).min(at(2))
 }

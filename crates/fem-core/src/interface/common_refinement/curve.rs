@@ -1,10 +1,8 @@
 //! The line on which both surfaces are measured: one side's polygon with its averaged normals, frozen.
 
 use crate::geometry::{Vector, add, cross, dot, norm, perpendicular, right_normal, scale, sub};
+use crate::interface::STRAIGHT;
 use crate::interface::normals::turns_into;
-
-/// Sine of the turn below which a line is straight.
-const STRAIGHT: f64 = 1e-6;
 
 /// A polygon with a normal at each node, linear between them, and its arc length `s`. One that closes on itself ends with
 /// the point it begins with.
@@ -90,6 +88,31 @@ impl Curve {
     /// Tells whether the curve ends where it begins.
     pub(in crate::interface) fn is_closed(&self) -> bool {
         self.points.len() > 3 && self.points[0] == self.points[self.points.len() - 1]
+    }
+
+    /// Returns the way from the first point to the last.
+    pub(super) fn chord(&self) -> Vector {
+        sub(self.points[self.points.len() - 1], self.points[0])
+    }
+
+    /// Bounds, along an axis, what the normals sweep as far as the corners of a box lie: all of its points that have a place on
+    /// the curve are within.
+    pub(super) fn reach(&self, axis: Vector, corners: [Vector; 4]) -> [f64; 2] {
+        // The linear normal is shortest in the middle of an edge.
+        let middle = |w: &[Vector]| 0.5 * norm(add(w[0], w[1]));
+        let shortest = self.normals.windows(2).map(middle).fold(f64::INFINITY, f64::min);
+        if !(shortest > 0.1) {
+            return [f64::NEG_INFINITY, f64::INFINITY];
+        }
+        let farthest = |p: &Vector| corners.iter().map(|c| norm(sub(*c, *p))).fold(0.0, f64::max);
+        let far = self.points.iter().map(farthest).fold(0.0, f64::max) / shortest;
+        let width = far * self.normals.iter().map(|n| dot(*n, axis).abs()).fold(0.0, f64::max);
+        self.points
+            .iter()
+            .map(|p| dot(*p, axis))
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], place| {
+                [low.min(place - width), high.max(place + width)]
+            })
     }
 
     /// Returns point `k`.

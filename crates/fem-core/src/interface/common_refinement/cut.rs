@@ -1,10 +1,9 @@
 //! Cuts contact edges at the other side's nodes: inwards by bisection first where a fan would be too thin.
 
-use super::CommonRefinementError;
-use super::chain;
+use super::error::CommonRefinementError;
 use super::overlap::{Overlap, Site};
 use crate::body::Body;
-use crate::geometry::{Vector, add, scale};
+use crate::geometry::{self, Vector, add, scale};
 use crate::mesh::refine::{self, RefinementEdges};
 use crate::mesh::topology::NONE;
 use std::collections::HashMap;
@@ -125,8 +124,9 @@ fn is_thin(
     let mut smallest = f64::INFINITY;
     let mut look = |next: Vector| {
         // The cell may lie on either side of the walk.
-        let angle =
-            chain::angle([previous, next, apex]).abs().min(chain::angle([next, previous, apex]).abs());
+        let angle = geometry::smallest_angle([previous, next, apex])
+            .abs()
+            .min(geometry::smallest_angle([next, previous, apex]).abs());
         smallest = smallest.min(angle);
         previous = next;
     };
@@ -134,7 +134,7 @@ fn is_thin(
         look(point_at(body, overlap, b, k, s)?);
     }
     look(mesh.points()[ends[1] as usize]);
-    Ok(smallest < THIN.min(0.5 * chain::angle(mesh.corners(cell))))
+    Ok(smallest < THIN.min(0.5 * geometry::smallest_angle(mesh.corners(cell))))
 }
 
 /// Bisects the given contact edges and what newest-vertex bisection needs besides.

@@ -1,10 +1,12 @@
 //! Where two surfaces face each other, and the nodes of both along the common line.
 
+use super::Facing;
 use super::chain::{self, Chain};
 use super::curve::Curve;
-use super::{CommonRefinementError, Facing};
-use crate::body::{Body, NodeConstraint};
-use crate::geometry::{Vector, add, dot, norm, perpendicular, right_normal, scale, sub};
+use super::error::CommonRefinementError;
+use super::line::{self, Line, Opposite, Uncut};
+use crate::body::Body;
+use crate::geometry::{Vector, add, dot, norm, right_normal, scale, sub};
 use crate::interface::ContactNormal;
 use std::collections::HashMap;
 
@@ -41,23 +43,6 @@ pub(super) struct Overlap {
     distance: f64,
     /// Both surfaces as they were.
     uncut: [Uncut; 2],
-}
-
-/// A surface as it was before it was cut: its polygon, and the place of each node on the common line.
-#[derive(Clone, Debug)]
-struct Uncut {
-    curve: Curve,
-    s: Vec<f64>,
-}
-
-impl Uncut {
-    /// Finds the edge at a place on the common line.
-    fn edge(&self, s: f64) -> usize {
-        // A closed line may have been opened before its first node. One that is not begins at its first node, to round-off.
-        let wraps = self.curve.is_closed() && s < self.s[0];
-        let s = if wraps { s + self.curve.length() } else { s };
-        self.s.partition_point(|x| *x <= s).saturating_sub(1).min(self.s.len() - 2)
-    }
 }
 
 impl Overlap {
@@ -153,10 +138,13 @@ pub(super) fn find(
     normal: ContactNormal,
 ) -> Result<Vec<Overlap>, CommonRefinementError> {
     let slides = [0, 1].map(|b| chain::sliding(&bodies[b], &chains[b]));
+    let (r, o) = (reference, 1 - reference);
+    let lines: Vec<Line<'_>> = chains[r].iter().map(|c| Line::new(&bodies[r], c, r, normal)).collect();
+    let others: Vec<Opposite> = chains[o].iter().map(|c| Opposite::new(&bodies[o], c)).collect();
     let mut found = Vec::new();
-    for (i, own) in chains[reference].iter().enumerate() {
-        for (j, other) in chains[1 - reference].iter().enumerate() {
-            if let Some(overlap) = between(bodies, [own, other], reference, normal, &slides)? {
+    for (i, near) in line::candidates(&lines, &others).into_iter().enumerate() {
+        for j in near {
+            if let Some(overlap) = between(&lines[i], &others[j], reference, &slides)? {
                 found.push((overlap, i, j));
             }
         }
@@ -164,13 +152,21 @@ pub(super) fn find(
     // Of stretches one behind the other the nearest face each other.
     found.sort_by(|a, b| a.0.distance.total_cmp(&b.0.distance).then((a.1, a.2).cmp(&(b.1, b.2))));
     let mut kept: Vec<(Overlap, usize, usize)> = Vec::new();
+    // Places in `kept` by stretch of the reference and of the other body.
+    let mut places = [vec![Vec::new(); lines.len()], vec![Vec::new(); others.len()]];
     for (overlap, i, j) in found {
-        let hidden = kept.iter().any(|(k, ki, kj)| {
-            let [low, high] = [k.range[0].max(overlap.range[0]), k.range[1].min(overlap.range[1])];
-            let behind = *ki == i && high - low > SAME * (k.range[1] - k.range[0]);
-            behind || (*kj == j && *ki != i && shares_edge(k, &overlap, 1 - reference))
+        let behind = places[0][i].iter().any(|&k: &usize| {
+            let range = kept[k].0.range;
+            let [low, high] = [range[0].max(overlap.range[0]), range[1].min(overlap.range[1])];
+            high - low > SAME * (range[1] - range[0])
         });
-        if !hidden {
+        let shared = || {
+            let others = places[1][j].iter().filter(|&&k| kept[k].1 != i);
+            others.into_iter().any(|&k| shares_edge(&kept[k].0, &overlap, o))
+        };
+        if !behind && !shared() {
+            places[0][i].push(kept.len());
+            places[1][j].push(kept.len());
             kept.push((overlap, i, j));
         }
     }
@@ -186,55 +182,27 @@ fn shares_edge(a: &Overlap, b: &Overlap, body: usize) -> bool {
 
 /// Finds where one stretch of the reference faces one of the other body.
 pub(super) fn between(
-    bodies: &[Body; 2],
-    [own, other]: [&Chain; 2],
+    line: &Line<'_>,
+    other: &Opposite,
     reference: usize,
-    normal: ContactNormal,
     slides: &[HashMap<u32, bool>; 2],
 ) -> Result<Option<Overlap>, CommonRefinementError> {
-    let points = |b: usize, chain: &Chain| -> Vec<Vector> {
-        chain.nodes.iter().map(|&n| bodies[b].mesh().points()[n as usize]).collect()
-    };
-    let own_points = points(reference, own);
-    let inner = own_points.len() - 1;
-    // A node inserted to open the line changes neither its normals nor its shape.
-    let uncut = match own.inserted {
-        true => Curve::new([&own_points[1..inner], &own_points[1..2]].concat()),
-        false => Curve::new(own_points.clone()),
-    };
-    let mut curve = if own.inserted { uncut.begun_at(own_points[0]) } else { uncut.clone() };
-    let offset = if own.inserted { curve.arc()[1] } else { 0.0 };
-    let uncut_own = Uncut { s: uncut.arc().iter().map(|s| s + offset).collect(), curve: uncut };
-    if let ContactNormal::Fixed(direction) = normal {
-        curve = curve.along(if reference == 0 { direction } else { scale(-1.0, direction) });
-    } else if !own.is_closed() {
-        // As in pairing: at a support the normal is the direction left free.
-        for (last, node) in [(false, own.nodes[0]), (true, own.nodes[own.nodes.len() - 1])] {
-            if let NodeConstraint::Along { direction, .. } =
-                bodies[reference].node_constraints()[node as usize]
-            {
-                curve.turn_end(last, perpendicular(direction));
-            }
-        }
-    }
-    let place = |b: usize, node: u32, s: f64| Site { s, node, slides: slides[b].get(&node) == Some(&true) };
-    // Facing bodies walk their surfaces in opposite senses.
-    let mut facing = other.clone();
-    facing.nodes.reverse();
-    let q = points(1 - reference, &facing);
+    let (own, curve, q) = (line.own, &line.curve, &other.points);
     // Closed lines begin near each other.
-    let mut hint = if own.is_closed() && other.is_closed() { 0 } else { curve.nearest(q[0]) };
+    let mut hint = if own.is_closed() && other.closed { 0 } else { curve.nearest(q[0]) };
     let s: Vec<f64> = q.iter().map(|&q| curve.parameter(q, &mut hint)).collect();
-    let Some([first, last]) = facing_run(&curve, &q, &s)? else { return Ok(None) };
+    let Some([first, last]) = facing_run(curve, q, &s)? else { return Ok(None) };
+    let place = |b: usize, node: u32, s: f64| Site { s, node, slides: slides[b].get(&node) == Some(&true) };
     let distance = |k: usize| norm(sub(q[k], curve.at(s[k].clamp(0.0, curve.length())).0));
     let distance = (first..=last).map(distance).sum::<f64>() / (last - first + 1) as f64;
     let mine = own.nodes.iter().zip(curve.arc()).map(|(&n, &s)| place(reference, n, s)).collect();
-    let theirs = (first..=last).map(|k| place(1 - reference, facing.nodes[k], s[k])).collect();
+    let theirs = (first..=last).map(|k| place(1 - reference, other.nodes[k], s[k])).collect();
     let sites: [Vec<Site>; 2] = if reference == 0 { [mine, theirs] } else { [theirs, mine] };
     let range = [s[first].max(0.0), s[last].min(curve.length())];
     let uncut_other = Uncut { curve: Curve::new(q[first..=last].to_vec()), s: s[first..=last].to_vec() };
+    let uncut_own = line.uncut.clone();
     let uncut = if reference == 0 { [uncut_own, uncut_other] } else { [uncut_other, uncut_own] };
-    let mut overlap = Overlap { curve, sites, reference, range, distance, uncut };
+    let mut overlap = Overlap { curve: curve.clone(), sites, reference, range, distance, uncut };
     join_ends(&mut overlap);
     let shortest =
         |b: usize| (0..overlap.sites[b].len()).map(|k| overlap.spacing(b, k)).fold(f64::INFINITY, f64::min);

@@ -1,8 +1,10 @@
 //! Opens contact lines that close on themselves: both begin at one place, where a node of each faces the other's.
 
 use super::chain::{self, Chain};
+use super::error::CommonRefinementError;
+use super::line::{Line, Opposite};
+use super::moved::with_moved;
 use super::overlap::{self, Overlap, SAME, SNAP};
-use super::{CommonRefinementError, with_moved};
 use crate::body::Body;
 use crate::geometry::{norm, sub};
 use crate::interface::ContactNormal;
@@ -92,7 +94,8 @@ fn begin_together(
     let (k, _) = nearest(bodies, r, chains[r][i].nodes[0], &chains[o][j]);
     rotate(&mut chains[o][j], k);
     let slides = [0, 1].map(|b| chain::sliding(&bodies[b], &chains[b]));
-    let found = overlap::between(bodies, [&chains[r][i], &chains[o][j]], r, normal, &slides)?;
+    let line = Line::new(&bodies[r], &chains[r][i], r, normal);
+    let found = overlap::between(&line, &Opposite::new(&bodies[o], &chains[o][j]), r, &slides)?;
     let Some(mut overlap) = found else { return Ok(()) };
     let Some((at, offset)) = closest(&overlap) else { return Ok(()) };
     let mut seam = [0, 1].map(|b| overlap.sites[b][at[b]].node);

@@ -2,6 +2,7 @@ use super::*;
 use crate::boundary::BoundaryConditions;
 use crate::interface::{ContactInterface, ContactNormal, Gap};
 use crate::material::{Hypothesis, LinearElastic};
+use crate::mesh::TriMesh;
 use crate::mesh::generate::block;
 
 fn body(origin: Vector, size: Vector, cells: [usize; 2]) -> Body {

@@ -1,6 +1,6 @@
 //! Rings and their sectors.
 
-use super::MAX_CELLS;
+use super::too_many;
 use crate::geometry::Vector;
 use crate::mesh::{MeshError, TriMesh};
 
@@ -35,8 +35,8 @@ pub fn ring(
         return fault("the angles must be [start, end] in degrees, start below end, at most 360 apart");
     }
     let [around, across] = cells;
-    if around == 0 || across == 0 || around.saturating_mul(across) > MAX_CELLS {
-        return fault("at least one cell is needed in each direction, and at most 2^28 of them");
+    if around == 0 || across == 0 || too_many(cells) {
+        return fault("at least one cell is needed in each direction, and at most 2^28 - 1 of them");
     }
     if sweep / around as f64 > 60.0 {
         return fault("a cell would turn by more than 60 degrees: more cells are needed around");

@@ -1,0 +1,71 @@
+//! Why two surfaces have no common refinement.
+
+use crate::body::BodyError;
+use crate::geometry::Vector;
+use crate::mesh::MeshError;
+use thiserror::Error;
+
+/// Why two surfaces have no common refinement.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
+pub enum CommonRefinementError {
+    /// No such group, or one with an edge inside the body.
+    #[error("the contact surface \"{group}\" of body {body} is no group of boundary edges")]
+    NoSurface {
+        /// 0 or 1.
+        body: usize,
+        /// The name given.
+        group: String,
+    },
+    /// The surfaces lie beside each other, or look the same way.
+    #[error(
+        "the two contact surfaces do not overlap: seen along the contact normal, no edge of the one (around ({}, {})) faces \
+         an edge of the other (around ({}, {}))",
+        points[0][0], points[0][1], points[1][0], points[1][1]
+    )]
+    NoOverlap {
+        /// The mean of each surface's nodes.
+        points: [Vector; 2],
+    },
+    /// Two nodes are too close, and neither may move.
+    #[error(
+        "two nodes of the contact surfaces are {offset:.3e} apart at ({}, {}), with edges of length {spacing:.3e}: too close \
+         to be kept apart, and neither can be moved onto the other (an end, a corner, a support, or a cell too thin); make \
+         them coincide, or at least 5 % of the edge apart",
+        point[0], point[1]
+    )]
+    Offset {
+        /// The first body's node.
+        point: Vector,
+        /// Distance along the surface.
+        offset: f64,
+        /// The smaller edge.
+        spacing: f64,
+    },
+    /// The projection of one surface onto the other is not one to one.
+    #[error(
+        "near ({}, {}) the contact surfaces fold: along the contact normal a point of the one faces several of the other; \
+         end the contact surface at the corner",
+        point[0], point[1]
+    )]
+    Folded {
+        /// Where.
+        point: Vector,
+    },
+    /// The cut mesh is too large, or its triangles are too small for floating-point numbers.
+    #[error("the mesh of body {body}, cut at the other side's nodes: {source}")]
+    Mesh {
+        /// 0 or 1.
+        body: usize,
+        /// What is wrong.
+        source: MeshError,
+    },
+    /// A condition cannot be evaluated on the cut mesh.
+    #[error("body {body}, cut at the other side's nodes: {source}")]
+    Body {
+        /// 0 or 1.
+        body: usize,
+        /// What is wrong.
+        source: BodyError,
+    },
+}

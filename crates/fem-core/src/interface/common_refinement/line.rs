@@ -1,0 +1,151 @@
+//! The stretches of both surfaces, made ready once for all that they may face.
+
+use super::chain::Chain;
+use super::curve::Curve;
+use crate::body::{Body, NodeConstraint};
+use crate::geometry::{Vector, add, bounding_box, dot, norm, perpendicular, scale, sub};
+use crate::interface::ContactNormal;
+
+/// A surface as it was before it was cut: its polygon, and the place of each node on the common line.
+#[derive(Clone, Debug)]
+pub(super) struct Uncut {
+    pub(super) curve: Curve,
+    pub(super) s: Vec<f64>,
+}
+
+impl Uncut {
+    /// Finds the edge at a place on the common line.
+    pub(super) fn edge(&self, s: f64) -> usize {
+        // A closed line may have been opened before its first node. One that is not begins at its first node, to round-off.
+        let wraps = self.curve.is_closed() && s < self.s[0];
+        let s = if wraps { s + self.curve.length() } else { s };
+        self.s.partition_point(|x| *x <= s).saturating_sub(1).min(self.s.len() - 2)
+    }
+}
+
+/// A stretch of the reference, made ready to be the common line of whatever it faces.
+pub(super) struct Line<'a> {
+    pub(super) own: &'a Chain,
+    pub(super) curve: Curve,
+    pub(super) uncut: Uncut,
+}
+
+impl<'a> Line<'a> {
+    /// * `body`: the one on whose surface the line is, number `reference`; `normal`: the direction of projection.
+    pub(super) fn new(body: &Body, own: &'a Chain, reference: usize, normal: ContactNormal) -> Self {
+        let points = points_of(body, &own.nodes);
+        let inner = points.len() - 1;
+        // A node inserted to open the line changes neither its normals nor its shape.
+        let uncut = match own.inserted {
+            true => Curve::new([&points[1..inner], &points[1..2]].concat()),
+            false => Curve::new(points.clone()),
+        };
+        let mut curve = if own.inserted { uncut.begun_at(points[0]) } else { uncut.clone() };
+        let offset = if own.inserted { curve.arc()[1] } else { 0.0 };
+        let uncut = Uncut { s: uncut.arc().iter().map(|s| s + offset).collect(), curve: uncut };
+        if let ContactNormal::Fixed(direction) = normal {
+            curve = curve.along(if reference == 0 { direction } else { scale(-1.0, direction) });
+        } else if !own.is_closed() {
+            // As in pairing: at a support the normal is the direction left free.
+            for (last, node) in [(false, own.nodes[0]), (true, own.nodes[own.nodes.len() - 1])] {
+                if let NodeConstraint::Along { direction, .. } = body.node_constraints()[node as usize] {
+                    curve.turn_end(last, perpendicular(direction));
+                }
+            }
+        }
+        Self { own, curve, uncut }
+    }
+}
+
+/// A stretch of the other body, walked in the sense of the reference: facing bodies walk their surfaces in opposite senses.
+pub(super) struct Opposite {
+    pub(super) nodes: Vec<u32>,
+    pub(super) points: Vec<Vector>,
+    pub(super) closed: bool,
+}
+
+impl Opposite {
+    pub(super) fn new(body: &Body, chain: &Chain) -> Self {
+        let nodes: Vec<u32> = chain.nodes.iter().rev().copied().collect();
+        Self { points: points_of(body, &nodes), nodes, closed: chain.is_closed() }
+    }
+}
+
+fn points_of(body: &Body, nodes: &[u32]) -> Vec<Vector> {
+    nodes.iter().map(|&n| body.mesh().points()[n as usize]).collect()
+}
+
+/// Lists for each line the stretches of the other body, ascending, that reach into what its normals sweep: as intervals on
+/// one axis, along the surface as a whole.
+pub(super) fn candidates(lines: &[Line<'_>], others: &[Opposite]) -> Vec<Vec<usize>> {
+    let along = lines.iter().fold([0.0; 2], |sum, l| add(sum, l.curve.chord()));
+    // Closed lines have no direction as a whole.
+    let axis = if norm(along) > 0.0 { scale(1.0 / norm(along), along) } else { [1.0, 0.0] };
+    let all: Vec<Vector> = others.iter().flat_map(|o| o.points.iter().copied()).collect();
+    let [low, high] = bounding_box(&all);
+    let corners = [low, [high[0], low[1]], high, [low[0], high[1]]];
+    let margin = 1e-9 * norm(sub(high, low));
+    let interval = |o: &Opposite| {
+        let places = o.points.iter().map(|p| dot(*p, axis));
+        places.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)])
+    };
+    let mut sorted: Vec<([f64; 2], usize)> = others.iter().map(interval).zip(0..).collect();
+    sorted.sort_by(|a, b| a.0[0].total_cmp(&b.0[0]));
+    let widest = sorted.iter().fold(0.0f64, |w, ([a, b], _)| w.max(b - a));
+    let near = |line: &Line<'_>| {
+        let [from, to] = line.curve.reach(axis, corners);
+        let (from, to) = (from - margin, to + margin);
+        let first = sorted.partition_point(|s| s.0[0] < from - widest);
+        let found = sorted[first..].iter().take_while(|s| s.0[0] <= to).filter(|s| s.0[1] >= from);
+        let mut found: Vec<usize> = found.map(|s| s.1).collect();
+        found.sort_unstable();
+        found
+    };
+    lines.iter().map(near).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::boundary::BoundaryConditions;
+    use crate::interface::common_refinement::{chain, overlap};
+    use crate::material::{Hypothesis, LinearElastic};
+    use crate::mesh::TriMesh;
+
+    /// Separate cells along a line that rises by an angle, each above or below its own edge: every other edge of the line.
+    fn dashes(count: usize, angle: f64, shift: f64, side: f64) -> (Body, Vec<Chain>) {
+        let (sine, cosine) = angle.sin_cos();
+        let place = |t: f64, h: f64| [t * cosine - h * sine, t * sine + h * cosine];
+        let (mut points, mut cells, mut groups) = (Vec::new(), Vec::new(), Vec::new());
+        for k in 0..count {
+            let (t, n) = (2.0 * k as f64 + shift, points.len() as u32);
+            points.extend([place(t, 0.0), place(t + 1.0, 0.0), place(t + 0.5, side)]);
+            cells.push(if side > 0.0 { [n, n + 1, n + 2] } else { [n, n + 2, n + 1] });
+            groups.push([n, n + 1]);
+        }
+        let mesh = TriMesh::new(points, cells, vec![("line".into(), groups)]).unwrap();
+        let steel = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
+        let chains = chain::chains(&mesh, mesh.group("line").unwrap()).unwrap();
+        (Body::new(mesh, steel, &BoundaryConditions::new()).unwrap(), chains)
+    }
+
+    #[test]
+    fn a_stretch_is_compared_with_its_neighbours_only() {
+        for angle in [0.0, 0.7, 1.6] {
+            let count = 200;
+            let (upper, above) = dashes(count, angle, 0.0, 1.0);
+            let (lower, below) = dashes(count, angle, 0.3, -1.0);
+            let lines: Vec<Line<'_>> =
+                above.iter().map(|c| Line::new(&upper, c, 0, ContactNormal::Averaged)).collect();
+            let others: Vec<Opposite> = below.iter().map(|c| Opposite::new(&lower, c)).collect();
+            let near = candidates(&lines, &others);
+            for (i, near) in near.iter().enumerate() {
+                assert!(near.contains(&i) && near.len() <= 2, "{angle} {i}: {near:?}");
+            }
+            let overlaps =
+                overlap::find(&[upper, lower], &[above.clone(), below.clone()], 0, ContactNormal::Averaged)
+                    .unwrap();
+            assert_eq!(overlaps.len(), count);
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! The same body with its nodes at other places.
+
+use super::error::CommonRefinementError;
+use crate::body::Body;
+use crate::geometry::Vector;
+use crate::mesh::TriMesh;
+use crate::mesh::refine::{Refinement, RefinementEdges};
+use crate::mesh::topology::NONE;
+use std::collections::HashMap;
+
+/// Moves the nodes that were snapped.
+pub(super) fn with_moved(
+    body: Body,
+    number: usize,
+    moved: &HashMap<u32, Vector>,
+) -> Result<Body, CommonRefinementError> {
+    if moved.is_empty() {
+        return Ok(body);
+    }
+    let mut points = body.mesh().points().to_vec();
+    for (&node, &point) in moved {
+        points[node as usize] = point;
+    }
+    replaced(&body, number, points, None)
+}
+
+/// Makes the same body with its nodes at other places, or with other edges in one group.
+pub(super) fn replaced(
+    body: &Body,
+    number: usize,
+    points: Vec<Vector>,
+    group: Option<(&str, Vec<u32>)>,
+) -> Result<Body, CommonRefinementError> {
+    let mesh = body.mesh();
+    let edges = mesh.topology().edges();
+    let groups = mesh.groups().iter().map(|(name, all)| {
+        let kept = group.as_ref().filter(|(changed, _)| changed == name).map_or(all, |(_, kept)| kept);
+        (name.clone(), kept.iter().map(|&e| edges[e as usize]).collect())
+    });
+    let changed = TriMesh::new(points, mesh.triangles().to_vec(), groups.collect())
+        .map_err(|source| CommonRefinementError::Mesh { body: number, source })?;
+    // A refinement that cuts nothing: conditions stay on the edges they applied to.
+    let same = Refinement {
+        refinement_edges: RefinementEdges::longest(&changed),
+        parent_cell: (0..mesh.triangles().len() as u32).collect(),
+        parent_nodes: Vec::new(),
+        middle: vec![NONE; edges.len()],
+        mesh: changed,
+    };
+    body.refined(&same).map_err(|source| CommonRefinementError::Body { body: number, source })
+}
