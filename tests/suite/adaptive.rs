@@ -4,11 +4,14 @@ use certified_contact::{
     AdaptSettings, AdaptiveEnd, AdaptiveSolution, CertifiedSolution, Criterion, Observer, Row, Settings,
     Silent, Step, solve, solve_adaptively,
 };
-use fem_core::interface::ContactProblem;
-use fem_core::material::Hypothesis;
+use fem_core::body::Body;
+use fem_core::boundary::BoundaryConditions;
+use fem_core::interface::{ContactInterface, ContactProblem, Gap};
+use fem_core::material::{Hypothesis, LinearElastic};
+use fem_core::mesh::generate::block;
 use fem_core::norm::energy_norm_squared;
 use tests::blocks::Blocks;
-use tests::{heavy, paper};
+use tests::{heavy, paper, shapes};
 
 /// Keeps what every mesh of a run said.
 #[derive(Default)]
@@ -281,4 +284,53 @@ fn a_run_is_the_same_on_1_and_2_threads() {
             .collect()
     };
     assert_eq!(bits(&one), bits(&two));
+}
+
+#[test]
+fn a_run_that_is_stopped_on_its_last_mesh_says_so_whatever_it_has_certified() {
+    let whole = |patience| {
+        let mut record = Record { patience, ..Record::default() };
+        (run(coarse_paper(), &AdaptSettings::new(0.05), &mut record), record.iterations)
+    };
+    let (answer, iterations) = whole(None);
+    let last = answer.history.last().unwrap();
+    assert!(last.iterations > 1);
+    // After the first iteration on the last mesh, whose bound meets the target already.
+    let (stopped, _) = whole(Some(iterations - last.iterations + 1));
+    assert!(matches!(stopped.end, AdaptiveEnd::Interrupted), "{:?}", stopped.end);
+    assert_eq!(stopped.history.len(), answer.history.len());
+    assert!(stopped.solution.is_certified());
+}
+
+/// Two blocks under a contact line inclined by `slope`, whose end at `x = 0` is held in x.
+fn held_obliquely(slope: f64, cells: usize) -> ContactProblem {
+    let body = |y: f64, young: f64, sides: BoundaryConditions| {
+        let sheared = |x: [f64; 2]| [x[0], x[1] + slope * x[0]];
+        let mesh = shapes::moved(&block([0.0, y], [2.0, 1.0], [2 * cells, cells]).unwrap(), sheared).unwrap();
+        let material = LinearElastic::isotropic(young, 0.3, Hypothesis::PlaneStrain).unwrap();
+        Body::new(mesh, material, &sides.displace("left", Some(0.0.into()), None)).unwrap()
+    };
+    let upper = BoundaryConditions::new().displace("top", None, Some((-0.02).into()));
+    let upper = body(0.0, 2000.0, upper);
+    let lower = body(-1.0, 1000.0, BoundaryConditions::new().fix("bottom"));
+    let interface =
+        ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
+    ContactProblem { bodies: [upper, lower], interface }
+}
+
+#[test]
+fn every_first_mesh_leads_to_the_same_energy_where_a_support_is_oblique_to_the_contact_line() {
+    for slope in [0.4, -0.4] {
+        let mut all: Vec<[f64; 2]> = Vec::new();
+        for (cells, target) in [(2, 0.04), (3, 0.04), (8, 1.0), (24, 1.0)] {
+            let mut record = Record::default();
+            run(held_obliquely(slope, cells), &AdaptSettings::new(target), &mut record);
+            assert!(record.valid.iter().all(|v| *v), "{slope} {cells}");
+            all.extend(record.potential_energy);
+        }
+        let low = all.iter().map(|i| i[0]).fold(f64::NEG_INFINITY, f64::max);
+        let high = all.iter().map(|i| i[1]).fold(f64::INFINITY, f64::min);
+        assert!(low <= high, "{slope}: {all:?}");
+        assert!(high - low < 2e-3 * high.abs(), "{slope}: nothing is said by {all:?}");
+    }
 }
