@@ -15,6 +15,7 @@ mod body;
 mod build;
 mod choices;
 mod conditions;
+mod cures;
 mod data;
 mod matching;
 mod materials;
