@@ -110,7 +110,11 @@ impl Failure {
             }
             SolveError::Factor { body, source } => Self::plain(
                 NO_UNIQUE_SOLUTION,
-                format!("no unique solution: body \"{}\": {source}", name(*body)),
+                format!(
+                    "no unique solution: body \"{}\": {source}.\n  expected: supports and materials that leave no motion \
+                     nearly free\n  fix: hold the body farther from one point, or lower Poisson's ratio to 0.49",
+                    name(*body)
+                ),
             ),
             SolveError::Nndd(e @ (NnddError::Theta { .. } | NnddError::Lambda { .. })) => {
                 Self::plain(INVALID_INPUT, e.to_string())

@@ -71,7 +71,7 @@ fn check_name(r: &Reader<'_>, name: &str, others: &[BodyCase]) {
             "name it after what it is, such as \"upper\"",
         );
     } else if let Some(other) = others.iter().find(|b| stem(&b.name) == stem(name)) {
-        let message = if other.name == name {
+        let message = if other.name.to_lowercase() == name.to_lowercase() {
             format!("two bodies are called {}", excerpt(name))
         } else {
             let [a, b] = [&other.name, name].map(|n| excerpt(n));

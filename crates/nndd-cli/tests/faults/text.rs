@@ -121,7 +121,7 @@ fn item_37_names_of_bodies_name_files() {
 fn item_37_two_bodies_do_not_write_the_same_file() {
     let temp = tempfile::tempdir().unwrap();
     let case = temp.path().join("names.toml");
-    for [a, b] in [["part 2#", "part 2+"], ["a b", "A_B"], ["Größe", "größe"]] {
+    for [a, b] in [["part 2#", "part 2+"], ["a b", "A_B"], ["Größe 1", "größe_1"]] {
         let text =
             paper().replace("\"upper\"", &format!("\"{a}\"")).replace("\"lower\"", &format!("\"{b}\""));
         std::fs::write(&case, text).unwrap();
