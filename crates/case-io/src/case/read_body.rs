@@ -74,7 +74,7 @@ fn check_name(r: &Reader<'_>, name: &str, others: &[BodyCase]) {
         let message = if other.name.to_lowercase() == name.to_lowercase() {
             format!("two bodies are called {}", excerpt(name))
         } else {
-            let [a, b] = [&other.name, name].map(|n| excerpt(n));
+            let [a, b] = [other.name.as_str(), name].map(excerpt);
             format!("the bodies {a} and {b} would write the same file, {}.vtu", file_stem(name))
         };
         let diagnostic = Diagnostic::new(code::DUPLICATE, r.place_of("name"), message);
