@@ -15,6 +15,7 @@ mod body;
 mod build;
 mod choices;
 mod conditions;
+mod cures;
 mod cuts;
 mod data;
 mod matching;

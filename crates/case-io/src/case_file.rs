@@ -16,7 +16,7 @@ pub(crate) use quantity::{memory, time};
 pub(crate) use reader::{Findings, Reader};
 pub(crate) use tree::{At, NodeValue, Table};
 
-use crate::diagnostic::{CaseError, Diagnostic, Place, Source, code};
+use crate::diagnostic::{CaseError, Diagnostic, Place, Source, code, excerpt};
 use std::io::{self, Read};
 use std::path::Path;
 use std::sync::Arc;
@@ -96,6 +96,7 @@ pub(crate) fn parse(
         let help = "write a case file to start from with `nndd new paper`";
         let message = if text.is_empty() { "the case file is empty" } else { "the case file sets nothing" };
         return Err(Diagnostic::new(code::MISSING, Some(at.place()), message)
+            .expected("the tables of a case")
             .help(Some(help.to_owned()))
             .into());
     }
@@ -121,17 +122,21 @@ fn syntax_faults(text: &str, mut errors: Vec<toml::de::Error>, source: &Arc<Sour
         let below = errors.iter().filter(|error| span(error).start >= from);
         let Some(first) = below.min_by_key(|error| span(error).start) else { break };
         let span = span(first);
-        faults.push(Diagnostic::new(code::SYNTAX, Some(Place::new(source, span.clone())), first.message()));
+        faults.push(syntax_fault(&text, first, span.clone(), source));
         let at = span.start.min(text.len());
         let is_end = |byte: &u8| *byte == b'\n';
         let start = text.as_bytes()[..at].iter().rposition(is_end).map_or(0, |end| end + 1);
         let end = text.as_bytes()[at..].iter().position(is_end).map_or(text.len(), |length| at + length);
         from = end + 1;
-        if first.message().starts_with("duplicate key") {
-            // The text is TOML up to its meaning: the other faults stand by themselves.
+        let header = is_header(&text[start..end]);
+        if is_duplicate(first) {
+            // The text is TOML up to its meaning: the other faults stand by themselves, but for the keys of a table that is
+            // there twice.
+            if header {
+                from = headers(&text).find(|at| *at > start).unwrap_or(text.len());
+            }
             continue;
         }
-        let header = text[start..end].trim_start().starts_with('[');
         if header || text[start..at].trim().is_empty() {
             // To which table the keys below belong is not known, or the fault began further up, as an array that is
             // never closed: what stands below cannot be judged.
@@ -141,6 +146,67 @@ fn syntax_faults(text: &str, mut errors: Vec<toml::de::Error>, source: &Arc<Sour
         errors = DeTable::parse_recoverable(&text).1;
     }
     faults
+}
+
+fn is_duplicate(error: &toml::de::Error) -> bool {
+    error.message().starts_with("duplicate key")
+}
+
+fn is_header(line: &str) -> bool {
+    line.trim_start().starts_with('[')
+}
+
+/// The lines of a text with the bytes where they begin.
+fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    text.split_inclusive('\n').scan(0, |at, line| {
+        let start = *at;
+        *at += line.len();
+        Some((start, line))
+    })
+}
+
+/// Where the headers of tables begin.
+fn headers(text: &str) -> impl Iterator<Item = usize> {
+    lines(text).filter(|(_, line)| is_header(line)).map(|(start, _)| start)
+}
+
+/// Describes a fault of syntax; of a key that stands twice, with the place of the first.
+fn syntax_fault(
+    text: &str,
+    error: &toml::de::Error,
+    span: std::ops::Range<usize>,
+    source: &Arc<Source>,
+) -> Diagnostic {
+    let fault =
+        |message: String| Diagnostic::new(code::SYNTAX, Some(Place::new(source, span.clone())), message);
+    if !is_duplicate(error) {
+        return fault(error.message().to_owned())
+            .expected("TOML: `key = value`, texts in quotes, arrays in brackets")
+            .fix("mend this line");
+    }
+    let key = text.get(span.clone()).unwrap_or_default();
+    let first = first_of(text, key, span.start)
+        .map(|at| format!(", which stands first in line {}", Place::new(source, at..at).line))
+        .unwrap_or_default();
+    fault(format!("duplicate key {}{first}", excerpt(key)))
+        .expected("every key and every table once")
+        .fix("take one of the two out, or rename it")
+}
+
+/// Finds where a key or the header of a table, which stands a second time at `at`, stands first.
+fn first_of(text: &str, key: &str, at: usize) -> Option<usize> {
+    let (start, line) = lines(text).take_while(|(start, _)| *start <= at).last()?;
+    let before = lines(text).take_while(|(other, _)| *other < start);
+    if is_header(line) {
+        return before.filter(|(_, other)| other.trim() == line.trim()).map(|(other, _)| other).next();
+    }
+    let table = headers(text).take_while(|other| *other < start).last().unwrap_or(0);
+    let sets = |(_, other): &(usize, &str)| {
+        other.trim_start().strip_prefix(key).is_some_and(|rest| rest.trim_start().starts_with(['=', '.']))
+    };
+    let in_table = before.filter(|(other, _)| *other >= table).find(sets).map(|(other, _)| other);
+    // Within an inline table both stand in one line.
+    in_table.or_else(|| text.get(start..at)?.contains(key).then_some(start))
 }
 
 #[cfg(test)]

@@ -28,8 +28,6 @@ pub mod code {
     pub const REFERENCE: &str = "case::reference";
     /// A name that stands twice.
     pub const DUPLICATE: &str = "case::duplicate";
-    /// Something that a later version will read.
-    pub const UNSUPPORTED: &str = "case::unsupported";
     /// An expression that cannot be read.
     pub const EXPRESSION: &str = "case::expression";
     /// An override or a sweep on the command line.
@@ -148,6 +146,12 @@ impl Diagnostic {
 
     pub(crate) fn help(mut self, help: Option<String>) -> Self {
         self.help = help;
+        self
+    }
+
+    /// Gives the fix, unless there is a better one already.
+    pub(crate) fn fix(mut self, fix: impl Into<String>) -> Self {
+        self.help.get_or_insert_with(|| fix.into());
         self
     }
 }

@@ -37,10 +37,9 @@
 //!
 //! // A misspelt key is found, with its place and the key that was meant.
 //! let error = Case::parse(template::PAPER, "paper.toml", &[split_override("solver.theata=0.45")?]).unwrap_err();
-//! assert_eq!(
-//!     error.to_string(),
-//!     "--set solver.theata=0.45: unknown key `theata` in `solver`; help: did you mean `theta`?"
-//! );
+//! let said = error.to_string();
+//! assert!(said.starts_with("--set solver.theata=0.45: unknown key `theata` in `solver`; expected only the keys `method`"));
+//! assert!(said.ends_with("; help: did you mean `theta`?"));
 //! # Ok(()) }
 //! ```
 

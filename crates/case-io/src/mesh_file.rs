@@ -44,7 +44,7 @@ pub use region::{Region, RegionOptions, glued_nodes};
 pub use summary::{GroupSummary, Quality, Summary};
 
 pub(crate) use collect::{Collected, Collector, Spot};
-pub(crate) use error::{counted, first_bytes};
+pub(crate) use error::{counted, first_bytes, listed};
 pub(crate) use index::NumberIndex;
 pub(crate) use read::Includes;
 

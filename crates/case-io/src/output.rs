@@ -149,14 +149,15 @@ pub struct OutputDirectory {
     path: PathBuf,
     before: Before,
     written: BTreeSet<PathBuf>,
-    lock: Lock,
+    /// Held for what its drop does.
+    _lock: Lock,
 }
 
 impl OutputDirectory {
     /// Opens a directory for the results of one case, and locks it.
     ///
-    /// A missing or empty directory is fine. A complete result of the same case will be replaced. Anything else is
-    /// refused, unless `force` is given.
+    /// A missing or empty directory is fine. A result of the same case will be replaced, unless a checkpoint lies beside it,
+    /// with which its run could go on. Anything else is refused, unless `force` is given.
     ///
     /// * `case_hash`: [`crate::Case::hash`] or what else names the case, compared with the one on record.
     ///
@@ -177,7 +178,7 @@ impl OutputDirectory {
             Err(_) if force => Before::Foreign,
             Err(refusal) => return Err(refusal),
         };
-        Ok(Self { path: path.to_owned(), before, written: BTreeSet::new(), lock })
+        Ok(Self { path: path.to_owned(), before, written: BTreeSet::new(), _lock: lock })
     }
 
     /// Opens a directory in which a run of the same case is to go on, and locks it.
@@ -189,17 +190,12 @@ impl OutputDirectory {
             return Err(OutputError::NotADirectory { path: path.to_owned() });
         }
         let lock = Lock::take(path)?;
-        Ok(Self { path: path.to_owned(), before: Before::SameCase, written: BTreeSet::new(), lock })
+        Ok(Self { path: path.to_owned(), before: Before::SameCase, written: BTreeSet::new(), _lock: lock })
     }
 
     /// Returns the directory.
     pub fn path(&self) -> &Path {
         &self.path
-    }
-
-    /// Says whether an earlier run left its lock behind: it was killed, and what it wrote may be incomplete.
-    pub fn found_stale_lock(&self) -> bool {
-        self.lock.was_stale
     }
 
     /// Says whether an earlier result is being replaced.
@@ -366,14 +362,17 @@ fn inspect(
     let Some(found) = found else { return Ok(Ok(Before::Nothing)) };
     let mut recorded =
         ResultKind::ALL.into_iter().filter_map(|k| Some((k, recorded_hash(&path.join(k.record()))?)));
+    let unfinished = [CHECKPOINT, CHECKPOINT_BEFORE].iter().any(|name| path.join(name).is_file());
     Ok(match recorded.next() {
+        // A run that was interrupted has a report as well; one that came to its end has no checkpoint any more.
+        Some((ResultKind::Solve, hash)) if unfinished && hash == case_hash => {
+            Err(OutputError::Unfinished { path: path.to_owned() })
+        }
         Some((found, hash)) if found == kind && hash == case_hash && recorded.next().is_none() => {
             Ok(Before::SameCase)
         }
         Some(_) => Err(OutputError::OtherCase { path: path.to_owned() }),
-        None if [CHECKPOINT, CHECKPOINT_BEFORE].iter().any(|name| path.join(name).is_file()) => {
-            Err(OutputError::Unfinished { path: path.to_owned() })
-        }
+        None if unfinished => Err(OutputError::Unfinished { path: path.to_owned() }),
         None => Err(OutputError::NotOurs { path: path.to_owned(), found }),
     })
 }

@@ -120,8 +120,8 @@ pub struct IterationRow {
     pub e_cre: Option<f64>,
     /// Pairs with a positive force or an active bound.
     pub contact_nodes: usize,
-    /// `Σ r²_i`, N/m.
-    pub contact_force: f64,
+    /// `Σ r²_i`, N/m, where it is a number.
+    pub contact_force: Option<f64>,
     /// How the contact problem was solved.
     pub qp_path: Option<String>,
     /// Iterations of the contact problem.
@@ -189,28 +189,29 @@ pub struct Checks {
     pub supports: Option<f64>,
 }
 
-/// The numbers engineers ask for.
+/// The numbers engineers ask for; [`Results::default`] is those of a run that ended before there were any, whose lists are
+/// empty.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Results {
     /// `a(u, u)` of each body.
-    pub energy_norm_squared: [f64; 2],
+    pub energy_norm_squared: Option<[f64; 2]>,
     /// `Σ r²_i`, N/m.
-    pub contact_force: f64,
+    pub contact_force: Option<f64>,
     /// Stretches in contact, by arc length, m.
     pub contact_intervals: Vec<[f64; 2]>,
     /// Each stretch of the contact line.
     #[serde(default)]
     pub contact_stretches: Vec<ContactStretch>,
     /// Largest mean pressure of an interface edge, Pa.
-    pub max_pressure: f64,
+    pub max_pressure: Option<f64>,
     /// Smallest opening, m.
-    pub min_gap: f64,
+    pub min_gap: Option<f64>,
     /// Reaction of each support.
     pub reactions: Vec<Reaction>,
     /// Sum of all forces on each body, N/m.
     pub balance: Vec<[f64; 2]>,
     /// Largest displacement, m.
-    pub max_displacement: f64,
+    pub max_displacement: Option<f64>,
     /// Largest equivalent stress, Pa.
     pub max_von_mises: Option<f64>,
 }

@@ -123,7 +123,7 @@ mod tests {
             iteration: 1,
             theta: Some(0.4),
             eta_nndd: Some(0.1 + 0.2),
-            contact_force: 1e-20,
+            contact_force: Some(1e-20),
             qp_path: Some("active, set".into()),
             ..IterationRow::default()
         };

@@ -4,20 +4,22 @@ use crate::convert;
 use crate::failure::Failure;
 use crate::files;
 use crate::memory::{self, mebibytes};
-use crate::outcome::{self, Ended};
+use crate::outcome::{self, Ended, word};
 use crate::resume::{self, Place};
 use crate::run::{Follower, Solved};
 use crate::stopwatch::Activity;
+use crate::words::short;
 use case_io::Case;
 use case_io::case::Adapt;
 use case_io::output::OutputDirectory;
 use case_io::report::{AdaptiveRow, Status};
 use certified_contact::{
-    AdaptSettings, AdaptiveEnd, AdaptiveSolution, CertifiedSolution, Checkpoint, Observer, Phase, Row, Step,
-    resume_adaptively, solve_adaptively,
+    AdaptSettings, AdaptiveEnd, AdaptiveSolution, CertifiedSolution, Checkpoint, Observer, Phase, Row,
+    SolveError, Step, resume_adaptively, solve_adaptively,
 };
 use fem_core::interface::ContactProblem;
 use nndd::NnddStatus;
+use serde_json::{Value, json};
 
 /// What a printer hears of an adaptive run.
 pub(crate) enum Event<'a> {
@@ -37,6 +39,19 @@ pub(crate) fn row(step: &Step) -> Option<AdaptiveRow> {
         relative: step.relative,
         iterations: step.iterations,
         energy_norm_squared: step.energy_norm_squared?,
+    })
+}
+
+/// The same keys for a mesh without bound.
+pub(crate) fn without_bound(step: &Step) -> Value {
+    json!({
+        "step": step.step,
+        "nodes": step.nodes,
+        "pairs": step.pairs,
+        "e_cre": null,
+        "relative": null,
+        "iterations": step.iterations,
+        "energy_norm_squared": step.energy_norm_squared,
     })
 }
 
@@ -144,6 +159,9 @@ impl Observer for Steps<'_> {
     }
 }
 
+/// Judges a finished run.
+///
+/// * `memory`: why the next mesh has no room.
 fn judge(
     case: &Case,
     adapt: &Adapt,
@@ -151,38 +169,85 @@ fn judge(
     ended: Option<Ended>,
     memory: Option<&str>,
 ) -> Status {
-    let word = |word: &str, code: u8, reason: String| Status { word: word.into(), code, reason };
-    let target = adapt.target_relative_error;
-    let relative = answer.solution.relative();
-    let reached =
-        relative.map_or_else(|| "the bound".into(), |r| format!("certified relative error {r:.3e}"));
-    let missed = |reason: String| word("target_missed", 6, format!("{reached} > {target}: {reason}"));
-    let meshes = answer.history.len();
     // The best certificate may be that of an earlier mesh.
-    let last = answer.step == meshes;
+    let last = answer.step == answer.history.len();
     let mut status = match &answer.end {
+        AdaptiveEnd::Iteration(_) | AdaptiveEnd::NotCertified if last => {
+            outcome::judge(case, &answer.solution, ended)
+        }
+        AdaptiveEnd::Interrupted => outcome::interrupted(ended, &format!("mesh {}", answer.history.len())),
+        AdaptiveEnd::NoRoom { nodes } => {
+            let needed = memory.unwrap_or("too much memory");
+            word("limit", 8, format!("the next mesh of {nodes} nodes needs {needed}"))
+        }
+        AdaptiveEnd::Failed(error) => failed(case, adapt, answer, error),
+        _ => of_end(adapt, answer),
+    };
+    status.reason += match status.word.as_str() {
+        "interrupted" => "; --resume goes on",
+        "limit" => "; raise the limit and go on with --resume",
+        _ => "",
+    };
+    if !last {
+        status.reason += &format!("; the certificate is that of mesh {}", answer.step);
+    }
+    status
+}
+
+/// Says how small the certified error is.
+fn reached(answer: &AdaptiveSolution) -> String {
+    answer
+        .solution
+        .relative()
+        .map_or_else(|| "the bound".into(), |relative| format!("certified relative error {relative:.3e}"))
+}
+
+fn missed(adapt: &Adapt, answer: &AdaptiveSolution, reason: &str) -> Status {
+    let target = short(adapt.target_relative_error);
+    word("target_missed", 6, format!("{} > {target}: {reason}", reached(answer)))
+}
+
+/// Judges a run whose next mesh cannot be solved.
+fn failed(case: &Case, adapt: &Adapt, answer: &AdaptiveSolution, error: &SolveError) -> Status {
+    let failure = Failure::solve(case, error);
+    let reason = failure.message.unwrap_or_else(|| error.to_string());
+    match failure.code {
+        8 => word("limit", 8, format!("the next mesh: {reason}")),
+        _ => missed(adapt, answer, &format!("the next mesh cannot be solved: {reason}")),
+    }
+}
+
+/// Judges a run that came to an end of its own.
+fn of_end(adapt: &Adapt, answer: &AdaptiveSolution) -> Status {
+    let meshes = answer.history.len();
+    let target = short(adapt.target_relative_error);
+    match &answer.end {
         AdaptiveEnd::TargetMet => {
-            let reached = relative.map_or_else(|| "no error".into(), |_| reached.clone());
-            word("converged", 0, format!("{reached} <= {target} on mesh {meshes}"))
+            let found = answer.solution.relative().map_or_else(|| "no error".into(), |_| reached(answer));
+            word("converged", 0, format!("{found} <= {target} on mesh {meshes}"))
         }
-        AdaptiveEnd::MaxSteps => {
-            missed(format!("all adapt.max_steps = {} meshes are used; raise it", adapt.max_steps))
-        }
-        AdaptiveEnd::MaxNodes => missed(format!(
-            "adapt.max_nodes = {} leaves no room for a mesh that is worth it; raise it",
-            adapt.max_nodes
-        )),
+        AdaptiveEnd::MaxSteps => missed(
+            adapt,
+            answer,
+            &format!("all adapt.max_steps = {} meshes are used; raise it", adapt.max_steps),
+        ),
+        AdaptiveEnd::MaxNodes => missed(
+            adapt,
+            answer,
+            &format!(
+                "adapt.max_nodes = {} leaves no room for a mesh that is worth it; raise it",
+                adapt.max_nodes
+            ),
+        ),
         AdaptiveEnd::RoundOff { floor } => word(
             "stalled",
             5,
             format!(
-                "the target {target:e} lies below the attainable floor {floor:.1e}, the round-off of this problem; ask for \
-                 more than that"
+                "the target {:e} lies below the attainable floor {floor:.1e}, the round-off of this problem; ask for more \
+                 than that",
+                adapt.target_relative_error
             ),
         ),
-        AdaptiveEnd::Iteration(_) | AdaptiveEnd::NotCertified if last => {
-            outcome::judge(case, &answer.solution, ended)
-        }
         AdaptiveEnd::Iteration(status) => {
             let failed = match status {
                 NnddStatus::MaxIterations => "max_iterations",
@@ -195,30 +260,14 @@ fn judge(
             "stalled",
             5,
             format!(
-                "{reached} > {target}, and nearly all of it is the iteration's error, which no finer mesh lowers; use \
-                 solver.stop.criterion = \"estimator\", or more iterations"
+                "{} > {target}, and nearly all of it is the iteration's error, which no finer mesh lowers; use \
+                 solver.stop.criterion = \"estimator\", or more iterations",
+                reached(answer)
             ),
         ),
         AdaptiveEnd::NotCertified => {
             word("not_certified", 6, format!("the bound of mesh {meshes} does not pass its checks"))
         }
-        AdaptiveEnd::Interrupted => outcome::interrupted(ended, &format!("mesh {meshes}")),
-        AdaptiveEnd::NoRoom { nodes } => {
-            let needed = memory.unwrap_or("too much memory");
-            word("limit", 8, format!("the next mesh of {nodes} nodes needs {needed}"))
-        }
-        AdaptiveEnd::Failed(error) => {
-            let failure = Failure::solve(case, error);
-            let reason = failure.message.unwrap_or_else(|| error.to_string());
-            match failure.code {
-                8 => word("limit", 8, format!("the next mesh: {reason}")),
-                _ => missed(format!("the next mesh cannot be solved: {reason}")),
-            }
-        }
-        _ => missed("the run ended in an unknown way".into()),
-    };
-    if !last {
-        status.reason += &format!("; the certificate is that of mesh {}", answer.step);
+        _ => missed(adapt, answer, "the run ended in an unknown way"),
     }
-    status
 }

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 const EXAMPLES: &str = "\
 Examples:
   nndd new paper > case.toml           start from a commented case file
-  nndd solve case.toml                 solve it; the certificate is the last line
+  nndd solve case.toml                 solve it and say how far off the answer is at most
   nndd new gmsh > case.toml            your own mesh, refined until the certified error is small enough
   nndd sweep case.toml --over solver.theta=0.1:0.9:0.05
 
@@ -47,6 +47,17 @@ pub(crate) enum Command {
         /// For which shell.
         shell: Shell,
     },
+}
+
+impl Command {
+    /// Says whether the output is read by a program.
+    pub(crate) fn is_for_programs(&self) -> bool {
+        match self {
+            Self::Solve(options) => options.format == Format::Json,
+            Self::Mesh(options) => options.format == Format::Json,
+            _ => false,
+        }
+    }
 }
 
 /// More threads than this only cost time: starting tens of thousands takes minutes.
@@ -120,7 +131,7 @@ pub(crate) struct Sweep {
     /// The setting and its values: KEY=a:b:h or KEY=[v1, v2].
     #[arg(long, value_name = "KEY=RANGE")]
     pub(crate) over: String,
-    /// Iterations of each run.
+    /// Iterations of each run, at least 1.
     #[arg(long, value_name = "N", default_value_t = 3)]
     pub(crate) iterations: usize,
     /// A further panel with other settings: "KEY=VALUE; KEY=VALUE"; may be repeated.

@@ -5,6 +5,7 @@ mod table;
 use crate::failure::Failure;
 use crate::memory::{self, mebibytes};
 use crate::run::Solved;
+use crate::words::{blanked, plain};
 use case_io::Case;
 use case_io::case::Material;
 use case_io::diagnostic::Diagnostic;
@@ -21,10 +22,19 @@ pub(crate) use table::{head as table_head, row};
 /// Prints to stdout. A reader that has gone away is no error of ours.
 pub(crate) fn print(text: &str) -> io::Result<()> {
     let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    match out.write_all(plain(text).as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-        other => other,
+        Err(e) => {
+            let what = format!("cannot write to standard output: {e}; send it where there is room");
+            Err(io::Error::new(e.kind(), what))
+        }
+        Ok(()) => Ok(()),
     }
+}
+
+/// Prints to stderr; there is nobody to tell that it cannot be written to.
+fn complain(text: &str) {
+    let _ = io::stderr().write_all(text.as_bytes());
 }
 
 /// The width of the terminal that results go to, `None` where they go elsewhere.
@@ -42,22 +52,22 @@ pub(crate) fn failure(failure: &Failure) {
     }
     if let Some(message) = &failure.message {
         let prefix = if failure.diagnostics.is_empty() { "error: " } else { "" };
-        let _ = writeln!(text, "{prefix}{message}");
+        let _ = writeln!(text, "{prefix}{}", plain(message));
     }
-    let _ = io::stderr().write_all(text.as_bytes());
+    complain(&text);
 }
 
 /// Prints warnings about a case.
 pub(crate) fn warnings(diagnostics: &[Diagnostic]) {
     for diagnostic in diagnostics {
-        let _ = io::stderr().write_all(render("warning", diagnostic).as_bytes());
+        complain(&render("warning", diagnostic));
     }
 }
 
 /// Prints what is worth knowing about how a case was read.
 pub(crate) fn notes(notes: &[String]) {
     for note in notes {
-        let _ = io::stderr().write_all(format!("note: {note}\n").as_bytes());
+        complain(&format!("note: {}\n", plain(note)));
     }
 }
 
@@ -66,7 +76,7 @@ const LONGEST_LINE: usize = 2000;
 
 /// Renders a diagnostic with its place: one plain line first, then the source as people like to see it.
 fn render(kind: &str, diagnostic: &Diagnostic) -> String {
-    let mut text = format!("{kind}[{}]: {diagnostic}", diagnostic.code);
+    let mut text = plain(&format!("{kind}[{}]: {diagnostic}", diagnostic.code)).into_owned();
     if let Some((end, _)) = text.char_indices().nth(LONGEST_LINE) {
         text.truncate(end);
         text += " …";
@@ -79,7 +89,7 @@ fn render(kind: &str, diagnostic: &Diagnostic) -> String {
     }
     let label = LabeledSpan::underline(place.span.clone());
     let report = miette::Report::new(MietteDiagnostic::new(diagnostic.message.clone()).with_label(label))
-        .with_source_code(NamedSource::new(place.file(), place.source.text().to_owned()));
+        .with_source_code(NamedSource::new(plain(place.file()), blanked(place.source.text())));
     let colour = io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
     let theme = if colour { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
     let mut picture = String::new();

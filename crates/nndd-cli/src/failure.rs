@@ -12,6 +12,7 @@ use fem_core::assembly::AssemblyError;
 use fem_core::cholesky::CholeskyError;
 use fem_core::condensation::FactorError;
 use nndd::NnddError;
+use serde_json::{Value, json};
 use std::io;
 use std::path::Path;
 
@@ -37,6 +38,18 @@ const LIMIT: u8 = 8;
 impl Failure {
     fn plain(code: u8, message: impl Into<String>) -> Self {
         Self { code, diagnostics: Vec::new(), message: Some(message.into()) }
+    }
+
+    /// Makes the one object that `--format json` gets of it.
+    pub(crate) fn event(&self) -> Value {
+        let diagnostics = self.diagnostics.iter().map(ToString::to_string);
+        let message: Vec<String> = diagnostics.chain(self.message.clone()).collect();
+        json!({ "event": "failed", "code": self.code, "message": message.join("\n") })
+    }
+
+    /// Makes it one of the command line, wherever it was found.
+    pub(crate) fn on_command_line(self) -> Self {
+        Self { code: COMMAND_LINE, ..self }
     }
 
     pub(crate) fn command_line(message: impl Into<String>) -> Self {
@@ -97,7 +110,11 @@ impl Failure {
             }
             SolveError::Factor { body, source } => Self::plain(
                 NO_UNIQUE_SOLUTION,
-                format!("no unique solution: body \"{}\": {source}", name(*body)),
+                format!(
+                    "no unique solution: body \"{}\": {source}.\n  expected: supports and materials that leave no motion \
+                     nearly free\n  fix: hold the body farther from one point, or lower Poisson's ratio to 0.49",
+                    name(*body)
+                ),
             ),
             SolveError::Nndd(e @ (NnddError::Theta { .. } | NnddError::Lambda { .. })) => {
                 Self::plain(INVALID_INPUT, e.to_string())

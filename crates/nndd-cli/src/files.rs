@@ -30,7 +30,7 @@ pub(crate) fn iteration_row(row: &Row) -> IterationRow {
         eta_dis: row.eta_dis,
         e_cre: row.e_cre,
         contact_nodes: it.contact_nodes,
-        contact_force: finite(it.contact_force).unwrap_or_default(),
+        contact_force: finite(it.contact_force),
         qp_path: Some(it.qp_path.to_string()),
         qp_iterations: it.qp_iterations,
     }
@@ -124,15 +124,15 @@ fn results(case: &Case, solution: &CertifiedSolution) -> Results {
         min_gap: s.min_gap,
     });
     Results {
-        energy_norm_squared: r.energy_norm_squared,
-        contact_force: r.contact_force,
+        energy_norm_squared: Some(r.energy_norm_squared),
+        contact_force: Some(r.contact_force),
         contact_intervals: r.contact_intervals.clone(),
         contact_stretches: stretches.collect(),
-        max_pressure: r.max_pressure,
-        min_gap: r.min_gap,
+        max_pressure: Some(r.max_pressure),
+        min_gap: Some(r.min_gap),
         reactions: reactions.collect(),
         balance: r.balance.to_vec(),
-        max_displacement: r.max_displacement,
+        max_displacement: Some(r.max_displacement),
         max_von_mises: r.max_von_mises,
     }
 }
@@ -187,7 +187,7 @@ pub(crate) fn write(
     put("report.html", &html::page(case, report, &pictures))?;
     if case.output.vtu && solution.estimate.is_some() {
         for body in 0..2 {
-            let name = format!("{}.vtu", file_name(&case.bodies[body].name));
+            let name = format!("{}.vtu", case.bodies[body].file_stem());
             vtu_body(solution, body, &name, directory)?;
         }
         vtu_contact(solution, &contact, directory)?;
@@ -200,7 +200,7 @@ pub(crate) fn write(
 
 /// The file of a body on a mesh of an adaptive run.
 pub(crate) fn step_name(case: &Case, body: usize, step: usize) -> String {
-    format!("fields/{}-step-{step:02}.vtu", file_name(&case.bodies[body].name))
+    format!("fields/{}-step-{step:02}.vtu", case.bodies[body].file_stem())
 }
 
 /// Writes the bodies on one mesh of an adaptive run.
@@ -225,14 +225,6 @@ fn write_series(case: &Case, report: &Report, directory: &mut OutputDirectory) -
         report.adaptive.iter().flat_map(|row| [0, 1].map(|body| entry(row.step, body))).collect();
     let text = vtu::pvd(&entries).map_err(|e| Failure::defect(format!("adaptive.pvd: {e}")))?;
     directory.write("adaptive.pvd", text.as_bytes()).map_err(|e| Failure::output(&e))
-}
-
-/// Makes a file name of a body's name.
-fn file_name(name: &str) -> String {
-    let safe = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' };
-    let text: String = name.chars().map(safe).take(100).collect();
-    // Names the program itself uses, and names that would be hidden.
-    if text.is_empty() || text.starts_with('.') || text == "contact" { format!("body_{text}") } else { text }
 }
 
 fn six(t: SymTensor2, zz: f64) -> [f64; 6] {

@@ -100,30 +100,28 @@ fn checks(page: &mut String, report: &Report) {
 fn results(page: &mut String, case: &Case, report: &Report) {
     let r = &report.results;
     let t = case.model.thickness;
+    // Without a solution nothing of it is known.
+    let Some(energies) = r.energy_norm_squared else { return };
     page.push_str("<h2>Results</h2>\n<table><tr><th>quantity</th><th>per unit thickness</th>");
     let _ = writeln!(page, "<th>for the thickness {t}</th></tr>");
-    let mut row = |name: &str, value: f64, by_thickness: bool| {
-        let whole = if by_thickness { number(Some(value * t)) } else { "–".into() };
-        let _ = writeln!(
-            page,
-            "<tr><td>{}</td><td>{}</td><td>{whole}</td></tr>",
-            escape(name),
-            number(Some(value))
-        );
+    let mut row = |name: &str, value: Option<f64>, by_thickness: bool| {
+        let whole = if by_thickness { number(value.map(|x| x * t)) } else { "–".into() };
+        let _ =
+            writeln!(page, "<tr><td>{}</td><td>{}</td><td>{whole}</td></tr>", escape(name), number(value));
     };
-    for (body, a) in report.bodies.iter().zip(r.energy_norm_squared) {
-        row(&format!("energy norm² of {}", body.name), a, true);
+    for (body, a) in report.bodies.iter().zip(energies) {
+        row(&format!("energy norm² of {}", body.name), Some(a), true);
     }
     row("contact force", r.contact_force, true);
     row("largest pressure", r.max_pressure, false);
     row("smallest gap", r.min_gap, false);
     row("largest displacement", r.max_displacement, false);
-    if let Some(stress) = r.max_von_mises {
-        row("largest von Mises stress", stress, false);
+    if r.max_von_mises.is_some() {
+        row("largest von Mises stress", r.max_von_mises, false);
     }
     for reaction in &r.reactions {
-        row(&format!("reaction x of {} on {}", reaction.on, reaction.body), reaction.fx, true);
-        row(&format!("reaction y of {} on {}", reaction.on, reaction.body), reaction.fy, true);
+        row(&format!("reaction x of {} on {}", reaction.on, reaction.body), Some(reaction.fx), true);
+        row(&format!("reaction y of {} on {}", reaction.on, reaction.body), Some(reaction.fy), true);
     }
     page.push_str("</table>\n");
 }
@@ -194,7 +192,7 @@ fn iterations(page: &mut String, report: &Report) {
             number(row.eta_dis),
             number(row.e_cre),
             row.contact_nodes,
-            number(Some(row.contact_force)),
+            number(row.contact_force),
             row.qp_path.as_deref().unwrap_or("–"),
             row.qp_iterations
         );

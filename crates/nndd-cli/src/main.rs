@@ -22,6 +22,7 @@ mod signals;
 mod solve;
 mod stopwatch;
 mod sweep;
+mod words;
 
 use args::{Arguments, Command};
 use clap::{CommandFactory, Parser};
@@ -33,6 +34,10 @@ fn main() -> ExitCode {
     match dispatch(&arguments) {
         Ok(code) => ExitCode::from(code),
         Err(failure) => {
+            if arguments.command.is_for_programs() {
+                // Where stdout is what failed, the text on stderr is left.
+                let _ = console::print(&format!("{}\n", failure.event()));
+            }
             console::failure(&failure);
             ExitCode::from(failure.code)
         }

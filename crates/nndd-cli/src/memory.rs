@@ -48,7 +48,8 @@ fn check(case: &Case, nodes: [u64; 2], pairs: usize) -> Result<(), Failure> {
     // The need grows a little faster than the number of nodes.
     let fits = nodes as f64 * (limit / needed).powf(1.0 / 1.05);
     Err(Failure::limit(format!(
-        "about {} are needed for {nodes} nodes; {words}, enough for about {} nodes",
+        "about {} are needed for {nodes} nodes; {words}, enough for about {} nodes.\n  expected: a problem that fits \
+         into memory\n  fix: take fewer cells, or refine only where it is needed with [adapt]",
         mebibytes(needed),
         significant_nodes(fits)
     )))
@@ -90,8 +91,25 @@ fn line(table: &Path, head: &str) -> Option<u64> {
     Some(1024 * kibibytes)
 }
 
-/// Writes a size in MiB or GiB.
+/// Writes a size in MiB, GiB or TiB.
 pub(crate) fn mebibytes(bytes: f64) -> String {
     let mib = bytes / f64::from(1 << 20);
-    if mib < 1024.0 { format!("{mib:.1} MiB") } else { format!("{:.2} GiB", mib / 1024.0) }
+    let (gib, tib) = (mib / 1024.0, mib / f64::from(1 << 20));
+    match mib {
+        _ if mib < 1024.0 => format!("{mib:.1} MiB"),
+        _ if gib < 1024.0 => format!("{gib:.2} GiB"),
+        _ if tib < 1e4 => format!("{tib:.2} TiB"),
+        _ => format!("{tib:.1e} TiB"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::mebibytes;
+
+    #[test]
+    fn sizes_stay_short() {
+        let sizes = [4.5e6, 8.0 * f64::from(1 << 30), 7.5e12, 1e40].map(mebibytes);
+        assert_eq!(sizes, ["4.3 MiB", "8.00 GiB", "6.82 TiB", "9.1e27 TiB"]);
+    }
 }

@@ -3,6 +3,7 @@
 use crate::args::{Format, Mesh};
 use crate::console;
 use crate::failure::Failure;
+use crate::words::short;
 use case_io::mesh_file::{self, GroupSummary, MeshFile, Summary};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -38,7 +39,7 @@ fn human(file: &MeshFile, summary: &Summary) -> String {
     );
     let _ = writeln!(text, "  edges           {}", summary.edges);
     let [low, high] = summary.bounding_box;
-    let range = |c: usize| format!("[{}, {}]", low[c], high[c]);
+    let range = |c: usize| format!("[{}, {}]", short(low[c]), short(high[c]));
     let _ = writeln!(text, "  bounding box    {} x {}", range(0), range(1));
     if let Some(q) = &summary.quality {
         let [x, y] = q.at;

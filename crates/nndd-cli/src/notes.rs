@@ -68,10 +68,10 @@ pub(crate) fn of_solution(case: &Case, solution: &CertifiedSolution) -> Vec<Stri
         let largest = strains.fold(0.0, f64::max);
         if largest > STRAIN {
             notes.push(format!(
-                "body \"{}\": the largest strain is {:.1} %, above the {} % up to which small strains are a fair \
+                "body \"{}\": the largest strain is {} %, above the {} % up to which small strains are a fair \
                  assumption; check the units of the loads and moduli",
                 given.name,
-                100.0 * largest,
+                if largest < 100.0 { format!("{:.1}", 100.0 * largest) } else { format!("{:.1e}", 100.0 * largest) },
                 100.0 * STRAIN
             ));
         }

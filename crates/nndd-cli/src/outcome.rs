@@ -1,5 +1,6 @@
 //! The status word, exit status and reason of a run.
 
+use crate::words::{counted, short};
 use case_io::Case;
 use case_io::case::{Criterion, QpChoice};
 use case_io::report::Status;
@@ -29,21 +30,31 @@ pub(crate) fn judge(case: &Case, solution: &CertifiedSolution, ended: Option<End
     status
 }
 
-fn word(word: &str, code: u8, reason: impl Into<String>) -> Status {
+/// Makes a status.
+pub(crate) fn word(word: &str, code: u8, reason: impl Into<String>) -> Status {
     Status { word: word.into(), code, reason: reason.into() }
 }
 
 fn of_iteration(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>) -> Status {
     let iterations = solution.rows.len();
+    let counted = match case.solver.max_iterations {
+        0 => "1 iteration, the least there is".to_owned(),
+        _ => counted(iterations, "iteration"),
+    };
     match solution.nndd.status {
         NnddStatus::StoppedByCriterion => word("converged", 0, met(case, solution)),
-        NnddStatus::MaxIterations if case.solver.stop.criterion == Criterion::Iterations => {
-            word("completed", 0, format!("{iterations} iterations, as asked for"))
-        }
+        NnddStatus::MaxIterations if case.solver.stop.criterion == Criterion::Iterations => word(
+            "completed",
+            0,
+            match case.solver.max_iterations {
+                0 => counted,
+                _ => format!("{counted}, as asked for"),
+            },
+        ),
         NnddStatus::MaxIterations => word(
             "max_iterations",
             5,
-            format!("{} not met after {iterations} iterations; raise solver.max_iterations", criterion(case)),
+            format!("{} not met after {counted}; raise solver.max_iterations", criterion(case)),
         ),
         NnddStatus::Diverged { best, .. } => word("diverged", 5, diverged(solution, best)),
         NnddStatus::Stalled { floor, at_round_off: true } => word(
@@ -124,11 +135,6 @@ fn criterion(case: &Case) -> String {
         Criterion::EtaNndd => format!("eta_nndd <= {:e} eta_nndd(1)", stop.tolerance),
         Criterion::Iterations => "the number of iterations".into(),
     }
-}
-
-/// Writes a number as people would.
-fn short(x: f64) -> String {
-    if (1e-4..1e6).contains(&x) { x.to_string() } else { format!("{x:e}") }
 }
 
 /// Says which θ converges, where that is known.

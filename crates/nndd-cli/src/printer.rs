@@ -77,9 +77,7 @@ impl Printer {
             }
             Format::Json => {
                 let mut object = json!(files::iteration_row(row));
-                if let Some(map) = object.as_object_mut() {
-                    map.insert("event".into(), "iteration".into());
-                }
+                object["event"] = "iteration".into();
                 self.event(object)
             }
         };
@@ -97,10 +95,10 @@ impl Printer {
                 console::print(&format!("{head}{}", console::step(step))).map_err(Failure::from)
             }
             Format::Json => {
-                let mut object = json!(adapt::row(step));
-                if let Some(map) = object.as_object_mut() {
-                    map.insert("event".into(), "step".into());
-                }
+                // A mesh without bound has no row in the report; here it has an event all the same.
+                let mut object =
+                    adapt::row(step).map_or_else(|| adapt::without_bound(step), |row| json!(row));
+                object["event"] = "step".into();
                 self.event(object)
             }
         };

@@ -8,7 +8,7 @@ use case_io::output::OutputDirectory;
 use certified_contact::{RoleReason, Step};
 use contact_qp::ActiveSet;
 use nndd::Start;
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::path::Path;
 
 /// Where an adaptive run writes, and from where it goes on.
@@ -27,9 +27,11 @@ pub(crate) struct Resumed {
     pub(crate) notes: Vec<String>,
 }
 
-/// Returns what must be the same for a run to go on: the case, and this program, whose numbers it is about.
+/// Returns what must be the same for a run to go on: the case, this program, whose numbers it is about, and whether
+/// ParaView files are written, since those of the meshes before cannot be made up for.
 fn identity(case: &Case) -> Value {
     let mut identity = case.identity();
+    identity["output"] = json!({ "vtu": case.output.vtu });
     identity["program"] = env!("CARGO_PKG_VERSION").into();
     identity
 }
@@ -50,7 +52,7 @@ pub(crate) fn find(case: &Case, path: &Path) -> Result<Resumed, Failure> {
     let differences = checkpoint::differences(&old, &identity(case));
     if !differences.is_empty() {
         return Err(Failure::invalid(format!(
-            "the checkpoint in {} is of another case: {}.\n  expected: the case as it was, but for [limits] and \
+            "the checkpoint in {} is of another case: {}.\n  expected: the case as it was, but for the title, [limits] and \
              output.directory\n  fix: undo the change, or begin anew with --force instead of --resume",
             path.display(),
             differences.join("; ")

@@ -8,6 +8,7 @@ use crate::plot::{self, SweepSeries};
 use crate::run::{self, Follower};
 use crate::signals::Signals;
 use crate::stopwatch::Stopwatch;
+use crate::words::counted;
 use case_io::case_file::{Sweep, split_override};
 use case_io::output::{OutputDirectory, ResultKind};
 use case_io::report::{CASE_HASH, IterationRow, SWEEP_SCHEMA, SweepPanel, SweepReport, SweepRow};
@@ -19,7 +20,7 @@ use std::path::PathBuf;
 const MAX_ITERATIONS: &str = "solver.max_iterations";
 
 pub(crate) fn command(options: &Options) -> Result<u8, Failure> {
-    let sweep = Sweep::parse(&options.over)?;
+    let sweep = Sweep::parse(&options.over).map_err(|e| Failure::from(e).on_command_line())?;
     let base = run::overrides(&options.case.set)?;
     let mut variants = vec![Vec::new()];
     for panel in &options.panel {
@@ -38,33 +39,17 @@ pub(crate) fn command(options: &Options) -> Result<u8, Failure> {
     for variant in &variants {
         let mut overrides = base.clone();
         overrides.extend(variant.iter().cloned());
-        match run_panel(options, &sweep, &overrides, &signals)? {
-            Ok(panel) => panels.push(panel),
-            Err(signal) => return Ok(signal),
+        panels.push(run_panel(options, &sweep, &overrides, &signals)?);
+        if signals.status().is_some() {
+            break;
         }
     }
-    for (k, panel) in panels.iter().enumerate() {
-        let name = if k == 0 { "sweep.csv".to_string() } else { format!("sweep-{}.csv", k + 1) };
-        let text = table::sweep_csv(&sweep.key, &panel.rows)?;
-        directory.write(&name, text.as_bytes()).map_err(|e| Failure::output(&e))?;
-    }
-    let title = match (sweep.key == MAX_ITERATIONS, options.iterations) {
-        (true, _) => "Indicators at the last iteration".to_owned(),
-        (_, 0 | 1) => "Indicators after 1 iteration".to_owned(),
-        (_, n) => format!("Indicators after {n} iterations"),
-    };
-    let numbers: Vec<f64> = match sweep.numbers().into_iter().collect::<Option<Vec<f64>>>() {
-        Some(numbers) => numbers,
-        None => (1..=sweep.values.len()).map(|k| k as f64).collect(),
-    };
-    let series: Vec<SweepSeries> = panels.iter().map(|panel| series(panel, &numbers)).collect();
-    let figure = plot::sweep(&title, &sweep.key, &series)?;
-    directory.write("figures/sweep.svg", figure.as_bytes()).map_err(|e| Failure::output(&e))?;
     let mut run = Map::new();
     run.insert(CASE_HASH.into(), mark.into());
     run.insert("version".into(), env!("CARGO_PKG_VERSION").into());
     run.insert("case_file".into(), case.file_name().into());
     run.insert("overrides".into(), options.case.set.clone().into());
+    run.insert("interrupted".into(), signals.status().is_some().into());
     let record = SweepReport {
         schema: SWEEP_SCHEMA,
         case: case.settings_json(),
@@ -73,31 +58,58 @@ pub(crate) fn command(options: &Options) -> Result<u8, Failure> {
         panels,
         run,
     };
-    let panels = &record.panels;
-    let text = record.to_json()?;
-    directory.write(ResultKind::Sweep.record(), text.as_bytes()).map_err(|e| Failure::output(&e))?;
+    write(&record, &sweep, &mut directory)?;
     let written: Vec<String> = directory.written().map(|p| p.display().to_string()).collect();
     directory.finish().map_err(|e| Failure::output(&e))?;
     if !options.run.quiet {
-        for panel in panels {
+        for panel in &record.panels {
             console::print(&best(&sweep.key, panel))?;
+        }
+        if signals.status().is_some() {
+            let done: usize = record.panels.iter().map(|panel| panel.rows.len()).sum();
+            let all = variants.len() * sweep.values.len();
+            console::print(&format!("interrupted: by a signal after {done} of {all} runs\n"))?;
         }
         console::print(&format!("wrote {}: {}\n", path.display(), written.join(" ")))?;
     }
-    Ok(0)
+    Ok(signals.status().unwrap_or(0))
 }
 
-/// Runs one panel; `Err` is the exit status of a signal.
+/// Writes the tables and the picture, and sweep.json last: it makes the result complete.
+fn write(record: &SweepReport, sweep: &Sweep, directory: &mut OutputDirectory) -> Result<(), Failure> {
+    let mut put =
+        |name: &str, text: &str| directory.write(name, text.as_bytes()).map_err(|e| Failure::output(&e));
+    for (k, panel) in record.panels.iter().enumerate() {
+        let name = if k == 0 { "sweep.csv".to_string() } else { format!("sweep-{}.csv", k + 1) };
+        put(&name, &table::sweep_csv(&record.key, &panel.rows)?)?;
+    }
+    let title = match (sweep.key == MAX_ITERATIONS, record.iterations) {
+        (true, _) => "Indicators at the last iteration".to_owned(),
+        (_, 0) => "Indicators after 1 iteration, the least there is".to_owned(),
+        (_, n) => format!("Indicators after {}", counted(n, "iteration")),
+    };
+    let numbers: Vec<f64> = match sweep.numbers().into_iter().collect::<Option<Vec<f64>>>() {
+        Some(numbers) => numbers,
+        None => (1..=sweep.values.len()).map(|k| k as f64).collect(),
+    };
+    let series: Vec<SweepSeries> = record.panels.iter().map(|panel| series(panel, &numbers)).collect();
+    put("figures/sweep.svg", &plot::sweep(&title, &sweep.key, &series)?)?;
+    put(ResultKind::Sweep.record(), &record.to_json()?)
+}
+
+/// Runs one panel; a signal ends it with the rows there are.
 fn run_panel(
     options: &Options,
     sweep: &Sweep,
     overrides: &[(String, String)],
     signals: &Signals,
-) -> Result<Result<SweepPanel, u8>, Failure> {
+) -> Result<SweepPanel, Failure> {
     let mut panel = SweepPanel {
         settings: overrides.iter().map(|(key, value)| format!("{key}={value}")).collect(),
         ..SweepPanel::default()
     };
+    let width = sweep.values.iter().chain([&sweep.key]).map(|text| text.chars().count()).max().unwrap_or(0);
+    let width = width.clamp(12, 40);
     for (k, value) in sweep.values.iter().enumerate() {
         let mut all = overrides.to_vec();
         all.push((MAX_ITERATIONS.into(), options.iterations.to_string()));
@@ -114,28 +126,27 @@ fn run_panel(
         if k == 0 {
             panel.nodes = problem.bodies.iter().map(|b| b.mesh().points().len()).sum();
             if !options.run.quiet {
-                console::print(&format!(
-                    "\n{}\n{:>12} {}",
-                    name(&panel),
-                    sweep.key,
-                    &console::table_head(None)[1..]
-                ))?;
+                let head = &console::table_head(None)[1..];
+                console::print(&format!("\n{}\n{:>width$} {head}", name(&panel), sweep.key))?;
             }
         }
         let mut watch = Stopwatch::start();
         let follower = Follower::new(&case, &mut watch, signals, false);
         let solved = run::solve(&case, problem, follower, &mut |_| ())?;
-        if let Some(code) = signals.status() {
-            return Ok(Err(code));
+        if signals.status().is_some() {
+            break;
         }
         let row = solved.solution.rows.last();
         if let Some(row) = row.filter(|_| !options.run.quiet) {
-            console::print(&format!("{value:>12} {}", console::row(row, None)))?;
+            console::print(&format!("{value:>width$} {}", console::row(row, None)))?;
+        }
+        if options.run.verbose {
+            console::print(&console::choices(&case, &solved))?;
         }
         let iteration = row.map_or_else(IterationRow::default, files::iteration_row);
         panel.rows.push(SweepRow { value: value.clone(), status: solved.status.word, iteration });
     }
-    Ok(Ok(panel))
+    Ok(panel)
 }
 
 fn name(panel: &SweepPanel) -> String {
@@ -149,7 +160,8 @@ fn series(panel: &SweepPanel, numbers: &[f64]) -> SweepSeries {
     };
     SweepSeries {
         name: name(panel),
-        theta: numbers.to_vec(),
+        // An interrupted sweep has no row for the last ones.
+        theta: numbers.iter().copied().take(panel.rows.len()).collect(),
         eta_nndd: column(|it| it.eta_nndd),
         eta_dis: column(|it| it.eta_dis),
         e_cre: column(|it| it.e_cre),

@@ -41,6 +41,16 @@ fn every_bad_case_ends_as_it_says() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
 }
 
+/// Finds an error of some output that does not say what was expected and one fix.
+fn without_cure(said: &str) -> Option<&str> {
+    said.lines().find(|line| {
+        let cured = line.contains("; expected ") && line.contains("; help: ");
+        // Errors that have no place stand in three lines.
+        let in_lines = said.contains("\n  expected: ") && said.contains("\n  fix: ");
+        line.starts_with("error") && !cured && !in_lines
+    })
+}
+
 /// Says what a bad case does otherwise than its first lines say.
 fn fault(case: &Path) -> Option<String> {
     let source = std::fs::read_to_string(case).unwrap();
@@ -58,6 +68,9 @@ fn fault(case: &Path) -> Option<String> {
     }
     if let Some(word) = words.split(" | ").find(|word| !said.contains(word)) {
         return Some(format!("\"{word}\" is not in\n{said}"));
+    }
+    if let Some(line) = without_cure(&said) {
+        return Some(format!("no expectation or no fix in\n{line}"));
     }
     // No result of a run that made no sense; always one of a run that did, once there is an iterate.
     let exists = out.join("report.json").exists();
@@ -160,20 +173,6 @@ fn templates_are_cases_that_solve() {
 }
 
 #[test]
-fn a_sweep_finds_the_papers_theta() {
-    let temp = tempfile::tempdir().unwrap();
-    let (paper, out) = (cases().join("paper.toml"), temp.path().join("sweep"));
-    let range = "solver.theta=0.1:0.9:0.1";
-    let arguments = ["sweep", paper.to_str().unwrap(), "--over", range, "--out", out.to_str().unwrap()];
-    let output = nndd(&arguments, temp.path());
-    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-    let said = text(&output.stdout);
-    assert!(["0.4", "0.5"].iter().any(|t| said.contains(&format!("at solver.theta = {t}\n"))), "{said}");
-    assert_eq!(std::fs::read_to_string(out.join("sweep.csv")).unwrap().lines().count(), 10);
-    assert!(out.join("figures/sweep.svg").exists());
-}
-
-#[test]
 fn json_events_are_one_object_a_line() {
     let temp = tempfile::tempdir().unwrap();
     let output = solve(&cases().join("paper.toml"), &temp.path().join("j"), &["--format", "json"]);
@@ -187,6 +186,41 @@ fn json_events_are_one_object_a_line() {
     assert_eq!(events.first().map(String::as_str), Some("started"));
     assert_eq!(events.last().map(String::as_str), Some("finished"));
     assert!(events[1..events.len() - 1].iter().all(|e| e == "iteration"));
+}
+
+#[test]
+fn a_failure_is_an_event_too() {
+    let temp = tempfile::tempdir().unwrap();
+    let case = cases().join("bad/case_03_unknown_key.toml");
+    let output = solve(&case, &temp.path().join("f"), &["--format", "json"]);
+    assert_eq!(output.status.code(), Some(3));
+    let said = text(&output.stdout);
+    let event: serde_json::Value = serde_json::from_str(said.trim_end()).unwrap();
+    assert_eq!((&event["event"], &event["code"]), (&"failed".into(), &3.into()));
+    assert!(event["message"].as_str().unwrap().contains("unknown key `theata`"), "{said}");
+    assert!(text(&output.stderr).contains("unknown key `theata`"));
+}
+
+#[test]
+fn what_is_not_known_is_null_and_in_no_table() {
+    // Diverges at once: there is no iterate with numbers.
+    let temp = tempfile::tempdir().unwrap();
+    let out = temp.path().join("out");
+    let huge = ["--set", "body.0.displacement.1.uy=-1e300", "--format", "json"];
+    let output = solve(&cases().join("adaptive.toml"), &out, &huge);
+    assert_eq!(output.status.code(), Some(5), "{}", text(&output.stderr));
+    let events: Vec<serde_json::Value> =
+        text(&output.stdout).lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert!(events.iter().all(|event| event["event"].is_string()), "{events:?}");
+    let steps: Vec<_> = events.iter().filter(|event| event["event"] == "step").collect();
+    assert!(!steps.is_empty() && steps.iter().all(|step| step["e_cre"].is_null() && step["nodes"].is_u64()));
+    let report: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(out.join("report.json")).unwrap()).unwrap();
+    for key in ["energy_norm_squared", "contact_force", "max_pressure", "min_gap", "max_displacement"] {
+        assert!(report["results"].as_object().unwrap()[key].is_null(), "{key}: {}", report["results"]);
+    }
+    let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(!page.contains("<h2>Results</h2>"), "{page}");
 }
 
 #[test]
@@ -244,7 +278,7 @@ fn an_adaptive_run_has_a_row_and_files_for_every_mesh() {
     assert!(page.contains("Bounds of the exact solution") && page.contains("Meshes"));
     assert!(std::fs::read_to_string(out.join("figures/adaptive.svg")).unwrap().contains("N^(-1/2)"));
     let [low, high] = report.certificate.bounds.energy_norm.unwrap();
-    let norm = report.results.energy_norm_squared.iter().sum::<f64>().sqrt();
+    let norm = report.results.energy_norm_squared.unwrap().iter().sum::<f64>().sqrt();
     assert!(low < norm && norm < high && high - low < 0.07 * norm);
     assert_eq!(report.run["adaptive_seconds"].as_array().unwrap().len(), report.adaptive.len());
     // A run that needs fewer meshes leaves no file of the others behind.

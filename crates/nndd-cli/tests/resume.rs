@@ -177,6 +177,31 @@ fn a_limit_may_be_raised_to_go_on() {
 }
 
 #[test]
+fn what_could_go_on_is_not_thrown_away() {
+    let temp = tempfile::tempdir().unwrap();
+    let out = temp.path().join("out");
+    let time = limited(&out);
+    assert_eq!(time.status.code(), Some(8), "{}", said(&time));
+    assert!(said(&time).contains("go on with --resume"), "{}", said(&time));
+    let before: Vec<Vec<u8>> = files(&out).iter().map(|f| std::fs::read(f).unwrap()).collect();
+    // Neither the limit nor the title makes another case.
+    let mut titled = SETTINGS.to_vec();
+    titled.push("title=\"the same again\"");
+    for settings in [&SETTINGS[..], &titled] {
+        let refused = solve(&out, settings, &[]);
+        assert_eq!(refused.status.code(), Some(7), "{}", said(&refused));
+        assert!(said(&refused).contains("did not come to its end"), "{}", said(&refused));
+        let after: Vec<Vec<u8>> = files(&out).iter().map(|f| std::fs::read(f).unwrap()).collect();
+        assert!(before == after);
+    }
+    let anew = solve(&out, &titled, &["--force"]);
+    assert_eq!(anew.status.code(), Some(0), "{}", said(&anew));
+    assert!(!out.join(NEWEST).exists());
+    // Complete now, and so replaced.
+    assert_eq!(solve(&out, &titled, &[]).status.code(), Some(0));
+}
+
+#[test]
 fn a_changed_case_says_what_differs() {
     let temp = tempfile::tempdir().unwrap();
     let out = temp.path().join("out");
@@ -254,7 +279,7 @@ fn an_interrupted_run_goes_on() {
         child.wait().unwrap().code() == Some(143)
     };
     assert!((0..20).any(|_| interrupted()), "no run could be interrupted in time");
-    assert!(report(&out).0.contains("\"interrupted\""));
+    assert!(report(&out).0.contains("\"interrupted\"") && report(&out).0.contains("--resume goes on"));
     let resumed = solve(&out, &SETTINGS, &["--resume"]);
     assert_eq!(resumed.status.code(), Some(0), "{}", said(&resumed));
     assert_eq!(solve(&whole, &SETTINGS, &[]).status.code(), Some(0));

@@ -259,6 +259,32 @@ impl Deck {
         }
     }
 
+    /// Takes a data line of *ELEMENT, whose data may go on in the next one.
+    fn element(&mut self, row: &Row<'_>, spot: Spot) -> Result<(), MeshFileError> {
+        let Block::Elements { kind, name, set, pending } = &mut self.block else { return Ok(()) };
+        let needed = kind.nodes() + 1;
+        let more = row.numbers(pending);
+        let (kind, set, len) = (*kind, *set, pending.len());
+        let numbers = if len >= needed { std::mem::take(pending) } else { Vec::new() };
+        let name = if len == needed { String::new() } else { name.clone() };
+        more.map_err(|fault| fault.at(self.syntax(spot, "")))?;
+        if len > needed || (len < needed && !row.continues()) {
+            let found = format!("an element of type {name} has {} nodes", len.saturating_sub(1));
+            return Err(self.syntax(spot, found).expected(format!("{}", needed - 1)));
+        }
+        if let Some((&number, nodes)) = numbers.split_first() {
+            // The ends of a quadratic line are its first and its last node.
+            let ends_first = |n: &[u64]| [n[0], n[2], n[1]];
+            let reordered = if kind == ElementKind::Edge3 { ends_first(nodes).to_vec() } else { Vec::new() };
+            let nodes = if reordered.is_empty() { nodes } else { &reordered };
+            self.collector.element(number, kind, nodes, 0, spot);
+            if let Some(set) = set {
+                self.sets.elements.add_number(set, number, spot);
+            }
+        }
+        Ok(())
+    }
+
     /// Hands a data line to its block.
     fn data(&mut self, line: &[u8], spot: Spot) -> Result<(), MeshFileError> {
         let row = Row::new(line);
@@ -277,30 +303,7 @@ impl Deck {
                 }
                 Ok(())
             }
-            Block::Elements { kind, name, set, pending } => {
-                let needed = kind.nodes() + 1;
-                let more = row.numbers(pending);
-                let (kind, set, len) = (*kind, *set, pending.len());
-                let numbers = if len >= needed { std::mem::take(pending) } else { Vec::new() };
-                let name = if len == needed { String::new() } else { name.clone() };
-                more.map_err(|fault| fault.at(self.syntax(spot, "")))?;
-                if len > needed || (len < needed && !row.continues()) {
-                    let found = format!("an element of type {name} has {} nodes", len.saturating_sub(1));
-                    return Err(self.syntax(spot, found).expected(format!("{}", needed - 1)));
-                }
-                if let Some((&number, nodes)) = numbers.split_first() {
-                    // The ends of a quadratic line are its first and its last node.
-                    let ends_first = |n: &[u64]| [n[0], n[2], n[1]];
-                    let reordered =
-                        if kind == ElementKind::Edge3 { ends_first(nodes).to_vec() } else { Vec::new() };
-                    let nodes = if reordered.is_empty() { nodes } else { &reordered };
-                    self.collector.element(number, kind, nodes, 0, spot);
-                    if let Some(set) = set {
-                        self.sets.elements.add_number(set, number, spot);
-                    }
-                }
-                Ok(())
-            }
+            Block::Elements { .. } => self.element(&row, spot),
             Block::NodeSet { set, generate } => {
                 let (set, generate) = (*set, *generate);
                 let entries = set_entries(&row, generate).map_err(|f| f.at(self.syntax(spot, "")))?;

@@ -53,9 +53,7 @@ fn sets_grow_and_contain_earlier_ones() {
     let later = refused("*ELSET, ELSET=a\nb\n*ELSET, ELSET=b\n1\n");
     assert!(later.contains("d.inp:17: element set \"a\" contains the set \"b\""), "{later}");
     assert!(refused("*ELSET, ELSET=a\nA\n").contains("contains the set \"A\""));
-    assert!(
-        refused("*NSET, NSET=a\nal\n").contains("there is no node set \"al\"; help: did you mean \"all\"?")
-    );
+    assert!(refused("*NSET, NSET=a\nal\n").contains("there is no node set \"al\"; expected"));
 }
 
 #[test]

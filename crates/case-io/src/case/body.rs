@@ -22,6 +22,18 @@ pub struct BodyCase {
     pub tractions: Vec<Traction>,
 }
 
+impl BodyCase {
+    /// Returns its name as the stem of a file name: letters, digits, `-`, `_` and `.` stay, anything else becomes `_`.
+    /// The bodies of a [`super::Case`] have two, not only in case.
+    pub fn file_stem(&self) -> String {
+        file_stem(&self.name)
+    }
+}
+
+pub(super) fn file_stem(name: &str) -> String {
+    name.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' }).collect()
+}
+
 /// Where a body's mesh comes from.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]

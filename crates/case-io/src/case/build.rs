@@ -1,8 +1,9 @@
 //! Bodies and the interface of a case, with fem-core's errors brought back to the places of their keys.
 
-use super::{Case, MeshSource, materials};
+use super::{Case, MeshSource, cures, materials};
 use crate::diagnostic::{CaseError, Diagnostic, code, did_you_mean};
 use fem_core::body::{Body, BodyError, ConditionList, ConditionPlace};
+use fem_core::boundary::BoundaryConditions;
 use fem_core::interface::{ContactInterface, ContactNormal, Gap, InterfaceError};
 use fem_core::material::MaterialError;
 use fem_core::mesh::{MeshError, TriMesh, generate};
@@ -106,8 +107,30 @@ impl Case {
             BodyError::Materials { .. } => format!("body.{body}.material"),
             BodyError::BodyForce { .. } => format!("body.{body}.body_force"),
         };
-        let message = format!("body \"{}\": {error}", self.bodies[body].name);
-        self.diagnostic(code::CONDITION, &path, message).help(help)
+        let message = format!(
+            "body \"{}\": {error}{}",
+            self.bodies[body].name,
+            self.earlier(body, error).unwrap_or_default()
+        );
+        let (expected, fix) = cures::of_body(error);
+        self.diagnostic(code::CONDITION, &path, message).expected(expected).help(help).fix(fix)
+    }
+
+    /// Says where the earlier condition of a conflict stands: the first that contradicts the later one by itself.
+    fn earlier(&self, body: usize, error: &BodyError) -> Option<String> {
+        let BodyError::Conflict { place, .. } = error else { return None };
+        let mesh = self.build_mesh(body).ok()?;
+        let materials = self.build_materials(body, &mesh).ok()?;
+        let all = self.boundary_conditions(body).displacements;
+        let contradicts = |earlier: &usize| {
+            let mut two = BoundaryConditions::new();
+            two.displacements =
+                [*earlier, place.index].into_iter().filter_map(|k| all.get(k).cloned()).collect();
+            matches!(Body::new(mesh.clone(), materials.clone(), &two), Err(BodyError::Conflict { .. }))
+        };
+        let earlier = (0..place.index).find(contradicts)?;
+        let stands = self.place(&format!("body.{body}.displacement.{earlier}"))?;
+        Some(format!("; the earlier one is displacement condition {}, {stands}", earlier + 1))
     }
 
     fn load_path(&self, condition: &str) -> String {
@@ -119,12 +142,17 @@ impl Case {
     pub fn mesh_diagnostic(&self, body: usize, error: &MeshError) -> Diagnostic {
         let message = format!("body \"{}\": {error}", self.bodies[body].name);
         self.diagnostic(code::MESH, &format!("body.{body}.generator"), message)
+            .expected("a shape with an area, and cells that fit into it")
+            .fix("check the numbers of this generator; `nndd new paper` and `nndd new hertz` show sound ones")
     }
 
     /// Brings an error of a material back to its key.
     pub fn material_diagnostic(&self, material: &str, error: &MaterialError) -> Diagnostic {
         let key = materials::key_of(error);
+        let (expected, fix) = materials::cure(error);
         self.diagnostic(code::VALUE, &format!("materials.{material}.{key}"), error.to_string())
+            .expected(expected)
+            .fix(fix)
     }
 
     /// Brings an error of the contact interface back to `[contact]`; bodies are called by their names.
@@ -144,6 +172,7 @@ impl Case {
                 ("contact.surfaces".to_owned(), Some(*body))
             }
             InterfaceError::BadGap { .. }
+            | InterfaceError::Distance { .. }
             | InterfaceError::Overlap { .. }
             | InterfaceError::TooFar { .. } => ("contact.gap".to_owned(), None),
             InterfaceError::NormalAway { .. } => ("contact.normal".to_owned(), None),
@@ -154,6 +183,7 @@ impl Case {
             let named = format!("body \"{}\"", self.bodies[body].name);
             message = message.replacen(&format!("body {body}"), &named, 1);
         }
-        self.diagnostic(code::CONTACT, &path, message).help(help)
+        let (expected, fix) = cures::of_interface(error);
+        self.diagnostic(code::CONTACT, &path, message).expected(expected).help(help).fix(fix)
     }
 }

@@ -64,7 +64,10 @@ impl Case {
             return Ok(());
         };
         let message = format!("`solver.lambda`: the value at ({x}, {y}) is {}", lambda.at([x, y]));
-        Err(self.diagnostic(code::CONDITION, "solver.lambda", message).expected("a finite number").into())
+        let fault = self.diagnostic(code::CONDITION, "solver.lambda", message).expected("a finite number");
+        Err(fault
+            .fix("change the expression where it divides by zero or leaves its range, or write 0.0")
+            .into())
     }
 
     /// Says where the stress out of the plane is not known.

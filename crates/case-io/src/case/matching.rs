@@ -1,6 +1,6 @@
 //! The problem of a case: its bodies as they are where their contact surfaces match, refined to match where they do not.
 
-use super::Case;
+use super::{Case, cures};
 use crate::diagnostic::{CaseError, Diagnostic, code};
 use fem_core::interface::common_refinement::{Changes, CommonRefinementError, common_refinement};
 use fem_core::interface::{ContactInterface, ContactProblem};
@@ -98,6 +98,7 @@ impl Case {
         if let Some(body) = body.and_then(|b| self.bodies.get(b).map(|case| (b, case))) {
             message = message.replacen(&format!("body {}", body.0), &format!("body \"{}\"", body.1.name), 1);
         }
-        self.diagnostic(code::CONTACT, &path, message)
+        let (expected, fix) = cures::of_refinement(error);
+        self.diagnostic(code::CONTACT, &path, message).expected(expected).fix(fix)
     }
 }

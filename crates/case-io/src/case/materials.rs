@@ -109,7 +109,8 @@ pub(super) fn materials(reader: Reader<'_>, hypothesis: Hypothesis) -> Vec<Mater
             other => {
                 let message = format!("`{path}` is {}", other.type_name());
                 let diagnostic = Diagnostic::new(code::TYPE, Some(entry.node.at.place()), message);
-                reader.findings().push(diagnostic.expected("a table with `young` and `poisson`"));
+                let diagnostic = diagnostic.expected("a table with `young` and `poisson`");
+                reader.findings().push(diagnostic.fix(format!("write a table `[{path}]`")));
                 None
             }
         };
@@ -129,7 +130,8 @@ fn law(r: &mut Reader<'_>, hypothesis: Hypothesis) -> Option<MaterialLaw> {
     }
     let kinds: Vec<&str> = given.into_iter().flatten().collect();
     if let [one, other, ..] = kinds[..] {
-        r.refuse(other, format!("`{one}` and `{other}` are constants of different kinds of material"), KINDS);
+        let message = format!("`{one}` and `{other}` are constants of different kinds of material");
+        r.refuse(other, message, KINDS, &format!("take `{other}` out"));
         return None;
     }
     match given {
@@ -172,7 +174,31 @@ fn orthotropic(r: &mut Reader<'_>, hypothesis: Hypothesis) -> Option<MaterialLaw
 
 fn check(r: &Reader<'_>, result: Result<LinearElastic, MaterialError>) {
     if let Err(error) = result {
-        r.refuse(key_of(&error), error.to_string(), "");
+        let (expected, fix) = cure(&error);
+        r.refuse(key_of(&error), error.to_string(), expected, fix);
+    }
+}
+
+/// Returns what constants of a material have to be, and a fix.
+pub(super) fn cure(error: &MaterialError) -> (&'static str, &'static str) {
+    match error {
+        MaterialError::Young { .. } | MaterialError::Modulus { .. } => {
+            ("a finite number > 0, well within the range of numbers", "check the units; steel has 210e9 Pa")
+        }
+        MaterialError::Poisson { .. } => {
+            ("a number > -1 and < 0.5", "write 0.49 or less for a nearly incompressible material")
+        }
+        MaterialError::PoissonPair { .. } | MaterialError::PoissonTriple { .. } => (
+            "Poisson's ratios for which the strain energy is positive",
+            "lower it: poisson_12 is the strain along 2 for a stress along 1, and belongs to young_1",
+        ),
+        MaterialError::NotFinite { .. } => ("a finite number", "write the number itself"),
+        MaterialError::NotSymmetric { .. } => {
+            ("a symmetric matrix", "write the entry above the diagonal and its mirror image alike")
+        }
+        MaterialError::NotPositiveDefinite { .. } => {
+            ("a matrix whose strain energy is positive", "check the signs, and that no diagonal entry is 0")
+        }
     }
 }
 

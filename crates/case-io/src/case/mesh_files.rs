@@ -140,7 +140,8 @@ impl Case {
                     format!("the mesh file of body \"{}\" has not been read", self.bodies[body].name);
                 let diagnostic =
                     self.diagnostic(code::UNREADABLE, &format!("body.{body}.mesh.file"), message);
-                Err(diagnostic.help(Some("call Case::read_mesh_files first".to_owned())).into())
+                let diagnostic = diagnostic.expected("the files to have been read");
+                Err(diagnostic.fix("call Case::read_mesh_files first").into())
             }
         }
     }
@@ -176,7 +177,8 @@ impl Case {
             let found =
                 format!("{b}: element {cell} belongs to both bodies, \"{}\" and \"{}\"", names[0], names[1]);
             let fault = self.diagnostic(MeshFault::Region.code(), "body.1.mesh.file", found);
-            return Err(Box::new(fault.expected("regions without a common element")));
+            let fault = fault.expected("regions without a common element");
+            return Err(Box::new(fault.fix("give the two bodies two different regions")));
         }
         if *part_a || *part_b {
             let title = if count == 1 { "1 node" } else { &format!("{count} nodes") };

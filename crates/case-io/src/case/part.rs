@@ -24,6 +24,7 @@ impl Part {
                     key,
                     format!("the limits of the {name} stand in the wrong order"),
                     "[smaller, larger]",
+                    "exchange the two",
                 );
             }
         }

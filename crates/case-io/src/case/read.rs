@@ -62,7 +62,9 @@ fn schema(root: &mut Reader<'_>) -> Result<(), CaseError> {
     let version = env!("CARGO_PKG_VERSION");
     let fault = |code, root: &Reader<'_>, message: String| {
         CaseError::from(
-            Diagnostic::new(code, root.place_of("schema"), message).expected(format!("schema = {SCHEMA}")),
+            Diagnostic::new(code, root.place_of("schema"), message)
+                .expected(format!("schema = {SCHEMA}"))
+                .fix(format!("write `schema = {SCHEMA}`, or use the nndd the file was written for")),
         )
     };
     let Some(node) = root.node("schema") else {
@@ -102,7 +104,8 @@ fn contact(mut r: Reader<'_>) -> Contact {
     let geometric = matches!(r.node("gap").map(|n| &n.value), Some(NodeValue::String(s)) if s == "geometric");
     let gap = if geometric { Value::default() } else { r.value("gap").unwrap_or_default() };
     if gap.number().is_some_and(|g| g < 0.0) {
-        r.refuse("gap", "`contact.gap` is negative: the bodies would overlap", "a number >= 0");
+        let message = "`contact.gap` is negative: the bodies would overlap";
+        r.refuse("gap", message, "a number >= 0", "move one of the bodies, or write `gap = 0.0`");
     }
     let normal = r.pair("normal");
     if normal == Some([0.0; 2]) {
@@ -110,6 +113,7 @@ fn contact(mut r: Reader<'_>) -> Contact {
             "normal",
             "`contact.normal` has no direction",
             "a direction out of the first body, such as [0.0, -1.0]",
+            "leave it out: normals are averaged at the nodes then",
         );
     }
     r.finish();
@@ -158,7 +162,7 @@ fn theta(r: &mut Reader<'_>) -> Theta {
         Some(NodeValue::String(word)) if word == "auto" => Theta::Auto,
         Some(NodeValue::String(word)) => {
             let message = format!("`solver.theta` is the string {}", excerpt(word));
-            r.refuse("theta", message, expected);
+            r.refuse("theta", message, expected, "write `theta = \"auto\"`");
             Theta::Auto
         }
         Some(_) => r.number_where("theta", positive, expected).map_or(Theta::Auto, Theta::Value),
@@ -180,7 +184,8 @@ fn output(reader: Option<Reader<'_>>) -> Output {
     let Some(mut r) = reader else { return output };
     output.directory = r.string("directory");
     if output.directory.as_ref().is_some_and(|d| d.trim().is_empty() || d.contains('\0')) {
-        r.refuse("directory", "`output.directory` is no path", "a directory, such as \"runs/paper\"");
+        let expected = "a directory, such as \"runs/paper\"";
+        r.refuse("directory", "`output.directory` is no path", expected, "leave it out for runs/NAME");
     }
     output.vtu = r.boolean("vtu").unwrap_or(output.vtu);
     r.finish();
@@ -206,7 +211,7 @@ fn limit<T>(
         Some(value) => Some(Limit { written, value }),
         None => {
             let message = format!("`limits.{key}` is {}", excerpt(&written));
-            r.refuse(key, message, expected);
+            r.refuse(key, message, expected, "write a number and a unit, in quotes");
             None
         }
     }

@@ -29,12 +29,18 @@ pub(super) fn relax_until(r: &mut Reader<'_>) -> Option<RelaxUntil> {
     let max_steps = r.count("max_steps", 1);
     if r.has("tolerance") && r.has("relaxation") {
         let message = "`estimator.relaxation` and `estimator.tolerance` both say how far to relax";
-        r.refuse("tolerance", message, "one of the two");
+        r.refuse(
+            "tolerance",
+            message,
+            "one of the two",
+            "leave `relaxation` out to relax until the gain is small",
+        );
     }
     if max_steps.is_some() && !r.has("tolerance") {
         let message =
             "`estimator.max_steps` limits a relaxation by `estimator.tolerance`, which is not given";
-        r.refuse("max_steps", message, "`tolerance` beside it, or `relaxation` instead of it");
+        let expected = "`tolerance` beside it, or `relaxation` instead of it";
+        r.refuse("max_steps", message, expected, "write `tolerance = 0.01` beside it");
     }
     Some(RelaxUntil { tolerance: tolerance?, max_steps: max_steps.unwrap_or(30) })
 }

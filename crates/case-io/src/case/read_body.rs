@@ -1,5 +1,6 @@
 //! The `[[body]]` tables: names, meshes, displacements and tractions.
 
+use super::body::file_stem;
 use super::regions::regions;
 use super::{BodyCase, Displacement, Imposition, Load, MeshSource, Part, Traction, Value};
 use crate::case_file::Reader;
@@ -24,7 +25,8 @@ pub(super) fn bodies(root: &mut Reader<'_>) -> Vec<BodyCase> {
         let diagnostic = Diagnostic::new(code::VALUE, place, message);
         root.findings().push(
             diagnostic
-                .expected("exactly two [[body]] tables: this program solves contact between two bodies"),
+                .expected("exactly two [[body]] tables: this program solves contact between two bodies")
+                .fix(if count < 2 { "write another [[body]]" } else { "take the others out" }),
         );
     }
     for r in readers {
@@ -50,25 +52,34 @@ fn body(r: &mut Reader<'_>, others: &[BodyCase]) -> BodyCase {
     BodyCase { name, material, regions, mesh, body_force, displacements, tractions }
 }
 
-/// Checks that a name is free and can name a file.
+/// Checks that a name can name a file that no other has, on a file system that ignores case too.
 fn check_name(r: &Reader<'_>, name: &str, others: &[BodyCase]) {
     let forbidden = |c: char| c.is_control() || "/\\:*?\"<>|".contains(c);
+    let stem = |name: &str| file_stem(name).to_lowercase();
     if name.trim().is_empty() || name.starts_with('.') || name.len() > 100 || name.contains(forbidden) {
         r.refuse(
             "name",
             format!("the body name {} cannot name a file", excerpt(name)),
-            "letters, digits, - and _",
+            "at most 100 bytes of letters, digits, blanks, - and _",
+            "name it after what it is, such as \"upper\"",
         );
-    } else if name.eq_ignore_ascii_case("contact") {
+    } else if stem(name) == "contact" {
         r.refuse(
             "name",
             "a body cannot be called \"contact\": contact.vtu is the interface's",
             "another name",
+            "name it after what it is, such as \"upper\"",
         );
-    } else if others.iter().any(|b| b.name.to_lowercase() == name.to_lowercase()) {
-        let message = format!("two bodies are called {}", excerpt(name));
+    } else if let Some(other) = others.iter().find(|b| stem(&b.name) == stem(name)) {
+        let message = if other.name.to_lowercase() == name.to_lowercase() {
+            format!("two bodies are called {}", excerpt(name))
+        } else {
+            let [a, b] = [other.name.as_str(), name].map(excerpt);
+            format!("the bodies {a} and {b} would write the same file, {}.vtu", file_stem(name))
+        };
         let diagnostic = Diagnostic::new(code::DUPLICATE, r.place_of("name"), message);
-        r.findings().push(diagnostic.expected("two different names (in letters, not only in case)"));
+        let expected = "two names that differ in letters or digits, not only in case, blanks or signs";
+        r.findings().push(diagnostic.expected(expected).fix("rename one of the two"));
     }
 }
 
@@ -77,11 +88,14 @@ fn mesh(r: &mut Reader<'_>) -> Option<MeshSource> {
     let file = r.table("mesh").and_then(mesh_file);
     match (r.has("generator"), r.has("mesh")) {
         (true, true) => {
-            r.refuse("mesh", "a body has either a `generator` or a `mesh`, not both", "one of the two")
+            let message = "a body has either a `generator` or a `mesh`, not both";
+            r.refuse("mesh", message, "one of the two", "take one of them out");
         }
         (false, false) => {
             let expected = "`generator = { kind = \"block\", … }` or `mesh = { file = \"name.msh\", region = \"name\" }`";
-            r.refuse("", "this body has no mesh: neither `generator` nor `mesh` is there", expected);
+            let fix =
+                "write `generator = { kind = \"block\", size = [2.0, 1.0], cells = [18, 9] }` to begin with";
+            r.refuse("", "this body has no mesh: neither `generator` nor `mesh` is there", expected, fix);
         }
         _ => {}
     }
@@ -92,7 +106,8 @@ fn mesh_file(mut r: Reader<'_>) -> Option<MeshSource> {
     r.require(&["file"]);
     let file = r.string("file");
     if file.as_ref().is_some_and(|name| name.trim().is_empty()) {
-        r.refuse("file", "`mesh.file` is empty", "the name of a mesh file, relative to the case file");
+        let expected = "the name of a mesh file, relative to the case file";
+        r.refuse("file", "`mesh.file` is empty", expected, "write it as in `file = \"blocks.msh\"`");
     }
     let region = r.string("region");
     let merge = r.boolean("merge").unwrap_or(false);
@@ -159,7 +174,12 @@ fn block(mut r: Reader<'_>) -> Option<MeshSource> {
     let origin = r.pair("origin").unwrap_or_default();
     let size = r.pair("size");
     if size.is_some_and(|s| s.iter().any(|&v| v <= 0.0)) {
-        r.refuse("size", "a block needs a width and a height", "two numbers > 0");
+        r.refuse(
+            "size",
+            "a block needs a width and a height",
+            "two numbers > 0",
+            "write it as in `size = [2.0, 1.0]`",
+        );
     }
     let cells = r.count_pair("cells");
     r.finish();
@@ -176,12 +196,22 @@ fn displacement(mut r: Reader<'_>) -> Displacement {
     let fixed = r.boolean("fixed");
     let expected = "`ux` and/or `uy`, or `normal`, or `fixed = true`";
     match given[..] {
-        [] => r.refuse("", "this condition imposes no displacement", expected),
+        [] => r.refuse(
+            "",
+            "this condition imposes no displacement",
+            expected,
+            "write `fixed = true` to hold it",
+        ),
         ["ux"] | ["uy"] | ["ux", "uy"] | ["normal"] => {}
         ["fixed"] if fixed != Some(false) => {}
-        ["fixed"] => r.refuse("fixed", "`fixed = false` imposes nothing", expected),
+        ["fixed"] => {
+            r.refuse("fixed", "`fixed = false` imposes nothing", expected, "take the whole condition out")
+        }
         // The last of the keys is the one that does not go with the others.
-        [.., last] => r.refuse(last, format!("`{}` exclude each other", given.join("`, `")), expected),
+        [.., last] => {
+            let message = format!("`{}` exclude each other", given.join("`, `"));
+            r.refuse(last, message, expected, &format!("take `{last}` out"));
+        }
     }
     r.finish();
     let imposition = match (normal, fixed) {
@@ -199,8 +229,13 @@ fn traction(mut r: Reader<'_>) -> Traction {
     let (vector, pressure) = (r.value_pair("vector"), r.value("pressure"));
     let expected = "either `vector = [tx, ty]` or `pressure = p`";
     match (r.has("vector"), r.has("pressure")) {
-        (true, true) => r.refuse("pressure", "`vector` and `pressure` exclude each other", expected),
-        (false, false) => r.refuse("", "this condition applies no load", expected),
+        (true, true) => r.refuse(
+            "pressure",
+            "`vector` and `pressure` exclude each other",
+            expected,
+            "take one of them out",
+        ),
+        (false, false) => r.refuse("", "this condition applies no load", expected, "write `pressure = 1.0`"),
         _ => {}
     }
     r.finish();

@@ -3,6 +3,7 @@
 use super::{BodyCase, Case, Material, Part};
 use crate::case_file::Reader;
 use crate::diagnostic::{CaseError, Diagnostic, code, did_you_mean, excerpt};
+use crate::mesh_file::listed;
 use fem_core::geometry;
 use fem_core::material::Materials;
 use fem_core::mesh::TriMesh;
@@ -36,14 +37,19 @@ fn region(mut r: Reader<'_>) -> MaterialRegion {
     let material = r.string("material").unwrap_or_default();
     let expected = "`box = { x = [low, high], y = [low, high] }`, or `group = \"name\"` for a mesh file";
     match (r.has("box"), r.has("group")) {
-        (true, true) => r.refuse("group", "`box` and `group` exclude each other", expected),
-        (false, false) => r.refuse("", "this region takes no cells", expected),
+        (true, true) => {
+            r.refuse("group", "`box` and `group` exclude each other", expected, "take one of them out")
+        }
+        (false, false) => {
+            r.refuse("", "this region takes no cells", expected, "write `box = { x = [0.0, 1.0] }`")
+        }
         _ => {}
     }
     let group = r.string("group");
     let part = Part::read(&mut r, "box");
     if r.has("box") && part == Part::default() {
-        r.refuse("box", "the box has no limits", "`x = [low, high]` and/or `y = [low, high]`");
+        let expected = "`x = [low, high]` and/or `y = [low, high]`";
+        r.refuse("box", "the box has no limits", expected, "write `box = { x = [0.0, 1.0] }`");
     }
     r.finish();
     let cells = group.map_or(CellSelection::Box(part), CellSelection::Group);
@@ -70,8 +76,11 @@ pub(super) fn check_references(root: &Reader<'_>, materials: &[Material], bodies
         let known: Vec<String> = names().map(|n| format!("\"{n}\"")).collect();
         let diagnostic =
             Diagnostic::new(code::REFERENCE, root.findings().place(&format!("{path}.material")), message);
-        let diagnostic = if known.is_empty() { diagnostic } else { diagnostic.expected(known.join(" or ")) };
-        root.findings().push(diagnostic.help(did_you_mean(material, names(), '"')));
+        let expected =
+            if known.is_empty() { "a table [materials.NAME]".to_owned() } else { known.join(" or ") };
+        let fix = format!("write a table [materials.{}]", excerpt(material));
+        let diagnostic = diagnostic.expected(expected).help(did_you_mean(material, names(), '"'));
+        root.findings().push(diagnostic.fix(fix));
     }
 }
 
@@ -99,7 +108,8 @@ impl Case {
             let Some(material) = self.materials.iter().find(|m| m.name == *name) else {
                 let path = format!("body.{body}.material");
                 let message = format!("there is no material \"{name}\"");
-                return Err(self.diagnostic(code::REFERENCE, &path, message).into());
+                let fault = self.diagnostic(code::REFERENCE, &path, message).expected("one of [materials]");
+                return Err(fault.fix("write a table of this name under [materials]").into());
             };
             let elastic = material.elastic(hypothesis);
             list.push(elastic.map_err(|error| CaseError::from(self.material_diagnostic(name, &error)))?);
@@ -119,7 +129,8 @@ impl Case {
                     let path = format!("body.{body}.region.{k}.box");
                     let message = format!("body \"{}\": no cell lies in this region", given.name);
                     let expected = "a box that holds the centroid of a cell";
-                    faults.push(self.diagnostic(code::MESH, &path, message).expected(expected));
+                    let fault = self.diagnostic(code::MESH, &path, message).expected(expected);
+                    faults.push(fault.fix("make the box larger or the mesh finer"));
                 }
                 Ok(cells) => cells.into_iter().for_each(|t| of_triangle[t] = k as u32 + 1),
                 Err(fault) => faults.push(*fault),
@@ -139,22 +150,25 @@ impl Case {
         let fault = |message: String| self.diagnostic(code::MESH, &path, message);
         let Some(region) = self.mesh_region(body) else {
             let message = format!("body \"{name}\" has no mesh file, and so no groups of cells");
-            return Err(Box::new(fault(message).expected("`box = { x = [low, high], y = [low, high] }`")));
+            let fault = fault(message).expected("`box = { x = [low, high], y = [low, high] }`");
+            return Err(Box::new(fault.fix("write `box` instead of `group`")));
         };
         let Some(numbers) = self.group_of_cells(body, group) else {
             let message =
                 format!("the mesh file of body \"{name}\" has no group of cells {}", excerpt(group));
             let known: Vec<&str> = region.cell_group_names().collect();
-            let fault = fault(message).expected(known.join(", "));
-            return Err(Box::new(fault.help(did_you_mean(group, known.into_iter().take(10_000), '"'))));
+            let listed =
+                if known.is_empty() { "a file with groups of cells".to_owned() } else { listed(&known) };
+            let help = did_you_mean(group, known.into_iter().take(10_000), '"');
+            let fault = fault(message).expected(listed).help(help);
+            return Err(Box::new(fault.fix("look at the groups with `nndd mesh FILE`")));
         };
         let is_inside = |t: &usize| numbers.binary_search(&region.cell_numbers()[*t]).is_ok();
         let cells: Vec<usize> = (0..region.triangle_count()).filter(is_inside).collect();
         if cells.is_empty() {
             let message = format!("no cell of body \"{name}\" belongs to the group {}", excerpt(group));
-            return Err(Box::new(
-                fault(message).expected("a group that shares cells with the body's region"),
-            ));
+            let fault = fault(message).expected("a group that shares cells with the body's region");
+            return Err(Box::new(fault.fix("take this [[body.region]] out, or name another group")));
         }
         Ok(cells)
     }

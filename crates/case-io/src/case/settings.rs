@@ -41,15 +41,14 @@ impl Case {
         settings
     }
 
-    /// Returns what decides every number that a run computes: the settings less the output directory and the limits, and
-    /// the contents of the mesh files that were read, by their SHA-256.
+    /// Returns what decides every number that a run computes: the settings less title, output and limits, and the contents
+    /// of the mesh files that were read, by their SHA-256.
     pub fn identity(&self) -> Json {
         let mut settings = self.settings_json();
         if let Some(settings) = settings.as_object_mut() {
-            settings.remove("limits");
-        }
-        if let Some(output) = settings.get_mut("output").and_then(Json::as_object_mut) {
-            output.remove("directory");
+            for key in ["title", "output", "limits"] {
+                settings.remove(key);
+            }
         }
         // A mesh file counts by its contents.
         if self.meshes.digests().iter().any(Option::is_some) {
@@ -89,7 +88,7 @@ impl Case {
     }
 
     /// Computes the SHA-256 of [`Case::identity`], in hexadecimal: two runs of the same case have the same hash wherever
-    /// they write, whatever their limits, and however their files are laid out and commented.
+    /// they write and what, whatever their title and limits, and however their files are laid out and commented.
     pub fn hash(&self) -> String {
         let mut settings = self.identity();
         settings.sort_all_objects();

@@ -235,6 +235,10 @@ fn the_hash_names_the_case_and_not_its_text() {
     let paper = hash(&[]);
     assert_eq!(paper.len(), 64);
     assert_eq!(hash(&[set("output.directory", "elsewhere")]), paper);
+    assert_eq!(
+        hash(&[set("output.vtu", "false"), set("limits.time", "10min"), set("title", "again")]),
+        paper
+    );
     assert_eq!(hash(&[set("solver.theta", "4e-1")]), paper);
     assert_eq!(hash(&[set("solver.lambda", "-0.0")]), paper);
     assert_ne!(hash(&[set("solver.theta", "0.41")]), paper);

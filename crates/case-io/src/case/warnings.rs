@@ -32,7 +32,9 @@ impl Case {
             || (0..2).flat_map(|body| self.materials_of(body)).map(|material| material.largest_modulus());
         let ratio = moduli().fold(0.0, f64::max) / moduli().fold(f64::INFINITY, f64::min);
         if ratio > MODULI {
-            let message = format!("the moduli of the materials differ by a factor of {ratio:.1e}");
+            let factor =
+                if ratio.is_finite() { format!("{ratio:.1e}") } else { "more than 1e308".to_owned() };
+            let message = format!("the moduli of the materials differ by a factor of {factor}");
             warnings.push(self.diagnostic(code::VALUE, "materials", message));
         }
         for material in &self.materials {

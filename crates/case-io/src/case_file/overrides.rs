@@ -23,6 +23,7 @@ pub fn split_override(argument: &str) -> Result<(String, String), CaseError> {
             let place = At { source, span: 0..argument.len() }.place();
             Err(Diagnostic::new(code::OVERRIDE, Some(place), "an override without a key and a value")
                 .expected("KEY=VALUE, such as solver.theta=0.3")
+                .fix("write the key, `=` and the value without blanks, or all of it in quotes")
                 .into())
         }
     }
@@ -37,9 +38,12 @@ pub(super) fn apply(root: &mut Table, key: &str, value: &str) -> Result<(), Case
     let path = key_path(key).ok_or_else(|| {
         fault(format!("`{key}` is not a key"))
             .expected("names joined by dots, array entries by number: body.0.material")
+            .fix("write the key as the case file has it")
     })?;
     let node = parse_value(value, &source, key.len() + 1)?;
-    set_in_table(root, &path, node, &key_at, "").map_err(|message| fault(message).into())
+    set_in_table(root, &path, node, &key_at, "").map_err(|message| {
+        fault(message).expected("a key of the case").fix("write the key as the case file has it").into()
+    })
 }
 
 /// Reads a dotted key with TOML's own rules, so that quoted parts work too.
@@ -70,7 +74,10 @@ fn parse_value(value: &str, source: &Arc<Source>, offset: usize) -> Result<Node,
             let at = At { source: Arc::clone(source), span: offset..offset + value.len() };
             if value.is_empty() || value.starts_with(['[', '{', '"', '\'']) {
                 let message = format!("the value is not TOML: {}", error.message());
-                return Err(Diagnostic::new(code::OVERRIDE, Some(at.place()), message).into());
+                return Err(Diagnostic::new(code::OVERRIDE, Some(at.place()), message)
+                    .expected("a value as in a case file")
+                    .fix("put quotes around the argument, so that the shell leaves it as it is")
+                    .into());
             }
             Ok(Node { value: NodeValue::String(value.to_owned()), at })
         }

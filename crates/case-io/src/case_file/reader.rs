@@ -4,7 +4,7 @@
 
 use super::tree::{At, Entry, Node, NodeValue, Table};
 use crate::case::Value;
-use crate::diagnostic::{Diagnostic, Place, code, did_you_mean, excerpt};
+use crate::diagnostic::{Diagnostic, Place, code, did_you_mean, excerpt, nearest};
 use crate::expression::Expression;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -76,7 +76,9 @@ impl<'a> Reader<'a> {
 
     /// Looks a key up and makes it known.
     pub(crate) fn node(&mut self, key: &'static str) -> Option<&'a Node> {
-        self.known.push(key);
+        if !self.known.contains(&key) {
+            self.known.push(key);
+        }
         let entry = self.table.get(key)?;
         self.findings.note(&self.path_of(key), &entry.node.at);
         Some(&entry.node)
@@ -87,19 +89,22 @@ impl<'a> Reader<'a> {
         for key in keys.iter().filter(|key| !self.has(key)) {
             let path = self.path_of(key);
             let found = format!("the key `{path}` is missing");
-            // The one key whose value is the same in every case.
-            let help = (path == "schema").then(|| "write `schema = 1` into the first line".to_owned());
-            self.findings.push(Diagnostic::new(code::MISSING, Some(self.at.place()), found).help(help));
+            let expected = format!("`{key}`, which has no default");
+            let fix = match (example(key), nearest(key, self.table.entries.iter().map(|e| e.key.as_str()))) {
+                (_, Some(other)) => format!("is `{}` meant to be `{key}`?", excerpt(other).trim_matches('"')),
+                (Some(line), None) if self.path.is_empty() => format!("write `{line}`"),
+                (Some(line), None) => format!("write `{line}` into `{}`", self.path),
+                (None, None) => "see `nndd new paper` for a case that has it".to_owned(),
+            };
+            let diagnostic = Diagnostic::new(code::MISSING, Some(self.at.place()), found);
+            self.findings.push(diagnostic.expected(expected).fix(fix));
         }
     }
 
     /// Reports a value that has the right type but cannot be used.
-    pub(crate) fn refuse(&self, key: &str, message: impl Into<String>, expected: &str) {
-        let mut diagnostic = Diagnostic::new(code::VALUE, self.place_of(key), message);
-        if !expected.is_empty() {
-            diagnostic = diagnostic.expected(expected);
-        }
-        self.findings.push(diagnostic);
+    pub(crate) fn refuse(&self, key: &str, message: impl Into<String>, expected: &str, fix: &str) {
+        let diagnostic = Diagnostic::new(code::VALUE, self.place_of(key), message);
+        self.findings.push(diagnostic.expected(expected).fix(fix));
     }
 
     /// Finds the place of a key's value, or of the table where the key is not there.
@@ -110,14 +115,23 @@ impl<'a> Reader<'a> {
     fn wrong_type(&self, path: &str, node: &Node, expected: &str) {
         let message = format!("`{path}` is {}", described(&node.value));
         let number = |text: &str| text.trim().parse::<f64>().is_ok_and(f64::is_finite);
-        let help = match &node.value {
-            NodeValue::String(text) if expected.contains("number") && number(text) => {
-                Some(format!("write {} without quotes", text.trim()))
+        let key = path.rsplit('.').next().unwrap_or(path);
+        let fix = match (&node.value, example(key)) {
+            (NodeValue::String(text), _) if expected.contains("number") && number(text) => {
+                format!("write {} without quotes", text.trim())
             }
-            _ => None,
+            (NodeValue::Array(_), _) if expected == "a number" => {
+                "write one number, without brackets".to_owned()
+            }
+            (NodeValue::Array(_) | NodeValue::Table(_), _) if expected == "a string" => {
+                "write one name in quotes".to_owned()
+            }
+            (_, Some(line)) => format!("write it as in `{line}`"),
+            (_, None) if expected == "a string" => format!("put quotes around it: `{key} = \"…\"`"),
+            (_, None) => format!("write {expected} there, or leave `{key}` out where it has a default"),
         };
         let diagnostic = Diagnostic::new(code::TYPE, Some(node.at.place()), message).expected(expected);
-        self.findings.push(diagnostic.help(help));
+        self.findings.push(diagnostic.fix(fix));
     }
 
     fn finite(&self, path: &str, node: &Node) -> Option<f64> {
@@ -134,7 +148,8 @@ impl<'a> Reader<'a> {
         }
         let message = format!("`{path}` is {value}");
         let diagnostic = Diagnostic::new(code::VALUE, Some(node.at.place()), message);
-        self.findings.push(diagnostic.expected("a finite number"));
+        let fix = "write the number itself; what is as good as infinite is a large one, such as 1e12";
+        self.findings.push(diagnostic.expected("a finite number").fix(fix));
         None
     }
 
@@ -153,7 +168,11 @@ impl<'a> Reader<'a> {
     ) -> Option<f64> {
         let value = self.number(key)?;
         if !condition(value) {
-            self.refuse(key, format!("`{}` is {value}", self.path_of(key)), expected);
+            let fix = example(key).map_or_else(
+                || format!("change `{key}`, or leave it out where it has a default"),
+                |line| format!("write it as in `{line}`"),
+            );
+            self.refuse(key, format!("`{}` is {value}", self.path_of(key)), expected, &fix);
         }
         Some(value)
     }
@@ -168,11 +187,9 @@ impl<'a> Reader<'a> {
                 let place = node.at.within(text, error.span);
                 let diagnostic =
                     Diagnostic::new(code::EXPRESSION, Some(place), format!("`{path}`: {}", error.message));
-                let diagnostic = match error.expected {
-                    Some(expected) => diagnostic.expected(expected),
-                    None => diagnostic,
-                };
-                self.findings.push(diagnostic.help(error.help));
+                let expected = error.expected.unwrap_or_else(|| EXPRESSION.to_owned());
+                let fix = "rewrite it here; `nndd check` evaluates it without solving";
+                self.findings.push(diagnostic.expected(expected).help(error.help).fix(fix));
                 None
             }
         }
@@ -214,7 +231,8 @@ impl<'a> Reader<'a> {
                 NodeValue::Array(items) => <&[Node; 3]>::try_from(&items[..]).ok().or_else(|| {
                     let message = format!("`{path}` has {} entries", items.len());
                     let diagnostic = Diagnostic::new(code::VALUE, Some(node.at.place()), message);
-                    self.findings.push(diagnostic.expected(expected));
+                    let fix = "write a row of zeros where nothing couples";
+                    self.findings.push(diagnostic.expected(expected).fix(fix));
                     None
                 }),
                 _ => {
@@ -246,7 +264,9 @@ impl<'a> Reader<'a> {
             return None;
         };
         let [a, b] = &items[..] else {
-            self.refuse(key, format!("`{path}` has {} entries", items.len()), expected);
+            let fix = example(key)
+                .map_or_else(|| format!("write `{key} = [a, b]`"), |line| format!("write it as in `{line}`"));
+            self.refuse(key, format!("`{path}` has {} entries", items.len()), expected, &fix);
             return None;
         };
         let read_one = |k: usize, item: &Node| {
@@ -269,7 +289,7 @@ impl<'a> Reader<'a> {
         if found.is_none() {
             let message = format!("`{path}` is {value}");
             let diagnostic = Diagnostic::new(code::VALUE, Some(node.at.place()), message);
-            self.findings.push(diagnostic.expected(expected));
+            self.findings.push(diagnostic.expected(expected).fix(format!("write {least} or more")));
         }
         found
     }
@@ -312,8 +332,9 @@ impl<'a> Reader<'a> {
             let words: Vec<String> = names.iter().map(|(name, _)| format!("\"{name}\"")).collect();
             let message = format!("`{}` is {}", self.path_of(key), excerpt(&text));
             let help = did_you_mean(&text, names.iter().map(|(name, _)| *name), '"');
-            let diagnostic = Diagnostic::new(code::VALUE, self.place_of(key), message);
-            self.findings.push(diagnostic.expected(words.join(" or ")).help(help));
+            let diagnostic = Diagnostic::new(code::VALUE, self.place_of(key), message).help(help);
+            let fix = words.first().map_or_else(String::new, |word| format!("write `{key} = {word}`"));
+            self.findings.push(diagnostic.expected(words.join(" or ")).fix(fix));
         }
         found
     }
@@ -357,14 +378,51 @@ impl<'a> Reader<'a> {
                 path => format!("in `{path}`"),
             };
             let message = format!("unknown key `{}` {place}", entry.key.escape_debug());
-            let help = did_you_mean(&entry.key, self.known.iter().copied(), '`').or_else(|| {
-                let keys: Vec<String> = self.known.iter().map(|k| format!("`{k}`")).collect();
-                Some(format!("the keys here are {}", keys.join(", ")))
-            });
-            let diagnostic = Diagnostic::new(code::UNKNOWN_KEY, Some(entry.key_at.place()), message);
-            self.findings.push(diagnostic.help(help));
+            let keys: Vec<String> = self.known.iter().map(|k| format!("`{k}`")).collect();
+            let diagnostic = Diagnostic::new(code::UNKNOWN_KEY, Some(entry.key_at.place()), message)
+                .expected(format!("only the keys {}", keys.join(", ")))
+                .help(did_you_mean(&entry.key, self.known.iter().copied(), '`'))
+                .fix("take it out, or write it into the table it belongs to");
+            self.findings.push(diagnostic);
         }
     }
+}
+
+/// What an expression may hold.
+const EXPRESSION: &str = "numbers, `x`, `y`, `pi`, + - * / ^ and known functions";
+
+/// Shows how a key is written, where every case writes it alike.
+fn example(key: &str) -> Option<&'static str> {
+    Some(match key {
+        "schema" => "schema = 1",
+        "body" => "[[body]]",
+        "contact" => "[contact]",
+        "materials" => "[materials.steel]",
+        "name" => "name = \"upper\"",
+        "material" => "material = \"steel\"",
+        "young" => "young = 210e9",
+        "poisson" => "poisson = 0.3",
+        "thickness" => "thickness = 1.0",
+        "surfaces" => "surfaces = [\"bottom\", \"top\"]",
+        "normal" => "normal = [0.0, -1.0]",
+        "on" => "on = \"top\"",
+        "file" => "file = \"blocks.msh\"",
+        "kind" => "kind = \"block\"",
+        "origin" => "origin = [0.0, 0.0]",
+        "size" => "size = [2.0, 1.0]",
+        "cells" => "cells = [18, 9]",
+        "radii" => "radii = [1.0, 2.0]",
+        "facing" => "facing = \"down\"",
+        "vector" => "vector = [0.0, 30.0]",
+        "theta" => "theta = \"auto\"",
+        "ratio" => "ratio = 0.1",
+        "tolerance" => "tolerance = 1e-8",
+        "target_relative_error" => "target_relative_error = 0.02",
+        "fraction" => "fraction = 0.5",
+        "memory" => "memory = \"4GiB\"",
+        "time" => "time = \"10min\"",
+        _ => return None,
+    })
 }
 
 /// Describes a value by its type and, where it is short, its text.

@@ -35,7 +35,8 @@ impl Sweep {
         let fault = |message: String| {
             CaseError::from(
                 Diagnostic::new(code::OVERRIDE, Some(place.clone()), message)
-                    .expected("KEY=a:b:h or KEY=[v1, v2], such as solver.theta=0.1:0.9:0.05"),
+                    .expected("KEY=a:b:h or KEY=[v1, v2], such as solver.theta=0.1:0.9:0.05")
+                    .fix("give the first value, the last and the step, or list the values"),
             )
         };
         let (key, text) = argument

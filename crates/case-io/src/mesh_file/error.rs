@@ -31,6 +31,24 @@ impl MeshFault {
             Self::Region => "mesh::region",
         }
     }
+
+    /// Returns what is expected and what helps where nothing more particular is known.
+    fn cure(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Unreadable => (
+                "a file that can be read",
+                "check the name: it is relative to the case file, or to the including file",
+            ),
+            Self::Format => {
+                ("a plane mesh", "convert the file: meshio convert FILE mesh.msh --output-format gmsh")
+            }
+            Self::Syntax => ("what the format asks for", "export the mesh anew, or mend this place by hand"),
+            Self::Content => {
+                ("a sound mesh", "mend the mesh in the program that made it, and export it anew")
+            }
+            Self::Region => ("a region of the file", "see what the file holds with `nndd mesh FILE`"),
+        }
+    }
 }
 
 /// A place in a mesh file.
@@ -80,9 +98,9 @@ impl MeshFileError {
     /// Makes a diagnostic of it, at the place of the key that names the file.
     pub fn into_diagnostic(self, place: Option<Place>) -> Diagnostic {
         let message = self.located();
-        let mut diagnostic = Diagnostic::new(self.fault.code(), place, message).help(self.help);
-        diagnostic.expected = self.expected;
-        diagnostic
+        let (expected, fix) = self.fault.cure();
+        let expected = self.expected.unwrap_or_else(|| expected.to_owned());
+        Diagnostic::new(self.fault.code(), place, message).expected(expected).help(self.help).fix(fix)
     }
 
     /// Returns file, place and what was found.
@@ -97,14 +115,8 @@ impl MeshFileError {
 
 impl fmt::Display for MeshFileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.located())?;
-        if let Some(expected) = &self.expected {
-            write!(f, "; expected {expected}")?;
-        }
-        if let Some(help) = &self.help {
-            write!(f, "; help: {help}")?;
-        }
-        Ok(())
+        // The same words, whoever shows them.
+        write!(f, "{}", self.clone().into_diagnostic(None))
     }
 }
 
@@ -126,7 +138,7 @@ pub(crate) fn first_bytes(bytes: &[u8]) -> String {
 }
 
 /// Lists names for a message, the first twenty.
-pub(super) fn listed(names: &[&str]) -> String {
+pub(crate) fn listed(names: &[&str]) -> String {
     let mut words: Vec<String> = names.iter().take(20).map(|n| format!("\"{n}\"")).collect();
     if names.len() > words.len() {
         words.push(format!("… ({} altogether)", names.len()));

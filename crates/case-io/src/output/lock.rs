@@ -16,15 +16,13 @@ pub(super) const LOCK_FILE: &str = ".nndd.lock";
 pub(super) struct Lock {
     path: PathBuf,
     file: Option<File>,
-    /// Whether an earlier run left the file behind.
-    pub(super) was_stale: bool,
 }
 
 impl Lock {
     pub(super) fn take(directory: &Path) -> Result<Self, OutputError> {
         let path = directory.join(LOCK_FILE);
         loop {
-            let (mut file, was_stale) = open(&path).map_err(failed("write", &path))?;
+            let mut file = open(&path).map_err(failed("write", &path))?;
             match file.try_lock() {
                 Ok(()) => {}
                 Err(TryLockError::WouldBlock) => {
@@ -40,7 +38,7 @@ impl Lock {
             if is_at(&file, &path) {
                 let named = file.set_len(0).and_then(|()| writeln!(file, "{}", std::process::id()));
                 named.map_err(failed("write", &path))?;
-                return Ok(Self { path, file: Some(file), was_stale });
+                return Ok(Self { path, file: Some(file) });
             }
         }
     }
@@ -56,14 +54,8 @@ impl Drop for Lock {
 }
 
 /// Opens the lock file, new or left behind.
-fn open(path: &Path) -> io::Result<(File, bool)> {
-    match OpenOptions::new().read(true).write(true).create_new(true).open(path) {
-        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
-            let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)?;
-            Ok((file, true))
-        }
-        opened => opened.map(|file| (file, false)),
-    }
+fn open(path: &Path) -> io::Result<File> {
+    OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)
 }
 
 fn read_holder(file: &mut File) -> Option<u32> {

@@ -57,6 +57,42 @@ fn another_case_needs_force() {
 }
 
 #[test]
+fn a_result_with_a_checkpoint_beside_it_is_not_complete() {
+    let root = tempfile::tempdir().unwrap();
+    run(root.path(), "h", false, &[CHECKPOINT_BEFORE]).unwrap();
+    match run(root.path(), "h", false, &[]) {
+        Err(error @ OutputError::Unfinished { .. }) => assert!(error.to_string().contains("--resume")),
+        other => panic!("{other:?}"),
+    }
+    assert!(matches!(run(root.path(), "other", false, &[]), Err(OutputError::OtherCase { .. })));
+    assert_eq!(names(root.path()), [CHECKPOINT_BEFORE, "report.json"]);
+    run(root.path(), "h", true, &[]).unwrap();
+    assert_eq!(names(root.path()), ["report.json"]);
+}
+
+#[test]
+fn a_solve_and_a_sweep_are_kept_apart() {
+    let root = tempfile::tempdir().unwrap();
+    run(root.path(), "h", false, &["upper.vtu"]).unwrap();
+    for (kind, hash) in [(ResultKind::Sweep, "h"), (ResultKind::Sweep, "s")] {
+        let refused = OutputDirectory::open(root.path(), kind, hash, false);
+        assert!(matches!(refused, Err(OutputError::OtherCase { .. })), "{refused:?}");
+    }
+    let mut sweep = OutputDirectory::open(root.path(), ResultKind::Sweep, "s", true).unwrap();
+    for name in ["sweep.csv", "sweep-2.csv"] {
+        sweep.write(name, b"1").unwrap();
+    }
+    sweep.write("sweep.json", br#"{"run": {"case_hash": "s"}}"#).unwrap();
+    sweep.finish().unwrap();
+    assert_eq!(names(root.path()), ["sweep-2.csv", "sweep.csv", "sweep.json"]);
+    assert!(matches!(run(root.path(), "s", false, &[]), Err(OutputError::OtherCase { .. })));
+    let mut again = OutputDirectory::open(root.path(), ResultKind::Sweep, "s", false).unwrap();
+    again.write("sweep.csv", b"2").unwrap();
+    again.finish().unwrap();
+    assert!(!root.path().join("sweep-2.csv").exists());
+}
+
+#[test]
 fn anything_else_needs_force_and_stays() {
     let root = tempfile::tempdir().unwrap();
     fs::write(root.path().join("thesis.tex"), "mine").unwrap();
@@ -81,7 +117,6 @@ fn anything_else_needs_force_and_stays() {
 fn two_runs_cannot_share_a_directory() {
     let root = tempfile::tempdir().unwrap();
     let first = OutputDirectory::open(root.path(), ResultKind::Solve, "h", false).unwrap();
-    assert!(!first.found_stale_lock());
     match OutputDirectory::open(root.path(), ResultKind::Solve, "h", true) {
         Err(OutputError::Locked { holder, .. }) => assert_eq!(holder, Some(std::process::id())),
         other => panic!("{other:?}"),
@@ -91,7 +126,7 @@ fn two_runs_cannot_share_a_directory() {
     // A killed run leaves the file, not the lock; nor does its temporary file count as content.
     fs::write(root.path().join(LOCK_FILE), "99999").unwrap();
     fs::write(root.path().join(".nndd-tmp-abc"), "half").unwrap();
-    assert!(OutputDirectory::open(root.path(), ResultKind::Solve, "h", false).unwrap().found_stale_lock());
+    assert!(OutputDirectory::open(root.path(), ResultKind::Solve, "h", false).is_ok());
 }
 
 #[test]

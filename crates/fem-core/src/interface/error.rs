@@ -67,6 +67,20 @@ pub enum InterfaceError {
         /// Local edge length.
         spacing: f64,
     },
+    /// The gap is given, and the surfaces are not where it could be one.
+    #[error(
+        "the surfaces do not match: the gap is given, but at ({}, {}) the bodies {} {:.3e}, where the edges are \
+         {spacing:.3e} long",
+        point[0], point[1], if *gap > 0.0 { "stand apart by" } else { "overlap by" }, gap.abs()
+    )]
+    Distance {
+        /// Node of the first body.
+        point: Vector,
+        /// Distance along the normal, m, negative where the bodies overlap.
+        gap: f64,
+        /// The shorter edge there.
+        spacing: f64,
+    },
     /// Paired nodes are joined by an edge in one body only.
     #[error("the surfaces do not match: the contact edge of body {body} at ({}, {}) has no partner", point[0], point[1])]
     EdgeWithoutPartner {

@@ -127,10 +127,9 @@ fn check_distances(body: &Body, facing: &HashMap<u32, &Facing>) -> Result<(), In
     let worst =
         facing.values().max_by(|a, b| excess(a).total_cmp(&excess(b)).then(a.nodes[0].cmp(&b.nodes[0])));
     match worst.filter(|f| !(excess(f) <= 0.0)) {
-        Some(f) => Err(InterfaceError::NotMatching {
-            body: 0,
+        Some(f) => Err(InterfaceError::Distance {
             point: body.mesh().points()[f.nodes[0] as usize],
-            distance: f.gap.abs(),
+            gap: f.gap,
             spacing: f.spacing,
         }),
         None => Ok(()),

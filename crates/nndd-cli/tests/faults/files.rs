@@ -232,7 +232,9 @@ fn item_68_a_full_console_is_said() {
     let temp = tempfile::tempdir().unwrap();
     let mut command = nndd(temp.path());
     command.arg("solve").arg(cases().join("paper.toml")).stdout(std::fs::File::create("/dev/full").unwrap());
-    assert_eq!(command.output().unwrap().status.code(), Some(7));
+    let output = command.output().unwrap();
+    assert_eq!(output.status.code(), Some(7));
+    assert!(said(&output).contains("cannot write to standard output"), "{}", said(&output));
 }
 
 #[test]

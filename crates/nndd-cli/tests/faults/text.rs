@@ -116,3 +116,37 @@ fn item_37_names_of_bodies_name_files() {
     assert_eq!(output.status.code(), Some(3));
     assert!(said(&output).contains("cannot name a file"));
 }
+
+#[test]
+fn item_37_two_bodies_do_not_write_the_same_file() {
+    let temp = tempfile::tempdir().unwrap();
+    let case = temp.path().join("names.toml");
+    for [a, b] in [["part 2#", "part 2+"], ["a b", "A_B"], ["Größe 1", "größe_1"]] {
+        let text =
+            paper().replace("\"upper\"", &format!("\"{a}\"")).replace("\"lower\"", &format!("\"{b}\""));
+        std::fs::write(&case, text).unwrap();
+        let output = solve(&case, &temp.path().join("out"), &[]);
+        let text = said(&output);
+        assert_eq!(output.status.code(), Some(3), "{a}, {b}: {text}");
+        assert!(text.contains(a) && text.contains(b) && text.contains("the same file"), "{text}");
+    }
+}
+
+#[test]
+fn item_37_no_text_of_a_file_commands_the_terminal() {
+    let temp = tempfile::tempdir().unwrap();
+    let case = temp.path().join("coloured.toml");
+    let titled = |title: &str| {
+        let lines = paper()
+            .lines()
+            .map(|line| if line.starts_with("title") { title } else { line }.to_owned() + "\n")
+            .collect::<String>();
+        std::fs::write(&case, lines).unwrap();
+        said(&solve(&case, &temp.path().join("out"), &["--force"]))
+    };
+    // As an escape it is TOML, as a raw byte it is none.
+    for title in ["title = \"\\u001b[31mred\"", "title = \"\u{1b}[31mred\""] {
+        let text = titled(title);
+        assert!(text.contains("[31mred") && !text.contains('\u{1b}'), "{text:?}");
+    }
+}

@@ -28,12 +28,21 @@ fn replaced(from: &str, to: &str, expected: &str) {
 fn unknown_keys_get_the_nearest_name() {
     refused(
         "[solver]\ntheata = 1",
-        "c.toml:16:1: unknown key `theata` in `solver`; help: did you mean `theta`?",
+        "c.toml:16:1: unknown key `theata` in `solver`; expected only the keys `method`, `imposed`, `path`, `qp`, `theta`, \
+         `weights`, `acceleration`, `lambda`, `max_iterations`, `stop`; help: did you mean `theta`?",
     );
-    refused("[solvr]\n", "c.toml:15:2: unknown key `solvr` at the top level; help: did you mean `solver`?");
+    refused(
+        "[solvr]\n",
+        "c.toml:15:2: unknown key `solvr` at the top level; expected only the keys `schema`",
+    );
     refused(
         "[output]\nzzz = 1",
-        "c.toml:16:1: unknown key `zzz` in `output`; help: the keys here are `directory`, `vtu`",
+        "c.toml:16:1: unknown key `zzz` in `output`; expected only the keys `directory`, `vtu`; help: take it out",
+    );
+    // No key is listed twice.
+    refused(
+        "gip = 1",
+        "c.toml:15:1: unknown key `gip` in `contact`; expected only the keys `surfaces`, `gap`, `normal`; help: did you",
     );
     replaced("young = 1.0", "young = 1.0\nnu = 1", "c.toml:4:1: unknown key `nu` in `materials.m`");
     replaced(
@@ -116,6 +125,12 @@ fn exactly_two_bodies_with_different_names() {
     );
     replaced("name = \"b\"", "name = \"a\"", "c.toml:10:8: two bodies are called \"a\"");
     replaced("name = \"b\"", "name = \"A\"", "c.toml:10:8: two bodies are called \"A\"");
+    let sign =
+        minimal("").replace("name = \"a\"", "name = \"a b\"").replace("name = \"b\"", "name = \"A_B\"");
+    assert!(
+        faults(&sign)[0]
+            .contains("\"a b\" and \"A_B\" would write the same file, A_B.vtu; expected two names")
+    );
     replaced("name = \"b\"", "name = \"Contact\"", "c.toml:10:8: a body cannot be called \"contact\"");
     for wrong in ["../x", "", ".x", "a/b", "a\\u0000"] {
         replaced("name = \"b\"", &format!("name = \"{wrong}\""), "c.toml:10:8: the body name ");
@@ -330,6 +345,14 @@ fn what_is_not_toml_has_its_place() {
         faults("schema = 1\nschema = 1\n")
     );
     assert!(faults("schema = 1\n[materials.a]\n[materials.a]\n")[0].starts_with("c.toml:3:"));
+    // The first place is that in the same table, or that of the same header, whose keys are not told as well.
+    let twice =
+        faults("[a]\nx = 1\n[b]\nxy = 1\nx = 1\nx = 2\n[c]\nx = 1\n[c]\nx = 1\n[d]\ny = { z = 1, z = 2 }\n");
+    let firsts: Vec<_> = twice
+        .iter()
+        .map(|f| f.split("first in line ").nth(1).and_then(|rest| rest.split(';').next()))
+        .collect();
+    assert_eq!(firsts, [Some("5"), Some("7"), Some("12")], "{twice:#?}");
     let two = faults("a = 1 2\nb = 3\nc = \"x\n");
     assert_eq!(two.len(), 2, "{two:?}");
     // What follows from a fault is not told again.
@@ -342,7 +365,8 @@ fn what_is_not_toml_has_its_place() {
     assert!(faults("<!DOCTYPE html>\n")[0].starts_with("c.toml:1:1: "));
     for (text, what) in [("", "the case file is empty"), ("# nothing\n", "the case file sets nothing")] {
         assert!(
-            faults(text)[0].starts_with(&format!("c.toml:1:1: {what}; help: write a case file")),
+            faults(text)[0]
+                .starts_with(&format!("c.toml:1:1: {what}; expected the tables of a case; help: write")),
             "{text}"
         );
     }
@@ -371,11 +395,9 @@ fn hostile_files_end_at_once() {
 fn wrong_overrides_name_themselves() {
     let fault =
         |key: &str, value: &str| Case::parse(&minimal(""), "c", &[set(key, value)]).unwrap_err().to_string();
-    assert!(
-        fault("solver.theata", "1").starts_with(
-            "--set solver.theata=1: unknown key `theata` in `solver`; help: did you mean `theta`?"
-        )
-    );
+    assert!(fault("solver.theata", "1").starts_with(
+        "--set solver.theata=1: unknown key `theata` in `solver`; expected only the keys `method`"
+    ));
     assert!(
         fault("solver.theta", "-1")
             .starts_with("--set solver.theta=-1: `solver.theta` is -1; expected a number > 0")
