@@ -20,8 +20,16 @@ pub(crate) const EXAMPLES: [Example; 12] = [
     example("", "nndd solve case.toml", "solve it, and certify the answer"),
     example("", "nndd new gmsh > mine.toml", "the same for a mesh of your own"),
     example("", "nndd sweep case.toml --over solver.theta=0.1:0.9:0.05", "the paper's figure 2"),
-    example("solve", "nndd solve case.toml --set adapt.target_relative_error=0.02", "until 2 % are certified"),
-    example("solve", "nndd solve case.toml --set 'body.0.generator.cells=[72, 36]' --out fine", "another mesh"),
+    example(
+        "solve",
+        "nndd solve case.toml --set adapt.target_relative_error=0.02",
+        "until 2 % are certified",
+    ),
+    example(
+        "solve",
+        "nndd solve case.toml --set 'body.0.generator.cells=[72, 36]' --out fine",
+        "another mesh",
+    ),
     example("solve", "nndd solve case.toml --resume", "go on with an adaptive run that was ended"),
     example("solve", "nndd solve case.toml --format json", "one JSON object per line, for programs"),
     example("check", "nndd check case.toml", "all faults at once, each with its line"),

@@ -15,6 +15,7 @@ mod memory;
 mod mesh;
 mod notes;
 mod outcome;
+mod paraview;
 mod plot;
 mod printer;
 mod progress;

@@ -92,7 +92,8 @@ fn head(arg: &Arg) -> Vec<Inline> {
 
 /// The help of an option or argument, with its values and default.
 fn description(arg: &Arg) -> String {
-    let mut text = arg.get_long_help().or_else(|| arg.get_help()).map(ToString::to_string).unwrap_or_default();
+    let mut text =
+        arg.get_long_help().or_else(|| arg.get_help()).map(ToString::to_string).unwrap_or_default();
     if !text.ends_with('.') {
         text.push('.');
     }

@@ -33,7 +33,10 @@ fn the_manual_page_has_every_option_of_every_command() {
             Some(option.split(' ').next().unwrap())
         });
         for option in options.filter(|option| *option != "--help") {
-            assert!(section.contains(&format!("{option} ")) || section.contains(&format!("{option}\n")), "{option}");
+            assert!(
+                section.contains(&format!("{option} ")) || section.contains(&format!("{option}\n")),
+                "{option}"
+            );
         }
         let example = format!("nndd {command} case.toml");
         assert_eq!(help.contains(&example), section.contains(&example), "{command}");
@@ -71,8 +74,10 @@ fn the_manual_page_is_shown_without_complaint() {
     };
     man.stdin.take().unwrap().write_all(nndd(&["man"]).as_bytes()).unwrap();
     let output = man.wait_with_output().unwrap();
-    let (text, said) =
-        (String::from_utf8_lossy(&output.stdout).into_owned(), String::from_utf8_lossy(&output.stderr).into_owned());
+    let (text, said) = (
+        String::from_utf8_lossy(&output.stdout).into_owned(),
+        String::from_utf8_lossy(&output.stderr).into_owned(),
+    );
     if !output.status.success() {
         eprintln!("skipped: this man does not read from a pipe: {said}");
         return;
