@@ -45,6 +45,7 @@ pub(crate) fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> R
             nodes: mesh.points().len(),
             triangles: mesh.triangles().len(),
             unknowns: solution.unknowns[b],
+            smallest_angle: mesh.smallest_angle(),
         }
     });
     let interface = &solution.problem.interface;

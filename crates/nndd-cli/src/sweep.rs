@@ -118,7 +118,7 @@ fn run_panel(
                     "\n{}\n{:>12} {}",
                     name(&panel),
                     sweep.key,
-                    &console::table_head(None)[1..]
+                    &console::Layout::default().head()[1..]
                 ))?;
             }
         }
@@ -130,7 +130,7 @@ fn run_panel(
         }
         let row = solved.solution.rows.last();
         if let Some(row) = row.filter(|_| !options.run.quiet) {
-            console::print(&format!("{value:>12} {}", console::row(row, None)))?;
+            console::print(&format!("{value:>12} {}", console::Layout::default().row(row, 0.0)))?;
         }
         let iteration = row.map_or_else(IterationRow::default, files::iteration_row);
         panel.rows.push(SweepRow { value: value.clone(), status: solved.status.word, iteration });
