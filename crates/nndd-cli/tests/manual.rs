@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, clippy::print_stderr)]
 
 use std::io::Write;
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 const COMMANDS: [&str; 7] = ["solve", "check", "sweep", "mesh", "new", "man", "completions"];
@@ -47,6 +48,33 @@ fn the_manual_page_has_every_option_of_every_command() {
     assert!(text.contains("report.json") && text.contains("130, 143"));
     // No page that does not exist is referred to.
     assert!(!COMMANDS.iter().any(|command| text.contains(&format!("nndd-{command}"))), "{text}");
+}
+
+#[test]
+fn the_manual_page_names_every_file_of_a_run() {
+    let temp = tempfile::tempdir().unwrap();
+    let out = temp.path().join("out");
+    let case = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/cases/adaptive.toml");
+    nndd(&["solve", "--quiet", case.to_str().unwrap(), "--out", out.to_str().unwrap()]);
+    let page = plain(&nndd(&["man"]));
+    let mut seen = 0;
+    for folder in ["", "figures", "fields"] {
+        for entry in std::fs::read_dir(out.join(folder)).unwrap().map(Result::unwrap) {
+            if entry.path().is_dir() {
+                continue;
+            }
+            let name = entry.file_name().into_string().unwrap();
+            let general = match folder {
+                "figures" => "figures/NAME.svg".to_owned(),
+                "fields" => format!("fields/{}-step-NN.vtu", name.split("-step-").next().unwrap()),
+                _ => name,
+            };
+            let general = ["upper", "lower"].iter().fold(general, |name, body| name.replace(body, "BODY"));
+            assert!(page.contains(&general), "{general}");
+            seen += 1;
+        }
+    }
+    assert!(seen > 20, "{seen}");
 }
 
 #[test]

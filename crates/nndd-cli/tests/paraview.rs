@@ -2,7 +2,7 @@
 //! files alone. `cargo xtask check-vtk` does it by VTK and meshio.
 
 // All of this is test code: a failed unwrap is a failed test.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::panic)]
 
 use case_io::report::Report;
 use std::collections::BTreeMap;
