@@ -88,9 +88,6 @@ pub struct BodySummary {
     pub triangles: usize,
     /// Number of unknowns.
     pub unknowns: usize,
-    /// Smallest angle of its triangles, degrees.
-    #[serde(default)]
-    pub smallest_angle: f64,
 }
 
 /// A contact interface.

@@ -45,7 +45,6 @@ pub(crate) fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> R
             nodes: mesh.points().len(),
             triangles: mesh.triangles().len(),
             unknowns: solution.unknowns[b],
-            smallest_angle: mesh.smallest_angle(),
         }
     });
     let interface = &solution.problem.interface;
@@ -183,7 +182,8 @@ pub(crate) fn write(
     for picture in &pictures {
         put(&format!("figures/{}.svg", picture.name), &picture.svg)?;
     }
-    put("report.html", &html::page(case, report, &pictures))?;
+    let angles = [0, 1].map(|b| solution.problem.bodies[solution.role(b)].mesh().smallest_angle());
+    put("report.html", &html::page(case, report, angles, &pictures))?;
     if case.output.vtu && solution.estimate.is_some() {
         paraview::write(case, solution, &report.adaptive, directory)?;
     }

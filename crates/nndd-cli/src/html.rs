@@ -23,7 +23,9 @@ table{display:table;font-size:8pt}td,th{white-space:normal;padding:.1rem .3rem}\
 pre{white-space:pre-wrap;overflow-wrap:anywhere;font-size:8pt}}";
 
 /// Writes the page.
-pub(crate) fn page(case: &Case, report: &Report, pictures: &[Picture]) -> String {
+///
+/// * `angles`: the smallest of each body's mesh, degrees.
+pub(crate) fn page(case: &Case, report: &Report, angles: [f64; 2], pictures: &[Picture]) -> String {
     let title = escape(if case.title.is_empty() { case.file_name() } else { &case.title });
     let mut page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
@@ -33,7 +35,7 @@ pub(crate) fn page(case: &Case, report: &Report, pictures: &[Picture]) -> String
     verdict(&mut page, report);
     notes(&mut page, report);
     figures(&mut page, pictures);
-    bodies(&mut page, case, report);
+    bodies(&mut page, case, report, angles);
     if report.certificate.e_cre.is_some() {
         checks(&mut page, report);
         results(&mut page, case, report);
@@ -85,21 +87,20 @@ fn shell_word(word: &str) -> String {
 }
 
 /// The sizes of the bodies on the last mesh.
-fn bodies(page: &mut String, case: &Case, report: &Report) {
+fn bodies(page: &mut String, case: &Case, report: &Report, angles: [f64; 2]) {
     page.push_str(
         "<h2>Bodies</h2>\n<table><tr><th>body</th><th>nodes</th><th>triangles</th><th>unknowns</th>\
          <th>smallest angle</th><th>material</th></tr>\n",
     );
-    for (k, body) in report.bodies.iter().enumerate() {
+    for (k, (body, angle)) in report.bodies.iter().zip(angles).enumerate() {
         let materials = case.materials_of(k).into_iter().map(|m| format!("{}: {}", m.name, m.summary()));
         let _ = writeln!(
             page,
-            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{:.1}°</td><td>{}</td></tr>",
+            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{angle:.1}°</td><td>{}</td></tr>",
             escape(&body.name),
             body.nodes,
             body.triangles,
             body.unknowns,
-            body.smallest_angle,
             escape(&materials.collect::<Vec<_>>().join("; "))
         );
     }
