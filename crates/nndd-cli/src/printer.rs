@@ -133,14 +133,15 @@ impl Printer {
             _ if self.quiet => Ok(()),
             Format::Human => {
                 let mut text = console::verdict(report);
+                let remark = console::remark(case, report).filter(|_| self.every_iteration);
+                text.extend(remark.map(|remark| format!("note: {remark}\n")));
                 if verbose {
                     text += &console::choices(case, solved);
                 }
                 text += &format!("wrote {directory}: {}\n", written.join(" "));
                 console::print(&text)?;
                 let new = report.notes.iter().filter(|note| !self.said.contains(note));
-                let remark = console::remark(case, report).filter(|_| self.every_iteration);
-                console::notes(&new.cloned().chain(remark).collect::<Vec<_>>());
+                console::notes(&new.cloned().collect::<Vec<_>>());
                 Ok(())
             }
             Format::Json => self.event(json!({
