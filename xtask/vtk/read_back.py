@@ -15,9 +15,12 @@ import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
-POINT = {"displacement": 3}
-CELL = {"stress": 6, "stress_equilibrated": 6, "error_density": 1}
-CONTACT = {"gap", "contact_pressure", "active", "lambda", "traction_1", "traction_2"}
+POINT = {"displacement": 3, "reaction": 3}
+CELL = {
+    "stress": 6, "stress_equilibrated": 6, "strain": 6, "error_density": 1, "error_density_mesh": 1,
+    "error_density_iteration": 1, "material_id": 1, "element_id": 1, "body_id": 1,
+}
+CONTACT = {"gap", "contact_pressure", "active", "lambda", "traction_1", "traction_2", "traction_imbalance"}
 ROUND_OFF = 1e-9
 
 
@@ -104,9 +107,11 @@ def check(folder, report):
     if results["max_von_mises"] is not None:
         largest = max(g.cell["von_mises"].max() for g in grids)
         grids[0].equal(float(largest), results["max_von_mises"], "largest von Mises stress")
-    # The cells' part of the squared bound: the rest is 2 integral p o along the contact line.
-    inside = sum(float(np.sum(gradients(g)[0] * g.cell["error_density"])) for g in grids)
-    grids[0].expect(0.0 <= inside <= certificate["e_cre"] ** 2 * (1 + ROUND_OFF), "error density above the bound")
+    for grid in grids:
+        stress, strain = grid.cell["stress"], grid.cell["strain"]
+        pairs = stress * strain * np.array([1, 1, 1, 2, 2, 2])
+        k = int(grid.cell["body_id"][0])
+        grid.equal(float(np.sum(gradients(grid)[0] * pairs.sum(axis=1))), results["energy_norm_squared"][k], "strain")
 
     contact = Grid(folder / "contact.vtu", 2)
     contact.expect(CONTACT <= contact.point.keys(), f"fields {sorted(contact.point)}")
@@ -118,22 +123,41 @@ def check(folder, report):
     np.add.at(tributary, contact.cells, 0.5 * length[:, None])
     force = float(np.sum(tributary * contact.point["contact_pressure"]))
     contact.equal(force, results["contact_force"], "contact force")
+    # The squared bound less the allowance for round-off: the cells' part, and 2 integral p o along the contact line.
+    line = float(np.sum(length * contact.cell["error_density"]))
+    squared = (certificate["e_cre"] - float(contact.field["round_off"][0])) ** 2
+    for names in (["error_density"], ["error_density_mesh", "error_density_iteration"]):
+        inside = sum(float(np.sum(gradients(g)[0] * g.cell[name])) for g in grids for name in names)
+        contact.equal(inside + line, squared, f"squared bound from {' and '.join(names)}")
+    contact.expect(float(contact.field["certified"][0]) == float(certificate["valid"]), "certified")
     print(f"contact.vtu: {len(contact.points)} points, contact force {force:.6g} as in report.json")
     return grids
 
 
 def check_series(folder, report):
-    """The collection of an adaptive run: every mesh of every body, with the nodes that the history counts."""
-    nodes = {}
+    """The collections of an adaptive run: every mesh of every body, with the nodes that the history counts, and the
+    contact line of each with its pairs."""
+    nodes, pairs = {}, {}
+    files = set()
     for entry in ElementTree.parse(folder / "adaptive.pvd").getroot().iter("DataSet"):
-        grid = Grid(folder / entry.get("file"), 3)
-        grid.shaped(grid.point, POINT, len(grid.points))
+        line = entry.get("name") == "contact"
+        grid = Grid(folder / entry.get("file"), 2 if line else 3)
+        if not line:
+            grid.shaped(grid.point, POINT, len(grid.points))
         step = int(float(entry.get("timestep")))
-        nodes[step] = nodes.get(step, 0) + len(grid.points)
+        grid.expect(float(grid.field["TimeValue"][0]) == step, "wrong TimeValue")
+        counted = pairs if line else nodes
+        counted[step] = counted.get(step, 0) + len(grid.points)
+        files.add((entry.get("file"), float(step)))
     expected = {row["step"]: row["nodes"] for row in report["adaptive"]}
     if nodes != expected:
         raise SystemExit(f"{folder}/adaptive.pvd: found nodes {nodes}, report.json says {expected}")
-    print(f"adaptive.pvd: {len(expected)} meshes, nodes as in report.json")
+    if pairs != {row["step"]: row["pairs"] for row in report["adaptive"]}:
+        raise SystemExit(f"{folder}/adaptive.pvd: found pairs {pairs}")
+    series = [json.loads(path.read_text()) for path in sorted(folder.glob("*.vtu.series"))]
+    if len(series) != 3 or files != {(file["name"], file["time"]) for part in series for file in part["files"]}:
+        raise SystemExit(f"{folder}: the .vtu.series files do not name the files of adaptive.pvd")
+    print(f"adaptive.pvd: {len(expected)} meshes, nodes and pairs as in report.json")
 
 
 def draw(grids, picture):

@@ -4,7 +4,7 @@
 //! ```text
 //! case.toml ─► case_file ─► Case ─► [Body; 2], ContactInterface            (fem-core)
 //! .msh, .inp ─► gmsh, abaqus ─► MeshFile ─► Region ─► TriMesh                 (fem-core)
-//! Report ─► report.json      IterationRow, ContactRow, SweepRow ─► .csv     VtuMesh, VtuData ─► .vtu, .pvd
+//! Report ─► report.json      IterationRow, ContactRow, SweepRow ─► .csv     VtuMesh, VtuData ─► .vtu, .pvd, .vtu.series
 //!                            all of them through one OutputDirectory
 //! ```
 //! | to | use |

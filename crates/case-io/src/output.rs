@@ -336,8 +336,7 @@ fn is_result(below: &Path, name: &OsStr) -> bool {
             ["report.html", "history.csv", "contact.csv", "adaptive.csv"].contains(&name.as_ref())
                 || ResultKind::ALL.iter().any(|kind| kind.record() == name)
                 || name.starts_with("sweep") && ending(".csv")
-                || ending(".vtu")
-                || ending(".pvd")
+                || [".vtu", ".pvd", ".vtu.series"].into_iter().any(ending)
                 || [CHECKPOINT, CHECKPOINT_BEFORE].contains(&name.as_ref())
                 || name.starts_with(TEMPORARY)
         }

@@ -1,7 +1,11 @@
 //! ParaView files: one unstructured grid per file (`.vtu`, VTK XML, appended raw data, little endian, 64-bit
-//! headers) and collections of them (`.pvd`).
+//! headers) and collections of them (`.pvd`, `.vtu.series`).
 //!
 //! Vectors have three components and symmetric tensors six, in VTK's order XX, YY, ZZ, XY, YZ, XZ.
+
+mod collection;
+
+pub use collection::{PvdEntry, pvd, series};
 
 use std::fmt::Write as _;
 use std::io::{self, Write};
@@ -283,45 +287,6 @@ fn block<const N: usize>(
         }
     }
     out.write_all(&buffer)
-}
-
-/// One file of a collection.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PvdEntry {
-    /// Time, number of the iteration, or adaptive step.
-    pub timestep: f64,
-    /// Number of the part within the time step.
-    pub part: usize,
-    /// Name of the part.
-    pub name: String,
-    /// The file, relative to the collection.
-    pub file: String,
-}
-
-/// Makes a collection (`.pvd`) of files over time steps.
-///
-/// # Errors
-/// A time step that is not finite.
-pub fn pvd(entries: &[PvdEntry]) -> Result<String, VtuError> {
-    let mut xml = String::from(
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\" \
-         header_type=\"UInt64\">\n  <Collection>\n",
-    );
-    for (entry, e) in entries.iter().enumerate() {
-        if !e.timestep.is_finite() {
-            return Err(VtuError::NotFinite { name: "timestep".to_owned(), entry, value: e.timestep });
-        }
-        let _ = writeln!(
-            xml,
-            "    <DataSet timestep=\"{}\" group=\"\" part=\"{}\" name=\"{}\" file=\"{}\"/>",
-            e.timestep,
-            e.part,
-            escape(&e.name),
-            escape(&e.file)
-        );
-    }
-    xml.push_str("  </Collection>\n</VTKFile>\n");
-    Ok(xml)
 }
 
 fn escape(text: &str) -> String {

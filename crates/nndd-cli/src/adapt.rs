@@ -2,9 +2,9 @@
 
 use crate::convert;
 use crate::failure::Failure;
-use crate::files;
 use crate::memory::{self, mebibytes};
 use crate::outcome::{self, Ended, word};
+use crate::paraview;
 use crate::resume::{self, Place};
 use crate::run::{Follower, Solved};
 use crate::stopwatch::Activity;
@@ -135,7 +135,7 @@ impl Observer for Steps<'_> {
         (self.print)(Event::Step(step));
         self.follower.progress.step(step);
         if self.case.output.vtu && step.e_cre.is_some() {
-            self.failure = files::vtu_step(self.case, solution, step.step, self.directory).err();
+            self.failure = paraview::write_step(self.case, solution, step.step, self.directory).err();
         }
     }
 

@@ -1,25 +1,13 @@
 //! The command line.
 
+use crate::help;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use std::path::PathBuf;
 
-const EXAMPLES: &str = "\
-Examples:
-  nndd new paper > case.toml           start from a commented case file
-  nndd solve case.toml                 solve it and say how far off the answer is at most
-  nndd new gmsh > case.toml            your own mesh, refined until the certified error is small enough
-  nndd sweep case.toml --over solver.theta=0.1:0.9:0.05
-
-Exit status:
-  0 converged, or the given number of iterations completed
-  1 defect of this program        2 wrong command line       3 invalid input
-  4 no unique solution            5 not converged            6 no valid certificate, or its target missed
-  7 cannot read or write          8 memory or time limit     130, 143 interrupted";
-
 /// Solves frictionless unilateral contact between two elastic bodies, and certifies the answer.
 #[derive(Debug, Parser)]
-#[command(name = "nndd", version, after_help = EXAMPLES, arg_required_else_help = true)]
+#[command(name = "nndd", version, after_help = help::of_program(), arg_required_else_help = true)]
 pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) command: Command,
@@ -28,19 +16,23 @@ pub(crate) struct Arguments {
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Solve a case and certify the answer.
+    #[command(after_help = help::of_command("solve"))]
     Solve(Solve),
     /// Check a case without factorising anything: bodies, groups, supports, sizes, memory.
+    #[command(after_help = help::of_command("check"))]
     Check(Check),
     /// Run a case for several values of one setting, a few iterations each: the paper's figure 2.
+    #[command(after_help = help::of_command("sweep"))]
     Sweep(Sweep),
     /// Show what a mesh file holds: groups, cells, bounding box, quality, possible problems.
+    #[command(after_help = help::of_command("mesh"))]
     Mesh(Mesh),
     /// Print a commented case file to start from: paper, patch, hertz, adaptive, gmsh.
     New {
         /// Name of the template.
         template: String,
     },
-    /// Print the manual page: nndd man > ~/.local/share/man/man1/nndd.1
+    /// Print the manual page, of all commands: nndd man > nndd.1 && man ./nndd.1
     Man,
     /// Print a completion script.
     Completions {
@@ -78,7 +70,7 @@ pub(crate) struct CaseOptions {
     #[arg(value_name = "CASE.toml")]
     pub(crate) case: PathBuf,
     /// Override a setting; VALUE is TOML, arrays are addressed by index: body.0.generator.cells=[36,18].
-    #[arg(long = "set", value_name = "KEY=VALUE")]
+    #[arg(long = "set", help_heading = "Input", value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
 }
 
@@ -86,19 +78,19 @@ pub(crate) struct CaseOptions {
 #[derive(Args, Clone, Debug)]
 pub(crate) struct RunOptions {
     /// Write results here instead of the case's output directory.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, help_heading = "Output", value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Write even where the directory holds something else.
-    #[arg(long)]
+    #[arg(long, help_heading = "Output")]
     pub(crate) force: bool,
     /// Number of threads, at most 1024; 0 for one per core.
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = thread_count)]
+    #[arg(long, help_heading = "Running", value_name = "N", default_value_t = 0, value_parser = thread_count)]
     pub(crate) threads: usize,
     /// Print nothing but errors.
-    #[arg(long, short, conflicts_with = "verbose")]
+    #[arg(long, short, help_heading = "Output", conflicts_with = "verbose")]
     pub(crate) quiet: bool,
     /// Say more about every choice made.
-    #[arg(long, short)]
+    #[arg(long, short, help_heading = "Output")]
     pub(crate) verbose: bool,
 }
 
@@ -109,10 +101,10 @@ pub(crate) struct Solve {
     #[command(flatten)]
     pub(crate) run: RunOptions,
     /// Go on with an adaptive run of this case that was ended by a signal, a limit, or killed.
-    #[arg(long, conflicts_with = "force")]
+    #[arg(long, help_heading = "Running", conflicts_with = "force")]
     pub(crate) resume: bool,
     /// How to print progress and result.
-    #[arg(long, value_enum, default_value_t = Format::Human)]
+    #[arg(long, help_heading = "Output", value_enum, default_value_t = Format::Human)]
     pub(crate) format: Format,
 }
 
@@ -129,13 +121,13 @@ pub(crate) struct Sweep {
     #[command(flatten)]
     pub(crate) run: RunOptions,
     /// The setting and its values: KEY=a:b:h or KEY=[v1, v2].
-    #[arg(long, value_name = "KEY=RANGE")]
+    #[arg(long, help_heading = "Running", value_name = "KEY=RANGE")]
     pub(crate) over: String,
     /// Iterations of each run, at least 1.
-    #[arg(long, value_name = "N", default_value_t = 3)]
+    #[arg(long, help_heading = "Running", value_name = "N", default_value_t = 3)]
     pub(crate) iterations: usize,
-    /// A further panel with other settings: "KEY=VALUE; KEY=VALUE"; may be repeated.
-    #[arg(long, value_name = "SETTINGS")]
+    /// A further panel with other settings: "KEY=VALUE; KEY=VALUE".
+    #[arg(long, help_heading = "Running", value_name = "SETTINGS")]
     pub(crate) panel: Vec<String>,
 }
 

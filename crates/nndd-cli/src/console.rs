@@ -1,5 +1,7 @@
 //! What the console shows: results on stdout, errors on stderr.
 
+mod fit;
+mod remark;
 mod table;
 
 use crate::failure::Failure;
@@ -17,7 +19,8 @@ use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnost
 use std::fmt::Write as _;
 use std::io::{self, IsTerminal, Write};
 
-pub(crate) use table::{head as table_head, row};
+pub(crate) use remark::remark;
+pub(crate) use table::Layout;
 
 /// Prints to stdout. A reader that has gone away is no error of ours.
 pub(crate) fn print(text: &str) -> io::Result<()> {
@@ -104,7 +107,7 @@ fn render(kind: &str, diagnostic: &Diagnostic) -> String {
     text
 }
 
-/// The header: version, sizes, settings.
+/// The header: version, sizes, settings; no wider than the terminal.
 pub(crate) fn header(case: &Case, problem: &ContactProblem, output: &str) -> String {
     let mut text = format!("nndd {}   {}\n", env!("CARGO_PKG_VERSION"), case.file_name());
     if !case.title.is_empty() {
@@ -169,7 +172,7 @@ pub(crate) fn header(case: &Case, problem: &ContactProblem, output: &str) -> Str
             adapt.target_relative_error, adapt.max_steps, adapt.max_nodes, adapt.fraction
         );
     }
-    text
+    fit::fit(&text, width())
 }
 
 /// The head of the table of an adaptive run.

@@ -4,6 +4,7 @@ use crate::failure::Failure;
 use crate::figures;
 use crate::html;
 use crate::notes;
+use crate::paraview;
 use crate::run::Solved;
 use case_io::Case;
 use case_io::output::OutputDirectory;
@@ -12,11 +13,8 @@ use case_io::report::{
     Results, SCHEMA, Split, Timings,
 };
 use case_io::table::{self, ContactRow};
-use case_io::vtu::{self, PvdEntry, VtuArray, VtuCells, VtuData, VtuError, VtuMesh};
 use certified_contact::{CertifiedSolution, Row};
-use fem_core::tensor::SymTensor2;
 use serde_json::{Map, Value};
-use std::io;
 
 /// One row of `iterations`.
 pub(crate) fn iteration_row(row: &Row) -> IterationRow {
@@ -184,144 +182,10 @@ pub(crate) fn write(
     for picture in &pictures {
         put(&format!("figures/{}.svg", picture.name), &picture.svg)?;
     }
-    put("report.html", &html::page(case, report, &pictures))?;
+    let angles = [0, 1].map(|b| solution.problem.bodies[solution.role(b)].mesh().smallest_angle());
+    put("report.html", &html::page(case, report, angles, &pictures))?;
     if case.output.vtu && solution.estimate.is_some() {
-        for body in 0..2 {
-            let name = format!("{}.vtu", case.bodies[body].file_stem());
-            vtu_body(solution, body, &name, directory)?;
-        }
-        vtu_contact(solution, &contact, directory)?;
-        if !report.adaptive.is_empty() {
-            write_series(case, report, directory)?;
-        }
+        paraview::write(case, solution, &report.adaptive, directory)?;
     }
     Ok(())
-}
-
-/// The file of a body on a mesh of an adaptive run.
-pub(crate) fn step_name(case: &Case, body: usize, step: usize) -> String {
-    format!("fields/{}-step-{step:02}.vtu", case.bodies[body].file_stem())
-}
-
-/// Writes the bodies on one mesh of an adaptive run.
-pub(crate) fn vtu_step(
-    case: &Case,
-    solution: &CertifiedSolution,
-    step: usize,
-    directory: &mut OutputDirectory,
-) -> Result<(), Failure> {
-    (0..2).try_for_each(|body| vtu_body(solution, body, &step_name(case, body, step), directory))
-}
-
-/// Writes the collection of these files.
-fn write_series(case: &Case, report: &Report, directory: &mut OutputDirectory) -> Result<(), Failure> {
-    let entry = |step: usize, body: usize| PvdEntry {
-        timestep: step as f64,
-        part: body,
-        name: case.bodies[body].name.clone(),
-        file: step_name(case, body, step),
-    };
-    let entries: Vec<PvdEntry> =
-        report.adaptive.iter().flat_map(|row| [0, 1].map(|body| entry(row.step, body))).collect();
-    let text = vtu::pvd(&entries).map_err(|e| Failure::defect(format!("adaptive.pvd: {e}")))?;
-    directory.write("adaptive.pvd", text.as_bytes()).map_err(|e| Failure::output(&e))
-}
-
-fn six(t: SymTensor2, zz: f64) -> [f64; 6] {
-    [t.xx, t.yy, zz, t.xy, 0.0, 0.0]
-}
-
-fn vtu_body(
-    solution: &CertifiedSolution,
-    body: usize,
-    name: &str,
-    directory: &mut OutputDirectory,
-) -> Result<(), Failure> {
-    let Some(estimate) = &solution.estimate else { return Ok(()) };
-    let role = solution.role(body);
-    let model = &solution.problem.bodies[role];
-    let mesh = model.mesh();
-    let pair = &estimate.pair;
-    let cells = mesh.triangles().len();
-    let tensor = |of: &dyn Fn(usize) -> SymTensor2| -> Vec<[f64; 6]> {
-        (0..cells)
-            .map(|t| {
-                let s = of(t);
-                // Not known for a given plane stiffness in plane strain.
-                six(s, model.material(t).out_of_plane_stress(s).unwrap_or(0.0))
-            })
-            .collect()
-    };
-    let stress = tensor(&|t| pair.stress[role][t]);
-    let equilibrated = tensor(&|t| pair.equilibrated[role].cell_mean(model, t));
-    let von_mises: Option<Vec<f64>> =
-        (0..cells).map(|t| model.material(t).von_mises(pair.stress[role][t])).collect();
-    let data = VtuData {
-        point: vec![VtuArray::vectors("displacement", &pair.displacement[role])],
-        cell: vec![
-            VtuArray::tensors("stress", &stress),
-            VtuArray::tensors("stress_equilibrated", &equilibrated),
-            VtuArray::scalars("error_density", figures::error_density(solution, role)),
-        ]
-        .into_iter()
-        .chain(von_mises.map(|values| VtuArray::scalars("von_mises", values)))
-        .collect(),
-        field: vec![
-            VtuArray::scalars("iteration", vec![solution.last().iteration as f64]),
-            VtuArray::scalars("e_cre", vec![estimate.e_cre]),
-        ],
-    };
-    let grid =
-        VtuMesh { points: mesh.points().to_vec(), cells: VtuCells::Triangles(mesh.triangles().to_vec()) };
-    write_vtu(directory, name, &grid, &data)
-}
-
-fn vtu_contact(
-    solution: &CertifiedSolution,
-    rows: &[ContactRow],
-    directory: &mut OutputDirectory,
-) -> Result<(), Failure> {
-    let column = |of: &dyn Fn(&ContactRow) -> f64| rows.iter().map(of).collect::<Vec<f64>>();
-    let last = solution.last();
-    let per_length = |force: &[f64]| -> Vec<f64> {
-        force.iter().zip(solution.problem.interface.pairs()).map(|(r, p)| r / p.tributary_length).collect()
-    };
-    let data = VtuData {
-        point: vec![
-            VtuArray::scalars("gap", column(&|r| r.gap)),
-            VtuArray::scalars("contact_pressure", column(&|r| r.pressure)),
-            VtuArray::scalars("active", column(&|r| f64::from(r.active))),
-            VtuArray::scalars("lambda", last.lambda.clone()),
-            VtuArray::scalars("traction_1", per_length(&last.reaction)),
-            VtuArray::scalars("traction_2", per_length(&last.contact.normal_reaction)),
-        ],
-        ..VtuData::default()
-    };
-    let grid = VtuMesh {
-        points: rows.iter().map(|r| [r.x, r.y]).collect(),
-        cells: VtuCells::Lines(solution.problem.interface.edges().iter().map(|e| e.pairs).collect()),
-    };
-    write_vtu(directory, "contact.vtu", &grid, &data)
-}
-
-fn write_vtu(
-    directory: &mut OutputDirectory,
-    name: &str,
-    grid: &VtuMesh,
-    data: &VtuData,
-) -> Result<(), Failure> {
-    let mut refused = None;
-    let written = directory.write_with(name, |out| {
-        vtu::write(out, grid, data).map_err(|e| match e {
-            VtuError::Io(e) => e,
-            other => {
-                refused = Some(other.to_string());
-                io::Error::other("refused")
-            }
-        })
-    });
-    match refused {
-        Some(reason) => Err(Failure::defect(format!("{name}: {reason}"))),
-        None => written.map_err(|e| Failure::output(&e)),
-    }
 }

@@ -3,6 +3,7 @@
 use crate::figures::Picture;
 use case_io::Case;
 use case_io::report::Report;
+use serde_json::Value;
 use std::fmt::Write as _;
 
 const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:64rem;margin:1rem auto;padding:0 .75rem;color:#222}\
@@ -22,7 +23,9 @@ table{display:table;font-size:8pt}td,th{white-space:normal;padding:.1rem .3rem}\
 pre{white-space:pre-wrap;overflow-wrap:anywhere;font-size:8pt}}";
 
 /// Writes the page.
-pub(crate) fn page(case: &Case, report: &Report, pictures: &[Picture]) -> String {
+///
+/// * `angles`: the smallest of each body's mesh, degrees.
+pub(crate) fn page(case: &Case, report: &Report, angles: [f64; 2], pictures: &[Picture]) -> String {
     let title = escape(if case.title.is_empty() { case.file_name() } else { &case.title });
     let mut page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
@@ -32,21 +35,84 @@ pub(crate) fn page(case: &Case, report: &Report, pictures: &[Picture]) -> String
     verdict(&mut page, report);
     notes(&mut page, report);
     figures(&mut page, pictures);
-    checks(&mut page, report);
-    results(&mut page, case, report);
+    bodies(&mut page, case, report, angles);
+    if report.certificate.e_cre.is_some() {
+        checks(&mut page, report);
+        results(&mut page, case, report);
+    }
     bounds(&mut page, report);
     steps(&mut page, report);
     iterations(&mut page, report);
     let settings = serde_json::to_string_pretty(&report.case).unwrap_or_default();
     let _ = writeln!(page, "<h2>Settings</h2>\n<pre>{}</pre>", escape(&settings));
-    let _ = writeln!(
+    reproduce(&mut page, case, report);
+    page.push_str("</body></html>\n");
+    page
+}
+
+/// What is needed to come to this page again. Times and the machine are not on it, so that it is the same every time.
+fn reproduce(page: &mut String, case: &Case, report: &Report) {
+    let mut command = format!("nndd solve {}", shell_word(case.file_name()));
+    let overrides = report.run.get("overrides").and_then(Value::as_array);
+    for text in overrides.into_iter().flatten().filter_map(Value::as_str) {
+        let _ = write!(command, " --set {}", shell_word(text));
+    }
+    let version = env!("CARGO_PKG_VERSION");
+    let _ = write!(
         page,
-        "<h2>How to reproduce</h2>\n<pre>nndd solve {}</pre>\n<p>nndd {}, case {}</p>\n</body></html>",
-        escape(case.file_name()),
-        env!("CARGO_PKG_VERSION"),
+        "<h2>How to reproduce</h2>\n<pre>{}</pre>\n<table><tr><th>what</th><th>SHA-256 or version</th></tr>\n\
+         <tr><td>nndd</td><td>{version}</td></tr>\n<tr><td>settings and meshes</td><td>{}</td></tr>\n",
+        escape(&command),
         case.hash()
     );
-    page
+    let mut files: Vec<_> = (0..2).filter_map(|body| case.mesh_file_of(body)).collect();
+    files.dedup();
+    for (file, digest) in files {
+        let _ = writeln!(page, "<tr><td>{}</td><td>{digest}</td></tr>", escape(file));
+    }
+    page.push_str(
+        "</table>\n<p>Times, threads and host stand in <a href=\"report.json\">report.json</a>: this page is the same \
+         in every run of the case.</p>\n",
+    );
+}
+
+/// Writes a word as a POSIX shell reads it, in quotes where it must be.
+fn shell_word(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "_-./:=,+@%".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    }
+}
+
+/// The sizes of the bodies on the last mesh.
+fn bodies(page: &mut String, case: &Case, report: &Report, angles: [f64; 2]) {
+    page.push_str(
+        "<h2>Bodies</h2>\n<table><tr><th>body</th><th>nodes</th><th>triangles</th><th>unknowns</th>\
+         <th>smallest angle</th><th>material</th></tr>\n",
+    );
+    for (k, (body, angle)) in report.bodies.iter().zip(angles).enumerate() {
+        let materials = case.materials_of(k).into_iter().map(|m| format!("{}: {}", m.name, m.summary()));
+        let _ = writeln!(
+            page,
+            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{angle:.1}°</td><td>{}</td></tr>",
+            escape(&body.name),
+            body.nodes,
+            body.triangles,
+            body.unknowns,
+            escape(&materials.collect::<Vec<_>>().join("; "))
+        );
+    }
+    for contact in &report.contact {
+        let _ = writeln!(
+            page,
+            "</table>\n<p>Contact line: {} pairs, length {}; λ is carried by {}.</p>",
+            contact.pairs,
+            number(Some(contact.length)),
+            escape(&contact.imposed)
+        );
+    }
 }
 
 fn verdict(page: &mut String, report: &Report) {
@@ -211,4 +277,19 @@ fn number(value: Option<f64>) -> String {
 
 fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::shell_word;
+
+    #[test]
+    fn words_are_quoted_where_a_shell_would_read_them_otherwise() {
+        assert_eq!(shell_word("solver.theta=0.5"), "solver.theta=0.5");
+        assert_eq!(shell_word("body.0.generator.cells=[36,18]"), "'body.0.generator.cells=[36,18]'");
+        assert_eq!(shell_word("title=\"a b\""), "'title=\"a b\"'");
+        assert_eq!(shell_word("it's"), "'it'\\''s'");
+        assert_eq!(shell_word(""), "''");
+        assert_eq!(shell_word("$HOME"), "'$HOME'");
+    }
 }

@@ -8,11 +8,14 @@ mod convert;
 mod failure;
 mod figures;
 mod files;
+mod help;
 mod html;
+mod manual;
 mod memory;
 mod mesh;
 mod notes;
 mod outcome;
+mod paraview;
 mod plot;
 mod printer;
 mod progress;
@@ -62,9 +65,7 @@ fn dispatch(arguments: &Arguments) -> Result<u8, Failure> {
             Ok(0)
         }
         Command::Man => {
-            let mut page = Vec::new();
-            clap_mangen::Man::new(Arguments::command()).render(&mut page)?;
-            console::print(&String::from_utf8_lossy(&page))?;
+            console::print(&manual::page())?;
             Ok(0)
         }
         Command::Completions { shell } => {

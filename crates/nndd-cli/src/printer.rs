@@ -12,6 +12,7 @@ use case_io::report::Report;
 use certified_contact::{Row, Step};
 use fem_core::interface::ContactProblem;
 use serde_json::{Value, json};
+use std::time::Instant;
 
 /// Prints the course of a run, for people or for programs.
 pub(crate) struct Printer {
@@ -19,6 +20,11 @@ pub(crate) struct Printer {
     quiet: bool,
     /// Whether the iterations of an adaptive run are shown too.
     every_iteration: bool,
+    /// When the program began.
+    started: Instant,
+    /// Whether times are shown: where they are looked at. What goes to a file is the same in every run, unless more is
+    /// asked for.
+    timed: bool,
     rows: usize,
     steps: usize,
     /// What was said before the run began.
@@ -27,10 +33,12 @@ pub(crate) struct Printer {
 
 impl Printer {
     /// Prepares for a case: the iterations of an adaptive run are shown where they are asked for.
-    pub(crate) fn new(options: &Solve, case: &Case) -> Self {
+    pub(crate) fn new(options: &Solve, case: &Case, started: Instant) -> Self {
         let format = options.format;
         let every_iteration = case.adapt.is_none() || options.run.verbose || format == Format::Json;
-        Self { format, quiet: options.run.quiet, every_iteration, rows: 0, steps: 0, said: Vec::new() }
+        let timed = options.run.verbose || console::width().is_some();
+        let quiet = options.run.quiet;
+        Self { format, quiet, every_iteration, started, timed, rows: 0, steps: 0, said: Vec::new() }
     }
 
     /// Prints what is known before the run begins.
@@ -71,9 +79,10 @@ impl Printer {
         let result = match self.format {
             _ if self.quiet || !self.every_iteration => Ok(()),
             Format::Human => {
-                let width = console::width();
-                let head = if self.rows == 0 { console::table_head(width) } else { String::new() };
-                console::print(&format!("{head}{}", console::row(row, width))).map_err(Failure::from)
+                let layout = console::Layout { width: console::width(), timed: self.timed };
+                let head = if self.rows == 0 { layout.head() } else { String::new() };
+                let seconds = self.started.elapsed().as_secs_f64();
+                console::print(&format!("{head}{}", layout.row(row, seconds))).map_err(Failure::from)
             }
             Format::Json => {
                 let mut object = json!(files::iteration_row(row));
@@ -122,6 +131,8 @@ impl Printer {
             _ if self.quiet => Ok(()),
             Format::Human => {
                 let mut text = console::verdict(report);
+                let remark = console::remark(case, report).filter(|_| self.every_iteration);
+                text.extend(remark.map(|remark| format!("note: {remark}\n")));
                 if verbose {
                     text += &console::choices(case, solved);
                 }

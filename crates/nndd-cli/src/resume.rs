@@ -1,7 +1,7 @@
 //! Checkpoints of adaptive runs: what is written while one goes on, and `--resume`.
 
 use crate::failure::Failure;
-use crate::files;
+use crate::paraview;
 use case_io::Case;
 use case_io::checkpoint::{self, Checkpoint, CheckpointError, FinerMesh, Progress};
 use case_io::output::OutputDirectory;
@@ -79,7 +79,7 @@ pub(crate) fn prepare(case: &Case, place: &mut Place<'_>) -> Result<(), Failure>
         place.directory.keep(name);
     }
     for step in 1..=progress.steps.len() {
-        (0..2).for_each(|body| place.directory.keep(&files::step_name(case, body, step)));
+        paraview::parts(case).iter().for_each(|part| place.directory.keep(&paraview::step_file(part, step)));
     }
     Ok(())
 }

@@ -39,7 +39,7 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
         }
     };
     let resumed_on = options.resume.then(|| progress.as_ref().map_or(1, |p| p.meshes.len() + 1));
-    let mut printer = Printer::new(options, &case);
+    let mut printer = Printer::new(options, &case, watch.started());
     printer.begin(&case, &problem, &path.display().to_string(), &notes)?;
     let show_progress = !options.run.quiet && options.format == Format::Human;
     let follower = Follower::new(&case, &mut watch, &signals, show_progress);

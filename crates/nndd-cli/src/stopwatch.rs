@@ -47,6 +47,11 @@ impl Stopwatch {
         self.activity = activity;
     }
 
+    /// Returns when it was started.
+    pub(crate) fn started(&self) -> Instant {
+        self.started
+    }
+
     /// Returns the seconds since the start.
     pub(crate) fn elapsed(&self) -> f64 {
         self.started.elapsed().as_secs_f64()

@@ -126,7 +126,7 @@ fn run_panel(
         if k == 0 {
             panel.nodes = problem.bodies.iter().map(|b| b.mesh().points().len()).sum();
             if !options.run.quiet {
-                let head = &console::table_head(None)[1..];
+                let head = &console::Layout::default().head()[1..];
                 console::print(&format!("\n{}\n{:>width$} {head}", name(&panel), sweep.key))?;
             }
         }
@@ -138,7 +138,7 @@ fn run_panel(
         }
         let row = solved.solution.rows.last();
         if let Some(row) = row.filter(|_| !options.run.quiet) {
-            console::print(&format!("{value:>width$} {}", console::row(row, None)))?;
+            console::print(&format!("{value:>width$} {}", console::Layout::default().row(row, 0.0)))?;
         }
         if options.run.verbose {
             console::print(&console::choices(&case, &solved))?;

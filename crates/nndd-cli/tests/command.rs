@@ -238,18 +238,6 @@ fn the_first_event_carries_the_notes() {
 }
 
 #[test]
-fn the_manual_page_names_every_command() {
-    let temp = tempfile::tempdir().unwrap();
-    let output = nndd(&["man"], temp.path());
-    let page = text(&output.stdout);
-    assert_eq!(output.status.code(), Some(0));
-    assert!(page.contains(".TH nndd"), "{page}");
-    for word in ["solve", "check", "sweep", "mesh", "new", "completions", "Exit status"] {
-        assert!(page.contains(word), "{word}");
-    }
-}
-
-#[test]
 fn an_adaptive_run_has_a_row_and_files_for_every_mesh() {
     let temp = tempfile::tempdir().unwrap();
     let out = temp.path().join("adaptive");

@@ -3,6 +3,7 @@
 // All of this is test code: a failed unwrap is a failed test.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stderr)]
 
+use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -10,14 +11,20 @@ use std::time::{Duration, Instant};
 /// Solves a case and returns its output directory.
 fn solved(case: &str, folder: &Path) -> PathBuf {
     let out = folder.join(case);
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/cases").join(format!("{case}.toml"));
-    let status = Command::new(env!("CARGO_BIN_EXE_nndd"))
-        .args(["solve", "--quiet", "--out"])
-        .args([&out, &file])
-        .status()
-        .unwrap();
-    assert!(status.success());
+    assert_eq!(run(case, &out, &[]), Some(0));
     out
+}
+
+/// Solves a case with further arguments; the exit status.
+fn run(case: &str, out: &Path, more: &[&str]) -> Option<i32> {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/cases").join(format!("{case}.toml"));
+    let mut command = Command::new(env!("CARGO_BIN_EXE_nndd"));
+    command.args(["solve", "--quiet", "--out"]).arg(out).arg(&file).args(more);
+    command.status().unwrap().code()
+}
+
+fn page(out: &Path) -> String {
+    std::fs::read_to_string(out.join("report.html")).unwrap()
 }
 
 /// Chromium, by the names under which systems install it.
@@ -64,7 +71,7 @@ fn references(page: &str) -> Vec<&str> {
 fn the_page_needs_nothing_but_itself() {
     let temp = tempfile::tempdir().unwrap();
     let out = solved("hertz", temp.path());
-    let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+    let page = page(&out);
     assert!(!page.contains("<script"));
     for reference in references(&page) {
         assert!(out.join(reference).is_file(), "\"{reference}\" is not beside the page");
@@ -76,6 +83,46 @@ fn the_page_needs_nothing_but_itself() {
     assert!(page.contains("@page{size:A4"));
     // The gap is drawn as it is, so displacements are not magnified.
     assert!(page.contains("displacements × 1)"));
+}
+
+#[test]
+fn the_page_is_the_same_in_every_run() {
+    let temp = tempfile::tempdir().unwrap();
+    let pages = ["1", "2"].map(|threads| {
+        let out = temp.path().join(threads);
+        assert_eq!(run("gmsh", &out, &["--threads", threads]), Some(0));
+        page(&out)
+    });
+    assert_eq!(pages[0], pages[1]);
+}
+
+#[test]
+fn the_page_says_how_to_come_to_it_again() {
+    let temp = tempfile::tempdir().unwrap();
+    let out = temp.path().join("out");
+    let more = ["--set", "solver.theta=0.5", "--set", "adapt={ target_relative_error = 0.15 }"];
+    assert_eq!(run("gmsh", &out, &more), Some(0));
+    let page = page(&out);
+    let command = "gmsh.toml --set solver.theta=0.5 --set 'adapt={ target_relative_error = 0.15 }'";
+    assert!(page.contains("<pre>nndd solve ") && page.contains(command), "{page}");
+    // The file itself, by a hash that `sha256sum` prints too.
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/cases/meshes/blocks.msh");
+    let digest: String =
+        Sha256::digest(std::fs::read(file).unwrap()).iter().map(|byte| format!("{byte:02x}")).collect();
+    assert_eq!(page.matches(&format!("<td>meshes/blocks.msh</td><td>{digest}</td>")).count(), 1);
+    for head in ["<th>unknowns</th>", "<th>smallest angle</th>", "stiff: E 2000  nu 0.3"] {
+        assert!(page.contains(head), "{head}");
+    }
+}
+
+#[test]
+fn what_is_not_known_has_no_table() {
+    let temp = tempfile::tempdir().unwrap();
+    let out = temp.path().join("out");
+    assert_eq!(run("paper", &out, &["--set", "body.0.displacement.1.uy=-1e300"]), Some(5));
+    let page = page(&out);
+    assert!(page.contains("no certificate") && page.contains("<h2>Bodies</h2>"));
+    assert!(!page.contains("<h2>Results</h2>") && !page.contains("<h2>Checks"), "{page}");
 }
 
 #[test]

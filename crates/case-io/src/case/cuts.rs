@@ -1,6 +1,7 @@
 //! Boxes that do not end at nodes or cell borders: what the mesh makes of them is not what was written.
 
 use super::{Case, CellSelection, Part};
+use crate::mesh_file::counted;
 use fem_core::body::Body;
 use fem_core::geometry::{self, Vector, add, cross, norm, scale, sub};
 use fem_core::mesh::TriMesh;
@@ -57,10 +58,6 @@ impl Case {
             self.add_note(note);
         }
     }
-}
-
-fn counted(n: usize, what: &str) -> String {
-    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }
 
 /// The half planes of a box, widened by a tolerance: each a signed distance to a limit, positive inside.

@@ -86,6 +86,21 @@ impl Case {
         Ok(())
     }
 
+    /// Returns the mesh file of a body, 0 or 1, with the SHA-256 of its contents; `None` for a generated mesh.
+    pub fn mesh_file_of(&self, body: usize) -> Option<(&str, &str)> {
+        let MeshSource::File { file, .. } = &self.bodies[body].mesh else { return None };
+        Some((file, self.meshes.digests[body].as_deref()?))
+    }
+
+    /// Returns the mesh file's number of each triangle's cell, where a mesh of a body, 0 or 1, has the triangles of the
+    /// file; `None` for a generated mesh and for one that was refined.
+    pub fn element_numbers(&self, body: usize, mesh: &TriMesh) -> Option<&[u64]> {
+        let region = self.meshes.region(body)?;
+        let of_file = region.triangle_count() == mesh.triangles().len()
+            && region.mesh().is_ok_and(|own| own.triangles() == mesh.triangles());
+        of_file.then(|| region.cell_numbers())
+    }
+
     /// Returns what is worth knowing about how the meshes were read, cells split, turned or reduced, nodes left out, and
     /// about how contact surfaces were made to match.
     pub fn notes(&self) -> &[String] {

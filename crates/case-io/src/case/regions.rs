@@ -98,6 +98,14 @@ impl Case {
         found
     }
 
+    /// Lists, for each entry of the list of materials that fem-core has of a body, 0 or 1, its place in
+    /// [`Case::materials`]: the body's own first, then one entry per region.
+    pub fn material_places(&self, body: usize) -> Vec<usize> {
+        let body = &self.bodies[body];
+        let names = std::iter::once(&body.material).chain(body.regions.iter().map(|r| &r.material));
+        names.filter_map(|name| self.materials.iter().position(|m| m.name == *name)).collect()
+    }
+
     /// Makes the materials of a body's cells.
     pub(super) fn build_materials(&self, body: usize, mesh: &TriMesh) -> Result<Materials, CaseError> {
         let given = &self.bodies[body];

@@ -116,3 +116,14 @@ fn blocks_stand_against_the_order_of_the_header() {
         .collect();
     assert!(offsets.windows(2).all(|w| w[0] > w[1]) && offsets.last() == Some(&0), "{offsets:?}");
 }
+
+#[test]
+fn a_series_is_json_as_paraview_reads_it() {
+    let files = [("fields/a-step-01.vtu".to_owned(), 1.0), ("fields/a \"b\".vtu".to_owned(), 2.5)];
+    let text = series(&files).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(json["file-series-version"], "1.0");
+    assert_eq!(json["files"][0], serde_json::json!({ "name": "fields/a-step-01.vtu", "time": 1.0 }));
+    assert_eq!(json["files"][1]["name"], "fields/a \"b\".vtu");
+    assert!(series(&[("x".to_owned(), f64::INFINITY)]).is_err());
+}

@@ -36,7 +36,13 @@ impl Materials {
     /// Returns the material of a triangle.
     #[inline]
     pub fn of(&self, triangle: usize) -> &LinearElastic {
-        &self.list[self.of_triangle.get(triangle).map_or(0, |&k| k as usize)]
+        &self.list[self.index(triangle)]
+    }
+
+    /// Returns the place in [`Self::list`] of the material of a triangle.
+    #[inline]
+    pub fn index(&self, triangle: usize) -> usize {
+        self.of_triangle.get(triangle).map_or(0, |&k| k as usize)
     }
 
     /// Counts the triangles that have a material of their own, 0 where one serves all.

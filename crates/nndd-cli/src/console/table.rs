@@ -4,7 +4,7 @@ use super::scientific;
 use certified_contact::Row;
 
 /// Columns with their heads, in their order: the larger the rank, the sooner one is left out.
-const COLUMNS: [(&str, usize, usize); 9] = [
+const COLUMNS: [(&str, usize, usize); 10] = [
     ("it", 4, 0),
     ("theta", 9, 4),
     ("precision", 10, 3),
@@ -13,71 +13,104 @@ const COLUMNS: [(&str, usize, usize); 9] = [
     ("e_cre", 10, 0),
     ("contact", 8, 2),
     ("force", 12, 2),
-    ("qp", 17, 5),
+    (TIME, 8, 5),
+    ("qp", 17, 6),
 ];
 
-/// The largest rank of the columns that fit.
-fn rank(width: Option<usize>) -> usize {
-    let fits = |rank: usize| {
-        let needed: usize = COLUMNS.iter().filter(|c| c.2 <= rank).map(|c| c.1 + 1).sum();
-        width.is_none_or(|width| needed <= width)
-    };
-    (0..=5).rev().find(|rank| fits(*rank)).unwrap_or(0)
+/// Seconds since the program began: the only column that differs from run to run.
+const TIME: &str = "time [s]";
+
+/// How the table is shown.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Layout {
+    /// Of the terminal; `None` where all columns are shown.
+    pub(crate) width: Option<usize>,
+    /// Whether the column of times is one of them.
+    pub(crate) timed: bool,
 }
 
-fn joined(cells: &[String; 9], width: Option<usize>) -> String {
-    let rank = rank(width);
-    let mut text = String::new();
-    for (cell, (_, width, _)) in cells.iter().zip(COLUMNS).filter(|(_, c)| c.2 <= rank) {
-        if !text.is_empty() {
-            text.push(' ');
-        }
-        // The last column begins at its left edge.
-        text += &if width == 17 { format!(" {cell}") } else { format!("{cell:>width$}") };
+impl Layout {
+    fn columns(self) -> impl Iterator<Item = (usize, &'static (&'static str, usize, usize))> {
+        COLUMNS.iter().enumerate().filter(move |(_, column)| self.timed || column.0 != TIME)
     }
-    text + "\n"
-}
 
-/// The head of the table, for a terminal of this width.
-pub(crate) fn head(width: Option<usize>) -> String {
-    format!("\n{}", joined(&COLUMNS.map(|c| c.0.to_owned()), width))
-}
+    /// The largest rank of the columns that fit.
+    fn rank(self) -> usize {
+        let fits = |rank: usize| {
+            let needed: usize = self.columns().filter(|(_, c)| c.2 <= rank).map(|(_, c)| c.1 + 1).sum();
+            self.width.is_none_or(|width| needed <= width)
+        };
+        (0..=6).rev().find(|rank| fits(*rank)).unwrap_or(0)
+    }
 
-/// One row of the table.
-pub(crate) fn row(row: &Row, width: Option<usize>) -> String {
-    let it = &row.iteration;
-    let optional = |x: Option<f64>| x.map_or_else(|| "-".to_owned(), |x| scientific(x, 10, 3));
-    let cells = [
-        it.iteration.to_string(),
-        if it.theta < 1e4 { format!("{:.4}", it.theta) } else { scientific(it.theta, 9, 1) },
-        scientific(it.precision, 10, 3),
-        scientific(it.eta_nndd, 10, 3),
-        optional(row.eta_dis),
-        optional(row.e_cre),
-        it.contact_nodes.to_string(),
-        scientific(it.contact_force, 12, 5),
-        format!("{} {}", it.qp_path, it.qp_iterations),
-    ];
-    joined(&cells, width)
+    fn joined(self, cells: &[String; 10]) -> String {
+        let rank = self.rank();
+        let mut text = String::new();
+        for (k, (_, width, _)) in self.columns().filter(|(_, c)| c.2 <= rank) {
+            if !text.is_empty() {
+                text.push(' ');
+            }
+            let cell = &cells[k];
+            // The last column begins at its left edge.
+            text += &if *width == 17 { format!(" {cell}") } else { format!("{cell:>width$}") };
+        }
+        text + "\n"
+    }
+
+    /// The head of the table.
+    pub(crate) fn head(self) -> String {
+        format!("\n{}", self.joined(&COLUMNS.map(|c| c.0.to_owned())))
+    }
+
+    /// One row of the table.
+    ///
+    /// * `seconds`: since the program began.
+    pub(crate) fn row(self, row: &Row, seconds: f64) -> String {
+        let it = &row.iteration;
+        let optional = |x: Option<f64>| x.map_or_else(|| "-".to_owned(), |x| scientific(x, 10, 3));
+        self.joined(&[
+            it.iteration.to_string(),
+            if it.theta < 1e4 { format!("{:.4}", it.theta) } else { scientific(it.theta, 9, 1) },
+            scientific(it.precision, 10, 3),
+            scientific(it.eta_nndd, 10, 3),
+            optional(row.eta_dis),
+            optional(row.e_cre),
+            it.contact_nodes.to_string(),
+            scientific(it.contact_force, 12, 5),
+            format!("{seconds:.2}"),
+            format!("{} {}", it.qp_path, it.qp_iterations),
+        ])
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn head(width: Option<usize>, timed: bool) -> String {
+        Layout { width, timed }.head()
+    }
+
     #[test]
     fn narrow_terminals_get_fewer_columns() {
         assert_eq!(
-            head(None),
+            head(None, false),
             "\n  it     theta  precision   eta_nndd    eta_dis      e_cre  contact        force  qp\n"
         );
-        for width in 27..120 {
-            assert!(head(Some(width)).trim_start_matches('\n').len() <= width + 1, "{width}");
+        for (width, timed) in (27..120).flat_map(|width| [(width, false), (width, true)]) {
+            assert!(head(Some(width), timed).trim_start_matches('\n').len() <= width + 1, "{width}");
         }
         for width in [0, 20, 40] {
-            let text = head(Some(width));
+            let text = head(Some(width), true);
             assert!(["it", "eta_nndd", "e_cre"].iter().all(|c| text.contains(c)), "{text}");
         }
-        assert!(!head(Some(60)).contains("theta") && head(Some(60)).contains("force"));
+        assert!(!head(Some(60), false).contains("theta") && head(Some(60), false).contains("force"));
+    }
+
+    #[test]
+    fn times_stand_before_the_contact_problem_on_wide_terminals() {
+        assert!(head(None, true).ends_with("force time [s]  qp\n"));
+        assert!(head(Some(95), true).ends_with("force time [s]\n"));
+        assert!(!head(Some(80), true).contains("time"));
     }
 }
