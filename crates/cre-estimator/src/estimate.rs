@@ -9,6 +9,7 @@ use crate::star_relaxation::Relaxation;
 use fem_core::condensation::CondensedBody;
 use fem_core::interface::{ContactProblem, ContactState};
 use fem_core::norm::{from_squared, sum_over_triangles};
+use rayon::prelude::*;
 
 /// Rounding is relative to squares above this, and a product of two of their roundings does not underflow.
 const SMALLEST_SQUARE: f64 = 1e-250;
@@ -77,8 +78,11 @@ pub fn estimate_with(
     let eta_dis = from_squared(eta_dis_squared);
     pair.stress[0] = first;
     // Squares of smaller numbers are lost, and with them the checks.
-    let stress = pair.stress.iter().flatten().flat_map(|s| [s.xx, s.yy, s.xy]);
-    let stress = stress.fold(0.0, |largest: f64, s| largest.max(s.abs()));
+    let largest = |b: usize| {
+        let all = pair.stress[b].par_iter().with_min_len(4096);
+        all.map(|s| s.xx.abs().max(s.yy.abs()).max(s.xy.abs())).reduce(|| 0.0, f64::max)
+    };
+    let stress = largest(0).max(largest(1));
     let energy: f64 = energy_norm_squared.iter().sum();
     if stress > 0.0 && (stress * stress).min(energy) < SMALLEST_SQUARE {
         return Err(EstimatorError::TooSmall { stress, energy });
