@@ -3,6 +3,7 @@
 //! What the keys mean is [`crate::case`]'s business; here are TOML, places and the command line's
 //! `--set` and `--over`.
 
+mod examples;
 mod overrides;
 mod quantity;
 mod reader;

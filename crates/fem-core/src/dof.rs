@@ -2,12 +2,9 @@
 
 use crate::body::{Body, NodeConstraint};
 use crate::cholesky::Front;
-use crate::geometry::{Vector, add, dot, perpendicular, scale};
+use crate::geometry::{PARALLEL, Vector, add, dot, perpendicular, scale};
 use crate::interface::InterfaceSide;
 use crate::ordering::{self, ROOT};
-
-/// Sine of the angle below which directions count as parallel, or as at right angles.
-pub(crate) const PARALLEL: f64 = 1e-9;
 
 /// Number of an imposed component in [`DofMap::number`].
 pub const IMPOSED: u32 = u32::MAX;
@@ -36,44 +33,7 @@ impl DofMap {
     /// Numbers the unknowns of a body whose interface is `side` (empty for a body alone).
     pub fn new(body: &Body, side: &InterfaceSide) -> Self {
         let nodes = body.mesh().points().len();
-        let mut axes = vec![[1.0, 0.0]; nodes];
-        let mut fixed = vec![[false; 2]; nodes];
-        let mut imposed = vec![[0.0; 2]; nodes];
-        let mut contact = vec![false; nodes];
-        let mut oblique = Vec::new();
-        for (&node, &normal) in side.nodes.iter().zip(&side.normals) {
-            axes[node as usize] = normal;
-            contact[node as usize] = true;
-        }
-        for (node, constraint) in body.node_constraints().iter().enumerate() {
-            match *constraint {
-                NodeConstraint::Free => {}
-                NodeConstraint::Along { direction, value } if contact[node] => {
-                    fixed[node][1] = true;
-                    let tangent = perpendicular(axes[node]);
-                    let along = dot(direction, tangent);
-                    if dot(direction, axes[node]).abs() <= PARALLEL {
-                        imposed[node][1] = value * along.signum();
-                        continue;
-                    }
-                    // The pairing has made sure that the support is far enough from the normal.
-                    let free = perpendicular(direction);
-                    axes[node] = scale(1.0 / dot(free, axes[node]), free);
-                    oblique.push((node as u32, scale(1.0 / along, tangent)));
-                    imposed[node][1] = value;
-                }
-                NodeConstraint::Along { direction, value } => {
-                    axes[node] = direction;
-                    fixed[node][0] = true;
-                    imposed[node][0] = value;
-                }
-                NodeConstraint::Fixed { value } => {
-                    axes[node] = [1.0, 0.0];
-                    fixed[node] = [true; 2];
-                    imposed[node] = value;
-                }
-            }
-        }
+        let Frames { axes, oblique, fixed, imposed, contact } = Frames::new(body, side);
         let mut numbers = vec![[IMPOSED; 2]; nodes];
         let mut unknowns = Vec::with_capacity(2 * nodes);
         let mut give = |node: usize, c: usize, unknowns: &mut Vec<u32>| {
@@ -181,6 +141,61 @@ impl DofMap {
                 add(scale(local[0], self.axis(node, 0)), scale(local[1], self.axis(node, 1)))
             })
             .collect()
+    }
+}
+
+/// The frames of all nodes, and what is imposed along their axes.
+struct Frames {
+    axes: Vec<Vector>,
+    oblique: Vec<(u32, Vector)>,
+    fixed: Vec<[bool; 2]>,
+    imposed: Vec<[f64; 2]>,
+    /// Whether the node is one of the interface.
+    contact: Vec<bool>,
+}
+
+impl Frames {
+    fn new(body: &Body, side: &InterfaceSide) -> Self {
+        let nodes = body.mesh().points().len();
+        let mut axes = vec![[1.0, 0.0]; nodes];
+        let mut fixed = vec![[false; 2]; nodes];
+        let mut imposed = vec![[0.0; 2]; nodes];
+        let mut contact = vec![false; nodes];
+        let mut oblique = Vec::new();
+        for (&node, &normal) in side.nodes.iter().zip(&side.normals) {
+            axes[node as usize] = normal;
+            contact[node as usize] = true;
+        }
+        for (node, constraint) in body.node_constraints().iter().enumerate() {
+            match *constraint {
+                NodeConstraint::Free => {}
+                NodeConstraint::Along { direction, value } if contact[node] => {
+                    fixed[node][1] = true;
+                    let tangent = perpendicular(axes[node]);
+                    let along = dot(direction, tangent);
+                    if dot(direction, axes[node]).abs() <= PARALLEL {
+                        imposed[node][1] = value * along.signum();
+                        continue;
+                    }
+                    // The pairing has made sure that the support is far enough from the normal.
+                    let free = perpendicular(direction);
+                    axes[node] = scale(1.0 / dot(free, axes[node]), free);
+                    oblique.push((node as u32, scale(1.0 / along, tangent)));
+                    imposed[node][1] = value;
+                }
+                NodeConstraint::Along { direction, value } => {
+                    axes[node] = direction;
+                    fixed[node][0] = true;
+                    imposed[node][0] = value;
+                }
+                NodeConstraint::Fixed { value } => {
+                    axes[node] = [1.0, 0.0];
+                    fixed[node] = [true; 2];
+                    imposed[node] = value;
+                }
+            }
+        }
+        Self { axes, oblique, fixed, imposed, contact }
     }
 }
 

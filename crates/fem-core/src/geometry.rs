@@ -38,6 +38,14 @@ pub fn perpendicular(a: Vector) -> Vector {
     [-a[1], a[0]]
 }
 
+/// Sine of the angle below which directions count as parallel, or as at right angles.
+pub(crate) const PARALLEL: f64 = 1e-9;
+
+/// Computes the angle between two directions, from 0 to π.
+pub fn angle_between(a: Vector, b: Vector) -> f64 {
+    cross(a, b).abs().atan2(dot(a, b))
+}
+
 /// Computes the unit normal on the right of the path from `from` to `to`: the outward normal of a
 /// body whose boundary is walked counter-clockwise.
 pub fn right_normal(from: Vector, to: Vector) -> Vector {

@@ -129,7 +129,6 @@ pub(crate) fn header(case: &Case, problem: &ContactProblem, output: &str) -> Str
             high[1]
         );
     }
-    let solver = &case.solver;
     let interface = &problem.interface;
     let _ = writeln!(
         text,
@@ -139,6 +138,21 @@ pub(crate) fn header(case: &Case, problem: &ContactProblem, output: &str) -> Str
         interface.length()
     );
     let _ = writeln!(text, "  {:<10} about {} of memory", "needs", mebibytes(memory::estimate(problem)));
+    text += &solver_lines(case, output);
+    if let Some(adapt) = &case.adapt {
+        let _ = writeln!(
+            text,
+            "  adapt      until the certified relative error <= {}; at most {} meshes, {} nodes; fraction {}",
+            adapt.target_relative_error, adapt.max_steps, adapt.max_nodes, adapt.fraction
+        );
+    }
+    fit::fit(&text, width())
+}
+
+/// How the case is solved, and when the iteration stops.
+fn solver_lines(case: &Case, output: &str) -> String {
+    let mut text = String::new();
+    let solver = &case.solver;
     let theta = match solver.theta {
         case_io::case::Theta::Auto => "auto".to_string(),
         case_io::case::Theta::Value(theta) => theta.to_string(),
@@ -165,14 +179,7 @@ pub(crate) fn header(case: &Case, problem: &ContactProblem, output: &str) -> Str
         },
         rayon::current_num_threads()
     );
-    if let Some(adapt) = &case.adapt {
-        let _ = writeln!(
-            text,
-            "  adapt      until the certified relative error <= {}; at most {} meshes, {} nodes; fraction {}",
-            adapt.target_relative_error, adapt.max_steps, adapt.max_nodes, adapt.fraction
-        );
-    }
-    fit::fit(&text, width())
+    text
 }
 
 /// The head of the table of an adaptive run.

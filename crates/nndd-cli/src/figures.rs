@@ -40,21 +40,13 @@ pub(crate) fn of_solve(
     contact: &[ContactRow],
     steps: &[AdaptiveRow],
 ) -> Result<Vec<Picture>, Failure> {
-    let rows: Vec<ConvergenceRow> = solution
-        .rows
-        .iter()
-        .map(|row| ConvergenceRow {
-            iteration: row.iteration.iteration,
-            eta_nndd: row.iteration.eta_nndd,
-            precision: row.iteration.precision,
-            eta_dis: row.eta_dis,
-            e_cre: row.e_cre,
-        })
-        .collect();
     let name = if case.title.is_empty() { case.file_name() } else { &case.title };
     let mut pictures = vec![Picture {
         name: "convergence",
-        svg: plot::convergence(&format!("{name}: errors against the iteration"), &rows)?,
+        svg: plot::convergence(
+            &format!("{name}: errors against the iteration"),
+            &convergence_rows(solution),
+        )?,
         caption: "The error of the iteration (eta_nndd) falls below that of the mesh (eta_dis); e_cre bounds both together.",
         numbers: Some("history.csv"),
     }];
@@ -104,6 +96,20 @@ pub(crate) fn of_solve(
         },
     );
     Ok(pictures)
+}
+
+fn convergence_rows(solution: &CertifiedSolution) -> Vec<ConvergenceRow> {
+    solution
+        .rows
+        .iter()
+        .map(|row| ConvergenceRow {
+            iteration: row.iteration.iteration,
+            eta_nndd: row.iteration.eta_nndd,
+            precision: row.iteration.precision,
+            eta_dis: row.eta_dis,
+            e_cre: row.e_cre,
+        })
+        .collect()
 }
 
 /// The distances of the contact nodes at rest, and by how much the displacements bring them together.

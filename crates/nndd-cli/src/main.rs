@@ -19,6 +19,7 @@ mod paraview;
 mod plot;
 mod printer;
 mod progress;
+mod report;
 mod resume;
 mod run;
 mod signals;

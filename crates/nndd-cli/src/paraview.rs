@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::figures;
-use crate::files;
+use crate::report;
 use case_io::Case;
 use case_io::case::MaterialLaw;
 use case_io::output::OutputDirectory;
@@ -200,7 +200,7 @@ fn reactions(solution: &CertifiedSolution, estimate: &Estimate, model: &Body, ro
 }
 
 fn contact_data(solution: &CertifiedSolution, estimate: &Estimate) -> (VtuMesh, VtuData) {
-    let rows = files::contact_rows(solution);
+    let rows = report::contact_rows(solution);
     let interface = &solution.problem.interface;
     let scalars =
         |name: &str, of: &dyn Fn(usize) -> f64| VtuArray::scalars(name, (0..rows.len()).map(of).collect());

@@ -4,8 +4,8 @@ use crate::adapt;
 use crate::args::{Format, Solve};
 use crate::console;
 use crate::failure::Failure;
-use crate::files;
 use crate::notes;
+use crate::report;
 use crate::run::Solved;
 use case_io::Case;
 use case_io::report::Report;
@@ -85,7 +85,7 @@ impl Printer {
                 console::print(&format!("{head}{}", layout.row(row, seconds))).map_err(Failure::from)
             }
             Format::Json => {
-                let mut object = json!(files::iteration_row(row));
+                let mut object = json!(report::iteration_row(row));
                 object["event"] = "iteration".into();
                 self.event(object)
             }

@@ -8,6 +8,7 @@ use crate::files;
 use crate::memory;
 use crate::outcome;
 use crate::printer::Printer;
+use crate::report;
 use crate::resume::{self, Place, Resumed};
 use crate::run::{self, Follower, Solved};
 use crate::signals::Signals;
@@ -102,7 +103,7 @@ fn write_all(
     watch: &mut Stopwatch,
     directory: &mut OutputDirectory,
 ) -> Result<Report, Failure> {
-    let mut report = files::report(case, solved, run_info);
+    let mut report = report::report(case, solved, run_info);
     files::write(case, solved, &report, directory)?;
     report.timings = watch.read();
     let text = report.to_json()?;

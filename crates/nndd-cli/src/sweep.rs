@@ -3,8 +3,8 @@
 use crate::args::Sweep as Options;
 use crate::console;
 use crate::failure::Failure;
-use crate::files;
 use crate::plot::{self, SweepSeries};
+use crate::report;
 use crate::run::{self, Follower};
 use crate::signals::Signals;
 use crate::stopwatch::Stopwatch;
@@ -143,7 +143,7 @@ fn run_panel(
         if options.run.verbose {
             console::print(&console::choices(&case, &solved))?;
         }
-        let iteration = row.map_or_else(IterationRow::default, files::iteration_row);
+        let iteration = row.map_or_else(IterationRow::default, report::iteration_row);
         panel.rows.push(SweepRow { value: value.clone(), status: solved.status.word, iteration });
     }
     Ok(panel)

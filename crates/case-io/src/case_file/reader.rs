@@ -2,6 +2,7 @@
 //!
 //! Reading a key makes it known; [`Reader::finish`] reports the keys that nobody read.
 
+use super::examples::{EXPRESSION, described, example};
 use super::tree::{At, Entry, Node, NodeValue, Table};
 use crate::case::Value;
 use crate::diagnostic::{Diagnostic, Place, code, did_you_mean, excerpt, nearest};
@@ -90,7 +91,8 @@ impl<'a> Reader<'a> {
             let path = self.path_of(key);
             let found = format!("the key `{path}` is missing");
             let expected = format!("`{key}`, which has no default");
-            let fix = match (example(key), nearest(key, self.table.entries.iter().map(|e| e.key.as_str()))) {
+            let fix = match (example(&path), nearest(key, self.table.entries.iter().map(|e| e.key.as_str())))
+            {
                 (_, Some(other)) => format!("is `{}` meant to be `{key}`?", excerpt(other).trim_matches('"')),
                 (Some(line), None) if self.path.is_empty() => format!("write `{line}`"),
                 (Some(line), None) => format!("write `{line}` into `{}`", self.path),
@@ -116,7 +118,7 @@ impl<'a> Reader<'a> {
         let message = format!("`{path}` is {}", described(&node.value));
         let number = |text: &str| text.trim().parse::<f64>().is_ok_and(f64::is_finite);
         let key = path.rsplit('.').next().unwrap_or(path);
-        let fix = match (&node.value, example(key)) {
+        let fix = match (&node.value, example(path)) {
             (NodeValue::String(text), _) if expected.contains("number") && number(text) => {
                 format!("write {} without quotes", text.trim())
             }
@@ -168,7 +170,7 @@ impl<'a> Reader<'a> {
     ) -> Option<f64> {
         let value = self.number(key)?;
         if !condition(value) {
-            let fix = example(key).map_or_else(
+            let fix = example(&self.path_of(key)).map_or_else(
                 || format!("change `{key}`, or leave it out where it has a default"),
                 |line| format!("write it as in `{line}`"),
             );
@@ -264,7 +266,7 @@ impl<'a> Reader<'a> {
             return None;
         };
         let [a, b] = &items[..] else {
-            let fix = example(key)
+            let fix = example(&path)
                 .map_or_else(|| format!("write `{key} = [a, b]`"), |line| format!("write it as in `{line}`"));
             self.refuse(key, format!("`{path}` has {} entries", items.len()), expected, &fix);
             return None;
@@ -385,53 +387,5 @@ impl<'a> Reader<'a> {
                 .fix("take it out, or write it into the table it belongs to");
             self.findings.push(diagnostic);
         }
-    }
-}
-
-/// What an expression may hold.
-const EXPRESSION: &str = "numbers, `x`, `y`, `pi`, + - * / ^ and known functions";
-
-/// Shows how a key is written, where every case writes it alike.
-fn example(key: &str) -> Option<&'static str> {
-    Some(match key {
-        "schema" => "schema = 1",
-        "body" => "[[body]]",
-        "contact" => "[contact]",
-        "materials" => "[materials.steel]",
-        "name" => "name = \"upper\"",
-        "material" => "material = \"steel\"",
-        "young" => "young = 210e9",
-        "poisson" => "poisson = 0.3",
-        "thickness" => "thickness = 1.0",
-        "surfaces" => "surfaces = [\"bottom\", \"top\"]",
-        "normal" => "normal = [0.0, -1.0]",
-        "on" => "on = \"top\"",
-        "file" => "file = \"blocks.msh\"",
-        "kind" => "kind = \"block\"",
-        "origin" => "origin = [0.0, 0.0]",
-        "size" => "size = [2.0, 1.0]",
-        "cells" => "cells = [18, 9]",
-        "radii" => "radii = [1.0, 2.0]",
-        "facing" => "facing = \"down\"",
-        "vector" => "vector = [0.0, 30.0]",
-        "theta" => "theta = \"auto\"",
-        "ratio" => "ratio = 0.1",
-        "tolerance" => "tolerance = 1e-8",
-        "target_relative_error" => "target_relative_error = 0.02",
-        "fraction" => "fraction = 0.5",
-        "memory" => "memory = \"4GiB\"",
-        "time" => "time = \"10min\"",
-        _ => return None,
-    })
-}
-
-/// Describes a value by its type and, where it is short, its text.
-fn described(value: &NodeValue) -> String {
-    match value {
-        NodeValue::String(text) => format!("the string {}", excerpt(text)),
-        NodeValue::Integer(number) => format!("the integer {number}"),
-        NodeValue::Float(number) => format!("the number {number:?}"),
-        NodeValue::Boolean(truth) => format!("the boolean {truth}"),
-        other => other.type_name().to_owned(),
     }
 }

@@ -4,11 +4,11 @@
 //! matching polygons interlock at their corners under linearised kinematics.
 
 use super::common_refinement::Facing;
+use super::common_refinement::curve::turns_into;
 use super::matching::Stretch;
 use super::{ContactEdge, ContactNormal, InterfaceError, Pair, STRAIGHT};
 use crate::body::{Body, NodeConstraint};
-use crate::dof::PARALLEL;
-use crate::geometry::{Vector, add, cross, dot, norm, perpendicular, scale};
+use crate::geometry::{PARALLEL, Vector, add, angle_between, cross, dot, norm, perpendicular, scale};
 use std::collections::HashMap;
 
 /// Cosine of the largest angle between neighbouring normals: 60 degrees.
@@ -148,22 +148,11 @@ fn turns(pairs: &[Pair], edges: &[ContactEdge]) -> Vec<f64> {
     let mut turns = vec![0.0f64; pairs.len()];
     for edge in edges {
         let [i, j] = edge.pairs.map(|k| k as usize);
-        let angle = angle(pairs[i].normal, pairs[j].normal);
+        let angle = angle_between(pairs[i].normal, pairs[j].normal);
         turns[i] = turns[i].max(angle);
         turns[j] = turns[j].max(angle);
     }
     turns
-}
-
-fn angle(a: Vector, b: Vector) -> f64 {
-    cross(a, b).abs().atan2(dot(a, b))
-}
-
-/// Tells whether a normal should be turned into the direction that a support leaves free: where that is within what
-/// the polygon says of the normal there, twice its turn from node to node. At the end of a circle's polygon the edge's normal
-/// is off by half its turn, and the free direction of a symmetry axis is the circle's own normal.
-pub(super) fn turns_into(normal: Vector, free: Vector, turn: f64) -> bool {
-    angle(normal, free) <= 2.0 * turn
 }
 
 /// Turns the normal of a pair whose node is held in one direction into the direction left free where the line is bent,

@@ -1,7 +1,7 @@
 //! What no case file brings about: a certificate that fails its checks, a contact problem that is not solved.
 
 use super::*;
-use crate::{console, convert, files, run};
+use crate::{console, convert, report, run};
 use case_io::report::{AdaptiveRow, Report};
 use certified_contact::Silent;
 use contact_qp::QpStatus;
@@ -18,7 +18,7 @@ fn reported(case: &Case, solution: CertifiedSolution) -> (Report, String) {
     let status = judge(case, &solution, None);
     let adaptive: Vec<AdaptiveRow> = Vec::new();
     let solved = run::Solved { solution, status, adaptive, step_seconds: Vec::new() };
-    let report = files::report(case, &solved, Default::default());
+    let report = report::report(case, &solved, Default::default());
     let said = console::verdict(&report);
     (report, said)
 }

@@ -1,8 +1,9 @@
 //! The line on which both surfaces are measured: one side's polygon with its averaged normals, frozen.
 
-use crate::geometry::{Vector, add, cross, dot, norm, perpendicular, right_normal, scale, sub};
+use crate::geometry::{
+    Vector, add, angle_between, cross, dot, norm, perpendicular, right_normal, scale, sub,
+};
 use crate::interface::STRAIGHT;
-use crate::interface::normals::turns_into;
 
 /// A polygon with a normal at each node, linear between them, and its arc length `s`. One that closes on itself ends with
 /// the point it begins with.
@@ -79,8 +80,7 @@ impl Curve {
         let (k, neighbour) = if last { (n - 1, n - 2) } else { (0, 1) };
         let (normal, next) = (self.normals[k], self.normals[neighbour]);
         let free = scale(dot(normal, direction).signum(), direction);
-        let turn = cross(normal, next).abs().atan2(dot(normal, next));
-        if turns_into(normal, free, turn) {
+        if turns_into(normal, free, angle_between(normal, next)) {
             self.normals[k] = free;
         }
     }
@@ -222,6 +222,13 @@ impl Curve {
         let (r, n) = self.at(s);
         cross(sub(r, a), n) / cross(sub(b, a), n)
     }
+}
+
+/// Tells whether a normal should be turned into the direction that a support leaves free: where that is within what
+/// the polygon says of the normal there, twice its turn from node to node. At the end of a circle's polygon the edge's normal
+/// is off by half its turn, and the free direction of a symmetry axis is the circle's own normal.
+pub(in crate::interface) fn turns_into(normal: Vector, free: Vector, turn: f64) -> bool {
+    angle_between(normal, free) <= 2.0 * turn
 }
 
 #[cfg(test)]

@@ -1,0 +1,55 @@
+//! Words for messages: how keys are written, and what a value is.
+
+use super::tree::NodeValue;
+use crate::diagnostic::excerpt;
+
+/// What an expression may hold.
+pub(super) const EXPRESSION: &str = "numbers, `x`, `y`, `pi`, + - * / ^ and known functions";
+
+/// Shows how a key is written, where every case writes it alike.
+///
+/// * `path`: the key with the tables above it.
+pub(super) fn example(path: &str) -> Option<&'static str> {
+    Some(match path.rsplit('.').next()? {
+        "schema" => "schema = 1",
+        "body" => "[[body]]",
+        "contact" => "[contact]",
+        "materials" => "[materials.steel]",
+        "name" => "name = \"upper\"",
+        "material" => "material = \"steel\"",
+        "young" => "young = 210e9",
+        "poisson" => "poisson = 0.3",
+        "thickness" => "thickness = 1.0",
+        "surfaces" => "surfaces = [\"bottom\", \"top\"]",
+        "normal" if path.starts_with("contact") => "normal = [0.0, -1.0]",
+        "normal" => "normal = 0.0",
+        "on" => "on = \"top\"",
+        "file" => "file = \"blocks.msh\"",
+        "kind" => "kind = \"block\"",
+        "origin" => "origin = [0.0, 0.0]",
+        "size" => "size = [2.0, 1.0]",
+        "cells" => "cells = [18, 9]",
+        "radii" => "radii = [1.0, 2.0]",
+        "facing" => "facing = \"down\"",
+        "vector" => "vector = [0.0, 30.0]",
+        "theta" => "theta = \"auto\"",
+        "ratio" => "ratio = 0.1",
+        "tolerance" => "tolerance = 1e-8",
+        "target_relative_error" => "target_relative_error = 0.02",
+        "fraction" => "fraction = 0.5",
+        "memory" => "memory = \"4GiB\"",
+        "time" => "time = \"10min\"",
+        _ => return None,
+    })
+}
+
+/// Describes a value by its type and, where it is short, its text.
+pub(super) fn described(value: &NodeValue) -> String {
+    match value {
+        NodeValue::String(text) => format!("the string {}", excerpt(text)),
+        NodeValue::Integer(number) => format!("the integer {number}"),
+        NodeValue::Float(number) => format!("the number {number:?}"),
+        NodeValue::Boolean(truth) => format!("the boolean {truth}"),
+        other => other.type_name().to_owned(),
+    }
+}
