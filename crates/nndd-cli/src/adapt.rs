@@ -8,7 +8,7 @@ use crate::paraview;
 use crate::resume::{self, Place};
 use crate::run::{Follower, Solved};
 use crate::stopwatch::Activity;
-use crate::words::short;
+use crate::words::{self, short};
 use case_io::Case;
 use case_io::case::Adapt;
 use case_io::output::OutputDirectory;
@@ -196,10 +196,10 @@ fn judge(
 
 /// Says how small the certified error is.
 fn reached(answer: &AdaptiveSolution) -> String {
-    answer
-        .solution
-        .relative()
-        .map_or_else(|| "the bound".into(), |relative| format!("certified relative error {relative:.3e}"))
+    answer.solution.relative().map_or_else(
+        || "the bound".into(),
+        |relative| format!("certified relative error {}", words::rounded_up(relative)),
+    )
 }
 
 fn missed(adapt: &Adapt, answer: &AdaptiveSolution, reason: &str) -> Status {

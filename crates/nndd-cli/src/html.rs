@@ -1,6 +1,7 @@
 //! report.html: one page with everything, for people. No network, no script.
 
 use crate::figures::Picture;
+use crate::words;
 use case_io::Case;
 use case_io::report::Report;
 use serde_json::Value;
@@ -211,8 +212,8 @@ fn bounds(page: &mut String, report: &Report) {
         let _ = writeln!(
             page,
             "<tr><td>{name}</td><td>{}</td><td>{}</td></tr>",
-            number(Some(low)),
-            number(Some(high))
+            words::at_least(low),
+            words::at_most(high)
         );
     }
     page.push_str("</table>\n<p>They follow from the certified error and are strict where that is.</p>\n");
@@ -234,8 +235,8 @@ fn steps(page: &mut String, report: &Report) {
             row.step,
             row.nodes,
             row.pairs,
-            number(Some(row.e_cre)),
-            number(row.relative),
+            words::rounded_up(row.e_cre),
+            row.relative.map_or_else(|| number(None), words::rounded_up),
             row.iterations
         );
     }

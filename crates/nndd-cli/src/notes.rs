@@ -81,9 +81,12 @@ pub(crate) fn of_solution(case: &Case, solution: &CertifiedSolution) -> Vec<Stri
 
 /// Says that an iteration which met its criterion leaves most of the bound.
 fn unfinished_iteration(solution: &CertifiedSolution) -> Option<String> {
-    let cre = &solution.estimate.as_ref()?.cre;
+    let estimate = solution.estimate.as_ref()?;
+    let cre = &estimate.cre;
     let stopped = solution.nndd.status == NnddStatus::StoppedByCriterion;
-    (stopped && cre.algebraic_squared > cre.discretisation_squared).then(|| {
+    // Round-off is no iteration's.
+    let larger = cre.algebraic_squared > cre.discretisation_squared.max(estimate.round_off.powi(2));
+    (stopped && larger).then(|| {
         "the iteration contributes more to the bound than the mesh, although its criterion is met: more iterations would \
          lower the bound; use a smaller solver.stop.ratio or tolerance"
             .to_owned()

@@ -7,6 +7,42 @@ pub(crate) fn short(x: f64) -> String {
     if x == 0.0 || (1e-4..1e6).contains(&x.abs()) { x.to_string() } else { format!("{x:e}") }
 }
 
+/// The nearest number of so many significant digits that is not below `x`, or not above it.
+fn outward(x: f64, digits: usize, up: bool) -> f64 {
+    let nearest = format!("{x:.*e}", digits.saturating_sub(1));
+    let Some((mantissa, exponent)) = nearest.split_once('e') else { return x };
+    let Ok(value) = nearest.parse::<f64>() else { return x };
+    if if up { value >= x } else { value <= x } {
+        return value;
+    }
+    let (Ok(mantissa), Ok(exponent)) = (mantissa.replace('.', "").parse::<i64>(), exponent.parse::<i64>())
+    else {
+        return x;
+    };
+    let (next, last) = (mantissa + if up { 1 } else { -1 }, exponent + 1 - digits as i64);
+    format!("{next}e{last}").parse().unwrap_or(x)
+}
+
+/// Four significant digits of a bound, none of them smaller than the bound itself.
+pub(crate) fn rounded_up(x: f64) -> String {
+    let value = outward(x, 4, true);
+    if value == 0.0 || !(1e-3..1e4).contains(&value.abs()) {
+        return if value == 0.0 { "0".into() } else { format!("{value:.3e}") };
+    }
+    let digits = (3 - value.abs().log10().floor() as i32).max(0) as usize;
+    format!("{value:.digits$}")
+}
+
+/// Seven significant digits of what is at least so large.
+pub(crate) fn at_least(x: f64) -> String {
+    short(outward(x, 7, false))
+}
+
+/// Seven significant digits of what is at most so large.
+pub(crate) fn at_most(x: f64) -> String {
+    short(outward(x, 7, true))
+}
+
 /// Counts things: `1 iteration`, `2 iterations`.
 pub(crate) fn counted(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
@@ -44,6 +80,40 @@ mod tests {
         let written = [0.0, 0.1, -2.5, 1e-30, -1e300].map(short);
         assert_eq!(written, ["0", "0.1", "-2.5", "1e-30", "-1e300"]);
         assert_eq!([1, 2].map(|n| counted(n, "mesh node")), ["1 mesh node", "2 mesh nodes"]);
+    }
+
+    #[test]
+    fn a_bound_is_never_printed_below_itself() {
+        let cases = [
+            (18.831_7, "18.84"),
+            (1.301_44, "1.302"),
+            (1.5, "1.500"),
+            (0.999_94, "1.000"),
+            (9_999.1, "1.000e4"),
+            (3.200_4e-9, "3.201e-9"),
+        ];
+        for (x, shown) in cases {
+            assert_eq!(rounded_up(x), shown);
+        }
+        let mut x = 1.234_567e-12;
+        while x < 1e9 {
+            let shown: f64 = rounded_up(x).parse().unwrap();
+            assert!(shown >= x && shown <= 1.0011 * x, "{x} {shown}");
+            x *= 1.371;
+        }
+    }
+
+    #[test]
+    fn bounds_are_rounded_away_from_what_they_enclose() {
+        assert_eq!([at_least(0.842_456_74), at_most(30.047_109_07)], ["0.8424567", "30.04711"]);
+        assert_eq!([at_least(-35.515_046_6), at_most(-35.515_046_6)], ["-35.51505", "-35.51504"]);
+        assert_eq!([at_least(0.0), at_most(2.5), at_most(9.999_999_9)], ["0", "2.5", "10"]);
+        let mut x = -1.234_567_891e-9;
+        while x > -1e9 {
+            let [low, high] = [at_least(x), at_most(x)].map(|text| text.parse::<f64>().unwrap());
+            assert!(low <= x && x <= high && high - low <= 2e-6 * x.abs(), "{low} {x} {high}");
+            x *= 2.371;
+        }
     }
 
     #[test]
