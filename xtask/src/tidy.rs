@@ -3,12 +3,13 @@
 //! The crate graph in ARCHITECTURE.md equals the one cargo sees; manifests inherit from the workspace; external
 //! dependencies are named on the map; every source that a comment cites stands in REFERENCES.bib, and every one
 //! there is cited; the tests of every example run; tracked files hold no path of one machine, no word that marks unfinished
-//! work, and are neither large nor out of place.
+//! work, and are neither large nor out of place; neighbouring modules of a crate take from each other in one direction.
 
 mod citations;
 mod files;
 mod finding;
 mod map;
+mod modules;
 
 use crate::workspace::{Outcome, Workspace, output, read};
 use finding::Finding;
@@ -38,6 +39,7 @@ pub(crate) fn run(workspace: &Workspace) -> Outcome<bool> {
     let sources = citations::entries(&read(&workspace.root.join(citations::BIBLIOGRAPHY))?);
     let mut cited = BTreeSet::new();
     let mut notes = vec![];
+    let mut rust = vec![];
     for file in &files {
         let Ok(bytes) = std::fs::read(workspace.root.join(file)) else { continue };
         findings.extend(files::of_file(file, &bytes));
@@ -54,11 +56,15 @@ pub(crate) fn run(workspace: &Workspace) -> Outcome<bool> {
             }
         }
         let lines = text.lines().count();
+        if is_rust {
+            rust.push((file.clone(), text.clone().into_owned()));
+        }
         if is_rust && lines > LONG {
             notes.push(format!("note: {file}: {lines} lines, a look for a seam may be worth it"));
         }
     }
     findings.extend(citations::uncited(&sources, &cited));
+    findings.extend(modules::findings(&rust));
     findings.extend(files::of_top(&files));
     findings.sort();
     for Finding { file, line, what } in &findings {

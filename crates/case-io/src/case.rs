@@ -32,6 +32,7 @@ mod warnings;
 #[cfg(test)]
 mod tests;
 
+pub use crate::expression::Value;
 pub use body::{BodyCase, Displacement, Imposition, Load, MeshSource, Traction};
 pub use choices::{Acceleration, Criterion, Imposed, Method, Path, QpChoice, Weights};
 pub use materials::{Material, MaterialLaw};
@@ -40,7 +41,6 @@ pub use regions::{CellSelection, MaterialRegion};
 
 use crate::case_file;
 use crate::diagnostic::{CaseError, Diagnostic, Place};
-use crate::expression::Expression;
 use fem_core::material::Hypothesis;
 use fem_core::mesh::generate;
 use std::collections::BTreeMap;
@@ -75,31 +75,6 @@ pub struct Case {
     meshes: mesh_files::MeshFiles,
     file_name: String,
     places: BTreeMap<String, Place>,
-}
-
-/// A number, or an expression in `x` and `y`.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Value {
-    /// The same everywhere.
-    Number(f64),
-    /// To be evaluated at points.
-    Expression(Expression),
-}
-
-impl Value {
-    /// Returns the number, if it is one.
-    pub fn number(&self) -> Option<f64> {
-        match self {
-            Self::Number(value) => Some(*value),
-            Self::Expression(_) => None,
-        }
-    }
-}
-
-impl Default for Value {
-    fn default() -> Self {
-        Self::Number(0.0)
-    }
 }
 
 /// `[model]`: what all bodies share.

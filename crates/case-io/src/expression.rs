@@ -15,6 +15,7 @@
 mod spelling;
 #[cfg(test)]
 mod tests;
+mod value;
 mod words;
 
 use exmex::{Express, FlatEx, NumberMatcher};
@@ -24,6 +25,7 @@ use std::ops::Range;
 use std::sync::Arc;
 use thiserror::Error;
 
+pub use value::Value;
 pub use words::FUNCTIONS;
 
 /// The longest expression, in bytes.

@@ -43,13 +43,11 @@
 //! # Ok(()) }
 //! ```
 
-pub mod abaqus;
 pub mod case;
 pub mod case_file;
 pub mod checkpoint;
 pub mod diagnostic;
 pub mod expression;
-pub mod gmsh;
 pub mod mesh_file;
 pub mod output;
 pub mod report;
@@ -60,3 +58,4 @@ pub mod vtu;
 pub use case::Case;
 pub use diagnostic::{CaseError, Diagnostic, Place, Source};
 pub use expression::{Expression, ExpressionError};
+pub use mesh_file::{abaqus, gmsh};

@@ -85,7 +85,8 @@ pub struct AdaptiveSolution {
 
 /// Solves a contact problem on finer and finer meshes until the certified relative error is at most the target.
 ///
-/// * `problem`: bodies in the user's order, on their first meshes; every finer mesh poses the same problem.
+/// * `problem`: bodies in the user's order, on their first meshes; every finer mesh poses the same problem, but
+///   for data that edges carry as linear ones.
 /// * `settings`: of the solve on every mesh. The criterion that compares the iteration with the mesh is the one that
 ///   makes sense here. Roles and λ are chosen on the first mesh and carried over.
 ///

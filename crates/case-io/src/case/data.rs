@@ -3,23 +3,8 @@
 use super::{Case, MaterialLaw, Value};
 use crate::diagnostic::{CaseError, code};
 use fem_core::body::{Body, ConditionList, DataDifference, Difference};
-use fem_core::boundary::ScalarData;
 use fem_core::interface::{ContactInterface, Pair};
 use fem_core::material::Hypothesis;
-
-impl Value {
-    /// Makes fem-core's datum of a value. An expression without `x` and `y` is a number.
-    pub fn scalar(&self) -> ScalarData {
-        match self {
-            Self::Number(number) => (*number).into(),
-            Self::Expression(expression) if expression.is_constant() => expression.at([0.0; 2]).into(),
-            Self::Expression(expression) => {
-                let expression = expression.clone();
-                ScalarData::function(move |point| expression.at(point))
-            }
-        }
-    }
-}
 
 /// Writes an expression for a note.
 fn quoted(value: Option<&Value>) -> String {

@@ -4,9 +4,8 @@
 
 use super::examples::{EXPRESSION, described, example};
 use super::tree::{At, Entry, Node, NodeValue, Table};
-use crate::case::Value;
 use crate::diagnostic::{Diagnostic, Place, code, did_you_mean, excerpt, nearest};
-use crate::expression::Expression;
+use crate::expression::{Expression, Value};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 

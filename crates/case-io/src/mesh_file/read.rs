@@ -1,16 +1,12 @@
 //! From bytes to a [`MeshFile`]: the file's format is told by its content, not by its name.
 
-use super::{MeshFault, MeshFile, MeshFileError, MeshPlace, first_bytes};
-use crate::{abaqus, gmsh};
+use super::{Includes, MeshFault, MeshFile, MeshFileError, MeshPlace, abaqus, first_bytes, gmsh};
 use sha2::{Digest, Sha256};
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// The largest mesh file that is read, in bytes, included files counted as well.
 pub const LARGEST_MESH_FILE: u64 = 8 << 30;
-
-/// How a deck reads the files it includes: their contents, and where they were found.
-pub(crate) type Includes<'a> = &'a mut dyn FnMut(&Path, &str) -> Result<(PathBuf, Vec<u8>), String>;
 
 /// Reads a mesh file from disk, and the files it includes, which are looked for beside it.
 ///

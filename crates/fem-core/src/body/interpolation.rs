@@ -44,14 +44,20 @@ impl Sum {
     /// Adds an edge: a function against the linear one with the given values at the ends.
     pub(crate) fn edge(&mut self, ends: [Vector; 2], values: [f64; 2], function: impl Fn(Vector) -> f64) {
         let length = geometry::norm(geometry::sub(ends[1], ends[0]));
+        let exact = |s: f64| function(add(scale(1.0 - s, ends[0]), scale(s, ends[1])));
+        self.compare(length, exact, |s| (1.0 - s) * values[0] + s * values[1]);
+    }
+
+    /// Adds an edge: what is meant at a fraction of it, and what the mesh makes of that.
+    pub(crate) fn compare(&mut self, length: f64, meant: impl Fn(f64) -> f64, made: impl Fn(f64) -> f64) {
         self.length += length;
         // The rule has no point at the ends, where the largest value may be.
-        for end in ends {
-            self.scale = self.scale.max(function(end).abs());
+        for end in [0.0, 1.0] {
+            self.scale = self.scale.max(meant(end).abs());
         }
         for (s, weight) in GAUSS5 {
-            let exact = function(add(scale(1.0 - s, ends[0]), scale(s, ends[1])));
-            let difference = exact - ((1.0 - s) * values[0] + s * values[1]);
+            let exact = meant(s);
+            let difference = exact - made(s);
             self.scale = self.scale.max(exact.abs());
             self.largest = self.largest.max(difference.abs());
             self.squared += weight * length * difference * difference;

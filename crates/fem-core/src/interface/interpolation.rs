@@ -3,11 +3,11 @@
 use super::{ContactProblem, Gap};
 use crate::body::Difference;
 use crate::body::DifferenceSum;
-use crate::geometry::{Vector, norm, sub};
+use crate::geometry::{Vector, add, norm, scale};
 
 impl ContactProblem {
-    /// Measures how far the initial gap is from the one that is linear between the pairs, relative to its largest
-    /// value; `None` where the two are the same to round-off.
+    /// Measures how far the initial gap is from the one that contact edges carry, relative to its largest value: `g/|n|`, with
+    /// gap `g` and normal `n` linear between the pairs. `None` where the two are the same to round-off.
     pub fn interpolated_gap(&self) -> Option<Difference> {
         let interface = &self.interface;
         let side = interface.measured_on;
@@ -17,14 +17,17 @@ impl ContactProblem {
             let pairs = edge.pairs.map(|k| &interface.pairs[k as usize]);
             let ends = pairs.map(|pair| points[pair.nodes[side] as usize]);
             let gaps = pairs.map(|pair| pair.gap);
-            let fraction = |x: Vector| norm(sub(x, ends[0])) / norm(sub(ends[1], ends[0]));
-            match (&interface.gap, profile) {
-                (Gap::Given(data), _) => sum.edge(ends, gaps, |x| data.at(x)),
-                (Gap::Geometric, Some(profile)) => sum.edge(ends, gaps, |x| profile.at(fraction(x))),
-                (Gap::Geometric, None) => {
-                    sum.edge(ends, gaps, |x| (1.0 - fraction(x)) * gaps[0] + fraction(x) * gaps[1]);
-                }
-            }
+            let between = |a: Vector, b: Vector, s: f64| add(scale(1.0 - s, a), scale(s, b));
+            let linear = |s: f64| (1.0 - s) * gaps[0] + s * gaps[1];
+            let meant = |s: f64| match (&interface.gap, profile) {
+                (Gap::Given(data), _) => data.at(between(ends[0], ends[1], s)),
+                (Gap::Geometric, Some(profile)) => profile.at(s),
+                (Gap::Geometric, None) => linear(s),
+            };
+            // Along a normal that is shorter than one between the pairs, the same number is a wider gap.
+            let bent = interface.is_bent(edge);
+            let normal = |s: f64| norm(between(pairs[0].normal, pairs[1].normal, s));
+            sum.compare(edge.length, meant, |s| linear(s) / if bent { normal(s) } else { 1.0 });
         }
         sum.difference()
     }

@@ -89,7 +89,8 @@ impl ContactProblem {
     ///
     /// Conditions pass on to the parts of their edges, pairs to the nodes between them; functions, the gap among them,
     /// are evaluated at the new nodes, and so is a measured gap, between smooth curves through the nodes of the first meshes. Where the normal changes along an edge, the one at its middle has the direction of the
-    /// field there and the length one: the field turns a little differently between the nodes, by the cube of the angle.
+    /// field there and the length one: the field turns a little differently between the nodes, by the cube of the angle, and a
+    /// gap is wider between the nodes of coarser edges by the square of the angle, see [`ContactProblem::interpolated_gap`].
     ///
     /// # Errors
     /// Meshes that become too large or too small, functions that are not finite at new nodes, a negative gap there.

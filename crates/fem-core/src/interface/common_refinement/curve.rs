@@ -142,11 +142,12 @@ impl Curve {
         norm(sub(self.points[k + 1], self.points[k])) / 8.0 * (a.abs() + b.abs())
     }
 
-    /// The slopes of the curve at the two ends of an edge, each positive where it rises towards the edge's middle.
+    /// The slopes of the curve at the two ends of an edge, each positive where it rises towards the edge's middle: `2 tan φ/2`
+    /// for normals turned by `φ` against the edge's, with which the cubic has the height of a circle's arc.
     fn slopes(&self, k: usize) -> [f64; 2] {
         let (from, to) = (self.points[k], self.points[k + 1]);
         let (along, across) = (scale(1.0 / norm(sub(to, from)), sub(to, from)), right_normal(from, to));
-        let slope = |n: Vector| dot(n, along) / dot(n, across);
+        let slope = |n: Vector| 2.0 * dot(n, along) / (dot(n, across) + norm(n));
         [-slope(self.normals[k]), slope(self.normals[k + 1])]
     }
 
@@ -246,11 +247,12 @@ mod tests {
         for points in [whole, circle(0.2, 1.5, 5), circle(1.5, 0.2, 5)] {
             let curve = Curve::new(points.clone());
             for k in 0..points.len() - 1 {
-                // An estimate: to the square of half the edge's turn, 0.13 here.
-                let exact = 2.0 - 2.0 * (0.5 * curve.arc()[1] / 2.0).cos();
-                assert!((curve.sagitta(k) / exact - 1.0).abs() < 0.13 * 0.13, "{k} {}", curve.sagitta(k));
+                let half = (0.5 * curve.arc()[1] / 2.0).asin();
+                let exact = 2.0 - 2.0 * half.cos();
+                assert!((curve.sagitta(k) / exact - 1.0).abs() < 1e-12, "{k} {}", curve.sagitta(k));
                 for t in [0.0, 0.1, 0.5, 0.8] {
-                    assert!((norm(curve.smooth(k, t)) - 2.0).abs() < 0.13 * 0.13 * exact, "{k} {t}");
+                    let off = (norm(curve.smooth(k, t)) - 2.0).abs();
+                    assert!(off < 2.0 * half.powi(4) / 16.0 && (t != 0.5 || off < 1e-14), "{k} {t} {off:e}");
                 }
             }
         }
