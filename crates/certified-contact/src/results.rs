@@ -23,7 +23,8 @@ pub struct Reaction {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Stretch {
-    /// Where it begins and ends, by the arc length of its first and last pair, m.
+    /// Where it begins and ends, by the arc length of its first and last pair, m; one that closes on itself ends where it
+    /// meets its beginning.
     pub s: [f64; 2],
     /// Number of pairs.
     pub pairs: usize,
@@ -126,6 +127,9 @@ fn stretches(problem: &ContactProblem, iterate: &Iterate, pair: &AdmissiblePair)
         let [i, j] = edge.pairs.map(|k| k as usize);
         let stretch = &mut found[number[i]];
         stretch.length += edge.length;
+        if j <= i {
+            stretch.s[1] = interface.pairs()[i].arc_length + edge.length;
+        }
         stretch.max_pressure = stretch.max_pressure.max(0.5 * (pair.pressure[i] + pair.pressure[j]));
     }
     found
@@ -143,7 +147,7 @@ fn joined(problem: &ContactProblem) -> Vec<bool> {
     joined
 }
 
-/// Finds the stretches of arc length whose nodes carry a contact force.
+/// Finds the stretches of arc length whose nodes carry a contact force; across the edge that closes a line as well.
 fn intervals(problem: &ContactProblem, iterate: &Iterate) -> Vec<[f64; 2]> {
     let pairs = problem.interface.pairs();
     let joined = joined(problem);
@@ -157,6 +161,18 @@ fn intervals(problem: &ContactProblem, iterate: &Iterate) -> Vec<[f64; 2]> {
             _ => {}
         }
         open = carries;
+    }
+    let carries = |k: usize| iterate.contact.normal_reaction[k] > 0.0;
+    for edge in problem.interface.edges() {
+        let [i, j] = edge.pairs.map(|k| k as usize);
+        let end = pairs[i].arc_length;
+        if j <= i
+            && carries(i)
+            && carries(j)
+            && let Some(last) = found.iter_mut().find(|interval| interval[1] == end)
+        {
+            last[1] = end + edge.length;
+        }
     }
     found
 }

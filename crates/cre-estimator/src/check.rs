@@ -4,10 +4,10 @@ use crate::admissible::AdmissiblePair;
 use crate::equilibrated::EquilibratedStress;
 use crate::johnson_mercier::{CellStress, part_divergence};
 use crate::lift;
+use crate::round_off::{force_noise, larger, largest_displacement};
 use fem_core::body::{Body, EdgeReaction, NodeConstraint};
 use fem_core::geometry::{Vector, add, dot, perpendicular, scale, sub};
 use fem_core::interface::ContactProblem;
-use fem_core::norm::sum_over_triangles;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -89,11 +89,6 @@ impl Forces {
 /// Tractions times length on the edges of a triangle, as its stress gives them: edge `k` at corners `k`, `k+1`.
 type CellForces = [[Vector; 2]; 3];
 
-/// The larger number, or NaN where there is one: a NaN must show.
-fn larger(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
-}
-
 fn square(a: Vector) -> f64 {
     dot(a, a)
 }
@@ -162,82 +157,6 @@ fn displaced_support(body: &Body, displacement: &[Vector]) -> f64 {
     };
     let all = displacement.iter().zip(body.node_constraints()).map(difference);
     relative(all.fold(0.0, larger), largest_displacement(displacement))
-}
-
-/// Rounding errors of a strain, in units of ε: of one term `u ∇φ` of its sum.
-///
-/// The displacements come from two triangular solves. Their rounding leaves a nodal imbalance
-/// `|R_i| ≤ γ (|L||Lᵀ||u|)_i` (Higham 2002, theorem 10.4), where the roundings of one row add up like a random walk: since
-/// `Σ_j L_ij² = K_ii`, that is a few ε of `√(K_ii K_jj)|u|`, whatever the condition of K and however long the row. EET
-/// hands the imbalance of a vertex on around its star and takes end values `4 b_a − 2 b_b` of the moments: a
-/// factor 6. Measured on bodies moved without strain, 4 to 16,000 cells: 2 to 9 in all, growing with the depth of the
-/// elimination. The remainder is margin. In flat triangles there is more, in proportion to [`Shape::flatness`], by which the
-/// bounds below are multiplied: cells 5 to 200 times as long as high have 2 to 4 times their flatness.
-const STRAIN_ROUNDINGS: f64 = 32.0;
-
-/// Bounds the relative error of each term of a strain by rounding alone.
-const STRAIN_NOISE: f64 = STRAIN_ROUNDINGS * f64::EPSILON;
-
-/// Computes the edge forces that rounding of the displacements causes: a body that is moved without strain
-/// has no other. `δ C |u| Σ|∇φ|` of stress on the longest edge of a triangle, with `Σ|∇φ|` its perimeter over twice its
-/// area, times its flatness.
-fn force_noise(body: &Body, displacement: &[Vector]) -> f64 {
-    let factor = (0..body.mesh().triangles().len())
-        .into_par_iter()
-        .with_min_len(512)
-        .map(|t| {
-            let shape = Shape::of(body, t);
-            shape.stiffness * shape.perimeter * shape.longest / (2.0 * shape.area) * shape.flatness()
-        })
-        .reduce(|| 0.0, larger);
-    STRAIN_NOISE * largest_displacement(displacement) * factor
-}
-
-/// Bounds the energy norm of what rounding of the displacements may hide from a body's bound, square root of J/m.
-///
-/// A stress out of balance by `R` bounds up to `√(Rᵀ K⁻¹ R)`. For independent `R_i` of the size of [`force_noise`] the
-/// expected square is their sum over the diagonal of `K⁻¹`: in the plane `(1 + ln N)` times what each triangle would
-/// contribute by itself, `(δ C |u| Σ|∇φ|)² A / C`. In flat triangles the `R_i` are larger by the flatness, and their squares
-/// by the flatness over the diagonal of `K` that goes with the area: its third power in all.
-pub(crate) fn energy_noise(body: &Body, displacement: &[Vector]) -> f64 {
-    let triangles = body.mesh().triangles().len();
-    let sum = sum_over_triangles(triangles, |t| {
-        let shape = Shape::of(body, t);
-        shape.stiffness * shape.perimeter * shape.perimeter / (4.0 * shape.area) * shape.flatness().powi(3)
-    });
-    let spread = 1.0 + (triangles as f64).ln();
-    STRAIN_NOISE * largest_displacement(displacement) * (spread * sum).sqrt()
-}
-
-fn largest_displacement(displacement: &[Vector]) -> f64 {
-    displacement.iter().fold(0.0, |m, u| larger(m, norm(*u)))
-}
-
-/// What rounding depends on in a triangle.
-struct Shape {
-    perimeter: f64,
-    longest: f64,
-    area: f64,
-    stiffness: f64,
-}
-
-impl Shape {
-    /// The longest edge's square over four times the area: 1 in half a square, half the ratio of length to height in a
-    /// flat triangle; not less than 1.
-    fn flatness(&self) -> f64 {
-        larger(1.0, self.longest * self.longest / (4.0 * self.area))
-    }
-
-    fn of(body: &Body, t: usize) -> Self {
-        let c = body.mesh().corners(t);
-        let lengths = [0, 1, 2].map(|k| norm(sub(c[(k + 1) % 3], c[k])));
-        Self {
-            perimeter: lengths.iter().sum(),
-            longest: lengths.iter().fold(0.0, |m, l| larger(m, *l)),
-            area: body.mesh().area(t),
-            stiffness: body.material(t).stiffness().amax(),
-        }
-    }
 }
 
 /// Checks the equilibrium of one body's stress with its loads and given tractions; penetration and pressure

@@ -1,10 +1,11 @@
 //! Everything a certificate needs, in one call.
 
 use crate::admissible::{AdmissiblePair, pair_and_stars};
-use crate::check::{Admissibility, check_and_visit, energy_noise};
+use crate::check::{Admissibility, check_and_visit};
 use crate::cre::{Cre, cell_distances};
 use crate::error::EstimatorError;
 use crate::indicators::eta_dis_squared_with;
+use crate::round_off;
 use crate::star_relaxation::Relaxation;
 use fem_core::condensation::CondensedBody;
 use fem_core::interface::{ContactProblem, ContactState};
@@ -87,30 +88,10 @@ pub fn estimate_with(
     if stress > 0.0 && (stress * stress).min(energy) < SMALLEST_SQUARE {
         return Err(EstimatorError::TooSmall { stress, energy });
     }
-    let round_off = round_off_allowance(problem, &pair, energy_norm_squared);
+    let round_off = round_off::allowance(problem, &pair, energy_norm_squared);
     let e_cre = cre.e_cre() + round_off;
     if !(e_cre.is_finite() && eta_dis.is_finite()) {
         return Err(EstimatorError::NotFinite { what: "the estimate" });
     }
     Ok(Estimate { pair, cre, admissibility, e_cre, round_off, eta_dis, energy_norm_squared })
-}
-
-/// Bounds what round-off may have taken from `e_CRE`, so that the printed number stays a bound: rounding of
-/// the displacements, of the energies, and the work of the pressure on openings that are negative by less
-/// than the checks let pass.
-fn round_off_allowance(problem: &ContactProblem, pair: &AdmissiblePair, energies: [f64; 2]) -> f64 {
-    let pairs = problem.interface.pairs().iter().enumerate();
-    let penetration: f64 =
-        pairs.map(|(k, p)| (-pair.opening[k]).max(0.0) * pair.pressure[k].abs() * p.tributary_length).sum();
-    let edges = problem.interface.edges().iter().zip(&pair.middle_opening).zip(&pair.edge_pressure);
-    let between: f64 = edges
-        .filter(|((edge, _), _)| problem.interface.is_bent(edge))
-        .map(|((edge, o), p)| (-o).max(0.0) * p[0].abs() * edge.length)
-        .sum();
-    let penetration = penetration + between;
-    let noise = [0, 1].map(|b| energy_noise(&problem.bodies[b], &pair.displacement[b]));
-    64.0 * f64::EPSILON * (energies[0] + energies[1]).sqrt()
-        + noise[0]
-        + noise[1]
-        + (2.0 * penetration).sqrt()
 }

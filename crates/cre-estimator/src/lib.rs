@@ -78,6 +78,7 @@ pub mod johnson_mercier;
 mod lift;
 pub mod marking;
 pub mod pressure;
+mod round_off;
 mod star;
 pub mod star_relaxation;
 

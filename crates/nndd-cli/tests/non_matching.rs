@@ -60,6 +60,19 @@ fn bent_lines_of_different_counts_are_solved_and_each_stretch_has_its_results() 
 }
 
 #[test]
+fn a_closed_line_in_contact_everywhere_is_in_contact_on_its_whole_length() {
+    let temp = tempfile::tempdir().unwrap();
+    let solved = nndd("solve", "rings_whole.toml", &["--out", "out"], temp.path());
+    assert_eq!(solved.status.code(), Some(0), "{}", String::from_utf8_lossy(&solved.stderr));
+    let text = std::fs::read_to_string(temp.path().join("out/report.json")).unwrap();
+    let results = Report::from_json(&text).unwrap().results;
+    let [stretch] = &results.contact_stretches[..] else { panic!("{text}") };
+    let [[start, end]] = results.contact_intervals[..] else { panic!("{:?}", results.contact_intervals) };
+    assert!(start == 0.0 && (end / stretch.length - 1.0).abs() < 1e-12, "{start} {end} {}", stretch.length);
+    assert!((stretch.s[1] / stretch.length - 1.0).abs() < 1e-12, "{stretch:?}");
+}
+
+#[test]
 fn a_corner_of_the_contact_line_gets_a_note() {
     let temp = tempfile::tempdir().unwrap();
     let cells = |n: &str| {

@@ -22,8 +22,9 @@ const STEADY: f64 = 0.999;
 pub(crate) struct Monitor {
     largest: f64,
     smallest: f64,
-    /// The last value that was progress.
+    /// The last value that was progress, and the largest until then.
     mark: f64,
+    scale: f64,
     last: f64,
     rises: usize,
     /// Iterations since the mark, and whether η fell at every one of them.
@@ -34,7 +35,16 @@ pub(crate) struct Monitor {
 impl Default for Monitor {
     fn default() -> Self {
         let none = f64::INFINITY;
-        Self { largest: 0.0, smallest: none, mark: none, last: none, rises: 0, idle: 0, falling: true }
+        Self {
+            largest: 0.0,
+            smallest: none,
+            mark: none,
+            scale: 0.0,
+            last: none,
+            rises: 0,
+            idle: 0,
+            falling: true,
+        }
     }
 }
 
@@ -47,7 +57,7 @@ impl Monitor {
     /// Judges the next η; `plain` says that the iteration has a fixed θ, whose error falls steadily or
     /// not at all. A slow iteration that still falls is left to the limit of iterations.
     pub(crate) fn judge(&mut self, eta: f64, plain: bool) -> Option<NnddStatus> {
-        let mark = self.mark;
+        let (mark, scale) = (self.mark, self.scale);
         if !eta.is_finite() {
             return Some(self.diverged());
         }
@@ -57,11 +67,12 @@ impl Monitor {
         self.falling &= eta < self.last;
         self.last = eta;
         if eta < PROGRESS * mark {
-            (self.mark, self.idle, self.falling) = (eta, 0, true);
+            (self.mark, self.scale, self.idle, self.falling) = (eta, self.largest, 0, true);
         } else {
             self.idle += 1;
         }
-        let at_round_off = mark <= ROUND_OFF * self.largest;
+        // What it has grown to since is no scale.
+        let at_round_off = mark <= ROUND_OFF * scale;
         if !at_round_off && (eta > GROWTH * mark || plain && self.rises >= RISES) {
             return Some(self.diverged());
         }
@@ -110,6 +121,7 @@ mod tests {
     fn growth_is_divergence_and_a_floor_is_a_floor() {
         assert!(matches!(judge((0..40).map(|k| 1.5f64.powi(k))), Some(NnddStatus::Diverged { .. })));
         assert!(matches!(judge([1.0, f64::NAN]), Some(NnddStatus::Diverged { .. })));
+        assert!(matches!(judge([1.0, 1e12, 1e24, 1e36]), Some(NnddStatus::Diverged { .. })));
         let floor = (0..60).map(|k| 0.1f64.powi(k).max(1e-15 * (1.0 + f64::from(k % 3))));
         assert!(matches!(judge(floor), Some(NnddStatus::Stalled { at_round_off: true, .. })));
         let plateau = (0..90).map(|_| 1.0);
