@@ -19,7 +19,7 @@ pub enum Imposed {
 /// When the iteration has done enough.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Criterion {
-    /// `η_NNDD ≤ ratio · η_dis`: the iteration's error is small against the mesh's.
+    /// `η_NNDD ≤ ratio · η_dis`: the iteration's error is small against the mesh's. An `η_dis` above `e_CRE` counts as that.
     Estimator {
         /// The ratio.
         ratio: f64,

@@ -73,7 +73,9 @@ impl<'a> Follow<'a> {
     fn matches_mesh(&mut self, iterate: &Iterate, ratio: f64) -> Result<bool, EstimatorError> {
         let small = |latest: &Option<(usize, Estimate)>| {
             latest.as_ref().is_none_or(|(_, e)| {
-                let enough = if e.eta_dis <= e.round_off { e.round_off } else { ratio * e.eta_dis };
+                // Far from the solution η_dis may be larger than the whole bound: then it says nothing of the mesh.
+                let mesh = e.eta_dis.min(e.e_cre);
+                let enough = if mesh <= e.round_off { e.round_off } else { ratio * mesh };
                 iterate.eta_nndd <= enough
             })
         };
