@@ -83,7 +83,7 @@ pub(crate) fn pair_and_stars<'a>(
     let pressure = pressure::nodal_pressure(interface, state.contact_force);
     let edge_pressure = pressure::edge_pressure(interface, &pressure);
     let opened = lift::middle_openings(interface, state.displacement);
-    let lift = lift::lift(interface, &opened);
+    let lift = lift::lift(problem, &opened);
     let lifted = lift.iter().any(|l| *l > 0.0);
     let first = if lifted {
         lift::moved(problem, state.displacement[0], &lift, 1.0)
