@@ -24,7 +24,7 @@ pub(super) fn of_body(error: &BodyError) -> Cure {
         }
         BodyError::InteriorEdge { .. } => BOUNDARY,
         BodyError::NotFinite { .. } => {
-            ("a finite number", "change the expression where it divides by zero or leaves its range")
+            ("data that have a value at every node of the side", "change the expression where it divides by zero or leaves its range")
         }
         BodyError::Conflict { .. } => (
             "one value for a node in one direction",

@@ -1,7 +1,10 @@
 //! The problem of a case: its bodies as they are where their contact surfaces match, refined to match where they do not.
 
 use super::{Case, cures};
-use crate::diagnostic::{CaseError, Diagnostic, code};
+use crate::diagnostic::{CaseError, Diagnostic, code, significant};
+use crate::mesh_file::counted;
+use fem_core::body::Body;
+use fem_core::geometry::{norm, sub};
 use fem_core::interface::common_refinement::{Changes, CommonRefinementError, common_refinement};
 use fem_core::interface::{ContactInterface, ContactProblem};
 
@@ -53,7 +56,7 @@ impl Case {
         let interface = ContactInterface::pair_refined(&common, [a, b], &gap, normal)
             .map_err(|error| CaseError::from(self.interface_diagnostic(&error)))?;
         if let Some(changes) = &common.changes {
-            let mut note = self.changes_note(changes);
+            let mut note = self.changes_note(changes, common.bodies.each_ref());
             if self.contact.geometric && common.facing.iter().any(|f| f.sagitta > BENT * f.spacing) {
                 note += "; the gap is measured between smooth curves through the nodes of each";
             }
@@ -62,18 +65,17 @@ impl Case {
         Ok(ContactProblem { bodies: common.bodies, interface })
     }
 
-    fn changes_note(&self, changes: &Changes) -> String {
+    fn changes_note(&self, changes: &Changes, bodies: [&Body; 2]) -> String {
         let body = |b: usize| {
             let added = changes.added[b];
-            let mut text = format!(
-                "\"{}\" {added} {} added, {} snapped",
-                self.bodies[b].name,
-                if added == 1 { "node" } else { "nodes" },
-                changes.snapped[b]
-            );
+            let (name, snapped) = (&self.bodies[b].name, changes.snapped[b]);
+            let mut text = format!("\"{name}\" {} added, {snapped} snapped", counted(added, "node"));
             if changes.free[b] > 0.0 {
-                text +=
-                    &format!(", {:.4} of the surface's length faces nothing and is free", changes.free[b]);
+                let mesh = bodies[b].mesh();
+                let edges = mesh.group(&self.contact.surfaces[b]).unwrap_or(&[]).iter();
+                let whole: f64 = edges.map(|&edge| mesh.edge_ends(edge)).map(|[p, q]| norm(sub(q, p))).sum();
+                let [free, whole] = [changes.free[b], whole].map(significant);
+                text += &format!(", a length of {free} of {whole} faces nothing and is free");
             }
             text
         };
