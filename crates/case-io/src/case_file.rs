@@ -66,7 +66,9 @@ pub(crate) fn decode<'a>(bytes: &'a [u8], file_name: &str) -> Result<&'a str, Ca
         let place = Place::new(&source, 0..1);
         return Err(Diagnostic::new(code::SYNTAX, Some(place), "this looks like a mesh file")
             .expected("a case file in TOML, which names the mesh")
-            .help(Some(format!("look into the mesh with `nndd mesh {file_name}`, and begin a case with `nndd new gmsh`")))
+            .help(Some(format!(
+                "look into the mesh with `nndd mesh {file_name}`, and begin a case with `nndd new gmsh`"
+            )))
             .into());
     }
     std::str::from_utf8(bytes).map_err(|error| {

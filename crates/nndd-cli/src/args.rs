@@ -65,7 +65,10 @@ fn thread_count(text: &str) -> Result<usize, String> {
 
 /// Reads a number of iterations.
 fn iteration_count(text: &str) -> Result<usize, String> {
-    text.parse().ok().filter(|count| *count > 0).ok_or_else(|| "expected a whole number, at least 1".to_owned())
+    text.parse()
+        .ok()
+        .filter(|count| *count > 0)
+        .ok_or_else(|| "expected a whole number, at least 1".to_owned())
 }
 
 /// What every command that reads a case takes.

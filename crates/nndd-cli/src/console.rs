@@ -143,7 +143,10 @@ pub(crate) fn header(case: &Case, problem: &ContactProblem, output: &str) -> Str
         let _ = writeln!(
             text,
             "  adapt      until the certified relative error <= {}; at most {} meshes, {} nodes; fraction {}",
-            short(adapt.target_relative_error), adapt.max_steps, adapt.max_nodes, short(adapt.fraction)
+            short(adapt.target_relative_error),
+            adapt.max_steps,
+            adapt.max_nodes,
+            short(adapt.fraction)
         );
     }
     fit::fit(&text, width())

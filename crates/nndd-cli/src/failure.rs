@@ -86,7 +86,9 @@ impl Failure {
 
     pub(crate) fn output(error: &OutputError) -> Self {
         let fix = match error {
-            OutputError::NotADirectory { .. } => "\n  expected: a directory\n  fix: choose another with --out",
+            OutputError::NotADirectory { .. } => {
+                "\n  expected: a directory\n  fix: choose another with --out"
+            }
             OutputError::Io { what: "create" | "write" | "lock", .. } => {
                 "\n  expected: a directory that can be written to\n  fix: choose another with --out, or make room there"
             }

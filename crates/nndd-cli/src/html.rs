@@ -19,7 +19,7 @@ figure{margin:0}figure svg{width:100%;height:auto}figcaption{font-size:.875rem;c
 p,li{overflow-wrap:anywhere}pre{overflow-x:auto;background:#f7f7f7;padding:.6rem}\
 @page{size:A4;margin:15mm}\
 @media print{body{max-width:none;margin:0;padding:0;font-size:10pt}h2{break-after:avoid}\
-.figures{display:block;columns:2}figure{margin-bottom:1rem}figure,tr,.verdict{break-inside:avoid}\
+.figures{grid-template-columns:1fr 1fr;gap:.5rem}figure svg{max-height:78mm}figcaption{font-size:8pt;line-height:1.3}figure,tr,.verdict{break-inside:avoid}\
 table{display:table;font-size:8pt}td,th{white-space:normal;padding:.1rem .3rem}\
 pre{white-space:pre-wrap;overflow-wrap:anywhere;font-size:8pt}}";
 

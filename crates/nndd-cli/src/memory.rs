@@ -128,7 +128,10 @@ mod tests {
         let of_nodes = said([1000, 1000], Some(40));
         assert!(of_nodes.contains("for 2000 nodes; limits.memory is 1MiB, enough for about"), "{of_nodes}");
         let of_line = said([20_000, 20_000], Some(20_000));
-        assert!(of_line.contains("for 20000 pairs of contact nodes") && of_line.contains("fewer edges"), "{of_line}");
+        assert!(
+            of_line.contains("for 20000 pairs of contact nodes") && of_line.contains("fewer edges"),
+            "{of_line}"
+        );
         // Before there is a mesh the contact line is not known.
         assert!(said([1000, 1000], None).starts_with("at least about"));
         // Half of that memory, times two, is what fits.

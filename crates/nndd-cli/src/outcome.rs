@@ -49,7 +49,8 @@ fn uncertified(solution: &CertifiedSolution) -> String {
     let failed: Vec<_> = failed.into_iter().filter(|(_, found, allowed)| !(found <= allowed)).collect();
     let fix = match failed.first() {
         Some(("supports", ..)) => {
-            "a roller on a curved side is violated between its nodes: hold it with ux or uy, or end it at corners"
+            "a roller on a curved side is violated between its nodes: impose ux and uy on it, or hold \
+             it where it is straight"
         }
         Some(("equilibrium" | "traction_jump" | "boundary_traction", ..)) => {
             "round-off is too large for these materials and cells: make the moduli more alike, the cells less thin, or lower \
@@ -110,7 +111,9 @@ fn of_iteration(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>)
                 range_of_theta(solution)
             ),
         ),
-        NnddStatus::ContactQpUnsolved(status) => word("stalled", NOT_CONVERGED, unsolved(case, iterations, status)),
+        NnddStatus::ContactQpUnsolved(status) => {
+            word("stalled", NOT_CONVERGED, unsolved(case, iterations, status))
+        }
         NnddStatus::Interrupted => interrupted(ended, &format!("iteration {iterations}")),
         _ => word("stalled", NOT_CONVERGED, "the iteration ended in an unknown way"),
     }

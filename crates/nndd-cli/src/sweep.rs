@@ -75,7 +75,10 @@ pub(crate) fn command(options: &Options) -> Result<u8, Failure> {
         let runs = || record.panels.iter().flat_map(|panel| &panel.rows);
         if !has_value(&record) && failure.is_none() && signals.status().is_none() {
             let word = runs().map(|row| row.status.as_str()).next().unwrap_or("stalled");
-            console::print(&format!("{word}: no run of this sweep has an eta_nndd; try other values of {}\n", sweep.key))?;
+            console::print(&format!(
+                "{word}: no run of this sweep has an eta_nndd; try other values of {}\n",
+                sweep.key
+            ))?;
         }
         if signals.status().is_some() {
             let done: usize = record.panels.iter().map(|panel| panel.rows.len()).sum();
@@ -181,7 +184,7 @@ fn fill_panel(
             let (before, own) = naming;
             panel.name = format!("{} nodes", panel.nodes);
             if before.iter().any(|other| other.nodes == panel.nodes) {
-                panel.name += &format!(", {own}");
+                panel.name += &format!(" ({own})");
             }
             if !options.run.quiet {
                 let head = &console::Layout::default().head()[1..];

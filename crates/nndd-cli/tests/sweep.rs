@@ -172,12 +172,12 @@ fn panels_of_one_size_have_names_of_their_own() {
     let out = temp.path().join("sweep");
     let output = sweep(&out, "solver.theta=[0.3, 0.4]", &["--panel", "solver.weights=stiffness"]);
     let said = text(&output.stdout);
-    for name in ["\n380 nodes\n", "\n380 nodes, solver.weights=stiffness\n"] {
+    for name in ["\n380 nodes\n", "\n380 nodes (solver.weights=stiffness)\n"] {
         assert!(said.contains(name), "{said}");
     }
     assert_eq!(column(&out, "sweep-2.csv", "settings"), ["solver.weights=stiffness"; 2]);
     let figure = std::fs::read_to_string(out.join("figures/sweep.svg")).unwrap();
-    assert!(figure.contains("380 nodes: smallest") && figure.contains("solver.weights=stiffness: smallest"));
+    assert!(figure.contains("380 nodes: smallest") && figure.contains("(solver.weights=stiffness): smallest"));
 }
 
 #[test]

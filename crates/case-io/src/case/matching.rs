@@ -51,12 +51,13 @@ impl Case {
         }
         let (gap, normal) = self.gap_and_normal();
         let [a, b] = &self.contact.surfaces;
+        let lengths = [length(&bodies[0], a), length(&bodies[1], b)];
         let common = common_refinement(bodies, [a, b], normal)
             .map_err(|error| CaseError::from(self.refinement_diagnostic(&error)))?;
         let interface = ContactInterface::pair_refined(&common, [a, b], &gap, normal)
             .map_err(|error| CaseError::from(self.interface_diagnostic(&error)))?;
         if let Some(changes) = &common.changes {
-            let mut note = self.changes_note(changes, common.bodies.each_ref());
+            let mut note = self.changes_note(changes, lengths);
             if self.contact.geometric && common.facing.iter().any(|f| f.sagitta > BENT * f.spacing) {
                 note += "; the gap is measured between smooth curves through the nodes of each";
             }
@@ -65,16 +66,14 @@ impl Case {
         Ok(ContactProblem { bodies: common.bodies, interface })
     }
 
-    fn changes_note(&self, changes: &Changes, bodies: [&Body; 2]) -> String {
+    /// * `lengths`: of the surfaces as they were.
+    fn changes_note(&self, changes: &Changes, lengths: [f64; 2]) -> String {
         let body = |b: usize| {
             let added = changes.added[b];
             let (name, snapped) = (&self.bodies[b].name, changes.snapped[b]);
             let mut text = format!("\"{name}\" {} added, {snapped} snapped", counted(added, "node"));
             if changes.free[b] > 0.0 {
-                let mesh = bodies[b].mesh();
-                let edges = mesh.group(&self.contact.surfaces[b]).unwrap_or(&[]).iter();
-                let whole: f64 = edges.map(|&edge| mesh.edge_ends(edge)).map(|[p, q]| norm(sub(q, p))).sum();
-                let [free, whole] = [changes.free[b], whole].map(significant);
+                let [free, whole] = [changes.free[b], lengths[b]].map(significant);
                 text += &format!(", a length of {free} of {whole} faces nothing and is free");
             }
             text
@@ -103,4 +102,10 @@ impl Case {
         let (expected, fix) = cures::of_refinement(error);
         self.diagnostic(code::CONTACT, &path, message).expected(expected).fix(fix)
     }
+}
+
+/// Adds up the edges of a side.
+fn length(body: &Body, side: &str) -> f64 {
+    let edges = body.mesh().group(side).unwrap_or(&[]).iter();
+    edges.map(|&edge| body.mesh().edge_ends(edge)).map(|[p, q]| norm(sub(q, p))).sum()
 }

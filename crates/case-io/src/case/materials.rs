@@ -181,12 +181,19 @@ fn orthotropic(r: &mut Reader<'_>, hypothesis: Hypothesis) -> Option<MaterialLaw
     };
     match largest_ratio(poisson_12, |ratio| made(ratio).is_ok()).filter(|_| of_poisson_12) {
         Some(largest) => {
-            let follow = third[1].is_none() || third[2].is_none();
-            let follow = follow && hypothesis == Hypothesis::PlaneStrain;
-            let follow = if follow { ", which `poisson_13` and `poisson_23` follow where they are not given" } else { "" };
+            let follow = match third {
+                _ if hypothesis == Hypothesis::PlaneStress => "",
+                [_, None, None] => " (and so are `poisson_13` and `poisson_23`, which are not given)",
+                [_, None, _] => " (and so is `poisson_13`, which is not given)",
+                [_, _, None] => " (and so is `poisson_23`, which is not given)",
+                _ => "",
+            };
             r.refuse(
                 "poisson_12",
-                format!("`{}` is {poisson_12}, with which the strain energy is not positive{follow}", r.path_of("poisson_12")),
+                format!(
+                    "`{}` is {poisson_12}{follow}: the strain energy would not be positive",
+                    r.path_of("poisson_12")
+                ),
                 &format!("at most {largest} in magnitude, with the other constants"),
                 "lower it: poisson_12 is the strain along 2 for a stress along 1, and belongs to young_1",
             );
