@@ -63,7 +63,8 @@ fn cases(workspace: &Workspace) -> Outcome<Vec<String>> {
     let folder = workspace.root.join("tests/cases");
     let entries = std::fs::read_dir(&folder).map_err(|e| format!("cannot read {}: {e}", folder.display()))?;
     let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
-    let mut cases: Vec<String> = names.filter_map(|name| Some(name.strip_suffix(".toml")?.to_owned())).collect();
+    let mut cases: Vec<String> =
+        names.filter_map(|name| Some(name.strip_suffix(".toml")?.to_owned())).collect();
     cases.sort_by_key(|case| (case != DRAWN, case.clone()));
     Ok(cases)
 }

@@ -177,7 +177,9 @@ fn panels_of_one_size_have_names_of_their_own() {
     }
     assert_eq!(column(&out, "sweep-2.csv", "settings"), ["solver.weights=stiffness"; 2]);
     let figure = std::fs::read_to_string(out.join("figures/sweep.svg")).unwrap();
-    assert!(figure.contains("380 nodes: smallest") && figure.contains("(solver.weights=stiffness): smallest"));
+    assert!(
+        figure.contains("380 nodes: smallest") && figure.contains("(solver.weights=stiffness): smallest")
+    );
 }
 
 #[test]

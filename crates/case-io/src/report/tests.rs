@@ -88,6 +88,14 @@ fn keys_and_their_order_are_the_contract() {
 }
 
 #[test]
+fn lists_are_null_where_nothing_is_known_and_empty_where_there_is_none() {
+    let unknown = serde_json::to_value(Results::default()).unwrap();
+    assert!(unknown.as_object().unwrap().values().all(serde_json::Value::is_null), "{unknown}");
+    let open = Results { contact_intervals: Some(Vec::new()), ..Results::default() };
+    assert_eq!(serde_json::to_value(open).unwrap()["contact_intervals"], serde_json::json!([]));
+}
+
+#[test]
 fn numbers_that_are_not_finite_are_named_and_refused() {
     let field = |change: &dyn Fn(&mut Report)| {
         let mut report = sample("abc");

@@ -89,3 +89,29 @@ fn leader(
     area.draw(&PathElement::new(vec![from, to], INK.stroke_width(3)))?;
     Ok(area.draw(&Circle::new(to, 2 * UNITS, INK.filled()))?)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plot::deformed;
+
+    #[test]
+    fn bodies_at_one_height_have_lines_from_their_names() {
+        let dots = |offset: [f64; 2]| {
+            let low = [[0.0, 0.0], [4.0, 0.0], [0.0, 2.0]];
+            let high = low.map(|[x, y]| [x + offset[0], y + offset[1]]);
+            let body = |name, points| BodyPicture {
+                name,
+                points,
+                triangles: &[[0, 1, 2]],
+                displacement: &[[0.0; 2]; 3],
+                density: &[1.0],
+            };
+            let svg = deformed("Two", &[body("low", &low), body("high", &high)], &[]).unwrap();
+            assert!(svg.contains("low") && svg.contains("high"));
+            svg.matches("<circle").count()
+        };
+        assert_eq!(dots([0.0, 2.0]), 0);
+        assert_eq!(dots([0.0, 0.5]), 2);
+    }
+}
