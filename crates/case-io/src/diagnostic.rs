@@ -253,13 +253,15 @@ pub(crate) fn did_you_mean<'a>(
 /// Writes three significant digits, without an exponent where that is readable.
 ///
 /// ```
-/// let written = [1.8349, 42.04, 3.2e-9, 0.0].map(case_io::diagnostic::significant);
-/// assert_eq!(written, ["1.83", "42.0", "3.20e-9", "0"]);
+/// let written = [1.8349, 42.04, 3.2e-9, 0.9999, 0.0].map(case_io::diagnostic::significant);
+/// assert_eq!(written, ["1.83", "42.0", "3.20e-9", "1.00", "0"]);
 /// ```
 pub fn significant(x: f64) -> String {
+    let rounded = format!("{x:.2e}");
     if x != 0.0 && !(1e-3..1e4).contains(&x.abs()) {
-        return format!("{x:.2e}");
+        return rounded;
     }
+    let x: f64 = rounded.parse().unwrap_or(x);
     let digits = if x == 0.0 { 0 } else { (2.0 - x.abs().log10().floor()).max(0.0) as usize };
     format!("{x:.digits$}")
 }

@@ -150,7 +150,7 @@ impl<'a> Reader<'a> {
         let message = format!("`{path}` is {value}");
         let diagnostic = Diagnostic::new(code::VALUE, Some(node.at.place()), message);
         let fix = example(path).filter(|line| line.contains(|c: char| c.is_ascii_digit())).map_or_else(
-            || "write the number itself, as finite as it is".to_owned(),
+            || "write the number itself".to_owned(),
             |line| format!("write the number itself, as in `{line}`"),
         );
         self.findings.push(diagnostic.expected("a finite number").fix(fix));
