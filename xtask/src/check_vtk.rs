@@ -1,4 +1,4 @@
-//! `cargo xtask check-vtk`: reads the ParaView files of some cases back by VTK and meshio, which share no code with this
+//! `cargo xtask check-vtk`: reads the ParaView files of every example case back by VTK and meshio, which share no code with this
 //! program, and compares them with report.json (`xtask/vtk/read_back.py`).
 
 use crate::python::{Environment, Group};
@@ -22,8 +22,8 @@ const READERS: [Group; 1] = [Group {
     hint: "they need Python 3.9 or newer and the package index",
 }];
 
-/// One body softer than the other, a gap, a curved line, meshes cut to each other, a series of meshes.
-const CASES: [&str; 5] = ["paper", "hertz", "rings", "nonmatching", "adaptive"];
+/// The case whose bodies are drawn; it comes first.
+const DRAWN: &str = "paper";
 
 /// Solves the cases and reads their files back; whether all agree. Skipped by name where Python or its packages are not
 /// to be had.
@@ -37,7 +37,8 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<bool>
         return Err("the program does not build".to_owned());
     }
     let mut failed = 0;
-    for (k, case) in CASES.into_iter().enumerate() {
+    let cases = cases(workspace)?;
+    for (k, case) in cases.iter().enumerate() {
         let out = workspace.target.join("check-vtk").join(case);
         let mut command = Command::new(workspace.nndd());
         command.current_dir(&workspace.root).arg("solve").arg(format!("tests/cases/{case}.toml"));
@@ -53,6 +54,17 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<bool>
             println!("{case}: FAILED");
         }
     }
-    println!("check-vtk: {} cases agree, {failed} do not", CASES.len() - failed);
+    println!("check-vtk: {} cases agree, {failed} do not", cases.len() - failed);
     Ok(failed == 0)
+}
+
+/// Lists the example cases by name.
+fn cases(workspace: &Workspace) -> Outcome<Vec<String>> {
+    let folder = workspace.root.join("tests/cases");
+    let entries = std::fs::read_dir(&folder).map_err(|e| format!("cannot read {}: {e}", folder.display()))?;
+    let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+    let mut cases: Vec<String> =
+        names.filter_map(|name| Some(name.strip_suffix(".toml")?.to_owned())).collect();
+    cases.sort_by_key(|case| (case != DRAWN, case.clone()));
+    Ok(cases)
 }

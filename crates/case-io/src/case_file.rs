@@ -60,6 +60,17 @@ pub(crate) struct Document {
 /// Decodes bytes as UTF-8 without a byte order mark.
 pub(crate) fn decode<'a>(bytes: &'a [u8], file_name: &str) -> Result<&'a str, CaseError> {
     let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+    // No line of TOML begins like those of Gmsh's and Abaqus' files.
+    if let Some(b'$' | b'*') = bytes.trim_ascii_start().first() {
+        let source = Source::new(file_name, &String::from_utf8_lossy(bytes), false);
+        let place = Place::new(&source, 0..1);
+        return Err(Diagnostic::new(code::SYNTAX, Some(place), "this looks like a mesh file")
+            .expected("a case file in TOML, which names the mesh")
+            .help(Some(format!(
+                "look into the mesh with `nndd mesh {file_name}`, and begin a case with `nndd new gmsh`"
+            )))
+            .into());
+    }
     std::str::from_utf8(bytes).map_err(|error| {
         // Up to the fault the replaced text has the same bytes, so the span fits.
         let source = Source::new(file_name, &String::from_utf8_lossy(bytes), false);
@@ -181,9 +192,10 @@ fn syntax_fault(
     let fault =
         |message: String| Diagnostic::new(code::SYNTAX, Some(Place::new(source, span.clone())), message);
     if !is_duplicate(error) {
-        return fault(error.message().to_owned())
-            .expected("TOML: `key = value`, texts in quotes, arrays in brackets")
-            .fix("mend this line");
+        let toml = "TOML: `key = value`, texts in quotes, arrays in brackets";
+        let said = error.message();
+        let (found, expected) = said.split_once(", expected ").unwrap_or((said, toml));
+        return fault(found.to_owned()).expected(expected).fix("mend this line as TOML has it");
     }
     let key = text.get(span.clone()).unwrap_or_default();
     let first = first_of(text, key, span.start)
@@ -213,6 +225,20 @@ fn first_of(text: &str, key: &str, at: usize) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_mesh_file_is_told_from_a_case() {
+        for bytes in [&b"$MeshFormat\n4.1 1 8\n\xFF"[..], b"\n*Heading\n"] {
+            let said = decode(bytes, "a.msh").unwrap_err().to_string();
+            assert!(said.contains("looks like a mesh file") && said.contains("`nndd mesh a.msh`"), "{said}");
+        }
+    }
+
+    #[test]
+    fn the_words_of_a_fault_stand_once() {
+        let said = parse("a = [1 2]", "c.toml", &[]).err().unwrap().to_string();
+        assert_eq!(said.matches("expected").count(), 1, "{said}");
+    }
 
     #[test]
     fn only_regular_files_of_a_sane_size_are_read() {

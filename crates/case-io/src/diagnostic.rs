@@ -139,6 +139,17 @@ impl Diagnostic {
         Self { code, message: message.into(), place, expected: None, help: None }
     }
 
+    /// Names the option of the command line that a value came with, where it is another than `--set`.
+    ///
+    /// * `option`: such as `--over`.
+    pub fn given_by(&mut self, option: &str, key: &str, value: &str) {
+        let Some(place) = self.place.as_mut() else { return };
+        if place.source.command_line && place.source.name == format!("--set {key}={value}") {
+            let name = format!("{option} {key}={value}");
+            place.source = Source::new(&name, &place.source.text, true);
+        }
+    }
+
     pub(crate) fn expected(mut self, expected: impl Into<String>) -> Self {
         self.expected = Some(expected.into());
         self
@@ -219,7 +230,7 @@ impl fmt::Display for CaseError {
 impl std::error::Error for CaseError {}
 
 /// Finds the name nearest to a misspelt one, if one is near enough to be meant.
-pub(crate) fn nearest<'a>(found: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+pub fn nearest<'a>(found: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     // Distances are quadratic in the length: nobody misspells a name this long.
     if found.len() > 200 {
         return None;
@@ -237,6 +248,22 @@ pub(crate) fn did_you_mean<'a>(
     quote: char,
 ) -> Option<String> {
     nearest(found, names).map(|name| format!("did you mean {quote}{name}{quote}?"))
+}
+
+/// Writes three significant digits, without an exponent where that is readable.
+///
+/// ```
+/// let written = [1.8349, 42.04, 3.2e-9, 0.9999, 0.0].map(case_io::diagnostic::significant);
+/// assert_eq!(written, ["1.83", "42.0", "3.20e-9", "1.00", "0"]);
+/// ```
+pub fn significant(x: f64) -> String {
+    let rounded = format!("{x:.2e}");
+    if x != 0.0 && !(1e-3..1e4).contains(&x.abs()) {
+        return rounded;
+    }
+    let x: f64 = rounded.parse().unwrap_or(x);
+    let digits = if x == 0.0 { 0 } else { (2.0 - x.abs().log10().floor()).max(0.0) as usize };
+    format!("{x:.digits$}")
 }
 
 /// Shortens a text from a file for a message.

@@ -189,8 +189,8 @@ pub struct Checks {
     pub supports: Option<f64>,
 }
 
-/// The numbers engineers ask for; [`Results::default`] is those of a run that ended before there were any, whose lists are
-/// empty.
+/// The numbers engineers ask for; [`Results::default`] is those of a run that ended before there were any: an
+/// empty list is a result, `null` is none.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Results {
     /// `a(u, u)` of each body.
@@ -198,18 +198,18 @@ pub struct Results {
     /// `Σ r²_i`, N/m.
     pub contact_force: Option<f64>,
     /// Stretches in contact, by arc length, m.
-    pub contact_intervals: Vec<[f64; 2]>,
+    pub contact_intervals: Option<Vec<[f64; 2]>>,
     /// Each stretch of the contact line.
     #[serde(default)]
-    pub contact_stretches: Vec<ContactStretch>,
+    pub contact_stretches: Option<Vec<ContactStretch>>,
     /// Largest mean pressure of an interface edge, Pa.
     pub max_pressure: Option<f64>,
     /// Smallest opening, m.
     pub min_gap: Option<f64>,
     /// Reaction of each support.
-    pub reactions: Vec<Reaction>,
+    pub reactions: Option<Vec<Reaction>>,
     /// Sum of all forces on each body, N/m.
-    pub balance: Vec<[f64; 2]>,
+    pub balance: Option<Vec<[f64; 2]>>,
     /// Largest displacement, m.
     pub max_displacement: Option<f64>,
     /// Largest equivalent stress, Pa.

@@ -1,7 +1,7 @@
 //! The CSV files: history, contact, adaptive steps and sweep. Numbers stand in the shortest form that reads back exactly; what is
 //! unknown is an empty field.
 
-use crate::report::{AdaptiveRow, IterationRow, SweepRow, check_finite};
+use crate::report::{AdaptiveRow, IterationRow, SweepPanel, check_finite};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -86,14 +86,18 @@ pub fn adaptive_csv(rows: &[AdaptiveRow]) -> Result<String, TableError> {
     write(&ADAPTIVE_COLUMNS, rows)
 }
 
-/// Writes sweep.csv: the swept key, `status`, and the keys of `iterations` of each run's last iteration.
+/// Writes sweep.csv: the swept key, `status`, the keys of `iterations` of each run's last iteration, and then which panel
+/// it is, the same in every row: its name and its settings.
 ///
 /// # Errors
 /// A number that is not finite.
-pub fn sweep_csv(key: &str, rows: &[SweepRow]) -> Result<String, TableError> {
+pub fn sweep_csv(key: &str, panel: &SweepPanel) -> Result<String, TableError> {
     let mut columns = vec![key, "status"];
     columns.extend(HISTORY_COLUMNS);
-    let tuples: Vec<_> = rows.iter().map(|r| (&r.value, &r.status, &r.iteration)).collect();
+    columns.extend(["panel", "settings"]);
+    let settings = panel.settings.join("; ");
+    let tuples: Vec<_> =
+        panel.rows.iter().map(|r| (&r.value, &r.status, &r.iteration, &panel.name, &settings)).collect();
     write(&columns, &tuples)
 }
 
@@ -116,6 +120,7 @@ fn write<T: Serialize>(columns: &[&str], rows: &[T]) -> Result<String, TableErro
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::SweepRow;
 
     #[test]
     fn history_has_the_keys_of_iterations() {
@@ -161,9 +166,12 @@ mod tests {
     #[test]
     fn a_sweep_has_its_key_first() {
         let row = SweepRow { value: "0.1".into(), status: "completed".into(), ..SweepRow::default() };
-        let text = sweep_csv("solver.theta", &[row]).unwrap();
+        let settings = vec!["a=[1,2]".to_owned(), "b=3".to_owned()];
+        let panel = SweepPanel { settings, name: "9 nodes".into(), nodes: 9, rows: vec![row] };
+        let text = sweep_csv("solver.theta", &panel).unwrap();
         assert!(text.starts_with("solver.theta,status,iteration,theta,"), "{text}");
         assert!(text.contains("\n0.1,completed,0,,"), "{text}");
+        assert!(text.ends_with(",9 nodes,\"a=[1,2]; b=3\"\n"), "{text}");
     }
 
     #[test]

@@ -287,7 +287,7 @@ fn ended(
         NnddStatus::MaxIterations if settings.criterion == Criterion::Iterations => {}
         status => return Some(AdaptiveEnd::Iteration(status)),
     }
-    let floor = round_off(solution);
+    let floor = solution.round_off();
     if floor > adapt.target {
         return Some(AdaptiveEnd::RoundOff { floor });
     }
@@ -301,12 +301,4 @@ fn ended(
         return Some(AdaptiveEnd::MaxNodes);
     }
     observer.should_stop().then_some(AdaptiveEnd::Interrupted)
-}
-
-/// Computes the allowance for round-off over the energy norm: no relative error below it can be certified.
-fn round_off(solution: &CertifiedSolution) -> f64 {
-    solution.estimate.as_ref().map_or(0.0, |e| {
-        let norm = e.energy_norm_squared.iter().sum::<f64>().sqrt();
-        if norm > 0.0 { e.round_off / norm } else { 0.0 }
-    })
 }

@@ -82,6 +82,14 @@ impl CertifiedSolution {
         self.estimate.as_ref().is_some_and(|e| e.admissibility.is_valid())
     }
 
+    /// Computes the allowance for round-off over the energy norm: no relative error below it can be certified.
+    pub fn round_off(&self) -> f64 {
+        self.estimate.as_ref().map_or(0.0, |e| {
+            let norm = e.energy_norm_squared.iter().sum::<f64>().sqrt();
+            if norm > 0.0 { e.round_off / norm } else { 0.0 }
+        })
+    }
+
     /// Sums up the solution as a step of an adaptive run.
     ///
     /// * `step`: its number, from 1.

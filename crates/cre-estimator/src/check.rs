@@ -16,7 +16,7 @@ pub const FORCE_TOLERANCE: f64 = 1e-10;
 /// Penetration, negative pressure and displaced supports up to this, relative, are round-off.
 pub const SIGN_TOLERANCE: f64 = 1e-12;
 /// Directions of a roller that differ by less are the same one.
-const SAME_DIRECTION: f64 = 1e-9;
+pub const SAME_DIRECTION: f64 = 1e-9;
 
 /// Residuals of the conditions of admissibility.
 ///

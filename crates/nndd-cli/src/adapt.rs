@@ -3,14 +3,14 @@
 use crate::convert;
 use crate::failure::Failure;
 use crate::memory::{self, mebibytes};
-use crate::outcome::{self, Ended, word};
+use crate::outcome::{self, Ended, NOT_CONVERGED, word};
 use crate::paraview;
 use crate::resume::{self, Place};
 use crate::run::{Follower, Solved};
 use crate::stopwatch::Activity;
 use crate::words::{self, short};
 use case_io::Case;
-use case_io::case::Adapt;
+use case_io::case::{Adapt, Criterion};
 use case_io::output::OutputDirectory;
 use case_io::report::{AdaptiveRow, Status};
 use certified_contact::{
@@ -181,7 +181,7 @@ fn judge(
             word("limit", 8, format!("the next mesh of {nodes} nodes needs {needed}"))
         }
         AdaptiveEnd::Failed(error) => failed(case, adapt, answer, error),
-        _ => of_end(adapt, answer),
+        _ => of_end(case, adapt, answer),
     };
     status.reason += match status.word.as_str() {
         "interrupted" => "; --resume goes on",
@@ -217,8 +217,25 @@ fn failed(case: &Case, adapt: &Adapt, answer: &AdaptiveSolution, error: &SolveEr
     }
 }
 
+/// Bounds up to so many times the allowance for round-off are round-off of the iteration too.
+const NEAR_ROUND_OFF: f64 = 100.0;
+
+/// Names the target that a run at its round-off can be given.
+///
+/// * `floor`: the allowance for round-off over the energy norm.
+fn attainable(answer: &AdaptiveSolution, floor: f64) -> String {
+    match answer.solution.relative().filter(|relative| *relative <= NEAR_ROUND_OFF * floor) {
+        Some(relative) => {
+            format!("set adapt.target_relative_error to {} or more", short(words::raised(relative, 2)))
+        }
+        None => {
+            format!("set adapt.target_relative_error to {} or more", short(words::raised(10.0 * floor, 2)))
+        }
+    }
+}
+
 /// Judges a run that came to an end of its own.
-fn of_end(adapt: &Adapt, answer: &AdaptiveSolution) -> Status {
+fn of_end(case: &Case, adapt: &Adapt, answer: &AdaptiveSolution) -> Status {
     let meshes = answer.history.len();
     let target = short(adapt.target_relative_error);
     match &answer.end {
@@ -241,11 +258,10 @@ fn of_end(adapt: &Adapt, answer: &AdaptiveSolution) -> Status {
         ),
         AdaptiveEnd::RoundOff { floor } => word(
             "stalled",
-            5,
+            NOT_CONVERGED,
             format!(
-                "the target {:e} lies below the attainable floor {floor:.1e}, the round-off of this problem; ask for more \
-                 than that",
-                adapt.target_relative_error
+                "the target {target} lies below the attainable floor {floor:.1e}, the round-off of this problem; {}",
+                attainable(answer, *floor)
             ),
         ),
         AdaptiveEnd::Iteration(status) => {
@@ -254,15 +270,18 @@ fn of_end(adapt: &Adapt, answer: &AdaptiveSolution) -> Status {
                 NnddStatus::Diverged { .. } => "diverged",
                 _ => "stalled",
             };
-            word(failed, 5, format!("the iteration on mesh {meshes} did not meet its criterion"))
+            word(failed, NOT_CONVERGED, format!("the iteration on mesh {meshes} did not meet its criterion"))
         }
         AdaptiveEnd::IterationError => word(
             "stalled",
-            5,
+            NOT_CONVERGED,
             format!(
-                "{} > {target}, and nearly all of it is the iteration's error, which no finer mesh lowers; use \
-                 solver.stop.criterion = \"estimator\", or more iterations",
-                reached(answer)
+                "{} > {target}, and nearly all of it is the iteration's error, which no finer mesh lowers; {}",
+                reached(answer),
+                match case.solver.stop.criterion {
+                    Criterion::Estimator => attainable(answer, answer.solution.round_off()),
+                    _ => "use solver.stop.criterion = \"estimator\", or more iterations".into(),
+                }
             ),
         ),
         AdaptiveEnd::NotCertified => {

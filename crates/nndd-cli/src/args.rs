@@ -63,6 +63,14 @@ fn thread_count(text: &str) -> Result<usize, String> {
     }
 }
 
+/// Reads a number of iterations.
+fn iteration_count(text: &str) -> Result<usize, String> {
+    text.parse()
+        .ok()
+        .filter(|count| *count > 0)
+        .ok_or_else(|| "expected a whole number, at least 1".to_owned())
+}
+
 /// What every command that reads a case takes.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct CaseOptions {
@@ -124,7 +132,7 @@ pub(crate) struct Sweep {
     #[arg(long, help_heading = "Running", value_name = "KEY=RANGE")]
     pub(crate) over: String,
     /// Iterations of each run, at least 1.
-    #[arg(long, help_heading = "Running", value_name = "N", default_value_t = 3)]
+    #[arg(long, help_heading = "Running", value_name = "N", default_value_t = 3, value_parser = iteration_count)]
     pub(crate) iterations: usize,
     /// A further panel with other settings: "KEY=VALUE; KEY=VALUE".
     #[arg(long, help_heading = "Running", value_name = "SETTINGS")]

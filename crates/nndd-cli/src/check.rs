@@ -6,6 +6,7 @@ use crate::failure::Failure;
 use crate::memory::{self, mebibytes};
 use crate::notes;
 use crate::run;
+use crate::words::counted;
 use case_io::Case;
 use certified_contact::SolveError;
 use fem_core::assembly::AssemblyError;
@@ -23,13 +24,21 @@ pub(crate) fn command(options: &Check) -> Result<u8, Failure> {
     let mut text = console::header(&case, &problem, &case.output_directory());
     for (body, model) in case.bodies.iter().zip(&problem.bodies) {
         let mesh = model.mesh();
-        let groups: Vec<String> =
-            mesh.groups().iter().map(|(name, edges)| format!("{name} ({} edges)", edges.len())).collect();
+        let groups: Vec<String> = mesh
+            .groups()
+            .iter()
+            .map(|(name, edges)| format!("{name} ({})", counted(edges.len(), "edge")))
+            .collect();
         let held = model.node_constraints().iter().filter(|c| **c != NodeConstraint::Free).count();
         let _ = writeln!(text, "\n  body \"{}\"", body.name);
         let _ = writeln!(text, "    edge groups     {}", groups.join(", "));
-        let _ = writeln!(text, "    supports        {} conditions on {held} nodes", model.supports().len());
-        let _ = writeln!(text, "    loads           {} conditions", body.tractions.len());
+        let _ = writeln!(
+            text,
+            "    supports        {} on {}",
+            counted(model.supports().len(), "condition"),
+            counted(held, "node")
+        );
+        let _ = writeln!(text, "    loads           {}", counted(body.tractions.len(), "condition"));
         let _ = writeln!(text, "    smallest angle  {:.1} degrees", mesh.smallest_angle());
     }
     let _ = writeln!(text, "\n  memory estimate {}", mebibytes(memory::estimate(&problem)));

@@ -7,7 +7,7 @@ mod table;
 use crate::failure::Failure;
 use crate::memory::{self, mebibytes};
 use crate::run::Solved;
-use crate::words::{self, blanked, plain};
+use crate::words::{self, blanked, plain, seven, short};
 use case_io::Case;
 use case_io::case::Material;
 use case_io::diagnostic::Diagnostic;
@@ -123,10 +123,10 @@ pub(crate) fn header(case: &Case, problem: &ContactProblem, output: &str) -> Str
             model.mesh().points().len(),
             model.mesh().triangles().len(),
             materials.join(" | "),
-            low[0],
-            high[0],
-            low[1],
-            high[1]
+            seven(low[0]),
+            seven(high[0]),
+            seven(low[1]),
+            seven(high[1])
         );
     }
     let interface = &problem.interface;
@@ -135,7 +135,7 @@ pub(crate) fn header(case: &Case, problem: &ContactProblem, output: &str) -> Str
         "  {:<10} {:>8} pairs, length {}",
         "contact",
         interface.pairs().len(),
-        interface.length()
+        seven(interface.length())
     );
     let _ = writeln!(text, "  {:<10} about {} of memory", "needs", mebibytes(memory::estimate(problem)));
     text += &solver_lines(case, output);
@@ -143,7 +143,10 @@ pub(crate) fn header(case: &Case, problem: &ContactProblem, output: &str) -> Str
         let _ = writeln!(
             text,
             "  adapt      until the certified relative error <= {}; at most {} meshes, {} nodes; fraction {}",
-            adapt.target_relative_error, adapt.max_steps, adapt.max_nodes, adapt.fraction
+            short(adapt.target_relative_error),
+            adapt.max_steps,
+            adapt.max_nodes,
+            short(adapt.fraction)
         );
     }
     fit::fit(&text, width())
@@ -155,7 +158,7 @@ fn solver_lines(case: &Case, output: &str) -> String {
     let solver = &case.solver;
     let theta = match solver.theta {
         case_io::case::Theta::Auto => "auto".to_string(),
-        case_io::case::Theta::Value(theta) => theta.to_string(),
+        case_io::case::Theta::Value(theta) => short(theta),
     };
     let _ = writeln!(
         text,
@@ -164,7 +167,7 @@ fn solver_lines(case: &Case, output: &str) -> String {
     );
     let stop = &solver.stop;
     let bound = match stop.criterion {
-        case_io::case::Criterion::Estimator => format!("ratio {}", stop.ratio),
+        case_io::case::Criterion::Estimator => format!("ratio {}", short(stop.ratio)),
         case_io::case::Criterion::Iterations => String::new(),
         _ => format!("tolerance {:e}", stop.tolerance),
     };
@@ -175,7 +178,7 @@ fn solver_lines(case: &Case, output: &str) -> String {
         solver.max_iterations,
         match case.estimator.until {
             None => case.estimator.relaxation.to_string(),
-            Some(until) => format!("until a step gains less than {}", until.tolerance),
+            Some(until) => format!("until a step gains less than {}", short(until.tolerance)),
         },
         rayon::current_num_threads()
     );
@@ -189,7 +192,7 @@ step     nodes   pairs  iterations      e_cre     certified
 
 /// One mesh of an adaptive run.
 pub(crate) fn step(step: &Step) -> String {
-    let e_cre = step.e_cre.map_or_else(|| format!("{:>10}", "-"), |x| scientific(x, 10, 3));
+    let e_cre = step.e_cre.map_or_else(|| format!("{:>10}", "-"), |x| scientific_up(x, 10, 3));
     let certified = match step.relative {
         _ if !step.certified => "not valid".to_string(),
         Some(relative) => format!("{} %", words::rounded_up(100.0 * relative)),
@@ -201,8 +204,16 @@ pub(crate) fn step(step: &Step) -> String {
     )
 }
 
-/// Writes a number with a signed exponent of two digits, so that columns line up.
+/// The same of a bound, never smaller than it is.
+fn scientific_up(x: f64, width: usize, digits: usize) -> String {
+    scientific(words::raised(x, digits + 1), width, digits)
+}
+
+/// Writes a number with a signed exponent of two digits, so that columns line up; a dash for what is no number.
 fn scientific(x: f64, width: usize, digits: usize) -> String {
+    if !x.is_finite() {
+        return format!("{:>width$}", "-");
+    }
     let text = format!("{x:.digits$e}");
     let text = match text.split_once('e') {
         Some((mantissa, exponent)) => match exponent.parse::<i32>() {
@@ -293,26 +304,16 @@ pub(crate) fn verdict(report: &Report) -> String {
     text
 }
 
-/// Three significant digits without an exponent where that is readable.
-fn significant(x: f64) -> String {
-    if x != 0.0 && !(1e-3..1e4).contains(&x.abs()) {
-        return format!("{x:.2e}");
-    }
-    let digits = if x == 0.0 { 0 } else { (2.0 - x.abs().log10().floor()).max(0.0) as usize };
-    format!("{x:.digits$}")
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{scientific, significant};
+    use super::{scientific, scientific_up};
 
     #[test]
-    fn numbers_have_three_digits() {
-        assert_eq!(significant(1.8349), "1.83");
-        assert_eq!(significant(0.021249), "0.0212");
-        assert_eq!(significant(42.04), "42.0");
-        assert_eq!(significant(3.2e-9), "3.20e-9");
-        assert_eq!(significant(0.0), "0");
+    fn columns_have_signed_exponents_and_dashes() {
         assert_eq!(scientific(-1234.5, 12, 3), "  -1.234e+03");
+        assert_eq!(scientific(f64::NAN, 4, 3), "   -");
+        assert_eq!(scientific(f64::INFINITY, 4, 3), "   -");
+        assert_eq!(scientific_up(1.242487, 10, 3), " 1.243e+00");
+        assert_eq!(scientific_up(9.9991e-5, 9, 3), "1.000e-04");
     }
 }

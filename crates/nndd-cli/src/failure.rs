@@ -74,11 +74,27 @@ impl Failure {
     }
 
     pub(crate) fn unreadable(path: &Path, error: &io::Error) -> Self {
-        Self::plain(FILES, format!("cannot read {}: {error}", path.display()))
+        let (path, folder) = (path.display(), path.is_dir());
+        let fix = match error.kind() {
+            _ if folder => format!("name the file in it, such as {path}/case.toml"),
+            io::ErrorKind::NotFound => format!("check the path, or begin one with `nndd new paper > {path}`"),
+            io::ErrorKind::PermissionDenied => "allow this user to read it".to_owned(),
+            _ => "name a case file; `nndd new paper` prints one".to_owned(),
+        };
+        Self::plain(FILES, format!("cannot read {path}: {error}\n  expected: a case file\n  fix: {fix}"))
     }
 
     pub(crate) fn output(error: &OutputError) -> Self {
-        Self::plain(FILES, error.to_string())
+        let fix = match error {
+            OutputError::NotADirectory { .. } => {
+                "\n  expected: a directory\n  fix: choose another with --out"
+            }
+            OutputError::Io { what: "create" | "write" | "lock", .. } => {
+                "\n  expected: a directory that can be written to\n  fix: choose another with --out, or make room there"
+            }
+            _ => "",
+        };
+        Self::plain(FILES, format!("{error}{fix}"))
     }
 
     /// Says why a solve made no sense, with the body's name.

@@ -19,7 +19,7 @@ figure{margin:0}figure svg{width:100%;height:auto}figcaption{font-size:.875rem;c
 p,li{overflow-wrap:anywhere}pre{overflow-x:auto;background:#f7f7f7;padding:.6rem}\
 @page{size:A4;margin:15mm}\
 @media print{body{max-width:none;margin:0;padding:0;font-size:10pt}h2{break-after:avoid}\
-.figures{grid-template-columns:1fr 1fr}figure,tr,.verdict{break-inside:avoid}\
+.figures{grid-template-columns:1fr 1fr;gap:.5rem}figure svg{max-height:78mm}figcaption{font-size:8pt;line-height:1.3}figure,tr,.verdict{break-inside:avoid}\
 table{display:table;font-size:8pt}td,th{white-space:normal;padding:.1rem .3rem}\
 pre{white-space:pre-wrap;overflow-wrap:anywhere;font-size:8pt}}";
 
@@ -186,7 +186,7 @@ fn results(page: &mut String, case: &Case, report: &Report) {
     if r.max_von_mises.is_some() {
         row("largest von Mises stress", r.max_von_mises, false);
     }
-    for reaction in &r.reactions {
+    for reaction in r.reactions.iter().flatten() {
         row(&format!("reaction x of {} on {}", reaction.on, reaction.body), Some(reaction.fx), true);
         row(&format!("reaction y of {} on {}", reaction.on, reaction.body), Some(reaction.fy), true);
     }
@@ -257,7 +257,7 @@ fn iterations(page: &mut String, report: &Report) {
             number(row.precision),
             number(row.eta_nndd),
             number(row.eta_dis),
-            number(row.e_cre),
+            row.e_cre.map_or_else(|| number(None), words::at_most),
             row.contact_nodes,
             number(row.contact_force),
             row.qp_path.as_deref().unwrap_or("–"),

@@ -58,8 +58,9 @@ fn dispatch(arguments: &Arguments) -> Result<u8, Failure> {
             let text = case_io::template::find(template).ok_or_else(|| {
                 let known: Vec<&str> = case_io::template::TEMPLATES.iter().map(|(name, _)| *name).collect();
                 Failure::command_line(format!(
-                    "there is no template \"{template}\"; there are: {}",
-                    known.join(", ")
+                    "there is no template \"{template}\"\n  expected: {}\n  fix: write `nndd new {}`",
+                    known.join(", "),
+                    case_io::diagnostic::nearest(template, known.iter().copied()).unwrap_or("paper")
                 ))
             })?;
             console::print(text)?;

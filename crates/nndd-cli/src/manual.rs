@@ -9,8 +9,8 @@ const DESCRIPTION: [&str; 3] = [
     "nndd solves frictionless unilateral contact between two elastic bodies in the plane by the Neumann-Neumann domain \
      decomposition, and certifies the answer: it prints a guaranteed bound of the error in the energy norm, split into \
      what the mesh and what the iteration contribute.",
-    "A case file, in TOML, names bodies, materials, supports, loads and the two sides in contact. Every key has its own \
-     default; those of a template from nndd new are commented. With adapt.target_relative_error set, both meshes are \
+    "A case file, in TOML, names bodies, materials, supports, loads and the two sides in contact. Every key that is not \
+     required has a default of its own; those of a template from nndd new are commented. With adapt.target_relative_error set, both meshes are \
      refined until that error is certified.",
     "Results go to stdout, progress and errors to stderr. Errors name the file, line and column, what was found, what was \
      expected, and one thing to do.",

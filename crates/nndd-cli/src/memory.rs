@@ -33,32 +33,45 @@ fn node_counts(problem: &ContactProblem) -> [u64; 2] {
 
 /// Refuses, before any mesh is made, a case whose nodes alone need more memory than there may be.
 pub(crate) fn check_counts(case: &Case) -> Result<(), Failure> {
-    check(case, case.node_counts(), 0)
+    check(case, case.node_counts(), None)
 }
 
 /// Refuses a problem that needs more memory than there may be.
 pub(crate) fn check_problem(case: &Case, problem: &ContactProblem) -> Result<(), Failure> {
-    check(case, node_counts(problem), problem.interface.pairs().len())
+    check(case, node_counts(problem), Some(problem.interface.pairs().len()))
 }
 
-fn check(case: &Case, nodes: [u64; 2], pairs: usize) -> Result<(), Failure> {
-    let needed = of_sizes(nodes, pairs);
+/// * `pairs`: of the contact line, where it is known.
+fn check(case: &Case, nodes: [u64; 2], pairs: Option<usize>) -> Result<(), Failure> {
+    let needed = of_sizes(nodes, pairs.unwrap_or(0));
+    let line = pairs.filter(|_| needed > 2.0 * of_sizes(nodes, 0));
     let Some((limit, words)) = limit(case).filter(|(limit, _)| needed > *limit) else { return Ok(()) };
     let nodes = nodes[0].saturating_add(nodes[1]);
-    // The need grows a little faster than the number of nodes.
-    let fits = nodes as f64 * (limit / needed).powf(1.0 / 1.05);
+    let least = if pairs.is_none() { "at least " } else { "" };
+    // The need grows a little faster than the number of nodes, and as the square of the pairs.
+    let (what, fits, fix) = match line {
+        None => (
+            format!("{nodes} nodes"),
+            format!("{} nodes", two_digits(nodes as f64 * (limit / needed).powf(1.0 / 1.05))),
+            "take fewer cells, or refine only where it is needed with [adapt]",
+        ),
+        Some(pairs) => (
+            format!("{pairs} pairs of contact nodes, and {nodes} nodes"),
+            format!("{} pairs", two_digits(pairs as f64 * (limit / needed).sqrt())),
+            "take fewer edges along the contact line",
+        ),
+    };
     Err(Failure::limit(format!(
-        "about {} are needed for {nodes} nodes; {words}, enough for about {} nodes.\n  expected: a problem that fits \
-         into memory\n  fix: take fewer cells, or refine only where it is needed with [adapt]",
-        mebibytes(needed),
-        significant_nodes(fits)
+        "{least}about {} are needed for {what}; {words}, enough for about {fits}.\n  expected: a problem that fits \
+         into memory\n  fix: {fix}",
+        mebibytes(needed)
     )))
 }
 
 /// Rounds down to two digits.
-fn significant_nodes(nodes: f64) -> u64 {
-    let unit = 10f64.powf((nodes.max(10.0).log10() - 1.0).floor());
-    ((nodes / unit).floor() * unit) as u64
+fn two_digits(count: f64) -> u64 {
+    let unit = 10f64.powf((count.max(10.0).log10() - 1.0).floor());
+    ((count / unit).floor() * unit) as u64
 }
 
 /// Returns how much memory a run may take, bytes, and the words for it: the case's limit, otherwise what the machine has,
@@ -105,7 +118,23 @@ pub(crate) fn mebibytes(bytes: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::mebibytes;
+    use super::*;
+
+    #[test]
+    fn a_long_contact_line_is_named_where_it_takes_the_memory() {
+        let limit = [("limits.memory".to_owned(), "1MiB".to_owned())];
+        let case = Case::parse(case_io::template::PAPER, "paper.toml", &limit).unwrap();
+        let said = |nodes, pairs| check(&case, nodes, pairs).unwrap_err().message.unwrap();
+        let of_nodes = said([1000, 1000], Some(40));
+        assert!(of_nodes.contains("for 2000 nodes; limits.memory is 1MiB, enough for about"), "{of_nodes}");
+        let of_line = said([20_000, 20_000], Some(20_000));
+        assert!(
+            of_line.contains("for 20000 pairs of contact nodes") && of_line.contains("fewer edges"),
+            "{of_line}"
+        );
+        // Before there is a mesh the contact line is not known.
+        assert!(said([1000, 1000], None).starts_with("at least about"));
+    }
 
     #[test]
     fn sizes_stay_short() {

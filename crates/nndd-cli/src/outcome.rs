@@ -1,12 +1,16 @@
 //! The status word, exit status and reason of a run.
 
-use crate::words::{counted, short};
+use crate::words::{counted, raised, short};
 use case_io::Case;
 use case_io::case::{Criterion, QpChoice};
 use case_io::report::Status;
-use certified_contact::CertifiedSolution;
+use certified_contact::{CertifiedSolution, Row};
 use contact_qp::QpStatus;
+use cre_estimator::check::{FORCE_TOLERANCE, SAME_DIRECTION, SIGN_TOLERANCE};
 use nndd::NnddStatus;
+
+/// The exit status of a run that did not converge.
+pub(crate) const NOT_CONVERGED: u8 = 5;
 
 /// Why a run was ended from outside the iteration.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,13 +25,45 @@ pub(crate) enum Ended {
 pub(crate) fn judge(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>) -> Status {
     let status = of_iteration(case, solution, ended);
     if status.code == 0 && !solution.is_certified() {
-        let reason = match &solution.estimate {
-            Some(_) => "an admissibility check fails by more than round-off: the bound would not be valid",
-            None => "no certificate could be computed",
-        };
-        return word("not_certified", 6, reason);
+        return word("not_certified", 6, uncertified(solution));
     }
     status
+}
+
+/// Names the checks that fail, and what helps.
+fn uncertified(solution: &CertifiedSolution) -> String {
+    let Some(estimate) = &solution.estimate else {
+        return "no certificate could be computed; check the units of the data, which are too large or too small".into();
+    };
+    let a = &estimate.admissibility;
+    let failed = [
+        ("supports", a.supports, SAME_DIRECTION),
+        ("equilibrium", a.equilibrium, FORCE_TOLERANCE),
+        ("traction_jump", a.traction_jump, FORCE_TOLERANCE),
+        ("boundary_traction", a.boundary_traction, FORCE_TOLERANCE),
+        ("penetration", a.penetration, SIGN_TOLERANCE),
+        ("pressure_sign", a.pressure_sign, SIGN_TOLERANCE),
+        ("imposed displacement", a.imposed_displacement, SIGN_TOLERANCE),
+    ];
+    // A NaN fails too.
+    let failed: Vec<_> = failed.into_iter().filter(|(_, found, allowed)| !(found <= allowed)).collect();
+    let fix = match failed.first() {
+        Some(("supports", ..)) => {
+            "a roller on a curved side is violated between its nodes: impose ux and uy on it, or hold \
+             it where it is straight"
+        }
+        Some(("equilibrium" | "traction_jump" | "boundary_traction", ..)) => {
+            "round-off is too large for these materials and cells: make the moduli more alike, the cells less thin, or lower \
+             Poisson's ratio to 0.49"
+        }
+        _ => "check the units of gap, displacements and loads: they are too far apart in size",
+    };
+    let names: Vec<String> = failed.iter().map(|(name, found, _)| format!("{name} ({found:.1e})")).collect();
+    let (checks, verb) = if names.len() == 1 { ("check", "fails") } else { ("checks", "fail") };
+    format!(
+        "the {checks} {} {verb} by more than round-off, so the bound would not be valid; {fix}",
+        names.join(", ")
+    )
 }
 
 /// Makes a status.
@@ -53,31 +89,52 @@ fn of_iteration(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>)
         ),
         NnddStatus::MaxIterations => word(
             "max_iterations",
-            5,
+            NOT_CONVERGED,
             format!("{} not met after {counted}; raise solver.max_iterations", criterion(case)),
         ),
-        NnddStatus::Diverged { best, .. } => word("diverged", 5, diverged(solution, best)),
+        NnddStatus::Diverged { best, .. } => word("diverged", NOT_CONVERGED, diverged(solution, best)),
         NnddStatus::Stalled { floor, at_round_off: true } => word(
             "stalled",
-            5,
+            NOT_CONVERGED,
             format!(
-                "eta_nndd has reached its round-off floor {floor:.3e}, and {} is not met: ask for no less than that",
-                criterion(case)
+                "eta_nndd has reached its round-off floor {floor:.3e}, and {} is not met: {}",
+                criterion(case),
+                attainable(case, solution, floor)
             ),
         ),
         NnddStatus::Stalled { floor, at_round_off: false } => word(
             "stalled",
-            5,
+            NOT_CONVERGED,
             format!(
                 "eta_nndd fell by less than 10 % in 60 iterations, to {floor:.3e} at best{}; use weights = \"stiffness\", \
                  acceleration = \"anderson\", theta = \"auto\" and imposed = \"auto\", or method = \"newton\"",
                 range_of_theta(solution)
             ),
         ),
-        NnddStatus::ContactQpUnsolved(status) => word("stalled", 5, unsolved(case, iterations, status)),
+        NnddStatus::ContactQpUnsolved(status) => {
+            word("stalled", NOT_CONVERGED, unsolved(case, iterations, status))
+        }
         NnddStatus::Interrupted => interrupted(ended, &format!("iteration {iterations}")),
-        _ => word("stalled", 5, "the iteration ended in an unknown way"),
+        _ => word("stalled", NOT_CONVERGED, "the iteration ended in an unknown way"),
     }
+}
+
+/// Says which value the criterion can be set to, where the iteration has reached its round-off.
+fn attainable(case: &Case, solution: &CertifiedSolution, floor: f64) -> String {
+    let stop = &case.solver.stop;
+    let smallest = |of: fn(&Row) -> f64| solution.rows.iter().map(of).fold(f64::INFINITY, f64::min);
+    let first = solution.rows.first().map_or(f64::NAN, |row| row.iteration.eta_nndd);
+    let mesh = solution.estimate.as_ref().map_or(f64::NAN, |e| e.eta_dis);
+    let (key, least) = match stop.criterion {
+        Criterion::Estimator => ("solver.stop.ratio", floor / mesh),
+        Criterion::Precision => ("solver.stop.tolerance", smallest(|row| row.iteration.precision)),
+        Criterion::EtaNndd => ("solver.stop.tolerance", floor / first),
+        Criterion::Iterations => return "set solver.max_iterations to fewer".into(),
+    };
+    if !least.is_finite() {
+        return "use criterion = \"iterations\"".into();
+    }
+    format!("set {key} to {} or more", short(raised(least, 2)))
 }
 
 /// Says which contact problem was not solved, and what may help.

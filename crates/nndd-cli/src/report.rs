@@ -119,12 +119,12 @@ fn results(case: &Case, solution: &CertifiedSolution) -> Results {
     Results {
         energy_norm_squared: Some(r.energy_norm_squared),
         contact_force: Some(r.contact_force),
-        contact_intervals: r.contact_intervals.clone(),
-        contact_stretches: stretches.collect(),
+        contact_intervals: Some(r.contact_intervals.clone()),
+        contact_stretches: Some(stretches.collect()),
         max_pressure: Some(r.max_pressure),
         min_gap: Some(r.min_gap),
-        reactions: reactions.collect(),
-        balance: r.balance.to_vec(),
+        reactions: Some(reactions.collect()),
+        balance: Some(r.balance.to_vec()),
         max_displacement: Some(r.max_displacement),
         max_von_mises: r.max_von_mises,
     }

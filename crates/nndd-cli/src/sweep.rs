@@ -3,6 +3,7 @@
 use crate::args::Sweep as Options;
 use crate::console;
 use crate::failure::Failure;
+use crate::outcome;
 use crate::plot::{self, SweepSeries};
 use crate::report;
 use crate::run::{self, Follower};
@@ -35,14 +36,20 @@ pub(crate) fn command(options: &Options) -> Result<u8, Failure> {
     let mark = format!("sweep {} {} {:?} {}", options.over, options.iterations, options.panel, case.hash());
     let mut directory = OutputDirectory::open(&path, ResultKind::Sweep, &mark, options.run.force)
         .map_err(|e| Failure::output(&e))?;
-    let mut panels = Vec::new();
+    let mut panels: Vec<SweepPanel> = Vec::new();
+    let mut failure = None;
     for variant in &variants {
-        let mut overrides = base.clone();
-        overrides.extend(variant.iter().cloned());
-        panels.push(run_panel(options, &sweep, &overrides, &signals)?);
-        if signals.status().is_some() {
+        let (panel, failed) = run_panel(options, &sweep, [&base, variant], &panels, &signals);
+        panels.push(panel);
+        failure = failed.map(|failed| of_panel(failed, variant));
+        if failure.is_some() || signals.status().is_some() {
             break;
         }
+    }
+    if panels.iter().all(|panel| panel.rows.is_empty())
+        && let Some(failure) = failure
+    {
+        return Err(failure);
     }
     let mut run = Map::new();
     run.insert(CASE_HASH.into(), mark.into());
@@ -65,6 +72,14 @@ pub(crate) fn command(options: &Options) -> Result<u8, Failure> {
         for panel in &record.panels {
             console::print(&best(&sweep.key, panel))?;
         }
+        let runs = || record.panels.iter().flat_map(|panel| &panel.rows);
+        if !has_value(&record) && failure.is_none() && signals.status().is_none() {
+            let word = runs().map(|row| row.status.as_str()).next().unwrap_or("stalled");
+            console::print(&format!(
+                "{word}: no run of this sweep has an eta_nndd; try other values of {}\n",
+                sweep.key
+            ))?;
+        }
         if signals.status().is_some() {
             let done: usize = record.panels.iter().map(|panel| panel.rows.len()).sum();
             let all = variants.len() * sweep.values.len();
@@ -72,7 +87,23 @@ pub(crate) fn command(options: &Options) -> Result<u8, Failure> {
         }
         console::print(&format!("wrote {}: {}\n", path.display(), written.join(" ")))?;
     }
-    Ok(signals.status().unwrap_or(0))
+    match failure {
+        Some(failure) => Err(failure),
+        None => Ok(signals.status().unwrap_or(if has_value(&record) { 0 } else { outcome::NOT_CONVERGED })),
+    }
+}
+
+/// Says whether any run has a number to compare by.
+fn has_value(record: &SweepReport) -> bool {
+    record.panels.iter().flat_map(|panel| &panel.rows).any(|row| row.iteration.eta_nndd.is_some())
+}
+
+/// Calls the settings of a panel by the option that they came with.
+fn of_panel(mut failure: Failure, settings: &[(String, String)]) -> Failure {
+    for (key, value) in settings {
+        failure.diagnostics.iter_mut().for_each(|d| d.given_by("--panel", key, value));
+    }
+    failure
 }
 
 /// Writes the tables and the picture, and sweep.json last: it makes the result complete.
@@ -81,11 +112,10 @@ fn write(record: &SweepReport, sweep: &Sweep, directory: &mut OutputDirectory) -
         |name: &str, text: &str| directory.write(name, text.as_bytes()).map_err(|e| Failure::output(&e));
     for (k, panel) in record.panels.iter().enumerate() {
         let name = if k == 0 { "sweep.csv".to_string() } else { format!("sweep-{}.csv", k + 1) };
-        put(&name, &table::sweep_csv(&record.key, &panel.rows)?)?;
+        put(&name, &table::sweep_csv(&record.key, panel)?)?;
     }
     let title = match (sweep.key == MAX_ITERATIONS, record.iterations) {
         (true, _) => "Indicators at the last iteration".to_owned(),
-        (_, 0) => "Indicators after 1 iteration, the least there is".to_owned(),
         (_, n) => format!("Indicators after {}", counted(n, "iteration")),
     };
     let numbers: Vec<f64> = match sweep.numbers().into_iter().collect::<Option<Vec<f64>>>() {
@@ -97,17 +127,37 @@ fn write(record: &SweepReport, sweep: &Sweep, directory: &mut OutputDirectory) -
     put(ResultKind::Sweep.record(), &record.to_json()?)
 }
 
-/// Runs one panel; a signal ends it with the rows there are.
+/// Runs one panel; a signal or a value that cannot be run ends it with the rows there are.
+///
+/// * `settings`: of the command line, and of the panel itself.
+/// * `before`: the panels before it.
 fn run_panel(
     options: &Options,
     sweep: &Sweep,
-    overrides: &[(String, String)],
+    settings: [&[(String, String)]; 2],
+    before: &[SweepPanel],
     signals: &Signals,
-) -> Result<SweepPanel, Failure> {
-    let mut panel = SweepPanel {
-        settings: overrides.iter().map(|(key, value)| format!("{key}={value}")).collect(),
-        ..SweepPanel::default()
+) -> (SweepPanel, Option<Failure>) {
+    let written = |settings: &[(String, String)]| -> Vec<String> {
+        settings.iter().map(|(key, value)| format!("{key}={value}")).collect()
     };
+    let mut panel = SweepPanel { settings: written(&settings.concat()), ..SweepPanel::default() };
+    let own = written(settings[1]).join("; ");
+    let failure = fill_panel(&mut panel, options, sweep, &settings.concat(), (before, &own), signals).err();
+    (panel, failure)
+}
+
+/// Adds the rows of a panel one by one.
+///
+/// * `naming`: the panels before it, and its own settings, which tell it from those of its size.
+fn fill_panel(
+    panel: &mut SweepPanel,
+    options: &Options,
+    sweep: &Sweep,
+    overrides: &[(String, String)],
+    naming: (&[SweepPanel], &str),
+    signals: &Signals,
+) -> Result<(), Failure> {
     let width = sweep.values.iter().chain([&sweep.key]).map(|text| text.chars().count()).max().unwrap_or(0);
     let width = width.clamp(12, 40);
     for (k, value) in sweep.values.iter().enumerate() {
@@ -116,18 +166,29 @@ fn run_panel(
         all.push(("solver.stop.criterion".into(), "iterations".into()));
         // Last, so that these two can be swept as well.
         all.push((sweep.key.clone(), value.clone()));
-        let (_, mut case) = run::read_case(&options.case, &all)?;
-        if case.adapt.is_some() {
+        let read = run::read_case(&options.case, &all).and_then(|(_, mut case)| {
+            let problem = if case.adapt.is_none() { Some(run::build(&mut case)?) } else { None };
+            Ok((case, problem))
+        });
+        let (case, problem) = read.map_err(|mut failure| {
+            failure.diagnostics.iter_mut().for_each(|d| d.given_by("--over", &sweep.key, value));
+            failure
+        })?;
+        let Some(problem) = problem else {
             return Err(Failure::command_line(
                 "a sweep compares runs on one mesh, and this case has [adapt]; leave that table out",
             ));
-        }
-        let problem = run::build(&mut case)?;
+        };
         if k == 0 {
             panel.nodes = problem.bodies.iter().map(|b| b.mesh().points().len()).sum();
+            let (before, own) = naming;
+            panel.name = format!("{} nodes", panel.nodes);
+            if before.iter().any(|other| other.nodes == panel.nodes) {
+                panel.name += &format!(" ({own})");
+            }
             if !options.run.quiet {
                 let head = &console::Layout::default().head()[1..];
-                console::print(&format!("\n{}\n{:>width$} {head}", name(&panel), sweep.key))?;
+                console::print(&format!("\n{}\n{:>width$} {head}", panel.name, sweep.key))?;
             }
         }
         let mut watch = Stopwatch::start();
@@ -146,11 +207,7 @@ fn run_panel(
         let iteration = row.map_or_else(IterationRow::default, report::iteration_row);
         panel.rows.push(SweepRow { value: value.clone(), status: solved.status.word, iteration });
     }
-    Ok(panel)
-}
-
-fn name(panel: &SweepPanel) -> String {
-    format!("{} nodes", panel.nodes)
+    Ok(())
 }
 
 fn series(panel: &SweepPanel, numbers: &[f64]) -> SweepSeries {
@@ -159,7 +216,7 @@ fn series(panel: &SweepPanel, numbers: &[f64]) -> SweepSeries {
         panel.rows.iter().map(value).collect()
     };
     SweepSeries {
-        name: name(panel),
+        name: panel.name.clone(),
         // An interrupted sweep has no row for the last ones.
         theta: numbers.iter().copied().take(panel.rows.len()).collect(),
         eta_nndd: column(|it| it.eta_nndd),
@@ -172,7 +229,7 @@ fn series(panel: &SweepPanel, numbers: &[f64]) -> SweepSeries {
 fn best(key: &str, panel: &SweepPanel) -> String {
     let known = panel.rows.iter().filter_map(|row| Some((row.iteration.eta_nndd?, &row.value)));
     match known.min_by(|a, b| a.0.total_cmp(&b.0)) {
-        Some((eta, value)) => format!("{}: smallest eta_nndd {eta:.3e} at {key} = {value}\n", name(panel)),
-        None => format!("{}: no value\n", name(panel)),
+        Some((eta, value)) => format!("{}: smallest eta_nndd {eta:.3e} at {key} = {value}\n", panel.name),
+        None => format!("{}: no value\n", panel.name),
     }
 }

@@ -23,6 +23,16 @@ fn outward(x: f64, digits: usize, up: bool) -> f64 {
     format!("{next}e{last}").parse().unwrap_or(x)
 }
 
+/// At most seven significant digits.
+pub(crate) fn seven(x: f64) -> String {
+    short(format!("{x:.6e}").parse().unwrap_or(x))
+}
+
+/// The nearest number of so many significant digits that is not below a bound.
+pub(crate) fn raised(x: f64, digits: usize) -> f64 {
+    outward(x, digits, true)
+}
+
 /// Four significant digits of a bound, none of them smaller than the bound itself.
 pub(crate) fn rounded_up(x: f64) -> String {
     let value = outward(x, 4, true);
@@ -79,6 +89,7 @@ mod tests {
     fn long_rows_of_digits_get_an_exponent() {
         let written = [0.0, 0.1, -2.5, 1e-30, -1e300].map(short);
         assert_eq!(written, ["0", "0.1", "-2.5", "1e-30", "-1e300"]);
+        assert_eq!([3.011352812508667, 1.0, -2e-9, 0.1 + 0.2].map(seven), ["3.011353", "1", "-2e-9", "0.3"]);
         assert_eq!([1, 2].map(|n| counted(n, "mesh node")), ["1 mesh node", "2 mesh nodes"]);
     }
 

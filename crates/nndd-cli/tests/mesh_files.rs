@@ -39,7 +39,7 @@ fn files_of_the_papers_mesh_give_the_generators_numbers() {
         assert_eq!(report.iterations, paper.iterations, "{name}");
         assert_eq!(report.certificate, paper.certificate, "{name}");
         let mut results = report.results.clone();
-        for reaction in &mut results.reactions {
+        for reaction in results.reactions.iter_mut().flatten() {
             let side = reaction.on.split_once('.').unwrap();
             assert_eq!(side.0, reaction.body, "{name}");
             reaction.on = side.1.to_owned();

@@ -51,7 +51,7 @@ fn bent_lines_of_different_counts_are_solved_and_each_stretch_has_its_results() 
     let report = Report::from_json(&text).unwrap();
     assert!(report.certificate.valid);
     // Lame's pressure, as rings.toml says.
-    let [stretch] = &report.results.contact_stretches[..] else { panic!("{text}") };
+    let Some([stretch]) = report.results.contact_stretches.as_deref() else { panic!("{text}") };
     let mean = stretch.contact_force / stretch.length;
     assert!((mean / 7.208947 - 1.0).abs() < 1e-3, "{mean}");
     assert!((stretch.max_pressure / 7.208947 - 1.0).abs() < 0.05, "{stretch:?}");

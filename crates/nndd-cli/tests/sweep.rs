@@ -124,10 +124,62 @@ fn what_a_sweep_sets_itself_may_be_swept() {
 fn one_iteration_is_the_least() {
     let temp = tempfile::tempdir().unwrap();
     let out = temp.path().join("sweep");
-    assert_eq!(sweep(&out, "solver.theta=0.4", &["--iterations", "0"]).status.code(), Some(0));
+    let refused = sweep(&out, "solver.theta=0.4", &["--iterations", "0"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(text(&refused.stderr).contains("at least 1"), "{}", text(&refused.stderr));
+    assert_eq!(sweep(&out, "solver.theta=0.4", &["--iterations", "1"]).status.code(), Some(0));
     assert_eq!(column(&out, "sweep.csv", "iteration"), ["1"]);
+}
+
+#[test]
+fn a_run_without_value_is_a_dash_and_a_sweep_of_such_runs_is_not_converged() {
+    let temp = tempfile::tempdir().unwrap();
+    let out = temp.path().join("none");
+    let output = sweep(&out, "solver.theta=[1e200]", &[]);
+    let said = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(5), "{said}");
+    assert!(said.contains("diverged: no run of this sweep has an eta_nndd"), "{said}");
+    assert!(!said.contains("NaN") && !said.contains("inf"), "{said}");
+    assert_eq!(column(&out, "sweep.csv", "eta_nndd"), [""]);
+    let output = sweep(&temp.path().join("some"), "solver.theta=[0.4, 1e200]", &[]);
+    let said = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(!said.contains("NaN") && said.contains("smallest eta_nndd"), "{said}");
+}
+
+#[test]
+fn a_refused_value_keeps_the_rows_before_it_and_is_called_by_its_option() {
+    let temp = tempfile::tempdir().unwrap();
+    let out = temp.path().join("sweep");
+    let output = sweep(&out, "solver.theta=[0.3, -1]", &[]);
+    let complaint = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{complaint}");
+    assert!(complaint.contains("--over solver.theta=-1") && !complaint.contains("--set"), "{complaint}");
+    assert_eq!(column(&out, "sweep.csv", "solver.theta"), ["0.3"]);
+    let out = temp.path().join("panel");
+    let output = sweep(&out, "solver.theta=[0.3]", &["--panel", "solver.weights=none"]);
+    assert_eq!(output.status.code(), Some(3));
+    assert!(text(&output.stderr).contains("--panel solver.weights=none"), "{}", text(&output.stderr));
+    // Where nothing was run, nothing is written.
+    let out = temp.path().join("nothing");
+    assert_eq!(sweep(&out, "solver.theta=[-1, 0.3]", &[]).status.code(), Some(3));
+    assert!(!out.join("sweep.json").exists());
+}
+
+#[test]
+fn panels_of_one_size_have_names_of_their_own() {
+    let temp = tempfile::tempdir().unwrap();
+    let out = temp.path().join("sweep");
+    let output = sweep(&out, "solver.theta=[0.3, 0.4]", &["--panel", "solver.weights=stiffness"]);
+    let said = text(&output.stdout);
+    for name in ["\n380 nodes\n", "\n380 nodes (solver.weights=stiffness)\n"] {
+        assert!(said.contains(name), "{said}");
+    }
+    assert_eq!(column(&out, "sweep-2.csv", "settings"), ["solver.weights=stiffness"; 2]);
     let figure = std::fs::read_to_string(out.join("figures/sweep.svg")).unwrap();
-    assert!(figure.contains("after 1 iteration, the least there is"));
+    assert!(
+        figure.contains("380 nodes: smallest") && figure.contains("(solver.weights=stiffness): smallest")
+    );
 }
 
 #[test]

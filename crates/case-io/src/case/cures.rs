@@ -23,9 +23,10 @@ pub(super) fn of_body(error: &BodyError) -> Cure {
             ("a part that holds both ends of an edge", "make `part` larger, or leave it out")
         }
         BodyError::InteriorEdge { .. } => BOUNDARY,
-        BodyError::NotFinite { .. } => {
-            ("a finite number", "change the expression where it divides by zero or leaves its range")
-        }
+        BodyError::NotFinite { .. } => (
+            "data that have a value at every node of the side",
+            "change the expression where it divides by zero or leaves its range",
+        ),
         BodyError::Conflict { .. } => (
             "one value for a node in one direction",
             "give both conditions the same value there, or end one of them earlier with `part`",

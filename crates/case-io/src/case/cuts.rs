@@ -1,6 +1,7 @@
 //! Boxes that do not end at nodes or cell borders: what the mesh makes of them is not what was written.
 
 use super::{Case, CellSelection, Part};
+use crate::diagnostic::significant;
 use crate::mesh_file::counted;
 use fem_core::body::Body;
 use fem_core::geometry::{self, Vector, add, cross, norm, scale, sub};
@@ -15,6 +16,16 @@ struct Cover {
     written: f64,
     taken: f64,
     cut: usize,
+}
+
+impl Cover {
+    /// Says what is taken instead of what was written.
+    ///
+    /// * `alike`: how to put it where the two are the same to three digits.
+    fn words(&self, alike: &str) -> String {
+        let [taken, written] = [self.taken, self.written].map(significant);
+        if taken == written { format!("{taken}, {alike}") } else { format!("{taken} instead of {written}") }
+    }
 }
 
 impl Case {
@@ -32,10 +43,9 @@ impl Case {
                 if found.cut > 0 {
                     notes.push(format!(
                         "body \"{name}\": the part of a {what} on \"{on}\" ends inside {} of the mesh, left out: it acts on a \
-                         length of {:.4} instead of {:.4}; put nodes at its ends, or use finer edges",
+                         length of {}; put nodes at its ends, or use finer edges",
                         counted(found.cut, "edge"),
-                        found.taken,
-                        found.written
+                        found.words("shorter by less than 1 %")
                     ));
                 }
             }
@@ -45,11 +55,10 @@ impl Case {
                 if found.cut > 0 {
                     notes.push(format!(
                         "body \"{name}\": the box of \"{}\" cuts {}, each of which belongs to it if its centroid does: its \
-                         area is {:.4} instead of {:.4}; end it at cell borders, or use finer cells",
+                         area is {}; end it at cell borders, or use finer cells",
                         region.material,
                         counted(found.cut, "cell"),
-                        found.taken,
-                        found.written
+                        found.words("nearly as written, its shape is another")
                     ));
                 }
             }
@@ -161,9 +170,13 @@ mod tests {
         assert_eq!(
             notes("0.6"),
             "body \"upper\": the part of a displacement on \"top\" ends inside 1 edge of the mesh, left out: it acts on a \
-             length of 0.5000 instead of 0.6000; put nodes at its ends, or use finer edges\n\
+             length of 0.500 instead of 0.600; put nodes at its ends, or use finer edges\n\
              body \"lower\": the box of \"upper\" cuts 8 cells, each of which belongs to it if its centroid does: its area is \
-             0.6250 instead of 0.6000; end it at cell borders, or use finer cells"
+             0.625 instead of 0.600; end it at cell borders, or use finer cells"
         );
+        // Numbers that are small, or the same to all digits shown.
+        let cover = |taken, written| super::Cover { taken, written, cut: 1 };
+        assert_eq!(cover(5e-7, 6e-7).words("alike"), "5.00e-7 instead of 6.00e-7");
+        assert_eq!(cover(0.999_9, 1.0).words("its shape is another"), "1.00, its shape is another");
     }
 }

@@ -1,7 +1,10 @@
 //! The problem of a case: its bodies as they are where their contact surfaces match, refined to match where they do not.
 
 use super::{Case, cures};
-use crate::diagnostic::{CaseError, Diagnostic, code};
+use crate::diagnostic::{CaseError, Diagnostic, code, significant};
+use crate::mesh_file::counted;
+use fem_core::body::Body;
+use fem_core::geometry::{norm, sub};
 use fem_core::interface::common_refinement::{Changes, CommonRefinementError, common_refinement};
 use fem_core::interface::{ContactInterface, ContactProblem};
 
@@ -48,12 +51,13 @@ impl Case {
         }
         let (gap, normal) = self.gap_and_normal();
         let [a, b] = &self.contact.surfaces;
+        let lengths = [length(&bodies[0], a), length(&bodies[1], b)];
         let common = common_refinement(bodies, [a, b], normal)
             .map_err(|error| CaseError::from(self.refinement_diagnostic(&error)))?;
         let interface = ContactInterface::pair_refined(&common, [a, b], &gap, normal)
             .map_err(|error| CaseError::from(self.interface_diagnostic(&error)))?;
         if let Some(changes) = &common.changes {
-            let mut note = self.changes_note(changes);
+            let mut note = self.changes_note(changes, lengths);
             if self.contact.geometric && common.facing.iter().any(|f| f.sagitta > BENT * f.spacing) {
                 note += "; the gap is measured between smooth curves through the nodes of each";
             }
@@ -62,18 +66,15 @@ impl Case {
         Ok(ContactProblem { bodies: common.bodies, interface })
     }
 
-    fn changes_note(&self, changes: &Changes) -> String {
+    /// * `lengths`: of the surfaces as they were.
+    fn changes_note(&self, changes: &Changes, lengths: [f64; 2]) -> String {
         let body = |b: usize| {
             let added = changes.added[b];
-            let mut text = format!(
-                "\"{}\" {added} {} added, {} snapped",
-                self.bodies[b].name,
-                if added == 1 { "node" } else { "nodes" },
-                changes.snapped[b]
-            );
+            let (name, snapped) = (&self.bodies[b].name, changes.snapped[b]);
+            let mut text = format!("\"{name}\" {} added, {snapped} snapped", counted(added, "node"));
             if changes.free[b] > 0.0 {
-                text +=
-                    &format!(", {:.4} of the surface's length faces nothing and is free", changes.free[b]);
+                let [free, whole] = [changes.free[b], lengths[b]].map(significant);
+                text += &format!(", a length of {free} of {whole} faces nothing and is free");
             }
             text
         };
@@ -101,4 +102,10 @@ impl Case {
         let (expected, fix) = cures::of_refinement(error);
         self.diagnostic(code::CONTACT, &path, message).expected(expected).fix(fix)
     }
+}
+
+/// Adds up the edges of a side.
+fn length(body: &Body, side: &str) -> f64 {
+    let edges = body.mesh().group(side).unwrap_or(&[]).iter();
+    edges.map(|&edge| body.mesh().edge_ends(edge)).map(|[p, q]| norm(sub(q, p))).sum()
 }

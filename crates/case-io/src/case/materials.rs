@@ -1,7 +1,7 @@
 //! `[materials.NAME]`: isotropic, orthotropic, or a plane stiffness.
 
 use crate::case_file::{NodeValue, Reader};
-use crate::diagnostic::{Diagnostic, code};
+use crate::diagnostic::{Diagnostic, code, significant};
 use fem_core::material::{Hypothesis, LinearElastic, MaterialError, Orthotropic};
 use serde_json::{Value as Json, json};
 
@@ -164,12 +164,58 @@ fn orthotropic(r: &mut Reader<'_>, hypothesis: Hypothesis) -> Option<MaterialLaw
     let (poisson_12, shear) = (r.number("poisson_12"), r.number("shear"));
     let angle = r.number("angle").unwrap_or(0.0);
     let third = [r.number("young_3"), r.number("poisson_13"), r.number("poisson_23")];
-    let mut constants = Orthotropic::in_plane([young_1?, young_2?], poisson_12?, shear?, angle);
-    constants.young_3 = third[0].unwrap_or(constants.young_3);
-    constants.poisson_13 = third[1].unwrap_or(constants.poisson_13);
-    constants.poisson_23 = third[2].unwrap_or(constants.poisson_23);
-    check(r, LinearElastic::orthotropic(&constants, hypothesis));
-    Some(MaterialLaw::Orthotropic(constants))
+    let (young, poisson_12, shear) = ([young_1?, young_2?], poisson_12?, shear?);
+    let with = |poisson_12: f64| {
+        let mut constants = Orthotropic::in_plane(young, poisson_12, shear, angle);
+        constants.young_3 = third[0].unwrap_or(constants.young_3);
+        constants.poisson_13 = third[1].unwrap_or(constants.poisson_13);
+        constants.poisson_23 = third[2].unwrap_or(constants.poisson_23);
+        constants
+    };
+    let made = |poisson_12: f64| LinearElastic::orthotropic(&with(poisson_12), hypothesis);
+    let made_of_it = made(poisson_12);
+    let of_poisson_12 = match &made_of_it {
+        Err(MaterialError::PoissonPair { name, .. }) => *name == "poisson_12" || !r.has(name),
+        Err(MaterialError::PoissonTriple { .. }) => true,
+        _ => false,
+    };
+    match largest_ratio(poisson_12, |ratio| made(ratio).is_ok()).filter(|_| of_poisson_12) {
+        Some(largest) => {
+            let follow = match third {
+                _ if hypothesis == Hypothesis::PlaneStress => "",
+                [_, None, None] => " (and so are `poisson_13` and `poisson_23`, which are not given)",
+                [_, None, _] => " (and so is `poisson_13`, which is not given)",
+                [_, _, None] => " (and so is `poisson_23`, which is not given)",
+                _ => "",
+            };
+            r.refuse(
+                "poisson_12",
+                format!(
+                    "`{}` is {poisson_12}{follow}: the strain energy would not be positive",
+                    r.path_of("poisson_12")
+                ),
+                &format!("at most {largest} in magnitude, with the other constants"),
+                "lower it: poisson_12 is the strain along 2 for a stress along 1, and belongs to young_1",
+            );
+        }
+        None => check(r, made_of_it),
+    }
+    Some(MaterialLaw::Orthotropic(with(poisson_12)))
+}
+
+/// Finds the largest ratio, by its magnitude and in three digits, with which a material can be made; `None` where there is
+/// none, whatever the ratio. Those possible lie between two limits, as the compliance is linear in the ratio.
+fn largest_ratio(found: f64, is_possible: impl Fn(f64) -> bool) -> Option<String> {
+    let (mut possible, mut impossible) = (0.0, found);
+    if !is_possible(possible) {
+        return None;
+    }
+    for _ in 0..60 {
+        let middle = 0.5 * (possible + impossible);
+        *(if is_possible(middle) { &mut possible } else { &mut impossible }) = middle;
+    }
+    // So much less that rounding to three digits stays below.
+    Some(significant(0.995 * possible.abs()))
 }
 
 fn check(r: &Reader<'_>, result: Result<LinearElastic, MaterialError>) {
@@ -188,6 +234,10 @@ pub(super) fn cure(error: &MaterialError) -> (&'static str, &'static str) {
         MaterialError::Poisson { .. } => {
             ("a number > -1 and < 0.5", "write 0.49 or less for a nearly incompressible material")
         }
+        MaterialError::PoissonPair { name: "poisson_13" | "poisson_23", .. } => (
+            "Poisson's ratios for which the strain energy is positive",
+            "lower it: poisson_ij is the strain along j for a stress along i, and belongs to young_i",
+        ),
         MaterialError::PoissonPair { .. } | MaterialError::PoissonTriple { .. } => (
             "Poisson's ratios for which the strain energy is positive",
             "lower it: poisson_12 is the strain along 2 for a stress along 1, and belongs to young_1",

@@ -98,11 +98,14 @@ fn model(reader: Option<Reader<'_>>) -> Model {
     model
 }
 
+/// The gap between the meshes, measured.
+const GEOMETRIC: &str = "geometric";
+
 fn contact(mut r: Reader<'_>) -> Contact {
     r.require(&["surfaces"]);
     let surfaces = r.string_pair("surfaces").unwrap_or_default();
-    let geometric = matches!(r.node("gap").map(|n| &n.value), Some(NodeValue::String(s)) if s == "geometric");
-    let gap = if geometric { Value::default() } else { r.value("gap").unwrap_or_default() };
+    let geometric = matches!(r.node("gap").map(|n| &n.value), Some(NodeValue::String(s)) if s == GEOMETRIC);
+    let gap = if geometric { Value::default() } else { r.value_beside("gap", GEOMETRIC).unwrap_or_default() };
     if gap.number().is_some_and(|g| g < 0.0) {
         let message = "`contact.gap` is negative: the bodies would overlap";
         r.refuse("gap", message, "a number >= 0", "move one of the bodies, or write `gap = 0.0`");
@@ -211,7 +214,7 @@ fn limit<T>(
         Some(value) => Some(Limit { written, value }),
         None => {
             let message = format!("`limits.{key}` is {}", excerpt(&written));
-            r.refuse(key, message, expected, "write a number and a unit, in quotes");
+            r.refuse(key, message, expected, "write a number above 0 and its unit, in quotes");
             None
         }
     }

@@ -149,7 +149,10 @@ impl<'a> Reader<'a> {
         }
         let message = format!("`{path}` is {value}");
         let diagnostic = Diagnostic::new(code::VALUE, Some(node.at.place()), message);
-        let fix = "write the number itself; what is as good as infinite is a large one, such as 1e12";
+        let fix = example(path).filter(|line| line.contains(|c: char| c.is_ascii_digit())).map_or_else(
+            || "write the number itself".to_owned(),
+            |line| format!("write the number itself, as in `{line}`"),
+        );
         self.findings.push(diagnostic.expected("a finite number").fix(fix));
         None
     }
@@ -182,24 +185,40 @@ impl<'a> Reader<'a> {
         let NodeValue::String(text) = &node.value else {
             return self.finite(path, node).map(Value::Number);
         };
-        match Expression::parse(text) {
-            Ok(expression) => Some(Value::Expression(expression)),
-            Err(error) => {
-                let place = node.at.within(text, error.span);
-                let diagnostic =
-                    Diagnostic::new(code::EXPRESSION, Some(place), format!("`{path}`: {}", error.message));
-                let expected = error.expected.unwrap_or_else(|| EXPRESSION.to_owned());
-                let fix = "rewrite it here; `nndd check` evaluates it without solving";
-                self.findings.push(diagnostic.expected(expected).help(error.help).fix(fix));
-                None
-            }
-        }
+        self.expression(path, node, text, None)
+    }
+
+    /// * `word`: what may stand there beside an expression.
+    fn expression(&self, path: &str, node: &Node, text: &str, word: Option<&str>) -> Option<Value> {
+        let error = match Expression::parse(text) {
+            Ok(expression) => return Some(Value::Expression(expression)),
+            Err(error) => error,
+        };
+        let place = node.at.within(text, error.span);
+        let diagnostic =
+            Diagnostic::new(code::EXPRESSION, Some(place), format!("`{path}`: {}", error.message));
+        let mut expected = error.expected.unwrap_or_else(|| EXPRESSION.to_owned());
+        expected += &word.map_or_else(String::new, |word| format!("; or the word \"{word}\" alone"));
+        let help = did_you_mean(text, word, '"').or(error.help);
+        let fix = "rewrite it here; `nndd check` evaluates it without solving";
+        self.findings.push(diagnostic.expected(expected).help(help).fix(fix));
+        None
     }
 
     /// Reads a number or an expression.
     pub(crate) fn value(&mut self, key: &'static str) -> Option<Value> {
         let node = self.node(key)?;
         self.value_of(&self.path_of(key), node)
+    }
+
+    /// Reads a number or an expression where one word may stand too, which the caller has looked for.
+    pub(crate) fn value_beside(&mut self, key: &'static str, word: &'static str) -> Option<Value> {
+        let node = self.node(key)?;
+        let path = self.path_of(key);
+        match &node.value {
+            NodeValue::String(text) => self.expression(&path, node, text, Some(word)),
+            _ => self.value_of(&path, node),
+        }
     }
 
     /// Reads two numbers or expressions.

@@ -105,9 +105,10 @@ impl MeshFile {
             let [x, y] = points[*a as usize];
             let numbers = [a, b].map(|k| self.node_numbers[used[*k as usize] as usize]);
             warnings.push(format!(
-                "{} of {title} coincide with others (nodes {} and {} at ({x}, {y})): the body is open there; \
+                "{} of {title} {} (nodes {} and {} at ({x}, {y})): the body is open there; \
                  `merge = true` joins them",
                 counted(twins.len(), "node"),
+                if twins.len() == 1 { "coincides with another" } else { "coincide with others" },
                 numbers[0],
                 numbers[1]
             ));

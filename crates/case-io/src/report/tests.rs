@@ -29,8 +29,8 @@ pub(crate) fn sample(hash: &str) -> Report {
         iterations: vec![row],
         certificate: Certificate { valid: true, e_cre: Some(0.1), ..Certificate::default() },
         results: Results {
-            contact_intervals: vec![[0.0, 1.6666666666666667]],
-            reactions: vec![Reaction { body: "upper".into(), on: "left".into(), fx: 1.0, fy: -0.5 }],
+            contact_intervals: Some(vec![[0.0, 1.6666666666666667]]),
+            reactions: Some(vec![Reaction { body: "upper".into(), on: "left".into(), fx: 1.0, fy: -0.5 }]),
             ..Results::default()
         },
         adaptive: vec![],
@@ -88,6 +88,14 @@ fn keys_and_their_order_are_the_contract() {
 }
 
 #[test]
+fn lists_are_null_where_nothing_is_known_and_empty_where_there_is_none() {
+    let unknown = serde_json::to_value(Results::default()).unwrap();
+    assert!(unknown.as_object().unwrap().values().all(serde_json::Value::is_null), "{unknown}");
+    let open = Results { contact_intervals: Some(Vec::new()), ..Results::default() };
+    assert_eq!(serde_json::to_value(open).unwrap()["contact_intervals"], serde_json::json!([]));
+}
+
+#[test]
 fn numbers_that_are_not_finite_are_named_and_refused() {
     let field = |change: &dyn Fn(&mut Report)| {
         let mut report = sample("abc");
@@ -100,7 +108,7 @@ fn numbers_that_are_not_finite_are_named_and_refused() {
     assert_eq!(field(&|r| r.certificate.e_cre = Some(f64::NAN)), "certificate.e_cre");
     assert_eq!(field(&|r| r.iterations[0].theta = Some(f64::INFINITY)), "iterations.0.theta");
     assert_eq!(
-        field(&|r| r.results.contact_intervals.push([0.0, f64::NEG_INFINITY])),
+        field(&|r| r.results.contact_intervals = Some(vec![[0.0, 1.0], [0.0, f64::NEG_INFINITY]])),
         "results.contact_intervals.1.1"
     );
 }

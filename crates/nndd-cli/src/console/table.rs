@@ -1,6 +1,6 @@
 //! The table of the iterations, which leaves out columns where the terminal is narrow.
 
-use super::scientific;
+use super::{scientific, scientific_up};
 use certified_contact::Row;
 
 /// Columns with their heads, in their order: the larger the rank, the sooner one is left out.
@@ -67,14 +67,14 @@ impl Layout {
     /// * `seconds`: since the program began.
     pub(crate) fn row(self, row: &Row, seconds: f64) -> String {
         let it = &row.iteration;
-        let optional = |x: Option<f64>| x.map_or_else(|| "-".to_owned(), |x| scientific(x, 10, 3));
+        let or_dash = |text: Option<String>| text.unwrap_or_else(|| "-".to_owned());
         self.joined(&[
             it.iteration.to_string(),
             if it.theta < 1e4 { format!("{:.4}", it.theta) } else { scientific(it.theta, 9, 1) },
             scientific(it.precision, 10, 3),
             scientific(it.eta_nndd, 10, 3),
-            optional(row.eta_dis),
-            optional(row.e_cre),
+            or_dash(row.eta_dis.map(|x| scientific(x, 10, 3))),
+            or_dash(row.e_cre.map(|x| scientific_up(x, 10, 3))),
             it.contact_nodes.to_string(),
             scientific(it.contact_force, 12, 5),
             format!("{seconds:.2}"),

@@ -36,7 +36,8 @@ pub(super) fn elements(cells: &[Cell], position: impl Fn(f64) -> f64) -> String 
 
 fn triangles(cells: &[Cell], position: impl Fn(f64) -> f64) -> String {
     let mut paths = vec![String::new(); SHADES];
-    for cell in cells {
+    // Where corners fall on one line, the line around the piece is all there is to see, and printers draw it to the edge.
+    for cell in cells.iter().filter(|cell| twice_area(cell.corners) != 0) {
         let [a, b, c] = cell.corners;
         let path = &mut paths[shade(position(cell.density))];
         let _ = write!(path, "M{} {}l{} {} {} {}z", a.0, a.1, b.0 - a.0, b.1 - a.1, c.0 - b.0, c.1 - b.1);
@@ -52,6 +53,11 @@ fn triangles(cells: &[Cell], position: impl Fn(f64) -> f64) -> String {
         );
     }
     out
+}
+
+/// Twice the signed area of a triangle on the sheet.
+fn twice_area([a, b, c]: [(i32, i32); 3]) -> i64 {
+    i64::from(b.0 - a.0) * i64::from(c.1 - a.1) - i64::from(b.1 - a.1) * i64::from(c.0 - a.0)
 }
 
 /// One path for each shade; a line of the same colour around each piece hides the seams between them.
@@ -161,4 +167,20 @@ fn squares(cells: &[Cell], position: impl Fn(f64) -> f64) -> String {
         }
     }
     joined(&paths, 4)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_without_area_on_the_sheet_are_left_out() {
+        let cell = |corners| Cell { corners, density: 1.0 };
+        let flat = [(4, 4), (4, 4), (5, 4)];
+        let drawn = [cell([(0, 0), (8, 0), (0, 8)]), cell(flat), cell([(1, 1), (2, 2), (3, 3)])];
+        let text = elements(&drawn, |_| 0.5);
+        assert!(text.contains("M0 0l8 0 -8 8z"), "{text}");
+        // Once filled, once as a thin edge.
+        assert_eq!(text.matches('M').count(), 2, "{text}");
+    }
 }

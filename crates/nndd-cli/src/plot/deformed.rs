@@ -1,5 +1,7 @@
 //! The deformed bodies, cells coloured by error density.
 
+mod names;
+
 use super::PlotError;
 use super::axis::{Axis, drawable, drawable_log, extent, short};
 use super::cells::{self, Cell};
@@ -103,7 +105,7 @@ pub(crate) fn deformed(
             cells_of(body, factor, &chart, &mut drawn);
             outlines(area, &chart, body, factor)?;
         }
-        names(area, &chart, bodies, factor, frame)?;
+        names::names(area, &chart, bodies, factor, frame)?;
         if drawn.is_empty() {
             sheet::no_data(area, frame)?;
         } else {
@@ -280,50 +282,6 @@ fn straightened(path: &mut Vec<(i32, i32)>) {
         kept.push(p);
     }
     *path = kept;
-}
-
-/// Writes the bodies' names beside the panel at the height of each, or above it for bodies side by side.
-fn names(
-    area: &Area<'_>,
-    chart: &Chart<'_, '_>,
-    bodies: &[BodyPicture<'_>],
-    factor: f64,
-    frame: Frame,
-) -> Result<(), PlotError> {
-    let mut middles: Vec<(&str, [i32; 2])> = vec![];
-    for body in bodies {
-        let places = || (0..body.points.len()).filter_map(|i| moved(body, i, factor));
-        if let (Some(x), Some(y)) = (extent(places().map(|p| p[0])), extent(places().map(|p| p[1]))) {
-            let m = chart.backend_coord(&(0.5 * (x.0 + x.1), 0.5 * (y.0 + y.1)));
-            middles.push((body.name, [m.0 / UNITS, m.1 / UNITS]));
-        }
-    }
-    let spread = |c: usize| extent(middles.iter().map(|m| f64::from(m.1[c]))).map_or(0.0, |e| e.1 - e.0);
-    let beside = spread(1) >= spread(0);
-    middles.sort_by_key(|m| if beside { m.1[1] } else { m.1[0] });
-    let mut free = i32::MIN;
-    for (name, [x, y]) in middles {
-        let room =
-            if beside { f64::from(BESIDE - 12) } else { f64::from(frame.width) / bodies.len().max(1) as f64 };
-        let letters = (room / (0.54 * 10.0)) as usize;
-        let name: String = if name.chars().count() <= letters {
-            name.to_owned()
-        } else {
-            name.chars().take(letters.saturating_sub(1)).chain(['…']).collect()
-        };
-        let size = sheet::fitting(&name, 14.0, room);
-        if beside {
-            let y = y.max(free);
-            Words::new(size).flush_left().write(area, &name, (frame.left + frame.width + 8, y))?;
-            free = y + 18;
-        } else {
-            let half = (0.5 * sheet::width_of(&name, size)) as i32;
-            let x = x.max(free.saturating_add(half)).max(half + 4);
-            Words::new(size).write(area, &name, (x, frame.top - 13))?;
-            free = x + half + 10;
-        }
-    }
-    Ok(())
 }
 
 fn colour_bar(area: &Area<'_>, scale: &Scale, panel: Frame) -> Result<(), PlotError> {

@@ -259,11 +259,13 @@ fn name(area: &Area<'_>, chart: &Chart<'_, '_>, body: &SketchBody<'_>) -> Result
     let tried: Vec<[f64; 2]> =
         body.triangles.iter().step_by(sample(body.triangles.len())).map(middle).collect();
     let centre = [0, 1].map(|c| tried.iter().map(|m| m[c]).sum::<f64>() / tried.len().max(1) as f64);
-    let distance = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
+    // Words are wider than high: what is beside them is nearer than it looks.
+    let aspect = (sheet::width_of(body.name, 15.0) / 15.0).max(1.0);
+    let distance = |a: &[f64; 2], b: &[f64; 2]| ((a[0] - b[0]) / aspect).hypot(a[1] - b[1]);
     let worth = |m: &[f64; 2]| {
         let near =
             edge.iter().step_by(sample(edge.len())).map(|p| distance(p, m)).fold(f64::INFINITY, f64::min);
-        near - 0.2 * distance(&centre, m)
+        near - 0.2 * (centre[0] - m[0]).hypot(centre[1] - m[1])
     };
     let best = tried.iter().copied().max_by(|a, b| worth(a).total_cmp(&worth(b)));
     let Some([x, y]) = best.filter(|m| m.iter().all(|v| drawable(*v))) else { return Ok(()) };

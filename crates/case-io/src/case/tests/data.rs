@@ -119,7 +119,12 @@ fn materials_that_are_none_are_refused_at_their_key() {
     };
     let wood = "young_1 = 11\nyoung_2 = 1\nshear = 0.7\n";
     for (text, line, column, words) in [
-        (format!("{wood}poisson_12 = 4.0"), 6, 14, "poisson_12 is 4"),
+        (
+            format!("{wood}poisson_12 = 4.0"),
+            6,
+            14,
+            "poisson_12` is 4 (and so are `poisson_13` and `poisson_23`",
+        ),
         (format!("{wood}poisson_12 = 0.1\nyoung_3 = -1"), 7, 11, "young_3 is -1"),
         (format!("{wood}poisson_12 = 0.1\npoisson_23 = 1.5"), 7, 14, "poisson_23 is 1.5"),
         (wood.to_owned(), 2, 1, "the key `materials.m.poisson_12` is missing"),
