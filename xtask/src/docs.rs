@@ -1,26 +1,86 @@
 //! `cargo xtask docs`: the documentation of every crate, its formulae typeset.
 
-use crate::workspace::{Outcome, Workspace, stream};
+use crate::workspace::{Outcome, Package, Workspace, stream};
+use std::path::Path;
 
 /// Header of every page; docs.rs finds it through each crate's manifest.
 const HEADER: &str = "crates/fem-core/katex.html";
+/// The typesetter, which the header looks for beside the pages.
+const KATEX: &str = "xtask/katex";
 
 /// Builds the documentation with warnings denied; returns whether there were none.
 pub(crate) fn run(workspace: &Workspace) -> Outcome<bool> {
-    // rustdoc links to another crate only where the folder of its pages is there when it begins; crates are documented at
-    // the same time.
     let pages = workspace.target.join("doc");
-    for package in workspace.packages.iter().filter(|p| p.is_crate()) {
-        let folder = pages.join(package.name.replace('-', "_"));
-        std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", workspace.shown(&folder)))?;
-    }
     let header = workspace.root.join(HEADER);
     let flags = ["-D", "warnings", "--html-in-header", &header.to_string_lossy()].join("\u{1f}");
     // In the profile of the other tasks, so that nothing is compiled once more.
-    let mut command = workspace.cargo(&["doc", "--workspace", "--no-deps", "--release"]);
-    let built = stream(command.env("CARGO_ENCODED_RUSTDOCFLAGS", flags))? == Some(0);
+    let document = |packages: &[&str]| {
+        let mut command = workspace.cargo(&["doc", "--no-deps", "--release"]);
+        stream(command.args(packages).env("CARGO_ENCODED_RUSTDOCFLAGS", &flags))
+            .map(|status| status == Some(0))
+    };
+    // rustdoc links to another crate only where its pages are there when it begins: one crate after the other.
+    for name in ordered(&workspace.packages) {
+        if !document(&["--package", name])? {
+            return Ok(false);
+        }
+    }
+    let built = document(&["--workspace"])?;
+    copy(&workspace.root.join(KATEX), &pages.join("katex"))?;
     if built {
         println!("start at {}", workspace.shown(&pages.join("certified_contact").join("index.html")));
     }
     Ok(built)
+}
+
+/// Lists the crates with a library, each after those it depends on.
+fn ordered(packages: &[Package]) -> Vec<&str> {
+    let mut rest: Vec<&Package> = packages.iter().filter(|p| p.is_crate() && p.name != "nndd-cli").collect();
+    let mut found: Vec<&str> = Vec::with_capacity(rest.len());
+    while !rest.is_empty() {
+        let (ready, later): (Vec<_>, Vec<_>) =
+            rest.into_iter().partition(|p| p.internal.iter().all(|name| found.contains(&name.as_str())));
+        if ready.is_empty() {
+            break;
+        }
+        found.extend(ready.iter().map(|p| p.name.as_str()));
+        rest = later;
+    }
+    found
+}
+
+/// Copies a folder with all that is below it.
+fn copy(from: &Path, to: &Path) -> Outcome<()> {
+    let fault = |path: &Path, error: std::io::Error| format!("{}: {error}", path.display());
+    std::fs::create_dir_all(to).map_err(|e| fault(to, e))?;
+    for entry in std::fs::read_dir(from).map_err(|e| fault(from, e))? {
+        let entry = entry.map_err(|e| fault(from, e))?;
+        let (path, target) = (entry.path(), to.join(entry.file_name()));
+        if path.is_dir() {
+            copy(&path, &target)?;
+        } else {
+            std::fs::copy(&path, &target).map_err(|e| fault(&path, e))?;
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn crates_come_after_those_they_depend_on() {
+        let package = |name: &str, internal: &[&str]| Package {
+            name: name.to_owned(),
+            manifest: format!("crates/{name}/Cargo.toml"),
+            internal: internal.iter().map(|s| (*s).to_owned()).collect(),
+            external: vec![],
+            benches: vec![],
+            untested_examples: vec![],
+        };
+        let packages =
+            [package("a", &["b", "c"]), package("b", &["c"]), package("c", &[]), package("nndd-cli", &["a"])];
+        assert_eq!(ordered(&packages), ["c", "b", "a"]);
+    }
 }
