@@ -121,6 +121,18 @@ fn verdict(page: &mut String, report: &Report) {
     let text = crate::console::verdict(report);
     let lines: Vec<String> = text.lines().filter(|l| !l.is_empty()).map(escape).collect();
     let _ = writeln!(page, "<div class=\"verdict {class}\"><p>{}</p></div>", lines.join("</p><p>"));
+    if report.certificate.valid && report.certificate.relative.is_some() {
+        let exact = report.certificate.relative_guaranteed.map_or_else(String::new, |relative| {
+            format!(
+                "; over that of the exact ones the error is at most {} %",
+                words::rounded_up(100.0 * relative)
+            )
+        });
+        let _ = writeln!(
+            page,
+            "<p>The percentage is the bound over the energy norm of the computed displacements{exact}.</p>"
+        );
+    }
 }
 
 /// What a reader of the numbers must know.

@@ -266,8 +266,10 @@ fn an_adaptive_run_leaves_bodies_and_contact_line_of_every_mesh() {
         let read = |part: &str| Grid::read(&out.join(format!("fields/{part}-step-{:02}.vtu", row.step)));
         let (grids, contact) = ([read(&upper), read(&lower)], read("contact"));
         assert_eq!(contact.points.len(), row.pairs);
+        let allowance = contact.at("round_off")[0];
+        assert!(allowance >= 0.0 && allowance <= 1e-6 * row.e_cre, "{allowance:e}");
         for found in squared_bound(grids.each_ref(), &contact) {
-            near(found, row.e_cre * row.e_cre, 1e-9, "adaptive");
+            near(found, (row.e_cre - allowance).powi(2), 1e-9, "adaptive");
         }
     }
     // A run without meshes in steps leaves none of these behind.
