@@ -27,7 +27,7 @@ enum Step {
     Clippy,
     /// cargo test
     Tests,
-    /// cargo xtask docs
+    /// cargo doc, warnings denied
     Docs,
     /// nndd solve on every file of tests/cases
     Cases,
