@@ -34,7 +34,8 @@ pub(crate) fn log_log(
         let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
         area.fill(&WHITE)?;
         let mut chart = ChartBuilder::on(&area)
-            .caption(title, ("sans-serif", 20))
+            // What follows a colon stands in the alternative text.
+            .caption(title.split(": ").next().unwrap_or(title), ("sans-serif", 20))
             .margin(10)
             .x_label_area_size(56)
             .y_label_area_size(72)
@@ -46,7 +47,7 @@ pub(crate) fn log_log(
             .light_line_style(TRANSPARENT)
             .bold_line_style(BLACK.mix(0.12))
             .x_label_formatter(&|x| grouped(*x))
-            .y_label_formatter(&|y| format!("{} %", 100.0 * y))
+            .y_label_formatter(&|y| per_cent(*y))
             .x_desc(labels[0])
             .y_desc(labels[1])
             .draw()?;
@@ -100,4 +101,13 @@ fn grouped(x: f64) -> String {
     let groups: Vec<&str> =
         digits.as_bytes().rchunks(3).rev().filter_map(|c| std::str::from_utf8(c).ok()).collect();
     groups.join(",")
+}
+
+/// Writes a share in per cent, where it is 1, 2 or 5 times a power of ten: more would not stand beside each other.
+fn per_cent(share: f64) -> String {
+    let written = format!("{:.0e}", 100.0 * share);
+    match written.as_bytes().first() {
+        Some(b'1' | b'2' | b'5') => written.parse().map_or_else(|_| String::new(), |x: f64| format!("{x} %")),
+        _ => String::new(),
+    }
 }

@@ -11,26 +11,29 @@ const KATEX: &str = "xtask/katex";
 /// Builds the documentation with warnings denied; returns whether there were none.
 pub(crate) fn run(workspace: &Workspace) -> Outcome<bool> {
     let pages = workspace.target.join("doc");
-    let header = workspace.root.join(HEADER);
-    let flags = ["-D", "warnings", "--html-in-header", &header.to_string_lossy()].join("\u{1f}");
-    // In the profile of the other tasks, so that nothing is compiled once more.
-    let document = |packages: &[&str]| {
-        let mut command = workspace.cargo(&["doc", "--no-deps", "--release"]);
-        stream(command.args(packages).env("CARGO_ENCODED_RUSTDOCFLAGS", &flags))
-            .map(|status| status == Some(0))
-    };
     // rustdoc links to another crate only where its pages are there when it begins: one crate after the other.
     for name in ordered(&workspace.packages) {
-        if !document(&["--package", name])? {
+        if !document(workspace, &["--package", name])? {
             return Ok(false);
         }
     }
-    let built = document(&["--workspace"])?;
     copy(&workspace.root.join(KATEX), &pages.join("katex"))?;
-    if built {
-        println!("start at {}", workspace.shown(&pages.join("certified_contact").join("index.html")));
-    }
-    Ok(built)
+    println!("start at {}", workspace.shown(&pages.join("certified_contact").join("index.html")));
+    Ok(true)
+}
+
+/// Builds the documentation of everything at once, where only its warnings count.
+pub(crate) fn check(workspace: &Workspace) -> Outcome<bool> {
+    document(workspace, &["--workspace"])
+}
+
+/// Documents some packages in the profile of the other tasks, so that nothing is compiled once more.
+fn document(workspace: &Workspace, packages: &[&str]) -> Outcome<bool> {
+    let header = workspace.root.join(HEADER);
+    let flags = ["-D", "warnings", "--html-in-header", &header.to_string_lossy()].join("\u{1f}");
+    let mut command = workspace.cargo(&["doc", "--no-deps", "--release"]);
+    let status = stream(command.args(packages).env("CARGO_ENCODED_RUSTDOCFLAGS", flags))?;
+    Ok(status == Some(0))
 }
 
 /// Lists the crates with a library, each after those it depends on.

@@ -56,7 +56,7 @@ impl Step {
                 cargo(&["clippy", "--workspace", "--all-targets", "--release", "--", "-D", "warnings"])
             }
             Step::Tests => cargo(&["test", "--workspace", "--release"]),
-            Step::Docs => docs::run(workspace),
+            Step::Docs => docs::check(workspace),
             Step::Cases => cases(workspace),
             Step::Tidy => tidy::run(workspace),
         }
