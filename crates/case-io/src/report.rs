@@ -189,6 +189,20 @@ pub struct Checks {
     pub supports: Option<f64>,
 }
 
+impl Checks {
+    /// Lists the residuals by their keys, in their order.
+    pub fn named(&self) -> [(&'static str, Option<f64>); 6] {
+        [
+            ("equilibrium", self.equilibrium),
+            ("traction_jump", self.traction_jump),
+            ("boundary_traction", self.boundary_traction),
+            ("penetration", self.penetration),
+            ("pressure_sign", self.pressure_sign),
+            ("supports", self.supports),
+        ]
+    }
+}
+
 /// The numbers engineers ask for; [`Results::default`] is those of a run that ended before there were any: an
 /// empty list is a result, `null` is none.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

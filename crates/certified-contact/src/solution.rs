@@ -65,7 +65,7 @@ impl CertifiedSolution {
     /// Returns the certified relative error `e_CRE / √(a₁+a₂)`; `None` for zero data or without certificate.
     pub fn relative(&self) -> Option<f64> {
         let estimate = self.estimate.as_ref()?;
-        let norm = estimate.energy_norm_squared.iter().sum::<f64>().sqrt();
+        let norm = estimate.energy_norm();
         (norm > 0.0).then(|| estimate.e_cre / norm)
     }
 
@@ -73,7 +73,7 @@ impl CertifiedSolution {
     /// `None` where the difference is not positive.
     pub fn relative_guaranteed(&self) -> Option<f64> {
         let estimate = self.estimate.as_ref()?;
-        let norm = estimate.energy_norm_squared.iter().sum::<f64>().sqrt();
+        let norm = estimate.energy_norm();
         (norm > estimate.e_cre).then(|| estimate.e_cre / (norm - estimate.e_cre))
     }
 
@@ -85,7 +85,7 @@ impl CertifiedSolution {
     /// Computes the allowance for round-off over the energy norm: no relative error below it can be certified.
     pub fn round_off(&self) -> f64 {
         self.estimate.as_ref().map_or(0.0, |e| {
-            let norm = e.energy_norm_squared.iter().sum::<f64>().sqrt();
+            let norm = e.energy_norm();
             if norm > 0.0 { e.round_off / norm } else { 0.0 }
         })
     }

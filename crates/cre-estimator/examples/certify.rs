@@ -121,7 +121,7 @@ fn certify(
 
 /// The bound over the energy norm of the field, in per cent.
 fn percent(estimate: &Estimate) -> f64 {
-    100.0 * estimate.e_cre / estimate.energy_norm_squared.iter().sum::<f64>().sqrt()
+    100.0 * estimate.e_cre / estimate.energy_norm()
 }
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -16,7 +16,7 @@ pub const FORCE_TOLERANCE: f64 = 1e-10;
 /// Penetration, negative pressure and displaced supports up to this, relative, are round-off.
 pub const SIGN_TOLERANCE: f64 = 1e-12;
 /// Directions of a roller that differ by less are the same one.
-pub const SAME_DIRECTION: f64 = 1e-9;
+const SAME_DIRECTION: f64 = 1e-9;
 
 /// Residuals of the conditions of admissibility.
 ///
@@ -44,14 +44,28 @@ pub struct Admissibility {
 }
 
 impl Admissibility {
+    /// Lists every residual with its name and the largest value that is round-off.
+    pub fn checks(&self) -> [(&'static str, f64, f64); 7] {
+        [
+            ("supports", self.supports, SAME_DIRECTION),
+            ("equilibrium", self.equilibrium, FORCE_TOLERANCE),
+            ("traction_jump", self.traction_jump, FORCE_TOLERANCE),
+            ("boundary_traction", self.boundary_traction, FORCE_TOLERANCE),
+            ("penetration", self.penetration, SIGN_TOLERANCE),
+            ("pressure_sign", self.pressure_sign, SIGN_TOLERANCE),
+            ("imposed displacement", self.imposed_displacement, SIGN_TOLERANCE),
+        ]
+    }
+
+    /// Lists name and value of the residuals that are larger than round-off, or no number.
+    pub fn failed(&self) -> impl Iterator<Item = (&'static str, f64)> {
+        let fails = |(_, found, allowed): &(&str, f64, f64)| !(found <= allowed);
+        self.checks().into_iter().filter(fails).map(|(name, found, _)| (name, found))
+    }
+
     /// Tells whether everything holds to round-off, so that the bound is a bound.
     pub fn is_valid(&self) -> bool {
-        let forces = [self.equilibrium, self.traction_jump, self.boundary_traction];
-        forces.iter().all(|x| *x <= FORCE_TOLERANCE)
-            && [self.penetration, self.pressure_sign, self.imposed_displacement]
-                .iter()
-                .all(|x| *x <= SIGN_TOLERANCE)
-            && self.supports <= SAME_DIRECTION
+        self.failed().next().is_none()
     }
 }
 

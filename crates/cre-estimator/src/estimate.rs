@@ -35,6 +35,13 @@ pub struct Estimate {
     pub energy_norm_squared: [f64; 2],
 }
 
+impl Estimate {
+    /// Computes the energy norm of the state's displacements, `√(a₁+a₂)`, square root of J/m.
+    pub fn energy_norm(&self) -> f64 {
+        self.energy_norm_squared.iter().sum::<f64>().sqrt()
+    }
+}
+
 /// Estimates the error of a contact state, whoever computed it, by EET alone: [`estimate_with`] without
 /// relaxation.
 ///

@@ -224,14 +224,9 @@ const NEAR_ROUND_OFF: f64 = 100.0;
 ///
 /// * `floor`: the allowance for round-off over the energy norm.
 fn attainable(answer: &AdaptiveSolution, floor: f64) -> String {
-    match answer.solution.relative().filter(|relative| *relative <= NEAR_ROUND_OFF * floor) {
-        Some(relative) => {
-            format!("set adapt.target_relative_error to {} or more", short(words::raised(relative, 2)))
-        }
-        None => {
-            format!("set adapt.target_relative_error to {} or more", short(words::raised(10.0 * floor, 2)))
-        }
-    }
+    let near = answer.solution.relative().filter(|relative| *relative <= NEAR_ROUND_OFF * floor);
+    let least = words::raised(near.unwrap_or(10.0 * floor), 2);
+    format!("set adapt.target_relative_error to {} or more", short(least))
 }
 
 /// Judges a run that came to an end of its own.

@@ -264,7 +264,6 @@ pub(crate) fn verdict(report: &Report) -> String {
     let Status { word, reason, .. } = &report.status;
     let mut text = format!("\n{word}: {reason}\n");
     let certificate = &report.certificate;
-    let checks = &certificate.checks;
     let numbers = (certificate.e_cre, certificate.split.discretisation, certificate.split.algebraic);
     match numbers {
         (Some(e_cre), Some(dis), Some(alg)) if certificate.valid => {
@@ -285,16 +284,8 @@ pub(crate) fn verdict(report: &Report) -> String {
             };
         }
         (Some(_), ..) => {
-            let worst = [
-                ("equilibrium", checks.equilibrium),
-                ("traction_jump", checks.traction_jump),
-                ("boundary_traction", checks.boundary_traction),
-                ("penetration", checks.penetration),
-                ("pressure_sign", checks.pressure_sign),
-                ("supports", checks.supports),
-            ];
             text += "NOT certified, the bound is not valid:";
-            for (name, value) in worst {
+            for (name, value) in certificate.checks.named() {
                 let _ = write!(text, " {name} {:.1e}", value.unwrap_or(f64::NAN));
             }
             text.push('\n');

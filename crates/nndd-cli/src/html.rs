@@ -105,10 +105,11 @@ fn bodies(page: &mut String, case: &Case, report: &Report, angles: [f64; 2]) {
             escape(&materials.collect::<Vec<_>>().join("; "))
         );
     }
+    page.push_str("</table>\n");
     for contact in &report.contact {
         let _ = writeln!(
             page,
-            "</table>\n<p>Contact line: {} pairs, length {}; λ is carried by {}.</p>",
+            "<p>Contact line: {} pairs, length {}; λ is carried by {}.</p>",
             contact.pairs,
             number(Some(contact.length)),
             escape(&contact.imposed)
@@ -160,18 +161,9 @@ fn figures(page: &mut String, pictures: &[Picture]) {
 }
 
 fn checks(page: &mut String, report: &Report) {
-    let c = &report.certificate.checks;
-    let checks = [
-        ("equilibrium", c.equilibrium),
-        ("traction jump", c.traction_jump),
-        ("boundary traction", c.boundary_traction),
-        ("penetration", c.penetration),
-        ("pressure sign", c.pressure_sign),
-        ("supports", c.supports),
-    ];
     page.push_str("<h2>Checks of the certificate</h2>\n<table><tr><th>residual</th><th>relative</th></tr>\n");
-    for (name, value) in checks {
-        let _ = writeln!(page, "<tr><td>{name}</td><td>{}</td></tr>", number(value));
+    for (key, value) in report.certificate.checks.named() {
+        let _ = writeln!(page, "<tr><td>{}</td><td>{}</td></tr>", key.replace('_', " "), number(value));
     }
     page.push_str("</table>\n");
 }

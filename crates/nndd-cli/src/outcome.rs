@@ -6,7 +6,6 @@ use case_io::case::{Criterion, QpChoice};
 use case_io::report::Status;
 use certified_contact::{CertifiedSolution, Row};
 use contact_qp::QpStatus;
-use cre_estimator::check::{FORCE_TOLERANCE, SAME_DIRECTION, SIGN_TOLERANCE};
 use nndd::NnddStatus;
 
 /// The exit status of a run that did not converge.
@@ -35,18 +34,7 @@ fn uncertified(solution: &CertifiedSolution) -> String {
     let Some(estimate) = &solution.estimate else {
         return "no certificate could be computed; check the units of the data, which are too large or too small".into();
     };
-    let a = &estimate.admissibility;
-    let failed = [
-        ("supports", a.supports, SAME_DIRECTION),
-        ("equilibrium", a.equilibrium, FORCE_TOLERANCE),
-        ("traction_jump", a.traction_jump, FORCE_TOLERANCE),
-        ("boundary_traction", a.boundary_traction, FORCE_TOLERANCE),
-        ("penetration", a.penetration, SIGN_TOLERANCE),
-        ("pressure_sign", a.pressure_sign, SIGN_TOLERANCE),
-        ("imposed displacement", a.imposed_displacement, SIGN_TOLERANCE),
-    ];
-    // A NaN fails too.
-    let failed: Vec<_> = failed.into_iter().filter(|(_, found, allowed)| !(found <= allowed)).collect();
+    let failed: Vec<_> = estimate.admissibility.failed().collect();
     let fix = match failed.first() {
         Some(("supports", ..)) => {
             "a roller on a curved side is violated between its nodes: impose ux and uy on it, or hold \
@@ -58,7 +46,7 @@ fn uncertified(solution: &CertifiedSolution) -> String {
         }
         _ => "check the units of gap, displacements and loads: they are too far apart in size",
     };
-    let names: Vec<String> = failed.iter().map(|(name, found, _)| format!("{name} ({found:.1e})")).collect();
+    let names: Vec<String> = failed.iter().map(|(name, found)| format!("{name} ({found:.1e})")).collect();
     let (checks, verb) = if names.len() == 1 { ("check", "fails") } else { ("checks", "fail") };
     format!(
         "the {checks} {} {verb} by more than round-off, so the bound would not be valid; {fix}",

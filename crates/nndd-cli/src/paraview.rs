@@ -103,7 +103,7 @@ fn field_data(solution: &CertifiedSolution, estimate: &Estimate, step: Option<us
     let mut data = vec![
         one("iteration", last.iteration as f64),
         one("e_cre", estimate.e_cre),
-        one("round_off", estimate.e_cre - estimate.cre.e_cre()),
+        one("round_off", estimate.round_off),
         one("certified", f64::from(u8::from(solution.is_certified()))),
     ];
     data.extend(theta.map(|theta| one("theta", theta)));
