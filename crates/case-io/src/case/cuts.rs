@@ -1,5 +1,6 @@
 //! Boxes that do not end at nodes or cell borders: what the mesh makes of them is not what was written.
 
+use super::regions::cells_in;
 use super::{Case, CellSelection, Part};
 use crate::diagnostic::significant;
 use crate::mesh_file::counted;
@@ -107,23 +108,19 @@ fn on_side(mesh: &TriMesh, group: &str, part: Part) -> Cover {
     cover
 }
 
-/// Measures what a `box` takes of a body: the cells whose centroids lie in it.
+/// Measures what a `box` takes of a body, [`cells_in`].
 fn in_body(mesh: &TriMesh, part: Part) -> Cover {
     let tolerance = 1e-9 * geometry::diagonal(mesh.points());
-    let mut cover = Cover::default();
+    let taken = cells_in(mesh, part).into_iter().fold(0.0, |sum, t| sum + mesh.area(t));
+    let mut cover = Cover { taken, ..Cover::default() };
     for t in 0..mesh.triangles().len() {
-        let corners = mesh.corners(t);
-        let mut polygon = corners.to_vec();
+        let mut polygon = mesh.corners(t).to_vec();
         for inside in limits(part, tolerance) {
             polygon = clipped(&polygon, &inside);
         }
-        let (covered, area) = (area(&polygon), mesh.area(t));
-        let centroid = scale(1.0 / 3.0, add(add(corners[0], corners[1]), corners[2]));
+        let covered = area(&polygon);
         cover.written += covered;
-        if limits(part, tolerance).all(|inside| inside(centroid) >= 0.0) {
-            cover.taken += area;
-        }
-        cover.cut += usize::from((SHARE..1.0 - SHARE).contains(&(covered / area)));
+        cover.cut += usize::from((SHARE..1.0 - SHARE).contains(&(covered / mesh.area(t))));
     }
     cover
 }

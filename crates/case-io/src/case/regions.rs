@@ -182,7 +182,8 @@ impl Case {
     }
 }
 
-fn cells_in(mesh: &TriMesh, part: Part) -> Vec<usize> {
+/// Finds the cells whose centroids lie in a box.
+pub(super) fn cells_in(mesh: &TriMesh, part: Part) -> Vec<usize> {
     let tolerance = 1e-9 * geometry::diagonal(mesh.points());
     let limits = [part.x, part.y];
     let inside = |t: &usize| {
