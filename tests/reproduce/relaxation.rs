@@ -10,7 +10,7 @@ use tests::paper;
 use tests::run::{certify_with, condense_both, newton};
 
 /// Steps until the rest is round-off of the single precision the stars are kept in.
-const BEST: Relaxation = Relaxation::Tolerance { gain: 1e-6, max_steps: 400 };
+const BEST: Relaxation = Relaxation::Tolerance { tolerance: 1e-6, max_steps: 400 };
 
 /// Makes the section: figures by step, then by tolerance.
 pub(crate) fn section(quick: bool) -> Result<String, Box<dyn Error>> {
@@ -130,7 +130,7 @@ fn effectivities(quick: bool) -> Result<String, Box<dyn Error>> {
 /// Effectivity and steps for tolerances, at the iteration where the default criterion stops.
 fn tolerances(quick: bool) -> Result<String, Box<dyn Error>> {
     const GAINS: [f64; 7] = [0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005];
-    let mut relaxations = GAINS.map(|gain| Relaxation::Tolerance { gain, max_steps: 100 }).to_vec();
+    let mut relaxations = GAINS.map(|gain| Relaxation::Tolerance { tolerance: gain, max_steps: 100 }).to_vec();
     relaxations.push(BEST);
     let mut text = String::from(
         "## Tolerances of relaxation\n\nEffectivity where the default criterion stops, and in brackets the steps made \

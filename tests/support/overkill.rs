@@ -84,7 +84,7 @@ impl Overkill {
     /// None, for arrays of the right length.
     pub fn error(&self, v: [&[Vector]; 2], opening: &[f64]) -> Result<[f64; 2], Box<dyn Error>> {
         let estimate = self.estimate()?;
-        let e_f = estimate.e_cre;
+        let e_f = estimate.unchecked().e_cre;
         // ‖u_f − v‖² and C, triangle by triangle of the finer mesh.
         let (mut distance, mut defect) = (0.0, 0.0);
         for (b, displacement) in v.into_iter().enumerate() {

@@ -145,6 +145,8 @@ pub struct Certificate {
     pub eta_nndd: Option<f64>,
     /// The exact split of `e_cre`.
     pub split: Split,
+    /// What `e_cre` is made of.
+    pub parts: Parts,
     /// What makes the bound valid.
     pub checks: Checks,
     /// What the bound says about the exact solution, where it is valid.
@@ -169,6 +171,25 @@ pub struct Split {
     pub discretisation: Option<f64>,
     /// The part of the iteration.
     pub algebraic: Option<f64>,
+}
+
+/// What `e_cre` is made of: the squares of all but `round_off` add up to `(e_cre − round_off)²`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Parts {
+    /// Of the mesh: `split.discretisation`.
+    pub mesh: Option<f64>,
+    /// Of the iteration, at most `eta_nndd`.
+    pub iteration: Option<f64>,
+    /// Of the contact law, which holds at the nodes only: what remains at the exact discrete solution.
+    pub contact: Option<f64>,
+    /// Of the lift on bent contact lines.
+    pub lift: Option<f64>,
+    /// Of gaps that bent edges cannot carry.
+    pub gap_data: Option<f64>,
+    /// Of friction.
+    pub friction: Option<f64>,
+    /// The allowance for round-off.
+    pub round_off: Option<f64>,
 }
 
 /// Residuals of admissibility, relative to the largest force.

@@ -1,5 +1,6 @@
 //! The course of a run.
 
+use cre_estimator::Estimate;
 use nndd::IterationRow;
 
 /// One iteration with what was estimated at it.
@@ -11,6 +12,16 @@ pub struct Row {
     pub eta_dis: Option<f64>,
     /// The guaranteed bound of this iteration's pair, where it was computed.
     pub e_cre: Option<f64>,
+}
+
+impl Row {
+    /// Takes over what was estimated. The measured η_NNDD contains its round-off.
+    pub(crate) fn take(&mut self, estimate: &Estimate) {
+        let found = estimate.unchecked();
+        self.eta_dis = Some(found.eta_dis);
+        self.e_cre = Some(found.e_cre);
+        self.iteration.eta_nndd = self.iteration.eta_nndd.max(found.eta_nndd);
+    }
 }
 
 /// One mesh of an adaptive run.

@@ -58,6 +58,7 @@
 mod adapt;
 mod bounds;
 mod checkpoint;
+mod defect_correction;
 mod error;
 mod history;
 mod observer;

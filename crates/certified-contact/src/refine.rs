@@ -40,7 +40,7 @@ pub(crate) fn has_room(nodes: usize, limit: usize) -> bool {
 pub(crate) fn mesh_share(solution: &CertifiedSolution) -> f64 {
     let Some(estimate) = &solution.estimate else { return 0.0 };
     let contributions = marking::contributions(&solution.problem, &estimate.cre);
-    contributions.iter().flatten().sum::<f64>() / estimate.e_cre.powi(2)
+    contributions.iter().flatten().sum::<f64>() / estimate.unchecked().e_cre.powi(2)
 }
 
 /// What came of refining.

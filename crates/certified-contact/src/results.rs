@@ -1,11 +1,12 @@
 //! The quantities a user reads off: forces, pressures, gaps, reactions.
 
-use cre_estimator::AdmissiblePair;
+use cre_estimator::{AdmissiblePair, Estimate};
 use fem_core::assembly::external_forces;
 use fem_core::body::Body;
-use fem_core::field;
+use fem_core::double_double::DoubleDouble;
 use fem_core::geometry::{Vector, add, norm, scale, sub};
 use fem_core::interface::ContactProblem;
+use fem_core::residual::{self, SplitField};
 use nndd::Iterate;
 
 /// The reaction of one support.
@@ -65,13 +66,20 @@ pub struct Results {
 }
 
 /// Reads the results off an iteration; `swapped` says that the roles are those of the exchanged bodies.
+///
+/// * `low`: what rounding left out of the displacements, if known.
 pub(crate) fn results(
     problem: &ContactProblem,
     swapped: bool,
     iterate: &Iterate,
-    pair: &AdmissiblePair,
-    energies: [f64; 2],
+    estimate: &Estimate,
+    low: Option<[Vec<Vector>; 2]>,
 ) -> Results {
+    let (pair, energies) = (&estimate.pair, estimate.energy_norm_squared);
+    let low = low.unwrap_or_else(|| [0, 1].map(|b: usize| vec![[0.0; 2]; pair.displacement[b].len()]));
+    let [first, second] = low;
+    let fields = [(0, first), (1, second)]
+        .map(|(b, low): (usize, _)| SplitField { high: pair.displacement[b].clone(), low });
     let order = if swapped { [1, 0] } else { [0, 1] };
     let interface = &problem.interface;
     let pressure = &pair.pressure;
@@ -81,7 +89,7 @@ pub(crate) fn results(
     let mut reactions = Vec::new();
     let balance = order.map(|b| {
         let contact = if b == 0 { &iterate.reaction } else { &iterate.contact.normal_reaction };
-        support_reactions(problem, b, &pair.unlifted(problem, b), contact, order[b], &mut reactions)
+        support_reactions(problem, b, &fields[b], contact, order[b], &mut reactions)
     });
     let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
     let von_mises = |b: usize| {
@@ -181,13 +189,14 @@ fn intervals(problem: &ContactProblem, iterate: &Iterate) -> Vec<[f64; 2]> {
 fn support_reactions(
     problem: &ContactProblem,
     b: usize,
-    displacement: &[Vector],
+    field: &SplitField,
     contact: &[f64],
     number: usize,
     reactions: &mut Vec<Reaction>,
 ) -> Vector {
     let body: &Body = &problem.bodies[b];
-    let mut residual = field::nodal_residual(body, displacement);
+    let mut residual: Vec<Vector> =
+        residual::of_field(body, field).iter().map(|r| r.map(DoubleDouble::rounded)).collect();
     let mut balance = [0.0; 2];
     for (pair, r) in problem.interface.pairs().iter().zip(contact) {
         let force = scale(*r, pair.normal);

@@ -1,18 +1,22 @@
 //! The way from a problem to a certified answer.
 
 use crate::bounds::Bounds;
+use crate::defect_correction::{self, Corrected};
 use crate::error::SolveError;
 use crate::history::Row;
 use crate::observer::{Observer, Phase};
 use crate::results;
-use crate::settings::{Imposed, Settings};
+use crate::settings::{Criterion, Imposed, Settings};
 use crate::solution::{CertifiedSolution, RoleReason, Roles};
-use crate::stopping::Follow;
+use crate::stopping::{Follow, enough, estimate_of};
+use cre_estimator::Estimate;
 use fem_core::assembly::System;
 use fem_core::condensation::CondensedBody;
 use fem_core::dof::DofMap;
+use fem_core::geometry::Vector;
 use fem_core::interface::ContactProblem;
-use nndd::Start;
+use fem_core::residual::SplitField;
+use nndd::{Iterate, NnddSolution, NnddStatus, Start};
 
 /// Solves a contact problem and certifies the answer.
 ///
@@ -38,7 +42,7 @@ pub fn solve(
     let pairs = problem.interface.pairs().iter();
     let lambda = pairs.map(|p| settings.lambda.at(points[p.nodes[0] as usize])).collect();
     let start = Start { lambda, active: None };
-    iterate(problem, &bodies, Roles { swapped, reason }, start, settings, observer)
+    iterate(problem, bodies, Roles { swapped, reason }, start, settings, observer)
 }
 
 /// Solves a finer problem, in the roles that the coarser one had, from what was found there.
@@ -55,21 +59,21 @@ pub(crate) fn solve_again(
         SolveError::Factor { body, source } => SolveError::Factor { body: given(body), source },
         other => other,
     })?;
-    iterate(problem, &bodies, roles, start, settings, observer)
+    iterate(problem, bodies, roles, start, settings, observer)
 }
 
 /// Iterates, certifies the last iterate, and reads off the results; everything in the roles of the iteration.
 fn iterate(
     problem: ContactProblem,
-    bodies: &[CondensedBody; 2],
+    mut bodies: [CondensedBody; 2],
     roles: Roles,
     start: Start,
     settings: &Settings,
     observer: &mut dyn Observer,
 ) -> Result<CertifiedSolution, SolveError> {
     observer.phase(Phase::Iterations);
-    let mut follow = Follow::new(&problem, bodies, settings, observer);
-    let nndd = nndd::solve_from(&problem, bodies, start, &settings.nndd, &mut follow)?;
+    let mut follow = Follow::new(&problem, &bodies, settings, observer);
+    let mut nndd = nndd::solve_from(&problem, &bodies, start, &settings.nndd, &mut follow)?;
     let last = &nndd.last;
     if follow.rows.last().is_none_or(|row| row.iteration.iteration != last.iteration) {
         // An iteration whose contact problem was not solved has not passed the criterion.
@@ -77,16 +81,92 @@ fn iterate(
     }
     // A diverged iteration may have run out of finite numbers: then there is no certificate, but a report.
     let certified = follow.estimate(last).is_ok();
-    let rows = std::mem::take(&mut follow.rows);
-    let estimate = follow.latest.take().filter(|_| certified).map(|(_, estimate)| estimate);
+    let mut rows = std::mem::take(&mut follow.rows);
+    let mut estimate = follow.latest.take().filter(|_| certified).map(|(_, estimate)| estimate);
+    let mut low = None;
+    if let Some(found) = &estimate
+        && needs_correction(found, last.eta_nndd)
+    {
+        observer.phase(Phase::Iterations);
+        if let Some(better) = corrected(&problem, &mut bodies, &nndd, found, settings)? {
+            if let Some(row) = rows.last_mut() {
+                row.iteration = (&better.iterate).into();
+                row.take(&better.estimate);
+            }
+            nndd.last = better.iterate;
+            estimate = Some(better.estimate);
+            low = Some(better.low);
+        }
+    }
+    if let Some(found) = &estimate {
+        conclude(&mut nndd, &mut rows, found, settings);
+    }
+    let last = &nndd.last;
     let swapped = roles.swapped;
     let results =
-        estimate.as_ref().map(|e| results::results(&problem, swapped, last, &e.pair, e.energy_norm_squared));
-    let bounds = estimate.as_ref().map(|e| Bounds::new(&problem, bodies, last, e));
+        estimate.as_ref().map(|e| results::results(&problem, swapped, last, e, low));
+    let bounds = estimate.as_ref().map(|e| Bounds::new(&problem, &bodies, last, e));
     let given = |b: usize| if swapped { 1 - b } else { b };
     let unknowns = [0, 1].map(|b| bodies[given(b)].dofs().len());
     let role_reason = roles.reason;
     Ok(CertifiedSolution { swapped, role_reason, nndd, rows, estimate, bounds, results, unknowns, problem })
+}
+
+/// Rounding of the answer is corrected from this part of the bound on.
+const ROUND_OFF_SHARE: f64 = 1e-3;
+
+/// Tells whether rounding of the answer is a noticeable part of its bound.
+///
+/// * `eta_nndd`: as the iteration's operators give it, without rounding.
+fn needs_correction(estimate: &Estimate, eta_nndd: f64) -> bool {
+    let found = estimate.unchecked();
+    let rounding = (found.eta_nndd.powi(2) - eta_nndd.powi(2)).max(0.0).sqrt();
+    rounding > ROUND_OFF_SHARE * found.e_cre
+}
+
+/// A corrected answer with its estimate.
+struct Better {
+    iterate: Iterate,
+    estimate: Estimate,
+    /// What rounding left out of the displacements.
+    low: [Vec<Vector>; 2],
+}
+
+/// Corrects the answer by its defect; `None` if that gains nothing.
+fn corrected(
+    problem: &ContactProblem,
+    bodies: &mut [CondensedBody; 2],
+    nndd: &NnddSolution,
+    estimate: &Estimate,
+    settings: &Settings,
+) -> Result<Option<Better>, SolveError> {
+    let fields = [0, 1].map(|b: usize| SplitField::new(estimate.pair.displacement[b].clone()));
+    // Only an answer that is to be the discrete solution may move on.
+    let advance = matches!(nndd.status, NnddStatus::StoppedByCriterion | NnddStatus::Stalled { .. })
+        && settings.criterion != Criterion::Iterations;
+    let found = defect_correction::correct(problem, bodies, &nndd.last, fields, &settings.nndd, advance)?;
+    let Some(Corrected { iterate, fields: [first, second] }) = found else { return Ok(None) };
+    let Ok(better) = estimate_of(problem, bodies, &iterate, [&first.high, &second.high], settings) else {
+        return Ok(None);
+    };
+    let gains = better.unchecked().e_cre < estimate.unchecked().e_cre
+        || better.unchecked().eta_nndd < estimate.unchecked().eta_nndd;
+    Ok(gains.then_some(Better { iterate, estimate: better, low: [first.low, second.low] }))
+}
+
+/// Puts the measured η_NNDD in its places, and looks whether the criterion still holds with it.
+fn conclude(nndd: &mut NnddSolution, rows: &mut [Row], estimate: &Estimate, settings: &Settings) {
+    let eta_nndd = estimate.unchecked().eta_nndd;
+    nndd.last.eta_nndd = eta_nndd;
+    for row in rows.last_mut().map(|row| &mut row.iteration).into_iter().chain(nndd.history.last_mut()) {
+        row.eta_nndd = eta_nndd;
+    }
+    if let Criterion::Estimator { ratio } = settings.criterion
+        && nndd.status == NnddStatus::StoppedByCriterion
+        && eta_nndd > enough(estimate, ratio)
+    {
+        nndd.status = NnddStatus::Stalled { floor: eta_nndd, at_round_off: true };
+    }
 }
 
 /// Assembles and factorises both bodies, each at the same time as the other.

@@ -42,15 +42,10 @@ impl<'a> Follow<'a> {
         self.observer.phase(Phase::Iterations);
         let displacement = displacements(self.bodies, iterate);
         self.observer.phase(Phase::Estimate);
-        let state = ContactState {
-            displacement: [&displacement[0], &displacement[1]],
-            contact_force: &iterate.contact.normal_reaction,
-            opening: &iterate.opening,
-        };
-        let estimate = estimate_with(self.problem, self.bodies, &state, self.settings.relaxation)?;
+        let displacement = [displacement[0].as_slice(), &displacement[1]];
+        let estimate = estimate_of(self.problem, self.bodies, iterate, displacement, self.settings)?;
         if let Some(row) = self.rows.iter_mut().find(|row| row.iteration.iteration == iterate.iteration) {
-            row.eta_dis = Some(estimate.eta_dis);
-            row.e_cre = Some(estimate.e_cre);
+            row.take(&estimate);
         }
         self.latest = Some((iterate.iteration, estimate));
         self.observer.phase(Phase::Iterations);
@@ -73,10 +68,7 @@ impl<'a> Follow<'a> {
     fn matches_mesh(&mut self, iterate: &Iterate, ratio: f64) -> Result<bool, EstimatorError> {
         let small = |latest: &Option<(usize, Estimate)>| {
             latest.as_ref().is_none_or(|(_, e)| {
-                // Far from the solution η_dis may be larger than the whole bound: then it says nothing of the mesh.
-                let mesh = e.eta_dis.min(e.e_cre);
-                let enough = if mesh <= e.round_off { e.round_off } else { ratio * mesh };
-                iterate.eta_nndd <= enough
+                iterate.eta_nndd <= enough(e, ratio)
             })
         };
         let first = self.rows[0].iteration.eta_nndd;
@@ -115,6 +107,31 @@ impl StoppingCriterion for Follow<'_> {
             (false, false) => Decision::Continue,
         })
     }
+}
+
+/// Returns the η_NNDD that is small enough against the mesh's error: round-off if the mesh is exact.
+pub(crate) fn enough(estimate: &Estimate, ratio: f64) -> f64 {
+    let found = estimate.unchecked();
+    // Far from the solution η_dis may be larger than the whole bound: then it says nothing of the mesh.
+    let mesh = found.eta_dis.min(found.e_cre);
+    // Both contain the allowance.
+    if mesh <= 2.0 * estimate.round_off { estimate.round_off } else { ratio * mesh }
+}
+
+/// Estimates the error of an iterate with its displacements.
+pub(crate) fn estimate_of(
+    problem: &ContactProblem,
+    bodies: &[CondensedBody; 2],
+    iterate: &Iterate,
+    displacement: [&[Vector]; 2],
+    settings: &Settings,
+) -> Result<Estimate, EstimatorError> {
+    let state = ContactState {
+        displacement,
+        contact_force: &iterate.contact.normal_reaction,
+        opening: &iterate.opening,
+    };
+    estimate_with(problem, bodies, &state, settings.relaxation)
 }
 
 /// Recovers the displacements of both bodies from an iteration's interface values.

@@ -3,7 +3,7 @@
 
 use crate::equilibrated::EquilibratedStress;
 use crate::error::EstimatorError;
-use crate::lift;
+use crate::lift::{self, Lift};
 use crate::pressure;
 use crate::star_relaxation::{Relaxation, RelaxationReport, StarRelaxation, relax_with_stars};
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
@@ -11,54 +11,42 @@ use fem_core::condensation::CondensedBody;
 use fem_core::field;
 use fem_core::geometry::{Vector, scale};
 use fem_core::interface::{ContactInterface, ContactProblem, ContactState};
+use fem_core::residual::{self, SplitField};
 use fem_core::tensor::SymTensor2;
 
 /// An admissible pair: kinematic displacements, and stresses that share one pressure.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct AdmissiblePair {
-    /// Displacements of the two bodies, Cartesian, m.
+    /// Displacements of the two bodies as they were found, Cartesian, m. With [`Self::lift`] they are kinematically admissible.
     pub displacement: [Vec<Vector>; 2],
     /// Stress of these displacements, one per triangle, Pa.
     pub stress: [Vec<SymTensor2>; 2],
-    /// Opening at each pair, ≥ 0, m.
+    /// Opening at each pair with the lift, ≥ 0, m.
     pub opening: Vec<f64>,
-    /// Middle Bernstein coefficient of the opening along each contact edge, ≥ 0, m.
+    /// Middle Bernstein coefficient of the opening along each contact edge with the lift, ≥ 0, m.
     pub middle_opening: Vec<f64>,
-    /// How far the first body's contact nodes were moved back along the normals from the state's displacement, ≥ 0, m;
-    /// zero on a straight contact line.
-    pub lift: Vec<f64>,
+    /// How far the contact nodes of one body must move back along the normals; zero on a straight contact line.
+    pub lift: Lift,
     /// Pressure at each pair, `r²_i/ℓ_i ≥ 0`, Pa.
     pub pressure: Vec<f64>,
     /// Common pressure at the two ends of each contact edge, ≥ 0, Pa, see [`crate::pressure::edge_pressure`].
     pub edge_pressure: Vec<[f64; 2]>,
+    /// Nodal forces of this pressure at each pair, Cartesian, N/m: on the second body; the first has their opposites.
+    pub pressure_force: Vec<Vector>,
     /// Equilibrated stresses.
     pub equilibrated: [EquilibratedStress; 2],
     /// How they were relaxed.
     pub relaxation: [RelaxationReport; 2],
 }
 
-impl AdmissiblePair {
-    /// Returns the largest lift, m.
-    pub fn largest_lift(&self) -> f64 {
-        self.lift.iter().copied().fold(0.0, f64::max)
-    }
-
-    /// Returns the displacement that body `b` had before it was lifted, m: to round-off, the state's.
-    pub fn unlifted(&self, problem: &ContactProblem, b: usize) -> Vec<Vector> {
-        match b {
-            0 => lift::moved(problem, &self.displacement[0], &self.lift, -1.0),
-            _ => self.displacement[b].clone(),
-        }
-    }
-}
-
 /// Builds the admissible pair of a contact state.
 ///
 /// The pressure is `p_i = r²_i/ℓ_i`, linear along straight contact edges, its mean on edges along which the normal changes.
-/// There the state's displacement is lifted, too, until the bodies penetrate nowhere (theory: the contact line is a
+/// A lift opens the bodies there until they penetrate nowhere (theory: the contact line is a
 /// polygon with a frozen normal field, linear along the edges). One Neumann problem per body with the consistent load
 /// `∫ p n φ_i` gives an FE stress in FE equilibrium with exactly this pressure; EET and Johnson-Mercier make it equilibrated, and the
-/// relaxation makes it the sharper.
+/// relaxation sharpens it.
 ///
 /// # Errors
 /// Arrays of the wrong length, values that are not finite.
@@ -68,74 +56,98 @@ pub fn admissible_pair(
     state: &ContactState<'_>,
     relaxation: Relaxation,
 ) -> Result<AdmissiblePair, EstimatorError> {
-    Ok(pair_and_stars(problem, bodies, state, relaxation)?.0)
+    check_state(problem, bodies, state)?;
+    Ok(pair_and_stars(problem, bodies, state, relaxation, Neumann::Solved).0)
 }
 
-/// [`admissible_pair`], with the stars of Ω₁ for another stress of that body; none without relaxation.
+/// How the Neumann problems are solved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Neumann {
+    /// By the factor alone.
+    Solved,
+    /// With iterative refinement.
+    Refined,
+}
+
+/// [`admissible_pair`] of a state that has been checked, with the stars of Ω₁ for another stress of that body; none without
+/// relaxation.
 pub(crate) fn pair_and_stars<'a>(
     problem: &'a ContactProblem,
     bodies: &[CondensedBody; 2],
     state: &ContactState<'_>,
     relaxation: Relaxation,
-) -> Result<(AdmissiblePair, Option<StarRelaxation<'a>>), EstimatorError> {
-    check_state(problem, bodies, state)?;
+    accuracy: Neumann,
+) -> (AdmissiblePair, Option<StarRelaxation<'a>>) {
     let interface = &problem.interface;
     let pressure = pressure::nodal_pressure(interface, state.contact_force);
     let edge_pressure = pressure::edge_pressure(interface, &pressure);
-    let opened = lift::middle_openings(interface, state.displacement);
-    let lift = lift::lift(problem, &opened);
-    let lifted = lift.iter().any(|l| *l > 0.0);
-    let first = if lifted {
-        lift::moved(problem, state.displacement[0], &lift, 1.0)
-    } else {
-        state.displacement[0].to_vec()
-    };
-    let displacement = [first, state.displacement[1].to_vec()];
+    let pressure_force = pressure::nodal_forces(interface, &pressure, &edge_pressure);
+    let found = lift::middle_openings(interface, state.displacement);
+    let lift = lift::find(problem, state.displacement, &found);
     let middle_opening =
-        if lifted { lift::middle_openings(interface, [&displacement[0], &displacement[1]]) } else { opened };
+        if lift.energy > 0.0 { lift::lifted_middle_openings(problem, state.displacement, &lift) } else { found };
     let recover = |b: usize| {
         let body = &problem.bodies[b];
-        let neumann = neumann(&bodies[b], interface, b, &pressure, &edge_pressure);
         let conditions = with_pressure(body, interface, b, &edge_pressure);
-        let equilibrated = EquilibratedStress::recover(body, field::stresses(body, &neumann), conditions);
-        (equilibrated, field::stresses(body, &displacement[b]))
+        let stress = neumann_stress(problem, &bodies[b], b, (&pressure, &pressure_force), accuracy);
+        let equilibrated = EquilibratedStress::recover(body, stress, conditions);
+        (equilibrated, field::stresses(body, state.displacement[b]))
     };
     let ((mut e1, s1), (mut e2, s2)) = rayon::join(|| recover(0), || recover(1));
     // One body after the other, each in parallel: the stars of one at a time are in memory.
     let (used, r2) = relax_with_stars(&problem.bodies[1], &mut e2, relaxation, None);
     let (stars, r1) = relax_with_stars(&problem.bodies[0], &mut e1, relaxation, used);
     let pair = AdmissiblePair {
-        displacement,
+        displacement: state.displacement.map(<[Vector]>::to_vec),
         stress: [s1, s2],
-        opening: state.opening.iter().zip(&lift).map(|(o, l)| o + l).collect(),
+        opening: state.opening.iter().zip(&lift.by_pair).map(|(o, l)| o + l).collect(),
         middle_opening,
         lift,
         pressure,
         edge_pressure,
+        pressure_force,
         equilibrated: [e1, e2],
         relaxation: [r1, r2],
     };
-    Ok((pair, stars))
+    (pair, stars)
 }
 
-/// Solves a body's Neumann problem with the consistent load of the pressure: `−p n` on Ω₁, `+p n` on Ω₂.
-fn neumann(
-    body: &CondensedBody,
-    interface: &ContactInterface,
+/// Solves a body's Neumann problem with the consistent load of the pressure, `−p n` on Ω₁, `+p n` on Ω₂, and returns its stress.
+fn neumann_stress(
+    problem: &ContactProblem,
+    condensed: &CondensedBody,
     b: usize,
-    pressure: &[f64],
-    edge_pressure: &[[f64; 2]],
-) -> Vec<Vector> {
-    let sign = if b == 0 { -1.0 } else { 1.0 };
-    if interface.has_bent_edges() {
+    (pressure, forces): (&[f64], &[Vector]),
+    accuracy: Neumann,
+) -> Vec<SymTensor2> {
+    let (body, interface) = (&problem.bodies[b], &problem.interface);
+    let displacement = if interface.has_bent_edges() {
         // The loads have a small part along the surface as well.
-        let forces = interface.pressure_forces(edge_pressure);
-        let nodes = interface.pairs().iter().map(|pair| pair.nodes[b]);
-        let forces: Vec<_> = nodes.zip(forces).map(|(node, force)| (node, scale(sign, force))).collect();
-        return body.displacement_from_nodal_forces(&forces);
+        condensed.displacement_from_nodal_forces(&on_body(interface, b, forces))
+    } else {
+        let sign = side_sign(b);
+        let load: Vec<f64> = interface.mass(pressure).iter().map(|f| sign * f).collect();
+        condensed.displacement_from_force(&load)
+    };
+    match accuracy {
+        Neumann::Solved => field::stresses(body, &displacement),
+        Neumann::Refined => {
+            let mut field = SplitField::new(displacement);
+            condensed.refine(body, &on_body(interface, b, forces), false, &mut field);
+            residual::stresses(body, &field)
+        }
     }
-    let load: Vec<f64> = interface.mass(pressure).iter().map(|f| sign * f).collect();
-    body.displacement_from_force(&load)
+}
+
+/// The sign of the pressure's forces on a body: −1 on the first, from which the normal points.
+fn side_sign(b: usize) -> f64 {
+    if b == 0 { -1.0 } else { 1.0 }
+}
+
+/// Puts forces of the pairs on the contact nodes of a body.
+pub(crate) fn on_body(interface: &ContactInterface, b: usize, forces: &[Vector]) -> Vec<(u32, Vector)> {
+    let nodes = interface.pairs().iter().map(|pair| pair.nodes[b]);
+    nodes.zip(forces).map(|(node, force)| (node, scale(side_sign(b), *force))).collect()
 }
 
 /// Puts the contact pressure on a body's contact edges: traction `−p n` on Ω₁, `+p n` on Ω₂ per length of the contact
@@ -147,7 +159,7 @@ fn with_pressure(
     edge_pressure: &[[f64; 2]],
 ) -> Vec<EdgeCondition> {
     let mut conditions = body.edge_conditions().to_vec();
-    let sign = if b == 0 { -1.0 } else { 1.0 };
+    let sign = side_sign(b);
     for_contact_edges(body, interface, b, |place, contact, reversed| {
         let edge = &interface.edges()[contact];
         let stretch = edge.length / body.mesh().edge_length(edge.edges[b]);
@@ -189,7 +201,7 @@ fn for_contact_edges(
     }
 }
 
-fn check_state(
+pub(crate) fn check_state(
     problem: &ContactProblem,
     bodies: &[CondensedBody; 2],
     state: &ContactState<'_>,

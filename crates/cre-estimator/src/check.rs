@@ -21,7 +21,7 @@ const SAME_DIRECTION: f64 = 1e-9;
 /// Residuals of the conditions of admissibility.
 ///
 /// The force residuals are maxima over their items, divided by the largest edge force, load or pressure
-/// force, and at least by a force at which rounding of the displacements alone would just pass: the bound has
+/// force of the same body, and at least by a force at which rounding of its displacements alone would just pass: the bound has
 /// an allowance for that. `penetration` is relative to the largest displacement of the interface, `pressure_sign` to the
 /// largest pressure.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -61,6 +61,19 @@ impl Admissibility {
     pub fn failed(&self) -> impl Iterator<Item = (&'static str, f64)> {
         let fails = |(_, found, allowed): &(&str, f64, f64)| !(found <= allowed);
         self.checks().into_iter().filter(fails).map(|(name, found, _)| (name, found))
+    }
+
+    /// Takes the larger one of every two residuals.
+    pub(crate) fn worst(self, other: Self) -> Self {
+        Self {
+            equilibrium: larger(self.equilibrium, other.equilibrium),
+            traction_jump: larger(self.traction_jump, other.traction_jump),
+            boundary_traction: larger(self.boundary_traction, other.boundary_traction),
+            penetration: larger(self.penetration, other.penetration),
+            pressure_sign: larger(self.pressure_sign, other.pressure_sign),
+            supports: larger(self.supports, other.supports),
+            imposed_displacement: larger(self.imposed_displacement, other.imposed_displacement),
+        }
     }
 
     /// Tells whether everything holds to round-off, so that the bound is a bound.
@@ -126,15 +139,18 @@ pub(crate) fn check_and_visit<T: Send>(
     let of_body =
         |b: usize| forces(&problem.bodies[b], &pair.equilibrated[b], |t, tau: &CellStress| visit(b, t, tau));
     let ((a, first), (b, second)) = rayon::join(|| of_body(0), || of_body(1));
-    let noise = larger(
-        force_noise(&problem.bodies[0], &pair.displacement[0]),
-        force_noise(&problem.bodies[1], &pair.displacement[1]),
-    );
-    let mut found = a.max(b).residuals(noise);
+    // A body that is loaded lightly is held to its own scale.
+    let residuals = |b: usize, forces: Forces| {
+        forces.residuals(force_noise(&problem.bodies[b], &pair.displacement[b]))
+    };
+    let mut found = residuals(0, a).worst(residuals(1, b));
+    let lifted = pair.lift.added_to(problem, &pair.displacement[pair.lift.body]);
+    let displacement: [&[Vector]; 2] =
+        std::array::from_fn(|b| if b == pair.lift.body { lifted.as_slice() } else { &pair.displacement[b] });
     let mut trace = 0.0;
     let mut penetration = 0.0;
     for (k, p) in problem.interface.pairs().iter().enumerate() {
-        let u = [0, 1].map(|b| pair.displacement[b][p.nodes[b] as usize]);
+        let u = [0, 1].map(|b: usize| displacement[b][p.nodes[b] as usize]);
         trace = larger(trace, larger(norm(u[0]), norm(u[1])));
         trace = larger(trace, p.gap);
         // Both the opening that enters the bound and that of the fields themselves.
@@ -143,7 +159,6 @@ pub(crate) fn check_and_visit<T: Send>(
         penetration = larger(penetration, (opening - pair.opening[k]).abs());
     }
     // Between the pairs, where the normal changes.
-    let displacement = [pair.displacement[0].as_slice(), pair.displacement[1].as_slice()];
     let middle = lift::middle_openings(&problem.interface, displacement);
     for ((edge, opening), stated) in problem.interface.edges().iter().zip(middle).zip(&pair.middle_opening) {
         if problem.interface.is_bent(edge) {
@@ -155,7 +170,7 @@ pub(crate) fn check_and_visit<T: Send>(
     let largest = edge_pressure.iter().fold(0.0, |m, p| larger(m, p.abs()));
     let negative = edge_pressure.iter().fold(0.0, |m, p| larger(m, -p));
     found.supports = larger(problem.bodies[0].roller_turn(), problem.bodies[1].roller_turn());
-    let imposed = |b: usize| displaced_support(&problem.bodies[b], &pair.displacement[b]);
+    let imposed = |b: usize| displaced_support(&problem.bodies[b], displacement[b]);
     found.imposed_displacement = larger(imposed(0), imposed(1));
     found.penetration = relative(penetration, trace);
     found.pressure_sign = relative(negative, largest);
@@ -177,6 +192,17 @@ fn displaced_support(body: &Body, displacement: &[Vector]) -> f64 {
 /// are zero.
 pub fn check_stress(body: &Body, stress: &EquilibratedStress) -> Admissibility {
     forces(body, stress, |_, _| ()).0.residuals(0.0)
+}
+
+/// [`check_stress`], with the scale of a body that is displaced, and what `visit` makes of every triangle and its stress.
+pub(crate) fn check_stress_and_visit<T: Send>(
+    body: &Body,
+    displacement: &[Vector],
+    stress: &EquilibratedStress,
+    visit: impl Fn(usize, &CellStress) -> T + Sync,
+) -> (Admissibility, Vec<T>) {
+    let (found, visited) = forces(body, stress, visit);
+    (found.residuals(force_noise(body, displacement)), visited)
 }
 
 fn relative(x: f64, scale: f64) -> f64 {

@@ -6,7 +6,8 @@ use crate::admissible::AdmissiblePair;
 use crate::johnson_mercier::{self, CellStress};
 use crate::pressure;
 use fem_core::body::Body;
-use fem_core::interface::ContactProblem;
+use fem_core::double_double::DoubleDouble;
+use fem_core::interface::{ContactEdge, ContactProblem};
 use fem_core::norm::{from_squared, sum_over_triangles};
 use fem_core::tensor::SymTensor2;
 use rayon::prelude::*;
@@ -15,6 +16,7 @@ use rayon::prelude::*;
 /// ```math
 /// e_{CRE}^2 = \sum ‖τ - σ(v)‖^2 + 2 ∫ p\,o = \sum ‖τ - \hat σ‖^2 + \Bigl[ \sum ‖\hat σ - σ(v)‖^2 + 2 ∫ p\,o \Bigr]
 /// ```
+/// On bent lines `o` is the opening with the lift `l`, and `‖l‖²` is added: (26).
 #[derive(Clone, Debug)]
 pub struct Cre {
     /// `e_CRE²`, a bound of `‖u − v‖² + ‖σ − τ‖²`.
@@ -23,11 +25,11 @@ pub struct Cre {
     pub by_cell: [Vec<f64>; 2],
     /// Part of the mesh in every triangle of each body, `‖τ − σ̂‖²`: what refinement can lower.
     pub discretisation_by_cell: [Vec<f64>; 2],
-    /// Contribution of every contact edge, `2∫ p o`.
+    /// Contribution of every contact edge, `2∫ p o` and its share of `‖l‖²`.
     pub by_contact_edge: Vec<f64>,
     /// `Σ‖τ − σ̂‖²`: what the mesh contributes.
     pub discretisation_squared: f64,
-    /// `Σ‖σ̂ − σ(v)‖² + 2∫ p o`: what the iteration contributes.
+    /// `Σ‖σ̂ − σ(v)‖² + 2∫ p o + ‖l‖²`: what the iteration contributes, and the contact law that holds at nodes only.
     pub algebraic_squared: f64,
 }
 
@@ -82,12 +84,17 @@ impl Cre {
         pair: &AdmissiblePair,
         distances: [Vec<[f64; 2]>; 2],
     ) -> Self {
-        let by_contact_edge = pressure::contact_terms(
-            &problem.interface,
-            &pair.edge_pressure,
-            &pair.opening,
-            &pair.middle_opening,
-        );
+        let interface = &problem.interface;
+        let mut by_contact_edge =
+            pressure::contact_terms(interface, &pair.edge_pressure, &pair.opening, &pair.middle_opening);
+        if pair.lift.energy > 0.0 {
+            let weight = |edge: &ContactEdge| edge.pairs.map(|k| pair.lift.by_pair[k as usize].powi(2)).iter().sum();
+            let weights: Vec<f64> = interface.edges().iter().map(weight).collect();
+            let whole: f64 = weights.iter().sum();
+            for (term, weight) in by_contact_edge.iter_mut().zip(weights) {
+                *term += pair.lift.energy * weight / whole;
+            }
+        }
         let contact: f64 = by_contact_edge.iter().sum();
         let algebraic = |b: usize| {
             distance_squared(&problem.bodies[b], &pair.equilibrated[b].finite_element, &pair.stress[b])
@@ -106,6 +113,27 @@ impl Cre {
             discretisation_by_cell,
             by_contact_edge,
         }
+    }
+}
+
+/// What a walk over the cells finds in one triangle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CellMeasure {
+    /// See [`cell_distances`].
+    pub(crate) distances: [f64; 2],
+    /// Mean stress xx, yy, xy without rounding, Pa.
+    pub(crate) mean: [DoubleDouble; 3],
+}
+
+impl CellMeasure {
+    /// Measures the stress of a triangle.
+    #[inline(always)]
+    pub(crate) fn new(distances: [f64; 2], tau: &CellStress) -> Self {
+        let mean = |component: fn(&SymTensor2) -> f64| {
+            let sum = tau.iter().flatten().fold(DoubleDouble::ZERO, |sum, s| sum + component(s));
+            sum / DoubleDouble::from(9.0)
+        };
+        Self { distances, mean: [mean(|s| s.xx), mean(|s| s.yy), mean(|s| s.xy)] }
     }
 }
 

@@ -1,10 +1,11 @@
 //! Everything a certificate needs, in one call.
 
-use crate::admissible::{AdmissiblePair, pair_and_stars};
+use crate::admissible::{AdmissiblePair, Neumann, check_state, pair_and_stars};
 use crate::check::{Admissibility, check_and_visit};
-use crate::cre::{Cre, cell_distances};
+use crate::cre::{CellMeasure, Cre, cell_distances};
 use crate::error::EstimatorError;
-use crate::indicators::eta_dis_squared_with;
+use crate::indicators::{eta_dis, eta_nndd_squared};
+use crate::parts::{Parts, parts};
 use crate::round_off;
 use crate::star_relaxation::Relaxation;
 use fem_core::condensation::CondensedBody;
@@ -15,7 +16,12 @@ use rayon::prelude::*;
 /// Rounding is relative to squares above this, and a product of two of their roundings does not underflow.
 const SMALLEST_SQUARE: f64 = 1e-250;
 
+/// Refinement of the solves pays if rounding takes more than this share of the bound.
+const ROUND_OFF_SHARE: f64 = 1e-3;
+
 /// The estimate of a contact state.
+///
+/// [`Self::certificate`] hands out the bound if its checks hold. [`Self::unchecked`] is for reports of what failed.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Estimate {
@@ -23,16 +29,27 @@ pub struct Estimate {
     pub pair: AdmissiblePair,
     /// The constitutive relation error and its split.
     pub cre: Cre,
-    /// Residuals of admissibility.
+    /// Residuals of admissibility: of the stress of the bound and of that of `η_dis`.
     pub admissibility: Admissibility,
-    /// The guaranteed bound `e_CRE` of the energy error, round-off allowance included, square root of J/m.
-    pub e_cre: f64,
-    /// The part of it that is an allowance for round-off: errors of this size and below cannot be told from zero.
+    /// The part of `e_CRE` that is an allowance for round-off: errors of this size and below cannot be told from zero.
     pub round_off: f64,
-    /// The discretisation indicator `η_dis`.
-    pub eta_dis: f64,
     /// `a(u, u)` of the state's displacements in each body, J/m.
     pub energy_norm_squared: [f64; 2],
+    indicators: Indicators,
+}
+
+/// The numbers that are bounds if the checks hold, square root of J/m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Indicators {
+    /// `e_CRE` bounds the energy error of the state's displacements, round-off allowance included.
+    pub e_cre: f64,
+    /// `η_dis`, the error of the mesh for a frozen λ, round-off allowance included.
+    pub eta_dis: f64,
+    /// `η_NNDD`, a bound of the distance to the solution of the discrete problem, round-off included.
+    pub eta_nndd: f64,
+    /// What `e_CRE` is made of.
+    pub parts: Parts,
 }
 
 impl Estimate {
@@ -40,9 +57,19 @@ impl Estimate {
     pub fn energy_norm(&self) -> f64 {
         self.energy_norm_squared.iter().sum::<f64>().sqrt()
     }
+
+    /// Returns the bounds; `None` if a check of admissibility fails: then they are not bounds.
+    pub fn certificate(&self) -> Option<&Indicators> {
+        self.admissibility.is_valid().then_some(&self.indicators)
+    }
+
+    /// Returns the same numbers whether the checks hold or not. They bound nothing unless [`Admissibility::is_valid`].
+    pub fn unchecked(&self) -> &Indicators {
+        &self.indicators
+    }
 }
 
-/// Estimates the error of a contact state, whoever computed it, by EET alone: [`estimate_with`] without
+/// Estimates the error of a contact state, whatever its source, by EET alone: [`estimate_with`] without
 /// relaxation.
 ///
 /// # Errors
@@ -55,10 +82,12 @@ pub fn estimate(
     estimate_with(problem, bodies, state, Relaxation::NONE)
 }
 
-/// Estimates the error of a contact state, whoever computed it.
+/// Estimates the error of a contact state, whatever its source.
 ///
 /// * `relaxation`: how far the equilibrated stresses are relaxed. The bound is strict at every step; more
 ///   steps make it sharper.
+///
+/// If rounding takes a noticeable share of the bound, the Neumann problems are solved again with iterative refinement.
 ///
 /// # Errors
 /// Arrays of the wrong length, values that are not finite.
@@ -68,37 +97,77 @@ pub fn estimate_with(
     state: &ContactState<'_>,
     relaxation: Relaxation,
 ) -> Result<Estimate, EstimatorError> {
-    let (mut pair, stars) = pair_and_stars(problem, bodies, state, relaxation)?;
-    // One walk over the cells for both.
-    let (admissibility, distances) =
-        check_and_visit(problem, &pair, |b, t, tau| cell_distances(problem, &pair, b, t, tau));
-    let cre = Cre::from_cells(problem, &pair, distances);
-    let energy_of = |b: usize| {
+    check_state(problem, bodies, state)?;
+    let first = estimate_once(problem, bodies, state, (relaxation, Neumann::Solved))?;
+    if first.residual <= ROUND_OFF_SHARE * first.estimate.unchecked().e_cre {
+        return Ok(first.estimate);
+    }
+    let refined = estimate_once(problem, bodies, state, (relaxation, Neumann::Refined))?;
+    let smaller = refined.estimate.unchecked().e_cre <= first.estimate.unchecked().e_cre;
+    Ok(if smaller { refined.estimate } else { first.estimate })
+}
+
+/// An estimate, and the measured part of its round-off.
+struct Measured {
+    estimate: Estimate,
+    residual: f64,
+}
+
+fn estimate_once(
+    problem: &ContactProblem,
+    bodies: &[CondensedBody; 2],
+    state: &ContactState<'_>,
+    (relaxation, accuracy): (Relaxation, Neumann),
+) -> Result<Measured, EstimatorError> {
+    let (pair, stars) = pair_and_stars(problem, bodies, state, relaxation, accuracy);
+    // One walk over the cells for all.
+    let (mut admissibility, cells) = check_and_visit(problem, &pair, |b, t, tau| {
+        CellMeasure::new(cell_distances(problem, &pair, b, t, tau), tau)
+    });
+    let [first, second] = [0, 1].map(|b: usize| cells[b].iter().map(|c| c.distances).collect());
+    let cre = Cre::from_cells(problem, &pair, [first, second]);
+    let energy_norm_squared = energies(problem, &pair)?;
+    let residuals = round_off::residuals(problem, bodies, &pair, cells);
+    let dis = eta_dis(problem, bodies, &pair, &cre, (relaxation, accuracy), stars);
+    admissibility = admissibility.worst(dis.admissibility);
+    let allowance =
+        |first: f64| round_off::allowance(problem, &pair, energy_norm_squared, [first, residuals[1]]);
+    let round_off = allowance(residuals[0]);
+    let [imbalance, rounding] = eta_nndd_squared(problem, bodies, state);
+    // As much again as the rounding that shows beside the interface is left for what does not.
+    let eta_nndd = (imbalance + rounding).sqrt() + rounding.sqrt();
+    let indicators = Indicators {
+        e_cre: cre.e_cre() + round_off,
+        eta_dis: from_squared(dis.squared) + allowance(dis.residual.unwrap_or(residuals[0])),
+        eta_nndd,
+        parts: parts(problem, bodies, state, (&pair, &cre), eta_nndd * eta_nndd, round_off),
+    };
+    if ![indicators.e_cre, indicators.eta_dis, indicators.eta_nndd].iter().all(|x| x.is_finite()) {
+        return Err(EstimatorError::NotFinite { what: "the estimate" });
+    }
+    let residual = residuals[0] + residuals[1];
+    let estimate = Estimate { pair, cre, admissibility, round_off, energy_norm_squared, indicators };
+    Ok(Measured { estimate, residual })
+}
+
+/// Computes `a(u, u)` of each body.
+fn energies(problem: &ContactProblem, pair: &AdmissiblePair) -> Result<[f64; 2], EstimatorError> {
+    let energies = [0, 1].map(|b: usize| {
         let body = &problem.bodies[b];
         sum_over_triangles(pair.stress[b].len(), |t| {
             let s = pair.stress[b][t];
             body.mesh().area(t) * body.material(t).complementary(s, s)
         })
-    };
-    let energy_norm_squared = [energy_of(0), energy_of(1)];
-    let first = std::mem::take(&mut pair.stress[0]);
-    let (eta_dis_squared, first) = eta_dis_squared_with(problem, first, &cre, relaxation, stars);
-    let eta_dis = from_squared(eta_dis_squared);
-    pair.stress[0] = first;
-    // Squares of smaller numbers are lost, and with them the checks.
+    });
+    // Squares of smaller numbers underflow, and the checks with them.
     let largest = |b: usize| {
         let all = pair.stress[b].par_iter().with_min_len(4096);
         all.map(|s| s.xx.abs().max(s.yy.abs()).max(s.xy.abs())).reduce(|| 0.0, f64::max)
     };
     let stress = largest(0).max(largest(1));
-    let energy: f64 = energy_norm_squared.iter().sum();
+    let energy: f64 = energies.iter().sum();
     if stress > 0.0 && (stress * stress).min(energy) < SMALLEST_SQUARE {
         return Err(EstimatorError::TooSmall { stress, energy });
     }
-    let round_off = round_off::allowance(problem, &pair, energy_norm_squared);
-    let e_cre = cre.e_cre() + round_off;
-    if !(e_cre.is_finite() && eta_dis.is_finite()) {
-        return Err(EstimatorError::NotFinite { what: "the estimate" });
-    }
-    Ok(Estimate { pair, cre, admissibility, e_cre, round_off, eta_dis, energy_norm_squared })
+    Ok(energies)
 }

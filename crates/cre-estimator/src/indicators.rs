@@ -1,58 +1,112 @@
-//! The discretisation indicator: the error of step 1's own problems for a frozen λ_p.
+//! The indicators: of the mesh, for a frozen λ_p, and of the iteration.
 
-use crate::admissible::{AdmissiblePair, with_imposed_normal};
-use crate::cre::Cre;
+use crate::admissible::{AdmissiblePair, Neumann, on_body, with_imposed_normal};
+use crate::check::{Admissibility, check_stress_and_visit};
+use crate::cre::{CellMeasure, Cre};
 use crate::equilibrated::EquilibratedStress;
+use crate::johnson_mercier;
 use crate::star_relaxation::{Relaxation, StarRelaxation, relax};
-use fem_core::interface::ContactProblem;
+use fem_core::condensation::CondensedBody;
+use fem_core::geometry::{Vector, scale};
+use fem_core::interface::{ContactProblem, ContactState};
 use fem_core::norm::sum_over_triangles;
-use fem_core::tensor::SymTensor2;
+use fem_core::residual::{self, SplitField};
+
+/// The discretisation indicator, and what it rests on.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct EtaDis {
+    /// `η_dis²`, J/m.
+    pub(crate) squared: f64,
+    /// Residuals of its own stress; zero if that is the stress of the bound.
+    pub(crate) admissibility: Admissibility,
+    /// `√(Rᵀ K⁻¹ R)` of its stress in Ω₁; `None` if that is the stress of the bound.
+    pub(crate) residual: Option<f64>,
+}
 
 /// Computes `η_dis,p²`, J/m, (23) of `certified_contact::theory`: the constitutive relation error of the second reference
 /// problem, λ_p frozen.
 ///
 /// * Ω₁ has `v¹ = λ_p` imposed: recovery on `σ(u¹_p)` itself, the normal traction on Γ_C free and the
 ///   tangential one zero.
-/// * Ω₂ stands against a rigid obstacle at `λ_p − g`: its equilibrated stress and its contact term are those
+/// * Ω₂ lies against a rigid obstacle at `λ_p − g`: its equilibrated stress and its contact term are those
 ///   of the global bound, since the pressure is the same, `p_i = r²_i/ℓ_i`.
 ///
-/// Where the normal changes along contact edges, the reactions of an imposed trace are not those of a traction that is
+/// If the normal changes along contact edges, the reactions of an imposed trace are not those of a traction that is
 /// linear along the edges: there the pressure of Ω₁ is frozen instead of λ, and its part is `‖τ¹ − σ̂¹‖²`.
 ///
-/// `relaxation` applies to Ω₁ and should be that of the pair.
-pub fn eta_dis_squared(
+/// The squares are summed up from the stress, cell by cell. `relaxation` applies to Ω₁ and should be that of the pair.
+pub(crate) fn eta_dis(
     problem: &ContactProblem,
+    bodies: &[CondensedBody; 2],
     pair: &AdmissiblePair,
     cre: &Cre,
-    relaxation: Relaxation,
-) -> f64 {
-    eta_dis_squared_with(problem, pair.stress[0].clone(), cre, relaxation, None).0
-}
-
-/// [`eta_dis_squared`] with stars of Ω₁ that are ready already. Takes the stress of Ω₁ and gives it back.
-pub(crate) fn eta_dis_squared_with<'a>(
-    problem: &'a ContactProblem,
-    stress: Vec<SymTensor2>,
-    cre: &Cre,
-    relaxation: Relaxation,
-    stars: Option<StarRelaxation<'a>>,
-) -> (f64, Vec<SymTensor2>) {
+    (relaxation, accuracy): (Relaxation, Neumann),
+    stars: Option<StarRelaxation<'_>>,
+) -> EtaDis {
     let second = sum_over_triangles(cre.by_cell[1].len(), |t| cre.by_cell[1][t]);
     let contact = cre.by_contact_edge.iter().sum::<f64>();
     if problem.interface.has_bent_edges() {
         let cells = &cre.discretisation_by_cell[0];
-        return (sum_over_triangles(cells.len(), |t| cells[t]) + second + contact, stress);
+        let squared = sum_over_triangles(cells.len(), |t| cells[t]) + second + contact;
+        return EtaDis { squared, admissibility: Admissibility::default(), residual: None };
     }
     let body = &problem.bodies[0];
+    let stress = match accuracy {
+        Neumann::Solved => pair.stress[0].clone(),
+        Neumann::Refined => {
+            let mut field = SplitField::new(pair.displacement[0].clone());
+            bodies[0].refine(body, &[], true, &mut field);
+            residual::stresses(body, &field)
+        }
+    };
     let conditions = with_imposed_normal(body, &problem.interface, 0);
     let mut recovered = EquilibratedStress::recover(body, stress, conditions);
-    let report = match stars {
+    match stars {
         Some(mut stars) => {
             stars.restate(&recovered.conditions);
-            stars.relax(&mut recovered, relaxation)
+            stars.relax(&mut recovered, relaxation);
         }
-        None => relax(body, &mut recovered, relaxation),
+        None => {
+            relax(body, &mut recovered, relaxation);
+        }
+    }
+    let visit = |t: usize, tau: &johnson_mercier::CellStress| {
+        let (area, material) = (body.mesh().area(t), body.material(t));
+        let distance = johnson_mercier::distance_squared(tau, pair.stress[0][t], area, material);
+        CellMeasure::new([distance, 0.0], tau)
     };
-    let first = report.energy_history.last().copied().unwrap_or(f64::NAN);
-    (first + second + contact, recovered.finite_element)
+    let (admissibility, cells) = check_stress_and_visit(body, &pair.displacement[0], &recovered, visit);
+    let first = sum_over_triangles(cells.len(), |t| cells[t].distances[0]);
+    let means: Vec<_> = cells.iter().map(|c| c.mean).collect();
+    let [interior, _] = bodies[0].residual_energy(&residual::of_stress(body, &means));
+    EtaDis { squared: first + second + contact, admissibility, residual: Some(interior.sqrt()) }
+}
+
+/// Computes how far a state is from the solution of the discrete problem, in two parts: of the iteration and of rounding.
+/// ```math
+/// η_{NNDD}^2 = \sum_α R^α · K_α^{-1} R^α + 2 \sum_i r_i\,o_i ≥ ‖u_h - u_p‖^2, \qquad R^α = K_α u^α_p - f^α ± r\,n
+/// ```
+/// It is the constitutive relation error of the discrete problem: `u^α_p − K⁻¹R^α` is in FE equilibrium with the forces `r`. In
+/// exact arithmetic `R` vanishes but for the imbalance at the interface of Ω₁, and this is (22). The residual is evaluated
+/// in double-double numbers, so that rounding of the displacements is in it.
+///
+/// Returns the squares: what acts on the interface, and the remainder, which is rounding, J/m.
+pub(crate) fn eta_nndd_squared(
+    problem: &ContactProblem,
+    bodies: &[CondensedBody; 2],
+    state: &ContactState<'_>,
+) -> [f64; 2] {
+    let pairs = problem.interface.pairs();
+    let forces: Vec<Vector> = pairs.iter().zip(state.contact_force).map(|(p, r)| scale(*r, p.normal)).collect();
+    let of_body = |b: usize| {
+        let mut residual = residual::of_displacement(&problem.bodies[b], state.displacement[b]);
+        for (node, force) in on_body(&problem.interface, b, &forces) {
+            let r = &mut residual[node as usize];
+            *r = [r[0] + -force[0], r[1] + -force[1]];
+        }
+        bodies[b].residual_energy(&residual)
+    };
+    let ([i1, c1], [i2, c2]) = rayon::join(|| of_body(0), || of_body(1));
+    let work: f64 = state.contact_force.iter().zip(state.opening).map(|(r, o)| (r * o).max(0.0)).sum();
+    [c1 + c2 + 2.0 * work, i1 + i2]
 }

@@ -1,15 +1,56 @@
 //! Makes the opening of a bent contact line nowhere negative.
 //!
-//! Where the normal changes along an edge, the opening between two pairs that touch is a quadratic whose middle Bernstein
-//! coefficient can be negative, by the square of the edge length where the bodies slide. The first body's contact nodes
-//! are moved back along their normals until no coefficient is; one that is held, along the direction left free.
+//! If the normal changes along an edge, the opening between two pairs that touch is a quadratic whose middle Bernstein
+//! coefficient can be negative, by the square of the edge length if the bodies slide. The lift `l` moves the contact nodes of one
+//! body back along their normals until no coefficient is negative; a node that is held moves along the direction left
+//! free. Only the bound sees the lift, (26) of `certified_contact::theory`: the displacement found stays what it is.
 
-use fem_core::body::NodeConstraint;
-use fem_core::geometry::{Vector, dot, perpendicular, scale, sub};
+use fem_core::body::{Body, NodeConstraint};
+use fem_core::element::Triangle;
+use fem_core::geometry::{Vector, add, dot, perpendicular, scale, sub};
 use fem_core::interface::{ContactInterface, ContactProblem, Pair};
 
 /// A node whose motion opens the edge by less of itself is left where it is; what then penetrates is refused by the checks.
 const SMALLEST_GAIN: f64 = 0.1;
+
+/// The lift of the contact nodes of one body.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Lift {
+    /// The body whose nodes move.
+    pub body: usize,
+    /// How far each pair is opened, ≥ 0, m.
+    pub by_pair: Vec<f64>,
+    /// `‖l‖²` of the P1 field that vanishes at all other nodes, J/m.
+    pub energy: f64,
+}
+
+impl Lift {
+    /// Returns the largest lift, m.
+    pub fn largest(&self) -> f64 {
+        self.by_pair.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// Returns the moved nodes of [`Self::body`] and their displacement `l`, m.
+    pub fn field(&self, problem: &ContactProblem) -> Vec<(u32, Vector)> {
+        let sign = if self.body == 0 { -1.0 } else { 1.0 };
+        let pairs = problem.interface.pairs().iter().zip(&self.by_pair).filter(|(_, lift)| **lift > 0.0);
+        pairs
+            .filter_map(|(pair, lift)| {
+                let direction = direction(&problem.bodies[self.body], self.body, pair)?;
+                Some((pair.nodes[self.body], scale(sign * lift, direction)))
+            })
+            .collect()
+    }
+
+    /// Returns a displacement of [`Self::body`] with the lift added, m.
+    pub fn added_to(&self, problem: &ContactProblem, displacement: &[Vector]) -> Vec<Vector> {
+        let mut lifted = displacement.to_vec();
+        for (node, l) in self.field(problem) {
+            lifted[node as usize] = add(lifted[node as usize], l);
+        }
+        lifted
+    }
+}
 
 /// Computes the middle Bernstein coefficient of the opening along every contact edge, m.
 pub(crate) fn middle_openings(interface: &ContactInterface, displacement: [&[Vector]; 2]) -> Vec<f64> {
@@ -20,20 +61,57 @@ pub(crate) fn middle_openings(interface: &ContactInterface, displacement: [&[Vec
     interface.edges().iter().map(|edge| interface.middle_opening(edge, jump)).collect()
 }
 
-/// Returns the direction in which a pair's node of the first body moves, `d·n = 1`: along the normal, or as a support leaves it
-/// free.
-fn direction(problem: &ContactProblem, pair: &Pair) -> Vector {
-    match problem.bodies[0].node_constraints()[pair.nodes[0] as usize] {
+/// Computes the middle openings of displacements with a lift, m.
+pub(crate) fn lifted_middle_openings(
+    problem: &ContactProblem,
+    displacement: [&[Vector]; 2],
+    lift: &Lift,
+) -> Vec<f64> {
+    let lifted = lift.added_to(problem, displacement[lift.body]);
+    let fields = if lift.body == 0 { [&lifted, displacement[1]] } else { [displacement[0], &lifted] };
+    middle_openings(&problem.interface, fields)
+}
+
+/// Finds the lift for the middle openings of a displacement: of the two bodies, the one that costs less energy moves.
+pub(crate) fn find(problem: &ContactProblem, displacement: [&[Vector]; 2], middle: &[f64]) -> Lift {
+    let none = Lift { by_pair: vec![0.0; problem.interface.pairs().len()], ..Lift::default() };
+    let penetrates = |(edge, middle): (&_, &f64)| *middle < 0.0 && problem.interface.is_bent(edge);
+    if !problem.interface.edges().iter().zip(middle).any(penetrates) {
+        return none;
+    }
+    let [first, second] = [0, 1].map(|body| {
+        let mut lift = Lift { body, by_pair: by_pair(problem, body, middle), energy: 0.0 };
+        lift.energy = energy(&problem.bodies[body], &lift.field(problem));
+        let opened = lifted_middle_openings(problem, displacement, &lift);
+        let edges = problem.interface.edges().iter().zip(&opened);
+        let left = edges.filter(|(edge, _)| problem.interface.is_bent(edge)).fold(0.0f64, |m, (_, o)| m.max(-o));
+        (lift, left)
+    });
+    let size = middle.iter().fold(0.0f64, |m, o| m.max(-o));
+    // A body whose supports do not let it open every edge serves only if the other one does no better.
+    let opens = |left: f64| left <= 1e-9 * size;
+    let second_is_better = match (opens(first.1), opens(second.1)) {
+        (true, true) => second.0.energy < first.0.energy,
+        (a, b) => b && !a,
+    };
+    if second_is_better { second.0 } else { first.0 }
+}
+
+/// Returns the direction in which the node of a body moves to open its pair by one, `d·n = 1`: along the normal, or as
+/// a support leaves it free; `None` if it is clamped.
+fn direction(body: &Body, side: usize, pair: &Pair) -> Option<Vector> {
+    match body.node_constraints()[pair.nodes[side] as usize] {
+        NodeConstraint::Free => Some(pair.normal),
         NodeConstraint::Along { direction, .. } => {
             let free = perpendicular(direction);
-            scale(1.0 / dot(free, pair.normal), free)
+            Some(scale(1.0 / dot(free, pair.normal), free))
         }
-        _ => pair.normal,
+        NodeConstraint::Fixed { .. } => None,
     }
 }
 
-/// Computes how far each pair's node of the first body must move, `ε ≥ 0`, m: by `−ε d`. Zero on straight edges.
-pub(crate) fn lift(problem: &ContactProblem, middle: &[f64]) -> Vec<f64> {
+/// Computes how far each pair must be opened, `ε ≥ 0`, m. Zero on straight edges.
+fn by_pair(problem: &ContactProblem, side: usize, middle: &[f64]) -> Vec<f64> {
     let interface = &problem.interface;
     let pairs = interface.pairs();
     let mut lift = vec![0.0f64; pairs.len()];
@@ -43,31 +121,37 @@ pub(crate) fn lift(problem: &ContactProblem, middle: &[f64]) -> Vec<f64> {
         }
         let [i, j] = edge.pairs.map(|k| k as usize);
         // The coefficient grows by ½ (ε_i d_i·n_j + ε_j d_j·n_i).
-        for (k, other) in [(i, j), (j, i)] {
-            let gain = dot(direction(problem, &pairs[k]), pairs[other].normal);
-            if gain > SMALLEST_GAIN {
-                lift[k] = lift[k].max(-middle / gain);
+        let gain = |k: usize, other: usize| {
+            direction(&problem.bodies[side], side, &pairs[k]).map_or(0.0, |d| dot(d, pairs[other].normal))
+        };
+        let gains = [gain(i, j), gain(j, i)].map(|g| if g > SMALLEST_GAIN { g } else { 0.0 });
+        // A node that cannot move leaves the whole of it to the other one.
+        let movable = gains.iter().filter(|g| **g > 0.0).count() as f64;
+        for (k, gain) in [(i, gains[0]), (j, gains[1])] {
+            if gain > 0.0 {
+                lift[k] = lift[k].max(-2.0 * middle / (movable * gain));
             }
         }
     }
     lift
 }
 
-/// Moves the first body's contact nodes by `−factor ε d`.
-pub(crate) fn moved(
-    problem: &ContactProblem,
-    displacement: &[Vector],
-    lift: &[f64],
-    factor: f64,
-) -> Vec<Vector> {
-    let mut lifted = displacement.to_vec();
-    for (pair, &epsilon) in problem.interface.pairs().iter().zip(lift) {
-        if epsilon > 0.0 {
-            let node = pair.nodes[0] as usize;
-            lifted[node] = sub(lifted[node], scale(factor * epsilon, direction(problem, pair)));
-        }
-    }
-    lifted
+/// Computes `‖l‖²` of a P1 field that vanishes at all nodes but the given ones, J/m.
+fn energy(body: &Body, field: &[(u32, Vector)]) -> f64 {
+    let mesh = body.mesh();
+    let mut triangles: Vec<u32> =
+        field.iter().flat_map(|(n, _)| mesh.topology().triangles_around(*n as usize).iter().copied()).collect();
+    triangles.sort_unstable();
+    triangles.dedup();
+    let mut nodes = field.to_vec();
+    nodes.sort_unstable_by_key(|(n, _)| *n);
+    let at = |n: u32| nodes.binary_search_by_key(&n, |(m, _)| *m).map_or([0.0; 2], |place| nodes[place].1);
+    let of_cell = |t: u32| {
+        let t = t as usize;
+        let strain = Triangle::new(mesh.corners(t)).strain(mesh.triangles()[t].map(at));
+        mesh.area(t) * body.material(t).stress(strain).contract(strain)
+    };
+    triangles.into_iter().map(of_cell).sum()
 }
 
 #[cfg(test)]
@@ -96,13 +180,16 @@ mod tests {
         let edges = problem.interface.edges().len();
         for penetrating in 0..edges {
             let middle: Vec<f64> = (0..edges).map(|k| if k == penetrating { -1e-3 } else { 0.0 }).collect();
-            let first = moved(&problem, &nodes[0], &lift(&problem, &middle), 1.0);
-            let opened = middle_openings(&problem.interface, [&first, &nodes[1]]);
-            assert!((opened[penetrating] - 1e-3).abs() < 1e-12, "{penetrating}: {opened:?}");
-            assert!(opened.iter().all(|o| *o >= -1e-15), "{penetrating}: {opened:?}");
-            for (u, held) in first.iter().zip(problem.bodies[0].node_constraints()) {
-                if let NodeConstraint::Along { direction, .. } = held {
-                    assert!(dot(*u, *direction).abs() < 1e-15, "{penetrating}");
+            for side in [0, 1] {
+                let lift = Lift { body: side, by_pair: by_pair(&problem, side, &middle), energy: 0.0 };
+                let opened = lifted_middle_openings(&problem, [&nodes[0], &nodes[1]], &lift);
+                assert!((opened[penetrating] - 1e-3).abs() < 1e-12, "{penetrating}: {opened:?}");
+                assert!(opened.iter().all(|o| *o >= -1e-15), "{penetrating}: {opened:?}");
+                let moved = lift.added_to(&problem, &nodes[side]);
+                for (u, held) in moved.iter().zip(problem.bodies[side].node_constraints()) {
+                    if let NodeConstraint::Along { direction, .. } = held {
+                        assert!(dot(*u, *direction).abs() < 1e-15, "{penetrating}");
+                    }
                 }
             }
         }

@@ -1,5 +1,6 @@
 //! The contact pressure of an admissible stress.
 
+use fem_core::geometry::{Vector, scale};
 use fem_core::interface::{ContactEdge, ContactInterface};
 
 /// Computes the P1 pressure of nodal contact forces, `p_i = r²_i/ℓ_i ≥ 0`, Pa: (18) of `certified_contact::theory`.
@@ -17,6 +18,15 @@ pub fn edge_pressure(interface: &ContactInterface, pressure: &[f64]) -> Vec<[f64
         if interface.is_bent(edge) { [0.5 * (ends[0] + ends[1]); 2] } else { ends }
     };
     interface.edges().iter().map(on_edge).collect()
+}
+
+/// Computes the nodal forces `∫ p n φ_i ds` at the pairs, Cartesian, N/m: consistent with the pressure at the ends of the edges.
+pub fn nodal_forces(interface: &ContactInterface, pressure: &[f64], edge_pressure: &[[f64; 2]]) -> Vec<Vector> {
+    if interface.has_bent_edges() {
+        return interface.pressure_forces(edge_pressure);
+    }
+    let forces = interface.mass(pressure);
+    interface.pairs().iter().zip(forces).map(|(pair, force)| scale(force, pair.normal)).collect()
 }
 
 /// Computes `2 ∫ p o ds` on every contact edge, J/m, with the consistent mass: the last term of (15).

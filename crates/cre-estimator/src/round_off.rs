@@ -1,11 +1,14 @@
 //! What rounding does to forces, strains and energies: the scale below which the checks see nothing, and the allowance of the
 //! bound for it.
 
-use crate::admissible::AdmissiblePair;
+use crate::admissible::{AdmissiblePair, on_body};
+use crate::cre::CellMeasure;
 use fem_core::body::Body;
+use fem_core::condensation::CondensedBody;
 use fem_core::geometry::{Vector, norm, sub};
 use fem_core::interface::ContactProblem;
 use fem_core::norm::sum_over_triangles;
+use fem_core::residual;
 use fem_core::tensor::SymTensor2;
 use rayon::prelude::*;
 
@@ -101,10 +104,44 @@ impl Shape {
     }
 }
 
+/// Measured rounding counts this many times: the factorised matrix is the stiffness to its own rounding only, and
+/// jumps of the stress between the nodes are not in it.
+const MARGIN: f64 = 2.0;
+
+/// Computes `√(Rᵀ K⁻¹ R)` of the equilibrated stress of each body, square root of J/m: the energy norm of what is missing in its FE
+/// equilibrium, (27) of `certified_contact::theory`.
+///
+/// `R_i = ∫ τ : ε(φ_i) − f(φ_i)` is evaluated from the stress itself, as computed, in double-double numbers.
+pub(crate) fn residuals(
+    problem: &ContactProblem,
+    bodies: &[CondensedBody; 2],
+    pair: &AdmissiblePair,
+    cells: [Vec<CellMeasure>; 2],
+) -> [f64; 2] {
+    let of_body = |b: usize| {
+        let means: Vec<_> = cells[b].iter().map(|c| c.mean).collect();
+        let mut residual = residual::of_stress(&problem.bodies[b], &means);
+        for (node, force) in on_body(&problem.interface, b, &pair.pressure_force) {
+            let r = &mut residual[node as usize];
+            *r = [r[0] + -force[0], r[1] + -force[1]];
+        }
+        bodies[b].residual_energy(&residual).iter().sum::<f64>().sqrt()
+    };
+    let (first, second) = rayon::join(|| of_body(0), || of_body(1));
+    [first, second]
+}
+
 /// Bounds what round-off may have taken from `e_CRE`, so that the printed number stays a bound: rounding of
-/// the displacements, of the energies, and the work of the pressure on openings that are negative by less
+/// the stresses, of the energies, and the work of the pressure on openings that are negative by less
 /// than the checks let pass.
-pub(crate) fn allowance(problem: &ContactProblem, pair: &AdmissiblePair, energies: [f64; 2]) -> f64 {
+///
+/// * `residuals`: see [`residuals`]. The model of [`energy_noise`] counts if it is larger.
+pub(crate) fn allowance(
+    problem: &ContactProblem,
+    pair: &AdmissiblePair,
+    energies: [f64; 2],
+    residuals: [f64; 2],
+) -> f64 {
     let pairs = problem.interface.pairs().iter().enumerate();
     let penetration: f64 =
         pairs.map(|(k, p)| (-pair.opening[k]).max(0.0) * pair.pressure[k].abs() * p.tributary_length).sum();
@@ -114,7 +151,8 @@ pub(crate) fn allowance(problem: &ContactProblem, pair: &AdmissiblePair, energie
         .map(|((edge, o), p)| (-o).max(0.0) * p[0].abs() * edge.length)
         .sum();
     let penetration = penetration + between;
-    let noise = [0, 1].map(|b| energy_noise(&problem.bodies[b], &pair.displacement[b]));
+    let noise =
+        [0, 1].map(|b: usize| larger(energy_noise(&problem.bodies[b], &pair.displacement[b]), MARGIN * residuals[b]));
     64.0 * f64::EPSILON * (energies[0] + energies[1]).sqrt()
         + noise[0]
         + noise[1]

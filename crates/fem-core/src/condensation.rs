@@ -10,9 +10,12 @@
 //! correction, and both fields are recovered on demand.
 
 use crate::assembly::System;
+use crate::body::Body;
 use crate::cholesky::{Cholesky, CholeskyError};
 use crate::dof::{DofMap, IMPOSED};
+use crate::double_double::PreciseVector;
 use crate::geometry::{Vector, dot};
+use crate::residual::{self, SplitField};
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
 use faer::prelude::ReborrowMut;
@@ -45,6 +48,20 @@ pub enum FactorError {
         /// Pivot over diagonal entry.
         ratio: f64,
     },
+}
+
+/// A correction that leaves more than this of the residual is the last one.
+const WORTHWHILE: f64 = 0.7;
+/// Most corrections of one displacement.
+const MOST_REFINEMENTS: usize = 40;
+
+/// What iterative refinement reached.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RefinementReport {
+    /// `√(Rᵀ K⁻¹ R)` of the last displacement, square root of J/m.
+    pub residual: f64,
+    /// The factor by which the last step changed it.
+    pub contraction: f64,
 }
 
 /// A body factorised once, seen from its interface.
@@ -260,6 +277,113 @@ impl CondensedBody {
         }
         self.factor.backward(&mut x, 0);
         self.dofs.displacement(&x)
+    }
+
+    /// Computes `Rᵀ K⁻¹ R`, J/m, of a residual by one forward solve: the energy of the displacement under these forces, in two
+    /// parts. The first one is that of the other unknowns while the interface normals are held, the second what the interface adds.
+    ///
+    /// * `residual`: by node, Cartesian, N/m.
+    pub fn residual_energy(&self, residual: &[PreciseVector]) -> [f64; 2] {
+        let mut y = self.along_unknowns(residual);
+        self.factor.forward(&mut y);
+        let (interior, interface) = y.split_at(y.len() - self.len());
+        [interior, interface].map(|y| y.iter().map(|y| y * y).sum())
+    }
+
+    /// Corrects a displacement by the residual of its equilibrium until it falls no more: iterative refinement
+    /// (Higham 2002, chapter 12), with the residual in double-double numbers.
+    ///
+    /// * `loads`: further nodal forces beside those of the body, Cartesian, N/m.
+    /// * `field`: on entry an approximation. With `held` its normal traces on the interface stay.
+    ///
+    /// Returns what is left of `√(Rᵀ K⁻¹ R)`, square root of J/m, and by which factor a step lowered it at best.
+    pub fn refine(
+        &self,
+        body: &Body,
+        loads: &[(u32, Vector)],
+        held: bool,
+        field: &mut SplitField,
+    ) -> RefinementReport {
+        let mut report = RefinementReport { residual: f64::INFINITY, contraction: 0.0 };
+        let mut last: Vec<Vector> = Vec::new();
+        for step in 0..MOST_REFINEMENTS {
+            let mut residual = residual::of_field(body, field);
+            for &(node, force) in loads {
+                for c in 0..2 {
+                    let entry = &mut residual[node as usize][c];
+                    *entry = *entry + -force[c];
+                }
+            }
+            let mut x = self.along_unknowns(&residual);
+            self.factor.forward(&mut x);
+            let given = if held { self.len() } else { 0 };
+            let end = x.len() - given;
+            let norm = x[..end].iter().map(|y| y * y).sum::<f64>().sqrt();
+            if step > 0 {
+                report.contraction = norm / report.residual;
+            }
+            if !(norm < report.residual) {
+                // The last correction made it worse.
+                let back: Vec<Vector> = last.iter().map(|d| [-d[0], -d[1]]).collect();
+                field.add(&back);
+                break;
+            }
+            let worthwhile = norm < WORTHWHILE * report.residual;
+            report.residual = norm;
+            if norm == 0.0 || !worthwhile {
+                break;
+            }
+            x[end..].fill(0.0);
+            self.factor.backward(&mut x, given);
+            x.iter_mut().for_each(|x| *x = -*x);
+            last = self.dofs.correction(&x);
+            field.add(&last);
+        }
+        report
+    }
+
+    /// Computes the displacement (Cartesian, m) that an increment of the normal trace adds: no loads, nothing imposed
+    /// elsewhere.
+    ///
+    /// # Panics
+    /// If `increment` has not `n_c` entries.
+    pub fn correction_from_trace(&self, increment: &[f64]) -> Vec<Vector> {
+        self.check("the increment", increment);
+        let mut x = vec![0.0; self.dofs.len()];
+        let start = x.len() - self.len();
+        for (x, v) in x[start..].iter_mut().zip(increment) {
+            *x = self.sign * v;
+        }
+        self.factor.backward(&mut x, self.len());
+        self.dofs.correction(&x)
+    }
+
+    /// Reads the normal forces off a residual `K u − f`, in the order of the pairs, N/m.
+    pub fn interface_forces(&self, residual: &[PreciseVector]) -> Vec<f64> {
+        let start = self.dofs.len() - self.len();
+        (start..self.dofs.len()).map(|j| self.sign * self.along_unknown(residual, j)).collect()
+    }
+
+    /// Exchanges `g̃` for another one, N/m, and returns the old one: an operator about another state.
+    ///
+    /// # Panics
+    /// If `load` has not `n_c` entries.
+    pub fn replace_condensed_load(&mut self, load: Vec<f64>) -> Vec<f64> {
+        self.check("the load", &load);
+        std::mem::replace(&mut self.condensed_load, load)
+    }
+
+    fn along_unknowns(&self, residual: &[PreciseVector]) -> Vec<f64> {
+        (0..self.dofs.len()).map(|j| self.along_unknown(residual, j)).collect()
+    }
+
+    fn along_unknown(&self, residual: &[PreciseVector], j: usize) -> f64 {
+        let (node, c) = self.dofs.unknown(j);
+        let (r, axis) = (residual[node], self.dofs.axis(node, c));
+        if self.dofs.is_cartesian(node) {
+            return r[c].rounded();
+        }
+        (r[0] * axis[0] + r[1] * axis[1]).rounded()
     }
 
     fn check(&self, what: &str, values: &[f64]) {

@@ -1,6 +1,6 @@
 //! The P1 triangle: gradients, strain, stiffness.
 
-use crate::geometry::{Vector, signed_area};
+use crate::geometry::{Vector, signed_area, sub};
 use crate::material::LinearElastic;
 use crate::tensor::SymTensor2;
 use nalgebra::{Matrix2, Matrix3x2};
@@ -27,11 +27,13 @@ impl Triangle {
         Self { area, gradients }
     }
 
-    /// Computes the strain of nodal displacements, constant in the triangle.
+    /// Computes the strain of nodal displacements, constant in the triangle: from their differences, so that a translation
+    /// has none.
     #[inline]
     pub fn strain(&self, displacement: [Vector; 3]) -> SymTensor2 {
         let mut e = SymTensor2::default();
-        for (u, g) in displacement.iter().zip(&self.gradients) {
+        for k in 1..3 {
+            let (u, g) = (sub(displacement[k], displacement[0]), self.gradients[k]);
             e.xx += u[0] * g[0];
             e.yy += u[1] * g[1];
             e.xy += 0.5 * (u[0] * g[1] + u[1] * g[0]);

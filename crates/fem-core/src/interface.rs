@@ -222,6 +222,20 @@ impl ContactInterface {
         forces
     }
 
+    /// Returns the same interface with other gaps at the pairs, m: the problem for increments about a state.
+    ///
+    /// # Panics
+    /// If there is not one gap per pair.
+    pub fn with_gaps(&self, gaps: &[f64]) -> Self {
+        let (found, expected) = (gaps.len(), self.pairs.len());
+        assert!(found == expected, "{found} gaps are given, the interface has {expected} pairs");
+        let mut interface = self.clone();
+        for (pair, gap) in interface.pairs.iter_mut().zip(gaps) {
+            pair.gap = *gap;
+        }
+        interface
+    }
+
     /// Exchanges the two bodies' roles: pairs, edges and sides swap, normals turn round.
     pub fn swapped(mut self) -> Self {
         for pair in &mut self.pairs {

@@ -25,7 +25,7 @@ pub(crate) fn settings(case: &Case) -> Settings {
     };
     settings.relaxation = match case.estimator.until {
         None => Relaxation::Steps(case.estimator.relaxation),
-        Some(until) => Relaxation::Tolerance { gain: until.tolerance, max_steps: until.max_steps },
+        Some(until) => Relaxation::Tolerance { tolerance: until.tolerance, max_steps: until.max_steps },
     };
     settings.estimate_every = case.estimator.every;
     let nndd = &mut settings.nndd;

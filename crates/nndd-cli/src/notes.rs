@@ -101,7 +101,7 @@ fn bent_contact(solution: &CertifiedSolution) -> Option<String> {
             "the contact line bends: the bound is for the meshed polygons with normals averaged at their nodes, and the \
              difference to a curved line is outside it; to penetrate nowhere between the nodes, the contact nodes of one \
              body were moved by at most {:.1e}",
-            estimate.pair.largest_lift()
+            estimate.pair.lift.largest()
         )
     })
 }

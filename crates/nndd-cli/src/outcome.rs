@@ -112,7 +112,7 @@ fn attainable(case: &Case, solution: &CertifiedSolution, floor: f64) -> String {
     let stop = &case.solver.stop;
     let smallest = |of: fn(&Row) -> f64| solution.rows.iter().map(of).fold(f64::INFINITY, f64::min);
     let first = solution.rows.first().map_or(f64::NAN, |row| row.iteration.eta_nndd);
-    let mesh = solution.estimate.as_ref().map_or(f64::NAN, |e| e.eta_dis);
+    let mesh = solution.estimate.as_ref().map_or(f64::NAN, |e| e.unchecked().eta_dis);
     let (key, least) = match stop.criterion {
         Criterion::Estimator => ("solver.stop.ratio", floor / mesh),
         Criterion::Precision => ("solver.stop.tolerance", smallest(|row| row.iteration.precision)),
@@ -162,7 +162,7 @@ pub(crate) fn may_go_on(status: &Status) -> bool {
 fn met(case: &Case, solution: &CertifiedSolution) -> String {
     let by_estimate = case.solver.stop.criterion == Criterion::Estimator;
     match &solution.estimate {
-        Some(e) if by_estimate && solution.last().eta_nndd > case.solver.stop.ratio * e.eta_dis => {
+        Some(e) if by_estimate && solution.last().eta_nndd > case.solver.stop.ratio * e.unchecked().eta_dis => {
             "eta_dis and eta_nndd are round-off".into()
         }
         _ => criterion(case),

@@ -102,7 +102,7 @@ fn field_data(solution: &CertifiedSolution, estimate: &Estimate, step: Option<us
     let theta = Some(last.theta).filter(|theta| theta.is_finite() && *theta > 0.0);
     let mut data = vec![
         one("iteration", last.iteration as f64),
-        one("e_cre", estimate.e_cre),
+        one("e_cre", estimate.unchecked().e_cre),
         one("round_off", estimate.round_off),
         one("certified", f64::from(u8::from(solution.is_certified()))),
     ];
@@ -181,7 +181,7 @@ fn out_of_plane_strain(case: &Case, material: usize, stress: SymTensor2) -> f64 
 /// The forces of supports and contact on the nodes, N/m: what the loads leave of `K u − f`, in the directions that are
 /// held or in contact, so that nothing but round-off is left out.
 fn reactions(solution: &CertifiedSolution, estimate: &Estimate, model: &Body, role: usize) -> Vec<Vector> {
-    let residual = field::nodal_residual(model, &estimate.pair.unlifted(&solution.problem, role));
+    let residual = field::nodal_residual(model, &estimate.pair.displacement[role]);
     let along = |direction: Vector, force: Vector| scale(dot(direction, force), direction);
     let held = model.node_constraints().iter().zip(&residual).map(|(constraint, force)| match constraint {
         NodeConstraint::Free => [0.0; 2],

@@ -8,6 +8,7 @@ use case_io::report::{
     Results, SCHEMA, Split, Timings,
 };
 use case_io::table::ContactRow;
+use certified_contact::cre_estimator::Parts;
 use certified_contact::{CertifiedSolution, Row};
 use serde_json::{Map, Value};
 
@@ -68,17 +69,22 @@ pub(crate) fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> R
 fn certificate(solution: &CertifiedSolution) -> Certificate {
     let Some(estimate) = &solution.estimate else { return Certificate::default() };
     let a = &estimate.admissibility;
-    // The allowance for round-off counts as iteration error, so that the parts still make the whole.
-    let discretisation = estimate.cre.discretisation_squared.max(0.0).sqrt();
-    let algebraic = (estimate.e_cre.powi(2) - estimate.cre.discretisation_squared).max(0.0).sqrt();
+    let found = estimate.unchecked();
+    // The allowance for round-off counts as algebraic, so that the two still make the whole.
+    let discretisation = found.parts.mesh;
+    let algebraic = (found.e_cre.powi(2) - discretisation.powi(2)).max(0.0).sqrt();
+    let Parts { mesh, iteration, contact, lift, gap_data, friction, round_off, .. } = found.parts;
+    let parts = [mesh, iteration, contact, lift, gap_data, friction, round_off].map(Some);
+    let [mesh, iteration, contact, lift, gap_data, friction, round_off] = parts;
     Certificate {
         valid: solution.is_certified(),
-        e_cre: Some(estimate.e_cre),
+        e_cre: Some(found.e_cre),
         relative: solution.relative(),
         relative_guaranteed: solution.relative_guaranteed(),
-        eta_dis: Some(estimate.eta_dis),
-        eta_nndd: Some(solution.last().eta_nndd),
+        eta_dis: Some(found.eta_dis),
+        eta_nndd: Some(found.eta_nndd),
         split: Split { discretisation: Some(discretisation), algebraic: Some(algebraic) },
+        parts: case_io::report::Parts { mesh, iteration, contact, lift, gap_data, friction, round_off },
         bounds: bounds(solution),
         checks: Checks {
             equilibrium: Some(a.equilibrium),

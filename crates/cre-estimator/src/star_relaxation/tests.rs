@@ -256,7 +256,7 @@ fn nothing_is_done_where_there_is_nothing_to_gain() {
     for conditions in [rest, uniform] {
         let (body, mut stress) = solve(mesh([5, 4], 0.0), &conditions);
         let before = stress.edge_moments.clone();
-        let report = relax(&body, &mut stress, Relaxation::Tolerance { gain: 0.02, max_steps: 10 });
+        let report = relax(&body, &mut stress, Relaxation::Tolerance { tolerance: 0.02, max_steps: 10 });
         assert!(report.stationary && report.steps == 0, "{report:?}");
         assert_eq!(stress.edge_moments, before);
     }
@@ -294,7 +294,7 @@ fn prepared_stars_refuse_other_supports() {
 fn the_tolerance_stops_at_the_first_small_gain() {
     let (body, eet) = solve(mesh([9, 6], 0.0), &cases()[0].2);
     let mut stress = eet.clone();
-    let report = relax(&body, &mut stress, Relaxation::Tolerance { gain: 0.01, max_steps: 50 });
+    let report = relax(&body, &mut stress, Relaxation::Tolerance { tolerance: 0.01, max_steps: 50 });
     let bounds: Vec<f64> = report.energy_history.iter().map(|e| e.sqrt()).collect();
     let gains: Vec<f64> = bounds.windows(2).map(|b| 1.0 - b[1] / b[0]).collect();
     assert!(report.steps < 50 && report.steps == gains.len());
@@ -356,7 +356,7 @@ fn a_zero_state_has_a_zero_certificate_at_every_stage() {
         contact_force: &trace,
         opening: &trace,
     };
-    for relaxation in [Relaxation::Steps(3), Relaxation::Tolerance { gain: 0.02, max_steps: 9 }] {
+    for relaxation in [Relaxation::Steps(3), Relaxation::Tolerance { tolerance: 0.02, max_steps: 9 }] {
         let e = estimate_with(&problem, &bodies, &state, relaxation).unwrap();
         assert_eq!((e.e_cre, e.eta_dis), (0.0, 0.0));
         assert!(e.admissibility.is_valid());

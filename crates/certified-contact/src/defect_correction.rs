@@ -1,0 +1,164 @@
+//! The answer in the digits that double precision allows.
+//!
+//! The factorised operators are those of the rounded stiffness. If a stiff part is held by a soft one, their answer may
+//! have few right digits, or none. Defect correction repairs that: the forces of the present fields are evaluated
+//! without rounding, and the same contact problem is solved for the *increments* with the operators at hand,
+//! ```math
+//! r^α = r^α_0 + S_α x^α, \qquad r^α_0 = K u^α_0 - f, \qquad o = (g - [v_0]) - (x^1 - x^2) ≥ 0
+//! ```
+//! until the increments vanish: (28) of [`crate::theory`].
+
+use fem_core::condensation::CondensedBody;
+use fem_core::double_double::DoubleDouble;
+use fem_core::interface::ContactProblem;
+use fem_core::residual::{self, SplitField};
+use nndd::stopping::EtaNndd;
+use nndd::{Iterate, NnddError, NnddSettings, Path, Start};
+
+/// An increment larger than this part of the one before is the last.
+const WORTHWHILE: f64 = 0.7;
+/// Most corrections.
+const MOST_CORRECTIONS: usize = 40;
+/// In each correction the iteration lowers η_NNDD by this factor.
+const REDUCTION: f64 = 1e-2;
+/// Most iterations of one correction.
+const MOST_ITERATIONS: usize = 30;
+
+/// An iterate and its fields.
+pub(crate) struct Corrected {
+    pub(crate) iterate: Iterate,
+    pub(crate) fields: [SplitField; 2],
+}
+
+/// Corrects an iterate by its own defect.
+///
+/// * `bodies`: their condensed loads change and are restored.
+/// * `fields`: of the iterate.
+/// * `advance`: whether λ may change; without, step 1 alone is repeated for the same λ.
+///
+/// Returns `None` if there is nothing to gain: the first increment is not finite, or the operators are not the condensed ones.
+///
+/// # Errors
+/// See [`nndd::solve_from`].
+pub(crate) fn correct(
+    problem: &ContactProblem,
+    bodies: &mut [CondensedBody; 2],
+    iterate: &Iterate,
+    fields: [SplitField; 2],
+    settings: &NnddSettings,
+    advance: bool,
+) -> Result<Option<Corrected>, NnddError> {
+    if settings.path == Path::Literal {
+        return Ok(None);
+    }
+    let loads = [0, 1].map(|b: usize| bodies[b].condensed_load().to_vec());
+    let mut settings = settings.clone();
+    settings.max_iterations = if advance { MOST_ITERATIONS } else { 1 };
+    let mut correction = Correction { problem, bodies, settings, increments: problem.clone() };
+    let found = correction.run(iterate, fields);
+    for (body, load) in bodies.iter_mut().zip(loads) {
+        body.replace_condensed_load(load);
+    }
+    found
+}
+
+struct Correction<'a> {
+    problem: &'a ContactProblem,
+    bodies: &'a mut [CondensedBody; 2],
+    settings: NnddSettings,
+    /// The problem whose gaps are those left by the present fields.
+    increments: ContactProblem,
+}
+
+impl Correction<'_> {
+    fn run(&mut self, iterate: &Iterate, mut fields: [SplitField; 2]) -> Result<Option<Corrected>, NnddError> {
+        let mut best: Option<Corrected> = None;
+        let mut active = iterate.contact.active.clone();
+        let mut before = f64::INFINITY;
+        for _ in 0..MOST_CORRECTIONS {
+            let forces = self.restate(&mut fields);
+            let start = Start { lambda: vec![0.0; active.len()], active: Some(active) };
+            let mut stop = EtaNndd::new(REDUCTION);
+            let found =
+                nndd::solve_from(&self.increments, self.bodies, start, &self.settings, &mut stop)?.last;
+            let size = increment_energy(&found, &forces);
+            if !(size < before) {
+                break;
+            }
+            let traces = [&found.lambda, &found.contact.normal_trace];
+            for (b, x) in traces.into_iter().enumerate() {
+                fields[b].add(&self.bodies[b].correction_from_trace(x));
+            }
+            active = found.contact.active.clone();
+            let worthwhile = size < WORTHWHILE * before && size > 0.0;
+            before = size;
+            best = Some(Corrected { iterate: self.total(iterate, found, &fields), fields: fields.clone() });
+            if !worthwhile {
+                break;
+            }
+        }
+        Ok(best)
+    }
+
+    /// Brings the fields into equilibrium for their traces, and states the problem for increments about them. Returns the forces
+    /// of both bodies on the interface.
+    fn restate(&mut self, fields: &mut [SplitField; 2]) -> [Vec<f64>; 2] {
+        let Self { problem, bodies, .. } = self;
+        let [first, second] = fields;
+        let of_body = |b: usize, field: &mut SplitField| {
+            bodies[b].refine(&problem.bodies[b], &[], true, field);
+            bodies[b].interface_forces(&residual::of_field(&problem.bodies[b], field))
+        };
+        let (r1, r2) = rayon::join(|| of_body(0, first), || of_body(1, second));
+        for (b, r) in [&r1, &r2].into_iter().enumerate() {
+            self.bodies[b].replace_condensed_load(r.iter().map(|r| -r).collect());
+        }
+        let gaps: Vec<f64> = (0..r1.len()).map(|k| self.opening(fields, k).rounded()).collect();
+        self.increments.interface = self.problem.interface.with_gaps(&gaps);
+        [r1, r2]
+    }
+
+    /// Computes the opening `g − (u¹ − u²)·n` of a pair.
+    fn opening(&self, fields: &[SplitField; 2], pair: usize) -> DoubleDouble {
+        let pair = &self.problem.interface.pairs()[pair];
+        let [a, b] = [0, 1].map(|b: usize| fields[b].at(pair.nodes[b] as usize));
+        (b[0] - a[0]) * pair.normal[0] + (b[1] - a[1]) * pair.normal[1] + pair.gap
+    }
+
+    /// Turns an iterate of increments into one of the problem.
+    fn total(&self, iterate: &Iterate, found: Iterate, fields: &[SplitField; 2]) -> Iterate {
+        let trace = |b: usize| -> Vec<f64> {
+            let pairs = self.problem.interface.pairs().iter();
+            pairs
+                .map(|p| {
+                    let u = fields[b].at(p.nodes[b] as usize);
+                    (u[0] * p.normal[0] + u[1] * p.normal[1]).rounded()
+                })
+                .collect()
+        };
+        let mut contact = found.contact;
+        contact.normal_trace = trace(1);
+        contact.path = iterate.contact.path;
+        contact.iterations = iterate.contact.iterations;
+        Iterate {
+            lambda: trace(0),
+            contact,
+            iteration: iterate.iteration,
+            theta: iterate.theta,
+            reaction: found.reaction,
+            opening: found.opening,
+            precision: found.precision,
+            eta_nndd: found.eta_nndd,
+        }
+    }
+}
+
+/// Computes `Σ x·S x` of the increments of both bodies, J/m.
+fn increment_energy(found: &Iterate, forces: &[Vec<f64>; 2]) -> f64 {
+    let energy = |x: &[f64], r: &[f64], before: &[f64]| -> f64 {
+        x.iter().zip(r.iter().zip(before)).map(|(x, (r, r0))| x * (r - r0)).sum()
+    };
+    let first = energy(&found.lambda, &found.reaction, &forces[0]);
+    let second = energy(&found.contact.normal_trace, &found.contact.normal_reaction, &forces[1]);
+    first.max(0.0) + second.max(0.0)
+}

@@ -1,0 +1,138 @@
+//! What the bound is made of.
+
+use crate::admissible::AdmissiblePair;
+use crate::cre::Cre;
+use crate::lift;
+use crate::pressure;
+use fem_core::condensation::CondensedBody;
+use fem_core::interface::{ContactProblem, ContactState};
+
+/// The parts of `e_CRE`, square root of J/m, each ≥ 0: the squares of all but `round_off` add up to `(e_CRE − round_off)²`.
+///
+/// With `σ̂` in FE equilibrium with the pressure `p`, the algebraic part of (17) is `‖σ̂ − σ(v)‖² + 2∫ p o + ‖l‖²`. Its
+/// field `û − v` is the sum of two: `K z = −R` removes the residual of the iteration, and `K a` is the difference between the
+/// consistent loads of `p` and the nodal forces. The mixed term is shared in proportion to `‖z‖²` and `‖a‖²`; the iteration
+/// gets at most `η_NNDD²`, the contact law the rest.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Parts {
+    /// Of the mesh, `‖τ − σ̂‖`: what refinement lowers.
+    pub mesh: f64,
+    /// Of the iteration, at most `η_NNDD`: what more iterations lower.
+    pub iteration: f64,
+    /// Of the contact law, which holds at the nodes only: what remains at the exact solution of the discrete problem.
+    pub contact: f64,
+    /// Of the lift on bent contact lines, `√(‖l‖² + 2∫ p l_n)`.
+    pub lift: f64,
+    /// Of gaps that bent edges cannot carry: the opening beyond the linear one between closed nodes.
+    pub gap_data: f64,
+    /// Of friction: zero without it.
+    pub friction: f64,
+    /// The allowance for round-off.
+    pub round_off: f64,
+}
+
+impl Parts {
+    /// Returns the name and value of each part.
+    pub fn list(&self) -> [(&'static str, f64); 7] {
+        [
+            ("mesh", self.mesh),
+            ("iteration", self.iteration),
+            ("contact", self.contact),
+            ("lift", self.lift),
+            ("gap_data", self.gap_data),
+            ("friction", self.friction),
+            ("round_off", self.round_off),
+        ]
+    }
+
+    /// Returns the name of the largest part.
+    pub fn largest(&self) -> &'static str {
+        let list = self.list();
+        list.iter().fold(list[0], |largest, part| if part.1 > largest.1 { *part } else { largest }).0
+    }
+}
+
+/// Contributions to `2∫ p o` with the lift, J/m.
+#[derive(Clone, Copy, Debug, Default)]
+struct ContactTerm {
+    contact: f64,
+    gap_data: f64,
+    lift: f64,
+}
+
+/// Splits a bound into its parts.
+///
+/// * `eta_squared`: `η_NNDD²` of the state, J/m.
+pub(crate) fn parts(
+    problem: &ContactProblem,
+    bodies: &[CondensedBody; 2],
+    state: &ContactState<'_>,
+    (pair, cre): (&AdmissiblePair, &Cre),
+    eta_squared: f64,
+    round_off: f64,
+) -> Parts {
+    let term = contact_terms(problem, state, pair, cre);
+    let edges: f64 = cre.by_contact_edge.iter().sum();
+    let fields = (cre.algebraic_squared - edges).max(0.0);
+    let lumping = lumping(problem, bodies, state, pair);
+    let share = if eta_squared > 0.0 { eta_squared / (eta_squared + lumping) } else { 0.0 };
+    let iteration = (fields * share).min(eta_squared);
+    let squares = [
+        cre.discretisation_squared,
+        iteration,
+        fields - iteration + term.contact,
+        term.lift,
+        term.gap_data,
+    ];
+    // The two sides of the split differ by rounding.
+    let sum: f64 = squares.iter().sum();
+    let factor = if sum > 0.0 { cre.e_cre_squared.max(0.0) / sum } else { 0.0 };
+    let [mesh, iteration, contact, lift, gap_data] = squares.map(|x| (x * factor).sqrt());
+    Parts { mesh, iteration, contact, lift, gap_data, friction: 0.0, round_off }
+}
+
+/// Computes `‖a‖²`, J/m: the energy of the difference between the consistent loads of the pressure and the nodal forces, along the
+/// normals.
+fn lumping(
+    problem: &ContactProblem,
+    bodies: &[CondensedBody; 2],
+    state: &ContactState<'_>,
+    pair: &AdmissiblePair,
+) -> f64 {
+    let consistent = problem.interface.mass(&pair.pressure);
+    let difference: Vec<f64> = consistent.iter().zip(state.contact_force).map(|(m, r)| m - r).collect();
+    let energy = |body: &CondensedBody| {
+        let mut w = vec![0.0; difference.len()];
+        body.trace_from_force(&difference, &mut w);
+        w.iter().zip(&difference).map(|(w, d)| w * d).sum::<f64>().max(0.0)
+    };
+    energy(&bodies[0]) + energy(&bodies[1])
+}
+
+/// Splits the contact term, edge by edge.
+fn contact_terms(
+    problem: &ContactProblem,
+    state: &ContactState<'_>,
+    pair: &AdmissiblePair,
+    cre: &Cre,
+) -> ContactTerm {
+    let interface = &problem.interface;
+    let found = lift::middle_openings(interface, state.displacement);
+    let linear: Vec<f64> = interface
+        .edges()
+        .iter()
+        .map(|e| 0.5 * e.pairs.iter().map(|k| state.opening[*k as usize]).sum::<f64>())
+        .collect();
+    let terms = |middle: &[f64]| pressure::contact_terms(interface, &pair.edge_pressure, state.opening, middle);
+    let (found, linear) = (terms(&found), terms(&linear));
+    let mut sum = ContactTerm::default();
+    for ((all, found), linear) in cre.by_contact_edge.iter().zip(found).zip(linear) {
+        let contact = linear.min(*all).max(0.0);
+        let gap_data = (found.min(*all) - contact).max(0.0);
+        sum.contact += contact;
+        sum.gap_data += gap_data;
+        sum.lift += (all - contact - gap_data).max(0.0);
+    }
+    sum
+}
