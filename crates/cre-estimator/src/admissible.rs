@@ -57,15 +57,15 @@ pub fn admissible_pair(
     relaxation: Relaxation,
 ) -> Result<AdmissiblePair, EstimatorError> {
     check_state(problem, bodies, state)?;
-    Ok(pair_and_stars(problem, bodies, state, relaxation, Neumann::Solved).0)
+    Ok(pair_and_stars(problem, bodies, state, relaxation, Accuracy::Double).0)
 }
 
-/// How the Neumann problems are solved.
+/// How accurately an estimate is made.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Neumann {
-    /// By the factor alone.
-    Solved,
-    /// With iterative refinement.
+pub(crate) enum Accuracy {
+    /// Neumann problems by the factor alone, residuals in double precision.
+    Double,
+    /// Neumann problems with iterative refinement, residuals in double-double numbers.
     Refined,
 }
 
@@ -76,7 +76,7 @@ pub(crate) fn pair_and_stars<'a>(
     bodies: &[CondensedBody; 2],
     state: &ContactState<'_>,
     relaxation: Relaxation,
-    accuracy: Neumann,
+    accuracy: Accuracy,
 ) -> (AdmissiblePair, Option<StarRelaxation<'a>>) {
     let interface = &problem.interface;
     let pressure = pressure::nodal_pressure(interface, state.contact_force);
@@ -118,7 +118,7 @@ fn neumann_stress(
     condensed: &CondensedBody,
     b: usize,
     (pressure, forces): (&[f64], &[Vector]),
-    accuracy: Neumann,
+    accuracy: Accuracy,
 ) -> Vec<SymTensor2> {
     let (body, interface) = (&problem.bodies[b], &problem.interface);
     let displacement = if interface.has_bent_edges() {
@@ -130,8 +130,8 @@ fn neumann_stress(
         condensed.displacement_from_force(&load)
     };
     match accuracy {
-        Neumann::Solved => field::stresses(body, &displacement),
-        Neumann::Refined => {
+        Accuracy::Double => field::stresses(body, &displacement),
+        Accuracy::Refined => {
             let mut field = SplitField::new(displacement);
             condensed.refine(body, &on_body(interface, b, forces), false, &mut field);
             residual::stresses(body, &field)

@@ -121,19 +121,37 @@ impl Cre {
 pub(crate) struct CellMeasure {
     /// See [`cell_distances`].
     pub(crate) distances: [f64; 2],
-    /// Mean stress xx, yy, xy without rounding, Pa.
-    pub(crate) mean: [DoubleDouble; 3],
+    /// Sum of the nine stresses of [`CellStress`] xx, yy, xy without rounding, Pa.
+    pub(crate) sum: [DoubleDouble; 3],
+}
+
+/// Mean stresses of the triangles.
+pub(crate) fn means(cells: &[CellMeasure]) -> Vec<[DoubleDouble; 3]> {
+    cells.par_iter().with_min_len(4096).map(|c| c.sum.map(|s| s / DoubleDouble::from(9.0))).collect()
+}
+
+/// [`means`] in double precision.
+pub(crate) fn rough_means(cells: &[CellMeasure]) -> Vec<SymTensor2> {
+    let mean = |c: &CellMeasure| {
+        let [xx, yy, xy] = c.sum.map(|s| s.high / 9.0);
+        SymTensor2::new(xx, yy, xy)
+    };
+    cells.iter().map(mean).collect()
 }
 
 impl CellMeasure {
     /// Measures the stress of a triangle.
     #[inline(always)]
     pub(crate) fn new(distances: [f64; 2], tau: &CellStress) -> Self {
-        let mean = |component: fn(&SymTensor2) -> f64| {
-            let sum = tau.iter().flatten().fold(DoubleDouble::ZERO, |sum, s| sum + component(s));
-            sum / DoubleDouble::from(9.0)
-        };
-        Self { distances, mean: [mean(|s| s.xx), mean(|s| s.yy), mean(|s| s.xy)] }
+        let mut sum = [DoubleDouble::ZERO; 3];
+        for part in tau {
+            for s in part {
+                sum[0] = sum[0] + s.xx;
+                sum[1] = sum[1] + s.yy;
+                sum[2] = sum[2] + s.xy;
+            }
+        }
+        Self { distances, sum }
     }
 }
 

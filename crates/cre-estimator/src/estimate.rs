@@ -1,6 +1,6 @@
 //! Everything a certificate needs, in one call.
 
-use crate::admissible::{AdmissiblePair, Neumann, check_state, pair_and_stars};
+use crate::admissible::{Accuracy, AdmissiblePair, check_state, pair_and_stars};
 use crate::check::{Admissibility, check_and_visit};
 use crate::cre::{CellMeasure, Cre, cell_distances};
 use crate::error::EstimatorError;
@@ -87,7 +87,8 @@ pub fn estimate(
 /// * `relaxation`: how far the equilibrated stresses are relaxed. The bound is strict at every step; more
 ///   steps make it sharper.
 ///
-/// If rounding takes a noticeable share of the bound, the Neumann problems are solved again with iterative refinement.
+/// If rounding takes a noticeable share of the bound, all is done again with iterative refinement and residuals in
+/// double-double numbers.
 ///
 /// # Errors
 /// Arrays of the wrong length, values that are not finite.
@@ -98,13 +99,11 @@ pub fn estimate_with(
     relaxation: Relaxation,
 ) -> Result<Estimate, EstimatorError> {
     check_state(problem, bodies, state)?;
-    let first = estimate_once(problem, bodies, state, (relaxation, Neumann::Solved))?;
+    let first = estimate_once(problem, bodies, state, (relaxation, Accuracy::Double))?;
     if first.residual <= ROUND_OFF_SHARE * first.estimate.unchecked().e_cre {
         return Ok(first.estimate);
     }
-    let refined = estimate_once(problem, bodies, state, (relaxation, Neumann::Refined))?;
-    let smaller = refined.estimate.unchecked().e_cre <= first.estimate.unchecked().e_cre;
-    Ok(if smaller { refined.estimate } else { first.estimate })
+    Ok(estimate_once(problem, bodies, state, (relaxation, Accuracy::Refined))?.estimate)
 }
 
 /// An estimate, and the measured part of its round-off.
@@ -117,7 +116,7 @@ fn estimate_once(
     problem: &ContactProblem,
     bodies: &[CondensedBody; 2],
     state: &ContactState<'_>,
-    (relaxation, accuracy): (Relaxation, Neumann),
+    (relaxation, accuracy): (Relaxation, Accuracy),
 ) -> Result<Measured, EstimatorError> {
     let (pair, stars) = pair_and_stars(problem, bodies, state, relaxation, accuracy);
     // One walk over the cells for all.
@@ -127,13 +126,13 @@ fn estimate_once(
     let [first, second] = [0, 1].map(|b: usize| cells[b].iter().map(|c| c.distances).collect());
     let cre = Cre::from_cells(problem, &pair, [first, second]);
     let energy_norm_squared = energies(problem, &pair)?;
-    let residuals = round_off::residuals(problem, bodies, &pair, cells);
+    let residuals = round_off::residuals(problem, bodies, &pair, &cells, accuracy);
     let dis = eta_dis(problem, bodies, &pair, &cre, (relaxation, accuracy), stars);
     admissibility = admissibility.worst(dis.admissibility);
     let allowance =
         |first: f64| round_off::allowance(problem, &pair, energy_norm_squared, [first, residuals[1]]);
     let round_off = allowance(residuals[0]);
-    let [imbalance, rounding] = eta_nndd_squared(problem, bodies, state);
+    let [imbalance, rounding] = eta_nndd_squared(problem, bodies, state, accuracy);
     // As much again as the rounding that shows beside the interface is left for what does not.
     let eta_nndd = (imbalance + rounding).sqrt() + rounding.sqrt();
     let indicators = Indicators {
@@ -145,7 +144,7 @@ fn estimate_once(
     if ![indicators.e_cre, indicators.eta_dis, indicators.eta_nndd].iter().all(|x| x.is_finite()) {
         return Err(EstimatorError::NotFinite { what: "the estimate" });
     }
-    let residual = residuals[0] + residuals[1];
+    let residual = residuals[0] + residuals[1] + rounding.sqrt();
     let estimate = Estimate { pair, cre, admissibility, round_off, energy_norm_squared, indicators };
     Ok(Measured { estimate, residual })
 }

@@ -1,12 +1,14 @@
 //! The indicators: of the mesh, for a frozen λ_p, and of the iteration.
 
-use crate::admissible::{AdmissiblePair, Neumann, on_body, with_imposed_normal};
+use crate::admissible::{Accuracy, AdmissiblePair, on_body, with_imposed_normal};
 use crate::check::{Admissibility, check_stress_and_visit};
 use crate::cre::{CellMeasure, Cre};
 use crate::equilibrated::EquilibratedStress;
 use crate::johnson_mercier;
+use crate::round_off::{less, less_rough, stress_energy};
 use crate::star_relaxation::{Relaxation, StarRelaxation, relax};
 use fem_core::condensation::CondensedBody;
+use fem_core::field;
 use fem_core::geometry::{Vector, scale};
 use fem_core::interface::{ContactProblem, ContactState};
 use fem_core::norm::sum_over_triangles;
@@ -40,7 +42,7 @@ pub(crate) fn eta_dis(
     bodies: &[CondensedBody; 2],
     pair: &AdmissiblePair,
     cre: &Cre,
-    (relaxation, accuracy): (Relaxation, Neumann),
+    (relaxation, accuracy): (Relaxation, Accuracy),
     stars: Option<StarRelaxation<'_>>,
 ) -> EtaDis {
     let second = sum_over_triangles(cre.by_cell[1].len(), |t| cre.by_cell[1][t]);
@@ -52,8 +54,8 @@ pub(crate) fn eta_dis(
     }
     let body = &problem.bodies[0];
     let stress = match accuracy {
-        Neumann::Solved => pair.stress[0].clone(),
-        Neumann::Refined => {
+        Accuracy::Double => pair.stress[0].clone(),
+        Accuracy::Refined => {
             let mut field = SplitField::new(pair.displacement[0].clone());
             bodies[0].refine(body, &[], true, &mut field);
             residual::stresses(body, &field)
@@ -77,8 +79,7 @@ pub(crate) fn eta_dis(
     };
     let (admissibility, cells) = check_stress_and_visit(body, &pair.displacement[0], &recovered, visit);
     let first = sum_over_triangles(cells.len(), |t| cells[t].distances[0]);
-    let means: Vec<_> = cells.iter().map(|c| c.mean).collect();
-    let [interior, _] = bodies[0].residual_energy(&residual::of_stress(body, &means));
+    let [interior, _] = stress_energy(body, &bodies[0], &cells, &[], accuracy);
     EtaDis { squared: first + second + contact, admissibility, residual: Some(interior.sqrt()) }
 }
 
@@ -87,24 +88,27 @@ pub(crate) fn eta_dis(
 /// η_{NNDD}^2 = \sum_α R^α · K_α^{-1} R^α + 2 \sum_i r_i\,o_i ≥ ‖u_h - u_p‖^2, \qquad R^α = K_α u^α_p - f^α ± r\,n
 /// ```
 /// It is the constitutive relation error of the discrete problem: `u^α_p − K⁻¹R^α` is in FE equilibrium with the forces `r`. In
-/// exact arithmetic `R` vanishes but for the imbalance at the interface of Ω₁, and this is (22). The residual is evaluated
-/// in double-double numbers, so that rounding of the displacements is in it.
+/// exact arithmetic `R` vanishes but for the imbalance at the interface of Ω₁, and this is (22). Rounding of the
+/// displacements is in it.
 ///
 /// Returns the squares: what acts on the interface, and the remainder, which is rounding, J/m.
 pub(crate) fn eta_nndd_squared(
     problem: &ContactProblem,
     bodies: &[CondensedBody; 2],
     state: &ContactState<'_>,
+    accuracy: Accuracy,
 ) -> [f64; 2] {
     let pairs = problem.interface.pairs();
     let forces: Vec<Vector> = pairs.iter().zip(state.contact_force).map(|(p, r)| scale(*r, p.normal)).collect();
     let of_body = |b: usize| {
-        let mut residual = residual::of_displacement(&problem.bodies[b], state.displacement[b]);
-        for (node, force) in on_body(&problem.interface, b, &forces) {
-            let r = &mut residual[node as usize];
-            *r = [r[0] + -force[0], r[1] + -force[1]];
+        let (body, u) = (&problem.bodies[b], state.displacement[b]);
+        let forces = on_body(&problem.interface, b, &forces);
+        match accuracy {
+            Accuracy::Double => {
+                bodies[b].rough_residual_energy(&less_rough(field::nodal_residual(body, u), &forces))
+            }
+            Accuracy::Refined => bodies[b].residual_energy(&less(residual::of_displacement(body, u), &forces)),
         }
-        bodies[b].residual_energy(&residual)
     };
     let ([i1, c1], [i2, c2]) = rayon::join(|| of_body(0), || of_body(1));
     let work: f64 = state.contact_force.iter().zip(state.opening).map(|(r, o)| (r * o).max(0.0)).sum();

@@ -1,10 +1,12 @@
 //! What rounding does to forces, strains and energies: the scale below which the checks see nothing, and the allowance of the
 //! bound for it.
 
-use crate::admissible::{AdmissiblePair, on_body};
-use crate::cre::CellMeasure;
+use crate::admissible::{Accuracy, AdmissiblePair, on_body};
+use crate::cre::{CellMeasure, means, rough_means};
 use fem_core::body::Body;
 use fem_core::condensation::CondensedBody;
+use fem_core::double_double::PreciseVector;
+use fem_core::field;
 use fem_core::geometry::{Vector, norm, sub};
 use fem_core::interface::ContactProblem;
 use fem_core::norm::sum_over_triangles;
@@ -111,24 +113,58 @@ const MARGIN: f64 = 2.0;
 /// Computes `√(Rᵀ K⁻¹ R)` of the equilibrated stress of each body, square root of J/m: the energy norm of what is missing in its FE
 /// equilibrium, (27) of `certified_contact::theory`.
 ///
-/// `R_i = ∫ τ : ε(φ_i) − f(φ_i)` is evaluated from the stress itself, as computed, in double-double numbers.
+/// `R_i = ∫ τ : ε(φ_i) − f(φ_i)` is evaluated from the stress itself, as computed: in double-double numbers if the solves were
+/// refined, and before that in double precision, whose own rounding makes it larger.
 pub(crate) fn residuals(
     problem: &ContactProblem,
     bodies: &[CondensedBody; 2],
     pair: &AdmissiblePair,
-    cells: [Vec<CellMeasure>; 2],
+    cells: &[Vec<CellMeasure>; 2],
+    accuracy: Accuracy,
 ) -> [f64; 2] {
     let of_body = |b: usize| {
-        let means: Vec<_> = cells[b].iter().map(|c| c.mean).collect();
-        let mut residual = residual::of_stress(&problem.bodies[b], &means);
-        for (node, force) in on_body(&problem.interface, b, &pair.pressure_force) {
-            let r = &mut residual[node as usize];
-            *r = [r[0] + -force[0], r[1] + -force[1]];
-        }
-        bodies[b].residual_energy(&residual).iter().sum::<f64>().sqrt()
+        let forces = on_body(&problem.interface, b, &pair.pressure_force);
+        stress_energy(&problem.bodies[b], &bodies[b], &cells[b], &forces, accuracy).iter().sum::<f64>().sqrt()
     };
     let (first, second) = rayon::join(|| of_body(0), || of_body(1));
     [first, second]
+}
+
+/// Computes `Rᵀ K⁻¹ R` of a stress under the body's loads and further nodal forces, see [`CondensedBody::residual_energy`].
+pub(crate) fn stress_energy(
+    body: &Body,
+    condensed: &CondensedBody,
+    cells: &[CellMeasure],
+    forces: &[(u32, Vector)],
+    accuracy: Accuracy,
+) -> [f64; 2] {
+    match accuracy {
+        Accuracy::Double => {
+            let residual = field::stress_residual(body, &rough_means(cells));
+            condensed.rough_residual_energy(&less_rough(residual, forces))
+        }
+        Accuracy::Refined => {
+            let residual = residual::of_stress(body, &means(cells));
+            condensed.residual_energy(&less(residual, forces))
+        }
+    }
+}
+
+/// Subtracts nodal forces from a residual.
+pub(crate) fn less(mut residual: Vec<PreciseVector>, forces: &[(u32, Vector)]) -> Vec<PreciseVector> {
+    for &(node, force) in forces {
+        let r = &mut residual[node as usize];
+        *r = [r[0] + -force[0], r[1] + -force[1]];
+    }
+    residual
+}
+
+/// [`less`] in double precision.
+pub(crate) fn less_rough(mut residual: Vec<Vector>, forces: &[(u32, Vector)]) -> Vec<Vector> {
+    for &(node, force) in forces {
+        residual[node as usize] = sub(residual[node as usize], force);
+    }
+    residual
 }
 
 /// Bounds what round-off may have taken from `e_CRE`, so that the printed number stays a bound: rounding of

@@ -284,7 +284,19 @@ impl CondensedBody {
     ///
     /// * `residual`: by node, Cartesian, N/m.
     pub fn residual_energy(&self, residual: &[PreciseVector]) -> [f64; 2] {
-        let mut y = self.along_unknowns(residual);
+        self.energy_of(self.along_unknowns(residual))
+    }
+
+    /// [`Self::residual_energy`] of a residual in double precision, whose own rounding is in it.
+    pub fn rough_residual_energy(&self, residual: &[Vector]) -> [f64; 2] {
+        let along = |j: usize| {
+            let (node, c) = self.dofs.unknown(j);
+            dot(residual[node], self.dofs.axis(node, c))
+        };
+        self.energy_of((0..self.dofs.len()).map(along).collect())
+    }
+
+    fn energy_of(&self, mut y: Vec<f64>) -> [f64; 2] {
         self.factor.forward(&mut y);
         let (interior, interface) = y.split_at(y.len() - self.len());
         [interior, interface].map(|y| y.iter().map(|y| y * y).sum())

@@ -26,11 +26,24 @@ pub fn stresses(body: &Body, displacement: &[Vector]) -> Vec<SymTensor2> {
 /// reaction where a displacement is imposed, the contact force on the interface.
 pub fn nodal_residual(body: &Body, displacement: &[Vector]) -> Vec<Vector> {
     let mesh = body.mesh();
+    residual(body, |t, element| {
+        let strain = element.strain(mesh.triangles()[t].map(|n| displacement[n as usize]));
+        body.material(t).stress(strain)
+    })
+}
+
+/// Computes `∫ σ : ε(φ) − f(φ)` at every node, Cartesian, N/m, of a stress given by its mean in every triangle, Pa.
+pub fn stress_residual(body: &Body, means: &[SymTensor2]) -> Vec<Vector> {
+    residual(body, |t, _| means[t])
+}
+
+/// Gathers the forces of constant stresses and subtracts the loads.
+fn residual(body: &Body, stress: impl Fn(usize, &Triangle) -> SymTensor2) -> Vec<Vector> {
+    let mesh = body.mesh();
     let mut residual: Vec<Vector> = external_forces(body).into_iter().map(|f| [-f[0], -f[1]]).collect();
     for (t, corners) in mesh.triangles().iter().enumerate() {
         let element = Triangle::new(mesh.corners(t));
-        let stress = body.material(t).stress(element.strain(corners.map(|n| displacement[n as usize])));
-        for (&n, f) in corners.iter().zip(element.internal_forces(stress)) {
+        for (&n, f) in corners.iter().zip(element.internal_forces(stress(t, &element))) {
             residual[n as usize][0] += f[0];
             residual[n as usize][1] += f[1];
         }

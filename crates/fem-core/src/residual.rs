@@ -79,10 +79,32 @@ impl Cell {
     }
 }
 
+/// A displacement with or without its second part.
+#[derive(Clone, Copy)]
+struct Nodal<'a> {
+    high: &'a [Vector],
+    low: Option<&'a [Vector]>,
+}
+
+impl Nodal<'_> {
+    #[inline(always)]
+    fn at(&self, node: usize) -> PreciseVector {
+        let (high, low) = (self.high[node], self.low.map_or([0.0; 2], |low| low[node]));
+        [0, 1].map(|c| DoubleDouble { high: high[c], low: low[c] })
+    }
+}
+
+/// What gives the stress of a triangle. Not a closure: it is compiled together with the loop that has fused products.
+#[derive(Clone, Copy)]
+enum Source<'a> {
+    Displacement(Nodal<'a>),
+    Means(&'a [[DoubleDouble; 3]]),
+}
+
 /// Computes the stress of a displacement in a triangle, `(xx, yy, xy)`.
 #[inline(always)]
-fn stress(body: &Body, cell: &Cell, t: usize, at: impl Fn(usize) -> PreciseVector) -> [DoubleDouble; 3] {
-    let corners = body.mesh().triangles()[t].map(|n| at(n as usize));
+fn stress(body: &Body, cell: &Cell, t: usize, field: Nodal<'_>) -> [DoubleDouble; 3] {
+    let corners = body.mesh().triangles()[t].map(|n| field.at(n as usize));
     let difference = |k: usize| [0, 1].map(|c| corners[k][c] - corners[0][c]);
     let (d1, d2) = (difference(1), difference(2));
     let [g1, g2] = cell.gradients;
@@ -101,7 +123,8 @@ pub fn stresses(body: &Body, field: &SplitField) -> Vec<SymTensor2> {
         .into_par_iter()
         .with_min_len(CHUNK)
         .map(|t| {
-            let [xx, yy, xy] = stress(body, &Cell::new(mesh.corners(t)), t, |n| field.at(n));
+            let nodal = Nodal { high: &field.high, low: Some(&field.low) };
+            let [xx, yy, xy] = stress(body, &Cell::new(mesh.corners(t)), t, nodal);
             SymTensor2::new(xx.rounded(), yy.rounded(), xy.rounded())
         })
         .collect()
@@ -110,26 +133,23 @@ pub fn stresses(body: &Body, field: &SplitField) -> Vec<SymTensor2> {
 /// Computes `K u − f` at every node, Cartesian, N/m: the reaction of a support, the contact force on the interface, and zero
 /// elsewhere if the field is in FE equilibrium.
 pub fn of_field(body: &Body, field: &SplitField) -> Vec<PreciseVector> {
-    residual(body, |t, cell| stress(body, cell, t, |n| field.at(n)))
+    residual(body, Source::Displacement(Nodal { high: &field.high, low: Some(&field.low) }))
 }
 
 /// [`of_field`] of a displacement in double precision.
 pub fn of_displacement(body: &Body, displacement: &[Vector]) -> Vec<PreciseVector> {
-    residual(body, |t, cell| stress(body, cell, t, |n| displacement[n].map(DoubleDouble::from)))
+    residual(body, Source::Displacement(Nodal { high: displacement, low: None }))
 }
 
 /// Computes `∫ σ : ε(φ) − f(φ)` at every node, Cartesian, N/m, of a stress given by its mean in every triangle.
 ///
 /// * `means`: components xx, yy, xy of the mean of each triangle, Pa.
 pub fn of_stress(body: &Body, means: &[[DoubleDouble; 3]]) -> Vec<PreciseVector> {
-    residual(body, |t, _| means[t])
+    residual(body, Source::Means(means))
 }
 
 /// Gathers the forces of constant stresses and subtracts the loads.
-fn residual(
-    body: &Body,
-    stress: impl Fn(usize, &Cell) -> [DoubleDouble; 3] + Sync,
-) -> Vec<PreciseVector> {
+fn residual(body: &Body, source: Source<'_>) -> Vec<PreciseVector> {
     let triangles = body.mesh().triangles();
     let mut residual: Vec<PreciseVector> = external_forces(body).into_iter().map(|f| f.map(|x| -x)).collect();
     let chunks = triangles.len().div_ceil(CHUNK);
@@ -138,7 +158,7 @@ fn residual(
             .into_par_iter()
             .map(|k| {
                 let triangles = k * CHUNK..triangles.len().min((k + 1) * CHUNK);
-                pulp::Arch::new().dispatch(ChunkForces { body, triangles, stress: &stress })
+                pulp::Arch::new().dispatch(ChunkForces { body, triangles, source })
             })
             .collect();
         let first = group * CHUNK;
@@ -154,25 +174,26 @@ fn residual(
 }
 
 /// The forces of some triangles, compiled for the widest instructions: error-free products need fused ones.
-struct ChunkForces<'a, F> {
+struct ChunkForces<'a> {
     body: &'a Body,
     triangles: std::ops::Range<usize>,
-    stress: &'a F,
+    source: Source<'a>,
 }
 
-impl<F: Fn(usize, &Cell) -> [DoubleDouble; 3]> pulp::NullaryFnOnce for ChunkForces<'_, F> {
+impl pulp::NullaryFnOnce for ChunkForces<'_> {
     type Output = Vec<CellForces>;
 
     #[inline(always)]
     fn call(self) -> Vec<CellForces> {
-        let Self { body, triangles, stress } = self;
-        let forces = |t: usize| {
-            let cell = Cell::new(body.mesh().corners(t));
-            cell.forces(stress(t, &cell))
-        };
+        let Self { body, triangles, source } = self;
         let mut found = Vec::with_capacity(triangles.len());
         for t in triangles {
-            found.push(forces(t));
+            let cell = Cell::new(body.mesh().corners(t));
+            let stress = match source {
+                Source::Displacement(field) => stress(body, &cell, t, field),
+                Source::Means(means) => means[t],
+            };
+            found.push(cell.forces(stress));
         }
         found
     }
