@@ -3,6 +3,7 @@
 
 mod lock;
 
+use crate::links::BrokenLink;
 use crate::report::CASE_HASH;
 use lock::{LOCK_FILE, Lock};
 use std::collections::BTreeSet;
@@ -50,6 +51,12 @@ pub enum OutputError {
     NotADirectory {
         /// The path.
         path: PathBuf,
+    },
+    /// A symbolic link in the path leads nowhere.
+    #[error("{} {link}; create what it points to, or choose another directory with --out", link.link.display())]
+    BrokenLink {
+        /// The link and its target.
+        link: BrokenLink,
     },
     /// Another run writes there at this moment.
     #[error("{} is in use by another run{}; wait for it, or choose another directory with --out", path.display(), holder.map(|p| format!(" (process {p})")).unwrap_or_default())]
@@ -164,6 +171,9 @@ impl OutputDirectory {
     /// # Errors
     /// See [`OutputError`]; nothing has been changed then, except that a missing directory may have been created.
     pub fn open(path: &Path, kind: ResultKind, case_hash: &str, force: bool) -> Result<Self, OutputError> {
+        if let Some(link) = BrokenLink::find(path) {
+            return Err(OutputError::BrokenLink { link });
+        }
         if path.exists() && !path.is_dir() {
             return Err(OutputError::NotADirectory { path: path.to_owned() });
         }
@@ -186,6 +196,9 @@ impl OutputDirectory {
     /// # Errors
     /// No directory, or another run in it.
     pub fn reopen(path: &Path) -> Result<Self, OutputError> {
+        if let Some(link) = BrokenLink::find(path) {
+            return Err(OutputError::BrokenLink { link });
+        }
         if !path.is_dir() {
             return Err(OutputError::NotADirectory { path: path.to_owned() });
         }

@@ -92,8 +92,10 @@ impl Case {
         let mut help = None;
         let path = match error {
             BodyError::UnknownGroup { place, group, known } => {
-                help =
-                    self.region_not_side(body, group).or_else(|| did_you_mean(group, known.split(", "), '"'));
+                help = self
+                    .region_not_side(body, group)
+                    .or_else(|| self.side_of_other(body, group))
+                    .or_else(|| did_you_mean(group, known.split(", "), '"'));
                 of(place, ".on")
             }
             BodyError::InteriorEdge { place, .. } => of(place, ".on"),
@@ -133,6 +135,23 @@ impl Case {
         Some(format!("; the earlier one is displacement condition {}, {stands}", earlier + 1))
     }
 
+    /// Helps if a side of the other body is named.
+    fn side_of_other(&self, body: usize, side: &str) -> Option<String> {
+        let other = 1usize.checked_sub(body)?;
+        self.build_mesh(other).ok()?.group(side)?;
+        let [own, other] = [body, other].map(|b| &self.bodies[b].name);
+        Some(format!("\"{side}\" is a side of body \"{other}\", not of \"{own}\": name a side of \"{own}\""))
+    }
+
+    /// Helps if each of the two contact surfaces is a side of the other body alone.
+    fn surfaces_swapped(&self, body: usize) -> Option<String> {
+        let other = 1usize.checked_sub(body)?;
+        let meshes = [self.build_mesh(0).ok()?, self.build_mesh(1).ok()?];
+        let of = |b: usize, surface: usize| meshes[b].group(&self.contact.surfaces[surface]).is_some();
+        let swapped = of(body, other) && of(other, body) && !of(body, body);
+        swapped.then(|| "swap the two names: `surfaces` has a side of the first body, then one of the second".to_owned())
+    }
+
     fn load_path(&self, condition: &str) -> String {
         let keys = ["vector", "pressure"].map(|key| format!("{condition}.{key}"));
         keys.into_iter().find(|path| self.is_given(path)).unwrap_or_else(|| condition.to_owned())
@@ -162,6 +181,8 @@ impl Case {
             InterfaceError::UnknownSurface { body, group, known } => {
                 help = self
                     .region_not_side(*body, group)
+                    .or_else(|| self.surfaces_swapped(*body))
+                    .or_else(|| self.side_of_other(*body, group))
                     .or_else(|| did_you_mean(group, known.split(", "), '"'));
                 (format!("contact.surfaces.{body}"), Some(*body))
             }
