@@ -192,12 +192,7 @@ fn headers(text: &str) -> impl Iterator<Item = usize> {
 }
 
 /// Describes a fault of syntax; of a key that stands twice, with the place of the first.
-fn syntax_fault(
-    text: &str,
-    error: &toml::de::Error,
-    span: Range<usize>,
-    source: &Arc<Source>,
-) -> Diagnostic {
+fn syntax_fault(text: &str, error: &toml::de::Error, span: Range<usize>, source: &Arc<Source>) -> Diagnostic {
     let fault =
         |message: String| Diagnostic::new(code::SYNTAX, Some(Place::new(source, span.clone())), message);
     if !is_duplicate(error) {

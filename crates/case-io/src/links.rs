@@ -1,6 +1,7 @@
 //! Symbolic links whose target is missing: the system's own words for them mislead.
 
 use std::fmt;
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// A symbolic link that leads nowhere.
@@ -8,9 +9,12 @@ use std::path::{Path, PathBuf};
 pub struct BrokenLink {
     /// The link: a path, or one of the directories above it.
     pub link: PathBuf,
-    /// What it points to, as the link has it.
+    /// What is missing: the end of the chain of links that begins there.
     pub target: PathBuf,
 }
+
+/// Systems follow no more links than this.
+const LONGEST_CHAIN: usize = 40;
 
 impl BrokenLink {
     /// What helps.
@@ -18,8 +22,14 @@ impl BrokenLink {
 
     /// Finds the link in a path, the path itself included, whose target is missing; `None` if there is none.
     pub fn find(path: &Path) -> Option<Self> {
-        let broken = path.ancestors().find(|p| p.is_symlink() && !p.exists())?;
-        Some(Self { link: broken.to_owned(), target: broken.read_link().ok()? })
+        let is_missing = |p: &Path| p.metadata().is_err_and(|e| e.kind() == io::ErrorKind::NotFound);
+        let link = path.ancestors().find(|p| p.is_symlink() && is_missing(p))?;
+        let mut target = link.to_owned();
+        for _ in 0..LONGEST_CHAIN {
+            let Ok(next) = target.read_link() else { break };
+            target = target.parent().unwrap_or(Path::new("")).join(next);
+        }
+        Some(Self { link: link.to_owned(), target })
     }
 }
 
@@ -40,8 +50,16 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let link = root.path().join("link");
         symlink("nowhere", &link).unwrap();
-        let found = BrokenLink::find(&link.join("below/it")).unwrap();
-        assert_eq!((&found.link, found.to_string().as_str()), (&link, "is a link to nowhere, which does not exist"));
+        symlink("link", root.path().join("chain")).unwrap();
+        for (path, first) in [("link", "link"), ("link/below/it", "link"), ("chain", "chain")] {
+            let found = BrokenLink::find(&root.path().join(path)).unwrap();
+            let target = root.path().join("nowhere");
+            assert_eq!((&found.link, &found.target), (&root.path().join(first), &target));
+            assert_eq!(found.to_string(), format!("is a link to {}, which does not exist", target.display()));
+        }
+        // A circle has no end that could be missing: the system's words are right.
+        symlink("circle", root.path().join("circle")).unwrap();
+        assert_eq!(BrokenLink::find(&root.path().join("circle")), None);
         std::fs::create_dir(root.path().join("nowhere")).unwrap();
         assert_eq!(BrokenLink::find(&link), None);
         assert_eq!(BrokenLink::find(&root.path().join("none")), None);

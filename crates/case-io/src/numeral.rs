@@ -8,8 +8,7 @@ const DASHES: [char; 7] =
     ['\u{2212}', '\u{2013}', '\u{2014}', '\u{2010}', '\u{2011}', '\u{FE63}', '\u{FF0D}'];
 
 /// Quotes of word processors, and those of TOML.
-const QUOTES: [char; 16] =
-    ['"', '\'', '`', '´', '“', '”', '„', '‟', '‘', '’', '‚', '‛', '«', '»', '‹', '›'];
+const QUOTES: [char; 16] = ['"', '\'', '`', '´', '“', '”', '„', '‟', '‘', '’', '‚', '‛', '«', '»', '‹', '›'];
 
 /// Tells how to write the number that a text means: `write it without unit: 2000.0 (all units must agree)`.
 ///
@@ -131,7 +130,9 @@ fn groups(text: &str) -> Option<String> {
         let grouped = whole.contains(separator) && parts.all(|part| part.len() == 3 && is_digits(part));
         let sound = grouped && (1..=3).contains(&first.len()) && is_digits(first) && is_digits(fraction);
         let point = if fraction.is_empty() { "" } else { "." };
-        sound.then(|| format!("write the digits together: {sign}{}{point}{fraction}", whole.replace(separator, "")))
+        sound.then(|| {
+            format!("write the digits together: {sign}{}{point}{fraction}", whole.replace(separator, ""))
+        })
     };
     [',', '.', '\'', '’', ' ', '\u{A0}', '\u{202F}', '\u{2009}'].into_iter().find_map(of)
 }
@@ -226,7 +227,10 @@ mod tests {
 
     #[test]
     fn numbers_words_and_expressions_are_left_alone() {
-        for text in ["", "5", "1e-3", ".5", "steel", "inf", "nan", "x", "2x", "2*x", "2D3 * x", "2sin(x)", "2pi", "1/3", "auto", "D3", "e5"] {
+        for text in [
+            "", "5", "1e-3", ".5", "steel", "inf", "nan", "x", "2x", "2*x", "2D3 * x", "2sin(x)", "2pi",
+            "1/3", "auto", "D3", "e5",
+        ] {
             assert_eq!(advice(text), None, "{text}");
         }
         assert_eq!(advice(&format!("2{}", "a".repeat(100))), None);
@@ -234,7 +238,14 @@ mod tests {
 
     #[test]
     fn numbers_are_spelled_as_toml_has_them() {
-        for (text, toml) in [(".5", "0.5"), ("5.", "5.0"), ("+007", "7"), ("-.5e3", "-0.5e3"), ("1.e-9", "1.0e-9"), ("000", "0")] {
+        for (text, toml) in [
+            (".5", "0.5"),
+            ("5.", "5.0"),
+            ("+007", "7"),
+            ("-.5e3", "-0.5e3"),
+            ("1.e-9", "1.0e-9"),
+            ("000", "0"),
+        ] {
             assert_eq!(spelled(text), toml);
             assert!(toml::de::DeValue::parse(toml).is_ok());
         }

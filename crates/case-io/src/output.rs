@@ -73,7 +73,7 @@ pub enum OutputError {
         path: PathBuf,
     },
     /// The directory holds something that is no complete result.
-    #[error("{} is not empty and holds no complete result of this program (there is \"{found}\"); choose another directory with --out, or write there all the same with --force", path.display())]
+    #[error("{} is not empty and was not written by nndd (found \"{found}\"); use --out DIR, or --force to write anyway", path.display())]
     NotOurs {
         /// The directory.
         path: PathBuf,
@@ -156,7 +156,7 @@ pub struct OutputDirectory {
     path: PathBuf,
     before: Before,
     written: BTreeSet<PathBuf>,
-    /// Held for what its drop does.
+    /// Kept alive: dropping it releases the lock.
     _lock: Lock,
 }
 

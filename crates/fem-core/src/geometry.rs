@@ -10,7 +10,11 @@ pub type Vector = [f64; 2];
 /// assert_eq!([0.0, -2.5, 1e-300, 1e300].map(shown), ["0", "-2.5", "1e-300", "1e300"]);
 /// ```
 pub fn shown(x: f64) -> String {
-    if x == 0.0 || (1e-4..1e6).contains(&x.abs()) || !x.is_finite() { x.to_string() } else { format!("{x:e}") }
+    if x == 0.0 || (1e-4..1e6).contains(&x.abs()) || !x.is_finite() {
+        x.to_string()
+    } else {
+        format!("{x:e}")
+    }
 }
 
 /// Adds two vectors.

@@ -353,6 +353,20 @@ mod tests {
     }
 
     #[test]
+    fn coordinates_of_300_digits_are_shown_with_an_exponent() {
+        let (node, [x, y]) = (7, [1e300, -1e-300]);
+        for error in [
+            MeshError::NotFinite { node, x, y },
+            MeshError::Area { triangle: 7, area: 0.0, x, y },
+            MeshError::LooseNode { node, x, y },
+            MeshError::BowTie { node, x, y },
+        ] {
+            let said = error.to_string();
+            assert!(said.contains("(1e300, -1e-300)") && said.len() < 200, "{said}");
+        }
+    }
+
+    #[test]
     fn two_triangles_touching_in_a_node_are_refused() {
         let p = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [-1.0, 0.0], [-1.0, -1.0]];
         let t = vec![[0, 1, 2], [0, 3, 4]];

@@ -66,7 +66,10 @@ pub(crate) const FILES: [(&str, &str); 14] = [
     ("sweep.json, sweep.csv, sweep-2.csv", "rows of a sweep, and of its further panels"),
     ("figures/NAME.svg", "the figures of the page"),
     ("BODY.vtu", "a body for ParaView: displacement, reaction, stress, strain, density of the error"),
-    ("contact.vtu", "the contact line for ParaView: initial gap, opening, pressure, tractions, its part of the error"),
+    (
+        "contact.vtu",
+        "the contact line for ParaView: initial gap, opening, pressure, tractions, its part of the error",
+    ),
     ("fields/BODY-step-NN.vtu, fields/contact-step-NN.vtu", "the same on every mesh of an adaptive run"),
     ("adaptive.pvd", "all meshes of an adaptive run, bodies and contact line, for ParaView"),
     ("BODY.vtu.series, contact.vtu.series", "one body, or the contact line, on all meshes"),

@@ -221,7 +221,7 @@ fn bounds(page: &mut String, report: &Report) {
             words::at_most(high)
         );
     }
-    page.push_str("</table>\n<p>They follow from the certified error and are strict where that is.</p>\n");
+    page.push_str("</table>\n<p>These bounds hold whenever the certified error bound holds.</p>\n");
 }
 
 /// The meshes of an adaptive run.

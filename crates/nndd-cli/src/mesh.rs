@@ -44,8 +44,13 @@ fn human(file: &MeshFile, summary: &Summary) -> String {
     if let Some(q) = &summary.quality {
         let [x, y] = q.at;
         let angle = q.smallest_angle;
-        let _ =
-            writeln!(text, "  smallest angle  {angle:.3} degrees, in element {} at ({}, {})", q.cell, seven(x), seven(y));
+        let _ = writeln!(
+            text,
+            "  smallest angle  {angle:.3} degrees, in element {} at ({}, {})",
+            q.cell,
+            seven(x),
+            seven(y)
+        );
     }
     if !summary.groups.is_empty() {
         let width = summary.groups.iter().map(|g| g.name.chars().count()).max().unwrap_or(0).clamp(4, 40);

@@ -149,7 +149,9 @@ impl Case {
         let meshes = [self.build_mesh(0).ok()?, self.build_mesh(1).ok()?];
         let of = |b: usize, surface: usize| meshes[b].group(&self.contact.surfaces[surface]).is_some();
         let swapped = of(body, other) && of(other, body) && !of(body, body);
-        swapped.then(|| "swap the two names: `surfaces` has a side of the first body, then one of the second".to_owned())
+        swapped.then(|| {
+            "swap the two names: `surfaces` has a side of the first body, then one of the second".to_owned()
+        })
     }
 
     fn load_path(&self, condition: &str) -> String {

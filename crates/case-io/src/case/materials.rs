@@ -68,7 +68,9 @@ impl Material {
     /// Describes the material in a few words: `E 2000  nu 0.3`.
     pub fn summary(&self) -> String {
         match &self.law {
-            MaterialLaw::Isotropic { young, poisson } => format!("E {}  nu {}", shown(*young), shown(*poisson)),
+            MaterialLaw::Isotropic { young, poisson } => {
+                format!("E {}  nu {}", shown(*young), shown(*poisson))
+            }
             MaterialLaw::Orthotropic(c) => {
                 format!("E1 {}  E2 {}  at {} degrees", shown(c.young_1), shown(c.young_2), shown(c.angle))
             }

@@ -2,6 +2,8 @@
 //!
 //! Reading a key makes it known; [`Reader::finish`] reports the keys that nobody read.
 
+mod arrays;
+
 use super::examples::{EXPRESSION, described, example};
 use super::tree::{At, Entry, Node, NodeValue, Table};
 use crate::diagnostic::{Diagnostic, Place, code, did_you_mean, excerpt, nearest};
@@ -127,10 +129,14 @@ impl<'a> Reader<'a> {
             message += ", which is not a number";
         }
         let fix = match (&node.value, example(path)) {
-            (NodeValue::Float(number), _) if expected.contains("whole") && number.fract() == 0.0 && number.abs() < 1e15 => {
+            (NodeValue::Float(number), _)
+                if expected.contains("whole") && number.fract() == 0.0 && (1.0..1e15).contains(number) =>
+            {
                 format!("write {number}, without point or exponent")
             }
-            (NodeValue::String(text), _) if expected == "true or false" && ["true", "false"].contains(&text.trim()) => {
+            (NodeValue::String(text), _)
+                if expected == "true or false" && ["true", "false"].contains(&text.trim()) =>
+            {
                 format!("write {} without quotes", text.trim())
             }
             (NodeValue::String(text), _) if expected.contains("number") && number(text) => {
@@ -244,99 +250,6 @@ impl<'a> Reader<'a> {
             NodeValue::String(text) => self.expression(&path, node, text, Some(word)),
             _ => self.value_of(&path, node),
         }
-    }
-
-    /// Reads two numbers or expressions.
-    pub(crate) fn value_pair(&mut self, key: &'static str) -> Option<[Value; 2]> {
-        self.two(key, "an array of two numbers", Self::value_of)
-    }
-
-    /// Reads two finite numbers.
-    pub(crate) fn pair(&mut self, key: &'static str) -> Option<[f64; 2]> {
-        self.two(key, "an array of two numbers", Self::finite)
-    }
-
-    /// Reads two whole numbers ≥ 1.
-    pub(crate) fn count_pair(&mut self, key: &'static str) -> Option<[usize; 2]> {
-        self.two(key, "an array of two whole numbers", |r, path, node| r.whole(path, node, 1))
-    }
-
-    /// Reads two strings.
-    pub(crate) fn string_pair(&mut self, key: &'static str) -> Option<[String; 2]> {
-        self.two(key, "an array of two strings", Self::text)
-    }
-
-    /// Reads three rows of three finite numbers.
-    pub(crate) fn matrix(&mut self, key: &'static str) -> Option<[[f64; 3]; 3]> {
-        let node = self.node(key)?;
-        let path = self.path_of(key);
-        let expected = "three rows of three numbers, `[[a, b, c], [b, d, e], [c, e, f]]`";
-        let three = |path: &str, node: &'a Node, fix: &dyn Fn(usize) -> &'static str| -> Option<&'a [Node; 3]> {
-            match &node.value {
-                NodeValue::Array(items) => <&[Node; 3]>::try_from(&items[..]).ok().or_else(|| {
-                    let message = format!("`{path}` has {} entries", items.len());
-                    let diagnostic = Diagnostic::new(code::VALUE, Some(node.at.place()), message);
-                    self.findings.push(diagnostic.expected(expected).fix(fix(items.len())));
-                    None
-                }),
-                _ => {
-                    self.wrong_type(path, node, expected);
-                    None
-                }
-            }
-        };
-        let rows = |count: usize| match count {
-            2 => "give three rows; the last holds the shear modulus: `[0, 0, G]` if shear does not couple",
-            6 => "give the rows of xx, yy and xy alone, those of the plane problem; or write the upper triangle out as three rows",
-            9 => "put the numbers of each row into brackets",
-            _ => "give three rows, for xx, yy and xy",
-        };
-        let numbers = |count: usize| match count {
-            2 => "give three numbers in each row; the last couples with shear, 0 if it does not",
-            6 => "give the columns of xx, yy and xy alone; decimals have a point, not a comma",
-            _ => "give three numbers in each row, for xx, yy and xy",
-        };
-        let mut matrix = [[0.0; 3]; 3];
-        for (i, row) in three(&path, node, &rows)?.iter().enumerate() {
-            let path = format!("{path}.{i}");
-            for (j, entry) in three(&path, row, &numbers)?.iter().enumerate() {
-                matrix[i][j] = self.finite(&format!("{path}.{j}"), entry)?;
-            }
-        }
-        Some(matrix)
-    }
-
-    fn two<T>(
-        &mut self,
-        key: &'static str,
-        expected: &str,
-        read: impl Fn(&Self, &str, &Node) -> Option<T>,
-    ) -> Option<[T; 2]> {
-        let node = self.node(key)?;
-        let path = self.path_of(key);
-        let NodeValue::Array(items) = &node.value else {
-            self.wrong_type(&path, node, expected);
-            return None;
-        };
-        let [a, b] = &items[..] else {
-            let whole = |node: &Node| matches!(node.value, NodeValue::Integer(_));
-            let commas = expected.ends_with("numbers") && items.len() == 4 && items.iter().all(whole);
-            let fix = match example(&path) {
-                _ if commas => "decimals have a point: [0.5, 1.5], not [0,5, 1,5]".to_owned(),
-                Some(line) => format!("write it as in `{line}`"),
-                None => format!("write `{key} = [a, b]`"),
-            };
-            self.refuse(key, format!("`{path}` has {} entries", items.len()), expected, &fix);
-            return None;
-        };
-        let read_one = |k: usize, item: &Node| {
-            let path = format!("{path}.{k}");
-            self.findings.note(&path, &item.at);
-            read(self, &path, item)
-        };
-        // Both are read before either is given up, so that both faults are found.
-        let (a, b) = (read_one(0, a), read_one(1, b));
-        Some([a?, b?])
     }
 
     fn whole(&self, path: &str, node: &Node, least: usize) -> Option<usize> {

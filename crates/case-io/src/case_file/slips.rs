@@ -10,8 +10,26 @@ use toml::de::DeValue;
 
 /// Keys whose values are texts: what begins like a number there needs quotes.
 const TEXTS: [&str; 20] = [
-    "title", "name", "material", "on", "file", "region", "group", "kind", "facing", "hypothesis", "surfaces", "method",
-    "imposed", "path", "qp", "weights", "acceleration", "directory", "memory", "time",
+    "title",
+    "name",
+    "material",
+    "on",
+    "file",
+    "region",
+    "group",
+    "kind",
+    "facing",
+    "hypothesis",
+    "surfaces",
+    "method",
+    "imposed",
+    "path",
+    "qp",
+    "weights",
+    "acceleration",
+    "directory",
+    "memory",
+    "time",
 ];
 
 /// Keys whose values may be expressions.
@@ -33,7 +51,12 @@ struct Piece<'a> {
 ///
 /// * `line`: the bytes of the line in the text.
 /// * `offset`: where the text begins in the source.
-pub(super) fn in_line(text: &str, line: Range<usize>, source: &Arc<Source>, offset: usize) -> Option<Diagnostic> {
+pub(super) fn in_line(
+    text: &str,
+    line: Range<usize>,
+    source: &Arc<Source>,
+    offset: usize,
+) -> Option<Diagnostic> {
     pieces(text, line).iter().find_map(|piece| {
         let value = &text[piece.span.clone()];
         let (found, expected, fix) = meaning(value, piece)?;
@@ -50,7 +73,11 @@ fn meaning(value: &str, piece: &Piece<'_>) -> Option<Meaning> {
     let key = key.rsplit('.').next().unwrap_or(key).trim();
     if value.is_empty() && piece.alone && piece.key.is_some() {
         let fix = example(key).unwrap_or("KEY = VALUE");
-        return Some((format!("`{}` has no value", piece.key?), "a value behind `=`", format!("write it as in `{fix}`")));
+        return Some((
+            format!("`{}` has no value", piece.key?),
+            "a value behind `=`",
+            format!("write it as in `{fix}`"),
+        ));
     }
     if value.is_empty() || DeValue::parse(value).is_ok() {
         return None;
@@ -130,7 +157,9 @@ impl<'a> Scan<'a> {
         let within = self.open.last().copied();
         match self.found.last_mut() {
             // A comma within braces is followed by a key: in `{ x = 0,5 }` it is none.
-            Some(last) if within == Some('{') && self.key.is_none() && !span.is_empty() => last.span.end = span.end,
+            Some(last) if within == Some('{') && self.key.is_none() && !span.is_empty() => {
+                last.span.end = span.end
+            }
             _ => {
                 let is_value = self.key.is_some() || self.continued || within.is_some() && !self.header;
                 self.found.push(Piece { key: self.key, span, is_value, alone: within.is_none() });
@@ -176,7 +205,8 @@ impl<'a> Scan<'a> {
 fn pieces(text: &str, line: Range<usize>) -> Vec<Piece<'_>> {
     let content = &text[line.clone()];
     let header = content.trim_start().starts_with('[') && !content.contains(',');
-    let continued = !header && !content.contains('=') && (content.contains(',') || content.trim_end().ends_with(']'));
+    let continued =
+        !header && !content.contains('=') && (content.contains(',') || content.trim_end().ends_with(']'));
     let mut scan = Scan { start: line.start, header, continued, ..Scan::default() };
     let mut end = line.end;
     let mut escaped = false;

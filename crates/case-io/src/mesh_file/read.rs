@@ -108,14 +108,15 @@ fn bytes(path: &Path, left: &mut u64) -> Result<Vec<u8>, Unreadable> {
     if !found.is_file() {
         return Err(Unreadable::new("it is not a regular file", None));
     }
-    let too_large = || Unreadable::new(format!("it has more than {LARGEST_MESH_FILE} bytes"), Some("mesh it coarser"));
+    let too_large =
+        || Unreadable::new(format!("it has more than {LARGEST_MESH_FILE} bytes"), Some("mesh it coarser"));
     if found.len() > *left {
         return Err(too_large());
     }
     let mut bytes = Vec::new();
-    bytes
-        .try_reserve_exact(found.len() as usize)
-        .map_err(|_| Unreadable::new("there is not enough memory for it", Some("mesh it coarser, or free memory")))?;
+    bytes.try_reserve_exact(found.len() as usize).map_err(|_| {
+        Unreadable::new("there is not enough memory for it", Some("mesh it coarser, or free memory"))
+    })?;
     let file = std::fs::File::open(path).map_err(of_system)?;
     file.take(*left + 1).read_to_end(&mut bytes).map_err(of_system)?;
     *left = left.checked_sub(bytes.len() as u64).ok_or_else(too_large)?;

@@ -165,7 +165,7 @@ impl MeshFile {
         let crowded = keys.chunk_by(|a, b| a == b).filter(|same| same.len() > 2).count();
         if crowded > 0 {
             problems.push(format!(
-                "{} belong to more than two cells (cells overlap, or stand in the file once for each of their groups)",
+                "{} shared by more than two cells: cells overlap or appear once per group",
                 counted(crowded, "edge")
             ));
         }

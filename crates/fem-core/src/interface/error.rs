@@ -218,4 +218,27 @@ mod tests {
         let away = InterfaceError::NormalAway { normal: [0.0, -1.0], point: [1.0, 2.0], degrees: 90.0 };
         assert!(away.to_string().contains("(0, -1) is 90.0 degrees from the first body's"), "{away}");
     }
+
+    #[test]
+    fn places_of_300_digits_are_shown_with_an_exponent() {
+        let point = [1e300, -1e-300];
+        for error in [
+            InterfaceError::Occupied { body: 0, point, what: "a load" },
+            InterfaceError::NotMatching { body: 0, point, distance: 1e300, spacing: 1e-300 },
+            InterfaceError::Distance { point, gap: 1e300, spacing: 1e-300 },
+            InterfaceError::EdgeWithoutPartner { body: 0, point },
+            InterfaceError::NotFacing { point },
+            InterfaceError::Curved { point, degrees: 90.0 },
+            InterfaceError::NormalAway { normal: point, point, degrees: 90.0 },
+            InterfaceError::Counts { point, what: "edges", counts: [1, 2] },
+            InterfaceError::Offset { point, offset: 1e300, spacing: 1e-300 },
+            InterfaceError::Overlap { point, depth: 1e300, spacing: 1e-300 },
+            InterfaceError::TooFar { point, distance: 1e300, size: 1e-300 },
+            InterfaceError::SupportedNode { body: 0, point },
+            InterfaceError::BadGap { point, value: -1e300 },
+        ] {
+            let said = error.to_string();
+            assert!(said.contains("(1e300, -1e-300)") && !said.contains("00000"), "{said}");
+        }
+    }
 }

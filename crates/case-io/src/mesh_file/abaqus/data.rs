@@ -70,7 +70,8 @@ impl<'a> Row<'a> {
         let first = fields.next().unwrap_or_default();
         let Some(number) = number(first) else {
             let semicolons = first.contains(&b';');
-            let help = semicolons.then(|| "separate numbers by commas, and write decimals with a point".to_owned());
+            let help =
+                semicolons.then(|| "separate numbers by commas, and write decimals with a point".to_owned());
             return Err(Fault::new(format!("found {}", shown(first)), "the number of a node").advised(help));
         };
         self.refuse_decimal_commas(number)?;
