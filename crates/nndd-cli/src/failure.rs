@@ -95,6 +95,9 @@ impl Failure {
             OutputError::NotADirectory { .. } | OutputError::BrokenLink { .. } => {
                 "\n  expected: a directory\n  fix: choose another with --out"
             }
+            OutputError::Io { source, .. } if source.kind() == io::ErrorKind::PermissionDenied => {
+                "\n  expected: a directory that this user may write to\n  fix: allow it, or choose another with --out"
+            }
             OutputError::Io { what: "create" | "write" | "lock", .. } => {
                 "\n  expected: a directory that can be written to\n  fix: choose another with --out, or make room there"
             }
