@@ -135,12 +135,20 @@ impl Case {
         Some(format!("; the earlier one is displacement condition {}, {stands}", earlier + 1))
     }
 
-    /// Helps if a side of the other body is named.
+    /// Helps if a side of the other body is named, or a side with the name of its body in front.
     fn side_of_other(&self, body: usize, side: &str) -> Option<String> {
         let other = 1usize.checked_sub(body)?;
-        self.build_mesh(other).ok()?.group(side)?;
-        let [own, other] = [body, other].map(|b| &self.bodies[b].name);
-        Some(format!("\"{side}\" is a side of body \"{other}\", not of \"{own}\": name a side of \"{own}\""))
+        let [own, foreign] = [body, other].map(|b| &self.bodies[b].name);
+        let behind = |name: &str| side.strip_prefix(name).and_then(|rest| rest.strip_prefix('.'));
+        if let Some(alone) = behind(own)
+            && self.build_mesh(body).ok()?.group(alone).is_some()
+        {
+            return Some(format!("write the name of the side alone: \"{alone}\""));
+        }
+        let mesh = self.build_mesh(other).ok()?;
+        let named =
+            [Some(side), behind(foreign)].into_iter().flatten().find(|name| mesh.group(name).is_some())?;
+        Some(format!("\"{named}\" is a side of body \"{foreign}\": name a side of \"{own}\" here"))
     }
 
     /// Helps if each of the two contact surfaces is a side of the other body alone.
