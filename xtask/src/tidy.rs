@@ -60,7 +60,7 @@ pub(crate) fn run(workspace: &Workspace) -> Outcome<bool> {
             rust.push((file.clone(), text.clone().into_owned()));
         }
         if is_rust && lines > LONG {
-            notes.push(format!("note: {file}: {lines} lines, a look for a seam may be worth it"));
+            notes.push(format!("note: {file}: {lines} lines, consider splitting this file"));
         }
     }
     findings.extend(citations::uncited(&sources, &cited));

@@ -20,7 +20,9 @@ CELL = {
     "stress": 6, "stress_equilibrated": 6, "strain": 6, "error_density": 1, "error_density_mesh": 1,
     "error_density_iteration": 1, "material_id": 1, "element_id": 1, "body_id": 1,
 }
-CONTACT = {"gap", "contact_pressure", "active", "lambda", "traction_1", "traction_2", "traction_imbalance"}
+CONTACT = {
+    "gap", "opening", "contact_pressure", "active", "lambda", "traction_1", "traction_2", "traction_imbalance",
+}
 ROUND_OFF = 1e-9
 
 
@@ -127,7 +129,9 @@ def check(folder, report):
     contact.expect(len(contact.points) == report["contact"][0]["pairs"], "wrong number of pairs")
     length = np.linalg.norm(np.diff(contact.points[contact.cells], axis=1)[:, 0], axis=1)
     contact.equal(float(length.sum()), report["contact"][0]["length"], "length of the contact line")
-    contact.equal(float(contact.point["gap"].min()), results["min_gap"], "smallest gap")
+    contact.expect(bool((contact.point["gap"] >= 0.0).all()), "a negative initial gap")
+    contact.equal(float(contact.point["opening"].min()), results["min_opening"], "smallest opening")
+    contact.equal(float(contact.point["contact_pressure"].max()), results["max_pressure"], "largest pressure")
     tributary = np.zeros(len(contact.points))
     np.add.at(tributary, contact.cells, 0.5 * length[:, None])
     force = float(np.sum(tributary * contact.point["contact_pressure"]))

@@ -7,6 +7,7 @@ mod examples;
 mod overrides;
 mod quantity;
 mod reader;
+mod slips;
 mod sweep;
 mod tree;
 
@@ -19,6 +20,7 @@ pub(crate) use tree::{At, NodeValue, Table};
 
 use crate::diagnostic::{CaseError, Diagnostic, Place, Source, code, excerpt};
 use std::io::{self, Read};
+use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 use toml::de::DeTable;
@@ -136,9 +138,7 @@ fn syntax_faults(text: &str, mut errors: Vec<toml::de::Error>, source: &Arc<Sour
         let span = span(first);
         faults.push(syntax_fault(&text, first, span.clone(), source));
         let at = span.start.min(text.len());
-        let is_end = |byte: &u8| *byte == b'\n';
-        let start = text.as_bytes()[..at].iter().rposition(is_end).map_or(0, |end| end + 1);
-        let end = text.as_bytes()[at..].iter().position(is_end).map_or(text.len(), |length| at + length);
+        let Range { start, end } = line_at(&text, at);
         from = end + 1;
         let header = is_header(&text[start..end]);
         if is_duplicate(first) {
@@ -158,6 +158,15 @@ fn syntax_faults(text: &str, mut errors: Vec<toml::de::Error>, source: &Arc<Sour
         errors = DeTable::parse_recoverable(&text).1;
     }
     faults
+}
+
+/// Finds the line of a byte, without its end.
+fn line_at(text: &str, at: usize) -> Range<usize> {
+    let at = at.min(text.len());
+    let is_end = |byte: &u8| *byte == b'\n';
+    let start = text.as_bytes()[..at].iter().rposition(is_end).map_or(0, |end| end + 1);
+    let end = text.as_bytes()[at..].iter().position(is_end).map_or(text.len(), |length| at + length);
+    start..end
 }
 
 fn is_duplicate(error: &toml::de::Error) -> bool {
@@ -183,15 +192,13 @@ fn headers(text: &str) -> impl Iterator<Item = usize> {
 }
 
 /// Describes a fault of syntax; of a key that stands twice, with the place of the first.
-fn syntax_fault(
-    text: &str,
-    error: &toml::de::Error,
-    span: std::ops::Range<usize>,
-    source: &Arc<Source>,
-) -> Diagnostic {
+fn syntax_fault(text: &str, error: &toml::de::Error, span: Range<usize>, source: &Arc<Source>) -> Diagnostic {
     let fault =
         |message: String| Diagnostic::new(code::SYNTAX, Some(Place::new(source, span.clone())), message);
     if !is_duplicate(error) {
+        if let Some(slip) = slips::in_line(text, line_at(text, span.start), source, 0) {
+            return slip;
+        }
         let toml = "TOML: `key = value`, texts in quotes, arrays in brackets";
         let said = error.message();
         let (found, expected) = said.split_once(", expected ").unwrap_or((said, toml));

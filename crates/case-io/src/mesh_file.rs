@@ -48,11 +48,12 @@ pub use summary::{GroupSummary, Quality, Summary};
 pub(crate) use collect::{Collected, Collector, Spot};
 pub(crate) use error::{counted, first_bytes, listed};
 pub(crate) use index::NumberIndex;
+pub(crate) use read::Unreadable;
 
 use std::path::{Path, PathBuf};
 
 /// How a deck reads the files it includes: their contents, and where they were found.
-pub(crate) type Includes<'a> = &'a mut dyn FnMut(&Path, &str) -> Result<(PathBuf, Vec<u8>), String>;
+pub(crate) type Includes<'a> = &'a mut dyn FnMut(&Path, &str) -> Result<(PathBuf, Vec<u8>), Unreadable>;
 
 /// What a mesh file holds: nodes, edges, cells and named groups of them, by the file's own numbers.
 #[derive(Clone, Debug)]

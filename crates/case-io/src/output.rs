@@ -3,6 +3,7 @@
 
 mod lock;
 
+use crate::links::BrokenLink;
 use crate::report::CASE_HASH;
 use lock::{LOCK_FILE, Lock};
 use std::collections::BTreeSet;
@@ -51,6 +52,12 @@ pub enum OutputError {
         /// The path.
         path: PathBuf,
     },
+    /// A symbolic link in the path leads nowhere.
+    #[error("{} {link}; create what it points to, or choose another directory with --out", link.link.display())]
+    BrokenLink {
+        /// The link and its target.
+        link: BrokenLink,
+    },
     /// Another run writes there at this moment.
     #[error("{} is in use by another run{}; wait for it, or choose another directory with --out", path.display(), holder.map(|p| format!(" (process {p})")).unwrap_or_default())]
     Locked {
@@ -66,7 +73,7 @@ pub enum OutputError {
         path: PathBuf,
     },
     /// The directory holds something that is no complete result.
-    #[error("{} is not empty and holds no complete result of this program (there is \"{found}\"); choose another directory with --out, or write there all the same with --force", path.display())]
+    #[error("{} is not empty and was not written by nndd (found \"{found}\"); use --out DIR, or --force to write anyway", path.display())]
     NotOurs {
         /// The directory.
         path: PathBuf,
@@ -149,7 +156,7 @@ pub struct OutputDirectory {
     path: PathBuf,
     before: Before,
     written: BTreeSet<PathBuf>,
-    /// Held for what its drop does.
+    /// Kept alive: dropping it releases the lock.
     _lock: Lock,
 }
 
@@ -164,6 +171,9 @@ impl OutputDirectory {
     /// # Errors
     /// See [`OutputError`]; nothing has been changed then, except that a missing directory may have been created.
     pub fn open(path: &Path, kind: ResultKind, case_hash: &str, force: bool) -> Result<Self, OutputError> {
+        if let Some(link) = BrokenLink::find(path) {
+            return Err(OutputError::BrokenLink { link });
+        }
         if path.exists() && !path.is_dir() {
             return Err(OutputError::NotADirectory { path: path.to_owned() });
         }
@@ -186,6 +196,9 @@ impl OutputDirectory {
     /// # Errors
     /// No directory, or another run in it.
     pub fn reopen(path: &Path) -> Result<Self, OutputError> {
+        if let Some(link) = BrokenLink::find(path) {
+            return Err(OutputError::BrokenLink { link });
+        }
         if !path.is_dir() {
             return Err(OutputError::NotADirectory { path: path.to_owned() });
         }

@@ -208,11 +208,14 @@ pub struct Checks {
     /// Rollers on curved sides, which the displacements violate between the nodes.
     #[serde(default)]
     pub supports: Option<f64>,
+    /// Imposed displacements that the displacements miss, relative to the largest displacement of the body.
+    #[serde(default)]
+    pub imposed_displacement: Option<f64>,
 }
 
 impl Checks {
     /// Lists the residuals by their keys, in their order.
-    pub fn named(&self) -> [(&'static str, Option<f64>); 6] {
+    pub fn named(&self) -> [(&'static str, Option<f64>); 7] {
         [
             ("equilibrium", self.equilibrium),
             ("traction_jump", self.traction_jump),
@@ -220,6 +223,7 @@ impl Checks {
             ("penetration", self.penetration),
             ("pressure_sign", self.pressure_sign),
             ("supports", self.supports),
+            ("imposed_displacement", self.imposed_displacement),
         ]
     }
 }
@@ -237,10 +241,12 @@ pub struct Results {
     /// Each stretch of the contact line.
     #[serde(default)]
     pub contact_stretches: Option<Vec<ContactStretch>>,
-    /// Largest mean pressure of an interface edge, Pa.
+    /// Largest nodal pressure, Pa: the largest of contact.csv.
     pub max_pressure: Option<f64>,
-    /// Smallest opening, m.
-    pub min_gap: Option<f64>,
+    /// Largest mean pressure of an interface edge, Pa.
+    pub max_edge_pressure: Option<f64>,
+    /// Smallest opening, m: the smallest of contact.csv.
+    pub min_opening: Option<f64>,
     /// Reaction of each support.
     pub reactions: Option<Vec<Reaction>>,
     /// Sum of all forces on each body, N/m.
@@ -262,10 +268,12 @@ pub struct ContactStretch {
     pub length: f64,
     /// `Σ r²_i` on it, N/m.
     pub contact_force: f64,
-    /// Largest mean pressure of an edge, Pa.
+    /// Largest nodal pressure, Pa.
     pub max_pressure: f64,
+    /// Largest mean pressure of an edge, Pa.
+    pub max_edge_pressure: f64,
     /// Smallest opening, m.
-    pub min_gap: f64,
+    pub min_opening: f64,
 }
 
 /// The reaction of one support, N/m.

@@ -20,7 +20,7 @@ pub const HISTORY_COLUMNS: [&str; 10] = [
 ];
 
 /// The columns of contact.csv.
-pub const CONTACT_COLUMNS: [&str; 6] = ["s", "x", "y", "gap", "pressure", "active"];
+pub const CONTACT_COLUMNS: [&str; 7] = ["s", "x", "y", "gap", "opening", "pressure", "active"];
 
 /// The columns of adaptive.csv: the keys of `adaptive` in report.json.
 pub const ADAPTIVE_COLUMNS: [&str; 7] =
@@ -54,8 +54,10 @@ pub struct ContactRow {
     pub x: f64,
     /// Position, m.
     pub y: f64,
-    /// Opening, m, ≥ 0.
+    /// Initial gap, m, ≥ 0: datum of the problem.
     pub gap: f64,
+    /// Current opening, m, ≥ 0: the gap less the approach of the two bodies.
+    pub opening: f64,
     /// Pressure, Pa, ≥ 0 in compression.
     pub pressure: f64,
     /// 1 in contact, 0 open.
@@ -147,10 +149,18 @@ mod tests {
 
     #[test]
     fn contact_has_its_columns() {
-        let row = ContactRow { s: 0.5, x: 0.5, y: 1.0, gap: 0.0, pressure: 1234.5678901234567, active: 1 };
+        let row = ContactRow {
+            s: 0.5,
+            x: 0.5,
+            y: 1.0,
+            gap: 0.25,
+            opening: 0.0,
+            pressure: 1234.5678901234567,
+            active: 1,
+        };
         assert_eq!(
             contact_csv(&[row]).unwrap(),
-            "s,x,y,gap,pressure,active\n0.5,0.5,1.0,0.0,1234.5678901234567,1\n"
+            "s,x,y,gap,opening,pressure,active\n0.5,0.5,1.0,0.25,0.0,1234.5678901234567,1\n"
         );
     }
 

@@ -1,4 +1,4 @@
-//! The quantities a user reads off: forces, pressures, gaps, reactions.
+//! The quantities a user reads off: forces, pressures, openings, reactions.
 
 use cre_estimator::{AdmissiblePair, Estimate};
 use fem_core::assembly::external_forces;
@@ -33,10 +33,12 @@ pub struct Stretch {
     pub length: f64,
     /// `Σ r²_i`, N/m.
     pub contact_force: f64,
-    /// Largest mean pressure of an edge, Pa.
+    /// Largest nodal pressure, Pa.
     pub max_pressure: f64,
+    /// Largest mean pressure of an edge, Pa: at most `max_pressure`.
+    pub max_edge_pressure: f64,
     /// Smallest opening, m.
-    pub min_gap: f64,
+    pub min_opening: f64,
 }
 
 /// What comes out of a run; arrays by body in the order of the problem handed to [`crate::solve`].
@@ -51,10 +53,12 @@ pub struct Results {
     pub contact_intervals: Vec<[f64; 2]>,
     /// The same of each stretch of the contact line.
     pub contact_stretches: Vec<Stretch>,
-    /// Largest mean pressure of an interface edge, Pa.
+    /// Largest nodal pressure, `max r²_i/ℓ_i`, Pa.
     pub max_pressure: f64,
-    /// Smallest opening, m.
-    pub min_gap: f64,
+    /// Largest mean pressure of an interface edge, Pa: at most `max_pressure`.
+    pub max_edge_pressure: f64,
+    /// Smallest opening of the iteration, m.
+    pub min_opening: f64,
     /// Reactions of the supports.
     pub reactions: Vec<Reaction>,
     /// Loads, reactions and contact force of each body added up: zero to round-off, N/m.
@@ -102,8 +106,9 @@ pub(crate) fn results(
         contact_force: iterate.contact_force(),
         contact_intervals: intervals(problem, iterate),
         contact_stretches: stretches(problem, iterate, pair),
-        max_pressure: largest(&mut interface.edges().iter().map(mean)),
-        min_gap: pair.opening.iter().copied().fold(f64::INFINITY, f64::min),
+        max_pressure: largest(&mut pressure.iter().copied()),
+        max_edge_pressure: largest(&mut interface.edges().iter().map(mean)),
+        min_opening: iterate.opening.iter().copied().fold(f64::INFINITY, f64::min),
         reactions,
         balance,
         max_displacement: largest(&mut pair.displacement.iter().flatten().map(|u| norm(*u))),
@@ -119,16 +124,23 @@ fn stretches(problem: &ContactProblem, iterate: &Iterate, pair: &AdmissiblePair)
     let mut found: Vec<Stretch> = Vec::new();
     for (k, p) in interface.pairs().iter().enumerate() {
         if !joined[k] {
-            let s = [p.arc_length; 2];
-            let (length, contact_force, max_pressure) = (0.0, 0.0, 0.0);
-            found.push(Stretch { s, pairs: 0, length, contact_force, max_pressure, min_gap: f64::INFINITY });
+            found.push(Stretch {
+                s: [p.arc_length; 2],
+                pairs: 0,
+                length: 0.0,
+                contact_force: 0.0,
+                max_pressure: 0.0,
+                max_edge_pressure: 0.0,
+                min_opening: f64::INFINITY,
+            });
         }
         number.push(found.len() - 1);
         if let Some(last) = found.last_mut() {
             last.s[1] = p.arc_length;
             last.pairs += 1;
             last.contact_force += iterate.contact.normal_reaction[k];
-            last.min_gap = last.min_gap.min(pair.opening[k]);
+            last.max_pressure = last.max_pressure.max(pair.pressure[k]);
+            last.min_opening = last.min_opening.min(iterate.opening[k]);
         }
     }
     for edge in interface.edges() {
@@ -138,7 +150,8 @@ fn stretches(problem: &ContactProblem, iterate: &Iterate, pair: &AdmissiblePair)
         if j <= i {
             stretch.s[1] = interface.pairs()[i].arc_length + edge.length;
         }
-        stretch.max_pressure = stretch.max_pressure.max(0.5 * (pair.pressure[i] + pair.pressure[j]));
+        let mean = 0.5 * (pair.pressure[i] + pair.pressure[j]);
+        stretch.max_edge_pressure = stretch.max_edge_pressure.max(mean);
     }
     found
 }

@@ -53,7 +53,7 @@ impl Admissibility {
             ("boundary_traction", self.boundary_traction, FORCE_TOLERANCE),
             ("penetration", self.penetration, SIGN_TOLERANCE),
             ("pressure_sign", self.pressure_sign, SIGN_TOLERANCE),
-            ("imposed displacement", self.imposed_displacement, SIGN_TOLERANCE),
+            ("imposed_displacement", self.imposed_displacement, SIGN_TOLERANCE),
         ]
     }
 

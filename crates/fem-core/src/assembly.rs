@@ -6,7 +6,7 @@
 use crate::body::{Body, FreeMotion};
 use crate::dof::{DofMap, IMPOSED};
 use crate::element::Triangle;
-use crate::geometry::{Vector, dot};
+use crate::geometry::{Vector, dot, shown};
 use crate::interface::InterfaceSide;
 use crate::sparse::SymmetricCsc;
 use nalgebra::Matrix2;
@@ -17,7 +17,7 @@ use thiserror::Error;
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum AssemblyError {
     /// The supports leave a rigid motion free, so the displacement is not unique.
-    #[error("the body {motion} (piece at ({}, {})); support it in that direction", motion.near()[0], motion.near()[1])]
+    #[error("the body {motion} (piece at ({}, {})); support it in that direction", shown(motion.near()[0]), shown(motion.near()[1]))]
     Floating {
         /// The motion.
         motion: FreeMotion,

@@ -5,7 +5,7 @@ mod interpolation;
 mod motion;
 
 use crate::boundary::BoundaryConditions;
-use crate::geometry::Vector;
+use crate::geometry::{Vector, shown};
 use crate::material::{LinearElastic, Materials};
 use crate::mesh::TriMesh;
 use crate::mesh::refine::Refinement;
@@ -120,7 +120,7 @@ pub enum BodyError {
     /// The group has an edge inside the body.
     #[error(
         "{place}: \"{group}\" has the edge from ({}, {}) to ({}, {}) inside the body; only boundary edges can be held or loaded",
-        ends[0][0], ends[0][1], ends[1][0], ends[1][1]
+        shown(ends[0][0]), shown(ends[0][1]), shown(ends[1][0]), shown(ends[1][1])
     )]
     InteriorEdge {
         /// The condition.
@@ -131,7 +131,7 @@ pub enum BodyError {
         ends: [Vector; 2],
     },
     /// A value is infinite or not a number.
-    #[error("{place}: the value at ({}, {}) is {value}; a finite number is needed", point[0], point[1])]
+    #[error("{place}: the value at ({}, {}) is {value}; a finite number is needed", shown(point[0]), shown(point[1]))]
     NotFinite {
         /// The condition.
         place: ConditionPlace,
@@ -143,7 +143,7 @@ pub enum BodyError {
     /// Two conditions impose different displacements on a node.
     #[error(
         "{place} and an earlier one impose different displacements on the node at ({}, {}): {values:?} along the same direction",
-        point[0], point[1]
+        shown(point[0]), shown(point[1])
     )]
     Conflict {
         /// The later condition.
@@ -156,7 +156,7 @@ pub enum BodyError {
     /// A load acts in a direction in which the displacement is imposed.
     #[error(
         "{place} loads the edge at ({}, {}) in a direction in which its displacement is imposed; remove one of the two",
-        point[0], point[1]
+        shown(point[0]), shown(point[1])
     )]
     LoadOnSupport {
         /// The traction condition.
@@ -165,7 +165,7 @@ pub enum BodyError {
         point: Vector,
     },
     /// The body force is infinite or not a number.
-    #[error("the body force is ({}, {}); finite numbers are needed", force[0], force[1])]
+    #[error("the body force is ({}, {}); finite numbers are needed", shown(force[0]), shown(force[1]))]
     BodyForce {
         /// The force found.
         force: Vector,

@@ -14,7 +14,7 @@ use crate::body::Body;
 use crate::cholesky::{Cholesky, CholeskyError};
 use crate::dof::{DofMap, IMPOSED};
 use crate::double_double::PreciseVector;
-use crate::geometry::{Vector, dot};
+use crate::geometry::{Vector, dot, shown};
 use crate::residual::{self, SplitField};
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
@@ -29,7 +29,7 @@ const PIVOT_FLOOR: f64 = 64.0 * f64::EPSILON;
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum FactorError {
     /// The factorisation broke down.
-    #[error("{source}, at the node ({}, {})", point[0], point[1])]
+    #[error("{source}, at the node ({}, {})", shown(point[0]), shown(point[1]))]
     Cholesky {
         /// Position of the node of the failing pivot.
         point: Vector,
@@ -40,7 +40,7 @@ pub enum FactorError {
     #[error(
         "the body is so nearly free to move or so nearly incompressible near ({}, {}) that no digit of its solution \
          could be trusted (pivot ratio {ratio:.1e})",
-        point[0], point[1]
+        shown(point[0]), shown(point[1])
     )]
     NearlySingular {
         /// Position of the node of the smallest pivot.

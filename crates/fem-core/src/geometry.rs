@@ -3,6 +3,20 @@
 /// A point or vector of the plane, `[x, y]`, in the length unit of the user's data.
 pub type Vector = [f64; 2];
 
+/// Writes a number exactly, with an exponent if it would be a long row of digits: for messages.
+///
+/// ```
+/// use fem_core::geometry::shown;
+/// assert_eq!([0.0, -2.5, 1e-300, 1e300].map(shown), ["0", "-2.5", "1e-300", "1e300"]);
+/// ```
+pub fn shown(x: f64) -> String {
+    if x == 0.0 || (1e-4..1e6).contains(&x.abs()) || !x.is_finite() {
+        x.to_string()
+    } else {
+        format!("{x:e}")
+    }
+}
+
 /// Adds two vectors.
 pub fn add(a: Vector, b: Vector) -> Vector {
     [a[0] + b[0], a[1] + b[1]]

@@ -6,6 +6,7 @@
 mod anisotropic;
 mod assignment;
 
+use crate::geometry::shown;
 use crate::tensor::SymTensor2;
 use nalgebra::Matrix3;
 use thiserror::Error;
@@ -22,6 +23,11 @@ pub enum Hypothesis {
     PlaneStress,
 }
 
+/// Writes six decimals of a limit, with an exponent if it is large or small.
+fn six(x: f64) -> String {
+    if (1e-4..1e6).contains(&x) { format!("{x:.6}") } else { format!("{x:.6e}") }
+}
+
 /// Why a material cannot be used.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum MaterialError {
@@ -33,8 +39,9 @@ pub enum MaterialError {
     },
     /// Poisson's ratio is outside the range in which the material is positive definite.
     #[error(
-        "Poisson's ratio is {found}; it must lie in (-1, 0.5) for an isotropic material: 0.5 is incompressible, \
-         which P1 triangles cannot represent"
+        "Poisson's ratio is {}; it must lie in (-1, 0.5) for an isotropic material: 0.5 is incompressible, \
+         which P1 triangles cannot represent",
+        shown(*found)
     )]
     Poisson {
         /// The value found.
@@ -50,8 +57,8 @@ pub enum MaterialError {
     },
     /// Poisson's ratios with which an orthotropic material would yield energy.
     #[error(
-        "{name} is {found}, with which the material is not positive definite: it must be smaller than {limit:.6} in \
-         magnitude"
+        "{name} is {}, with which the material is not positive definite: it must be smaller than {} in magnitude",
+        shown(*found), six(*limit)
     )]
     PoissonPair {
         /// Which one, by its field of [`Orthotropic`].
@@ -65,7 +72,7 @@ pub enum MaterialError {
     #[error(
         "poisson_12 = {}, poisson_13 = {} and poisson_23 = {} together make the material not positive definite; make \
          them smaller",
-        ratios[0], ratios[1], ratios[2]
+        shown(ratios[0]), shown(ratios[1]), shown(ratios[2])
     )]
     PoissonTriple {
         /// ν₁₂, ν₁₃, ν₂₃.
@@ -82,13 +89,22 @@ pub enum MaterialError {
     /// A stiffness that is not symmetric.
     #[error(
         "the stiffness is not symmetric: entry ({}, {}) is {} and entry ({}, {}) is {}",
-        entry[0], entry[1], values[0], entry[1], entry[0], values[1]
+        entry[0], entry[1], shown(values[0]), entry[1], entry[0], shown(values[1])
     )]
     NotSymmetric {
         /// Row and column, from 1, of the entry above the diagonal.
         entry: [usize; 2],
         /// That entry and its mirror image.
         values: [f64; 2],
+    },
+    /// A stiffness whose smallest eigenvalue is lost in round-off beside its largest.
+    #[error(
+        "the stiffness is too nearly singular: ratio {ratio:.0e} of its smallest eigenvalue to its largest; at least \
+         1e-12 is needed"
+    )]
+    NearlySingular {
+        /// Smallest eigenvalue over the largest, > 0.
+        ratio: f64,
     },
     /// A stiffness that is not positive definite.
     #[error(

@@ -4,7 +4,7 @@ pub mod generate;
 pub mod refine;
 pub mod topology;
 
-use crate::geometry::{self, Vector};
+use crate::geometry::{self, Vector, shown};
 use std::collections::BTreeMap;
 use thiserror::Error;
 use topology::Topology;
@@ -31,7 +31,7 @@ pub enum MeshError {
         limit: usize,
     },
     /// A coordinate is infinite or not a number.
-    #[error("node {node} has the coordinates ({x}, {y}); finite numbers are needed")]
+    #[error("node {node} has the coordinates ({}, {}); finite numbers are needed", shown(*x), shown(*y))]
     NotFinite {
         /// Node number, from 0.
         node: usize,
@@ -52,8 +52,9 @@ pub enum MeshError {
     },
     /// A triangle has no area, or its corners run clockwise.
     #[error(
-        "triangle {triangle} at ({x}, {y}) has the signed area {area:e}; a positive one is needed \
-         (corners counter-clockwise, not on one line)"
+        "triangle {triangle} at ({}, {}) has the signed area {area:e}; a positive one is needed \
+         (corners counter-clockwise, not on one line)",
+        shown(*x), shown(*y)
     )]
     Area {
         /// Triangle number, from 0.
@@ -66,7 +67,7 @@ pub enum MeshError {
         y: f64,
     },
     /// A node belongs to no triangle: it would make the stiffness singular.
-    #[error("node {node} at ({x}, {y}) belongs to no triangle; remove it")]
+    #[error("node {node} at ({}, {}) belongs to no triangle; remove it", shown(*x), shown(*y))]
     LooseNode {
         /// Node number, from 0.
         node: usize,
@@ -87,7 +88,8 @@ pub enum MeshError {
     },
     /// Two parts of the body touch in a single node only.
     #[error(
-        "at node {node} ({x}, {y}) two parts of the body touch in that node alone; separate them or join them by an edge"
+        "at node {node} ({}, {}) two parts of the body touch in that node alone; separate them or join them by an edge",
+        shown(*x), shown(*y)
     )]
     BowTie {
         /// Node number, from 0.
@@ -348,6 +350,20 @@ mod tests {
             TriMesh::new(p, vec![[0, 1, 9]], vec![]),
             Err(MeshError::NoSuchNode { node: 9, .. })
         ));
+    }
+
+    #[test]
+    fn coordinates_of_300_digits_are_shown_with_an_exponent() {
+        let (node, [x, y]) = (7, [1e300, -1e-300]);
+        for error in [
+            MeshError::NotFinite { node, x, y },
+            MeshError::Area { triangle: 7, area: 0.0, x, y },
+            MeshError::LooseNode { node, x, y },
+            MeshError::BowTie { node, x, y },
+        ] {
+            let said = error.to_string();
+            assert!(said.contains("(1e300, -1e-300)") && said.len() < 200, "{said}");
+        }
     }
 
     #[test]

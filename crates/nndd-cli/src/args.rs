@@ -108,7 +108,7 @@ pub(crate) struct Solve {
     pub(crate) case: CaseOptions,
     #[command(flatten)]
     pub(crate) run: RunOptions,
-    /// Go on with an adaptive run of this case that was ended by a signal, a limit, or killed.
+    /// Resume an interrupted adaptive run of this case.
     #[arg(long, help_heading = "Running", conflicts_with = "force")]
     pub(crate) resume: bool,
     /// How to print progress and result.

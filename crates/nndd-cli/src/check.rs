@@ -42,7 +42,7 @@ pub(crate) fn command(options: &Check) -> Result<u8, Failure> {
         let _ = writeln!(text, "    smallest angle  {:.1} degrees", mesh.smallest_angle());
     }
     let _ = writeln!(text, "\n  memory estimate {}", mebibytes(memory::estimate(&problem)));
-    text += "  ok: nothing stands against solving this case\n";
+    text += "  ok: no problem found\n";
     console::print(&text)?;
     Ok(0)
 }

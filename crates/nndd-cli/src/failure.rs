@@ -6,11 +6,12 @@ use case_io::mesh_file::{MeshFault, MeshFileError};
 use case_io::output::OutputError;
 use case_io::report::ReportError;
 use case_io::table::TableError;
-use case_io::{Case, CaseError};
+use case_io::{BrokenLink, Case, CaseError};
 use certified_contact::SolveError;
 use fem_core::assembly::AssemblyError;
 use fem_core::cholesky::CholeskyError;
 use fem_core::condensation::FactorError;
+use fem_core::geometry::shown;
 use nndd::NnddError;
 use serde_json::{Value, json};
 use std::io;
@@ -74,6 +75,11 @@ impl Failure {
     }
 
     pub(crate) fn unreadable(path: &Path, error: &io::Error) -> Self {
+        if let Some(link) = BrokenLink::find(path) {
+            let (name, fix) = (path.display(), BrokenLink::FIX);
+            let found = format!("cannot read {name}: {} {link}", link.link.display());
+            return Self::plain(FILES, format!("{found}\n  expected: a case file\n  fix: {fix}"));
+        }
         let (path, folder) = (path.display(), path.is_dir());
         let fix = match error.kind() {
             _ if folder => format!("name the file in it, such as {path}/case.toml"),
@@ -86,8 +92,11 @@ impl Failure {
 
     pub(crate) fn output(error: &OutputError) -> Self {
         let fix = match error {
-            OutputError::NotADirectory { .. } => {
+            OutputError::NotADirectory { .. } | OutputError::BrokenLink { .. } => {
                 "\n  expected: a directory\n  fix: choose another with --out"
+            }
+            OutputError::Io { source, .. } if source.kind() == io::ErrorKind::PermissionDenied => {
+                "\n  expected: a directory that this user may write to\n  fix: allow it, or choose another with --out"
             }
             OutputError::Io { what: "create" | "write" | "lock", .. } => {
                 "\n  expected: a directory that can be written to\n  fix: choose another with --out, or make room there"
@@ -108,8 +117,8 @@ impl Failure {
                      every rigid motion of each body by itself, without the contact\n  fix: add a [[body.displacement]] \
                      to \"{}\" that prevents this motion",
                     name(*body),
-                    motion.near()[0],
-                    motion.near()[1],
+                    shown(motion.near()[0]),
+                    shown(motion.near()[1]),
                     name(*body)
                 ),
             ),

@@ -84,7 +84,7 @@ pub(crate) fn of_solve(
         },
     );
     let column = |of: fn(&ContactRow) -> f64| contact.iter().map(of).collect::<Vec<f64>>();
-    let (s, opening, pressure) = (column(|r| r.s), column(|r| r.gap), column(|r| r.pressure));
+    let (s, opening, pressure) = (column(|r| r.s), column(|r| r.opening), column(|r| r.pressure));
     let profile = ContactProfile { s: &s, opening: &opening, pressure: &pressure };
     pictures.insert(
         2,

@@ -174,7 +174,7 @@ fn results(page: &mut String, case: &Case, report: &Report) {
     // Without a solution nothing of it is known.
     let Some(energies) = r.energy_norm_squared else { return };
     page.push_str("<h2>Results</h2>\n<table><tr><th>quantity</th><th>per unit thickness</th>");
-    let _ = writeln!(page, "<th>for the thickness {t}</th></tr>");
+    let _ = writeln!(page, "<th>for the thickness {}</th></tr>", words::short(t));
     let mut row = |name: &str, value: Option<f64>, by_thickness: bool| {
         let whole = if by_thickness { number(value.map(|x| x * t)) } else { "–".into() };
         let _ =
@@ -184,8 +184,9 @@ fn results(page: &mut String, case: &Case, report: &Report) {
         row(&format!("energy norm² of {}", body.name), Some(a), true);
     }
     row("contact force", r.contact_force, true);
-    row("largest pressure", r.max_pressure, false);
-    row("smallest gap", r.min_gap, false);
+    row("largest nodal pressure", r.max_pressure, false);
+    row("largest mean pressure of an edge", r.max_edge_pressure, false);
+    row("smallest opening", r.min_opening, false);
     row("largest displacement", r.max_displacement, false);
     if r.max_von_mises.is_some() {
         row("largest von Mises stress", r.max_von_mises, false);
@@ -220,7 +221,7 @@ fn bounds(page: &mut String, report: &Report) {
             words::at_most(high)
         );
     }
-    page.push_str("</table>\n<p>They follow from the certified error and are strict where that is.</p>\n");
+    page.push_str("</table>\n<p>These bounds hold whenever the certified error bound holds.</p>\n");
 }
 
 /// The meshes of an adaptive run.

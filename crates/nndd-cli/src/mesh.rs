@@ -3,7 +3,7 @@
 use crate::args::{Format, Mesh};
 use crate::console;
 use crate::failure::Failure;
-use crate::words::short;
+use crate::words::{seven, short};
 use case_io::mesh_file::{self, GroupSummary, MeshFile, Summary};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -44,15 +44,20 @@ fn human(file: &MeshFile, summary: &Summary) -> String {
     if let Some(q) = &summary.quality {
         let [x, y] = q.at;
         let angle = q.smallest_angle;
-        let _ =
-            writeln!(text, "  smallest angle  {angle:.3} degrees, in element {} at ({x:.6}, {y:.6})", q.cell);
+        let _ = writeln!(
+            text,
+            "  smallest angle  {angle:.3} degrees, in element {} at ({}, {})",
+            q.cell,
+            seven(x),
+            seven(y)
+        );
     }
     if !summary.groups.is_empty() {
         let width = summary.groups.iter().map(|g| g.name.chars().count()).max().unwrap_or(0).clamp(4, 40);
         let _ = writeln!(text, "\n  dim  {:<width$}  {:>9}", "name", "size");
         for group in &summary.groups {
             let [what, measure] = members(group);
-            let size = group.measure.map(|m| format!("   {measure} {m:.6}")).unwrap_or_default();
+            let size = group.measure.map(|m| format!("   {measure} {}", seven(m))).unwrap_or_default();
             let _ = writeln!(
                 text,
                 "  {:>3}  {:<width$}  {:>9} {what}{size}",

@@ -216,6 +216,7 @@ fn contact_data(solution: &CertifiedSolution, estimate: &Estimate) -> (VtuMesh, 
     let data = VtuData {
         point: vec![
             scalars("gap", &|k| rows[k].gap),
+            scalars("opening", &|k| rows[k].opening),
             scalars("contact_pressure", &|k| rows[k].pressure),
             scalars("active", &|k| f64::from(rows[k].active)),
             scalars("lambda", &|k| last.lambda[k]),

@@ -92,7 +92,8 @@ fn certificate(solution: &CertifiedSolution) -> Certificate {
             boundary_traction: Some(a.boundary_traction),
             penetration: Some(a.penetration),
             pressure_sign: Some(a.pressure_sign),
-            supports: Some(a.supports.max(a.imposed_displacement)),
+            supports: Some(a.supports),
+            imposed_displacement: Some(a.imposed_displacement),
         },
     }
 }
@@ -120,7 +121,8 @@ fn results(case: &Case, solution: &CertifiedSolution) -> Results {
         length: s.length,
         contact_force: s.contact_force,
         max_pressure: s.max_pressure,
-        min_gap: s.min_gap,
+        max_edge_pressure: s.max_edge_pressure,
+        min_opening: s.min_opening,
     });
     Results {
         energy_norm_squared: Some(r.energy_norm_squared),
@@ -128,7 +130,8 @@ fn results(case: &Case, solution: &CertifiedSolution) -> Results {
         contact_intervals: Some(r.contact_intervals.clone()),
         contact_stretches: Some(stretches.collect()),
         max_pressure: Some(r.max_pressure),
-        min_gap: Some(r.min_gap),
+        max_edge_pressure: Some(r.max_edge_pressure),
+        min_opening: Some(r.min_opening),
         reactions: Some(reactions.collect()),
         balance: Some(r.balance.to_vec()),
         max_displacement: Some(r.max_displacement),
@@ -136,7 +139,7 @@ fn results(case: &Case, solution: &CertifiedSolution) -> Results {
     }
 }
 
-/// Arc lengths, openings, pressures along the contact line; s runs along the first body of the file.
+/// Arc lengths, gaps, openings, pressures along the contact line; s runs along the first body of the file.
 pub(crate) fn contact_rows(solution: &CertifiedSolution) -> Vec<ContactRow> {
     let interface = &solution.problem.interface;
     let first = solution.role(0);
@@ -153,7 +156,8 @@ pub(crate) fn contact_rows(solution: &CertifiedSolution) -> Vec<ContactRow> {
                 s: pair.arc_length,
                 x,
                 y,
-                gap: last.opening[k],
+                gap: pair.gap,
+                opening: last.opening[k],
                 pressure: force / pair.tributary_length,
                 active: u8::from(force > 0.0),
             }

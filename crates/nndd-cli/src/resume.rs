@@ -2,9 +2,9 @@
 
 use crate::failure::Failure;
 use crate::paraview;
-use case_io::Case;
 use case_io::checkpoint::{self, Checkpoint, CheckpointError, FinerMesh, Progress};
 use case_io::output::OutputDirectory;
+use case_io::{BrokenLink, Case};
 use certified_contact::{RoleReason, Step};
 use contact_qp::ActiveSet;
 use nndd::Start;
@@ -44,7 +44,8 @@ pub(crate) fn find(case: &Case, path: &Path) -> Result<Resumed, Failure> {
             case.file_name()
         )));
     }
-    if !path.is_dir() {
+    // A link that leads nowhere is told below.
+    if !path.is_dir() && BrokenLink::find(path).is_none() {
         return Err(CheckpointError::Absent { directory: path.to_owned() }.into());
     }
     let mut directory = OutputDirectory::reopen(path).map_err(|e| Failure::output(&e))?;

@@ -3,9 +3,7 @@
 use std::borrow::Cow;
 
 /// Writes a number exactly, with an exponent where it would be a long row of digits.
-pub(crate) fn short(x: f64) -> String {
-    if x == 0.0 || (1e-4..1e6).contains(&x.abs()) { x.to_string() } else { format!("{x:e}") }
-}
+pub(crate) use fem_core::geometry::shown as short;
 
 /// The nearest number of so many significant digits that is not below `x`, or not above it.
 fn outward(x: f64, digits: usize, up: bool) -> f64 {

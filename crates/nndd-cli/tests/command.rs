@@ -216,7 +216,14 @@ fn what_is_not_known_is_null_and_in_no_table() {
     assert!(!steps.is_empty() && steps.iter().all(|step| step["e_cre"].is_null() && step["nodes"].is_u64()));
     let report: serde_json::Value =
         serde_json::from_slice(&std::fs::read(out.join("report.json")).unwrap()).unwrap();
-    for key in ["energy_norm_squared", "contact_force", "max_pressure", "min_gap", "max_displacement"] {
+    for key in [
+        "energy_norm_squared",
+        "contact_force",
+        "max_pressure",
+        "max_edge_pressure",
+        "min_opening",
+        "max_displacement",
+    ] {
         assert!(report["results"].as_object().unwrap()[key].is_null(), "{key}: {}", report["results"]);
     }
     let page = std::fs::read_to_string(out.join("report.html")).unwrap();

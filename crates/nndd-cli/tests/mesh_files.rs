@@ -98,7 +98,7 @@ fn a_mesh_file_with_faults_is_shown_with_its_problems_or_refused() {
         ("26_flat.msh", 0, "problem: 1 cell without an area, the first is element 6"),
         ("31_loose_part.msh", 0, "problem: region \"upper\" consists of 2 parts"),
         ("32_glued.msh", 0, "3 nodes in common"),
-        ("34_three_cells.msh", 0, "belong to more than two cells"),
+        ("34_three_cells.msh", 0, "shared by more than two cells"),
         ("18_cut.msh", 3, "18_cut.msh:15: the file ended inside $Nodes after 3 of 6 nodes"),
         ("16_html.msh", 3, "error[mesh::format]"),
         ("16_include.inp", 7, "error[mesh::unreadable]"),

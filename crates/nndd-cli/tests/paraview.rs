@@ -283,3 +283,68 @@ fn an_adaptive_run_leaves_bodies_and_contact_line_of_every_mesh() {
     assert!(!out.join("adaptive.pvd").exists() && !out.join("contact.vtu.series").exists());
     assert_eq!(std::fs::read_dir(out.join("fields")).unwrap().count(), 0);
 }
+
+/// The columns of contact.csv by their names.
+fn columns(out: &Path) -> BTreeMap<String, Vec<f64>> {
+    let text = std::fs::read_to_string(out.join("contact.csv")).unwrap();
+    let mut lines = text.lines();
+    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+    assert_eq!(names[..7], ["s", "x", "y", "gap", "opening", "pressure", "active"]);
+    let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
+    let column = |k: usize| rows.iter().map(|row| row[k].parse().unwrap()).collect();
+    names.iter().enumerate().map(|(k, name)| ((*name).to_owned(), column(k))).collect()
+}
+
+#[test]
+fn gap_is_the_initial_one_and_opening_the_current_one() {
+    let temp = tempfile::tempdir().unwrap();
+    let (report, out) = solved("hertz", temp.path());
+    let table = columns(&out);
+    let contact = Grid::read(&out.join("contact.vtu"));
+    for name in ["gap", "opening"] {
+        assert_eq!(contact.at(name), table[name], "{name}");
+    }
+    // Where the bodies press on each other the drawn gap is closed: the opening is zero, the gap is not.
+    let pressed = |k: &usize| table["pressure"][*k] > 0.0;
+    let closed: Vec<usize> = (0..table["gap"].len()).filter(pressed).collect();
+    assert!(closed.iter().all(|k| table["opening"][*k].abs() < 1e-12), "{table:?}");
+    assert!(closed.iter().any(|k| table["gap"][*k] > 1e-6), "{table:?}");
+    // A half disc on a half disc: the gap grows as the square of the distance from the pole, on both sides.
+    let largest = table["gap"].iter().copied().fold(0.0, f64::max);
+    assert!(largest == table["gap"][0].max(*table["gap"].last().unwrap()));
+    let results = &report.results;
+    let extreme = |name: &str, of: fn(f64, f64) -> f64| table[name].iter().copied().reduce(of).unwrap();
+    assert_eq!(results.min_opening, Some(extreme("opening", f64::min)));
+    assert_eq!(results.max_pressure, Some(extreme("pressure", f64::max)));
+    assert!(results.max_edge_pressure.unwrap() <= results.max_pressure.unwrap());
+    assert_eq!(contact.at("contact_pressure"), table["pressure"]);
+}
+
+#[test]
+fn the_largest_pressure_is_the_same_number_on_the_page_and_in_the_tables() {
+    let temp = tempfile::tempdir().unwrap();
+    for case in ["paper", "rings"] {
+        let (report, out) = solved(case, temp.path());
+        let largest = columns(&out)["pressure"].iter().copied().fold(0.0, f64::max);
+        let results = &report.results;
+        assert_eq!(results.max_pressure, Some(largest), "{case}");
+        let stretches = results.contact_stretches.as_deref().unwrap();
+        let of_stretches = stretches.iter().map(|s| s.max_pressure).fold(0.0, f64::max);
+        assert_eq!(of_stretches, largest, "{case}");
+        let of_edges = stretches.iter().map(|s| s.max_edge_pressure).fold(0.0, f64::max);
+        assert_eq!(results.max_edge_pressure, Some(of_edges), "{case}");
+        let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+        let after = |name: &str| {
+            let rest = page.split(&format!("<td>{name}</td><td>")).nth(1).unwrap();
+            rest.split('<').next().unwrap().parse::<f64>().unwrap()
+        };
+        near(after("largest nodal pressure"), largest, 1e-5, case);
+        near(after("largest mean pressure of an edge"), of_edges, 1e-5, case);
+        assert!(page.contains("<td>smallest opening</td>"), "{case}");
+        let checks = &serde_json::to_value(&report.certificate.checks).unwrap();
+        for key in ["supports", "imposed_displacement"] {
+            assert!(checks[key].is_f64(), "{case}: {checks}");
+            assert!(page.contains(&format!("<td>{}</td>", key.replace('_', " "))), "{case}: {key}");
+        }
+    }
+}

@@ -92,8 +92,10 @@ impl Case {
         let mut help = None;
         let path = match error {
             BodyError::UnknownGroup { place, group, known } => {
-                help =
-                    self.region_not_side(body, group).or_else(|| did_you_mean(group, known.split(", "), '"'));
+                help = self
+                    .region_not_side(body, group)
+                    .or_else(|| self.side_of_other(body, group))
+                    .or_else(|| did_you_mean(group, known.split(", "), '"'));
                 of(place, ".on")
             }
             BodyError::InteriorEdge { place, .. } => of(place, ".on"),
@@ -133,6 +135,33 @@ impl Case {
         Some(format!("; the earlier one is displacement condition {}, {stands}", earlier + 1))
     }
 
+    /// Helps if a side of the other body is named, or a side with the name of its body in front.
+    fn side_of_other(&self, body: usize, side: &str) -> Option<String> {
+        let other = 1usize.checked_sub(body)?;
+        let [own, foreign] = [body, other].map(|b| &self.bodies[b].name);
+        let behind = |name: &str| side.strip_prefix(name).and_then(|rest| rest.strip_prefix('.'));
+        if let Some(alone) = behind(own)
+            && self.build_mesh(body).ok()?.group(alone).is_some()
+        {
+            return Some(format!("write the name of the side alone: \"{alone}\""));
+        }
+        let mesh = self.build_mesh(other).ok()?;
+        let named =
+            [Some(side), behind(foreign)].into_iter().flatten().find(|name| mesh.group(name).is_some())?;
+        Some(format!("\"{named}\" is a side of body \"{foreign}\": name a side of \"{own}\" here"))
+    }
+
+    /// Helps if each of the two contact surfaces is a side of the other body alone.
+    fn surfaces_swapped(&self, body: usize) -> Option<String> {
+        let other = 1usize.checked_sub(body)?;
+        let meshes = [self.build_mesh(0).ok()?, self.build_mesh(1).ok()?];
+        let of = |b: usize, surface: usize| meshes[b].group(&self.contact.surfaces[surface]).is_some();
+        let swapped = of(body, other) && of(other, body) && !of(body, body);
+        swapped.then(|| {
+            "swap the two names: `surfaces` has a side of the first body, then one of the second".to_owned()
+        })
+    }
+
     fn load_path(&self, condition: &str) -> String {
         let keys = ["vector", "pressure"].map(|key| format!("{condition}.{key}"));
         keys.into_iter().find(|path| self.is_given(path)).unwrap_or_else(|| condition.to_owned())
@@ -162,6 +191,8 @@ impl Case {
             InterfaceError::UnknownSurface { body, group, known } => {
                 help = self
                     .region_not_side(*body, group)
+                    .or_else(|| self.surfaces_swapped(*body))
+                    .or_else(|| self.side_of_other(*body, group))
                     .or_else(|| did_you_mean(group, known.split(", "), '"'));
                 (format!("contact.surfaces.{body}"), Some(*body))
             }

@@ -24,7 +24,7 @@ pub(super) fn of_body(error: &BodyError) -> Cure {
         }
         BodyError::InteriorEdge { .. } => BOUNDARY,
         BodyError::NotFinite { .. } => (
-            "data that have a value at every node of the side",
+            "an expression that is finite at every node of the side",
             "change the expression where it divides by zero or leaves its range",
         ),
         BodyError::Conflict { .. } => (

@@ -3,6 +3,7 @@
 use super::{Case, MaterialLaw, Value};
 use crate::diagnostic::{CaseError, code};
 use fem_core::body::{Body, ConditionList, DataDifference, Difference};
+use fem_core::geometry::shown;
 use fem_core::interface::{ContactInterface, Pair};
 use fem_core::material::Hypothesis;
 
@@ -48,7 +49,8 @@ impl Case {
         else {
             return Ok(());
         };
-        let message = format!("`solver.lambda`: the value at ({x}, {y}) is {}", lambda.at([x, y]));
+        let message =
+            format!("`solver.lambda`: the value at ({}, {}) is {}", shown(x), shown(y), lambda.at([x, y]));
         let fault = self.diagnostic(code::CONDITION, "solver.lambda", message).expected("a finite number");
         Err(fault
             .fix("change the expression where it divides by zero or leaves its range, or write 0.0")

@@ -4,7 +4,7 @@ use super::{Case, cures};
 use crate::diagnostic::{CaseError, Diagnostic, code, significant};
 use crate::mesh_file::counted;
 use fem_core::body::Body;
-use fem_core::geometry::{norm, sub};
+use fem_core::geometry::{norm, shown, sub};
 use fem_core::interface::common_refinement::{Changes, CommonRefinementError, common_refinement};
 use fem_core::interface::{ContactInterface, ContactProblem};
 
@@ -34,9 +34,11 @@ impl Case {
         let corner = problem.interface.sharpest_corner(&problem.bodies[0]);
         if let Some(([x, y], degrees)) = corner.filter(|c| c.1 > CORNER) {
             self.add_note(format!(
-                "the contact line turns by {degrees:.1} degrees at ({x}, {y}): the contact normal there is the mean of its two \
+                "the contact line turns by {degrees:.1} degrees at ({}, {}): the contact normal there is the mean of its two \
                  edges' normals, weighted by their lengths; finer edges round the corner off, `contact.normal` gives one \
-                 direction, and more than 60 degrees are refused"
+                 direction, and more than 60 degrees are refused",
+                shown(x),
+                shown(y)
             ));
         }
     }

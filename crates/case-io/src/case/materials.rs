@@ -2,6 +2,7 @@
 
 use crate::case_file::{NodeValue, Reader};
 use crate::diagnostic::{Diagnostic, code, significant};
+use fem_core::geometry::shown;
 use fem_core::material::{Hypothesis, LinearElastic, MaterialError, Orthotropic};
 use serde_json::{Value as Json, json};
 
@@ -67,9 +68,11 @@ impl Material {
     /// Describes the material in a few words: `E 2000  nu 0.3`.
     pub fn summary(&self) -> String {
         match &self.law {
-            MaterialLaw::Isotropic { young, poisson } => format!("E {young}  nu {poisson}"),
+            MaterialLaw::Isotropic { young, poisson } => {
+                format!("E {}  nu {}", shown(*young), shown(*poisson))
+            }
             MaterialLaw::Orthotropic(c) => {
-                format!("E1 {}  E2 {}  at {} degrees", c.young_1, c.young_2, c.angle)
+                format!("E1 {}  E2 {}  at {} degrees", shown(c.young_1), shown(c.young_2), shown(c.angle))
             }
             MaterialLaw::Stiffness(_) => "plane stiffness".to_owned(),
         }
@@ -191,8 +194,9 @@ fn orthotropic(r: &mut Reader<'_>, hypothesis: Hypothesis) -> Option<MaterialLaw
             r.refuse(
                 "poisson_12",
                 format!(
-                    "`{}` is {poisson_12}{follow}: the strain energy would not be positive",
-                    r.path_of("poisson_12")
+                    "`{}` is {}{follow}: the strain energy would not be positive",
+                    r.path_of("poisson_12"),
+                    shown(poisson_12)
                 ),
                 &format!("at most {largest} in magnitude, with the other constants"),
                 "lower it: poisson_12 is the strain along 2 for a stress along 1, and belongs to young_1",
@@ -246,6 +250,10 @@ pub(super) fn cure(error: &MaterialError) -> (&'static str, &'static str) {
         MaterialError::NotSymmetric { .. } => {
             ("a symmetric matrix", "write the entry above the diagonal and its mirror image alike")
         }
+        MaterialError::NearlySingular { .. } => (
+            "eigenvalues that differ by a factor of at most 1e12",
+            "check the units of all rows; the last holds the shear modulus, in the same unit as the others",
+        ),
         MaterialError::NotPositiveDefinite { .. } => {
             ("a matrix whose strain energy is positive", "check the signs, and that no diagonal entry is 0")
         }
@@ -262,6 +270,7 @@ pub(super) fn key_of(error: &MaterialError) -> &'static str {
         MaterialError::NotFinite { name: "angle", .. } => "angle",
         MaterialError::NotFinite { .. }
         | MaterialError::NotSymmetric { .. }
+        | MaterialError::NearlySingular { .. }
         | MaterialError::NotPositiveDefinite { .. } => "stiffness",
     }
 }

@@ -3,6 +3,7 @@
 use super::{Case, CellSelection, MeshSource};
 use crate::diagnostic::{CaseError, Diagnostic, code};
 use crate::mesh_file::{self, MeshFault, MeshFile, MeshFileError, Region, RegionOptions};
+use fem_core::geometry::shown;
 use fem_core::mesh::TriMesh;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -203,9 +204,12 @@ impl Case {
             return Ok(());
         }
         let found = format!(
-            "{b}: the bodies \"{}\" and \"{}\" share {count} nodes (node {node} at ({x}, {y})): as one mesh they \
+            "{b}: the bodies \"{}\" and \"{}\" share {count} nodes (node {node} at ({}, {})): as one mesh they \
              cannot part",
-            names[0], names[1]
+            names[0],
+            names[1],
+            shown(x),
+            shown(y)
         );
         let fault = self.diagnostic(MeshFault::Region.code(), "body.1.mesh.file", found);
         Err(Box::new(fault.expected("two regions that have their own nodes where they touch").help(Some(

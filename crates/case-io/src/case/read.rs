@@ -7,6 +7,7 @@ use super::{
 use super::{materials, read_adapt, read_body, regions};
 use crate::case_file::{self, Document, Findings, NodeValue, Reader};
 use crate::diagnostic::{CaseError, Diagnostic, code, excerpt};
+use crate::numeral;
 use fem_core::material::Hypothesis;
 
 const HYPOTHESES: &[(&str, Hypothesis)] =
@@ -89,10 +90,21 @@ fn positive(value: f64) -> bool {
     value > 0.0
 }
 
+/// Tells what to do about a hypothesis that is no plane one.
+fn not_plane(word: &str) -> &'static str {
+    let word = word.to_lowercase();
+    let of_space = ["axi", "axy", "rotation", "revolution", "3d", "3-d", "three", "solid", "shell"];
+    if of_space.iter().any(|part| word.contains(part)) {
+        "only plane problems are solved, in plane strain or plane stress"
+    } else {
+        "write \"plane_strain\" for a long body, \"plane_stress\" for a thin sheet"
+    }
+}
+
 fn model(reader: Option<Reader<'_>>) -> Model {
     let mut model = Model { hypothesis: Hypothesis::PlaneStrain, thickness: 1.0 };
     let Some(mut r) = reader else { return model };
-    model.hypothesis = r.choice("hypothesis", HYPOTHESES).unwrap_or(model.hypothesis);
+    model.hypothesis = r.choice_or("hypothesis", HYPOTHESES, not_plane).unwrap_or(model.hypothesis);
     model.thickness = r.number_where("thickness", positive, "a number > 0").unwrap_or(model.thickness);
     r.finish();
     model
@@ -164,8 +176,11 @@ fn theta(r: &mut Reader<'_>) -> Theta {
         None => Theta::Auto,
         Some(NodeValue::String(word)) if word == "auto" => Theta::Auto,
         Some(NodeValue::String(word)) => {
-            let message = format!("`solver.theta` is the string {}", excerpt(word));
-            r.refuse("theta", message, expected, "write `theta = \"auto\"`");
+            let advice = numeral::advice(word);
+            let and = advice.as_ref().map_or("", |_| ", which is not a number");
+            let message = format!("`solver.theta` is the string {}{and}", excerpt(word));
+            let fix = advice.unwrap_or_else(|| "write `theta = \"auto\"`".to_owned());
+            r.refuse("theta", message, expected, &fix);
             Theta::Auto
         }
         Some(_) => r.number_where("theta", positive, expected).map_or(Theta::Auto, Theta::Value),

@@ -4,6 +4,7 @@ mod building;
 mod data;
 mod faults;
 mod mesh_files;
+mod numbers;
 
 use super::*;
 

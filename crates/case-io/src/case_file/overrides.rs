@@ -1,7 +1,9 @@
 //! `--set KEY=VALUE`: values of the command line, put into the document before its keys are read.
 
+use super::slips;
 use super::tree::{self, At, Entry, Node, NodeValue, Table};
 use crate::diagnostic::{CaseError, Diagnostic, Source, code};
+use crate::numeral;
 use std::sync::Arc;
 use toml::de::{DeTable, DeValue};
 
@@ -72,7 +74,11 @@ fn parse_value(value: &str, source: &Arc<Source>, offset: usize) -> Result<Node,
         Ok(parsed) => Ok(tree::node(&parsed, source, offset)),
         Err(error) => {
             let at = At { source: Arc::clone(source), span: offset..offset + value.len() };
-            if value.is_empty() || value.starts_with(['[', '{', '"', '\'']) {
+            let compound = |c: char| ['[', '{', '"', '\''].contains(&c) || numeral::is_curly(c);
+            if value.is_empty() || value.starts_with(compound) {
+                if let Some(slip) = slips::in_line(value, 0..value.len(), source, offset) {
+                    return Err(slip.into());
+                }
                 let message = format!("the value is not TOML: {}", error.message());
                 return Err(Diagnostic::new(code::OVERRIDE, Some(at.place()), message)
                     .expected("a value as in a case file")

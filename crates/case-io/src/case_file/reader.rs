@@ -2,10 +2,14 @@
 //!
 //! Reading a key makes it known; [`Reader::finish`] reports the keys that nobody read.
 
+mod arrays;
+
 use super::examples::{EXPRESSION, described, example};
 use super::tree::{At, Entry, Node, NodeValue, Table};
 use crate::diagnostic::{Diagnostic, Place, code, did_you_mean, excerpt, nearest};
 use crate::expression::{Expression, Value};
+use crate::numeral;
+use fem_core::geometry::shown;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 
@@ -114,10 +118,27 @@ impl<'a> Reader<'a> {
     }
 
     fn wrong_type(&self, path: &str, node: &Node, expected: &str) {
-        let message = format!("`{path}` is {}", described(&node.value));
+        let mut message = format!("`{path}` is {}", described(&node.value));
         let number = |text: &str| text.trim().parse::<f64>().is_ok_and(f64::is_finite);
         let key = path.rsplit('.').next().unwrap_or(path);
+        let advice = match &node.value {
+            NodeValue::String(text) if expected.contains("number") => numeral::advice(text),
+            _ => None,
+        };
+        if advice.is_some() {
+            message += ", which is not a number";
+        }
         let fix = match (&node.value, example(path)) {
+            (NodeValue::Float(number), _)
+                if expected.contains("whole") && number.fract() == 0.0 && (1.0..1e15).contains(number) =>
+            {
+                format!("write {number}, without point or exponent")
+            }
+            (NodeValue::String(text), _)
+                if expected == "true or false" && ["true", "false"].contains(&text.trim()) =>
+            {
+                format!("write {} without quotes", text.trim())
+            }
             (NodeValue::String(text), _) if expected.contains("number") && number(text) => {
                 format!("write {} without quotes", text.trim())
             }
@@ -132,7 +153,7 @@ impl<'a> Reader<'a> {
             (_, None) => format!("write {expected} there, or leave `{key}` out where it has a default"),
         };
         let diagnostic = Diagnostic::new(code::TYPE, Some(node.at.place()), message).expected(expected);
-        self.findings.push(diagnostic.fix(fix));
+        self.findings.push(diagnostic.fix(advice.unwrap_or(fix)));
     }
 
     fn finite(&self, path: &str, node: &Node) -> Option<f64> {
@@ -176,7 +197,7 @@ impl<'a> Reader<'a> {
                 || format!("change `{key}`, or leave it out where it has a default"),
                 |line| format!("write it as in `{line}`"),
             );
-            self.refuse(key, format!("`{}` is {value}", self.path_of(key)), expected, &fix);
+            self.refuse(key, format!("`{}` is {}", self.path_of(key), shown(value)), expected, &fix);
         }
         Some(value)
     }
@@ -194,12 +215,22 @@ impl<'a> Reader<'a> {
             Ok(expression) => return Some(Value::Expression(expression)),
             Err(error) => error,
         };
-        let place = node.at.within(text, error.span);
-        let diagnostic =
-            Diagnostic::new(code::EXPRESSION, Some(place), format!("`{path}`: {}", error.message));
-        let mut expected = error.expected.unwrap_or_else(|| EXPRESSION.to_owned());
+        let diagnostic = match numeral::advice(text) {
+            Some(advice) => {
+                let message = format!("`{path}` is {}, which is not a number", described(&node.value));
+                Diagnostic::new(code::EXPRESSION, Some(node.at.place()), message).help(Some(advice))
+            }
+            None => {
+                let place = node.at.within(text, error.span);
+                Diagnostic::new(code::EXPRESSION, Some(place), format!("`{path}`: {}", error.message))
+            }
+        };
+        let mut expected = match diagnostic.help {
+            Some(_) => "a number, or an expression in x and y".to_owned(),
+            None => error.expected.unwrap_or_else(|| EXPRESSION.to_owned()),
+        };
         expected += &word.map_or_else(String::new, |word| format!("; or the word \"{word}\" alone"));
-        let help = did_you_mean(text, word, '"').or(error.help);
+        let help = diagnostic.help.clone().or_else(|| did_you_mean(text, word, '"')).or(error.help);
         let fix = "rewrite it here; `nndd check` evaluates it without solving";
         self.findings.push(diagnostic.expected(expected).help(help).fix(fix));
         None
@@ -219,84 +250,6 @@ impl<'a> Reader<'a> {
             NodeValue::String(text) => self.expression(&path, node, text, Some(word)),
             _ => self.value_of(&path, node),
         }
-    }
-
-    /// Reads two numbers or expressions.
-    pub(crate) fn value_pair(&mut self, key: &'static str) -> Option<[Value; 2]> {
-        self.two(key, "an array of two numbers", Self::value_of)
-    }
-
-    /// Reads two finite numbers.
-    pub(crate) fn pair(&mut self, key: &'static str) -> Option<[f64; 2]> {
-        self.two(key, "an array of two numbers", Self::finite)
-    }
-
-    /// Reads two whole numbers ≥ 1.
-    pub(crate) fn count_pair(&mut self, key: &'static str) -> Option<[usize; 2]> {
-        self.two(key, "an array of two whole numbers", |r, path, node| r.whole(path, node, 1))
-    }
-
-    /// Reads two strings.
-    pub(crate) fn string_pair(&mut self, key: &'static str) -> Option<[String; 2]> {
-        self.two(key, "an array of two strings", Self::text)
-    }
-
-    /// Reads three rows of three finite numbers.
-    pub(crate) fn matrix(&mut self, key: &'static str) -> Option<[[f64; 3]; 3]> {
-        let node = self.node(key)?;
-        let path = self.path_of(key);
-        let expected = "three rows of three numbers, `[[a, b, c], [b, d, e], [c, e, f]]`";
-        let three = |path: &str, node: &'a Node| -> Option<&'a [Node; 3]> {
-            match &node.value {
-                NodeValue::Array(items) => <&[Node; 3]>::try_from(&items[..]).ok().or_else(|| {
-                    let message = format!("`{path}` has {} entries", items.len());
-                    let diagnostic = Diagnostic::new(code::VALUE, Some(node.at.place()), message);
-                    let fix = "write a row of zeros where nothing couples";
-                    self.findings.push(diagnostic.expected(expected).fix(fix));
-                    None
-                }),
-                _ => {
-                    self.wrong_type(path, node, expected);
-                    None
-                }
-            }
-        };
-        let mut matrix = [[0.0; 3]; 3];
-        for (i, row) in three(&path, node)?.iter().enumerate() {
-            let path = format!("{path}.{i}");
-            for (j, entry) in three(&path, row)?.iter().enumerate() {
-                matrix[i][j] = self.finite(&format!("{path}.{j}"), entry)?;
-            }
-        }
-        Some(matrix)
-    }
-
-    fn two<T>(
-        &mut self,
-        key: &'static str,
-        expected: &str,
-        read: impl Fn(&Self, &str, &Node) -> Option<T>,
-    ) -> Option<[T; 2]> {
-        let node = self.node(key)?;
-        let path = self.path_of(key);
-        let NodeValue::Array(items) = &node.value else {
-            self.wrong_type(&path, node, expected);
-            return None;
-        };
-        let [a, b] = &items[..] else {
-            let fix = example(&path)
-                .map_or_else(|| format!("write `{key} = [a, b]`"), |line| format!("write it as in `{line}`"));
-            self.refuse(key, format!("`{path}` has {} entries", items.len()), expected, &fix);
-            return None;
-        };
-        let read_one = |k: usize, item: &Node| {
-            let path = format!("{path}.{k}");
-            self.findings.note(&path, &item.at);
-            read(self, &path, item)
-        };
-        // Both are read before either is given up, so that both faults are found.
-        let (a, b) = (read_one(0, a), read_one(1, b));
-        Some([a?, b?])
     }
 
     fn whole(&self, path: &str, node: &Node, least: usize) -> Option<usize> {
@@ -346,6 +299,19 @@ impl<'a> Reader<'a> {
 
     /// Reads one of a few words.
     pub(crate) fn choice<T: Copy>(&mut self, key: &'static str, names: &[(&'static str, T)]) -> Option<T> {
+        let first = names.first().map_or("", |(name, _)| *name);
+        self.choice_or(key, names, |_| format!("write `{key} = \"{first}\"`"))
+    }
+
+    /// Reads one of a few words.
+    ///
+    /// * `fix`: what helps if none of the words is near the one found.
+    pub(crate) fn choice_or<T: Copy, S: Into<String>>(
+        &mut self,
+        key: &'static str,
+        names: &[(&'static str, T)],
+        fix: impl Fn(&str) -> S,
+    ) -> Option<T> {
         let text = self.string(key)?;
         let found = names.iter().find(|(name, _)| *name == text).map(|(_, choice)| *choice);
         if found.is_none() {
@@ -353,8 +319,7 @@ impl<'a> Reader<'a> {
             let message = format!("`{}` is {}", self.path_of(key), excerpt(&text));
             let help = did_you_mean(&text, names.iter().map(|(name, _)| *name), '"');
             let diagnostic = Diagnostic::new(code::VALUE, self.place_of(key), message).help(help);
-            let fix = words.first().map_or_else(String::new, |word| format!("write `{key} = {word}`"));
-            self.findings.push(diagnostic.expected(words.join(" or ")).fix(fix));
+            self.findings.push(diagnostic.expected(words.join(" or ")).fix(fix(&text)));
         }
         found
     }

@@ -1,8 +1,10 @@
 //! `--over KEY=RANGE`: the values of a sweep.
 
 use super::overrides::key_path;
+use super::slips;
 use super::tree::At;
 use crate::diagnostic::{CaseError, Diagnostic, Source, code};
+use crate::numeral;
 use toml::de::{DeArray, DeValue};
 
 /// The most values one sweep may have.
@@ -55,7 +57,12 @@ impl Sweep {
 }
 
 fn list(text: &str) -> Result<Vec<String>, String> {
-    let parsed = DeValue::parse(text).map_err(|e| format!("the list is not TOML: {}", e.message()))?;
+    let parsed = DeValue::parse(text).map_err(|e| {
+        let source = Source::new("", text, true);
+        let slip = slips::in_line(text, 0..text.len(), &source, 0);
+        let Some(slip) = slip else { return format!("the list is not TOML: {}", e.message()) };
+        slip.help.map_or(slip.message.clone(), |help| format!("{}: {help}", slip.message))
+    })?;
     let empty = DeArray::new();
     let items = parsed.get_ref().as_array().unwrap_or(&empty);
     if items.is_empty() || items.len() > MOST_SWEEP_VALUES {
@@ -86,10 +93,10 @@ fn range(text: &str) -> Result<Vec<String>, String> {
 }
 
 fn number(text: &str) -> Result<f64, String> {
-    text.parse()
-        .ok()
-        .filter(|x: &f64| x.is_finite())
-        .ok_or_else(|| format!("`{text}` is not a finite number"))
+    text.parse().ok().filter(|x: &f64| x.is_finite()).ok_or_else(|| {
+        let advice = numeral::advice(text).map_or_else(String::new, |advice| format!(": {advice}"));
+        format!("`{text}` is not a finite number{advice}")
+    })
 }
 
 /// Counts the decimals of a number written without an exponent.

@@ -249,7 +249,7 @@ impl Speller<'_> {
     fn sign(&mut self, c: char, span: Range<usize>) -> Result<(), ExpressionError> {
         match self.before {
             Before::Sign => {
-                let found = "two signs stand one behind the other".to_owned();
+                let found = "two consecutive signs".to_owned();
                 return Err(
                     fault(span, found).help("put the second with what it belongs to into parentheses")
                 );

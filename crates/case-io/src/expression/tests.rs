@@ -140,7 +140,7 @@ fn faults_are_located() {
         ("* x", 0..1, "something is missing before `*`"),
         ("x ** 2", 2..4, "`**` is no operator"),
         ("x * / 2", 4..5, "something is missing before `/`"),
-        ("--x", 1..2, "two signs"),
+        ("--x", 1..2, "two consecutive signs"),
         ("(x", 0..1, "`(` is not closed"),
         ("x)", 1..2, "`)` closes nothing"),
         ("()", 1..2, "something is missing before `)`"),

@@ -31,7 +31,7 @@ mod sets;
 #[cfg(test)]
 mod tests;
 
-use crate::mesh_file::{Includes, MeshFile, MeshFileError};
+use crate::mesh_file::{Includes, MeshFile, MeshFileError, Unreadable};
 use deck::Deck;
 use std::path::Path;
 
@@ -42,7 +42,7 @@ use std::path::Path;
 /// # Errors
 /// Keywords that cannot be left out, and everything that makes it no mesh, with its place.
 pub fn parse_text(text: &[u8], name: &str) -> Result<MeshFile, MeshFileError> {
-    parse(text, Path::new(name), &mut |_, _| Err("included files are not read here".to_owned()))
+    parse(text, Path::new(name), &mut |_, _| Err(Unreadable::no_includes()))
 }
 
 /// Reads a mesh from the text of a deck; `include` reads the files it includes.

@@ -2,6 +2,7 @@
 
 use super::error::counted;
 use super::{Edge, ElementKind, MeshCell, MeshFault, MeshFile, MeshFileError, MeshPlace, NumberIndex};
+use fem_core::geometry::shown;
 
 /// A line of one of the files that make up a mesh; line 0 where lines mean nothing.
 #[derive(Clone, Copy, Default)]
@@ -67,8 +68,8 @@ impl Collector {
     /// Adds a node; its coordinates must be finite.
     pub(crate) fn node(&mut self, number: u64, point: [f64; 3], spot: Spot) -> Result<(), MeshFileError> {
         if point.iter().any(|x| !x.is_finite()) {
-            let found =
-                format!("node {number} has the coordinates ({}, {}, {})", point[0], point[1], point[2]);
+            let [x, y, z] = point.map(shown);
+            let found = format!("node {number} has the coordinates ({x}, {y}, {z})");
             return Err(self.fault(spot, found).expected("finite numbers"));
         }
         self.nodes.push(Node { number, spot, point });

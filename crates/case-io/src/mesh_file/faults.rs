@@ -1,6 +1,7 @@
 //! From a region to fem-core's mesh, with fem-core's errors in the file's own numbers.
 
 use super::{MeshFault, MeshFileError, MeshPlace, Region};
+use fem_core::geometry::shown;
 use fem_core::mesh::{MeshError, TriMesh};
 
 impl Region {
@@ -16,7 +17,7 @@ impl Region {
     /// Says of a node its number and place.
     fn node(&self, node: usize) -> String {
         match (self.node_numbers.get(node), self.points.get(node)) {
-            (Some(number), Some([x, y])) => format!("{number} at ({x}, {y})"),
+            (Some(number), Some([x, y])) => format!("{number} at ({}, {})", shown(*x), shown(*y)),
             _ => format!("number {node} of {}", self.title),
         }
     }

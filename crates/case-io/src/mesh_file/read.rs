@@ -1,8 +1,9 @@
 //! From bytes to a [`MeshFile`]: the file's format is told by its content, not by its name.
 
 use super::{Includes, MeshFault, MeshFile, MeshFileError, MeshPlace, abaqus, first_bytes, gmsh};
+use crate::links::BrokenLink;
 use sha2::{Digest, Sha256};
-use std::io::Read;
+use std::io::{self, Read};
 use std::path::Path;
 
 /// The largest mesh file that is read, in bytes, included files counted as well.
@@ -14,8 +15,10 @@ pub const LARGEST_MESH_FILE: u64 = 8 << 30;
 /// A file that cannot be read, and everything that makes it no mesh; see [`MeshFileError`].
 pub fn read(path: &Path) -> Result<MeshFile, MeshFileError> {
     let name = path.to_string_lossy();
-    let unreadable = |why: String| {
-        MeshFileError::new(MeshFault::Unreadable, &name, MeshPlace::File, format!("cannot be read: {why}"))
+    let unreadable = |why: Unreadable| {
+        let found = format!("cannot be read: {}", why.found);
+        let error = MeshFileError::new(MeshFault::Unreadable, &name, MeshPlace::File, found);
+        why.fix.into_iter().fold(error, MeshFileError::help)
     };
     let mut left = LARGEST_MESH_FILE;
     let bytes = bytes(path, &mut left).map_err(unreadable)?;
@@ -41,7 +44,7 @@ pub fn read(path: &Path) -> Result<MeshFile, MeshFileError> {
 /// # Errors
 /// Everything that makes it no mesh; see [`MeshFileError`].
 pub fn parse(bytes: &[u8], name: &str) -> Result<MeshFile, MeshFileError> {
-    let mut none = |_: &Path, _: &str| Err("included files are not read here".to_owned());
+    let mut none = |_: &Path, _: &str| Err(Unreadable::no_includes());
     let mut mesh = dispatch(bytes, Path::new(name), &mut none)?;
     mesh.digest = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
     Ok(mesh)
@@ -70,25 +73,52 @@ fn dispatch(bytes: &[u8], path: &Path, include: Includes<'_>) -> Result<MeshFile
     }
 }
 
+/// Why a file cannot be read, and a fix that is better than to check its name.
+pub(crate) struct Unreadable {
+    pub(crate) found: String,
+    pub(crate) fix: Option<&'static str>,
+}
+
+impl Unreadable {
+    fn new(found: impl Into<String>, fix: Option<&'static str>) -> Self {
+        Self { found: found.into(), fix }
+    }
+
+    /// A deck that is given as bytes alone.
+    pub(crate) fn no_includes() -> Self {
+        Self::new("included files are not read here", None)
+    }
+
+    fn of_system(path: &Path, error: &io::Error) -> Self {
+        if let Some(link) = BrokenLink::find(path) {
+            return Self::new(format!("it {link}"), Some(BrokenLink::FIX));
+        }
+        let fix = (error.kind() == io::ErrorKind::PermissionDenied).then_some("allow this user to read it");
+        Self::new(error.to_string(), fix)
+    }
+}
+
 /// Reads a regular file whole, as far as it is no larger than what is left.
-fn bytes(path: &Path, left: &mut u64) -> Result<Vec<u8>, String> {
-    let found = std::fs::metadata(path).map_err(|e| e.to_string())?;
+fn bytes(path: &Path, left: &mut u64) -> Result<Vec<u8>, Unreadable> {
+    let of_system = |error: std::io::Error| Unreadable::of_system(path, &error);
+    let found = std::fs::metadata(path).map_err(of_system)?;
     if found.is_dir() {
-        return Err("it is a directory".to_owned());
+        return Err(Unreadable::new("it is a directory", Some("name the mesh file in it")));
     }
     if !found.is_file() {
-        return Err("it is not a regular file".to_owned());
+        return Err(Unreadable::new("it is not a regular file", None));
     }
-    let too_large = || format!("it has more than {LARGEST_MESH_FILE} bytes");
+    let too_large =
+        || Unreadable::new(format!("it has more than {LARGEST_MESH_FILE} bytes"), Some("mesh it coarser"));
     if found.len() > *left {
         return Err(too_large());
     }
     let mut bytes = Vec::new();
-    bytes
-        .try_reserve_exact(found.len() as usize)
-        .map_err(|_| "there is not enough memory for it".to_owned())?;
-    let file = std::fs::File::open(path).map_err(|e| e.to_string())?;
-    file.take(*left + 1).read_to_end(&mut bytes).map_err(|e| e.to_string())?;
+    bytes.try_reserve_exact(found.len() as usize).map_err(|_| {
+        Unreadable::new("there is not enough memory for it", Some("mesh it coarser, or free memory"))
+    })?;
+    let file = std::fs::File::open(path).map_err(of_system)?;
+    file.take(*left + 1).read_to_end(&mut bytes).map_err(of_system)?;
     *left = left.checked_sub(bytes.len() as u64).ok_or_else(too_large)?;
     Ok(bytes)
 }

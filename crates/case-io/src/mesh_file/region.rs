@@ -5,7 +5,7 @@ use super::flat::{Triangles, coincident, smallest_angle};
 use super::sides::free_edges;
 use super::{MeshFault, MeshFile, MeshFileError};
 use crate::diagnostic::did_you_mean;
-use fem_core::geometry::Vector;
+use fem_core::geometry::{Vector, shown};
 use std::collections::HashSet;
 
 /// Triangles with a smaller angle, in degrees, are worth a warning.
@@ -96,7 +96,7 @@ impl MeshFile {
         let mut warnings = Vec::new();
         self.note_loose_nodes(&mut notes);
         if let Some(z) = z {
-            notes.push(format!("all nodes of {title} have z = {z}, which is left out"));
+            notes.push(format!("all nodes of {title} have z = {}, which is left out", shown(z)));
         }
         let mut target: Vec<u32> = (0..self.points.len() as u32).collect();
         let points: Vec<Vector> = used.iter().map(|n| self.xy_of(*n)).collect();
@@ -105,12 +105,14 @@ impl MeshFile {
             let [x, y] = points[*a as usize];
             let numbers = [a, b].map(|k| self.node_numbers[used[*k as usize] as usize]);
             warnings.push(format!(
-                "{} of {title} {} (nodes {} and {} at ({x}, {y})): the body is open there; \
+                "{} of {title} {} (nodes {} and {} at ({}, {})): the body is open there; \
                  `merge = true` joins them",
                 counted(twins.len(), "node"),
                 if twins.len() == 1 { "coincides with another" } else { "coincide with others" },
                 numbers[0],
-                numbers[1]
+                numbers[1],
+                shown(x),
+                shown(y)
             ));
         } else if !twins.is_empty() {
             notes.push(format!(
@@ -244,7 +246,7 @@ impl MeshFile {
             .iter()
             .map(|n| {
                 let [x, y] = self.xy_of(*n);
-                format!("({x}, {y})")
+                format!("({}, {})", shown(x), shown(y))
             })
             .collect();
         let others = match made.degenerate {
@@ -296,10 +298,10 @@ impl Region {
             "{} has no named side: its free boundary has {} within [{}, {}] x [{}, {}]",
             self.title,
             counted(free, "edge"),
-            low[0],
-            high[0],
-            low[1],
-            high[1]
+            shown(low[0]),
+            shown(high[0]),
+            shown(low[1]),
+            shown(high[1])
         );
         Some(
             MeshFileError::new(MeshFault::Region, &self.file, super::MeshPlace::File, found)

@@ -4,7 +4,7 @@ use super::error::{counted, listed};
 use super::flat::{coincident, sense, smallest_angle};
 use super::sides::free_edges;
 use super::{ElementKind, MeshFile};
-use fem_core::geometry::{self, Vector};
+use fem_core::geometry::{self, Vector, shown};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The most problems of one kind that are listed one by one.
@@ -165,7 +165,7 @@ impl MeshFile {
         let crowded = keys.chunk_by(|a, b| a == b).filter(|same| same.len() > 2).count();
         if crowded > 0 {
             problems.push(format!(
-                "{} belong to more than two cells (cells overlap, or stand in the file once for each of their groups)",
+                "{} shared by more than two cells: cells overlap or appear once per group",
                 counted(crowded, "edge")
             ));
         }
@@ -207,7 +207,7 @@ impl MeshFile {
                 Some(help) => format!("{}: {help}", error.found),
                 None => error.found,
             }),
-            Ok(Some(z)) => problems.push(format!("all nodes have z = {z}, which will be left out")),
+            Ok(Some(z)) => problems.push(format!("all nodes have z = {}, which will be left out", shown(z))),
             Ok(None) => {}
         }
         if self.group_names(1).next().is_none() && !self.groups.iter().any(|g| g.dimension == 0) {
@@ -241,11 +241,13 @@ impl MeshFile {
             let numbers = [a, b].map(|k| self.node_numbers[all[*k as usize] as usize]);
             let [x, y] = points[*a as usize];
             problems.push(format!(
-                "{} at the place of another of the same region (nodes {} and {} at ({x}, {y})): a crack, or an \
+                "{} at the place of another of the same region (nodes {} and {} at ({}, {})): a crack, or an \
                  accident that `merge = true` heals",
                 counted(twins.len(), "node"),
                 numbers[0],
-                numbers[1]
+                numbers[1],
+                shown(x),
+                shown(y)
             ));
         }
         problems

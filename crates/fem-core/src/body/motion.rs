@@ -1,7 +1,7 @@
 //! Finds the rigid motions that the supports of a body leave free.
 
 use super::{Body, NodeConstraint};
-use crate::geometry::{self, Vector, norm};
+use crate::geometry::{self, Vector, norm, shown};
 use nalgebra::Matrix3;
 use std::fmt;
 
@@ -41,7 +41,10 @@ impl FreeMotion {
 impl fmt::Display for FreeMotion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // Round-off must not show as "-0.0000".
-        let r = |x: f64| (x * 1e4).round() / 1e4 + 0.0;
+        let r = |x: f64| match x.abs() < 1e10 {
+            true => shown((x * 1e4).round() / 1e4 + 0.0),
+            false => format!("{x:.4e}"),
+        };
         match *self {
             Self::Everything { .. } => write!(f, "can translate and rotate freely: it has no support"),
             Self::Translation { direction: d, .. } => {

@@ -1,12 +1,7 @@
 //! Why two surfaces cannot be brought into contact.
 
-use crate::geometry::Vector;
+use crate::geometry::{Vector, shown};
 use thiserror::Error;
-
-/// Writes a number as people would.
-fn short(x: f64) -> String {
-    if x == 0.0 || (1e-4..1e6).contains(&x.abs()) { x.to_string() } else { format!("{x:e}") }
-}
 
 /// Says how far a normal is from where it should be.
 fn away(degrees: f64) -> String {
@@ -41,7 +36,7 @@ pub enum InterfaceError {
         reason: &'static str,
     },
     /// A contact edge is held or loaded as well.
-    #[error("the contact edge of body {body} at ({}, {}) also has {what}; a contact edge can have neither load nor imposed displacement", point[0], point[1])]
+    #[error("the contact edge of body {body} at ({}, {}) also has {what}; a contact edge can have neither load nor imposed displacement", shown(point[0]), shown(point[1]))]
     Occupied {
         /// 0 or 1.
         body: usize,
@@ -55,7 +50,7 @@ pub enum InterfaceError {
         "the surfaces do not match: the contact node of body {body} at ({}, {}) is {distance:.3e} from the nearest \
          contact node of the other body, with edges of length {spacing:.3e} around it; use matching meshes \
          (at most 5 % of the edge apart)",
-        point[0], point[1]
+        shown(point[0]), shown(point[1])
     )]
     NotMatching {
         /// 0 or 1.
@@ -71,7 +66,7 @@ pub enum InterfaceError {
     #[error(
         "the surfaces do not match: the gap is given, but at ({}, {}) the bodies {} {:.3e}, where the edges are \
          {spacing:.3e} long",
-        point[0], point[1], if *gap > 0.0 { "stand apart by" } else { "overlap by" }, gap.abs()
+        shown(point[0]), shown(point[1]), if *gap > 0.0 { "stand apart by" } else { "overlap by" }, gap.abs()
     )]
     Distance {
         /// Node of the first body.
@@ -82,7 +77,7 @@ pub enum InterfaceError {
         spacing: f64,
     },
     /// Paired nodes are joined by an edge in one body only.
-    #[error("the surfaces do not match: the contact edge of body {body} at ({}, {}) has no partner", point[0], point[1])]
+    #[error("the surfaces do not match: the contact edge of body {body} at ({}, {}) has no partner", shown(point[0]), shown(point[1]))]
     EdgeWithoutPartner {
         /// 0 or 1.
         body: usize,
@@ -90,7 +85,7 @@ pub enum InterfaceError {
         point: Vector,
     },
     /// The two surfaces look in the same direction.
-    #[error("the two surfaces do not face each other at ({}, {})", point[0], point[1])]
+    #[error("the two surfaces do not face each other at ({}, {})", shown(point[0]), shown(point[1]))]
     NotFacing {
         /// Middle of the edge.
         point: Vector,
@@ -99,7 +94,7 @@ pub enum InterfaceError {
     #[error(
         "the contact line turns by {degrees:.1} degrees near ({}, {}); at most 60 degrees between neighbouring edges give a \
          normal: refine the surface there, end it at the corner, or give the normal (`contact.normal`)",
-        point[0], point[1]
+        shown(point[0]), shown(point[1])
     )]
     Curved {
         /// Where.
@@ -110,7 +105,7 @@ pub enum InterfaceError {
     /// The given normal is no direction, or does not point out of the first body.
     #[error(
         "the given contact normal ({}, {}) {}from the first body's outward normal at ({}, {}); at most 60 degrees are allowed",
-        short(normal[0]), short(normal[1]), away(*degrees), point[0], point[1]
+        shown(normal[0]), shown(normal[1]), away(*degrees), shown(point[0]), shown(point[1])
     )]
     NormalAway {
         /// As given.
@@ -124,7 +119,7 @@ pub enum InterfaceError {
     #[error(
         "the surfaces do not match: near ({}, {}) the first body's has {} {what}, the second's {}; to measure a gap along \
          the normal they need the same number, node facing node",
-        point[0], point[1], counts[0], counts[1]
+        shown(point[0]), shown(point[1]), counts[0], counts[1]
     )]
     Counts {
         /// Where the stretch of the first body begins.
@@ -138,7 +133,7 @@ pub enum InterfaceError {
     #[error(
         "the surfaces do not match: the node at ({}, {}) and its partner stand {offset:.3e} apart along the surface, with \
          edges of length {spacing:.3e}; at most a quarter of the edge is allowed",
-        point[0], point[1]
+        shown(point[0]), shown(point[1])
     )]
     Offset {
         /// Node of the first body.
@@ -152,7 +147,7 @@ pub enum InterfaceError {
     #[error(
         "the bodies overlap: deepest by {depth:.3e} at ({}, {}), where the edges are {spacing:.3e} long; the gap along the \
          contact normal must be >= 0",
-        point[0], point[1]
+        shown(point[0]), shown(point[1])
     )]
     Overlap {
         /// Node of the first body.
@@ -165,7 +160,7 @@ pub enum InterfaceError {
     /// The surfaces are farther apart than the bodies are large.
     #[error(
         "the surfaces are too far apart: {distance:.3e} at ({}, {}), and the smaller body is {size:.3e} large",
-        point[0], point[1]
+        shown(point[0]), shown(point[1])
     )]
     TooFar {
         /// Node of the first body.
@@ -180,7 +175,7 @@ pub enum InterfaceError {
         "the contact node of body {body} at ({}, {}) is held by a support along the contact normal, within 45 degrees, or \
          in two directions; this version needs the normal direction of every contact node free: end the contact surface \
          or the support one edge earlier",
-        point[0], point[1]
+        shown(point[0]), shown(point[1])
     )]
     SupportedNode {
         /// 0 or 1.
@@ -189,7 +184,7 @@ pub enum InterfaceError {
         point: Vector,
     },
     /// The initial gap is negative or not a number.
-    #[error("the initial gap at ({}, {}) is {value}; it must be a finite number >= 0", point[0], point[1])]
+    #[error("the initial gap at ({}, {}) is {}; it must be a finite number >= 0", shown(point[0]), shown(point[1]), shown(*value))]
     BadGap {
         /// The node.
         point: Vector,
@@ -222,5 +217,28 @@ mod tests {
         assert!(said.contains("(0, -1e-320) is no direction") && !said.contains("NaN"), "{said}");
         let away = InterfaceError::NormalAway { normal: [0.0, -1.0], point: [1.0, 2.0], degrees: 90.0 };
         assert!(away.to_string().contains("(0, -1) is 90.0 degrees from the first body's"), "{away}");
+    }
+
+    #[test]
+    fn places_of_300_digits_are_shown_with_an_exponent() {
+        let point = [1e300, -1e-300];
+        for error in [
+            InterfaceError::Occupied { body: 0, point, what: "a load" },
+            InterfaceError::NotMatching { body: 0, point, distance: 1e300, spacing: 1e-300 },
+            InterfaceError::Distance { point, gap: 1e300, spacing: 1e-300 },
+            InterfaceError::EdgeWithoutPartner { body: 0, point },
+            InterfaceError::NotFacing { point },
+            InterfaceError::Curved { point, degrees: 90.0 },
+            InterfaceError::NormalAway { normal: point, point, degrees: 90.0 },
+            InterfaceError::Counts { point, what: "edges", counts: [1, 2] },
+            InterfaceError::Offset { point, offset: 1e300, spacing: 1e-300 },
+            InterfaceError::Overlap { point, depth: 1e300, spacing: 1e-300 },
+            InterfaceError::TooFar { point, distance: 1e300, size: 1e-300 },
+            InterfaceError::SupportedNode { body: 0, point },
+            InterfaceError::BadGap { point, value: -1e300 },
+        ] {
+            let said = error.to_string();
+            assert!(said.contains("(1e300, -1e-300)") && !said.contains("00000"), "{said}");
+        }
     }
 }

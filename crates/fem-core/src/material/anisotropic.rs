@@ -154,7 +154,7 @@ impl LinearElastic {
     /// * `stiffness`: 3×3 by rows, symmetric (to 1e-12 of its largest entry) and positive definite, Pa.
     ///
     /// # Errors
-    /// Entries that are not finite, a matrix that is not symmetric or not positive definite.
+    /// Entries that are not finite, a matrix that is not symmetric, not positive definite, or singular to round-off.
     pub fn from_stiffness(stiffness: [[f64; 3]; 3], hypothesis: Hypothesis) -> Result<Self, MaterialError> {
         for found in stiffness.into_iter().flatten() {
             if !(found.abs() <= LARGEST) {
@@ -177,6 +177,10 @@ impl LinearElastic {
         let scaled = stiffness / largest_entry;
         let eigenvalues = scaled.symmetric_eigenvalues();
         let (smallest, largest) = (eigenvalues.min(), eigenvalues.max());
+        let ratio = smallest / largest;
+        if ratio > 0.0 && !(ratio > SINGULAR) {
+            return Err(MaterialError::NearlySingular { ratio });
+        }
         if !(smallest > SINGULAR * largest) {
             return singular(smallest * largest_entry, largest * largest_entry);
         }

@@ -5,9 +5,9 @@ use case_io::case::Criterion;
 use case_io::diagnostic::significant;
 use case_io::report::{IterationRow, Report};
 
-/// A residual so many times smaller than the error deceives: who trusts it stops too early.
+/// From this ratio of the error to the residual on, stopping on the residual would stop too early.
 const SMALLER: f64 = 2.0;
-/// And one so many times larger: who waits for it iterates for nothing.
+/// From this ratio of the residual to the error on, waiting for the residual would waste iterations.
 const LARGER: f64 = 100.0;
 /// Relative errors below this are round-off, and no residual says anything about them.
 const ROUND_OFF: f64 = 1e-12;

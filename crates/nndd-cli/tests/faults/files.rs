@@ -81,6 +81,69 @@ fn item_16_an_unreadable_mesh_file_is_said() {
     );
 }
 
+#[test]
+fn what_this_user_may_not_read_is_told_to_be_allowed() {
+    let temp = open_folder();
+    let here = temp.path();
+    for name in ["sound.msh", "case.toml", "whole.inp"] {
+        std::fs::write(here.join(name), "").unwrap();
+        std::fs::set_permissions(here.join(name), std::fs::Permissions::from_mode(0o000)).unwrap();
+    }
+    std::fs::write(here.join("open.inp"), "*INCLUDE, INPUT=whole.inp\n").unwrap();
+    let case = std::fs::read_to_string(cases().join("bad/mesh_36_unknown_side.toml")).unwrap();
+    std::fs::write(here.join("open.toml"), case.replace("meshes/sound.msh", "sound.msh")).unwrap();
+    for arguments in
+        [["mesh", "sound.msh"], ["mesh", "open.inp"], ["check", "case.toml"], ["check", "open.toml"]]
+    {
+        let Some(mut command) = as_nobody() else { return };
+        let output = command.current_dir(here).args(arguments).output().unwrap();
+        let text = said(&output);
+        assert_eq!(output.status.code(), Some(7), "{arguments:?}: {text}");
+        assert!(
+            text.contains("allow this user to read it") && !text.contains("check the name"),
+            "{arguments:?}: {text}"
+        );
+    }
+}
+
+#[test]
+fn a_dangling_link_is_said_to_be_one() {
+    let temp = tempfile::tempdir().unwrap();
+    let here = temp.path();
+    for name in ["dl", "dl.toml", "dl.msh"] {
+        symlink("nowhere", here.join(name)).unwrap();
+    }
+    let paper = cases().join("paper.toml");
+    let paper = paper.to_str().unwrap();
+    let adaptive = cases().join("adaptive.toml");
+    let adaptive = adaptive.to_str().unwrap();
+    let case = std::fs::read_to_string(cases().join("bad/mesh_36_unknown_side.toml")).unwrap();
+    std::fs::write(here.join("mesh.toml"), case.replace("meshes/sound.msh", "dl.msh")).unwrap();
+    for arguments in [
+        &["solve", paper, "--out", "dl"][..],
+        &["solve", paper, "--out", "dl/below"],
+        &["solve", paper, "--out", "dl", "--force"],
+        &["solve", adaptive, "--out", "dl", "--resume"],
+        &["sweep", paper, "--over", "solver.theta=0.4:0.5:0.1", "--out", "dl"],
+        &["solve", "dl.toml"],
+        &["check", "dl.toml"],
+        &["check", "mesh.toml"],
+        &["mesh", "dl.msh"],
+    ] {
+        let output = nndd(here).args(arguments).output().unwrap();
+        let text = said(&output);
+        assert_eq!(output.status.code(), Some(7), "{arguments:?}: {text}");
+        // Long lines may be broken.
+        let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(
+            words.contains("is a link to ") && words.contains("nowhere, which does not exist"),
+            "{arguments:?}: {text}"
+        );
+        assert!(!text.contains("File exists") && !text.contains("No such file"), "{arguments:?}: {text}");
+    }
+    assert!(!here.join("nowhere").exists());
+}
+
 /// A temporary directory into which everybody may look.
 fn open_folder() -> tempfile::TempDir {
     let temp = tempfile::tempdir().unwrap();

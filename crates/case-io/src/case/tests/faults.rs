@@ -210,7 +210,8 @@ fn words_get_the_nearest_one() {
     );
     refused(
         "[model]\nhypothesis = \"axisymmetric\"",
-        "c.toml:16:14: `model.hypothesis` is \"axisymmetric\"; expected \"plane_strain\" or \"plane_stress\"",
+        "c.toml:16:14: `model.hypothesis` is \"axisymmetric\"; expected \"plane_strain\" or \"plane_stress\"; help: only plane \
+         problems are solved",
     );
     replaced(
         "kind = \"block\"",

@@ -147,3 +147,56 @@ fn item_27_29_cracks_and_slivers_are_warned_of() {
     assert_eq!(merged.build_mesh(0).unwrap().topology().pieces().1, 1);
     assert_eq!(load(A).build_mesh(0).unwrap().topology().pieces().1, 2);
 }
+
+#[test]
+fn a_side_of_the_other_body_is_said_to_be_one() {
+    let deck = GLUED
+        .replace("NAME=bottom\nboth, S1", "NAME=b.low\nb, S1")
+        .replace("NAME=top\nboth, S3", "NAME=a.high\na, S3");
+    let (folder, a) = (folder(&deck), [A, APART]);
+    let with = |changed: &dyn Fn(String) -> String| {
+        let mut case = Case::parse(&changed(text(a)), "c.toml", &[]).unwrap();
+        case.read_mesh_files(folder.path()).unwrap();
+        case
+    };
+    let held = |text: String| {
+        text.replacen(
+            "[[body]]\nname = \"b\"",
+            "[[body.displacement]]\non = \"b.low\"\nux = 0\n[[body]]\nname = \"b\"",
+            1,
+        )
+    };
+    let said = with(&held).build_bodies().unwrap_err().to_string();
+    assert!(said.ends_with("help: \"b.low\" is a side of body \"b\": name a side of \"a\" here"), "{said}");
+    let surfaces = |names: &'static str| {
+        let case = with(&move |text: String| text.replace("[\"bottom\", \"top\"]", names));
+        let [first, second] = case.build_bodies().unwrap();
+        case.build_interface(&first, &second).unwrap_err().to_string()
+    };
+    let said = surfaces("[\"b.low\", \"b.low\"]");
+    assert!(said.ends_with("help: \"b.low\" is a side of body \"b\": name a side of \"a\" here"), "{said}");
+    let said = surfaces("[\"b.low\", \"a.high\"]");
+    assert!(said.contains("help: swap the two names"), "{said}");
+    let said = surfaces("[\"a.hihg\", \"b.low\"]");
+    assert!(said.ends_with("help: did you mean \"a.high\"?"), "{said}");
+}
+
+#[test]
+fn a_side_of_a_generated_body_with_the_name_of_its_body_is_told_apart() {
+    let of = |on: &str| {
+        let condition = format!("[[body.displacement]]\non = \"{on}\"\nux = 0\n[[body]]\nname = \"b\"");
+        let case = minimal("").replacen("[[body]]\nname = \"b\"", &condition, 1);
+        Case::parse(&case, "c.toml", &[]).unwrap().build_bodies().unwrap_err().to_string()
+    };
+    assert!(
+        of("b.bottom").ends_with("help: \"bottom\" is a side of body \"b\": name a side of \"a\" here"),
+        "{}",
+        of("b.bottom")
+    );
+    assert!(
+        of("a.bottom").ends_with("help: write the name of the side alone: \"bottom\""),
+        "{}",
+        of("a.bottom")
+    );
+    assert!(of("botom").ends_with("help: did you mean \"bottom\"?"), "{}", of("botom"));
+}

@@ -1,22 +1,30 @@
 //! Data lines: fields between commas, numbers, types of elements.
 
 use crate::mesh_file::{ElementKind, MeshFileError};
+use crate::numeral;
 use std::borrow::Cow;
 
 /// What is wrong with a data line; its place is added by the caller.
 pub(super) struct Fault {
     found: String,
     expected: &'static str,
+    help: Option<String>,
 }
 
 impl Fault {
     pub(super) fn new(found: String, expected: &'static str) -> Self {
-        Self { found, expected }
+        Self { found, expected, help: None }
+    }
+
+    /// Adds what was probably meant.
+    fn advised(self, help: Option<String>) -> Self {
+        Self { help, ..self }
     }
 
     /// Puts the words into an error that knows the place.
     pub(super) fn at(self, mut error: MeshFileError) -> MeshFileError {
         error.found = self.found;
+        error.help = self.help;
         error.expected(self.expected)
     }
 }
@@ -61,8 +69,12 @@ impl<'a> Row<'a> {
         let mut fields = self.fields();
         let first = fields.next().unwrap_or_default();
         let Some(number) = number(first) else {
-            return Err(Fault::new(format!("found {}", shown(first)), "the number of a node"));
+            let semicolons = first.contains(&b';');
+            let help =
+                semicolons.then(|| "separate numbers by commas, and write decimals with a point".to_owned());
+            return Err(Fault::new(format!("found {}", shown(first)), "the number of a node").advised(help));
         };
+        self.refuse_decimal_commas(number)?;
         let mut point = [0.0; 3];
         let mut given = 0;
         for (k, field) in fields.enumerate() {
@@ -73,7 +85,8 @@ impl<'a> Row<'a> {
                 continue;
             }
             *x = real(field).ok_or_else(|| {
-                Fault::new(format!("node {number}: found {}", shown(field)), "a coordinate")
+                let fault = Fault::new(format!("node {number}: found {}", shown(field)), "a coordinate");
+                fault.advised(numeral::advice(&text(field)))
             })?;
         }
         if given < 2 {
@@ -81,6 +94,27 @@ impl<'a> Row<'a> {
             return Err(Fault::new(found, "number, x, y"));
         }
         Ok((number, point))
+    }
+
+    /// Refuses a line such as `1, 0,5, 1,5`, which would be read as x = 0, y = 5.
+    ///
+    /// Two or three decimals with commas are four or six whole numbers. Six are allowed if the last three are a normal
+    /// of length 1, or zero: some decks have one behind the coordinates.
+    fn refuse_decimal_commas(&self, number: u64) -> Result<(), Fault> {
+        let fields: Vec<&[u8]> = self.fields().skip(1).collect();
+        let whole = |field: &&[u8]| self::number(field.strip_prefix(b"-").unwrap_or(field));
+        let Some(values) = fields.iter().map(whole).collect::<Option<Vec<u64>>>() else { return Ok(()) };
+        let meant = match values[..] {
+            [_, _, _, _] => true,
+            [_, _, _, a, b, c] => a.max(b).max(c) > 1 || a + b + c > 1,
+            _ => false,
+        };
+        if !meant {
+            return Ok(());
+        }
+        let found = format!("node {number} has {} whole numbers for coordinates", values.len());
+        let help = format!("decimal comma: write {}.{}", text(fields[0]), text(fields[1]));
+        Err(Fault::new(found, "number, x, y and perhaps z, with decimal points").advised(Some(help)))
     }
 }
 

@@ -136,9 +136,10 @@ impl Deck {
             )));
         }
         let (path, bytes) = include(from, file).map_err(|why| {
-            let mut error = self.syntax(spot, format!("the included file \"{file}\" cannot be read: {why}"));
+            let found = format!("the included file \"{file}\" cannot be read: {}", why.found);
+            let mut error = self.syntax(spot, found);
             error.fault = MeshFault::Unreadable;
-            error.help("names are relative to the file that includes")
+            error.help(why.fix.unwrap_or("names are relative to the file that includes"))
         })?;
         self.collector.files.push(path.to_string_lossy().into_owned());
         self.read(&bytes, &path, depth + 1, include)

@@ -216,7 +216,8 @@ impl Work<'_> {
             None => Err(self
                 .fault(
                     spot,
-                    "the sets have more members altogether than four per byte of the deck".to_owned(),
+                    "the sets expand to more members than this file can describe; it is probably damaged"
+                        .to_owned(),
                 )
                 .expected("fewer or smaller sets")),
         }

@@ -110,7 +110,7 @@ fn item_19_a_few_bytes_cannot_ask_for_much() {
     let cells: String = (0..5000).map(|k| format!("{}, 1, 2, 5\n", k + 10)).collect();
     let sets: String = (0..2000).map(|k| format!("*ELSET, ELSET=s{k}\nbig\n")).collect();
     let told = refused(&format!("*ELEMENT, TYPE=CPS3, ELSET=big\n{cells}{sets}"));
-    assert!(told.contains("the sets have more members altogether than four per byte"), "{told}");
+    assert!(told.contains("the sets expand to more members than this file can describe"), "{told}");
 }
 
 #[test]
@@ -123,5 +123,29 @@ fn every_element_type_of_the_plane_is_known_and_no_other() {
     }
     for name in ["C3D8", "CAX4", "CPS5", "SPRINGA", "MASS", "S", "CPS", "CPS4-1", "R2D2", ""] {
         assert!(kind(name).is_none(), "{name}");
+    }
+}
+
+#[test]
+fn decimal_commas_in_a_deck_are_refused_and_not_read_as_two_coordinates() {
+    let deck = |line: &str| {
+        let text = DECK.replace("2, 1., 0\n", &format!("{line}\n"));
+        parse_text(text.as_bytes(), "d.inp").map(|_| ()).map_err(|e| e.to_string())
+    };
+    // Read field by field this is the point (0, 5).
+    let said = deck("2, 0,5, 1,5").unwrap_err();
+    assert!(said.starts_with("d.inp:6: node 2 has 4 whole numbers for coordinates"), "{said}");
+    assert!(said.ends_with("help: decimal comma: write 0.5"), "{said}");
+    assert!(deck("2, -0,5, 1,5, 0,0").unwrap_err().ends_with("write -0.5"));
+    let said = deck("2; 0,5; 1,5").unwrap_err();
+    assert!(said.contains("found `2; 0`") && said.contains("separate numbers by commas"), "{said}");
+    let said = deck("2, 1.5 mm, 0.").unwrap_err();
+    assert!(
+        said.ends_with("expected a coordinate; help: write it without unit: 1.5 (all units must agree)"),
+        "{said}"
+    );
+    // Fortran's exponent is read, and so are whole numbers, with a normal behind them as well.
+    for line in ["2, 1D0, 0", "2, 1, 0", "2, 1, 0, 0", "2, 1, 0, 0, 0, 0, 1", "2, 1, 0, 0, 0, 0, 0"] {
+        assert_eq!(deck(line), Ok(()), "{line}");
     }
 }

@@ -177,3 +177,24 @@ fn blocks_of_version_four_agree_with_their_heads() {
         assert!(found.contains(expected), "{found}");
     }
 }
+
+#[test]
+fn fortran_exponents_and_decimal_commas_in_coordinates_are_told_how_to_write_them() {
+    let four = |nodes: &str| {
+        format!(
+            "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 3 1 3\n2 1 0 3\n1\n2\n3\n{nodes}$EndNodes\n\
+             $Elements\n1 1 1 1\n2 1 2 1\n1 1 2 3\n$EndElements\n"
+        )
+    };
+    for (written, help) in [
+        ("1D0", "Fortran exponent: write 1E0"),
+        ("-2.5d-3", "Fortran exponent: write -2.5E-3"),
+        ("0,5", "decimal comma: write 0.5"),
+        ("1mm", "write it without unit: 1 (all units must agree)"),
+    ] {
+        let end = format!("found `{written}` in $Nodes; expected a coordinate; help: {help}");
+        let nodes = NODES.replace("30 1 0 0", &format!("30 {written} 0 0"));
+        assert_eq!(refused(&two(NAMES, &nodes, ELEMENTS)), format!("m.msh:14: {end}"));
+        assert_eq!(refused(&four(&format!("0 0 0\n{written} 0 0\n0 1 0\n"))), format!("m.msh:11: {end}"));
+    }
+}

@@ -1,6 +1,7 @@
 //! The numbers of a MSH file one after the other, written as text or in binary.
 
 use crate::mesh_file::{MeshFault, MeshFileError, MeshPlace, Spot};
+use crate::numeral;
 
 /// How numbers are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -230,8 +231,11 @@ impl<'a> Values<'a> {
             Mode::BinaryBig => Ok(f64::from_be_bytes(self.take()?)),
             Mode::Ascii => {
                 let token = self.token()?;
-                let value = std::str::from_utf8(token).ok().and_then(|text| text.parse().ok());
-                value.ok_or_else(|| self.not_a(token, what))
+                let text = std::str::from_utf8(token).unwrap_or_default();
+                text.parse().map_err(|_| match numeral::advice(text) {
+                    Some(advice) => self.not_a(token, what).help(advice),
+                    None => self.not_a(token, what),
+                })
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Why two surfaces have no common refinement.
 
 use crate::body::BodyError;
-use crate::geometry::Vector;
+use crate::geometry::{Vector, shown};
 use crate::mesh::MeshError;
 use thiserror::Error;
 
@@ -21,7 +21,7 @@ pub enum CommonRefinementError {
     #[error(
         "the two contact surfaces do not overlap: seen along the contact normal, no edge of the one (around ({}, {})) faces \
          an edge of the other (around ({}, {}))",
-        points[0][0], points[0][1], points[1][0], points[1][1]
+        shown(points[0][0]), shown(points[0][1]), shown(points[1][0]), shown(points[1][1])
     )]
     NoOverlap {
         /// The mean of each surface's nodes.
@@ -32,7 +32,7 @@ pub enum CommonRefinementError {
         "two nodes of the contact surfaces are {offset:.3e} apart at ({}, {}), with edges of length {spacing:.3e}: too close \
          to be kept apart, and neither can be moved onto the other (an end, a corner, a support, or a cell too thin); make \
          them coincide, or at least 5 % of the edge apart",
-        point[0], point[1]
+        shown(point[0]), shown(point[1])
     )]
     Offset {
         /// The first body's node.
@@ -46,7 +46,7 @@ pub enum CommonRefinementError {
     #[error(
         "near ({}, {}) the contact surfaces fold: along the contact normal a point of the one faces several of the other; \
          end the contact surface at the corner",
-        point[0], point[1]
+        shown(point[0]), shown(point[1])
     )]
     Folded {
         /// Where.

@@ -115,5 +115,11 @@ fn what_is_not_positive_definite_is_refused() {
     assert!(matches!(changed(2, 2, 0.0), MaterialError::NotPositiveDefinite { .. }));
     assert!(matches!(changed(1, 1, f64::NAN), MaterialError::NotFinite { .. }));
     assert!(matches!(changed(1, 1, 1e200), MaterialError::NotFinite { .. }));
+    // Positive, but lost beside the others.
+    let diagonal = |last: f64| full([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, last]]);
+    let nearly = diagonal(1e-18).unwrap_err();
+    assert_eq!(nearly, MaterialError::NearlySingular { ratio: 1e-18 });
+    assert!(nearly.to_string().contains("too nearly singular: ratio 1e-18"), "{nearly}");
+    assert!(diagonal(1e-11).is_ok());
     assert!(matches!(full([[0.0; 3]; 3]), Err(MaterialError::NotPositiveDefinite { .. })));
 }

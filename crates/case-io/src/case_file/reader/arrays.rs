@@ -1,0 +1,111 @@
+//! Arrays: pairs and matrices.
+
+use super::Reader;
+use crate::case_file::examples::example;
+use crate::case_file::tree::{Node, NodeValue};
+use crate::diagnostic::{Diagnostic, code};
+use crate::expression::Value;
+
+/// What helps if a stiffness has so many rows.
+fn of_rows(count: usize) -> &'static str {
+    match count {
+        2 => "give three rows; the last holds the shear modulus: `[0, 0, G]` if shear does not couple",
+        6 => "give three rows, for xx, yy and xy of the plane problem",
+        9 => "put the numbers of each row into brackets",
+        _ => "give three rows, for xx, yy and xy",
+    }
+}
+
+/// What helps if a row of a stiffness has so many entries.
+fn of_entries(count: usize) -> &'static str {
+    match count {
+        2 => "give three numbers in each row; the last couples with shear, 0 if it does not",
+        6 => "give the three of xx, yy and xy; decimals have a point, not a comma",
+        _ => "give three numbers in each row, for xx, yy and xy",
+    }
+}
+
+impl Reader<'_> {
+    /// Reads two numbers or expressions.
+    pub(crate) fn value_pair(&mut self, key: &'static str) -> Option<[Value; 2]> {
+        self.two(key, "an array of two numbers", Self::value_of)
+    }
+
+    /// Reads two finite numbers.
+    pub(crate) fn pair(&mut self, key: &'static str) -> Option<[f64; 2]> {
+        self.two(key, "an array of two numbers", Self::finite)
+    }
+
+    /// Reads two whole numbers ≥ 1.
+    pub(crate) fn count_pair(&mut self, key: &'static str) -> Option<[usize; 2]> {
+        self.two(key, "an array of two whole numbers", |r, path, node| r.whole(path, node, 1))
+    }
+
+    /// Reads two strings.
+    pub(crate) fn string_pair(&mut self, key: &'static str) -> Option<[String; 2]> {
+        self.two(key, "an array of two strings", Self::text)
+    }
+
+    /// Reads three rows of three finite numbers.
+    pub(crate) fn matrix(&mut self, key: &'static str) -> Option<[[f64; 3]; 3]> {
+        let node = self.node(key)?;
+        let path = self.path_of(key);
+        let mut matrix = [[0.0; 3]; 3];
+        for (i, row) in self.three(&path, node, of_rows)?.iter().enumerate() {
+            let path = format!("{path}.{i}");
+            for (j, entry) in self.three(&path, row, of_entries)?.iter().enumerate() {
+                matrix[i][j] = self.finite(&format!("{path}.{j}"), entry)?;
+            }
+        }
+        Some(matrix)
+    }
+
+    /// * `fix`: what helps if there are so many entries instead of three.
+    fn three<'b>(&self, path: &str, node: &'b Node, fix: fn(usize) -> &'static str) -> Option<&'b [Node; 3]> {
+        let expected = "three rows of three numbers, `[[a, b, c], [b, d, e], [c, e, f]]`";
+        let NodeValue::Array(items) = &node.value else {
+            self.wrong_type(path, node, expected);
+            return None;
+        };
+        let three = <&[Node; 3]>::try_from(&items[..]).ok();
+        if three.is_none() {
+            let message = format!("`{path}` has {} entries", items.len());
+            let diagnostic = Diagnostic::new(code::VALUE, Some(node.at.place()), message);
+            self.findings.push(diagnostic.expected(expected).fix(fix(items.len())));
+        }
+        three
+    }
+
+    fn two<T>(
+        &mut self,
+        key: &'static str,
+        expected: &str,
+        read: impl Fn(&Self, &str, &Node) -> Option<T>,
+    ) -> Option<[T; 2]> {
+        let node = self.node(key)?;
+        let path = self.path_of(key);
+        let NodeValue::Array(items) = &node.value else {
+            self.wrong_type(&path, node, expected);
+            return None;
+        };
+        let [a, b] = &items[..] else {
+            let whole = |node: &Node| matches!(node.value, NodeValue::Integer(_));
+            let commas = expected.ends_with("numbers") && items.len() == 4 && items.iter().all(whole);
+            let fix = match example(&path) {
+                _ if commas => "decimals have a point: [0.5, 1.5], not [0,5, 1,5]".to_owned(),
+                Some(line) => format!("write it as in `{line}`"),
+                None => format!("write `{key} = [a, b]`"),
+            };
+            self.refuse(key, format!("`{path}` has {} entries", items.len()), expected, &fix);
+            return None;
+        };
+        let read_one = |k: usize, item: &Node| {
+            let path = format!("{path}.{k}");
+            self.findings.note(&path, &item.at);
+            read(self, &path, item)
+        };
+        // Both are read before either is given up, so that both faults are found.
+        let (a, b) = (read_one(0, a), read_one(1, b));
+        Some([a?, b?])
+    }
+}
