@@ -68,12 +68,12 @@ fn iterate(
     observer: &mut dyn Observer,
 ) -> Result<CertifiedSolution, SolveError> {
     observer.phase(Phase::Iterations);
-    let mut follow = Follow::new(&problem, bodies, settings, observer);
+    let mut follow = Follow::new(&problem, bodies, roles.swapped, settings, observer);
     let nndd = nndd::solve_from(&problem, bodies, start, &settings.nndd, &mut follow)?;
     let last = &nndd.last;
     if follow.rows.last().is_none_or(|row| row.iteration.iteration != last.iteration) {
         // An iteration whose contact problem was not solved has not passed the criterion.
-        follow.rows.push(Row { iteration: last.into(), eta_dis: None, e_cre: None });
+        follow.rows.push(Row::new(last, roles.swapped));
     }
     // A diverged iteration may have run out of finite numbers: then there is no certificate, but a report.
     let certified = follow.estimate(last).is_ok();

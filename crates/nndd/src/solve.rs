@@ -7,13 +7,13 @@ use crate::literal::LiteralSteps;
 use crate::monitor::Monitor;
 use crate::monolithic;
 use crate::settings::{Acceleration, Method, NnddSettings, Path, Theta};
-use crate::solution::{NnddSolution, NnddStatus};
+use crate::solution::{NnddSolution, NnddStatus, Switch};
 use crate::spectrum;
 use crate::steps::{CondensedSteps, Steps};
 use crate::stopping::{Decision, StoppingCriterion};
 use crate::vector::{add, dot};
 use crate::weights::NodalWeights;
-use contact_qp::{ActiveSet, QpMethod};
+use contact_qp::{ActiveSet, QpMethod, QpStatus};
 use fem_core::condensation::CondensedBody;
 use fem_core::interface::{ContactInterface, ContactProblem};
 use fem_core::norm::from_squared;
@@ -47,7 +47,8 @@ impl Run<'_> {
                 status = Some(NnddStatus::Diverged { best: monitor.smallest(), theta_limit: None });
             }
             if let Some(status) = status {
-                return Ok(NnddSolution { status, history, last, theta, spectrum: None, clarabel_calls });
+                let (switch, spectrum) = (None, None);
+                return Ok(NnddSolution { status, switch, history, last, theta, spectrum, clarabel_calls });
             }
         }
     }
@@ -133,32 +134,101 @@ impl Run<'_> {
         bodies: &[CondensedBody; 2],
         stop: &mut dyn StoppingCriterion,
     ) -> Result<NnddSolution, NnddError> {
+        let limit = self.settings.max_iterations.max(1).min(self.settings.qp.max_iterations);
+        let Exact { iterate, status, clarabel_calls } = self.exact(bodies, None, limit, 1)?;
+        let status = if !status.is_solved() {
+            NnddStatus::ContactQpUnsolved(status)
+        } else {
+            match stop.check(&iterate).map_err(NnddError::Criterion)? {
+                Decision::Interrupt => NnddStatus::Interrupted,
+                // The discrete problem is solved: there is nothing to continue.
+                Decision::Stop | Decision::Continue => NnddStatus::StoppedByCriterion,
+            }
+        };
+        let history = vec![IterationRow::from(&iterate)];
+        let (switch, spectrum, theta) = (None, None, 0.0);
+        Ok(NnddSolution { status, switch, history, last: iterate, theta, spectrum, clarabel_calls })
+    }
+
+    /// Solves by interface Newton what the iteration did not. If Newton fails as well, the iteration's answer stays.
+    fn switch(
+        &mut self,
+        bodies: &[CondensedBody; 2],
+        mut solution: NnddSolution,
+        stop: &mut dyn StoppingCriterion,
+    ) -> Result<NnddSolution, NnddError> {
+        let after = solution.status;
+        // The contact nodes of a diverged iteration are of no use.
+        let closed = match after {
+            NnddStatus::Diverged { .. } => None,
+            _ => Some(solution.last.contact.active.clone()),
+        };
+        let limit = self.settings.qp.max_iterations;
+        let Exact { iterate, status: newton, clarabel_calls } =
+            match self.exact(bodies, closed, limit, solution.history.len() + 1) {
+                // Flexibilities that rounding leaves indefinite, or numbers that overflow.
+                Err(NnddError::Qp(_)) => {
+                    solution.switch = Some(Switch { after, newton: QpStatus::NumericalError });
+                    return Ok(solution);
+                }
+                found => found?,
+            };
+        solution.switch = Some(Switch { after, newton });
+        solution.clarabel_calls += clarabel_calls;
+        if !newton.is_solved() {
+            return Ok(solution);
+        }
+        solution.history.push(IterationRow::from(&iterate));
+        solution.status = match stop.check(&iterate).map_err(NnddError::Criterion)? {
+            Decision::Stop => NnddStatus::StoppedByCriterion,
+            Decision::Interrupt => NnddStatus::Interrupted,
+            // The discrete problem is solved, so the criterion asks for less than round-off.
+            Decision::Continue => {
+                let floor = solution.history.iter().map(|row| row.eta_nndd).fold(f64::INFINITY, f64::min);
+                NnddStatus::Stalled { floor, at_round_off: true }
+            }
+        };
+        solution.last = iterate;
+        Ok(solution)
+    }
+
+    /// Solves the discrete problem by interface Newton, and makes an iterate of that number of it.
+    ///
+    /// * `closed`: the pairs to begin with as closed; `None`: all of them.
+    /// * `limit`: of Newton steps.
+    fn exact(
+        &mut self,
+        bodies: &[CondensedBody; 2],
+        closed: Option<ActiveSet>,
+        limit: usize,
+        number: usize,
+    ) -> Result<Exact, NnddError> {
         let qp = &self.settings.qp;
-        let limit = self.settings.max_iterations.max(1).min(qp.max_iterations);
         // The method is the active-set steps themselves: interior points only where they are asked for, or the steps fail.
         let method = if qp.method == QpMethod::Auto { QpMethod::ActiveSet } else { qp.method };
         let qp = qp.clone().with_max_iterations(limit).with_method(method);
-        let answer = monolithic::solve(self.interface, bodies, &qp)?;
+        let open = closed.map(|set| ActiveSet::new((0..set.len()).map(|k| !set.is_active(k)).collect()));
+        let answer = monolithic::solve(self.interface, bodies, open.as_ref(), &qp)?;
         let flags: Vec<bool> = answer.solution.multipliers.iter().map(|o| *o == 0.0).collect();
         self.warm_start = Some(ActiveSet::new(flags));
         let (reaction, contact) = self.step_1(&answer.lambda)?;
         let clarabel_calls = answer.solution.clarabel_calls + contact.clarabel_calls;
         let eta = self.step_2(&add(&reaction, &contact.normal_reaction)).eta_nndd;
-        let mut iterate = self.iterate_of(1, 0.0, eta, answer.lambda, reaction, contact);
+        let mut iterate = self.iterate_of(number, 0.0, eta, answer.lambda, reaction, contact);
+        let status =
+            if answer.solution.status.is_solved() { iterate.contact.status } else { answer.solution.status };
         iterate.contact.path = answer.solution.path;
         iterate.contact.iterations = answer.solution.iterations;
-        let status = match (answer.solution.status.is_solved(), iterate.contact.status.is_solved()) {
-            (false, _) => NnddStatus::ContactQpUnsolved(answer.solution.status),
-            (_, false) => NnddStatus::ContactQpUnsolved(iterate.contact.status),
-            _ => match stop.check(&iterate).map_err(NnddError::Criterion)? {
-                Decision::Interrupt => NnddStatus::Interrupted,
-                // The discrete problem is solved: there is nothing to continue.
-                Decision::Stop | Decision::Continue => NnddStatus::StoppedByCriterion,
-            },
-        };
-        let history = vec![IterationRow::from(&iterate)];
-        Ok(NnddSolution { status, history, last: iterate, theta: 0.0, spectrum: None, clarabel_calls })
+        Ok(Exact { iterate, status, clarabel_calls })
     }
+}
+
+/// What interface Newton finds.
+struct Exact {
+    iterate: Iterate,
+    /// Of the Newton method, or of Ω₂'s contact problem after it.
+    status: QpStatus,
+    clarabel_calls: usize,
 }
 
 /// What the iteration works with.
@@ -228,7 +298,7 @@ pub fn solve_from(
     let weights = NodalWeights::new(bodies, settings.weights);
     // Newton has no θ.
     let (theta, spectrum) = match settings.method {
-        Method::Nndd => spectrum::choose_theta(settings.theta, bodies, &weights),
+        Method::Auto | Method::Nndd => spectrum::choose_theta(settings.theta, bodies, &weights),
         Method::Newton => (0.0, None),
     };
     let literal;
@@ -246,14 +316,21 @@ pub fn solve_from(
     let mut run =
         Run { interface: &problem.interface, steps, weights: &weights, settings, warm_start: active };
     let mut solution = match settings.method {
-        Method::Nndd => run.iterate(lambda, theta, stop)?,
         Method::Newton => run.newton(bodies, stop)?,
+        Method::Auto | Method::Nndd => {
+            let found = run.iterate(lambda, theta, stop)?;
+            let ended = matches!(found.status, NnddStatus::StoppedByCriterion | NnddStatus::Interrupted);
+            let may_switch =
+                settings.method == Method::Auto && settings.theta == Theta::Auto && stop.can_stop();
+            if may_switch && !ended { run.switch(bodies, found, stop)? } else { found }
+        }
     };
     solution.spectrum = spectrum;
-    let failed = matches!(
-        solution.status,
-        NnddStatus::Diverged { .. } | NnddStatus::Stalled { at_round_off: false, .. }
-    );
+    let failed = match solution.status {
+        NnddStatus::Diverged { .. } | NnddStatus::Stalled { at_round_off: false, .. } => true,
+        NnddStatus::MaxIterations => stop.can_stop(),
+        _ => false,
+    };
     if failed {
         // Say which θ would do.
         solution.spectrum = spectrum.or_else(|| spectrum::estimate(bodies, &weights));

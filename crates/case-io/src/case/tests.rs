@@ -43,7 +43,7 @@ fn every_key_has_its_own_default() {
     assert_eq!(case.model, Model { hypothesis: Hypothesis::PlaneStrain, thickness: 1.0 });
     assert_eq!(case.contact.gap, Value::Number(0.0));
     let expected = Solver {
-        method: Method::Nndd,
+        method: Method::Auto,
         imposed: Imposed::Auto,
         path: Path::Condensed,
         qp: QpChoice::Auto,
@@ -52,7 +52,12 @@ fn every_key_has_its_own_default() {
         acceleration: Acceleration::Anderson,
         lambda: Value::Number(0.0),
         max_iterations: 50,
-        stop: Stop { criterion: Criterion::Estimator, ratio: 0.1, tolerance: 1e-8 },
+        stop: Stop {
+            criterion: Criterion::Estimator,
+            ratio: 0.01,
+            force_balance: Some(1e-3),
+            tolerance: 1e-8,
+        },
     };
     assert_eq!(case.solver, expected);
     assert_eq!(case.estimator, Estimator { relaxation: 2, until: None, every: 0 });
@@ -114,7 +119,7 @@ fn the_example_of_the_contract_is_read() {
         acceleration: Acceleration::None,
         lambda: Value::Number(0.0),
         max_iterations: 50,
-        stop: Stop { criterion: Criterion::Estimator, ratio: 0.1, tolerance: 1e-8 },
+        stop: Stop { criterion: Criterion::Estimator, ratio: 0.1, force_balance: None, tolerance: 1e-8 },
     };
     assert_eq!(case.solver, solver);
     assert_eq!(case.estimator, Estimator { relaxation: 2, until: None, every: 1 });
@@ -127,7 +132,7 @@ fn the_example_of_the_contract_is_read() {
 fn every_word_of_every_choice_is_read() {
     let words = [
         ("imposed", "first second auto"),
-        ("method", "nndd newton"),
+        ("method", "auto nndd newton"),
         ("path", "condensed literal"),
         ("qp", "auto clarabel active-set"),
         ("weights", "half stiffness"),
