@@ -42,7 +42,8 @@ fn squares() -> ContactProblem {
         .traction("left", [1e5.into(), (-1e6).into()])
         .traction("right", [(-1e5).into(), (-1e6).into()]);
     let lower = Body::new(block([0.0, 0.0], size, [60, 60]).unwrap(), material(15e9, 0.2), &pushed).unwrap();
-    let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
+    let interface =
+        ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
     ContactProblem { bodies: [upper, lower], interface }
 }
 
@@ -146,7 +147,11 @@ fn a_criterion_below_round_off_is_not_met_by_newton_either() {
     settings.criterion = Criterion::Precision { tolerance: 1e-30 };
     let answer = run(paper::problem(paper::COARSE).unwrap(), &settings);
     assert!(answer.nndd.switch.is_some());
-    assert!(matches!(answer.nndd.status, NnddStatus::Stalled { at_round_off: true, .. }), "{:?}", answer.nndd.status);
+    assert!(
+        matches!(answer.nndd.status, NnddStatus::Stalled { at_round_off: true, .. }),
+        "{:?}",
+        answer.nndd.status
+    );
     assert!(answer.is_certified());
 }
 
@@ -169,14 +174,18 @@ fn a_resumed_run_whose_meshes_switched_to_newton_is_the_same_bit_for_bit() {
     assert!(matches!(whole.end, AdaptiveEnd::TargetMet), "{:?}", whole.end);
     assert!(whole.solution.nndd.switch.is_some() && record.0.len() >= 2);
     for checkpoint in record.0 {
-        let found =
-            resume_adaptively(problem.clone(), checkpoint, &settings, &adapt, &mut Record::default()).unwrap();
+        let found = resume_adaptively(problem.clone(), checkpoint, &settings, &adapt, &mut Record::default())
+            .unwrap();
         assert_eq!(found.history, whole.history);
         assert_eq!(found.solution.rows, whole.solution.rows);
         let bits = |s: &CertifiedSolution| {
             let e = s.estimate.as_ref().unwrap();
             let fields = e.pair.displacement.iter().flat_map(|u| u.as_flattened());
-            fields.chain(&s.last().lambda).chain([&e.e_cre, &e.eta_dis]).map(|x| x.to_bits()).collect::<Vec<_>>()
+            fields
+                .chain(&s.last().lambda)
+                .chain([&e.e_cre, &e.eta_dis])
+                .map(|x| x.to_bits())
+                .collect::<Vec<_>>()
         };
         assert_eq!(bits(&found.solution), bits(&whole.solution));
     }

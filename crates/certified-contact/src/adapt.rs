@@ -289,7 +289,8 @@ fn ended(
     }
     match solution.nndd.status {
         NnddStatus::StoppedByCriterion => {}
-        NnddStatus::MaxIterations | NnddStatus::Stalled { .. } if settings.criterion == Criterion::Iterations => {}
+        NnddStatus::MaxIterations | NnddStatus::Stalled { .. }
+            if settings.criterion == Criterion::Iterations => {}
         status => return Some(AdaptiveEnd::Iteration(status)),
     }
     let floor = solution.round_off();

@@ -7,8 +7,8 @@ use cre_estimator::{Estimate, EstimatorError, estimate_with};
 use fem_core::condensation::CondensedBody;
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactProblem, ContactState};
-use nndd::stopping::{Decision, StoppingCriterion};
 use nndd::Iterate;
+use nndd::stopping::{Decision, StoppingCriterion};
 
 /// The mesh's error is expected above this fraction of the first η_NNDD.
 const FIRST_ESTIMATE: f64 = 0.1;

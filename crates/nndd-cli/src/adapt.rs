@@ -263,6 +263,9 @@ fn of_end(case: &Case, adapt: &Adapt, answer: &AdaptiveSolution) -> Status {
                 adapt.max_nodes
             ),
         ),
+        AdaptiveEnd::RoundOff { .. } if answer.solution.holds_no_energy() => {
+            word("stalled", NOT_CONVERGED, format!("{NO_ENERGY}; leave out [adapt]"))
+        }
         AdaptiveEnd::RoundOff { floor } => word(
             "stalled",
             NOT_CONVERGED,

@@ -55,7 +55,10 @@ pub(crate) fn of_solution(case: &Case, solution: &CertifiedSolution) -> Vec<Stri
     }
     // Without [adapt] the reason of the status says so.
     let switch = solution.nndd.switch.filter(|_| case.adapt.is_some());
-    notes.extend(switch.map(|s| format!("on the last mesh {}; method newton was used", outcome::given_up(solution, s))));
+    notes.extend(
+        switch
+            .map(|s| format!("on the last mesh {}; method newton was used", outcome::given_up(solution, s))),
+    );
     notes.extend(unfinished_iteration(solution));
     if solution.last().contact.normal_reaction.iter().all(|r| *r <= 0.0) {
         notes.push("no contact: no force passes between the bodies".to_owned());

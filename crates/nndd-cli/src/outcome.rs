@@ -76,11 +76,15 @@ fn of_iteration(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>)
                 _ => format!("{counted}, as asked for"),
             },
         ),
-        NnddStatus::Stalled { floor, at_round_off } if case.solver.stop.criterion == Criterion::Iterations => {
+        NnddStatus::Stalled { floor, at_round_off }
+            if case.solver.stop.criterion == Criterion::Iterations =>
+        {
             let end = if at_round_off { "at its round-off floor" } else { "no longer falling" };
             word("completed", 0, format!("{counted}, then eta_nndd was {end}, {floor:.3e} at best"))
         }
-        NnddStatus::MaxIterations => word("max_iterations", NOT_CONVERGED, too_many(case, solution, &counted)),
+        NnddStatus::MaxIterations => {
+            word("max_iterations", NOT_CONVERGED, too_many(case, solution, &counted))
+        }
         NnddStatus::Diverged { best, .. } => word("diverged", NOT_CONVERGED, diverged(case, solution, best)),
         NnddStatus::Stalled { floor, at_round_off: true } => word(
             "stalled",
@@ -117,7 +121,8 @@ fn of_iteration(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>)
 /// Says that all iterations were used, and what helps.
 fn too_many(case: &Case, solution: &CertifiedSolution, counted: &str) -> String {
     let advice = theta_too_small(case, solution);
-    let advice = advice.unwrap_or_else(|| format!("raise solver.max_iterations, or {}", other_settings(case)));
+    let advice =
+        advice.unwrap_or_else(|| format!("raise solver.max_iterations, or {}", other_settings(case)));
     format!("{} not met after {counted}; {advice}", criterion(case))
 }
 
@@ -146,7 +151,8 @@ fn other_settings(case: &Case) -> String {
         (solver.acceleration != Acceleration::Anderson, "acceleration = \"anderson\""),
         (solver.imposed != Imposed::Auto, "imposed = \"auto\""),
     ];
-    let others: Vec<&str> = others.into_iter().filter_map(|(differs, setting)| differs.then_some(setting)).collect();
+    let others: Vec<&str> =
+        others.into_iter().filter_map(|(differs, setting)| differs.then_some(setting)).collect();
     match others.as_slice() {
         [] => "use method = \"newton\"".into(),
         _ => format!("use {}, or method = \"newton\"", others.join(", ")),
@@ -240,9 +246,9 @@ fn criterion(case: &Case) -> String {
     let stop = &case.solver.stop;
     match stop.criterion {
         Criterion::Estimator => {
-            let forces = stop.force_balance.map(|part| {
-                format!(" and contact forces equal to {} %", short(100.0 * part))
-            });
+            let forces = stop
+                .force_balance
+                .map(|part| format!(" and contact forces equal to {} %", short(100.0 * part)));
             format!("eta_nndd <= {} eta_dis{}", short(stop.ratio), forces.unwrap_or_default())
         }
         Criterion::Precision => format!("precision <= {:e}", stop.tolerance),

@@ -151,6 +151,20 @@ fn every_word_of_every_choice_is_read() {
 }
 
 #[test]
+fn a_ratio_that_is_written_counts_alone() {
+    let stop = |text: &str| {
+        let stop = parse(&minimal(&format!("[solver.stop]\n{text}\n"))).solver.stop;
+        (stop.ratio, stop.force_balance)
+    };
+    assert_eq!(stop(""), (0.01, Some(1e-3)));
+    assert_eq!(stop("ratio = 0.01"), (0.01, None));
+    assert_eq!(stop("force_balance = 1e-4"), (0.01, Some(1e-4)));
+    assert_eq!(stop("ratio = 0.1\nforce_balance = 1e-4"), (0.1, Some(1e-4)));
+    // They are different cases.
+    assert_ne!(parse(&minimal("[solver.stop]\nratio = 0.01\n")).hash(), parse(&minimal("")).hash());
+}
+
+#[test]
 fn conditions_of_every_kind_are_read() {
     let text = minimal("").replace(
         "[[body]]\nname = \"b\"",
