@@ -1,7 +1,7 @@
 //! Iterations to reduce η_NNDD by 1e-10, over the family of stacked blocks.
 
 use certified_contact::{Criterion, Imposed, Settings, Silent, solve};
-use nndd::NnddStatus;
+use nndd::{Method, NnddStatus};
 use std::error::Error;
 use tests::blocks::Blocks;
 
@@ -11,6 +11,7 @@ fn count(blocks: &Blocks, imposed: Imposed, swap: bool) -> Result<String, Box<dy
     settings.imposed = imposed;
     settings.criterion = Criterion::EtaNndd { tolerance: 1e-10 };
     settings.nndd.max_iterations = 100;
+    settings.nndd.method = Method::Nndd;
     let problem = blocks.problem()?;
     let problem = if swap { problem.swapped() } else { problem };
     let solution = solve(problem, &settings, &mut Silent)?;

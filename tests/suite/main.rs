@@ -12,6 +12,7 @@ mod data;
 mod effectivity;
 mod elasticity;
 mod honesty;
+mod iteration;
 mod key_page;
 mod limit;
 mod mesh_files;

@@ -18,7 +18,8 @@ fn bits(answer: &CertifiedSolution) -> Vec<u64> {
         numbers.extend(estimate.pair.displacement[b].as_flattened());
         numbers.extend(&estimate.cre.by_cell[b]);
         numbers.extend(estimate.pair.equilibrated[b].edge_moments.as_flattened().as_flattened());
-        numbers.extend(results.balance[b]);
+        numbers.extend(results.balance[b].force);
+        numbers.push(results.balance[b].moment);
     }
     numbers.extend(&answer.last().lambda);
     numbers.extend(&answer.last().contact.normal_reaction);

@@ -105,7 +105,11 @@ pub fn course(
     let default = solve(problem, &Settings::default(), &mut Silent)?;
     let stop = default.rows.len();
     let bodies = condense_both(&default.problem);
-    let (_, all) = iterates(&default.problem, &bodies, &Settings::default().nndd, 1e-6)?;
+    let (_, mut all) = iterates(&default.problem, &bodies, &Settings::default().nndd, 1e-6)?;
+    if all.iter().all(|i| i.iteration != stop) {
+        // The answer of Newton after a switch.
+        all.push(default.last().clone());
+    }
     let finer = match truth {
         Truth::Exact(_) => None,
         Truth::Overkill(factor) => {

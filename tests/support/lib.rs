@@ -18,6 +18,7 @@ pub mod overkill;
 pub mod paper;
 pub mod patch;
 pub mod random;
+pub mod receding;
 pub mod rings;
 pub mod run;
 pub mod shapes;

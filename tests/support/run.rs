@@ -114,7 +114,8 @@ impl StoppingCriterion for Recorder {
     }
 }
 
-/// Iterates from λ = 0 until `η_NNDD ≤ tolerance · η_NNDD(1)`, and keeps every iteration.
+/// Iterates from λ = 0 until `η_NNDD ≤ tolerance · η_NNDD(1)`, and keeps every iteration. There is no switch to Newton:
+/// these are the answers of the iteration.
 ///
 /// # Errors
 /// Settings that make no sense.
@@ -126,7 +127,9 @@ pub fn iterates(
 ) -> Result<(NnddSolution, Vec<Iterate>), NnddError> {
     let mut recorder = Recorder { inner: EtaNndd::new(tolerance), iterates: Vec::new() };
     let lambda = vec![0.0; problem.interface.pairs().len()];
-    let solution = nndd::solve(problem, bodies, lambda, settings, &mut recorder)?;
+    let mut settings = settings.clone();
+    settings.method = Method::Nndd;
+    let solution = nndd::solve(problem, bodies, lambda, &settings, &mut recorder)?;
     Ok((solution, recorder.iterates))
 }
 

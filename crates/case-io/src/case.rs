@@ -141,6 +141,9 @@ pub struct Stop {
     pub criterion: Criterion,
     /// `η_NNDD ≤ ratio · η_dis`.
     pub ratio: f64,
+    /// Also `|F₁ − F₂| ≤ force_balance · max(|F₁|, |F₂|)`, with the contact forces of the two bodies; `None`: only the ratio
+    /// counts, the default if `ratio` is given.
+    pub force_balance: Option<f64>,
     /// Tolerance of the other criteria.
     pub tolerance: f64,
 }

@@ -122,6 +122,9 @@ pub struct IterationRow {
     pub contact_nodes: usize,
     /// `Σ r²_i`, N/m, where it is a number.
     pub contact_force: Option<f64>,
+    /// The contact forces of both bodies in the file's order, N/m, positive in compression, where they are numbers:
+    /// equal at the discrete solution.
+    pub contact_forces: [Option<f64>; 2],
     /// How the contact problem was solved.
     pub qp_path: Option<String>,
     /// Iterations of the contact problem.
@@ -135,7 +138,7 @@ pub struct Certificate {
     pub valid: bool,
     /// The bound of the energy error.
     pub e_cre: Option<f64>,
-    /// Relative to the energy norm of the computed solution; `None` for zero data.
+    /// Relative to the energy norm of the computed solution; `None` if the bodies hold no strain energy.
     pub relative: Option<f64>,
     /// A bound relative to the energy norm of the exact solution, where there is one.
     pub relative_guaranteed: Option<f64>,
@@ -249,8 +252,9 @@ pub struct Results {
     pub min_opening: Option<f64>,
     /// Reaction of each support.
     pub reactions: Option<Vec<Reaction>>,
-    /// Sum of all forces on each body, N/m.
-    pub balance: Option<Vec<[f64; 2]>>,
+    /// All forces on each body added up, in the file's order: fx, fy in N/m and their moment about the body's centroid
+    /// in N; zero to round-off.
+    pub balance: Option<Vec<[f64; 3]>>,
     /// Largest displacement, m.
     pub max_displacement: Option<f64>,
     /// Largest equivalent stress, Pa.

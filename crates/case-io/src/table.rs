@@ -5,8 +5,8 @@ use crate::report::{AdaptiveRow, IterationRow, SweepPanel, check_finite};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// The columns of history.csv: the keys of `iterations` in report.json.
-pub const HISTORY_COLUMNS: [&str; 10] = [
+/// The columns of history.csv: the keys of `iterations` in report.json, of which `contact_forces` takes two columns.
+pub const HISTORY_COLUMNS: [&str; 12] = [
     "iteration",
     "theta",
     "precision",
@@ -15,6 +15,8 @@ pub const HISTORY_COLUMNS: [&str; 10] = [
     "e_cre",
     "contact_nodes",
     "contact_force",
+    "contact_forces_first",
+    "contact_forces_second",
     "qp_path",
     "qp_iterations",
 ];
@@ -131,18 +133,22 @@ mod tests {
             theta: Some(0.4),
             eta_nndd: Some(0.1 + 0.2),
             contact_force: Some(1e-20),
+            contact_forces: [Some(1e-20), None],
             qp_path: Some("active, set".into()),
             ..IterationRow::default()
         };
         let keys: Vec<String> =
             serde_json::to_value(&row).unwrap().as_object().unwrap().keys().cloned().collect();
-        assert_eq!(keys, HISTORY_COLUMNS);
+        let columns = HISTORY_COLUMNS.map(|c| c.trim_end_matches("_first").to_owned());
+        let columns: Vec<String> = columns.into_iter().filter(|c| !c.ends_with("_second")).collect();
+        assert_eq!(keys, columns);
         let text = history_csv(std::slice::from_ref(&row)).unwrap();
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines[0], HISTORY_COLUMNS.join(","));
-        assert_eq!(lines[1], "1,0.4,,0.30000000000000004,,,0,1e-20,\"active, set\",0");
-        let back: Vec<IterationRow> =
-            csv::Reader::from_reader(text.as_bytes()).deserialize().collect::<Result<_, _>>().unwrap();
+        assert_eq!(lines[1], "1,0.4,,0.30000000000000004,,,0,1e-20,1e-20,,\"active, set\",0");
+        // By position: the two forces are one field of a row.
+        let records = csv::Reader::from_reader(text.as_bytes()).into_records();
+        let back: Vec<IterationRow> = records.map(|r| r.unwrap().deserialize(None).unwrap()).collect();
         assert_eq!(back, [row]);
         assert_eq!(history_csv(&[]).unwrap().lines().count(), 1);
     }

@@ -19,8 +19,8 @@ const LEAST_SHARE: f64 = 0.1;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct AdaptSettings {
-    /// The certified relative error to reach, of [`CertifiedSolution::relative`]; where the energy norm is zero, a bound
-    /// of zero is asked for.
+    /// The certified relative error to reach, of [`CertifiedSolution::relative`]; if the bodies hold no strain energy, a
+    /// bound of zero to round-off is asked for.
     pub target: f64,
     /// Most meshes, the first among them; default 30.
     pub max_steps: usize,
@@ -263,6 +263,11 @@ fn best_step<'a>(history: impl IntoIterator<Item = &'a Step>) -> Option<usize> {
     best.map(|(step, _)| step)
 }
 
+/// Tells whether the bound is zero to round-off: it is at most twice the allowance in it.
+fn bound_is_round_off(solution: &CertifiedSolution) -> bool {
+    solution.estimate.as_ref().is_some_and(|e| e.e_cre <= 2.0 * e.round_off)
+}
+
 /// Decides whether the mesh just solved is the last one.
 fn ended(
     step: &Step,
@@ -278,13 +283,14 @@ fn ended(
     if !step.certified {
         return Some(AdaptiveEnd::NotCertified);
     }
-    let met = step.relative.map_or(step.e_cre == Some(0.0), |relative| relative <= adapt.target);
+    let met = step.relative.map_or_else(|| bound_is_round_off(solution), |found| found <= adapt.target);
     if met {
         return Some(AdaptiveEnd::TargetMet);
     }
     match solution.nndd.status {
         NnddStatus::StoppedByCriterion => {}
-        NnddStatus::MaxIterations if settings.criterion == Criterion::Iterations => {}
+        NnddStatus::MaxIterations | NnddStatus::Stalled { .. }
+            if settings.criterion == Criterion::Iterations => {}
         status => return Some(AdaptiveEnd::Iteration(status)),
     }
     let floor = solution.round_off();

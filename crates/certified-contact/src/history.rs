@@ -1,13 +1,16 @@
 //! The course of a run.
 
 use cre_estimator::Estimate;
-use nndd::IterationRow;
+use nndd::{Iterate, IterationRow};
 
 /// One iteration with what was estimated at it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row {
     /// What the iteration knows.
     pub iteration: IterationRow,
+    /// The contact forces of both bodies in the order handed over, N/m, positive in compression: equal at the discrete
+    /// solution.
+    pub contact_forces: [f64; 2],
     /// The discretisation indicator, where it was computed.
     pub eta_dis: Option<f64>,
     /// The guaranteed bound of this iteration's pair, where it was computed.
@@ -15,6 +18,13 @@ pub struct Row {
 }
 
 impl Row {
+    /// Makes the row of an iterate without estimate; `swapped` says that the roles are those of the exchanged bodies.
+    pub(crate) fn new(iterate: &Iterate, swapped: bool) -> Self {
+        let [first, second] = iterate.contact_forces();
+        let contact_forces = if swapped { [second, first] } else { [first, second] };
+        Self { iteration: iterate.into(), contact_forces, eta_dis: None, e_cre: None }
+    }
+
     /// Takes over what was estimated. The measured η_NNDD contains its round-off.
     pub(crate) fn take(&mut self, estimate: &Estimate) {
         let found = estimate.unchecked();
@@ -35,7 +45,7 @@ pub struct Step {
     pub pairs: usize,
     /// The guaranteed bound, where there is one.
     pub e_cre: Option<f64>,
-    /// The bound over the energy norm; `None` where that is zero or there is no bound.
+    /// The bound over the energy norm; `None` if the bodies hold no strain energy, or without bound.
     pub relative: Option<f64>,
     /// Whether the checks of the bound hold.
     pub certified: bool,

@@ -4,8 +4,9 @@ use cre_estimator::{AdmissiblePair, Estimate};
 use fem_core::assembly::external_forces;
 use fem_core::body::Body;
 use fem_core::double_double::DoubleDouble;
-use fem_core::geometry::{Vector, add, norm, scale, sub};
+use fem_core::geometry::{Vector, add, cross, norm, scale, sub};
 use fem_core::interface::ContactProblem;
+use fem_core::mesh::TriMesh;
 use fem_core::residual::{self, SplitField};
 use nndd::Iterate;
 
@@ -18,6 +19,23 @@ pub struct Reaction {
     pub on: String,
     /// Force of the support on the body, N/m. Where supports share a node and direction it counts for the first.
     pub force: Vector,
+}
+
+/// All forces on one body added up.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Balance {
+    /// Their sum, N/m.
+    pub force: Vector,
+    /// Their moment about the body's centroid, N, positive counter-clockwise.
+    pub moment: f64,
+}
+
+impl Balance {
+    /// Adds a force at a place; `arm` is that place, seen from the centroid.
+    fn add(&mut self, arm: Vector, force: Vector) {
+        self.force = add(self.force, force);
+        self.moment += cross(arm, force);
+    }
 }
 
 /// One stretch of a contact line that may consist of several.
@@ -61,8 +79,8 @@ pub struct Results {
     pub min_opening: f64,
     /// Reactions of the supports.
     pub reactions: Vec<Reaction>,
-    /// Loads, reactions and contact force of each body added up: zero to round-off, N/m.
-    pub balance: [Vector; 2],
+    /// Loads, reactions and contact forces of each body added up: zero to round-off.
+    pub balance: [Balance; 2],
     /// Largest displacement, m.
     pub max_displacement: f64,
     /// Largest von Mises stress of the displacements, Pa; `None` where the out-of-plane stress of a material is not known.
@@ -198,7 +216,21 @@ fn intervals(problem: &ContactProblem, iterate: &Iterate) -> Vec<[f64; 2]> {
     found
 }
 
-/// Adds the reactions of a body's supports and returns its balance of forces.
+/// Computes the centroid of a mesh.
+fn centroid(mesh: &TriMesh) -> Vector {
+    let mut sum = [0.0; 2];
+    let mut area = 0.0;
+    // Seen from a point of the mesh, so that nothing cancels far from the origin.
+    let origin = mesh.points()[0];
+    for (t, corners) in mesh.triangles().iter().enumerate() {
+        let middle = corners.iter().map(|&v| sub(mesh.points()[v as usize], origin)).fold([0.0; 2], add);
+        sum = add(sum, scale(mesh.area(t) / 3.0, middle));
+        area += mesh.area(t);
+    }
+    add(origin, scale(1.0 / area, sum))
+}
+
+/// Adds the reactions of a body's supports and returns its balance.
 fn support_reactions(
     problem: &ContactProblem,
     b: usize,
@@ -206,32 +238,37 @@ fn support_reactions(
     contact: &[f64],
     number: usize,
     reactions: &mut Vec<Reaction>,
-) -> Vector {
+) -> Balance {
     let body: &Body = &problem.bodies[b];
+    let centroid = centroid(body.mesh());
+    let arm = |node: usize| sub(body.mesh().points()[node], centroid);
     let mut residual: Vec<Vector> =
         residual::of_field(body, field).iter().map(|r| r.map(DoubleDouble::rounded)).collect();
-    let mut balance = [0.0; 2];
+    let mut balance = Balance::default();
     for (pair, r) in problem.interface.pairs().iter().zip(contact) {
         let force = scale(*r, pair.normal);
-        let node = &mut residual[pair.nodes[b] as usize];
-        *node = sub(*node, force);
-        balance = add(balance, force);
+        let node = pair.nodes[b] as usize;
+        residual[node] = sub(residual[node], force);
+        balance.add(arm(node), force);
     }
-    for f in external_forces(body) {
-        balance = add(balance, f);
+    for (node, force) in external_forces(body).into_iter().enumerate() {
+        balance.add(arm(node), force);
     }
     let mut counted = vec![[false; 2]; residual.len()];
     for support in body.supports() {
         let mut force = [0.0; 2];
         for &node in &support.nodes {
+            let node = node as usize;
+            let mut held = [0.0; 2];
             for c in 0..2 {
-                if support.components[c] && !counted[node as usize][c] {
-                    counted[node as usize][c] = true;
-                    force[c] += residual[node as usize][c];
+                if support.components[c] && !counted[node][c] {
+                    counted[node][c] = true;
+                    held[c] = residual[node][c];
                 }
             }
+            force = add(force, held);
+            balance.add(arm(node), held);
         }
-        balance = add(balance, force);
         reactions.push(Reaction { body: number, on: support.group.clone(), force });
     }
     balance

@@ -23,6 +23,9 @@ pub enum Criterion {
     Estimator {
         /// The ratio.
         ratio: f64,
+        /// If given, also `|F₁ − F₂| ≤ force_balance · max(|F₁|, |F₂|)` or round-off, with the contact forces
+        /// [`nndd::Iterate::contact_forces`] of the two bodies.
+        force_balance: Option<f64>,
     },
     /// `ε_t ≤ tolerance`, the paper's precision, which deceives.
     Precision {
@@ -36,6 +39,13 @@ pub enum Criterion {
     },
     /// A fixed number of iterations.
     Iterations,
+}
+
+impl Default for Criterion {
+    /// `η_NNDD ≤ 0.01 η_dis`, and contact forces that agree to 0.1 %.
+    fn default() -> Self {
+        Self::Estimator { ratio: 0.01, force_balance: Some(1e-3) }
+    }
 }
 
 /// Settings of [`crate::solve`].
@@ -62,7 +72,7 @@ impl Default for Settings {
             imposed: Imposed::default(),
             nndd: NnddSettings::default(),
             lambda: 0.0.into(),
-            criterion: Criterion::Estimator { ratio: 0.1 },
+            criterion: Criterion::default(),
             relaxation: Relaxation::default(),
             estimate_every: 0,
         }

@@ -62,11 +62,17 @@ impl CertifiedSolution {
         &self.nndd.last
     }
 
-    /// Returns the certified relative error `e_CRE / √(a₁+a₂)`; `None` for zero data or unless [`Self::is_certified`].
+    /// Tells whether the bodies hold no strain energy: the energy norm is at most the allowance for round-off.
+    pub fn holds_no_energy(&self) -> bool {
+        self.estimate.as_ref().is_some_and(|e| e.energy_norm() <= e.round_off)
+    }
+
+    /// Returns the certified relative error `e_CRE / √(a₁+a₂)`; `None` unless [`Self::is_certified`], or if the bodies hold no
+    /// strain energy.
     pub fn relative(&self) -> Option<f64> {
         let estimate = self.estimate.as_ref()?;
         let (norm, e_cre) = (estimate.energy_norm(), estimate.certificate()?.e_cre);
-        (norm > 0.0).then(|| e_cre / norm)
+        (norm > estimate.round_off).then(|| e_cre / norm)
     }
 
     /// Returns a guaranteed bound of the error over the *exact* energy norm, `e_CRE / (√(a₁+a₂) − e_CRE)`;

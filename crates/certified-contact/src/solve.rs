@@ -72,12 +72,12 @@ fn iterate(
     observer: &mut dyn Observer,
 ) -> Result<CertifiedSolution, SolveError> {
     observer.phase(Phase::Iterations);
-    let mut follow = Follow::new(&problem, &bodies, settings, observer);
+    let mut follow = Follow::new(&problem, &bodies, roles.swapped, settings, observer);
     let mut nndd = nndd::solve_from(&problem, &bodies, start, &settings.nndd, &mut follow)?;
     let last = &nndd.last;
     if follow.rows.last().is_none_or(|row| row.iteration.iteration != last.iteration) {
         // An iteration whose contact problem was not solved has not passed the criterion.
-        follow.rows.push(Row { iteration: last.into(), eta_dis: None, e_cre: None });
+        follow.rows.push(Row::new(last, roles.swapped));
     }
     // A diverged iteration may have run out of finite numbers: then there is no certificate, but a report.
     let certified = follow.estimate(last).is_ok();
@@ -90,7 +90,7 @@ fn iterate(
         observer.phase(Phase::Iterations);
         if let Some(better) = corrected(&problem, &mut bodies, &nndd, found, settings)? {
             if let Some(row) = rows.last_mut() {
-                row.iteration = (&better.iterate).into();
+                *row = Row::new(&better.iterate, roles.swapped);
                 row.take(&better.estimate);
             }
             nndd.last = better.iterate;
@@ -161,7 +161,7 @@ fn conclude(nndd: &mut NnddSolution, rows: &mut [Row], estimate: &Estimate, sett
     for row in rows.last_mut().map(|row| &mut row.iteration).into_iter().chain(nndd.history.last_mut()) {
         row.eta_nndd = eta_nndd;
     }
-    if let Criterion::Estimator { ratio } = settings.criterion
+    if let Criterion::Estimator { ratio, .. } = settings.criterion
         && nndd.status == NnddStatus::StoppedByCriterion
         && eta_nndd > enough(estimate, ratio)
     {

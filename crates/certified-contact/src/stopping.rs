@@ -7,16 +7,21 @@ use cre_estimator::{Estimate, EstimatorError, estimate_with};
 use fem_core::condensation::CondensedBody;
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactProblem, ContactState};
+use nndd::Iterate;
 use nndd::stopping::{Decision, StoppingCriterion};
-use nndd::{Iterate, IterationRow};
 
 /// The mesh's error is expected above this fraction of the first η_NNDD.
 const FIRST_ESTIMATE: f64 = 0.1;
+
+/// Round-off from this part of the mesh's error on is as small as the iteration's error needs to be.
+const NEAR_ROUND_OFF: f64 = 0.01;
 
 /// Follows the iteration, estimates where asked, and decides.
 pub(crate) struct Follow<'a> {
     problem: &'a ContactProblem,
     bodies: &'a [CondensedBody; 2],
+    /// Whether the roles are exchanged against the order handed over.
+    swapped: bool,
     settings: &'a Settings,
     observer: &'a mut dyn Observer,
     pub(crate) rows: Vec<Row>,
@@ -28,10 +33,11 @@ impl<'a> Follow<'a> {
     pub(crate) fn new(
         problem: &'a ContactProblem,
         bodies: &'a [CondensedBody; 2],
+        swapped: bool,
         settings: &'a Settings,
         observer: &'a mut dyn Observer,
     ) -> Self {
-        Self { problem, bodies, settings, observer, rows: Vec::new(), latest: None }
+        Self { problem, bodies, swapped, settings, observer, rows: Vec::new(), latest: None }
     }
 
     /// Estimates an iteration, unless it has been.
@@ -61,7 +67,8 @@ impl<'a> Follow<'a> {
     }
 
     /// Tells whether η_NNDD is small against η_dis: first against the latest one, then against a fresh one.
-    /// Where the mesh is exact (η_dis is round-off), round-off is small enough: see [`Estimate::round_off`].
+    /// If round-off is at least a part [`NEAR_ROUND_OFF`] of η_dis, an η_NNDD of its size is small enough: see
+    /// [`Estimate::round_off`].
     ///
     /// An estimate costs as much as very many iterations: the first one waits until η_NNDD has fallen so far
     /// that it should be the last, or until the iterations run out.
@@ -83,17 +90,38 @@ impl<'a> Follow<'a> {
     }
 }
 
+/// Tells whether the contact forces of the two bodies differ by at most `tolerance` of the larger one, or by round-off.
+fn forces_agree(bodies: &[CondensedBody; 2], iterate: &Iterate, tolerance: f64) -> bool {
+    let [first, second] = iterate.contact_forces();
+    let difference = (first - second).abs();
+    difference <= tolerance * first.abs().max(second.abs()) || difference <= force_round_off(bodies, iterate)
+}
+
+/// Computes what rounding can add to the contact forces `F_α = ∓Σ (S_α v − g̃_α)`: `n ε` times the sum of the sizes of
+/// all terms, N/m. Without it two forces that vanish would never agree.
+fn force_round_off(bodies: &[CondensedBody; 2], iterate: &Iterate) -> f64 {
+    let size = |body: &CondensedBody, trace: &[f64]| {
+        let columns = body.schur().chunks_exact(trace.len().max(1)).zip(trace);
+        let products = columns.map(|(column, v)| v.abs() * column.iter().map(|s| s.abs()).sum::<f64>());
+        products.sum::<f64>() + body.condensed_load().iter().map(|g| g.abs()).sum::<f64>()
+    };
+    let sizes = size(&bodies[0], &iterate.lambda) + size(&bodies[1], &iterate.contact.normal_trace);
+    iterate.lambda.len() as f64 * f64::EPSILON * sizes
+}
+
 impl StoppingCriterion for Follow<'_> {
     fn check(&mut self, iterate: &Iterate) -> Result<Decision, Box<dyn std::error::Error + Send + Sync>> {
-        let iteration = IterationRow::from(iterate);
-        self.rows.push(Row { iteration, eta_dis: None, e_cre: None });
+        self.rows.push(Row::new(iterate, self.swapped));
         let every = self.settings.estimate_every;
         if every > 0 && iterate.iteration.is_multiple_of(every) {
             self.try_estimate(iterate)?;
         }
         let first = self.rows[0].iteration.eta_nndd;
         let done = match self.settings.criterion {
-            Criterion::Estimator { ratio } => self.matches_mesh(iterate, ratio)?,
+            Criterion::Estimator { ratio, force_balance } => {
+                let agree = force_balance.is_none_or(|part| forces_agree(self.bodies, iterate, part));
+                agree && self.matches_mesh(iterate, ratio)?
+            }
             Criterion::Precision { tolerance } => iterate.precision <= tolerance,
             Criterion::EtaNndd { tolerance } => iterate.eta_nndd <= tolerance * first,
             Criterion::Iterations => false,
@@ -107,15 +135,20 @@ impl StoppingCriterion for Follow<'_> {
             (false, false) => Decision::Continue,
         })
     }
+
+    fn can_stop(&self) -> bool {
+        self.settings.criterion != Criterion::Iterations
+    }
 }
 
-/// Returns the η_NNDD that is small enough against the mesh's error: round-off if the mesh is exact.
+/// Returns the η_NNDD that is small enough against the mesh's error. If round-off is at least a part [`NEAR_ROUND_OFF`] of that,
+/// round-off is small enough.
 pub(crate) fn enough(estimate: &Estimate, ratio: f64) -> f64 {
     let found = estimate.unchecked();
     // Far from the solution η_dis may be larger than the whole bound: then it says nothing of the mesh.
     let mesh = found.eta_dis.min(found.e_cre);
-    // Both contain the allowance.
-    if mesh <= 2.0 * estimate.round_off { estimate.round_off } else { ratio * mesh }
+    let floor = if estimate.round_off >= NEAR_ROUND_OFF * mesh { estimate.round_off } else { 0.0 };
+    floor.max(ratio * mesh)
 }
 
 /// Estimates the error of an iterate with its displacements.

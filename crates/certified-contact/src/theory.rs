@@ -106,13 +106,14 @@
 //! ```
 //! ```math
 //! ε_t = \frac{2 \max |t^1 + t^2|}{\max |t^1| + \max |t^2|}, \quad t_i = r_i / ℓ_i, \qquad
-//! \text{stop:} \; η_{NNDD} ≤ γ\,η_{dis}                                                                      \qquad (24)
+//! \text{stop:} \; η_{NNDD} ≤ γ\,η_{dis}, \; |F_1 - F_2| ≤ β \max |F_α|                                          \qquad (24)
 //! ```
+//! with the contact forces `F₁ = −Σ r¹_i`, `F₂ = Σ r²_i` of the two bodies, which are equal at the discrete solution.
 //! | formula | where |
 //! |---|---|
 //! | (22), `ε_t` | [`Iterate::eta_nndd`](nndd::Iterate::eta_nndd), [`Iterate::precision`](nndd::Iterate::precision) |
 //! | (23) | [`indicators::eta_dis_squared`](cre_estimator::indicators::eta_dis_squared) |
-//! | (24) | [`Criterion`](crate::Criterion); γ = 0.1 by default |
+//! | (24) | [`Criterion`](crate::Criterion); γ = 0.01 and β = 1e-3 by default |
 //! | where to refine | [`marking`](cre_estimator::marking), [`solve_adaptively`](crate::solve_adaptively) |
 //!
 //! # The percentage

@@ -202,8 +202,14 @@ fn reached(answer: &AdaptiveSolution) -> String {
     )
 }
 
+/// What to say of a target if the bodies hold no strain energy.
+const NO_ENERGY: &str = "the bodies hold no strain energy, and a relative target has no meaning here";
+
 fn missed(adapt: &Adapt, answer: &AdaptiveSolution, reason: &str) -> Status {
     let target = short(adapt.target_relative_error);
+    if answer.solution.holds_no_energy() {
+        return word("target_missed", 6, format!("{NO_ENERGY}; {reason}"));
+    }
     word("target_missed", 6, format!("{} > {target}: {reason}", reached(answer)))
 }
 
@@ -226,6 +232,9 @@ const NEAR_ROUND_OFF: f64 = 100.0;
 fn attainable(answer: &AdaptiveSolution, floor: f64) -> String {
     let near = answer.solution.relative().filter(|relative| *relative <= NEAR_ROUND_OFF * floor);
     let least = words::raised(near.unwrap_or(10.0 * floor), 2);
+    if least >= 1.0 {
+        return "no target can be met; leave out [adapt], and check the units".into();
+    }
     format!("set adapt.target_relative_error to {} or more", short(least))
 }
 
@@ -235,8 +244,11 @@ fn of_end(case: &Case, adapt: &Adapt, answer: &AdaptiveSolution) -> Status {
     let target = short(adapt.target_relative_error);
     match &answer.end {
         AdaptiveEnd::TargetMet => {
-            let found = answer.solution.relative().map_or_else(|| "no error".into(), |_| reached(answer));
-            word("converged", 0, format!("{found} <= {target} on mesh {meshes}"))
+            let found = match answer.solution.relative() {
+                Some(_) => format!("{} <= {target}", reached(answer)),
+                None => format!("{NO_ENERGY}: the bound is zero to round-off"),
+            };
+            word("converged", 0, format!("{found} on mesh {meshes}"))
         }
         AdaptiveEnd::MaxSteps => missed(
             adapt,
@@ -251,6 +263,9 @@ fn of_end(case: &Case, adapt: &Adapt, answer: &AdaptiveSolution) -> Status {
                 adapt.max_nodes
             ),
         ),
+        AdaptiveEnd::RoundOff { .. } if answer.solution.holds_no_energy() => {
+            word("stalled", NOT_CONVERGED, format!("{NO_ENERGY}; leave out [adapt]"))
+        }
         AdaptiveEnd::RoundOff { floor } => word(
             "stalled",
             NOT_CONVERGED,

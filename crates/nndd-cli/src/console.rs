@@ -167,7 +167,10 @@ fn solver_lines(case: &Case, output: &str) -> String {
     );
     let stop = &solver.stop;
     let bound = match stop.criterion {
-        case_io::case::Criterion::Estimator => format!("ratio {}", short(stop.ratio)),
+        case_io::case::Criterion::Estimator => {
+            let balance = stop.force_balance.map(|part| format!(", force balance {}", short(part)));
+            format!("ratio {}{}", short(stop.ratio), balance.unwrap_or_default())
+        }
         case_io::case::Criterion::Iterations => String::new(),
         _ => format!("tolerance {:e}", stop.tolerance),
     };
@@ -278,7 +281,7 @@ pub(crate) fn verdict(report: &Report) -> String {
                     )
                 }
                 _ => format!(
-                    "certified error <= {} (energy norm of a solution that is zero)\n",
+                    "certified error <= {} in the energy norm; the bodies hold no strain energy, so there is no percentage\n",
                     words::rounded_up(e_cre)
                 ),
             };

@@ -18,7 +18,10 @@ pub(crate) fn settings(case: &Case) -> Settings {
     };
     settings.lambda = solver.lambda.scalar();
     settings.criterion = match solver.stop.criterion {
-        case::Criterion::Estimator => Criterion::Estimator { ratio: solver.stop.ratio },
+        case::Criterion::Estimator => {
+            let case::Stop { ratio, force_balance, .. } = solver.stop;
+            Criterion::Estimator { ratio, force_balance }
+        }
         case::Criterion::Precision => Criterion::Precision { tolerance: solver.stop.tolerance },
         case::Criterion::EtaNndd => Criterion::EtaNndd { tolerance: solver.stop.tolerance },
         case::Criterion::Iterations => Criterion::Iterations,
@@ -30,6 +33,7 @@ pub(crate) fn settings(case: &Case) -> Settings {
     settings.estimate_every = case.estimator.every;
     let nndd = &mut settings.nndd;
     nndd.method = match solver.method {
+        case::Method::Auto => Method::Auto,
         case::Method::Nndd => Method::Nndd,
         case::Method::Newton => Method::Newton,
     };

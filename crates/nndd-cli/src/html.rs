@@ -195,6 +195,12 @@ fn results(page: &mut String, case: &Case, report: &Report) {
         row(&format!("reaction x of {} on {}", reaction.on, reaction.body), Some(reaction.fx), true);
         row(&format!("reaction y of {} on {}", reaction.on, reaction.body), Some(reaction.fy), true);
     }
+    for (body, balance) in report.bodies.iter().zip(r.balance.iter().flatten()) {
+        let quantities = ["force x", "force y", "moment about the centroid"];
+        for (quantity, sum) in quantities.into_iter().zip(balance) {
+            row(&format!("balance of {}: {quantity}", body.name), Some(*sum), true);
+        }
+    }
     page.push_str("</table>\n");
 }
 
@@ -251,12 +257,16 @@ fn steps(page: &mut String, report: &Report) {
 fn iterations(page: &mut String, report: &Report) {
     page.push_str(
         "<h2>Iterations</h2>\n<table><tr><th>it</th><th>theta</th><th>precision</th><th>eta_nndd</th><th>eta_dis</th>\
-         <th>e_cre</th><th>contact nodes</th><th>contact force</th><th>contact problem</th></tr>\n",
+         <th>e_cre</th><th>contact nodes</th>",
     );
+    for body in &report.bodies {
+        let _ = write!(page, "<th>contact force of {}</th>", escape(&body.name));
+    }
+    page.push_str("<th>contact problem</th></tr>\n");
     for row in &report.iterations {
         let _ = writeln!(
             page,
-            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{} {}</td></tr>",
+            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{} {}</td></tr>",
             row.iteration,
             number(row.theta),
             number(row.precision),
@@ -264,7 +274,8 @@ fn iterations(page: &mut String, report: &Report) {
             number(row.eta_dis),
             row.e_cre.map_or_else(|| number(None), words::at_most),
             row.contact_nodes,
-            number(row.contact_force),
+            number(row.contact_forces[0]),
+            number(row.contact_forces[1]),
             row.qp_path.as_deref().unwrap_or("–"),
             row.qp_iterations
         );

@@ -1,5 +1,6 @@
 //! What is worth knowing about a run that is allowed but may not be meant: it goes to stderr and into report.json.
 
+use crate::outcome;
 use case_io::Case;
 use certified_contact::CertifiedSolution;
 use fem_core::body::{Body, Difference, NodeConstraint};
@@ -52,6 +53,12 @@ pub(crate) fn of_solution(case: &Case, solution: &CertifiedSolution) -> Vec<Stri
         // The last iterate says nothing about the bodies.
         return notes;
     }
+    // Without [adapt] the reason of the status says so.
+    let switch = solution.nndd.switch.filter(|_| case.adapt.is_some());
+    notes.extend(
+        switch
+            .map(|s| format!("on the last mesh {}; method newton was used", outcome::given_up(solution, s))),
+    );
     notes.extend(unfinished_iteration(solution));
     if solution.last().contact.normal_reaction.iter().all(|r| *r <= 0.0) {
         notes.push("no contact: no force passes between the bodies".to_owned());

@@ -2,11 +2,12 @@
 
 use crate::words::{counted, raised, short};
 use case_io::Case;
-use case_io::case::{Criterion, QpChoice};
+use case_io::case::{Acceleration, Criterion, Imposed, Method, QpChoice, Theta, Weights};
+use case_io::diagnostic::significant;
 use case_io::report::Status;
 use certified_contact::{CertifiedSolution, Row};
 use contact_qp::QpStatus;
-use nndd::NnddStatus;
+use nndd::{NnddStatus, Switch};
 
 /// The exit status of a run that did not converge.
 pub(crate) const NOT_CONVERGED: u8 = 5;
@@ -62,10 +63,10 @@ pub(crate) fn word(word: &str, code: u8, reason: impl Into<String>) -> Status {
 fn of_iteration(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>) -> Status {
     let iterations = solution.rows.len();
     let counted = match case.solver.max_iterations {
-        0 => "1 iteration, the least there is".to_owned(),
+        0 => "1 iteration (the minimum)".to_owned(),
         _ => counted(iterations, "iteration"),
     };
-    match solution.nndd.status {
+    let mut status = match solution.nndd.status {
         NnddStatus::StoppedByCriterion => word("converged", 0, met(case, solution)),
         NnddStatus::MaxIterations if case.solver.stop.criterion == Criterion::Iterations => word(
             "completed",
@@ -75,12 +76,16 @@ fn of_iteration(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>)
                 _ => format!("{counted}, as asked for"),
             },
         ),
-        NnddStatus::MaxIterations => word(
-            "max_iterations",
-            NOT_CONVERGED,
-            format!("{} not met after {counted}; raise solver.max_iterations", criterion(case)),
-        ),
-        NnddStatus::Diverged { best, .. } => word("diverged", NOT_CONVERGED, diverged(solution, best)),
+        NnddStatus::Stalled { floor, at_round_off }
+            if case.solver.stop.criterion == Criterion::Iterations =>
+        {
+            let end = if at_round_off { "at its round-off floor" } else { "no longer falling" };
+            word("completed", 0, format!("{counted}, then eta_nndd was {end}, {floor:.3e} at best"))
+        }
+        NnddStatus::MaxIterations => {
+            word("max_iterations", NOT_CONVERGED, too_many(case, solution, &counted))
+        }
+        NnddStatus::Diverged { best, .. } => word("diverged", NOT_CONVERGED, diverged(case, solution, best)),
         NnddStatus::Stalled { floor, at_round_off: true } => word(
             "stalled",
             NOT_CONVERGED,
@@ -94,9 +99,11 @@ fn of_iteration(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>)
             "stalled",
             NOT_CONVERGED,
             format!(
-                "eta_nndd fell by less than 10 % in 60 iterations, to {floor:.3e} at best{}; use weights = \"stiffness\", \
-                 acceleration = \"anderson\", theta = \"auto\" and imposed = \"auto\", or method = \"newton\"",
-                range_of_theta(solution)
+                "eta_nndd fell by less than 10 % in 60 iterations, to {floor:.3e} at best{}",
+                match theta_too_small(case, solution) {
+                    Some(advice) => format!("; {advice}"),
+                    None => format!("{}; {}", range_of_theta(case, solution), other_settings(case)),
+                }
             ),
         ),
         NnddStatus::ContactQpUnsolved(status) => {
@@ -104,6 +111,51 @@ fn of_iteration(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>)
         }
         NnddStatus::Interrupted => interrupted(ended, &format!("iteration {iterations}")),
         _ => word("stalled", NOT_CONVERGED, "the iteration ended in an unknown way"),
+    };
+    if let Some(Switch { newton, .. }) = solution.nndd.switch.filter(|switch| !switch.newton.is_solved()) {
+        status.reason += &format!("; method newton, tried after it, did not converge either: {newton}");
+    }
+    status
+}
+
+/// Says that all iterations were used, and what helps.
+fn too_many(case: &Case, solution: &CertifiedSolution, counted: &str) -> String {
+    let advice = theta_too_small(case, solution);
+    let advice =
+        advice.unwrap_or_else(|| format!("raise solver.max_iterations, or {}", other_settings(case)));
+    format!("{} not met after {counted}; {advice}", criterion(case))
+}
+
+/// A given θ this many times smaller than the best one is too small: it needs more than this many iterations.
+const TOO_SMALL: f64 = 1e4;
+
+/// Says that a given θ is too small, where that is known.
+fn theta_too_small(case: &Case, solution: &CertifiedSolution) -> Option<String> {
+    let Theta::Value(theta) = case.solver.theta else { return None };
+    let best = solution.nndd.spectrum?.best_theta();
+    (TOO_SMALL * theta < best).then(|| {
+        format!(
+            "theta = {} is too small: in full contact theta is best near {}; use it, or theta = \"auto\"",
+            short(theta),
+            significant(best)
+        )
+    })
+}
+
+/// Names the settings with which the iteration converges more surely, of those that the case does not have.
+fn other_settings(case: &Case) -> String {
+    let solver = &case.solver;
+    let others = [
+        (solver.theta != Theta::Auto, "theta = \"auto\""),
+        (solver.weights != Weights::Stiffness, "weights = \"stiffness\""),
+        (solver.acceleration != Acceleration::Anderson, "acceleration = \"anderson\""),
+        (solver.imposed != Imposed::Auto, "imposed = \"auto\""),
+    ];
+    let others: Vec<&str> =
+        others.into_iter().filter_map(|(differs, setting)| differs.then_some(setting)).collect();
+    match others.as_slice() {
+        [] => "use method = \"newton\"".into(),
+        _ => format!("use {}, or method = \"newton\"", others.join(", ")),
     }
 }
 
@@ -117,7 +169,7 @@ fn attainable(case: &Case, solution: &CertifiedSolution, floor: f64) -> String {
         Criterion::Estimator => ("solver.stop.ratio", floor / mesh),
         Criterion::Precision => ("solver.stop.tolerance", smallest(|row| row.iteration.precision)),
         Criterion::EtaNndd => ("solver.stop.tolerance", floor / first),
-        Criterion::Iterations => return "set solver.max_iterations to fewer".into(),
+        Criterion::Iterations => return "lower solver.max_iterations".into(),
     };
     if !least.is_finite() {
         return "use criterion = \"iterations\"".into();
@@ -128,7 +180,7 @@ fn attainable(case: &Case, solution: &CertifiedSolution, floor: f64) -> String {
 /// Says which contact problem was not solved, and what may help.
 fn unsolved(case: &Case, iterations: usize, status: QpStatus) -> String {
     let solver = &case.solver;
-    let newton = solver.method == case_io::case::Method::Newton;
+    let newton = solver.method == Method::Newton;
     let what = if newton {
         "interface Newton".into()
     } else {
@@ -160,6 +212,9 @@ pub(crate) fn may_go_on(status: &Status) -> bool {
 
 /// Says what ended a converged iteration.
 fn met(case: &Case, solution: &CertifiedSolution) -> String {
+    if let Some(switch) = solution.nndd.switch {
+        return format!("{}; then method newton, exact for the discrete problem", given_up(solution, switch));
+    }
     let by_estimate = case.solver.stop.criterion == Criterion::Estimator;
     match &solution.estimate {
         Some(e) if by_estimate && solution.last().eta_nndd > case.solver.stop.ratio * e.unchecked().eta_dis => {
@@ -169,13 +224,33 @@ fn met(case: &Case, solution: &CertifiedSolution) -> String {
     }
 }
 
+/// Says why the iteration was given up for the interface Newton method.
+pub(crate) fn given_up(solution: &CertifiedSolution, switch: Switch) -> String {
+    // Newton's own row is the last one.
+    let iterations = solution.rows.len().saturating_sub(usize::from(switch.newton.is_solved()));
+    let counted = counted(iterations, "iteration");
+    match switch.after {
+        NnddStatus::MaxIterations => format!("method nndd did not converge in {counted}"),
+        NnddStatus::Diverged { .. } => format!("method nndd diverged in {counted}"),
+        NnddStatus::ContactQpUnsolved(_) => {
+            format!("method nndd did not solve the contact problem of iteration {iterations}")
+        }
+        _ => format!("method nndd stalled after {counted}"),
+    }
+}
+
 fn criterion(case: &Case) -> String {
-    if case.solver.method == case_io::case::Method::Newton {
+    if case.solver.method == Method::Newton {
         return "interface Newton, exact for the discrete problem".into();
     }
     let stop = &case.solver.stop;
     match stop.criterion {
-        Criterion::Estimator => format!("eta_nndd <= {} eta_dis", short(stop.ratio)),
+        Criterion::Estimator => {
+            let forces = stop
+                .force_balance
+                .map(|part| format!(" and contact forces equal to {} %", short(100.0 * part)));
+            format!("eta_nndd <= {} eta_dis{}", short(stop.ratio), forces.unwrap_or_default())
+        }
         Criterion::Precision => format!("precision <= {:e}", stop.tolerance),
         Criterion::EtaNndd => format!("eta_nndd <= {:e} eta_nndd(1)", stop.tolerance),
         Criterion::Iterations => "the number of iterations".into(),
@@ -183,34 +258,37 @@ fn criterion(case: &Case) -> String {
 }
 
 /// Says which θ converges, where that is known.
-fn range_of_theta(solution: &CertifiedSolution) -> String {
+fn range_of_theta(case: &Case, solution: &CertifiedSolution) -> String {
     solution.nndd.spectrum.map_or_else(String::new, |spectrum| {
         format!(
-            " with theta = {}; in full contact theta converges between 0 and {:.3} and is best near {:.3}",
-            short(solution.nndd.theta),
-            spectrum.theta_limit(),
-            spectrum.best_theta()
+            " with theta = {}; in full contact theta converges between 0 and {} and is best near {}",
+            match case.solver.theta {
+                Theta::Value(theta) => short(theta),
+                Theta::Auto => significant(solution.nndd.theta),
+            },
+            significant(spectrum.theta_limit()),
+            significant(spectrum.best_theta())
         )
     })
 }
 
-fn diverged(solution: &CertifiedSolution, best: f64) -> String {
+fn diverged(case: &Case, solution: &CertifiedSolution, best: f64) -> String {
     if !best.is_finite() {
-        return "eta_nndd of the first iteration is beyond all numbers: the loads or displacements are too large for \
+        return "eta_nndd overflowed in the first iteration: the loads or displacements are too large for \
                 these moduli; check the units"
             .into();
     }
     let eta = solution.last().eta_nndd;
-    let range = range_of_theta(solution);
+    let range = range_of_theta(case, solution);
+    let advice = other_settings(case);
     if eta <= best {
         let iterations = solution.rows.len();
         return format!(
-            "lambda is beyond all numbers after iteration {iterations}, eta_nndd {eta:.3e}{range}; \
-             theta = \"auto\" chooses it"
+            "lambda overflowed after iteration {iterations}, eta_nndd {eta:.3e}{range}; {advice}"
         );
     }
-    let eta = if eta.is_finite() { format!("to {eta:.3e}") } else { "beyond all numbers".into() };
-    format!("eta_nndd grew from {best:.3e} {eta}{range}; theta = \"auto\" chooses it")
+    let eta = if eta.is_finite() { format!("to {eta:.3e}") } else { "until it overflowed".into() };
+    format!("eta_nndd grew from {best:.3e} {eta}{range}; {advice}")
 }
 
 #[cfg(test)]

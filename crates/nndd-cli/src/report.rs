@@ -25,6 +25,7 @@ pub(crate) fn iteration_row(row: &Row) -> IterationRow {
         e_cre: row.e_cre,
         contact_nodes: it.contact_nodes,
         contact_force: finite(it.contact_force),
+        contact_forces: row.contact_forces.map(finite),
         qp_path: Some(it.qp_path.to_string()),
         qp_iterations: it.qp_iterations,
     }
@@ -133,7 +134,7 @@ fn results(case: &Case, solution: &CertifiedSolution) -> Results {
         max_edge_pressure: Some(r.max_edge_pressure),
         min_opening: Some(r.min_opening),
         reactions: Some(reactions.collect()),
-        balance: Some(r.balance.to_vec()),
+        balance: Some(r.balance.iter().map(|b| [b.force[0], b.force[1], b.moment]).collect()),
         max_displacement: Some(r.max_displacement),
         max_von_mises: r.max_von_mises,
     }

@@ -60,6 +60,17 @@ fn a_sweep_finds_the_papers_theta() {
 }
 
 #[test]
+fn a_sweep_never_switches_to_newton() {
+    let temp = tempfile::tempdir().unwrap();
+    let out = temp.path().join("sweep");
+    let more = ["--set", "solver.method=auto", "--iterations", "2"];
+    let output = sweep(&out, "solver.theta=[\"auto\", 0.4]", &more);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert_eq!(column(&out, "sweep.csv", "status"), ["completed", "completed"]);
+    assert_eq!(column(&out, "sweep.csv", "iteration"), ["2", "2"]);
+}
+
+#[test]
 fn a_result_of_a_solve_is_kept_from_harm() {
     let temp = tempfile::tempdir().unwrap();
     let out = temp.path().join("keep");

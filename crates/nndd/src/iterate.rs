@@ -55,6 +55,13 @@ impl Iterate {
     pub fn contact_force(&self) -> f64 {
         self.contact.normal_reaction.iter().sum()
     }
+
+    /// Computes the contact forces of Ω₁ and Ω₂, `F₁ = −Σ r¹_i` and `F₂ = Σ r²_i`, N/m, positive in compression. They are
+    /// equal at the discrete solution.
+    pub fn contact_forces(&self) -> [f64; 2] {
+        // The sum of nothing but zeros is −0.
+        [-self.reaction.iter().sum::<f64>(), self.contact_force()].map(|force| force + 0.0)
+    }
 }
 
 /// The row of one iteration in a history.

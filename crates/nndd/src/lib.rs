@@ -22,7 +22,8 @@
 //! | S_α | Steklov-Poincaré operators, [`fem_core::condensation::CondensedBody`] | `n_c × n_c` |
 //!
 //! (8) to (11) are solved in `src/steps.rs`, in the interface unknowns, and once more in full in `src/literal.rs`; the loop is
-//! in `src/solve.rs`. What θ can be: [`Spectrum`].
+//! in `src/solve.rs`. What θ can be: [`Spectrum`]. If the iteration does not converge, the interface Newton method in
+//! `src/monolithic.rs` solves the same discrete problem: [`Method::Auto`].
 //!
 //! # Types, in the order one meets them
 //! [`NnddSettings`], a [`stopping::StoppingCriterion`], [`solve`],
@@ -78,6 +79,6 @@ pub use error::NnddError;
 pub use fem_core;
 pub use iterate::{ContactAnswer, Iterate, IterationRow};
 pub use settings::{Acceleration, Method, NnddSettings, Path, Theta, Weights};
-pub use solution::{NnddSolution, NnddStatus};
+pub use solution::{NnddSolution, NnddStatus, Switch};
 pub use solve::{Start, solve, solve_from};
 pub use spectrum::Spectrum;

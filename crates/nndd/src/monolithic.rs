@@ -5,7 +5,7 @@
 //! Newton on them is the primal-dual active-set method of `contact-qp`; the result is exact.
 
 use crate::error::NnddError;
-use contact_qp::{BoundQp, MatrixView, QpSettings, QpSolution};
+use contact_qp::{ActiveSet, BoundQp, MatrixView, QpSettings, QpSolution};
 use fem_core::condensation::CondensedBody;
 use fem_core::interface::ContactInterface;
 
@@ -15,14 +15,19 @@ pub(crate) struct NewtonAnswer {
     pub(crate) solution: QpSolution,
 }
 
+/// Solves the discrete contact problem.
+///
+/// * `open`: the pairs to begin with as open, if a good guess is known.
 pub(crate) fn solve(
     interface: &ContactInterface,
     bodies: &[CondensedBody; 2],
+    open: Option<&ActiveSet>,
     settings: &QpSettings,
 ) -> Result<NewtonAnswer, NnddError> {
     let n = bodies[0].len();
-    let (first, second) = rayon::join(|| bodies[0].flexibility(), || bodies[1].flexibility());
-    let mut flexibility: Vec<f64> = first.iter().zip(&second).map(|(a, b)| a + b).collect();
+    let (mut flexibility, second) = rayon::join(|| bodies[0].flexibility(), || bodies[1].flexibility());
+    flexibility.iter_mut().zip(&second).for_each(|(a, b)| *a += b);
+    drop(second);
     for j in 0..n {
         for i in 0..j {
             flexibility[j * n + i] = flexibility[i * n + j];
@@ -43,7 +48,7 @@ pub(crate) fn solve(
         bounded: &bounded,
         lower: &vec![0.0; n],
     };
-    let solution = contact_qp::solve(&qp, None, settings)?;
+    let solution = contact_qp::solve(&qp, open, settings)?;
     let force: Vec<f64> = bodies[0].condensed_load().iter().zip(&solution.x).map(|(g, r)| g - r).collect();
     let mut lambda = vec![0.0; n];
     bodies[0].trace_from_force(&force, &mut lambda);

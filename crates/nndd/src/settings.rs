@@ -5,8 +5,12 @@ use contact_qp::QpSettings;
 /// Which algorithm solves the discrete contact problem.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
-    /// The Neumann-Neumann iteration, equations (8)-(11).
+    /// The Neumann-Neumann iteration, then the interface Newton method if the iteration stalls, diverges or uses all
+    /// its iterations. There is no switch if θ is given, or if the criterion never stops: see
+    /// [`crate::stopping::StoppingCriterion::can_stop`].
     #[default]
+    Auto,
+    /// The Neumann-Neumann iteration, equations (8)-(11).
     Nndd,
     /// The interface Newton method, the reference: exact for the discrete problem.
     Newton,
@@ -58,7 +62,7 @@ pub enum Acceleration {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct NnddSettings {
-    /// The algorithm; default the Neumann-Neumann iteration.
+    /// The algorithm; default the Neumann-Neumann iteration with the interface Newton method behind it.
     pub method: Method,
     /// The operators; default condensed.
     pub path: Path,
@@ -89,9 +93,10 @@ impl Default for NnddSettings {
 }
 
 impl NnddSettings {
-    /// The paper's own settings: θ given, half weights, no acceleration.
+    /// The paper's own settings: its iteration alone, θ given, half weights, no acceleration.
     pub fn paper(theta: f64) -> Self {
         Self {
+            method: Method::Nndd,
             theta: Theta::Value(theta),
             weights: Weights::Half,
             acceleration: Acceleration::None,

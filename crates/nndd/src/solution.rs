@@ -33,13 +33,24 @@ pub enum NnddStatus {
     ContactQpUnsolved(QpStatus),
 }
 
+/// A switch from the Neumann-Neumann iteration to the interface Newton method.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Switch {
+    /// How the iteration ended before the switch.
+    pub after: NnddStatus,
+    /// How the Newton method ended. If it is not solved, the solution is that of the iteration.
+    pub newton: QpStatus,
+}
+
 /// The result of [`crate::solve`].
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct NnddSolution {
     /// How it ended.
     pub status: NnddStatus,
-    /// One row per iteration.
+    /// The switch to the interface Newton method, if there was one.
+    pub switch: Option<Switch>,
+    /// One row per iteration; after a switch one more, of the Newton method.
     pub history: Vec<IterationRow>,
     /// The last iteration.
     pub last: Iterate,

@@ -1,11 +1,12 @@
-//! The algorithm box of the paper: one loop.
+//! The algorithm box of the paper: one loop. What interface Newton does beside it is in `newton`.
+
+mod newton;
 
 use crate::acceleration::Accelerator;
 use crate::error::NnddError;
 use crate::iterate::{ContactAnswer, Iterate, IterationRow};
 use crate::literal::LiteralSteps;
 use crate::monitor::Monitor;
-use crate::monolithic;
 use crate::settings::{Acceleration, Method, NnddSettings, Path, Theta};
 use crate::solution::{NnddSolution, NnddStatus};
 use crate::spectrum;
@@ -13,7 +14,7 @@ use crate::steps::{CondensedSteps, Steps};
 use crate::stopping::{Decision, StoppingCriterion};
 use crate::vector::{add, dot};
 use crate::weights::NodalWeights;
-use contact_qp::{ActiveSet, QpMethod};
+use contact_qp::ActiveSet;
 use fem_core::condensation::CondensedBody;
 use fem_core::interface::{ContactInterface, ContactProblem};
 use fem_core::norm::from_squared;
@@ -47,7 +48,8 @@ impl Run<'_> {
                 status = Some(NnddStatus::Diverged { best: monitor.smallest(), theta_limit: None });
             }
             if let Some(status) = status {
-                return Ok(NnddSolution { status, history, last, theta, spectrum: None, clarabel_calls });
+                let (switch, spectrum) = (None, None);
+                return Ok(NnddSolution { status, switch, history, last, theta, spectrum, clarabel_calls });
             }
         }
     }
@@ -126,39 +128,6 @@ impl Run<'_> {
         let precision = if scale == 0.0 { 0.0 } else { 2.0 * imbalance / scale };
         Iterate { iteration, lambda, opening, theta, precision, eta_nndd, reaction, contact }
     }
-
-    /// The reference: λ by interface Newton, then one pass of both steps, which certifies it.
-    fn newton(
-        &mut self,
-        bodies: &[CondensedBody; 2],
-        stop: &mut dyn StoppingCriterion,
-    ) -> Result<NnddSolution, NnddError> {
-        let qp = &self.settings.qp;
-        let limit = self.settings.max_iterations.max(1).min(qp.max_iterations);
-        // The method is the active-set steps themselves: interior points only where they are asked for, or the steps fail.
-        let method = if qp.method == QpMethod::Auto { QpMethod::ActiveSet } else { qp.method };
-        let qp = qp.clone().with_max_iterations(limit).with_method(method);
-        let answer = monolithic::solve(self.interface, bodies, &qp)?;
-        let flags: Vec<bool> = answer.solution.multipliers.iter().map(|o| *o == 0.0).collect();
-        self.warm_start = Some(ActiveSet::new(flags));
-        let (reaction, contact) = self.step_1(&answer.lambda)?;
-        let clarabel_calls = answer.solution.clarabel_calls + contact.clarabel_calls;
-        let eta = self.step_2(&add(&reaction, &contact.normal_reaction)).eta_nndd;
-        let mut iterate = self.iterate_of(1, 0.0, eta, answer.lambda, reaction, contact);
-        iterate.contact.path = answer.solution.path;
-        iterate.contact.iterations = answer.solution.iterations;
-        let status = match (answer.solution.status.is_solved(), iterate.contact.status.is_solved()) {
-            (false, _) => NnddStatus::ContactQpUnsolved(answer.solution.status),
-            (_, false) => NnddStatus::ContactQpUnsolved(iterate.contact.status),
-            _ => match stop.check(&iterate).map_err(NnddError::Criterion)? {
-                Decision::Interrupt => NnddStatus::Interrupted,
-                // The discrete problem is solved: there is nothing to continue.
-                Decision::Stop | Decision::Continue => NnddStatus::StoppedByCriterion,
-            },
-        };
-        let history = vec![IterationRow::from(&iterate)];
-        Ok(NnddSolution { status, history, last: iterate, theta: 0.0, spectrum: None, clarabel_calls })
-    }
 }
 
 /// What the iteration works with.
@@ -228,7 +197,7 @@ pub fn solve_from(
     let weights = NodalWeights::new(bodies, settings.weights);
     // Newton has no θ.
     let (theta, spectrum) = match settings.method {
-        Method::Nndd => spectrum::choose_theta(settings.theta, bodies, &weights),
+        Method::Auto | Method::Nndd => spectrum::choose_theta(settings.theta, bodies, &weights),
         Method::Newton => (0.0, None),
     };
     let literal;
@@ -246,14 +215,21 @@ pub fn solve_from(
     let mut run =
         Run { interface: &problem.interface, steps, weights: &weights, settings, warm_start: active };
     let mut solution = match settings.method {
-        Method::Nndd => run.iterate(lambda, theta, stop)?,
         Method::Newton => run.newton(bodies, stop)?,
+        Method::Auto | Method::Nndd => {
+            let found = run.iterate(lambda, theta, stop)?;
+            let ended = matches!(found.status, NnddStatus::StoppedByCriterion | NnddStatus::Interrupted);
+            let may_switch =
+                settings.method == Method::Auto && settings.theta == Theta::Auto && stop.can_stop();
+            if may_switch && !ended { run.switch(bodies, found, stop)? } else { found }
+        }
     };
     solution.spectrum = spectrum;
-    let failed = matches!(
-        solution.status,
-        NnddStatus::Diverged { .. } | NnddStatus::Stalled { at_round_off: false, .. }
-    );
+    let failed = match solution.status {
+        NnddStatus::Diverged { .. } | NnddStatus::Stalled { at_round_off: false, .. } => true,
+        NnddStatus::MaxIterations => stop.can_stop(),
+        _ => false,
+    };
     if failed {
         // Say which θ would do.
         solution.spectrum = spectrum.or_else(|| spectrum::estimate(bodies, &weights));

@@ -21,6 +21,11 @@ pub trait StoppingCriterion {
     /// # Errors
     /// Whatever prevents the decision; the iteration then ends with [`crate::NnddError::Criterion`].
     fn check(&mut self, iterate: &Iterate) -> Result<Decision, Box<dyn Error + Send + Sync>>;
+
+    /// Tells whether the criterion can ever be met. If not, [`crate::Method::Auto`] does not switch to another method.
+    fn can_stop(&self) -> bool {
+        true
+    }
 }
 
 /// Stops when the paper's precision `ε_t` is at most the tolerance. It deceives: see `eta_nndd`.
@@ -62,5 +67,9 @@ pub struct Never;
 impl StoppingCriterion for Never {
     fn check(&mut self, _iterate: &Iterate) -> Result<Decision, Box<dyn Error + Send + Sync>> {
         Ok(Decision::Continue)
+    }
+
+    fn can_stop(&self) -> bool {
+        false
     }
 }

@@ -12,11 +12,14 @@ const CASE: &str = "tests/cases/paper.toml";
 /// Cells per body of the finer meshes; the last one only when asked for.
 pub(super) const CELLS: [[usize; 2]; 5] = [[18, 9], [80, 36], [320, 160], [640, 320], [1280, 640]];
 /// Settings that undo the paper's, so that the defaults are timed.
-const DEFAULTS: [&str; 6] = [
+const DEFAULTS: [&str; 9] = [
+    "solver.method=auto",
     "solver.imposed=auto",
     "solver.theta=auto",
     "solver.weights=stiffness",
     "solver.acceleration=anderson",
+    "solver.stop.ratio=0.01",
+    "solver.stop.force_balance=1e-3",
     "estimator.every=0",
     "output.vtu=false",
 ];

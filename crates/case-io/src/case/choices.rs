@@ -49,7 +49,10 @@ choices! {
 
 choices! {
     /// `solver.method`: which algorithm solves the contact problem.
-    Method, default Nndd {
+    Method, default Auto {
+        /// The algorithm of the paper, then interface Newton if it does not converge. There is no switch with a given θ
+        /// or the criterion `iterations`.
+        Auto = "auto",
         /// The Neumann-Neumann algorithm of the paper.
         Nndd = "nndd",
         /// Interface semi-smooth Newton, the reference; it uses only `max_iterations` and `qp`.

@@ -136,7 +136,8 @@ fn contact(mut r: Reader<'_>) -> Contact {
 }
 
 fn solver(reader: Option<Reader<'_>>) -> Solver {
-    let mut stop = Stop { criterion: Criterion::default(), ratio: 0.1, tolerance: 1e-8 };
+    let mut stop =
+        Stop { criterion: Criterion::default(), ratio: 0.01, force_balance: Some(1e-3), tolerance: 1e-8 };
     let mut solver = Solver {
         method: Method::default(),
         imposed: Imposed::default(),
@@ -161,7 +162,11 @@ fn solver(reader: Option<Reader<'_>>) -> Solver {
     solver.max_iterations = r.count("max_iterations", 0).unwrap_or(solver.max_iterations);
     if let Some(mut r) = r.table("stop") {
         stop.criterion = r.choice("criterion", Criterion::NAMES).unwrap_or_default();
-        stop.ratio = r.number_where("ratio", positive, "a number > 0").unwrap_or(stop.ratio);
+        let ratio = r.number_where("ratio", positive, "a number > 0");
+        let balance = r.number_where("force_balance", positive, "a number > 0");
+        // Who writes the ratio alone asks for nothing else.
+        stop.force_balance = if ratio.is_some() { balance } else { balance.or(stop.force_balance) };
+        stop.ratio = ratio.unwrap_or(stop.ratio);
         stop.tolerance = r.number_where("tolerance", positive, "a number > 0").unwrap_or(stop.tolerance);
         r.finish();
     }

@@ -82,6 +82,7 @@ impl Case {
             "stop": {
                 "criterion": s.stop.criterion.name(),
                 "ratio": s.stop.ratio,
+                "force_balance": s.stop.force_balance,
                 "tolerance": s.stop.tolerance,
             },
         })

@@ -44,7 +44,7 @@ fn every_key_has_its_own_default() {
     assert_eq!(case.model, Model { hypothesis: Hypothesis::PlaneStrain, thickness: 1.0 });
     assert_eq!(case.contact.gap, Value::Number(0.0));
     let expected = Solver {
-        method: Method::Nndd,
+        method: Method::Auto,
         imposed: Imposed::Auto,
         path: Path::Condensed,
         qp: QpChoice::Auto,
@@ -53,7 +53,12 @@ fn every_key_has_its_own_default() {
         acceleration: Acceleration::Anderson,
         lambda: Value::Number(0.0),
         max_iterations: 50,
-        stop: Stop { criterion: Criterion::Estimator, ratio: 0.1, tolerance: 1e-8 },
+        stop: Stop {
+            criterion: Criterion::Estimator,
+            ratio: 0.01,
+            force_balance: Some(1e-3),
+            tolerance: 1e-8,
+        },
     };
     assert_eq!(case.solver, expected);
     assert_eq!(case.estimator, Estimator { relaxation: 2, until: None, every: 0 });
@@ -115,7 +120,7 @@ fn the_example_of_the_contract_is_read() {
         acceleration: Acceleration::None,
         lambda: Value::Number(0.0),
         max_iterations: 50,
-        stop: Stop { criterion: Criterion::Estimator, ratio: 0.1, tolerance: 1e-8 },
+        stop: Stop { criterion: Criterion::Estimator, ratio: 0.1, force_balance: None, tolerance: 1e-8 },
     };
     assert_eq!(case.solver, solver);
     assert_eq!(case.estimator, Estimator { relaxation: 2, until: None, every: 1 });
@@ -128,7 +133,7 @@ fn the_example_of_the_contract_is_read() {
 fn every_word_of_every_choice_is_read() {
     let words = [
         ("imposed", "first second auto"),
-        ("method", "nndd newton"),
+        ("method", "auto nndd newton"),
         ("path", "condensed literal"),
         ("qp", "auto clarabel active-set"),
         ("weights", "half stiffness"),
@@ -144,6 +149,20 @@ fn every_word_of_every_choice_is_read() {
             assert_eq!(json.pointer(&pointer).unwrap(), word);
         }
     }
+}
+
+#[test]
+fn a_ratio_that_is_written_counts_alone() {
+    let stop = |text: &str| {
+        let stop = parse(&minimal(&format!("[solver.stop]\n{text}\n"))).solver.stop;
+        (stop.ratio, stop.force_balance)
+    };
+    assert_eq!(stop(""), (0.01, Some(1e-3)));
+    assert_eq!(stop("ratio = 0.01"), (0.01, None));
+    assert_eq!(stop("force_balance = 1e-4"), (0.01, Some(1e-4)));
+    assert_eq!(stop("ratio = 0.1\nforce_balance = 1e-4"), (0.1, Some(1e-4)));
+    // They are different cases.
+    assert_ne!(parse(&minimal("[solver.stop]\nratio = 0.01\n")).hash(), parse(&minimal("")).hash());
 }
 
 #[test]

@@ -57,7 +57,7 @@ impl Case {
             warnings.push(self.diagnostic(code::VALUE, "solver.method", message));
         }
         let criterion = self.solver.stop.criterion;
-        if self.adapt.is_some() && self.solver.method == Method::Nndd && criterion != Criterion::Estimator {
+        if self.adapt.is_some() && self.solver.method != Method::Newton && criterion != Criterion::Estimator {
             let message = format!(
                 "an adaptive run with the criterion \"{criterion}\": the iteration may end long before or after its error is \
                  small against the mesh's; criterion = \"estimator\" compares the two"

@@ -4,15 +4,16 @@ use super::{scientific, scientific_up};
 use certified_contact::Row;
 
 /// Columns with their heads, in their order: the larger the rank, the sooner one is left out.
-const COLUMNS: [(&str, usize, usize); 10] = [
+const COLUMNS: [(&str, usize, usize); 11] = [
     ("it", 4, 0),
     ("theta", 9, 4),
     ("precision", 10, 3),
     ("eta_nndd", 10, 0),
     ("eta_dis", 10, 1),
     ("e_cre", 10, 0),
-    ("contact", 8, 2),
-    ("force", 12, 2),
+    ("contact", 8, 3),
+    ("force_1", 11, 2),
+    ("force_2", 11, 2),
     (TIME, 8, 5),
     ("qp", 17, 6),
 ];
@@ -43,7 +44,7 @@ impl Layout {
         (0..=6).rev().find(|rank| fits(*rank)).unwrap_or(0)
     }
 
-    fn joined(self, cells: &[String; 10]) -> String {
+    fn joined(self, cells: &[String; 11]) -> String {
         let rank = self.rank();
         let mut text = String::new();
         for (k, (_, width, _)) in self.columns().filter(|(_, c)| c.2 <= rank) {
@@ -70,16 +71,26 @@ impl Layout {
         let or_dash = |text: Option<String>| text.unwrap_or_else(|| "-".to_owned());
         self.joined(&[
             it.iteration.to_string(),
-            if it.theta < 1e4 { format!("{:.4}", it.theta) } else { scientific(it.theta, 9, 1) },
+            theta(it.theta),
             scientific(it.precision, 10, 3),
             scientific(it.eta_nndd, 10, 3),
             or_dash(row.eta_dis.map(|x| scientific(x, 10, 3))),
             or_dash(row.e_cre.map(|x| scientific_up(x, 10, 3))),
             it.contact_nodes.to_string(),
-            scientific(it.contact_force, 12, 5),
+            scientific(row.contact_forces[0], 11, 4),
+            scientific(row.contact_forces[1], 11, 4),
             format!("{seconds:.2}"),
             format!("{} {}", it.qp_path, it.qp_iterations),
         ])
+    }
+}
+
+/// Writes θ; a dash for the Newton method, which has none.
+fn theta(theta: f64) -> String {
+    match theta {
+        0.0 => "-".into(),
+        _ if (1e-4..1e4).contains(&theta) => format!("{theta:.4}"),
+        _ => scientific(theta, 9, 1),
     }
 }
 

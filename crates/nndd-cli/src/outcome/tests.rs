@@ -35,6 +35,19 @@ fn item_62_a_contact_problem_that_is_not_solved_is_status_5_with_its_own_status(
 }
 
 #[test]
+fn a_newton_method_that_fails_after_a_switch_is_named() {
+    let (case, mut solution) = solved();
+    solution.nndd.status = NnddStatus::MaxIterations;
+    let after = NnddStatus::MaxIterations;
+    solution.nndd.switch = Some(Switch { after, newton: QpStatus::NumericalError });
+    let status = judge(&case, &solution, None);
+    assert_eq!((status.word.as_str(), status.code), ("max_iterations", 5));
+    let words =
+        format!("; method newton, tried after it, did not converge either: {}", QpStatus::NumericalError);
+    assert!(status.reason.ends_with(&words), "{}", status.reason);
+}
+
+#[test]
 fn item_63_a_bound_that_fails_its_checks_is_never_called_certified() {
     let (case, sound) = solved();
     let (report, said) = reported(&case, sound.clone());

@@ -14,8 +14,8 @@ use std::process::Command;
 /// What is measured, and how.
 const HOW: &str = "\
 - **solve**: `assembly` + `factorisation` + `iterations` of report.json, from the mesh in memory to converged, \
-  recovered displacements, with the program's default settings, whose iteration ends at a tenth of the mesh's error; \
-  **solve to 1e-8**: until eta_nndd has fallen by 1e-8, which is what the active set's answer, exact to round-off, is \
+  recovered displacements, with the program's default settings, whose iteration ends at a hundredth of the \
+  mesh's error; **solve to 1e-8**: until eta_nndd has fallen by 1e-8, which is what the active set's answer, exact to round-off, is \
   held against; **with certificate**: the default with `estimate` as well.
 - **PARDISO**, **CHOLMOD**, **SuperLU**: analysis, factorisation and one solve with the stiffnesses of both bodies \
   (free unknowns) as one block-diagonal matrix that is in memory already: no assembly, no contact, no recovery. \

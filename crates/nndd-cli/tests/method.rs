@@ -1,0 +1,140 @@
+//! What the program says if the iteration does not converge, switches to Newton, or has nothing to measure.
+
+// All of this is test code: a failed unwrap is a failed test.
+#![allow(clippy::unwrap_used)]
+
+use case_io::report::Report;
+use std::path::Path;
+use std::process::Command;
+
+/// Solves an example case with settings; returns its report, and what it said.
+fn solved(case: &str, settings: &[&str]) -> (Report, String) {
+    let temp = tempfile::tempdir().unwrap();
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/cases").join(case);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_nndd"));
+    command.current_dir(temp.path()).args(["solve", path.to_str().unwrap(), "--out", "out"]);
+    settings.iter().for_each(|setting| {
+        command.args(["--set", setting]);
+    });
+    let output = command.output().unwrap();
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    let report = std::fs::read_to_string(temp.path().join("out/report.json")).unwrap();
+    let report = Report::from_json(&report).unwrap();
+    assert_eq!(output.status.code(), Some(i32::from(report.status.code)), "{said}");
+    (report, said)
+}
+
+fn word(report: &Report) -> (&str, u8) {
+    (report.status.word.as_str(), report.status.code)
+}
+
+/// The bad case whose tolerance lies below round-off has the default method.
+const DEFAULT: &str = "bad/case_61_below_round_off.toml";
+
+#[test]
+fn the_reason_names_both_methods_after_a_switch() {
+    let settings = ["solver.stop.tolerance=1e-8", "solver.max_iterations=3"];
+    let (report, said) = solved(DEFAULT, &settings);
+    assert_eq!(word(&report), ("converged", 0));
+    let expected =
+        "method nndd did not converge in 3 iterations; then method newton, exact for the discrete problem";
+    assert_eq!(report.status.reason, expected);
+    assert_eq!((report.iterations.len(), report.iterations[3].theta), (4, None));
+    assert!(report.certificate.eta_nndd.unwrap() < 1e-10 * report.iterations[0].eta_nndd.unwrap());
+    assert!(said.contains("\n   4         - "), "{said}");
+    for explicit in ["solver.method=nndd", "solver.theta=0.5", "solver.stop.criterion=iterations"] {
+        let (report, _) = solved(DEFAULT, &[&settings[..], &[explicit]].concat());
+        let iterations = explicit.ends_with("iterations");
+        assert_eq!(word(&report), if iterations { ("completed", 0) } else { ("max_iterations", 5) });
+        assert_eq!(report.iterations.len(), 3, "{explicit}");
+    }
+}
+
+#[test]
+fn a_number_of_iterations_is_completed_even_if_they_stall() {
+    let iterations = ["solver.stop.criterion=iterations", "solver.max_iterations=400"];
+    let (report, _) = solved(DEFAULT, &iterations);
+    assert_eq!(word(&report), ("completed", 0));
+    assert!(report.iterations.len() < 400 && report.status.reason.contains("at its round-off floor"));
+    // So small a θ changes nothing: no progress far from round-off.
+    let (report, _) =
+        solved("paper.toml", &[&iterations[..], &["solver.theta=1e-12", "estimator.every=0"]].concat());
+    assert_eq!(word(&report), ("completed", 0));
+    assert!(report.iterations.len() < 400 && report.status.reason.contains("no longer falling"));
+}
+
+#[test]
+fn a_theta_that_is_too_small_is_told_the_best_one() {
+    let (report, _) = solved("paper.toml", &["solver.theta=1e-300"]);
+    assert_eq!(word(&report), ("max_iterations", 5));
+    let reason = &report.status.reason;
+    assert!(
+        reason.contains("theta = 1e-300 is too small: in full contact theta is best near 0.4"),
+        "{reason}"
+    );
+    assert!(!reason.contains("raise"), "{reason}");
+}
+
+#[test]
+fn a_divergence_with_an_automatic_theta_is_told_what_else_to_set() {
+    let settings = [
+        "solver.theta=auto",
+        "solver.acceleration=anderson",
+        "solver.stop.criterion=eta_nndd",
+        "materials.stiff.young=1e-3",
+        "body.0.traction.0.vector=[0.0,0.3]",
+        "estimator.every=0",
+        "solver.max_iterations=200",
+    ];
+    let (report, _) = solved("paper.toml", &settings);
+    assert_eq!(word(&report), ("diverged", 5));
+    let reason = &report.status.reason;
+    // The moduli differ by a million, and so does θ from one.
+    assert!(reason.contains("between 0 and 3.43e-6 and is best near 2.14e-6"), "{reason}");
+    let advice = "; use weights = \"stiffness\", imposed = \"auto\", or method = \"newton\"";
+    assert!(reason.ends_with(advice), "{reason}");
+    // What it advises helps, and so does the default method.
+    for advice in [
+        &["solver.weights=stiffness", "solver.imposed=auto"][..],
+        &["solver.method=newton"],
+        &["solver.method=auto"],
+    ] {
+        let (report, _) = solved("paper.toml", &[&settings[..], advice].concat());
+        assert_eq!(word(&report), ("converged", 0), "{advice:?}: {}", report.status.reason);
+    }
+}
+
+#[test]
+fn bodies_that_hold_no_strain_energy_get_a_word_and_no_percentage() {
+    let settings = [
+        "body.0.displacement.1.uy=0.5",
+        "body.0.traction.0.vector=[0.0,0.0]",
+        "solver.stop.criterion=estimator",
+    ];
+    let (report, said) = solved(DEFAULT, &settings);
+    assert_eq!(word(&report), ("converged", 0), "{}", report.status.reason);
+    assert!(report.certificate.valid && report.certificate.relative.is_none());
+    assert!(
+        said.contains("the bodies hold no strain energy") && !said.contains(" % of the energy norm"),
+        "{said}"
+    );
+    let (report, said) = solved(DEFAULT, &[&settings[..], &["adapt.target_relative_error=0.02"]].concat());
+    assert_eq!(word(&report), ("converged", 0), "{}", report.status.reason);
+    assert_eq!(report.adaptive.len(), 1);
+    assert!(report.status.reason.contains("a relative target has no meaning here"), "{said}");
+}
+
+#[test]
+fn both_contact_forces_and_the_balance_of_each_body_are_reported() {
+    let (report, said) = solved("paper.toml", &[]);
+    assert!(said.contains("force_1     force_2"), "{said}");
+    let first = &report.iterations[0];
+    // From λ = 0 the upper body alone is pressed.
+    assert!(first.contact_forces[0].unwrap() > 10.0 && first.contact_forces[1] == Some(0.0));
+    let last = report.iterations.last().unwrap();
+    assert_eq!(last.contact_forces[1], last.contact_force);
+    let balance = report.results.balance.unwrap();
+    assert_eq!(balance.len(), 2);
+    // The traction alone, 30 N/m, has a moment of 30 N about the centroid, so a missing term shows.
+    assert!(balance.iter().flatten().all(|sum| sum.abs() < 1e-10), "{balance:?}");
+}

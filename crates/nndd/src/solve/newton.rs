@@ -1,0 +1,115 @@
+//! Interface Newton: alone, or behind an iteration that did not converge.
+
+use super::Run;
+use crate::error::NnddError;
+use crate::iterate::{Iterate, IterationRow};
+use crate::monolithic;
+use crate::solution::{NnddSolution, NnddStatus, Switch};
+use crate::stopping::{Decision, StoppingCriterion};
+use crate::vector::add;
+use contact_qp::{ActiveSet, QpMethod, QpStatus};
+use fem_core::condensation::CondensedBody;
+
+impl Run<'_> {
+    /// The reference: λ by interface Newton, then one pass of both steps, which certifies it.
+    pub(super) fn newton(
+        &mut self,
+        bodies: &[CondensedBody; 2],
+        stop: &mut dyn StoppingCriterion,
+    ) -> Result<NnddSolution, NnddError> {
+        let limit = self.settings.max_iterations.max(1).min(self.settings.qp.max_iterations);
+        let Exact { iterate, status, clarabel_calls } = self.exact(bodies, None, limit, 1)?;
+        let status = if !status.is_solved() {
+            NnddStatus::ContactQpUnsolved(status)
+        } else {
+            match stop.check(&iterate).map_err(NnddError::Criterion)? {
+                Decision::Interrupt => NnddStatus::Interrupted,
+                // The discrete problem is solved: there is nothing to continue.
+                Decision::Stop | Decision::Continue => NnddStatus::StoppedByCriterion,
+            }
+        };
+        let history = vec![IterationRow::from(&iterate)];
+        let (switch, spectrum, theta) = (None, None, 0.0);
+        Ok(NnddSolution { status, switch, history, last: iterate, theta, spectrum, clarabel_calls })
+    }
+
+    /// Solves by interface Newton what the iteration did not. If Newton fails as well, the iteration's answer stays.
+    pub(super) fn switch(
+        &mut self,
+        bodies: &[CondensedBody; 2],
+        mut solution: NnddSolution,
+        stop: &mut dyn StoppingCriterion,
+    ) -> Result<NnddSolution, NnddError> {
+        let after = solution.status;
+        // The contact nodes of a diverged iteration are of no use.
+        let closed = match after {
+            NnddStatus::Diverged { .. } => None,
+            _ => Some(solution.last.contact.active.clone()),
+        };
+        let limit = self.settings.qp.max_iterations;
+        let Exact { iterate, status: newton, clarabel_calls } =
+            match self.exact(bodies, closed, limit, solution.history.len() + 1) {
+                // Flexibilities that rounding leaves indefinite, or numbers that overflow.
+                Err(NnddError::Qp(_)) => {
+                    solution.switch = Some(Switch { after, newton: QpStatus::NumericalError });
+                    return Ok(solution);
+                }
+                found => found?,
+            };
+        solution.switch = Some(Switch { after, newton });
+        solution.clarabel_calls += clarabel_calls;
+        if !newton.is_solved() {
+            return Ok(solution);
+        }
+        solution.history.push(IterationRow::from(&iterate));
+        solution.status = match stop.check(&iterate).map_err(NnddError::Criterion)? {
+            Decision::Stop => NnddStatus::StoppedByCriterion,
+            Decision::Interrupt => NnddStatus::Interrupted,
+            // The discrete problem is solved, so the criterion asks for less than round-off.
+            Decision::Continue => {
+                let floor = solution.history.iter().map(|row| row.eta_nndd).fold(f64::INFINITY, f64::min);
+                NnddStatus::Stalled { floor, at_round_off: true }
+            }
+        };
+        solution.last = iterate;
+        Ok(solution)
+    }
+
+    /// Solves the discrete problem by interface Newton, and makes an iterate of that number of it.
+    ///
+    /// * `closed`: the pairs to begin with as closed; `None`: all of them.
+    /// * `limit`: of Newton steps.
+    fn exact(
+        &mut self,
+        bodies: &[CondensedBody; 2],
+        closed: Option<ActiveSet>,
+        limit: usize,
+        number: usize,
+    ) -> Result<Exact, NnddError> {
+        let qp = &self.settings.qp;
+        // The method is the active-set steps themselves: interior points only where they are asked for, or the steps fail.
+        let method = if qp.method == QpMethod::Auto { QpMethod::ActiveSet } else { qp.method };
+        let qp = qp.clone().with_max_iterations(limit).with_method(method);
+        let open = closed.map(|set| ActiveSet::new((0..set.len()).map(|k| !set.is_active(k)).collect()));
+        let answer = monolithic::solve(self.interface, bodies, open.as_ref(), &qp)?;
+        let flags: Vec<bool> = answer.solution.multipliers.iter().map(|o| *o == 0.0).collect();
+        self.warm_start = Some(ActiveSet::new(flags));
+        let (reaction, contact) = self.step_1(&answer.lambda)?;
+        let clarabel_calls = answer.solution.clarabel_calls + contact.clarabel_calls;
+        let eta = self.step_2(&add(&reaction, &contact.normal_reaction)).eta_nndd;
+        let mut iterate = self.iterate_of(number, 0.0, eta, answer.lambda, reaction, contact);
+        let status =
+            if answer.solution.status.is_solved() { iterate.contact.status } else { answer.solution.status };
+        iterate.contact.path = answer.solution.path;
+        iterate.contact.iterations = answer.solution.iterations;
+        Ok(Exact { iterate, status, clarabel_calls })
+    }
+}
+
+/// What interface Newton finds.
+struct Exact {
+    iterate: Iterate,
+    /// Of the Newton method, or of Ω₂'s contact problem after it.
+    status: QpStatus,
+    clarabel_calls: usize,
+}

@@ -1,0 +1,44 @@
+//! Receding contact: a layer lies on a base of another material and is pressed on a short part of its top. The layer lifts
+//! off at a distance from the load that does not depend on the size of the load.
+//!
+//! ```text
+//!    u_y = −0.01 for x ≤ one cell
+//!   ┌─────────────────────────────┐ y = 1
+//!   │ Ω₁, E = ratio               │ u_x = 0 on the left side
+//!   ├─────────────────────────────┤ Γ_C: y = 0
+//!   │ Ω₂, E = 1                   │ u_x = 0 on the left side
+//!   └─────────────────────────────┘ y = −10, u_y = 0      0 ≤ x ≤ 10, ν = 0.3
+//! ```
+//! Plane strain. No reference values: a problem on which the iteration is slow, as the contact nodes move far.
+
+use fem_core::body::Body;
+use fem_core::boundary::{BoundaryConditions, EdgeSelection};
+use fem_core::interface::{ContactInterface, ContactProblem, Gap};
+use fem_core::material::{Hypothesis, LinearElastic};
+use fem_core::mesh::generate::block;
+
+/// Makes the problem.
+///
+/// * `ratio`: Young's modulus of the layer over that of the base.
+/// * `cells`: across the height of the layer.
+///
+/// # Errors
+/// None, for sensible numbers.
+pub fn problem(ratio: f64, cells: usize) -> Result<ContactProblem, Box<dyn std::error::Error>> {
+    let material = |young| LinearElastic::isotropic(young, 0.3, Hypothesis::PlaneStrain);
+    let everywhere = [f64::NEG_INFINITY, f64::INFINITY];
+    let pressed = EdgeSelection::group("top").within([[0.0, 1.0 / cells as f64], everywhere]);
+    let symmetric = || BoundaryConditions::new().displace("left", Some(0.0.into()), None);
+    let layer = Body::new(
+        block([0.0, 0.0], [10.0, 1.0], [10 * cells, cells])?,
+        material(ratio)?,
+        &symmetric().displace(pressed, None, Some((-0.01).into())),
+    )?;
+    let base = Body::new(
+        block([0.0, -10.0], [10.0, 10.0], [10 * cells, 10 * cells])?,
+        material(1.0)?,
+        &symmetric().displace("bottom", None, Some(0.0.into())),
+    )?;
+    let interface = ContactInterface::pair(&layer, &base, ["bottom", "top"], &Gap::Given(0.0.into()))?;
+    Ok(ContactProblem { bodies: [layer, base], interface })
+}
