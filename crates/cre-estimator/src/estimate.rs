@@ -6,10 +6,11 @@ use crate::cre::{Cre, cell_distances};
 use crate::error::EstimatorError;
 use crate::indicators::eta_dis_squared_with;
 use crate::round_off;
-use crate::star_relaxation::Relaxation;
+use crate::star_relaxation::{Relaxation, bytes_of_stars};
 use fem_core::condensation::CondensedBody;
 use fem_core::interface::{ContactProblem, ContactState};
 use fem_core::norm::{from_squared, sum_over_triangles};
+use fem_core::room::has_room_for;
 use rayon::prelude::*;
 
 /// Rounding is relative to squares above this, and a product of two of their roundings does not underflow.
@@ -61,13 +62,19 @@ pub fn estimate(
 ///   steps make it sharper.
 ///
 /// # Errors
-/// Arrays of the wrong length, values that are not finite.
+/// Arrays of the wrong length, values that are not finite, a lack of memory.
 pub fn estimate_with(
     problem: &ContactProblem,
     bodies: &[CondensedBody; 2],
     state: &ContactState<'_>,
     relaxation: Relaxation,
 ) -> Result<Estimate, EstimatorError> {
+    if relaxation.max_steps() > 0 {
+        let bytes = problem.bodies.iter().map(|body| bytes_of_stars(body.mesh())).sum();
+        if !has_room_for(bytes) {
+            return Err(EstimatorError::OutOfMemory { bytes });
+        }
+    }
     let (mut pair, stars) = pair_and_stars(problem, bodies, state, relaxation)?;
     // One walk over the cells for both.
     let (admissibility, distances) =

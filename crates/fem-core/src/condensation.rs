@@ -13,6 +13,7 @@ use crate::assembly::System;
 use crate::cholesky::{Cholesky, CholeskyError};
 use crate::dof::{DofMap, IMPOSED};
 use crate::geometry::{Vector, dot};
+use crate::room::has_room_for;
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
 use faer::prelude::ReborrowMut;
@@ -32,6 +33,12 @@ pub enum FactorError {
         point: Vector,
         /// What happened.
         source: CholeskyError,
+    },
+    /// The dense matrices of the interface do not fit in memory.
+    #[error("the dense matrices of {pairs} contact nodes do not fit in memory")]
+    OutOfMemory {
+        /// Unknowns on the interface.
+        pairs: usize,
     },
     /// A pivot was so small, against its diagonal entry, that the solution would be noise.
     #[error(
@@ -89,6 +96,9 @@ impl CondensedBody {
             return Err(FactorError::NearlySingular { point: place(pivot), ratio });
         }
         let n_c = dofs.interface_len();
+        if !has_room_for((2 * size_of::<f64>()).saturating_mul(n_c).saturating_mul(n_c)) {
+            return Err(FactorError::OutOfMemory { pairs: n_c });
+        }
         let interface_factor = factor.trailing_block(n_c);
         let mut schur = vec![0.0; n_c * n_c];
         let l = MatRef::from_column_major_slice(&interface_factor, n_c, n_c);

@@ -65,5 +65,6 @@ pub mod mesh;
 pub mod norm;
 pub mod ordering;
 pub mod quadrature;
+pub mod room;
 pub mod sparse;
 pub mod tensor;

@@ -63,6 +63,21 @@ fn commands(c: char) -> bool {
     c.is_control() && c != '\n' && c != '\t'
 }
 
+/// Says whether a character turns the direction of the text after it.
+fn turns(c: char) -> bool {
+    matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
+/// Writes control characters by their codes, line ends among them: a title or a name is one line.
+pub(crate) fn one_line(text: &str) -> Cow<'_, str> {
+    let is_shown_by_code = |c: char| c.is_control() || turns(c);
+    if !text.contains(is_shown_by_code) {
+        return text.into();
+    }
+    let shown = |c: char| if is_shown_by_code(c) { c.escape_default().to_string() } else { c.to_string() };
+    text.chars().map(shown).collect::<String>().into()
+}
+
 /// Writes characters that would command a terminal by their codes.
 pub(crate) fn plain(text: &str) -> Cow<'_, str> {
     if !text.contains(commands) {
@@ -131,6 +146,8 @@ mod tests {
     fn nothing_commands_the_terminal() {
         assert_eq!(plain("a\u{1b}[31mb\nü\t\u{9b}"), "a\\u{1b}[31mb\nü\t\\u{9b}");
         assert!(matches!(plain("Größe\n"), Cow::Borrowed(_)));
+        assert_eq!(one_line("a\u{1b}[31mb\nü\t\u{202e}"), "a\\u{1b}[31mb\\nü\\t\\u{202e}");
+        assert!(matches!(one_line("Größe 上"), Cow::Borrowed(_)));
         let text = "a\u{1b}ü\u{9b}\r\n";
         assert_eq!((blanked(text).as_str(), blanked(text).len()), ("a ü   \n", text.len()));
     }
