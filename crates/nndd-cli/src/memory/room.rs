@@ -88,17 +88,17 @@ fn control_groups(resident: f64) -> Option<Room> {
     let left = |version: &Version| {
         let path = table.lines().find_map(version.mark)?;
         let mounts = version.mounts.iter().map(Path::new);
-        mounts.filter_map(|mount| left_in_groups(version, mount, path)).reduce(f64::min)
+        mounts.filter_map(|mount| left_in_groups(version, mount, path, resident)).reduce(f64::min)
     };
     let bytes = VERSIONS.iter().filter_map(left).reduce(f64::min)?;
-    Some(room(bytes + resident, |left| format!("the limit of the control group leaves {left}"), None))
+    Some(room(bytes, |left| format!("the limit of the control group leaves {left}"), None))
 }
 
-/// What is left of the limits of a group and of those above it, bytes.
+/// What the limits of a group and of those above it leave for this process, bytes.
 ///
 /// * `path`: of the group below its mount. In a container the mount may be the group itself: then the parts of the path that
 ///   do not exist there are skipped.
-fn left_in_groups(version: &Version, mount: &Path, path: &str) -> Option<f64> {
+fn left_in_groups(version: &Version, mount: &Path, path: &str, resident: f64) -> Option<f64> {
     let own: PathBuf = mount.join(path.trim_start_matches('/'));
     let groups = own.ancestors().take_while(|group| group.starts_with(mount));
     let left = groups.filter_map(|group| {
@@ -109,7 +109,8 @@ fn left_in_groups(version: &Version, mount: &Path, path: &str) -> Option<f64> {
         let cache = table
             .lines()
             .find_map(|line| line.strip_prefix(version.cache)?.strip_prefix(' ')?.trim().parse::<f64>().ok());
-        Some(limit - (usage - cache.unwrap_or(0.0)).max(0.0))
+        let others = (usage - cache.unwrap_or(0.0) - resident).max(0.0);
+        Some(limit - others)
     });
     left.reduce(f64::min)
 }
@@ -148,11 +149,11 @@ mod tests {
         put("job/memory.max", "1000\n");
         put("job/memory.current", "700\n");
         put("job/memory.stat", "anon 200\nfile 500\nfile_dirty 9\n");
-        assert_eq!(left_in_groups(two, temp.path(), "/job/step"), Some(800.0));
+        assert_eq!(left_in_groups(two, temp.path(), "/job/step", 50.0), Some(850.0));
         // The path of the host, seen from inside a container.
         put("memory.max", "300\n");
-        assert_eq!(left_in_groups(two, temp.path(), "/machine/elsewhere"), Some(300.0));
-        assert_eq!(left_in_groups(one, temp.path(), "/job/step"), None);
+        assert_eq!(left_in_groups(two, temp.path(), "/machine/elsewhere", 50.0), Some(300.0));
+        assert_eq!(left_in_groups(one, temp.path(), "/job/step", 50.0), None);
     }
 
     #[test]

@@ -25,7 +25,7 @@ fn a_limit_of_the_address_space_ends_a_run_with_8_and_leaves_nothing() {
     let mut codes = Vec::new();
     // From just enough to start two threads to plenty, in kibibytes.
     for k in 0..20 {
-        let limit = 60_000.0 * 40f64.powf(f64::from(k) / 19.0);
+        let limit = 60_000.0 * 100f64.powf(f64::from(k) / 19.0);
         let mut command = Command::new("sh");
         let script = "ulimit -v $3; exec \"$0\" solve \"$1\" --out \"$2\" --threads 2";
         command.args(["-c", script, env!("CARGO_BIN_EXE_nndd")]).arg(cases().join("adaptive.toml")).arg(&out);
