@@ -60,7 +60,7 @@ pub(crate) fn counted(count: usize, what: &str) -> String {
 
 /// Says whether a character would command a terminal.
 fn commands(c: char) -> bool {
-    c.is_control() && c != '\n' && c != '\t'
+    c.is_control() && c != '\n' && c != '\t' || turns(c)
 }
 
 /// Says whether a character turns the direction of the text after it.
@@ -70,20 +70,20 @@ fn turns(c: char) -> bool {
 
 /// Writes control characters by their codes, line ends among them: a title or a name is one line.
 pub(crate) fn one_line(text: &str) -> Cow<'_, str> {
-    let is_shown_by_code = |c: char| c.is_control() || turns(c);
-    if !text.contains(is_shown_by_code) {
-        return text.into();
-    }
-    let shown = |c: char| if is_shown_by_code(c) { c.escape_default().to_string() } else { c.to_string() };
-    text.chars().map(shown).collect::<String>().into()
+    by_code(text, |c| c.is_control() || turns(c))
 }
 
 /// Writes characters that would command a terminal by their codes.
 pub(crate) fn plain(text: &str) -> Cow<'_, str> {
-    if !text.contains(commands) {
+    by_code(text, commands)
+}
+
+/// Writes some characters by their codes.
+fn by_code(text: &str, which: fn(char) -> bool) -> Cow<'_, str> {
+    if !text.contains(which) {
         return text.into();
     }
-    let shown = |c: char| if commands(c) { c.escape_default().to_string() } else { c.to_string() };
+    let shown = |c: char| if which(c) { c.escape_default().to_string() } else { c.to_string() };
     text.chars().map(shown).collect::<String>().into()
 }
 

@@ -157,7 +157,7 @@ fn an_impossible_value_is_refused_before_the_first_run_and_called_by_its_option(
     assert!(complaint.contains("--over solver.theta=-1") && !complaint.contains("--set"), "{complaint}");
     assert!(output.stdout.is_empty() && !out.exists(), "{}", text(&output.stdout));
     // What only shows when the problem is built keeps the rows before it.
-    let output = sweep(&out, "body.0.generator.size=[[2.0, 1.0], [3.0, 1.0]]", &[]);
+    let output = sweep(&out, "body.0.generator.origin=[[0.0, 1.0], [0.0, 0.5]]", &[]);
     assert_eq!(output.status.code(), Some(3), "{}", text(&output.stderr));
     assert_eq!(column(&out, "sweep.csv", "iteration").len(), 1);
     let out = temp.path().join("panel");
