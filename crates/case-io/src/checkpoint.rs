@@ -4,7 +4,7 @@
 //! the one before it, each written under a temporary name and renamed: whenever a process is killed, one is whole. A
 //! file that was damaged afterwards is told by its hash, and the older one is used.
 
-use crate::output::{OutputDirectory, OutputError};
+use crate::output::{OutputDirectory, OutputError, ResultKind};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
@@ -74,14 +74,25 @@ pub struct Step {
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum CheckpointError {
-    /// No checkpoint is there.
+    /// No run was started there, or none that got as far as a checkpoint.
     #[error(
-        "{} holds no checkpoint: a checkpoint is there while an adaptive run goes on and after it was ended by a signal or \
-         a limit; run the case without --resume", directory.display()
+        "nothing to resume: no adaptive run was ever started in {}, or it failed on its first mesh; run the case without \
+         --resume", directory.display()
     )]
-    Absent {
-        /// Where it was looked for.
+    NeverStarted {
+        /// Where a checkpoint was looked for.
         directory: PathBuf,
+    },
+    /// The run came to its end.
+    #[error(
+        "nothing to resume: the run in {} has finished ({word}) and its result is there; to compute it again, run the case \
+         without --resume", directory.display()
+    )]
+    Finished {
+        /// Where a checkpoint was looked for.
+        directory: PathBuf,
+        /// The status word of the result.
+        word: String,
     },
     /// No checkpoint is whole.
     #[error("no checkpoint in {} can be used: {reason}; run the case without --resume, with --force", directory.display())]
@@ -95,6 +106,9 @@ pub enum CheckpointError {
 
 /// Writes the newest checkpoint of a run; what was the newest becomes the one before.
 ///
+/// The checkpoint of a run that has solved no mesh stays among the collected files until the end: if such a run is killed,
+/// nothing is lost and the next one may begin.
+///
 /// # Errors
 /// What the operating system reports.
 pub fn write(directory: &mut OutputDirectory, checkpoint: &Checkpoint) -> Result<(), OutputError> {
@@ -105,6 +119,9 @@ pub fn write(directory: &mut OutputDirectory, checkpoint: &Checkpoint) -> Result
     })?;
     body.push(b'\n');
     let head = format!("{HEAD}{}\n", digest(&body));
+    if checkpoint.progress.is_none() {
+        return directory.write(NEWEST, &[head.as_bytes(), &body].concat());
+    }
     directory.write_after_renaming(NEWEST, PREVIOUS, &[head.as_bytes(), &body])
 }
 
@@ -137,9 +154,19 @@ pub fn read(directory: &Path) -> Result<(Checkpoint, Option<String>), Checkpoint
     }
     let directory = directory.to_owned();
     if damaged.is_empty() {
-        return Err(CheckpointError::Absent { directory });
+        return Err(match recorded_word(&directory) {
+            Some(word) => CheckpointError::Finished { directory, word },
+            None => CheckpointError::NeverStarted { directory },
+        });
     }
     Err(CheckpointError::Damaged { directory, reason: damaged.join(", ") })
+}
+
+/// Reads the status word of the result in a directory.
+fn recorded_word(directory: &Path) -> Option<String> {
+    let bytes = std::fs::read(directory.join(ResultKind::Solve.record())).ok()?;
+    let report: Value = serde_json::from_slice(&bytes).ok()?;
+    Some(report.get("status")?.get("word")?.as_str()?.to_owned())
 }
 
 fn digest(body: &[u8]) -> String {
@@ -216,9 +243,8 @@ mod tests {
     fn the_newest_whole_checkpoint_is_read_to_the_last_bit() {
         let temp = tempfile::tempdir().unwrap();
         let path = temp.path();
-        assert!(matches!(read(path), Err(CheckpointError::Absent { .. })));
-        let mut directory =
-            OutputDirectory::open(path, crate::output::ResultKind::Solve, "hash", false).unwrap();
+        assert!(matches!(read(path), Err(CheckpointError::NeverStarted { .. })));
+        let mut directory = OutputDirectory::open(path, ResultKind::Solve, "hash", false).unwrap();
         for lambda in [1.0 / 3.0, -1e-300, 0.7] {
             write(&mut directory, &checkpoint(lambda)).unwrap();
             assert_eq!(read(path), Ok((checkpoint(lambda), None)));
@@ -240,7 +266,7 @@ mod tests {
         std::fs::write(path.join(PREVIOUS), "nothing").unwrap();
         assert!(matches!(read(path), Err(CheckpointError::Damaged { .. })));
         remove(&mut directory).unwrap();
-        assert!(matches!(read(path), Err(CheckpointError::Absent { .. })));
+        assert!(matches!(read(path), Err(CheckpointError::NeverStarted { .. })));
     }
 
     #[test]

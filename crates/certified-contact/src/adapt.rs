@@ -8,6 +8,7 @@ use crate::refine::{self, Finer, Refined};
 use crate::settings::{Criterion, Settings};
 use crate::solution::CertifiedSolution;
 use crate::solve::{solve, solve_again};
+use cre_estimator::EstimatorError;
 use fem_core::interface::ContactProblem;
 use fem_core::mesh::refine::RefinementEdges;
 use nndd::NnddStatus;
@@ -148,9 +149,13 @@ pub fn resume_adaptively(
         let (finer, edges) = record.replay(&problem, step)?;
         if observer.has_room_for(&finer) {
             let start = record.start_of(step)?.clone();
-            if let Ok(solution) = solve_again(finer, record.roles(), start, settings, observer) {
-                let course = Course { solution, edges, record, best: None };
-                return go_on(course, Some(&problem), settings, adapt, observer);
+            match solve_again(finer, record.roles(), start, settings, observer) {
+                Ok(solution) => {
+                    let course = Course { solution, edges, record, best: None };
+                    return go_on(course, Some(&problem), settings, adapt, observer);
+                }
+                Err(SolveError::Stopped) => return Err(SolveError::Stopped),
+                Err(_) => {}
             }
         }
         record.step_back();
@@ -212,9 +217,13 @@ fn go_on(
         }
         record.meshes.push(FinerMesh { rounds, start: start.clone() });
         observer.checkpoint(&record);
+        if observer.should_stop() {
+            break AdaptiveEnd::Interrupted;
+        }
         // Solve and estimate.
         let finer = match solve_again(problem, record.roles(), start, settings, observer) {
             Ok(finer) => finer,
+            Err(SolveError::Stopped) => break AdaptiveEnd::Interrupted,
             Err(error) => break AdaptiveEnd::Failed(error),
         };
         edges = refinement_edges;
@@ -276,6 +285,9 @@ fn ended(
     adapt: &AdaptSettings,
     observer: &mut dyn Observer,
 ) -> Option<AdaptiveEnd> {
+    if let Some(error @ EstimatorError::OutOfMemory { .. }) = &solution.no_estimate {
+        return Some(AdaptiveEnd::Failed(error.clone().into()));
+    }
     // Whoever ends a run wants no answer that depends on the moment.
     if solution.nndd.status == NnddStatus::Interrupted {
         return Some(AdaptiveEnd::Interrupted);

@@ -36,6 +36,9 @@ pub enum SolveError {
     /// The problem cannot be refined.
     #[error(transparent)]
     Refine(#[from] RefineError),
+    /// The observer ended the run before its first iteration: see [`crate::Observer::must_stop`].
+    #[error("the run was ended before its first iteration")]
+    Stopped,
     /// A checkpoint is not one of this problem.
     #[error("the checkpoint does not belong to this problem: {what}")]
     Checkpoint {

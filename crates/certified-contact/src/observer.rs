@@ -44,6 +44,12 @@ pub trait Observer {
     fn should_stop(&mut self) -> bool {
         false
     }
+
+    /// Asked between the steps of a solve that cannot be interrupted: whether the run must end now, without a certificate
+    /// if there is none yet.
+    fn must_stop(&mut self) -> bool {
+        false
+    }
 }
 
 /// An observer that looks away.

@@ -3,7 +3,7 @@
 use crate::bounds::Bounds;
 use crate::history::{Row, Step};
 use crate::results::Results;
-use cre_estimator::Estimate;
+use cre_estimator::{Estimate, EstimatorError};
 use fem_core::interface::ContactProblem;
 use nndd::{Iterate, NnddSolution};
 
@@ -42,6 +42,8 @@ pub struct CertifiedSolution {
     pub rows: Vec<Row>,
     /// The certificate of the last iteration; `None` where its numbers are not finite.
     pub estimate: Option<Estimate>,
+    /// Why there is no estimate, if there is none; also `None` if the observer left no time for it.
+    pub no_estimate: Option<EstimatorError>,
     /// Bounds of the exact solution's energies and contact force; `None` without estimate. They hold where
     /// [`Self::is_certified`].
     pub bounds: Option<Bounds>,

@@ -80,8 +80,10 @@ fn iterate(
         follow.rows.push(Row::new(last, roles.swapped));
     }
     // A diverged iteration may have run out of finite numbers: then there is no certificate, but a report.
-    let certified = follow.estimate(last).is_ok();
+    // One that must end at once has the certificate that it has.
+    let certified = follow.may_estimate(last) && follow.try_estimate(last).unwrap_or(false);
     let mut rows = std::mem::take(&mut follow.rows);
+    let no_estimate = follow.no_estimate.take().filter(|_| !certified);
     let mut estimate = follow.latest.take().filter(|_| certified).map(|(_, estimate)| estimate);
     let mut low = None;
     if let Some(found) = &estimate
@@ -109,7 +111,18 @@ fn iterate(
     let given = |b: usize| if swapped { 1 - b } else { b };
     let unknowns = [0, 1].map(|b| bodies[given(b)].dofs().len());
     let role_reason = roles.reason;
-    Ok(CertifiedSolution { swapped, role_reason, nndd, rows, estimate, bounds, results, unknowns, problem })
+    Ok(CertifiedSolution {
+        swapped,
+        role_reason,
+        nndd,
+        rows,
+        estimate,
+        no_estimate,
+        bounds,
+        results,
+        unknowns,
+        problem,
+    })
 }
 
 /// Rounding of the answer is corrected from this part of the bound on.
@@ -175,19 +188,28 @@ fn condense(problem: &ContactProblem, observer: &mut dyn Observer) -> Result<[Co
     observer.phase(Phase::Factorisation);
     let order = |b: usize| DofMap::new(&problem.bodies[b], &sides[b]);
     let (first, second) = rayon::join(|| order(0), || order(1));
+    go_on(observer)?;
     observer.phase(Phase::Assembly);
     let assemble = |b: usize, dofs: DofMap| {
         System::with_dofs(&problem.bodies[b], dofs).map_err(|source| SolveError::Assembly { body: b, source })
     };
     let (first, second) = rayon::join(|| assemble(0, first), || assemble(1, second));
     let (first, second) = (first?, second?);
+    go_on(observer)?;
     observer.phase(Phase::Factorisation);
     let factorise = |b: usize, system: System| {
         CondensedBody::factorise(system, problem.bodies[b].mesh().points())
             .map_err(|source| SolveError::Factor { body: b, source })
     };
     let (first, second) = rayon::join(|| factorise(0, first), || factorise(1, second));
-    Ok([first?, second?])
+    let bodies = [first?, second?];
+    go_on(observer)?;
+    Ok(bodies)
+}
+
+/// Asks the observer whether the run may continue.
+fn go_on(observer: &mut dyn Observer) -> Result<(), SolveError> {
+    if observer.must_stop() { Err(SolveError::Stopped) } else { Ok(()) }
 }
 
 /// Decides whether the bodies exchange their roles.

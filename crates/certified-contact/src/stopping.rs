@@ -27,6 +27,8 @@ pub(crate) struct Follow<'a> {
     pub(crate) rows: Vec<Row>,
     /// The estimate of the iteration of that number.
     pub(crate) latest: Option<(usize, Estimate)>,
+    /// Why the last one tried could not be made.
+    pub(crate) no_estimate: Option<EstimatorError>,
 }
 
 impl<'a> Follow<'a> {
@@ -37,7 +39,13 @@ impl<'a> Follow<'a> {
         settings: &'a Settings,
         observer: &'a mut dyn Observer,
     ) -> Self {
-        Self { problem, bodies, swapped, settings, observer, rows: Vec::new(), latest: None }
+        Self { problem, bodies, swapped, settings, observer, rows: Vec::new(), latest: None, no_estimate: None }
+    }
+
+    /// Says whether an iteration has been estimated, or there is still time for it.
+    pub(crate) fn may_estimate(&mut self, iterate: &Iterate) -> bool {
+        self.latest.as_ref().is_some_and(|(number, _)| *number == iterate.iteration)
+            || !self.observer.must_stop()
     }
 
     /// Estimates an iteration, unless it has been.
@@ -58,12 +66,24 @@ impl<'a> Follow<'a> {
         Ok(())
     }
 
-    /// Estimates an iteration; `false` where a diverging one has left the range of finite numbers, or squares underflow.
-    fn try_estimate(&mut self, iterate: &Iterate) -> Result<bool, EstimatorError> {
-        match self.estimate(iterate) {
-            Err(EstimatorError::NotFinite { .. } | EstimatorError::TooSmall { .. }) => Ok(false),
+    /// Estimates an iteration; `false` if a diverging one has left the range of finite numbers, if squares underflow, or if
+    /// memory runs out.
+    pub(crate) fn try_estimate(&mut self, iterate: &Iterate) -> Result<bool, EstimatorError> {
+        let found = self.estimate(iterate);
+        self.no_estimate = found.clone().err();
+        match found {
+            Err(
+                EstimatorError::NotFinite { .. }
+                | EstimatorError::TooSmall { .. }
+                | EstimatorError::OutOfMemory { .. },
+            ) => Ok(false),
             other => other.map(|()| true),
         }
+    }
+
+    /// Says whether an estimate failed since memory ran out.
+    fn is_out_of_memory(&self) -> bool {
+        matches!(self.no_estimate, Some(EstimatorError::OutOfMemory { .. }))
     }
 
     /// Tells whether η_NNDD is small against η_dis: first against the latest one, then against a fresh one.
@@ -129,7 +149,7 @@ impl StoppingCriterion for Follow<'_> {
         if let Some(row) = self.rows.last() {
             self.observer.iteration(row);
         }
-        Ok(match (done, self.observer.should_stop()) {
+        Ok(match (done, self.observer.should_stop() || self.is_out_of_memory()) {
             (true, _) => Decision::Stop,
             (false, true) => Decision::Interrupt,
             (false, false) => Decision::Continue,

@@ -22,6 +22,12 @@ pub enum EstimatorError {
         /// Which array.
         what: &'static str,
     },
+    /// The stars of the relaxation and their vectors do not fit in memory.
+    #[error("the estimate of the error needs {} MiB, which cannot be had", bytes / (1 << 20))]
+    OutOfMemory {
+        /// Bytes asked for.
+        bytes: usize,
+    },
     /// The squares of stresses and energies underflow: nothing can be checked.
     #[error(
         "the stresses (largest {stress:.1e}) and the energy ({energy:.1e}) are too small for their squares; use other units"

@@ -7,10 +7,11 @@ use crate::error::EstimatorError;
 use crate::indicators::{eta_dis, eta_nndd_squared};
 use crate::parts::{Parts, parts};
 use crate::round_off;
-use crate::star_relaxation::Relaxation;
+use crate::star_relaxation::{Relaxation, bytes_of_stars};
 use fem_core::condensation::CondensedBody;
 use fem_core::interface::{ContactProblem, ContactState};
 use fem_core::norm::{from_squared, sum_over_triangles};
+use fem_core::room::has_room_for;
 use rayon::prelude::*;
 
 /// Rounding is relative to squares above this, and a product of two of their roundings does not underflow.
@@ -91,7 +92,7 @@ pub fn estimate(
 /// double-double numbers.
 ///
 /// # Errors
-/// Arrays of the wrong length, values that are not finite.
+/// Arrays of the wrong length, values that are not finite, a lack of memory.
 pub fn estimate_with(
     problem: &ContactProblem,
     bodies: &[CondensedBody; 2],
@@ -99,6 +100,12 @@ pub fn estimate_with(
     relaxation: Relaxation,
 ) -> Result<Estimate, EstimatorError> {
     check_state(problem, bodies, state)?;
+    if relaxation.max_steps() > 0 {
+        let bytes = problem.bodies.iter().map(|body| bytes_of_stars(body.mesh())).sum();
+        if !has_room_for(bytes) {
+            return Err(EstimatorError::OutOfMemory { bytes });
+        }
+    }
     let first = estimate_once(problem, bodies, state, (relaxation, Accuracy::Double))?;
     if first.residual <= ROUND_OFF_SHARE * first.estimate.unchecked().e_cre {
         return Ok(first.estimate);

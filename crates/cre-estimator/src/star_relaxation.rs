@@ -28,6 +28,7 @@ mod band;
 mod form;
 mod inverse;
 mod lanes;
+mod room;
 mod shared;
 mod space;
 mod stars;
@@ -40,6 +41,7 @@ use band::BAND;
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
 use fem_core::norm::sum_over_triangles;
 use rayon::prelude::*;
+pub(crate) use room::bytes_of_stars;
 use shared::Shared;
 use space::Space;
 use stars::Stars;
@@ -69,7 +71,7 @@ impl Relaxation {
     /// EET alone.
     pub const NONE: Self = Self::Steps(0);
 
-    fn max_steps(self) -> usize {
+    pub(crate) fn max_steps(self) -> usize {
         match self {
             Self::Steps(steps) => steps,
             Self::Tolerance { max_steps, .. } => max_steps,

@@ -8,6 +8,7 @@ use crate::dof::{DofMap, IMPOSED};
 use crate::element::Triangle;
 use crate::geometry::{Vector, dot, shown};
 use crate::interface::InterfaceSide;
+use crate::room::has_room_for;
 use crate::sparse::SymmetricCsc;
 use nalgebra::Matrix2;
 use rayon::prelude::*;
@@ -32,6 +33,12 @@ pub enum AssemblyError {
         entries: usize,
         /// Largest supported number.
         limit: usize,
+    },
+    /// The stiffness matrix does not fit in memory.
+    #[error("the stiffness matrix of {entries} entries does not fit in memory")]
+    OutOfMemory {
+        /// Entries of the lower triangle.
+        entries: usize,
     },
     /// Stiffness or load overflow.
     #[error("{what} of the body is not finite; check the size of moduli, coordinates and loads")]
@@ -76,7 +83,11 @@ impl System {
         let external = external_forces(body);
         let columns = Columns { body, dofs: &dofs, external: &external };
         let starts = columns.starts()?;
-        let mut rows = vec![0u32; starts[dofs.len()] as usize];
+        let entries = starts[dofs.len()] as usize;
+        if !has_room_for(entries.saturating_mul(size_of::<u32>() + size_of::<f64>())) {
+            return Err(AssemblyError::OutOfMemory { entries });
+        }
+        let mut rows = vec![0u32; entries];
         let mut values = vec![0.0; rows.len()];
         let mut load = vec![0.0; dofs.len()];
         columns.fill(&starts, &mut rows, &mut values, &mut load);

@@ -16,6 +16,7 @@ use crate::dof::{DofMap, IMPOSED};
 use crate::double_double::PreciseVector;
 use crate::geometry::{Vector, dot, shown};
 use crate::residual::{self, SplitField};
+use crate::room::has_room_for;
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
 use faer::prelude::ReborrowMut;
@@ -35,6 +36,12 @@ pub enum FactorError {
         point: Vector,
         /// What happened.
         source: CholeskyError,
+    },
+    /// The dense matrices of the interface do not fit in memory.
+    #[error("the dense matrices of {pairs} contact nodes do not fit in memory")]
+    OutOfMemory {
+        /// Unknowns on the interface.
+        pairs: usize,
     },
     /// A pivot was so small, against its diagonal entry, that the solution would be noise.
     #[error(
@@ -106,6 +113,9 @@ impl CondensedBody {
             return Err(FactorError::NearlySingular { point: place(pivot), ratio });
         }
         let n_c = dofs.interface_len();
+        if !has_room_for((2 * size_of::<f64>()).saturating_mul(n_c).saturating_mul(n_c)) {
+            return Err(FactorError::OutOfMemory { pairs: n_c });
+        }
         let interface_factor = factor.trailing_block(n_c);
         let mut schur = vec![0.0; n_c * n_c];
         let l = MatRef::from_column_major_slice(&interface_factor, n_c, n_c);

@@ -67,5 +67,6 @@ pub mod norm;
 pub mod ordering;
 pub mod quadrature;
 pub mod residual;
+pub mod room;
 pub mod sparse;
 pub mod tensor;

@@ -2,7 +2,7 @@
 
 use crate::convert;
 use crate::failure::Failure;
-use crate::memory::{self, mebibytes};
+use crate::memory;
 use crate::outcome::{self, Ended, NOT_CONVERGED, word};
 use crate::paraview;
 use crate::resume::{self, Place};
@@ -83,6 +83,7 @@ pub(crate) fn solve(
         failure: None,
         before: seconds.last().copied().unwrap_or(0.0),
         seconds,
+        nodes: 0,
         memory: None,
     };
     let solver = convert::settings(case);
@@ -90,14 +91,15 @@ pub(crate) fn solve(
         Some(checkpoint) => resume_adaptively(problem, checkpoint, &solver, &settings, &mut steps),
         None => solve_adaptively(problem, &solver, &settings, &mut steps),
     };
-    let answer = answer.map_err(|e| Failure::solve(case, &e))?;
-    let Steps { follower, failure, seconds, memory, .. } = steps;
+    let Steps { follower, failure, seconds, memory, directory, .. } = steps;
     if let Some(failure) = failure {
-        return Err(failure);
+        return Err(resume::after_failure(failure, directory));
     }
+    let answer = answer.map_err(|e| follower.failure(case, &e))?;
     let status = judge(case, adapt, &answer, follower.ended, memory.as_deref());
     let adaptive = answer.history.iter().filter_map(row).collect();
-    Ok(Solved { solution: answer.solution, status, adaptive, step_seconds: seconds })
+    let longest_step = follower.longest;
+    Ok(Solved { solution: answer.solution, status, adaptive, step_seconds: seconds, longest_step })
 }
 
 /// Follows the run, writes each mesh's files, and keeps it within the memory limit.
@@ -112,6 +114,8 @@ struct Steps<'a> {
     seconds: Vec<f64>,
     /// Seconds of work before the run was resumed.
     before: f64,
+    /// Nodes of the mesh that was solved last.
+    nodes: usize,
     /// Why the next mesh has no room.
     memory: Option<String>,
 }
@@ -129,6 +133,7 @@ impl Observer for Steps<'_> {
 
     fn step(&mut self, step: &Step, solution: &CertifiedSolution) {
         self.follower.watch.switch(Activity::Write);
+        self.nodes = step.nodes;
         self.seconds.truncate(step.step - 1);
         self.seconds.push(self.before + self.follower.watch.elapsed());
         self.follower.progress.clear();
@@ -140,12 +145,8 @@ impl Observer for Steps<'_> {
     }
 
     fn has_room_for(&mut self, problem: &ContactProblem) -> bool {
-        let needed = memory::estimate(problem);
-        let Some((_, words)) = memory::limit(self.case).filter(|(limit, _)| needed > *limit) else {
-            return true;
-        };
-        self.memory = Some(format!("about {} and {words}", mebibytes(needed)));
-        false
+        self.memory = memory::no_room(self.case, memory::estimate_finer(problem, self.nodes));
+        self.memory.is_none()
     }
 
     fn checkpoint(&mut self, checkpoint: &Checkpoint) {
@@ -156,6 +157,10 @@ impl Observer for Steps<'_> {
 
     fn should_stop(&mut self) -> bool {
         self.failure.is_some() || self.follower.should_stop()
+    }
+
+    fn must_stop(&mut self) -> bool {
+        self.failure.is_some() || self.follower.must_stop()
     }
 }
 

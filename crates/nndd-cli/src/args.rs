@@ -1,6 +1,7 @@
 //! The command line.
 
 use crate::help;
+use crate::threads;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use std::path::PathBuf;
@@ -52,14 +53,11 @@ impl Command {
     }
 }
 
-/// More threads than this only cost time: starting tens of thousands takes minutes.
-const MOST_THREADS: usize = 1024;
-
 /// Reads a number of threads.
 fn thread_count(text: &str) -> Result<usize, String> {
     match text.parse() {
-        Ok(threads) if threads <= MOST_THREADS => Ok(threads),
-        _ => Err(format!("expected a whole number from 0 to {MOST_THREADS}")),
+        Ok(threads) if threads <= threads::MOST => Ok(threads),
+        _ => Err(format!("expected a whole number from 0 to {}", threads::MOST)),
     }
 }
 

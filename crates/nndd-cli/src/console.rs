@@ -7,7 +7,7 @@ mod table;
 use crate::failure::Failure;
 use crate::memory::{self, mebibytes};
 use crate::run::Solved;
-use crate::words::{self, blanked, plain, seven, short};
+use crate::words::{self, blanked, one_line, plain, seven, short};
 use case_io::Case;
 use case_io::case::Material;
 use case_io::diagnostic::Diagnostic;
@@ -27,12 +27,14 @@ pub(crate) fn print(text: &str) -> io::Result<()> {
     let mut out = io::stdout().lock();
     match out.write_all(plain(text).as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-        Err(e) => {
-            let what = format!("cannot write to standard output: {e}; send it where there is room");
-            Err(io::Error::new(e.kind(), what))
-        }
-        Ok(()) => Ok(()),
+        other => other.map_err(full),
     }
+}
+
+/// Says that standard output cannot be written to.
+pub(crate) fn full(error: io::Error) -> io::Error {
+    let what = format!("cannot write to standard output: {error}; send it where there is room");
+    io::Error::new(error.kind(), what)
 }
 
 /// Prints to stderr; there is nobody to tell that it cannot be written to.
@@ -111,7 +113,7 @@ fn render(kind: &str, diagnostic: &Diagnostic) -> String {
 pub(crate) fn header(case: &Case, problem: &ContactProblem, output: &str) -> String {
     let mut text = format!("nndd {}   {}\n", env!("CARGO_PKG_VERSION"), case.file_name());
     if !case.title.is_empty() {
-        let _ = writeln!(text, "  {}", case.title);
+        let _ = writeln!(text, "  {}", one_line(&case.title));
     }
     for (k, (body, model)) in case.bodies.iter().zip(&problem.bodies).enumerate() {
         let [low, high] = bounding_box(model.mesh().points());
@@ -119,7 +121,7 @@ pub(crate) fn header(case: &Case, problem: &ContactProblem, output: &str) -> Str
         let _ = writeln!(
             text,
             "  {:<10} {:>8} nodes {:>8} triangles   {}   [{}, {}] x [{}, {}]",
-            body.name,
+            one_line(&body.name),
             model.mesh().points().len(),
             model.mesh().triangles().len(),
             materials.join(" | "),

@@ -8,6 +8,7 @@ use case_io::report::ReportError;
 use case_io::table::TableError;
 use case_io::{BrokenLink, Case, CaseError};
 use certified_contact::SolveError;
+use cre_estimator::EstimatorError;
 use fem_core::assembly::AssemblyError;
 use fem_core::cholesky::CholeskyError;
 use fem_core::condensation::FactorError;
@@ -33,7 +34,7 @@ const DEFECT: u8 = 1;
 const COMMAND_LINE: u8 = 2;
 const INVALID_INPUT: u8 = 3;
 const NO_UNIQUE_SOLUTION: u8 = 4;
-const FILES: u8 = 7;
+pub(crate) const FILES: u8 = 7;
 const LIMIT: u8 = 8;
 
 impl Failure {
@@ -63,7 +64,8 @@ impl Failure {
 
     /// Threads that the system does not give: a matter of the machine, as files are.
     pub(crate) fn threads(count: usize, error: &rayon::ThreadPoolBuildError) -> Self {
-        Self::plain(FILES, format!("cannot start {count} threads: {error}; ask for fewer with --threads"))
+        let count = if count == 0 { "one thread per core".to_owned() } else { format!("{count} threads") };
+        Self::plain(FILES, format!("cannot start {count}: {error}; ask for fewer with --threads"))
     }
 
     pub(crate) fn limit(message: impl Into<String>) -> Self {
@@ -98,6 +100,14 @@ impl Failure {
             OutputError::Io { source, .. } if source.kind() == io::ErrorKind::PermissionDenied => {
                 "\n  expected: a directory that this user may write to\n  fix: allow it, or choose another with --out"
             }
+            OutputError::Vanished { .. } => {
+                "\n  expected: the directory to stay until the run has ended\n  fix: run the case again"
+            }
+            OutputError::Io { what: "create" | "write" | "lock", source, .. }
+                if source.kind() == io::ErrorKind::FileTooLarge =>
+            {
+                "\n  expected: files of any size\n  fix: raise the limit of the file size (ulimit -f)"
+            }
             OutputError::Io { what: "create" | "write" | "lock", .. } => {
                 "\n  expected: a directory that can be written to\n  fix: choose another with --out, or make room there"
             }
@@ -122,9 +132,10 @@ impl Failure {
                     name(*body)
                 ),
             ),
-            SolveError::Assembly { body, source: source @ AssemblyError::TooLarge { .. } } => {
-                Self::plain(LIMIT, format!("body \"{}\": {source}", name(*body)))
-            }
+            SolveError::Assembly {
+                body,
+                source: source @ (AssemblyError::TooLarge { .. } | AssemblyError::OutOfMemory { .. }),
+            } => Self::plain(LIMIT, format!("body \"{}\": {source}", name(*body))),
             SolveError::Assembly { body, source } => {
                 Self::plain(INVALID_INPUT, format!("body \"{}\": {source}", name(*body)))
             }
@@ -132,6 +143,12 @@ impl Failure {
                 if matches!(source, CholeskyError::OutOfMemory { .. }) =>
             {
                 Self::plain(LIMIT, format!("body \"{}\": {source}", name(*body)))
+            }
+            SolveError::Factor { body, source: source @ FactorError::OutOfMemory { .. } } => {
+                Self::plain(LIMIT, format!("body \"{}\": {source}", name(*body)))
+            }
+            SolveError::Estimator(source @ EstimatorError::OutOfMemory { .. }) => {
+                Self::plain(LIMIT, source.to_string())
             }
             SolveError::Factor { body, source } => Self::plain(
                 NO_UNIQUE_SOLUTION,

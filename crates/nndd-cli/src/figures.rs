@@ -4,6 +4,7 @@ use crate::failure::Failure;
 use crate::plot::{
     self, BodyPicture, Closing, ContactProfile, ConvergenceRow, Held, PlotError, SketchBody, SketchEdge,
 };
+use crate::words::one_line;
 use case_io::Case;
 use case_io::report::AdaptiveRow;
 use case_io::table::ContactRow;
@@ -40,7 +41,7 @@ pub(crate) fn of_solve(
     contact: &[ContactRow],
     steps: &[AdaptiveRow],
 ) -> Result<Vec<Picture>, Failure> {
-    let name = if case.title.is_empty() { case.file_name() } else { &case.title };
+    let name = one_line(if case.title.is_empty() { case.file_name() } else { &case.title });
     let mut pictures = vec![Picture {
         name: "convergence",
         svg: plot::convergence(

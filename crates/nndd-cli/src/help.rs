@@ -53,7 +53,7 @@ pub(crate) const EXIT_STATUS: [(&str, &str); 10] = [
     ("6", "no valid certificate, or its target missed"),
     ("7", "cannot read or write"),
     ("8", "memory or time limit"),
-    ("130, 143", "interrupted"),
+    ("129, 130, 143", "interrupted by SIGHUP, Ctrl-C, SIGTERM"),
 ];
 
 /// The files of an output directory.
@@ -74,7 +74,7 @@ pub(crate) const FILES: [(&str, &str); 14] = [
     ("adaptive.pvd", "all meshes of an adaptive run, bodies and contact line, for ParaView"),
     ("BODY.vtu.series, contact.vtu.series", "one body, or the contact line, on all meshes"),
     ("checkpoint.nndd, checkpoint-previous.nndd", "where an unfinished adaptive run goes on by --resume"),
-    (".nndd.lock", "held while a run writes there"),
+    (".nndd.lock, .nndd-tmp-run", "held while a run writes there; its files until it ends"),
 ];
 
 /// What stands below the options of the program.
@@ -82,7 +82,7 @@ pub(crate) fn of_program() -> String {
     let mut text = examples("");
     text += "\nExit status:\n";
     for (status, meaning) in EXIT_STATUS {
-        let _ = writeln!(text, "  {status:<9} {meaning}");
+        let _ = writeln!(text, "  {status:<13} {meaning}");
     }
     text + "\n" + MANUAL
 }

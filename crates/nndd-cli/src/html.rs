@@ -1,7 +1,7 @@
 //! report.html: one page with everything, for people. No network, no script.
 
 use crate::figures::Picture;
-use crate::words;
+use crate::words::{self, one_line, plain};
 use case_io::Case;
 use case_io::report::Report;
 use serde_json::Value;
@@ -27,7 +27,7 @@ pre{white-space:pre-wrap;overflow-wrap:anywhere;font-size:8pt}}";
 ///
 /// * `angles`: the smallest of each body's mesh, degrees.
 pub(crate) fn page(case: &Case, report: &Report, angles: [f64; 2], pictures: &[Picture]) -> String {
-    let title = escape(if case.title.is_empty() { case.file_name() } else { &case.title });
+    let title = escape(&one_line(if case.title.is_empty() { case.file_name() } else { &case.title }));
     let mut page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
@@ -293,7 +293,7 @@ fn number(value: Option<f64>) -> String {
 }
 
 fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    plain(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 #[cfg(test)]

@@ -26,16 +26,21 @@ mod signals;
 mod solve;
 mod stopwatch;
 mod sweep;
+mod threads;
 mod words;
 
 use args::{Arguments, Command};
 use clap::{CommandFactory, Parser};
 use failure::Failure;
+use std::io::ErrorKind;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
-    match dispatch(&arguments) {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => return no_command(&error),
+    };
+    match signals::outlive_file_size_limit().map_err(Failure::from).and_then(|()| dispatch(&arguments)) {
         Ok(code) => ExitCode::from(code),
         Err(failure) => {
             if arguments.command.is_for_programs() {
@@ -48,12 +53,24 @@ fn main() -> ExitCode {
     }
 }
 
+/// Ends without a command: a wrong command line, or a request for help or the version.
+fn no_command(error: &clap::Error) -> ExitCode {
+    let code = match error.print() {
+        Err(e) if !error.use_stderr() && e.kind() != ErrorKind::BrokenPipe => {
+            console::failure(&Failure::from(console::full(e)));
+            return ExitCode::from(failure::FILES);
+        }
+        _ => error.exit_code(),
+    };
+    ExitCode::from(u8::try_from(code).unwrap_or(1))
+}
+
 fn dispatch(arguments: &Arguments) -> Result<u8, Failure> {
     match &arguments.command {
-        Command::Solve(options) => solve::command(options),
-        Command::Check(options) => check::command(options),
-        Command::Sweep(options) => sweep::command(options),
-        Command::Mesh(options) => mesh::command(options),
+        Command::Solve(options) => threads::run(options.run.threads, || solve::command(options)),
+        Command::Check(options) => threads::run(0, || check::command(options)),
+        Command::Sweep(options) => threads::run(options.run.threads, || sweep::command(options)),
+        Command::Mesh(options) => threads::run(0, || mesh::command(options)),
         Command::New { template } => {
             let text = case_io::template::find(template).ok_or_else(|| {
                 let known: Vec<&str> = case_io::template::TEMPLATES.iter().map(|(name, _)| *name).collect();

@@ -1,9 +1,18 @@
 //! How much memory a solve needs, before it starts, how much there is, and how much it took.
 
+mod room;
+
 use crate::failure::Failure;
 use case_io::Case;
 use fem_core::interface::ContactProblem;
+use room::Room;
 use std::path::Path;
+
+/// What the system must have room for, over the estimate, which is right within 8 %.
+const MARGIN: f64 = 1.1;
+
+/// What is kept of a solved mesh while the next one is solved, bytes per node: mesh, fields and stress.
+const KEPT_PER_NODE: f64 = 900.0;
 
 /// Estimates the memory of a solve from the number of nodes, bytes.
 ///
@@ -12,6 +21,13 @@ use std::path::Path;
 /// fitted to what was measured from 2·10⁵ to 3.3·10⁶ unknowns: within 8 %, rather too much than too little.
 pub(crate) fn estimate(problem: &ContactProblem) -> f64 {
     of_sizes(node_counts(problem), problem.interface.pairs().len())
+}
+
+/// Estimates the memory of a solve on a finer mesh, while earlier solutions are kept, bytes.
+///
+/// * `kept`: nodes of the meshes of these solutions.
+pub(crate) fn estimate_finer(problem: &ContactProblem, kept: usize) -> f64 {
+    estimate(problem) + KEPT_PER_NODE * kept as f64
 }
 
 fn of_sizes(nodes: [u64; 2], pairs: usize) -> f64 {
@@ -45,7 +61,9 @@ pub(crate) fn check_problem(case: &Case, problem: &ContactProblem) -> Result<(),
 fn check(case: &Case, nodes: [u64; 2], pairs: Option<usize>) -> Result<(), Failure> {
     let needed = of_sizes(nodes, pairs.unwrap_or(0));
     let line = pairs.filter(|_| needed > 2.0 * of_sizes(nodes, 0));
-    let Some((limit, words)) = limit(case).filter(|(limit, _)| needed > *limit) else { return Ok(()) };
+    let Some((needed, Room { bytes: limit, words, fix: other })) = shortage(case, needed) else {
+        return Ok(());
+    };
     let nodes = nodes[0].saturating_add(nodes[1]);
     let least = if pairs.is_none() { "at least " } else { "" };
     // The need grows a little faster than the number of nodes, and as the square of the pairs.
@@ -63,8 +81,9 @@ fn check(case: &Case, nodes: [u64; 2], pairs: Option<usize>) -> Result<(), Failu
     };
     Err(Failure::limit(format!(
         "{least}about {} are needed for {what}; {words}, enough for about {fits}.\n  expected: a problem that fits \
-         into memory\n  fix: {fix}",
-        mebibytes(needed)
+         into memory\n  fix: {}",
+        mebibytes(needed),
+        other.map_or(fix.to_owned(), |other| format!("{other}; or {fix}"))
     )))
 }
 
@@ -74,34 +93,26 @@ fn two_digits(count: f64) -> u64 {
     ((count / unit).floor() * unit) as u64
 }
 
-/// Returns how much memory a run may take, bytes, and the words for it: the case's limit, otherwise what the machine has,
-/// beyond which it would do nothing but swap.
-pub(crate) fn limit(case: &Case) -> Option<(f64, String)> {
-    match &case.limits.memory {
-        Some(limit) => Some((limit.value as f64, format!("limits.memory is {}", limit.written))),
-        None => of_machine().map(|bytes| (bytes, format!("this machine has {}", mebibytes(bytes)))),
-    }
+/// Says why there is no room for what is needed; `None` if there is.
+pub(crate) fn no_room(case: &Case, needed: f64) -> Option<String> {
+    shortage(case, needed).map(|(needed, room)| format!("about {} and {}", mebibytes(needed), room.words))
 }
 
-/// Returns the memory of the machine or of the container, bytes, where the system tells it.
-fn of_machine() -> Option<f64> {
-    let total = line(Path::new("/proc/meminfo"), "MemTotal:");
-    let container = std::fs::read_to_string("/sys/fs/cgroup/memory.max").ok();
-    let container = container.and_then(|text| text.trim().parse().ok());
-    total.into_iter().chain(container).min().map(|bytes| bytes as f64)
+/// Returns the room that is too small, the case's limit first, and what there must be room for.
+fn shortage(case: &Case, needed: f64) -> Option<(f64, Room)> {
+    let allowed = case.limits.memory.as_ref().map(|limit| Room {
+        bytes: limit.value as f64,
+        words: format!("limits.memory is {}", limit.written),
+        fix: None,
+    });
+    let system = || room::smallest(rayon::current_num_threads()).map(|room| (MARGIN * needed, room));
+    let is_short = |(needed, room): &(f64, Room)| *needed > room.bytes;
+    allowed.map(|room| (needed, room)).filter(is_short).or_else(|| system().filter(is_short))
 }
 
 /// Returns the largest amount of memory that this process has had, bytes, where the system tells it.
 pub(crate) fn peak() -> Option<u64> {
-    line(Path::new("/proc/self/status"), "VmHWM:")
-}
-
-/// Reads a size, which the kernel gives in kibibytes, from one of its tables; in bytes.
-fn line(table: &Path, head: &str) -> Option<u64> {
-    let text = std::fs::read_to_string(table).ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix(head))?;
-    let kibibytes: u64 = line.trim().trim_end_matches("kB").trim().parse().ok()?;
-    Some(1024 * kibibytes)
+    room::size(Path::new("/proc/self/status"), "VmHWM:")
 }
 
 /// Writes a size in MiB, GiB or TiB.

@@ -7,6 +7,7 @@ use case_io::diagnostic::significant;
 use case_io::report::Status;
 use certified_contact::{CertifiedSolution, Row};
 use contact_qp::QpStatus;
+use cre_estimator::EstimatorError;
 use nndd::{NnddStatus, Switch};
 
 /// The exit status of a run that did not converge.
@@ -17,12 +18,17 @@ pub(crate) const NOT_CONVERGED: u8 = 5;
 pub(crate) enum Ended {
     /// By a signal with this exit status.
     Signal(u8),
-    /// By the time limit, in seconds.
-    TimeLimit(f64),
+    /// By the time limit, in seconds, with the name of the longest step between two looks at the clock.
+    TimeLimit(f64, &'static str),
+    /// Since the output directory went away: there is nowhere to write to.
+    OutputGone,
 }
 
 /// Judges a finished run.
 pub(crate) fn judge(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>) -> Status {
+    if let Some(lack @ EstimatorError::OutOfMemory { .. }) = &solution.no_estimate {
+        return word("limit", 8, format!("{lack}; take fewer cells"));
+    }
     let status = of_iteration(case, solution, ended);
     if status.code == 0 && !solution.is_certified() {
         return word("not_certified", 6, uncertified(solution));
@@ -198,8 +204,15 @@ fn unsolved(case: &Case, iterations: usize, status: QpStatus) -> String {
 pub(crate) fn interrupted(ended: Option<Ended>, after: &str) -> Status {
     match ended {
         Some(Ended::Signal(code)) => word("interrupted", code, format!("by a signal after {after}")),
-        Some(Ended::TimeLimit(seconds)) => {
-            word("limit", 8, format!("limits.time = {seconds} s reached after {after}"))
+        Some(Ended::TimeLimit(seconds, step)) => word(
+            "limit",
+            8,
+            format!(
+                "limits.time = {seconds} s reached after {after}; the longest step without a look at the clock was {step}"
+            ),
+        ),
+        Some(Ended::OutputGone) => {
+            word("interrupted", 7, format!("the output directory went away after {after}"))
         }
         None => word("interrupted", 130, format!("after {after}")),
     }

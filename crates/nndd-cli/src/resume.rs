@@ -46,9 +46,10 @@ pub(crate) fn find(case: &Case, path: &Path) -> Result<Resumed, Failure> {
     }
     // A link that leads nowhere is told below.
     if !path.is_dir() && BrokenLink::find(path).is_none() {
-        return Err(CheckpointError::Absent { directory: path.to_owned() }.into());
+        return Err(CheckpointError::NeverStarted { directory: path.to_owned() }.into());
     }
     let mut directory = OutputDirectory::reopen(path).map_err(|e| Failure::output(&e))?;
+    directory.restore_checkpoints();
     let (Checkpoint { case: old, progress }, damage) = checkpoint::read(path)?;
     let differences = checkpoint::differences(&old, &identity(case));
     if !differences.is_empty() {
@@ -83,6 +84,18 @@ pub(crate) fn prepare(case: &Case, place: &mut Place<'_>) -> Result<(), Failure>
         paraview::parts(case).iter().for_each(|part| place.directory.keep(&paraview::step_file(part, step)));
     }
     Ok(())
+}
+
+/// Says that a run which could not write can be resumed, if it has solved a mesh.
+///
+/// Its checkpoints are set aside, so that another run may begin there.
+pub(crate) fn after_failure(mut failure: Failure, directory: &mut OutputDirectory) -> Failure {
+    if directory.set_checkpoints_aside()
+        && let Some(message) = &mut failure.message
+    {
+        message.push_str("; then --resume continues the run");
+    }
+    failure
 }
 
 /// Writes the checkpoint of a run.

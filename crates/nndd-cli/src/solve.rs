@@ -17,7 +17,7 @@ use case_io::Case;
 use case_io::checkpoint;
 use case_io::output::{OutputDirectory, ResultKind};
 use case_io::report::{CASE_HASH, Report};
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 use std::path::PathBuf;
 
 pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
@@ -25,7 +25,6 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
     let signals = Signals::listen()?;
     let started = jiff::Timestamp::now().to_string();
     let (_, mut case) = run::read_case(&options.case, &run::overrides(&options.case.set)?)?;
-    run::start_threads(&options.run)?;
     let problem = run::build(&mut case)?;
     check::supports(&case, &problem)?;
     let memory_estimate = memory::estimate(&problem).round();
@@ -43,7 +42,8 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
     let mut printer = Printer::new(options, &case, watch.started());
     printer.begin(&case, &problem, &path.display().to_string(), &notes)?;
     let show_progress = !options.run.quiet && options.format == Format::Human;
-    let follower = Follower::new(&case, &mut watch, &signals, show_progress);
+    let presence = directory.presence();
+    let follower = Follower::new(&case, &mut watch, &signals, presence, show_progress);
     let solved = match &case.adapt {
         None => run::solve(&case, problem, follower, &mut |row| printer.row(row))?,
         Some(adapt) => {
@@ -84,6 +84,12 @@ fn describe(options: &Solve, case: &Case, solved: &Solved) -> Map<String, Value>
     run_info.insert("case_file".into(), case.file_name().into());
     run_info.insert("overrides".into(), options.case.set.clone().into());
     run_info.insert("clarabel_calls".into(), solved.solution.nndd.clarabel_calls.into());
+    if solved.status.word == "limit"
+        && let Some((step, seconds)) = solved.longest_step
+    {
+        // What kept the run from ending at the limit of its time.
+        run_info.insert("longest_step".into(), json!({ "step": step, "seconds": seconds }));
+    }
     if case.adapt.is_some() {
         run_info.insert("adaptive_seconds".into(), solved.step_seconds.clone().into());
     }

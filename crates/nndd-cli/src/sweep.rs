@@ -10,8 +10,9 @@ use crate::run::{self, Follower};
 use crate::signals::Signals;
 use crate::stopwatch::Stopwatch;
 use crate::words::counted;
+use case_io::Case;
 use case_io::case_file::{Sweep, split_override};
-use case_io::output::{OutputDirectory, ResultKind};
+use case_io::output::{OutputDirectory, Presence, ResultKind};
 use case_io::report::{CASE_HASH, IterationRow, SWEEP_SCHEMA, SweepPanel, SweepReport, SweepRow};
 use case_io::table;
 use serde_json::Map;
@@ -28,9 +29,12 @@ pub(crate) fn command(options: &Options) -> Result<u8, Failure> {
         let settings = panel.split(';').map(str::trim).filter(|s| !s.is_empty());
         variants.push(settings.map(split_override).collect::<Result<Vec<_>, _>>()?);
     }
-    run::start_threads(&options.run)?;
     let signals = Signals::listen()?;
-    let (_, case) = run::read_case(&options.case, &base)?;
+    let (bytes, case) = run::read_case(&options.case, &base)?;
+    for variant in &variants {
+        check_values(options, &sweep, &bytes, &[base.as_slice(), variant.as_slice()].concat())
+            .map_err(|failure| of_panel(failure, variant))?;
+    }
     let path = options.run.out.clone().unwrap_or_else(|| PathBuf::from(case.output_directory() + "-sweep"));
     // Each sweep has its own mark, so that its directory can be told from that of a solve.
     let mark = format!("sweep {} {} {:?} {}", options.over, options.iterations, options.panel, case.hash());
@@ -39,7 +43,8 @@ pub(crate) fn command(options: &Options) -> Result<u8, Failure> {
     let mut panels: Vec<SweepPanel> = Vec::new();
     let mut failure = None;
     for variant in &variants {
-        let (panel, failed) = run_panel(options, &sweep, [&base, variant], &panels, &signals);
+        let run = (&signals, directory.presence());
+        let (panel, failed) = run_panel(options, &sweep, [&base, variant], &panels, run);
         panels.push(panel);
         failure = failed.map(|failed| of_panel(failed, variant));
         if failure.is_some() || signals.status().is_some() {
@@ -93,6 +98,40 @@ pub(crate) fn command(options: &Options) -> Result<u8, Failure> {
     }
 }
 
+/// Lists the settings of one run.
+fn settings_of_run(
+    options: &Options,
+    sweep: &Sweep,
+    overrides: &[(String, String)],
+    value: &str,
+) -> Vec<(String, String)> {
+    let mut all = overrides.to_vec();
+    all.push((MAX_ITERATIONS.into(), options.iterations.to_string()));
+    all.push(("solver.stop.criterion".into(), "iterations".into()));
+    // Last, so that these two can be swept as well.
+    all.push((sweep.key.clone(), value.to_owned()));
+    all
+}
+
+/// Refuses values that the case file cannot have, before the first of them is run.
+fn check_values(
+    options: &Options,
+    sweep: &Sweep,
+    bytes: &[u8],
+    overrides: &[(String, String)],
+) -> Result<(), Failure> {
+    let file = options.case.case.to_string_lossy();
+    for value in &sweep.values {
+        let all = settings_of_run(options, sweep, overrides, value);
+        if let Err(error) = Case::parse_bytes(bytes, &file, &all) {
+            let mut failure = Failure::from(error);
+            failure.diagnostics.iter_mut().for_each(|d| d.given_by("--over", &sweep.key, value));
+            return Err(failure);
+        }
+    }
+    Ok(())
+}
+
 /// Says whether any run has a number to compare by.
 fn has_value(record: &SweepReport) -> bool {
     record.panels.iter().flat_map(|panel| &panel.rows).any(|row| row.iteration.eta_nndd.is_some())
@@ -136,14 +175,14 @@ fn run_panel(
     sweep: &Sweep,
     settings: [&[(String, String)]; 2],
     before: &[SweepPanel],
-    signals: &Signals,
+    run: (&Signals, Presence),
 ) -> (SweepPanel, Option<Failure>) {
     let written = |settings: &[(String, String)]| -> Vec<String> {
         settings.iter().map(|(key, value)| format!("{key}={value}")).collect()
     };
     let mut panel = SweepPanel { settings: written(&settings.concat()), ..SweepPanel::default() };
     let own = written(settings[1]).join("; ");
-    let failure = fill_panel(&mut panel, options, sweep, &settings.concat(), (before, &own), signals).err();
+    let failure = fill_panel(&mut panel, options, sweep, &settings.concat(), (before, &own), run).err();
     (panel, failure)
 }
 
@@ -156,16 +195,12 @@ fn fill_panel(
     sweep: &Sweep,
     overrides: &[(String, String)],
     naming: (&[SweepPanel], &str),
-    signals: &Signals,
+    (signals, output): (&Signals, Presence),
 ) -> Result<(), Failure> {
     let width = sweep.values.iter().chain([&sweep.key]).map(|text| text.chars().count()).max().unwrap_or(0);
     let width = width.clamp(12, 40);
     for (k, value) in sweep.values.iter().enumerate() {
-        let mut all = overrides.to_vec();
-        all.push((MAX_ITERATIONS.into(), options.iterations.to_string()));
-        all.push(("solver.stop.criterion".into(), "iterations".into()));
-        // Last, so that these two can be swept as well.
-        all.push((sweep.key.clone(), value.clone()));
+        let all = settings_of_run(options, sweep, overrides, value);
         let read = run::read_case(&options.case, &all).and_then(|(_, mut case)| {
             let problem = if case.adapt.is_none() { Some(run::build(&mut case)?) } else { None };
             Ok((case, problem))
@@ -192,7 +227,7 @@ fn fill_panel(
             }
         }
         let mut watch = Stopwatch::start();
-        let follower = Follower::new(&case, &mut watch, signals, false);
+        let follower = Follower::new(&case, &mut watch, signals, output.clone(), false);
         let solved = run::solve(&case, problem, follower, &mut |_| ())?;
         if signals.status().is_some() {
             break;

@@ -58,15 +58,30 @@ pub(crate) fn counted(count: usize, what: &str) -> String {
 
 /// Says whether a character would command a terminal.
 fn commands(c: char) -> bool {
-    c.is_control() && c != '\n' && c != '\t'
+    c.is_control() && c != '\n' && c != '\t' || turns(c)
+}
+
+/// Says whether a character turns the direction of the text after it.
+fn turns(c: char) -> bool {
+    matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
+/// Writes control characters by their codes, line ends among them: a title or a name is one line.
+pub(crate) fn one_line(text: &str) -> Cow<'_, str> {
+    by_code(text, |c| c.is_control() || turns(c))
 }
 
 /// Writes characters that would command a terminal by their codes.
 pub(crate) fn plain(text: &str) -> Cow<'_, str> {
-    if !text.contains(commands) {
+    by_code(text, commands)
+}
+
+/// Writes some characters by their codes.
+fn by_code(text: &str, which: fn(char) -> bool) -> Cow<'_, str> {
+    if !text.contains(which) {
         return text.into();
     }
-    let shown = |c: char| if commands(c) { c.escape_default().to_string() } else { c.to_string() };
+    let shown = |c: char| if which(c) { c.escape_default().to_string() } else { c.to_string() };
     text.chars().map(shown).collect::<String>().into()
 }
 
@@ -129,6 +144,8 @@ mod tests {
     fn nothing_commands_the_terminal() {
         assert_eq!(plain("a\u{1b}[31mb\nü\t\u{9b}"), "a\\u{1b}[31mb\nü\t\\u{9b}");
         assert!(matches!(plain("Größe\n"), Cow::Borrowed(_)));
+        assert_eq!(one_line("a\u{1b}[31mb\nü\t\u{202e}"), "a\\u{1b}[31mb\\nü\\t\\u{202e}");
+        assert!(matches!(one_line("Größe 上"), Cow::Borrowed(_)));
         let text = "a\u{1b}ü\u{9b}\r\n";
         assert_eq!((blanked(text).as_str(), blanked(text).len()), ("a ü   \n", text.len()));
     }

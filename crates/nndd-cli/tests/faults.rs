@@ -8,6 +8,8 @@
 
 #[path = "faults/files.rs"]
 mod files;
+#[path = "faults/limits.rs"]
+mod limits;
 #[path = "faults/processes.rs"]
 mod processes;
 #[path = "faults/results.rs"]
@@ -71,10 +73,10 @@ fn wait_until(what: &str, mut done: impl FnMut() -> bool) {
     }
 }
 
-/// Every file under a directory.
+/// Every file under a directory; none if it is not there.
 fn files_below(directory: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
-    for entry in std::fs::read_dir(directory).unwrap() {
+    for entry in std::fs::read_dir(directory).into_iter().flatten() {
         let path = entry.unwrap().path();
         if path.is_dir() { found.extend(files_below(&path)) } else { found.push(path) }
     }

@@ -126,7 +126,7 @@ fn a_killed_run_goes_on_to_the_same_numbers() {
     // It is complete now.
     let again = solve(&killed_run, &SETTINGS, &["--resume"]);
     assert_eq!(again.status.code(), Some(7));
-    assert!(said(&again).contains("holds no checkpoint"), "{}", said(&again));
+    assert!(said(&again).contains("has finished (converged)"), "{}", said(&again));
 }
 
 #[test]
@@ -255,7 +255,7 @@ fn there_must_be_something_to_go_on_with() {
     let temp = tempfile::tempdir().unwrap();
     let nowhere = solve(&temp.path().join("nowhere"), &SETTINGS, &["--resume"]);
     assert_eq!(nowhere.status.code(), Some(7));
-    assert!(said(&nowhere).contains("holds no checkpoint"), "{}", said(&nowhere));
+    assert!(said(&nowhere).contains("was ever started in"), "{}", said(&nowhere));
     let plain = command("paper.toml", &temp.path().join("plain"), &[], &["--resume"]).output().unwrap();
     assert_eq!(plain.status.code(), Some(2));
     assert!(said(&plain).contains("has no [adapt]"), "{}", said(&plain));

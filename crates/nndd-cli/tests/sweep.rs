@@ -159,14 +159,18 @@ fn a_run_without_value_is_a_dash_and_a_sweep_of_such_runs_is_not_converged() {
 }
 
 #[test]
-fn a_refused_value_keeps_the_rows_before_it_and_is_called_by_its_option() {
+fn an_impossible_value_is_refused_before_the_first_run_and_called_by_its_option() {
     let temp = tempfile::tempdir().unwrap();
     let out = temp.path().join("sweep");
     let output = sweep(&out, "solver.theta=[0.3, -1]", &[]);
     let complaint = text(&output.stderr);
     assert_eq!(output.status.code(), Some(3), "{complaint}");
     assert!(complaint.contains("--over solver.theta=-1") && !complaint.contains("--set"), "{complaint}");
-    assert_eq!(column(&out, "sweep.csv", "solver.theta"), ["0.3"]);
+    assert!(output.stdout.is_empty() && !out.exists(), "{}", text(&output.stdout));
+    // What only shows when the problem is built keeps the rows before it.
+    let output = sweep(&out, "body.0.generator.origin=[[0.0, 1.0], [0.0, 0.5]]", &[]);
+    assert_eq!(output.status.code(), Some(3), "{}", text(&output.stderr));
+    assert_eq!(column(&out, "sweep.csv", "iteration").len(), 1);
     let out = temp.path().join("panel");
     let output = sweep(&out, "solver.theta=[0.3]", &["--panel", "solver.weights=none"]);
     assert_eq!(output.status.code(), Some(3));

@@ -156,7 +156,13 @@ fn ring(mut r: Reader<'_>) -> Option<MeshSource> {
 fn half_disc(mut r: Reader<'_>) -> Option<MeshSource> {
     r.require(&["radius", "facing", "half_width", "cells"]);
     let pole = r.pair("pole").unwrap_or_default();
-    let (radius, half_width) = (r.number("radius"), r.number("half_width"));
+    let radius = r.number_where("radius", |radius| radius > 0.0, "a number > 0");
+    let largest = 0.3 * radius.unwrap_or(f64::INFINITY);
+    let half_width = r.number_where(
+        "half_width",
+        |width| width > 0.0 && width <= largest,
+        "a number > 0, at most 0.3 times `radius`",
+    );
     let facing = r.choice("facing", FACINGS);
     let cells = r.count("cells", 1);
     r.finish();

@@ -7,6 +7,7 @@ use crate::mesh_file::listed;
 use fem_core::geometry;
 use fem_core::material::Materials;
 use fem_core::mesh::TriMesh;
+use std::collections::{HashMap, HashSet};
 
 /// `[[body.region]]`: cells with a material of their own. Where regions overlap, the later one counts.
 #[derive(Clone, Debug, PartialEq)]
@@ -89,13 +90,12 @@ impl Case {
     pub fn materials_of(&self, body: usize) -> Vec<&Material> {
         let body = &self.bodies[body];
         let names = std::iter::once(&body.material).chain(body.regions.iter().map(|r| &r.material));
-        let mut found: Vec<&Material> = Vec::new();
-        for material in names.filter_map(|name| self.materials.iter().find(|m| m.name == *name)) {
-            if !found.iter().any(|m| m.name == material.name) {
-                found.push(material);
-            }
-        }
-        found
+        let by_name: HashMap<&str, &Material> = self.materials.iter().map(|m| (m.name.as_str(), m)).collect();
+        let mut seen = HashSet::new();
+        names
+            .filter(|name| seen.insert(*name))
+            .filter_map(|name| by_name.get(name.as_str()).copied())
+            .collect()
     }
 
     /// Lists, for each entry of the list of materials that fem-core has of a body, 0 or 1, its place in

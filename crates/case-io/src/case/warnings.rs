@@ -1,7 +1,8 @@
 //! What is allowed but probably not meant.
 
-use super::{Case, Criterion, MaterialLaw, Method};
-use crate::diagnostic::{Diagnostic, code};
+use super::{Case, Criterion, Material, MaterialLaw, Method};
+use crate::diagnostic::{Diagnostic, MOST_DIAGNOSTICS, code};
+use std::collections::HashSet;
 
 /// From this ratio on P1 triangles lock noticeably in plane strain.
 const LOCKING: f64 = 0.49;
@@ -14,9 +15,21 @@ const NNDD_ONLY: [&str; 7] = ["imposed", "path", "theta", "weights", "accelerati
 
 impl Case {
     /// Lists what is allowed but probably not meant: materials that lock, settings without effect,
-    /// slivers and cracks in meshes that were read.
+    /// slivers and cracks in meshes that were read. At most [`MOST_DIAGNOSTICS`], the others are counted in one more.
     pub fn warnings(&self) -> Vec<Diagnostic> {
         let mut warnings = self.mesh_warnings();
+        warnings.extend(self.material_warnings());
+        warnings.extend(self.solver_warnings());
+        let omitted = warnings.len().saturating_sub(MOST_DIAGNOSTICS);
+        if omitted > 0 {
+            warnings.truncate(MOST_DIAGNOSTICS);
+            warnings.push(Diagnostic::new(code::VALUE, None, format!("and {omitted} more warnings")));
+        }
+        warnings
+    }
+
+    fn material_warnings(&self) -> Vec<Diagnostic> {
+        let mut warnings = Vec::new();
         for material in &self.materials {
             let MaterialLaw::Isotropic { poisson, .. } = material.law else { continue };
             if poisson < LOCKING {
@@ -28,8 +41,8 @@ impl Case {
             );
             warnings.push(self.diagnostic(code::VALUE, &path, message));
         }
-        let moduli =
-            || (0..2).flat_map(|body| self.materials_of(body)).map(|material| material.largest_modulus());
+        let used: Vec<&Material> = (0..2).flat_map(|body| self.materials_of(body)).collect();
+        let moduli = || used.iter().map(|material| material.largest_modulus());
         let ratio = moduli().fold(0.0, f64::max) / moduli().fold(f64::INFINITY, f64::min);
         if ratio > MODULI {
             let factor =
@@ -37,16 +50,17 @@ impl Case {
             let message = format!("the moduli of the materials differ by a factor of {factor}");
             warnings.push(self.diagnostic(code::VALUE, "materials", message));
         }
-        for material in &self.materials {
-            if (0..2).all(|b| self.materials_of(b).iter().all(|m| m.name != material.name)) {
-                let message = format!("no body uses the material \"{}\"", material.name);
-                warnings.push(self.diagnostic(
-                    code::REFERENCE,
-                    &format!("materials.{}", material.name),
-                    message,
-                ));
-            }
+        let used: HashSet<&str> = used.iter().map(|material| material.name.as_str()).collect();
+        for material in self.materials.iter().filter(|material| !used.contains(material.name.as_str())) {
+            let message = format!("no body uses the material \"{}\"", material.name);
+            let path = format!("materials.{}", material.name);
+            warnings.push(self.diagnostic(code::REFERENCE, &path, message));
         }
+        warnings
+    }
+
+    fn solver_warnings(&self) -> Vec<Diagnostic> {
+        let mut warnings = Vec::new();
         let unused: Vec<&str> =
             NNDD_ONLY.into_iter().filter(|key| self.is_given(&format!("solver.{key}"))).collect();
         if self.solver.method == Method::Newton && !unused.is_empty() {

@@ -36,8 +36,8 @@ impl Lock {
             // Between opening and locking the former holder may have removed the file: then this lock guards
             // nothing that others can see.
             if is_at(&file, &path) {
-                let named = file.set_len(0).and_then(|()| writeln!(file, "{}", std::process::id()));
-                named.map_err(failed("write", &path))?;
+                // On a full disk the holder stays unnamed.
+                let _ = file.set_len(0).and_then(|()| writeln!(file, "{}", std::process::id()));
                 return Ok(Self { path, file: Some(file) });
             }
         }
@@ -47,8 +47,11 @@ impl Lock {
 impl Drop for Lock {
     fn drop(&mut self) {
         // Removed while it is still locked, so that nobody locks a file that is about to go. Nothing can be done
-        // about a failure here, and a file left behind does no harm.
-        let _ = fs::remove_file(&self.path);
+        // about a failure here, and a file left behind does no harm. A file of that name may be another run's, if the
+        // directory was removed and made again.
+        if self.file.as_ref().is_some_and(|file| is_at(file, &self.path)) {
+            let _ = fs::remove_file(&self.path);
+        }
         drop(self.file.take());
     }
 }
@@ -64,8 +67,9 @@ fn read_holder(file: &mut File) -> Option<u32> {
     text.trim().parse().ok()
 }
 
+/// Says whether a path leads to what was opened.
 #[cfg(unix)]
-fn is_at(file: &File, path: &Path) -> bool {
+pub(super) fn is_at(file: &File, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;
     match (file.metadata(), fs::metadata(path)) {
         (Ok(a), Ok(b)) => (a.dev(), a.ino()) == (b.dev(), b.ino()),
@@ -75,6 +79,6 @@ fn is_at(file: &File, path: &Path) -> bool {
 
 /// Elsewhere an open file cannot be removed, so what was opened is what is there.
 #[cfg(not(unix))]
-fn is_at(_file: &File, _path: &Path) -> bool {
-    true
+pub(super) fn is_at(_file: &File, path: &Path) -> bool {
+    path.exists()
 }

@@ -50,10 +50,55 @@ fn another_case_needs_force() {
     let mut output = OutputDirectory::open(root.path(), ResultKind::Solve, "other", true).unwrap();
     assert!(output.replaces_a_result());
     output.write("lower.vtu", b"new").unwrap();
-    // Killed here, nothing would pass for a complete result.
-    assert!(!root.path().join("report.json").exists());
+    // Dropped here, the run has changed nothing.
     drop(output);
-    assert!(matches!(run(root.path(), "other", false, &[]), Err(OutputError::NotOurs { .. })));
+    assert_eq!(names(root.path()), ["report.json", "upper.vtu"]);
+    run(root.path(), "other", true, &["lower.vtu"]).unwrap();
+    assert_eq!(names(root.path()), ["lower.vtu", "report.json"]);
+}
+
+#[test]
+fn a_run_that_ends_without_result_leaves_no_directory() {
+    let root = tempfile::tempdir().unwrap();
+    let deep = root.path().join("a/b/c");
+    let mut output = OutputDirectory::open(&deep, ResultKind::Solve, "h", false).unwrap();
+    output.write("figures/a.svg", b"half").unwrap();
+    assert!(deep.is_dir());
+    drop(output);
+    assert_eq!(names(root.path()), Vec::<String>::new());
+}
+
+#[test]
+fn a_run_killed_while_its_files_take_their_places_blocks_nothing() {
+    let root = tempfile::tempdir().unwrap();
+    fs::create_dir(root.path().join(STAGING)).unwrap();
+    fs::write(root.path().join("history.csv"), "1").unwrap();
+    fs::write(root.path().join("upper.vtu"), "1").unwrap();
+    run(root.path(), "h", false, &["history.csv"]).unwrap();
+    assert_eq!(names(root.path()), ["history.csv", "report.json"]);
+    // Beside something that is not ours it is refused as ever.
+    fs::remove_file(root.path().join("report.json")).unwrap();
+    fs::create_dir(root.path().join(STAGING)).unwrap();
+    fs::write(root.path().join("thesis.tex"), "mine").unwrap();
+    assert!(matches!(run(root.path(), "h", false, &[]), Err(OutputError::NotOurs { .. })));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_directory_that_was_removed_is_not_made_again() {
+    let root = tempfile::tempdir().unwrap();
+    let path = root.path().join("out");
+    let mut output = OutputDirectory::open(&path, ResultKind::Solve, "h", false).unwrap();
+    let presence = output.presence();
+    assert!(presence.lasts());
+    fs::remove_dir_all(&path).unwrap();
+    assert!(!presence.lasts());
+    assert!(matches!(output.write("a.csv", b"1"), Err(OutputError::Vanished { .. })));
+    // Another one of that name is not the same.
+    fs::create_dir(&path).unwrap();
+    assert!(matches!(output.write("a.csv", b"1"), Err(OutputError::Vanished { .. })));
+    drop(output);
+    assert!(path.is_dir());
 }
 
 #[test]

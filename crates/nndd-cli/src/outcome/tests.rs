@@ -17,7 +17,7 @@ fn solved() -> (Case, CertifiedSolution) {
 fn reported(case: &Case, solution: CertifiedSolution) -> (Report, String) {
     let status = judge(case, &solution, None);
     let adaptive: Vec<AdaptiveRow> = Vec::new();
-    let solved = run::Solved { solution, status, adaptive, step_seconds: Vec::new() };
+    let solved = run::Solved { solution, status, adaptive, step_seconds: Vec::new(), longest_step: None };
     let report = report::report(case, &solved, Default::default());
     let said = console::verdict(&report);
     (report, said)

@@ -190,20 +190,6 @@ fn item_66_an_output_directory_that_becomes_read_only_is_said() {
 }
 
 #[test]
-fn item_66_an_output_directory_that_vanishes_is_made_again() {
-    // Nothing was in it yet, so nothing is lost: the files are written where they were asked for.
-    let temp = tempfile::tempdir().unwrap();
-    let out = temp.path().join("out");
-    let mut child = processes::long_run(&out);
-    processes::wait_for_iterations(&mut child);
-    std::fs::remove_dir_all(&out).unwrap();
-    processes::signal(&child, "TERM");
-    assert_eq!(child.wait().unwrap().code(), Some(143));
-    assert!(report(&out).certificate.valid);
-    whole_files(&out);
-}
-
-#[test]
 fn item_66_an_output_directory_that_becomes_a_file_is_said() {
     let temp = tempfile::tempdir().unwrap();
     let out = temp.path().join("out");
@@ -211,7 +197,6 @@ fn item_66_an_output_directory_that_becomes_a_file_is_said() {
     processes::wait_for_iterations(&mut child);
     std::fs::remove_dir_all(&out).unwrap();
     std::fs::write(&out, "precious").unwrap();
-    processes::signal(&child, "TERM");
     assert_eq!(child.wait().unwrap().code(), Some(7));
     assert_eq!(std::fs::read_to_string(&out).unwrap(), "precious");
 }
@@ -258,7 +243,7 @@ fn item_68_a_real_disk_that_is_full_leaves_no_cut_file() {
     for size in ["8k", "40k", "120k"] {
         let kept = temp.path().join(size);
         let script = "mount -t tmpfs -o size=$1 tmpfs \"$2\" || exit 99; \"$0\" solve \"$3\" --out \"$2/out\"; code=$?; \
-                      cp -r \"$2/out\" \"$4\"; exit $code";
+                      [ ! -e \"$2/out\" ] || cp -r \"$2/out\" \"$4\"; exit $code";
         let mut command = Command::new("unshare");
         command.args(["-rm", "sh", "-c", script, env!("CARGO_BIN_EXE_nndd"), size]);
         let output = command.arg(&disk).arg(cases().join("paper.toml")).arg(&kept).output();
@@ -298,6 +283,53 @@ fn item_68_a_full_console_is_said() {
     let output = command.output().unwrap();
     assert_eq!(output.status.code(), Some(7));
     assert!(said(&output).contains("cannot write to standard output"), "{}", said(&output));
+    assert!(!temp.path().join("runs").exists());
+}
+
+#[test]
+fn a_full_console_is_said_by_every_command() {
+    if !Path::new("/dev/full").exists() {
+        eprintln!("skipped, there is no /dev/full");
+        return;
+    }
+    let temp = tempfile::tempdir().unwrap();
+    let paper = cases().join("paper.toml");
+    let paper = paper.to_str().unwrap();
+    let commands: [&[&str]; 7] = [
+        &["--help"],
+        &["--version"],
+        &["solve", "--help"],
+        &["check", paper],
+        &["sweep", paper, "--over", "solver.theta=0.4"],
+        &["solve", paper, "--format", "json"],
+        &["new", "paper"],
+    ];
+    for arguments in commands {
+        let mut command = nndd(temp.path());
+        let output =
+            command.args(arguments).stdout(std::fs::File::create("/dev/full").unwrap()).output().unwrap();
+        assert_eq!(output.status.code(), Some(7), "{arguments:?}: {}", said(&output));
+        assert!(said(&output).contains("cannot write to standard output"), "{}", said(&output));
+    }
+    assert_eq!(std::fs::read_dir(temp.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn exits_without_a_result_leave_no_directory() {
+    let temp = tempfile::tempdir().unwrap();
+    let bad = cases().join("bad");
+    for (case, code) in [("case_65_nearly_singular.toml", 4), ("case_42_infinite_lambda.toml", 3)] {
+        let out = temp.path().join("made/for").join(case);
+        let output = solve(&bad.join(case), &out, &[]);
+        assert_eq!(output.status.code(), Some(code), "{case}: {}", said(&output));
+        assert_eq!(std::fs::read_dir(temp.path()).unwrap().count(), 0, "{case}");
+        // One that was there stays.
+        let out = temp.path().join("there");
+        std::fs::create_dir(&out).unwrap();
+        assert_eq!(solve(&bad.join(case), &out, &[]).status.code(), Some(code));
+        assert_eq!(std::fs::read_dir(&out).unwrap().count(), 0, "{case}");
+        std::fs::remove_dir(&out).unwrap();
+    }
 }
 
 #[test]

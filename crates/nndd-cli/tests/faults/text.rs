@@ -149,4 +149,13 @@ fn item_37_no_text_of_a_file_commands_the_terminal() {
         let text = titled(title);
         assert!(text.contains("[31mred") && !text.contains('\u{1b}'), "{text:?}");
     }
+    // Nor does a title make a line of its own, on the console or the page.
+    let text = titled("title = \"a\\nconverged: b\\u0000\\u202e\"");
+    assert!(text.contains("  a\\nconverged: b\\u{0}\\u{202e}\n"), "{text:?}");
+    let page = std::fs::read_to_string(temp.path().join("out/report.html")).unwrap();
+    assert!(page.contains("<h1>a\\nconverged: b\\u{0}\\u{202e}</h1>"));
+    let figure = std::fs::read_to_string(temp.path().join("out/figures/convergence.svg")).unwrap();
+    for text in [page, figure] {
+        assert!(text.chars().all(|c| !c.is_control() || c == '\n') && !text.contains('\u{202e}'));
+    }
 }
