@@ -9,6 +9,7 @@ mod figure;
 mod iterations;
 mod page;
 mod relaxation;
+mod sharpness;
 
 use std::path::PathBuf;
 
@@ -23,6 +24,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "iterations" => iterations::table(quick),
         "effectivity" => effectivity::page(&folder, quick),
         "adaptivity" => adaptivity::page(&folder, quick),
+        "sharpness" => sharpness::page(quick),
         other => Err(format!("no study is named {other:?}: iterations, effectivity or adaptivity").into()),
     }
 }

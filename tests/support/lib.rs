@@ -17,11 +17,15 @@ pub mod mesh_files;
 pub mod overkill;
 pub mod paper;
 pub mod patch;
+pub mod precise;
+pub mod quadratic;
 pub mod random;
 pub mod rings;
 pub mod run;
 pub mod shapes;
+pub mod sharp;
 pub mod signorini;
 pub mod smooth;
+pub mod stacks;
 
 pub use run::{certify, condense, condense_both, displacements, iterates};

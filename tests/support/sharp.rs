@@ -1,0 +1,87 @@
+//! Problems on which an equilibrated stress is hard to make sharp: nearly incompressible and strongly orthotropic
+//! materials, flat cells.
+//!
+//! ```text
+//!    u_x = 0, u_y = −0.01 (1 + x/2)        two blocks of 2 × 1 (2 × 1.14 of flat cells), 270 cells each,
+//!   ┌────────┐                             without structure inside; they touch along the whole of y = 0
+//!   │   Ω₁   │→ (0, 0.001 E)
+//!   ├────────┤ Γ_C
+//!   │   Ω₂   │
+//!   └────────┘ clamped
+//! ```
+//! Units: any consistent set. The reference is the potential energy by quadratic triangles on the same mesh and on three finer
+//! ones, extrapolated ([`crate::quadratic`]); [`Sharp::REFERENCES`] were computed with it, and `cargo xtask reproduce sharpness`
+//! computes them again.
+
+use crate::random::Random;
+use crate::shapes::unstructured;
+use fem_core::body::Body;
+use fem_core::boundary::BoundaryConditions;
+use fem_core::interface::{ContactInterface, ContactProblem, Gap};
+use fem_core::material::{Hypothesis, LinearElastic, Orthotropic};
+use fem_core::mesh::TriMesh;
+
+/// What is hard about the problem.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Sharp {
+    /// Poisson's ratio of both bodies.
+    Incompressible(f64),
+    /// Ratio of the moduli along and across the fibres, which are inclined by 0.5 and −0.3 radians.
+    Orthotropic(f64),
+    /// Rows of flat cells, of 4.8 degrees at least.
+    Flat,
+}
+
+impl Sharp {
+    /// One problem of each family.
+    pub const ALL: [Self; 5] = [
+        Self::Incompressible(0.4999),
+        Self::Incompressible(0.49999),
+        Self::Orthotropic(100.0),
+        Self::Orthotropic(1000.0),
+        Self::Flat,
+    ];
+
+    /// Names the problem.
+    pub fn name(self) -> String {
+        match self {
+            Self::Incompressible(nu) => format!("Poisson's ratio {nu}"),
+            Self::Orthotropic(ratio) => format!("orthotropic {ratio}:1"),
+            Self::Flat => "cells of 4.8 degrees".into(),
+        }
+    }
+
+    fn material(self, b: usize) -> Result<LinearElastic, Box<dyn std::error::Error>> {
+        let hypothesis = Hypothesis::PlaneStrain;
+        Ok(match self {
+            Self::Incompressible(nu) => LinearElastic::isotropic(1.0, nu, hypothesis)?,
+            Self::Orthotropic(ratio) => {
+                let constants = Orthotropic::in_plane([ratio, 1.0], 0.3, 0.4, [0.5, -0.3][b]);
+                LinearElastic::orthotropic(&constants, hypothesis)?
+            }
+            Self::Flat => LinearElastic::isotropic(1.0, 0.3, hypothesis)?,
+        })
+    }
+
+    fn mesh(self, b: usize) -> Result<TriMesh, Box<dyn std::error::Error>> {
+        let (cells, height) = if self == Self::Flat { ([5, 27], 1.14) } else { ([15, 9], 1.0) };
+        let mut random = Random::new(17 + b as u64);
+        Ok(unstructured([0.0, -height * b as f64], [2.0, height], cells, &mut random)?)
+    }
+
+    /// Makes the problem.
+    ///
+    /// # Errors
+    /// None.
+    pub fn problem(self) -> Result<ContactProblem, Box<dyn std::error::Error>> {
+        let push = |x: [f64; 2]| -0.01 * (1.0 + 0.5 * x[0]);
+        let push = fem_core::boundary::ScalarData::function(push);
+        let upper = BoundaryConditions::new()
+            .displace("top", Some(0.0.into()), Some(push))
+            .traction("right", [0.0.into(), 0.001.into()]);
+        let upper = Body::new(self.mesh(0)?, self.material(0)?, &upper)?;
+        let lower = Body::new(self.mesh(1)?, self.material(1)?, &BoundaryConditions::new().fix("bottom"))?;
+        let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
+        Ok(ContactProblem { bodies: [upper, lower], interface })
+    }
+}
