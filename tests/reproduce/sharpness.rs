@@ -12,8 +12,8 @@ use tests::quadratic::extrapolated;
 use tests::run::{certify_with, condense_both, displacements, newton};
 use tests::sharp::Sharp;
 
-/// Prints effectivities of the default relaxation and of fixed numbers of steps.
-pub(crate) fn page(quick: bool) -> Result<(), Box<dyn Error>> {
+/// Makes the section: effectivities of the default relaxation, of fixed numbers of steps, and by tolerance.
+pub(crate) fn section(quick: bool) -> Result<String, Box<dyn Error>> {
     const GAINS: [f64; 6] = [0.1, 0.05, 0.03, 0.02, 0.01, 0.005];
     const STEPS: [usize; 8] = [0, 2, 5, 10, 20, 30, 100, 300];
     let mut names = vec![
@@ -25,7 +25,7 @@ pub(crate) fn page(quick: bool) -> Result<(), Box<dyn Error>> {
     names.extend(STEPS.map(|s| format!("{s} steps")));
     names.extend(GAINS.map(|g| format!("gain < {g} (steps)")));
     let mut text = head(&names.iter().map(String::as_str).collect::<Vec<_>>()) + "\n";
-    let mut gains = String::new();
+    let mut references = String::new();
     for sharp in Sharp::ALL {
         let problem = sharp.problem()?;
         let angle = problem.bodies.iter().map(|b| b.mesh().smallest_angle()).fold(180.0, f64::min);
@@ -53,13 +53,6 @@ pub(crate) fn page(quick: bool) -> Result<(), Box<dyn Error>> {
         for steps in STEPS {
             let e = certify_with(&problem, &bodies, &iterate, Relaxation::Steps(steps))?;
             cells.push(format!("{:.3}", e.e_cre / error));
-            if steps == 300 {
-                for (b, report) in e.pair.relaxation.iter().enumerate() {
-                    let history: Vec<String> =
-                        report.energy_history.iter().map(|e| format!("{:.5e}", e.sqrt())).collect();
-                    let _ = writeln!(gains, "- {}, body {b}: {}", sharp.name(), history.join(" "));
-                }
-            }
         }
         for gain in GAINS {
             let relaxation = Relaxation::Tolerance { gain, max_steps: 100 };
@@ -71,12 +64,11 @@ pub(crate) fn page(quick: bool) -> Result<(), Box<dyn Error>> {
         let _ = writeln!(text, "{}", row(&cells));
         let shown: Vec<String> = energies.iter().map(|e| format!("{e:.8e}")).collect();
         let _ = writeln!(
-            gains,
+            references,
             "- {}: touching {touching}, J = {}, limit {limit:.8e}; J(v) {potential:.8e}",
             sharp.name(),
             shown.join(", ")
         );
     }
-    println!("{text}\n{gains}");
-    Ok(())
+    Ok(format!("## Sharpness by steps of relaxation\n\n{text}\n{references}"))
 }

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout)]
 
 mod adaptive;
+mod adversarial;
 mod bound;
 mod bounds;
 mod certificate;

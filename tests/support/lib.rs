@@ -3,6 +3,7 @@
 //! Each file says where its reference values come from and of which kind they are: exact, from an
 //! independent code, or an earlier value of this code.
 
+pub mod adversarial;
 pub mod blocks;
 pub mod columns;
 pub mod cook;
@@ -27,5 +28,7 @@ pub mod sharp;
 pub mod signorini;
 pub mod smooth;
 pub mod stacks;
+pub mod trial;
+pub mod witness;
 
 pub use run::{certify, condense, condense_both, displacements, iterates};

@@ -13,7 +13,7 @@ use faer::sparse::{SparseColMat, Triplet};
 use fem_core::body::{Body, EdgeReaction, NodeConstraint};
 use fem_core::element::Triangle;
 use fem_core::geometry::{Vector, scale};
-use fem_core::interface::ContactProblem;
+use fem_core::interface::{ContactProblem, RefinedProblem};
 use fem_core::mesh::refine::RefinementEdges;
 use fem_core::tensor::SymTensor2;
 use std::collections::HashMap;
@@ -256,10 +256,10 @@ fn share(problem: &ContactProblem, bodies: &mut [Quadratic<'_>; 2]) -> Result<Ve
 ///
 /// # Errors
 /// None, for sound problems.
-pub fn halved(problem: &ContactProblem) -> Result<ContactProblem, Box<dyn Error>> {
+pub fn halve(problem: &ContactProblem) -> Result<RefinedProblem, Box<dyn Error>> {
     let edges = [0, 1].map(|b: usize| RefinementEdges::longest(problem.bodies[b].mesh()));
     let marked = [0, 1].map(|b: usize| vec![true; problem.bodies[b].mesh().topology().edges().len()]);
-    Ok(problem.refined([&edges[0], &edges[1]], &marked)?.problem)
+    Ok(problem.refined([&edges[0], &edges[1]], &marked)?)
 }
 
 /// Extrapolates the potential energy on four meshes, the given one and three times halved: `J₃ − d²/(1 − d)·…` by Aitken, from
@@ -273,7 +273,7 @@ pub fn extrapolated(problem: &ContactProblem, halvings: usize) -> Result<(Vec<f6
     let mut energies = vec![potential_energy(problem)?];
     let mut finer = problem.clone();
     for _ in 0..halvings {
-        finer = halved(&finer)?;
+        finer = halve(&finer)?.problem;
         energies.push(potential_energy(&finer)?);
     }
     let [.., a, b, c] = energies[..] else { return Err("an extrapolation needs three meshes".into()) };

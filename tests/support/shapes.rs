@@ -99,6 +99,7 @@ pub fn unstructured(
     origin: Vector,
     size: Vector,
     cells: [usize; 2],
+    shake: f64,
     random: &mut Random,
 ) -> Result<TriMesh, MeshError> {
     let [nx, ny] = cells.map(|n| n as f64);
@@ -108,7 +109,7 @@ pub fn unstructured(
         let inside = |c: usize, n: f64| x[c] > 0.5 && x[c] < n - 0.5;
         if inside(0, nx) && inside(1, ny) {
             let shift = if x[1] as usize % 2 == 1 { 0.25 } else { -0.25 };
-            *x = [x[0] + shift + 0.2 * random.signed(), x[1] + 0.2 * random.signed()];
+            *x = [x[0] + shift + shake * random.signed(), x[1] + shake * random.signed()];
         }
     }
     let triangles = delaunay(&points, squares.triangles().to_vec());

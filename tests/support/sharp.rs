@@ -66,7 +66,7 @@ impl Sharp {
     fn mesh(self, b: usize) -> Result<TriMesh, Box<dyn std::error::Error>> {
         let (cells, height) = if self == Self::Flat { ([5, 27], 1.14) } else { ([15, 9], 1.0) };
         let mut random = Random::new(17 + b as u64);
-        Ok(unstructured([0.0, -height * b as f64], [2.0, height], cells, &mut random)?)
+        Ok(unstructured([0.0, -height * b as f64], [2.0, height], cells, 0.2, &mut random)?)
     }
 
     /// Makes the problem.

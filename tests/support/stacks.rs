@@ -16,6 +16,8 @@
 use crate::precise::{Precise, energy, minus, precise, rounded};
 use crate::random::Random;
 use crate::shapes::moved;
+use certified_contact::{Imposed, Settings, Silent, solve};
+use cre_estimator::Relaxation;
 use fem_core::body::Body;
 use fem_core::boundary::{BoundaryConditions, ScalarData};
 use fem_core::geometry::Vector;
@@ -23,6 +25,7 @@ use fem_core::interface::{ContactInterface, ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic, Materials};
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::generate::block;
+use nndd::Method;
 use qd::Quad;
 use std::error::Error;
 
@@ -61,29 +64,28 @@ impl Stack {
     pub fn layered(contrast: f64, random: &mut Random) -> Self {
         let unit = 10f64.powf(6.0 * random.signed());
         let length = 10f64.powf(3.0 * random.signed());
-        let mut body = |count: usize| -> Vec<Layer> {
-            let layer = |random: &mut Random| Layer {
+        let mut layers = [3, 2].map(|count: usize| -> Vec<Layer> {
+            let layer = |_| Layer {
                 young: unit * contrast.powf(random.unit()),
                 height: length * (0.5 + random.unit()),
-                rows: 1 + (random.unit() * 8.0) as usize,
+                rows: 1 + (random.unit() * 16.0) as usize,
             };
-            (0..count).map(|_| layer(random)).collect()
-        };
-        let mut layers = [body(3), body(2)];
-        // The extremes are there, anywhere.
-        for (k, young) in [(0, unit), (1, unit * contrast)] {
-            let b = (random.unit() * 2.0) as usize;
-            let place = (random.unit() * layers[b].len() as f64) as usize;
-            layers[if k == 0 { b } else { 1 - b }][place.min(1)].young = young;
+            (0..count).map(layer).collect()
+        });
+        // The softest and the stiffest are there, anywhere.
+        let soft = (random.unit() * 5.0) as usize;
+        let stiff = (soft + 1 + (random.unit() * 4.0) as usize) % 5;
+        for (place, young) in [(soft, unit), (stiff, unit * contrast)] {
+            layers[place / 3][place % 3].young = young;
         }
         Self {
             layers,
             width: length * (1.0 + 2.0 * random.unit()),
-            columns: 2 + (random.unit() * 14.0) as usize,
+            columns: 2 + (random.unit() * 24.0) as usize,
             poisson: if random.unit() < 0.5 { 0.0 } else { 0.45 * random.unit() },
             push: length * 10f64.powf(-4.0 + 3.0 * random.unit()),
             lying: random.unit() < 0.5,
-            shake: (if random.unit() < 0.5 { 0.0 } else { 0.3 }, (random.unit() * 1e9) as u64),
+            shake: (if random.unit() < 0.5 { 0.0 } else { 0.15 }, (random.unit() * 1e9) as u64),
         }
     }
 
@@ -106,7 +108,7 @@ impl Stack {
             poisson: 0.0,
             push: width * ratio * 10f64.powf(-4.0 + 2.0 * random.unit()),
             lying: random.unit() < 0.5,
-            shake: (if random.unit() < 0.5 { 0.0 } else { 0.2 }, (random.unit() * 1e9) as u64),
+            shake: (if random.unit() < 0.5 { 0.0 } else { 0.15 }, (random.unit() * 1e9) as u64),
         }
     }
 
@@ -284,17 +286,80 @@ impl Exact {
         if self.stack.lying { [-along, zero] } else { [zero, along] }
     }
 
-    /// Computes `‖u − v‖` of both bodies together.
+    /// Computes `‖u − v‖²` of body `b`.
     ///
-    /// * `problem`: in the order of the stack's bodies; `v`: displacements of these.
-    pub fn error(&self, problem: &ContactProblem, v: [&[Vector]; 2]) -> f64 {
-        let squared = |b: usize| {
-            let body = &problem.bodies[b];
-            let points = body.mesh().points();
-            let difference: Vec<Precise> =
-                points.iter().zip(v[b]).map(|(x, v)| minus(self.displacement(b, *x), precise(*v))).collect();
-            energy(body, &difference)
-        };
-        rounded((squared(0) + squared(1)).sqrt())
+    /// * `v`: one per node.
+    pub fn error_squared(&self, b: usize, body: &Body, v: &[Vector]) -> Quad {
+        let nodes = body.mesh().points().iter().zip(v);
+        let difference: Vec<Precise> =
+            nodes.map(|(x, v)| minus(self.displacement(b, *x), precise(*v))).collect();
+        energy(body, &difference)
     }
+}
+
+/// What a certificate says of a stack, and what is true.
+#[derive(Clone, Debug)]
+pub struct Measured {
+    /// `‖u − v‖` of the displacements that the program shows.
+    pub error: f64,
+    /// `√a(u, u)`.
+    pub norm: f64,
+    /// The bound.
+    pub e_cre: f64,
+    /// The bound of the iteration's error, here the whole error.
+    pub eta_nndd: f64,
+    /// The intervals of energy norm, potential energy and contact force, with the exact values.
+    pub intervals: [([f64; 2], Quad); 3],
+}
+
+impl Measured {
+    /// Solves a stack and measures its certificate; `None` if the program gives none.
+    ///
+    /// # Errors
+    /// A stack that makes no problem.
+    pub fn new(stack: &Stack, settings: &Settings) -> Result<Option<Self>, Box<dyn Error>> {
+        let exact = stack.exact()?;
+        let Ok(found) = solve(stack.problem()?, settings, &mut Silent) else { return Ok(None) };
+        let (Some(estimate), Some(bounds), true) = (&found.estimate, found.bounds, found.is_certified())
+        else {
+            return Ok(None);
+        };
+        let squared = |b: usize| {
+            let role = found.role(b);
+            exact.error_squared(b, &found.problem.bodies[role], &estimate.pair.displacement[role])
+        };
+        let force = bounds.contact_force.ok_or("a straight line without a bound of its force")?;
+        Ok(Some(Self {
+            error: rounded((squared(0) + squared(1)).sqrt()),
+            norm: rounded(exact.energy_norm),
+            e_cre: estimate.e_cre,
+            eta_nndd: found.last().eta_nndd,
+            intervals: [
+                (bounds.energy_norm, exact.energy_norm),
+                (bounds.potential_energy, exact.potential_energy),
+                (force, exact.contact_force),
+            ],
+        }))
+    }
+
+    /// Tells what is violated: `e_CRE`, `η_NNDD`, the three intervals. NaN counts as a violation.
+    pub fn violations(&self) -> [bool; 5] {
+        let outside = |([low, high], exact): ([f64; 2], Quad)| {
+            !(Quad::from_f64(low) <= exact && exact <= Quad::from_f64(high))
+        };
+        let [norm, energy, force] = self.intervals.map(outside);
+        [!(self.e_cre >= self.error), !(self.eta_nndd >= self.error), norm, energy, force]
+    }
+}
+
+/// Makes random settings: who carries λ, the method, and how far stresses are relaxed.
+pub fn random_settings(random: &mut Random) -> Settings {
+    let mut settings = Settings::default();
+    settings.imposed = [Imposed::Auto, Imposed::First, Imposed::Second][(random.unit() * 3.0) as usize];
+    settings.relaxation =
+        [Relaxation::NONE, Relaxation::Steps(2), Relaxation::default()][(random.unit() * 3.0) as usize];
+    if random.unit() < 0.25 {
+        settings.nndd.method = Method::Newton;
+    }
+    settings
 }
