@@ -19,6 +19,7 @@ mod mesh_files;
 mod non_matching;
 mod paper;
 mod patch;
+mod refusals;
 mod resume;
 mod solve;
 mod threads;
