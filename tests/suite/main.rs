@@ -21,5 +21,6 @@ mod paper;
 mod patch;
 mod refusals;
 mod resume;
+mod sharpness;
 mod solve;
 mod threads;
