@@ -4,11 +4,14 @@
 #![allow(clippy::print_stdout)] // It writes pages.
 
 mod adaptivity;
+mod adversarial;
 mod effectivity;
+mod exact;
 mod figure;
 mod iterations;
 mod page;
 mod relaxation;
+mod sharpness;
 
 use std::path::PathBuf;
 
@@ -16,13 +19,19 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let quick = arguments.iter().any(|a| a == "--quick");
     let [study, folder, ..] = arguments.as_slice() else {
-        return Err("expected: reproduce iterations|effectivity|adaptivity FOLDER [--quick]".into());
+        return Err(
+            "expected: reproduce iterations|effectivity|adaptivity|adversarial FOLDER [--quick]".into()
+        );
     };
     let folder = PathBuf::from(folder);
     match study.as_str() {
         "iterations" => iterations::table(quick),
         "effectivity" => effectivity::page(&folder, quick),
         "adaptivity" => adaptivity::page(&folder, quick),
-        other => Err(format!("no study is named {other:?}: iterations, effectivity or adaptivity").into()),
+        "adversarial" => adversarial::page(&folder, quick),
+        other => {
+            Err(format!("no study is named {other:?}: iterations, effectivity, adaptivity or adversarial")
+                .into())
+        }
     }
 }

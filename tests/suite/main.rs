@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout)]
 
 mod adaptive;
+mod adversarial;
 mod bound;
 mod bounds;
 mod certificate;
@@ -19,6 +20,8 @@ mod mesh_files;
 mod non_matching;
 mod paper;
 mod patch;
+mod refusals;
 mod resume;
+mod sharpness;
 mod solve;
 mod threads;

@@ -3,6 +3,7 @@
 //! Each file says where its reference values come from and of which kind they are: exact, from an
 //! independent code, or an earlier value of this code.
 
+pub mod adversarial;
 pub mod blocks;
 pub mod columns;
 pub mod cook;
@@ -17,12 +18,18 @@ pub mod mesh_files;
 pub mod overkill;
 pub mod paper;
 pub mod patch;
+pub mod precise;
+pub mod quadratic;
 pub mod random;
 pub mod receding;
 pub mod rings;
 pub mod run;
 pub mod shapes;
+pub mod sharp;
 pub mod signorini;
 pub mod smooth;
+pub mod stacks;
+pub mod trial;
+pub mod witness;
 
 pub use run::{certify, condense, condense_both, displacements, iterates};

@@ -1,8 +1,11 @@
 //! Meshes of other shapes, made from structured blocks by moving their nodes or leaving out cells.
 
-use fem_core::geometry::Vector;
+use crate::random::Random;
+use fem_core::geometry::{Vector, angle_between, sub};
 use fem_core::mesh::generate::block;
 use fem_core::mesh::{MeshError, TriMesh};
+use std::collections::HashMap;
+use std::f64::consts::PI;
 
 /// Moves the nodes of a mesh and keeps its triangles and groups.
 ///
@@ -84,4 +87,63 @@ pub fn interpolate_block(field: &[Vector], cells: [usize; 2], factor: usize) -> 
         }
     }
     fine
+}
+
+/// Meshes the rectangle `origin + [0, size_x] × [0, size_y]` without any structure but on its sides, where the nodes are
+/// those of [`block`] and so are the names: rows of nodes shifted against each other and moved at random, joined so
+/// that no circle through the corners of a triangle holds a node if cells are drawn as squares.
+///
+/// # Errors
+/// See [`block`].
+pub fn unstructured(
+    origin: Vector,
+    size: Vector,
+    cells: [usize; 2],
+    shake: f64,
+    random: &mut Random,
+) -> Result<TriMesh, MeshError> {
+    let [nx, ny] = cells.map(|n| n as f64);
+    let squares = block([0.0; 2], [nx, ny], cells)?;
+    let mut points = squares.points().to_vec();
+    for x in &mut points {
+        let inside = |c: usize, n: f64| x[c] > 0.5 && x[c] < n - 0.5;
+        if inside(0, nx) && inside(1, ny) {
+            let shift = if x[1] as usize % 2 == 1 { 0.25 } else { -0.25 };
+            *x = [x[0] + shift + shake * random.signed(), x[1] + shake * random.signed()];
+        }
+    }
+    let triangles = delaunay(&points, squares.triangles().to_vec());
+    let place = |x: &Vector| [origin[0] + size[0] * (x[0] / nx), origin[1] + size[1] * (x[1] / ny)];
+    let edges = squares.topology().edges();
+    let groups = squares.groups().iter();
+    let groups =
+        groups.map(|(name, group)| (name.clone(), group.iter().map(|&e| edges[e as usize]).collect()));
+    TriMesh::new(points.iter().map(place).collect(), triangles, groups.collect())
+}
+
+/// Exchanges diagonals of pairs of triangles until the angles opposite to each add up to at most 180 degrees.
+fn delaunay(points: &[Vector], mut triangles: Vec<[u32; 3]>) -> Vec<[u32; 3]> {
+    let angle = |apex: u32, a: u32, b: u32| {
+        let [p, a, b] = [apex, a, b].map(|n| points[n as usize]);
+        angle_between(sub(a, p), sub(b, p))
+    };
+    loop {
+        let mut seen: HashMap<[u32; 2], usize> = HashMap::new();
+        let mut found = None;
+        'search: for t in 0..triangles.len() {
+            for k in 0..3 {
+                let [a, b, c] = [0, 1, 2].map(|m| triangles[t][(k + m) % 3]);
+                let Some(other) = seen.insert([a.min(b), a.max(b)], t) else { continue };
+                let apex = triangles[other].into_iter().find(|n| *n != a && *n != b).unwrap_or(a);
+                if angle(c, a, b) + angle(apex, a, b) > PI + 1e-9 {
+                    found = Some(([t, other], [[c, a, apex], [c, apex, b]]));
+                    break 'search;
+                }
+            }
+        }
+        let Some((places, new)) = found else { return triangles };
+        for (t, corners) in places.into_iter().zip(new) {
+            triangles[t] = corners;
+        }
+    }
 }

@@ -1,0 +1,23 @@
+//! Hard materials and cells: by default the bound is as sharp as promised.
+
+use certified_contact::Settings;
+use cre_estimator::Relaxation;
+use tests::run::{certify_with, condense_both, displacements, newton};
+use tests::sharp::Sharp;
+
+#[test]
+fn the_default_relaxation_is_sharp_on_hard_problems() {
+    for sharp in Sharp::ALL {
+        let problem = sharp.problem().unwrap();
+        let bodies = condense_both(&problem);
+        let iterate = newton(&problem, &bodies).unwrap();
+        let [_, error] = sharp.norm_and_error(&problem, &displacements(&bodies, &iterate));
+        let effectivity =
+            |relaxation| certify_with(&problem, &bodies, &iterate, relaxation).unwrap().e_cre / error;
+        let default = effectivity(Settings::default().relaxation);
+        let relaxed = effectivity(Relaxation::Steps(300));
+        println!("{}: e_CRE/error {default:.3}, fully relaxed {relaxed:.3}", sharp.name());
+        assert!(relaxed >= 1.0, "{}: {relaxed}", sharp.name());
+        assert!(default <= (1.1 * relaxed).max(2.0), "{}: {default}, fully relaxed {relaxed}", sharp.name());
+    }
+}
