@@ -151,21 +151,28 @@ pub struct Stop {
 /// `[estimator]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimator {
-    /// Steps of star-patch relaxation after the equilibration; 0 is the equilibration alone.
+    /// Steps of star-patch relaxation after the equilibration, without [`Self::until`]; 0 is the equilibration alone.
     pub relaxation: usize,
-    /// Instead of a fixed number of steps: relax until a step lowers the bound by less than a fraction of itself.
+    /// Instead of a fixed number of steps: relax until little is left to gain. The default.
     pub until: Option<RelaxUntil>,
     /// Estimate every so many iterations; 0 only when needed.
     pub every: usize,
 }
 
-/// `estimator.tolerance`, `estimator.max_steps`: relaxation as long as it is worth the while.
+/// `estimator.tolerance`, `estimator.max_steps`: relaxation as long as it is worthwhile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelaxUntil {
-    /// Smallest gain of a step, relative, in (0, 1).
+    /// What further steps may still be expected to gain, relative, in (0, 1).
     pub tolerance: f64,
     /// Steps at most.
     pub max_steps: usize,
+}
+
+impl Default for RelaxUntil {
+    /// What is left to gain is 5 %, at most 30 steps.
+    fn default() -> Self {
+        Self { tolerance: 0.05, max_steps: 30 }
+    }
 }
 
 /// `[adapt]`: an adaptive run.

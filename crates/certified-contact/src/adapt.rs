@@ -274,7 +274,7 @@ fn best_step<'a>(history: impl IntoIterator<Item = &'a Step>) -> Option<usize> {
 
 /// Tells whether the bound is zero to round-off: it is at most twice the allowance in it.
 fn bound_is_round_off(solution: &CertifiedSolution) -> bool {
-    solution.estimate.as_ref().is_some_and(|e| e.e_cre <= 2.0 * e.round_off)
+    solution.estimate.as_ref().is_some_and(|e| e.unchecked().e_cre <= 2.0 * e.round_off)
 }
 
 /// Decides whether the mesh just solved is the last one.

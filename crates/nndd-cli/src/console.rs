@@ -11,7 +11,7 @@ use crate::words::{self, blanked, one_line, plain, seven, short};
 use case_io::Case;
 use case_io::case::Material;
 use case_io::diagnostic::Diagnostic;
-use case_io::report::{Report, Status};
+use case_io::report::{Parts, Report, Status};
 use certified_contact::{RoleReason, Step};
 use fem_core::geometry::bounding_box;
 use fem_core::interface::ContactProblem;
@@ -183,7 +183,7 @@ fn solver_lines(case: &Case, output: &str) -> String {
         solver.max_iterations,
         match case.estimator.until {
             None => case.estimator.relaxation.to_string(),
-            Some(until) => format!("until a step gains less than {}", short(until.tolerance)),
+            Some(until) => format!("until less than {} is left to gain", short(until.tolerance)),
         },
         rayon::current_num_threads()
     );
@@ -264,22 +264,26 @@ pub(crate) fn choices(case: &Case, solved: &Solved) -> String {
     text
 }
 
+/// A part of the bound is shown from this share of it on.
+const NOTICEABLE: f64 = 0.1;
+
 /// The status line and the certificate line.
 pub(crate) fn verdict(report: &Report) -> String {
     let Status { word, reason, .. } = &report.status;
     let mut text = format!("\n{word}: {reason}\n");
     let certificate = &report.certificate;
-    let numbers = (certificate.e_cre, certificate.split.discretisation, certificate.split.algebraic);
-    match numbers {
-        (Some(e_cre), Some(dis), Some(alg)) if certificate.valid => {
+    let parts = &certificate.parts;
+    match (certificate.e_cre, parts.mesh, parts.iteration) {
+        (Some(e_cre), Some(mesh), Some(iteration)) if certificate.valid => {
             text += &match certificate.relative {
                 Some(relative) if e_cre > 0.0 => {
                     let percent = |x: f64| words::rounded_up(100.0 * relative * x / e_cre);
                     format!(
-                        "certified error <= {} % of the energy norm (discretisation {} %, iteration {} %)\n",
+                        "certified error <= {} % of the energy norm (discretisation {} %, iteration {} %{})\n",
                         words::rounded_up(100.0 * relative),
-                        percent(dis),
-                        percent(alg)
+                        percent(mesh),
+                        percent(iteration),
+                        other_parts(parts, e_cre, percent)
                     )
                 }
                 _ => format!(
@@ -296,6 +300,24 @@ pub(crate) fn verdict(report: &Report) -> String {
             text.push('\n');
         }
         _ => text += "no certificate: the numbers are too large or too small for one\n",
+    }
+    text
+}
+
+/// The other parts of the bound, as far as they are a noticeable share of it.
+fn other_parts(parts: &Parts, e_cre: f64, percent: impl Fn(f64) -> String) -> String {
+    let others = [
+        ("contact law between the nodes", parts.contact),
+        ("bent contact line", parts.lift),
+        ("gap", parts.gap_data),
+        ("friction", parts.friction),
+        ("round-off", parts.round_off),
+    ];
+    let mut text = String::new();
+    for (name, part) in others {
+        if let Some(part) = part.filter(|part| *part >= NOTICEABLE * e_cre) {
+            let _ = write!(text, ", {name} {} %", percent(part));
+        }
     }
     text
 }

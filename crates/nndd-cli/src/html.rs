@@ -38,6 +38,7 @@ pub(crate) fn page(case: &Case, report: &Report, angles: [f64; 2], pictures: &[P
     figures(&mut page, pictures);
     bodies(&mut page, case, report, angles);
     if report.certificate.e_cre.is_some() {
+        parts(&mut page, report);
         checks(&mut page, report);
         results(&mut page, case, report);
     }
@@ -158,6 +159,28 @@ fn figures(page: &mut String, pictures: &[Picture]) {
         page.push_str("</figcaption></figure>\n");
     }
     page.push_str("</div>\n");
+}
+
+/// What the bound is made of.
+fn parts(page: &mut String, report: &Report) {
+    page.push_str(
+        "<h2>Parts of the bound</h2>\n<p>The squares of all but round-off add up to the square of the bound without \
+         round-off.</p>\n<table><tr><th>part</th><th>energy norm</th><th>what lowers it</th></tr>\n",
+    );
+    let parts = &report.certificate.parts;
+    let rows = [
+        ("mesh", parts.mesh, "a finer mesh"),
+        ("iteration, at most eta_nndd", parts.iteration, "more iterations"),
+        ("contact law, which holds at the nodes only", parts.contact, "a finer mesh at the contact line"),
+        ("lift on a bent contact line", parts.lift, "a finer mesh at the contact line"),
+        ("gap that bent edges cannot carry", parts.gap_data, "a finer mesh at the contact line"),
+        ("friction", parts.friction, "a finer mesh at the contact line"),
+        ("round-off", parts.round_off, "nothing"),
+    ];
+    for (name, value, cure) in rows.into_iter().filter(|(_, value, _)| *value != Some(0.0)) {
+        let _ = writeln!(page, "<tr><td>{name}</td><td>{}</td><td>{cure}</td></tr>", number(value));
+    }
+    page.push_str("</table>\n");
 }
 
 fn checks(page: &mut String, report: &Report) {

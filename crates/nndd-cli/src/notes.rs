@@ -2,8 +2,10 @@
 
 use crate::outcome;
 use case_io::Case;
+use case_io::case::MaterialLaw;
 use certified_contact::CertifiedSolution;
 use fem_core::body::{Body, Difference, NodeConstraint};
+use fem_core::material::Hypothesis;
 use fem_core::geometry::{bounding_box, norm, sub};
 use nndd::NnddStatus;
 
@@ -59,7 +61,7 @@ pub(crate) fn of_solution(case: &Case, solution: &CertifiedSolution) -> Vec<Stri
         switch
             .map(|s| format!("on the last mesh {}; method newton was used", outcome::given_up(solution, s))),
     );
-    notes.extend(unfinished_iteration(solution));
+    notes.extend(what_dominates(case, solution));
     if solution.last().contact.normal_reaction.iter().all(|r| *r <= 0.0) {
         notes.push("no contact: no force passes between the bodies".to_owned());
     }
@@ -86,18 +88,59 @@ pub(crate) fn of_solution(case: &Case, solution: &CertifiedSolution) -> Vec<Stri
     notes
 }
 
-/// Says that an iteration which met its criterion leaves most of the bound.
-fn unfinished_iteration(solution: &CertifiedSolution) -> Option<String> {
-    let estimate = solution.estimate.as_ref()?;
-    let cre = &estimate.cre;
+/// From this share of the bound on, round-off is worth a word.
+const ROUND_OFF_SHARE: f64 = 0.1;
+
+/// From this bound over the norm on, a material near incompressibility is the likely cause.
+const LOCKING_BOUND: f64 = 0.5;
+
+/// From this Poisson's ratio on, triangles with linear displacements lock.
+const LOCKING_RATIO: f64 = 0.49;
+
+/// Says what makes the bound large, if it is not the mesh, and what helps.
+fn what_dominates(case: &Case, solution: &CertifiedSolution) -> Vec<String> {
+    let Some(estimate) = &solution.estimate else { return Vec::new() };
+    let found = estimate.unchecked();
     let stopped = solution.nndd.status == NnddStatus::StoppedByCriterion;
-    // Round-off is no iteration's.
-    let larger = cre.algebraic_squared > cre.discretisation_squared.max(estimate.round_off.powi(2));
-    (stopped && larger).then(|| {
-        "the iteration contributes more to the bound than the mesh, although its criterion is met: more iterations would \
-         lower the bound; use a smaller solver.stop.ratio or tolerance"
-            .to_owned()
-    })
+    let mut notes = Vec::new();
+    match found.parts.largest() {
+        "iteration" if stopped => notes.push(
+            "the iteration contributes more to the bound than the mesh, although its criterion is met: more iterations would \
+             lower the bound; use a smaller solver.stop.ratio or tolerance"
+                .to_owned(),
+        ),
+        "contact" => notes.push(
+            "most of the bound comes from the contact law, which holds at the nodes only: more iterations do not lower it; a \
+             finer mesh at the contact line does"
+                .to_owned(),
+        ),
+        "lift" | "gap_data" => notes.push(
+            "most of the bound comes from the bent contact line: a finer mesh at the contact line lowers it".to_owned(),
+        ),
+        _ => {}
+    }
+    if found.e_cre > 0.0 && found.parts.round_off >= ROUND_OFF_SHARE * found.e_cre {
+        notes.push(format!(
+            "round-off is {:.0} % of the bound: a finer mesh or more iterations lower the remainder only",
+            100.0 * found.parts.round_off / found.e_cre
+        ));
+    }
+    if found.e_cre > LOCKING_BOUND * estimate.energy_norm() && nearly_incompressible(case) {
+        notes.push(
+            "a material is nearly incompressible: triangles with linear displacements lock, so the displacements are too small and the \
+             bound is large; use a finer mesh ([adapt] target_relative_error), a smaller Poisson's ratio, or elements made for it"
+                .to_owned(),
+        );
+    }
+    notes
+}
+
+/// Tells whether an isotropic material in plane strain is near incompressibility.
+fn nearly_incompressible(case: &Case) -> bool {
+    case.model.hypothesis == Hypothesis::PlaneStrain
+        && case.materials.iter().any(
+            |material| matches!(material.law, MaterialLaw::Isotropic { poisson, .. } if poisson >= LOCKING_RATIO),
+        )
 }
 
 /// Says what the bound of a bent contact line is a bound of.

@@ -104,8 +104,12 @@ fn field_data(solution: &CertifiedSolution, estimate: &Estimate, step: Option<us
         one("iteration", last.iteration as f64),
         one("e_cre", estimate.unchecked().e_cre),
         one("round_off", estimate.round_off),
+        one("eta_dis", estimate.unchecked().eta_dis),
+        one("eta_nndd", estimate.unchecked().eta_nndd),
         one("certified", f64::from(u8::from(solution.is_certified()))),
     ];
+    let parts = estimate.unchecked().parts.list().into_iter().filter(|(name, _)| *name != "round_off");
+    data.extend(parts.map(|(name, value)| one(&format!("part_{name}"), value)));
     data.extend(theta.map(|theta| one("theta", theta)));
     data.extend(step.map(|step| one("TimeValue", step as f64)));
     data

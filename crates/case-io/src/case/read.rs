@@ -2,7 +2,7 @@
 
 use super::{
     Acceleration, BodyCase, Case, Contact, Criterion, Estimator, Imposed, Limit, Limits, Method, Model,
-    Output, Path, QpChoice, SCHEMA, Solver, Stop, Theta, Value, Weights,
+    Output, Path, QpChoice, RelaxUntil, SCHEMA, Solver, Stop, Theta, Value, Weights,
 };
 use super::{materials, read_adapt, read_body, regions};
 use crate::case_file::{self, Document, Findings, NodeValue, Reader};
@@ -193,10 +193,12 @@ fn theta(r: &mut Reader<'_>) -> Theta {
 }
 
 fn estimator(reader: Option<Reader<'_>>) -> Estimator {
-    let mut estimator = Estimator { relaxation: 2, until: None, every: 0 };
+    let mut estimator = Estimator { relaxation: 0, until: Some(RelaxUntil::default()), every: 0 };
     let Some(mut r) = reader else { return estimator };
     estimator.until = read_adapt::relax_until(&mut r);
-    estimator.relaxation = r.count("relaxation", 0).unwrap_or(estimator.relaxation);
+    if let Some(steps) = r.count("relaxation", 0) {
+        (estimator.relaxation, estimator.until) = (steps, None);
+    }
     estimator.every = r.count("every", 0).unwrap_or(estimator.every);
     r.finish();
     estimator

@@ -27,20 +27,16 @@ pub(super) fn adapt(root: &mut Reader<'_>) -> Option<Adapt> {
 pub(super) fn relax_until(r: &mut Reader<'_>) -> Option<RelaxUntil> {
     let tolerance = r.number_where("tolerance", proper, FRACTION);
     let max_steps = r.count("max_steps", 1);
-    if r.has("tolerance") && r.has("relaxation") {
-        let message = "`estimator.relaxation` and `estimator.tolerance` both say how far to relax";
-        r.refuse(
-            "tolerance",
-            message,
-            "one of the two",
-            "leave `relaxation` out to relax until the gain is small",
-        );
+    for key in ["tolerance", "max_steps"] {
+        if r.has(key) && r.has("relaxation") {
+            let message = format!("`estimator.relaxation` and `estimator.{key}` both say how far to relax");
+            let fix = "leave `relaxation` out to relax until little is left to gain";
+            r.refuse(key, message, "one of the two", fix);
+        }
     }
-    if max_steps.is_some() && !r.has("tolerance") {
-        let message =
-            "`estimator.max_steps` limits a relaxation by `estimator.tolerance`, which is not given";
-        let expected = "`tolerance` beside it, or `relaxation` instead of it";
-        r.refuse("max_steps", message, expected, "write `tolerance = 0.01` beside it");
-    }
-    Some(RelaxUntil { tolerance: tolerance?, max_steps: max_steps.unwrap_or(30) })
+    let default = RelaxUntil::default();
+    Some(RelaxUntil {
+        tolerance: tolerance.unwrap_or(default.tolerance),
+        max_steps: max_steps.unwrap_or(default.max_steps),
+    })
 }
