@@ -202,7 +202,7 @@ pub(crate) fn answer(problem: &ContactProblem) -> (Answer, Iterate) {
         energy: e.energy_norm_squared,
         contact_force: iterate.contact_force(),
         e_cre: e.cre.e_cre(),
-        eta_dis: e.eta_dis,
+        eta_dis: e.unchecked().eta_dis,
     };
     (answer, iterate)
 }

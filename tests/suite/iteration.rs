@@ -183,7 +183,7 @@ fn a_resumed_run_whose_meshes_switched_to_newton_is_the_same_bit_for_bit() {
             let fields = e.pair.displacement.iter().flat_map(|u| u.as_flattened());
             fields
                 .chain(&s.last().lambda)
-                .chain([&e.e_cre, &e.eta_dis])
+                .chain([&e.unchecked().e_cre, &e.unchecked().eta_dis])
                 .map(|x| x.to_bits())
                 .collect::<Vec<_>>()
         };

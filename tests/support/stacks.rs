@@ -332,7 +332,7 @@ impl Measured {
         Ok(Some(Self {
             error: rounded((squared(0) + squared(1)).sqrt()),
             norm: rounded(exact.energy_norm),
-            e_cre: estimate.e_cre,
+            e_cre: estimate.unchecked().e_cre,
             eta_nndd: found.last().eta_nndd,
             intervals: [
                 (bounds.energy_norm, exact.energy_norm),

@@ -218,10 +218,15 @@ pub fn solve_from(
         Method::Newton => run.newton(bodies, stop)?,
         Method::Auto | Method::Nndd => {
             let found = run.iterate(lambda, theta, stop)?;
-            let ended = matches!(found.status, NnddStatus::StoppedByCriterion | NnddStatus::Interrupted);
             let may_switch =
                 settings.method == Method::Auto && settings.theta == Theta::Auto && stop.can_stop();
-            if may_switch && !ended { run.switch(bodies, found, stop)? } else { found }
+            let open = match found.status {
+                NnddStatus::StoppedByCriterion | NnddStatus::Interrupted => false,
+                // Energies that overflow in the first iteration do so with any method.
+                NnddStatus::Diverged { best, .. } => best.is_finite(),
+                _ => true,
+            };
+            if may_switch && open { run.switch(bodies, found, stop)? } else { found }
         }
     };
     solution.spectrum = spectrum;

@@ -157,7 +157,7 @@ fn half_disc(mut r: Reader<'_>) -> Option<MeshSource> {
     r.require(&["radius", "facing", "half_width", "cells"]);
     let pole = r.pair("pole").unwrap_or_default();
     let radius = r.number_where("radius", |radius| radius > 0.0, "a number > 0");
-    let largest = 0.3 * radius.unwrap_or(f64::INFINITY);
+    let largest = 0.3 * radius.filter(|radius| *radius > 0.0).unwrap_or(f64::INFINITY);
     let half_width = r.number_where(
         "half_width",
         |width| width > 0.0 && width <= largest,

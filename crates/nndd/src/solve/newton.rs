@@ -47,20 +47,18 @@ impl Run<'_> {
             _ => Some(solution.last.contact.active.clone()),
         };
         let limit = self.settings.qp.max_iterations;
-        let Exact { iterate, status: newton, clarabel_calls } =
-            match self.exact(bodies, closed, limit, solution.history.len() + 1) {
-                // Flexibilities that rounding leaves indefinite, or numbers that overflow.
-                Err(NnddError::Qp(_)) => {
-                    solution.switch = Some(Switch { after, newton: QpStatus::NumericalError });
-                    return Ok(solution);
-                }
-                found => found?,
-            };
+        let found = match self.exact(bodies, closed, limit, solution.history.len() + 1) {
+            // Rounding can leave the flexibility indefinite.
+            Err(NnddError::Qp(_)) => None,
+            found => Some(found?).filter(|exact| exact.iterate.eta_nndd.is_finite()),
+        };
+        let newton = found.as_ref().map_or(QpStatus::NumericalError, |exact| exact.status);
         solution.switch = Some(Switch { after, newton });
-        solution.clarabel_calls += clarabel_calls;
-        if !newton.is_solved() {
+        let Some(Exact { iterate, clarabel_calls, .. }) = found.filter(|exact| exact.status.is_solved())
+        else {
             return Ok(solution);
-        }
+        };
+        solution.clarabel_calls += clarabel_calls;
         solution.history.push(IterationRow::from(&iterate));
         solution.status = match stop.check(&iterate).map_err(NnddError::Criterion)? {
             Decision::Stop => NnddStatus::StoppedByCriterion,

@@ -221,3 +221,32 @@ fn groups_of_a_mesh_file_are_regions_too() {
     assert!(error.contains("no group of cells \"inclusions\"; expected \"all\", \"inclusion\""), "{error}");
     assert!(error.contains("did you mean \"inclusion\"?"), "{error}");
 }
+
+#[test]
+fn half_discs_of_impossible_widths_are_refused_at_their_key() {
+    let disc = |radius: &str, width: &str| {
+        let disc =
+            format!("kind = 'half_disc', radius = {radius}, facing = 'up', half_width = {width}, cells = 4");
+        minimal("").replacen("kind = \"block\", size = [1, 1], cells = [2, 2]", &disc, 1)
+    };
+    assert!(Case::parse(&disc("2.0", "0.5"), "c.toml", &[]).is_ok());
+    for (radius, width, expected) in [
+        ("2.0", "0", "`body.1.generator.half_width` is 0; expected a number > 0, at most 0.3 times `radius`"),
+        ("2.0", "-1.0", "`body.1.generator.half_width` is -1; expected a number > 0"),
+        ("2.0", "0.7", "`body.1.generator.half_width` is 0.7; expected a number > 0, at most 0.3"),
+        ("0.0", "0.5", "`body.1.generator.radius` is 0; expected a number > 0"),
+    ] {
+        let found = fault(&disc(radius, width)).to_string();
+        assert!(found.contains(expected), "{radius} {width}: {found}");
+    }
+}
+
+#[test]
+fn warnings_are_capped_and_counted() {
+    let spare: String =
+        (0..30).map(|k| format!("[materials.spare_{k}]\nyoung = 1.0\npoisson = 0.3\n")).collect();
+    let warnings = parse(&minimal(&spare)).warnings();
+    assert_eq!(warnings.len(), 21);
+    assert!(warnings[19].message.contains("no body uses the material"), "{}", warnings[19].message);
+    assert_eq!(warnings[20].message, "and 10 more warnings");
+}
