@@ -1,6 +1,7 @@
 //! The geometry of contact: pairs of nodes, normals, gaps, lengths. It knows no contact law.
 
 pub mod common_refinement;
+mod drawn;
 mod error;
 mod interpolation;
 mod matching;
@@ -62,12 +63,27 @@ pub struct InterfaceSide {
 /// What the initial gap is.
 #[derive(Clone, Debug)]
 pub enum Gap {
-    /// Given, ≥ 0: it overrides what the meshes say, whose nodes must coincide to 5 % of the edges.
+    /// None, because the surfaces touch: those that are apart or overlap by more than 1e-6 of the smaller body's diagonal are
+    /// refused. On bent lines smooth curves through the nodes are compared, as for [`Gap::Geometric`].
+    Touching,
+    /// Given, ≥ 0: it overrides what the meshes say, whose surfaces must coincide to 5 % of the edges.
     Given(ScalarData),
     /// Measured between the paired nodes along the contact normal, ≥ 0: the surfaces are paired along their length,
-    /// node by node, wherever they stand. Between the nodes of the first meshes, finer meshes measure it between smooth
+    /// node by node, wherever they are. An overlap of more than 1e-6 of the smaller body's diagonal is refused. Between the nodes of the first meshes, finer meshes measure it between smooth
     /// curves through these nodes.
     Geometric,
+}
+
+/// How much the gap that is used differs from the drawn one, at the place where it differs most.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct GapChange {
+    /// The first body's node.
+    pub point: Vector,
+    /// Distance of the surfaces along the normal, m, negative where they overlap; on bent lines that of smooth curves.
+    pub drawn: f64,
+    /// The gap used instead, m.
+    pub used: f64,
 }
 
 /// How the contact normal is chosen. Whichever it is, it is a datum, frozen on the undeformed meshes.
@@ -91,10 +107,12 @@ pub struct ContactInterface {
     measured_on: usize,
     /// Of a measured gap, along each edge, where it is not linear there.
     profiles: Vec<Option<Profile>>,
+    gap_change: Option<GapChange>,
 }
 
 impl ContactInterface {
-    /// Pairs the contact surfaces of two bodies node by node.
+    /// Pairs the contact surfaces of two bodies node by node. Nodes that are paired face each other along the contact normal to
+    /// round-off; for surfaces whose nodes do not, see [`common_refinement::common_refinement`].
     ///
     /// * `surfaces`: the edge group of the first and of the second body.
     /// * `gap`: the initial gap along the normal.
@@ -151,6 +169,12 @@ impl ContactInterface {
     /// Returns what each body keeps of the interface.
     pub fn sides(&self) -> &[InterfaceSide; 2] {
         &self.sides
+    }
+
+    /// Tells by how much the gap moves the surfaces against the meshes that were paired, where it moves them most; `None` if by
+    /// round-off only, and on refined meshes.
+    pub fn gap_change(&self) -> Option<GapChange> {
+        self.gap_change
     }
 
     /// Computes the length of the contact line, m.

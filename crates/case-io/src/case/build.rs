@@ -68,7 +68,8 @@ impl Case {
     pub(super) fn gap_and_normal(&self) -> (Gap, ContactNormal) {
         let gap = match self.contact.geometric {
             true => Gap::Geometric,
-            false => Gap::Given(self.contact.gap.scalar()),
+            false if self.is_given("contact.gap") => Gap::Given(self.contact.gap.scalar()),
+            false => Gap::Touching,
         };
         (gap, self.contact.normal.map_or(ContactNormal::Averaged, ContactNormal::Fixed))
     }
@@ -173,6 +174,7 @@ impl Case {
             }
             InterfaceError::BadGap { .. }
             | InterfaceError::Distance { .. }
+            | InterfaceError::NotTouching { .. }
             | InterfaceError::Overlap { .. }
             | InterfaceError::TooFar { .. } => ("contact.gap".to_owned(), None),
             InterfaceError::NormalAway { .. } => ("contact.normal".to_owned(), None),

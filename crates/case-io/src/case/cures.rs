@@ -54,8 +54,17 @@ pub(super) fn of_interface(error: &InterfaceError) -> Cure {
             "surfaces that touch where the gap is a number, within 5 % of an edge",
             "write `gap = \"geometric\"` to measure it, or move one of the bodies",
         ),
+        InterfaceError::NotTouching { gap, .. } if *gap > 0.0 => (
+            "surfaces that touch, to 1e-6 of the smaller body's size, or a gap",
+            "write `gap = \"geometric\"` to keep this distance, or `gap = 0.0` to close it",
+        ),
+        InterfaceError::NotTouching { .. } => (
+            "surfaces that touch, to 1e-6 of the smaller body's size",
+            "write `gap = 0.0` to close this overlap, or move one of the bodies; `gap = \"geometric\"` keeps a distance, \
+             but no overlap",
+        ),
         InterfaceError::Distance { .. } | InterfaceError::Overlap { .. } => (
-            "bodies that touch or stand apart",
+            "bodies that touch or are apart",
             "move one of the bodies by this depth; a distance is measured with `gap = \"geometric\"`",
         ),
         InterfaceError::TooFar { .. } => (

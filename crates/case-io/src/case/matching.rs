@@ -22,6 +22,7 @@ impl Case {
     pub fn build_problem(&mut self) -> Result<ContactProblem, CaseError> {
         let problem = self.build_matching()?;
         self.note_corner(&problem);
+        self.note_gap_change(&problem);
         self.check_lambda([&problem.bodies[0], &problem.bodies[1]], &problem.interface)?;
         Ok(problem)
     }
@@ -39,6 +40,28 @@ impl Case {
                  direction, and more than 60 degrees are refused"
             ));
         }
+    }
+
+    /// Says by how much the gap of the case moves the surfaces against those that are drawn.
+    fn note_gap_change(&mut self, problem: &ContactProblem) {
+        let Some(change) = problem.interface.gap_change() else { return };
+        let [x, y] = change.point;
+        let drawn = match change.drawn {
+            d if d > 0.0 => format!("apart by {}", significant(d)),
+            d => format!("overlapping by {}", significant(-d)),
+        };
+        let moved = significant((change.used - change.drawn).abs());
+        self.add_note(match self.is_given("contact.gap") && !self.contact.geometric {
+            true => format!(
+                "contact.gap overrides the meshes and moves the surfaces by at most {moved}: at ({x}, {y}) they are drawn \
+                 {drawn}, and the gap is {}",
+                significant(change.used)
+            ),
+            false => format!(
+                "the surfaces are drawn {drawn} at ({x}, {y}), where this is largest: taken for rounding of the meshes, and \
+                 closed"
+            ),
+        });
     }
 
     fn build_matching(&mut self) -> Result<ContactProblem, CaseError> {
@@ -72,6 +95,9 @@ impl Case {
             let added = changes.added[b];
             let (name, snapped) = (&self.bodies[b].name, changes.snapped[b]);
             let mut text = format!("\"{name}\" {} added, {snapped} snapped", counted(added, "node"));
+            if snapped > 0 {
+                text += &format!(" (moved along the surface by at most {})", significant(changes.largest_move[b]));
+            }
             if changes.free[b] > 0.0 {
                 let [free, whole] = [changes.free[b], lengths[b]].map(significant);
                 text += &format!(", a length of {free} of {whole} faces nothing and is free");

@@ -71,7 +71,7 @@ pub enum InterfaceError {
     #[error(
         "the surfaces do not match: the gap is given, but at ({}, {}) the bodies {} {:.3e}, where the edges are \
          {spacing:.3e} long",
-        point[0], point[1], if *gap > 0.0 { "stand apart by" } else { "overlap by" }, gap.abs()
+        point[0], point[1], if *gap > 0.0 { "are apart by" } else { "overlap by" }, gap.abs()
     )]
     Distance {
         /// Node of the first body.
@@ -136,8 +136,8 @@ pub enum InterfaceError {
     },
     /// Paired nodes do not face each other along the normal.
     #[error(
-        "the surfaces do not match: the node at ({}, {}) and its partner stand {offset:.3e} apart along the surface, with \
-         edges of length {spacing:.3e}; at most a quarter of the edge is allowed",
+        "the surfaces do not match: the node at ({}, {}) and its partner do not face each other along the contact normal: \
+         they are {offset:.3e} apart across it, with edges of length {spacing:.3e}",
         point[0], point[1]
     )]
     Offset {
@@ -147,6 +147,17 @@ pub enum InterfaceError {
         offset: f64,
         /// Local edge length.
         spacing: f64,
+    },
+    /// No gap is given, and the surfaces do not touch.
+    #[error(
+        "no gap is given, and the surfaces {} {:.3e} at ({}, {}), where this is largest",
+        if *gap > 0.0 { "are apart by" } else { "overlap by" }, gap.abs(), point[0], point[1]
+    )]
+    NotTouching {
+        /// Place on the first body.
+        point: Vector,
+        /// Distance along the normal, m, negative where the bodies overlap.
+        gap: f64,
     },
     /// The bodies overlap before anything is loaded.
     #[error(

@@ -22,7 +22,7 @@ impl ContactProblem {
             let meant = |s: f64| match (&interface.gap, profile) {
                 (Gap::Given(data), _) => data.at(between(ends[0], ends[1], s)),
                 (Gap::Geometric, Some(profile)) => profile.at(s),
-                (Gap::Geometric, None) => linear(s),
+                (Gap::Geometric, None) | (Gap::Touching, _) => linear(s),
             };
             // Along a normal that is shorter than one between the pairs, the same number is a wider gap.
             let bent = interface.is_bent(edge);

@@ -165,7 +165,7 @@ impl ContactInterface {
         }
         let sides = pairing::sides(&pairs);
         let (gap, measured_on) = (self.gap.clone(), self.measured_on);
-        let interface = Self { pairs, edges, sides, gap, measured_on, profiles };
+        let interface = Self { pairs, edges, sides, gap, measured_on, profiles, gap_change: None };
         Ok((interface, parents))
     }
 
@@ -183,6 +183,7 @@ impl ContactInterface {
         // Shorter than one where the normal changes. Divided by its length, normal and gap say the same of the nodes.
         let length = if self.is_bent(edge) { norm(normal) } else { 1.0 };
         let gap = match (&self.gap, profile) {
+            (Gap::Touching, _) => 0.0,
             (Gap::Given(data), _) => data.at(point),
             (Gap::Geometric, Some(profile)) => profile.at(0.5),
             (Gap::Geometric, None) => 0.5 * (i.gap + j.gap) / length,
