@@ -14,7 +14,7 @@ use std::sync::OnceLock;
 use thiserror::Error;
 
 pub(crate) use interpolation::Sum as DifferenceSum;
-pub use interpolation::{DataDifference, Difference};
+pub use interpolation::{DataDifference, Difference, SAMPLES};
 pub use motion::FreeMotion;
 
 /// What is imposed on the displacement of one node.

@@ -45,8 +45,9 @@ impl Case {
     /// Says by how much the gap of the case moves the surfaces against those that are drawn.
     fn note_gap_change(&mut self, problem: &ContactProblem) {
         let Some(change) = problem.interface.gap_change() else { return };
-        let [x, y] = change.point;
+        let [x, y] = change.point.map(significant);
         let drawn = match change.drawn {
+            d if d.abs() < 1e-6 * change.used => "touching".to_owned(),
             d if d > 0.0 => format!("apart by {}", significant(d)),
             d => format!("overlapping by {}", significant(-d)),
         };

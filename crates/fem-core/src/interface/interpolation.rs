@@ -6,14 +6,15 @@ use crate::body::DifferenceSum;
 use crate::geometry::{Vector, add, norm, scale};
 
 impl ContactProblem {
-    /// Measures how far the initial gap is from the one that contact edges carry, relative to its largest value: `g/|n|`, with
+    /// Measures how far the initial gap is from the one that contact edges carry, relative to its largest value, by sampling as
+    /// [`crate::body::SAMPLES`] says: `g/|n|`, with
     /// gap `g` and normal `n` linear between the pairs. `None` where the two are the same to round-off.
     pub fn interpolated_gap(&self) -> Option<Difference> {
         let interface = &self.interface;
         let side = interface.measured_on;
         let points = self.bodies[side].mesh().points();
-        let mut sum = DifferenceSum::default();
-        for (edge, profile) in interface.edges.iter().zip(&interface.profiles) {
+        let edges: Vec<_> = interface.edges.iter().zip(&interface.profiles).collect();
+        let sum = DifferenceSum::of(&edges, |sum, (edge, profile)| {
             let pairs = edge.pairs.map(|k| &interface.pairs[k as usize]);
             let ends = pairs.map(|pair| points[pair.nodes[side] as usize]);
             let gaps = pairs.map(|pair| pair.gap);
@@ -28,7 +29,7 @@ impl ContactProblem {
             let bent = interface.is_bent(edge);
             let normal = |s: f64| norm(between(pairs[0].normal, pairs[1].normal, s));
             sum.compare(edge.length, meant, |s| linear(s) / if bent { normal(s) } else { 1.0 });
-        }
+        });
         sum.difference()
     }
 }

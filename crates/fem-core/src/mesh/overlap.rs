@@ -1,4 +1,4 @@
-//! Finds cells of a mesh that overlap: a mesh may be sound edge by edge and still cover a place twice.
+//! Finds cells that overlap: a mesh may be sound edge by edge and still cover a place twice.
 
 use super::TriMesh;
 use crate::geometry::{self, Vector, add, cross, norm, scale, sub};
@@ -11,11 +11,11 @@ const WIDTH: f64 = 1e-6;
 /// An overlap that covers this part of the smaller cell is an overlap however small the cell is.
 const PART: f64 = 0.01;
 
-/// Two cells of a mesh that overlap.
+/// Two cells that overlap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct CellOverlap {
-    /// The two triangles, from 0, the smaller number first.
+    /// The two triangles, from 0: of one mesh the smaller number first, of two meshes each mesh's own.
     pub triangles: [usize; 2],
     /// A point of both, m.
     pub point: Vector,
@@ -39,23 +39,57 @@ impl TriMesh {
             boundary.iter().map(|&e| topology.edge_triangles()[e as usize][0]).collect();
         outer.sort_unstable();
         outer.dedup();
-        let boxes = outer.iter().map(|&t| {
-            let [low, high] = geometry::bounding_box(&self.corners(t as usize));
-            GeomWithData::new(Rectangle::from_corners(low, high), t as usize)
-        });
-        let tree = RTree::bulk_load(boxes.collect());
+        let tree = tree(self, &outer);
         let width = WIDTH * geometry::diagonal(self.points());
         (0..self.triangles().len()).into_par_iter().find_map_first(|t| {
-            let corners = self.corners(t);
-            let [low, high] = geometry::bounding_box(&corners);
-            let near = tree.locate_in_envelope_intersecting(&AABB::from_corners(low, high));
-            let found = near.filter(|other| other.data != t).filter_map(|other| {
-                let (point, area) = common(corners, self.corners(other.data), width)?;
-                Some(CellOverlap { triangles: [t.min(other.data), t.max(other.data)], point, area })
+            let near = overlapping(&tree, self, self.corners(t), width);
+            let found = near.filter(|found| found.0 != t).map(|(other, point, area)| CellOverlap {
+                triangles: [t.min(other), t.max(other)],
+                point,
+                area,
             });
             found.min_by_key(|found| found.triangles)
         })
     }
+
+    /// Finds one of the given cells that overlaps a cell of another mesh, in more than rounding of their coordinates explains.
+    ///
+    /// * `cells`: triangles of this mesh.
+    pub fn overlap_with(&self, cells: &[u32], other: &Self) -> Option<CellOverlap> {
+        let tree = tree(self, cells);
+        let width = WIDTH * geometry::diagonal(self.points()).min(geometry::diagonal(other.points()));
+        (0..other.triangles().len()).into_par_iter().find_map_first(|t| {
+            let near = overlapping(&tree, self, other.corners(t), width);
+            let found = near.map(|(own, point, area)| CellOverlap { triangles: [own, t], point, area });
+            found.min_by_key(|found| found.triangles)
+        })
+    }
+}
+
+/// A cell by its bounding box.
+type Cell = GeomWithData<Rectangle<[f64; 2]>, usize>;
+
+fn tree(mesh: &TriMesh, cells: &[u32]) -> RTree<Cell> {
+    let boxes = cells.iter().map(|&t| {
+        let [low, high] = geometry::bounding_box(&mesh.corners(t as usize));
+        GeomWithData::new(Rectangle::from_corners(low, high), t as usize)
+    });
+    RTree::bulk_load(boxes.collect())
+}
+
+/// Lists the cells of a tree that overlap a triangle: number, a common point and the common area.
+fn overlapping<'a>(
+    tree: &'a RTree<Cell>,
+    mesh: &'a TriMesh,
+    corners: [Vector; 3],
+    width: f64,
+) -> impl Iterator<Item = (usize, Vector, f64)> + 'a {
+    let [low, high] = geometry::bounding_box(&corners);
+    let near = tree.locate_in_envelope_intersecting(&AABB::from_corners(low, high));
+    near.filter_map(move |cell| {
+        let (point, area) = common(corners, mesh.corners(cell.data), width)?;
+        Some((cell.data, point, area))
+    })
 }
 
 /// Computes the centroid and the area of what two triangles have in common, if that is wider than `width`.
@@ -138,6 +172,18 @@ mod tests {
                 assert!((0.0..=1.0).contains(&x) && (0.0..=1.0).contains(&y), "{found:?}");
             }
         }
+    }
+
+    #[test]
+    fn a_piece_of_one_mesh_inside_another_mesh_is_found() {
+        let (main, extra) = (piece([0.0, 1.0], [1.0, 1.0], [4, 4]), piece([0.3, 0.4], [0.3, 0.3], [1, 1]));
+        let upper = together(&[main, extra]);
+        let lower = block([0.0, 0.0], [1.0, 1.0], [5, 5]).unwrap();
+        let found = upper.overlap_with(&[32, 33], &lower).unwrap();
+        assert!(found.triangles[0] >= 32 && found.point[1] < 0.7, "{found:?}");
+        // The other cells touch.
+        let others: Vec<u32> = (0..32).collect();
+        assert_eq!(upper.overlap_with(&others, &lower), None);
     }
 
     #[test]
