@@ -11,6 +11,7 @@ mod curved_non_matching;
 mod data;
 mod effectivity;
 mod elasticity;
+mod facing;
 mod honesty;
 mod key_page;
 mod limit;

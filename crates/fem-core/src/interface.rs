@@ -3,6 +3,7 @@
 pub mod common_refinement;
 mod drawn;
 mod error;
+mod held;
 mod interpolation;
 mod matching;
 mod normals;
@@ -14,6 +15,7 @@ use crate::body::Body;
 use crate::boundary::ScalarData;
 use crate::geometry::{Vector, add, dot, norm, scale, sub};
 use common_refinement::CommonRefinement;
+use held::Whole;
 use profile::Profile;
 
 pub use error::InterfaceError;
@@ -108,10 +110,13 @@ pub struct ContactInterface {
     /// Of a measured gap, along each edge, where it is not linear there.
     profiles: Vec<Option<Profile>>,
     gap_change: Option<GapChange>,
+    /// The line with the pairs and edges that dropped out at its ends, if any did.
+    whole: Option<Box<Whole>>,
 }
 
 impl ContactInterface {
-    /// Pairs the contact surfaces of two bodies node by node. Nodes that are paired face each other along the contact normal to
+    /// Pairs the contact surfaces of two bodies node by node. A pair at an end of a straight line that both bodies clamp drops
+    /// out, with its edge. Nodes that are paired face each other along the contact normal to
     /// round-off; for surfaces whose nodes do not, see [`common_refinement::common_refinement`].
     ///
     /// * `surfaces`: the edge group of the first and of the second body.
@@ -248,12 +253,16 @@ impl ContactInterface {
 
     /// Exchanges the two bodies' roles: pairs, edges and sides swap, normals turn round.
     pub fn swapped(mut self) -> Self {
-        for pair in &mut self.pairs {
-            pair.nodes.reverse();
-            pair.normal = [-pair.normal[0], -pair.normal[1]];
-        }
-        for edge in &mut self.edges {
-            edge.edges.reverse();
+        let swap = |pairs: &mut [Pair], edges: &mut [ContactEdge]| {
+            for pair in pairs {
+                pair.nodes.reverse();
+                pair.normal = [-pair.normal[0], -pair.normal[1]];
+            }
+            edges.iter_mut().for_each(|edge| edge.edges.reverse());
+        };
+        swap(&mut self.pairs, &mut self.edges);
+        if let Some(whole) = &mut self.whole {
+            swap(&mut whole.line.pairs, &mut whole.line.edges);
         }
         self.measured_on = 1 - self.measured_on;
         self.sides.reverse();

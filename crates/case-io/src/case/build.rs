@@ -56,7 +56,9 @@ impl Case {
             );
             let fault = self.diagnostic(code::MESH, &format!("body.{b}.mesh.file"), message);
             let fault = fault.expected("bodies that cover no place twice");
-            return Err(fault.fix("take this piece out of the region of the body, or give it to the other body").into());
+            return Err(fault
+                .fix("take this piece out of the region of the body, or give it to the other body")
+                .into());
         }
         Ok(())
     }

@@ -79,8 +79,12 @@ pub(super) fn of_interface(error: &InterfaceError) -> Cure {
             ("a surface without sharp corners", "end the contact surface at the corner, or refine it there")
         }
         InterfaceError::SupportedNode { .. } => (
-            "contact nodes that can move along the contact normal",
+            "contact nodes that can move along the contact normal, or ends of a straight line where both bodies are clamped",
             "end the contact surface or the support one edge earlier",
+        ),
+        InterfaceError::ClampedOverlap { .. } => (
+            "imposed displacements that do not press the clamped ends into each other",
+            "change one of the two displacements, or end the contact surface one edge earlier",
         ),
         InterfaceError::BadGap { .. } => {
             ("a finite number >= 0", "change the expression; `gap = \"geometric\"` measures the gap")

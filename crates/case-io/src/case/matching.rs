@@ -71,15 +71,15 @@ impl Case {
         match self.pair([&bodies[0], &bodies[1]]) {
             Ok(interface) => return Ok(ContactProblem { bodies, interface }),
             Err(error) if error.is_mismatch() => {}
-            Err(error) => return Err(self.interface_diagnostic(&error).into()),
+            Err(error) => return Err(self.swap_names(self.interface_diagnostic(&error)).into()),
         }
         let (gap, normal) = self.gap_and_normal();
         let [a, b] = &self.contact.surfaces;
         let lengths = [length(&bodies[0], a), length(&bodies[1], b)];
         let common = common_refinement(bodies, [a, b], normal)
-            .map_err(|error| CaseError::from(self.refinement_diagnostic(&error)))?;
+            .map_err(|error| CaseError::from(self.swap_names(self.refinement_diagnostic(&error))))?;
         let interface = ContactInterface::pair_refined(&common, [a, b], &gap, normal)
-            .map_err(|error| CaseError::from(self.interface_diagnostic(&error)))?;
+            .map_err(|error| CaseError::from(self.swap_names(self.interface_diagnostic(&error))))?;
         if let Some(changes) = &common.changes {
             let mut note = self.changes_note(changes, lengths);
             if self.contact.geometric && common.facing.iter().any(|f| f.sagitta > BENT * f.spacing) {
@@ -90,6 +90,30 @@ impl Case {
         Ok(ContactProblem { bodies: common.bodies, interface })
     }
 
+    /// Helps if the two names of `contact.surfaces` fit the other way round.
+    fn swap_names(&self, fault: Diagnostic) -> Diagnostic {
+        let [b, a] = &self.contact.surfaces;
+        let (gap, normal) = self.gap_and_normal();
+        let fits = |bodies: [Body; 2]| {
+            let [first, second] = &bodies;
+            match ContactInterface::pair_along(first, second, [a, b], &gap, normal) {
+                Ok(_) => true,
+                Err(error) if error.is_mismatch() => {
+                    common_refinement(bodies, [a, b], normal).is_ok_and(|common| {
+                        ContactInterface::pair_refined(&common, [a, b], &gap, normal).is_ok()
+                    })
+                }
+                Err(_) => false,
+            }
+        };
+        let swapped = a != b && self.build_bodies().is_ok_and(fits);
+        if swapped {
+            fault.help(Some(format!("swap the two names: `surfaces = [\"{a}\", \"{b}\"]`")))
+        } else {
+            fault
+        }
+    }
+
     /// * `lengths`: of the surfaces as they were.
     fn changes_note(&self, changes: &Changes, lengths: [f64; 2]) -> String {
         let body = |b: usize| {
@@ -97,7 +121,10 @@ impl Case {
             let (name, snapped) = (&self.bodies[b].name, changes.snapped[b]);
             let mut text = format!("\"{name}\" {} added, {snapped} snapped", counted(added, "node"));
             if snapped > 0 {
-                text += &format!(" (moved along the surface by at most {})", significant(changes.largest_move[b]));
+                text += &format!(
+                    " (moved along the surface by at most {})",
+                    significant(changes.largest_move[b])
+                );
             }
             if changes.free[b] > 0.0 {
                 let [free, whole] = [changes.free[b], lengths[b]].map(significant);

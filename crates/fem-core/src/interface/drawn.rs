@@ -46,7 +46,8 @@ impl Drawn {
                 spacing[k as usize] = spacing[k as usize].min(edge.length);
             }
         }
-        let size = bodies.map(|b| geometry::diagonal(b.mesh().points())).into_iter().fold(f64::INFINITY, f64::min);
+        let size =
+            bodies.map(|b| geometry::diagonal(b.mesh().points())).into_iter().fold(f64::INFINITY, f64::min);
         let (mut gaps, mut uncertainty) = (Vec::with_capacity(pairs.len()), Vec::with_capacity(pairs.len()));
         for (pair, &spacing) in pairs.iter().zip(&spacing) {
             let [point, other] = [0, 1].map(|b| bodies[b].mesh().points()[pair.nodes[b] as usize]);

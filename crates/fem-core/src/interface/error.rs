@@ -186,11 +186,23 @@ pub enum InterfaceError {
         /// Diagonal of the smaller body.
         size: f64,
     },
+    /// The supports of both bodies press clamped contact nodes into each other.
+    #[error(
+        "both bodies are clamped at the end ({}, {}) of the contact line, and their supports press them {depth:.3e} into each \
+         other there",
+        point[0], point[1]
+    )]
+    ClampedOverlap {
+        /// Node of the first body.
+        point: Vector,
+        /// Depth, m.
+        depth: f64,
+    },
     /// The normal displacement of a contact node is imposed by a support.
     #[error(
         "the contact node of body {body} at ({}, {}) is held by a support along the contact normal, within 45 degrees, or \
-         in two directions; this version needs the normal direction of every contact node free: end the contact surface \
-         or the support one edge earlier",
+         in two directions; only nodes at the ends of a straight line may be, if both bodies are clamped there: end the \
+         contact surface or the support one edge earlier",
         point[0], point[1]
     )]
     SupportedNode {

@@ -2,6 +2,7 @@
 
 use super::common_refinement::{CommonRefinement, Facing};
 use super::drawn::{self, Drawn, Surfaces};
+use super::held::Line;
 use super::matching::{self, Stretch};
 use super::{
     ContactEdge, ContactInterface, ContactNormal, Gap, InterfaceError, InterfaceSide, Pair, normals, profile,
@@ -57,8 +58,8 @@ pub(super) fn pair(
         Gap::Given(_) | Gap::Touching => vec![None; edges.len()],
     };
     let gap_change = drawn.change(points, &pairs);
-    let sides = sides(&pairs);
-    Ok(ContactInterface { pairs, edges, sides, gap: gap.clone(), measured_on: 0, profiles, gap_change })
+    let (interface, _) = Line { pairs, edges, profiles }.into_interface(bodies, gap.clone(), 0)?;
+    Ok(ContactInterface { gap_change, ..interface })
 }
 
 /// Lists what each body keeps of the pairs.
@@ -245,6 +246,7 @@ mod tests {
         let loaded = body(0.0, [4, 2], fixed().pressure("top", 1.0));
         assert!(matches!(pair(&upper, &loaded, ["bottom", "top"]), InterfaceError::Occupied { body: 1, .. }));
         let clamped = body(0.0, [4, 2], fixed().fix("left"));
+        // In one body only.
         assert!(matches!(pair(&upper, &clamped, ["bottom", "top"]), InterfaceError::SupportedNode { .. }));
         let same = body(1.0, [4, 2], fixed());
         assert!(matches!(pair(&upper, &same, ["left", "left"]), InterfaceError::NotFacing { .. }));

@@ -162,7 +162,9 @@ mod tests {
     #[test]
     fn a_piece_inside_another_is_found_wherever_it_lies() {
         for far in [0.0, 1e9] {
-            for (shift, size) in [([0.52, 0.51], 1e-3), ([0.9, 0.9], 3.0), ([-1.0, 0.3], 1.2), ([-3.0, -3.0], 9.0)] {
+            for (shift, size) in
+                [([0.52, 0.51], 1e-3), ([0.9, 0.9], 3.0), ([-1.0, 0.3], 1.2), ([-3.0, -3.0], 9.0)]
+            {
                 let main = piece([far, 0.0], [1.0, 1.0], [12, 7]);
                 let other = piece([far + shift[0], shift[1]], [size, size], [1, 1]);
                 let found = together(&[main, other]).overlapping_cells();

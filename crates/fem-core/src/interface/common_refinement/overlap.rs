@@ -89,11 +89,7 @@ impl Overlap {
     fn gap_at(&self, s: f64, edge: [usize; 2]) -> (f64, Vector) {
         let normal = self.curve.at(s).1;
         let normal = scale(1.0 / norm(normal), normal);
-        let point = |b: usize| {
-            let (curve, k) = (&self.uncut[b].curve, edge[b]);
-            let t = self.curve.crossing(s, curve.point(k), curve.point(k + 1)).clamp(0.0, 1.0);
-            curve.smooth(k, t)
-        };
+        let point = |b: usize| self.uncut[b].curve.smooth_crossing(edge[b], &self.curve, s);
         (dot(sub(point(1 - self.reference), point(self.reference)), normal), normal)
     }
 
