@@ -12,6 +12,7 @@ mod curved_non_matching;
 mod data;
 mod effectivity;
 mod elasticity;
+mod facing;
 mod honesty;
 mod iteration;
 mod key_page;

@@ -4,7 +4,7 @@ mod conditions;
 mod interpolation;
 mod motion;
 
-use crate::boundary::BoundaryConditions;
+use crate::boundary::{BoundaryConditions, Support};
 use crate::geometry::{Vector, shown};
 use crate::material::{LinearElastic, Materials};
 use crate::mesh::TriMesh;
@@ -14,7 +14,7 @@ use std::sync::OnceLock;
 use thiserror::Error;
 
 pub(crate) use interpolation::Sum as DifferenceSum;
-pub use interpolation::{DataDifference, Difference};
+pub use interpolation::{DataDifference, Difference, SAMPLES};
 pub use motion::FreeMotion;
 
 /// What is imposed on the displacement of one node.
@@ -292,6 +292,13 @@ impl Body {
     /// the error is strict.
     pub fn roller_turn(&self) -> f64 {
         self.roller_turn
+    }
+
+    /// Lists the nodes that conditions hold along the normals of their edges, which turn where a node moves.
+    pub(crate) fn roller_nodes(&self) -> impl Iterator<Item = u32> + '_ {
+        let rollers = self.conditions.displacements.iter().zip(&self.selected.displacements);
+        let rollers = rollers.filter(|(condition, _)| matches!(condition.support, Support::Normal(_)));
+        rollers.flat_map(|(_, edges)| edges).flat_map(|&e| self.mesh.topology().edges()[e as usize])
     }
 
     /// Finds a rigid motion that the supports allow, if there is one: then no statically loaded solution

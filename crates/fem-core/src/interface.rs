@@ -1,7 +1,9 @@
 //! The geometry of contact: pairs of nodes, normals, gaps, lengths. It knows no contact law.
 
 pub mod common_refinement;
+mod drawn;
 mod error;
+mod held;
 mod interpolation;
 mod matching;
 mod normals;
@@ -13,6 +15,7 @@ use crate::body::Body;
 use crate::boundary::ScalarData;
 use crate::geometry::{Vector, add, dot, norm, scale, sub};
 use common_refinement::CommonRefinement;
+use held::Whole;
 use profile::Profile;
 
 pub use error::InterfaceError;
@@ -62,12 +65,27 @@ pub struct InterfaceSide {
 /// What the initial gap is.
 #[derive(Clone, Debug)]
 pub enum Gap {
-    /// Given, ≥ 0: it overrides what the meshes say, whose nodes must coincide to 5 % of the edges.
+    /// None, because the surfaces touch: those that are apart or overlap by more than 1e-6 of the smaller body's diagonal are
+    /// refused. On bent lines smooth curves through the nodes are compared, as for [`Gap::Geometric`].
+    Touching,
+    /// Given, ≥ 0: it overrides what the meshes say, whose surfaces must coincide to 5 % of the edges.
     Given(ScalarData),
     /// Measured between the paired nodes along the contact normal, ≥ 0: the surfaces are paired along their length,
-    /// node by node, wherever they stand. Between the nodes of the first meshes, finer meshes measure it between smooth
+    /// node by node, wherever they are. An overlap of more than 1e-6 of the smaller body's diagonal is refused. Between the nodes of the first meshes, finer meshes measure it between smooth
     /// curves through these nodes.
     Geometric,
+}
+
+/// How much the gap that is used differs from the drawn one, at the place where it differs most.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct GapChange {
+    /// The first body's node.
+    pub point: Vector,
+    /// Distance of the surfaces along the normal, m, negative where they overlap; on bent lines that of smooth curves.
+    pub drawn: f64,
+    /// The gap used instead, m.
+    pub used: f64,
 }
 
 /// How the contact normal is chosen. Whichever it is, it is a datum, frozen on the undeformed meshes.
@@ -91,10 +109,15 @@ pub struct ContactInterface {
     measured_on: usize,
     /// Of a measured gap, along each edge, where it is not linear there.
     profiles: Vec<Option<Profile>>,
+    gap_change: Option<GapChange>,
+    /// The line with the pairs and edges that dropped out at its ends, if any did.
+    whole: Option<Box<Whole>>,
 }
 
 impl ContactInterface {
-    /// Pairs the contact surfaces of two bodies node by node.
+    /// Pairs the contact surfaces of two bodies node by node. A pair at an end of a straight line that both bodies clamp drops
+    /// out, with its edge. Nodes that are paired face each other along the contact normal to
+    /// round-off; for surfaces whose nodes do not, see [`common_refinement::common_refinement`].
     ///
     /// * `surfaces`: the edge group of the first and of the second body.
     /// * `gap`: the initial gap along the normal.
@@ -151,6 +174,12 @@ impl ContactInterface {
     /// Returns what each body keeps of the interface.
     pub fn sides(&self) -> &[InterfaceSide; 2] {
         &self.sides
+    }
+
+    /// Tells by how much the gap moves the surfaces against the meshes that were paired, where it moves them most; `None` if by
+    /// round-off only, and on refined meshes.
+    pub fn gap_change(&self) -> Option<GapChange> {
+        self.gap_change
     }
 
     /// Computes the length of the contact line, m.
@@ -238,12 +267,16 @@ impl ContactInterface {
 
     /// Exchanges the two bodies' roles: pairs, edges and sides swap, normals turn round.
     pub fn swapped(mut self) -> Self {
-        for pair in &mut self.pairs {
-            pair.nodes.reverse();
-            pair.normal = [-pair.normal[0], -pair.normal[1]];
-        }
-        for edge in &mut self.edges {
-            edge.edges.reverse();
+        let swap = |pairs: &mut [Pair], edges: &mut [ContactEdge]| {
+            for pair in pairs {
+                pair.nodes.reverse();
+                pair.normal = [-pair.normal[0], -pair.normal[1]];
+            }
+            edges.iter_mut().for_each(|edge| edge.edges.reverse());
+        };
+        swap(&mut self.pairs, &mut self.edges);
+        if let Some(whole) = &mut self.whole {
+            swap(&mut whole.line.pairs, &mut whole.line.edges);
         }
         self.measured_on = 1 - self.measured_on;
         self.sides.reverse();

@@ -1,6 +1,7 @@
 //! Triangle meshes: immutable, checked when they are made, with named sets of edges.
 
 pub mod generate;
+mod overlap;
 pub mod refine;
 pub mod topology;
 
@@ -8,6 +9,8 @@ use crate::geometry::{self, Vector, shown};
 use std::collections::BTreeMap;
 use thiserror::Error;
 use topology::Topology;
+
+pub use overlap::CellOverlap;
 
 /// Why a set of points and triangles is not a mesh that can be computed with.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -50,10 +53,10 @@ pub enum MeshError {
         /// Number of nodes of the mesh.
         nodes: usize,
     },
-    /// A triangle has no area, or its corners run clockwise.
+    /// A triangle has no area, or a cut or a motion of nodes turned it over.
     #[error(
-        "triangle {triangle} at ({}, {}) has the signed area {area:e}; a positive one is needed \
-         (corners counter-clockwise, not on one line)",
+        "triangle {triangle} at ({x}, {y}) has the signed area {area:e}; a positive one is needed \
+         (corners not on one line, and counter-clockwise)",
         shown(*x), shown(*y)
     )]
     Area {
@@ -147,16 +150,44 @@ pub struct TriMesh {
     triangles: Vec<[u32; 3]>,
     topology: Topology,
     groups: BTreeMap<String, Vec<u32>>,
+    turned: usize,
 }
 
 impl TriMesh {
-    /// Checks points, triangles and named edges and makes a mesh of them.
+    /// Checks points, triangles and named edges and makes a mesh of them. Triangles whose corners run clockwise are turned
+    /// round: their second and third corners are exchanged, and [`TriMesh::turned`] says how many there were.
+    ///
+    /// Cells that overlap without sharing nodes are not looked for, see [`TriMesh::overlapping_cells`].
     ///
     /// * `groups`: name and edges, each edge by its two nodes in either order; edges may lie in several groups.
     ///
     /// # Errors
     /// Anything that would make a computation on this mesh meaningless, see [`MeshError`].
     pub fn new(
+        points: Vec<Vector>,
+        mut triangles: Vec<[u32; 3]>,
+        groups: Vec<(String, Vec<[u32; 2]>)>,
+    ) -> Result<Self, MeshError> {
+        let mut turned = 0;
+        let clockwise = |corners: &[u32; 3]| {
+            let places = corners.map(|n| points.get(n as usize).copied());
+            matches!(places, [Some(a), Some(b), Some(c)] if geometry::signed_area([a, b, c]) < 0.0)
+        };
+        for corners in &mut triangles {
+            if clockwise(corners) {
+                corners.swap(1, 2);
+                turned += 1;
+            }
+        }
+        Ok(Self { turned, ..Self::counter_clockwise(points, triangles, groups)? })
+    }
+
+    /// Makes a mesh as [`TriMesh::new`] does, of triangles that all run counter-clockwise: one that does not was turned over
+    /// by a motion of its nodes.
+    ///
+    /// # Errors
+    /// See [`TriMesh::new`]; a triangle that runs clockwise.
+    pub(crate) fn counter_clockwise(
         points: Vec<Vector>,
         triangles: Vec<[u32; 3]>,
         groups: Vec<(String, Vec<[u32; 2]>)>,
@@ -182,7 +213,7 @@ impl TriMesh {
                 return Err(MeshError::DuplicateGroup { group: name });
             }
         }
-        Ok(Self { points, triangles, topology, groups: named })
+        Ok(Self { points, triangles, topology, groups: named, turned: 0 })
     }
 
     /// Returns the coordinates of the nodes.
@@ -195,6 +226,11 @@ impl TriMesh {
     #[inline]
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
+    }
+
+    /// Counts the triangles whose corners ran clockwise and were turned round by [`TriMesh::new`].
+    pub fn turned(&self) -> usize {
+        self.turned
     }
 
     /// Returns edges and neighbourhoods.
@@ -334,9 +370,9 @@ mod tests {
         let mut bad = p.clone();
         bad[2][1] = f64::NAN;
         assert!(matches!(TriMesh::new(bad, t.clone(), vec![]), Err(MeshError::NotFinite { node: 2, .. })));
-        let clockwise = vec![[0, 2, 1], [0, 2, 3]];
+        let flat = vec![[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]];
         assert!(matches!(
-            TriMesh::new(p.clone(), clockwise, vec![]),
+            TriMesh::new(flat, vec![[0, 1, 2]], vec![]),
             Err(MeshError::Area { triangle: 0, .. })
         ));
         let mut loose = p.clone();
@@ -364,6 +400,18 @@ mod tests {
             let said = error.to_string();
             assert!(said.contains("(1e300, -1e-300)") && said.len() < 200, "{said}");
         }
+    }
+
+    #[test]
+    fn clockwise_triangles_are_turned_round_and_counted() {
+        let (p, t) = square();
+        let clockwise = vec![[0, 2, 1], [0, 2, 3]];
+        let turned = TriMesh::new(p.clone(), clockwise.clone(), vec![]).unwrap();
+        assert_eq!((turned.turned(), turned.triangles()), (1, &t[..]));
+        assert_eq!(TriMesh::new(p.clone(), t, vec![]).unwrap().turned(), 0);
+        // A triangle that a motion of nodes turned over is not turned back in silence.
+        let over = TriMesh::counter_clockwise(p, clockwise, vec![]);
+        assert!(matches!(over, Err(MeshError::Area { triangle: 0, .. })));
     }
 
     #[test]

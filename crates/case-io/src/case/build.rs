@@ -15,12 +15,52 @@ impl Case {
     /// Everything that fem-core refuses of either body, at the place of the key that causes it.
     pub fn build_bodies(&self) -> Result<[Body; 2], CaseError> {
         match (self.build_body(0), self.build_body(1)) {
-            (Ok(first), Ok(second)) => Ok([first, second]),
+            (Ok(first), Ok(second)) => {
+                let bodies = [first, second];
+                self.check_pieces(&bodies)?;
+                Ok(bodies)
+            }
             (first, second) => {
                 let faults = [first.err(), second.err()].into_iter().flatten();
                 Err(CaseError::new(faults.flat_map(|e| e.diagnostics).collect()))
             }
         }
+    }
+
+    /// Refuses a piece of one body that takes no part in the contact and lies inside the other body.
+    fn check_pieces(&self, bodies: &[Body; 2]) -> Result<(), CaseError> {
+        for b in 0..2 {
+            let [mesh, other] = [b, 1 - b].map(|b| bodies[b].mesh());
+            let (piece_of, count) = mesh.topology().pieces();
+            let side = mesh.group(&self.contact.surfaces[b]);
+            let (true, Some(side)) = (count > 1, side) else { continue };
+            let mut in_contact = vec![false; count];
+            for &edge in side {
+                in_contact[piece_of[mesh.topology().edges()[edge as usize][0] as usize] as usize] = true;
+            }
+            let apart = |t: &u32| !in_contact[piece_of[mesh.triangles()[*t as usize][0] as usize] as usize];
+            let cells: Vec<u32> = (0..mesh.triangles().len() as u32).filter(apart).collect();
+            let Some(found) = mesh.overlap_with(&cells, other) else { continue };
+            let element = |b: usize, t: usize| match self.element_numbers(b, bodies[b].mesh()) {
+                Some(numbers) => numbers.get(t).copied().unwrap_or_default(),
+                None => t as u64,
+            };
+            let [x, y] = found.point;
+            let message = format!(
+                "body \"{}\": a piece of it that has no contact edge lies inside body \"{}\": the elements {} and {} overlap at \
+                 ({x}, {y})",
+                self.bodies[b].name,
+                self.bodies[1 - b].name,
+                element(b, found.triangles[0]),
+                element(1 - b, found.triangles[1])
+            );
+            let fault = self.diagnostic(code::MESH, &format!("body.{b}.mesh.file"), message);
+            let fault = fault.expected("bodies that cover no place twice");
+            return Err(fault
+                .fix("take this piece out of the region of the body, or give it to the other body")
+                .into());
+        }
+        Ok(())
     }
 
     /// Makes one body, 0 or 1.
@@ -68,7 +108,8 @@ impl Case {
     pub(super) fn gap_and_normal(&self) -> (Gap, ContactNormal) {
         let gap = match self.contact.geometric {
             true => Gap::Geometric,
-            false => Gap::Given(self.contact.gap.scalar()),
+            false if self.is_given("contact.gap") => Gap::Given(self.contact.gap.scalar()),
+            false => Gap::Touching,
         };
         (gap, self.contact.normal.map_or(ContactNormal::Averaged, ContactNormal::Fixed))
     }
@@ -204,6 +245,7 @@ impl Case {
             }
             InterfaceError::BadGap { .. }
             | InterfaceError::Distance { .. }
+            | InterfaceError::NotTouching { .. }
             | InterfaceError::Overlap { .. }
             | InterfaceError::TooFar { .. } => ("contact.gap".to_owned(), None),
             InterfaceError::NormalAway { .. } => ("contact.normal".to_owned(), None),

@@ -54,8 +54,17 @@ pub(super) fn of_interface(error: &InterfaceError) -> Cure {
             "surfaces that touch where the gap is a number, within 5 % of an edge",
             "write `gap = \"geometric\"` to measure it, or move one of the bodies",
         ),
+        InterfaceError::NotTouching { gap, .. } if *gap > 0.0 => (
+            "surfaces that touch, to 1e-6 of the smaller body's size, or a gap",
+            "write `gap = \"geometric\"` to keep this distance, or `gap = 0.0` to close it",
+        ),
+        InterfaceError::NotTouching { .. } => (
+            "surfaces that touch, to 1e-6 of the smaller body's size",
+            "write `gap = 0.0` to close this overlap, or move one of the bodies; `gap = \"geometric\"` keeps a distance, \
+             but no overlap",
+        ),
         InterfaceError::Distance { .. } | InterfaceError::Overlap { .. } => (
-            "bodies that touch or stand apart",
+            "bodies that touch or are apart",
             "move one of the bodies by this depth; a distance is measured with `gap = \"geometric\"`",
         ),
         InterfaceError::TooFar { .. } => (
@@ -70,8 +79,12 @@ pub(super) fn of_interface(error: &InterfaceError) -> Cure {
             ("a surface without sharp corners", "end the contact surface at the corner, or refine it there")
         }
         InterfaceError::SupportedNode { .. } => (
-            "contact nodes that can move along the contact normal",
+            "contact nodes that can move along the contact normal, or ends of a straight line where both bodies are clamped",
             "end the contact surface or the support one edge earlier",
+        ),
+        InterfaceError::ClampedOverlap { .. } => (
+            "imposed displacements that do not press the clamped ends into each other",
+            "change one of the two displacements, or end the contact surface one edge earlier",
         ),
         InterfaceError::BadGap { .. } => {
             ("a finite number >= 0", "change the expression; `gap = \"geometric\"` measures the gap")

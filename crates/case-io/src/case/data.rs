@@ -2,7 +2,7 @@
 
 use super::{Case, MaterialLaw, Value};
 use crate::diagnostic::{CaseError, code};
-use fem_core::body::{Body, ConditionList, DataDifference, Difference};
+use fem_core::body::{Body, ConditionList, DataDifference, Difference, SAMPLES};
 use fem_core::geometry::shown;
 use fem_core::interface::{ContactInterface, Pair};
 use fem_core::material::Hypothesis;
@@ -128,9 +128,16 @@ fn measured_gap_note(difference: Difference) -> String {
 }
 
 fn note(what: &str, difference: Difference) -> String {
+    let checked = format!("checked at {SAMPLES} points of every edge");
+    if difference.largest.is_infinite() {
+        return format!(
+            "{what}: without a finite value at a point between the nodes ({checked}); the bound is for data that are linear \
+             from node to node"
+        );
+    }
     format!(
-        "{what}: not linear along the edges, so the bound is for interpolated data, which differ from the expression \
-         by at most {:.1e} of its largest value ({:.1e} in the mean)",
+        "{what}: not linear along the edges, so the bound is for interpolated data; at the points checked they differ from the \
+         expression by at most {:.1e} of its largest value ({:.1e} in the mean; {checked})",
         difference.largest, difference.mean
     )
 }

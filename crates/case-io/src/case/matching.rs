@@ -22,6 +22,7 @@ impl Case {
     pub fn build_problem(&mut self) -> Result<ContactProblem, CaseError> {
         let problem = self.build_matching()?;
         self.note_corner(&problem);
+        self.note_gap_change(&problem);
         self.check_lambda([&problem.bodies[0], &problem.bodies[1]], &problem.interface)?;
         Ok(problem)
     }
@@ -43,21 +44,44 @@ impl Case {
         }
     }
 
+    /// Says by how much the gap of the case moves the surfaces against those that are drawn.
+    fn note_gap_change(&mut self, problem: &ContactProblem) {
+        let Some(change) = problem.interface.gap_change() else { return };
+        let [x, y] = change.point.map(significant);
+        let drawn = match change.drawn {
+            d if d.abs() < 1e-6 * change.used => "touching".to_owned(),
+            d if d > 0.0 => format!("apart by {}", significant(d)),
+            d => format!("overlapping by {}", significant(-d)),
+        };
+        let moved = significant((change.used - change.drawn).abs());
+        self.add_note(match self.is_given("contact.gap") && !self.contact.geometric {
+            true => format!(
+                "contact.gap overrides the meshes and moves the surfaces by at most {moved}: at ({x}, {y}) they are drawn \
+                 {drawn}, and the gap is {}",
+                significant(change.used)
+            ),
+            false => format!(
+                "the surfaces are drawn {drawn} at ({x}, {y}), XX
+                 closed"
+            ),
+        });
+    }
+
     fn build_matching(&mut self) -> Result<ContactProblem, CaseError> {
         let bodies = self.build_bodies()?;
         self.note_cuts(bodies.each_ref());
         match self.pair([&bodies[0], &bodies[1]]) {
             Ok(interface) => return Ok(ContactProblem { bodies, interface }),
             Err(error) if error.is_mismatch() => {}
-            Err(error) => return Err(self.interface_diagnostic(&error).into()),
+            Err(error) => return Err(self.swap_names(self.interface_diagnostic(&error)).into()),
         }
         let (gap, normal) = self.gap_and_normal();
         let [a, b] = &self.contact.surfaces;
         let lengths = [length(&bodies[0], a), length(&bodies[1], b)];
         let common = common_refinement(bodies, [a, b], normal)
-            .map_err(|error| CaseError::from(self.refinement_diagnostic(&error)))?;
+            .map_err(|error| CaseError::from(self.swap_names(self.refinement_diagnostic(&error))))?;
         let interface = ContactInterface::pair_refined(&common, [a, b], &gap, normal)
-            .map_err(|error| CaseError::from(self.interface_diagnostic(&error)))?;
+            .map_err(|error| CaseError::from(self.swap_names(self.interface_diagnostic(&error))))?;
         if let Some(changes) = &common.changes {
             let mut note = self.changes_note(changes, lengths);
             if self.contact.geometric && common.facing.iter().any(|f| f.sagitta > BENT * f.spacing) {
@@ -68,12 +92,42 @@ impl Case {
         Ok(ContactProblem { bodies: common.bodies, interface })
     }
 
+    /// Helps if the two names of `contact.surfaces` fit the other way round.
+    fn swap_names(&self, fault: Diagnostic) -> Diagnostic {
+        let [b, a] = &self.contact.surfaces;
+        let (gap, normal) = self.gap_and_normal();
+        let fits = |bodies: [Body; 2]| {
+            let [first, second] = &bodies;
+            match ContactInterface::pair_along(first, second, [a, b], &gap, normal) {
+                Ok(_) => true,
+                Err(error) if error.is_mismatch() => {
+                    common_refinement(bodies, [a, b], normal).is_ok_and(|common| {
+                        ContactInterface::pair_refined(&common, [a, b], &gap, normal).is_ok()
+                    })
+                }
+                Err(_) => false,
+            }
+        };
+        let swapped = a != b && self.build_bodies().is_ok_and(fits);
+        if swapped {
+            fault.help(Some(format!("swap the two names: `surfaces = [\"{a}\", \"{b}\"]`")))
+        } else {
+            fault
+        }
+    }
+
     /// * `lengths`: of the surfaces as they were.
     fn changes_note(&self, changes: &Changes, lengths: [f64; 2]) -> String {
         let body = |b: usize| {
             let added = changes.added[b];
             let (name, snapped) = (&self.bodies[b].name, changes.snapped[b]);
             let mut text = format!("\"{name}\" {} added, {snapped} snapped", counted(added, "node"));
+            if snapped > 0 {
+                text += &format!(
+                    " (moved along the surface by at most {})",
+                    significant(changes.largest_move[b])
+                );
+            }
             if changes.free[b] > 0.0 {
                 let [free, whole] = [changes.free[b], lengths[b]].map(significant);
                 text += &format!(", a length of {free} of {whole} faces nothing and is free");

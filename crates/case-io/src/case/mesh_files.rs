@@ -150,7 +150,10 @@ impl Case {
     /// Makes the mesh of a body whose file has been read.
     pub(super) fn mesh_of_file(&self, body: usize) -> Result<TriMesh, CaseError> {
         match self.meshes.region(body) {
-            Some(region) => region.mesh().map_err(|error| self.mesh_file_diagnostic(body, error).into()),
+            Some(region) => {
+                let mesh = region.mesh().and_then(|mesh| region.without_overlaps(mesh));
+                mesh.map_err(|error| self.mesh_file_diagnostic(body, error).into())
+            }
             None => {
                 let message =
                     format!("the mesh file of body \"{}\" has not been read", self.bodies[body].name);

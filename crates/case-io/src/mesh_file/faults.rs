@@ -14,6 +14,17 @@ impl Region {
             .map_err(|error| self.explain(&error))
     }
 
+    /// Refuses a mesh of this region if two of its cells overlap.
+    pub(crate) fn without_overlaps(&self, mesh: TriMesh) -> Result<TriMesh, MeshFileError> {
+        let Some(found) = mesh.overlapping_cells() else { return Ok(mesh) };
+        let [a, b] = found.triangles.map(|t| self.cell_numbers.get(t).copied().unwrap_or_default());
+        let [x, y] = found.point;
+        let what = format!("{}: the elements {a} and {b} overlap at ({x}, {y})", self.title);
+        Err(MeshFileError::new(MeshFault::Content, &self.file, MeshPlace::File, what)
+            .expected("cells that touch along their edges and cover no place twice")
+            .help("take one of the two parts out of the region, or make it a body of its own"))
+    }
+
     /// Says of a node its number and place.
     fn node(&self, node: usize) -> String {
         match (self.node_numbers.get(node), self.points.get(node)) {

@@ -7,8 +7,9 @@
 //!    `n(s)`: a point `q` has the `s` for which `q − r(s)` is along `n(s)`.
 //!    Lines that close on themselves are first opened at a node that both have, made if there is none.
 //! 2. **Snap.** Nodes closer than 0.2 of the smaller edge next to them become one: the one with the longer edges slides
-//!    along its own surface, onto the other. Ends, corners, supported nodes and nodes where a group of edges or a material
-//!    begins do not slide; no triangle loses more than 70 % of its area.
+//!    along its own surface, onto the other's normal. Ends, corners, supported nodes and nodes at which a group of edges or a
+//!    material begins move by 0.01 of that edge at most; no triangle loses more than 70 % of its area. What then remains
+//!    closer than 0.05 is refused, so that all nodes that are paired face each other to round-off.
 //! 3. **Bisect.** Where the nodes that are left would cut a contact cell into a fan with an angle below 8 degrees, the cells
 //!    are bisected inwards first ([`crate::mesh::refine`]).
 //! 4. **Insert.** The remaining nodes are inserted and their cells cut from there to the opposite corner.
@@ -20,7 +21,7 @@
 //! On curved surfaces the normals are those of the line on which both are measured, before the cuts (the cut polygon has
 //! edges in a row, whose averaged normals would be edge normals and lock), and gaps are measured between smooth curves
 //! through the nodes: two polygons on one circle are apart by the square of their edges, more than bodies are deformed. A
-//! node that slides cuts its polygon's corner anew, a change of the order of the polygon's own distance from the curve.
+//! node slides along the smooth curve of its surface.
 //!
 //! Source: the common refinement of Jiao and Heath 2004, here by insertion into the meshes themselves, so that the pairs
 //! match and the constitutive relation error remains a bound.
@@ -35,6 +36,7 @@ mod overlap;
 mod seam;
 
 use super::ContactNormal;
+use super::profile::Between;
 use crate::body::Body;
 use crate::geometry::Vector;
 use crate::mesh::refine::RefinementEdges;
@@ -54,6 +56,8 @@ pub struct Changes {
     pub added: [usize; 2],
     /// Nodes of each body moved along its surface onto one of the other.
     pub snapped: [usize; 2],
+    /// How far a node of each body was moved at most, m.
+    pub largest_move: [f64; 2],
     /// Smallest angle of the cells at each body's contact surface before, degrees.
     pub angle_before: [f64; 2],
     /// Smallest angle of the cells at each body's contact surface afterwards, degrees.
@@ -76,6 +80,8 @@ pub struct Facing {
     pub gap: f64,
     /// How far the two polygons are from such curves at most, added up, m.
     pub sagitta: f64,
+    /// How well such curves are known at most, added up, m: zero where the surfaces are straight or circles.
+    pub uncertainty: f64,
     /// The shorter of the two edges before the cuts, m.
     pub spacing: f64,
 }
@@ -87,8 +93,8 @@ pub struct CommonRefinement {
     pub bodies: [Body; 2],
     /// The nodes of the contact surfaces that face each other.
     pub facing: Vec<Facing>,
-    /// The gap at ⅓ and ⅔ of the way from one of the first body's nodes to the next, m, measured as [`Facing::gap`].
-    pub(super) between: HashMap<[u32; 2], [f64; 2]>,
+    /// The gap from one of the first body's nodes to the next, measured as [`Facing::gap`].
+    pub(super) between: HashMap<[u32; 2], Between>,
     /// What was done to them; `None`: nothing.
     pub changes: Option<Changes>,
 }
@@ -109,7 +115,7 @@ pub fn common_refinement(
     let reference = reference(&bodies, &chains);
     let before = [0, 1].map(|b| surface_angle(&bodies[b], surfaces[b]));
     let nodes = [0, 1].map(|b| bodies[b].mesh().points().len());
-    let slid = seam::open(&mut bodies, &mut chains, reference, normal)?;
+    let mut moves = seam::open(&mut bodies, &mut chains, reference, normal)?;
     let mut overlaps = overlap::find(&bodies, &chains, reference, normal)?;
     if overlaps.is_empty() {
         return Err(CommonRefinementError::NoOverlap {
@@ -120,6 +126,9 @@ pub fn common_refinement(
     for overlap in &mut overlaps {
         overlap::snap(overlap, &bodies, &mut moved)?;
     }
+    for b in 0..2 {
+        moves.add(b, &bodies[b], &moved[b]);
+    }
     let [first, second] = bodies;
     let mut sides = [side(first, 0, &moved[0])?, side(second, 1, &moved[1])?];
     cut::cut_all(&mut sides, &mut overlaps, reference)?;
@@ -129,7 +138,8 @@ pub fn common_refinement(
     let bodies = [first, second];
     let changes = Changes {
         added: [0, 1].map(|b| bodies[b].mesh().points().len() - nodes[b]),
-        snapped: [0, 1].map(|b| moved[b].len() + slid[b]),
+        snapped: moves.count,
+        largest_move: moves.largest,
         angle_before: before,
         smallest_angle: [0, 1].map(|b| surface_angle(&bodies[b], surfaces[b])),
         free: [free_0, free_1],

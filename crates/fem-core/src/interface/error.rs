@@ -66,7 +66,7 @@ pub enum InterfaceError {
     #[error(
         "the surfaces do not match: the gap is given, but at ({}, {}) the bodies {} {:.3e}, where the edges are \
          {spacing:.3e} long",
-        shown(point[0]), shown(point[1]), if *gap > 0.0 { "stand apart by" } else { "overlap by" }, gap.abs()
+        shown(point[0]), shown(point[1]), if *gap > 0.0 { "are apart by" } else { "overlap by" }, gap.abs()
     )]
     Distance {
         /// Node of the first body.
@@ -131,8 +131,8 @@ pub enum InterfaceError {
     },
     /// Paired nodes do not face each other along the normal.
     #[error(
-        "the surfaces do not match: the node at ({}, {}) and its partner stand {offset:.3e} apart along the surface, with \
-         edges of length {spacing:.3e}; at most a quarter of the edge is allowed",
+        "the surfaces do not match: the node at ({}, {}) and its partner do not face each other along the contact normal: \
+         they are {offset:.3e} apart across it, with edges of length {spacing:.3e}",
         shown(point[0]), shown(point[1])
     )]
     Offset {
@@ -142,6 +142,17 @@ pub enum InterfaceError {
         offset: f64,
         /// Local edge length.
         spacing: f64,
+    },
+    /// No gap is given, and the surfaces do not touch.
+    #[error(
+        "no gap is given, and the surfaces {} {:.3e} at ({}, {}), where this is largest",
+        if *gap > 0.0 { "are apart by" } else { "overlap by" }, gap.abs(), point[0], point[1]
+    )]
+    NotTouching {
+        /// Place on the first body.
+        point: Vector,
+        /// Distance along the normal, m, negative where the bodies overlap.
+        gap: f64,
     },
     /// The bodies overlap before anything is loaded.
     #[error(
@@ -170,11 +181,23 @@ pub enum InterfaceError {
         /// Diagonal of the smaller body.
         size: f64,
     },
+    /// The supports of both bodies press clamped contact nodes into each other.
+    #[error(
+        "both bodies are clamped at the end ({}, {}) of the contact line, and their supports press them {depth:.3e} into each \
+         other there",
+        point[0], point[1]
+    )]
+    ClampedOverlap {
+        /// Node of the first body.
+        point: Vector,
+        /// Depth, m.
+        depth: f64,
+    },
     /// The normal displacement of a contact node is imposed by a support.
     #[error(
         "the contact node of body {body} at ({}, {}) is held by a support along the contact normal, within 45 degrees, or \
-         in two directions; this version needs the normal direction of every contact node free: end the contact surface \
-         or the support one edge earlier",
+         in two directions; only nodes at the ends of a straight line may be, if both bodies are clamped there: end the \
+         contact surface or the support one edge earlier",
         shown(point[0]), shown(point[1])
     )]
     SupportedNode {

@@ -1,20 +1,22 @@
 //! How far a gap given as a function, or measured between curves, is from what linear contact edges make of it.
 
-use super::{ContactProblem, Gap};
+use super::{ContactProblem, Gap, SAME_NORMAL};
 use crate::body::Difference;
 use crate::body::DifferenceSum;
-use crate::geometry::{Vector, add, norm, scale};
+use crate::geometry::{Vector, add, norm, scale, sub};
 
 impl ContactProblem {
-    /// Measures how far the initial gap is from the one that contact edges carry, relative to its largest value: `g/|n|`, with
+    /// Measures how far the initial gap is from the one that contact edges carry, relative to its largest value, by sampling as
+    /// [`crate::body::SAMPLES`] says: `g/|n|`, with
     /// gap `g` and normal `n` linear between the pairs. `None` where the two are the same to round-off.
     pub fn interpolated_gap(&self) -> Option<Difference> {
         let interface = &self.interface;
         let side = interface.measured_on;
         let points = self.bodies[side].mesh().points();
-        let mut sum = DifferenceSum::default();
-        for (edge, profile) in interface.edges.iter().zip(&interface.profiles) {
-            let pairs = edge.pairs.map(|k| &interface.pairs[k as usize]);
+        let (pairs, edges, profiles) = interface.line();
+        let edges: Vec<_> = edges.iter().zip(profiles).collect();
+        let sum = DifferenceSum::of(&edges, |sum, (edge, profile)| {
+            let pairs = edge.pairs.map(|k| &pairs[k as usize]);
             let ends = pairs.map(|pair| points[pair.nodes[side] as usize]);
             let gaps = pairs.map(|pair| pair.gap);
             let between = |a: Vector, b: Vector, s: f64| add(scale(1.0 - s, a), scale(s, b));
@@ -22,13 +24,13 @@ impl ContactProblem {
             let meant = |s: f64| match (&interface.gap, profile) {
                 (Gap::Given(data), _) => data.at(between(ends[0], ends[1], s)),
                 (Gap::Geometric, Some(profile)) => profile.at(s),
-                (Gap::Geometric, None) => linear(s),
+                (Gap::Geometric, None) | (Gap::Touching, _) => linear(s),
             };
             // Along a normal that is shorter than one between the pairs, the same number is a wider gap.
-            let bent = interface.is_bent(edge);
+            let bent = norm(sub(pairs[0].normal, pairs[1].normal)) > SAME_NORMAL;
             let normal = |s: f64| norm(between(pairs[0].normal, pairs[1].normal, s));
             sum.compare(edge.length, meant, |s| linear(s) / if bent { normal(s) } else { 1.0 });
-        }
+        });
         sum.difference()
     }
 }

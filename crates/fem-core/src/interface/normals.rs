@@ -6,9 +6,9 @@
 use super::common_refinement::Facing;
 use super::common_refinement::curve::turns_into;
 use super::matching::Stretch;
-use super::{ContactEdge, ContactNormal, InterfaceError, Pair, STRAIGHT};
+use super::{ContactEdge, ContactNormal, InterfaceError, Pair, STRAIGHT, held};
 use crate::body::{Body, NodeConstraint};
-use crate::geometry::{PARALLEL, Vector, add, angle_between, cross, dot, norm, perpendicular, scale};
+use crate::geometry::{PARALLEL, Vector, add, angle_between, cross, dot, norm, perpendicular, scale, sub};
 use std::collections::HashMap;
 
 /// Cosine of the largest angle between neighbouring normals: 60 degrees.
@@ -117,7 +117,8 @@ fn frozen(body: &Body, pairs: &mut [Pair], edges: &[ContactEdge], facing: &HashM
     }
 }
 
-/// Averages the edge normals at the nodes of one stretch; a straight one has a single normal.
+/// Averages the edge normals at the nodes of one stretch; a straight one has a single normal. At a free end of a bent one the
+/// normal is the neighbour's mirrored at the last edge, which is that of a circle, as for surfaces refined in common.
 fn averaged(
     body: &Body,
     pairs: &mut [Pair],
@@ -137,8 +138,17 @@ fn averaged(
             pair.normal = add(pair.normal, scale(edge.length, of(edge)));
         }
     }
+    let (first, last) = (stretch.start, stretch.end - 1);
     for pair in &mut pairs[stretch] {
         pair.normal = scale(1.0 / norm(pair.normal), pair.normal);
+    }
+    if edges.len() == last - first && edges.len() > 1 {
+        for (end, neighbour, edge) in
+            [(first, first + 1, &edges[0]), (last, last - 1, &edges[edges.len() - 1])]
+        {
+            let (own, next) = (of(edge), pairs[neighbour].normal);
+            pairs[end].normal = sub(scale(2.0 * dot(next, own), own), next);
+        }
     }
     Ok(())
 }
@@ -156,7 +166,7 @@ fn turns(pairs: &[Pair], edges: &[ContactEdge]) -> Vec<f64> {
 }
 
 /// Turns the normal of a pair whose node is held in one direction into the direction left free where the line is bent,
-/// and refuses nodes whose normal displacement is imposed, or nearly so. Elsewhere the normal is the line's, and the
+/// and refuses nodes whose normal displacement is imposed, or nearly so, unless both bodies clamp theirs. Elsewhere the normal is the line's, and the
 /// node's frame is not orthogonal, see [`crate::dof::DofMap`].
 fn free_direction(bodies: [&Body; 2], pair: &mut Pair, turn: f64) -> Result<(), InterfaceError> {
     let constraint = |b: usize| bodies[b].node_constraints()[pair.nodes[b] as usize];
@@ -166,6 +176,9 @@ fn free_direction(bodies: [&Body; 2], pair: &mut Pair, turn: f64) -> Result<(), 
             point: bodies[b].mesh().points()[pair.nodes[b] as usize],
         })
     };
+    if held::is_clamped(bodies, pair) {
+        return Ok(());
+    }
     let mut normal = pair.normal;
     for b in 0..2 {
         match constraint(b) {

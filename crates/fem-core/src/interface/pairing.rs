@@ -1,19 +1,16 @@
 //! Pairs two matching contact surfaces.
 
 use super::common_refinement::{CommonRefinement, Facing};
+use super::drawn::{self, Drawn, Surfaces};
+use super::held::Line;
 use super::matching::{self, Stretch};
 use super::{
     ContactEdge, ContactInterface, ContactNormal, Gap, InterfaceError, InterfaceSide, Pair, normals, profile,
 };
 use crate::body::{Body, EdgeReaction};
 use crate::boundary::ScalarData;
-use crate::geometry::{self, Vector, cross, dot, sub};
+use crate::geometry::{Vector, dot};
 use std::collections::HashMap;
-
-/// Partners may stand this fraction of the local edge length apart along the surface.
-const OFFSET: f64 = 0.25;
-/// An overlap up to this fraction of the local edge length is rounding of coordinates.
-const OVERLAP: f64 = 1e-4;
 
 /// Pairs the surfaces.
 ///
@@ -31,27 +28,38 @@ pub(super) fn pair(
         common.map(|common| common.facing.iter().map(|f| (f.nodes[0], f)).collect());
     let partner = match (&facing, gap) {
         (Some(facing), _) => matching::refined(bodies[0], &chain, facing)?,
-        (None, Gap::Given(_)) => matching::nearest(bodies, edges, &chain)?,
+        (None, Gap::Given(_) | Gap::Touching) => matching::nearest(bodies, edges, &chain)?,
         (None, Gap::Geometric) => matching::along(bodies, edges, &chain)?,
     };
     let mut pairs = make_pairs(bodies, &chain, &partner);
     let number: HashMap<u32, u32> = pairs.iter().enumerate().map(|(k, p)| (p.nodes[0], k as u32)).collect();
     let edges = make_edges(bodies, edges, &chain, &partner, &number)?;
     normals::choose(bodies, &chain, &mut pairs, &edges, normal, facing.as_ref())?;
-    if let (Some(facing), Gap::Given(_)) = (&facing, gap) {
-        check_distances(bodies[0], facing)?;
-    }
-    match gap {
-        Gap::Given(data) => given_gap(bodies, &mut pairs, data)?,
-        Gap::Geometric => measured_gap(bodies, &mut pairs, &edges, facing.as_ref())?,
-    }
-    let profiles = match (gap, common) {
+    let drawn = Drawn::measure(bodies, &pairs, &edges, facing.as_ref())?;
+    let between = match (gap, common) {
         (Gap::Given(_), _) => vec![None; edges.len()],
-        (Gap::Geometric, Some(common)) => profile::of_refined(&pairs, &edges, &common.between),
-        (Gap::Geometric, None) => profile::of_matching(bodies, &chain, &pairs, &edges),
+        (_, Some(common)) => profile::of_refined(&pairs, &edges, &common.between),
+        (_, None) => profile::of_matching(bodies, &chain, (&pairs, drawn.gaps()), &edges),
     };
-    let sides = sides(&pairs);
-    Ok(ContactInterface { pairs, edges, sides, gap: gap.clone(), measured_on: 0, profiles })
+    let surfaces = Surfaces { drawn: &drawn, edges: &edges, between: &between };
+    let points = bodies[0].mesh().points();
+    match gap {
+        Gap::Given(data) => {
+            if let Some(facing) = &facing {
+                drawn::check_distances(points, facing)?;
+            }
+            given_gap(points, &mut pairs, data)?;
+        }
+        Gap::Touching => surfaces.check_touching(points, &pairs)?,
+        Gap::Geometric => surfaces.take_gaps(points, &mut pairs)?,
+    }
+    let profiles = match gap {
+        Gap::Geometric => profile::profiles(&pairs, &edges, &between),
+        Gap::Given(_) | Gap::Touching => vec![None; edges.len()],
+    };
+    let gap_change = drawn.change(points, &pairs);
+    let (interface, _) = Line { pairs, edges, profiles }.into_interface(bodies, gap.clone(), 0)?;
+    Ok(ContactInterface { gap_change, ..interface })
 }
 
 /// Lists what each body keeps of the pairs.
@@ -109,9 +117,9 @@ fn make_pairs(bodies: [&Body; 2], chain: &[Stretch], partner: &HashMap<u32, u32>
     pairs
 }
 
-fn given_gap(bodies: [&Body; 2], pairs: &mut [Pair], data: &ScalarData) -> Result<(), InterfaceError> {
+fn given_gap(points: &[Vector], pairs: &mut [Pair], data: &ScalarData) -> Result<(), InterfaceError> {
     for pair in pairs {
-        let point = bodies[0].mesh().points()[pair.nodes[0] as usize];
+        let point = points[pair.nodes[0] as usize];
         let value = data.at(point);
         if !(value >= 0.0 && value.is_finite()) {
             return Err(InterfaceError::BadGap { point, value });
@@ -119,62 +127,6 @@ fn given_gap(bodies: [&Body; 2], pairs: &mut [Pair], data: &ScalarData) -> Resul
         pair.gap = value;
     }
     Ok(())
-}
-
-/// Refuses surfaces refined in common that stand apart or overlap although the gap is given.
-fn check_distances(body: &Body, facing: &HashMap<u32, &Facing>) -> Result<(), InterfaceError> {
-    let excess = |f: &Facing| f.gap.abs() - matching::TOLERANCE * f.spacing - f.sagitta;
-    let worst =
-        facing.values().max_by(|a, b| excess(a).total_cmp(&excess(b)).then(a.nodes[0].cmp(&b.nodes[0])));
-    match worst.filter(|f| !(excess(f) <= 0.0)) {
-        Some(f) => Err(InterfaceError::Distance {
-            point: body.mesh().points()[f.nodes[0] as usize],
-            gap: f.gap,
-            spacing: f.spacing,
-        }),
-        None => Ok(()),
-    }
-}
-
-/// Measures the gap of every pair along its normal, and reports the deepest overlap. An overlap of surfaces refined in
-/// common that is within their polygons' distance from smooth curves is none.
-fn measured_gap(
-    bodies: [&Body; 2],
-    pairs: &mut [Pair],
-    edges: &[ContactEdge],
-    facing: Option<&HashMap<u32, &Facing>>,
-) -> Result<(), InterfaceError> {
-    let mut spacing = vec![f64::INFINITY; pairs.len()];
-    for edge in edges {
-        for k in edge.pairs {
-            spacing[k as usize] = spacing[k as usize].min(edge.length);
-        }
-    }
-    let size =
-        geometry::diagonal(bodies[0].mesh().points()).min(geometry::diagonal(bodies[1].mesh().points()));
-    let mut deepest: Option<(Vector, f64, f64)> = None;
-    for (pair, spacing) in pairs.iter_mut().zip(spacing) {
-        let [point, other] = [0, 1].map(|b| bodies[b].mesh().points()[pair.nodes[b] as usize]);
-        let distance = sub(other, point);
-        let found = facing.and_then(|all| all.get(&pair.nodes[0]));
-        let offset = cross(pair.normal, distance).abs();
-        if found.is_none() && offset > OFFSET * spacing {
-            return Err(InterfaceError::Offset { point, offset, spacing });
-        }
-        let gap = found.map_or_else(|| dot(distance, pair.normal), |f| f.gap);
-        let allowed = OVERLAP * spacing + found.map_or(0.0, |f| f.sagitta);
-        if gap > size {
-            return Err(InterfaceError::TooFar { point, distance: gap, size });
-        }
-        if gap < -allowed && deepest.is_none_or(|(_, depth, _)| -gap > depth) {
-            deepest = Some((point, -gap, spacing));
-        }
-        pair.gap = gap.max(0.0);
-    }
-    match deepest {
-        Some((point, depth, spacing)) => Err(InterfaceError::Overlap { point, depth, spacing }),
-        None => Ok(()),
-    }
 }
 
 fn make_edges(
@@ -294,6 +246,7 @@ mod tests {
         let loaded = body(0.0, [4, 2], fixed().pressure("top", 1.0));
         assert!(matches!(pair(&upper, &loaded, ["bottom", "top"]), InterfaceError::Occupied { body: 1, .. }));
         let clamped = body(0.0, [4, 2], fixed().fix("left"));
+        // In one body only.
         assert!(matches!(pair(&upper, &clamped, ["bottom", "top"]), InterfaceError::SupportedNode { .. }));
         let same = body(1.0, [4, 2], fixed());
         assert!(matches!(pair(&upper, &same, ["left", "left"]), InterfaceError::NotFacing { .. }));

@@ -13,6 +13,15 @@ use std::collections::HashMap;
 /// A gap that differs from a linear one by less than this part of the edge is linear.
 const LINEAR: f64 = 1e-12;
 
+/// The gap between two neighbouring pairs, measured between smooth curves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Between {
+    /// At ⅓ and ⅔ of the edge, m, negative where the curves overlap.
+    pub(super) gaps: [f64; 2],
+    /// How well the curves are known, m.
+    pub(super) uncertainty: f64,
+}
+
 /// The gap along a contact edge: the four Bernstein coefficients of a cubic, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Profile([f64; 4]);
@@ -47,56 +56,69 @@ impl Profile {
     }
 }
 
-/// Measures the profiles of surfaces refined in common.
+/// Makes the cubics from the gaps at the pairs and between them; `None` where the gap is linear.
+pub(super) fn profiles(
+    pairs: &[Pair],
+    edges: &[ContactEdge],
+    between: &[Option<Between>],
+) -> Vec<Option<Profile>> {
+    let profile = |(edge, between): (&ContactEdge, &Option<Between>)| {
+        let [i, j] = edge.pairs.map(|k| pairs[k as usize].gap);
+        let [p, q] = (*between)?.gaps;
+        Profile::through([i, p, q, j], edge.length)
+    };
+    edges.iter().zip(between).map(profile).collect()
+}
+
+/// Finds what was measured between the pairs of surfaces refined in common.
 ///
-/// * `between`: the gap at ⅓ and ⅔ of the way from one of the first body's nodes to the next.
+/// * `between`: from one of the first body's nodes to the next.
 pub(super) fn of_refined(
     pairs: &[Pair],
     edges: &[ContactEdge],
-    between: &HashMap<[u32; 2], [f64; 2]>,
-) -> Vec<Option<Profile>> {
-    let profile = |edge: &ContactEdge| {
-        let [i, j] = edge.pairs.map(|k| &pairs[k as usize]);
-        let [a, b] = [i.nodes[0], j.nodes[0]];
-        let back = || between.get(&[b, a]).map(|[p, q]| [*q, *p]);
-        let [p, q] = between.get(&[a, b]).copied().or_else(back)?;
-        Profile::through([i.gap, p, q, j.gap], edge.length)
+    between: &HashMap<[u32; 2], Between>,
+) -> Vec<Option<Between>> {
+    let find = |edge: &ContactEdge| {
+        let [a, b] = edge.pairs.map(|k| pairs[k as usize].nodes[0]);
+        let turned = |b: &Between| Between { gaps: [b.gaps[1], b.gaps[0]], ..*b };
+        between.get(&[a, b]).copied().or_else(|| between.get(&[b, a]).map(turned))
     };
-    edges.iter().map(profile).collect()
+    edges.iter().map(find).collect()
 }
 
-/// Measures the profiles of surfaces that match node by node: between the smooth curves through the nodes of each.
+/// Measures between the pairs of surfaces that match node by node: between the smooth curves through the nodes of each.
+///
+/// * `drawn`: the gap measured at each pair, m.
 pub(super) fn of_matching(
     bodies: [&Body; 2],
     chain: &[Stretch],
-    pairs: &[Pair],
+    (pairs, drawn): (&[Pair], &[f64]),
     edges: &[ContactEdge],
-) -> Vec<Option<Profile>> {
-    let mut profiles = Vec::with_capacity(edges.len());
+) -> Vec<Option<Between>> {
+    let mut found = Vec::with_capacity(edges.len());
     let (mut first_pair, mut first_edge) = (0, 0);
     for stretch in chain {
         let own = &pairs[first_pair..first_pair + stretch.nodes.len()];
-        let found = &edges[first_edge..first_edge + stretch.edges.len()];
         let curves = [0, 1].map(|b| {
             let points = own.iter().map(|p| bodies[b].mesh().points()[p.nodes[b] as usize]);
             let closing = stretch.is_closed().then(|| bodies[b].mesh().points()[own[0].nodes[b] as usize]);
             Curve::new(points.chain(closing).collect())
         });
-        for (k, edge) in found.iter().enumerate() {
-            let [i, j] = edge.pairs.map(|k| &pairs[k as usize]);
+        for (k, edge) in edges[first_edge..first_edge + stretch.edges.len()].iter().enumerate() {
+            let [i, j] = edge.pairs.map(|k| k as usize);
             let at = |t: f64| {
-                let normal = add(scale(1.0 - t, i.normal), scale(t, j.normal));
+                let normal = add(scale(1.0 - t, pairs[i].normal), scale(t, pairs[j].normal));
                 let apart: Vector = sub(curves[1].smooth(k, t), curves[0].smooth(k, t));
                 dot(apart, normal) / norm(normal)
             };
             // What the nodes themselves are apart is known; the curves say what happens between them.
-            let off = [i.gap - at(0.0), j.gap - at(1.0)];
-            let inner = [1.0 / 3.0, 2.0 / 3.0].map(|t| at(t) + (1.0 - t) * off[0] + t * off[1]);
-            profiles.push(Profile::through([i.gap, inner[0], inner[1], j.gap], edge.length));
+            let off = [drawn[i] - at(0.0), drawn[j] - at(1.0)];
+            let gaps = [1.0 / 3.0, 2.0 / 3.0].map(|t| at(t) + (1.0 - t) * off[0] + t * off[1]);
+            found.push(Some(Between { gaps, uncertainty: curves.iter().map(|c| c.uncertainty(k)).sum() }));
         }
-        (first_pair, first_edge) = (first_pair + own.len(), first_edge + found.len());
+        (first_pair, first_edge) = (first_pair + own.len(), first_edge + stretch.edges.len());
     }
-    profiles
+    found
 }
 
 #[cfg(test)]

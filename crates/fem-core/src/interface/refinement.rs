@@ -1,9 +1,10 @@
 //! The same contact problem on finer meshes that match along the interface.
 
+use super::held::Line;
 use super::profile::Profile;
-use super::{ContactEdge, ContactInterface, ContactProblem, Gap, InterfaceError, Pair, pairing};
+use super::{ContactEdge, ContactInterface, ContactProblem, Gap, InterfaceError, Pair, SAME_NORMAL};
 use crate::body::{Body, BodyError};
-use crate::geometry::{add, norm, scale};
+use crate::geometry::{add, norm, scale, sub};
 use crate::mesh::MeshError;
 use crate::mesh::refine::{self, Refinement, RefinementEdges};
 use crate::mesh::topology::NONE;
@@ -41,8 +42,10 @@ pub struct RefinedProblem {
     pub problem: ContactProblem,
     /// The refinement of each body's mesh.
     pub refinements: [Refinement; 2],
-    /// For every new pair the two old pairs it lies between: the same one twice where it is an old pair.
+    /// For every new pair the two old pairs it lies between: the same one twice if it is an old pair, or the first one beside
+    /// a clamped end.
     pub pair_parents: Vec<[u32; 2]>,
+    old_pairs: usize,
 }
 
 impl RefinedProblem {
@@ -51,7 +54,7 @@ impl RefinedProblem {
     /// # Panics
     /// If `values` has not one entry per old pair.
     pub fn prolong_interface(&self, values: &[f64]) -> Vec<f64> {
-        let old = self.pair_parents.iter().filter(|p| p[0] == p[1]).count();
+        let old = self.old_pairs;
         assert!(values.len() == old, "{} values, and {old} pairs before the refinement", values.len());
         let mean = |p: &[u32; 2]| 0.5 * (values[p[0] as usize] + values[p[1] as usize]);
         self.pair_parents.iter().map(mean).collect()
@@ -72,7 +75,7 @@ impl ContactProblem {
                 refine::close(self.bodies[b].mesh(), refinement_edges[b], &mut marked[b]);
             }
             let mut added = false;
-            for contact in self.interface.edges() {
+            for contact in self.interface.line().1 {
                 let [a, b] = contact.edges.map(|e| e as usize);
                 if marked[0][a] != marked[1][b] {
                     (marked[0][a], marked[1][b], added) = (true, true, true);
@@ -115,7 +118,13 @@ impl ContactProblem {
         let ((r0, first), (r1, second)) = (first?, second?);
         let (bodies, refinements) = ([first, second], [r0, r1]);
         let (interface, pair_parents) = self.interface.refined(&bodies, &refinements)?;
-        Ok(RefinedProblem { problem: ContactProblem { bodies, interface }, refinements, pair_parents })
+        let old_pairs = self.interface.pairs.len();
+        Ok(RefinedProblem {
+            problem: ContactProblem { bodies, interface },
+            refinements,
+            pair_parents,
+            old_pairs,
+        })
     }
 }
 
@@ -126,15 +135,16 @@ impl ContactInterface {
         bodies: &[Body; 2],
         refinements: &[Refinement; 2],
     ) -> Result<(Self, Vec<[u32; 2]>), InterfaceError> {
-        let mut starting = vec![None; self.pairs.len()];
-        for (edge, profile) in self.edges.iter().zip(&self.profiles) {
+        let (old_pairs, old_edges, old_profiles) = self.line();
+        let mut starting = vec![None; old_pairs.len()];
+        for (edge, profile) in old_edges.iter().zip(old_profiles) {
             starting[edge.pairs[0] as usize] = Some((edge, profile.as_ref()));
         }
         let mut pairs = Vec::new();
         let mut parents = Vec::new();
-        let mut number = vec![NONE; self.pairs.len()];
-        let mut middle = vec![NONE; self.pairs.len()];
-        for (k, pair) in self.pairs.iter().enumerate() {
+        let mut number = vec![NONE; old_pairs.len()];
+        let mut middle = vec![NONE; old_pairs.len()];
+        for (k, pair) in old_pairs.iter().enumerate() {
             number[k] = pairs.len() as u32;
             pairs.push(Pair { tributary_length: 0.0, ..*pair });
             parents.push([k as u32; 2]);
@@ -142,12 +152,12 @@ impl ContactInterface {
             let halved = starting[k].map(|(edge, profile)| (edge, profile, nodes(edge)));
             if let Some((edge, profile, nodes)) = halved.filter(|(.., n)| *n != [NONE; 2]) {
                 middle[k] = pairs.len() as u32;
-                pairs.push(self.middle_pair(edge, profile, nodes, bodies)?);
+                pairs.push(self.middle_pair(old_pairs, edge, profile, nodes, bodies)?);
                 parents.push(edge.pairs);
             }
         }
         let (mut edges, mut profiles) = (Vec::new(), Vec::new());
-        for (edge, profile) in self.edges.iter().zip(&self.profiles) {
+        for (edge, profile) in old_edges.iter().zip(old_profiles) {
             let [i, j] = edge.pairs.map(|k| number[k as usize]);
             let parts = match middle[edge.pairs[0] as usize] {
                 NONE => vec![([i, j], *profile)],
@@ -163,26 +173,43 @@ impl ContactInterface {
                 }
             }
         }
-        let sides = pairing::sides(&pairs);
-        let (gap, measured_on) = (self.gap.clone(), self.measured_on);
-        let interface = Self { pairs, edges, sides, gap, measured_on, profiles };
+        let line = Line { pairs, edges, profiles };
+        let (interface, numbers) =
+            line.into_interface(bodies.each_ref(), self.gap.clone(), self.measured_on)?;
+        let kept = parents.into_iter().zip(numbers).filter(|(_, n)| *n != NONE).map(|(p, _)| p);
+        let parents = kept.map(|parents| self.numbers(parents)).collect();
         Ok((interface, parents))
+    }
+
+    /// Turns two neighbouring pairs of the whole line into pairs of the contact problem: a clamped one into the other, two
+    /// into the first of all.
+    fn numbers(&self, parents: [u32; 2]) -> [u32; 2] {
+        let Some(whole) = &self.whole else { return parents };
+        let number = |k: u32| Some(whole.number[k as usize]).filter(|n| *n != NONE);
+        match parents.map(number) {
+            [Some(a), Some(b)] => [a, b],
+            [Some(k), None] | [None, Some(k)] => [k; 2],
+            [None, None] => [0; 2],
+        }
     }
 
     /// Makes the pair in the middle of a contact edge.
     fn middle_pair(
         &self,
+        pairs: &[Pair],
         edge: &ContactEdge,
         profile: Option<&Profile>,
         nodes: [u32; 2],
         bodies: &[Body; 2],
     ) -> Result<Pair, InterfaceError> {
-        let [i, j] = edge.pairs.map(|k| &self.pairs[k as usize]);
+        let [i, j] = edge.pairs.map(|k| &pairs[k as usize]);
         let point = bodies[self.measured_on].mesh().points()[nodes[self.measured_on] as usize];
         let normal = scale(0.5, add(i.normal, j.normal));
         // Shorter than one where the normal changes. Divided by its length, normal and gap say the same of the nodes.
-        let length = if self.is_bent(edge) { norm(normal) } else { 1.0 };
+        let bent = norm(sub(i.normal, j.normal)) > SAME_NORMAL;
+        let length = if bent { norm(normal) } else { 1.0 };
         let gap = match (&self.gap, profile) {
+            (Gap::Touching, _) => 0.0,
             (Gap::Given(data), _) => data.at(point),
             (Gap::Geometric, Some(profile)) => profile.at(0.5),
             (Gap::Geometric, None) => 0.5 * (i.gap + j.gap) / length,

@@ -198,7 +198,7 @@ pub fn refine_at(
         });
         (name.clone(), halves.collect())
     });
-    let finer = TriMesh::new(points, children.triangles, groups.collect())?;
+    let finer = TriMesh::counter_clockwise(points, children.triangles, groups.collect())?;
     Ok(Refinement {
         mesh: finer,
         refinement_edges: RefinementEdges(children.refinement_edges),

@@ -71,12 +71,22 @@ pub(super) fn sorted_points(mesh: &TriMesh, chains: &[Chain]) -> Vec<Vector> {
     points
 }
 
-/// Tells which nodes of the stretches may slide along their surface: inner ones, on no corner, without support, where no
-/// group of edges and no material begins.
-pub(super) fn sliding(body: &Body, chains: &[Chain]) -> HashMap<u32, bool> {
+/// How freely a node may be moved along its surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Motion {
+    /// Not at all: the direction of a roller would change.
+    None,
+    /// Only as far as rounding explains: an end, a corner, a supported node, a node at which a group or a material begins.
+    Shifts,
+    /// An inner node.
+    Slides,
+}
+
+/// Tells how each node of the stretches may move along its surface.
+pub(super) fn motions(body: &Body, chains: &[Chain]) -> HashMap<u32, Motion> {
     let mesh = body.mesh();
     let topology = mesh.topology();
-    let mut sliding: HashMap<u32, bool> = HashMap::new();
+    let mut motions: HashMap<u32, Motion> = HashMap::new();
     for chain in chains {
         for (k, &node) in chain.nodes.iter().enumerate() {
             let inner = k > 0 && k + 1 < chain.nodes.len();
@@ -91,22 +101,26 @@ pub(super) fn sliding(body: &Body, chains: &[Chain]) -> HashMap<u32, bool> {
                     _ => true,
                 }
             };
-            sliding.insert(node, inner && !held && !mixed && !corner);
+            let slides = inner && !held && !mixed && !corner;
+            motions.insert(node, if slides { Motion::Slides } else { Motion::Shifts });
         }
     }
     // A group passes through a node by two of its edges, or begins there.
     for edges in mesh.groups().values() {
         let mut count: HashMap<u32, usize> = HashMap::new();
         for node in edges.iter().flat_map(|&e| topology.edges()[e as usize]) {
-            if sliding.contains_key(&node) {
+            if motions.contains_key(&node) {
                 *count.entry(node).or_default() += 1;
             }
         }
         for node in count.into_iter().filter(|(_, c)| *c != 2).map(|(n, _)| n) {
-            sliding.insert(node, false);
+            motions.insert(node, Motion::Shifts);
         }
     }
-    sliding
+    for node in body.roller_nodes().filter(|n| motions.contains_key(n)).collect::<Vec<_>>() {
+        motions.insert(node, Motion::None);
+    }
+    motions
 }
 
 /// Computes the smallest angle of the cells that touch one of the nodes, in degrees.

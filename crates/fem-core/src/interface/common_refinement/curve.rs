@@ -5,48 +5,32 @@ use crate::geometry::{
 };
 use crate::interface::STRAIGHT;
 
+/// Steps at most to the point of a smooth curve on a normal.
+const ROUNDS: usize = 40;
+
 /// A polygon with a normal at each node, linear between them, and its arc length `s`. One that closes on itself ends with
 /// the point it begins with.
 #[derive(Clone, Debug)]
 pub(in crate::interface) struct Curve {
     points: Vec<Vector>,
     normals: Vec<Vector>,
+    /// Unit normals of the smooth curve through the points: of the circle through each and its neighbours.
+    smooth_normals: Vec<Vector>,
     arc: Vec<f64>,
 }
 
 impl Curve {
-    /// Makes the curve of at least two points; normals are the means of the edges' right normals, weighted by length. At a
-    /// free end of a bent line the normal is the neighbour's mirrored at the last edge, which is that of a circle.
+    /// Makes the curve of at least two points; normals are the means of the edges' right normals, weighted by length.
     pub(in crate::interface) fn new(points: Vec<Vector>) -> Self {
+        let normals = nodal_normals(&points, |edge| edge);
+        // Weighted by the length of the *other* edge, the mean is the normal of the circle through the three points.
+        let smooth_normals = nodal_normals(&points, |edge| 1.0 / edge);
         let n = points.len();
-        let closed = n > 3 && points[0] == points[n - 1];
-        let weighted = |k: usize| {
-            let [a, b] = [points[k], points[k + 1]];
-            scale(norm(sub(b, a)), right_normal(a, b))
-        };
-        let unit = |v: Vector| scale(1.0 / norm(v), v);
-        let seam = if closed { Some(unit(add(weighted(n - 2), weighted(0)))) } else { None };
-        let end = |edge: usize, neighbour: usize| {
-            let own = unit(weighted(edge));
-            let next = unit(add(weighted(neighbour - 1), weighted(neighbour)));
-            let mirrored = sub(scale(2.0 * dot(next, own), own), next);
-            if cross(own, next).abs() > STRAIGHT { mirrored } else { own }
-        };
-        let normals = (0..n).map(|k| match k {
-            _ if k == 0 || k + 1 == n => match seam {
-                Some(normal) => normal,
-                None if n == 2 => unit(weighted(0)),
-                None if k == 0 => end(0, 1),
-                None => end(n - 2, n - 2),
-            },
-            k => unit(add(weighted(k - 1), weighted(k))),
-        });
-        let normals = normals.collect();
         let mut arc = vec![0.0];
         for k in 1..n {
             arc.push(arc[k - 1] + norm(sub(points[k], points[k - 1])));
         }
-        Self { points, normals, arc }
+        Self { points, normals, smooth_normals, arc }
     }
 
     /// Begins a closed curve at a point of its last edge, with the normal that it has there.
@@ -61,7 +45,12 @@ impl Curve {
         let offset = self.length() - self.arc[n - 2] - before;
         let arc = self.arc[..n - 1].iter().map(|s| s + offset);
         let arc = [0.0].into_iter().chain(arc).chain([self.length()]).collect();
-        Self { points: around(&self.points, seam), normals: around(&self.normals, normal), arc }
+        Self {
+            points: around(&self.points, seam),
+            normals: around(&self.normals, normal),
+            smooth_normals: around(&self.smooth_normals, normal),
+            arc,
+        }
     }
 
     /// Takes one direction for the normal everywhere if it is at most 60 degrees from every edge's.
@@ -120,9 +109,9 @@ impl Curve {
         self.points[k]
     }
 
-    /// Computes the point of a smooth curve through the nodes over edge `k`, at a fraction `t` of the edge: a cubic that is
-    /// normal to the nodes' normals. Where these turn unequally, as beside a corner of a straight line, the larger slope
-    /// counts as twice the smaller.
+    /// Computes the point of a smooth curve through the nodes over edge `k`, at a fraction `t` of the edge: over points of a
+    /// circle that circle, otherwise nearly a cubic that is normal to the circles' normals at the nodes. Where these turn
+    /// unequally, as beside a corner of a straight line, the larger slope counts as twice the smaller.
     pub(in crate::interface) fn smooth(&self, k: usize, t: f64) -> Vector {
         let [a, b] = self.slopes(k);
         let [a, b] = if a * b > 0.0 {
@@ -132,14 +121,50 @@ impl Curve {
             [0.0; 2]
         };
         let (from, to) = (self.points[k], self.points[k + 1]);
-        let height = norm(sub(to, from)) * t * (1.0 - t) * ((1.0 - t) * a + t * b);
+        let cubic = t * (1.0 - t) * ((1.0 - t) * a + t * b);
+        // The height of the arc with the mean slope, over that of its cubic: 1 in the middle of the edge.
+        let squared = (0.25 * (a + b)).powi(2);
+        let arc = 0.25 * (1.0 + squared).powi(2) - squared * (2.0 * t - 1.0).powi(2);
+        let round = if squared < 0.5 { 1.0 / (arc.sqrt() + 0.5 * (1.0 - squared)) } else { 1.0 };
+        let height = norm(sub(to, from)) * cubic * round;
         add(add(scale(1.0 - t, from), scale(t, to)), scale(height, right_normal(from, to)))
     }
 
-    /// Estimates how far edge `k` is from the curve that it stands for, m: an eighth of its length times its turn.
+    /// Computes the point of the smooth curve over edge `k` that lies on the normal of `line` at its arc length `s`.
+    pub(in crate::interface) fn smooth_crossing(&self, k: usize, line: &Self, s: f64) -> Vector {
+        let (r, n) = line.at(s);
+        let span = cross(sub(self.points[k + 1], self.points[k]), n);
+        let mut t = line.crossing(s, self.points[k], self.points[k + 1]).clamp(0.0, 1.0);
+        // The height changes little along the edge, so that each step gains a digit or more.
+        for _ in 0..ROUNDS {
+            let step = cross(sub(r, self.smooth(k, t)), n) / span;
+            t = (t + step).clamp(0.0, 1.0);
+            if !(step.abs() > f64::EPSILON) {
+                break;
+            }
+        }
+        self.smooth(k, t)
+    }
+
+    /// Estimates how far edge `k` is from the curve that it represents, m: an eighth of its length times its turn.
     pub(in crate::interface) fn sagitta(&self, k: usize) -> f64 {
         let [a, b] = self.slopes(k);
         norm(sub(self.points[k + 1], self.points[k])) / 8.0 * (a.abs() + b.abs())
+    }
+
+    /// Estimates how well the smooth curve over edge `k` is known, m: the difference between the heights that the slopes at its
+    /// two ends say, the largest of this edge and its neighbours. Zero on circles and straight lines, of third order where
+    /// the curvature changes, of the order of the sagitta beside corners.
+    pub(in crate::interface) fn uncertainty(&self, k: usize) -> f64 {
+        let edges = self.points.len() - 1;
+        let own = |k: usize| {
+            let [a, b] = self.slopes(k);
+            norm(sub(self.points[k + 1], self.points[k])) / 8.0 * (a - b).abs()
+        };
+        let wraps = self.is_closed();
+        let before = if k > 0 { Some(k - 1) } else { wraps.then_some(edges - 1) };
+        let after = if k + 1 < edges { Some(k + 1) } else { wraps.then_some(0) };
+        [Some(k), before, after].into_iter().flatten().map(own).fold(0.0, f64::max)
     }
 
     /// The slopes of the curve at the two ends of an edge, each positive where it rises towards the edge's middle: `2 tan φ/2`
@@ -148,7 +173,7 @@ impl Curve {
         let (from, to) = (self.points[k], self.points[k + 1]);
         let (along, across) = (scale(1.0 / norm(sub(to, from)), sub(to, from)), right_normal(from, to));
         let slope = |n: Vector| 2.0 * dot(n, along) / (dot(n, across) + norm(n));
-        [-slope(self.normals[k]), slope(self.normals[k + 1])]
+        [-slope(self.smooth_normals[k]), slope(self.smooth_normals[k + 1])]
     }
 
     /// Returns the arc length of each node, m.
@@ -225,6 +250,36 @@ impl Curve {
     }
 }
 
+/// Computes unit normals at the points of a polygon: means of the right normals of the two edges, weighted as `weight` says by
+/// their lengths. At a free end of a bent line the normal is the neighbour's mirrored at the last edge, which is that of a
+/// circle.
+fn nodal_normals(points: &[Vector], weight: impl Fn(f64) -> f64) -> Vec<Vector> {
+    let n = points.len();
+    let closed = n > 3 && points[0] == points[n - 1];
+    let weighted = |k: usize| {
+        let [a, b] = [points[k], points[k + 1]];
+        scale(weight(norm(sub(b, a))), right_normal(a, b))
+    };
+    let unit = |v: Vector| scale(1.0 / norm(v), v);
+    let seam = if closed { Some(unit(add(weighted(n - 2), weighted(0)))) } else { None };
+    let end = |edge: usize, neighbour: usize| {
+        let own = unit(weighted(edge));
+        let next = unit(add(weighted(neighbour - 1), weighted(neighbour)));
+        let mirrored = sub(scale(2.0 * dot(next, own), own), next);
+        if cross(own, next).abs() > STRAIGHT { mirrored } else { own }
+    };
+    let normals = (0..n).map(|k| match k {
+        _ if k == 0 || k + 1 == n => match seam {
+            Some(normal) => normal,
+            None if n == 2 => unit(weighted(0)),
+            None if k == 0 => end(0, 1),
+            None => end(n - 2, n - 2),
+        },
+        k => unit(add(weighted(k - 1), weighted(k))),
+    });
+    normals.collect()
+}
+
 /// Tells whether a normal should be turned into the direction that a support leaves free: where that is within what
 /// the polygon says of the normal there, twice its turn from node to node. At the end of a circle's polygon the edge's normal
 /// is off by half its turn, and the free direction of a symmetry axis is the circle's own normal.
@@ -252,9 +307,17 @@ mod tests {
                 assert!((curve.sagitta(k) / exact - 1.0).abs() < 1e-12, "{k} {}", curve.sagitta(k));
                 for t in [0.0, 0.1, 0.5, 0.8] {
                     let off = (norm(curve.smooth(k, t)) - 2.0).abs();
-                    assert!(off < 2.0 * half.powi(4) / 16.0 && (t != 0.5 || off < 1e-14), "{k} {t} {off:e}");
+                    assert!(off < 1e-14, "{k} {t} {off:e}");
                 }
             }
+        }
+        // However unevenly the circle is cut.
+        let uneven: Vec<Vector> =
+            [0.0f64, 0.3, 0.35, 0.6, 1.1, 1.15, 1.3].iter().map(|a| [2.0 * a.cos(), 2.0 * a.sin()]).collect();
+        let curve = Curve::new(uneven);
+        for (k, t) in (0..6).flat_map(|k| [0.1, 0.5, 0.8].map(|t| (k, t))) {
+            let off = (norm(curve.smooth(k, t)) - 2.0).abs();
+            assert!(off < 1e-13 && curve.uncertainty(k) < 1e-13, "{k} {t} {off:e}");
         }
         let mut whole = circle(0.0, std::f64::consts::TAU, 24);
         whole[24] = whole[0];
@@ -267,9 +330,10 @@ mod tests {
         }
         assert!((begun.arc[1] - 0.5 * closed.arc[1]).abs() < 1e-14 && begun.length() == closed.length());
         assert!((begun.arc[2] - 1.5 * closed.arc[1]).abs() < 1e-14);
-        // A corner of straight lines stays one.
+        // A corner of straight lines stays one, and what is not known beside it is of the order of the corner.
         let corner = Curve::new([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.4], [4.0, 0.8]].into());
         assert_eq!(corner.smooth(1, 0.5), [1.5, 0.0]);
+        assert!((0..4).all(|k| (0.02..0.1).contains(&corner.uncertainty(k))));
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Cuts contact edges at the other side's nodes: inwards by bisection first where a fan would be too thin.
 
+use super::chain::Motion;
 use super::error::CommonRefinementError;
 use super::overlap::{Overlap, Site};
 use crate::body::Body;
@@ -216,7 +217,7 @@ fn apply(
             let edge = old.topology().find_edge(w[0].node, w[1].node);
             let new = edge.map_or(NONE, |e| refinement.middle[e as usize]);
             if let Some(cut) = edge.and_then(|e| cuts.get(&e)).filter(|_| new != NONE) {
-                sites.push(Site { s: cut.s, node: new, slides: false });
+                sites.push(Site { s: cut.s, node: new, motion: Motion::None });
             }
         }
         sites.extend(overlap.sites[b].last());

@@ -2,11 +2,27 @@
 
 use super::error::CommonRefinementError;
 use crate::body::Body;
-use crate::geometry::Vector;
+use crate::geometry::{Vector, norm, sub};
 use crate::mesh::TriMesh;
 use crate::mesh::refine::{Refinement, RefinementEdges};
 use crate::mesh::topology::NONE;
 use std::collections::HashMap;
+
+/// How many nodes of each body moved, and how far at most, m.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Moves {
+    pub(super) count: [usize; 2],
+    pub(super) largest: [f64; 2],
+}
+
+impl Moves {
+    /// Adds nodes of body `b`, which is as it was before they moved.
+    pub(super) fn add(&mut self, b: usize, body: &Body, moved: &HashMap<u32, Vector>) {
+        self.count[b] += moved.len();
+        let way = |(node, to): (&u32, &Vector)| norm(sub(*to, body.mesh().points()[*node as usize]));
+        self.largest[b] = moved.iter().map(way).fold(self.largest[b], f64::max);
+    }
+}
 
 /// Moves the nodes that were snapped.
 pub(super) fn with_moved(
@@ -37,7 +53,7 @@ pub(super) fn replaced(
         let kept = group.as_ref().filter(|(changed, _)| changed == name).map_or(all, |(_, kept)| kept);
         (name.clone(), kept.iter().map(|&e| edges[e as usize]).collect())
     });
-    let changed = TriMesh::new(points, mesh.triangles().to_vec(), groups.collect())
+    let changed = TriMesh::counter_clockwise(points, mesh.triangles().to_vec(), groups.collect())
         .map_err(|source| CommonRefinementError::Mesh { body: number, source })?;
     // A refinement that cuts nothing: conditions stay on the edges they applied to.
     let same = Refinement {

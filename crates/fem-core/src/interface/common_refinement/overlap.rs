@@ -1,19 +1,20 @@
 //! Where two surfaces face each other, and the nodes of both along the common line.
 
 use super::Facing;
-use super::chain::{self, Chain};
+use super::chain::{self, Chain, Motion};
 use super::curve::Curve;
 use super::error::CommonRefinementError;
 use super::line::{self, Line, Opposite, Uncut};
 use crate::body::Body;
-use crate::geometry::{Vector, add, dot, norm, right_normal, scale, sub};
+use crate::geometry::{Vector, dot, norm, right_normal, scale, sub};
 use crate::interface::ContactNormal;
+use crate::interface::profile::Between;
 use std::collections::HashMap;
 
-/// Fixed nodes this fraction of the smaller adjacent edge apart count as one.
+/// Ends, corners and other nodes that keep their place are moved by at most this fraction of the smaller adjacent edge.
 pub(super) const SAME: f64 = 0.01;
-/// Nodes that stand this close, likewise, are one without any motion.
-const ROUND_OFF: f64 = 1e-9;
+/// Nodes this close, likewise, face each other to round-off.
+pub(super) const ROUND_OFF: f64 = 1e-9;
 /// Nodes closer than this, likewise, are snapped.
 pub(super) const SNAP: f64 = 0.2;
 /// Nodes that stay closer than this, likewise, are refused.
@@ -26,7 +27,7 @@ const FACING: f64 = -0.5;
 pub(super) struct Site {
     pub(super) s: f64,
     pub(super) node: u32,
-    pub(super) slides: bool,
+    pub(super) motion: Motion,
 }
 
 /// One stretch on which the surfaces face each other.
@@ -71,14 +72,16 @@ impl Overlap {
         inside(0).zip(inside(1)).map(|(x, y)| self.facing_at([x.node, y.node], x.s))
     }
 
-    /// Lists the gap at ⅓ and ⅔ of the way between neighbouring nodes of the first body on the common range.
-    pub(super) fn between(&self) -> impl Iterator<Item = ([u32; 2], [f64; 2])> + '_ {
+    /// Measures the gap between neighbouring nodes of the first body on the common range.
+    pub(super) fn between(&self) -> impl Iterator<Item = ([u32; 2], Between)> + '_ {
         let inside = |w: &&[Site]| self.contains(w[0].s) && self.contains(w[1].s);
         self.sites[0].windows(2).filter(inside).map(|w| {
             let at = |t: f64| (1.0 - t) * w[0].s + t * w[1].s;
             // On the edges between the two nodes, not on those beyond.
             let edge = [0, 1].map(|b| self.uncut[b].edge(at(0.5)));
-            ([w[0].node, w[1].node], [1.0 / 3.0, 2.0 / 3.0].map(|t| self.gap_at(at(t), edge).0))
+            let gaps = [1.0 / 3.0, 2.0 / 3.0].map(|t| self.gap_at(at(t), edge).0);
+            let uncertainty = (0..2).map(|b| self.uncut[b].curve.uncertainty(edge[b])).sum();
+            ([w[0].node, w[1].node], Between { gaps, uncertainty })
         })
     }
 
@@ -86,11 +89,7 @@ impl Overlap {
     fn gap_at(&self, s: f64, edge: [usize; 2]) -> (f64, Vector) {
         let normal = self.curve.at(s).1;
         let normal = scale(1.0 / norm(normal), normal);
-        let point = |b: usize| {
-            let (curve, k) = (&self.uncut[b].curve, edge[b]);
-            let t = self.curve.crossing(s, curve.point(k), curve.point(k + 1)).clamp(0.0, 1.0);
-            curve.smooth(k, t)
-        };
+        let point = |b: usize| self.uncut[b].curve.smooth_crossing(edge[b], &self.curve, s);
         (dot(sub(point(1 - self.reference), point(self.reference)), normal), normal)
     }
 
@@ -99,13 +98,14 @@ impl Overlap {
         let (gap, normal) = self.gap_at(s, edge);
         let [first, second] = [0, 1].map(|b| {
             let (curve, k) = (&self.uncut[b].curve, edge[b]);
-            (curve.arc()[k + 1] - curve.arc()[k], curve.sagitta(k))
+            (curve.arc()[k + 1] - curve.arc()[k], curve.sagitta(k), curve.uncertainty(k))
         });
         Facing {
             nodes,
             normal: if self.reference == 0 { normal } else { scale(-1.0, normal) },
             gap,
             sagitta: first.1 + second.1,
+            uncertainty: first.2 + second.2,
             spacing: first.0.min(second.0),
         }
     }
@@ -137,14 +137,14 @@ pub(super) fn find(
     reference: usize,
     normal: ContactNormal,
 ) -> Result<Vec<Overlap>, CommonRefinementError> {
-    let slides = [0, 1].map(|b| chain::sliding(&bodies[b], &chains[b]));
+    let motions = [0, 1].map(|b| chain::motions(&bodies[b], &chains[b]));
     let (r, o) = (reference, 1 - reference);
     let lines: Vec<Line<'_>> = chains[r].iter().map(|c| Line::new(&bodies[r], c, r, normal)).collect();
     let others: Vec<Opposite> = chains[o].iter().map(|c| Opposite::new(&bodies[o], c)).collect();
     let mut found = Vec::new();
     for (i, near) in line::candidates(&lines, &others).into_iter().enumerate() {
         for j in near {
-            if let Some(overlap) = between(&lines[i], &others[j], reference, &slides)? {
+            if let Some(overlap) = between(&lines[i], &others[j], reference, &motions)? {
                 found.push((overlap, i, j));
             }
         }
@@ -185,14 +185,15 @@ pub(super) fn between(
     line: &Line<'_>,
     other: &Opposite,
     reference: usize,
-    slides: &[HashMap<u32, bool>; 2],
+    motions: &[HashMap<u32, Motion>; 2],
 ) -> Result<Option<Overlap>, CommonRefinementError> {
     let (own, curve, q) = (line.own, &line.curve, &other.points);
     // Closed lines begin near each other.
     let mut hint = if own.is_closed() && other.closed { 0 } else { curve.nearest(q[0]) };
     let s: Vec<f64> = q.iter().map(|&q| curve.parameter(q, &mut hint)).collect();
     let Some([first, last]) = facing_run(curve, q, &s)? else { return Ok(None) };
-    let place = |b: usize, node: u32, s: f64| Site { s, node, slides: slides[b].get(&node) == Some(&true) };
+    let motion = |b: usize, node: u32| motions[b].get(&node).copied().unwrap_or(Motion::None);
+    let place = |b: usize, node: u32, s: f64| Site { s, node, motion: motion(b, node) };
     let distance = |k: usize| norm(sub(q[k], curve.at(s[k].clamp(0.0, curve.length())).0));
     let distance = (first..=last).map(distance).sum::<f64>() / (last - first + 1) as f64;
     let mine = own.nodes.iter().zip(curve.arc()).map(|(&n, &s)| place(reference, n, s)).collect();
@@ -232,13 +233,13 @@ fn facing_run(curve: &Curve, q: &[Vector], s: &[f64]) -> Result<Option<[usize; 2
     Ok(run)
 }
 
-/// Makes ends of the two surfaces that stand at one place the same site, without motion.
+/// Makes ends of the two surfaces at one place the same site, to round-off.
 fn join_ends(overlap: &mut Overlap) {
     for end in [0, 1] {
         let k = [0, 1].map(|b| if end == 0 { 0 } else { overlap.sites[b].len() - 1 });
         let spacing = overlap.spacing(0, k[0]).min(overlap.spacing(1, k[1]));
         let s = [0, 1].map(|b| overlap.sites[b][k[b]].s);
-        if (s[0] - s[1]).abs() <= SAME * spacing {
+        if (s[0] - s[1]).abs() <= ROUND_OFF * spacing {
             overlap.range[end] = overlap.join(k);
         }
     }
@@ -248,11 +249,12 @@ fn join_ends(overlap: &mut Overlap) {
 ///
 /// * `moved`: the new place of each body's moved nodes; it grows.
 ///
-/// The node with the longer edges moves, on its own surface; ends, corners, supported nodes and nodes where a group or a
-/// material begins do not.
+/// The node with the longer edges moves, along its own surface. Ends, corners, supported nodes and nodes at which a group or
+/// a material begins move only if they are closer than 0.01 of the edge and no other node can; where nothing slides, a
+/// distance from 0.05 of the edge on is kept.
 ///
 /// # Errors
-/// Nodes closer than 0.05 of the edge that neither may move.
+/// Nodes closer than 0.05 of the edge of which neither may move.
 pub(super) fn snap(
     overlap: &mut Overlap,
     bodies: &[Body; 2],
@@ -284,25 +286,41 @@ pub(super) fn snap(
         if movable_first(overlap, bodies, at, spacing) == 1 {
             order.reverse();
         }
-        let mut done = false;
-        for b in order {
-            if overlap.sites[b][at[b]].slides && try_motion(overlap, &bodies[b], b, at, &mut moved[b])? {
-                done = true;
-                break;
-            }
-        }
-        if done {
-            continue;
-        }
-        if offset <= SAME * smaller {
-            overlap.join(at);
-        } else if offset < REFUSE * smaller {
+        let least = if offset <= SAME * smaller { Motion::Shifts } else { Motion::Slides };
+        if !move_one(overlap, bodies, at, order, least, moved)? && offset < REFUSE * smaller {
             let node = overlap.sites[0][i].node as usize;
             let point = bodies[0].mesh().points()[node];
             return Err(CommonRefinementError::Offset { point, offset, spacing: smaller });
         }
     }
+    // Ends that moved may have moved the ends of the common range.
+    let ends = |b: usize| overlap.sites[b].first().zip(overlap.sites[b].last()).map(|(f, l)| [f.s, l.s]);
+    if let [Some(a), Some(b)] = [ends(0), ends(1)] {
+        overlap.range = [a[0].max(b[0]), a[1].min(b[1])];
+    }
     Ok(())
+}
+
+/// Moves one of two nodes onto the other: one that slides first, then one that shifts, each in the given order of the bodies.
+///
+/// * `least`: how freely a node must be able to move.
+fn move_one(
+    overlap: &mut Overlap,
+    bodies: &[Body; 2],
+    at: [usize; 2],
+    order: [usize; 2],
+    least: Motion,
+    moved: &mut [HashMap<u32, Vector>; 2],
+) -> Result<bool, CommonRefinementError> {
+    for motion in [Motion::Slides, Motion::Shifts].into_iter().filter(|m| *m >= least) {
+        for b in order {
+            let may = overlap.sites[b][at[b]].motion == motion;
+            if may && try_motion(overlap, &bodies[b], b, at, &mut moved[b])? {
+                return Ok(true);
+            }
+        }
+    }
+    Ok(false)
 }
 
 /// Chooses the body whose node moves: the one with the longer edges; of equal ones the one with the larger (x, y), so that
@@ -313,7 +331,8 @@ fn movable_first(overlap: &Overlap, bodies: &[Body; 2], at: [usize; 2], spacing:
     usize::from(order.is_lt())
 }
 
-/// Moves a node of body `b` to the site of the other body's, unless a triangle would lose most of its area.
+/// Moves a node of body `b` to the site of the other body's, along the smooth curve of its surface, unless a triangle would
+/// lose most of its area.
 pub(super) fn try_motion(
     overlap: &mut Overlap,
     body: &Body,
@@ -334,7 +353,8 @@ pub(super) fn try_motion(
     if !(0.0..=1.0).contains(&t) {
         return Err(CommonRefinementError::Folded { point: from });
     }
-    let point = add(scale(1.0 - t, from), scale(t, to));
+    let uncut = &overlap.uncut[b];
+    let point = uncut.curve.smooth_crossing(uncut.edge(0.5 * (site.s + s)), &overlap.curve, s);
     let place = |n: u32| moved.get(&n).copied().unwrap_or(mesh.points()[n as usize]);
     for &cell in mesh.topology().triangles_around(site.node as usize) {
         let corners = mesh.triangles()[cell as usize].map(|n| if n == site.node { point } else { place(n) });

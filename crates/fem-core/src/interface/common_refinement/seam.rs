@@ -1,10 +1,10 @@
 //! Opens contact lines that close on themselves: both begin at one place, where a node of each faces the other's.
 
-use super::chain::{self, Chain};
+use super::chain::{self, Chain, Motion};
 use super::error::CommonRefinementError;
 use super::line::{Line, Opposite};
-use super::moved::with_moved;
-use super::overlap::{self, Overlap, SAME, SNAP};
+use super::moved::{Moves, with_moved};
+use super::overlap::{self, Overlap, ROUND_OFF, SAME, SNAP};
 use crate::body::Body;
 use crate::geometry::{norm, sub};
 use crate::interface::ContactNormal;
@@ -14,14 +14,14 @@ use std::collections::HashMap;
 /// Rotates closed stretches. One that faces a closed one begins where that does: at two nodes that nearly coincide, which
 /// are snapped, or at a node of the other side inserted in the reference. Others begin farthest from the other surface.
 ///
-/// Returns how many nodes of each body slid.
+/// Returns which nodes moved.
 pub(super) fn open(
     bodies: &mut [Body; 2],
     chains: &mut [Vec<Chain>; 2],
     reference: usize,
     normal: ContactNormal,
-) -> Result<[usize; 2], CommonRefinementError> {
-    let mut slid = [0; 2];
+) -> Result<Moves, CommonRefinementError> {
+    let mut moves = Moves::default();
     let mut partnered = Vec::new();
     for i in 0..chains[reference].len() {
         if !chains[reference][i].is_closed() {
@@ -37,14 +37,14 @@ pub(super) fn open(
             continue;
         };
         partnered.push(j);
-        begin_together(bodies, chains, [i, j], reference, normal, &mut slid)?;
+        begin_together(bodies, chains, [i, j], reference, normal, &mut moves)?;
     }
     for j in 0..chains[1 - reference].len() {
         if chains[1 - reference][j].is_closed() && !partnered.contains(&j) {
             away(bodies, chains, 1 - reference, j);
         }
     }
-    Ok(slid)
+    Ok(moves)
 }
 
 /// Finds the place in the other body's stretch that is nearest to a node of body `b`, and the distance.
@@ -88,18 +88,18 @@ fn begin_together(
     [i, j]: [usize; 2],
     reference: usize,
     normal: ContactNormal,
-    slid: &mut [usize; 2],
+    moves: &mut Moves,
 ) -> Result<(), CommonRefinementError> {
     let (r, o) = (reference, 1 - reference);
     let (k, _) = nearest(bodies, r, chains[r][i].nodes[0], &chains[o][j]);
     rotate(&mut chains[o][j], k);
-    let slides = [0, 1].map(|b| chain::sliding(&bodies[b], &chains[b]));
+    let motions = [0, 1].map(|b| chain::motions(&bodies[b], &chains[b]));
     let line = Line::new(&bodies[r], &chains[r][i], r, normal);
-    let found = overlap::between(&line, &Opposite::new(&bodies[o], &chains[o][j]), r, &slides)?;
+    let found = overlap::between(&line, &Opposite::new(&bodies[o], &chains[o][j]), r, &motions)?;
     let Some(mut overlap) = found else { return Ok(()) };
-    let Some((at, offset)) = closest(&overlap) else { return Ok(()) };
+    let Some((at, offset)) = closest(&overlap, o) else { return Ok(()) };
     let mut seam = [0, 1].map(|b| overlap.sites[b][at[b]].node);
-    if offset > SAME && !(offset < SNAP && slide(bodies, &mut overlap, at, r, slid)?) {
+    if offset > ROUND_OFF && !(offset < SNAP && slide(bodies, &mut overlap, at, o, moves)?) {
         seam = insert(bodies, &mut chains[r][i], &overlap, r)?;
     }
     rotate_to(&mut chains[r][i], seam[r]);
@@ -107,8 +107,9 @@ fn begin_together(
     Ok(())
 }
 
-/// Finds the two inner nodes, one of each body, that are closest relative to the smaller edge next to them.
-fn closest(overlap: &Overlap) -> Option<([usize; 2], f64)> {
+/// Finds the two inner nodes, one of each body, that are closest relative to the smaller edge next to them: two that face each
+/// other, or of which that of body `other` can be moved onto the reference's, whose normals stay as they are.
+fn closest(overlap: &Overlap, other: usize) -> Option<([usize; 2], f64)> {
     let inner = |b: usize| 1..overlap.sites[b].len().saturating_sub(1);
     let mut best: Option<([usize; 2], f64)> = None;
     let mut j = inner(1).start;
@@ -121,29 +122,31 @@ fn closest(overlap: &Overlap) -> Option<([usize; 2], f64)> {
             break;
         }
         let offset = distance(j) / overlap.spacing(0, i).min(overlap.spacing(1, j));
-        if best.is_none_or(|b| offset < b.1) {
-            best = Some(([i, j], offset));
+        let fits = match overlap.sites[other][[i, j][other]].motion {
+            Motion::None => offset <= ROUND_OFF,
+            Motion::Shifts => offset <= SAME,
+            Motion::Slides => true,
+        };
+        if best.is_none_or(|b| fits && offset < b.1) {
+            best = Some(([i, j], if fits { offset } else { f64::INFINITY }));
         }
     }
     best
 }
 
-/// Snaps one of two nodes onto the other; false where neither may move.
+/// Snaps the node of body `b` onto the other; false if it may not move that far.
 fn slide(
     bodies: &mut [Body; 2],
     overlap: &mut Overlap,
     at: [usize; 2],
-    reference: usize,
-    slid: &mut [usize; 2],
+    b: usize,
+    moves: &mut Moves,
 ) -> Result<bool, CommonRefinementError> {
-    // The other side's node first: the reference's normals stay as they are.
-    for b in [1 - reference, reference] {
-        let mut moved = HashMap::new();
-        if overlap.sites[b][at[b]].slides && overlap::try_motion(overlap, &bodies[b], b, at, &mut moved)? {
-            bodies[b] = with_moved(bodies[b].clone(), b, &moved)?;
-            slid[b] += 1;
-            return Ok(true);
-        }
+    let mut now = HashMap::new();
+    if overlap::try_motion(overlap, &bodies[b], b, at, &mut now)? {
+        moves.add(b, &bodies[b], &now);
+        bodies[b] = with_moved(bodies[b].clone(), b, &now)?;
+        return Ok(true);
     }
     Ok(false)
 }

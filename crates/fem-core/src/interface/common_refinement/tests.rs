@@ -147,3 +147,130 @@ fn conditions_pass_on_and_held_nodes_stay() {
         assert_eq!(upper.edge_condition(e).unwrap().traction, [[0.0, -2.0]; 2]);
     }
 }
+
+/// A body of one of three shapes below (or above) a contact line, whose inner contact nodes are shifted along the line by a
+/// part of an edge: `place` takes the way along the line, from 0 to 1, and the height above it.
+fn shifted(place: impl Fn(f64, f64) -> Vector, closed: bool, cells: usize, offset: f64, side: f64) -> Body {
+    let (across, n) = (3u32, cells as u32);
+    let columns = if closed { n } else { n + 1 };
+    let points = (0..columns).flat_map(|k| {
+        let moves = closed || (k > 0 && k < n);
+        let s = (f64::from(k) + if moves { offset } else { 0.0 }) / f64::from(n);
+        (0..=across).map(move |j| (s, side * 0.25 * f64::from(j))).collect::<Vec<_>>()
+    });
+    let points: Vec<Vector> = points.map(|(s, h)| place(s, h)).collect();
+    let node = |k: u32, j: u32| (k % columns) * (across + 1) + j;
+    let square = |k: u32, j: u32| {
+        let [a, b, c, d] = [node(k, j), node(k + 1, j), node(k + 1, j + 1), node(k, j + 1)];
+        [[a, b, c], [a, c, d]]
+    };
+    let cells = (0..n).flat_map(|k| (0..across).flat_map(move |j| square(k, j)));
+    let line = (0..n).map(|k| [node(k, 0), node(k + 1, 0)]).collect();
+    let material = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
+    let mesh = TriMesh::new(points, cells.collect(), vec![("line".into(), line)]).unwrap();
+    Body::new(mesh, material, &BoundaryConditions::new()).unwrap()
+}
+
+/// Points on a straight line, on an arc of 70 degrees and on a whole circle, each of radius 2 at height 0.
+fn lines() -> [(fn(f64, f64) -> Vector, bool); 3] {
+    [
+        (|s, h| [3.0 * s, h], false),
+        (|s, h| [(2.0 + h) * (1.9 - 1.2 * s).cos(), (2.0 + h) * (1.9 - 1.2 * s).sin()], false),
+        (
+            |s, h| {
+                let angle = -std::f64::consts::TAU * s;
+                [(2.0 + h) * angle.cos(), (2.0 + h) * angle.sin()]
+            },
+            true,
+        ),
+    ]
+}
+
+#[test]
+fn nodes_that_are_paired_face_each_other_whatever_their_offset() {
+    for (line, (place, closed)) in lines().into_iter().enumerate() {
+        for gap in [Gap::Touching, Gap::Given(0.0.into()), Gap::Geometric] {
+            let apart = if matches!(gap, Gap::Geometric) { 0.03 } else { 0.0 };
+            for offset in [0.0, 1e-7, 0.05, -0.05, 0.1, -0.1, 0.24, -0.24, 0.49] {
+                let upper = shifted(|s, h| place(s, h + apart), closed, 24, 0.0, 1.0);
+                let lower = shifted(place, closed, 24, offset, -1.0);
+                let case = format!("line {line}, {gap:?}, offset {offset}");
+                let direct = ContactInterface::pair(&upper, &lower, ["line"; 2], &gap);
+                assert_eq!(direct.is_ok(), offset == 0.0, "{case}: {direct:?}");
+                let common = common_refinement([upper, lower], ["line"; 2]).unwrap();
+                let normal = ContactNormal::Averaged;
+                let interface = ContactInterface::pair_refined(&common, ["line"; 2], &gap, normal)
+                    .unwrap_or_else(|e| panic!("{case}: {e}"));
+                let changed = common.changes.map_or([0; 2], |c| [c.snapped[0] + c.snapped[1], c.added[0]]);
+                let inner = if closed { 24 } else { 23 };
+                let expected = match offset.abs() {
+                    0.0 => changed == [0, 0],
+                    x if x < 0.2 => changed == [inner, 0],
+                    _ => changed[0] <= 1 && changed[1] >= inner - 1,
+                };
+                assert!(expected, "{case}: {changed:?}");
+                if let Some(changes) = common.changes.filter(|_| offset.abs() < 0.2) {
+                    let moved = changes.largest_move[0].max(changes.largest_move[1]);
+                    let edge = [3.0, 2.4, 2.0 * std::f64::consts::TAU][line] / 24.0;
+                    assert!((moved / (offset.abs() * edge) - 1.0).abs() < 0.03, "{case}: {moved:e}");
+                }
+                let points = common.bodies.each_ref().map(|b| b.mesh().points());
+                for pair in interface.pairs() {
+                    let [a, b] = [0, 1].map(|k| points[k][pair.nodes[k] as usize]);
+                    let across = crate::geometry::cross(pair.normal, crate::geometry::sub(b, a));
+                    assert!(across.abs() < 1e-13, "{case}: {across:e} at {a:?}");
+                    assert!((pair.gap - apart).abs() < 1e-12, "{case}: gap {} at {a:?}", pair.gap);
+                }
+                assert_eq!(interface.gap_change(), None, "{case}");
+            }
+        }
+    }
+}
+
+#[test]
+fn ends_that_nearly_coincide_are_moved_and_said() {
+    let upper = body([0.0, 1.0], [2.0, 1.0], [10, 4]);
+    let lower = body([0.0, 0.0], [2.0 + 1e-3, 1.0], [10, 4]);
+    let common = common_refinement([upper, lower], ["bottom", "top"]).unwrap();
+    let changes = common.changes.unwrap();
+    assert_eq!(changes.added, [0, 0]);
+    assert!((changes.largest_move[1] - 1e-3).abs() < 1e-15, "{changes:?}");
+    let interface = pair(&common.bodies);
+    assert_eq!(interface.pairs().len(), 11);
+    assert!((interface.length() - 2.0).abs() < 1e-14);
+}
+
+#[test]
+fn surfaces_that_do_not_touch_are_refused_unless_a_gap_is_given() {
+    use crate::interface::InterfaceError;
+    for (place, closed) in lines() {
+        for (apart, cells) in [(3e-3, 24), (-3e-3, 24), (3e-3, 35), (-3e-3, 35), (2e-5, 35), (0.0, 35)] {
+            let upper = shifted(|s, h| place(s, h + apart), closed, 24, 0.0, 1.0);
+            let lower = shifted(place, closed, cells, 0.0, -1.0);
+            let common = common_refinement([upper, lower], ["line"; 2]).unwrap();
+            let with = |gap: Gap| {
+                ContactInterface::pair_refined(&common, ["line"; 2], &gap, ContactNormal::Averaged)
+            };
+            let touching = with(Gap::Touching);
+            match touching {
+                Err(InterfaceError::NotTouching { gap, .. }) if apart != 0.0 => {
+                    assert!((gap - apart).abs() < 1e-12, "{gap} {apart}");
+                }
+                // Circles cut differently overlap as polygons, by their sagittas, and touch as circles.
+                Ok(_) => assert_eq!(apart, 0.0),
+                other => panic!("{apart} {cells}: {other:?}"),
+            }
+            match with(Gap::Geometric) {
+                Err(InterfaceError::Overlap { depth, .. }) if apart < 0.0 => {
+                    assert!((depth + apart).abs() < 1e-12);
+                }
+                Ok(_) => assert!(apart >= 0.0),
+                other => panic!("{apart} {cells}: {other:?}"),
+            }
+            match with(Gap::Given(0.0.into())).unwrap().gap_change() {
+                Some(change) => assert!(apart != 0.0 && (change.drawn - apart).abs() < 1e-12, "{change:?}"),
+                None => assert_eq!(apart, 0.0),
+            }
+        }
+    }
+}

@@ -1,0 +1,174 @@
+//! The gap between the surfaces as they are drawn: what a case may make of it, and what it may not.
+
+use super::common_refinement::Facing;
+use super::profile::Between;
+use super::{ContactEdge, GapChange, InterfaceError, Pair, STRAIGHT, matching};
+use crate::body::Body;
+use crate::geometry::{self, Vector, add, cross, dot, norm, scale, sub};
+use std::collections::HashMap;
+
+/// Paired nodes face each other along the contact normal to this part of the edges there.
+const FACING: f64 = 1e-9;
+/// Coordinates are rounded by this part of the largest one at most.
+const COORDINATES: f64 = 16.0 * f64::EPSILON;
+/// A distance up to this part of the smaller body's diagonal is rounding of the drawing: the surfaces touch.
+const TOUCHING: f64 = 1e-6;
+/// A change of the gap up to this part of the smaller body's diagonal is round-off.
+const ROUND_OFF: f64 = 1e-9;
+
+/// The distance of the surfaces at every pair, along the contact normal.
+pub(super) struct Drawn {
+    gaps: Vec<f64>,
+    /// How well each is known, m.
+    uncertainty: Vec<f64>,
+    /// The shortest edge at each pair, m.
+    spacing: Vec<f64>,
+    /// Diagonal of the smaller body, m.
+    size: f64,
+}
+
+impl Drawn {
+    /// Measures the distances.
+    ///
+    /// * `facing`: what a common refinement found, between smooth curves.
+    ///
+    /// # Errors
+    /// Paired nodes that do not face each other along the contact normal to round-off.
+    pub(super) fn measure(
+        bodies: [&Body; 2],
+        pairs: &[Pair],
+        edges: &[ContactEdge],
+        facing: Option<&HashMap<u32, &Facing>>,
+    ) -> Result<Self, InterfaceError> {
+        let mut spacing = vec![f64::INFINITY; pairs.len()];
+        for edge in edges {
+            for k in edge.pairs {
+                spacing[k as usize] = spacing[k as usize].min(edge.length);
+            }
+        }
+        let size =
+            bodies.map(|b| geometry::diagonal(b.mesh().points())).into_iter().fold(f64::INFINITY, f64::min);
+        let (mut gaps, mut uncertainty) = (Vec::with_capacity(pairs.len()), Vec::with_capacity(pairs.len()));
+        for (pair, &spacing) in pairs.iter().zip(&spacing) {
+            let [point, other] = [0, 1].map(|b| bodies[b].mesh().points()[pair.nodes[b] as usize]);
+            let distance = sub(other, point);
+            let found = facing.and_then(|all| all.get(&pair.nodes[0]));
+            let offset = cross(pair.normal, distance).abs();
+            // A straight line has one normal, the first edge's.
+            let turn = if found.is_some() { STRAIGHT * norm(distance) } else { 0.0 };
+            let rounded = COORDINATES * point.into_iter().chain(other).fold(0.0f64, |m, x| m.max(x.abs()));
+            if !(offset <= FACING * spacing + rounded + turn) {
+                return Err(InterfaceError::Offset { point, offset, spacing });
+            }
+            gaps.push(found.map_or_else(|| dot(distance, pair.normal), |f| f.gap));
+            uncertainty.push(found.map_or(0.0, |f| f.uncertainty));
+        }
+        Ok(Self { gaps, uncertainty, spacing, size })
+    }
+
+    /// Returns the distances, m, negative where the surfaces overlap.
+    pub(super) fn gaps(&self) -> &[f64] {
+        &self.gaps
+    }
+
+    /// Finds the pair whose gap differs most from the drawn one; `None` if all are the same to round-off.
+    pub(super) fn change(&self, points: &[Vector], pairs: &[Pair]) -> Option<GapChange> {
+        let change = |(pair, drawn): (&Pair, &f64)| GapChange {
+            point: points[pair.nodes[0] as usize],
+            drawn: *drawn,
+            used: pair.gap,
+        };
+        let size = |c: &GapChange| (c.used - c.drawn).abs();
+        let largest = pairs.iter().zip(&self.gaps).map(change).max_by(|a, b| size(a).total_cmp(&size(b)));
+        largest.filter(|c| size(c) > ROUND_OFF * self.size)
+    }
+}
+
+/// A distance of the surfaces at one place.
+#[derive(Clone, Copy)]
+struct Measured {
+    point: Vector,
+    gap: f64,
+    spacing: f64,
+    uncertainty: f64,
+}
+
+/// The surfaces as drawn, at the pairs and between them.
+pub(super) struct Surfaces<'a> {
+    pub(super) drawn: &'a Drawn,
+    pub(super) edges: &'a [ContactEdge],
+    pub(super) between: &'a [Option<Between>],
+}
+
+impl Surfaces<'_> {
+    fn measured(&self, points: &[Vector], pairs: &[Pair]) -> Vec<Measured> {
+        let drawn = self.drawn;
+        let place = |k: usize| points[pairs[k].nodes[0] as usize];
+        let at_pair = |k: usize| Measured {
+            point: place(k),
+            gap: drawn.gaps[k],
+            spacing: drawn.spacing[k],
+            uncertainty: drawn.uncertainty[k],
+        };
+        let mut all: Vec<Measured> = (0..pairs.len()).map(at_pair).collect();
+        for (edge, between) in self.edges.iter().zip(self.between) {
+            let Some(between) = between else { continue };
+            let [i, j] = edge.pairs.map(|k| place(k as usize));
+            for (t, gap) in [1.0 / 3.0, 2.0 / 3.0].into_iter().zip(between.gaps) {
+                let point = add(scale(1.0 - t, i), scale(t, j));
+                all.push(Measured { point, gap, spacing: edge.length, uncertainty: between.uncertainty });
+            }
+        }
+        all
+    }
+
+    /// Refuses surfaces that are apart or overlap, and says where most.
+    pub(super) fn check_touching(&self, points: &[Vector], pairs: &[Pair]) -> Result<(), InterfaceError> {
+        let excess = |m: &Measured| m.gap.abs() - m.uncertainty;
+        let all = self.measured(points, pairs);
+        match all.iter().max_by(|a, b| excess(a).total_cmp(&excess(b))) {
+            Some(m) if !(excess(m) <= TOUCHING * self.drawn.size) => {
+                Err(InterfaceError::NotTouching { point: m.point, gap: m.gap })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Gives the pairs the gaps that are drawn, and refuses overlaps, with the place of the deepest.
+    pub(super) fn take_gaps(&self, points: &[Vector], pairs: &mut [Pair]) -> Result<(), InterfaceError> {
+        let size = self.drawn.size;
+        let all = self.measured(points, pairs);
+        if let Some(far) = all.iter().find(|m| m.gap > size) {
+            return Err(InterfaceError::TooFar { point: far.point, distance: far.gap, size });
+        }
+        let depth = |m: &Measured| -m.gap - m.uncertainty;
+        match all.iter().max_by(|a, b| depth(a).total_cmp(&depth(b))) {
+            Some(m) if !(depth(m) <= TOUCHING * size) => {
+                return Err(InterfaceError::Overlap { point: m.point, depth: -m.gap, spacing: m.spacing });
+            }
+            _ => {}
+        }
+        for (pair, gap) in pairs.iter_mut().zip(&self.drawn.gaps) {
+            pair.gap = gap.max(0.0);
+        }
+        Ok(())
+    }
+}
+
+/// Refuses surfaces refined in common that are too far apart, or overlap too much, for a given gap.
+pub(super) fn check_distances(
+    points: &[Vector],
+    facing: &HashMap<u32, &Facing>,
+) -> Result<(), InterfaceError> {
+    let excess = |f: &Facing| f.gap.abs() - matching::TOLERANCE * f.spacing - f.sagitta;
+    let worst =
+        facing.values().max_by(|a, b| excess(a).total_cmp(&excess(b)).then(a.nodes[0].cmp(&b.nodes[0])));
+    match worst.filter(|f| !(excess(f) <= 0.0)) {
+        Some(f) => Err(InterfaceError::Distance {
+            point: points[f.nodes[0] as usize],
+            gap: f.gap,
+            spacing: f.spacing,
+        }),
+        None => Ok(()),
+    }
+}

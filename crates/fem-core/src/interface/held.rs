@@ -1,0 +1,213 @@
+//! Contact nodes that both bodies clamp at the ends of the line: their pairs drop out.
+//!
+//! A clamped pair has no unknown. Its opening is known, and along its edge the opening is linear from there to the next pair,
+//! so that it is nowhere negative if both ends are not. Without pressure the edge is statically admissible as well. So pair
+//! and edge leave the contact problem, whose bound stays one. Finer meshes have free nodes on the edge: it is kept, and its
+//! new pairs take part.
+
+use super::profile::Profile;
+use super::{ContactEdge, ContactInterface, Gap, InterfaceError, Pair, SAME_NORMAL, pairing};
+use crate::body::{Body, NodeConstraint};
+use crate::geometry::{dot, norm, sub};
+use crate::mesh::topology::NONE;
+
+/// An overlap of clamped nodes up to this part of the data that make it is round-off.
+const ROUND_OFF: f64 = 1e-12;
+
+/// All pairs of the line and the edges between them.
+#[derive(Clone, Debug)]
+pub(super) struct Line {
+    pub(super) pairs: Vec<Pair>,
+    pub(super) edges: Vec<ContactEdge>,
+    /// Of a measured gap, along each edge, if it is not linear there.
+    pub(super) profiles: Vec<Option<Profile>>,
+}
+
+/// The whole line, and for each of its pairs the number among those of the contact problem, or [`NONE`].
+#[derive(Clone, Debug)]
+pub(super) struct Whole {
+    pub(super) line: Line,
+    pub(super) number: Vec<u32>,
+}
+
+/// Returns what is imposed on the two nodes of a pair that both bodies clamp.
+fn clamped(bodies: [&Body; 2], pair: &Pair) -> Option<[[f64; 2]; 2]> {
+    let imposed = |b: usize| match bodies[b].node_constraints()[pair.nodes[b] as usize] {
+        NodeConstraint::Fixed { value } => Some(value),
+        _ => None,
+    };
+    Some([imposed(0)?, imposed(1)?])
+}
+
+/// Tells whether both bodies clamp a pair.
+pub(super) fn is_clamped(bodies: [&Body; 2], pair: &Pair) -> bool {
+    clamped(bodies, pair).is_some()
+}
+
+impl Line {
+    /// Makes the interface of the line: clamped pairs at its ends and their edges drop out. Returns also, for each pair of the
+    /// line, its number among those left, or [`NONE`].
+    ///
+    /// # Errors
+    /// Clamped pairs inside the line, at bent edges, or whose supports press the bodies into each other.
+    pub(super) fn into_interface(
+        mut self,
+        bodies: [&Body; 2],
+        gap: Gap,
+        measured_on: usize,
+    ) -> Result<(ContactInterface, Vec<u32>), InterfaceError> {
+        let mut number = vec![NONE; self.pairs.len()];
+        let mut pairs = Vec::with_capacity(self.pairs.len());
+        for (k, pair) in self.pairs.iter().enumerate() {
+            match clamped(bodies, pair) {
+                Some(imposed) => self.check(bodies, k, imposed)?,
+                None => {
+                    number[k] = pairs.len() as u32;
+                    pairs.push(Pair { tributary_length: 0.0, ..*pair });
+                }
+            }
+        }
+        if pairs.is_empty() {
+            return Err(self.refused(bodies, 0));
+        }
+        let all = pairs.len() == self.pairs.len();
+        let (mut edges, mut profiles) = (Vec::new(), Vec::new());
+        for (edge, profile) in self.edges.iter().zip(&self.profiles) {
+            let ends = edge.pairs.map(|k| number[k as usize]);
+            if !ends.contains(&NONE) {
+                for k in ends {
+                    pairs[k as usize].tributary_length += 0.5 * edge.length;
+                }
+                edges.push(ContactEdge { pairs: ends, ..*edge });
+                profiles.push(*profile);
+            }
+        }
+        // A pair between two clamped edges carries no pressure, and has no length to carry it on.
+        if let Some(k) = pairs.iter().position(|p| p.tributary_length == 0.0) {
+            return Err(self.refused(bodies, number.iter().position(|n| *n == k as u32).unwrap_or(0)));
+        }
+        let sides = pairing::sides(&pairs);
+        let whole = if all {
+            None
+        } else {
+            self.pairs.iter_mut().for_each(|p| p.tributary_length = 0.0);
+            Some(Box::new(Whole { line: self, number: number.clone() }))
+        };
+        let interface =
+            ContactInterface { pairs, edges, sides, gap, measured_on, profiles, whole, gap_change: None };
+        Ok((interface, number))
+    }
+
+    /// Checks that the clamped pair `k` may drop out.
+    ///
+    /// * `imposed`: on its nodes, m.
+    fn check(&self, bodies: [&Body; 2], k: usize, imposed: [[f64; 2]; 2]) -> Result<(), InterfaceError> {
+        let mut edges = self.edges.iter().filter(|e| e.pairs.contains(&(k as u32)));
+        let bent = |e: &ContactEdge| {
+            let [a, b] = e.pairs.map(|k| self.pairs[k as usize].normal);
+            norm(sub(a, b)) > SAME_NORMAL
+        };
+        if !matches!((edges.next(), edges.next()), (Some(edge), None) if !bent(edge)) {
+            return Err(self.refused(bodies, k));
+        }
+        let pair = &self.pairs[k];
+        let opening = pair.gap - dot(sub(imposed[0], imposed[1]), pair.normal);
+        let size = pair.gap + norm(imposed[0]) + norm(imposed[1]);
+        if opening < -ROUND_OFF * size {
+            let point = bodies[0].mesh().points()[pair.nodes[0] as usize];
+            return Err(InterfaceError::ClampedOverlap { point, depth: -opening });
+        }
+        Ok(())
+    }
+
+    fn refused(&self, bodies: [&Body; 2], k: usize) -> InterfaceError {
+        let point = bodies[0].mesh().points()[self.pairs[k].nodes[0] as usize];
+        InterfaceError::SupportedNode { body: 0, point }
+    }
+}
+
+impl ContactInterface {
+    /// Returns the whole line, with the pairs and edges that dropped out.
+    pub(super) fn line(&self) -> (&[Pair], &[ContactEdge], &[Option<Profile>]) {
+        match &self.whole {
+            Some(whole) => (&whole.line.pairs, &whole.line.edges, &whole.line.profiles),
+            None => (&self.pairs, &self.edges, &self.profiles),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::boundary::{BoundaryConditions, ScalarData};
+    use crate::interface::ContactProblem;
+    use crate::material::{Hypothesis, LinearElastic};
+    use crate::mesh::generate::{block, ring};
+    use crate::mesh::refine::RefinementEdges;
+
+    fn body(y: f64, conditions: BoundaryConditions) -> Body {
+        let material = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
+        Body::new(block([0.0, y], [2.0, 1.0], [4, 2]).unwrap(), material, &conditions).unwrap()
+    }
+
+    fn pair(upper: &Body, lower: &Body) -> Result<ContactInterface, InterfaceError> {
+        ContactInterface::pair(upper, lower, ["bottom", "top"], &Gap::Given(0.0.into()))
+    }
+
+    #[test]
+    fn contact_nodes_clamped_in_both_bodies_at_the_ends_of_the_line_drop_out() {
+        let clamped = || BoundaryConditions::new().fix("left").fix("right");
+        let bodies = [body(1.0, clamped()), body(0.0, clamped())];
+        let interface = pair(&bodies[0], &bodies[1]).unwrap();
+        assert_eq!((interface.pairs().len(), interface.edges().len(), interface.length()), (3, 2, 1.0));
+        let lengths: Vec<f64> = interface.pairs().iter().map(|p| p.tributary_length).collect();
+        assert_eq!(lengths, [0.25, 0.5, 0.25]);
+        // Halved: the new nodes of the edges that dropped out are free, and take part.
+        let mut problem = ContactProblem { bodies, interface };
+        for count in [7, 15] {
+            let turned = problem.clone().swapped();
+            let edges = |p: &ContactProblem| [0, 1].map(|b| RefinementEdges::longest(p.bodies[b].mesh()));
+            let marked = |p: &ContactProblem, only: usize| {
+                [0, 1].map(|b| vec![b == only; p.bodies[b].mesh().topology().edges().len()])
+            };
+            let labels = edges(&problem);
+            // Marked in one body only: contact edges are halved in both.
+            let finer = problem.refined([&labels[0], &labels[1]], &marked(&problem, 0)).unwrap();
+            assert_eq!(finer.problem.interface.pairs().len(), count);
+            let constant = vec![3.0; problem.interface.pairs().len()];
+            assert_eq!(finer.prolong_interface(&constant), vec![3.0; count]);
+            let labels = edges(&turned);
+            let other = turned.refined([&labels[0], &labels[1]], &marked(&turned, 1)).unwrap();
+            assert_eq!(other.problem.swapped().interface.pairs(), finer.problem.interface.pairs());
+            problem = finer.problem;
+            let [a, b] = &problem.bodies;
+            assert_eq!(pair(a, b).unwrap().pairs().len(), count);
+        }
+    }
+
+    #[test]
+    fn clamped_contact_nodes_that_cannot_drop_out_are_refused() {
+        let left = || BoundaryConditions::new().fix("left");
+        // One body only.
+        let one = pair(&body(1.0, left()), &body(0.0, BoundaryConditions::new().fix("bottom")));
+        assert!(matches!(one, Err(InterfaceError::SupportedNode { body: 0, .. })), "{one:?}");
+        // Pressed into each other: along the edge the opening would be negative.
+        let pressed = BoundaryConditions::new().displace("left", Some(0.0.into()), Some((-0.1).into()));
+        let overlap = pair(&body(1.0, pressed), &body(0.0, left()));
+        assert!(
+            matches!(overlap, Err(InterfaceError::ClampedOverlap { depth, .. }) if (depth - 0.1).abs() < 1e-15)
+        );
+        let parted =
+            BoundaryConditions::new().displace("left", Some(0.0.into()), Some(ScalarData::from(0.1)));
+        assert_eq!(pair(&body(1.0, parted), &body(0.0, left())).unwrap().pairs().len(), 4);
+        // A bent line, on which the opening between two openings >= 0 may be negative.
+        let steel = || LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
+        let arc = |radii| {
+            let mesh = ring([0.0; 2], radii, [0.0, 90.0], [6, 1]).unwrap();
+            Body::new(mesh, steel(), &BoundaryConditions::new().fix("start")).unwrap()
+        };
+        let [inner, outer] = [arc([1.0, 2.0]), arc([2.0, 3.0])];
+        let bent = ContactInterface::pair(&inner, &outer, ["outer", "inner"], &Gap::Given(0.0.into()));
+        assert!(matches!(bent, Err(InterfaceError::SupportedNode { .. })), "{bent:?}");
+    }
+}
