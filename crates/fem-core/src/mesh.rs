@@ -55,7 +55,7 @@ pub enum MeshError {
     },
     /// A triangle has no area, or a cut or a motion of nodes turned it over.
     #[error(
-        "triangle {triangle} at ({x}, {y}) has the signed area {area:e}; a positive one is needed \
+        "triangle {triangle} at ({}, {}) has the signed area {area:e}; a positive one is needed \
          (corners not on one line, and counter-clockwise)",
         shown(*x), shown(*y)
     )]

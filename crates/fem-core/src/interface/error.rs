@@ -146,7 +146,7 @@ pub enum InterfaceError {
     /// No gap is given, and the surfaces do not touch.
     #[error(
         "no gap is given, and the surfaces {} {:.3e} at ({}, {}), where this is largest",
-        if *gap > 0.0 { "are apart by" } else { "overlap by" }, gap.abs(), point[0], point[1]
+        if *gap > 0.0 { "are apart by" } else { "overlap by" }, gap.abs(), shown(point[0]), shown(point[1])
     )]
     NotTouching {
         /// Place on the first body.
@@ -185,7 +185,7 @@ pub enum InterfaceError {
     #[error(
         "both bodies are clamped at the end ({}, {}) of the contact line, and their supports press them {depth:.3e} into each \
          other there",
-        point[0], point[1]
+        shown(point[0]), shown(point[1])
     )]
     ClampedOverlap {
         /// Node of the first body.
