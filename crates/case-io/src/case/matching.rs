@@ -59,8 +59,8 @@ impl Case {
                 significant(change.used)
             ),
             false => format!(
-                "the surfaces are drawn {drawn} at ({x}, {y}), where this is largest: taken for rounding of the meshes, and \
-                 closed"
+                "the surfaces are drawn {drawn} at ({x}, {y}), where this is largest: that is within the rounding of the meshes, or \
+                 of what they tell of bent sides, and is closed"
             ),
         });
     }
