@@ -61,8 +61,8 @@ impl Case {
                 significant(change.used)
             ),
             false => format!(
-                "the surfaces are drawn {drawn} at ({x}, {y}), XX
-                 closed"
+                "the surfaces are drawn {drawn} at ({x}, {y}), where this is largest: that is within the rounding of the meshes, or \
+                 of what they tell of bent sides, and is closed"
             ),
         });
     }

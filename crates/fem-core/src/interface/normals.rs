@@ -188,10 +188,7 @@ fn free_direction(bodies: [&Body; 2], pair: &mut Pair, turn: f64) -> Result<(), 
                 let free = perpendicular(direction);
                 let free = scale(dot(free, pair.normal).signum(), free);
                 // The other body's support may have turned the normal already.
-                if normal == pair.normal
-                    && dot(direction, normal).abs() > PARALLEL
-                    && turns_into(normal, free, turn)
-                {
+                if normal == pair.normal && turns_into(normal, free, turn) {
                     normal = free;
                 }
             }

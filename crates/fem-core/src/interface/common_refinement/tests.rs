@@ -219,7 +219,8 @@ fn nodes_that_are_paired_face_each_other_whatever_their_offset() {
                     let [a, b] = [0, 1].map(|k| points[k][pair.nodes[k] as usize]);
                     let across = crate::geometry::cross(pair.normal, crate::geometry::sub(b, a));
                     assert!(across.abs() < 1e-13, "{case}: {across:e} at {a:?}");
-                    assert!((pair.gap - apart).abs() < 1e-12, "{case}: gap {} at {a:?}", pair.gap);
+                    // Between the nodes of an arc the normal, linear, is not quite radial.
+                    assert!((pair.gap - apart).abs() <= 1e-6 * apart, "{case}: gap {} at {a:?}", pair.gap);
                 }
                 assert_eq!(interface.gap_change(), None, "{case}");
             }
