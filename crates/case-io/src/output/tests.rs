@@ -1,5 +1,7 @@
 //! The rules of a directory of results.
 
+use super::lock::LOCK_FILE;
+use std::fs;
 use super::*;
 use crate::report::tests::sample;
 

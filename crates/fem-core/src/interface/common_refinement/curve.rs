@@ -104,11 +104,6 @@ impl Curve {
             })
     }
 
-    /// Returns point `k`.
-    pub(in crate::interface) fn point(&self, k: usize) -> Vector {
-        self.points[k]
-    }
-
     /// Computes the point of a smooth curve through the nodes over edge `k`, at a fraction `t` of the edge: over points of a
     /// circle that circle, otherwise nearly a cubic that is normal to the circles' normals at the nodes. Where these turn
     /// unequally, as beside a corner of a straight line, the larger slope counts as twice the smaller.
