@@ -54,7 +54,12 @@ fn the_bound_holds_at_every_iteration_for_any_theta() {
             prop_assert!(e.admissibility.is_valid(), "{:?}", e.admissibility);
             prop_assert!(e.cre.split_defect() < 1e-12, "{:e}", e.cre.split_defect());
             let error = error(&problem, materials, k, &e);
-            prop_assert!(e.unchecked().e_cre >= error, "iteration {}: {} < {error}", iterate.iteration, e.unchecked().e_cre);
+            prop_assert!(
+                e.unchecked().e_cre >= error,
+                "iteration {}: {} < {error}",
+                iterate.iteration,
+                e.unchecked().e_cre
+            );
             count(&checks, e.unchecked().e_cre / error);
         }
         Ok(())

@@ -130,7 +130,8 @@ fn effectivities(quick: bool) -> Result<String, Box<dyn Error>> {
 /// Effectivity and steps for tolerances, at the iteration where the default criterion stops.
 fn tolerances(quick: bool) -> Result<String, Box<dyn Error>> {
     const GAINS: [f64; 7] = [0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005];
-    let mut relaxations = GAINS.map(|gain| Relaxation::Tolerance { tolerance: gain, max_steps: 100 }).to_vec();
+    let mut relaxations =
+        GAINS.map(|gain| Relaxation::Tolerance { tolerance: gain, max_steps: 100 }).to_vec();
     relaxations.push(BEST);
     let mut text = String::from(
         "## Tolerances of relaxation\n\nEffectivity where the default criterion stops, and in brackets the steps made \

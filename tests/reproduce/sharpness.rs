@@ -37,7 +37,9 @@ pub(crate) fn section(quick: bool) -> Result<String, Box<dyn Error>> {
         }
         let mut settings = Settings::default();
         settings.criterion = Criterion::EtaNndd { tolerance: 1e-8 };
-        let default = solve(problem.clone(), &settings, &mut Silent)?.estimate.map_or(f64::NAN, |e| e.unchecked().e_cre);
+        let default = solve(problem.clone(), &settings, &mut Silent)?
+            .estimate
+            .map_or(f64::NAN, |e| e.unchecked().e_cre);
         let mut cells = vec![
             sharp.name(),
             format!("{angle:.1}"),

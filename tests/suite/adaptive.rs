@@ -160,7 +160,11 @@ fn the_bound_of_every_mesh_is_at_least_the_distance_to_a_nested_finer_solution()
     let distance = squared.sqrt();
     assert!(distance > 2.0 * fine.unchecked().e_cre, "{distance} against {}", fine.unchecked().e_cre);
     assert!(coarse.unchecked().e_cre >= distance - fine.unchecked().e_cre);
-    assert!(coarse.unchecked().e_cre <= 1.5 * (distance + fine.unchecked().e_cre), "{} against {distance}", coarse.unchecked().e_cre);
+    assert!(
+        coarse.unchecked().e_cre <= 1.5 * (distance + fine.unchecked().e_cre),
+        "{} against {distance}",
+        coarse.unchecked().e_cre
+    );
 }
 
 #[test]

@@ -237,7 +237,12 @@ fn the_bound_holds_while_the_iteration_diverges() {
         for iterate in &all {
             let e = certify(&problem, &bodies, iterate).unwrap();
             let error = error_of(&problem, EQUAL, 0.4, &e);
-            assert!(e.unchecked().e_cre >= error, "{theta}, {}: {} < {error}", iterate.iteration, e.unchecked().e_cre);
+            assert!(
+                e.unchecked().e_cre >= error,
+                "{theta}, {}: {} < {error}",
+                iterate.iteration,
+                e.unchecked().e_cre
+            );
         }
     }
 }

@@ -88,7 +88,11 @@ fn eta_dis_is_the_error_bound_of_the_two_frozen_problems() {
             .sum();
         let second = e.cre.by_cell[1].iter().sum::<f64>() + e.cre.by_contact_edge.iter().sum::<f64>();
         let expected = (first + second).sqrt();
-        assert!((e.unchecked().eta_dis - expected).abs() < 1e-9 * expected, "{} against {expected}", e.unchecked().eta_dis);
+        assert!(
+            (e.unchecked().eta_dis - expected).abs() < 1e-9 * expected,
+            "{} against {expected}",
+            e.unchecked().eta_dis
+        );
     }
 }
 
@@ -139,7 +143,12 @@ fn a_turned_heavy_gapped_problem_is_certified_alike_at_every_angle() {
             let e = certify(&problem, &bodies, iterate).unwrap();
             assert!(e.admissibility.is_valid(), "{angle}: {:?}", e.admissibility);
             assert!(e.cre.split_defect() < 1e-12, "{angle}: {:e}", e.cre.split_defect());
-            last = [e.cre.e_cre(), e.unchecked().eta_dis, iterate.contact_force(), e.energy_norm_squared.iter().sum()];
+            last = [
+                e.cre.e_cre(),
+                e.unchecked().eta_dis,
+                iterate.contact_force(),
+                e.energy_norm_squared.iter().sum(),
+            ];
         }
         let touching = all.last().unwrap().contact_nodes();
         assert!(touching > 0 && touching < problem.interface.pairs().len());

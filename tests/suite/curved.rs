@@ -154,7 +154,11 @@ fn the_bound_holds_where_arcs_slide() {
             let [norm, error] = norm_and_distance(&fine, &reference, &u);
             assert!(e.unchecked().e_cre >= error, "{factor}: {} < {error}", e.unchecked().e_cre);
             if factor == 1.0 {
-                assert!(error > 0.01 * norm && e.unchecked().e_cre < 1.6 * error, "{} against {error}", e.unchecked().e_cre);
+                assert!(
+                    error > 0.01 * norm && e.unchecked().e_cre < 1.6 * error,
+                    "{} against {error}",
+                    e.unchecked().e_cre
+                );
             }
         }
         assert!(lifted > 0.0, "nothing was lifted");

@@ -101,7 +101,12 @@ fn expressions_give_the_problem_that_closures_give() {
     let ((u, a), (v, b)) = (solved(&told), solved(&built));
     let [norm, distance] = norm_and_distance(&built, &v, &u);
     assert!(distance < 1e-12 * norm, "{distance:e}");
-    assert!((a.unchecked().e_cre / b.unchecked().e_cre - 1.0).abs() < 1e-9, "{} {}", a.unchecked().e_cre, b.unchecked().e_cre);
+    assert!(
+        (a.unchecked().e_cre / b.unchecked().e_cre - 1.0).abs() < 1e-9,
+        "{} {}",
+        a.unchecked().e_cre,
+        b.unchecked().e_cre
+    );
     for body in 0..2 {
         for (x, y) in told.bodies[body].edge_conditions().iter().zip(built.bodies[body].edge_conditions()) {
             assert_eq!(x.reaction, y.reaction);
@@ -181,7 +186,12 @@ fn the_bound_holds_for_inclusions_and_orthotropic_bodies() {
         let (_, u) = refined(&problem, 2, displacements(&bodies, iterate));
         let [norm, distance] = norm_and_distance(&fine, &exact, &u);
         assert!(distance > 1e-3 * norm);
-        assert!(estimate.unchecked().e_cre >= distance, "{}: {} < {distance}", iterate.iteration, estimate.unchecked().e_cre);
+        assert!(
+            estimate.unchecked().e_cre >= distance,
+            "{}: {} < {distance}",
+            iterate.iteration,
+            estimate.unchecked().e_cre
+        );
     }
     // Plain means of tractions are poor next to inclusions: relaxation mends that (4.4 without it, 1.5 with it; part
     // of what is left is that the finer solution is no exact one).

@@ -30,7 +30,12 @@ fn holds(materials: [(f64, f64); 2], row: impl Fn(f64) -> f64) -> bool {
             energy_error_squared(&found.problem.bodies[role], displacement, |x| exact[b].stress(x))
         })
         .sum();
-    assert!(estimate.unchecked().e_cre >= error.sqrt(), "{materials:?}: {} < {}", estimate.unchecked().e_cre, error.sqrt());
+    assert!(
+        estimate.unchecked().e_cre >= error.sqrt(),
+        "{materials:?}: {} < {}",
+        estimate.unchecked().e_cre,
+        error.sqrt()
+    );
     true
 }
 
@@ -146,7 +151,9 @@ fn bodies_that_nothing_strains_converge() {
             let found =
                 solve(moved(cells, [0.1, 0.1], 0.3, [0.0, lift]), &Settings::default(), &mut Silent).unwrap();
             assert_eq!(found.nndd.status, nndd::NnddStatus::StoppedByCriterion, "{cells:?} {lift}");
-            assert!(found.is_certified() && found.estimate.as_ref().unwrap().unchecked().e_cre < 1e-10 * lift);
+            assert!(
+                found.is_certified() && found.estimate.as_ref().unwrap().unchecked().e_cre < 1e-10 * lift
+            );
         }
     }
 }

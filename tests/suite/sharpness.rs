@@ -12,8 +12,9 @@ fn the_default_relaxation_is_sharp_on_hard_problems() {
         let bodies = condense_both(&problem);
         let iterate = newton(&problem, &bodies).unwrap();
         let [_, error] = sharp.norm_and_error(&problem, &displacements(&bodies, &iterate));
-        let effectivity =
-            |relaxation| certify_with(&problem, &bodies, &iterate, relaxation).unwrap().unchecked().e_cre / error;
+        let effectivity = |relaxation| {
+            certify_with(&problem, &bodies, &iterate, relaxation).unwrap().unchecked().e_cre / error
+        };
         let default = effectivity(Settings::default().relaxation);
         let relaxed = effectivity(Relaxation::Steps(300));
         println!("{}: e_CRE/error {default:.3}, fully relaxed {relaxed:.3}", sharp.name());

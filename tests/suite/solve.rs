@@ -340,7 +340,12 @@ fn a_stress_free_rigid_motion_is_certified() {
         settings.criterion = Criterion::EtaNndd { tolerance: 1e-10 };
         let answer = solve(problem.clone(), &settings, &mut Silent).unwrap();
         let estimate = answer.estimate.as_ref().unwrap();
-        assert!(answer.is_certified(), "{imposed:?} {:?} {:e}", estimate.admissibility, estimate.unchecked().e_cre);
+        assert!(
+            answer.is_certified(),
+            "{imposed:?} {:?} {:e}",
+            estimate.admissibility,
+            estimate.unchecked().e_cre
+        );
         assert!(estimate.unchecked().e_cre < 1e-9);
     }
 }

@@ -23,7 +23,12 @@ fn bits(answer: &CertifiedSolution) -> Vec<u64> {
     }
     numbers.extend(&answer.last().lambda);
     numbers.extend(&answer.last().contact.normal_reaction);
-    numbers.extend([estimate.unchecked().e_cre, estimate.unchecked().eta_dis, results.max_von_mises.unwrap(), results.contact_force]);
+    numbers.extend([
+        estimate.unchecked().e_cre,
+        estimate.unchecked().eta_dis,
+        results.max_von_mises.unwrap(),
+        results.contact_force,
+    ]);
     numbers.into_iter().map(f64::to_bits).collect()
 }
 

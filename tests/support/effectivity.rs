@@ -13,7 +13,7 @@ use std::error::Error;
 
 /// What every iteration is measured with: EET alone, the default, and until a step gains next to nothing.
 pub const RELAXATIONS: [Relaxation; 3] =
-    [Relaxation::NONE, Relaxation::Steps(2), Relaxation::Tolerance { tolerance: 0.002, max_steps: 50 }];
+    [Relaxation::NONE, Relaxation::Steps(2), Relaxation::Tolerance { tolerance: 1e-4, max_steps: 50 }];
 
 /// The contrasts `E₁/E₂` that the bound is tried on.
 pub const CONTRASTS: [f64; 5] = [1e-3, 0.05, 1.0, 20.0, 1e3];

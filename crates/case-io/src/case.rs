@@ -169,9 +169,9 @@ pub struct RelaxUntil {
 }
 
 impl Default for RelaxUntil {
-    /// What is left to gain is 5 %, at most 30 steps.
+    /// What is left to gain is 1.5 %, at most 30 steps.
     fn default() -> Self {
-        Self { tolerance: 0.05, max_steps: 30 }
+        Self { tolerance: 0.015, max_steps: 30 }
     }
 }
 

@@ -71,7 +71,11 @@ struct Correction<'a> {
 }
 
 impl Correction<'_> {
-    fn run(&mut self, iterate: &Iterate, mut fields: [SplitField; 2]) -> Result<Option<Corrected>, NnddError> {
+    fn run(
+        &mut self,
+        iterate: &Iterate,
+        mut fields: [SplitField; 2],
+    ) -> Result<Option<Corrected>, NnddError> {
         let mut best: Option<Corrected> = None;
         let mut active = iterate.contact.active.clone();
         let mut before = f64::INFINITY;

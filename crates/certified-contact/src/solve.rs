@@ -3,7 +3,7 @@
 use crate::bounds::Bounds;
 use crate::defect_correction::{self, Corrected};
 use crate::error::SolveError;
-use crate::history::Row;
+use crate::history::{Row, with_round_off};
 use crate::observer::{Observer, Phase};
 use crate::results;
 use crate::settings::{Criterion, Imposed, Settings};
@@ -105,8 +105,7 @@ fn iterate(
     }
     let last = &nndd.last;
     let swapped = roles.swapped;
-    let results =
-        estimate.as_ref().map(|e| results::results(&problem, swapped, last, e, low));
+    let results = estimate.as_ref().map(|e| results::results(&problem, swapped, last, e, low));
     let bounds = estimate.as_ref().map(|e| Bounds::new(&problem, &bodies, last, e));
     let given = |b: usize| if swapped { 1 - b } else { b };
     let unknowns = [0, 1].map(|b| bodies[given(b)].dofs().len());
@@ -169,7 +168,7 @@ fn corrected(
 
 /// Puts the measured η_NNDD in its places, and looks whether the criterion still holds with it.
 fn conclude(nndd: &mut NnddSolution, rows: &mut [Row], estimate: &Estimate, settings: &Settings) {
-    let eta_nndd = estimate.unchecked().eta_nndd;
+    let eta_nndd = with_round_off(nndd.last.eta_nndd, estimate.unchecked().eta_nndd);
     nndd.last.eta_nndd = eta_nndd;
     for row in rows.last_mut().map(|row| &mut row.iteration).into_iter().chain(nndd.history.last_mut()) {
         row.eta_nndd = eta_nndd;

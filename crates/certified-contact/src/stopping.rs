@@ -39,7 +39,16 @@ impl<'a> Follow<'a> {
         settings: &'a Settings,
         observer: &'a mut dyn Observer,
     ) -> Self {
-        Self { problem, bodies, swapped, settings, observer, rows: Vec::new(), latest: None, no_estimate: None }
+        Self {
+            problem,
+            bodies,
+            swapped,
+            settings,
+            observer,
+            rows: Vec::new(),
+            latest: None,
+            no_estimate: None,
+        }
     }
 
     /// Says whether an iteration has been estimated, or there is still time for it.
@@ -94,9 +103,7 @@ impl<'a> Follow<'a> {
     /// that it should be the last, or until the iterations run out.
     fn matches_mesh(&mut self, iterate: &Iterate, ratio: f64) -> Result<bool, EstimatorError> {
         let small = |latest: &Option<(usize, Estimate)>| {
-            latest.as_ref().is_none_or(|(_, e)| {
-                iterate.eta_nndd <= enough(e, ratio)
-            })
+            latest.as_ref().is_none_or(|(_, e)| iterate.eta_nndd <= enough(e, ratio))
         };
         let first = self.rows[0].iteration.eta_nndd;
         // A start that cannot be improved does not fall at all.

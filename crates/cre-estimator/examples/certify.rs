@@ -172,7 +172,8 @@ mod tests {
             u[0] += 0.05 * p[1] * (1.0 - p[1]);
         }
         let distance = energy_distance_squared(&problem.bodies[1], &good[1], &spoilt[1]).sqrt();
-        let [sound, bad] = [good, spoilt].map(|u| certify(&problem, u, Relaxation::Steps(2)).unwrap().unchecked().e_cre);
+        let [sound, bad] =
+            [good, spoilt].map(|u| certify(&problem, u, Relaxation::Steps(2)).unwrap().unchecked().e_cre);
         assert!(bad >= distance - sound && bad > 2.0 * sound, "{bad} {distance} {sound}");
     }
 

@@ -84,8 +84,11 @@ pub(crate) fn pair_and_stars<'a>(
     let pressure_force = pressure::nodal_forces(interface, &pressure, &edge_pressure);
     let found = lift::middle_openings(interface, state.displacement);
     let lift = lift::find(problem, state.displacement, &found);
-    let middle_opening =
-        if lift.energy > 0.0 { lift::lifted_middle_openings(problem, state.displacement, &lift) } else { found };
+    let middle_opening = if lift.energy > 0.0 {
+        lift::lifted_middle_openings(problem, state.displacement, &lift)
+    } else {
+        found
+    };
     let recover = |b: usize| {
         let body = &problem.bodies[b];
         let conditions = with_pressure(body, interface, b, &edge_pressure);

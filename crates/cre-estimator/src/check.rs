@@ -140,9 +140,8 @@ pub(crate) fn check_and_visit<T: Send>(
         |b: usize| forces(&problem.bodies[b], &pair.equilibrated[b], |t, tau: &CellStress| visit(b, t, tau));
     let ((a, first), (b, second)) = rayon::join(|| of_body(0), || of_body(1));
     // A body that is loaded lightly is held to its own scale.
-    let residuals = |b: usize, forces: Forces| {
-        forces.residuals(force_noise(&problem.bodies[b], &pair.displacement[b]))
-    };
+    let residuals =
+        |b: usize, forces: Forces| forces.residuals(force_noise(&problem.bodies[b], &pair.displacement[b]));
     let mut found = residuals(0, a).worst(residuals(1, b));
     let lifted = pair.lift.added_to(problem, &pair.displacement[pair.lift.body]);
     let displacement: [&[Vector]; 2] =

@@ -88,7 +88,8 @@ impl Cre {
         let mut by_contact_edge =
             pressure::contact_terms(interface, &pair.edge_pressure, &pair.opening, &pair.middle_opening);
         if pair.lift.energy > 0.0 {
-            let weight = |edge: &ContactEdge| edge.pairs.map(|k| pair.lift.by_pair[k as usize].powi(2)).iter().sum();
+            let weight =
+                |edge: &ContactEdge| edge.pairs.map(|k| pair.lift.by_pair[k as usize].powi(2)).iter().sum();
             let weights: Vec<f64> = interface.edges().iter().map(weight).collect();
             let whole: f64 = weights.iter().sum();
             for (term, weight) in by_contact_edge.iter_mut().zip(weights) {

@@ -84,7 +84,8 @@ pub(crate) fn find(problem: &ContactProblem, displacement: [&[Vector]; 2], middl
         lift.energy = energy(&problem.bodies[body], &lift.field(problem));
         let opened = lifted_middle_openings(problem, displacement, &lift);
         let edges = problem.interface.edges().iter().zip(&opened);
-        let left = edges.filter(|(edge, _)| problem.interface.is_bent(edge)).fold(0.0f64, |m, (_, o)| m.max(-o));
+        let left =
+            edges.filter(|(edge, _)| problem.interface.is_bent(edge)).fold(0.0f64, |m, (_, o)| m.max(-o));
         (lift, left)
     });
     let size = middle.iter().fold(0.0f64, |m, o| m.max(-o));
@@ -139,8 +140,10 @@ fn by_pair(problem: &ContactProblem, side: usize, middle: &[f64]) -> Vec<f64> {
 /// Computes `‖l‖²` of a P1 field that vanishes at all nodes but the given ones, J/m.
 fn energy(body: &Body, field: &[(u32, Vector)]) -> f64 {
     let mesh = body.mesh();
-    let mut triangles: Vec<u32> =
-        field.iter().flat_map(|(n, _)| mesh.topology().triangles_around(*n as usize).iter().copied()).collect();
+    let mut triangles: Vec<u32> = field
+        .iter()
+        .flat_map(|(n, _)| mesh.topology().triangles_around(*n as usize).iter().copied())
+        .collect();
     triangles.sort_unstable();
     triangles.dedup();
     let mut nodes = field.to_vec();

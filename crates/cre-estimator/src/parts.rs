@@ -78,13 +78,8 @@ pub(crate) fn parts(
     let lumping = lumping(problem, bodies, state, pair);
     let share = if eta_squared > 0.0 { eta_squared / (eta_squared + lumping) } else { 0.0 };
     let iteration = (fields * share).min(eta_squared);
-    let squares = [
-        cre.discretisation_squared,
-        iteration,
-        fields - iteration + term.contact,
-        term.lift,
-        term.gap_data,
-    ];
+    let squares =
+        [cre.discretisation_squared, iteration, fields - iteration + term.contact, term.lift, term.gap_data];
     // The two sides of the split differ by rounding.
     let sum: f64 = squares.iter().sum();
     let factor = if sum > 0.0 { cre.e_cre_squared.max(0.0) / sum } else { 0.0 };
@@ -124,7 +119,8 @@ fn contact_terms(
         .iter()
         .map(|e| 0.5 * e.pairs.iter().map(|k| state.opening[*k as usize]).sum::<f64>())
         .collect();
-    let terms = |middle: &[f64]| pressure::contact_terms(interface, &pair.edge_pressure, state.opening, middle);
+    let terms =
+        |middle: &[f64]| pressure::contact_terms(interface, &pair.edge_pressure, state.opening, middle);
     let (found, linear) = (terms(&found), terms(&linear));
     let mut sum = ContactTerm::default();
     for ((all, found), linear) in cre.by_contact_edge.iter().zip(found).zip(linear) {

@@ -21,7 +21,11 @@ pub fn edge_pressure(interface: &ContactInterface, pressure: &[f64]) -> Vec<[f64
 }
 
 /// Computes the nodal forces `∫ p n φ_i ds` at the pairs, Cartesian, N/m: consistent with the pressure at the ends of the edges.
-pub fn nodal_forces(interface: &ContactInterface, pressure: &[f64], edge_pressure: &[[f64; 2]]) -> Vec<Vector> {
+pub fn nodal_forces(
+    interface: &ContactInterface,
+    pressure: &[f64],
+    edge_pressure: &[[f64; 2]],
+) -> Vec<Vector> {
     if interface.has_bent_edges() {
         return interface.pressure_forces(edge_pressure);
     }

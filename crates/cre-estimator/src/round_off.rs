@@ -187,8 +187,9 @@ pub(crate) fn allowance(
         .map(|((edge, o), p)| (-o).max(0.0) * p[0].abs() * edge.length)
         .sum();
     let penetration = penetration + between;
-    let noise =
-        [0, 1].map(|b: usize| larger(energy_noise(&problem.bodies[b], &pair.displacement[b]), MARGIN * residuals[b]));
+    let noise = [0, 1].map(|b: usize| {
+        larger(energy_noise(&problem.bodies[b], &pair.displacement[b]), MARGIN * residuals[b])
+    });
     64.0 * f64::EPSILON * (energies[0] + energies[1]).sqrt()
         + noise[0]
         + noise[1]

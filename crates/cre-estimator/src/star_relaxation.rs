@@ -80,10 +80,10 @@ impl Relaxation {
 }
 
 impl Default for Relaxation {
-    /// What is left to gain is 5 %, at most 30 steps: two steps on smooth problems, more if a material is
+    /// What is left to gain is 1.5 %, at most 30 steps: two steps on smooth problems, more if a material is
     /// nearly incompressible or strongly anisotropic, or cells are flat (measured, `bench-results/effectivity`).
     fn default() -> Self {
-        Self::Tolerance { tolerance: 0.05, max_steps: 30 }
+        Self::Tolerance { tolerance: 0.015, max_steps: 30 }
     }
 }
 

@@ -73,8 +73,7 @@ impl Cell {
     #[inline(always)]
     fn forces(&self, [xx, yy, xy]: [DoubleDouble; 3]) -> CellForces {
         let half = |x: DoubleDouble| DoubleDouble { high: 0.5 * x.high, low: 0.5 * x.low };
-        let [one, two] =
-            self.gradients.map(|g| [half(xx * g[0] + xy * g[1]), half(xy * g[0] + yy * g[1])]);
+        let [one, two] = self.gradients.map(|g| [half(xx * g[0] + xy * g[1]), half(xy * g[0] + yy * g[1])]);
         [[-(one[0] + two[0]), -(one[1] + two[1])], one, two]
     }
 }
@@ -242,8 +241,7 @@ mod tests {
 
     fn body() -> Body {
         let material = LinearElastic::isotropic(1e9, 0.3, Hypothesis::PlaneStrain).unwrap();
-        let conditions =
-            BoundaryConditions::new().fix("bottom").pressure("top", 3.0).body_force([0.2, -1.5]);
+        let conditions = BoundaryConditions::new().fix("bottom").pressure("top", 3.0).body_force([0.2, -1.5]);
         Body::new(block([0.3, 0.1], [2.0, 1.0], [7, 5]).unwrap(), material, &conditions).unwrap()
     }
 
@@ -270,7 +268,8 @@ mod tests {
         let mesh = block([1e3, -7e2], [2.0, 1.0], [7, 5]).unwrap();
         let body = Body::new(mesh, material, &BoundaryConditions::new()).unwrap();
         // A rotation and a translation whose coefficients are exact in a split field.
-        let mut field = SplitField::new(body.mesh().points().iter().map(|x| [-0.5 * x[1], 0.5 * x[0]]).collect());
+        let mut field =
+            SplitField::new(body.mesh().points().iter().map(|x| [-0.5 * x[1], 0.5 * x[0]]).collect());
         field.add(&vec![[1e-3, 1e5]; body.mesh().points().len()]);
         let largest = of_field(&body, &field).iter().flatten().fold(0.0f64, |m, r| m.max(r.rounded().abs()));
         assert!(largest < 1e13 * 1e5 * 1e-30, "{largest:e}");

@@ -5,8 +5,8 @@ use case_io::Case;
 use case_io::case::MaterialLaw;
 use certified_contact::CertifiedSolution;
 use fem_core::body::{Body, Difference, NodeConstraint};
-use fem_core::material::Hypothesis;
 use fem_core::geometry::{bounding_box, norm, sub};
+use fem_core::material::Hypothesis;
 use nndd::NnddStatus;
 
 /// From this strain on the theory of small strains is doubtful.

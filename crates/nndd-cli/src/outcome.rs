@@ -172,7 +172,8 @@ fn attainable(case: &Case, solution: &CertifiedSolution, floor: f64) -> String {
     let first = solution.rows.first().map_or(f64::NAN, |row| row.iteration.eta_nndd);
     let mesh = solution.estimate.as_ref().map_or(f64::NAN, |e| e.unchecked().eta_dis);
     let (key, least) = match stop.criterion {
-        Criterion::Estimator => ("solver.stop.ratio", floor / mesh),
+        // Rounding of the answer counts in this criterion.
+        Criterion::Estimator => ("solver.stop.ratio", floor.max(solution.last().eta_nndd) / mesh),
         Criterion::Precision => ("solver.stop.tolerance", smallest(|row| row.iteration.precision)),
         Criterion::EtaNndd => ("solver.stop.tolerance", floor / first),
         Criterion::Iterations => return "lower solver.max_iterations".into(),
@@ -230,7 +231,9 @@ fn met(case: &Case, solution: &CertifiedSolution) -> String {
     }
     let by_estimate = case.solver.stop.criterion == Criterion::Estimator;
     match &solution.estimate {
-        Some(e) if by_estimate && solution.last().eta_nndd > case.solver.stop.ratio * e.unchecked().eta_dis => {
+        Some(e)
+            if by_estimate && solution.last().eta_nndd > case.solver.stop.ratio * e.unchecked().eta_dis =>
+        {
             "eta_dis and eta_nndd are round-off".into()
         }
         _ => criterion(case),

@@ -329,10 +329,10 @@ fn relaxation_may_go_on_until_it_gains_too_little() {
         assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
         (report(&out), text(&output.stdout))
     };
-    let (steps, _) = run("steps", &[]);
-    let (tolerance, said) = run("tolerance", &["--set", "estimator.tolerance=0.02"]);
-    assert!(said.contains("relaxation until a step gains less than 0.02"), "{said}");
-    assert_eq!(tolerance.case["estimator"]["tolerance"], 0.02);
+    let (steps, _) = run("steps", &["--set", "estimator.relaxation=2"]);
+    let (tolerance, said) = run("tolerance", &["--set", "estimator.tolerance=0.002"]);
+    assert!(said.contains("relaxation until less than 0.002 is left to gain"), "{said}");
+    assert_eq!(tolerance.case["estimator"]["tolerance"], 0.002);
     // The first meshes are the same: the bound is sharper, and still valid.
     assert!(tolerance.adaptive[0].e_cre < steps.adaptive[0].e_cre);
     assert!(tolerance.certificate.valid);

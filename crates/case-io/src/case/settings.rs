@@ -69,6 +69,11 @@ impl Case {
 
     fn solver_json(&self) -> Json {
         let s = &self.solver;
+        let mut stop = json!({ "criterion": s.stop.criterion.name(), "ratio": s.stop.ratio });
+        if let Some(balance) = s.stop.force_balance {
+            stop["force_balance"] = json!(balance);
+        }
+        stop["tolerance"] = json!(s.stop.tolerance);
         json!({
             "method": s.method.name(),
             "imposed": s.imposed.name(),
@@ -79,12 +84,7 @@ impl Case {
             "acceleration": s.acceleration.name(),
             "lambda": value(&s.lambda),
             "max_iterations": s.max_iterations,
-            "stop": {
-                "criterion": s.stop.criterion.name(),
-                "ratio": s.stop.ratio,
-                "force_balance": s.stop.force_balance,
-                "tolerance": s.stop.tolerance,
-            },
+            "stop": stop,
         })
     }
 

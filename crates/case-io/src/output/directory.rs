@@ -1,9 +1,9 @@
 //! The directory of results that one run writes to.
 
-use crate::links::BrokenLink;
 use super::inspect::{BELOW, Before, inspect, is_result};
 use super::lock::{LOCK_FILE, Lock, is_at};
 use super::{CHECKPOINT, CHECKPOINT_BEFORE, OutputError, ResultKind, STAGING, TEMPORARY, failed, write_file};
+use crate::links::BrokenLink;
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::fs::{self, File};
@@ -335,10 +335,15 @@ impl OutputDirectory {
 impl Drop for OutputDirectory {
     fn drop(&mut self) {
         // Nothing can be done about a failure here; what is left does not count as content.
-        if self.lock.is_some() && !self.keeps_collected && self.presence.lasts() {
+        let lasts = self.presence.lasts();
+        if self.lock.is_some() && !self.keeps_collected && lasts {
             let _ = fs::remove_dir_all(self.path.join(STAGING));
         }
         self.lock = None;
+        if !lasts {
+            // Another one of the same name is not this run's.
+            return;
+        }
         // Only an empty directory can be removed like this.
         let _ = self.created.iter().try_for_each(fs::remove_dir);
     }

@@ -1,9 +1,9 @@
 //! The rules of a directory of results.
 
 use super::lock::LOCK_FILE;
-use std::fs;
 use super::*;
 use crate::report::tests::sample;
+use std::fs;
 
 fn names(path: &Path) -> Vec<String> {
     let mut names: Vec<String> =

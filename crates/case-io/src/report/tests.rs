@@ -66,9 +66,11 @@ fn keys_and_their_order_are_the_contract() {
     );
     assert_eq!(
         keys(&value["certificate"]),
-        "valid e_cre relative relative_guaranteed eta_dis eta_nndd split checks bounds"
+        "valid e_cre relative relative_guaranteed eta_dis eta_nndd split parts checks bounds"
     );
     assert_eq!(keys(&value["certificate"]["split"]), "discretisation algebraic");
+    let parts = keys(&value["certificate"]["parts"]);
+    assert_eq!(parts, "mesh iteration contact lift gap_data friction round_off");
     let bounds = keys(&value["certificate"]["bounds"]);
     assert_eq!(bounds, "energy_norm potential_energy contact_force");
     let step = serde_json::to_value(AdaptiveRow::default()).unwrap();

@@ -106,7 +106,7 @@ mod tests {
     fn narrow_terminals_get_fewer_columns() {
         assert_eq!(
             head(None, false),
-            "\n  it     theta  precision   eta_nndd    eta_dis      e_cre  contact        force  qp\n"
+            "\n  it     theta  precision   eta_nndd    eta_dis      e_cre  contact     force_1     force_2  qp\n"
         );
         for (width, timed) in (27..120).flat_map(|width| [(width, false), (width, true)]) {
             assert!(head(Some(width), timed).trim_start_matches('\n').len() <= width + 1, "{width}");
@@ -120,7 +120,7 @@ mod tests {
 
     #[test]
     fn times_stand_before_the_contact_problem_on_wide_terminals() {
-        assert!(head(None, true).ends_with("force time [s]  qp\n"));
+        assert!(head(None, true).ends_with("force_2 time [s]  qp\n"));
         assert!(head(Some(95), true).ends_with("force time [s]\n"));
         assert!(!head(Some(80), true).contains("time"));
     }

@@ -206,7 +206,7 @@ fn numbers_must_be_finite_and_in_range() {
 fn words_get_the_nearest_one() {
     refused(
         "[solver]\nmethod = \"newtn\"",
-        "c.toml:16:10: `solver.method` is \"newtn\"; expected \"nndd\" or \"newton\"; help: did you mean \"newton\"?",
+        "c.toml:16:10: `solver.method` is \"newtn\"; expected \"auto\" or \"nndd\" or \"newton\"; help: did you mean \"newton\"?",
     );
     refused(
         "[model]\nhypothesis = \"axisymmetric\"",
@@ -296,13 +296,17 @@ fn nonsense_of_adaptive_runs_is_refused() {
 #[test]
 fn relaxation_is_by_steps_or_by_tolerance() {
     let until = |rest: &str| Case::parse(&minimal(rest), "c.toml", &[]).unwrap().estimator;
-    assert_eq!(until("").until, None);
+    assert_eq!(until("").until, Some(RelaxUntil::default()));
+    let steps = until("[estimator]\nrelaxation = 3");
+    assert_eq!((steps.relaxation, steps.until), (3, None));
+    assert_eq!(until("[estimator]\nmax_steps = 4").until.unwrap().max_steps, 4);
     let by_tolerance = until("[estimator]\ntolerance = 0.02");
     assert_eq!(by_tolerance.until, Some(RelaxUntil { tolerance: 0.02, max_steps: 30 }));
     let few = until("[estimator]\ntolerance = 0.02\nmax_steps = 4");
     assert_eq!(few.until.unwrap().max_steps, 4);
     refused_too("[estimator]\nrelaxation = 2\ntolerance = 0.02", "c.toml:17:13: `estimator.relaxation` and");
-    refused_too("[estimator]\nmax_steps = 2", "c.toml:16:13: `estimator.max_steps` limits");
+    let both = "[estimator]\nrelaxation = 2\nmax_steps = 2";
+    refused_too(both, "c.toml:17:13: `estimator.relaxation` and `estimator.max_steps` both");
     refused_too("[estimator]\ntolerance = 1.0", "c.toml:16:13: `estimator.tolerance` is 1");
     // A case without the key has the hash it had before there was one.
     let settings = Case::parse(&minimal(""), "c.toml", &[]).unwrap().settings_json();
