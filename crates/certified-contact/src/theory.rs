@@ -70,8 +70,17 @@
 //! e_{CRE}^2 = \underbrace{\sum ‖τ - \hat σ‖^2}_{\text{mesh}}
 //!           + \underbrace{\sum ‖\hat σ - σ(v)‖^2 + 2 ∫ p\,o}_{\text{iteration}}                                \qquad (17)
 //! ```
+//! Where the normal changes along an edge, the displacements found may penetrate between the nodes. The lift `l` opens them there,
+//! `l_n ≥ 0` being what it opens, and the bound holds for the displacements found, without the lift:
+//! ```math
+//! e_{CRE}^2 = \sum_α ‖τ^α - σ(v^α)‖^2 + 2 ∫ p\,(o + l_n) + ‖l‖^2 \; ≥ \; ‖u - v‖^2                            \qquad (26)
+//! ```
+//! (26): the identity (16) holds for openings of any sign; `−2∫ p_ex o ≤ 2∫ p_ex l_n = 2∫ p l_n + 2∫ (σ − τ) : ε(l)`, and
+//! `2 ‖σ − τ‖ ‖l‖ ≤ ‖σ − τ‖² + ‖l‖²`. With a lift the bound is one for the displacements alone.
+//!
 //! | formula | where |
 //! |---|---|
+//! | (26) | [`Lift`](cre_estimator::Lift): of the two bodies, the one whose lift costs less energy moves |
 //! | (12) | [`pressure::contact_terms`](cre_estimator::pressure::contact_terms), with the consistent mass |
 //! | (15), (17) | [`cre::constitutive_relation_error`](cre_estimator::cre::constitutive_relation_error); [`Cre::split_defect`](cre_estimator::Cre::split_defect) |
 //! | (16) | what follows from it: [`Bounds`](crate::Bounds); its conditions, as residuals: [`check()`](cre_estimator::check()) |
@@ -112,9 +121,46 @@
 //! | formula | where |
 //! |---|---|
 //! | (22), `ε_t` | [`Iterate::eta_nndd`](nndd::Iterate::eta_nndd), [`Iterate::precision`](nndd::Iterate::precision) |
-//! | (23) | [`indicators::eta_dis_squared`](cre_estimator::indicators::eta_dis_squared) |
+//! | (23) | [`Indicators::eta_dis`](cre_estimator::Indicators::eta_dis) |
 //! | (24) | [`Criterion`](crate::Criterion); γ = 0.01 and β = 1e-3 by default |
 //! | where to refine | [`marking`](cre_estimator::marking), [`solve_adaptively`](crate::solve_adaptively) |
+//!
+//! # Round-off
+//! The numbers behind (15) are computed with rounding. What is proven: the displacements are what the program prints, so
+//! their error is exactly what (16) bounds. The stress `τ̃` that is computed misses equilibrium by a residual `R`, and a stress in exact
+//! equilibrium is at most as far away as the dual norm of `R`. Its part on the FE space is measured:
+//! ```math
+//! R_i = ∫ \tilde τ : ε(φ_i) - f(φ_i), \qquad e_{CRE} ≤ e_{CRE}(\tilde τ) + 2 \sqrt{R · K^{-1} R}                 \qquad (27)
+//! ```
+//! What is a margin: the factor 2 stands for the remainder of the dual norm, jumps between the nodes that no FE function sees, and
+//! for the factorised `K`, which is the stiffness to its own rounding only. A model of the rounding of each triangle counts where it is
+//! larger. `R` is evaluated from the stress as computed; first in double precision, whose own rounding makes it larger. If it is more than
+//! 0.1 % of the bound, the solves are refined, and it is evaluated in double-double numbers.
+//!
+//! The answer itself is corrected by its defect, if rounding is more than 0.1 % of its bound: the forces of the present fields `u_0`,
+//! two numbers per component, are evaluated without rounding, and the contact problem is solved for increments:
+//! ```math
+//! r^α = r^α_0 + S_α x^α, \qquad r_0^α = K u_0^α - f, \qquad o = (g - [v_0]) - (x^1 - x^2)                           \qquad (28)
+//! ```
+//! `η_NNDD` with its round-off is the constitutive relation error of the discrete problem, with `R` the residual of the printed
+//! displacements under the contact forces `r`; in exact arithmetic it is (22):
+//! ```math
+//! η_{NNDD}^2 = \sum_α R^α · K_α^{-1} R^α + 2 \sum_i r_i o_i                                                     \qquad (29)
+//! ```
+//! | formula | where |
+//! |---|---|
+//! | (27) | [`Estimate`](cre_estimator::Estimate), `round_off`; [`residual::of_stress`](fem_core::residual::of_stress), [`CondensedBody::residual_energy`](fem_core::condensation::CondensedBody::residual_energy), [`CondensedBody::refine`](fem_core::condensation::CondensedBody::refine) |
+//! | (28) | [`solve`](crate::solve()), after the iteration |
+//! | (29) | [`Indicators::eta_nndd`](cre_estimator::Indicators::eta_nndd) |
+//!
+//! # The parts
+//! With `K z = −R` of (29) and `K a` the difference between the consistent loads of `p` and the nodal forces, `û − v = z + a`:
+//! ```math
+//! (e_{CRE} - \text{round-off})^2 = \underbrace{\sum ‖τ - \hat σ‖^2}_{\text{mesh}} + \underbrace{s\,‖\hat σ - σ(v)‖^2}_{\text{iteration}}
+//!     + \underbrace{(1 - s)\,‖\hat σ - σ(v)‖^2 + 2 ∫ p\,o}_{\text{contact}} + \underbrace{‖l‖^2 + 2 ∫ p\,l_n}_{\text{lift}}, \quad
+//!     s = \frac{‖z‖^2}{‖z‖^2 + ‖a‖^2}                                                                       \qquad (30)
+//! ```
+//! in [`Parts`](cre_estimator::Parts); the iteration gets at most `η_NNDD²`.
 //!
 //! # The percentage
 //! The percentage that the program prints is relative to the norm of the computed displacements, and a guaranteed bound of the

@@ -115,13 +115,13 @@ mod tests {
             let text = head(Some(width), true);
             assert!(["it", "eta_nndd", "e_cre"].iter().all(|c| text.contains(c)), "{text}");
         }
-        assert!(!head(Some(60), false).contains("theta") && head(Some(60), false).contains("force"));
+        assert!(!head(Some(72), false).contains("theta") && head(Some(72), false).contains("force_2"));
     }
 
     #[test]
     fn times_stand_before_the_contact_problem_on_wide_terminals() {
         assert!(head(None, true).ends_with("force_2 time [s]  qp\n"));
-        assert!(head(Some(95), true).ends_with("force time [s]\n"));
+        assert!(head(Some(102), true).ends_with("force_2 time [s]\n"));
         assert!(!head(Some(80), true).contains("time"));
     }
 }

@@ -171,8 +171,11 @@ fn shifted(place: impl Fn(f64, f64) -> Vector, closed: bool, cells: usize, offse
     Body::new(mesh, material, &BoundaryConditions::new()).unwrap()
 }
 
+/// A point at a part of a line and at a height above it.
+type Place = fn(f64, f64) -> Vector;
+
 /// Points on a straight line, on an arc of 70 degrees and on a whole circle, each of radius 2 at height 0.
-fn lines() -> [(fn(f64, f64) -> Vector, bool); 3] {
+fn lines() -> [(Place, bool); 3] {
     [
         (|s, h| [3.0 * s, h], false),
         (|s, h| [(2.0 + h) * (1.9 - 1.2 * s).cos(), (2.0 + h) * (1.9 - 1.2 * s).sin()], false),
