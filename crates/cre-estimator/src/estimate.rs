@@ -146,7 +146,7 @@ fn estimate_once(
         e_cre: cre.e_cre() + round_off,
         eta_dis: from_squared(dis.squared) + allowance(dis.residual.unwrap_or(residuals[0])),
         eta_nndd,
-        parts: parts(problem, bodies, state, (&pair, &cre), eta_nndd * eta_nndd, round_off),
+        parts: parts(problem, bodies, state, (&pair, &cre), eta_nndd, round_off),
     };
     if ![indicators.e_cre, indicators.eta_dis, indicators.eta_nndd].iter().all(|x| x.is_finite()) {
         return Err(EstimatorError::NotFinite { what: "the estimate" });

@@ -63,15 +63,16 @@ struct ContactTerm {
 
 /// Splits a bound into its parts.
 ///
-/// * `eta_squared`: `η_NNDD²` of the state, J/m.
+/// * `eta_nndd`: `η_NNDD` of the state, square root of J/m.
 pub(crate) fn parts(
     problem: &ContactProblem,
     bodies: &[CondensedBody; 2],
     state: &ContactState<'_>,
     (pair, cre): (&AdmissiblePair, &Cre),
-    eta_squared: f64,
+    eta_nndd: f64,
     round_off: f64,
 ) -> Parts {
+    let eta_squared = eta_nndd * eta_nndd;
     let term = contact_terms(problem, state, pair, cre);
     let edges: f64 = cre.by_contact_edge.iter().sum();
     let fields = (cre.algebraic_squared - edges).max(0.0);
@@ -84,6 +85,8 @@ pub(crate) fn parts(
     let sum: f64 = squares.iter().sum();
     let factor = if sum > 0.0 { cre.e_cre_squared.max(0.0) / sum } else { 0.0 };
     let [mesh, iteration, contact, lift, gap_data] = squares.map(|x| (x * factor).sqrt());
+    // The root of a square may be off by one digit.
+    let iteration = iteration.min(eta_nndd);
     Parts { mesh, iteration, contact, lift, gap_data, friction: 0.0, round_off }
 }
 

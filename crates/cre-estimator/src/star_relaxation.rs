@@ -50,6 +50,9 @@ use std::ops::Range;
 /// A gain below this fraction of the energies at hand is round-off: the gradient has vanished.
 const ROUND_OFF: f64 = 1e-28;
 
+/// This many steps in a row must expect little more, unless the second one does already.
+const PATIENCE: usize = 3;
+
 /// How far to relax.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Relaxation {
@@ -58,7 +61,8 @@ pub enum Relaxation {
     /// Until further steps can be expected to lower `‖τ − σ̂‖` by less than a fraction of itself, at least two steps.
     ///
     /// The gains of the last two steps are continued as a geometric series: a step that gains little after one that gained
-    /// much is the last, one of many small gains is not.
+    /// much is the last, one of many small gains is not. If the second step is not the last, three steps in a row must say so, since
+    /// on hard problems the energy falls in stairs.
     Tolerance {
         /// That fraction.
         tolerance: f64,
@@ -198,6 +202,7 @@ impl<'a> StarRelaxation<'a> {
         // Preconditioned conjugate gradients for A x = r.
         let mut energy = energy;
         let mut descent = 0.0;
+        let mut calm = 0;
         while report.steps < relaxation.max_steps() {
             self.stars.precondition(&r, &z);
             let next = r.dot(&z);
@@ -221,10 +226,11 @@ impl<'a> StarRelaxation<'a> {
             energy = (energy - alpha * descent).max(0.0);
             report.steps += 1;
             report.energy_history.push(energy);
-            if let Relaxation::Tolerance { tolerance, .. } = relaxation
-                && expected_gain(&report.energy_history) <= tolerance
-            {
-                break;
+            if let Relaxation::Tolerance { tolerance, .. } = relaxation {
+                calm = if expected_gain(&report.energy_history) <= tolerance { calm + 1 } else { 0 };
+                if calm == PATIENCE || calm > 0 && report.steps == 2 {
+                    break;
+                }
             }
         }
         if report.steps > 0 {

@@ -297,8 +297,10 @@ fn the_tolerance_stops_when_little_is_left_to_gain() {
     let report = relax(&body, &mut stress, Relaxation::Tolerance { tolerance: 0.01, max_steps: 50 });
     let history = &report.energy_history;
     assert!(report.steps >= 2 && report.steps < 50 && report.steps + 1 == history.len());
-    assert!(super::expected_gain(history) <= 0.01);
-    assert!((1..report.steps).all(|steps| super::expected_gain(&history[..=steps]) > 0.01), "{history:?}");
+    let calm: Vec<bool> =
+        (1..=report.steps).map(|steps| super::expected_gain(&history[..=steps]) <= 0.01).collect();
+    let ends = |steps: usize| steps == 2 && calm[1] || steps > 3 && calm[steps - 3..steps] == [true; 3];
+    assert!(ends(report.steps) && (2..report.steps).all(|steps| !ends(steps)), "{history:?}");
     // Two gains of 50 % and 10 % promise 2.5 % more; equal ones promise no end; a single one promises nothing.
     assert!((super::expected_gain(&[1.0, 0.25, 0.25 * 0.81]) - 0.025).abs() < 1e-12);
     assert!(super::expected_gain(&[1.0, 0.81, 0.81 * 0.81]) > 1e9);
