@@ -62,6 +62,14 @@ pub struct InterfaceSide {
     pub normals: Vec<Vector>,
 }
 
+/// Lists what each body keeps of the pairs.
+fn sides(pairs: &[Pair]) -> [InterfaceSide; 2] {
+    [0, 1].map(|b| InterfaceSide {
+        nodes: pairs.iter().map(|p| p.nodes[b]).collect(),
+        normals: pairs.iter().map(|p| p.normal).collect(),
+    })
+}
+
 /// What the initial gap is.
 #[derive(Clone, Debug)]
 pub enum Gap {

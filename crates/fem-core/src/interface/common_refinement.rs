@@ -36,11 +36,11 @@ mod overlap;
 mod seam;
 
 use super::ContactNormal;
-use super::profile::Between;
 use crate::body::Body;
 use crate::geometry::Vector;
 use crate::mesh::refine::RefinementEdges;
 use chain::Chain;
+use curve::Between;
 use cut::Side;
 use moved::{replaced, with_moved};
 use overlap::Overlap;

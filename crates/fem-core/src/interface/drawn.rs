@@ -1,7 +1,7 @@
 //! The gap between the surfaces as they are drawn: what a case may make of it, and what it may not.
 
 use super::common_refinement::Facing;
-use super::profile::Between;
+use super::common_refinement::curve::Between;
 use super::{ContactEdge, GapChange, InterfaceError, Pair, STRAIGHT, matching};
 use crate::body::Body;
 use crate::geometry::{self, Vector, add, cross, dot, norm, scale, sub};

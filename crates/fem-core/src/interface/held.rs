@@ -6,7 +6,7 @@
 //! new pairs take part.
 
 use super::profile::Profile;
-use super::{ContactEdge, ContactInterface, Gap, InterfaceError, Pair, SAME_NORMAL, pairing};
+use super::{ContactEdge, ContactInterface, Gap, InterfaceError, Pair, SAME_NORMAL, sides};
 use crate::body::{Body, NodeConstraint};
 use crate::geometry::{dot, norm, sub};
 use crate::mesh::topology::NONE;
@@ -86,7 +86,7 @@ impl Line {
         if let Some(k) = pairs.iter().position(|p| p.tributary_length == 0.0) {
             return Err(self.refused(bodies, number.iter().position(|n| *n == k as u32).unwrap_or(0)));
         }
-        let sides = pairing::sides(&pairs);
+        let sides = sides(&pairs);
         let whole = if all {
             None
         } else {

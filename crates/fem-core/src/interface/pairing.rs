@@ -62,14 +62,6 @@ pub(super) fn pair(
     Ok(ContactInterface { gap_change, ..interface })
 }
 
-/// Lists what each body keeps of the pairs.
-pub(super) fn sides(pairs: &[Pair]) -> [InterfaceSide; 2] {
-    [0, 1].map(|b| InterfaceSide {
-        nodes: pairs.iter().map(|p| p.nodes[b]).collect(),
-        normals: pairs.iter().map(|p| p.normal).collect(),
-    })
-}
-
 fn surface<'a>(body: &'a Body, number: usize, group: &str) -> Result<&'a [u32], InterfaceError> {
     let mesh = body.mesh();
     let Some(edges) = mesh.group(group) else {

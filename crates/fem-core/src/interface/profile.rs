@@ -3,7 +3,7 @@
 //! Polygons on curved surfaces are apart by the square of their edges, more than bodies are deformed. A measured gap
 //! therefore goes along the smooth curves through the nodes of the first meshes, and finer meshes take it from there.
 
-use super::common_refinement::curve::Curve;
+use super::common_refinement::curve::{Between, Curve};
 use super::matching::Stretch;
 use super::{ContactEdge, Pair};
 use crate::body::Body;
@@ -12,15 +12,6 @@ use std::collections::HashMap;
 
 /// A gap that differs from a linear one by less than this part of the edge is linear.
 const LINEAR: f64 = 1e-12;
-
-/// The gap between two neighbouring pairs, measured between smooth curves.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Between {
-    /// At ⅓ and ⅔ of the edge, m, negative where the curves overlap.
-    pub(super) gaps: [f64; 2],
-    /// How well the curves are known, m.
-    pub(super) uncertainty: f64,
-}
 
 /// The gap along a contact edge: the four Bernstein coefficients of a cubic, m.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,6 +5,15 @@ use crate::geometry::{
 };
 use crate::interface::STRAIGHT;
 
+/// The gap between two neighbouring pairs, measured between smooth curves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::interface) struct Between {
+    /// At ⅓ and ⅔ of the edge, m, negative where the curves overlap.
+    pub(in crate::interface) gaps: [f64; 2],
+    /// How well the curves are known, m.
+    pub(in crate::interface) uncertainty: f64,
+}
+
 /// Steps at most to the point of a smooth curve on a normal.
 const ROUNDS: usize = 40;
 

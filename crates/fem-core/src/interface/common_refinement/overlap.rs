@@ -2,13 +2,12 @@
 
 use super::Facing;
 use super::chain::{self, Chain, Motion};
-use super::curve::Curve;
+use super::curve::{Between, Curve};
 use super::error::CommonRefinementError;
 use super::line::{self, Line, Opposite, Uncut};
 use crate::body::Body;
 use crate::geometry::{Vector, dot, norm, right_normal, scale, sub};
 use crate::interface::ContactNormal;
-use crate::interface::profile::Between;
 use std::collections::HashMap;
 
 /// Ends, corners and other nodes that keep their place are moved by at most this fraction of the smaller adjacent edge.
