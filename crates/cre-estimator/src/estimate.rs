@@ -136,8 +136,9 @@ fn estimate_once(
     let residuals = round_off::residuals(problem, bodies, &pair, &cells, accuracy);
     let dis = eta_dis(problem, bodies, &pair, &cre, (relaxation, accuracy), stars);
     admissibility = admissibility.worst(dis.admissibility);
+    let model = round_off::model(problem, &pair);
     let allowance =
-        |first: f64| round_off::allowance(problem, &pair, energy_norm_squared, [first, residuals[1]]);
+        |first: f64| round_off::allowance(problem, &pair, energy_norm_squared, model, [first, residuals[1]]);
     let round_off = allowance(residuals[0]);
     let [imbalance, rounding] = eta_nndd_squared(problem, bodies, state, accuracy);
     // As much again as the rounding that shows beside the interface is left for what does not.

@@ -7,7 +7,7 @@ use fem_core::body::Body;
 use fem_core::condensation::CondensedBody;
 use fem_core::double_double::PreciseVector;
 use fem_core::field;
-use fem_core::geometry::{Vector, norm, sub};
+use fem_core::geometry::{Vector, dot, norm, sub};
 use fem_core::interface::ContactProblem;
 use fem_core::norm::sum_over_triangles;
 use fem_core::residual;
@@ -96,7 +96,11 @@ impl Shape {
 
     fn of(body: &Body, t: usize) -> Self {
         let c = body.mesh().corners(t);
-        let lengths = [0, 1, 2].map(|k| norm(sub(c[(k + 1) % 3], c[k])));
+        // By the square: the guard of `hypot` against overflow costs more than all the rest.
+        let lengths = [0, 1, 2].map(|k| {
+            let side = sub(c[(k + 1) % 3], c[k]);
+            dot(side, side).sqrt()
+        });
         Self {
             perimeter: lengths.iter().sum(),
             longest: lengths.iter().fold(0.0, |m, l| larger(m, *l)),
@@ -167,15 +171,21 @@ pub(crate) fn less_rough(mut residual: Vec<Vector>, forces: &[(u32, Vector)]) ->
     residual
 }
 
+/// Models the rounding in each body, see [`energy_noise`].
+pub(crate) fn model(problem: &ContactProblem, pair: &AdmissiblePair) -> [f64; 2] {
+    [0, 1].map(|b: usize| energy_noise(&problem.bodies[b], &pair.displacement[b]))
+}
+
 /// Bounds what round-off may have taken from `e_CRE`, so that the printed number stays a bound: rounding of
 /// the stresses, of the energies, and the work of the pressure on openings that are negative by less
 /// than the checks let pass.
 ///
-/// * `residuals`: see [`residuals`]. The model of [`energy_noise`] counts if it is larger.
+/// * `model`: see [`model`]; `residuals`: see [`residuals`]. The larger one counts.
 pub(crate) fn allowance(
     problem: &ContactProblem,
     pair: &AdmissiblePair,
     energies: [f64; 2],
+    model: [f64; 2],
     residuals: [f64; 2],
 ) -> f64 {
     let pairs = problem.interface.pairs().iter().enumerate();
@@ -187,9 +197,7 @@ pub(crate) fn allowance(
         .map(|((edge, o), p)| (-o).max(0.0) * p[0].abs() * edge.length)
         .sum();
     let penetration = penetration + between;
-    let noise = [0, 1].map(|b: usize| {
-        larger(energy_noise(&problem.bodies[b], &pair.displacement[b]), MARGIN * residuals[b])
-    });
+    let noise = [0, 1].map(|b: usize| larger(model[b], MARGIN * residuals[b]));
     64.0 * f64::EPSILON * (energies[0] + energies[1]).sqrt()
         + noise[0]
         + noise[1]

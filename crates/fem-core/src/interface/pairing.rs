@@ -4,9 +4,7 @@ use super::common_refinement::{CommonRefinement, Facing};
 use super::drawn::{self, Drawn, Surfaces};
 use super::held::Line;
 use super::matching::{self, Stretch};
-use super::{
-    ContactEdge, ContactInterface, ContactNormal, Gap, InterfaceError, InterfaceSide, Pair, normals, profile,
-};
+use super::{ContactEdge, ContactInterface, ContactNormal, Gap, InterfaceError, Pair, normals, profile};
 use crate::body::{Body, EdgeReaction};
 use crate::boundary::ScalarData;
 use crate::geometry::{Vector, dot};
@@ -160,6 +158,7 @@ fn make_edges(
 mod tests {
     use super::*;
     use crate::boundary::BoundaryConditions;
+    use crate::interface::InterfaceSide;
     use crate::material::{Hypothesis, LinearElastic};
     use crate::mesh::generate::block;
 
