@@ -4,6 +4,7 @@ use cre_estimator::{AdmissiblePair, Estimate};
 use fem_core::assembly::external_forces;
 use fem_core::body::Body;
 use fem_core::double_double::DoubleDouble;
+use fem_core::field;
 use fem_core::geometry::{Vector, add, cross, norm, scale, sub};
 use fem_core::interface::ContactProblem;
 use fem_core::mesh::TriMesh;
@@ -98,10 +99,8 @@ pub(crate) fn results(
     low: Option<[Vec<Vector>; 2]>,
 ) -> Results {
     let (pair, energies) = (&estimate.pair, estimate.energy_norm_squared);
-    let low = low.unwrap_or_else(|| [0, 1].map(|b: usize| vec![[0.0; 2]; pair.displacement[b].len()]));
-    let [first, second] = low;
-    let fields = [(0, first), (1, second)]
-        .map(|(b, low): (usize, _)| SplitField { high: pair.displacement[b].clone(), low });
+    let forces =
+        |b: usize| nodal_forces(&problem.bodies[b], &pair.displacement[b], low.as_ref().map(|low| &low[b]));
     let order = if swapped { [1, 0] } else { [0, 1] };
     let interface = &problem.interface;
     let pressure = &pair.pressure;
@@ -111,7 +110,7 @@ pub(crate) fn results(
     let mut reactions = Vec::new();
     let balance = order.map(|b| {
         let contact = if b == 0 { &iterate.reaction } else { &iterate.contact.normal_reaction };
-        support_reactions(problem, b, &fields[b], contact, order[b], &mut reactions)
+        support_reactions(problem, b, forces(b), contact, order[b], &mut reactions)
     });
     let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
     let von_mises = |b: usize| {
@@ -230,11 +229,18 @@ fn centroid(mesh: &TriMesh) -> Vector {
     add(origin, scale(1.0 / area, sum))
 }
 
+/// Computes `K u − f` at every node, N/m: without rounding if the displacement was corrected, `low` being what rounding left out.
+fn nodal_forces(body: &Body, displacement: &[Vector], low: Option<&Vec<Vector>>) -> Vec<Vector> {
+    let Some(low) = low else { return field::nodal_residual(body, displacement) };
+    let split = SplitField { high: displacement.to_vec(), low: low.clone() };
+    residual::of_field(body, &split).iter().map(|r| r.map(DoubleDouble::rounded)).collect()
+}
+
 /// Adds the reactions of a body's supports and returns its balance.
 fn support_reactions(
     problem: &ContactProblem,
     b: usize,
-    field: &SplitField,
+    mut residual: Vec<Vector>,
     contact: &[f64],
     number: usize,
     reactions: &mut Vec<Reaction>,
@@ -242,8 +248,6 @@ fn support_reactions(
     let body: &Body = &problem.bodies[b];
     let centroid = centroid(body.mesh());
     let arm = |node: usize| sub(body.mesh().points()[node], centroid);
-    let mut residual: Vec<Vector> =
-        residual::of_field(body, field).iter().map(|r| r.map(DoubleDouble::rounded)).collect();
     let mut balance = Balance::default();
     for (pair, r) in problem.interface.pairs().iter().zip(contact) {
         let force = scale(*r, pair.normal);
