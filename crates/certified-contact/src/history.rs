@@ -30,16 +30,8 @@ impl Row {
         let found = estimate.unchecked();
         self.eta_dis = Some(found.eta_dis);
         self.e_cre = Some(found.e_cre);
-        self.iteration.eta_nndd = with_round_off(self.iteration.eta_nndd, found.eta_nndd);
+        self.iteration.eta_nndd = self.iteration.eta_nndd.max(found.eta_nndd);
     }
-}
-
-/// Rounding of this relative size does not change an η_NNDD.
-const SAME: f64 = 1e-9;
-
-/// Returns the measured η_NNDD, which contains its round-off, or that of the operators if they agree.
-pub(crate) fn with_round_off(eta_nndd: f64, measured: f64) -> f64 {
-    if measured > (1.0 + SAME) * eta_nndd { measured } else { eta_nndd }
 }
 
 /// One mesh of an adaptive run.

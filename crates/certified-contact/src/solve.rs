@@ -3,7 +3,7 @@
 use crate::bounds::Bounds;
 use crate::defect_correction::{self, Corrected};
 use crate::error::SolveError;
-use crate::history::{Row, with_round_off};
+use crate::history::Row;
 use crate::observer::{Observer, Phase};
 use crate::results;
 use crate::settings::{Criterion, Imposed, Settings};
@@ -168,7 +168,7 @@ fn corrected(
 
 /// Puts the measured η_NNDD in its places, and looks whether the criterion still holds with it.
 fn conclude(nndd: &mut NnddSolution, rows: &mut [Row], estimate: &Estimate, settings: &Settings) {
-    let eta_nndd = with_round_off(nndd.last.eta_nndd, estimate.unchecked().eta_nndd);
+    let eta_nndd = nndd.last.eta_nndd.max(estimate.unchecked().eta_nndd);
     nndd.last.eta_nndd = eta_nndd;
     for row in rows.last_mut().map(|row| &mut row.iteration).into_iter().chain(nndd.history.last_mut()) {
         row.eta_nndd = eta_nndd;

@@ -198,7 +198,7 @@ fn for_contact_edges(
     let topology = body.mesh().topology();
     for (number, contact) in interface.edges().iter().enumerate() {
         let edge = contact.edges[b];
-        let Ok(place) = topology.boundary_edges().binary_search(&edge) else { continue };
+        let place = topology.boundary_place(edge);
         let first = interface.pairs()[contact.pairs[0] as usize].nodes[b];
         act(place, number, first != topology.edges()[edge as usize][0]);
     }

@@ -323,8 +323,7 @@ impl Block<'_> {
             }
             return worst;
         }
-        let Ok(place) = topology.boundary_edges().binary_search(&edge) else { return worst };
-        let condition = &self.stress.conditions[place];
+        let condition = &self.stress.conditions[topology.boundary_place(edge)];
         let length = mesh.edge_length(edge);
         for (force, traction) in own.into_iter().zip(condition.traction) {
             let given = scale(length, traction);
@@ -344,7 +343,7 @@ impl Block<'_> {
     fn edge_forces(&self, t: usize, edge: u32) -> [Vector; 2] {
         let mesh = self.body.mesh();
         let topology = mesh.topology();
-        let k = (0..3).find(|&k| topology.triangle_edges()[t][k] == edge).unwrap_or(0);
+        let k = topology.edge_in(t, edge);
         let forces = match self.cells.get(t.wrapping_sub(self.first)) {
             Some(forces) => forces[k],
             None => cell(self.body, &self.stress.cell(self.body, t), t).1[k],

@@ -115,8 +115,9 @@ impl Recovery<'_> {
         let mut sum = [0.0; 2];
         let mut weights = 0.0;
         for (j, &edge) in star.spokes.iter().enumerate() {
-            let other = mesh.topology().edges()[edge as usize].into_iter().find(|&n| n as usize != node);
-            let (from, to) = (mesh.points()[node], mesh.points()[other.unwrap_or(0) as usize]);
+            let [a, b] = mesh.topology().edges()[edge as usize].map(|n| n as usize);
+            assert!(a == node || b == node, "edge {edge} from {a} to {b} does not start at node {node}");
+            let (from, to) = (mesh.points()[node], mesh.points()[if a == node { b } else { a }]);
             let length = geometry::norm(sub(to, from));
             // Outward normal of the triangle after the spoke, which lies to its left.
             let normal = geometry::right_normal(from, to);
@@ -176,7 +177,7 @@ impl Recovery<'_> {
     /// Returns what is given on a boundary edge: directions of reaction, and the moment about `node`.
     fn boundary(&self, node: usize, edge: u32) -> (EdgeReaction, Vector) {
         let mesh = self.body.mesh();
-        let place = mesh.topology().boundary_edges().binary_search(&edge).unwrap_or(0);
+        let place = mesh.topology().boundary_place(edge);
         let condition = &self.conditions[place];
         let [a, b] = condition.traction;
         let first = mesh.topology().edges()[edge as usize][0] as usize == node;

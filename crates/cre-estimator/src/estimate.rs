@@ -20,6 +20,10 @@ const SMALLEST_SQUARE: f64 = 1e-250;
 /// Refinement of the solves pays if rounding takes more than this share of the bound.
 const ROUND_OFF_SHARE: f64 = 1e-3;
 
+/// Allowance for the rounding of a sum over the interface and of what enters it: where `η_NNDD` is the distance itself, a
+/// rounding of its own would make it too small.
+const ROUNDING_OF_A_SUM: f64 = 1e-12;
+
 /// The estimate of a contact state.
 ///
 /// [`Self::certificate`] hands out the bound if its checks hold. [`Self::unchecked`] is for reports of what failed.
@@ -142,7 +146,7 @@ fn estimate_once(
     let round_off = allowance(residuals[0]);
     let [imbalance, rounding] = eta_nndd_squared(problem, bodies, state, accuracy);
     // As much again as the rounding that shows beside the interface is left for what does not.
-    let eta_nndd = (imbalance + rounding).sqrt() + rounding.sqrt();
+    let eta_nndd = (1.0 + ROUNDING_OF_A_SUM) * (imbalance + rounding).sqrt() + rounding.sqrt();
     let indicators = Indicators {
         e_cre: cre.e_cre() + round_off,
         eta_dis: from_squared(dis.squared) + allowance(dis.residual.unwrap_or(residuals[0])),

@@ -55,22 +55,22 @@ pub(crate) fn eta_dis(
     let mut stars = stars;
     let found = frozen(problem, bodies, pair, (relaxation, accuracy), &mut stars);
     // A displacement from elsewhere may be in equilibrium to few digits only.
-    let (found, first) = if accuracy == Accuracy::Double && !found.0.admissibility.is_valid() {
+    let found = if accuracy == Accuracy::Double && !found.admissibility.is_valid() {
         frozen(problem, bodies, pair, (relaxation, Accuracy::Refined), &mut stars)
     } else {
         found
     };
-    EtaDis { squared: first + second + contact, ..found }
+    EtaDis { squared: found.squared + second + contact, ..found }
 }
 
-/// Recovers the stress of Ω₁ for a frozen λ; returns what it rests on, and `‖τ¹ − σ(u¹)‖²`.
+/// Recovers the stress of Ω₁ for a frozen λ; the square is that of Ω₁ alone, `‖τ¹ − σ(u¹)‖²`.
 fn frozen(
     problem: &ContactProblem,
     bodies: &[CondensedBody; 2],
     pair: &AdmissiblePair,
     (relaxation, accuracy): (Relaxation, Accuracy),
     stars: &mut Option<StarRelaxation<'_>>,
-) -> (EtaDis, f64) {
+) -> EtaDis {
     let body = &problem.bodies[0];
     let stress = match accuracy {
         Accuracy::Double => pair.stress[0].clone(),
@@ -99,7 +99,7 @@ fn frozen(
     let (admissibility, cells) = check_stress_and_visit(body, &pair.displacement[0], &recovered, visit);
     let first = sum_over_triangles(cells.len(), |t| cells[t].distances[0]);
     let [interior, _] = stress_energy(body, &bodies[0], &cells, &[], accuracy);
-    (EtaDis { squared: first, admissibility, residual: Some(interior.sqrt()) }, first)
+    EtaDis { squared: first, admissibility, residual: Some(interior.sqrt()) }
 }
 
 /// Computes how far a state is from the solution of the discrete problem, in two parts: of the iteration and of rounding.

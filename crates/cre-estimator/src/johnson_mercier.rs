@@ -134,12 +134,16 @@ pub(crate) fn recovery() -> &'static Recovery {
         let conditions = conditions();
         let mut matrix = [[0.0; 12]; 27];
         // The tolerance separates 27 singular values of order one from none at all.
-        if let Ok(inverse) = conditions.pseudo_inverse(1e-10) {
-            for (row, out) in matrix.iter_mut().enumerate() {
-                for (column, value) in out.iter_mut().enumerate() {
-                    *value = inverse[(row, column)];
+        match conditions.pseudo_inverse(1e-10) {
+            Ok(inverse) => {
+                for (row, out) in matrix.iter_mut().enumerate() {
+                    for (column, value) in out.iter_mut().enumerate() {
+                        *value = inverse[(row, column)];
+                    }
                 }
             }
+            // The conditions are constants.
+            Err(reason) => unreachable!("the reference triangle has no stress recovery: {reason}"),
         }
         matrix
     })

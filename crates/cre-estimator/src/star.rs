@@ -50,5 +50,9 @@ pub(crate) fn is_closed(mesh: &TriMesh, node: usize) -> bool {
 
 /// Finds which corner of a triangle a node is.
 pub(crate) fn corner(mesh: &TriMesh, triangle: u32, node: usize) -> usize {
-    mesh.triangles()[triangle as usize].iter().position(|&n| n as usize == node).unwrap_or(0)
+    let corners = &mesh.triangles()[triangle as usize];
+    match corners.iter().position(|&n| n as usize == node) {
+        Some(corner) => corner,
+        None => unreachable!("node {node} is none of the corners {corners:?} of triangle {triangle}"),
+    }
 }

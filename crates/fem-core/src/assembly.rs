@@ -234,11 +234,14 @@ impl Gather {
             let corners = mesh.triangles()[t];
             let element = Triangle::new(mesh.corners(t));
             let material = columns.body.material(t);
-            let column = corners.iter().position(|&n| n as usize == node).unwrap_or(0);
+            let Some(column) = corners.iter().position(|&n| n as usize == node) else {
+                unreachable!("node {node} is none of the corners {corners:?} of triangle {t}")
+            };
             for (row, n) in corners.iter().enumerate() {
-                if let Ok(place) = self.neighbours.binary_search(n) {
-                    self.blocks[place] += element.stiffness_block(material, row, column);
-                }
+                let Ok(place) = self.neighbours.binary_search(n) else {
+                    unreachable!("node {n} of triangle {t} is no neighbour of node {node}")
+                };
+                self.blocks[place] += element.stiffness_block(material, row, column);
             }
         }
     }

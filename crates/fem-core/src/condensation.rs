@@ -62,15 +62,6 @@ const WORTHWHILE: f64 = 0.7;
 /// Most corrections of one displacement.
 const MOST_REFINEMENTS: usize = 40;
 
-/// What iterative refinement reached.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RefinementReport {
-    /// `√(Rᵀ K⁻¹ R)` of the last displacement, square root of J/m.
-    pub residual: f64,
-    /// The factor by which the last step changed it.
-    pub contraction: f64,
-}
-
 /// A body factorised once, seen from its interface.
 ///
 /// Traces and forces are along the pairs' normals and in the order of the pairs. [`Self::reversed`] turns
@@ -318,17 +309,11 @@ impl CondensedBody {
     /// * `loads`: further nodal forces beside those of the body, Cartesian, N/m.
     /// * `field`: on entry an approximation. With `held` its normal traces on the interface stay.
     ///
-    /// Returns what is left of `√(Rᵀ K⁻¹ R)`, square root of J/m, and by which factor a step lowered it at best.
-    pub fn refine(
-        &self,
-        body: &Body,
-        loads: &[(u32, Vector)],
-        held: bool,
-        field: &mut SplitField,
-    ) -> RefinementReport {
-        let mut report = RefinementReport { residual: f64::INFINITY, contraction: 0.0 };
+    /// Returns what is left of `√(Rᵀ K⁻¹ R)`, square root of J/m.
+    pub fn refine(&self, body: &Body, loads: &[(u32, Vector)], held: bool, field: &mut SplitField) -> f64 {
+        let mut least = f64::INFINITY;
         let mut last: Vec<Vector> = Vec::new();
-        for step in 0..MOST_REFINEMENTS {
+        for _ in 0..MOST_REFINEMENTS {
             let mut residual = residual::of_field(body, field);
             for &(node, force) in loads {
                 for c in 0..2 {
@@ -341,17 +326,14 @@ impl CondensedBody {
             let given = if held { self.len() } else { 0 };
             let end = x.len() - given;
             let norm = x[..end].iter().map(|y| y * y).sum::<f64>().sqrt();
-            if step > 0 {
-                report.contraction = norm / report.residual;
-            }
-            if !(norm < report.residual) {
+            if !(norm < least) {
                 // The last correction made it worse.
                 let back: Vec<Vector> = last.iter().map(|d| [-d[0], -d[1]]).collect();
                 field.add(&back);
                 break;
             }
-            let worthwhile = norm < WORTHWHILE * report.residual;
-            report.residual = norm;
+            let worthwhile = norm < WORTHWHILE * least;
+            least = norm;
             if norm == 0.0 || !worthwhile {
                 break;
             }
@@ -361,7 +343,7 @@ impl CondensedBody {
             last = self.dofs.correction(&x);
             field.add(&last);
         }
-        report
+        least
     }
 
     /// Computes the displacement (Cartesian, m) that an increment of the normal trace adds: no loads, nothing imposed

@@ -297,7 +297,8 @@ fn diverged(case: &Case, solution: &CertifiedSolution, best: f64) -> String {
     let eta = solution.last().eta_nndd;
     let range = range_of_theta(case, solution);
     let advice = other_settings(case);
-    if eta <= best {
+    // The last one contains the allowance for its rounding.
+    if eta <= (1.0 + 1e-9) * best {
         let iterations = solution.rows.len();
         return format!(
             "lambda overflowed after iteration {iterations}, eta_nndd {eta:.3e}{range}; {advice}"

@@ -96,8 +96,8 @@ impl Observer for Rows<'_> {
     }
 }
 
-/// A run may exceed its time limit by this, in seconds, to come to a certificate.
-const GRACE: f64 = 1.0;
+/// A run may exceed its time limit by this, in seconds, and still start on a certificate.
+const GRACE: f64 = 0.1;
 
 /// Times the phases, and ends the run on a signal or at the time limit.
 pub(crate) struct Follower<'a> {

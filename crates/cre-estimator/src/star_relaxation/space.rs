@@ -147,7 +147,7 @@ impl<'a> Space<'a> {
             let first = topology.edge_triangles()[edge as usize][0] as usize == triangle;
             return EdgeBasis { along, across: if first { normal } else { scale(-1.0, normal) } };
         }
-        let place = topology.boundary_edges().binary_search(&edge).unwrap_or(0);
+        let place = topology.boundary_place(edge);
         let [tilt, free] = self.boundary[place];
         EdgeBasis { along: add(along, scale(tilt, rotated(t))), across: scale(free, normal) }
     }

@@ -174,8 +174,7 @@ impl Evaluation<'_> {
 
     /// Pairs boundary edges with their places among the boundary edges.
     fn places<'s>(&'s self, edges: &'s [u32]) -> impl Iterator<Item = (u32, usize)> + use<'s> {
-        let boundary = self.mesh.topology().boundary_edges();
-        edges.iter().filter_map(|&edge| Some((edge, boundary.binary_search(&edge).ok()?)))
+        edges.iter().map(|&edge| (edge, self.mesh.topology().boundary_place(edge)))
     }
 
     fn impose(

@@ -84,7 +84,14 @@ impl Line {
         }
         // A pair between two clamped edges carries no pressure, and has no length to carry it on.
         if let Some(k) = pairs.iter().position(|p| p.tributary_length == 0.0) {
-            return Err(self.refused(bodies, number.iter().position(|n| *n == k as u32).unwrap_or(0)));
+            let Some(place) = number.iter().position(|n| *n == k as u32) else {
+                unreachable!(
+                    "pair {k} of {} was kept, and none of {} has its number",
+                    pairs.len(),
+                    number.len()
+                )
+            };
+            return Err(self.refused(bodies, place));
         }
         let sides = sides(&pairs);
         let whole = if all {

@@ -147,8 +147,36 @@ impl Topology {
     pub fn oriented_edge(&self, edge: u32, triangles: &[[u32; 3]]) -> [u32; 2] {
         let triangle = self.edge_triangles[edge as usize][0] as usize;
         let corners = triangles[triangle];
-        let k = (0..3).find(|&k| self.triangle_edges[triangle][k] == edge).unwrap_or(0);
+        let k = self.edge_in(triangle, edge);
         [corners[k], corners[(k + 1) % 3]]
+    }
+
+    /// Finds which of the three edges of a triangle an edge is.
+    ///
+    /// # Panics
+    /// If the triangle has no such edge: that is an error of the caller, whatever the mesh.
+    #[inline]
+    pub fn edge_in(&self, triangle: usize, edge: u32) -> usize {
+        let edges = &self.triangle_edges[triangle];
+        match edges.iter().position(|e| *e == edge) {
+            Some(k) => k,
+            None => unreachable!("edge {edge} is none of the edges {edges:?} of triangle {triangle}"),
+        }
+    }
+
+    /// Finds the place of a boundary edge among [`Topology::boundary_edges`].
+    ///
+    /// # Panics
+    /// If the edge is not on the boundary: that is an error of the caller, whatever the mesh.
+    #[inline]
+    pub fn boundary_place(&self, edge: u32) -> usize {
+        match self.boundary_edges.binary_search(&edge) {
+            Ok(place) => place,
+            Err(_) => unreachable!(
+                "edge {edge} between triangles {:?} is not on the boundary",
+                self.edge_triangles[edge as usize]
+            ),
+        }
     }
 
     /// Returns, for every node, the other ends of its edges, ascending, in compressed form
