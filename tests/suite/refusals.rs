@@ -5,13 +5,15 @@ use certified_contact::{CertifiedSolution, Criterion, Imposed, Settings, Silent,
 use cre_estimator::{
     AdmissiblePair, EquilibratedStress, Estimate, Relaxation, check, check_stress, estimate_with,
 };
+use fem_core::assembly::external_forces;
 use fem_core::body::{Body, NodeConstraint};
 use fem_core::boundary::BoundaryConditions;
 use fem_core::field::stresses;
-use fem_core::geometry::{Vector, norm, sub};
+use fem_core::geometry::{Vector, dot, norm, sub};
 use fem_core::interface::{ContactInterface, ContactProblem, ContactState, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
+use fem_core::norm::energy_norm_squared;
 use fem_core::tensor::SymTensor2;
 use tests::blocks::Blocks;
 use tests::run::{certify, condense_both, displacements, newton, solve_alone};
@@ -215,6 +217,77 @@ fn the_allowance_holds_the_work_of_the_pressure_on_a_penetration_that_passes_the
     assert!(e.admissibility.is_valid(), "{:?}", e.admissibility);
     let least = (2.0 * depth * force.iter().sum::<f64>()).sqrt();
     assert!(e.round_off >= 0.999 * least, "{} against {least}", e.round_off);
+}
+
+/// Two pressed blocks; the upper one is pulled at its left side as well.
+fn pulled(traction: f64) -> ContactProblem {
+    let steel = || LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
+    let pushed = BoundaryConditions::new().displace("top", Some(0.0.into()), Some((-0.05).into()));
+    let pushed = pushed.traction("left", [traction.into(), 0.0.into()]);
+    let upper = Body::new(block([0.0; 2], [6.0, 4.0], [12, 8]).unwrap(), steel(), &pushed).unwrap();
+    let mesh = block([0.0, -4.0], [6.0, 4.0], [12, 8]).unwrap();
+    let lower = Body::new(mesh, steel(), &BoundaryConditions::new().fix("bottom")).unwrap();
+    let interface =
+        ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
+    ContactProblem { bodies: [upper, lower], interface }
+}
+
+#[test]
+fn an_imbalance_of_the_stress_is_measured_and_counts_twice() {
+    const PART: f64 = 1e-9;
+    let problem = pulled(0.01);
+    let bodies = condense_both(&problem);
+    let iterate = newton(&problem, &bodies).unwrap();
+    let fields = displacements(&bodies, &iterate);
+    let state = ContactState {
+        displacement: [&fields[0], &fields[1]],
+        contact_force: &iterate.contact.normal_reaction,
+        opening: &iterate.opening,
+    };
+    // The factorised bodies carry a load that is not quite that of the problem.
+    let bound = |part: f64| {
+        let bodies = condense_both(&pulled(0.01 * (1.0 + part)));
+        estimate_with(&problem, &bodies, &state, Relaxation::Steps(2)).unwrap().unchecked().e_cre
+    };
+    let force = external_forces(&problem.bodies[0]);
+    let alone = bodies[0].displacement_from_nodal_forces(&[]);
+    let free = condense_both(&pulled(0.0));
+    let unloaded = free[0].displacement_from_nodal_forces(&[]);
+    let work: f64 = force.iter().zip(&alone).zip(&unloaded).map(|((f, u), v)| dot(*f, sub(*u, *v))).sum();
+    let residual = PART * work.sqrt();
+    // What is linear in the imbalance cancels.
+    let added = 0.5 * (bound(PART) + bound(-PART)) - bound(0.0);
+    let round_off = certify(&problem, &bodies, &iterate).unwrap().round_off;
+    assert!(residual > 10.0 * round_off, "{residual} {round_off}");
+    assert!(added >= 1.9 * residual - round_off, "{added} {residual}");
+}
+
+#[test]
+fn an_imbalance_of_the_stress_of_eta_dis_is_measured_and_counts_twice() {
+    let problem = pulled(0.0);
+    let bodies = condense_both(&problem);
+    let iterate = newton(&problem, &bodies).unwrap();
+    let fields = displacements(&bodies, &iterate);
+    let inner = problem.bodies[0].mesh().points().iter().position(|p| *p == [3.0, 2.0]).unwrap();
+    let indicator = |part: f64| {
+        let mut first = fields[0].clone();
+        first[inner][0] += part;
+        let state = ContactState {
+            displacement: [&first, &fields[1]],
+            contact_force: &iterate.contact.normal_reaction,
+            opening: &iterate.opening,
+        };
+        estimate_with(&problem, &bodies, &state, Relaxation::Steps(2)).unwrap().unchecked().eta_dis
+    };
+    // Little enough to pass the checks.
+    const PART: f64 = 3e-13;
+    let mut moved = vec![[0.0; 2]; fields[0].len()];
+    moved[inner][0] = PART;
+    let residual = energy_norm_squared(&problem.bodies[0], &moved).sqrt();
+    let added = 0.5 * (indicator(PART) + indicator(-PART)) - indicator(0.0);
+    let round_off = certify(&problem, &bodies, &iterate).unwrap().round_off;
+    assert!(residual > round_off, "{residual} {round_off}");
+    assert!(added >= 1.9 * residual - round_off, "{added} {residual}");
 }
 
 /// Blocks of unequal stiffness after a few iterations, when the forces of the two bodies differ.
