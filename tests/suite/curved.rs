@@ -1,4 +1,4 @@
-//! Contact lines that bend, close on themselves and stand apart.
+//! Contact lines that bend, close on themselves and are apart.
 
 use cre_estimator::{Estimate, Relaxation, estimate_with};
 use fem_core::body::Body;

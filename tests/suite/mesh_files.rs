@@ -167,7 +167,7 @@ fn random_damage_is_an_error_or_a_mesh() {
 }
 
 /// The mesh files of the example cases: the paper's blocks, once for Gmsh, once as a deck of quadrilaterals whose
-/// nodes stand in a file of their own.
+/// nodes are in a file of their own.
 fn examples() -> [(&'static str, Vec<u8>); 3] {
     let [upper, lower] = blocks(paper::COARSE);
     let bodies = [("upper", &upper), ("lower", &lower)];

@@ -13,7 +13,7 @@ use tests::{heavy, paper};
 #[derive(Default)]
 struct Record {
     checkpoints: Vec<Checkpoint>,
-    /// Room for so many nodes.
+    /// Memory for this many nodes.
     room: Option<usize>,
 }
 

@@ -7,10 +7,10 @@ use std::process::Command;
 /// Packages that are installed together, with the versions that were tried.
 pub(crate) struct Group {
     pub(crate) name: &'static str,
-    /// What other packages are built with; none where wheels exist.
+    /// What other packages are built with; empty if wheels exist.
     pub(crate) tools: &'static [&'static str],
     pub(crate) packages: &'static [[&'static str; 2]],
-    /// What to do where they do not install.
+    /// What to do if they do not install.
     pub(crate) hint: &'static str,
 }
 

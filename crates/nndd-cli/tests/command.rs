@@ -45,7 +45,7 @@ fn every_bad_case_ends_as_it_says() {
 fn without_cure(said: &str) -> Option<&str> {
     said.lines().find(|line| {
         let cured = line.contains("; expected ") && line.contains("; help: ");
-        // Errors that have no place stand in three lines.
+        // Errors that have no place take three lines.
         let in_lines = said.contains("\n  expected: ") && said.contains("\n  fix: ");
         line.starts_with("error") && !cured && !in_lines
     })

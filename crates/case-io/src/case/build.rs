@@ -159,7 +159,7 @@ impl Case {
         self.diagnostic(code::CONDITION, &path, message).expected(expected).help(help).fix(fix)
     }
 
-    /// Says where the earlier condition of a conflict stands: the first that contradicts the later one by itself.
+    /// Says where the earlier condition of a conflict is: the first that alone contradicts the later one.
     fn earlier(&self, body: usize, error: &BodyError) -> Option<String> {
         let BodyError::Conflict { place, .. } = error else { return None };
         let mesh = self.build_mesh(body).ok()?;
@@ -172,8 +172,8 @@ impl Case {
             matches!(Body::new(mesh.clone(), materials.clone(), &two), Err(BodyError::Conflict { .. }))
         };
         let earlier = (0..place.index).find(contradicts)?;
-        let stands = self.place(&format!("body.{body}.displacement.{earlier}"))?;
-        Some(format!("; the earlier one is displacement condition {}, {stands}", earlier + 1))
+        let place = self.place(&format!("body.{body}.displacement.{earlier}"))?;
+        Some(format!("; the earlier one is displacement condition {}, {place}", earlier + 1))
     }
 
     /// Helps if a side of the other body is named, or a side with the name of its body in front.

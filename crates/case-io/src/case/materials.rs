@@ -42,7 +42,7 @@ impl Material {
     /// Makes fem-core's material.
     ///
     /// # Errors
-    /// Constants that fem-core refuses; none for materials that were read from a case file.
+    /// Constants that fem-core refuses; never for materials that were read from a case file.
     pub fn elastic(&self, hypothesis: Hypothesis) -> Result<LinearElastic, MaterialError> {
         match &self.law {
             MaterialLaw::Isotropic { young, poisson } => {
@@ -207,7 +207,7 @@ fn orthotropic(r: &mut Reader<'_>, hypothesis: Hypothesis) -> Option<MaterialLaw
     Some(MaterialLaw::Orthotropic(with(poisson_12)))
 }
 
-/// Finds the largest ratio, by its magnitude and in three digits, with which a material can be made; `None` where there is
+/// Finds the largest ratio, by its magnitude and in three digits, with which a material can be made; `None` if there is
 /// none, whatever the ratio. Those possible lie between two limits, as the compliance is linear in the ratio.
 fn largest_ratio(found: f64, is_possible: impl Fn(f64) -> bool) -> Option<String> {
     let (mut possible, mut impossible) = (0.0, found);

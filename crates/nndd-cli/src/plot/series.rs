@@ -27,7 +27,7 @@ impl Series {
     }
 }
 
-/// Draws a panel with some series in it, or the word that there is nothing to draw.
+/// Draws a panel with some series in it, or the words `no data`.
 pub(super) fn line_panel(
     area: &Area<'_>,
     frame: Frame,
@@ -71,7 +71,7 @@ pub(super) fn extents<'a>(series: impl Iterator<Item = &'a Series> + Clone) -> O
     Some([x, y])
 }
 
-/// A logarithmic axis over the values, or a stand-in where there are none.
+/// A logarithmic axis over the values, or a default if there are no values.
 pub(super) fn log_axis(range: Option<(f64, f64)>) -> Axis {
     match range {
         Some((lo, hi)) => Axis::log_padded(lo, hi, 8),

@@ -76,7 +76,7 @@ fn item_69_a_second_signal_ends_the_run_at_once() {
     signal(&child, "TERM");
     assert_eq!(child.wait().unwrap().code(), Some(143));
     assert!(!out.join("report.json").exists());
-    // The lock that it left behind stands in nobody's way.
+    // The lock that it left behind does not block another run.
     let again = solve(&cases().join("paper.toml"), &out, &[]);
     assert_eq!(again.status.code(), Some(0), "{}", said(&again));
 }
@@ -97,7 +97,7 @@ fn item_69_a_reader_that_goes_away_costs_nothing() {
 
 #[test]
 fn item_68_a_killed_run_leaves_whole_files_and_can_be_run_again() {
-    // An adaptive run writes while it goes on.
+    // An adaptive run writes while it is running.
     let temp = tempfile::tempdir().unwrap();
     let whole = temp.path().join("whole");
     let case = cases().join("adaptive.toml");
@@ -198,7 +198,7 @@ fn item_74_any_number_of_threads_gives_the_same_numbers() {
 fn item_74_threads_that_do_not_start_are_said() {
     let temp = tempfile::tempdir().unwrap();
     let out = temp.path().join("out");
-    // Room for the program, not for the stacks of so many threads.
+    // Room for the program, not for the stacks of this many threads.
     let script = "ulimit -v 600000; exec \"$0\" solve \"$1\" --out \"$2\" --threads 1024";
     let mut command = Command::new("sh");
     command.args(["-c", script, env!("CARGO_BIN_EXE_nndd")]).arg(cases().join("paper.toml")).arg(&out);
@@ -266,7 +266,7 @@ fn program() -> String {
 
 #[test]
 fn item_78_more_memory_than_the_machine_has_is_said_at_once() {
-    // No limit is given: that of the machine holds. So many nodes need a terabyte.
+    // No limit is given: that of the machine holds. This many nodes need a terabyte.
     let memory = std::fs::read_to_string("/proc/meminfo").unwrap_or_default();
     let total = memory
         .lines()

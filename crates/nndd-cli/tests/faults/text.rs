@@ -144,7 +144,7 @@ fn item_37_no_text_of_a_file_commands_the_terminal() {
         std::fs::write(&case, lines).unwrap();
         said(&solve(&case, &temp.path().join("out"), &["--force"]))
     };
-    // As an escape it is TOML, as a raw byte it is none.
+    // As an escape it is TOML, as a raw byte it is not.
     for title in ["title = \"\\u001b[31mred\"", "title = \"\u{1b}[31mred\""] {
         let text = titled(title);
         assert!(text.contains("[31mred") && !text.contains('\u{1b}'), "{text:?}");

@@ -198,7 +198,7 @@ fn numbers_must_be_finite_and_in_range() {
         "c.toml:16:10: `limits.memory` is \"4 gigs\"; expected an amount of memory",
     );
     refused("[limits]\ntime = \"soon\"", "c.toml:16:8: `limits.time` is \"soon\"; expected a time");
-    refused("[output]\ndirectory = \"\"", "c.toml:16:13: `output.directory` is no path");
+    refused("[output]\ndirectory = \"\"", "c.toml:16:13: `output.directory` is not a path");
     assert!(Case::parse(&minimal("[solver]\nmax_iterations = 0"), "c", &[]).is_ok());
 }
 
@@ -258,7 +258,7 @@ fn conditions_impose_exactly_one_thing() {
     );
     check(
         "[[body.traction]]\non = 'top'\npressure = 1\npart = { x = [1, 0] }",
-        "c.toml:12:14: the limits of the part stand in the wrong order",
+        "c.toml:12:14: the limits of the part are in the wrong order",
     );
     check(
         "[[body.traction]]\non = 'top'\npressure = 1\npart = { z = [1, 0] }",

@@ -81,7 +81,7 @@ fn item_32_bodies_that_are_one_mesh_are_parted_only_when_asked() {
     assert!(case.notes().iter().any(|n| n.starts_with("2 nodes of m.inp belonging to both bodies")));
     let [first, second] = case.build_bodies().unwrap();
     assert_eq!(case.build_interface(&first, &second).unwrap().pairs().len(), 2);
-    // Parting does not help where the cells are the same.
+    // Parting does not help if the cells are the same.
     let told = load(folder.path(), [A, "{ file = 'm.inp', region = 'both', duplicate_interface = true }"]);
     assert!(told.unwrap_err().to_string().contains("element 2 belongs to both bodies"));
 }

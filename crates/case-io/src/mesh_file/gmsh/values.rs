@@ -153,7 +153,7 @@ impl<'a> Values<'a> {
         Err(self.fault(found).expected(format!("`{word}`")).help(help))
     }
 
-    /// Begins a record that stands on a line of its own; returns what [`Values::record_end`] needs.
+    /// Begins a record that is on a line of its own; returns what [`Values::record_end`] needs.
     pub(super) fn record_begin(&mut self) -> Result<u64, MeshFileError> {
         if self.is_binary() {
             return Ok(0);
@@ -240,7 +240,7 @@ impl<'a> Values<'a> {
         }
     }
 
-    /// Reads a count that stands as text also in binary files of version 2.
+    /// Reads a count that is text also in binary files of version 2.
     pub(super) fn text_count(&mut self, what: &'static str) -> Result<u64, MeshFileError> {
         let mode = std::mem::replace(&mut self.mode, Mode::Ascii);
         let count = self.size(what);
