@@ -1,4 +1,4 @@
-//! e_CRE against exact errors: on every iteration, on three meshes, and for admissible pairs that nobody computed.
+//! e_CRE against exact errors: on every iteration, on three meshes, and for admissible pairs that are not iterates.
 
 use cre_estimator::{Estimate, Relaxation, estimate};
 use fem_core::geometry::Vector;

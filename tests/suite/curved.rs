@@ -271,7 +271,7 @@ fn gaps_are_measured_along_the_normal() {
     let interface = ContactInterface::pair(&inner, &outer, sides, &Gap::Geometric).unwrap();
     // At the ends too, whose normal is the neighbour's, mirrored.
     assert!(interface.pairs().len() == 17 && interface.pairs().iter().all(|p| (p.gap - 0.02).abs() < 1e-14));
-    // A given gap says nothing of surfaces that are apart.
+    // A given gap does not allow surfaces that are apart.
     let given = ContactInterface::pair(&inner, &outer, sides, &Gap::Given(0.0.into())).unwrap_err();
     assert!(matches!(given, InterfaceError::NotMatching { .. }), "{given}");
     let discs = [(10.0, Facing::Down), (13.0, Facing::Up)]

@@ -51,7 +51,7 @@ fn nearly_incompressible_bodies_have_a_bound_that_holds() {
     for poisson in [0.499, 0.4999, 0.499_999] {
         assert!(holds([(1.0, poisson), (3.0, poisson)], |y| y), "{poisson} is refused");
     }
-    // Beyond that no digit may be left: whatever is certified holds.
+    // Beyond that all digits may be lost: every certificate that is given must hold.
     for poisson in [0.499_999_99, 0.499_999_999_99, 0.499_999_999_999_99] {
         holds([(1.0, poisson), (3.0, poisson)], |y| y);
     }
@@ -134,7 +134,7 @@ fn moved(cells: [usize; 2], [width, height]: [f64; 2], poisson: f64, motion: [f6
 
 #[test]
 fn flat_cells_pass_the_checks_where_only_rounding_is_left() {
-    // Nothing but rounding: the allowance must cover it, whatever the shape of the cells.
+    // Only rounding: the allowance must cover it for every shape of the cells.
     for width in [0.02, 1.0, 20.0, 50.0, 200.0] {
         for cells in [[4, 4], [40, 20], [8, 64]] {
             let found = certified(moved(cells, [width, 1.0], 0.3, [1.0, 0.5]));

@@ -32,7 +32,7 @@ pub(crate) struct Arguments {
     /// Time what a user would pick instead, beside this program and on the same meshes, and nothing else
     #[arg(long)]
     peers: bool,
-    /// Runs of each process, after one that is thrown away
+    /// Runs of each process, after a discarded first run
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     runs: u32,
     /// With --peers: only meshes of at most this many cells per side

@@ -26,7 +26,7 @@ const READERS: [Group; 1] = [Group {
 const DRAWN: &str = "paper";
 
 /// Solves the cases and reads their files back; whether all agree. Skipped by name if Python or its packages are not
-/// to be had.
+/// available.
 pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<bool> {
     let environment = Environment::make(workspace.target.join("vtk-venv"), &READERS);
     if let Some((name, reason)) = environment.missing.first() {

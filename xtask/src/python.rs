@@ -24,7 +24,7 @@ pub(crate) struct Environment {
 impl Environment {
     /// Makes the environment or completes the one of an earlier run.
     ///
-    /// Without the first group there is no use for the others.
+    /// Without the first group the others are not installed.
     pub(crate) fn make(folder: PathBuf, groups: &[Group]) -> Environment {
         let mut made = Environment { folder, missing: vec![] };
         if !made.python().exists()

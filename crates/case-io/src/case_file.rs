@@ -125,8 +125,8 @@ fn document(text: &str, source: &Arc<Source>) -> Result<Table, CaseError> {
     Err(CaseError::new(syntax_faults(text, errors, source)))
 }
 
-/// Lists the faults of a text that is not TOML, without those that follow from others: a bracket that is never closed makes
-/// every line below it wrong. So a faulty line is blanked before the lines below it are checked.
+/// Lists the faults of a text that is not TOML, without those that follow from others: a bracket that is never closed
+/// makes every line below it wrong. So a faulty line is blanked before the lines below it are checked.
 fn syntax_faults(text: &str, mut errors: Vec<toml::de::Error>, source: &Arc<Source>) -> Vec<Diagnostic> {
     let mut text = text.to_owned();
     let mut faults = Vec::new();

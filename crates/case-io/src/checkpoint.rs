@@ -2,7 +2,7 @@
 //!
 //! A file holds one line, `nndd checkpoint 1` and the SHA-256 of the rest, and then JSON. Two are kept, the newest and
 //! the one before it, each written under a temporary name and renamed: whenever a process is killed, one is whole. A
-//! file that was damaged afterwards is told by its hash, and the older one is used.
+//! file that was damaged afterwards is recognised by its hash, and the older one is used.
 
 use crate::output::{OutputDirectory, OutputError, ResultKind};
 use serde::{Deserialize, Serialize};

@@ -118,7 +118,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// One thing that is wrong, or worth a warning.
+/// One error or warning.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Diagnostic {

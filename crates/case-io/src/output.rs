@@ -77,7 +77,7 @@ pub enum OutputError {
         /// The directory.
         path: PathBuf,
     },
-    /// The directory holds something that is no complete result.
+    /// The directory holds something that is not a complete result.
     #[error("{} is not empty and was not written by nndd (found \"{found}\"); use --out DIR, or --force to write anyway", path.display())]
     NotOurs {
         /// The directory.

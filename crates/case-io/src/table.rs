@@ -1,5 +1,5 @@
-//! The CSV files: history, contact, adaptive steps and sweep. Numbers are in the shortest form that reads back exactly; what is
-//! unknown is an empty field.
+//! The CSV files: history, contact, adaptive steps and sweep. Numbers are in the shortest form that reads back
+//! exactly; an unknown value is an empty field.
 
 use crate::report::{AdaptiveRow, IterationRow, SweepPanel, check_finite};
 use serde::{Deserialize, Serialize};

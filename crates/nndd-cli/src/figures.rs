@@ -92,7 +92,7 @@ pub(crate) fn of_solve(
         Picture {
             name: "contact",
             svg: plot::contact(&format!("{name}: contact line"), &profile)?,
-            caption: "The opening is zero where there is pressure, and the pressure is zero where the bodies are apart.",
+            caption: "The opening is zero where there is pressure; the pressure is zero where the bodies are apart.",
             numbers: Some("contact.csv"),
         },
     );

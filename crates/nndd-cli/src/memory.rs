@@ -93,7 +93,7 @@ fn two_digits(count: f64) -> u64 {
     ((count / unit).floor() * unit) as u64
 }
 
-/// Says why there is no room for what is needed; `None` if there is.
+/// Says why there is not enough memory; `None` if there is.
 pub(crate) fn no_room(case: &Case, needed: f64) -> Option<String> {
     shortage(case, needed).map(|(needed, room)| format!("about {} and {}", mebibytes(needed), room.words))
 }

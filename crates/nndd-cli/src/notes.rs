@@ -1,4 +1,4 @@
-//! What is worth knowing about a run that is allowed but may not be meant: it goes to stderr and into report.json.
+//! Notes about settings that are allowed but perhaps not intended: it goes to stderr and into report.json.
 
 use crate::outcome;
 use case_io::Case;

@@ -104,7 +104,7 @@ impl Printer {
                 console::print(&format!("{head}{}", console::step(step))).map_err(Failure::from)
             }
             Format::Json => {
-                // A mesh without bound has no row in the report; here it has an event all the same.
+                // A mesh without bound has no row in the report; here it still has an event.
                 let mut object =
                     adapt::row(step).map_or_else(|| adapt::without_bound(step), |row| json!(row));
                 object["event"] = "step".into();

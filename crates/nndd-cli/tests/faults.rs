@@ -2,7 +2,7 @@
 //! environments. Each test is named by its number in the list of faults (`tests/cases/README.md`); wrong inputs are
 //! `tests/cases/bad/`.
 
-// All of this is test code: a failed unwrap is a failed test, and what is skipped is said.
+// All of this is test code: a failed unwrap is a failed test, and skipped tests are printed.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stderr)]
 #![cfg(unix)]
 
@@ -83,7 +83,7 @@ fn files_below(directory: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// Checks that whatever has a final name is whole; returns how many such files there are.
+/// Checks that every file with a final name is complete; returns how many such files there are.
 fn whole_files(out: &Path) -> usize {
     let files = files_below(out);
     let hidden = |path: &PathBuf| path.file_name().unwrap().to_string_lossy().starts_with(".nndd");

@@ -46,7 +46,7 @@ fn files_of_the_papers_mesh_give_the_generators_numbers() {
         }
         assert_eq!(results, paper.results, "{name}");
         assert_ne!(report.case_hash(), paper.case_hash());
-        // The deck is one of quadrilaterals; that is said on the console and in the report.
+        // The deck is one of quadrilaterals; a note on the console and in the report says so.
         let split = ["upper", "lower"].map(|body| {
             format!("162 quadrilaterals of region \"{body}\" were split into two triangles along the shorter diagonal")
         });

@@ -1,4 +1,4 @@
-//! `nndd solve --resume`: an adaptive run that was killed, limited or interrupted comes to the same numbers.
+//! `nndd solve --resume`: an adaptive run that was killed, limited or interrupted gives the same numbers.
 
 // All of this is test code: a failed unwrap is a failed test.
 #![allow(clippy::unwrap_used, clippy::panic)]

@@ -108,7 +108,7 @@ fn on_mesh(runner: &Runner<'_>, peers: &[Peer], runs: usize, skipped: &mut Vec<S
     let mut converged = settings.clone();
     converged.extend(CONVERGED.map(str::to_owned));
     let timer = Timer { workspace: runner.workspace, name: &name, settings, converged };
-    // The first round is thrown away, but for peers so slow that it is their only one.
+    // The first round is discarded, but for peers so slow that it is their only one.
     let (_, reference) = timer.run()?;
     let mut series = vec![];
     for peer in taking {
@@ -179,7 +179,7 @@ impl Timer<'_> {
     }
 }
 
-/// Relative differences of a peer's energies and contact force to those of report.json; `None` if it has no such values.
+/// Relative differences of a peer's energies and contact force to those of report.json; `None` if it has no values.
 fn differences(report: &Value, details: &Value) -> Option<[f64; 3]> {
     let results = &report["results"];
     let pairs = [

@@ -132,7 +132,7 @@ fn cases(large: bool) -> Vec<(String, Option<[usize; 2]>)> {
     std::iter::once(("paper.toml".to_owned(), None)).chain(finer).collect()
 }
 
-/// Times the program on every case: once thrown away, then `runs` times.
+/// Times the program on every case: once discarded, then `runs` times.
 pub(super) fn time_all(workspace: &Workspace, large: bool, runs: usize) -> Outcome<Vec<Process>> {
     cases(large).iter().map(|(name, cells)| time_process(workspace, name, *cells, runs)).collect()
 }

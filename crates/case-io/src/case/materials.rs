@@ -56,7 +56,7 @@ impl Material {
         }
     }
 
-    /// Returns the largest modulus, Pa: what tells a stiff material from a soft one.
+    /// Returns the largest modulus, Pa: a measure of its stiffness.
     pub fn largest_modulus(&self) -> f64 {
         match &self.law {
             MaterialLaw::Isotropic { young, .. } => *young,
@@ -117,7 +117,7 @@ pub(super) fn materials(reader: Reader<'_>, hypothesis: Hypothesis) -> Vec<Mater
                 None
             }
         };
-        // The name is there, so bodies may refer to it, whatever is wrong with the constants.
+        // The name is there, so bodies may refer to it, even if the constants are wrong.
         let law = law.unwrap_or(MaterialLaw::Isotropic { young: 1.0, poisson: 0.0 });
         materials.push(Material { name: entry.key.clone(), law });
     }

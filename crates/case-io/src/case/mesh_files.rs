@@ -186,7 +186,7 @@ impl Case {
             return Ok(());
         };
         let [Some(first), Some(second)] = &loaded.regions else { return Ok(()) };
-        // The same contents, under whatever names.
+        // The same contents, under any names.
         if loaded.digests[0] != loaded.digests[1] {
             return Ok(());
         }

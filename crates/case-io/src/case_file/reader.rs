@@ -1,6 +1,6 @@
 //! A typed reader of one table: it collects what is wrong instead of stopping at the first fault.
 //!
-//! Reading a key makes it known; [`Reader::finish`] reports the keys that nobody read.
+//! Reading a key makes it known; [`Reader::finish`] reports the keys that were not read.
 
 mod arrays;
 
@@ -335,7 +335,7 @@ impl<'a> Reader<'a> {
         Some(Reader::new(self.findings, table, path, &node.at))
     }
 
-    /// Opens the tables of an array; nothing if the key is missing or is no array.
+    /// Opens the tables of an array; nothing if the key is missing or is not an array.
     pub(crate) fn tables(&mut self, key: &'static str) -> Option<Vec<Reader<'a>>> {
         let node = self.node(key)?;
         let path = self.path_of(key);
@@ -355,7 +355,7 @@ impl<'a> Reader<'a> {
         Some(readers)
     }
 
-    /// Reports the keys that nobody read.
+    /// Reports the keys that were not read.
     pub(crate) fn finish(self) {
         for entry in self.table.entries.iter().filter(|e| !self.known.contains(&e.key.as_str())) {
             let place = match self.path.as_str() {

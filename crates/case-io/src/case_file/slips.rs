@@ -47,7 +47,7 @@ struct Piece<'a> {
     alone: bool,
 }
 
-/// Finds the first value of a line that is not TOML although its meaning can be told, and makes a fault of it.
+/// Finds the first value of a line that is not TOML although its meaning is clear, and makes a fault of it.
 ///
 /// * `line`: the bytes of the line in the text.
 /// * `offset`: where the text begins in the source.

@@ -10,7 +10,7 @@
 //!   edges; a set of nodes means the free edges whose both ends are in it.
 //! - Keywords that make or move nodes and elements are refused by name, because leaving them out would change the
 //!   mesh. All others are ignored and counted: supports, loads and materials come from the case file.
-//! - A deck has no end mark, so one that was cut at the end of a line cannot be told from a shorter one.
+//! - A deck has no end mark, so one that was cut at the end of a line cannot be distinguished from a shorter one.
 //!
 //! # Example
 //! ```

@@ -10,7 +10,7 @@ use thiserror::Error;
 pub enum MeshFault {
     /// The file cannot be read at all.
     Unreadable,
-    /// It is no mesh file, or one of a format or version that is not read.
+    /// It is not a mesh file, or one of a format or version that is not read.
     Format,
     /// Its text or bytes are not what the format asks for, or end too early.
     Syntax,

@@ -78,7 +78,7 @@ impl MeshFile {
         let [a, b, c, d] = if turned { [a, d, c, b] } else { [a, b, c, d] };
         let first = [[a, b, c], [a, c, d]];
         let second = [[a, b, d], [b, c, d]];
-        // Equal diagonals go through the first corner, whatever round-off makes of them.
+        // Equal diagonals go through the first corner, independently of round-off.
         let first_is_shorter = geometry::norm(diagonals[0]) <= (1.0 + SAME) * geometry::norm(diagonals[1]);
         let order = if first_is_shorter { [first, second] } else { [second, first] };
         let sound = |pair: &[[u32; 3]; 2]| {

@@ -1,4 +1,4 @@
-//! What is done to the cells of a region, and what is refused or told.
+//! What is done to the cells of a region, and what is refused or noted.
 
 use super::{MeshFile, RegionOptions, parse};
 
@@ -51,7 +51,7 @@ fn item_23_a_plane_of_its_own_is_noted_and_another_refused() {
     assert!(refused(&at(|x, y| [x, 0.0, y])).contains("x-z plane"));
     assert!(refused(&at(|x, y| [2.0, x, y])).contains("y-z plane"));
     assert!(refused(&at(|x, y| [x, y, x])).contains("not plane: z runs from 0 to 1 (node 2"));
-    // Round-off is no slope.
+    // Round-off is not a slope.
     assert!(region(&at(|x, y| [x, y, 1e-14 * x])).notes().iter().all(|n| !n.contains("z =")));
 }
 

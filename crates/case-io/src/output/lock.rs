@@ -1,6 +1,6 @@
 //! The lock file of a directory of results.
 //!
-//! The file is locked through the operating system, which releases it when the process ends in whatever way; its
+//! The file is locked through the operating system, which releases it however the process ends; its
 //! presence alone means only that an earlier run was killed.
 
 use super::{OutputError, failed};

@@ -102,7 +102,7 @@ fn thinned(points: &[Option<(f64, f64)>]) -> Vec<Option<(f64, f64)>> {
             kept.push(None);
         }
     }
-    // The last point of all tells where the series ends.
+    // The last point shows where the series ends.
     match points.last() {
         Some(Some(p)) if kept.last() != Some(&Some(*p)) => kept.push(Some(*p)),
         _ => {}

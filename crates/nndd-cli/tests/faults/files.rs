@@ -44,7 +44,7 @@ fn item_66_output_directories_that_cannot_be() {
     assert_eq!(solve(&paper, &here.join("a/b/c"), &[]).status.code(), Some(0));
 }
 
-/// The program as somebody runs it who may not write everywhere; `None` if that cannot be arranged.
+/// The program as run by a user who may not write everywhere; `None` if that cannot be arranged.
 fn as_nobody() -> Option<Command> {
     let root = Command::new("id").arg("-u").output().ok()?.stdout == b"0\n";
     let command = || {
@@ -56,7 +56,7 @@ fn as_nobody() -> Option<Command> {
         command.arg(env!("CARGO_BIN_EXE_nndd"));
         command
     };
-    // The program may lie where that somebody cannot reach it.
+    // The program may be in a folder that this user cannot read.
     let probe = command().arg("--version").output().ok()?;
     if !probe.status.success() {
         eprintln!("items 16 and 66: skipped, there is nobody else to run the program");
@@ -206,7 +206,7 @@ const BLOCKS: [usize; 7] = [0, 1, 4, 16, 40, 100, 4000];
 
 #[test]
 fn item_68_a_disk_that_fills_up_leaves_no_cut_file() {
-    // The limit of the file size takes the place of a full disk: with its signal ignored a write fails as on a full disk.
+    // The limit of the file size replaces a full disk: with its signal ignored a write fails as on a full disk.
     let temp = tempfile::tempdir().unwrap();
     let mut codes = Vec::new();
     for blocks in BLOCKS {

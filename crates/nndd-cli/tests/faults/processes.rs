@@ -30,7 +30,7 @@ pub(crate) fn signal(child: &Child, name: &str) {
     assert!(sent.success());
 }
 
-/// Waits until the first iteration is printed, then lets somebody else read the rest.
+/// Waits until the first iteration is printed, then lets a thread read the rest.
 pub(crate) fn wait_for_iterations(child: &mut Child) {
     use std::io::{BufRead, BufReader, Read};
     let mut lines = BufReader::new(child.stdout.take().unwrap());

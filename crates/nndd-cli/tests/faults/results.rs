@@ -74,7 +74,7 @@ fn item_58_a_theta_too_large_is_noticed_early() {
     assert_eq!(output.status.code(), Some(5), "{}", said(&output));
     let report = report(&out);
     assert!(report.iterations.len() < 20, "{} iterations", report.iterations.len());
-    // Its iterate says nothing of the bodies, but the bound of its error is one all the same.
+    // Its iterate is useless, but the bound of its error is still valid.
     assert!(report.certificate.valid && report.notes.is_empty(), "{:?}", report.notes);
 }
 

@@ -235,7 +235,7 @@ fn agreement(meshes: &[OnMesh]) -> String {
     text
 }
 
-/// The spreads worth naming.
+/// The spreads that are large enough to be named.
 fn noise(meshes: &[OnMesh]) -> String {
     let mut text = String::new();
     for row in rows(meshes) {

@@ -350,7 +350,7 @@ fn what_is_not_toml_has_its_place() {
         faults("schema = 1\nschema = 1\n")
     );
     assert!(faults("schema = 1\n[materials.a]\n[materials.a]\n")[0].starts_with("c.toml:3:"));
-    // The first place is that in the same table, or that of the same header, whose keys are not told as well.
+    // The first place is that in the same table, or that of the same header, whose keys are not reported as well.
     let twice =
         faults("[a]\nx = 1\n[b]\nxy = 1\nx = 1\nx = 2\n[c]\nx = 1\n[c]\nx = 1\n[d]\ny = { z = 1, z = 2 }\n");
     let firsts: Vec<_> = twice
@@ -360,7 +360,7 @@ fn what_is_not_toml_has_its_place() {
     assert_eq!(firsts, [Some("5"), Some("7"), Some("12")], "{twice:#?}");
     let two = faults("a = 1 2\nb = 3\nc = \"x\n");
     assert_eq!(two.len(), 2, "{two:?}");
-    // What follows from a fault is not told again.
+    // What follows from a fault is not reported again.
     assert_eq!(faults("a = [1, 2\nb = 3\n[c]\nd = 4\ne = \n").len(), 1);
     let open = faults("a = { b = [1, 2 }\nb = 3\n[c]\nd = 4\ne = \n");
     assert_eq!(open.len(), 2, "{open:?}");

@@ -21,7 +21,7 @@ pub(super) struct Values<'a> {
     /// Line of the token read last.
     token_line: u64,
     pub(super) mode: Mode,
-    /// What is being read, such as `$Nodes after 12 of 140 nodes`; told when the file ends.
+    /// What is being read, such as `$Nodes after 12 of 140 nodes`; reported when the file ends.
     section: &'static str,
     progress: Option<(u64, u64, &'static str)>,
 }
@@ -248,7 +248,7 @@ impl<'a> Values<'a> {
         count
     }
 
-    /// Returns for how many items room may be made: no more than the rest of the file can hold, whatever it says.
+    /// Returns how many items may be allocated: at most as many as the rest of the file can hold.
     pub(super) fn capacity(
         &mut self,
         count: u64,
