@@ -90,7 +90,7 @@ fn nested_rings_converge_to_lames_solution() {
 }
 
 #[test]
-fn item_54_whole_rings_close_and_turn_without_friction() {
+fn whole_rings_close_and_turn_without_friction() {
     let d = 0.01;
     let p = rings::whole_pressure(TWO, d);
     let mut worst = Vec::new();

@@ -125,7 +125,7 @@ fn read(bytes: &[u8]) -> bool {
 }
 
 #[test]
-fn item_18_every_prefix_of_a_file_is_an_error_or_a_mesh() {
+fn every_prefix_of_a_file_is_an_error_or_a_mesh() {
     for format in ALL {
         let whole = file([2, 1], format);
         assert!(read(&whole));

@@ -109,7 +109,7 @@ impl Failure {
                 "\n  expected: files of any size\n  fix: raise the limit of the file size (ulimit -f)"
             }
             OutputError::Io { what: "create" | "write" | "lock", .. } => {
-                "\n  expected: a directory that can be written to\n  fix: choose another with --out, or free space there"
+                "\n  expected: a directory that can be written to\n  fix: choose another with --out, or free space"
             }
             _ => "",
         };

@@ -184,9 +184,9 @@ impl<'a> Follower<'a> {
             (SolveError::Stopped, Some(Ended::TimeLimit(limit, _))) => {
                 let (step, seconds) = self.longest.unwrap_or(("none", 0.0));
                 Failure::limit(format!(
-                    "limits.time = {limit} s reached before the first iteration, so there is no result; the longest step \
-                     between two checks of the clock was {step}, {seconds:.1} s\n  expected: a problem that is solved in time\n  \
-                     fix: raise limits.time, or take fewer cells"
+                    "limits.time = {limit} s reached before the first iteration, so there is no result; the longest \
+                     step between two checks of the clock was {step}, {seconds:.1} s\n  \
+                     expected: a problem that is solved in time\n  fix: raise limits.time, or take fewer cells"
                 ))
             }
             _ => Failure::solve(case, error),

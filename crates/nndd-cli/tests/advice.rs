@@ -40,7 +40,7 @@ fn advised(text: &str) -> String {
 
 #[test]
 fn a_criterion_below_round_off_is_told_the_value_it_may_have() {
-    let case = "bad/case_61_below_round_off.toml";
+    let case = "bad/case_below_round_off.toml";
     for settings in [
         &["solver.stop.criterion=eta_nndd"][..],
         &["solver.stop.criterion=precision"],

@@ -27,7 +27,7 @@ fn refused(file: &MeshFile) -> String {
 }
 
 #[test]
-fn item_25_quadrilaterals_are_split_along_the_shorter_diagonal() {
+fn quadrilaterals_are_split_along_the_shorter_diagonal() {
     let triangles = |points| region(&quad(points)).triangles;
     let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
     assert_eq!(triangles(square), [[0, 1, 2], [0, 2, 3]]);
@@ -44,7 +44,7 @@ fn item_25_quadrilaterals_are_split_along_the_shorter_diagonal() {
 }
 
 #[test]
-fn item_23_a_plane_of_its_own_is_noted_and_another_refused() {
+fn a_plane_of_its_own_is_noted_and_another_refused() {
     let at = |f: fn(f64, f64) -> [f64; 3]| deck(&[f(0.0, 0.0), f(1.0, 0.0), f(1.0, 1.0), f(0.0, 1.0)], QUAD);
     let raised = region(&at(|x, y| [x, y, 3.5]));
     assert!(raised.notes().contains(&"all nodes of region \"r\" have z = 3.5, which is left out".to_owned()));
@@ -56,7 +56,7 @@ fn item_23_a_plane_of_its_own_is_noted_and_another_refused() {
 }
 
 #[test]
-fn item_30_nodes_without_an_element_are_left_out_and_counted() {
+fn nodes_without_an_element_are_left_out_and_counted() {
     let square = [
         [0.0, 0.0, 0.0],
         [1.0, 0.0, 0.0],

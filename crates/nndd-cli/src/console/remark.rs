@@ -44,15 +44,15 @@ fn compare(rows: &[IterationRow], norm: f64, level: Option<f64>) -> Option<Strin
         let early = content.flatten().filter(|row| row.iteration < last.iteration);
         let early = early.map(|row| {
             let iteration = row.iteration;
-            format!(": waiting until it reaches {asked:.1e}, as the error must, would have stopped at iteration {iteration}")
+            format!(
+                ": waiting until it reaches {asked:.1e} as well would have stopped at iteration {iteration}"
+            )
         });
         return Some(story(error / residual, "smaller") + &early.unwrap_or_default());
     }
     if residual > LARGER * error {
         let late = matches!(content, Some(None)).then(|| {
-            format!(
-                ": waiting until it reaches {asked:.1e}, as the error must, would have taken more iterations"
-            )
+            format!(": waiting until it reaches {asked:.1e} as well would have taken more iterations")
         });
         return Some(story(residual / error, "larger") + &late.unwrap_or_default());
     }
