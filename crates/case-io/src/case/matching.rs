@@ -143,7 +143,7 @@ impl Case {
         )
     }
 
-    /// Brings an error of the common refinement back to `[contact]`; bodies are called by their names.
+    /// Attributes an error of the common refinement to `[contact]`; bodies are called by their names.
     fn refinement_diagnostic(&self, error: &CommonRefinementError) -> Diagnostic {
         let (path, body) = match error {
             CommonRefinementError::NoSurface { body, .. }

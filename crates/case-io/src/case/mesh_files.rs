@@ -165,7 +165,7 @@ impl Case {
         }
     }
 
-    /// Brings an error of a mesh file to the key that names the file or the region.
+    /// Attributes an error of a mesh file to the key that names the file or the region.
     fn mesh_file_diagnostic(&self, body: usize, error: MeshFileError) -> Diagnostic {
         let of_region = format!("body.{body}.mesh.region");
         let path = if error.fault == MeshFault::Region && self.is_given(&of_region) {

@@ -355,7 +355,7 @@ fn what_is_not_toml_has_its_place() {
         faults("[a]\nx = 1\n[b]\nxy = 1\nx = 1\nx = 2\n[c]\nx = 1\n[c]\nx = 1\n[d]\ny = { z = 1, z = 2 }\n");
     let firsts: Vec<_> = twice
         .iter()
-        .map(|f| f.split("first in line ").nth(1).and_then(|rest| rest.split(';').next()))
+        .map(|f| f.split("first defined in line ").nth(1).and_then(|rest| rest.split(';').next()))
         .collect();
     assert_eq!(firsts, [Some("5"), Some("7"), Some("12")], "{twice:#?}");
     let two = faults("a = 1 2\nb = 3\nc = \"x\n");
