@@ -1,4 +1,4 @@
-//! The bound against exact errors: at every iteration, converging or not, and for pairs that nobody iterated to.
+//! The bound against exact errors: at every iteration, converging or not, and for pairs that are not iterates.
 
 use crate::check;
 use cre_estimator::{Estimate, Relaxation};

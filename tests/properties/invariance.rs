@@ -78,7 +78,7 @@ fn the_order_of_the_bodies_changes_nothing() {
         let problem = model.problem(&Motion::NONE);
         let (expected, first) = answer(&problem);
         let (found, second) = answer(&problem.swapped());
-        // The frozen λ is another one: η_dis is not the same.
+        // The frozen λ differs, so η_dis differs.
         let found = Answer { energy: [found.energy[1], found.energy[0]], eta_dis: expected.eta_dis, ..found };
         let largest = first.opening.iter().fold(0.0f64, |m, o| m.max(*o)).max(1e-6);
         for (a, b) in first.opening.iter().zip(&second.opening) {

@@ -11,7 +11,7 @@ mod refinement;
 use proptest::strategy::Strategy;
 use proptest::test_runner::{Config, RngSeed, TestCaseResult, TestRunner};
 
-/// Tries a property on so many random values, the same ones in every run, and says so.
+/// Tries a property on this many random values, the same ones in every run, and prints their number.
 fn check<S: Strategy>(name: &str, cases: u32, values: &S, property: impl Fn(S::Value) -> TestCaseResult) {
     let config =
         Config { cases, failure_persistence: None, rng_seed: RngSeed::Fixed(2026), ..Config::default() };

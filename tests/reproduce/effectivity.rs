@@ -13,7 +13,7 @@ use tests::{heavy, paper, signorini};
 
 const TWO_STEPS: usize = 1;
 const TOLERANCE: usize = 2;
-/// How many times more exact the finer solution is where the exact one is not known.
+/// How many times more exact the finer solution is if the exact one is not known.
 const OVERKILL: f64 = 10.0;
 /// The same on the smaller meshes of the problems with targets.
 const SHARP_OVERKILL: f64 = 20.0;
@@ -111,14 +111,17 @@ fn cases(quick: bool) -> Result<Vec<Case>, Box<dyn Error>> {
     Ok(all)
 }
 
-/// Measures everything; prints the page, writes `effectivity.csv`; fails where a bound is below the error.
+/// Measures everything; prints the page, writes `effectivity.csv`; fails if a bound is below the error.
 pub(crate) fn page(folder: &Path, quick: bool) -> Result<(), Box<dyn Error>> {
     let measured: Vec<(Case, Course)> = cases(quick)?
         .into_iter()
         .map(|case| Ok((course(case.problem.clone(), &case.truth, &RELAXATIONS, Which::Every)?, case)))
         .map(|pair: Result<_, Box<dyn Error>>| pair.map(|(course, case)| (case, course)))
         .collect::<Result<_, _>>()?;
-    println!("## Targets\n\nAt the iteration where the default criterion stops.\n\n{}", targets(&measured));
+    println!(
+        "## Targets\n\nAt the iteration at which the default criterion stops.\n\n{}",
+        targets(&measured)
+    );
     println!(
         "## Every iteration\n\nLeast / middle / largest of all iterations and meshes.\n\n{}",
         distribution(&measured)
@@ -135,11 +138,11 @@ pub(crate) fn page(folder: &Path, quick: bool) -> Result<(), Box<dyn Error>> {
 fn count_below(measured: &[(Case, Course)], end: usize) -> (usize, usize) {
     let samples = measured.iter().flat_map(|(_, course)| &course.samples);
     let pairs = samples.flat_map(|s| s.bounds.iter().flatten().map(|bound| (*bound, s.error[end])));
-    // Also where one is not a number.
+    // Also if one is NaN.
     pairs.fold((0, 0), |(n, below), (bound, error)| (n + 1, below + usize::from(!(bound >= error))))
 }
 
-/// The enclosure of the effectivity at the iteration where the default criterion stops.
+/// The enclosure of the effectivity at the iteration at which the default criterion stops.
 fn at_stop(course: &Course, relaxation: usize) -> [f64; 2] {
     course.stop().and_then(|s| s.effectivity(relaxation)).unwrap_or([f64::NAN; 2])
 }
@@ -234,7 +237,7 @@ fn distribution(measured: &[(Case, Course)]) -> String {
     text
 }
 
-/// Formats an enclosure: one number where both ends agree in the digits shown.
+/// Formats an enclosure: one number if both ends agree in the digits shown.
 pub(crate) fn enclosure(range: [f64; 2]) -> String {
     let [a, b] = range.map(|x| format!("{x:.3}"));
     if a == b { a } else { format!("{a} to {b}") }

@@ -27,14 +27,14 @@ pub(crate) fn log_log(
     let (x0, x1) = range(&mut all().map(|p| p.0));
     let (y0, y1) = range(&mut all().map(|p| p.1));
     if !(x0 > 0.0 && y0 > 0.0 && x1.is_finite() && y1.is_finite()) {
-        return Err(format!("{title}: points that cannot stand on logarithmic axes").into());
+        return Err(format!("{title}: points that cannot be drawn on logarithmic axes").into());
     }
     let mut svg = String::new();
     {
         let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
         area.fill(&WHITE)?;
         let mut chart = ChartBuilder::on(&area)
-            // What follows a colon stands in the alternative text.
+            // What follows a colon is in the alternative text.
             .caption(title.split(": ").next().unwrap_or(title), ("sans-serif", 20))
             .margin(10)
             .x_label_area_size(56)
@@ -103,7 +103,7 @@ fn grouped(x: f64) -> String {
     groups.join(",")
 }
 
-/// Writes a share in per cent, where it is 1, 2 or 5 times a power of ten: more would not stand beside each other.
+/// Writes a share in per cent, if it is 1, 2 or 5 times a power of ten: more would not fit beside each other.
 fn per_cent(share: f64) -> String {
     let written = format!("{:.0e}", 100.0 * share);
     match written.as_bytes().first() {

@@ -1,4 +1,4 @@
-//! Studies whose pages stand in bench-results; run by `cargo xtask reproduce`.
+//! Studies whose pages are in bench-results; run by `cargo xtask reproduce`.
 //!
 //! `reproduce STUDY FOLDER [--quick]` prints the page of a study and writes its tables and figures to a folder.
 #![allow(clippy::print_stdout)] // It writes pages.

@@ -27,7 +27,7 @@ pub(crate) fn head(names: &[&str]) -> String {
     format!("| {} |\n|{}", names.join(" | "), "---|".repeat(names.len()))
 }
 
-/// Computes the middle of some numbers; NaN of none.
+/// Computes the median of some numbers; NaN without numbers.
 pub(crate) fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
@@ -46,7 +46,7 @@ pub(crate) fn write(folder: &Path, name: &str, text: &str) -> Result<(), Box<dyn
 pub(crate) struct Counts(HashMap<String, Vec<usize>>);
 
 impl Counts {
-    /// Reads `family,count,count,…` from a file of the folder; nothing if there is none.
+    /// Reads `family,count,count,…` from a file of the folder; empty if there is no such file.
     pub(crate) fn read(folder: &Path, name: &str) -> Self {
         let text = fs::read_to_string(folder.join(name)).unwrap_or_default();
         let line = |line: &str| {

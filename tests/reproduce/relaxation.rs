@@ -127,7 +127,7 @@ fn effectivities(quick: bool) -> Result<String, Box<dyn Error>> {
     Ok(text)
 }
 
-/// Effectivity and steps for tolerances, at the iteration where the default criterion stops.
+/// Effectivity and steps for tolerances, at the iteration at which the default criterion stops.
 fn tolerances(quick: bool) -> Result<String, Box<dyn Error>> {
     const GAINS: [f64; 7] = [0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005];
     let mut relaxations =

@@ -22,9 +22,9 @@ struct Record {
     valid: Vec<bool>,
     split: Vec<f64>,
     clarabel_calls: Vec<usize>,
-    /// Ask to stop after so many iterations in all.
+    /// Ask to stop after this many iterations in all.
     patience: Option<usize>,
-    /// Room for so many nodes.
+    /// Memory for this many nodes.
     room: Option<usize>,
     iterations: usize,
 }
@@ -335,6 +335,6 @@ fn every_first_mesh_leads_to_the_same_energy_where_a_support_is_oblique_to_the_c
         let low = all.iter().map(|i| i[0]).fold(f64::NEG_INFINITY, f64::max);
         let high = all.iter().map(|i| i[1]).fold(f64::INFINITY, f64::min);
         assert!(low <= high, "{slope}: {all:?}");
-        assert!(high - low < 2e-3 * high.abs(), "{slope}: nothing is said by {all:?}");
+        assert!(high - low < 2e-3 * high.abs(), "{slope}: {all:?} is too wide");
     }
 }

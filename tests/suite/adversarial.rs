@@ -50,7 +50,7 @@ fn no_finer_field_refutes_a_bound_of_a_random_problem() {
     assert!(count as u64 > 11 * SAMPLE, "only {count} problems were tried");
 }
 
-/// Layers of one body by modulus and height from the contact line outwards, with so many rows of cells each.
+/// Layers of one body by modulus and height from the contact line outwards, with this many rows of cells each.
 fn layers(list: &[(f64, f64)], rows: usize) -> Vec<Layer> {
     list.iter().map(|&(young, height)| Layer { young, height, rows }).collect()
 }

@@ -1,4 +1,4 @@
-//! e_CRE against exact errors: on every iteration, on three meshes, and for admissible pairs that nobody computed.
+//! e_CRE against exact errors: on every iteration, on three meshes, and for admissible pairs that are not iterates.
 
 use cre_estimator::{Estimate, Relaxation, estimate};
 use fem_core::geometry::Vector;
@@ -207,7 +207,7 @@ fn the_bound_holds_for_any_opening_and_any_pressure() {
     let trace = newton(&problem, &bodies).unwrap().contact.normal_trace;
     let mut random = Random::new(7);
     for trial in 0..40 {
-        // Openings and forces that know nothing of each other and overlap; half of either are zero. Ω₁, the softer
+        // Openings and forces that are independent and overlap; half of either are zero. Ω₁, the softer
         // body, gives way. An opening of a cell's size under a pressure of E makes the contact term largest.
         let size = 10f64.powf(3.0 * random.unit() - 1.0);
         let mut sparse =

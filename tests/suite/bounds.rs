@@ -37,7 +37,7 @@ fn holds(what: &str, [low, high]: [f64; 2], exact: f64) {
 
 fn all_hold(columns: &Columns, found: &Bounds) {
     let exact = columns.exact();
-    // Where an answer is exact the interval is as wide as round-off; the reference has round-off too.
+    // If an answer is exact the interval is as wide as round-off; the reference has round-off too.
     let slack = |x: [f64; 2], scale: f64| [x[0] - 1e-13 * scale, x[1] + 1e-13 * scale];
     let norm = exact.energy_norm_squared.sqrt();
     holds("energy norm", slack(found.energy_norm, norm), norm);

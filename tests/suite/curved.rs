@@ -1,4 +1,4 @@
-//! Contact lines that bend, close on themselves and stand apart.
+//! Contact lines that bend, close on themselves and are apart.
 
 use cre_estimator::{Estimate, Relaxation, estimate_with};
 use fem_core::body::Body;
@@ -90,7 +90,7 @@ fn nested_rings_converge_to_lames_solution() {
 }
 
 #[test]
-fn item_54_whole_rings_close_and_turn_without_friction() {
+fn whole_rings_close_and_turn_without_friction() {
     let d = 0.01;
     let p = rings::whole_pressure(TWO, d);
     let mut worst = Vec::new();
@@ -271,7 +271,7 @@ fn gaps_are_measured_along_the_normal() {
     let interface = ContactInterface::pair(&inner, &outer, sides, &Gap::Geometric).unwrap();
     // At the ends too, whose normal is the neighbour's, mirrored.
     assert!(interface.pairs().len() == 17 && interface.pairs().iter().all(|p| (p.gap - 0.02).abs() < 1e-14));
-    // A given gap says nothing of surfaces that are apart.
+    // A given gap does not allow surfaces that are apart.
     let given = ContactInterface::pair(&inner, &outer, sides, &Gap::Given(0.0.into())).unwrap_err();
     assert!(matches!(given, InterfaceError::NotMatching { .. }), "{given}");
     let discs = [(10.0, Facing::Down), (13.0, Facing::Up)]

@@ -193,8 +193,8 @@ fn the_bound_holds_for_inclusions_and_orthotropic_bodies() {
             estimate.unchecked().e_cre
         );
     }
-    // Plain means of tractions are poor next to inclusions: relaxation mends that (4.4 without it, 1.5 with it; part
-    // of what is left is that the finer solution is no exact one).
+    // Plain means of tractions are poor next to inclusions: relaxation corrects that (4.4 without it, 1.5 with it; part
+    // of what is left is that the finer solution is not exact).
     let last = newton(&problem, &bodies).unwrap();
     let u = displacements(&bodies, &last);
     let (_, on_fine) = refined(&problem, 2, u.clone());

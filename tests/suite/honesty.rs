@@ -1,4 +1,4 @@
-//! Extreme numbers: either a bound that holds, or none. Never a wrong one.
+//! Extreme numbers: either a bound that holds, or no certificate. Never a wrong bound.
 
 use certified_contact::{CertifiedSolution, Criterion, Settings, Silent, solve};
 use fem_core::body::Body;
@@ -9,13 +9,13 @@ use fem_core::mesh::generate::block;
 use fem_core::norm::energy_error_squared;
 use tests::signorini;
 
-/// Solves a problem with the default settings; `None` where it is refused or not certified.
+/// Solves a problem with the default settings; `None` if it is refused or not certified.
 fn certified(problem: ContactProblem) -> Option<CertifiedSolution> {
     solve(problem, &Settings::default(), &mut Silent).ok().filter(CertifiedSolution::is_certified)
 }
 
 /// Solves the exact Signorini problem, the rows of nodes of the lower body moved by `row`, and holds the bound against
-/// the error where there is one.
+/// the error if there is one.
 fn holds(materials: [(f64, f64); 2], row: impl Fn(f64) -> f64) -> bool {
     let bodies = signorini::bodies(materials, 0.0, [[16, 8]; 2], |x| [x[0], row(x[1])]).unwrap();
     let interface =
@@ -51,7 +51,7 @@ fn nearly_incompressible_bodies_have_a_bound_that_holds() {
     for poisson in [0.499, 0.4999, 0.499_999] {
         assert!(holds([(1.0, poisson), (3.0, poisson)], |y| y), "{poisson} is refused");
     }
-    // Beyond that no digit may be left: whatever is certified holds.
+    // Beyond that all digits may be lost: every certificate that is given must hold.
     for poisson in [0.499_999_99, 0.499_999_999_99, 0.499_999_999_999_99] {
         holds([(1.0, poisson), (3.0, poisson)], |y| y);
     }
@@ -111,7 +111,7 @@ fn far_from_the_origin_the_answer_is_the_same() {
     for distance in [1e3, 1e6, 1e9, 1e12] {
         let found = certified(pressed_at([distance; 2], 1.0, 1.0, 0.01));
         let relative = found.unwrap_or_else(|| panic!("{distance:e} is refused")).relative().unwrap();
-        // Coordinates keep 16 digits of the distance: the mesh is another one by that much of a cell, a sixth of the body;
+        // Coordinates keep 16 digits of the distance: the mesh changes by that much of a cell, a sixth of the body;
         // and what energies change by counts thirteenfold in the bound, which is a thirteenth of their root.
         let kept = 6.0 * 13.0 * distance * f64::EPSILON;
         assert!((relative / expected - 1.0).abs() < kept.max(1e-9), "{distance:e}: {relative} {expected}");
@@ -134,7 +134,7 @@ fn moved(cells: [usize; 2], [width, height]: [f64; 2], poisson: f64, motion: [f6
 
 #[test]
 fn flat_cells_pass_the_checks_where_only_rounding_is_left() {
-    // Nothing but rounding: the allowance must cover it, whatever the shape of the cells.
+    // Only rounding: the allowance must cover it for every shape of the cells.
     for width in [0.02, 1.0, 20.0, 50.0, 200.0] {
         for cells in [[4, 4], [40, 20], [8, 64]] {
             let found = certified(moved(cells, [width, 1.0], 0.3, [1.0, 0.5]));
@@ -160,7 +160,7 @@ fn bodies_that_nothing_strains_converge() {
 
 #[test]
 fn a_mesh_that_is_not_exact_needs_its_ratio() {
-    // A ratio that no iteration reaches: round-off is no excuse where the mesh has an error.
+    // A ratio that no iteration reaches: round-off is no excuse if the mesh has an error.
     let mut settings = Settings::default();
     settings.criterion = Criterion::Estimator { ratio: 1e-30, force_balance: None };
     settings.nndd.max_iterations = 200;

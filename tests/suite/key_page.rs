@@ -1,4 +1,4 @@
-//! The page of the case file's keys, `cases/README.md`, knows every key.
+//! The page of the case file's keys, `cases/README.md`, lists every key.
 
 use case_io::Case;
 use serde_json::Value;

@@ -1,4 +1,4 @@
-//! The iteration's limit is the interface Newton method's answer, whatever weights, acceleration or roles.
+//! The iteration's limit is the interface Newton method's answer, for all weights, accelerations and roles.
 
 use fem_core::interface::ContactProblem;
 use nndd::{Acceleration, Iterate, NnddSettings, NnddStatus, Path, Theta, Weights};

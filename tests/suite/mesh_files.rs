@@ -125,7 +125,7 @@ fn read(bytes: &[u8]) -> bool {
 }
 
 #[test]
-fn item_18_every_prefix_of_a_file_is_an_error_or_a_mesh() {
+fn every_prefix_of_a_file_is_an_error_or_a_mesh() {
     for format in ALL {
         let whole = file([2, 1], format);
         assert!(read(&whole));
@@ -167,7 +167,7 @@ fn random_damage_is_an_error_or_a_mesh() {
 }
 
 /// The mesh files of the example cases: the paper's blocks, once for Gmsh, once as a deck of quadrilaterals whose
-/// nodes stand in a file of their own.
+/// nodes are in a file of their own.
 fn examples() -> [(&'static str, Vec<u8>); 3] {
     let [upper, lower] = blocks(paper::COARSE);
     let bodies = [("upper", &upper), ("lower", &lower)];

@@ -96,7 +96,7 @@ fn the_bound_stays_sharp_on_meshes_that_do_not_match() {
 
 #[test]
 fn nodes_a_little_apart_do_no_harm() {
-    // 32 cells against 16: every other inner node stands beside one of the other side, by a fraction of the smaller edge.
+    // 32 cells against 16: every other inner node is beside one of the other side, by a fraction of the smaller edge.
     let bodies = |offset: f64| {
         let shift = move |x: Vector| if x[0].abs() < 0.999 { [x[0] + offset / 16.0, x[1]] } else { x };
         signorini::bodies(CONTRAST, 0.0, [[16, 8], [32, 16]], shift).unwrap()
@@ -136,7 +136,7 @@ fn energies_of_matching_and_other_meshes_tend_to_each_other() {
     assert!(d[1] < 0.5 * d[0] && d[2] < 0.5 * d[1] && d[2] < 1e-2, "{d:?}");
 }
 
-/// A block whose columns stand at random places, turned by an angle.
+/// A block whose columns are at random places, turned by an angle.
 fn random_block(random: &mut Random, y: f64, columns: usize, rows: usize, angle: f64) -> TriMesh {
     // Neighbouring columns differ by up to a factor of 20.
     let widths: Vec<f64> = (0..columns).map(|_| 0.05 + 0.95 * random.unit()).collect();

@@ -39,7 +39,7 @@ fn the_patch_is_exact_and_certified_as_exact() {
                     assert!((l - delta).abs() < 1e-10 * delta, "{case}: {l} against {delta}");
                 }
                 assert!(estimate.unchecked().eta_dis < 1e-10 * norm, "{case}");
-                // With the allowance for round-off in the opening, a square root of it where normals are oblique.
+                // With the allowance for round-off in the opening, a square root of it if normals are oblique.
                 assert!(
                     estimate.unchecked().e_cre < 1e-7 * norm,
                     "{case}: {:e}",

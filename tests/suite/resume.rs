@@ -1,4 +1,4 @@
-//! A resumed adaptive run is the run: from every checkpoint, whatever ends it, bit for bit.
+//! A resumed adaptive run equals an uninterrupted one bit for bit: from every checkpoint, however it ended.
 
 use certified_contact::{
     AdaptSettings, AdaptiveEnd, AdaptiveSolution, Checkpoint, Criterion, Observer, Settings, SolveError,
@@ -13,7 +13,7 @@ use tests::{heavy, paper};
 #[derive(Default)]
 struct Record {
     checkpoints: Vec<Checkpoint>,
-    /// Room for so many nodes.
+    /// Memory for this many nodes.
     room: Option<usize>,
 }
 

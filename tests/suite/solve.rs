@@ -149,7 +149,7 @@ fn too_large_a_theta_is_noticed_early_and_the_limit_is_named() {
     assert!(answer.rows.len() <= 8, "{}", answer.rows.len());
     assert!(best > 0.0 && best <= answer.rows[0].iteration.eta_nndd);
     assert!((limit / expected - 1.0).abs() < 5e-3, "{limit} against {expected}");
-    // What was reached is certified all the same.
+    // The last iterate is still certified.
     assert!(answer.is_certified());
 }
 
@@ -351,7 +351,7 @@ fn a_stress_free_rigid_motion_is_certified() {
 }
 
 /// A θ 10 % above the limit: opening and closing of the contact keeps η bounded, so the iteration stalls
-/// rather than diverges; the usable range is named all the same.
+/// rather than diverges; the usable range is still named.
 #[test]
 fn a_theta_just_above_the_limit_stalls_and_the_range_is_named() {
     let problem = paper::problem_with(paper::COARSE, paper::YOUNG, 0.0, paper::PUSH, 0.0).unwrap();

@@ -8,7 +8,7 @@
 //!   │   Ω₂    │→
 //!   └─────────┘ held
 //! ```
-//! There are no reference values: an admissible field of a finer mesh ([`crate::witness`]) is what bounds are held against.
+//! There are no reference values: an admissible field of a finer mesh ([`crate::witness`]) is what bounds are compared with.
 
 use crate::random::Random;
 use crate::rings::{A, B, C};

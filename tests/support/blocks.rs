@@ -8,7 +8,7 @@
 //!   │ Ω₂, E₂ν₂ │ height₂
 //!   └──────────┘ clamped
 //! ```
-//! Plane strain, width 2. Where the paper's problem (`paper.rs`) is one member of the family, with
+//! Plane strain, width 2. The paper's problem (`paper.rs`) is one member of the family, with
 //! `pressed = 2`, `pull = 30`. No reference values: problems for counts and for bounds.
 
 use fem_core::body::Body;

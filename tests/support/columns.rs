@@ -93,7 +93,7 @@ impl Columns {
         SymTensor2::new(nu / (1.0 - nu) * vertical, vertical, 0.0)
     }
 
-    /// The exact solution; the pressure is zero where the gap stays open.
+    /// The exact solution; the pressure is zero if the gap stays open.
     pub fn exact(&self) -> Exact {
         let [m1, m2] = self.moduli();
         let [b1, b2] = self.weights;

@@ -8,7 +8,7 @@
 //!        ╱        ╱
 //!        ╲      ╱
 //! ```
-//! Units: any consistent set. Exact (Williams 1952): `φ = z^λ`, `ψ = c z^λ` leave the faces at ±3π/4 free where
+//! Units: any consistent set. Exact (Williams 1952): `φ = z^λ`, `ψ = c z^λ` leave the faces at ±3π/4 free if
 //! `e^{2iλα} + λ e^{2iα} + c = 0` with α = 3π/4, that is `sin(3πλ/2) = λ` and `c = −cos(3πλ/2)`. The stress is
 //! of order `r^{λ−1}`: uniform meshes converge with the rate λ in energy.
 
@@ -52,6 +52,6 @@ pub fn body(n: usize) -> Result<Body, Box<dyn std::error::Error>> {
     let displacement = |c: usize| Some(ScalarData::function(move |x| field.displacement(x)[c]));
     let material = LinearElastic::isotropic(MATERIAL.0, MATERIAL.1, Hypothesis::PlaneStrain)?;
     let conditions = BoundaryConditions::new().displace("outer", displacement(0), displacement(1));
-    // The missing quadrant is the lower right one, so the bisector stands at 3π/4.
+    // The missing quadrant is the lower right one, so the bisector is at 3π/4.
     Ok(Body::new(turned(&l_shape(n)?, -0.75 * PI)?, material, &conditions)?)
 }

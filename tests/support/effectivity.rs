@@ -25,7 +25,7 @@ pub type Stress<'a> = Box<dyn Fn([f64; 2]) -> SymTensor2 + Sync + 'a>;
 pub enum Truth<'a> {
     /// The exact stresses of the two bodies, in the order of the problem handed over.
     Exact([Stress<'a>; 2]),
-    /// A finer solution, so many times more exact than the certified error of the converged one.
+    /// A finer solution, this many times more exact than the certified error of the converged one.
     Overkill(f64),
 }
 
@@ -50,7 +50,7 @@ pub struct Sample {
     pub stops: bool,
     /// An enclosure of `‖u − u_p‖`; both ends are the same for an exact solution.
     pub error: [f64; 2],
-    /// `e_CRE` for each relaxation asked for; `None` where its checks fail.
+    /// `e_CRE` for each relaxation asked for; `None` if its checks fail.
     pub bounds: Vec<Option<f64>>,
     /// Steps made in both bodies together, for each relaxation.
     pub steps: Vec<usize>,
@@ -70,7 +70,7 @@ pub struct Course {
     pub nodes: usize,
     /// The iterations, from the first.
     pub samples: Vec<Sample>,
-    /// Nodes and certified relative error of the finer solution, where there is one.
+    /// Nodes and certified relative error of the finer solution, if there is one.
     pub overkill: Option<(usize, f64)>,
 }
 

@@ -10,8 +10,8 @@
 //!     o  o  o
 //! ```
 //! Units: any consistent set. A roller on the part `x ≤ ½` of its top, pushed in by 0.01, holds Ω₁ against
-//! falling. Reference: none but invariance
-//! (nothing depends on the angle) and equilibrium (reactions carry the loads), both exact.
+//! falling. Reference: only invariance
+//! (the answer does not depend on the angle) and equilibrium (reactions carry the loads), both exact.
 
 use crate::shapes::{turn, turned};
 use fem_core::body::Body;

@@ -93,7 +93,7 @@ pub fn exact(materials: [(f64, f64); 2]) -> [Exact; 2] {
     [Exact { material: materials[0], below: false }, Exact { material: materials[1], below: true }]
 }
 
-/// The problem with `6n × 3n` cells per body: nodes stand where contact ends.
+/// The problem with `6n × 3n` cells per body: nodes lie where contact ends.
 ///
 /// # Errors
 /// None, for sensible numbers.

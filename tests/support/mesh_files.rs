@@ -274,7 +274,7 @@ fn msh4(out: &mut Out, points: &[[f64; 2]], blocks: &[Block]) {
     out.end("$EndElements\n");
 }
 
-/// Writes the nodes of a deck, which may stand in a file of their own.
+/// Writes the nodes of a deck, which may be in a file of their own.
 pub fn deck_nodes(bodies: &[(&str, &TriMesh)]) -> String {
     let mut text = "*NODE\n".to_owned();
     for (number, [x, y]) in (1..).zip(points(bodies)) {

@@ -1,6 +1,6 @@
 //! The true error of a coarse solution, enclosed by a finer one whose own certified error is known.
 //!
-//! The finer solution `u_f` stands on meshes made from the coarse ones by bisection, so the coarse field `v` lies in its
+//! The finer solution `u_f` is on meshes made from the coarse ones by bisection, so the coarse field `v` lies in its
 //! space, and both problems have the same data. With its stress `τ_f`, its pressure `p_f` and its bound `e_f`,
 //! ```text
 //! ‖u − v‖² = ‖u_f − v‖² + ‖u − u_f‖² + 2 C + 2 Y,      C = −(σ(u_f) − σ̂_f, ε(u_f − v))
@@ -153,7 +153,7 @@ fn parents_of(fine: &TriMesh, coarse: &TriMesh) -> Result<Vec<u32>, Box<dyn Erro
     (0..fine.triangles().len()).map(parent).collect()
 }
 
-/// Finds the coarse contact edge on which each fine pair stands.
+/// Finds the coarse contact edge on which each fine pair lies.
 fn pairs_of(fine: &ContactProblem, coarse: &ContactProblem) -> Vec<(usize, usize, f64)> {
     let at =
         |p: &ContactProblem, k: usize| p.bodies[0].mesh().points()[p.interface.pairs()[k].nodes[0] as usize];

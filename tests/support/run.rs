@@ -80,7 +80,7 @@ pub fn certify_with(
 /// Pairs the surfaces "bottom" and "top" of two bodies without gap, after a common refinement.
 ///
 /// # Errors
-/// Surfaces that have none.
+/// Surfaces without a common refinement.
 pub fn refined_in_common(
     bodies: [Body; 2],
 ) -> Result<(ContactProblem, Option<Changes>), Box<dyn std::error::Error>> {
@@ -90,7 +90,7 @@ pub fn refined_in_common(
 /// Pairs two surfaces after a common refinement.
 ///
 /// # Errors
-/// Surfaces that have none.
+/// Surfaces without a common refinement.
 pub fn paired_in_common(
     bodies: [Body; 2],
     surfaces: [&str; 2],

@@ -89,7 +89,7 @@ impl Stack {
         }
     }
 
-    /// A random pair of columns of one material, so many times as long as wide.
+    /// A random pair of columns of one material, `ratio` times as long as wide.
     pub fn slender(ratio: f64, random: &mut Random) -> Self {
         let width = 10f64.powf(3.0 * random.signed());
         let young = 10f64.powf(6.0 * random.signed());
@@ -313,7 +313,7 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// Solves a stack and measures its certificate; `None` if the program gives none.
+    /// Solves a stack and measures its certificate; `None` without a certificate.
     ///
     /// # Errors
     /// A stack that makes no problem.

@@ -40,7 +40,7 @@ impl Witness {
         !(bound * bound >= self.gain - self.noise)
     }
 
-    /// Computes the least error of `v` that the witness proves: 0 if none.
+    /// Computes the least error of `v` that the witness proves; 0 if it proves nothing.
     pub fn error(&self) -> f64 {
         (self.gain - self.noise).max(0.0).sqrt()
     }
@@ -72,7 +72,7 @@ fn mean<const C: usize>(a: [Quad; C], b: [Quad; C]) -> [Quad; C] {
 }
 
 impl Ladder {
-    /// Halves the cells of a problem so many times: 0 compares with fields on the same mesh.
+    /// Halves the cells of a problem this many times: 0 compares with fields on the same mesh.
     ///
     /// # Errors
     /// None, for sound problems.

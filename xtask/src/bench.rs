@@ -32,10 +32,10 @@ pub(crate) struct Arguments {
     /// Time what a user would pick instead, beside this program and on the same meshes, and nothing else
     #[arg(long)]
     peers: bool,
-    /// Runs of each process, after one that is thrown away
+    /// Runs of each process, after a discarded first run
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     runs: u32,
-    /// With --peers: only meshes of at most so many cells per side
+    /// With --peers: only meshes of at most this many cells per side
     #[arg(long, requires = "peers", value_name = "CELLS")]
     up_to: Option<usize>,
 }
@@ -88,7 +88,7 @@ fn build(workspace: &Workspace) -> Outcome<()> {
     if built == Some(0) { Ok(()) } else { Err("the program does not build".to_owned()) }
 }
 
-/// Today's date, as it stands in the names of folders.
+/// Today's date, as it is in the names of folders.
 fn today() -> String {
     jiff::Timestamp::now().strftime("%Y-%m-%d").to_string()
 }

@@ -25,8 +25,8 @@ const READERS: [Group; 1] = [Group {
 /// The case whose bodies are drawn; it comes first.
 const DRAWN: &str = "paper";
 
-/// Solves the cases and reads their files back; whether all agree. Skipped by name where Python or its packages are not
-/// to be had.
+/// Solves the cases and reads their files back; whether all agree. Skipped by name if Python or its packages are not
+/// available.
 pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<bool> {
     let environment = Environment::make(workspace.target.join("vtk-venv"), &READERS);
     if let Some((name, reason)) = environment.missing.first() {

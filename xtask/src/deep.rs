@@ -1,4 +1,4 @@
-//! `cargo xtask deep`: checks that need tools beyond the stable compiler. Each is skipped by name where its tool is not
+//! `cargo xtask deep`: checks that need tools beyond the stable compiler. Each is skipped by name if its tool is not
 //! there.
 //!
 //! No crate here has unsafe code (`[workspace.lints]` forbids it). What the sanitizer and Miri look at is that of the

@@ -11,7 +11,7 @@ const KATEX: &str = "xtask/katex";
 /// Builds the documentation with warnings denied; returns whether there were none.
 pub(crate) fn run(workspace: &Workspace) -> Outcome<bool> {
     let pages = workspace.target.join("doc");
-    // rustdoc links to another crate only where its pages are there when it begins: one crate after the other.
+    // rustdoc links to another crate only if its pages are there when it begins: one crate after the other.
     for name in ordered(&workspace.packages) {
         if !document(workspace, &["--package", name])? {
             return Ok(false);
@@ -22,7 +22,7 @@ pub(crate) fn run(workspace: &Workspace) -> Outcome<bool> {
     Ok(true)
 }
 
-/// Builds the documentation of everything at once, where only its warnings count.
+/// Builds the documentation of everything at once; only its warnings count.
 pub(crate) fn check(workspace: &Workspace) -> Outcome<bool> {
     document(workspace, &["--workspace"])
 }

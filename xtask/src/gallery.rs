@@ -138,7 +138,7 @@ fn measured(report: &Value) -> Outcome<String> {
     ))
 }
 
-/// What stands between two texts.
+/// The text between two others.
 fn between<'a>(text: &'a str, from: &str, to: &str) -> Option<&'a str> {
     text.split_once(from)?.1.split_once(to).map(|(inside, _)| inside)
 }

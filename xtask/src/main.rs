@@ -5,8 +5,8 @@
 //! - `tidy` checks what no compiler checks: the crate graph on the map, stray files, forbidden words,
 //! - `bench` runs the benchmark suites and writes `bench-results/`; with `--peers`, other programs beside this one,
 //! - `check-vtk` reads the ParaView files back by other programs,
-//! - `gallery` makes the pictures of `bench-results/gallery` anew,
-//! - `reproduce` runs the studies whose tables stand in `bench-results/`,
+//! - `gallery` makes the pictures of `bench-results/gallery` again,
+//! - `reproduce` runs the studies whose tables are in `bench-results/`,
 //! - `deep` runs what needs tools beyond the stable compiler: licences, AddressSanitizer, Miri.
 
 // Reporting is what these tasks are for.

@@ -7,10 +7,10 @@ use std::process::Command;
 /// Packages that are installed together, with the versions that were tried.
 pub(crate) struct Group {
     pub(crate) name: &'static str,
-    /// What other packages are built with; none where wheels exist.
+    /// What other packages are built with; empty if wheels exist.
     pub(crate) tools: &'static [&'static str],
     pub(crate) packages: &'static [[&'static str; 2]],
-    /// What to do where they do not install.
+    /// What to do if they do not install.
     pub(crate) hint: &'static str,
 }
 
@@ -24,7 +24,7 @@ pub(crate) struct Environment {
 impl Environment {
     /// Makes the environment or completes the one of an earlier run.
     ///
-    /// Without the first group there is no use for the others.
+    /// Without the first group the others are not installed.
     pub(crate) fn make(folder: PathBuf, groups: &[Group]) -> Environment {
         let mut made = Environment { folder, missing: vec![] };
         if !made.python().exists()

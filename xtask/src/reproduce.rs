@@ -14,7 +14,7 @@ pub(crate) struct Arguments {
     quick: bool,
 }
 
-/// A page: its folder, its title and what stands above the tables.
+/// A page: its folder, its title and the text above the tables.
 struct Page {
     study: &'static str,
     title: &'static str,
@@ -36,7 +36,7 @@ const PAGES: [Page; 4] = [
         title: "Effectivity: the bound over the true error",
         text: "`e_CRE/‖u − u_p‖` for every problem, mesh and iteration, from lambda = 0 with the default settings until \
                `eta_nndd` has fallen by 1e-6; with EET alone, with the default two steps of relaxation, and with \
-               relaxation until a step gains less than 0.002 (at most 50 steps). Where the exact solution is known the \
+               relaxation until a step gains less than 0.002 (at most 50 steps). If the exact solution is known the \
                error is integrated. Elsewhere it is enclosed by a solution on a finer mesh that contains the coarse one, \
                whose certified error is stated (`tests/support/overkill.rs`): such effectivities are intervals, and their \
                upper ends are compared with the targets. Bounds whose checks fail are counted as refused, not measured. \

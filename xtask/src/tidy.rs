@@ -1,22 +1,24 @@
 //! `cargo xtask tidy`: what no compiler checks.
 //!
 //! The crate graph in ARCHITECTURE.md equals the one cargo sees; manifests inherit from the workspace; external
-//! dependencies are named on the map; every source that a comment cites stands in REFERENCES.bib, and every one
+//! dependencies are named on the map; every source that a comment cites is in REFERENCES.bib, and every one
 //! there is cited; the tests of every example run; tracked files hold no path of one machine, no word that marks unfinished
-//! work, and are neither large nor out of place; neighbouring modules of a crate take from each other in one direction.
+//! work and, if they are Rust or pages, no phrase that is hard to read, and are neither large nor out of place;
+//! neighbouring modules of a crate take from each other in one direction.
 
 mod citations;
 mod files;
 mod finding;
 mod map;
 mod modules;
+mod words;
 
 use crate::workspace::{Outcome, Workspace, output, read};
 use finding::Finding;
 use map::MAP;
 use std::collections::BTreeSet;
 
-/// Rust files beyond so many lines are named.
+/// Rust files with more lines than this are named.
 const LONG: usize = 500;
 /// Runs every check, prints what it found, and returns whether it found nothing.
 pub(crate) fn run(workspace: &Workspace) -> Outcome<bool> {
@@ -39,6 +41,7 @@ pub(crate) fn run(workspace: &Workspace) -> Outcome<bool> {
     let sources = citations::entries(&read(&workspace.root.join(citations::BIBLIOGRAPHY))?);
     let mut cited = BTreeSet::new();
     let mut notes = vec![];
+    let mut counts = words::Counts::default();
     let mut rust = vec![];
     for file in &files {
         let Ok(bytes) = std::fs::read(workspace.root.join(file)) else { continue };
@@ -48,6 +51,8 @@ pub(crate) fn run(workspace: &Workspace) -> Outcome<bool> {
             continue;
         }
         let text = String::from_utf8_lossy(&bytes);
+        findings.extend(words::findings(file, &text));
+        counts.add(file, &text);
         // The citations' own tests cite what is not there.
         if !file.ends_with("/citations.rs") {
             cited.extend(citations::cited(file, &text, &sources));
@@ -73,6 +78,7 @@ pub(crate) fn run(workspace: &Workspace) -> Outcome<bool> {
     for note in &notes {
         println!("{note}");
     }
+    println!("{counts}");
     println!(
         "tidy: {} files, {} packages, {} findings",
         files.len(),

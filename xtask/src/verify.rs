@@ -47,7 +47,7 @@ impl Step {
         }
     }
 
-    /// Runs the step; `Ok(false)` where it found something wrong.
+    /// Runs the step; `Ok(false)` if it found something wrong.
     fn run(self, workspace: &Workspace) -> Outcome<bool> {
         let cargo = |arguments: &[&str]| stream(&mut workspace.cargo(arguments)).map(|code| code == Some(0));
         match self {
@@ -63,7 +63,7 @@ impl Step {
     }
 }
 
-/// Runs the steps asked for, going on after one that fails, and returns whether all passed.
+/// Runs the steps asked for, continuing after one that fails, and returns whether all passed.
 pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<bool> {
     let chosen =
         |s: &Step| (arguments.only.is_empty() || arguments.only.contains(s)) && !arguments.skip.contains(s);
@@ -88,7 +88,7 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<bool>
 
 /// Builds the program and solves every case; says of each whether it ended as its file expects.
 fn cases(workspace: &Workspace) -> Outcome<bool> {
-    // As the tests build it: a plain build has fewer features switched on and would compile everything anew.
+    // As the tests build it: a plain build has fewer features switched on and would compile everything again.
     let build = ["test", "--workspace", "--release", "--no-run", "--quiet"];
     if stream(&mut workspace.cargo(&build))? != Some(0) {
         return Ok(false);
@@ -130,7 +130,7 @@ fn case(workspace: &Workspace, file: &Path) -> Outcome<i32> {
     let expected = expected_exit(&read(file)?)?;
     let name = file.file_stem().unwrap_or_default();
     let out = workspace.target.join("verify").join(name);
-    // An old report must not stand in for a new one.
+    // An old report must not be taken for a new one.
     if out.exists() {
         std::fs::remove_dir_all(&out).map_err(|e| format!("{}: {e}", workspace.shown(&out)))?;
     }

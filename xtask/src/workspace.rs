@@ -4,7 +4,7 @@ use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// What a task returns, with a sentence where it could not be carried out.
+/// What a task returns, with a sentence if it could not be carried out.
 pub(crate) type Outcome<T> = Result<T, String>;
 
 /// The workspace as `cargo metadata` describes it.
@@ -129,7 +129,7 @@ pub(crate) fn described(command: &Command) -> String {
     words.map(|w| w.to_string_lossy().into_owned()).collect::<Vec<_>>().join(" ")
 }
 
-/// Runs a command, its output shown as it comes, and returns its exit status; `None` where a signal ended it.
+/// Runs a command, its output shown as it comes, and returns its exit status; `None` if a signal ended it.
 pub(crate) fn stream(command: &mut Command) -> Outcome<Option<i32>> {
     println!("$ {}", described(command));
     let status = command.status().map_err(|e| format!("{}: {e}", described(command)))?;

@@ -9,7 +9,7 @@ use peak_alloc::PeakAlloc;
 const PER_BYTE: usize = 100;
 /// And beside that: tables of keys, a mesh of [`MOST_NODES`] nodes, messages.
 const CONSTANT: usize = 2 << 20;
-/// Bodies of generated meshes are made up to so many nodes: their size is the user's wish, not a flaw.
+/// Bodies of generated meshes are made up to this many nodes: their size is the user's wish, not a flaw.
 const MOST_NODES: u64 = 400;
 /// Groups of one file that are taken as regions: all of them would be quadratic work, and none of the reader's doing.
 const MOST_REGIONS: usize = 8;

@@ -66,7 +66,7 @@ pub struct Case {
     pub solver: Solver,
     /// `[estimator]`.
     pub estimator: Estimator,
-    /// `[adapt]`, where an adaptive run is wanted.
+    /// `[adapt]`, if an adaptive run is wanted.
     pub adapt: Option<Adapt>,
     /// `[output]`.
     pub output: Output,
@@ -95,7 +95,7 @@ pub struct Contact {
     pub gap: Value,
     /// `gap = "geometric"`: the gap is measured between the meshes along the contact normal.
     pub geometric: bool,
-    /// A fixed direction of contact, out of the first body; averaged at the nodes where it is left out.
+    /// A fixed direction of contact, out of the first body; averaged at the nodes if it is left out.
     pub normal: Option<[f64; 2]>,
 }
 
@@ -155,7 +155,7 @@ pub struct Estimator {
     pub relaxation: usize,
     /// Instead of a fixed number of steps: relax until little is left to gain. The default.
     pub until: Option<RelaxUntil>,
-    /// Estimate every so many iterations; 0 only when needed.
+    /// Iterations from one estimate to the next; 0: only when needed.
     pub every: usize,
 }
 
@@ -241,7 +241,7 @@ impl Case {
     }
 
     /// Returns the place of a key by its dotted path, `body.0.displacement.1.on`, or of the nearest table above it
-    /// that stands in the file.
+    /// that is in the file.
     pub fn place(&self, path: &str) -> Option<&Place> {
         let mut path = path;
         loop {
@@ -255,7 +255,7 @@ impl Case {
         }
     }
 
-    /// Says whether a key stands in the file or in an override, rather than having its default.
+    /// Says whether a key is in the file or in an override, rather than having its default.
     pub fn is_given(&self, path: &str) -> bool {
         self.places.contains_key(path)
     }
@@ -274,7 +274,7 @@ impl Case {
         self.output.directory.clone().unwrap_or_else(|| format!("runs/{}", stem()))
     }
 
-    /// Counts the nodes that the bodies' meshes will have, without making them; none for files that were not read.
+    /// Counts the nodes that the bodies' meshes will have, without making them; 0 for files that were not read.
     pub fn node_counts(&self) -> [u64; 2] {
         [0, 1].map(|k| match self.bodies[k].mesh {
             MeshSource::File { .. } => self.meshes.region(k).map_or(0, |r| r.node_numbers().len() as u64),

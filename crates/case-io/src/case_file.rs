@@ -28,7 +28,7 @@ use toml::de::DeTable;
 /// The largest case file that is read, in bytes.
 pub const LARGEST_CASE_FILE: u64 = 16 << 20;
 
-/// At most so many faults of syntax are told: each costs a look at the whole text.
+/// At most this many syntax errors are reported: each takes a pass over the whole text.
 const MOST_SYNTAX_FAULTS: usize = 8;
 
 /// Reads the bytes of a case file from disk.
@@ -125,8 +125,8 @@ fn document(text: &str, source: &Arc<Source>) -> Result<Table, CaseError> {
     Err(CaseError::new(syntax_faults(text, errors, source)))
 }
 
-/// Lists the faults of a text that is no TOML, without those that follow from others: a bracket that is never closed makes
-/// every line below it wrong. So a faulty line is blanked before what stands below it is judged.
+/// Lists the faults of a text that is not TOML, without those that follow from others: a bracket that is never closed
+/// makes every line below it wrong. So a faulty line is blanked before the lines below it are checked.
 fn syntax_faults(text: &str, mut errors: Vec<toml::de::Error>, source: &Arc<Source>) -> Vec<Diagnostic> {
     let mut text = text.to_owned();
     let mut faults = Vec::new();
@@ -142,7 +142,7 @@ fn syntax_faults(text: &str, mut errors: Vec<toml::de::Error>, source: &Arc<Sour
         from = end + 1;
         let header = is_header(&text[start..end]);
         if is_duplicate(first) {
-            // The text is TOML up to its meaning: the other faults stand by themselves, but for the keys of a table that is
+            // The text is TOML up to its meaning: the other faults are independent, but for the keys of a table that is
             // there twice.
             if header {
                 from = headers(&text).find(|at| *at > start).unwrap_or(text.len());
@@ -151,7 +151,7 @@ fn syntax_faults(text: &str, mut errors: Vec<toml::de::Error>, source: &Arc<Sour
         }
         if header || text[start..at].trim().is_empty() {
             // To which table the keys below belong is not known, or the fault began further up, as an array that is
-            // never closed: what stands below cannot be judged.
+            // never closed: the lines below cannot be checked.
             break;
         }
         text.replace_range(start..end, &" ".repeat(end - start));
@@ -191,7 +191,7 @@ fn headers(text: &str) -> impl Iterator<Item = usize> {
     lines(text).filter(|(_, line)| is_header(line)).map(|(start, _)| start)
 }
 
-/// Describes a fault of syntax; of a key that stands twice, with the place of the first.
+/// Describes a fault of syntax; of a duplicate key, with the place of the first.
 fn syntax_fault(text: &str, error: &toml::de::Error, span: Range<usize>, source: &Arc<Source>) -> Diagnostic {
     let fault =
         |message: String| Diagnostic::new(code::SYNTAX, Some(Place::new(source, span.clone())), message);
@@ -202,18 +202,18 @@ fn syntax_fault(text: &str, error: &toml::de::Error, span: Range<usize>, source:
         let toml = "TOML: `key = value`, texts in quotes, arrays in brackets";
         let said = error.message();
         let (found, expected) = said.split_once(", expected ").unwrap_or((said, toml));
-        return fault(found.to_owned()).expected(expected).fix("mend this line as TOML has it");
+        return fault(found.to_owned()).expected(expected).fix("write this line as valid TOML");
     }
     let key = text.get(span.clone()).unwrap_or_default();
     let first = first_of(text, key, span.start)
-        .map(|at| format!(", which stands first in line {}", Place::new(source, at..at).line))
+        .map(|at| format!(", first defined in line {}", Place::new(source, at..at).line))
         .unwrap_or_default();
     fault(format!("duplicate key {}{first}", excerpt(key)))
         .expected("every key and every table once")
         .fix("take one of the two out, or rename it")
 }
 
-/// Finds where a key or the header of a table, which stands a second time at `at`, stands first.
+/// Finds where a key or the header of a table, repeated at `at`, appears first.
 fn first_of(text: &str, key: &str, at: usize) -> Option<usize> {
     let (start, line) = lines(text).take_while(|(start, _)| *start <= at).last()?;
     let before = lines(text).take_while(|(other, _)| *other < start);
@@ -225,7 +225,7 @@ fn first_of(text: &str, key: &str, at: usize) -> Option<usize> {
         other.trim_start().strip_prefix(key).is_some_and(|rest| rest.trim_start().starts_with(['=', '.']))
     };
     let in_table = before.filter(|(other, _)| *other >= table).find(sets).map(|(other, _)| other);
-    // Within an inline table both stand in one line.
+    // Within an inline table both are on one line.
     in_table.or_else(|| text.get(start..at)?.contains(key).then_some(start))
 }
 

@@ -1,8 +1,8 @@
-//! Checkpoints of adaptive runs: what a run that was ended from outside needs to go on.
+//! Checkpoints of adaptive runs: what an interrupted run needs to be resumed.
 //!
 //! A file holds one line, `nndd checkpoint 1` and the SHA-256 of the rest, and then JSON. Two are kept, the newest and
 //! the one before it, each written under a temporary name and renamed: whenever a process is killed, one is whole. A
-//! file that was damaged afterwards is told by its hash, and the older one is used.
+//! file that was damaged afterwards is recognised by its hash, and the older one is used.
 
 use crate::output::{OutputDirectory, OutputError, ResultKind};
 use serde::{Deserialize, Serialize};
@@ -19,7 +19,7 @@ const HEAD: &str = "nndd checkpoint 1 ";
 /// A run, and how far it has come.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Checkpoint {
-    /// What the run computes: [`crate::Case::identity`]. Only a run of the same case may go on from here.
+    /// What the run computes: [`crate::Case::identity`]. Only a run of the same case may resume from here.
     pub case: Value,
     /// How far it has come; `None` before its first mesh is solved.
     pub progress: Option<Progress>,
@@ -30,7 +30,7 @@ pub struct Checkpoint {
 pub struct Progress {
     /// Whether the roles are exchanged against the case file.
     pub swapped: bool,
-    /// The compliances by which the roles were chosen, m³/N; `None` where the case says who carries λ.
+    /// The compliances by which the roles were chosen, m³/N; `None` if the case says who carries λ.
     pub compliance: Option<[f64; 2]>,
     /// The second mesh and every one after it; the last one is to be solved.
     pub meshes: Vec<FinerMesh>,
@@ -45,7 +45,7 @@ pub struct FinerMesh {
     pub rounds: Vec<[Vec<u32>; 2]>,
     /// λ at each pair, m.
     pub lambda: Vec<f64>,
-    /// Whether each pair touched, where that is known.
+    /// Whether each pair touched, if that is known.
     pub active: Option<Vec<bool>>,
 }
 
@@ -70,7 +70,7 @@ pub struct Step {
     pub seconds: f64,
 }
 
-/// Why a run cannot go on.
+/// Why a run cannot be resumed.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum CheckpointError {
@@ -83,7 +83,7 @@ pub enum CheckpointError {
         /// Where a checkpoint was looked for.
         directory: PathBuf,
     },
-    /// The run came to its end.
+    /// The run has finished.
     #[error(
         "nothing to resume: the run in {} has finished ({word}) and its result is there; to compute it again, run the case \
          without --resume", directory.display()
@@ -94,7 +94,7 @@ pub enum CheckpointError {
         /// The status word of the result.
         word: String,
     },
-    /// No checkpoint is whole.
+    /// All checkpoints are damaged.
     #[error("no checkpoint in {} can be used: {reason}; run the case without --resume, with --force", directory.display())]
     Damaged {
         /// Where it was looked for.
@@ -133,10 +133,10 @@ pub fn remove(directory: &mut OutputDirectory) -> Result<(), OutputError> {
     [NEWEST, PREVIOUS].into_iter().try_for_each(|name| directory.remove(name))
 }
 
-/// Reads the newest checkpoint that is whole, and a note where that is not the newest one.
+/// Reads the newest intact checkpoint, and a note if that is not the newest one.
 ///
 /// # Errors
-/// None is there, or none is whole.
+/// There is no checkpoint, or all are damaged.
 pub fn read(directory: &Path) -> Result<(Checkpoint, Option<String>), CheckpointError> {
     let mut damaged = Vec::new();
     for name in [NEWEST, PREVIOUS] {
@@ -145,7 +145,7 @@ pub fn read(directory: &Path) -> Result<(Checkpoint, Option<String>), Checkpoint
             Err(error) => damaged.push(format!("{name} cannot be read ({error})")),
             Ok(bytes) => match decode(&bytes) {
                 Ok(checkpoint) => {
-                    let note = damaged.first().map(|fault| format!("{fault}; the run goes on from {name}"));
+                    let note = damaged.first().map(|fault| format!("{fault}; the run resumes from {name}"));
                     return Ok((checkpoint, note));
                 }
                 Err(fault) => damaged.push(format!("{name} {fault}")),
@@ -174,13 +174,13 @@ fn digest(body: &[u8]) -> String {
 }
 
 fn decode(bytes: &[u8]) -> Result<Checkpoint, &'static str> {
-    let rest = bytes.strip_prefix(HEAD.as_bytes()).ok_or("is no checkpoint of this version")?;
+    let rest = bytes.strip_prefix(HEAD.as_bytes()).ok_or("is not a checkpoint of this version")?;
     let end = rest.iter().position(|&b| b == b'\n').ok_or("is damaged")?;
     let (hash, body) = (&rest[..end], &rest[end + 1..]);
     if hash != digest(body).as_bytes() {
         return Err("is damaged");
     }
-    serde_json::from_slice(body).map_err(|_| "is no checkpoint of this version")
+    serde_json::from_slice(body).map_err(|_| "is not a checkpoint of this version")
 }
 
 /// Lists where two cases differ: the dotted path of each setting, what the checkpoint has, what the case has now.
@@ -258,7 +258,7 @@ mod tests {
                 std::fs::write(path.join(NEWEST), bytes).unwrap();
                 let (found, note) = read(path).unwrap();
                 assert_eq!(found, checkpoint(-1e-300));
-                assert!(note.unwrap().contains("goes on from checkpoint-previous.nndd"));
+                assert!(note.unwrap().contains("resumes from checkpoint-previous.nndd"));
             }
         }
         std::fs::remove_file(path.join(NEWEST)).unwrap();

@@ -1,6 +1,6 @@
 //! What is wrong with a case, and where: sources, places, diagnostics, and the error that collects them.
 //!
-//! Every diagnostic says what was found, what was expected and, where there is one, a fix. The binary
+//! Every diagnostic says what was found, what was expected and, if there is one, a fix. The binary
 //! renders them; this crate only provides the words and the places.
 
 use std::fmt;
@@ -14,7 +14,7 @@ pub const MOST_DIAGNOSTICS: usize = 20;
 pub mod code {
     /// The bytes are not UTF-8.
     pub const ENCODING: &str = "case::encoding";
-    /// The text is not TOML, or a key stands twice.
+    /// The text is not TOML, or a key is given twice.
     pub const SYNTAX: &str = "case::syntax";
     /// A key that no version knows.
     pub const UNKNOWN_KEY: &str = "case::unknown_key";
@@ -26,7 +26,7 @@ pub mod code {
     pub const VALUE: &str = "case::value";
     /// A name that refers to nothing.
     pub const REFERENCE: &str = "case::reference";
-    /// A name that stands twice.
+    /// A duplicate name.
     pub const DUPLICATE: &str = "case::duplicate";
     /// An expression that cannot be read.
     pub const EXPRESSION: &str = "case::expression";
@@ -118,7 +118,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// One thing that is wrong, or worth a warning.
+/// One error or warning.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Diagnostic {
@@ -139,7 +139,7 @@ impl Diagnostic {
         Self { code, message: message.into(), place, expected: None, help: None }
     }
 
-    /// Names the option of the command line that a value came with, where it is another than `--set`.
+    /// Names the option of the command line that a value came with, if it is another than `--set`.
     ///
     /// * `option`: such as `--over`.
     pub fn given_by(&mut self, option: &str, key: &str, value: &str) {
@@ -241,7 +241,7 @@ pub fn nearest<'a>(found: &str, names: impl IntoIterator<Item = &'a str>) -> Opt
     (distance(&best) <= limit).then_some(best)
 }
 
-/// Makes the help "did you mean …?" where a name is near enough, with quotes of the caller's choice.
+/// Makes the help "did you mean …?" if a name is near enough, with quotes of the caller's choice.
 pub(crate) fn did_you_mean<'a>(
     found: &str,
     names: impl IntoIterator<Item = &'a str>,
@@ -250,7 +250,7 @@ pub(crate) fn did_you_mean<'a>(
     nearest(found, names).map(|name| format!("did you mean {quote}{name}{quote}?"))
 }
 
-/// Writes three significant digits, without an exponent where that is readable.
+/// Writes three significant digits, without an exponent if that is readable.
 ///
 /// ```
 /// let written = [1.8349, 42.04, 3.2e-9, 0.9999, 0.0].map(case_io::diagnostic::significant);

@@ -34,7 +34,7 @@ pub const LONGEST_EXPRESSION: usize = 1000;
 /// The most parentheses that are open at one place.
 pub const DEEPEST_EXPRESSION: usize = 50;
 
-/// Why a text is no expression.
+/// Why a text is not an expression.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error("{message}")]
 pub struct ExpressionError {
@@ -80,7 +80,7 @@ impl Expression {
         &self.text
     }
 
-    /// Evaluates the expression at a point `[x, y]`; NaN or infinite where it is not defined.
+    /// Evaluates the expression at a point `[x, y]`; NaN or infinite if it is not defined.
     pub fn at(&self, [x, y]: Vector) -> f64 {
         let value = match self.uses {
             [true, true] => self.compiled.eval(&[x, y]),
@@ -91,7 +91,7 @@ impl Expression {
         value.unwrap_or(f64::NAN)
     }
 
-    /// Says whether the value is the same everywhere because neither `x` nor `y` stands in the text.
+    /// Says whether the value is the same everywhere because neither `x` nor `y` is in the text.
     pub fn is_constant(&self) -> bool {
         self.uses == [false; 2]
     }

@@ -19,7 +19,7 @@
 //! | record every setting, name the case | [`Case::settings_json`], [`Case::hash`] |
 //! | write what a run found | [`report::Report`], [`table`], [`vtu`] |
 //! | write it safely | [`output::OutputDirectory`] |
-//! | go on with an adaptive run | [`checkpoint`] |
+//! | resume an adaptive run | [`checkpoint`] |
 //! | start from something | [`template`] |
 //!
 //! Solver settings leave this crate as plain typed tables; it knows no solver. Numbers that are not finite are

@@ -4,7 +4,7 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// A symbolic link that leads nowhere.
+/// A broken symbolic link.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BrokenLink {
     /// The link: a path, or one of the directories above it.
@@ -20,7 +20,7 @@ impl BrokenLink {
     /// What helps.
     pub const FIX: &'static str = "create what the link points to, or remove the link";
 
-    /// Finds the link in a path, the path itself included, whose target is missing; `None` if there is none.
+    /// Finds the link in a path, the path itself included, whose target is missing; `None` if all targets exist.
     pub fn find(path: &Path) -> Option<Self> {
         let is_missing = |p: &Path| p.metadata().is_err_and(|e| e.kind() == io::ErrorKind::NotFound);
         let link = path.ancestors().find(|p| p.is_symlink() && is_missing(p))?;

@@ -39,7 +39,7 @@ pub(crate) fn without_quotes(text: &str) -> &str {
     text.trim_matches(|c| QUOTES.contains(&c)).trim()
 }
 
-/// Writes a number as TOML has it: digits on both sides of the point, no zeros in front, an `E` as it is.
+/// Writes a number as TOML requires it: digits on both sides of the point, no zeros in front, an `E` as it is.
 pub(crate) fn spelled(number: &str) -> String {
     let (sign, digits) = match number.strip_prefix('-') {
         Some(digits) => ("-", digits),

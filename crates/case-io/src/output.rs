@@ -2,7 +2,7 @@
 //! results is owned by one run and one case.
 //!
 //! A run collects its files in a hidden directory beside the earlier result. They take the place of that result when all of
-//! them are written, so a full disk or a killed run costs nothing that was there before.
+//! them are written, so a full disk or a killed run loses nothing that was there before.
 
 mod directory;
 mod inspect;
@@ -42,7 +42,7 @@ impl ResultKind {
     }
 }
 
-/// The newest checkpoint of a run that has not come to its end.
+/// The newest checkpoint of an unfinished run.
 pub const CHECKPOINT: &str = "checkpoint.nndd";
 /// The one before it.
 pub const CHECKPOINT_BEFORE: &str = "checkpoint-previous.nndd";
@@ -57,7 +57,7 @@ pub enum OutputError {
         /// The path.
         path: PathBuf,
     },
-    /// A symbolic link in the path leads nowhere.
+    /// A symbolic link in the path is broken.
     #[error("{} {link}; create what it points to, or choose another directory with --out", link.link.display())]
     BrokenLink {
         /// The link and its target.
@@ -68,16 +68,16 @@ pub enum OutputError {
     Locked {
         /// The directory.
         path: PathBuf,
-        /// The process that holds it, where it is known.
+        /// The process that holds it, if it is known.
         holder: Option<u32>,
     },
     /// The directory holds a run that was ended before it had a result.
-    #[error("{} holds a run that did not come to its end; go on with it by --resume, or begin anew with --force", path.display())]
+    #[error("{} holds an unfinished run; continue it with --resume, or start again with --force", path.display())]
     Unfinished {
         /// The directory.
         path: PathBuf,
     },
-    /// The directory holds something that is no complete result.
+    /// The directory holds something that is not a complete result.
     #[error("{} is not empty and was not written by nndd (found \"{found}\"); use --out DIR, or --force to write anyway", path.display())]
     NotOurs {
         /// The directory.
@@ -91,7 +91,7 @@ pub enum OutputError {
         /// The directory.
         path: PathBuf,
     },
-    /// The directory went away while a run used it.
+    /// The directory was removed while a run used it.
     #[error("{} was removed or replaced while the run was using it", path.display())]
     Vanished {
         /// The directory.
@@ -103,14 +103,14 @@ pub enum OutputError {
         /// The name.
         name: String,
     },
-    /// The operating system's complaint.
+    /// An error of the operating system.
     #[error("cannot {what} {}: {source}", path.display())]
     Io {
         /// What was tried.
         what: &'static str,
         /// With which file.
         path: PathBuf,
-        /// What came of it.
+        /// The error.
         source: io::Error,
     },
 }

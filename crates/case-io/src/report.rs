@@ -1,7 +1,7 @@
 //! `report.json`: what a run found, with the exact keys and their order.
 //!
 //! JSON has no NaN: serde_json would write `null` without a word. [`Report::to_json`] therefore refuses a number
-//! that is not finite and names its place. Where a value may be unknown its type is an [`Option`], written as `null`.
+//! that is not finite and names its place. If a value may be unknown its type is an [`Option`], written as `null`.
 
 mod finite;
 mod sweep;
@@ -23,7 +23,7 @@ pub const CASE_HASH: &str = "case_hash";
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ReportError {
-    /// A number that is infinite or not a number: a defect of the program, never written.
+    /// A number that is infinite or NaN: a defect of the program, never written.
     #[error("the report's {field} is {value}; only finite numbers are written")]
     NotFinite {
         /// Dotted path of the number.
@@ -55,7 +55,7 @@ pub struct Report {
     pub certificate: Certificate,
     /// The numbers engineers ask for, of the last row.
     pub results: Results,
-    /// One row per adaptive step; empty where the run was not adaptive.
+    /// One row per adaptive step; empty if the run was not adaptive.
     pub adaptive: Vec<AdaptiveRow>,
     /// What is worth knowing about how the case was read, such as cells that were split.
     #[serde(default)]
@@ -108,21 +108,21 @@ pub struct ContactSummary {
 pub struct IterationRow {
     /// From 1.
     pub iteration: usize,
-    /// θ of this iteration; `None` for a method that has none.
+    /// θ of the update that follows; `None` for a method without θ.
     pub theta: Option<f64>,
     /// ε_t.
     pub precision: Option<f64>,
     /// η_NNDD.
     pub eta_nndd: Option<f64>,
-    /// η_dis, where it was estimated.
+    /// η_dis, if it was estimated.
     pub eta_dis: Option<f64>,
-    /// The bound of the energy error, where it was estimated.
+    /// The bound of the energy error, if it was estimated.
     pub e_cre: Option<f64>,
-    /// Pairs with a positive force or an active bound.
+    /// Pairs with a positive force.
     pub contact_nodes: usize,
-    /// `Σ r²_i`, N/m, where it is a number.
+    /// `Σ r²_i`, N/m, if it is finite.
     pub contact_force: Option<f64>,
-    /// The contact forces of both bodies in the file's order, N/m, positive in compression, where they are numbers:
+    /// The contact forces of both bodies in the file's order, N/m, positive in compression, if they are finite:
     /// equal at the discrete solution.
     pub contact_forces: [Option<f64>; 2],
     /// How the contact problem was solved.
@@ -140,7 +140,7 @@ pub struct Certificate {
     pub e_cre: Option<f64>,
     /// Relative to the energy norm of the computed solution; `None` if the bodies hold no strain energy.
     pub relative: Option<f64>,
-    /// A bound relative to the energy norm of the exact solution, where there is one.
+    /// A bound relative to the energy norm of the exact solution, if there is one.
     pub relative_guaranteed: Option<f64>,
     /// η_dis.
     pub eta_dis: Option<f64>,
@@ -152,7 +152,7 @@ pub struct Certificate {
     pub parts: Parts,
     /// What makes the bound valid.
     pub checks: Checks,
-    /// What the bound says about the exact solution, where it is valid.
+    /// What the bound says about the exact solution, if it is valid.
     pub bounds: Bounds,
 }
 
@@ -187,7 +187,7 @@ pub struct Parts {
     pub contact: Option<f64>,
     /// Of the lift on bent contact lines.
     pub lift: Option<f64>,
-    /// Of gaps that bent edges cannot carry.
+    /// Of gaps that bent edges cannot represent.
     pub gap_data: Option<f64>,
     /// Of friction.
     pub friction: Option<f64>,
@@ -232,7 +232,7 @@ impl Checks {
 }
 
 /// The numbers engineers ask for; [`Results::default`] is those of a run that ended before there were any: an
-/// empty list is a result, `null` is none.
+/// empty list is a result, `null` means that there is no result.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Results {
     /// `a(u, u)` of each body.

@@ -1,5 +1,5 @@
-//! The CSV files: history, contact, adaptive steps and sweep. Numbers stand in the shortest form that reads back exactly; what is
-//! unknown is an empty field.
+//! The CSV files: history, contact, adaptive steps and sweep. Numbers are in the shortest form that reads back
+//! exactly; an unknown value is an empty field.
 
 use crate::report::{AdaptiveRow, IterationRow, SweepPanel, check_finite};
 use serde::{Deserialize, Serialize};
@@ -32,7 +32,7 @@ pub const ADAPTIVE_COLUMNS: [&str; 7] =
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum TableError {
-    /// A number that is infinite or not a number.
+    /// A number that is infinite or NaN.
     #[error("row {row} of the table: {field} is {value}; only finite numbers are written")]
     NotFinite {
         /// Row, from 1.
@@ -42,7 +42,7 @@ pub enum TableError {
         /// What was found.
         value: f64,
     },
-    /// The CSV writer's own complaint.
+    /// An error of the CSV writer.
     #[error("the table cannot be written: {0}")]
     Csv(#[from] csv::Error),
 }

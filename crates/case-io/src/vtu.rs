@@ -118,7 +118,7 @@ pub enum VtuError {
         /// How many there are.
         points: usize,
     },
-    /// A number that is infinite or not a number.
+    /// A number that is infinite or NaN.
     #[error("the array \"{name}\" has {value} in entry {entry}; only finite numbers are written")]
     NotFinite {
         /// Its name.
@@ -128,7 +128,7 @@ pub enum VtuError {
         /// What was found.
         value: f64,
     },
-    /// The writer's complaint.
+    /// An error of the writer.
     #[error(transparent)]
     Io(#[from] io::Error),
 }

@@ -21,7 +21,7 @@ use fem_core::interface::ContactProblem;
 use nndd::NnddStatus;
 use serde_json::{Value, json};
 
-/// What a printer hears of an adaptive run.
+/// What a printer is told about an adaptive run.
 pub(crate) enum Event<'a> {
     /// An iteration on the present mesh.
     Iteration(&'a Row),
@@ -116,7 +116,7 @@ struct Steps<'a> {
     before: f64,
     /// Nodes of the mesh that was solved last.
     nodes: usize,
-    /// Why the next mesh has no room.
+    /// Why there is not enough memory for the next mesh.
     memory: Option<String>,
 }
 
@@ -166,7 +166,7 @@ impl Observer for Steps<'_> {
 
 /// Judges a finished run.
 ///
-/// * `memory`: why the next mesh has no room.
+/// * `memory`: why there is not enough memory for the next mesh.
 fn judge(
     case: &Case,
     adapt: &Adapt,
@@ -189,8 +189,8 @@ fn judge(
         _ => of_end(case, adapt, answer),
     };
     status.reason += match status.word.as_str() {
-        "interrupted" => "; --resume goes on",
-        "limit" => "; raise the limit and go on with --resume",
+        "interrupted" => "; continue with --resume",
+        "limit" => "; raise the limit and continue with --resume",
         _ => "",
     };
     if !last {
@@ -228,7 +228,7 @@ fn failed(case: &Case, adapt: &Adapt, answer: &AdaptiveSolution, error: &SolveEr
     }
 }
 
-/// Bounds up to so many times the allowance for round-off are round-off of the iteration too.
+/// Bounds up to this many times the allowance for round-off are round-off of the iteration too.
 const NEAR_ROUND_OFF: f64 = 100.0;
 
 /// Names the target that a run at its round-off can be given.
@@ -243,7 +243,7 @@ fn attainable(answer: &AdaptiveSolution, floor: f64) -> String {
     format!("set adapt.target_relative_error to {} or more", short(least))
 }
 
-/// Judges a run that came to an end of its own.
+/// Judges a run that was not interrupted.
 fn of_end(case: &Case, adapt: &Adapt, answer: &AdaptiveSolution) -> Status {
     let meshes = answer.history.len();
     let target = short(adapt.target_relative_error);
@@ -263,10 +263,7 @@ fn of_end(case: &Case, adapt: &Adapt, answer: &AdaptiveSolution) -> Status {
         AdaptiveEnd::MaxNodes => missed(
             adapt,
             answer,
-            &format!(
-                "adapt.max_nodes = {} leaves no room for a mesh that is worth it; raise it",
-                adapt.max_nodes
-            ),
+            &format!("adapt.max_nodes = {} is too small for another useful mesh; raise it", adapt.max_nodes),
         ),
         AdaptiveEnd::RoundOff { .. } if answer.solution.holds_no_energy() => {
             word("stalled", NOT_CONVERGED, format!("{NO_ENERGY}; leave out [adapt]"))

@@ -86,16 +86,16 @@ pub(crate) struct RunOptions {
     /// Write results here instead of the case's output directory.
     #[arg(long, help_heading = "Output", value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
-    /// Write even where the directory holds something else.
+    /// Write even if the directory contains something else.
     #[arg(long, help_heading = "Output")]
     pub(crate) force: bool,
     /// Number of threads, at most 1024; 0 for one per core.
     #[arg(long, help_heading = "Running", value_name = "N", default_value_t = 0, value_parser = thread_count)]
     pub(crate) threads: usize,
-    /// Print nothing but errors.
+    /// Print only errors.
     #[arg(long, short, help_heading = "Output", conflicts_with = "verbose")]
     pub(crate) quiet: bool,
-    /// Say more about every choice made.
+    /// Print more about every automatic choice.
     #[arg(long, short, help_heading = "Output")]
     pub(crate) verbose: bool,
 }

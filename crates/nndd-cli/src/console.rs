@@ -22,7 +22,7 @@ use std::io::{self, IsTerminal, Write};
 pub(crate) use remark::remark;
 pub(crate) use table::Layout;
 
-/// Prints to stdout. A reader that has gone away is no error of ours.
+/// Prints to stdout. A closed pipe is not an error.
 pub(crate) fn print(text: &str) -> io::Result<()> {
     let mut out = io::stdout().lock();
     match out.write_all(plain(text).as_bytes()).and_then(|()| out.flush()) {
@@ -33,16 +33,16 @@ pub(crate) fn print(text: &str) -> io::Result<()> {
 
 /// Says that standard output cannot be written to.
 pub(crate) fn full(error: io::Error) -> io::Error {
-    let what = format!("cannot write to standard output: {error}; send it where there is room");
+    let what = format!("cannot write to standard output: {error}; redirect it to a disk with free space");
     io::Error::new(error.kind(), what)
 }
 
-/// Prints to stderr; there is nobody to tell that it cannot be written to.
+/// Prints to stderr; a failure to write there cannot be reported.
 fn complain(text: &str) {
     let _ = io::stderr().write_all(text.as_bytes());
 }
 
-/// The width of the terminal that results go to, `None` where they go elsewhere.
+/// The width of the terminal that results go to, `None` if they go elsewhere.
 pub(crate) fn width() -> Option<usize> {
     let out = io::stdout();
     let size = out.is_terminal().then(|| terminal_size::terminal_size_of(&out)).flatten();
@@ -76,7 +76,7 @@ pub(crate) fn notes(notes: &[String]) {
     }
 }
 
-/// Longer lines are no help on a console: a message is cut, and a source line is not shown.
+/// Longer lines do not help on a console: a message is cut, and a source line is not shown.
 const LONGEST_LINE: usize = 2000;
 
 /// Renders a diagnostic with its place: one plain line first, then the source as people like to see it.
@@ -103,7 +103,7 @@ fn render(kind: &str, diagnostic: &Diagnostic) -> String {
         .render_report(&mut picture, report.as_ref())
         .is_ok()
     {
-        // The message stands in the first line already.
+        // The first line already contains the message.
         text.extend(picture.lines().skip_while(|l| !l.contains('╭')).map(|l| format!("{l}\n")));
     }
     text
@@ -214,7 +214,7 @@ fn scientific_up(x: f64, width: usize, digits: usize) -> String {
     scientific(words::raised(x, digits + 1), width, digits)
 }
 
-/// Writes a number with a signed exponent of two digits, so that columns line up; a dash for what is no number.
+/// Writes a number with a signed exponent of two digits, so that columns line up; a dash if it is not finite.
 fn scientific(x: f64, width: usize, digits: usize) -> String {
     if !x.is_finite() {
         return format!("{:>width$}", "-");
@@ -264,7 +264,7 @@ pub(crate) fn choices(case: &Case, solved: &Solved) -> String {
     text
 }
 
-/// A part of the bound is shown from this share of it on.
+/// A part of the bound is shown if its share is at least this.
 const NOTICEABLE: f64 = 0.1;
 
 /// The status line and the certificate line.

@@ -23,7 +23,7 @@ use std::path::Path;
 pub(crate) struct Failure {
     /// Exit status.
     pub(crate) code: u8,
-    /// What to say, each with its place where there is one.
+    /// What to say, each with its place if there is one.
     pub(crate) diagnostics: Vec<Diagnostic>,
     /// What to say without a place.
     pub(crate) message: Option<String>,
@@ -109,7 +109,7 @@ impl Failure {
                 "\n  expected: files of any size\n  fix: raise the limit of the file size (ulimit -f)"
             }
             OutputError::Io { what: "create" | "write" | "lock", .. } => {
-                "\n  expected: a directory that can be written to\n  fix: choose another with --out, or make room there"
+                "\n  expected: a directory that can be written to\n  fix: choose another with --out, or free space"
             }
             _ => "",
         };
@@ -124,7 +124,7 @@ impl Failure {
                 NO_UNIQUE_SOLUTION,
                 format!(
                     "no unique solution: body \"{}\" {motion} (piece at ({}, {})).\n  expected: supports that hold \
-                     every rigid motion of each body by itself, without the contact\n  fix: add a [[body.displacement]] \
+                     every rigid motion of each body on its own, without the contact\n  fix: add a [[body.displacement]] \
                      to \"{}\" that prevents this motion",
                     name(*body),
                     shown(motion.near()[0]),
@@ -154,7 +154,7 @@ impl Failure {
                 NO_UNIQUE_SOLUTION,
                 format!(
                     "no unique solution: body \"{}\": {source}.\n  expected: supports and materials that leave no motion \
-                     nearly free\n  fix: hold the body farther from one point, or lower Poisson's ratio to 0.49",
+                     nearly free\n  fix: support the body at points farther apart, or lower Poisson's ratio to 0.49",
                     name(*body)
                 ),
             ),

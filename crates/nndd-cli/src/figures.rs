@@ -57,7 +57,7 @@ pub(crate) fn of_solve(
         pictures.push(Picture {
             name: "adaptive",
             svg: plot::adaptive(&title, &steps, adapt.target_relative_error)?,
-            caption: "No mesh of linear triangles does better than the slope of the dashed line.",
+            caption: "Linear triangles cannot converge faster than the slope of the dashed line.",
             numbers: Some("adaptive.csv"),
         });
     }
@@ -92,7 +92,7 @@ pub(crate) fn of_solve(
         Picture {
             name: "contact",
             svg: plot::contact(&format!("{name}: contact line"), &profile)?,
-            caption: "Where the bodies press on each other there is no opening, and where they are open no pressure.",
+            caption: "The opening is zero where there is pressure; the pressure is zero where the bodies are apart.",
             numbers: Some("contact.csv"),
         },
     );

@@ -30,7 +30,7 @@ pub(crate) const EXAMPLES: [Example; 12] = [
         "nndd solve case.toml --set 'body.0.generator.cells=[72, 36]' --out fine",
         "another mesh",
     ),
-    example("solve", "nndd solve case.toml --resume", "go on with an adaptive run that was ended"),
+    example("solve", "nndd solve case.toml --resume", "resume an interrupted adaptive run"),
     example("solve", "nndd solve case.toml --format json", "one JSON object per line, for programs"),
     example("check", "nndd check case.toml", "all faults at once, each with its line"),
     example("sweep", "nndd sweep case.toml --over solver.theta=0.1:0.9:0.05", "a range, its end included"),
@@ -73,11 +73,11 @@ pub(crate) const FILES: [(&str, &str); 14] = [
     ("fields/BODY-step-NN.vtu, fields/contact-step-NN.vtu", "the same on every mesh of an adaptive run"),
     ("adaptive.pvd", "all meshes of an adaptive run, bodies and contact line, for ParaView"),
     ("BODY.vtu.series, contact.vtu.series", "one body, or the contact line, on all meshes"),
-    ("checkpoint.nndd, checkpoint-previous.nndd", "where an unfinished adaptive run goes on by --resume"),
-    (".nndd.lock, .nndd-tmp-run", "held while a run writes there; its files until it ends"),
+    ("checkpoint.nndd, checkpoint-previous.nndd", "the state from which --resume continues an adaptive run"),
+    (".nndd.lock, .nndd-tmp-run", "lock of a run that is writing there; its files until it ends"),
 ];
 
-/// What stands below the options of the program.
+/// The text below the options of the program.
 pub(crate) fn of_program() -> String {
     let mut text = examples("");
     text += "\nExit status:\n";
@@ -87,7 +87,7 @@ pub(crate) fn of_program() -> String {
     text + "\n" + MANUAL
 }
 
-/// What stands below the options of a command.
+/// The text below the options of a command.
 pub(crate) fn of_command(name: &str) -> String {
     examples(name) + "\n" + MANUAL
 }

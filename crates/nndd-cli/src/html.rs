@@ -52,7 +52,7 @@ pub(crate) fn page(case: &Case, report: &Report, angles: [f64; 2], pictures: &[P
     page
 }
 
-/// What is needed to come to this page again. Times and the machine are not on it, so that it is the same every time.
+/// What is needed to reproduce this page. Times and the machine are not on it, so that it is the same every time.
 fn reproduce(page: &mut String, case: &Case, report: &Report) {
     let mut command = format!("nndd solve {}", shell_word(case.file_name()));
     let overrides = report.run.get("overrides").and_then(Value::as_array);
@@ -73,12 +73,12 @@ fn reproduce(page: &mut String, case: &Case, report: &Report) {
         let _ = writeln!(page, "<tr><td>{}</td><td>{digest}</td></tr>", escape(file));
     }
     page.push_str(
-        "</table>\n<p>Times, threads and host stand in <a href=\"report.json\">report.json</a>: this page is the same \
+        "</table>\n<p>Times, threads and host are in <a href=\"report.json\">report.json</a>: this page is the same \
          in every run of the case.</p>\n",
     );
 }
 
-/// Writes a word as a POSIX shell reads it, in quotes where it must be.
+/// Writes a word as a POSIX shell reads it, in quotes if it must be.
 fn shell_word(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "_-./:=,+@%".contains(c);
     if !word.is_empty() && word.chars().all(plain) {
@@ -173,7 +173,7 @@ fn parts(page: &mut String, report: &Report) {
         ("iteration, at most eta_nndd", parts.iteration, "more iterations"),
         ("contact law, which holds at the nodes only", parts.contact, "a finer mesh at the contact line"),
         ("lift on a bent contact line", parts.lift, "a finer mesh at the contact line"),
-        ("gap that bent edges cannot carry", parts.gap_data, "a finer mesh at the contact line"),
+        ("gap that bent edges cannot represent", parts.gap_data, "a finer mesh at the contact line"),
         ("friction", parts.friction, "a finer mesh at the contact line"),
         ("round-off", parts.round_off, "nothing"),
     ];

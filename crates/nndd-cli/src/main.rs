@@ -44,7 +44,7 @@ fn main() -> ExitCode {
         Ok(code) => ExitCode::from(code),
         Err(failure) => {
             if arguments.command.is_for_programs() {
-                // Where stdout is what failed, the text on stderr is left.
+                // If stdout itself failed, only the text on stderr remains.
                 let _ = console::print(&format!("{}\n", failure.event()));
             }
             console::failure(&failure);

@@ -50,7 +50,7 @@ pub(crate) fn page() -> String {
     roff.text([roman("In the output directory, each written under a temporary name and renamed:")]);
     pairs(&mut roff, &FILES);
     roff.control("SH", ["ENVIRONMENT"]);
-    pairs(&mut roff, &[("NO_COLOR", "where it is set, errors are shown without colour")]);
+    pairs(&mut roff, &[("NO_COLOR", "if it is set, errors are shown without colour")]);
     roff.control("SH", ["EXAMPLES"]);
     examples(&mut roff, "");
     roff.to_roff()

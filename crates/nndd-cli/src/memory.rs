@@ -8,7 +8,7 @@ use fem_core::interface::ContactProblem;
 use room::Room;
 use std::path::Path;
 
-/// What the system must have room for, over the estimate, which is right within 8 %.
+/// Memory that must be available, over the estimate, which is right within 8 %.
 const MARGIN: f64 = 1.1;
 
 /// What is kept of a solved mesh while the next one is solved, bytes per node: mesh, fields and stress.
@@ -57,7 +57,7 @@ pub(crate) fn check_problem(case: &Case, problem: &ContactProblem) -> Result<(),
     check(case, node_counts(problem), Some(problem.interface.pairs().len()))
 }
 
-/// * `pairs`: of the contact line, where it is known.
+/// * `pairs`: of the contact line, if it is known.
 fn check(case: &Case, nodes: [u64; 2], pairs: Option<usize>) -> Result<(), Failure> {
     let needed = of_sizes(nodes, pairs.unwrap_or(0));
     let line = pairs.filter(|_| needed > 2.0 * of_sizes(nodes, 0));
@@ -93,7 +93,7 @@ fn two_digits(count: f64) -> u64 {
     ((count / unit).floor() * unit) as u64
 }
 
-/// Says why there is no room for what is needed; `None` if there is.
+/// Says why there is not enough memory; `None` if there is.
 pub(crate) fn no_room(case: &Case, needed: f64) -> Option<String> {
     shortage(case, needed).map(|(needed, room)| format!("about {} and {}", mebibytes(needed), room.words))
 }
@@ -110,7 +110,7 @@ fn shortage(case: &Case, needed: f64) -> Option<(f64, Room)> {
     allowed.map(|room| (needed, room)).filter(is_short).or_else(|| system().filter(is_short))
 }
 
-/// Returns the largest amount of memory that this process has had, bytes, where the system tells it.
+/// Returns the largest amount of memory that this process has had, bytes, if the system tells it.
 pub(crate) fn peak() -> Option<u64> {
     room::size(Path::new("/proc/self/status"), "VmHWM:")
 }

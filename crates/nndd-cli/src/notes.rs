@@ -1,4 +1,4 @@
-//! What is worth knowing about a run that is allowed but may not be meant: it goes to stderr and into report.json.
+//! Notes about settings that are allowed but perhaps not intended: it goes to stderr and into report.json.
 
 use crate::outcome;
 use case_io::Case;
@@ -88,7 +88,7 @@ pub(crate) fn of_solution(case: &Case, solution: &CertifiedSolution) -> Vec<Stri
     notes
 }
 
-/// From this share of the bound on, round-off is worth a word.
+/// From this share of the bound on, round-off gets a note.
 const ROUND_OFF_SHARE: f64 = 0.1;
 
 /// From this bound over the norm on, a material near incompressibility is the likely cause.
@@ -149,7 +149,7 @@ fn bent_contact(solution: &CertifiedSolution) -> Option<String> {
     solution.problem.interface.has_bent_edges().then(|| {
         format!(
             "the contact line bends: the bound is for the meshed polygons with normals averaged at their nodes, and the \
-             difference to a curved line is outside it; to penetrate nowhere between the nodes, the contact nodes of one \
+             difference to a curved line is outside it; to avoid penetration between the nodes, the contact nodes of one \
              body were moved by at most {:.1e}",
             estimate.pair.lift.largest()
         )

@@ -18,9 +18,9 @@ pub(crate) const NOT_CONVERGED: u8 = 5;
 pub(crate) enum Ended {
     /// By a signal with this exit status.
     Signal(u8),
-    /// By the time limit, in seconds, with the name of the longest step between two looks at the clock.
+    /// By the time limit, in seconds, with the name of the longest step between two checks of the clock.
     TimeLimit(f64, &'static str),
-    /// Since the output directory went away: there is nowhere to write to.
+    /// Because the output directory was removed.
     OutputGone,
 }
 
@@ -135,7 +135,7 @@ fn too_many(case: &Case, solution: &CertifiedSolution, counted: &str) -> String 
 /// A given θ this many times smaller than the best one is too small: it needs more than this many iterations.
 const TOO_SMALL: f64 = 1e4;
 
-/// Says that a given θ is too small, where that is known.
+/// Says that a given θ is too small, if that is known.
 fn theta_too_small(case: &Case, solution: &CertifiedSolution) -> Option<String> {
     let Theta::Value(theta) = case.solver.theta else { return None };
     let best = solution.nndd.spectrum?.best_theta();
@@ -165,7 +165,7 @@ fn other_settings(case: &Case) -> String {
     }
 }
 
-/// Says which value the criterion can be set to, where the iteration has reached its round-off.
+/// Says which value the criterion can be set to, when the iteration has reached its round-off.
 fn attainable(case: &Case, solution: &CertifiedSolution, floor: f64) -> String {
     let stop = &case.solver.stop;
     let smallest = |of: fn(&Row) -> f64| solution.rows.iter().map(of).fold(f64::INFINITY, f64::min);
@@ -209,17 +209,17 @@ pub(crate) fn interrupted(ended: Option<Ended>, after: &str) -> Status {
             "limit",
             8,
             format!(
-                "limits.time = {seconds} s reached after {after}; the longest step without a look at the clock was {step}"
+                "limits.time = {seconds} s reached after {after}; the longest step between two checks of the clock was {step}"
             ),
         ),
         Some(Ended::OutputGone) => {
-            word("interrupted", 7, format!("the output directory went away after {after}"))
+            word("interrupted", 7, format!("the output directory was removed after {after}"))
         }
         None => word("interrupted", 130, format!("after {after}")),
     }
 }
 
-/// Tells whether a run was ended from outside, so that it could go on.
+/// Tells whether a run was ended from outside, so that it can be resumed.
 pub(crate) fn may_go_on(status: &Status) -> bool {
     ["interrupted", "limit"].contains(&status.word.as_str())
 }
@@ -273,7 +273,7 @@ fn criterion(case: &Case) -> String {
     }
 }
 
-/// Says which θ converges, where that is known.
+/// Says which θ converges, if that is known.
 fn range_of_theta(case: &Case, solution: &CertifiedSolution) -> String {
     solution.nndd.spectrum.map_or_else(String::new, |spectrum| {
         format!(

@@ -171,7 +171,7 @@ fn body_data(
     (grid, VtuData { point, cell, field: Vec::new() })
 }
 
-/// `ε_zz`: 0 in plane strain, `−ν/E (σ_xx + σ_yy)` in plane stress of an isotropic material; 0, too, where the plane
+/// `ε_zz`: 0 in plane strain, `−ν/E (σ_xx + σ_yy)` in plane stress of an isotropic material; 0, too, if the plane
 /// constants do not say it.
 fn out_of_plane_strain(case: &Case, material: usize, stress: SymTensor2) -> f64 {
     match (case.model.hypothesis, &case.materials[material].law) {

@@ -2,7 +2,7 @@
 //! bodies coloured by error density, and pressure and opening along the contact.
 //!
 //! Every function takes plain numbers and returns a whole SVG document. Numbers that cannot be drawn (not
-//! finite, or not positive on a logarithmic axis) are left out; where nothing is left the figure says
+//! finite, or not positive on a logarithmic axis) are left out; if nothing is left the figure says
 //! `no data`. Colours are those of Okabe and Ito and of the viridis map, which remain distinct to
 //! colour-blind readers, and series differ by marker and dash as well.
 

@@ -22,7 +22,7 @@ pub(crate) struct Printer {
     every_iteration: bool,
     /// When the program began.
     started: Instant,
-    /// Whether times are shown: where they are looked at. What goes to a file is the same in every run, unless more is
+    /// Whether times are shown: only on a terminal. What goes to a file is the same in every run, unless more is
     /// asked for.
     timed: bool,
     rows: usize,
@@ -32,7 +32,7 @@ pub(crate) struct Printer {
 }
 
 impl Printer {
-    /// Prepares for a case: the iterations of an adaptive run are shown where they are asked for.
+    /// Prepares for a case: the iterations of an adaptive run are shown if they are asked for.
     pub(crate) fn new(options: &Solve, case: &Case, started: Instant) -> Self {
         let format = options.format;
         let every_iteration = case.adapt.is_none() || options.run.verbose || format == Format::Json;
@@ -43,7 +43,7 @@ impl Printer {
 
     /// Prints what is known before the run begins.
     ///
-    /// * `notes`: on what it goes on from.
+    /// * `notes`: on the state it resumes from.
     pub(crate) fn begin(
         &mut self,
         case: &Case,
@@ -104,7 +104,7 @@ impl Printer {
                 console::print(&format!("{head}{}", console::step(step))).map_err(Failure::from)
             }
             Format::Json => {
-                // A mesh without bound has no row in the report; here it has an event all the same.
+                // A mesh without bound has no row in the report; here it still has an event.
                 let mut object =
                     adapt::row(step).map_or_else(|| adapt::without_bound(step), |row| json!(row));
                 object["event"] = "step".into();

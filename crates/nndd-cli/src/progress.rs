@@ -6,14 +6,14 @@ use std::time::Instant;
 
 /// Runs shorter than this, in seconds, show nothing.
 const SHORT: f64 = 1.0;
-/// A new mesh of an adaptive run is at most about so many times as large as the one before; all meshes up to the last
+/// A new mesh of an adaptive run is at most about this many times as large as the one before; all meshes up to the last
 /// then have about half as many nodes again as that one.
 const ALL_MESHES: f64 = 1.5;
 
 /// What the time left is estimated from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Goal {
-    /// `eta_nndd / eta_dis` at which the iteration ends, where that is the criterion.
+    /// `eta_nndd / eta_dis` at which the iteration ends, if that is the criterion.
     pub(crate) ratio: Option<f64>,
     /// The certified relative error at which an adaptive run ends.
     pub(crate) relative: Option<f64>,

@@ -1,4 +1,4 @@
-//! Checkpoints of adaptive runs: what is written while one goes on, and `--resume`.
+//! Checkpoints of adaptive runs: what is written during a run, and `--resume`.
 
 use crate::failure::Failure;
 use crate::paraview;
@@ -11,24 +11,24 @@ use nndd::Start;
 use serde_json::{Value, json};
 use std::path::Path;
 
-/// Where an adaptive run writes, and from where it goes on.
+/// Where an adaptive run writes, and the state it resumes from.
 pub(crate) struct Place<'a> {
     pub(crate) directory: &'a mut OutputDirectory,
-    /// How far it had come; `None` for a run that begins.
+    /// How far it had come; `None` for a new run.
     pub(crate) progress: Option<Progress>,
 }
 
-/// A run that is to go on.
+/// A run to be resumed.
 pub(crate) struct Resumed {
     pub(crate) directory: OutputDirectory,
-    /// `None` where no mesh had been solved.
+    /// `None` if no mesh had been solved.
     pub(crate) progress: Option<Progress>,
     /// What the user should know.
     pub(crate) notes: Vec<String>,
 }
 
-/// Returns what must be the same for a run to go on: the case, this program, whose numbers it is about, and whether
-/// ParaView files are written, since those of the meshes before cannot be made up for.
+/// Returns what must be the same to resume a run: the case, this program, whose numbers it is about, and whether
+/// ParaView files are written, since those of earlier meshes cannot be written later.
 fn identity(case: &Case) -> Value {
     let mut identity = case.identity();
     identity["output"] = json!({ "vtu": case.output.vtu });
@@ -36,15 +36,15 @@ fn identity(case: &Case) -> Value {
     identity
 }
 
-/// Finds the run of a case that was ended in a directory.
+/// Finds the interrupted run of a case in a directory.
 pub(crate) fn find(case: &Case, path: &Path) -> Result<Resumed, Failure> {
     if case.adapt.is_none() {
         return Err(Failure::command_line(format!(
-            "--resume goes on with adaptive runs, and {} has no [adapt]: run it again without --resume",
+            "--resume continues adaptive runs only, and {} has no [adapt]: run it again without --resume",
             case.file_name()
         )));
     }
-    // A link that leads nowhere is told below.
+    // A broken link is reported below.
     if !path.is_dir() && BrokenLink::find(path).is_none() {
         return Err(CheckpointError::NeverStarted { directory: path.to_owned() }.into());
     }
@@ -55,22 +55,22 @@ pub(crate) fn find(case: &Case, path: &Path) -> Result<Resumed, Failure> {
     if !differences.is_empty() {
         return Err(Failure::invalid(format!(
             "the checkpoint in {} is of another case: {}.\n  expected: the case as it was, but for the title, [limits] and \
-             output.directory\n  fix: undo the change, or begin anew with --force instead of --resume",
+             output.directory\n  fix: undo the change, or start again with --force instead of --resume",
             path.display(),
             differences.join("; ")
         )));
     }
     let mesh = progress.as_ref().map_or(1, |p| p.meshes.len() + 1);
-    let mut notes = vec![format!("the run goes on with mesh {mesh}")];
+    let mut notes = vec![format!("the run continues with mesh {mesh}")];
     if let Some(damage) = damage {
-        // Else it would replace the one that is whole.
+        // Otherwise it would replace the intact one.
         directory.remove(checkpoint::NEWEST).map_err(|e| Failure::output(&e))?;
         notes.insert(0, damage);
     }
     Ok(Resumed { directory, progress, notes })
 }
 
-/// Prepares the directory: a run that begins leaves its first checkpoint, one that goes on keeps what it has.
+/// Prepares the directory: a new run writes its first checkpoint, a resumed one keeps what it has.
 pub(crate) fn prepare(case: &Case, place: &mut Place<'_>) -> Result<(), Failure> {
     let Some(progress) = &place.progress else {
         checkpoint::remove(place.directory).map_err(|e| Failure::output(&e))?;

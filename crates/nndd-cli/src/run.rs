@@ -51,7 +51,7 @@ pub(crate) struct Solved {
     pub(crate) adaptive: Vec<AdaptiveRow>,
     /// Seconds from the start to the end of each of these meshes.
     pub(crate) step_seconds: Vec<f64>,
-    /// The longest step between two looks at the clock: its name and its seconds.
+    /// The longest step between two checks of the clock: its name and its seconds.
     pub(crate) longest_step: Option<(&'static str, f64)>,
 }
 
@@ -105,9 +105,9 @@ pub(crate) struct Follower<'a> {
     signals: &'a Signals,
     output: Presence,
     limit: Option<f64>,
-    /// What is being done, and since when nobody has looked at the clock, in seconds.
+    /// What is being done, and when the clock was last checked, in seconds.
     step: (Phase, f64),
-    /// The longest step between two looks at the clock: its name and its seconds.
+    /// The longest step between two checks of the clock: its name and its seconds.
     pub(crate) longest: Option<(&'static str, f64)>,
     /// The line on the terminal.
     pub(crate) progress: Progress,
@@ -175,7 +175,7 @@ impl<'a> Follower<'a> {
         ended.is_some()
     }
 
-    /// Says why a solve came to nothing.
+    /// Says why a solve failed.
     pub(crate) fn failure(&self, case: &Case, error: &SolveError) -> Failure {
         match (error, self.ended) {
             (SolveError::Stopped, Some(Ended::OutputGone)) => {
@@ -184,9 +184,9 @@ impl<'a> Follower<'a> {
             (SolveError::Stopped, Some(Ended::TimeLimit(limit, _))) => {
                 let (step, seconds) = self.longest.unwrap_or(("none", 0.0));
                 Failure::limit(format!(
-                    "limits.time = {limit} s reached before the first iteration, so there is no result; the longest step \
-                     without a look at the clock was {step}, {seconds:.1} s\n  expected: a problem that is solved in time\n  \
-                     fix: raise limits.time, or take fewer cells"
+                    "limits.time = {limit} s reached before the first iteration, so there is no result; the longest \
+                     step between two checks of the clock was {step}, {seconds:.1} s\n  \
+                     expected: a problem that is solved in time\n  fix: raise limits.time, or take fewer cells"
                 ))
             }
             _ => Failure::solve(case, error),
@@ -194,7 +194,7 @@ impl<'a> Follower<'a> {
     }
 }
 
-/// The steps between two looks at the clock.
+/// The steps between two checks of the clock.
 fn step_name(phase: Phase) -> &'static str {
     match phase {
         Phase::Assembly => "assembly",

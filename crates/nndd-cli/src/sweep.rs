@@ -36,7 +36,7 @@ pub(crate) fn command(options: &Options) -> Result<u8, Failure> {
             .map_err(|failure| of_panel(failure, variant))?;
     }
     let path = options.run.out.clone().unwrap_or_else(|| PathBuf::from(case.output_directory() + "-sweep"));
-    // Each sweep has its own mark, so that its directory can be told from that of a solve.
+    // Each sweep has its own mark, so that its directory differs from that of a solve.
     let mark = format!("sweep {} {} {:?} {}", options.over, options.iterations, options.panel, case.hash());
     let mut directory = OutputDirectory::open(&path, ResultKind::Sweep, &mark, options.run.force)
         .map_err(|e| Failure::output(&e))?;

@@ -28,7 +28,7 @@ pub(crate) fn run(threads: usize, work: impl FnOnce() -> Result<u8, Failure> + S
     rayon::scope(|_| work())
 }
 
-/// Says whether a text is a number above [`MOST`]. Rayon ignores what is no number.
+/// Says whether a text is a number above [`MOST`]. Rayon ignores what is not a number.
 fn is_too_large(text: &str) -> bool {
     let digits = !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
     digits && !text.parse().is_ok_and(|count: usize| count <= MOST)

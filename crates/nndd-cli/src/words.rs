@@ -2,10 +2,10 @@
 
 use std::borrow::Cow;
 
-/// Writes a number exactly, with an exponent where it would be a long row of digits.
+/// Writes a number exactly, with an exponent if it would be a long row of digits.
 pub(crate) use fem_core::geometry::shown as short;
 
-/// The nearest number of so many significant digits that is not below `x`, or not above it.
+/// The nearest number of this many significant digits that is not below `x`, or not above it.
 fn outward(x: f64, digits: usize, up: bool) -> f64 {
     let nearest = format!("{x:.*e}", digits.saturating_sub(1));
     let Some((mantissa, exponent)) = nearest.split_once('e') else { return x };
@@ -26,7 +26,7 @@ pub(crate) fn seven(x: f64) -> String {
     short(format!("{x:.6e}").parse().unwrap_or(x))
 }
 
-/// The nearest number of so many significant digits that is not below a bound.
+/// The nearest number of this many significant digits that is not below a bound.
 pub(crate) fn raised(x: f64, digits: usize) -> f64 {
     outward(x, digits, true)
 }
@@ -41,12 +41,12 @@ pub(crate) fn rounded_up(x: f64) -> String {
     format!("{value:.digits$}")
 }
 
-/// Seven significant digits of what is at least so large.
+/// Seven significant digits of a lower bound, rounded down.
 pub(crate) fn at_least(x: f64) -> String {
     short(outward(x, 7, false))
 }
 
-/// Seven significant digits of what is at most so large.
+/// Seven significant digits of an upper bound, rounded up.
 pub(crate) fn at_most(x: f64) -> String {
     short(outward(x, 7, true))
 }

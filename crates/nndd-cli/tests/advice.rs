@@ -40,7 +40,7 @@ fn advised(text: &str) -> String {
 
 #[test]
 fn a_criterion_below_round_off_is_told_the_value_it_may_have() {
-    let case = "bad/case_61_below_round_off.toml";
+    let case = "bad/case_below_round_off.toml";
     for settings in [
         &["solver.stop.criterion=eta_nndd"][..],
         &["solver.stop.criterion=precision"],
@@ -84,7 +84,7 @@ fn a_poissons_ratio_that_is_too_large_is_told_one_that_is_not() {
         let setting = format!("materials.m.poisson_12={largest}");
         let taken = check(&["--set", &setting]);
         assert_eq!(taken.status.code(), Some(0), "{setting}: {}", said(&taken));
-        // It is no smaller than it need be.
+        // It is not smaller than necessary.
         let more = format!("materials.m.poisson_12={}", 1.02 * largest.parse::<f64>().unwrap());
         assert_eq!(check(&["--set", &more]).status.code(), Some(3), "{more}");
     }

@@ -45,7 +45,7 @@ fn every_bad_case_ends_as_it_says() {
 fn without_cure(said: &str) -> Option<&str> {
     said.lines().find(|line| {
         let cured = line.contains("; expected ") && line.contains("; help: ");
-        // Errors that have no place stand in three lines.
+        // Errors that have no place take three lines.
         let in_lines = said.contains("\n  expected: ") && said.contains("\n  fix: ");
         line.starts_with("error") && !cured && !in_lines
     })
@@ -122,7 +122,7 @@ fn the_papers_case_gives_a_complete_result() {
 }
 
 #[test]
-fn item_67_an_output_directory_is_kept_from_harm() {
+fn an_output_directory_is_kept_from_harm() {
     let temp = tempfile::tempdir().unwrap();
     let out = temp.path().join("out");
     let paper = cases().join("paper.toml");
@@ -191,7 +191,7 @@ fn json_events_are_one_object_a_line() {
 #[test]
 fn a_failure_is_an_event_too() {
     let temp = tempfile::tempdir().unwrap();
-    let case = cases().join("bad/case_03_unknown_key.toml");
+    let case = cases().join("bad/case_unknown_key.toml");
     let output = solve(&case, &temp.path().join("f"), &["--format", "json"]);
     assert_eq!(output.status.code(), Some(3));
     let said = text(&output.stdout);
@@ -301,7 +301,7 @@ fn adaptive_runs_do_not_depend_on_threads() {
 }
 
 #[test]
-fn item_71_limits_of_an_adaptive_run_keep_its_certificate() {
+fn limits_of_an_adaptive_run_keep_its_certificate() {
     let temp = tempfile::tempdir().unwrap();
     let case = cases().join("adaptive.toml");
     let out = temp.path().join("m");

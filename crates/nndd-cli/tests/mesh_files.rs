@@ -46,7 +46,7 @@ fn files_of_the_papers_mesh_give_the_generators_numbers() {
         }
         assert_eq!(results, paper.results, "{name}");
         assert_ne!(report.case_hash(), paper.case_hash());
-        // The deck is one of quadrilaterals; that is said on the console and in the report.
+        // The deck is one of quadrilaterals; a note on the console and in the report says so.
         let split = ["upper", "lower"].map(|body| {
             format!("162 quadrilaterals of region \"{body}\" were split into two triangles along the shorter diagonal")
         });
@@ -92,16 +92,16 @@ fn a_mesh_file_with_faults_is_shown_with_its_problems_or_refused() {
         (output.status.code(), text(&output.stdout) + &text(&output.stderr))
     };
     let expected = [
-        ("24_only_edges.msh", 0, "problem: 4 edges and no 2D elements"),
-        ("24_only_cells.msh", 0, "problem: no group of edges"),
-        ("23_xz_plane.msh", 0, "x-z plane"),
-        ("26_flat.msh", 0, "problem: 1 cell without an area, the first is element 6"),
-        ("31_loose_part.msh", 0, "problem: region \"upper\" consists of 2 parts"),
-        ("32_glued.msh", 0, "3 nodes in common"),
-        ("34_three_cells.msh", 0, "shared by more than two cells"),
-        ("18_cut.msh", 3, "18_cut.msh:15: the file ended inside $Nodes after 3 of 6 nodes"),
-        ("16_html.msh", 3, "error[mesh::format]"),
-        ("16_include.inp", 7, "error[mesh::unreadable]"),
+        ("only_edges.msh", 0, "problem: 4 edges and no 2D elements"),
+        ("only_cells.msh", 0, "problem: no group of edges"),
+        ("xz_plane.msh", 0, "x-z plane"),
+        ("flat.msh", 0, "problem: 1 cell without an area, the first is element 6"),
+        ("loose_part.msh", 0, "problem: region \"upper\" consists of 2 parts"),
+        ("glued.msh", 0, "3 nodes in common"),
+        ("three_cells.msh", 0, "shared by more than two cells"),
+        ("cut.msh", 3, "cut.msh:15: the file ended inside $Nodes after 3 of 6 nodes"),
+        ("html.msh", 3, "error[mesh::format]"),
+        ("include.inp", 7, "error[mesh::unreadable]"),
         ("absent.msh", 7, "cannot be read"),
     ];
     for (name, code, words) in expected {

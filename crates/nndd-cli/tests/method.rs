@@ -29,7 +29,7 @@ fn word(report: &Report) -> (&str, u8) {
 }
 
 /// The bad case whose tolerance lies below round-off has the default method.
-const DEFAULT: &str = "bad/case_61_below_round_off.toml";
+const DEFAULT: &str = "bad/case_below_round_off.toml";
 
 #[test]
 fn the_reason_names_both_methods_after_a_switch() {

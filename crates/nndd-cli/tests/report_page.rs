@@ -1,4 +1,4 @@
-//! report.html as a browser sees it; without Chromium only its text is looked at.
+//! report.html as a browser sees it; without Chromium only its text is checked.
 
 // All of this is test code: a failed unwrap is a failed test.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stderr)]

@@ -1,4 +1,4 @@
-//! `nndd solve --resume`: an adaptive run that was killed, limited or interrupted comes to the same numbers.
+//! `nndd solve --resume`: an adaptive run that was killed, limited or interrupted gives the same numbers.
 
 // All of this is test code: a failed unwrap is a failed test.
 #![allow(clippy::unwrap_used, clippy::panic)]
@@ -41,7 +41,7 @@ fn report(out: &Path) -> (String, serde_json::Value) {
     (report.to_string(), run)
 }
 
-/// The checkpoint's body, or nothing where none is there.
+/// The checkpoint's body, or nothing without a checkpoint.
 fn checkpoint(out: &Path) -> Option<serde_json::Value> {
     let text = std::fs::read_to_string(out.join(NEWEST)).ok()?;
     serde_json::from_str(text.split_once('\n')?.1).ok()
@@ -71,7 +71,7 @@ fn same_files(a: &Path, b: &Path) {
     }
 }
 
-/// Kills a run (with SIGKILL) as soon as its checkpoint has so many finer meshes; false where it was too late.
+/// Kills a run (with SIGKILL) as soon as its checkpoint has this many finer meshes; false if it was too late.
 fn kill_at(mut child: Child, out: &Path, meshes: usize) -> bool {
     while checkpoint(out).is_none_or(|c| meshes_in(&c) < meshes) {
         if child.try_wait().unwrap().is_some() {
@@ -83,8 +83,8 @@ fn kill_at(mut child: Child, out: &Path, meshes: usize) -> bool {
     !child.wait().unwrap().success()
 }
 
-/// Starts a run, and goes on with it, killing it at each of these numbers of finer meshes. On a busy machine a run may come
-/// to its end before it is killed; then everything begins anew.
+/// Starts a run, and resumes it, killing it at each of these numbers of finer meshes. On a busy machine a run may come
+/// to its end before it is killed; then everything starts again.
 fn killed(case: &str, out: &Path, settings: &[&str], meshes: &[usize]) {
     for _ in 0..20 {
         let _ = std::fs::remove_dir_all(out);
@@ -116,7 +116,7 @@ fn a_killed_run_goes_on_to_the_same_numbers() {
     assert!(said(&refused).contains("--resume"), "{}", said(&refused));
     let resumed = solve(&killed_run, &SETTINGS, &["--resume"]);
     assert_eq!(resumed.status.code(), Some(0), "{}", said(&resumed));
-    assert!(said(&resumed).contains("the run goes on with mesh"), "{}", said(&resumed));
+    assert!(said(&resumed).contains("the run continues with mesh"), "{}", said(&resumed));
     let ((expected, _), (found, run)) = (report(&whole), report(&killed_run));
     assert_eq!(found, expected);
     assert!(run["resumed_on_mesh"].as_u64().unwrap() >= 4);
@@ -182,7 +182,7 @@ fn what_could_go_on_is_not_thrown_away() {
     let out = temp.path().join("out");
     let time = limited(&out);
     assert_eq!(time.status.code(), Some(8), "{}", said(&time));
-    assert!(said(&time).contains("go on with --resume"), "{}", said(&time));
+    assert!(said(&time).contains("continue with --resume"), "{}", said(&time));
     let before: Vec<Vec<u8>> = files(&out).iter().map(|f| std::fs::read(f).unwrap()).collect();
     // Neither the limit nor the title makes another case.
     let mut titled = SETTINGS.to_vec();
@@ -190,12 +190,12 @@ fn what_could_go_on_is_not_thrown_away() {
     for settings in [&SETTINGS[..], &titled] {
         let refused = solve(&out, settings, &[]);
         assert_eq!(refused.status.code(), Some(7), "{}", said(&refused));
-        assert!(said(&refused).contains("did not come to its end"), "{}", said(&refused));
+        assert!(said(&refused).contains("holds an unfinished run"), "{}", said(&refused));
         let after: Vec<Vec<u8>> = files(&out).iter().map(|f| std::fs::read(f).unwrap()).collect();
         assert!(before == after);
     }
-    let anew = solve(&out, &titled, &["--force"]);
-    assert_eq!(anew.status.code(), Some(0), "{}", said(&anew));
+    let forced = solve(&out, &titled, &["--force"]);
+    assert_eq!(forced.status.code(), Some(0), "{}", said(&forced));
     assert!(!out.join(NEWEST).exists());
     // Complete now, and so replaced.
     assert_eq!(solve(&out, &titled, &[]).status.code(), Some(0));
@@ -232,7 +232,7 @@ fn the_older_checkpoint_serves_where_the_newest_is_damaged() {
     let resumed = solve(&out, &SETTINGS, &["--resume"]);
     assert_eq!(resumed.status.code(), Some(0), "{}", said(&resumed));
     assert!(
-        said(&resumed).contains("checkpoint.nndd is damaged; the run goes on from"),
+        said(&resumed).contains("checkpoint.nndd is damaged; the run resumes from"),
         "{}",
         said(&resumed)
     );
@@ -279,7 +279,7 @@ fn an_interrupted_run_goes_on() {
         child.wait().unwrap().code() == Some(143)
     };
     assert!((0..20).any(|_| interrupted()), "no run could be interrupted in time");
-    assert!(report(&out).0.contains("\"interrupted\"") && report(&out).0.contains("--resume goes on"));
+    assert!(report(&out).0.contains("\"interrupted\"") && report(&out).0.contains("continue with --resume"));
     let resumed = solve(&out, &SETTINGS, &["--resume"]);
     assert_eq!(resumed.status.code(), Some(0), "{}", said(&resumed));
     assert_eq!(solve(&whole, &SETTINGS, &[]).status.code(), Some(0));

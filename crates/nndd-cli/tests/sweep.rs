@@ -122,7 +122,7 @@ fn what_a_sweep_sets_itself_may_be_swept() {
     assert_eq!(column(&out, "sweep.csv", "iteration"), ["1", "2", "3"]);
     let eta = column(&out, "sweep.csv", "eta_nndd");
     assert!(eta[0] != eta[1] && eta[1] != eta[2], "{eta:?}");
-    // The columns stand below their heads, however long the key is.
+    // The columns are below their heads, however long the key is.
     let said = text(&output.stdout);
     let rows: Vec<&str> = said.lines().skip_while(|line| !line.contains("eta_nndd")).take(4).collect();
     let end = rows[0].find("eta_nndd").unwrap() + "eta_nndd".len();
@@ -175,7 +175,7 @@ fn an_impossible_value_is_refused_before_the_first_run_and_called_by_its_option(
     let output = sweep(&out, "solver.theta=[0.3]", &["--panel", "solver.weights=none"]);
     assert_eq!(output.status.code(), Some(3));
     assert!(text(&output.stderr).contains("--panel solver.weights=none"), "{}", text(&output.stderr));
-    // Where nothing was run, nothing is written.
+    // If nothing was run, nothing is written.
     let out = temp.path().join("nothing");
     assert_eq!(sweep(&out, "solver.theta=[-1, 0.3]", &[]).status.code(), Some(3));
     assert!(!out.join("sweep.json").exists());

@@ -13,7 +13,7 @@ pub(super) fn spread_of(mut numbers: Vec<f64>) -> Option<[f64; 3]> {
     spread(&numbers)
 }
 
-/// The exponent `p` of `y ~ x^p` by least squares in logarithms; none for fewer than two sizes.
+/// The exponent `p` of `y ~ x^p` by least squares in logarithms; `None` for fewer than two sizes.
 pub(super) fn exponent(points: &[[f64; 2]]) -> Option<f64> {
     let logs: Vec<[f64; 2]> =
         points.iter().filter(|p| p.iter().all(|v| *v > 0.0)).map(|p| p.map(f64::ln)).collect();
@@ -34,7 +34,7 @@ pub(super) fn time(ns: f64) -> String {
     }
 }
 
-/// A field of a comma-separated table, in quotes where it needs them.
+/// A field of a comma-separated table, in quotes if it needs them.
 pub(super) fn quoted(field: &str) -> String {
     if field.contains([',', '"', '\n']) {
         format!("\"{}\"", field.replace('"', "\"\""))

@@ -44,7 +44,7 @@ struct Own {
 /// The runs of a peer on one mesh.
 struct Series {
     peer: Peer,
-    /// The rounds that count, in the order of the program's own; one run only where that took long.
+    /// The rounds that count, in the order of the program's own; one run only if that took long.
     answers: Vec<Answer>,
     /// Relative differences to this program's answer: energies of both bodies, contact force.
     differences: Option<[f64; 3]>,
@@ -58,7 +58,7 @@ struct OnMesh {
     series: Vec<Series>,
 }
 
-/// Measures, writes `peers.md` and `peers.csv`, and fails where an exact peer disagrees.
+/// Measures, writes `peers.md` and `peers.csv`, and fails if an exact peer disagrees.
 pub(super) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<()> {
     let environment = environment::make(workspace);
     let (peers, mut skipped) = roster::muster(&environment);
@@ -108,7 +108,7 @@ fn on_mesh(runner: &Runner<'_>, peers: &[Peer], runs: usize, skipped: &mut Vec<S
     let mut converged = settings.clone();
     converged.extend(CONVERGED.map(str::to_owned));
     let timer = Timer { workspace: runner.workspace, name: &name, settings, converged };
-    // The first round is thrown away, but for peers so slow that it is their only one.
+    // The first round is discarded, but for peers so slow that it is their only one.
     let (_, reference) = timer.run()?;
     let mut series = vec![];
     for peer in taking {
@@ -179,7 +179,7 @@ impl Timer<'_> {
     }
 }
 
-/// Relative differences of a peer's energies and contact force to those of report.json; none where it has none.
+/// Relative differences of a peer's energies and contact force to those of report.json; `None` if it has no values.
 fn differences(report: &Value, details: &Value) -> Option<[f64; 3]> {
     let results = &report["results"];
     let pairs = [
@@ -200,7 +200,7 @@ fn disagreements(meshes: &[OnMesh]) -> Vec<String> {
     let exact = meshes.iter().flat_map(|m| m.series.iter().map(move |s| (m.cells, s)));
     exact
         .filter(|(_, s)| s.peer.is_exact())
-        // A difference that is not a number is none that was met.
+        // NaN never meets the limit.
         .filter(|(_, s)| !s.differences.is_some_and(|d| d.iter().all(|x| *x <= AGREEMENT)))
         .map(|([nx, ny], s)| {
             format!("{} disagrees at {nx}x{ny}: {:?}, expected {AGREEMENT}", s.peer.name, s.differences)

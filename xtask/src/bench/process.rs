@@ -37,7 +37,7 @@ pub(super) struct Process {
     pub(super) unknowns: Option<f64>,
     /// Wall times in seconds, ascending.
     pub(super) seconds: Vec<f64>,
-    /// Peak memory in kibibytes, ascending; empty where it could not be measured.
+    /// Peak memory in kibibytes, ascending; empty if it could not be measured.
     pub(super) memory: Vec<f64>,
     /// Median seconds of each of [`PHASES`].
     pub(super) phases: Vec<f64>,
@@ -55,7 +55,7 @@ impl Process {
 pub(super) struct Run {
     /// Wall time in seconds.
     pub(super) seconds: f64,
-    /// Peak memory in kibibytes; none where GNU time is not there.
+    /// Peak memory in kibibytes; `None` without GNU time.
     pub(super) memory: Option<f64>,
     /// What it wrote to its standard output.
     pub(super) said: String,
@@ -66,7 +66,7 @@ pub(super) struct Run {
 /// * `name`: for messages.
 /// * `prepare`: adds arguments, environment and folder to the command.
 pub(super) fn run(name: &str, program: &Path, prepare: impl Fn(&mut Command)) -> Outcome<Run> {
-    // Not every program of this name is GNU's; then there is no number.
+    // Not every program of this name is GNU's; then it is not measured.
     let timed = Path::new(TIME).exists();
     let mut command = Command::new(if timed { Path::new(TIME) } else { program });
     if timed {
@@ -95,7 +95,7 @@ pub(super) fn settings([nx, ny]: [usize; 2]) -> Vec<String> {
 
 /// Solves the case with some settings, and returns the run and its report.json.
 ///
-/// * `threads`: none for the program's default.
+/// * `threads`: `None` for the program's default.
 pub(super) fn solve(
     workspace: &Workspace,
     name: &str,
@@ -124,7 +124,7 @@ pub(super) fn unknowns(report: &Value) -> Option<f64> {
     report["bodies"].as_array()?.iter().map(|body| body["unknowns"].as_f64()).sum()
 }
 
-/// The cases of whole processes: what they are called, and the mesh with the default settings where not the file's own.
+/// The cases of whole processes: what they are called, and the mesh with the default settings if not the file's own.
 fn cases(large: bool) -> Vec<(String, Option<[usize; 2]>)> {
     let meshes = if large { CELLS.len() } else { CELLS.len() - 1 };
     let finer =
@@ -132,7 +132,7 @@ fn cases(large: bool) -> Vec<(String, Option<[usize; 2]>)> {
     std::iter::once(("paper.toml".to_owned(), None)).chain(finer).collect()
 }
 
-/// Times the program on every case: once thrown away, then `runs` times.
+/// Times the program on every case: once discarded, then `runs` times.
 pub(super) fn time_all(workspace: &Workspace, large: bool, runs: usize) -> Outcome<Vec<Process>> {
     cases(large).iter().map(|(name, cells)| time_process(workspace, name, *cells, runs)).collect()
 }

@@ -1,4 +1,4 @@
-//! Sources cited as `Prager and Synge 1947`: each cited in a comment must stand in REFERENCES.bib, and each that stands there
+//! Sources cited as `Prager and Synge 1947`: each cited in a comment must be in REFERENCES.bib, and each entry there
 //! must be cited, in a comment or on a page (.md).
 
 use super::finding::Finding;
@@ -115,7 +115,7 @@ pub(crate) fn uncited(entries: &[Entry], cited: &BTreeSet<String>) -> Vec<Findin
     missing.map(|e| Finding::new(BIBLIOGRAPHY, e.line, what(&e.key))).collect()
 }
 
-/// Whether a word begins with a capital and goes on in small letters, without a mark behind it.
+/// Whether a word begins with a capital and continues in small letters, without a mark behind it.
 fn is_surname(word: &str) -> bool {
     let word = word.trim_start_matches(['(', '[']);
     let mut letters = word.chars();

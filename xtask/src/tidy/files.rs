@@ -1,4 +1,4 @@
-//! Single files: what manifests inherit, what no tracked file may hold, what may stand at the top.
+//! Single files: what manifests inherit, what no tracked file may hold, what may be at the top.
 
 use super::finding::Finding;
 use std::collections::BTreeSet;
@@ -9,7 +9,7 @@ const INHERITED: [&str; 4] = ["version", "edition", "rust-version", "license"];
 const INHERITED_BY_CRATES: [&str; 3] = ["keywords", "categories", "readme"];
 /// Largest tracked file in bytes.
 const LARGEST: u64 = 1_000_000;
-/// What may stand at the top.
+/// What may be at the top.
 const TOP: [&str; 22] = [
     "Cargo.toml",
     "Cargo.lock",
@@ -70,7 +70,7 @@ pub(super) fn of_manifest(file: &str, text: &str, of_crates: bool) -> Vec<Findin
     findings
 }
 
-/// Checks one tracked file: its size, its encoding where it is a case, and its words.
+/// Checks one tracked file: its size, its encoding if it is a case, and its words.
 pub(super) fn of_file(file: &str, bytes: &[u8]) -> Vec<Finding> {
     let mut findings = vec![];
     if bytes.len() as u64 > LARGEST {
@@ -134,7 +134,7 @@ fn has_mark(line: &str, mark: &str) -> bool {
     })
 }
 
-/// Checks that nothing tracked stands at the top that has no business there.
+/// Checks that only known names are at the top.
 pub(super) fn of_top(files: &[String]) -> Vec<Finding> {
     let top: BTreeSet<&str> = files.iter().filter_map(|f| f.split('/').next()).collect();
     let stray = top.into_iter().filter(|t| !TOP.contains(t));

@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 pub(super) const MAP: &str = "ARCHITECTURE.md";
 const MARKER: &str = "<!-- crate graph: checked by cargo xtask tidy -->";
 
-/// A crate graph: for each name, the line it stands on and what it depends on.
+/// A crate graph: for each name, the line it is on and what it depends on.
 type Graph = BTreeMap<String, (usize, BTreeSet<String>)>;
 
 /// Reads the crate graph of the map: the fenced block after the marker, lines `name -> name, name`.
@@ -60,7 +60,7 @@ fn parse_graph(map: &str) -> Result<Graph, Finding> {
 
 /// Compares the map with the packages: the graph, and the names of external dependencies.
 ///
-/// Every package of `crates/` must stand in the graph; others may.
+/// Every package of `crates/` must be in the graph; others may.
 pub(super) fn findings(map: &str, packages: &[Package]) -> Vec<Finding> {
     let mut findings = vec![];
     match parse_graph(map) {
@@ -116,7 +116,7 @@ fn edge(name: &str, needs: &BTreeSet<String>) -> String {
     format!("{name} -> {}", needs.join(", ")).trim_end().to_owned()
 }
 
-/// Whether a text names a package: the name stands alone, not within a longer one.
+/// Whether a text names a package: the whole name, not a part of a longer one.
 fn names(text: &str, name: &str) -> bool {
     let part = |c: char| c.is_alphanumeric() || c == '_' || c == '-';
     text.match_indices(name).any(|(i, _)| {

@@ -27,7 +27,7 @@ pub(super) fn findings(sources: &[(String, String)]) -> Vec<Finding> {
     crates.values().flat_map(|files| of_crate(files)).collect()
 }
 
-/// Returns the crate and the module of a source file; none for tests.
+/// Returns the crate and the module of a source file; `None` for tests.
 fn place(file: &str) -> Option<(&str, Module)> {
     let (name, inside) = file.strip_prefix("crates/")?.split_once("/src/")?;
     let path = inside.strip_suffix(".rs")?;

@@ -75,7 +75,7 @@ pub enum MeshSource {
     File {
         /// The file, relative to the case file.
         file: String,
-        /// The group of cells; all cells where it is left out.
+        /// The group of cells; all cells if it is left out.
         region: Option<String>,
         /// Whether nodes at one place become one node.
         merge: bool,

@@ -1,4 +1,4 @@
-//! Bodies and the interface of a case, with fem-core's errors brought back to the places of their keys.
+//! Bodies and the interface of a case, with fem-core's errors at the places of their keys.
 
 use super::{Case, MeshSource, cures, materials};
 use crate::diagnostic::{CaseError, Diagnostic, code, did_you_mean};
@@ -121,7 +121,7 @@ impl Case {
         ContactInterface::pair_along(first, second, [a, b], &gap, normal)
     }
 
-    /// Brings an error of a body's boundary conditions back to the condition's key.
+    /// Attributes an error of a body's boundary conditions to the condition's key.
     pub fn body_diagnostic(&self, body: usize, error: &BodyError) -> Diagnostic {
         let of = |place: &ConditionPlace, key: &str| {
             let list = match place.list {
@@ -159,7 +159,7 @@ impl Case {
         self.diagnostic(code::CONDITION, &path, message).expected(expected).help(help).fix(fix)
     }
 
-    /// Says where the earlier condition of a conflict stands: the first that contradicts the later one by itself.
+    /// Says where the earlier condition of a conflict is: the first that alone contradicts the later one.
     fn earlier(&self, body: usize, error: &BodyError) -> Option<String> {
         let BodyError::Conflict { place, .. } = error else { return None };
         let mesh = self.build_mesh(body).ok()?;
@@ -172,8 +172,8 @@ impl Case {
             matches!(Body::new(mesh.clone(), materials.clone(), &two), Err(BodyError::Conflict { .. }))
         };
         let earlier = (0..place.index).find(contradicts)?;
-        let stands = self.place(&format!("body.{body}.displacement.{earlier}"))?;
-        Some(format!("; the earlier one is displacement condition {}, {stands}", earlier + 1))
+        let at = self.place(&format!("body.{body}.displacement.{earlier}"))?;
+        Some(format!("; the earlier one is displacement condition {}, {at}", earlier + 1))
     }
 
     /// Helps if a side of the other body is named, or a side with the name of its body in front.
@@ -208,7 +208,7 @@ impl Case {
         keys.into_iter().find(|path| self.is_given(path)).unwrap_or_else(|| condition.to_owned())
     }
 
-    /// Brings an error of a body's mesh back to its generator.
+    /// Attributes an error of a body's mesh to its generator.
     pub fn mesh_diagnostic(&self, body: usize, error: &MeshError) -> Diagnostic {
         let message = format!("body \"{}\": {error}", self.bodies[body].name);
         self.diagnostic(code::MESH, &format!("body.{body}.generator"), message)
@@ -216,7 +216,7 @@ impl Case {
             .fix("check the numbers of this generator; `nndd new paper` and `nndd new hertz` show sound ones")
     }
 
-    /// Brings an error of a material back to its key.
+    /// Attributes an error of a material to its key.
     pub fn material_diagnostic(&self, material: &str, error: &MaterialError) -> Diagnostic {
         let key = materials::key_of(error);
         let (expected, fix) = materials::cure(error);
@@ -225,7 +225,7 @@ impl Case {
             .fix(fix)
     }
 
-    /// Brings an error of the contact interface back to `[contact]`; bodies are called by their names.
+    /// Attributes an error of the contact interface to `[contact]`; bodies are called by their names.
     pub fn interface_diagnostic(&self, error: &InterfaceError) -> Diagnostic {
         let mut help = None;
         let (path, body) = match error {

@@ -73,7 +73,7 @@ choices! {
 choices! {
     /// `solver.qp`: how the unilateral problem is solved.
     QpChoice, default Auto {
-        /// Clarabel first, then the previous active set where it verifies.
+        /// Clarabel first, then the previous active set if its KKT conditions hold.
         Auto = "auto",
         /// Always Clarabel.
         Clarabel = "clarabel",

@@ -51,7 +51,7 @@ pub(super) fn of_interface(error: &InterfaceError) -> Cure {
             "take the condition out, or leave the contact edges out of it with `part`",
         ),
         InterfaceError::Distance { gap, .. } if *gap > 0.0 => (
-            "surfaces that touch where the gap is a number, within 5 % of an edge",
+            "surfaces that touch if the gap is a number, within 5 % of an edge",
             "write `gap = \"geometric\"` to measure it, or move one of the bodies",
         ),
         InterfaceError::NotTouching { gap, .. } if *gap > 0.0 => (
@@ -106,12 +106,12 @@ pub(super) fn of_refinement(error: &CommonRefinementError) -> Cure {
             "check `contact.surfaces`: the side of the first body, then that of the second",
         ),
         CommonRefinementError::Offset { .. } => {
-            ("nodes that coincide or stand well apart", "mesh the two sides with the same end and divisions")
+            ("nodes that coincide or are well apart", "mesh the two sides with the same end and divisions")
         }
         CommonRefinementError::Folded { .. } => {
             ("surfaces that face each other one to one", "end the contact surface at the corner")
         }
-        // Mesh, Body and what may come.
+        // Mesh, Body and future variants.
         _ => ("a body that can be cut along its contact side", "mesh the two sides with the same divisions"),
     }
 }

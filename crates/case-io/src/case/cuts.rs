@@ -22,7 +22,7 @@ struct Cover {
 impl Cover {
     /// Says what is taken instead of what was written.
     ///
-    /// * `alike`: how to put it where the two are the same to three digits.
+    /// * `alike`: how to put it if the two are the same to three digits.
     fn words(&self, alike: &str) -> String {
         let [taken, written] = [self.taken, self.written].map(significant);
         if taken == written { format!("{taken}, {alike}") } else { format!("{taken} instead of {written}") }

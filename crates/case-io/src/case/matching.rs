@@ -1,4 +1,4 @@
-//! The problem of a case: its bodies as they are where their contact surfaces match, refined to match where they do not.
+//! The problem of a case: its bodies as they are if their contact surfaces match, refined to match if they do not.
 
 use super::{Case, cures};
 use crate::diagnostic::{CaseError, Diagnostic, code, significant};
@@ -61,8 +61,8 @@ impl Case {
                 significant(change.used)
             ),
             false => format!(
-                "the surfaces are drawn {drawn} at ({x}, {y}), where this is largest: that is within the rounding of the meshes, or \
-                 of what they tell of bent sides, and is closed"
+                "the surfaces are drawn {drawn} at ({x}, {y}), where this is largest: this is within the round-off of the meshes or \
+                 the accuracy of their bent sides, and is closed"
             ),
         });
     }
@@ -143,7 +143,7 @@ impl Case {
         )
     }
 
-    /// Brings an error of the common refinement back to `[contact]`; bodies are called by their names.
+    /// Attributes an error of the common refinement to `[contact]`; bodies are called by their names.
     fn refinement_diagnostic(&self, error: &CommonRefinementError) -> Diagnostic {
         let (path, body) = match error {
             CommonRefinementError::NoSurface { body, .. }

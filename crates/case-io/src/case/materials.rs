@@ -42,7 +42,7 @@ impl Material {
     /// Makes fem-core's material.
     ///
     /// # Errors
-    /// Constants that fem-core refuses; none for materials that were read from a case file.
+    /// Constants that fem-core refuses; never for materials that were read from a case file.
     pub fn elastic(&self, hypothesis: Hypothesis) -> Result<LinearElastic, MaterialError> {
         match &self.law {
             MaterialLaw::Isotropic { young, poisson } => {
@@ -56,7 +56,7 @@ impl Material {
         }
     }
 
-    /// Returns the largest modulus, Pa: what tells a stiff material from a soft one.
+    /// Returns the largest modulus, Pa: a measure of its stiffness.
     pub fn largest_modulus(&self) -> f64 {
         match &self.law {
             MaterialLaw::Isotropic { young, .. } => *young,
@@ -117,7 +117,7 @@ pub(super) fn materials(reader: Reader<'_>, hypothesis: Hypothesis) -> Vec<Mater
                 None
             }
         };
-        // The name is there, so bodies may refer to it, whatever is wrong with the constants.
+        // The name is there, so bodies may refer to it, even if the constants are wrong.
         let law = law.unwrap_or(MaterialLaw::Isotropic { young: 1.0, poisson: 0.0 });
         materials.push(Material { name: entry.key.clone(), law });
     }
@@ -207,7 +207,7 @@ fn orthotropic(r: &mut Reader<'_>, hypothesis: Hypothesis) -> Option<MaterialLaw
     Some(MaterialLaw::Orthotropic(with(poisson_12)))
 }
 
-/// Finds the largest ratio, by its magnitude and in three digits, with which a material can be made; `None` where there is
+/// Finds the largest ratio, by its magnitude and in three digits, with which a material can be made; `None` if there is
 /// none, whatever the ratio. Those possible lie between two limits, as the compliance is linear in the ratio.
 fn largest_ratio(found: f64, is_possible: impl Fn(f64) -> bool) -> Option<String> {
     let (mut possible, mut impossible) = (0.0, found);

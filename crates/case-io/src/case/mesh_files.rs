@@ -23,14 +23,14 @@ impl MeshFiles {
         self.regions.get(body)?.as_deref()
     }
 
-    /// Returns the hash of the contents of each body's file, where it has one.
+    /// Returns the hash of the contents of each body's file, if it has one.
     pub(super) fn digests(&self) -> &[Option<String>; 2] {
         &self.digests
     }
 }
 
 impl Case {
-    /// Reads the mesh files that the bodies name; does nothing for bodies with a generator.
+    /// Reads the mesh files that the bodies name; bodies with a generator are skipped.
     ///
     /// * `folder`: what the names of mesh files are relative to: the folder of the case file.
     ///
@@ -93,7 +93,7 @@ impl Case {
         Some((file, self.meshes.digests[body].as_deref()?))
     }
 
-    /// Returns the mesh file's number of each triangle's cell, where a mesh of a body, 0 or 1, has the triangles of the
+    /// Returns the mesh file's number of each triangle's cell, if a mesh of a body, 0 or 1, has the triangles of the
     /// file; `None` for a generated mesh and for one that was refined.
     pub fn element_numbers(&self, body: usize, mesh: &TriMesh) -> Option<&[u64]> {
         let region = self.meshes.region(body)?;
@@ -138,7 +138,7 @@ impl Case {
         warnings
     }
 
-    /// Helps where a region is named and a side is wanted.
+    /// Helps when a region is named and a side is wanted.
     pub(super) fn region_not_side(&self, body: usize, name: &str) -> Option<String> {
         let region = self.meshes.region(body).filter(|r| r.is_cell_group(name))?;
         Some(format!(
@@ -165,7 +165,7 @@ impl Case {
         }
     }
 
-    /// Brings an error of a mesh file to the key that names the file or the region.
+    /// Attributes an error of a mesh file to the key that names the file or the region.
     fn mesh_file_diagnostic(&self, body: usize, error: MeshFileError) -> Diagnostic {
         let of_region = format!("body.{body}.mesh.region");
         let path = if error.fault == MeshFault::Region && self.is_given(&of_region) {
@@ -176,7 +176,7 @@ impl Case {
         error.into_diagnostic(self.place(&path).cloned())
     }
 
-    /// Refuses bodies that are one mesh, or notes that they were parted where that was asked for.
+    /// Refuses bodies that are one mesh, or notes that they were parted if that was asked for.
     fn glued(&self, loaded: &mut MeshFiles) -> Result<(), Box<Diagnostic>> {
         let [
             MeshSource::File { duplicate_interface: part_a, .. },
@@ -186,7 +186,7 @@ impl Case {
             return Ok(());
         };
         let [Some(first), Some(second)] = &loaded.regions else { return Ok(()) };
-        // The same contents, under whatever names.
+        // The same contents, under any names.
         if loaded.digests[0] != loaded.digests[1] {
             return Ok(());
         }

@@ -12,7 +12,7 @@ pub struct Part {
 }
 
 impl Part {
-    /// Reads a table of limits; without one nothing is limited.
+    /// Reads a table of limits; without one there are no limits.
     ///
     /// * `name`: `part` or `box`.
     pub(super) fn read(r: &mut Reader<'_>, name: &'static str) -> Self {
@@ -22,7 +22,7 @@ impl Part {
             if limits.is_some_and(|[low, high]| low > high) {
                 r.refuse(
                     key,
-                    format!("the limits of the {name} stand in the wrong order"),
+                    format!("the limits of the {name} are in the wrong order"),
                     "[smaller, larger]",
                     "exchange the two",
                 );

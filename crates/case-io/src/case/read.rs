@@ -90,7 +90,7 @@ fn positive(value: f64) -> bool {
     value > 0.0
 }
 
-/// Tells what to do about a hypothesis that is no plane one.
+/// Tells what to do about a hypothesis that is not plane.
 fn not_plane(word: &str) -> &'static str {
     let word = word.to_lowercase();
     let of_space = ["axi", "axy", "rotation", "revolution", "3d", "3-d", "three", "solid", "shell"];
@@ -164,7 +164,7 @@ fn solver(reader: Option<Reader<'_>>) -> Solver {
         stop.criterion = r.choice("criterion", Criterion::NAMES).unwrap_or_default();
         let ratio = r.number_where("ratio", positive, "a number > 0");
         let balance = r.number_where("force_balance", positive, "a number > 0");
-        // Who writes the ratio alone asks for nothing else.
+        // A ratio alone is the only condition.
         stop.force_balance = if ratio.is_some() { balance } else { balance.or(stop.force_balance) };
         stop.ratio = ratio.unwrap_or(stop.ratio);
         stop.tolerance = r.number_where("tolerance", positive, "a number > 0").unwrap_or(stop.tolerance);
@@ -210,7 +210,7 @@ fn output(reader: Option<Reader<'_>>) -> Output {
     output.directory = r.string("directory");
     if output.directory.as_ref().is_some_and(|d| d.trim().is_empty() || d.contains('\0')) {
         let expected = "a directory, such as \"runs/paper\"";
-        r.refuse("directory", "`output.directory` is no path", expected, "leave it out for runs/NAME");
+        r.refuse("directory", "`output.directory` is not a path", expected, "leave it out for runs/NAME");
     }
     output.vtu = r.boolean("vtu").unwrap_or(output.vtu);
     r.finish();

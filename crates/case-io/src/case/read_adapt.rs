@@ -9,7 +9,7 @@ fn proper(value: f64) -> bool {
     value > 0.0 && value < 1.0
 }
 
-/// Reads `[adapt]`, where it stands.
+/// Reads `[adapt]`, if it is there.
 pub(super) fn adapt(root: &mut Reader<'_>) -> Option<Adapt> {
     let mut r = root.table("adapt")?;
     r.require(&["target_relative_error"]);
@@ -23,7 +23,7 @@ pub(super) fn adapt(root: &mut Reader<'_>) -> Option<Adapt> {
     Some(adapt)
 }
 
-/// Reads `tolerance` and `max_steps` of `[estimator]`, which stand instead of `relaxation`.
+/// Reads `tolerance` and `max_steps` of `[estimator]`, which replace `relaxation`.
 pub(super) fn relax_until(r: &mut Reader<'_>) -> Option<RelaxUntil> {
     let tolerance = r.number_where("tolerance", proper, FRACTION);
     let max_steps = r.count("max_steps", 1);

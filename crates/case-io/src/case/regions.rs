@@ -9,7 +9,7 @@ use fem_core::material::Materials;
 use fem_core::mesh::TriMesh;
 use std::collections::{HashMap, HashSet};
 
-/// `[[body.region]]`: cells with a material of their own. Where regions overlap, the later one counts.
+/// `[[body.region]]`: cells with a material of their own. If regions overlap, the later one counts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MaterialRegion {
     /// The name of the material.
@@ -57,7 +57,7 @@ fn region(mut r: Reader<'_>) -> MaterialRegion {
     MaterialRegion { material, cells }
 }
 
-/// Checks that every material that bodies and regions name exists, and names the nearest where it does not.
+/// Checks that every material that bodies and regions name exists, and names the nearest if it does not.
 pub(super) fn check_references(root: &Reader<'_>, materials: &[Material], bodies: &[BodyCase]) {
     if materials.is_empty() && !root.has("materials") {
         return;
@@ -69,7 +69,7 @@ pub(super) fn check_references(root: &Reader<'_>, materials: &[Material], bodies
         std::iter::once((format!("body.{k}"), &body.material)).chain(of_regions)
     });
     for (path, material) in used {
-        // An empty name stands for one that is missing or no string, which has been reported.
+        // An empty name means that it is missing or not a string, which has been reported.
         if material.is_empty() || names().any(|name| name == material) {
             continue;
         }

@@ -88,8 +88,8 @@ impl Case {
         })
     }
 
-    /// Computes the SHA-256 of [`Case::identity`], in hexadecimal: two runs of the same case have the same hash wherever
-    /// they write and what, whatever their title and limits, and however their files are laid out and commented.
+    /// Computes the SHA-256 of [`Case::identity`], in hexadecimal: the hash of two runs of the same case does
+    /// not depend on their output, title, limits, layout or comments.
     pub fn hash(&self) -> String {
         let mut settings = self.identity();
         settings.sort_all_objects();

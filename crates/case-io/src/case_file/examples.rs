@@ -6,7 +6,7 @@ use crate::diagnostic::excerpt;
 /// What an expression may hold.
 pub(super) const EXPRESSION: &str = "numbers, `x`, `y`, `pi`, + - * / ^ and known functions";
 
-/// Shows how a key is written, where every case writes it alike.
+/// Shows how a key is written, if every case writes it alike.
 ///
 /// * `path`: the key with the tables above it.
 pub(super) fn example(path: &str) -> Option<&'static str> {
@@ -49,7 +49,7 @@ pub(super) fn example(path: &str) -> Option<&'static str> {
     })
 }
 
-/// Describes a value by its type and, where it is short, its text.
+/// Describes a value by its type and, if it is short, its text.
 pub(super) fn described(value: &NodeValue) -> String {
     match value {
         NodeValue::String(text) => format!("the string {}", excerpt(text)),

@@ -68,7 +68,7 @@ pub(super) fn key_path(key: &str) -> Option<Vec<String>> {
     }
 }
 
-/// Reads a value; what is no TOML and does not even begin like a compound value is a string.
+/// Reads a value; what is not TOML and does not begin like a compound value is a string.
 fn parse_value(value: &str, source: &Arc<Source>, offset: usize) -> Result<Node, CaseError> {
     match DeValue::parse(value) {
         Ok(parsed) => Ok(tree::node(&parsed, source, offset)),

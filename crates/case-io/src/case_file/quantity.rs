@@ -16,7 +16,7 @@ pub(crate) fn memory(text: &str) -> Option<u64> {
         _ => return None,
     };
     let bytes = number * factor;
-    // Casts saturate; beyond 2^63 nobody has asked for a limit.
+    // Casts saturate; a larger value means no limit.
     (rest.is_empty() && (1.0..9e18).contains(&bytes)).then_some(bytes as u64)
 }
 

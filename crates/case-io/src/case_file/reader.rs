@@ -1,6 +1,6 @@
 //! A typed reader of one table: it collects what is wrong instead of stopping at the first fault.
 //!
-//! Reading a key makes it known; [`Reader::finish`] reports the keys that nobody read.
+//! Reading a key makes it known; [`Reader::finish`] reports the keys that were not read.
 
 mod arrays;
 
@@ -13,7 +13,7 @@ use fem_core::geometry::shown;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 
-/// What reading a document brought to light: faults, and the place of every key that was read.
+/// What was found while reading a document: faults, and the place of every key that was read.
 #[derive(Default)]
 pub(crate) struct Findings {
     diagnostics: RefCell<Vec<Diagnostic>>,
@@ -112,7 +112,7 @@ impl<'a> Reader<'a> {
         self.findings.push(diagnostic.expected(expected).fix(fix));
     }
 
-    /// Finds the place of a key's value, or of the table where the key is not there.
+    /// Finds the place of a key's value, or of the table if the key is not there.
     pub(crate) fn place_of(&self, key: &str) -> Option<Place> {
         Some(self.table.get(key).map_or(&self.at, |e| &e.node.at).place())
     }
@@ -150,7 +150,7 @@ impl<'a> Reader<'a> {
             }
             (_, Some(line)) => format!("write it as in `{line}`"),
             (_, None) if expected == "a string" => format!("put quotes around it: `{key} = \"…\"`"),
-            (_, None) => format!("write {expected} there, or leave `{key}` out where it has a default"),
+            (_, None) => format!("write {expected} there, or leave `{key}` out if it has a default"),
         };
         let diagnostic = Diagnostic::new(code::TYPE, Some(node.at.place()), message).expected(expected);
         self.findings.push(diagnostic.fix(advice.unwrap_or(fix)));
@@ -194,7 +194,7 @@ impl<'a> Reader<'a> {
         let value = self.number(key)?;
         if !condition(value) {
             let fix = example(&self.path_of(key)).map_or_else(
-                || format!("change `{key}`, or leave it out where it has a default"),
+                || format!("change `{key}`, or leave it out if it has a default"),
                 |line| format!("write it as in `{line}`"),
             );
             self.refuse(key, format!("`{}` is {}", self.path_of(key), shown(value)), expected, &fix);
@@ -209,7 +209,7 @@ impl<'a> Reader<'a> {
         self.expression(path, node, text, None)
     }
 
-    /// * `word`: what may stand there beside an expression.
+    /// * `word`: what is allowed there besides an expression.
     fn expression(&self, path: &str, node: &Node, text: &str, word: Option<&str>) -> Option<Value> {
         let error = match Expression::parse(text) {
             Ok(expression) => return Some(Value::Expression(expression)),
@@ -242,7 +242,7 @@ impl<'a> Reader<'a> {
         self.value_of(&self.path_of(key), node)
     }
 
-    /// Reads a number or an expression where one word may stand too, which the caller has looked for.
+    /// Reads a number or an expression; the caller has already looked for the one word that is allowed too.
     pub(crate) fn value_beside(&mut self, key: &'static str, word: &'static str) -> Option<Value> {
         let node = self.node(key)?;
         let path = self.path_of(key);
@@ -335,7 +335,7 @@ impl<'a> Reader<'a> {
         Some(Reader::new(self.findings, table, path, &node.at))
     }
 
-    /// Opens the tables of an array; nothing where the key is missing or is no array.
+    /// Opens the tables of an array; nothing if the key is missing or is not an array.
     pub(crate) fn tables(&mut self, key: &'static str) -> Option<Vec<Reader<'a>>> {
         let node = self.node(key)?;
         let path = self.path_of(key);
@@ -355,7 +355,7 @@ impl<'a> Reader<'a> {
         Some(readers)
     }
 
-    /// Reports the keys that nobody read.
+    /// Reports the keys that were not read.
     pub(crate) fn finish(self) {
         for entry in self.table.entries.iter().filter(|e| !self.known.contains(&e.key.as_str())) {
             let place = match self.path.as_str() {

@@ -47,7 +47,7 @@ struct Piece<'a> {
     alone: bool,
 }
 
-/// Finds the first value of a line that is not TOML although its meaning can be told, and makes a fault of it.
+/// Finds the first value of a line that is not TOML although its meaning is clear, and makes a fault of it.
 ///
 /// * `line`: the bytes of the line in the text.
 /// * `offset`: where the text begins in the source.
@@ -156,7 +156,7 @@ impl<'a> Scan<'a> {
         let span = from..from + value.trim().len();
         let within = self.open.last().copied();
         match self.found.last_mut() {
-            // A comma within braces is followed by a key: in `{ x = 0,5 }` it is none.
+            // A comma within braces is followed by a key: that of `{ x = 0,5 }` is a decimal comma.
             Some(last) if within == Some('{') && self.key.is_none() && !span.is_empty() => {
                 last.span.end = span.end
             }

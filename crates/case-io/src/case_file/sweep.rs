@@ -50,7 +50,7 @@ impl Sweep {
         Ok(Self { key: key.to_owned(), values })
     }
 
-    /// Returns the values as numbers; `None` for those that are none.
+    /// Returns the values as numbers; `None` for those that are not numbers.
     pub fn numbers(&self) -> Vec<Option<f64>> {
         self.values.iter().map(|v| v.parse().ok().filter(|x: &f64| x.is_finite())).collect()
     }

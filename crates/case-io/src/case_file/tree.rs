@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::sync::Arc;
 use toml::de::{DeInteger, DeTable, DeValue};
 
-/// Where a key or a value stands; the line is only counted when somebody asks.
+/// Where a key or a value is; the line is only counted on demand.
 #[derive(Clone, Debug)]
 pub(crate) struct At {
     pub(crate) source: Arc<Source>,
@@ -17,7 +17,7 @@ impl At {
         Place::new(&self.source, self.span.clone())
     }
 
-    /// Returns the place of some bytes of a string that stands here; the place of the string where escapes make the two
+    /// Returns the place of some bytes of the string here; the place of the string if escapes make the two
     /// differ.
     pub(crate) fn within(&self, text: &str, bytes: Range<usize>) -> Place {
         let written = self.source.text().get(self.span.clone()).unwrap_or_default();
@@ -85,7 +85,7 @@ pub(crate) struct Entry {
     pub(crate) node: Node,
 }
 
-/// Copies a table; its spans are shifted by `offset`, where its text stands in the source.
+/// Copies a table; its spans are shifted by `offset`, where its text begins in the source.
 pub(crate) fn table(table: &DeTable<'_>, source: &Arc<Source>, offset: usize) -> Table {
     let entries = table.iter().map(|(key, value)| Entry {
         key: key.get_ref().clone().into_owned(),

@@ -53,7 +53,7 @@ impl ExpressionError {
     }
 }
 
-/// What stands before the present token.
+/// What precedes the present token.
 #[derive(Clone, Copy, PartialEq)]
 enum Before {
     /// Nothing, an opening parenthesis or a comma.
@@ -107,7 +107,7 @@ impl Speller<'_> {
             '+' | '-' if self.before != Before::Operand => self.sign(c, span.clone())?,
             '+' | '-' | '*' | '/' | '^' => self.operator(c, span.clone())?,
             _ => {
-                let found = format!("the character {} means nothing here", excerpt(&c.to_string()));
+                let found = format!("the character {} is not allowed here", excerpt(&c.to_string()));
                 return Err(fault(span, found).expected("numbers, names, `+ - * / ^ ( ) ,`"));
             }
         }
@@ -231,7 +231,7 @@ impl Speller<'_> {
     fn comma(&mut self, span: Range<usize>) -> Result<(), ExpressionError> {
         self.complete(span.clone(), "`,`")?;
         let Some(Open { function: Some((name, arity)), arguments, .. }) = self.open.last_mut() else {
-            let found = "`,` stands outside the arguments of a function".to_owned();
+            let found = "`,` is outside the arguments of a function".to_owned();
             return Err(fault(span, found).help("decimals are written with a point"));
         };
         if *arguments == *arity {
@@ -250,9 +250,7 @@ impl Speller<'_> {
         match self.before {
             Before::Sign => {
                 let found = "two consecutive signs".to_owned();
-                return Err(
-                    fault(span, found).help("put the second with what it belongs to into parentheses")
-                );
+                return Err(fault(span, found).help("put the second sign and its operand into parentheses"));
             }
             _ if c == '+' => {}
             // The sign is that of the exponent alone, which is one operand.
@@ -271,7 +269,9 @@ impl Speller<'_> {
     fn operator(&mut self, c: char, span: Range<usize>) -> Result<(), ExpressionError> {
         if self.before == Before::Operator('*') && c == '*' {
             let twice = span.start - 1..span.end;
-            return Err(fault(twice, "`**` is no operator".to_owned()).help("a power is written with `^`"));
+            return Err(
+                fault(twice, "`**` is not an operator".to_owned()).help("a power is written with `^`")
+            );
         }
         self.complete(span.clone(), &format!("`{c}`"))?;
         if c == '^' && self.power {
@@ -297,7 +297,7 @@ impl Speller<'_> {
     }
 }
 
-/// Makes the error of a name that means nothing.
+/// Makes the error of an unknown name.
 fn unknown(name: &str, span: Range<usize>, called: bool) -> ExpressionError {
     let functions = FUNCTIONS.iter().map(|f| f.0);
     let known: Vec<&str> =

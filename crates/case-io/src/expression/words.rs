@@ -23,7 +23,7 @@ pub const FUNCTIONS: [(&str, usize); 17] = [
     ("tanh", 1),
 ];
 
-/// Names that stand for a number.
+/// Names of numbers.
 pub(super) const NAMES: [&str; 3] = ["x", "y", "pi"];
 
 /// The smaller of two numbers; NaN if one of them is.

@@ -4,13 +4,13 @@
 //! format", which is Abaqus's as far as it goes. What is read: `*NODE`, `*ELEMENT` of plane kinds (`CPS`, `CPE`,
 //! `M3D`, `S` with 3, 4, 6, 8 or 9 nodes) and of lines (`T2D`, `T3D`, `B2`, `B3`), `*NSET` and `*ELSET` with
 //! `GENERATE`, `*SURFACE` of elements (`S1` … `S4`) and of nodes, `*INCLUDE`. Keywords and set names may be written in
-//! any case; a keyword line that ends with a comma goes on in the next one; lines with `**` are comments.
+//! any case; a keyword line that ends with a comma continues in the next one; lines with `**` are comments.
 //!
 //! - A set of cells is a region. A surface, a set of line elements or, failing those, a set of nodes is a group of
-//!   edges; a set of nodes stands for the free edges whose both ends are in it.
+//!   edges; a set of nodes means the free edges whose both ends are in it.
 //! - Keywords that make or move nodes and elements are refused by name, because leaving them out would change the
 //!   mesh. All others are ignored and counted: supports, loads and materials come from the case file.
-//! - A deck has no end mark, so one that was cut at the end of a line cannot be told from a shorter one.
+//! - A deck has no end mark, so one that was cut at the end of a line cannot be distinguished from a shorter one.
 //!
 //! # Example
 //! ```

@@ -4,7 +4,7 @@ use super::error::counted;
 use super::{Edge, ElementKind, MeshCell, MeshFault, MeshFile, MeshFileError, MeshPlace, NumberIndex};
 use fem_core::geometry::shown;
 
-/// A line of one of the files that make up a mesh; line 0 where lines mean nothing.
+/// A line of one of the files that make up a mesh; line 0 if lines mean nothing.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Spot {
     pub(crate) file: u16,
@@ -147,7 +147,7 @@ impl Collector {
         Ok(Collected { mesh, edge_sets, cell_sets })
     }
 
-    /// Finds the corners of an element (the last repeated where there are fewer than four) and checks its nodes.
+    /// Finds the corners of an element (the last repeated if there are fewer than four) and checks its nodes.
     fn resolve(
         &self,
         element: &Element,

@@ -10,7 +10,7 @@ use thiserror::Error;
 pub enum MeshFault {
     /// The file cannot be read at all.
     Unreadable,
-    /// It is no mesh file, or one of a format or version that is not read.
+    /// It is not a mesh file, or one of a format or version that is not read.
     Format,
     /// Its text or bytes are not what the format asks for, or end too early.
     Syntax,
@@ -32,7 +32,7 @@ impl MeshFault {
         }
     }
 
-    /// Returns what is expected and what helps where nothing more particular is known.
+    /// Returns what is expected and what helps if nothing more specific is known.
     fn cure(self) -> (&'static str, &'static str) {
         match self {
             Self::Unreadable => (
@@ -42,9 +42,11 @@ impl MeshFault {
             Self::Format => {
                 ("a plane mesh", "convert the file: meshio convert FILE mesh.msh --output-format gmsh")
             }
-            Self::Syntax => ("what the format asks for", "export the mesh anew, or mend this place by hand"),
+            Self::Syntax => {
+                ("what the format asks for", "export the mesh again, or correct this place by hand")
+            }
             Self::Content => {
-                ("a sound mesh", "mend the mesh in the program that made it, and export it anew")
+                ("a sound mesh", "correct the mesh in the program that made it, and export it again")
             }
             Self::Region => ("a region of the file", "see what the file holds with `nndd mesh FILE`"),
         }
@@ -74,7 +76,7 @@ pub struct MeshFileError {
     pub place: MeshPlace,
     /// What was found; nodes and elements by the file's own numbers.
     pub found: String,
-    /// What was expected, where the first sentence does not say it.
+    /// What was expected, if the first sentence does not say it.
     pub expected: Option<String>,
     /// One fix.
     pub help: Option<String>,
@@ -115,7 +117,7 @@ impl MeshFileError {
 
 impl fmt::Display for MeshFileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // The same words, whoever shows them.
+        // The same words everywhere.
         write!(f, "{}", self.clone().into_diagnostic(None))
     }
 }
@@ -125,7 +127,7 @@ pub(crate) fn counted(count: usize, what: &str) -> String {
     if count == 1 { format!("1 {what}") } else { format!("{count} {what}s") }
 }
 
-/// Shows the first bytes of a file that is none of ours.
+/// Shows the first bytes of a file of an unknown format.
 pub(crate) fn first_bytes(bytes: &[u8]) -> String {
     let shown = bytes.get(..bytes.len().min(32)).unwrap_or_default();
     match std::str::from_utf8(shown) {

@@ -46,11 +46,11 @@ impl Region {
                 );
                 fault(found)
                     .expected("one or two cells at every edge")
-                    .help("cells overlap there or stand in the file twice")
+                    .help("cells overlap there or are in the file twice")
             }
             MeshError::BowTie { node, .. } => {
                 let found = format!("{}: two parts touch in node {} alone", self.title, self.node(*node));
-                fault(found).expected("parts that share an edge, or none of their nodes")
+                fault(found).expected("parts that share an edge, or no node")
             }
             MeshError::Area { triangle, .. } => {
                 let number = self.cell_numbers.get(*triangle).copied().unwrap_or_default();

@@ -69,7 +69,7 @@ impl MeshFile {
         Some(if area > 0.0 { (t, false) } else { ([t[0], t[2], t[1]], true) })
     }
 
-    /// Splits a quadrilateral along its shorter diagonal, or along the other one where that one lies outside.
+    /// Splits a quadrilateral along its shorter diagonal, or along the other one if that one lies outside.
     fn split(&self, corners: [u32; 4]) -> Option<(Vec<[u32; 3]>, bool)> {
         let p = corners.map(|n| self.xy(n));
         let diagonals = [geometry::sub(p[2], p[0]), geometry::sub(p[3], p[1])];
@@ -78,7 +78,7 @@ impl MeshFile {
         let [a, b, c, d] = if turned { [a, d, c, b] } else { [a, b, c, d] };
         let first = [[a, b, c], [a, c, d]];
         let second = [[a, b, d], [b, c, d]];
-        // Equal diagonals go through the first corner, whatever round-off makes of them.
+        // Equal diagonals go through the first corner, independently of round-off.
         let first_is_shorter = geometry::norm(diagonals[0]) <= (1.0 + SAME) * geometry::norm(diagonals[1]);
         let order = if first_is_shorter { [first, second] } else { [second, first] };
         let sound = |pair: &[[u32; 3]; 2]| {
@@ -87,7 +87,7 @@ impl MeshFile {
         order.into_iter().find(sound).map(|pair| (pair.to_vec(), turned))
     }
 
-    /// Checks that nodes lie in a plane of constant z; returns that z where it is not zero.
+    /// Checks that nodes lie in a plane of constant z; returns that z if it is not zero.
     pub(super) fn check_plane(&self, nodes: &[u32]) -> Result<Option<f64>, MeshFileError> {
         let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
         for &node in nodes {
@@ -117,7 +117,7 @@ impl MeshFile {
     }
 }
 
-/// Computes the signed area of a triangle; nothing where its sign is round-off.
+/// Computes the signed area of a triangle; nothing if its sign is round-off.
 pub(super) fn sense(p: [Vector; 3]) -> Option<f64> {
     let area = geometry::signed_area(p);
     let size = (0..3).map(|k| geometry::norm(geometry::sub(p[(k + 1) % 3], p[k]))).fold(0.0, f64::max);
@@ -133,7 +133,7 @@ pub(super) fn smallest_angle(p: [Vector; 3]) -> f64 {
     if sine.is_finite() { sine.min(1.0).asin().to_degrees() } else { 0.0 }
 }
 
-/// Finds nodes that stand at one place: pairs of the place kept and the one that equals it.
+/// Finds nodes at the same place: pairs of the place kept and the one that equals it.
 pub(super) fn coincident(points: &[Vector]) -> Vec<[u32; 2]> {
     let tolerance = SAME * geometry::diagonal(points);
     let mut order: Vec<u32> = (0..points.len() as u32).collect();

@@ -33,7 +33,7 @@ use crate::mesh_file::{Collector, MeshFile, MeshFileError, counted};
 use labels::Labels;
 use values::{Mode, Values, shown};
 
-/// How Gmsh itself converts a file; shown where a version is not read.
+/// How Gmsh itself converts a file; shown when a version is not read.
 const CONVERT: &str = "convert it with Gmsh: gmsh old.msh -save -format msh41 -o new.msh";
 
 /// The versions that are read.
@@ -112,7 +112,7 @@ pub fn parse(bytes: &[u8], name: &str) -> Result<MeshFile, MeshFileError> {
     Ok(mesh)
 }
 
-/// Refuses a section that stands twice.
+/// Refuses a duplicate section.
 fn once(v: &Values<'_>, seen: &mut bool, section: &str) -> Result<(), MeshFileError> {
     if std::mem::replace(seen, true) {
         return Err(v.fault(format!("there is a second section {section}")).expected("one"));
@@ -120,7 +120,7 @@ fn once(v: &Values<'_>, seen: &mut bool, section: &str) -> Result<(), MeshFileEr
     Ok(())
 }
 
-/// Skips a section that means nothing here.
+/// Skips a section that is not needed.
 fn skip(v: &mut Values<'_>, section: &[u8]) -> Result<(), MeshFileError> {
     let Some(name) = section.strip_prefix(b"$") else {
         let found = format!("found {} between two sections", shown(section));

@@ -1,6 +1,6 @@
 //! From the numbers a file gives to nodes or elements to their places in a list.
 
-/// Stands for 'no such number' in the dense table.
+/// Means 'no such number' in the dense table.
 const ABSENT: u32 = u32::MAX;
 
 /// Finds the place of a number among ascending, different numbers.

@@ -1,4 +1,4 @@
-//! From bytes to a [`MeshFile`]: the file's format is told by its content, not by its name.
+//! From bytes to a [`MeshFile`]: the file's format is recognised by its content, not by its name.
 
 use super::{Includes, MeshFault, MeshFile, MeshFileError, MeshPlace, abaqus, first_bytes, gmsh};
 use crate::links::BrokenLink;

@@ -11,7 +11,7 @@ use std::collections::HashSet;
 /// Triangles with a smaller angle, in degrees, are worth a warning.
 const SLIVER: f64 = 0.1;
 
-/// Stands for 'not in the region'.
+/// Means 'not in the region'.
 const OUTSIDE: u32 = u32::MAX;
 
 /// How a region is taken from a file.
@@ -37,7 +37,7 @@ pub struct Region {
 }
 
 impl Region {
-    /// Returns what messages call it: `region "upper"`, or `the mesh` where it is the whole file.
+    /// Returns what messages call it: `region "upper"`, or `the mesh` if it is the whole file.
     pub fn title(&self) -> &str {
         &self.title
     }
@@ -79,7 +79,7 @@ impl Region {
 }
 
 impl MeshFile {
-    /// Takes a region: the cells of one group, or all cells where the file has at most one group of them.
+    /// Takes a region: the cells of one group, or all cells if the file has at most one group of them.
     ///
     /// Quadrilaterals are split along their shorter diagonal, quadratic cells reduced to their corners, clockwise
     /// cells turned; [`Region::notes`] says how many. Every group of edges that has an edge of the region becomes one
@@ -152,7 +152,7 @@ impl MeshFile {
         Ok(region)
     }
 
-    /// Returns the file's numbers of the cells of a group, ascending; `None` where there is no such group.
+    /// Returns the file's numbers of the cells of a group, ascending; `None` if there is no such group.
     pub(crate) fn cells_of_group(&self, name: &str) -> Option<Vec<u64>> {
         let group = self.groups.iter().find(|g| g.dimension == 2 && g.name == name)?;
         let numbers = group.members.iter().filter_map(|m| self.cells.get(*m as usize));
@@ -166,7 +166,7 @@ impl MeshFile {
         [x, y]
     }
 
-    /// Finds the cells of a group by name, with the words that help where there is none.
+    /// Finds the cells of a group by name, with helpful words if there is no such group.
     fn cells_of(&self, name: Option<&str>) -> Result<Vec<u32>, MeshFileError> {
         if self.cells.is_empty() {
             let edges = counted(self.edges.len(), "edge");

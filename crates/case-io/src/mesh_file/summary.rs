@@ -42,7 +42,7 @@ pub struct Summary {
     pub format: String,
     /// Number of nodes.
     pub nodes: usize,
-    /// Number of edges that the file gives by themselves or as sides of surfaces.
+    /// Number of edges that the file gives separately or as sides of surfaces.
     pub edges: usize,
     /// Number of cells by kind.
     pub cells: Vec<(ElementKind, usize)>,
@@ -50,11 +50,11 @@ pub struct Summary {
     pub groups: Vec<GroupSummary>,
     /// The two corners of the box around all nodes that something uses.
     pub bounding_box: [[f64; 3]; 2],
-    /// The worst cell, where there is a sound one.
+    /// The worst cell, if there is a sound one.
     pub quality: Option<Quality>,
     /// What is worth knowing.
     pub notes: Vec<String>,
-    /// What may stand against using the file.
+    /// What may prevent the use of the file.
     pub problems: Vec<String>,
 }
 
@@ -242,7 +242,7 @@ impl MeshFile {
             let [x, y] = points[*a as usize];
             problems.push(format!(
                 "{} at the place of another of the same region (nodes {} and {} at ({}, {})): a crack, or an \
-                 accident that `merge = true` heals",
+                 error that `merge = true` repairs",
                 counted(twins.len(), "node"),
                 numbers[0],
                 numbers[1],
@@ -296,7 +296,7 @@ impl MeshFile {
         parts
     }
 
-    /// Finds pairs of regions that share nodes but no cell: one mesh where two bodies are wanted.
+    /// Finds pairs of regions that share nodes but no cell: one mesh if two bodies are wanted.
     ///
     /// Returns the first region of each node.
     fn shared_nodes(&self, problems: &mut Vec<String>) -> Vec<u32> {

@@ -1,4 +1,4 @@
-//! What is done to the cells of a region, and what is refused or told.
+//! What is done to the cells of a region, and what is refused or noted.
 
 use super::{MeshFile, RegionOptions, parse};
 
@@ -27,7 +27,7 @@ fn refused(file: &MeshFile) -> String {
 }
 
 #[test]
-fn item_25_quadrilaterals_are_split_along_the_shorter_diagonal() {
+fn quadrilaterals_are_split_along_the_shorter_diagonal() {
     let triangles = |points| region(&quad(points)).triangles;
     let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
     assert_eq!(triangles(square), [[0, 1, 2], [0, 2, 3]]);
@@ -44,19 +44,19 @@ fn item_25_quadrilaterals_are_split_along_the_shorter_diagonal() {
 }
 
 #[test]
-fn item_23_a_plane_of_its_own_is_noted_and_another_refused() {
+fn a_plane_of_its_own_is_noted_and_another_refused() {
     let at = |f: fn(f64, f64) -> [f64; 3]| deck(&[f(0.0, 0.0), f(1.0, 0.0), f(1.0, 1.0), f(0.0, 1.0)], QUAD);
     let raised = region(&at(|x, y| [x, y, 3.5]));
     assert!(raised.notes().contains(&"all nodes of region \"r\" have z = 3.5, which is left out".to_owned()));
     assert!(refused(&at(|x, y| [x, 0.0, y])).contains("x-z plane"));
     assert!(refused(&at(|x, y| [2.0, x, y])).contains("y-z plane"));
     assert!(refused(&at(|x, y| [x, y, x])).contains("not plane: z runs from 0 to 1 (node 2"));
-    // Round-off is no slope.
+    // Round-off is not a slope.
     assert!(region(&at(|x, y| [x, y, 1e-14 * x])).notes().iter().all(|n| !n.contains("z =")));
 }
 
 #[test]
-fn item_30_nodes_without_an_element_are_left_out_and_counted() {
+fn nodes_without_an_element_are_left_out_and_counted() {
     let square = [
         [0.0, 0.0, 0.0],
         [1.0, 0.0, 0.0],

@@ -128,7 +128,7 @@ impl OutputDirectory {
         &self.path
     }
 
-    /// Returns what tells whether the directory is still there.
+    /// Returns the value that can tell whether the directory is still there.
     pub fn presence(&self) -> Presence {
         self.presence.clone()
     }

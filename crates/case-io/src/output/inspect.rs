@@ -63,7 +63,7 @@ pub(super) fn inspect(
         !is_result(Path::new(""), name) && !BELOW.iter().any(|below| *below == name.as_os_str())
     });
     Ok(match recorded.next() {
-        // A run that was interrupted has a report as well; one that came to its end has no checkpoint any more.
+        // A run that was interrupted has a report as well; a finished one no longer has a checkpoint.
         Some((ResultKind::Solve, hash)) if unfinished && hash == case_hash => {
             Err(OutputError::Unfinished { path: path.to_owned() })
         }
@@ -81,7 +81,7 @@ pub(super) fn inspect(
     })
 }
 
-/// Reads the hash of the case that a record is of; `None` if it is no record.
+/// Reads the hash of the case that a record is of; `None` if it is not a record.
 fn recorded_hash(record: &Path) -> Option<String> {
     let record: serde_json::Value = serde_json::from_slice(&fs::read(record).ok()?).ok()?;
     Some(record.get("run")?.get(CASE_HASH)?.as_str()?.to_owned())

@@ -1,7 +1,7 @@
 //! The lock file of a directory of results.
 //!
-//! The file is locked through the operating system, which releases it when the process ends in whatever way; its
-//! presence alone means nothing but that an earlier run was killed.
+//! The file is locked through the operating system, which releases it however the process ends; its
+//! presence alone means only that an earlier run was killed.
 
 use super::{OutputError, failed};
 use std::fs::{self, File, OpenOptions, TryLockError};

@@ -78,7 +78,7 @@ fn a_run_killed_while_its_files_take_their_places_blocks_nothing() {
     fs::write(root.path().join("upper.vtu"), "1").unwrap();
     run(root.path(), "h", false, &["history.csv"]).unwrap();
     assert_eq!(names(root.path()), ["history.csv", "report.json"]);
-    // Beside something that is not ours it is refused as ever.
+    // Beside a foreign file it is refused as well.
     fs::remove_file(root.path().join("report.json")).unwrap();
     fs::create_dir(root.path().join(STAGING)).unwrap();
     fs::write(root.path().join("thesis.tex"), "mine").unwrap();

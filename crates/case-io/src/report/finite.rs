@@ -3,7 +3,7 @@
 use serde::ser::{self, Serialize};
 use std::fmt;
 
-/// A number that is infinite or not a number, and where.
+/// A number that is infinite or NaN, and where.
 #[derive(Debug)]
 pub(crate) struct NotFinite {
     pub(crate) field: String,

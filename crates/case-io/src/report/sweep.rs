@@ -23,7 +23,7 @@ pub struct SweepRow {
 pub struct SweepPanel {
     /// The settings against the case, `KEY=VALUE`.
     pub settings: Vec<String>,
-    /// What tells it from the others: its size, and where that is not enough its settings.
+    /// What distinguishes it from the others: its size, and if that is not enough its settings.
     #[serde(default)]
     pub name: String,
     /// Nodes of both bodies.

@@ -1,6 +1,6 @@
 //! Lines no wider than the terminal.
 
-/// Where a broken line goes on.
+/// Where a broken line continues.
 const INDENT: usize = 13;
 
 /// Breaks lines that are too wide at blanks; what has no blank stays whole.
@@ -22,7 +22,7 @@ pub(super) fn fit(text: &str, width: Option<usize>) -> String {
 }
 
 /// The last blank at which a line that is too wide can be broken, behind its indentation; the first one beyond the width
-/// where a word is too long.
+/// if a word is too long.
 fn break_place(line: &str, width: usize) -> Option<usize> {
     if line.chars().count() <= width {
         return None;

@@ -1,18 +1,18 @@
-//! A remark where the interface residual and the error of the iteration tell different stories.
+//! A remark if the interface residual and the error of the iteration differ greatly.
 
 use case_io::Case;
 use case_io::case::Criterion;
 use case_io::diagnostic::significant;
 use case_io::report::{IterationRow, Report};
 
-/// From this ratio of the error to the residual on, stopping on the residual would stop too early.
+/// Above this ratio of the error to the residual, stopping on the residual would stop too early.
 const SMALLER: f64 = 2.0;
-/// From this ratio of the residual to the error on, waiting for the residual would waste iterations.
+/// Above this ratio of the residual to the error, waiting for the residual would waste iterations.
 const LARGER: f64 = 100.0;
 /// Relative errors below this are round-off, and no residual says anything about them.
 const ROUND_OFF: f64 = 1e-12;
 
-/// Compares the residual with the error at the end of a run that came to its end.
+/// Compares the residual with the error at the end of a run that was not interrupted.
 pub(crate) fn remark(case: &Case, report: &Report) -> Option<String> {
     let norm = report.results.energy_norm_squared?.iter().sum::<f64>().sqrt();
     let stop = &case.solver.stop;
@@ -23,7 +23,7 @@ pub(crate) fn remark(case: &Case, report: &Report) -> Option<String> {
     comparable.then(|| compare(&report.iterations, norm, level)).flatten()
 }
 
-/// * `level`: what the run asked of the iteration's relative error.
+/// * `level`: the iteration's relative error that the run asked for.
 fn compare(rows: &[IterationRow], norm: f64, level: Option<f64>) -> Option<String> {
     let last = rows.last()?;
     let (residual, error) = (last.precision?, last.eta_nndd? / norm);
@@ -37,20 +37,22 @@ fn compare(rows: &[IterationRow], norm: f64, level: Option<f64>) -> Option<Strin
             significant(times)
         )
     };
-    // The first iteration at which the residual alone would have been content.
+    // The first iteration at which the residual alone would have stopped the iteration.
     let content = level.map(|level| rows.iter().find(|row| row.precision.is_some_and(|p| p <= level)));
     let asked = level.unwrap_or_default();
     if error > SMALLER * residual {
         let early = content.flatten().filter(|row| row.iteration < last.iteration);
         let early = early.map(|row| {
             let iteration = row.iteration;
-            format!(": to wait until it reaches the {asked:.1e} asked of the error would have stopped at iteration {iteration}")
+            format!(
+                ": waiting until it reaches {asked:.1e} as well would have stopped at iteration {iteration}"
+            )
         });
         return Some(story(error / residual, "smaller") + &early.unwrap_or_default());
     }
     if residual > LARGER * error {
         let late = matches!(content, Some(None)).then(|| {
-            format!(": to wait until it reaches the {asked:.1e} asked of the error would have taken more iterations")
+            format!(": waiting until it reaches {asked:.1e} as well would have taken more iterations")
         });
         return Some(story(residual / error, "larger") + &late.unwrap_or_default());
     }

@@ -1,4 +1,4 @@
-//! The table of the iterations, which leaves out columns where the terminal is narrow.
+//! The table of the iterations, which leaves out columns if the terminal is narrow.
 
 use super::{scientific, scientific_up};
 use certified_contact::Row;
@@ -24,7 +24,7 @@ const TIME: &str = "time [s]";
 /// How the table is shown.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Layout {
-    /// Of the terminal; `None` where all columns are shown.
+    /// Of the terminal; `None` if all columns are shown.
     pub(crate) width: Option<usize>,
     /// Whether the column of times is one of them.
     pub(crate) timed: bool,
@@ -85,7 +85,7 @@ impl Layout {
     }
 }
 
-/// Writes θ; a dash for the Newton method, which has none.
+/// Writes θ; a dash for the Newton method, which has no θ.
 fn theta(theta: f64) -> String {
     match theta {
         0.0 => "-".into(),

@@ -1,5 +1,5 @@
 //! How much memory this process may still take: from the limits of its address space and control groups, and what the
-//! machine has free. Everything comes from the kernel's tables; what they do not tell is no limit.
+//! machine has free. Everything comes from the kernel's tables; what they do not say is not a limit.
 
 use super::mebibytes;
 use std::fs;
@@ -39,7 +39,7 @@ fn address_space(threads: usize, resident: f64) -> Option<Room> {
     Some(room(limit - taken - threads as f64 * reserved_by_thread(), words, Some(fix)))
 }
 
-/// Reads a soft limit; `None` if there is none.
+/// Reads a soft limit; `None` if it is unlimited.
 fn soft_limit(table: &str, name: &str) -> Option<u64> {
     table.lines().find_map(|line| line.strip_prefix(name))?.split_whitespace().next()?.parse().ok()
 }
@@ -115,7 +115,7 @@ fn left_in_groups(version: &Version, mount: &Path, path: &str, resident: f64) ->
     left.reduce(f64::min)
 }
 
-/// What the machine has free, file caches included: beyond it a run would do nothing but swap.
+/// What the machine has free, file caches included: beyond it a run would only swap.
 fn machine(resident: f64) -> Option<Room> {
     let free = size(Path::new("/proc/meminfo"), "MemAvailable:")? as f64;
     Some(room(free + resident, |left| format!("this machine has {left} free"), None))

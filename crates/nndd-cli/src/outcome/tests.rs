@@ -24,7 +24,7 @@ fn reported(case: &Case, solution: CertifiedSolution) -> (Report, String) {
 }
 
 #[test]
-fn item_62_a_contact_problem_that_is_not_solved_is_status_5_with_its_own_status() {
+fn a_contact_problem_that_is_not_solved_is_status_5_with_its_own_status() {
     let (case, mut solution) = solved();
     for inner in [QpStatus::MaxIterations, QpStatus::NumericalError, QpStatus::Unbounded] {
         solution.nndd.status = NnddStatus::ContactQpUnsolved(inner);
@@ -48,7 +48,7 @@ fn a_newton_method_that_fails_after_a_switch_is_named() {
 }
 
 #[test]
-fn item_63_a_bound_that_fails_its_checks_is_never_called_certified() {
+fn a_bound_that_fails_its_checks_is_never_called_certified() {
     let (case, sound) = solved();
     let (report, said) = reported(&case, sound.clone());
     assert_eq!((report.status.code, report.certificate.valid), (0, true));

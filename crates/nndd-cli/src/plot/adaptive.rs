@@ -19,7 +19,7 @@ const PANEL: i32 = 280;
 /// Draws the steps (nodes, relative error) on logarithmic scales, a line of the slope −½ through the last one, and the
 /// target.
 ///
-/// Steps without a relative error, or with one that cannot stand on a logarithmic axis, are left out.
+/// Steps without a relative error, or with one that cannot be drawn on a logarithmic axis, are left out.
 pub(crate) fn adaptive(
     title: &str,
     steps: &[(usize, Option<f64>)],

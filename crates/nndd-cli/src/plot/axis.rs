@@ -6,17 +6,17 @@ use std::ops::Range;
 /// Magnitudes beyond this (or below its inverse, on a logarithmic axis) are not drawn.
 const LARGEST: f64 = 1e100;
 
-/// Whether a number can stand on a linear axis.
+/// Whether a number can be drawn on a linear axis.
 pub(super) fn drawable(v: f64) -> bool {
     v.is_finite() && v.abs() <= LARGEST
 }
 
-/// Whether a number can stand on a logarithmic axis.
+/// Whether a number can be drawn on a logarithmic axis.
 pub(super) fn drawable_log(v: f64) -> bool {
     drawable(v) && v >= LARGEST.recip()
 }
 
-/// Smallest and largest of some numbers, `None` for none at all.
+/// Smallest and largest of some numbers, `None` if there are no numbers.
 pub(super) fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
     values.into_iter().fold(None, |e, v| match e {
         None => Some((v, v)),
@@ -27,9 +27,9 @@ pub(super) fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)
 /// How ticks are written.
 #[derive(Clone, Debug)]
 enum Style {
-    /// `0.25`: so many decimals.
+    /// `0.25`: this many decimals.
     Fixed(usize),
-    /// `2.5e-7`: so many digits after the point, trailing zeros dropped.
+    /// `2.5e-7`: this many digits after the point, trailing zeros dropped.
     Exponent(usize),
 }
 
@@ -45,7 +45,7 @@ pub(super) struct Axis {
 }
 
 impl Axis {
-    /// A linear axis over exactly `lo..hi` (widened where the two coincide) with at most `ticks` or so labels.
+    /// A linear axis over exactly `lo..hi` (widened if the two coincide) with at most `ticks` or so labels.
     pub(super) fn linear(lo: f64, hi: f64, ticks: usize) -> Axis {
         let (lo, hi) = widened(lo, hi);
         // A coarse step may leave one label or none: then a finer one.
@@ -78,7 +78,7 @@ impl Axis {
         Axis { lo: lo - margin, hi: hi + margin, log: false, major, minor: vec![], style: Style::Fixed(0) }
     }
 
-    /// A logarithmic axis over exactly `lo..hi`, both positive, widened where they (nearly) coincide.
+    /// A logarithmic axis over exactly `lo..hi`, both positive, widened if they (nearly) coincide.
     pub(super) fn log(lo: f64, hi: f64, ticks: usize) -> Axis {
         let (lo, hi) = if hi / lo > 1.0 + 1e-6 { (lo, hi) } else { (lo / 2.0, hi * 2.0) };
         let decades = (hi / lo).log10();
@@ -111,7 +111,7 @@ impl Axis {
         Axis::log(lo / factor, hi * factor, ticks)
     }
 
-    /// Where a value stands between the ends of the axis, 0 to 1 within it.
+    /// Where a value lies between the ends of the axis, 0 to 1 within it.
     pub(super) fn position(&self, v: f64) -> f64 {
         if self.log {
             (v.max(LARGEST.recip()) / self.lo).ln() / (self.hi / self.lo).ln()

@@ -5,11 +5,11 @@ use std::fmt::Write as _;
 
 /// Shades of the colour scale.
 pub(super) const SHADES: usize = 64;
-/// Beyond so many cells, small squares with the mean of the cells in them are drawn instead.
+/// Above this many cells, small squares with the mean of the cells in them are drawn instead.
 pub(super) const MOST_CELLS: usize = 20_000;
 /// Squares drawn at most.
 const MOST_SQUARES: f64 = 60_000.0;
-/// Below so many cells, their edges are drawn too.
+/// Below this many cells, their edges are drawn too.
 const WITH_EDGES: usize = 4_000;
 
 /// A triangle on the sheet, in units, and its density.
@@ -36,7 +36,7 @@ pub(super) fn elements(cells: &[Cell], position: impl Fn(f64) -> f64) -> String 
 
 fn triangles(cells: &[Cell], position: impl Fn(f64) -> f64) -> String {
     let mut paths = vec![String::new(); SHADES];
-    // Where corners fall on one line, the line around the piece is all there is to see, and printers draw it to the edge.
+    // If corners fall on one line, the line around the piece is all there is to see, and printers draw it to the edge.
     for cell in cells.iter().filter(|cell| twice_area(cell.corners) != 0) {
         let [a, b, c] = cell.corners;
         let path = &mut paths[shade(position(cell.density))];
@@ -92,7 +92,7 @@ impl Grid {
         Grid { left, top, side, columns, rows, sums: vec![Sum::default(); columns * rows] }
     }
 
-    /// Adds a cell to the square it lies in, weighted by its area, or, where it is larger than a square, to
+    /// Adds a cell to the square it lies in, weighted by its area, or, if it is larger than a square, to
     /// every square whose middle it covers; marks the squares whose middle it covers.
     fn add(&mut self, cell: &Cell) {
         let [a, b, c] = cell.corners;
@@ -125,7 +125,7 @@ impl Grid {
         }
     }
 
-    /// The mean in a square, `None` where the bodies cover little of it.
+    /// The mean in a square, `None` if the bodies cover little of it.
     fn mean(&self, i: usize, j: usize) -> Option<f64> {
         let sum = &self.sums[j * self.columns + i];
         let enough = sum.covered || sum.weight > 0.6 * f64::from(self.side).powi(2);

@@ -27,7 +27,7 @@ const OPENING: Look =
 const ZONE: Look =
     Look { name: "contact zone", colour: PALE_ORANGE, dash: None, marker: Marker::None, thickness: 48 };
 const PANEL: i32 = 170;
-/// Pressures below this part of the largest count as none.
+/// Pressures below this part of the largest count as zero.
 const NONE: f64 = 1e-9;
 
 /// Draws the pressure above and the opening below, over a common axis, with the contact zone shaded.
@@ -36,7 +36,7 @@ const NONE: f64 = 1e-9;
 /// left out; nodes need not come in order.
 ///
 /// # Errors
-/// [`PlotError::Length`] where the three arrays differ in length.
+/// [`PlotError::Length`] if the three arrays differ in length.
 pub(crate) fn contact(title: &str, profile: &ContactProfile<'_>) -> Result<String, PlotError> {
     super::same_length("opening along the contact", profile.s.len(), profile.opening.len())?;
     super::same_length("pressure along the contact", profile.s.len(), profile.pressure.len())?;
@@ -92,7 +92,7 @@ pub(crate) fn contact(title: &str, profile: &ContactProfile<'_>) -> Result<Strin
     })
 }
 
-/// An axis from 0 (or the least value, where that is negative) to a little above the largest.
+/// An axis from 0 (or the least value, if that is negative) to a little above the largest.
 fn upwards(lo: f64, hi: f64) -> Axis {
     if hi - lo <= 0.0 {
         return Axis::linear(0.0, 1.0, 5);

@@ -17,9 +17,9 @@ pub(crate) struct ConvergenceRow {
     pub(crate) eta_nndd: f64,
     /// The precision ε_t.
     pub(crate) precision: f64,
-    /// η_dis where it was computed.
+    /// η_dis if it was computed.
     pub(crate) eta_dis: Option<f64>,
-    /// e_CRE where it was computed.
+    /// e_CRE if it was computed.
     pub(crate) e_cre: Option<f64>,
 }
 
@@ -32,10 +32,10 @@ const PRECISION: Look = Look {
 };
 const PANEL: i32 = 280;
 
-/// Draws η_NNDD and the precision against the iteration on a logarithmic scale, with η_dis and e_CRE where
+/// Draws η_NNDD and the precision against the iteration on a logarithmic scale, with η_dis and e_CRE if
 /// there are any.
 ///
-/// Values that are missing, not finite or not positive are left out; the line goes on to the next.
+/// Values that are missing, not finite or not positive are left out; the line continues to the next.
 pub(crate) fn convergence(title: &str, rows: &[ConvergenceRow]) -> Result<String, PlotError> {
     let of = |look: Look, value: &dyn Fn(&ConvergenceRow) -> Option<f64>| Series {
         look,

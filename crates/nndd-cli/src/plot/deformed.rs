@@ -61,8 +61,8 @@ const DEFORMED: Look = Look { name: "deformed", colour: INK, dash: None, marker:
 /// their triangles. Many small cells are drawn as squares with the mean of the cells in them.
 ///
 /// # Errors
-/// [`PlotError::Length`] where displacements and points, or densities and triangles, differ in number, and
-/// [`PlotError::Index`] where a triangle names a point that is not there.
+/// [`PlotError::Length`] if displacements and points, or densities and triangles, differ in number, and
+/// [`PlotError::Index`] if a triangle names a point that is not there.
 pub(crate) fn deformed(
     title: &str,
     bodies: &[BodyPicture<'_>],
@@ -127,7 +127,7 @@ fn checked(body: &BodyPicture<'_>) -> Result<(), PlotError> {
     Ok(())
 }
 
-/// Where a point goes, `None` where that is not a number to draw.
+/// Where a point goes, `None` if it cannot be drawn.
 fn moved(body: &BodyPicture<'_>, point: usize, factor: f64) -> Option<[f64; 2]> {
     let (p, u) = (body.points[point], body.displacement[point]);
     let usable = p.iter().chain(&u).all(|v| drawable(*v));
@@ -151,7 +151,7 @@ fn most_without_overlap(closing: &[Closing], size: f64) -> f64 {
     meeting.map(|pair| (pair.gap.max(0.0) + HAIR * size) / pair.approach).fold(f64::INFINITY, f64::min)
 }
 
-/// The largest of 1, 2, 5 times a power of ten that is at most `raw`; 1 where that is no number to draw.
+/// The largest of 1, 2, 5 times a power of ten that is at most `raw`; 1 if `raw` cannot be used.
 fn nice_factor(raw: f64) -> f64 {
     if !drawable_log(raw) {
         return 1.0;
@@ -194,7 +194,7 @@ fn scale(bodies: &[BodyPicture<'_>]) -> Scale {
     match extent(all().filter(|d| drawable_log(*d))) {
         None => Scale { axis: Axis::log(0.1, 10.0, 5), cut: false, empty: true },
         Some((lo, hi)) => {
-            // Below the usual range only where much of the picture lies there: near singularities cells are tiny.
+            // Below the usual range only if much of the picture lies there: near singularities cells are tiny.
             let from = lo.max((hi * DECADES).min(low_density(bodies)).max(hi * DECADES * DECADES));
             let from = if hi / from < 10.0 { hi / 10.0 } else { from };
             Scale { axis: Axis::log(from, hi, 6), cut: all().any(|d| d < from), empty: false }

@@ -41,7 +41,7 @@ pub(super) fn height(entries: &[Look]) -> i32 {
 pub(super) fn draw(area: &Area<'_>, top: i32, entries: &[Look]) -> Result<(), PlotError> {
     for (k, row) in rows(entries).iter().enumerate() {
         let width: i32 = row.iter().map(entry_width).sum();
-        // Beside the axis labels where there is room, further left where there is none.
+        // Beside the axis labels if there is room, otherwise further left.
         let mut x = LEFT.min(WIDTH - 10 - width).max(10);
         let y = top + ROW / 2 + ROW * k as i32;
         for entry in row {

@@ -1,4 +1,4 @@
-//! What tells series apart: colour, dash and marker.
+//! What distinguishes series: colour, dash and marker.
 
 use super::PlotError;
 use super::sheet::{Area, UNITS};

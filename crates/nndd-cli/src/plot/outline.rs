@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-/// Returns the boundary of a triangulation as lines through point numbers, each ending where it began where
+/// Returns the boundary of a triangulation as lines through point numbers, each ending where it began if
 /// it closes.
 ///
 /// `area` gives twice the signed area of a triangle; those without area are left out. An edge belongs to the

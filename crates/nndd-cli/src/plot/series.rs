@@ -27,7 +27,7 @@ impl Series {
     }
 }
 
-/// Draws a panel with some series in it, or the word that there is nothing to draw.
+/// Draws a panel with some series in it, or the words `no data`.
 pub(super) fn line_panel(
     area: &Area<'_>,
     frame: Frame,
@@ -71,7 +71,7 @@ pub(super) fn extents<'a>(series: impl Iterator<Item = &'a Series> + Clone) -> O
     Some([x, y])
 }
 
-/// A logarithmic axis over the values, or a stand-in where there are none.
+/// A logarithmic axis over the values, or a default if there are no values.
 pub(super) fn log_axis(range: Option<(f64, f64)>) -> Axis {
     match range {
         Some((lo, hi)) => Axis::log_padded(lo, hi, 8),
@@ -102,7 +102,7 @@ fn thinned(points: &[Option<(f64, f64)>]) -> Vec<Option<(f64, f64)>> {
             kept.push(None);
         }
     }
-    // The last point of all tells where the series ends.
+    // The last point shows where the series ends.
     match points.last() {
         Some(Some(p)) if kept.last() != Some(&Some(*p)) => kept.push(Some(*p)),
         _ => {}

@@ -165,7 +165,7 @@ impl Frame {
     }
 }
 
-/// What stands along the axes of a panel.
+/// The labels of the axes of a panel.
 pub(super) struct Labels<'a> {
     pub(super) x: &'a str,
     pub(super) y: &'a str,
@@ -244,13 +244,13 @@ pub(super) fn no_data(area: &Area<'_>, frame: Frame) -> Result<(), PlotError> {
     Words::new(18.0).grey().write(area, "no data", middle)
 }
 
-/// Breaks a text at a space into two lines where it has more letters than fit.
+/// Breaks a text at a space into two lines if it has more letters than fit.
 fn two_lines(text: &str, letters: f64) -> Vec<&str> {
     if text.chars().count() as f64 <= letters {
         return vec![text];
     }
     let uneven = |at: usize| text[..at].chars().count().abs_diff(text[at..].chars().count());
-    // After a colon, which stands between the name and what is shown, or else near the middle.
+    // After a colon, which is between the name and what is shown, or else near the middle.
     let at = text
         .find(": ")
         .map(|at| at + 1)

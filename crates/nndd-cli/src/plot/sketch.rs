@@ -23,7 +23,7 @@ pub(crate) struct SketchBody<'a> {
     pub(crate) triangles: &'a [[u32; 3]],
     /// What is imposed on its boundary edges.
     pub(crate) edges: Vec<SketchEdge>,
-    /// The body force on it; zero for none.
+    /// The body force on it; zero if there is no such force.
     pub(crate) body_force: [f64; 2],
 }
 
@@ -36,7 +36,7 @@ pub(crate) struct SketchEdge {
     pub(crate) normal: [f64; 2],
     /// How it is held.
     pub(crate) held: Held,
-    /// The displacement imposed on it, zero where it is only held.
+    /// The displacement imposed on it, zero if it is only held.
     pub(crate) displacement: [f64; 2],
     /// The load on it, force per length and thickness.
     pub(crate) traction: [f64; 2],
@@ -72,7 +72,7 @@ const APART: f64 = 17.0;
 const ARROW: f64 = 30.0;
 /// Triangles and points of the boundary tried in search of a place for a name.
 const MOST_TRIED: usize = 300;
-/// Below so many cells, their edges are drawn.
+/// Below this many cells, their edges are drawn.
 const WITH_EDGES: usize = 4_000;
 
 /// Draws the bodies at rest with how they are held, what is imposed, and where they may touch.
@@ -128,7 +128,7 @@ pub(crate) fn sketch(
     })
 }
 
-/// The body as one pale shape, with its cells where there are few.
+/// The body as one pale shape, with its cells if there are few.
 fn filled(chart: &Chart<'_, '_>, body: &SketchBody<'_>) -> String {
     let corners = |t: &[u32; 3]| t.map(|v| body.points.get(v as usize).copied().unwrap_or([f64::NAN; 2]));
     let place = |p: [f64; 2]| chart.backend_coord(&(p[0], p[1]));
@@ -196,7 +196,7 @@ fn marks(
     Ok(())
 }
 
-/// Draws an arrow that ends at a place where it points into the body, and begins there where it points out of it.
+/// Draws an arrow that ends at a place if it points into the body, and begins there if it points out of it.
 fn arrow(
     area: &Area<'_>,
     at: (f64, f64),

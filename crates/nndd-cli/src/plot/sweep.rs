@@ -14,7 +14,7 @@ pub(crate) struct SweepSeries {
     pub(crate) name: String,
     /// The swept values.
     pub(crate) theta: Vec<f64>,
-    /// η_NNDD at each value; `None` where the run diverged.
+    /// η_NNDD at each value; `None` if the run diverged.
     pub(crate) eta_nndd: Vec<Option<f64>>,
     /// η_dis at each value.
     pub(crate) eta_dis: Vec<Option<f64>>,
@@ -51,7 +51,7 @@ const CAPTION: i32 = 30;
 /// panel says how many values of the setting have no η_NNDD, and where η_NNDD is smallest.
 ///
 /// # Errors
-/// [`PlotError::Length`] where an indicator has not one entry per swept value.
+/// [`PlotError::Length`] if an indicator has not one entry per swept value.
 pub(crate) fn sweep(title: &str, x_label: &str, panels: &[SweepSeries]) -> Result<String, PlotError> {
     for p in panels {
         super::same_length("eta_nndd of a sweep", p.theta.len(), p.eta_nndd.len())?;

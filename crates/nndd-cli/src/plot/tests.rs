@@ -9,7 +9,7 @@ const BAD: [f64; 6] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300, -1e300
 #[track_caller]
 fn assert_whole(svg: &str) {
     assert!(svg.starts_with("<svg ") && svg.trim_end().ends_with("</svg>"), "not one svg element");
-    assert!(!svg.contains("NaN") && !svg.contains("inf"), "a number that is none");
+    assert!(!svg.contains("NaN") && !svg.contains("inf"), "NaN or infinity in the drawing");
     let mut open: Vec<&str> = vec![];
     let mut rest = svg;
     while let Some(start) = rest.find('<') {
@@ -239,7 +239,7 @@ fn deformed_never_draws_bodies_into_each_other() {
     assert_eq!(factor(0.02, 0.02), 1.0);
     assert_eq!(factor(0.0, 0.0), 5.0);
     assert_eq!(factor(0.02, -0.02), 5.0);
-    // A gap that stands in the case file only: bodies that touch come together, so hardly any motion can be drawn.
+    // A gap that is given in the case file only: bodies that touch come together, so hardly any motion can be drawn.
     assert_eq!(factor(0.0, 0.02), 0.1);
     assert_eq!(factor(f64::NAN, f64::NAN), 5.0);
 }

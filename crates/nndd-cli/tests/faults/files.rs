@@ -6,7 +6,7 @@ use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::{PermissionsExt, symlink};
 
 #[test]
-fn item_10_what_is_no_case_file_is_refused_at_once() {
+fn what_is_no_case_file_is_refused_at_once() {
     let temp = tempfile::tempdir().unwrap();
     let here = temp.path();
     let fifo = here.join("fifo.toml");
@@ -15,7 +15,7 @@ fn item_10_what_is_no_case_file_is_refused_at_once() {
         assert_eq!(output.status.code(), Some(7));
         assert!(said(&output).contains("not a regular file"));
     } else {
-        eprintln!("item_10: skipped the pipe, there is no mkfifo");
+        eprintln!("skipped the pipe, there is no mkfifo");
     }
     let output = solve(here, &here.join("out"), &[]);
     assert_eq!(output.status.code(), Some(7));
@@ -30,7 +30,7 @@ fn item_10_what_is_no_case_file_is_refused_at_once() {
 }
 
 #[test]
-fn item_66_output_directories_that_cannot_be() {
+fn output_directories_that_cannot_be() {
     let temp = tempfile::tempdir().unwrap();
     let here = temp.path();
     let paper = cases().join("paper.toml");
@@ -44,7 +44,7 @@ fn item_66_output_directories_that_cannot_be() {
     assert_eq!(solve(&paper, &here.join("a/b/c"), &[]).status.code(), Some(0));
 }
 
-/// The program as somebody runs it who may not write everywhere; `None` where that cannot be arranged.
+/// The program as run by a user who may not write everywhere; `None` if that cannot be arranged.
 fn as_nobody() -> Option<Command> {
     let root = Command::new("id").arg("-u").output().ok()?.stdout == b"0\n";
     let command = || {
@@ -56,17 +56,17 @@ fn as_nobody() -> Option<Command> {
         command.arg(env!("CARGO_BIN_EXE_nndd"));
         command
     };
-    // The program may lie where that somebody cannot reach it.
+    // The program may be in a folder that this user cannot read.
     let probe = command().arg("--version").output().ok()?;
     if !probe.status.success() {
-        eprintln!("items 16 and 66: skipped, there is nobody else to run the program");
+        eprintln!("skipped, there is nobody else to run the program");
         return None;
     }
     Some(command())
 }
 
 #[test]
-fn item_16_an_unreadable_mesh_file_is_said() {
+fn an_unreadable_mesh_file_is_said() {
     let temp = open_folder();
     let mesh = temp.path().join("sound.msh");
     std::fs::copy(cases().join("bad/meshes/sound.msh"), &mesh).unwrap();
@@ -90,7 +90,7 @@ fn what_this_user_may_not_read_is_told_to_be_allowed() {
         std::fs::set_permissions(here.join(name), std::fs::Permissions::from_mode(0o000)).unwrap();
     }
     std::fs::write(here.join("open.inp"), "*INCLUDE, INPUT=whole.inp\n").unwrap();
-    let case = std::fs::read_to_string(cases().join("bad/mesh_36_unknown_side.toml")).unwrap();
+    let case = std::fs::read_to_string(cases().join("bad/mesh_unknown_side.toml")).unwrap();
     std::fs::write(here.join("open.toml"), case.replace("meshes/sound.msh", "sound.msh")).unwrap();
     for arguments in
         [["mesh", "sound.msh"], ["mesh", "open.inp"], ["check", "case.toml"], ["check", "open.toml"]]
@@ -117,7 +117,7 @@ fn a_dangling_link_is_said_to_be_one() {
     let paper = paper.to_str().unwrap();
     let adaptive = cases().join("adaptive.toml");
     let adaptive = adaptive.to_str().unwrap();
-    let case = std::fs::read_to_string(cases().join("bad/mesh_36_unknown_side.toml")).unwrap();
+    let case = std::fs::read_to_string(cases().join("bad/mesh_unknown_side.toml")).unwrap();
     std::fs::write(here.join("mesh.toml"), case.replace("meshes/sound.msh", "dl.msh")).unwrap();
     for arguments in [
         &["solve", paper, "--out", "dl"][..],
@@ -152,7 +152,7 @@ fn open_folder() -> tempfile::TempDir {
 }
 
 #[test]
-fn item_66_an_output_directory_without_leave_to_write_is_said() {
+fn an_output_directory_without_leave_to_write_is_said() {
     let temp = open_folder();
     let locked = temp.path().join("locked");
     std::fs::create_dir(&locked).unwrap();
@@ -169,7 +169,7 @@ fn item_66_an_output_directory_without_leave_to_write_is_said() {
 }
 
 #[test]
-fn item_66_an_output_directory_that_becomes_read_only_is_said() {
+fn an_output_directory_that_becomes_read_only_is_said() {
     let temp = open_folder();
     let out = temp.path().join("out");
     std::fs::create_dir(&out).unwrap();
@@ -190,7 +190,7 @@ fn item_66_an_output_directory_that_becomes_read_only_is_said() {
 }
 
 #[test]
-fn item_66_an_output_directory_that_becomes_a_file_is_said() {
+fn an_output_directory_that_becomes_a_file_is_said() {
     let temp = tempfile::tempdir().unwrap();
     let out = temp.path().join("out");
     let mut child = processes::long_run(&out);
@@ -205,8 +205,8 @@ fn item_66_an_output_directory_that_becomes_a_file_is_said() {
 const BLOCKS: [usize; 7] = [0, 1, 4, 16, 40, 100, 4000];
 
 #[test]
-fn item_68_a_disk_that_fills_up_leaves_no_cut_file() {
-    // The limit of the file size stands for the full disk: with its signal ignored a write fails as on a full disk.
+fn a_disk_that_fills_up_leaves_no_cut_file() {
+    // The limit of the file size replaces a full disk: with its signal ignored a write fails as on a full disk.
     let temp = tempfile::tempdir().unwrap();
     let mut codes = Vec::new();
     for blocks in BLOCKS {
@@ -224,7 +224,7 @@ fn item_68_a_disk_that_fills_up_leaves_no_cut_file() {
 }
 
 #[test]
-fn item_68_a_death_in_the_middle_of_a_file_leaves_no_cut_file() {
+fn a_death_in_the_middle_of_a_file_leaves_no_cut_file() {
     // Here the limit kills the program in the middle of a write, wherever that is.
     let temp = tempfile::tempdir().unwrap();
     for blocks in BLOCKS {
@@ -235,7 +235,7 @@ fn item_68_a_death_in_the_middle_of_a_file_leaves_no_cut_file() {
 }
 
 #[test]
-fn item_68_a_real_disk_that_is_full_leaves_no_cut_file() {
+fn a_real_disk_that_is_full_leaves_no_cut_file() {
     // A disk of a few pages, in a space of its own; what lies on it is copied out of there before it goes.
     let temp = tempfile::tempdir().unwrap();
     let disk = temp.path().join("disk");
@@ -248,7 +248,7 @@ fn item_68_a_real_disk_that_is_full_leaves_no_cut_file() {
         command.args(["-rm", "sh", "-c", script, env!("CARGO_BIN_EXE_nndd"), size]);
         let output = command.arg(&disk).arg(cases().join("paper.toml")).arg(&kept).output();
         let Some(output) = output.ok().filter(|o| !matches!(o.status.code(), Some(1 | 99) | None)) else {
-            eprintln!("item_68: skipped, no disk can be mounted here");
+            eprintln!("skipped, no disk can be mounted here");
             return;
         };
         assert_eq!(output.status.code(), Some(7), "{size}: {}", said(&output));
@@ -259,7 +259,7 @@ fn item_68_a_real_disk_that_is_full_leaves_no_cut_file() {
 }
 
 #[test]
-fn item_68_an_earlier_result_survives_a_full_disk() {
+fn an_earlier_result_survives_a_full_disk() {
     let temp = tempfile::tempdir().unwrap();
     let out = temp.path().join("out");
     let paper = cases().join("paper.toml");
@@ -272,9 +272,9 @@ fn item_68_an_earlier_result_survives_a_full_disk() {
 }
 
 #[test]
-fn item_68_a_full_console_is_said() {
+fn a_full_console_is_said() {
     if !Path::new("/dev/full").exists() {
-        eprintln!("item_68: skipped, there is no /dev/full");
+        eprintln!("skipped, there is no /dev/full");
         return;
     }
     let temp = tempfile::tempdir().unwrap();
@@ -318,7 +318,7 @@ fn a_full_console_is_said_by_every_command() {
 fn exits_without_a_result_leave_no_directory() {
     let temp = tempfile::tempdir().unwrap();
     let bad = cases().join("bad");
-    for (case, code) in [("case_65_nearly_singular.toml", 4), ("case_42_infinite_lambda.toml", 3)] {
+    for (case, code) in [("case_nearly_singular.toml", 4), ("case_infinite_lambda.toml", 3)] {
         let out = temp.path().join("made/for").join(case);
         let output = solve(&bad.join(case), &out, &[]);
         assert_eq!(output.status.code(), Some(code), "{case}: {}", said(&output));
@@ -333,14 +333,14 @@ fn exits_without_a_result_leave_no_directory() {
 }
 
 #[test]
-fn item_76_paths_of_every_kind() {
+fn paths_of_every_kind() {
     let temp = tempfile::tempdir().unwrap();
     let here = temp.path();
     let paper = cases().join("paper.toml");
     for name in [OsStr::new("mit Leerzeichen ä 上 \"'"), OsStr::from_bytes(b"not \xFF text")] {
         let folder = here.join(name);
         if std::fs::create_dir(&folder).is_err() {
-            eprintln!("item_76: skipped {name:?}, this file system does not take it");
+            eprintln!("skipped {name:?}, this file system does not take it");
             continue;
         }
         std::fs::copy(&paper, folder.join("case.toml")).unwrap();

@@ -4,7 +4,7 @@ use super::processes::{long_run, signal, wait_for_iterations};
 use super::*;
 use std::process::Stdio;
 
-/// The entries of a directory; none if it is not there.
+/// The entries of a directory; empty if it is not there.
 fn entries(directory: &Path) -> Vec<String> {
     let names = std::fs::read_dir(directory).into_iter().flatten();
     names.map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned()).collect()
@@ -59,7 +59,7 @@ fn a_generous_memory_limit_does_not_hide_what_the_machine_has() {
 
 #[test]
 fn the_limit_of_a_control_group_is_kept() {
-    // Both versions; only root can make a group, and only where the system has one of them.
+    // Both versions; only root can make a group, and only if the system has one of them.
     let name = format!("nndd-test-{}", std::process::id());
     let versions = [("/sys/fs/cgroup/memory", "memory.limit_in_bytes"), ("/sys/fs/cgroup", "memory.max")];
     let mut tried = 0;

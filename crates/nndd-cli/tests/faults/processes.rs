@@ -30,7 +30,7 @@ pub(crate) fn signal(child: &Child, name: &str) {
     assert!(sent.success());
 }
 
-/// Waits until the first iteration is printed, then lets somebody else read the rest.
+/// Waits until the first iteration is printed, then lets a thread read the rest.
 pub(crate) fn wait_for_iterations(child: &mut Child) {
     use std::io::{BufRead, BufReader, Read};
     let mut lines = BufReader::new(child.stdout.take().unwrap());
@@ -42,7 +42,7 @@ pub(crate) fn wait_for_iterations(child: &mut Child) {
 }
 
 #[test]
-fn item_69_a_signal_ends_the_run_with_its_certificate() {
+fn a_signal_ends_the_run_with_its_certificate() {
     // SIGTERM ends a run as Ctrl-C does, but for its status, which is that of its own signal.
     for (name, code) in [("INT", 130), ("TERM", 143)] {
         let temp = tempfile::tempdir().unwrap();
@@ -62,7 +62,7 @@ fn item_69_a_signal_ends_the_run_with_its_certificate() {
 }
 
 #[test]
-fn item_69_a_second_signal_ends_the_run_at_once() {
+fn a_second_signal_ends_the_run_at_once() {
     let temp = tempfile::tempdir().unwrap();
     let out = temp.path().join("out");
     // A mesh whose factorisation alone takes far longer than the time between the two signals.
@@ -76,13 +76,13 @@ fn item_69_a_second_signal_ends_the_run_at_once() {
     signal(&child, "TERM");
     assert_eq!(child.wait().unwrap().code(), Some(143));
     assert!(!out.join("report.json").exists());
-    // The lock that it left behind stands in nobody's way.
+    // The lock that it left behind does not block another run.
     let again = solve(&cases().join("paper.toml"), &out, &[]);
     assert_eq!(again.status.code(), Some(0), "{}", said(&again));
 }
 
 #[test]
-fn item_69_a_reader_that_goes_away_costs_nothing() {
+fn a_reader_that_goes_away_costs_nothing() {
     let temp = tempfile::tempdir().unwrap();
     let out = temp.path().join("out");
     let mut command = nndd(&cases());
@@ -96,8 +96,8 @@ fn item_69_a_reader_that_goes_away_costs_nothing() {
 }
 
 #[test]
-fn item_68_a_killed_run_leaves_whole_files_and_can_be_run_again() {
-    // An adaptive run writes while it goes on.
+fn a_killed_run_leaves_whole_files_and_can_be_run_again() {
+    // An adaptive run writes while it is running.
     let temp = tempfile::tempdir().unwrap();
     let whole = temp.path().join("whole");
     let case = cases().join("adaptive.toml");
@@ -135,7 +135,7 @@ fn files_below_if_quiet(directory: &Path) -> usize {
 }
 
 #[test]
-fn item_71_too_little_memory_is_said_before_anything_is_computed() {
+fn too_little_memory_is_said_before_anything_is_computed() {
     let temp = tempfile::tempdir().unwrap();
     let out = temp.path().join("out");
     let output = solve(&cases().join("paper.toml"), &out, &["--set", "limits.memory=\"1MiB\""]);
@@ -146,7 +146,7 @@ fn item_71_too_little_memory_is_said_before_anything_is_computed() {
 }
 
 #[test]
-fn item_72_the_time_limit_keeps_the_certificate() {
+fn the_time_limit_keeps_the_certificate() {
     let temp = tempfile::tempdir().unwrap();
     let out = temp.path().join("out");
     let output = solve(&cases().join("paper.toml"), &out, &["--set", "limits.time=\"0.000001s\""]);
@@ -156,7 +156,7 @@ fn item_72_the_time_limit_keeps_the_certificate() {
 }
 
 #[test]
-fn item_73_two_runs_do_not_share_a_directory() {
+fn two_runs_do_not_share_a_directory() {
     let temp = tempfile::tempdir().unwrap();
     let out = temp.path().join("out");
     let mut first = long_run(&out);
@@ -173,7 +173,7 @@ fn item_73_two_runs_do_not_share_a_directory() {
 }
 
 #[test]
-fn item_74_any_number_of_threads_gives_the_same_numbers() {
+fn any_number_of_threads_gives_the_same_numbers() {
     let temp = tempfile::tempdir().unwrap();
     let paper = cases().join("paper.toml");
     let out = temp.path().join("out");
@@ -186,7 +186,7 @@ fn item_74_any_number_of_threads_gives_the_same_numbers() {
         });
         assert!(all.iter().all(|one| *one == all[0]));
     }
-    // Decided otherwise than by the list: not any number is accepted, since to start tens of thousands takes minutes.
+    // Decision: not any number is accepted, since to start tens of thousands takes minutes.
     for threads in ["-1", "1025", "1000000", "two"] {
         let output = solve(&paper, &temp.path().join("none"), &["--threads", threads]);
         assert_eq!(output.status.code(), Some(2), "{threads}: {}", said(&output));
@@ -195,17 +195,17 @@ fn item_74_any_number_of_threads_gives_the_same_numbers() {
 }
 
 #[test]
-fn item_74_threads_that_do_not_start_are_said() {
+fn threads_that_do_not_start_are_said() {
     let temp = tempfile::tempdir().unwrap();
     let out = temp.path().join("out");
-    // Room for the program, not for the stacks of so many threads.
+    // Room for the program, not for the stacks of this many threads.
     let script = "ulimit -v 600000; exec \"$0\" solve \"$1\" --out \"$2\" --threads 1024";
     let mut command = Command::new("sh");
     command.args(["-c", script, env!("CARGO_BIN_EXE_nndd")]).arg(cases().join("paper.toml")).arg(&out);
     let output = command.output().unwrap();
     let text = said(&output);
     if output.status.code() == Some(0) {
-        eprintln!("item_74: skipped, this system starts the threads all the same");
+        eprintln!("skipped, this system starts the threads all the same");
         return;
     }
     assert_eq!(output.status.code(), Some(7), "{text}");
@@ -214,7 +214,7 @@ fn item_74_threads_that_do_not_start_are_said() {
 }
 
 #[test]
-fn item_75_the_environment_does_not_matter() {
+fn the_environment_does_not_matter() {
     let temp = tempfile::tempdir().unwrap();
     let out = temp.path().join("out");
     let run = |change: &dyn Fn(&mut Command)| {
@@ -240,7 +240,7 @@ fn item_75_the_environment_does_not_matter() {
 }
 
 #[test]
-fn item_75_a_narrow_terminal_shows_the_same() {
+fn a_narrow_terminal_shows_the_same() {
     let temp = tempfile::tempdir().unwrap();
     let out = temp.path().join("out");
     let usual = solve(&cases().join("paper.toml"), &out, &[]);
@@ -248,7 +248,7 @@ fn item_75_a_narrow_terminal_shows_the_same() {
     let mut command = Command::new("script");
     command.args(["-qec", &inner]).arg(temp.path().join("typescript")).current_dir(cases());
     let Some(output) = command.env("NO_COLOR", "1").stdin(Stdio::null()).output().ok() else {
-        eprintln!("item_75: skipped, there is no program `script` that makes a terminal");
+        eprintln!("skipped, there is no program `script` that makes a terminal");
         return;
     };
     let shown = said(&output).replace("\r\n", "\n");
@@ -265,14 +265,14 @@ fn program() -> String {
 }
 
 #[test]
-fn item_78_more_memory_than_the_machine_has_is_said_at_once() {
-    // No limit is given: that of the machine holds. So many nodes need a terabyte.
+fn more_memory_than_the_machine_has_is_said_at_once() {
+    // No limit is given: that of the machine holds. This many nodes need a terabyte.
     let memory = std::fs::read_to_string("/proc/meminfo").unwrap_or_default();
     let total = memory
         .lines()
         .find_map(|l| l.strip_prefix("MemTotal:")?.trim().strip_suffix("kB")?.trim().parse().ok());
     if total.is_none_or(|kibibytes: u64| kibibytes > 800 << 20) {
-        eprintln!("item_78: skipped, this machine does not say how much memory it has, or has a lot");
+        eprintln!("skipped, this machine does not say how much memory it has, or has a lot");
         return;
     }
     let temp = tempfile::tempdir().unwrap();
@@ -286,7 +286,7 @@ fn item_78_more_memory_than_the_machine_has_is_said_at_once() {
 }
 
 #[test]
-fn item_77_times_are_never_negative() {
+fn times_are_never_negative() {
     // The program times with the system's monotonic clock, which a test cannot turn back; it can only see that what
     // is reported is sound.
     let temp = tempfile::tempdir().unwrap();

@@ -7,7 +7,7 @@ fn paper() -> String {
 }
 
 #[test]
-fn item_01_byte_order_mark_and_crlf_are_accepted() {
+fn byte_order_mark_and_crlf_are_accepted() {
     let temp = tempfile::tempdir().unwrap();
     let case = temp.path().join("dos.toml");
     std::fs::write(&case, format!("\u{FEFF}{}", paper().replace('\n', "\r\n"))).unwrap();
@@ -20,7 +20,7 @@ fn item_01_byte_order_mark_and_crlf_are_accepted() {
 }
 
 #[test]
-fn item_01_a_byte_that_is_no_text_has_a_place() {
+fn a_byte_that_is_no_text_has_a_place() {
     let temp = tempfile::tempdir().unwrap();
     let case = temp.path().join("latin.toml");
     std::fs::write(&case, b"schema = 1\ntitle = \"M\xFCller\"\n").unwrap();
@@ -31,7 +31,7 @@ fn item_01_a_byte_that_is_no_text_has_a_place() {
 }
 
 #[test]
-fn item_09_ten_megabytes_of_an_expression_are_refused() {
+fn ten_megabytes_of_an_expression_are_refused() {
     let temp = tempfile::tempdir().unwrap();
     let case = temp.path().join("long.toml");
     let long = format!("\"0{}\"", "+0".repeat(5_000_000));
@@ -66,7 +66,7 @@ fn item_09_ten_megabytes_of_an_expression_are_refused() {
 }
 
 #[test]
-fn item_10_an_empty_file_is_said_to_be_empty() {
+fn an_empty_file_is_said_to_be_empty() {
     let temp = tempfile::tempdir().unwrap();
     let case = temp.path().join("empty.toml");
     std::fs::write(&case, "").unwrap();
@@ -76,7 +76,7 @@ fn item_10_an_empty_file_is_said_to_be_empty() {
 }
 
 #[test]
-fn item_37_names_of_groups_may_be_anything() {
+fn names_of_groups_may_be_anything() {
     // A group of curves and one of surfaces share a name with blanks, quotes and umlauts, among 10 000 others.
     let temp = tempfile::tempdir().unwrap();
     let mesh = std::fs::read_to_string(cases().join("bad/meshes/sound.msh")).unwrap();
@@ -86,7 +86,7 @@ fn item_37_names_of_groups_may_be_anything() {
     let sound = "3\n1 1 \"upper.bottom\"\n1 2 \"upper.top\"\n2 1 \"upper\"\n";
     assert!(mesh.contains(sound));
     std::fs::write(temp.path().join("sound.msh"), mesh.replace(sound, &names)).unwrap();
-    let case = std::fs::read_to_string(cases().join("bad/mesh_36_unknown_side.toml")).unwrap();
+    let case = std::fs::read_to_string(cases().join("bad/mesh_unknown_side.toml")).unwrap();
     let case = case.replace("meshes/sound.msh", "sound.msh").replace("upper.topp", "upper.top");
     let case =
         case.replace("upper.bottom", name).replace("region = \"upper\"", &format!("region = \"{name}\""));
@@ -101,7 +101,7 @@ fn item_37_names_of_groups_may_be_anything() {
 }
 
 #[test]
-fn item_37_names_of_bodies_name_files() {
+fn names_of_bodies_name_files() {
     let temp = tempfile::tempdir().unwrap();
     let case = temp.path().join("names.toml");
     std::fs::write(&case, paper().replace("\"upper\"", "\"obere Größe 上\"")).unwrap();
@@ -118,7 +118,7 @@ fn item_37_names_of_bodies_name_files() {
 }
 
 #[test]
-fn item_37_two_bodies_do_not_write_the_same_file() {
+fn two_bodies_do_not_write_the_same_file() {
     let temp = tempfile::tempdir().unwrap();
     let case = temp.path().join("names.toml");
     for [a, b] in [["part 2#", "part 2+"], ["a b", "A_B"], ["Größe 1", "größe_1"]] {
@@ -133,7 +133,7 @@ fn item_37_two_bodies_do_not_write_the_same_file() {
 }
 
 #[test]
-fn item_37_no_text_of_a_file_commands_the_terminal() {
+fn no_text_of_a_file_commands_the_terminal() {
     let temp = tempfile::tempdir().unwrap();
     let case = temp.path().join("coloured.toml");
     let titled = |title: &str| {
@@ -144,7 +144,7 @@ fn item_37_no_text_of_a_file_commands_the_terminal() {
         std::fs::write(&case, lines).unwrap();
         said(&solve(&case, &temp.path().join("out"), &["--force"]))
     };
-    // As an escape it is TOML, as a raw byte it is none.
+    // As an escape it is TOML, as a raw byte it is not.
     for title in ["title = \"\\u001b[31mred\"", "title = \"\u{1b}[31mred\""] {
         let text = titled(title);
         assert!(text.contains("[31mred") && !text.contains('\u{1b}'), "{text:?}");

@@ -4,7 +4,7 @@ use crate::python::{Environment, Group};
 use crate::workspace::Workspace;
 use std::path::{Path, PathBuf};
 
-/// What every peer in Python needs: without it there is none.
+/// What every peer in Python needs.
 pub(super) const BASE: &str = "scikit-fem";
 /// The group of PARDISO.
 pub(super) const PARDISO: &str = "pypardiso";

@@ -20,9 +20,9 @@ const HOW: &str = "\
 - **PARDISO**, **CHOLMOD**, **SuperLU**: analysis, factorisation and one solve with the stiffnesses of both bodies \
   (free unknowns) as one block-diagonal matrix that is in memory already: no assembly, no contact, no recovery. \
   PARDISO runs for symmetric positive definite matrices on the upper triangle, in its default order and by minimum \
-  degree: the targets are set against the default one, and the other stands beside it. CHOLMOD chooses its order. A \
+  degree: the targets are set against the default one, and the other is given beside it. CHOLMOD chooses its order. A \
   small system goes before, so that loading libraries is not measured.
-- **active set**: scikit-fem from assembly on: the primal-dual active set with tied pairs, factorised anew in every \
+- **active set**: scikit-fem from assembly on: the primal-dual active set with tied pairs, factorised again in every \
   step. CHOLMOD runs on the system's BLAS, and on MKL's, put in its place with one thread (more hinder CHOLMOD's own).
 - **CalculiX**: its whole process, that is reading the deck, solving and writing displacements; plane triangles, \
   surface-to-surface contact by a penalty of 500 times the stiffer modulus. Compare it with our whole process.
@@ -45,7 +45,7 @@ const NOT_MEASURED: &str = "\
 - other programs at work on the same machine, beyond what shows as spread.
 ";
 
-/// Spreads up to so many per cent are not named one by one.
+/// Spreads up to this many per cent are not named one by one.
 const QUIET: f64 = 10.0;
 
 /// What a run with peers found.
@@ -235,7 +235,7 @@ fn agreement(meshes: &[OnMesh]) -> String {
     text
 }
 
-/// The spreads worth naming.
+/// The spreads that are large enough to be named.
 fn noise(meshes: &[OnMesh]) -> String {
     let mut text = String::new();
     for row in rows(meshes) {
@@ -247,7 +247,7 @@ fn noise(meshes: &[OnMesh]) -> String {
         }
     }
     format!(
-        "Largest less smallest time over the median, where it is more than {QUIET} %. Smaller differences between \
+        "Largest less smallest time over the median, if it is more than {QUIET} %. Smaller differences between \
          programs say nothing.\n\n{}",
         if text.is_empty() { "- nowhere.\n" } else { &text }
     )

@@ -38,7 +38,7 @@ const fn peer(name: &'static str, task: Task, finest: usize) -> Peer {
     Peer { name, task, finest, on_mkl: false }
 }
 
-/// PARDISO stands first, so that it runs right after this program.
+/// PARDISO is first, so that it runs right after this program.
 const PEERS: [Peer; 8] = [
     peer("PARDISO", Task::Linear("pardiso"), usize::MAX),
     peer("PARDISO, minimum degree", Task::Linear("pardiso-minimum-degree"), 640),

@@ -36,7 +36,7 @@ pub(super) fn ratio(pairs: &[[f64; 2]]) -> Option<[f64; 3]> {
     Some([above? / below?, least, most])
 }
 
-/// This program's runs and a peer's, round by round; the one run of a slow peer stands beside every own run.
+/// This program's runs and a peer's, round by round; the one run of a slow peer is paired with every own run.
 pub(super) fn paired(
     mesh: &OnMesh,
     series: &Series,
@@ -76,7 +76,7 @@ fn line(
     format!("| {what} | {cells} | {peer} | {rest} |\n")
 }
 
-/// The table of targets: one line each, `not measured` where a peer or a mesh is missing.
+/// The table of targets: one line each, `not measured` if a peer or a mesh is missing.
 pub(super) fn table(meshes: &[OnMesh], iteration: Option<&Estimate>) -> String {
     let mut text = String::from(
         "| target | cells per body | against | found | of single rounds | verdict |\n|---|---|---|---|---|---|\n",

@@ -183,7 +183,7 @@ fn regions_give_cells_another_material() {
 fn regions_that_make_no_sense_are_refused() {
     let of = |body: &str| fault(&with("", &format!("[[body.region]]\n{body}"), "")).to_string();
     assert!(of("material = 'm'\nbox = { x = [7.0, 8.0] }").contains("no cell lies in this region"));
-    assert!(of("material = 'm'\nbox = { x = [1.0, 0.0] }").contains("stand in the wrong order"));
+    assert!(of("material = 'm'\nbox = { x = [1.0, 0.0] }").contains("are in the wrong order"));
     assert!(of("material = 'm'\nbox = {}").contains("the box has no limits"));
     assert!(of("material = 'm'").contains("this region takes no cells"));
     assert!(of("box = { x = [0.0, 1.0] }").contains("region.0.material` is missing"));

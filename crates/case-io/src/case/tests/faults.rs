@@ -198,7 +198,7 @@ fn numbers_must_be_finite_and_in_range() {
         "c.toml:16:10: `limits.memory` is \"4 gigs\"; expected an amount of memory",
     );
     refused("[limits]\ntime = \"soon\"", "c.toml:16:8: `limits.time` is \"soon\"; expected a time");
-    refused("[output]\ndirectory = \"\"", "c.toml:16:13: `output.directory` is no path");
+    refused("[output]\ndirectory = \"\"", "c.toml:16:13: `output.directory` is not a path");
     assert!(Case::parse(&minimal("[solver]\nmax_iterations = 0"), "c", &[]).is_ok());
 }
 
@@ -258,7 +258,7 @@ fn conditions_impose_exactly_one_thing() {
     );
     check(
         "[[body.traction]]\non = 'top'\npressure = 1\npart = { x = [1, 0] }",
-        "c.toml:12:14: the limits of the part stand in the wrong order",
+        "c.toml:12:14: the limits of the part are in the wrong order",
     );
     check(
         "[[body.traction]]\non = 'top'\npressure = 1\npart = { z = [1, 0] }",
@@ -350,17 +350,17 @@ fn what_is_not_toml_has_its_place() {
         faults("schema = 1\nschema = 1\n")
     );
     assert!(faults("schema = 1\n[materials.a]\n[materials.a]\n")[0].starts_with("c.toml:3:"));
-    // The first place is that in the same table, or that of the same header, whose keys are not told as well.
+    // The first place is that in the same table, or that of the same header, whose keys are not reported as well.
     let twice =
         faults("[a]\nx = 1\n[b]\nxy = 1\nx = 1\nx = 2\n[c]\nx = 1\n[c]\nx = 1\n[d]\ny = { z = 1, z = 2 }\n");
     let firsts: Vec<_> = twice
         .iter()
-        .map(|f| f.split("first in line ").nth(1).and_then(|rest| rest.split(';').next()))
+        .map(|f| f.split("first defined in line ").nth(1).and_then(|rest| rest.split(';').next()))
         .collect();
     assert_eq!(firsts, [Some("5"), Some("7"), Some("12")], "{twice:#?}");
     let two = faults("a = 1 2\nb = 3\nc = \"x\n");
     assert_eq!(two.len(), 2, "{two:?}");
-    // What follows from a fault is not told again.
+    // What follows from a fault is not reported again.
     assert_eq!(faults("a = [1, 2\nb = 3\n[c]\nd = 4\ne = \n").len(), 1);
     let open = faults("a = { b = [1, 2 }\nb = 3\n[c]\nd = 4\ne = \n");
     assert_eq!(open.len(), 2, "{open:?}");

@@ -70,7 +70,7 @@ fn keys_have_defaults_and_checks() {
 }
 
 #[test]
-fn item_32_bodies_that_are_one_mesh_are_parted_only_when_asked() {
+fn bodies_that_are_one_mesh_are_parted_only_when_asked() {
     let folder = folder(GLUED);
     let told = load(folder.path(), [A, B]).unwrap_err();
     assert_eq!(told.diagnostics.len(), 1);
@@ -81,7 +81,7 @@ fn item_32_bodies_that_are_one_mesh_are_parted_only_when_asked() {
     assert!(case.notes().iter().any(|n| n.starts_with("2 nodes of m.inp belonging to both bodies")));
     let [first, second] = case.build_bodies().unwrap();
     assert_eq!(case.build_interface(&first, &second).unwrap().pairs().len(), 2);
-    // Parting does not help where the cells are the same.
+    // Parting does not help if the cells are the same.
     let told = load(folder.path(), [A, "{ file = 'm.inp', region = 'both', duplicate_interface = true }"]);
     assert!(told.unwrap_err().to_string().contains("element 2 belongs to both bodies"));
 }
@@ -116,7 +116,7 @@ fn faults_of_both_files_come_together_at_their_keys() {
 }
 
 #[test]
-fn item_27_29_cracks_and_slivers_are_warned_of() {
+fn cracks_and_slivers_are_warned_of() {
     let cracked = "*NODE\n1, 0, 0\n2, 1, 0\n3, 1, 1\n4, 0, 1\n5, 1, 0\n6, 1, 1\n7, 2, 0\n8, 2, 1\n9, 3, 0.0001\n\
         *ELEMENT, TYPE=CPS4, ELSET=a\n1, 1, 2, 3, 4\n2, 5, 7, 8, 6\n*ELEMENT, TYPE=CPS3, ELSET=a\n3, 7, 9, 8\n\
         *SURFACE, NAME=bottom\na, S1\n"

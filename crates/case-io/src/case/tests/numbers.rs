@@ -1,4 +1,4 @@
-//! Numbers as people write them where TOML has other rules, and words without quotes.
+//! Numbers written in ways that TOML does not accept, and words without quotes.
 
 use super::*;
 

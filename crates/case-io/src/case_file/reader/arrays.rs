@@ -6,7 +6,7 @@ use crate::case_file::tree::{Node, NodeValue};
 use crate::diagnostic::{Diagnostic, code};
 use crate::expression::Value;
 
-/// What helps if a stiffness has so many rows.
+/// What helps if a stiffness has this many rows.
 fn of_rows(count: usize) -> &'static str {
     match count {
         2 => "give three rows; the last holds the shear modulus: `[0, 0, G]` if shear does not couple",
@@ -16,7 +16,7 @@ fn of_rows(count: usize) -> &'static str {
     }
 }
 
-/// What helps if a row of a stiffness has so many entries.
+/// What helps if a row of a stiffness has this many entries.
 fn of_entries(count: usize) -> &'static str {
     match count {
         2 => "give three numbers in each row; the last couples with shear, 0 if it does not",
@@ -60,7 +60,7 @@ impl Reader<'_> {
         Some(matrix)
     }
 
-    /// * `fix`: what helps if there are so many entries instead of three.
+    /// * `fix`: what helps if there are this many entries instead of three.
     fn three<'b>(&self, path: &str, node: &'b Node, fix: fn(usize) -> &'static str) -> Option<&'b [Node; 3]> {
         let expected = "three rows of three numbers, `[[a, b, c], [b, d, e], [c, e, f]]`";
         let NodeValue::Array(items) = &node.value else {

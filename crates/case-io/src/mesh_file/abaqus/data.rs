@@ -43,7 +43,7 @@ impl<'a> Row<'a> {
         }
     }
 
-    /// Says whether the line ends with a comma: its data go on in the next one.
+    /// Says whether the line ends with a comma: its data continue in the next one.
     pub(super) fn continues(&self) -> bool {
         self.continues
     }
@@ -151,7 +151,7 @@ pub(super) fn listed(numbers: &[u64]) -> String {
     if words.is_empty() { "no numbers".to_owned() } else { words.join(", ") }
 }
 
-/// Splits a line at the commas that do not stand in quotes.
+/// Splits a line at the commas that are not in quotes.
 pub(super) fn split_quoted(line: &str) -> Vec<&str> {
     let mut parts = Vec::new();
     let (mut start, mut quoted) = (0, false);

@@ -32,7 +32,7 @@ const SILENT: [&str; 3] = ["HEADING", "PREPRINT", "END"];
 
 /// What the data lines belong to.
 enum Block {
-    /// Nothing that is read.
+    /// A block that is not read.
     None,
     Nodes {
         set: Option<usize>,
@@ -67,7 +67,7 @@ pub(super) struct Deck {
     collector: Collector,
     sets: Sets,
     block: Block,
-    /// Names of ignored keywords and how often they stood there.
+    /// Names of ignored keywords and how often they appeared.
     ignored: Vec<(String, usize)>,
     bytes: usize,
 }
@@ -78,7 +78,7 @@ impl Deck {
         Self { collector, sets, block: Block::None, ignored: Vec::new(), bytes: 0 }
     }
 
-    /// Reads one file; those it includes are read where they stand.
+    /// Reads one file; those it includes are read in place.
     pub(super) fn read(
         &mut self,
         bytes: &[u8],
@@ -132,7 +132,7 @@ impl Deck {
             let found =
                 format!("*INCLUDE of \"{file}\": the files include each other too deeply or too often");
             return Err(self.syntax(spot, found).expected(format!(
-                "at most {DEEPEST} files within each other and {MOST_FILES} altogether, and none within itself"
+                "at most {DEEPEST} files within each other and {MOST_FILES} altogether, and no file within itself"
             )));
         }
         let (path, bytes) = include(from, file).map_err(|why| {
@@ -194,7 +194,7 @@ impl Deck {
                 let known = self.ignored.iter().position(|(ignored, _)| ignored == name);
                 match known {
                     Some(place) => self.ignored[place].1 += 1,
-                    // Only so many names are kept; the rest is counted with the last of them.
+                    // Only 50 names are kept; the rest is counted with the last of them.
                     None if self.ignored.len() < 50 => self.ignored.push((name.to_owned(), 1)),
                     None => self.ignored[49].1 += 1,
                 }
@@ -260,7 +260,7 @@ impl Deck {
         }
     }
 
-    /// Takes a data line of *ELEMENT, whose data may go on in the next one.
+    /// Takes a data line of *ELEMENT, whose data may continue in the next one.
     fn element(&mut self, row: &Row<'_>, spot: Spot) -> Result<(), MeshFileError> {
         let Block::Elements { kind, name, set, pending } = &mut self.block else { return Ok(()) };
         let needed = kind.nodes() + 1;

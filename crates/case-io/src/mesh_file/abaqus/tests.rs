@@ -101,7 +101,7 @@ fn wrong_lines_are_found() {
 }
 
 #[test]
-fn item_19_a_few_bytes_cannot_ask_for_much() {
+fn a_few_bytes_cannot_ask_for_much() {
     // Each line names a million millions of elements; there are two.
     let endless = "1, 1000000000000\n".repeat(1000);
     let file = read(&format!("*ELSET, ELSET=a, GENERATE\n{endless}"));

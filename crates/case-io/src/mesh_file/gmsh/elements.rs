@@ -5,7 +5,7 @@ use crate::mesh_file::{ElementKind, MeshFileError, counted};
 
 /// Finds the kind of an element type, or refuses it by name.
 ///
-/// * `count`: how many there are at this place; `number`: the first of them, where it is known.
+/// * `count`: how many there are at this place; `number`: the first of them, if it is known.
 pub(super) fn kind(
     v: &Values<'_>,
     code: i32,

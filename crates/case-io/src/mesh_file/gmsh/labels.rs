@@ -14,7 +14,7 @@ pub(super) struct Labels {
     /// All groups that were named or used, in the order of their appearance.
     groups: Vec<Key>,
     index: HashMap<Key, u32>,
-    /// Sets of groups; the number 0 stands for the empty one, `k` for `sets[k - 1]`.
+    /// Sets of groups; the number 0 is the empty one, `k` for `sets[k - 1]`.
     sets: Vec<Vec<u32>>,
     single: HashMap<Key, u32>,
     /// The set of each entity of version 4, by dimension and number.

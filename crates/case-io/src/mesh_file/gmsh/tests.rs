@@ -21,7 +21,7 @@ fn refused(text: &str) -> String {
 }
 
 #[test]
-fn item_37_names_may_stand_in_two_dimensions_and_hold_anything() {
+fn names_may_stand_in_two_dimensions_and_hold_anything() {
     let file = sound();
     assert_eq!(file.group_names(1).collect::<Vec<_>>(), ["a \"quoted\" näme", "body"]);
     assert_eq!(file.group_names(2).collect::<Vec<_>>(), ["body"]);
@@ -45,7 +45,7 @@ fn control_characters_in_names_reach_no_terminal() {
 }
 
 #[test]
-fn item_37_ten_thousand_groups_are_accepted() {
+fn ten_thousand_groups_are_accepted() {
     let names: String = (1..=10_000).map(|k| format!("1 {k} \"side {k}\"\n")).collect();
     let names = format!("$PhysicalNames\n10000\n{names}$EndPhysicalNames\n");
     let file = parse(two(&names, NODES, ELEMENTS).as_bytes(), "m.msh").unwrap();
@@ -119,7 +119,7 @@ fn sections_stand_once_and_are_complete() {
 }
 
 #[test]
-fn item_17_binary_files_of_either_byte_order_or_a_wrong_one() {
+fn binary_files_of_either_byte_order_or_a_wrong_one() {
     let head = |version: &str, mark: [u8; 4]| {
         [format!("$MeshFormat\n{version} 1 8\n").as_bytes(), &mark, b"\n$EndMeshFormat\n$Nodes\n"].concat()
     };

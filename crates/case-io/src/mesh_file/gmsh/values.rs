@@ -21,7 +21,7 @@ pub(super) struct Values<'a> {
     /// Line of the token read last.
     token_line: u64,
     pub(super) mode: Mode,
-    /// What is being read, such as `$Nodes after 12 of 140 nodes`; told when the file ends.
+    /// What is being read, such as `$Nodes after 12 of 140 nodes`; reported when the file ends.
     section: &'static str,
     progress: Option<(u64, u64, &'static str)>,
 }
@@ -153,7 +153,7 @@ impl<'a> Values<'a> {
         Err(self.fault(found).expected(format!("`{word}`")).help(help))
     }
 
-    /// Begins a record that stands on a line of its own; returns what [`Values::record_end`] needs.
+    /// Begins a record that is on a line of its own; returns what [`Values::record_end`] needs.
     pub(super) fn record_begin(&mut self) -> Result<u64, MeshFileError> {
         if self.is_binary() {
             return Ok(0);
@@ -240,7 +240,7 @@ impl<'a> Values<'a> {
         }
     }
 
-    /// Reads a count that stands as text also in binary files of version 2.
+    /// Reads a count that is text also in binary files of version 2.
     pub(super) fn text_count(&mut self, what: &'static str) -> Result<u64, MeshFileError> {
         let mode = std::mem::replace(&mut self.mode, Mode::Ascii);
         let count = self.size(what);
@@ -248,7 +248,7 @@ impl<'a> Values<'a> {
         count
     }
 
-    /// Returns for how many items room may be made: no more than the rest of the file can hold, whatever it says.
+    /// Returns how many items may be allocated: at most as many as the rest of the file can hold.
     pub(super) fn capacity(
         &mut self,
         count: u64,

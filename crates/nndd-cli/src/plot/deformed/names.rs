@@ -57,7 +57,7 @@ pub(super) fn names(
     Ok(())
 }
 
-/// Says whether bodies stand at the same height, so that a name beside the panel may be that of either.
+/// Says whether bodies are at the same height, so that a name beside the panel may be that of either.
 fn nested(bodies: &[BodyPicture<'_>], factor: f64) -> bool {
     let heights: Vec<(f64, f64)> = bodies
         .iter()
