@@ -53,6 +53,6 @@ pub(crate) fn corner(mesh: &TriMesh, triangle: u32, node: usize) -> usize {
     let corners = &mesh.triangles()[triangle as usize];
     match corners.iter().position(|&n| n as usize == node) {
         Some(corner) => corner,
-        None => unreachable!("node {node} is none of the corners {corners:?} of triangle {triangle}"),
+        None => unreachable!("node {node} is not among the corners {corners:?} of triangle {triangle}"),
     }
 }

@@ -235,7 +235,7 @@ impl Gather {
             let element = Triangle::new(mesh.corners(t));
             let material = columns.body.material(t);
             let Some(column) = corners.iter().position(|&n| n as usize == node) else {
-                unreachable!("node {node} is none of the corners {corners:?} of triangle {t}")
+                unreachable!("node {node} is not among the corners {corners:?} of triangle {t}")
             };
             for (row, n) in corners.iter().enumerate() {
                 let Ok(place) = self.neighbours.binary_search(n) else {

@@ -160,7 +160,7 @@ impl Topology {
         let edges = &self.triangle_edges[triangle];
         match edges.iter().position(|e| *e == edge) {
             Some(k) => k,
-            None => unreachable!("edge {edge} is none of the edges {edges:?} of triangle {triangle}"),
+            None => unreachable!("edge {edge} is not among the edges {edges:?} of triangle {triangle}"),
         }
     }
 
