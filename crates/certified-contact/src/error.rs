@@ -14,7 +14,7 @@ pub enum SolveError {
     /// A body cannot be assembled, for example a floating one.
     #[error("body {body}: {source}")]
     Assembly {
-        /// The body, from 0, in the order handed over.
+        /// The body, from 0, in the order passed in.
         body: usize,
         /// What is wrong.
         source: AssemblyError,
@@ -22,7 +22,7 @@ pub enum SolveError {
     /// A body cannot be factorised.
     #[error("body {body}: {source}")]
     Factor {
-        /// The body, from 0, in the order handed over.
+        /// The body, from 0, in the order passed in.
         body: usize,
         /// What is wrong.
         source: FactorError,
