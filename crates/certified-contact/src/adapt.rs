@@ -1,4 +1,4 @@
-//! The certified loop: solve, estimate, mark, refine, until the bound is as small as asked for.
+//! The certified loop: solve, estimate, mark, refine, until the bound is at most the target.
 
 use crate::checkpoint::{Checkpoint, FinerMesh};
 use crate::error::SolveError;
@@ -13,26 +13,26 @@ use fem_core::interface::ContactProblem;
 use fem_core::mesh::refine::RefinementEdges;
 use nndd::NnddStatus;
 
-/// Refining is worth the while where the mesh contributes at least this share of the squared bound.
+/// Refining is worthwhile if the mesh contributes at least this share of the squared bound.
 const LEAST_SHARE: f64 = 0.1;
 
 /// When an adaptive run ends, and how it refines.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct AdaptSettings {
-    /// The certified relative error to reach, of [`CertifiedSolution::relative`]; if the bodies hold no strain energy, a
-    /// bound of zero to round-off is asked for.
+    /// The certified relative error to reach, of [`CertifiedSolution::relative`]; if the bodies have no strain
+    /// energy, a bound of zero to round-off is the target.
     pub target: f64,
-    /// Most meshes, the first among them; default 30.
+    /// Maximum number of meshes, including the first; default 30.
     pub max_steps: usize,
-    /// Most nodes of both bodies together; default 2 000 000. The first mesh is solved whatever its size.
+    /// Maximum number of nodes of both bodies together; default 2 000 000. The first mesh is solved whatever its size.
     pub max_nodes: usize,
     /// Share of the squared error that each round of marking takes, in (0, 1]; default ½.
     pub fraction: f64,
 }
 
 impl AdaptSettings {
-    /// Sets a target, everything else by default.
+    /// Sets a target and leaves the other settings at their defaults.
     pub fn new(target: f64) -> Self {
         Self { target, max_steps: 30, max_nodes: 2_000_000, fraction: 0.5 }
     }
@@ -48,20 +48,21 @@ pub enum AdaptiveEnd {
     MaxSteps,
     /// A finer mesh worth solving would have more nodes than allowed.
     MaxNodes,
-    /// The target lies below what floating-point numbers can certify.
+    /// The target is below what floating-point arithmetic can certify.
     RoundOff {
         /// The attainable relative error: the allowance for round-off over the energy norm.
         floor: f64,
     },
     /// The iteration on the last mesh did not meet its criterion: see [`nndd::NnddSolution::status`].
     Iteration(NnddStatus),
-    /// Nearly all of the last mesh's bound is the iteration's error, which no finer mesh lowers: it was stopped too early.
+    /// Nearly all of the last mesh's bound is the iteration's error, which a finer mesh does not lower: the iteration
+    /// was stopped too early.
     IterationError,
-    /// The checks of the last mesh's bound fail, or it has none.
+    /// The checks of the bound on the last mesh fail, or there is no bound.
     NotCertified,
     /// The observer ended the run.
     Interrupted,
-    /// The observer has no room for the next mesh.
+    /// The observer reports too little memory for the next mesh.
     NoRoom {
         /// Nodes of that mesh.
         nodes: usize,
@@ -86,10 +87,10 @@ pub struct AdaptiveSolution {
 
 /// Solves a contact problem on finer and finer meshes until the certified relative error is at most the target.
 ///
-/// * `problem`: bodies in the user's order, on their first meshes; every finer mesh poses the same problem, but
-///   for data that edges carry as linear ones.
-/// * `settings`: of the solve on every mesh. The criterion that compares the iteration with the mesh is the one that
-///   makes sense here. Roles and λ are chosen on the first mesh and carried over.
+/// * `problem`: bodies in the user's order, on their first meshes; every finer mesh poses the same problem,
+///   except for data that are interpolated linearly along edges.
+/// * `settings`: of the solve on every mesh. The default criterion, which compares the iteration error with the mesh
+///   error, is recommended. The order of the bodies and λ are chosen on the first mesh and kept.
 ///
 /// # Example
 /// Two blocks, the upper one pressed down and held at its left side: a certified 8 % from a very coarse start.
@@ -111,7 +112,8 @@ pub struct AdaptiveSolution {
 /// ```
 ///
 /// # Errors
-/// The first mesh cannot be solved. What happens later is told by [`AdaptiveSolution::end`], beside the best certificate.
+/// The first mesh cannot be solved. Later failures are reported in [`AdaptiveSolution::end`], with the best
+/// certificate.
 pub fn solve_adaptively(
     problem: ContactProblem,
     settings: &Settings,
@@ -123,15 +125,15 @@ pub fn solve_adaptively(
     go_on(course, None, settings, adapt, observer)
 }
 
-/// Goes on with an adaptive run that was ended from outside, to the result that it would have had.
+/// Resumes an interrupted adaptive run. The result is that of an uninterrupted run.
 ///
-/// * `problem`: on its first mesh, in the order handed over, as at the start of the run.
-/// * `checkpoint`: what [`Observer::checkpoint`] was told last; the mesh that it was about to solve comes first now. Where
-///   that cannot be solved, or has no room, the mesh before it is solved again.
+/// * `problem`: on its first mesh, in the order passed in, as at the start of the run.
+/// * `checkpoint`: the last argument of [`Observer::checkpoint`]. The run resumes with the mesh that was to be solved
+///   next. If that mesh cannot be solved, or memory is too small for it, the previous mesh is solved again.
 /// * `settings`, `adapt`: those of the run.
 ///
 /// # Errors
-/// See [`solve_adaptively`]; [`SolveError::Checkpoint`] where the checkpoint is not one of this problem.
+/// See [`solve_adaptively`]; [`SolveError::Checkpoint`] if the checkpoint belongs to another problem.
 pub fn resume_adaptively(
     problem: ContactProblem,
     checkpoint: Checkpoint,
@@ -141,7 +143,7 @@ pub fn resume_adaptively(
 ) -> Result<AdaptiveSolution, SolveError> {
     let mut record = checkpoint;
     if record.history.len() != record.meshes.len() {
-        return Err(SolveError::Checkpoint { what: "it has not one row per mesh solved" });
+        return Err(SolveError::Checkpoint { what: "it does not have one row per mesh solved" });
     }
     observer.phase(Phase::Refinement);
     while !record.meshes.is_empty() {
@@ -163,18 +165,18 @@ pub fn resume_adaptively(
     solve_adaptively(problem, settings, adapt, observer)
 }
 
-/// An adaptive run whose present mesh has just been solved.
+/// An adaptive run whose current mesh has just been solved.
 struct Course {
     solution: CertifiedSolution,
     edges: [RefinementEdges; 2],
-    /// Of the meshes before the present one.
+    /// History of the meshes before the current one.
     record: Checkpoint,
-    /// An earlier solution that is better than all after it, and its step.
+    /// An earlier solution that is better than all later ones, and its step.
     best: Option<(usize, CertifiedSolution)>,
 }
 
 impl Course {
-    /// Begins with the solution on the first mesh.
+    /// Starts with the solution on the first mesh.
     fn new(solution: CertifiedSolution) -> Self {
         let edges = [0, 1].map(|b| RefinementEdges::longest(solution.problem.bodies[b].mesh()));
         let (swapped, role_reason) = (solution.swapped, solution.role_reason);
@@ -185,7 +187,7 @@ impl Course {
 
 /// Refines and solves until there is a reason to end.
 ///
-/// * `first`: the problem on its first mesh, where the run was resumed.
+/// * `first`: the problem on its first mesh, if the run was resumed.
 fn go_on(
     course: Course,
     first: Option<&ContactProblem>,
@@ -244,7 +246,7 @@ fn go_on(
     Ok(AdaptiveSolution { solution, step, history: record.history, end })
 }
 
-/// Solves the mesh of an earlier step once more.
+/// Solves the mesh of an earlier step again.
 fn solve_step(
     first: &ContactProblem,
     record: &Checkpoint,
@@ -258,7 +260,7 @@ fn solve_step(
     solve_again(problem, record.roles(), record.start_of(step)?.clone(), settings, &mut Silent)
 }
 
-/// Finds the first of the steps with the smallest valid bound.
+/// Finds the first step with the smallest valid bound.
 fn best_step<'a>(history: impl IntoIterator<Item = &'a Step>) -> Option<usize> {
     let mut best: Option<(usize, f64)> = None;
     for step in history {
@@ -272,7 +274,7 @@ fn best_step<'a>(history: impl IntoIterator<Item = &'a Step>) -> Option<usize> {
     best.map(|(step, _)| step)
 }
 
-/// Tells whether the bound is zero to round-off: it is at most twice the allowance in it.
+/// Tells whether the bound is zero to round-off: it is at most twice its allowance for round-off.
 fn bound_is_round_off(solution: &CertifiedSolution) -> bool {
     solution.estimate.as_ref().is_some_and(|e| e.unchecked().e_cre <= 2.0 * e.round_off)
 }
@@ -288,7 +290,7 @@ fn ended(
     if let Some(error @ EstimatorError::OutOfMemory { .. }) = &solution.no_estimate {
         return Some(AdaptiveEnd::Failed(error.clone().into()));
     }
-    // Whoever ends a run wants no answer that depends on the moment.
+    // The result of an interrupted run must not depend on the moment of the interruption.
     if solution.nndd.status == NnddStatus::Interrupted {
         return Some(AdaptiveEnd::Interrupted);
     }

@@ -1,4 +1,4 @@
-//! What the bound of the energy error says about other quantities of the exact solution.
+//! Bounds of other quantities of the exact solution, from the bound of the energy error.
 
 use cre_estimator::Estimate;
 use fem_core::assembly::external_forces;
@@ -9,7 +9,7 @@ use fem_core::norm;
 use nndd::Iterate;
 
 /// Bounds `[lower, upper]` of quantities of the exact solution `u`. They follow from `e_CRE` without any constant and
-/// are as strict as it is: strict where the data are represented exactly, displacements linear and loads linear along
+/// hold under the same conditions as `e_CRE`: exactly represented data, that is, displacements and loads linear along
 /// each edge, on the given polygons.
 ///
 /// With `v` the computed pair of displacements, `τ`, `p` the equilibrated stress and its pressure, `o` the opening of `v`,
@@ -17,21 +17,21 @@ use nndd::Iterate;
 ///
 /// * **Energy norm.** `‖u − v‖ ≤ e`, hence `‖v‖ − e ≤ ‖u‖ ≤ ‖v‖ + e`.
 /// * **Potential energy** `J(v) = ½ a(v, v) − ℓ(v)`. `u` minimises it over the displacements that satisfy supports and
-///   contact condition, `v` among them: `J(u) ≤ J(v)`. From below: multiply `div τ + b = 0` by any such `v` and
+///   contact condition, including `v`: `J(u) ≤ J(v)`. From below: multiply `div τ + b = 0` by any such `v` and
 ///   integrate, with `τ n = F` on Γ_N, `∓p n` on Γ_C, `v = u_D` on Γ_D and `[v]·n = g − o` on Γ_C:
 ///   ```text
 ///   ∫ τ : ε(v) = ℓ(v) + ∫_{Γ_D} τ n · u_D − ∫ p g + ∫ p o
 ///   ½ e²       = ½ ‖τ‖² + ½ a(v, v) − ∫ τ : ε(v) + ∫ p o = J(v) + J*(τ, p)
 ///   J*(τ, p)   = ½ ‖τ‖² − ∫_{Γ_D} τ n · u_D + ∫ p g
 ///   ```
-///   The same identity for `u` in place of `v` has a left side that is not negative: `J(u) ≥ −J*(τ, p)`. So
+///   In the same identity with `u` in place of `v` the left side is not negative: `J(u) ≥ −J*(τ, p)`. So
 ///   `J(v) − ½ e² ≤ J(u) ≤ J(v)`. On a roller or under one imposed component only that component of `u_D` and the
-///   reaction along it count; the rest of the traction is given and part of `ℓ`. On a bent contact line `v` is admissible with
-///   its lift `l` only: then `J(u) ≤ J(v + l)`.
-/// * **Contact force** `N = ∫ p_ex`. In each body take the displacement `w` with `w·n = ∓1` on Γ_C that vanishes where
-///   displacements are imposed and has the least energy of its space, `‖w‖² = s = 1ᵀ S 1`. Virtual work gives
-///   `N = ∫ σ : ε(w) − ℓ(w)` in either body, and the same with `τ` gives `∫ p`, with `σ(v)` the computed reaction. Both
-///   bodies with the weights `s₂/(s₁+s₂)`, `s₁/(s₁+s₂)` have the least energy `s₁ s₂/(s₁+s₂)`. The mean of the two
+///   reaction along it count; the rest of the traction is given and part of `ℓ`. On a curved contact line `v` is
+///   admissible only with its lift `l`: then `J(u) ≤ J(v + l)`.
+/// * **Contact force** `N = ∫ p_ex`. In each body take the displacement `w` of least energy with `w·n = ∓1` on Γ_C
+///   that vanishes where displacements are imposed, `‖w‖² = s = 1ᵀ S 1`. Virtual work gives
+///   `N = ∫ σ : ε(w) − ℓ(w)` in either body, the same with `τ` gives `∫ p`, and with `σ(v)` the computed reaction. Both
+///   bodies with the weights `s₂/(s₁+s₂)`, `s₁/(s₁+s₂)` give the least energy `s₁ s₂/(s₁+s₂)`. The mean of the two
 ///   stresses is nearer to the exact one than either:
 ///   ```text
 ///   ‖σ − ½(τ + σ(v))‖² = ¼ (‖σ−τ‖² + ‖σ−σ(v)‖² − 2∫ p o_ex − 2∫ p_ex o + 2∫ p o)  ≤  ¼ (e² + 2∫ p o)
@@ -46,12 +46,12 @@ pub struct Bounds {
     pub energy_norm: [f64; 2],
     /// `J(u) = ½ a(u, u) − ℓ(u)`, J/m.
     pub potential_energy: [f64; 2],
-    /// `∫ p_ex ds`, N/m; `None` where the interface bends.
+    /// `∫ p_ex ds`, N/m; `None` if the interface is not straight.
     pub contact_force: Option<[f64; 2]>,
 }
 
 impl Bounds {
-    /// * `bodies`, `iterate`, `estimate`: in the roles of the iteration, and of one iteration.
+    /// * `bodies`, `iterate`, `estimate`: all of the same iteration, with its order of the bodies.
     pub(crate) fn new(
         problem: &ContactProblem,
         bodies: &[CondensedBody; 2],
@@ -75,7 +75,7 @@ impl Bounds {
         let sign = if lift.body == 0 { -1.0 } else { 1.0 };
         let lifted: f64 = lift.by_pair.iter().zip(forces).map(|(l, r)| sign * l * r).sum();
         let upper = potential + (lifted + 0.5 * lift.energy).max(0.0);
-        // Rounding of the displacements is in the energies as well as in the bound.
+        // Rounding of the displacements affects the energies as well as the bound.
         let round_off = estimate.round_off;
         let noise = 64.0 * f64::EPSILON * (energy + size) + (norm + e) * round_off;
         Self {
@@ -86,7 +86,7 @@ impl Bounds {
     }
 }
 
-/// A sum below this part of its terms has lost digits.
+/// A sum below this fraction of its terms has lost digits.
 const CANCELLED: f64 = 1e-3;
 
 fn contact_force(
@@ -105,8 +105,8 @@ fn contact_force(
         if sum > CANCELLED * size.max(largest) {
             return sum;
         }
-        // If a stiff part hangs on a soft one, the rows of S add up to round-off. Any displacement with that trace will do:
-        // its energy comes from its strains.
+        // If a soft part supports a stiff one, the rows of S add up to round-off. Any displacement with that trace is
+        // valid: its energy comes from its strains.
         let w = bodies[b].correction_from_trace(&vec![1.0; pairs.len()]);
         norm::energy_norm_squared(&problem.bodies[b], &w)
     };

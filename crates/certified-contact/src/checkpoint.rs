@@ -1,4 +1,4 @@
-//! Where an adaptive run stands, as plain data: enough to go on in another process and come to the same numbers.
+//! The state of an adaptive run as plain data: enough to resume it in another process with identical results.
 
 use crate::error::SolveError;
 use crate::history::Step;
@@ -10,36 +10,36 @@ use nndd::Start;
 
 /// An adaptive run that is about to solve a mesh finer than its first.
 ///
-/// Meshes are not in it: they follow from the first one and from the cells that were refined, bit by bit.
+/// It does not contain meshes: they are rebuilt bit for bit from the first one and the cells that were refined.
 #[derive(Clone, Debug)]
 pub struct Checkpoint {
-    /// Whether the roles are exchanged against the order handed over.
+    /// Whether the bodies are swapped relative to the order passed in.
     pub swapped: bool,
-    /// Why.
+    /// Why the body was chosen that carries λ.
     pub role_reason: RoleReason,
-    /// The second mesh and every one after it; the last one is to be solved.
+    /// The second mesh and all later ones; the last one is still to be solved.
     pub meshes: Vec<FinerMesh>,
     /// One entry per mesh solved: as many as `meshes`.
     pub history: Vec<Step>,
 }
 
-/// How a mesh came from the one before it, and where its iteration starts.
+/// How a mesh was made from the previous one, and the initial values of its iteration.
 #[derive(Clone, Debug)]
 pub struct FinerMesh {
-    /// Round by round the cells of each body whose three edges were halved, in the roles of the iteration.
+    /// For each round, the cells of each body whose three edges were halved, in the order of the iteration.
     pub rounds: Vec<[Vec<u32>; 2]>,
     /// λ and the active set.
     pub start: Start,
 }
 
 impl Checkpoint {
-    /// Makes the mesh of a step again, from the first one.
+    /// Rebuilds the mesh of a step from the first one.
     ///
-    /// * `first`: the problem in the order handed over, on its first mesh.
+    /// * `first`: the problem in the order passed in, on its first mesh.
     /// * `step`: from 2.
     ///
     /// # Errors
-    /// [`SolveError::Checkpoint`] where this is no checkpoint of that problem.
+    /// [`SolveError::Checkpoint`] if this is not a checkpoint of that problem.
     pub(crate) fn replay(
         &self,
         first: &ContactProblem,
@@ -64,18 +64,18 @@ impl Checkpoint {
         Ok((problem, edges))
     }
 
-    /// Returns where the iteration on the mesh of a step, from 2, starts.
+    /// Returns the initial values of the iteration on the mesh of a step, from 2.
     pub(crate) fn start_of(&self, step: usize) -> Result<&Start, SolveError> {
         let mesh = self.meshes.get(step.wrapping_sub(2));
         mesh.map(|m| &m.start).ok_or(SolveError::Checkpoint { what: "it lacks a mesh" })
     }
 
-    /// Returns who carries λ.
+    /// Returns which body carries λ.
     pub(crate) fn roles(&self) -> Roles {
         Roles { swapped: self.swapped, reason: self.role_reason }
     }
 
-    /// Forgets the mesh that is to be solved: the one before it is then to be solved again.
+    /// Removes the mesh that is still to be solved: the previous one is then solved again.
     pub(crate) fn step_back(&mut self) {
         self.meshes.pop();
         self.history.pop();

@@ -1,8 +1,8 @@
-//! The answer in the digits that double precision allows.
+//! Improves the solution to the accuracy that double precision allows.
 //!
-//! The factorised operators are those of the rounded stiffness. If a stiff part is held by a soft one, their answer may
-//! have few right digits, or none. Defect correction repairs that: the forces of the present fields are evaluated
-//! without rounding, and the same contact problem is solved for the *increments* with the operators at hand,
+//! The factorised operators are those of the rounded stiffness. If a soft part supports a stiff one, their solution may
+//! have few correct digits or no correct digit. Defect correction repairs that: the forces of the current fields are
+//! evaluated without rounding, and the same contact problem is solved for the *increments* with the same operators,
 //! ```math
 //! r^α = r^α_0 + S_α x^α, \qquad r^α_0 = K u^α_0 - f, \qquad o = (g - [v_0]) - (x^1 - x^2) ≥ 0
 //! ```
@@ -15,13 +15,13 @@ use fem_core::residual::{self, SplitField};
 use nndd::stopping::EtaNndd;
 use nndd::{Iterate, NnddError, NnddSettings, Path, Start};
 
-/// An increment larger than this part of the one before is the last.
+/// An increment larger than this fraction of the previous one is the last.
 const WORTHWHILE: f64 = 0.7;
-/// Most corrections.
+/// Maximum number of corrections.
 const MOST_CORRECTIONS: usize = 40;
 /// In each correction the iteration lowers η_NNDD by this factor.
 const REDUCTION: f64 = 1e-2;
-/// Most iterations of one correction.
+/// Maximum number of iterations of one correction.
 const MOST_ITERATIONS: usize = 30;
 
 /// An iterate and its fields.
@@ -34,9 +34,10 @@ pub(crate) struct Corrected {
 ///
 /// * `bodies`: their condensed loads change and are restored.
 /// * `fields`: of the iterate.
-/// * `advance`: whether λ may change; without, step 1 alone is repeated for the same λ.
+/// * `advance`: whether λ may change; if not, only step 1 is repeated for the same λ.
 ///
-/// Returns `None` if there is nothing to gain: the first increment is not finite, or the operators are not the condensed ones.
+/// Returns `None` if no improvement is possible: the first increment is not finite, or the operators are not the
+/// condensed ones.
 ///
 /// # Errors
 /// See [`nndd::solve_from`].
@@ -66,7 +67,7 @@ struct Correction<'a> {
     problem: &'a ContactProblem,
     bodies: &'a mut [CondensedBody; 2],
     settings: NnddSettings,
-    /// The problem whose gaps are those left by the present fields.
+    /// The problem with the current openings as gaps.
     increments: ContactProblem,
 }
 
@@ -104,8 +105,8 @@ impl Correction<'_> {
         Ok(best)
     }
 
-    /// Brings the fields into equilibrium for their traces, and states the problem for increments about them. Returns the forces
-    /// of both bodies on the interface.
+    /// Brings the fields into equilibrium for their traces and sets up the problem for increments from them. Returns
+    /// the forces of both bodies on the interface.
     fn restate(&mut self, fields: &mut [SplitField; 2]) -> [Vec<f64>; 2] {
         let Self { problem, bodies, .. } = self;
         let [first, second] = fields;
@@ -129,7 +130,7 @@ impl Correction<'_> {
         (b[0] - a[0]) * pair.normal[0] + (b[1] - a[1]) * pair.normal[1] + pair.gap
     }
 
-    /// Turns an iterate of increments into one of the problem.
+    /// Converts an iterate of the increments into one of the problem.
     fn total(&self, iterate: &Iterate, found: Iterate, fields: &[SplitField; 2]) -> Iterate {
         let trace = |b: usize| -> Vec<f64> {
             let pairs = self.problem.interface.pairs().iter();

@@ -1,4 +1,4 @@
-//! What can go wrong between a problem and its certified answer.
+//! Errors on the way from a problem to its certified solution.
 
 use cre_estimator::EstimatorError;
 use fem_core::assembly::AssemblyError;
@@ -11,10 +11,10 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SolveError {
-    /// A body cannot be assembled; a floating one among them.
+    /// A body cannot be assembled, for example a floating one.
     #[error("body {body}: {source}")]
     Assembly {
-        /// The body, from 0, in the order handed over.
+        /// The body, from 0, in the order passed in.
         body: usize,
         /// What is wrong.
         source: AssemblyError,
@@ -22,7 +22,7 @@ pub enum SolveError {
     /// A body cannot be factorised.
     #[error("body {body}: {source}")]
     Factor {
-        /// The body, from 0, in the order handed over.
+        /// The body, from 0, in the order passed in.
         body: usize,
         /// What is wrong.
         source: FactorError,
@@ -39,7 +39,7 @@ pub enum SolveError {
     /// The observer ended the run before its first iteration: see [`crate::Observer::must_stop`].
     #[error("the run was ended before its first iteration")]
     Stopped,
-    /// A checkpoint is not one of this problem.
+    /// A checkpoint belongs to another problem.
     #[error("the checkpoint does not belong to this problem: {what}")]
     Checkpoint {
         /// What does not fit.

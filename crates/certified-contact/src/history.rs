@@ -1,31 +1,31 @@
-//! The course of a run.
+//! The history of a run.
 
 use cre_estimator::Estimate;
 use nndd::{Iterate, IterationRow};
 
-/// One iteration with what was estimated at it.
+/// One iteration with its estimate, if there is one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row {
-    /// What the iteration knows.
+    /// The data of the iteration.
     pub iteration: IterationRow,
-    /// The contact forces of both bodies in the order handed over, N/m, positive in compression: equal at the discrete
+    /// The contact forces of both bodies in the order passed in, N/m, positive in compression: equal at the discrete
     /// solution.
     pub contact_forces: [f64; 2],
-    /// The discretisation indicator, where it was computed.
+    /// The discretisation indicator, if it was computed.
     pub eta_dis: Option<f64>,
-    /// The guaranteed bound of this iteration's pair, where it was computed.
+    /// The guaranteed bound of this iteration's pair, if it was computed.
     pub e_cre: Option<f64>,
 }
 
 impl Row {
-    /// Makes the row of an iterate without estimate; `swapped` says that the roles are those of the exchanged bodies.
+    /// Creates the row of an iterate without estimate; `swapped`: the bodies are swapped.
     pub(crate) fn new(iterate: &Iterate, swapped: bool) -> Self {
         let [first, second] = iterate.contact_forces();
         let contact_forces = if swapped { [second, first] } else { [first, second] };
         Self { iteration: iterate.into(), contact_forces, eta_dis: None, e_cre: None }
     }
 
-    /// Takes over what was estimated.
+    /// Copies the estimated values.
     pub(crate) fn take(&mut self, estimate: &Estimate) {
         let found = estimate.unchecked();
         self.eta_dis = Some(found.eta_dis);
@@ -43,11 +43,11 @@ pub struct Step {
     pub nodes: usize,
     /// Pairs on the interface.
     pub pairs: usize,
-    /// The guaranteed bound, where there is one.
+    /// The guaranteed bound, if there is one.
     pub e_cre: Option<f64>,
-    /// The bound over the energy norm; `None` if the bodies hold no strain energy, or without bound.
+    /// The bound over the energy norm; `None` if the bodies have no strain energy, or without a bound.
     pub relative: Option<f64>,
-    /// Whether the checks of the bound hold.
+    /// Whether the checks of the bound pass.
     pub certified: bool,
     /// Iterations on this mesh.
     pub iterations: usize,

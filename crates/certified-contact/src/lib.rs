@@ -20,13 +20,13 @@
 //! ```
 //! A [`fem_core::interface::ContactProblem`], [`Settings`], [`solve`], and the
 //! [`CertifiedSolution`] with its rows, its estimate, its [`Bounds`] and its results. [`solve_adaptively`] does so on
-//! finer and finer meshes, until the certified error is as small as asked for.
+//! finer and finer meshes, until the certified error is at most the requested one.
 //!
 //! The percentage is [`CertifiedSolution::relative`]: `e_CRE` over the energy norm of the *computed* displacements.
 //! [`CertifiedSolution::relative_guaranteed`] bounds the error over the norm of the *exact* ones and is a little larger.
 //!
 //! # Example
-//! A program needs this crate alone: the others whose types it takes are re-exported ([`fem_core`], [`nndd`],
+//! A program needs only this crate: the others whose types it uses are re-exported ([`fem_core`], [`nndd`],
 //! [`cre_estimator`]). In its `Cargo.toml`, with this repository in the folder `nndd` beside it:
 //! ```toml
 //! [dependencies]
@@ -49,11 +49,12 @@
 //! # Ok(()) }
 //! ```
 //!
-//! `examples/two_percent.rs` refines until 2 % are certified. Surfaces that do not match are refined in common first:
+//! `examples/two_percent.rs` refines until 2 % are certified. Non-matching surfaces first need a common refinement:
 //! [`fem_core::interface::common_refinement`].
 //!
-//! # What this crate does not know
-//! No file format and no picture. It does not print, read the clock or the environment: an [`Observer`] follows it.
+//! # What this crate does not do
+//! It has no file formats and draws no pictures. It does not print, and does not read the clock or the environment: an
+//! [`Observer`] reports its progress.
 
 mod adapt;
 mod bounds;

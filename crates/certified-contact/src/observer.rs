@@ -1,11 +1,11 @@
-//! How a run tells the outside where it is. The library itself neither prints nor reads the clock.
+//! How a run reports its progress. The library itself neither prints nor reads the clock.
 
 use crate::checkpoint::Checkpoint;
 use crate::history::{Row, Step};
 use crate::solution::CertifiedSolution;
 use fem_core::interface::ContactProblem;
 
-/// What is being worked on; exactly one phase is open at any time of a run.
+/// The current phase of the work; exactly one phase is active at any time of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
     /// Pattern, stiffness and load of both bodies.
@@ -14,7 +14,7 @@ pub enum Phase {
     Factorisation,
     /// The loop, its contact problems, and the recovery of displacements.
     Iterations,
-    /// Everything for certificates.
+    /// All computations for certificates.
     Estimate,
     /// Marking and refining the meshes of an adaptive run.
     Refinement,
@@ -31,28 +31,29 @@ pub trait Observer {
     /// A mesh of an adaptive run has been solved.
     fn step(&mut self, _step: &Step, _solution: &CertifiedSolution) {}
 
-    /// Asked before a finer mesh of an adaptive run is solved: whether there is room for it. Bodies are in the roles of
-    /// the iteration.
+    /// Called before a finer mesh of an adaptive run is solved: returns whether there is enough memory for it. The
+    /// bodies are in the order of the iteration.
     fn has_room_for(&mut self, _problem: &ContactProblem) -> bool {
         true
     }
 
-    /// A finer mesh of an adaptive run is about to be solved: from here [`crate::resume_adaptively`] can go on.
+    /// A finer mesh of an adaptive run is about to be solved: [`crate::resume_adaptively`] can resume from here.
     fn checkpoint(&mut self, _checkpoint: &Checkpoint) {}
 
-    /// Asked after every iteration, and between the meshes of an adaptive run: whether the run should end with what it has.
+    /// Called after every iteration, and between the meshes of an adaptive run: returns whether the run should end with
+    /// its current result.
     fn should_stop(&mut self) -> bool {
         false
     }
 
-    /// Asked between the steps of a solve that cannot be interrupted: whether the run must end now, without a certificate
-    /// if there is none yet.
+    /// Called between the steps of a solve that cannot be interrupted: returns whether the run must end now, without a
+    /// certificate if there is none yet.
     fn must_stop(&mut self) -> bool {
         false
     }
 }
 
-/// An observer that looks away.
+/// An observer that does nothing.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Silent;
 

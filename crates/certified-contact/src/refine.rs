@@ -7,13 +7,14 @@ use fem_core::interface::{ContactProblem, RefineError, RefinedProblem};
 use fem_core::mesh::refine::RefinementEdges;
 use nndd::Start;
 
-/// A mesh grows by at most about this factor in one step: more, and what the finer mesh would have taught is missed.
+/// A mesh grows by at most about this factor in one step. Growing faster skips the error information of the
+/// intermediate mesh.
 const LARGEST_GROWTH: f64 = 3.0;
-/// And by at least this: a step that adds less costs more than it gains.
+/// Smallest growth factor: a step that adds less costs more than it gains.
 const SMALLEST_GROWTH: f64 = 1.3;
-/// A round marks at least this share of the cells, however small `fraction` is: the number of rounds stays bounded.
+/// A round marks at least this share of the cells, however small `fraction` is, to bound the number of rounds.
 const LEAST_ROUND: f64 = 0.01;
-/// The target is aimed at with so many nodes more than the rate predicts.
+/// Safety factor on the number of nodes predicted by the convergence rate.
 const MARGIN: f64 = 1.08;
 
 /// Chooses the number of nodes of the next mesh.
@@ -21,7 +22,7 @@ const MARGIN: f64 = 1.08;
 /// The best rate of linear triangles is `e ~ N^(-1/2)`, so `(relative/target)²` times as many nodes are needed. They
 /// are reached in equal factors of at most [`LARGEST_GROWTH`], so that the last mesh is the only expensive one.
 ///
-/// * `relative`: the certified error; `None` where there is no scale for it.
+/// * `relative`: the certified error; `None` if there is no energy norm to divide by.
 /// * `limit`: the largest number of nodes allowed.
 pub(crate) fn next_size(nodes: usize, relative: Option<f64>, target: f64, limit: usize) -> usize {
     let needed = relative.map_or(LARGEST_GROWTH, |r| (r / target).powi(2) * MARGIN);
@@ -31,19 +32,19 @@ pub(crate) fn next_size(nodes: usize, relative: Option<f64>, target: f64, limit:
     (wanted.ceil() as usize).min(limit)
 }
 
-/// Tells whether a mesh of so many nodes may still grow worth the while below the limit.
+/// Tells whether refining a mesh of this many nodes can still pay off within the limit.
 pub(crate) fn has_room(nodes: usize, limit: usize) -> bool {
     limit as f64 >= SMALLEST_GROWTH * nodes as f64
 }
 
-/// Computes what the mesh contributes to the squared bound, from 0 to 1.
+/// Computes the share of the mesh in the squared bound, from 0 to 1.
 pub(crate) fn mesh_share(solution: &CertifiedSolution) -> f64 {
     let Some(estimate) = &solution.estimate else { return 0.0 };
     let contributions = marking::contributions(&solution.problem, &estimate.cre);
     contributions.iter().flatten().sum::<f64>() / estimate.unchecked().e_cre.powi(2)
 }
 
-/// What came of refining.
+/// The result of refining.
 pub(crate) enum Refined {
     /// A finer problem.
     Finer(Box<Finer>),
@@ -53,18 +54,18 @@ pub(crate) enum Refined {
     NoRoom,
 }
 
-/// A finer problem in the roles of the iteration, and where its iteration starts.
+/// A finer problem in the order of the iteration, and the initial values of its iteration.
 pub(crate) struct Finer {
     pub(crate) problem: ContactProblem,
     pub(crate) refinement_edges: [RefinementEdges; 2],
-    /// Round by round the cells of each body that were marked.
+    /// For each round, the cells of each body that were marked.
     pub(crate) rounds: Vec<[Vec<u32>; 2]>,
     pub(crate) start: Start,
 }
 
-/// Refines both bodies up to `wanted` nodes, round by round: marks the smallest set of cells that makes up `fraction` of
-/// the squared error of the mesh, halves all their edges, predicts what the new cells contribute, and goes on with
-/// that. The last round takes fewer cells. At least one cell is refined where `limit` nodes allow it.
+/// Refines both bodies up to `wanted` nodes in rounds. Each round marks the smallest set of cells that makes up
+/// `fraction` of the squared error of the mesh, halves all their edges, and predicts the contributions of the new cells
+/// for the next round. The last round takes fewer cells. At least one cell is refined if `limit` nodes allow it.
 ///
 /// A cell of area `A` contributes about in proportion to `A²` where the solution is smooth; near singularities the
 /// prediction is too good, and the next step corrects it.
@@ -167,7 +168,7 @@ fn largest_count(
     low
 }
 
-/// Predicts what the cells of a refined problem contribute: the part of the area, squared.
+/// Predicts the contributions of the cells of a refined problem: proportional to the squared fraction of the area.
 fn predict(old: &ContactProblem, finer: &RefinedProblem, contributions: &[Vec<f64>; 2]) -> [Vec<f64>; 2] {
     [0, 1].map(|b| {
         let (mesh, coarse) = (finer.problem.bodies[b].mesh(), old.bodies[b].mesh());
@@ -181,7 +182,7 @@ fn predict(old: &ContactProblem, finer: &RefinedProblem, contributions: &[Vec<f6
     })
 }
 
-/// Carries λ and the active set over: a new pair touches where both its neighbours do.
+/// Transfers λ and the active set: a new pair is in contact if both its neighbours are.
 fn prolong(finer: &RefinedProblem, start: &Start) -> Start {
     let active = start.active.as_ref().map(|active| {
         let parents = finer.pair_parents.iter();

@@ -1,4 +1,4 @@
-//! The quantities a user reads off: forces, pressures, openings, reactions.
+//! The quantities of interest: forces, pressures, openings, reactions.
 
 use cre_estimator::{AdmissiblePair, Estimate};
 use fem_core::assembly::external_forces;
@@ -16,13 +16,13 @@ use nndd::Iterate;
 pub struct Reaction {
     /// The body, in the order of [`Results`].
     pub body: usize,
-    /// The edge group it holds.
+    /// The supported edge group.
     pub on: String,
-    /// Force of the support on the body, N/m. Where supports share a node and direction it counts for the first.
+    /// Force of the support on the body, N/m. If supports share a node and direction, it counts for the first.
     pub force: Vector,
 }
 
-/// All forces on one body added up.
+/// Sum of all forces on one body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Balance {
     /// Their sum, N/m.
@@ -32,23 +32,23 @@ pub struct Balance {
 }
 
 impl Balance {
-    /// Adds a force at a place; `arm` is that place, seen from the centroid.
+    /// Adds a force at a point; `arm` is the vector from the centroid to it.
     fn add(&mut self, arm: Vector, force: Vector) {
         self.force = add(self.force, force);
         self.moment += cross(arm, force);
     }
 }
 
-/// One stretch of a contact line that may consist of several.
+/// One connected part of a contact line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Stretch {
-    /// Where it begins and ends, by the arc length of its first and last pair, m; one that closes on itself ends where it
-    /// meets its beginning.
+    /// Where it begins and ends, by the arc length of its first and last pair, m; a closed one ends where it
+    /// began.
     pub s: [f64; 2],
     /// Number of pairs.
     pub pairs: usize,
-    /// Length, m; of one that closes on itself with its last edge.
+    /// Length, m; for a closed part it includes the last edge.
     pub length: f64,
     /// `Σ r²_i`, N/m.
     pub contact_force: f64,
@@ -60,7 +60,7 @@ pub struct Stretch {
     pub min_opening: f64,
 }
 
-/// What comes out of a run; arrays by body in the order of the problem handed to [`crate::solve`].
+/// The results of a run; arrays by body in the order of the problem passed to [`crate::solve`].
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Results {
@@ -68,9 +68,9 @@ pub struct Results {
     pub energy_norm_squared: [f64; 2],
     /// `Σ r²_i`, N/m.
     pub contact_force: f64,
-    /// Stretches of arc length under pressure, m.
+    /// Intervals of arc length under pressure, m.
     pub contact_intervals: Vec<[f64; 2]>,
-    /// The same of each stretch of the contact line.
+    /// The same for each connected part of the contact line.
     pub contact_stretches: Vec<Stretch>,
     /// Largest nodal pressure, `max r²_i/ℓ_i`, Pa.
     pub max_pressure: f64,
@@ -80,17 +80,17 @@ pub struct Results {
     pub min_opening: f64,
     /// Reactions of the supports.
     pub reactions: Vec<Reaction>,
-    /// Loads, reactions and contact forces of each body added up: zero to round-off.
+    /// Sum of loads, reactions and contact forces of each body: zero to round-off.
     pub balance: [Balance; 2],
     /// Largest displacement, m.
     pub max_displacement: f64,
-    /// Largest von Mises stress of the displacements, Pa; `None` where the out-of-plane stress of a material is not known.
+    /// Largest von Mises stress of the displacements, Pa; `None` if the out-of-plane stress of a material is unknown.
     pub max_von_mises: Option<f64>,
 }
 
-/// Reads the results off an iteration; `swapped` says that the roles are those of the exchanged bodies.
+/// Computes the results of an iteration; `swapped`: the bodies are swapped.
 ///
-/// * `low`: what rounding left out of the displacements, if known.
+/// * `low`: low-order parts of the displacements (their rounding errors), if known.
 pub(crate) fn results(
     problem: &ContactProblem,
     swapped: bool,
@@ -133,7 +133,7 @@ pub(crate) fn results(
     }
 }
 
-/// Adds up what each stretch of the contact line carries: pairs that follow each other and are joined by edges.
+/// Adds up the forces of each connected part of the contact line: consecutive pairs that are joined by edges.
 fn stretches(problem: &ContactProblem, iterate: &Iterate, pair: &AdmissiblePair) -> Vec<Stretch> {
     let interface = &problem.interface;
     let joined = joined(problem);
@@ -173,7 +173,7 @@ fn stretches(problem: &ContactProblem, iterate: &Iterate, pair: &AdmissiblePair)
     found
 }
 
-/// Tells of each pair whether an edge joins it to the one before.
+/// Tells for each pair whether an edge joins it to the previous one.
 fn joined(problem: &ContactProblem) -> Vec<bool> {
     let mut joined = vec![false; problem.interface.pairs().len()];
     for edge in problem.interface.edges() {
@@ -185,7 +185,7 @@ fn joined(problem: &ContactProblem) -> Vec<bool> {
     joined
 }
 
-/// Finds the stretches of arc length whose nodes carry a contact force; across the edge that closes a line as well.
+/// Finds the intervals of arc length whose nodes carry a contact force; they may cross the edge that closes a line.
 fn intervals(problem: &ContactProblem, iterate: &Iterate) -> Vec<[f64; 2]> {
     let pairs = problem.interface.pairs();
     let joined = joined(problem);
@@ -219,7 +219,7 @@ fn intervals(problem: &ContactProblem, iterate: &Iterate) -> Vec<[f64; 2]> {
 fn centroid(mesh: &TriMesh) -> Vector {
     let mut sum = [0.0; 2];
     let mut area = 0.0;
-    // Seen from a point of the mesh, so that nothing cancels far from the origin.
+    // Relative to a point of the mesh, to avoid cancellation far from the origin.
     let origin = mesh.points()[0];
     for (t, corners) in mesh.triangles().iter().enumerate() {
         let middle = corners.iter().map(|&v| sub(mesh.points()[v as usize], origin)).fold([0.0; 2], add);
@@ -229,7 +229,8 @@ fn centroid(mesh: &TriMesh) -> Vector {
     add(origin, scale(1.0 / area, sum))
 }
 
-/// Computes `K u − f` at every node, N/m: without rounding if the displacement was corrected, `low` being what rounding left out.
+/// Computes `K u − f` at every node, N/m: without rounding if the displacement was corrected; `low` are then the
+/// low-order parts of the displacement.
 fn nodal_forces(body: &Body, displacement: &[Vector], low: Option<&Vec<Vector>>) -> Vec<Vector> {
     let Some(low) = low else { return field::nodal_residual(body, displacement) };
     let split = SplitField { high: displacement.to_vec(), low: low.clone() };

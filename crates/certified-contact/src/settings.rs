@@ -16,10 +16,11 @@ pub enum Imposed {
     Auto,
 }
 
-/// When the iteration has done enough.
+/// When the iteration stops.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Criterion {
-    /// `η_NNDD ≤ ratio · η_dis`: the iteration's error is small against the mesh's. An `η_dis` above `e_CRE` counts as that.
+    /// `η_NNDD ≤ ratio · η_dis`: the iteration error is small compared with the mesh error. An
+    /// `η_dis` above `e_CRE` is replaced by `e_CRE`.
     Estimator {
         /// The ratio.
         ratio: f64,
@@ -27,7 +28,7 @@ pub enum Criterion {
         /// [`nndd::Iterate::contact_forces`] of the two bodies.
         force_balance: Option<f64>,
     },
-    /// `ε_t ≤ tolerance`, the paper's precision, which deceives.
+    /// `ε_t ≤ tolerance`, the paper's precision. It does not bound the error; prefer `Estimator`.
     Precision {
         /// The tolerance.
         tolerance: f64,
@@ -62,7 +63,7 @@ pub struct Settings {
     pub criterion: Criterion,
     /// How far the equilibrated stresses are relaxed; default two steps.
     pub relaxation: Relaxation,
-    /// Estimate after every so many iterations; 0: only when the criterion needs it, and at the end.
+    /// Estimate after this many iterations each time; 0: only when the criterion needs it, and at the end.
     pub estimate_every: usize,
 }
 

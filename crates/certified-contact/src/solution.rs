@@ -1,4 +1,4 @@
-//! A certified answer and what is read off it.
+//! A certified solution and the quantities derived from it.
 
 use crate::bounds::Bounds;
 use crate::history::{Row, Step};
@@ -7,19 +7,19 @@ use cre_estimator::{Estimate, EstimatorError};
 use fem_core::interface::ContactProblem;
 use nndd::{Iterate, NnddSolution};
 
-/// Why λ is carried by the body it is carried by.
+/// Why this body carries λ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RoleReason {
     /// The settings said so.
     Given,
     /// It is the stiffer one: compliances `ℓᵀ S⁻¹ ℓ` of the two bodies under a uniform unit pressure, m³/N.
     Stiffer {
-        /// In the order of the bodies handed over.
+        /// In the order of the bodies passed in.
         compliance: [f64; 2],
     },
 }
 
-/// Who carries λ, against the order handed over, and why.
+/// Which body carries λ, relative to the order passed in, and why.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Roles {
     pub(crate) swapped: bool,
@@ -30,31 +30,31 @@ pub(crate) struct Roles {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct CertifiedSolution {
-    /// The problem in the roles of the iteration: index 0 carries λ.
+    /// The problem in the order of the iteration: index 0 carries λ.
     pub problem: ContactProblem,
-    /// Whether the roles are exchanged against the order handed over.
+    /// Whether the bodies are swapped relative to the order passed in.
     pub swapped: bool,
-    /// Why.
+    /// Why this body carries λ.
     pub role_reason: RoleReason,
     /// The iteration.
     pub nndd: NnddSolution,
     /// One row per iteration.
     pub rows: Vec<Row>,
-    /// The certificate of the last iteration; `None` where its numbers are not finite.
+    /// The certificate of the last iteration; `None` if its numbers are not finite.
     pub estimate: Option<Estimate>,
     /// Why there is no estimate, if there is none; also `None` if the observer left no time for it.
     pub no_estimate: Option<EstimatorError>,
-    /// Bounds of the exact solution's energies and contact force; `None` without estimate. They hold where
+    /// Bounds of the exact solution's energies and contact force; `None` without estimate. They hold if
     /// [`Self::is_certified`].
     pub bounds: Option<Bounds>,
-    /// What a user reads off, in the order handed over.
+    /// The quantities of interest, in the order passed in.
     pub results: Option<Results>,
-    /// Unknowns of each body, in the order handed over.
+    /// Unknowns of each body, in the order passed in.
     pub unknowns: [usize; 2],
 }
 
 impl CertifiedSolution {
-    /// Returns the index in [`Self::problem`] of a body in the order handed over.
+    /// Returns the index in [`Self::problem`] of a body in the order passed in.
     pub fn role(&self, body: usize) -> usize {
         if self.swapped { 1 - body } else { body }
     }
@@ -64,13 +64,13 @@ impl CertifiedSolution {
         &self.nndd.last
     }
 
-    /// Tells whether the bodies hold no strain energy: the energy norm is at most the allowance for round-off.
+    /// Tells whether the bodies have no strain energy: the energy norm is at most the allowance for round-off.
     pub fn holds_no_energy(&self) -> bool {
         self.estimate.as_ref().is_some_and(|e| e.energy_norm() <= e.round_off)
     }
 
-    /// Returns the certified relative error `e_CRE / √(a₁+a₂)`; `None` unless [`Self::is_certified`], or if the bodies hold no
-    /// strain energy.
+    /// Returns the certified relative error `e_CRE / √(a₁+a₂)`; `None` unless [`Self::is_certified`], or if the
+    /// bodies have no strain energy.
     pub fn relative(&self) -> Option<f64> {
         let estimate = self.estimate.as_ref()?;
         let (norm, e_cre) = (estimate.energy_norm(), estimate.certificate()?.e_cre);
@@ -85,7 +85,7 @@ impl CertifiedSolution {
         (norm > e_cre).then(|| e_cre / (norm - e_cre))
     }
 
-    /// Tells whether there is a certificate and its checks hold.
+    /// Tells whether there is a certificate and its checks pass.
     pub fn is_certified(&self) -> bool {
         self.estimate.as_ref().is_some_and(|e| e.certificate().is_some())
     }

@@ -1,4 +1,4 @@
-//! The way from a problem to a certified answer.
+//! The steps from a problem to a certified solution.
 
 use crate::bounds::Bounds;
 use crate::defect_correction::{self, Corrected};
@@ -18,13 +18,13 @@ use fem_core::interface::ContactProblem;
 use fem_core::residual::SplitField;
 use nndd::{Iterate, NnddSolution, NnddStatus, Start};
 
-/// Solves a contact problem and certifies the answer.
+/// Solves a contact problem and certifies the solution.
 ///
 /// * `problem`: bodies in the user's order; the settings choose which of them carries λ.
 ///
 /// # Errors
-/// A body without unique solution, or settings that make no sense. Not converging is a status in
-/// `nndd.status`, with the certificate of what was reached.
+/// A body without unique solution, or invalid settings. No convergence is a status in `nndd.status`, not an error; the
+/// certificate is then that of the last iterate.
 pub fn solve(
     problem: ContactProblem,
     settings: &Settings,
@@ -45,7 +45,7 @@ pub fn solve(
     iterate(problem, bodies, Roles { swapped, reason }, start, settings, observer)
 }
 
-/// Solves a finer problem, in the roles that the coarser one had, from what was found there.
+/// Solves a finer problem in the order of the coarser one, starting from its solution.
 pub(crate) fn solve_again(
     problem: ContactProblem,
     roles: Roles,
@@ -62,7 +62,7 @@ pub(crate) fn solve_again(
     iterate(problem, bodies, roles, start, settings, observer)
 }
 
-/// Iterates, certifies the last iterate, and reads off the results; everything in the roles of the iteration.
+/// Iterates, certifies the last iterate, and computes the results; all in the order of the iteration.
 fn iterate(
     problem: ContactProblem,
     mut bodies: [CondensedBody; 2],
@@ -76,11 +76,11 @@ fn iterate(
     let mut nndd = nndd::solve_from(&problem, &bodies, start, &settings.nndd, &mut follow)?;
     let last = &nndd.last;
     if follow.rows.last().is_none_or(|row| row.iteration.iteration != last.iteration) {
-        // An iteration whose contact problem was not solved has not passed the criterion.
+        // An iteration whose contact problem was not solved has not met the criterion.
         follow.rows.push(Row::new(last, roles.swapped));
     }
-    // A diverged iteration may have run out of finite numbers: then there is no certificate, but a report.
-    // One that must end at once has the certificate that it has.
+    // A diverged iteration may have overflowed: then there is no certificate, but a report.
+    // A run that must end at once keeps its current certificate.
     let certified = follow.may_estimate(last) && follow.try_estimate(last).unwrap_or(false);
     let mut rows = std::mem::take(&mut follow.rows);
     let no_estimate = follow.no_estimate.take().filter(|_| !certified);
@@ -124,27 +124,27 @@ fn iterate(
     })
 }
 
-/// Rounding of the answer is corrected from this part of the bound on.
+/// Rounding of the solution is corrected if it exceeds this fraction of the bound.
 const ROUND_OFF_SHARE: f64 = 1e-3;
 
-/// Tells whether rounding of the answer is a noticeable part of its bound.
+/// Tells whether rounding of the solution is a noticeable part of its bound.
 ///
-/// * `eta_nndd`: as the iteration's operators give it, without rounding.
+/// * `eta_nndd`: from the operators of the iteration, without an allowance for rounding.
 fn needs_correction(estimate: &Estimate, eta_nndd: f64) -> bool {
     let found = estimate.unchecked();
     let rounding = (found.eta_nndd.powi(2) - eta_nndd.powi(2)).max(0.0).sqrt();
     rounding > ROUND_OFF_SHARE * found.e_cre
 }
 
-/// A corrected answer with its estimate.
+/// A corrected solution with its estimate.
 struct Better {
     iterate: Iterate,
     estimate: Estimate,
-    /// What rounding left out of the displacements.
+    /// Low-order parts of the displacements (their rounding errors).
     low: [Vec<Vector>; 2],
 }
 
-/// Corrects the answer by its defect; `None` if that gains nothing.
+/// Corrects the solution by its defect; `None` if that gives no improvement.
 fn corrected(
     problem: &ContactProblem,
     bodies: &mut [CondensedBody; 2],
@@ -153,7 +153,7 @@ fn corrected(
     settings: &Settings,
 ) -> Result<Option<Better>, SolveError> {
     let fields = [0, 1].map(|b: usize| SplitField::new(estimate.pair.displacement[b].clone()));
-    // Only an answer that is to be the discrete solution may move on.
+    // λ may change only if the iterate is meant to be the discrete solution.
     let advance = matches!(nndd.status, NnddStatus::StoppedByCriterion | NnddStatus::Stalled { .. })
         && settings.criterion != Criterion::Iterations;
     let found = defect_correction::correct(problem, bodies, &nndd.last, fields, &settings.nndd, advance)?;
@@ -166,7 +166,7 @@ fn corrected(
     Ok(gains.then_some(Better { iterate, estimate: better, low: [first.low, second.low] }))
 }
 
-/// Puts the measured η_NNDD in its places, and looks whether the criterion still holds with it.
+/// Stores the measured η_NNDD and checks whether the criterion still holds with it.
 fn conclude(nndd: &mut NnddSolution, rows: &mut [Row], estimate: &Estimate, settings: &Settings) {
     let eta_nndd = nndd.last.eta_nndd.max(estimate.unchecked().eta_nndd);
     nndd.last.eta_nndd = eta_nndd;
@@ -181,7 +181,7 @@ fn conclude(nndd: &mut NnddSolution, rows: &mut [Row], estimate: &Estimate, sett
     }
 }
 
-/// Assembles and factorises both bodies, each at the same time as the other.
+/// Assembles and factorises both bodies in parallel.
 fn condense(problem: &ContactProblem, observer: &mut dyn Observer) -> Result<[CondensedBody; 2], SolveError> {
     let sides = problem.interface.sides();
     observer.phase(Phase::Factorisation);
@@ -211,7 +211,7 @@ fn go_on(observer: &mut dyn Observer) -> Result<(), SolveError> {
     if observer.must_stop() { Err(SolveError::Stopped) } else { Ok(()) }
 }
 
-/// Decides whether the bodies exchange their roles.
+/// Decides whether to swap the bodies.
 fn choose_roles(
     problem: &ContactProblem,
     bodies: &[CondensedBody; 2],

@@ -1,4 +1,4 @@
-//! The criterion that compares the iteration's error with the mesh's.
+//! The criterion that compares the iteration error with the mesh error.
 
 use crate::history::Row;
 use crate::observer::{Observer, Phase};
@@ -10,24 +10,24 @@ use fem_core::interface::{ContactProblem, ContactState};
 use nndd::Iterate;
 use nndd::stopping::{Decision, StoppingCriterion};
 
-/// The mesh's error is expected above this fraction of the first η_NNDD.
+/// The mesh error is expected to exceed this fraction of the first η_NNDD.
 const FIRST_ESTIMATE: f64 = 0.1;
 
-/// Round-off from this part of the mesh's error on is as small as the iteration's error needs to be.
+/// If round-off is at least this fraction of the mesh error, an iteration error of its size is small enough.
 const NEAR_ROUND_OFF: f64 = 0.01;
 
-/// Follows the iteration, estimates where asked, and decides.
+/// Follows the iteration, estimates when asked, and decides.
 pub(crate) struct Follow<'a> {
     problem: &'a ContactProblem,
     bodies: &'a [CondensedBody; 2],
-    /// Whether the roles are exchanged against the order handed over.
+    /// Whether the bodies are swapped relative to the order passed in.
     swapped: bool,
     settings: &'a Settings,
     observer: &'a mut dyn Observer,
     pub(crate) rows: Vec<Row>,
-    /// The estimate of the iteration of that number.
+    /// The number of an iteration, and its estimate.
     pub(crate) latest: Option<(usize, Estimate)>,
-    /// Why the last one tried could not be made.
+    /// Why the last attempted estimate failed.
     pub(crate) no_estimate: Option<EstimatorError>,
 }
 
@@ -51,13 +51,13 @@ impl<'a> Follow<'a> {
         }
     }
 
-    /// Says whether an iteration has been estimated, or there is still time for it.
+    /// Tells whether an iteration has been estimated, or there is still time for it.
     pub(crate) fn may_estimate(&mut self, iterate: &Iterate) -> bool {
         self.latest.as_ref().is_some_and(|(number, _)| *number == iterate.iteration)
             || !self.observer.must_stop()
     }
 
-    /// Estimates an iteration, unless it has been.
+    /// Estimates an iteration unless it has already been estimated.
     pub(crate) fn estimate(&mut self, iterate: &Iterate) -> Result<(), EstimatorError> {
         if self.latest.as_ref().is_some_and(|(number, _)| *number == iterate.iteration) {
             return Ok(());
@@ -75,7 +75,7 @@ impl<'a> Follow<'a> {
         Ok(())
     }
 
-    /// Estimates an iteration; `false` if a diverging one has left the range of finite numbers, if squares underflow, or if
+    /// Estimates an iteration; `false` if a diverging one has overflowed, if squares underflow, or if
     /// memory runs out.
     pub(crate) fn try_estimate(&mut self, iterate: &Iterate) -> Result<bool, EstimatorError> {
         let found = self.estimate(iterate);
@@ -90,13 +90,13 @@ impl<'a> Follow<'a> {
         }
     }
 
-    /// Says whether an estimate failed since memory ran out.
+    /// Tells whether an estimate failed because memory ran out.
     fn is_out_of_memory(&self) -> bool {
         matches!(self.no_estimate, Some(EstimatorError::OutOfMemory { .. }))
     }
 
-    /// Tells whether η_NNDD is small against η_dis: first against the latest one, then against a fresh one.
-    /// If round-off is at least a part [`NEAR_ROUND_OFF`] of η_dis, an η_NNDD of its size is small enough: see
+    /// Tells whether η_NNDD is small compared with η_dis: first against the latest one, then against a fresh one.
+    /// If round-off is at least a fraction [`NEAR_ROUND_OFF`] of η_dis, an η_NNDD of its size is small enough: see
     /// [`Estimate::round_off`].
     ///
     /// An estimate costs as much as very many iterations: the first one waits until η_NNDD has fallen so far
@@ -106,7 +106,7 @@ impl<'a> Follow<'a> {
             latest.as_ref().is_none_or(|(_, e)| iterate.eta_nndd <= enough(e, ratio))
         };
         let first = self.rows[0].iteration.eta_nndd;
-        // A start that cannot be improved does not fall at all.
+        // If the initial λ cannot be improved, η_NNDD does not fall.
         let before = self.rows.iter().rev().nth(1).map_or(f64::INFINITY, |row| row.iteration.eta_nndd);
         let falls = iterate.eta_nndd < 0.9 * before;
         let early = self.latest.is_none() && falls && iterate.eta_nndd > FIRST_ESTIMATE * ratio * first;
@@ -124,8 +124,8 @@ fn forces_agree(bodies: &[CondensedBody; 2], iterate: &Iterate, tolerance: f64) 
     difference <= tolerance * first.abs().max(second.abs()) || difference <= force_round_off(bodies, iterate)
 }
 
-/// Computes what rounding can add to the contact forces `F_α = ∓Σ (S_α v − g̃_α)`: `n ε` times the sum of the sizes of
-/// all terms, N/m. Without it two forces that vanish would never agree.
+/// Computes the possible rounding error of the contact forces `F_α = ∓Σ (S_α v − g̃_α)`: `n ε` times the sum of the
+/// sizes of all terms, N/m. Without it two forces that vanish would never agree.
 fn force_round_off(bodies: &[CondensedBody; 2], iterate: &Iterate) -> f64 {
     let size = |body: &CondensedBody, trace: &[f64]| {
         let columns = body.schur().chunks_exact(trace.len().max(1)).zip(trace);
@@ -168,11 +168,11 @@ impl StoppingCriterion for Follow<'_> {
     }
 }
 
-/// Returns the η_NNDD that is small enough against the mesh's error. If round-off is at least a part [`NEAR_ROUND_OFF`] of that,
-/// round-off is small enough.
+/// Returns the η_NNDD that is small enough compared with the mesh error. If round-off is at least a fraction
+/// [`NEAR_ROUND_OFF`] of that, an η_NNDD of the size of round-off is small enough.
 pub(crate) fn enough(estimate: &Estimate, ratio: f64) -> f64 {
     let found = estimate.unchecked();
-    // Far from the solution η_dis may be larger than the whole bound: then it says nothing of the mesh.
+    // Far from the solution η_dis may exceed the whole bound; then it does not measure the mesh error.
     let mesh = found.eta_dis.min(found.e_cre);
     let floor = if estimate.round_off >= NEAR_ROUND_OFF * mesh { estimate.round_off } else { 0.0 };
     floor.max(ratio * mesh)

@@ -1,7 +1,8 @@
 //! The method on one page: each formula with the function that computes it.
 //!
-//! Numbers (1) to (12) are those of Choi, Gallimard and Sassi; the others go on from there, in the order of a run.
-//! Misprints of the paper are corrected: `t·σn` in (7), corrections that vanish where displacements are imposed in (10), (11).
+//! Numbers (1) to (12) are those of Choi, Gallimard and Sassi; the other numbers continue from there, in the order of
+//! a run. Misprints of the paper are corrected: `t·σn` in (7); in (10), (11) the corrections vanish where
+//! displacements are imposed.
 //!
 //! # The problem
 //! Two bodies Ω₁, Ω₂, the unit normal `n` out of the first on the contact line Γ_C, the initial gap `g ≥ 0`. For α = 1, 2:
@@ -39,14 +40,16 @@
 //! | (10), (11) | [`CondensedBody::trace_from_force`](fem_core::condensation::CondensedBody::trace_from_force) |
 //! | the loop | [`nndd::solve`]; weights other than ½ and other updates: [`nndd::Weights`], [`nndd::Acceleration`] |
 //!
-//! `S` costs nothing beside the factorisation `K = L Lᵀ` with the interface last, and the displacement is recovered only where it is asked for:
+//! `S` is a by-product of the factorisation `K = L Lᵀ` with the interface last. The displacement is recovered only on
+//! request:
 //! ```math
 //! S = L_{CC} L_{CC}^T, \qquad \tilde g = L_{CC} (L^{-1} f)_C, \qquad a(w, w) = w·S w                          \qquad (13)
 //! ```
 //! in [`CondensedBody::factorise`](fem_core::condensation::CondensedBody::factorise),
 //! [`displacement_from_trace`](fem_core::condensation::CondensedBody::displacement_from_trace).
 //!
-//! With `μ` the eigenvalues of `½(S₁⁻¹ + S₂⁻¹)(S₁ + S₂)` (full contact) the iteration converges below, and is fastest at,
+//! With `μ` the eigenvalues of `½(S₁⁻¹ + S₂⁻¹)(S₁ + S₂)` (full contact) the iteration converges for θ below the
+//! first value, and is fastest at the second:
 //! ```math
 //! θ < \frac{2}{μ_{max}}, \qquad θ = \frac{2}{μ_{min} + μ_{max}}                                               \qquad (14)
 //! ```
@@ -54,7 +57,8 @@
 //!
 //! # The bound
 //! `v` satisfies (4) and `o ≥ 0`; `τ` satisfies (2), (3) and (6), (7) with a pressure `p ≥ 0`. The potentials of the contact law
-//! (De Saxcé 1992) then vanish, and of the paper's (12) only the work of the pressure on the opening is left:
+//! (De Saxcé 1992) then vanish, and only the work of the pressure on the opening remains of the
+//! paper's (12):
 //! ```math
 //! φ(-[v]) + φ^*(t_c) + [v]·t_c + p\,g = p\,o ≥ 0, \text{ and } = 0 \text{ for the solution}                             \qquad (12)
 //! ```
@@ -70,20 +74,21 @@
 //! e_{CRE}^2 = \underbrace{\sum ‖τ - \hat σ‖^2}_{\text{mesh}}
 //!           + \underbrace{\sum ‖\hat σ - σ(v)‖^2 + 2 ∫ p\,o}_{\text{iteration}}                                \qquad (17)
 //! ```
-//! Where the normal changes along an edge, the displacements found may penetrate between the nodes. The lift `l` opens them there,
-//! `l_n ≥ 0` being what it opens, and the bound holds for the displacements found, without the lift:
+//! If the normal changes along an edge, the computed displacements may penetrate between the nodes. The lift `l`
+//! removes the penetration; `l_n ≥ 0` is the opening that it adds. The bound holds for the computed displacements,
+//! without the lift:
 //! ```math
 //! e_{CRE}^2 = \sum_α ‖τ^α - σ(v^α)‖^2 + 2 ∫ p\,(o + l_n) + ‖l‖^2 \; ≥ \; ‖u - v‖^2                            \qquad (26)
 //! ```
 //! (26): the identity (16) holds for openings of any sign; `−2∫ p_ex o ≤ 2∫ p_ex l_n = 2∫ p l_n + 2∫ (σ − τ) : ε(l)`, and
-//! `2 ‖σ − τ‖ ‖l‖ ≤ ‖σ − τ‖² + ‖l‖²`. With a lift the bound is one for the displacements alone.
+//! `2 ‖σ − τ‖ ‖l‖ ≤ ‖σ − τ‖² + ‖l‖²`. With a lift the bound covers the displacements alone.
 //!
 //! | formula | where |
 //! |---|---|
-//! | (26) | [`Lift`](cre_estimator::Lift): of the two bodies, the one whose lift costs less energy moves |
+//! | (26) | [`Lift`](cre_estimator::Lift): it moves the body whose lift costs less energy |
 //! | (12) | [`pressure::contact_terms`](cre_estimator::pressure::contact_terms), with the consistent mass |
 //! | (15), (17) | [`cre::constitutive_relation_error`](cre_estimator::cre::constitutive_relation_error); [`Cre::split_defect`](cre_estimator::Cre::split_defect) |
-//! | (16) | what follows from it: [`Bounds`](crate::Bounds); its conditions, as residuals: [`check()`](cre_estimator::check()) |
+//! | (16) | its consequences: [`Bounds`](crate::Bounds); its conditions, as residuals: [`check()`](cre_estimator::check()) |
 //!
 //! # A stress in exact equilibrium
 //! ```math
@@ -104,7 +109,7 @@
 //! | (18) | [`pressure::nodal_pressure`](cre_estimator::pressure::nodal_pressure), [`admissible_pair`](cre_estimator::admissible_pair()) |
 //! | (19) | [`eet::edge_moments`](cre_estimator::eet::edge_moments) |
 //! | (20) | [`johnson_mercier::cell_stress`](cre_estimator::johnson_mercier::cell_stress) |
-//! | (21) | [`star_relaxation::relax`](cre_estimator::star_relaxation::relax): every step keeps (20), so every step bounds |
+//! | (21) | [`star_relaxation::relax`](cre_estimator::star_relaxation::relax): every step gives a bound |
 //!
 //! # The indicators, and when to stop
 //! ```math
@@ -126,19 +131,22 @@
 //! | where to refine | [`marking`](cre_estimator::marking), [`solve_adaptively`](crate::solve_adaptively) |
 //!
 //! # Round-off
-//! The numbers behind (15) are computed with rounding. What is proven: the displacements are what the program prints, so
-//! their error is exactly what (16) bounds. The stress `τ̃` that is computed misses equilibrium by a residual `R`, and a stress in exact
-//! equilibrium is at most as far away as the dual norm of `R`. Its part on the FE space is measured:
+//! The terms of (15) are computed with rounding. Proven: the displacements are those that the program prints, so (16)
+//! bounds exactly their error. The computed stress `τ̃` violates equilibrium by a residual `R`, and there is a stress
+//! in exact equilibrium at a distance of at most the dual norm of `R`. The part of this norm on the FE space is
+//! measured:
 //! ```math
 //! R_i = ∫ \tilde τ : ε(φ_i) - f(φ_i), \qquad e_{CRE} ≤ e_{CRE}(\tilde τ) + 2 \sqrt{R · K^{-1} R}                 \qquad (27)
 //! ```
-//! What is a margin: the factor 2 stands for the remainder of the dual norm, jumps between the nodes that no FE function sees, and
-//! for the factorised `K`, which is the stiffness to its own rounding only. A model of the rounding of each triangle counts where it is
-//! larger. `R` is evaluated from the stress as computed; first in double precision, whose own rounding makes it larger. If it is more than
-//! 0.1 % of the bound, the solves are refined, and it is evaluated in double-double numbers.
+//! A margin, not proven: the factor 2 covers the remainder of the dual norm (jumps between the nodes that are
+//! orthogonal to all FE functions) and the rounding of the factorised `K`. A model of the rounding of each triangle
+//! is used instead if it is larger. `R` is evaluated from the computed stress, first in double precision, whose own
+//! rounding makes it larger. If the round-off is more than 0.1 % of the bound, the solves are refined, and `R` is
+//! evaluated in double-double arithmetic.
 //!
-//! The answer itself is corrected by its defect, if rounding is more than 0.1 % of its bound: the forces of the present fields `u_0`,
-//! two numbers per component, are evaluated without rounding, and the contact problem is solved for increments:
+//! If rounding is more than 0.1 % of the bound, the solution is improved by defect correction: the forces of the
+//! current fields `u_0`, two numbers per component, are evaluated without rounding, and the contact problem is solved
+//! for increments:
 //! ```math
 //! r^α = r^α_0 + S_α x^α, \qquad r_0^α = K u_0^α - f, \qquad o = (g - [v_0]) - (x^1 - x^2)                           \qquad (28)
 //! ```
@@ -160,11 +168,11 @@
 //!     + \underbrace{(1 - s)\,‖\hat σ - σ(v)‖^2 + 2 ∫ p\,o}_{\text{contact}} + \underbrace{‖l‖^2 + 2 ∫ p\,l_n}_{\text{lift}}, \quad
 //!     s = \frac{‖z‖^2}{‖z‖^2 + ‖a‖^2}                                                                       \qquad (30)
 //! ```
-//! in [`Parts`](cre_estimator::Parts); the iteration gets at most `η_NNDD²`.
+//! in [`Parts`](cre_estimator::Parts); the part of the iteration is at most `η_NNDD²`.
 //!
 //! # The percentage
-//! The percentage that the program prints is relative to the norm of the computed displacements, and a guaranteed bound of the
-//! error over the norm of the *exact* ones follows, since `‖u‖ ≥ ‖v‖ − e_CRE`:
+//! The percentage that the program prints is relative to the norm of the computed displacements. A guaranteed bound
+//! of the error over the norm of the *exact* ones follows, because `‖u‖ ≥ ‖v‖ − e_CRE`:
 //! ```math
 //! ε = \frac{e_{CRE}}{‖v‖}, \qquad \frac{‖u - v‖}{‖u‖} ≤ \frac{e_{CRE}}{‖v‖ - e_{CRE}} = \frac{ε}{1 - ε}            \qquad (25)
 //! ```

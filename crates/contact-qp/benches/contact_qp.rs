@@ -1,4 +1,4 @@
-//! Times the three roads on dense problems like those of condensed contact.
+//! Measures the time of the three methods on dense problems like those of condensed contact.
 // The macros of criterion make public functions without documentation.
 #![allow(missing_docs)]
 

@@ -1,10 +1,10 @@
-//! A membrane over a flat obstacle, where the contact zone and the pressure are known in closed form.
+//! A membrane over a flat obstacle, with contact zone and pressure known in closed form.
 //!
 //! `−Δu = f` on (−1, 1)² where `u > 0`, and `u ≥ 0`. With `ρ² = x² + y²`, `r² = 0.49`:
 //! ```text
 //! u = max(ρ² − r², 0)²      f = −8 (2ρ² − r²) outside the circle of radius r,  −8 r² (1 + r² − ρ²) inside
 //! ```
-//! so that the obstacle carries `p = −f` inside the circle: `8π r⁴ (1 + r²/2)` in all.
+//! so that the obstacle carries `p = −f` inside the circle, in total `8π r⁴ (1 + r²/2)`.
 #![allow(clippy::print_stdout)]
 
 use contact_qp::{BoundQp, MatrixView, QpError, QpSettings, QpSolution, solve};
@@ -99,7 +99,7 @@ fn main() -> Result<(), QpError> {
         let (error, area) = (membrane.largest_error(&s), membrane.contact_area(&s));
         let force: f64 = s.multipliers.iter().sum();
         println!("{:8}  {error:.3e}  {area:13.4}  {force:14.4}  {:.1e}", m * m, s.kkt.max());
-        // All data doubled: the contact zone is the same, tried first, and right.
+        // All data doubled: the contact zone is the same; it is tried first and is correct.
         let twice = membrane.solve(2.0, Some(&s))?;
         println!("          with twice the data: {} by {}", twice.status, twice.path);
     }
@@ -118,7 +118,7 @@ fn error_area_and_force_tend_to_the_closed_form() {
         assert!((force / exact_force() - 1.0).abs() < h, "{force}");
         let twice = membrane.solve(2.0, Some(&s)).unwrap();
         assert_eq!((twice.path, twice.clarabel_calls), (contact_qp::QpPath::WarmStart, 0));
-        // Second order; the constant depends on how the nodes lie about the circle.
+        // Second order; the constant depends on the positions of the nodes relative to the circle.
         let error = membrane.largest_error(&s);
         assert!(error < 0.5 * h * h, "{error}");
     }

@@ -3,14 +3,14 @@
 //! ```text
 //!     min  ½ ‖A c − y‖²,  c ≥ 0        P = AᵀA,  q = −Aᵀy
 //! ```
-//! The lines overlap, so that plain least squares explains the noise by negative amounts.
+//! The lines overlap, so plain least squares fits the noise with negative amounts.
 #![allow(clippy::print_stdout)]
 
 use contact_qp::{BoundQp, MatrixView, QpError, QpSettings, QpSolution, solve};
 
 const SPECTRA: usize = 5;
 const CHANNELS: usize = 60;
-/// What is in the mixture.
+/// The true amounts in the mixture.
 const AMOUNTS: [f64; SPECTRA] = [2.0, 0.0, 1.0, 0.0, 0.5];
 
 /// The normal equations of the mixture, whose measurement is disturbed by `noise`.

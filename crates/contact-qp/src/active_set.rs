@@ -1,8 +1,8 @@
 //! The set of bounds that hold with equality.
 
-/// Names the bounds that hold with equality: one flag per bounded index, in the order of `bounded`.
+/// The bounds that hold with equality: one flag per bounded index, in the order of `bounded`.
 ///
-/// In contact mechanics: the pairs that touch.
+/// In contact mechanics: the pairs in contact.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub struct ActiveSet {
     flags: Vec<bool>,
@@ -15,13 +15,13 @@ impl ActiveSet {
         Self { flags }
     }
 
-    /// Makes the set in which none of `len` bounds is active.
+    /// Creates the set of `len` inactive bounds.
     #[must_use]
     pub fn none(len: usize) -> Self {
         Self::new(vec![false; len])
     }
 
-    /// Makes the set in which all of `len` bounds are active.
+    /// Creates the set of `len` active bounds.
     #[must_use]
     pub fn all(len: usize) -> Self {
         Self::new(vec![true; len])
@@ -45,13 +45,13 @@ impl ActiveSet {
         self.flags.len()
     }
 
-    /// Tells whether there is no bound at all.
+    /// Tells whether there are no bounds.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.flags.is_empty()
     }
 
-    /// Lends the flags.
+    /// Returns the flags.
     #[must_use]
     pub fn as_slice(&self) -> &[bool] {
         &self.flags

@@ -1,4 +1,4 @@
-//! Cholesky factors of the block `P_II` of the free unknowns `I`. The only file that knows faer.
+//! Cholesky factors of the block `P_II` of the free unknowns `I`. The only file that uses faer.
 
 use crate::error::QpError;
 use crate::problem::MatrixView;
@@ -9,7 +9,7 @@ use faer::sparse::linalg::cholesky::{SymbolicCholesky, SymbolicCholeskyRaw, Symm
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, Mat, MatMut, Par, Side};
 
-/// Holds `L` with `P_II = L Lᵀ`.
+/// `L` with `P_II = L Lᵀ`.
 pub(crate) enum Factor {
     /// Lower triangle of a full matrix.
     Dense(Mat<f64>),
@@ -166,8 +166,8 @@ mod tests {
         (starts, rows, values)
     }
 
-    /// `I + 0.25 tridiagonal`, whose entry `(bad, bad)` is −1, so that this pivot alone is not positive: the
-    /// matrix without that unknown is diagonally dominant, and a factorisation fails where it meets it.
+    /// `I + 0.25 tridiagonal`, whose entry `(bad, bad)` is −1, so that only this pivot is not positive: the
+    /// matrix without that unknown is diagonally dominant, and a factorisation fails when it reaches it.
     fn with_bad_pivot(n: usize, bad: usize) -> Vec<f64> {
         let mut full = vec![0.0; n * n];
         for i in 0..n {

@@ -1,8 +1,8 @@
-//! Errors: the call made no sense, or the matrix was not positive definite.
+//! Errors: the input was invalid, or the matrix was not positive definite.
 
 use thiserror::Error;
 
-/// Says why a quadratic programme could not be posed.
+/// Why a quadratic programme is invalid.
 ///
 /// How an iteration *ended* is not an error but a [`QpStatus`](crate::QpStatus). Each variant gives the
 /// place, what was found there and what was expected.
@@ -19,7 +19,7 @@ pub enum QpError {
         /// Number of entries it has.
         found: usize,
     },
-    /// A number is infinite or not a number.
+    /// A number is infinite or NaN.
     ///
     /// An absent bound is expressed by leaving its index out of `bounded`, not by `-inf`.
     #[error("`{what}[{place}]` is {found}, expected a finite number")]
@@ -113,11 +113,11 @@ pub enum QpError {
         what: &'static str,
         /// Value found.
         found: f64,
-        /// Range, in words.
+        /// Allowed range, in words.
         expected: &'static str,
     },
-    /// A library refused data that had passed every check here.
-    #[error("{library} refused checked data: {message}")]
+    /// A library rejected data that had passed all checks.
+    #[error("{library} rejected checked data: {message}")]
     Library {
         /// Name of the library.
         library: &'static str,

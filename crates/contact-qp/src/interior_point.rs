@@ -1,4 +1,5 @@
-//! Clarabel (Goulart and Chen 2024): scaling of the problem, the call, and its status. The only file that knows Clarabel.
+//! Clarabel (Goulart and Chen 2024): scaling of the problem, the call, and its status. The only file that uses
+//! Clarabel.
 
 use crate::active_set::ActiveSet;
 use crate::error::QpError;
@@ -12,34 +13,34 @@ use clarabel::solver::{
     DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus, SupportedConeT,
 };
 
-/// A bound further than this below zero, in scaled length, is kept from Clarabel: it can hardly become active,
-/// and Clarabel stalls on very large right-hand sides. The polish checks it like any other.
+/// A bound further than this below zero, in scaled length, is not passed to Clarabel: it is very unlikely to become
+/// active, and Clarabel stalls on very large right-hand sides. The polish checks it like any other.
 const FAR_BOUND: f64 = 1e8;
 
-/// Tolerance of a direction in which nothing holds `x`. The relaxation of a badly conditioned problem grows along its
-/// softest mode; at Clarabel's 1e-8 that passes for such a direction.
+/// Tolerance for an unconstrained direction of `x`. The relaxation of a badly conditioned problem grows along its
+/// softest mode; with Clarabel's 1e-8 that mode would count as unconstrained.
 const UNBOUNDED: f64 = 1e-12;
 
-/// What Clarabel found.
+/// The result of Clarabel.
 pub(crate) struct InteriorPoint {
     /// How the call ended.
     pub(crate) status: QpStatus,
     /// Interior-point iterations.
     pub(crate) iterations: usize,
-    /// The last iterate, moved onto the bounds it calls active.
+    /// The last iterate, moved onto the bounds that are active in it.
     pub(crate) iterate: Admissible,
 }
 
 /// Calls Clarabel.
 ///
 /// # Errors
-/// [`QpError::Library`] when Clarabel refuses the data.
+/// [`QpError::Library`] when Clarabel rejects the data.
 pub(crate) fn solve(problem: &Prepared<'_>, settings: &QpSettings) -> Result<InteriorPoint, QpError> {
     Scaled::new(problem).solve(&problem.qp, settings)
 }
 
-/// The problem in units that make a tolerance dimensionless and all unknowns alike: with `d_i = √P_ii` and the
-/// load `f`, `P'_ij = P_ij / (d_i d_j)`, `q'_i = q_i / (d_i f)`, `x'_i = d_i x_i / f`, `r'_i = r_i / (d_i f)`.
+/// The problem in units that make a tolerance dimensionless and give all unknowns the same scale: with `d_i = √P_ii`
+/// and the load `f`, `P'_ij = P_ij / (d_i d_j)`, `q'_i = q_i / (d_i f)`, `x'_i = d_i x_i / f`, `r'_i = r_i / (d_i f)`.
 struct Scaled<'a> {
     /// `d`.
     roots: &'a [f64],
@@ -47,7 +48,7 @@ struct Scaled<'a> {
     load: f64,
     matrix: CscMatrix<f64>,
     linear: Vec<f64>,
-    /// Places in `bounded` of the bounds that Clarabel is told.
+    /// Places in `bounded` of the bounds that are passed to Clarabel.
     near: Vec<usize>,
     rows: CscMatrix<f64>,
     rhs: Vec<f64>,
@@ -91,7 +92,7 @@ impl<'a> Scaled<'a> {
         })
     }
 
-    /// Reads the active set, slack against dual, and moves the iterate onto it: `k` is active when
+    /// Determines the active set by comparing slack and dual, and moves the iterate onto it: `k` is active when
     /// `r'_k > x'_k − l'_k`, that is `r_k > P_kk (x_k − l_k)`.
     fn admissible(&self, qp: &BoundQp<'_>, x: &[f64], z: &[f64]) -> Admissible {
         let mut x: Vec<f64> =
@@ -114,8 +115,8 @@ impl<'a> Scaled<'a> {
     }
 }
 
-/// Returns `f = max(|q|_D, |P l⁺|_D)`: the loads that `x` must balance. The positive part of `l` alone can push,
-/// so that far-away bounds do not spoil the unit. Where nothing pushes the answer is 0 and any unit will do.
+/// Returns `f = max(|q|_D, |P l⁺|_D)`: the loads that `x` must balance. Only the positive part of `l` is a load,
+/// so distant bounds do not distort the unit. Without loads the solution is 0 and any unit is suitable.
 fn load(qp: &BoundQp<'_>, roots: &[f64]) -> f64 {
     let mut pushed = vec![0.0; qp.linear.len()];
     for (&i, &lower) in qp.bounded.iter().zip(qp.lower) {
@@ -197,7 +198,7 @@ fn status(status: SolverStatus) -> QpStatus {
         SolverStatus::MaxIterations => QpStatus::MaxIterations,
         SolverStatus::InsufficientProgress => QpStatus::InsufficientProgress,
         // Lower bounds always leave a feasible point, and there is no time limit and no callback: every other
-        // word is an error of arithmetic.
+        // status is a numerical error.
         _ => QpStatus::NumericalError,
     }
 }

@@ -6,9 +6,9 @@ use crate::problem::{BoundQp, MatrixView};
 /// Measures how far `(x, r)` is from satisfying the KKT conditions; all four are dimensionless.
 ///
 /// Each unknown is measured by the energy it carries alone, `|x|_D = max_i √P_ii |x_i|`, and each force by
-/// `|f|_D = max_i |f_i| / √P_ii`, so that soft and stiff unknowns count alike and no unit matters. With the force
-/// scale `F = ‖P‖_D |x|_D + |q|_D`, `‖P‖_D = max_i Σ_j |P_ij| / √(P_ii P_jj)` (the size of the terms that must
-/// cancel), and the length scale `X = |x|_D`, both replaced by 1 where they vanish:
+/// `|f|_D = max_i |f_i| / √P_ii`, so that soft and stiff unknowns have equal weight and the result does not depend on
+/// units. With the force scale `F = ‖P‖_D |x|_D + |q|_D`, `‖P‖_D = max_i Σ_j |P_ij| / √(P_ii P_jj)` (the size of the
+/// terms that must cancel), and the length scale `X = |x|_D`, both replaced by 1 if they vanish:
 ///
 /// ```text
 /// stationarity    |P x + q − R r|_D / F        R r puts r on the bounded unknowns
@@ -17,8 +17,8 @@ use crate::problem::{BoundQp, MatrixView};
 /// complementarity max_k |r_k (x_k − l_k)| / (F X)
 /// ```
 ///
-/// So a stationarity of a few 1e-16 is round-off, whatever the conditioning of `P`. A residual that is not a
-/// number is given as infinity.
+/// So a stationarity of a few 1e-16 is round-off, whatever the conditioning of `P`. A NaN residual is reported as
+/// infinity.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct KktResiduals {
     /// `|P x + q − R r|_D / F`.
@@ -56,8 +56,8 @@ pub fn kkt_residuals(qp: &BoundQp<'_>, x: &[f64], multipliers: &[f64]) -> Result
     Ok(residuals(qp, &Scales::new(&matrix, qp.linear), x, multipliers))
 }
 
-/// A matrix checked and measured once, for programmes that differ in their vectors only: see
-/// [`solve_with`](crate::solve_with). Both cost passes over the whole matrix.
+/// A matrix that is checked and measured once, for several programmes with different vectors: see
+/// [`solve_with`](crate::solve_with). Both operations pass over the whole matrix.
 #[derive(Clone, Debug)]
 pub struct CheckedMatrix<'a> {
     pub(crate) view: MatrixView<'a>,
@@ -68,7 +68,7 @@ pub struct CheckedMatrix<'a> {
 }
 
 impl<'a> CheckedMatrix<'a> {
-    /// Checks everything of a matrix but positive definiteness.
+    /// Checks a matrix for everything except positive definiteness.
     ///
     /// # Errors
     /// Those of [`BoundQp::check`] that concern the matrix.
@@ -80,7 +80,7 @@ impl<'a> CheckedMatrix<'a> {
     }
 }
 
-/// The units in which errors are judged, see [`KktResiduals`].
+/// The scales that errors are compared with, see [`KktResiduals`].
 pub(crate) struct Scales {
     /// `√P_ii`.
     roots: Vec<f64>,
@@ -91,7 +91,7 @@ pub(crate) struct Scales {
 }
 
 impl Scales {
-    /// Measures checked data.
+    /// Computes the scales of checked data.
     pub(crate) fn new(matrix: &CheckedMatrix<'_>, linear: &[f64]) -> Self {
         let roots = matrix.roots.clone();
         let linear = largest(linear.iter().zip(&roots).map(|(force, root)| force / root));
@@ -114,7 +114,7 @@ impl Scales {
     }
 }
 
-/// As [`kkt_residuals`], for checked data whose units are known.
+/// Like [`kkt_residuals`], for checked data whose scales are known.
 pub(crate) fn residuals(qp: &BoundQp<'_>, scales: &Scales, x: &[f64], multipliers: &[f64]) -> KktResiduals {
     let mut imbalance = qp.linear.to_vec();
     qp.matrix.add_product(x, &mut imbalance);
@@ -126,7 +126,7 @@ pub(crate) fn residuals(qp: &BoundQp<'_>, scales: &Scales, x: &[f64], multiplier
         let (opening, reaction) = ((x[i] - lower) * root / length, r / root / force);
         worst.primal = worst.primal.max(negative_part(opening));
         worst.dual = worst.dual.max(negative_part(reaction));
-        // A contact force of exactly 0 leaves nothing, however far the bound.
+        // With a contact force of exactly 0 the product is 0, however distant the bound.
         let product = if r == 0.0 { 0.0 } else { reaction * opening };
         worst.complementarity = worst.complementarity.max(magnitude(product));
     }
@@ -136,14 +136,14 @@ pub(crate) fn residuals(qp: &BoundQp<'_>, scales: &Scales, x: &[f64], multiplier
     worst
 }
 
-/// Returns `max |v_i|`; not a number if an entry is not one, so that it cannot pass for a small value.
+/// Returns `max |v_i|`; NaN if an entry is NaN, so that it does not count as a small value.
 pub(crate) fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
     let larger =
         |most: f64, value: f64| if value.abs() > most || value.is_nan() { value.abs() } else { most };
     values.into_iter().fold(0.0, larger)
 }
 
-/// Makes a divisor of a scale. An infinite one becomes "not a number", since it would hide any finite error.
+/// Converts a scale into a divisor. An infinite scale becomes NaN, because it would hide any finite error.
 fn divisor(scale: f64) -> f64 {
     if scale == 0.0 {
         1.0
@@ -154,12 +154,12 @@ fn divisor(scale: f64) -> f64 {
     }
 }
 
-/// Returns `|v|`, and infinity for "not a number", which every comparison would let pass.
+/// Returns `|v|`, and infinity for NaN, because every comparison with NaN is false.
 fn magnitude(value: f64) -> f64 {
     if value.is_nan() { f64::INFINITY } else { value.abs() }
 }
 
-/// Returns `max(−v, 0)`, and infinity for "not a number".
+/// Returns `max(−v, 0)`, and infinity for NaN.
 fn negative_part(value: f64) -> f64 {
     if value >= 0.0 { 0.0 } else { magnitude(value) }
 }

@@ -15,34 +15,34 @@
 //! P x + q = \sum_{i ∈ B} r_i e_i, \qquad x_i ≥ l_i, \qquad r_i ≥ 0, \qquad r_i (x_i - l_i) = 0
 //! ```
 //!
-//! In unilateral contact `P` is a stiffness, `−q` the loads, `l` the gaps and `r` the contact forces, but nothing
-//! here knows of contact: no mesh, no normal.
+//! In unilateral contact `P` is a stiffness, `−q` the loads, `l` the gaps and `r` the contact forces, but this
+//! crate does not depend on contact: it has no meshes and no normals.
 //!
-//! An interior-point answer satisfies bounds and signs to its tolerance only. Here Clarabel only *names* the
-//! bounds that hold with equality, the active set `A`. The answer itself comes from the linear system on the
+//! An interior-point solution satisfies bounds and signs only to its tolerance. Here Clarabel only *identifies* the
+//! bounds that hold with equality, the active set `A`. The solution itself comes from the linear system on the
 //! other unknowns `I`,
 //!
 //! ```math
 //! x_A = l_A, \qquad P_{II} x_I = -q_I - P_{IA} l_A, \qquad r_A = (P x + q)_A
 //! ```
 //!
-//! with primal-dual active-set steps where a sign is wrong. So `x ≥ l`, `r ≥ 0` and `r (x − l) = 0` hold *exactly*
-//! in the returned numbers, the balance of forces holds to round-off, and four residuals say so. When the active
-//! set of a neighbouring problem is known, it is tried first, and Clarabel is not called where it is right.
+//! with primal-dual active-set steps if a sign is wrong. So `x ≥ l`, `r ≥ 0` and `r (x − l) = 0` hold *exactly*
+//! in the returned numbers, the balance of forces holds to round-off, and four residuals measure it. If the active
+//! set of a similar problem is known, it is tried first, and Clarabel is not called if it is correct.
 //!
 //! # Types, in the order one meets them
 //! - [`MatrixView`] and [`BoundQp`] borrow `P`, `q`, `B` and `l`, dense or sparse, and check them;
 //! - [`QpSettings`] and [`QpMethod`] say how to solve;
 //! - [`ActiveSet`] is a warm start, and part of the answer;
-//! - [`solve`] returns a [`QpSolution`], whose [`QpStatus`] says how it ended, [`QpPath`] by which road, and
-//!   [`KktResiduals`] how good it is; [`kkt_residuals`] measures any other pair;
+//! - [`solve`] returns a [`QpSolution`], with its [`QpStatus`], the method used ([`QpPath`]) and its
+//!   accuracy ([`KktResiduals`]); [`kkt_residuals`] measures any other pair;
 //! - [`CheckedMatrix`] and [`solve_with`] check a matrix once for many programmes;
-//! - [`QpError`] says why a programme could not be posed.
+//! - [`QpError`] says why a programme is invalid.
 //!
 //! `examples/` solves an obstacle problem whose contact zone is known, and a regression with bounds.
 //!
 //! # Example
-//! Two masses on springs, the first above a floor at 0.5; the loads alone would put them at (0, 1).
+//! Two masses on springs, the first above a floor at 0.5; without it the loads would move them to (0, 1).
 //! ```
 //! use contact_qp::{BoundQp, MatrixView, QpPath, QpSettings, QpStatus, solve};
 //!

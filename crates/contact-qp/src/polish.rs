@@ -1,4 +1,4 @@
-//! The exact solution on a given active set: fix `x_A = l_A`, solve for the rest, read the multipliers.
+//! The exact solution on a given active set: fix `x_A = l_A`, solve for the rest, compute the multipliers.
 
 use crate::active_set::ActiveSet;
 use crate::cholesky::Factor;
@@ -6,18 +6,18 @@ use crate::error::QpError;
 use crate::kkt::{self, CheckedMatrix, KktResiduals, Scales};
 use crate::problem::BoundQp;
 
-/// Size of a wrong sign that is round-off, relative to the scales of [`KktResiduals`]: a few units in the last
+/// Size up to which a wrong sign is round-off, relative to the scales of [`KktResiduals`]: a few units in the last
 /// place of the terms that cancel.
 pub(crate) const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
 
-/// The checked programme and the units in which its errors are judged.
+/// The checked programme and the scales that its errors are compared with.
 pub(crate) struct Prepared<'a> {
     pub(crate) qp: BoundQp<'a>,
     pub(crate) scales: Scales,
 }
 
 impl<'a> Prepared<'a> {
-    /// Checks the rest of a programme and measures its units.
+    /// Checks the rest of a programme and computes its scales.
     ///
     /// # Errors
     /// Those of [`BoundQp::check`] that do not concern the matrix.
@@ -32,7 +32,7 @@ impl<'a> Prepared<'a> {
         Ok(Self { qp, scales: Scales::new(matrix, linear) })
     }
 
-    /// Checks all of a programme.
+    /// Checks a whole programme.
     #[cfg(test)]
     pub(crate) fn of(qp: &BoundQp<'a>) -> Result<Self, QpError> {
         Self::new(&CheckedMatrix::new(qp.matrix)?, qp.linear, qp.bounded, qp.lower)
@@ -48,7 +48,7 @@ impl<'a> Prepared<'a> {
 pub(crate) struct Candidate {
     /// Unknowns that are not fixed, `I`.
     free: Vec<usize>,
-    /// Factor of `P_II`; none when everything is fixed.
+    /// Factor of `P_II`; `None` if everything is fixed.
     factor: Option<Factor>,
     /// `x`, with `x_A = l_A` bit for bit.
     x: Vec<f64>,
@@ -56,7 +56,7 @@ pub(crate) struct Candidate {
     gradient: Vec<f64>,
 }
 
-/// An answer whose bounds and signs hold exactly.
+/// A solution whose bounds and signs hold exactly.
 pub(crate) struct Admissible {
     pub(crate) x: Vec<f64>,
     pub(crate) multipliers: Vec<f64>,
@@ -86,7 +86,7 @@ impl Candidate {
         Ok(candidate)
     }
 
-    /// Refuses a solution without a correct digit: round-off can make the zero pivot of a singular block positive,
+    /// Rejects a solution without a correct digit: round-off can make the zero pivot of a singular block positive,
     /// and then `|x_I|_D` exceeds the load by the inverse of the round-off.
     fn check_regular(&self, scales: &Scales, load: f64) -> Result<(), QpError> {
         let size = |i: usize| scales.roots()[i] * self.x[i].abs();
@@ -100,7 +100,7 @@ impl Candidate {
     pub(crate) fn refine(&mut self, problem: &Prepared<'_>) {
         let scales = &problem.scales;
         let imbalance = self.imbalance(scales);
-        // Nothing to gain once the residual is below the last place of the terms that make it.
+        // No improvement is possible once the residual is below the last place of its terms.
         if imbalance <= f64::EPSILON * scales.force(&self.x) {
             return;
         }
@@ -131,9 +131,9 @@ impl Candidate {
     /// Lists the bounds that must change sides: active with `r < 0`, or inactive with `x < l`.
     ///
     /// A sign is wrong only beyond round-off: `r_k < −slack · F √P_kk`, with the scales of [`KktResiduals`]. This
-    /// is what ends a sequence of steps where a body just touches: there `r` is round-off of either sign. For
-    /// `x < l` the slack stays at [`ROUND_OFF`], whatever is asked: a point wrongly moved onto its bound has a
-    /// round-off multiplier, which the first test lets pass, whereas putting it there without solving again
+    /// ends a sequence of steps if a body is only just in contact: there `r` is round-off of either sign. For
+    /// `x < l` the slack stays at [`ROUND_OFF`], whatever `slack` is: a point wrongly moved onto its bound has a
+    /// round-off multiplier, which passes the first test, but moving it there without solving again
     /// leaves an imbalance `P_jk (l_k − x_k)` on its neighbours.
     pub(crate) fn wrong_signs(&self, problem: &Prepared<'_>, active: &ActiveSet, slack: f64) -> Vec<usize> {
         let (qp, scales) = (&problem.qp, &problem.scales);
@@ -150,9 +150,9 @@ impl Candidate {
         (0..problem.bounds()).filter(|&k| is_wrong(k)).collect()
     }
 
-    /// Makes bounds and signs exact, given that what is wrong is round-off: a negative multiplier becomes 0 and
-    /// its bound stays active; an inactive point on or below its bound is put there and becomes active with
-    /// multiplier 0. The KKT residuals then show what was changed.
+    /// Makes bounds and signs exact, provided that the errors are round-off: a negative multiplier becomes 0 and
+    /// its bound stays active; an inactive point on or below its bound is moved onto it and becomes active with
+    /// multiplier 0. The KKT residuals then include these changes.
     pub(crate) fn into_admissible(mut self, qp: &BoundQp<'_>, active: &ActiveSet) -> Admissible {
         let mut flags = active.as_slice().to_vec();
         let mut multipliers = vec![0.0; flags.len()];
@@ -175,7 +175,7 @@ impl Admissible {
     }
 }
 
-/// Returns `max(v, 0)`, and `+0.0` for `−0.0` and for what is not a number.
+/// Returns `max(v, 0)`, and `+0.0` for `−0.0` and for NaN.
 pub(crate) fn positive_part(value: f64) -> f64 {
     if value > 0.0 { value } else { 0.0 }
 }
@@ -245,7 +245,7 @@ mod tests {
 
     #[test]
     fn a_zero_pivot_hidden_by_round_off_is_refused() {
-        // Chains of springs that nothing holds: singular, but the last pivot is round-off of either sign.
+        // Chains of springs without supports: singular, but the last pivot is round-off of either sign.
         let mut hidden = 0;
         for case in 1..40 {
             let n = 6;

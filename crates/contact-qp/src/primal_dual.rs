@@ -1,4 +1,4 @@
-//! Primal-dual active-set steps: solve on the set, move every bound whose sign is wrong, repeat.
+//! Primal-dual active-set steps: solve on the set, move every bound with a wrong sign, repeat.
 //!
 //! One step is `A ← {k ∈ A : r_k ≥ 0} ∪ {k ∉ A : x_k < l_k}`, a semi-smooth Newton step for the KKT conditions
 //! (Hintermüller, Ito and Kunisch 2002). It ends after finitely many steps on M-matrices and, in practice,
@@ -9,28 +9,28 @@ use crate::error::QpError;
 use crate::polish::{Admissible, Candidate, Prepared, ROUND_OFF};
 use std::collections::HashSet;
 
-/// What to do when a set comes back, as it would for ever.
+/// What to do when a set repeats, that is, the steps cycle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum OnCycle {
-    /// Give up; the caller has another method.
+    /// Stop; the caller has another method.
     Stop,
-    /// From then on move one bound at a time, the last one whose sign is wrong, and let signs be wrong by this
-    /// much of the force scale. In exact arithmetic this rule ends for every positive definite matrix
+    /// From then on move one bound at a time, the last one with a wrong sign, and tolerate wrong signs up to this
+    /// fraction of the force scale. In exact arithmetic this rule ends for every positive definite matrix
     /// (Murty 1974).
     SinglePivots { slack: f64 },
 }
 
 /// How the steps ended.
 pub(crate) enum Outcome {
-    /// All signs are right.
+    /// All signs are correct.
     Found(Admissible),
-    /// A set came back, or the limit was reached.
+    /// A set repeated, or the limit was reached.
     NotFound,
     /// `P_II` was not positive definite on some set.
     Singular(QpError),
 }
 
-/// Tries active sets from `start` on, at most `limit` of them; returns how it ended and how many were tried.
+/// Tries at most `limit` active sets, starting from `start`; returns the outcome and the number of sets tried.
 pub(crate) fn run(
     problem: &Prepared<'_>,
     start: ActiveSet,
@@ -69,7 +69,7 @@ pub(crate) fn run(
     (Outcome::NotFound, limit)
 }
 
-/// Lists the wrong signs; a candidate that seems right is refined, then judged again.
+/// Lists the wrong signs; a candidate without any is refined, then checked again.
 fn wrong_signs(
     candidate: &mut Candidate,
     problem: &Prepared<'_>,

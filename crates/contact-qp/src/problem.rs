@@ -1,11 +1,11 @@
-//! The programme as the caller poses it, borrowed, and its checks.
+//! The programme given by the caller (borrowed data), and its checks.
 
 use crate::error::QpError;
 
 /// Largest asymmetry of a dense matrix, relative to `√(|P_ii| |P_jj|)`.
 const SYMMETRY_TOLERANCE: f64 = 1e-12;
 
-/// Lends a symmetric n × n matrix.
+/// A borrowed symmetric n × n matrix.
 #[derive(Clone, Copy, Debug)]
 pub enum MatrixView<'a> {
     /// Full matrix, both triangles stored.
@@ -28,7 +28,7 @@ pub enum MatrixView<'a> {
     },
 }
 
-/// Lends the data of `min ½ xᵀP x + qᵀx` subject to `x_i ≥ l_i` for `i` in `bounded`.
+/// The borrowed data of `min ½ xᵀP x + qᵀx` subject to `x_i ≥ l_i` for `i` in `bounded`.
 #[derive(Clone, Copy, Debug)]
 pub struct BoundQp<'a> {
     /// `P`, symmetric positive definite, n × n.
@@ -42,18 +42,18 @@ pub struct BoundQp<'a> {
 }
 
 impl BoundQp<'_> {
-    /// Checks everything but positive definiteness: lengths, finite numbers, symmetry or triangle, order, range,
+    /// Checks everything except positive definiteness: lengths, finite numbers, symmetry or triangle, order, range,
     /// and the sign of the diagonal. Costs one pass over the data.
     ///
     /// # Errors
-    /// Any [`QpError`] but `Setting` and `Library`; [`QpError::NotPositiveDefinite`] for a diagonal entry that
+    /// Any [`QpError`] except `Setting` and `Library`; [`QpError::NotPositiveDefinite`] for a diagonal entry that
     /// is not positive.
     pub fn check(&self) -> Result<(), QpError> {
         self.matrix.check()?;
         self.check_vectors()
     }
 
-    /// Checks everything but the matrix.
+    /// Checks everything except the matrix.
     pub(crate) fn check_vectors(&self) -> Result<(), QpError> {
         let n = self.matrix.size();
         check_length("linear", n, self.linear.len())?;
@@ -77,7 +77,7 @@ impl BoundQp<'_> {
 }
 
 impl MatrixView<'_> {
-    /// Checks all of a matrix but positive definiteness.
+    /// Checks a matrix for everything except positive definiteness.
     pub(crate) fn check(&self) -> Result<(), QpError> {
         self.check_entries()?;
         match (0..self.size()).find(|&i| self.diagonal(i) <= 0.0) {
@@ -114,7 +114,7 @@ fn check_length(what: &'static str, expected: usize, found: usize) -> Result<(),
 }
 
 fn check_finite(what: &'static str, values: &[f64]) -> Result<(), QpError> {
-    // Without an early exit the sweep vectorises, so that good data pass quickly.
+    // Without an early exit the sweep vectorises, so valid data are checked quickly.
     if values.iter().fold(true, |all, value| all & value.is_finite()) {
         return Ok(());
     }

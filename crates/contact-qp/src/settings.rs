@@ -1,41 +1,41 @@
-//! How to solve: method, tolerances, limits.
+//! Settings of a solve: method, tolerances, limits.
 
 use crate::error::QpError;
 
-/// Chooses the road to the active set; the answer is polished on it in every case.
+/// The method that finds the active set; the solution is polished on it in every case.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum QpMethod {
     /// With a warm start: check it, then primal-dual active-set steps from it, then Clarabel.
     /// Without: Clarabel.
     #[default]
     Auto,
-    /// Always Clarabel, whose active set the polish then checks and corrects; the warm start is not used.
+    /// Always Clarabel; the polish then checks and corrects its active set; the warm start is not used.
     Clarabel,
     /// Primal-dual active-set steps from the warm start, or from the empty set; Clarabel when they fail.
     ActiveSet,
 }
 
-/// Collects the choices of [`solve`](crate::solve). Start from [`QpSettings::default`] and use the `with_`
+/// The settings of [`solve`](crate::solve). Start from [`QpSettings::default`] and use the `with_`
 /// functions.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct QpSettings {
-    /// Road to the active set; default [`QpMethod::Auto`].
+    /// Method that finds the active set; default [`QpMethod::Auto`].
     pub method: QpMethod,
     /// Clarabel's absolute gap, relative gap and feasibility tolerance, on the problem scaled to `P_ii = 1` and a
-    /// load of 1; dimensionless, default 1e-6. The polish makes the answer exact, so that Clarabel only has to come
-    /// near the active set.
+    /// load of 1; dimensionless, default 1e-6. The polish makes the solution exact, so Clarabel only has to come
+    /// close to the active set.
     pub tolerance: f64,
     /// Clarabel's static regularisation of its scaled KKT matrix; dimensionless, default 1e-12. Clarabel's own
     /// 1e-8 is too much for a tight tolerance.
     pub static_regularization: f64,
-    /// Most iterations of each inner method: Clarabel, and the active-set steps that polish its answer;
+    /// Maximum iterations of each inner method: Clarabel, and the active-set steps that polish its solution;
     /// default 200.
     pub max_iterations: usize,
-    /// Most active sets tried before Clarabel is called, the warm start included; default 50. The smaller of
-    /// this and `max_iterations` counts.
+    /// Maximum number of active sets tried before Clarabel is called, including the warm start; default 50. The smaller
+    /// of this and `max_iterations` applies.
     pub max_active_set_steps: usize,
-    /// Largest [`KktResiduals::max`](crate::KktResiduals::max) an answer may have to be called solved;
+    /// Largest [`KktResiduals::max`](crate::KktResiduals::max) of a solved problem;
     /// dimensionless, default 1e-12.
     pub kkt_tolerance: f64,
 }
@@ -54,7 +54,7 @@ impl Default for QpSettings {
 }
 
 impl QpSettings {
-    /// Sets the road to the active set.
+    /// Sets the method that finds the active set.
     #[must_use]
     pub fn with_method(self, method: QpMethod) -> Self {
         Self { method, ..self }
@@ -72,13 +72,13 @@ impl QpSettings {
         Self { static_regularization, ..self }
     }
 
-    /// Sets the most iterations of each inner method.
+    /// Sets the maximum iterations of each inner method.
     #[must_use]
     pub fn with_max_iterations(self, max_iterations: usize) -> Self {
         Self { max_iterations, ..self }
     }
 
-    /// Sets the most active sets tried before Clarabel is called.
+    /// Sets the maximum number of active sets tried before Clarabel is called.
     #[must_use]
     pub fn with_max_active_set_steps(self, max_active_set_steps: usize) -> Self {
         Self { max_active_set_steps, ..self }

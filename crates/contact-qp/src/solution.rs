@@ -1,31 +1,32 @@
-//! What is returned: the answer, how it was found, and how good it is.
+//! The result: the solution, the method that found it, and its accuracy.
 
 use crate::active_set::ActiveSet;
 use crate::kkt::KktResiduals;
 use std::fmt;
 
-/// Says how the solution ended. Only [`QpStatus::Solved`] is an answer.
+/// How the solve ended. Only [`QpStatus::Solved`] is a solution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum QpStatus {
     /// Bounds and signs hold exactly, and the KKT residuals are below the tolerance.
     Solved,
-    /// Clarabel reached a reduced accuracy only; like the words below, where the polish found no answer from there.
+    /// Clarabel reached only a reduced accuracy. This status and those below are returned if the polish found no
+    /// solution from there.
     AlmostSolved,
-    /// Clarabel found the objective unbounded below: `P` is singular and nothing holds the free direction.
+    /// Clarabel found the objective unbounded below: `P` is singular and a free direction is unconstrained.
     Unbounded,
-    /// Clarabel reached the limit of its iterations.
+    /// Clarabel reached its iteration limit.
     MaxIterations,
-    /// Clarabel made no more progress.
+    /// Clarabel made no further progress.
     InsufficientProgress,
     /// Clarabel ended with a numerical error.
     NumericalError,
-    /// Clarabel converged, but no active set with right signs and small KKT residuals was found from it.
+    /// Clarabel converged, but no active set with correct signs and small KKT residuals was found from it.
     PolishFailed,
 }
 
 impl QpStatus {
-    /// Tells whether the answer can be used.
+    /// Tells whether the solution is valid.
     #[must_use]
     pub fn is_solved(self) -> bool {
         self == Self::Solved
@@ -46,10 +47,10 @@ impl fmt::Display for QpStatus {
     }
 }
 
-/// Says by which road the returned answer was found.
+/// The method that found the returned solution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum QpPath {
-    /// The warm start was the right active set: one linear solution.
+    /// The warm start was the correct active set: one linear solve.
     WarmStart,
     /// Primal-dual active-set steps.
     ActiveSet,
@@ -67,11 +68,11 @@ impl fmt::Display for QpPath {
     }
 }
 
-/// Holds the answer of [`solve`](crate::solve).
+/// The result of [`solve`](crate::solve).
 ///
-/// Whatever the status: `x ≥ l` and `multipliers ≥ 0` exactly, `x_i == l_i` bit for bit on active bounds, and a
+/// For every status: `x ≥ l` and `multipliers ≥ 0` exactly, `x_i == l_i` bit for bit on active bounds, and a
 /// multiplier of exactly 0 on the others. When the status is not [`QpStatus::Solved`] the values are the last
-/// iterate of Clarabel moved onto the bounds, and `kkt` says how far from a solution they are.
+/// iterate of Clarabel moved onto the bounds, and `kkt` measures how far from a solution they are.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct QpSolution {
@@ -81,16 +82,16 @@ pub struct QpSolution {
     pub multipliers: Vec<f64>,
     /// Bounds that hold with equality.
     pub active: ActiveSet,
-    /// How the solution ended.
+    /// How the solve ended.
     pub status: QpStatus,
-    /// Road by which this answer was found.
+    /// Method that found this solution.
     pub path: QpPath,
-    /// Iterations of that road: interior-point iterations for [`QpPath::Clarabel`], else active sets tried (1 for
-    /// a warm start that was right). 0 when there is no unknown.
+    /// Iterations of that method: interior-point iterations for [`QpPath::Clarabel`], else active sets tried (1 for
+    /// a correct warm start). 0 when there are no unknowns.
     pub iterations: usize,
-    /// Active sets tried after Clarabel, to polish its answer; 1 when its set was right, 0 on the other roads.
+    /// Active sets tried after Clarabel to polish its solution; 1 if its set was correct, 0 for the other methods.
     pub polish_steps: usize,
-    /// Times Clarabel was called: 1, or 0 where the active-set steps had found the answer.
+    /// Number of calls of Clarabel: 1, or 0 if the active-set steps had found the solution.
     pub clarabel_calls: usize,
     /// The four KKT residuals of the values returned here.
     pub kkt: KktResiduals,

@@ -1,4 +1,4 @@
-//! The choice of road: warm start, active-set steps, Clarabel.
+//! The choice of method: warm start, active-set steps, Clarabel.
 
 use crate::active_set::ActiveSet;
 use crate::cholesky::Factor;
@@ -13,23 +13,23 @@ use crate::solution::{QpPath, QpSolution, QpStatus};
 
 /// Solves `min ½ xᵀP x + qᵀx` subject to `x_i ≥ l_i`, exactly on its active set.
 ///
-/// `warm_start` is a guess of the active set (one flag per bound), typically that of a neighbouring problem. It
-/// is checked, never trusted: where its KKT conditions hold it *is* the solution, and one linear solution was
-/// all the work. [`QpMethod`] says which road is taken otherwise.
+/// `warm_start` is a guess of the active set (one flag per bound), typically that of a similar problem. It
+/// is always checked: if its KKT conditions hold it *is* the solution, found with one linear solve.
+/// Otherwise [`QpMethod`] selects the method.
 ///
-/// Only the block of `P` that belongs to the free unknowns is factorised, so the answer is unique and global
+/// Only the block of `P` that belongs to the free unknowns is factorised. The solution is unique and global
 /// provided `P` is positive definite, or at least positive semi-definite.
 ///
-/// Where a bound just touches (`x_i = l_i` and `r_i = 0` to round-off) the active set is not unique; such a
+/// If a bound is only just reached (`x_i = l_i` and `r_i = 0` to round-off) the active set is not unique; such a
 /// bound is usually reported active.
 ///
 /// # Errors
 /// - those of [`BoundQp::check`], before anything is solved;
 /// - [`QpError::Length`] for a warm start of the wrong length, [`QpError::Setting`] for a setting out of range;
 /// - [`QpError::NotPositiveDefinite`] when `P` is not positive definite on the free unknowns;
-/// - [`QpError::Library`] when Clarabel or faer refuses data that passed the checks.
+/// - [`QpError::Library`] when Clarabel or faer rejects data that passed the checks.
 ///
-/// Not converging is a [`QpStatus`], not an error.
+/// No convergence is a [`QpStatus`], not an error.
 pub fn solve(
     qp: &BoundQp<'_>,
     warm_start: Option<&ActiveSet>,
@@ -39,7 +39,7 @@ pub fn solve(
     solve_with(&matrix, qp.linear, qp.bounded, qp.lower, warm_start, settings)
 }
 
-/// [`solve`] with a matrix that has been checked: the way to many programmes that differ in their vectors only.
+/// [`solve`] with a matrix that has been checked: for many programmes with different vectors.
 ///
 /// * `linear`, `bounded`, `lower`: as in [`BoundQp`].
 ///
@@ -76,7 +76,7 @@ pub fn solve_with(
     solve_with_clarabel(&problem, settings)
 }
 
-/// Returns the set from which active-set steps start; none when the road begins with Clarabel.
+/// Returns the initial set of the active-set steps; `None` if the method begins with Clarabel.
 fn starting_set(
     problem: &Prepared<'_>,
     warm_start: Option<&ActiveSet>,
@@ -85,14 +85,15 @@ fn starting_set(
     match (method, warm_start) {
         (QpMethod::Clarabel, _) => None,
         (_, Some(set)) => Some(set.clone()),
-        // Without bounds there is one set only, and a linear system needs no interior point.
+        // Without bounds there is only one set, and a linear system needs no interior-point method.
         (QpMethod::Auto, None) => (problem.bounds() == 0).then(ActiveSet::default),
         // The first step gives the unconstrained minimiser, the second set is that of the bounds it violates.
         (QpMethod::ActiveSet, None) => Some(ActiveSet::none(problem.bounds())),
     }
 }
 
-/// Calls Clarabel and polishes its last iterate, however the call ended: the KKT residuals decide, not the word.
+/// Calls Clarabel and polishes its last iterate, however the call ended: the KKT residuals decide, not Clarabel's
+/// status.
 fn solve_with_clarabel(problem: &Prepared<'_>, settings: &QpSettings) -> Result<QpSolution, QpError> {
     let found = interior_point::solve(problem, settings)?;
     let report = |answer: Admissible, status: QpStatus, steps: usize| {
@@ -102,7 +103,7 @@ fn solve_with_clarabel(problem: &Prepared<'_>, settings: &QpSettings) -> Result<
         solution.clarabel_calls = 1;
         solution
     };
-    // Nothing holds x: there is no active set to look for.
+    // x is unconstrained: there is no active set to find.
     if found.status == QpStatus::Unbounded {
         return Ok(report(found.iterate, found.status, 0));
     }
@@ -121,7 +122,7 @@ fn solve_with_clarabel(problem: &Prepared<'_>, settings: &QpSettings) -> Result<
     Ok(report(found.iterate, status, steps))
 }
 
-/// Tells an indefinite matrix, on which Clarabel stalls with an arbitrary point, from a hard problem.
+/// Distinguishes an indefinite matrix, on which Clarabel stalls at an arbitrary point, from a hard problem.
 fn diagnose(problem: &Prepared<'_>, status: QpStatus) -> Result<(), QpError> {
     let stalled =
         matches!(status, QpStatus::AlmostSolved | QpStatus::InsufficientProgress | QpStatus::NumericalError);

@@ -1,5 +1,5 @@
-//! The certificate of a contact state, by EET alone and relaxed, and its parts for one body.
-#![allow(clippy::unwrap_used, missing_docs)] // The data are fixed and sound; criterion's macros are not documented.
+//! The certificate of a contact state, with EET alone and with relaxation, and its parts for one body.
+#![allow(clippy::unwrap_used, missing_docs)] // The data are fixed and valid; criterion's macros are not documented.
 
 use cre_estimator::{EquilibratedStress, Relaxation, StarRelaxation, estimate, estimate_with};
 use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
@@ -28,7 +28,7 @@ fn certificates(c: &mut Criterion) {
             CondensedBody::factorise(System::assemble(body, side).unwrap(), body.mesh().points()).unwrap()
         };
         let bodies = [condense(&upper, &interface.sides()[0]), condense(&lower, &interface.sides()[1])];
-        // A wide gap: the bodies hang and stand by themselves, which costs the estimator the same.
+        // A wide gap: the bodies are not in contact, which does not change the cost of the estimator.
         let n = interface.pairs().len();
         let none = vec![0.0; n];
         let u = [bodies[0].displacement_from_force(&none), bodies[1].displacement_from_force(&none)];

@@ -13,8 +13,8 @@
 //!      │     Ω₂      │ clamped
 //!      └─────────────┘
 //! ```
-//! Nothing else is taken over: forces and openings follow from the displacements. A field of a few digits, or a wrong one,
-//! gets a larger bound, never a false one; one that is not held by the supports gets none.
+//! No other data are used: forces and openings follow from the displacements. A field with few digits, or a wrong one,
+//! gets a larger bound, never a false one. A field that violates the supports gets no bound.
 #![allow(clippy::print_stdout)]
 
 use cre_estimator::{Estimate, Relaxation, estimate_with};
@@ -46,7 +46,7 @@ fn problem() -> Result<ContactProblem, Box<dyn Error>> {
     Ok(ContactProblem { bodies: [upper, lower], interface })
 }
 
-/// Reads `body,x,y,ux,uy` and gives each node of the problem the displacement that stands at its place.
+/// Reads `body,x,y,ux,uy` and gives each node of the problem the displacement at its position.
 fn read(text: &str, problem: &ContactProblem) -> Result<[Vec<Vector>; 2], Box<dyn Error>> {
     let mut rows = vec![];
     for (k, line) in text.lines().enumerate().skip(1) {
@@ -67,7 +67,7 @@ fn read(text: &str, problem: &ContactProblem) -> Result<[Vec<Vector>; 2], Box<dy
     Ok([field(0)?, field(1)?])
 }
 
-/// Gives held nodes exactly the displacement that they are held at: the file has seven digits of it.
+/// Gives supported nodes exactly their imposed displacement: the file has only seven digits of it.
 fn hold(body: &Body, displacement: &mut [Vector]) -> Result<(), String> {
     for (node, (u, constraint)) in displacement.iter_mut().zip(body.node_constraints()).enumerate() {
         let held = match *constraint {
@@ -104,7 +104,7 @@ fn certify(
     let [first, second] = &displacement;
     let jump = |nodes: [u32; 2]| sub(first[nodes[0] as usize], second[nodes[1] as usize]);
     let opening: Vec<f64> = pairs.iter().map(|p| (p.gap - dot(jump(p.nodes), p.normal)).max(0.0)).collect();
-    // The contact force is what the second body's equilibrium lacks; no other than a pushing one is admissible.
+    // The contact force is the missing force in the equilibrium of the second body; only a pushing force is admissible.
     let residual = nodal_residual(&problem.bodies[1], second);
     let force: Vec<f64> =
         pairs.iter().map(|p| dot(residual[p.nodes[1] as usize], p.normal).max(0.0)).collect();
@@ -167,7 +167,7 @@ mod tests {
         let problem = problem().unwrap();
         let good = read(FIELD, &problem).unwrap();
         let mut spoilt = good.clone();
-        // A bump inside the lower body: supports and contact do not see it.
+        // A bump inside the lower body, away from supports and contact.
         for (u, p) in spoilt[1].iter_mut().zip(problem.bodies[1].mesh().points()) {
             u[0] += 0.05 * p[1] * (1.0 - p[1]);
         }
@@ -181,7 +181,7 @@ mod tests {
     fn field_of_other_supports_gets_no_bound() {
         let problem = problem().unwrap();
         let good = read(FIELD, &problem).unwrap();
-        // Half as much push everywhere: in balance with its forces, and not the problem's.
+        // Half of the force everywhere: in balance with its own forces, but not a solution of the problem.
         let half = good.each_ref().map(|u| u.iter().map(|u| scale(0.5, *u)).collect::<Vec<Vector>>());
         let error = certify(&problem, half.clone(), Relaxation::NONE).unwrap_err().to_string();
         assert!(error.contains("is held at"), "{error}");

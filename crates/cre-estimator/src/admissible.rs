@@ -18,7 +18,7 @@ use fem_core::tensor::SymTensor2;
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct AdmissiblePair {
-    /// Displacements of the two bodies as they were found, Cartesian, m. With [`Self::lift`] they are kinematically admissible.
+    /// The given displacements of the two bodies, Cartesian, m. With [`Self::lift`] they are kinematically admissible.
     pub displacement: [Vec<Vector>; 2],
     /// Stress of these displacements, one per triangle, Pa.
     pub stress: [Vec<SymTensor2>; 2],
@@ -26,13 +26,13 @@ pub struct AdmissiblePair {
     pub opening: Vec<f64>,
     /// Middle Bernstein coefficient of the opening along each contact edge with the lift, ≥ 0, m.
     pub middle_opening: Vec<f64>,
-    /// How far the contact nodes of one body must move back along the normals; zero on a straight contact line.
+    /// Required motion of the contact nodes of one body back along the normals; zero on a straight contact line.
     pub lift: Lift,
     /// Pressure at each pair, `r²_i/ℓ_i ≥ 0`, Pa.
     pub pressure: Vec<f64>,
     /// Common pressure at the two ends of each contact edge, ≥ 0, Pa, see [`crate::pressure::edge_pressure`].
     pub edge_pressure: Vec<[f64; 2]>,
-    /// Nodal forces of this pressure at each pair, Cartesian, N/m: on the second body; the first has their opposites.
+    /// Nodal forces of this pressure at each pair, Cartesian, N/m: on the second body; those on the first are opposite.
     pub pressure_force: Vec<Vector>,
     /// Equilibrated stresses.
     pub equilibrated: [EquilibratedStress; 2],
@@ -43,7 +43,7 @@ pub struct AdmissiblePair {
 /// Builds the admissible pair of a contact state.
 ///
 /// The pressure is `p_i = r²_i/ℓ_i`, linear along straight contact edges, its mean on edges along which the normal changes.
-/// A lift opens the bodies there until they penetrate nowhere (theory: the contact line is a
+/// There a lift opens the bodies until they penetrate nowhere (theory: the contact line is a
 /// polygon with a frozen normal field, linear along the edges). One Neumann problem per body with the consistent load
 /// `∫ p n φ_i` gives an FE stress in FE equilibrium with exactly this pressure; EET and Johnson-Mercier make it equilibrated, and the
 /// relaxation sharpens it.
@@ -60,7 +60,7 @@ pub fn admissible_pair(
     Ok(pair_and_stars(problem, bodies, state, relaxation, Accuracy::Double).0)
 }
 
-/// How accurately an estimate is made.
+/// Accuracy of an estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Accuracy {
     /// Neumann problems by the factor alone, residuals in double precision.
@@ -69,8 +69,8 @@ pub(crate) enum Accuracy {
     Refined,
 }
 
-/// [`admissible_pair`] of a state that has been checked, with the stars of Ω₁ for another stress of that body; none without
-/// relaxation.
+/// [`admissible_pair`] of a state that has been checked, with the stars of Ω₁ for another stress of that body; `None`
+/// without relaxation.
 pub(crate) fn pair_and_stars<'a>(
     problem: &'a ContactProblem,
     bodies: &[CondensedBody; 2],
@@ -97,7 +97,7 @@ pub(crate) fn pair_and_stars<'a>(
         (equilibrated, field::stresses(body, state.displacement[b]))
     };
     let ((mut e1, s1), (mut e2, s2)) = rayon::join(|| recover(0), || recover(1));
-    // One body after the other, each in parallel: the stars of one at a time are in memory.
+    // One body after the other, each in parallel: only the stars of one body are in memory at a time.
     let (used, r2) = relax_with_stars(&problem.bodies[1], &mut e2, relaxation, None);
     let (stars, r1) = relax_with_stars(&problem.bodies[0], &mut e1, relaxation, used);
     let pair = AdmissiblePair {
@@ -147,14 +147,14 @@ fn side_sign(b: usize) -> f64 {
     if b == 0 { -1.0 } else { 1.0 }
 }
 
-/// Puts forces of the pairs on the contact nodes of a body.
+/// Applies forces of the pairs to the contact nodes of a body.
 pub(crate) fn on_body(interface: &ContactInterface, b: usize, forces: &[Vector]) -> Vec<(u32, Vector)> {
     let nodes = interface.pairs().iter().map(|pair| pair.nodes[b]);
     nodes.zip(forces).map(|(node, force)| (node, scale(side_sign(b), *force))).collect()
 }
 
-/// Puts the contact pressure on a body's contact edges: traction `−p n` on Ω₁, `+p n` on Ω₂ per length of the contact
-/// line, scaled to the length of the body's own edge.
+/// Applies the contact pressure to a body's contact edges: traction `−p n` on Ω₁, `+p n` on Ω₂ per length of the
+/// contact line, scaled to the length of the body's own edge.
 fn with_pressure(
     body: &Body,
     interface: &ContactInterface,
@@ -176,7 +176,7 @@ fn with_pressure(
     conditions
 }
 
-/// Makes the contact edges of a body those of an imposed normal displacement: the normal traction is a
+/// Sets the conditions of an imposed normal displacement on the contact edges of a body: the normal traction is a
 /// reaction, the tangential one is zero.
 pub(crate) fn with_imposed_normal(body: &Body, interface: &ContactInterface, b: usize) -> Vec<EdgeCondition> {
     let mut conditions = body.edge_conditions().to_vec();

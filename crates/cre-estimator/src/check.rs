@@ -1,4 +1,4 @@
-//! Checks of admissibility, as numbers: what a certificate rests on.
+//! Checks of admissibility, as numbers: the basis of a certificate.
 
 use crate::admissible::AdmissiblePair;
 use crate::equilibrated::EquilibratedStress;
@@ -15,29 +15,29 @@ use std::ops::Range;
 pub const FORCE_TOLERANCE: f64 = 1e-10;
 /// Penetration, negative pressure and displaced supports up to this, relative, are round-off.
 pub const SIGN_TOLERANCE: f64 = 1e-12;
-/// Directions of a roller that differ by less are the same one.
+/// Directions of a roller that differ by less are the same.
 const SAME_DIRECTION: f64 = 1e-9;
 
 /// Residuals of the conditions of admissibility.
 ///
 /// The force residuals are maxima over their items, divided by the largest edge force, load or pressure
-/// force of the same body, and at least by a force at which rounding of its displacements alone would just pass: the bound has
-/// an allowance for that. `penetration` is relative to the largest displacement of the interface, `pressure_sign` to the
-/// largest pressure.
+/// force of the same body, and at least by a force at which rounding of its displacements alone would just pass: the
+/// bound contains an allowance for that. `penetration` is relative to the largest displacement of the interface,
+/// `pressure_sign` to the largest pressure.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Admissibility {
     /// `|div τ + b|` times area in every part, and the jump of traction inside the triangles.
     pub equilibrium: f64,
     /// Jump of the traction between triangles.
     pub traction_jump: f64,
-    /// Difference from the given tractions on the boundary, the pressure on the contact edges included.
+    /// Difference from the given tractions on the boundary, including the pressure on the contact edges.
     pub boundary_traction: f64,
     /// Largest negative opening.
     pub penetration: f64,
     /// Largest negative pressure.
     pub pressure_sign: f64,
-    /// Sine of the largest angle between an edge on a roller and the direction in which its nodes are held: on curved
-    /// sides the displacements violate the roller between the nodes, and the bound is none.
+    /// Sine of the largest angle between an edge on a roller and the direction in which its nodes are fixed: on curved
+    /// sides the displacements violate the roller between the nodes, so `e_CRE` is not a bound.
     pub supports: f64,
     /// Largest difference from an imposed displacement, relative to the largest displacement of the body.
     pub imposed_displacement: f64,
@@ -57,7 +57,7 @@ impl Admissibility {
         ]
     }
 
-    /// Lists name and value of the residuals that are larger than round-off, or no number.
+    /// Lists name and value of the residuals that are larger than round-off, or NaN.
     pub fn failed(&self) -> impl Iterator<Item = (&'static str, f64)> {
         let fails = |(_, found, allowed): &(&str, f64, f64)| !(found <= allowed);
         self.checks().into_iter().filter(fails).map(|(name, found, _)| (name, found))
@@ -76,13 +76,14 @@ impl Admissibility {
         }
     }
 
-    /// Tells whether everything holds to round-off, so that the bound is a bound.
+    /// Tells whether all conditions hold to round-off, so that `e_CRE` is a bound.
     pub fn is_valid(&self) -> bool {
         self.failed().next().is_none()
     }
 }
 
-/// Squares of the force residuals of one body and of the scale they are compared with, N²/m²: one root for all of them.
+/// Squares of the force residuals of one body and of the scale they are compared with, N²/m²; one square root at the
+/// end.
 #[derive(Clone, Copy, Debug, Default)]
 struct Forces {
     equilibrium: f64,
@@ -113,7 +114,7 @@ impl Forces {
     }
 }
 
-/// Tractions times length on the edges of a triangle, as its stress gives them: edge `k` at corners `k`, `k+1`.
+/// Tractions times length on the edges of a triangle, from its stress: edge `k` at corners `k`, `k+1`.
 type CellForces = [[Vector; 2]; 3];
 
 fn square(a: Vector) -> f64 {
@@ -130,7 +131,7 @@ pub fn check(problem: &ContactProblem, pair: &AdmissiblePair) -> Admissibility {
     check_and_visit(problem, pair, |_, _, _| ()).0
 }
 
-/// [`check`], and what `visit` makes of body, triangle and its stress on the way, for every triangle of each body.
+/// [`check`], with the results of `visit` for body, triangle and stress, for every triangle of each body.
 pub(crate) fn check_and_visit<T: Send>(
     problem: &ContactProblem,
     pair: &AdmissiblePair,
@@ -139,7 +140,7 @@ pub(crate) fn check_and_visit<T: Send>(
     let of_body =
         |b: usize| forces(&problem.bodies[b], &pair.equilibrated[b], |t, tau: &CellStress| visit(b, t, tau));
     let ((a, first), (b, second)) = rayon::join(|| of_body(0), || of_body(1));
-    // A body that is loaded lightly is held to its own scale.
+    // A lightly loaded body is compared with its own scale.
     let residuals =
         |b: usize, forces: Forces| forces.residuals(force_noise(&problem.bodies[b], &pair.displacement[b]));
     let mut found = residuals(0, a).worst(residuals(1, b));
@@ -152,7 +153,7 @@ pub(crate) fn check_and_visit<T: Send>(
         let u = [0, 1].map(|b: usize| displacement[b][p.nodes[b] as usize]);
         trace = larger(trace, larger(norm(u[0]), norm(u[1])));
         trace = larger(trace, p.gap);
-        // Both the opening that enters the bound and that of the fields themselves.
+        // Both the opening in the bound and that of the fields themselves.
         let opening = p.gap - dot(sub(u[0], u[1]), p.normal);
         penetration = larger(penetration, larger(-opening, -pair.opening[k]));
         penetration = larger(penetration, (opening - pair.opening[k]).abs());
@@ -176,7 +177,8 @@ pub(crate) fn check_and_visit<T: Send>(
     (found, [first, second])
 }
 
-/// Compares a displacement with what the supports impose: the largest difference over the largest displacement.
+/// Compares a displacement with the values that the supports impose: the largest difference over the largest
+/// displacement.
 fn displaced_support(body: &Body, displacement: &[Vector]) -> f64 {
     let difference = |(u, constraint): (&Vector, &NodeConstraint)| match *constraint {
         NodeConstraint::Free => 0.0,
@@ -193,7 +195,7 @@ pub fn check_stress(body: &Body, stress: &EquilibratedStress) -> Admissibility {
     forces(body, stress, |_, _| ()).0.residuals(0.0)
 }
 
-/// [`check_stress`], with the scale of a body that is displaced, and what `visit` makes of every triangle and its stress.
+/// [`check_stress`], with the scale of a displaced body, and the results of `visit` for every triangle and its stress.
 pub(crate) fn check_stress_and_visit<T: Send>(
     body: &Body,
     displacement: &[Vector],
@@ -208,10 +210,10 @@ fn relative(x: f64, scale: f64) -> f64 {
     if x == 0.0 { 0.0 } else { x / scale }
 }
 
-/// Triangles whose edge forces are kept at a time: most edges have both sides among them, and they stay in the cache.
+/// Triangles per block: most edges have both sides within a block, and its edge forces stay in the cache.
 const BLOCK: usize = 8192;
 
-/// Finds the force residuals of a body, block by block; `visit` is handed each triangle and its stress once.
+/// Finds the force residuals of a body, block by block; `visit` is called once with each triangle and its stress.
 fn forces<T: Send>(
     body: &Body,
     stress: &EquilibratedStress,
@@ -263,8 +265,8 @@ impl<T, V: Fn(usize, &CellStress) -> T> pulp::NullaryFnOnce for BlockForces<'_, 
     }
 }
 
-/// The corners of the three parts of a triangle, from its first corner: far from the origin their differences would be
-/// round-off.
+/// The corners of the three parts of a triangle, relative to its first corner: far from the origin their differences
+/// would be round-off.
 fn parts(corners: [Vector; 3]) -> [[Vector; 3]; 3] {
     let corners = corners.map(|c| sub(c, corners[0]));
     let centre = scale(1.0 / 3.0, add(add(corners[0], corners[1]), corners[2]));
@@ -304,8 +306,8 @@ struct Block<'a> {
 }
 
 impl Block<'_> {
-    /// Compares what acts on edge `k` of triangle `t` from both its sides, or with what is given there. Edges that
-    /// belong to their other triangle have nothing to tell.
+    /// Compares the forces on edge `k` of triangle `t` from both sides, or with the given ones. Each edge is checked
+    /// once, by its first triangle.
     fn edge(&self, t: usize, k: usize) -> Forces {
         let mesh = self.body.mesh();
         let topology = mesh.topology();
@@ -339,7 +341,7 @@ impl Block<'_> {
         worst
     }
 
-    /// Tractions times length at the ends of an edge, in its own order, as triangle `t` gives them.
+    /// Tractions times length at the ends of an edge, in its own order, from triangle `t`.
     fn edge_forces(&self, t: usize, edge: u32) -> [Vector; 2] {
         let mesh = self.body.mesh();
         let topology = mesh.topology();

@@ -12,24 +12,24 @@ use fem_core::norm::{from_squared, sum_over_triangles};
 use fem_core::tensor::SymTensor2;
 use rayon::prelude::*;
 
-/// The constitutive relation error, J/m, and where it comes from: (15) and (17) of `certified_contact::theory`.
+/// The constitutive relation error, J/m, and its contributions: (15) and (17) of `certified_contact::theory`.
 /// ```math
 /// e_{CRE}^2 = \sum ‖τ - σ(v)‖^2 + 2 ∫ p\,o = \sum ‖τ - \hat σ‖^2 + \Bigl[ \sum ‖\hat σ - σ(v)‖^2 + 2 ∫ p\,o \Bigr]
 /// ```
-/// On bent lines `o` is the opening with the lift `l`, and `‖l‖²` is added: (26).
+/// On curved contact lines `o` is the opening with the lift `l`, and `‖l‖²` is added: (26).
 #[derive(Clone, Debug)]
 pub struct Cre {
     /// `e_CRE²`, a bound of `‖u − v‖² + ‖σ − τ‖²`.
     pub e_cre_squared: f64,
     /// Contribution of every triangle of each body, `‖τ − σ(v)‖²`.
     pub by_cell: [Vec<f64>; 2],
-    /// Part of the mesh in every triangle of each body, `‖τ − σ̂‖²`: what refinement can lower.
+    /// Part of the mesh in every triangle of each body, `‖τ − σ̂‖²`: the part that refinement can reduce.
     pub discretisation_by_cell: [Vec<f64>; 2],
     /// Contribution of every contact edge, `2∫ p o` and its share of `‖l‖²`.
     pub by_contact_edge: Vec<f64>,
-    /// `Σ‖τ − σ̂‖²`: what the mesh contributes.
+    /// `Σ‖τ − σ̂‖²`: the part of the mesh.
     pub discretisation_squared: f64,
-    /// `Σ‖σ̂ − σ(v)‖² + 2∫ p o + ‖l‖²`: what the iteration contributes, and the contact law that holds at nodes only.
+    /// `Σ‖σ̂ − σ(v)‖² + 2∫ p o + ‖l‖²`: the part of the iteration and of the contact law, which holds only at nodes.
     pub algebraic_squared: f64,
 }
 
@@ -48,8 +48,8 @@ impl Cre {
 
 /// Computes the constitutive relation error of an admissible pair, (15).
 ///
-/// The split has no cross term, since `τ − σ̂` is orthogonal to every FE strain that vanishes on Γ_D. Both
-/// sides of it are computed by themselves: [`Cre::split_defect`] compares them.
+/// The split has no cross term, because `τ − σ̂` is orthogonal to every FE strain that vanishes on Γ_D. Both
+/// sides of it are computed independently: [`Cre::split_defect`] compares them.
 pub fn constitutive_relation_error(problem: &ContactProblem, pair: &AdmissiblePair) -> Cre {
     let of_body = |b: usize| {
         let body = &problem.bodies[b];
@@ -117,7 +117,7 @@ impl Cre {
     }
 }
 
-/// What a walk over the cells finds in one triangle.
+/// The results of one triangle in a pass over the cells.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CellMeasure {
     /// See [`cell_distances`].

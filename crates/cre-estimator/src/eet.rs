@@ -5,11 +5,11 @@
 //! ```math
 //! \sum_{Γ ∋ i} ± b_Γ = ∫_E \hat σ ∇φ_i - ∫_E b\,φ_i
 //! ```
-//! Among the solutions the one closest to the average FE traction is taken (`Σ |b − b̄|²/|Γ|` least).
+//! The chosen solution is closest to the average FE traction (least `Σ |b − b̄|²/|Γ|`).
 //!
-//! The triangles of a star follow each other around the vertex, so one moment determines all others: the
-//! system has one free vector. Conditions at the ends of an open star fix it in whole or in part; the rest
-//! is a weighted mean. No matrix, no rank decision.
+//! The triangles of a star are consecutive around the vertex, so one moment determines all others: the
+//! system has one free vector. Conditions at the ends of an open star fix it completely or partly; the rest
+//! is a weighted mean. This needs no matrix and no rank decision.
 
 use crate::star::{self, Star};
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
@@ -23,17 +23,17 @@ pub type EdgeMoments = Vec<[Vector; 2]>;
 
 /// Vertices handled by one task.
 const CHUNK: usize = 1024;
-/// Chunks whose moments are held before they are put in their places.
+/// Chunks whose moments are kept before they are stored in their places.
 const GROUP: usize = 16;
 
 /// Computes edge moments in equilibrium with the FE stress `stress` (one per triangle, Pa): (19) of
 /// `certified_contact::theory`.
 ///
-/// * `conditions`: what is given on each boundary edge, in the order of
+/// * `conditions`: the condition on each boundary edge, in the order of
 ///   [`fem_core::mesh::topology::Topology::boundary_edges`].
 ///
 /// `stress` must satisfy the FE equilibrium in every direction whose traction is given; otherwise the
-/// residual shows in [`crate::check()`].
+/// residual appears in [`crate::check()`].
 pub fn edge_moments(body: &Body, stress: &[SymTensor2], conditions: &[EdgeCondition]) -> EdgeMoments {
     let mesh = body.mesh();
     let recovery = Recovery { body, stress, conditions };
@@ -108,7 +108,7 @@ impl Recovery<'_> {
         relative.truncate(star.spokes.len());
     }
 
-    /// The first moment for which all are closest to the average FE tractions, disregarding the ends.
+    /// The first moment for which all moments are closest to the average FE tractions, without conditions at the ends.
     fn mean(&self, node: usize, star: &Star, relative: &[Vector]) -> Vector {
         let mesh = self.body.mesh();
         let count = star.triangles.len();
@@ -144,7 +144,7 @@ impl Recovery<'_> {
         scale(1.0 / weights, sum)
     }
 
-    /// Moves the mean onto what is given at the two boundary edges of an open star.
+    /// Changes the mean so that it satisfies the conditions on the two boundary edges of an open star.
     fn fit_ends(&self, node: usize, star: &Star, relative: &[Vector], mean: Vector) -> Vector {
         let last = star.spokes.len() - 1;
         let mut given: Vec<(Vector, f64)> = Vec::with_capacity(4);
@@ -162,7 +162,7 @@ impl Recovery<'_> {
             }
         }
         let Some(&(e, value)) = given.first() else { return mean };
-        // Of the others the one most across the first; a parallel one says the same, by FE equilibrium.
+        // Of the others the most perpendicular to the first; a parallel one is equivalent, by FE equilibrium.
         let other =
             given[1..].iter().copied().max_by(|a, b| cross(e, a.0).abs().total_cmp(&cross(e, b.0).abs()));
         match other {
@@ -174,7 +174,7 @@ impl Recovery<'_> {
         }
     }
 
-    /// Returns what is given on a boundary edge: directions of reaction, and the moment about `node`.
+    /// Returns the condition on a boundary edge: directions of reaction, and the moment about `node`.
     fn boundary(&self, node: usize, edge: u32) -> (EdgeReaction, Vector) {
         let mesh = self.body.mesh();
         let place = mesh.topology().boundary_place(edge);

@@ -1,4 +1,4 @@
-//! Stresses in exact equilibrium, kept as the moments of their edge tractions.
+//! Stresses in exact equilibrium, stored as the moments of their edge tractions.
 
 use crate::eet::{self, EdgeMoments};
 use crate::johnson_mercier::{self, CellLoads, CellStress};
@@ -11,7 +11,7 @@ use fem_core::tensor::SymTensor2;
 pub struct EquilibratedStress {
     /// Moments of the edge tractions.
     pub edge_moments: EdgeMoments,
-    /// What is given on each boundary edge (order of the mesh's boundary edges).
+    /// The condition on each boundary edge (order of the mesh's boundary edges).
     pub conditions: Vec<EdgeCondition>,
     /// The FE stress it was recovered from, one per triangle, Pa.
     pub finite_element: Vec<SymTensor2>,

@@ -1,4 +1,4 @@
-//! Why an estimate could not be made.
+//! Errors of an estimate.
 
 use thiserror::Error;
 
@@ -16,21 +16,21 @@ pub enum EstimatorError {
         /// The length needed.
         expected: usize,
     },
-    /// An array has an entry that is infinite or not a number.
+    /// An array has an entry that is infinite or NaN.
     #[error("{what} has an entry that is not finite")]
     NotFinite {
         /// Which array.
         what: &'static str,
     },
     /// The stars of the relaxation and their vectors do not fit in memory.
-    #[error("the estimate of the error needs {} MiB, which cannot be had", bytes / (1 << 20))]
+    #[error("the error estimate needs {} MiB, which could not be allocated", bytes / (1 << 20))]
     OutOfMemory {
-        /// Bytes asked for.
+        /// Requested bytes.
         bytes: usize,
     },
-    /// The squares of stresses and energies underflow: nothing can be checked.
+    /// The squares of stresses and energies underflow: the checks are impossible.
     #[error(
-        "the stresses (largest {stress:.1e}) and the energy ({energy:.1e}) are too small for their squares; use other units"
+        "the stresses (largest {stress:.1e}) and the energy ({energy:.1e}) underflow when squared; rescale the units"
     )]
     TooSmall {
         /// The largest component of a stress, Pa.

@@ -1,4 +1,4 @@
-//! Everything a certificate needs, in one call.
+//! The whole computation of a certificate, in one call.
 
 use crate::admissible::{Accuracy, AdmissiblePair, check_state, pair_and_stars};
 use crate::check::{Admissibility, check_and_visit};
@@ -20,30 +20,31 @@ const SMALLEST_SQUARE: f64 = 1e-250;
 /// Refinement of the solves pays if rounding takes more than this share of the bound.
 const ROUND_OFF_SHARE: f64 = 1e-3;
 
-/// Allowance for the rounding of a sum over the interface and of what enters it: where `η_NNDD` is the distance itself, a
-/// rounding of its own would make it too small.
+/// Allowance for the rounding of a sum over the interface and of what enters it: if `η_NNDD` equals the distance,
+/// its own rounding could make it too small.
 const ROUNDING_OF_A_SUM: f64 = 1e-12;
 
 /// The estimate of a contact state.
 ///
-/// [`Self::certificate`] hands out the bound if its checks hold. [`Self::unchecked`] is for reports of what failed.
+/// [`Self::certificate`] returns the bound if its checks pass. [`Self::unchecked`] is for reports of failures.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Estimate {
-    /// The admissible pair the bound rests on.
+    /// The admissible pair on which the bound is based.
     pub pair: AdmissiblePair,
     /// The constitutive relation error and its split.
     pub cre: Cre,
     /// Residuals of admissibility: of the stress of the bound and of that of `η_dis`.
     pub admissibility: Admissibility,
-    /// The part of `e_CRE` that is an allowance for round-off: errors of this size and below cannot be told from zero.
+    /// The part of `e_CRE` that is an allowance for round-off: smaller errors cannot be distinguished from
+    /// zero.
     pub round_off: f64,
     /// `a(u, u)` of the state's displacements in each body, J/m.
     pub energy_norm_squared: [f64; 2],
     indicators: Indicators,
 }
 
-/// The numbers that are bounds if the checks hold, square root of J/m.
+/// The numbers that are bounds if the checks pass, square root of J/m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Indicators {
@@ -53,7 +54,7 @@ pub struct Indicators {
     pub eta_dis: f64,
     /// `η_NNDD`, a bound of the distance to the solution of the discrete problem, round-off included.
     pub eta_nndd: f64,
-    /// What `e_CRE` is made of.
+    /// The parts of `e_CRE`.
     pub parts: Parts,
 }
 
@@ -68,7 +69,7 @@ impl Estimate {
         self.admissibility.is_valid().then_some(&self.indicators)
     }
 
-    /// Returns the same numbers whether the checks hold or not. They bound nothing unless [`Admissibility::is_valid`].
+    /// Returns the same numbers even if the checks fail. They are not bounds unless [`Admissibility::is_valid`].
     pub fn unchecked(&self) -> &Indicators {
         &self.indicators
     }
@@ -92,8 +93,8 @@ pub fn estimate(
 /// * `relaxation`: how far the equilibrated stresses are relaxed. The bound is strict at every step; more
 ///   steps make it sharper.
 ///
-/// If rounding takes a noticeable share of the bound, all is done again with iterative refinement and residuals in
-/// double-double numbers.
+/// If rounding takes a noticeable share of the bound, the estimate is repeated with iterative refinement and
+/// residuals in double-double numbers.
 ///
 /// # Errors
 /// Arrays of the wrong length, values that are not finite, a lack of memory.
@@ -130,7 +131,7 @@ fn estimate_once(
     (relaxation, accuracy): (Relaxation, Accuracy),
 ) -> Result<Measured, EstimatorError> {
     let (pair, stars) = pair_and_stars(problem, bodies, state, relaxation, accuracy);
-    // One walk over the cells for all.
+    // A single pass over the cells.
     let (mut admissibility, cells) = check_and_visit(problem, &pair, |b, t, tau| {
         CellMeasure::new(cell_distances(problem, &pair, b, t, tau), tau)
     });
@@ -145,7 +146,7 @@ fn estimate_once(
         |first: f64| round_off::allowance(problem, &pair, energy_norm_squared, model, [first, residuals[1]]);
     let round_off = allowance(residuals[0]);
     let [imbalance, rounding] = eta_nndd_squared(problem, bodies, state, accuracy);
-    // As much again as the rounding that shows beside the interface is left for what does not.
+    // The rounding on the interface itself cannot be seen: the rounding elsewhere is added once more for it.
     let eta_nndd = (1.0 + ROUNDING_OF_A_SUM) * (imbalance + rounding).sqrt() + rounding.sqrt();
     let indicators = Indicators {
         e_cre: cre.e_cre() + round_off,

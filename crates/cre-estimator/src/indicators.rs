@@ -14,7 +14,7 @@ use fem_core::interface::{ContactProblem, ContactState};
 use fem_core::norm::sum_over_triangles;
 use fem_core::residual::{self, SplitField};
 
-/// The discretisation indicator, and what it rests on.
+/// The discretisation indicator, with the residuals of its stress.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EtaDis {
     /// `η_dis²`, J/m.
@@ -34,7 +34,7 @@ pub(crate) struct EtaDis {
 ///   of the global bound, since the pressure is the same, `p_i = r²_i/ℓ_i`.
 ///
 /// If the normal changes along contact edges, the reactions of an imposed trace are not those of a traction that is
-/// linear along the edges: there the pressure of Ω₁ is frozen instead of λ, and its part is `‖τ¹ − σ̂¹‖²`.
+/// linear along the edges. In this case the pressure of Ω₁ is frozen instead of λ, and its part is `‖τ¹ − σ̂¹‖²`.
 ///
 /// The squares are summed up from the stress, cell by cell. `relaxation` applies to Ω₁ and should be that of the pair.
 pub(crate) fn eta_dis(
@@ -54,7 +54,7 @@ pub(crate) fn eta_dis(
     }
     let mut stars = stars;
     let found = frozen(problem, bodies, pair, (relaxation, accuracy), &mut stars);
-    // A displacement from elsewhere may be in equilibrium to few digits only.
+    // A displacement from another source may be in equilibrium to only a few digits.
     let found = if accuracy == Accuracy::Double && !found.admissibility.is_valid() {
         frozen(problem, bodies, pair, (relaxation, Accuracy::Refined), &mut stars)
     } else {
@@ -102,15 +102,15 @@ fn frozen(
     EtaDis { squared: first, admissibility, residual: Some(interior.sqrt()) }
 }
 
-/// Computes how far a state is from the solution of the discrete problem, in two parts: of the iteration and of rounding.
+/// Computes the distance of a state from the solution of the discrete problem, split into iteration and rounding.
 /// ```math
 /// η_{NNDD}^2 = \sum_α R^α · K_α^{-1} R^α + 2 \sum_i r_i\,o_i ≥ ‖u_h - u_p‖^2, \qquad R^α = K_α u^α_p - f^α ± r\,n
 /// ```
 /// It is the constitutive relation error of the discrete problem: `u^α_p − K⁻¹R^α` is in FE equilibrium with the forces `r`. In
-/// exact arithmetic `R` vanishes but for the imbalance at the interface of Ω₁, and this is (22). Rounding of the
-/// displacements is in it.
+/// exact arithmetic `R` vanishes except for the imbalance at the interface of Ω₁, and this is (22). It includes the
+/// rounding of the displacements.
 ///
-/// Returns the squares: what acts on the interface, and the remainder, which is rounding, J/m.
+/// Returns the squares, J/m: the part on the interface, and the remainder, which is rounding.
 pub(crate) fn eta_nndd_squared(
     problem: &ContactProblem,
     bodies: &[CondensedBody; 2],

@@ -25,11 +25,12 @@ const CENTRE: Vector = [1.0 / 3.0, 1.0 / 3.0];
 
 /// Computes the stress of a triangle with the given corners, edge loads and constant body force (N/m³).
 ///
-/// (20) of `certified_contact::theory`: it maps from the reference triangle by the double Piola transform `τ = (1/J) F τ̂ Fᵀ`, which keeps
-/// symmetry, divergence and tractions. A body force is carried by `τ_P = −diag(b_x (x−x_c), b_y (y−y_c))`.
+/// (20) of `certified_contact::theory`: it maps from the reference triangle by the double Piola transform
+/// `τ = (1/J) F τ̂ Fᵀ`, which preserves symmetry, divergence and tractions. A body force is carried by
+/// `τ_P = −diag(b_x (x−x_c), b_y (y−y_c))`.
 #[inline(always)]
 pub fn cell_stress(corners: [Vector; 3], loads: &CellLoads, body_force: Vector) -> CellStress {
-    // From the first corner: far from the origin the differences to the centre would be round-off.
+    // Relative to the first corner: far from the origin the differences to the centre would be round-off.
     let corners = corners.map(|c| sub(c, corners[0]));
     let centre = [0, 1].map(|c| (corners[0][c] + corners[1][c] + corners[2][c]) / 3.0);
     let particular = |x: Vector| {
@@ -133,7 +134,7 @@ pub(crate) fn recovery() -> &'static Recovery {
     MATRIX.get_or_init(|| {
         let conditions = conditions();
         let mut matrix = [[0.0; 12]; 27];
-        // The tolerance separates 27 singular values of order one from none at all.
+        // The tolerance separates 27 singular values of order one from zero.
         match conditions.pseudo_inverse(1e-10) {
             Ok(inverse) => {
                 for (row, out) in matrix.iter_mut().enumerate() {
@@ -244,7 +245,7 @@ mod tests {
 
     #[test]
     fn any_loads_in_equilibrium_give_an_admissible_stress() {
-        // Self-equilibrated loads: random ones less the forces and the moment they make.
+        // Self-equilibrated loads: random ones minus their resultant forces and moment.
         let mut loads: CellLoads =
             [[[0.3, -1.0], [2.0, 0.4]], [[-0.7, 0.1], [0.2, 1.9]], [[1.1, 0.6], [-0.4, -0.8]]];
         let total = |l: &CellLoads| {
@@ -266,7 +267,7 @@ mod tests {
         for m in 0..2 {
             loads[0][m] = sub(loads[0][m], [f[0], f[1]]);
         }
-        // A couple on edge 0, normal to it, takes the moment.
+        // A couple on edge 0, normal to it, balances the moment.
         let t = sub(CORNERS[1], CORNERS[0]);
         let couple = |c: f64| [[-c * t[1], c * t[0]], [c * t[1], -c * t[0]]];
         let add_couple = |mut l: CellLoads, c: f64| {

@@ -9,13 +9,14 @@
 //!           &= ‖u - v‖^2 + ‖σ - τ‖^2 + 2 ∫ p\,o_{ex} + 2 ∫ p_{ex}\,o \; ≥ \; ‖u - v‖^2 + ‖σ - τ‖^2
 //! \end{aligned}
 //! ```
-//! No constant, no assumption on the mesh. It splits without a cross term into the mesh's part and the iteration's:
+//! The bound contains no unknown constant and needs no assumption on the mesh. It splits without a cross term into the
+//! part of the mesh and that of the iteration:
 //! ```math
 //! e_{CRE}^2 = \sum ‖τ - \hat σ‖^2 + \Bigl[ \sum ‖\hat σ - σ(v)‖^2 + 2 ∫ p\,o \Bigr]
 //! ```
 //! | symbol | what | size |
 //! |---|---|---|
-//! | v, σ(v) | displacements handed over, m; their stress, Pa | per node; per triangle |
+//! | v, σ(v) | given displacements, m; their stress, Pa | per node; per triangle |
 //! | p, o | pressure, Pa; opening, m | per pair of contact nodes |
 //! | σ̂ | FE stress in equilibrium with `p`, Pa | per triangle |
 //! | τ | stress in exact equilibrium, Pa | nine tensors per triangle |
@@ -29,15 +30,15 @@
 //! | edge tractions in equilibrium with `σ̂` | [`eet`] |
 //! | local stresses with these tractions | [`johnson_mercier`] |
 //! | the stress as a whole | [`equilibrated`] |
-//! | edge tractions nearer to the best | [`star_relaxation`] |
+//! | edge tractions closer to the optimal ones | [`star_relaxation`] |
 //! | residuals of admissibility, as numbers | [`check()`] |
 //! | `e_CRE` and the split | [`cre`] |
 //! | `η_dis` | [`indicators`] |
 //! | where to refine | [`marking`] |
 //!
 //! [`estimate_with()`] does all of it for a [`fem_core::interface::ContactState`] and returns an [`Estimate`];
-//! [`estimate()`] does without relaxation. `examples/certify.rs` certifies a displacement field read from a file.
-//! [`fem_core`], whose types stand in the signatures here, is re-exported.
+//! [`estimate()`] omits the relaxation. `examples/certify.rs` certifies a displacement field read from a file.
+//! [`fem_core`], whose types appear in the signatures here, is re-exported.
 //!
 //! # Example
 //! Two equal blocks at rest against each other: the certificate of a zero field is zero.
@@ -62,8 +63,8 @@
 //! # Ok(()) }
 //! ```
 //!
-//! # What this crate does not know
-//! It never asks who computed the state. It does not print, read the clock or the environment.
+//! # What this crate does not do
+//! It does not depend on how the state was computed. It does not print, and does not read the clock or the environment.
 
 pub mod admissible;
 pub mod check;

@@ -1,16 +1,18 @@
-//! Makes the opening of a bent contact line nowhere negative.
+//! Makes the opening of a curved contact line nowhere negative.
 //!
 //! If the normal changes along an edge, the opening between two pairs that touch is a quadratic whose middle Bernstein
 //! coefficient can be negative, by the square of the edge length if the bodies slide. The lift `l` moves the contact nodes of one
-//! body back along their normals until no coefficient is negative; a node that is held moves along the direction left
-//! free. Only the bound sees the lift, (26) of `certified_contact::theory`: the displacement found stays what it is.
+//! body back along their normals until no coefficient is negative; a supported node moves along its free
+//! direction. Only the bound uses the lift, (26) of `certified_contact::theory`: the computed displacement is not
+//! changed.
 
 use fem_core::body::{Body, NodeConstraint};
 use fem_core::element::Triangle;
 use fem_core::geometry::{Vector, add, dot, perpendicular, scale, sub};
 use fem_core::interface::{ContactInterface, ContactProblem, Pair};
 
-/// A node whose motion opens the edge by less of itself is left where it is; what then penetrates is refused by the checks.
+/// A node whose motion opens the edge by less than this fraction is not moved; the checks reject a remaining
+/// penetration.
 const SMALLEST_GAIN: f64 = 0.1;
 
 /// The lift of the contact nodes of one body.
@@ -18,7 +20,7 @@ const SMALLEST_GAIN: f64 = 0.1;
 pub struct Lift {
     /// The body whose nodes move.
     pub body: usize,
-    /// How far each pair is opened, ≥ 0, m.
+    /// Added opening of each pair, ≥ 0, m.
     pub by_pair: Vec<f64>,
     /// `‖l‖²` of the P1 field that vanishes at all other nodes, J/m.
     pub energy: f64,
@@ -72,7 +74,7 @@ pub(crate) fn lifted_middle_openings(
     middle_openings(&problem.interface, fields)
 }
 
-/// Finds the lift for the middle openings of a displacement: of the two bodies, the one that costs less energy moves.
+/// Finds the lift for the middle openings of a displacement: it moves the body that costs less energy.
 pub(crate) fn find(problem: &ContactProblem, displacement: [&[Vector]; 2], middle: &[f64]) -> Lift {
     let none = Lift { by_pair: vec![0.0; problem.interface.pairs().len()], ..Lift::default() };
     let penetrates = |(edge, middle): (&_, &f64)| *middle < 0.0 && problem.interface.is_bent(edge);
@@ -89,7 +91,7 @@ pub(crate) fn find(problem: &ContactProblem, displacement: [&[Vector]; 2], middl
         (lift, left)
     });
     let size = middle.iter().fold(0.0f64, |m, o| m.max(-o));
-    // A body whose supports do not let it open every edge serves only if the other one does no better.
+    // A body whose supports prevent it from opening every edge is used only if the other one is no better.
     let opens = |left: f64| left <= 1e-9 * size;
     let second_is_better = match (opens(first.1), opens(second.1)) {
         (true, true) => second.0.energy < first.0.energy,
@@ -98,8 +100,8 @@ pub(crate) fn find(problem: &ContactProblem, displacement: [&[Vector]; 2], middl
     if second_is_better { second.0 } else { first.0 }
 }
 
-/// Returns the direction in which the node of a body moves to open its pair by one, `d·n = 1`: along the normal, or as
-/// a support leaves it free; `None` if it is clamped.
+/// Returns the direction in which the node of a body moves to open its pair by one, `d·n = 1`: along the normal, or
+/// along the free direction of its support; `None` if it is clamped.
 fn direction(body: &Body, side: usize, pair: &Pair) -> Option<Vector> {
     match body.node_constraints()[pair.nodes[side] as usize] {
         NodeConstraint::Free => Some(pair.normal),
@@ -111,7 +113,7 @@ fn direction(body: &Body, side: usize, pair: &Pair) -> Option<Vector> {
     }
 }
 
-/// Computes how far each pair must be opened, `ε ≥ 0`, m. Zero on straight edges.
+/// Computes the required added opening of each pair, `ε ≥ 0`, m. Zero on straight edges.
 fn by_pair(problem: &ContactProblem, side: usize, middle: &[f64]) -> Vec<f64> {
     let interface = &problem.interface;
     let pairs = interface.pairs();
@@ -126,7 +128,7 @@ fn by_pair(problem: &ContactProblem, side: usize, middle: &[f64]) -> Vec<f64> {
             direction(&problem.bodies[side], side, &pairs[k]).map_or(0.0, |d| dot(d, pairs[other].normal))
         };
         let gains = [gain(i, j), gain(j, i)].map(|g| if g > SMALLEST_GAIN { g } else { 0.0 });
-        // A node that cannot move leaves the whole of it to the other one.
+        // If one node cannot move, the other one moves by the whole amount.
         let movable = gains.iter().filter(|g| **g > 0.0).count() as f64;
         for (k, gain) in [(i, gains[0]), (j, gains[1])] {
             if gain > 0.0 {
@@ -168,7 +170,7 @@ mod tests {
 
     #[test]
     fn the_lift_closes_what_penetrates_where_a_support_is_oblique_too() {
-        // The contact line is an arc from 0 to 60 degrees; at its end, x is held: 30 degrees off the tangent.
+        // The contact line is an arc from 0 to 60 degrees; at its end, x is fixed: 30 degrees off the tangent.
         let body = |radii| {
             let material = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
             let mesh = ring([0.0; 2], radii, [0.0, 60.0], [4, 2]).unwrap();

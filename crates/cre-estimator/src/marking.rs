@@ -1,16 +1,17 @@
-//! Which cells to refine: what each contributes to the error of the mesh, and the smallest set that makes up a given
+//! Which cells to refine: the contribution of each cell to the error of the mesh, and the smallest set with a given
 //! share of it.
 //!
-//! Only the mesh's part steers: what the iteration contributes falls with further iterations, not with finer cells.
+//! Only the mesh part is used: the contribution of the iteration falls with further iterations, not with finer cells.
 //! Source: Dörfler 1996.
 
 use crate::cre::Cre;
 use fem_core::interface::ContactProblem;
 
-/// Computes what refinement can lower, by triangle of each body, J/m: `‖τ − σ̂‖²`, and for the triangles at a contact
-/// edge half of its contact term `2∫ p o` each.
+/// Computes the part that refinement can reduce, for each triangle of each body, J/m: `‖τ − σ̂‖²`, and for the
+/// triangles at a contact edge half of its contact term `2∫ p o` each.
 ///
-/// The contact term belongs to the mesh once the iteration has converged: it stands where contact ends within an edge.
+/// The contact term belongs to the mesh once the iteration has converged: it is nonzero only where contact ends
+/// within an edge.
 pub fn contributions(problem: &ContactProblem, cre: &Cre) -> [Vec<f64>; 2] {
     let mut by_cell = cre.discretisation_by_cell.clone();
     for (edge, term) in problem.interface.edges().iter().zip(&cre.by_contact_edge) {
@@ -22,19 +23,19 @@ pub fn contributions(problem: &ContactProblem, cre: &Cre) -> [Vec<f64>; 2] {
     by_cell
 }
 
-/// One cell of one body with what it contributes.
+/// One cell of one body with its contribution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contribution {
     /// 0 or 1.
     pub body: usize,
     /// Triangle of that body.
     pub cell: u32,
-    /// What it contributes, J/m.
+    /// Its contribution, J/m.
     pub squared: f64,
 }
 
-/// Sorts the cells of both bodies by what they contribute, the largest first; equal ones by body and number, so that
-/// the order is always the same. Cells that contribute nothing are left out.
+/// Sorts the cells of both bodies by their contributions, the largest first; equal ones by body and number, so that
+/// the order is deterministic. Cells without a contribution are omitted.
 pub fn ranking(contributions: [&[f64]; 2]) -> Vec<Contribution> {
     let mut ranked: Vec<Contribution> = Vec::new();
     for (body, cells) in contributions.into_iter().enumerate() {
@@ -45,8 +46,8 @@ pub fn ranking(contributions: [&[f64]; 2]) -> Vec<Contribution> {
     ranked
 }
 
-/// Counts the cells of the smallest set that contributes at least `fraction` of the whole: the first so many of a
-/// [`ranking`].
+/// Counts the cells of the smallest set that contributes at least `fraction` of the whole: this many
+/// of the first cells of a [`ranking`].
 ///
 /// * `fraction`: of the squared error, from 0 to 1.
 pub fn bulk(ranked: &[Contribution], fraction: f64) -> usize {
@@ -63,7 +64,7 @@ pub fn bulk(ranked: &[Contribution], fraction: f64) -> usize {
 
 /// Marks the smallest set of cells of both bodies that contributes at least `fraction` of the whole (Dörfler marking).
 ///
-/// Where nothing contributes, nothing is marked. Costs `O(n log n)`.
+/// If all contributions are zero, no cell is marked. Costs `O(n log n)`.
 ///
 /// ```
 /// use cre_estimator::marking::doerfler;
@@ -98,7 +99,7 @@ mod tests {
             assert!(share >= fraction * total && share - smallest < fraction * total, "{fraction}");
             assert!(largest_left <= smallest, "{fraction}");
         }
-        // Among equals the lower numbers come first.
+        // Among equal ones the lower numbers come first.
         assert_eq!(doerfler([&[1.0; 4], &[1.0; 2]], 0.5)[0], [true, true, true, false]);
     }
 

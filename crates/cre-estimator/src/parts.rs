@@ -1,4 +1,4 @@
-//! What the bound is made of.
+//! The parts of the bound.
 
 use crate::admissible::AdmissiblePair;
 use crate::cre::Cre;
@@ -11,20 +11,21 @@ use fem_core::interface::{ContactProblem, ContactState};
 ///
 /// With `σ̂` in FE equilibrium with the pressure `p`, the algebraic part of (17) is `‖σ̂ − σ(v)‖² + 2∫ p o + ‖l‖²`. Its
 /// field `û − v` is the sum of two: `K z = −R` removes the residual of the iteration, and `K a` is the difference between the
-/// consistent loads of `p` and the nodal forces. The mixed term is shared in proportion to `‖z‖²` and `‖a‖²`; the iteration
-/// gets at most `η_NNDD²`, the contact law the rest.
+/// consistent loads of `p` and the nodal forces. The mixed term is shared in proportion to `‖z‖²` and `‖a‖²`; the part
+/// of the iteration is at most `η_NNDD²`; the rest belongs to the contact law.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Parts {
-    /// Of the mesh, `‖τ − σ̂‖`: what refinement lowers.
+    /// Of the mesh, `‖τ − σ̂‖`: reduced by refinement.
     pub mesh: f64,
-    /// Of the iteration, at most `η_NNDD`: what more iterations lower.
+    /// Of the iteration, at most `η_NNDD`: reduced by more iterations.
     pub iteration: f64,
-    /// Of the contact law, which holds at the nodes only: what remains at the exact solution of the discrete problem.
+    /// Of the contact law, which holds only at the nodes: this part remains at the exact solution of the discrete
+    /// problem.
     pub contact: f64,
-    /// Of the lift on bent contact lines, `√(‖l‖² + 2∫ p l_n)`.
+    /// Of the lift on curved contact lines, `√(‖l‖² + 2∫ p l_n)`.
     pub lift: f64,
-    /// Of gaps that bent edges cannot carry: the opening beyond the linear one between closed nodes.
+    /// Of gaps that curved edges cannot represent: the opening beyond the linear one between closed nodes.
     pub gap_data: f64,
     /// Of friction: zero without it.
     pub friction: f64,
@@ -81,7 +82,7 @@ pub(crate) fn parts(
     let iteration = (fields * share).min(eta_squared);
     let squares =
         [cre.discretisation_squared, iteration, fields - iteration + term.contact, term.lift, term.gap_data];
-    // The two sides of the split differ by rounding.
+    // The two sides of the split differ by rounding errors.
     let sum: f64 = squares.iter().sum();
     let factor = if sum > 0.0 { cre.e_cre_squared.max(0.0) / sum } else { 0.0 };
     let [mesh, iteration, contact, lift, gap_data] = squares.map(|x| (x * factor).sqrt());

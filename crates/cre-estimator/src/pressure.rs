@@ -10,8 +10,8 @@ pub fn nodal_pressure(interface: &ContactInterface, contact_force: &[f64]) -> Ve
     interface.pairs().iter().zip(contact_force).map(|(pair, r)| r / pair.tributary_length).collect()
 }
 
-/// Computes the pressure at the two ends of every contact edge, Pa, in the order of its pairs: the nodal values where
-/// the normal is constant along the edge; their mean at both ends where it changes, so that `p n` is linear on the edge.
+/// Computes the pressure at the two ends of every contact edge, Pa, in the order of its pairs: the nodal values if
+/// the normal is constant along the edge; their mean at both ends if it changes, so that `p n` is linear on the edge.
 pub fn edge_pressure(interface: &ContactInterface, pressure: &[f64]) -> Vec<[f64; 2]> {
     let on_edge = |edge: &ContactEdge| {
         let ends = edge.pairs.map(|k| pressure[k as usize]);
@@ -38,7 +38,7 @@ pub fn nodal_forces(
 /// * `edge_pressure`: see [`edge_pressure`].
 /// * `opening`: at the pairs; `middle`: see [`fem_core::interface::ContactInterface::middle_opening`].
 ///
-/// For P1 factors `∫ p o = ℓ/6 (2 p_i o_i + p_i o_j + p_j o_i + 2 p_j o_j)`. Where the normal changes, the opening is the
+/// For P1 factors `∫ p o = ℓ/6 (2 p_i o_i + p_i o_j + p_j o_i + 2 p_j o_j)`. If the normal changes, the opening is the
 /// quadratic with the Bernstein coefficients `o_i, o_m, o_j` and the pressure constant: `∫ p o = ℓ p (o_i + o_m + o_j)/3`.
 pub fn contact_terms(
     interface: &ContactInterface,

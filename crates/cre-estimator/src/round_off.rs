@@ -1,5 +1,5 @@
-//! What rounding does to forces, strains and energies: the scale below which the checks see nothing, and the allowance of the
-//! bound for it.
+//! Effects of rounding on forces, strains and energies: the scale below which the checks detect nothing, and the
+//! allowance of the bound for it.
 
 use crate::admissible::{Accuracy, AdmissiblePair, on_body};
 use crate::cre::{CellMeasure, means, rough_means};
@@ -14,7 +14,7 @@ use fem_core::residual;
 use fem_core::tensor::SymTensor2;
 use rayon::prelude::*;
 
-/// The larger number, or NaN where there is one: a NaN must show.
+/// The larger number, or NaN if one of them is NaN, so that it is not lost.
 pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }
@@ -23,19 +23,20 @@ pub(crate) fn larger(a: f64, b: f64) -> f64 {
 ///
 /// The displacements come from two triangular solves. Their rounding leaves a nodal imbalance
 /// `|R_i| ≤ γ (|L||Lᵀ||u|)_i` (Higham 2002, theorem 10.4), where the roundings of one row add up like a random walk: since
-/// `Σ_j L_ij² = K_ii`, that is a few ε of `√(K_ii K_jj)|u|`, whatever the condition of K and however long the row. EET
-/// hands the imbalance of a vertex on around its star and takes end values `4 b_a − 2 b_b` of the moments: a
-/// factor 6. Measured on bodies moved without strain, 4 to 16,000 cells: 2 to 9 in all, growing with the depth of the
-/// elimination. The remainder is margin. In flat triangles there is more, in proportion to [`Shape::flatness`], by which the
-/// bounds below are multiplied: cells 5 to 200 times as long as high have 2 to 4 times their flatness.
+/// `Σ_j L_ij² = K_ii`, that is a few ε of `√(K_ii K_jj)|u|`, whatever the condition of K and the length of the row. EET
+/// passes the imbalance of a vertex on around its star and uses end values `4 b_a − 2 b_b` of the moments: a
+/// factor 6. Measured on bodies moved without strain, 4 to 16,000 cells: 2 to 9 in total, growing with the depth of the
+/// elimination. The remainder is margin. In flat triangles the errors are larger, in proportion to
+/// [`Shape::flatness`], by which the bounds below are multiplied: cells 5 to 200 times as long as high have 2 to 4
+/// times their flatness.
 const STRAIN_ROUNDINGS: f64 = 32.0;
 
 /// Bounds the relative error of each term of a strain by rounding alone.
 const STRAIN_NOISE: f64 = STRAIN_ROUNDINGS * f64::EPSILON;
 
 /// Computes the edge forces that rounding of the displacements causes: a body that is moved without strain
-/// has no other. `δ C |u| Σ|∇φ|` of stress on the longest edge of a triangle, with `Σ|∇φ|` its perimeter over twice its
-/// area, times its flatness.
+/// has no other forces. `δ C |u| Σ|∇φ|` of stress on the longest edge of a triangle, with `Σ|∇φ|` its perimeter over
+/// twice its area, times its flatness.
 pub(crate) fn force_noise(body: &Body, displacement: &[Vector]) -> f64 {
     let factor = (0..body.mesh().triangles().len())
         .into_par_iter()
@@ -48,13 +49,15 @@ pub(crate) fn force_noise(body: &Body, displacement: &[Vector]) -> f64 {
     STRAIN_NOISE * largest_displacement(displacement) * factor
 }
 
-/// Bounds the energy norm of what rounding of the displacements may hide from a body's bound, square root of J/m.
+/// Bounds the energy norm of the error that rounding of the displacements may hide in a body's bound, square root of
+/// J/m.
 ///
-/// A stress out of balance by `R` bounds up to `√(Rᵀ K⁻¹ R)`. For independent `R_i` of the size of [`force_noise`] the
-/// expected square is their sum over the diagonal of `K⁻¹`: in the plane `(1 + ln N)` times what each triangle would
-/// contribute by itself, `(δ C |u| Σ|∇φ|)² A tr C⁻¹`: forces as large as the stiffest direction makes them, on the softest
-/// one, which counts where a material is nearly incompressible. In flat triangles the `R_i` are larger by the flatness, and their squares
-/// by the flatness over the diagonal of `K` that goes with the area: its third power in all.
+/// A stress that violates equilibrium by `R` gives a bound up to `√(Rᵀ K⁻¹ R)`. For independent `R_i` of the size of
+/// [`force_noise`] the expected square is their sum over the diagonal of `K⁻¹`: in the plane `(1 + ln N)` times the
+/// contribution of each triangle alone, `(δ C |u| Σ|∇φ|)² A tr C⁻¹`: forces as large as the stiffest direction makes
+/// them, on the softest one, which matters if a material is nearly incompressible. In flat triangles the `R_i` are
+/// larger by the flatness, and their squares by the flatness over the diagonal of `K` that goes with the area: its
+/// third power in all.
 fn energy_noise(body: &Body, displacement: &[Vector]) -> f64 {
     let triangles = body.mesh().triangles().len();
     let sum = sum_over_triangles(triangles, |t| {
@@ -79,7 +82,7 @@ pub(crate) fn largest_displacement(displacement: &[Vector]) -> f64 {
     displacement.iter().fold(0.0, |m, u| larger(m, norm(*u)))
 }
 
-/// What rounding depends on in a triangle.
+/// The quantities of a triangle that determine its rounding errors.
 struct Shape {
     perimeter: f64,
     longest: f64,
@@ -110,12 +113,12 @@ impl Shape {
     }
 }
 
-/// Measured rounding counts this many times: the factorised matrix is the stiffness to its own rounding only, and
-/// jumps of the stress between the nodes are not in it.
+/// Safety factor on measured rounding: the factorised matrix is the stiffness only to its own rounding, and
+/// jumps of the stress between the nodes are not included.
 const MARGIN: f64 = 2.0;
 
-/// Computes `√(Rᵀ K⁻¹ R)` of the equilibrated stress of each body, square root of J/m: the energy norm of what is missing in its FE
-/// equilibrium, (27) of `certified_contact::theory`.
+/// Computes `√(Rᵀ K⁻¹ R)` of the equilibrated stress of each body, square root of J/m: the energy norm of the
+/// residual of its FE equilibrium, (27) of `certified_contact::theory`.
 ///
 /// `R_i = ∫ τ : ε(φ_i) − f(φ_i)` is evaluated from the stress itself, as computed: in double-double numbers if the solves were
 /// refined, and before that in double precision, whose own rounding makes it larger.
@@ -176,11 +179,11 @@ pub(crate) fn model(problem: &ContactProblem, pair: &AdmissiblePair) -> [f64; 2]
     [0, 1].map(|b: usize| energy_noise(&problem.bodies[b], &pair.displacement[b]))
 }
 
-/// Bounds what round-off may have taken from `e_CRE`, so that the printed number stays a bound: rounding of
-/// the stresses, of the energies, and the work of the pressure on openings that are negative by less
-/// than the checks let pass.
+/// Bounds the amount by which round-off may have lowered `e_CRE`, so that the printed number is still a bound:
+/// rounding of the stresses, of the energies, and the work of the pressure on openings that are negative by less
+/// than the tolerance of the checks.
 ///
-/// * `model`: see [`model`]; `residuals`: see [`residuals`]. The larger one counts.
+/// * `model`: see [`model`]; `residuals`: see [`residuals`]. The larger one is used.
 pub(crate) fn allowance(
     problem: &ContactProblem,
     pair: &AdmissiblePair,

@@ -12,7 +12,7 @@ pub(crate) struct Star {
 }
 
 impl Star {
-    /// Walks around a vertex.
+    /// Collects the star of a vertex.
     pub(crate) fn walk(&mut self, mesh: &TriMesh, node: usize) {
         let topology = mesh.topology();
         let around = topology.triangles_around(node);
@@ -41,7 +41,7 @@ impl Star {
     }
 }
 
-/// Tells whether a vertex lies inside the mesh: whether its triangles follow each other all the way round.
+/// Tells whether a vertex lies inside the mesh: whether its triangles form a closed ring.
 pub(crate) fn is_closed(mesh: &TriMesh, node: usize) -> bool {
     let topology = mesh.topology();
     let before = |t: u32| topology.triangle_edges()[t as usize][corner(mesh, t, node)];
@@ -53,6 +53,6 @@ pub(crate) fn corner(mesh: &TriMesh, triangle: u32, node: usize) -> usize {
     let corners = &mesh.triangles()[triangle as usize];
     match corners.iter().position(|&n| n as usize == node) {
         Some(corner) => corner,
-        None => unreachable!("node {node} is not among the corners {corners:?} of triangle {triangle}"),
+        None => unreachable!("node {node} is not one of the corners {corners:?} of triangle {triangle}"),
     }
 }

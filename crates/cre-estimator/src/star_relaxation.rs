@@ -1,24 +1,24 @@
-//! Star-patch relaxation: sharper equilibrated stresses, at every step in exact equilibrium.
+//! Star-patch relaxation: sharper equilibrated stresses, in exact equilibrium at every step.
 //!
-//! EET alone overestimates several times over. The edge moments it finds are one choice among many in
-//! equilibrium; the best minimises the complementary energy
+//! EET alone overestimates the error by a factor of several. Its edge moments are one choice among many in
+//! equilibrium; the best choice minimises the complementary energy
 //! ```math
 //! ‖τ - \hat σ‖^2 = ∫ (τ - \hat σ) : \mathbb{E}^{-1} (τ - \hat σ) \qquad \text{over} \quad τ = τ_{EET} + \operatorname{airy}(φ)
 //! ```
 //! * **Space.** `airy(φ) = R ∇²φ Rᵀ` of the Hsieh-Clough-Tocher functions `φ` are the self-equilibrated
 //!   Johnson-Mercier stresses. Three unknowns per vertex and one per edge; those of a vertex and its spokes
-//!   are the corrections supported on its star, `valence + 3` inside. On boundary stars only what leaves
-//!   given tractions as they are: any traction on a clamped edge, its component along the reaction on a roller,
-//!   none on a Neumann edge.
+//!   are the corrections supported on its star, `valence + 3` inside. On boundary stars only corrections
+//!   that do not change given tractions: any traction on a clamped edge, the component along the reaction on a roller,
+//!   and no traction on a Neumann edge.
 //! * **Step.** One step of conjugate gradients from EET, preconditioned by one sweep over the stars and one back
 //!   (symmetric multiplicative Schwarz). Each star's minimum is found exactly. Stars of one colour are independent and
 //!   run in parallel; the result does not depend on the number of threads.
 //! * **Bound.** Every iterate adds self-equilibrated stresses only, so each one gives a strict bound, and the
-//!   energy never rises.
+//!   energy never increases.
 //!
-//! The span of the stars is all there is while the given tractions lie on one connected part of each boundary
-//! line. Several separate parts leave a few more functions, affine on each part, that carry a resultant from
-//! one support to the next; they are left at their EET value.
+//! The stars span the whole space if the given tractions lie on one connected part of each boundary line. With several
+//! separate parts there are a few more functions, affine on each part, that carry a resultant from one support to the
+//! next; they keep their EET value.
 //!
 //! Sources: star patches after Ladevèze and Leguillon 1983 and Parés, Díez and Huerta 2006; Johnson and
 //! Mercier 1978; Clough and Tocher 1965.
@@ -50,21 +50,21 @@ use std::ops::Range;
 /// A gain below this fraction of the energies at hand is round-off: the gradient has vanished.
 const ROUND_OFF: f64 = 1e-28;
 
-/// This many steps in a row must expect little more, unless the second one does already.
+/// This many consecutive steps must predict little further gain, unless the second step already does.
 const PATIENCE: usize = 3;
 
 /// How far to relax.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Relaxation {
-    /// A fixed number of steps; none leaves EET as it is.
+    /// A fixed number of steps; 0 steps keep the EET stress unchanged.
     Steps(usize),
-    /// Until further steps can be expected to lower `‖τ − σ̂‖` by less than a fraction of itself, at least two steps.
+    /// Until the predicted further reduction of `‖τ − σ̂‖` is less than this fraction of it; at least two steps.
     ///
-    /// The gains of the last two steps are continued as a geometric series: a step that gains little after one that gained
-    /// much is the last, one of many small gains is not. If the second step is not the last, three steps in a row must say so, since
-    /// on hard problems the energy falls in stairs.
+    /// The gains of the last two steps are continued as a geometric series: a small gain after a
+    /// large one ends the relaxation, one of many small gains does not. If the second step is not the last, three
+    /// consecutive steps must predict the end, because on hard problems the energy falls in stairs.
     Tolerance {
-        /// That fraction.
+        /// The fraction.
         tolerance: f64,
         /// Largest number of steps.
         max_steps: usize,
@@ -84,7 +84,7 @@ impl Relaxation {
 }
 
 impl Default for Relaxation {
-    /// What is left to gain is 1.5 %, at most 30 steps: two steps on smooth problems, more if a material is
+    /// A predicted further reduction of 1.5 %, at most 30 steps: two steps on smooth problems, more if a material is
     /// nearly incompressible or strongly anisotropic, or cells are flat (measured, `bench-results/effectivity`).
     fn default() -> Self {
         Self::Tolerance { tolerance: 0.015, max_steps: 30 }
@@ -103,16 +103,16 @@ fn expected_gain(history: &[f64]) -> f64 {
     if ratio < 1.0 { last * ratio / (1.0 - ratio) } else { f64::INFINITY }
 }
 
-/// What a relaxation did.
+/// Record of a relaxation.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct RelaxationReport {
-    /// Steps made.
+    /// Number of steps.
     pub steps: usize,
-    /// `‖τ − σ̂‖²` before the first step and after each, J/m; never rising. The steps know their gain to single
-    /// precision: about 1e-6 of what is left. [`crate::cre`] computes the bound from the stress itself.
+    /// `‖τ − σ̂‖²` before the first step and after each, J/m; never increasing. The steps compute their gain in single
+    /// precision: to about 1e-6 of the remaining value. [`crate::cre`] computes the bound from the stress itself.
     pub energy_history: Vec<f64>,
-    /// Whether it ended since the gradient vanished: the stress is the best of its space to round-off.
+    /// Whether it ended because the gradient vanished: the stress is the best of its space to round-off.
     pub stationary: bool,
 }
 
@@ -121,15 +121,15 @@ pub struct RelaxationReport {
 /// * `stress`: as recovered by EET; on return with the edge moments of the last iterate, in exact equilibrium
 ///   with the same loads and given tractions.
 ///
-/// Where there is nothing to gain (a body at rest, a uniform stress) it is left as it is. To relax several stresses of
+/// If no reduction is possible (a body at rest, a uniform stress), it is not changed. To relax several stresses of
 /// one body under the same kind of conditions, prepare a [`StarRelaxation`] once.
 pub fn relax(body: &Body, stress: &mut EquilibratedStress, relaxation: Relaxation) -> RelaxationReport {
     relax_with_stars(body, stress, relaxation, None).1
 }
 
-/// [`relax`], with the stars for another stress; none where no step is asked for.
+/// [`relax`] that also returns the stars for another stress; `None` if no step is requested.
 ///
-/// * `used`: stars whose memory may be used again.
+/// * `used`: stars whose memory may be reused.
 pub(crate) fn relax_with_stars<'a>(
     body: &'a Body,
     stress: &mut EquilibratedStress,
@@ -176,7 +176,7 @@ impl<'a> StarRelaxation<'a> {
     }
 
     /// Prepares the stars for other conditions of the same body: only those near a boundary edge whose
-    /// reactions have other directions are assembled anew.
+    /// reactions have other directions are assembled again.
     pub fn restate(&mut self, conditions: &[EdgeCondition]) {
         let space = Space::new(self.space.body(), conditions);
         self.stars.update(&space, &space.differences(&self.space));
@@ -206,7 +206,7 @@ impl<'a> StarRelaxation<'a> {
         while report.steps < relaxation.max_steps() {
             self.stars.precondition(&r, &z);
             let next = r.dot(&z);
-            // Also where it is not a number.
+            // Also if it is NaN.
             if !(next > floor) {
                 report.stationary = true;
                 break;
@@ -214,7 +214,7 @@ impl<'a> StarRelaxation<'a> {
             let beta = if descent > 0.0 { next / descent } else { 0.0 };
             p.update(|i, p| z.get(i) + beta * p);
             descent = next;
-            // z has done its part: its memory takes A p.
+            // z is no longer needed: its memory takes A p.
             self.stars.multiply(&p, &z);
             let alpha = descent / p.dot(&z);
             if !(alpha > 0.0 && alpha.is_finite()) {
@@ -266,7 +266,7 @@ impl pulp::NullaryFnOnce for BandResidual<'_> {
     type Output = f64;
 
     /// Adds it to `r`, and returns the energy of the triangles of which these nodes are the smallest. The triangles
-    /// between two bands are met in both.
+    /// between two bands belong to both.
     #[inline(always)]
     fn call(self) -> f64 {
         let Self { space, nodes, stress, r } = self;

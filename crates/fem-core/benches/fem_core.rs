@@ -1,5 +1,5 @@
-//! Steps of one body's set-up: order, assembly, analysis, factorisation, condensation, one solve.
-#![allow(clippy::unwrap_used, missing_docs)] // The data are fixed and sound; criterion's macros are not documented.
+//! Steps of the set-up of one body: order, assembly, analysis, factorisation, condensation, one solve.
+#![allow(clippy::unwrap_used, missing_docs)] // The data are fixed and valid; criterion's macros are not documented.
 
 use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
 use fem_core::assembly::System;

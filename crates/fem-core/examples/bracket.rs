@@ -25,7 +25,7 @@ const WIDTH: f64 = 20.0;
 const LENGTH: f64 = 100.0;
 const FORCE: f64 = 50.0;
 
-/// What the bracket does under its load.
+/// The response of the bracket to its load.
 struct Answer {
     /// Vertical displacement of the loaded corner (100, 0), mm.
     tip: f64,
@@ -39,7 +39,7 @@ struct Answer {
     reaction: Vector,
 }
 
-/// Meshes the bracket by squares of `WIDTH / n`, each cut into two triangles.
+/// Meshes the bracket with squares of `WIDTH / n`, each cut into two triangles.
 fn mesh(n: usize) -> Result<TriMesh, MeshError> {
     let (long, h) = ((LENGTH / WIDTH) as usize * n, WIDTH / n as f64);
     let mut numbers = BTreeMap::new();
@@ -112,7 +112,7 @@ fn forces_balance_and_energies_rise_to_their_limit() {
     }
     let steps: Vec<f64> = answers.windows(2).map(|a| a[1].energy - a[0].energy).collect();
     assert!(steps.windows(2).all(|s| s[1] > 0.0 && s[1] < 0.5 * s[0]), "energies {steps:?}");
-    // Beams: the horizontal leg bends as a cantilever on the turning end of the vertical one.
+    // Beams: the horizontal leg bends as a cantilever on the rotating end of the vertical one.
     let (arm, ei) = (LENGTH - 0.5 * WIDTH, 210_000.0 * WIDTH.powi(3) / 12.0);
     let beams = FORCE * arm * arm * (arm / 3.0 + arm) / ei;
     let tip = answers[3].tip;

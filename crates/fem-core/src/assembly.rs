@@ -1,6 +1,6 @@
 //! Assembles stiffness and load of a body: `K u = f` in the unknowns of a [`DofMap`].
 //!
-//! Every column is gathered by itself from the triangles around its node, in a fixed order: columns run
+//! Every column is gathered separately from the triangles around its node, in a fixed order: columns run
 //! in parallel and the result does not depend on the number of threads, bit for bit.
 
 use crate::body::{Body, FreeMotion};
@@ -23,8 +23,8 @@ pub enum AssemblyError {
         /// The motion.
         motion: FreeMotion,
     },
-    /// Every displacement is imposed: nothing is left to solve for.
-    #[error("every displacement of the body is imposed; nothing is left to solve for")]
+    /// Every displacement is imposed: there are no unknowns.
+    #[error("every displacement of the body is imposed; there are no unknowns")]
     NothingUnknown,
     /// The matrix has more entries than 32-bit numbers can address.
     #[error("the stiffness matrix has {entries} entries; at most {limit} are supported")]
@@ -64,7 +64,7 @@ impl System {
     /// Numbers the unknowns of a body, those of the interface `side` last, and assembles it.
     ///
     /// # Errors
-    /// A floating body, named with its free motion; one without unknowns; one with overflowing data.
+    /// A floating body, with its free motion; a body without unknowns; a body with overflowing data.
     pub fn assemble(body: &Body, side: &InterfaceSide) -> Result<Self, AssemblyError> {
         Self::with_dofs(body, DofMap::new(body, side))
     }
@@ -180,7 +180,7 @@ impl Columns<'_> {
     }
 
     fn fill(&self, starts: &[u32], rows: &mut [u32], values: &mut [f64], load: &mut [f64]) {
-        // Cut the arrays at the chunks' ends, so that each task owns its slice.
+        // Split the arrays at the chunks' ends, so that each task owns its slice.
         let mut tasks = Vec::new();
         let (mut rows, mut values) = (rows, values);
         for (k, load) in load.chunks_mut(CHUNK).enumerate() {
@@ -235,18 +235,18 @@ impl Gather {
             let element = Triangle::new(mesh.corners(t));
             let material = columns.body.material(t);
             let Some(column) = corners.iter().position(|&n| n as usize == node) else {
-                unreachable!("node {node} is not among the corners {corners:?} of triangle {t}")
+                unreachable!("node {node} is not one of the corners {corners:?} of triangle {t}")
             };
             for (row, n) in corners.iter().enumerate() {
                 let Ok(place) = self.neighbours.binary_search(n) else {
-                    unreachable!("node {n} of triangle {t} is no neighbour of node {node}")
+                    unreachable!("node {n} of triangle {t} is not a neighbour of node {node}")
                 };
                 self.blocks[place] += element.stiffness_block(material, row, column);
             }
         }
     }
 
-    /// Makes the lower part of one column in `entries`, and returns its load.
+    /// Computes the lower part of one column in `entries`, and returns its load.
     fn column(&mut self, columns: &Columns<'_>, j: usize, node: usize, c: usize) -> f64 {
         let dofs = columns.dofs;
         let axis = dofs.axis(node, c);

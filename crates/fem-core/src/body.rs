@@ -17,10 +17,10 @@ pub(crate) use interpolation::Sum as DifferenceSum;
 pub use interpolation::{DataDifference, Difference, SAMPLES};
 pub use motion::FreeMotion;
 
-/// What is imposed on the displacement of one node.
+/// The displacement condition of one node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NodeConstraint {
-    /// Nothing.
+    /// No condition.
     Free,
     /// The component along a unit vector.
     Along {
@@ -39,7 +39,7 @@ pub enum NodeConstraint {
 /// In which directions the traction of a boundary edge is an unknown reaction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EdgeReaction {
-    /// None: the whole traction is given (a Neumann edge).
+    /// No direction: the whole traction is given (a Neumann edge).
     None,
     /// Along a unit vector (a roller, or one imposed component).
     Along(Vector),
@@ -47,7 +47,7 @@ pub enum EdgeReaction {
     Both,
 }
 
-/// What is imposed on one boundary edge.
+/// The condition on one boundary edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EdgeCondition {
     /// Directions of unknown reaction.
@@ -57,7 +57,7 @@ pub struct EdgeCondition {
     pub traction: [Vector; 2],
 }
 
-/// The nodes that one displacement condition holds.
+/// The nodes of one displacement condition.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SupportSet {
     /// The edge group the condition names.
@@ -68,7 +68,7 @@ pub struct SupportSet {
     pub components: [bool; 2],
 }
 
-/// The list a condition stands in, for error messages.
+/// The list that contains a condition, for error messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ConditionList {
     /// `BoundaryConditions::displacements`.
@@ -77,7 +77,7 @@ pub enum ConditionList {
     Traction,
 }
 
-/// One condition by its list and place therein.
+/// One condition by its list and its place in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ConditionPlace {
     /// Which list.
@@ -96,20 +96,20 @@ impl fmt::Display for ConditionPlace {
     }
 }
 
-/// Why boundary conditions do not make sense on a mesh.
+/// Why boundary conditions are invalid on a mesh.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum BodyError {
-    /// No group of that name.
+    /// There is no group of that name.
     #[error("{place}: there is no edge group \"{group}\"; the groups are: {known}")]
     UnknownGroup {
         /// The condition.
         place: ConditionPlace,
         /// The name it uses.
         group: String,
-        /// The names there are.
+        /// The existing names.
         known: String,
     },
-    /// The condition applies to no edge at all.
+    /// The condition applies to no edge.
     #[error("{place}: no edge of \"{group}\" lies in the given part")]
     EmptySelection {
         /// The condition.
@@ -130,14 +130,14 @@ pub enum BodyError {
         /// Ends of the edge.
         ends: [Vector; 2],
     },
-    /// A value is infinite or not a number.
+    /// A value is infinite or NaN.
     #[error("{place}: the value at ({}, {}) is {value}; a finite number is needed", shown(point[0]), shown(point[1]))]
     NotFinite {
         /// The condition.
         place: ConditionPlace,
         /// Where it was evaluated.
         point: Vector,
-        /// What came out.
+        /// The resulting value.
         value: f64,
     },
     /// Two conditions impose different displacements on a node.
@@ -164,16 +164,14 @@ pub enum BodyError {
         /// Middle of the edge.
         point: Vector,
     },
-    /// The body force is infinite or not a number.
+    /// The body force is infinite or NaN.
     #[error("the body force is ({}, {}); finite numbers are needed", shown(force[0]), shown(force[1]))]
     BodyForce {
         /// The force found.
         force: Vector,
     },
     /// The materials do not fit the mesh.
-    #[error(
-        "the materials are given for {cells} cells and the mesh has {triangles}, or one of them is not there"
-    )]
+    #[error("{cells} cells have a material and the mesh has {triangles}, or a material index does not exist")]
     Materials {
         /// Cells that have a material.
         cells: usize,
@@ -195,10 +193,10 @@ pub struct Body {
     supports: Vec<SupportSet>,
     /// See [`Body::roller_turn`].
     roller_turn: f64,
-    /// What was evaluated, and on which edges, to be evaluated again on a finer mesh.
+    /// The conditions and their edges, to evaluate them again on a finer mesh.
     conditions: BoundaryConditions,
     selected: conditions::Selected,
-    /// Found when it is first asked for: checks before a run ask, and the assembly asks again.
+    /// Computed on the first request: the checks before a run and the assembly both need it.
     free_motion: OnceLock<Option<FreeMotion>>,
 }
 
@@ -211,7 +209,7 @@ impl Body {
     /// * `materials`: one [`LinearElastic`] for the whole body, or [`Materials`] by triangle.
     ///
     /// # Errors
-    /// Conditions that name no edges, contradict each other or are not finite, see [`BodyError`].
+    /// Conditions without edges, contradictory or non-finite ones, see [`BodyError`].
     pub fn new(
         mesh: TriMesh,
         materials: impl Into<Materials>,
@@ -220,8 +218,8 @@ impl Body {
         conditions::evaluate(mesh, materials.into(), conditions, None)
     }
 
-    /// Makes the same body on a finer mesh: conditions apply to the parts of the edges they applied to, whatever their
-    /// selections would find there, and functions are evaluated at the new nodes.
+    /// Creates the same body on a finer mesh: the parts of an edge inherit its conditions, the selections are not
+    /// evaluated again, and functions are evaluated at the new nodes.
     ///
     /// * `refinement`: of this body's mesh.
     ///
@@ -264,18 +262,18 @@ impl Body {
         self.conditions.body_force
     }
 
-    /// Returns what is imposed on each node's displacement.
+    /// Returns the displacement condition of each node.
     pub fn node_constraints(&self) -> &[NodeConstraint] {
         &self.node_constraints
     }
 
-    /// Returns what is imposed on each boundary edge, in the order of
+    /// Returns the condition on each boundary edge, in the order of
     /// [`crate::mesh::topology::Topology::boundary_edges`].
     pub fn edge_conditions(&self) -> &[EdgeCondition] {
         &self.edge_conditions
     }
 
-    /// Returns what each displacement condition holds, in the order of the conditions.
+    /// Returns the nodes of each displacement condition, in the order of the conditions.
     pub fn supports(&self) -> &[SupportSet] {
         &self.supports
     }
@@ -287,14 +285,14 @@ impl Body {
     }
 
     /// Returns the largest sine of the angle between the normal of an edge on a roller and the direction in which one of its
-    /// nodes is held: zero on straight sides, and where other conditions make the node's displacement agree with the edge's
-    /// normal all the same. Where it is not zero, the displacement along the edge violates the roller, so that no bound of
+    /// nodes is fixed: zero on straight sides, and also if other conditions make the node's displacement agree with
+    /// the edge's normal. If it is not zero, the displacement along the edge violates the roller, so no bound of
     /// the error is strict.
     pub fn roller_turn(&self) -> f64 {
         self.roller_turn
     }
 
-    /// Lists the nodes that conditions hold along the normals of their edges, which turn where a node moves.
+    /// Lists the nodes that conditions fix along the normals of their edges; these normals turn if a node moves.
     pub(crate) fn roller_nodes(&self) -> impl Iterator<Item = u32> + '_ {
         let rollers = self.conditions.displacements.iter().zip(&self.selected.displacements);
         let rollers = rollers.filter(|(condition, _)| matches!(condition.support, Support::Normal(_)));
@@ -302,7 +300,7 @@ impl Body {
     }
 
     /// Finds a rigid motion that the supports allow, if there is one: then no statically loaded solution
-    /// is unique. Each connected piece is looked at by itself.
+    /// is unique. Each connected part is checked separately.
     pub fn free_motion(&self) -> Option<FreeMotion> {
         *self.free_motion.get_or_init(|| motion::find(self))
     }

@@ -30,7 +30,7 @@ impl ScalarData {
         }
     }
 
-    /// Returns the value where it is the same everywhere.
+    /// Returns the value if it is the same everywhere.
     pub fn constant(&self) -> Option<f64> {
         match self {
             Self::Constant(value) => Some(*value),
@@ -59,8 +59,8 @@ impl fmt::Debug for ScalarData {
 pub struct EdgeSelection {
     /// Name of the edge group.
     pub on: String,
-    /// Where given, only edges whose both ends lie in the closed box `[[x0, x1], [y0, y1]]` (with a
-    /// tolerance of 1e-9 body diagonals); infinite limits leave a direction free.
+    /// If given, only edges with both ends in the closed box `[[x0, x1], [y0, y1]]` (with a
+    /// tolerance of 1e-9 body diagonals); infinite limits do not restrict a direction.
     pub part: Option<[[f64; 2]; 2]>,
 }
 
@@ -119,7 +119,7 @@ pub struct TractionCondition {
     pub load: Load,
 }
 
-/// Everything imposed on one body. Sides that are not named are free of traction.
+/// All conditions and loads of one body. Sides that are not named are free of traction.
 ///
 /// ```
 /// use fem_core::boundary::BoundaryConditions;
@@ -134,19 +134,19 @@ pub struct TractionCondition {
 pub struct BoundaryConditions {
     /// Imposed displacements.
     pub displacements: Vec<DisplacementCondition>,
-    /// Imposed tractions; where several apply to one edge they add up.
+    /// Imposed tractions; several on one edge add up.
     pub tractions: Vec<TractionCondition>,
     /// Constant body force per unit area and thickness, N/m³.
     pub body_force: Vector,
 }
 
 impl BoundaryConditions {
-    /// Makes conditions that impose nothing.
+    /// Creates empty conditions.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Holds both components of a side at zero.
+    /// Imposes zero displacement in both components on a side.
     pub fn fix(self, edges: impl Into<EdgeSelection>) -> Self {
         self.displace(edges, Some(0.0.into()), Some(0.0.into()))
     }

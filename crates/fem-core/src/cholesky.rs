@@ -1,8 +1,8 @@
 //! Sparse Cholesky factorisation `K = L Lᵀ` in a given order: the multifrontal method on a given tree.
 //!
-//! The order is the caller's: [`crate::ordering`] makes a good one, and puts the interface last, so that
+//! The caller gives the order: [`crate::ordering`] computes a good one with the interface last, so that
 //! the trailing block of `L` is the factor of the interface's Schur complement. The dense algebra of the
-//! fronts is faer's; independent subtrees are factorised at the same time.
+//! fronts is faer's; independent subtrees are factorised in parallel.
 
 mod numeric;
 mod symbolic;
@@ -70,13 +70,13 @@ impl Cholesky {
     /// Computes the factor of a matrix with the analysed pattern.
     ///
     /// # Errors
-    /// A matrix that is not positive definite (with the pivot), or memory that runs out.
+    /// A matrix that is not positive definite (with the pivot), or too little memory.
     pub fn factorise(symbolic: Arc<SymbolicCholesky>, matrix: &SymmetricCsc) -> Result<Self, CholeskyError> {
         let values = numeric::factorise(&symbolic, matrix)?;
         Ok(Self { symbolic, values })
     }
 
-    /// Analyses and factorises a matrix in one go.
+    /// Analyses and factorises a matrix in one call.
     ///
     /// # Errors
     /// See [`SymbolicCholesky::analyse`] and [`Self::factorise`].
@@ -94,7 +94,7 @@ impl Cholesky {
         self.values.len()
     }
 
-    /// Finds the pivot `L_jj²` that is smallest against the diagonal entry `K_jj`: its number and that ratio.
+    /// Finds the pivot `L_jj²` that is smallest relative to the diagonal entry `K_jj`: its number and that ratio.
     /// A ratio near the machine precision means that the pivot is round-off.
     pub fn smallest_pivot(&self, matrix: &SymmetricCsc) -> (usize, f64) {
         let mut smallest = (0, f64::INFINITY);
@@ -301,7 +301,7 @@ mod tests {
     fn a_tree_of_another_matrix_is_refused() {
         let m = sample(10);
         assert!(matches!(Cholesky::new(&m, &chain(&[9])), Err(CholeskyError::Tree { .. })));
-        // Two roots cannot serve a matrix that joins them.
+        // Two roots are invalid for a matrix that couples them.
         let split = vec![Front { columns: 0..5, parent: ROOT }, Front { columns: 5..10, parent: ROOT }];
         assert!(matches!(Cholesky::new(&m, &split), Err(CholeskyError::Tree { .. })));
     }

@@ -29,12 +29,12 @@ const PIVOT_FLOOR: f64 = 64.0 * f64::EPSILON;
 /// Why a body could not be factorised.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum FactorError {
-    /// The factorisation broke down.
+    /// The factorisation failed.
     #[error("{source}, at the node ({}, {})", shown(point[0]), shown(point[1]))]
     Cholesky {
         /// Position of the node of the failing pivot.
         point: Vector,
-        /// What happened.
+        /// The cause.
         source: CholeskyError,
     },
     /// The dense matrices of the interface do not fit in memory.
@@ -43,10 +43,10 @@ pub enum FactorError {
         /// Unknowns on the interface.
         pairs: usize,
     },
-    /// A pivot was so small, against its diagonal entry, that the solution would be noise.
+    /// A pivot is so small relative to its diagonal entry that the solution would be noise.
     #[error(
-        "the body is so nearly free to move or so nearly incompressible near ({}, {}) that no digit of its solution \
-         could be trusted (pivot ratio {ratio:.1e})",
+        "the body is almost unconstrained or almost incompressible near ({}, {}): the stiffness is singular to working \
+         precision (pivot ratio {ratio:.1e})",
         shown(point[0]), shown(point[1])
     )]
     NearlySingular {
@@ -57,15 +57,15 @@ pub enum FactorError {
     },
 }
 
-/// A correction that leaves more than this of the residual is the last one.
+/// A correction that leaves more than this fraction of the residual is the last one.
 const WORTHWHILE: f64 = 0.7;
-/// Most corrections of one displacement.
+/// Maximum number of corrections of one displacement.
 const MOST_REFINEMENTS: usize = 40;
 
-/// A body factorised once, seen from its interface.
+/// A body factorised once and condensed on its interface.
 ///
-/// Traces and forces are along the pairs' normals and in the order of the pairs. [`Self::reversed`] turns
-/// the normals round for the exchanged roles of the bodies.
+/// Traces and forces are along the pairs' normals and in the order of the pairs. [`Self::reversed`]
+/// reverses the normals if the bodies are swapped.
 #[derive(Clone, Debug)]
 pub struct CondensedBody {
     dofs: DofMap,
@@ -78,17 +78,17 @@ pub struct CondensedBody {
     schur: Vec<f64>,
     /// `g̃ = L_CC (L⁻¹ f)_C`.
     condensed_load: Vec<f64>,
-    /// −1 where the outside's normals are opposite to those of the unknowns.
+    /// −1 if the caller's normals are opposite to those of the unknowns.
     sign: f64,
 }
 
 impl CondensedBody {
     /// Factorises an assembled body.
     ///
-    /// * `points`: the nodes of the body, to say where a factorisation failed.
+    /// * `points`: the nodes of the body, to report where a factorisation failed.
     ///
     /// # Errors
-    /// A stiffness that is not positive definite, or that is so to round-off only.
+    /// A stiffness that is not positive definite, or only to round-off.
     pub fn factorise(system: System, points: &[Vector]) -> Result<Self, FactorError> {
         let System { dofs, stiffness, load } = system;
         let place = |unknown: usize| points.get(dofs.unknown(unknown).0).copied().unwrap_or_default();
@@ -150,7 +150,7 @@ impl CondensedBody {
         self.factor.stored_values()
     }
 
-    /// Turns the normals round: traces and forces change their sign, `S` stays.
+    /// Reverses the normals: traces and forces change their sign, `S` does not change.
     pub fn reversed(mut self) -> Self {
         self.sign = -self.sign;
         for g in &mut self.condensed_load {
@@ -223,7 +223,7 @@ impl CondensedBody {
     }
 
     /// Recovers the displacement (Cartesian, m) with an imposed normal trace `v` and the body's loads: the
-    /// back-substitution that the condensed steps left out.
+    /// back-substitution that the condensed steps omit.
     ///
     /// # Panics
     /// If `v` has not `n_c` entries.
@@ -261,7 +261,7 @@ impl CondensedBody {
     /// Computes the displacement (Cartesian, m) under the body's loads and further nodal forces: the Neumann problem with
     /// forces in any direction.
     ///
-    /// * `forces`: node and Cartesian force, N/m; they do not turn round with the normals.
+    /// * `forces`: node and Cartesian force, N/m; reversing the normals does not change them.
     pub fn displacement_from_nodal_forces(&self, forces: &[(u32, Vector)]) -> Vec<Vector> {
         let mut x = vec![0.0; self.forward_load.len()];
         for &(node, force) in forces {
@@ -281,14 +281,15 @@ impl CondensedBody {
     }
 
     /// Computes `Rᵀ K⁻¹ R`, J/m, of a residual by one forward solve: the energy of the displacement under these forces, in two
-    /// parts. The first one is that of the other unknowns while the interface normals are held, the second what the interface adds.
+    /// parts. The first one is that of the other unknowns with fixed interface normals, the second the contribution
+    /// of the interface.
     ///
     /// * `residual`: by node, Cartesian, N/m.
     pub fn residual_energy(&self, residual: &[PreciseVector]) -> [f64; 2] {
         self.energy_of(self.along_unknowns(residual))
     }
 
-    /// [`Self::residual_energy`] of a residual in double precision, whose own rounding is in it.
+    /// [`Self::residual_energy`] of a residual in double precision, including its own rounding.
     pub fn rough_residual_energy(&self, residual: &[Vector]) -> [f64; 2] {
         let along = |j: usize| {
             let (node, c) = self.dofs.unknown(j);
@@ -303,13 +304,13 @@ impl CondensedBody {
         [interior, interface].map(|y| y.iter().map(|y| y * y).sum())
     }
 
-    /// Corrects a displacement by the residual of its equilibrium until it falls no more: iterative refinement
-    /// (Higham 2002, chapter 12), with the residual in double-double numbers.
+    /// Corrects a displacement by the residual of its equilibrium until the residual stops falling: iterative
+    /// refinement (Higham 2002, chapter 12), with the residual in double-double numbers.
     ///
-    /// * `loads`: further nodal forces beside those of the body, Cartesian, N/m.
-    /// * `field`: on entry an approximation. With `held` its normal traces on the interface stay.
+    /// * `loads`: nodal forces in addition to those of the body, Cartesian, N/m.
+    /// * `field`: on entry an approximation. With `held` its normal traces on the interface do not change.
     ///
-    /// Returns what is left of `√(Rᵀ K⁻¹ R)`, square root of J/m.
+    /// Returns the remaining `√(Rᵀ K⁻¹ R)`, square root of J/m.
     pub fn refine(&self, body: &Body, loads: &[(u32, Vector)], held: bool, field: &mut SplitField) -> f64 {
         let mut least = f64::INFINITY;
         let mut last: Vec<Vector> = Vec::new();
@@ -327,7 +328,7 @@ impl CondensedBody {
             let end = x.len() - given;
             let norm = x[..end].iter().map(|y| y * y).sum::<f64>().sqrt();
             if !(norm < least) {
-                // The last correction made it worse.
+                // The last correction increased the residual.
                 let back: Vec<Vector> = last.iter().map(|d| [-d[0], -d[1]]).collect();
                 field.add(&back);
                 break;
@@ -362,13 +363,13 @@ impl CondensedBody {
         self.dofs.correction(&x)
     }
 
-    /// Reads the normal forces off a residual `K u − f`, in the order of the pairs, N/m.
+    /// Extracts the normal forces from a residual `K u − f`, in the order of the pairs, N/m.
     pub fn interface_forces(&self, residual: &[PreciseVector]) -> Vec<f64> {
         let start = self.dofs.len() - self.len();
         (start..self.dofs.len()).map(|j| self.sign * self.along_unknown(residual, j)).collect()
     }
 
-    /// Exchanges `g̃` for another one, N/m, and returns the old one: an operator about another state.
+    /// Replaces `g̃` by another one, N/m, and returns the old one: an operator about another state.
     ///
     /// # Panics
     /// If `load` has not `n_c` entries.

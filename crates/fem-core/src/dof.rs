@@ -11,9 +11,9 @@ pub const IMPOSED: u32 = u32::MAX;
 
 /// Maps displacement components to unknowns.
 ///
-/// Each node has an orthonormal frame `(a, a⊥)`: Cartesian, or turned into the direction of a roller or
-/// of the contact normal. A contact node with normal `n` that is held along `d`, not at right angles to `n`, has the frame
-/// dual to the two: `e₀·n = e₁·d = 1`, `e₀·d = e₁·n = 0`. Its unknown is the normal trace `u·n` there as well, and its
+/// Each node has an orthonormal frame `(a, a⊥)`: Cartesian, or rotated into the direction of a roller or
+/// of the contact normal. A contact node with normal `n` that is fixed along `d`, not perpendicular to `n`, has the
+/// frame dual to the two: `e₀·n = e₁·d = 1`, `e₀·d = e₁·n = 0`. Its unknown is also the normal trace `u·n`, and its
 /// force is that of a pressure along `n`. Unknowns are numbered in the order of elimination, the interface's normal
 /// unknowns last, in the order of the pairs.
 #[derive(Clone, Debug)]
@@ -68,7 +68,7 @@ impl DofMap {
         self.unknowns.len()
     }
 
-    /// Tells whether everything is imposed.
+    /// Tells whether all displacements are imposed.
     pub fn is_empty(&self) -> bool {
         self.unknowns.is_empty()
     }
@@ -144,7 +144,7 @@ impl DofMap {
     }
 }
 
-/// The frames of all nodes, and what is imposed along their axes.
+/// The frames of all nodes, and the values imposed along their axes.
 struct Frames {
     axes: Vec<Vector>,
     oblique: Vec<(u32, Vector)>,
@@ -177,7 +177,7 @@ impl Frames {
                         imposed[node][1] = value * along.signum();
                         continue;
                     }
-                    // The pairing has made sure that the support is far enough from the normal.
+                    // The pairing has checked that the support is far enough from the normal.
                     let free = perpendicular(direction);
                     axes[node] = scale(1.0 / dot(free, axes[node]), free);
                     oblique.push((node as u32, scale(1.0 / along, tangent)));
@@ -203,7 +203,7 @@ impl Frames {
 #[derive(Default)]
 struct Fronts {
     fronts: Vec<Front>,
-    /// The front of each part; for an empty one the parent is looked up instead.
+    /// The front of each part; for an empty one that of the parent is used.
     front_of: Vec<Option<u32>>,
     parents: Vec<u32>,
     end: usize,

@@ -1,7 +1,7 @@
 //! Double-double numbers: unevaluated sums of two `f64`, about 32 digits.
 //!
 //! A residual is a small difference of large terms. In double precision it is as large as its own rounding; here it has
-//! digits of its own. Error-free sums and products after Knuth and Dekker (Muller et al. 2018).
+//! correct digits. Error-free sums and products after Knuth and Dekker (Muller et al. 2018).
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
@@ -10,7 +10,7 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 pub struct DoubleDouble {
     /// The number rounded to double precision.
     pub high: f64,
-    /// What rounding left out.
+    /// The rounding error of `high`.
     pub low: f64,
 }
 
@@ -165,7 +165,7 @@ mod tests {
         // (1 + ε)² = 1 + 2ε + ε²
         let square = D::product(a, a) - D::from(1.0) - D::from(2f64.powi(-39));
         assert_eq!(square.rounded(), 2f64.powi(-80));
-        // Of opposite parts nothing is left but what they differ by.
+        // Opposite parts cancel except for their difference.
         assert_eq!((D::sum(1e30, 3.0) - D::sum(1e30, 1.0)).rounded(), 2.0);
     }
 

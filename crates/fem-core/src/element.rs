@@ -28,7 +28,7 @@ impl Triangle {
     }
 
     /// Computes the strain of nodal displacements, constant in the triangle: from their differences, so that a translation
-    /// has none.
+    /// has zero strain.
     #[inline]
     pub fn strain(&self, displacement: [Vector; 3]) -> SymTensor2 {
         let mut e = SymTensor2::default();

@@ -22,7 +22,7 @@ pub fn stresses(body: &Body, displacement: &[Vector]) -> Vec<SymTensor2> {
         .collect()
 }
 
-/// Computes `K u − f` at every node, Cartesian, N/m: zero where nothing acts but the loads, the support's
+/// Computes `K u − f` at every node, Cartesian, N/m: zero at nodes with loads only, the support's
 /// reaction where a displacement is imposed, the contact force on the interface.
 pub fn nodal_residual(body: &Body, displacement: &[Vector]) -> Vec<Vector> {
     let mesh = body.mesh();

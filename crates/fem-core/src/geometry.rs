@@ -1,9 +1,9 @@
-//! Plane vectors as plain arrays, and the few operations on them that the other rooms share.
+//! Plane vectors as plain arrays, and the operations on them shared by the other modules.
 
 /// A point or vector of the plane, `[x, y]`, in the length unit of the user's data.
 pub type Vector = [f64; 2];
 
-/// Writes a number exactly, with an exponent if it would be a long row of digits: for messages.
+/// Writes a number exactly, with an exponent if it has many digits: for messages.
 ///
 /// ```
 /// use fem_core::geometry::shown;
@@ -52,7 +52,7 @@ pub fn perpendicular(a: Vector) -> Vector {
     [-a[1], a[0]]
 }
 
-/// Sine of the angle below which directions count as parallel, or as at right angles.
+/// Sine of the angle below which directions count as parallel or perpendicular.
 pub(crate) const PARALLEL: f64 = 1e-9;
 
 /// Computes the angle between two directions, from 0 to π.
@@ -61,7 +61,7 @@ pub fn angle_between(a: Vector, b: Vector) -> f64 {
 }
 
 /// Computes the unit normal on the right of the path from `from` to `to`: the outward normal of a
-/// body whose boundary is walked counter-clockwise.
+/// body whose boundary is traversed counter-clockwise.
 pub fn right_normal(from: Vector, to: Vector) -> Vector {
     let t = sub(to, from);
     let length = norm(t);
@@ -84,7 +84,7 @@ pub fn smallest_angle(corners: [Vector; 3]) -> f64 {
 
 /// Computes the axis-aligned bounding box `[lower left, upper right]` of a set of points.
 ///
-/// Returns two infinite corners of the wrong order for an empty set.
+/// Returns two infinite corners in the wrong order for an empty set.
 pub fn bounding_box(points: &[Vector]) -> [Vector; 2] {
     let mut low = [f64::INFINITY; 2];
     let mut high = [f64::NEG_INFINITY; 2];
@@ -109,7 +109,7 @@ mod tests {
 
     #[test]
     fn right_normal_points_out_of_a_counter_clockwise_body() {
-        // The bottom side of the unit square, walked to the right: outward is down.
+        // The bottom side of the unit square, traversed to the right: outward is down.
         assert_eq!(right_normal([0.0, 0.0], [2.0, 0.0]), [0.0, -1.0]);
     }
 

@@ -1,4 +1,4 @@
-//! The geometry of contact: pairs of nodes, normals, gaps, lengths. It knows no contact law.
+//! The geometry of contact: pairs of nodes, normals, gaps, lengths. It does not contain a contact law.
 
 pub mod common_refinement;
 mod drawn;
@@ -21,10 +21,10 @@ use profile::Profile;
 pub use error::InterfaceError;
 pub use refinement::{RefineError, RefinedProblem};
 
-/// Normals that differ by less are the same one: the length of their difference, round-off.
+/// Normals whose difference is shorter are the same, to round-off.
 const SAME_NORMAL: f64 = 1e-12;
 
-/// A line whose edge normals differ by no more (sine of the angle) is straight.
+/// A line whose edge normals differ by at most this (sine of the angle) is straight.
 const STRAIGHT: f64 = 1e-6;
 
 /// Two facing nodes, one of each body.
@@ -38,7 +38,7 @@ pub struct Pair {
     pub gap: f64,
     /// `ℓ = ∫ φ ds`, m.
     pub tributary_length: f64,
-    /// Arc length along the surface of the body that was the first when they were paired, m; stretches follow each other.
+    /// Arc length along the surface of the body that was the first when they were paired, m; stretches are consecutive.
     pub arc_length: f64,
 }
 
@@ -53,7 +53,7 @@ pub struct ContactEdge {
     pub length: f64,
 }
 
-/// The directions that one body keeps as interface unknowns: today the normal of each contact node.
+/// The directions that one body keeps as interface unknowns: the normal of each contact node.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct InterfaceSide {
     /// Contact nodes of the body, in the order of the pairs.
@@ -62,7 +62,7 @@ pub struct InterfaceSide {
     pub normals: Vec<Vector>,
 }
 
-/// Lists what each body keeps of the pairs.
+/// Lists each body's side of the pairs.
 fn sides(pairs: &[Pair]) -> [InterfaceSide; 2] {
     [0, 1].map(|b| InterfaceSide {
         nodes: pairs.iter().map(|p| p.nodes[b]).collect(),
@@ -70,39 +70,39 @@ fn sides(pairs: &[Pair]) -> [InterfaceSide; 2] {
     })
 }
 
-/// What the initial gap is.
+/// How the initial gap is defined.
 #[derive(Clone, Debug)]
 pub enum Gap {
-    /// None, because the surfaces touch: those that are apart or overlap by more than 1e-6 of the smaller body's diagonal are
-    /// refused. On bent lines smooth curves through the nodes are compared, as for [`Gap::Geometric`].
+    /// Zero, because the surfaces touch: surfaces that are apart or overlap by more than 1e-6 of the smaller body's
+    /// diagonal are rejected. On curved lines smooth curves through the nodes are compared, as for [`Gap::Geometric`].
     Touching,
-    /// Given, ≥ 0: it overrides what the meshes say, whose surfaces must coincide to 5 % of the edges.
+    /// Given, ≥ 0: it overrides the gap of the meshes, whose surfaces must coincide to 5 % of the edges.
     Given(ScalarData),
     /// Measured between the paired nodes along the contact normal, ≥ 0: the surfaces are paired along their length,
-    /// node by node, wherever they are. An overlap of more than 1e-6 of the smaller body's diagonal is refused. Between the nodes of the first meshes, finer meshes measure it between smooth
-    /// curves through these nodes.
+    /// node by node, whatever their distance. An overlap of more than 1e-6 of the smaller body's diagonal is rejected.
+    /// Finer meshes measure the gap at new nodes between smooth curves through the nodes of the first meshes.
     Geometric,
 }
 
-/// How much the gap that is used differs from the drawn one, at the place where it differs most.
+/// The largest difference between the gap in use and the drawn one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct GapChange {
     /// The first body's node.
     pub point: Vector,
-    /// Distance of the surfaces along the normal, m, negative where they overlap; on bent lines that of smooth curves.
+    /// Distance of the surfaces along the normal, m, negative if they overlap; on curved lines that of smooth curves.
     pub drawn: f64,
     /// The gap used instead, m.
     pub used: f64,
 }
 
-/// How the contact normal is chosen. Whichever it is, it is a datum, frozen on the undeformed meshes.
+/// How the contact normal is chosen. In each case it is a datum, frozen on the undeformed meshes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum ContactNormal {
     /// At each node the mean of the first body's edge normals, weighted by length; linear between the nodes.
     #[default]
     Averaged,
-    /// One direction for the whole line, out of the first body; of any length but zero.
+    /// One direction for the whole line, out of the first body; of any length except zero.
     Fixed(Vector),
 }
 
@@ -112,20 +112,20 @@ pub struct ContactInterface {
     pairs: Vec<Pair>,
     edges: Vec<ContactEdge>,
     sides: [InterfaceSide; 2],
-    /// What gives the gap, and the body on whose surface it, arc lengths and lengths are measured.
+    /// The source of the gap, and the body on whose surface gap, arc lengths and lengths are measured.
     gap: Gap,
     measured_on: usize,
-    /// Of a measured gap, along each edge, where it is not linear there.
+    /// The measured gap along each edge, if it is not linear there.
     profiles: Vec<Option<Profile>>,
     gap_change: Option<GapChange>,
-    /// The line with the pairs and edges that dropped out at its ends, if any did.
+    /// The line with the pairs and edges that were removed at its ends, if any.
     whole: Option<Box<Whole>>,
 }
 
 impl ContactInterface {
-    /// Pairs the contact surfaces of two bodies node by node. A pair at an end of a straight line that both bodies clamp drops
-    /// out, with its edge. Nodes that are paired face each other along the contact normal to
-    /// round-off; for surfaces whose nodes do not, see [`common_refinement::common_refinement`].
+    /// Pairs the contact surfaces of two bodies node by node. A pair at an end of a straight line that both bodies
+    /// clamp is removed, with its edge. Paired nodes face each other along the contact normal to
+    /// round-off; for non-matching surfaces see [`common_refinement::common_refinement`].
     ///
     /// * `surfaces`: the edge group of the first and of the second body.
     /// * `gap`: the initial gap along the normal.
@@ -139,9 +139,9 @@ impl ContactInterface {
 
     /// [`Self::pair`] with a choice of the contact normal.
     ///
-    /// At a contact node of a bent line that a support holds in one direction, the normal is the direction left free if that
-    /// is within twice the line's turn from node to node: on the axis of symmetry of a curved line, that is the line's own
-    /// normal. Elsewhere a support does not change the normal.
+    /// At a contact node of a curved line that a support fixes in one direction, the normal is the free direction if
+    /// that is within twice the line's turn from node to node: on the axis of symmetry of a curved line, that is the
+    /// line's own normal. Otherwise a support does not change the normal.
     ///
     /// # Errors
     /// See [`Self::pair`]; a given normal that does not point out of the first body.
@@ -155,7 +155,7 @@ impl ContactInterface {
         pairing::pair([first, second], surfaces, gap, normal, None)
     }
 
-    /// Pairs the surfaces of two bodies that were refined in common, with the same `surfaces` and `normal`.
+    /// Pairs the surfaces of two bodies after a common refinement, with the same `surfaces` and `normal`.
     ///
     /// # Errors
     /// See [`Self::pair`].
@@ -179,13 +179,13 @@ impl ContactInterface {
         &self.edges
     }
 
-    /// Returns what each body keeps of the interface.
+    /// Returns each body's side of the interface.
     pub fn sides(&self) -> &[InterfaceSide; 2] {
         &self.sides
     }
 
-    /// Tells by how much the gap moves the surfaces against the meshes that were paired, where it moves them most; `None` if by
-    /// round-off only, and on refined meshes.
+    /// Returns the largest difference between the gap and the distance of the paired meshes; `None` if it is
+    /// round-off, and on refined meshes.
     pub fn gap_change(&self) -> Option<GapChange> {
         self.gap_change
     }
@@ -198,7 +198,7 @@ impl ContactInterface {
     /// Applies the consistent interface mass matrix, `(M p)_i = ∫ p φ_i ds`; P1 `p` in Pa gives N/m.
     ///
     /// # Panics
-    /// If `p` has not one entry per pair.
+    /// If `p` does not have one entry per pair.
     pub fn mass(&self, p: &[f64]) -> Vec<f64> {
         let (found, expected) = (p.len(), self.pairs.len());
         assert!(found == expected, "the pressure has {found} entries, the interface {expected} pairs");
@@ -211,7 +211,7 @@ impl ContactInterface {
         forces
     }
 
-    /// Tells whether the normal changes along an edge: only to round-off where it does not.
+    /// Tells whether the normal changes along an edge by more than round-off.
     pub fn is_bent(&self, edge: &ContactEdge) -> bool {
         let [a, b] = edge.pairs.map(|k| self.pairs[k as usize].normal);
         norm(sub(a, b)) > SAME_NORMAL
@@ -231,8 +231,8 @@ impl ContactInterface {
     }
 
     /// Computes the middle Bernstein coefficient of the opening along an edge, m:
-    /// `½(g_i+g_j) − ½([u]_i·n_j + [u]_j·n_i)`. The opening `g − [u]·n` is quadratic where `n` changes; its other two
-    /// coefficients are the nodal openings, and where all three are ≥ 0 it is.
+    /// `½(g_i+g_j) − ½([u]_i·n_j + [u]_j·n_i)`. The opening `g − [u]·n` is quadratic if `n` changes; its other two
+    /// coefficients are the nodal openings. If all three are ≥ 0, so is the opening.
     ///
     /// * `jump`: `[u] = u¹ − u²` of a pair, m.
     pub fn middle_opening(&self, edge: &ContactEdge, jump: impl Fn(usize) -> Vector) -> f64 {
@@ -242,10 +242,10 @@ impl ContactInterface {
     }
 
     /// Computes the nodal forces `∫ p n φ_i ds` of a pressure given at the two ends of every edge, Cartesian, N/m: exact
-    /// where `p n` is linear along the edge, that is where `p` is constant or `n` is.
+    /// if `p n` is linear along the edge, that is, if `p` or `n` is constant.
     ///
     /// # Panics
-    /// If `edge_pressure` has not one entry per contact edge.
+    /// If `edge_pressure` does not have one entry per contact edge.
     pub fn pressure_forces(&self, edge_pressure: &[[f64; 2]]) -> Vec<Vector> {
         let (found, expected) = (edge_pressure.len(), self.edges.len());
         assert!(found == expected, "the pressure has {found} entries, the interface {expected} edges");
@@ -273,7 +273,7 @@ impl ContactInterface {
         interface
     }
 
-    /// Exchanges the two bodies' roles: pairs, edges and sides swap, normals turn round.
+    /// Swaps the two bodies: pairs, edges and sides are swapped, normals are reversed.
     pub fn swapped(mut self) -> Self {
         let swap = |pairs: &mut [Pair], edges: &mut [ContactEdge]| {
             for pair in pairs {
@@ -307,14 +307,14 @@ pub struct ContactProblem {
 }
 
 impl ContactProblem {
-    /// Exchanges the two bodies' roles.
+    /// Swaps the two bodies.
     pub fn swapped(self) -> Self {
         let [first, second] = self.bodies;
         Self { bodies: [second, first], interface: self.interface.swapped() }
     }
 }
 
-/// A pair of displacement fields with the nodal contact forces that belong to it, whoever computed it.
+/// A pair of displacement fields with its nodal contact forces, whatever its source.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactState<'a> {
     /// Nodal displacements of the two bodies, Cartesian, m.

@@ -12,7 +12,7 @@
 //! |---|---|---|---|
 //! | Ω | the triangulated body | `n` nodes | [`mesh::TriMesh`] |
 //! | 𝔼 | the elasticity tensor | per triangle | [`material::LinearElastic`] |
-//! | u_D, F, b | what is imposed | per side | [`boundary::BoundaryConditions`], evaluated in [`body::Body`] |
+//! | u_D, F, b | conditions and loads | per side | [`boundary::BoundaryConditions`], evaluated in [`body::Body`] |
 //! | K, f | stiffness and load in the unknowns | about `2n` | [`assembly::System`] |
 //! | L | the factor | | [`cholesky::Cholesky`] |
 //! | S, g̃ | interface operator, its load | `n_c × n_c`, `n_c` | [`condensation::CondensedBody`] |
@@ -23,7 +23,7 @@
 //! [`interface::InterfaceSide`] for one body alone), assemble a [`assembly::System`], factorise it in a
 //! [`condensation::CondensedBody`], and take stresses and energies from [`field`] and [`norm`].
 //!
-//! Two contact surfaces that are cut differently are first made to match, by
+//! Two non-matching contact surfaces are first made to match, by
 //! [`interface::common_refinement`] and [`interface::ContactInterface::pair_refined`].
 //!
 //! `examples/bracket.rs` solves a bracket on a mesh of its own.
@@ -47,8 +47,9 @@
 //! # Ok(()) }
 //! ```
 //!
-//! # What this crate does not know
-//! No contact law, no iteration, no estimator. It does not print, read the clock or the environment.
+//! # What this crate does not do
+//! It has no contact law, no iteration and no estimator. It does not print, and does not read the clock or the
+//! environment.
 
 pub mod assembly;
 pub mod body;

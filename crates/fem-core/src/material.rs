@@ -14,7 +14,7 @@ use thiserror::Error;
 pub use anisotropic::Orthotropic;
 pub use assignment::Materials;
 
-/// How the third direction behaves.
+/// The plane hypothesis for the third direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Hypothesis {
     /// `ε_zz = 0`: a long body.
@@ -55,7 +55,7 @@ pub enum MaterialError {
         /// The value found.
         found: f64,
     },
-    /// Poisson's ratios with which an orthotropic material would yield energy.
+    /// Poisson's ratios for which the energy of an orthotropic material would be negative.
     #[error(
         "{name} is {}, with which the material is not positive definite: it must be smaller than {} in magnitude",
         shown(*found), six(*limit)
@@ -68,7 +68,7 @@ pub enum MaterialError {
         /// `√(E_i/E_j)`.
         limit: f64,
     },
-    /// Three ratios of Poisson that do not go together.
+    /// Three Poisson's ratios that are incompatible.
     #[error(
         "poisson_12 = {}, poisson_13 = {} and poisson_23 = {} together make the material not positive definite; make \
          them smaller",
@@ -78,10 +78,10 @@ pub enum MaterialError {
         /// ν₁₂, ν₁₃, ν₂₃.
         ratios: [f64; 3],
     },
-    /// A number that is infinite, not a number, or too large.
+    /// A number that is infinite, NaN, or too large.
     #[error("{name} is {found:?}; it must be a finite number (at most 1e100 in magnitude)")]
     NotFinite {
-        /// What it is.
+        /// Name of the number.
         name: &'static str,
         /// The value found.
         found: f64,
@@ -97,7 +97,7 @@ pub enum MaterialError {
         /// That entry and its mirror image.
         values: [f64; 2],
     },
-    /// A stiffness whose smallest eigenvalue is lost in round-off beside its largest.
+    /// A stiffness whose smallest eigenvalue is round-off compared with its largest.
     #[error(
         "the stiffness is too nearly singular: ratio {ratio:.0e} of its smallest eigenvalue to its largest; at least \
          1e-12 is needed"
@@ -123,12 +123,12 @@ pub enum MaterialError {
 pub struct LinearElastic {
     stiffness: Matrix3<f64>,
     compliance: Matrix3<f64>,
-    /// σ_zz = out_of_plane · (σ_xx, σ_yy, σ_xy), where it is known.
+    /// σ_zz = out_of_plane · (σ_xx, σ_yy, σ_xy), if it is known.
     out_of_plane: Option<[f64; 3]>,
 }
 
 impl LinearElastic {
-    /// Makes an isotropic material.
+    /// Creates an isotropic material.
     ///
     /// Plane strain: `D = λ 1⊗1 + 2µ I` with `λ = Eν/((1+ν)(1−2ν))`, `µ = E/(2(1+ν))`; plane stress
     /// has `λ* = Eν/(1−ν²)` instead of `λ`.
@@ -137,7 +137,7 @@ impl LinearElastic {
     /// * `poisson`: ν in (−1, ½), dimensionless.
     ///
     /// # Errors
-    /// A modulus or ratio outside its range, or not a number.
+    /// A modulus or ratio outside its range, or NaN.
     pub fn isotropic(young: f64, poisson: f64, hypothesis: Hypothesis) -> Result<Self, MaterialError> {
         if !(1e-100..=1e100).contains(&young) {
             return Err(MaterialError::Young { found: young });
@@ -201,8 +201,8 @@ impl LinearElastic {
         sigma.contract(self.strain(tau))
     }
 
-    /// Computes von Mises' equivalent stress with the out-of-plane stress of the hypothesis, Pa; `None` where that is
-    /// not known.
+    /// Computes von Mises' equivalent stress with the out-of-plane stress of the hypothesis, Pa; `None` if that is
+    /// unknown.
     pub fn von_mises(&self, sigma: SymTensor2) -> Option<f64> {
         let zz = self.out_of_plane_stress(sigma)?;
         let pairs = (sigma.xx - sigma.yy).powi(2) + (sigma.yy - zz).powi(2) + (zz - sigma.xx).powi(2);
@@ -210,7 +210,7 @@ impl LinearElastic {
     }
 
     /// Computes `σ_zz`: `ν(σ_xx + σ_yy)` in plane strain of an isotropic material, 0 in plane stress; `None` for a given
-    /// plane stiffness in plane strain, which does not say it.
+    /// plane stiffness in plane strain, which does not determine it.
     pub fn out_of_plane_stress(&self, sigma: SymTensor2) -> Option<f64> {
         self.out_of_plane.map(|[a, b, c]| a * sigma.xx + b * sigma.yy + c * sigma.xy)
     }

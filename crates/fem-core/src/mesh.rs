@@ -1,4 +1,4 @@
-//! Triangle meshes: immutable, checked when they are made, with named sets of edges.
+//! Triangle meshes: immutable, checked on creation, with named sets of edges.
 
 pub mod generate;
 mod overlap;
@@ -12,10 +12,10 @@ use topology::Topology;
 
 pub use overlap::CellOverlap;
 
-/// Why a set of points and triangles is not a mesh that can be computed with.
+/// Why a set of points and triangles is not a valid mesh.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum MeshError {
-    /// There is nothing to compute with.
+    /// The mesh is empty.
     #[error("the mesh has {points} nodes and {triangles} triangles; at least one triangle is needed")]
     Empty {
         /// Number of nodes.
@@ -26,14 +26,14 @@ pub enum MeshError {
     /// More nodes or triangles than 32-bit numbers can address.
     #[error("the mesh has {found} {what}; at most {limit} are supported")]
     TooLarge {
-        /// What is counted.
+        /// The counted items.
         what: &'static str,
         /// The number found.
         found: usize,
         /// The largest supported number.
         limit: usize,
     },
-    /// A coordinate is infinite or not a number.
+    /// A coordinate is infinite or NaN.
     #[error("node {node} has the coordinates ({}, {}); finite numbers are needed", shown(*x), shown(*y))]
     NotFinite {
         /// Node number, from 0.
@@ -89,9 +89,9 @@ pub enum MeshError {
         /// Second node.
         b: usize,
     },
-    /// Two parts of the body touch in a single node only.
+    /// Two parts of the body touch only in a single node.
     #[error(
-        "at node {node} ({}, {}) two parts of the body touch in that node alone; separate them or join them by an edge",
+        "at node {node} ({}, {}) two parts of the body touch only in that node; separate them or join them by an edge",
         shown(*x), shown(*y)
     )]
     BowTie {
@@ -118,7 +118,7 @@ pub enum MeshError {
         /// Group name.
         group: String,
     },
-    /// A generator was given sizes it cannot mesh.
+    /// A block generator was given invalid sizes.
     #[error("a block of {cells:?} cells and size {size:?} at {origin:?} cannot be meshed: {reason}")]
     Block {
         /// Lower left corner.
@@ -130,7 +130,7 @@ pub enum MeshError {
         /// What is wrong.
         reason: &'static str,
     },
-    /// Another generator was given something it cannot mesh.
+    /// Another generator was given invalid input.
     #[error("the {kind} cannot be meshed: {reason}")]
     Generator {
         /// "ring" and so on.
@@ -154,10 +154,10 @@ pub struct TriMesh {
 }
 
 impl TriMesh {
-    /// Checks points, triangles and named edges and makes a mesh of them. Triangles whose corners run clockwise are turned
-    /// round: their second and third corners are exchanged, and [`TriMesh::turned`] says how many there were.
+    /// Checks points, triangles and named edges and creates a mesh from them. Clockwise triangles are reversed: their
+    /// second and third corners are swapped, and [`TriMesh::turned`] returns their number.
     ///
-    /// Cells that overlap without sharing nodes are not looked for, see [`TriMesh::overlapping_cells`].
+    /// Cells that overlap without sharing nodes are not detected here, see [`TriMesh::overlapping_cells`].
     ///
     /// * `groups`: name and edges, each edge by its two nodes in either order; edges may lie in several groups.
     ///
@@ -182,11 +182,11 @@ impl TriMesh {
         Ok(Self { turned, ..Self::counter_clockwise(points, triangles, groups)? })
     }
 
-    /// Makes a mesh as [`TriMesh::new`] does, of triangles that all run counter-clockwise: one that does not was turned over
-    /// by a motion of its nodes.
+    /// Creates a mesh like [`TriMesh::new`] from counter-clockwise triangles: a clockwise one was turned over by a
+    /// motion of its nodes.
     ///
     /// # Errors
-    /// See [`TriMesh::new`]; a triangle that runs clockwise.
+    /// See [`TriMesh::new`]; a clockwise triangle.
     pub(crate) fn counter_clockwise(
         points: Vec<Vector>,
         triangles: Vec<[u32; 3]>,
@@ -228,7 +228,7 @@ impl TriMesh {
         &self.triangles
     }
 
-    /// Counts the triangles whose corners ran clockwise and were turned round by [`TriMesh::new`].
+    /// Returns the number of clockwise triangles that [`TriMesh::new`] reversed.
     pub fn turned(&self) -> usize {
         self.turned
     }
@@ -268,7 +268,7 @@ impl TriMesh {
         geometry::norm(geometry::sub(b, a))
     }
 
-    /// Returns the places of an edge's two nodes, that with the smaller number first, m.
+    /// Returns the positions of an edge's two nodes, the one with the smaller number first, m.
     pub fn edge_ends(&self, edge: u32) -> [Vector; 2] {
         self.topology.edges()[edge as usize].map(|n| self.points[n as usize])
     }
@@ -409,7 +409,7 @@ mod tests {
         let turned = TriMesh::new(p.clone(), clockwise.clone(), vec![]).unwrap();
         assert_eq!((turned.turned(), turned.triangles()), (1, &t[..]));
         assert_eq!(TriMesh::new(p.clone(), t, vec![]).unwrap().turned(), 0);
-        // A triangle that a motion of nodes turned over is not turned back in silence.
+        // A triangle that a motion of nodes turned over is not silently reversed.
         let over = TriMesh::counter_clockwise(p, clockwise, vec![]);
         assert!(matches!(over, Err(MeshError::Area { triangle: 0, .. })));
     }

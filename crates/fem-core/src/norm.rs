@@ -20,7 +20,8 @@ pub fn sum_over_triangles(count: usize, quantity: impl Fn(usize) -> f64 + Sync) 
     partial.iter().sum()
 }
 
-/// Computes a norm from its square. A negative square is round-off and gives 0; a NaN stays one, so that it shows.
+/// Computes a norm from its square. A negative square is round-off and gives 0; NaN is returned unchanged, so that it
+/// stays visible.
 pub fn from_squared(squared: f64) -> f64 {
     if squared < 0.0 { 0.0 } else { squared.sqrt() }
 }
@@ -39,7 +40,7 @@ pub fn energy_norm_squared(body: &Body, displacement: &[Vector]) -> f64 {
 /// Computes `a(u − v, u − v)` for the difference of two displacement fields, J/m.
 ///
 /// # Panics
-/// If the fields have not one entry per node.
+/// If the fields do not have one entry per node.
 pub fn energy_distance_squared(body: &Body, u: &[Vector], v: &[Vector]) -> f64 {
     let nodes = body.mesh().points().len();
     assert!(

@@ -10,7 +10,7 @@ use std::ops::Range;
 /// Parts of at most this many nodes are not cut further: one dense front costs less than more, smaller ones.
 const LEAF: usize = 12;
 
-/// Stands for 'no parent'.
+/// Means 'no parent'.
 pub const ROOT: u32 = u32::MAX;
 
 /// A set of nodes eliminated together: those on a cut, or a part too small to cut.
@@ -22,12 +22,12 @@ pub struct Part {
     pub parent: u32,
 }
 
-/// An order of elimination and its tree, children before parents and each subtree in one stretch.
+/// An order of elimination and its tree, children before parents and each subtree contiguous.
 #[derive(Clone, Debug, Default)]
 pub struct Dissection {
     /// The nodes in the order of elimination.
     pub order: Vec<u32>,
-    /// The parts, which follow each other in `order`.
+    /// The parts, consecutive in `order`.
     pub parts: Vec<Part>,
 }
 
@@ -105,7 +105,7 @@ impl Work<'_> {
             self.side[n as usize] = Side::Outside;
         }
         if separator.is_empty() && (left.is_empty() || right.is_empty()) {
-            // All nodes stand on one line without being joined across it: nothing can be gained.
+            // All nodes lie on one line without being joined across it: a cut gains nothing.
             return vec![self.finish(part, &[])];
         }
         let mut roots = Vec::new();

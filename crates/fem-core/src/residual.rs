@@ -12,23 +12,23 @@ use rayon::prelude::*;
 
 /// Triangles handled by one task.
 const CHUNK: usize = 1024;
-/// Chunks whose forces are held before they are added up.
+/// Chunks whose forces are kept before they are added up.
 const GROUP: usize = 16;
 
-/// A nodal displacement field as an unevaluated sum, Cartesian, m: its first part is what is printed.
+/// A nodal displacement field as an unevaluated sum, Cartesian, m: its first part is printed.
 ///
 /// One `f64` per component leaves a stress error of `ε C |u|/h`. In a stiff part on a soft one that is more than the stress
-/// itself; the second part holds what is missing.
+/// itself; the second part holds the missing digits.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SplitField {
     /// The displacement rounded to double precision.
     pub high: Vec<Vector>,
-    /// What rounding left out.
+    /// The rounding error of `high`.
     pub low: Vec<Vector>,
 }
 
 impl SplitField {
-    /// Takes a displacement as it is.
+    /// Creates a field without a second part.
     pub fn new(high: Vec<Vector>) -> Self {
         Self { low: vec![[0.0; 2]; high.len()], high }
     }
@@ -93,7 +93,8 @@ impl Nodal<'_> {
     }
 }
 
-/// What gives the stress of a triangle. Not a closure: it is compiled together with the loop that has fused products.
+/// The source of the stress of a triangle. Not a closure: it is compiled together with the loop that has fused
+/// products.
 #[derive(Clone, Copy)]
 enum Source<'a> {
     Displacement(Nodal<'a>),

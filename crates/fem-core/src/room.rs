@@ -1,8 +1,8 @@
-//! Room for large arrays, asked for before they are made, so that a lack of memory is an error and no abort.
+//! Checks for memory before large arrays are allocated, so that a lack of memory is an error and not an abort.
 
-/// Says whether this many bytes can be allocated at this moment. They are given back at once.
+/// Tells whether this many bytes can be allocated now. They are released at once.
 ///
-/// If the system promises more memory than it has, the answer is yes.
+/// If the system overcommits memory, the result is `true`.
 pub fn has_room_for(bytes: usize) -> bool {
     Vec::<u8>::new().try_reserve_exact(bytes).is_ok()
 }

@@ -15,7 +15,7 @@ pub struct SymTensor2 {
 }
 
 impl SymTensor2 {
-    /// Makes a tensor from its components.
+    /// Creates a tensor from its components.
     pub const fn new(xx: f64, yy: f64, xy: f64) -> Self {
         Self { xx, yy, xy }
     }

@@ -1,6 +1,6 @@
-//! Whole iterations on condensed bodies: the paper's settings and the default ones, and the reference; one iteration by
-//! itself, for an interface as long as that of 1280x640 cells per body.
-#![allow(clippy::unwrap_used, missing_docs)] // The data are fixed and sound; criterion's macros are not documented.
+//! Whole iterations on condensed bodies: the paper's settings and the default ones, and the reference; one
+//! separate iteration, for an interface as long as that of 1280x640 cells per body.
+#![allow(clippy::unwrap_used, missing_docs)] // The data are fixed and valid; criterion's macros are not documented.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use fem_core::assembly::System;
@@ -61,10 +61,10 @@ fn iterations(c: &mut Criterion) {
     group.finish();
 }
 
-/// Iterations timed in one run, after the first, which starts the contact problem cold.
+/// Iterations timed in one run, after the first, whose contact problem has a cold start.
 const TIMED: u32 = 10;
 
-/// Takes the time from the end of the first iteration to the end of the last.
+/// Measures the time from the end of the first iteration to the end of the last.
 #[derive(Default)]
 struct Watch {
     first: Option<Instant>,

@@ -1,4 +1,4 @@
-//! Two blocks from Rust: the paper's problem, by the paper's settings and by this crate's own.
+//! Two blocks from Rust: the paper's problem, with the paper's settings and with this crate's defaults.
 //!
 //! ```text
 //!        u_y = −0.02                 Ω₁ = (0,2)×(1,2), E₁ = 2000, carries λ
@@ -80,7 +80,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 #[test]
 fn both_settings_reach_the_answer_of_an_independent_code() {
-    // A prototype in another language: η_NNDD of the first iterations, converged energies and contact force.
+    // Values of a prototype in another language: η_NNDD of the first iterations, converged energies and contact force.
     let eta = [1.2270569444, 0.17789282682, 0.048336668644];
     let blocks = Blocks::new([18, 9]).unwrap();
     let paper = blocks.solve(&NnddSettings::paper(0.4), 1e-8).unwrap();

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 
 /// Differences that Anderson's method keeps.
 const WINDOW: usize = 6;
-/// A step that raises the error by more than this factor makes Anderson's method forget its history.
+/// A step that raises the error by more than this factor makes Anderson's method discard its history.
 const SAFEGUARD: f64 = 2.0;
 
 /// Turns corrections into the next λ.
@@ -13,7 +13,7 @@ pub(crate) struct Accelerator {
     kind: Acceleration,
     base: f64,
     theta: f64,
-    /// λ and direction of the last iteration that was looked at.
+    /// λ and direction of the last iteration.
     previous: Option<(Vec<f64>, Vec<f64>)>,
     /// Differences of λ and of directions, newest last.
     history: Vec<(Vec<f64>, Vec<f64>)>,
@@ -25,7 +25,7 @@ impl Accelerator {
         Self { kind, base: theta, theta, previous: None, history: Vec::new(), last_eta: f64::INFINITY }
     }
 
-    /// Looks at an iteration and chooses the update that follows, whose θ it returns.
+    /// Chooses the update that follows an iteration and returns its θ.
     pub(crate) fn choose(&mut self, lambda: &[f64], direction: Vec<f64>, eta: f64) -> f64 {
         if self.kind != Acceleration::None {
             self.theta = self.aitken(&direction).unwrap_or(self.base);
@@ -45,11 +45,11 @@ impl Accelerator {
         }
         self.last_eta = eta;
         self.previous = Some((lambda.to_vec(), direction));
-        // A history is Anderson's only.
+        // Only Anderson's method has a history.
         if self.history.is_empty() { self.theta } else { self.base }
     }
 
-    /// Computes the next λ by the update chosen.
+    /// Computes the next λ with the chosen update.
     pub(crate) fn next(&self) -> Vec<f64> {
         let Some((lambda, direction)) = &self.previous else { return Vec::new() };
         if self.history.is_empty() {
@@ -78,7 +78,7 @@ impl Accelerator {
             columns.column_iter().map(|c| c.norm()).map(|s| if s > 0.0 { s } else { 1.0 }).collect();
         let scaled = DMatrix::from_fn(columns.nrows(), columns.ncols(), |i, j| columns[(i, j)] / scales[j]);
         let z = DVector::from_column_slice(direction);
-        // Directions that the history repeats to round-off are left out.
+        // Directions that are linearly dependent to round-off are ignored.
         let gamma = scaled.svd(true, true).solve(&z, 1e-10).unwrap_or_else(|_| DVector::zeros(scales.len()));
         (0..lambda.len())
             .map(|i| {
@@ -96,7 +96,7 @@ impl Accelerator {
 mod tests {
     use super::*;
 
-    /// Steps on `z = b − A λ` with A = diag(1, ½); after each, the θ that was named and the difference that it makes.
+    /// Steps on `z = b − A λ` with A = diag(1, ½); after each, the reported θ and the change of λ.
     fn steps(kind: Acceleration, etas: [f64; 4]) -> Vec<(f64, Vec<f64>)> {
         let mut update = Accelerator::new(kind, 0.4);
         let mut lambda = vec![0.0, 0.0];
@@ -119,7 +119,8 @@ mod tests {
                 assert!(error.iter().all(|e| e.abs() < 1e-15), "{kind:?} {theta} {error:?}");
             }
         }
-        // Anderson's steps mix with the base; the first, and one that the safeguard makes begin anew, do not mix.
+        // Anderson's steps mix with the base θ; the first step, and a step after a restart by the safeguard, do not
+        // mix.
         let found = steps(Acceleration::Anderson, [1.0, 0.5, 2.0, 1.0]);
         assert_eq!(found[1].0, 0.4);
         assert!(found[1].1.iter().any(|e| e.abs() > 1e-3));

@@ -1,4 +1,4 @@
-//! Why a call made no sense. How an iteration ended is [`crate::NnddStatus`], never an error.
+//! Errors of invalid calls. How an iteration ended is a [`crate::NnddStatus`], never an error.
 
 use contact_qp::QpError;
 use fem_core::assembly::AssemblyError;
@@ -9,10 +9,10 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum NnddError {
-    /// The sizes of problem, condensed bodies and λ do not belong together.
+    /// The sizes of problem, condensed bodies and λ do not match.
     #[error("{what} has {found} interface unknowns; the interface has {expected} pairs")]
     Length {
-        /// What is of the wrong size.
+        /// What has the wrong size.
         what: &'static str,
         /// Its size.
         found: usize,
@@ -25,7 +25,7 @@ pub enum NnddError {
         /// The value found.
         found: f64,
     },
-    /// The initial λ is infinite or not a number.
+    /// The initial λ is infinite or NaN.
     #[error("the initial lambda of pair {pair} is {found}; finite numbers are needed")]
     Lambda {
         /// Number of the pair.
@@ -33,7 +33,7 @@ pub enum NnddError {
         /// The value found.
         found: f64,
     },
-    /// The contact problem was refused.
+    /// The contact problem was rejected.
     #[error("the contact problem of the second body cannot be solved: {0}")]
     Qp(#[from] QpError),
     /// A body could not be assembled for the literal path.

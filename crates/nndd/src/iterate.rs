@@ -1,4 +1,4 @@
-//! What one iteration knows, and what is kept of it.
+//! The data of one iteration, and the part that is kept as history.
 
 use contact_qp::{ActiveSet, KktResiduals, QpPath, QpStatus};
 
@@ -13,17 +13,17 @@ pub struct ContactAnswer {
     pub active: ActiveSet,
     /// How the programme ended.
     pub status: QpStatus,
-    /// By which road it was solved.
+    /// Method that produced the answer.
     pub path: QpPath,
-    /// Iterations of that road.
+    /// Iterations of that method.
     pub iterations: usize,
-    /// How often Clarabel was called.
+    /// Number of calls of Clarabel.
     pub clarabel_calls: usize,
     /// Its KKT residuals, relative.
     pub kkt: KktResiduals,
 }
 
-/// One iteration: the admissible pair of step 1 and what step 2 makes of it.
+/// One iteration: the admissible pair of step 1 and the results of step 2.
 #[derive(Clone, Debug)]
 pub struct Iterate {
     /// Number, from 1.
@@ -32,7 +32,7 @@ pub struct Iterate {
     pub lambda: Vec<f64>,
     /// Reaction `r¹` of Ω₁ to λ, N/m.
     pub reaction: Vec<f64>,
-    /// Ω₂'s answer to λ.
+    /// Response of Ω₂ to λ.
     pub contact: ContactAnswer,
     /// Opening `o = v² − (λ − g) ≥ 0`, m.
     pub opening: Vec<f64>,
@@ -40,13 +40,14 @@ pub struct Iterate {
     pub theta: f64,
     /// `ε_t = 2 max|t¹+t²| / (max|t¹|+max|t²|)`, dimensionless: (24) of `certified_contact::theory`.
     pub precision: f64,
-    /// `η_NNDD = ‖w̄‖`, `S₁ w̄ = r¹ + r²`, (22) of `certified_contact::theory`: the guaranteed bound of the iteration's error, square root of an energy.
+    /// `η_NNDD = ‖w̄‖`, `S₁ w̄ = r¹ + r²`, (22) of `certified_contact::theory`: the guaranteed bound of the iteration's
+    /// error, square root of an energy.
     pub eta_nndd: f64,
 }
 
 impl Iterate {
     /// Counts the pairs in contact: those with a positive force. A pair that touches without a force does
-    /// not count, since its bound may be called active or not.
+    /// not count, since its bound may count as active or not.
     pub fn contact_nodes(&self) -> usize {
         self.contact.normal_reaction.iter().filter(|&&r| r > 0.0).count()
     }
@@ -59,7 +60,7 @@ impl Iterate {
     /// Computes the contact forces of Ω₁ and Ω₂, `F₁ = −Σ r¹_i` and `F₂ = Σ r²_i`, N/m, positive in compression. They are
     /// equal at the discrete solution.
     pub fn contact_forces(&self) -> [f64; 2] {
-        // The sum of nothing but zeros is −0.
+        // A sum of zeros can be −0.
         [-self.reaction.iter().sum::<f64>(), self.contact_force()].map(|force| force + 0.0)
     }
 }
@@ -81,9 +82,9 @@ pub struct IterationRow {
     pub contact_force: f64,
     /// How Ω₂'s contact problem was solved.
     pub qp_path: QpPath,
-    /// Iterations that took.
+    /// Iterations of that method.
     pub qp_iterations: usize,
-    /// Largest relative KKT residual of its answer.
+    /// Largest relative KKT residual of its solution.
     pub qp_kkt: f64,
 }
 

@@ -21,16 +21,16 @@
 //! | r^α, t^α | normal nodal forces, N/m; over the tributary length, Pa | `n_c` |
 //! | S_α | Steklov-Poincaré operators, [`fem_core::condensation::CondensedBody`] | `n_c × n_c` |
 //!
-//! (8) to (11) are solved in `src/steps.rs`, in the interface unknowns, and once more in full in `src/literal.rs`; the loop is
-//! in `src/solve.rs`. What θ can be: [`Spectrum`]. If the iteration does not converge, the interface Newton method in
-//! `src/monolithic.rs` solves the same discrete problem: [`Method::Auto`].
+//! (8) to (11) are solved in `src/steps.rs`, in the interface unknowns, and a second time at full size in
+//! `src/literal.rs`; the loop is in `src/solve.rs`. For the admissible θ see [`Spectrum`]. If the iteration does not
+//! converge, the interface Newton method in `src/monolithic.rs` solves the same discrete problem: see [`Method::Auto`].
 //!
 //! # Types, in the order one meets them
 //! [`NnddSettings`], a [`stopping::StoppingCriterion`], [`solve`],
 //! [`NnddSolution`] with its [`NnddStatus`], [`IterationRow`]s and last [`Iterate`].
 //!
-//! `examples/blocks.rs` solves the paper's problem by its settings and by the default ones. [`fem_core`] and [`contact_qp`],
-//! whose types stand in the signatures here, are re-exported.
+//! `examples/blocks.rs` solves the paper's problem with its settings and with the default ones. [`fem_core`] and
+//! [`contact_qp`], whose types appear in the signatures here, are re-exported.
 //!
 //! # Example
 //! Two equal blocks pressed together: one iteration is exact.
@@ -56,8 +56,9 @@
 //! # Ok(()) }
 //! ```
 //!
-//! # What this crate does not know
-//! No estimator of the discretisation, no file. It does not print, read the clock or the environment.
+//! # What this crate does not do
+//! It does not estimate the discretisation error and has no file formats. It does not print, and does not read the
+//! clock or the environment.
 
 mod acceleration;
 mod error;

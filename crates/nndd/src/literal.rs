@@ -1,7 +1,7 @@
 //! The literal path: one full-size solve per body and step, and the full sparse contact problem.
 //!
-//! It shares neither the Schur complement nor its factor with the condensed path, and is the reference that
-//! the condensed path is tested against.
+//! It shares neither the Schur complement nor its factor with the condensed path, and is the reference for
+//! testing the condensed path.
 
 use crate::error::NnddError;
 use crate::iterate::ContactAnswer;
@@ -29,7 +29,7 @@ fn factorise(matrix: &SymmetricCsc, fronts: &[Front]) -> Result<Cholesky, NnddEr
     Ok(Cholesky::new(matrix, fronts)?)
 }
 
-/// Leaves the interface out of a tree of fronts: what hung on it becomes a root.
+/// Removes the interface from a tree of fronts; its children become roots.
 fn without_interface(fronts: &[Front]) -> Vec<Front> {
     let kept = fronts.len() - 1;
     let mut fronts = fronts[..kept].to_vec();

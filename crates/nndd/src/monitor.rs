@@ -2,32 +2,32 @@
 
 use crate::solution::NnddStatus;
 
-/// Growth over the last mark that counts as divergence.
+/// Growth factor over the last reference value that counts as divergence.
 const GROWTH: f64 = 1e3;
-/// So many rises in a row do as well, where the method is a plain relaxation.
+/// This many consecutive increases also count as divergence if no acceleration is used.
 const RISES: usize = 6;
 /// Reduction of η below which it is round-off.
 const ROUND_OFF: f64 = 1e-11;
 /// Iterations without progress at round-off, and above it.
 const PATIENCE: [usize; 2] = [6, 60];
 
-/// A fall to this part of the last mark sets the next one: progress.
+/// A decrease to this fraction of the last reference value is progress and sets a new reference.
 const PROGRESS: f64 = 0.9;
 
-/// A fall to this part of the last mark, by every iteration since, is slow but steady.
+/// A decrease to this fraction of it, with η smaller in every iteration since, is slow but steady.
 const STEADY: f64 = 0.999;
 
-/// The course of η_NNDD so far.
+/// The history of η_NNDD so far.
 #[derive(Clone, Debug)]
 pub(crate) struct Monitor {
     largest: f64,
     smallest: f64,
-    /// The last value that was progress, and the largest until then.
+    /// The last reference value, and the largest value until then.
     mark: f64,
     scale: f64,
     last: f64,
     rises: usize,
-    /// Iterations since the mark, and whether η fell at every one of them.
+    /// Iterations since the reference value, and whether η fell in every one of them.
     idle: usize,
     falling: bool,
 }
@@ -55,7 +55,7 @@ impl Monitor {
     }
 
     /// Judges the next η; `plain` says that the iteration has a fixed θ, whose error falls steadily or
-    /// not at all. A slow iteration that still falls is left to the limit of iterations.
+    /// not at all. A slow iteration that still falls continues to the iteration limit.
     pub(crate) fn judge(&mut self, eta: f64, plain: bool) -> Option<NnddStatus> {
         let (mark, scale) = (self.mark, self.scale);
         if !eta.is_finite() {
@@ -71,7 +71,7 @@ impl Monitor {
         } else {
             self.idle += 1;
         }
-        // What it has grown to since is no scale.
+        // The larger values since then are not a scale.
         let at_round_off = mark <= ROUND_OFF * scale;
         if !at_round_off && (eta > GROWTH * mark || plain && self.rises >= RISES) {
             return Some(self.diverged());
@@ -106,12 +106,12 @@ mod tests {
     fn a_slow_fall_is_left_to_the_limit_of_iterations() {
         // 5 % in 60 iterations, for a thousand.
         assert_eq!(judge((0..1000).map(|k| 0.99915f64.powi(k))), None);
-        // 6e-8 in 60 iterations is no progress.
+        // 6e-8 in 60 iterations is not progress.
         assert!(matches!(
             judge((0..100).map(|k| 1.0 - 1e-9 * f64::from(k))),
             Some(NnddStatus::Stalled { .. })
         ));
-        // With rises in between it has stalled, and the smallest value is the one that is named.
+        // With increases in between it has stalled, and the smallest value is reported.
         let rough = (0..1000).map(|k| 0.99915f64.powi(k) * if k % 7 == 3 { 1.01 } else { 1.0 });
         let Some(NnddStatus::Stalled { floor, at_round_off: false }) = judge(rough) else { panic!() };
         assert!((floor - 0.99915f64.powi(60)).abs() < 1e-13, "{floor}");

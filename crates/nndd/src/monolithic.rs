@@ -1,4 +1,4 @@
-//! The interface Newton method: the reference that every other path is tested against.
+//! The interface Newton method: the reference for testing every other path.
 //!
 //! With `F = S₁⁻¹ + S₂⁻¹` and `c` the opening without contact force, the discrete contact problem is
 //! `r ≥ 0, o = c + F r ≥ 0, r·o = 0`, the optimality conditions of `min ½ rᵀF r + cᵀr, r ≥ 0`. Semi-smooth
@@ -9,7 +9,7 @@ use contact_qp::{ActiveSet, BoundQp, MatrixView, QpSettings, QpSolution};
 use fem_core::condensation::CondensedBody;
 use fem_core::interface::ContactInterface;
 
-/// The Newton method's answer: λ, and the programme that gave it.
+/// The result of the Newton method: λ, and the solution of the quadratic programme.
 pub(crate) struct NewtonAnswer {
     pub(crate) lambda: Vec<f64>,
     pub(crate) solution: QpSolution,
@@ -17,7 +17,7 @@ pub(crate) struct NewtonAnswer {
 
 /// Solves the discrete contact problem.
 ///
-/// * `open`: the pairs to begin with as open, if a good guess is known.
+/// * `open`: the pairs that are open at the start, if a good guess is known.
 pub(crate) fn solve(
     interface: &ContactInterface,
     bodies: &[CondensedBody; 2],

@@ -1,4 +1,4 @@
-//! How to iterate.
+//! Settings of the iteration.
 
 use contact_qp::QpSettings;
 
@@ -16,7 +16,7 @@ pub enum Method {
     Newton,
 }
 
-/// By which operators the steps are solved.
+/// The operators that the steps are solved with.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Path {
     /// In the interface unknowns only, `O(n_c²)` operations per step.
@@ -49,7 +49,7 @@ pub enum Weights {
 /// How the sequence of λ is accelerated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Acceleration {
-    /// Not at all: the paper's fixed θ.
+    /// No acceleration: the paper's fixed θ.
     None,
     /// Aitken's vector Δ² relaxation of θ.
     Aitken,
@@ -62,7 +62,7 @@ pub enum Acceleration {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct NnddSettings {
-    /// The algorithm; default the Neumann-Neumann iteration with the interface Newton method behind it.
+    /// The algorithm; default the Neumann-Neumann iteration, then the interface Newton method if needed.
     pub method: Method,
     /// The operators; default condensed.
     pub path: Path,
@@ -72,7 +72,7 @@ pub struct NnddSettings {
     pub weights: Weights,
     /// The acceleration; default Anderson.
     pub acceleration: Acceleration,
-    /// Most iterations; default 50. With 0 the first pair is still computed, so that it can be certified.
+    /// Maximum number of iterations; default 50. With 0 the first pair is still computed, so that it can be certified.
     pub max_iterations: usize,
     /// How Ω₂'s contact problem is solved.
     pub qp: QpSettings,

@@ -1,4 +1,4 @@
-//! How an iteration ended, and what it leaves.
+//! The result of an iteration and how it ended.
 
 use crate::iterate::{Iterate, IterationRow};
 use crate::spectrum::Spectrum;
@@ -12,22 +12,22 @@ pub enum NnddStatus {
     StoppedByCriterion,
     /// All allowed iterations were used.
     MaxIterations,
-    /// η_NNDD grows, or λ leaves the numbers: θ is too large.
+    /// η_NNDD grows or λ overflows: θ is too large.
     Diverged {
-        /// The smallest η_NNDD; infinite where not even the first is a finite number.
+        /// The smallest η_NNDD; infinite if even the first one is not finite.
         best: f64,
-        /// θ converges below this (full contact), where that could be estimated.
+        /// The iteration converges for θ below this (full contact), if it could be estimated.
         theta_limit: Option<f64>,
     },
-    /// η_NNDD fell by less than 10 % in 60 iterations, and either not at each of them or by less than 0.1 %; or in 6, at
-    /// round-off.
+    /// No progress: η_NNDD fell by less than 10 % in 60 iterations, and either not in each of them or by less than
+    /// 0.1 %. At round-off level, 6 iterations are enough.
     Stalled {
-        /// The smallest η_NNDD: the attainable floor where it is at round-off.
+        /// The smallest η_NNDD: the attainable floor if it is at round-off level.
         floor: f64,
-        /// Whether that floor is round-off, against the first iteration.
+        /// Whether that floor is round-off, relative to the first iteration.
         at_round_off: bool,
     },
-    /// Somebody outside ended it.
+    /// The caller ended it.
     Interrupted,
     /// Ω₂'s contact problem was not solved.
     ContactQpUnsolved(QpStatus),
@@ -38,7 +38,7 @@ pub enum NnddStatus {
 pub struct Switch {
     /// How the iteration ended before the switch.
     pub after: NnddStatus,
-    /// How the Newton method ended. If it is not solved, the solution is that of the iteration.
+    /// How the Newton method ended. If it did not solve the problem, the solution is that of the iteration.
     pub newton: QpStatus,
 }
 
@@ -50,14 +50,14 @@ pub struct NnddSolution {
     pub status: NnddStatus,
     /// The switch to the interface Newton method, if there was one.
     pub switch: Option<Switch>,
-    /// One row per iteration; after a switch one more, of the Newton method.
+    /// One row per iteration; after a switch, one more row for the Newton method.
     pub history: Vec<IterationRow>,
     /// The last iteration.
     pub last: Iterate,
-    /// θ at the start: as given, or chosen; 0 for Newton's method, which has none.
+    /// Initial θ, given or chosen; 0 for the Newton method, which does not use θ.
     pub theta: f64,
-    /// The spectrum by which θ was chosen; where a given θ failed, the one that says which would do.
+    /// The spectrum from which θ was chosen; if a given θ failed, the spectrum that shows which θ would converge.
     pub spectrum: Option<Spectrum>,
-    /// How often Clarabel was called in all.
+    /// Total number of calls of Clarabel.
     pub clarabel_calls: usize,
 }

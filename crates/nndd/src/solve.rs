@@ -1,4 +1,4 @@
-//! The algorithm box of the paper: one loop. What interface Newton does beside it is in `newton`.
+//! The algorithm box of the paper: one loop. The interface Newton method is in `newton`.
 
 mod newton;
 
@@ -119,7 +119,7 @@ impl Run<'_> {
             (0..pairs.len()).map(|i| contact.normal_trace[i] - (lambda[i] - pairs[i].gap)).collect();
         let traction = |r: &dyn Fn(usize) -> f64| {
             let tractions = (0..pairs.len()).map(|i| (r(i) / pairs[i].tributary_length).abs());
-            // A NaN must show: it would pass for a small imbalance.
+            // Keep a NaN: otherwise it would count as a small imbalance.
             tractions.fold(0.0, |largest: f64, t| if t > largest || t.is_nan() { t } else { largest })
         };
         let r2 = &contact.normal_reaction;
@@ -130,7 +130,7 @@ impl Run<'_> {
     }
 }
 
-/// What the iteration works with.
+/// The operators and settings of the iteration.
 struct Run<'a> {
     interface: &'a ContactInterface,
     steps: &'a dyn Steps,
@@ -139,7 +139,7 @@ struct Run<'a> {
     warm_start: Option<ActiveSet>,
 }
 
-/// What step 2 finds.
+/// The results of step 2.
 struct Correction {
     /// Direction of the update, `(w¹ − w²)·n`.
     direction: Vec<f64>,
@@ -151,13 +151,13 @@ struct Correction {
 ///
 /// * `bodies`: the two bodies condensed on the interface, in the roles of `problem`.
 /// * `lambda`: the initial normal trace λ₁ at each pair, m.
-/// * `stop`: looked at after every iteration.
+/// * `stop`: called after every iteration.
 ///
 /// The pair of step 1 of the last iteration is in `last`; it is kinematically admissible exactly.
 ///
 /// # Errors
-/// Sizes that do not belong together, a θ that is not positive, a contact problem that is refused, a
-/// criterion that fails. Not converging is a status.
+/// Sizes that do not match, a θ that is not positive, a contact problem that is rejected, a
+/// criterion that fails. No convergence is a status, not an error.
 pub fn solve(
     problem: &ContactProblem,
     bodies: &[CondensedBody; 2],
@@ -168,16 +168,16 @@ pub fn solve(
     solve_from(problem, bodies, Start { lambda, active: None }, settings, stop)
 }
 
-/// Where an iteration starts.
+/// The initial values of an iteration.
 #[derive(Clone, Debug)]
 pub struct Start {
     /// The normal trace λ₁ at each pair, m.
     pub lambda: Vec<f64>,
-    /// The active set of Ω₂'s contact problem, where one is known: it is tried before Clarabel.
+    /// The active set of Ω₂'s contact problem, if one is known: it is tried before Clarabel.
     pub active: Option<ActiveSet>,
 }
 
-/// Solves a contact problem as [`solve`] does, from what is known of a similar one.
+/// Solves a contact problem like [`solve`], starting from the result of a similar one.
 ///
 /// # Errors
 /// See [`solve`].
@@ -236,7 +236,7 @@ pub fn solve_from(
         _ => false,
     };
     if failed {
-        // Say which θ would do.
+        // Report which θ would converge.
         solution.spectrum = spectrum.or_else(|| spectrum::estimate(bodies, &weights));
     }
     if let NnddStatus::Diverged { theta_limit, .. } = &mut solution.status {

@@ -1,4 +1,4 @@
-//! The spectrum of the interface operator, which says what θ can be.
+//! The spectrum of the interface operator, which determines the admissible θ.
 //!
 //! In full contact an iteration multiplies the error of λ by `I − θ B (S₁+S₂)`, with `B = ½(S₁⁻¹+S₂⁻¹)` for
 //! the paper's weights and `B = d₁S₁⁻¹d₁ + d₂S₂⁻¹d₂` for nodal ones. The eigenvalues µ are real and positive
@@ -34,10 +34,10 @@ impl Spectrum {
     }
 }
 
-/// Most Lanczos steps: the ends of the spectrum converge in a few.
+/// Maximum number of Lanczos steps: the ends of the spectrum converge in a few.
 const STEPS: usize = 12;
 
-/// Chooses θ: as given, or the best one by the spectrum, which is returned too.
+/// Chooses θ: the given one, or the best one for the spectrum, which is also returned.
 pub(crate) fn choose_theta(
     theta: Theta,
     bodies: &[CondensedBody; 2],
@@ -74,7 +74,7 @@ pub(crate) fn estimate(bodies: &[CondensedBody; 2], weights: &NodalWeights) -> O
     ends(&lanczos(n, both, precondition))
 }
 
-/// The tridiagonal matrix of the Lanczos steps: its diagonal, and what stands beside it.
+/// The tridiagonal matrix of the Lanczos steps: its diagonal and off-diagonal.
 #[derive(Default)]
 struct Tridiagonal {
     diagonal: Vec<f64>,
@@ -87,7 +87,7 @@ fn lanczos(
     operator: impl Fn(&[f64]) -> Vec<f64>,
     precondition: impl Fn(&[f64]) -> Vec<f64>,
 ) -> Tridiagonal {
-    // A start with every frequency in it, always the same.
+    // A fixed start vector that contains every frequency.
     let mut v: Vec<f64> = (0..n).map(|i| 1.0 + (1.7 * (i * i) as f64 + 0.3 * i as f64).sin()).collect();
     let mut basis: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
     let mut found = Tridiagonal::default();
@@ -120,7 +120,7 @@ fn lanczos(
     found
 }
 
-/// Computes the smallest and the largest eigenvalue; `None` where they are no spectrum of a positive operator.
+/// Computes the smallest and the largest eigenvalue; `None` if the operator is not positive.
 fn ends(matrix: &Tridiagonal) -> Option<Spectrum> {
     let steps = matrix.diagonal.len();
     if steps == 0 {

@@ -5,7 +5,7 @@ use crate::iterate::ContactAnswer;
 use contact_qp::{ActiveSet, CheckedMatrix, MatrixView, QpSettings, QpSolution};
 use fem_core::condensation::CondensedBody;
 
-/// Solves the steps' problems; the condensed path and the literal one differ in nothing else.
+/// Solves the steps' problems. This is the only difference between the condensed path and the literal one.
 pub(crate) trait Steps: Sync {
     /// (8): imposes λ on Ω₁ and returns its reaction `r¹`.
     fn dirichlet(&self, lambda: &[f64]) -> Vec<f64>;
@@ -65,7 +65,7 @@ impl Steps for CondensedSteps<'_> {
     }
 }
 
-/// Takes the interface part of a programme's solution.
+/// Extracts the interface part of a programme's solution.
 pub(crate) fn answer(solution: QpSolution, normal_trace: Vec<f64>) -> ContactAnswer {
     ContactAnswer {
         normal_trace,

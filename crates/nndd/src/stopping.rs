@@ -1,4 +1,4 @@
-//! When to stop: called once per iteration with everything that is known.
+//! Stopping criteria, called once per iteration with everything that is known.
 
 use crate::iterate::Iterate;
 use std::error::Error;
@@ -6,15 +6,15 @@ use std::error::Error;
 /// What to do after an iteration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Decision {
-    /// Go on.
+    /// Continue.
     Continue,
     /// The criterion is met.
     Stop,
-    /// Somebody outside wants to end it, whatever the criterion says.
+    /// The caller wants to end it, whatever the criterion says.
     Interrupt,
 }
 
-/// Decides after every iteration whether to go on.
+/// Decides after every iteration whether to continue.
 pub trait StoppingCriterion {
     /// Looks at an iterate.
     ///
@@ -28,7 +28,7 @@ pub trait StoppingCriterion {
     }
 }
 
-/// Stops when the paper's precision `ε_t` is at most the tolerance. It deceives: see `eta_nndd`.
+/// Stops when the paper's precision `ε_t` is at most the tolerance. It does not bound the error: prefer [`EtaNndd`].
 #[derive(Clone, Copy, Debug)]
 pub struct Precision(pub f64);
 
@@ -41,13 +41,13 @@ impl StoppingCriterion for Precision {
 /// Stops when `η_NNDD ≤ tolerance · η_NNDD(1)`.
 #[derive(Clone, Copy, Debug)]
 pub struct EtaNndd {
-    /// Reduction asked for.
+    /// Requested reduction.
     pub tolerance: f64,
     first: Option<f64>,
 }
 
 impl EtaNndd {
-    /// Makes the criterion.
+    /// Creates the criterion.
     pub fn new(tolerance: f64) -> Self {
         Self { tolerance, first: None }
     }

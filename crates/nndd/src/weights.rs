@@ -3,7 +3,7 @@
 use crate::settings::Weights;
 use fem_core::condensation::CondensedBody;
 
-/// Nodal weights, and the form of the update that belongs to them.
+/// Nodal weights, and the corresponding form of the update.
 #[derive(Clone, Debug)]
 pub(crate) struct NodalWeights {
     /// `d₁`, `d₂` at each pair, sum 1.
@@ -28,7 +28,7 @@ impl NodalWeights {
         }
     }
 
-    /// Tells whether the bodies share alike, so that `w̄ = −2 w¹`.
+    /// Tells whether the bodies have equal weights, so that `w̄ = −2 w¹`.
     pub(crate) fn is_half(&self) -> bool {
         !self.weigh_update
     }

@@ -27,7 +27,7 @@ fn every_method_and_form_finds_the_answer() {
     }
     println!("largest KKT residual {worst:e}");
     assert!(worst < 1e-14, "{worst:e}");
-    // The sample must contain contact, or the test would say little.
+    // The sample must contain contact, otherwise the test would be weak.
     assert!(active_bounds > 1000, "{active_bounds}");
 }
 

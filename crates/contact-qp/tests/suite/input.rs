@@ -4,7 +4,7 @@ use contact_qp::{ActiveSet, BoundQp, MatrixView, QpError, QpSettings, solve};
 
 fn error(qp: BoundQp<'_>) -> QpError {
     let found = solve(&qp, None, &QpSettings::default()).expect_err("bad input");
-    // Compared as text, since a number that is not one differs from itself.
+    // Compared as text, because NaN differs from itself.
     let checked = qp.check().expect_err("bad input");
     assert_eq!(checked.to_string(), found.to_string(), "`check` and `solve` agree");
     found
@@ -65,12 +65,12 @@ fn numbers_that_are_not_finite() {
 
 #[test]
 fn matrices_that_are_not_symmetric() {
-    // Triangles alone, which Clarabel would take for a full matrix.
+    // Triangles alone, which Clarabel would read as a full matrix.
     for values in [[2.0, -1.0, 0.0, 2.0], [2.0, 0.0, -1.0, 2.0]] {
         let matrix = MatrixView::Dense { n: 2, values: &values };
         assert!(matches!(error(BoundQp { matrix, ..GOOD }), QpError::NotSymmetric { row: 1, column: 0, .. }));
     }
-    // Round-off is let pass, a relative 1e-9 is not; beyond one tile of the sweep.
+    // Round-off is accepted, a relative 1e-9 is not; beyond one tile of the sweep.
     let n = 70;
     for (perturbation, good) in [(1e-14, true), (1e-9, false)] {
         let mut values = vec![0.5; n * n];

@@ -1,5 +1,5 @@
 //! Tests of the public interface.
-// The helpers stand outside the test functions, where the workspace lints would forbid these.
+// The helpers are outside the test functions, and the workspace lints forbid these there.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod brute_force;

@@ -4,7 +4,7 @@
 //!   0 o-.                       .-o 1      −u'' = −p on (0, 1), u(0) = u(1) = 0, u ≥ −d.
 //!        '-._               _.-'           Free part u = p x²/2 − p a x, touching at x = a with slope 0:
 //!            '-------------'  u = −d       d = p a² / 2, so the contact zone is [a, 1 − a], a = √(2 d / p),
-//!            a            1−a              where the obstacle carries p per length.
+//!            a            1−a              and there the obstacle carries p per length.
 //! ```
 
 use crate::support::assert_exact;

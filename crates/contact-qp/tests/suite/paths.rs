@@ -1,4 +1,4 @@
-//! Which road is taken, and what is reported about it.
+//! Which method is used, and what is reported about it.
 
 use crate::support::{Problem, assert_close, assert_exact, brute_force};
 use contact_qp::{ActiveSet, BoundQp, MatrixView, QpMethod, QpPath, QpSettings, QpStatus, solve};

@@ -1,4 +1,4 @@
-//! Units must not matter, nor bounds that are far away.
+//! Neither units nor distant bounds must change the result.
 
 use crate::support::{Problem, assert_close, assert_exact};
 use contact_qp::{QpMethod, QpSettings, QpStatus, solve};
@@ -61,7 +61,7 @@ fn far_away_bounds_count_for_nothing() {
 
 #[test]
 fn stiffnesses_of_different_size_are_solved() {
-    // D P D with D from 1e-4 to 1e4: what a soft body and a hard one give together.
+    // D P D with D from 1e-4 to 1e4: like a soft body and a stiff one together.
     for seed in 0..10 {
         let mut problem = Problem::random(20, 1200 + seed);
         let n = problem.n;

@@ -1,4 +1,4 @@
-//! Edges of the definition: nothing to solve, no bounds, all active, singular and indefinite matrices.
+//! Limit cases: no unknowns, no bounds, all active, singular and indefinite matrices.
 
 use crate::support::{Problem, assert_close, assert_exact, brute_force};
 use contact_qp::{
@@ -58,7 +58,7 @@ fn every_unknown_bounded_and_active() {
     assert_eq!(warm.path, QpPath::WarmStart);
 }
 
-/// Two unknowns joined by a spring and held by nothing but the bound on the first.
+/// Two unknowns joined by a spring, constrained only by the bound on the first.
 fn floating(linear: &[f64]) -> BoundQp<'_> {
     let matrix = MatrixView::Dense { n: 2, values: &[1.0, -1.0, -1.0, 1.0] };
     BoundQp { matrix, linear, bounded: &[0], lower: &[0.5] }

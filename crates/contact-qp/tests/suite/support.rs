@@ -1,4 +1,4 @@
-//! Random problems, a sparse copy of a dense one, exhaustive search, and the exactness every answer must have.
+//! Random problems, a sparse copy of a dense one, exhaustive search, and the exactness that every solution must have.
 
 use contact_qp::{BoundQp, MatrixView, QpSolution};
 
@@ -106,7 +106,7 @@ fn eliminate(mut rows: Vec<Vec<f64>>) -> Vec<f64> {
     (0..n).map(|i| rows[i][n] / rows[i][i]).collect()
 }
 
-/// Tries every active set; returns `x` and the multipliers of the one whose signs are all right.
+/// Tries every active set; returns `x` and the multipliers of the one with correct signs.
 pub(crate) fn brute_force(problem: &Problem) -> (Vec<f64>, Vec<f64>) {
     let Problem { n, matrix, linear, bounded, lower } = problem;
     for mask in 0..1usize << bounded.len() {
@@ -143,7 +143,7 @@ pub(crate) fn brute_force(problem: &Problem) -> (Vec<f64>, Vec<f64>) {
     panic!("no active set has the right signs: {problem:?}");
 }
 
-/// Asserts what every answer promises, bit for bit.
+/// Asserts the properties of every solution, bit for bit.
 pub(crate) fn assert_exact(qp: &BoundQp<'_>, solution: &QpSolution) {
     assert_eq!(solution.x.len(), qp.linear.len());
     assert_eq!(solution.multipliers.len(), qp.bounded.len());

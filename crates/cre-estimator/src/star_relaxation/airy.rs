@@ -4,7 +4,7 @@
 //! `τ = R ∇²φ Rᵀ` with `R (x, y) = (y, −x)` has no divergence, and the traction `d(R∇φ)/ds` on an edge. The
 //! piecewise cubic, continuously differentiable `φ` of a triangle cut at its barycentre (Clough and Tocher
 //! 1965) have twelve unknowns: value and gradient at the corners, the mean normal derivative on the edges.
-//! Less the three affine functions they give the nine-dimensional space of Johnson and Mercier (1978). So `τ`
+//! Without the three affine functions they give the nine-dimensional space of Johnson and Mercier (1978). So `τ`
 //! follows from the edge moments of `R∇φ` by the same matrix as any other stress.
 
 use super::space::Space;
@@ -43,7 +43,7 @@ pub(super) const PLACES: [[usize; UNKNOWNS]; UNKNOWNS] = {
 pub(super) struct Reference {
     /// `R ∇²φ Rᵀ`; rows: part, corner, component as in [`johnson_mercier`].
     stress: [[f64; 12]; 27],
-    /// `∫ s_p s_q` of the components xx, yy, xy, each pair of different ones with its mirror.
+    /// `∫ s_p s_q` of the components xx, yy, xy, pairs of different ones include the transposed term.
     pub(super) mass: [[f64; PACKED]; 6],
 }
 
@@ -96,7 +96,7 @@ fn reference_stress() -> [[f64; 12]; 27] {
     })
 }
 
-/// One triangle: how its unknowns make the reference gradients, and its geometry.
+/// One triangle: the map from its unknowns to the reference gradients, and its geometry.
 ///
 /// The reference gradients are the products of `∇φ` with the two edge vectors at corner 0: two rows per corner, then
 /// two per edge.
@@ -150,7 +150,7 @@ impl Cell {
         PAIRS.map(|(p, q)| scale * self.dyads[p].contract(strains[q]))
     }
 
-    /// What the twelve unknowns make of numbers that belong to the reference gradients, `Tᵀ g`.
+    /// Maps values on the reference gradients to the twelve unknowns, `Tᵀ g`.
     fn unknowns(&self, gradients: &[f64; 12]) -> [f64; UNKNOWNS] {
         let pair = |k: usize, v: Vector| gradients[2 * k] * v[0] + gradients[2 * k + 1] * v[1];
         let along = [0, 1, 2].map(|k| pair(3 + k, self.along[k]));

@@ -8,8 +8,8 @@ use super::space::Space;
 use crate::star::{self, Star, corner};
 use std::ops::Range;
 
-/// Vertices handled by one task: enough for most triangles around them to have all their vertices among them, few enough
-/// for the forms of these triangles to stay in the cache.
+/// Vertices handled by one task: enough that most triangles around them have all their vertices among them, few enough
+/// that the forms of these triangles stay in the cache.
 pub(super) const BAND: usize = 4096;
 
 /// Couplings of one spoke with the unknowns outside the star: of the vertex's three unknowns with the ring
@@ -45,12 +45,10 @@ struct Spoke {
     rim: u32,
 }
 
-/// Stars of consecutive vertices, colour by colour, next to each other in memory in the order in which a sweep visits
-/// them.
+/// Stars of consecutive vertices, sorted by colour and stored in the order in which a sweep visits them.
 ///
-/// The sweeps are as fast as the memory: coefficients are kept in single precision, the unknowns in double. What
-/// direction the steps take and how long they are is then right to 1e-7, and what they add is in exact equilibrium
-/// all the same.
+/// The sweeps are limited by memory bandwidth: coefficients are stored in single precision, the unknowns in double.
+/// Direction and length of the steps are then accurate to 1e-7, but the added stresses are still in exact equilibrium.
 #[derive(Default)]
 pub(super) struct Band {
     places: Vec<Place>,
@@ -99,7 +97,7 @@ impl Forms {
     }
 }
 
-/// What assembling stars needs besides, used again for the next band.
+/// Working space for the assembly of stars, reused for the next band.
 #[derive(Default)]
 pub(super) struct Work {
     forms: Forms,
@@ -111,8 +109,8 @@ pub(super) struct Work {
 }
 
 impl Band {
-    /// Assembles and inverts the stars of some vertices. Neighbours follow each other, so that the forms they share are
-    /// still in the cache.
+    /// Assembles and inverts the stars of some vertices. Neighbours are consecutive, so the forms they share are still
+    /// in the cache.
     pub(super) fn renew(
         &mut self,
         space: &Space<'_>,
@@ -133,7 +131,7 @@ impl Band {
         work.inverter.finish(&mut self.inverse);
     }
 
-    /// Finds where the stars of some vertices stand, and makes room for them.
+    /// Computes the storage places of the stars of some vertices, and allocates them.
     fn place(&mut self, space: &Space<'_>, colour_of: &[u32], colours: usize, nodes: Range<usize>) {
         let mesh = space.body().mesh();
         let starts = &mut self.starts;
@@ -163,7 +161,7 @@ impl Band {
             spokes += place.spokes;
             entries += (place.size() * (place.size() + 1) / 2) as u32;
         }
-        // All of it is written over.
+        // All entries are overwritten.
         self.spokes.resize(spokes as usize, Spoke::default());
         self.outer.resize(spokes as usize, [0.0; 23]);
         self.inner.resize(entries as usize, 0.0);
@@ -254,7 +252,7 @@ impl Band {
         rows.clear();
         rows.resize(3, 0.0);
         let last = count - 1;
-        // An open star has nothing before its first spoke and nothing after its last: zero couplings.
+        // An open star has no triangle before its first spoke and after its last: zero couplings.
         let (mut before, mut rim_before) =
             if place.closed { (ring(last), rim(last)) } else { ([0.0; 3], 0.0) };
         let first_ring = ring(0);

@@ -10,7 +10,7 @@ pub(super) type Form = [f64; PACKED];
 /// Computes `⟨τ_i, τ_j⟩ = ∫ τ_i : E⁻¹ τ_j` of the twelve unknowns of each triangle, divided by `unit`.
 pub(super) fn forms(space: &Space<'_>, triangles: &[u32], unit: f64, forms: &mut Vec<Form>) {
     forms.resize(triangles.len(), [0.0; PACKED]);
-    // The same operations on every processor, as wide as it has them.
+    // The same operations on every processor, with its widest vectors.
     pulp::Arch::new().dispatch(Computation { space, triangles, unit, forms });
 }
 
@@ -42,7 +42,7 @@ impl pulp::NullaryFnOnce for Computation<'_> {
     }
 }
 
-/// What makes the forms of some triangles: the factors of the reference matrices, and how the unknowns make the
+/// Input of the forms of some triangles: the factors of the reference matrices, and the map from the unknowns to the
 /// reference gradients (see [`Cell`]).
 #[derive(Default)]
 struct Cells {
@@ -108,7 +108,7 @@ impl Cells {
         }
     }
 
-    /// What the twelve unknowns make of numbers that belong to the reference gradients, `Tᵀ g`.
+    /// Maps values on the reference gradients to the twelve unknowns, `Tᵀ g`.
     #[inline(always)]
     fn unknowns(&self, gradients: &[Lanes; 12], unknowns: &mut [Lanes; UNKNOWNS]) {
         let mut along = [ZERO; 3];

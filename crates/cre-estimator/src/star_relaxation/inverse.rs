@@ -3,10 +3,10 @@
 use super::airy::packed;
 use super::lanes::{LANES, Lanes, ZERO, minus, times};
 
-/// A pivot below this fraction of its diagonal entry is round-off: its unknown is left out of the star.
+/// A pivot below this fraction of its diagonal entry is round-off: its unknown is omitted from the star.
 const PIVOT_FLOOR: f64 = 1e-12;
 
-/// Blocks that wait for others of their size, and working space.
+/// Blocks that wait until a batch of their size is full, and working space.
 #[derive(Default)]
 pub(super) struct Inverter {
     waiting: Vec<Batch>,
@@ -22,7 +22,7 @@ struct Batch {
 
 impl Inverter {
     /// Takes a positive semi-definite block, lower half by rows. Its inverse is written to `inverses` from `target` on,
-    /// now or at [`Self::finish`]: on the unknowns with a sound pivot; rows and columns of the others become zero.
+    /// now or at [`Self::finish`]: on the unknowns with a valid pivot; rows and columns of the others become zero.
     pub(super) fn push(&mut self, block: &[f64], size: usize, target: usize, inverses: &mut [f32]) {
         if self.waiting.len() <= size {
             self.waiting.resize_with(size + 1, Batch::default);
@@ -39,10 +39,10 @@ impl Inverter {
         }
     }
 
-    /// Inverts what still waits.
+    /// Inverts the remaining blocks.
     pub(super) fn finish(&mut self, inverses: &mut [f32]) {
         for (size, batch) in self.waiting.iter_mut().enumerate().filter(|(_, b)| !b.targets.is_empty()) {
-            // What the idle lanes hold is inverted too, and forgotten.
+            // The content of idle lanes is inverted too and then ignored.
             batch.invert(size, &mut self.columns, inverses);
         }
     }
@@ -85,7 +85,7 @@ fn less<'a>(a: Lanes, products: impl Iterator<Item = (&'a Lanes, &'a Lanes)>) ->
 /// Inverts blocks in place. `columns` is working space.
 #[inline(always)]
 fn invert(a: &mut [Lanes], size: usize, columns: &mut Vec<Lanes>) {
-    // L, with the inverses of its pivots on the diagonal: zero, like their rows, for those that are not sound.
+    // L, with the inverses of its pivots on the diagonal: zero, like their rows, for invalid ones.
     for i in 0..size {
         let (above, rest) = a.split_at_mut(packed(i, 0));
         let row = &mut rest[..=i];

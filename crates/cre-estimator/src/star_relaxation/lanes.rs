@@ -1,10 +1,9 @@
-//! Several numbers side by side: what is done to one triangle or star is done to a few at a time, in the processor's
-//! vectors.
+//! Several numbers side by side: a few triangles or stars are processed at a time in the processor's vectors.
 
-/// How many.
+/// Number of lanes.
 pub(super) const LANES: usize = 8;
 
-/// One number of each.
+/// One number per lane.
 pub(super) type Lanes = [f64; LANES];
 
 pub(super) const ZERO: Lanes = [0.0; LANES];

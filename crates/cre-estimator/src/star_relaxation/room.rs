@@ -1,4 +1,4 @@
-//! The memory of the stars, before it is taken.
+//! The memory of the stars, computed before it is allocated.
 
 use fem_core::mesh::TriMesh;
 

@@ -9,12 +9,12 @@ const CHUNK: usize = 4096;
 
 /// A vector of numbers that can be written through a shared reference.
 ///
-/// The stars of one colour write scattered entries, no two the same one. Relaxed atomic loads and stores are
+/// The stars of one colour write scattered entries, and no two write the same one. Relaxed atomic loads and stores are
 /// plain loads and stores on the machine and make that safe without a copy.
 pub(super) struct Shared(Vec<AtomicU64>);
 
 impl Shared {
-    /// Makes a vector of zeros.
+    /// Creates a vector of zeros.
     pub(super) fn zeros(len: usize) -> Self {
         Self((0..len).into_par_iter().with_min_len(CHUNK).map(|_| AtomicU64::new(0)).collect())
     }

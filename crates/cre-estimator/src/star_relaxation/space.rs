@@ -1,4 +1,4 @@
-//! Which Airy functions the boundary allows: the functions whose stress leaves every given traction alone.
+//! Which Airy functions the boundary allows: the functions whose stress does not change given tractions.
 
 use crate::equilibrated::EquilibratedStress;
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
@@ -6,14 +6,14 @@ use fem_core::geometry::{Vector, add, cross, dot, norm, perpendicular, scale, su
 use fem_core::norm::sum_over_triangles;
 use rayon::prelude::*;
 
-/// Directions closer than this (sine of the angle) are the same one; the traction error that it lets through
+/// Directions closer than this (sine of the angle) are the same; the resulting traction error
 /// stays below the tolerance of [`crate::check()`].
 const SAME_DIRECTION: f64 = 1e-11;
 /// A reaction closer than this to the edge's tangent, and not along it, would make the space ill-conditioned.
 const NEARLY_TANGENTIAL: f64 = 1e-3;
 
-/// How the three unknowns of a node make value and gradient: `φ = value x₀`, `∇φ = slopes₀ x₁ + slopes₁ x₂`, with the
-/// space's typical length as `value`. Zeros where the boundary allows nothing.
+/// The map from the three unknowns of a node to value and gradient: `φ = value x₀`, `∇φ = slopes₀ x₁ + slopes₁ x₂`,
+/// with the space's typical length as `value`. Zeros if the boundary allows no change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct NodeBasis {
     pub(super) value: f64,
@@ -33,13 +33,13 @@ pub(super) struct EdgeBasis {
 /// The stress function vector `ψ = (∂_y φ, −∂_x φ)` has the traction as its derivative along an edge. So:
 /// * whole traction given: `∇φ` is constant along the edge; together with the stars' outer edges, zero;
 /// * traction unknown along `d` only: `d·∇φ` is constant along the edge, that is zero, also in the mean;
-/// * traction unknown: nothing.
+/// * traction unknown: no condition.
 pub(super) struct Space<'a> {
     body: &'a Body,
-    /// A typical length of the cells: with it all unknowns have one unit, and single precision holds what they have to do
-    /// with each other in any unit of length.
+    /// A typical length of the cells: with it all unknowns have the same unit, and their couplings fit single
+    /// precision in any unit of length.
     length: f64,
-    /// The bases that occur: first that of the nodes inside, which are free, then one per node of the boundary.
+    /// The bases: first that of the interior nodes, which are free, then one per boundary node.
     bases: Vec<NodeBasis>,
     /// The basis of every node.
     basis_of: Vec<u32>,
@@ -71,7 +71,7 @@ impl<'a> Space<'a> {
                 EdgeReaction::Along(d) => {
                     let (n, t) = (dot(d, normal), cross(normal, d));
                     keep_value = n.abs() >= NEARLY_TANGENTIAL;
-                    // d·m = 0 with m = t (φ_b − φ_a)/L + L n q, t and n of length one.
+                    // d·m = 0 with m = t (φ_b − φ_a)/L + L n q, t and n unit vectors.
                     let tangential = n.abs() <= SAME_DIRECTION;
                     if keep_value {
                         [-t / (n * length * length), 0.0]
@@ -97,7 +97,7 @@ impl<'a> Space<'a> {
         Self { body, length, bases, basis_of, boundary }
     }
 
-    /// Marks the vertices whose stars see another basis than in the space `other` of the same mesh.
+    /// Marks the vertices whose stars have another basis than in the space `other` of the same mesh.
     pub(super) fn differences(&self, other: &Self) -> Vec<bool> {
         let mesh = self.body.mesh();
         let topology = mesh.topology();
@@ -119,7 +119,7 @@ impl<'a> Space<'a> {
         marked
     }
 
-    /// Counts the unknowns, those that are always zero included.
+    /// Counts the unknowns, including those that are always zero.
     pub(super) fn len(&self) -> usize {
         3 * self.basis_of.len() + self.body.mesh().topology().edges().len()
     }
@@ -137,7 +137,7 @@ impl<'a> Space<'a> {
         3 * self.basis_of.len() + edge as usize
     }
 
-    /// Basis of an edge as the triangle `triangle` walks it, from `a` to `b`.
+    /// Basis of an edge in the direction of the triangle `triangle`, from `a` to `b`.
     pub(super) fn edge(&self, edge: u32, triangle: usize, a: Vector, b: Vector) -> EdgeBasis {
         let topology = self.body.mesh().topology();
         let t = sub(b, a);
@@ -171,7 +171,7 @@ impl<'a> Space<'a> {
             let m = add(scale(value[1] - value[0], basis.along), scale(q, basis.across));
             let mut added = [rotated(sub(m, ga)), rotated(sub(gb, m))];
             if let Ok(place) = topology.boundary_edges().binary_search(&(e as u32)) {
-                // Removes what round-off puts on the given components.
+                // Removes round-off from the given components.
                 match conditions[place].reaction {
                     EdgeReaction::None => added = [[0.0; 2]; 2],
                     EdgeReaction::Along(d) => added = added.map(|b| scale(dot(d, b) / dot(d, d), d)),
@@ -188,7 +188,7 @@ impl<'a> Space<'a> {
     }
 }
 
-/// Restricts the gradient at a node to what an edge through it allows.
+/// Restricts the gradient at a node to the directions that an edge through it allows.
 fn restrict(slopes: &mut [Vector; 2], reaction: EdgeReaction) {
     const ZERO: [Vector; 2] = [[0.0; 2]; 2];
     match reaction {

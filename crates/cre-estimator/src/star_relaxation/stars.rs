@@ -7,21 +7,21 @@ use super::space::Space;
 use fem_core::mesh::TriMesh;
 use rayon::prelude::*;
 
-/// All stars of a mesh, one band of vertices after another. Stars of one colour share no edge, and none writes
-/// what another reads: two such vertices are no neighbours.
+/// All stars of a mesh, one band of vertices after another. Stars of one colour share no edge, and no star
+/// writes what another one reads: two such vertices are not neighbours.
 pub(super) struct Stars {
     bands: Vec<Band>,
     /// The colour of every vertex, and how many there are.
     colour_of: Vec<u32>,
     colours: usize,
-    /// What the coefficients are divided by, so that single precision holds them whatever the units.
+    /// Divisor of the coefficients, so that they fit single precision in any units.
     unit: f64,
 }
 
 impl Stars {
     /// Assembles and inverts the blocks of all stars.
     ///
-    /// * `used`: stars whose memory is used again; what is touched the first time is slow.
+    /// * `used`: stars whose memory is reused, because the first access to new memory is slow.
     pub(super) fn new(space: &Space<'_>, used: Option<Self>) -> Self {
         let colour_of = colour(space.body().mesh());
         let colours = colour_of.iter().max().map_or(0, |&c| c as usize + 1);
@@ -38,7 +38,7 @@ impl Stars {
         Self { bands, colour_of, colours, unit }
     }
 
-    /// Assembles the stars anew of every band in which one has changed.
+    /// Assembles the stars of every band again in which one has changed.
     pub(super) fn update(&mut self, space: &Space<'_>, changed: &[bool]) {
         let Self { bands, colour_of, colours, unit } = self;
         let marked = bands.par_iter_mut().zip(changed.par_chunks(BAND)).enumerate();

@@ -14,7 +14,7 @@ use fem_core::mesh::generate::block;
 use fem_core::tensor::SymTensor2;
 use nalgebra::{DMatrix, DVector};
 
-/// What single-precision coefficients leave of the steps' own account of the energy.
+/// Accuracy of the energy that the steps themselves compute with single-precision coefficients.
 const SINGLE: f64 = 1e-6;
 
 /// A block of irregular triangles, turned by an angle.
@@ -109,7 +109,7 @@ fn every_step_is_in_equilibrium_and_lowers_the_energy() {
             let residuals = check_stress(&body, &stress);
             assert!(residuals.is_valid(), "{name}: {residuals:?}");
         }
-        assert!(last < 0.5 * energy(&body, &eet), "{name}: EET left nothing to gain");
+        assert!(last < 0.5 * energy(&body, &eet), "{name}: the relaxation gained too little");
     }
 }
 
@@ -133,7 +133,7 @@ fn the_difference_to_the_finite_element_stress_stays_orthogonal_to_its_strains()
     assert!((with(1.0) - with(-1.0)).abs() < 1e-12 * with(1.0));
 }
 
-/// The least energy over all edge moments in equilibrium, by dense algebra that knows no Airy function.
+/// The least energy over all edge moments in equilibrium, by dense algebra without Airy functions.
 fn best(body: &Body, eet: &EquilibratedStress) -> f64 {
     let mesh = body.mesh();
     let topology = mesh.topology();
@@ -225,7 +225,7 @@ fn the_fixed_point_is_the_best_of_all_edge_moments_in_equilibrium() {
 
 #[test]
 fn two_supports_keep_the_resultant_between_them() {
-    // Clamped at both ends, free between: three functions affine on each free side are no star's.
+    // Clamped at both ends, free between: three functions, affine on each free side, belong to no star.
     let conditions = BoundaryConditions::new().fix("left").fix("right").pressure("top", linear());
     let (body, mut stress) = solve(mesh([3, 2], 0.0), &conditions);
     let best = best(&body, &stress);
@@ -272,7 +272,7 @@ fn prepared_stars_relax_any_stress_of_the_same_supports() {
         relax(&body, &mut other, Relaxation::Steps(3))
     );
     assert_eq!(one.edge_moments, other.edge_moments);
-    // Relaxing goes on from where it is.
+    // A second relaxation continues from the result of the first.
     let again = prepared.relax(&mut one, Relaxation::Steps(1));
     assert!(again.energy_history[1] < energy(&body, &other));
     assert!(check_stress(&body, &one).is_valid());
@@ -301,7 +301,7 @@ fn the_tolerance_stops_when_little_is_left_to_gain() {
         (1..=report.steps).map(|steps| super::expected_gain(&history[..=steps]) <= 0.01).collect();
     let ends = |steps: usize| steps == 2 && calm[1] || steps > 3 && calm[steps - 3..steps] == [true; 3];
     assert!(ends(report.steps) && (2..report.steps).all(|steps| !ends(steps)), "{history:?}");
-    // Two gains of 50 % and 10 % promise 2.5 % more; equal ones promise no end; a single one promises nothing.
+    // Gains of 50 % and 10 % predict 2.5 % more; equal gains predict no end; a single gain predicts nothing.
     assert!((super::expected_gain(&[1.0, 0.25, 0.25 * 0.81]) - 0.025).abs() < 1e-12);
     assert!(super::expected_gain(&[1.0, 0.81, 0.81 * 0.81]) > 1e9);
     assert!(super::expected_gain(&[1.0, 0.25]).is_infinite());

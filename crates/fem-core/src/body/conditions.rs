@@ -11,13 +11,14 @@ use crate::mesh::TriMesh;
 use std::collections::HashMap;
 use std::sync::OnceLock;
 
-/// Two directions closer than this (sine of the angle) are the same one.
+/// Two directions closer than this (sine of the angle) are the same.
 const SAME_DIRECTION: f64 = 1e-9;
 
-/// Values that differ by less, relative to the largest that their conditions impose, are the same one.
+/// Values that differ by less, relative to the largest that their conditions impose, are the same.
 const SAME_VALUE: f64 = 1e-12;
 
-/// Rollers on neighbouring edges whose normals differ by no more hold a node along their mean; by more, they fix it.
+/// If the normals of rollers on neighbouring edges differ by at most this, they fix a node along their mean; if they
+/// differ by more, they clamp it.
 const SMOOTH: f64 = 30.0;
 
 /// The edges that each condition applies to, in the order of the conditions.
@@ -76,13 +77,13 @@ pub(super) fn evaluate(
 struct Evaluation<'a> {
     mesh: &'a TriMesh,
     constraints: Vec<NodeConstraint>,
-    /// How large the data are that hold each node, m: what their round-off is measured by.
+    /// Size of the data imposed on each node, m: the scale of their round-off.
     magnitudes: Vec<f64>,
     edges: Vec<EdgeCondition>,
     turned: Vec<Turned>,
 }
 
-/// A node on a bent roller, held in another direction than the normal of one of its edges.
+/// A node on a curved roller, fixed in another direction than the normal of one of its edges.
 struct Turned {
     node: u32,
     /// The edge's normal, and what is imposed along it.
@@ -92,7 +93,7 @@ struct Turned {
     sine: f64,
 }
 
-/// A datum and the direction in which it holds the nodes of an edge.
+/// A datum and the direction in which it fixes the nodes of an edge.
 struct Imposed<'a> {
     direction: Vector,
     data: &'a ScalarData,
@@ -101,7 +102,7 @@ struct Imposed<'a> {
 }
 
 impl Evaluation<'_> {
-    /// Imposes all displacement conditions; returns the edges of each, and what it holds.
+    /// Imposes all displacement conditions; returns the edges and the nodes of each.
     fn impose_all(
         &mut self,
         conditions: &BoundaryConditions,
@@ -232,7 +233,7 @@ impl Evaluation<'_> {
         normals
     }
 
-    /// Holds a node, and returns the value imposed.
+    /// Adds a condition to a node, and returns the imposed value.
     fn constrain(
         &mut self,
         place: ConditionPlace,
@@ -326,7 +327,7 @@ impl Evaluation<'_> {
             finite(place, point, t[1])?;
             Ok(t)
         };
-        // The quadrature has no point at the nodes, where a singular load must not pass unseen.
+        // The quadrature has no point at the nodes, but a singular load there must be detected.
         at(ends[0])?;
         at(ends[1])?;
         let mut values = [[0.0; 5]; 2];
@@ -339,7 +340,7 @@ impl Evaluation<'_> {
     }
 }
 
-/// The mean of those weighted normals that are within [`SMOOTH`] of the edge's own; that one itself on a straight side.
+/// The mean of those weighted normals that are within [`SMOOTH`] of the edge's own; on a straight side the edge's own.
 fn mean_normal(all: &[Vector], own: Vector) -> Vector {
     let near = all.iter().filter(|n| dot(**n, own) >= SMOOTH.to_radians().cos() * geometry::norm(**n));
     let mean = near.fold([0.0; 2], |sum, n| geometry::add(sum, *n));

@@ -1,7 +1,7 @@
-//! How far data given as functions are from what linear edges make of them.
+//! The difference between data given as functions and their linear interpolants on edges.
 //!
-//! Displacements are interpolated at the nodes, tractions become linear by their moments. What differs is another
-//! problem, which no bound of the discretisation error knows of.
+//! Displacements are interpolated at the nodes, tractions become linear by their moments. The difference changes
+//! the problem, and a bound of the discretisation error does not include it.
 
 use super::{Body, ConditionList, ConditionPlace};
 use crate::boundary::{Load, ScalarData, Support};
@@ -15,14 +15,14 @@ const ROUND_OFF: f64 = 1e-12;
 /// An edge is sampled in this many parts, by a five-point rule in each.
 const PARTS: usize = 33;
 
-/// Edges whose sums one thread makes at a time; the result does not depend on how many threads there are.
+/// Edges that one thread sums at a time; the result does not depend on the number of threads.
 const CHUNK: usize = 16;
 
 /// Points at which a datum is compared with its linear interpolant on every edge, besides the two ends.
 pub const SAMPLES: usize = PARTS * GAUSS5.len();
 
 /// How far one datum is from its linear interpolant, over its largest value, both found by sampling every edge at
-/// [`SAMPLES`] points: what happens between these is not seen.
+/// [`SAMPLES`] points; differences between these points are not detected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Difference {
     /// Largest difference at the points; infinite if the datum has no finite value at one of them.
@@ -38,7 +38,7 @@ pub struct DataDifference {
     pub place: ConditionPlace,
     /// The Cartesian component; `None` for one along the normal and for a pressure.
     pub component: Option<usize>,
-    /// How much it is.
+    /// The difference.
     pub difference: Difference,
 }
 
@@ -77,7 +77,7 @@ impl Sum {
         self.compare(length, exact, |s| (1.0 - s) * values[0] + s * values[1]);
     }
 
-    /// Adds an edge: what is meant at a fraction of it, and what the mesh makes of that.
+    /// Adds an edge: the exact value at a fraction of it, and its interpolant on the mesh.
     pub(crate) fn compare(&mut self, length: f64, meant: impl Fn(f64) -> f64, made: impl Fn(f64) -> f64) {
         self.length += length;
         // The rule has no point at the ends, where the largest value may be.
@@ -116,7 +116,7 @@ impl Body {
     /// Measures how far the imposed displacements and loads are from the linear ones that the body carries.
     ///
     /// This is a check by sampling, see [`SAMPLES`]. Returns the data that differ by more than round-off, relative to their largest values, in the order of the
-    /// conditions: numbers, and functions that are linear along each edge, are not among them.
+    /// conditions: numbers, and functions that are linear along each edge, are not included.
     pub fn interpolated_data(&self) -> Vec<DataDifference> {
         let mut found = Vec::new();
         let mut push = |list, index, component, sum: &Sum| {
@@ -219,7 +219,7 @@ mod tests {
 
     #[test]
     fn a_spike_between_the_nodes_is_found() {
-        // Narrower than a twentieth of an edge: no node and no point of one five-point rule on the edge lies in it.
+        // Narrower than a twentieth of an edge: it contains no node and no point of one five-point rule on the edge.
         for (centre, width) in [(0.513, 0.008), (1.371, 0.002), (0.02, 0.004)] {
             let spike = move || data(move |x| (1.0 - (x[0] - centre).abs() / width).max(0.0));
             let conditions =

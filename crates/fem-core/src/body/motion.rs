@@ -8,7 +8,7 @@ use std::fmt;
 /// A rigid motion that no support prevents.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FreeMotion {
-    /// Every translation and rotation: the piece has no support at all.
+    /// Every translation and rotation: the connected part has no support.
     Everything {
         /// A node of the piece.
         near: Vector,
@@ -40,7 +40,7 @@ impl FreeMotion {
 
 impl fmt::Display for FreeMotion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // Round-off must not show as "-0.0000".
+        // Round-off must not be shown as "-0.0000".
         let r = |x: f64| match x.abs() < 1e10 {
             true => shown((x * 1e4).round() / 1e4 + 0.0),
             false => format!("{x:.4e}"),
@@ -58,7 +58,7 @@ impl fmt::Display for FreeMotion {
 pub(super) fn find(body: &Body) -> Option<FreeMotion> {
     let (piece_of, pieces) = body.mesh().topology().pieces();
     let points = body.mesh().points();
-    // Rotations are scaled by the size of the body, about its middle, so that the three columns compare.
+    // Rotations are about the middle of the body and scaled by its size, so that the three columns are comparable.
     let [low, high] = geometry::bounding_box(points);
     let middle = geometry::scale(0.5, geometry::add(low, high));
     let size = norm(geometry::sub(high, low));
@@ -90,7 +90,7 @@ pub(super) fn find(body: &Body) -> Option<FreeMotion> {
         let (k, smallest) = (0..3)
             .map(|k| (k, eigen.eigenvalues[k]))
             .fold((0, f64::INFINITY), |best, next| if next.1 < best.1 { next } else { best });
-        // The supports must hold the motion by more than round-off relative to what they hold best.
+        // The supports must prevent the motion by more than round-off relative to the motion that they prevent best.
         if smallest <= 1e-12 * eigen.eigenvalues.amax() {
             let m = eigen.eigenvectors.column(k);
             let (t, w) = ([m[0], m[1]], m[2]);
@@ -133,7 +133,7 @@ mod tests {
             }
             other => panic!("{other:?}"),
         }
-        // One edge on the left holds the rotation, not the motion along it.
+        // One edge on the left prevents the rotation, but not the motion along it.
         let ends = [[f64::NEG_INFINITY, f64::INFINITY], [f64::NEG_INFINITY, 0.5]];
         let m = motion(BoundaryConditions::new().displace(
             EdgeSelection::group("left").within(ends),
@@ -141,7 +141,7 @@ mod tests {
             None,
         ));
         assert!(matches!(m, Some(FreeMotion::Translation { .. })), "{m:?}");
-        // The normals of a whole ring meet in its centre: the body turns about it.
+        // The normals of a whole ring meet in its centre: the body can rotate about it.
         let mesh = crate::mesh::generate::ring([0.5, -1.0], [1.0, 2.0], [0.0, 360.0], [24, 1]).unwrap();
         let material = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
         let ring = Body::new(mesh, material, &BoundaryConditions::new().roller("outer", 0.0)).unwrap();

@@ -1,7 +1,7 @@
 //! The values of a factor: front by front, children before parents.
 //!
-//! A front gathers its columns of the matrix and what its children's updates say of them, eliminates its
-//! columns by dense algebra, and leaves its own update, `U = −L₂₁ L₂₁ᵀ` and the rest of the children's, to its
+//! A front gathers its columns of the matrix and the corresponding parts of its children's updates, eliminates its
+//! columns by dense algebra, and passes its own update, `U = −L₂₁ L₂₁ᵀ` plus the rest of the children's, to its
 //! parent.
 
 use super::CholeskyError;
@@ -18,7 +18,7 @@ use faer::{Accum, MatMut, MatRef, Par};
 /// Updates of at most this many rows are computed whole.
 const WHOLE: usize = 96;
 
-/// Subtrees of more than this share of all operations, divided by the number of threads, are a task of their own.
+/// Subtrees of more than this share of all operations, divided by the number of threads, are separate tasks.
 const SHARE: f64 = 0.25;
 
 pub(super) fn factorise(
@@ -41,16 +41,16 @@ pub(super) fn factorise(
 struct Job<'a> {
     symbolic: &'a SymbolicCholesky,
     matrix: &'a SymmetricCsc,
-    /// Subtrees of more operations may run beside others.
+    /// Subtrees of more operations may run in parallel with others.
     task: f64,
 }
 
-/// A workspace that served some of a front's children, from that number on.
+/// A workspace that was used for a front's children from this number on.
 type Beside = Option<(usize, Workspace)>;
 
 impl Job<'_> {
     /// Factorises the subtree of front `s` in its part of the factor. Its update is left on stack `side` of the
-    /// workspace, `b × b` column-major, lower part; its children's come and go on the other one.
+    /// workspace, `b × b` column-major, lower part; its children's are on the other one.
     fn subtree(
         &self,
         s: usize,
@@ -123,8 +123,8 @@ impl Job<'_> {
         Ok(Some((last_large, beside)))
     }
 
-    /// Walks over the updates of a front's children: the first ones stand in `from`, one after another, those
-    /// from number `other.0` on in `other.1`.
+    /// Iterates over the updates of a front's children: the first ones are in `from`, one after another, those
+    /// from number `other.0` on are in `other.1`.
     fn updates<'b>(
         &'b self,
         s: usize,
@@ -142,7 +142,7 @@ impl Job<'_> {
         })
     }
 
-    /// Puts the front's columns of the matrix in its panel, lower part.
+    /// Copies the front's columns of the matrix to its panel, lower part.
     fn gather(&self, layout: &Layout, panel: &mut [f64]) {
         let rows = self.symbolic.below(layout);
         for (k, column) in panel.chunks_exact_mut(layout.height()).enumerate() {
@@ -162,7 +162,7 @@ impl Job<'_> {
         }
     }
 
-    /// Adds the columns of a child's update that are the front's own.
+    /// Adds the columns of a child's update that belong to the front.
     fn add_to_panel(
         &self,
         child: &Layout,
@@ -196,7 +196,7 @@ impl Job<'_> {
         }
     }
 
-    /// Finds where the rows of a child stand in the front of its parent.
+    /// Finds the places of a child's rows in the front of its parent.
     fn find_runs(&self, child: &Layout, parent: &Layout, runs: &mut Vec<Run>) {
         let end = (parent.first + parent.width) as u32;
         let candidates = self.symbolic.below(parent);
@@ -255,7 +255,7 @@ fn multiply(layout: &Layout, panel: &[f64], own: &mut [f64]) {
     let l = MatRef::from_column_major_slice(panel, w + b, w).split_at_row(w).1;
     let u = MatMut::from_column_major_slice_mut(own, b, b);
     if b <= WHOLE {
-        // Nobody reads the upper half; one call for all of it is cheaper than several for the lower one.
+        // The upper half is not used; one call for the whole is cheaper than several for the lower half.
         matmul(u, Accum::Replace, l, l.transpose(), -1.0, Par::Seq);
     } else {
         let (lower, whole) = (BlockStructure::TriangularLower, BlockStructure::Rectangular);

@@ -1,4 +1,4 @@
-//! The structure of a factor: fronts, their rows, and where their values stand.
+//! The structure of a factor: fronts, their rows, and the places of their values.
 
 use super::CholeskyError;
 use crate::ordering::ROOT;
@@ -8,13 +8,13 @@ use std::ops::Range;
 /// Columns eliminated together.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Front {
-    /// The columns; fronts follow each other.
+    /// The columns; fronts are consecutive.
     pub columns: Range<u32>,
-    /// The front that takes up the rest of this one, later in the list, or [`ROOT`].
+    /// The front that receives the update of this one, later in the list, or [`ROOT`].
     pub parent: u32,
 }
 
-/// Where a front's columns, rows and values stand.
+/// The places of a front's columns, rows and values.
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
     pub(super) first: usize,
@@ -27,8 +27,8 @@ pub(super) struct Layout {
     pub(super) subtree: usize,
     /// Operations of its subtree.
     pub(super) flops: f64,
-    /// Values of updates that exist at once while one thread factorises its subtree, on the stack that takes its
-    /// own update and on the one that takes its children's.
+    /// Values of updates that exist at once while one thread factorises its subtree, on the stack of its own update
+    /// and on that of its children's.
     pub(super) peak: [usize; 2],
     /// The largest width in its subtree.
     pub(super) widest: usize,
@@ -37,7 +37,7 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    /// Counts the rows of its columns, those of the diagonal block included.
+    /// Counts the rows of its columns, including those of the diagonal block.
     pub(super) fn height(&self) -> usize {
         self.width + self.rows.len()
     }
@@ -48,14 +48,14 @@ pub(super) fn column_start(k: usize, height: usize) -> usize {
     k * height - k * k.saturating_sub(1) / 2
 }
 
-/// The structure of a factor: it serves every matrix of the same pattern.
+/// The structure of a factor, for every matrix of the same pattern.
 #[derive(Clone, Debug)]
 pub struct SymbolicCholesky {
     dimension: usize,
     layouts: Vec<Layout>,
     /// Rows of all fronts below their diagonal blocks, each ascending.
     below: Vec<u32>,
-    /// The children of all fronts, each front's ascending, and where they start.
+    /// The children of all fronts, each front's ascending, and their starts.
     children: Vec<u32>,
     child_starts: Vec<u32>,
     roots: Vec<u32>,
@@ -66,7 +66,7 @@ pub struct SymbolicCholesky {
 impl SymbolicCholesky {
     /// Finds the structure of the factor of a matrix on a given tree.
     ///
-    /// * `fronts`: children before parents, each subtree in one stretch.
+    /// * `fronts`: children before parents, each subtree contiguous.
     ///
     /// # Errors
     /// Fronts that do not cover the matrix, or that do not form a tree for it.
@@ -136,9 +136,9 @@ impl SymbolicCholesky {
         rows.sort_unstable();
     }
 
-    /// Lays out front `s`, whose values follow those of the fronts before it, and counts what its subtree needs.
+    /// Lays out front `s`, whose values follow those of the fronts before it, and counts the needs of its subtree.
     ///
-    /// * `rows`: where its rows below the diagonal block stand in `below`.
+    /// * `rows`: the places of its rows below the diagonal block in `below`.
     fn layout(&self, front: &Front, s: usize, rows: Range<usize>) -> Layout {
         let (first, end) = (front.columns.start as usize, front.columns.end as usize);
         let (width, height) = (end - first, end - first + rows.len());
@@ -212,12 +212,12 @@ impl SymbolicCholesky {
         self.roots().map(|root| self.layouts[root].flops).sum()
     }
 
-    /// Walks over the fronts that no subtree contains, ascending.
+    /// Iterates over the fronts that are not in another front's subtree, ascending.
     pub(super) fn roots(&self) -> impl Iterator<Item = usize> {
         self.roots.iter().map(|&root| root as usize)
     }
 
-    /// Returns where the values of a front's subtree start.
+    /// Returns the start of the values of a front's subtree.
     pub(super) fn values_start(&self, layout: &Layout) -> usize {
         self.layouts[layout.subtree].values.start
     }
@@ -240,7 +240,7 @@ fn check(fronts: &[Front], dimension: usize) -> Result<(), &'static str> {
     let mut next = 0;
     for (s, front) in fronts.iter().enumerate() {
         if front.columns.start != next || front.columns.end <= next {
-            return Err("the fronts do not follow each other");
+            return Err("the fronts are not consecutive");
         }
         if front.parent != ROOT && (front.parent as usize <= s || front.parent as usize >= fronts.len()) {
             return Err("a parent does not come after its child");
@@ -250,7 +250,7 @@ fn check(fronts: &[Front], dimension: usize) -> Result<(), &'static str> {
     if next as usize == dimension { Ok(()) } else { Err("the fronts do not cover the matrix") }
 }
 
-/// Lists the children of all fronts: where each front's start, and they.
+/// Lists the children of all fronts: the starts of the lists, and the lists.
 fn children(fronts: &[Front]) -> (Vec<u32>, Vec<u32>) {
     let mut starts = vec![0u32; fronts.len() + 1];
     let parents = || fronts.iter().enumerate().filter(|(_, f)| f.parent != ROOT);

@@ -1,4 +1,4 @@
-//! The memory of one task of a factorisation, touched once and used again for every front.
+//! The memory of one task of a factorisation, allocated once and reused for every front.
 
 use super::CholeskyError;
 use super::symbolic::SymbolicCholesky;
@@ -6,11 +6,11 @@ use faer::Par;
 use faer::dyn_stack::MemBuffer;
 use faer::linalg::cholesky::llt::factor::cholesky_in_place_scratch;
 
-/// Two stacks of update matrices: fronts of even depth leave theirs on one, those of odd depth on the other, so
-/// that a front's own update never stands on top of the ones it is made of.
+/// Two stacks of update matrices, one for fronts of even depth and one for odd depth. So a front's own update is never
+/// on top of the updates that it is computed from.
 pub(super) struct Workspace {
     pub(super) updates: [Vec<f64>; 2],
-    /// Where each stack ends.
+    /// The end of each stack.
     pub(super) top: [usize; 2],
     pub(super) runs: Vec<Run>,
     /// The columns of one front, `(width + rows) × width`, column-major.
@@ -20,7 +20,7 @@ pub(super) struct Workspace {
 }
 
 impl Workspace {
-    /// Makes a workspace for the subtrees of some fronts, one after another, which leave their updates on stack
+    /// Creates a workspace for the subtrees of some fronts, one after another; their updates are on stack
     /// `side`.
     pub(super) fn new(
         symbolic: &SymbolicCholesky,
@@ -47,7 +47,7 @@ impl Workspace {
     }
 }
 
-/// Rows of a child that follow each other in the parent too: they are added in one stretch.
+/// Rows of a child that are also consecutive in the parent: they are added as one block.
 #[derive(Clone, Copy)]
 pub(super) struct Run {
     /// First and last row (excluded) in the child.
@@ -69,7 +69,7 @@ impl Run {
         }
     }
 
-    /// Walks over the rows of a child and their places in the parent.
+    /// Iterates over the rows of a child and their places in the parent.
     pub(super) fn places(runs: &[Self]) -> impl Iterator<Item = (usize, usize)> {
         runs.iter().flat_map(|run| (run.from as usize..run.end as usize).zip(run.to as usize..))
     }
@@ -86,7 +86,7 @@ impl Run {
     }
 }
 
-/// Makes zeros without touching them, after asking whether there is room.
+/// Allocates zeros without touching them, after checking the available memory.
 pub(super) fn zeros(count: usize, dimension: usize) -> Result<Vec<f64>, CholeskyError> {
     Vec::<f64>::new().try_reserve_exact(count).map_err(|_| CholeskyError::OutOfMemory { dimension })?;
     Ok(vec![0.0; count])

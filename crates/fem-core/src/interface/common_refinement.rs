@@ -1,27 +1,27 @@
-//! Common refinement: two bodies whose contact surfaces are cut differently become two whose nodes face each other.
+//! Common refinement: makes two bodies with non-matching contact surfaces into two with matching nodes.
 //!
-//! The theory of the bound needs matching nodes. So the nodes of each surface are carried over to the other along the
+//! The theory of the bound needs matching nodes. So the nodes of each surface are projected onto the other along the
 //! contact normal:
 //!
 //! 1. **Project.** Both surfaces are measured by the arc length `s` of the one with fewer edges, with its averaged normals
 //!    `n(s)`: a point `q` has the `s` for which `q − r(s)` is along `n(s)`.
-//!    Lines that close on themselves are first opened at a node that both have, made if there is none.
+//!    Closed lines are first opened at a common node; if there is no common node, one is inserted.
 //! 2. **Snap.** Nodes closer than 0.2 of the smaller edge next to them become one: the one with the longer edges slides
 //!    along its own surface, onto the other's normal. Ends, corners, supported nodes and nodes at which a group of edges or a
-//!    material begins move by 0.01 of that edge at most; no triangle loses more than 70 % of its area. What then remains
-//!    closer than 0.05 is refused, so that all nodes that are paired face each other to round-off.
-//! 3. **Bisect.** Where the nodes that are left would cut a contact cell into a fan with an angle below 8 degrees, the cells
+//!    material begins move by 0.01 of that edge at most; no triangle loses more than 70 % of its area. Nodes that
+//!    then remain closer than 0.05 are an error, so all paired nodes face each other to round-off.
+//! 3. **Bisect.** If the remaining nodes would cut a contact cell into a fan with an angle below 8 degrees, the cells
 //!    are bisected inwards first ([`crate::mesh::refine`]).
 //! 4. **Insert.** The remaining nodes are inserted and their cells cut from there to the opposite corner.
 //!
-//! Where only a part of the surfaces faces each other, it becomes the contact surface: the group of edges keeps that part,
-//! and the rest is free. Conditions pass on to the parts of their edges ([`Body::refined`]), so the problem is the same.
+//! If only a part of the surfaces faces each other, it becomes the contact surface: the group of edges keeps that part,
+//! and the rest is free. The parts of an edge inherit its conditions ([`Body::refined`]), so the problem is the same.
 //! The result does not depend on the order of the two bodies.
 //!
 //! On curved surfaces the normals are those of the line on which both are measured, before the cuts (the cut polygon has
 //! edges in a row, whose averaged normals would be edge normals and lock), and gaps are measured between smooth curves
-//! through the nodes: two polygons on one circle are apart by the square of their edges, more than bodies are deformed. A
-//! node slides along the smooth curve of its surface.
+//! through the nodes: two polygons on one circle are apart by the square of their edge length, more than the
+//! deformation of the bodies. A node slides along the smooth curve of its surface.
 //!
 //! Source: the common refinement of Jiao and Heath 2004, here by insertion into the meshes themselves, so that the pairs
 //! match and the constitutive relation error remains a bound.
@@ -48,21 +48,21 @@ use std::collections::HashMap;
 
 pub use error::CommonRefinementError;
 
-/// What was done to the two meshes.
+/// The changes of the two meshes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Changes {
     /// Nodes added to each body: those inserted in its surface and those of cells bisected inwards.
     pub added: [usize; 2],
-    /// Nodes of each body moved along its surface onto one of the other.
+    /// Nodes of each body that were moved along its surface onto a node of the other.
     pub snapped: [usize; 2],
-    /// How far a node of each body was moved at most, m.
+    /// Largest motion of a node of each body, m.
     pub largest_move: [f64; 2],
     /// Smallest angle of the cells at each body's contact surface before, degrees.
     pub angle_before: [f64; 2],
     /// Smallest angle of the cells at each body's contact surface afterwards, degrees.
     pub smallest_angle: [f64; 2],
-    /// Length of each surface that faces nothing and is free, m.
+    /// Length of each surface that does not face the other one and is free, m.
     pub free: [f64; 2],
 }
 
@@ -78,9 +78,9 @@ pub struct Facing {
     /// Distance along the normal, m, negative where the surfaces overlap: of smooth curves through the nodes that each surface
     /// had before the cuts. Between polygons it would be wrong by the square of their edges.
     pub gap: f64,
-    /// How far the two polygons are from such curves at most, added up, m.
+    /// Sum of the largest distances of the two polygons from such curves, m.
     pub sagitta: f64,
-    /// How well such curves are known at most, added up, m: zero where the surfaces are straight or circles.
+    /// Sum of the largest uncertainties of such curves, m: zero if the surfaces are straight or circles.
     pub uncertainty: f64,
     /// The shorter of the two edges before the cuts, m.
     pub spacing: f64,
@@ -95,17 +95,18 @@ pub struct CommonRefinement {
     pub facing: Vec<Facing>,
     /// The gap from one of the first body's nodes to the next, measured as [`Facing::gap`].
     pub(super) between: HashMap<[u32; 2], Between>,
-    /// What was done to them; `None`: nothing.
+    /// The changes; `None` if there are no changes.
     pub changes: Option<Changes>,
 }
 
 /// Makes the contact surfaces of two bodies match.
 ///
 /// * `surfaces`: the edge group of the first and of the second body.
-/// * `normal`: nodes are carried over along it.
+/// * `normal`: the direction of projection.
 ///
 /// # Errors
-/// Surfaces that nowhere face each other, nodes that are too close and cannot move, see [`CommonRefinementError`].
+/// Surfaces that do not face each other anywhere, nodes that are too close and cannot move, see
+/// [`CommonRefinementError`].
 pub fn common_refinement(
     mut bodies: [Body; 2],
     surfaces: [&str; 2],
@@ -156,8 +157,8 @@ fn chains(body: &Body, number: usize, group: &str) -> Result<Vec<Chain>, CommonR
     chain::chains(body.mesh(), edges).ok_or_else(fault)
 }
 
-/// Chooses the surface on which both are measured: the one with fewer edges, of as many the one that comes first in space,
-/// so that the order of the bodies does not matter.
+/// Chooses the surface on which both are measured: the one with fewer edges; for equal numbers the one that comes
+/// first in space, so that the order of the bodies does not matter.
 fn reference(bodies: &[Body; 2], chains: &[Vec<Chain>; 2]) -> usize {
     let edges = |b: usize| chains[b].iter().map(|c| c.nodes.len() - 1).sum::<usize>();
     let places = |b: usize| chain::sorted_points(bodies[b].mesh(), &chains[b]).into_iter().flatten();
@@ -187,7 +188,7 @@ fn side(body: Body, number: usize, moved: &HashMap<u32, Vector>) -> Result<Side,
     Ok(Side { body, refinement_edges })
 }
 
-/// Leaves in the group of the contact surface the edges of the overlaps, and returns the length of the others.
+/// Keeps only the edges of the overlaps in the group of the contact surface, and returns the length of the others.
 fn restrict(
     body: Body,
     number: usize,

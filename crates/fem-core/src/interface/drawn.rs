@@ -1,4 +1,4 @@
-//! The gap between the surfaces as they are drawn: what a case may make of it, and what it may not.
+//! The gap between the surfaces as drawn in the meshes, and its checks.
 
 use super::common_refinement::Facing;
 use super::common_refinement::curve::Between;
@@ -7,19 +7,19 @@ use crate::body::Body;
 use crate::geometry::{self, Vector, add, cross, dot, norm, scale, sub};
 use std::collections::HashMap;
 
-/// Paired nodes face each other along the contact normal to this part of the edges there.
+/// Paired nodes face each other along the contact normal to this fraction of the edges there.
 const FACING: f64 = 1e-9;
-/// Coordinates are rounded by this part of the largest one at most.
+/// Coordinates are rounded by at most this fraction of the largest one.
 const COORDINATES: f64 = 16.0 * f64::EPSILON;
-/// A distance up to this part of the smaller body's diagonal is rounding of the drawing: the surfaces touch.
+/// A distance up to this fraction of the smaller body's diagonal is rounding of the meshes: the surfaces touch.
 const TOUCHING: f64 = 1e-6;
-/// A change of the gap up to this part of the smaller body's diagonal is round-off.
+/// A change of the gap up to this fraction of the smaller body's diagonal is round-off.
 const ROUND_OFF: f64 = 1e-9;
 
 /// The distance of the surfaces at every pair, along the contact normal.
 pub(super) struct Drawn {
     gaps: Vec<f64>,
-    /// How well each is known, m.
+    /// Uncertainty of each distance, m.
     uncertainty: Vec<f64>,
     /// The shortest edge at each pair, m.
     spacing: Vec<f64>,
@@ -30,7 +30,7 @@ pub(super) struct Drawn {
 impl Drawn {
     /// Measures the distances.
     ///
-    /// * `facing`: what a common refinement found, between smooth curves.
+    /// * `facing`: the distances from a common refinement, between smooth curves.
     ///
     /// # Errors
     /// Paired nodes that do not face each other along the contact normal to round-off.
@@ -54,7 +54,7 @@ impl Drawn {
             let distance = sub(other, point);
             let found = facing.and_then(|all| all.get(&pair.nodes[0]));
             let offset = cross(pair.normal, distance).abs();
-            // A straight line has one normal, the first edge's.
+            // A straight line has one normal, that of the first edge.
             let turn = if found.is_some() { STRAIGHT * norm(distance) } else { 0.0 };
             let rounded = COORDINATES * point.into_iter().chain(other).fold(0.0f64, |m, x| m.max(x.abs()));
             if !(offset <= FACING * spacing + rounded + turn) {
@@ -66,12 +66,12 @@ impl Drawn {
         Ok(Self { gaps, uncertainty, spacing, size })
     }
 
-    /// Returns the distances, m, negative where the surfaces overlap.
+    /// Returns the distances, m, negative if the surfaces overlap.
     pub(super) fn gaps(&self) -> &[f64] {
         &self.gaps
     }
 
-    /// Finds the pair whose gap differs most from the drawn one; `None` if all are the same to round-off.
+    /// Finds the pair whose gap differs most from the drawn one; `None` if all are equal to round-off.
     pub(super) fn change(&self, points: &[Vector], pairs: &[Pair]) -> Option<GapChange> {
         let change = |(pair, drawn): (&Pair, &f64)| GapChange {
             point: points[pair.nodes[0] as usize],
@@ -84,7 +84,7 @@ impl Drawn {
     }
 }
 
-/// A distance of the surfaces at one place.
+/// A distance of the surfaces at one point.
 #[derive(Clone, Copy)]
 struct Measured {
     point: Vector,
@@ -122,7 +122,7 @@ impl Surfaces<'_> {
         all
     }
 
-    /// Refuses surfaces that are apart or overlap, and says where most.
+    /// Rejects surfaces that are apart or overlap, and reports the largest distance.
     pub(super) fn check_touching(&self, points: &[Vector], pairs: &[Pair]) -> Result<(), InterfaceError> {
         let excess = |m: &Measured| m.gap.abs() - m.uncertainty;
         let all = self.measured(points, pairs);
@@ -134,7 +134,7 @@ impl Surfaces<'_> {
         }
     }
 
-    /// Gives the pairs the gaps that are drawn, and refuses overlaps, with the place of the deepest.
+    /// Assigns the drawn gaps to the pairs, and rejects overlaps, reporting the deepest.
     pub(super) fn take_gaps(&self, points: &[Vector], pairs: &mut [Pair]) -> Result<(), InterfaceError> {
         let size = self.drawn.size;
         let all = self.measured(points, pairs);
@@ -155,7 +155,7 @@ impl Surfaces<'_> {
     }
 }
 
-/// Refuses surfaces refined in common that are too far apart, or overlap too much, for a given gap.
+/// Rejects surfaces with a common refinement that are too far apart, or overlap too much, for a given gap.
 pub(super) fn check_distances(
     points: &[Vector],
     facing: &HashMap<u32, &Facing>,

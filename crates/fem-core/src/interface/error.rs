@@ -1,28 +1,31 @@
-//! Why two surfaces cannot be brought into contact.
+//! Errors of the pairing of two contact surfaces.
 
 use crate::geometry::{Vector, shown};
 use thiserror::Error;
 
-/// Says how far a normal is from where it should be.
-fn away(degrees: f64) -> String {
+/// Says what is wrong with a given normal.
+fn away(degrees: f64, point: Vector) -> String {
     if degrees.is_nan() {
-        "is no direction, to be measured ".into()
+        "has no direction: its length is zero or out of range".into()
     } else {
-        format!("is {degrees:.1} degrees ")
+        let [x, y] = point.map(shown);
+        format!(
+            "is {degrees:.1} degrees from the first body's outward normal at ({x}, {y}); at most 60 degrees are allowed"
+        )
     }
 }
 
 /// Why two surfaces cannot be paired.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum InterfaceError {
-    /// No group of that name.
+    /// There is no group of that name.
     #[error("body {body} has no edge group \"{group}\" for its contact surface; the groups are: {known}")]
     UnknownSurface {
         /// 0 or 1.
         body: usize,
         /// The name given.
         group: String,
-        /// The names there are.
+        /// The existing names.
         known: String,
     },
     /// The group has no edge, or one inside the body.
@@ -35,7 +38,7 @@ pub enum InterfaceError {
         /// What is wrong with it.
         reason: &'static str,
     },
-    /// A contact edge is held or loaded as well.
+    /// A contact edge also has a support or a load.
     #[error("the contact edge of body {body} at ({}, {}) also has {what}; a contact edge can have neither load nor imposed displacement", shown(point[0]), shown(point[1]))]
     Occupied {
         /// 0 or 1.
@@ -62,7 +65,7 @@ pub enum InterfaceError {
         /// Local edge length.
         spacing: f64,
     },
-    /// The gap is given, and the surfaces are not where it could be one.
+    /// The gap is given, but the surfaces do not coincide.
     #[error(
         "the surfaces do not match: the gap is given, but at ({}, {}) the bodies {} {:.3e}, where the edges are \
          {spacing:.3e} long",
@@ -71,12 +74,12 @@ pub enum InterfaceError {
     Distance {
         /// Node of the first body.
         point: Vector,
-        /// Distance along the normal, m, negative where the bodies overlap.
+        /// Distance along the normal, m, negative if the bodies overlap.
         gap: f64,
         /// The shorter edge there.
         spacing: f64,
     },
-    /// Paired nodes are joined by an edge in one body only.
+    /// Paired nodes are joined by an edge in only one body.
     #[error("the surfaces do not match: the contact edge of body {body} at ({}, {}) has no partner", shown(point[0]), shown(point[1]))]
     EdgeWithoutPartner {
         /// 0 or 1.
@@ -84,13 +87,13 @@ pub enum InterfaceError {
         /// Middle of the edge.
         point: Vector,
     },
-    /// The two surfaces look in the same direction.
+    /// The two surfaces face the same direction.
     #[error("the two surfaces do not face each other at ({}, {})", shown(point[0]), shown(point[1]))]
     NotFacing {
         /// Middle of the edge.
         point: Vector,
     },
-    /// The contact line turns so sharply that it has no normal.
+    /// The contact line turns too sharply to have a normal.
     #[error(
         "the contact line turns by {degrees:.1} degrees near ({}, {}); at most 60 degrees between neighbouring edges give a \
          normal: refine the surface there, end it at the corner, or give the normal (`contact.normal`)",
@@ -102,17 +105,17 @@ pub enum InterfaceError {
         /// Angle between neighbouring normals.
         degrees: f64,
     },
-    /// The given normal is no direction, or does not point out of the first body.
+    /// The given normal has no direction, or does not point out of the first body.
     #[error(
-        "the given contact normal ({}, {}) {}from the first body's outward normal at ({}, {}); at most 60 degrees are allowed",
-        shown(normal[0]), shown(normal[1]), away(*degrees), shown(point[0]), shown(point[1])
+        "the given contact normal ({}, {}) {}",
+        shown(normal[0]), shown(normal[1]), away(*degrees, *point)
     )]
     NormalAway {
         /// As given.
         normal: Vector,
         /// Middle of the edge.
         point: Vector,
-        /// Angle between the two; not a number where the given one is no direction.
+        /// Angle between the two; NaN if the given one has no direction.
         degrees: f64,
     },
     /// The surfaces are cut into different numbers of edges or stretches.
@@ -122,7 +125,7 @@ pub enum InterfaceError {
         shown(point[0]), shown(point[1]), counts[0], counts[1]
     )]
     Counts {
-        /// Where the stretch of the first body begins.
+        /// First point of the stretch of the first body.
         point: Vector,
         /// "stretches", "edges" and so on.
         what: &'static str,
@@ -168,9 +171,9 @@ pub enum InterfaceError {
         /// Local edge length.
         spacing: f64,
     },
-    /// The surfaces are farther apart than the bodies are large.
+    /// The surfaces are farther apart than the size of the smaller body.
     #[error(
-        "the surfaces are too far apart: {distance:.3e} at ({}, {}), and the smaller body is {size:.3e} large",
+        "the surfaces are {distance:.3e} apart at ({}, {}), more than the size {size:.3e} of the smaller body",
         shown(point[0]), shown(point[1])
     )]
     TooFar {
@@ -206,7 +209,7 @@ pub enum InterfaceError {
         /// The node.
         point: Vector,
     },
-    /// The initial gap is negative or not a number.
+    /// The initial gap is negative or not finite.
     #[error("the initial gap at ({}, {}) is {}; it must be a finite number >= 0", shown(point[0]), shown(point[1]), shown(*value))]
     BadGap {
         /// The node.
@@ -237,7 +240,7 @@ mod tests {
     fn a_normal_without_direction_is_said_shortly() {
         let normal = [0.0, -1e-320];
         let said = InterfaceError::NormalAway { normal, point: [1.0, 2.0], degrees: f64::NAN }.to_string();
-        assert!(said.contains("(0, -1e-320) is no direction") && !said.contains("NaN"), "{said}");
+        assert!(said.contains("(0, -1e-320) has no direction") && !said.contains("NaN"), "{said}");
         let away = InterfaceError::NormalAway { normal: [0.0, -1.0], point: [1.0, 2.0], degrees: 90.0 };
         assert!(away.to_string().contains("(0, -1) is 90.0 degrees from the first body's"), "{away}");
     }

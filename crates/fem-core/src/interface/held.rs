@@ -1,9 +1,9 @@
-//! Contact nodes that both bodies clamp at the ends of the line: their pairs drop out.
+//! Contact nodes that both bodies clamp at the ends of the line: their pairs are removed.
 //!
 //! A clamped pair has no unknown. Its opening is known, and along its edge the opening is linear from there to the next pair,
-//! so that it is nowhere negative if both ends are not. Without pressure the edge is statically admissible as well. So pair
-//! and edge leave the contact problem, whose bound stays one. Finer meshes have free nodes on the edge: it is kept, and its
-//! new pairs take part.
+//! so it is nowhere negative if both ends are not. Without pressure the edge is also statically admissible. So pair
+//! and edge are removed from the contact problem, and its bound remains valid. Finer meshes have free nodes on the
+//! edge: it is kept, and its new pairs belong to the contact problem.
 
 use super::profile::Profile;
 use super::{ContactEdge, ContactInterface, Gap, InterfaceError, Pair, SAME_NORMAL, sides};
@@ -11,7 +11,7 @@ use crate::body::{Body, NodeConstraint};
 use crate::geometry::{dot, norm, sub};
 use crate::mesh::topology::NONE;
 
-/// An overlap of clamped nodes up to this part of the data that make it is round-off.
+/// An overlap of clamped nodes up to this fraction of the data that it is computed from is round-off.
 const ROUND_OFF: f64 = 1e-12;
 
 /// All pairs of the line and the edges between them.
@@ -45,11 +45,11 @@ pub(super) fn is_clamped(bodies: [&Body; 2], pair: &Pair) -> bool {
 }
 
 impl Line {
-    /// Makes the interface of the line: clamped pairs at its ends and their edges drop out. Returns also, for each pair of the
-    /// line, its number among those left, or [`NONE`].
+    /// Creates the interface of the line without clamped pairs at its ends and their edges. Also returns, for each
+    /// pair of the line, its number among the remaining ones, or [`NONE`].
     ///
     /// # Errors
-    /// Clamped pairs inside the line, at bent edges, or whose supports press the bodies into each other.
+    /// Clamped pairs inside the line, at curved edges, or with supports that press the bodies into each other.
     pub(super) fn into_interface(
         mut self,
         bodies: [&Body; 2],
@@ -82,7 +82,7 @@ impl Line {
                 profiles.push(*profile);
             }
         }
-        // A pair between two clamped edges carries no pressure, and has no length to carry it on.
+        // A pair between two clamped edges has no tributary length and carries no pressure.
         if let Some(k) = pairs.iter().position(|p| p.tributary_length == 0.0) {
             let Some(place) = number.iter().position(|n| *n == k as u32) else {
                 unreachable!(
@@ -105,7 +105,7 @@ impl Line {
         Ok((interface, number))
     }
 
-    /// Checks that the clamped pair `k` may drop out.
+    /// Checks that the clamped pair `k` may be removed.
     ///
     /// * `imposed`: on its nodes, m.
     fn check(&self, bodies: [&Body; 2], k: usize, imposed: [[f64; 2]; 2]) -> Result<(), InterfaceError> {
@@ -134,7 +134,7 @@ impl Line {
 }
 
 impl ContactInterface {
-    /// Returns the whole line, with the pairs and edges that dropped out.
+    /// Returns the whole line, with the removed pairs and edges.
     pub(super) fn line(&self) -> (&[Pair], &[ContactEdge], &[Option<Profile>]) {
         match &self.whole {
             Some(whole) => (&whole.line.pairs, &whole.line.edges, &whole.line.profiles),
@@ -169,7 +169,7 @@ mod tests {
         assert_eq!((interface.pairs().len(), interface.edges().len(), interface.length()), (3, 2, 1.0));
         let lengths: Vec<f64> = interface.pairs().iter().map(|p| p.tributary_length).collect();
         assert_eq!(lengths, [0.25, 0.5, 0.25]);
-        // Halved: the new nodes of the edges that dropped out are free, and take part.
+        // Halved: the new nodes of the removed edges are free and belong to the contact problem.
         let mut problem = ContactProblem { bodies, interface };
         for count in [7, 15] {
             let turned = problem.clone().swapped();
@@ -198,7 +198,7 @@ mod tests {
         // One body only.
         let one = pair(&body(1.0, left()), &body(0.0, BoundaryConditions::new().fix("bottom")));
         assert!(matches!(one, Err(InterfaceError::SupportedNode { body: 0, .. })), "{one:?}");
-        // Pressed into each other: along the edge the opening would be negative.
+        // Pressed into each other: the opening along the edge would be negative.
         let pressed = BoundaryConditions::new().displace("left", Some(0.0.into()), Some((-0.1).into()));
         let overlap = pair(&body(1.0, pressed), &body(0.0, left()));
         assert!(
@@ -207,7 +207,7 @@ mod tests {
         let parted =
             BoundaryConditions::new().displace("left", Some(0.0.into()), Some(ScalarData::from(0.1)));
         assert_eq!(pair(&body(1.0, parted), &body(0.0, left())).unwrap().pairs().len(), 4);
-        // A bent line, on which the opening between two openings >= 0 may be negative.
+        // A curved line, on which the opening between two openings >= 0 may be negative.
         let steel = || LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
         let arc = |radii| {
             let mesh = ring([0.0; 2], radii, [0.0, 90.0], [6, 1]).unwrap();

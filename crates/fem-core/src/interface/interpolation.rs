@@ -1,4 +1,5 @@
-//! How far a gap given as a function, or measured between curves, is from what linear contact edges make of it.
+//! The difference between a gap given as a function, or measured between curves, and its linear interpolant on
+//! contact edges.
 
 use super::{ContactProblem, Gap, SAME_NORMAL};
 use crate::body::Difference;
@@ -6,9 +7,9 @@ use crate::body::DifferenceSum;
 use crate::geometry::{Vector, add, norm, scale, sub};
 
 impl ContactProblem {
-    /// Measures how far the initial gap is from the one that contact edges carry, relative to its largest value, by sampling as
-    /// [`crate::body::SAMPLES`] says: `g/|n|`, with
-    /// gap `g` and normal `n` linear between the pairs. `None` where the two are the same to round-off.
+    /// Measures the difference between the initial gap and the one on the contact edges, relative to its largest
+    /// value, by sampling at [`crate::body::SAMPLES`] points: `g/|n|`, with
+    /// gap `g` and normal `n` linear between the pairs. `None` if the two are equal to round-off.
     pub fn interpolated_gap(&self) -> Option<Difference> {
         let interface = &self.interface;
         let side = interface.measured_on;
@@ -26,7 +27,7 @@ impl ContactProblem {
                 (Gap::Geometric, Some(profile)) => profile.at(s),
                 (Gap::Geometric, None) | (Gap::Touching, _) => linear(s),
             };
-            // Along a normal that is shorter than one between the pairs, the same number is a wider gap.
+            // Between the pairs the normal is shorter than one, so the same number is a wider gap.
             let bent = norm(sub(pairs[0].normal, pairs[1].normal)) > SAME_NORMAL;
             let normal = |s: f64| norm(between(pairs[0].normal, pairs[1].normal, s));
             sum.compare(edge.length, meant, |s| linear(s) / if bent { normal(s) } else { 1.0 });

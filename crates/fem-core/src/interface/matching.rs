@@ -6,7 +6,7 @@ use crate::body::Body;
 use crate::geometry::{self, Vector, norm, sub};
 use std::collections::HashMap;
 
-/// Paired nodes may stand this fraction of the local edge length apart where the gap is given.
+/// Paired nodes may be this fraction of the local edge length apart if the gap is given.
 pub(super) const TOLERANCE: f64 = 0.05;
 
 /// One stretch of the contact line: nodes in order, and the edges between them.
@@ -16,13 +16,13 @@ pub(super) struct Stretch {
 }
 
 impl Stretch {
-    /// Tells whether the stretch closes on itself.
+    /// Tells whether the stretch is closed.
     pub(super) fn is_closed(&self) -> bool {
         self.edges.len() == self.nodes.len()
     }
 }
 
-/// Walks the first body's surface stretch by stretch, each from its end with the smaller (x, y).
+/// Collects the stretches of the first body's surface, each from its end with the smaller (x, y).
 pub(super) fn walk(body: &Body, surface: &[u32]) -> Vec<Stretch> {
     let mesh = body.mesh();
     let mut around: HashMap<u32, Vec<u32>> = HashMap::new();
@@ -38,7 +38,7 @@ pub(super) fn walk(body: &Body, surface: &[u32]) -> Vec<Stretch> {
     };
     let mut starts: Vec<u32> = around.keys().copied().collect();
     starts.sort_unstable_by(before);
-    // Open stretches begin at an end; what is left after them is closed.
+    // Open stretches begin at an end; the remaining edges form closed ones.
     starts.sort_by_key(|n| around[n].len() > 1);
     let mut used = std::collections::HashSet::new();
     let mut stretches = Vec::new();
@@ -94,7 +94,7 @@ pub(super) fn nearest(
     Ok(partner)
 }
 
-/// Takes the partners that a common refinement found.
+/// Uses the partners from a common refinement.
 pub(super) fn refined(
     body: &Body,
     chain: &[Stretch],
@@ -173,7 +173,7 @@ impl Grid {
     }
 }
 
-/// Pairs the surfaces node by node along their length, stretch with nearest stretch, wherever they stand.
+/// Pairs the surfaces node by node along their length, each stretch with the nearest one, whatever their distance.
 pub(super) fn along(
     bodies: [&Body; 2],
     edges: [&[u32]; 2],
@@ -189,7 +189,7 @@ pub(super) fn along(
     let mut closed = Vec::new();
     for other in &others {
         let mut nodes = other.nodes.clone();
-        // Against the sense of the first body's walk: outward normals of the two face each other.
+        // Opposite to the orientation of the first body: the outward normals of the two face each other.
         if is_outward_right(bodies[1], other) {
             nodes.reverse();
         }
@@ -203,7 +203,7 @@ pub(super) fn along(
             nodes.reverse();
         }
         let [first, last] = [place(0, nodes[0]), place(0, nodes[nodes.len() - 1])];
-        // How well each stretch that is left fits, and where it begins.
+        // The fit of each remaining stretch, and its first node.
         let mut best: Option<(f64, usize, usize)> = None;
         for (k, other) in free.iter().enumerate().filter(|(_, other)| !other.is_empty()) {
             let (fit, start) = fit(bodies[1], [first, last], other, closed[k]);
@@ -227,8 +227,8 @@ pub(super) fn along(
     Ok(partner)
 }
 
-/// Measures how far a stretch of the other body is from one between two points, and where it begins: a closed one at its
-/// node nearest to the first point.
+/// Measures the distance of a stretch of the other body from one between two points, and finds its first node: for a
+/// closed one the node nearest to the first point.
 fn fit(body: &Body, [first, last]: [Vector; 2], nodes: &[u32], closed: bool) -> (f64, usize) {
     let distance = |a: Vector, node: u32| norm(sub(body.mesh().points()[node as usize], a));
     if !closed {
@@ -241,7 +241,7 @@ fn fit(body: &Body, [first, last]: [Vector; 2], nodes: &[u32], closed: bool) -> 
     nodes.iter().enumerate().fold((f64::INFINITY, 0), nearest)
 }
 
-/// Tells whether the body's outward normal is on the right of the walk: with the body on its left.
+/// Tells whether the body's outward normal is on the right of the stretch, that is, the body on its left.
 fn is_outward_right(body: &Body, stretch: &Stretch) -> bool {
     let topology = body.mesh().topology();
     let [a, b] = topology.oriented_edge(stretch.edges[0], body.mesh().triangles());

@@ -18,7 +18,7 @@ const SUPPORT: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// Sets tributary lengths and normals of all pairs.
 ///
-/// * `facing`: the normals that a common refinement found; averages of cut surfaces would be edge normals.
+/// * `facing`: the normals from a common refinement; averages of cut surfaces would be edge normals.
 pub(super) fn choose(
     bodies: [&Body; 2],
     chain: &[Stretch],
@@ -61,7 +61,7 @@ pub(super) fn choose(
     check_turns(bodies, pairs, edges)
 }
 
-/// Checks a given direction against every edge and gives it the length one.
+/// Checks a given direction against every edge and normalises it.
 fn given(body: &Body, edges: &[ContactEdge], direction: Vector) -> Result<Vector, InterfaceError> {
     let length = norm(direction);
     let unit = scale(1.0 / length, direction);
@@ -96,7 +96,7 @@ pub(super) fn sharpest_turn(body: &Body, edges: impl Iterator<Item = u32>) -> Op
     sharpest
 }
 
-/// Refuses corners of more than 60 degrees.
+/// Rejects corners of more than 60 degrees.
 fn check_corners(body: &Body, edges: &[ContactEdge]) -> Result<(), InterfaceError> {
     match sharpest_turn(body, edges.iter().map(|e| e.edges[0])) {
         Some((point, cosine)) if cosine < TURN => {
@@ -106,7 +106,7 @@ fn check_corners(body: &Body, edges: &[ContactEdge]) -> Result<(), InterfaceErro
     }
 }
 
-/// Takes the normals of a common refinement; on a straight stretch all are the first edge's.
+/// Uses the normals of a common refinement; on a straight stretch all are that of the first edge.
 fn frozen(body: &Body, pairs: &mut [Pair], edges: &[ContactEdge], facing: &HashMap<u32, &Facing>) {
     let common = body.mesh().edge_normal(edges[0].edges[0]);
     for pair in pairs.iter_mut() {
@@ -117,8 +117,9 @@ fn frozen(body: &Body, pairs: &mut [Pair], edges: &[ContactEdge], facing: &HashM
     }
 }
 
-/// Averages the edge normals at the nodes of one stretch; a straight one has a single normal. At a free end of a bent one the
-/// normal is the neighbour's mirrored at the last edge, which is that of a circle, as for surfaces refined in common.
+/// Averages the edge normals at the nodes of one stretch; a straight one has a single normal. At a free end of a
+/// curved one the normal is the neighbour's mirrored at the last edge, which is exact for a circle, as with a common
+/// refinement.
 fn averaged(
     body: &Body,
     pairs: &mut [Pair],
@@ -165,9 +166,9 @@ fn turns(pairs: &[Pair], edges: &[ContactEdge]) -> Vec<f64> {
     turns
 }
 
-/// Turns the normal of a pair whose node is held in one direction into the direction left free where the line is bent,
-/// and refuses nodes whose normal displacement is imposed, or nearly so, unless both bodies clamp theirs. Elsewhere the normal is the line's, and the
-/// node's frame is not orthogonal, see [`crate::dof::DofMap`].
+/// On a curved line, turns the normal of a pair whose node is supported in one direction into the free direction.
+/// Rejects nodes whose normal displacement is imposed, or nearly so, unless both bodies clamp theirs. Otherwise the
+/// normal is the line's, and the node's frame is not orthogonal, see [`crate::dof::DofMap`].
 fn free_direction(bodies: [&Body; 2], pair: &mut Pair, turn: f64) -> Result<(), InterfaceError> {
     let constraint = |b: usize| bodies[b].node_constraints()[pair.nodes[b] as usize];
     let refused = |b: usize| {
@@ -205,7 +206,7 @@ fn free_direction(bodies: [&Body; 2], pair: &mut Pair, turn: f64) -> Result<(), 
     Ok(())
 }
 
-/// Refuses lines whose normals turn too much along an edge, or lie too far from it.
+/// Rejects lines whose normals turn too much along an edge, or are too far from the edge's own.
 fn check_turns(bodies: [&Body; 2], pairs: &[Pair], edges: &[ContactEdge]) -> Result<(), InterfaceError> {
     for edge in edges {
         let [a, b] = edge.pairs.map(|k| pairs[k as usize].normal);

@@ -12,7 +12,7 @@ use std::collections::HashMap;
 
 /// Pairs the surfaces.
 ///
-/// * `common`: the refinement that made the surfaces match, where there was one.
+/// * `common`: the refinement that made the surfaces match, if there was one.
 pub(super) fn pair(
     bodies: [&Body; 2],
     surfaces: [&str; 2],
@@ -99,7 +99,7 @@ fn make_pairs(bodies: [&Body; 2], chain: &[Stretch], partner: &HashMap<u32, u32>
                 arc_length,
             });
         }
-        // The edge that closes the stretch leads to no further pair.
+        // The edge that closes the stretch has no further pair.
         if let Some(&edge) = stretch.edges.get(stretch.nodes.len() - 1) {
             arc_length += bodies[0].mesh().edge_length(edge);
         }
@@ -237,7 +237,7 @@ mod tests {
         let loaded = body(0.0, [4, 2], fixed().pressure("top", 1.0));
         assert!(matches!(pair(&upper, &loaded, ["bottom", "top"]), InterfaceError::Occupied { body: 1, .. }));
         let clamped = body(0.0, [4, 2], fixed().fix("left"));
-        // In one body only.
+        // In only one body.
         assert!(matches!(pair(&upper, &clamped, ["bottom", "top"]), InterfaceError::SupportedNode { .. }));
         let same = body(1.0, [4, 2], fixed());
         assert!(matches!(pair(&upper, &same, ["left", "left"]), InterfaceError::NotFacing { .. }));

@@ -1,7 +1,8 @@
-//! The measured gap between two pairs: a cubic, where the surfaces stand for smooth curves.
+//! The measured gap between two pairs: a cubic, if the surfaces represent smooth curves.
 //!
-//! Polygons on curved surfaces are apart by the square of their edges, more than bodies are deformed. A measured gap
-//! therefore goes along the smooth curves through the nodes of the first meshes, and finer meshes take it from there.
+//! Polygons on curved surfaces are apart by the square of their edge length, more than the deformation of the bodies. A
+//! measured gap therefore follows the smooth curves through the nodes of the first meshes, and finer meshes use the
+//! same curves.
 
 use super::common_refinement::curve::{Between, Curve};
 use super::matching::Stretch;
@@ -10,7 +11,7 @@ use crate::body::Body;
 use crate::geometry::{Vector, add, dot, norm, scale, sub};
 use std::collections::HashMap;
 
-/// A gap that differs from a linear one by less than this part of the edge is linear.
+/// A gap that differs from a linear one by less than this fraction of the edge is linear.
 const LINEAR: f64 = 1e-12;
 
 /// The gap along a contact edge: the four Bernstein coefficients of a cubic, m.
@@ -18,7 +19,7 @@ const LINEAR: f64 = 1e-12;
 pub(super) struct Profile([f64; 4]);
 
 impl Profile {
-    /// Makes the cubic that takes the values at 0, ⅓, ⅔ and 1 of the edge; `None` where it is linear to round-off.
+    /// Creates the cubic with the given values at 0, ⅓, ⅔ and 1 of the edge; `None` if it is linear to round-off.
     ///
     /// * `length`: of the edge, m.
     pub(super) fn through([a, b, c, d]: [f64; 4], length: f64) -> Option<Self> {
@@ -29,7 +30,7 @@ impl Profile {
         (!is_linear && inner.iter().all(|x| x.is_finite())).then_some(Self([a, inner[0], inner[1], d]))
     }
 
-    /// Evaluates the gap at a fraction of the edge; an overlap of smooth curves is none.
+    /// Evaluates the gap at a fraction of the edge; for an overlap of smooth curves it is 0.
     pub(super) fn at(&self, t: f64) -> f64 {
         let [a, b, c, d] = self.0;
         let s = 1.0 - t;
@@ -47,7 +48,7 @@ impl Profile {
     }
 }
 
-/// Makes the cubics from the gaps at the pairs and between them; `None` where the gap is linear.
+/// Creates the cubics from the gaps at the pairs and between them; `None` if the gap is linear.
 pub(super) fn profiles(
     pairs: &[Pair],
     edges: &[ContactEdge],
@@ -61,7 +62,7 @@ pub(super) fn profiles(
     edges.iter().zip(between).map(profile).collect()
 }
 
-/// Finds what was measured between the pairs of surfaces refined in common.
+/// Finds the values measured between the pairs of surfaces with a common refinement.
 ///
 /// * `between`: from one of the first body's nodes to the next.
 pub(super) fn of_refined(
@@ -102,7 +103,7 @@ pub(super) fn of_matching(
                 let apart: Vector = sub(curves[1].smooth(k, t), curves[0].smooth(k, t));
                 dot(apart, normal) / norm(normal)
             };
-            // What the nodes themselves are apart is known; the curves say what happens between them.
+            // The distance of the nodes themselves is known; the curves give the distance between them.
             let off = [drawn[i] - at(0.0), drawn[j] - at(1.0)];
             let gaps = [1.0 / 3.0, 2.0 / 3.0].map(|t| at(t) + (1.0 - t) * off[0] + t * off[1]);
             found.push(Some(Between { gaps, uncertainty: curves.iter().map(|c| c.uncertainty(k)).sum() }));
@@ -128,7 +129,7 @@ mod tests {
             assert!((right.at(t) - cubic(0.5 + 0.5 * t)).abs() < 1e-14);
         }
         assert_eq!(Profile::through([0.0, 1.0, 2.0, 3.0], 1.0), None);
-        // An overlap is closed.
+        // An overlap counts as closed.
         assert_eq!(Profile::through([0.0, -1.0, -1.0, 0.0], 1.0).unwrap().at(0.5), 0.0);
     }
 }

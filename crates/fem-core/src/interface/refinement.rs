@@ -35,24 +35,24 @@ pub enum RefineError {
     Interface(#[from] InterfaceError),
 }
 
-/// A refined problem and where everything in it comes from.
+/// A refined problem and the origin of its parts.
 #[derive(Clone, Debug)]
 pub struct RefinedProblem {
     /// The problem.
     pub problem: ContactProblem,
     /// The refinement of each body's mesh.
     pub refinements: [Refinement; 2],
-    /// For every new pair the two old pairs it lies between: the same one twice if it is an old pair, or the first one beside
-    /// a clamped end.
+    /// For every new pair the two neighbouring old pairs: the same one twice if it is an old pair, or the first one
+    /// next to a clamped end.
     pub pair_parents: Vec<[u32; 2]>,
     old_pairs: usize,
 }
 
 impl RefinedProblem {
-    /// Carries a P1 function on the interface over, one number per pair along its normal.
+    /// Transfers a P1 function on the interface, one number per pair along its normal.
     ///
     /// # Panics
-    /// If `values` has not one entry per old pair.
+    /// If `values` does not have one entry per old pair.
     pub fn prolong_interface(&self, values: &[f64]) -> Vec<f64> {
         let old = self.old_pairs;
         assert!(values.len() == old, "{} values, and {old} pairs before the refinement", values.len());
@@ -63,7 +63,7 @@ impl RefinedProblem {
 
 impl ContactProblem {
     /// Marks further edges until both bodies' refinements are conforming and match: a contact edge is marked in both
-    /// bodies or in none. Returns the number of nodes that each refined body will have.
+    /// bodies or in neither. Returns the number of nodes that each refined body will have.
     ///
     /// * `marked`: one entry per edge of each body.
     ///
@@ -90,10 +90,11 @@ impl ContactProblem {
 
     /// Halves the marked edges of both bodies, after [`ContactProblem::close`]: the same problem on finer meshes.
     ///
-    /// Conditions pass on to the parts of their edges, pairs to the nodes between them; functions, the gap among them,
-    /// are evaluated at the new nodes, and so is a measured gap, between smooth curves through the nodes of the first meshes. Where the normal changes along an edge, the one at its middle has the direction of the
-    /// field there and the length one: the field turns a little differently between the nodes, by the cube of the angle, and a
-    /// gap is wider between the nodes of coarser edges by the square of the angle, see [`ContactProblem::interpolated_gap`].
+    /// The parts of an edge inherit its conditions. New nodes on contact edges become new pairs. Functions, including
+    /// the gap, are evaluated at the new nodes; a measured gap is evaluated between smooth curves through the nodes
+    /// of the first meshes. If the normal changes along an edge, the new normal is the normal field at its middle,
+    /// scaled to length one. This changes the field between the nodes by the cube of the angle. Between the nodes of
+    /// coarser edges a gap is wider by the square of the angle, see [`ContactProblem::interpolated_gap`].
     ///
     /// # Errors
     /// Meshes that become too large or too small, functions that are not finite at new nodes, a negative gap there.
@@ -129,7 +130,7 @@ impl ContactProblem {
 }
 
 impl ContactInterface {
-    /// Makes the interface of the refined bodies, and the parents of its pairs.
+    /// Creates the interface of the refined bodies, and the parents of its pairs.
     fn refined(
         &self,
         bodies: &[Body; 2],
@@ -181,8 +182,8 @@ impl ContactInterface {
         Ok((interface, parents))
     }
 
-    /// Turns two neighbouring pairs of the whole line into pairs of the contact problem: a clamped one into the other, two
-    /// into the first of all.
+    /// Maps two neighbouring pairs of the whole line to pairs of the contact problem: a clamped one to the other, two
+    /// clamped ones to the first pair of all.
     fn numbers(&self, parents: [u32; 2]) -> [u32; 2] {
         let Some(whole) = &self.whole else { return parents };
         let number = |k: u32| Some(whole.number[k as usize]).filter(|n| *n != NONE);
@@ -193,7 +194,7 @@ impl ContactInterface {
         }
     }
 
-    /// Makes the pair in the middle of a contact edge.
+    /// Creates the pair in the middle of a contact edge.
     fn middle_pair(
         &self,
         pairs: &[Pair],
@@ -205,7 +206,8 @@ impl ContactInterface {
         let [i, j] = edge.pairs.map(|k| &pairs[k as usize]);
         let point = bodies[self.measured_on].mesh().points()[nodes[self.measured_on] as usize];
         let normal = scale(0.5, add(i.normal, j.normal));
-        // Shorter than one where the normal changes. Divided by its length, normal and gap say the same of the nodes.
+        // Shorter than one if the normal changes. Dividing normal and gap by its length keeps the condition at the
+        // nodes.
         let bent = norm(sub(i.normal, j.normal)) > SAME_NORMAL;
         let length = if bent { norm(normal) } else { 1.0 };
         let gap = match (&self.gap, profile) {
@@ -226,7 +228,7 @@ impl ContactInterface {
         })
     }
 
-    /// Makes the edge between two pairs and adds its length to theirs.
+    /// Creates the edge between two pairs and adds its length to their tributary lengths.
     fn part(&self, bodies: &[Body; 2], pairs: &mut [Pair], ends: [u32; 2]) -> Option<ContactEdge> {
         let [i, j] = ends.map(|k| pairs[k as usize].nodes);
         let find = |b: usize| bodies[b].mesh().topology().find_edge(i[b], j[b]);

@@ -34,7 +34,7 @@ pub struct Orthotropic {
 }
 
 impl Orthotropic {
-    /// Makes the constants of a material whose axis 3 is like axis 2: `E₃ = E₂`, `ν₁₃ = ν₂₃ = ν₁₂`.
+    /// Creates the constants of a material whose axis 3 is like axis 2: `E₃ = E₂`, `ν₁₃ = ν₂₃ = ν₁₂`.
     pub fn in_plane(young: [f64; 2], poisson_12: f64, shear: f64, angle: f64) -> Self {
         Self {
             young_1: young[0],
@@ -70,7 +70,7 @@ impl Orthotropic {
             ratios.push(("poisson_23", self.poisson_23, self.young_2, self.young_3));
         }
         for (name, found) in moduli {
-            // The inverse of what is smaller is not finite.
+            // The inverse of a smaller number is not finite.
             if !(1.0 / LARGEST..=LARGEST).contains(&found) {
                 return Err(MaterialError::Modulus { name, found });
             }
@@ -96,7 +96,7 @@ impl Orthotropic {
     }
 }
 
-/// Returns the matrix that turns a stress `(σ_xx, σ_yy, σ_xy)` to axes turned by an angle.
+/// Returns the matrix that transforms a stress `(σ_xx, σ_yy, σ_xy)` to axes rotated by an angle.
 fn turn(angle: f64) -> Matrix3<f64> {
     let (s, c) = angle.sin_cos();
     Matrix3::new(c * c, s * s, 2.0 * c * s, s * s, c * c, -2.0 * c * s, -c * s, c * s, c * c - s * s)
@@ -107,7 +107,7 @@ fn symmetric(m: &Matrix3<f64>) -> Matrix3<f64> {
 }
 
 impl LinearElastic {
-    /// Makes an orthotropic material.
+    /// Creates an orthotropic material.
     ///
     /// In its axes the compliance is `S_ij` of the plane in plane stress, `S_ij − S_i3 S_j3/S_33` in plane strain,
     /// where `σ_zz = −(S_13 σ_11 + S_23 σ_22)/S_33`; with `T` the rotation of stresses, `S = Tᵀ S' T` in x and y.
@@ -147,9 +147,9 @@ impl LinearElastic {
         })
     }
 
-    /// Makes a material of its plane stiffness `D`, `(σ_xx, σ_yy, σ_xy) = D (ε_xx, ε_yy, 2 ε_xy)`.
+    /// Creates a material from its plane stiffness `D`, `(σ_xx, σ_yy, σ_xy) = D (ε_xx, ε_yy, 2 ε_xy)`.
     ///
-    /// `D` is that of the plane problem, whatever the hypothesis; in plane strain `σ_zz` is then not known.
+    /// `D` is that of the plane problem, whatever the hypothesis; in plane strain `σ_zz` is then unknown.
     ///
     /// * `stiffness`: 3×3 by rows, symmetric (to 1e-12 of its largest entry) and positive definite, Pa.
     ///

@@ -14,7 +14,7 @@ use super::LinearElastic;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Materials {
     list: Vec<LinearElastic>,
-    /// Place in the list by triangle; empty where there is one material.
+    /// Place in the list by triangle; empty if there is one material.
     of_triangle: Vec<u32>,
 }
 
@@ -22,8 +22,8 @@ impl Materials {
     /// Gives each triangle a material.
     ///
     /// * `list`: the materials.
-    /// * `of_triangle`: by triangle, the place of its material in the list. [`crate::body::Body::new`] refuses places
-    ///   that are not there and lengths that are not the mesh's.
+    /// * `of_triangle`: by triangle, the place of its material in the list. [`crate::body::Body::new`] rejects places
+    ///   that do not exist and lengths other than that of the mesh.
     pub fn by_triangle(list: Vec<LinearElastic>, of_triangle: Vec<u32>) -> Self {
         Self { list, of_triangle }
     }
@@ -45,17 +45,17 @@ impl Materials {
         self.of_triangle.get(triangle).map_or(0, |&k| k as usize)
     }
 
-    /// Counts the triangles that have a material of their own, 0 where one serves all.
+    /// Counts the triangles that have an assigned material, 0 if one material is used for all.
     pub fn len(&self) -> usize {
         self.of_triangle.len()
     }
 
-    /// Says whether one material serves all triangles.
+    /// Tells whether one material is used for all triangles.
     pub fn is_empty(&self) -> bool {
         self.of_triangle.is_empty()
     }
 
-    /// Says whether every one of a number of triangles has a material that is there.
+    /// Tells whether each of a number of triangles has an existing material.
     pub(crate) fn fit(&self, triangles: usize) -> bool {
         let known = self.of_triangle.iter().all(|&k| (k as usize) < self.list.len());
         match self.is_empty() {
@@ -64,7 +64,7 @@ impl Materials {
         }
     }
 
-    /// Hands the materials of the parents to the cells of a finer mesh.
+    /// Transfers the materials of the parents to the cells of a finer mesh.
     pub(crate) fn inherited(&self, parent_cell: &[u32]) -> Self {
         let of_triangle = match self.is_empty() {
             true => Vec::new(),

@@ -9,9 +9,9 @@ use crate::geometry::Vector;
 pub use half_disc::{Facing, half_disc, half_disc_nodes};
 pub use ring::ring;
 
-/// Most cells that a generator makes: their triangles are as many as a mesh can have.
+/// Maximum number of cells of a generator: their triangles are as many as a mesh can have.
 const MAX_CELLS: usize = (1 << 28) - 1;
-/// Most nodes of a mesh.
+/// Maximum number of nodes of a mesh.
 const MAX_NODES: usize = (1 << 29) - 1;
 
 /// Tells whether cells in two directions would be too many for a mesh.
@@ -24,11 +24,11 @@ fn too_many(cells: [usize; 2]) -> bool {
 /// Meshes the rectangle `origin + [0, size_x] × [0, size_y]` with `cells[0] × cells[1]` rectangles,
 /// each cut from its lower left to its upper right corner.
 ///
-/// Node `(i, j)` has the number `j (cells_x + 1) + i` and stands at `origin + size · (i, j)/cells`, the
+/// Node `(i, j)` has the number `j (cells_x + 1) + i` and lies at `origin + size · (i, j)/cells`, the
 /// last exactly at `origin + size`. The sides are named `bottom`, `right`, `top` and `left`.
 ///
 /// # Errors
-/// A size that is not positive and finite, no cells, or more than a mesh can have, 2²⁸ − 1 of them or 2²⁹ − 1 nodes.
+/// A size that is not positive and finite, no cells, or more than the limits of a mesh: 2²⁸ − 1 cells, 2²⁹ − 1 nodes.
 pub fn block(origin: Vector, size: Vector, cells: [usize; 2]) -> Result<TriMesh, MeshError> {
     let fault = |reason| MeshError::Block { origin, size, cells, reason };
     if !(origin[0].is_finite() && origin[1].is_finite()) {
@@ -97,7 +97,7 @@ mod tests {
     fn impossible_blocks_are_refused() {
         assert!(block([0.0, 0.0], [1.0, 0.0], [1, 1]).is_err());
         assert!(block([0.0, 0.0], [1.0, 1.0], [0, 1]).is_err());
-        // One triangle or node more than a mesh can have is noticed before it is made.
+        // One triangle or node more than a mesh can have is detected before the mesh is made.
         for cells in [[usize::MAX, 2], [1 << 14, 1 << 14], [1, (1 << 28) - 1]] {
             let e = block([0.0, 0.0], [1.0, 1.0], cells).unwrap_err();
             assert!(matches!(e, MeshError::Block { .. }), "{e}");

@@ -1,4 +1,4 @@
-//! Finds cells that overlap: a mesh may be sound edge by edge and still cover a place twice.
+//! Finds cells that overlap: a mesh may be valid edge by edge and still cover an area twice.
 
 use super::TriMesh;
 use crate::geometry::{self, Vector, add, cross, norm, scale, sub};
@@ -6,30 +6,30 @@ use rayon::prelude::*;
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
 
-/// Overlaps narrower than this part of the mesh's diagonal are rounding of coordinates: the cells touch.
+/// Overlaps narrower than this fraction of the mesh's diagonal are rounding of coordinates: the cells touch.
 const WIDTH: f64 = 1e-6;
-/// An overlap that covers this part of the smaller cell is an overlap however small the cell is.
+/// An overlap that covers this fraction of the smaller cell counts, however small the cell is.
 const PART: f64 = 0.01;
 
 /// Two cells that overlap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct CellOverlap {
-    /// The two triangles, from 0: of one mesh the smaller number first, of two meshes each mesh's own.
+    /// The two triangles, from 0: in one mesh the smaller number first, for two meshes one number of each mesh.
     pub triangles: [usize; 2],
     /// A point of both, m.
     pub point: Vector,
-    /// What both cover, m².
+    /// Common area, m².
     pub area: f64,
 }
 
 impl TriMesh {
-    /// Finds two cells that overlap in more than rounding of their coordinates explains, those with the smallest numbers;
-    /// `None` if there are none. Cells that touch along a line, such as the two faces of a slit, do not overlap.
+    /// Finds the two cells with the smallest numbers that overlap by more than rounding of their coordinates;
+    /// `None` if there is no overlap. Cells that touch along a line, such as the two faces of a slit, do not overlap.
     ///
-    /// Only cells at the boundary are compared with the others. The number of cells over a place is the winding number of
-    /// the boundary there, so it changes across boundary edges only. Where it is largest and above one, a boundary edge
-    /// ends that place, and the cell inside that edge overlaps another.
+    /// Only cells at the boundary are compared with the others. The number of cells over a point is the winding
+    /// number of the boundary there, so it changes only across boundary edges. If its maximum is above one, a
+    /// boundary edge bounds the region of the maximum, and the cell inside that edge overlaps another.
     ///
     /// The time is proportional to `T log B` for `T` cells, `B` of them at the boundary.
     pub fn overlapping_cells(&self) -> Option<CellOverlap> {
@@ -52,7 +52,7 @@ impl TriMesh {
         })
     }
 
-    /// Finds one of the given cells that overlaps a cell of another mesh, in more than rounding of their coordinates explains.
+    /// Finds one of the given cells that overlaps a cell of another mesh by more than rounding of their coordinates.
     ///
     /// * `cells`: triangles of this mesh.
     pub fn overlap_with(&self, cells: &[u32], other: &Self) -> Option<CellOverlap> {
@@ -92,9 +92,9 @@ fn overlapping<'a>(
     })
 }
 
-/// Computes the centroid and the area of what two triangles have in common, if that is wider than `width`.
+/// Computes the centroid and the area of the intersection of two triangles, if it is wider than `width`.
 fn common(a: [Vector; 3], b: [Vector; 3], width: f64) -> Option<(Vector, f64)> {
-    // Measured from a corner, so that places far from the origin lose no digits.
+    // Relative to a corner, so that points far from the origin lose no digits.
     let origin = a[0];
     let [a, b] = [a, b].map(|t| t.map(|p| sub(p, origin)));
     let mut polygon = a.to_vec();
@@ -120,7 +120,7 @@ fn common(a: [Vector; 3], b: [Vector; 3], width: f64) -> Option<(Vector, f64)> {
     (counts && area > 0.0).then(|| (add(origin, add(first, scale(1.0 / area, moment))), area))
 }
 
-/// Cuts off what lies on the right of the line from `from` to `to`.
+/// Cuts off the part to the right of the line from `from` to `to`.
 fn clipped(polygon: &[Vector], from: Vector, to: Vector) -> Vec<Vector> {
     let along = sub(to, from);
     let side = |p: Vector| cross(along, sub(p, from));
@@ -143,7 +143,7 @@ mod tests {
     use super::*;
     use crate::mesh::generate::block;
 
-    /// Several meshes as one, none of which shares a node with another.
+    /// Several meshes as one, without common nodes.
     fn together(parts: &[(Vec<Vector>, Vec<[u32; 3]>)]) -> TriMesh {
         let (mut points, mut cells) = (Vec::new(), Vec::new());
         for (p, t) in parts {
@@ -183,14 +183,14 @@ mod tests {
         let lower = block([0.0, 0.0], [1.0, 1.0], [5, 5]).unwrap();
         let found = upper.overlap_with(&[32, 33], &lower).unwrap();
         assert!(found.triangles[0] >= 32 && found.point[1] < 0.7, "{found:?}");
-        // The other cells touch.
+        // The other cells only touch.
         let others: Vec<u32> = (0..32).collect();
         assert_eq!(upper.overlap_with(&others, &lower), None);
     }
 
     #[test]
     fn cells_that_touch_do_not_overlap() {
-        // Beside each other, nodes against edges: the faces of a slit, rounded to seven digits.
+        // Side by side, nodes against edges: the faces of a slit, rounded to seven digits.
         let left = || piece([0.0, 0.0], [0.333_333_3, 1.0], [3, 7]);
         for third in [1.0 / 3.0, 0.333_333_3] {
             let right = piece([third, 0.0], [1.0 - third, 1.0], [5, 11]);

@@ -2,15 +2,16 @@
 //!
 //! Every triangle has one *refinement edge*. A triangle is cut from the middle of that edge to the opposite corner;
 //! the middle is the newest vertex of both halves, and their refinement edges are the ones opposite to it. Edges are
-//! marked, never triangles: where any edge of a triangle is marked, its refinement edge must be, and adding those
-//! until nothing changes ([`close`]) makes the finer mesh conforming. A triangle of which one, two or three edges are
-//! marked becomes two, three or four.
+//! marked, never triangles: if any edge of a triangle is marked, its refinement edge must be marked too. Adding these
+//! until no edge changes ([`close`]) makes the finer mesh conforming. A triangle with one, two or three marked edges is
+//! cut into two, three or four.
 //!
-//! * **Start.** The refinement edge of a triangle of the first mesh is its longest one, equal lengths told apart by the
-//!   nodes' numbers ([`RefinementEdges::longest`]).
-//! * **Shapes.** The descendants of one triangle fall into four classes of similar triangles, and no angle falls below
-//!   half the smallest angle of the first mesh.
-//! * **Size.** Closure adds in all at most a constant times the number of marked cells, over any number of refinements.
+//! * **Start.** The refinement edge of a triangle of the first mesh is its longest one; equal lengths are
+//!   distinguished by node numbers ([`RefinementEdges::longest`]).
+//! * **Shapes.** The descendants of one triangle fall into four classes of similar triangles, and no angle is smaller
+//!   than half the smallest angle of the first mesh.
+//! * **Size.** Closure adds in total at most a constant times the number of marked cells, over any number of
+//!   refinements.
 //!
 //! Sources: Mitchell 1989; Binev, Dahmen and DeVore 2004 and Karkulik, Pavlicek and Praetorius 2013 (closure); Rosenberg
 //! and Stenger 1975 (angles).
@@ -39,8 +40,8 @@ impl RefinementEdges {
         Self(topology.triangle_edges().iter().map(longest).collect())
     }
 
-    /// Chooses a preferred edge of every triangle that has one, and else as [`RefinementEdges::longest`] does: where only
-    /// preferred edges are marked closure adds nothing.
+    /// Chooses a preferred edge of every triangle that has one, otherwise the one of [`RefinementEdges::longest`]. If
+    /// only preferred edges are marked, closure adds no edges.
     ///
     /// * `preferred`: one entry per edge.
     pub fn preferring(mesh: &TriMesh, preferred: &[bool]) -> Self {
@@ -69,10 +70,10 @@ impl RefinementEdges {
     }
 }
 
-/// A refined mesh and where everything in it comes from.
+/// A refined mesh and the origin of its nodes and triangles.
 #[derive(Clone, Debug)]
 pub struct Refinement {
-    /// The finer mesh. Old nodes keep their numbers, edge groups pass on to the halves.
+    /// The finer mesh. Old nodes keep their numbers, the halves inherit edge groups.
     pub mesh: TriMesh,
     /// The refinement edges of its triangles.
     pub refinement_edges: RefinementEdges,
@@ -80,15 +81,15 @@ pub struct Refinement {
     pub parent_cell: Vec<u32>,
     /// The two ends of the edge that each new node halves; new node `k` has the number `old nodes + k`.
     pub parent_nodes: Vec<[u32; 2]>,
-    /// The new node on each old edge, [`NONE`] where the edge is not cut.
+    /// The new node on each old edge, [`NONE`] if the edge is not cut.
     pub middle: Vec<u32>,
 }
 
 impl Refinement {
-    /// Carries a P1 field over exactly: `C` components per node.
+    /// Transfers a P1 field exactly: `C` components per node.
     ///
     /// # Panics
-    /// If the field has not one entry per old node.
+    /// If the field does not have one entry per old node.
     pub fn prolong<const C: usize>(&self, field: &[[f64; C]]) -> Vec<[f64; C]> {
         let (found, expected) = (field.len(), self.mesh.points().len() - self.parent_nodes.len());
         assert!(found == expected, "the field has {found} entries, the old mesh {expected} nodes");
@@ -110,17 +111,17 @@ impl Refinement {
     }
 }
 
-/// Marks further edges until the refinement is conforming: where any edge of a triangle is marked, its refinement edge
-/// becomes marked too. Returns whether any was added.
+/// Marks further edges until the refinement is conforming: if any edge of a triangle is marked, its refinement edge
+/// is marked too. Returns whether any was added.
 ///
 /// * `marked`: one entry per edge.
 ///
 /// # Panics
-/// If `marked` has not one entry per edge, or the refinement edges belong to another mesh.
+/// If `marked` does not have one entry per edge, or the refinement edges belong to another mesh.
 pub fn close(mesh: &TriMesh, refinement_edges: &RefinementEdges, marked: &mut [bool]) -> bool {
     let topology = mesh.topology();
     let (found, expected) = (marked.len(), topology.edges().len());
-    assert!(found == expected, "{found} edges are marked or not, the mesh has {expected}");
+    assert!(found == expected, "`marked` has {found} entries, the mesh {expected} edges");
     let (found, expected) = (refinement_edges.len(), mesh.triangles().len());
     assert!(found == expected, "there are {found} refinement edges for {expected} triangles");
     let mut waiting: Vec<u32> = (0..marked.len() as u32).filter(|&e| marked[e as usize]).collect();
@@ -140,10 +141,10 @@ pub fn close(mesh: &TriMesh, refinement_edges: &RefinementEdges, marked: &mut [b
 
 /// Halves the marked edges and cuts the triangles accordingly, after [`close`].
 ///
-/// * `marked`: one entry per edge; it is closed here where it is not.
+/// * `marked`: one entry per edge; it is closed here if necessary.
 ///
 /// # Errors
-/// More nodes or triangles than a mesh can have, triangles too small to be told from nothing.
+/// More nodes or triangles than a mesh can have, triangles with an area of round-off.
 ///
 /// # Panics
 /// See [`close`].
@@ -155,8 +156,8 @@ pub fn refine(
     refine_at(mesh, refinement_edges, marked, |_| None)
 }
 
-/// Cuts as [`refine`] does, but at given points where `place` gives one for an edge: [`Refinement::prolong`] is then not
-/// for this refinement.
+/// Cuts like [`refine`], but at the point that `place` gives for an edge, if any. [`Refinement::prolong`] is then not
+/// valid for this refinement.
 ///
 /// # Errors
 /// See [`refine`]; a point that turns a triangle over.
@@ -208,7 +209,7 @@ pub fn refine_at(
     })
 }
 
-/// The triangles of the finer mesh as they come.
+/// The triangles of the finer mesh in the order of their creation.
 #[derive(Default)]
 struct Children {
     parent: u32,

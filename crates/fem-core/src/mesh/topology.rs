@@ -2,7 +2,7 @@
 
 use super::MeshError;
 
-/// Stands for 'no triangle' on the outer side of a boundary edge.
+/// Means 'no triangle' on the outer side of a boundary edge.
 pub const NONE: u32 = u32::MAX;
 
 /// Edges, their triangles, and the triangles around each node.
@@ -25,8 +25,8 @@ pub struct Topology {
 /// the smaller to the larger.
 type HalfEdge = (u32, u32, u8, bool);
 
-/// Buckets the 3T half-edges by their smaller node, and returns where the buckets start; one holds at most a few, so that
-/// sorting it costs next to nothing.
+/// Sorts the 3T half-edges into buckets by their smaller node, and returns the starts of the buckets; each holds only
+/// a few, so sorting it is cheap.
 fn half_edges(nodes: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, Vec<HalfEdge>) {
     let mut starts = vec![0u32; nodes + 1];
     for t in triangles {
@@ -117,13 +117,13 @@ impl Topology {
         &self.triangle_edges
     }
 
-    /// Returns the edges that have one triangle only, ascending.
+    /// Returns the edges that have only one triangle, ascending.
     #[inline]
     pub fn boundary_edges(&self) -> &[u32] {
         &self.boundary_edges
     }
 
-    /// Tells whether an edge has one triangle only.
+    /// Tells whether an edge has only one triangle.
     #[inline]
     pub fn is_boundary(&self, edge: u32) -> bool {
         self.edge_triangles[edge as usize][1] == NONE
@@ -160,7 +160,7 @@ impl Topology {
         let edges = &self.triangle_edges[triangle];
         match edges.iter().position(|e| *e == edge) {
             Some(k) => k,
-            None => unreachable!("edge {edge} is not among the edges {edges:?} of triangle {triangle}"),
+            None => unreachable!("edge {edge} is not one of the edges {edges:?} of triangle {triangle}"),
         }
     }
 
@@ -193,7 +193,7 @@ impl Topology {
         }
         let mut cursor = starts.clone();
         let mut neighbours = vec![0u32; 2 * self.edges.len()];
-        // Edges come by smaller node: first all larger-to-smaller links, then the others, keeps each list ascending.
+        // Edges are sorted by smaller node: adding first all larger-to-smaller links keeps each list ascending.
         for (from, to) in [(1, 0), (0, 1)] {
             for e in &self.edges {
                 let slot = &mut cursor[e[from] as usize];
@@ -204,7 +204,7 @@ impl Topology {
         (starts, neighbours)
     }
 
-    /// Numbers the connected pieces of the mesh: the piece of every node, and their number.
+    /// Numbers the connected parts of the mesh: the part of every node, and the number of parts.
     pub fn pieces(&self) -> (Vec<u32>, usize) {
         let (starts, neighbours) = self.node_neighbours();
         let nodes = starts.len() - 1;

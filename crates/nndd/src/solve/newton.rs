@@ -1,4 +1,4 @@
-//! Interface Newton: alone, or behind an iteration that did not converge.
+//! The interface Newton method: alone, or after an iteration that did not converge.
 
 use super::Run;
 use crate::error::NnddError;
@@ -24,7 +24,7 @@ impl Run<'_> {
         } else {
             match stop.check(&iterate).map_err(NnddError::Criterion)? {
                 Decision::Interrupt => NnddStatus::Interrupted,
-                // The discrete problem is solved: there is nothing to continue.
+                // The discrete problem is solved; no iteration follows.
                 Decision::Stop | Decision::Continue => NnddStatus::StoppedByCriterion,
             }
         };
@@ -33,7 +33,7 @@ impl Run<'_> {
         Ok(NnddSolution { status, switch, history, last: iterate, theta, spectrum, clarabel_calls })
     }
 
-    /// Solves by interface Newton what the iteration did not. If Newton fails as well, the iteration's answer stays.
+    /// Solves by interface Newton after the iteration failed. If Newton fails too, the iteration's answer is kept.
     pub(super) fn switch(
         &mut self,
         bodies: &[CondensedBody; 2],
@@ -41,14 +41,14 @@ impl Run<'_> {
         stop: &mut dyn StoppingCriterion,
     ) -> Result<NnddSolution, NnddError> {
         let after = solution.status;
-        // The contact nodes of a diverged iteration are of no use.
+        // The contact nodes of a diverged iteration are useless.
         let closed = match after {
             NnddStatus::Diverged { .. } => None,
             _ => Some(solution.last.contact.active.clone()),
         };
         let limit = self.settings.qp.max_iterations;
         let found = match self.exact(bodies, closed, limit, solution.history.len() + 1) {
-            // Rounding can leave the flexibility indefinite.
+            // Rounding can make the flexibility indefinite.
             Err(NnddError::Qp(_)) => None,
             found => Some(found?).filter(|exact| exact.iterate.eta_nndd.is_finite()),
         };
@@ -73,10 +73,10 @@ impl Run<'_> {
         Ok(solution)
     }
 
-    /// Solves the discrete problem by interface Newton, and makes an iterate of that number of it.
+    /// Solves the discrete problem by interface Newton, and returns it as the iterate with the given number.
     ///
-    /// * `closed`: the pairs to begin with as closed; `None`: all of them.
-    /// * `limit`: of Newton steps.
+    /// * `closed`: the pairs that are closed at the start; `None`: all of them.
+    /// * `limit`: maximum number of Newton steps.
     fn exact(
         &mut self,
         bodies: &[CondensedBody; 2],
@@ -85,7 +85,7 @@ impl Run<'_> {
         number: usize,
     ) -> Result<Exact, NnddError> {
         let qp = &self.settings.qp;
-        // The method is the active-set steps themselves: interior points only where they are asked for, or the steps fail.
+        // The Newton method is the active-set method; interior points are used only on request or if that fails.
         let method = if qp.method == QpMethod::Auto { QpMethod::ActiveSet } else { qp.method };
         let qp = qp.clone().with_max_iterations(limit).with_method(method);
         let open = closed.map(|set| ActiveSet::new((0..set.len()).map(|k| !set.is_active(k)).collect()));
@@ -104,10 +104,10 @@ impl Run<'_> {
     }
 }
 
-/// What interface Newton finds.
+/// The result of interface Newton.
 struct Exact {
     iterate: Iterate,
-    /// Of the Newton method, or of Ω₂'s contact problem after it.
+    /// Status of the Newton method, or of Ω₂'s contact problem after it.
     status: QpStatus,
     clarabel_calls: usize,
 }

@@ -94,11 +94,11 @@ fn rollers_hold_the_mean_normal_where_a_side_is_smooth_and_fix_its_corners() {
     }
     assert!(matches!(body.node_constraints()[2], NodeConstraint::Fixed { .. }));
     assert!(matches!(body.node_constraints()[0], NodeConstraint::Along { direction: [_, -1.0], .. }));
-    // The bound does not hold where the direction held is not the edge's own.
+    // The bound does not hold if the fixed direction is not the edge's own.
     assert!((body.roller_turn() - mean.sin()).abs() < 1e-15);
 }
 
-/// Two edges that turn by 20 degrees, on a roller; a wall of two edges at a right angle beside it.
+/// Two edges that turn by 20 degrees, on a roller; next to it a wall of two edges at a right angle.
 #[test]
 fn a_bent_roller_whose_nodes_are_fixed_besides_still_shows() {
     let (sine, cosine) = 20.0f64.to_radians().sin_cos();
@@ -116,7 +116,7 @@ fn a_bent_roller_whose_nodes_are_fixed_besides_still_shows() {
     let roller = |value: f64| BoundaryConditions::new().roller("side", value);
     let half = 10.0f64.to_radians().sin();
     assert!((turn(roller(0.5).displace("first", Some(0.0.into()), None)) - half).abs() < 1e-15);
-    // Held at rest, the middle node agrees with the normals of both edges.
+    // If it is fixed, the middle node agrees with the normals of both edges.
     assert_eq!(turn(roller(0.0).displace("side", Some(0.0.into()), None)), 0.0);
     // Two rollers, each along a straight side: the corner between them agrees with both.
     assert_eq!(turn(BoundaryConditions::new().roller("first", 0.5).roller("second", 0.2)), 0.0);

@@ -1,4 +1,4 @@
-//! The stretches of a contact surface, in the sense in which their body lies on the left.
+//! The stretches (connected parts) of a contact surface, oriented with their body on the left.
 
 use crate::body::{Body, NodeConstraint};
 use crate::geometry::{self, Vector, dot};
@@ -6,13 +6,13 @@ use crate::mesh::TriMesh;
 use crate::mesh::topology::NONE;
 use std::collections::HashMap;
 
-/// Cosine of the turn, 30 degrees, from which a node is a corner that stays where it is.
+/// Cosine of the turn, 30 degrees, from which a node is a corner that does not move.
 const CORNER: f64 = 0.866;
 
 /// One stretch.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Chain {
-    /// In order; a closed one ends with the node it begins with.
+    /// Nodes in order; a closed stretch ends with its first node.
     pub(super) nodes: Vec<u32>,
     /// Whether its first node was inserted in an edge.
     pub(super) inserted: bool,
@@ -24,7 +24,7 @@ impl Chain {
     }
 }
 
-/// Sorts the edges of a surface into stretches, the one with the smallest first point (x, y) first. `None` where an edge
+/// Sorts the edges of a surface into stretches, the one with the smallest first point (x, y) first. `None` if an edge
 /// lies inside the body.
 pub(super) fn chains(mesh: &TriMesh, surface: &[u32]) -> Option<Vec<Chain>> {
     let mut next = HashMap::new();
@@ -39,7 +39,7 @@ pub(super) fn chains(mesh: &TriMesh, surface: &[u32]) -> Option<Vec<Chain>> {
     }
     let mut nodes: Vec<u32> = next.keys().copied().collect();
     nodes.sort_unstable_by(|&a, &b| before(mesh, a, b));
-    // Open stretches begin at an end; what is left after them is closed.
+    // Open stretches begin at an end; the remaining edges form closed ones.
     nodes.sort_by_key(|n| entered.contains_key(n));
     let mut chains = Vec::new();
     for start in nodes {
@@ -62,8 +62,8 @@ fn before(mesh: &TriMesh, a: u32, b: u32) -> std::cmp::Ordering {
     p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])).then(a.cmp(&b))
 }
 
-/// The surface's points in the order of (x, y): what tells two surfaces with as many edges apart, whichever way they are
-/// walked.
+/// The surface's points in the order of (x, y): distinguishes two surfaces with equal numbers of edges, whatever their
+/// orientation.
 pub(super) fn sorted_points(mesh: &TriMesh, chains: &[Chain]) -> Vec<Vector> {
     let mut points: Vec<Vector> =
         chains.iter().flat_map(|c| &c.nodes).map(|&n| mesh.points()[n as usize]).collect();
@@ -76,7 +76,7 @@ pub(super) fn sorted_points(mesh: &TriMesh, chains: &[Chain]) -> Vec<Vector> {
 pub(super) enum Motion {
     /// Not at all: the direction of a roller would change.
     None,
-    /// Only as far as rounding explains: an end, a corner, a supported node, a node at which a group or a material begins.
+    /// Only within rounding: an end, a corner, a supported node, a node at which a group or a material begins.
     Shifts,
     /// An inner node.
     Slides,
@@ -105,7 +105,7 @@ pub(super) fn motions(body: &Body, chains: &[Chain]) -> HashMap<u32, Motion> {
             motions.insert(node, if slides { Motion::Slides } else { Motion::Shifts });
         }
     }
-    // A group passes through a node by two of its edges, or begins there.
+    // A group has two edges at a node, or it begins there.
     for edges in mesh.groups().values() {
         let mut count: HashMap<u32, usize> = HashMap::new();
         for node in edges.iter().flat_map(|&e| topology.edges()[e as usize]) {

@@ -10,15 +10,15 @@ use crate::interface::STRAIGHT;
 pub(in crate::interface) struct Between {
     /// At ⅓ and ⅔ of the edge, m, negative where the curves overlap.
     pub(in crate::interface) gaps: [f64; 2],
-    /// How well the curves are known, m.
+    /// Uncertainty of the curves, m.
     pub(in crate::interface) uncertainty: f64,
 }
 
-/// Steps at most to the point of a smooth curve on a normal.
+/// Maximum number of steps to the point of a smooth curve on a normal.
 const ROUNDS: usize = 40;
 
-/// A polygon with a normal at each node, linear between them, and its arc length `s`. One that closes on itself ends with
-/// the point it begins with.
+/// A polygon with a normal at each node, linear between them, and its arc length `s`. A closed one ends
+/// with its first point.
 #[derive(Clone, Debug)]
 pub(in crate::interface) struct Curve {
     points: Vec<Vector>,
@@ -29,7 +29,8 @@ pub(in crate::interface) struct Curve {
 }
 
 impl Curve {
-    /// Makes the curve of at least two points; normals are the means of the edges' right normals, weighted by length.
+    /// Creates the curve through at least two points; normals are the means of the edges' right normals, weighted by
+    /// length.
     pub(in crate::interface) fn new(points: Vec<Vector>) -> Self {
         let normals = nodal_normals(&points, |edge| edge);
         // Weighted by the length of the *other* edge, the mean is the normal of the circle through the three points.
@@ -42,7 +43,7 @@ impl Curve {
         Self { points, normals, smooth_normals, arc }
     }
 
-    /// Begins a closed curve at a point of its last edge, with the normal that it has there.
+    /// Starts a closed curve at a point of its last edge, with the normal at that point.
     pub(in crate::interface) fn begun_at(&self, seam: Vector) -> Self {
         let n = self.points.len();
         let [from, to] = [self.points[n - 2], self.points[n - 1]];
@@ -62,7 +63,7 @@ impl Curve {
         }
     }
 
-    /// Takes one direction for the normal everywhere if it is at most 60 degrees from every edge's.
+    /// Uses one direction as the normal everywhere if it is at most 60 degrees from the normal of every edge.
     pub(in crate::interface) fn along(mut self, direction: Vector) -> Self {
         let unit = scale(1.0 / norm(direction), direction);
         if self.points.windows(2).all(|w| dot(unit, right_normal(w[0], w[1])) >= 0.5) {
@@ -71,8 +72,8 @@ impl Curve {
         self
     }
 
-    /// Turns the normal at the first or the last node into a direction or its opposite, if the line's own turn lets it, see
-    /// [`turns_into`].
+    /// Turns the normal at the first or the last node into a direction or its opposite, if the line's own turn
+    /// permits it, see [`turns_into`].
     pub(in crate::interface) fn turn_end(&mut self, last: bool, direction: Vector) {
         let n = self.normals.len();
         let (k, neighbour) = if last { (n - 1, n - 2) } else { (0, 1) };
@@ -83,18 +84,18 @@ impl Curve {
         }
     }
 
-    /// Tells whether the curve ends where it begins.
+    /// Tells whether the curve is closed.
     pub(in crate::interface) fn is_closed(&self) -> bool {
         self.points.len() > 3 && self.points[0] == self.points[self.points.len() - 1]
     }
 
-    /// Returns the way from the first point to the last.
+    /// Returns the vector from the first point to the last.
     pub(super) fn chord(&self) -> Vector {
         sub(self.points[self.points.len() - 1], self.points[0])
     }
 
-    /// Bounds, along an axis, what the normals sweep as far as the corners of a box lie: all of its points that have a place on
-    /// the curve are within.
+    /// Bounds, along an axis, the region that the normals sweep up to the corners of a box: it contains all points of
+    /// the box that have a projection on the curve.
     pub(super) fn reach(&self, axis: Vector, corners: [Vector; 4]) -> [f64; 2] {
         // The linear normal is shortest in the middle of an edge.
         let middle = |w: &[Vector]| 0.5 * norm(add(w[0], w[1]));
@@ -113,9 +114,10 @@ impl Curve {
             })
     }
 
-    /// Computes the point of a smooth curve through the nodes over edge `k`, at a fraction `t` of the edge: over points of a
-    /// circle that circle, otherwise nearly a cubic that is normal to the circles' normals at the nodes. Where these turn
-    /// unequally, as beside a corner of a straight line, the larger slope counts as twice the smaller.
+    /// Computes the point of a smooth curve through the nodes over edge `k`, at a fraction `t` of the edge: for
+    /// points of a circle this is the circle, otherwise nearly a cubic that is normal to the circles' normals at the
+    /// nodes. If these turn unequally, as beside a corner of a straight line, the larger slope is limited to twice
+    /// the smaller.
     pub(in crate::interface) fn smooth(&self, k: usize, t: f64) -> Vector {
         let [a, b] = self.slopes(k);
         let [a, b] = if a * b > 0.0 {
@@ -139,7 +141,7 @@ impl Curve {
         let (r, n) = line.at(s);
         let span = cross(sub(self.points[k + 1], self.points[k]), n);
         let mut t = line.crossing(s, self.points[k], self.points[k + 1]).clamp(0.0, 1.0);
-        // The height changes little along the edge, so that each step gains a digit or more.
+        // The height changes little along the edge, so each step gains a digit or more.
         for _ in 0..ROUNDS {
             let step = cross(sub(r, self.smooth(k, t)), n) / span;
             t = (t + step).clamp(0.0, 1.0);
@@ -150,15 +152,15 @@ impl Curve {
         self.smooth(k, t)
     }
 
-    /// Estimates how far edge `k` is from the curve that it represents, m: an eighth of its length times its turn.
+    /// Estimates the distance of edge `k` from the curve that it represents, m: an eighth of its length times its turn.
     pub(in crate::interface) fn sagitta(&self, k: usize) -> f64 {
         let [a, b] = self.slopes(k);
         norm(sub(self.points[k + 1], self.points[k])) / 8.0 * (a.abs() + b.abs())
     }
 
-    /// Estimates how well the smooth curve over edge `k` is known, m: the difference between the heights that the slopes at its
-    /// two ends say, the largest of this edge and its neighbours. Zero on circles and straight lines, of third order where
-    /// the curvature changes, of the order of the sagitta beside corners.
+    /// Estimates the uncertainty of the smooth curve over edge `k`, m: the difference between the heights from the
+    /// slopes at its two ends, the largest of this edge and its neighbours. Zero on circles and straight lines, of
+    /// third order if the curvature changes, of the order of the sagitta beside corners.
     pub(in crate::interface) fn uncertainty(&self, k: usize) -> f64 {
         let edges = self.points.len() - 1;
         let own = |k: usize| {
@@ -190,7 +192,7 @@ impl Curve {
         self.arc[self.arc.len() - 1]
     }
 
-    /// Returns point and normal at an arc length; before and after the ends the line goes straight on.
+    /// Returns point and normal at an arc length; before and after the ends the line continues straight.
     pub(in crate::interface) fn at(&self, s: f64) -> (Vector, Vector) {
         let last = self.points.len() - 2;
         let k = self.arc.partition_point(|a| *a <= s).saturating_sub(1).min(last);
@@ -211,10 +213,10 @@ impl Curve {
         (0..self.points.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
     }
 
-    /// Finds the arc length whose normal meets the point: `(q − r(s)) × n(s) = 0`, a quadratic on each edge. Not a number
-    /// where there is none.
+    /// Finds the arc length whose normal meets the point: `(q − r(s)) × n(s) = 0`, a quadratic on each edge. NaN
+    /// if there is no such arc length.
     ///
-    /// * `hint`: the edge to look at first; it becomes the edge found.
+    /// * `hint`: the edge to try first; on return the edge found.
     pub(in crate::interface) fn parameter(&self, q: Vector, hint: &mut usize) -> f64 {
         let last = self.points.len() - 2;
         // Positive past the normal of node k.
@@ -230,7 +232,7 @@ impl Curve {
         let (r, e) = (self.points[k], sub(self.points[k + 1], self.points[k]));
         let length = self.arc[k + 1] - self.arc[k];
         if past(k) < 0.0 {
-            // Before the beginning: the first normal goes on.
+            // Before the beginning: the first normal continues.
             let n = self.normals[k];
             return self.arc[k] + cross(sub(q, r), n) / cross(e, n) * length;
         }
@@ -255,8 +257,8 @@ impl Curve {
 }
 
 /// Computes unit normals at the points of a polygon: means of the right normals of the two edges, weighted as `weight` says by
-/// their lengths. At a free end of a bent line the normal is the neighbour's mirrored at the last edge, which is that of a
-/// circle.
+/// their lengths. At a free end of a curved line the normal is the neighbour's mirrored at the last edge, which is
+/// exact for a circle.
 fn nodal_normals(points: &[Vector], weight: impl Fn(f64) -> f64) -> Vec<Vector> {
     let n = points.len();
     let closed = n > 3 && points[0] == points[n - 1];
@@ -284,9 +286,9 @@ fn nodal_normals(points: &[Vector], weight: impl Fn(f64) -> f64) -> Vec<Vector> 
     normals.collect()
 }
 
-/// Tells whether a normal should be turned into the direction that a support leaves free: where that is within what
-/// the polygon says of the normal there, twice its turn from node to node. At the end of a circle's polygon the edge's normal
-/// is off by half its turn, and the free direction of a symmetry axis is the circle's own normal.
+/// Tells whether a normal should be turned into the direction that a support leaves free: if that direction is within
+/// the uncertainty of the polygon's normal there, twice its turn from node to node. At the end of a circle's polygon
+/// the edge's normal is off by half its turn, and the free direction of a symmetry axis is the circle's own normal.
 pub(in crate::interface) fn turns_into(normal: Vector, free: Vector, turn: f64) -> bool {
     angle_between(normal, free) <= 2.0 * turn
 }
@@ -315,7 +317,7 @@ mod tests {
                 }
             }
         }
-        // However unevenly the circle is cut.
+        // For any uneven subdivision of the circle.
         let uneven: Vec<Vector> =
             [0.0f64, 0.3, 0.35, 0.6, 1.1, 1.15, 1.3].iter().map(|a| [2.0 * a.cos(), 2.0 * a.sin()]).collect();
         let curve = Curve::new(uneven);
@@ -334,7 +336,7 @@ mod tests {
         }
         assert!((begun.arc[1] - 0.5 * closed.arc[1]).abs() < 1e-14 && begun.length() == closed.length());
         assert!((begun.arc[2] - 1.5 * closed.arc[1]).abs() < 1e-14);
-        // A corner of straight lines stays one, and what is not known beside it is of the order of the corner.
+        // A corner of straight lines stays a corner, and the uncertainty beside it is of the order of the corner.
         let corner = Curve::new([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.4], [4.0, 0.8]].into());
         assert_eq!(corner.smooth(1, 0.5), [1.5, 0.0]);
         assert!((0..4).all(|k| (0.02..0.1).contains(&corner.uncertainty(k))));
@@ -342,7 +344,7 @@ mod tests {
 
     #[test]
     fn the_parameter_inverts_points_off_an_arc() {
-        // Walked so that the outward normal of the body on the left points away from the centre.
+        // Oriented so that the outward normal of the body on the left points away from the centre.
         let arc = |k: usize| {
             let angle = 0.9 * k as f64 / 7.0 - 0.4;
             [2.0 * angle.cos(), 2.0 * angle.sin()]

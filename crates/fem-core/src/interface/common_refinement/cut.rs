@@ -9,21 +9,21 @@ use crate::mesh::refine::{self, RefinementEdges};
 use crate::mesh::topology::NONE;
 use std::collections::HashMap;
 
-/// Fans with a smaller angle, degrees, are too thin, unless their cell has one of not twice that itself.
+/// Fans with a smaller angle, degrees, are too thin, unless an angle of the cell itself is less than twice as large.
 const THIN: f64 = 8.0;
 /// A bisected contact edge is cut at the other side's node nearest to its middle if that lies within this fraction of its
 /// ends; in the middle otherwise.
 const CENTRAL: f64 = 0.25;
-/// Each pass halves edges; edges of 2⁻⁶⁰ of a length are none.
+/// Each pass halves edges; after 60 passes edges have 2⁻⁶⁰ of their length, below round-off.
 const PASSES: usize = 120;
 
-/// One body on the way to its refined mesh.
+/// One body during its refinement.
 pub(super) struct Side {
     pub(super) body: Body,
     pub(super) refinement_edges: RefinementEdges,
 }
 
-/// Where a contact edge is to be cut.
+/// The point at which a contact edge is to be cut.
 #[derive(Clone, Copy, Debug)]
 struct Cut {
     s: f64,
@@ -32,7 +32,7 @@ struct Cut {
 
 /// Cuts until the nodes of both sides on every overlap are the same.
 ///
-/// * `first`: the body to be cut first; the other one sees its new nodes.
+/// * `first`: the body to be cut first; the other one takes its new nodes into account.
 pub(super) fn cut_all(
     sides: &mut [Side; 2],
     overlaps: &mut [Overlap],
@@ -124,7 +124,7 @@ fn is_thin(
     let mut previous = mesh.points()[ends[0] as usize];
     let mut smallest = f64::INFINITY;
     let mut look = |next: Vector| {
-        // The cell may lie on either side of the walk.
+        // The cell may lie on either side of the stretch.
         let angle = geometry::smallest_angle([previous, next, apex])
             .abs()
             .min(geometry::smallest_angle([next, previous, apex]).abs());
@@ -138,7 +138,7 @@ fn is_thin(
     Ok(smallest < THIN.min(0.5 * geometry::smallest_angle(mesh.corners(cell))))
 }
 
-/// Bisects the given contact edges and what newest-vertex bisection needs besides.
+/// Bisects the given contact edges and further edges that newest-vertex bisection requires.
 fn bisect(
     side: &mut Side,
     overlaps: &mut [Overlap],

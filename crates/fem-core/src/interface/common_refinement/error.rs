@@ -9,15 +9,15 @@ use thiserror::Error;
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum CommonRefinementError {
-    /// No such group, or one with an edge inside the body.
-    #[error("the contact surface \"{group}\" of body {body} is no group of boundary edges")]
+    /// There is no such group, or it has an edge inside the body.
+    #[error("the contact surface \"{group}\" of body {body} is not a group of boundary edges")]
     NoSurface {
         /// 0 or 1.
         body: usize,
         /// The name given.
         group: String,
     },
-    /// The surfaces lie beside each other, or look the same way.
+    /// The surfaces lie side by side, or face the same direction.
     #[error(
         "the two contact surfaces do not overlap: seen along the contact normal, no edge of the one (around ({}, {})) faces \
          an edge of the other (around ({}, {}))",
@@ -30,8 +30,8 @@ pub enum CommonRefinementError {
     /// Two nodes are too close, and neither may move.
     #[error(
         "two nodes of the contact surfaces are {offset:.3e} apart at ({}, {}), with edges of length {spacing:.3e}: too close \
-         to be kept apart, and neither can be moved onto the other (an end, a corner, a support, or a cell too thin); make \
-         them coincide, or at least 5 % of the edge apart",
+         to stay separate, and neither can be moved onto the other (an end, a corner, a support, or a thin cell); make \
+         them coincide, or separate them by at least 5 % of the edge",
         shown(point[0]), shown(point[1])
     )]
     Offset {

@@ -1,4 +1,4 @@
-//! The stretches of both surfaces, made ready once for all that they may face.
+//! The stretches of both surfaces, prepared once for all stretches that they may face.
 
 use super::chain::Chain;
 use super::curve::Curve;
@@ -16,14 +16,14 @@ pub(super) struct Uncut {
 impl Uncut {
     /// Finds the edge at a place on the common line.
     pub(super) fn edge(&self, s: f64) -> usize {
-        // A closed line may have been opened before its first node. One that is not begins at its first node, to round-off.
+        // A closed line may have been opened before its first node. An open one begins at its first node, to round-off.
         let wraps = self.curve.is_closed() && s < self.s[0];
         let s = if wraps { s + self.curve.length() } else { s };
         self.s.partition_point(|x| *x <= s).saturating_sub(1).min(self.s.len() - 2)
     }
 }
 
-/// A stretch of the reference, made ready to be the common line of whatever it faces.
+/// A stretch of the reference, prepared as the common line of the stretches that it faces.
 pub(super) struct Line<'a> {
     pub(super) own: &'a Chain,
     pub(super) curve: Curve,
@@ -57,7 +57,8 @@ impl<'a> Line<'a> {
     }
 }
 
-/// A stretch of the other body, walked in the sense of the reference: facing bodies walk their surfaces in opposite senses.
+/// A stretch of the other body in the orientation of the reference: surfaces of facing bodies have opposite
+/// orientations.
 pub(super) struct Opposite {
     pub(super) nodes: Vec<u32>,
     pub(super) points: Vec<Vector>,
@@ -75,11 +76,11 @@ fn points_of(body: &Body, nodes: &[u32]) -> Vec<Vector> {
     nodes.iter().map(|&n| body.mesh().points()[n as usize]).collect()
 }
 
-/// Lists for each line the stretches of the other body, ascending, that reach into what its normals sweep: as intervals on
-/// one axis, along the surface as a whole.
+/// Lists for each line the stretches of the other body, ascending, that reach into the region swept by its normals:
+/// as intervals on one axis, along the surface as a whole.
 pub(super) fn candidates(lines: &[Line<'_>], others: &[Opposite]) -> Vec<Vec<usize>> {
     let along = lines.iter().fold([0.0; 2], |sum, l| add(sum, l.curve.chord()));
-    // Closed lines have no direction as a whole.
+    // A closed line as a whole has no direction.
     let axis = if norm(along) > 0.0 { scale(1.0 / norm(along), along) } else { [1.0, 0.0] };
     let all: Vec<Vector> = others.iter().flat_map(|o| o.points.iter().copied()).collect();
     let [low, high] = bounding_box(&all);

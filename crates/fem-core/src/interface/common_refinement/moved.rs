@@ -1,4 +1,4 @@
-//! The same body with its nodes at other places.
+//! The same body with moved nodes.
 
 use super::error::CommonRefinementError;
 use crate::body::Body;
@@ -8,7 +8,7 @@ use crate::mesh::refine::{Refinement, RefinementEdges};
 use crate::mesh::topology::NONE;
 use std::collections::HashMap;
 
-/// How many nodes of each body moved, and how far at most, m.
+/// Number of moved nodes of each body, and their largest motion, m.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Moves {
     pub(super) count: [usize; 2],
@@ -16,7 +16,7 @@ pub(super) struct Moves {
 }
 
 impl Moves {
-    /// Adds nodes of body `b`, which is as it was before they moved.
+    /// Adds nodes of body `b`, given as it was before they moved.
     pub(super) fn add(&mut self, b: usize, body: &Body, moved: &HashMap<u32, Vector>) {
         self.count[b] += moved.len();
         let way = |(node, to): (&u32, &Vector)| norm(sub(*to, body.mesh().points()[*node as usize]));
@@ -40,7 +40,7 @@ pub(super) fn with_moved(
     replaced(&body, number, points, None)
 }
 
-/// Makes the same body with its nodes at other places, or with other edges in one group.
+/// Creates the same body with moved nodes, or with other edges in one group.
 pub(super) fn replaced(
     body: &Body,
     number: usize,
@@ -55,7 +55,7 @@ pub(super) fn replaced(
     });
     let changed = TriMesh::counter_clockwise(points, mesh.triangles().to_vec(), groups.collect())
         .map_err(|source| CommonRefinementError::Mesh { body: number, source })?;
-    // A refinement that cuts nothing: conditions stay on the edges they applied to.
+    // A refinement without cuts: conditions stay on their edges.
     let same = Refinement {
         refinement_edges: RefinementEdges::longest(&changed),
         parent_cell: (0..mesh.triangles().len() as u32).collect(),

@@ -10,18 +10,18 @@ use crate::geometry::{Vector, dot, norm, right_normal, scale, sub};
 use crate::interface::ContactNormal;
 use std::collections::HashMap;
 
-/// Ends, corners and other nodes that keep their place are moved by at most this fraction of the smaller adjacent edge.
+/// Ends, corners and other fixed nodes are moved by at most this fraction of the smaller adjacent edge.
 pub(super) const SAME: f64 = 0.01;
-/// Nodes this close, likewise, face each other to round-off.
+/// Fraction of the smaller adjacent edge up to which nodes face each other to round-off.
 pub(super) const ROUND_OFF: f64 = 1e-9;
-/// Nodes closer than this, likewise, are snapped.
+/// Fraction of the smaller adjacent edge below which nodes are snapped.
 pub(super) const SNAP: f64 = 0.2;
-/// Nodes that stay closer than this, likewise, are refused.
+/// Fraction of the smaller adjacent edge below which remaining distances are an error.
 const REFUSE: f64 = 0.05;
 /// Edges face each other up to this cosine of the angle between their outward normals, 120 degrees.
 const FACING: f64 = -0.5;
 
-/// A node at its place on the common line. Two nodes of the two sides belong together where their `s` is the same number.
+/// A node at its place on the common line. A node of one side belongs to a node of the other if their `s` are equal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Site {
     pub(super) s: f64,
@@ -41,7 +41,7 @@ pub(super) struct Overlap {
     pub(super) range: [f64; 2],
     /// Mean distance of the surfaces.
     distance: f64,
-    /// Both surfaces as they were.
+    /// Both surfaces before the cuts.
     uncut: [Uncut; 2],
 }
 
@@ -76,7 +76,7 @@ impl Overlap {
         let inside = |w: &&[Site]| self.contains(w[0].s) && self.contains(w[1].s);
         self.sites[0].windows(2).filter(inside).map(|w| {
             let at = |t: f64| (1.0 - t) * w[0].s + t * w[1].s;
-            // On the edges between the two nodes, not on those beyond.
+            // On the edges between the two nodes, not on further ones.
             let edge = [0, 1].map(|b| self.uncut[b].edge(at(0.5)));
             let gaps = [1.0 / 3.0, 2.0 / 3.0].map(|t| self.gap_at(at(t), edge).0);
             let uncertainty = (0..2).map(|b| self.uncut[b].curve.uncertainty(edge[b])).sum();
@@ -84,7 +84,7 @@ impl Overlap {
         })
     }
 
-    /// Measures the gap at a place between the smooth curves over the given edges, and returns it with the normal.
+    /// Measures the gap at one point between the smooth curves over the given edges, and returns it with the normal.
     fn gap_at(&self, s: f64, edge: [usize; 2]) -> (f64, Vector) {
         let normal = self.curve.at(s).1;
         let normal = scale(1.0 / norm(normal), normal);
@@ -109,7 +109,7 @@ impl Overlap {
         }
     }
 
-    /// Makes two sites, one of each body, the same one without motion, and returns their place.
+    /// Merges two sites, one of each body, without motion, and returns their position.
     fn join(&mut self, at: [usize; 2]) -> f64 {
         let s = self.sites[self.reference][at[self.reference]].s;
         let other = 1 - self.reference;
@@ -128,7 +128,7 @@ impl Overlap {
 
 /// Finds where the surfaces of the two bodies face each other.
 ///
-/// * `chains`: the stretches of each body's surface; closed ones that face each other begin at one place.
+/// * `chains`: the stretches of each body's surface; closed ones that face each other begin at the same point.
 /// * `reference`: the body whose surface is the common line; `normal`: the direction of projection.
 pub(super) fn find(
     bodies: &[Body; 2],
@@ -148,7 +148,7 @@ pub(super) fn find(
             }
         }
     }
-    // Of stretches one behind the other the nearest face each other.
+    // If several stretches lie behind each other, the nearest ones face each other.
     found.sort_by(|a, b| a.0.distance.total_cmp(&b.0.distance).then((a.1, a.2).cmp(&(b.1, b.2))));
     let mut kept: Vec<(Overlap, usize, usize)> = Vec::new();
     // Places in `kept` by stretch of the reference and of the other body.
@@ -216,7 +216,7 @@ fn facing_run(curve: &Curve, q: &[Vector], s: &[f64]) -> Result<Option<[usize; 2
     let mut run: Option<[usize; 2]> = None;
     for k in 0..q.len() - 1 {
         let within = s[k].min(s[k + 1]) < length && s[k].max(s[k + 1]) > 0.0;
-        // The outward normal lies on the left of the reversed walk.
+        // The outward normal lies on the left of the reversed stretch.
         let outward = scale(-1.0, right_normal(q[k], q[k + 1]));
         let middle = 0.5 * (s[k].clamp(0.0, length) + s[k + 1].clamp(0.0, length));
         let normal = curve.at(middle).1;
@@ -232,7 +232,7 @@ fn facing_run(curve: &Curve, q: &[Vector], s: &[f64]) -> Result<Option<[usize; 2
     Ok(run)
 }
 
-/// Makes ends of the two surfaces at one place the same site, to round-off.
+/// Merges ends of the two surfaces that coincide to round-off into one site.
 fn join_ends(overlap: &mut Overlap) {
     for end in [0, 1] {
         let k = [0, 1].map(|b| if end == 0 { 0 } else { overlap.sites[b].len() - 1 });
@@ -246,14 +246,14 @@ fn join_ends(overlap: &mut Overlap) {
 
 /// Snaps nodes of one surface onto nodes of the other that are closer than 0.2 of the smaller edge next to them.
 ///
-/// * `moved`: the new place of each body's moved nodes; it grows.
+/// * `moved`: the new positions of each body's moved nodes; new ones are added.
 ///
 /// The node with the longer edges moves, along its own surface. Ends, corners, supported nodes and nodes at which a group or
-/// a material begins move only if they are closer than 0.01 of the edge and no other node can; where nothing slides, a
-/// distance from 0.05 of the edge on is kept.
+/// a material begins move only if they are closer than 0.01 of the edge and no other node can; if no node can
+/// slide, a distance of at least 0.05 of the edge is kept.
 ///
 /// # Errors
-/// Nodes closer than 0.05 of the edge of which neither may move.
+/// Two nodes closer than 0.05 of the edge, neither of which may move.
 pub(super) fn snap(
     overlap: &mut Overlap,
     bodies: &[Body; 2],
@@ -322,8 +322,8 @@ fn move_one(
     Ok(false)
 }
 
-/// Chooses the body whose node moves: the one with the longer edges; of equal ones the one with the larger (x, y), so that
-/// the order of the bodies does not matter.
+/// Chooses the body whose node moves: the one with the longer edges; for equal ones the one with the larger (x, y),
+/// so that the order of the bodies does not matter.
 fn movable_first(overlap: &Overlap, bodies: &[Body; 2], at: [usize; 2], spacing: [f64; 2]) -> usize {
     let [p, q] = [0, 1].map(|b| bodies[b].mesh().points()[overlap.sites[b][at[b]].node as usize]);
     let order = spacing[0].total_cmp(&spacing[1]).then(p[0].total_cmp(&q[0])).then(p[1].total_cmp(&q[1]));

@@ -1,4 +1,4 @@
-//! Opens contact lines that close on themselves: both begin at one place, where a node of each faces the other's.
+//! Opens closed contact lines: both begin at one point, where a node of each faces a node of the other.
 
 use super::chain::{self, Chain, Motion};
 use super::error::CommonRefinementError;
@@ -11,8 +11,9 @@ use crate::interface::ContactNormal;
 use crate::mesh::refine::{self, RefinementEdges};
 use std::collections::HashMap;
 
-/// Rotates closed stretches. One that faces a closed one begins where that does: at two nodes that nearly coincide, which
-/// are snapped, or at a node of the other side inserted in the reference. Others begin farthest from the other surface.
+/// Rotates closed stretches. Two closed stretches that face each other begin at the same point: at two nodes that
+/// nearly coincide, which are snapped, or at a node of the other side inserted in the reference. Others begin
+/// farthest from the other surface.
 ///
 /// Returns which nodes moved.
 pub(super) fn open(
@@ -47,7 +48,7 @@ pub(super) fn open(
     Ok(moves)
 }
 
-/// Finds the place in the other body's stretch that is nearest to a node of body `b`, and the distance.
+/// Finds the position in the other body's stretch that is nearest to a node of body `b`, and the distance.
 fn nearest(bodies: &[Body; 2], b: usize, node: u32, chain: &Chain) -> (usize, f64) {
     let point = bodies[b].mesh().points()[node as usize];
     let distance = |n: &u32| norm(sub(bodies[1 - b].mesh().points()[*n as usize], point));
@@ -69,7 +70,7 @@ fn rotate_to(chain: &mut Chain, node: u32) {
     }
 }
 
-/// Begins stretch `i` of body `b` at its node that is farthest from the other body's surface.
+/// Starts stretch `i` of body `b` at its node that is farthest from the other body's surface.
 fn away(bodies: &[Body; 2], chains: &mut [Vec<Chain>; 2], b: usize, i: usize) {
     let distance = |node: u32| {
         let all = chains[1 - b].iter().map(|c| nearest(bodies, b, node, c).1);
@@ -81,7 +82,7 @@ fn away(bodies: &[Body; 2], chains: &mut [Vec<Chain>; 2], b: usize, i: usize) {
     }
 }
 
-/// Begins stretch `i` of the reference and `j` of the other body at one place.
+/// Starts stretch `i` of the reference and `j` of the other body at the same point.
 fn begin_together(
     bodies: &mut [Body; 2],
     chains: &mut [Vec<Chain>; 2],
@@ -108,7 +109,7 @@ fn begin_together(
 }
 
 /// Finds the two inner nodes, one of each body, that are closest relative to the smaller edge next to them: two that face each
-/// other, or of which that of body `other` can be moved onto the reference's, whose normals stay as they are.
+/// other, or two of which the node of body `other` can be moved onto the reference's, whose normals do not change.
 fn closest(overlap: &Overlap, other: usize) -> Option<([usize; 2], f64)> {
     let inner = |b: usize| 1..overlap.sites[b].len().saturating_sub(1);
     let mut best: Option<([usize; 2], f64)> = None;

@@ -38,7 +38,7 @@ fn blocks_of_any_ratio_match() {
             assert!((area(body) - 2.0).abs() < 1e-12);
         }
         assert_eq!(changes.free, [0.0; 2]);
-        // Shared nodes at the ends at least.
+        // At least the nodes at the ends are shared.
         assert!(interface.pairs().len() <= m + n);
         assert!(changes.smallest_angle.iter().all(|a| *a > 5.0), "{changes:?}");
     }
@@ -60,7 +60,7 @@ fn mesh_of(body: &Body) -> (Vec<Vector>, Vec<[u32; 3]>, Vec<u32>) {
 
 #[test]
 fn the_order_of_the_bodies_does_not_matter() {
-    // 23 against 23: as many edges, half an edge apart.
+    // 23 against 23: equal numbers of edges, half an edge apart.
     for (m, n, width) in [(16, 23, 2.0), (23, 16, 2.0), (5, 80, 1.7), (23, 23, 1.95)] {
         let one = || body([0.0, 1.0], [width, 1.0], [m, 8]);
         let two = || body([0.0, 0.0], [2.0, 1.0], [n, 9]);
@@ -129,14 +129,14 @@ fn conditions_pass_on_and_held_nodes_stay() {
     let conditions = BoundaryConditions::new().displace(part, Some(0.0.into()), None).pressure("top", 2.0);
     let upper = Body::new(mesh, material, &conditions).unwrap();
     let supports = upper.supports().to_vec();
-    // 1 % of an edge beside the upper one's nodes, with twice as many.
+    // 1 % of an edge from the upper one's nodes, with twice as many.
     let shift = |x: Vector| if x[0] > 1e-9 && x[0] < 2.0 - 1e-9 { [x[0] + 0.0025, x[1]] } else { x };
     let lower = body([0.0, 0.0], [2.0, 1.0], [16, 4]);
     let points = lower.mesh().points().iter().map(|x| shift(*x)).collect();
     let lower = replaced(&lower, 1, points, None).unwrap();
     let common = common_refinement([upper, lower], ["bottom", "top"]).unwrap();
     let changes = common.changes.unwrap();
-    // Six of the seven inner nodes slide; the one where "half" ends stays, and the lower one's comes to it.
+    // Six of the seven inner nodes slide; the one where "half" ends stays, and the lower one's node moves onto it.
     assert_eq!((changes.snapped, changes.added), ([6, 1], [8, 0]), "{changes:?}");
     let middle = common.bodies[0].mesh().points()[4];
     assert_eq!(middle, [1.0, 1.0]);
@@ -149,7 +149,7 @@ fn conditions_pass_on_and_held_nodes_stay() {
 }
 
 /// A body of one of three shapes below (or above) a contact line, whose inner contact nodes are shifted along the line by a
-/// part of an edge: `place` takes the way along the line, from 0 to 1, and the height above it.
+/// part of an edge: `place` takes the fraction along the line, from 0 to 1, and the height above it.
 fn shifted(place: impl Fn(f64, f64) -> Vector, closed: bool, cells: usize, offset: f64, side: f64) -> Body {
     let (across, n) = (3u32, cells as u32);
     let columns = if closed { n } else { n + 1 };
@@ -171,7 +171,7 @@ fn shifted(place: impl Fn(f64, f64) -> Vector, closed: bool, cells: usize, offse
     Body::new(mesh, material, &BoundaryConditions::new()).unwrap()
 }
 
-/// A point at a part of a line and at a height above it.
+/// A point at a fraction of a line and at a height above it.
 type Place = fn(f64, f64) -> Vector;
 
 /// Points on a straight line, on an arc of 70 degrees and on a whole circle, each of radius 2 at height 0.

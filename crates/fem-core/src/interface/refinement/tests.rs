@@ -93,7 +93,7 @@ fn a_refined_interface_is_the_one_that_pairing_finds() {
         for (value, pair) in finer.prolong_interface(&line).iter().zip(interface.pairs()) {
             assert!((value - (3.0 * pair.arc_length - 1.0)).abs() < 1e-14);
         }
-        // Exchanging roles and refining may be done in either order.
+        // Swapping the bodies and refining give the same result in either order.
         let turned = coarse.clone().swapped();
         let marks = [marked[1].clone(), marked[0].clone()];
         let turned = turned.refined([&edges[1], &edges[0]], &marks).unwrap().problem.swapped();
@@ -161,7 +161,7 @@ fn a_measured_gap_follows_the_curves_between_the_nodes_of_the_first_meshes() {
         Body::new(mesh, material(), &BoundaryConditions::new().fix("flat")).unwrap()
     };
     let radii = [1.0, 1.5];
-    // Node by node, and refined in common.
+    // Node by node, and with a common refinement.
     for cells in [[3, 3], [3, 4]] {
         let bodies = [body(radii[0], Facing::Down, cells[0]), body(radii[1], Facing::Up, cells[1])];
         let normal = ContactNormal::Fixed([0.0, -1.0]);

@@ -94,7 +94,7 @@ fn what_is_not_positive_definite_is_refused() {
         assert!(matches!(refused(c, h), MaterialError::NotFinite { name: "angle", .. }));
     }
     // Each pair is allowed (0.11, 0.70, 0.67 of its limit), the three together are not: the determinant is −0.06. The third
-    // axis is nothing to plane stress.
+    // axis does not matter in plane stress.
     let c = Orthotropic { poisson_13: 3.3, poisson_23: 0.9, ..wood(0.0) };
     assert!(matches!(refused(c, Hypothesis::PlaneStrain), MaterialError::PoissonTriple { .. }));
     assert!(LinearElastic::orthotropic(&c, Hypothesis::PlaneStress).is_ok());
@@ -115,7 +115,7 @@ fn what_is_not_positive_definite_is_refused() {
     assert!(matches!(changed(2, 2, 0.0), MaterialError::NotPositiveDefinite { .. }));
     assert!(matches!(changed(1, 1, f64::NAN), MaterialError::NotFinite { .. }));
     assert!(matches!(changed(1, 1, 1e200), MaterialError::NotFinite { .. }));
-    // Positive, but lost beside the others.
+    // Positive, but lost in the round-off of the others.
     let diagonal = |last: f64| full([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, last]]);
     let nearly = diagonal(1e-18).unwrap_err();
     assert_eq!(nearly, MaterialError::NearlySingular { ratio: 1e-18 });

@@ -1,11 +1,11 @@
-//! Half discs that are fine where they touch something: Hertz contact.
+//! Half discs with a fine mesh at the contact: Hertz contact.
 
 use super::MAX_CELLS;
 use crate::geometry::Vector;
 use crate::mesh::{MeshError, TriMesh};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Where the pole of a half disc, the middle of its arc, looks.
+/// The side on which the pole of a half disc, the middle of its arc, lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Facing {
     /// The arc is below, the flat side above.
@@ -51,7 +51,7 @@ pub fn half_disc(
     let n = cells;
     let layers = layers(radius, half_width, n);
     if n == 0 || n > MAX_CELLS || layers * 4.0 * n as f64 + (2 * n * n) as f64 > MAX_CELLS as f64 {
-        return fault("at least one cell is needed, and at most 2^28 in all");
+        return fault("at least one cell is needed, and at most 2^28 in total");
     }
     let grid = Grid { n, layers: layers as usize, radius, half_width };
     let sign = if facing == Facing::Down { 1.0 } else { -1.0 };
@@ -63,7 +63,7 @@ pub fn half_disc(
     TriMesh::new(points, triangles, grid.groups())
 }
 
-/// Counts the nodes of a [`half_disc`] without making it.
+/// Counts the nodes of a [`half_disc`] without creating it.
 pub fn half_disc_nodes(radius: f64, half_width: f64, cells: usize) -> u64 {
     let n = cells as f64;
     ((2.0 * n + 1.0) * (n + 1.0) + (4.0 * n + 1.0) * layers(radius, half_width, cells)) as u64
@@ -74,7 +74,7 @@ fn layers(radius: f64, half_width: f64, cells: usize) -> f64 {
     ((radius / half_width).ln() / (PI / (4.0 * cells as f64)).ln_1p()).ceil().max(2.0)
 }
 
-/// The half disc that looks down with its pole at the origin.
+/// The half disc with its arc below and its pole at the origin.
 struct Grid {
     n: usize,
     layers: usize,
@@ -102,7 +102,7 @@ impl Grid {
     }
 
     fn on_arc(&self, x: f64) -> f64 {
-        // Without cancellation near the pole.
+        // This form avoids cancellation near the pole.
         x * x / (self.radius + ((self.radius - x) * (self.radius + x)).sqrt())
     }
 
@@ -123,7 +123,7 @@ impl Grid {
         for j in 1..=self.layers {
             let t = (ratio.powi(j as i32) - 1.0) / steps;
             let angle = first + t * (FRAC_PI_2 - first);
-            // On the arc, and what a straight ray from the end of the contact would give.
+            // The point on the arc, and that on a straight ray from the end of the contact.
             let arc = [r * angle.sin(), r * (1.0 - angle.cos())];
             let straight = [w + t * (r - w), self.on_arc(w) + t * (r - self.on_arc(w))];
             let bulge = [arc[0] - straight[0], arc[1] - straight[1]];
@@ -147,7 +147,7 @@ impl Grid {
         let n = self.n;
         let mut triangles = Vec::with_capacity(4 * n * n + 8 * n * self.layers);
         // Corners counter-clockwise. The diagonals of the rays' two halves are mirror images; those of the block are parallel,
-        // so that the pole has as many cells as its neighbours: with another number its nodal pressure stands out by 5 %.
+        // so that the pole has as many cells as its neighbours; with another number its nodal pressure is off by 5 %.
         let mut cut = |[a, b, c, d]: [u32; 4], left: bool| {
             triangles.extend(if left { [[a, b, d], [b, c, d]] } else { [[a, b, c], [a, c, d]] });
         };

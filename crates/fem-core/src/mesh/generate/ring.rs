@@ -10,13 +10,13 @@ use crate::mesh::{MeshError, TriMesh};
 ///   centre + r (cos a, sin a),   radii[0] ≤ r ≤ radii[1],   angles[0] ≤ a ≤ angles[1] degrees
 /// ```
 /// The sides are named `inner` and `outer` (the radii), `start` and `end` (the angles); a whole ring, 360 degrees, has no
-/// `start` and `end`. Nodes stand at equal steps of the radius and the angle; those at multiples of 90 degrees stand
-/// exactly on the axes through the centre. The number of cells along an arc times the angle of one is the arc's angle, so
-/// rings with equal angles and cells match.
+/// `start` and `end`. Nodes lie at equal steps of the radius and the angle; those at multiples of 90 degrees lie
+/// exactly on the axes through the centre. All cells along an arc have the same angle, so rings with equal angles and
+/// cell numbers match.
 ///
 /// # Errors
-/// Radii that do not grow from above zero, angles that do not grow or by more than 360 degrees, cells that turn by more
-/// than 60 degrees, too many cells.
+/// Radii that are not positive and increasing, angles that are not increasing or more than 360 degrees apart, cells
+/// that turn by more than 60 degrees, too many cells.
 pub fn ring(
     centre: Vector,
     radii: [f64; 2],
@@ -39,7 +39,9 @@ pub fn ring(
         return fault("at least one cell is needed in each direction, and at most 2^28 - 1 of them");
     }
     if sweep / around as f64 > 60.0 {
-        return fault("a cell would turn by more than 60 degrees: more cells are needed around");
+        return fault(
+            "a cell would turn by more than 60 degrees: more cells are needed in the circumferential direction",
+        );
     }
     let closed = sweep == 360.0;
     let columns = if closed { around } else { around + 1 };
@@ -57,7 +59,7 @@ pub fn ring(
     let mut triangles = Vec::with_capacity(2 * around * across);
     for j in 0..across {
         for i in 0..around {
-            // Around is counter-clockwise, so that outwards comes before it.
+            // The circumferential direction is counter-clockwise, so the radial one comes first.
             let [a, b, c, d] = [node(i, j), node(i, j + 1), node(i + 1, j + 1), node(i + 1, j)];
             triangles.push([a, b, c]);
             triangles.push([a, c, d]);

@@ -2,7 +2,7 @@ use super::*;
 use crate::geometry::Vector;
 use crate::mesh::generate::block;
 
-/// Numbers that look random and are always the same.
+/// Reproducible pseudo-random numbers.
 struct Random(u64);
 
 impl Random {
@@ -35,7 +35,7 @@ fn length(mesh: &TriMesh, group: &str) -> f64 {
     mesh.group(group).unwrap().iter().map(|&e| mesh.edge_length(e)).sum()
 }
 
-/// Everything that must hold between a mesh and its refinement.
+/// All relations between a mesh and its refinement.
 fn check(old: &TriMesh, new: &Refinement) {
     let mesh = &new.mesh;
     // TriMesh::new has checked orientation and that no edge has three triangles. Conforming: a hanging node would be
@@ -53,7 +53,7 @@ fn check(old: &TriMesh, new: &Refinement) {
         part[*parent as usize] += mesh.area(t);
     }
     for (t, part) in part.iter().enumerate() {
-        // Coordinates of the size 2 are rounded.
+        // Coordinates of size 2 are rounded.
         assert!((part - old.area(t)).abs() < 1e-15 * old.area(t).sqrt(), "triangle {t}");
     }
     for side in ["bottom", "right", "top", "left"] {
