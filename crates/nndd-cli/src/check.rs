@@ -12,6 +12,7 @@ use certified_contact::SolveError;
 use fem_core::assembly::AssemblyError;
 use fem_core::body::NodeConstraint;
 use fem_core::interface::ContactProblem;
+use fem_core::prepared::PrepareError;
 use std::fmt::Write as _;
 
 pub(crate) fn command(options: &Check) -> Result<u8, Failure> {
@@ -52,7 +53,7 @@ pub(crate) fn supports(case: &Case, problem: &ContactProblem) -> Result<(), Fail
     for (body, model) in problem.bodies.iter().enumerate() {
         if let Some(motion) = model.free_motion() {
             let source = AssemblyError::Floating { motion };
-            return Err(Failure::solve(case, &SolveError::Assembly { body, source }));
+            return Err(Failure::solve(case, &SolveError::Prepare(PrepareError::Assembly { body, source })));
         }
     }
     Ok(())
