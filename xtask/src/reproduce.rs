@@ -35,7 +35,7 @@ const PAGES: [Page; 4] = [
         study: "effectivity",
         title: "Effectivity: the bound over the true error",
         text: "`e_CRE/‖u − u_p‖` for every problem, mesh and iteration, from lambda = 0 with the default settings until \
-               `eta_nndd` has fallen by 1e-6; with EET alone, with the default two steps of relaxation, and with \
+               `eta_nndd` has fallen by 1e-6; with EET alone, with two steps of relaxation (the default takes more if they pay), and with \
                relaxation until a step gains less than 0.002 (at most 50 steps). If the exact solution is known the \
                error is integrated. Elsewhere it is enclosed by a solution on a finer mesh that contains the coarse one, \
                whose certified error is stated (`tests/support/overkill.rs`): such effectivities are intervals, and their \
