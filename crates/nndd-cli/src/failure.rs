@@ -2,7 +2,6 @@
 
 use case_io::checkpoint::CheckpointError;
 use case_io::diagnostic::{Diagnostic, code};
-use case_io::mesh_file::{MeshFault, MeshFileError};
 use case_io::output::OutputError;
 use case_io::report::ReportError;
 use case_io::table::TableError;
@@ -13,6 +12,7 @@ use fem_core::assembly::AssemblyError;
 use fem_core::cholesky::CholeskyError;
 use fem_core::condensation::FactorError;
 use fem_core::geometry::shown;
+use mesh_io::{MeshFault, MeshFileError};
 use nndd::NnddError;
 use serde_json::{Value, json};
 use std::io;
@@ -179,7 +179,7 @@ impl From<CaseError> for Failure {
 impl From<MeshFileError> for Failure {
     fn from(error: MeshFileError) -> Self {
         let code = if error.fault == MeshFault::Unreadable { FILES } else { INVALID_INPUT };
-        Self { code, diagnostics: vec![error.into_diagnostic(None)], message: None }
+        Self { code, diagnostics: vec![Diagnostic::of_mesh_file(error, None)], message: None }
     }
 }
 

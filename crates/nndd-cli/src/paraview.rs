@@ -7,7 +7,6 @@ use case_io::Case;
 use case_io::case::MaterialLaw;
 use case_io::output::OutputDirectory;
 use case_io::report::AdaptiveRow;
-use case_io::vtu::{self, PvdEntry, VtuArray, VtuCells, VtuData, VtuError, VtuMesh};
 use certified_contact::CertifiedSolution;
 use cre_estimator::Estimate;
 use fem_core::body::{Body, NodeConstraint};
@@ -15,6 +14,7 @@ use fem_core::field;
 use fem_core::geometry::{Vector, dot, norm, scale, sub};
 use fem_core::material::Hypothesis;
 use fem_core::tensor::SymTensor2;
+use mesh_io::vtu::{self, PvdEntry, VtuArray, VtuCells, VtuData, VtuError, VtuMesh};
 use std::io;
 
 /// Names what there is a file of: the two bodies in the file's order, and the contact line.

@@ -1,7 +1,7 @@
 //! Collects nodes and elements while a file is read, and checks them against each other at its end.
 
-use super::error::counted;
 use super::{Edge, ElementKind, MeshCell, MeshFault, MeshFile, MeshFileError, MeshPlace, NumberIndex};
+use crate::words::counted;
 use fem_core::geometry::shown;
 
 /// A line of one of the files that make up a mesh; line 0 if lines mean nothing.

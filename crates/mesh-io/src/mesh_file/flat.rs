@@ -1,7 +1,8 @@
 //! From cells in space to triangles of the plane: the plane, the split of quadrilaterals, the sense of corners.
 
 use super::{MeshCell, MeshFault, MeshFile, MeshFileError};
-use fem_core::geometry::{self, Vector};
+use crate::words::counted;
+use fem_core::geometry::{self, Vector, shown};
 
 /// Coordinates that differ by less than this part of the mesh's size are the same.
 pub(super) const SAME: f64 = 1e-9;
@@ -22,6 +23,24 @@ pub(super) struct Triangles {
     /// Cells without an area: how many, and the first.
     pub(super) degenerate: usize,
     pub(super) first_degenerate: Option<MeshCell>,
+}
+
+impl Triangles {
+    /// Says what was done to the cells.
+    ///
+    /// * `title`: what the cells belong to.
+    pub(super) fn describe(&self, title: &str) -> Vec<String> {
+        let done = [
+            (self.split, "quadrilateral", "split into two triangles along the shorter diagonal"),
+            (self.reduced, "quadratic cell", "reduced to the corners: curved sides become polygons"),
+            (self.turned, "clockwise cell", "turned counter-clockwise"),
+        ];
+        let sentence = |(count, what, done): (usize, &str, &str)| {
+            let was = if count == 1 { "was" } else { "were" };
+            format!("{} of {title} {was} {done}", counted(count, what))
+        };
+        done.into_iter().filter(|(count, ..)| *count > 0).map(sentence).collect()
+    }
 }
 
 impl MeshFile {
@@ -58,7 +77,7 @@ impl MeshFile {
         out
     }
 
-    fn xy(&self, node: u32) -> Vector {
+    pub(super) fn xy(&self, node: u32) -> Vector {
         let [x, y, _] = self.points[node as usize];
         [x, y]
     }
@@ -87,14 +106,28 @@ impl MeshFile {
         order.into_iter().find(sound).map(|pair| (pair.to_vec(), turned))
     }
 
-    /// Checks that nodes lie in a plane of constant z; returns that z if it is not zero.
-    pub(super) fn check_plane(&self, nodes: &[u32]) -> Result<Option<f64>, MeshFileError> {
+    /// Computes the two corners of the box around some nodes.
+    pub(super) fn extent(&self, nodes: &[u32]) -> [[f64; 3]; 2] {
         let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
         for &node in nodes {
             for (c, x) in self.points[node as usize].into_iter().enumerate() {
                 (low[c], high[c]) = (low[c].min(x), high[c].max(x));
             }
         }
+        [low, high]
+    }
+
+    /// Describes the first of some pairs of nodes at one place, of which there is at least one.
+    pub(super) fn twins(&self, pairs: &[[u32; 2]], nodes: &[u32]) -> String {
+        let [a, b] = pairs.first().map_or([0; 2], |pair| pair.map(|k| nodes[k as usize]));
+        let [x, y] = self.xy(a).map(shown);
+        let [a, b] = [a, b].map(|node| self.node_numbers[node as usize]);
+        format!("(nodes {a} and {b} at ({x}, {y}))")
+    }
+
+    /// Checks that nodes lie in a plane of constant z; returns that z if it is not zero.
+    pub(super) fn check_plane(&self, nodes: &[u32]) -> Result<Option<f64>, MeshFileError> {
+        let [low, high] = self.extent(nodes);
         let extent = [0, 1, 2].map(|c| high[c] - low[c]);
         let tolerance = SAME * extent[0].max(extent[1]).max(extent[2]);
         if extent[2] <= tolerance || nodes.is_empty() {

@@ -1,8 +1,8 @@
 //! Sets and surfaces: collected while the deck is read, resolved when nodes and elements are known.
 
 use super::keyword::upper;
-use crate::diagnostic::did_you_mean;
 use crate::mesh_file::{Group, MeshFault, MeshFile, MeshFileError, MeshPlace, NumberIndex, Spot};
+use crate::words::did_you_mean;
 use std::collections::{HashMap, HashSet};
 
 /// One entry of a set.

@@ -1,7 +1,6 @@
 //! Collections of files over time: `.pvd` with all parts, and `.vtu.series` of one part.
 
 use super::{VtuError, escape};
-use serde_json::json;
 use std::fmt::Write as _;
 
 /// One file of a collection.
@@ -53,6 +52,31 @@ pub fn series(files: &[(String, f64)]) -> Result<String, VtuError> {
     if let Some((entry, (_, value))) = files.iter().enumerate().find(|(_, (_, time))| !time.is_finite()) {
         return Err(VtuError::NotFinite { name: "time".to_owned(), entry, value: *value });
     }
-    let files: Vec<_> = files.iter().map(|(name, time)| json!({ "name": name, "time": time })).collect();
-    Ok(format!("{:#}\n", json!({ "file-series-version": "1.0", "files": files })))
+    let mut text = String::from("{\n  \"file-series-version\": \"1.0\",\n  \"files\": [");
+    for (k, (name, time)) in files.iter().enumerate() {
+        let comma = if k > 0 { "," } else { "" };
+        let _ = write!(
+            text,
+            "{comma}\n    {{\n      \"name\": {},\n      \"time\": {time:?}\n    }}",
+            quoted(name)
+        );
+    }
+    text.push_str(if files.is_empty() { "]\n}\n" } else { "\n  ]\n}\n" });
+    Ok(text)
+}
+
+/// Writes a text as a JSON string.
+fn quoted(text: &str) -> String {
+    let mut out = String::from("\"");
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => out.extend(['\\', c]),
+            c if c < ' ' => {
+                let _ = write!(out, "\\u{:04x}", u32::from(c));
+            }
+            c => out.push(c),
+        }
+    }
+    out.push('"');
+    out
 }

@@ -1,7 +1,8 @@
 //! Gmsh's numbers for the types of elements.
 
 use super::values::Values;
-use crate::mesh_file::{ElementKind, MeshFileError, counted};
+use crate::mesh_file::{ElementKind, MeshFileError};
+use crate::words::counted;
 
 /// Finds the kind of an element type, or refuses it by name.
 ///

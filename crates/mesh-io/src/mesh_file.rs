@@ -1,27 +1,7 @@
 //! Mesh files: what one holds, and the bodies that can be taken from it.
 //!
-//! ```text
-//! .msh ─ gmsh ──┐
-//!               ├─► MeshFile ─ region() ─► Region ─ mesh() ─► fem_core::TriMesh
-//! .inp ─ abaqus ┘       └─ summary() ─► Summary          what `nndd mesh` shows
-//! ```
-//! A [`MeshFile`] keeps the file's own numbers of nodes and elements, so that every message can use them. Its
-//! groups are sets of nodes, edges or cells; a group of cells is a region that can become a body, a group of edges
-//! becomes a named side of the bodies it borders. Files are taken to be hostile: memory is bounded by the size of
-//! the file, never by a count in it, and every fault is an error with its place.
-//!
-//! # Example
-//! ```
-//! use case_io::mesh_file::{self, RegionOptions};
-//! let text = b"*NODE\n1, 0, 0\n2, 1, 0\n3, 1, 1\n4, 0, 1\n*ELEMENT, TYPE=CPS4, ELSET=plate\n1, 1, 2, 3, 4\n\
-//!     *SURFACE, NAME=base\n1, S1\n";
-//! let file = mesh_file::parse(text, "plate.inp")?;
-//! let region = file.region(Some("plate"), RegionOptions::default())?;
-//! assert_eq!(region.notes(), ["1 quadrilateral of region \"plate\" was split into two triangles along the shorter diagonal"]);
-//! let mesh = region.mesh()?;
-//! assert_eq!((mesh.triangles().len(), mesh.group("base").map(<[u32]>::len)), (2, Some(1)));
-//! # Ok::<(), case_io::mesh_file::MeshFileError>(())
-//! ```
+//! `gmsh` and `abaqus` fill a `Collector`, whose checked contents are the [`MeshFile`]; `region`, `sides` and `flat` take
+//! a [`Region`] from it, `faults` makes fem-core's mesh of one, `summary` looks at all of it.
 
 pub mod abaqus;
 mod collect;
@@ -31,6 +11,7 @@ mod flat;
 pub mod gmsh;
 mod index;
 mod kind;
+mod problem;
 mod read;
 mod region;
 mod sides;
@@ -41,12 +22,13 @@ mod tests;
 
 pub use error::{MeshFault, MeshFileError, MeshPlace};
 pub use kind::ElementKind;
+pub use problem::{Problem, Remedy};
 pub use read::{LARGEST_MESH_FILE, parse, read};
 pub use region::{Region, RegionOptions, glued_nodes};
 pub use summary::{GroupSummary, Quality, Summary};
 
 pub(crate) use collect::{Collected, Collector, Spot};
-pub(crate) use error::{counted, first_bytes, listed};
+pub(crate) use error::first_bytes;
 pub(crate) use index::NumberIndex;
 pub(crate) use read::Unreadable;
 

@@ -1,6 +1,5 @@
 //! What is wrong with a mesh file, and where in it.
 
-use crate::diagnostic::{Diagnostic, Place, code};
 use std::fmt;
 use thiserror::Error;
 
@@ -24,7 +23,7 @@ impl MeshFault {
     /// Returns the code that diagnostics of this kind carry.
     pub fn code(self) -> &'static str {
         match self {
-            Self::Unreadable => code::UNREADABLE,
+            Self::Unreadable => "mesh::unreadable",
             Self::Format => "mesh::format",
             Self::Syntax => "mesh::syntax",
             Self::Content => "mesh::content",
@@ -32,12 +31,12 @@ impl MeshFault {
         }
     }
 
-    /// Returns what is expected and what helps if nothing more specific is known.
-    fn cure(self) -> (&'static str, &'static str) {
+    /// Returns what is expected and what helps, for errors that do not say it.
+    pub fn cure(self) -> (&'static str, &'static str) {
         match self {
             Self::Unreadable => (
                 "a file that can be read",
-                "check the name: it is relative to the case file, or to the including file",
+                "check the name: a file that another one includes is looked for beside that one",
             ),
             Self::Format => {
                 ("a plane mesh", "convert the file: meshio convert FILE mesh.msh --output-format gmsh")
@@ -48,7 +47,7 @@ impl MeshFault {
             Self::Content => {
                 ("a sound mesh", "correct the mesh in the program that made it, and export it again")
             }
-            Self::Region => ("a region of the file", "see what the file holds with `nndd mesh FILE`"),
+            Self::Region => ("a region of the file", "`MeshFile::summary` lists the groups of the file"),
         }
     }
 }
@@ -97,16 +96,8 @@ impl MeshFileError {
         self
     }
 
-    /// Makes a diagnostic of it, at the place of the key that names the file.
-    pub fn into_diagnostic(self, place: Option<Place>) -> Diagnostic {
-        let message = self.located();
-        let (expected, fix) = self.fault.cure();
-        let expected = self.expected.unwrap_or_else(|| expected.to_owned());
-        Diagnostic::new(self.fault.code(), place, message).expected(expected).help(self.help).fix(fix)
-    }
-
     /// Returns file, place and what was found.
-    fn located(&self) -> String {
+    pub fn located(&self) -> String {
         match self.place {
             MeshPlace::File => format!("{}: {}", self.file, self.found),
             MeshPlace::Line(line) => format!("{}:{line}: {}", self.file, self.found),
@@ -117,14 +108,10 @@ impl MeshFileError {
 
 impl fmt::Display for MeshFileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // The same words everywhere.
-        write!(f, "{}", self.clone().into_diagnostic(None))
+        let (expected, help) = self.fault.cure();
+        let expected = self.expected.as_deref().unwrap_or(expected);
+        write!(f, "{}; expected {expected}; help: {}", self.located(), self.help.as_deref().unwrap_or(help))
     }
-}
-
-/// Counts things in words: `1 node`, `3 nodes`.
-pub(crate) fn counted(count: usize, what: &str) -> String {
-    if count == 1 { format!("1 {what}") } else { format!("{count} {what}s") }
 }
 
 /// Shows the first bytes of a file of an unknown format.
@@ -137,13 +124,4 @@ pub(crate) fn first_bytes(bytes: &[u8]) -> String {
             format!("the bytes {}", hex.join(" "))
         }
     }
-}
-
-/// Lists names for a message, the first twenty.
-pub(crate) fn listed(names: &[&str]) -> String {
-    let mut words: Vec<String> = names.iter().take(20).map(|n| format!("\"{n}\"")).collect();
-    if names.len() > words.len() {
-        words.push(format!("… ({} altogether)", names.len()));
-    }
-    words.join(", ")
 }

@@ -15,7 +15,10 @@ impl Region {
     }
 
     /// Refuses a mesh of this region if two of its cells overlap.
-    pub(crate) fn without_overlaps(&self, mesh: TriMesh) -> Result<TriMesh, MeshFileError> {
+    ///
+    /// # Errors
+    /// The first two cells that overlap, with a point in both.
+    pub fn without_overlaps(&self, mesh: TriMesh) -> Result<TriMesh, MeshFileError> {
         let Some(found) = mesh.overlapping_cells() else { return Ok(mesh) };
         let [a, b] = found.triangles.map(|t| self.cell_numbers.get(t).copied().unwrap_or_default());
         let [x, y] = found.point;

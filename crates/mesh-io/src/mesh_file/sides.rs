@@ -1,16 +1,16 @@
 //! The named sides of a region: groups of edges, restricted to the edges of its triangles.
 
-use super::MeshFile;
-use super::error::{counted, listed};
+use super::{MeshFile, Problem};
+use crate::words::{counted, listed};
 
 /// An edge by its two nodes, the smaller first.
-type Key = [u32; 2];
+pub(super) type Key = [u32; 2];
 
-fn key(a: u32, b: u32) -> Key {
+pub(super) fn key(a: u32, b: u32) -> Key {
     [a.min(b), a.max(b)]
 }
 
-fn keys_of(t: &[u32; 3]) -> [Key; 3] {
+pub(super) fn keys_of(t: &[u32; 3]) -> [Key; 3] {
     [key(t[0], t[1]), key(t[1], t[2]), key(t[2], t[0])]
 }
 
@@ -25,7 +25,7 @@ impl MeshFile {
         triangles: &[[u32; 3]],
         nodes: usize,
         title: &str,
-        warnings: &mut Vec<String>,
+        warnings: &mut Vec<Problem>,
     ) -> Vec<(String, Vec<Key>)> {
         let mut candidates: Vec<(u32, Key)> = Vec::new();
         for (number, group) in self.groups.iter().enumerate().filter(|(_, g)| g.dimension == 1) {
@@ -60,11 +60,12 @@ impl MeshFile {
             }
         }
         if stray_edges > 0 {
-            warnings.push(format!(
-                "{} of {} join nodes of {title} that no cell joins; they are left out",
-                counted(stray_edges, "edge"),
+            let edges = counted(stray_edges, "edge");
+            let what = format!(
+                "{edges} of {} join nodes of {title} that no cell joins; they are left out",
                 listed(&strays)
-            ));
+            );
+            warnings.push(what.into());
         }
         sides.extend(self.node_sides(local, triangles, nodes));
         sides

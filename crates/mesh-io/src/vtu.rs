@@ -136,7 +136,7 @@ pub enum VtuError {
 /// Writes a grid.
 ///
 /// ```
-/// use case_io::vtu::{VtuArray, VtuCells, VtuData, VtuMesh, write};
+/// use mesh_io::vtu::{VtuArray, VtuCells, VtuData, VtuMesh, write};
 /// let mesh = VtuMesh {
 ///     points: vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
 ///     cells: VtuCells::Triangles(vec![[0, 1, 2]]),
@@ -145,7 +145,7 @@ pub enum VtuError {
 /// let mut file = Vec::new();
 /// write(&mut file, &mesh, &VtuData { point: vec![displacement], ..VtuData::default() })?;
 /// assert!(file.starts_with(b"<?xml"));
-/// # Ok::<(), case_io::vtu::VtuError>(())
+/// # Ok::<(), mesh_io::vtu::VtuError>(())
 /// ```
 ///
 /// # Errors

@@ -1,11 +1,11 @@
 //! Writes a block with a displacement and a stress, its lower side with a pressure, and a collection of both, into the
 //! directory given as the only argument (or `target/paraview`).
 
-use case_io::output::write_file;
-use case_io::vtu::{self, PvdEntry, VtuArray, VtuCells, VtuData, VtuMesh};
 use fem_core::mesh::generate::block;
+use mesh_io::vtu::{self, PvdEntry, VtuArray, VtuCells, VtuData, VtuMesh};
 use std::error::Error;
-use std::io;
+use std::fs::File;
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -46,7 +46,9 @@ fn write(directory: &Path) -> Result<(), Box<dyn Error>> {
 }
 
 fn save(path: &Path, mesh: &VtuMesh, data: &VtuData) -> Result<(), Box<dyn Error>> {
-    write_file(path, |out| vtu::write(out, mesh, data).map_err(io::Error::other))?;
+    let mut file = BufWriter::new(File::create(path)?);
+    vtu::write(&mut file, mesh, data)?;
+    file.flush()?;
     Ok(())
 }
 

@@ -1,10 +1,9 @@
 //! A region of a mesh file: the triangles, points and named sides of one body.
 
-use super::error::{counted, listed};
 use super::flat::{Triangles, coincident, smallest_angle};
 use super::sides::free_edges;
-use super::{MeshFault, MeshFile, MeshFileError};
-use crate::diagnostic::did_you_mean;
+use super::{MeshFault, MeshFile, MeshFileError, Problem, Remedy};
+use crate::words::{counted, did_you_mean, listed};
 use fem_core::geometry::{Vector, shown};
 use std::collections::HashSet;
 
@@ -33,7 +32,7 @@ pub struct Region {
     pub(super) cell_numbers: Vec<u64>,
     pub(super) cell_groups: Vec<String>,
     notes: Vec<String>,
-    warnings: Vec<String>,
+    warnings: Vec<Problem>,
 }
 
 impl Region {
@@ -48,7 +47,7 @@ impl Region {
     }
 
     /// Returns what is allowed but probably not meant.
-    pub fn warnings(&self) -> &[String] {
+    pub fn warnings(&self) -> &[Problem] {
         &self.warnings
     }
 
@@ -68,7 +67,7 @@ impl Region {
     }
 
     /// Lists the groups of cells of the file.
-    pub(crate) fn cell_group_names(&self) -> impl Iterator<Item = &str> {
+    pub fn cell_group_names(&self) -> impl Iterator<Item = &str> {
         self.cell_groups.iter().map(String::as_str)
     }
 
@@ -99,21 +98,16 @@ impl MeshFile {
             notes.push(format!("all nodes of {title} have z = {}, which is left out", shown(z)));
         }
         let mut target: Vec<u32> = (0..self.points.len() as u32).collect();
-        let points: Vec<Vector> = used.iter().map(|n| self.xy_of(*n)).collect();
+        let points: Vec<Vector> = used.iter().map(|n| self.xy(*n)).collect();
         let twins = coincident(&points);
-        if let (Some([a, b]), false) = (twins.first(), options.merge) {
-            let [x, y] = points[*a as usize];
-            let numbers = [a, b].map(|k| self.node_numbers[used[*k as usize] as usize]);
-            warnings.push(format!(
-                "{} of {title} {} (nodes {} and {} at ({}, {})): the body is open there; \
-                 `merge = true` joins them",
+        if !twins.is_empty() && !options.merge {
+            let found = format!(
+                "{} of {title} {} {}: the body is open there",
                 counted(twins.len(), "node"),
                 if twins.len() == 1 { "coincides with another" } else { "coincide with others" },
-                numbers[0],
-                numbers[1],
-                shown(x),
-                shown(y)
-            ));
+                self.twins(&twins, &used)
+            );
+            warnings.push(Problem::new(found, Remedy::Merge));
         } else if !twins.is_empty() {
             notes.push(format!(
                 "{} of {title} joined with the node at the same place",
@@ -126,7 +120,7 @@ impl MeshFile {
         }
         let made = self.triangulate(cells.iter().copied(), &|n| target[n as usize]);
         self.refuse_degenerate(&made, &title)?;
-        describe(&made, &title, &mut notes);
+        notes.extend(made.describe(&title));
         let mut local = vec![OUTSIDE; self.points.len()];
         for (k, node) in used.iter().enumerate() {
             local[*node as usize] = k as u32;
@@ -134,7 +128,7 @@ impl MeshFile {
         // Joined nodes are known by the one that was kept.
         let local: Vec<u32> = target.iter().map(|n| local[*n as usize]).collect();
         let triangles: Vec<[u32; 3]> = made.corners.iter().map(|t| t.map(|n| local[n as usize])).collect();
-        let points: Vec<Vector> = used.iter().map(|n| self.xy_of(*n)).collect();
+        let points: Vec<Vector> = used.iter().map(|n| self.xy(*n)).collect();
         let groups = self.sides(&local, &triangles, points.len(), &title, &mut warnings);
         let mut region = Region {
             file: self.name.clone(),
@@ -153,17 +147,12 @@ impl MeshFile {
     }
 
     /// Returns the file's numbers of the cells of a group, ascending; `None` if there is no such group.
-    pub(crate) fn cells_of_group(&self, name: &str) -> Option<Vec<u64>> {
+    pub fn cells_of_group(&self, name: &str) -> Option<Vec<u64>> {
         let group = self.groups.iter().find(|g| g.dimension == 2 && g.name == name)?;
         let numbers = group.members.iter().filter_map(|m| self.cells.get(*m as usize));
         let mut numbers: Vec<u64> = numbers.map(|cell| cell.number).collect();
         numbers.sort_unstable();
         Some(numbers)
-    }
-
-    fn xy_of(&self, node: u32) -> Vector {
-        let [x, y, _] = self.points[node as usize];
-        [x, y]
     }
 
     /// Finds the cells of a group by name, with helpful words if there is no such group.
@@ -183,7 +172,7 @@ impl MeshFile {
             let found = format!("the file has {} regions", names.len());
             return Err(self
                 .fault(MeshFault::Region, found)
-                .expected(format!("`region` to be one of {}", listed(&names))));
+                .expected(format!("the name of one of them: {}", listed(&names))));
         };
         if let Some(group) = self.groups.iter().find(|g| g.dimension == 2 && g.name == name) {
             if group.members.is_empty() {
@@ -205,7 +194,7 @@ impl MeshFile {
         };
         let error = self.fault(MeshFault::Region, found);
         let error = if names.is_empty() {
-            error.expected("a file with groups of cells (Gmsh: Physical Surface); leave `region` out to take the whole mesh")
+            error.expected("a file with groups of cells (Gmsh: Physical Surface), or no name, which takes the whole mesh")
         } else {
             error.expected(listed(&names))
         };
@@ -245,7 +234,7 @@ impl MeshFile {
         let places: Vec<String> = corners
             .iter()
             .map(|n| {
-                let [x, y] = self.xy_of(*n);
+                let [x, y] = self.xy(*n);
                 format!("({}, {})", shown(x), shown(y))
             })
             .collect();
@@ -278,12 +267,13 @@ impl Region {
         }
         if count > 0 {
             let dots = if count > thin.len() { ", …" } else { "" };
-            self.warnings.push(format!(
+            let what = format!(
                 "{} of {} with an angle below {SLIVER} degrees (elements {}{dots}): the bound holds, and is large there",
                 counted(count, "triangle"),
                 self.title,
                 thin.join(", ")
-            ));
+            );
+            self.warnings.push(what.into());
         }
     }
 
@@ -340,26 +330,4 @@ pub fn glued_nodes(a: &Region, b: &Region) -> Option<(usize, u64, Vector, Option
     let corners: HashSet<[u64; 3]> = of_shared(a).into_iter().map(|(_, t)| t).collect();
     let cell = of_shared(b).into_iter().filter(|(_, t)| corners.contains(t)).map(|(cell, _)| cell).min();
     Some((shared.len(), number, point, cell))
-}
-
-fn describe(made: &Triangles, title: &str, notes: &mut Vec<String>) {
-    let was = |n: usize| if n == 1 { "was" } else { "were" };
-    if made.split > 0 {
-        let what = counted(made.split, "quadrilateral");
-        notes.push(format!(
-            "{what} of {title} {} split into two triangles along the shorter diagonal",
-            was(made.split)
-        ));
-    }
-    if made.reduced > 0 {
-        let what = counted(made.reduced, "quadratic cell");
-        notes.push(format!(
-            "{what} of {title} {} reduced to the corners: curved sides become polygons",
-            was(made.reduced)
-        ));
-    }
-    if made.turned > 0 {
-        let what = counted(made.turned, "clockwise cell");
-        notes.push(format!("{what} of {title} {} turned counter-clockwise", was(made.turned)));
-    }
 }

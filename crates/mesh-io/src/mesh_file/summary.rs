@@ -1,9 +1,9 @@
 //! What a mesh file holds, for people who want to look before they use it.
 
-use super::error::{counted, listed};
 use super::flat::{coincident, sense, smallest_angle};
-use super::sides::free_edges;
-use super::{ElementKind, MeshFile};
+use super::sides::{Key, free_edges, key, keys_of};
+use super::{ElementKind, MeshFile, Problem, Remedy};
+use crate::words::{counted, listed};
 use fem_core::geometry::{self, Vector, shown};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -55,7 +55,7 @@ pub struct Summary {
     /// What is worth knowing.
     pub notes: Vec<String>,
     /// What may prevent the use of the file.
-    pub problems: Vec<String>,
+    pub problems: Vec<Problem>,
 }
 
 impl MeshFile {
@@ -69,7 +69,8 @@ impl MeshFile {
         groups.sort_by_key(|g| std::cmp::Reverse(g.dimension));
         let mut notes = self.notes.clone();
         self.note_loose_nodes(&mut notes);
-        let mut problems = self.problems();
+        let used = self.used_nodes();
+        let mut problems = self.problems(&used);
         let quality = self.quality(&mut notes, &mut problems);
         Summary {
             format: self.format.clone(),
@@ -77,36 +78,25 @@ impl MeshFile {
             edges: self.edges.len(),
             cells: kinds.into_iter().collect(),
             groups,
-            bounding_box: self.bounding_box(),
+            bounding_box: if used.is_empty() { [[0.0; 3]; 2] } else { self.extent(&used) },
             quality,
             notes,
             problems,
         }
     }
 
-    fn plane(&self, node: u32) -> Vector {
-        let [x, y, _] = self.points[node as usize];
-        [x, y]
-    }
-
-    fn bounding_box(&self) -> [[f64; 3]; 2] {
-        let mut corners = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
-        for (point, _) in self.points.iter().zip(&self.used).filter(|(_, used)| **used) {
-            for c in 0..3 {
-                corners[0][c] = corners[0][c].min(point[c]);
-                corners[1][c] = corners[1][c].max(point[c]);
-            }
-        }
-        if self.used.contains(&true) { corners } else { [[0.0; 3]; 2] }
+    /// Lists the nodes that elements use.
+    fn used_nodes(&self) -> Vec<u32> {
+        (0..self.points.len() as u32).filter(|n| self.used[*n as usize]).collect()
     }
 
     fn measure(&self, group: &super::Group) -> GroupSummary {
         let length = |edge: &u32| {
-            let [a, b] = self.edges[*edge as usize].nodes.map(|n| self.plane(n));
+            let [a, b] = self.edges[*edge as usize].nodes.map(|n| self.xy(n));
             geometry::norm(geometry::sub(b, a))
         };
         let area = |cell: &u32| {
-            let [a, b, c, d] = self.cells[*cell as usize].corners.map(|n| self.plane(n));
+            let [a, b, c, d] = self.cells[*cell as usize].corners.map(|n| self.xy(n));
             0.5 * geometry::cross(geometry::sub(c, a), geometry::sub(d, b)).abs()
         };
         let measure = match group.dimension {
@@ -123,27 +113,16 @@ impl MeshFile {
     }
 
     /// Finds the worst triangle; says how many cells are turned, flat, split or reduced.
-    fn quality(&self, notes: &mut Vec<String>, problems: &mut Vec<String>) -> Option<Quality> {
+    fn quality(&self, notes: &mut Vec<String>, problems: &mut Vec<Problem>) -> Option<Quality> {
         let made = self.triangulate(0..self.cells.len() as u32, &|n| n);
-        for (count, what) in [
-            (made.split, "quadrilateral will be split|quadrilaterals will be split"),
-            (
-                made.reduced,
-                "quadratic cell will be reduced to its corners|quadratic cells will be reduced to their corners",
-            ),
-            (made.turned, "clockwise cell will be turned|clockwise cells will be turned"),
-        ] {
-            if let Some((one, many)) = what.split_once('|').filter(|_| count > 0) {
-                notes.push(format!("{count} {}", if count == 1 { one } else { many }));
-            }
-        }
+        notes.extend(made.describe("the mesh"));
         if let Some(cell) = made.first_degenerate {
             let what = counted(made.degenerate, "cell");
-            problems.push(format!("{what} without an area, the first is element {}", cell.number));
+            problems.push(format!("{what} without an area, the first is element {}", cell.number).into());
         }
         let mut worst: Option<Quality> = None;
         for (t, cell) in made.corners.iter().zip(&made.cells) {
-            let p = t.map(|n| self.plane(n));
+            let p = t.map(|n| self.xy(n));
             let angle = smallest_angle(p);
             if sense(p).is_some() && worst.as_ref().is_none_or(|w| angle < w.smallest_angle) {
                 let at = [0, 1].map(|c| p[0][c] / 3.0 + p[1][c] / 3.0 + p[2][c] / 3.0);
@@ -155,32 +134,29 @@ impl MeshFile {
     }
 
     /// Looks for edges with more than two cells, named edges without a cell, and sides without a name.
-    fn edge_problems(&self, triangles: &[[u32; 3]], notes: &mut Vec<String>, problems: &mut Vec<String>) {
-        let mut keys: Vec<[u32; 2]> = triangles
-            .iter()
-            .flat_map(|t| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]])
-            .map(|[a, b]| [a.min(b), a.max(b)])
-            .collect();
+    fn edge_problems(&self, triangles: &[[u32; 3]], notes: &mut Vec<String>, problems: &mut Vec<Problem>) {
+        let mut keys: Vec<Key> = triangles.iter().flat_map(keys_of).collect();
         keys.sort_unstable();
         let crowded = keys.chunk_by(|a, b| a == b).filter(|same| same.len() > 2).count();
         if crowded > 0 {
-            problems.push(format!(
-                "{} shared by more than two cells: cells overlap or appear once per group",
-                counted(crowded, "edge")
-            ));
+            let edges = counted(crowded, "edge");
+            problems.push(
+                format!("{edges} shared by more than two cells: cells overlap or appear once per group")
+                    .into(),
+            );
         }
         keys.dedup();
-        let named: BTreeSet<[u32; 2]> = self
+        let named: BTreeSet<Key> = self
             .groups
             .iter()
             .filter(|g| g.dimension == 1)
             .flat_map(|g| &g.members)
             .map(|e| self.edges[*e as usize].nodes)
-            .map(|[a, b]| [a.min(b), a.max(b)])
+            .map(|[a, b]| key(a, b))
             .collect();
         let loose = named.iter().filter(|e| keys.binary_search(e).is_err()).count();
         if loose > 0 {
-            problems.push(format!("{} in groups, but sides of no cell", counted(loose, "edge")));
+            problems.push(format!("{} in groups, but sides of no cell", counted(loose, "edge")).into());
         }
         let nameless = free_edges(triangles).iter().filter(|e| !named.contains(*e)).count();
         let node_sets = self.groups.iter().any(|g| g.dimension == 0);
@@ -192,63 +168,59 @@ impl MeshFile {
         }
     }
 
-    fn problems(&self) -> Vec<String> {
+    fn problems(&self, all: &[u32]) -> Vec<Problem> {
         let mut problems = Vec::new();
         if self.cells.is_empty() {
-            problems.push(format!(
-                "{} and no 2D elements: add a Physical Surface, or set Mesh.SaveAll",
-                counted(self.edges.len(), "edge")
-            ));
+            let edges = counted(self.edges.len(), "edge");
+            problems.push(
+                format!("{edges} and no 2D elements: add a Physical Surface, or set Mesh.SaveAll").into(),
+            );
             return problems;
         }
-        let all: Vec<u32> = (0..self.points.len() as u32).filter(|n| self.used[*n as usize]).collect();
-        match self.check_plane(&all) {
+        match self.check_plane(all) {
             Err(error) => problems.push(match error.help {
-                Some(help) => format!("{}: {help}", error.found),
-                None => error.found,
+                Some(help) => format!("{}: {help}", error.found).into(),
+                None => error.found.into(),
             }),
-            Ok(Some(z)) => problems.push(format!("all nodes have z = {}, which will be left out", shown(z))),
+            Ok(Some(z)) => {
+                problems.push(format!("all nodes have z = {}, which will be left out", shown(z)).into());
+            }
             Ok(None) => {}
         }
         if self.group_names(1).next().is_none() && !self.groups.iter().any(|g| g.dimension == 0) {
             problems.push(
-                "no group of edges (Gmsh: Physical Curve): nothing can be supported, loaded or brought into contact".to_owned(),
+                "no group of edges (Gmsh: Physical Curve): nothing can be supported, loaded or brought into contact".to_owned().into(),
             );
         }
         let mut parent = vec![u32::MAX; self.points.len()];
         for (name, members) in self.regions() {
             if members.is_empty() {
-                problems.push(format!("{name} is empty"));
+                problems.push(format!("{name} is empty").into());
             }
             let parts = self.parts(&members, &mut parent);
             if parts > 1 {
-                problems.push(format!("{name} consists of {parts} parts that are not connected"));
+                problems.push(format!("{name} consists of {parts} parts that are not connected").into());
             }
             if problems.len() > MOST {
-                problems.push("and more".to_owned());
+                problems.push("and more".to_owned().into());
                 break;
             }
         }
         let owners = self.shared_nodes(&mut problems);
-        let points: Vec<Vector> = all.iter().map(|n| self.plane(*n)).collect();
+        let points: Vec<Vector> = all.iter().map(|n| self.xy(*n)).collect();
         let mut twins = coincident(&points);
         // Between two regions that is as it should be.
         twins.retain(|pair| {
             let [a, b] = pair.map(|k| owners[all[k as usize] as usize]);
             a == b && (a != u32::MAX || self.group_names(2).next().is_none())
         });
-        if let Some([a, b]) = twins.first() {
-            let numbers = [a, b].map(|k| self.node_numbers[all[*k as usize] as usize]);
-            let [x, y] = points[*a as usize];
-            problems.push(format!(
-                "{} at the place of another of the same region (nodes {} and {} at ({}, {})): a crack, or an \
-                 error that `merge = true` repairs",
+        if !twins.is_empty() {
+            let found = format!(
+                "{} at the place of another of the same region {}: a crack, or an error",
                 counted(twins.len(), "node"),
-                numbers[0],
-                numbers[1],
-                shown(x),
-                shown(y)
-            ));
+                self.twins(&twins, all)
+            );
+            problems.push(Problem::new(found, Remedy::Merge));
         }
         problems
     }
@@ -299,7 +271,7 @@ impl MeshFile {
     /// Finds pairs of regions that share nodes but no cell: one mesh if two bodies are wanted.
     ///
     /// Returns the first region of each node.
-    fn shared_nodes(&self, problems: &mut Vec<String>) -> Vec<u32> {
+    fn shared_nodes(&self, problems: &mut Vec<Problem>) -> Vec<u32> {
         let mut of_node = vec![u32::MAX; self.points.len()];
         let mut of_cell = vec![u32::MAX; self.cells.len()];
         let mut seen = vec![u32::MAX; self.points.len()];
@@ -326,11 +298,8 @@ impl MeshFile {
         }
         for ((a, b), count) in pairs.iter().filter(|(pair, _)| !overlapping.contains(pair)).take(MOST) {
             let names = [a, b].map(|k| regions[*k as usize].name.as_str());
-            problems.push(format!(
-                "{} are regions with {} in common: as two bodies they need `duplicate_interface = true`",
-                listed(&names),
-                counted(*count, "node")
-            ));
+            let found = format!("{} are regions with {} in common", listed(&names), counted(*count, "node"));
+            problems.push(Problem::new(found, Remedy::OwnNodes));
         }
         of_node
     }

@@ -15,9 +15,9 @@
 //! ```
 //! let text = b"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n2 7 \"plate\"\n$EndPhysicalNames\n\
 //!     $Nodes\n3\n1 0 0 0\n2 1 0 0\n9 0 1 0\n$EndNodes\n$Elements\n1\n1 2 2 7 1 1 2 9\n$EndElements\n";
-//! let file = case_io::gmsh::parse(text, "plate.msh")?;
+//! let file = mesh_io::gmsh::parse(text, "plate.msh")?;
 //! assert_eq!(file.group_names(2).collect::<Vec<_>>(), ["plate"]);
-//! # Ok::<(), case_io::mesh_file::MeshFileError>(())
+//! # Ok::<(), mesh_io::MeshFileError>(())
 //! ```
 
 mod elements;
@@ -29,7 +29,8 @@ mod values;
 #[cfg(test)]
 mod tests;
 
-use crate::mesh_file::{Collector, MeshFile, MeshFileError, counted};
+use crate::mesh_file::{Collector, MeshFile, MeshFileError};
+use crate::words::counted;
 use labels::Labels;
 use values::{Mode, Values, shown};
 

@@ -4,7 +4,8 @@ use super::data::{self, Row};
 use super::entries::{set_entries, surface_entry};
 use super::keyword::{Keyword, upper};
 use super::sets::{Sets, Surface};
-use crate::mesh_file::{Collector, ElementKind, Includes, MeshFault, MeshFile, MeshFileError, Spot, counted};
+use crate::mesh_file::{Collector, ElementKind, Includes, MeshFault, MeshFile, MeshFileError, Spot};
+use crate::words::counted;
 use std::path::Path;
 
 /// Included files within included files, at most.

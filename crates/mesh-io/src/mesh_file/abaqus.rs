@@ -9,17 +9,17 @@
 //! - A set of cells is a region. A surface, a set of line elements or, failing those, a set of nodes is a group of
 //!   edges; a set of nodes means the free edges whose both ends are in it.
 //! - Keywords that make or move nodes and elements are refused by name, because leaving them out would change the
-//!   mesh. All others are ignored and counted: supports, loads and materials come from the case file.
+//!   mesh. All others are ignored and counted: supports, loads and materials are not part of a mesh.
 //! - A deck has no end mark, so one that was cut at the end of a line cannot be distinguished from a shorter one.
 //!
 //! # Example
 //! ```
 //! let text = b"*node\n1, 0., 0.\n2, 1., 0.\n9, 0., 1.\n*Element, type=CPS3, elset=plate\n1, 1, 2, 9\n\
 //!     *Surface, type=ELEMENT, name=base\nplate, S1\n";
-//! let file = case_io::abaqus::parse_text(text, "plate.inp")?;
+//! let file = mesh_io::abaqus::parse_text(text, "plate.inp")?;
 //! assert_eq!(file.group_names(2).collect::<Vec<_>>(), ["plate"]);
 //! assert_eq!(file.group_names(1).collect::<Vec<_>>(), ["base"]);
-//! # Ok::<(), case_io::mesh_file::MeshFileError>(())
+//! # Ok::<(), mesh_io::MeshFileError>(())
 //! ```
 
 mod data;

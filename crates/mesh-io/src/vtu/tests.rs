@@ -119,11 +119,19 @@ fn blocks_stand_against_the_order_of_the_header() {
 
 #[test]
 fn a_series_is_json_as_paraview_reads_it() {
-    let files = [("fields/a-step-01.vtu".to_owned(), 1.0), ("fields/a \"b\".vtu".to_owned(), 2.5)];
+    let files = [
+        ("fields/a-step-01.vtu".to_owned(), 1.0),
+        ("fields/a \"b\".vtu".to_owned(), 2.5),
+        ("\\\u{1}ä".to_owned(), 1e-9),
+    ];
     let text = series(&files).unwrap();
     let json: serde_json::Value = serde_json::from_str(&text).unwrap();
     assert_eq!(json["file-series-version"], "1.0");
     assert_eq!(json["files"][0], serde_json::json!({ "name": "fields/a-step-01.vtu", "time": 1.0 }));
     assert_eq!(json["files"][1]["name"], "fields/a \"b\".vtu");
+    assert_eq!(json["files"][2], serde_json::json!({ "name": "\\\u{1}ä", "time": 1e-9 }));
+    assert_eq!(text, format!("{json:#}\n"));
+    let nothing: serde_json::Value = serde_json::from_str(&series(&[]).unwrap()).unwrap();
+    assert_eq!(series(&[]).unwrap(), format!("{nothing:#}\n"));
     assert!(series(&[("x".to_owned(), f64::INFINITY)]).is_err());
 }
