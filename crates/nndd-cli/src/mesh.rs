@@ -2,10 +2,10 @@
 
 use crate::args::{Format, Mesh};
 use crate::console;
-use crate::failure::Failure;
-use crate::words::{seven, short};
 use case_io::diagnostic::Diagnostic;
 use mesh_io::{GroupSummary, MeshFile, Summary};
+use nndd_report::Failure;
+use nndd_report::words::{seven, short};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 

@@ -1,12 +1,9 @@
-//! How much memory a solve needs, before it starts, how much there is, and how much it took.
-
-mod room;
+//! How much memory a solve needs, before it starts, and whether there is enough.
 
 use crate::failure::Failure;
+use crate::host::{Host, Room};
 use case_io::Case;
 use fem_core::interface::ContactProblem;
-use room::Room;
-use std::path::Path;
 
 /// Memory that must be available, over the estimate, which is right within 8 %.
 const MARGIN: f64 = 1.1;
@@ -19,7 +16,7 @@ const KEPT_PER_NODE: f64 = 900.0;
 /// Per body with n unknowns: the factor of a nested dissection grows as n log₂ n; the mesh with its topology, the fields
 /// of the estimator and its stars as n; then three dense interface matrices, and the program itself. The two numbers are
 /// fitted to what was measured from 2·10⁵ to 3.3·10⁶ unknowns: within 8 %, rather too much than too little.
-pub(crate) fn estimate(problem: &ContactProblem) -> f64 {
+pub fn estimate(problem: &ContactProblem) -> f64 {
     of_sizes(node_counts(problem), problem.interface.pairs().len())
 }
 
@@ -48,20 +45,20 @@ fn node_counts(problem: &ContactProblem) -> [u64; 2] {
 }
 
 /// Refuses, before any mesh is made, a case whose nodes alone need more memory than there may be.
-pub(crate) fn check_counts(case: &Case) -> Result<(), Failure> {
-    check(case, case.node_counts(), None)
+pub(crate) fn check_counts(case: &Case, host: &dyn Host) -> Result<(), Failure> {
+    check(case, host, case.node_counts(), None)
 }
 
 /// Refuses a problem that needs more memory than there may be.
-pub(crate) fn check_problem(case: &Case, problem: &ContactProblem) -> Result<(), Failure> {
-    check(case, node_counts(problem), Some(problem.interface.pairs().len()))
+pub(crate) fn check_problem(case: &Case, problem: &ContactProblem, host: &dyn Host) -> Result<(), Failure> {
+    check(case, host, node_counts(problem), Some(problem.interface.pairs().len()))
 }
 
 /// * `pairs`: of the contact line, if it is known.
-fn check(case: &Case, nodes: [u64; 2], pairs: Option<usize>) -> Result<(), Failure> {
+fn check(case: &Case, host: &dyn Host, nodes: [u64; 2], pairs: Option<usize>) -> Result<(), Failure> {
     let needed = of_sizes(nodes, pairs.unwrap_or(0));
     let line = pairs.filter(|_| needed > 2.0 * of_sizes(nodes, 0));
-    let Some((needed, Room { bytes: limit, words, fix: other })) = shortage(case, needed) else {
+    let Some((needed, Room { bytes: limit, words, fix: other })) = shortage(case, needed, host) else {
         return Ok(());
     };
     let nodes = nodes[0].saturating_add(nodes[1]);
@@ -94,29 +91,25 @@ fn two_digits(count: f64) -> u64 {
 }
 
 /// Says why there is not enough memory; `None` if there is.
-pub(crate) fn no_room(case: &Case, needed: f64) -> Option<String> {
-    shortage(case, needed).map(|(needed, room)| format!("about {} and {}", mebibytes(needed), room.words))
+pub(crate) fn no_room(case: &Case, needed: f64, host: &dyn Host) -> Option<String> {
+    shortage(case, needed, host)
+        .map(|(needed, room)| format!("about {} and {}", mebibytes(needed), room.words))
 }
 
 /// Returns the room that is too small, the case's limit first, and what there must be room for.
-fn shortage(case: &Case, needed: f64) -> Option<(f64, Room)> {
+fn shortage(case: &Case, needed: f64, host: &dyn Host) -> Option<(f64, Room)> {
     let allowed = case.limits.memory.as_ref().map(|limit| Room {
         bytes: limit.value as f64,
         words: format!("limits.memory is {}", limit.written),
         fix: None,
     });
-    let system = || room::smallest(rayon::current_num_threads()).map(|room| (MARGIN * needed, room));
+    let system = || host.room().map(|room| (MARGIN * needed, room));
     let is_short = |(needed, room): &(f64, Room)| *needed > room.bytes;
     allowed.map(|room| (needed, room)).filter(is_short).or_else(|| system().filter(is_short))
 }
 
-/// Returns the largest amount of memory that this process has had, bytes, if the system tells it.
-pub(crate) fn peak() -> Option<u64> {
-    room::size(Path::new("/proc/self/status"), "VmHWM:")
-}
-
 /// Writes a size in MiB, GiB or TiB.
-pub(crate) fn mebibytes(bytes: f64) -> String {
+pub fn mebibytes(bytes: f64) -> String {
     let mib = bytes / f64::from(1 << 20);
     let (gib, tib) = (mib / 1024.0, mib / f64::from(1 << 20));
     match mib {
@@ -131,11 +124,19 @@ pub(crate) fn mebibytes(bytes: f64) -> String {
 mod tests {
     use super::*;
 
+    struct Nowhere;
+
+    impl Host for Nowhere {
+        fn elapsed(&self) -> f64 {
+            0.0
+        }
+    }
+
     #[test]
     fn a_long_contact_line_is_named_where_it_takes_the_memory() {
         let limit = [("limits.memory".to_owned(), "1MiB".to_owned())];
         let case = Case::parse(case_io::template::PAPER, "paper.toml", &limit).unwrap();
-        let said = |nodes, pairs| check(&case, nodes, pairs).unwrap_err().message.unwrap();
+        let said = |nodes, pairs| check(&case, &Nowhere, nodes, pairs).unwrap_err().message.unwrap();
         let of_nodes = said([1000, 1000], Some(40));
         assert!(of_nodes.contains("for 2000 nodes; limits.memory is 1MiB, enough for about"), "{of_nodes}");
         let of_line = said([20_000, 20_000], Some(20_000));

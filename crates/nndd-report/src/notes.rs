@@ -16,13 +16,13 @@ const STRAIN: f64 = 0.1;
 const DISPLACEMENT: f64 = 0.1;
 
 /// Lists everything about a case and its mesh files, its warnings in words without places.
-pub(crate) fn of_case(case: &Case) -> Vec<String> {
+pub fn of_case(case: &Case) -> Vec<String> {
     let warnings = case.warnings().into_iter().map(|warning| warning.message);
     case.notes().iter().cloned().chain(warnings).collect()
 }
 
 /// Lists what can be said of a problem without solving it; bodies in the file's order.
-pub(crate) fn of_problem(case: &Case, bodies: [&Body; 2], gap: Option<Difference>) -> Vec<String> {
+pub fn of_problem(case: &Case, bodies: [&Body; 2], gap: Option<Difference>) -> Vec<String> {
     let mut notes = case.data_notes(bodies, gap);
     for (given, body) in case.bodies.iter().zip(bodies) {
         let imposed = body.node_constraints().iter().map(|constraint| match constraint {

@@ -1,7 +1,7 @@
 //! From a solution to the rows and tables of report.json.
 
 use crate::notes;
-use crate::run::Solved;
+use crate::solved::Solved;
 use case_io::Case;
 use case_io::report::{
     BodySummary, Bounds, Certificate, Checks, ContactStretch, ContactSummary, IterationRow, Reaction, Report,
@@ -12,8 +12,8 @@ use certified_contact::cre_estimator::Parts;
 use certified_contact::{CertifiedSolution, Row};
 use serde_json::{Map, Value};
 
-/// One row of `iterations`.
-pub(crate) fn iteration_row(row: &Row) -> IterationRow {
+/// Makes a row of `iterations` in report.json.
+pub fn iteration_row(row: &Row) -> IterationRow {
     let it = &row.iteration;
     let finite = |x: f64| x.is_finite().then_some(x);
     IterationRow {

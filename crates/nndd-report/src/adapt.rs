@@ -2,11 +2,13 @@
 
 use crate::convert;
 use crate::failure::Failure;
+use crate::follower::Follower;
+use crate::host::Event;
 use crate::memory;
 use crate::outcome::{self, Ended, NOT_CONVERGED, word};
 use crate::paraview;
 use crate::resume::{self, Place};
-use crate::run::{Follower, Solved};
+use crate::solved::Solved;
 use crate::stopwatch::Activity;
 use crate::words::{self, short};
 use case_io::Case;
@@ -21,16 +23,8 @@ use fem_core::interface::ContactProblem;
 use nndd::NnddStatus;
 use serde_json::{Value, json};
 
-/// What a printer is told about an adaptive run.
-pub(crate) enum Event<'a> {
-    /// An iteration on the present mesh.
-    Iteration(&'a Row),
-    /// A mesh has been solved.
-    Step(&'a Step),
-}
-
-/// One row of `adaptive`; `None` for a mesh without bound.
-pub(crate) fn row(step: &Step) -> Option<AdaptiveRow> {
+/// Makes a row of `adaptive` in report.json; `None` for a mesh without bound.
+pub fn adaptive_row(step: &Step) -> Option<AdaptiveRow> {
     Some(AdaptiveRow {
         step: step.step,
         nodes: step.nodes,
@@ -42,8 +36,8 @@ pub(crate) fn row(step: &Step) -> Option<AdaptiveRow> {
     })
 }
 
-/// The same keys for a mesh without bound.
-pub(crate) fn without_bound(step: &Step) -> Value {
+/// Makes an object with the same keys for a mesh without bound.
+pub fn without_bound(step: &Step) -> Value {
     json!({
         "step": step.step,
         "nodes": step.nodes,
@@ -60,26 +54,24 @@ pub(crate) fn solve(
     case: &Case,
     adapt: &Adapt,
     problem: ContactProblem,
-    follower: Follower<'_>,
-    mut place: Place<'_>,
-    print: &mut dyn FnMut(Event<'_>),
+    mut follower: Follower<'_>,
+    place: &mut Place,
 ) -> Result<Solved, Failure> {
     let mut settings = AdaptSettings::new(adapt.target_relative_error);
     settings.max_steps = adapt.max_steps;
     settings.max_nodes = adapt.max_nodes;
     settings.fraction = adapt.fraction;
-    resume::prepare(case, &mut place)?;
-    let Place { directory, progress } = place;
+    resume::prepare(case, place)?;
+    let Place { directory, progress, .. } = place;
     let checkpoint = progress.as_ref().map(resume::read);
     for step in checkpoint.iter().flat_map(|c| &c.history) {
-        print(Event::Step(step));
+        follower.tell(Event::EarlierStep(step));
     }
     let seconds: Vec<f64> = progress.iter().flat_map(|p| &p.steps).map(|s| s.seconds).collect();
     let mut steps = Steps {
         follower,
         case,
         directory,
-        print,
         failure: None,
         before: seconds.last().copied().unwrap_or(0.0),
         seconds,
@@ -97,17 +89,16 @@ pub(crate) fn solve(
     }
     let answer = answer.map_err(|e| follower.failure(case, &e))?;
     let status = judge(case, adapt, &answer, follower.ended, memory.as_deref());
-    let adaptive = answer.history.iter().filter_map(row).collect();
+    let adaptive = answer.history.iter().filter_map(adaptive_row).collect();
     let longest_step = follower.longest;
     Ok(Solved { solution: answer.solution, status, adaptive, step_seconds: seconds, longest_step })
 }
 
 /// Follows the run, writes each mesh's files, and keeps it within the memory limit.
-struct Steps<'a> {
-    follower: Follower<'a>,
+struct Steps<'a, 'h> {
+    follower: Follower<'h>,
     case: &'a Case,
     directory: &'a mut OutputDirectory,
-    print: &'a mut dyn FnMut(Event<'_>),
     /// What went wrong in writing; the run then ends.
     failure: Option<Failure>,
     /// When each mesh had been solved, in seconds of work.
@@ -120,37 +111,34 @@ struct Steps<'a> {
     memory: Option<String>,
 }
 
-impl Observer for Steps<'_> {
+impl Observer for Steps<'_, '_> {
     fn phase(&mut self, phase: Phase) {
         self.follower.phase(phase);
     }
 
     fn iteration(&mut self, row: &Row) {
-        self.follower.progress.clear();
-        (self.print)(Event::Iteration(row));
-        self.follower.progress.iteration(row);
+        self.follower.iteration(row);
     }
 
     fn step(&mut self, step: &Step, solution: &CertifiedSolution) {
-        self.follower.watch.switch(Activity::Write);
+        self.follower.switch(Activity::Write);
         self.nodes = step.nodes;
         self.seconds.truncate(step.step - 1);
-        self.seconds.push(self.before + self.follower.watch.elapsed());
-        self.follower.progress.clear();
-        (self.print)(Event::Step(step));
-        self.follower.progress.step(step);
+        self.seconds.push(self.before + self.follower.elapsed());
+        self.follower.tell(Event::Step(step));
         if self.case.output.vtu && step.e_cre.is_some() {
             self.failure = paraview::write_step(self.case, solution, step.step, self.directory).err();
         }
     }
 
     fn has_room_for(&mut self, problem: &ContactProblem) -> bool {
-        self.memory = memory::no_room(self.case, memory::estimate_finer(problem, self.nodes));
+        self.memory =
+            memory::no_room(self.case, memory::estimate_finer(problem, self.nodes), &*self.follower.host);
         self.memory.is_none()
     }
 
     fn checkpoint(&mut self, checkpoint: &Checkpoint) {
-        self.follower.watch.switch(Activity::Write);
+        self.follower.switch(Activity::Write);
         let written = resume::write(self.case, checkpoint, &self.seconds, self.directory);
         self.failure = self.failure.take().or(written.err());
     }

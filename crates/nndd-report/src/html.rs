@@ -120,7 +120,7 @@ fn bodies(page: &mut String, case: &Case, report: &Report, angles: [f64; 2]) {
 
 fn verdict(page: &mut String, report: &Report) {
     let class = if report.certificate.valid && report.status.code == 0 { "ok" } else { "no" };
-    let text = crate::console::verdict(report);
+    let text = crate::verdict::verdict(report);
     let lines: Vec<String> = text.lines().filter(|l| !l.is_empty()).map(escape).collect();
     let _ = writeln!(page, "<div class=\"verdict {class}\"><p>{}</p></div>", lines.join("</p><p>"));
     if report.certificate.valid && report.certificate.relative.is_some() {

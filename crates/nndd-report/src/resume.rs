@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::paraview;
 use case_io::checkpoint::{self, Checkpoint, CheckpointError, FinerMesh, Progress};
-use case_io::output::OutputDirectory;
+use case_io::output::{OutputDirectory, Presence, ResultKind};
 use case_io::{BrokenLink, Case};
 use certified_contact::{RoleReason, Step};
 use contact_qp::ActiveSet;
@@ -11,20 +11,49 @@ use nndd::Start;
 use serde_json::{Value, json};
 use std::path::Path;
 
-/// Where an adaptive run writes, and the state it resumes from.
-pub(crate) struct Place<'a> {
-    pub(crate) directory: &'a mut OutputDirectory,
-    /// How far it had come; `None` for a new run.
+/// Where a run writes, and the state it resumes from.
+pub struct Place {
+    pub(crate) directory: OutputDirectory,
+    /// How far it had come; `None` if no mesh had been solved.
     pub(crate) progress: Option<Progress>,
+    resumed: bool,
+    notes: Vec<String>,
 }
 
-/// A run to be resumed.
-pub(crate) struct Resumed {
-    pub(crate) directory: OutputDirectory,
-    /// `None` if no mesh had been solved.
-    pub(crate) progress: Option<Progress>,
-    /// What the user should know.
-    pub(crate) notes: Vec<String>,
+impl Place {
+    /// Opens the directory of a new run.
+    ///
+    /// * `force`: writes even if the directory contains something else.
+    ///
+    /// # Errors
+    /// A directory that cannot be written to, or contains something else.
+    pub fn open(case: &Case, path: &Path, force: bool) -> Result<Self, Failure> {
+        let directory = OutputDirectory::open(path, ResultKind::Solve, &case.hash(), force)
+            .map_err(|e| Failure::output(&e))?;
+        Ok(Self { directory, progress: None, resumed: false, notes: Vec::new() })
+    }
+
+    /// Finds the interrupted adaptive run of a case in a directory.
+    ///
+    /// # Errors
+    /// A case without an adaptive run, and a directory without a checkpoint of this case.
+    pub fn resume(case: &Case, path: &Path) -> Result<Self, Failure> {
+        find(case, path)
+    }
+
+    /// Returns what is worth knowing about the state from which the run resumes.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// Returns the mesh on which a resumed run begins, from 1.
+    pub(crate) fn resumed_on(&self) -> Option<usize> {
+        self.resumed.then(|| self.progress.as_ref().map_or(1, |p| p.meshes.len() + 1))
+    }
+
+    pub(crate) fn presence(&self) -> Presence {
+        self.directory.presence()
+    }
 }
 
 /// Returns what must be the same to resume a run: the case, this program, whose numbers it is about, and whether
@@ -37,7 +66,7 @@ fn identity(case: &Case) -> Value {
 }
 
 /// Finds the interrupted run of a case in a directory.
-pub(crate) fn find(case: &Case, path: &Path) -> Result<Resumed, Failure> {
+fn find(case: &Case, path: &Path) -> Result<Place, Failure> {
     if case.adapt.is_none() {
         return Err(Failure::command_line(format!(
             "--resume continues adaptive runs only, and {} has no [adapt]: run it again without --resume",
@@ -67,15 +96,15 @@ pub(crate) fn find(case: &Case, path: &Path) -> Result<Resumed, Failure> {
         directory.remove(checkpoint::NEWEST).map_err(|e| Failure::output(&e))?;
         notes.insert(0, damage);
     }
-    Ok(Resumed { directory, progress, notes })
+    Ok(Place { directory, progress, resumed: true, notes })
 }
 
 /// Prepares the directory: a new run writes its first checkpoint, a resumed one keeps what it has.
-pub(crate) fn prepare(case: &Case, place: &mut Place<'_>) -> Result<(), Failure> {
+pub(crate) fn prepare(case: &Case, place: &mut Place) -> Result<(), Failure> {
     let Some(progress) = &place.progress else {
-        checkpoint::remove(place.directory).map_err(|e| Failure::output(&e))?;
+        checkpoint::remove(&mut place.directory).map_err(|e| Failure::output(&e))?;
         let first = Checkpoint { case: identity(case), progress: None };
-        return checkpoint::write(place.directory, &first).map_err(|e| Failure::output(&e));
+        return checkpoint::write(&mut place.directory, &first).map_err(|e| Failure::output(&e));
     };
     for name in [checkpoint::NEWEST, checkpoint::PREVIOUS] {
         place.directory.keep(name);

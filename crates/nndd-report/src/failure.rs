@@ -1,4 +1,4 @@
-//! Why a command ended without a result: an exit status and what to say.
+//! Why a run ended without a result: an exit status and what to say.
 
 use case_io::checkpoint::CheckpointError;
 use case_io::diagnostic::{Diagnostic, code};
@@ -14,58 +14,51 @@ use fem_core::condensation::FactorError;
 use fem_core::geometry::shown;
 use mesh_io::{MeshFault, MeshFileError};
 use nndd::NnddError;
-use serde_json::{Value, json};
 use std::io;
 use std::path::Path;
 
-/// Why a command ended without a result.
+/// Why a run ended without a result.
 #[derive(Debug)]
-pub(crate) struct Failure {
+pub struct Failure {
     /// Exit status.
-    pub(crate) code: u8,
+    pub code: u8,
     /// What to say, each with its place if there is one.
-    pub(crate) diagnostics: Vec<Diagnostic>,
+    pub diagnostics: Vec<Diagnostic>,
     /// What to say without a place.
-    pub(crate) message: Option<String>,
+    pub message: Option<String>,
 }
 
-/// Defect of this program.
-const DEFECT: u8 = 1;
-const COMMAND_LINE: u8 = 2;
-const INVALID_INPUT: u8 = 3;
-const NO_UNIQUE_SOLUTION: u8 = 4;
-pub(crate) const FILES: u8 = 7;
-const LIMIT: u8 = 8;
+/// Exit status: a defect of this program.
+pub const DEFECT: u8 = 1;
+/// Exit status: a wrong command line, or wrong arguments of a call.
+pub const COMMAND_LINE: u8 = 2;
+/// Exit status: invalid input.
+pub const INVALID_INPUT: u8 = 3;
+/// Exit status: no unique solution.
+pub const NO_UNIQUE_SOLUTION: u8 = 4;
+/// Exit status: something cannot be read or written.
+pub const FILES: u8 = 7;
+/// Exit status: too little memory or time.
+pub const LIMIT: u8 = 8;
 
 impl Failure {
-    fn plain(code: u8, message: impl Into<String>) -> Self {
+    /// Makes one without a place.
+    pub fn plain(code: u8, message: impl Into<String>) -> Self {
         Self { code, diagnostics: Vec::new(), message: Some(message.into()) }
     }
 
-    /// Makes the one object that `--format json` gets of it.
-    pub(crate) fn event(&self) -> Value {
-        let diagnostics = self.diagnostics.iter().map(ToString::to_string);
-        let message: Vec<String> = diagnostics.chain(self.message.clone()).collect();
-        json!({ "event": "failed", "code": self.code, "message": message.join("\n") })
-    }
-
     /// Makes it one of the command line, wherever it was found.
-    pub(crate) fn on_command_line(self) -> Self {
+    pub fn on_command_line(self) -> Self {
         Self { code: COMMAND_LINE, ..self }
     }
 
-    pub(crate) fn command_line(message: impl Into<String>) -> Self {
+    /// Makes one of a wrong command line, or of wrong arguments of a call.
+    pub fn command_line(message: impl Into<String>) -> Self {
         Self::plain(COMMAND_LINE, message)
     }
 
     pub(crate) fn defect(message: impl Into<String>) -> Self {
         Self::plain(DEFECT, message)
-    }
-
-    /// Threads that the system does not give: a matter of the machine, as files are.
-    pub(crate) fn threads(count: usize, error: &rayon::ThreadPoolBuildError) -> Self {
-        let count = if count == 0 { "one thread per core".to_owned() } else { format!("{count} threads") };
-        Self::plain(FILES, format!("cannot start {count}: {error}; ask for fewer with --threads"))
     }
 
     pub(crate) fn limit(message: impl Into<String>) -> Self {

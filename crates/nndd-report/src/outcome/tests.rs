@@ -1,15 +1,24 @@
 //! What no case file brings about: a certificate that fails its checks, a contact problem that is not solved.
 
 use super::*;
-use crate::{console, convert, report, run};
+use crate::host::Host;
+use crate::{convert, report, run, solved, verdict};
 use case_io::report::{AdaptiveRow, Report};
 use certified_contact::Silent;
 use contact_qp::QpStatus;
 
+struct Nowhere;
+
+impl Host for Nowhere {
+    fn elapsed(&self) -> f64 {
+        0.0
+    }
+}
+
 fn solved() -> (Case, CertifiedSolution) {
     let small = ["body.0.generator.cells", "body.1.generator.cells"].map(|key| (key.into(), "[4, 2]".into()));
     let mut case = Case::parse(case_io::template::PAPER, "paper.toml", &small).unwrap();
-    let problem = run::build(&mut case).unwrap();
+    let problem = run::build(&mut case, &Nowhere).unwrap();
     let solution = certified_contact::solve(problem, &convert::settings(&case), &mut Silent).unwrap();
     (case, solution)
 }
@@ -17,9 +26,9 @@ fn solved() -> (Case, CertifiedSolution) {
 fn reported(case: &Case, solution: CertifiedSolution) -> (Report, String) {
     let status = judge(case, &solution, None);
     let adaptive: Vec<AdaptiveRow> = Vec::new();
-    let solved = run::Solved { solution, status, adaptive, step_seconds: Vec::new(), longest_step: None };
+    let solved = solved::Solved { solution, status, adaptive, step_seconds: Vec::new(), longest_step: None };
     let report = report::report(case, &solved, Default::default());
-    let said = console::verdict(&report);
+    let said = verdict::verdict(&report);
     (report, said)
 }
 

@@ -11,7 +11,7 @@ use cre_estimator::EstimatorError;
 use nndd::{NnddStatus, Switch};
 
 /// The exit status of a run that did not converge.
-pub(crate) const NOT_CONVERGED: u8 = 5;
+pub const NOT_CONVERGED: u8 = 5;
 
 /// Why a run was ended from outside the iteration.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,24 +1,20 @@
 //! How much memory this process may still take: from the limits of its address space and control groups, and what the
 //! machine has free. Everything comes from the kernel's tables; what they do not say is not a limit.
 
-use super::mebibytes;
+use nndd_report::Room;
+use nndd_report::memory::mebibytes;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Memory that a run may take, with what the process has already, and the words for it.
-#[derive(Debug, PartialEq)]
-pub(super) struct Room {
-    /// Bytes; 0 if nothing is left.
-    pub(super) bytes: f64,
-    pub(super) words: String,
-    /// What helps, if it is not a smaller problem.
-    pub(super) fix: Option<&'static str>,
+/// Returns the largest amount of memory that this process has had, bytes, if the system tells it.
+pub(crate) fn peak() -> Option<u64> {
+    size(Path::new("/proc/self/status"), "VmHWM:")
 }
 
 /// Finds the smallest room.
 ///
 /// * `threads`: that compute.
-pub(super) fn smallest(threads: usize) -> Option<Room> {
+pub(crate) fn smallest(threads: usize) -> Option<Room> {
     let resident = size(Path::new("/proc/self/status"), "VmRSS:").unwrap_or(0) as f64;
     let all = [address_space(threads, resident), control_groups(resident), machine(resident)];
     all.into_iter().flatten().min_by(|a, b| a.bytes.total_cmp(&b.bytes))
@@ -122,7 +118,7 @@ fn machine(resident: f64) -> Option<Room> {
 }
 
 /// Reads a size, which the kernel gives in kibibytes, from one of its tables; in bytes.
-pub(super) fn size(table: &Path, head: &str) -> Option<u64> {
+fn size(table: &Path, head: &str) -> Option<u64> {
     let text = fs::read_to_string(table).ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix(head))?;
     let kibibytes: u64 = line.trim().trim_end_matches("kB").trim().parse().ok()?;

@@ -7,8 +7,8 @@ use contact_qp::QpMethod;
 use cre_estimator::Relaxation;
 use nndd::{Acceleration, Method, Path, Theta, Weights};
 
-/// Makes the settings of a solve.
-pub(crate) fn settings(case: &Case) -> Settings {
+/// Makes the settings of a solve from those of a case.
+pub fn settings(case: &Case) -> Settings {
     let solver = &case.solver;
     let mut settings = Settings::default();
     settings.imposed = match solver.imposed {

@@ -2,7 +2,6 @@
 
 use case_io::report::Timings;
 use certified_contact::Phase;
-use std::time::Instant;
 
 /// What the time goes to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,25 +14,25 @@ pub(crate) enum Activity {
     Write,
 }
 
-/// Attributes every moment from its start to exactly one activity.
-#[derive(Debug)]
-pub(crate) struct Stopwatch {
-    started: Instant,
-    since: Instant,
+/// Attributes every moment from its start to exactly one activity. It has no clock: all times are those of
+/// [`Host::elapsed`](crate::Host::elapsed).
+#[derive(Clone, Debug)]
+pub struct Stopwatch {
+    started: f64,
+    since: f64,
     activity: Activity,
     timings: Timings,
 }
 
 impl Stopwatch {
-    pub(crate) fn start() -> Self {
-        let now = Instant::now();
+    /// Starts, with the reading of the case.
+    pub fn start(now: f64) -> Self {
         Self { started: now, since: now, activity: Activity::Mesh, timings: Timings::default() }
     }
 
     /// Ends the present activity and begins another.
-    pub(crate) fn switch(&mut self, activity: Activity) {
-        let now = Instant::now();
-        let elapsed = now.saturating_duration_since(self.since).as_secs_f64();
+    pub(crate) fn switch(&mut self, activity: Activity, now: f64) {
+        let elapsed = (now - self.since).max(0.0);
         let slot = match self.activity {
             Activity::Mesh | Activity::Solve(Phase::Refinement) => &mut self.timings.mesh,
             Activity::Solve(Phase::Assembly) => &mut self.timings.assembly,
@@ -47,19 +46,14 @@ impl Stopwatch {
         self.activity = activity;
     }
 
-    /// Returns when it was started.
-    pub(crate) fn started(&self) -> Instant {
-        self.started
-    }
-
     /// Returns the seconds since the start.
-    pub(crate) fn elapsed(&self) -> f64 {
-        self.started.elapsed().as_secs_f64()
+    pub(crate) fn elapsed(&self, now: f64) -> f64 {
+        now - self.started
     }
 
     /// Returns the times so far.
-    pub(crate) fn read(&mut self) -> Timings {
-        self.switch(self.activity);
+    pub(crate) fn read(&mut self, now: f64) -> Timings {
+        self.switch(self.activity, now);
         let mut timings = self.timings.clone();
         timings.total = timings.mesh
             + timings.assembly

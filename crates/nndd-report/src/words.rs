@@ -2,8 +2,10 @@
 
 use std::borrow::Cow;
 
+pub use mesh_io::words::counted;
+
 /// Writes a number exactly, with an exponent if it would be a long row of digits.
-pub(crate) use fem_core::geometry::shown as short;
+pub use fem_core::geometry::shown as short;
 
 /// The nearest number of this many significant digits that is not below `x`, or not above it.
 fn outward(x: f64, digits: usize, up: bool) -> f64 {
@@ -22,17 +24,17 @@ fn outward(x: f64, digits: usize, up: bool) -> f64 {
 }
 
 /// At most seven significant digits.
-pub(crate) fn seven(x: f64) -> String {
+pub fn seven(x: f64) -> String {
     short(format!("{x:.6e}").parse().unwrap_or(x))
 }
 
 /// The nearest number of this many significant digits that is not below a bound.
-pub(crate) fn raised(x: f64, digits: usize) -> f64 {
+pub fn raised(x: f64, digits: usize) -> f64 {
     outward(x, digits, true)
 }
 
 /// Four significant digits of a bound, none of them smaller than the bound itself.
-pub(crate) fn rounded_up(x: f64) -> String {
+pub fn rounded_up(x: f64) -> String {
     let value = outward(x, 4, true);
     if value == 0.0 || !(1e-3..1e4).contains(&value.abs()) {
         return if value == 0.0 { "0".into() } else { format!("{value:.3e}") };
@@ -42,18 +44,13 @@ pub(crate) fn rounded_up(x: f64) -> String {
 }
 
 /// Seven significant digits of a lower bound, rounded down.
-pub(crate) fn at_least(x: f64) -> String {
+pub fn at_least(x: f64) -> String {
     short(outward(x, 7, false))
 }
 
 /// Seven significant digits of an upper bound, rounded up.
-pub(crate) fn at_most(x: f64) -> String {
+pub fn at_most(x: f64) -> String {
     short(outward(x, 7, true))
-}
-
-/// Counts things: `1 iteration`, `2 iterations`.
-pub(crate) fn counted(count: usize, what: &str) -> String {
-    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 /// Says whether a character would command a terminal.
@@ -67,12 +64,12 @@ fn turns(c: char) -> bool {
 }
 
 /// Writes control characters by their codes, line ends among them: a title or a name is one line.
-pub(crate) fn one_line(text: &str) -> Cow<'_, str> {
+pub fn one_line(text: &str) -> Cow<'_, str> {
     by_code(text, |c| c.is_control() || turns(c))
 }
 
 /// Writes characters that would command a terminal by their codes.
-pub(crate) fn plain(text: &str) -> Cow<'_, str> {
+pub fn plain(text: &str) -> Cow<'_, str> {
     by_code(text, commands)
 }
 
@@ -86,7 +83,7 @@ fn by_code(text: &str, which: fn(char) -> bool) -> Cow<'_, str> {
 }
 
 /// Replaces such characters by blanks, each byte by one, so that places in the text stay where they are.
-pub(crate) fn blanked(text: &str) -> String {
+pub fn blanked(text: &str) -> String {
     let mut blanked = String::with_capacity(text.len());
     for c in text.chars() {
         if commands(c) { blanked.extend(std::iter::repeat_n(' ', c.len_utf8())) } else { blanked.push(c) }
