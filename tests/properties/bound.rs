@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use std::cell::Cell;
 use tests::random::Random;
 use tests::run::{certify_with, pair_of};
-use tests::{condense_both, iterates, signorini};
+use tests::{iterates, prepare, signorini};
 
 type Materials = [(f64, f64); 2];
 
@@ -40,7 +40,7 @@ fn the_bound_holds_at_every_iteration_for_any_theta() {
     check("bound at every iteration", 600, &(problems(), settings), |((materials, k, cells), setting)| {
         let (theta, accelerated, steps) = setting;
         let problem = signorini::problem(materials, k, cells).unwrap();
-        let bodies = condense_both(&problem);
+        let prepared = prepare(&problem);
         let mut settings = NnddSettings::paper(theta);
         if accelerated {
             settings = NnddSettings::default();
@@ -48,9 +48,9 @@ fn the_bound_holds_at_every_iteration_for_any_theta() {
             settings.acceleration = Acceleration::None;
         }
         settings.max_iterations = 12;
-        let (_, all) = iterates(&problem, &bodies, &settings, 1e-9).unwrap();
+        let (_, all) = iterates(&prepared, &settings, 1e-9).unwrap();
         for iterate in &all {
-            let e = certify_with(&problem, &bodies, iterate, Relaxation::Steps(steps)).unwrap();
+            let e = certify_with(&prepared, iterate, Relaxation::Steps(steps)).unwrap();
             prop_assert!(e.admissibility.is_valid(), "{:?}", e.admissibility);
             prop_assert!(e.cre.split_defect() < 1e-12, "{:e}", e.cre.split_defect());
             let error = error(&problem, materials, k, &e);
@@ -76,7 +76,7 @@ fn the_bound_holds_for_any_admissible_pair() {
     check("bound of any pair", 1000, &(problems(), pairs), |((materials, k, cells), pair)| {
         let (size, roughness, seed, steps) = pair;
         let problem = signorini::problem(materials, k, cells).unwrap();
-        let bodies = condense_both(&problem);
+        let prepared = prepare(&problem);
         let exact = signorini::exact(materials, k);
         let mut random = Random::new(seed);
         let (shift, wave) = (random.signed(), 6.0 * random.unit());
@@ -92,8 +92,8 @@ fn the_bound_holds_for_any_admissible_pair() {
                     + 10f64.powf(size) * ((1.0 - roughness) * smooth + roughness * rough)
             })
             .collect();
-        let iterate = pair_of(&problem, &bodies, lambda).unwrap();
-        let e = certify_with(&problem, &bodies, &iterate, Relaxation::Steps(steps)).unwrap();
+        let iterate = pair_of(&prepared, lambda).unwrap();
+        let e = certify_with(&prepared, &iterate, Relaxation::Steps(steps)).unwrap();
         prop_assert!(e.admissibility.is_valid(), "{:?}", e.admissibility);
         let error = error(&problem, materials, k, &e);
         prop_assert!(e.unchecked().e_cre >= error, "{} < {error}", e.unchecked().e_cre);

@@ -4,7 +4,7 @@ use crate::check;
 use crate::model::{Motion, models};
 use cre_estimator::Relaxation;
 use proptest::prelude::*;
-use tests::condense_both;
+use tests::prepare;
 use tests::random::Random;
 use tests::run::{cell_imbalance, certify_with, pair_of};
 
@@ -13,11 +13,11 @@ fn stresses_are_in_equilibrium_and_pairs_admissible_whatever_lambda() {
     let lambdas = (-4.0..0.0f64, any::<u64>(), 0usize..4, -3.2..3.2f64);
     check("equilibrium", 1000, &(models(), lambdas), |(model, (size, seed, steps, angle))| {
         let problem = model.problem(&Motion { angle, ..Motion::NONE });
-        let bodies = condense_both(&problem);
+        let prepared = prepare(&problem);
         let mut random = Random::new(seed);
         let lambda = problem.interface.pairs().iter().map(|_| 10f64.powf(size) * random.signed()).collect();
-        let iterate = pair_of(&problem, &bodies, lambda).unwrap();
-        let e = certify_with(&problem, &bodies, &iterate, Relaxation::Steps(steps)).unwrap();
+        let iterate = pair_of(&prepared, lambda).unwrap();
+        let e = certify_with(&prepared, &iterate, Relaxation::Steps(steps)).unwrap();
         let a = e.admissibility;
         prop_assert!(a.is_valid(), "{a:?}");
         prop_assert!(

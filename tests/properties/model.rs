@@ -17,7 +17,7 @@ use fem_core::mesh::TriMesh;
 use fem_core::mesh::generate::block;
 use nndd::Iterate;
 use proptest::prelude::*;
-use tests::condense_both;
+use tests::prepare;
 use tests::random::Random;
 use tests::run::{certify, newton};
 use tests::shapes::{moved, turn};
@@ -193,10 +193,10 @@ pub(crate) struct Answer {
 
 /// Solves a problem by the interface Newton method, exactly, and certifies it.
 pub(crate) fn answer(problem: &ContactProblem) -> (Answer, Iterate) {
-    let bodies = condense_both(problem);
-    let iterate = newton(problem, &bodies).unwrap();
+    let prepared = prepare(problem);
+    let iterate = newton(&prepared).unwrap();
     // Edge tractions alone: relaxation goes from star to star, in the order of the nodes.
-    let e = certify(problem, &bodies, &iterate).unwrap();
+    let e = certify(&prepared, &iterate).unwrap();
     assert!(e.admissibility.is_valid(), "{:?}", e.admissibility);
     let answer = Answer {
         energy: e.energy_norm_squared,

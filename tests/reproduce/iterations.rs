@@ -13,7 +13,7 @@ fn count(blocks: &Blocks, imposed: Imposed, swap: bool) -> Result<String, Box<dy
     settings.nndd.max_iterations = 100;
     settings.nndd.method = Method::Nndd;
     let problem = blocks.problem()?;
-    let problem = if swap { problem.swapped() } else { problem };
+    let problem = if swap { tests::run::exchanged(problem) } else { problem };
     let solution = solve(problem, &settings, &mut Silent)?;
     let iterations = solution.rows.len();
     Ok(match solution.nndd.status {

@@ -7,7 +7,7 @@ use std::error::Error;
 use std::fmt::Write as _;
 use tests::effectivity::{Which, course};
 use tests::paper;
-use tests::run::{certify_with, condense_both, newton};
+use tests::run::{certify_with, newton, prepare};
 
 /// Steps until the rest is round-off of the single precision the stars are kept in.
 const BEST: Relaxation = Relaxation::Tolerance { tolerance: 1e-6, max_steps: 400 };
@@ -66,8 +66,8 @@ fn steps(quick: bool) -> Result<String, Box<dyn Error>> {
     for (case, targets, other) in cases {
         let problem = &case.problem;
         let nodes: usize = problem.bodies.iter().map(|b| b.mesh().points().len()).sum();
-        let bodies = condense_both(problem);
-        let pair = certify_with(problem, &bodies, &newton(problem, &bodies)?, BEST)?.pair;
+        let prepared = prepare(problem);
+        let pair = certify_with(&prepared, &newton(&prepared)?, BEST)?.pair;
         for (b, report) in pair.relaxation.iter().enumerate() {
             let history = &report.energy_history;
             let at = |k: usize| history.get(k).or(history.last()).copied().unwrap_or(f64::NAN).sqrt();

@@ -6,7 +6,7 @@ use cre_estimator::Relaxation;
 use std::error::Error;
 use std::fmt::Write as _;
 use tests::quadratic::extrapolated;
-use tests::run::{certify_with, condense_both, displacements, newton};
+use tests::run::{certify_with, displacements, newton, prepare};
 use tests::sharp::Sharp;
 
 /// Makes the section: effectivities of the default relaxation, of fixed numbers of steps, and by tolerance.
@@ -27,10 +27,10 @@ pub(crate) fn section(quick: bool) -> Result<String, Box<dyn Error>> {
         let problem = sharp.problem()?;
         let angle = problem.bodies.iter().map(|b| b.mesh().smallest_angle()).fold(180.0, f64::min);
         let (energies, limit) = extrapolated(&problem, if quick { 2 } else { 3 })?;
-        let bodies = condense_both(&problem);
-        let iterate = newton(&problem, &bodies)?;
+        let prepared = prepare(&problem);
+        let iterate = newton(&prepared)?;
         let touching = format!("{} of {}", iterate.contact_nodes(), iterate.lambda.len());
-        let u = displacements(&bodies, &iterate);
+        let u = displacements(&prepared, &iterate);
         let [norm, error] = sharp.norm_and_error(&problem, &u);
         if !quick && !((limit / sharp.reference() - 1.0).abs() < 1e-6) {
             return Err(format!("{}: {limit:e} against {:e}", sharp.name(), sharp.reference()).into());
@@ -47,12 +47,12 @@ pub(crate) fn section(quick: bool) -> Result<String, Box<dyn Error>> {
             format!("{:.3}", default / error),
         ];
         for steps in STEPS {
-            let e = certify_with(&problem, &bodies, &iterate, Relaxation::Steps(steps))?;
+            let e = certify_with(&prepared, &iterate, Relaxation::Steps(steps))?;
             cells.push(format!("{:.3}", e.unchecked().e_cre / error));
         }
         for gain in GAINS {
             let relaxation = Relaxation::Tolerance { tolerance: gain, max_steps: 100 };
-            let e = certify_with(&problem, &bodies, &iterate, relaxation)?;
+            let e = certify_with(&prepared, &iterate, relaxation)?;
             let [a, b] = [0, 1].map(|b: usize| e.pair.relaxation[b].steps);
             cells.push(format!("{:.3} ({a}, {b})", e.unchecked().e_cre / error));
         }

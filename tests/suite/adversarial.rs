@@ -3,7 +3,7 @@
 use certified_contact::Settings;
 use tests::adversarial::Family;
 use tests::random::Random;
-use tests::run::{certify_with, condense_both, newton};
+use tests::run::{certify_with, newton, prepare};
 use tests::signorini;
 use tests::stacks::{Layer, Measured, Stack, random_settings};
 use tests::trial::Trial;
@@ -21,12 +21,12 @@ fn trials() -> impl Iterator<Item = (Family, Trial)> {
 fn a_bound_below_the_error_is_refuted() {
     // The witness must see a tenth: four times finer meshes leave a sixteenth of the squared error.
     let problem = signorini::problem([(1.0, 0.3), (2.0, 0.2)], 0.0, [8, 4]).unwrap();
-    let bodies = condense_both(&problem);
-    let iterate = newton(&problem, &bodies).unwrap();
-    let e = certify_with(&problem, &bodies, &iterate, cre_estimator::Relaxation::Steps(30)).unwrap();
+    let prepared = prepare(&problem);
+    let iterate = newton(&prepared).unwrap();
+    let e = certify_with(&prepared, &iterate, cre_estimator::Relaxation::Steps(30)).unwrap();
     let ladder = Ladder::new(&problem, 2).unwrap();
-    let finer = condense_both(ladder.finest());
-    let w = tests::displacements(&finer, &newton(ladder.finest(), &finer).unwrap());
+    let finer = prepare(ladder.finest());
+    let w = tests::displacements(&finer, &newton(&finer).unwrap());
     let v = &e.pair.displacement;
     let witness = ladder.witness([&v[0], &v[1]], [&w[0], &w[1]], Law::Everywhere).unwrap();
     assert!(!witness.refutes(e.unchecked().e_cre), "{} against {}", e.unchecked().e_cre, witness.error());

@@ -8,7 +8,7 @@ use fem_core::quadrature::GAUSS5;
 use nndd::{NnddSettings, NnddStatus};
 use tests::random::Random;
 use tests::run::{newton, pair_of, rate, stress_error_squared};
-use tests::{certify, condense_both, displacements, hertz_box, iterates, paper, signorini};
+use tests::{certify, displacements, hertz_box, iterates, paper, prepare, signorini};
 
 type Materials = [(f64, f64); 2];
 
@@ -30,13 +30,13 @@ fn error_of(problem: &ContactProblem, materials: Materials, k: f64, e: &Estimate
 /// bound.
 fn run(materials: Materials, k: f64, cells: [usize; 2], settings: &NnddSettings) -> [f64; 2] {
     let problem = signorini::problem(materials, k, cells).unwrap();
-    let bodies = condense_both(&problem);
-    let (_, mut all) = iterates(&problem, &bodies, settings, 1e-9).unwrap();
+    let prepared = prepare(&problem);
+    let (_, mut all) = iterates(&prepared, settings, 1e-9).unwrap();
     assert!(all.len() > 5);
-    all.push(newton(&problem, &bodies).unwrap());
+    all.push(newton(&prepared).unwrap());
     let mut last = [0.0; 2];
     for iterate in &all {
-        let e = certify(&problem, &bodies, iterate).unwrap();
+        let e = certify(&prepared, iterate).unwrap();
         assert!(e.admissibility.is_valid(), "{:?}", e.admissibility);
         assert!(e.cre.split_defect() < 1e-12, "{:e}", e.cre.split_defect());
         let error = error_of(&problem, materials, k, &e);
@@ -71,9 +71,9 @@ fn the_exact_field_has_the_reference_energy() {
 fn the_discrete_energy_tends_to_the_reference_energy() {
     let defect = |n: usize| {
         let problem = signorini::problem(EQUAL, 0.0, [2 * n, n]).unwrap();
-        let bodies = condense_both(&problem);
-        let (solution, _) = iterates(&problem, &bodies, &NnddSettings::default(), 1e-10).unwrap();
-        let u = displacements(&bodies, &solution.last);
+        let prepared = prepare(&problem);
+        let (solution, _) = iterates(&prepared, &NnddSettings::default(), 1e-10).unwrap();
+        let u = displacements(&prepared, &solution.last);
         let energy: f64 = (0..2).map(|b| energy_norm_squared(&problem.bodies[b], &u[b])).sum();
         (energy / (2.0 * signorini::ENERGY) - 1.0).abs()
     };
@@ -155,11 +155,11 @@ fn four_terms(problem: &ContactProblem, materials: Materials, k: f64, e: &Estima
 fn the_bound_is_an_identity_with_four_terms() {
     let defect = |materials: Materials, n: usize, amplitude: f64| {
         let problem = signorini::problem(materials, 0.0, [2 * n, n]).unwrap();
-        let bodies = condense_both(&problem);
-        let discrete = newton(&problem, &bodies).unwrap();
+        let prepared = prepare(&problem);
+        let discrete = newton(&prepared).unwrap();
         let wave = |i: usize| amplitude * (3.0 * i as f64 / n as f64).cos();
         let lambda = discrete.lambda.iter().enumerate().map(|(i, l)| l + wave(i)).collect();
-        let e = certify(&problem, &bodies, &pair_of(&problem, &bodies, lambda).unwrap()).unwrap();
+        let e = certify(&prepared, &pair_of(&prepared, lambda).unwrap()).unwrap();
         let sum = four_terms(&problem, materials, 0.0, &e);
         let defect = (e.cre.e_cre_squared - sum).abs();
         assert!(defect < 1e-3 * sum, "{defect:e} of {sum:e}");
@@ -175,8 +175,8 @@ fn the_bound_is_an_identity_with_four_terms() {
 fn the_bound_holds_for_any_lambda() {
     for (materials, k) in [(EQUAL, 0.0), (STIFF_BELOW, 0.3), (STIFF_ABOVE, 0.0)] {
         let problem = signorini::problem(materials, k, [17, 8]).unwrap();
-        let bodies = condense_both(&problem);
-        let (solution, _) = iterates(&problem, &bodies, &NnddSettings::default(), 1e-9).unwrap();
+        let prepared = prepare(&problem);
+        let (solution, _) = iterates(&prepared, &NnddSettings::default(), 1e-9).unwrap();
         let size = solution.last.lambda.iter().fold(0.0f64, |m, l| m.max(l.abs())).max(0.1);
         let mut random = Random::new(2026);
         for trial in 0..60 {
@@ -189,8 +189,8 @@ fn the_bound_holds_for_any_lambda() {
                     l + amplitude * (shift + if trial % 2 == 0 { smooth } else { random.signed() })
                 })
                 .collect();
-            let iterate = pair_of(&problem, &bodies, lambda).unwrap();
-            let e = certify(&problem, &bodies, &iterate).unwrap();
+            let iterate = pair_of(&prepared, lambda).unwrap();
+            let e = certify(&prepared, &iterate).unwrap();
             assert!(e.admissibility.is_valid(), "{trial}: {:?}", e.admissibility);
             assert!(e.cre.split_defect() < 1e-12, "{trial}: {:e}", e.cre.split_defect());
             let error = error_of(&problem, materials, k, &e);
@@ -203,8 +203,8 @@ fn the_bound_holds_for_any_lambda() {
 fn the_bound_holds_for_any_opening_and_any_pressure() {
     let (materials, k) = (STIFF_BELOW, 0.2);
     let problem = signorini::problem(materials, k, [16, 8]).unwrap();
-    let bodies = condense_both(&problem);
-    let trace = newton(&problem, &bodies).unwrap().contact.normal_trace;
+    let prepared = prepare(&problem);
+    let trace = newton(&prepared).unwrap().contact.normal_trace;
     let mut random = Random::new(7);
     for trial in 0..40 {
         // Openings and forces that are independent and overlap; half of either are zero. Ω₁, the softer
@@ -214,9 +214,9 @@ fn the_bound_holds_for_any_opening_and_any_pressure() {
             |size: f64| (0..trace.len()).map(|_| size * random.signed().max(0.0)).collect::<Vec<f64>>();
         let (opening, force) = (sparse(0.1 * size), sparse(0.1 * size));
         let lambda: Vec<f64> = trace.iter().zip(&opening).map(|(v, o)| v - o).collect();
-        let u = [bodies[0].displacement_from_trace(&lambda), bodies[1].displacement_from_trace(&trace)];
+        let u = prepared.displacements([&lambda, &trace]);
         let state = ContactState { displacement: [&u[0], &u[1]], contact_force: &force, opening: &opening };
-        let e = estimate(&problem, &bodies, &state).unwrap();
+        let e = estimate(&prepared, &state).unwrap();
         assert!(e.admissibility.is_valid(), "{trial}: {:?}", e.admissibility);
         assert!(e.cre.split_defect() < 1e-12, "{trial}: {:e}", e.cre.split_defect());
         let error = error(&problem, materials, k, [&u[0], &u[1]]);
@@ -230,12 +230,12 @@ fn the_bound_holds_for_any_opening_and_any_pressure() {
 #[test]
 fn the_bound_holds_while_the_iteration_diverges() {
     let problem = signorini::problem(EQUAL, 0.4, [16, 8]).unwrap();
-    let bodies = condense_both(&problem);
+    let prepared = prepare(&problem);
     for theta in [1.3, 2.5, 6.0] {
-        let (solution, all) = iterates(&problem, &bodies, &NnddSettings::paper(theta), 1e-9).unwrap();
+        let (solution, all) = iterates(&prepared, &NnddSettings::paper(theta), 1e-9).unwrap();
         assert!(matches!(solution.status, NnddStatus::Diverged { .. }), "{theta}: {:?}", solution.status);
         for iterate in &all {
-            let e = certify(&problem, &bodies, iterate).unwrap();
+            let e = certify(&prepared, iterate).unwrap();
             let error = error_of(&problem, EQUAL, 0.4, &e);
             assert!(
                 e.unchecked().e_cre >= error,
@@ -251,16 +251,16 @@ fn the_bound_holds_while_the_iteration_diverges() {
 fn the_bound_holds_on_the_papers_problem_against_a_much_finer_mesh() {
     // The exact solution is not known; ‖u_fine − u_p‖ is smaller than ‖u − u_p‖ by the fine mesh's own error only.
     let fine = paper::problem([144, 72]).unwrap();
-    let fine_bodies = condense_both(&fine);
-    let reference = displacements(&fine_bodies, &newton(&fine, &fine_bodies).unwrap());
+    let fine_prepared = prepare(&fine);
+    let reference = displacements(&fine_prepared, &newton(&fine_prepared).unwrap());
     let coarse = paper::problem(paper::COARSE).unwrap();
-    let bodies = condense_both(&coarse);
-    let (_, all) = iterates(&coarse, &bodies, &NnddSettings::paper(0.4), 1e-6).unwrap();
+    let prepared = prepare(&coarse);
+    let (_, all) = iterates(&prepared, &NnddSettings::paper(0.4), 1e-6).unwrap();
     for iterate in &all {
-        let u = displacements(&bodies, iterate);
+        let u = displacements(&prepared, iterate);
         let interpolated = [0, 1].map(|b| tests::shapes::interpolate_block(&u[b], paper::COARSE, 8));
         let [_, error] = tests::run::norm_and_distance(&fine, &reference, &interpolated);
-        let e = certify(&coarse, &bodies, iterate).unwrap();
+        let e = certify(&prepared, iterate).unwrap();
         assert!(e.unchecked().e_cre >= error, "{}: {} < {error}", iterate.iteration, e.unchecked().e_cre);
     }
 }
@@ -273,12 +273,12 @@ fn the_bound_holds_on_the_exact_hertz_problem() {
         let mut found: Vec<[f64; 2]> = Vec::new();
         for n in [4, 8, 16] {
             let problem = hertz_box::problem(materials, n).unwrap();
-            let bodies = condense_both(&problem);
-            let (solution, all) = iterates(&problem, &bodies, &NnddSettings::default(), 1e-9).unwrap();
+            let prepared = prepare(&problem);
+            let (solution, all) = iterates(&prepared, &NnddSettings::default(), 1e-9).unwrap();
             assert_eq!(solution.status, NnddStatus::StoppedByCriterion);
             let mut last = [0.0; 2];
             for iterate in &all {
-                let e = tests::run::certify_with(&problem, &bodies, iterate, Relaxation::Steps(2)).unwrap();
+                let e = tests::run::certify_with(&prepared, iterate, Relaxation::Steps(2)).unwrap();
                 assert!(e.admissibility.is_valid(), "{:?}", e.admissibility);
                 let error = |b: usize| {
                     energy_error_squared(&problem.bodies[b], &e.pair.displacement[b], |x| exact[b].stress(x))

@@ -8,17 +8,17 @@ use fem_core::field::stresses;
 use fem_core::norm::{energy_distance_squared, energy_norm_squared};
 use nndd::NnddSettings;
 use tests::run::{newton, norm_and_distance, solve_alone};
-use tests::{certify, condense_both, displacements, heavy, iterates, paper};
+use tests::{certify, displacements, heavy, iterates, paper, prepare};
 
 #[test]
 fn every_iteration_is_admissible_and_splits_exactly() {
     for settings in [NnddSettings::paper(0.4), NnddSettings::default()] {
         let problem = paper::problem(paper::COARSE).unwrap();
-        let bodies = condense_both(&problem);
-        let (_, all) = iterates(&problem, &bodies, &settings, 1e-8).unwrap();
+        let prepared = prepare(&problem);
+        let (_, all) = iterates(&prepared, &settings, 1e-8).unwrap();
         assert!(all.len() >= 5);
         for iterate in &all {
-            let e = certify(&problem, &bodies, iterate).unwrap();
+            let e = certify(&prepared, iterate).unwrap();
             let a = e.admissibility;
             assert!(a.equilibrium < 1e-10 && a.traction_jump < 1e-10 && a.boundary_traction < 1e-10, "{a:?}");
             assert_eq!((a.penetration, a.pressure_sign), (0.0, 0.0), "iteration {}", iterate.iteration);
@@ -39,12 +39,12 @@ fn the_indicators_make_up_the_bound() {
     // the second and third iteration, and 0.98 in the end.
     for cells in [paper::COARSE, [36, 18]] {
         let problem = paper::problem(cells).unwrap();
-        let bodies = condense_both(&problem);
-        let (_, all) = iterates(&problem, &bodies, &NnddSettings::paper(0.4), 1e-8).unwrap();
+        let prepared = prepare(&problem);
+        let (_, all) = iterates(&prepared, &NnddSettings::paper(0.4), 1e-8).unwrap();
         let ratios: Vec<f64> = all
             .iter()
             .map(|iterate| {
-                let e = certify(&problem, &bodies, iterate).unwrap();
+                let e = certify(&prepared, iterate).unwrap();
                 (e.unchecked().eta_dis.powi(2) + iterate.eta_nndd.powi(2)) / e.unchecked().e_cre.powi(2)
             })
             .collect();
@@ -59,10 +59,10 @@ fn the_indicators_make_up_the_bound() {
 fn eta_dis_is_the_error_bound_of_the_two_frozen_problems() {
     // Ω₁ as a body of its own, its contact side displaced by λ, and Ω₂ with the contact term of the bound.
     let problem = paper::problem(paper::COARSE).unwrap();
-    let bodies = condense_both(&problem);
-    let (_, all) = iterates(&problem, &bodies, &NnddSettings::paper(0.4), 1e-3).unwrap();
+    let prepared = prepare(&problem);
+    let (_, all) = iterates(&prepared, &NnddSettings::paper(0.4), 1e-3).unwrap();
     for iterate in &all {
-        let e = certify(&problem, &bodies, iterate).unwrap();
+        let e = certify(&prepared, iterate).unwrap();
         let width = 2.0 / (iterate.lambda.len() - 1) as f64;
         let lambda = iterate.lambda.clone();
         // The normal of the interface and of the side both point down.
@@ -99,13 +99,13 @@ fn eta_dis_is_the_error_bound_of_the_two_frozen_problems() {
 #[test]
 fn eta_nndd_bounds_the_true_error_of_every_iteration() {
     let problem = paper::problem(paper::COARSE).unwrap();
-    let bodies = condense_both(&problem);
-    let exact = displacements(&bodies, &newton(&problem, &bodies).unwrap());
-    let (_, all) = iterates(&problem, &bodies, &NnddSettings::paper(0.4), 1e-6).unwrap();
+    let prepared = prepare(&problem);
+    let exact = displacements(&prepared, &newton(&prepared).unwrap());
+    let (_, all) = iterates(&prepared, &NnddSettings::paper(0.4), 1e-6).unwrap();
     let effectivities: Vec<f64> = all
         .iter()
         .map(|iterate| {
-            let [_, error] = norm_and_distance(&problem, &exact, &displacements(&bodies, iterate));
+            let [_, error] = norm_and_distance(&problem, &exact, &displacements(&prepared, iterate));
             iterate.eta_nndd / error
         })
         .collect();
@@ -122,11 +122,11 @@ fn eta_nndd_bounds_the_true_error_of_every_iteration() {
 fn eta_nndd_bounds_the_true_error_whatever_the_weights() {
     for (young, traction) in [([20000.0, 1000.0], 30.0), ([50.0, 1000.0], 1.0)] {
         let problem = paper::problem_with(paper::COARSE, young, traction, paper::PUSH, 0.0).unwrap();
-        let bodies = condense_both(&problem);
-        let exact = displacements(&bodies, &newton(&problem, &bodies).unwrap());
-        let (_, all) = iterates(&problem, &bodies, &NnddSettings::default(), 1e-6).unwrap();
+        let prepared = prepare(&problem);
+        let exact = displacements(&prepared, &newton(&prepared).unwrap());
+        let (_, all) = iterates(&prepared, &NnddSettings::default(), 1e-6).unwrap();
         for iterate in &all {
-            let [_, error] = norm_and_distance(&problem, &exact, &displacements(&bodies, iterate));
+            let [_, error] = norm_and_distance(&problem, &exact, &displacements(&prepared, iterate));
             assert!(iterate.eta_nndd >= error, "{} against {error}", iterate.eta_nndd);
         }
     }
@@ -136,11 +136,11 @@ fn eta_nndd_bounds_the_true_error_whatever_the_weights() {
 fn a_turned_heavy_gapped_problem_is_certified_alike_at_every_angle() {
     let run = |angle: f64| {
         let problem = heavy::problem(angle, 8).unwrap();
-        let bodies = condense_both(&problem);
-        let (_, all) = iterates(&problem, &bodies, &NnddSettings::default(), 1e-11).unwrap();
+        let prepared = prepare(&problem);
+        let (_, all) = iterates(&prepared, &NnddSettings::default(), 1e-11).unwrap();
         let mut last = [0.0; 4];
         for iterate in &all {
-            let e = certify(&problem, &bodies, iterate).unwrap();
+            let e = certify(&prepared, iterate).unwrap();
             assert!(e.admissibility.is_valid(), "{angle}: {:?}", e.admissibility);
             assert!(e.cre.split_defect() < 1e-12, "{angle}: {:e}", e.cre.split_defect());
             last = [

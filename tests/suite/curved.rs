@@ -3,30 +3,30 @@
 use cre_estimator::{Estimate, Relaxation, estimate_with};
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
-use fem_core::condensation::CondensedBody;
 use fem_core::interface::{
-    ContactInterface, ContactNormal, ContactProblem, ContactState, Gap, InterfaceError,
+    ContactInterface, ContactNormal, ContactProblem, ContactState, Gap, InterfaceError, Roles,
 };
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::generate::{Facing, block, half_disc, ring};
 use fem_core::mesh::refine::RefinementEdges;
 use fem_core::norm::energy_error_squared;
+use fem_core::prepared::PreparedProblem;
 use nndd::{Iterate, NnddSettings, NnddStatus};
 use tests::rings::{self, Materials};
 use tests::run::{newton, norm_and_distance, pair_of, rate};
-use tests::{condense_both, displacements, hertz, iterates};
+use tests::{displacements, hertz, iterates, prepare};
 
 pub(crate) const TWO: Materials = [(1000.0, 0.3), (300.0, 0.2)];
 
-pub(crate) fn relaxed(problem: &ContactProblem, bodies: &[CondensedBody; 2], iterate: &Iterate) -> Estimate {
-    let u = displacements(bodies, iterate);
+pub(crate) fn relaxed(prepared: &PreparedProblem, iterate: &Iterate) -> Estimate {
+    let u = displacements(prepared, iterate);
     let state = ContactState {
         displacement: [&u[0], &u[1]],
         contact_force: &iterate.contact.normal_reaction,
         opening: &iterate.opening,
     };
-    let e = estimate_with(problem, bodies, &state, Relaxation::Steps(2)).unwrap();
+    let e = estimate_with(prepared, &state, Relaxation::Steps(2)).unwrap();
     assert!(e.admissibility.is_valid(), "{:?}", e.admissibility);
     assert!(e.cre.split_defect() < 1e-11, "{:e}", e.cre.split_defect());
     assert!(e.cre.by_contact_edge.iter().all(|t| *t >= 0.0));
@@ -63,11 +63,11 @@ fn nested_rings_converge_to_lames_solution() {
         assert_eq!(pairs.len(), 2 * n + 1);
         let ends = [pairs[0].normal, pairs[2 * n].normal];
         assert!(ends.contains(&[1.0, 0.0]) && ends.contains(&[0.0, 1.0]), "{ends:?}");
-        let bodies = condense_both(&problem);
-        let (solution, _) = iterates(&problem, &bodies, &NnddSettings::default(), 1e-10).unwrap();
+        let prepared = prepare(&problem);
+        let (solution, _) = iterates(&prepared, &NnddSettings::default(), 1e-10).unwrap();
         assert!(matches!(solution.status, NnddStatus::StoppedByCriterion), "{:?}", solution.status);
-        let e = relaxed(&problem, &bodies, &solution.last);
-        let u = displacements(&bodies, &solution.last);
+        let e = relaxed(&prepared, &solution.last);
+        let u = displacements(&prepared, &solution.last);
         let error: f64 =
             (0..2).map(|b| energy_error_squared(&problem.bodies[b], &u[b], |x| exact[b].stress(x))).sum();
         let worst = e.pair.pressure.iter().map(|q| (q / p - 1.0).abs()).fold(0.0, f64::max);
@@ -102,14 +102,14 @@ fn whole_rings_close_and_turn_without_friction() {
             let x = problem.bodies[0].mesh().points()[pair.nodes[0] as usize];
             assert!((pair.normal[0] - x[0] / rings::B).abs() < 1e-13);
         }
-        let bodies = condense_both(&problem);
-        let iterate = newton(&problem, &bodies).unwrap();
-        let e = relaxed(&problem, &bodies, &iterate);
+        let prepared = prepare(&problem);
+        let iterate = newton(&prepared).unwrap();
+        let e = relaxed(&prepared, &iterate);
         worst.push(e.pair.pressure.iter().map(|q| (q / p - 1.0).abs()).fold(0.0, f64::max));
-        // The rings' roles exchanged: the same problem seen from the other side.
-        let turned = problem.clone().swapped();
-        let bodies = condense_both(&turned);
-        let other = relaxed(&turned, &bodies, &newton(&turned, &bodies).unwrap());
+        // With the roles exchanged: the same problem seen from the other side.
+        let turned = problem.clone().with_roles(Roles::SECOND);
+        let prepared = prepare(&turned);
+        let other = relaxed(&prepared, &newton(&prepared).unwrap());
         assert!((other.cre.discretisation_squared / e.cre.discretisation_squared - 1.0).abs() < 1e-6);
     }
     assert!(worst[0] < 0.1 && worst[1] < 0.6 * worst[0], "{worst:?}");
@@ -122,8 +122,8 @@ fn hydrostatic_pressure_on_a_curve_converges_faster_than_the_mesh() {
     let mut relative = Vec::new();
     for n in [8, 16, 32, 64] {
         let problem = rings::quarter(same, 5.0, 5.0, [n, n / 4]).unwrap();
-        let bodies = condense_both(&problem);
-        let e = relaxed(&problem, &bodies, &newton(&problem, &bodies).unwrap());
+        let prepared = prepare(&problem);
+        let e = relaxed(&prepared, &newton(&prepared).unwrap());
         relative.push(e.unchecked().e_cre / e.energy_norm_squared.iter().sum::<f64>().sqrt());
     }
     println!("hydrostatic: certified {relative:?}");
@@ -136,18 +136,18 @@ fn hydrostatic_pressure_on_a_curve_converges_faster_than_the_mesh() {
 fn the_bound_holds_where_arcs_slide() {
     for (materials, push) in [(TWO, [0.1, -0.03]), ([(300.0, 0.2), (1000.0, 0.3)], [-0.2, -0.02])] {
         let problem = rings::sliding(materials, push, [12, 4]).unwrap();
-        let bodies = condense_both(&problem);
+        let prepared = prepare(&problem);
         let rest = [0, 1].map(|b| vec![[0.0; 2]; problem.bodies[b].mesh().points().len()]);
         let (fine, _) = finer(problem.clone(), rest, 3);
-        let fine_bodies = condense_both(&fine);
-        let reference = displacements(&fine_bodies, &newton(&fine, &fine_bodies).unwrap());
-        let solved = newton(&problem, &bodies).unwrap();
+        let fine_prepared = prepare(&fine);
+        let reference = displacements(&fine_prepared, &newton(&fine_prepared).unwrap());
+        let solved = newton(&prepared).unwrap();
         assert!(solved.contact_nodes() > 2 && solved.contact_nodes() < 13, "{}", solved.contact_nodes());
         let mut lifted = 0.0f64;
         for factor in [1.0, 0.9, 0.3] {
             let lambda: Vec<f64> = solved.lambda.iter().map(|l| factor * l).collect();
-            let iterate = pair_of(&problem, &bodies, lambda).unwrap();
-            let e = relaxed(&problem, &bodies, &iterate);
+            let iterate = pair_of(&prepared, lambda).unwrap();
+            let e = relaxed(&prepared, &iterate);
             lifted = lifted.max(e.pair.lift.largest());
             // The field that is certified is the lifted one.
             let (_, u) = finer(problem.clone(), e.pair.displacement.clone(), 3);
@@ -189,18 +189,18 @@ fn hertz_contact_of_two_cylinders() {
     assert!((a / hertz::PRINTED[0] - 1.0).abs() < 1e-4 && (p0 / hertz::PRINTED[1] - 1.0).abs() < 1e-4);
     let force = |push: f64, cells: usize| {
         let problem = hertz::problem(1.5, cells, push).unwrap();
-        let bodies = condense_both(&problem);
-        let iterate = newton(&problem, &bodies).unwrap();
-        (iterate.contact_force(), problem, bodies, iterate)
+        let prepared = prepare(&problem);
+        let iterate = newton(&prepared).unwrap();
+        (iterate.contact_force(), prepared, iterate)
     };
     // The force is nearly proportional to the push: one secant step on a coarse mesh gives the one of the manual.
     let guess = 0.4;
     let push = guess * hertz::FORCE / force(guess, 15).0;
-    let (p, problem, bodies, iterate) = force(push, 60);
+    let (p, prepared, iterate) = force(push, 60);
     assert!((p / hertz::FORCE - 1.0).abs() < 0.15, "{p}");
-    let e = relaxed(&problem, &bodies, &iterate);
+    let e = relaxed(&prepared, &iterate);
     let closed = hertz::closed_form(p);
-    let found = fit(&problem, &e, closed[0]);
+    let found = fit(prepared.problem(), &e, closed[0]);
     for k in 0..2 {
         assert!((found[k] / closed[k] - 1.0).abs() < 0.01, "force {p}: {found:?} against {closed:?}");
     }
@@ -209,7 +209,7 @@ fn hertz_contact_of_two_cylinders() {
     assert!((largest / closed[1] - 1.0).abs() < 0.01, "{largest} {closed:?}");
     // With one direction of contact nothing is lifted.
     assert_eq!(e.pair.lift.largest(), 0.0);
-    assert!(problem.interface.pairs().iter().any(|pair| pair.gap > 0.1));
+    assert!(prepared.problem().interface.pairs().iter().any(|pair| pair.gap > 0.1));
 }
 
 fn free(mesh: TriMesh) -> Body {

@@ -5,16 +5,16 @@ use fem_core::interface::{ContactNormal, ContactProblem, Gap};
 use fem_core::norm::energy_error_squared;
 use tests::rings::{self, Lame};
 use tests::run::{newton, norm_and_distance, paired_in_common, rate};
-use tests::{condense_both, displacements, hertz};
+use tests::{displacements, hertz, prepare};
 
 const SIDES: [&str; 2] = ["outer", "inner"];
 
 /// The error against Lamé's solution, the bound, and the largest relative error of the pressure.
 fn measure(problem: &ContactProblem, exact: [Lame; 2], pressure: f64) -> [f64; 3] {
-    let bodies = condense_both(problem);
-    let iterate = newton(problem, &bodies).unwrap();
-    let e = relaxed(problem, &bodies, &iterate);
-    let u = displacements(&bodies, &iterate);
+    let prepared = prepare(problem);
+    let iterate = newton(&prepared).unwrap();
+    let e = relaxed(&prepared, &iterate);
+    let u = displacements(&prepared, &iterate);
     let error: f64 =
         (0..2).map(|b| energy_error_squared(&problem.bodies[b], &u[b], |x| exact[b].stress(x))).sum();
     let worst = e.pair.pressure.iter().map(|q| (q / pressure - 1.0).abs()).fold(0.0, f64::max);
@@ -92,11 +92,11 @@ fn the_bound_holds_where_arcs_overlap_in_part_and_slide() {
         for b in 0..2 {
             assert!((changes.free[b] - (whole[b] - length)).abs() < 0.02 * whole[b], "{changes:?}");
         }
-        let condensed = condense_both(&problem);
-        let e = relaxed(&problem, &condensed, &newton(&problem, &condensed).unwrap());
+        let prepared = prepare(&problem);
+        let e = relaxed(&prepared, &newton(&prepared).unwrap());
         let (fine, u) = finer(problem.clone(), e.pair.displacement.clone(), 3);
-        let fine_bodies = condense_both(&fine);
-        let reference = displacements(&fine_bodies, &newton(&fine, &fine_bodies).unwrap());
+        let fine_prepared = prepare(&fine);
+        let reference = displacements(&fine_prepared, &newton(&fine_prepared).unwrap());
         let [norm, error] = norm_and_distance(&fine, &reference, &u);
         assert!(
             e.unchecked().e_cre >= error && e.unchecked().e_cre < 1.6 * error && error > 0.01 * norm,
@@ -117,12 +117,12 @@ fn hertz_contact_between_meshes_of_different_steps() {
         let exact = 10.0 - (100.0 - x * x).sqrt() + 13.0 - (169.0 - x * x).sqrt();
         assert!((pair.gap - exact).abs() < 1e-6, "{} {exact}", pair.gap);
     }
-    let condensed = condense_both(&problem);
-    let iterate = newton(&problem, &condensed).unwrap();
-    let e = relaxed(&problem, &condensed, &iterate);
+    let prepared = prepare(&problem);
+    let iterate = newton(&prepared).unwrap();
+    let e = relaxed(&prepared, &iterate);
     let matching = hertz::problem(1.5, 41, 0.4).unwrap();
-    let bodies = condense_both(&matching);
-    let other = newton(&matching, &bodies).unwrap().contact_force();
+    let prepared = prepare(&matching);
+    let other = newton(&prepared).unwrap().contact_force();
     let force = iterate.contact_force();
     assert!((force / other - 1.0).abs() < 2e-3, "{force} {other}");
     let [_, p0] = hertz::closed_form(force);

@@ -10,7 +10,7 @@ use fem_core::norm::energy_error_squared;
 use nndd::{NnddSettings, NnddStatus};
 use std::path::PathBuf;
 use tests::run::{newton, norm_and_distance, rate};
-use tests::{certify, condense_both, displacements, iterates, layers, signorini};
+use tests::{certify, displacements, iterates, layers, prepare, signorini};
 
 fn case(name: &str, overrides: &[(&str, String)]) -> Case {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("cases").join(name);
@@ -56,14 +56,14 @@ fn layers_of_anisotropic_materials_are_exact_and_certified_as_exact() {
         ];
         for (k, stack) in stacks.iter().enumerate() {
             let problem = layers::problem([&stack[0], &stack[1]]).unwrap();
-            let bodies = condense_both(&problem);
-            let (solution, _) = iterates(&problem, &bodies, &NnddSettings::default(), 1e-12).unwrap();
+            let prepared = prepare(&problem);
+            let (solution, _) = iterates(&prepared, &NnddSettings::default(), 1e-12).unwrap();
             let ended = matches!(
                 solution.status,
                 NnddStatus::StoppedByCriterion | NnddStatus::Stalled { at_round_off: true, .. }
             );
             assert!(ended, "{h:?} {k}: {:?}", solution.status);
-            let estimate = certify(&problem, &bodies, &solution.last).unwrap();
+            let estimate = certify(&prepared, &solution.last).unwrap();
             assert!(estimate.admissibility.is_valid(), "{h:?} {k}: {:?}", estimate.admissibility);
             let exact = [0, 1].map(|b| layers::energy(&stack[b]));
             let norm = exact.iter().sum::<f64>().sqrt();
@@ -94,9 +94,9 @@ fn expressions_give_the_problem_that_closures_give() {
     let materials = [(1.0, 0.3); 2];
     let built = signorini::problem(materials, 0.0, [32, 16]).unwrap();
     let solved = |problem: &ContactProblem| {
-        let bodies = condense_both(problem);
-        let iterate = newton(problem, &bodies).unwrap();
-        (displacements(&bodies, &iterate), certify(problem, &bodies, &iterate).unwrap())
+        let prepared = prepare(problem);
+        let iterate = newton(&prepared).unwrap();
+        (displacements(&prepared, &iterate), certify(&prepared, &iterate).unwrap())
     };
     let ((u, a), (v, b)) = (solved(&told), solved(&built));
     let [norm, distance] = norm_and_distance(&built, &v, &u);
@@ -122,11 +122,11 @@ fn the_bound_by_expressions_holds_and_converges_with_rate_one() {
     let exact = signorini::exact([(1.0, 0.3); 2], 0.0);
     let run = |n: usize| {
         let (case, problem) = expressions(n);
-        let bodies = condense_both(&problem);
-        let iterate = newton(&problem, &bodies).unwrap();
-        let estimate = certify(&problem, &bodies, &iterate).unwrap();
+        let prepared = prepare(&problem);
+        let iterate = newton(&prepared).unwrap();
+        let estimate = certify(&prepared, &iterate).unwrap();
         assert!(estimate.admissibility.is_valid());
-        let u = displacements(&bodies, &iterate);
+        let u = displacements(&prepared, &iterate);
         let squared = |b: usize| energy_error_squared(&problem.bodies[b], &u[b], |x| exact[b].stress(x));
         let error = (squared(0) + squared(1)).sqrt();
         assert!(estimate.unchecked().e_cre >= error, "{n}: {} < {error}", estimate.unchecked().e_cre);
@@ -174,16 +174,16 @@ fn the_bound_holds_for_inclusions_and_orthotropic_bodies() {
     let problem = build(&case);
     assert_eq!(problem.bodies[1].materials().list().len(), 3);
     assert!(case.data_notes(problem.bodies.each_ref(), problem.interpolated_gap()).is_empty());
-    let bodies = condense_both(&problem);
-    let (_, all) = iterates(&problem, &bodies, &NnddSettings::default(), 1e-9).unwrap();
-    let (fine, _) = refined(&problem, 2, displacements(&bodies, &all[0]));
-    let fine_bodies = condense_both(&fine);
-    let exact = displacements(&fine_bodies, &newton(&fine, &fine_bodies).unwrap());
+    let prepared = prepare(&problem);
+    let (_, all) = iterates(&prepared, &NnddSettings::default(), 1e-9).unwrap();
+    let (fine, _) = refined(&problem, 2, displacements(&prepared, &all[0]));
+    let fine_prepared = prepare(&fine);
+    let exact = displacements(&fine_prepared, &newton(&fine_prepared).unwrap());
     for iterate in &all {
-        let estimate = certify(&problem, &bodies, iterate).unwrap();
+        let estimate = certify(&prepared, iterate).unwrap();
         assert!(estimate.admissibility.is_valid(), "{:?}", estimate.admissibility);
         // The distance to the solution on a mesh with a quarter of the width, a little below the true error.
-        let (_, u) = refined(&problem, 2, displacements(&bodies, iterate));
+        let (_, u) = refined(&problem, 2, displacements(&prepared, iterate));
         let [norm, distance] = norm_and_distance(&fine, &exact, &u);
         assert!(distance > 1e-3 * norm);
         assert!(
@@ -195,8 +195,8 @@ fn the_bound_holds_for_inclusions_and_orthotropic_bodies() {
     }
     // Plain means of tractions are poor next to inclusions: relaxation corrects that (4.4 without it, 1.5 with it; part
     // of what is left is that the finer solution is not exact).
-    let last = newton(&problem, &bodies).unwrap();
-    let u = displacements(&bodies, &last);
+    let last = newton(&prepared).unwrap();
+    let u = displacements(&prepared, &last);
     let (_, on_fine) = refined(&problem, 2, u.clone());
     let [_, distance] = norm_and_distance(&fine, &exact, &on_fine);
     let state = ContactState {
@@ -204,7 +204,7 @@ fn the_bound_holds_for_inclusions_and_orthotropic_bodies() {
         contact_force: &last.contact.normal_reaction,
         opening: &last.opening,
     };
-    let relaxed = estimate_with(&problem, &bodies, &state, Relaxation::Steps(10)).unwrap();
+    let relaxed = estimate_with(&prepared, &state, Relaxation::Steps(10)).unwrap();
     assert!(relaxed.admissibility.is_valid(), "{:?}", relaxed.admissibility);
     let effectivity = relaxed.unchecked().e_cre / distance;
     assert!((1.0..1.6).contains(&effectivity), "{effectivity}");

@@ -13,7 +13,7 @@ use nndd::{Method, NnddStatus, Theta};
 use tests::blocks::Blocks;
 use tests::receding;
 use tests::run::newton;
-use tests::{condense_both, paper};
+use tests::{paper, prepare};
 
 fn run(problem: ContactProblem, settings: &Settings) -> CertifiedSolution {
     solve(problem, settings, &mut Silent).unwrap()
@@ -21,7 +21,7 @@ fn run(problem: ContactProblem, settings: &Settings) -> CertifiedSolution {
 
 /// The contact force of the discrete solution, by interface Newton.
 fn discrete_force(problem: &ContactProblem) -> f64 {
-    newton(problem, &condense_both(problem)).unwrap().contact_force()
+    newton(&prepare(problem)).unwrap().contact_force()
 }
 
 /// Settings with which the iteration does not converge: few iterations from λ = 0.
@@ -106,7 +106,7 @@ fn receding_contact_and_unlike_bodies_converge_by_default() {
 #[test]
 fn newton_takes_over_where_the_iteration_ends_early_and_leaves_no_iteration_error() {
     let problem = || Blocks::half_open(1.0).problem().unwrap();
-    let expected = newton(&problem(), &condense_both(&problem())).unwrap();
+    let expected = newton(&prepare(&problem())).unwrap();
     for iterations in [0, 1, 3] {
         let answer = run(problem(), &hurried(iterations));
         assert_eq!(answer.nndd.status, NnddStatus::StoppedByCriterion);

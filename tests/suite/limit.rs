@@ -1,9 +1,9 @@
 //! The iteration's limit is the interface Newton method's answer, for all weights, accelerations and roles.
 
-use fem_core::interface::ContactProblem;
+use fem_core::interface::{ContactProblem, Roles};
 use nndd::{Acceleration, Iterate, NnddSettings, NnddStatus, Path, Theta, Weights};
 use tests::run::{newton, norm_and_distance, relative_difference};
-use tests::{certify, condense_both, displacements, heavy, iterates, paper};
+use tests::{certify, displacements, heavy, iterates, paper, prepare};
 
 /// Stiffness contrasts: moduli and a traction that keeps the displacements moderate.
 const EQUAL: ([f64; 2], f64) = ([1500.0, 1500.0], 30.0);
@@ -22,12 +22,12 @@ fn touching(iterate: &Iterate) -> Vec<bool> {
 
 /// Runs the iteration to 1e-11 and compares it with Newton; returns the number of iterations.
 fn reaches_newton(problem: &ContactProblem, settings: &NnddSettings) -> usize {
-    let bodies = condense_both(problem);
-    let reference = newton(problem, &bodies).unwrap();
-    let (solution, all) = iterates(problem, &bodies, settings, 1e-11).unwrap();
+    let prepared = prepare(problem);
+    let reference = newton(&prepared).unwrap();
+    let (solution, all) = iterates(&prepared, settings, 1e-11).unwrap();
     let how = format!("{:?} {:?} {:?}", settings.weights, settings.acceleration, settings.theta);
     assert_eq!(solution.status, NnddStatus::StoppedByCriterion, "{how}");
-    let (u, v) = (displacements(&bodies, &reference), displacements(&bodies, &solution.last));
+    let (u, v) = (displacements(&prepared, &reference), displacements(&prepared, &solution.last));
     let [norm, distance] = norm_and_distance(problem, &u, &v);
     assert!(distance < 1e-9 * norm, "{how}: {:e} after {} iterations", distance / norm, all.len());
     assert_eq!(touching(&reference), touching(&solution.last), "{how}");
@@ -95,23 +95,23 @@ fn exchanged_roles_give_the_same_solution_and_certificate() {
     for problem in [problem(PAPER), problem(STIFF), heavy::problem(0.3, 8).unwrap()] {
         for path in [Path::Condensed, Path::Literal] {
             let run = |problem: &ContactProblem| {
-                let bodies = condense_both(problem);
+                let prepared = prepare(problem);
                 let mut settings = NnddSettings::default();
                 settings.path = path;
-                let (solution, _) = iterates(problem, &bodies, &settings, 1e-11).unwrap();
+                let (solution, _) = iterates(&prepared, &settings, 1e-11).unwrap();
                 assert_eq!(solution.status, NnddStatus::StoppedByCriterion);
-                let estimate = certify(problem, &bodies, &solution.last).unwrap();
-                (displacements(&bodies, &solution.last), estimate, solution.last)
+                let estimate = certify(&prepared, &solution.last).unwrap();
+                (displacements(&prepared, &solution.last), estimate, solution.last)
             };
             let (u, estimate, last) = run(&problem);
-            let ([v2, v1], swapped_estimate, swapped_last) = run(&problem.clone().swapped());
-            let [norm, distance] = norm_and_distance(&problem, &u, &[v1, v2]);
+            let (v, other, other_last) = run(&problem.clone().with_roles(Roles::SECOND));
+            let [norm, distance] = norm_and_distance(&problem, &u, &v);
             assert!(distance < 1e-9 * norm, "{path:?}: {:e}", distance / norm);
-            assert_eq!(touching(&last), touching(&swapped_last));
-            assert!(relative_difference(&[estimate.cre.e_cre()], &[swapped_estimate.cre.e_cre()]) < 1e-9);
-            assert!(swapped_estimate.admissibility.is_valid(), "{:?}", swapped_estimate.admissibility);
+            assert_eq!(touching(&last), touching(&other_last));
+            assert!(relative_difference(&[estimate.cre.e_cre()], &[other.cre.e_cre()]) < 1e-9);
+            assert!(other.admissibility.is_valid(), "{:?}", other.admissibility);
             for b in 0..2 {
-                let cells = [&estimate.cre.by_cell[b], &swapped_estimate.cre.by_cell[1 - b]];
+                let cells = [&estimate.cre.by_cell[b], &other.cre.by_cell[b]];
                 assert!(relative_difference(cells[0], cells[1]) < 1e-7);
             }
         }

@@ -7,7 +7,7 @@ use mesh_io::{MeshFile, RegionOptions};
 use nndd::NnddSettings;
 use tests::mesh_files::{self, ALL, Encoding, Format, write};
 use tests::random::Random;
-use tests::{certify, condense_both, iterates, paper};
+use tests::{certify, iterates, paper, prepare};
 
 fn blocks(cells: [usize; 2]) -> [TriMesh; 2] {
     [[0.0, 1.0], [0.0, 0.0]].map(|origin| block(origin, [2.0, 1.0], cells).unwrap())
@@ -69,11 +69,11 @@ fn case(folder: &std::path::Path, format: Format) -> Case {
 
 /// Indicators of some iterations and the certified bound, as bits.
 fn results(problem: &ContactProblem) -> Vec<u64> {
-    let bodies = condense_both(problem);
+    let prepared = prepare(problem);
     let mut settings = NnddSettings::paper(0.4);
     settings.max_iterations = 4;
-    let (solution, all) = iterates(problem, &bodies, &settings, 0.0).unwrap();
-    let estimate = certify(problem, &bodies, &all[3]).unwrap();
+    let (solution, all) = iterates(&prepared, &settings, 0.0).unwrap();
+    let estimate = certify(&prepared, &all[3]).unwrap();
     let rows = solution.history.iter().flat_map(|r| [r.precision, r.eta_nndd, r.contact_force]);
     rows.chain([estimate.unchecked().e_cre, estimate.unchecked().eta_dis]).map(f64::to_bits).collect()
 }

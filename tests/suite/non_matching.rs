@@ -5,15 +5,16 @@ use certified_contact::{AdaptSettings, AdaptiveEnd, Settings, Silent, solve_adap
 use cre_estimator::{Estimate, Relaxation, estimate_with};
 use fem_core::body::Body;
 use fem_core::geometry::Vector;
-use fem_core::interface::{ContactProblem, ContactState};
+use fem_core::interface::ContactState;
 use fem_core::material::Hypothesis;
 use fem_core::mesh::TriMesh;
 use fem_core::norm::{energy_error_squared, energy_norm_squared};
+use fem_core::prepared::PreparedProblem;
 use nndd::NnddSettings;
 use tests::random::Random;
 use tests::run::{newton, refined_in_common};
 use tests::shapes::{moved, turned};
-use tests::{certify, condense_both, displacements, iterates, patch, signorini};
+use tests::{certify, displacements, iterates, patch, prepare, signorini};
 
 type Materials = [(f64, f64); 2];
 
@@ -30,9 +31,9 @@ fn the_patch_is_exact_for_any_ratio_and_angle() {
                 let bodies = patch::bodies(materials, hypothesis, angle, [[m, 3], [n, 5]]).unwrap();
                 let (problem, changes) = refined_in_common(bodies).unwrap();
                 assert!(changes.is_some_and(|c| c.free == [0.0; 2]), "{case}: {changes:?}");
-                let bodies = condense_both(&problem);
-                let (solution, _) = iterates(&problem, &bodies, &NnddSettings::default(), 1e-12).unwrap();
-                let estimate = certify(&problem, &bodies, &solution.last).unwrap();
+                let prepared = prepare(&problem);
+                let (solution, _) = iterates(&prepared, &NnddSettings::default(), 1e-12).unwrap();
+                let estimate = certify(&prepared, &solution.last).unwrap();
                 let norm = crate::patch::assert_exact(&estimate, materials, hypothesis, &case);
                 println!("patch {case}: e_CRE/norm {:.1e}", estimate.cre.e_cre() / norm);
             }
@@ -42,19 +43,19 @@ fn the_patch_is_exact_for_any_ratio_and_angle() {
 
 /// The exact error and the bound, relaxed by `steps`, of one iterate.
 fn measure(
-    problem: &ContactProblem,
+    prepared: &PreparedProblem,
     materials: Materials,
-    bodies: &[fem_core::condensation::CondensedBody; 2],
     iterate: &nndd::Iterate,
     steps: usize,
 ) -> [f64; 2] {
-    let u = displacements(bodies, iterate);
+    let problem = prepared.problem();
+    let u = displacements(prepared, iterate);
     let state = ContactState {
         displacement: [&u[0], &u[1]],
         contact_force: &iterate.contact.normal_reaction,
         opening: &iterate.opening,
     };
-    let e: Estimate = estimate_with(problem, bodies, &state, Relaxation::Steps(steps)).unwrap();
+    let e: Estimate = estimate_with(prepared, &state, Relaxation::Steps(steps)).unwrap();
     assert!(e.admissibility.is_valid(), "{:?}", e.admissibility);
     assert!(e.cre.split_defect() < 1e-12, "{:e}", e.cre.split_defect());
     let exact = signorini::exact(materials, 0.0);
@@ -66,14 +67,13 @@ fn measure(
 /// Asserts the bound at every iteration and returns the effectivity of the discrete solution.
 fn effectivity(materials: Materials, bodies: [Body; 2], steps: usize) -> f64 {
     let (problem, changes) = refined_in_common(bodies).unwrap();
-    let condensed = condense_both(&problem);
-    let (_, all) = iterates(&problem, &condensed, &NnddSettings::default(), 1e-9).unwrap();
+    let prepared = prepare(&problem);
+    let (_, all) = iterates(&prepared, &NnddSettings::default(), 1e-9).unwrap();
     for iterate in &all {
-        let [error, bound] = measure(&problem, materials, &condensed, iterate, steps);
+        let [error, bound] = measure(&prepared, materials, iterate, steps);
         assert!(bound >= error, "{changes:?}: {bound} < {error}");
     }
-    let [error, bound] =
-        measure(&problem, materials, &condensed, &newton(&problem, &condensed).unwrap(), steps);
+    let [error, bound] = measure(&prepared, materials, &newton(&prepared).unwrap(), steps);
     assert!(bound >= error, "{changes:?}: {bound} < {error}");
     bound / error
 }
@@ -123,8 +123,8 @@ fn nodes_a_little_apart_do_no_harm() {
 fn energies_of_matching_and_other_meshes_tend_to_each_other() {
     let energy = |cells: [[usize; 2]; 2]| -> f64 {
         let (problem, _) = refined_in_common(signorini::bodies(CONTRAST, 0.0, cells, same).unwrap()).unwrap();
-        let condensed = condense_both(&problem);
-        let u = displacements(&condensed, &newton(&problem, &condensed).unwrap());
+        let prepared = prepare(&problem);
+        let u = displacements(&prepared, &newton(&prepared).unwrap());
         (0..2).map(|b| energy_norm_squared(&problem.bodies[b], &u[b])).sum()
     };
     let distance = |n: usize| {

@@ -4,7 +4,7 @@ use contact_qp::QpMethod;
 use fem_core::norm::energy_norm_squared;
 use nndd::{NnddSettings, NnddSolution, NnddStatus, Path};
 use tests::run::relative_difference;
-use tests::{condense_both, displacements, iterates, paper};
+use tests::{displacements, iterates, paper, prepare};
 
 fn settings(path: Path, method: QpMethod) -> NnddSettings {
     let mut settings = NnddSettings::paper(0.4);
@@ -17,7 +17,7 @@ fn table(settings: &NnddSettings) -> NnddSolution {
     let problem = paper::problem(paper::COARSE).unwrap();
     let mut settings = settings.clone();
     settings.max_iterations = 5;
-    let (solution, _) = iterates(&problem, &condense_both(&problem), &settings, 0.0).unwrap();
+    let (solution, _) = iterates(&prepare(&problem), &settings, 0.0).unwrap();
     assert_eq!(solution.status, NnddStatus::MaxIterations);
     assert_eq!(solution.history.len(), 5);
     for (row, (precision, eta, nodes, force)) in solution.history.iter().zip(paper::ITERATIONS) {
@@ -55,12 +55,12 @@ fn the_active_set_method_needs_no_clarabel_for_the_same_table() {
 #[test]
 fn converged_values_are_the_prototypes() {
     let problem = paper::problem(paper::COARSE).unwrap();
-    let bodies = condense_both(&problem);
+    let prepared = prepare(&problem);
     for path in [Path::Condensed, Path::Literal] {
         let settings = settings(path, QpMethod::Auto);
-        let (solution, _) = iterates(&problem, &bodies, &settings, 1e-10).unwrap();
+        let (solution, _) = iterates(&prepared, &settings, 1e-10).unwrap();
         assert_eq!(solution.status, NnddStatus::StoppedByCriterion);
-        let u = displacements(&bodies, &solution.last);
+        let u = displacements(&prepared, &solution.last);
         for b in 0..2 {
             let energy = energy_norm_squared(&problem.bodies[b], &u[b]);
             let exact = paper::ENERGIES[b];
@@ -79,11 +79,11 @@ fn converged_values_are_the_prototypes() {
 /// the indicators, and that of the final energies.
 fn difference_of_paths(cells: [usize; 2], iterations: usize) -> [f64; 3] {
     let problem = paper::problem(cells).unwrap();
-    let bodies = condense_both(&problem);
+    let prepared = prepare(&problem);
     let run = |path| {
         let mut settings = settings(path, QpMethod::Auto);
         settings.max_iterations = iterations;
-        iterates(&problem, &bodies, &settings, 0.0).unwrap().1
+        iterates(&prepared, &settings, 0.0).unwrap().1
     };
     let (condensed, literal) = (run(Path::Condensed), run(Path::Literal));
     assert_eq!(condensed.len(), iterations);
@@ -105,7 +105,7 @@ fn difference_of_paths(cells: [usize; 2], iterations: usize) -> [f64; 3] {
         worst[1] = worst[1].max(indicators);
     }
     let last = |x: &[nndd::Iterate]| {
-        let u = displacements(&bodies, x.last().unwrap());
+        let u = displacements(&prepared, x.last().unwrap());
         [0, 1].map(|b| energy_norm_squared(&problem.bodies[b], &u[b]))
     };
     worst[2] = relative_difference(&last(&condensed), &last(&literal));

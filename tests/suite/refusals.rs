@@ -16,14 +16,14 @@ use fem_core::mesh::generate::block;
 use fem_core::norm::energy_norm_squared;
 use fem_core::tensor::SymTensor2;
 use tests::blocks::Blocks;
-use tests::run::{certify, condense_both, displacements, newton, solve_alone};
+use tests::run::{certify, displacements, newton, prepare, solve_alone};
 use tests::{paper, rings};
 
 /// The converged pair of the paper's problem.
 fn pair() -> (ContactProblem, AdmissiblePair) {
     let problem = paper::problem(paper::COARSE).unwrap();
-    let bodies = condense_both(&problem);
-    let pair = certify(&problem, &bodies, &newton(&problem, &bodies).unwrap()).unwrap().pair;
+    let prepared = prepare(&problem);
+    let pair = certify(&prepared, &newton(&prepared).unwrap()).unwrap().pair;
     assert!(check(&problem, &pair).is_valid());
     (problem, pair)
 }
@@ -31,8 +31,8 @@ fn pair() -> (ContactProblem, AdmissiblePair) {
 /// Sliding arcs, whose line is bent and partly open.
 fn bent() -> (ContactProblem, AdmissiblePair) {
     let problem = rings::sliding([(1.0, 0.3), (2.0, 0.2)], [0.003, -0.01], [12, 3]).unwrap();
-    let bodies = condense_both(&problem);
-    let pair = certify(&problem, &bodies, &newton(&problem, &bodies).unwrap()).unwrap().pair;
+    let prepared = prepare(&problem);
+    let pair = certify(&prepared, &newton(&prepared).unwrap()).unwrap().pair;
     assert!(check(&problem, &pair).is_valid(), "{:?}", check(&problem, &pair));
     (problem, pair)
 }
@@ -143,8 +143,8 @@ fn moved(poisson: f64, [width, height]: [f64; 2]) -> (ContactProblem, Estimate) 
     let gap = Gap::Given(0.0.into());
     let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &gap).unwrap();
     let problem = ContactProblem { bodies: [upper, lower], interface };
-    let bodies = condense_both(&problem);
-    let e = certify(&problem, &bodies, &newton(&problem, &bodies).unwrap()).unwrap();
+    let prepared = prepare(&problem);
+    let e = certify(&prepared, &newton(&prepared).unwrap()).unwrap();
     (problem, e)
 }
 
@@ -200,9 +200,9 @@ fn the_allowance_grows_with_the_third_power_of_the_flatness() {
 #[test]
 fn the_allowance_holds_the_work_of_the_pressure_on_a_penetration_that_passes_the_checks() {
     let problem = paper::problem(paper::COARSE).unwrap();
-    let bodies = condense_both(&problem);
-    let iterate = newton(&problem, &bodies).unwrap();
-    let [mut first, second] = displacements(&bodies, &iterate);
+    let prepared = prepare(&problem);
+    let iterate = newton(&prepared).unwrap();
+    let [mut first, second] = displacements(&prepared, &iterate);
     let pairs = problem.interface.pairs();
     let trace = pairs.iter().map(|p| norm(first[p.nodes[0] as usize])).fold(0.0, f64::max);
     let depth = 0.5e-12 * trace;
@@ -213,7 +213,7 @@ fn the_allowance_holds_the_work_of_the_pressure_on_a_penetration_that_passes_the
     let force = &iterate.contact.normal_reaction;
     let opening: Vec<f64> = iterate.opening.iter().map(|o| o - depth).collect();
     let state = ContactState { displacement: [&first, &second], contact_force: force, opening: &opening };
-    let e = estimate_with(&problem, &bodies, &state, Relaxation::Steps(2)).unwrap();
+    let e = estimate_with(&prepared, &state, Relaxation::Steps(2)).unwrap();
     assert!(e.admissibility.is_valid(), "{:?}", e.admissibility);
     let least = (2.0 * depth * force.iter().sum::<f64>()).sqrt();
     assert!(e.round_off >= 0.999 * least, "{} against {least}", e.round_off);
@@ -236,9 +236,9 @@ fn pulled(traction: f64) -> ContactProblem {
 fn an_imbalance_of_the_stress_is_measured_and_counts_twice() {
     const PART: f64 = 1e-9;
     let problem = pulled(0.01);
-    let bodies = condense_both(&problem);
-    let iterate = newton(&problem, &bodies).unwrap();
-    let fields = displacements(&bodies, &iterate);
+    let prepared = prepare(&problem);
+    let iterate = newton(&prepared).unwrap();
+    let fields = displacements(&prepared, &iterate);
     let state = ContactState {
         displacement: [&fields[0], &fields[1]],
         contact_force: &iterate.contact.normal_reaction,
@@ -246,18 +246,19 @@ fn an_imbalance_of_the_stress_is_measured_and_counts_twice() {
     };
     // The factorised bodies carry a load that is not quite that of the problem.
     let bound = |part: f64| {
-        let bodies = condense_both(&pulled(0.01 * (1.0 + part)));
-        estimate_with(&problem, &bodies, &state, Relaxation::Steps(2)).unwrap().unchecked().e_cre
+        let mut other = prepared.clone();
+        other.bodies_mut().clone_from(prepare(&pulled(0.01 * (1.0 + part))).bodies());
+        estimate_with(&other, &state, Relaxation::Steps(2)).unwrap().unchecked().e_cre
     };
     let force = external_forces(&problem.bodies[0]);
-    let alone = bodies[0].displacement_from_nodal_forces(&[]);
-    let free = condense_both(&pulled(0.0));
-    let unloaded = free[0].displacement_from_nodal_forces(&[]);
+    let alone = prepared.bodies()[0].displacement_from_nodal_forces(&[]);
+    let free = prepare(&pulled(0.0));
+    let unloaded = free.bodies()[0].displacement_from_nodal_forces(&[]);
     let work: f64 = force.iter().zip(&alone).zip(&unloaded).map(|((f, u), v)| dot(*f, sub(*u, *v))).sum();
     let residual = PART * work.sqrt();
     // What is linear in the imbalance cancels.
     let added = 0.5 * (bound(PART) + bound(-PART)) - bound(0.0);
-    let round_off = certify(&problem, &bodies, &iterate).unwrap().round_off;
+    let round_off = certify(&prepared, &iterate).unwrap().round_off;
     assert!(residual > 10.0 * round_off, "{residual} {round_off}");
     assert!(added >= 1.9 * residual - round_off, "{added} {residual}");
 }
@@ -265,9 +266,9 @@ fn an_imbalance_of_the_stress_is_measured_and_counts_twice() {
 #[test]
 fn an_imbalance_of_the_stress_of_eta_dis_is_measured_and_counts_twice() {
     let problem = pulled(0.0);
-    let bodies = condense_both(&problem);
-    let iterate = newton(&problem, &bodies).unwrap();
-    let fields = displacements(&bodies, &iterate);
+    let prepared = prepare(&problem);
+    let iterate = newton(&prepared).unwrap();
+    let fields = displacements(&prepared, &iterate);
     let inner = problem.bodies[0].mesh().points().iter().position(|p| *p == [3.0, 2.0]).unwrap();
     let indicator = |part: f64| {
         let mut first = fields[0].clone();
@@ -277,7 +278,7 @@ fn an_imbalance_of_the_stress_of_eta_dis_is_measured_and_counts_twice() {
             contact_force: &iterate.contact.normal_reaction,
             opening: &iterate.opening,
         };
-        estimate_with(&problem, &bodies, &state, Relaxation::Steps(2)).unwrap().unchecked().eta_dis
+        estimate_with(&prepared, &state, Relaxation::Steps(2)).unwrap().unchecked().eta_dis
     };
     // Little enough to pass the checks.
     const PART: f64 = 3e-13;
@@ -285,7 +286,7 @@ fn an_imbalance_of_the_stress_of_eta_dis_is_measured_and_counts_twice() {
     moved[inner][0] = PART;
     let residual = energy_norm_squared(&problem.bodies[0], &moved).sqrt();
     let added = 0.5 * (indicator(PART) + indicator(-PART)) - indicator(0.0);
-    let round_off = certify(&problem, &bodies, &iterate).unwrap().round_off;
+    let round_off = certify(&prepared, &iterate).unwrap().round_off;
     assert!(residual > round_off, "{residual} {round_off}");
     assert!(added >= 1.9 * residual - round_off, "{added} {residual}");
 }
@@ -304,8 +305,8 @@ fn early(contrast: f64, iterations: usize) -> CertifiedSolution {
 
 /// The forces of both bodies, their stiffnesses `1ᵀ S 1`, and `2∫ p o`.
 fn force_data(found: &CertifiedSolution) -> ([f64; 2], [f64; 2], f64) {
-    let bodies = condense_both(&found.problem);
-    let stiffness = bodies.each_ref().map(|body| {
+    let prepared = prepare(&found.problem);
+    let stiffness = prepared.bodies().each_ref().map(|body| {
         let mut force = vec![0.0; body.len()];
         body.apply_schur(&vec![1.0; body.len()], &mut force);
         force.iter().sum::<f64>()

@@ -2,19 +2,18 @@
 
 use certified_contact::Settings;
 use cre_estimator::Relaxation;
-use tests::run::{certify_with, condense_both, displacements, newton};
+use tests::run::{certify_with, displacements, newton, prepare};
 use tests::sharp::Sharp;
 
 #[test]
 fn the_default_relaxation_is_sharp_on_hard_problems() {
     for sharp in Sharp::ALL {
         let problem = sharp.problem().unwrap();
-        let bodies = condense_both(&problem);
-        let iterate = newton(&problem, &bodies).unwrap();
-        let [_, error] = sharp.norm_and_error(&problem, &displacements(&bodies, &iterate));
-        let effectivity = |relaxation| {
-            certify_with(&problem, &bodies, &iterate, relaxation).unwrap().unchecked().e_cre / error
-        };
+        let prepared = prepare(&problem);
+        let iterate = newton(&prepared).unwrap();
+        let [_, error] = sharp.norm_and_error(&problem, &displacements(&prepared, &iterate));
+        let effectivity =
+            |relaxation| certify_with(&prepared, &iterate, relaxation).unwrap().unchecked().e_cre / error;
         let default = effectivity(Settings::default().relaxation);
         let relaxed = effectivity(Relaxation::Steps(300));
         println!("{}: e_CRE/error {default:.3}, fully relaxed {relaxed:.3}", sharp.name());

@@ -8,7 +8,7 @@ use fem_core::norm::energy_norm_squared;
 use nndd::{NnddSettings, NnddStatus};
 use tests::run::solve_alone;
 use tests::shapes::turn;
-use tests::{condense_both, heavy, paper};
+use tests::{heavy, paper, prepare};
 
 fn coarse() -> ContactProblem {
     paper::problem(paper::COARSE).unwrap()
@@ -141,7 +141,7 @@ fn largest_eigenvalue(bodies: &[CondensedBody; 2]) -> f64 {
 
 #[test]
 fn too_large_a_theta_is_noticed_early_and_the_limit_is_named() {
-    let expected = 2.0 / largest_eigenvalue(&condense_both(&coarse()));
+    let expected = 2.0 / largest_eigenvalue(prepare(&coarse()).bodies());
     let answer = run(coarse(), &with(NnddSettings::paper(5.0), Criterion::EtaNndd { tolerance: 1e-8 }));
     let NnddStatus::Diverged { best, theta_limit: Some(limit) } = answer.nndd.status else {
         panic!("{:?}", answer.nndd.status)
@@ -157,7 +157,7 @@ fn too_large_a_theta_is_noticed_early_and_the_limit_is_named() {
 fn the_range_of_theta_is_what_the_limit_says() {
     // Glued by a push without traction, so that all pairs stay in contact and the spectrum rules.
     let pressed = || paper::problem_with(paper::COARSE, paper::YOUNG, 0.0, paper::PUSH, 0.0).unwrap();
-    let limit = 2.0 / largest_eigenvalue(&condense_both(&pressed()));
+    let limit = 2.0 / largest_eigenvalue(prepare(&pressed()).bodies());
     let status = |factor: f64| {
         let nndd = paper_settings(factor * limit, 400);
         run(pressed(), &with(nndd, Criterion::EtaNndd { tolerance: 1e-6 })).nndd.status
@@ -294,7 +294,7 @@ fn results_come_in_the_order_handed_over_whoever_carries_lambda() {
     for problem in [coarse(), heavy::problem(0.3, 8).unwrap()] {
         let runs = [Imposed::First, Imposed::Second, Imposed::Auto]
             .map(|imposed| run(problem.clone(), &carried_by(imposed, 1e-11)));
-        assert_eq!([runs[0].swapped, runs[1].swapped], [false, true]);
+        assert_eq!([0, 1].map(|k| runs[k].roles().imposed()), [0, 1]);
         let expected = results(&runs[0]);
         for answer in &runs {
             let r = results(answer);
@@ -302,7 +302,7 @@ fn results_come_in_the_order_handed_over_whoever_carries_lambda() {
             for b in 0..2 {
                 assert!(close(r.energy_norm_squared[b], expected.energy_norm_squared[b]));
                 assert_eq!(answer.unknowns[b], runs[0].unknowns[b]);
-                let body = &answer.problem.bodies[answer.role(b)];
+                let body = &answer.problem.bodies[b];
                 assert_eq!(body.mesh().points(), problem.bodies[b].mesh().points());
             }
             assert!(close(r.contact_force, expected.contact_force));
@@ -322,10 +322,10 @@ fn results_come_in_the_order_handed_over_whoever_carries_lambda() {
 
 #[test]
 fn the_stiffer_body_carries_lambda_by_default() {
-    for (young, swapped) in [([2000.0, 1000.0], false), ([100.0, 1000.0], true)] {
+    for (young, imposed) in [([2000.0, 1000.0], 0), ([100.0, 1000.0], 1)] {
         let problem = paper::problem_with(paper::COARSE, young, 1.0, paper::PUSH, 0.0).unwrap();
         let answer = run(problem, &Settings::default());
-        assert_eq!(answer.swapped, swapped, "{:?}", answer.role_reason);
+        assert_eq!(answer.roles().imposed(), imposed, "{:?}", answer.role_reason);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::columns::Columns;
 use crate::overkill::Overkill;
-use crate::run::{certify_with, condense_both, displacements, iterates};
+use crate::run::{certify_with, displacements, iterates, prepare};
 use crate::signorini;
 use certified_contact::{Settings, Silent, solve};
 use cre_estimator::Relaxation;
@@ -104,8 +104,8 @@ pub fn course(
     // The roles, and where the default criterion stops.
     let default = solve(problem, &Settings::default(), &mut Silent)?;
     let stop = default.rows.len();
-    let bodies = condense_both(&default.problem);
-    let (_, mut all) = iterates(&default.problem, &bodies, &Settings::default().nndd, 1e-6)?;
+    let prepared = prepare(&default.problem);
+    let (_, mut all) = iterates(&prepared, &Settings::default().nndd, 1e-6)?;
     if all.iter().all(|i| i.iteration != stop) {
         // The answer of Newton after a switch.
         all.push(default.last().clone());
@@ -119,13 +119,11 @@ pub fn course(
     };
     let mut samples = Vec::new();
     for iterate in all.iter().filter(|i| which == Which::Every || i.iteration == stop) {
-        let u = displacements(&bodies, iterate);
+        let u = displacements(&prepared, iterate);
         let error = match (truth, &finer) {
             (Truth::Exact(exact), _) => {
-                let squared = |b: usize| {
-                    let role = default.role(b);
-                    energy_error_squared(&default.problem.bodies[role], &u[role], |x| exact[b](x))
-                };
+                let squared =
+                    |b: usize| energy_error_squared(&default.problem.bodies[b], &u[b], |x| exact[b](x));
                 [(squared(0) + squared(1)).sqrt(); 2]
             }
             (_, Some(finer)) => finer.error([&u[0], &u[1]], &iterate.opening)?,
@@ -139,7 +137,7 @@ pub fn course(
             steps: vec![],
         };
         for &relaxation in relaxations {
-            let e = certify_with(&default.problem, &bodies, iterate, relaxation)?;
+            let e = certify_with(&prepared, iterate, relaxation)?;
             sample.bounds.push(e.certificate().map(|bound| bound.e_cre));
             sample.steps.push(e.pair.relaxation.iter().map(|r| r.steps).sum());
         }

@@ -32,4 +32,4 @@ pub mod stacks;
 pub mod trial;
 pub mod witness;
 
-pub use run::{certify, condense, condense_both, displacements, iterates};
+pub use run::{certify, condense, displacements, iterates, prepare};

@@ -10,7 +10,7 @@
 //! `‖u − u_f‖² + ‖σ − τ_f‖² ≤ e_f²` and the `w` of least energy this encloses the error nearly to the second order of
 //! `e_f/‖u − v‖`; the triangle inequality `‖u_f − v‖ ± e_f` would do so to the first order only.
 
-use crate::run::condense_both;
+use crate::run::prepare;
 use certified_contact::{AdaptSettings, CertifiedSolution, Settings, Silent, solve_adaptively};
 use cre_estimator::Estimate;
 use fem_core::condensation::CondensedBody;
@@ -18,13 +18,14 @@ use fem_core::field::stresses;
 use fem_core::geometry::{Vector, bounding_box, norm, signed_area, sub};
 use fem_core::interface::ContactProblem;
 use fem_core::mesh::TriMesh;
+use fem_core::prepared::PreparedProblem;
 use std::error::Error;
 
 /// A finer solution, ready to measure fields on the coarse meshes it was refined from.
 pub struct Overkill {
     coarse: ContactProblem,
     fine: CertifiedSolution,
-    bodies: [CondensedBody; 2],
+    prepared: PreparedProblem,
     /// Coarse triangle of each fine one.
     parents: [Vec<u32>; 2],
     /// Two coarse pairs of each fine one and the weight of the second.
@@ -48,14 +49,14 @@ impl Overkill {
         if !fine.is_certified() || fine.relative().is_none_or(|r| r > target) {
             return Err(format!("the finer solution is not certified to {target}: {:?}", answer.end).into());
         }
-        let bodies = condense_both(&fine.problem);
+        let prepared = prepare(&fine.problem);
         let meshes = |p: &ContactProblem, b: usize| p.bodies[b].mesh().clone();
         let mut parents = [vec![], vec![]];
         for (b, found) in parents.iter_mut().enumerate() {
             *found = parents_of(&meshes(&fine.problem, b), &meshes(&coarse, b))?;
         }
         let pairs = pairs_of(&fine.problem, &coarse);
-        Ok(Self { coarse, fine, bodies, parents, pairs })
+        Ok(Self { coarse, fine, prepared, parents, pairs })
     }
 
     /// Returns the finer solution's estimate.
@@ -118,7 +119,7 @@ impl Overkill {
             force.iter().zip(&jump).map(|(f, d)| f * d).sum::<f64>().max(0.0)
         };
         // A share t of the jump in the one body and 1 − t in the other: the least of t²a + (1 − t)²b.
-        let [a, b] = [energy(&self.bodies[0]), energy(&self.bodies[1])];
+        let [a, b] = [energy(&self.prepared.bodies()[0]), energy(&self.prepared.bodies()[1])];
         if a + b > 0.0 { (a * b / (a + b)).sqrt() } else { 0.0 }
     }
 }

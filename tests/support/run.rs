@@ -10,6 +10,7 @@ use fem_core::interface::{
     ContactInterface, ContactNormal, ContactProblem, ContactState, Gap, InterfaceSide,
 };
 use fem_core::norm::energy_norm_squared;
+use fem_core::prepared::PreparedProblem;
 use fem_core::quadrature::RADON7;
 use fem_core::tensor::SymTensor2;
 use nndd::stopping::{Decision, EtaNndd, Never, StoppingCriterion};
@@ -27,10 +28,28 @@ pub fn condense(body: &Body, side: &InterfaceSide) -> CondensedBody {
     }
 }
 
-/// Condenses both bodies of a reference problem.
-pub fn condense_both(problem: &ContactProblem) -> [CondensedBody; 2] {
-    let sides = problem.interface.sides();
-    [condense(&problem.bodies[0], &sides[0]), condense(&problem.bodies[1], &sides[1])]
+/// Pairs the bodies of a problem in the other order: the surface "top" first, "bottom" second. The gap is constant.
+///
+/// # Panics
+/// If the surfaces cannot be paired.
+pub fn exchanged(problem: ContactProblem) -> ContactProblem {
+    let gap = Gap::Given(problem.interface.pairs()[0].gap.into());
+    let [first, second] = problem.bodies;
+    match ContactInterface::pair(&second, &first, ["top", "bottom"], &gap) {
+        Ok(interface) => ContactProblem { bodies: [second, first], interface },
+        Err(e) => unreachable!("the surfaces cannot be paired in the other order: {e}"),
+    }
+}
+
+/// Prepares a reference problem.
+///
+/// # Panics
+/// If its bodies cannot be factorised.
+pub fn prepare(problem: &ContactProblem) -> PreparedProblem {
+    match PreparedProblem::new(problem.clone()) {
+        Ok(prepared) => prepared,
+        Err(e) => unreachable!("the reference problem cannot be prepared: {e}"),
+    }
 }
 
 /// Solves a body without interface.
@@ -39,23 +58,16 @@ pub fn solve_alone(body: &Body) -> Vec<Vector> {
 }
 
 /// Recovers the displacements of an iteration.
-pub fn displacements(bodies: &[CondensedBody; 2], iterate: &Iterate) -> [Vec<Vector>; 2] {
-    [
-        bodies[0].displacement_from_trace(&iterate.lambda),
-        bodies[1].displacement_from_trace(&iterate.contact.normal_trace),
-    ]
+pub fn displacements(prepared: &PreparedProblem, iterate: &Iterate) -> [Vec<Vector>; 2] {
+    prepared.displacements(iterate.traces())
 }
 
 /// Certifies an iteration by EET alone.
 ///
 /// # Errors
 /// None, for finite numbers.
-pub fn certify(
-    problem: &ContactProblem,
-    bodies: &[CondensedBody; 2],
-    iterate: &Iterate,
-) -> Result<Estimate, EstimatorError> {
-    certify_with(problem, bodies, iterate, Relaxation::NONE)
+pub fn certify(prepared: &PreparedProblem, iterate: &Iterate) -> Result<Estimate, EstimatorError> {
+    certify_with(prepared, iterate, Relaxation::NONE)
 }
 
 /// Certifies an iteration.
@@ -63,18 +75,17 @@ pub fn certify(
 /// # Errors
 /// None, for finite numbers.
 pub fn certify_with(
-    problem: &ContactProblem,
-    bodies: &[CondensedBody; 2],
+    prepared: &PreparedProblem,
     iterate: &Iterate,
     relaxation: Relaxation,
 ) -> Result<Estimate, EstimatorError> {
-    let u = displacements(bodies, iterate);
+    let u = displacements(prepared, iterate);
     let state = ContactState {
         displacement: [&u[0], &u[1]],
         contact_force: &iterate.contact.normal_reaction,
         opening: &iterate.opening,
     };
-    estimate_with(problem, bodies, &state, relaxation)
+    estimate_with(prepared, &state, relaxation)
 }
 
 /// Pairs the surfaces "bottom" and "top" of two bodies without gap, after a common refinement.
@@ -120,16 +131,15 @@ impl StoppingCriterion for Recorder {
 /// # Errors
 /// Settings that make no sense.
 pub fn iterates(
-    problem: &ContactProblem,
-    bodies: &[CondensedBody; 2],
+    prepared: &PreparedProblem,
     settings: &NnddSettings,
     tolerance: f64,
 ) -> Result<(NnddSolution, Vec<Iterate>), NnddError> {
     let mut recorder = Recorder { inner: EtaNndd::new(tolerance), iterates: Vec::new() };
-    let lambda = vec![0.0; problem.interface.pairs().len()];
+    let lambda = vec![0.0; prepared.pairs()];
     let mut settings = settings.clone();
     settings.method = Method::Nndd;
-    let solution = nndd::solve(problem, bodies, lambda, &settings, &mut recorder)?;
+    let solution = nndd::solve(prepared, lambda, &settings, &mut recorder)?;
     Ok((solution, recorder.iterates))
 }
 
@@ -137,25 +147,21 @@ pub fn iterates(
 ///
 /// # Errors
 /// λ of the wrong length.
-pub fn pair_of(
-    problem: &ContactProblem,
-    bodies: &[CondensedBody; 2],
-    lambda: Vec<f64>,
-) -> Result<Iterate, NnddError> {
+pub fn pair_of(prepared: &PreparedProblem, lambda: Vec<f64>) -> Result<Iterate, NnddError> {
     let mut settings = NnddSettings::paper(0.4);
     settings.max_iterations = 1;
-    Ok(nndd::solve(problem, bodies, lambda, &settings, &mut Never)?.last)
+    Ok(nndd::solve(prepared, lambda, &settings, &mut Never)?.last)
 }
 
 /// Solves the discrete contact problem by the interface Newton method.
 ///
 /// # Errors
 /// None, for sound problems.
-pub fn newton(problem: &ContactProblem, bodies: &[CondensedBody; 2]) -> Result<Iterate, NnddError> {
+pub fn newton(prepared: &PreparedProblem) -> Result<Iterate, NnddError> {
     let mut settings = NnddSettings::default();
     settings.method = Method::Newton;
-    let lambda = vec![0.0; problem.interface.pairs().len()];
-    Ok(nndd::solve(problem, bodies, lambda, &settings, &mut Never)?.last)
+    let lambda = vec![0.0; prepared.pairs()];
+    Ok(nndd::solve(prepared, lambda, &settings, &mut Never)?.last)
 }
 
 /// Computes `‖u‖` and `‖u − v‖` of two pairs of displacement fields, square roots of energies.

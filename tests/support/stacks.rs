@@ -324,10 +324,8 @@ impl Measured {
         else {
             return Ok(None);
         };
-        let squared = |b: usize| {
-            let role = found.role(b);
-            exact.error_squared(b, &found.problem.bodies[role], &estimate.pair.displacement[role])
-        };
+        let squared =
+            |b: usize| exact.error_squared(b, &found.problem.bodies[b], &estimate.pair.displacement[b]);
         let force = bounds.contact_force.ok_or("a straight line without a bound of its force")?;
         Ok(Some(Self {
             error: rounded((squared(0) + squared(1)).sqrt()),

@@ -3,7 +3,7 @@
 use crate::adversarial::Family;
 use crate::precise::{Precise, energy, minus, precise, rounded};
 use crate::random::Random;
-use crate::run::{certify_with, condense_both};
+use crate::run::{certify_with, prepare};
 use crate::witness::{Ladder, Law};
 use certified_contact::{
     AdaptSettings, CertifiedSolution, Criterion, Imposed, Settings, Silent, solve, solve_adaptively,
@@ -86,9 +86,9 @@ fn trial(family: Family, number: u64) -> Result<Option<Trial>, Box<dyn Error>> {
     let Some(solution) = solved(family, number) else { return Ok(None) };
     let (Some(estimate), Some(bounds)) = (&solution.estimate, &solution.bounds) else { return Ok(None) };
     let problem = &solution.problem;
-    let bodies = condense_both(problem);
+    let prepared = prepare(problem);
     let iterate = solution.last();
-    let two = certify_with(problem, &bodies, iterate, Relaxation::Steps(2))?;
+    let two = certify_with(&prepared, iterate, Relaxation::Steps(2))?;
     let nodes = problem.bodies.iter().map(|b| b.mesh().points().len()).sum();
     let ladder = Ladder::new(problem, if nodes <= SMALL { 2 } else { 1 })?;
     let mut settings = Settings::default();
@@ -124,17 +124,15 @@ fn trial(family: Family, number: u64) -> Result<Option<Trial>, Box<dyn Error>> {
     }))
 }
 
-/// Holds `η_NNDD` of a pair against the discrete solution by Newton's method with the bodies exchanged: how far the pair is from
+/// Holds `η_NNDD` of a pair against the discrete solution by Newton's method with the roles exchanged: how far the pair is from
 /// it, and whether that violates one of the two, or the energy does; `None` without such a solution.
 fn discrete(problem: &ContactProblem, pair: &AdmissiblePair, eta: f64) -> Option<(f64, bool)> {
     let mut settings = Settings::default();
-    settings.imposed = Imposed::First;
+    settings.imposed = Imposed::Second;
     settings.nndd.method = Method::Newton;
-    let other = solve(problem.clone().swapped(), &settings, &mut Silent).ok()?;
+    let other = solve(problem.clone(), &settings, &mut Silent).ok()?;
     let estimate = other.estimate.as_ref()?;
-    let [second, first] = [0, 1].map(|b: usize| estimate.pair.displacement[b].clone());
-    let v = &pair.displacement;
-    let w = [first, second];
+    let (v, w) = (&pair.displacement, &estimate.pair.displacement);
     let squared = |b: usize| {
         let difference: Vec<Precise> =
             v[b].iter().zip(&w[b]).map(|(v, w)| minus(precise(*v), precise(*w))).collect();

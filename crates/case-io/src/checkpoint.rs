@@ -1,6 +1,6 @@
 //! Checkpoints of adaptive runs: what an interrupted run needs to be resumed.
 //!
-//! A file holds one line, `nndd checkpoint 1` and the SHA-256 of the rest, and then JSON. Two are kept, the newest and
+//! A file holds one line, `nndd checkpoint 2` and the SHA-256 of the rest, and then JSON. Two are kept, the newest and
 //! the one before it, each written under a temporary name and renamed: whenever a process is killed, one is whole. A
 //! file that was damaged afterwards is recognised by its hash, and the older one is used.
 
@@ -14,7 +14,7 @@ use thiserror::Error;
 pub use crate::output::{CHECKPOINT as NEWEST, CHECKPOINT_BEFORE as PREVIOUS};
 
 /// How files of this version begin.
-const HEAD: &str = "nndd checkpoint 1 ";
+const HEAD: &str = "nndd checkpoint 2 ";
 
 /// A run, and how far it has come.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -25,11 +25,11 @@ pub struct Checkpoint {
     pub progress: Option<Progress>,
 }
 
-/// The course of an adaptive run up to a mesh that is to be solved, bodies in the roles of the iteration.
+/// The course of an adaptive run up to a mesh that is to be solved.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
-    /// Whether the roles are exchanged against the case file.
-    pub swapped: bool,
+    /// The body that carries λ, from 0.
+    pub imposed: usize,
     /// The compliances by which the roles were chosen, m³/N; `None` if the case says who carries λ.
     pub compliance: Option<[f64; 2]>,
     /// The second mesh and every one after it; the last one is to be solved.
@@ -235,7 +235,7 @@ mod tests {
             energy_norm_squared: Some(f64::MIN_POSITIVE),
             seconds: 0.0,
         };
-        let progress = Progress { swapped: true, compliance: None, meshes: vec![mesh], steps: vec![step] };
+        let progress = Progress { imposed: 1, compliance: None, meshes: vec![mesh], steps: vec![step] };
         Checkpoint { case: json!({"a": 1}), progress: Some(progress) }
     }
 

@@ -90,7 +90,7 @@ pub struct AdaptiveSolution {
 /// * `problem`: bodies in the user's order, on their first meshes; every finer mesh poses the same problem,
 ///   except for data that are interpolated linearly along edges.
 /// * `settings`: of the solve on every mesh. The default criterion, which compares the iteration error with the mesh
-///   error, is recommended. The order of the bodies and λ are chosen on the first mesh and kept.
+///   error, is recommended. The roles of the bodies and λ are chosen on the first mesh and kept.
 ///
 /// # Example
 /// Two blocks, the upper one pressed down and held at its left side: a certified 8 % from a very coarse start.
@@ -122,7 +122,7 @@ pub fn solve_adaptively(
 ) -> Result<AdaptiveSolution, SolveError> {
     let solution = solve(problem, settings, observer)?;
     let course = Course::new(solution);
-    go_on(course, None, settings, adapt, observer)
+    follow(course, None, settings, adapt, observer)
 }
 
 /// Resumes an interrupted adaptive run. The result is that of an uninterrupted run.
@@ -151,10 +151,10 @@ pub fn resume_adaptively(
         let (finer, edges) = record.replay(&problem, step)?;
         if observer.has_room_for(&finer) {
             let start = record.start_of(step)?.clone();
-            match solve_again(finer, record.roles(), start, settings, observer) {
+            match solve_again(finer, record.role_reason, start, settings, observer) {
                 Ok(solution) => {
                     let course = Course { solution, edges, record, best: None };
-                    return go_on(course, Some(&problem), settings, adapt, observer);
+                    return follow(course, Some(&problem), settings, adapt, observer);
                 }
                 Err(SolveError::Stopped) => return Err(SolveError::Stopped),
                 Err(_) => {}
@@ -179,8 +179,8 @@ impl Course {
     /// Starts with the solution on the first mesh.
     fn new(solution: CertifiedSolution) -> Self {
         let edges = [0, 1].map(|b| RefinementEdges::longest(solution.problem.bodies[b].mesh()));
-        let (swapped, role_reason) = (solution.swapped, solution.role_reason);
-        let record = Checkpoint { swapped, role_reason, meshes: Vec::new(), history: Vec::new() };
+        let (roles, role_reason) = (solution.roles(), solution.role_reason);
+        let record = Checkpoint { roles, role_reason, meshes: Vec::new(), history: Vec::new() };
         Self { solution, edges, record, best: None }
     }
 }
@@ -188,7 +188,7 @@ impl Course {
 /// Refines and solves until there is a reason to end.
 ///
 /// * `first`: the problem on its first mesh, if the run was resumed.
-fn go_on(
+fn follow(
     course: Course,
     first: Option<&ContactProblem>,
     settings: &Settings,
@@ -223,7 +223,7 @@ fn go_on(
             break AdaptiveEnd::Interrupted;
         }
         // Solve and estimate.
-        let finer = match solve_again(problem, record.roles(), start, settings, observer) {
+        let finer = match solve_again(problem, record.role_reason, start, settings, observer) {
             Ok(finer) => finer,
             Err(SolveError::Stopped) => break AdaptiveEnd::Interrupted,
             Err(error) => break AdaptiveEnd::Failed(error),
@@ -257,7 +257,7 @@ fn solve_step(
         return solve(first.clone(), settings, &mut Silent);
     }
     let (problem, _) = record.replay(first, step)?;
-    solve_again(problem, record.roles(), record.start_of(step)?.clone(), settings, &mut Silent)
+    solve_again(problem, record.role_reason, record.start_of(step)?.clone(), settings, &mut Silent)
 }
 
 /// Finds the first step with the smallest valid bound.

@@ -1,11 +1,9 @@
 //! Bounds of other quantities of the exact solution, from the bound of the energy error.
 
 use cre_estimator::Estimate;
-use fem_core::assembly::external_forces;
-use fem_core::condensation::CondensedBody;
 use fem_core::geometry::dot;
-use fem_core::interface::ContactProblem;
 use fem_core::norm;
+use fem_core::prepared::PreparedProblem;
 use nndd::Iterate;
 
 /// Bounds `[lower, upper]` of quantities of the exact solution `u`. They follow from `e_CRE` without any constant and
@@ -51,28 +49,23 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// * `bodies`, `iterate`, `estimate`: all of the same iteration, with its order of the bodies.
-    pub(crate) fn new(
-        problem: &ContactProblem,
-        bodies: &[CondensedBody; 2],
-        iterate: &Iterate,
-        estimate: &Estimate,
-    ) -> Self {
+    /// * `iterate`, `estimate`: of one iteration.
+    pub(crate) fn new(problem: &PreparedProblem, iterate: &Iterate, estimate: &Estimate) -> Self {
         let e = estimate.unchecked().e_cre;
         let energy: f64 = estimate.energy_norm_squared.iter().sum();
         let norm = energy.sqrt();
         let (mut work, mut size) = (0.0, 0.0);
-        for (body, displacement) in problem.bodies.iter().zip(&estimate.pair.displacement) {
-            for (f, u) in external_forces(body).into_iter().zip(displacement) {
-                work += dot(f, *u);
-                size += dot(f, *u).abs();
+        for (forces, displacement) in problem.external_forces().iter().zip(&estimate.pair.displacement) {
+            for (f, u) in forces.iter().zip(displacement) {
+                work += dot(*f, *u);
+                size += dot(*f, *u).abs();
             }
         }
         let potential = 0.5 * energy - work;
         // The admissible displacement is v + l: J(v + l) = J(v) + (K v − f)·l + ½ ‖l‖².
         let lift = &estimate.pair.lift;
-        let forces = if lift.body == 0 { &iterate.reaction } else { &iterate.contact.normal_reaction };
-        let sign = if lift.body == 0 { -1.0 } else { 1.0 };
+        let role = problem.roles().of_body(lift.body);
+        let (forces, sign) = (iterate.forces()[role], [-1.0, 1.0][role]);
         let lifted: f64 = lift.by_pair.iter().zip(forces).map(|(l, r)| sign * l * r).sum();
         let upper = potential + (lifted + 0.5 * lift.energy).max(0.0);
         // Rounding of the displacements affects the energies as well as the bound.
@@ -81,7 +74,7 @@ impl Bounds {
         Self {
             energy_norm: [(norm - e - round_off).max(0.0), norm + e + round_off],
             potential_energy: [potential - 0.5 * e * e - noise, upper + noise],
-            contact_force: contact_force(problem, bodies, iterate, estimate),
+            contact_force: contact_force(problem, iterate, estimate),
         }
     }
 }
@@ -89,32 +82,29 @@ impl Bounds {
 /// A sum below this fraction of its terms has lost digits.
 const CANCELLED: f64 = 1e-3;
 
-fn contact_force(
-    problem: &ContactProblem,
-    bodies: &[CondensedBody; 2],
-    iterate: &Iterate,
-    estimate: &Estimate,
-) -> Option<[f64; 2]> {
-    let pairs = problem.interface.pairs();
+fn contact_force(problem: &PreparedProblem, iterate: &Iterate, estimate: &Estimate) -> Option<[f64; 2]> {
+    let pairs = problem.problem().interface.pairs();
     let straight = pairs.iter().all(|p| p.normal == pairs[0].normal);
     let stiffness = |b: usize| {
+        let condensed = &problem.bodies()[b];
         let mut force = vec![0.0; pairs.len()];
-        bodies[b].apply_schur(&vec![1.0; pairs.len()], &mut force);
+        condensed.apply_schur(&vec![1.0; pairs.len()], &mut force);
         let (sum, size) = force.iter().fold((0.0, 0.0), |(sum, size), f| (sum + f, size + f.abs()));
-        let largest = bodies[b].schur().iter().fold(0.0f64, |m, s| m.max(s.abs()));
+        let largest = condensed.schur().iter().fold(0.0f64, |m, s| m.max(s.abs()));
         if sum > CANCELLED * size.max(largest) {
             return sum;
         }
         // If a soft part supports a stiff one, the rows of S add up to round-off. Any displacement with that trace is
         // valid: its energy comes from its strains.
-        let w = bodies[b].correction_from_trace(&vec![1.0; pairs.len()]);
-        norm::energy_norm_squared(&problem.bodies[b], &w)
+        let w = condensed.correction_from_trace(&vec![1.0; pairs.len()]);
+        norm::energy_norm_squared(&problem.problem().bodies[b], &w)
     };
-    let s = [stiffness(0), stiffness(1)];
+    let s = problem.roles().bodies().map(stiffness);
     let sum = |r: &[f64]| r.iter().sum::<f64>();
-    let (first, second) = (-sum(&iterate.reaction), sum(&iterate.contact.normal_reaction));
+    let [first, second] = iterate.forces();
+    let (first, second) = (-sum(first), sum(second));
     let share = s[1] / (s[0] + s[1]);
-    // The pressure adds up to the force of the second body, whichever body it is integrated on.
+    // The pressure adds up to the force of Ω₂, whichever body it is integrated on.
     let mean = 0.5 * (second + share * first + (1.0 - share) * second);
     let contact: f64 = estimate.cre.by_contact_edge.iter().sum();
     let radius = 0.5 * (estimate.unchecked().e_cre.powi(2) + contact.max(0.0)).sqrt() * (share * s[0]).sqrt();

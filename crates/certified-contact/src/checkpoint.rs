@@ -3,8 +3,8 @@
 use crate::error::SolveError;
 use crate::history::Step;
 use crate::refine::edges_of_cells;
-use crate::solution::{RoleReason, Roles};
-use fem_core::interface::ContactProblem;
+use crate::solution::RoleReason;
+use fem_core::interface::{ContactProblem, Roles};
 use fem_core::mesh::refine::RefinementEdges;
 use nndd::Start;
 
@@ -13,8 +13,8 @@ use nndd::Start;
 /// It does not contain meshes: they are rebuilt bit for bit from the first one and the cells that were refined.
 #[derive(Clone, Debug)]
 pub struct Checkpoint {
-    /// Whether the bodies are swapped relative to the order passed in.
-    pub swapped: bool,
+    /// Who carries λ.
+    pub roles: Roles,
     /// Why the body was chosen that carries λ.
     pub role_reason: RoleReason,
     /// The second mesh and all later ones; the last one is still to be solved.
@@ -26,7 +26,7 @@ pub struct Checkpoint {
 /// How a mesh was made from the previous one, and the initial values of its iteration.
 #[derive(Clone, Debug)]
 pub struct FinerMesh {
-    /// For each round, the cells of each body whose three edges were halved, in the order of the iteration.
+    /// For each round, the cells of each body whose three edges were halved.
     pub rounds: Vec<[Vec<u32>; 2]>,
     /// λ and the active set.
     pub start: Start,
@@ -45,7 +45,7 @@ impl Checkpoint {
         first: &ContactProblem,
         step: usize,
     ) -> Result<(ContactProblem, [RefinementEdges; 2]), SolveError> {
-        let mut problem = if self.swapped { first.clone().swapped() } else { first.clone() };
+        let mut problem = first.clone().with_roles(self.roles);
         let mut edges = [0, 1].map(|b| RefinementEdges::longest(problem.bodies[b].mesh()));
         for round in self.meshes.iter().take(step - 1).flat_map(|mesh| &mesh.rounds) {
             let cells = |b: usize| problem.bodies[b].mesh().triangles().len();
@@ -68,11 +68,6 @@ impl Checkpoint {
     pub(crate) fn start_of(&self, step: usize) -> Result<&Start, SolveError> {
         let mesh = self.meshes.get(step.wrapping_sub(2));
         mesh.map(|m| &m.start).ok_or(SolveError::Checkpoint { what: "it lacks a mesh" })
-    }
-
-    /// Returns which body carries λ.
-    pub(crate) fn roles(&self) -> Roles {
-        Roles { swapped: self.swapped, reason: self.role_reason }
     }
 
     /// Removes the mesh that is still to be solved: the previous one is then solved again.

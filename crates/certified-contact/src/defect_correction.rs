@@ -8,9 +8,9 @@
 //! ```
 //! until the increments vanish: (28) of [`crate::theory`].
 
-use fem_core::condensation::CondensedBody;
 use fem_core::double_double::DoubleDouble;
-use fem_core::interface::ContactProblem;
+use fem_core::interface::Pair;
+use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
 use nndd::stopping::EtaNndd;
 use nndd::{Iterate, NnddError, NnddSettings, Path, Start};
@@ -32,7 +32,7 @@ pub(crate) struct Corrected {
 
 /// Corrects an iterate by its own defect.
 ///
-/// * `bodies`: their condensed loads change and are restored.
+/// * `problem`: its gaps and condensed loads change and are restored.
 /// * `fields`: of the iterate.
 /// * `advance`: whether λ may change; if not, only step 1 is repeated for the same λ.
 ///
@@ -42,8 +42,7 @@ pub(crate) struct Corrected {
 /// # Errors
 /// See [`nndd::solve_from`].
 pub(crate) fn correct(
-    problem: &ContactProblem,
-    bodies: &mut [CondensedBody; 2],
+    problem: &mut PreparedProblem,
     iterate: &Iterate,
     fields: [SplitField; 2],
     settings: &NnddSettings,
@@ -52,23 +51,26 @@ pub(crate) fn correct(
     if settings.path == Path::Literal {
         return Ok(None);
     }
-    let loads = [0, 1].map(|b: usize| bodies[b].condensed_load().to_vec());
+    let gaps: Vec<f64> = problem.problem().interface.pairs().iter().map(|p| p.gap).collect();
+    let loads = problem.bodies().each_ref().map(|body| body.condensed_load().to_vec());
     let mut settings = settings.clone();
     settings.max_iterations = if advance { MOST_ITERATIONS } else { 1 };
-    let mut correction = Correction { problem, bodies, settings, increments: problem.clone() };
+    let mut correction = Correction { increments: problem, gaps, settings };
     let found = correction.run(iterate, fields);
-    for (body, load) in bodies.iter_mut().zip(loads) {
+    let Correction { increments: problem, gaps, .. } = correction;
+    problem.replace_gaps(&gaps);
+    for (body, load) in problem.bodies_mut().iter_mut().zip(loads) {
         body.replace_condensed_load(load);
     }
     found
 }
 
 struct Correction<'a> {
-    problem: &'a ContactProblem,
-    bodies: &'a mut [CondensedBody; 2],
+    /// The problem for increments about the current fields: its gaps and condensed loads are what the fields leave.
+    increments: &'a mut PreparedProblem,
+    /// The gaps of the problem itself.
+    gaps: Vec<f64>,
     settings: NnddSettings,
-    /// The problem with the current openings as gaps.
-    increments: ContactProblem,
 }
 
 impl Correction<'_> {
@@ -84,15 +86,14 @@ impl Correction<'_> {
             let forces = self.restate(&mut fields);
             let start = Start { lambda: vec![0.0; active.len()], active: Some(active) };
             let mut stop = EtaNndd::new(REDUCTION);
-            let found =
-                nndd::solve_from(&self.increments, self.bodies, start, &self.settings, &mut stop)?.last;
+            let found = nndd::solve_from(self.increments, start, &self.settings, &mut stop)?.last;
             let size = increment_energy(&found, &forces);
             if !(size < before) {
                 break;
             }
-            let traces = [&found.lambda, &found.contact.normal_trace];
-            for (b, x) in traces.into_iter().enumerate() {
-                fields[b].add(&self.bodies[b].correction_from_trace(x));
+            let (sides, bodies) = (self.increments.sides(), self.increments.roles().bodies());
+            for (role, x) in found.traces().into_iter().enumerate() {
+                fields[bodies[role]].add(&sides[role].correction_from_trace(x));
             }
             active = found.contact.active.clone();
             let worthwhile = size < WORTHWHILE * before && size > 0.0;
@@ -108,36 +109,35 @@ impl Correction<'_> {
     /// Brings the fields into equilibrium for their traces and sets up the problem for increments from them. Returns
     /// the forces of both bodies on the interface.
     fn restate(&mut self, fields: &mut [SplitField; 2]) -> [Vec<f64>; 2] {
-        let Self { problem, bodies, .. } = self;
+        let Self { increments, gaps, .. } = self;
         let [first, second] = fields;
         let of_body = |b: usize, field: &mut SplitField| {
-            bodies[b].refine(&problem.bodies[b], &[], true, field);
-            bodies[b].interface_forces(&residual::of_field(&problem.bodies[b], field))
+            let (body, condensed) = (&increments.problem().bodies[b], &increments.bodies()[b]);
+            condensed.refine(body, &[], true, field);
+            condensed.interface_forces(&residual::of_field(body, field))
         };
         let (r1, r2) = rayon::join(|| of_body(0, first), || of_body(1, second));
-        for (b, r) in [&r1, &r2].into_iter().enumerate() {
-            self.bodies[b].replace_condensed_load(r.iter().map(|r| -r).collect());
+        for (body, r) in increments.bodies_mut().iter_mut().zip([&r1, &r2]) {
+            body.replace_condensed_load(r.iter().map(|r| -r).collect());
         }
-        let gaps: Vec<f64> = (0..r1.len()).map(|k| self.opening(fields, k).rounded()).collect();
-        self.increments.interface = self.problem.interface.with_gaps(&gaps);
-        [r1, r2]
-    }
-
-    /// Computes the opening `g − (u¹ − u²)·n` of a pair.
-    fn opening(&self, fields: &[SplitField; 2], pair: usize) -> DoubleDouble {
-        let pair = &self.problem.interface.pairs()[pair];
-        let [a, b] = [0, 1].map(|b: usize| fields[b].at(pair.nodes[b] as usize));
-        (b[0] - a[0]) * pair.normal[0] + (b[1] - a[1]) * pair.normal[1] + pair.gap
+        let pairs = increments.problem().interface.pairs().iter().zip(gaps.iter());
+        let openings: Vec<f64> = pairs.map(|(pair, gap)| opening(fields, pair, *gap).rounded()).collect();
+        increments.replace_gaps(&openings);
+        let sign = increments.roles().sign();
+        let by_body = [r1, r2].map(|r| r.into_iter().map(|r| sign * r).collect());
+        increments.roles().by_body(by_body)
     }
 
     /// Converts an iterate of the increments into one of the problem.
     fn total(&self, iterate: &Iterate, found: Iterate, fields: &[SplitField; 2]) -> Iterate {
-        let trace = |b: usize| -> Vec<f64> {
-            let pairs = self.problem.interface.pairs().iter();
+        let roles = self.increments.roles();
+        let trace = |role: usize| -> Vec<f64> {
+            let b = roles.bodies()[role];
+            let pairs = self.increments.problem().interface.pairs().iter();
             pairs
                 .map(|p| {
                     let u = fields[b].at(p.nodes[b] as usize);
-                    (u[0] * p.normal[0] + u[1] * p.normal[1]).rounded()
+                    roles.sign() * (u[0] * p.normal[0] + u[1] * p.normal[1]).rounded()
                 })
                 .collect()
         };
@@ -156,6 +156,12 @@ impl Correction<'_> {
             eta_nndd: found.eta_nndd,
         }
     }
+}
+
+/// Computes the opening `g − (u¹ − u²)·n` of a pair.
+fn opening(fields: &[SplitField; 2], pair: &Pair, gap: f64) -> DoubleDouble {
+    let [a, b] = [0, 1].map(|b: usize| fields[b].at(pair.nodes[b] as usize));
+    (b[0] - a[0]) * pair.normal[0] + (b[1] - a[1]) * pair.normal[1] + gap
 }
 
 /// Computes `Σ x·S x` of the increments of both bodies, J/m.

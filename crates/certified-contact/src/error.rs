@@ -1,9 +1,8 @@
 //! Errors on the way from a problem to its certified solution.
 
 use cre_estimator::EstimatorError;
-use fem_core::assembly::AssemblyError;
-use fem_core::condensation::FactorError;
 use fem_core::interface::RefineError;
+use fem_core::prepared::PrepareError;
 use nndd::NnddError;
 use thiserror::Error;
 
@@ -11,22 +10,9 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SolveError {
-    /// A body cannot be assembled, for example a floating one.
-    #[error("body {body}: {source}")]
-    Assembly {
-        /// The body, from 0, in the order passed in.
-        body: usize,
-        /// What is wrong.
-        source: AssemblyError,
-    },
-    /// A body cannot be factorised.
-    #[error("body {body}: {source}")]
-    Factor {
-        /// The body, from 0, in the order passed in.
-        body: usize,
-        /// What is wrong.
-        source: FactorError,
-    },
+    /// The bodies cannot be assembled or factorised, for example floating ones.
+    #[error(transparent)]
+    Prepare(PrepareError),
     /// The iteration cannot be run.
     #[error(transparent)]
     Nndd(#[from] NnddError),

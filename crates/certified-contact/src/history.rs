@@ -1,6 +1,7 @@
 //! The history of a run.
 
 use cre_estimator::Estimate;
+use fem_core::interface::Roles;
 use nndd::{Iterate, IterationRow};
 
 /// One iteration with its estimate, if there is one.
@@ -18,10 +19,9 @@ pub struct Row {
 }
 
 impl Row {
-    /// Creates the row of an iterate without estimate; `swapped`: the bodies are swapped.
-    pub(crate) fn new(iterate: &Iterate, swapped: bool) -> Self {
-        let [first, second] = iterate.contact_forces();
-        let contact_forces = if swapped { [second, first] } else { [first, second] };
+    /// Creates the row of an iterate without estimate.
+    pub(crate) fn new(iterate: &Iterate, roles: Roles) -> Self {
+        let contact_forces = roles.by_body(iterate.contact_forces());
         Self { iteration: iterate.into(), contact_forces, eta_dis: None, e_cre: None }
     }
 

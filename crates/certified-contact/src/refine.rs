@@ -54,7 +54,7 @@ pub(crate) enum Refined {
     NoRoom,
 }
 
-/// A finer problem in the order of the iteration, and the initial values of its iteration.
+/// A finer problem, and the initial values of its iteration.
 pub(crate) struct Finer {
     pub(crate) problem: ContactProblem,
     pub(crate) refinement_edges: [RefinementEdges; 2],
@@ -85,7 +85,7 @@ pub(crate) fn refine(
     let mut finer: Option<RefinedProblem> = None;
     loop {
         let problem = finer.as_ref().map_or(&solution.problem, |f| &f.problem);
-        let ranked = marking::ranking([&contributions[0], &contributions[1]]);
+        let ranked = rank(problem, &contributions);
         let least = (LEAST_ROUND * ranked.len() as f64).ceil() as usize;
         let bulk = marking::bulk(&ranked, fraction).max(least);
         let mut count = largest_count(problem, &edges, &ranked, bulk, wanted);
@@ -115,6 +115,14 @@ pub(crate) fn refine(
         None if something => Refined::NoRoom,
         None => Refined::NothingToRefine,
     })
+}
+
+/// Ranks the cells of both bodies; of equal ones those of Ω₁ come first.
+fn rank(problem: &ContactProblem, contributions: &[Vec<f64>; 2]) -> Vec<Contribution> {
+    let bodies = problem.interface.roles().bodies();
+    let mut ranked = marking::ranking(bodies.map(|b| contributions[b].as_slice()));
+    ranked.iter_mut().for_each(|c| c.body = bodies[c.body]);
+    ranked
 }
 
 /// Lists the cells of each body, ascending.

@@ -1,13 +1,13 @@
 //! The quantities of interest: forces, pressures, openings, reactions.
 
 use cre_estimator::{AdmissiblePair, Estimate};
-use fem_core::assembly::external_forces;
 use fem_core::body::Body;
 use fem_core::double_double::DoubleDouble;
 use fem_core::field;
 use fem_core::geometry::{Vector, add, cross, norm, scale, sub};
 use fem_core::interface::ContactProblem;
 use fem_core::mesh::TriMesh;
+use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
 use nndd::Iterate;
 
@@ -88,29 +88,29 @@ pub struct Results {
     pub max_von_mises: Option<f64>,
 }
 
-/// Computes the results of an iteration; `swapped`: the bodies are swapped.
+/// Computes the results of an iteration.
 ///
 /// * `low`: low-order parts of the displacements (their rounding errors), if known.
 pub(crate) fn results(
-    problem: &ContactProblem,
-    swapped: bool,
+    prepared: &PreparedProblem,
     iterate: &Iterate,
     estimate: &Estimate,
     low: Option<[Vec<Vector>; 2]>,
 ) -> Results {
-    let (pair, energies) = (&estimate.pair, estimate.energy_norm_squared);
+    let (problem, roles) = (prepared.problem(), prepared.roles());
+    let pair = &estimate.pair;
     let forces =
         |b: usize| nodal_forces(&problem.bodies[b], &pair.displacement[b], low.as_ref().map(|low| &low[b]));
-    let order = if swapped { [1, 0] } else { [0, 1] };
+    let forces_of = |b: usize| iterate.forces()[roles.of_body(b)];
     let interface = &problem.interface;
     let pressure = &pair.pressure;
     let mean = |e: &fem_core::interface::ContactEdge| {
         0.5 * (pressure[e.pairs[0] as usize] + pressure[e.pairs[1] as usize])
     };
     let mut reactions = Vec::new();
-    let balance = order.map(|b| {
-        let contact = if b == 0 { &iterate.reaction } else { &iterate.contact.normal_reaction };
-        support_reactions(problem, b, forces(b), contact, order[b], &mut reactions)
+    let balance = [0, 1].map(|b: usize| {
+        let contact: Vec<f64> = forces_of(b).iter().map(|r| roles.sign() * r).collect();
+        support_reactions(prepared, b, forces(b), &contact, &mut reactions)
     });
     let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
     let von_mises = |b: usize| {
@@ -119,7 +119,7 @@ pub(crate) fn results(
         values.collect::<Option<Vec<f64>>>().map(|v| largest(&mut v.into_iter()))
     };
     Results {
-        energy_norm_squared: order.map(|b| energies[b]),
+        energy_norm_squared: estimate.energy_norm_squared,
         contact_force: iterate.contact_force(),
         contact_intervals: intervals(problem, iterate),
         contact_stretches: stretches(problem, iterate, pair),
@@ -239,13 +239,13 @@ fn nodal_forces(body: &Body, displacement: &[Vector], low: Option<&Vec<Vector>>)
 
 /// Adds the reactions of a body's supports and returns its balance.
 fn support_reactions(
-    problem: &ContactProblem,
+    prepared: &PreparedProblem,
     b: usize,
     mut residual: Vec<Vector>,
     contact: &[f64],
-    number: usize,
     reactions: &mut Vec<Reaction>,
 ) -> Balance {
+    let problem = prepared.problem();
     let body: &Body = &problem.bodies[b];
     let centroid = centroid(body.mesh());
     let arm = |node: usize| sub(body.mesh().points()[node], centroid);
@@ -256,8 +256,8 @@ fn support_reactions(
         residual[node] = sub(residual[node], force);
         balance.add(arm(node), force);
     }
-    for (node, force) in external_forces(body).into_iter().enumerate() {
-        balance.add(arm(node), force);
+    for (node, force) in prepared.external_forces()[b].iter().enumerate() {
+        balance.add(arm(node), *force);
     }
     let mut counted = vec![[false; 2]; residual.len()];
     for support in body.supports() {
@@ -274,7 +274,7 @@ fn support_reactions(
             force = add(force, held);
             balance.add(arm(node), held);
         }
-        reactions.push(Reaction { body: number, on: support.group.clone(), force });
+        reactions.push(Reaction { body: b, on: support.group.clone(), force });
     }
     balance
 }

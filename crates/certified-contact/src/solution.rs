@@ -4,7 +4,7 @@ use crate::bounds::Bounds;
 use crate::history::{Row, Step};
 use crate::results::Results;
 use cre_estimator::{Estimate, EstimatorError};
-use fem_core::interface::ContactProblem;
+use fem_core::interface::{ContactProblem, Roles};
 use nndd::{Iterate, NnddSolution};
 
 /// Why this body carries λ.
@@ -19,21 +19,12 @@ pub enum RoleReason {
     },
 }
 
-/// Which body carries λ, relative to the order passed in, and why.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Roles {
-    pub(crate) swapped: bool,
-    pub(crate) reason: RoleReason,
-}
-
 /// A solved problem and its certificate.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct CertifiedSolution {
-    /// The problem in the order of the iteration: index 0 carries λ.
+    /// The problem passed in, with the roles of the iteration.
     pub problem: ContactProblem,
-    /// Whether the bodies are swapped relative to the order passed in.
-    pub swapped: bool,
     /// Why this body carries λ.
     pub role_reason: RoleReason,
     /// The iteration.
@@ -47,16 +38,16 @@ pub struct CertifiedSolution {
     /// Bounds of the exact solution's energies and contact force; `None` without estimate. They hold if
     /// [`Self::is_certified`].
     pub bounds: Option<Bounds>,
-    /// The quantities of interest, in the order passed in.
+    /// The quantities of interest.
     pub results: Option<Results>,
-    /// Unknowns of each body, in the order passed in.
+    /// Unknowns of each body.
     pub unknowns: [usize; 2],
 }
 
 impl CertifiedSolution {
-    /// Returns the index in [`Self::problem`] of a body in the order passed in.
-    pub fn role(&self, body: usize) -> usize {
-        if self.swapped { 1 - body } else { body }
+    /// Tells which body carries λ.
+    pub fn roles(&self) -> Roles {
+        self.problem.interface.roles()
     }
 
     /// Returns the last iteration.

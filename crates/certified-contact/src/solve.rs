@@ -7,14 +7,12 @@ use crate::history::Row;
 use crate::observer::{Observer, Phase};
 use crate::results;
 use crate::settings::{Criterion, Imposed, Settings};
-use crate::solution::{CertifiedSolution, RoleReason, Roles};
+use crate::solution::{CertifiedSolution, RoleReason};
 use crate::stopping::{Follow, enough, estimate_of};
 use cre_estimator::Estimate;
-use fem_core::assembly::System;
-use fem_core::condensation::CondensedBody;
-use fem_core::dof::DofMap;
 use fem_core::geometry::Vector;
-use fem_core::interface::ContactProblem;
+use fem_core::interface::{ContactProblem, Roles};
+use fem_core::prepared::{PrepareError, PreparedProblem, Stage};
 use fem_core::residual::SplitField;
 use nndd::{Iterate, NnddSolution, NnddStatus, Start};
 
@@ -30,54 +28,42 @@ pub fn solve(
     settings: &Settings,
     observer: &mut dyn Observer,
 ) -> Result<CertifiedSolution, SolveError> {
-    let bodies = condense(&problem, observer)?;
-    let (swapped, reason) = choose_roles(&problem, &bodies, settings.imposed);
-    let (problem, bodies) = if swapped {
-        let [first, second] = bodies;
-        (problem.swapped(), [second.reversed(), first.reversed()])
-    } else {
-        (problem, bodies)
-    };
-    let points = problem.bodies[0].mesh().points();
-    let pairs = problem.interface.pairs().iter();
-    let lambda = pairs.map(|p| settings.lambda.at(points[p.nodes[0] as usize])).collect();
+    let mut problem = prepare(problem, observer)?;
+    let (roles, reason) = choose_roles(&problem, settings.imposed);
+    problem.set_roles(roles);
+    let points = problem.problem().bodies[roles.imposed()].mesh().points();
+    let pairs = problem.problem().interface.pairs().iter();
+    let lambda = pairs.map(|p| settings.lambda.at(points[p.nodes[roles.imposed()] as usize])).collect();
     let start = Start { lambda, active: None };
-    iterate(problem, bodies, Roles { swapped, reason }, start, settings, observer)
+    iterate(problem, reason, start, settings, observer)
 }
 
 /// Solves a finer problem in the order of the coarser one, starting from its solution.
 pub(crate) fn solve_again(
     problem: ContactProblem,
-    roles: Roles,
+    reason: RoleReason,
     start: Start,
     settings: &Settings,
     observer: &mut dyn Observer,
 ) -> Result<CertifiedSolution, SolveError> {
-    let given = |b: usize| if roles.swapped { 1 - b } else { b };
-    let bodies = condense(&problem, observer).map_err(|error| match error {
-        SolveError::Assembly { body, source } => SolveError::Assembly { body: given(body), source },
-        SolveError::Factor { body, source } => SolveError::Factor { body: given(body), source },
-        other => other,
-    })?;
-    iterate(problem, bodies, roles, start, settings, observer)
+    iterate(prepare(problem, observer)?, reason, start, settings, observer)
 }
 
 /// Iterates, certifies the last iterate, and computes the results; all in the order of the iteration.
 fn iterate(
-    problem: ContactProblem,
-    mut bodies: [CondensedBody; 2],
-    roles: Roles,
+    mut problem: PreparedProblem,
+    role_reason: RoleReason,
     start: Start,
     settings: &Settings,
     observer: &mut dyn Observer,
 ) -> Result<CertifiedSolution, SolveError> {
     observer.phase(Phase::Iterations);
-    let mut follow = Follow::new(&problem, &bodies, roles.swapped, settings, observer);
-    let mut nndd = nndd::solve_from(&problem, &bodies, start, &settings.nndd, &mut follow)?;
+    let mut follow = Follow::new(&problem, settings, observer);
+    let mut nndd = nndd::solve_from(&problem, start, &settings.nndd, &mut follow)?;
     let last = &nndd.last;
     if follow.rows.last().is_none_or(|row| row.iteration.iteration != last.iteration) {
         // An iteration whose contact problem was not solved has not met the criterion.
-        follow.rows.push(Row::new(last, roles.swapped));
+        follow.rows.push(Row::new(last, problem.roles()));
     }
     // A diverged iteration may have overflowed: then there is no certificate, but a report.
     // A run that must end at once keeps its current certificate.
@@ -90,9 +76,9 @@ fn iterate(
         && needs_correction(found, last.eta_nndd)
     {
         observer.phase(Phase::Iterations);
-        if let Some(better) = corrected(&problem, &mut bodies, &nndd, found, settings)? {
+        if let Some(better) = corrected(&mut problem, &nndd, found, settings)? {
             if let Some(row) = rows.last_mut() {
-                *row = Row::new(&better.iterate, roles.swapped);
+                *row = Row::new(&better.iterate, problem.roles());
                 row.take(&better.estimate);
             }
             nndd.last = better.iterate;
@@ -104,14 +90,11 @@ fn iterate(
         conclude(&mut nndd, &mut rows, found, settings);
     }
     let last = &nndd.last;
-    let swapped = roles.swapped;
-    let results = estimate.as_ref().map(|e| results::results(&problem, swapped, last, e, low));
-    let bounds = estimate.as_ref().map(|e| Bounds::new(&problem, &bodies, last, e));
-    let given = |b: usize| if swapped { 1 - b } else { b };
-    let unknowns = [0, 1].map(|b| bodies[given(b)].dofs().len());
-    let role_reason = roles.reason;
+    let results = estimate.as_ref().map(|e| results::results(&problem, last, e, low));
+    let bounds = estimate.as_ref().map(|e| Bounds::new(&problem, last, e));
+    let unknowns = [0, 1].map(|b: usize| problem.bodies()[b].dofs().len());
+    let problem = problem.into_problem();
     Ok(CertifiedSolution {
-        swapped,
         role_reason,
         nndd,
         rows,
@@ -146,8 +129,7 @@ struct Better {
 
 /// Corrects the solution by its defect; `None` if that gives no improvement.
 fn corrected(
-    problem: &ContactProblem,
-    bodies: &mut [CondensedBody; 2],
+    problem: &mut PreparedProblem,
     nndd: &NnddSolution,
     estimate: &Estimate,
     settings: &Settings,
@@ -156,9 +138,9 @@ fn corrected(
     // λ may change only if the iterate is meant to be the discrete solution.
     let advance = matches!(nndd.status, NnddStatus::StoppedByCriterion | NnddStatus::Stalled { .. })
         && settings.criterion != Criterion::Iterations;
-    let found = defect_correction::correct(problem, bodies, &nndd.last, fields, &settings.nndd, advance)?;
+    let found = defect_correction::correct(problem, &nndd.last, fields, &settings.nndd, advance)?;
     let Some(Corrected { iterate, fields: [first, second] }) = found else { return Ok(None) };
-    let Ok(better) = estimate_of(problem, bodies, &iterate, [&first.high, &second.high], settings) else {
+    let Ok(better) = estimate_of(problem, &iterate, [&first.high, &second.high], settings) else {
         return Ok(None);
     };
     let gains = better.unchecked().e_cre < estimate.unchecked().e_cre
@@ -181,53 +163,43 @@ fn conclude(nndd: &mut NnddSolution, rows: &mut [Row], estimate: &Estimate, sett
     }
 }
 
-/// Assembles and factorises both bodies in parallel.
-fn condense(problem: &ContactProblem, observer: &mut dyn Observer) -> Result<[CondensedBody; 2], SolveError> {
-    let sides = problem.interface.sides();
-    observer.phase(Phase::Factorisation);
-    let order = |b: usize| DofMap::new(&problem.bodies[b], &sides[b]);
-    let (first, second) = rayon::join(|| order(0), || order(1));
-    go_on(observer)?;
-    observer.phase(Phase::Assembly);
-    let assemble = |b: usize, dofs: DofMap| {
-        System::with_dofs(&problem.bodies[b], dofs).map_err(|source| SolveError::Assembly { body: b, source })
-    };
-    let (first, second) = rayon::join(|| assemble(0, first), || assemble(1, second));
-    let (first, second) = (first?, second?);
-    go_on(observer)?;
-    observer.phase(Phase::Factorisation);
-    let factorise = |b: usize, system: System| {
-        CondensedBody::factorise(system, problem.bodies[b].mesh().points())
-            .map_err(|source| SolveError::Factor { body: b, source })
-    };
-    let (first, second) = rayon::join(|| factorise(0, first), || factorise(1, second));
-    let bodies = [first?, second?];
-    go_on(observer)?;
-    Ok(bodies)
+/// Assembles and factorises both bodies, in parallel.
+fn prepare(problem: ContactProblem, observer: &mut dyn Observer) -> Result<PreparedProblem, SolveError> {
+    let mut started = false;
+    let found = PreparedProblem::prepare(problem, |stage| {
+        // The order belongs to the factorisation.
+        let phase = match stage {
+            Stage::Ordering | Stage::Factorisation => Some(Phase::Factorisation),
+            Stage::Assembly => Some(Phase::Assembly),
+            Stage::Ready => None,
+        };
+        let proceed = !std::mem::replace(&mut started, true) || !observer.must_stop();
+        if let Some(phase) = phase.filter(|_| proceed) {
+            observer.phase(phase);
+        }
+        proceed
+    });
+    found.map_err(|error| match error {
+        PrepareError::Stopped => SolveError::Stopped,
+        other => SolveError::Prepare(other),
+    })
 }
 
-/// Asks the observer whether the run may continue.
-fn go_on(observer: &mut dyn Observer) -> Result<(), SolveError> {
-    if observer.must_stop() { Err(SolveError::Stopped) } else { Ok(()) }
-}
-
-/// Decides whether to swap the bodies.
-fn choose_roles(
-    problem: &ContactProblem,
-    bodies: &[CondensedBody; 2],
-    imposed: Imposed,
-) -> (bool, RoleReason) {
+/// Decides which body carries λ.
+fn choose_roles(problem: &PreparedProblem, imposed: Imposed) -> (Roles, RoleReason) {
     match imposed {
-        Imposed::First => (false, RoleReason::Given),
-        Imposed::Second => (true, RoleReason::Given),
+        Imposed::First => (Roles::FIRST, RoleReason::Given),
+        Imposed::Second => (Roles::SECOND, RoleReason::Given),
         Imposed::Auto => {
-            let force: Vec<f64> = problem.interface.pairs().iter().map(|p| p.tributary_length).collect();
+            let pairs = problem.problem().interface.pairs();
+            let force: Vec<f64> = pairs.iter().map(|p| p.tributary_length).collect();
             let compliance = [0, 1].map(|b: usize| {
                 let mut w = vec![0.0; force.len()];
-                bodies[b].trace_from_force(&force, &mut w);
+                problem.bodies()[b].trace_from_force(&force, &mut w);
                 w.iter().zip(&force).map(|(w, f)| w * f).sum::<f64>()
             });
-            (compliance[1] < compliance[0], RoleReason::Stiffer { compliance })
+            let roles = if compliance[1] < compliance[0] { Roles::SECOND } else { Roles::FIRST };
+            (roles, RoleReason::Stiffer { compliance })
         }
     }
 }

@@ -4,9 +4,10 @@ use crate::history::Row;
 use crate::observer::{Observer, Phase};
 use crate::settings::{Criterion, Settings};
 use cre_estimator::{Estimate, EstimatorError, estimate_with};
-use fem_core::condensation::CondensedBody;
+use fem_core::condensation::OrientedBody;
 use fem_core::geometry::Vector;
-use fem_core::interface::{ContactProblem, ContactState};
+use fem_core::interface::ContactState;
+use fem_core::prepared::PreparedProblem;
 use nndd::Iterate;
 use nndd::stopping::{Decision, StoppingCriterion};
 
@@ -18,10 +19,7 @@ const NEAR_ROUND_OFF: f64 = 0.01;
 
 /// Follows the iteration, estimates when asked, and decides.
 pub(crate) struct Follow<'a> {
-    problem: &'a ContactProblem,
-    bodies: &'a [CondensedBody; 2],
-    /// Whether the bodies are swapped relative to the order passed in.
-    swapped: bool,
+    problem: &'a PreparedProblem,
     settings: &'a Settings,
     observer: &'a mut dyn Observer,
     pub(crate) rows: Vec<Row>,
@@ -33,22 +31,11 @@ pub(crate) struct Follow<'a> {
 
 impl<'a> Follow<'a> {
     pub(crate) fn new(
-        problem: &'a ContactProblem,
-        bodies: &'a [CondensedBody; 2],
-        swapped: bool,
+        problem: &'a PreparedProblem,
         settings: &'a Settings,
         observer: &'a mut dyn Observer,
     ) -> Self {
-        Self {
-            problem,
-            bodies,
-            swapped,
-            settings,
-            observer,
-            rows: Vec::new(),
-            latest: None,
-            no_estimate: None,
-        }
+        Self { problem, settings, observer, rows: Vec::new(), latest: None, no_estimate: None }
     }
 
     /// Tells whether an iteration has been estimated, or there is still time for it.
@@ -63,10 +50,10 @@ impl<'a> Follow<'a> {
             return Ok(());
         }
         self.observer.phase(Phase::Iterations);
-        let displacement = displacements(self.bodies, iterate);
+        let displacement = self.problem.displacements(iterate.traces());
         self.observer.phase(Phase::Estimate);
         let displacement = [displacement[0].as_slice(), &displacement[1]];
-        let estimate = estimate_of(self.problem, self.bodies, iterate, displacement, self.settings)?;
+        let estimate = estimate_of(self.problem, iterate, displacement, self.settings)?;
         if let Some(row) = self.rows.iter_mut().find(|row| row.iteration.iteration == iterate.iteration) {
             row.take(&estimate);
         }
@@ -118,27 +105,28 @@ impl<'a> Follow<'a> {
 }
 
 /// Tells whether the contact forces of the two bodies differ by at most `tolerance` of the larger one, or by round-off.
-fn forces_agree(bodies: &[CondensedBody; 2], iterate: &Iterate, tolerance: f64) -> bool {
+fn forces_agree(problem: &PreparedProblem, iterate: &Iterate, tolerance: f64) -> bool {
     let [first, second] = iterate.contact_forces();
     let difference = (first - second).abs();
-    difference <= tolerance * first.abs().max(second.abs()) || difference <= force_round_off(bodies, iterate)
+    difference <= tolerance * first.abs().max(second.abs()) || difference <= force_round_off(problem, iterate)
 }
 
 /// Computes the possible rounding error of the contact forces `F_α = ∓Σ (S_α v − g̃_α)`: `n ε` times the sum of the
 /// sizes of all terms, N/m. Without it two forces that vanish would never agree.
-fn force_round_off(bodies: &[CondensedBody; 2], iterate: &Iterate) -> f64 {
-    let size = |body: &CondensedBody, trace: &[f64]| {
+fn force_round_off(problem: &PreparedProblem, iterate: &Iterate) -> f64 {
+    let size = |body: &OrientedBody<'_>, trace: &[f64]| {
         let columns = body.schur().chunks_exact(trace.len().max(1)).zip(trace);
         let products = columns.map(|(column, v)| v.abs() * column.iter().map(|s| s.abs()).sum::<f64>());
         products.sum::<f64>() + body.condensed_load().iter().map(|g| g.abs()).sum::<f64>()
     };
-    let sizes = size(&bodies[0], &iterate.lambda) + size(&bodies[1], &iterate.contact.normal_trace);
+    let ([first, second], [a, b]) = (problem.sides(), iterate.traces());
+    let sizes = size(&first, a) + size(&second, b);
     iterate.lambda.len() as f64 * f64::EPSILON * sizes
 }
 
 impl StoppingCriterion for Follow<'_> {
     fn check(&mut self, iterate: &Iterate) -> Result<Decision, Box<dyn std::error::Error + Send + Sync>> {
-        self.rows.push(Row::new(iterate, self.swapped));
+        self.rows.push(Row::new(iterate, self.problem.roles()));
         let every = self.settings.estimate_every;
         if every > 0 && iterate.iteration.is_multiple_of(every) {
             self.try_estimate(iterate)?;
@@ -146,7 +134,7 @@ impl StoppingCriterion for Follow<'_> {
         let first = self.rows[0].iteration.eta_nndd;
         let done = match self.settings.criterion {
             Criterion::Estimator { ratio, force_balance } => {
-                let agree = force_balance.is_none_or(|part| forces_agree(self.bodies, iterate, part));
+                let agree = force_balance.is_none_or(|part| forces_agree(self.problem, iterate, part));
                 agree && self.matches_mesh(iterate, ratio)?
             }
             Criterion::Precision { tolerance } => iterate.precision <= tolerance,
@@ -180,8 +168,7 @@ pub(crate) fn enough(estimate: &Estimate, ratio: f64) -> f64 {
 
 /// Estimates the error of an iterate with its displacements.
 pub(crate) fn estimate_of(
-    problem: &ContactProblem,
-    bodies: &[CondensedBody; 2],
+    problem: &PreparedProblem,
     iterate: &Iterate,
     displacement: [&[Vector]; 2],
     settings: &Settings,
@@ -191,14 +178,5 @@ pub(crate) fn estimate_of(
         contact_force: &iterate.contact.normal_reaction,
         opening: &iterate.opening,
     };
-    estimate_with(problem, bodies, &state, settings.relaxation)
-}
-
-/// Recovers the displacements of both bodies from an iteration's interface values.
-pub(crate) fn displacements(bodies: &[CondensedBody; 2], iterate: &Iterate) -> [Vec<Vector>; 2] {
-    let (first, second) = rayon::join(
-        || bodies[0].displacement_from_trace(&iterate.lambda),
-        || bodies[1].displacement_from_trace(&iterate.contact.normal_trace),
-    );
-    [first, second]
+    estimate_with(problem, &state, settings.relaxation)
 }

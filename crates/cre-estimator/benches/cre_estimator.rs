@@ -3,14 +3,13 @@
 
 use cre_estimator::{EquilibratedStress, Relaxation, StarRelaxation, estimate, estimate_with};
 use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
-use fem_core::assembly::System;
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
-use fem_core::condensation::CondensedBody;
 use fem_core::field;
 use fem_core::interface::{ContactInterface, ContactProblem, ContactState, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
+use fem_core::prepared::PreparedProblem;
 
 fn certificates(c: &mut Criterion) {
     let mut group = c.benchmark_group("cre-estimator");
@@ -24,15 +23,12 @@ fn certificates(c: &mut Criterion) {
         let (upper, lower) = (body(1.0, "top"), body(0.0, "bottom"));
         let interface =
             ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(1.0.into())).unwrap();
-        let condense = |body: &Body, side| {
-            CondensedBody::factorise(System::assemble(body, side).unwrap(), body.mesh().points()).unwrap()
-        };
-        let bodies = [condense(&upper, &interface.sides()[0]), condense(&lower, &interface.sides()[1])];
+        let prepared = PreparedProblem::new(ContactProblem { bodies: [upper, lower], interface }).unwrap();
+        let (problem, bodies) = (prepared.problem(), prepared.bodies());
         // A wide gap: the bodies are not in contact, which does not change the cost of the estimator.
-        let n = interface.pairs().len();
+        let n = prepared.pairs();
         let none = vec![0.0; n];
         let u = [bodies[0].displacement_from_force(&none), bodies[1].displacement_from_force(&none)];
-        let problem = ContactProblem { bodies: [upper, lower], interface };
         let opening: Vec<f64> = problem
             .interface
             .pairs()
@@ -45,10 +41,10 @@ fn certificates(c: &mut Criterion) {
         let state = ContactState { displacement: [&u[0], &u[1]], contact_force: &none, opening: &opening };
         let name = format!("{}x{}", cells[0], cells[1]);
         group.bench_function(BenchmarkId::new("certificate", &name), |b| {
-            b.iter(|| estimate(&problem, &bodies, &state).unwrap());
+            b.iter(|| estimate(&prepared, &state).unwrap());
         });
         group.bench_function(BenchmarkId::new("certificate, relaxed", &name), |b| {
-            b.iter(|| estimate_with(&problem, &bodies, &state, Relaxation::default()).unwrap());
+            b.iter(|| estimate_with(&prepared, &state, Relaxation::default()).unwrap());
         });
         let body = &problem.bodies[1];
         let stress = field::stresses(body, &u[1]);

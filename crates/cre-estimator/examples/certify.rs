@@ -18,15 +18,14 @@
 #![allow(clippy::print_stdout)]
 
 use cre_estimator::{Estimate, Relaxation, estimate_with};
-use fem_core::assembly::System;
 use fem_core::body::{Body, NodeConstraint};
 use fem_core::boundary::BoundaryConditions;
-use fem_core::condensation::CondensedBody;
 use fem_core::field::nodal_residual;
 use fem_core::geometry::{Vector, add, dot, norm, scale, sub};
 use fem_core::interface::{ContactInterface, ContactProblem, ContactState, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
+use fem_core::prepared::PreparedProblem;
 use std::error::Error;
 use std::path::PathBuf;
 
@@ -87,10 +86,11 @@ fn hold(body: &Body, displacement: &mut [Vector]) -> Result<(), String> {
 
 /// Certifies a pair of displacement fields.
 fn certify(
-    problem: &ContactProblem,
+    prepared: &PreparedProblem,
     mut displacement: [Vec<Vector>; 2],
     relaxation: Relaxation,
 ) -> Result<Estimate, Box<dyn Error>> {
+    let problem = prepared.problem();
     for (body, displacement) in problem.bodies.iter().zip(&mut displacement) {
         hold(body, displacement)?;
     }
@@ -109,14 +109,8 @@ fn certify(
     let force: Vec<f64> =
         pairs.iter().map(|p| dot(residual[p.nodes[1] as usize], p.normal).max(0.0)).collect();
 
-    let condense = |b: usize| -> Result<CondensedBody, Box<dyn Error>> {
-        let body = &problem.bodies[b];
-        let system = System::assemble(body, &problem.interface.sides()[b])?;
-        Ok(CondensedBody::factorise(system, body.mesh().points())?)
-    };
-    let bodies = [condense(0)?, condense(1)?];
     let state = ContactState { displacement: [first, second], contact_force: &force, opening: &opening };
-    Ok(estimate_with(problem, &bodies, &state, relaxation)?)
+    Ok(estimate_with(prepared, &state, relaxation)?)
 }
 
 /// The bound over the energy norm of the field, in per cent.
@@ -128,8 +122,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples/displacement.csv");
     let file = std::env::args_os().nth(1).map_or_else(beside, PathBuf::from);
     let text = std::fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?;
-    let problem = problem()?;
-    let displacement = read(&text, &problem)?;
+    let problem = PreparedProblem::new(problem()?)?;
+    let displacement = read(&text, problem.problem())?;
     for steps in [0, 2, 8] {
         let estimate = certify(&problem, displacement.clone(), Relaxation::Steps(steps))?;
         let valid = if estimate.admissibility.is_valid() { "valid" } else { "NOT valid" };
@@ -149,10 +143,11 @@ mod tests {
 
     #[test]
     fn foreign_field_is_certified_as_sharply_as_our_own() {
-        let problem = problem().unwrap();
-        let field = read(FIELD, &problem).unwrap();
+        let prepared = PreparedProblem::new(problem().unwrap()).unwrap();
+        let problem = prepared.problem();
+        let field = read(FIELD, problem).unwrap();
         let bound = |steps| {
-            let estimate = certify(&problem, field.clone(), Relaxation::Steps(steps)).unwrap();
+            let estimate = certify(&prepared, field.clone(), Relaxation::Steps(steps)).unwrap();
             assert!(estimate.admissibility.is_valid(), "{:?}", estimate.admissibility);
             (estimate.unchecked().e_cre, percent(&estimate))
         };
@@ -164,8 +159,9 @@ mod tests {
 
     #[test]
     fn spoilt_field_gets_a_bound_that_covers_what_was_spoilt() {
-        let problem = problem().unwrap();
-        let good = read(FIELD, &problem).unwrap();
+        let prepared = PreparedProblem::new(problem().unwrap()).unwrap();
+        let problem = prepared.problem();
+        let good = read(FIELD, problem).unwrap();
         let mut spoilt = good.clone();
         // A bump inside the lower body, away from supports and contact.
         for (u, p) in spoilt[1].iter_mut().zip(problem.bodies[1].mesh().points()) {
@@ -173,39 +169,35 @@ mod tests {
         }
         let distance = energy_distance_squared(&problem.bodies[1], &good[1], &spoilt[1]).sqrt();
         let [sound, bad] =
-            [good, spoilt].map(|u| certify(&problem, u, Relaxation::Steps(2)).unwrap().unchecked().e_cre);
+            [good, spoilt].map(|u| certify(&prepared, u, Relaxation::Steps(2)).unwrap().unchecked().e_cre);
         assert!(bad >= distance - sound && bad > 2.0 * sound, "{bad} {distance} {sound}");
     }
 
     #[test]
     fn field_of_other_supports_gets_no_bound() {
-        let problem = problem().unwrap();
-        let good = read(FIELD, &problem).unwrap();
+        let prepared = PreparedProblem::new(problem().unwrap()).unwrap();
+        let problem = prepared.problem();
+        let good = read(FIELD, problem).unwrap();
         // Half of the force everywhere: in balance with its own forces, but not a solution of the problem.
         let half = good.each_ref().map(|u| u.iter().map(|u| scale(0.5, *u)).collect::<Vec<Vector>>());
-        let error = certify(&problem, half.clone(), Relaxation::NONE).unwrap_err().to_string();
+        let error = certify(&prepared, half.clone(), Relaxation::NONE).unwrap_err().to_string();
         assert!(error.contains("is held at"), "{error}");
         let pairs = problem.interface.pairs().len();
-        let condense = |b: usize| {
-            let body: &Body = &problem.bodies[b];
-            let system = System::assemble(body, &problem.interface.sides()[b]).unwrap();
-            CondensedBody::factorise(system, body.mesh().points()).unwrap()
-        };
         let (force, opening) = (vec![0.0; pairs], vec![1.0; pairs]);
         let state =
             ContactState { displacement: [&half[0], &half[1]], contact_force: &force, opening: &opening };
-        let estimate =
-            estimate_with(&problem, &[condense(0), condense(1)], &state, Relaxation::NONE).unwrap();
+        let estimate = estimate_with(&prepared, &state, Relaxation::NONE).unwrap();
         let checks = estimate.admissibility;
         assert!(checks.imposed_displacement > 0.4 && !checks.is_valid(), "{checks:?}");
     }
 
     #[test]
     fn faults_of_the_file_are_named() {
-        let problem = problem().unwrap();
-        let error = read("body,x,y,ux,uy\n1,0,0,0\n", &problem).unwrap_err().to_string();
+        let prepared = PreparedProblem::new(problem().unwrap()).unwrap();
+        let problem = prepared.problem();
+        let error = read("body,x,y,ux,uy\n1,0,0,0\n", problem).unwrap_err().to_string();
         assert!(error.starts_with("line 2:"), "{error}");
-        let error = read("body,x,y,ux,uy\n", &problem).unwrap_err().to_string();
+        let error = read("body,x,y,ux,uy\n", problem).unwrap_err().to_string();
         assert!(error.contains("no row for the node"), "{error}");
     }
 }

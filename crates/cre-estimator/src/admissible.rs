@@ -8,9 +8,11 @@ use crate::pressure;
 use crate::star_relaxation::{Relaxation, RelaxationReport, StarRelaxation, relax_with_stars};
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
 use fem_core::condensation::CondensedBody;
+use fem_core::each_body;
 use fem_core::field;
 use fem_core::geometry::{Vector, scale};
 use fem_core::interface::{ContactInterface, ContactProblem, ContactState};
+use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
 use fem_core::tensor::SymTensor2;
 
@@ -51,13 +53,12 @@ pub struct AdmissiblePair {
 /// # Errors
 /// Arrays of the wrong length, values that are not finite.
 pub fn admissible_pair(
-    problem: &ContactProblem,
-    bodies: &[CondensedBody; 2],
+    prepared: &PreparedProblem,
     state: &ContactState<'_>,
     relaxation: Relaxation,
 ) -> Result<AdmissiblePair, EstimatorError> {
-    check_state(problem, bodies, state)?;
-    Ok(pair_and_stars(problem, bodies, state, relaxation, Accuracy::Double).0)
+    check_state(prepared, state)?;
+    Ok(pair_and_stars(prepared, state, relaxation, Accuracy::Double).0)
 }
 
 /// Accuracy of an estimate.
@@ -72,12 +73,12 @@ pub(crate) enum Accuracy {
 /// [`admissible_pair`] of a state that has been checked, with the stars of Ω₁ for another stress of that body; `None`
 /// without relaxation.
 pub(crate) fn pair_and_stars<'a>(
-    problem: &'a ContactProblem,
-    bodies: &[CondensedBody; 2],
+    prepared: &'a PreparedProblem,
     state: &ContactState<'_>,
     relaxation: Relaxation,
     accuracy: Accuracy,
 ) -> (AdmissiblePair, Option<StarRelaxation<'a>>) {
+    let (problem, bodies) = (prepared.problem(), prepared.bodies());
     let interface = &problem.interface;
     let pressure = pressure::nodal_pressure(interface, state.contact_force);
     let edge_pressure = pressure::edge_pressure(interface, &pressure);
@@ -96,10 +97,14 @@ pub(crate) fn pair_and_stars<'a>(
         let equilibrated = EquilibratedStress::recover(body, stress, conditions);
         (equilibrated, field::stresses(body, state.displacement[b]))
     };
-    let ((mut e1, s1), (mut e2, s2)) = rayon::join(|| recover(0), || recover(1));
-    // One body after the other, each in parallel: only the stars of one body are in memory at a time.
-    let (used, r2) = relax_with_stars(&problem.bodies[1], &mut e2, relaxation, None);
-    let (stars, r1) = relax_with_stars(&problem.bodies[0], &mut e1, relaxation, used);
+    let [(e1, s1), (e2, s2)] = each_body(recover);
+    let mut equilibrated = [e1, e2];
+    // One body after the other, each in parallel: only the stars of one body are in memory at a time, those of Ω₁ last.
+    let [imposed, unilateral] = prepared.roles().bodies();
+    let mut relax =
+        |b: usize, used| relax_with_stars(&problem.bodies[b], &mut equilibrated[b], relaxation, used);
+    let (used, of_unilateral) = relax(unilateral, None);
+    let (stars, of_imposed) = relax(imposed, used);
     let pair = AdmissiblePair {
         displacement: state.displacement.map(<[Vector]>::to_vec),
         stress: [s1, s2],
@@ -109,8 +114,8 @@ pub(crate) fn pair_and_stars<'a>(
         pressure,
         edge_pressure,
         pressure_force,
-        equilibrated: [e1, e2],
-        relaxation: [r1, r2],
+        equilibrated,
+        relaxation: prepared.roles().by_body([of_imposed, of_unilateral]),
     };
     (pair, stars)
 }
@@ -205,10 +210,10 @@ fn for_contact_edges(
 }
 
 pub(crate) fn check_state(
-    problem: &ContactProblem,
-    bodies: &[CondensedBody; 2],
+    prepared: &PreparedProblem,
     state: &ContactState<'_>,
 ) -> Result<(), EstimatorError> {
+    let problem = prepared.problem();
     let pairs = problem.interface.pairs().len();
     let nodes = [0, 1].map(|b| problem.bodies[b].mesh().points().len());
     let lengths = [
@@ -216,8 +221,6 @@ pub(crate) fn check_state(
         ("the displacement of the second body", state.displacement[1].len(), nodes[1]),
         ("the contact force", state.contact_force.len(), pairs),
         ("the opening", state.opening.len(), pairs),
-        ("the interface of the first condensed body", bodies[0].len(), pairs),
-        ("the interface of the second condensed body", bodies[1].len(), pairs),
     ];
     for (what, found, expected) in lengths {
         if found != expected {

@@ -6,6 +6,7 @@ use crate::johnson_mercier::{CellStress, part_divergence};
 use crate::lift;
 use crate::round_off::{force_noise, larger, largest_displacement};
 use fem_core::body::{Body, EdgeReaction, NodeConstraint};
+use fem_core::each_body;
 use fem_core::geometry::{Vector, add, dot, perpendicular, scale, sub};
 use fem_core::interface::ContactProblem;
 use rayon::prelude::*;
@@ -139,7 +140,7 @@ pub(crate) fn check_and_visit<T: Send>(
 ) -> (Admissibility, [Vec<T>; 2]) {
     let of_body =
         |b: usize| forces(&problem.bodies[b], &pair.equilibrated[b], |t, tau: &CellStress| visit(b, t, tau));
-    let ((a, first), (b, second)) = rayon::join(|| of_body(0), || of_body(1));
+    let [(a, first), (b, second)] = each_body(of_body);
     // A lightly loaded body is compared with its own scale.
     let residuals =
         |b: usize, forces: Forces| forces.residuals(force_noise(&problem.bodies[b], &pair.displacement[b]));

@@ -7,6 +7,7 @@ use crate::johnson_mercier::{self, CellStress};
 use crate::pressure;
 use fem_core::body::Body;
 use fem_core::double_double::DoubleDouble;
+use fem_core::each_body;
 use fem_core::interface::{ContactEdge, ContactProblem};
 use fem_core::norm::{from_squared, sum_over_triangles};
 use fem_core::tensor::SymTensor2;
@@ -59,8 +60,7 @@ pub fn constitutive_relation_error(problem: &ContactProblem, pair: &AdmissiblePa
             .map(|t| cell_distances(problem, pair, b, t, &pair.equilibrated[b].cell(body, t)))
             .collect()
     };
-    let (first, second) = rayon::join(|| of_body(0), || of_body(1));
-    Cre::from_cells(problem, pair, [first, second])
+    Cre::from_cells(problem, pair, each_body(of_body))
 }
 
 /// Computes `‖τ − σ(v)‖²` and `‖τ − σ̂‖²` of one triangle, J/m.

@@ -8,9 +8,9 @@ use crate::indicators::{eta_dis, eta_nndd_squared};
 use crate::parts::{Parts, parts};
 use crate::round_off;
 use crate::star_relaxation::{Relaxation, bytes_of_stars};
-use fem_core::condensation::CondensedBody;
 use fem_core::interface::{ContactProblem, ContactState};
 use fem_core::norm::{from_squared, sum_over_triangles};
+use fem_core::prepared::PreparedProblem;
 use fem_core::room::has_room_for;
 use rayon::prelude::*;
 
@@ -80,12 +80,8 @@ impl Estimate {
 ///
 /// # Errors
 /// Arrays of the wrong length, values that are not finite.
-pub fn estimate(
-    problem: &ContactProblem,
-    bodies: &[CondensedBody; 2],
-    state: &ContactState<'_>,
-) -> Result<Estimate, EstimatorError> {
-    estimate_with(problem, bodies, state, Relaxation::NONE)
+pub fn estimate(prepared: &PreparedProblem, state: &ContactState<'_>) -> Result<Estimate, EstimatorError> {
+    estimate_with(prepared, state, Relaxation::NONE)
 }
 
 /// Estimates the error of a contact state, whatever its source.
@@ -99,23 +95,22 @@ pub fn estimate(
 /// # Errors
 /// Arrays of the wrong length, values that are not finite, a lack of memory.
 pub fn estimate_with(
-    problem: &ContactProblem,
-    bodies: &[CondensedBody; 2],
+    prepared: &PreparedProblem,
     state: &ContactState<'_>,
     relaxation: Relaxation,
 ) -> Result<Estimate, EstimatorError> {
-    check_state(problem, bodies, state)?;
+    check_state(prepared, state)?;
     if relaxation.max_steps() > 0 {
-        let bytes = problem.bodies.iter().map(|body| bytes_of_stars(body.mesh())).sum();
+        let bytes = prepared.problem().bodies.iter().map(|body| bytes_of_stars(body.mesh())).sum();
         if !has_room_for(bytes) {
             return Err(EstimatorError::OutOfMemory { bytes });
         }
     }
-    let first = estimate_once(problem, bodies, state, (relaxation, Accuracy::Double))?;
+    let first = estimate_once(prepared, state, (relaxation, Accuracy::Double))?;
     if first.residual <= ROUND_OFF_SHARE * first.estimate.unchecked().e_cre {
         return Ok(first.estimate);
     }
-    Ok(estimate_once(problem, bodies, state, (relaxation, Accuracy::Refined))?.estimate)
+    Ok(estimate_once(prepared, state, (relaxation, Accuracy::Refined))?.estimate)
 }
 
 /// An estimate, and the measured part of its round-off.
@@ -125,12 +120,12 @@ struct Measured {
 }
 
 fn estimate_once(
-    problem: &ContactProblem,
-    bodies: &[CondensedBody; 2],
+    prepared: &PreparedProblem,
     state: &ContactState<'_>,
     (relaxation, accuracy): (Relaxation, Accuracy),
 ) -> Result<Measured, EstimatorError> {
-    let (pair, stars) = pair_and_stars(problem, bodies, state, relaxation, accuracy);
+    let problem = prepared.problem();
+    let (pair, stars) = pair_and_stars(prepared, state, relaxation, accuracy);
     // A single pass over the cells.
     let (mut admissibility, cells) = check_and_visit(problem, &pair, |b, t, tau| {
         CellMeasure::new(cell_distances(problem, &pair, b, t, tau), tau)
@@ -138,21 +133,21 @@ fn estimate_once(
     let [first, second] = [0, 1].map(|b: usize| cells[b].iter().map(|c| c.distances).collect());
     let cre = Cre::from_cells(problem, &pair, [first, second]);
     let energy_norm_squared = energies(problem, &pair)?;
-    let residuals = round_off::residuals(problem, bodies, &pair, &cells, accuracy);
-    let dis = eta_dis(problem, bodies, &pair, &cre, (relaxation, accuracy), stars);
+    let residuals = round_off::residuals(prepared, &pair, &cells, accuracy);
+    let dis = eta_dis(prepared, &pair, &cre, (relaxation, accuracy), stars);
     admissibility = admissibility.worst(dis.admissibility);
     let model = round_off::model(problem, &pair);
     let allowance =
         |first: f64| round_off::allowance(problem, &pair, energy_norm_squared, model, [first, residuals[1]]);
     let round_off = allowance(residuals[0]);
-    let [imbalance, rounding] = eta_nndd_squared(problem, bodies, state, accuracy);
+    let [imbalance, rounding] = eta_nndd_squared(prepared, state, accuracy);
     // The rounding on the interface itself cannot be seen: the rounding elsewhere is added once more for it.
     let eta_nndd = (1.0 + ROUNDING_OF_A_SUM) * (imbalance + rounding).sqrt() + rounding.sqrt();
     let indicators = Indicators {
         e_cre: cre.e_cre() + round_off,
         eta_dis: from_squared(dis.squared) + allowance(dis.residual.unwrap_or(residuals[0])),
         eta_nndd,
-        parts: parts(problem, bodies, state, (&pair, &cre), eta_nndd, round_off),
+        parts: parts(prepared, state, (&pair, &cre), eta_nndd, round_off),
     };
     if ![indicators.e_cre, indicators.eta_dis, indicators.eta_nndd].iter().all(|x| x.is_finite()) {
         return Err(EstimatorError::NotFinite { what: "the estimate" });

@@ -7,11 +7,12 @@ use crate::equilibrated::EquilibratedStress;
 use crate::johnson_mercier;
 use crate::round_off::{less, less_rough, stress_energy};
 use crate::star_relaxation::{Relaxation, StarRelaxation, relax};
-use fem_core::condensation::CondensedBody;
+use fem_core::each_body;
 use fem_core::field;
 use fem_core::geometry::{Vector, scale};
-use fem_core::interface::{ContactProblem, ContactState};
+use fem_core::interface::ContactState;
 use fem_core::norm::sum_over_triangles;
+use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
 
 /// The discretisation indicator, with the residuals of its stress.
@@ -40,25 +41,25 @@ pub(crate) struct EtaDis {
 ///
 /// The squares are summed up from the stress, cell by cell. `relaxation` applies to Ω₁ and should be that of the pair.
 pub(crate) fn eta_dis(
-    problem: &ContactProblem,
-    bodies: &[CondensedBody; 2],
+    prepared: &PreparedProblem,
     pair: &AdmissiblePair,
     cre: &Cre,
     (relaxation, accuracy): (Relaxation, Accuracy),
     stars: Option<StarRelaxation<'_>>,
 ) -> EtaDis {
-    let second = sum_over_triangles(cre.by_cell[1].len(), |t| cre.by_cell[1][t]);
+    let [imposed, unilateral] = prepared.roles().bodies();
+    let second = sum_over_triangles(cre.by_cell[unilateral].len(), |t| cre.by_cell[unilateral][t]);
     let contact = cre.by_contact_edge.iter().sum::<f64>();
-    if problem.interface.has_bent_edges() {
-        let cells = &cre.discretisation_by_cell[0];
+    if prepared.problem().interface.has_bent_edges() {
+        let cells = &cre.discretisation_by_cell[imposed];
         let squared = sum_over_triangles(cells.len(), |t| cells[t]) + second + contact;
         return EtaDis { squared, admissibility: Admissibility::default(), residual: None };
     }
     let mut stars = stars;
-    let found = frozen(problem, bodies, pair, (relaxation, accuracy), &mut stars);
+    let found = frozen(prepared, pair, (relaxation, accuracy), &mut stars);
     // A displacement from another source may be in equilibrium to only a few digits.
     let found = if accuracy == Accuracy::Double && !found.admissibility.is_valid() {
-        frozen(problem, bodies, pair, (relaxation, Accuracy::Refined), &mut stars)
+        frozen(prepared, pair, (relaxation, Accuracy::Refined), &mut stars)
     } else {
         found
     };
@@ -67,22 +68,22 @@ pub(crate) fn eta_dis(
 
 /// Recovers the stress of Ω₁ for a frozen λ; the square is that of Ω₁ alone, `‖τ¹ − σ(u¹)‖²`.
 fn frozen(
-    problem: &ContactProblem,
-    bodies: &[CondensedBody; 2],
+    prepared: &PreparedProblem,
     pair: &AdmissiblePair,
     (relaxation, accuracy): (Relaxation, Accuracy),
     stars: &mut Option<StarRelaxation<'_>>,
 ) -> EtaDis {
-    let body = &problem.bodies[0];
+    let b = prepared.roles().imposed();
+    let (body, condensed) = (&prepared.problem().bodies[b], &prepared.bodies()[b]);
     let stress = match accuracy {
-        Accuracy::Double => pair.stress[0].clone(),
+        Accuracy::Double => pair.stress[b].clone(),
         Accuracy::Refined => {
-            let mut field = SplitField::new(pair.displacement[0].clone());
-            bodies[0].refine(body, &[], true, &mut field);
+            let mut field = SplitField::new(pair.displacement[b].clone());
+            condensed.refine(body, &[], true, &mut field);
             residual::stresses(body, &field)
         }
     };
-    let conditions = with_imposed_normal(body, &problem.interface, 0);
+    let conditions = with_imposed_normal(body, &prepared.problem().interface, b);
     let mut recovered = EquilibratedStress::recover(body, stress, conditions);
     match stars {
         Some(stars) => {
@@ -95,12 +96,12 @@ fn frozen(
     }
     let visit = |t: usize, tau: &johnson_mercier::CellStress| {
         let (area, material) = (body.mesh().area(t), body.material(t));
-        let distance = johnson_mercier::distance_squared(tau, pair.stress[0][t], area, material);
+        let distance = johnson_mercier::distance_squared(tau, pair.stress[b][t], area, material);
         CellMeasure::new([distance, 0.0], tau)
     };
-    let (admissibility, cells) = check_stress_and_visit(body, &pair.displacement[0], &recovered, visit);
+    let (admissibility, cells) = check_stress_and_visit(body, &pair.displacement[b], &recovered, visit);
     let first = sum_over_triangles(cells.len(), |t| cells[t].distances[0]);
-    let [interior, _] = stress_energy(body, &bodies[0], &cells, &[], accuracy);
+    let [interior, _] = stress_energy(body, condensed, &cells, &[], accuracy);
     EtaDis { squared: first, admissibility, residual: Some(interior.sqrt()) }
 }
 
@@ -114,11 +115,11 @@ fn frozen(
 ///
 /// Returns the squares, J/m: the part on the interface, and the remainder, which is rounding.
 pub(crate) fn eta_nndd_squared(
-    problem: &ContactProblem,
-    bodies: &[CondensedBody; 2],
+    prepared: &PreparedProblem,
     state: &ContactState<'_>,
     accuracy: Accuracy,
 ) -> [f64; 2] {
+    let (problem, bodies) = (prepared.problem(), prepared.bodies());
     let pairs = problem.interface.pairs();
     let forces: Vec<Vector> =
         pairs.iter().zip(state.contact_force).map(|(p, r)| scale(*r, p.normal)).collect();
@@ -134,7 +135,7 @@ pub(crate) fn eta_nndd_squared(
             }
         }
     };
-    let ([i1, c1], [i2, c2]) = rayon::join(|| of_body(0), || of_body(1));
+    let [[i1, c1], [i2, c2]] = each_body(of_body);
     let work: f64 = state.contact_force.iter().zip(state.opening).map(|(r, o)| (r * o).max(0.0)).sum();
     [c1 + c2 + 2.0 * work, i1 + i2]
 }

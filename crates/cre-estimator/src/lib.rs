@@ -45,22 +45,18 @@
 //! # Example
 //! Two equal blocks at rest against each other: the certificate of a zero field is zero.
 //! ```
-//! use cre_estimator::fem_core::{assembly::System, body::Body, boundary::BoundaryConditions, condensation::CondensedBody,
+//! use cre_estimator::fem_core::{body::Body, boundary::BoundaryConditions,
 //!     interface::{ContactInterface, ContactProblem, ContactState, Gap}, material::{Hypothesis, LinearElastic},
-//!     mesh::generate::block};
+//!     mesh::generate::block, prepared::PreparedProblem};
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let steel = LinearElastic::isotropic(2000.0, 0.3, Hypothesis::PlaneStrain)?;
 //! let upper = Body::new(block([0.0, 1.0], [2.0, 1.0], [4, 2])?, steel.clone(), &BoundaryConditions::new().fix("top"))?;
 //! let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], [4, 2])?, steel, &BoundaryConditions::new().fix("bottom"))?;
 //! let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
-//! let condense = |body: &Body, side| -> Result<CondensedBody, Box<dyn std::error::Error>> {
-//!     Ok(CondensedBody::factorise(System::assemble(body, side)?, body.mesh().points())?)
-//! };
-//! let bodies = [condense(&upper, &interface.sides()[0])?, condense(&lower, &interface.sides()[1])?];
-//! let problem = ContactProblem { bodies: [upper, lower], interface };
+//! let problem = PreparedProblem::new(ContactProblem { bodies: [upper, lower], interface })?;
 //! let rest = vec![[0.0; 2]; 15];
 //! let state = ContactState { displacement: [&rest, &rest], contact_force: &[0.0; 5], opening: &[0.0; 5] };
-//! let estimate = cre_estimator::estimate(&problem, &bodies, &state)?;
+//! let estimate = cre_estimator::estimate(&problem, &state)?;
 //! assert_eq!(estimate.certificate().map(|bound| bound.e_cre), Some(0.0));
 //! # Ok(()) }
 //! ```

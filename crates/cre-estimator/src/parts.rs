@@ -6,6 +6,7 @@ use crate::lift;
 use crate::pressure;
 use fem_core::condensation::CondensedBody;
 use fem_core::interface::{ContactProblem, ContactState};
+use fem_core::prepared::PreparedProblem;
 
 /// The parts of `e_CRE`, square root of J/m, each ≥ 0: the squares of all but `round_off` add up to `(e_CRE − round_off)²`.
 ///
@@ -66,18 +67,18 @@ struct ContactTerm {
 ///
 /// * `eta_nndd`: `η_NNDD` of the state, square root of J/m.
 pub(crate) fn parts(
-    problem: &ContactProblem,
-    bodies: &[CondensedBody; 2],
+    prepared: &PreparedProblem,
     state: &ContactState<'_>,
     (pair, cre): (&AdmissiblePair, &Cre),
     eta_nndd: f64,
     round_off: f64,
 ) -> Parts {
+    let problem = prepared.problem();
     let eta_squared = eta_nndd * eta_nndd;
     let term = contact_terms(problem, state, pair, cre);
     let edges: f64 = cre.by_contact_edge.iter().sum();
     let fields = (cre.algebraic_squared - edges).max(0.0);
-    let lumping = lumping(problem, bodies, state, pair);
+    let lumping = lumping(prepared, state, pair);
     let share = if eta_squared > 0.0 { eta_squared / (eta_squared + lumping) } else { 0.0 };
     let iteration = (fields * share).min(eta_squared);
     let squares =
@@ -93,12 +94,8 @@ pub(crate) fn parts(
 
 /// Computes `‖a‖²`, J/m: the energy of the difference between the consistent loads of the pressure and the nodal forces, along the
 /// normals.
-fn lumping(
-    problem: &ContactProblem,
-    bodies: &[CondensedBody; 2],
-    state: &ContactState<'_>,
-    pair: &AdmissiblePair,
-) -> f64 {
+fn lumping(prepared: &PreparedProblem, state: &ContactState<'_>, pair: &AdmissiblePair) -> f64 {
+    let (problem, bodies) = (prepared.problem(), prepared.bodies());
     let consistent = problem.interface.mass(&pair.pressure);
     let difference: Vec<f64> = consistent.iter().zip(state.contact_force).map(|(m, r)| m - r).collect();
     let energy = |body: &CondensedBody| {

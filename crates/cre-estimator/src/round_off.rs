@@ -6,10 +6,12 @@ use crate::cre::{CellMeasure, means, rough_means};
 use fem_core::body::Body;
 use fem_core::condensation::CondensedBody;
 use fem_core::double_double::PreciseVector;
+use fem_core::each_body;
 use fem_core::field;
 use fem_core::geometry::{Vector, dot, norm, sub};
 use fem_core::interface::ContactProblem;
 use fem_core::norm::sum_over_triangles;
+use fem_core::prepared::PreparedProblem;
 use fem_core::residual;
 use fem_core::tensor::SymTensor2;
 use rayon::prelude::*;
@@ -123,18 +125,17 @@ const MARGIN: f64 = 2.0;
 /// `R_i = ∫ τ : ε(φ_i) − f(φ_i)` is evaluated from the stress itself, as computed: in double-double numbers if the solves were
 /// refined, and before that in double precision, whose own rounding makes it larger.
 pub(crate) fn residuals(
-    problem: &ContactProblem,
-    bodies: &[CondensedBody; 2],
+    prepared: &PreparedProblem,
     pair: &AdmissiblePair,
     cells: &[Vec<CellMeasure>; 2],
     accuracy: Accuracy,
 ) -> [f64; 2] {
+    let (problem, bodies) = (prepared.problem(), prepared.bodies());
     let of_body = |b: usize| {
         let forces = on_body(&problem.interface, b, &pair.pressure_force);
         stress_energy(&problem.bodies[b], &bodies[b], &cells[b], &forces, accuracy).iter().sum::<f64>().sqrt()
     };
-    let (first, second) = rayon::join(|| of_body(0), || of_body(1));
-    [first, second]
+    each_body(of_body)
 }
 
 /// Computes `Rᵀ K⁻¹ R` of a stress under the body's loads and further nodal forces, see [`CondensedBody::residual_energy`].

@@ -9,19 +9,21 @@
 //! reaction `r = S v − g̃` to an imposed normal trace `v`, [`CondensedBody::trace_from_force`] the trace `w = S⁻¹ r` of a
 //! correction, and both fields are recovered on demand.
 
+mod oriented;
+mod refinement;
+
 use crate::assembly::System;
-use crate::body::Body;
 use crate::cholesky::{Cholesky, CholeskyError};
 use crate::dof::{DofMap, IMPOSED};
-use crate::double_double::PreciseVector;
 use crate::geometry::{Vector, dot, shown};
-use crate::residual::{self, SplitField};
 use crate::room::has_room_for;
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
 use faer::prelude::ReborrowMut;
 use faer::{Accum, ColMut, ColRef, MatMut, MatRef, Par};
 use thiserror::Error;
+
+pub use oriented::OrientedBody;
 
 /// A pivot below this fraction of its diagonal entry has lost all its digits.
 const PIVOT_FLOOR: f64 = 64.0 * f64::EPSILON;
@@ -57,15 +59,10 @@ pub enum FactorError {
     },
 }
 
-/// A correction that leaves more than this fraction of the residual is the last one.
-const WORTHWHILE: f64 = 0.7;
-/// Maximum number of corrections of one displacement.
-const MOST_REFINEMENTS: usize = 40;
-
 /// A body factorised once and condensed on its interface.
 ///
-/// Traces and forces are along the pairs' normals and in the order of the pairs. [`Self::reversed`]
-/// reverses the normals if the bodies are swapped.
+/// Traces and forces are along the pairs' normals and in the order of the pairs; [`Self::oriented`] sees
+/// them along the opposite normals.
 #[derive(Clone, Debug)]
 pub struct CondensedBody {
     dofs: DofMap,
@@ -78,8 +75,6 @@ pub struct CondensedBody {
     schur: Vec<f64>,
     /// `g̃ = L_CC (L⁻¹ f)_C`.
     condensed_load: Vec<f64>,
-    /// −1 if the caller's normals are opposite to those of the unknowns.
-    sign: f64,
 }
 
 impl CondensedBody {
@@ -127,7 +122,7 @@ impl CondensedBody {
                 condensed_load[i] += interface_factor[j * n_c + i] * yj;
             }
         }
-        Ok(Self { dofs, factor, forward_load, interface_factor, schur, condensed_load, sign: 1.0 })
+        Ok(Self { dofs, factor, forward_load, interface_factor, schur, condensed_load })
     }
 
     /// Returns the unknowns of the body.
@@ -150,13 +145,9 @@ impl CondensedBody {
         self.factor.stored_values()
     }
 
-    /// Reverses the normals: traces and forces change their sign, `S` does not change.
-    pub fn reversed(mut self) -> Self {
-        self.sign = -self.sign;
-        for g in &mut self.condensed_load {
-            *g = -*g;
-        }
-        self
+    /// Returns the body as seen along the normals times `sign`, 1 or −1.
+    pub fn oriented(&self, sign: f64) -> OrientedBody<'_> {
+        OrientedBody { body: self, sign }
     }
 
     /// Returns `S`, column-major, both triangles, N/m².
@@ -232,7 +223,7 @@ impl CondensedBody {
         let mut x = self.forward_load.clone();
         let start = x.len() - self.len();
         for (x, v) in x[start..].iter_mut().zip(v) {
-            *x = self.sign * v;
+            *x = *v;
         }
         self.factor.backward(&mut x, self.len());
         self.dofs.displacement(&x)
@@ -248,7 +239,7 @@ impl CondensedBody {
         let mut x = self.forward_load.clone();
         let start = x.len() - self.len();
         let n = self.len();
-        let mut y: Vec<f64> = r.iter().map(|r| self.sign * r).collect();
+        let mut y = r.to_vec();
         let l = MatRef::from_column_major_slice(&self.interface_factor, n, n);
         solve_lower_triangular_in_place(l, ColMut::from_slice_mut(&mut y).as_mat_mut(), Par::Seq);
         for (x, y) in x[start..].iter_mut().zip(&y) {
@@ -280,117 +271,7 @@ impl CondensedBody {
         self.dofs.displacement(&x)
     }
 
-    /// Computes `Rᵀ K⁻¹ R`, J/m, of a residual by one forward solve: the energy of the displacement under these forces, in two
-    /// parts. The first one is that of the other unknowns with fixed interface normals, the second the contribution
-    /// of the interface.
-    ///
-    /// * `residual`: by node, Cartesian, N/m.
-    pub fn residual_energy(&self, residual: &[PreciseVector]) -> [f64; 2] {
-        self.energy_of(self.along_unknowns(residual))
-    }
-
-    /// [`Self::residual_energy`] of a residual in double precision, including its own rounding.
-    pub fn rough_residual_energy(&self, residual: &[Vector]) -> [f64; 2] {
-        let along = |j: usize| {
-            let (node, c) = self.dofs.unknown(j);
-            dot(residual[node], self.dofs.axis(node, c))
-        };
-        self.energy_of((0..self.dofs.len()).map(along).collect())
-    }
-
-    fn energy_of(&self, mut y: Vec<f64>) -> [f64; 2] {
-        self.factor.forward(&mut y);
-        let (interior, interface) = y.split_at(y.len() - self.len());
-        [interior, interface].map(|y| y.iter().map(|y| y * y).sum())
-    }
-
-    /// Corrects a displacement by the residual of its equilibrium until the residual stops falling: iterative
-    /// refinement (Higham 2002, chapter 12), with the residual in double-double numbers.
-    ///
-    /// * `loads`: nodal forces in addition to those of the body, Cartesian, N/m.
-    /// * `field`: on entry an approximation. With `held` its normal traces on the interface do not change.
-    ///
-    /// Returns the remaining `√(Rᵀ K⁻¹ R)`, square root of J/m.
-    pub fn refine(&self, body: &Body, loads: &[(u32, Vector)], held: bool, field: &mut SplitField) -> f64 {
-        let mut least = f64::INFINITY;
-        let mut last: Vec<Vector> = Vec::new();
-        for _ in 0..MOST_REFINEMENTS {
-            let mut residual = residual::of_field(body, field);
-            for &(node, force) in loads {
-                for c in 0..2 {
-                    let entry = &mut residual[node as usize][c];
-                    *entry = *entry + -force[c];
-                }
-            }
-            let mut x = self.along_unknowns(&residual);
-            self.factor.forward(&mut x);
-            let given = if held { self.len() } else { 0 };
-            let end = x.len() - given;
-            let norm = x[..end].iter().map(|y| y * y).sum::<f64>().sqrt();
-            if !(norm < least) {
-                // The last correction increased the residual.
-                let back: Vec<Vector> = last.iter().map(|d| [-d[0], -d[1]]).collect();
-                field.add(&back);
-                break;
-            }
-            let worthwhile = norm < WORTHWHILE * least;
-            least = norm;
-            if norm == 0.0 || !worthwhile {
-                break;
-            }
-            x[end..].fill(0.0);
-            self.factor.backward(&mut x, given);
-            x.iter_mut().for_each(|x| *x = -*x);
-            last = self.dofs.correction(&x);
-            field.add(&last);
-        }
-        least
-    }
-
-    /// Computes the displacement (Cartesian, m) that an increment of the normal trace adds: no loads, nothing imposed
-    /// elsewhere.
-    ///
-    /// # Panics
-    /// If `increment` has not `n_c` entries.
-    pub fn correction_from_trace(&self, increment: &[f64]) -> Vec<Vector> {
-        self.check("the increment", increment);
-        let mut x = vec![0.0; self.dofs.len()];
-        let start = x.len() - self.len();
-        for (x, v) in x[start..].iter_mut().zip(increment) {
-            *x = self.sign * v;
-        }
-        self.factor.backward(&mut x, self.len());
-        self.dofs.correction(&x)
-    }
-
-    /// Extracts the normal forces from a residual `K u − f`, in the order of the pairs, N/m.
-    pub fn interface_forces(&self, residual: &[PreciseVector]) -> Vec<f64> {
-        let start = self.dofs.len() - self.len();
-        (start..self.dofs.len()).map(|j| self.sign * self.along_unknown(residual, j)).collect()
-    }
-
-    /// Replaces `g̃` by another one, N/m, and returns the old one: an operator about another state.
-    ///
-    /// # Panics
-    /// If `load` has not `n_c` entries.
-    pub fn replace_condensed_load(&mut self, load: Vec<f64>) -> Vec<f64> {
-        self.check("the load", &load);
-        std::mem::replace(&mut self.condensed_load, load)
-    }
-
-    fn along_unknowns(&self, residual: &[PreciseVector]) -> Vec<f64> {
-        (0..self.dofs.len()).map(|j| self.along_unknown(residual, j)).collect()
-    }
-
-    fn along_unknown(&self, residual: &[PreciseVector], j: usize) -> f64 {
-        let (node, c) = self.dofs.unknown(j);
-        let (r, axis) = (residual[node], self.dofs.axis(node, c));
-        if self.dofs.is_cartesian(node) {
-            return r[c].rounded();
-        }
-        (r[0] * axis[0] + r[1] * axis[1]).rounded()
-    }
-
+    /// Asserts that there is one entry per interface unknown.
     fn check(&self, what: &str, values: &[f64]) {
         let (found, expected) = (values.len(), self.len());
         assert!(found == expected, "{what} has {found} entries, the interface {expected} unknowns");
@@ -411,7 +292,7 @@ mod tests {
     use crate::material::{Hypothesis, LinearElastic};
     use crate::mesh::generate::block;
 
-    fn condensed() -> (CondensedBody, System) {
+    pub(super) fn condensed() -> (CondensedBody, System) {
         let material = LinearElastic::isotropic(10.0, 0.3, Hypothesis::PlaneStrain).unwrap();
         let make = |y: f64, c| {
             Body::new(block([0.0, y], [2.0, 1.0], [6, 4]).unwrap(), material.clone(), &c).unwrap()
@@ -469,20 +350,5 @@ mod tests {
     #[should_panic(expected = "the trace has 6 entries, the interface 7 unknowns")]
     fn a_trace_that_is_too_short_is_refused() {
         condensed().0.displacement_from_trace(&[0.0; 6]);
-    }
-
-    #[test]
-    fn reversing_turns_traces_and_forces_round() {
-        let (body, _) = condensed();
-        let n_c = body.len();
-        let v: Vec<f64> = (0..n_c).map(|i| 0.01 * (i as f64).cos()).collect();
-        let minus: Vec<f64> = v.iter().map(|v| -v).collect();
-        let (mut r, mut q) = (vec![0.0; n_c], vec![0.0; n_c]);
-        body.reaction(&v, &mut r);
-        let u = body.displacement_from_trace(&v);
-        let turned = body.reversed();
-        turned.reaction(&minus, &mut q);
-        assert!(r.iter().zip(&q).all(|(r, q)| *r == -*q));
-        assert_eq!(turned.displacement_from_trace(&minus), u);
     }
 }

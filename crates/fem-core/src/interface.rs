@@ -10,6 +10,7 @@ mod normals;
 mod pairing;
 mod profile;
 mod refinement;
+mod roles;
 
 use crate::body::Body;
 use crate::boundary::ScalarData;
@@ -20,6 +21,7 @@ use profile::Profile;
 
 pub use error::InterfaceError;
 pub use refinement::{RefineError, RefinedProblem};
+pub use roles::Roles;
 
 /// Normals whose difference is shorter are the same, to round-off.
 const SAME_NORMAL: f64 = 1e-12;
@@ -60,6 +62,13 @@ pub struct InterfaceSide {
     pub nodes: Vec<u32>,
     /// Unit normal of each pair (out of the *first* body), the positive direction of traces and forces.
     pub normals: Vec<Vector>,
+}
+
+impl InterfaceSide {
+    /// Returns the side with its normals times `sign`, 1 or −1.
+    pub fn oriented(&self, sign: f64) -> Self {
+        Self { nodes: self.nodes.clone(), normals: self.normals.iter().map(|n| scale(sign, *n)).collect() }
+    }
 }
 
 /// Lists each body's side of the pairs.
@@ -115,6 +124,7 @@ pub struct ContactInterface {
     /// The source of the gap, and the body on whose surface gap, arc lengths and lengths are measured.
     gap: Gap,
     measured_on: usize,
+    roles: Roles,
     /// The measured gap along each edge, if it is not linear there.
     profiles: Vec<Option<Profile>>,
     gap_change: Option<GapChange>,
@@ -259,45 +269,28 @@ impl ContactInterface {
         forces
     }
 
-    /// Returns the same interface with other gaps at the pairs, m: the problem for increments about a state.
+    /// Replaces the gaps of the pairs, m, and returns the old ones: the problem for increments about a state.
     ///
     /// # Panics
     /// If there is not one gap per pair.
-    pub fn with_gaps(&self, gaps: &[f64]) -> Self {
+    pub fn replace_gaps(&mut self, gaps: &[f64]) -> Vec<f64> {
         let (found, expected) = (gaps.len(), self.pairs.len());
         assert!(found == expected, "{found} gaps are given, the interface has {expected} pairs");
-        let mut interface = self.clone();
-        for (pair, gap) in interface.pairs.iter_mut().zip(gaps) {
-            pair.gap = *gap;
-        }
-        interface
+        self.pairs.iter_mut().zip(gaps).map(|(pair, gap)| std::mem::replace(&mut pair.gap, *gap)).collect()
     }
 
-    /// Swaps the two bodies: pairs, edges and sides are swapped, normals are reversed.
-    pub fn swapped(mut self) -> Self {
-        let swap = |pairs: &mut [Pair], edges: &mut [ContactEdge]| {
-            for pair in pairs {
-                pair.nodes.reverse();
-                pair.normal = [-pair.normal[0], -pair.normal[1]];
-            }
-            edges.iter_mut().for_each(|edge| edge.edges.reverse());
-        };
-        swap(&mut self.pairs, &mut self.edges);
-        if let Some(whole) = &mut self.whole {
-            swap(&mut whole.line.pairs, &mut whole.line.edges);
-        }
-        self.measured_on = 1 - self.measured_on;
-        self.sides.reverse();
-        for side in &mut self.sides {
-            for n in &mut side.normals {
-                *n = [-n[0], -n[1]];
-            }
-        }
-        self
+    /// Returns who carries λ in an iteration; the first body, if not set.
+    pub fn roles(&self) -> Roles {
+        self.roles
+    }
+
+    /// Sets who carries λ in an iteration.
+    pub fn set_roles(&mut self, roles: Roles) {
+        self.roles = roles;
     }
 }
 
-/// Two bodies and the interface between them. Index 0 is Ω₁ (λ imposed), index 1 is Ω₂ (unilateral).
+/// Two bodies and the interface between them.
 #[derive(Clone, Debug)]
 pub struct ContactProblem {
     /// The bodies.
@@ -307,10 +300,11 @@ pub struct ContactProblem {
 }
 
 impl ContactProblem {
-    /// Swaps the two bodies.
-    pub fn swapped(self) -> Self {
-        let [first, second] = self.bodies;
-        Self { bodies: [second, first], interface: self.interface.swapped() }
+    /// Sets who carries λ in an iteration.
+    #[must_use]
+    pub fn with_roles(mut self, roles: Roles) -> Self {
+        self.interface.set_roles(roles);
+        self
     }
 }
 

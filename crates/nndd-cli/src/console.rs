@@ -240,7 +240,7 @@ fn scientific(x: f64, width: usize, digits: usize) -> String {
 pub(crate) fn choices(case: &Case, solved: &Solved) -> String {
     let solution = &solved.solution;
     let names = [0, 1].map(|b| &case.bodies[b].name);
-    let carrier = names[usize::from(solution.swapped)];
+    let carrier = names[solution.roles().imposed()];
     let mut text = String::new();
     let _ = match solution.role_reason {
         RoleReason::Given => writeln!(text, "  lambda is carried by \"{carrier}\", as given"),

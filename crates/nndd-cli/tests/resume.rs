@@ -243,7 +243,7 @@ fn the_older_checkpoint_serves_where_the_newest_is_damaged() {
     let out = temp.path().join("both");
     assert_eq!(limited(&out).status.code(), Some(8));
     for name in [NEWEST, PREVIOUS] {
-        std::fs::write(out.join(name), "nndd checkpoint 1 00\n{}").unwrap();
+        std::fs::write(out.join(name), "nndd checkpoint 2 00\n{}").unwrap();
     }
     let refused = solve(&out, &SETTINGS, &["--resume"]);
     assert_eq!(refused.status.code(), Some(7));

@@ -6,6 +6,7 @@ use certified_contact::SolveError;
 use fem_core::assembly::AssemblyError;
 use fem_core::body::NodeConstraint;
 use fem_core::interface::ContactProblem;
+use fem_core::prepared::PrepareError;
 
 /// What a body of a case consists of.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,7 +53,7 @@ pub fn supports(case: &Case, problem: &ContactProblem) -> Result<(), Failure> {
     for (body, model) in problem.bodies.iter().enumerate() {
         if let Some(motion) = model.free_motion() {
             let source = AssemblyError::Floating { motion };
-            return Err(Failure::solve(case, &SolveError::Assembly { body, source }));
+            return Err(Failure::solve(case, &SolveError::Prepare(PrepareError::Assembly { body, source })));
         }
     }
     Ok(())

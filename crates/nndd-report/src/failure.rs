@@ -12,6 +12,7 @@ use fem_core::assembly::AssemblyError;
 use fem_core::cholesky::CholeskyError;
 use fem_core::condensation::FactorError;
 use fem_core::geometry::shown;
+use fem_core::prepared::PrepareError;
 use mesh_io::{MeshFault, MeshFileError};
 use nndd::NnddError;
 use std::io;
@@ -109,11 +110,11 @@ impl Failure {
         Self::plain(FILES, format!("{error}{fix}"))
     }
 
-    /// Says why a solve made no sense, with the body's name.
-    pub(crate) fn solve(case: &Case, error: &SolveError) -> Self {
+    /// Says why a body has no solution, with its name.
+    fn prepare(case: &Case, error: &PrepareError) -> Self {
         let name = |body: usize| &case.bodies[body].name;
         match error {
-            SolveError::Assembly { body, source: AssemblyError::Floating { motion } } => Self::plain(
+            PrepareError::Assembly { body, source: AssemblyError::Floating { motion } } => Self::plain(
                 NO_UNIQUE_SOLUTION,
                 format!(
                     "no unique solution: body \"{}\" {motion} (piece at ({}, {})).\n  expected: supports that hold \
@@ -125,25 +126,22 @@ impl Failure {
                     name(*body)
                 ),
             ),
-            SolveError::Assembly {
+            PrepareError::Assembly {
                 body,
                 source: source @ (AssemblyError::TooLarge { .. } | AssemblyError::OutOfMemory { .. }),
             } => Self::plain(LIMIT, format!("body \"{}\": {source}", name(*body))),
-            SolveError::Assembly { body, source } => {
+            PrepareError::Assembly { body, source } => {
                 Self::plain(INVALID_INPUT, format!("body \"{}\": {source}", name(*body)))
             }
-            SolveError::Factor { body, source: FactorError::Cholesky { source, .. } }
+            PrepareError::Factor { body, source: FactorError::Cholesky { source, .. } }
                 if matches!(source, CholeskyError::OutOfMemory { .. }) =>
             {
                 Self::plain(LIMIT, format!("body \"{}\": {source}", name(*body)))
             }
-            SolveError::Factor { body, source: source @ FactorError::OutOfMemory { .. } } => {
+            PrepareError::Factor { body, source: source @ FactorError::OutOfMemory { .. } } => {
                 Self::plain(LIMIT, format!("body \"{}\": {source}", name(*body)))
             }
-            SolveError::Estimator(source @ EstimatorError::OutOfMemory { .. }) => {
-                Self::plain(LIMIT, source.to_string())
-            }
-            SolveError::Factor { body, source } => Self::plain(
+            PrepareError::Factor { body, source } => Self::plain(
                 NO_UNIQUE_SOLUTION,
                 format!(
                     "no unique solution: body \"{}\": {source}.\n  expected: supports and materials that leave no motion \
@@ -151,6 +149,17 @@ impl Failure {
                     name(*body)
                 ),
             ),
+            other => Self::defect(other.to_string()),
+        }
+    }
+
+    /// Says why a solve made no sense, with the body's name.
+    pub(crate) fn solve(case: &Case, error: &SolveError) -> Self {
+        match error {
+            SolveError::Prepare(error) => Self::prepare(case, error),
+            SolveError::Estimator(source @ EstimatorError::OutOfMemory { .. }) => {
+                Self::plain(LIMIT, source.to_string())
+            }
             SolveError::Nndd(e @ (NnddError::Theta { .. } | NnddError::Lambda { .. })) => {
                 Self::plain(INVALID_INPUT, e.to_string())
             }

@@ -27,11 +27,11 @@ impl From<PlotError> for Failure {
     }
 }
 
-/// Computes the error density (squared error over area) in the triangles of a body, by its role.
-pub(crate) fn error_density(solution: &CertifiedSolution, role: usize) -> Vec<f64> {
-    let mesh = solution.problem.bodies[role].mesh();
+/// Computes the error density (squared error over area) in the triangles of a body.
+pub(crate) fn error_density(solution: &CertifiedSolution, body: usize) -> Vec<f64> {
+    let mesh = solution.problem.bodies[body].mesh();
     let Some(estimate) = &solution.estimate else { return vec![0.0; mesh.triangles().len()] };
-    estimate.cre.by_cell[role].iter().enumerate().map(|(t, e)| e / mesh.area(t)).collect()
+    estimate.cre.by_cell[body].iter().enumerate().map(|(t, e)| e / mesh.area(t)).collect()
 }
 
 /// Draws the figures of a solve.
@@ -63,16 +63,15 @@ pub(crate) fn of_solve(
     }
     pictures.insert(0, problem(case, solution, &format!("{name}: the problem"))?);
     let Some(estimate) = &solution.estimate else { return Ok(pictures) };
-    let densities = [0, 1].map(|role| error_density(solution, role));
+    let densities = [0, 1].map(|b| error_density(solution, b));
     let bodies = [0, 1].map(|b| {
-        let role = solution.role(b);
-        let mesh = solution.problem.bodies[role].mesh();
+        let mesh = solution.problem.bodies[b].mesh();
         BodyPicture {
             name: &case.bodies[b].name,
             points: mesh.points(),
             triangles: mesh.triangles(),
-            displacement: &estimate.pair.displacement[role],
-            density: &densities[role],
+            displacement: &estimate.pair.displacement[b],
+            density: &densities[b],
         }
     });
     pictures.insert(
@@ -125,10 +124,10 @@ fn closing(solution: &CertifiedSolution) -> Vec<Closing> {
         .iter()
         .map(|pair| {
             let of = |field: [&[[f64; 2]]; 2]| {
-                along(pair.normal, [0, 1].map(|role| field[role][pair.nodes[role] as usize]))
+                along(pair.normal, [0, 1].map(|b: usize| field[b][pair.nodes[b] as usize]))
             };
-            let [a, b] = [0, 1].map(|role| bodies[role].mesh().points());
-            let [u, v] = [0, 1].map(|role| &estimate.pair.displacement[role][..]);
+            let [a, b] = [0, 1].map(|b: usize| bodies[b].mesh().points());
+            let [u, v] = [0, 1].map(|b: usize| &estimate.pair.displacement[b][..]);
             Closing { gap: of([a, b]), approach: -of([u, v]) }
         })
         .collect()
@@ -137,7 +136,7 @@ fn closing(solution: &CertifiedSolution) -> Vec<Closing> {
 /// Draws the problem of the last mesh.
 fn problem(case: &Case, solution: &CertifiedSolution, title: &str) -> Result<Picture, Failure> {
     let bodies = [0, 1].map(|b| {
-        let body = &solution.problem.bodies[solution.role(b)];
+        let body = &solution.problem.bodies[b];
         SketchBody {
             name: &case.bodies[b].name,
             points: body.mesh().points(),
@@ -147,9 +146,8 @@ fn problem(case: &Case, solution: &CertifiedSolution, title: &str) -> Result<Pic
         }
     });
     let interface = &solution.problem.interface;
-    let first = solution.role(0);
-    let points = solution.problem.bodies[first].mesh().points();
-    let place = |pair: u32| points[interface.pairs()[pair as usize].nodes[first] as usize];
+    let points = solution.problem.bodies[0].mesh().points();
+    let place = |pair: u32| points[interface.pairs()[pair as usize].nodes[0] as usize];
     let contact: Vec<[[f64; 2]; 2]> = interface.edges().iter().map(|edge| edge.pairs.map(place)).collect();
     Ok(Picture {
         name: "problem",

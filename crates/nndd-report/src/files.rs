@@ -102,7 +102,7 @@ fn write_files(
     for picture in &pictures {
         put(&format!("figures/{}.svg", picture.name), &picture.svg)?;
     }
-    let angles = [0, 1].map(|b| solution.problem.bodies[solution.role(b)].mesh().smallest_angle());
+    let angles = [0, 1].map(|b| solution.problem.bodies[b].mesh().smallest_angle());
     put("report.html", &html::page(case, report, angles, &pictures))?;
     if case.output.vtu && solution.estimate.is_some() {
         paraview::write(case, solution, &report.adaptive, directory)?;

@@ -47,7 +47,7 @@ pub fn of_problem(case: &Case, bodies: [&Body; 2], gap: Option<Difference>) -> V
 /// Lists what can be said of a solution and its problem.
 pub(crate) fn of_solution(case: &Case, solution: &CertifiedSolution) -> Vec<String> {
     let problem = &solution.problem;
-    let bodies = [0, 1].map(|body| &problem.bodies[solution.role(body)]);
+    let bodies = problem.bodies.each_ref();
     let mut notes = of_problem(case, bodies, problem.interpolated_gap());
     notes.extend(bent_contact(solution));
     let Some(estimate) = &solution.estimate else { return notes };
@@ -66,9 +66,8 @@ pub(crate) fn of_solution(case: &Case, solution: &CertifiedSolution) -> Vec<Stri
         notes.push("no contact: no force passes between the bodies".to_owned());
     }
     for (body, given) in case.bodies.iter().enumerate() {
-        let role = solution.role(body);
-        let model = &problem.bodies[role];
-        let strains = estimate.pair.stress[role].iter().enumerate().map(|(t, stress)| {
+        let model = &problem.bodies[body];
+        let strains = estimate.pair.stress[body].iter().enumerate().map(|(t, stress)| {
             let strain = model.material(t).strain(*stress);
             // The larger principal strain by its size.
             let middle = 0.5 * (strain.xx + strain.yy);

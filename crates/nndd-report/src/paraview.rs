@@ -126,8 +126,7 @@ fn body_data(
     estimate: &Estimate,
     body: usize,
 ) -> (VtuMesh, VtuData) {
-    let role = solution.role(body);
-    let model = &solution.problem.bodies[role];
+    let model = &solution.problem.bodies[body];
     let mesh = model.mesh();
     let pair = &estimate.pair;
     let cells = 0..mesh.triangles().len();
@@ -138,8 +137,8 @@ fn body_data(
         |name: &str, of: &dyn Fn(usize) -> f64| VtuArray::scalars(name, cells.clone().map(of).collect());
     // Not known for a given plane stiffness in plane strain.
     let with_zz = |t: usize, s: SymTensor2| six(s, model.material(t).out_of_plane_stress(s).unwrap_or(0.0));
-    let stress = &pair.stress[role];
-    let equilibrated = &pair.equilibrated[role];
+    let stress = &pair.stress[body];
+    let equilibrated = &pair.equilibrated[body];
     let places = case.material_places(body);
     let numbers = case.element_numbers(body, mesh);
     let mut cell = vec![
@@ -149,8 +148,8 @@ fn body_data(
             let zz = out_of_plane_strain(case, places[model.materials().index(t)], stress[t]);
             six(model.material(t).strain(stress[t]), zz)
         }),
-        VtuArray::scalars("error_density", figures::error_density(solution, role)),
-        scalars("error_density_mesh", &|t| estimate.cre.discretisation_by_cell[role][t] / mesh.area(t)),
+        VtuArray::scalars("error_density", figures::error_density(solution, body)),
+        scalars("error_density_mesh", &|t| estimate.cre.discretisation_by_cell[body][t] / mesh.area(t)),
         // Constant in the cell: its energy density.
         scalars("error_density_iteration", &|t| {
             let d = equilibrated.finite_element[t].minus(stress[t]);
@@ -163,8 +162,8 @@ fn body_data(
     let von_mises: Option<Vec<f64>> = cells.clone().map(|t| model.material(t).von_mises(stress[t])).collect();
     cell.extend(von_mises.map(|values| VtuArray::scalars("von_mises", values)));
     let point = vec![
-        VtuArray::vectors("displacement", &pair.displacement[role]),
-        VtuArray::vectors("reaction", &reactions(solution, estimate, model, role)),
+        VtuArray::vectors("displacement", &pair.displacement[body]),
+        VtuArray::vectors("reaction", &reactions(solution, estimate, model, body)),
     ];
     let grid =
         VtuMesh { points: mesh.points().to_vec(), cells: VtuCells::Triangles(mesh.triangles().to_vec()) };
@@ -184,8 +183,8 @@ fn out_of_plane_strain(case: &Case, material: usize, stress: SymTensor2) -> f64 
 
 /// The forces of supports and contact on the nodes, N/m: what the loads leave of `K u − f`, in the directions that are
 /// held or in contact, so that nothing but round-off is left out.
-fn reactions(solution: &CertifiedSolution, estimate: &Estimate, model: &Body, role: usize) -> Vec<Vector> {
-    let residual = field::nodal_residual(model, &estimate.pair.displacement[role]);
+fn reactions(solution: &CertifiedSolution, estimate: &Estimate, model: &Body, body: usize) -> Vec<Vector> {
+    let residual = field::nodal_residual(model, &estimate.pair.displacement[body]);
     let along = |direction: Vector, force: Vector| scale(dot(direction, force), direction);
     let held = model.node_constraints().iter().zip(&residual).map(|(constraint, force)| match constraint {
         NodeConstraint::Free => [0.0; 2],
@@ -194,7 +193,7 @@ fn reactions(solution: &CertifiedSolution, estimate: &Estimate, model: &Body, ro
     });
     let mut forces: Vec<Vector> = held.collect();
     for pair in solution.problem.interface.pairs() {
-        let node = pair.nodes[role] as usize;
+        let node = pair.nodes[body] as usize;
         forces[node] = match model.node_constraints()[node] {
             NodeConstraint::Free => along(pair.normal, residual[node]),
             _ => residual[node],

@@ -36,7 +36,7 @@ pub(crate) fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> R
     let solution = &solved.solution;
     let names = [0, 1].map(|b| case.bodies[b].name.clone());
     let bodies = [0, 1].map(|b| {
-        let mesh = solution.problem.bodies[solution.role(b)].mesh();
+        let mesh = solution.problem.bodies[b].mesh();
         BodySummary {
             name: names[b].clone(),
             nodes: mesh.points().len(),
@@ -46,7 +46,7 @@ pub(crate) fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> R
     });
     let interface = &solution.problem.interface;
     let contact = ContactSummary {
-        imposed: names[usize::from(solution.swapped)].clone(),
+        imposed: names[solution.roles().imposed()].clone(),
         pairs: interface.pairs().len(),
         length: interface.length(),
         bodies: names,
@@ -143,15 +143,14 @@ fn results(case: &Case, solution: &CertifiedSolution) -> Results {
 /// Arc lengths, gaps, openings, pressures along the contact line; s runs along the first body of the file.
 pub(crate) fn contact_rows(solution: &CertifiedSolution) -> Vec<ContactRow> {
     let interface = &solution.problem.interface;
-    let first = solution.role(0);
-    let points = solution.problem.bodies[first].mesh().points();
+    let points = solution.problem.bodies[0].mesh().points();
     let last = solution.last();
     interface
         .pairs()
         .iter()
         .enumerate()
         .map(|(k, pair)| {
-            let [x, y] = points[pair.nodes[first] as usize];
+            let [x, y] = points[pair.nodes[0] as usize];
             let force = last.contact.normal_reaction[k];
             ContactRow {
                 s: pair.arc_length,

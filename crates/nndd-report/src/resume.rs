@@ -7,6 +7,7 @@ use case_io::output::{OutputDirectory, Presence, ResultKind};
 use case_io::{BrokenLink, Case};
 use certified_contact::{RoleReason, Step};
 use contact_qp::ActiveSet;
+use fem_core::interface::Roles;
 use nndd::Start;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -156,7 +157,7 @@ pub(crate) fn write(
         seconds,
     };
     let progress = Progress {
-        swapped: from.swapped,
+        imposed: from.roles.imposed(),
         compliance,
         meshes: from.meshes.iter().map(mesh).collect(),
         steps: from.history.iter().zip(seconds).map(step).collect(),
@@ -182,7 +183,7 @@ pub(crate) fn read(progress: &Progress) -> certified_contact::Checkpoint {
         energy_norm_squared: step.energy_norm_squared,
     };
     certified_contact::Checkpoint {
-        swapped: progress.swapped,
+        roles: if progress.imposed == 0 { Roles::FIRST } else { Roles::SECOND },
         role_reason: progress
             .compliance
             .map_or(RoleReason::Given, |compliance| RoleReason::Stiffer { compliance }),

@@ -3,19 +3,18 @@
 #![allow(clippy::unwrap_used, missing_docs)] // The data are fixed and valid; criterion's macros are not documented.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use fem_core::assembly::System;
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
-use fem_core::condensation::CondensedBody;
 use fem_core::interface::{ContactInterface, ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
+use fem_core::prepared::PreparedProblem;
 use nndd::stopping::{Decision, EtaNndd, Never, StoppingCriterion};
 use nndd::{Iterate, Method, NnddSettings};
 use std::error::Error;
 use std::time::{Duration, Instant};
 
-fn problem(cells: [usize; 2]) -> (ContactProblem, [CondensedBody; 2]) {
+fn problem(cells: [usize; 2]) -> PreparedProblem {
     let material = |e| LinearElastic::isotropic(e, 0.3, Hypothesis::PlaneStrain).unwrap();
     let upper = BoundaryConditions::new()
         .displace("left", Some(0.0.into()), None)
@@ -26,36 +25,30 @@ fn problem(cells: [usize; 2]) -> (ContactProblem, [CondensedBody; 2]) {
     let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], cells).unwrap(), material(1000.0), &lower).unwrap();
     let interface =
         ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
-    let condense = |body: &Body, side| {
-        CondensedBody::factorise(System::assemble(body, side).unwrap(), body.mesh().points()).unwrap()
-    };
-    let bodies = [condense(&upper, &interface.sides()[0]), condense(&lower, &interface.sides()[1])];
-    (ContactProblem { bodies: [upper, lower], interface }, bodies)
+    PreparedProblem::new(ContactProblem { bodies: [upper, lower], interface }).unwrap()
 }
 
 fn iterations(c: &mut Criterion) {
     let mut group = c.benchmark_group("nndd");
     group.sample_size(10);
     for cells in [[18, 9], [80, 36], [320, 160]] {
-        let (problem, bodies) = problem(cells);
-        let pairs = problem.interface.pairs().len();
+        let problem = problem(cells);
+        let pairs = problem.pairs();
         let start = vec![0.0; pairs];
         let mut ten = NnddSettings::paper(0.4);
         ten.max_iterations = 10;
         group.bench_function(BenchmarkId::new("ten iterations, paper", pairs), |b| {
-            b.iter(|| nndd::solve(&problem, &bodies, start.clone(), &ten, &mut Never).unwrap());
+            b.iter(|| nndd::solve(&problem, start.clone(), &ten, &mut Never).unwrap());
         });
         let default = NnddSettings::default();
         group.bench_function(BenchmarkId::new("to 1e-10, default", pairs), |b| {
-            b.iter(|| {
-                nndd::solve(&problem, &bodies, start.clone(), &default, &mut EtaNndd::new(1e-10)).unwrap()
-            });
+            b.iter(|| nndd::solve(&problem, start.clone(), &default, &mut EtaNndd::new(1e-10)).unwrap());
         });
         let mut newton = NnddSettings::default();
         newton.method = Method::Newton;
         newton.qp = newton.qp.with_method(contact_qp::QpMethod::ActiveSet);
         group.bench_function(BenchmarkId::new("interface Newton", pairs), |b| {
-            b.iter(|| nndd::solve(&problem, &bodies, start.clone(), &newton, &mut Never).unwrap());
+            b.iter(|| nndd::solve(&problem, start.clone(), &newton, &mut Never).unwrap());
         });
     }
     group.finish();
@@ -87,8 +80,8 @@ fn one_iteration(c: &mut Criterion) {
     group.sample_size(10);
     // Flat cells: the interface decides the time, and the bodies below it are quickly condensed.
     for cells in [[320, 160], [1280, 40]] {
-        let (problem, bodies) = problem(cells);
-        let pairs = problem.interface.pairs().len();
+        let problem = problem(cells);
+        let pairs = problem.pairs();
         let start = vec![0.0; pairs];
         let mut settings = NnddSettings::paper(0.4);
         settings.qp = settings.qp.with_method(contact_qp::QpMethod::ActiveSet);
@@ -97,7 +90,7 @@ fn one_iteration(c: &mut Criterion) {
                 let (mut elapsed, mut done) = (Duration::ZERO, 0);
                 while done < wanted {
                     let mut watch = Watch::default();
-                    nndd::solve(&problem, &bodies, start.clone(), &settings, &mut watch).unwrap();
+                    nndd::solve(&problem, start.clone(), &settings, &mut watch).unwrap();
                     assert_eq!(watch.iterations, TIMED + 1);
                     elapsed += watch.elapsed;
                     done += u64::from(TIMED);

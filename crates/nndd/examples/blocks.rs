@@ -10,22 +10,18 @@
 //! ```
 #![allow(clippy::print_stdout)]
 
-use fem_core::assembly::System;
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
-use fem_core::condensation::CondensedBody;
 use fem_core::interface::{ContactInterface, ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
+use fem_core::prepared::PreparedProblem;
 use fem_core::{mesh::generate::block, norm};
 use nndd::stopping::EtaNndd;
 use nndd::{NnddSettings, NnddSolution};
 use std::error::Error;
 
-/// The problem, and its bodies condensed on the interface.
-struct Blocks {
-    problem: ContactProblem,
-    condensed: [CondensedBody; 2],
-}
+/// The problem with its factorised bodies.
+struct Blocks(PreparedProblem);
 
 impl Blocks {
     fn new(cells: [usize; 2]) -> Result<Self, Box<dyn Error>> {
@@ -38,28 +34,20 @@ impl Blocks {
         let clamped = BoundaryConditions::new().fix("bottom");
         let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], cells)?, material(1000.0)?, &clamped)?;
         let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
-        let condense = |body: &Body, b: usize| -> Result<CondensedBody, Box<dyn Error>> {
-            let system = System::assemble(body, &interface.sides()[b])?;
-            Ok(CondensedBody::factorise(system, body.mesh().points())?)
-        };
-        let condensed = [condense(&upper, 0)?, condense(&lower, 1)?];
-        Ok(Self { problem: ContactProblem { bodies: [upper, lower], interface }, condensed })
+        Ok(Self(PreparedProblem::new(ContactProblem { bodies: [upper, lower], interface })?))
     }
 
     /// Iterates until η_NNDD has fallen by `tolerance`.
     fn solve(&self, settings: &NnddSettings, tolerance: f64) -> Result<NnddSolution, Box<dyn Error>> {
-        let start = vec![0.0; self.problem.interface.pairs().len()];
+        let start = vec![0.0; self.0.pairs()];
         let mut stop = EtaNndd::new(tolerance);
-        Ok(nndd::solve(&self.problem, &self.condensed, start, settings, &mut stop)?)
+        Ok(nndd::solve(&self.0, start, settings, &mut stop)?)
     }
 
     /// Energies `a(u, u)` of the last iteration's displacements: λ gives those of Ω₁, the contact trace those of Ω₂.
     fn energies(&self, solution: &NnddSolution) -> [f64; 2] {
-        let traces = [&solution.last.lambda, &solution.last.contact.normal_trace];
-        [0, 1].map(|b| {
-            let u = self.condensed[b].displacement_from_trace(traces[b]);
-            norm::energy_norm_squared(&self.problem.bodies[b], &u)
-        })
+        let displacements = self.0.displacements(solution.last.traces());
+        [0, 1].map(|b| norm::energy_norm_squared(&self.0.problem().bodies[b], &displacements[b]))
     }
 }
 

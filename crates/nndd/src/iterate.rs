@@ -24,6 +24,7 @@ pub struct ContactAnswer {
 }
 
 /// One iteration: the admissible pair of step 1 and the results of step 2.
+/// Traces and forces are along the outward normal of Ω₁, the body that carries λ.
 #[derive(Clone, Debug)]
 pub struct Iterate {
     /// Number, from 1.
@@ -50,6 +51,16 @@ impl Iterate {
     /// not count, since its bound may count as active or not.
     pub fn contact_nodes(&self) -> usize {
         self.contact.normal_reaction.iter().filter(|&&r| r > 0.0).count()
+    }
+
+    /// Returns the normal traces of Ω₁ and Ω₂, m.
+    pub fn traces(&self) -> [&[f64]; 2] {
+        [&self.lambda, &self.contact.normal_trace]
+    }
+
+    /// Returns the normal forces of Ω₁ and Ω₂, `r¹` and `r²`, N/m.
+    pub fn forces(&self) -> [&[f64]; 2] {
+        [&self.reaction, &self.contact.normal_reaction]
     }
 
     /// Computes the contact force `Σ r²_i`, N/m.

@@ -36,21 +36,16 @@
 //! # Example
 //! Two equal blocks pressed together: one iteration is exact.
 //! ```
-//! use nndd::fem_core::{assembly::System, body::Body, boundary::BoundaryConditions, condensation::CondensedBody,
-//!     interface::{ContactInterface, ContactProblem, Gap}, material::{Hypothesis, LinearElastic},
-//!     mesh::generate::block};
+//! use nndd::fem_core::{body::Body, boundary::BoundaryConditions, interface::{ContactInterface, ContactProblem, Gap},
+//!     material::{Hypothesis, LinearElastic}, mesh::generate::block, prepared::PreparedProblem};
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let steel = LinearElastic::isotropic(2000.0, 0.3, Hypothesis::PlaneStrain)?;
 //! let upper = Body::new(block([0.0, 1.0], [2.0, 1.0], [8, 4])?, steel.clone(),
 //!     &BoundaryConditions::new().displace("top", Some(0.0.into()), Some((-0.01).into())))?;
 //! let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], [8, 4])?, steel, &BoundaryConditions::new().fix("bottom"))?;
 //! let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
-//! let condense = |body: &Body, side| -> Result<CondensedBody, Box<dyn std::error::Error>> {
-//!     Ok(CondensedBody::factorise(System::assemble(body, side)?, body.mesh().points())?)
-//! };
-//! let bodies = [condense(&upper, &interface.sides()[0])?, condense(&lower, &interface.sides()[1])?];
-//! let problem = ContactProblem { bodies: [upper, lower], interface };
-//! let solution = nndd::solve(&problem, &bodies, vec![0.0; 9], &nndd::NnddSettings::paper(0.5),
+//! let problem = PreparedProblem::new(ContactProblem { bodies: [upper, lower], interface })?;
+//! let solution = nndd::solve(&problem, vec![0.0; 9], &nndd::NnddSettings::paper(0.5),
 //!     &mut nndd::stopping::EtaNndd::new(1e-10))?;
 //! assert_eq!(solution.status, nndd::NnddStatus::StoppedByCriterion);
 //! assert!(solution.last.contact_force() > 0.0);

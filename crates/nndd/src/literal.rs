@@ -12,6 +12,7 @@ use fem_core::cholesky::{Cholesky, Front};
 use fem_core::interface::ContactProblem;
 use fem_core::ordering::ROOT;
 use fem_core::sparse::SymmetricCsc;
+use fem_core::try_each_body;
 
 pub(crate) struct LiteralSteps {
     systems: [System; 2],
@@ -41,20 +42,19 @@ fn without_interface(fronts: &[Front]) -> Vec<Front> {
 
 impl LiteralSteps {
     pub(crate) fn new(problem: &ContactProblem) -> Result<Self, NnddError> {
-        let sides = problem.interface.sides();
-        let (first, second) = rayon::join(
-            || System::assemble(&problem.bodies[0], &sides[0]),
-            || System::assemble(&problem.bodies[1], &sides[1]),
-        );
-        let systems = [first?, second?];
+        let roles = problem.interface.roles();
+        let systems = try_each_body(|role| {
+            let b = roles.bodies()[role];
+            System::assemble(&problem.bodies[b], &problem.interface.sides()[b].oriented(roles.sign()))
+        })?;
         let interior = systems[0].dofs.len() - systems[0].dofs.interface_len();
         let neumann = |s: &System| factorise(&s.stiffness, s.dofs.fronts());
         let inner = without_interface(systems[0].dofs.fronts());
-        let (first, second) = rayon::join(|| neumann(&systems[0]), || neumann(&systems[1]));
+        let neumann = try_each_body(|role| neumann(&systems[role]))?;
         let dofs = &systems[1].dofs;
         Ok(Self {
             dirichlet: factorise(&systems[0].stiffness.leading(interior), &inner)?,
-            neumann: [first?, second?],
+            neumann,
             contact: systems[1].stiffness.upper(),
             linear: systems[1].load.iter().map(|f| -f).collect(),
             bounded: (dofs.len() - dofs.interface_len()..dofs.len()).collect(),

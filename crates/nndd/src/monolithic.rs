@@ -6,7 +6,8 @@
 
 use crate::error::NnddError;
 use contact_qp::{ActiveSet, BoundQp, MatrixView, QpSettings, QpSolution};
-use fem_core::condensation::CondensedBody;
+use fem_core::condensation::OrientedBody;
+use fem_core::each_body;
 use fem_core::interface::ContactInterface;
 
 /// The result of the Newton method: λ, and the solution of the quadratic programme.
@@ -20,12 +21,12 @@ pub(crate) struct NewtonAnswer {
 /// * `open`: the pairs that are open at the start, if a good guess is known.
 pub(crate) fn solve(
     interface: &ContactInterface,
-    bodies: &[CondensedBody; 2],
+    bodies: &[OrientedBody<'_>; 2],
     open: Option<&ActiveSet>,
     settings: &QpSettings,
 ) -> Result<NewtonAnswer, NnddError> {
     let n = bodies[0].len();
-    let (mut flexibility, second) = rayon::join(|| bodies[0].flexibility(), || bodies[1].flexibility());
+    let [mut flexibility, second] = each_body(|b| bodies[b].flexibility());
     flexibility.iter_mut().zip(&second).for_each(|(a, b)| *a += b);
     drop(second);
     for j in 0..n {
@@ -33,9 +34,9 @@ pub(crate) fn solve(
             flexibility[j * n + i] = flexibility[i * n + j];
         }
     }
-    let free = |b: &CondensedBody| {
+    let free = |b: &OrientedBody<'_>| {
         let mut v = vec![0.0; n];
-        b.trace_from_force(b.condensed_load(), &mut v);
+        b.trace_from_force(&b.condensed_load(), &mut v);
         v
     };
     let (v1, v2) = (free(&bodies[0]), free(&bodies[1]));

@@ -15,9 +15,10 @@ use crate::stopping::{Decision, StoppingCriterion};
 use crate::vector::{add, dot};
 use crate::weights::NodalWeights;
 use contact_qp::ActiveSet;
-use fem_core::condensation::CondensedBody;
-use fem_core::interface::{ContactInterface, ContactProblem};
+use fem_core::condensation::OrientedBody;
+use fem_core::interface::ContactInterface;
 use fem_core::norm::from_squared;
+use fem_core::prepared::PreparedProblem;
 
 impl Run<'_> {
     /// The algorithm box.
@@ -133,6 +134,8 @@ impl Run<'_> {
 /// The operators and settings of the iteration.
 struct Run<'a> {
     interface: &'a ContactInterface,
+    /// Ω₁ and Ω₂, along the outward normal of Ω₁.
+    bodies: &'a [OrientedBody<'a>; 2],
     steps: &'a dyn Steps,
     weights: &'a NodalWeights,
     settings: &'a NnddSettings,
@@ -149,7 +152,6 @@ struct Correction {
 
 /// Solves a contact problem by the Neumann-Neumann iteration (8)-(11), or by the reference method.
 ///
-/// * `bodies`: the two bodies condensed on the interface, in the roles of `problem`.
 /// * `lambda`: the initial normal trace λ₁ at each pair, m.
 /// * `stop`: called after every iteration.
 ///
@@ -159,13 +161,12 @@ struct Correction {
 /// Sizes that do not match, a θ that is not positive, a contact problem that is rejected, a
 /// criterion that fails. No convergence is a status, not an error.
 pub fn solve(
-    problem: &ContactProblem,
-    bodies: &[CondensedBody; 2],
+    problem: &PreparedProblem,
     lambda: Vec<f64>,
     settings: &NnddSettings,
     stop: &mut dyn StoppingCriterion,
 ) -> Result<NnddSolution, NnddError> {
-    solve_from(problem, bodies, Start { lambda, active: None }, settings, stop)
+    solve_from(problem, Start { lambda, active: None }, settings, stop)
 }
 
 /// The initial values of an iteration.
@@ -182,18 +183,18 @@ pub struct Start {
 /// # Errors
 /// See [`solve`].
 pub fn solve_from(
-    problem: &ContactProblem,
-    bodies: &[CondensedBody; 2],
+    problem: &PreparedProblem,
     start: Start,
     settings: &NnddSettings,
     stop: &mut dyn StoppingCriterion,
 ) -> Result<NnddSolution, NnddError> {
     let Start { lambda, active } = start;
-    check(problem, bodies, &lambda, settings)?;
+    check(problem, &lambda, settings)?;
     let (expected, found) = (lambda.len(), active.as_ref().map_or(lambda.len(), ActiveSet::len));
     if found != expected {
         return Err(NnddError::Length { what: "the active set at the start", found, expected });
     }
+    let bodies = &problem.sides();
     let weights = NodalWeights::new(bodies, settings.weights);
     // Newton has no θ.
     let (theta, spectrum) = match settings.method {
@@ -208,14 +209,14 @@ pub fn solve_from(
             &condensed
         }
         Path::Literal => {
-            literal = LiteralSteps::new(problem)?;
+            literal = LiteralSteps::new(problem.problem())?;
             &literal
         }
     };
-    let mut run =
-        Run { interface: &problem.interface, steps, weights: &weights, settings, warm_start: active };
+    let interface = &problem.problem().interface;
+    let mut run = Run { interface, bodies, steps, weights: &weights, settings, warm_start: active };
     let mut solution = match settings.method {
-        Method::Newton => run.newton(bodies, stop)?,
+        Method::Newton => run.newton(stop)?,
         Method::Auto | Method::Nndd => {
             let found = run.iterate(lambda, theta, stop)?;
             let may_switch =
@@ -226,7 +227,7 @@ pub fn solve_from(
                 NnddStatus::Diverged { best, .. } => best.is_finite(),
                 _ => true,
             };
-            if may_switch && open { run.switch(bodies, found, stop)? } else { found }
+            if may_switch && open { run.switch(found, stop)? } else { found }
         }
     };
     solution.spectrum = spectrum;
@@ -245,19 +246,10 @@ pub fn solve_from(
     Ok(solution)
 }
 
-fn check(
-    problem: &ContactProblem,
-    bodies: &[CondensedBody; 2],
-    lambda: &[f64],
-    settings: &NnddSettings,
-) -> Result<(), NnddError> {
-    let expected = problem.interface.pairs().len();
-    let sizes =
-        [("the first body", bodies[0].len()), ("the second body", bodies[1].len()), ("lambda", lambda.len())];
-    for (what, found) in sizes {
-        if found != expected {
-            return Err(NnddError::Length { what, found, expected });
-        }
+fn check(problem: &PreparedProblem, lambda: &[f64], settings: &NnddSettings) -> Result<(), NnddError> {
+    let (expected, found) = (problem.pairs(), lambda.len());
+    if found != expected {
+        return Err(NnddError::Length { what: "lambda", found, expected });
     }
     if let Some(pair) = lambda.iter().position(|l| !l.is_finite()) {
         return Err(NnddError::Lambda { pair, found: lambda[pair] });

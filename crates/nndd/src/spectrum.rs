@@ -8,7 +8,7 @@
 use crate::settings::Theta;
 use crate::vector::{add, dot};
 use crate::weights::NodalWeights;
-use fem_core::condensation::CondensedBody;
+use fem_core::condensation::OrientedBody;
 use nalgebra::{DMatrix, SymmetricEigen};
 
 /// The ends of the spectrum, estimated by a few Lanczos steps.
@@ -40,7 +40,7 @@ const STEPS: usize = 12;
 /// Chooses θ: the given one, or the best one for the spectrum, which is also returned.
 pub(crate) fn choose_theta(
     theta: Theta,
-    bodies: &[CondensedBody; 2],
+    bodies: &[OrientedBody<'_>; 2],
     weights: &NodalWeights,
 ) -> (f64, Option<Spectrum>) {
     match theta {
@@ -55,7 +55,7 @@ pub(crate) fn choose_theta(
 }
 
 /// Estimates the spectrum of `B (S₁+S₂)` by Lanczos steps in the inner product of `S₁+S₂`.
-pub(crate) fn estimate(bodies: &[CondensedBody; 2], weights: &NodalWeights) -> Option<Spectrum> {
+pub(crate) fn estimate(bodies: &[OrientedBody<'_>; 2], weights: &NodalWeights) -> Option<Spectrum> {
     let n = bodies[0].len();
     let both = |v: &[f64]| {
         let (mut a, mut b) = (vec![0.0; n], vec![0.0; n]);

@@ -3,7 +3,7 @@
 use crate::error::NnddError;
 use crate::iterate::ContactAnswer;
 use contact_qp::{ActiveSet, CheckedMatrix, MatrixView, QpSettings, QpSolution};
-use fem_core::condensation::CondensedBody;
+use fem_core::condensation::OrientedBody;
 
 /// Solves the steps' problems. This is the only difference between the condensed path and the literal one.
 pub(crate) trait Steps: Sync {
@@ -24,14 +24,14 @@ pub(crate) trait Steps: Sync {
 
 /// Steps by the interface operators: `r = S v − g̃`, `w = S⁻¹ r`.
 pub(crate) struct CondensedSteps<'a> {
-    bodies: &'a [CondensedBody; 2],
+    bodies: &'a [OrientedBody<'a>; 2],
     matrix: CheckedMatrix<'a>,
     linear: Vec<f64>,
     bounded: Vec<usize>,
 }
 
 impl<'a> CondensedSteps<'a> {
-    pub(crate) fn new(bodies: &'a [CondensedBody; 2]) -> Result<Self, NnddError> {
+    pub(crate) fn new(bodies: &'a [OrientedBody<'a>; 2]) -> Result<Self, NnddError> {
         let n = bodies[1].len();
         let matrix = CheckedMatrix::new(MatrixView::Dense { n, values: bodies[1].schur() })?;
         let linear = bodies[1].condensed_load().iter().map(|g| -g).collect();

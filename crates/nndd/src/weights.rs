@@ -1,7 +1,7 @@
 //! How the imbalance `r¹ + r²` is shared between the bodies.
 
 use crate::settings::Weights;
-use fem_core::condensation::CondensedBody;
+use fem_core::condensation::OrientedBody;
 
 /// Nodal weights, and the corresponding form of the update.
 #[derive(Clone, Debug)]
@@ -13,13 +13,13 @@ pub(crate) struct NodalWeights {
 }
 
 impl NodalWeights {
-    pub(crate) fn new(bodies: &[CondensedBody; 2], weights: Weights) -> Self {
+    pub(crate) fn new(bodies: &[OrientedBody<'_>; 2], weights: Weights) -> Self {
         let n = bodies[0].len();
         match weights {
             Weights::Half => Self { share: [vec![0.5; n], vec![0.5; n]], weigh_update: false },
             Weights::Stiffness => {
                 let diagonal =
-                    |b: &CondensedBody| -> Vec<f64> { (0..n).map(|i| b.schur()[i * n + i]).collect() };
+                    |b: &OrientedBody<'_>| -> Vec<f64> { (0..n).map(|i| b.schur()[i * n + i]).collect() };
                 let (k1, k2) = (diagonal(&bodies[0]), diagonal(&bodies[1]));
                 let first: Vec<f64> = k1.iter().zip(&k2).map(|(a, b)| a / (a + b)).collect();
                 let second = first.iter().map(|d| 1.0 - d).collect();

@@ -11,6 +11,7 @@ use fem_core::interface::{ContactInterface, ContactProblem, ContactState, Gap, I
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::generate::block;
+use fem_core::prepared::PreparedProblem;
 use fem_core::tensor::SymTensor2;
 use nalgebra::{DMatrix, DVector};
 
@@ -311,7 +312,7 @@ fn the_tolerance_stops_when_little_is_left_to_gain() {
 }
 
 /// Two blocks, the upper one pressed down on the lower one by an imposed common trace.
-fn two_blocks(press: f64) -> (ContactProblem, [CondensedBody; 2], Vec<f64>) {
+fn two_blocks(press: f64) -> (PreparedProblem, Vec<f64>) {
     let material = |e| LinearElastic::isotropic(e, 0.3, Hypothesis::PlaneStrain).unwrap();
     let upper = BoundaryConditions::new().fix("top");
     let lower = BoundaryConditions::new().fix("bottom");
@@ -319,20 +320,16 @@ fn two_blocks(press: f64) -> (ContactProblem, [CondensedBody; 2], Vec<f64>) {
     let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], [8, 4]).unwrap(), material(1000.0), &lower).unwrap();
     let interface =
         ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
-    let condense = |body: &Body, side| {
-        CondensedBody::factorise(System::assemble(body, side).unwrap(), body.mesh().points()).unwrap()
-    };
-    let bodies = [condense(&upper, &interface.sides()[0]), condense(&lower, &interface.sides()[1])];
     let trace = vec![press; interface.pairs().len()];
-    (ContactProblem { bodies: [upper, lower], interface }, bodies, trace)
+    (PreparedProblem::new(ContactProblem { bodies: [upper, lower], interface }).unwrap(), trace)
 }
 
 #[test]
 fn every_stage_of_an_estimate_is_admissible_and_splits_exactly() {
-    let (problem, bodies, trace) = two_blocks(0.01);
-    let displacement = [0, 1].map(|b: usize| bodies[b].displacement_from_trace(&trace));
+    let (problem, trace) = two_blocks(0.01);
+    let displacement = problem.displacements([&trace, &trace]);
     let mut force = vec![0.0; trace.len()];
-    bodies[1].reaction(&trace, &mut force);
+    problem.bodies()[1].reaction(&trace, &mut force);
     assert!(force.iter().all(|f| *f > 0.0));
     let opening = vec![0.0; trace.len()];
     let state = ContactState {
@@ -342,7 +339,7 @@ fn every_stage_of_an_estimate_is_admissible_and_splits_exactly() {
     };
     let mut last = (f64::INFINITY, f64::INFINITY);
     for steps in 0..6 {
-        let e = estimate_with(&problem, &bodies, &state, Relaxation::Steps(steps)).unwrap();
+        let e = estimate_with(&problem, &state, Relaxation::Steps(steps)).unwrap();
         assert!(e.admissibility.is_valid(), "{:?}", e.admissibility);
         assert!(e.cre.split_defect() < 1e-12, "{}", e.cre.split_defect());
         let relaxed: f64 = e.pair.relaxation.iter().map(|r| r.energy_history[steps]).sum();
@@ -355,15 +352,15 @@ fn every_stage_of_an_estimate_is_admissible_and_splits_exactly() {
 
 #[test]
 fn a_zero_state_has_a_zero_certificate_at_every_stage() {
-    let (problem, bodies, trace) = two_blocks(0.0);
-    let displacement = [0, 1].map(|b: usize| bodies[b].displacement_from_trace(&trace));
+    let (problem, trace) = two_blocks(0.0);
+    let displacement = problem.displacements([&trace, &trace]);
     let state = ContactState {
         displacement: [&displacement[0], &displacement[1]],
         contact_force: &trace,
         opening: &trace,
     };
     for relaxation in [Relaxation::Steps(3), Relaxation::Tolerance { tolerance: 0.02, max_steps: 9 }] {
-        let e = estimate_with(&problem, &bodies, &state, relaxation).unwrap();
+        let e = estimate_with(&problem, &state, relaxation).unwrap();
         let bound = e.certificate().unwrap();
         assert_eq!((bound.e_cre, bound.eta_dis, bound.eta_nndd), (0.0, 0.0, 0.0));
     }

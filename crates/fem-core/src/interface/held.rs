@@ -100,8 +100,9 @@ impl Line {
             self.pairs.iter_mut().for_each(|p| p.tributary_length = 0.0);
             Some(Box::new(Whole { line: self, number: number.clone() }))
         };
+        let (roles, gap_change) = (super::Roles::default(), None);
         let interface =
-            ContactInterface { pairs, edges, sides, gap, measured_on, profiles, whole, gap_change: None };
+            ContactInterface { pairs, edges, sides, gap, measured_on, roles, profiles, whole, gap_change };
         Ok((interface, number))
     }
 
@@ -172,7 +173,6 @@ mod tests {
         // Halved: the new nodes of the removed edges are free and belong to the contact problem.
         let mut problem = ContactProblem { bodies, interface };
         for count in [7, 15] {
-            let turned = problem.clone().swapped();
             let edges = |p: &ContactProblem| [0, 1].map(|b| RefinementEdges::longest(p.bodies[b].mesh()));
             let marked = |p: &ContactProblem, only: usize| {
                 [0, 1].map(|b| vec![b == only; p.bodies[b].mesh().topology().edges().len()])
@@ -183,9 +183,8 @@ mod tests {
             assert_eq!(finer.problem.interface.pairs().len(), count);
             let constant = vec![3.0; problem.interface.pairs().len()];
             assert_eq!(finer.prolong_interface(&constant), vec![3.0; count]);
-            let labels = edges(&turned);
-            let other = turned.refined([&labels[0], &labels[1]], &marked(&turned, 1)).unwrap();
-            assert_eq!(other.problem.swapped().interface.pairs(), finer.problem.interface.pairs());
+            let other = problem.refined([&labels[0], &labels[1]], &marked(&problem, 1)).unwrap();
+            assert_eq!(other.problem.interface.pairs(), finer.problem.interface.pairs());
             problem = finer.problem;
             let [a, b] = &problem.bodies;
             assert_eq!(pair(a, b).unwrap().pairs().len(), count);

@@ -158,7 +158,6 @@ fn make_edges(
 mod tests {
     use super::*;
     use crate::boundary::BoundaryConditions;
-    use crate::interface::InterfaceSide;
     use crate::material::{Hypothesis, LinearElastic};
     use crate::mesh::generate::block;
 
@@ -183,12 +182,6 @@ mod tests {
         // Lumped and consistent mass agree on constants.
         let lengths: Vec<f64> = interface.pairs().iter().map(|p| p.tributary_length).collect();
         assert_eq!(interface.mass(&[1.0; 5]), lengths);
-        let turned = interface.clone().swapped();
-        assert!(turned.pairs().iter().all(|p| p.normal == [0.0, 1.0]));
-        assert_eq!(
-            turned.sides()[0],
-            InterfaceSide { normals: vec![[0.0, 1.0]; 5], ..interface.sides()[1].clone() }
-        );
     }
 
     /// Two whole rings side by side, as one body.

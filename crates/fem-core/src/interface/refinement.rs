@@ -4,6 +4,7 @@ use super::held::Line;
 use super::profile::Profile;
 use super::{ContactEdge, ContactInterface, ContactProblem, Gap, InterfaceError, Pair, SAME_NORMAL};
 use crate::body::{Body, BodyError};
+use crate::each_body::try_each_body;
 use crate::geometry::{add, norm, scale, sub};
 use crate::mesh::MeshError;
 use crate::mesh::refine::{self, Refinement, RefinementEdges};
@@ -115,8 +116,7 @@ impl ContactProblem {
             let body = old.refined(&refinement).map_err(|source| RefineError::Body { body: b, source })?;
             Ok((refinement, body))
         };
-        let (first, second) = rayon::join(|| refine(0), || refine(1));
-        let ((r0, first), (r1, second)) = (first?, second?);
+        let [(r0, first), (r1, second)] = try_each_body(refine)?;
         let (bodies, refinements) = ([first, second], [r0, r1]);
         let (interface, pair_parents) = self.interface.refined(&bodies, &refinements)?;
         let old_pairs = self.interface.pairs.len();
@@ -175,8 +175,9 @@ impl ContactInterface {
             }
         }
         let line = Line { pairs, edges, profiles };
-        let (interface, numbers) =
+        let (mut interface, numbers) =
             line.into_interface(bodies.each_ref(), self.gap.clone(), self.measured_on)?;
+        interface.set_roles(self.roles);
         let kept = parents.into_iter().zip(numbers).filter(|(_, n)| *n != NONE).map(|(p, _)| p);
         let parents = kept.map(|parents| self.numbers(parents)).collect();
         Ok((interface, parents))

@@ -8,17 +8,12 @@ use crate::solution::{NnddSolution, NnddStatus, Switch};
 use crate::stopping::{Decision, StoppingCriterion};
 use crate::vector::add;
 use contact_qp::{ActiveSet, QpMethod, QpStatus};
-use fem_core::condensation::CondensedBody;
 
 impl Run<'_> {
     /// The reference: λ by interface Newton, then one pass of both steps, which certifies it.
-    pub(super) fn newton(
-        &mut self,
-        bodies: &[CondensedBody; 2],
-        stop: &mut dyn StoppingCriterion,
-    ) -> Result<NnddSolution, NnddError> {
+    pub(super) fn newton(&mut self, stop: &mut dyn StoppingCriterion) -> Result<NnddSolution, NnddError> {
         let limit = self.settings.max_iterations.max(1).min(self.settings.qp.max_iterations);
-        let Exact { iterate, status, clarabel_calls } = self.exact(bodies, None, limit, 1)?;
+        let Exact { iterate, status, clarabel_calls } = self.exact(None, limit, 1)?;
         let status = if !status.is_solved() {
             NnddStatus::ContactQpUnsolved(status)
         } else {
@@ -36,7 +31,6 @@ impl Run<'_> {
     /// Solves by interface Newton after the iteration failed. If Newton fails too, the iteration's answer is kept.
     pub(super) fn switch(
         &mut self,
-        bodies: &[CondensedBody; 2],
         mut solution: NnddSolution,
         stop: &mut dyn StoppingCriterion,
     ) -> Result<NnddSolution, NnddError> {
@@ -47,7 +41,7 @@ impl Run<'_> {
             _ => Some(solution.last.contact.active.clone()),
         };
         let limit = self.settings.qp.max_iterations;
-        let found = match self.exact(bodies, closed, limit, solution.history.len() + 1) {
+        let found = match self.exact(closed, limit, solution.history.len() + 1) {
             // Rounding can make the flexibility indefinite.
             Err(NnddError::Qp(_)) => None,
             found => Some(found?).filter(|exact| exact.iterate.eta_nndd.is_finite()),
@@ -77,19 +71,13 @@ impl Run<'_> {
     ///
     /// * `closed`: the pairs that are closed at the start; `None`: all of them.
     /// * `limit`: maximum number of Newton steps.
-    fn exact(
-        &mut self,
-        bodies: &[CondensedBody; 2],
-        closed: Option<ActiveSet>,
-        limit: usize,
-        number: usize,
-    ) -> Result<Exact, NnddError> {
+    fn exact(&mut self, closed: Option<ActiveSet>, limit: usize, number: usize) -> Result<Exact, NnddError> {
         let qp = &self.settings.qp;
         // The Newton method is the active-set method; interior points are used only on request or if that fails.
         let method = if qp.method == QpMethod::Auto { QpMethod::ActiveSet } else { qp.method };
         let qp = qp.clone().with_max_iterations(limit).with_method(method);
         let open = closed.map(|set| ActiveSet::new((0..set.len()).map(|k| !set.is_active(k)).collect()));
-        let answer = monolithic::solve(self.interface, bodies, open.as_ref(), &qp)?;
+        let answer = monolithic::solve(self.interface, self.bodies, open.as_ref(), &qp)?;
         let flags: Vec<bool> = answer.solution.multipliers.iter().map(|o| *o == 0.0).collect();
         self.warm_start = Some(ActiveSet::new(flags));
         let (reaction, contact) = self.step_1(&answer.lambda)?;

@@ -1,0 +1,125 @@
+//! Residuals of a condensed body in the energy norm, and what removes them.
+
+use super::CondensedBody;
+use crate::body::Body;
+use crate::double_double::PreciseVector;
+use crate::geometry::{Vector, dot};
+use crate::residual::{self, SplitField};
+
+/// A correction that leaves more than this fraction of the residual is the last one.
+const WORTHWHILE: f64 = 0.7;
+/// Maximum number of corrections of one displacement.
+const MOST_REFINEMENTS: usize = 40;
+
+impl CondensedBody {
+    /// Computes `Rᵀ K⁻¹ R`, J/m, of a residual by one forward solve: the energy of the displacement under these forces, in two
+    /// parts. The first one is that of the other unknowns with fixed interface normals, the second the contribution
+    /// of the interface.
+    ///
+    /// * `residual`: by node, Cartesian, N/m.
+    pub fn residual_energy(&self, residual: &[PreciseVector]) -> [f64; 2] {
+        self.energy_of(self.along_unknowns(residual))
+    }
+
+    /// [`Self::residual_energy`] of a residual in double precision, including its own rounding.
+    pub fn rough_residual_energy(&self, residual: &[Vector]) -> [f64; 2] {
+        let along = |j: usize| {
+            let (node, c) = self.dofs.unknown(j);
+            dot(residual[node], self.dofs.axis(node, c))
+        };
+        self.energy_of((0..self.dofs.len()).map(along).collect())
+    }
+
+    fn energy_of(&self, mut y: Vec<f64>) -> [f64; 2] {
+        self.factor.forward(&mut y);
+        let (interior, interface) = y.split_at(y.len() - self.len());
+        [interior, interface].map(|y| y.iter().map(|y| y * y).sum())
+    }
+
+    /// Corrects a displacement by the residual of its equilibrium until the residual stops falling: iterative
+    /// refinement (Higham 2002, chapter 12), with the residual in double-double numbers.
+    ///
+    /// * `loads`: nodal forces in addition to those of the body, Cartesian, N/m.
+    /// * `field`: on entry an approximation. With `held` its normal traces on the interface do not change.
+    ///
+    /// Returns the remaining `√(Rᵀ K⁻¹ R)`, square root of J/m.
+    pub fn refine(&self, body: &Body, loads: &[(u32, Vector)], held: bool, field: &mut SplitField) -> f64 {
+        let mut least = f64::INFINITY;
+        let mut last: Vec<Vector> = Vec::new();
+        for _ in 0..MOST_REFINEMENTS {
+            let mut residual = residual::of_field(body, field);
+            for &(node, force) in loads {
+                for c in 0..2 {
+                    let entry = &mut residual[node as usize][c];
+                    *entry = *entry + -force[c];
+                }
+            }
+            let mut x = self.along_unknowns(&residual);
+            self.factor.forward(&mut x);
+            let given = if held { self.len() } else { 0 };
+            let end = x.len() - given;
+            let norm = x[..end].iter().map(|y| y * y).sum::<f64>().sqrt();
+            if !(norm < least) {
+                // The last correction increased the residual.
+                let back: Vec<Vector> = last.iter().map(|d| [-d[0], -d[1]]).collect();
+                field.add(&back);
+                break;
+            }
+            let worthwhile = norm < WORTHWHILE * least;
+            least = norm;
+            if norm == 0.0 || !worthwhile {
+                break;
+            }
+            x[end..].fill(0.0);
+            self.factor.backward(&mut x, given);
+            x.iter_mut().for_each(|x| *x = -*x);
+            last = self.dofs.correction(&x);
+            field.add(&last);
+        }
+        least
+    }
+
+    /// Computes the displacement (Cartesian, m) that an increment of the normal trace adds: no loads, nothing imposed
+    /// elsewhere.
+    ///
+    /// # Panics
+    /// If `increment` has not `n_c` entries.
+    pub fn correction_from_trace(&self, increment: &[f64]) -> Vec<Vector> {
+        self.check("the increment", increment);
+        let mut x = vec![0.0; self.dofs.len()];
+        let start = x.len() - self.len();
+        for (x, v) in x[start..].iter_mut().zip(increment) {
+            *x = *v;
+        }
+        self.factor.backward(&mut x, self.len());
+        self.dofs.correction(&x)
+    }
+
+    /// Extracts the normal forces from a residual `K u − f`, in the order of the pairs, N/m.
+    pub fn interface_forces(&self, residual: &[PreciseVector]) -> Vec<f64> {
+        let start = self.dofs.len() - self.len();
+        (start..self.dofs.len()).map(|j| self.along_unknown(residual, j)).collect()
+    }
+
+    /// Replaces `g̃` by another one, N/m, and returns the old one: an operator about another state.
+    ///
+    /// # Panics
+    /// If `load` has not `n_c` entries.
+    pub fn replace_condensed_load(&mut self, load: Vec<f64>) -> Vec<f64> {
+        self.check("the load", &load);
+        std::mem::replace(&mut self.condensed_load, load)
+    }
+
+    fn along_unknowns(&self, residual: &[PreciseVector]) -> Vec<f64> {
+        (0..self.dofs.len()).map(|j| self.along_unknown(residual, j)).collect()
+    }
+
+    fn along_unknown(&self, residual: &[PreciseVector], j: usize) -> f64 {
+        let (node, c) = self.dofs.unknown(j);
+        let (r, axis) = (residual[node], self.dofs.axis(node, c));
+        if self.dofs.is_cartesian(node) {
+            return r[c].rounded();
+        }
+        (r[0] * axis[0] + r[1] * axis[1]).rounded()
+    }
+}
