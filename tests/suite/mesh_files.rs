@@ -1,9 +1,9 @@
 //! Mesh files: the same problem from every format gives the same bits; damaged files give errors, never panics.
 
 use case_io::Case;
-use case_io::mesh_file::{self, MeshFile, RegionOptions};
 use fem_core::interface::ContactProblem;
 use fem_core::mesh::{TriMesh, generate::block};
+use mesh_io::{MeshFile, RegionOptions};
 use nndd::NnddSettings;
 use tests::mesh_files::{self, ALL, Encoding, Format, write};
 use tests::random::Random;
@@ -21,7 +21,7 @@ fn file(cells: [usize; 2], format: Format) -> Vec<u8> {
 #[test]
 fn every_format_gives_the_mesh_back_bit_for_bit() {
     for format in ALL {
-        let parsed = mesh_file::parse(&file(paper::COARSE, format), "blocks").unwrap();
+        let parsed = mesh_io::parse(&file(paper::COARSE, format), "blocks").unwrap();
         for (name, meant) in ["upper", "lower"].into_iter().zip(blocks(paper::COARSE)) {
             let region = parsed.region(Some(name), RegionOptions::default()).unwrap();
             assert!(region.warnings().is_empty(), "{format:?}: {:?}", region.warnings());
@@ -114,7 +114,7 @@ fn use_everything(file: &MeshFile) {
 
 /// Reads damaged bytes; says whether they still are a mesh.
 fn read(bytes: &[u8]) -> bool {
-    let parsed = mesh_file::parse(bytes, "damaged");
+    let parsed = mesh_io::parse(bytes, "damaged");
     if let Ok(file) = &parsed {
         use_everything(file);
     }

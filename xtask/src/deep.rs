@@ -8,7 +8,7 @@ use crate::workspace::{Outcome, Workspace, output, stream};
 use std::process::Command;
 
 /// Crates small enough for Miri: readers and the contact programme.
-const INTERPRETED: [&str; 2] = ["case-io", "contact-qp"];
+const INTERPRETED: [&str; 3] = ["mesh-io", "case-io", "contact-qp"];
 
 /// Runs the checks and tells whether none failed.
 pub(crate) fn run(workspace: &Workspace) -> Outcome<bool> {

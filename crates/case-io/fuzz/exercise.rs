@@ -1,8 +1,9 @@
 //! What is tried on hostile bytes: shared by the fuzz targets and by the test that replays their finds.
 
 use case_io::case_file::split_override;
-use case_io::mesh_file::{MeshFile, MeshFileError, RegionOptions};
-use case_io::{Case, Expression, abaqus, gmsh};
+use case_io::diagnostic::Diagnostic;
+use case_io::{Case, Expression};
+use mesh_io::{MeshFile, MeshFileError, RegionOptions, abaqus, gmsh};
 use peak_alloc::PeakAlloc;
 
 /// Bytes of memory that may be used per byte of input.
@@ -59,7 +60,7 @@ pub fn inp(bytes: &[u8]) {
 }
 
 fn mesh(read: Result<MeshFile, MeshFileError>) {
-    let refused = |error: MeshFileError| drop(error.into_diagnostic(None).to_string());
+    let refused = |error: MeshFileError| drop(Diagnostic::of_mesh_file(error, None).to_string());
     let file = match read {
         Ok(file) => file,
         Err(error) => return refused(error),

@@ -3,6 +3,11 @@
 //! Every diagnostic says what was found, what was expected and, if there is one, a fix. The binary
 //! renders them; this crate only provides the words and the places.
 
+pub use mesh_io::words::nearest;
+
+pub(crate) use mesh_io::words::did_you_mean;
+
+use mesh_io::{MeshFault, MeshFileError, Problem, Remedy};
 use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
@@ -139,6 +144,31 @@ impl Diagnostic {
         Self { code, message: message.into(), place, expected: None, help: None }
     }
 
+    /// Makes a diagnostic of an error of a mesh file, at the place of the key that names the file.
+    pub fn of_mesh_file(error: MeshFileError, place: Option<Place>) -> Self {
+        let message = error.located();
+        let (expected, fix) = match error.fault {
+            MeshFault::Unreadable => (
+                "a file that can be read",
+                "check the name: it is relative to the case file, or to the including file",
+            ),
+            MeshFault::Region => ("a region of the file", "see what the file holds with `nndd mesh FILE`"),
+            fault => fault.cure(),
+        };
+        let expected = error.expected.unwrap_or_else(|| expected.to_owned());
+        Self::new(error.fault.code(), place, message).expected(expected).help(error.help).fix(fix)
+    }
+
+    /// Says what is probably not meant in a mesh file, and which key of the case helps.
+    pub fn told(problem: &Problem) -> String {
+        let help = match problem.remedy {
+            Some(Remedy::Merge) => "; `merge = true` joins them",
+            Some(Remedy::OwnNodes) => ": as two bodies they need `duplicate_interface = true`",
+            _ => "",
+        };
+        format!("{}{help}", problem.what)
+    }
+
     /// Names the option of the command line that a value came with, if it is another than `--set`.
     ///
     /// * `option`: such as `--over`.
@@ -229,27 +259,6 @@ impl fmt::Display for CaseError {
 
 impl std::error::Error for CaseError {}
 
-/// Finds the name nearest to a misspelt one, if one is near enough to be meant.
-pub fn nearest<'a>(found: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    // Distances are quadratic in the length: nobody misspells a name this long.
-    if found.len() > 200 {
-        return None;
-    }
-    let distance = |name: &&str| strsim::damerau_levenshtein(&found.to_lowercase(), &name.to_lowercase());
-    let best = names.into_iter().min_by_key(distance)?;
-    let limit = 1 + found.chars().count().max(best.chars().count()) / 4;
-    (distance(&best) <= limit).then_some(best)
-}
-
-/// Makes the help "did you mean …?" if a name is near enough, with quotes of the caller's choice.
-pub(crate) fn did_you_mean<'a>(
-    found: &str,
-    names: impl IntoIterator<Item = &'a str>,
-    quote: char,
-) -> Option<String> {
-    nearest(found, names).map(|name| format!("did you mean {quote}{name}{quote}?"))
-}
-
 /// Writes three significant digits, without an exponent if that is readable.
 ///
 /// ```
@@ -287,13 +296,6 @@ mod tests {
         assert_eq!(place.to_string(), "c.toml:2:5");
         let end = Place::new(&source, 99..120);
         assert_eq!((end.line, end.column), (3, 5));
-    }
-
-    #[test]
-    fn only_near_names_are_offered() {
-        assert_eq!(nearest("theata", ["theta", "path"]), Some("theta"));
-        assert_eq!(nearest("Stiff", ["soft", "stiff"]), Some("stiff"));
-        assert_eq!(nearest("zzz", ["theta", "path"]), None);
     }
 
     #[test]

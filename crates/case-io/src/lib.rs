@@ -1,23 +1,22 @@
-//! Case files, mesh files, reports, tables and ParaView files of the contact solver: every file format, and nothing else.
+//! Case files, checkpoints, reports and tables of the contact solver; meshes and ParaView files are those of [`mesh_io`].
 //!
 //! # The way data flows
 //! ```text
 //! case.toml ─► case_file ─► Case ─► [Body; 2], ContactInterface            (fem-core)
-//! .msh, .inp ─► gmsh, abaqus ─► MeshFile ─► Region ─► TriMesh                 (fem-core)
-//! Report ─► report.json      IterationRow, ContactRow, SweepRow ─► .csv     VtuMesh, VtuData ─► .vtu, .pvd, .vtu.series
+//! .msh, .inp ─► mesh_io::Region ─► TriMesh                                   (fem-core)
+//! Report ─► report.json      IterationRow, ContactRow, SweepRow ─► .csv
 //!                            all of them through one OutputDirectory
 //! ```
 //! | to | use |
 //! |---|---|
 //! | read a case file, with overrides | [`Case::parse`], [`case_file::split_override`] |
 //! | read the mesh files it names | [`Case::read_mesh_files`] |
-//! | read a mesh file, look at it | [`mesh_file::read`], [`mesh_file::MeshFile::summary`] |
 //! | evaluate data in x and y | [`Expression`] |
 //! | vary one setting | [`case_file::Sweep`] |
 //! | say what is wrong with it, and where | [`CaseError`], [`Diagnostic`], [`Place`] |
 //! | make fem-core's values of it | [`Case::build_bodies`], [`Case::build_interface`] |
 //! | record every setting, name the case | [`Case::settings_json`], [`Case::hash`] |
-//! | write what a run found | [`report::Report`], [`table`], [`vtu`] |
+//! | write what a run found | [`report::Report`], [`table`] |
 //! | write it safely | [`output::OutputDirectory`] |
 //! | resume an adaptive run | [`checkpoint`] |
 //! | start from something | [`template`] |
@@ -48,17 +47,12 @@ pub mod case_file;
 pub mod checkpoint;
 pub mod diagnostic;
 pub mod expression;
-mod links;
-pub mod mesh_file;
-mod numeral;
 pub mod output;
 pub mod report;
 pub mod table;
 pub mod template;
-pub mod vtu;
 
 pub use case::Case;
 pub use diagnostic::{CaseError, Diagnostic, Place, Source};
 pub use expression::{Expression, ExpressionError};
-pub use links::BrokenLink;
-pub use mesh_file::{abaqus, gmsh};
+pub use mesh_io::BrokenLink;

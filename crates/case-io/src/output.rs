@@ -8,7 +8,7 @@ mod directory;
 mod inspect;
 mod lock;
 
-use crate::links::BrokenLink;
+use mesh_io::BrokenLink;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use thiserror::Error;

@@ -39,7 +39,7 @@ fn every_file_of_the_corpus_is_read_within_bounds() {
         for folder in ["", "bad", "meshes", "bad/meshes"] {
             found.extend(files(&cases.join(folder), ending));
         }
-        found.extend(files(&here.join("tests/data"), ending));
+        found.extend(files(&here.join("../mesh-io/tests/data"), ending));
         assert!(found.len() >= 10, "{name}: {} files", found.len());
         for file in &found {
             println!("{}", file.display());

@@ -13,7 +13,7 @@ use fem_core::norm::{from_squared, sum_over_triangles};
 use fem_core::tensor::SymTensor2;
 use rayon::prelude::*;
 
-/// The constitutive relation error, J/m, and its contributions: (15) and (17) of `certified_contact::theory`.
+/// The constitutive relation error, J/m, (15), and its contributions, (17):
 /// ```math
 /// e_{CRE}^2 = \sum ‖τ - σ(v)‖^2 + 2 ∫ p\,o = \sum ‖τ - \hat σ‖^2 + \Bigl[ \sum ‖\hat σ - σ(v)‖^2 + 2 ∫ p\,o \Bigr]
 /// ```

@@ -26,8 +26,10 @@ const CHUNK: usize = 1024;
 /// Chunks whose moments are kept before they are stored in their places.
 const GROUP: usize = 16;
 
-/// Computes edge moments in equilibrium with the FE stress `stress` (one per triangle, Pa): (19) of
-/// `certified_contact::theory`.
+/// Computes edge moments in equilibrium with the FE stress `stress` (one per triangle, Pa): around every vertex `i`
+/// ```math
+/// \sum_{Γ ∋ i} ± b_Γ = ∫_E \hat σ ∇φ_i - ∫_E b\,φ_i, \qquad b_Γ = ∫_Γ F_Γ φ_i, \qquad \sum \frac{|b_Γ - \bar b_Γ|^2}{|Γ|} \text{ least} \qquad (19)
+/// ```
 ///
 /// * `conditions`: the condition on each boundary edge, in the order of
 ///   [`fem_core::mesh::topology::Topology::boundary_edges`].

@@ -26,8 +26,10 @@ pub(crate) struct EtaDis {
     pub(crate) residual: Option<f64>,
 }
 
-/// Computes `η_dis,p²`, J/m, (23) of `certified_contact::theory`: the constitutive relation error of the second reference
-/// problem, λ_p frozen.
+/// Computes `η_dis,p²`, J/m: the constitutive relation error of the second reference problem, λ_p frozen,
+/// ```math
+/// η_{dis}^2 = ‖τ^1_λ - σ(u^1_p)‖^2 + ‖τ^2 - σ(u^2_p)‖^2 + 2 ∫ p\,o                                             \qquad (23)
+/// ```
 ///
 /// * Ω₁ has `v¹ = λ_p` imposed: recovery on `σ(u¹_p)` itself, the normal traction on Γ_C free and the
 ///   tangential one zero.

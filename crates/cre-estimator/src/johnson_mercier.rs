@@ -25,7 +25,7 @@ const CENTRE: Vector = [1.0 / 3.0, 1.0 / 3.0];
 
 /// Computes the stress of a triangle with the given corners, edge loads and constant body force (N/m³).
 ///
-/// (20) of `certified_contact::theory`: it maps from the reference triangle by the double Piola transform
+/// The stress (20) is linear on the three parts of the triangle, symmetric, and in equilibrium with both. It maps from the reference triangle by the double Piola transform
 /// `τ = (1/J) F τ̂ Fᵀ`, which preserves symmetry, divergence and tractions. A body force is carried by
 /// `τ_P = −diag(b_x (x−x_c), b_y (y−y_c))`.
 #[inline(always)]

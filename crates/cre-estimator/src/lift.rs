@@ -3,8 +3,10 @@
 //! If the normal changes along an edge, the opening between two pairs that touch is a quadratic whose middle Bernstein
 //! coefficient can be negative, by the square of the edge length if the bodies slide. The lift `l` moves the contact nodes of one
 //! body back along their normals until no coefficient is negative; a supported node moves along its free
-//! direction. Only the bound uses the lift, (26) of `certified_contact::theory`: the computed displacement is not
-//! changed.
+//! direction. Only the bound uses the lift, the computed displacement is not changed:
+//! ```math
+//! e_{CRE}^2 = \sum_α ‖τ^α - σ(v^α)‖^2 + 2 ∫ p\,(o + l_n) + ‖l‖^2 \; ≥ \; ‖u - v‖^2                            \qquad (26)
+//! ```
 
 use fem_core::body::{Body, NodeConstraint};
 use fem_core::element::Triangle;

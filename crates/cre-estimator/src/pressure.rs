@@ -3,7 +3,7 @@
 use fem_core::geometry::{Vector, scale};
 use fem_core::interface::{ContactEdge, ContactInterface};
 
-/// Computes the P1 pressure of nodal contact forces, `p_i = r²_i/ℓ_i ≥ 0`, Pa: (18) of `certified_contact::theory`.
+/// Computes the P1 pressure of nodal contact forces, `p_i = r²_i/ℓ_i ≥ 0`, Pa (18).
 ///
 /// Lumping keeps the sign; the inverse of the consistent mass matrix would not.
 pub fn nodal_pressure(interface: &ContactInterface, contact_force: &[f64]) -> Vec<f64> {

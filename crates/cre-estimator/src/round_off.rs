@@ -120,7 +120,7 @@ impl Shape {
 const MARGIN: f64 = 2.0;
 
 /// Computes `√(Rᵀ K⁻¹ R)` of the equilibrated stress of each body, square root of J/m: the energy norm of the
-/// residual of its FE equilibrium, (27) of `certified_contact::theory`.
+/// residual of its FE equilibrium, of which the bound gets `2 √(Rᵀ K⁻¹ R)` (27).
 ///
 /// `R_i = ∫ τ : ε(φ_i) − f(φ_i)` is evaluated from the stress itself, as computed: in double-double numbers if the solves were
 /// refined, and before that in double precision, whose own rounding makes it larger.

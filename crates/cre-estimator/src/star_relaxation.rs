@@ -116,7 +116,10 @@ pub struct RelaxationReport {
     pub stationary: bool,
 }
 
-/// Relaxes an equilibrated stress in place: steps of (21) of `certified_contact::theory`.
+/// Relaxes an equilibrated stress in place: steps of
+/// ```math
+/// \min_{φ} ‖τ_{EET} + R ∇^2 φ R^T - \hat σ‖^2, \qquad φ \text{ of Hsieh, Clough and Tocher}                    \qquad (21)
+/// ```
 ///
 /// * `stress`: as recovered by EET; on return with the edge moments of the last iterate, in exact equilibrium
 ///   with the same loads and given tractions.

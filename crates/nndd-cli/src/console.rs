@@ -4,18 +4,17 @@ mod fit;
 mod remark;
 mod table;
 
-use crate::failure::Failure;
-use crate::memory::{self, mebibytes};
-use crate::run::Solved;
-use crate::words::{self, blanked, one_line, plain, seven, short};
 use case_io::Case;
 use case_io::case::Material;
 use case_io::diagnostic::Diagnostic;
-use case_io::report::{Parts, Report, Status};
 use certified_contact::{RoleReason, Step};
 use fem_core::geometry::bounding_box;
 use fem_core::interface::ContactProblem;
 use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, NamedSource};
+use nndd_report::memory::{self, mebibytes};
+use nndd_report::words::{self, blanked, one_line, plain, seven, short};
+use nndd_report::{Failure, Solved};
+use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::io::{self, IsTerminal, Write};
 
@@ -47,6 +46,13 @@ pub(crate) fn width() -> Option<usize> {
     let out = io::stdout();
     let size = out.is_terminal().then(|| terminal_size::terminal_size_of(&out)).flatten();
     size.map(|(width, _)| usize::from(width.0))
+}
+
+/// Makes the one object that `--format json` gets of a failure.
+pub(crate) fn failed(failure: &Failure) -> Value {
+    let diagnostics = failure.diagnostics.iter().map(ToString::to_string);
+    let message: Vec<String> = diagnostics.chain(failure.message.clone()).collect();
+    json!({ "event": "failed", "code": failure.code, "message": message.join("\n") })
 }
 
 /// Prints why a command failed.
@@ -261,64 +267,6 @@ pub(crate) fn choices(case: &Case, solved: &Solved) -> String {
         "  contact problems: Clarabel called {} times, largest KKT residual {kkt:.1e}",
         solution.nndd.clarabel_calls
     );
-    text
-}
-
-/// A part of the bound is shown if its share is at least this.
-const NOTICEABLE: f64 = 0.1;
-
-/// The status line and the certificate line.
-pub(crate) fn verdict(report: &Report) -> String {
-    let Status { word, reason, .. } = &report.status;
-    let mut text = format!("\n{word}: {reason}\n");
-    let certificate = &report.certificate;
-    let parts = &certificate.parts;
-    match (certificate.e_cre, parts.mesh, parts.iteration) {
-        (Some(e_cre), Some(mesh), Some(iteration)) if certificate.valid => {
-            text += &match certificate.relative {
-                Some(relative) if e_cre > 0.0 => {
-                    let percent = |x: f64| words::rounded_up(100.0 * relative * x / e_cre);
-                    format!(
-                        "certified error <= {} % of the energy norm (discretisation {} %, iteration {} %{})\n",
-                        words::rounded_up(100.0 * relative),
-                        percent(mesh),
-                        percent(iteration),
-                        other_parts(parts, e_cre, percent)
-                    )
-                }
-                _ => format!(
-                    "certified error <= {} in the energy norm; the bodies hold no strain energy, so there is no percentage\n",
-                    words::rounded_up(e_cre)
-                ),
-            };
-        }
-        (Some(_), ..) => {
-            text += "NOT certified, the bound is not valid:";
-            for (name, value) in certificate.checks.named() {
-                let _ = write!(text, " {name} {:.1e}", value.unwrap_or(f64::NAN));
-            }
-            text.push('\n');
-        }
-        _ => text += "no certificate: the numbers are too large or too small for one\n",
-    }
-    text
-}
-
-/// The other parts of the bound, as far as they are a noticeable share of it.
-fn other_parts(parts: &Parts, e_cre: f64, percent: impl Fn(f64) -> String) -> String {
-    let others = [
-        ("contact law between the nodes", parts.contact),
-        ("bent contact line", parts.lift),
-        ("gap", parts.gap_data),
-        ("friction", parts.friction),
-        ("round-off", parts.round_off),
-    ];
-    let mut text = String::new();
-    for (name, part) in others {
-        if let Some(part) = part.filter(|part| *part >= NOTICEABLE * e_cre) {
-            let _ = write!(text, ", {name} {} %", percent(part));
-        }
-    }
     text
 }
 

@@ -1,37 +1,23 @@
 //! The command `nndd`: solves frictionless contact between two elastic bodies and certifies the answer.
 
-mod adapt;
 mod args;
 mod check;
 mod console;
-mod convert;
-mod failure;
-mod figures;
-mod files;
 mod help;
-mod html;
+mod machine;
 mod manual;
-mod memory;
 mod mesh;
-mod notes;
-mod outcome;
-mod paraview;
-mod plot;
 mod printer;
 mod progress;
-mod report;
-mod resume;
-mod run;
+mod room;
 mod signals;
 mod solve;
-mod stopwatch;
 mod sweep;
 mod threads;
-mod words;
 
 use args::{Arguments, Command};
 use clap::{CommandFactory, Parser};
-use failure::Failure;
+use nndd_report::{Failure, failure};
 use std::io::ErrorKind;
 use std::process::ExitCode;
 
@@ -45,7 +31,7 @@ fn main() -> ExitCode {
         Err(failure) => {
             if arguments.command.is_for_programs() {
                 // If stdout itself failed, only the text on stderr remains.
-                let _ = console::print(&format!("{}\n", failure.event()));
+                let _ = console::print(&format!("{}\n", console::failed(&failure)));
             }
             console::failure(&failure);
             ExitCode::from(failure.code)

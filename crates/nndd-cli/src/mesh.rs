@@ -2,14 +2,15 @@
 
 use crate::args::{Format, Mesh};
 use crate::console;
-use crate::failure::Failure;
-use crate::words::{seven, short};
-use case_io::mesh_file::{self, GroupSummary, MeshFile, Summary};
+use case_io::diagnostic::Diagnostic;
+use mesh_io::{GroupSummary, MeshFile, Summary};
+use nndd_report::Failure;
+use nndd_report::words::{seven, short};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 
 pub(crate) fn command(options: &Mesh) -> Result<u8, Failure> {
-    let file = mesh_file::read(&options.file)?;
+    let file = mesh_io::read(&options.file)?;
     let summary = file.summary();
     match options.format {
         Format::Human => console::print(&human(&file, &summary))?,
@@ -25,6 +26,10 @@ fn members(group: &GroupSummary) -> [&'static str; 2] {
         1 => ["edges", "length"],
         _ => ["cells", "area"],
     }
+}
+
+fn problems(summary: &Summary) -> Vec<String> {
+    summary.problems.iter().map(Diagnostic::told).collect()
 }
 
 fn human(file: &MeshFile, summary: &Summary) -> String {
@@ -65,7 +70,7 @@ fn human(file: &MeshFile, summary: &Summary) -> String {
             );
         }
     }
-    for (head, lines) in [("note", &summary.notes), ("problem", &summary.problems)] {
+    for (head, lines) in [("note", &summary.notes), ("problem", &problems(summary))] {
         if !lines.is_empty() {
             text.push('\n');
         }
@@ -105,6 +110,6 @@ fn object(file: &MeshFile, summary: &Summary) -> Value {
             "smallest_angle": q.smallest_angle, "cell": q.cell, "at": q.at,
         })),
         "notes": summary.notes,
-        "problems": summary.problems,
+        "problems": problems(summary),
     })
 }

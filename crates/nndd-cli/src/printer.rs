@@ -1,16 +1,12 @@
 //! What a run prints from its beginning to its end, for people or for programs.
 
-use crate::adapt;
 use crate::args::{Format, Solve};
 use crate::console;
-use crate::failure::Failure;
-use crate::notes;
-use crate::report;
-use crate::run::Solved;
 use case_io::Case;
 use case_io::report::Report;
 use certified_contact::{Row, Step};
 use fem_core::interface::ContactProblem;
+use nndd_report::{Failure, Solved, adaptive_row, notes, report, verdict, without_bound};
 use serde_json::{Value, json};
 use std::time::Instant;
 
@@ -105,8 +101,7 @@ impl Printer {
             }
             Format::Json => {
                 // A mesh without bound has no row in the report; here it still has an event.
-                let mut object =
-                    adapt::row(step).map_or_else(|| adapt::without_bound(step), |row| json!(row));
+                let mut object = adaptive_row(step).map_or_else(|| without_bound(step), |row| json!(row));
                 object["event"] = "step".into();
                 self.event(object)
             }
@@ -130,7 +125,7 @@ impl Printer {
         match self.format {
             _ if self.quiet => Ok(()),
             Format::Human => {
-                let mut text = console::verdict(report);
+                let mut text = verdict::verdict(report);
                 let remark = console::remark(case, report).filter(|_| self.every_iteration);
                 text.extend(remark.map(|remark| format!("note: {remark}\n")));
                 if verbose {

@@ -1,6 +1,6 @@
 //! The threads that compute.
 
-use crate::failure::Failure;
+use nndd_report::{Failure, failure};
 
 /// Most threads: to start tens of thousands takes minutes.
 pub(crate) const MOST: usize = 1024;
@@ -24,8 +24,14 @@ pub(crate) fn run(threads: usize, work: impl FnOnce() -> Result<u8, Failure> + S
         )));
     }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK);
-    pool.build_global().map_err(|e| Failure::threads(threads, &e))?;
+    pool.build_global().map_err(|e| failed(threads, &e))?;
     rayon::scope(|_| work())
+}
+
+/// Threads that the system does not give: a matter of the machine, as files are.
+fn failed(count: usize, error: &rayon::ThreadPoolBuildError) -> Failure {
+    let count = if count == 0 { "one thread per core".to_owned() } else { format!("{count} threads") };
+    Failure::plain(failure::FILES, format!("cannot start {count}: {error}; ask for fewer with --threads"))
 }
 
 /// Says whether a text is a number above [`MOST`]. Rayon ignores what is not a number.

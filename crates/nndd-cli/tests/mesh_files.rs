@@ -69,7 +69,7 @@ fn a_mesh_file_is_shown_to_people_and_programs() {
         "smallest angle  42.451 degrees",
         "lower.sides",
         "area 2\n",
-        "note: 32 quadrilaterals will be split",
+        "note: 32 quadrilaterals of the mesh were split",
     ] {
         assert!(said.contains(words), "{words} is not in\n{said}");
     }

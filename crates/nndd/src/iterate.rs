@@ -39,9 +39,9 @@ pub struct Iterate {
     pub opening: Vec<f64>,
     /// θ of the update that follows.
     pub theta: f64,
-    /// `ε_t = 2 max|t¹+t²| / (max|t¹|+max|t²|)`, dimensionless: (24) of `certified_contact::theory`.
+    /// `ε_t = 2 max|t¹+t²| / (max|t¹|+max|t²|)`, dimensionless (24).
     pub precision: f64,
-    /// `η_NNDD = ‖w̄‖`, `S₁ w̄ = r¹ + r²`, (22) of `certified_contact::theory`: the guaranteed bound of the iteration's
+    /// `η_NNDD = ‖w̄‖`, `S₁ w̄ = r¹ + r²`, (22): the guaranteed bound of the iteration's
     /// error, square root of an energy.
     pub eta_nndd: f64,
 }

@@ -21,6 +21,7 @@
 //! | r^α, t^α | normal nodal forces, N/m; over the tributary length, Pa | `n_c` |
 //! | S_α | Steklov-Poincaré operators, [`fem_core::condensation::CondensedBody`] | `n_c × n_c` |
 //!
+//! Formulas have the numbers (1) to (12) of Choi, Gallimard and Sassi, and further ones in the order of a run.
 //! (8) to (11) are solved in `src/steps.rs`, in the interface unknowns, and a second time at full size in
 //! `src/literal.rs`; the loop is in `src/solve.rs`. For the admissible θ see [`Spectrum`]. If the iteration does not
 //! converge, the interface Newton method in `src/monolithic.rs` solves the same discrete problem: see [`Method::Auto`].

@@ -23,7 +23,7 @@ pub struct Spectrum {
 }
 
 impl Spectrum {
-    /// Returns the best fixed θ in full contact, `2/(µ_min+µ_max)`, (14) of `certified_contact::theory`.
+    /// Returns the best fixed θ in full contact, `2/(µ_min+µ_max)` (14).
     pub fn best_theta(&self) -> f64 {
         2.0 / (self.smallest + self.largest)
     }

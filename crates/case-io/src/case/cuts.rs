@@ -3,10 +3,10 @@
 use super::regions::cells_in;
 use super::{Case, CellSelection, Part};
 use crate::diagnostic::significant;
-use crate::mesh_file::counted;
 use fem_core::body::Body;
 use fem_core::geometry::{self, Vector, add, cross, norm, scale, sub};
 use fem_core::mesh::TriMesh;
+use mesh_io::words::counted;
 
 /// An edge or cell of which less than this share lies on one side of a limit is not cut.
 const SHARE: f64 = 1e-6;

@@ -2,11 +2,11 @@
 
 use super::{Case, cures};
 use crate::diagnostic::{CaseError, Diagnostic, code, significant};
-use crate::mesh_file::counted;
 use fem_core::body::Body;
 use fem_core::geometry::{norm, shown, sub};
 use fem_core::interface::common_refinement::{Changes, CommonRefinementError, common_refinement};
 use fem_core::interface::{ContactInterface, ContactProblem};
+use mesh_io::words::counted;
 
 /// Surfaces whose edges are farther from a smooth curve, in their lengths, are bent.
 const BENT: f64 = 1e-6;

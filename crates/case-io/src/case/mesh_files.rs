@@ -2,9 +2,9 @@
 
 use super::{Case, CellSelection, MeshSource};
 use crate::diagnostic::{CaseError, Diagnostic, code};
-use crate::mesh_file::{self, MeshFault, MeshFile, MeshFileError, Region, RegionOptions};
 use fem_core::geometry::shown;
 use fem_core::mesh::TriMesh;
+use mesh_io::{MeshFault, MeshFile, MeshFileError, Region, RegionOptions};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -46,7 +46,7 @@ impl Case {
             let path = folder.join(file);
             let known = files.iter().position(|(other, _)| *other == path);
             let place = known.unwrap_or_else(|| {
-                let read = mesh_file::read(&path);
+                let read = mesh_io::read(&path);
                 files.push((path, read));
                 files.len() - 1
             });
@@ -131,7 +131,7 @@ impl Case {
         let mut warnings = Vec::new();
         for body in 0..2 {
             for warning in self.meshes.region(body).map(Region::warnings).unwrap_or_default() {
-                let message = format!("body \"{}\": {warning}", self.bodies[body].name);
+                let message = format!("body \"{}\": {}", self.bodies[body].name, Diagnostic::told(warning));
                 warnings.push(self.diagnostic(code::MESH, &format!("body.{body}.mesh.file"), message));
             }
         }
@@ -173,7 +173,7 @@ impl Case {
         } else {
             format!("body.{body}.mesh.file")
         };
-        error.into_diagnostic(self.place(&path).cloned())
+        Diagnostic::of_mesh_file(error, self.place(&path).cloned())
     }
 
     /// Refuses bodies that are one mesh, or notes that they were parted if that was asked for.
@@ -190,7 +190,7 @@ impl Case {
         if loaded.digests[0] != loaded.digests[1] {
             return Ok(());
         }
-        let Some((count, node, [x, y], cell)) = mesh_file::glued_nodes(first, second) else { return Ok(()) };
+        let Some((count, node, [x, y], cell)) = mesh_io::glued_nodes(first, second) else { return Ok(()) };
         let names = [0, 1].map(|k| &self.bodies[k].name);
         if let Some(cell) = cell {
             let found =

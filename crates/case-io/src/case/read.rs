@@ -7,8 +7,8 @@ use super::{
 use super::{materials, read_adapt, read_body, regions};
 use crate::case_file::{self, Document, Findings, NodeValue, Reader};
 use crate::diagnostic::{CaseError, Diagnostic, code, excerpt};
-use crate::numeral;
 use fem_core::material::Hypothesis;
+use mesh_io::numeral;
 
 const HYPOTHESES: &[(&str, Hypothesis)] =
     &[("plane_strain", Hypothesis::PlaneStrain), ("plane_stress", Hypothesis::PlaneStress)];

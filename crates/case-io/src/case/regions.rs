@@ -3,10 +3,10 @@
 use super::{BodyCase, Case, Material, Part};
 use crate::case_file::Reader;
 use crate::diagnostic::{CaseError, Diagnostic, code, did_you_mean, excerpt};
-use crate::mesh_file::listed;
 use fem_core::geometry;
 use fem_core::material::Materials;
 use fem_core::mesh::TriMesh;
+use mesh_io::words::listed;
 use std::collections::{HashMap, HashSet};
 
 /// `[[body.region]]`: cells with a material of their own. If regions overlap, the later one counts.

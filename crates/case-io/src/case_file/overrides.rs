@@ -3,7 +3,7 @@
 use super::slips;
 use super::tree::{self, At, Entry, Node, NodeValue, Table};
 use crate::diagnostic::{CaseError, Diagnostic, Source, code};
-use crate::numeral;
+use mesh_io::numeral;
 use std::sync::Arc;
 use toml::de::{DeTable, DeValue};
 

@@ -8,8 +8,8 @@ use super::examples::{EXPRESSION, described, example};
 use super::tree::{At, Entry, Node, NodeValue, Table};
 use crate::diagnostic::{Diagnostic, Place, code, did_you_mean, excerpt, nearest};
 use crate::expression::{Expression, Value};
-use crate::numeral;
 use fem_core::geometry::shown;
+use mesh_io::numeral;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 

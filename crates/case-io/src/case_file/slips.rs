@@ -3,7 +3,7 @@
 use super::examples::example;
 use crate::diagnostic::{Diagnostic, Place, Source, code};
 use crate::expression::Expression;
-use crate::numeral;
+use mesh_io::numeral;
 use std::ops::Range;
 use std::sync::Arc;
 use toml::de::DeValue;

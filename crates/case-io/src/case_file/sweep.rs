@@ -4,7 +4,7 @@ use super::overrides::key_path;
 use super::slips;
 use super::tree::At;
 use crate::diagnostic::{CaseError, Diagnostic, Source, code};
-use crate::numeral;
+use mesh_io::numeral;
 use toml::de::{DeArray, DeValue};
 
 /// The most values one sweep may have.

@@ -3,7 +3,7 @@
 use super::inspect::{BELOW, Before, inspect, is_result};
 use super::lock::{LOCK_FILE, Lock, is_at};
 use super::{CHECKPOINT, CHECKPOINT_BEFORE, OutputError, ResultKind, STAGING, TEMPORARY, failed, write_file};
-use crate::links::BrokenLink;
+use mesh_io::BrokenLink;
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::fs::{self, File};

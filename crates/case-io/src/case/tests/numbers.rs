@@ -203,3 +203,10 @@ fn numbers_of_300_digits_are_shown_with_an_exponent() {
         assert!(said.contains("e300") && !said.contains("000000"), "{said}");
     }
 }
+
+#[test]
+fn numbers_are_spelled_as_toml_has_them() {
+    for text in [".5", "5.", "+007", "-.5e3", "1.e-9", "000"] {
+        assert!(toml::de::DeValue::parse(&mesh_io::numeral::spelled(text)).is_ok(), "{text}");
+    }
+}

@@ -1,0 +1,147 @@
+//! Mesh files: what one holds, and the bodies that can be taken from it.
+//!
+//! `gmsh` and `abaqus` fill a `Collector`, whose checked contents are the [`MeshFile`]; `region`, `sides` and `flat` take
+//! a [`Region`] from it, `faults` makes fem-core's mesh of one, `summary` looks at all of it.
+
+pub mod abaqus;
+mod collect;
+mod error;
+mod faults;
+mod flat;
+pub mod gmsh;
+mod index;
+mod kind;
+mod problem;
+mod read;
+mod region;
+mod sides;
+mod summary;
+
+#[cfg(test)]
+mod tests;
+
+pub use error::{MeshFault, MeshFileError, MeshPlace};
+pub use kind::ElementKind;
+pub use problem::{Problem, Remedy};
+pub use read::{LARGEST_MESH_FILE, parse, read};
+pub use region::{Region, RegionOptions, glued_nodes};
+pub use summary::{GroupSummary, Quality, Summary};
+
+pub(crate) use collect::{Collected, Collector, Spot};
+pub(crate) use error::first_bytes;
+pub(crate) use index::NumberIndex;
+pub(crate) use read::Unreadable;
+
+use std::path::{Path, PathBuf};
+
+/// How a deck reads the files it includes: their contents, and where they were found.
+pub(crate) type Includes<'a> = &'a mut dyn FnMut(&Path, &str) -> Result<(PathBuf, Vec<u8>), Unreadable>;
+
+/// What a mesh file holds: nodes, edges, cells and named groups of them, by the file's own numbers.
+#[derive(Clone, Debug)]
+pub struct MeshFile {
+    name: String,
+    format: String,
+    /// Ascending, different.
+    node_numbers: Vec<u64>,
+    /// As many as numbers.
+    points: Vec<[f64; 3]>,
+    /// Whether an edge or a cell uses the node.
+    used: Vec<bool>,
+    /// By ascending number.
+    edges: Vec<Edge>,
+    /// By ascending number.
+    cells: Vec<MeshCell>,
+    groups: Vec<Group>,
+    notes: Vec<String>,
+    digest: String,
+}
+
+/// An edge that the file gives; its nodes are places in the list of nodes.
+#[derive(Clone, Copy, Debug)]
+struct Edge {
+    number: u64,
+    nodes: [u32; 2],
+}
+
+/// A cell that the file gives; its corners are places in the list of nodes, a triangle's last one twice.
+#[derive(Clone, Copy, Debug)]
+struct MeshCell {
+    number: u64,
+    kind: ElementKind,
+    corners: [u32; 4],
+}
+
+/// A named set of nodes (dimension 0), edges (1) or cells (2).
+#[derive(Clone, Debug)]
+pub(crate) struct Group {
+    pub(crate) dimension: u8,
+    pub(crate) name: String,
+    /// Places in the list of nodes, edges or cells; ascending.
+    pub(crate) members: Vec<u32>,
+}
+
+impl MeshFile {
+    /// Returns what messages call the file.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Returns format and version in words, such as `Gmsh MSH 4.1, binary`.
+    pub fn format(&self) -> &str {
+        &self.format
+    }
+
+    /// Returns what is worth knowing about how the file was read.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// Returns the SHA-256 of the file and of all files it includes, in hexadecimal.
+    pub fn digest(&self) -> &str {
+        &self.digest
+    }
+
+    /// Lists the names of the groups of one dimension: 1 for edges, 2 for cells.
+    pub fn group_names(&self, dimension: u8) -> impl Iterator<Item = &str> {
+        self.groups.iter().filter(move |g| g.dimension == dimension).map(|g| g.name.as_str())
+    }
+
+    pub(crate) fn push_group(&mut self, mut group: Group) {
+        // Names are shown on terminals, which take control characters for orders.
+        group.name = group.name.replace(char::is_control, "\u{FFFD}");
+        self.groups.push(group);
+    }
+
+    pub(crate) fn push_note(&mut self, note: String) {
+        self.notes.push(note);
+    }
+
+    /// Adds an edge that the file describes by other means than an element; returns its place.
+    pub(crate) fn push_side(&mut self, cell: u32, side: usize) -> Option<u32> {
+        let cell = self.cells.get(cell as usize)?;
+        let corners = cell.kind.corners();
+        if side >= corners {
+            return None;
+        }
+        let nodes = [cell.corners[side], cell.corners[(side + 1) % corners]];
+        self.edges.push(Edge { number: cell.number, nodes });
+        Some(self.edges.len() as u32 - 1)
+    }
+
+    pub(crate) fn node_numbers(&self) -> &[u64] {
+        &self.node_numbers
+    }
+
+    pub(crate) fn edge_numbers(&self) -> Vec<u64> {
+        self.edges.iter().map(|e| e.number).collect()
+    }
+
+    pub(crate) fn cell_numbers(&self) -> Vec<u64> {
+        self.cells.iter().map(|c| c.number).collect()
+    }
+
+    fn fault(&self, fault: MeshFault, found: impl Into<String>) -> MeshFileError {
+        MeshFileError::new(fault, &self.name, MeshPlace::File, found)
+    }
+}

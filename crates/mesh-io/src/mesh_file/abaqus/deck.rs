@@ -1,0 +1,353 @@
+//! The lines of a deck: comments, keywords with their continuations, included files, and the block data lines go to.
+
+use super::data::{self, Row};
+use super::entries::{set_entries, surface_entry};
+use super::keyword::{Keyword, upper};
+use super::sets::{Sets, Surface};
+use crate::mesh_file::{Collector, ElementKind, Includes, MeshFault, MeshFile, MeshFileError, Spot};
+use crate::words::counted;
+use std::path::Path;
+
+/// Included files within included files, at most.
+const DEEPEST: usize = 8;
+/// Included files, at most: decks that include each other twice would never end.
+const MOST_FILES: usize = 1000;
+/// Keywords that make, move or rename nodes and elements.
+const REFUSED: [&str; 13] = [
+    "PART",
+    "ASSEMBLY",
+    "INSTANCE",
+    "SYSTEM",
+    "NGEN",
+    "NFILL",
+    "NCOPY",
+    "NMAP",
+    "ELGEN",
+    "ELCOPY",
+    "SUBSTRUCTURE PATH",
+    "IMPORT",
+    "PARAMETER",
+];
+/// Keywords that are passed over without counting them.
+const SILENT: [&str; 3] = ["HEADING", "PREPRINT", "END"];
+
+/// What the data lines belong to.
+enum Block {
+    /// A block that is not read.
+    None,
+    Nodes {
+        set: Option<usize>,
+    },
+    Elements {
+        kind: ElementKind,
+        name: String,
+        set: Option<usize>,
+        pending: Vec<u64>,
+    },
+    NodeSet {
+        set: usize,
+        generate: bool,
+    },
+    ElementSet {
+        set: usize,
+        generate: bool,
+    },
+    Surface {
+        surface: usize,
+    },
+    /// Elements of a type that is not read: counted for the message.
+    Refused {
+        name: String,
+        count: usize,
+        spot: Spot,
+    },
+}
+
+/// A deck while it is read.
+pub(super) struct Deck {
+    collector: Collector,
+    sets: Sets,
+    block: Block,
+    /// Names of ignored keywords and how often they appeared.
+    ignored: Vec<(String, usize)>,
+    bytes: usize,
+}
+
+impl Deck {
+    pub(super) fn new(name: &str) -> Self {
+        let (collector, sets) = (Collector::new(name), Sets::default());
+        Self { collector, sets, block: Block::None, ignored: Vec::new(), bytes: 0 }
+    }
+
+    /// Reads one file; those it includes are read in place.
+    pub(super) fn read(
+        &mut self,
+        bytes: &[u8],
+        path: &Path,
+        depth: usize,
+        include: Includes<'_>,
+    ) -> Result<(), MeshFileError> {
+        let file = u16::try_from(self.collector.files.len() - 1).unwrap_or(u16::MAX);
+        self.bytes += bytes.len();
+        let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+        let mut lines = bytes.split(|b| *b == b'\n').zip(1u32..).peekable();
+        while let Some((line, number)) = lines.next() {
+            let spot = Spot { file, line: number };
+            let line = line.trim_ascii();
+            match line {
+                [] | [b'*', b'*', ..] => {}
+                [b'*', rest @ ..] => {
+                    let mut text = String::from_utf8_lossy(rest).into_owned();
+                    // A comma at the end of a line whose data follow is a slip, not a continuation.
+                    let letter = |l: &[u8]| l.trim_ascii_start().first().is_some_and(u8::is_ascii_alphabetic);
+                    while text.trim_end().ends_with(',') {
+                        let Some((more, _)) = lines.next_if(|(l, _)| letter(l)) else { break };
+                        text += &String::from_utf8_lossy(more);
+                    }
+                    let keyword = Keyword::parse(&text);
+                    if keyword.name == "INCLUDE" {
+                        self.include(&keyword, path, depth, spot, include)?;
+                    } else {
+                        self.end_block()?;
+                        self.block = self.begin(&keyword, spot)?;
+                    }
+                }
+                data => self.data(data, spot)?,
+            }
+        }
+        Ok(())
+    }
+
+    fn include(
+        &mut self,
+        keyword: &Keyword,
+        from: &Path,
+        depth: usize,
+        spot: Spot,
+        include: Includes<'_>,
+    ) -> Result<(), MeshFileError> {
+        let Some(file) = keyword.value("INPUT") else {
+            return Err(self.syntax(spot, "*INCLUDE names no file").expected("*INCLUDE, INPUT=file"));
+        };
+        if depth >= DEEPEST || self.collector.files.len() > MOST_FILES {
+            let found =
+                format!("*INCLUDE of \"{file}\": the files include each other too deeply or too often");
+            return Err(self.syntax(spot, found).expected(format!(
+                "at most {DEEPEST} files within each other and {MOST_FILES} altogether, and no file within itself"
+            )));
+        }
+        let (path, bytes) = include(from, file).map_err(|why| {
+            let found = format!("the included file \"{file}\" cannot be read: {}", why.found);
+            let mut error = self.syntax(spot, found);
+            error.fault = MeshFault::Unreadable;
+            error.help(why.fix.unwrap_or("names are relative to the file that includes"))
+        })?;
+        self.collector.files.push(path.to_string_lossy().into_owned());
+        self.read(&bytes, &path, depth + 1, include)
+    }
+
+    fn syntax(&self, spot: Spot, found: impl Into<String>) -> MeshFileError {
+        let mut error = self.collector.fault(spot, found);
+        error.fault = MeshFault::Syntax;
+        error
+    }
+
+    /// Begins the block of a keyword.
+    fn begin(&mut self, keyword: &Keyword, spot: Spot) -> Result<Block, MeshFileError> {
+        let name = keyword.name.as_str();
+        match name {
+            "NODE" | "ELEMENT" if keyword.has("INPUT") => {
+                let found = format!("*{name} takes its data from another file");
+                Err(self.syntax(spot, found).expected("the data lines below it, or *INCLUDE"))
+            }
+            "NODE" => self.begin_nodes(keyword, spot),
+            "ELEMENT" => self.begin_elements(keyword, spot),
+            "NSET" | "ELSET" => {
+                let Some(set) = keyword.value(name) else {
+                    return Err(self
+                        .syntax(spot, format!("*{name} has no name"))
+                        .expected(format!("*{name}, {name}=name")));
+                };
+                let generate = keyword.has("GENERATE");
+                Ok(if name == "NSET" {
+                    Block::NodeSet { set: self.sets.nodes.define(set), generate }
+                } else {
+                    Block::ElementSet { set: self.sets.elements.define(set), generate }
+                })
+            }
+            "SURFACE" => {
+                let Some(surface) = keyword.value("NAME") else {
+                    return Err(self.syntax(spot, "*SURFACE has no name").expected("*SURFACE, NAME=name"));
+                };
+                let of_nodes = match keyword.value("TYPE").map(upper).as_deref() {
+                    None | Some("ELEMENT") => false,
+                    Some("NODE") => true,
+                    Some(other) => {
+                        let found = format!("*SURFACE has the type {other}");
+                        return Err(self.syntax(spot, found).expected("ELEMENT or NODE"));
+                    }
+                };
+                Ok(Block::Surface { surface: self.sets.define_surface(surface, of_nodes) })
+            }
+            _ if REFUSED.contains(&name) => Err(self.refusal(name, spot)),
+            _ if SILENT.iter().any(|word| name.split(' ').next() == Some(word)) => Ok(Block::None),
+            _ => {
+                let known = self.ignored.iter().position(|(ignored, _)| ignored == name);
+                match known {
+                    Some(place) => self.ignored[place].1 += 1,
+                    // Only 50 names are kept; the rest is counted with the last of them.
+                    None if self.ignored.len() < 50 => self.ignored.push((name.to_owned(), 1)),
+                    None => self.ignored[49].1 += 1,
+                }
+                Ok(Block::None)
+            }
+        }
+    }
+
+    fn refusal(&self, name: &str, spot: Spot) -> MeshFileError {
+        let mut error = self.syntax(spot, format!("*{name} is not read"));
+        error.fault = MeshFault::Format;
+        match name {
+            "PART" | "ASSEMBLY" | "INSTANCE" => error
+                .expected("a deck without parts and instances")
+                .help("in Abaqus/CAE set noPartsInputFile=ON, or export the mesh with meshio or PrePoMax"),
+            _ => error.expected("nodes and elements written out one by one"),
+        }
+    }
+
+    fn begin_nodes(&mut self, keyword: &Keyword, spot: Spot) -> Result<Block, MeshFileError> {
+        if keyword.value("SYSTEM").is_some_and(|s| !s.eq_ignore_ascii_case("R")) {
+            let found = "*NODE has a SYSTEM other than the rectangular one";
+            return Err(self.syntax(spot, found).expected("Cartesian coordinates"));
+        }
+        let set = keyword.value("NSET").map(|set| self.sets.nodes.define(set));
+        Ok(Block::Nodes { set })
+    }
+
+    fn begin_elements(&mut self, keyword: &Keyword, spot: Spot) -> Result<Block, MeshFileError> {
+        let Some(name) = keyword.value("TYPE").map(upper) else {
+            return Err(self
+                .syntax(spot, "*ELEMENT has no TYPE")
+                .expected("*ELEMENT, TYPE=CPS3 or the like"));
+        };
+        match data::kind(&name) {
+            Some(kind) => {
+                let set = keyword.value("ELSET").map(|set| self.sets.elements.define(set));
+                Ok(Block::Elements { kind, name, set, pending: Vec::new() })
+            }
+            None => Ok(Block::Refused { name, count: 0, spot }),
+        }
+    }
+
+    /// Checks that a block is complete.
+    fn end_block(&mut self) -> Result<(), MeshFileError> {
+        match std::mem::replace(&mut self.block, Block::None) {
+            Block::Refused { name, count, spot } => {
+                let mut error = self.syntax(spot, format!("{} of type {name}", counted(count, "element")));
+                error.fault = MeshFault::Format;
+                Err(error.expected(
+                    "plane elements (CPS3, CPE3, CPS4, CPE4, CPS6, CPE6, CPS8, CPE8 and the like) or line elements",
+                ))
+            }
+            Block::Elements { pending, name, .. } if !pending.is_empty() => {
+                let found = format!(
+                    "the data of element {} ({name}) ended after {} numbers",
+                    pending[0],
+                    pending.len()
+                );
+                Err(self.syntax(Spot::default(), found).expected("all its nodes"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Takes a data line of *ELEMENT, whose data may continue in the next one.
+    fn element(&mut self, row: &Row<'_>, spot: Spot) -> Result<(), MeshFileError> {
+        let Block::Elements { kind, name, set, pending } = &mut self.block else { return Ok(()) };
+        let needed = kind.nodes() + 1;
+        let more = row.numbers(pending);
+        let (kind, set, len) = (*kind, *set, pending.len());
+        let numbers = if len >= needed { std::mem::take(pending) } else { Vec::new() };
+        let name = if len == needed { String::new() } else { name.clone() };
+        more.map_err(|fault| fault.at(self.syntax(spot, "")))?;
+        if len > needed || (len < needed && !row.continues()) {
+            let found = format!("an element of type {name} has {} nodes", len.saturating_sub(1));
+            return Err(self.syntax(spot, found).expected(format!("{}", needed - 1)));
+        }
+        if let Some((&number, nodes)) = numbers.split_first() {
+            // The ends of a quadratic line are its first and its last node.
+            let ends_first = |n: &[u64]| [n[0], n[2], n[1]];
+            let reordered = if kind == ElementKind::Edge3 { ends_first(nodes).to_vec() } else { Vec::new() };
+            let nodes = if reordered.is_empty() { nodes } else { &reordered };
+            self.collector.element(number, kind, nodes, 0, spot);
+            if let Some(set) = set {
+                self.sets.elements.add_number(set, number, spot);
+            }
+        }
+        Ok(())
+    }
+
+    /// Hands a data line to its block.
+    fn data(&mut self, line: &[u8], spot: Spot) -> Result<(), MeshFileError> {
+        let row = Row::new(line);
+        match &mut self.block {
+            Block::None => Ok(()),
+            Block::Refused { count, .. } => {
+                *count += 1;
+                Ok(())
+            }
+            Block::Nodes { set } => {
+                let set = *set;
+                let (number, point) = row.node().map_err(|fault| fault.at(self.syntax(spot, "")))?;
+                self.collector.node(number, point, spot)?;
+                if let Some(set) = set {
+                    self.sets.nodes.add_number(set, number, spot);
+                }
+                Ok(())
+            }
+            Block::Elements { .. } => self.element(&row, spot),
+            Block::NodeSet { set, generate } => {
+                let (set, generate) = (*set, *generate);
+                let entries = set_entries(&row, generate).map_err(|f| f.at(self.syntax(spot, "")))?;
+                self.sets.nodes.add(set, entries, spot);
+                Ok(())
+            }
+            Block::ElementSet { set, generate } => {
+                let (set, generate) = (*set, *generate);
+                let entries = set_entries(&row, generate).map_err(|f| f.at(self.syntax(spot, "")))?;
+                self.sets.elements.add(set, entries, spot);
+                Ok(())
+            }
+            Block::Surface { surface } => {
+                let surface = *surface;
+                let of_nodes = self.sets.surfaces[surface].of_nodes;
+                let entry = surface_entry(&row, of_nodes).map_err(|fault| fault.at(self.syntax(spot, "")))?;
+                Surface::add(&mut self.sets.surfaces[surface], entry, spot);
+                Ok(())
+            }
+        }
+    }
+
+    /// Puts everything together.
+    pub(super) fn finish(mut self) -> Result<MeshFile, MeshFileError> {
+        self.end_block()?;
+        if self.collector.element_count() == 0 {
+            let error = self.syntax(Spot::default(), "the deck has no elements");
+            return Err(error.expected("*NODE and *ELEMENT with their data lines"));
+        }
+        let files = self.collector.files.clone();
+        let mut mesh = self.collector.finish("Abaqus input deck".to_owned())?.mesh;
+        self.sets.apply(&mut mesh, &files, self.bytes)?;
+        let total: usize = self.ignored.iter().map(|(_, count)| count).sum();
+        if total > 0 {
+            let names: Vec<&str> = self.ignored.iter().take(6).map(|(name, _)| name.as_str()).collect();
+            let dots = if self.ignored.len() > names.len() { ", …" } else { "" };
+            mesh.push_note(format!(
+                "{} that do not describe the mesh were ignored: {}{dots}",
+                counted(total, "keyword"),
+                names.join(", ")
+            ));
+        }
+        Ok(mesh)
+    }
+}

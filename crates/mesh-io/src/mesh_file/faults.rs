@@ -1,0 +1,65 @@
+//! From a region to fem-core's mesh, with fem-core's errors in the file's own numbers.
+
+use super::{MeshFault, MeshFileError, MeshPlace, Region};
+use fem_core::geometry::shown;
+use fem_core::mesh::{MeshError, TriMesh};
+
+impl Region {
+    /// Makes the mesh.
+    ///
+    /// # Errors
+    /// What fem-core refuses: edges with more than two cells, parts that touch in one node.
+    pub fn mesh(&self) -> Result<TriMesh, MeshFileError> {
+        TriMesh::new(self.points.clone(), self.triangles.clone(), self.groups.clone())
+            .map_err(|error| self.explain(&error))
+    }
+
+    /// Refuses a mesh of this region if two of its cells overlap.
+    ///
+    /// # Errors
+    /// The first two cells that overlap, with a point in both.
+    pub fn without_overlaps(&self, mesh: TriMesh) -> Result<TriMesh, MeshFileError> {
+        let Some(found) = mesh.overlapping_cells() else { return Ok(mesh) };
+        let [a, b] = found.triangles.map(|t| self.cell_numbers.get(t).copied().unwrap_or_default());
+        let [x, y] = found.point;
+        let what = format!("{}: the elements {a} and {b} overlap at ({x}, {y})", self.title);
+        Err(MeshFileError::new(MeshFault::Content, &self.file, MeshPlace::File, what)
+            .expected("cells that touch along their edges and cover no place twice")
+            .help("take one of the two parts out of the region, or make it a body of its own"))
+    }
+
+    /// Says of a node its number and place.
+    fn node(&self, node: usize) -> String {
+        match (self.node_numbers.get(node), self.points.get(node)) {
+            (Some(number), Some([x, y])) => format!("{number} at ({}, {})", shown(*x), shown(*y)),
+            _ => format!("number {node} of {}", self.title),
+        }
+    }
+
+    fn explain(&self, error: &MeshError) -> MeshFileError {
+        let fault =
+            |found: String| MeshFileError::new(MeshFault::Content, &self.file, MeshPlace::File, found);
+        match error {
+            MeshError::NonManifoldEdge { a, b } => {
+                let found = format!(
+                    "{}: the edge between nodes {} and {} belongs to more than two cells, or to two on the same side",
+                    self.title,
+                    self.node(*a),
+                    self.node(*b)
+                );
+                fault(found)
+                    .expected("one or two cells at every edge")
+                    .help("cells overlap there or are in the file twice")
+            }
+            MeshError::BowTie { node, .. } => {
+                let found = format!("{}: two parts touch in node {} alone", self.title, self.node(*node));
+                fault(found).expected("parts that share an edge, or no node")
+            }
+            MeshError::Area { triangle, .. } => {
+                let number = self.cell_numbers.get(*triangle).copied().unwrap_or_default();
+                fault(format!("{}: element {number} has no area", self.title))
+            }
+            other => fault(format!("{}: {other}", self.title)),
+        }
+    }
+}

@@ -1,0 +1,187 @@
+//! From cells in space to triangles of the plane: the plane, the split of quadrilaterals, the sense of corners.
+
+use super::{MeshCell, MeshFault, MeshFile, MeshFileError};
+use crate::words::counted;
+use fem_core::geometry::{self, Vector, shown};
+
+/// Coordinates that differ by less than this part of the mesh's size are the same.
+pub(super) const SAME: f64 = 1e-9;
+
+/// The smallest area over squared size of a cell that counts as one, as in fem-core.
+const FLAT: f64 = 1e-14;
+
+/// Triangles of a region and what was done to get them.
+#[derive(Default)]
+pub(super) struct Triangles {
+    /// Corners, counter-clockwise, as places in the file's list of nodes.
+    pub(super) corners: Vec<[u32; 3]>,
+    /// The file's number of the cell each was made of.
+    pub(super) cells: Vec<u64>,
+    pub(super) split: usize,
+    pub(super) reduced: usize,
+    pub(super) turned: usize,
+    /// Cells without an area: how many, and the first.
+    pub(super) degenerate: usize,
+    pub(super) first_degenerate: Option<MeshCell>,
+}
+
+impl Triangles {
+    /// Says what was done to the cells.
+    ///
+    /// * `title`: what the cells belong to.
+    pub(super) fn describe(&self, title: &str) -> Vec<String> {
+        let done = [
+            (self.split, "quadrilateral", "split into two triangles along the shorter diagonal"),
+            (self.reduced, "quadratic cell", "reduced to the corners: curved sides become polygons"),
+            (self.turned, "clockwise cell", "turned counter-clockwise"),
+        ];
+        let sentence = |(count, what, done): (usize, &str, &str)| {
+            let was = if count == 1 { "was" } else { "were" };
+            format!("{} of {title} {was} {done}", counted(count, what))
+        };
+        done.into_iter().filter(|(count, ..)| *count > 0).map(sentence).collect()
+    }
+}
+
+impl MeshFile {
+    /// Cuts cells into triangles with corners in the counter-clockwise sense.
+    pub(super) fn triangulate(
+        &self,
+        cells: impl Iterator<Item = u32>,
+        map: &dyn Fn(u32) -> u32,
+    ) -> Triangles {
+        let mut out = Triangles::default();
+        for cell in cells.filter_map(|c| self.cells.get(c as usize)) {
+            out.reduced += usize::from(cell.kind.is_quadratic());
+            let corners = cell.corners.map(map);
+            let done = if cell.kind.corners() == 4 {
+                out.split += 1;
+                self.split(corners)
+            } else {
+                self.turn([corners[0], corners[1], corners[2]]).map(|(t, turned)| (vec![t], turned))
+            };
+            match done {
+                Some((triangles, turned)) => {
+                    out.turned += usize::from(turned);
+                    for triangle in triangles {
+                        out.corners.push(triangle);
+                        out.cells.push(cell.number);
+                    }
+                }
+                None => {
+                    out.degenerate += 1;
+                    out.first_degenerate.get_or_insert(*cell);
+                }
+            }
+        }
+        out
+    }
+
+    pub(super) fn xy(&self, node: u32) -> Vector {
+        let [x, y, _] = self.points[node as usize];
+        [x, y]
+    }
+
+    /// Turns a triangle counter-clockwise; nothing for one without an area.
+    fn turn(&self, t: [u32; 3]) -> Option<([u32; 3], bool)> {
+        let area = sense(t.map(|n| self.xy(n)))?;
+        Some(if area > 0.0 { (t, false) } else { ([t[0], t[2], t[1]], true) })
+    }
+
+    /// Splits a quadrilateral along its shorter diagonal, or along the other one if that one lies outside.
+    fn split(&self, corners: [u32; 4]) -> Option<(Vec<[u32; 3]>, bool)> {
+        let p = corners.map(|n| self.xy(n));
+        let diagonals = [geometry::sub(p[2], p[0]), geometry::sub(p[3], p[1])];
+        let turned = geometry::cross(diagonals[0], diagonals[1]) < 0.0;
+        let [a, b, c, d] = corners;
+        let [a, b, c, d] = if turned { [a, d, c, b] } else { [a, b, c, d] };
+        let first = [[a, b, c], [a, c, d]];
+        let second = [[a, b, d], [b, c, d]];
+        // Equal diagonals go through the first corner, independently of round-off.
+        let first_is_shorter = geometry::norm(diagonals[0]) <= (1.0 + SAME) * geometry::norm(diagonals[1]);
+        let order = if first_is_shorter { [first, second] } else { [second, first] };
+        let sound = |pair: &[[u32; 3]; 2]| {
+            pair.iter().all(|t| sense(t.map(|n| self.xy(n))).is_some_and(|area| area > 0.0))
+        };
+        order.into_iter().find(sound).map(|pair| (pair.to_vec(), turned))
+    }
+
+    /// Computes the two corners of the box around some nodes.
+    pub(super) fn extent(&self, nodes: &[u32]) -> [[f64; 3]; 2] {
+        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        for &node in nodes {
+            for (c, x) in self.points[node as usize].into_iter().enumerate() {
+                (low[c], high[c]) = (low[c].min(x), high[c].max(x));
+            }
+        }
+        [low, high]
+    }
+
+    /// Describes the first of some pairs of nodes at one place, of which there is at least one.
+    pub(super) fn twins(&self, pairs: &[[u32; 2]], nodes: &[u32]) -> String {
+        let [a, b] = pairs.first().map_or([0; 2], |pair| pair.map(|k| nodes[k as usize]));
+        let [x, y] = self.xy(a).map(shown);
+        let [a, b] = [a, b].map(|node| self.node_numbers[node as usize]);
+        format!("(nodes {a} and {b} at ({x}, {y}))")
+    }
+
+    /// Checks that nodes lie in a plane of constant z; returns that z if it is not zero.
+    pub(super) fn check_plane(&self, nodes: &[u32]) -> Result<Option<f64>, MeshFileError> {
+        let [low, high] = self.extent(nodes);
+        let extent = [0, 1, 2].map(|c| high[c] - low[c]);
+        let tolerance = SAME * extent[0].max(extent[1]).max(extent[2]);
+        if extent[2] <= tolerance || nodes.is_empty() {
+            let z = low[2];
+            return Ok((z.is_finite() && z.abs() > tolerance).then_some(z));
+        }
+        let outside = nodes.iter().find(|n| self.points[**n as usize][2] != low[2]);
+        let number = outside.map_or(0, |n| self.node_numbers[*n as usize]);
+        let found = format!(
+            "the mesh is not plane: z runs from {} to {} (node {number} is one that leaves the plane)",
+            low[2], high[2]
+        );
+        let flat = [0, 1].into_iter().find(|c| extent[*c] <= tolerance);
+        let help = match flat {
+            Some(0) => "the mesh lies in the y-z plane: turn it into the x-y plane, or swap the coordinates",
+            Some(_) => "the mesh lies in the x-z plane: turn it into the x-y plane, or swap the coordinates",
+            None => "mesh the flat region itself, not a curved surface or the skin of a volume",
+        };
+        Err(self.fault(MeshFault::Content, found).expected("one value of z for all nodes").help(help))
+    }
+}
+
+/// Computes the signed area of a triangle; nothing if its sign is round-off.
+pub(super) fn sense(p: [Vector; 3]) -> Option<f64> {
+    let area = geometry::signed_area(p);
+    let size = (0..3).map(|k| geometry::norm(geometry::sub(p[(k + 1) % 3], p[k]))).fold(0.0, f64::max);
+    (area.is_finite() && area.abs() > FLAT * size * size).then_some(area)
+}
+
+/// Computes the smallest angle of a triangle, degrees.
+pub(super) fn smallest_angle(p: [Vector; 3]) -> f64 {
+    let mut sides = [0, 1, 2].map(|k| geometry::norm(geometry::sub(p[(k + 1) % 3], p[k])));
+    sides.sort_by(f64::total_cmp);
+    // The angle against the shortest side lies between the other two.
+    let sine = 2.0 * geometry::signed_area(p).abs() / (sides[1] * sides[2]);
+    if sine.is_finite() { sine.min(1.0).asin().to_degrees() } else { 0.0 }
+}
+
+/// Finds nodes at the same place: pairs of the place kept and the one that equals it.
+pub(super) fn coincident(points: &[Vector]) -> Vec<[u32; 2]> {
+    let tolerance = SAME * geometry::diagonal(points);
+    let mut order: Vec<u32> = (0..points.len() as u32).collect();
+    let at = |n: u32, c: usize| points[n as usize][c];
+    order.sort_by(|a, b| at(*a, 0).total_cmp(&at(*b, 0)));
+    let mut pairs = Vec::new();
+    for run in order.chunk_by_mut(|a, b| at(*b, 0) - at(*a, 0) <= tolerance) {
+        run.sort_by(|a, b| at(*a, 1).total_cmp(&at(*b, 1)).then(a.cmp(b)));
+        for near in run
+            .chunk_by(|a, b| at(*b, 1) - at(*a, 1) <= tolerance && (at(*b, 0) - at(*a, 0)).abs() <= tolerance)
+        {
+            let kept = near.iter().copied().min().unwrap_or(0);
+            pairs.extend(near.iter().filter(|n| **n != kept).map(|n| [kept, *n]));
+        }
+    }
+    pairs.sort_unstable_by_key(|[a, b]| (*b, *a));
+    pairs
+}

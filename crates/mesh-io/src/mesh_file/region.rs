@@ -1,0 +1,333 @@
+//! A region of a mesh file: the triangles, points and named sides of one body.
+
+use super::flat::{Triangles, coincident, smallest_angle};
+use super::sides::free_edges;
+use super::{MeshFault, MeshFile, MeshFileError, Problem, Remedy};
+use crate::words::{counted, did_you_mean, listed};
+use fem_core::geometry::{Vector, shown};
+use std::collections::HashSet;
+
+/// Triangles with a smaller angle, in degrees, are worth a warning.
+const SLIVER: f64 = 0.1;
+
+/// Means 'not in the region'.
+const OUTSIDE: u32 = u32::MAX;
+
+/// How a region is taken from a file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RegionOptions {
+    /// Whether nodes at one place become one node.
+    pub merge: bool,
+}
+
+/// One body's part of a mesh file, numbered for fem-core in the order of the file's numbers.
+#[derive(Clone, Debug)]
+pub struct Region {
+    pub(super) file: String,
+    pub(super) title: String,
+    pub(super) points: Vec<Vector>,
+    pub(super) triangles: Vec<[u32; 3]>,
+    pub(super) groups: Vec<(String, Vec<[u32; 2]>)>,
+    pub(super) node_numbers: Vec<u64>,
+    pub(super) cell_numbers: Vec<u64>,
+    pub(super) cell_groups: Vec<String>,
+    notes: Vec<String>,
+    warnings: Vec<Problem>,
+}
+
+impl Region {
+    /// Returns what messages call it: `region "upper"`, or `the mesh` if it is the whole file.
+    pub fn title(&self) -> &str {
+        &self.title
+    }
+
+    /// Returns what was done to the cells, in words.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// Returns what is allowed but probably not meant.
+    pub fn warnings(&self) -> &[Problem] {
+        &self.warnings
+    }
+
+    /// Returns the file's number of each node.
+    pub fn node_numbers(&self) -> &[u64] {
+        &self.node_numbers
+    }
+
+    /// Returns the number of triangles.
+    pub fn triangle_count(&self) -> usize {
+        self.triangles.len()
+    }
+
+    /// Returns the file's number of the cell that each triangle was made of.
+    pub fn cell_numbers(&self) -> &[u64] {
+        &self.cell_numbers
+    }
+
+    /// Lists the groups of cells of the file.
+    pub fn cell_group_names(&self) -> impl Iterator<Item = &str> {
+        self.cell_groups.iter().map(String::as_str)
+    }
+
+    /// Says whether the file has a group of cells of this name.
+    pub fn is_cell_group(&self, name: &str) -> bool {
+        self.cell_groups.iter().any(|g| g == name)
+    }
+}
+
+impl MeshFile {
+    /// Takes a region: the cells of one group, or all cells if the file has at most one group of them.
+    ///
+    /// Quadrilaterals are split along their shorter diagonal, quadratic cells reduced to their corners, clockwise
+    /// cells turned; [`Region::notes`] says how many. Every group of edges that has an edge of the region becomes one
+    /// of its sides.
+    ///
+    /// # Errors
+    /// A group that is not there or is empty, cells without an area, a mesh that is not plane.
+    pub fn region(&self, name: Option<&str>, options: RegionOptions) -> Result<Region, MeshFileError> {
+        let cells = self.cells_of(name)?;
+        let title = name.map_or("the mesh".to_owned(), |name| format!("region \"{name}\""));
+        let mut used = self.nodes_of(&cells);
+        let z = self.check_plane(&used)?;
+        let mut notes = self.notes.clone();
+        let mut warnings = Vec::new();
+        self.note_loose_nodes(&mut notes);
+        if let Some(z) = z {
+            notes.push(format!("all nodes of {title} have z = {}, which is left out", shown(z)));
+        }
+        let mut target: Vec<u32> = (0..self.points.len() as u32).collect();
+        let points: Vec<Vector> = used.iter().map(|n| self.xy(*n)).collect();
+        let twins = coincident(&points);
+        if !twins.is_empty() && !options.merge {
+            let found = format!(
+                "{} of {title} {} {}: the body is open there",
+                counted(twins.len(), "node"),
+                if twins.len() == 1 { "coincides with another" } else { "coincide with others" },
+                self.twins(&twins, &used)
+            );
+            warnings.push(Problem::new(found, Remedy::Merge));
+        } else if !twins.is_empty() {
+            notes.push(format!(
+                "{} of {title} joined with the node at the same place",
+                counted(twins.len(), "node")
+            ));
+            for [kept, other] in &twins {
+                target[used[*other as usize] as usize] = used[*kept as usize];
+            }
+            used.retain(|n| target[*n as usize] == *n);
+        }
+        let made = self.triangulate(cells.iter().copied(), &|n| target[n as usize]);
+        self.refuse_degenerate(&made, &title)?;
+        notes.extend(made.describe(&title));
+        let mut local = vec![OUTSIDE; self.points.len()];
+        for (k, node) in used.iter().enumerate() {
+            local[*node as usize] = k as u32;
+        }
+        // Joined nodes are known by the one that was kept.
+        let local: Vec<u32> = target.iter().map(|n| local[*n as usize]).collect();
+        let triangles: Vec<[u32; 3]> = made.corners.iter().map(|t| t.map(|n| local[n as usize])).collect();
+        let points: Vec<Vector> = used.iter().map(|n| self.xy(*n)).collect();
+        let groups = self.sides(&local, &triangles, points.len(), &title, &mut warnings);
+        let mut region = Region {
+            file: self.name.clone(),
+            title,
+            points,
+            triangles,
+            groups,
+            node_numbers: used.iter().map(|n| self.node_numbers[*n as usize]).collect(),
+            cell_numbers: made.cells,
+            cell_groups: self.group_names(2).map(str::to_owned).collect(),
+            notes,
+            warnings,
+        };
+        region.warn_of_slivers();
+        Ok(region)
+    }
+
+    /// Returns the file's numbers of the cells of a group, ascending; `None` if there is no such group.
+    pub fn cells_of_group(&self, name: &str) -> Option<Vec<u64>> {
+        let group = self.groups.iter().find(|g| g.dimension == 2 && g.name == name)?;
+        let numbers = group.members.iter().filter_map(|m| self.cells.get(*m as usize));
+        let mut numbers: Vec<u64> = numbers.map(|cell| cell.number).collect();
+        numbers.sort_unstable();
+        Some(numbers)
+    }
+
+    /// Finds the cells of a group by name, with helpful words if there is no such group.
+    fn cells_of(&self, name: Option<&str>) -> Result<Vec<u32>, MeshFileError> {
+        if self.cells.is_empty() {
+            let edges = counted(self.edges.len(), "edge");
+            return Err(self
+                .fault(MeshFault::Region, format!("the mesh has {edges} and no 2D elements"))
+                .expected("triangles or quadrilaterals")
+                .help("add a Physical Surface, or set Mesh.SaveAll: Gmsh saves only what lies in a group"));
+        }
+        let names: Vec<&str> = self.group_names(2).collect();
+        let Some(name) = name else {
+            if names.len() < 2 {
+                return Ok((0..self.cells.len() as u32).collect());
+            }
+            let found = format!("the file has {} regions", names.len());
+            return Err(self
+                .fault(MeshFault::Region, found)
+                .expected(format!("the name of one of them: {}", listed(&names))));
+        };
+        if let Some(group) = self.groups.iter().find(|g| g.dimension == 2 && g.name == name) {
+            if group.members.is_empty() {
+                let found = format!("region \"{name}\" is empty: no cell belongs to it");
+                return Err(self
+                    .fault(MeshFault::Region, found)
+                    .expected("a group with triangles or quadrilaterals"));
+            }
+            let mut cells = group.members.clone();
+            cells.sort_unstable();
+            cells.dedup();
+            return Ok(cells);
+        }
+        let of_edges = self.groups.iter().any(|g| g.dimension < 2 && g.name == name);
+        let found = if of_edges {
+            format!("\"{name}\" is a group of edges or nodes, not a region")
+        } else {
+            format!("there is no region \"{name}\"")
+        };
+        let error = self.fault(MeshFault::Region, found);
+        let error = if names.is_empty() {
+            error.expected("a file with groups of cells (Gmsh: Physical Surface), or no name, which takes the whole mesh")
+        } else {
+            error.expected(listed(&names))
+        };
+        Err(match did_you_mean(name, names.iter().copied().take(10_000), '"') {
+            Some(help) => error.help(help),
+            None => error,
+        })
+    }
+
+    /// Lists the nodes that are corners of cells, in the order of their numbers.
+    fn nodes_of(&self, cells: &[u32]) -> Vec<u32> {
+        let mut there = vec![false; self.points.len()];
+        for cell in cells {
+            for node in self.cells[*cell as usize].corners {
+                there[node as usize] = true;
+            }
+        }
+        (0..there.len() as u32).filter(|n| there[*n as usize]).collect()
+    }
+
+    pub(super) fn note_loose_nodes(&self, notes: &mut Vec<String>) {
+        let loose = self.used.iter().filter(|used| !**used).count();
+        if let Some(first) = self.used.iter().position(|used| !used) {
+            notes.push(format!(
+                "{} that no element uses: left out (the first is node {})",
+                counted(loose, "node"),
+                self.node_numbers[first]
+            ));
+        }
+    }
+
+    fn refuse_degenerate(&self, made: &Triangles, title: &str) -> Result<(), MeshFileError> {
+        let Some(cell) = &made.first_degenerate else { return Ok(()) };
+        let corners = &cell.corners[..cell.kind.corners()];
+        let numbers: Vec<String> =
+            corners.iter().map(|n| self.node_numbers[*n as usize].to_string()).collect();
+        let places: Vec<String> = corners
+            .iter()
+            .map(|n| {
+                let [x, y] = self.xy(*n);
+                format!("({}, {})", shown(x), shown(y))
+            })
+            .collect();
+        let others = match made.degenerate {
+            1 => String::new(),
+            n => format!("; so have {} of {title}", counted(n - 1, "other cell")),
+        };
+        let found = format!(
+            "element {} ({}, nodes {} at {}) has no area or crosses itself{others}",
+            cell.number,
+            cell.kind.name(),
+            numbers.join(", "),
+            places.join(", ")
+        );
+        Err(self.fault(MeshFault::Content, found).expected("corners that do not lie on one line"))
+    }
+}
+
+impl Region {
+    fn warn_of_slivers(&mut self) {
+        let mut thin = Vec::new();
+        let mut count = 0;
+        for (t, number) in self.triangles.iter().zip(&self.cell_numbers) {
+            if smallest_angle(t.map(|n| self.points[n as usize])) < SLIVER {
+                count += 1;
+                if thin.len() < 5 {
+                    thin.push(number.to_string());
+                }
+            }
+        }
+        if count > 0 {
+            let dots = if count > thin.len() { ", …" } else { "" };
+            let what = format!(
+                "{} of {} with an angle below {SLIVER} degrees (elements {}{dots}): the bound holds, and is large there",
+                counted(count, "triangle"),
+                self.title,
+                thin.join(", ")
+            );
+            self.warnings.push(what.into());
+        }
+    }
+
+    /// Says that no side has a name, and what the free boundary is.
+    pub fn without_sides(&self) -> Option<MeshFileError> {
+        if !self.groups.is_empty() {
+            return None;
+        }
+        let free = free_edges(&self.triangles).len();
+        let [low, high] = fem_core::geometry::bounding_box(&self.points);
+        let found = format!(
+            "{} has no named side: its free boundary has {} within [{}, {}] x [{}, {}]",
+            self.title,
+            counted(free, "edge"),
+            shown(low[0]),
+            shown(high[0]),
+            shown(low[1]),
+            shown(high[1])
+        );
+        Some(
+            MeshFileError::new(MeshFault::Region, &self.file, super::MeshPlace::File, found)
+                .expected("groups of edges to support, load and bring into contact")
+                .help("in Gmsh give names to the sides: Physical Curve(\"bottom\") = {…}; in a deck use *SURFACE"),
+        )
+    }
+}
+
+/// Counts the nodes and finds a cell that two regions of one file share: such bodies cannot part.
+///
+/// Returns the number of shared nodes, one of them with its place, and the number of a shared cell.
+pub fn glued_nodes(a: &Region, b: &Region) -> Option<(usize, u64, Vector, Option<u64>)> {
+    let (mut i, mut j) = (0, 0);
+    let mut shared = HashSet::new();
+    let mut first = None;
+    while let (Some(x), Some(y)) = (a.node_numbers.get(i), b.node_numbers.get(j)) {
+        if x == y {
+            first.get_or_insert((*x, a.points[i]));
+            shared.insert(*x);
+        }
+        let (forward, back) = (x <= y, y <= x);
+        i += usize::from(forward);
+        j += usize::from(back);
+    }
+    let (number, point) = first?;
+    let of_shared = |region: &Region| -> HashSet<(u64, [u64; 3])> {
+        let numbered = |t: &[u32; 3]| {
+            let mut n = t.map(|n| region.node_numbers[n as usize]);
+            n.sort_unstable();
+            n
+        };
+        let all = region.triangles.iter().map(numbered).zip(&region.cell_numbers);
+        all.filter(|(t, _)| t.iter().all(|n| shared.contains(n))).map(|(t, cell)| (*cell, t)).collect()
+    };
+    let corners: HashSet<[u64; 3]> = of_shared(a).into_iter().map(|(_, t)| t).collect();
+    let cell = of_shared(b).into_iter().filter(|(_, t)| corners.contains(t)).map(|(cell, _)| cell).min();
+    Some((shared.len(), number, point, cell))
+}

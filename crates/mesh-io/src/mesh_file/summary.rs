@@ -1,0 +1,306 @@
+//! What a mesh file holds, for people who want to look before they use it.
+
+use super::flat::{coincident, sense, smallest_angle};
+use super::sides::{Key, free_edges, key, keys_of};
+use super::{ElementKind, MeshFile, Problem, Remedy};
+use crate::words::{counted, listed};
+use fem_core::geometry::{self, Vector, shown};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The most problems of one kind that are listed one by one.
+const MOST: usize = 20;
+
+/// One group of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GroupSummary {
+    /// 0 for nodes, 1 for edges, 2 for cells.
+    pub dimension: u8,
+    /// Its name.
+    pub name: String,
+    /// Number of nodes, edges or cells.
+    pub members: usize,
+    /// Length of the edges or area of the cells, in the file's units; nothing for nodes.
+    pub measure: Option<f64>,
+}
+
+/// The worst of all cells, as the triangles they become.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Quality {
+    /// The smallest angle of any triangle, degrees.
+    pub smallest_angle: f64,
+    /// The file's number of the cell with that angle.
+    pub cell: u64,
+    /// The centre of the triangle.
+    pub at: Vector,
+}
+
+/// What a mesh file holds.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Summary {
+    /// Format and version.
+    pub format: String,
+    /// Number of nodes.
+    pub nodes: usize,
+    /// Number of edges that the file gives separately or as sides of surfaces.
+    pub edges: usize,
+    /// Number of cells by kind.
+    pub cells: Vec<(ElementKind, usize)>,
+    /// All groups, regions first.
+    pub groups: Vec<GroupSummary>,
+    /// The two corners of the box around all nodes that something uses.
+    pub bounding_box: [[f64; 3]; 2],
+    /// The worst cell, if there is a sound one.
+    pub quality: Option<Quality>,
+    /// What is worth knowing.
+    pub notes: Vec<String>,
+    /// What may prevent the use of the file.
+    pub problems: Vec<Problem>,
+}
+
+impl MeshFile {
+    /// Looks at everything the file holds.
+    pub fn summary(&self) -> Summary {
+        let mut kinds = BTreeMap::new();
+        for cell in &self.cells {
+            *kinds.entry(cell.kind).or_insert(0) += 1;
+        }
+        let mut groups: Vec<GroupSummary> = self.groups.iter().map(|g| self.measure(g)).collect();
+        groups.sort_by_key(|g| std::cmp::Reverse(g.dimension));
+        let mut notes = self.notes.clone();
+        self.note_loose_nodes(&mut notes);
+        let used = self.used_nodes();
+        let mut problems = self.problems(&used);
+        let quality = self.quality(&mut notes, &mut problems);
+        Summary {
+            format: self.format.clone(),
+            nodes: self.node_numbers.len(),
+            edges: self.edges.len(),
+            cells: kinds.into_iter().collect(),
+            groups,
+            bounding_box: if used.is_empty() { [[0.0; 3]; 2] } else { self.extent(&used) },
+            quality,
+            notes,
+            problems,
+        }
+    }
+
+    /// Lists the nodes that elements use.
+    fn used_nodes(&self) -> Vec<u32> {
+        (0..self.points.len() as u32).filter(|n| self.used[*n as usize]).collect()
+    }
+
+    fn measure(&self, group: &super::Group) -> GroupSummary {
+        let length = |edge: &u32| {
+            let [a, b] = self.edges[*edge as usize].nodes.map(|n| self.xy(n));
+            geometry::norm(geometry::sub(b, a))
+        };
+        let area = |cell: &u32| {
+            let [a, b, c, d] = self.cells[*cell as usize].corners.map(|n| self.xy(n));
+            0.5 * geometry::cross(geometry::sub(c, a), geometry::sub(d, b)).abs()
+        };
+        let measure = match group.dimension {
+            1 => Some(group.members.iter().map(length).sum::<f64>()),
+            2 => Some(group.members.iter().map(area).sum::<f64>()),
+            _ => None,
+        };
+        GroupSummary {
+            dimension: group.dimension,
+            name: group.name.clone(),
+            members: group.members.len(),
+            measure: measure.filter(|m| m.is_finite()),
+        }
+    }
+
+    /// Finds the worst triangle; says how many cells are turned, flat, split or reduced.
+    fn quality(&self, notes: &mut Vec<String>, problems: &mut Vec<Problem>) -> Option<Quality> {
+        let made = self.triangulate(0..self.cells.len() as u32, &|n| n);
+        notes.extend(made.describe("the mesh"));
+        if let Some(cell) = made.first_degenerate {
+            let what = counted(made.degenerate, "cell");
+            problems.push(format!("{what} without an area, the first is element {}", cell.number).into());
+        }
+        let mut worst: Option<Quality> = None;
+        for (t, cell) in made.corners.iter().zip(&made.cells) {
+            let p = t.map(|n| self.xy(n));
+            let angle = smallest_angle(p);
+            if sense(p).is_some() && worst.as_ref().is_none_or(|w| angle < w.smallest_angle) {
+                let at = [0, 1].map(|c| p[0][c] / 3.0 + p[1][c] / 3.0 + p[2][c] / 3.0);
+                worst = Some(Quality { smallest_angle: angle, cell: *cell, at });
+            }
+        }
+        self.edge_problems(&made.corners, notes, problems);
+        worst
+    }
+
+    /// Looks for edges with more than two cells, named edges without a cell, and sides without a name.
+    fn edge_problems(&self, triangles: &[[u32; 3]], notes: &mut Vec<String>, problems: &mut Vec<Problem>) {
+        let mut keys: Vec<Key> = triangles.iter().flat_map(keys_of).collect();
+        keys.sort_unstable();
+        let crowded = keys.chunk_by(|a, b| a == b).filter(|same| same.len() > 2).count();
+        if crowded > 0 {
+            let edges = counted(crowded, "edge");
+            problems.push(
+                format!("{edges} shared by more than two cells: cells overlap or appear once per group")
+                    .into(),
+            );
+        }
+        keys.dedup();
+        let named: BTreeSet<Key> = self
+            .groups
+            .iter()
+            .filter(|g| g.dimension == 1)
+            .flat_map(|g| &g.members)
+            .map(|e| self.edges[*e as usize].nodes)
+            .map(|[a, b]| key(a, b))
+            .collect();
+        let loose = named.iter().filter(|e| keys.binary_search(e).is_err()).count();
+        if loose > 0 {
+            problems.push(format!("{} in groups, but sides of no cell", counted(loose, "edge")).into());
+        }
+        let nameless = free_edges(triangles).iter().filter(|e| !named.contains(*e)).count();
+        let node_sets = self.groups.iter().any(|g| g.dimension == 0);
+        if nameless > 0 && !node_sets {
+            notes.push(format!(
+                "{} of the free boundary in no group: free of loads and supports",
+                counted(nameless, "edge")
+            ));
+        }
+    }
+
+    fn problems(&self, all: &[u32]) -> Vec<Problem> {
+        let mut problems = Vec::new();
+        if self.cells.is_empty() {
+            let edges = counted(self.edges.len(), "edge");
+            problems.push(
+                format!("{edges} and no 2D elements: add a Physical Surface, or set Mesh.SaveAll").into(),
+            );
+            return problems;
+        }
+        match self.check_plane(all) {
+            Err(error) => problems.push(match error.help {
+                Some(help) => format!("{}: {help}", error.found).into(),
+                None => error.found.into(),
+            }),
+            Ok(Some(z)) => {
+                problems.push(format!("all nodes have z = {}, which will be left out", shown(z)).into());
+            }
+            Ok(None) => {}
+        }
+        if self.group_names(1).next().is_none() && !self.groups.iter().any(|g| g.dimension == 0) {
+            problems.push(
+                "no group of edges (Gmsh: Physical Curve): nothing can be supported, loaded or brought into contact".to_owned().into(),
+            );
+        }
+        let mut parent = vec![u32::MAX; self.points.len()];
+        for (name, members) in self.regions() {
+            if members.is_empty() {
+                problems.push(format!("{name} is empty").into());
+            }
+            let parts = self.parts(&members, &mut parent);
+            if parts > 1 {
+                problems.push(format!("{name} consists of {parts} parts that are not connected").into());
+            }
+            if problems.len() > MOST {
+                problems.push("and more".to_owned().into());
+                break;
+            }
+        }
+        let owners = self.shared_nodes(&mut problems);
+        let points: Vec<Vector> = all.iter().map(|n| self.xy(*n)).collect();
+        let mut twins = coincident(&points);
+        // Between two regions that is as it should be.
+        twins.retain(|pair| {
+            let [a, b] = pair.map(|k| owners[all[k as usize] as usize]);
+            a == b && (a != u32::MAX || self.group_names(2).next().is_none())
+        });
+        if !twins.is_empty() {
+            let found = format!(
+                "{} at the place of another of the same region {}: a crack, or an error",
+                counted(twins.len(), "node"),
+                self.twins(&twins, all)
+            );
+            problems.push(Problem::new(found, Remedy::Merge));
+        }
+        problems
+    }
+
+    /// Lists what can be a region: its title and cells.
+    fn regions(&self) -> Vec<(String, Vec<u32>)> {
+        let groups = self.groups.iter().filter(|g| g.dimension == 2);
+        let named: Vec<_> = groups.map(|g| (format!("region \"{}\"", g.name), g.members.clone())).collect();
+        if named.is_empty() {
+            return vec![("the mesh".to_owned(), (0..self.cells.len() as u32).collect())];
+        }
+        named
+    }
+
+    /// Counts the parts of a set of cells that are joined by nodes.
+    ///
+    /// * `parent`: room for one number per node, kept between calls; only the nodes of the cells are touched.
+    fn parts(&self, cells: &[u32], parent: &mut [u32]) -> usize {
+        fn root(parent: &mut [u32], mut node: u32) -> u32 {
+            while parent[node as usize] != node {
+                parent[node as usize] = parent[parent[node as usize] as usize];
+                node = parent[node as usize];
+            }
+            node
+        }
+        let corners = || cells.iter().map(|c| self.cells[*c as usize].corners);
+        for node in corners().flatten() {
+            parent[node as usize] = u32::MAX;
+        }
+        let mut parts = 0;
+        for node in corners().flatten() {
+            if std::mem::replace(&mut parent[node as usize], node) == u32::MAX {
+                parts += 1;
+            }
+        }
+        for [first, others @ ..] in corners() {
+            for other in others {
+                let (a, b) = (root(parent, first), root(parent, other));
+                if a != b {
+                    parent[a.max(b) as usize] = a.min(b);
+                    parts -= 1;
+                }
+            }
+        }
+        parts
+    }
+
+    /// Finds pairs of regions that share nodes but no cell: one mesh if two bodies are wanted.
+    ///
+    /// Returns the first region of each node.
+    fn shared_nodes(&self, problems: &mut Vec<Problem>) -> Vec<u32> {
+        let mut of_node = vec![u32::MAX; self.points.len()];
+        let mut of_cell = vec![u32::MAX; self.cells.len()];
+        let mut seen = vec![u32::MAX; self.points.len()];
+        let mut pairs: BTreeMap<(u32, u32), usize> = BTreeMap::new();
+        let mut overlapping = BTreeSet::new();
+        let regions: Vec<_> = self.groups.iter().filter(|g| g.dimension == 2).collect();
+        for (number, region) in (0u32..).zip(&regions) {
+            for cell in &region.members {
+                let owner = std::mem::replace(&mut of_cell[*cell as usize], number);
+                if owner != u32::MAX && owner != number {
+                    overlapping.insert((owner, number));
+                }
+                for node in self.cells[*cell as usize].corners {
+                    let owner = &mut of_node[node as usize];
+                    if *owner == u32::MAX {
+                        *owner = number;
+                    } else if *owner != number
+                        && std::mem::replace(&mut seen[node as usize], number) != number
+                    {
+                        *pairs.entry((*owner, number)).or_insert(0) += 1;
+                    }
+                }
+            }
+        }
+        for ((a, b), count) in pairs.iter().filter(|(pair, _)| !overlapping.contains(pair)).take(MOST) {
+            let names = [a, b].map(|k| regions[*k as usize].name.as_str());
+            let found = format!("{} are regions with {} in common", listed(&names), counted(*count, "node"));
+            problems.push(Problem::new(found, Remedy::OwnNodes));
+        }
+        of_node
+    }
+}

@@ -1,0 +1,297 @@
+//! ParaView files: one unstructured grid per file (`.vtu`, VTK XML, appended raw data, little endian, 64-bit
+//! headers) and collections of them (`.pvd`, `.vtu.series`).
+//!
+//! Vectors have three components and symmetric tensors six, in VTK's order XX, YY, ZZ, XY, YZ, XZ.
+
+mod collection;
+
+pub use collection::{PvdEntry, pvd, series};
+
+use std::fmt::Write as _;
+use std::io::{self, Write};
+use thiserror::Error;
+
+/// The cells of a grid, all of one kind.
+#[derive(Clone, Debug, PartialEq)]
+pub enum VtuCells {
+    /// VTK type 5.
+    Triangles(Vec<[u32; 3]>),
+    /// VTK type 3.
+    Lines(Vec<[u32; 2]>),
+}
+
+impl VtuCells {
+    fn len(&self) -> usize {
+        match self {
+            Self::Triangles(cells) => cells.len(),
+            Self::Lines(cells) => cells.len(),
+        }
+    }
+
+    fn nodes(&self) -> &[u32] {
+        match self {
+            Self::Triangles(cells) => cells.as_flattened(),
+            Self::Lines(cells) => cells.as_flattened(),
+        }
+    }
+
+    fn corners_and_type(&self) -> (usize, u8) {
+        match self {
+            Self::Triangles(_) => (3, 5),
+            Self::Lines(_) => (2, 3),
+        }
+    }
+}
+
+/// Points and cells; z is 0.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VtuMesh {
+    /// Positions.
+    pub points: Vec<[f64; 2]>,
+    /// Cells by the numbers of their points.
+    pub cells: VtuCells,
+}
+
+/// A named field: one entry of `components` numbers per point, per cell, or any number of them as field data.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VtuArray {
+    /// Its name in ParaView.
+    pub name: String,
+    /// 1, 3 or 6.
+    pub components: usize,
+    /// Entry after entry.
+    pub values: Vec<f64>,
+}
+
+impl VtuArray {
+    /// Makes a field of numbers.
+    pub fn scalars(name: &str, values: Vec<f64>) -> Self {
+        Self { name: name.to_owned(), components: 1, values }
+    }
+
+    /// Makes a field of plane vectors with a third component 0, so that ParaView can warp by it.
+    pub fn vectors(name: &str, values: &[[f64; 2]]) -> Self {
+        let values = values.iter().flat_map(|v| [v[0], v[1], 0.0]).collect();
+        Self { name: name.to_owned(), components: 3, values }
+    }
+
+    /// Makes a field of symmetric tensors, each as XX, YY, ZZ, XY, YZ, XZ.
+    pub fn tensors(name: &str, values: &[[f64; 6]]) -> Self {
+        Self { name: name.to_owned(), components: 6, values: values.as_flattened().to_vec() }
+    }
+}
+
+/// The fields of a grid.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct VtuData {
+    /// One entry per point.
+    pub point: Vec<VtuArray>,
+    /// One entry per cell.
+    pub cell: Vec<VtuArray>,
+    /// Of the whole grid, such as the number of the iteration.
+    pub field: Vec<VtuArray>,
+}
+
+/// Why a grid cannot be written.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum VtuError {
+    /// A field whose size does not fit.
+    #[error(
+        "the array \"{name}\" has {values} numbers; {entries} entries of {components} components are needed (1, 3 or 6)"
+    )]
+    Size {
+        /// Its name.
+        name: String,
+        /// Numbers found.
+        values: usize,
+        /// Entries needed.
+        entries: usize,
+        /// Components.
+        components: usize,
+    },
+    /// A cell with a point that does not exist.
+    #[error("a cell names the point {point}, but there are {points} points")]
+    NoSuchPoint {
+        /// The point.
+        point: u32,
+        /// How many there are.
+        points: usize,
+    },
+    /// A number that is infinite or NaN.
+    #[error("the array \"{name}\" has {value} in entry {entry}; only finite numbers are written")]
+    NotFinite {
+        /// Its name.
+        name: String,
+        /// Entry, from 0.
+        entry: usize,
+        /// What was found.
+        value: f64,
+    },
+    /// An error of the writer.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+}
+
+/// Writes a grid.
+///
+/// ```
+/// use mesh_io::vtu::{VtuArray, VtuCells, VtuData, VtuMesh, write};
+/// let mesh = VtuMesh {
+///     points: vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
+///     cells: VtuCells::Triangles(vec![[0, 1, 2]]),
+/// };
+/// let displacement = VtuArray::vectors("displacement", &[[0.0, 0.0], [0.1, 0.0], [0.0, 0.2]]);
+/// let mut file = Vec::new();
+/// write(&mut file, &mesh, &VtuData { point: vec![displacement], ..VtuData::default() })?;
+/// assert!(file.starts_with(b"<?xml"));
+/// # Ok::<(), mesh_io::vtu::VtuError>(())
+/// ```
+///
+/// # Errors
+/// Fields that do not fit the mesh or are not finite, and what the writer reports.
+pub fn write(out: &mut dyn Write, mesh: &VtuMesh, data: &VtuData) -> Result<(), VtuError> {
+    check(mesh, data)?;
+    let mut layout = Layout { end: total(mesh, data) };
+    let xml = header(&mut layout, mesh, data);
+    out.write_all(xml.as_bytes())?;
+    let fields = |out: &mut dyn Write, arrays: &[VtuArray]| -> io::Result<()> {
+        let mut arrays = arrays.iter().rev();
+        arrays.try_for_each(|a| block(out, a.values.len(), a.values.iter().map(|v| v.to_le_bytes())))
+    };
+    // Against the order of the header.
+    let (corners, kind) = mesh.cells.corners_and_type();
+    let count = mesh.cells.len();
+    block(out, count, (0..count).map(|_| [kind]))?;
+    block(out, count, (1..=count).map(|k| ((k * corners) as i64).to_le_bytes()))?;
+    let nodes = mesh.cells.nodes();
+    block(out, nodes.len(), nodes.iter().map(|&n| i64::from(n).to_le_bytes()))?;
+    let coordinates = mesh.points.iter().flat_map(|p| [p[0], p[1], 0.0]);
+    block(out, 3 * mesh.points.len(), coordinates.map(f64::to_le_bytes))?;
+    fields(out, &data.cell)?;
+    fields(out, &data.point)?;
+    fields(out, &data.field)?;
+    out.write_all(b"\n  </AppendedData>\n</VTKFile>\n")?;
+    Ok(())
+}
+
+fn check(mesh: &VtuMesh, data: &VtuData) -> Result<(), VtuError> {
+    let points = mesh.points.len();
+    if let Some(&point) = mesh.cells.nodes().iter().find(|&&n| n as usize >= points) {
+        return Err(VtuError::NoSuchPoint { point, points });
+    }
+    let finite = |name: &str, components: usize, values: &[f64]| {
+        let bad = values.iter().position(|v| !v.is_finite());
+        bad.map_or(Ok(()), |k| {
+            Err(VtuError::NotFinite { name: name.to_owned(), entry: k / components, value: values[k] })
+        })
+    };
+    finite("points", 2, mesh.points.as_flattened())?;
+    let sizes = [(&data.point, Some(points)), (&data.cell, Some(mesh.cells.len())), (&data.field, None)];
+    for (arrays, entries) in sizes {
+        for array in arrays {
+            let (values, components) = (array.values.len(), array.components);
+            let entries = entries.unwrap_or(values / components.max(1));
+            if ![1, 3, 6].contains(&components) || values != entries * components {
+                return Err(VtuError::Size { name: array.name.clone(), values, entries, components });
+            }
+            finite(&array.name, components, &array.values)?;
+        }
+    }
+    Ok(())
+}
+
+/// Computes the length of all appended blocks.
+fn total(mesh: &VtuMesh, data: &VtuData) -> usize {
+    let fields: usize =
+        [&data.field, &data.point, &data.cell].into_iter().flatten().map(|a| 8 + 8 * a.values.len()).sum();
+    let cells = mesh.cells.len();
+    fields + (8 + 24 * mesh.points.len()) + (8 + 8 * mesh.cells.nodes().len()) + (8 + 8 * cells) + (8 + cells)
+}
+
+/// Hands out the places of the appended blocks, from the last to the first: each is its length in eight bytes and its
+/// data.
+///
+/// meshio 5 gives the arrays new offsets as it reads, and looks for the next old one among old and new: in this order it
+/// finds the right one first, in that of the header it may take one array for another.
+struct Layout {
+    /// Where the block before ends.
+    end: usize,
+}
+
+impl Layout {
+    fn array(&mut self, xml: &mut String, attributes: &str, bytes: usize) {
+        self.end = self.end.saturating_sub(8 + bytes);
+        let offset = self.end;
+        // Writing to a string cannot fail.
+        let _ = writeln!(xml, "        <DataArray {attributes} format=\"appended\" offset=\"{offset}\"/>");
+    }
+
+    fn section(&mut self, xml: &mut String, tag: &str, arrays: &[VtuArray]) {
+        let _ = writeln!(xml, "      <{tag}>");
+        for array in arrays {
+            let tuples = match tag {
+                "FieldData" => format!(" NumberOfTuples=\"{}\"", array.values.len() / array.components),
+                _ => String::new(),
+            };
+            // One component is the default; written out, meshio makes columns of the numbers.
+            let components = match array.components {
+                1 => String::new(),
+                n => format!(" NumberOfComponents=\"{n}\""),
+            };
+            let attributes = format!("type=\"Float64\" Name=\"{}\"{components}{tuples}", escape(&array.name));
+            self.array(xml, &attributes, 8 * array.values.len());
+        }
+        let _ = writeln!(xml, "      </{tag}>");
+    }
+}
+
+fn header(layout: &mut Layout, mesh: &VtuMesh, data: &VtuData) -> String {
+    let (points, cells) = (mesh.points.len(), mesh.cells.len());
+    let mut xml = String::from(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" \
+         header_type=\"UInt64\">\n  <UnstructuredGrid>\n",
+    );
+    if !data.field.is_empty() {
+        layout.section(&mut xml, "FieldData", &data.field);
+    }
+    let _ = writeln!(xml, "    <Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">");
+    layout.section(&mut xml, "PointData", &data.point);
+    layout.section(&mut xml, "CellData", &data.cell);
+    xml.push_str("      <Points>\n");
+    layout.array(&mut xml, "type=\"Float64\" Name=\"Points\" NumberOfComponents=\"3\"", 24 * points);
+    xml.push_str("      </Points>\n      <Cells>\n");
+    layout.array(&mut xml, "type=\"Int64\" Name=\"connectivity\"", 8 * mesh.cells.nodes().len());
+    layout.array(&mut xml, "type=\"Int64\" Name=\"offsets\"", 8 * cells);
+    layout.array(&mut xml, "type=\"UInt8\" Name=\"types\"", cells);
+    xml.push_str(
+        "      </Cells>\n    </Piece>\n  </UnstructuredGrid>\n  <AppendedData encoding=\"raw\">\n   _",
+    );
+    xml
+}
+
+/// Writes one appended block, gathered in pieces so that the writer need not be buffered.
+fn block<const N: usize>(
+    out: &mut dyn Write,
+    count: usize,
+    items: impl Iterator<Item = [u8; N]>,
+) -> io::Result<()> {
+    const PIECE: usize = 1 << 16;
+    let mut buffer = Vec::with_capacity((8 + count * N).min(PIECE + 64));
+    buffer.extend_from_slice(&((count * N) as u64).to_le_bytes());
+    for item in items {
+        buffer.extend_from_slice(&item);
+        if buffer.len() >= PIECE {
+            out.write_all(&buffer)?;
+            buffer.clear();
+        }
+    }
+    out.write_all(&buffer)
+}
+
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,52 @@
+//! Words of messages that this crate and those on top of it share.
+
+/// Counts things in words: `1 node`, `3 nodes`.
+pub fn counted(count: usize, what: &str) -> String {
+    if count == 1 { format!("1 {what}") } else { format!("{count} {what}s") }
+}
+
+/// Lists names for a message, the first twenty.
+pub fn listed(names: &[&str]) -> String {
+    let mut words: Vec<String> = names.iter().take(20).map(|n| format!("\"{n}\"")).collect();
+    if names.len() > words.len() {
+        words.push(format!("… ({} altogether)", names.len()));
+    }
+    words.join(", ")
+}
+
+/// Finds the name nearest to a misspelt one, if one is near enough to be meant.
+///
+/// ```
+/// assert_eq!(mesh_io::words::nearest("uper", ["upper", "lower"]), Some("upper"));
+/// ```
+pub fn nearest<'a>(found: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    // Distances are quadratic in the length: nobody misspells a name this long.
+    if found.len() > 200 {
+        return None;
+    }
+    let distance = |name: &&str| strsim::damerau_levenshtein(&found.to_lowercase(), &name.to_lowercase());
+    let best = names.into_iter().min_by_key(distance)?;
+    let limit = 1 + found.chars().count().max(best.chars().count()) / 4;
+    (distance(&best) <= limit).then_some(best)
+}
+
+/// Makes the help "did you mean …?" if a name is near enough, with quotes of the caller's choice.
+pub fn did_you_mean<'a>(
+    found: &str,
+    names: impl IntoIterator<Item = &'a str>,
+    quote: char,
+) -> Option<String> {
+    nearest(found, names).map(|name| format!("did you mean {quote}{name}{quote}?"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::nearest;
+
+    #[test]
+    fn only_near_names_are_offered() {
+        assert_eq!(nearest("theata", ["theta", "path"]), Some("theta"));
+        assert_eq!(nearest("Stiff", ["soft", "stiff"]), Some("stiff"));
+        assert_eq!(nearest("zzz", ["theta", "path"]), None);
+    }
+}

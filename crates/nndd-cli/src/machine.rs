@@ -1,0 +1,41 @@
+//! What a run needs to know of this process: its clock, its signals, and the memory it may take.
+
+use crate::room;
+use crate::signals::Signals;
+use nndd_report::{Host, Room};
+use std::io;
+use std::time::Instant;
+
+/// The process and the machine it runs on.
+pub(crate) struct Machine {
+    /// When the program began.
+    pub(crate) started: Instant,
+    signals: Option<Signals>,
+}
+
+impl Machine {
+    /// Begins, without listening for signals: they end the program.
+    pub(crate) fn start() -> Self {
+        Self { started: Instant::now(), signals: None }
+    }
+
+    /// Begins to listen for signals.
+    pub(crate) fn listen() -> io::Result<Self> {
+        let started = Instant::now();
+        Ok(Self { started, signals: Some(Signals::listen()?) })
+    }
+}
+
+impl Host for Machine {
+    fn elapsed(&self) -> f64 {
+        self.started.elapsed().as_secs_f64()
+    }
+
+    fn interrupted(&self) -> Option<u8> {
+        self.signals.as_ref().and_then(Signals::status)
+    }
+
+    fn room(&self) -> Option<Room> {
+        room::smallest(rayon::current_num_threads())
+    }
+}

@@ -1,0 +1,292 @@
+//! An adaptive run: one row and one set of ParaView files per mesh.
+
+use crate::convert;
+use crate::failure::Failure;
+use crate::follower::Follower;
+use crate::host::Event;
+use crate::memory;
+use crate::outcome::{self, Ended, NOT_CONVERGED, word};
+use crate::paraview;
+use crate::resume::{self, Place};
+use crate::solved::Solved;
+use crate::stopwatch::Activity;
+use crate::words::{self, short};
+use case_io::Case;
+use case_io::case::{Adapt, Criterion};
+use case_io::output::OutputDirectory;
+use case_io::report::{AdaptiveRow, Status};
+use certified_contact::{
+    AdaptSettings, AdaptiveEnd, AdaptiveSolution, CertifiedSolution, Checkpoint, Observer, Phase, Row,
+    SolveError, Step, resume_adaptively, solve_adaptively,
+};
+use fem_core::interface::ContactProblem;
+use nndd::NnddStatus;
+use serde_json::{Value, json};
+
+/// Makes a row of `adaptive` in report.json; `None` for a mesh without bound.
+pub fn adaptive_row(step: &Step) -> Option<AdaptiveRow> {
+    Some(AdaptiveRow {
+        step: step.step,
+        nodes: step.nodes,
+        pairs: step.pairs,
+        e_cre: step.e_cre?,
+        relative: step.relative,
+        iterations: step.iterations,
+        energy_norm_squared: step.energy_norm_squared?,
+    })
+}
+
+/// Makes an object with the same keys for a mesh without bound.
+pub fn without_bound(step: &Step) -> Value {
+    json!({
+        "step": step.step,
+        "nodes": step.nodes,
+        "pairs": step.pairs,
+        "e_cre": null,
+        "relative": null,
+        "iterations": step.iterations,
+        "energy_norm_squared": step.energy_norm_squared,
+    })
+}
+
+/// Solves an adaptive case.
+pub(crate) fn solve(
+    case: &Case,
+    adapt: &Adapt,
+    problem: ContactProblem,
+    mut follower: Follower<'_>,
+    place: &mut Place,
+) -> Result<Solved, Failure> {
+    let mut settings = AdaptSettings::new(adapt.target_relative_error);
+    settings.max_steps = adapt.max_steps;
+    settings.max_nodes = adapt.max_nodes;
+    settings.fraction = adapt.fraction;
+    resume::prepare(case, place)?;
+    let Place { directory, progress, .. } = place;
+    let checkpoint = progress.as_ref().map(resume::read);
+    for step in checkpoint.iter().flat_map(|c| &c.history) {
+        follower.tell(Event::EarlierStep(step));
+    }
+    let seconds: Vec<f64> = progress.iter().flat_map(|p| &p.steps).map(|s| s.seconds).collect();
+    let mut steps = Steps {
+        follower,
+        case,
+        directory,
+        failure: None,
+        before: seconds.last().copied().unwrap_or(0.0),
+        seconds,
+        nodes: 0,
+        memory: None,
+    };
+    let solver = convert::settings(case);
+    let answer = match checkpoint {
+        Some(checkpoint) => resume_adaptively(problem, checkpoint, &solver, &settings, &mut steps),
+        None => solve_adaptively(problem, &solver, &settings, &mut steps),
+    };
+    let Steps { follower, failure, seconds, memory, directory, .. } = steps;
+    if let Some(failure) = failure {
+        return Err(resume::after_failure(failure, directory));
+    }
+    let answer = answer.map_err(|e| follower.failure(case, &e))?;
+    let status = judge(case, adapt, &answer, follower.ended, memory.as_deref());
+    let adaptive = answer.history.iter().filter_map(adaptive_row).collect();
+    let longest_step = follower.longest;
+    Ok(Solved { solution: answer.solution, status, adaptive, step_seconds: seconds, longest_step })
+}
+
+/// Follows the run, writes each mesh's files, and keeps it within the memory limit.
+struct Steps<'a, 'h> {
+    follower: Follower<'h>,
+    case: &'a Case,
+    directory: &'a mut OutputDirectory,
+    /// What went wrong in writing; the run then ends.
+    failure: Option<Failure>,
+    /// When each mesh had been solved, in seconds of work.
+    seconds: Vec<f64>,
+    /// Seconds of work before the run was resumed.
+    before: f64,
+    /// Nodes of the mesh that was solved last.
+    nodes: usize,
+    /// Why there is not enough memory for the next mesh.
+    memory: Option<String>,
+}
+
+impl Observer for Steps<'_, '_> {
+    fn phase(&mut self, phase: Phase) {
+        self.follower.phase(phase);
+    }
+
+    fn iteration(&mut self, row: &Row) {
+        self.follower.iteration(row);
+    }
+
+    fn step(&mut self, step: &Step, solution: &CertifiedSolution) {
+        self.follower.switch(Activity::Write);
+        self.nodes = step.nodes;
+        self.seconds.truncate(step.step - 1);
+        self.seconds.push(self.before + self.follower.elapsed());
+        self.follower.tell(Event::Step(step));
+        if self.case.output.vtu && step.e_cre.is_some() {
+            self.failure = paraview::write_step(self.case, solution, step.step, self.directory).err();
+        }
+    }
+
+    fn has_room_for(&mut self, problem: &ContactProblem) -> bool {
+        self.memory =
+            memory::no_room(self.case, memory::estimate_finer(problem, self.nodes), &*self.follower.host);
+        self.memory.is_none()
+    }
+
+    fn checkpoint(&mut self, checkpoint: &Checkpoint) {
+        self.follower.switch(Activity::Write);
+        let written = resume::write(self.case, checkpoint, &self.seconds, self.directory);
+        self.failure = self.failure.take().or(written.err());
+    }
+
+    fn should_stop(&mut self) -> bool {
+        self.failure.is_some() || self.follower.should_stop()
+    }
+
+    fn must_stop(&mut self) -> bool {
+        self.failure.is_some() || self.follower.must_stop()
+    }
+}
+
+/// Judges a finished run.
+///
+/// * `memory`: why there is not enough memory for the next mesh.
+fn judge(
+    case: &Case,
+    adapt: &Adapt,
+    answer: &AdaptiveSolution,
+    ended: Option<Ended>,
+    memory: Option<&str>,
+) -> Status {
+    // The best certificate may be that of an earlier mesh.
+    let last = answer.step == answer.history.len();
+    let mut status = match &answer.end {
+        AdaptiveEnd::Iteration(_) | AdaptiveEnd::NotCertified if last => {
+            outcome::judge(case, &answer.solution, ended)
+        }
+        AdaptiveEnd::Interrupted => outcome::interrupted(ended, &format!("mesh {}", answer.history.len())),
+        AdaptiveEnd::NoRoom { nodes } => {
+            let needed = memory.unwrap_or("too much memory");
+            word("limit", 8, format!("the next mesh of {nodes} nodes needs {needed}"))
+        }
+        AdaptiveEnd::Failed(error) => failed(case, adapt, answer, error),
+        _ => of_end(case, adapt, answer),
+    };
+    status.reason += match status.word.as_str() {
+        "interrupted" => "; continue with --resume",
+        "limit" => "; raise the limit and continue with --resume",
+        _ => "",
+    };
+    if !last {
+        status.reason += &format!("; the certificate is that of mesh {}", answer.step);
+    }
+    status
+}
+
+/// Says how small the certified error is.
+fn reached(answer: &AdaptiveSolution) -> String {
+    answer.solution.relative().map_or_else(
+        || "the bound".into(),
+        |relative| format!("certified relative error {}", words::rounded_up(relative)),
+    )
+}
+
+/// What to say of a target if the bodies hold no strain energy.
+const NO_ENERGY: &str = "the bodies hold no strain energy, and a relative target has no meaning here";
+
+fn missed(adapt: &Adapt, answer: &AdaptiveSolution, reason: &str) -> Status {
+    let target = short(adapt.target_relative_error);
+    if answer.solution.holds_no_energy() {
+        return word("target_missed", 6, format!("{NO_ENERGY}; {reason}"));
+    }
+    word("target_missed", 6, format!("{} > {target}: {reason}", reached(answer)))
+}
+
+/// Judges a run whose next mesh cannot be solved.
+fn failed(case: &Case, adapt: &Adapt, answer: &AdaptiveSolution, error: &SolveError) -> Status {
+    let failure = Failure::solve(case, error);
+    let reason = failure.message.unwrap_or_else(|| error.to_string());
+    match failure.code {
+        8 => word("limit", 8, format!("the next mesh: {reason}")),
+        _ => missed(adapt, answer, &format!("the next mesh cannot be solved: {reason}")),
+    }
+}
+
+/// Bounds up to this many times the allowance for round-off are round-off of the iteration too.
+const NEAR_ROUND_OFF: f64 = 100.0;
+
+/// Names the target that a run at its round-off can be given.
+///
+/// * `floor`: the allowance for round-off over the energy norm.
+fn attainable(answer: &AdaptiveSolution, floor: f64) -> String {
+    let near = answer.solution.relative().filter(|relative| *relative <= NEAR_ROUND_OFF * floor);
+    let least = words::raised(near.unwrap_or(10.0 * floor), 2);
+    if least >= 1.0 {
+        return "no target can be met; leave out [adapt], and check the units".into();
+    }
+    format!("set adapt.target_relative_error to {} or more", short(least))
+}
+
+/// Judges a run that was not interrupted.
+fn of_end(case: &Case, adapt: &Adapt, answer: &AdaptiveSolution) -> Status {
+    let meshes = answer.history.len();
+    let target = short(adapt.target_relative_error);
+    match &answer.end {
+        AdaptiveEnd::TargetMet => {
+            let found = match answer.solution.relative() {
+                Some(_) => format!("{} <= {target}", reached(answer)),
+                None => format!("{NO_ENERGY}: the bound is zero to round-off"),
+            };
+            word("converged", 0, format!("{found} on mesh {meshes}"))
+        }
+        AdaptiveEnd::MaxSteps => missed(
+            adapt,
+            answer,
+            &format!("all adapt.max_steps = {} meshes are used; raise it", adapt.max_steps),
+        ),
+        AdaptiveEnd::MaxNodes => missed(
+            adapt,
+            answer,
+            &format!("adapt.max_nodes = {} is too small for another useful mesh; raise it", adapt.max_nodes),
+        ),
+        AdaptiveEnd::RoundOff { .. } if answer.solution.holds_no_energy() => {
+            word("stalled", NOT_CONVERGED, format!("{NO_ENERGY}; leave out [adapt]"))
+        }
+        AdaptiveEnd::RoundOff { floor } => word(
+            "stalled",
+            NOT_CONVERGED,
+            format!(
+                "the target {target} lies below the attainable floor {floor:.1e}, the round-off of this problem; {}",
+                attainable(answer, *floor)
+            ),
+        ),
+        AdaptiveEnd::Iteration(status) => {
+            let failed = match status {
+                NnddStatus::MaxIterations => "max_iterations",
+                NnddStatus::Diverged { .. } => "diverged",
+                _ => "stalled",
+            };
+            word(failed, NOT_CONVERGED, format!("the iteration on mesh {meshes} did not meet its criterion"))
+        }
+        AdaptiveEnd::IterationError => word(
+            "stalled",
+            NOT_CONVERGED,
+            format!(
+                "{} > {target}, and nearly all of it is the iteration's error, which no finer mesh lowers; {}",
+                reached(answer),
+                match case.solver.stop.criterion {
+                    Criterion::Estimator => attainable(answer, answer.solution.round_off()),
+                    _ => "use solver.stop.criterion = \"estimator\", or more iterations".into(),
+                }
+            ),
+        ),
+        AdaptiveEnd::NotCertified => {
+            word("not_certified", 6, format!("the bound of mesh {meshes} does not pass its checks"))
+        }
+        _ => missed(adapt, answer, "the run ended in an unknown way"),
+    }
+}

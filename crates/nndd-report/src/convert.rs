@@ -1,0 +1,64 @@
+//! From the case file's words to the libraries' settings.
+
+use case_io::Case;
+use case_io::case;
+use certified_contact::{Criterion, Imposed, Settings};
+use contact_qp::QpMethod;
+use cre_estimator::Relaxation;
+use nndd::{Acceleration, Method, Path, Theta, Weights};
+
+/// Makes the settings of a solve from those of a case.
+pub fn settings(case: &Case) -> Settings {
+    let solver = &case.solver;
+    let mut settings = Settings::default();
+    settings.imposed = match solver.imposed {
+        case::Imposed::First => Imposed::First,
+        case::Imposed::Second => Imposed::Second,
+        case::Imposed::Auto => Imposed::Auto,
+    };
+    settings.lambda = solver.lambda.scalar();
+    settings.criterion = match solver.stop.criterion {
+        case::Criterion::Estimator => {
+            let case::Stop { ratio, force_balance, .. } = solver.stop;
+            Criterion::Estimator { ratio, force_balance }
+        }
+        case::Criterion::Precision => Criterion::Precision { tolerance: solver.stop.tolerance },
+        case::Criterion::EtaNndd => Criterion::EtaNndd { tolerance: solver.stop.tolerance },
+        case::Criterion::Iterations => Criterion::Iterations,
+    };
+    settings.relaxation = match case.estimator.until {
+        None => Relaxation::Steps(case.estimator.relaxation),
+        Some(until) => Relaxation::Tolerance { tolerance: until.tolerance, max_steps: until.max_steps },
+    };
+    settings.estimate_every = case.estimator.every;
+    let nndd = &mut settings.nndd;
+    nndd.method = match solver.method {
+        case::Method::Auto => Method::Auto,
+        case::Method::Nndd => Method::Nndd,
+        case::Method::Newton => Method::Newton,
+    };
+    nndd.path = match solver.path {
+        case::Path::Condensed => Path::Condensed,
+        case::Path::Literal => Path::Literal,
+    };
+    nndd.theta = match solver.theta {
+        case::Theta::Auto => Theta::Auto,
+        case::Theta::Value(theta) => Theta::Value(theta),
+    };
+    nndd.weights = match solver.weights {
+        case::Weights::Half => Weights::Half,
+        case::Weights::Stiffness => Weights::Stiffness,
+    };
+    nndd.acceleration = match solver.acceleration {
+        case::Acceleration::None => Acceleration::None,
+        case::Acceleration::Aitken => Acceleration::Aitken,
+        case::Acceleration::Anderson => Acceleration::Anderson,
+    };
+    nndd.max_iterations = solver.max_iterations;
+    nndd.qp.method = match solver.qp {
+        case::QpChoice::Auto => QpMethod::Auto,
+        case::QpChoice::Clarabel => QpMethod::Clarabel,
+        case::QpChoice::ActiveSet => QpMethod::ActiveSet,
+    };
+    settings
+}

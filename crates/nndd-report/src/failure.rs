@@ -1,0 +1,210 @@
+//! Why a run ended without a result: an exit status and what to say.
+
+use case_io::checkpoint::CheckpointError;
+use case_io::diagnostic::{Diagnostic, code};
+use case_io::output::OutputError;
+use case_io::report::ReportError;
+use case_io::table::TableError;
+use case_io::{BrokenLink, Case, CaseError};
+use certified_contact::SolveError;
+use cre_estimator::EstimatorError;
+use fem_core::assembly::AssemblyError;
+use fem_core::cholesky::CholeskyError;
+use fem_core::condensation::FactorError;
+use fem_core::geometry::shown;
+use fem_core::prepared::PrepareError;
+use mesh_io::{MeshFault, MeshFileError};
+use nndd::NnddError;
+use std::io;
+use std::path::Path;
+
+/// Why a run ended without a result.
+#[derive(Debug)]
+pub struct Failure {
+    /// Exit status.
+    pub code: u8,
+    /// What to say, each with its place if there is one.
+    pub diagnostics: Vec<Diagnostic>,
+    /// What to say without a place.
+    pub message: Option<String>,
+}
+
+/// Exit status: a defect of this program.
+pub const DEFECT: u8 = 1;
+/// Exit status: a wrong command line, or wrong arguments of a call.
+pub const COMMAND_LINE: u8 = 2;
+/// Exit status: invalid input.
+pub const INVALID_INPUT: u8 = 3;
+/// Exit status: no unique solution.
+pub const NO_UNIQUE_SOLUTION: u8 = 4;
+/// Exit status: something cannot be read or written.
+pub const FILES: u8 = 7;
+/// Exit status: too little memory or time.
+pub const LIMIT: u8 = 8;
+
+impl Failure {
+    /// Makes one without a place.
+    pub fn plain(code: u8, message: impl Into<String>) -> Self {
+        Self { code, diagnostics: Vec::new(), message: Some(message.into()) }
+    }
+
+    /// Makes it one of the command line, wherever it was found.
+    pub fn on_command_line(self) -> Self {
+        Self { code: COMMAND_LINE, ..self }
+    }
+
+    /// Makes one of a wrong command line, or of wrong arguments of a call.
+    pub fn command_line(message: impl Into<String>) -> Self {
+        Self::plain(COMMAND_LINE, message)
+    }
+
+    pub(crate) fn defect(message: impl Into<String>) -> Self {
+        Self::plain(DEFECT, message)
+    }
+
+    pub(crate) fn limit(message: impl Into<String>) -> Self {
+        Self::plain(LIMIT, message)
+    }
+
+    pub(crate) fn invalid(message: impl Into<String>) -> Self {
+        Self::plain(INVALID_INPUT, message)
+    }
+
+    pub(crate) fn unreadable(path: &Path, error: &io::Error) -> Self {
+        if let Some(link) = BrokenLink::find(path) {
+            let (name, fix) = (path.display(), BrokenLink::FIX);
+            let found = format!("cannot read {name}: {} {link}", link.link.display());
+            return Self::plain(FILES, format!("{found}\n  expected: a case file\n  fix: {fix}"));
+        }
+        let (path, folder) = (path.display(), path.is_dir());
+        let fix = match error.kind() {
+            _ if folder => format!("name the file in it, such as {path}/case.toml"),
+            io::ErrorKind::NotFound => format!("check the path, or begin one with `nndd new paper > {path}`"),
+            io::ErrorKind::PermissionDenied => "allow this user to read it".to_owned(),
+            _ => "name a case file; `nndd new paper` prints one".to_owned(),
+        };
+        Self::plain(FILES, format!("cannot read {path}: {error}\n  expected: a case file\n  fix: {fix}"))
+    }
+
+    pub(crate) fn output(error: &OutputError) -> Self {
+        let fix = match error {
+            OutputError::NotADirectory { .. } | OutputError::BrokenLink { .. } => {
+                "\n  expected: a directory\n  fix: choose another with --out"
+            }
+            OutputError::Io { source, .. } if source.kind() == io::ErrorKind::PermissionDenied => {
+                "\n  expected: a directory that this user may write to\n  fix: allow it, or choose another with --out"
+            }
+            OutputError::Vanished { .. } => {
+                "\n  expected: the directory to stay until the run has ended\n  fix: run the case again"
+            }
+            OutputError::Io { what: "create" | "write" | "lock", source, .. }
+                if source.kind() == io::ErrorKind::FileTooLarge =>
+            {
+                "\n  expected: files of any size\n  fix: raise the limit of the file size (ulimit -f)"
+            }
+            OutputError::Io { what: "create" | "write" | "lock", .. } => {
+                "\n  expected: a directory that can be written to\n  fix: choose another with --out, or free space"
+            }
+            _ => "",
+        };
+        Self::plain(FILES, format!("{error}{fix}"))
+    }
+
+    /// Says why a body has no solution, with its name.
+    fn prepare(case: &Case, error: &PrepareError) -> Self {
+        let name = |body: usize| &case.bodies[body].name;
+        match error {
+            PrepareError::Assembly { body, source: AssemblyError::Floating { motion } } => Self::plain(
+                NO_UNIQUE_SOLUTION,
+                format!(
+                    "no unique solution: body \"{}\" {motion} (piece at ({}, {})).\n  expected: supports that hold \
+                     every rigid motion of each body on its own, without the contact\n  fix: add a [[body.displacement]] \
+                     to \"{}\" that prevents this motion",
+                    name(*body),
+                    shown(motion.near()[0]),
+                    shown(motion.near()[1]),
+                    name(*body)
+                ),
+            ),
+            PrepareError::Assembly {
+                body,
+                source: source @ (AssemblyError::TooLarge { .. } | AssemblyError::OutOfMemory { .. }),
+            } => Self::plain(LIMIT, format!("body \"{}\": {source}", name(*body))),
+            PrepareError::Assembly { body, source } => {
+                Self::plain(INVALID_INPUT, format!("body \"{}\": {source}", name(*body)))
+            }
+            PrepareError::Factor { body, source: FactorError::Cholesky { source, .. } }
+                if matches!(source, CholeskyError::OutOfMemory { .. }) =>
+            {
+                Self::plain(LIMIT, format!("body \"{}\": {source}", name(*body)))
+            }
+            PrepareError::Factor { body, source: source @ FactorError::OutOfMemory { .. } } => {
+                Self::plain(LIMIT, format!("body \"{}\": {source}", name(*body)))
+            }
+            PrepareError::Factor { body, source } => Self::plain(
+                NO_UNIQUE_SOLUTION,
+                format!(
+                    "no unique solution: body \"{}\": {source}.\n  expected: supports and materials that leave no motion \
+                     nearly free\n  fix: support the body at points farther apart, or lower Poisson's ratio to 0.49",
+                    name(*body)
+                ),
+            ),
+            other => Self::defect(other.to_string()),
+        }
+    }
+
+    /// Says why a solve made no sense, with the body's name.
+    pub(crate) fn solve(case: &Case, error: &SolveError) -> Self {
+        match error {
+            SolveError::Prepare(error) => Self::prepare(case, error),
+            SolveError::Estimator(source @ EstimatorError::OutOfMemory { .. }) => {
+                Self::plain(LIMIT, source.to_string())
+            }
+            SolveError::Nndd(e @ (NnddError::Theta { .. } | NnddError::Lambda { .. })) => {
+                Self::plain(INVALID_INPUT, e.to_string())
+            }
+            SolveError::Checkpoint { .. } => Self::plain(INVALID_INPUT, error.to_string()),
+            other => Self::defect(other.to_string()),
+        }
+    }
+}
+
+impl From<CaseError> for Failure {
+    fn from(error: CaseError) -> Self {
+        let message = (error.omitted > 0).then(|| format!("and {} more", error.omitted));
+        let unreadable = error.diagnostics.iter().any(|d| d.code == code::UNREADABLE);
+        let code = if unreadable { FILES } else { INVALID_INPUT };
+        Self { code, diagnostics: error.diagnostics, message }
+    }
+}
+
+impl From<MeshFileError> for Failure {
+    fn from(error: MeshFileError) -> Self {
+        let code = if error.fault == MeshFault::Unreadable { FILES } else { INVALID_INPUT };
+        Self { code, diagnostics: vec![Diagnostic::of_mesh_file(error, None)], message: None }
+    }
+}
+
+impl From<ReportError> for Failure {
+    fn from(error: ReportError) -> Self {
+        Self::defect(error.to_string())
+    }
+}
+
+impl From<TableError> for Failure {
+    fn from(error: TableError) -> Self {
+        Self::defect(error.to_string())
+    }
+}
+
+impl From<CheckpointError> for Failure {
+    fn from(error: CheckpointError) -> Self {
+        Self::plain(FILES, error.to_string())
+    }
+}
+
+impl From<io::Error> for Failure {
+    fn from(error: io::Error) -> Self {
+        Self::plain(FILES, error.to_string())
+    }
+}

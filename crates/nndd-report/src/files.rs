@@ -1,0 +1,111 @@
+//! What a run leaves on disk.
+
+use crate::failure::Failure;
+use crate::figures;
+use crate::host::Host;
+use crate::html;
+use crate::outcome;
+use crate::paraview;
+use crate::report::{self, contact_rows};
+use crate::resume::Place;
+use crate::solved::Solved;
+use crate::stopwatch::{Activity, Stopwatch};
+use case_io::Case;
+use case_io::checkpoint;
+use case_io::output::OutputDirectory;
+use case_io::report::{CASE_HASH, Report};
+use case_io::table;
+use serde_json::{Map, Value, json};
+
+/// What a run left on disk.
+#[non_exhaustive]
+pub struct Written {
+    /// The contents of report.json.
+    pub report: Report,
+    /// The files, below the directory.
+    pub files: Vec<String>,
+}
+
+/// Writes everything that a run found, report.json last: it makes the result complete.
+///
+/// * `run`: what else `run` of report.json shall hold, such as the host.
+///
+/// # Errors
+/// Files that cannot be written.
+pub fn write(
+    case: &Case,
+    solved: &Solved,
+    place: Place,
+    run: Map<String, Value>,
+    watch: &mut Stopwatch,
+    host: &dyn Host,
+) -> Result<Written, Failure> {
+    watch.switch(Activity::Write, host.elapsed());
+    let resumed_on = place.resumed_on();
+    let mut directory = place.directory;
+    let mut run_info = describe(case, solved);
+    run_info.extend(run);
+    if let Some(mesh) = resumed_on {
+        run_info.insert("resumed_on_mesh".into(), mesh.into());
+    }
+    let mut report = report::report(case, solved, run_info);
+    write_files(case, solved, &report, &mut directory)?;
+    report.timings = watch.read(host.elapsed());
+    let text = report.to_json()?;
+    directory.write("report.json", text.as_bytes()).map_err(|e| Failure::output(&e))?;
+    if !outcome::may_go_on(&report.status) {
+        checkpoint::remove(&mut directory).map_err(|e| Failure::output(&e))?;
+    }
+    let files = directory.written().map(|p| p.display().to_string()).collect();
+    directory.finish().map_err(|e| Failure::output(&e))?;
+    Ok(Written { report, files })
+}
+
+/// Lists with what a case was solved: `run` of report.json, as far as it is known here.
+fn describe(case: &Case, solved: &Solved) -> Map<String, Value> {
+    let mut run_info = Map::new();
+    run_info.insert(CASE_HASH.into(), case.hash().into());
+    run_info.insert("version".into(), env!("CARGO_PKG_VERSION").into());
+    run_info.insert("case_file".into(), case.file_name().into());
+    run_info.insert("clarabel_calls".into(), solved.solution.nndd.clarabel_calls.into());
+    if solved.status.word == "limit"
+        && let Some((step, seconds)) = solved.longest_step
+    {
+        // What kept the run from ending at the limit of its time.
+        run_info.insert("longest_step".into(), json!({ "step": step, "seconds": seconds }));
+    }
+    if case.adapt.is_some() {
+        run_info.insert("adaptive_seconds".into(), solved.step_seconds.clone().into());
+    }
+    run_info
+}
+
+/// Writes tables, pictures, ParaView files and the page; everything but report.json.
+fn write_files(
+    case: &Case,
+    solved: &Solved,
+    report: &Report,
+    directory: &mut OutputDirectory,
+) -> Result<(), Failure> {
+    let mut put =
+        |name: &str, text: &str| directory.write(name, text.as_bytes()).map_err(|e| Failure::output(&e));
+    put("history.csv", &table::history_csv(&report.iterations)?)?;
+    let solution = &solved.solution;
+    let contact = contact_rows(solution);
+    if solution.estimate.is_some() {
+        put("contact.csv", &table::contact_csv(&contact)?)?;
+    }
+    if !report.adaptive.is_empty() {
+        put("adaptive.csv", &table::adaptive_csv(&report.adaptive)?)?;
+    }
+    let pictures = figures::of_solve(case, solution, &contact, &report.adaptive)?;
+    for picture in &pictures {
+        put(&format!("figures/{}.svg", picture.name), &picture.svg)?;
+    }
+    let angles = [0, 1].map(|b| solution.problem.bodies[b].mesh().smallest_angle());
+    put("report.html", &html::page(case, report, angles, &pictures))?;
+    if case.output.vtu && solution.estimate.is_some() {
+        paraview::write(case, solution, &report.adaptive, directory)?;
+    }
+    Ok(())
+}

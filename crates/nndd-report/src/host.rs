@@ -1,0 +1,72 @@
+//! What a run needs from the program around it.
+
+use crate::failure::Failure;
+use crate::solved::Solved;
+use case_io::Case;
+use case_io::case_file::Sweep;
+use certified_contact::{Phase, Row, Step};
+
+/// The program around a run: its clock, its wish to end the run, its memory, and what it does when something happens.
+pub trait Host {
+    /// Returns the seconds since some moment before the run.
+    fn elapsed(&self) -> f64;
+
+    /// Returns the exit status of a request to end the run with the result at hand, such as 130 after Ctrl-C.
+    fn interrupted(&self) -> Option<u8> {
+        None
+    }
+
+    /// Returns the memory that the run may take, if it is known.
+    fn room(&self) -> Option<Room> {
+        None
+    }
+
+    /// Is told what happens.
+    ///
+    /// # Errors
+    /// That it cannot be shown: a sweep ends with this failure. A solve continues, for the sake of its result.
+    fn event(&mut self, event: Event<'_>) -> Result<(), Failure> {
+        let _ = event;
+        Ok(())
+    }
+}
+
+/// Memory that a run may take, with what the process has already, and the words for it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Room {
+    /// Bytes; 0 if nothing is left.
+    pub bytes: f64,
+    /// What limits it: `this machine has 3.2 GiB free`.
+    pub words: String,
+    /// What helps, if it is not a smaller problem.
+    pub fix: Option<&'static str>,
+}
+
+/// What happens in a run.
+#[non_exhaustive]
+pub enum Event<'a> {
+    /// A phase begins.
+    Phase(Phase),
+    /// An iteration on the present mesh has ended.
+    Iteration(&'a Row),
+    /// A mesh of an adaptive run had been solved before the run was resumed.
+    EarlierStep(&'a Step),
+    /// A mesh of an adaptive run has been solved.
+    Step(&'a Step),
+    /// A panel of a sweep begins.
+    Panel {
+        /// Its name.
+        name: &'a str,
+        /// The key that is varied, and its values.
+        sweep: &'a Sweep,
+    },
+    /// A value of a sweep has been run.
+    Value {
+        /// The value, as it was written.
+        value: &'a str,
+        /// The case with this value.
+        case: &'a Case,
+        /// What was found.
+        solved: &'a Solved,
+    },
+}

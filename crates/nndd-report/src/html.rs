@@ -1,0 +1,335 @@
+//! report.html: one page with everything, for people. No network, no script.
+
+use crate::figures::Picture;
+use crate::words::{self, one_line, plain};
+use case_io::Case;
+use case_io::report::Report;
+use serde_json::Value;
+use std::fmt::Write as _;
+
+const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:64rem;margin:1rem auto;padding:0 .75rem;color:#222}\
+table{border-collapse:collapse;font-variant-numeric:tabular-nums;display:block;overflow-x:auto}\
+td,th{padding:.15rem .6rem;text-align:right;border-bottom:1px solid #ddd;white-space:nowrap}\
+th{background:#f4f4f4}td:first-child,th:first-child{text-align:left}\
+h1,h2{line-height:1.25}\
+.verdict{border:2px solid;padding:.6rem 1rem;border-radius:.4rem;margin:1rem 0}\
+.ok{border-color:#0072b2}.no{border-color:#d55e00}.verdict p{margin:.2rem 0}.verdict p:nth-child(2){font-weight:bold}\
+.figures{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,27rem),1fr));gap:1rem;align-items:start}\
+figure{margin:0}figure svg{width:100%;height:auto}figcaption{font-size:.875rem;color:#555;padding:0 .5rem}\
+p,li{overflow-wrap:anywhere}pre{overflow-x:auto;background:#f7f7f7;padding:.6rem}\
+@page{size:A4;margin:15mm}\
+@media print{body{max-width:none;margin:0;padding:0;font-size:10pt}h2{break-after:avoid}\
+.figures{grid-template-columns:1fr 1fr;gap:.5rem}figure svg{max-height:78mm}figcaption{font-size:8pt;line-height:1.3}figure,tr,.verdict{break-inside:avoid}\
+table{display:table;font-size:8pt}td,th{white-space:normal;padding:.1rem .3rem}\
+pre{white-space:pre-wrap;overflow-wrap:anywhere;font-size:8pt}}";
+
+/// Writes the page.
+///
+/// * `angles`: the smallest of each body's mesh, degrees.
+pub(crate) fn page(case: &Case, report: &Report, angles: [f64; 2], pictures: &[Picture]) -> String {
+    let title = escape(&one_line(if case.title.is_empty() { case.file_name() } else { &case.title }));
+    let mut page = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
+         <title>{title}</title><style>{STYLE}</style></head><body>\n<h1>{title}</h1>\n"
+    );
+    verdict(&mut page, report);
+    notes(&mut page, report);
+    figures(&mut page, pictures);
+    bodies(&mut page, case, report, angles);
+    if report.certificate.e_cre.is_some() {
+        parts(&mut page, report);
+        checks(&mut page, report);
+        results(&mut page, case, report);
+    }
+    bounds(&mut page, report);
+    steps(&mut page, report);
+    iterations(&mut page, report);
+    let settings = serde_json::to_string_pretty(&report.case).unwrap_or_default();
+    let _ = writeln!(page, "<h2>Settings</h2>\n<pre>{}</pre>", escape(&settings));
+    reproduce(&mut page, case, report);
+    page.push_str("</body></html>\n");
+    page
+}
+
+/// What is needed to reproduce this page. Times and the machine are not on it, so that it is the same every time.
+fn reproduce(page: &mut String, case: &Case, report: &Report) {
+    let mut command = format!("nndd solve {}", shell_word(case.file_name()));
+    let overrides = report.run.get("overrides").and_then(Value::as_array);
+    for text in overrides.into_iter().flatten().filter_map(Value::as_str) {
+        let _ = write!(command, " --set {}", shell_word(text));
+    }
+    let version = env!("CARGO_PKG_VERSION");
+    let _ = write!(
+        page,
+        "<h2>How to reproduce</h2>\n<pre>{}</pre>\n<table><tr><th>what</th><th>SHA-256 or version</th></tr>\n\
+         <tr><td>nndd</td><td>{version}</td></tr>\n<tr><td>settings and meshes</td><td>{}</td></tr>\n",
+        escape(&command),
+        case.hash()
+    );
+    let mut files: Vec<_> = (0..2).filter_map(|body| case.mesh_file_of(body)).collect();
+    files.dedup();
+    for (file, digest) in files {
+        let _ = writeln!(page, "<tr><td>{}</td><td>{digest}</td></tr>", escape(file));
+    }
+    page.push_str(
+        "</table>\n<p>Times, threads and host are in <a href=\"report.json\">report.json</a>: this page is the same \
+         in every run of the case.</p>\n",
+    );
+}
+
+/// Writes a word as a POSIX shell reads it, in quotes if it must be.
+fn shell_word(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "_-./:=,+@%".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    }
+}
+
+/// The sizes of the bodies on the last mesh.
+fn bodies(page: &mut String, case: &Case, report: &Report, angles: [f64; 2]) {
+    page.push_str(
+        "<h2>Bodies</h2>\n<table><tr><th>body</th><th>nodes</th><th>triangles</th><th>unknowns</th>\
+         <th>smallest angle</th><th>material</th></tr>\n",
+    );
+    for (k, (body, angle)) in report.bodies.iter().zip(angles).enumerate() {
+        let materials = case.materials_of(k).into_iter().map(|m| format!("{}: {}", m.name, m.summary()));
+        let _ = writeln!(
+            page,
+            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{angle:.1}°</td><td>{}</td></tr>",
+            escape(&body.name),
+            body.nodes,
+            body.triangles,
+            body.unknowns,
+            escape(&materials.collect::<Vec<_>>().join("; "))
+        );
+    }
+    page.push_str("</table>\n");
+    for contact in &report.contact {
+        let _ = writeln!(
+            page,
+            "<p>Contact line: {} pairs, length {}; λ is carried by {}.</p>",
+            contact.pairs,
+            number(Some(contact.length)),
+            escape(&contact.imposed)
+        );
+    }
+}
+
+fn verdict(page: &mut String, report: &Report) {
+    let class = if report.certificate.valid && report.status.code == 0 { "ok" } else { "no" };
+    let text = crate::verdict::verdict(report);
+    let lines: Vec<String> = text.lines().filter(|l| !l.is_empty()).map(escape).collect();
+    let _ = writeln!(page, "<div class=\"verdict {class}\"><p>{}</p></div>", lines.join("</p><p>"));
+    if report.certificate.valid && report.certificate.relative.is_some() {
+        let exact = report.certificate.relative_guaranteed.map_or_else(String::new, |relative| {
+            format!(
+                "; over that of the exact ones the error is at most {} %",
+                words::rounded_up(100.0 * relative)
+            )
+        });
+        let _ = writeln!(
+            page,
+            "<p>The percentage is the bound over the energy norm of the computed displacements{exact}.</p>"
+        );
+    }
+}
+
+/// What a reader of the numbers must know.
+fn notes(page: &mut String, report: &Report) {
+    if report.notes.is_empty() {
+        return;
+    }
+    page.push_str("<h2>Notes</h2>\n<ul>");
+    for note in &report.notes {
+        let _ = write!(page, "<li>{}</li>", escape(note));
+    }
+    page.push_str("</ul>\n");
+}
+
+fn figures(page: &mut String, pictures: &[Picture]) {
+    page.push_str("<div class=\"figures\">\n");
+    for picture in pictures {
+        let _ = write!(page, "<figure>{}<figcaption>{}", picture.svg, escape(picture.caption));
+        if let Some(file) = picture.numbers {
+            let _ = write!(page, " Numbers: <a href=\"{file}\">{file}</a>.");
+        }
+        page.push_str("</figcaption></figure>\n");
+    }
+    page.push_str("</div>\n");
+}
+
+/// What the bound is made of.
+fn parts(page: &mut String, report: &Report) {
+    page.push_str(
+        "<h2>Parts of the bound</h2>\n<p>The squares of all but round-off add up to the square of the bound without \
+         round-off.</p>\n<table><tr><th>part</th><th>energy norm</th><th>what lowers it</th></tr>\n",
+    );
+    let parts = &report.certificate.parts;
+    let rows = [
+        ("mesh", parts.mesh, "a finer mesh"),
+        ("iteration, at most eta_nndd", parts.iteration, "more iterations"),
+        ("contact law, which holds at the nodes only", parts.contact, "a finer mesh at the contact line"),
+        ("lift on a bent contact line", parts.lift, "a finer mesh at the contact line"),
+        ("gap that bent edges cannot represent", parts.gap_data, "a finer mesh at the contact line"),
+        ("friction", parts.friction, "a finer mesh at the contact line"),
+        ("round-off", parts.round_off, "nothing"),
+    ];
+    for (name, value, cure) in rows.into_iter().filter(|(_, value, _)| *value != Some(0.0)) {
+        let _ = writeln!(page, "<tr><td>{name}</td><td>{}</td><td>{cure}</td></tr>", number(value));
+    }
+    page.push_str("</table>\n");
+}
+
+fn checks(page: &mut String, report: &Report) {
+    page.push_str("<h2>Checks of the certificate</h2>\n<table><tr><th>residual</th><th>relative</th></tr>\n");
+    for (key, value) in report.certificate.checks.named() {
+        let _ = writeln!(page, "<tr><td>{}</td><td>{}</td></tr>", key.replace('_', " "), number(value));
+    }
+    page.push_str("</table>\n");
+}
+
+fn results(page: &mut String, case: &Case, report: &Report) {
+    let r = &report.results;
+    let t = case.model.thickness;
+    // Without a solution nothing of it is known.
+    let Some(energies) = r.energy_norm_squared else { return };
+    page.push_str("<h2>Results</h2>\n<table><tr><th>quantity</th><th>per unit thickness</th>");
+    let _ = writeln!(page, "<th>for the thickness {}</th></tr>", words::short(t));
+    let mut row = |name: &str, value: Option<f64>, by_thickness: bool| {
+        let whole = if by_thickness { number(value.map(|x| x * t)) } else { "–".into() };
+        let _ =
+            writeln!(page, "<tr><td>{}</td><td>{}</td><td>{whole}</td></tr>", escape(name), number(value));
+    };
+    for (body, a) in report.bodies.iter().zip(energies) {
+        row(&format!("energy norm² of {}", body.name), Some(a), true);
+    }
+    row("contact force", r.contact_force, true);
+    row("largest nodal pressure", r.max_pressure, false);
+    row("largest mean pressure of an edge", r.max_edge_pressure, false);
+    row("smallest opening", r.min_opening, false);
+    row("largest displacement", r.max_displacement, false);
+    if r.max_von_mises.is_some() {
+        row("largest von Mises stress", r.max_von_mises, false);
+    }
+    for reaction in r.reactions.iter().flatten() {
+        row(&format!("reaction x of {} on {}", reaction.on, reaction.body), Some(reaction.fx), true);
+        row(&format!("reaction y of {} on {}", reaction.on, reaction.body), Some(reaction.fy), true);
+    }
+    for (body, balance) in report.bodies.iter().zip(r.balance.iter().flatten()) {
+        let quantities = ["force x", "force y", "moment about the centroid"];
+        for (quantity, sum) in quantities.into_iter().zip(balance) {
+            row(&format!("balance of {}: {quantity}", body.name), Some(*sum), true);
+        }
+    }
+    page.push_str("</table>\n");
+}
+
+/// What the certificate says about other quantities.
+fn bounds(page: &mut String, report: &Report) {
+    let b = &report.certificate.bounds;
+    let rows = [
+        ("energy norm", b.energy_norm),
+        ("potential energy", b.potential_energy),
+        ("contact force", b.contact_force),
+    ];
+    if rows.iter().all(|(_, bounds)| bounds.is_none()) {
+        return;
+    }
+    page.push_str(
+        "<h2>Bounds of the exact solution</h2>\n<table><tr><th>quantity, per unit thickness</th><th>at least</th>\
+         <th>at most</th></tr>\n",
+    );
+    for (name, [low, high]) in rows.into_iter().filter_map(|(name, bounds)| Some((name, bounds?))) {
+        let _ = writeln!(
+            page,
+            "<tr><td>{name}</td><td>{}</td><td>{}</td></tr>",
+            words::at_least(low),
+            words::at_most(high)
+        );
+    }
+    page.push_str("</table>\n<p>These bounds hold whenever the certified error bound holds.</p>\n");
+}
+
+/// The meshes of an adaptive run.
+fn steps(page: &mut String, report: &Report) {
+    if report.adaptive.is_empty() {
+        return;
+    }
+    page.push_str(
+        "<h2>Meshes</h2>\n<table><tr><th>step</th><th>nodes</th><th>pairs</th><th>e_cre</th><th>relative</th>\
+         <th>iterations</th></tr>\n",
+    );
+    for row in &report.adaptive {
+        let _ = writeln!(
+            page,
+            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+            row.step,
+            row.nodes,
+            row.pairs,
+            words::rounded_up(row.e_cre),
+            row.relative.map_or_else(|| number(None), words::rounded_up),
+            row.iterations
+        );
+    }
+    page.push_str("</table>\n");
+}
+
+fn iterations(page: &mut String, report: &Report) {
+    page.push_str(
+        "<h2>Iterations</h2>\n<table><tr><th>it</th><th>theta</th><th>precision</th><th>eta_nndd</th><th>eta_dis</th>\
+         <th>e_cre</th><th>contact nodes</th>",
+    );
+    for body in &report.bodies {
+        let _ = write!(page, "<th>contact force of {}</th>", escape(&body.name));
+    }
+    page.push_str("<th>contact problem</th></tr>\n");
+    for row in &report.iterations {
+        let _ = writeln!(
+            page,
+            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{} {}</td></tr>",
+            row.iteration,
+            number(row.theta),
+            number(row.precision),
+            number(row.eta_nndd),
+            number(row.eta_dis),
+            row.e_cre.map_or_else(|| number(None), words::at_most),
+            row.contact_nodes,
+            number(row.contact_forces[0]),
+            number(row.contact_forces[1]),
+            row.qp_path.as_deref().unwrap_or("–"),
+            row.qp_iterations
+        );
+    }
+    page.push_str("</table>\n");
+}
+
+fn number(value: Option<f64>) -> String {
+    match value {
+        None => "–".into(),
+        Some(0.0) => "0".into(),
+        Some(x) if (1e-3..1e5).contains(&x.abs()) => format!("{x:.6}"),
+        Some(x) => format!("{x:.5e}"),
+    }
+}
+
+fn escape(text: &str) -> String {
+    plain(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::shell_word;
+
+    #[test]
+    fn words_are_quoted_where_a_shell_would_read_them_otherwise() {
+        assert_eq!(shell_word("solver.theta=0.5"), "solver.theta=0.5");
+        assert_eq!(shell_word("body.0.generator.cells=[36,18]"), "'body.0.generator.cells=[36,18]'");
+        assert_eq!(shell_word("title=\"a b\""), "'title=\"a b\"'");
+        assert_eq!(shell_word("it's"), "'it'\\''s'");
+        assert_eq!(shell_word(""), "''");
+        assert_eq!(shell_word("$HOME"), "'$HOME'");
+    }
+}

@@ -1,0 +1,81 @@
+//! Runs cases of the contact solver and writes what they found: everything of the command `nndd` but its command line.
+//!
+//! ```text
+//! case.toml ─ read_case ─► Case ─ build ─► ContactProblem ─ check ─► CheckedBody …
+//!                                               └─ solve ─► Solved ─ write ─► report.json, report.html, figures, tables, .vtu
+//! case.toml, SweepOptions ─ sweep ─► Swept, and sweep.json, sweep.csv, figures
+//! ```
+//! | to | use |
+//! |---|---|
+//! | read a case file with its meshes | [`run::read_case`] |
+//! | look at it without solving | [`run::build`], [`check::check`], [`notes`], [`memory::estimate`] |
+//! | choose the directory, or resume an adaptive run | [`Place::open`], [`Place::resume`] |
+//! | solve, adaptively if the case has a target | [`run::solve`] |
+//! | write everything, the report last | [`files::write`] |
+//! | say how it ended, in two sentences | [`verdict::verdict`] |
+//! | compare values of one setting | [`sweep::sweep`] |
+//! | make the library's settings of those of a case | [`convert::settings`] |
+//!
+//! Nothing is printed here, no signal and no clock is read, and the process is never ended. What a run needs from outside
+//! comes from a [`Host`]: the time, whether to end, how much memory there is; it is told what happens by [`Event`]s.
+//! A run that ends without a result is a [`Failure`], with the exit status of the command and the words for it.
+//!
+//! # Example
+//! ```
+//! use nndd_report::{Failure, Host, Place, Stopwatch, files, run};
+//!
+//! struct Quiet(std::time::Instant);
+//!
+//! impl Host for Quiet {
+//!     fn elapsed(&self) -> f64 {
+//!         self.0.elapsed().as_secs_f64()
+//!     }
+//! }
+//!
+//! # fn example(file: &std::path::Path, out: &std::path::Path) -> Result<(), Failure> {
+//! let mut host = Quiet(std::time::Instant::now());
+//! let mut watch = Stopwatch::start(host.elapsed());
+//! let mut case = run::read_case(file, &run::overrides(&["output.vtu=false".to_owned()])?)?;
+//! let problem = run::build(&mut case, &host)?;
+//! let mut place = Place::open(&case, out, false)?;
+//! let solved = run::solve(&case, problem, &mut place, &mut watch, &mut host)?;
+//! let written = files::write(&case, &solved, place, serde_json::Map::new(), &mut watch, &host)?;
+//! assert_eq!((written.report.status.word.as_str(), written.report.certificate.valid), ("converged", true));
+//! assert!(written.files.contains(&"report.html".to_owned()));
+//! # Ok(()) }
+//! # let folder = tempfile::tempdir().unwrap();
+//! # let file = folder.path().join("paper.toml");
+//! # std::fs::write(&file, case_io::template::PAPER).unwrap();
+//! # example(&file, &folder.path().join("out")).unwrap_or_else(|failure| panic!("{failure:?}"));
+//! ```
+
+mod adapt;
+pub mod check;
+pub mod convert;
+pub mod failure;
+mod figures;
+pub mod files;
+mod follower;
+mod host;
+mod html;
+pub mod memory;
+pub mod notes;
+mod outcome;
+mod paraview;
+mod plot;
+pub mod report;
+mod resume;
+pub mod run;
+mod solved;
+mod stopwatch;
+pub mod sweep;
+pub mod verdict;
+pub mod words;
+
+pub use adapt::{adaptive_row, without_bound};
+pub use failure::Failure;
+pub use host::{Event, Host, Room};
+pub use outcome::NOT_CONVERGED;
+pub use resume::Place;
+pub use solved::Solved;
+pub use stopwatch::Stopwatch;

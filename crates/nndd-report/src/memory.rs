@@ -1,0 +1,156 @@
+//! How much memory a solve needs, before it starts, and whether there is enough.
+
+use crate::failure::Failure;
+use crate::host::{Host, Room};
+use case_io::Case;
+use fem_core::interface::ContactProblem;
+
+/// Memory that must be available, over the estimate, which is right within 8 %.
+const MARGIN: f64 = 1.1;
+
+/// What is kept of a solved mesh while the next one is solved, bytes per node: mesh, fields and stress.
+const KEPT_PER_NODE: f64 = 900.0;
+
+/// Estimates the memory of a solve from the number of nodes, bytes.
+///
+/// Per body with n unknowns: the factor of a nested dissection grows as n log₂ n; the mesh with its topology, the fields
+/// of the estimator and its stars as n; then three dense interface matrices, and the program itself. The two numbers are
+/// fitted to what was measured from 2·10⁵ to 3.3·10⁶ unknowns: within 8 %, rather too much than too little.
+pub fn estimate(problem: &ContactProblem) -> f64 {
+    of_sizes(node_counts(problem), problem.interface.pairs().len())
+}
+
+/// Estimates the memory of a solve on a finer mesh, while earlier solutions are kept, bytes.
+///
+/// * `kept`: nodes of the meshes of these solutions.
+pub(crate) fn estimate_finer(problem: &ContactProblem, kept: usize) -> f64 {
+    estimate(problem) + KEPT_PER_NODE * kept as f64
+}
+
+fn of_sizes(nodes: [u64; 2], pairs: usize) -> f64 {
+    const PROGRAM: f64 = 20e6;
+    let pairs = pairs as f64;
+    nodes
+        .iter()
+        .map(|nodes| {
+            let n = 2.0 * (*nodes).max(1) as f64;
+            56.0 * n * n.log2() + 450.0 * n + 3.0 * 8.0 * pairs * pairs
+        })
+        .sum::<f64>()
+        + PROGRAM
+}
+
+fn node_counts(problem: &ContactProblem) -> [u64; 2] {
+    problem.bodies.each_ref().map(|body| body.mesh().points().len() as u64)
+}
+
+/// Refuses, before any mesh is made, a case whose nodes alone need more memory than there may be.
+pub(crate) fn check_counts(case: &Case, host: &dyn Host) -> Result<(), Failure> {
+    check(case, host, case.node_counts(), None)
+}
+
+/// Refuses a problem that needs more memory than there may be.
+pub(crate) fn check_problem(case: &Case, problem: &ContactProblem, host: &dyn Host) -> Result<(), Failure> {
+    check(case, host, node_counts(problem), Some(problem.interface.pairs().len()))
+}
+
+/// * `pairs`: of the contact line, if it is known.
+fn check(case: &Case, host: &dyn Host, nodes: [u64; 2], pairs: Option<usize>) -> Result<(), Failure> {
+    let needed = of_sizes(nodes, pairs.unwrap_or(0));
+    let line = pairs.filter(|_| needed > 2.0 * of_sizes(nodes, 0));
+    let Some((needed, Room { bytes: limit, words, fix: other })) = shortage(case, needed, host) else {
+        return Ok(());
+    };
+    let nodes = nodes[0].saturating_add(nodes[1]);
+    let least = if pairs.is_none() { "at least " } else { "" };
+    // The need grows a little faster than the number of nodes, and as the square of the pairs.
+    let (what, fits, fix) = match line {
+        None => (
+            format!("{nodes} nodes"),
+            format!("{} nodes", two_digits(nodes as f64 * (limit / needed).powf(1.0 / 1.05))),
+            "take fewer cells, or refine only where it is needed with [adapt]",
+        ),
+        Some(pairs) => (
+            format!("{pairs} pairs of contact nodes, and {nodes} nodes"),
+            format!("{} pairs", two_digits(pairs as f64 * (limit / needed).sqrt())),
+            "take fewer edges along the contact line",
+        ),
+    };
+    Err(Failure::limit(format!(
+        "{least}about {} are needed for {what}; {words}, enough for about {fits}.\n  expected: a problem that fits \
+         into memory\n  fix: {}",
+        mebibytes(needed),
+        other.map_or(fix.to_owned(), |other| format!("{other}; or {fix}"))
+    )))
+}
+
+/// Rounds down to two digits.
+fn two_digits(count: f64) -> u64 {
+    let unit = 10f64.powf((count.max(10.0).log10() - 1.0).floor());
+    ((count / unit).floor() * unit) as u64
+}
+
+/// Says why there is not enough memory; `None` if there is.
+pub(crate) fn no_room(case: &Case, needed: f64, host: &dyn Host) -> Option<String> {
+    shortage(case, needed, host)
+        .map(|(needed, room)| format!("about {} and {}", mebibytes(needed), room.words))
+}
+
+/// Returns the room that is too small, the case's limit first, and what there must be room for.
+fn shortage(case: &Case, needed: f64, host: &dyn Host) -> Option<(f64, Room)> {
+    let allowed = case.limits.memory.as_ref().map(|limit| Room {
+        bytes: limit.value as f64,
+        words: format!("limits.memory is {}", limit.written),
+        fix: None,
+    });
+    let system = || host.room().map(|room| (MARGIN * needed, room));
+    let is_short = |(needed, room): &(f64, Room)| *needed > room.bytes;
+    allowed.map(|room| (needed, room)).filter(is_short).or_else(|| system().filter(is_short))
+}
+
+/// Writes a size in MiB, GiB or TiB.
+pub fn mebibytes(bytes: f64) -> String {
+    let mib = bytes / f64::from(1 << 20);
+    let (gib, tib) = (mib / 1024.0, mib / f64::from(1 << 20));
+    match mib {
+        _ if mib < 1024.0 => format!("{mib:.1} MiB"),
+        _ if gib < 1024.0 => format!("{gib:.2} GiB"),
+        _ if tib < 1e4 => format!("{tib:.2} TiB"),
+        _ => format!("{tib:.1e} TiB"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Nowhere;
+
+    impl Host for Nowhere {
+        fn elapsed(&self) -> f64 {
+            0.0
+        }
+    }
+
+    #[test]
+    fn a_long_contact_line_is_named_where_it_takes_the_memory() {
+        let limit = [("limits.memory".to_owned(), "1MiB".to_owned())];
+        let case = Case::parse(case_io::template::PAPER, "paper.toml", &limit).unwrap();
+        let said = |nodes, pairs| check(&case, &Nowhere, nodes, pairs).unwrap_err().message.unwrap();
+        let of_nodes = said([1000, 1000], Some(40));
+        assert!(of_nodes.contains("for 2000 nodes; limits.memory is 1MiB, enough for about"), "{of_nodes}");
+        let of_line = said([20_000, 20_000], Some(20_000));
+        assert!(
+            of_line.contains("for 20000 pairs of contact nodes") && of_line.contains("fewer edges"),
+            "{of_line}"
+        );
+        // Before there is a mesh the contact line is not known.
+        assert!(said([1000, 1000], None).starts_with("at least about"));
+    }
+
+    #[test]
+    fn sizes_stay_short() {
+        let sizes = [4.5e6, 8.0 * f64::from(1 << 30), 7.5e12, 1e40].map(mebibytes);
+        assert_eq!(sizes, ["4.3 MiB", "8.00 GiB", "6.82 TiB", "9.1e27 TiB"]);
+    }
+}

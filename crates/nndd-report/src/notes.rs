@@ -1,0 +1,156 @@
+//! Notes about settings that are allowed but perhaps not intended: it goes to stderr and into report.json.
+
+use crate::outcome;
+use case_io::Case;
+use case_io::case::MaterialLaw;
+use certified_contact::CertifiedSolution;
+use fem_core::body::{Body, Difference, NodeConstraint};
+use fem_core::geometry::{bounding_box, norm, sub};
+use fem_core::material::Hypothesis;
+use nndd::NnddStatus;
+
+/// From this strain on the theory of small strains is doubtful.
+const STRAIN: f64 = 0.1;
+
+/// From this ratio of an imposed displacement to the body's size on, it is doubtful too.
+const DISPLACEMENT: f64 = 0.1;
+
+/// Lists everything about a case and its mesh files, its warnings in words without places.
+pub fn of_case(case: &Case) -> Vec<String> {
+    let warnings = case.warnings().into_iter().map(|warning| warning.message);
+    case.notes().iter().cloned().chain(warnings).collect()
+}
+
+/// Lists what can be said of a problem without solving it; bodies in the file's order.
+pub fn of_problem(case: &Case, bodies: [&Body; 2], gap: Option<Difference>) -> Vec<String> {
+    let mut notes = case.data_notes(bodies, gap);
+    for (given, body) in case.bodies.iter().zip(bodies) {
+        let imposed = body.node_constraints().iter().map(|constraint| match constraint {
+            NodeConstraint::Free => 0.0,
+            NodeConstraint::Along { value, .. } => value.abs(),
+            NodeConstraint::Fixed { value } => norm(*value),
+        });
+        let largest = imposed.fold(0.0, f64::max);
+        let [low, high] = bounding_box(body.mesh().points());
+        let size = norm(sub(high, low));
+        if largest > DISPLACEMENT * size {
+            notes.push(format!(
+                "body \"{}\": an imposed displacement of {largest:.2e} on a body of size {size:.2e}: small strains may not be \
+                 a fair assumption; check the units",
+                given.name
+            ));
+        }
+    }
+    notes
+}
+
+/// Lists what can be said of a solution and its problem.
+pub(crate) fn of_solution(case: &Case, solution: &CertifiedSolution) -> Vec<String> {
+    let problem = &solution.problem;
+    let bodies = problem.bodies.each_ref();
+    let mut notes = of_problem(case, bodies, problem.interpolated_gap());
+    notes.extend(bent_contact(solution));
+    let Some(estimate) = &solution.estimate else { return notes };
+    if matches!(solution.nndd.status, NnddStatus::Diverged { .. }) {
+        // The last iterate says nothing about the bodies.
+        return notes;
+    }
+    // Without [adapt] the reason of the status says so.
+    let switch = solution.nndd.switch.filter(|_| case.adapt.is_some());
+    notes.extend(
+        switch
+            .map(|s| format!("on the last mesh {}; method newton was used", outcome::given_up(solution, s))),
+    );
+    notes.extend(what_dominates(case, solution));
+    if solution.last().contact.normal_reaction.iter().all(|r| *r <= 0.0) {
+        notes.push("no contact: no force passes between the bodies".to_owned());
+    }
+    for (body, given) in case.bodies.iter().enumerate() {
+        let model = &problem.bodies[body];
+        let strains = estimate.pair.stress[body].iter().enumerate().map(|(t, stress)| {
+            let strain = model.material(t).strain(*stress);
+            // The larger principal strain by its size.
+            let middle = 0.5 * (strain.xx + strain.yy);
+            middle.abs() + (0.5 * (strain.xx - strain.yy)).hypot(strain.xy)
+        });
+        let largest = strains.fold(0.0, f64::max);
+        if largest > STRAIN {
+            notes.push(format!(
+                "body \"{}\": the largest strain is {} %, above the {} % up to which small strains are a fair \
+                 assumption; check the units of the loads and moduli",
+                given.name,
+                if largest < 100.0 { format!("{:.1}", 100.0 * largest) } else { format!("{:.1e}", 100.0 * largest) },
+                100.0 * STRAIN
+            ));
+        }
+    }
+    notes
+}
+
+/// From this share of the bound on, round-off gets a note.
+const ROUND_OFF_SHARE: f64 = 0.1;
+
+/// From this bound over the norm on, a material near incompressibility is the likely cause.
+const LOCKING_BOUND: f64 = 0.5;
+
+/// From this Poisson's ratio on, triangles with linear displacements lock.
+const LOCKING_RATIO: f64 = 0.49;
+
+/// Says what makes the bound large, if it is not the mesh, and what helps.
+fn what_dominates(case: &Case, solution: &CertifiedSolution) -> Vec<String> {
+    let Some(estimate) = &solution.estimate else { return Vec::new() };
+    let found = estimate.unchecked();
+    let stopped = solution.nndd.status == NnddStatus::StoppedByCriterion;
+    let mut notes = Vec::new();
+    match found.parts.largest() {
+        "iteration" if stopped => notes.push(
+            "the iteration contributes more to the bound than the mesh, although its criterion is met: more iterations would \
+             lower the bound; use a smaller solver.stop.ratio or tolerance"
+                .to_owned(),
+        ),
+        "contact" => notes.push(
+            "most of the bound comes from the contact law, which holds at the nodes only: more iterations do not lower it; a \
+             finer mesh at the contact line does"
+                .to_owned(),
+        ),
+        "lift" | "gap_data" => notes.push(
+            "most of the bound comes from the bent contact line: a finer mesh at the contact line lowers it".to_owned(),
+        ),
+        _ => {}
+    }
+    if found.e_cre > 0.0 && found.parts.round_off >= ROUND_OFF_SHARE * found.e_cre {
+        notes.push(format!(
+            "round-off is {:.0} % of the bound: a finer mesh or more iterations lower the remainder only",
+            100.0 * found.parts.round_off / found.e_cre
+        ));
+    }
+    if found.e_cre > LOCKING_BOUND * estimate.energy_norm() && nearly_incompressible(case) {
+        notes.push(
+            "a material is nearly incompressible: triangles with linear displacements lock, so the displacements are too small and the \
+             bound is large; use a finer mesh ([adapt] target_relative_error), a smaller Poisson's ratio, or elements made for it"
+                .to_owned(),
+        );
+    }
+    notes
+}
+
+/// Tells whether an isotropic material in plane strain is near incompressibility.
+fn nearly_incompressible(case: &Case) -> bool {
+    case.model.hypothesis == Hypothesis::PlaneStrain
+        && case.materials.iter().any(
+            |material| matches!(material.law, MaterialLaw::Isotropic { poisson, .. } if poisson >= LOCKING_RATIO),
+        )
+}
+
+/// Says what the bound of a bent contact line is a bound of.
+fn bent_contact(solution: &CertifiedSolution) -> Option<String> {
+    let estimate = solution.estimate.as_ref()?;
+    solution.problem.interface.has_bent_edges().then(|| {
+        format!(
+            "the contact line bends: the bound is for the meshed polygons with normals averaged at their nodes, and the \
+             difference to a curved line is outside it; to avoid penetration between the nodes, the contact nodes of one \
+             body were moved by at most {:.1e}",
+            estimate.pair.lift.largest()
+        )
+    })
+}

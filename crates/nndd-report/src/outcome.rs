@@ -1,0 +1,312 @@
+//! The status word, exit status and reason of a run.
+
+use crate::words::{counted, raised, short};
+use case_io::Case;
+use case_io::case::{Acceleration, Criterion, Imposed, Method, QpChoice, Theta, Weights};
+use case_io::diagnostic::significant;
+use case_io::report::Status;
+use certified_contact::{CertifiedSolution, Row};
+use contact_qp::QpStatus;
+use cre_estimator::EstimatorError;
+use nndd::{NnddStatus, Switch};
+
+/// The exit status of a run that did not converge.
+pub const NOT_CONVERGED: u8 = 5;
+
+/// Why a run was ended from outside the iteration.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Ended {
+    /// By a signal with this exit status.
+    Signal(u8),
+    /// By the time limit, in seconds, with the name of the longest step between two checks of the clock.
+    TimeLimit(f64, &'static str),
+    /// Because the output directory was removed.
+    OutputGone,
+}
+
+/// Judges a finished run.
+pub(crate) fn judge(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>) -> Status {
+    if let Some(lack @ EstimatorError::OutOfMemory { .. }) = &solution.no_estimate {
+        return word("limit", 8, format!("{lack}; take fewer cells"));
+    }
+    let status = of_iteration(case, solution, ended);
+    if status.code == 0 && !solution.is_certified() {
+        return word("not_certified", 6, uncertified(solution));
+    }
+    status
+}
+
+/// Names the checks that fail, and what helps.
+fn uncertified(solution: &CertifiedSolution) -> String {
+    let Some(estimate) = &solution.estimate else {
+        return "no certificate could be computed; check the units of the data, which are too large or too small".into();
+    };
+    let failed: Vec<_> = estimate.admissibility.failed().collect();
+    let fix = match failed.first() {
+        Some(("supports", ..)) => {
+            "a roller on a curved side is violated between its nodes: impose ux and uy on it, or hold \
+             it where it is straight"
+        }
+        Some(("equilibrium" | "traction_jump" | "boundary_traction", ..)) => {
+            "round-off is too large for these materials and cells: make the moduli more alike, the cells less thin, or lower \
+             Poisson's ratio to 0.49"
+        }
+        _ => "check the units of gap, displacements and loads: they are too far apart in size",
+    };
+    let names: Vec<String> = failed.iter().map(|(name, found)| format!("{name} ({found:.1e})")).collect();
+    let (checks, verb) = if names.len() == 1 { ("check", "fails") } else { ("checks", "fail") };
+    format!(
+        "the {checks} {} {verb} by more than round-off, so the bound would not be valid; {fix}",
+        names.join(", ")
+    )
+}
+
+/// Makes a status.
+pub(crate) fn word(word: &str, code: u8, reason: impl Into<String>) -> Status {
+    Status { word: word.into(), code, reason: reason.into() }
+}
+
+fn of_iteration(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>) -> Status {
+    let iterations = solution.rows.len();
+    let counted = match case.solver.max_iterations {
+        0 => "1 iteration (the minimum)".to_owned(),
+        _ => counted(iterations, "iteration"),
+    };
+    let mut status = match solution.nndd.status {
+        NnddStatus::StoppedByCriterion => word("converged", 0, met(case, solution)),
+        NnddStatus::MaxIterations if case.solver.stop.criterion == Criterion::Iterations => word(
+            "completed",
+            0,
+            match case.solver.max_iterations {
+                0 => counted,
+                _ => format!("{counted}, as asked for"),
+            },
+        ),
+        NnddStatus::Stalled { floor, at_round_off }
+            if case.solver.stop.criterion == Criterion::Iterations =>
+        {
+            let end = if at_round_off { "at its round-off floor" } else { "no longer falling" };
+            word("completed", 0, format!("{counted}, then eta_nndd was {end}, {floor:.3e} at best"))
+        }
+        NnddStatus::MaxIterations => {
+            word("max_iterations", NOT_CONVERGED, too_many(case, solution, &counted))
+        }
+        NnddStatus::Diverged { best, .. } => word("diverged", NOT_CONVERGED, diverged(case, solution, best)),
+        NnddStatus::Stalled { floor, at_round_off: true } => word(
+            "stalled",
+            NOT_CONVERGED,
+            format!(
+                "eta_nndd has reached its round-off floor {floor:.3e}, and {} is not met: {}",
+                criterion(case),
+                attainable(case, solution, floor)
+            ),
+        ),
+        NnddStatus::Stalled { floor, at_round_off: false } => word(
+            "stalled",
+            NOT_CONVERGED,
+            format!(
+                "eta_nndd fell by less than 10 % in 60 iterations, to {floor:.3e} at best{}",
+                match theta_too_small(case, solution) {
+                    Some(advice) => format!("; {advice}"),
+                    None => format!("{}; {}", range_of_theta(case, solution), other_settings(case)),
+                }
+            ),
+        ),
+        NnddStatus::ContactQpUnsolved(status) => {
+            word("stalled", NOT_CONVERGED, unsolved(case, iterations, status))
+        }
+        NnddStatus::Interrupted => interrupted(ended, &format!("iteration {iterations}")),
+        _ => word("stalled", NOT_CONVERGED, "the iteration ended in an unknown way"),
+    };
+    if let Some(Switch { newton, .. }) = solution.nndd.switch.filter(|switch| !switch.newton.is_solved()) {
+        status.reason += &format!("; method newton, tried after it, did not converge either: {newton}");
+    }
+    status
+}
+
+/// Says that all iterations were used, and what helps.
+fn too_many(case: &Case, solution: &CertifiedSolution, counted: &str) -> String {
+    let advice = theta_too_small(case, solution);
+    let advice =
+        advice.unwrap_or_else(|| format!("raise solver.max_iterations, or {}", other_settings(case)));
+    format!("{} not met after {counted}; {advice}", criterion(case))
+}
+
+/// A given θ this many times smaller than the best one is too small: it needs more than this many iterations.
+const TOO_SMALL: f64 = 1e4;
+
+/// Says that a given θ is too small, if that is known.
+fn theta_too_small(case: &Case, solution: &CertifiedSolution) -> Option<String> {
+    let Theta::Value(theta) = case.solver.theta else { return None };
+    let best = solution.nndd.spectrum?.best_theta();
+    (TOO_SMALL * theta < best).then(|| {
+        format!(
+            "theta = {} is too small: in full contact theta is best near {}; use it, or theta = \"auto\"",
+            short(theta),
+            significant(best)
+        )
+    })
+}
+
+/// Names the settings with which the iteration converges more surely, of those that the case does not have.
+fn other_settings(case: &Case) -> String {
+    let solver = &case.solver;
+    let others = [
+        (solver.theta != Theta::Auto, "theta = \"auto\""),
+        (solver.weights != Weights::Stiffness, "weights = \"stiffness\""),
+        (solver.acceleration != Acceleration::Anderson, "acceleration = \"anderson\""),
+        (solver.imposed != Imposed::Auto, "imposed = \"auto\""),
+    ];
+    let others: Vec<&str> =
+        others.into_iter().filter_map(|(differs, setting)| differs.then_some(setting)).collect();
+    match others.as_slice() {
+        [] => "use method = \"newton\"".into(),
+        _ => format!("use {}, or method = \"newton\"", others.join(", ")),
+    }
+}
+
+/// Says which value the criterion can be set to, when the iteration has reached its round-off.
+fn attainable(case: &Case, solution: &CertifiedSolution, floor: f64) -> String {
+    let stop = &case.solver.stop;
+    let smallest = |of: fn(&Row) -> f64| solution.rows.iter().map(of).fold(f64::INFINITY, f64::min);
+    let first = solution.rows.first().map_or(f64::NAN, |row| row.iteration.eta_nndd);
+    let mesh = solution.estimate.as_ref().map_or(f64::NAN, |e| e.unchecked().eta_dis);
+    let (key, least) = match stop.criterion {
+        // Rounding of the answer counts in this criterion.
+        Criterion::Estimator => ("solver.stop.ratio", floor.max(solution.last().eta_nndd) / mesh),
+        Criterion::Precision => ("solver.stop.tolerance", smallest(|row| row.iteration.precision)),
+        Criterion::EtaNndd => ("solver.stop.tolerance", floor / first),
+        Criterion::Iterations => return "lower solver.max_iterations".into(),
+    };
+    if !least.is_finite() {
+        return "use criterion = \"iterations\"".into();
+    }
+    format!("set {key} to {} or more", short(raised(least, 2)))
+}
+
+/// Says which contact problem was not solved, and what may help.
+fn unsolved(case: &Case, iterations: usize, status: QpStatus) -> String {
+    let solver = &case.solver;
+    let newton = solver.method == Method::Newton;
+    let what = if newton {
+        "interface Newton".into()
+    } else {
+        format!("the contact problem of iteration {iterations}")
+    };
+    let advice = match (newton, status, solver.qp) {
+        (true, QpStatus::MaxIterations, _) => "raise solver.max_iterations",
+        (.., QpChoice::ActiveSet) => "try solver.qp = \"clarabel\"",
+        _ => "try solver.qp = \"active-set\"",
+    };
+    format!("{what} was not solved: {status}; {advice}")
+}
+
+/// Says what ended a run from outside, and after what.
+pub(crate) fn interrupted(ended: Option<Ended>, after: &str) -> Status {
+    match ended {
+        Some(Ended::Signal(code)) => word("interrupted", code, format!("by a signal after {after}")),
+        Some(Ended::TimeLimit(seconds, step)) => word(
+            "limit",
+            8,
+            format!(
+                "limits.time = {seconds} s reached after {after}; the longest step between two checks of the clock was {step}"
+            ),
+        ),
+        Some(Ended::OutputGone) => {
+            word("interrupted", 7, format!("the output directory was removed after {after}"))
+        }
+        None => word("interrupted", 130, format!("after {after}")),
+    }
+}
+
+/// Tells whether a run was ended from outside, so that it can be resumed.
+pub(crate) fn may_go_on(status: &Status) -> bool {
+    ["interrupted", "limit"].contains(&status.word.as_str())
+}
+
+/// Says what ended a converged iteration.
+fn met(case: &Case, solution: &CertifiedSolution) -> String {
+    if let Some(switch) = solution.nndd.switch {
+        return format!("{}; then method newton, exact for the discrete problem", given_up(solution, switch));
+    }
+    let by_estimate = case.solver.stop.criterion == Criterion::Estimator;
+    match &solution.estimate {
+        Some(e)
+            if by_estimate && solution.last().eta_nndd > case.solver.stop.ratio * e.unchecked().eta_dis =>
+        {
+            "eta_dis and eta_nndd are round-off".into()
+        }
+        _ => criterion(case),
+    }
+}
+
+/// Says why the iteration was given up for the interface Newton method.
+pub(crate) fn given_up(solution: &CertifiedSolution, switch: Switch) -> String {
+    // Newton's own row is the last one.
+    let iterations = solution.rows.len().saturating_sub(usize::from(switch.newton.is_solved()));
+    let counted = counted(iterations, "iteration");
+    match switch.after {
+        NnddStatus::MaxIterations => format!("method nndd did not converge in {counted}"),
+        NnddStatus::Diverged { .. } => format!("method nndd diverged in {counted}"),
+        NnddStatus::ContactQpUnsolved(_) => {
+            format!("method nndd did not solve the contact problem of iteration {iterations}")
+        }
+        _ => format!("method nndd stalled after {counted}"),
+    }
+}
+
+fn criterion(case: &Case) -> String {
+    if case.solver.method == Method::Newton {
+        return "interface Newton, exact for the discrete problem".into();
+    }
+    let stop = &case.solver.stop;
+    match stop.criterion {
+        Criterion::Estimator => {
+            let forces = stop
+                .force_balance
+                .map(|part| format!(" and contact forces equal to {} %", short(100.0 * part)));
+            format!("eta_nndd <= {} eta_dis{}", short(stop.ratio), forces.unwrap_or_default())
+        }
+        Criterion::Precision => format!("precision <= {:e}", stop.tolerance),
+        Criterion::EtaNndd => format!("eta_nndd <= {:e} eta_nndd(1)", stop.tolerance),
+        Criterion::Iterations => "the number of iterations".into(),
+    }
+}
+
+/// Says which θ converges, if that is known.
+fn range_of_theta(case: &Case, solution: &CertifiedSolution) -> String {
+    solution.nndd.spectrum.map_or_else(String::new, |spectrum| {
+        format!(
+            " with theta = {}; in full contact theta converges between 0 and {} and is best near {}",
+            match case.solver.theta {
+                Theta::Value(theta) => short(theta),
+                Theta::Auto => significant(solution.nndd.theta),
+            },
+            significant(spectrum.theta_limit()),
+            significant(spectrum.best_theta())
+        )
+    })
+}
+
+fn diverged(case: &Case, solution: &CertifiedSolution, best: f64) -> String {
+    if !best.is_finite() {
+        return "eta_nndd overflowed in the first iteration: the loads or displacements are too large for \
+                these moduli; check the units"
+            .into();
+    }
+    let eta = solution.last().eta_nndd;
+    let range = range_of_theta(case, solution);
+    let advice = other_settings(case);
+    // The last one contains the allowance for its rounding.
+    if eta <= (1.0 + 1e-9) * best {
+        let iterations = solution.rows.len();
+        return format!(
+            "lambda overflowed after iteration {iterations}, eta_nndd {eta:.3e}{range}; {advice}"
+        );
+    }
+    let eta = if eta.is_finite() { format!("to {eta:.3e}") } else { "until it overflowed".into() };
+    format!("eta_nndd grew from {best:.3e} {eta}{range}; {advice}")
+}
+
+#[cfg(test)]
+mod tests;

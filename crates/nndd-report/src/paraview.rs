@@ -1,0 +1,258 @@
+//! The files for ParaView: one per body and one of the contact line, on the last mesh and on each of an adaptive run.
+
+use crate::failure::Failure;
+use crate::figures;
+use crate::report;
+use case_io::Case;
+use case_io::case::MaterialLaw;
+use case_io::output::OutputDirectory;
+use case_io::report::AdaptiveRow;
+use certified_contact::CertifiedSolution;
+use cre_estimator::Estimate;
+use fem_core::body::{Body, NodeConstraint};
+use fem_core::field;
+use fem_core::geometry::{Vector, dot, norm, scale, sub};
+use fem_core::material::Hypothesis;
+use fem_core::tensor::SymTensor2;
+use mesh_io::vtu::{self, PvdEntry, VtuArray, VtuCells, VtuData, VtuError, VtuMesh};
+use std::io;
+
+/// Names what there is a file of: the two bodies in the file's order, and the contact line.
+pub(crate) fn parts(case: &Case) -> [String; 3] {
+    [case.bodies[0].file_stem(), case.bodies[1].file_stem(), "contact".to_owned()]
+}
+
+/// The file of a part on a mesh of an adaptive run.
+pub(crate) fn step_file(part: &str, step: usize) -> String {
+    format!("fields/{part}-step-{step:02}.vtu")
+}
+
+/// Writes bodies and contact line on the last mesh, and the collections of those on all meshes.
+pub(crate) fn write(
+    case: &Case,
+    solution: &CertifiedSolution,
+    steps: &[AdaptiveRow],
+    directory: &mut OutputDirectory,
+) -> Result<(), Failure> {
+    write_parts(case, solution, None, &|part| format!("{part}.vtu"), directory)?;
+    if steps.is_empty() { Ok(()) } else { write_collections(case, steps, directory) }
+}
+
+/// Writes bodies and contact line on one mesh of an adaptive run.
+pub(crate) fn write_step(
+    case: &Case,
+    solution: &CertifiedSolution,
+    step: usize,
+    directory: &mut OutputDirectory,
+) -> Result<(), Failure> {
+    write_parts(case, solution, Some(step), &|part| step_file(part, step), directory)
+}
+
+fn write_parts(
+    case: &Case,
+    solution: &CertifiedSolution,
+    step: Option<usize>,
+    name: &dyn Fn(&str) -> String,
+    directory: &mut OutputDirectory,
+) -> Result<(), Failure> {
+    let Some(estimate) = &solution.estimate else { return Ok(()) };
+    let [first, second, contact] = parts(case);
+    for (body, part) in [first, second].iter().enumerate() {
+        let (grid, mut data) = body_data(case, solution, estimate, body);
+        data.field = field_data(solution, estimate, step);
+        write_vtu(directory, &name(part), &grid, &data)?;
+    }
+    let (grid, mut data) = contact_data(solution, estimate);
+    data.field = field_data(solution, estimate, step);
+    write_vtu(directory, &name(&contact), &grid, &data)
+}
+
+/// Writes `adaptive.pvd` with all parts, and a series for each of them.
+fn write_collections(
+    case: &Case,
+    steps: &[AdaptiveRow],
+    directory: &mut OutputDirectory,
+) -> Result<(), Failure> {
+    let names = [&case.bodies[0].name, &case.bodies[1].name, "contact"];
+    let parts = parts(case);
+    let mut entries = Vec::new();
+    for row in steps {
+        for (part, (name, file)) in names.iter().zip(&parts).enumerate() {
+            let (name, file) = ((*name).to_owned(), step_file(file, row.step));
+            entries.push(PvdEntry { timestep: row.step as f64, part, name, file });
+        }
+    }
+    let mut put = |name: &str, text: Result<String, VtuError>| {
+        let text = text.map_err(|e| Failure::defect(format!("{name}: {e}")))?;
+        directory.write(name, text.as_bytes()).map_err(|e| Failure::output(&e))
+    };
+    put("adaptive.pvd", vtu::pvd(&entries))?;
+    for part in &parts {
+        let files: Vec<_> = steps.iter().map(|row| (step_file(part, row.step), row.step as f64)).collect();
+        put(&format!("{part}.vtu.series"), vtu::series(&files))?;
+    }
+    Ok(())
+}
+
+/// What the whole state has: `(e_cre − round_off)²` is the integral of `error_density` over bodies and contact line. An
+/// iteration without θ has none here, and only a mesh of a series has a time.
+fn field_data(solution: &CertifiedSolution, estimate: &Estimate, step: Option<usize>) -> Vec<VtuArray> {
+    let last = solution.last();
+    let one = |name: &str, value: f64| VtuArray::scalars(name, vec![value]);
+    let theta = Some(last.theta).filter(|theta| theta.is_finite() && *theta > 0.0);
+    let mut data = vec![
+        one("iteration", last.iteration as f64),
+        one("e_cre", estimate.unchecked().e_cre),
+        one("round_off", estimate.round_off),
+        one("eta_dis", estimate.unchecked().eta_dis),
+        one("eta_nndd", estimate.unchecked().eta_nndd),
+        one("certified", f64::from(u8::from(solution.is_certified()))),
+    ];
+    let parts = estimate.unchecked().parts.list().into_iter().filter(|(name, _)| *name != "round_off");
+    data.extend(parts.map(|(name, value)| one(&format!("part_{name}"), value)));
+    data.extend(theta.map(|theta| one("theta", theta)));
+    data.extend(step.map(|step| one("TimeValue", step as f64)));
+    data
+}
+
+/// A tensor in VTK's order.
+fn six(t: SymTensor2, zz: f64) -> [f64; 6] {
+    [t.xx, t.yy, zz, t.xy, 0.0, 0.0]
+}
+
+fn body_data(
+    case: &Case,
+    solution: &CertifiedSolution,
+    estimate: &Estimate,
+    body: usize,
+) -> (VtuMesh, VtuData) {
+    let model = &solution.problem.bodies[body];
+    let mesh = model.mesh();
+    let pair = &estimate.pair;
+    let cells = 0..mesh.triangles().len();
+    let tensors = |name: &str, of: &dyn Fn(usize) -> [f64; 6]| {
+        VtuArray::tensors(name, &cells.clone().map(of).collect::<Vec<_>>())
+    };
+    let scalars =
+        |name: &str, of: &dyn Fn(usize) -> f64| VtuArray::scalars(name, cells.clone().map(of).collect());
+    // Not known for a given plane stiffness in plane strain.
+    let with_zz = |t: usize, s: SymTensor2| six(s, model.material(t).out_of_plane_stress(s).unwrap_or(0.0));
+    let stress = &pair.stress[body];
+    let equilibrated = &pair.equilibrated[body];
+    let places = case.material_places(body);
+    let numbers = case.element_numbers(body, mesh);
+    let mut cell = vec![
+        tensors("stress", &|t| with_zz(t, stress[t])),
+        tensors("stress_equilibrated", &|t| with_zz(t, equilibrated.cell_mean(model, t))),
+        tensors("strain", &|t| {
+            let zz = out_of_plane_strain(case, places[model.materials().index(t)], stress[t]);
+            six(model.material(t).strain(stress[t]), zz)
+        }),
+        VtuArray::scalars("error_density", figures::error_density(solution, body)),
+        scalars("error_density_mesh", &|t| estimate.cre.discretisation_by_cell[body][t] / mesh.area(t)),
+        // Constant in the cell: its energy density.
+        scalars("error_density_iteration", &|t| {
+            let d = equilibrated.finite_element[t].minus(stress[t]);
+            model.material(t).complementary(d, d)
+        }),
+        scalars("material_id", &|t| places[model.materials().index(t)] as f64),
+        scalars("element_id", &|t| numbers.map_or(t as f64, |numbers| numbers[t] as f64)),
+        scalars("body_id", &|_| body as f64),
+    ];
+    let von_mises: Option<Vec<f64>> = cells.clone().map(|t| model.material(t).von_mises(stress[t])).collect();
+    cell.extend(von_mises.map(|values| VtuArray::scalars("von_mises", values)));
+    let point = vec![
+        VtuArray::vectors("displacement", &pair.displacement[body]),
+        VtuArray::vectors("reaction", &reactions(solution, estimate, model, body)),
+    ];
+    let grid =
+        VtuMesh { points: mesh.points().to_vec(), cells: VtuCells::Triangles(mesh.triangles().to_vec()) };
+    (grid, VtuData { point, cell, field: Vec::new() })
+}
+
+/// `ε_zz`: 0 in plane strain, `−ν/E (σ_xx + σ_yy)` in plane stress of an isotropic material; 0, too, if the plane
+/// constants do not say it.
+fn out_of_plane_strain(case: &Case, material: usize, stress: SymTensor2) -> f64 {
+    match (case.model.hypothesis, &case.materials[material].law) {
+        (Hypothesis::PlaneStress, MaterialLaw::Isotropic { young, poisson }) => {
+            -poisson / young * (stress.xx + stress.yy)
+        }
+        _ => 0.0,
+    }
+}
+
+/// The forces of supports and contact on the nodes, N/m: what the loads leave of `K u − f`, in the directions that are
+/// held or in contact, so that nothing but round-off is left out.
+fn reactions(solution: &CertifiedSolution, estimate: &Estimate, model: &Body, body: usize) -> Vec<Vector> {
+    let residual = field::nodal_residual(model, &estimate.pair.displacement[body]);
+    let along = |direction: Vector, force: Vector| scale(dot(direction, force), direction);
+    let held = model.node_constraints().iter().zip(&residual).map(|(constraint, force)| match constraint {
+        NodeConstraint::Free => [0.0; 2],
+        NodeConstraint::Along { direction, .. } => along(*direction, *force),
+        NodeConstraint::Fixed { .. } => *force,
+    });
+    let mut forces: Vec<Vector> = held.collect();
+    for pair in solution.problem.interface.pairs() {
+        let node = pair.nodes[body] as usize;
+        forces[node] = match model.node_constraints()[node] {
+            NodeConstraint::Free => along(pair.normal, residual[node]),
+            _ => residual[node],
+        };
+    }
+    forces
+}
+
+fn contact_data(solution: &CertifiedSolution, estimate: &Estimate) -> (VtuMesh, VtuData) {
+    let rows = report::contact_rows(solution);
+    let interface = &solution.problem.interface;
+    let scalars =
+        |name: &str, of: &dyn Fn(usize) -> f64| VtuArray::scalars(name, (0..rows.len()).map(of).collect());
+    let last = solution.last();
+    let of_first = |k: usize| last.reaction[k] / interface.pairs()[k].tributary_length;
+    let of_second = |k: usize| last.contact.normal_reaction[k] / interface.pairs()[k].tributary_length;
+    let points: Vec<Vector> = rows.iter().map(|r| [r.x, r.y]).collect();
+    // Over the length as it is drawn, so that the file alone gives the integral.
+    let density = interface.edges().iter().zip(&estimate.cre.by_contact_edge).map(|(edge, squared)| {
+        let [a, b] = edge.pairs.map(|k| points[k as usize]);
+        squared / norm(sub(b, a))
+    });
+    let data = VtuData {
+        point: vec![
+            scalars("gap", &|k| rows[k].gap),
+            scalars("opening", &|k| rows[k].opening),
+            scalars("contact_pressure", &|k| rows[k].pressure),
+            scalars("active", &|k| f64::from(rows[k].active)),
+            scalars("lambda", &|k| last.lambda[k]),
+            scalars("traction_1", &of_first),
+            scalars("traction_2", &of_second),
+            scalars("traction_imbalance", &|k| of_first(k) + of_second(k)),
+        ],
+        cell: vec![VtuArray::scalars("error_density", density.collect())],
+        field: Vec::new(),
+    };
+    let grid =
+        VtuMesh { points, cells: VtuCells::Lines(interface.edges().iter().map(|e| e.pairs).collect()) };
+    (grid, data)
+}
+
+fn write_vtu(
+    directory: &mut OutputDirectory,
+    name: &str,
+    grid: &VtuMesh,
+    data: &VtuData,
+) -> Result<(), Failure> {
+    let mut refused = None;
+    let written = directory.write_with(name, |out| {
+        vtu::write(out, grid, data).map_err(|e| match e {
+            VtuError::Io(e) => e,
+            other => {
+                refused = Some(other.to_string());
+                io::Error::other("refused")
+            }
+        })
+    });
+    match refused {
+        Some(reason) => Err(Failure::defect(format!("{name}: {reason}"))),
+        None => written.map_err(|e| Failure::output(&e)),
+    }
+}

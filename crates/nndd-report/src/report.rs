@@ -1,0 +1,166 @@
+//! From a solution to the rows and tables of report.json.
+
+use crate::notes;
+use crate::solved::Solved;
+use case_io::Case;
+use case_io::report::{
+    BodySummary, Bounds, Certificate, Checks, ContactStretch, ContactSummary, IterationRow, Reaction, Report,
+    Results, SCHEMA, Split, Timings,
+};
+use case_io::table::ContactRow;
+use certified_contact::cre_estimator::Parts;
+use certified_contact::{CertifiedSolution, Row};
+use serde_json::{Map, Value};
+
+/// Makes a row of `iterations` in report.json.
+pub fn iteration_row(row: &Row) -> IterationRow {
+    let it = &row.iteration;
+    let finite = |x: f64| x.is_finite().then_some(x);
+    IterationRow {
+        iteration: it.iteration,
+        theta: finite(it.theta).filter(|theta| *theta > 0.0),
+        precision: finite(it.precision),
+        eta_nndd: finite(it.eta_nndd),
+        eta_dis: row.eta_dis,
+        e_cre: row.e_cre,
+        contact_nodes: it.contact_nodes,
+        contact_force: finite(it.contact_force),
+        contact_forces: row.contact_forces.map(finite),
+        qp_path: Some(it.qp_path.to_string()),
+        qp_iterations: it.qp_iterations,
+    }
+}
+
+/// Collects the report; its timings are filled in when everything else is written.
+pub(crate) fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> Report {
+    let solution = &solved.solution;
+    let names = [0, 1].map(|b| case.bodies[b].name.clone());
+    let bodies = [0, 1].map(|b| {
+        let mesh = solution.problem.bodies[b].mesh();
+        BodySummary {
+            name: names[b].clone(),
+            nodes: mesh.points().len(),
+            triangles: mesh.triangles().len(),
+            unknowns: solution.unknowns[b],
+        }
+    });
+    let interface = &solution.problem.interface;
+    let contact = ContactSummary {
+        imposed: names[solution.roles().imposed()].clone(),
+        pairs: interface.pairs().len(),
+        length: interface.length(),
+        bodies: names,
+    };
+    Report {
+        schema: SCHEMA,
+        status: solved.status.clone(),
+        case: case.settings_json(),
+        bodies: bodies.to_vec(),
+        contact: vec![contact],
+        iterations: solution.rows.iter().map(iteration_row).collect(),
+        certificate: certificate(solution),
+        results: results(case, solution),
+        adaptive: solved.adaptive.clone(),
+        notes: [notes::of_case(case), notes::of_solution(case, solution)].concat(),
+        timings: Timings::default(),
+        run,
+    }
+}
+
+fn certificate(solution: &CertifiedSolution) -> Certificate {
+    let Some(estimate) = &solution.estimate else { return Certificate::default() };
+    let a = &estimate.admissibility;
+    let found = estimate.unchecked();
+    // The allowance for round-off counts as algebraic, so that the two still make the whole.
+    let discretisation = found.parts.mesh;
+    let algebraic = (found.e_cre.powi(2) - discretisation.powi(2)).max(0.0).sqrt();
+    let Parts { mesh, iteration, contact, lift, gap_data, friction, round_off, .. } = found.parts;
+    let parts = [mesh, iteration, contact, lift, gap_data, friction, round_off].map(Some);
+    let [mesh, iteration, contact, lift, gap_data, friction, round_off] = parts;
+    Certificate {
+        valid: solution.is_certified(),
+        e_cre: Some(found.e_cre),
+        relative: solution.relative(),
+        relative_guaranteed: solution.relative_guaranteed(),
+        eta_dis: Some(found.eta_dis),
+        eta_nndd: Some(found.eta_nndd.max(solution.last().eta_nndd)),
+        split: Split { discretisation: Some(discretisation), algebraic: Some(algebraic) },
+        parts: case_io::report::Parts { mesh, iteration, contact, lift, gap_data, friction, round_off },
+        bounds: bounds(solution),
+        checks: Checks {
+            equilibrium: Some(a.equilibrium),
+            traction_jump: Some(a.traction_jump),
+            boundary_traction: Some(a.boundary_traction),
+            penetration: Some(a.penetration),
+            pressure_sign: Some(a.pressure_sign),
+            supports: Some(a.supports),
+            imposed_displacement: Some(a.imposed_displacement),
+        },
+    }
+}
+
+fn bounds(solution: &CertifiedSolution) -> Bounds {
+    let Some(bounds) = solution.bounds.filter(|_| solution.is_certified()) else { return Bounds::default() };
+    Bounds {
+        energy_norm: Some(bounds.energy_norm),
+        potential_energy: Some(bounds.potential_energy),
+        contact_force: bounds.contact_force,
+    }
+}
+
+fn results(case: &Case, solution: &CertifiedSolution) -> Results {
+    let Some(r) = &solution.results else { return Results::default() };
+    let reactions = r.reactions.iter().map(|reaction| Reaction {
+        body: case.bodies[reaction.body].name.clone(),
+        on: reaction.on.clone(),
+        fx: reaction.force[0],
+        fy: reaction.force[1],
+    });
+    let stretches = r.contact_stretches.iter().map(|s| ContactStretch {
+        s: s.s,
+        pairs: s.pairs,
+        length: s.length,
+        contact_force: s.contact_force,
+        max_pressure: s.max_pressure,
+        max_edge_pressure: s.max_edge_pressure,
+        min_opening: s.min_opening,
+    });
+    Results {
+        energy_norm_squared: Some(r.energy_norm_squared),
+        contact_force: Some(r.contact_force),
+        contact_intervals: Some(r.contact_intervals.clone()),
+        contact_stretches: Some(stretches.collect()),
+        max_pressure: Some(r.max_pressure),
+        max_edge_pressure: Some(r.max_edge_pressure),
+        min_opening: Some(r.min_opening),
+        reactions: Some(reactions.collect()),
+        balance: Some(r.balance.iter().map(|b| [b.force[0], b.force[1], b.moment]).collect()),
+        max_displacement: Some(r.max_displacement),
+        max_von_mises: r.max_von_mises,
+    }
+}
+
+/// Arc lengths, gaps, openings, pressures along the contact line; s runs along the first body of the file.
+pub(crate) fn contact_rows(solution: &CertifiedSolution) -> Vec<ContactRow> {
+    let interface = &solution.problem.interface;
+    let points = solution.problem.bodies[0].mesh().points();
+    let last = solution.last();
+    interface
+        .pairs()
+        .iter()
+        .enumerate()
+        .map(|(k, pair)| {
+            let [x, y] = points[pair.nodes[0] as usize];
+            let force = last.contact.normal_reaction[k];
+            ContactRow {
+                s: pair.arc_length,
+                x,
+                y,
+                gap: pair.gap,
+                opening: last.opening[k],
+                pressure: force / pair.tributary_length,
+                active: u8::from(force > 0.0),
+            }
+        })
+        .collect()
+}

@@ -1,0 +1,98 @@
+//! From a case file to a solved problem.
+
+use crate::adapt;
+use crate::convert;
+use crate::failure::Failure;
+use crate::follower::Follower;
+use crate::host::Host;
+use crate::memory;
+use crate::outcome;
+use crate::resume::Place;
+use crate::solved::Solved;
+use crate::stopwatch::Stopwatch;
+use case_io::Case;
+use case_io::case_file::split_override;
+use case_io::output::Presence;
+use fem_core::interface::ContactProblem;
+use std::path::Path;
+
+/// Splits settings of the form `KEY=VALUE`.
+///
+/// # Errors
+/// A text without a key or a value.
+pub fn overrides(set: &[String]) -> Result<Vec<(String, String)>, Failure> {
+    set.iter().map(|argument| split_override(argument).map_err(Failure::from)).collect()
+}
+
+/// Reads a case file with overrides, and the mesh files that it names.
+///
+/// # Errors
+/// Files that cannot be read, and everything that is wrong with them.
+pub fn read_case(file: &Path, overrides: &[(String, String)]) -> Result<Case, Failure> {
+    Ok(read_case_with_text(file, overrides)?.1)
+}
+
+/// Reads a case file as [`read_case`] does, and returns its text as well.
+pub(crate) fn read_case_with_text(
+    file: &Path,
+    overrides: &[(String, String)],
+) -> Result<(Vec<u8>, Case), Failure> {
+    let bytes = case_io::case_file::read(file).map_err(|e| Failure::unreadable(file, &e))?;
+    let mut case = Case::parse_bytes(&bytes, &file.to_string_lossy(), overrides)?;
+    // Mesh files lie beside the case file.
+    case.read_mesh_files(file.parent().unwrap_or(Path::new("")))?;
+    Ok((bytes, case))
+}
+
+/// Makes the contact problem of a case, bodies in the file's order, if there is memory to solve it; the case may get notes.
+///
+/// # Errors
+/// A problem that makes no sense, or that needs too much memory.
+pub fn build(case: &mut Case, host: &dyn Host) -> Result<ContactProblem, Failure> {
+    memory::check_counts(case, host)?;
+    let problem = case.build_problem()?;
+    memory::check_problem(case, &problem, host)?;
+    Ok(problem)
+}
+
+/// Solves a case, adaptively if it has a target.
+///
+/// * `problem`: that of [`build`].
+/// * `place`: where the meshes of an adaptive run are written to, and the state it resumes from.
+///
+/// # Errors
+/// No unique solution, too little memory or time for a first result, files that cannot be written. How an iteration
+/// ended is the status of the result.
+pub fn solve(
+    case: &Case,
+    problem: ContactProblem,
+    place: &mut Place,
+    watch: &mut Stopwatch,
+    host: &mut dyn Host,
+) -> Result<Solved, Failure> {
+    match &case.adapt {
+        None => solve_once(case, problem, place.presence(), watch, host),
+        Some(adapt) => {
+            let follower = Follower::new(case, watch, host, place.presence());
+            adapt::solve(case, adapt, problem, follower, place)
+        }
+    }
+}
+
+/// Solves a case on its own mesh.
+///
+/// * `output`: the directory that must stay until the end.
+pub(crate) fn solve_once(
+    case: &Case,
+    problem: ContactProblem,
+    output: Presence,
+    watch: &mut Stopwatch,
+    host: &mut dyn Host,
+) -> Result<Solved, Failure> {
+    let mut follower = Follower::new(case, watch, host, output);
+    let solution = certified_contact::solve(problem, &convert::settings(case), &mut follower)
+        .map_err(|e| follower.failure(case, &e))?;
+    let status = outcome::judge(case, &solution, follower.ended);
+    let longest_step = follower.longest;
+    Ok(Solved { solution, status, adaptive: Vec::new(), step_seconds: Vec::new(), longest_step })
+}

@@ -1,0 +1,19 @@
+//! A solved case.
+
+use case_io::report::{AdaptiveRow, Status};
+use certified_contact::CertifiedSolution;
+
+/// A solved case.
+#[derive(Clone, Debug)]
+pub struct Solved {
+    /// The answer, with its certificate.
+    pub solution: CertifiedSolution,
+    /// How the run ended.
+    pub status: Status,
+    /// One row per mesh of an adaptive run.
+    pub adaptive: Vec<AdaptiveRow>,
+    /// Seconds from the start to the end of each of these meshes.
+    pub step_seconds: Vec<f64>,
+    /// The longest step between two checks of the clock: its name and its seconds.
+    pub longest_step: Option<(&'static str, f64)>,
+}

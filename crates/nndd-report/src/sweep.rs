@@ -1,0 +1,277 @@
+//! Sweeps: a case for several values of one setting, a few iterations each.
+
+use crate::failure::Failure;
+use crate::host::{Event, Host};
+use crate::plot::{self, SweepSeries};
+use crate::report;
+use crate::run;
+use crate::stopwatch::Stopwatch;
+use crate::words::counted;
+use case_io::Case;
+use case_io::case_file::{Sweep, split_override};
+use case_io::output::{OutputDirectory, Presence, ResultKind};
+use case_io::report::{CASE_HASH, IterationRow, SWEEP_SCHEMA, SweepPanel, SweepReport, SweepRow};
+use case_io::table;
+use serde_json::Map;
+use std::path::PathBuf;
+
+/// The key that a sweep sets itself.
+const MAX_ITERATIONS: &str = "solver.max_iterations";
+
+/// What is varied, and where the result goes.
+#[derive(Clone, Debug, Default)]
+pub struct SweepOptions {
+    /// The case file.
+    pub case: PathBuf,
+    /// Settings of all runs, `KEY=VALUE`.
+    pub set: Vec<String>,
+    /// The setting and its values: `KEY=a:b:h` or `KEY=[v1, v2]`.
+    pub over: String,
+    /// Iterations of each run, at least 1.
+    pub iterations: usize,
+    /// Further panels with other settings, each `KEY=VALUE; KEY=VALUE`.
+    pub panel: Vec<String>,
+    /// Where to write, instead of the case's output directory with `-sweep` behind it.
+    pub out: Option<PathBuf>,
+    /// Whether to write even if the directory contains something else.
+    pub force: bool,
+}
+
+/// What a sweep found and wrote.
+#[non_exhaustive]
+pub struct Swept {
+    /// The contents of sweep.json.
+    pub record: SweepReport,
+    /// The directory.
+    pub path: PathBuf,
+    /// The files, below the directory.
+    pub files: Vec<String>,
+    /// The number of runs that were asked for.
+    pub asked: usize,
+    /// Why the sweep ended before its last run, if not by request.
+    pub failure: Option<Failure>,
+}
+
+impl Swept {
+    /// Says whether any run has a number to compare by.
+    pub fn has_value(&self) -> bool {
+        self.record.panels.iter().flat_map(|panel| &panel.rows).any(|row| row.iteration.eta_nndd.is_some())
+    }
+}
+
+/// Runs a sweep and writes what it found. A request to end it, or a value that cannot be run, leaves the runs there are.
+///
+/// # Errors
+/// Options, settings and values that make no sense, a first run that fails, and files that cannot be written.
+pub fn sweep(options: &SweepOptions, host: &mut dyn Host) -> Result<Swept, Failure> {
+    let sweep = Sweep::parse(&options.over).map_err(|e| Failure::from(e).on_command_line())?;
+    let base = run::overrides(&options.set)?;
+    let mut variants = vec![Vec::new()];
+    for panel in &options.panel {
+        let settings = panel.split(';').map(str::trim).filter(|s| !s.is_empty());
+        variants.push(settings.map(split_override).collect::<Result<Vec<_>, _>>()?);
+    }
+    let (bytes, case) = run::read_case_with_text(&options.case, &base)?;
+    for variant in &variants {
+        check_values(options, &sweep, &bytes, &[base.as_slice(), variant.as_slice()].concat())
+            .map_err(|failure| of_panel(failure, variant))?;
+    }
+    let path = options.out.clone().unwrap_or_else(|| PathBuf::from(case.output_directory() + "-sweep"));
+    // Each sweep has its own mark, so that its directory differs from that of a solve.
+    let mark = format!("sweep {} {} {:?} {}", options.over, options.iterations, options.panel, case.hash());
+    let mut directory = OutputDirectory::open(&path, ResultKind::Sweep, &mark, options.force)
+        .map_err(|e| Failure::output(&e))?;
+    let mut panels: Vec<SweepPanel> = Vec::new();
+    let mut failure = None;
+    for variant in &variants {
+        let (panel, failed) =
+            run_panel(options, &sweep, [&base, variant], &panels, directory.presence(), host);
+        panels.push(panel);
+        failure = failed.map(|failed| of_panel(failed, variant));
+        if failure.is_some() || host.interrupted().is_some() {
+            break;
+        }
+    }
+    if panels.iter().all(|panel| panel.rows.is_empty())
+        && let Some(failure) = failure
+    {
+        return Err(failure);
+    }
+    let mut run = Map::new();
+    run.insert(CASE_HASH.into(), mark.into());
+    run.insert("version".into(), env!("CARGO_PKG_VERSION").into());
+    run.insert("case_file".into(), case.file_name().into());
+    run.insert("overrides".into(), options.set.clone().into());
+    run.insert("interrupted".into(), host.interrupted().is_some().into());
+    let record = SweepReport {
+        schema: SWEEP_SCHEMA,
+        case: case.settings_json(),
+        key: sweep.key.clone(),
+        iterations: options.iterations,
+        panels,
+        run,
+    };
+    write(&record, &sweep, &mut directory)?;
+    let files = directory.written().map(|p| p.display().to_string()).collect();
+    directory.finish().map_err(|e| Failure::output(&e))?;
+    Ok(Swept { record, path, files, asked: variants.len() * sweep.values.len(), failure })
+}
+
+/// Lists the settings of one run.
+fn settings_of_run(
+    options: &SweepOptions,
+    sweep: &Sweep,
+    overrides: &[(String, String)],
+    value: &str,
+) -> Vec<(String, String)> {
+    let mut all = overrides.to_vec();
+    all.push((MAX_ITERATIONS.into(), options.iterations.to_string()));
+    all.push(("solver.stop.criterion".into(), "iterations".into()));
+    // Last, so that these two can be swept as well.
+    all.push((sweep.key.clone(), value.to_owned()));
+    all
+}
+
+/// Refuses values that the case file cannot have, before the first of them is run.
+fn check_values(
+    options: &SweepOptions,
+    sweep: &Sweep,
+    bytes: &[u8],
+    overrides: &[(String, String)],
+) -> Result<(), Failure> {
+    let file = options.case.to_string_lossy();
+    for value in &sweep.values {
+        let all = settings_of_run(options, sweep, overrides, value);
+        if let Err(error) = Case::parse_bytes(bytes, &file, &all) {
+            let mut failure = Failure::from(error);
+            failure.diagnostics.iter_mut().for_each(|d| d.given_by("--over", &sweep.key, value));
+            return Err(failure);
+        }
+    }
+    Ok(())
+}
+
+/// Calls the settings of a panel by the option that they came with.
+fn of_panel(mut failure: Failure, settings: &[(String, String)]) -> Failure {
+    for (key, value) in settings {
+        failure.diagnostics.iter_mut().for_each(|d| d.given_by("--panel", key, value));
+    }
+    failure
+}
+
+/// Writes the tables and the picture, and sweep.json last: it makes the result complete.
+fn write(record: &SweepReport, sweep: &Sweep, directory: &mut OutputDirectory) -> Result<(), Failure> {
+    let mut put =
+        |name: &str, text: &str| directory.write(name, text.as_bytes()).map_err(|e| Failure::output(&e));
+    for (k, panel) in record.panels.iter().enumerate() {
+        let name = if k == 0 { "sweep.csv".to_string() } else { format!("sweep-{}.csv", k + 1) };
+        put(&name, &table::sweep_csv(&record.key, panel)?)?;
+    }
+    let title = match (sweep.key == MAX_ITERATIONS, record.iterations) {
+        (true, _) => "Indicators at the last iteration".to_owned(),
+        (_, n) => format!("Indicators after {}", counted(n, "iteration")),
+    };
+    let numbers: Vec<f64> = match sweep.numbers().into_iter().collect::<Option<Vec<f64>>>() {
+        Some(numbers) => numbers,
+        None => (1..=sweep.values.len()).map(|k| k as f64).collect(),
+    };
+    let series: Vec<SweepSeries> = record.panels.iter().map(|panel| series(panel, &numbers)).collect();
+    put("figures/sweep.svg", &plot::sweep(&title, &sweep.key, &series)?)?;
+    put(ResultKind::Sweep.record(), &record.to_json()?)
+}
+
+/// Runs one panel; a request to end or a value that cannot be run ends it with the rows there are.
+///
+/// * `settings`: of all panels, and of the panel itself.
+/// * `before`: the panels before it.
+/// * `output`: the directory that must stay until the end.
+fn run_panel(
+    options: &SweepOptions,
+    sweep: &Sweep,
+    settings: [&[(String, String)]; 2],
+    before: &[SweepPanel],
+    output: Presence,
+    host: &mut dyn Host,
+) -> (SweepPanel, Option<Failure>) {
+    let written = |settings: &[(String, String)]| -> Vec<String> {
+        settings.iter().map(|(key, value)| format!("{key}={value}")).collect()
+    };
+    let mut panel = SweepPanel { settings: written(&settings.concat()), ..SweepPanel::default() };
+    let own = written(settings[1]).join("; ");
+    let naming = (before, own.as_str());
+    let failure = fill_panel(&mut panel, options, sweep, &settings.concat(), naming, &output, host).err();
+    (panel, failure)
+}
+
+/// Adds the rows of a panel one by one.
+///
+/// * `naming`: the panels before it, and its own settings, which tell it from those of its size.
+fn fill_panel(
+    panel: &mut SweepPanel,
+    options: &SweepOptions,
+    sweep: &Sweep,
+    overrides: &[(String, String)],
+    naming: (&[SweepPanel], &str),
+    output: &Presence,
+    host: &mut dyn Host,
+) -> Result<(), Failure> {
+    for (k, value) in sweep.values.iter().enumerate() {
+        let all = settings_of_run(options, sweep, overrides, value);
+        let read = run::read_case(&options.case, &all).and_then(|mut case| {
+            let problem = if case.adapt.is_none() { Some(run::build(&mut case, host)?) } else { None };
+            Ok((case, problem))
+        });
+        let (case, problem) = read.map_err(|mut failure| {
+            failure.diagnostics.iter_mut().for_each(|d| d.given_by("--over", &sweep.key, value));
+            failure
+        })?;
+        let Some(problem) = problem else {
+            return Err(Failure::command_line(
+                "a sweep compares runs on one mesh, and this case has [adapt]; leave that table out",
+            ));
+        };
+        if k == 0 {
+            panel.nodes = problem.bodies.iter().map(|b| b.mesh().points().len()).sum();
+            let (before, own) = naming;
+            panel.name = format!("{} nodes", panel.nodes);
+            if before.iter().any(|other| other.nodes == panel.nodes) {
+                panel.name += &format!(" ({own})");
+            }
+            host.event(Event::Panel { name: &panel.name, sweep })?;
+        }
+        let mut watch = Stopwatch::start(host.elapsed());
+        let solved = run::solve_once(&case, problem, output.clone(), &mut watch, host)?;
+        if host.interrupted().is_some() {
+            break;
+        }
+        let row = solved.solution.rows.last();
+        host.event(Event::Value { value, case: &case, solved: &solved })?;
+        let iteration = row.map_or_else(IterationRow::default, report::iteration_row);
+        panel.rows.push(SweepRow { value: value.clone(), status: solved.status.word, iteration });
+    }
+    Ok(())
+}
+
+fn series(panel: &SweepPanel, numbers: &[f64]) -> SweepSeries {
+    let column = |of: fn(&IterationRow) -> Option<f64>| {
+        let value = |row: &SweepRow| of(&row.iteration).filter(|_| row.status != "diverged");
+        panel.rows.iter().map(value).collect()
+    };
+    SweepSeries {
+        name: panel.name.clone(),
+        // An interrupted sweep has no row for the last ones.
+        theta: numbers.iter().copied().take(panel.rows.len()).collect(),
+        eta_nndd: column(|it| it.eta_nndd),
+        eta_dis: column(|it| it.eta_dis),
+        e_cre: column(|it| it.e_cre),
+    }
+}
+
+/// Says where the iteration's error is smallest.
+pub fn best(key: &str, panel: &SweepPanel) -> String {
+    let known = panel.rows.iter().filter_map(|row| Some((row.iteration.eta_nndd?, &row.value)));
+    match known.min_by(|a, b| a.0.total_cmp(&b.0)) {
+        Some((eta, value)) => format!("{}: smallest eta_nndd {eta:.3e} at {key} = {value}\n", panel.name),
+        None => format!("{}: no value\n", panel.name),
+    }
+}

@@ -1,0 +1,63 @@
+//! The sentence about a run, and the one about its certificate.
+
+use crate::words;
+use case_io::report::{Parts, Report, Status};
+use std::fmt::Write as _;
+
+/// A part of the bound is shown if its share is at least this.
+const NOTICEABLE: f64 = 0.1;
+
+/// Writes the status line and the certificate line, behind an empty line.
+pub fn verdict(report: &Report) -> String {
+    let Status { word, reason, .. } = &report.status;
+    let mut text = format!("\n{word}: {reason}\n");
+    let certificate = &report.certificate;
+    let parts = &certificate.parts;
+    match (certificate.e_cre, parts.mesh, parts.iteration) {
+        (Some(e_cre), Some(mesh), Some(iteration)) if certificate.valid => {
+            text += &match certificate.relative {
+                Some(relative) if e_cre > 0.0 => {
+                    let percent = |x: f64| words::rounded_up(100.0 * relative * x / e_cre);
+                    format!(
+                        "certified error <= {} % of the energy norm (discretisation {} %, iteration {} %{})\n",
+                        words::rounded_up(100.0 * relative),
+                        percent(mesh),
+                        percent(iteration),
+                        other_parts(parts, e_cre, percent)
+                    )
+                }
+                _ => format!(
+                    "certified error <= {} in the energy norm; the bodies hold no strain energy, so there is no percentage\n",
+                    words::rounded_up(e_cre)
+                ),
+            };
+        }
+        (Some(_), ..) => {
+            text += "NOT certified, the bound is not valid:";
+            for (name, value) in certificate.checks.named() {
+                let _ = write!(text, " {name} {:.1e}", value.unwrap_or(f64::NAN));
+            }
+            text.push('\n');
+        }
+        _ => text += "no certificate: the numbers are too large or too small for one\n",
+    }
+    text
+}
+
+/// The other parts of the bound, as far as they are a noticeable share of it.
+fn other_parts(parts: &Parts, e_cre: f64, percent: impl Fn(f64) -> String) -> String {
+    let others = [
+        ("contact law between the nodes", parts.contact),
+        ("bent contact line", parts.lift),
+        ("gap", parts.gap_data),
+        ("friction", parts.friction),
+        ("round-off", parts.round_off),
+    ];
+    let mut text = String::new();
+    for (name, part) in others {
+        if let Some(part) = part.filter(|part| *part >= NOTICEABLE * e_cre) {
+            let _ = write!(text, ", {name} {} %", percent(part));
+        }
+    }
+    text
+}

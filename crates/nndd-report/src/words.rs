@@ -1,0 +1,149 @@
+//! Numbers and texts as people read them.
+
+use std::borrow::Cow;
+
+pub use mesh_io::words::counted;
+
+/// Writes a number exactly, with an exponent if it would be a long row of digits.
+pub use fem_core::geometry::shown as short;
+
+/// The nearest number of this many significant digits that is not below `x`, or not above it.
+fn outward(x: f64, digits: usize, up: bool) -> f64 {
+    let nearest = format!("{x:.*e}", digits.saturating_sub(1));
+    let Some((mantissa, exponent)) = nearest.split_once('e') else { return x };
+    let Ok(value) = nearest.parse::<f64>() else { return x };
+    if if up { value >= x } else { value <= x } {
+        return value;
+    }
+    let (Ok(mantissa), Ok(exponent)) = (mantissa.replace('.', "").parse::<i64>(), exponent.parse::<i64>())
+    else {
+        return x;
+    };
+    let (next, last) = (mantissa + if up { 1 } else { -1 }, exponent + 1 - digits as i64);
+    format!("{next}e{last}").parse().unwrap_or(x)
+}
+
+/// At most seven significant digits.
+pub fn seven(x: f64) -> String {
+    short(format!("{x:.6e}").parse().unwrap_or(x))
+}
+
+/// The nearest number of this many significant digits that is not below a bound.
+pub fn raised(x: f64, digits: usize) -> f64 {
+    outward(x, digits, true)
+}
+
+/// Four significant digits of a bound, none of them smaller than the bound itself.
+pub fn rounded_up(x: f64) -> String {
+    let value = outward(x, 4, true);
+    if value == 0.0 || !(1e-3..1e4).contains(&value.abs()) {
+        return if value == 0.0 { "0".into() } else { format!("{value:.3e}") };
+    }
+    let digits = (3 - value.abs().log10().floor() as i32).max(0) as usize;
+    format!("{value:.digits$}")
+}
+
+/// Seven significant digits of a lower bound, rounded down.
+pub fn at_least(x: f64) -> String {
+    short(outward(x, 7, false))
+}
+
+/// Seven significant digits of an upper bound, rounded up.
+pub fn at_most(x: f64) -> String {
+    short(outward(x, 7, true))
+}
+
+/// Says whether a character would command a terminal.
+fn commands(c: char) -> bool {
+    c.is_control() && c != '\n' && c != '\t' || turns(c)
+}
+
+/// Says whether a character turns the direction of the text after it.
+fn turns(c: char) -> bool {
+    matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
+/// Writes control characters by their codes, line ends among them: a title or a name is one line.
+pub fn one_line(text: &str) -> Cow<'_, str> {
+    by_code(text, |c| c.is_control() || turns(c))
+}
+
+/// Writes characters that would command a terminal by their codes.
+pub fn plain(text: &str) -> Cow<'_, str> {
+    by_code(text, commands)
+}
+
+/// Writes some characters by their codes.
+fn by_code(text: &str, which: fn(char) -> bool) -> Cow<'_, str> {
+    if !text.contains(which) {
+        return text.into();
+    }
+    let shown = |c: char| if which(c) { c.escape_default().to_string() } else { c.to_string() };
+    text.chars().map(shown).collect::<String>().into()
+}
+
+/// Replaces such characters by blanks, each byte by one, so that places in the text stay where they are.
+pub fn blanked(text: &str) -> String {
+    let mut blanked = String::with_capacity(text.len());
+    for c in text.chars() {
+        if commands(c) { blanked.extend(std::iter::repeat_n(' ', c.len_utf8())) } else { blanked.push(c) }
+    }
+    blanked
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_rows_of_digits_get_an_exponent() {
+        let written = [0.0, 0.1, -2.5, 1e-30, -1e300].map(short);
+        assert_eq!(written, ["0", "0.1", "-2.5", "1e-30", "-1e300"]);
+        assert_eq!([3.011352812508667, 1.0, -2e-9, 0.1 + 0.2].map(seven), ["3.011353", "1", "-2e-9", "0.3"]);
+        assert_eq!([1, 2].map(|n| counted(n, "mesh node")), ["1 mesh node", "2 mesh nodes"]);
+    }
+
+    #[test]
+    fn a_bound_is_never_printed_below_itself() {
+        let cases = [
+            (18.831_7, "18.84"),
+            (1.301_44, "1.302"),
+            (1.5, "1.500"),
+            (0.999_94, "1.000"),
+            (9_999.1, "1.000e4"),
+            (3.200_4e-9, "3.201e-9"),
+        ];
+        for (x, shown) in cases {
+            assert_eq!(rounded_up(x), shown);
+        }
+        let mut x = 1.234_567e-12;
+        while x < 1e9 {
+            let shown: f64 = rounded_up(x).parse().unwrap();
+            assert!(shown >= x && shown <= 1.0011 * x, "{x} {shown}");
+            x *= 1.371;
+        }
+    }
+
+    #[test]
+    fn bounds_are_rounded_away_from_what_they_enclose() {
+        assert_eq!([at_least(0.842_456_74), at_most(30.047_109_07)], ["0.8424567", "30.04711"]);
+        assert_eq!([at_least(-35.515_046_6), at_most(-35.515_046_6)], ["-35.51505", "-35.51504"]);
+        assert_eq!([at_least(0.0), at_most(2.5), at_most(9.999_999_9)], ["0", "2.5", "10"]);
+        let mut x = -1.234_567_891e-9;
+        while x > -1e9 {
+            let [low, high] = [at_least(x), at_most(x)].map(|text| text.parse::<f64>().unwrap());
+            assert!(low <= x && x <= high && high - low <= 2e-6 * x.abs(), "{low} {x} {high}");
+            x *= 2.371;
+        }
+    }
+
+    #[test]
+    fn nothing_commands_the_terminal() {
+        assert_eq!(plain("a\u{1b}[31mb\nü\t\u{9b}"), "a\\u{1b}[31mb\nü\t\\u{9b}");
+        assert!(matches!(plain("Größe\n"), Cow::Borrowed(_)));
+        assert_eq!(one_line("a\u{1b}[31mb\nü\t\u{202e}"), "a\\u{1b}[31mb\\nü\\t\\u{202e}");
+        assert!(matches!(one_line("Größe 上"), Cow::Borrowed(_)));
+        let text = "a\u{1b}ü\u{9b}\r\n";
+        assert_eq!((blanked(text).as_str(), blanked(text).len()), ("a ü   \n", text.len()));
+    }
+}
