@@ -4,7 +4,7 @@ use crate::check;
 use cre_estimator::{Estimate, Relaxation};
 use fem_core::interface::ContactProblem;
 use fem_core::norm::energy_error_squared;
-use nndd::{Acceleration, NnddSettings, Theta};
+use nndd::{Acceleration, NnddSettings};
 use proptest::prelude::*;
 use std::cell::Cell;
 use tests::random::Random;
@@ -44,7 +44,7 @@ fn the_bound_holds_at_every_iteration_for_any_theta() {
         let mut settings = NnddSettings::paper(theta);
         if accelerated {
             settings = NnddSettings::default();
-            settings.theta = Theta::Value(theta);
+            settings.theta = Some(theta);
             settings.acceleration = Acceleration::None;
         }
         settings.max_iterations = 12;

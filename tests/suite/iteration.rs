@@ -9,7 +9,7 @@ use fem_core::boundary::BoundaryConditions;
 use fem_core::interface::{ContactInterface, ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
-use nndd::{Method, NnddStatus, Theta};
+use nndd::{Method, NnddStatus};
 use tests::blocks::Blocks;
 use tests::receding;
 use tests::run::newton;
@@ -135,7 +135,7 @@ fn an_explicit_choice_of_the_iteration_never_switches() {
         answer.nndd.status
     };
     assert_eq!(status(&|s| s.nndd.method = Method::Nndd), NnddStatus::MaxIterations);
-    assert_eq!(status(&|s| s.nndd.theta = Theta::Value(0.5)), NnddStatus::MaxIterations);
+    assert_eq!(status(&|s| s.nndd.theta = Some(0.5)), NnddStatus::MaxIterations);
     assert_eq!(status(&|s| s.criterion = Criterion::Iterations), NnddStatus::MaxIterations);
     // The same settings without such a choice do.
     assert!(run(problem(), &hurried(2)).nndd.switch.is_some());

@@ -1,7 +1,7 @@
 //! The iteration's limit is the interface Newton method's answer, for all weights, accelerations and roles.
 
 use fem_core::interface::{ContactProblem, Roles};
-use nndd::{Acceleration, Iterate, NnddSettings, NnddStatus, Path, Theta, Weights};
+use nndd::{Acceleration, Iterate, NnddSettings, NnddStatus, Path, Weights};
 use tests::run::{newton, norm_and_distance, relative_difference};
 use tests::{certify, displacements, heavy, iterates, paper, prepare};
 
@@ -34,7 +34,10 @@ fn reaches_newton(problem: &ContactProblem, settings: &NnddSettings) -> usize {
     all.len()
 }
 
-fn with(weights: Weights, acceleration: Acceleration, theta: Theta) -> NnddSettings {
+/// θ from the spectrum.
+const AUTO: Option<f64> = None;
+
+fn with(weights: Weights, acceleration: Acceleration, theta: Option<f64>) -> NnddSettings {
     let mut settings = NnddSettings::default();
     settings.weights = weights;
     settings.acceleration = acceleration;
@@ -47,16 +50,16 @@ fn with(weights: Weights, acceleration: Acceleration, theta: Theta) -> NnddSetti
 fn half_weights_reach_the_newton_solution() {
     use Acceleration::{Aitken, Anderson, None};
     for (case, acceleration, theta) in [
-        (EQUAL, None, Theta::Value(0.5)),
-        (EQUAL, None, Theta::Auto),
-        (PAPER, None, Theta::Value(0.4)),
-        (PAPER, Aitken, Theta::Auto),
-        (PAPER, Anderson, Theta::Auto),
-        (STIFF, None, Theta::Auto),
-        (STIFF, Aitken, Theta::Auto),
-        (STIFF, Anderson, Theta::Auto),
-        (SOFT, Aitken, Theta::Auto),
-        (SOFT, Anderson, Theta::Auto),
+        (EQUAL, None, Some(0.5)),
+        (EQUAL, None, AUTO),
+        (PAPER, None, Some(0.4)),
+        (PAPER, Aitken, AUTO),
+        (PAPER, Anderson, AUTO),
+        (STIFF, None, AUTO),
+        (STIFF, Aitken, AUTO),
+        (STIFF, Anderson, AUTO),
+        (SOFT, Aitken, AUTO),
+        (SOFT, Anderson, AUTO),
     ] {
         reaches_newton(&problem(case), &with(Weights::Half, acceleration, theta));
     }
@@ -79,7 +82,7 @@ fn stiffness_weights_reach_the_newton_solution() {
         (VERY_STIFF, Aitken),
         (VERY_STIFF, Anderson),
     ] {
-        reaches_newton(&problem(case), &with(Weights::Stiffness, acceleration, Theta::Auto));
+        reaches_newton(&problem(case), &with(Weights::Stiffness, acceleration, AUTO));
     }
 }
 

@@ -5,7 +5,7 @@ use case_io::case;
 use certified_contact::{Criterion, Imposed, Settings};
 use contact_qp::QpMethod;
 use cre_estimator::Relaxation;
-use nndd::{Acceleration, Method, Path, Theta, Weights};
+use nndd::{Acceleration, Method, Path, Weights};
 
 /// Makes the settings of a solve from those of a case.
 pub fn settings(case: &Case) -> Settings {
@@ -42,8 +42,8 @@ pub fn settings(case: &Case) -> Settings {
         case::Path::Literal => Path::Literal,
     };
     nndd.theta = match solver.theta {
-        case::Theta::Auto => Theta::Auto,
-        case::Theta::Value(theta) => Theta::Value(theta),
+        case::Theta::Auto => None,
+        case::Theta::Value(theta) => Some(theta),
     };
     nndd.weights = match solver.weights {
         case::Weights::Half => Weights::Half,

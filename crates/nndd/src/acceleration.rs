@@ -8,6 +8,14 @@ const WINDOW: usize = 6;
 /// A step that raises the error by more than this factor makes Anderson's method discard its history.
 const SAFEGUARD: f64 = 2.0;
 
+/// One update `λ ← λ + θ (w¹ − w²)·n`.
+pub(crate) struct Step {
+    /// θ of this update.
+    pub(crate) theta: f64,
+    /// The next λ, m.
+    pub(crate) lambda: Vec<f64>,
+}
+
 /// Turns corrections into the next λ.
 pub(crate) struct Accelerator {
     kind: Acceleration,
@@ -25,8 +33,8 @@ impl Accelerator {
         Self { kind, base: theta, theta, previous: None, history: Vec::new(), last_eta: f64::INFINITY }
     }
 
-    /// Chooses the update that follows an iteration and returns its θ.
-    pub(crate) fn choose(&mut self, lambda: &[f64], direction: Vec<f64>, eta: f64) -> f64 {
+    /// Updates λ from the direction `(w¹ − w²)·n` of an iteration and its η_NNDD.
+    pub(crate) fn step(&mut self, lambda: &[f64], direction: Vec<f64>, eta: f64) -> Step {
         if self.kind != Acceleration::None {
             self.theta = self.aitken(&direction).unwrap_or(self.base);
         }
@@ -44,19 +52,15 @@ impl Accelerator {
             }
         }
         self.last_eta = eta;
-        self.previous = Some((lambda.to_vec(), direction));
         // Only Anderson's method has a history.
-        if self.history.is_empty() { self.theta } else { self.base }
-    }
-
-    /// Computes the next λ with the chosen update.
-    pub(crate) fn next(&self) -> Vec<f64> {
-        let Some((lambda, direction)) = &self.previous else { return Vec::new() };
-        if self.history.is_empty() {
-            lambda.iter().zip(direction).map(|(l, z)| l + self.theta * z).collect()
+        let step = if self.history.is_empty() {
+            let next = lambda.iter().zip(&direction).map(|(l, z)| l + self.theta * z).collect();
+            Step { theta: self.theta, lambda: next }
         } else {
-            self.anderson(lambda, direction)
-        }
+            Step { theta: self.base, lambda: self.anderson(lambda, &direction) }
+        };
+        self.previous = Some((lambda.to_vec(), direction));
+        step
     }
 
     /// Aitken's Δ²: θ ← −θ z₋·(z − z₋)/|z − z₋|², kept within sensible limits of the base.
@@ -103,8 +107,7 @@ mod tests {
         let mut found = Vec::new();
         for eta in etas {
             let direction = vec![1.0 - lambda[0], 1.0 - 0.5 * lambda[1]];
-            let theta = update.choose(&lambda, direction.clone(), eta);
-            let next = update.next();
+            let Step { theta, lambda: next } = update.step(&lambda, direction.clone(), eta);
             let error = (0..2).map(|i| next[i] - lambda[i] - theta * direction[i]).collect();
             found.push((theta, error));
             lambda = next;

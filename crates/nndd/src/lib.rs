@@ -75,7 +75,7 @@ pub use contact_qp;
 pub use error::NnddError;
 pub use fem_core;
 pub use iterate::{ContactAnswer, Iterate, IterationRow};
-pub use settings::{Acceleration, Method, NnddSettings, Path, Theta, Weights};
+pub use settings::{Acceleration, Method, NnddSettings, Path, Weights};
 pub use solution::{NnddSolution, NnddStatus, Switch};
 pub use solve::{Start, solve, solve_from};
 pub use spectrum::Spectrum;

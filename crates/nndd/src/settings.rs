@@ -26,16 +26,6 @@ pub enum Path {
     Literal,
 }
 
-/// The relaxation parameter of the update.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Theta {
-    /// From the ends of the spectrum of the interface operator, `2/(µ_min + µ_max)`.
-    #[default]
-    Auto,
-    /// A given positive number.
-    Value(f64),
-}
-
 /// How the interface imbalance is shared between the two bodies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Weights {
@@ -66,8 +56,9 @@ pub struct NnddSettings {
     pub method: Method,
     /// The operators; default condensed.
     pub path: Path,
-    /// The relaxation; default automatic.
-    pub theta: Theta,
+    /// θ of the update, positive; `None`, the default: `2/(µ_min + µ_max)` from the ends of the spectrum of the
+    /// interface operator.
+    pub theta: Option<f64>,
     /// The weights; default by stiffness.
     pub weights: Weights,
     /// The acceleration; default Anderson.
@@ -83,7 +74,7 @@ impl Default for NnddSettings {
         Self {
             method: Method::default(),
             path: Path::default(),
-            theta: Theta::default(),
+            theta: None,
             weights: Weights::default(),
             acceleration: Acceleration::default(),
             max_iterations: 50,
@@ -97,7 +88,7 @@ impl NnddSettings {
     pub fn paper(theta: f64) -> Self {
         Self {
             method: Method::Nndd,
-            theta: Theta::Value(theta),
+            theta: Some(theta),
             weights: Weights::Half,
             acceleration: Acceleration::None,
             ..Self::default()

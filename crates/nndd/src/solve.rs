@@ -7,7 +7,7 @@ use crate::error::NnddError;
 use crate::iterate::{ContactAnswer, Iterate, IterationRow};
 use crate::literal::LiteralSteps;
 use crate::monitor::Monitor;
-use crate::settings::{Acceleration, Method, NnddSettings, Path, Theta};
+use crate::settings::{Acceleration, Method, NnddSettings, Path};
 use crate::solution::{NnddSolution, NnddStatus};
 use crate::spectrum;
 use crate::steps::{CondensedSteps, Steps};
@@ -16,7 +16,8 @@ use crate::vector::{add, dot};
 use crate::weights::NodalWeights;
 use contact_qp::ActiveSet;
 use fem_core::condensation::OrientedBody;
-use fem_core::interface::ContactInterface;
+use fem_core::each_body;
+use fem_core::interface::{ContactInterface, Pair};
 use fem_core::norm::from_squared;
 use fem_core::prepared::PreparedProblem;
 
@@ -32,19 +33,22 @@ impl Run<'_> {
         let mut monitor = Monitor::default();
         let (mut history, mut clarabel_calls) = (Vec::new(), 0);
         loop {
-            // Step 1: (8) and (9), at the same time.
+            // Step 1: λ imposed on Ω₁ (8), unilateral contact of Ω₂ (9).
             let (reaction, contact) = self.step_1(&lambda)?;
             clarabel_calls += contact.clarabel_calls;
-            // Step 2: (10) and (11), at the same time.
-            let correction = self.step_2(&add(&reaction, &contact.normal_reaction));
-            let used = update.choose(&lambda, correction.direction, correction.eta_nndd);
+            // Step 2: the Neumann problems (10) and (11) under the imbalance r¹ + r².
+            let imbalance = add(&reaction, &contact.normal_reaction);
+            let [w1, w2] = self.step_2(&imbalance);
+            // The indicators: η_NNDD (22), ε_t (24).
+            let eta_nndd = self.eta_nndd(&imbalance, &w1);
+            // The update: λ ← λ + θ (w¹ − w²)·n.
+            let step = update.step(&lambda, self.weights.update([&w1, &w2]), eta_nndd);
             let iteration = history.len() + 1;
-            let last = self.iterate_of(iteration, used, correction.eta_nndd, lambda, reaction, contact);
+            let last = self.iterate_of(iteration, step.theta, eta_nndd, lambda, reaction, contact);
             history.push(IterationRow::from(&last));
-            // ε_t, η_NNDD: stop, or give up?
+            // Stop, or give up?
             let mut status = self.verdict(&last, &mut monitor, stop)?;
-            // λ ← λ + θ (w¹ − w²)·n
-            lambda = if status.is_none() { update.next() } else { Vec::new() };
+            lambda = if status.is_none() { step.lambda } else { Vec::new() };
             if lambda.iter().any(|x| !x.is_finite()) {
                 status = Some(NnddStatus::Diverged { best: monitor.smallest(), theta_limit: None });
             }
@@ -87,23 +91,19 @@ impl Run<'_> {
         Ok((reaction, contact))
     }
 
-    /// Step 2: the Neumann problems (10) and (11) under the imbalance `r¹ + r²`.
-    fn step_2(&self, imbalance: &[f64]) -> Correction {
-        let [load_1, load_2] = self.weights.loads(imbalance);
-        let ((w1, eta_nndd), w2) = rayon::join(
-            || {
-                let w1 = self.steps.neumann(0, &load_1);
-                // η_NNDD² = ‖w̄‖² = (r¹+r²)·w̄ with w̄ = S₁⁻¹(r¹+r²); with half weights w̄ = −2 w¹.
-                let squared = if self.weights.is_half() {
-                    4.0 * dot(&load_1, &w1)
-                } else {
-                    dot(imbalance, &self.steps.neumann(0, imbalance))
-                };
-                (w1, from_squared(squared))
-            },
-            || self.steps.neumann(1, &load_2),
-        );
-        Correction { direction: self.weights.update([&w1, &w2]), eta_nndd }
+    /// Step 2: the traces of the corrections, (10) and (11), under shares of the imbalance.
+    fn step_2(&self, imbalance: &[f64]) -> [Vec<f64>; 2] {
+        let loads = self.weights.loads(imbalance);
+        each_body(|role| self.steps.neumann(role, &loads[role]))
+    }
+
+    /// Computes `η_NNDD = ‖w̄‖ = √((r¹+r²)·w̄)` with `S₁ w̄ = r¹ + r²`, (22). With half weights `w̄ = −2 w¹`.
+    fn eta_nndd(&self, imbalance: &[f64], w1: &[f64]) -> f64 {
+        from_squared(if self.weights.is_half() {
+            -2.0 * dot(imbalance, w1)
+        } else {
+            dot(imbalance, &self.steps.neumann(0, imbalance))
+        })
     }
 
     fn iterate_of(
@@ -118,15 +118,7 @@ impl Run<'_> {
         let pairs = self.interface.pairs();
         let opening =
             (0..pairs.len()).map(|i| contact.normal_trace[i] - (lambda[i] - pairs[i].gap)).collect();
-        let traction = |r: &dyn Fn(usize) -> f64| {
-            let tractions = (0..pairs.len()).map(|i| (r(i) / pairs[i].tributary_length).abs());
-            // Keep a NaN: otherwise it would count as a small imbalance.
-            tractions.fold(0.0, |largest: f64, t| if t > largest || t.is_nan() { t } else { largest })
-        };
-        let r2 = &contact.normal_reaction;
-        let scale = traction(&|i| reaction[i]) + traction(&|i| r2[i]);
-        let imbalance = traction(&|i| reaction[i] + r2[i]);
-        let precision = if scale == 0.0 { 0.0 } else { 2.0 * imbalance / scale };
+        let precision = precision(pairs, &reaction, &contact.normal_reaction);
         Iterate { iteration, lambda, opening, theta, precision, eta_nndd, reaction, contact }
     }
 }
@@ -142,12 +134,15 @@ struct Run<'a> {
     warm_start: Option<ActiveSet>,
 }
 
-/// The results of step 2.
-struct Correction {
-    /// Direction of the update, `(w¹ − w²)·n`.
-    direction: Vec<f64>,
-    /// `η_NNDD`.
-    eta_nndd: f64,
+/// Computes `ε_t = 2 max|t¹+t²| / (max|t¹|+max|t²|)`, the paper's precision, (24), with `t_i = r_i/ℓ_i`.
+fn precision(pairs: &[Pair], r1: &[f64], r2: &[f64]) -> f64 {
+    let largest = |r: &dyn Fn(usize) -> f64| {
+        let tractions = (0..pairs.len()).map(|i| (r(i) / pairs[i].tributary_length).abs());
+        // A NaN must show: it would pass for a small imbalance.
+        tractions.fold(0.0, |largest: f64, t| if t > largest || t.is_nan() { t } else { largest })
+    };
+    let scale = largest(&|i| r1[i]) + largest(&|i| r2[i]);
+    if scale == 0.0 { 0.0 } else { 2.0 * largest(&|i| r1[i] + r2[i]) / scale }
 }
 
 /// Solves a contact problem by the Neumann-Neumann iteration (8)-(11), or by the reference method.
@@ -220,7 +215,7 @@ pub fn solve_from(
         Method::Auto | Method::Nndd => {
             let found = run.iterate(lambda, theta, stop)?;
             let may_switch =
-                settings.method == Method::Auto && settings.theta == Theta::Auto && stop.can_stop();
+                settings.method == Method::Auto && settings.theta.is_none() && stop.can_stop();
             let open = match found.status {
                 NnddStatus::StoppedByCriterion | NnddStatus::Interrupted => false,
                 // Energies that overflow in the first iteration do so with any method.
@@ -255,7 +250,7 @@ fn check(problem: &PreparedProblem, lambda: &[f64], settings: &NnddSettings) -> 
         return Err(NnddError::Lambda { pair, found: lambda[pair] });
     }
     match settings.theta {
-        Theta::Value(found) if !(found > 0.0 && found.is_finite()) => Err(NnddError::Theta { found }),
+        Some(found) if !(found > 0.0 && found.is_finite()) => Err(NnddError::Theta { found }),
         _ => Ok(()),
     }
 }

@@ -5,7 +5,6 @@
 //! (`B(S₁+S₂)` is self-adjoint in the inner product of `S₁+S₂`): θ converges below `2/µ_max` and is best at
 //! `2/(µ_min+µ_max)`. With unilateral contact every small enough θ converges: Haslinger, Kučera and Sassi 2009.
 
-use crate::settings::Theta;
 use crate::vector::{add, dot};
 use crate::weights::NodalWeights;
 use fem_core::condensation::OrientedBody;
@@ -39,13 +38,13 @@ const STEPS: usize = 12;
 
 /// Chooses θ: the given one, or the best one for the spectrum, which is also returned.
 pub(crate) fn choose_theta(
-    theta: Theta,
+    theta: Option<f64>,
     bodies: &[OrientedBody<'_>; 2],
     weights: &NodalWeights,
 ) -> (f64, Option<Spectrum>) {
     match theta {
-        Theta::Value(theta) => (theta, None),
-        Theta::Auto => {
+        Some(theta) => (theta, None),
+        None => {
             let spectrum = estimate(bodies, weights);
             // Without a spectrum: the best value for identical bodies.
             let identical = if weights.is_half() { 0.5 } else { 1.0 };

@@ -82,7 +82,9 @@ impl Run<'_> {
         self.warm_start = Some(ActiveSet::new(flags));
         let (reaction, contact) = self.step_1(&answer.lambda)?;
         let clarabel_calls = answer.solution.clarabel_calls + contact.clarabel_calls;
-        let eta = self.step_2(&add(&reaction, &contact.normal_reaction)).eta_nndd;
+        let imbalance = add(&reaction, &contact.normal_reaction);
+        let [w1, _] = self.step_2(&imbalance);
+        let eta = self.eta_nndd(&imbalance, &w1);
         let mut iterate = self.iterate_of(number, 0.0, eta, answer.lambda, reaction, contact);
         let status =
             if answer.solution.status.is_solved() { iterate.contact.status } else { answer.solution.status };
