@@ -103,7 +103,8 @@ fn build_program(workspace: &Workspace) -> Outcome<()> {
 
 /// Today's date, as it is in the names of folders.
 fn today() -> String {
-    jiff::Timestamp::now().strftime("%Y-%m-%d").to_string()
+    let now = humantime::format_rfc3339_seconds(std::time::SystemTime::now()).to_string();
+    now.chars().take_while(|c| *c != 'T').collect()
 }
 
 /// Writes files to the folder of this day and machine.

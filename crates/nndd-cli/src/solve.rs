@@ -23,7 +23,7 @@ use std::path::PathBuf;
 pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
     let mut watch = Stopwatch::start();
     let signals = Signals::listen()?;
-    let started = jiff::Timestamp::now().to_string();
+    let started = humantime::format_rfc3339_nanos(std::time::SystemTime::now()).to_string();
     let (_, mut case) = run::read_case(&options.case, &run::overrides(&options.case.set)?)?;
     let problem = run::build(&mut case)?;
     check::supports(&case, &problem)?;
