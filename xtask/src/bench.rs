@@ -5,10 +5,12 @@
 //! |---|---|
 //! | criterion suites | [`criterion`] |
 //! | the program as a whole process | [`process`] |
+//! | a cold build of the program | [`build`] |
 //! | other programs on the same meshes | [`peers`] |
 //! | machine, commit, compiler | [`machine`] |
 //! | the page of an ordinary run | [`page`] |
 
+mod build;
 mod criterion;
 mod machine;
 mod numbers;
@@ -32,6 +34,9 @@ pub(crate) struct Arguments {
     /// Time what a user would pick instead, beside this program and on the same meshes, and nothing else
     #[arg(long)]
     peers: bool,
+    /// Time a cold build of the program, count its units and weigh the binary, and nothing else
+    #[arg(long, conflicts_with = "peers")]
+    build: bool,
     /// Runs of each process, after a discarded first run
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     runs: u32,
@@ -43,7 +48,12 @@ pub(crate) struct Arguments {
 impl Arguments {
     /// The command line that these arguments come from.
     fn command(&self) -> String {
-        let flags = [(self.peers, " --peers"), (self.quick, " --quick"), (self.large, " --large")];
+        let flags = [
+            (self.peers, " --peers"),
+            (self.build, " --build"),
+            (self.quick, " --quick"),
+            (self.large, " --large"),
+        ];
         let given: String = flags.into_iter().filter_map(|(given, flag)| given.then_some(flag)).collect();
         let runs = if self.runs == 5 { String::new() } else { format!(" --runs {}", self.runs) };
         let up_to = self.up_to.map(|n| format!(" --up-to {n}")).unwrap_or_default();
@@ -53,8 +63,11 @@ impl Arguments {
 
 /// Measures, and writes the results.
 pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<()> {
+    if arguments.build {
+        return build::run(workspace, &arguments.command());
+    }
     if arguments.peers {
-        build(workspace)?;
+        build_program(workspace)?;
         return peers::run(workspace, arguments);
     }
     let suites: Vec<&str> = workspace
@@ -65,7 +78,7 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<()> {
         .collect();
     let quick: &[&str] = if arguments.quick { &["--quick"] } else { &[] };
     let estimates = criterion::measure(workspace, &suites, quick)?;
-    build(workspace)?;
+    build_program(workspace)?;
     let processes = process::time_all(workspace, arguments.large, arguments.runs as usize)?;
     let machine = Machine::look();
     let readme = page::readme(workspace, &arguments.command(), &machine, &estimates, &processes)?;
@@ -83,14 +96,15 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<()> {
     Ok(())
 }
 
-fn build(workspace: &Workspace) -> Outcome<()> {
+fn build_program(workspace: &Workspace) -> Outcome<()> {
     let built = stream(&mut workspace.cargo(&["build", "--release", "--bin", "nndd"]))?;
     if built == Some(0) { Ok(()) } else { Err("the program does not build".to_owned()) }
 }
 
 /// Today's date, as it is in the names of folders.
 fn today() -> String {
-    jiff::Timestamp::now().strftime("%Y-%m-%d").to_string()
+    let now = humantime::format_rfc3339_seconds(std::time::SystemTime::now()).to_string();
+    now.chars().take_while(|c| *c != 'T').collect()
 }
 
 /// Writes files to the folder of this day and machine.

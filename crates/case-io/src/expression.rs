@@ -12,13 +12,12 @@
 //! Numbers, `x`, `y`, `pi`, the operators `+ - * / ^`, parentheses, and the functions of [`FUNCTIONS`]. A power binds
 //! more strongly than a sign, `-x^2 = -(x^2)`, and has one exponent: `a^b^c` is refused.
 
-mod spelling;
+mod parse;
 #[cfg(test)]
 mod tests;
 mod value;
 mod words;
 
-use exmex::{Express, FlatEx, NumberMatcher};
 use fem_core::geometry::Vector;
 use std::fmt;
 use std::ops::Range;
@@ -52,9 +51,7 @@ pub struct ExpressionError {
 #[derive(Clone)]
 pub struct Expression {
     text: String,
-    compiled: Arc<FlatEx<f64, words::Words, NumberMatcher>>,
-    /// Whether it depends on x, on y.
-    uses: [bool; 2],
+    tree: Arc<parse::Node>,
 }
 
 impl Expression {
@@ -64,15 +61,7 @@ impl Expression {
     /// What is not an expression, with the place in the text: unknown names and characters, a grammar that is not that
     /// of an expression, more than [`LONGEST_EXPRESSION`] bytes or [`DEEPEST_EXPRESSION`] open parentheses.
     pub fn parse(text: &str) -> Result<Self, ExpressionError> {
-        let spelled = spelling::spell(text)?;
-        let compiled = FlatEx::parse(&spelled).map_err(|error| ExpressionError {
-            span: 0..text.len(),
-            message: format!("the expression cannot be read: {error}"),
-            expected: None,
-            help: None,
-        })?;
-        let uses = ["x", "y"].map(|name| compiled.var_names().iter().any(|v| v == name));
-        Ok(Self { text: text.to_owned(), compiled: Arc::new(compiled), uses })
+        Ok(Self { tree: Arc::new(parse::parse(text)?), text: text.to_owned() })
     }
 
     /// Returns the text.
@@ -81,19 +70,13 @@ impl Expression {
     }
 
     /// Evaluates the expression at a point `[x, y]`; NaN or infinite if it is not defined.
-    pub fn at(&self, [x, y]: Vector) -> f64 {
-        let value = match self.uses {
-            [true, true] => self.compiled.eval(&[x, y]),
-            [true, false] => self.compiled.eval(&[x]),
-            [false, true] => self.compiled.eval(&[y]),
-            [false, false] => self.compiled.eval(&[]),
-        };
-        value.unwrap_or(f64::NAN)
+    pub fn at(&self, point: Vector) -> f64 {
+        self.tree.at(&point)
     }
 
     /// Says whether the value is the same everywhere because neither `x` nor `y` is in the text.
     pub fn is_constant(&self) -> bool {
-        self.uses == [false; 2]
+        !self.tree.uses_coordinates()
     }
 }
 

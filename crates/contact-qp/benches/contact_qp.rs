@@ -32,7 +32,7 @@ fn loads_and_bounds(n: usize, pressure: f64) -> (Vec<f64>, Vec<f64>) {
 }
 
 fn roads(criterion: &mut Criterion) {
-    for n in [81, 321] {
+    for n in [81, 321, 641] {
         let matrix = half_plane(n);
         let bounded: Vec<usize> = (0..n).collect();
         let (linear, lower) = loads_and_bounds(n, 1.0);

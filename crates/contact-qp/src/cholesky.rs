@@ -4,10 +4,11 @@ use crate::error::QpError;
 use crate::problem::MatrixView;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;
+use faer::linalg::matmul::matmul;
 use faer::sparse::linalg::cholesky as sparse_cholesky;
 use faer::sparse::linalg::cholesky::{SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
-use faer::{Conj, Mat, MatMut, Par, Side};
+use faer::{Accum, Conj, Mat, MatMut, MatRef, Par, Side};
 
 /// `L` with `P_II = L Lᵀ`.
 pub(crate) enum Factor {
@@ -34,14 +35,39 @@ impl Factor {
     /// Overwrites `rhs` with `P_II⁻¹ rhs`.
     pub(crate) fn solve(&self, rhs: &mut [f64]) {
         let size = rhs.len();
-        let rhs = MatMut::from_column_major_slice_mut(rhs, size, 1);
+        self.solve_columns(MatMut::from_column_major_slice_mut(rhs, size, 1));
+    }
+
+    /// Returns `P_II⁻¹ C` and `Cᵀ P_II⁻¹ C`, column by column.
+    ///
+    /// * `coupling`: C, column by column.
+    /// * `columns`: of C, at least 1.
+    pub(crate) fn eliminate(&self, coupling: Vec<f64>, columns: usize) -> (Vec<f64>, Vec<f64>) {
+        let size = coupling.len() / columns;
+        let mut solved = coupling.clone();
+        self.solve_columns(MatMut::from_column_major_slice_mut(&mut solved, size, columns));
+        let mut product = vec![0.0; columns * columns];
+        matmul(
+            MatMut::from_column_major_slice_mut(&mut product, columns, columns),
+            Accum::Replace,
+            MatRef::from_column_major_slice(&coupling, size, columns).transpose(),
+            MatRef::from_column_major_slice(&solved, size, columns),
+            1.0,
+            Par::Seq,
+        );
+        (solved, product)
+    }
+
+    fn solve_columns(&self, rhs: MatMut<'_, f64>) {
+        let (size, columns) = (rhs.nrows(), rhs.ncols());
         match self {
             Self::Dense(lower) => {
-                let mut memory = MemBuffer::new(llt::solve::solve_in_place_scratch::<f64>(size, 1, Par::Seq));
+                let scratch = llt::solve::solve_in_place_scratch::<f64>(size, columns, Par::Seq);
+                let mut memory = MemBuffer::new(scratch);
                 llt::solve::solve_in_place(lower.as_ref(), rhs, Par::Seq, MemStack::new(&mut memory));
             }
             Self::Sparse { symbolic, values } => {
-                let mut memory = MemBuffer::new(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq));
+                let mut memory = MemBuffer::new(symbolic.solve_in_place_scratch::<f64>(columns, Par::Seq));
                 sparse_cholesky::LltRef::new(symbolic, values).solve_in_place_with_conj(
                     Conj::No,
                     rhs,

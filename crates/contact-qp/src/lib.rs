@@ -76,6 +76,7 @@ mod matrix;
 mod polish;
 mod primal_dual;
 mod problem;
+mod reduce;
 mod settings;
 mod solution;
 mod solve;

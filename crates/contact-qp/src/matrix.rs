@@ -25,6 +25,23 @@ impl MatrixView<'_> {
         }
     }
 
+    /// Passes every stored entry `(i, j, P_ij)` with `i ≤ j` to a function.
+    pub(crate) fn for_each_upper(&self, mut visit: impl FnMut(usize, usize, f64)) {
+        match *self {
+            Self::Dense { n, values } => {
+                for j in 0..n {
+                    (0..=j).for_each(|i| visit(i, j, values[j * n + i]));
+                }
+            }
+            Self::SparseUpper { n, column_starts, row_indices, values } => {
+                for j in 0..n {
+                    (column_starts[j]..column_starts[j + 1])
+                        .for_each(|k| visit(row_indices[k], j, values[k]));
+                }
+            }
+        }
+    }
+
     /// Adds `P x` to `y` (n entries each).
     pub(crate) fn add_product(&self, x: &[f64], y: &mut [f64]) {
         match *self {

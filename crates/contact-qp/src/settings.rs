@@ -90,6 +90,11 @@ impl QpSettings {
         Self { kkt_tolerance, ..self }
     }
 
+    /// Active sets tried before Clarabel solves the whole programme.
+    pub(crate) fn step_limit(&self) -> usize {
+        self.max_active_set_steps.min(self.max_iterations)
+    }
+
     /// Checks the ranges.
     pub(crate) fn check(&self) -> Result<(), QpError> {
         let positive = [("tolerance", self.tolerance), ("kkt_tolerance", self.kkt_tolerance)];

@@ -8,6 +8,7 @@ use crate::kkt::{CheckedMatrix, KktResiduals};
 use crate::polish::{Admissible, Prepared};
 use crate::primal_dual::{self, OnCycle, Outcome};
 use crate::problem::BoundQp;
+use crate::reduce;
 use crate::settings::{QpMethod, QpSettings};
 use crate::solution::{QpPath, QpSolution, QpStatus};
 
@@ -62,8 +63,7 @@ pub fn solve_with(
         return Ok(nothing_to_solve());
     }
     if let Some(start) = starting_set(&problem, warm_start, settings.method) {
-        let limit = settings.max_active_set_steps.min(settings.max_iterations);
-        let (outcome, steps) = primal_dual::run(&problem, start, limit, OnCycle::Stop);
+        let (outcome, steps) = primal_dual::run(&problem, start, settings.step_limit(), OnCycle::Stop);
         if let Outcome::Found(answer) = outcome {
             let kkt = answer.residuals(&problem);
             if kkt.max() <= settings.kkt_tolerance {
@@ -93,14 +93,27 @@ fn starting_set(
 }
 
 /// Calls Clarabel and polishes its last iterate, however the call ended: the KKT residuals decide, not Clarabel's
-/// status.
+/// status. A large programme is shrunk first, and solved whole if that does not lead to the solution.
 fn solve_with_clarabel(problem: &Prepared<'_>, settings: &QpSettings) -> Result<QpSolution, QpError> {
+    let (mut calls, mut iterations) = (0, 0);
+    if let Some(guess) = reduce::guess(problem, settings)? {
+        (calls, iterations) = (1, guess.iterations);
+        let (outcome, steps) = primal_dual::run(problem, guess.active, settings.step_limit(), OnCycle::Stop);
+        if let Outcome::Found(answer) = outcome {
+            let kkt = answer.residuals(problem);
+            if kkt.max() <= settings.kkt_tolerance {
+                let mut solution = solution(answer, kkt, QpStatus::Solved, QpPath::Clarabel, iterations);
+                (solution.polish_steps, solution.clarabel_calls) = (steps, calls);
+                return Ok(solution);
+            }
+        }
+    }
     let found = interior_point::solve(problem, settings)?;
+    (calls, iterations) = (calls + 1, iterations + found.iterations);
     let report = |answer: Admissible, status: QpStatus, steps: usize| {
         let kkt = answer.residuals(problem);
-        let mut solution = solution(answer, kkt, status, QpPath::Clarabel, found.iterations);
-        solution.polish_steps = steps;
-        solution.clarabel_calls = 1;
+        let mut solution = solution(answer, kkt, status, QpPath::Clarabel, iterations);
+        (solution.polish_steps, solution.clarabel_calls) = (steps, calls);
         solution
     };
     // x is unconstrained: there is no active set to find.

@@ -1,5 +1,6 @@
 //! What the console shows: results on stdout, errors on stderr.
 
+mod excerpt;
 mod fit;
 mod remark;
 mod table;
@@ -10,7 +11,6 @@ use case_io::diagnostic::Diagnostic;
 use certified_contact::{RoleReason, Step};
 use fem_core::geometry::bounding_box;
 use fem_core::interface::ContactProblem;
-use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, NamedSource};
 use nndd_report::memory::{self, mebibytes};
 use nndd_report::words::{self, blanked, one_line, plain, seven, short};
 use nndd_report::{Failure, Solved};
@@ -98,21 +98,8 @@ fn render(kind: &str, diagnostic: &Diagnostic) -> String {
     if shown.any(|line| line.len() > LONGEST_LINE) {
         return text;
     }
-    let label = LabeledSpan::underline(place.span.clone());
-    let report = miette::Report::new(MietteDiagnostic::new(diagnostic.message.clone()).with_label(label))
-        .with_source_code(NamedSource::new(plain(place.file()), blanked(place.source.text())));
     let colour = io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
-    let theme = if colour { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
-    let mut picture = String::new();
-    if GraphicalReportHandler::new_themed(theme)
-        .with_context_lines(1)
-        .render_report(&mut picture, report.as_ref())
-        .is_ok()
-    {
-        // The first line already contains the message.
-        text.extend(picture.lines().skip_while(|l| !l.contains('╭')).map(|l| format!("{l}\n")));
-    }
-    text
+    text + &excerpt::excerpt(place, &blanked(place.source.text()), colour)
 }
 
 /// The header: version, sizes, settings; no wider than the terminal.

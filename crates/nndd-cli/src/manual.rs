@@ -2,8 +2,9 @@
 
 use crate::args::Arguments;
 use crate::help::{EXAMPLES, EXIT_STATUS, Example, FILES};
-use clap::{Arg, ArgAction, Command, CommandFactory};
-use clap_mangen::roff::{Inline, Roff, bold, italic, roman};
+use clap::{Command, CommandFactory};
+use clap_mangen::Man;
+use clap_mangen::roff::{Roff, bold, roman};
 
 const DESCRIPTION: [&str; 3] = [
     "nndd solves frictionless unilateral contact between two elastic bodies in the plane by the Neumann-Neumann domain \
@@ -41,9 +42,9 @@ pub(crate) fn page() -> String {
         roff.text([roman(paragraph)]);
     }
     roff.control("SH", ["COMMANDS"]);
-    for command in &commands {
-        section(&mut roff, command);
-    }
+    let head = roff.to_roff();
+    let sections: String = commands.iter().map(section).collect();
+    let mut roff = Roff::new();
     roff.control("SH", ["EXIT STATUS"]);
     pairs(&mut roff, &EXIT_STATUS);
     roff.control("SH", ["FILES"]);
@@ -53,20 +54,29 @@ pub(crate) fn page() -> String {
     pairs(&mut roff, &[("NO_COLOR", "if it is set, errors are shown without colour")]);
     roff.control("SH", ["EXAMPLES"]);
     examples(&mut roff, "");
-    roff.to_roff()
+    head + &sections + &roff.to_roff()
 }
 
 /// One command with its arguments, options and examples.
-fn section(roff: &mut Roff, command: &Command) {
+fn section(command: &Command) -> String {
+    let mut roff = Roff::new();
     roff.control("SS", [format!("nndd {}", command.get_name()).as_str()]);
     roff.text([roman(command.get_about().map(ToString::to_string).unwrap_or_default())]);
     roff.control("PP", []);
     roff.text([bold(usage(command))]);
-    let shown = |arg: &&Arg| !["help", "version"].contains(&arg.get_id().as_str());
-    for arg in command.get_arguments().filter(shown) {
-        item(roff, head(arg), &description(arg));
-    }
-    examples(roff, command.get_name());
+    let mut tail = Roff::new();
+    examples(&mut tail, command.get_name());
+    roff.to_roff() + &options(command) + &tail.to_roff()
+}
+
+/// The options of a command, without the headings of its `--help`, which would begin sections of the page.
+fn options(command: &Command) -> String {
+    let mut text = Vec::new();
+    let shown = command.clone().mut_arg("help", |help| help.hide(true));
+    // Writing into memory does not fail.
+    let _ = Man::new(shown).render_options_section(&mut text);
+    let text = String::from_utf8_lossy(&text);
+    text.lines().filter(|line| !line.starts_with(".SH")).map(|line| format!("{line}\n")).collect()
 }
 
 /// The usage line of a command, without its first word.
@@ -74,67 +84,12 @@ fn usage(command: &Command) -> String {
     command.clone().render_usage().to_string().trim_start_matches("Usage: ").to_owned()
 }
 
-/// An option or argument as it is typed.
-fn head(arg: &Arg) -> Vec<Inline> {
-    let mut head = Vec::new();
-    if let Some(short) = arg.get_short() {
-        head.extend([bold(format!("-{short}")), roman(", ")]);
-    }
-    if let Some(long) = arg.get_long() {
-        head.extend([bold(format!("--{long}")), roman(" ")]);
-    }
-    if takes_value(arg) {
-        let names = arg.get_value_names().unwrap_or_default();
-        head.push(italic(names.iter().map(|name| name.as_str()).collect::<Vec<_>>().join(" ")));
-    }
-    head
-}
-
-/// The help of an option or argument, with its values and default.
-fn description(arg: &Arg) -> String {
-    let mut text =
-        arg.get_long_help().or_else(|| arg.get_help()).map(ToString::to_string).unwrap_or_default();
-    if !text.ends_with('.') {
-        text.push('.');
-    }
-    if !takes_value(arg) {
-        return text;
-    }
-    let values: Vec<String> = arg
-        .get_possible_values()
-        .iter()
-        .map(|value| match value.get_help() {
-            Some(help) => format!("{} ({})", value.get_name(), help.to_string().trim_end_matches('.')),
-            None => value.get_name().to_owned(),
-        })
-        .collect();
-    if !values.is_empty() {
-        text += &format!(" One of: {}.", values.join(", "));
-    }
-    let default: Vec<_> = arg.get_default_values().iter().map(|value| value.to_string_lossy()).collect();
-    if !default.is_empty() {
-        text += &format!(" Default: {}.", default.join(" "));
-    }
-    if matches!(arg.get_action(), ArgAction::Append) {
-        text += " May be repeated.";
-    }
-    text
-}
-
-fn takes_value(arg: &Arg) -> bool {
-    arg.get_num_args().is_some_and(|range| range.takes_values())
-}
-
 fn pairs(roff: &mut Roff, pairs: &[(&str, &str)]) {
     for (name, meaning) in pairs {
-        item(roff, vec![bold(*name)], meaning);
+        roff.control("TP", []);
+        roff.text([bold(*name)]);
+        roff.text([roman(*meaning)]);
     }
-}
-
-fn item(roff: &mut Roff, head: Vec<Inline>, text: &str) {
-    roff.control("TP", []);
-    roff.text(head);
-    roff.text([roman(text)]);
 }
 
 fn examples(roff: &mut Roff, of: &str) {

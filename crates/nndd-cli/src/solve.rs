@@ -13,7 +13,7 @@ use std::path::PathBuf;
 pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
     let machine = Machine::listen()?;
     let mut watch = Stopwatch::start(machine.elapsed());
-    let started = jiff::Timestamp::now().to_string();
+    let started = humantime::format_rfc3339_nanos(std::time::SystemTime::now()).to_string();
     let mut case = run::read_case(&options.case.case, &run::overrides(&options.case.set)?)?;
     let problem = run::build(&mut case, &machine)?;
     check::supports(&case, &problem)?;

@@ -214,8 +214,7 @@ pub fn solve_from(
         Method::Newton => run.newton(stop)?,
         Method::Auto | Method::Nndd => {
             let found = run.iterate(lambda, theta, stop)?;
-            let may_switch =
-                settings.method == Method::Auto && settings.theta.is_none() && stop.can_stop();
+            let may_switch = settings.method == Method::Auto && settings.theta.is_none() && stop.can_stop();
             let open = match found.status {
                 NnddStatus::StoppedByCriterion | NnddStatus::Interrupted => false,
                 // Energies that overflow in the first iteration do so with any method.

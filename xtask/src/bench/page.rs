@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 
 /// What a reader must not look for in these numbers.
 const NOT_MEASURED: &str = "\
-- compile times, and the first run after a build (one run is thrown away; files are in the page cache);
+- compile times, which `cargo xtask bench --build` measures, and the first run after a build (one run is thrown away; files are in the page cache);
 - scaling with the number of threads: every run uses the program's default;
 - other machines, other compilers, other sizes than the cases named;
 - other programs, which `cargo xtask bench --peers` runs beside this one;

@@ -57,6 +57,8 @@ pub(super) struct Run {
     pub(super) seconds: f64,
     /// Peak memory in kibibytes; `None` without GNU time.
     pub(super) memory: Option<f64>,
+    /// Processor time of it and its children in seconds; `None` without GNU time.
+    pub(super) processor: Option<f64>,
     /// What it wrote to its standard output.
     pub(super) said: String,
 }
@@ -79,7 +81,7 @@ pub(super) fn run(name: &str, program: &Path, prepare: impl Fn(&mut Command)) ->
     let errors = String::from_utf8_lossy(&done.stderr);
     if done.status.success() {
         let said = String::from_utf8_lossy(&done.stdout).into_owned();
-        Ok(Run { seconds, memory: peak_memory(&errors), said })
+        Ok(Run { seconds, memory: peak_memory(&errors), processor: processor_time(&errors), said })
     } else {
         // What GNU time adds begins with this line.
         let own = errors.split("Command exited with").next().unwrap_or_default();
@@ -170,7 +172,17 @@ fn time_process(
 
 /// The peak memory in kibibytes in what GNU time says.
 fn peak_memory(said: &str) -> Option<f64> {
-    let line = said.lines().find(|l| l.trim().starts_with("Maximum resident set size"))?;
+    figure(said, "Maximum resident set size")
+}
+
+/// User and system time in seconds in what GNU time says.
+fn processor_time(said: &str) -> Option<f64> {
+    Some(figure(said, "User time")? + figure(said, "System time")?)
+}
+
+/// A number in what GNU time says, by the beginning of its line.
+fn figure(said: &str, beginning: &str) -> Option<f64> {
+    let line = said.lines().find(|l| l.trim().starts_with(beginning))?;
     line.rsplit(':').next()?.trim().parse().ok()
 }
 
@@ -183,6 +195,8 @@ mod tests {
         let said = "\tElapsed (wall clock) time (h:mm:ss or m:ss): 0:00.10\n\tMaximum resident set size (kbytes): 20480\n";
         assert_eq!(peak_memory(said), Some(20480.0));
         assert_eq!(peak_memory("usage: time"), None);
+        let said = "\tUser time (seconds): 1.25\n\tSystem time (seconds): 0.50\n";
+        assert_eq!(processor_time(said), Some(1.75));
     }
 
     #[test]
