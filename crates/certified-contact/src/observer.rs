@@ -47,7 +47,7 @@ pub trait Observer {
     }
 
     /// Called between the steps of a solve that cannot be interrupted: returns whether the run must end now, without a
-    /// certificate if there is none yet.
+    /// certificate if it has none yet.
     fn must_stop(&mut self) -> bool {
         false
     }
