@@ -49,6 +49,8 @@ impl<'a> Follow<'a> {
         if self.latest.as_ref().is_some_and(|(number, _)| *number == iterate.iteration) {
             return Ok(());
         }
+        // Its memory is needed now.
+        self.latest = None;
         self.observer.phase(Phase::Iterations);
         let displacement = self.problem.displacements(iterate.traces());
         self.observer.phase(Phase::Estimate);
