@@ -56,3 +56,8 @@ pub use case::Case;
 pub use diagnostic::{CaseError, Diagnostic, Place, Source};
 pub use expression::{Expression, ExpressionError};
 pub use mesh_io::BrokenLink;
+
+/// The examples of README.md, run as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+mod readme {}

@@ -49,7 +49,8 @@
 //! # Ok(()) }
 //! ```
 //!
-//! `examples/two_percent.rs` refines until 2 % are certified. Non-matching surfaces first need a common refinement:
+//! [`tutorial`] goes from one body to a certified contact problem. `examples/two_percent.rs` refines until 2 % are
+//! certified. Non-matching surfaces first need a common refinement:
 //! [`fem_core::interface::common_refinement`].
 //!
 //! # What this crate does not do
@@ -70,6 +71,7 @@ mod solution;
 mod solve;
 mod stopping;
 pub mod theory;
+pub mod tutorial;
 
 pub use adapt::{AdaptSettings, AdaptiveEnd, AdaptiveSolution, resume_adaptively, solve_adaptively};
 pub use bounds::Bounds;
@@ -84,3 +86,8 @@ pub use results::{Balance, Reaction, Results, Stretch};
 pub use settings::{Criterion, Imposed, Settings};
 pub use solution::{CertifiedSolution, RoleReason};
 pub use solve::solve;
+
+/// The examples of README.md, run as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+mod readme {}

@@ -88,3 +88,8 @@ pub use problem::{BoundQp, MatrixView};
 pub use settings::{QpMethod, QpSettings};
 pub use solution::{QpPath, QpSolution, QpStatus};
 pub use solve::{solve, solve_with};
+
+/// The examples of README.md, run as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+mod readme {}

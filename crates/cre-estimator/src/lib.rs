@@ -91,3 +91,8 @@ pub use fem_core;
 pub use lift::Lift;
 pub use parts::Parts;
 pub use star_relaxation::{Relaxation, RelaxationReport, StarRelaxation, relax};
+
+/// The examples of README.md, run as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+mod readme {}

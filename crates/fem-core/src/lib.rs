@@ -75,3 +75,8 @@ pub mod sparse;
 pub mod tensor;
 
 pub use each_body::{each_body, try_each_body};
+
+/// The examples of README.md, run as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+mod readme {}

@@ -79,3 +79,8 @@ pub use settings::{Acceleration, Method, NnddSettings, Path, Weights};
 pub use solution::{NnddSolution, NnddStatus, Switch};
 pub use solve::{Start, solve, solve_from};
 pub use spectrum::Spectrum;
+
+/// The examples of README.md, run as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+mod readme {}

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 /// Fields every package takes from the workspace.
 const INHERITED: [&str; 4] = ["version", "edition", "rust-version", "license"];
 /// Fields those of `crates/` take too.
-const INHERITED_BY_CRATES: [&str; 3] = ["keywords", "categories", "readme"];
+const INHERITED_BY_CRATES: [&str; 2] = ["keywords", "categories"];
 /// Largest tracked file in bytes.
 const LARGEST: u64 = 1_000_000;
 /// What may be at the top.
@@ -64,6 +64,14 @@ pub(super) fn of_manifest(file: &str, text: &str, of_crates: bool) -> Vec<Findin
         .filter(|f| !inherits(package.and_then(|p| p.get(**f))))
         .map(|f| Finding::new(file, line, format!("found no inherited {f}, expected `{f}.workspace = true`")))
         .collect();
+    let readme = package.and_then(|p| p.get("readme")).and_then(|r| r.as_str());
+    if of_crates && readme != Some("README.md") {
+        findings.push(Finding::new(
+            file,
+            line,
+            "found no page of its own, expected `readme = \"README.md\"`",
+        ));
+    }
     if !inherits(manifest.get("lints")) {
         findings.push(Finding::new(file, 1, "found no inherited lints, expected `lints.workspace = true`"));
     }

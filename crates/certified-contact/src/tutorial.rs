@@ -1,0 +1,100 @@
+//! From one body to a certified contact problem, step by step. Every step is a program that the tests run.
+//!
+//! # 1. One body
+//! A mesh has points, triangles and named sides. A material belongs to the plane hypothesis it is used with. Conditions are
+//! given on sides; what is not named is free.
+//! ```
+//! use certified_contact::fem_core::{assembly::System, body::Body, boundary::BoundaryConditions,
+//!     condensation::CondensedBody, interface::InterfaceSide, material::{Hypothesis, LinearElastic},
+//!     mesh::generate::block, norm::energy_norm_squared};
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let steel = LinearElastic::isotropic(2000.0, 0.3, Hypothesis::PlaneStrain)?;
+//! // 16 × 8 cells on (0, 2) × (1, 2); the sides are "left", "right", "bottom", "top".
+//! let mesh = block([0.0, 1.0], [2.0, 1.0], [16, 8])?;
+//! let conditions = BoundaryConditions::new()
+//!     .displace("left", Some(0.0.into()), None)
+//!     .displace("top", None, Some((-0.02).into()));
+//! let upper = Body::new(mesh, steel, &conditions)?;
+//! // Alone, without interface, it is an ordinary problem of elasticity: moved down, without strain.
+//! let solver = CondensedBody::factorise(System::assemble(&upper, &InterfaceSide::default())?, upper.mesh().points())?;
+//! let u = solver.displacement_from_force(&[]);
+//! assert!(energy_norm_squared(&upper, &u) < 1e-20);
+//! # Ok(()) }
+//! ```
+//!
+//! # 2. Two bodies in contact
+//! A pair of surfaces becomes an interface: nodes that face each other, a normal out of the first body, and a gap. With
+//! [`Gap::Touching`](fem_core::interface::Gap::Touching) surfaces that do not touch are an error;
+//! [`Gap::Geometric`](fem_core::interface::Gap::Geometric) measures the gap between them. Surfaces whose nodes do not match
+//! go through [`common_refinement`](fem_core::interface::common_refinement) first.
+//!
+//! # 3. Solve and certify
+//! [`solve`](crate::solve()) factorises both bodies, iterates until the error of the iteration is small against that of the
+//! mesh, and bounds the error of what it found.
+//! ```
+//! use certified_contact::fem_core::{body::Body, boundary::BoundaryConditions,
+//!     interface::{ContactInterface, ContactProblem, Gap}, material::{Hypothesis, LinearElastic}, mesh::generate::block};
+//! use certified_contact::{Settings, Silent, solve};
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # let steel = || LinearElastic::isotropic(2000.0, 0.3, Hypothesis::PlaneStrain);
+//! # let pressed = BoundaryConditions::new().displace("left", Some(0.0.into()), None)
+//! #     .displace("top", None, Some((-0.02).into()));
+//! # let upper = Body::new(block([0.0, 1.0], [2.0, 1.0], [16, 8])?, steel()?, &pressed)?;
+//! let clamped = BoundaryConditions::new().fix("bottom");
+//! let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], [16, 8])?, steel()?, &clamped)?;
+//! let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Touching)?;
+//! let problem = ContactProblem { bodies: [upper, lower], interface };
+//! let answer = solve(problem, &Settings::default(), &mut Silent)?;
+//!
+//! // The bound is there only if all its checks hold.
+//! let estimate = answer.estimate.as_ref().ok_or("no estimate")?;
+//! let bound = estimate.certificate().ok_or("a check failed")?;
+//! assert!(bound.eta_nndd < 0.02 * bound.e_cre);
+//! // What the bound is made of: here nearly all of it is the mesh.
+//! assert!(bound.parts.mesh > 0.9 * bound.e_cre);
+//! // Displacements and stresses of each body, in the order they were given.
+//! let deepest = estimate.pair.displacement[1].iter().map(|u| u[1]).fold(0.0, f64::min);
+//! assert!(deepest < 0.0);
+//! // Quantities of the exact solution, from both sides.
+//! let [low, high] = answer.bounds.and_then(|b| b.contact_force).ok_or("no interval")?;
+//! let force = answer.results.as_ref().ok_or("no results")?.contact_force;
+//! assert!(low < force && force < high);
+//! # Ok(()) }
+//! ```
+//!
+//! # 4. Ask for an accuracy
+//! [`solve_adaptively`](crate::solve_adaptively) refines both meshes where the certified error is, until the bound is a given part of the
+//! energy norm. [`Observer`](crate::Observer) follows the run, and can end it: the answer is then the best mesh so far.
+//! ```
+//! use certified_contact::fem_core::{body::Body, boundary::BoundaryConditions,
+//!     interface::{ContactInterface, ContactProblem, Gap}, material::{Hypothesis, LinearElastic}, mesh::generate::block};
+//! use certified_contact::{AdaptSettings, AdaptiveEnd, Observer, Settings, CertifiedSolution, Step, solve_adaptively};
+//!
+//! /// Counts the meshes.
+//! struct Meshes(usize);
+//! impl Observer for Meshes {
+//!     fn step(&mut self, _step: &Step, _solution: &CertifiedSolution) {
+//!         self.0 += 1;
+//!     }
+//! }
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # let steel = || LinearElastic::isotropic(2000.0, 0.3, Hypothesis::PlaneStrain);
+//! # let pressed = BoundaryConditions::new().displace("left", Some(0.0.into()), None)
+//! #     .displace("top", None, Some((-0.02).into()));
+//! # let upper = Body::new(block([0.0, 1.0], [2.0, 1.0], [4, 2])?, steel()?, &pressed)?;
+//! # let clamped = BoundaryConditions::new().fix("bottom");
+//! # let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], [4, 2])?, steel()?, &clamped)?;
+//! # let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Touching)?;
+//! # let problem = ContactProblem { bodies: [upper, lower], interface };
+//! let mut meshes = Meshes(0);
+//! let found = solve_adaptively(problem, &Settings::default(), &AdaptSettings::new(0.05), &mut meshes)?;
+//! assert!(matches!(found.end, AdaptiveEnd::TargetMet));
+//! assert!(found.solution.relative() <= Some(0.05));
+//! assert_eq!(meshes.0, found.history.len());
+//! # Ok(()) }
+//! ```
+//!
+//! # 5. What the number means
+//! The bound is of the energy norm of the error, and holds for data that are linear along the edges, on the given polygons. If a
+//! check fails by more than round-off, [`certificate`](cre_estimator::Estimate::certificate) is `None`; then there is no bound, and
+//! [`unchecked`](cre_estimator::Estimate::unchecked) has the numbers for a report. [`theory`](crate::theory) has every formula.
