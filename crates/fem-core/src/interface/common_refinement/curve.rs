@@ -33,9 +33,18 @@ impl Curve {
     /// length.
     pub(in crate::interface) fn new(points: Vec<Vector>) -> Self {
         let normals = nodal_normals(&points, |edge| edge);
-        // Weighted by the length of the *other* edge, the mean is the normal of the circle through the three points.
-        let smooth_normals = nodal_normals(&points, |edge| 1.0 / edge);
         let n = points.len();
+        // Weighted by the length of the *other* edge, the mean is the normal of the circle through the three points.
+        let mut smooth_normals = nodal_normals(&points, |edge| 1.0 / edge);
+        if n > 3 && points[0] != points[n - 1] {
+            // Beside a corner the edge at a free end is straight: no circle continues beyond the corner.
+            if is_corner([3, 2, 1, 0].map(|k| points[k])) {
+                smooth_normals[0] = right_normal(points[0], points[1]);
+            }
+            if is_corner([n - 4, n - 3, n - 2, n - 1].map(|k| points[k])) {
+                smooth_normals[n - 1] = right_normal(points[n - 2], points[n - 1]);
+            }
+        }
         let mut arc = vec![0.0];
         for k in 1..n {
             arc.push(arc[k - 1] + norm(sub(points[k], points[k - 1])));
@@ -286,6 +295,17 @@ fn nodal_normals(points: &[Vector], weight: impl Fn(f64) -> f64) -> Vec<Vector> 
     normals.collect()
 }
 
+/// A node at which a line turns this many times as much over its length as at the next one is a corner.
+const CORNER: f64 = 4.0;
+
+/// Tells whether the third of four points in a row is a corner: the line turns there, and much less at the second.
+fn is_corner(points: [Vector; 4]) -> bool {
+    let edge = |k: usize| sub(points[k + 1], points[k]);
+    // On a circle the turn is half the length of both edges over the radius, however long they are.
+    let curvature = |k: usize| angle_between(edge(k - 1), edge(k)) / (norm(edge(k - 1)) + norm(edge(k)));
+    curvature(2) > CORNER * curvature(1)
+}
+
 /// Tells whether a normal should be turned into the direction that a support leaves free: if that direction is within
 /// the uncertainty of the polygon's normal there, twice its turn from node to node. At the end of a circle's polygon
 /// the edge's normal is off by half its turn, and the free direction of a symmetry axis is the circle's own normal.
@@ -296,6 +316,26 @@ pub(in crate::interface) fn turns_into(normal: Vector, free: Vector, turn: f64) 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn beside_a_corner_the_edge_at_an_end_of_the_line_is_straight() {
+        for turn in [0.005, 0.05, 0.5] {
+            let bent = |x: f64| [x, turn * (x - 0.2f64).max(0.0)];
+            for xs in
+                [vec![0.0, 0.2, 0.5, 0.75, 1.0], vec![0.0, 0.2, 0.35, 0.5, 1.0], vec![-1.0, -0.5, 0.2, 1.0]]
+            {
+                let points: Vec<Vector> = xs.iter().map(|x| bent(*x)).collect();
+                let back: Vec<Vector> = points.iter().rev().copied().collect();
+                for curve in [Curve::new(points), Curve::new(back)] {
+                    for (k, t) in (0..curve.points.len() - 1).flat_map(|k| [0.2, 0.5, 0.9].map(|t| (k, t))) {
+                        let point = curve.smooth(k, t);
+                        let off = (point[1] - bent(point[0])[1]).abs();
+                        assert!(off < 1e-15, "{turn} {k} {t}: {off:e}");
+                    }
+                }
+            }
+        }
+    }
 
     #[test]
     fn the_smooth_curve_through_points_of_a_circle_is_one() {
