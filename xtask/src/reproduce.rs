@@ -63,7 +63,7 @@ const PAGES: [Page; 4] = [
                be farther apart than both bounds together, nor may that solution have less energy than `eta_nndd` allows.\n\
                - `a → b`: a violations at commit 21dceb3 (`before.csv`), b now (`violations.csv`).\n\
                - Effectivities are smallest / middle / largest of `e_CRE/√(2 (J(v) − J(w)))`. They are at most this: the finer field is \
-               not exact, least of all on slivers and with contrasts, where the last column shows how much of the largest is certain. \
+               not exact, least of all on slivers and with contrasts: the last column shows how much of the largest is certain. \
                Two steps of relaxation were the default before; the next column is the default now.\n\
                - Stacked layers and slender bodies whose exact solution the mesh holds (`tests/support/stacks.rs`) are measured in \
                double-double arithmetic: nothing but round-off and the iteration is left of the error.\n\

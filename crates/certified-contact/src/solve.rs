@@ -9,7 +9,7 @@ use crate::results;
 use crate::settings::{Criterion, Imposed, Settings};
 use crate::solution::{CertifiedSolution, RoleReason};
 use crate::stopping::{Follow, enough, estimate_of};
-use cre_estimator::Estimate;
+use cre_estimator::{Estimate, ROUND_OFF_SHARE};
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactProblem, Roles};
 use fem_core::prepared::{PrepareError, PreparedProblem, Stage};
@@ -106,9 +106,6 @@ fn iterate(
         problem,
     })
 }
-
-/// Rounding of the solution is corrected if it exceeds this fraction of the bound.
-const ROUND_OFF_SHARE: f64 = 1e-3;
 
 /// Tells whether rounding of the solution is a noticeable part of its bound.
 ///

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 const SMALLEST_SQUARE: f64 = 1e-250;
 
 /// Refinement of the solves pays if rounding takes more than this share of the bound.
-const ROUND_OFF_SHARE: f64 = 1e-3;
+pub const ROUND_OFF_SHARE: f64 = 1e-3;
 
 /// Allowance for the rounding of a sum over the interface and of what enters it: if `η_NNDD` equals the distance,
 /// its own rounding could make it too small.

@@ -86,7 +86,7 @@ pub use check::{Admissibility, check, check_stress};
 pub use cre::{Cre, constitutive_relation_error};
 pub use equilibrated::EquilibratedStress;
 pub use error::EstimatorError;
-pub use estimate::{Estimate, Indicators, estimate, estimate_with};
+pub use estimate::{Estimate, Indicators, ROUND_OFF_SHARE, estimate, estimate_with};
 pub use fem_core;
 pub use lift::Lift;
 pub use parts::Parts;

@@ -2,7 +2,7 @@
 
 use crate::room;
 use crate::signals::Signals;
-use nndd_report::{Host, Room};
+use nndd_report::{Event, Failure, Host, Room};
 use std::io;
 use std::time::Instant;
 
@@ -37,5 +37,35 @@ impl Host for Machine {
 
     fn room(&self) -> Option<Room> {
         room::smallest(rayon::current_num_threads())
+    }
+}
+
+/// Shows what happens in a run.
+pub(crate) trait Show {
+    /// Shows an event.
+    fn show(&mut self, event: Event<'_>) -> Result<(), Failure>;
+}
+
+/// This machine with something that shows what happens.
+pub(crate) struct Showing<S> {
+    pub(crate) machine: Machine,
+    pub(crate) display: S,
+}
+
+impl<S: Show> Host for Showing<S> {
+    fn elapsed(&self) -> f64 {
+        self.machine.elapsed()
+    }
+
+    fn interrupted(&self) -> Option<u8> {
+        self.machine.interrupted()
+    }
+
+    fn room(&self) -> Option<Room> {
+        self.machine.room()
+    }
+
+    fn event(&mut self, event: Event<'_>) -> Result<(), Failure> {
+        self.display.show(event)
     }
 }

@@ -1,12 +1,12 @@
 //! `nndd solve`: solves a case, certifies it, writes everything down.
 
 use crate::args::{Format, Solve};
-use crate::machine::Machine;
+use crate::machine::{Machine, Show, Showing};
 use crate::printer::Printer;
 use crate::progress::{Goal, Progress};
 use crate::room;
 use case_io::case::Criterion;
-use nndd_report::{Event, Failure, Host, Place, Room, Stopwatch, check, files, memory, run};
+use nndd_report::{Event, Failure, Host, Place, Stopwatch, check, files, memory, run};
 use serde_json::{Map, Value};
 use std::path::PathBuf;
 
@@ -31,9 +31,9 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
         relative: case.adapt.as_ref().map(|adapt| adapt.target_relative_error),
     };
     let progress = Progress::start(goal, !options.run.quiet && options.format == Format::Human);
-    let mut console = Console { machine, printer, progress };
-    let solved = run::solve(&case, problem, &mut place, &mut watch, &mut console)?;
-    let Console { machine, printer, progress } = console;
+    let mut host = Showing { machine, display: Console { printer, progress } };
+    let solved = run::solve(&case, problem, &mut place, &mut watch, &mut host)?;
+    let Showing { machine, display: Console { printer, progress } } = host;
     drop(progress);
     let mut about = describe(options);
     about.insert("started".into(), started.into());
@@ -47,25 +47,12 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
 
 /// Shows on the console what happens in a run.
 struct Console {
-    machine: Machine,
     printer: Printer,
     progress: Progress,
 }
 
-impl Host for Console {
-    fn elapsed(&self) -> f64 {
-        self.machine.elapsed()
-    }
-
-    fn interrupted(&self) -> Option<u8> {
-        self.machine.interrupted()
-    }
-
-    fn room(&self) -> Option<Room> {
-        self.machine.room()
-    }
-
-    fn event(&mut self, event: Event<'_>) -> Result<(), Failure> {
+impl Show for Console {
+    fn show(&mut self, event: Event<'_>) -> Result<(), Failure> {
         match event {
             Event::Phase(phase) => self.progress.phase(phase),
             Event::Iteration(row) => {

@@ -2,9 +2,9 @@
 
 use crate::args::Sweep as Options;
 use crate::console;
-use crate::machine::Machine;
+use crate::machine::{Machine, Show, Showing};
 use nndd_report::sweep::{self, SweepOptions};
-use nndd_report::{Event, Failure, Host, NOT_CONVERGED, Room};
+use nndd_report::{Event, Failure, Host, NOT_CONVERGED};
 
 pub(crate) fn command(options: &Options) -> Result<u8, Failure> {
     let of_library = SweepOptions {
@@ -16,9 +16,9 @@ pub(crate) fn command(options: &Options) -> Result<u8, Failure> {
         out: options.run.out.clone(),
         force: options.run.force,
     };
-    let mut table = Table { machine: Machine::listen()?, options, width: 0 };
-    let swept = sweep::sweep(&of_library, &mut table)?;
-    let signal = table.machine.interrupted();
+    let mut host = Showing { machine: Machine::listen()?, display: Table { options, width: 0 } };
+    let swept = sweep::sweep(&of_library, &mut host)?;
+    let signal = host.interrupted();
     let record = &swept.record;
     if !options.run.quiet {
         for panel in &record.panels {
@@ -47,26 +47,13 @@ pub(crate) fn command(options: &Options) -> Result<u8, Failure> {
 
 /// Prints the runs as a table, while they are made.
 struct Table<'a> {
-    machine: Machine,
     options: &'a Options,
     /// Of the column of values.
     width: usize,
 }
 
-impl Host for Table<'_> {
-    fn elapsed(&self) -> f64 {
-        self.machine.elapsed()
-    }
-
-    fn interrupted(&self) -> Option<u8> {
-        self.machine.interrupted()
-    }
-
-    fn room(&self) -> Option<Room> {
-        self.machine.room()
-    }
-
-    fn event(&mut self, event: Event<'_>) -> Result<(), Failure> {
+impl Show for Table<'_> {
+    fn show(&mut self, event: Event<'_>) -> Result<(), Failure> {
         let layout = console::Layout::default();
         match event {
             Event::Panel { name, sweep } => {

@@ -61,7 +61,7 @@ impl Case {
                 significant(change.used)
             ),
             false => format!(
-                "the surfaces are drawn {drawn} at ({x}, {y}), where this is largest: this is within the round-off of the meshes or \
+                "the surfaces are drawn {drawn} at ({x}, {y}), the largest value: this is within the round-off of the meshes or \
                  the accuracy of their bent sides, and is closed"
             ),
         });
