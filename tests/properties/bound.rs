@@ -22,8 +22,9 @@ fn problems() -> impl Strategy<Value = (Materials, f64, [usize; 2])> {
 /// The exact error of the pair that an estimate is about.
 fn error(problem: &ContactProblem, materials: Materials, k: f64, e: &Estimate) -> f64 {
     let exact = signorini::exact(materials, k);
-    let squared =
-        |b: usize| energy_error_squared(&problem.bodies[b], &e.pair.displacement[b], |x| exact[b].stress(x));
+    let squared = |b: usize| {
+        energy_error_squared(&problem.bodies[b], &e.pair.bodies[b].displacement, |x| exact[b].stress(x))
+    };
     (squared(0) + squared(1)).sqrt()
 }
 
@@ -82,7 +83,7 @@ fn the_bound_holds_for_any_admissible_pair() {
         let (shift, wave) = (random.signed(), 6.0 * random.unit());
         let points = problem.bodies[0].mesh().points();
         // The exact trace, disturbed smoothly and roughly, by up to thirty times itself.
-        let lambda = (problem.interface.pairs().iter().enumerate())
+        let lambda = (problem.contacts[0].interface.pairs().iter().enumerate())
             .map(|(i, p)| {
                 let smooth = shift + (wave * i as f64 / cells[0] as f64).cos();
                 let rough = random.signed();

@@ -15,7 +15,12 @@ fn stresses_are_in_equilibrium_and_pairs_admissible_whatever_lambda() {
         let problem = model.problem(&Motion { angle, ..Motion::NONE });
         let prepared = prepare(&problem);
         let mut random = Random::new(seed);
-        let lambda = problem.interface.pairs().iter().map(|_| 10f64.powf(size) * random.signed()).collect();
+        let lambda = problem.contacts[0]
+            .interface
+            .pairs()
+            .iter()
+            .map(|_| 10f64.powf(size) * random.signed())
+            .collect();
         let iterate = pair_of(&prepared, lambda).unwrap();
         let e = certify_with(&prepared, &iterate, Relaxation::Steps(steps)).unwrap();
         let a = e.admissibility;
@@ -29,7 +34,7 @@ fn stresses_are_in_equilibrium_and_pairs_admissible_whatever_lambda() {
         prop_assert!(e.cre.split_defect() < 1e-12, "{:e}", e.cre.split_defect());
         // Once more by other means: force and moment of every cell.
         for b in 0..2 {
-            let [force, moment] = cell_imbalance(&problem.bodies[b], &e.pair.equilibrated[b]);
+            let [force, moment] = cell_imbalance(&problem.bodies[b], &e.pair.bodies[b].equilibrated);
             prop_assert!(force < 1e-10 && moment < 1e-10, "body {b}: {force:e} {moment:e}");
         }
         for (o, r) in iterate.opening.iter().zip(&iterate.contact.normal_reaction) {

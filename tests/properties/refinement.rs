@@ -25,7 +25,7 @@ fn bounds(problem: &ContactProblem) -> (Bounds, f64) {
 fn refinement_never_raises_the_energy_error() {
     check("refinement", 300, &(models(), any::<u64>(), 0.02..0.7f64), |(model, seed, share)| {
         let mut problem = model.problem(&Motion::NONE);
-        let mut edges = [0, 1].map(|b| RefinementEdges::longest(problem.bodies[b].mesh()));
+        let mut edges: Vec<_> = problem.bodies.iter().map(|b| RefinementEdges::longest(b.mesh())).collect();
         let mut random = Random::new(seed);
         let (mut coarse, energy) = bounds(&problem);
         for _ in 0..3 {
@@ -33,8 +33,8 @@ fn refinement_never_raises_the_energy_error() {
                 let count = problem.bodies[b].mesh().topology().edges().len();
                 (0..count).map(|_| random.unit() < share).collect::<Vec<bool>>()
             });
-            let finer = problem.refined([&edges[0], &edges[1]], &marked).unwrap();
-            edges = finer.refinements.map(|r| r.refinement_edges);
+            let finer = problem.refined(&edges, &marked).unwrap();
+            edges = finer.refinements.into_iter().map(|r| r.refinement_edges).collect();
             problem = finer.problem;
             let (fine, _) = bounds(&problem);
             let [low, high] = coarse.potential_energy;

@@ -68,7 +68,7 @@ fn steps(quick: bool) -> Result<String, Box<dyn Error>> {
         let nodes: usize = problem.bodies.iter().map(|b| b.mesh().points().len()).sum();
         let prepared = prepare(problem);
         let pair = certify_with(&prepared, &newton(&prepared)?, BEST)?.pair;
-        for (b, report) in pair.relaxation.iter().enumerate() {
+        for (b, report) in pair.bodies.iter().map(|body| &body.relaxation).enumerate() {
             let history = &report.energy_history;
             let at = |k: usize| history.get(k).or(history.last()).copied().unwrap_or(f64::NAN).sqrt();
             let best = at(usize::MAX);

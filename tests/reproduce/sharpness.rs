@@ -53,7 +53,7 @@ pub(crate) fn section(quick: bool) -> Result<String, Box<dyn Error>> {
         for gain in GAINS {
             let relaxation = Relaxation::Tolerance { tolerance: gain, max_steps: 100 };
             let e = certify_with(&prepared, &iterate, relaxation)?;
-            let [a, b] = [0, 1].map(|b: usize| e.pair.relaxation[b].steps);
+            let [a, b] = [0, 1].map(|b: usize| e.pair.bodies[b].relaxation.steps);
             cells.push(format!("{:.3} ({a}, {b})", e.unchecked().e_cre / error));
         }
         let cells: Vec<&dyn std::fmt::Display> = cells.iter().map(|c| c as &dyn std::fmt::Display).collect();

@@ -130,13 +130,10 @@ fn the_bound_of_every_mesh_is_at_least_the_distance_to_a_nested_finer_solution()
     let first = solve(coarse_paper(), &Settings::default(), &mut Silent).unwrap();
     let mut problem = first.problem.clone();
     let coarse = first.estimate.as_ref().unwrap();
-    let mut fields = coarse.pair.displacement.clone();
+    let mut fields: Vec<_> = coarse.pair.bodies.iter().map(|b| b.displacement.clone()).collect();
     for _ in 0..3 {
-        let edges =
-            [0, 1].map(|b| fem_core::mesh::refine::RefinementEdges::longest(problem.bodies[b].mesh()));
-        let all = [0, 1].map(|b| vec![true; problem.bodies[b].mesh().topology().edges().len()]);
-        let finer = problem.refined([&edges[0], &edges[1]], &all).unwrap();
-        fields = [0, 1].map(|b| finer.refinements[b].prolong(&fields[b]));
+        let finer = tests::quadratic::halve(&problem).unwrap();
+        fields = finer.refinements.iter().zip(&fields).map(|(r, u)| r.prolong(u)).collect();
         problem = finer.problem;
     }
     // Carried over exactly: the same energy on the finer mesh.
@@ -150,7 +147,7 @@ fn the_bound_of_every_mesh_is_at_least_the_distance_to_a_nested_finer_solution()
     for b in 0..2 {
         let distance = fem_core::norm::energy_distance_squared(
             &second.problem.bodies[b],
-            &fine.pair.displacement[b],
+            &fine.pair.bodies[b].displacement,
             &fields[b],
         );
         squared += distance;
@@ -278,7 +275,7 @@ fn a_run_is_the_same_on_1_and_2_threads() {
     assert_eq!(one.history, two.history);
     let bits = |a: &AdaptiveSolution| -> Vec<u64> {
         let estimate = a.solution.estimate.as_ref().unwrap();
-        let fields = estimate.pair.displacement.iter().flat_map(|u| u.as_flattened());
+        let fields = estimate.pair.bodies.iter().flat_map(|b| b.displacement.as_flattened());
         fields
             .chain(&a.solution.last().lambda)
             .chain(estimate.cre.by_cell.iter().flatten())
@@ -317,7 +314,7 @@ fn held_obliquely(slope: f64, cells: usize) -> ContactProblem {
     let lower = body(-1.0, 1000.0, BoundaryConditions::new().fix("bottom"));
     let interface =
         ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
-    ContactProblem { bodies: [upper, lower], interface }
+    ContactProblem::between([upper, lower], interface)
 }
 
 #[test]

@@ -27,8 +27,8 @@ fn a_bound_below_the_error_is_refuted() {
     let ladder = Ladder::new(&problem, 2).unwrap();
     let finer = prepare(ladder.finest());
     let w = tests::displacements(&finer, &newton(&finer).unwrap());
-    let v = &e.pair.displacement;
-    let witness = ladder.witness([&v[0], &v[1]], [&w[0], &w[1]], Law::Everywhere).unwrap();
+    let v = e.pair.displacements();
+    let witness = ladder.witness([v[0], v[1]], [&w[0], &w[1]], Law::Everywhere).unwrap();
     assert!(!witness.refutes(e.unchecked().e_cre), "{} against {}", e.unchecked().e_cre, witness.error());
     assert!(
         witness.refutes(0.9 * e.unchecked().e_cre),

@@ -23,7 +23,7 @@ fn error(problem: &ContactProblem, materials: Materials, k: f64, u: [&[Vector]; 
 }
 
 fn error_of(problem: &ContactProblem, materials: Materials, k: f64, e: &Estimate) -> f64 {
-    error(problem, materials, k, [&e.pair.displacement[0], &e.pair.displacement[1]])
+    error(problem, materials, k, [&e.pair.bodies[0].displacement, &e.pair.bodies[1].displacement])
 }
 
 /// Asserts the bound at every iteration on one mesh and at the discrete solution, and returns the latter's error and
@@ -124,16 +124,16 @@ fn the_effectivity_without_relaxation_is_the_prototypes() {
 fn mixed_contact_terms(problem: &ContactProblem, materials: Materials, e: &Estimate) -> f64 {
     let points = problem.bodies[0].mesh().points();
     let mut sum = 0.0;
-    for edge in problem.interface.edges() {
+    for edge in problem.contacts[0].interface.edges() {
         let [i, j] = edge.pairs.map(|k| k as usize);
-        let at = |k: usize| points[problem.interface.pairs()[k].nodes[0] as usize][0];
+        let at = |k: usize| points[problem.contacts[0].interface.pairs()[k].nodes[0] as usize][0];
         for part in 0..8 {
             for (s, w) in GAUSS5 {
                 let s = (f64::from(part) + s) / 8.0;
                 let linear = |v: &[f64]| (1.0 - s) * v[i] + s * v[j];
                 let x = (1.0 - s) * at(i) + s * at(j);
-                let density = linear(&e.pair.pressure) * signorini::opening(materials, x)
-                    + signorini::pressure(x) * linear(&e.pair.opening);
+                let density = linear(&e.pair.contacts[0].pressure) * signorini::opening(materials, x)
+                    + signorini::pressure(x) * linear(&e.pair.contacts[0].opening);
                 sum += 2.0 * w * edge.length / 8.0 * density;
             }
         }
@@ -146,7 +146,9 @@ fn mixed_contact_terms(problem: &ContactProblem, materials: Materials, e: &Estim
 fn four_terms(problem: &ContactProblem, materials: Materials, k: f64, e: &Estimate) -> f64 {
     let exact = signorini::exact(materials, k);
     let stress: f64 = (0..2)
-        .map(|b| stress_error_squared(&problem.bodies[b], &e.pair.equilibrated[b], |x| exact[b].stress(x)))
+        .map(|b| {
+            stress_error_squared(&problem.bodies[b], &e.pair.bodies[b].equilibrated, |x| exact[b].stress(x))
+        })
         .sum();
     error_of(problem, materials, k, e).powi(2) + stress + mixed_contact_terms(problem, materials, e)
 }
@@ -214,8 +216,10 @@ fn the_bound_holds_for_any_opening_and_any_pressure() {
             |size: f64| (0..trace.len()).map(|_| size * random.signed().max(0.0)).collect::<Vec<f64>>();
         let (opening, force) = (sparse(0.1 * size), sparse(0.1 * size));
         let lambda: Vec<f64> = trace.iter().zip(&opening).map(|(v, o)| v - o).collect();
-        let u = prepared.displacements([&lambda, &trace]);
-        let state = ContactState { displacement: [&u[0], &u[1]], contact_force: &force, opening: &opening };
+        let sides = prepared.sides(0);
+        let u = [&lambda, &trace].map(|v| v.as_slice());
+        let u = [0, 1].map(|role| sides[role].displacement_from_trace(u[role]));
+        let state = ContactState::between([&u[0], &u[1]], &force, &opening);
         let e = estimate(&prepared, &state).unwrap();
         assert!(e.admissibility.is_valid(), "{trial}: {:?}", e.admissibility);
         assert!(e.cre.split_defect() < 1e-12, "{trial}: {:e}", e.cre.split_defect());
@@ -281,7 +285,9 @@ fn the_bound_holds_on_the_exact_hertz_problem() {
                 let e = tests::run::certify_with(&prepared, iterate, Relaxation::Steps(2)).unwrap();
                 assert!(e.admissibility.is_valid(), "{:?}", e.admissibility);
                 let error = |b: usize| {
-                    energy_error_squared(&problem.bodies[b], &e.pair.displacement[b], |x| exact[b].stress(x))
+                    energy_error_squared(&problem.bodies[b], &e.pair.bodies[b].displacement, |x| {
+                        exact[b].stress(x)
+                    })
                 };
                 last = [(error(0) + error(1)).sqrt(), e.unchecked().e_cre];
                 assert!(last[1] >= last[0], "{n}, {}: {last:?}", iterate.iteration);

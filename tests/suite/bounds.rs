@@ -122,7 +122,7 @@ fn they_hold_on_the_exact_signorini_problem_and_close_in_adaptively() {
     let error: f64 = [0, 1]
         .map(|b| {
             let body = &answer.solution.problem.bodies[b];
-            energy_error_squared(body, &estimate.pair.displacement[b], |x| exact[b].stress(x))
+            energy_error_squared(body, &estimate.pair.bodies[b].displacement, |x| exact[b].stress(x))
         })
         .iter()
         .sum::<f64>()
@@ -170,7 +170,7 @@ fn a_moved_body_with_an_unbalanced_side_is_refused() {
     let mut pair = tests::certify(&prepared, &iterate).unwrap().pair;
     assert!(cre_estimator::check(&problem, &pair).is_valid());
     let force = columns.exact().contact_force;
-    let interface = problem.interface.edges()[0].edges[0] as usize;
-    pair.equilibrated[0].edge_moments[interface][0][1] += 1e-6 * force;
+    let interface = problem.contacts[0].interface.edges()[0].edges[0] as usize;
+    pair.bodies[0].equilibrated.edge_moments[interface][0][1] += 1e-6 * force;
     assert!(!cre_estimator::check(&problem, &pair).is_valid());
 }

@@ -9,7 +9,6 @@ use fem_core::interface::{
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::generate::{Facing, block, half_disc, ring};
-use fem_core::mesh::refine::RefinementEdges;
 use fem_core::norm::energy_error_squared;
 use fem_core::prepared::PreparedProblem;
 use nndd::{Iterate, NnddSettings, NnddStatus};
@@ -21,30 +20,28 @@ pub(crate) const TWO: Materials = [(1000.0, 0.3), (300.0, 0.2)];
 
 pub(crate) fn relaxed(prepared: &PreparedProblem, iterate: &Iterate) -> Estimate {
     let u = displacements(prepared, iterate);
-    let state = ContactState {
-        displacement: [&u[0], &u[1]],
-        contact_force: &iterate.contact.normal_reaction,
-        opening: &iterate.opening,
-    };
+    let state = ContactState::between([&u[0], &u[1]], &iterate.contact.normal_reaction, &iterate.opening);
     let e = estimate_with(prepared, &state, Relaxation::Steps(2)).unwrap();
     assert!(e.admissibility.is_valid(), "{:?}", e.admissibility);
     assert!(e.cre.split_defect() < 1e-11, "{:e}", e.cre.split_defect());
-    assert!(e.cre.by_contact_edge.iter().all(|t| *t >= 0.0));
-    assert!(e.pair.middle_opening.iter().all(|o| *o >= -1e-15), "{:?}", e.pair.middle_opening);
+    assert!(e.cre.by_contact_edge[0].iter().all(|t| *t >= 0.0));
+    assert!(
+        e.pair.contacts[0].middle_opening.iter().all(|o| *o >= -1e-15),
+        "{:?}",
+        e.pair.contacts[0].middle_opening
+    );
     e
 }
 
 /// The same polygons, every edge halved `times` times; carries a pair of displacements along.
 pub(crate) fn finer(
     mut problem: ContactProblem,
-    mut u: [Vec<[f64; 2]>; 2],
+    mut u: Vec<Vec<[f64; 2]>>,
     times: usize,
-) -> (ContactProblem, [Vec<[f64; 2]>; 2]) {
+) -> (ContactProblem, Vec<Vec<[f64; 2]>>) {
     for _ in 0..times {
-        let edges = [0, 1].map(|b| RefinementEdges::longest(problem.bodies[b].mesh()));
-        let all = [0, 1].map(|b| vec![true; problem.bodies[b].mesh().topology().edges().len()]);
-        let refined = problem.refined([&edges[0], &edges[1]], &all).unwrap();
-        u = [0, 1].map(|b| refined.refinements[b].prolong(&u[b]));
+        let refined = tests::quadratic::halve(&problem).unwrap();
+        u = refined.refinements.iter().zip(&u).map(|(r, u)| r.prolong(u)).collect();
         problem = refined.problem;
     }
     (problem, u)
@@ -59,7 +56,7 @@ fn nested_rings_converge_to_lames_solution() {
     for n in [8, 16, 32] {
         let problem = rings::quarter(TWO, hole, outer, [2 * n, n]).unwrap();
         // On the axes the normal is the free direction, exactly.
-        let pairs = problem.interface.pairs();
+        let pairs = problem.contacts[0].interface.pairs();
         assert_eq!(pairs.len(), 2 * n + 1);
         let ends = [pairs[0].normal, pairs[2 * n].normal];
         assert!(ends.contains(&[1.0, 0.0]) && ends.contains(&[0.0, 1.0]), "{ends:?}");
@@ -70,7 +67,7 @@ fn nested_rings_converge_to_lames_solution() {
         let u = displacements(&prepared, &solution.last);
         let error: f64 =
             (0..2).map(|b| energy_error_squared(&problem.bodies[b], &u[b], |x| exact[b].stress(x))).sum();
-        let worst = e.pair.pressure.iter().map(|q| (q / p - 1.0).abs()).fold(0.0, f64::max);
+        let worst = e.pair.contacts[0].pressure.iter().map(|q| (q / p - 1.0).abs()).fold(0.0, f64::max);
         // The exact solution is that of the circle: the polygon's differs by the square of the edge length.
         assert!(
             e.unchecked().e_cre > 0.98 * error.sqrt() && e.unchecked().e_cre < 1.3 * error.sqrt(),
@@ -96,7 +93,7 @@ fn whole_rings_close_and_turn_without_friction() {
     let mut worst = Vec::new();
     for n in [24, 48] {
         let problem = rings::whole(TWO, [d, 0.003], [n, n / 6]).unwrap();
-        let interface = &problem.interface;
+        let interface = &problem.contacts[0].interface;
         assert_eq!((interface.pairs().len(), interface.edges().len()), (n, n));
         for pair in interface.pairs() {
             let x = problem.bodies[0].mesh().points()[pair.nodes[0] as usize];
@@ -105,7 +102,7 @@ fn whole_rings_close_and_turn_without_friction() {
         let prepared = prepare(&problem);
         let iterate = newton(&prepared).unwrap();
         let e = relaxed(&prepared, &iterate);
-        worst.push(e.pair.pressure.iter().map(|q| (q / p - 1.0).abs()).fold(0.0, f64::max));
+        worst.push(e.pair.contacts[0].pressure.iter().map(|q| (q / p - 1.0).abs()).fold(0.0, f64::max));
         // With the roles exchanged: the same problem seen from the other side.
         let turned = problem.clone().with_roles(Roles::SECOND);
         let prepared = prepare(&turned);
@@ -137,7 +134,7 @@ fn the_bound_holds_where_arcs_slide() {
     for (materials, push) in [(TWO, [0.1, -0.03]), ([(300.0, 0.2), (1000.0, 0.3)], [-0.2, -0.02])] {
         let problem = rings::sliding(materials, push, [12, 4]).unwrap();
         let prepared = prepare(&problem);
-        let rest = [0, 1].map(|b| vec![[0.0; 2]; problem.bodies[b].mesh().points().len()]);
+        let rest = problem.bodies.iter().map(|b| vec![[0.0; 2]; b.mesh().points().len()]).collect();
         let (fine, _) = finer(problem.clone(), rest, 3);
         let fine_prepared = prepare(&fine);
         let reference = displacements(&fine_prepared, &newton(&fine_prepared).unwrap());
@@ -148,9 +145,10 @@ fn the_bound_holds_where_arcs_slide() {
             let lambda: Vec<f64> = solved.lambda.iter().map(|l| factor * l).collect();
             let iterate = pair_of(&prepared, lambda).unwrap();
             let e = relaxed(&prepared, &iterate);
-            lifted = lifted.max(e.pair.lift.largest());
+            lifted = lifted.max(e.pair.contacts[0].lift.largest());
             // The field that is certified is the lifted one.
-            let (_, u) = finer(problem.clone(), e.pair.displacement.clone(), 3);
+            let (_, u) =
+                finer(problem.clone(), e.pair.bodies.iter().map(|b| b.displacement.clone()).collect(), 3);
             let [norm, error] = norm_and_distance(&fine, &reference, &u);
             assert!(e.unchecked().e_cre >= error, "{factor}: {} < {error}", e.unchecked().e_cre);
             if factor == 1.0 {
@@ -168,7 +166,7 @@ fn the_bound_holds_where_arcs_slide() {
 /// Fits `p² = p₀² (1 − x²/a²)` to the nodal pressures well inside the contact; returns a and p₀.
 fn fit(problem: &ContactProblem, e: &Estimate, a: f64) -> [f64; 2] {
     let mut sums = [0.0; 5];
-    for (pair, p) in problem.interface.pairs().iter().zip(&e.pair.pressure) {
+    for (pair, p) in problem.contacts[0].interface.pairs().iter().zip(&e.pair.contacts[0].pressure) {
         let x = problem.bodies[0].mesh().points()[pair.nodes[0] as usize][0];
         if x.abs() < 0.9 * a {
             let (x2, p2) = (x * x, p * p);
@@ -205,11 +203,11 @@ fn hertz_contact_of_two_cylinders() {
         assert!((found[k] / closed[k] - 1.0).abs() < 0.01, "force {p}: {found:?} against {closed:?}");
     }
     println!("Hertz, force {p}: a, p0 {found:?}, closed form {closed:?}");
-    let largest = e.pair.pressure.iter().copied().fold(0.0, f64::max);
+    let largest = e.pair.contacts[0].pressure.iter().copied().fold(0.0, f64::max);
     assert!((largest / closed[1] - 1.0).abs() < 0.01, "{largest} {closed:?}");
     // With one direction of contact nothing is lifted.
-    assert_eq!(e.pair.lift.largest(), 0.0);
-    assert!(prepared.problem().interface.pairs().iter().any(|pair| pair.gap > 0.1));
+    assert_eq!(e.pair.contacts[0].lift.largest(), 0.0);
+    assert!(prepared.problem().contacts[0].interface.pairs().iter().any(|pair| pair.gap > 0.1));
 }
 
 fn free(mesh: TriMesh) -> Body {

@@ -17,7 +17,7 @@ fn measure(problem: &ContactProblem, exact: [Lame; 2], pressure: f64) -> [f64; 3
     let u = displacements(&prepared, &iterate);
     let error: f64 =
         (0..2).map(|b| energy_error_squared(&problem.bodies[b], &u[b], |x| exact[b].stress(x))).sum();
-    let worst = e.pair.pressure.iter().map(|q| (q / pressure - 1.0).abs()).fold(0.0, f64::max);
+    let worst = e.pair.contacts[0].pressure.iter().map(|q| (q / pressure - 1.0).abs()).fold(0.0, f64::max);
     [error.sqrt(), e.unchecked().e_cre, worst]
 }
 
@@ -61,7 +61,7 @@ fn whole_rings_with_unequal_counts_converge_to_lames_solution() {
             let bodies = rings::whole_bodies(TWO, [d, 0.0], cells, turned).unwrap();
             let (problem, _) =
                 paired_in_common(bodies, SIDES, &Gap::Given(0.0.into()), ContactNormal::Averaged).unwrap();
-            let interface = &problem.interface;
+            let interface = &problem.contacts[0].interface;
             assert_eq!(interface.pairs().len(), interface.edges().len());
             for pair in interface.pairs() {
                 let x = problem.bodies[0].mesh().points()[pair.nodes[0] as usize];
@@ -87,14 +87,18 @@ fn the_bound_holds_where_arcs_overlap_in_part_and_slide() {
         let changes = changes.unwrap();
         let common = sectors[0][1].min(sectors[1][1]) - sectors[0][0].max(sectors[1][0]);
         let length = common.to_radians() * rings::B;
-        assert!((problem.interface.length() / length - 1.0).abs() < 0.01, "{sectors:?} {changes:?}");
+        assert!(
+            (problem.contacts[0].interface.length() / length - 1.0).abs() < 0.01,
+            "{sectors:?} {changes:?}"
+        );
         let whole = sectors.map(|s| (s[1] - s[0]).to_radians() * rings::B);
         for b in 0..2 {
             assert!((changes.free[b] - (whole[b] - length)).abs() < 0.02 * whole[b], "{changes:?}");
         }
         let prepared = prepare(&problem);
         let e = relaxed(&prepared, &newton(&prepared).unwrap());
-        let (fine, u) = finer(problem.clone(), e.pair.displacement.clone(), 3);
+        let (fine, u) =
+            finer(problem.clone(), e.pair.bodies.iter().map(|b| b.displacement.clone()).collect(), 3);
         let fine_prepared = prepare(&fine);
         let reference = displacements(&fine_prepared, &newton(&fine_prepared).unwrap());
         let [norm, error] = norm_and_distance(&fine, &reference, &u);
@@ -112,7 +116,7 @@ fn hertz_contact_between_meshes_of_different_steps() {
     let normal = ContactNormal::Fixed([0.0, -1.0]);
     let bodies = hertz::bodies(1.5, [30, 41], 0.4).unwrap();
     let (problem, _) = paired_in_common(bodies, ["contact"; 2], &Gap::Geometric, normal).unwrap();
-    for pair in problem.interface.pairs() {
+    for pair in problem.contacts[0].interface.pairs() {
         let x = problem.bodies[0].mesh().points()[pair.nodes[0] as usize][0];
         let exact = 10.0 - (100.0 - x * x).sqrt() + 13.0 - (169.0 - x * x).sqrt();
         assert!((pair.gap - exact).abs() < 1e-6, "{} {exact}", pair.gap);
@@ -126,6 +130,6 @@ fn hertz_contact_between_meshes_of_different_steps() {
     let force = iterate.contact_force();
     assert!((force / other - 1.0).abs() < 2e-3, "{force} {other}");
     let [_, p0] = hertz::closed_form(force);
-    let largest = e.pair.pressure.iter().copied().fold(0.0, f64::max);
+    let largest = e.pair.contacts[0].pressure.iter().copied().fold(0.0, f64::max);
     assert!((largest / p0 - 1.0).abs() < 0.05, "{largest} {p0}");
 }

@@ -5,7 +5,6 @@ use cre_estimator::{Relaxation, estimate_with};
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactProblem, ContactState};
 use fem_core::material::{Hypothesis, LinearElastic, Orthotropic};
-use fem_core::mesh::refine::RefinementEdges;
 use fem_core::norm::energy_error_squared;
 use nndd::{NnddSettings, NnddStatus};
 use std::path::PathBuf;
@@ -20,9 +19,9 @@ fn case(name: &str, overrides: &[(&str, String)]) -> Case {
 }
 
 fn build(case: &Case) -> ContactProblem {
-    let bodies = case.build_bodies().unwrap();
+    let bodies = <[_; 2]>::try_from(case.build_bodies().unwrap()).unwrap();
     let interface = case.build_interface(&bodies[0], &bodies[1]).unwrap();
-    ContactProblem { bodies, interface }
+    ContactProblem::between(bodies, interface)
 }
 
 /// The example of expressions on `2n × n` cells per body.
@@ -71,7 +70,7 @@ fn layers_of_anisotropic_materials_are_exact_and_certified_as_exact() {
                 let energy = estimate.energy_norm_squared[b];
                 assert!((energy - exact[b]).abs() < 1e-9 * exact[b], "{h:?} {k}: {energy} {exact:?}");
                 let points = problem.bodies[b].mesh().points();
-                for (x, u) in points.iter().zip(&estimate.pair.displacement[b]) {
+                for (x, u) in points.iter().zip(&estimate.pair.bodies[b].displacement) {
                     let expected = layers::displacement(&stack[b], *x);
                     for c in 0..2 {
                         assert!((u[c] - expected[c]).abs() < 1e-11, "{h:?} {k} {x:?}: {u:?} {expected:?}");
@@ -80,7 +79,7 @@ fn layers_of_anisotropic_materials_are_exact_and_certified_as_exact() {
                 // The data are linear: nothing was lost.
                 assert_eq!(problem.bodies[b].interpolated_data(), []);
             }
-            for p in &estimate.pair.pressure {
+            for p in &estimate.pair.contacts[0].pressure {
                 assert!((p - layers::PRESSURE).abs() < 1e-9 * layers::PRESSURE, "{h:?} {k}: {p}");
             }
             assert!(estimate.cre.e_cre() < 1e-9 * norm, "{h:?} {k}: {:e}", estimate.cre.e_cre() / norm);
@@ -130,7 +129,7 @@ fn the_bound_by_expressions_holds_and_converges_with_rate_one() {
         let squared = |b: usize| energy_error_squared(&problem.bodies[b], &u[b], |x| exact[b].stress(x));
         let error = (squared(0) + squared(1)).sqrt();
         assert!(estimate.unchecked().e_cre >= error, "{n}: {} < {error}", estimate.unchecked().e_cre);
-        let notes = case.data_notes(problem.bodies.each_ref(), problem.interpolated_gap());
+        let notes = case.data_notes(&problem);
         assert_eq!(notes.len(), 12, "{notes:#?}");
         let worst = problem.bodies.iter().flat_map(|b| b.interpolated_data());
         let worst = worst.map(|d| d.difference.mean).fold(0.0, f64::max);
@@ -154,15 +153,12 @@ fn the_bound_by_expressions_holds_and_converges_with_rate_one() {
 fn refined(
     problem: &ContactProblem,
     times: usize,
-    mut u: [Vec<Vector>; 2],
-) -> (ContactProblem, [Vec<Vector>; 2]) {
+    mut u: Vec<Vec<Vector>>,
+) -> (ContactProblem, Vec<Vec<Vector>>) {
     let mut problem = problem.clone();
-    let mut edges = [0, 1].map(|b| RefinementEdges::longest(problem.bodies[b].mesh()));
     for _ in 0..times {
-        let marked = [0, 1].map(|b| vec![true; problem.bodies[b].mesh().topology().edges().len()]);
-        let finer = problem.refined(edges.each_ref(), &marked).unwrap();
-        u = [0, 1].map(|b| finer.refinements[b].prolong(&u[b]));
-        edges = finer.refinements.map(|r| r.refinement_edges);
+        let finer = tests::quadratic::halve(&problem).unwrap();
+        u = finer.refinements.iter().zip(&u).map(|(r, u)| r.prolong(u)).collect();
         problem = finer.problem;
     }
     (problem, u)
@@ -173,7 +169,7 @@ fn the_bound_holds_for_inclusions_and_orthotropic_bodies() {
     let case = case("materials.toml", &[]);
     let problem = build(&case);
     assert_eq!(problem.bodies[1].materials().list().len(), 3);
-    assert!(case.data_notes(problem.bodies.each_ref(), problem.interpolated_gap()).is_empty());
+    assert!(case.data_notes(&problem).is_empty());
     let prepared = prepare(&problem);
     let (_, all) = iterates(&prepared, &NnddSettings::default(), 1e-9).unwrap();
     let (fine, _) = refined(&problem, 2, displacements(&prepared, &all[0]));
@@ -199,11 +195,7 @@ fn the_bound_holds_for_inclusions_and_orthotropic_bodies() {
     let u = displacements(&prepared, &last);
     let (_, on_fine) = refined(&problem, 2, u.clone());
     let [_, distance] = norm_and_distance(&fine, &exact, &on_fine);
-    let state = ContactState {
-        displacement: [&u[0], &u[1]],
-        contact_force: &last.contact.normal_reaction,
-        opening: &last.opening,
-    };
+    let state = ContactState::between([&u[0], &u[1]], &last.contact.normal_reaction, &last.opening);
     let relaxed = estimate_with(&prepared, &state, Relaxation::Steps(10)).unwrap();
     assert!(relaxed.admissibility.is_valid(), "{:?}", relaxed.admissibility);
     let effectivity = relaxed.unchecked().e_cre / distance;
@@ -217,7 +209,7 @@ fn adaptive_refinement_keeps_materials_and_evaluates_expressions_anew() {
     overrides.push(("body.1.generator.cells", "[10, 4]".to_owned()));
     let case = case("materials.toml", &overrides);
     let problem = build(&case);
-    let zero = [0, 1].map(|b| vec![[0.0; 2]; problem.bodies[b].mesh().points().len()]);
+    let zero = problem.bodies.iter().map(|b| vec![[0.0; 2]; b.mesh().points().len()]).collect();
     let (fine, _) = refined(&problem, 2, zero);
     let area = |problem: &ContactProblem, k: usize| -> f64 {
         let body = &problem.bodies[1];

@@ -44,7 +44,7 @@ fn force(problem: ContactProblem) -> (f64, [f64; 2]) {
 fn the_contact_force_does_not_depend_on_the_offset_of_the_nodes() {
     let [upper, lower] = bodies(24, 0.0);
     let interface = ContactInterface::pair_along(&upper, &lower, SIDES, &Gap::Geometric, DOWN).unwrap();
-    let (exact, interval) = force(ContactProblem { bodies: [upper, lower], interface });
+    let (exact, interval) = force(ContactProblem::between([upper, lower], interface));
     assert!(interval[0] < exact && exact < interval[1]);
     for offset in [0.025, 0.05, 0.12, 0.245, -0.025, -0.05, -0.12, -0.24] {
         let (problem, changes) = paired_in_common(bodies(24, offset), SIDES, &Gap::Geometric, DOWN).unwrap();
@@ -70,7 +70,7 @@ fn contact_nodes_clamped_at_the_end_of_the_line_give_a_bound() {
         let lower = body(0.0, cells, BoundaryConditions::new());
         let gap = Gap::Given(0.0.into());
         let interface = ContactInterface::pair(&upper, &lower, SIDES, &gap).unwrap();
-        ContactProblem { bodies: [upper, lower], interface }
+        ContactProblem::between([upper, lower], interface)
     };
     let solved = |cells: usize| {
         let answer = solve(problem(cells), &Settings::default(), &mut Silent).unwrap();

@@ -20,12 +20,12 @@ fn holds(materials: [(f64, f64); 2], row: impl Fn(f64) -> f64) -> bool {
     let bodies = signorini::bodies(materials, 0.0, [[16, 8]; 2], |x| [x[0], row(x[1])]).unwrap();
     let interface =
         ContactInterface::pair(&bodies[0], &bodies[1], ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
-    let Some(found) = certified(ContactProblem { bodies, interface }) else { return false };
+    let Some(found) = certified(ContactProblem::between(bodies, interface)) else { return false };
     let estimate = found.estimate.as_ref().unwrap();
     let exact = signorini::exact(materials, 0.0);
     let error: f64 = (0..2)
         .map(|b| {
-            let displacement = &estimate.pair.displacement[b];
+            let displacement = &estimate.pair.bodies[b].displacement;
             energy_error_squared(&found.problem.bodies[b], displacement, |x| exact[b].stress(x))
         })
         .sum();
@@ -88,7 +88,7 @@ fn pressed_at(place: [f64; 2], length: f64, young: f64, strain: f64) -> ContactP
     let lower = Body::new(mesh(-1.0), steel(0.2), &BoundaryConditions::new().fix("bottom")).unwrap();
     let interface =
         ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
-    ContactProblem { bodies: [upper, lower], interface }
+    ContactProblem::between([upper, lower], interface)
 }
 
 #[test]
@@ -128,7 +128,7 @@ fn moved(cells: [usize; 2], [width, height]: [f64; 2], poisson: f64, motion: [f6
     let lower = Body::new(mesh, steel(0.3), &BoundaryConditions::new().fix("bottom")).unwrap();
     let interface =
         ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
-    ContactProblem { bodies: [upper, lower], interface }
+    ContactProblem::between([upper, lower], interface)
 }
 
 #[test]
@@ -185,7 +185,7 @@ fn bounds_of_the_energies_allow_for_the_rounding_of_large_motions() {
         let lower = Body::new(mesh(-1.0), steel(), &held("bottom", shift + strain)).unwrap();
         let interface =
             ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
-        let found = certified(ContactProblem { bodies: [upper, lower], interface }).unwrap();
+        let found = certified(ContactProblem::between([upper, lower], interface)).unwrap();
         let bounds = found.bounds.unwrap();
         let holds = |name, [low, high]: [f64; 2], exact: f64| {
             assert!(

@@ -44,7 +44,7 @@ fn squares() -> ContactProblem {
     let lower = Body::new(block([0.0, 0.0], size, [60, 60]).unwrap(), material(15e9, 0.2), &pushed).unwrap();
     let interface =
         ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
-    ContactProblem { bodies: [upper, lower], interface }
+    ContactProblem::between([upper, lower], interface)
 }
 
 #[test]
@@ -180,7 +180,7 @@ fn a_resumed_run_whose_meshes_switched_to_newton_is_the_same_bit_for_bit() {
         assert_eq!(found.solution.rows, whole.solution.rows);
         let bits = |s: &CertifiedSolution| {
             let e = s.estimate.as_ref().unwrap();
-            let fields = e.pair.displacement.iter().flat_map(|u| u.as_flattened());
+            let fields = e.pair.bodies.iter().flat_map(|b| b.displacement.as_flattened());
             fields
                 .chain(&s.last().lambda)
                 .chain([&e.unchecked().e_cre, &e.unchecked().eta_dis])

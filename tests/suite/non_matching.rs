@@ -50,16 +50,12 @@ fn measure(
 ) -> [f64; 2] {
     let problem = prepared.problem();
     let u = displacements(prepared, iterate);
-    let state = ContactState {
-        displacement: [&u[0], &u[1]],
-        contact_force: &iterate.contact.normal_reaction,
-        opening: &iterate.opening,
-    };
+    let state = ContactState::between([&u[0], &u[1]], &iterate.contact.normal_reaction, &iterate.opening);
     let e: Estimate = estimate_with(prepared, &state, Relaxation::Steps(steps)).unwrap();
     assert!(e.admissibility.is_valid(), "{:?}", e.admissibility);
     assert!(e.cre.split_defect() < 1e-12, "{:e}", e.cre.split_defect());
     let exact = signorini::exact(materials, 0.0);
-    let field = |b: usize| &e.pair.displacement[b];
+    let field = |b: usize| &e.pair.bodies[b].displacement;
     let error = |b: usize| energy_error_squared(&problem.bodies[b], field(b), |x| exact[b].stress(x));
     [(error(0) + error(1)).sqrt(), e.unchecked().e_cre]
 }
@@ -178,15 +174,19 @@ fn any_two_random_meshes_have_a_sound_common_refinement() {
             // A disc whose boundary is one line: no crack, no hole.
             let euler = mesh.points().len() + mesh.triangles().len() - mesh.topology().edges().len();
             assert_eq!(euler, 1, "{case}");
-            assert_eq!(mesh.group(group).unwrap().len() + 1, problem.interface.pairs().len(), "{case}");
+            assert_eq!(
+                mesh.group(group).unwrap().len() + 1,
+                problem.contacts[0].interface.pairs().len(),
+                "{case}"
+            );
             // Two neighbours may each have moved by 0.2, and no others are closer than that.
             assert!(shortest(&problem.bodies[b], group) > 0.1 * shortest_before, "{case}");
         }
-        for pair in problem.interface.pairs() {
+        for pair in problem.contacts[0].interface.pairs() {
             let [p, q] = [0, 1].map(|b| problem.bodies[b].mesh().points()[pair.nodes[b] as usize]);
             assert!((p[0] - q[0]).hypot(p[1] - q[1]) < 1e-9 * shortest_before, "{case}: {p:?} {q:?}");
         }
-        assert!((problem.interface.length() - 2.0).abs() < 1e-12, "{case}");
+        assert!((problem.contacts[0].interface.length() - 2.0).abs() < 1e-12, "{case}");
     }
 }
 

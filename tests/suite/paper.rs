@@ -68,7 +68,9 @@ fn converged_values_are_the_prototypes() {
         }
         let force = solution.last.contact_force();
         assert!((force - paper::FORCE).abs() <= 1e-8 * paper::FORCE, "{path:?}: {force}");
-        for (pair, r) in problem.interface.pairs().iter().zip(&solution.last.contact.normal_reaction) {
+        for (pair, r) in
+            problem.contacts[0].interface.pairs().iter().zip(&solution.last.contact.normal_reaction)
+        {
             let touches = pair.arc_length < paper::CONTACT_END + 1e-9;
             assert_eq!(*r > 0.0, touches, "{path:?} at {}: {r}", pair.arc_length);
         }

@@ -64,7 +64,7 @@ pub(crate) fn assert_exact(
         let energy = estimate.energy_norm_squared[b];
         assert!((energy - exact[b]).abs() < 1e-10 * exact[b], "{case}: {energy}");
     }
-    for p in &estimate.pair.pressure {
+    for p in &estimate.pair.contacts[0].pressure {
         assert!((p - patch::PRESSURE).abs() < 1e-10 * patch::PRESSURE, "{case}: {p}");
     }
     assert!(estimate.cre.e_cre() < 1e-10 * norm, "{case}: {:e}", estimate.cre.e_cre() / norm);
@@ -98,7 +98,7 @@ fn oblique(slope: f64) -> (ContactProblem, [f64; 2]) {
     let (upper, lower) = (body(0.0, "top"), body(-1.0, "bottom"));
     let interface =
         ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
-    (ContactProblem { bodies: [upper, lower], interface }, [pressure, length])
+    (ContactProblem::between([upper, lower], interface), [pressure, length])
 }
 
 #[test]
@@ -106,7 +106,7 @@ fn a_support_oblique_to_the_contact_line_leaves_the_patch_exact() {
     for slope in [0.0, 0.3, -0.5, 0.9] {
         let (problem, [pressure, length]) = oblique(slope);
         let normal = [slope / length, -1.0 / length];
-        for pair in problem.interface.pairs() {
+        for pair in problem.contacts[0].interface.pairs() {
             let off = (pair.normal[0] - normal[0]).hypot(pair.normal[1] - normal[1]);
             assert!(off < 1e-14, "{slope}: {:?} against {normal:?}", pair.normal);
         }
@@ -116,7 +116,7 @@ fn a_support_oblique_to_the_contact_line_leaves_the_patch_exact() {
             let norm = estimate.energy_norm_squared.iter().sum::<f64>().sqrt();
             assert!(found.is_certified(), "{slope}: {:?}", estimate.admissibility);
             assert!(estimate.cre.e_cre() < 1e-10 * norm, "{slope}: {:e}", estimate.cre.e_cre() / norm);
-            for p in &estimate.pair.pressure {
+            for p in &estimate.pair.contacts[0].pressure {
                 assert!((p - pressure).abs() < 1e-9 * pressure, "{slope}: {p}");
             }
             let force = found.results.as_ref().unwrap().contact_force;

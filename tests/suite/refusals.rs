@@ -48,12 +48,12 @@ fn a_traction_that_jumps_between_triangles_is_refused() {
     let (problem, pair) = pair();
     for b in 0..2 {
         let topology = problem.bodies[b].mesh().topology();
-        let forces = pair.equilibrated[b].edge_moments.as_flattened().iter().map(|m| norm(*m));
+        let forces = pair.bodies[b].equilibrated.edge_moments.as_flattened().iter().map(|m| norm(*m));
         let largest = forces.fold(0.0, f64::max);
         let inner = (0..topology.edges().len()).filter(|&e| !topology.is_boundary(e as u32));
         for edge in inner.step_by(37) {
             let mut wrong = pair.clone();
-            wrong.equilibrated[b].edge_moments[edge][0][1] += 1e-6 * largest;
+            wrong.bodies[b].equilibrated.edge_moments[edge][0][1] += 1e-6 * largest;
             refused(&problem, &wrong, "traction_jump");
         }
     }
@@ -85,8 +85,8 @@ fn a_shear_traction_on_a_roller_is_refused() {
 fn a_displacement_off_its_roller_is_refused() {
     let (problem, pair) = pair();
     let body = &problem.bodies[0];
-    let largest = pair.displacement[0].iter().map(|u| norm(*u)).fold(0.0, f64::max);
-    let interface: Vec<u32> = problem.interface.pairs().iter().map(|p| p.nodes[0]).collect();
+    let largest = pair.bodies[0].displacement.iter().map(|u| norm(*u)).fold(0.0, f64::max);
+    let interface: Vec<u32> = problem.contacts[0].interface.pairs().iter().map(|p| p.nodes[0]).collect();
     let mut tried = 0;
     for (node, constraint) in body.node_constraints().iter().enumerate() {
         let NodeConstraint::Along { direction, .. } = constraint else { continue };
@@ -95,7 +95,7 @@ fn a_displacement_off_its_roller_is_refused() {
         }
         let mut wrong = pair.clone();
         for c in 0..2 {
-            wrong.displacement[0][node][c] += 1e-9 * largest * direction[c];
+            wrong.bodies[0].displacement[node][c] += 1e-9 * largest * direction[c];
         }
         let failed: Vec<_> = check(&problem, &wrong).failed().map(|(what, _)| what).collect();
         assert!(failed.iter().any(|what| what.starts_with("imposed")), "node {node}: {failed:?}");
@@ -107,12 +107,14 @@ fn a_displacement_off_its_roller_is_refused() {
 #[test]
 fn an_opening_that_is_not_that_of_the_displacements_is_refused() {
     let (problem, pair) = pair();
-    let open = (0..pair.opening.len()).filter(|&k| pair.opening[k] > 0.0).collect::<Vec<_>>();
+    let open = (0..pair.contacts[0].opening.len())
+        .filter(|&k| pair.contacts[0].opening[k] > 0.0)
+        .collect::<Vec<_>>();
     assert!(!open.is_empty());
     for k in open {
         // Less than there is, which would make the contact term smaller.
         let mut wrong = pair.clone();
-        wrong.opening[k] = 0.0;
+        wrong.contacts[0].opening[k] = 0.0;
         refused(&problem, &wrong, "penetration");
     }
 }
@@ -120,12 +122,13 @@ fn an_opening_that_is_not_that_of_the_displacements_is_refused() {
 #[test]
 fn an_opening_between_the_nodes_of_a_bent_line_that_is_not_that_of_the_displacements_is_refused() {
     let (problem, pair) = bent();
-    let largest = pair.middle_opening.iter().copied().fold(0.0, f64::max);
-    let wide = (0..pair.middle_opening.len()).filter(|&k| pair.middle_opening[k] > 0.1 * largest);
+    let largest = pair.contacts[0].middle_opening.iter().copied().fold(0.0, f64::max);
+    let wide = (0..pair.contacts[0].middle_opening.len())
+        .filter(|&k| pair.contacts[0].middle_opening[k] > 0.1 * largest);
     let mut tried = 0;
     for k in wide {
         let mut wrong = pair.clone();
-        wrong.middle_opening[k] = 0.0;
+        wrong.contacts[0].middle_opening[k] = 0.0;
         refused(&problem, &wrong, "penetration");
         tried += 1;
     }
@@ -142,7 +145,7 @@ fn moved(poisson: f64, [width, height]: [f64; 2]) -> (ContactProblem, Estimate) 
     let lower = Body::new(mesh, steel(0.3), &BoundaryConditions::new().fix("bottom")).unwrap();
     let gap = Gap::Given(0.0.into());
     let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &gap).unwrap();
-    let problem = ContactProblem { bodies: [upper, lower], interface };
+    let problem = ContactProblem::between([upper, lower], interface);
     let prepared = prepare(&problem);
     let e = certify(&prepared, &newton(&prepared).unwrap()).unwrap();
     (problem, e)
@@ -174,7 +177,7 @@ fn model(body: &Body, displacement: &[Vector]) -> f64 {
 #[test]
 fn the_allowance_for_round_off_is_not_left_out() {
     let (problem, e) = moved(0.3, [1.0, 1.0]);
-    let least = model(&problem.bodies[0], &e.pair.displacement[0]);
+    let least = model(&problem.bodies[0], &e.pair.bodies[0].displacement);
     assert!(e.round_off >= 0.999 * least, "{} against {least}", e.round_off);
     assert!(e.unchecked().e_cre >= e.round_off);
 }
@@ -183,7 +186,7 @@ fn the_allowance_for_round_off_is_not_left_out() {
 fn the_allowance_grows_with_the_stiffest_direction_on_the_softest() {
     for poisson in [0.4999, 0.499_999] {
         let (problem, e) = moved(poisson, [1.0, 1.0]);
-        let least = model(&problem.bodies[0], &e.pair.displacement[0]);
+        let least = model(&problem.bodies[0], &e.pair.bodies[0].displacement);
         assert!(e.round_off >= 0.999 * least, "{poisson}: {} against {least}", e.round_off);
     }
 }
@@ -192,7 +195,7 @@ fn the_allowance_grows_with_the_stiffest_direction_on_the_softest() {
 fn the_allowance_grows_with_the_third_power_of_the_flatness() {
     for width in [20.0, 200.0] {
         let (problem, e) = moved(0.3, [width, 1.0]);
-        let least = model(&problem.bodies[0], &e.pair.displacement[0]);
+        let least = model(&problem.bodies[0], &e.pair.bodies[0].displacement);
         assert!(e.round_off >= 0.999 * least, "{width}: {} against {least}", e.round_off);
     }
 }
@@ -202,8 +205,10 @@ fn the_allowance_holds_the_work_of_the_pressure_on_a_penetration_that_passes_the
     let problem = paper::problem(paper::COARSE).unwrap();
     let prepared = prepare(&problem);
     let iterate = newton(&prepared).unwrap();
-    let [mut first, second] = displacements(&prepared, &iterate);
-    let pairs = problem.interface.pairs();
+    let mut fields = displacements(&prepared, &iterate);
+    let (first, second) = fields.split_at_mut(1);
+    let (first, second) = (&mut first[0], &second[0]);
+    let pairs = problem.contacts[0].interface.pairs();
     let trace = pairs.iter().map(|p| norm(first[p.nodes[0] as usize])).fold(0.0, f64::max);
     let depth = 0.5e-12 * trace;
     for pair in pairs {
@@ -212,7 +217,7 @@ fn the_allowance_holds_the_work_of_the_pressure_on_a_penetration_that_passes_the
     }
     let force = &iterate.contact.normal_reaction;
     let opening: Vec<f64> = iterate.opening.iter().map(|o| o - depth).collect();
-    let state = ContactState { displacement: [&first, &second], contact_force: force, opening: &opening };
+    let state = ContactState::between([first, second], force, &opening);
     let e = estimate_with(&prepared, &state, Relaxation::Steps(2)).unwrap();
     assert!(e.admissibility.is_valid(), "{:?}", e.admissibility);
     let least = (2.0 * depth * force.iter().sum::<f64>()).sqrt();
@@ -229,7 +234,7 @@ fn pulled(traction: f64) -> ContactProblem {
     let lower = Body::new(mesh, steel(), &BoundaryConditions::new().fix("bottom")).unwrap();
     let interface =
         ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
-    ContactProblem { bodies: [upper, lower], interface }
+    ContactProblem::between([upper, lower], interface)
 }
 
 #[test]
@@ -239,15 +244,12 @@ fn an_imbalance_of_the_stress_is_measured_and_counts_twice() {
     let prepared = prepare(&problem);
     let iterate = newton(&prepared).unwrap();
     let fields = displacements(&prepared, &iterate);
-    let state = ContactState {
-        displacement: [&fields[0], &fields[1]],
-        contact_force: &iterate.contact.normal_reaction,
-        opening: &iterate.opening,
-    };
+    let state =
+        ContactState::between([&fields[0], &fields[1]], &iterate.contact.normal_reaction, &iterate.opening);
     // The factorised bodies carry a load that is not quite that of the problem.
     let bound = |part: f64| {
         let mut other = prepared.clone();
-        other.bodies_mut().clone_from(prepare(&pulled(0.01 * (1.0 + part))).bodies());
+        other.bodies_mut().clone_from_slice(prepare(&pulled(0.01 * (1.0 + part))).bodies());
         estimate_with(&other, &state, Relaxation::Steps(2)).unwrap().unchecked().e_cre
     };
     let force = external_forces(&problem.bodies[0]);
@@ -273,11 +275,8 @@ fn an_imbalance_of_the_stress_of_eta_dis_is_measured_and_counts_twice() {
     let indicator = |part: f64| {
         let mut first = fields[0].clone();
         first[inner][0] += part;
-        let state = ContactState {
-            displacement: [&first, &fields[1]],
-            contact_force: &iterate.contact.normal_reaction,
-            opening: &iterate.opening,
-        };
+        let state =
+            ContactState::between([&first, &fields[1]], &iterate.contact.normal_reaction, &iterate.opening);
         estimate_with(&prepared, &state, Relaxation::Steps(2)).unwrap().unchecked().eta_dis
     };
     // Little enough to pass the checks.
@@ -306,14 +305,15 @@ fn early(contrast: f64, iterations: usize) -> CertifiedSolution {
 /// The forces of both bodies, their stiffnesses `1ᵀ S 1`, and `2∫ p o`.
 fn force_data(found: &CertifiedSolution) -> ([f64; 2], [f64; 2], f64) {
     let prepared = prepare(&found.problem);
-    let stiffness = prepared.bodies().each_ref().map(|body| {
+    let stiffness = [0, 1].map(|b: usize| {
+        let body = &prepared.bodies()[b];
         let mut force = vec![0.0; body.len()];
         body.apply_schur(&vec![1.0; body.len()], &mut force);
         force.iter().sum::<f64>()
     });
     let last = found.last();
     let forces = [-last.reaction.iter().sum::<f64>(), last.contact.normal_reaction.iter().sum()];
-    let contact = found.estimate.as_ref().unwrap().cre.by_contact_edge.iter().sum();
+    let contact = found.estimate.as_ref().unwrap().cre.by_contact_edge[0].iter().sum();
     (forces, stiffness, contact)
 }
 

@@ -15,9 +15,9 @@ fn bits(answer: &CertifiedSolution) -> Vec<u64> {
         numbers.extend(row.eta_dis);
     }
     for b in 0..2 {
-        numbers.extend(estimate.pair.displacement[b].as_flattened());
+        numbers.extend(estimate.pair.bodies[b].displacement.as_flattened());
         numbers.extend(&estimate.cre.by_cell[b]);
-        numbers.extend(estimate.pair.equilibrated[b].edge_moments.as_flattened().as_flattened());
+        numbers.extend(estimate.pair.bodies[b].equilibrated.edge_moments.as_flattened().as_flattened());
         numbers.extend(results.balance[b].force);
         numbers.push(results.balance[b].moment);
     }

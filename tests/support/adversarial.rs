@@ -256,7 +256,7 @@ impl Blocks {
             return Ok(paired_in_common(bodies, surfaces, &gap, ContactNormal::Averaged)?.0);
         }
         let interface = ContactInterface::pair(&bodies[0], &bodies[1], surfaces, &gap)?;
-        Ok(ContactProblem { bodies, interface })
+        Ok(ContactProblem::between(bodies, interface))
     }
 }
 
@@ -319,5 +319,5 @@ fn rings(random: &mut Random, closed: bool) -> Result<ContactProblem, Box<dyn Er
     let bodies = [body([A, B], false)?, body([B, C], true)?];
     let surfaces = ["outer", "inner"];
     let interface = ContactInterface::pair(&bodies[0], &bodies[1], surfaces, &Gap::Given(0.0.into()))?;
-    Ok(ContactProblem { bodies, interface })
+    Ok(ContactProblem::between(bodies, interface))
 }

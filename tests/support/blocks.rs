@@ -100,6 +100,6 @@ impl Blocks {
             &BoundaryConditions::new().fix("bottom"),
         )?;
         let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
-        Ok(ContactProblem { bodies: [upper, lower], interface })
+        Ok(ContactProblem::between([upper, lower], interface))
     }
 }

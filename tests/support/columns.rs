@@ -82,7 +82,7 @@ impl Columns {
         )?;
         let gap = Gap::Given(self.gap.into());
         let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &gap)?;
-        Ok(ContactProblem { bodies: [upper, lower], interface })
+        Ok(ContactProblem::between([upper, lower], interface))
     }
 
     /// The exact stress of a body: `σ_yy = −p ± b·(distance from Γ_C)`, and what the walls add.

@@ -139,7 +139,7 @@ pub fn course(
         for &relaxation in relaxations {
             let e = certify_with(&prepared, iterate, relaxation)?;
             sample.bounds.push(e.certificate().map(|bound| bound.e_cre));
-            sample.steps.push(e.pair.relaxation.iter().map(|r| r.steps).sum());
+            sample.steps.push(e.pair.bodies.iter().map(|b| b.relaxation.steps).sum());
         }
         samples.push(sample);
     }

@@ -60,7 +60,7 @@ pub fn problem(angle: f64, n: usize) -> Result<ContactProblem, Box<dyn std::erro
         0.02 * (along - 0.7).max(0.0)
     });
     let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(gap))?;
-    Ok(ContactProblem { bodies: [upper, lower], interface })
+    Ok(ContactProblem::between([upper, lower], interface))
 }
 
 /// Splits the group `top` at x = ½ into `held` and `pressed`.

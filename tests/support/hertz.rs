@@ -46,7 +46,7 @@ pub fn problem(
     let [upper, lower] = bodies(half_width, [cells; 2], push)?;
     let normal = ContactNormal::Fixed([0.0, -1.0]);
     let interface = ContactInterface::pair_along(&upper, &lower, ["contact"; 2], &Gap::Geometric, normal)?;
-    Ok(ContactProblem { bodies: [upper, lower], interface })
+    Ok(ContactProblem::between([upper, lower], interface))
 }
 
 /// The two bodies of [`problem`], each with its own cells.

@@ -114,5 +114,5 @@ pub fn problem(materials: [(f64, f64); 2], n: usize) -> Result<ContactProblem, B
     let compliance: f64 = materials.iter().map(|(e, nu)| (1.0 - nu * nu) / e).sum();
     let gap = Gap::Given(ScalarData::function(move |x| compliance * x[0] * x[0]));
     let interface = ContactInterface::pair(&bodies[0], &bodies[1], ["bottom", "top"], &gap)?;
-    Ok(ContactProblem { bodies, interface })
+    Ok(ContactProblem::between(bodies, interface))
 }

@@ -95,5 +95,5 @@ pub fn problem(layers: [&[LinearElastic]; 2]) -> Result<ContactProblem, Box<dyn 
     let upper = body(layers[0], true)?;
     let lower = body(layers[1], false)?;
     let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
-    Ok(ContactProblem { bodies: [upper, lower], interface })
+    Ok(ContactProblem::between([upper, lower], interface))
 }

@@ -91,9 +91,9 @@ impl Overkill {
         for (b, displacement) in v.into_iter().enumerate() {
             let body = &self.fine.problem.bodies[b];
             let coarse = stresses(&self.coarse.bodies[b], displacement);
-            let balanced = &estimate.pair.equilibrated[b].finite_element;
+            let balanced = &estimate.pair.bodies[b].equilibrated.finite_element;
             for (t, &parent) in self.parents[b].iter().enumerate() {
-                let own = estimate.pair.stress[b][t];
+                let own = estimate.pair.bodies[b].stress[t];
                 let d = own.minus(coarse[parent as usize]);
                 let (area, material) = (body.mesh().area(t), body.material(t));
                 distance += area * material.complementary(d, d);
@@ -101,7 +101,7 @@ impl Overkill {
             }
         }
         let middle = distance + 2.0 * defect;
-        let spread = 2.0 * e_f * self.extension(opening, &estimate.pair.opening);
+        let spread = 2.0 * e_f * self.extension(opening, &estimate.pair.contacts[0].opening);
         let triangle = [distance.sqrt() - e_f, distance.sqrt() + e_f].map(|x| x.max(0.0));
         let low = (middle - spread).max(0.0).sqrt().max(triangle[0]);
         let high = (middle + spread + e_f * e_f).max(0.0).sqrt().min(triangle[1]);
@@ -156,15 +156,16 @@ fn parents_of(fine: &TriMesh, coarse: &TriMesh) -> Result<Vec<u32>, Box<dyn Erro
 
 /// Finds the coarse contact edge on which each fine pair lies.
 fn pairs_of(fine: &ContactProblem, coarse: &ContactProblem) -> Vec<(usize, usize, f64)> {
-    let at =
-        |p: &ContactProblem, k: usize| p.bodies[0].mesh().points()[p.interface.pairs()[k].nodes[0] as usize];
+    let at = |p: &ContactProblem, k: usize| {
+        p.bodies[0].mesh().points()[p.contacts[0].interface.pairs()[k].nodes[0] as usize]
+    };
     let on = |x: Vector| {
-        let candidates = coarse.interface.edges().iter().map(|edge| {
+        let candidates = coarse.contacts[0].interface.edges().iter().map(|edge| {
             let [i, j] = edge.pairs.map(|k| k as usize);
             let [to_i, to_j] = [i, j].map(|k| norm(sub(at(coarse, k), x)));
             (to_i + to_j - edge.length, (i, j, to_i / (to_i + to_j)))
         });
         candidates.min_by(|a, b| a.0.total_cmp(&b.0)).map_or((0, 0, 0.0), |(_, found)| found)
     };
-    (0..fine.interface.pairs().len()).map(|k| on(at(fine, k))).collect()
+    (0..fine.contacts[0].interface.pairs().len()).map(|k| on(at(fine, k))).collect()
 }

@@ -75,7 +75,7 @@ pub fn problem_with(
         &BoundaryConditions::new().fix("bottom"),
     )?;
     let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(gap.into()))?;
-    Ok(ContactProblem { bodies: [upper, lower], interface })
+    Ok(ContactProblem::between([upper, lower], interface))
 }
 
 /// The paper's problem with its own moduli.

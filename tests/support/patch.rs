@@ -37,7 +37,7 @@ pub fn problem(
     let bodies = bodies(materials, hypothesis, angle, [[7, 3], [7, 5]])?;
     let interface =
         ContactInterface::pair(&bodies[0], &bodies[1], ["bottom", "top"], &Gap::Given(0.0.into()))?;
-    Ok(ContactProblem { bodies, interface })
+    Ok(ContactProblem::between(bodies, interface))
 }
 
 /// The two bodies of the patch, each with its own cells.

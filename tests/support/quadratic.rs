@@ -207,7 +207,7 @@ pub fn potential_energy(problem: &ContactProblem) -> Result<f64, Box<dyn Error>>
         });
     }
     // Forces in the middle of edges have the sign of the mean pressure there.
-    let side = problem.interface.pairs()[0].normal[1];
+    let side = problem.contacts[0].interface.pairs()[0].normal[1];
     if contact.iter().any(|&n| force[n] * side > 0.0) {
         return Err("the bodies of the reference pull at each other".into());
     }
@@ -236,14 +236,14 @@ fn for_entries(quadratic: &Quadratic<'_>, mut act: impl FnMut(&[usize; 6], [usiz
 /// Makes the vertical displacements of facing nodes the same unknowns; returns the middles of the first body's contact edges.
 fn share(problem: &ContactProblem, bodies: &mut [Quadratic<'_>; 2]) -> Result<Vec<usize>, Box<dyn Error>> {
     let mut facing: HashMap<usize, usize> = HashMap::new();
-    for pair in problem.interface.pairs() {
+    for pair in problem.contacts[0].interface.pairs() {
         if pair.normal[0].abs() > 1e-12 || pair.gap != 0.0 {
             return Err("the contact line of the reference is level and closed".into());
         }
         facing.insert(pair.nodes[1] as usize, pair.nodes[0] as usize);
     }
     let points = [0, 1].map(|b| problem.bodies[b].mesh().points().len());
-    let edges = problem.interface.edges().iter();
+    let edges = problem.contacts[0].interface.edges().iter();
     let middles: Vec<[usize; 2]> = edges.map(|e| [0, 1].map(|b| points[b] + e.edges[b] as usize)).collect();
     facing.extend(middles.iter().map(|[first, second]| (*second, *first)));
     for (second, first) in facing {
@@ -257,9 +257,10 @@ fn share(problem: &ContactProblem, bodies: &mut [Quadratic<'_>; 2]) -> Result<Ve
 /// # Errors
 /// None, for sound problems.
 pub fn halve(problem: &ContactProblem) -> Result<RefinedProblem, Box<dyn Error>> {
-    let edges = [0, 1].map(|b: usize| RefinementEdges::longest(problem.bodies[b].mesh()));
-    let marked = [0, 1].map(|b: usize| vec![true; problem.bodies[b].mesh().topology().edges().len()]);
-    Ok(problem.refined([&edges[0], &edges[1]], &marked)?)
+    let meshes = || problem.bodies.iter().map(Body::mesh);
+    let edges: Vec<RefinementEdges> = meshes().map(RefinementEdges::longest).collect();
+    let marked: Vec<Vec<bool>> = meshes().map(|mesh| vec![true; mesh.topology().edges().len()]).collect();
+    Ok(problem.refined(&edges, &marked)?)
 }
 
 /// Extrapolates the potential energy on four meshes, the given one and three times halved: `J₃ − d²/(1 − d)·…` by Aitken, from

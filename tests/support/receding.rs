@@ -40,5 +40,5 @@ pub fn problem(ratio: f64, cells: usize) -> Result<ContactProblem, Box<dyn std::
         &symmetric().displace("bottom", None, Some(0.0.into())),
     )?;
     let interface = ContactInterface::pair(&layer, &base, ["bottom", "top"], &Gap::Given(0.0.into()))?;
-    Ok(ContactProblem { bodies: [layer, base], interface })
+    Ok(ContactProblem::between([layer, base], interface))
 }

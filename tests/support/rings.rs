@@ -205,5 +205,5 @@ fn body(
 
 fn paired(inner: Body, outer: Body) -> Result<ContactProblem, Box<dyn std::error::Error>> {
     let interface = ContactInterface::pair(&inner, &outer, ["outer", "inner"], &Gap::Given(0.0.into()))?;
-    Ok(ContactProblem { bodies: [inner, outer], interface })
+    Ok(ContactProblem::between([inner, outer], interface))
 }

@@ -33,10 +33,10 @@ pub fn condense(body: &Body, side: &InterfaceSide) -> CondensedBody {
 /// # Panics
 /// If the surfaces cannot be paired.
 pub fn exchanged(problem: ContactProblem) -> ContactProblem {
-    let gap = Gap::Given(problem.interface.pairs()[0].gap.into());
-    let [first, second] = problem.bodies;
+    let gap = Gap::Given(problem.contacts[0].interface.pairs()[0].gap.into());
+    let Ok([first, second]) = <[Body; 2]>::try_from(problem.bodies) else { unreachable!("two bodies") };
     match ContactInterface::pair(&second, &first, ["top", "bottom"], &gap) {
-        Ok(interface) => ContactProblem { bodies: [second, first], interface },
+        Ok(interface) => ContactProblem::between([second, first], interface),
         Err(e) => unreachable!("the surfaces cannot be paired in the other order: {e}"),
     }
 }
@@ -58,8 +58,8 @@ pub fn solve_alone(body: &Body) -> Vec<Vector> {
 }
 
 /// Recovers the displacements of an iteration.
-pub fn displacements(prepared: &PreparedProblem, iterate: &Iterate) -> [Vec<Vector>; 2] {
-    prepared.displacements(iterate.traces())
+pub fn displacements(prepared: &PreparedProblem, iterate: &Iterate) -> Vec<Vec<Vector>> {
+    iterate.displacements(prepared)
 }
 
 /// Certifies an iteration by EET alone.
@@ -80,11 +80,7 @@ pub fn certify_with(
     relaxation: Relaxation,
 ) -> Result<Estimate, EstimatorError> {
     let u = displacements(prepared, iterate);
-    let state = ContactState {
-        displacement: [&u[0], &u[1]],
-        contact_force: &iterate.contact.normal_reaction,
-        opening: &iterate.opening,
-    };
+    let state = ContactState::between([&u[0], &u[1]], &iterate.contact.normal_reaction, &iterate.opening);
     estimate_with(prepared, &state, relaxation)
 }
 
@@ -110,7 +106,7 @@ pub fn paired_in_common(
 ) -> Result<(ContactProblem, Option<Changes>), Box<dyn std::error::Error>> {
     let common = common_refinement(bodies, surfaces, normal)?;
     let interface = ContactInterface::pair_refined(&common, surfaces, gap, normal)?;
-    Ok((ContactProblem { bodies: common.bodies, interface }, common.changes))
+    Ok((ContactProblem::between(common.bodies, interface), common.changes))
 }
 
 struct Recorder {
@@ -136,7 +132,7 @@ pub fn iterates(
     tolerance: f64,
 ) -> Result<(NnddSolution, Vec<Iterate>), NnddError> {
     let mut recorder = Recorder { inner: EtaNndd::new(tolerance), iterates: Vec::new() };
-    let lambda = vec![0.0; prepared.pairs()];
+    let lambda = vec![0.0; prepared.node_pairs()];
     let mut settings = settings.clone();
     settings.method = Method::Nndd;
     let solution = nndd::solve(prepared, lambda, &settings, &mut recorder)?;
@@ -160,12 +156,12 @@ pub fn pair_of(prepared: &PreparedProblem, lambda: Vec<f64>) -> Result<Iterate, 
 pub fn newton(prepared: &PreparedProblem) -> Result<Iterate, NnddError> {
     let mut settings = NnddSettings::default();
     settings.method = Method::Newton;
-    let lambda = vec![0.0; prepared.pairs()];
+    let lambda = vec![0.0; prepared.node_pairs()];
     Ok(nndd::solve(prepared, lambda, &settings, &mut Never)?.last)
 }
 
 /// Computes `‖u‖` and `‖u − v‖` of two pairs of displacement fields, square roots of energies.
-pub fn norm_and_distance(problem: &ContactProblem, u: &[Vec<Vector>; 2], v: &[Vec<Vector>; 2]) -> [f64; 2] {
+pub fn norm_and_distance(problem: &ContactProblem, u: &[Vec<Vector>], v: &[Vec<Vector>]) -> [f64; 2] {
     let mut squared = [0.0; 2];
     for (b, body) in problem.bodies.iter().enumerate() {
         squared[0] += energy_norm_squared(body, &u[b]);

@@ -97,13 +97,13 @@ impl Sharp {
         let upper = Body::new(self.mesh(0)?, self.material(0)?, &upper)?;
         let lower = Body::new(self.mesh(1)?, self.material(1)?, &BoundaryConditions::new().fix("bottom"))?;
         let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
-        Ok(ContactProblem { bodies: [upper, lower], interface })
+        Ok(ContactProblem::between([upper, lower], interface))
     }
 
     /// Computes `‖v‖` and the error of `v`, `√(2 (J(v) − J(u)))`, which `e_CRE` bounds.
     ///
     /// * `v`: admissible displacements of both bodies.
-    pub fn norm_and_error(self, problem: &ContactProblem, v: &[Vec<Vector>; 2]) -> [f64; 2] {
+    pub fn norm_and_error(self, problem: &ContactProblem, v: &[Vec<Vector>]) -> [f64; 2] {
         let (mut norm, mut potential) = (0.0, 0.0);
         for (body, v) in problem.bodies.iter().zip(v) {
             let energy = energy_norm_squared(body, v);

@@ -111,7 +111,7 @@ pub fn problem(
     let bodies = bodies(materials, k, [cells; 2], |x| x)?;
     let interface =
         ContactInterface::pair(&bodies[0], &bodies[1], ["bottom", "top"], &Gap::Given(0.0.into()))?;
-    Ok(ContactProblem { bodies, interface })
+    Ok(ContactProblem::between(bodies, interface))
 }
 
 /// The two bodies, each with its own cells; the lower one's nodes are moved by `motion`.

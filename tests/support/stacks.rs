@@ -219,7 +219,7 @@ impl Stack {
         let bodies = [body(0)?, body(1)?];
         let surfaces = ["bottom", "top"];
         let interface = ContactInterface::pair(&bodies[0], &bodies[1], surfaces, &Gap::Given(0.0.into()))?;
-        Ok(ContactProblem { bodies, interface })
+        Ok(ContactProblem::between(bodies, interface))
     }
 
     /// Computes what is exact.
@@ -324,8 +324,9 @@ impl Measured {
         else {
             return Ok(None);
         };
-        let squared =
-            |b: usize| exact.error_squared(b, &found.problem.bodies[b], &estimate.pair.displacement[b]);
+        let squared = |b: usize| {
+            exact.error_squared(b, &found.problem.bodies[b], &estimate.pair.bodies[b].displacement)
+        };
         let force = bounds.contact_force.ok_or("a straight line without a bound of its force")?;
         Ok(Some(Self {
             error: rounded((squared(0) + squared(1)).sqrt()),

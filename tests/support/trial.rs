@@ -94,11 +94,11 @@ fn trial(family: Family, number: u64) -> Result<Option<Trial>, Box<dyn Error>> {
     let mut settings = Settings::default();
     settings.imposed = Imposed::First;
     let fine = solve(ladder.finest().clone(), &settings, &mut Silent).ok();
-    let v = &estimate.pair.displacement;
+    let v = estimate.pair.displacements();
     let finer = fine.as_ref().and_then(|f| f.estimate.as_ref());
     let witness = finer.and_then(|finer| {
-        let w = &finer.pair.displacement;
-        ladder.witness([&v[0], &v[1]], [&w[0], &w[1]], Law::Everywhere)
+        let w = finer.pair.displacements();
+        ladder.witness([v[0], v[1]], [w[0], w[1]], Law::Everywhere)
     });
     let discrete = discrete(problem, &estimate.pair, iterate.eta_nndd);
     let apart = |a: [f64; 2], b: [f64; 2]| !(a[0] <= b[1] && b[0] <= a[1]);
@@ -132,15 +132,15 @@ fn discrete(problem: &ContactProblem, pair: &AdmissiblePair, eta: f64) -> Option
     settings.nndd.method = Method::Newton;
     let other = solve(problem.clone(), &settings, &mut Silent).ok()?;
     let estimate = other.estimate.as_ref()?;
-    let (v, w) = (&pair.displacement, &estimate.pair.displacement);
+    let (v, w) = (pair.displacements(), estimate.pair.displacements());
     let squared = |b: usize| {
         let difference: Vec<Precise> =
-            v[b].iter().zip(&w[b]).map(|(v, w)| minus(precise(*v), precise(*w))).collect();
+            v[b].iter().zip(w[b]).map(|(v, w)| minus(precise(*v), precise(*w))).collect();
         energy(&problem.bodies[b], &difference)
     };
     let distance = rounded((squared(0) + squared(1)).sqrt());
     // Each claims to be that near to the discrete solution.
     let apart = !(distance <= eta + other.last().eta_nndd);
-    let witness = Ladder::new(problem, 0).ok()?.witness([&v[0], &v[1]], [&w[0], &w[1]], Law::Nodes);
+    let witness = Ladder::new(problem, 0).ok()?.witness([v[0], v[1]], [w[0], w[1]], Law::Nodes);
     Some((distance, apart || witness.is_some_and(|w| w.refutes(eta))))
 }

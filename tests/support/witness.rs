@@ -83,7 +83,7 @@ impl Ladder {
         });
         let mut parents = [0, 1]
             .map(|b: usize| (0..coarse.bodies[b].mesh().triangles().len() as u32).collect::<Vec<u32>>());
-        let pairs = coarse.interface.pairs();
+        let pairs = coarse.contacts[0].interface.pairs();
         let mut normals: Vec<Precise> = pairs.iter().map(|p| precise(p.normal)).collect();
         let mut gaps: Vec<Quad> = pairs.iter().map(|p| Quad::from_f64(p.gap)).collect();
         for _ in 0..halvings {
@@ -97,7 +97,7 @@ impl Ladder {
                 parents[b] = refinement.parent_cell.iter().map(|&t| parents[b][t as usize]).collect();
             }
             let from = |p: &[u32; 2]| p.map(|k| k as usize);
-            let parents = finer.pair_parents.iter().map(from);
+            let parents = finer.pairs[0].parents.iter().map(from);
             (normals, gaps) =
                 parents.map(|[i, j]| (mean(normals[i], normals[j]), mean([gaps[i]], [gaps[j]])[0])).unzip();
             steps.push(finer);
@@ -204,7 +204,7 @@ impl Ladder {
 
     /// Moves the first body's contact nodes back along the normals until the opening is nowhere negative.
     fn open(&self, start: &[Vec<Precise>; 2], d: &mut [Vec<Vector>; 2], law: Law) -> Option<()> {
-        let interface = &self.finest().interface;
+        let interface = &self.finest().contacts[0].interface;
         let pairs = interface.pairs();
         for _ in 0..ATTEMPTS {
             let jump: Vec<Precise> = (pairs.iter())

@@ -5,7 +5,7 @@
 //! let text = case_io::template::PAPER;
 //! let case = Case::parse(text, "paper.toml", &[("solver.method".into(), "newton".into())])?;
 //! assert_eq!(case.solver.method, Method::Newton);
-//! let [upper, lower] = case.build_bodies()?;
+//! let bodies = case.build_bodies()?;
 //! assert_eq!(upper.mesh().points().len() + lower.mesh().points().len(), 380);
 //! assert_eq!(case.build_interface(&upper, &lower)?.pairs().len(), 19);
 //! # Ok::<(), case_io::CaseError>(())
@@ -59,7 +59,7 @@ pub struct Case {
     /// `[materials.*]` in the file's order.
     pub materials: Vec<Material>,
     /// `[[body]]` in the file's order, whichever body carries λ.
-    pub bodies: [BodyCase; 2],
+    pub bodies: Vec<BodyCase>,
     /// `[contact]`.
     pub contact: Contact,
     /// `[solver]`.
@@ -275,8 +275,8 @@ impl Case {
     }
 
     /// Counts the nodes that the bodies' meshes will have, without making them; 0 for files that were not read.
-    pub fn node_counts(&self) -> [u64; 2] {
-        [0, 1].map(|k| match self.bodies[k].mesh {
+    pub fn node_counts(&self) -> Vec<u64> {
+        let count = |(k, body): (usize, &BodyCase)| match body.mesh {
             MeshSource::File { .. } => self.meshes.region(k).map_or(0, |r| r.node_numbers().len() as u64),
             MeshSource::Block { cells, .. } => {
                 cells.iter().fold(1u64, |product, &n| product.saturating_mul(n as u64 + 1))
@@ -288,7 +288,8 @@ impl Case {
             MeshSource::HalfDisc { radius, half_width, cells, .. } => {
                 generate::half_disc_nodes(radius, half_width, cells)
             }
-        })
+        };
+        self.bodies.iter().enumerate().map(count).collect()
     }
 
     fn diagnostic(&self, code: &'static str, path: &str, message: impl Into<String>) -> Diagnostic {

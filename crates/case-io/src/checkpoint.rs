@@ -1,6 +1,6 @@
 //! Checkpoints of adaptive runs: what an interrupted run needs to be resumed.
 //!
-//! A file holds one line, `nndd checkpoint 2` and the SHA-256 of the rest, and then JSON. Two are kept, the newest and
+//! A file holds one line, `nndd checkpoint 3` and the SHA-256 of the rest, and then JSON. Two are kept, the newest and
 //! the one before it, each written under a temporary name and renamed: whenever a process is killed, one is whole. A
 //! file that was damaged afterwards is recognised by its hash, and the older one is used.
 
@@ -14,7 +14,7 @@ use thiserror::Error;
 pub use crate::output::{CHECKPOINT as NEWEST, CHECKPOINT_BEFORE as PREVIOUS};
 
 /// How files of this version begin.
-const HEAD: &str = "nndd checkpoint 2 ";
+const HEAD: &str = "nndd checkpoint 3 ";
 
 /// A run, and how far it has come.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -28,8 +28,8 @@ pub struct Checkpoint {
 /// The course of an adaptive run up to a mesh that is to be solved.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
-    /// The body that carries λ, from 0.
-    pub imposed: usize,
+    /// In each pair the side that carries λ, 0 or 1.
+    pub imposed: Vec<usize>,
     /// The compliances by which the roles were chosen, m³/N; `None` if the case says who carries λ.
     pub compliance: Option<[f64; 2]>,
     /// The second mesh and every one after it; the last one is to be solved.
@@ -42,7 +42,7 @@ pub struct Progress {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FinerMesh {
     /// Round by round the cells of each body that were refined.
-    pub rounds: Vec<[Vec<u32>; 2]>,
+    pub rounds: Vec<Vec<Vec<u32>>>,
     /// λ at each pair, m.
     pub lambda: Vec<f64>,
     /// Whether each pair touched, if that is known.
@@ -52,7 +52,7 @@ pub struct FinerMesh {
 /// A mesh that was solved.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Step {
-    /// Nodes of both bodies.
+    /// Nodes of all bodies.
     pub nodes: usize,
     /// Pairs on the interface.
     pub pairs: usize,
@@ -64,7 +64,7 @@ pub struct Step {
     pub certified: bool,
     /// Iterations on this mesh.
     pub iterations: usize,
-    /// `a(u, u)` of both bodies, J/m.
+    /// `a(u, u)` of all bodies, J/m.
     pub energy_norm_squared: Option<f64>,
     /// When it had been solved, in seconds of work since the start.
     pub seconds: f64,
@@ -224,7 +224,7 @@ mod tests {
     use serde_json::json;
 
     fn checkpoint(lambda: f64) -> Checkpoint {
-        let mesh = FinerMesh { rounds: vec![[vec![1, 2], vec![]]], lambda: vec![lambda], active: None };
+        let mesh = FinerMesh { rounds: vec![vec![vec![1, 2], vec![]]], lambda: vec![lambda], active: None };
         let step = Step {
             nodes: 8,
             pairs: 2,
@@ -235,7 +235,7 @@ mod tests {
             energy_norm_squared: Some(f64::MIN_POSITIVE),
             seconds: 0.0,
         };
-        let progress = Progress { imposed: 1, compliance: None, meshes: vec![mesh], steps: vec![step] };
+        let progress = Progress { imposed: vec![1], compliance: None, meshes: vec![mesh], steps: vec![step] };
         Checkpoint { case: json!({"a": 1}), progress: Some(progress) }
     }
 

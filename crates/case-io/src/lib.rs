@@ -2,7 +2,7 @@
 //!
 //! # The way data flows
 //! ```text
-//! case.toml ─► case_file ─► Case ─► [Body; 2], ContactInterface            (fem-core)
+//! case.toml ─► case_file ─► Case ─► Vec<Body>, ContactInterface            (fem-core)
 //! .msh, .inp ─► mesh_io::Region ─► TriMesh                                   (fem-core)
 //! Report ─► report.json      IterationRow, ContactRow, SweepRow ─► .csv
 //!                            all of them through one OutputDirectory
@@ -31,7 +31,7 @@
 //! let overrides = [split_override("solver.theta=0.45")?, split_override("body.0.generator.cells=[4, 2]")?,
 //!     split_override("body.1.generator.cells=[4, 2]")?];
 //! let case = Case::parse(template::PAPER, "paper.toml", &overrides)?;
-//! let [upper, lower] = case.build_bodies()?;
+//! let bodies = case.build_bodies()?;
 //! assert_eq!(case.build_interface(&upper, &lower)?.pairs().len(), 5);
 //!
 //! // A misspelt key is found, with its place and the key that was meant.

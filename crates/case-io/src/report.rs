@@ -236,7 +236,7 @@ impl Checks {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Results {
     /// `a(u, u)` of each body.
-    pub energy_norm_squared: Option<[f64; 2]>,
+    pub energy_norm_squared: Option<Vec<f64>>,
     /// `Σ r²_i`, N/m.
     pub contact_force: Option<f64>,
     /// Stretches in contact, by arc length, m.

@@ -19,7 +19,7 @@ fn certified() -> Result<AdaptiveSolution, Box<dyn Error>> {
     let upper = Body::new(block([0.0, 1.0], [2.0, 1.0], [16, 8])?, material.clone(), &pressed)?;
     let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], [16, 8])?, material, &held)?;
     let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
-    let problem = ContactProblem { bodies: [upper, lower], interface };
+    let problem = ContactProblem::between([upper, lower], interface);
     Ok(solve_adaptively(problem, &Settings::default(), &AdaptSettings::new(0.02), &mut Silent)?)
 }
 

@@ -25,7 +25,7 @@ pub struct AdaptSettings {
     pub target: f64,
     /// Maximum number of meshes, including the first; default 30.
     pub max_steps: usize,
-    /// Maximum number of nodes of both bodies together; default 2 000 000. The first mesh is solved whatever its size.
+    /// Maximum number of nodes of all bodies together; default 2 000 000. The first mesh is solved whatever its size.
     pub max_nodes: usize,
     /// Share of the squared error that each round of marking takes, in (0, 1]; default ½.
     pub fraction: f64,
@@ -104,7 +104,7 @@ pub struct AdaptiveSolution {
 ///     .displace("left", Some(0.0.into()), None).displace("top", None, Some((-0.01).into())))?;
 /// let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], [4, 2])?, steel, &BoundaryConditions::new().fix("bottom"))?;
 /// let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
-/// let problem = ContactProblem { bodies: [upper, lower], interface };
+/// let problem = ContactProblem::between([upper, lower], interface);
 /// let answer = solve_adaptively(problem, &Settings::default(), &AdaptSettings::new(0.08), &mut Silent)?;
 /// assert!(matches!(answer.end, AdaptiveEnd::TargetMet));
 /// assert!(answer.history.len() > 1 && answer.solution.is_certified());
@@ -168,7 +168,7 @@ pub fn resume_adaptively(
 /// An adaptive run whose current mesh has just been solved.
 struct Course {
     solution: CertifiedSolution,
-    edges: [RefinementEdges; 2],
+    edges: Vec<RefinementEdges>,
     /// History of the meshes before the current one.
     record: Checkpoint,
     /// An earlier solution that is better than all later ones, and its step.
@@ -178,7 +178,7 @@ struct Course {
 impl Course {
     /// Starts with the solution on the first mesh.
     fn new(solution: CertifiedSolution) -> Self {
-        let edges = [0, 1].map(|b| RefinementEdges::longest(solution.problem.bodies[b].mesh()));
+        let edges = refine::longest_edges(&solution.problem);
         let (roles, role_reason) = (solution.roles(), solution.role_reason);
         let record = Checkpoint { roles, role_reason, meshes: Vec::new(), history: Vec::new() };
         Self { solution, edges, record, best: None }
@@ -214,7 +214,7 @@ fn follow(
                 Err(error) => break AdaptiveEnd::Failed(error.into()),
             };
         if !observer.has_room_for(&problem) {
-            let nodes = problem.bodies.iter().map(|b| b.mesh().points().len()).sum();
+            let nodes = problem.nodes();
             break AdaptiveEnd::NoRoom { nodes };
         }
         record.meshes.push(FinerMesh { rounds, start: start.clone() });

@@ -40,11 +40,11 @@ use nndd::Iterate;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Bounds {
-    /// `√a(u, u)` of both bodies together, square root of J/m.
+    /// `√a(u, u)` of all bodies together, square root of J/m.
     pub energy_norm: [f64; 2],
     /// `J(u) = ½ a(u, u) − ℓ(u)`, J/m.
     pub potential_energy: [f64; 2],
-    /// `∫ p_ex ds`, N/m; `None` if the interface is not straight.
+    /// `∫ p_ex ds`, N/m; `None` if the interface is not straight, or not the only one.
     pub contact_force: Option<[f64; 2]>,
 }
 
@@ -55,19 +55,24 @@ impl Bounds {
         let energy: f64 = estimate.energy_norm_squared.iter().sum();
         let norm = energy.sqrt();
         let (mut work, mut size) = (0.0, 0.0);
-        for (forces, displacement) in problem.external_forces().iter().zip(&estimate.pair.displacement) {
-            for (f, u) in forces.iter().zip(displacement) {
+        for (forces, fields) in problem.external_forces().iter().zip(&estimate.pair.bodies) {
+            for (f, u) in forces.iter().zip(&fields.displacement) {
                 work += dot(*f, *u);
                 size += dot(*f, *u).abs();
             }
         }
         let potential = 0.5 * energy - work;
         // The admissible displacement is v + l: J(v + l) = J(v) + (K v − f)·l + ½ ‖l‖².
-        let lift = &estimate.pair.lift;
-        let role = problem.roles().of_body(lift.body);
-        let (forces, sign) = (iterate.forces()[role], [-1.0, 1.0][role]);
-        let lifted: f64 = lift.by_pair.iter().zip(forces).map(|(l, r)| sign * l * r).sum();
-        let upper = potential + (lifted + 0.5 * lift.energy).max(0.0);
+        let mut lifted = 0.0;
+        let blocks = iterate.blocks(problem.problem());
+        for ((of, contact), block) in
+            problem.problem().contacts.iter().zip(&estimate.pair.contacts).zip(blocks)
+        {
+            let role = of.roles.of_side(contact.lift.side);
+            let (forces, sign) = (&iterate.forces()[role][block], [-1.0, 1.0][role]);
+            lifted += contact.lift.by_pair.iter().zip(forces).map(|(l, r)| sign * l * r).sum::<f64>();
+        }
+        let upper = potential + (lifted + 0.5 * estimate.pair.lift_energy).max(0.0);
         // Rounding of the displacements affects the energies as well as the bound.
         let round_off = estimate.round_off;
         let noise = 64.0 * f64::EPSILON * (energy + size) + (norm + e) * round_off;
@@ -83,7 +88,8 @@ impl Bounds {
 const CANCELLED: f64 = 1e-3;
 
 fn contact_force(problem: &PreparedProblem, iterate: &Iterate, estimate: &Estimate) -> Option<[f64; 2]> {
-    let pairs = problem.problem().interface.pairs();
+    let only = problem.problem().only_pair()?;
+    let pairs = only.interface.pairs();
     let straight = pairs.iter().all(|p| p.normal == pairs[0].normal);
     let stiffness = |b: usize| {
         let condensed = &problem.bodies()[b];
@@ -99,14 +105,14 @@ fn contact_force(problem: &PreparedProblem, iterate: &Iterate, estimate: &Estima
         let w = condensed.correction_from_trace(&vec![1.0; pairs.len()]);
         norm::energy_norm_squared(&problem.problem().bodies[b], &w)
     };
-    let s = problem.roles().bodies().map(stiffness);
+    let s = [only.imposed(), only.unilateral()].map(stiffness);
     let sum = |r: &[f64]| r.iter().sum::<f64>();
     let [first, second] = iterate.forces();
     let (first, second) = (-sum(first), sum(second));
     let share = s[1] / (s[0] + s[1]);
     // The pressure adds up to the force of Ω₂, whichever body it is integrated on.
     let mean = 0.5 * (second + share * first + (1.0 - share) * second);
-    let contact: f64 = estimate.cre.by_contact_edge.iter().sum();
+    let contact = estimate.cre.contact_squared();
     let radius = 0.5 * (estimate.unchecked().e_cre.powi(2) + contact.max(0.0)).sqrt() * (share * s[0]).sqrt();
     let noise = 64.0 * f64::EPSILON * (first.abs() + second.abs())
         + estimate.round_off * s[0].max(s[1]).max(0.0).sqrt();

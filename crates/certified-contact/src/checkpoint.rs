@@ -2,8 +2,9 @@
 
 use crate::error::SolveError;
 use crate::history::Step;
-use crate::refine::edges_of_cells;
+use crate::refine::{edges_of_cells, longest_edges};
 use crate::solution::RoleReason;
+use fem_core::body::Body;
 use fem_core::interface::{ContactProblem, Roles};
 use fem_core::mesh::refine::RefinementEdges;
 use nndd::Start;
@@ -13,8 +14,8 @@ use nndd::Start;
 /// It does not contain meshes: they are rebuilt bit for bit from the first one and the cells that were refined.
 #[derive(Clone, Debug)]
 pub struct Checkpoint {
-    /// Who carries λ.
-    pub roles: Roles,
+    /// Who carries λ in each pair.
+    pub roles: Vec<Roles>,
     /// Why the body was chosen that carries λ.
     pub role_reason: RoleReason,
     /// The second mesh and all later ones; the last one is still to be solved.
@@ -27,7 +28,7 @@ pub struct Checkpoint {
 #[derive(Clone, Debug)]
 pub struct FinerMesh {
     /// For each round, the cells of each body whose three edges were halved.
-    pub rounds: Vec<[Vec<u32>; 2]>,
+    pub rounds: Vec<Vec<Vec<u32>>>,
     /// λ and the active set.
     pub start: Start,
 }
@@ -44,19 +45,28 @@ impl Checkpoint {
         &self,
         first: &ContactProblem,
         step: usize,
-    ) -> Result<(ContactProblem, [RefinementEdges; 2]), SolveError> {
-        let mut problem = first.clone().with_roles(self.roles);
-        let mut edges = [0, 1].map(|b| RefinementEdges::longest(problem.bodies[b].mesh()));
+    ) -> Result<(ContactProblem, Vec<RefinementEdges>), SolveError> {
+        if self.roles.len() != first.contacts.len() {
+            return Err(SolveError::Checkpoint { what: "it has another number of contact pairs" });
+        }
+        let mut problem = first.clone();
+        problem.contacts.iter_mut().zip(&self.roles).for_each(|(pair, roles)| pair.roles = *roles);
+        let mut edges = longest_edges(&problem);
         for round in self.meshes.iter().take(step - 1).flat_map(|mesh| &mesh.rounds) {
-            let cells = |b: usize| problem.bodies[b].mesh().triangles().len();
-            if (0..2).any(|b| round[b].iter().any(|&cell| cell as usize >= cells(b))) {
+            if round.len() != problem.bodies.len() {
+                return Err(SolveError::Checkpoint { what: "it has another number of bodies" });
+            }
+            let unknown = |(body, cells): (&Body, &Vec<u32>)| {
+                cells.iter().any(|&cell| cell as usize >= body.mesh().triangles().len())
+            };
+            if problem.bodies.iter().zip(round).any(unknown) {
                 return Err(SolveError::Checkpoint { what: "it refines a cell that the mesh does not have" });
             }
-            let finer = problem.refined([&edges[0], &edges[1]], &edges_of_cells(&problem, round))?;
-            edges = finer.refinements.map(|r| r.refinement_edges);
+            let finer = problem.refined(&edges, &edges_of_cells(&problem, round))?;
+            edges = finer.refinements.into_iter().map(|r| r.refinement_edges).collect();
             problem = finer.problem;
         }
-        let pairs = problem.interface.pairs().len();
+        let pairs = problem.node_pairs();
         let start = self.start_of(step)?;
         if start.lambda.len() != pairs || start.active.as_ref().is_some_and(|a| a.len() != pairs) {
             return Err(SolveError::Checkpoint { what: "its interface has another number of pairs" });

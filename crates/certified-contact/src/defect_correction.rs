@@ -9,11 +9,12 @@
 //! until the increments vanish: (28) of [`crate::theory`].
 
 use fem_core::double_double::DoubleDouble;
-use fem_core::interface::Pair;
+use fem_core::interface::{ContactPair, NodePair};
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
 use nndd::stopping::EtaNndd;
 use nndd::{Iterate, NnddError, NnddSettings, Path, Start};
+use rayon::prelude::*;
 
 /// An increment larger than this fraction of the previous one is the last.
 const WORTHWHILE: f64 = 0.7;
@@ -27,7 +28,7 @@ const MOST_ITERATIONS: usize = 30;
 /// An iterate and its fields.
 pub(crate) struct Corrected {
     pub(crate) iterate: Iterate,
-    pub(crate) fields: [SplitField; 2],
+    pub(crate) fields: Vec<SplitField>,
 }
 
 /// Corrects an iterate by its own defect.
@@ -44,21 +45,23 @@ pub(crate) struct Corrected {
 pub(crate) fn correct(
     problem: &mut PreparedProblem,
     iterate: &Iterate,
-    fields: [SplitField; 2],
+    fields: Vec<SplitField>,
     settings: &NnddSettings,
     advance: bool,
 ) -> Result<Option<Corrected>, NnddError> {
     if settings.path == Path::Literal {
         return Ok(None);
     }
-    let gaps: Vec<f64> = problem.problem().interface.pairs().iter().map(|p| p.gap).collect();
-    let loads = problem.bodies().each_ref().map(|body| body.condensed_load().to_vec());
+    let Some(pair) = problem.problem().only_pair() else { return Ok(None) };
+    let gaps: Vec<f64> = pair.interface.pairs().iter().map(|p| p.gap).collect();
+    let loads: Vec<Vec<f64>> = problem.bodies().iter().map(|body| body.condensed_load().to_vec()).collect();
+    let pair = pair.clone();
     let mut settings = settings.clone();
     settings.max_iterations = if advance { MOST_ITERATIONS } else { 1 };
-    let mut correction = Correction { increments: problem, gaps, settings };
+    let mut correction = Correction { increments: problem, pair, gaps, settings };
     let found = correction.run(iterate, fields);
     let Correction { increments: problem, gaps, .. } = correction;
-    problem.replace_gaps(&gaps);
+    problem.replace_gaps(0, &gaps);
     for (body, load) in problem.bodies_mut().iter_mut().zip(loads) {
         body.replace_condensed_load(load);
     }
@@ -68,7 +71,8 @@ pub(crate) fn correct(
 struct Correction<'a> {
     /// The problem for increments about the current fields: its gaps and condensed loads are what the fields leave.
     increments: &'a mut PreparedProblem,
-    /// The gaps of the problem itself.
+    /// The only pair, with its own gaps.
+    pair: ContactPair,
     gaps: Vec<f64>,
     settings: NnddSettings,
 }
@@ -77,7 +81,7 @@ impl Correction<'_> {
     fn run(
         &mut self,
         iterate: &Iterate,
-        mut fields: [SplitField; 2],
+        mut fields: Vec<SplitField>,
     ) -> Result<Option<Corrected>, NnddError> {
         let mut best: Option<Corrected> = None;
         let mut active = iterate.contact.active.clone();
@@ -91,7 +95,7 @@ impl Correction<'_> {
             if !(size < before) {
                 break;
             }
-            let (sides, bodies) = (self.increments.sides(), self.increments.roles().bodies());
+            let (sides, bodies) = (self.increments.sides(0), [self.pair.imposed(), self.pair.unilateral()]);
             for (role, x) in found.traces().into_iter().enumerate() {
                 fields[bodies[role]].add(&sides[role].correction_from_trace(x));
             }
@@ -108,35 +112,36 @@ impl Correction<'_> {
 
     /// Brings the fields into equilibrium for their traces and sets up the problem for increments from them. Returns
     /// the forces of both bodies on the interface.
-    fn restate(&mut self, fields: &mut [SplitField; 2]) -> [Vec<f64>; 2] {
-        let Self { increments, gaps, .. } = self;
-        let [first, second] = fields;
+    fn restate(&mut self, fields: &mut [SplitField]) -> [Vec<f64>; 2] {
+        let Self { increments, pair, gaps, .. } = self;
         let of_body = |b: usize, field: &mut SplitField| {
             let (body, condensed) = (&increments.problem().bodies[b], &increments.bodies()[b]);
             condensed.refine(body, &[], true, field);
             condensed.interface_forces(&residual::of_field(body, field))
         };
-        let (r1, r2) = rayon::join(|| of_body(0, first), || of_body(1, second));
-        for (body, r) in increments.bodies_mut().iter_mut().zip([&r1, &r2]) {
+        let forces: Vec<Vec<f64>> =
+            fields.par_iter_mut().enumerate().map(|(b, field)| of_body(b, field)).collect();
+        for (body, r) in increments.bodies_mut().iter_mut().zip(&forces) {
             body.replace_condensed_load(r.iter().map(|r| -r).collect());
         }
-        let pairs = increments.problem().interface.pairs().iter().zip(gaps.iter());
-        let openings: Vec<f64> = pairs.map(|(pair, gap)| opening(fields, pair, *gap).rounded()).collect();
-        increments.replace_gaps(&openings);
-        let sign = increments.roles().sign();
-        let by_body = [r1, r2].map(|r| r.into_iter().map(|r| sign * r).collect());
-        increments.roles().by_body(by_body)
+        let [first, second] = pair.bodies.map(|b| &fields[b]);
+        let pairs = pair.interface.pairs().iter().zip(gaps.iter());
+        let opening = |(pair, gap): (&NodePair, &f64)| opening([first, second], pair, *gap).rounded();
+        let openings: Vec<f64> = pairs.map(opening).collect();
+        increments.replace_gaps(0, &openings);
+        let sign = pair.roles.sign();
+        [pair.imposed(), pair.unilateral()].map(|b| forces[b].iter().map(|r| sign * r).collect())
     }
 
     /// Converts an iterate of the increments into one of the problem.
-    fn total(&self, iterate: &Iterate, found: Iterate, fields: &[SplitField; 2]) -> Iterate {
-        let roles = self.increments.roles();
+    fn total(&self, iterate: &Iterate, found: Iterate, fields: &[SplitField]) -> Iterate {
+        let roles = self.pair.roles;
         let trace = |role: usize| -> Vec<f64> {
-            let b = roles.bodies()[role];
-            let pairs = self.increments.problem().interface.pairs().iter();
+            let side = roles.sides()[role];
+            let pairs = self.pair.interface.pairs().iter();
             pairs
                 .map(|p| {
-                    let u = fields[b].at(p.nodes[b] as usize);
+                    let u = fields[self.pair.bodies[side]].at(p.nodes[side] as usize);
                     roles.sign() * (u[0] * p.normal[0] + u[1] * p.normal[1]).rounded()
                 })
                 .collect()
@@ -159,7 +164,7 @@ impl Correction<'_> {
 }
 
 /// Computes the opening `g − (u¹ − u²)·n` of a pair.
-fn opening(fields: &[SplitField; 2], pair: &Pair, gap: f64) -> DoubleDouble {
+fn opening(fields: [&SplitField; 2], pair: &NodePair, gap: f64) -> DoubleDouble {
     let [a, b] = [0, 1].map(|b: usize| fields[b].at(pair.nodes[b] as usize));
     (b[0] - a[0]) * pair.normal[0] + (b[1] - a[1]) * pair.normal[1] + gap
 }

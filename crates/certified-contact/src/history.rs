@@ -1,7 +1,7 @@
 //! The history of a run.
 
 use cre_estimator::Estimate;
-use fem_core::interface::Roles;
+use fem_core::interface::ContactProblem;
 use nndd::{Iterate, IterationRow};
 
 /// One iteration with its estimate, if there is one.
@@ -9,8 +9,8 @@ use nndd::{Iterate, IterationRow};
 pub struct Row {
     /// The data of the iteration.
     pub iteration: IterationRow,
-    /// The contact forces of both bodies in the order passed in, N/m, positive in compression: equal at the discrete
-    /// solution.
+    /// The contact forces on the first and on the second bodies of the pairs, N/m, positive in compression: equal at
+    /// the discrete solution.
     pub contact_forces: [f64; 2],
     /// The discretisation indicator, if it was computed.
     pub eta_dis: Option<f64>,
@@ -20,8 +20,12 @@ pub struct Row {
 
 impl Row {
     /// Creates the row of an iterate without estimate.
-    pub(crate) fn new(iterate: &Iterate, roles: Roles) -> Self {
-        let contact_forces = roles.by_body(iterate.contact_forces());
+    pub(crate) fn new(iterate: &Iterate, problem: &ContactProblem) -> Self {
+        let mut contact_forces = [0.0; 2];
+        for (pair, block) in problem.contacts.iter().zip(iterate.blocks(problem)) {
+            let by_side = pair.roles.by_side(iterate.contact_forces_of(block));
+            contact_forces.iter_mut().zip(by_side).for_each(|(sum, force)| *sum += force);
+        }
         Self { iteration: iterate.into(), contact_forces, eta_dis: None, e_cre: None }
     }
 
@@ -39,7 +43,7 @@ impl Row {
 pub struct Step {
     /// Number, from 1.
     pub step: usize,
-    /// Nodes of both bodies together.
+    /// Nodes of all bodies together.
     pub nodes: usize,
     /// Pairs on the interface.
     pub pairs: usize,
@@ -51,6 +55,6 @@ pub struct Step {
     pub certified: bool,
     /// Iterations on this mesh.
     pub iterations: usize,
-    /// `a(u, u)` of both bodies together, J/m.
+    /// `a(u, u)` of all bodies together, J/m.
     pub energy_norm_squared: Option<f64>,
 }

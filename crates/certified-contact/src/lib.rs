@@ -42,7 +42,7 @@
 //!     &BoundaryConditions::new().displace("top", Some(0.0.into()), Some((-0.01).into())))?;
 //! let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], [16, 8])?, steel, &BoundaryConditions::new().fix("bottom"))?;
 //! let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
-//! let problem = ContactProblem { bodies: [upper, lower], interface };
+//! let problem = ContactProblem::between([upper, lower], interface);
 //! let answer = solve(problem, &Settings::default(), &mut Silent)?;
 //! assert!(answer.is_certified());
 //! println!("certified error <= {:e} of the energy norm", answer.relative().unwrap_or(f64::NAN));

@@ -3,6 +3,7 @@
 use crate::solution::CertifiedSolution;
 use contact_qp::ActiveSet;
 use cre_estimator::marking::{self, Contribution};
+use fem_core::body::Body;
 use fem_core::interface::{ContactProblem, RefineError, RefinedProblem};
 use fem_core::mesh::refine::RefinementEdges;
 use nndd::Start;
@@ -57,13 +58,13 @@ pub(crate) enum Refined {
 /// A finer problem, and the initial values of its iteration.
 pub(crate) struct Finer {
     pub(crate) problem: ContactProblem,
-    pub(crate) refinement_edges: [RefinementEdges; 2],
+    pub(crate) refinement_edges: Vec<RefinementEdges>,
     /// For each round, the cells of each body that were marked.
-    pub(crate) rounds: Vec<[Vec<u32>; 2]>,
+    pub(crate) rounds: Vec<Vec<Vec<u32>>>,
     pub(crate) start: Start,
 }
 
-/// Refines both bodies up to `wanted` nodes in rounds. Each round marks the smallest set of cells that makes up
+/// Refines all bodies up to `wanted` nodes in rounds. Each round marks the smallest set of cells that makes up
 /// `fraction` of the squared error of the mesh, halves all their edges, and predicts the contributions of the new cells
 /// for the next round. The last round takes fewer cells. At least one cell is refined if `limit` nodes allow it.
 ///
@@ -71,7 +72,7 @@ pub(crate) struct Finer {
 /// prediction is too good, and the next step corrects it.
 pub(crate) fn refine(
     solution: &CertifiedSolution,
-    refinement_edges: &[RefinementEdges; 2],
+    refinement_edges: &[RefinementEdges],
     fraction: f64,
     wanted: usize,
     limit: usize,
@@ -80,7 +81,7 @@ pub(crate) fn refine(
     let mut contributions = marking::contributions(&solution.problem, &estimate.cre);
     let last = solution.last();
     let mut start = Start { lambda: last.lambda.clone(), active: Some(last.contact.active.clone()) };
-    let mut edges = refinement_edges.clone();
+    let mut edges = refinement_edges.to_vec();
     let mut rounds = Vec::new();
     let mut finer: Option<RefinedProblem> = None;
     loop {
@@ -95,13 +96,13 @@ pub(crate) fn refine(
         if count == 0 {
             break;
         }
-        let round = cells_of(&ranked[..count]);
+        let round = cells_of(problem.bodies.len(), &ranked[..count]);
         let marked = edges_of_cells(problem, &round);
         rounds.push(round);
-        let next = problem.refined([&edges[0], &edges[1]], &marked)?;
+        let next = problem.refined(&edges, &marked)?;
         contributions = predict(problem, &next, &contributions);
         start = prolong(&next, &start);
-        edges = next.refinements.each_ref().map(|r| r.refinement_edges.clone());
+        edges = next.refinements.iter().map(|r| r.refinement_edges.clone()).collect();
         finer = Some(next);
         if count < bulk {
             break;
@@ -117,17 +118,18 @@ pub(crate) fn refine(
     })
 }
 
-/// Ranks the cells of both bodies; of equal ones those of Ω₁ come first.
-fn rank(problem: &ContactProblem, contributions: &[Vec<f64>; 2]) -> Vec<Contribution> {
-    let bodies = problem.interface.roles().bodies();
-    let mut ranked = marking::ranking(bodies.map(|b| contributions[b].as_slice()));
+/// Ranks the cells of all bodies; of equal ones those of bodies that carry λ come first.
+fn rank(problem: &ContactProblem, contributions: &[Vec<f64>]) -> Vec<Contribution> {
+    let bodies = problem.by_role();
+    let sorted: Vec<&Vec<f64>> = bodies.iter().map(|b| &contributions[*b]).collect();
+    let mut ranked = marking::ranking(&sorted);
     ranked.iter_mut().for_each(|c| c.body = bodies[c.body]);
     ranked
 }
 
 /// Lists the cells of each body, ascending.
-fn cells_of(ranked: &[Contribution]) -> [Vec<u32>; 2] {
-    let mut cells = [Vec::new(), Vec::new()];
+fn cells_of(bodies: usize, ranked: &[Contribution]) -> Vec<Vec<u32>> {
+    let mut cells = vec![Vec::new(); bodies];
     for c in ranked {
         cells[c.body].push(c.cell);
     }
@@ -136,30 +138,36 @@ fn cells_of(ranked: &[Contribution]) -> [Vec<u32>; 2] {
 }
 
 /// Marks the edges of cells.
-pub(crate) fn edges_of_cells(problem: &ContactProblem, cells: &[Vec<u32>; 2]) -> [Vec<bool>; 2] {
-    [0, 1].map(|b| {
-        let topology = problem.bodies[b].mesh().topology();
+pub(crate) fn edges_of_cells(problem: &ContactProblem, cells: &[Vec<u32>]) -> Vec<Vec<bool>> {
+    let of_body = |(body, cells): (&Body, &Vec<u32>)| {
+        let topology = body.mesh().topology();
         let mut marked = vec![false; topology.edges().len()];
-        for &cell in &cells[b] {
+        for &cell in cells {
             for edge in topology.triangle_edges()[cell as usize] {
                 marked[edge as usize] = true;
             }
         }
         marked
-    })
+    };
+    problem.bodies.iter().zip(cells).map(of_body).collect()
+}
+
+/// Chooses the longest edge of every cell of each body as the one to halve.
+pub(crate) fn longest_edges(problem: &ContactProblem) -> Vec<RefinementEdges> {
+    problem.bodies.iter().map(|body| RefinementEdges::longest(body.mesh())).collect()
 }
 
 /// Finds how many of the first `bulk` cells can be refined within `wanted` nodes: more cells never give fewer nodes.
 fn largest_count(
     problem: &ContactProblem,
-    edges: &[RefinementEdges; 2],
+    edges: &[RefinementEdges],
     ranked: &[Contribution],
     bulk: usize,
     wanted: usize,
 ) -> usize {
     let fits = |count: usize| {
-        let mut marked = edges_of_cells(problem, &cells_of(&ranked[..count]));
-        problem.close([&edges[0], &edges[1]], &mut marked).iter().sum::<usize>() <= wanted
+        let mut marked = edges_of_cells(problem, &cells_of(problem.bodies.len(), &ranked[..count]));
+        problem.close(edges, &mut marked).iter().sum::<usize>() <= wanted
     };
     if fits(bulk) {
         return bulk;
@@ -177,8 +185,8 @@ fn largest_count(
 }
 
 /// Predicts the contributions of the cells of a refined problem: proportional to the squared fraction of the area.
-fn predict(old: &ContactProblem, finer: &RefinedProblem, contributions: &[Vec<f64>; 2]) -> [Vec<f64>; 2] {
-    [0, 1].map(|b| {
+fn predict(old: &ContactProblem, finer: &RefinedProblem, contributions: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let of_body = |b: usize| {
         let (mesh, coarse) = (finer.problem.bodies[b].mesh(), old.bodies[b].mesh());
         let parents = finer.refinements[b].parent_cell.iter().enumerate();
         parents
@@ -187,16 +195,23 @@ fn predict(old: &ContactProblem, finer: &RefinedProblem, contributions: &[Vec<f6
                 contributions[b][parent] * (mesh.area(cell) / coarse.area(parent)).powi(2)
             })
             .collect()
-    })
+    };
+    (0..contributions.len()).map(of_body).collect()
 }
 
 /// Transfers λ and the active set: a new pair is in contact if both its neighbours are.
 fn prolong(finer: &RefinedProblem, start: &Start) -> Start {
-    let active = start.active.as_ref().map(|active| {
-        let parents = finer.pair_parents.iter();
-        ActiveSet::new(parents.map(|p| p.iter().all(|&k| active.is_active(k as usize))).collect())
-    });
-    Start { lambda: finer.prolong_interface(&start.lambda), active }
+    let (mut lambda, mut flags, mut first) = (Vec::new(), Vec::new(), 0);
+    for pair in &finer.pairs {
+        let block = first..first + pair.old();
+        first = block.end;
+        if let Some(active) = &start.active {
+            let both = |p: &[u32; 2]| p.iter().all(|&k| active.is_active(block.start + k as usize));
+            flags.extend(pair.parents.iter().map(both));
+        }
+        lambda.extend(pair.prolong(&start.lambda[block]));
+    }
+    Start { lambda, active: start.active.as_ref().map(|_| ActiveSet::new(flags)) }
 }
 
 #[cfg(test)]

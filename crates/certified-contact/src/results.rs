@@ -1,11 +1,11 @@
 //! The quantities of interest: forces, pressures, openings, reactions.
 
-use cre_estimator::{AdmissiblePair, Estimate};
+use cre_estimator::{AdmissibleBody, AdmissibleContact, AdmissiblePair, Estimate};
 use fem_core::body::Body;
 use fem_core::double_double::DoubleDouble;
 use fem_core::field;
 use fem_core::geometry::{Vector, add, cross, norm, scale, sub};
-use fem_core::interface::ContactProblem;
+use fem_core::interface::{ContactEdge, ContactInterface, ContactProblem};
 use fem_core::mesh::TriMesh;
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
@@ -65,12 +65,12 @@ pub struct Stretch {
 #[non_exhaustive]
 pub struct Results {
     /// `a(u, u)`, J/m.
-    pub energy_norm_squared: [f64; 2],
+    pub energy_norm_squared: Vec<f64>,
     /// `Σ r²_i`, N/m.
     pub contact_force: f64,
-    /// Intervals of arc length under pressure, m.
+    /// Intervals of arc length under pressure on the first contact line, m.
     pub contact_intervals: Vec<[f64; 2]>,
-    /// The same for each connected part of the contact line.
+    /// The connected parts of all contact lines.
     pub contact_stretches: Vec<Stretch>,
     /// Largest nodal pressure, `max r²_i/ℓ_i`, Pa.
     pub max_pressure: f64,
@@ -81,7 +81,7 @@ pub struct Results {
     /// Reactions of the supports.
     pub reactions: Vec<Reaction>,
     /// Sum of loads, reactions and contact forces of each body: zero to round-off.
-    pub balance: [Balance; 2],
+    pub balance: Vec<Balance>,
     /// Largest displacement, m.
     pub max_displacement: f64,
     /// Largest von Mises stress of the displacements, Pa; `None` if the out-of-plane stress of a material is unknown.
@@ -95,124 +95,160 @@ pub(crate) fn results(
     prepared: &PreparedProblem,
     iterate: &Iterate,
     estimate: &Estimate,
-    low: Option<[Vec<Vector>; 2]>,
+    low: Option<Vec<Vec<Vector>>>,
 ) -> Results {
-    let (problem, roles) = (prepared.problem(), prepared.roles());
+    let problem = prepared.problem();
     let pair = &estimate.pair;
-    let forces =
-        |b: usize| nodal_forces(&problem.bodies[b], &pair.displacement[b], low.as_ref().map(|low| &low[b]));
-    let forces_of = |b: usize| iterate.forces()[roles.of_body(b)];
-    let interface = &problem.interface;
-    let pressure = &pair.pressure;
-    let mean = |e: &fem_core::interface::ContactEdge| {
-        0.5 * (pressure[e.pairs[0] as usize] + pressure[e.pairs[1] as usize])
-    };
+    let low = |b: usize| low.as_ref().map(|low| &low[b]);
     let mut reactions = Vec::new();
-    let balance = [0, 1].map(|b: usize| {
-        let contact: Vec<f64> = forces_of(b).iter().map(|r| roles.sign() * r).collect();
-        support_reactions(prepared, b, forces(b), &contact, &mut reactions)
-    });
-    let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
-    let von_mises = |b: usize| {
-        let body = &problem.bodies[b];
-        let values = pair.stress[b].iter().enumerate().map(|(t, s)| body.material(t).von_mises(*s));
-        values.collect::<Option<Vec<f64>>>().map(|v| largest(&mut v.into_iter()))
+    let mut balance = Vec::new();
+    for (b, fields) in pair.bodies.iter().enumerate() {
+        let forces = nodal_forces(&problem.bodies[b], &fields.displacement, low(b));
+        balance.push(support_reactions(prepared, iterate, b, forces, &mut reactions));
+    }
+    let von_mises = |(body, fields): (&Body, &AdmissibleBody)| {
+        let values = fields.stress.iter().enumerate().map(|(t, s)| body.material(t).von_mises(*s));
+        values.collect::<Option<Vec<f64>>>().map(largest)
     };
+    let lines = || lines(problem, iterate, pair);
     Results {
-        energy_norm_squared: estimate.energy_norm_squared,
+        energy_norm_squared: estimate.energy_norm_squared.clone(),
         contact_force: iterate.contact_force(),
-        contact_intervals: intervals(problem, iterate),
-        contact_stretches: stretches(problem, iterate, pair),
-        max_pressure: largest(&mut pressure.iter().copied()),
-        max_edge_pressure: largest(&mut interface.edges().iter().map(mean)),
+        contact_intervals: lines().next().map(|line| line.intervals()).unwrap_or_default(),
+        contact_stretches: lines().flat_map(|line| line.stretches()).collect(),
+        max_pressure: largest(lines().flat_map(|line| &line.contact.pressure).copied()),
+        max_edge_pressure: largest(
+            lines().flat_map(|line| line.interface.edges().iter().map(move |e| line.mean(e))),
+        ),
         min_opening: iterate.opening.iter().copied().fold(f64::INFINITY, f64::min),
         reactions,
         balance,
-        max_displacement: largest(&mut pair.displacement.iter().flatten().map(|u| norm(*u))),
-        max_von_mises: von_mises(0).zip(von_mises(1)).map(|(a, b)| a.max(b)),
+        max_displacement: largest(pair.bodies.iter().flat_map(|body| &body.displacement).map(|u| norm(*u))),
+        max_von_mises: problem
+            .bodies
+            .iter()
+            .zip(&pair.bodies)
+            .map(von_mises)
+            .collect::<Option<Vec<f64>>>()
+            .map(largest),
     }
 }
 
-/// Adds up the forces of each connected part of the contact line: consecutive pairs that are joined by edges.
-fn stretches(problem: &ContactProblem, iterate: &Iterate, pair: &AdmissiblePair) -> Vec<Stretch> {
-    let interface = &problem.interface;
-    let joined = joined(problem);
-    let mut number = Vec::with_capacity(joined.len());
-    let mut found: Vec<Stretch> = Vec::new();
-    for (k, p) in interface.pairs().iter().enumerate() {
-        if !joined[k] {
-            found.push(Stretch {
-                s: [p.arc_length; 2],
-                pairs: 0,
-                length: 0.0,
-                contact_force: 0.0,
-                max_pressure: 0.0,
-                max_edge_pressure: 0.0,
-                min_opening: f64::INFINITY,
-            });
-        }
-        number.push(found.len() - 1);
-        if let Some(last) = found.last_mut() {
-            last.s[1] = p.arc_length;
-            last.pairs += 1;
-            last.contact_force += iterate.contact.normal_reaction[k];
-            last.max_pressure = last.max_pressure.max(pair.pressure[k]);
-            last.min_opening = last.min_opening.min(iterate.opening[k]);
-        }
+fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
+    values.into_iter().fold(0.0, f64::max)
+}
+
+/// One contact line with its forces and openings.
+#[derive(Clone, Copy)]
+struct Line<'a> {
+    interface: &'a ContactInterface,
+    contact: &'a AdmissibleContact,
+    /// `r²_i`, N/m.
+    force: &'a [f64],
+    /// Of the iteration, m.
+    opening: &'a [f64],
+}
+
+/// Lists the contact lines of all pairs.
+fn lines<'a>(
+    problem: &'a ContactProblem,
+    iterate: &'a Iterate,
+    pair: &'a AdmissiblePair,
+) -> impl Iterator<Item = Line<'a>> {
+    let blocks = iterate.blocks(problem);
+    problem.contacts.iter().zip(&pair.contacts).zip(blocks).map(|((of, contact), block)| Line {
+        interface: &of.interface,
+        contact,
+        force: &iterate.contact.normal_reaction[block.clone()],
+        opening: &iterate.opening[block],
+    })
+}
+
+impl<'a> Line<'a> {
+    /// Computes the mean pressure of an edge, Pa.
+    fn mean(&self, edge: &ContactEdge) -> f64 {
+        let [a, b] = edge.pairs.map(|k| self.contact.pressure[k as usize]);
+        0.5 * (a + b)
     }
-    for edge in interface.edges() {
-        let [i, j] = edge.pairs.map(|k| k as usize);
-        let stretch = &mut found[number[i]];
-        stretch.length += edge.length;
-        if j <= i {
-            stretch.s[1] = interface.pairs()[i].arc_length + edge.length;
+
+    /// Adds up the forces of each connected part: consecutive pairs that are joined by edges.
+    fn stretches(&self) -> Vec<Stretch> {
+        let joined = joined(self.interface);
+        let mut number = Vec::with_capacity(joined.len());
+        let mut found: Vec<Stretch> = Vec::new();
+        for (k, p) in self.interface.pairs().iter().enumerate() {
+            if !joined[k] {
+                found.push(Stretch {
+                    s: [p.arc_length; 2],
+                    pairs: 0,
+                    length: 0.0,
+                    contact_force: 0.0,
+                    max_pressure: 0.0,
+                    max_edge_pressure: 0.0,
+                    min_opening: f64::INFINITY,
+                });
+            }
+            number.push(found.len() - 1);
+            if let Some(last) = found.last_mut() {
+                last.s[1] = p.arc_length;
+                last.pairs += 1;
+                last.contact_force += self.force[k];
+                last.max_pressure = last.max_pressure.max(self.contact.pressure[k]);
+                last.min_opening = last.min_opening.min(self.opening[k]);
+            }
         }
-        let mean = 0.5 * (pair.pressure[i] + pair.pressure[j]);
-        stretch.max_edge_pressure = stretch.max_edge_pressure.max(mean);
+        for edge in self.interface.edges() {
+            let [i, j] = edge.pairs.map(|k| k as usize);
+            let stretch = &mut found[number[i]];
+            stretch.length += edge.length;
+            if j <= i {
+                stretch.s[1] = self.interface.pairs()[i].arc_length + edge.length;
+            }
+            stretch.max_edge_pressure = stretch.max_edge_pressure.max(self.mean(edge));
+        }
+        found
     }
-    found
+
+    /// Finds the intervals of arc length whose nodes carry a contact force; they may cross the edge that closes a line.
+    fn intervals(&self) -> Vec<[f64; 2]> {
+        let pairs = self.interface.pairs();
+        let joined = joined(self.interface);
+        let carries = |k: usize| self.force[k] > 0.0;
+        let mut found: Vec<[f64; 2]> = Vec::new();
+        let mut open = false;
+        for (k, pair) in pairs.iter().enumerate() {
+            match found.last_mut() {
+                Some(last) if carries(k) && open && joined[k] => last[1] = pair.arc_length,
+                _ if carries(k) => found.push([pair.arc_length; 2]),
+                _ => {}
+            }
+            open = carries(k);
+        }
+        for edge in self.interface.edges() {
+            let [i, j] = edge.pairs.map(|k| k as usize);
+            let end = pairs[i].arc_length;
+            if j <= i
+                && carries(i)
+                && carries(j)
+                && let Some(last) = found.iter_mut().find(|interval| interval[1] == end)
+            {
+                last[1] = end + edge.length;
+            }
+        }
+        found
+    }
 }
 
 /// Tells for each pair whether an edge joins it to the previous one.
-fn joined(problem: &ContactProblem) -> Vec<bool> {
-    let mut joined = vec![false; problem.interface.pairs().len()];
-    for edge in problem.interface.edges() {
+fn joined(interface: &ContactInterface) -> Vec<bool> {
+    let mut joined = vec![false; interface.pairs().len()];
+    for edge in interface.edges() {
         let [i, j] = edge.pairs.map(|k| k as usize);
         if j == i + 1 {
             joined[j] = true;
         }
     }
     joined
-}
-
-/// Finds the intervals of arc length whose nodes carry a contact force; they may cross the edge that closes a line.
-fn intervals(problem: &ContactProblem, iterate: &Iterate) -> Vec<[f64; 2]> {
-    let pairs = problem.interface.pairs();
-    let joined = joined(problem);
-    let mut found: Vec<[f64; 2]> = Vec::new();
-    let mut open = false;
-    for (k, pair) in pairs.iter().enumerate() {
-        let carries = iterate.contact.normal_reaction[k] > 0.0;
-        match found.last_mut() {
-            Some(last) if carries && open && joined[k] => last[1] = pair.arc_length,
-            _ if carries => found.push([pair.arc_length; 2]),
-            _ => {}
-        }
-        open = carries;
-    }
-    let carries = |k: usize| iterate.contact.normal_reaction[k] > 0.0;
-    for edge in problem.interface.edges() {
-        let [i, j] = edge.pairs.map(|k| k as usize);
-        let end = pairs[i].arc_length;
-        if j <= i
-            && carries(i)
-            && carries(j)
-            && let Some(last) = found.iter_mut().find(|interval| interval[1] == end)
-        {
-            last[1] = end + edge.length;
-        }
-    }
-    found
 }
 
 /// Computes the centroid of a mesh.
@@ -240,9 +276,9 @@ fn nodal_forces(body: &Body, displacement: &[Vector], low: Option<&Vec<Vector>>)
 /// Adds the reactions of a body's supports and returns its balance.
 fn support_reactions(
     prepared: &PreparedProblem,
+    iterate: &Iterate,
     b: usize,
     mut residual: Vec<Vector>,
-    contact: &[f64],
     reactions: &mut Vec<Reaction>,
 ) -> Balance {
     let problem = prepared.problem();
@@ -250,11 +286,15 @@ fn support_reactions(
     let centroid = centroid(body.mesh());
     let arm = |node: usize| sub(body.mesh().points()[node], centroid);
     let mut balance = Balance::default();
-    for (pair, r) in problem.interface.pairs().iter().zip(contact) {
-        let force = scale(*r, pair.normal);
-        let node = pair.nodes[b] as usize;
-        residual[node] = sub(residual[node], force);
-        balance.add(arm(node), force);
+    for (pair, block) in problem.contacts.iter().zip(iterate.blocks(problem)) {
+        let Some(side) = pair.side_of(b) else { continue };
+        let forces = &iterate.forces()[pair.roles.of_side(side)][block];
+        for (pair_of_nodes, r) in pair.interface.pairs().iter().zip(forces) {
+            let force = scale(pair.roles.sign() * r, pair_of_nodes.normal);
+            let node = pair_of_nodes.nodes[side] as usize;
+            residual[node] = sub(residual[node], force);
+            balance.add(arm(node), force);
+        }
     }
     for (node, force) in prepared.external_forces()[b].iter().enumerate() {
         balance.add(arm(node), *force);

@@ -41,13 +41,13 @@ pub struct CertifiedSolution {
     /// The quantities of interest.
     pub results: Option<Results>,
     /// Unknowns of each body.
-    pub unknowns: [usize; 2],
+    pub unknowns: Vec<usize>,
 }
 
 impl CertifiedSolution {
-    /// Tells which body carries λ.
-    pub fn roles(&self) -> Roles {
-        self.problem.interface.roles()
+    /// Tells which body of each pair carries λ.
+    pub fn roles(&self) -> Vec<Roles> {
+        self.problem.roles()
     }
 
     /// Returns the last iteration.
@@ -96,8 +96,8 @@ impl CertifiedSolution {
         let estimate = self.estimate.as_ref();
         Step {
             step,
-            nodes: self.problem.bodies.iter().map(|b| b.mesh().points().len()).sum(),
-            pairs: self.problem.interface.pairs().len(),
+            nodes: self.problem.nodes(),
+            pairs: self.problem.node_pairs(),
             e_cre: estimate.map(|e| e.unchecked().e_cre),
             relative: self.relative(),
             certified: self.is_certified(),

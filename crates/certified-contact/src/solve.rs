@@ -10,8 +10,9 @@ use crate::settings::{Criterion, Imposed, Settings};
 use crate::solution::{CertifiedSolution, RoleReason};
 use crate::stopping::{Follow, enough, estimate_of};
 use cre_estimator::{Estimate, ROUND_OFF_SHARE};
+use fem_core::boundary::ScalarData;
 use fem_core::geometry::Vector;
-use fem_core::interface::{ContactProblem, Roles};
+use fem_core::interface::{ContactPair, ContactProblem, Roles};
 use fem_core::prepared::{PrepareError, PreparedProblem, Stage};
 use fem_core::residual::SplitField;
 use nndd::{Iterate, NnddSolution, NnddStatus, Start};
@@ -30,12 +31,20 @@ pub fn solve(
 ) -> Result<CertifiedSolution, SolveError> {
     let mut problem = prepare(problem, observer)?;
     let (roles, reason) = choose_roles(&problem, settings.imposed);
-    problem.set_roles(roles);
-    let points = problem.problem().bodies[roles.imposed()].mesh().points();
-    let pairs = problem.problem().interface.pairs().iter();
-    let lambda = pairs.map(|p| settings.lambda.at(points[p.nodes[roles.imposed()] as usize])).collect();
-    let start = Start { lambda, active: None };
+    let count = problem.problem().contacts.len();
+    (0..count).for_each(|pair| problem.set_roles(pair, roles));
+    let start = Start { lambda: initial_lambda(problem.problem(), &settings.lambda), active: None };
     iterate(problem, reason, start, settings, observer)
+}
+
+/// Evaluates the initial λ at the nodes of the body that carries it, m.
+fn initial_lambda(problem: &ContactProblem, lambda: &ScalarData) -> Vec<f64> {
+    let of_pair = |pair: &ContactPair| -> Vec<f64> {
+        let points = problem.bodies[pair.imposed()].mesh().points();
+        let nodes = pair.interface.pairs().iter().map(|p| p.nodes[pair.roles.imposed()]);
+        nodes.map(|node| lambda.at(points[node as usize])).collect()
+    };
+    problem.contacts.iter().flat_map(of_pair).collect()
 }
 
 /// Solves a finer problem in the order of the coarser one, starting from its solution.
@@ -63,7 +72,7 @@ fn iterate(
     let last = &nndd.last;
     if follow.rows.last().is_none_or(|row| row.iteration.iteration != last.iteration) {
         // An iteration whose contact problem was not solved has not met the criterion.
-        follow.rows.push(Row::new(last, problem.roles()));
+        follow.rows.push(Row::new(last, problem.problem()));
     }
     // A diverged iteration may have overflowed: then there is no certificate, but a report.
     // A run that must end at once keeps its current certificate.
@@ -78,7 +87,7 @@ fn iterate(
         observer.phase(Phase::Iterations);
         if let Some(better) = corrected(&mut problem, &nndd, found, settings)? {
             if let Some(row) = rows.last_mut() {
-                *row = Row::new(&better.iterate, problem.roles());
+                *row = Row::new(&better.iterate, problem.problem());
                 row.take(&better.estimate);
             }
             nndd.last = better.iterate;
@@ -92,7 +101,7 @@ fn iterate(
     let last = &nndd.last;
     let results = estimate.as_ref().map(|e| results::results(&problem, last, e, low));
     let bounds = estimate.as_ref().map(|e| Bounds::new(&problem, last, e));
-    let unknowns = [0, 1].map(|b: usize| problem.bodies()[b].dofs().len());
+    let unknowns = problem.bodies().iter().map(|body| body.dofs().len()).collect();
     let problem = problem.into_problem();
     Ok(CertifiedSolution {
         role_reason,
@@ -121,7 +130,7 @@ struct Better {
     iterate: Iterate,
     estimate: Estimate,
     /// Low-order parts of the displacements (their rounding errors).
-    low: [Vec<Vector>; 2],
+    low: Vec<Vec<Vector>>,
 }
 
 /// Corrects the solution by its defect; `None` if that gives no improvement.
@@ -131,18 +140,23 @@ fn corrected(
     estimate: &Estimate,
     settings: &Settings,
 ) -> Result<Option<Better>, SolveError> {
-    let fields = [0, 1].map(|b: usize| SplitField::new(estimate.pair.displacement[b].clone()));
+    let fields = estimate.pair.bodies.iter().map(|body| SplitField::new(body.displacement.clone())).collect();
     // λ may change only if the iterate is meant to be the discrete solution.
     let advance = matches!(nndd.status, NnddStatus::StoppedByCriterion | NnddStatus::Stalled { .. })
         && settings.criterion != Criterion::Iterations;
     let found = defect_correction::correct(problem, &nndd.last, fields, &settings.nndd, advance)?;
-    let Some(Corrected { iterate, fields: [first, second] }) = found else { return Ok(None) };
-    let Ok(better) = estimate_of(problem, &iterate, [&first.high, &second.high], settings) else {
+    let Some(Corrected { iterate, fields }) = found else { return Ok(None) };
+    let high = fields.iter().map(|field| field.high.as_slice()).collect();
+    let Ok(better) = estimate_of(problem, &iterate, high, settings) else {
         return Ok(None);
     };
     let gains = better.unchecked().e_cre < estimate.unchecked().e_cre
         || better.unchecked().eta_nndd < estimate.unchecked().eta_nndd;
-    Ok(gains.then_some(Better { iterate, estimate: better, low: [first.low, second.low] }))
+    Ok(gains.then_some(Better {
+        iterate,
+        estimate: better,
+        low: fields.into_iter().map(|f| f.low).collect(),
+    }))
 }
 
 /// Stores the measured η_NNDD and checks whether the criterion still holds with it.
@@ -160,7 +174,7 @@ fn conclude(nndd: &mut NnddSolution, rows: &mut [Row], estimate: &Estimate, sett
     }
 }
 
-/// Assembles and factorises both bodies, in parallel.
+/// Assembles and factorises all bodies, in parallel.
 fn prepare(problem: ContactProblem, observer: &mut dyn Observer) -> Result<PreparedProblem, SolveError> {
     let mut started = false;
     let found = PreparedProblem::prepare(problem, |stage| {
@@ -188,9 +202,11 @@ fn choose_roles(problem: &PreparedProblem, imposed: Imposed) -> (Roles, RoleReas
         Imposed::First => (Roles::FIRST, RoleReason::Given),
         Imposed::Second => (Roles::SECOND, RoleReason::Given),
         Imposed::Auto => {
-            let pairs = problem.problem().interface.pairs();
-            let force: Vec<f64> = pairs.iter().map(|p| p.tributary_length).collect();
-            let compliance = [0, 1].map(|b: usize| {
+            let Some(pair) = problem.problem().only_pair() else {
+                return (Roles::FIRST, RoleReason::Given);
+            };
+            let force: Vec<f64> = pair.interface.pairs().iter().map(|p| p.tributary_length).collect();
+            let compliance = pair.bodies.map(|b| {
                 let mut w = vec![0.0; force.len()];
                 problem.bodies()[b].trace_from_force(&force, &mut w);
                 w.iter().zip(&force).map(|(w, f)| w * f).sum::<f64>()

@@ -6,7 +6,7 @@ use crate::settings::{Criterion, Settings};
 use cre_estimator::{Estimate, EstimatorError, estimate_with};
 use fem_core::condensation::OrientedBody;
 use fem_core::geometry::Vector;
-use fem_core::interface::ContactState;
+use fem_core::interface::{ContactState, PairState};
 use fem_core::prepared::PreparedProblem;
 use nndd::Iterate;
 use nndd::stopping::{Decision, StoppingCriterion};
@@ -52,10 +52,10 @@ impl<'a> Follow<'a> {
         // Its memory is needed now.
         self.latest = None;
         self.observer.phase(Phase::Iterations);
-        let displacement = self.problem.displacements(iterate.traces());
+        let displacement = iterate.displacements(self.problem);
         self.observer.phase(Phase::Estimate);
-        let displacement = [displacement[0].as_slice(), &displacement[1]];
-        let estimate = estimate_of(self.problem, iterate, displacement, self.settings)?;
+        let fields = displacement.iter().map(Vec::as_slice).collect();
+        let estimate = estimate_of(self.problem, iterate, fields, self.settings)?;
         if let Some(row) = self.rows.iter_mut().find(|row| row.iteration.iteration == iterate.iteration) {
             row.take(&estimate);
         }
@@ -121,14 +121,14 @@ fn force_round_off(problem: &PreparedProblem, iterate: &Iterate) -> f64 {
         let products = columns.map(|(column, v)| v.abs() * column.iter().map(|s| s.abs()).sum::<f64>());
         products.sum::<f64>() + body.condensed_load().iter().map(|g| g.abs()).sum::<f64>()
     };
-    let ([first, second], [a, b]) = (problem.sides(), iterate.traces());
+    let ([first, second], [a, b]) = (problem.sides(0), iterate.traces());
     let sizes = size(&first, a) + size(&second, b);
     iterate.lambda.len() as f64 * f64::EPSILON * sizes
 }
 
 impl StoppingCriterion for Follow<'_> {
     fn check(&mut self, iterate: &Iterate) -> Result<Decision, Box<dyn std::error::Error + Send + Sync>> {
-        self.rows.push(Row::new(iterate, self.problem.roles()));
+        self.rows.push(Row::new(iterate, self.problem.problem()));
         let every = self.settings.estimate_every;
         if every > 0 && iterate.iteration.is_multiple_of(every) {
             self.try_estimate(iterate)?;
@@ -172,13 +172,13 @@ pub(crate) fn enough(estimate: &Estimate, ratio: f64) -> f64 {
 pub(crate) fn estimate_of(
     problem: &PreparedProblem,
     iterate: &Iterate,
-    displacement: [&[Vector]; 2],
+    displacement: Vec<&[Vector]>,
     settings: &Settings,
 ) -> Result<Estimate, EstimatorError> {
-    let state = ContactState {
-        displacement,
-        contact_force: &iterate.contact.normal_reaction,
-        opening: &iterate.opening,
-    };
+    let blocks = iterate.blocks(problem.problem());
+    let (force, opening) = (&iterate.contact.normal_reaction, &iterate.opening);
+    let contacts =
+        blocks.map(|pairs| PairState { contact_force: &force[pairs.clone()], opening: &opening[pairs] });
+    let state = ContactState { displacement, contacts: contacts.collect() };
     estimate_with(problem, &state, settings.relaxation)
 }

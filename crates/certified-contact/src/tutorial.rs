@@ -43,7 +43,7 @@
 //! let clamped = BoundaryConditions::new().fix("bottom");
 //! let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], [16, 8])?, steel()?, &clamped)?;
 //! let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Touching)?;
-//! let problem = ContactProblem { bodies: [upper, lower], interface };
+//! let problem = ContactProblem::between([upper, lower], interface);
 //! let answer = solve(problem, &Settings::default(), &mut Silent)?;
 //!
 //! // The bound is there only if all its checks hold.
@@ -85,7 +85,7 @@
 //! # let clamped = BoundaryConditions::new().fix("bottom");
 //! # let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], [4, 2])?, steel()?, &clamped)?;
 //! # let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Touching)?;
-//! # let problem = ContactProblem { bodies: [upper, lower], interface };
+//! # let problem = ContactProblem::between([upper, lower], interface);
 //! let mut meshes = Meshes(0);
 //! let found = solve_adaptively(problem, &Settings::default(), &AdaptSettings::new(0.05), &mut meshes)?;
 //! assert!(matches!(found.end, AdaptiveEnd::TargetMet));

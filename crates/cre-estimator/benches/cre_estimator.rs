@@ -23,13 +23,13 @@ fn certificates(c: &mut Criterion) {
         let (upper, lower) = (body(1.0, "top"), body(0.0, "bottom"));
         let interface =
             ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(1.0.into())).unwrap();
-        let prepared = PreparedProblem::new(ContactProblem { bodies: [upper, lower], interface }).unwrap();
+        let prepared = PreparedProblem::new(ContactProblem::between([upper, lower], interface)).unwrap();
         let (problem, bodies) = (prepared.problem(), prepared.bodies());
         // A wide gap: the bodies are not in contact, which does not change the cost of the estimator.
-        let n = prepared.pairs();
+        let n = prepared.node_pairs();
         let none = vec![0.0; n];
         let u = [bodies[0].displacement_from_force(&none), bodies[1].displacement_from_force(&none)];
-        let opening: Vec<f64> = problem
+        let opening: Vec<f64> = problem.contacts[0]
             .interface
             .pairs()
             .iter()
@@ -38,7 +38,7 @@ fn certificates(c: &mut Criterion) {
                 p.gap - fem_core::geometry::dot(fem_core::geometry::sub(a, b), p.normal)
             })
             .collect();
-        let state = ContactState { displacement: [&u[0], &u[1]], contact_force: &none, opening: &opening };
+        let state = ContactState::between([&u[0], &u[1]], &none, &opening);
         let name = format!("{}x{}", cells[0], cells[1]);
         group.bench_function(BenchmarkId::new("certificate", &name), |b| {
             b.iter(|| estimate(&prepared, &state).unwrap());

@@ -42,7 +42,7 @@ fn problem() -> Result<ContactProblem, Box<dyn Error>> {
     let clamped = BoundaryConditions::new().fix("bottom");
     let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], CELLS)?, material(1000.0)?, &clamped)?;
     let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
-    Ok(ContactProblem { bodies: [upper, lower], interface })
+    Ok(ContactProblem::between([upper, lower], interface))
 }
 
 /// Reads `body,x,y,ux,uy` and gives each node of the problem the displacement at its position.
@@ -94,7 +94,7 @@ fn certify(
     for (body, displacement) in problem.bodies.iter().zip(&mut displacement) {
         hold(body, displacement)?;
     }
-    let pairs = problem.interface.pairs();
+    let pairs = problem.contacts[0].interface.pairs();
     // Rounded numbers may penetrate: the first body's nodes move back until they do not.
     for pair in pairs {
         let [first, second] = [0, 1].map(|b| displacement[b][pair.nodes[b] as usize]);
@@ -109,7 +109,7 @@ fn certify(
     let force: Vec<f64> =
         pairs.iter().map(|p| dot(residual[p.nodes[1] as usize], p.normal).max(0.0)).collect();
 
-    let state = ContactState { displacement: [first, second], contact_force: &force, opening: &opening };
+    let state = ContactState::between([first, second], &force, &opening);
     Ok(estimate_with(prepared, &state, relaxation)?)
 }
 
@@ -182,10 +182,9 @@ mod tests {
         let half = good.each_ref().map(|u| u.iter().map(|u| scale(0.5, *u)).collect::<Vec<Vector>>());
         let error = certify(&prepared, half.clone(), Relaxation::NONE).unwrap_err().to_string();
         assert!(error.contains("is held at"), "{error}");
-        let pairs = problem.interface.pairs().len();
+        let pairs = problem.contacts[0].interface.pairs().len();
         let (force, opening) = (vec![0.0; pairs], vec![1.0; pairs]);
-        let state =
-            ContactState { displacement: [&half[0], &half[1]], contact_force: &force, opening: &opening };
+        let state = ContactState::between([&half[0], &half[1]], &force, &opening);
         let estimate = estimate_with(&prepared, &state, Relaxation::NONE).unwrap();
         let checks = estimate.admissibility;
         assert!(checks.imposed_displacement > 0.4 && !checks.is_valid(), "{checks:?}");

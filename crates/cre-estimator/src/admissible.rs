@@ -16,14 +16,36 @@ use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
 use fem_core::tensor::SymTensor2;
 
-/// An admissible pair: kinematic displacements, and stresses that share one pressure.
+/// An admissible pair: kinematic displacements, and stresses that share one pressure along each contact line.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct AdmissiblePair {
-    /// The given displacements of the two bodies, Cartesian, m. With [`Self::lift`] they are kinematically admissible.
-    pub displacement: [Vec<Vector>; 2],
-    /// Stress of these displacements, one per triangle, Pa.
-    pub stress: [Vec<SymTensor2>; 2],
+    /// The fields of each body.
+    pub bodies: Vec<AdmissibleBody>,
+    /// Openings and pressure of each contact line.
+    pub contacts: Vec<AdmissibleContact>,
+    /// `‖l‖²` of the lifts of all contact lines together, J/m.
+    pub lift_energy: f64,
+}
+
+/// The fields of one body.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct AdmissibleBody {
+    /// The given displacement, Cartesian, m. With the lifts it is kinematically admissible.
+    pub displacement: Vec<Vector>,
+    /// Its stress, one per triangle, Pa.
+    pub stress: Vec<SymTensor2>,
+    /// The equilibrated stress.
+    pub equilibrated: EquilibratedStress,
+    /// How it was relaxed.
+    pub relaxation: RelaxationReport,
+}
+
+/// Openings and pressure of one contact line.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct AdmissibleContact {
     /// Opening at each pair with the lift, ≥ 0, m.
     pub opening: Vec<f64>,
     /// Middle Bernstein coefficient of the opening along each contact edge with the lift, ≥ 0, m.
@@ -36,10 +58,13 @@ pub struct AdmissiblePair {
     pub edge_pressure: Vec<[f64; 2]>,
     /// Nodal forces of this pressure at each pair, Cartesian, N/m: on the second body; those on the first are opposite.
     pub pressure_force: Vec<Vector>,
-    /// Equilibrated stresses.
-    pub equilibrated: [EquilibratedStress; 2],
-    /// How they were relaxed.
-    pub relaxation: [RelaxationReport; 2],
+}
+
+impl AdmissiblePair {
+    /// Returns the given displacement of each body.
+    pub fn displacements(&self) -> Vec<&[Vector]> {
+        self.bodies.iter().map(|body| body.displacement.as_slice()).collect()
+    }
 }
 
 /// Builds the admissible pair of a contact state.
@@ -70,125 +95,179 @@ pub(crate) enum Accuracy {
     Refined,
 }
 
-/// [`admissible_pair`] of a state that has been checked, with the stars of Ω₁ for another stress of that body; `None`
-/// without relaxation.
+/// The stars of a body, to relax another stress of it.
+pub(crate) struct KeptStars<'a> {
+    pub(crate) body: usize,
+    pub(crate) stars: StarRelaxation<'a>,
+}
+
+/// [`admissible_pair`] of a state that has been checked, with the stars of a body that carries λ; `None` without
+/// relaxation.
 pub(crate) fn pair_and_stars<'a>(
     prepared: &'a PreparedProblem,
     state: &ContactState<'_>,
     relaxation: Relaxation,
     accuracy: Accuracy,
-) -> (AdmissiblePair, Option<StarRelaxation<'a>>) {
-    let (problem, bodies) = (prepared.problem(), prepared.bodies());
-    let interface = &problem.interface;
-    let pressure = pressure::nodal_pressure(interface, state.contact_force);
-    let edge_pressure = pressure::edge_pressure(interface, &pressure);
-    let pressure_force = pressure::nodal_forces(interface, &pressure, &edge_pressure);
-    let found = lift::middle_openings(interface, state.displacement);
-    let lift = lift::find(problem, state.displacement, &found);
-    let middle_opening = if lift.energy > 0.0 {
-        lift::lifted_middle_openings(problem, state.displacement, &lift)
-    } else {
-        found
-    };
-    let recover = |b: usize| {
-        let body = &problem.bodies[b];
-        let conditions = with_pressure(body, interface, b, &edge_pressure);
-        let stress = neumann_stress(problem, &bodies[b], b, (&pressure, &pressure_force), accuracy);
-        let equilibrated = EquilibratedStress::recover(body, stress, conditions);
-        (equilibrated, field::stresses(body, state.displacement[b]))
-    };
-    let [(e1, s1), (e2, s2)] = each_body(recover);
-    let mut equilibrated = [e1, e2];
-    // One body after the other, each in parallel: only the stars of one body are in memory at a time, those of Ω₁ last.
-    let [imposed, unilateral] = prepared.roles().bodies();
-    let mut relax =
-        |b: usize, used| relax_with_stars(&problem.bodies[b], &mut equilibrated[b], relaxation, used);
-    let (used, of_unilateral) = relax(unilateral, None);
-    let (stars, of_imposed) = relax(imposed, used);
-    let pair = AdmissiblePair {
-        displacement: state.displacement.map(<[Vector]>::to_vec),
-        stress: [s1, s2],
-        opening: state.opening.iter().zip(&lift.by_pair).map(|(o, l)| o + l).collect(),
-        middle_opening,
-        lift,
-        pressure,
-        edge_pressure,
-        pressure_force,
-        equilibrated,
-        relaxation: prepared.roles().by_body([of_imposed, of_unilateral]),
-    };
-    (pair, stars)
+) -> (AdmissiblePair, Option<KeptStars<'a>>) {
+    let problem = prepared.problem();
+    let contacts: Vec<AdmissibleContact> =
+        (0..problem.contacts.len()).map(|k| AdmissibleContact::new(problem, k, state)).collect();
+    let recovered =
+        each_body(problem.bodies.len(), |b| recover(prepared, b, state.displacement[b], &contacts, accuracy));
+    let lift_energy = lift::total_energy(problem, contacts.iter().map(|contact| &contact.lift));
+    let mut pair = AdmissiblePair { bodies: recovered, contacts, lift_energy };
+    // One body after the other, each in parallel: only the stars of one body are in memory at a time, and those of a
+    // body that carries λ are the last.
+    let mut kept = None;
+    for b in problem.by_role().into_iter().rev() {
+        let used = kept.take().map(|kept: KeptStars<'a>| kept.stars);
+        let body = &mut pair.bodies[b];
+        let (stars, report) = relax_with_stars(&problem.bodies[b], &mut body.equilibrated, relaxation, used);
+        body.relaxation = report;
+        kept = stars.map(|stars| KeptStars { body: b, stars });
+    }
+    (pair, kept)
 }
 
-/// Solves a body's Neumann problem with the consistent load of the pressure, `−p n` on Ω₁, `+p n` on Ω₂, and returns its stress.
+impl AdmissibleContact {
+    /// Computes openings and pressure of pair `k`.
+    fn new(problem: &ContactProblem, k: usize, state: &ContactState<'_>) -> Self {
+        let (pair, given) = (&problem.contacts[k], &state.contacts[k]);
+        let interface = &pair.interface;
+        let displacement = pair.bodies.map(|b| state.displacement[b]);
+        let pressure = pressure::nodal_pressure(interface, given.contact_force);
+        let edge_pressure = pressure::edge_pressure(interface, &pressure);
+        let pressure_force = pressure::nodal_forces(interface, &pressure, &edge_pressure);
+        let found = lift::middle_openings(interface, displacement);
+        let lift = lift::find(problem, pair, displacement, &found);
+        let middle_opening = if lift.energy > 0.0 {
+            lift::lifted_middle_openings(problem, pair, displacement, &lift)
+        } else {
+            found
+        };
+        let opening = given.opening.iter().zip(&lift.by_pair).map(|(o, l)| o + l).collect();
+        Self { opening, middle_opening, lift, pressure, edge_pressure, pressure_force }
+    }
+}
+
+/// Recovers the equilibrated stress of one body under its loads and the pressure on its sides, not yet relaxed.
+fn recover(
+    prepared: &PreparedProblem,
+    b: usize,
+    displacement: &[Vector],
+    contacts: &[AdmissibleContact],
+    accuracy: Accuracy,
+) -> AdmissibleBody {
+    let problem = prepared.problem();
+    let body = &problem.bodies[b];
+    let conditions = with_pressure(problem, b, contacts);
+    let stress = neumann_stress(problem, &prepared.bodies()[b], b, contacts, accuracy);
+    AdmissibleBody {
+        stress: field::stresses(body, displacement),
+        equilibrated: EquilibratedStress::recover(body, stress, conditions),
+        displacement: displacement.to_vec(),
+        relaxation: RelaxationReport::default(),
+    }
+}
+
+/// Solves a body's Neumann problem with the consistent loads of the pressures, `−p n` on the first body of a pair and `+p n`
+/// on the second, and returns its stress.
 fn neumann_stress(
     problem: &ContactProblem,
     condensed: &CondensedBody,
     b: usize,
-    (pressure, forces): (&[f64], &[Vector]),
+    contacts: &[AdmissibleContact],
     accuracy: Accuracy,
 ) -> Vec<SymTensor2> {
-    let (body, interface) = (&problem.bodies[b], &problem.interface);
-    let displacement = if interface.has_bent_edges() {
+    let body = &problem.bodies[b];
+    let bent = |(k, _): (usize, usize)| problem.contacts[k].interface.has_bent_edges();
+    let forces = pressure_forces(problem, b, contacts);
+    let displacement = if problem.sides_of(b).any(bent) {
         // The loads have a small part along the surface as well.
-        condensed.displacement_from_nodal_forces(&on_body(interface, b, forces))
+        condensed.displacement_from_nodal_forces(&forces)
     } else {
-        let sign = side_sign(b);
-        let load: Vec<f64> = interface.mass(pressure).iter().map(|f| sign * f).collect();
-        condensed.displacement_from_force(&load)
+        let load = |(k, side): (usize, usize)| {
+            let mass = problem.contacts[k].interface.mass(&contacts[k].pressure);
+            mass.iter().map(|f| side_sign(side) * f).collect()
+        };
+        let loads: Vec<Vec<f64>> = problem.sides_of(b).map(load).collect();
+        condensed.displacement_from_force(&condensed.dofs().interface_forces(&loads))
     };
     match accuracy {
         Accuracy::Double => field::stresses(body, &displacement),
         Accuracy::Refined => {
             let mut field = SplitField::new(displacement);
-            condensed.refine(body, &on_body(interface, b, forces), false, &mut field);
+            condensed.refine(body, &forces, false, &mut field);
             residual::stresses(body, &field)
         }
     }
 }
 
-/// The sign of the pressure's forces on a body: −1 on the first, from which the normal points.
-fn side_sign(b: usize) -> f64 {
-    if b == 0 { -1.0 } else { 1.0 }
+/// The sign of the pressure's forces on a side: −1 on the first, from which the normal points.
+fn side_sign(side: usize) -> f64 {
+    if side == 0 { -1.0 } else { 1.0 }
 }
 
-/// Applies forces of the pairs to the contact nodes of a body.
-pub(crate) fn on_body(interface: &ContactInterface, b: usize, forces: &[Vector]) -> Vec<(u32, Vector)> {
-    let nodes = interface.pairs().iter().map(|pair| pair.nodes[b]);
-    nodes.zip(forces).map(|(node, force)| (node, scale(side_sign(b), *force))).collect()
-}
-
-/// Applies the contact pressure to a body's contact edges: traction `−p n` on Ω₁, `+p n` on Ω₂ per length of the
-/// contact line, scaled to the length of the body's own edge.
-fn with_pressure(
-    body: &Body,
-    interface: &ContactInterface,
+/// Lists the nodal forces of the pressures on a body, Cartesian, N/m.
+pub(crate) fn pressure_forces(
+    problem: &ContactProblem,
     b: usize,
-    edge_pressure: &[[f64; 2]],
-) -> Vec<EdgeCondition> {
+    contacts: &[AdmissibleContact],
+) -> Vec<(u32, Vector)> {
+    on_body(problem, b, |k| &contacts[k].pressure_force)
+}
+
+/// Applies forces at the node pairs to the contact nodes of a body.
+///
+/// * `forces`: of a pair, on its second body, Cartesian, N/m.
+pub(crate) fn on_body<'a>(
+    problem: &ContactProblem,
+    b: usize,
+    forces: impl Fn(usize) -> &'a [Vector],
+) -> Vec<(u32, Vector)> {
+    let mut all = Vec::new();
+    for (k, side) in problem.sides_of(b) {
+        let nodes = problem.contacts[k].interface.pairs().iter().map(|pair| pair.nodes[side]);
+        all.extend(nodes.zip(forces(k)).map(|(node, force)| (node, scale(side_sign(side), *force))));
+    }
+    all
+}
+
+/// Applies the contact pressures to a body's contact edges: traction `−p n` on the first body of a pair, `+p n` on the
+/// second, per length of the contact line, scaled to the length of the body's own edge.
+fn with_pressure(problem: &ContactProblem, b: usize, contacts: &[AdmissibleContact]) -> Vec<EdgeCondition> {
+    let body = &problem.bodies[b];
     let mut conditions = body.edge_conditions().to_vec();
-    let sign = side_sign(b);
-    for_contact_edges(body, interface, b, |place, contact, reversed| {
-        let edge = &interface.edges()[contact];
-        let stretch = edge.length / body.mesh().edge_length(edge.edges[b]);
-        let end = |k: usize| {
-            let normal = interface.pairs()[edge.pairs[k] as usize].normal;
-            scale(sign * edge_pressure[contact][k] * stretch, normal)
-        };
-        let traction = if reversed { [end(1), end(0)] } else { [end(0), end(1)] };
-        conditions[place] = EdgeCondition { reaction: EdgeReaction::None, traction };
-    });
+    for (k, side) in problem.sides_of(b) {
+        let interface = &problem.contacts[k].interface;
+        let sign = side_sign(side);
+        for_contact_edges(body, interface, side, |place, contact, reversed| {
+            let edge = &interface.edges()[contact];
+            let stretch = edge.length / body.mesh().edge_length(edge.edges[side]);
+            let end = |e: usize| {
+                let normal = interface.pairs()[edge.pairs[e] as usize].normal;
+                scale(sign * contacts[k].edge_pressure[contact][e] * stretch, normal)
+            };
+            let traction = if reversed { [end(1), end(0)] } else { [end(0), end(1)] };
+            conditions[place] = EdgeCondition { reaction: EdgeReaction::None, traction };
+        });
+    }
     conditions
 }
 
-/// Sets the conditions of an imposed normal displacement on the contact edges of a body: the normal traction is a
+/// Sets the conditions of an imposed normal displacement on all contact edges of a body: the normal traction is a
 /// reaction, the tangential one is zero.
-pub(crate) fn with_imposed_normal(body: &Body, interface: &ContactInterface, b: usize) -> Vec<EdgeCondition> {
+pub(crate) fn with_imposed_normal(problem: &ContactProblem, b: usize) -> Vec<EdgeCondition> {
+    let body = &problem.bodies[b];
     let mut conditions = body.edge_conditions().to_vec();
-    for_contact_edges(body, interface, b, |place, contact, _| {
-        let normal = interface.pairs()[interface.edges()[contact].pairs[0] as usize].normal;
-        conditions[place] = EdgeCondition { reaction: EdgeReaction::Along(normal), traction: [[0.0; 2]; 2] };
-    });
+    for (k, side) in problem.sides_of(b) {
+        let interface = &problem.contacts[k].interface;
+        for_contact_edges(body, interface, side, |place, contact, _| {
+            let normal = interface.pairs()[interface.edges()[contact].pairs[0] as usize].normal;
+            conditions[place] =
+                EdgeCondition { reaction: EdgeReaction::Along(normal), traction: [[0.0; 2]; 2] };
+        });
+    }
     conditions
 }
 
@@ -197,45 +276,53 @@ pub(crate) fn with_imposed_normal(body: &Body, interface: &ContactInterface, b: 
 fn for_contact_edges(
     body: &Body,
     interface: &ContactInterface,
-    b: usize,
+    side: usize,
     mut act: impl FnMut(usize, usize, bool),
 ) {
     let topology = body.mesh().topology();
     for (number, contact) in interface.edges().iter().enumerate() {
-        let edge = contact.edges[b];
+        let edge = contact.edges[side];
         let place = topology.boundary_place(edge);
-        let first = interface.pairs()[contact.pairs[0] as usize].nodes[b];
+        let first = interface.pairs()[contact.pairs[0] as usize].nodes[side];
         act(place, number, first != topology.edges()[edge as usize][0]);
     }
 }
 
+/// Checks the sizes of a state and that its numbers are finite.
 pub(crate) fn check_state(
     prepared: &PreparedProblem,
     state: &ContactState<'_>,
 ) -> Result<(), EstimatorError> {
     let problem = prepared.problem();
-    let pairs = problem.interface.pairs().len();
-    let nodes = [0, 1].map(|b| problem.bodies[b].mesh().points().len());
-    let lengths = [
-        ("the displacement of the first body", state.displacement[0].len(), nodes[0]),
-        ("the displacement of the second body", state.displacement[1].len(), nodes[1]),
-        ("the contact force", state.contact_force.len(), pairs),
-        ("the opening", state.opening.len(), pairs),
+    let counts = [
+        ("the fields", state.displacement.len(), problem.bodies.len()),
+        ("the contact lines", state.contacts.len(), problem.contacts.len()),
     ];
-    for (what, found, expected) in lengths {
-        if found != expected {
-            return Err(EstimatorError::Length { what, found, expected });
+    for (what, found, expected) in counts {
+        check_length(|| what.into(), found, expected)?;
+    }
+    for (b, (u, body)) in state.displacement.iter().zip(&problem.bodies).enumerate() {
+        let what = || format!("the displacement of body {}", b + 1);
+        check_length(what, u.len(), body.mesh().points().len())?;
+        check_finite(what, u.as_flattened())?;
+    }
+    let several = problem.contacts.len() > 1;
+    for (k, (given, pair)) in state.contacts.iter().zip(&problem.contacts).enumerate() {
+        let pairs = pair.interface.pairs().len();
+        for (what, numbers) in [("the contact force", given.contact_force), ("the opening", given.opening)] {
+            let what = || if several { format!("{what} of pair {}", k + 1) } else { what.into() };
+            check_length(what, numbers.len(), pairs)?;
+            check_finite(what, numbers)?;
         }
     }
-    let finite = |numbers: &[f64]| numbers.iter().all(|x| x.is_finite());
-    let checks = [
-        ("the displacement of the first body", finite(state.displacement[0].as_flattened())),
-        ("the displacement of the second body", finite(state.displacement[1].as_flattened())),
-        ("the contact force", finite(state.contact_force)),
-        ("the opening", finite(state.opening)),
-    ];
-    match checks.into_iter().find(|(_, ok)| !ok) {
-        Some((what, _)) => Err(EstimatorError::NotFinite { what }),
-        None => Ok(()),
-    }
+    Ok(())
+}
+
+fn check_length(what: impl Fn() -> String, found: usize, expected: usize) -> Result<(), EstimatorError> {
+    if found == expected { Ok(()) } else { Err(EstimatorError::Length { what: what(), found, expected }) }
+}
+
+fn check_finite(what: impl Fn() -> String, numbers: &[f64]) -> Result<(), EstimatorError> {
+    let finite = numbers.iter().all(|x| x.is_finite());
+    if finite { Ok(()) } else { Err(EstimatorError::NotFinite { what: what() }) }
 }

@@ -1,6 +1,6 @@
 //! Checks of admissibility, as numbers: the basis of a certificate.
 
-use crate::admissible::AdmissiblePair;
+use crate::admissible::{AdmissibleContact, AdmissiblePair};
 use crate::equilibrated::EquilibratedStress;
 use crate::johnson_mercier::{CellStress, part_divergence};
 use crate::lift;
@@ -8,8 +8,9 @@ use crate::round_off::{force_noise, larger, largest_displacement};
 use fem_core::body::{Body, EdgeReaction, NodeConstraint};
 use fem_core::each_body;
 use fem_core::geometry::{Vector, add, dot, perpendicular, scale, sub};
-use fem_core::interface::ContactProblem;
+use fem_core::interface::{ContactInterface, ContactProblem};
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// Force residuals up to this are round-off; larger ones invalidate a certificate.
@@ -136,46 +137,66 @@ pub fn check(problem: &ContactProblem, pair: &AdmissiblePair) -> Admissibility {
 pub(crate) fn check_and_visit<T: Send>(
     problem: &ContactProblem,
     pair: &AdmissiblePair,
-    visit: impl Fn(usize, usize, &CellStress) -> T + Sync,
-) -> (Admissibility, [Vec<T>; 2]) {
-    let of_body =
-        |b: usize| forces(&problem.bodies[b], &pair.equilibrated[b], |t, tau: &CellStress| visit(b, t, tau));
-    let [(a, first), (b, second)] = each_body(of_body);
-    // A lightly loaded body is compared with its own scale.
-    let residuals =
-        |b: usize, forces: Forces| forces.residuals(force_noise(&problem.bodies[b], &pair.displacement[b]));
-    let mut found = residuals(0, a).worst(residuals(1, b));
-    let lifted = pair.lift.added_to(problem, &pair.displacement[pair.lift.body]);
-    let displacement: [&[Vector]; 2] =
-        std::array::from_fn(|b| if b == pair.lift.body { lifted.as_slice() } else { &pair.displacement[b] });
-    let mut trace = 0.0;
-    let mut penetration = 0.0;
-    for (k, p) in problem.interface.pairs().iter().enumerate() {
-        let u = [0, 1].map(|b: usize| displacement[b][p.nodes[b] as usize]);
+    visit: impl Fn(usize, usize, &CellStress) -> T + Sync + Send,
+) -> (Admissibility, Vec<Vec<T>>) {
+    let of_body = |b: usize| {
+        let (body, fields) = (&problem.bodies[b], &pair.bodies[b]);
+        // A lightly loaded body is compared with its own scale.
+        check_stress_and_visit(body, &fields.displacement, &fields.equilibrated, |t, tau| visit(b, t, tau))
+    };
+    let (by_body, visited): (Vec<_>, Vec<_>) = each_body(problem.bodies.len(), of_body).into_iter().unzip();
+    let mut displacement: Vec<Cow<'_, [Vector]>> =
+        pair.bodies.iter().map(|fields| Cow::from(&fields.displacement)).collect();
+    for (of, contact) in problem.contacts.iter().zip(&pair.contacts) {
+        let lift = &contact.lift;
+        if lift.largest() > 0.0 {
+            let lifted = lift.added_to(problem, &of.interface, &displacement[lift.body]);
+            displacement[lift.body] = lifted.into();
+        }
+    }
+    let mut found = by_body.into_iter().fold(Admissibility::default(), Admissibility::worst);
+    for (body, u) in problem.bodies.iter().zip(&displacement) {
+        found.supports = larger(found.supports, body.roller_turn());
+        found.imposed_displacement = larger(found.imposed_displacement, displaced_support(body, u));
+    }
+    for (of, contact) in problem.contacts.iter().zip(&pair.contacts) {
+        let displacement = of.bodies.map(|b| &*displacement[b]);
+        found.penetration = larger(found.penetration, penetration(&of.interface, contact, displacement));
+        let edge_pressure = contact.edge_pressure.as_flattened();
+        let largest = edge_pressure.iter().fold(0.0, |m, p| larger(m, p.abs()));
+        let negative = edge_pressure.iter().fold(0.0, |m, p| larger(m, -p));
+        found.pressure_sign = larger(found.pressure_sign, relative(negative, largest));
+    }
+    (found, visited)
+}
+
+/// Computes the largest penetration along a contact line, and the largest difference between the openings of the bound
+/// and those of the fields themselves, relative to the largest displacement there.
+///
+/// * `displacement`: of the first and the second body of the pair, with the lift, m.
+fn penetration(
+    interface: &ContactInterface,
+    contact: &AdmissibleContact,
+    displacement: [&[Vector]; 2],
+) -> f64 {
+    let (mut trace, mut penetration) = (0.0, 0.0);
+    for (p, stated) in interface.pairs().iter().zip(&contact.opening) {
+        let u = [0, 1].map(|side: usize| displacement[side][p.nodes[side] as usize]);
         trace = larger(trace, larger(norm(u[0]), norm(u[1])));
         trace = larger(trace, p.gap);
-        // Both the opening in the bound and that of the fields themselves.
         let opening = p.gap - dot(sub(u[0], u[1]), p.normal);
-        penetration = larger(penetration, larger(-opening, -pair.opening[k]));
-        penetration = larger(penetration, (opening - pair.opening[k]).abs());
+        penetration = larger(penetration, larger(-opening, -stated));
+        penetration = larger(penetration, (opening - stated).abs());
     }
     // Between the pairs, where the normal changes.
-    let middle = lift::middle_openings(&problem.interface, displacement);
-    for ((edge, opening), stated) in problem.interface.edges().iter().zip(middle).zip(&pair.middle_opening) {
-        if problem.interface.is_bent(edge) {
+    let middle = lift::middle_openings(interface, displacement);
+    for ((edge, opening), stated) in interface.edges().iter().zip(middle).zip(&contact.middle_opening) {
+        if interface.is_bent(edge) {
             penetration = larger(penetration, larger(-opening, -stated));
             penetration = larger(penetration, (opening - stated).abs());
         }
     }
-    let edge_pressure = pair.edge_pressure.as_flattened();
-    let largest = edge_pressure.iter().fold(0.0, |m, p| larger(m, p.abs()));
-    let negative = edge_pressure.iter().fold(0.0, |m, p| larger(m, -p));
-    found.supports = larger(problem.bodies[0].roller_turn(), problem.bodies[1].roller_turn());
-    let imposed = |b: usize| displaced_support(&problem.bodies[b], displacement[b]);
-    found.imposed_displacement = larger(imposed(0), imposed(1));
-    found.penetration = relative(penetration, trace);
-    found.pressure_sign = relative(negative, largest);
-    (found, [first, second])
+    relative(penetration, trace)
 }
 
 /// Compares a displacement with the values that the supports impose: the largest difference over the largest

@@ -2,13 +2,13 @@
 //!
 //! Sources: for contact, Coorevits, Hild and Pelle 2000; for contact solved by domain decomposition, Gallimard and Sassi 2010.
 
-use crate::admissible::AdmissiblePair;
+use crate::admissible::{AdmissibleBody, AdmissibleContact, AdmissiblePair};
 use crate::johnson_mercier::{self, CellStress};
 use crate::pressure;
 use fem_core::body::Body;
 use fem_core::double_double::DoubleDouble;
 use fem_core::each_body;
-use fem_core::interface::{ContactEdge, ContactProblem};
+use fem_core::interface::{ContactPair, ContactProblem};
 use fem_core::norm::{from_squared, sum_over_triangles};
 use fem_core::tensor::SymTensor2;
 use rayon::prelude::*;
@@ -23,11 +23,11 @@ pub struct Cre {
     /// `e_CRE²`, a bound of `‖u − v‖² + ‖σ − τ‖²`.
     pub e_cre_squared: f64,
     /// Contribution of every triangle of each body, `‖τ − σ(v)‖²`.
-    pub by_cell: [Vec<f64>; 2],
+    pub by_cell: Vec<Vec<f64>>,
     /// Part of the mesh in every triangle of each body, `‖τ − σ̂‖²`: the part that refinement can reduce.
-    pub discretisation_by_cell: [Vec<f64>; 2],
-    /// Contribution of every contact edge, `2∫ p o` and its share of `‖l‖²`.
-    pub by_contact_edge: Vec<f64>,
+    pub discretisation_by_cell: Vec<Vec<f64>>,
+    /// Contribution of every contact edge of each pair, `2∫ p o` and its share of `‖l‖²`.
+    pub by_contact_edge: Vec<Vec<f64>>,
     /// `Σ‖τ − σ̂‖²`: the part of the mesh.
     pub discretisation_squared: f64,
     /// `Σ‖σ̂ − σ(v)‖² + 2∫ p o + ‖l‖²`: the part of the iteration and of the contact law, which holds only at nodes.
@@ -53,68 +53,80 @@ impl Cre {
 /// sides of it are computed independently: [`Cre::split_defect`] compares them.
 pub fn constitutive_relation_error(problem: &ContactProblem, pair: &AdmissiblePair) -> Cre {
     let of_body = |b: usize| {
-        let body = &problem.bodies[b];
+        let (body, fields) = (&problem.bodies[b], &pair.bodies[b]);
         (0..body.mesh().triangles().len())
             .into_par_iter()
             .with_min_len(512)
-            .map(|t| cell_distances(problem, pair, b, t, &pair.equilibrated[b].cell(body, t)))
+            .map(|t| cell_distances(body, fields, t, &fields.equilibrated.cell(body, t)))
             .collect()
     };
-    Cre::from_cells(problem, pair, each_body(of_body))
+    Cre::from_cells(problem, pair, &each_body(problem.bodies.len(), of_body))
 }
 
 /// Computes `‖τ − σ(v)‖²` and `‖τ − σ̂‖²` of one triangle, J/m.
-pub(crate) fn cell_distances(
-    problem: &ContactProblem,
-    pair: &AdmissiblePair,
-    b: usize,
-    t: usize,
-    tau: &CellStress,
-) -> [f64; 2] {
-    let body = &problem.bodies[b];
+pub(crate) fn cell_distances(body: &Body, fields: &AdmissibleBody, t: usize, tau: &CellStress) -> [f64; 2] {
     let (area, material) = (body.mesh().area(t), body.material(t));
-    [pair.stress[b][t], pair.equilibrated[b].finite_element[t]]
+    [fields.stress[t], fields.equilibrated.finite_element[t]]
         .map(|constant| johnson_mercier::distance_squared(tau, constant, area, material))
 }
 
 impl Cre {
-    /// Sums up [`cell_distances`] of all triangles.
+    /// Sums up [`cell_distances`] of all triangles of each body.
     pub(crate) fn from_cells(
         problem: &ContactProblem,
         pair: &AdmissiblePair,
-        distances: [Vec<[f64; 2]>; 2],
+        distances: &[Vec<[f64; 2]>],
     ) -> Self {
-        let interface = &problem.interface;
-        let mut by_contact_edge =
-            pressure::contact_terms(interface, &pair.edge_pressure, &pair.opening, &pair.middle_opening);
-        if pair.lift.energy > 0.0 {
-            let weight =
-                |edge: &ContactEdge| edge.pairs.map(|k| pair.lift.by_pair[k as usize].powi(2)).iter().sum();
-            let weights: Vec<f64> = interface.edges().iter().map(weight).collect();
-            let whole: f64 = weights.iter().sum();
-            for (term, weight) in by_contact_edge.iter_mut().zip(weights) {
-                *term += pair.lift.energy * weight / whole;
-            }
-        }
-        let contact: f64 = by_contact_edge.iter().sum();
-        let algebraic = |b: usize| {
-            distance_squared(&problem.bodies[b], &pair.equilibrated[b].finite_element, &pair.stress[b])
+        let by_contact_edge = contact_terms(problem, pair);
+        let contact: f64 = by_contact_edge.iter().flatten().sum();
+        let algebraic = |(body, fields): (&Body, &AdmissibleBody)| {
+            distance_squared(body, &fields.equilibrated.finite_element, &fields.stress)
         };
-        let column =
-            |k: usize| [0, 1].map(|b: usize| distances[b].iter().map(|x| x[k]).collect::<Vec<f64>>());
+        let column = |k: usize| -> Vec<Vec<f64>> {
+            distances.iter().map(|cells| cells.iter().map(|x| x[k]).collect()).collect()
+        };
         let (by_cell, discretisation_by_cell) = (column(0), column(1));
-        let total = |cells: &[Vec<f64>; 2]| {
-            cells.iter().map(|cells| sum_over_triangles(cells.len(), |t| cells[t])).sum::<f64>()
-        };
+        let total = |bodies: &[Vec<f64>]| bodies.iter().map(|cells| of_cells(cells)).sum::<f64>();
         Self {
             e_cre_squared: total(&by_cell) + contact,
             discretisation_squared: total(&discretisation_by_cell),
-            algebraic_squared: algebraic(0) + algebraic(1) + contact,
+            algebraic_squared: problem.bodies.iter().zip(&pair.bodies).map(algebraic).sum::<f64>() + contact,
             by_cell,
             discretisation_by_cell,
             by_contact_edge,
         }
     }
+
+    /// Sums up `2∫ p o + ‖l‖²` of all pairs, J/m.
+    pub fn contact_squared(&self) -> f64 {
+        self.by_contact_edge.iter().flatten().sum()
+    }
+}
+
+/// Adds up the contributions of the triangles of one body, J/m.
+pub(crate) fn of_cells(cells: &[f64]) -> f64 {
+    sum_over_triangles(cells.len(), |t| cells[t])
+}
+
+/// Computes `2∫ p o` and the share of `‖l‖²` of every contact edge, J/m.
+fn contact_terms(problem: &ContactProblem, pair: &AdmissiblePair) -> Vec<Vec<f64>> {
+    let of_pair = |(of, contact): (&ContactPair, &AdmissibleContact)| {
+        let AdmissibleContact { edge_pressure, opening, middle_opening, .. } = contact;
+        pressure::contact_terms(&of.interface, edge_pressure, opening, middle_opening)
+    };
+    let mut terms: Vec<Vec<f64>> = problem.contacts.iter().zip(&pair.contacts).map(of_pair).collect();
+    if pair.lift_energy > 0.0 {
+        let weights = |(of, contact): (&ContactPair, &AdmissibleContact)| -> Vec<f64> {
+            let square = |k: u32| contact.lift.by_pair[k as usize].powi(2);
+            of.interface.edges().iter().map(|edge| edge.pairs.map(square).iter().sum()).collect()
+        };
+        let weights: Vec<Vec<f64>> = problem.contacts.iter().zip(&pair.contacts).map(weights).collect();
+        let whole: f64 = weights.iter().flatten().sum();
+        for (term, weight) in terms.iter_mut().flatten().zip(weights.iter().flatten()) {
+            *term += pair.lift_energy * weight / whole;
+        }
+    }
+    terms
 }
 
 /// The results of one triangle in a pass over the cells.

@@ -10,7 +10,7 @@ pub enum EstimatorError {
     #[error("{what} has {found} entries; {expected} are needed")]
     Length {
         /// Which array.
-        what: &'static str,
+        what: String,
         /// Its length.
         found: usize,
         /// The length needed.
@@ -20,7 +20,7 @@ pub enum EstimatorError {
     #[error("{what} has an entry that is not finite")]
     NotFinite {
         /// Which array.
-        what: &'static str,
+        what: String,
     },
     /// The stars of the relaxation and their vectors do not fit in memory.
     #[error("the error estimate needs {} MiB, which could not be allocated", bytes / (1 << 20))]

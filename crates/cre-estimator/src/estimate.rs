@@ -1,6 +1,6 @@
 //! The whole computation of a certificate, in one call.
 
-use crate::admissible::{Accuracy, AdmissiblePair, check_state, pair_and_stars};
+use crate::admissible::{Accuracy, AdmissibleBody, AdmissiblePair, check_state, pair_and_stars};
 use crate::check::{Admissibility, check_and_visit};
 use crate::cre::{CellMeasure, Cre, cell_distances};
 use crate::error::EstimatorError;
@@ -8,6 +8,7 @@ use crate::indicators::{eta_dis, eta_nndd_squared};
 use crate::parts::{Parts, parts};
 use crate::round_off;
 use crate::star_relaxation::{Relaxation, bytes_of_stars};
+use fem_core::body::Body;
 use fem_core::interface::{ContactProblem, ContactState};
 use fem_core::norm::{from_squared, sum_over_triangles};
 use fem_core::prepared::PreparedProblem;
@@ -40,7 +41,7 @@ pub struct Estimate {
     /// zero.
     pub round_off: f64,
     /// `a(u, u)` of the state's displacements in each body, J/m.
-    pub energy_norm_squared: [f64; 2],
+    pub energy_norm_squared: Vec<f64>,
     indicators: Indicators,
 }
 
@@ -59,7 +60,7 @@ pub struct Indicators {
 }
 
 impl Estimate {
-    /// Computes the energy norm of the state's displacements, `√(a₁+a₂)`, square root of J/m.
+    /// Computes the energy norm of the state's displacements, `√Σ a`, square root of J/m.
     pub fn energy_norm(&self) -> f64 {
         self.energy_norm_squared.iter().sum::<f64>().sqrt()
     }
@@ -128,50 +129,56 @@ fn estimate_once(
     let (pair, stars) = pair_and_stars(prepared, state, relaxation, accuracy);
     // A single pass over the cells.
     let (mut admissibility, cells) = check_and_visit(problem, &pair, |b, t, tau| {
-        CellMeasure::new(cell_distances(problem, &pair, b, t, tau), tau)
+        CellMeasure::new(cell_distances(&problem.bodies[b], &pair.bodies[b], t, tau), tau)
     });
-    let [first, second] = [0, 1].map(|b: usize| cells[b].iter().map(|c| c.distances).collect());
-    let cre = Cre::from_cells(problem, &pair, [first, second]);
+    let distances: Vec<Vec<[f64; 2]>> =
+        cells.iter().map(|cells| cells.iter().map(|c| c.distances).collect()).collect();
+    let cre = Cre::from_cells(problem, &pair, &distances);
+    drop(distances);
     let energy_norm_squared = energies(problem, &pair)?;
     let residuals = round_off::residuals(prepared, &pair, &cells, accuracy);
     let dis = eta_dis(prepared, &pair, &cre, (relaxation, accuracy), stars);
     admissibility = admissibility.worst(dis.admissibility);
     let model = round_off::model(problem, &pair);
-    let allowance =
-        |first: f64| round_off::allowance(problem, &pair, energy_norm_squared, model, [first, residuals[1]]);
-    let round_off = allowance(residuals[0]);
+    let energy: f64 = energy_norm_squared.iter().sum();
+    let allowance = |residuals: &[f64]| {
+        round_off::allowance(problem, &pair, energy, model.iter().copied().zip(residuals))
+    };
+    let round_off = allowance(&residuals);
+    let frozen: Vec<f64> =
+        dis.residuals.iter().zip(&residuals).map(|(own, all)| own.unwrap_or(*all)).collect();
     let [imbalance, rounding] = eta_nndd_squared(prepared, state, accuracy);
     // The rounding on the interface itself cannot be seen: the rounding elsewhere is added once more for it.
     let eta_nndd = (1.0 + ROUNDING_OF_A_SUM) * (imbalance + rounding).sqrt() + rounding.sqrt();
     let indicators = Indicators {
         e_cre: cre.e_cre() + round_off,
-        eta_dis: from_squared(dis.squared) + allowance(dis.residual.unwrap_or(residuals[0])),
+        eta_dis: from_squared(dis.squared) + allowance(&frozen),
         eta_nndd,
         parts: parts(prepared, state, (&pair, &cre), eta_nndd, round_off),
     };
     if ![indicators.e_cre, indicators.eta_dis, indicators.eta_nndd].iter().all(|x| x.is_finite()) {
-        return Err(EstimatorError::NotFinite { what: "the estimate" });
+        return Err(EstimatorError::NotFinite { what: "the estimate".into() });
     }
-    let residual = residuals[0] + residuals[1] + rounding.sqrt();
+    let residual = residuals.iter().sum::<f64>() + rounding.sqrt();
     let estimate = Estimate { pair, cre, admissibility, round_off, energy_norm_squared, indicators };
     Ok(Measured { estimate, residual })
 }
 
 /// Computes `a(u, u)` of each body.
-fn energies(problem: &ContactProblem, pair: &AdmissiblePair) -> Result<[f64; 2], EstimatorError> {
-    let energies = [0, 1].map(|b: usize| {
-        let body = &problem.bodies[b];
-        sum_over_triangles(pair.stress[b].len(), |t| {
-            let s = pair.stress[b][t];
+fn energies(problem: &ContactProblem, pair: &AdmissiblePair) -> Result<Vec<f64>, EstimatorError> {
+    let energy = |(body, fields): (&Body, &AdmissibleBody)| {
+        sum_over_triangles(fields.stress.len(), |t| {
+            let s = fields.stress[t];
             body.mesh().area(t) * body.material(t).complementary(s, s)
         })
-    });
+    };
+    let energies: Vec<f64> = problem.bodies.iter().zip(&pair.bodies).map(energy).collect();
     // Squares of smaller numbers underflow, and the checks with them.
-    let largest = |b: usize| {
-        let all = pair.stress[b].par_iter().with_min_len(4096);
+    let largest = |fields: &AdmissibleBody| {
+        let all = fields.stress.par_iter().with_min_len(4096);
         all.map(|s| s.xx.abs().max(s.yy.abs()).max(s.xy.abs())).reduce(|| 0.0, f64::max)
     };
-    let stress = largest(0).max(largest(1));
+    let stress = pair.bodies.iter().map(largest).fold(0.0, f64::max);
     let energy: f64 = energies.iter().sum();
     if stress > 0.0 && (stress * stress).min(energy) < SMALLEST_SQUARE {
         return Err(EstimatorError::TooSmall { stress, energy });

@@ -1,8 +1,8 @@
 //! The indicators: of the mesh, for a frozen λ_p, and of the iteration.
 
-use crate::admissible::{Accuracy, AdmissiblePair, on_body, with_imposed_normal};
+use crate::admissible::{Accuracy, AdmissibleBody, AdmissiblePair, KeptStars, on_body, with_imposed_normal};
 use crate::check::{Admissibility, check_stress_and_visit};
-use crate::cre::{CellMeasure, Cre};
+use crate::cre::{CellMeasure, Cre, of_cells};
 use crate::equilibrated::EquilibratedStress;
 use crate::johnson_mercier;
 use crate::round_off::{less, less_rough, stress_energy};
@@ -10,20 +10,20 @@ use crate::star_relaxation::{Relaxation, StarRelaxation, relax};
 use fem_core::each_body;
 use fem_core::field;
 use fem_core::geometry::{Vector, scale};
-use fem_core::interface::ContactState;
+use fem_core::interface::{ContactPair, ContactState, PairState};
 use fem_core::norm::sum_over_triangles;
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
 
 /// The discretisation indicator, with the residuals of its stress.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct EtaDis {
     /// `η_dis²`, J/m.
     pub(crate) squared: f64,
     /// Residuals of its own stress; zero if that is the stress of the bound.
     pub(crate) admissibility: Admissibility,
-    /// `√(Rᵀ K⁻¹ R)` of its stress in Ω₁; `None` if that is the stress of the bound.
-    pub(crate) residual: Option<f64>,
+    /// `√(Rᵀ K⁻¹ R)` of its stress in each body; `None` if that is the stress of the bound.
+    pub(crate) residuals: Vec<Option<f64>>,
 }
 
 /// Computes `η_dis,p²`, J/m: the constitutive relation error of the second reference problem, λ_p frozen,
@@ -37,53 +37,73 @@ pub(crate) struct EtaDis {
 ///   of the global bound, since the pressure is the same, `p_i = r²_i/ℓ_i`.
 ///
 /// If the normal changes along contact edges, the reactions of an imposed trace are not those of a traction that is
-/// linear along the edges. In this case the pressure of Ω₁ is frozen instead of λ, and its part is `‖τ¹ − σ̂¹‖²`.
+/// linear along the edges. In this case the pressure of Ω₁ is frozen instead of λ, and its part is `‖τ¹ − σ̂¹‖²`. The
+/// same holds for a body that carries λ in one pair and is unilateral in another.
 ///
-/// The squares are summed up from the stress, cell by cell. `relaxation` applies to Ω₁ and should be that of the pair.
+/// The squares are summed up from the stress, cell by cell, and body by body. `relaxation` applies to Ω₁ and should be
+/// that of the pair.
 pub(crate) fn eta_dis(
     prepared: &PreparedProblem,
     pair: &AdmissiblePair,
     cre: &Cre,
     (relaxation, accuracy): (Relaxation, Accuracy),
-    stars: Option<StarRelaxation<'_>>,
+    mut stars: Option<KeptStars<'_>>,
 ) -> EtaDis {
-    let [imposed, unilateral] = prepared.roles().bodies();
-    let second = sum_over_triangles(cre.by_cell[unilateral].len(), |t| cre.by_cell[unilateral][t]);
-    let contact = cre.by_contact_edge.iter().sum::<f64>();
-    if prepared.problem().interface.has_bent_edges() {
-        let cells = &cre.discretisation_by_cell[imposed];
-        let squared = sum_over_triangles(cells.len(), |t| cells[t]) + second + contact;
-        return EtaDis { squared, admissibility: Admissibility::default(), residual: None };
-    }
-    let mut stars = stars;
-    let found = frozen(prepared, pair, (relaxation, accuracy), &mut stars);
-    // A displacement from another source may be in equilibrium to only a few digits.
-    let found = if accuracy == Accuracy::Double && !found.admissibility.is_valid() {
-        frozen(prepared, pair, (relaxation, Accuracy::Refined), &mut stars)
-    } else {
-        found
+    let problem = prepared.problem();
+    let mut all = EtaDis {
+        squared: 0.0,
+        admissibility: Admissibility::default(),
+        residuals: vec![None; problem.bodies.len()],
     };
-    EtaDis { squared: found.squared + second + contact, ..found }
+    for b in problem.by_role() {
+        let imposed = |(k, _): (usize, usize)| problem.contacts[k].imposed() == b;
+        let straight = |(k, _): (usize, usize)| !problem.contacts[k].interface.has_bent_edges();
+        all.squared += if !problem.carries_lambda(b) {
+            of_cells(&cre.by_cell[b])
+        } else if problem.sides_of(b).all(imposed) && problem.sides_of(b).all(straight) {
+            let mut kept = stars.as_mut().filter(|kept| kept.body == b).map(|kept| &mut kept.stars);
+            let of_body = (prepared, b, &pair.bodies[b]);
+            let mut found = frozen(of_body, (relaxation, accuracy), kept.as_deref_mut());
+            // A displacement from another source may be in equilibrium to only a few digits.
+            if accuracy == Accuracy::Double && !found.admissibility.is_valid() {
+                found = frozen(of_body, (relaxation, Accuracy::Refined), kept);
+            }
+            all.admissibility = all.admissibility.worst(found.admissibility);
+            all.residuals[b] = Some(found.residual);
+            found.squared
+        } else {
+            of_cells(&cre.discretisation_by_cell[b])
+        };
+    }
+    all.squared += cre.contact_squared();
+    all
 }
 
-/// Recovers the stress of Ω₁ for a frozen λ; the square is that of Ω₁ alone, `‖τ¹ − σ(u¹)‖²`.
+/// The stress of one body for a frozen λ.
+struct Frozen {
+    /// `‖τ − σ(u)‖²` of this body, J/m.
+    squared: f64,
+    admissibility: Admissibility,
+    /// `√(Rᵀ K⁻¹ R)` of the stress.
+    residual: f64,
+}
+
+/// Recovers the stress of a body that carries λ in all its pairs, for a frozen λ.
 fn frozen(
-    prepared: &PreparedProblem,
-    pair: &AdmissiblePair,
+    (prepared, b, fields): (&PreparedProblem, usize, &AdmissibleBody),
     (relaxation, accuracy): (Relaxation, Accuracy),
-    stars: &mut Option<StarRelaxation<'_>>,
-) -> EtaDis {
-    let b = prepared.roles().imposed();
+    stars: Option<&mut StarRelaxation<'_>>,
+) -> Frozen {
     let (body, condensed) = (&prepared.problem().bodies[b], &prepared.bodies()[b]);
     let stress = match accuracy {
-        Accuracy::Double => pair.stress[b].clone(),
+        Accuracy::Double => fields.stress.clone(),
         Accuracy::Refined => {
-            let mut field = SplitField::new(pair.displacement[b].clone());
+            let mut field = SplitField::new(fields.displacement.clone());
             condensed.refine(body, &[], true, &mut field);
             residual::stresses(body, &field)
         }
     };
-    let conditions = with_imposed_normal(body, &prepared.problem().interface, b);
+    let conditions = with_imposed_normal(prepared.problem(), b);
     let mut recovered = EquilibratedStress::recover(body, stress, conditions);
     match stars {
         Some(stars) => {
@@ -96,13 +116,13 @@ fn frozen(
     }
     let visit = |t: usize, tau: &johnson_mercier::CellStress| {
         let (area, material) = (body.mesh().area(t), body.material(t));
-        let distance = johnson_mercier::distance_squared(tau, pair.stress[b][t], area, material);
+        let distance = johnson_mercier::distance_squared(tau, fields.stress[t], area, material);
         CellMeasure::new([distance, 0.0], tau)
     };
-    let (admissibility, cells) = check_stress_and_visit(body, &pair.displacement[b], &recovered, visit);
-    let first = sum_over_triangles(cells.len(), |t| cells[t].distances[0]);
+    let (admissibility, cells) = check_stress_and_visit(body, &fields.displacement, &recovered, visit);
+    let squared = sum_over_triangles(cells.len(), |t| cells[t].distances[0]);
     let [interior, _] = stress_energy(body, condensed, &cells, &[], accuracy);
-    EtaDis { squared: first, admissibility, residual: Some(interior.sqrt()) }
+    Frozen { squared, admissibility, residual: interior.sqrt() }
 }
 
 /// Computes the distance of a state from the solution of the discrete problem, split into iteration and rounding.
@@ -120,12 +140,14 @@ pub(crate) fn eta_nndd_squared(
     accuracy: Accuracy,
 ) -> [f64; 2] {
     let (problem, bodies) = (prepared.problem(), prepared.bodies());
-    let pairs = problem.interface.pairs();
-    let forces: Vec<Vector> =
-        pairs.iter().zip(state.contact_force).map(|(p, r)| scale(*r, p.normal)).collect();
+    let normal_forces = |(pair, state): (&ContactPair, &PairState<'_>)| -> Vec<Vector> {
+        let pairs = pair.interface.pairs().iter().zip(state.contact_force);
+        pairs.map(|(p, r)| scale(*r, p.normal)).collect()
+    };
+    let forces: Vec<_> = problem.contacts.iter().zip(&state.contacts).map(normal_forces).collect();
     let of_body = |b: usize| {
         let (body, u) = (&problem.bodies[b], state.displacement[b]);
-        let forces = on_body(&problem.interface, b, &forces);
+        let forces = on_body(problem, b, |k| &forces[k]);
         match accuracy {
             Accuracy::Double => {
                 bodies[b].rough_residual_energy(&less_rough(field::nodal_residual(body, u), &forces))
@@ -135,7 +157,12 @@ pub(crate) fn eta_nndd_squared(
             }
         }
     };
-    let [[i1, c1], [i2, c2]] = each_body(of_body);
-    let work: f64 = state.contact_force.iter().zip(state.opening).map(|(r, o)| (r * o).max(0.0)).sum();
-    [c1 + c2 + 2.0 * work, i1 + i2]
+    let [mut interior, mut interface] = [0.0; 2];
+    for [i, c] in each_body(problem.bodies.len(), of_body) {
+        interior += i;
+        interface += c;
+    }
+    let pairs = state.contacts.iter().flat_map(|pair| pair.contact_force.iter().zip(pair.opening));
+    let work: f64 = pairs.map(|(r, o)| (r * o).max(0.0)).sum();
+    [interface + 2.0 * work, interior]
 }

@@ -53,9 +53,9 @@
 //! let upper = Body::new(block([0.0, 1.0], [2.0, 1.0], [4, 2])?, steel.clone(), &BoundaryConditions::new().fix("top"))?;
 //! let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], [4, 2])?, steel, &BoundaryConditions::new().fix("bottom"))?;
 //! let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
-//! let problem = PreparedProblem::new(ContactProblem { bodies: [upper, lower], interface })?;
+//! let problem = PreparedProblem::new(ContactProblem::between([upper, lower], interface))?;
 //! let rest = vec![[0.0; 2]; 15];
-//! let state = ContactState { displacement: [&rest, &rest], contact_force: &[0.0; 5], opening: &[0.0; 5] };
+//! let state = ContactState::between([&rest, &rest], &[0.0; 5], &[0.0; 5]);
 //! let estimate = cre_estimator::estimate(&problem, &state)?;
 //! assert_eq!(estimate.certificate().map(|bound| bound.e_cre), Some(0.0));
 //! # Ok(()) }
@@ -81,7 +81,7 @@ mod round_off;
 mod star;
 pub mod star_relaxation;
 
-pub use admissible::{AdmissiblePair, admissible_pair};
+pub use admissible::{AdmissibleBody, AdmissibleContact, AdmissiblePair, admissible_pair};
 pub use check::{Admissibility, check, check_stress};
 pub use cre::{Cre, constitutive_relation_error};
 pub use equilibrated::EquilibratedStress;

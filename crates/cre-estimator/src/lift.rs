@@ -11,7 +11,7 @@
 use fem_core::body::{Body, NodeConstraint};
 use fem_core::element::Triangle;
 use fem_core::geometry::{Vector, add, dot, perpendicular, scale, sub};
-use fem_core::interface::{ContactInterface, ContactProblem, Pair};
+use fem_core::interface::{ContactInterface, ContactPair, ContactProblem, NodePair};
 
 /// A node whose motion opens the edge by less than this fraction is not moved; the checks reject a remaining
 /// penetration.
@@ -22,6 +22,8 @@ const SMALLEST_GAIN: f64 = 0.1;
 pub struct Lift {
     /// The body whose nodes move.
     pub body: usize,
+    /// Its side in the pair, 0 or 1.
+    pub side: usize,
     /// Added opening of each pair, ≥ 0, m.
     pub by_pair: Vec<f64>,
     /// `‖l‖²` of the P1 field that vanishes at all other nodes, J/m.
@@ -35,25 +37,57 @@ impl Lift {
     }
 
     /// Returns the moved nodes of [`Self::body`] and their displacement `l`, m.
-    pub fn field(&self, problem: &ContactProblem) -> Vec<(u32, Vector)> {
-        let sign = if self.body == 0 { -1.0 } else { 1.0 };
-        let pairs = problem.interface.pairs().iter().zip(&self.by_pair).filter(|(_, lift)| **lift > 0.0);
+    ///
+    /// * `interface`: of the pair.
+    pub fn field(&self, problem: &ContactProblem, interface: &ContactInterface) -> Vec<(u32, Vector)> {
+        let sign = if self.side == 0 { -1.0 } else { 1.0 };
+        let pairs = interface.pairs().iter().zip(&self.by_pair).filter(|(_, lift)| **lift > 0.0);
         pairs
             .filter_map(|(pair, lift)| {
-                let direction = direction(&problem.bodies[self.body], self.body, pair)?;
-                Some((pair.nodes[self.body], scale(sign * lift, direction)))
+                let direction = direction(&problem.bodies[self.body], self.side, pair)?;
+                Some((pair.nodes[self.side], scale(sign * lift, direction)))
             })
             .collect()
     }
 
     /// Returns a displacement of [`Self::body`] with the lift added, m.
-    pub fn added_to(&self, problem: &ContactProblem, displacement: &[Vector]) -> Vec<Vector> {
+    ///
+    /// * `interface`: of the pair.
+    pub fn added_to(
+        &self,
+        problem: &ContactProblem,
+        interface: &ContactInterface,
+        displacement: &[Vector],
+    ) -> Vec<Vector> {
         let mut lifted = displacement.to_vec();
-        for (node, l) in self.field(problem) {
+        for (node, l) in self.field(problem, interface) {
             lifted[node as usize] = add(lifted[node as usize], l);
         }
         lifted
     }
+}
+
+/// Computes `‖l‖²` of the lifts of all contact lines together, J/m: those of two lines may move neighbouring nodes.
+///
+/// * `lifts`: one per pair.
+pub(crate) fn total_energy<'a>(problem: &ContactProblem, lifts: impl Iterator<Item = &'a Lift>) -> f64 {
+    let lifts: Vec<_> = problem.contacts.iter().zip(lifts).filter(|(_, lift)| lift.energy > 0.0).collect();
+    if let [(_, lift)] = lifts.as_slice() {
+        return lift.energy;
+    }
+    let of_body = |b: usize| {
+        let mut field: Vec<(u32, Vector)> = Vec::new();
+        for (pair, lift) in lifts.iter().filter(|(_, lift)| lift.body == b) {
+            for (node, l) in lift.field(problem, &pair.interface) {
+                match field.iter_mut().find(|(n, _)| *n == node) {
+                    Some((_, sum)) => *sum = add(*sum, l),
+                    None => field.push((node, l)),
+                }
+            }
+        }
+        energy(&problem.bodies[b], &field)
+    };
+    (0..problem.bodies.len()).map(of_body).sum()
 }
 
 /// Computes the middle Bernstein coefficient of the opening along every contact edge, m.
@@ -66,30 +100,42 @@ pub(crate) fn middle_openings(interface: &ContactInterface, displacement: [&[Vec
 }
 
 /// Computes the middle openings of displacements with a lift, m.
+///
+/// * `displacement`: of the first and the second body of the pair.
 pub(crate) fn lifted_middle_openings(
     problem: &ContactProblem,
+    pair: &ContactPair,
     displacement: [&[Vector]; 2],
     lift: &Lift,
 ) -> Vec<f64> {
-    let lifted = lift.added_to(problem, displacement[lift.body]);
-    let fields = if lift.body == 0 { [&lifted, displacement[1]] } else { [displacement[0], &lifted] };
-    middle_openings(&problem.interface, fields)
+    let lifted = lift.added_to(problem, &pair.interface, displacement[lift.side]);
+    let fields = if lift.side == 0 { [&lifted, displacement[1]] } else { [displacement[0], &lifted] };
+    middle_openings(&pair.interface, fields)
 }
 
-/// Finds the lift for the middle openings of a displacement: it moves the body that costs less energy.
-pub(crate) fn find(problem: &ContactProblem, displacement: [&[Vector]; 2], middle: &[f64]) -> Lift {
-    let none = Lift { by_pair: vec![0.0; problem.interface.pairs().len()], ..Lift::default() };
-    let penetrates = |(edge, middle): (&_, &f64)| *middle < 0.0 && problem.interface.is_bent(edge);
-    if !problem.interface.edges().iter().zip(middle).any(penetrates) {
-        return none;
+/// Finds the lift of a pair for the middle openings of a displacement: it moves the body that costs less energy.
+///
+/// * `displacement`: of the first and the second body of the pair.
+pub(crate) fn find(
+    problem: &ContactProblem,
+    pair: &ContactPair,
+    displacement: [&[Vector]; 2],
+    middle: &[f64],
+) -> Lift {
+    let interface = &pair.interface;
+    let penetrates = |(edge, middle): (&_, &f64)| *middle < 0.0 && interface.is_bent(edge);
+    if !interface.edges().iter().zip(middle).any(penetrates) {
+        let none = vec![0.0; interface.pairs().len()];
+        return Lift { body: pair.bodies[0], by_pair: none, ..Lift::default() };
     }
-    let [first, second] = [0, 1].map(|body| {
-        let mut lift = Lift { body, by_pair: by_pair(problem, body, middle), energy: 0.0 };
-        lift.energy = energy(&problem.bodies[body], &lift.field(problem));
-        let opened = lifted_middle_openings(problem, displacement, &lift);
-        let edges = problem.interface.edges().iter().zip(&opened);
-        let left =
-            edges.filter(|(edge, _)| problem.interface.is_bent(edge)).fold(0.0f64, |m, (_, o)| m.max(-o));
+    let [first, second] = [0, 1].map(|side| {
+        let body = pair.bodies[side];
+        let by_pair = by_pair(&problem.bodies[body], interface, side, middle);
+        let mut lift = Lift { body, side, by_pair, energy: 0.0 };
+        lift.energy = energy(&problem.bodies[body], &lift.field(problem, interface));
+        let opened = lifted_middle_openings(problem, pair, displacement, &lift);
+        let edges = interface.edges().iter().zip(&opened);
+        let left = edges.filter(|(edge, _)| interface.is_bent(edge)).fold(0.0f64, |m, (_, o)| m.max(-o));
         (lift, left)
     });
     let size = middle.iter().fold(0.0f64, |m, o| m.max(-o));
@@ -104,7 +150,7 @@ pub(crate) fn find(problem: &ContactProblem, displacement: [&[Vector]; 2], middl
 
 /// Returns the direction in which the node of a body moves to open its pair by one, `d·n = 1`: along the normal, or
 /// along the free direction of its support; `None` if it is clamped.
-fn direction(body: &Body, side: usize, pair: &Pair) -> Option<Vector> {
+fn direction(body: &Body, side: usize, pair: &NodePair) -> Option<Vector> {
     match body.node_constraints()[pair.nodes[side] as usize] {
         NodeConstraint::Free => Some(pair.normal),
         NodeConstraint::Along { direction, .. } => {
@@ -116,8 +162,7 @@ fn direction(body: &Body, side: usize, pair: &Pair) -> Option<Vector> {
 }
 
 /// Computes the required added opening of each pair, `ε ≥ 0`, m. Zero on straight edges.
-fn by_pair(problem: &ContactProblem, side: usize, middle: &[f64]) -> Vec<f64> {
-    let interface = &problem.interface;
+fn by_pair(body: &Body, interface: &ContactInterface, side: usize, middle: &[f64]) -> Vec<f64> {
     let pairs = interface.pairs();
     let mut lift = vec![0.0f64; pairs.len()];
     for (edge, &middle) in interface.edges().iter().zip(middle) {
@@ -127,7 +172,7 @@ fn by_pair(problem: &ContactProblem, side: usize, middle: &[f64]) -> Vec<f64> {
         let [i, j] = edge.pairs.map(|k| k as usize);
         // The coefficient grows by ½ (ε_i d_i·n_j + ε_j d_j·n_i).
         let gain = |k: usize, other: usize| {
-            direction(&problem.bodies[side], side, &pairs[k]).map_or(0.0, |d| dot(d, pairs[other].normal))
+            direction(body, side, &pairs[k]).map_or(0.0, |d| dot(d, pairs[other].normal))
         };
         let gains = [gain(i, j), gain(j, i)].map(|g| if g > SMALLEST_GAIN { g } else { 0.0 });
         // If one node cannot move, the other one moves by the whole amount.
@@ -182,17 +227,19 @@ mod tests {
         let bodies = [body([1.0, 1.5]), body([1.5, 2.0])];
         let interface =
             ContactInterface::pair(&bodies[0], &bodies[1], ["outer", "inner"], &Gap::Geometric).unwrap();
-        let problem = ContactProblem { bodies, interface };
+        let problem = ContactProblem::between(bodies, interface);
+        let pair = &problem.contacts[0];
         let nodes = [0, 1].map(|b| vec![[0.0; 2]; problem.bodies[b].mesh().points().len()]);
-        let edges = problem.interface.edges().len();
+        let edges = pair.interface.edges().len();
         for penetrating in 0..edges {
             let middle: Vec<f64> = (0..edges).map(|k| if k == penetrating { -1e-3 } else { 0.0 }).collect();
             for side in [0, 1] {
-                let lift = Lift { body: side, by_pair: by_pair(&problem, side, &middle), energy: 0.0 };
-                let opened = lifted_middle_openings(&problem, [&nodes[0], &nodes[1]], &lift);
+                let by_pair = by_pair(&problem.bodies[side], &pair.interface, side, &middle);
+                let lift = Lift { body: side, side, by_pair, energy: 0.0 };
+                let opened = lifted_middle_openings(&problem, pair, [&nodes[0], &nodes[1]], &lift);
                 assert!((opened[penetrating] - 1e-3).abs() < 1e-12, "{penetrating}: {opened:?}");
                 assert!(opened.iter().all(|o| *o >= -1e-15), "{penetrating}: {opened:?}");
-                let moved = lift.added_to(&problem, &nodes[side]);
+                let moved = lift.added_to(&problem, &pair.interface, &nodes[side]);
                 for (u, held) in moved.iter().zip(problem.bodies[side].node_constraints()) {
                     if let NodeConstraint::Along { direction, .. } = held {
                         assert!(dot(*u, *direction).abs() < 1e-15, "{penetrating}");

@@ -12,12 +12,14 @@ use fem_core::interface::ContactProblem;
 ///
 /// The contact term belongs to the mesh once the iteration has converged: it is nonzero only where contact ends
 /// within an edge.
-pub fn contributions(problem: &ContactProblem, cre: &Cre) -> [Vec<f64>; 2] {
+pub fn contributions(problem: &ContactProblem, cre: &Cre) -> Vec<Vec<f64>> {
     let mut by_cell = cre.discretisation_by_cell.clone();
-    for (edge, term) in problem.interface.edges().iter().zip(&cre.by_contact_edge) {
-        for (b, cells) in by_cell.iter_mut().enumerate() {
-            let topology = problem.bodies[b].mesh().topology();
-            cells[topology.edge_triangles()[edge.edges[b] as usize][0] as usize] += 0.5 * term;
+    for (pair, terms) in problem.contacts.iter().zip(&cre.by_contact_edge) {
+        for (edge, term) in pair.interface.edges().iter().zip(terms) {
+            for (b, edge) in pair.bodies.into_iter().zip(edge.edges) {
+                let topology = problem.bodies[b].mesh().topology();
+                by_cell[b][topology.edge_triangles()[edge as usize][0] as usize] += 0.5 * term;
+            }
         }
     }
     by_cell
@@ -26,7 +28,7 @@ pub fn contributions(problem: &ContactProblem, cre: &Cre) -> [Vec<f64>; 2] {
 /// One cell of one body with its contribution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contribution {
-    /// 0 or 1.
+    /// The body, from 0.
     pub body: usize,
     /// Triangle of that body.
     pub cell: u32,
@@ -34,12 +36,12 @@ pub struct Contribution {
     pub squared: f64,
 }
 
-/// Sorts the cells of both bodies by their contributions, the largest first; equal ones by body and number, so that
+/// Sorts the cells of all bodies by their contributions, the largest first; equal ones by body and number, so that
 /// the order is deterministic. Cells without a contribution are omitted.
-pub fn ranking(contributions: [&[f64]; 2]) -> Vec<Contribution> {
+pub fn ranking<C: AsRef<[f64]>>(contributions: &[C]) -> Vec<Contribution> {
     let mut ranked: Vec<Contribution> = Vec::new();
-    for (body, cells) in contributions.into_iter().enumerate() {
-        let positive = cells.iter().enumerate().filter(|(_, c)| **c > 0.0);
+    for (body, cells) in contributions.iter().enumerate() {
+        let positive = cells.as_ref().iter().enumerate().filter(|(_, c)| **c > 0.0);
         ranked.extend(positive.map(|(cell, &squared)| Contribution { body, cell: cell as u32, squared }));
     }
     ranked.sort_by(|a, b| b.squared.total_cmp(&a.squared).then((a.body, a.cell).cmp(&(b.body, b.cell))));
@@ -62,18 +64,19 @@ pub fn bulk(ranked: &[Contribution], fraction: f64) -> usize {
     ranked.len()
 }
 
-/// Marks the smallest set of cells of both bodies that contributes at least `fraction` of the whole (Dörfler marking).
+/// Marks the smallest set of cells of all bodies that contributes at least `fraction` of the whole (Dörfler marking).
 ///
 /// If all contributions are zero, no cell is marked. Costs `O(n log n)`.
 ///
 /// ```
 /// use cre_estimator::marking::doerfler;
-/// let marked = doerfler([&[1.0, 4.0, 1.0], &[4.0]], 0.5);
+/// let marked = doerfler(&[vec![1.0, 4.0, 1.0], vec![4.0]], 0.5);
 /// assert_eq!(marked, [vec![false, true, false], vec![true]]);
 /// ```
-pub fn doerfler(contributions: [&[f64]; 2], fraction: f64) -> [Vec<bool>; 2] {
+pub fn doerfler<C: AsRef<[f64]>>(contributions: &[C], fraction: f64) -> Vec<Vec<bool>> {
     let ranked = ranking(contributions);
-    let mut marked = contributions.map(|cells| vec![false; cells.len()]);
+    let mut marked: Vec<Vec<bool>> =
+        contributions.iter().map(|cells| vec![false; cells.as_ref().len()]).collect();
     for c in &ranked[..bulk(&ranked, fraction)] {
         marked[c.body][c.cell as usize] = true;
     }
@@ -89,7 +92,7 @@ mod tests {
         let first: Vec<f64> = (0..40).map(|k| f64::from((k * 7) % 13)).collect();
         let second = vec![3.0; 9];
         for fraction in [0.1, 0.3, 0.5, 0.9, 1.0] {
-            let marked = doerfler([&first, &second], fraction);
+            let marked = doerfler(&[&first, &second], fraction);
             let all: Vec<(f64, bool)> =
                 first.iter().chain(&second).copied().zip(marked.iter().flatten().copied()).collect();
             let total: f64 = all.iter().map(|c| c.0).sum();
@@ -100,14 +103,14 @@ mod tests {
             assert!(largest_left <= smallest, "{fraction}");
         }
         // Among equal ones the lower numbers come first.
-        assert_eq!(doerfler([&[1.0; 4], &[1.0; 2]], 0.5)[0], [true, true, true, false]);
+        assert_eq!(doerfler(&[vec![1.0; 4], vec![1.0; 2]], 0.5)[0], [true, true, true, false]);
     }
 
     #[test]
     fn the_whole_is_reached_and_nothing_is_nothing() {
         let cells: Vec<f64> = (1..200).map(|k| 0.1 / f64::from(k)).collect();
-        assert!(doerfler([&cells, &[]], 1.0)[0].iter().all(|m| *m));
-        assert_eq!(doerfler([&[0.0, 0.0], &[0.0]], 0.5), [vec![false; 2], vec![false]]);
-        assert_eq!(doerfler([&[1.0, 0.0], &[]], 1.0)[0], [true, false]);
+        assert!(doerfler(&[cells, vec![]], 1.0)[0].iter().all(|m| *m));
+        assert_eq!(doerfler(&[vec![0.0, 0.0], vec![0.0]], 0.5), [vec![false; 2], vec![false]]);
+        assert_eq!(doerfler(&[vec![1.0, 0.0], vec![]], 1.0)[0], [true, false]);
     }
 }

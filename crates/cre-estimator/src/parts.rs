@@ -5,7 +5,7 @@ use crate::cre::Cre;
 use crate::lift;
 use crate::pressure;
 use fem_core::condensation::CondensedBody;
-use fem_core::interface::{ContactProblem, ContactState};
+use fem_core::interface::{ContactEdge, ContactProblem, ContactState};
 use fem_core::prepared::PreparedProblem;
 
 /// The parts of `e_CRE`, square root of J/m, each ≥ 0: the squares of all but `round_off` add up to `(e_CRE − round_off)²`.
@@ -76,8 +76,7 @@ pub(crate) fn parts(
     let problem = prepared.problem();
     let eta_squared = eta_nndd * eta_nndd;
     let term = contact_terms(problem, state, pair, cre);
-    let edges: f64 = cre.by_contact_edge.iter().sum();
-    let fields = (cre.algebraic_squared - edges).max(0.0);
+    let fields = (cre.algebraic_squared - cre.contact_squared()).max(0.0);
     let lumping = lumping(prepared, state, pair);
     let share = if eta_squared > 0.0 { eta_squared / (eta_squared + lumping) } else { 0.0 };
     let iteration = (fields * share).min(eta_squared);
@@ -92,44 +91,52 @@ pub(crate) fn parts(
     Parts { mesh, iteration, contact, lift, gap_data, friction: 0.0, round_off }
 }
 
-/// Computes `‖a‖²`, J/m: the energy of the difference between the consistent loads of the pressure and the nodal forces, along the
-/// normals.
+/// Computes `‖a‖²`, J/m: the energy of the difference between the consistent loads of the pressures and the nodal forces,
+/// along the normals.
 fn lumping(prepared: &PreparedProblem, state: &ContactState<'_>, pair: &AdmissiblePair) -> f64 {
-    let (problem, bodies) = (prepared.problem(), prepared.bodies());
-    let consistent = problem.interface.mass(&pair.pressure);
-    let difference: Vec<f64> = consistent.iter().zip(state.contact_force).map(|(m, r)| m - r).collect();
-    let energy = |body: &CondensedBody| {
-        let mut w = vec![0.0; difference.len()];
-        body.trace_from_force(&difference, &mut w);
-        w.iter().zip(&difference).map(|(w, d)| w * d).sum::<f64>().max(0.0)
+    let problem = prepared.problem();
+    let difference = |k: usize| -> Vec<f64> {
+        let consistent = problem.contacts[k].interface.mass(&pair.contacts[k].pressure);
+        consistent.iter().zip(state.contacts[k].contact_force).map(|(m, r)| m - r).collect()
     };
-    energy(&bodies[0]) + energy(&bodies[1])
+    let differences: Vec<Vec<f64>> = (0..problem.contacts.len()).map(difference).collect();
+    let energy = |(b, body): (usize, &CondensedBody)| {
+        let signed = |(k, side): (usize, usize)| -> Vec<f64> {
+            let sign = if side == 0 { -1.0 } else { 1.0 };
+            differences[k].iter().map(|d| sign * d).collect()
+        };
+        let load = body.dofs().interface_forces(&problem.sides_of(b).map(signed).collect::<Vec<_>>());
+        let mut w = vec![0.0; load.len()];
+        body.trace_from_force(&load, &mut w);
+        w.iter().zip(&load).map(|(w, d)| w * d).sum::<f64>().max(0.0)
+    };
+    prepared.bodies().iter().enumerate().map(energy).sum()
 }
 
-/// Splits the contact term, edge by edge.
+/// Splits the contact terms, edge by edge.
 fn contact_terms(
     problem: &ContactProblem,
     state: &ContactState<'_>,
     pair: &AdmissiblePair,
     cre: &Cre,
 ) -> ContactTerm {
-    let interface = &problem.interface;
-    let found = lift::middle_openings(interface, state.displacement);
-    let linear: Vec<f64> = interface
-        .edges()
-        .iter()
-        .map(|e| 0.5 * e.pairs.iter().map(|k| state.opening[*k as usize]).sum::<f64>())
-        .collect();
-    let terms =
-        |middle: &[f64]| pressure::contact_terms(interface, &pair.edge_pressure, state.opening, middle);
-    let (found, linear) = (terms(&found), terms(&linear));
     let mut sum = ContactTerm::default();
-    for ((all, found), linear) in cre.by_contact_edge.iter().zip(found).zip(linear) {
-        let contact = linear.min(*all).max(0.0);
-        let gap_data = (found.min(*all) - contact).max(0.0);
-        sum.contact += contact;
-        sum.gap_data += gap_data;
-        sum.lift += (all - contact - gap_data).max(0.0);
+    for (k, of) in problem.contacts.iter().enumerate() {
+        let (interface, opening) = (&of.interface, state.contacts[k].opening);
+        let found = lift::middle_openings(interface, of.bodies.map(|b| state.displacement[b]));
+        let middle = |e: &ContactEdge| 0.5 * e.pairs.iter().map(|k| opening[*k as usize]).sum::<f64>();
+        let linear: Vec<f64> = interface.edges().iter().map(middle).collect();
+        let terms = |middle: &[f64]| {
+            pressure::contact_terms(interface, &pair.contacts[k].edge_pressure, opening, middle)
+        };
+        let (found, linear) = (terms(&found), terms(&linear));
+        for ((all, found), linear) in cre.by_contact_edge[k].iter().zip(found).zip(linear) {
+            let contact = linear.min(*all).max(0.0);
+            let gap_data = (found.min(*all) - contact).max(0.0);
+            sum.contact += contact;
+            sum.gap_data += gap_data;
+            sum.lift += (all - contact - gap_data).max(0.0);
+        }
     }
     sum
 }

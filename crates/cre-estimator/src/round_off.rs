@@ -1,7 +1,7 @@
 //! Effects of rounding on forces, strains and energies: the scale below which the checks detect nothing, and the
 //! allowance of the bound for it.
 
-use crate::admissible::{Accuracy, AdmissiblePair, on_body};
+use crate::admissible::{Accuracy, AdmissibleContact, AdmissiblePair, pressure_forces};
 use crate::cre::{CellMeasure, means, rough_means};
 use fem_core::body::Body;
 use fem_core::condensation::CondensedBody;
@@ -9,7 +9,7 @@ use fem_core::double_double::PreciseVector;
 use fem_core::each_body;
 use fem_core::field;
 use fem_core::geometry::{Vector, dot, norm, sub};
-use fem_core::interface::ContactProblem;
+use fem_core::interface::{ContactInterface, ContactProblem};
 use fem_core::norm::sum_over_triangles;
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual;
@@ -127,15 +127,15 @@ const MARGIN: f64 = 2.0;
 pub(crate) fn residuals(
     prepared: &PreparedProblem,
     pair: &AdmissiblePair,
-    cells: &[Vec<CellMeasure>; 2],
+    cells: &[Vec<CellMeasure>],
     accuracy: Accuracy,
-) -> [f64; 2] {
+) -> Vec<f64> {
     let (problem, bodies) = (prepared.problem(), prepared.bodies());
     let of_body = |b: usize| {
-        let forces = on_body(&problem.interface, b, &pair.pressure_force);
+        let forces = pressure_forces(problem, b, &pair.contacts);
         stress_energy(&problem.bodies[b], &bodies[b], &cells[b], &forces, accuracy).iter().sum::<f64>().sqrt()
     };
-    each_body(of_body)
+    each_body(problem.bodies.len(), of_body)
 }
 
 /// Computes `Rᵀ K⁻¹ R` of a stress under the body's loads and further nodal forces, see [`CondensedBody::residual_energy`].
@@ -176,34 +176,38 @@ pub(crate) fn less_rough(mut residual: Vec<Vector>, forces: &[(u32, Vector)]) ->
 }
 
 /// Models the rounding in each body, see [`energy_noise`].
-pub(crate) fn model(problem: &ContactProblem, pair: &AdmissiblePair) -> [f64; 2] {
-    [0, 1].map(|b: usize| energy_noise(&problem.bodies[b], &pair.displacement[b]))
+pub(crate) fn model(problem: &ContactProblem, pair: &AdmissiblePair) -> Vec<f64> {
+    let bodies = problem.bodies.iter().zip(&pair.bodies);
+    bodies.map(|(body, fields)| energy_noise(body, &fields.displacement)).collect()
 }
 
 /// Bounds the amount by which round-off may have lowered `e_CRE`, so that the printed number is still a bound:
 /// rounding of the stresses, of the energies, and the work of the pressure on openings that are negative by less
 /// than the tolerance of the checks.
 ///
-/// * `model`: see [`model`]; `residuals`: see [`residuals`]. The larger one is used.
-pub(crate) fn allowance(
+/// * `energy`: of all bodies, J/m.
+/// * `noise`: for each body [`model`] and [`residuals`]. The larger one is used.
+pub(crate) fn allowance<'a>(
     problem: &ContactProblem,
     pair: &AdmissiblePair,
-    energies: [f64; 2],
-    model: [f64; 2],
-    residuals: [f64; 2],
+    energy: f64,
+    noise: impl Iterator<Item = (f64, &'a f64)>,
 ) -> f64 {
-    let pairs = problem.interface.pairs().iter().enumerate();
-    let penetration: f64 =
-        pairs.map(|(k, p)| (-pair.opening[k]).max(0.0) * pair.pressure[k].abs() * p.tributary_length).sum();
-    let edges = problem.interface.edges().iter().zip(&pair.middle_opening).zip(&pair.edge_pressure);
+    let contacts = problem.contacts.iter().zip(&pair.contacts);
+    let penetration: f64 = contacts.map(|(of, contact)| work_of_penetration(&of.interface, contact)).sum();
+    let of_energies = 64.0 * f64::EPSILON * energy.sqrt();
+    noise.fold(of_energies, |sum, (model, residual)| sum + larger(model, MARGIN * residual))
+        + (2.0 * penetration).sqrt()
+}
+
+/// Computes the work of the pressure on openings that are negative, J/m.
+fn work_of_penetration(interface: &ContactInterface, contact: &AdmissibleContact) -> f64 {
+    let pairs = interface.pairs().iter().zip(&contact.opening).zip(&contact.pressure);
+    let at_pairs: f64 = pairs.map(|((of, o), p)| (-o).max(0.0) * p.abs() * of.tributary_length).sum();
+    let edges = interface.edges().iter().zip(&contact.middle_opening).zip(&contact.edge_pressure);
     let between: f64 = edges
-        .filter(|((edge, _), _)| problem.interface.is_bent(edge))
+        .filter(|((edge, _), _)| interface.is_bent(edge))
         .map(|((edge, o), p)| (-o).max(0.0) * p[0].abs() * edge.length)
         .sum();
-    let penetration = penetration + between;
-    let noise = [0, 1].map(|b: usize| larger(model[b], MARGIN * residuals[b]));
-    64.0 * f64::EPSILON * (energies[0] + energies[1]).sqrt()
-        + noise[0]
-        + noise[1]
-        + (2.0 * penetration).sqrt()
+    at_pairs + between
 }

@@ -26,7 +26,7 @@ fn set_up(c: &mut Criterion) {
         let name = format!("{}x{}", cells[0], cells[1]);
         let interface =
             ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
-        let side = &interface.sides()[1];
+        let side = &interface.side(1);
         let dofs = DofMap::new(&lower, side);
         let system = System::with_dofs(&lower, dofs.clone()).unwrap();
         let symbolic = Arc::new(SymbolicCholesky::analyse(&system.stiffness, dofs.fronts()).unwrap());

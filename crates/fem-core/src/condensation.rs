@@ -288,7 +288,7 @@ mod tests {
     use super::*;
     use crate::body::Body;
     use crate::boundary::BoundaryConditions;
-    use crate::interface::{ContactInterface, Gap};
+    use crate::interface::{ContactInterface, Gap, InterfaceSide, Retained};
     use crate::material::{Hypothesis, LinearElastic};
     use crate::mesh::generate::block;
 
@@ -301,7 +301,7 @@ mod tests {
         let upper = make(1.0, BoundaryConditions::new().fix("top"));
         let interface =
             ContactInterface::pair(&lower, &upper, ["top", "bottom"], &Gap::Given(0.0.into())).unwrap();
-        let system = System::assemble(&lower, &interface.sides()[0]).unwrap();
+        let system = System::assemble(&lower, &interface.side(0)).unwrap();
         (CondensedBody::factorise(system.clone(), lower.mesh().points()).unwrap(), system)
     }
 
@@ -350,5 +350,64 @@ mod tests {
     #[should_panic(expected = "the trace has 6 entries, the interface 7 unknowns")]
     fn a_trace_that_is_too_short_is_refused() {
         condensed().0.displacement_from_trace(&[0.0; 6]);
+    }
+
+    #[test]
+    fn a_body_may_have_several_sides_and_a_node_several_directions() {
+        let material = LinearElastic::isotropic(10.0, 0.3, Hypothesis::PlaneStrain).unwrap();
+        // The top right corner is on a roller, the bottom right one is clamped.
+        let right = crate::boundary::EdgeSelection::group("right");
+        let low = right.clone().within([[f64::NEG_INFINITY, f64::INFINITY], [-0.1, 0.3]]);
+        let held = BoundaryConditions::new()
+            .fix("left")
+            .displace(right, Some(0.02.into()), None)
+            .displace(low, Some(0.02.into()), Some(0.01.into()))
+            .body_force([0.1, -0.3]);
+        let body = Body::new(block([0.0, 0.0], [2.0, 1.0], [6, 4]).unwrap(), material, &held).unwrap();
+        let mesh = body.mesh();
+        let nodes = |group: &str| {
+            let edges = mesh.group(group).unwrap().iter();
+            let mut nodes: Vec<u32> = edges.flat_map(|e| mesh.topology().edges()[*e as usize]).collect();
+            nodes.sort_unstable();
+            nodes.dedup();
+            // The left end is clamped.
+            nodes.retain(|n| mesh.points()[*n as usize][0] > 0.1);
+            nodes
+        };
+        let along = |nodes: &[u32], direction: Vector| -> Vec<Retained> {
+            nodes.iter().map(|node| Retained { node: *node, direction }).collect()
+        };
+        let (top, bottom) = (nodes("top"), nodes("bottom"));
+        let (one, other) = ([0.6, 0.8], [-0.28, 0.96]);
+        let side = InterfaceSide::default()
+            .with_block(along(&top, [0.0, 1.0]))
+            .with_block(along(&bottom, [0.0, -1.0]))
+            // A second direction at some nodes, and the first one again, reversed.
+            .with_block([along(&top[2..], one), along(&bottom[1..3], [0.0, 1.0])].concat())
+            .with_block(along(&top[1..4], other));
+        let system = System::assemble(&body, &side).unwrap();
+        let condensed = CondensedBody::factorise(system, mesh.points()).unwrap();
+        let dofs = condensed.dofs();
+        // Top: 6 nodes, of which 4 have a second unknown; its last is on the roller and has one. Bottom: 5 free nodes.
+        assert_eq!(dofs.interface_len(), 6 + 4 + 5);
+        let random = |k: usize| 0.01 * (7.3 * k as f64).sin();
+        let v: Vec<f64> = (0..dofs.interface_len()).map(random).collect();
+        let u = condensed.displacement_from_trace(&v);
+        let expected = |r: &Retained| dot(u[r.node as usize], r.direction);
+        for (block, traces) in dofs.traces(&v).iter().enumerate() {
+            for (r, trace) in side.retained()[side.block(block)].iter().zip(traces) {
+                assert!((expected(r) - trace).abs() < 1e-15, "block {block}, node {}", r.node);
+            }
+        }
+        // Forces along the rows are the same forces on the nodes, except where supports take them.
+        let forces: Vec<Vec<f64>> =
+            (0..side.blocks()).map(|b| side.block(b).map(|k| 10.0 * random(k + 5)).collect()).collect();
+        let on_nodes = side.retained().iter().zip(forces.iter().flatten());
+        let on_nodes: Vec<(u32, Vector)> =
+            on_nodes.map(|(r, f)| (r.node, crate::geometry::scale(*f, r.direction))).collect();
+        let found = condensed.displacement_from_force(&dofs.interface_forces(&forces));
+        for (a, b) in found.iter().zip(condensed.displacement_from_nodal_forces(&on_nodes)) {
+            assert!((a[0] - b[0]).abs() < 1e-13 && (a[1] - b[1]).abs() < 1e-13);
+        }
     }
 }

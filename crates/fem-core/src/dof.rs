@@ -2,20 +2,24 @@
 
 use crate::body::{Body, NodeConstraint};
 use crate::cholesky::Front;
-use crate::geometry::{PARALLEL, Vector, add, dot, perpendicular, scale};
-use crate::interface::InterfaceSide;
+use crate::geometry::{PARALLEL, Vector, add, cross, dot, perpendicular, scale};
+use crate::interface::{InterfaceSide, Retained};
 use crate::ordering::{self, ROOT};
+use std::collections::BTreeMap;
 
 /// Number of an imposed component in [`DofMap::number`].
 pub const IMPOSED: u32 = u32::MAX;
+
+/// A product of an axis and a direction that is this close to a whole number is that number.
+const DUAL: f64 = 1e-14;
 
 /// Maps displacement components to unknowns.
 ///
 /// Each node has an orthonormal frame `(a, a⊥)`: Cartesian, or rotated into the direction of a roller or
 /// of the contact normal. A contact node with normal `n` that is fixed along `d`, not perpendicular to `n`, has the
 /// frame dual to the two: `e₀·n = e₁·d = 1`, `e₀·d = e₁·n = 0`. Its unknown is also the normal trace `u·n`, and its
-/// force is that of a pressure along `n`. Unknowns are numbered in the order of elimination, the interface's normal
-/// unknowns last, in the order of the pairs.
+/// force is that of a pressure along `n`. A node with two retained directions has the frame dual to these. Unknowns are
+/// numbered in the order of elimination, those of the interface last, in the order of the retained directions.
 #[derive(Clone, Debug)]
 pub struct DofMap {
     axes: Vec<Vector>,
@@ -26,18 +30,29 @@ pub struct DofMap {
     /// 2·node + component of every unknown.
     unknowns: Vec<u32>,
     interface: usize,
+    /// The trace along each retained direction, block by block.
+    rows: Vec<Vec<Row>>,
     fronts: Vec<Front>,
+}
+
+/// The trace along a retained direction in the interface unknowns `x`: `Σ a_k x_k + c`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Row {
+    /// Interface unknowns with their factors; a factor of zero belongs to no unknown.
+    pub terms: [(u32, f64); 2],
+    /// The constant, which supports impose, m.
+    pub imposed: f64,
 }
 
 impl DofMap {
     /// Numbers the unknowns of a body whose interface is `side` (empty for a body alone).
     pub fn new(body: &Body, side: &InterfaceSide) -> Self {
         let nodes = body.mesh().points().len();
-        let Frames { axes, oblique, fixed, imposed, contact } = Frames::new(body, side);
+        let Frames { axes, oblique, fixed, imposed, kept } = Frames::new(body, side);
         let mut numbers = vec![[IMPOSED; 2]; nodes];
         let mut unknowns = Vec::with_capacity(2 * nodes);
         let mut give = |node: usize, c: usize, unknowns: &mut Vec<u32>| {
-            if !fixed[node][c] {
+            if !fixed[node][c] && numbers[node][c] == IMPOSED {
                 numbers[node][c] = unknowns.len() as u32;
                 unknowns.push((2 * node + c) as u32);
             }
@@ -47,20 +62,26 @@ impl DofMap {
         for part in &dissection.parts {
             for &node in &dissection.order[part.nodes.clone()] {
                 let node = node as usize;
-                if !contact[node] {
-                    give(node, 0, &mut unknowns);
+                for c in [0, 1].into_iter().filter(|c| !kept[node][*c]) {
+                    give(node, c, &mut unknowns);
                 }
-                give(node, 1, &mut unknowns);
             }
             fronts.part(part.parent, unknowns.len());
         }
         let interior = unknowns.len();
-        for &node in &side.nodes {
-            give(node as usize, 0, &mut unknowns);
+        for retained in side.retained() {
+            let node = retained.node as usize;
+            for c in [0, 1].into_iter().filter(|c| kept[node][*c]) {
+                give(node, c, &mut unknowns);
+            }
         }
         let interface = unknowns.len() - interior;
         let fronts = fronts.finish(interior, interface);
-        Self { axes, oblique, numbers, imposed, unknowns, interface, fronts }
+        let rows = Vec::new();
+        let mut map = Self { axes, oblique, numbers, imposed, unknowns, interface, rows, fronts };
+        let blocks = (0..side.blocks()).map(|block| &side.retained()[side.block(block)]);
+        map.rows = blocks.map(|block| block.iter().map(|retained| map.row(retained)).collect()).collect();
+        map
     }
 
     /// Returns the number of unknowns.
@@ -81,6 +102,64 @@ impl DofMap {
     /// Returns the number of interface unknowns, the last ones.
     pub fn interface_len(&self) -> usize {
         self.interface
+    }
+
+    /// Returns the trace along each retained direction of a block.
+    ///
+    /// # Panics
+    /// If there is no such block.
+    pub fn rows(&self, block: usize) -> &[Row] {
+        &self.rows[block]
+    }
+
+    /// Computes the trace along every retained direction, block by block, m: `B v` and what supports impose.
+    ///
+    /// * `v`: the interface unknowns, m.
+    pub fn traces(&self, v: &[f64]) -> Vec<Vec<f64>> {
+        let trace = |row: &Row| {
+            row.terms.iter().filter(|t| t.1 != 0.0).map(|(k, a)| a * v[*k as usize]).sum::<f64>()
+                + row.imposed
+        };
+        self.rows.iter().map(|block| block.iter().map(trace).collect()).collect()
+    }
+
+    /// Computes the forces on the interface unknowns, N/m: `Bᵀ r`.
+    ///
+    /// * `forces`: along the retained directions, block by block, N/m.
+    ///
+    /// # Panics
+    /// If there is not one force per retained direction.
+    pub fn interface_forces(&self, forces: &[Vec<f64>]) -> Vec<f64> {
+        let sizes = |blocks: &mut dyn Iterator<Item = usize>| blocks.collect::<Vec<_>>();
+        let (found, expected) =
+            (sizes(&mut forces.iter().map(Vec::len)), sizes(&mut self.rows.iter().map(Vec::len)));
+        assert!(found == expected, "{found:?} forces by block, and {expected:?} retained directions");
+        let mut sum = vec![0.0; self.interface];
+        for (row, force) in self.rows.iter().flatten().zip(forces.iter().flatten()) {
+            for (k, a) in row.terms.iter().filter(|t| t.1 != 0.0) {
+                sum[*k as usize] += a * force;
+            }
+        }
+        sum
+    }
+
+    /// Expresses the trace along a retained direction in the interface unknowns.
+    fn row(&self, retained: &Retained) -> Row {
+        let (node, start) = (retained.node as usize, (self.unknowns.len() - self.interface) as u32);
+        let mut row = Row { terms: [(0, 0.0); 2], imposed: 0.0 };
+        for c in [0, 1] {
+            let factor = dot(self.axis(node, c), retained.direction);
+            // Frames are dual to the retained directions to round-off.
+            let whole = factor.round();
+            let factor = if (factor - whole).abs() <= DUAL { whole } else { factor };
+            match self.numbers[node][c] {
+                IMPOSED => row.imposed += factor * self.imposed[node][c],
+                number if number >= start => row.terms[c] = (number - start, factor),
+                // The trace does not depend on the other component.
+                _ => {}
+            }
+        }
+        row
     }
 
     /// Returns the unknown of component `c` in the node's frame, or [`IMPOSED`].
@@ -147,55 +226,91 @@ impl DofMap {
 /// The frames of all nodes, and the values imposed along their axes.
 struct Frames {
     axes: Vec<Vector>,
+    /// Second axes that are not perpendicular to the first, by node; sorted at the end.
     oblique: Vec<(u32, Vector)>,
     fixed: Vec<[bool; 2]>,
     imposed: Vec<[f64; 2]>,
-    /// Whether the node is one of the interface.
-    contact: Vec<bool>,
+    /// Whether a component is an interface unknown.
+    kept: Vec<[bool; 2]>,
 }
 
 impl Frames {
     fn new(body: &Body, side: &InterfaceSide) -> Self {
         let nodes = body.mesh().points().len();
-        let mut axes = vec![[1.0, 0.0]; nodes];
-        let mut fixed = vec![[false; 2]; nodes];
-        let mut imposed = vec![[0.0; 2]; nodes];
-        let mut contact = vec![false; nodes];
-        let mut oblique = Vec::new();
-        for (&node, &normal) in side.nodes.iter().zip(&side.normals) {
-            axes[node as usize] = normal;
-            contact[node as usize] = true;
-        }
-        for (node, constraint) in body.node_constraints().iter().enumerate() {
-            match *constraint {
-                NodeConstraint::Free => {}
-                NodeConstraint::Along { direction, value } if contact[node] => {
-                    fixed[node][1] = true;
-                    let tangent = perpendicular(axes[node]);
-                    let along = dot(direction, tangent);
-                    if dot(direction, axes[node]).abs() <= PARALLEL {
-                        imposed[node][1] = value * along.signum();
-                        continue;
-                    }
-                    // The pairing has checked that the support is far enough from the normal.
-                    let free = perpendicular(direction);
-                    axes[node] = scale(1.0 / dot(free, axes[node]), free);
-                    oblique.push((node as u32, scale(1.0 / along, tangent)));
-                    imposed[node][1] = value;
-                }
-                NodeConstraint::Along { direction, value } => {
-                    axes[node] = direction;
-                    fixed[node][0] = true;
-                    imposed[node][0] = value;
-                }
-                NodeConstraint::Fixed { value } => {
-                    axes[node] = [1.0, 0.0];
-                    fixed[node] = [true; 2];
-                    imposed[node] = value;
-                }
+        let mut frames = Self {
+            axes: vec![[1.0, 0.0]; nodes],
+            oblique: Vec::new(),
+            fixed: vec![[false; 2]; nodes],
+            imposed: vec![[0.0; 2]; nodes],
+            kept: vec![[false; 2]; nodes],
+        };
+        let mut second = BTreeMap::new();
+        for &Retained { node, direction } in side.retained() {
+            let place = node as usize;
+            if !frames.kept[place][0] {
+                frames.kept[place][0] = true;
+                frames.axes[place] = direction;
+            } else if cross(frames.axes[place], direction).abs() > PARALLEL {
+                second.entry(node).or_insert(direction);
             }
         }
-        Self { axes, oblique, fixed, imposed, contact }
+        for (node, constraint) in body.node_constraints().iter().enumerate() {
+            frames.constrain(node, constraint, second.contains_key(&(node as u32)));
+        }
+        for (node, direction) in second {
+            frames.make_dual(node, direction);
+        }
+        frames.oblique.sort_unstable_by_key(|(node, _)| *node);
+        frames
+    }
+
+    /// Takes what a support imposes on a node.
+    ///
+    /// * `two`: whether the node has two retained directions.
+    fn constrain(&mut self, node: usize, constraint: &NodeConstraint, two: bool) {
+        match *constraint {
+            NodeConstraint::Free => {}
+            NodeConstraint::Along { direction, value } if self.kept[node][0] && !two => {
+                self.fixed[node][1] = true;
+                let axis = self.axes[node];
+                let tangent = perpendicular(axis);
+                let along = dot(direction, tangent);
+                if dot(direction, axis).abs() <= PARALLEL {
+                    self.imposed[node][1] = value * along.signum();
+                    return;
+                }
+                // The pairing has checked that the support is far enough from the normal.
+                let free = perpendicular(direction);
+                self.axes[node] = scale(1.0 / dot(free, axis), free);
+                self.oblique.push((node as u32, scale(1.0 / along, tangent)));
+                self.imposed[node][1] = value;
+            }
+            NodeConstraint::Along { direction, value } => {
+                self.axes[node] = direction;
+                self.fixed[node][0] = true;
+                self.imposed[node][0] = value;
+                // Of two retained directions one unknown remains.
+                self.kept[node] = [false, two];
+            }
+            NodeConstraint::Fixed { value } => {
+                self.axes[node] = [1.0, 0.0];
+                self.fixed[node] = [true; 2];
+                self.imposed[node] = value;
+            }
+        }
+    }
+
+    /// Gives a free node the frame dual to its two retained directions.
+    fn make_dual(&mut self, node: u32, second: Vector) {
+        let place = node as usize;
+        if self.fixed[place] != [false; 2] {
+            return;
+        }
+        let first = self.axes[place];
+        let across = [perpendicular(second), perpendicular(first)];
+        self.kept[place] = [true; 2];
+        self.axes[place] = scale(1.0 / dot(across[0], first), across[0]);
+        self.oblique.push((node, scale(1.0 / dot(across[1], second), across[1])));
     }
 }
 

@@ -8,9 +8,11 @@ mod interpolation;
 mod matching;
 mod normals;
 mod pairing;
+mod problem;
 mod profile;
 mod refinement;
 mod roles;
+mod side;
 
 use crate::body::Body;
 use crate::boundary::ScalarData;
@@ -20,8 +22,10 @@ use held::Whole;
 use profile::Profile;
 
 pub use error::InterfaceError;
-pub use refinement::{RefineError, RefinedProblem};
+pub use problem::{ContactPair, ContactProblem, ContactState, PairState};
+pub use refinement::{RefineError, RefinedPair, RefinedProblem};
 pub use roles::Roles;
+pub use side::{InterfaceSide, Retained};
 
 /// Normals whose difference is shorter are the same, to round-off.
 const SAME_NORMAL: f64 = 1e-12;
@@ -31,7 +35,7 @@ const STRAIGHT: f64 = 1e-6;
 
 /// Two facing nodes, one of each body.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pair {
+pub struct NodePair {
     /// Node of the first and of the second body.
     pub nodes: [u32; 2],
     /// Unit normal out of the first body, into the second.
@@ -53,30 +57,6 @@ pub struct ContactEdge {
     pub edges: [u32; 2],
     /// Length on the body that was the first when the surfaces were paired, m.
     pub length: f64,
-}
-
-/// The directions that one body keeps as interface unknowns: the normal of each contact node.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct InterfaceSide {
-    /// Contact nodes of the body, in the order of the pairs.
-    pub nodes: Vec<u32>,
-    /// Unit normal of each pair (out of the *first* body), the positive direction of traces and forces.
-    pub normals: Vec<Vector>,
-}
-
-impl InterfaceSide {
-    /// Returns the side with its normals times `sign`, 1 or −1.
-    pub fn oriented(&self, sign: f64) -> Self {
-        Self { nodes: self.nodes.clone(), normals: self.normals.iter().map(|n| scale(sign, *n)).collect() }
-    }
-}
-
-/// Lists each body's side of the pairs.
-fn sides(pairs: &[Pair]) -> [InterfaceSide; 2] {
-    [0, 1].map(|b| InterfaceSide {
-        nodes: pairs.iter().map(|p| p.nodes[b]).collect(),
-        normals: pairs.iter().map(|p| p.normal).collect(),
-    })
 }
 
 /// How the initial gap is defined.
@@ -118,13 +98,11 @@ pub enum ContactNormal {
 /// A matching contact interface: pairs of nodes ordered by arc length, and the edges between them.
 #[derive(Clone, Debug)]
 pub struct ContactInterface {
-    pairs: Vec<Pair>,
+    pairs: Vec<NodePair>,
     edges: Vec<ContactEdge>,
-    sides: [InterfaceSide; 2],
     /// The source of the gap, and the body on whose surface gap, arc lengths and lengths are measured.
     gap: Gap,
     measured_on: usize,
-    roles: Roles,
     /// The measured gap along each edge, if it is not linear there.
     profiles: Vec<Option<Profile>>,
     gap_change: Option<GapChange>,
@@ -180,7 +158,7 @@ impl ContactInterface {
     }
 
     /// Returns the pairs by increasing arc length.
-    pub fn pairs(&self) -> &[Pair] {
+    pub fn pairs(&self) -> &[NodePair] {
         &self.pairs
     }
 
@@ -189,9 +167,14 @@ impl ContactInterface {
         &self.edges
     }
 
-    /// Returns each body's side of the interface.
-    pub fn sides(&self) -> &[InterfaceSide; 2] {
-        &self.sides
+    /// Lists the normals that a body retains as interface unknowns: those of its contact nodes, in the order of the
+    /// pairs.
+    ///
+    /// * `side`: 0 for the first body, 1 for the second.
+    pub fn side(&self, side: usize) -> InterfaceSide {
+        InterfaceSide::default().with_block(
+            self.pairs.iter().map(|pair| Retained { node: pair.nodes[side], direction: pair.normal }),
+        )
     }
 
     /// Returns the largest difference between the gap and the distance of the paired meshes; `None` if it is
@@ -278,43 +261,4 @@ impl ContactInterface {
         assert!(found == expected, "{found} gaps are given, the interface has {expected} pairs");
         self.pairs.iter_mut().zip(gaps).map(|(pair, gap)| std::mem::replace(&mut pair.gap, *gap)).collect()
     }
-
-    /// Returns who carries λ in an iteration; the first body, if not set.
-    pub fn roles(&self) -> Roles {
-        self.roles
-    }
-
-    /// Sets who carries λ in an iteration.
-    pub fn set_roles(&mut self, roles: Roles) {
-        self.roles = roles;
-    }
-}
-
-/// Two bodies and the interface between them.
-#[derive(Clone, Debug)]
-pub struct ContactProblem {
-    /// The bodies.
-    pub bodies: [Body; 2],
-    /// The interface.
-    pub interface: ContactInterface,
-}
-
-impl ContactProblem {
-    /// Sets who carries λ in an iteration.
-    #[must_use]
-    pub fn with_roles(mut self, roles: Roles) -> Self {
-        self.interface.set_roles(roles);
-        self
-    }
-}
-
-/// A pair of displacement fields with its nodal contact forces, whatever its source.
-#[derive(Clone, Copy, Debug)]
-pub struct ContactState<'a> {
-    /// Nodal displacements of the two bodies, Cartesian, m.
-    pub displacement: [&'a [Vector]; 2],
-    /// Contact force on Ω₂ at each pair, `r²_i ≥ 0`, N/m.
-    pub contact_force: &'a [f64],
-    /// Opening `o_i = g_i − (v¹_i − v²_i) ≥ 0` at each pair, m.
-    pub opening: &'a [f64],
 }

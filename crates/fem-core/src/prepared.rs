@@ -6,17 +6,18 @@ use crate::dof::DofMap;
 use crate::each_body::each_body;
 use crate::geometry::Vector;
 use crate::interface::{ContactProblem, Roles};
+use rayon::prelude::*;
 use thiserror::Error;
 
 /// A contact problem with its factorised bodies and their loads: all that an iteration and an estimator need.
 #[derive(Clone, Debug)]
 pub struct PreparedProblem {
     problem: ContactProblem,
-    bodies: [CondensedBody; 2],
-    external_forces: [Vec<Vector>; 2],
+    bodies: Vec<CondensedBody>,
+    external_forces: Vec<Vec<Vector>>,
 }
 
-/// What is made next of both bodies.
+/// What is made next of all bodies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
     /// The order of the unknowns, and the tree of fronts.
@@ -55,7 +56,7 @@ pub enum PrepareError {
 }
 
 impl PreparedProblem {
-    /// Assembles and factorises both bodies, in parallel.
+    /// Assembles and factorises all bodies, in parallel.
     ///
     /// # Errors
     /// A body without unique solution.
@@ -72,25 +73,23 @@ impl PreparedProblem {
         mut proceed: impl FnMut(Stage) -> bool,
     ) -> Result<Self, PrepareError> {
         let mut before = |stage| if proceed(stage) { Ok(()) } else { Err(PrepareError::Stopped) };
-        let sides = problem.interface.sides();
+        let count = problem.bodies.len();
         before(Stage::Ordering)?;
-        let [first, second] = each_body(|b| DofMap::new(&problem.bodies[b], &sides[b]));
+        let dofs = each_body(count, |b| DofMap::new(&problem.bodies[b], &problem.side(b)));
         before(Stage::Assembly)?;
-        let assemble = |b: usize, dofs: DofMap| {
+        let assemble = |(b, dofs): (usize, DofMap)| {
             System::with_dofs(&problem.bodies[b], dofs)
                 .map_err(|source| PrepareError::Assembly { body: b, source })
         };
-        let (first, second) = rayon::join(|| assemble(0, first), || assemble(1, second));
-        let (first, second) = (first?, second?);
+        let systems = each_of(dofs, assemble)?;
         before(Stage::Factorisation)?;
-        let factorise = |b: usize, system: System| {
+        let factorise = |(b, system): (usize, System)| {
             CondensedBody::factorise(system, problem.bodies[b].mesh().points())
                 .map_err(|source| PrepareError::Factor { body: b, source })
         };
-        let (first, second) = rayon::join(|| factorise(0, first), || factorise(1, second));
-        let bodies = [first?, second?];
+        let bodies = each_of(systems, factorise)?;
         before(Stage::Ready)?;
-        let external_forces = each_body(|b| external_forces(&problem.bodies[b]));
+        let external_forces = each_body(count, |b| external_forces(&problem.bodies[b]));
         Ok(Self { problem, bodies, external_forces })
     }
 
@@ -105,55 +104,56 @@ impl PreparedProblem {
     }
 
     /// Returns the factorised bodies.
-    pub fn bodies(&self) -> &[CondensedBody; 2] {
+    pub fn bodies(&self) -> &[CondensedBody] {
         &self.bodies
     }
 
     /// Returns the factorised bodies, to replace their condensed loads.
-    pub fn bodies_mut(&mut self) -> &mut [CondensedBody; 2] {
+    pub fn bodies_mut(&mut self) -> &mut [CondensedBody] {
         &mut self.bodies
     }
 
     /// Returns the nodal forces of tractions and body force of each body, Cartesian, N/m.
-    pub fn external_forces(&self) -> &[Vec<Vector>; 2] {
+    pub fn external_forces(&self) -> &[Vec<Vector>] {
         &self.external_forces
     }
 
-    /// Returns the number of pairs.
-    pub fn pairs(&self) -> usize {
-        self.problem.interface.pairs().len()
+    /// Counts the pairs of nodes of all pairs.
+    pub fn node_pairs(&self) -> usize {
+        self.problem.node_pairs()
     }
 
-    /// Returns the roles of the bodies in an iteration.
-    pub fn roles(&self) -> Roles {
-        self.problem.interface.roles()
-    }
-
-    /// Gives the bodies other roles. No body changes, and no factor.
-    pub fn set_roles(&mut self, roles: Roles) {
-        self.problem.interface.set_roles(roles);
-    }
-
-    /// Replaces the gaps of the pairs, m, and returns the old ones: the problem for increments about a state.
+    /// Gives the bodies of a pair other roles. No body changes, and no factor.
     ///
     /// # Panics
-    /// If there is not one gap per pair.
-    pub fn replace_gaps(&mut self, gaps: &[f64]) -> Vec<f64> {
-        self.problem.interface.replace_gaps(gaps)
+    /// If there is no such pair.
+    pub fn set_roles(&mut self, pair: usize, roles: Roles) {
+        self.problem.contacts[pair].roles = roles;
     }
 
-    /// Returns Ω₁ and Ω₂ as the iteration sees them: along the outward normal of Ω₁.
-    pub fn sides(&self) -> [OrientedBody<'_>; 2] {
-        let roles = self.roles();
-        roles.bodies().map(|b| self.bodies[b].oriented(roles.sign()))
-    }
-
-    /// Recovers the displacements of the bodies (Cartesian, m) from the normal traces of Ω₁ and Ω₂.
+    /// Replaces the gaps of a pair, m, and returns the old ones: the problem for increments about a state.
     ///
     /// # Panics
-    /// If a trace has not one entry per pair.
-    pub fn displacements(&self, traces: [&[f64]; 2]) -> [Vec<Vector>; 2] {
-        let sides = self.sides();
-        self.roles().by_body(each_body(|role| sides[role].displacement_from_trace(traces[role])))
+    /// If there is no such pair, or not one gap per pair of nodes.
+    pub fn replace_gaps(&mut self, pair: usize, gaps: &[f64]) -> Vec<f64> {
+        self.problem.contacts[pair].interface.replace_gaps(gaps)
     }
+
+    /// Returns Ω₁ and Ω₂ of a pair as the iteration sees them: along the outward normal of Ω₁.
+    ///
+    /// # Panics
+    /// If there is no such pair.
+    pub fn sides(&self, pair: usize) -> [OrientedBody<'_>; 2] {
+        let pair = &self.problem.contacts[pair];
+        [pair.imposed(), pair.unilateral()].map(|b| self.bodies[b].oriented(pair.roles.sign()))
+    }
+}
+
+/// Makes something of what there is of each body, in parallel.
+fn each_of<T: Send, U: Send, E: Send>(
+    bodies: Vec<T>,
+    make: impl Fn((usize, T)) -> Result<U, E> + Sync + Send,
+) -> Result<Vec<U>, E> {
+    let made: Vec<Result<U, E>> = bodies.into_par_iter().enumerate().with_max_len(1).map(make).collect();
+    made.into_iter().collect()
 }

@@ -13,7 +13,7 @@ pub(crate) fn command(options: &Check) -> Result<u8, Failure> {
     let problem = run::build(&mut case, &Machine::start())?;
     console::warnings(&case.warnings());
     console::notes(case.notes());
-    console::notes(&notes::of_problem(&case, problem.bodies.each_ref(), problem.interpolated_gap()));
+    console::notes(&notes::of_problem(&case, &problem));
     let bodies = nndd_report::check::check(&case, &problem)?;
     let mut text = console::header(&case, &problem, &case.output_directory());
     for body in bodies {

@@ -10,7 +10,7 @@ use case_io::case::Material;
 use case_io::diagnostic::Diagnostic;
 use certified_contact::{RoleReason, Step};
 use fem_core::geometry::bounding_box;
-use fem_core::interface::ContactProblem;
+use fem_core::interface::{ContactPair, ContactProblem};
 use nndd_report::memory::{self, mebibytes};
 use nndd_report::words::{self, blanked, one_line, plain, seven, short};
 use nndd_report::{Failure, Solved};
@@ -124,14 +124,15 @@ pub(crate) fn header(case: &Case, problem: &ContactProblem, output: &str) -> Str
             seven(high[1])
         );
     }
-    let interface = &problem.interface;
-    let _ = writeln!(
-        text,
-        "  {:<10} {:>8} pairs, length {}",
-        "contact",
-        interface.pairs().len(),
-        seven(interface.length())
-    );
+    for ContactPair { interface, .. } in &problem.contacts {
+        let _ = writeln!(
+            text,
+            "  {:<10} {:>8} pairs, length {}",
+            "contact",
+            interface.pairs().len(),
+            seven(interface.length())
+        );
+    }
     let _ = writeln!(text, "  {:<10} about {} of memory", "needs", mebibytes(memory::estimate(problem)));
     text += &solver_lines(case, output);
     if let Some(adapt) = &case.adapt {
@@ -226,9 +227,10 @@ fn scientific(x: f64, width: usize, digits: usize) -> String {
 /// What was chosen and why, for `--verbose`.
 pub(crate) fn choices(case: &Case, solved: &Solved) -> String {
     let solution = &solved.solution;
-    let names = [0, 1].map(|b| &case.bodies[b].name);
-    let carrier = names[solution.roles().imposed()];
     let mut text = String::new();
+    let Some(pair) = solution.problem.contacts.first() else { return text };
+    let names = pair.bodies.map(|b| &case.bodies[b].name);
+    let carrier = &case.bodies[pair.imposed()].name;
     let _ = match solution.role_reason {
         RoleReason::Given => writeln!(text, "  lambda is carried by \"{carrier}\", as given"),
         RoleReason::Stiffer { compliance } => writeln!(

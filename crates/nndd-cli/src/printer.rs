@@ -48,8 +48,7 @@ impl Printer {
         notes: &[String],
     ) -> Result<(), Failure> {
         self.said = notes::of_case(case);
-        let bodies = problem.bodies.each_ref();
-        self.said.extend(notes::of_problem(case, bodies, problem.interpolated_gap()));
+        self.said.extend(notes::of_problem(case, problem));
         if !self.quiet {
             console::warnings(&case.warnings());
             console::notes(case.notes());
@@ -63,7 +62,7 @@ impl Printer {
                 "event": "started",
                 "case": case.file_name(),
                 "nodes": problem.bodies.iter().map(|b| b.mesh().points().len()).collect::<Vec<_>>(),
-                "pairs": problem.interface.pairs().len(),
+                "pairs": problem.node_pairs(),
                 "output": output,
                 "notes": self.said,
                 "warnings": case.warnings().iter().map(ToString::to_string).collect::<Vec<_>>(),

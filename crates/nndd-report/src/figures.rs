@@ -6,10 +6,12 @@ use crate::plot::{
 };
 use crate::words::one_line;
 use case_io::Case;
+use case_io::case::BodyCase;
 use case_io::report::AdaptiveRow;
 use case_io::table::ContactRow;
 use certified_contact::CertifiedSolution;
 use fem_core::body::{Body, EdgeReaction, NodeConstraint};
+use fem_core::interface::{ContactPair, NodePair};
 
 /// A named figure.
 pub(crate) struct Picture {
@@ -63,17 +65,19 @@ pub(crate) fn of_solve(
     }
     pictures.insert(0, problem(case, solution, &format!("{name}: the problem"))?);
     let Some(estimate) = &solution.estimate else { return Ok(pictures) };
-    let densities = [0, 1].map(|b| error_density(solution, b));
-    let bodies = [0, 1].map(|b| {
+    let count = solution.problem.bodies.len();
+    let densities: Vec<Vec<f64>> = (0..count).map(|b| error_density(solution, b)).collect();
+    let picture = |b: usize| {
         let mesh = solution.problem.bodies[b].mesh();
         BodyPicture {
             name: &case.bodies[b].name,
             points: mesh.points(),
             triangles: mesh.triangles(),
-            displacement: &estimate.pair.displacement[b],
+            displacement: &estimate.pair.bodies[b].displacement,
             density: &densities[b],
         }
-    });
+    };
+    let bodies: Vec<BodyPicture<'_>> = (0..count).map(picture).collect();
     pictures.insert(
         1,
         Picture {
@@ -115,40 +119,38 @@ fn convergence_rows(solution: &CertifiedSolution) -> Vec<ConvergenceRow> {
 /// The distances of the contact nodes at rest, and by how much the displacements bring them together.
 fn closing(solution: &CertifiedSolution) -> Vec<Closing> {
     let Some(estimate) = &solution.estimate else { return vec![] };
-    let bodies = &solution.problem.bodies;
+    let problem = &solution.problem;
     let along = |n: [f64; 2], v: [[f64; 2]; 2]| n[0] * (v[1][0] - v[0][0]) + n[1] * (v[1][1] - v[0][1]);
-    solution
-        .problem
-        .interface
-        .pairs()
-        .iter()
-        .map(|pair| {
+    let of_pair = |pair: &ContactPair| -> Vec<Closing> {
+        let points = pair.bodies.map(|b| problem.bodies[b].mesh().points());
+        let displacement = pair.bodies.map(|b| &estimate.pair.bodies[b].displacement[..]);
+        let of_nodes = |nodes: &NodePair| {
             let of = |field: [&[[f64; 2]]; 2]| {
-                along(pair.normal, [0, 1].map(|b: usize| field[b][pair.nodes[b] as usize]))
+                along(nodes.normal, [0, 1].map(|side: usize| field[side][nodes.nodes[side] as usize]))
             };
-            let [a, b] = [0, 1].map(|b: usize| bodies[b].mesh().points());
-            let [u, v] = [0, 1].map(|b: usize| &estimate.pair.displacement[b][..]);
-            Closing { gap: of([a, b]), approach: -of([u, v]) }
-        })
-        .collect()
+            Closing { gap: of(points), approach: -of(displacement) }
+        };
+        pair.interface.pairs().iter().map(of_nodes).collect()
+    };
+    problem.contacts.iter().flat_map(of_pair).collect()
 }
 
 /// Draws the problem of the last mesh.
-fn problem(case: &Case, solution: &CertifiedSolution, title: &str) -> Result<Picture, Failure> {
-    let bodies = [0, 1].map(|b| {
-        let body = &solution.problem.bodies[b];
-        SketchBody {
-            name: &case.bodies[b].name,
-            points: body.mesh().points(),
-            triangles: body.mesh().triangles(),
-            edges: sketch_edges(body),
-            body_force: body.body_force(),
-        }
-    });
-    let interface = &solution.problem.interface;
-    let points = solution.problem.bodies[0].mesh().points();
-    let place = |pair: u32| points[interface.pairs()[pair as usize].nodes[0] as usize];
-    let contact: Vec<[[f64; 2]; 2]> = interface.edges().iter().map(|edge| edge.pairs.map(place)).collect();
+fn problem<'a>(case: &'a Case, solution: &'a CertifiedSolution, title: &str) -> Result<Picture, Failure> {
+    let sketch = |(given, body): (&'a BodyCase, &'a Body)| SketchBody {
+        name: &given.name,
+        points: body.mesh().points(),
+        triangles: body.mesh().triangles(),
+        edges: sketch_edges(body),
+        body_force: body.body_force(),
+    };
+    let bodies: Vec<SketchBody<'_>> = case.bodies.iter().zip(&solution.problem.bodies).map(sketch).collect();
+    let line = |pair: &ContactPair| -> Vec<[[f64; 2]; 2]> {
+        let points = solution.problem.bodies[pair.bodies[0]].mesh().points();
+        let place = |k: u32| points[pair.interface.pairs()[k as usize].nodes[0] as usize];
+        pair.interface.edges().iter().map(|edge| edge.pairs.map(place)).collect()
+    };
+    let contact: Vec<[[f64; 2]; 2]> = solution.problem.contacts.iter().flat_map(line).collect();
     Ok(Picture {
         name: "problem",
         svg: plot::sketch(title, &bodies, &contact)?,

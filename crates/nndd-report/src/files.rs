@@ -14,7 +14,7 @@ use case_io::Case;
 use case_io::checkpoint;
 use case_io::output::OutputDirectory;
 use case_io::report::{CASE_HASH, Report};
-use case_io::table;
+use case_io::table::{self, ContactRow};
 use serde_json::{Map, Value, json};
 
 /// What a run left on disk.
@@ -91,7 +91,8 @@ fn write_files(
         |name: &str, text: &str| directory.write(name, text.as_bytes()).map_err(|e| Failure::output(&e));
     put("history.csv", &table::history_csv(&report.iterations)?)?;
     let solution = &solved.solution;
-    let contact = contact_rows(solution);
+    let contact: Vec<ContactRow> =
+        (0..solution.problem.contacts.len()).flat_map(|pair| contact_rows(solution, pair)).collect();
     if solution.estimate.is_some() {
         put("contact.csv", &table::contact_csv(&contact)?)?;
     }
@@ -102,8 +103,8 @@ fn write_files(
     for picture in &pictures {
         put(&format!("figures/{}.svg", picture.name), &picture.svg)?;
     }
-    let angles = [0, 1].map(|b| solution.problem.bodies[b].mesh().smallest_angle());
-    put("report.html", &html::page(case, report, angles, &pictures))?;
+    let angles: Vec<f64> = solution.problem.bodies.iter().map(|body| body.mesh().smallest_angle()).collect();
+    put("report.html", &html::page(case, report, &angles, &pictures))?;
     if case.output.vtu && solution.estimate.is_some() {
         paraview::write(case, solution, &report.adaptive, directory)?;
     }

@@ -26,7 +26,7 @@ pre{white-space:pre-wrap;overflow-wrap:anywhere;font-size:8pt}}";
 /// Writes the page.
 ///
 /// * `angles`: the smallest of each body's mesh, degrees.
-pub(crate) fn page(case: &Case, report: &Report, angles: [f64; 2], pictures: &[Picture]) -> String {
+pub(crate) fn page(case: &Case, report: &Report, angles: &[f64], pictures: &[Picture]) -> String {
     let title = escape(&one_line(if case.title.is_empty() { case.file_name() } else { &case.title }));
     let mut page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
@@ -67,7 +67,7 @@ fn reproduce(page: &mut String, case: &Case, report: &Report) {
         escape(&command),
         case.hash()
     );
-    let mut files: Vec<_> = (0..2).filter_map(|body| case.mesh_file_of(body)).collect();
+    let mut files: Vec<_> = (0..case.bodies.len()).filter_map(|body| case.mesh_file_of(body)).collect();
     files.dedup();
     for (file, digest) in files {
         let _ = writeln!(page, "<tr><td>{}</td><td>{digest}</td></tr>", escape(file));
@@ -89,7 +89,7 @@ fn shell_word(word: &str) -> String {
 }
 
 /// The sizes of the bodies on the last mesh.
-fn bodies(page: &mut String, case: &Case, report: &Report, angles: [f64; 2]) {
+fn bodies(page: &mut String, case: &Case, report: &Report, angles: &[f64]) {
     page.push_str(
         "<h2>Bodies</h2>\n<table><tr><th>body</th><th>nodes</th><th>triangles</th><th>unknowns</th>\
          <th>smallest angle</th><th>material</th></tr>\n",
@@ -195,7 +195,7 @@ fn results(page: &mut String, case: &Case, report: &Report) {
     let r = &report.results;
     let t = case.model.thickness;
     // Without a solution nothing of it is known.
-    let Some(energies) = r.energy_norm_squared else { return };
+    let Some(energies) = &r.energy_norm_squared else { return };
     page.push_str("<h2>Results</h2>\n<table><tr><th>quantity</th><th>per unit thickness</th>");
     let _ = writeln!(page, "<th>for the thickness {}</th></tr>", words::short(t));
     let mut row = |name: &str, value: Option<f64>, by_thickness: bool| {
@@ -204,7 +204,7 @@ fn results(page: &mut String, case: &Case, report: &Report) {
             writeln!(page, "<tr><td>{}</td><td>{}</td><td>{whole}</td></tr>", escape(name), number(value));
     };
     for (body, a) in report.bodies.iter().zip(energies) {
-        row(&format!("energy norm² of {}", body.name), Some(a), true);
+        row(&format!("energy norm² of {}", body.name), Some(*a), true);
     }
     row("contact force", r.contact_force, true);
     row("largest nodal pressure", r.max_pressure, false);

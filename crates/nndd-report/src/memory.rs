@@ -3,6 +3,7 @@
 use crate::failure::Failure;
 use crate::host::{Host, Room};
 use case_io::Case;
+use fem_core::body::Body;
 use fem_core::interface::ContactProblem;
 
 /// Memory that must be available, over the estimate, which is right within 8 %.
@@ -17,7 +18,7 @@ const KEPT_PER_NODE: f64 = 900.0;
 /// of the estimator and its stars as n; then three dense interface matrices, and the program itself. The two numbers are
 /// fitted to what was measured from 2·10⁵ to 3.3·10⁶ unknowns: within 8 %, rather too much than too little.
 pub fn estimate(problem: &ContactProblem) -> f64 {
-    of_sizes(node_counts(problem), problem.interface.pairs().len())
+    of_sizes(&sizes(problem))
 }
 
 /// Estimates the memory of a solve on a finer mesh, while earlier solutions are kept, bytes.
@@ -27,41 +28,50 @@ pub(crate) fn estimate_finer(problem: &ContactProblem, kept: usize) -> f64 {
     estimate(problem) + KEPT_PER_NODE * kept as f64
 }
 
-fn of_sizes(nodes: [u64; 2], pairs: usize) -> f64 {
-    const PROGRAM: f64 = 20e6;
-    let pairs = pairs as f64;
-    nodes
-        .iter()
-        .map(|nodes| {
-            let n = 2.0 * (*nodes).max(1) as f64;
-            56.0 * n * n.log2() + 450.0 * n + 3.0 * 8.0 * pairs * pairs
-        })
-        .sum::<f64>()
-        + PROGRAM
+/// What the memory of a body depends on.
+struct Size {
+    nodes: u64,
+    /// Contact nodes.
+    pairs: usize,
 }
 
-fn node_counts(problem: &ContactProblem) -> [u64; 2] {
-    problem.bodies.each_ref().map(|body| body.mesh().points().len() as u64)
+fn of_sizes(bodies: &[Size]) -> f64 {
+    const PROGRAM: f64 = 20e6;
+    let of_body = |body: &Size| {
+        let (n, pairs) = (2.0 * body.nodes.max(1) as f64, body.pairs as f64);
+        56.0 * n * n.log2() + 450.0 * n + 3.0 * 8.0 * pairs * pairs
+    };
+    bodies.iter().map(of_body).sum::<f64>() + PROGRAM
+}
+
+fn sizes(problem: &ContactProblem) -> Vec<Size> {
+    let of_body = |(b, body): (usize, &Body)| {
+        let pairs = problem.sides_of(b).map(|(k, _)| problem.contacts[k].interface.pairs().len()).sum();
+        Size { nodes: body.mesh().points().len() as u64, pairs }
+    };
+    problem.bodies.iter().enumerate().map(of_body).collect()
 }
 
 /// Refuses, before any mesh is made, a case whose nodes alone need more memory than there may be.
 pub(crate) fn check_counts(case: &Case, host: &dyn Host) -> Result<(), Failure> {
-    check(case, host, case.node_counts(), None)
+    let sizes: Vec<Size> = case.node_counts().into_iter().map(|nodes| Size { nodes, pairs: 0 }).collect();
+    check(case, host, &sizes, None)
 }
 
 /// Refuses a problem that needs more memory than there may be.
 pub(crate) fn check_problem(case: &Case, problem: &ContactProblem, host: &dyn Host) -> Result<(), Failure> {
-    check(case, host, node_counts(problem), Some(problem.interface.pairs().len()))
+    check(case, host, &sizes(problem), Some(problem.node_pairs()))
 }
 
-/// * `pairs`: of the contact line, if it is known.
-fn check(case: &Case, host: &dyn Host, nodes: [u64; 2], pairs: Option<usize>) -> Result<(), Failure> {
-    let needed = of_sizes(nodes, pairs.unwrap_or(0));
-    let line = pairs.filter(|_| needed > 2.0 * of_sizes(nodes, 0));
+/// * `pairs`: of all contact lines, if they are known.
+fn check(case: &Case, host: &dyn Host, sizes: &[Size], pairs: Option<usize>) -> Result<(), Failure> {
+    let needed = of_sizes(sizes);
+    let without: Vec<Size> = sizes.iter().map(|size| Size { pairs: 0, ..*size }).collect();
+    let line = pairs.filter(|_| needed > 2.0 * of_sizes(&without));
     let Some((needed, Room { bytes: limit, words, fix: other })) = shortage(case, needed, host) else {
         return Ok(());
     };
-    let nodes = nodes[0].saturating_add(nodes[1]);
+    let nodes = sizes.iter().fold(0u64, |sum, size| sum.saturating_add(size.nodes));
     let least = if pairs.is_none() { "at least " } else { "" };
     // The need grows a little faster than the number of nodes, and as the square of the pairs.
     let (what, fits, fix) = match line {
@@ -136,7 +146,10 @@ mod tests {
     fn a_long_contact_line_is_named_where_it_takes_the_memory() {
         let limit = [("limits.memory".to_owned(), "1MiB".to_owned())];
         let case = Case::parse(case_io::template::PAPER, "paper.toml", &limit).unwrap();
-        let said = |nodes, pairs| check(&case, &Nowhere, nodes, pairs).unwrap_err().message.unwrap();
+        let said = |nodes: [u64; 2], pairs: Option<usize>| {
+            let sizes = nodes.map(|nodes| Size { nodes, pairs: pairs.unwrap_or(0) });
+            check(&case, &Nowhere, &sizes, pairs).unwrap_err().message.unwrap()
+        };
         let of_nodes = said([1000, 1000], Some(40));
         assert!(of_nodes.contains("for 2000 nodes; limits.memory is 1MiB, enough for about"), "{of_nodes}");
         let of_line = said([20_000, 20_000], Some(20_000));

@@ -4,8 +4,9 @@ use crate::outcome;
 use case_io::Case;
 use case_io::case::MaterialLaw;
 use certified_contact::CertifiedSolution;
-use fem_core::body::{Body, Difference, NodeConstraint};
+use fem_core::body::NodeConstraint;
 use fem_core::geometry::{bounding_box, norm, sub};
+use fem_core::interface::ContactProblem;
 use fem_core::material::Hypothesis;
 use nndd::NnddStatus;
 
@@ -22,9 +23,9 @@ pub fn of_case(case: &Case) -> Vec<String> {
 }
 
 /// Lists what can be said of a problem without solving it; bodies in the file's order.
-pub fn of_problem(case: &Case, bodies: [&Body; 2], gap: Option<Difference>) -> Vec<String> {
-    let mut notes = case.data_notes(bodies, gap);
-    for (given, body) in case.bodies.iter().zip(bodies) {
+pub fn of_problem(case: &Case, problem: &ContactProblem) -> Vec<String> {
+    let mut notes = case.data_notes(problem);
+    for (given, body) in case.bodies.iter().zip(&problem.bodies) {
         let imposed = body.node_constraints().iter().map(|constraint| match constraint {
             NodeConstraint::Free => 0.0,
             NodeConstraint::Along { value, .. } => value.abs(),
@@ -47,8 +48,7 @@ pub fn of_problem(case: &Case, bodies: [&Body; 2], gap: Option<Difference>) -> V
 /// Lists what can be said of a solution and its problem.
 pub(crate) fn of_solution(case: &Case, solution: &CertifiedSolution) -> Vec<String> {
     let problem = &solution.problem;
-    let bodies = problem.bodies.each_ref();
-    let mut notes = of_problem(case, bodies, problem.interpolated_gap());
+    let mut notes = of_problem(case, problem);
     notes.extend(bent_contact(solution));
     let Some(estimate) = &solution.estimate else { return notes };
     if matches!(solution.nndd.status, NnddStatus::Diverged { .. }) {
@@ -67,7 +67,7 @@ pub(crate) fn of_solution(case: &Case, solution: &CertifiedSolution) -> Vec<Stri
     }
     for (body, given) in case.bodies.iter().enumerate() {
         let model = &problem.bodies[body];
-        let strains = estimate.pair.stress[body].iter().enumerate().map(|(t, stress)| {
+        let strains = estimate.pair.bodies[body].stress.iter().enumerate().map(|(t, stress)| {
             let strain = model.material(t).strain(*stress);
             // The larger principal strain by its size.
             let middle = 0.5 * (strain.xx + strain.yy);
@@ -145,12 +145,13 @@ fn nearly_incompressible(case: &Case) -> bool {
 /// Says what the bound of a bent contact line is a bound of.
 fn bent_contact(solution: &CertifiedSolution) -> Option<String> {
     let estimate = solution.estimate.as_ref()?;
-    solution.problem.interface.has_bent_edges().then(|| {
+    let lifts = estimate.pair.contacts.iter().map(|contact| contact.lift.largest());
+    solution.problem.contacts.iter().any(|pair| pair.interface.has_bent_edges()).then(|| {
         format!(
             "the contact line bends: the bound is for the meshed polygons with normals averaged at their nodes, and the \
              difference to a curved line is outside it; to avoid penetration between the nodes, the contact nodes of one \
              body were moved by at most {:.1e}",
-            estimate.pair.lift.largest()
+            lifts.fold(0.0, f64::max)
         )
     })
 }

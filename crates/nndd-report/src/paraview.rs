@@ -17,9 +17,9 @@ use fem_core::tensor::SymTensor2;
 use mesh_io::vtu::{self, PvdEntry, VtuArray, VtuCells, VtuData, VtuError, VtuMesh};
 use std::io;
 
-/// Names what there is a file of: the two bodies in the file's order, and the contact line.
-pub(crate) fn parts(case: &Case) -> [String; 3] {
-    [case.bodies[0].file_stem(), case.bodies[1].file_stem(), "contact".to_owned()]
+/// Names what there is a file of: the bodies in the file's order, and the contact line.
+pub(crate) fn parts(case: &Case) -> Vec<String> {
+    case.bodies.iter().map(|body| body.file_stem()).chain(["contact".to_owned()]).collect()
 }
 
 /// The file of a part on a mesh of an adaptive run.
@@ -56,15 +56,15 @@ fn write_parts(
     directory: &mut OutputDirectory,
 ) -> Result<(), Failure> {
     let Some(estimate) = &solution.estimate else { return Ok(()) };
-    let [first, second, contact] = parts(case);
-    for (body, part) in [first, second].iter().enumerate() {
-        let (grid, mut data) = body_data(case, solution, estimate, body);
+    for (part, file) in parts(case).iter().enumerate() {
+        let (grid, mut data) = match part.checked_sub(case.bodies.len()) {
+            None => body_data(case, solution, estimate, part),
+            Some(pair) => contact_data(solution, estimate, pair),
+        };
         data.field = field_data(solution, estimate, step);
-        write_vtu(directory, &name(part), &grid, &data)?;
+        write_vtu(directory, &name(file), &grid, &data)?;
     }
-    let (grid, mut data) = contact_data(solution, estimate);
-    data.field = field_data(solution, estimate, step);
-    write_vtu(directory, &name(&contact), &grid, &data)
+    Ok(())
 }
 
 /// Writes `adaptive.pvd` with all parts, and a series for each of them.
@@ -73,7 +73,7 @@ fn write_collections(
     steps: &[AdaptiveRow],
     directory: &mut OutputDirectory,
 ) -> Result<(), Failure> {
-    let names = [&case.bodies[0].name, &case.bodies[1].name, "contact"];
+    let names: Vec<&str> = case.bodies.iter().map(|body| body.name.as_str()).chain(["contact"]).collect();
     let parts = parts(case);
     let mut entries = Vec::new();
     for row in steps {
@@ -137,8 +137,8 @@ fn body_data(
         |name: &str, of: &dyn Fn(usize) -> f64| VtuArray::scalars(name, cells.clone().map(of).collect());
     // Not known for a given plane stiffness in plane strain.
     let with_zz = |t: usize, s: SymTensor2| six(s, model.material(t).out_of_plane_stress(s).unwrap_or(0.0));
-    let stress = &pair.stress[body];
-    let equilibrated = &pair.equilibrated[body];
+    let stress = &pair.bodies[body].stress;
+    let equilibrated = &pair.bodies[body].equilibrated;
     let places = case.material_places(body);
     let numbers = case.element_numbers(body, mesh);
     let mut cell = vec![
@@ -162,7 +162,7 @@ fn body_data(
     let von_mises: Option<Vec<f64>> = cells.clone().map(|t| model.material(t).von_mises(stress[t])).collect();
     cell.extend(von_mises.map(|values| VtuArray::scalars("von_mises", values)));
     let point = vec![
-        VtuArray::vectors("displacement", &pair.displacement[body]),
+        VtuArray::vectors("displacement", &pair.bodies[body].displacement),
         VtuArray::vectors("reaction", &reactions(solution, estimate, model, body)),
     ];
     let grid =
@@ -184,7 +184,7 @@ fn out_of_plane_strain(case: &Case, material: usize, stress: SymTensor2) -> f64 
 /// The forces of supports and contact on the nodes, N/m: what the loads leave of `K u − f`, in the directions that are
 /// held or in contact, so that nothing but round-off is left out.
 fn reactions(solution: &CertifiedSolution, estimate: &Estimate, model: &Body, body: usize) -> Vec<Vector> {
-    let residual = field::nodal_residual(model, &estimate.pair.displacement[body]);
+    let residual = field::nodal_residual(model, &estimate.pair.bodies[body].displacement);
     let along = |direction: Vector, force: Vector| scale(dot(direction, force), direction);
     let held = model.node_constraints().iter().zip(&residual).map(|(constraint, force)| match constraint {
         NodeConstraint::Free => [0.0; 2],
@@ -192,27 +192,31 @@ fn reactions(solution: &CertifiedSolution, estimate: &Estimate, model: &Body, bo
         NodeConstraint::Fixed { .. } => *force,
     });
     let mut forces: Vec<Vector> = held.collect();
-    for pair in solution.problem.interface.pairs() {
-        let node = pair.nodes[body] as usize;
-        forces[node] = match model.node_constraints()[node] {
-            NodeConstraint::Free => along(pair.normal, residual[node]),
-            _ => residual[node],
-        };
+    for (k, side) in solution.problem.sides_of(body) {
+        for pair in solution.problem.contacts[k].interface.pairs() {
+            let node = pair.nodes[side] as usize;
+            forces[node] = match model.node_constraints()[node] {
+                NodeConstraint::Free => along(pair.normal, residual[node]),
+                _ => residual[node],
+            };
+        }
     }
     forces
 }
 
-fn contact_data(solution: &CertifiedSolution, estimate: &Estimate) -> (VtuMesh, VtuData) {
-    let rows = report::contact_rows(solution);
-    let interface = &solution.problem.interface;
+fn contact_data(solution: &CertifiedSolution, estimate: &Estimate, pair: usize) -> (VtuMesh, VtuData) {
+    let rows = report::contact_rows(solution, pair);
+    let interface = &solution.problem.contacts[pair].interface;
     let scalars =
         |name: &str, of: &dyn Fn(usize) -> f64| VtuArray::scalars(name, (0..rows.len()).map(of).collect());
     let last = solution.last();
-    let of_first = |k: usize| last.reaction[k] / interface.pairs()[k].tributary_length;
-    let of_second = |k: usize| last.contact.normal_reaction[k] / interface.pairs()[k].tributary_length;
+    let first = last.blocks(&solution.problem).nth(pair).map_or(0, |block| block.start);
+    let of_first = |k: usize| last.reaction[first + k] / interface.pairs()[k].tributary_length;
+    let of_second =
+        |k: usize| last.contact.normal_reaction[first + k] / interface.pairs()[k].tributary_length;
     let points: Vec<Vector> = rows.iter().map(|r| [r.x, r.y]).collect();
     // Over the length as it is drawn, so that the file alone gives the integral.
-    let density = interface.edges().iter().zip(&estimate.cre.by_contact_edge).map(|(edge, squared)| {
+    let density = interface.edges().iter().zip(&estimate.cre.by_contact_edge[pair]).map(|(edge, squared)| {
         let [a, b] = edge.pairs.map(|k| points[k as usize]);
         squared / norm(sub(b, a))
     });
@@ -222,7 +226,7 @@ fn contact_data(solution: &CertifiedSolution, estimate: &Estimate) -> (VtuMesh, 
             scalars("opening", &|k| rows[k].opening),
             scalars("contact_pressure", &|k| rows[k].pressure),
             scalars("active", &|k| f64::from(rows[k].active)),
-            scalars("lambda", &|k| last.lambda[k]),
+            scalars("lambda", &|k| last.lambda[first + k]),
             scalars("traction_1", &of_first),
             scalars("traction_2", &of_second),
             scalars("traction_imbalance", &|k| of_first(k) + of_second(k)),

@@ -34,29 +34,24 @@ pub fn iteration_row(row: &Row) -> IterationRow {
 /// Collects the report; its timings are filled in when everything else is written.
 pub(crate) fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> Report {
     let solution = &solved.solution;
-    let names = [0, 1].map(|b| case.bodies[b].name.clone());
-    let bodies = [0, 1].map(|b| {
-        let mesh = solution.problem.bodies[b].mesh();
-        BodySummary {
-            name: names[b].clone(),
-            nodes: mesh.points().len(),
-            triangles: mesh.triangles().len(),
-            unknowns: solution.unknowns[b],
-        }
+    let name = |b: usize| case.bodies[b].name.clone();
+    let bodies = solution.problem.bodies.iter().zip(&solution.unknowns).enumerate();
+    let bodies = bodies.map(|(b, (body, &unknowns))| {
+        let mesh = body.mesh();
+        BodySummary { name: name(b), nodes: mesh.points().len(), triangles: mesh.triangles().len(), unknowns }
     });
-    let interface = &solution.problem.interface;
-    let contact = ContactSummary {
-        imposed: names[solution.roles().imposed()].clone(),
-        pairs: interface.pairs().len(),
-        length: interface.length(),
-        bodies: names,
-    };
+    let contact = solution.problem.contacts.iter().map(|pair| ContactSummary {
+        bodies: pair.bodies.map(name),
+        imposed: name(pair.imposed()),
+        pairs: pair.interface.pairs().len(),
+        length: pair.interface.length(),
+    });
     Report {
         schema: SCHEMA,
         status: solved.status.clone(),
         case: case.settings_json(),
-        bodies: bodies.to_vec(),
-        contact: vec![contact],
+        bodies: bodies.collect(),
+        contact: contact.collect(),
         iterations: solution.rows.iter().map(iteration_row).collect(),
         certificate: certificate(solution),
         results: results(case, solution),
@@ -126,7 +121,7 @@ fn results(case: &Case, solution: &CertifiedSolution) -> Results {
         min_opening: s.min_opening,
     });
     Results {
-        energy_norm_squared: Some(r.energy_norm_squared),
+        energy_norm_squared: Some(r.energy_norm_squared.clone()),
         contact_force: Some(r.contact_force),
         contact_intervals: Some(r.contact_intervals.clone()),
         contact_stretches: Some(stretches.collect()),
@@ -140,24 +135,25 @@ fn results(case: &Case, solution: &CertifiedSolution) -> Results {
     }
 }
 
-/// Arc lengths, gaps, openings, pressures along the contact line; s runs along the first body of the file.
-pub(crate) fn contact_rows(solution: &CertifiedSolution) -> Vec<ContactRow> {
-    let interface = &solution.problem.interface;
-    let points = solution.problem.bodies[0].mesh().points();
+/// Arc lengths, gaps, openings, pressures along the contact line of a pair; s runs along its first body.
+pub(crate) fn contact_rows(solution: &CertifiedSolution, pair: usize) -> Vec<ContactRow> {
+    let first = solution.last().blocks(&solution.problem).nth(pair).map_or(0, |block| block.start);
+    let pair = &solution.problem.contacts[pair];
+    let points = solution.problem.bodies[pair.bodies[0]].mesh().points();
     let last = solution.last();
-    interface
+    pair.interface
         .pairs()
         .iter()
         .enumerate()
         .map(|(k, pair)| {
             let [x, y] = points[pair.nodes[0] as usize];
-            let force = last.contact.normal_reaction[k];
+            let force = last.contact.normal_reaction[first + k];
             ContactRow {
                 s: pair.arc_length,
                 x,
                 y,
                 gap: pair.gap,
-                opening: last.opening[k],
+                opening: last.opening[first + k],
                 pressure: force / pair.tributary_length,
                 active: u8::from(force > 0.0),
             }

@@ -157,7 +157,7 @@ pub(crate) fn write(
         seconds,
     };
     let progress = Progress {
-        imposed: from.roles.imposed(),
+        imposed: from.roles.iter().map(|roles| roles.imposed()).collect(),
         compliance,
         meshes: from.meshes.iter().map(mesh).collect(),
         steps: from.history.iter().zip(seconds).map(step).collect(),
@@ -183,7 +183,11 @@ pub(crate) fn read(progress: &Progress) -> certified_contact::Checkpoint {
         energy_norm_squared: step.energy_norm_squared,
     };
     certified_contact::Checkpoint {
-        roles: if progress.imposed == 0 { Roles::FIRST } else { Roles::SECOND },
+        roles: progress
+            .imposed
+            .iter()
+            .map(|side| if *side == 0 { Roles::FIRST } else { Roles::SECOND })
+            .collect(),
         role_reason: progress
             .compliance
             .map_or(RoleReason::Given, |compliance| RoleReason::Stiffer { compliance }),

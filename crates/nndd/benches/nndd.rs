@@ -25,7 +25,7 @@ fn problem(cells: [usize; 2]) -> PreparedProblem {
     let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], cells).unwrap(), material(1000.0), &lower).unwrap();
     let interface =
         ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
-    PreparedProblem::new(ContactProblem { bodies: [upper, lower], interface }).unwrap()
+    PreparedProblem::new(ContactProblem::between([upper, lower], interface)).unwrap()
 }
 
 fn iterations(c: &mut Criterion) {
@@ -33,7 +33,7 @@ fn iterations(c: &mut Criterion) {
     group.sample_size(10);
     for cells in [[18, 9], [80, 36], [320, 160]] {
         let problem = problem(cells);
-        let pairs = problem.pairs();
+        let pairs = problem.node_pairs();
         let start = vec![0.0; pairs];
         let mut ten = NnddSettings::paper(0.4);
         ten.max_iterations = 10;
@@ -81,7 +81,7 @@ fn one_iteration(c: &mut Criterion) {
     // Flat cells: the interface decides the time, and the bodies below it are quickly condensed.
     for cells in [[320, 160], [1280, 40]] {
         let problem = problem(cells);
-        let pairs = problem.pairs();
+        let pairs = problem.node_pairs();
         let start = vec![0.0; pairs];
         let mut settings = NnddSettings::paper(0.4);
         settings.qp = settings.qp.with_method(contact_qp::QpMethod::ActiveSet);

@@ -34,19 +34,19 @@ impl Blocks {
         let clamped = BoundaryConditions::new().fix("bottom");
         let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], cells)?, material(1000.0)?, &clamped)?;
         let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
-        Ok(Self(PreparedProblem::new(ContactProblem { bodies: [upper, lower], interface })?))
+        Ok(Self(PreparedProblem::new(ContactProblem::between([upper, lower], interface))?))
     }
 
     /// Iterates until η_NNDD has fallen by `tolerance`.
     fn solve(&self, settings: &NnddSettings, tolerance: f64) -> Result<NnddSolution, Box<dyn Error>> {
-        let start = vec![0.0; self.0.pairs()];
+        let start = vec![0.0; self.0.node_pairs()];
         let mut stop = EtaNndd::new(tolerance);
         Ok(nndd::solve(&self.0, start, settings, &mut stop)?)
     }
 
     /// Energies `a(u, u)` of the last iteration's displacements: λ gives those of Ω₁, the contact trace those of Ω₂.
     fn energies(&self, solution: &NnddSolution) -> [f64; 2] {
-        let displacements = self.0.displacements(solution.last.traces());
+        let displacements = solution.last.displacements(&self.0);
         [0, 1].map(|b| norm::energy_norm_squared(&self.0.problem().bodies[b], &displacements[b]))
     }
 }

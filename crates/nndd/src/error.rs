@@ -19,6 +19,14 @@ pub enum NnddError {
         /// Number of pairs.
         expected: usize,
     },
+    /// The problem is not one of two bodies with one pair.
+    #[error("{bodies} bodies with {pairs} contact pairs are given; two bodies with one pair are supported")]
+    Unsupported {
+        /// Number of bodies.
+        bodies: usize,
+        /// Number of pairs.
+        pairs: usize,
+    },
     /// θ is not a positive number.
     #[error("theta is {found}; it must be a positive, finite number")]
     Theta {

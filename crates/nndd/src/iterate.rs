@@ -1,6 +1,11 @@
 //! The data of one iteration, and the part that is kept as history.
 
 use contact_qp::{ActiveSet, KktResiduals, QpPath, QpStatus};
+use fem_core::each_body;
+use fem_core::geometry::Vector;
+use fem_core::interface::ContactProblem;
+use fem_core::prepared::PreparedProblem;
+use std::ops::Range;
 
 /// The contact problem of step 1: how it was solved.
 #[derive(Clone, Debug)]
@@ -63,6 +68,30 @@ impl Iterate {
         [&self.reaction, &self.contact.normal_reaction]
     }
 
+    /// Recovers the displacement of each body, Cartesian, m.
+    ///
+    /// * `problem`: the one that was solved.
+    ///
+    /// # Panics
+    /// If the problem has another number of bodies, pairs or pairs of nodes.
+    pub fn displacements(&self, problem: &PreparedProblem) -> Vec<Vec<Vector>> {
+        let (pair, sides, traces) = (&problem.problem().contacts[0], problem.sides(0), self.traces());
+        let of_side = |side: usize| {
+            let role = pair.roles.of_side(side);
+            sides[role].displacement_from_trace(traces[role])
+        };
+        each_body(2, |b| of_side(usize::from(b == pair.bodies[1])))
+    }
+
+    /// Lists where the values of each pair are in the arrays.
+    pub fn blocks(&self, problem: &ContactProblem) -> impl Iterator<Item = Range<usize>> {
+        let mut start = 0;
+        problem.contacts.iter().map(move |pair| {
+            let end = start + pair.interface.pairs().len();
+            std::mem::replace(&mut start, end)..end
+        })
+    }
+
     /// Computes the contact force `Σ r²_i`, N/m.
     pub fn contact_force(&self) -> f64 {
         self.contact.normal_reaction.iter().sum()
@@ -71,8 +100,16 @@ impl Iterate {
     /// Computes the contact forces of Ω₁ and Ω₂, `F₁ = −Σ r¹_i` and `F₂ = Σ r²_i`, N/m, positive in compression. They are
     /// equal at the discrete solution.
     pub fn contact_forces(&self) -> [f64; 2] {
+        self.contact_forces_of(0..self.reaction.len())
+    }
+
+    /// Computes the contact forces of one pair, see [`Self::contact_forces`].
+    ///
+    /// * `block`: see [`Self::blocks`].
+    pub fn contact_forces_of(&self, block: Range<usize>) -> [f64; 2] {
+        let [first, second] = self.forces().map(|forces| forces[block.clone()].iter().sum::<f64>());
         // A sum of zeros can be −0.
-        [-self.reaction.iter().sum::<f64>(), self.contact_force()].map(|force| force + 0.0)
+        [-first, second].map(|force| force + 0.0)
     }
 }
 

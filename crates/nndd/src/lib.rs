@@ -44,7 +44,7 @@
 //!     &BoundaryConditions::new().displace("top", Some(0.0.into()), Some((-0.01).into())))?;
 //! let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], [8, 4])?, steel, &BoundaryConditions::new().fix("bottom"))?;
 //! let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
-//! let problem = PreparedProblem::new(ContactProblem { bodies: [upper, lower], interface })?;
+//! let problem = PreparedProblem::new(ContactProblem::between([upper, lower], interface))?;
 //! let solution = nndd::solve(&problem, vec![0.0; 9], &nndd::NnddSettings::paper(0.5),
 //!     &mut nndd::stopping::EtaNndd::new(1e-10))?;
 //! assert_eq!(solution.status, nndd::NnddStatus::StoppedByCriterion);

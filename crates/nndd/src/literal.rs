@@ -5,14 +5,13 @@
 
 use crate::error::NnddError;
 use crate::iterate::ContactAnswer;
-use crate::steps::{Steps, answer};
+use crate::steps::{Steps, answer, each_role};
 use contact_qp::{ActiveSet, BoundQp, MatrixView, QpSettings};
 use fem_core::assembly::System;
 use fem_core::cholesky::{Cholesky, Front};
-use fem_core::interface::ContactProblem;
+use fem_core::interface::{ContactPair, ContactProblem};
 use fem_core::ordering::ROOT;
 use fem_core::sparse::SymmetricCsc;
-use fem_core::try_each_body;
 
 pub(crate) struct LiteralSteps {
     systems: [System; 2],
@@ -41,20 +40,20 @@ fn without_interface(fronts: &[Front]) -> Vec<Front> {
 }
 
 impl LiteralSteps {
-    pub(crate) fn new(problem: &ContactProblem) -> Result<Self, NnddError> {
-        let roles = problem.interface.roles();
-        let systems = try_each_body(|role| {
-            let b = roles.bodies()[role];
-            System::assemble(&problem.bodies[b], &problem.interface.sides()[b].oriented(roles.sign()))
-        })?;
+    pub(crate) fn new(problem: &ContactProblem, pair: &ContactPair) -> Result<Self, NnddError> {
+        let [first, second] = each_role(|role| {
+            let b = [pair.imposed(), pair.unilateral()][role];
+            System::assemble(&problem.bodies[b], &problem.side(b).oriented(pair.roles.sign()))
+        });
+        let systems = [first?, second?];
         let interior = systems[0].dofs.len() - systems[0].dofs.interface_len();
         let neumann = |s: &System| factorise(&s.stiffness, s.dofs.fronts());
         let inner = without_interface(systems[0].dofs.fronts());
-        let neumann = try_each_body(|role| neumann(&systems[role]))?;
+        let [first, second] = each_role(|role| neumann(&systems[role]));
         let dofs = &systems[1].dofs;
         Ok(Self {
             dirichlet: factorise(&systems[0].stiffness.leading(interior), &inner)?,
-            neumann,
+            neumann: [first?, second?],
             contact: systems[1].stiffness.upper(),
             linear: systems[1].load.iter().map(|f| -f).collect(),
             bounded: (dofs.len() - dofs.interface_len()..dofs.len()).collect(),

@@ -5,9 +5,9 @@
 //! Newton on them is the primal-dual active-set method of `contact-qp`; the result is exact.
 
 use crate::error::NnddError;
+use crate::steps::each_role;
 use contact_qp::{ActiveSet, BoundQp, MatrixView, QpSettings, QpSolution};
 use fem_core::condensation::OrientedBody;
-use fem_core::each_body;
 use fem_core::interface::ContactInterface;
 
 /// The result of the Newton method: λ, and the solution of the quadratic programme.
@@ -26,7 +26,7 @@ pub(crate) fn solve(
     settings: &QpSettings,
 ) -> Result<NewtonAnswer, NnddError> {
     let n = bodies[0].len();
-    let [mut flexibility, second] = each_body(|b| bodies[b].flexibility());
+    let [mut flexibility, second] = each_role(|role| bodies[role].flexibility());
     flexibility.iter_mut().zip(&second).for_each(|(a, b)| *a += b);
     drop(second);
     for j in 0..n {

@@ -10,14 +10,13 @@ use crate::monitor::Monitor;
 use crate::settings::{Acceleration, Method, NnddSettings, Path};
 use crate::solution::{NnddSolution, NnddStatus};
 use crate::spectrum;
-use crate::steps::{CondensedSteps, Steps};
+use crate::steps::{CondensedSteps, Steps, each_role};
 use crate::stopping::{Decision, StoppingCriterion};
 use crate::vector::{add, dot};
 use crate::weights::NodalWeights;
 use contact_qp::ActiveSet;
 use fem_core::condensation::OrientedBody;
-use fem_core::each_body;
-use fem_core::interface::{ContactInterface, Pair};
+use fem_core::interface::{ContactInterface, ContactPair, ContactProblem, NodePair};
 use fem_core::norm::from_squared;
 use fem_core::prepared::PreparedProblem;
 
@@ -94,7 +93,7 @@ impl Run<'_> {
     /// Step 2: the traces of the corrections, (10) and (11), under shares of the imbalance.
     fn step_2(&self, imbalance: &[f64]) -> [Vec<f64>; 2] {
         let loads = self.weights.loads(imbalance);
-        each_body(|role| self.steps.neumann(role, &loads[role]))
+        each_role(|role| self.steps.neumann(role, &loads[role]))
     }
 
     /// Computes `η_NNDD = ‖w̄‖ = √((r¹+r²)·w̄)` with `S₁ w̄ = r¹ + r²`, (22). With half weights `w̄ = −2 w¹`.
@@ -135,7 +134,7 @@ struct Run<'a> {
 }
 
 /// Computes `ε_t = 2 max|t¹+t²| / (max|t¹|+max|t²|)`, the paper's precision, (24), with `t_i = r_i/ℓ_i`.
-fn precision(pairs: &[Pair], r1: &[f64], r2: &[f64]) -> f64 {
+fn precision(pairs: &[NodePair], r1: &[f64], r2: &[f64]) -> f64 {
     let largest = |r: &dyn Fn(usize) -> f64| {
         let tractions = (0..pairs.len()).map(|i| (r(i) / pairs[i].tributary_length).abs());
         // A NaN must show: it would pass for a small imbalance.
@@ -184,12 +183,12 @@ pub fn solve_from(
     stop: &mut dyn StoppingCriterion,
 ) -> Result<NnddSolution, NnddError> {
     let Start { lambda, active } = start;
-    check(problem, &lambda, settings)?;
+    let pair = check(problem, &lambda, settings)?;
     let (expected, found) = (lambda.len(), active.as_ref().map_or(lambda.len(), ActiveSet::len));
     if found != expected {
         return Err(NnddError::Length { what: "the active set at the start", found, expected });
     }
-    let bodies = &problem.sides();
+    let bodies = &problem.sides(0);
     let weights = NodalWeights::new(bodies, settings.weights);
     // Newton has no θ.
     let (theta, spectrum) = match settings.method {
@@ -204,12 +203,12 @@ pub fn solve_from(
             &condensed
         }
         Path::Literal => {
-            literal = LiteralSteps::new(problem.problem())?;
+            literal = LiteralSteps::new(problem.problem(), pair)?;
             &literal
         }
     };
-    let interface = &problem.problem().interface;
-    let mut run = Run { interface, bodies, steps, weights: &weights, settings, warm_start: active };
+    let mut run =
+        Run { interface: &pair.interface, bodies, steps, weights: &weights, settings, warm_start: active };
     let mut solution = match settings.method {
         Method::Newton => run.newton(stop)?,
         Method::Auto | Method::Nndd => {
@@ -240,8 +239,16 @@ pub fn solve_from(
     Ok(solution)
 }
 
-fn check(problem: &PreparedProblem, lambda: &[f64], settings: &NnddSettings) -> Result<(), NnddError> {
-    let (expected, found) = (problem.pairs(), lambda.len());
+/// Checks what is given, and returns the only pair.
+fn check<'a>(
+    problem: &'a PreparedProblem,
+    lambda: &[f64],
+    settings: &NnddSettings,
+) -> Result<&'a ContactPair, NnddError> {
+    let ContactProblem { bodies, contacts, .. } = problem.problem();
+    let unsupported = || NnddError::Unsupported { bodies: bodies.len(), pairs: contacts.len() };
+    let pair = problem.problem().only_pair().ok_or_else(unsupported)?;
+    let (expected, found) = (pair.interface.pairs().len(), lambda.len());
     if found != expected {
         return Err(NnddError::Length { what: "lambda", found, expected });
     }
@@ -250,6 +257,6 @@ fn check(problem: &PreparedProblem, lambda: &[f64], settings: &NnddSettings) -> 
     }
     match settings.theta {
         Some(found) if !(found > 0.0 && found.is_finite()) => Err(NnddError::Theta { found }),
-        _ => Ok(()),
+        _ => Ok(pair),
     }
 }

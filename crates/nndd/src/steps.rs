@@ -65,6 +65,12 @@ impl Steps for CondensedSteps<'_> {
     }
 }
 
+/// Computes something for Ω₁ and Ω₂, in parallel.
+pub(crate) fn each_role<T: Send>(of_role: impl Fn(usize) -> T + Sync) -> [T; 2] {
+    let (first, second) = rayon::join(|| of_role(0), || of_role(1));
+    [first, second]
+}
+
 /// Extracts the interface part of a programme's solution.
 pub(crate) fn answer(solution: QpSolution, normal_trace: Vec<f64>) -> ContactAnswer {
     ContactAnswer {

@@ -9,26 +9,27 @@ use fem_core::material::MaterialError;
 use fem_core::mesh::{MeshError, TriMesh, generate};
 
 impl Case {
-    /// Makes the two bodies in the file's order: mesh, material and evaluated conditions.
+    /// Makes the bodies in the file's order: mesh, material and evaluated conditions.
     ///
     /// # Errors
-    /// Everything that fem-core refuses of either body, at the place of the key that causes it.
-    pub fn build_bodies(&self) -> Result<[Body; 2], CaseError> {
-        match (self.build_body(0), self.build_body(1)) {
-            (Ok(first), Ok(second)) => {
-                let bodies = [first, second];
-                self.check_pieces(&bodies)?;
-                Ok(bodies)
-            }
-            (first, second) => {
-                let faults = [first.err(), second.err()].into_iter().flatten();
-                Err(CaseError::new(faults.flat_map(|e| e.diagnostics).collect()))
+    /// Everything that fem-core refuses of a body, at the place of the key that causes it.
+    pub fn build_bodies(&self) -> Result<Vec<Body>, CaseError> {
+        let (mut bodies, mut faults) = (Vec::new(), Vec::new());
+        for body in 0..self.bodies.len() {
+            match self.build_body(body) {
+                Ok(body) => bodies.push(body),
+                Err(error) => faults.extend(error.diagnostics),
             }
         }
+        if !faults.is_empty() {
+            return Err(CaseError::new(faults));
+        }
+        self.check_pieces(&bodies)?;
+        Ok(bodies)
     }
 
     /// Refuses a piece of one body that takes no part in the contact and lies inside the other body.
-    fn check_pieces(&self, bodies: &[Body; 2]) -> Result<(), CaseError> {
+    fn check_pieces(&self, bodies: &[Body]) -> Result<(), CaseError> {
         for b in 0..2 {
             let [mesh, other] = [b, 1 - b].map(|b| bodies[b].mesh());
             let (piece_of, count) = mesh.topology().pieces();

@@ -33,7 +33,7 @@ impl Case {
     /// Gives the case a note for every `part` and every `box` that ends inside edges or cells of the first meshes.
     ///
     /// * `bodies`: in the file's order.
-    pub(super) fn note_cuts(&mut self, bodies: [&Body; 2]) {
+    pub(super) fn note_cuts(&mut self, bodies: &[Body]) {
         let mut notes = Vec::new();
         for (given, body) in self.bodies.iter().zip(bodies) {
             let name = &given.name;

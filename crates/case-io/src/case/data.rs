@@ -4,7 +4,7 @@ use super::{Case, MaterialLaw, Value};
 use crate::diagnostic::{CaseError, code};
 use fem_core::body::{Body, ConditionList, DataDifference, Difference, SAMPLES};
 use fem_core::geometry::shown;
-use fem_core::interface::{ContactInterface, Pair};
+use fem_core::interface::{ContactInterface, ContactProblem, NodePair};
 use fem_core::material::Hypothesis;
 
 /// Writes an expression for a note.
@@ -20,19 +20,20 @@ impl Case {
     /// which data given by expressions linear edges cannot represent, and how much the data of this mesh differ from
     /// them: the bound of the error is for the data of the mesh.
     ///
-    /// * `bodies`: in the file's order.
-    /// * `gap`: what [`fem_core::interface::ContactProblem::interpolated_gap`] returns.
-    pub fn data_notes(&self, bodies: [&Body; 2], gap: Option<Difference>) -> Vec<String> {
+    /// * `problem`: bodies in the file's order.
+    pub fn data_notes(&self, problem: &ContactProblem) -> Vec<String> {
         let mut notes = self.stress_notes();
-        for (k, body) in bodies.into_iter().enumerate() {
+        for (k, body) in problem.bodies.iter().enumerate() {
             for found in body.interpolated_data() {
                 let what = self.datum(k, &found);
                 notes.push(note(&what, found.difference));
             }
         }
-        notes.extend(gap.map(|difference| match self.contact.geometric {
-            true => measured_gap_note(difference),
-            false => note(&format!("contact.gap = {}", quoted(Some(&self.contact.gap))), difference),
+        notes.extend(problem.interpolated_gaps().into_iter().flatten().map(|difference| {
+            match self.contact.geometric {
+                true => measured_gap_note(difference),
+                false => note(&format!("contact.gap = {}", quoted(Some(&self.contact.gap))), difference),
+            }
         }));
         notes
     }
@@ -44,11 +45,10 @@ impl Case {
         interface: &ContactInterface,
     ) -> Result<(), CaseError> {
         let lambda = self.solver.lambda.scalar();
-        let points = |pair: &Pair| [0, 1].map(|b| bodies[b].mesh().points()[pair.nodes[b] as usize]);
-        let Some([x, y]) = interface.pairs().iter().flat_map(points).find(|p| !lambda.at(*p).is_finite())
-        else {
-            return Ok(());
-        };
+        let points = bodies.map(|body| body.mesh().points());
+        let of_nodes = |p: &NodePair| [0, 1].map(|side| points[side][p.nodes[side] as usize]);
+        let mut points = interface.pairs().iter().flat_map(of_nodes);
+        let Some([x, y]) = points.find(|p| !lambda.at(*p).is_finite()) else { return Ok(()) };
         let message =
             format!("`solver.lambda`: the value at ({}, {}) is {}", shown(x), shown(y), lambda.at([x, y]));
         let fault = self.diagnostic(code::CONDITION, "solver.lambda", message).expected("a finite number");
@@ -60,7 +60,7 @@ impl Case {
     /// Says where the stress out of the plane is not known.
     fn stress_notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
-        for material in (0..2).flat_map(|body| self.materials_of(body)) {
+        for material in (0..self.bodies.len()).flat_map(|body| self.materials_of(body)) {
             let unknown = matches!(material.law, MaterialLaw::Stiffness(_))
                 && self.model.hypothesis == Hypothesis::PlaneStrain;
             let note = format!(

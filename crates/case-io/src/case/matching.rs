@@ -5,7 +5,7 @@ use crate::diagnostic::{CaseError, Diagnostic, code, significant};
 use fem_core::body::Body;
 use fem_core::geometry::{norm, shown, sub};
 use fem_core::interface::common_refinement::{Changes, CommonRefinementError, common_refinement};
-use fem_core::interface::{ContactInterface, ContactProblem};
+use fem_core::interface::{ContactInterface, ContactPair, ContactProblem, GapChange};
 use mesh_io::words::counted;
 
 /// Surfaces whose edges are farther from a smooth curve, in their lengths, are bent.
@@ -23,7 +23,9 @@ impl Case {
         let problem = self.build_matching()?;
         self.note_corner(&problem);
         self.note_gap_change(&problem);
-        self.check_lambda([&problem.bodies[0], &problem.bodies[1]], &problem.interface)?;
+        for pair in &problem.contacts {
+            self.check_lambda(pair.bodies.map(|b| &problem.bodies[b]), &pair.interface)?;
+        }
         Ok(problem)
     }
 
@@ -32,8 +34,8 @@ impl Case {
         if self.contact.normal.is_some() {
             return;
         }
-        let corner = problem.interface.sharpest_corner(&problem.bodies[0]);
-        if let Some(([x, y], degrees)) = corner.filter(|c| c.1 > CORNER) {
+        let corner = |pair: &ContactPair| pair.interface.sharpest_corner(&problem.bodies[pair.bodies[0]]);
+        for ([x, y], degrees) in problem.contacts.iter().filter_map(corner).filter(|c| c.1 > CORNER) {
             self.add_note(format!(
                 "the contact line turns by {degrees:.1} degrees at ({}, {}): the contact normal there is the mean of its two \
                  edges' normals, weighted by their lengths; finer edges round the corner off, `contact.normal` gives one \
@@ -46,7 +48,12 @@ impl Case {
 
     /// Says by how much the gap of the case moves the surfaces against those that are drawn.
     fn note_gap_change(&mut self, problem: &ContactProblem) {
-        let Some(change) = problem.interface.gap_change() else { return };
+        for change in problem.contacts.iter().filter_map(|pair| pair.interface.gap_change()) {
+            self.note_one_gap_change(change);
+        }
+    }
+
+    fn note_one_gap_change(&mut self, change: GapChange) {
         let [x, y] = change.point.map(significant);
         let drawn = match change.drawn {
             d if d.abs() < 1e-6 * change.used => "touching".to_owned(),
@@ -69,9 +76,10 @@ impl Case {
 
     fn build_matching(&mut self) -> Result<ContactProblem, CaseError> {
         let bodies = self.build_bodies()?;
-        self.note_cuts(bodies.each_ref());
+        self.note_cuts(&bodies);
+        let Ok(bodies) = <[Body; 2]>::try_from(bodies) else { unreachable!("a case has two bodies") };
         match self.pair([&bodies[0], &bodies[1]]) {
-            Ok(interface) => return Ok(ContactProblem { bodies, interface }),
+            Ok(interface) => return Ok(ContactProblem::between(bodies, interface)),
             Err(error) if error.is_mismatch() => {}
             Err(error) => return Err(self.swap_names(self.interface_diagnostic(&error)).into()),
         }
@@ -89,14 +97,15 @@ impl Case {
             }
             self.add_note(note);
         }
-        Ok(ContactProblem { bodies: common.bodies, interface })
+        Ok(ContactProblem::between(common.bodies, interface))
     }
 
     /// Helps if the two names of `contact.surfaces` fit the other way round.
     fn swap_names(&self, fault: Diagnostic) -> Diagnostic {
         let [b, a] = &self.contact.surfaces;
         let (gap, normal) = self.gap_and_normal();
-        let fits = |bodies: [Body; 2]| {
+        let fits = |bodies: Vec<Body>| {
+            let Ok(bodies) = <[Body; 2]>::try_from(bodies) else { return false };
             let [first, second] = &bodies;
             match ContactInterface::pair_along(first, second, [a, b], &gap, normal) {
                 Ok(_) => true,

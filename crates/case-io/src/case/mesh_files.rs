@@ -11,10 +11,10 @@ use std::sync::Arc;
 /// What has been read of the mesh files of a case.
 #[derive(Clone, Debug, Default)]
 pub(super) struct MeshFiles {
-    regions: [Option<Arc<Region>>; 2],
-    digests: [Option<String>; 2],
+    regions: Vec<Option<Arc<Region>>>,
+    digests: Vec<Option<String>>,
     /// By body: the groups of cells that its material regions name, with the file's numbers of their cells.
-    groups: [Vec<(String, Vec<u64>)>; 2],
+    groups: Vec<Vec<(String, Vec<u64>)>>,
     notes: Vec<String>,
 }
 
@@ -24,7 +24,7 @@ impl MeshFiles {
     }
 
     /// Returns the hash of the contents of each body's file, if it has one.
-    pub(super) fn digests(&self) -> &[Option<String>; 2] {
+    pub(super) fn digests(&self) -> &[Option<String>] {
         &self.digests
     }
 }
@@ -40,8 +40,14 @@ impl Case {
     pub fn read_mesh_files(&mut self, folder: &Path) -> Result<(), CaseError> {
         let mut files: Vec<(PathBuf, Result<MeshFile, MeshFileError>)> = Vec::new();
         let mut faults = Vec::new();
-        let mut loaded = MeshFiles::default();
-        for body in 0..2 {
+        let count = self.bodies.len();
+        let mut loaded = MeshFiles {
+            regions: vec![None; count],
+            digests: vec![None; count],
+            groups: vec![Vec::new(); count],
+            notes: Vec::new(),
+        };
+        for body in 0..count {
             let MeshSource::File { file, region, merge, .. } = &self.bodies[body].mesh else { continue };
             let path = folder.join(file);
             let known = files.iter().position(|(other, _)| *other == path);
@@ -90,7 +96,7 @@ impl Case {
     /// Returns the mesh file of a body, 0 or 1, with the SHA-256 of its contents; `None` for a generated mesh.
     pub fn mesh_file_of(&self, body: usize) -> Option<(&str, &str)> {
         let MeshSource::File { file, .. } = &self.bodies[body].mesh else { return None };
-        Some((file, self.meshes.digests[body].as_deref()?))
+        Some((file, self.meshes.digests.get(body)?.as_deref()?))
     }
 
     /// Returns the mesh file's number of each triangle's cell, if a mesh of a body, 0 or 1, has the triangles of the
@@ -178,24 +184,35 @@ impl Case {
 
     /// Refuses bodies that are one mesh, or notes that they were parted if that was asked for.
     fn glued(&self, loaded: &mut MeshFiles) -> Result<(), Box<Diagnostic>> {
+        for second in 1..self.bodies.len() {
+            for first in 0..second {
+                self.glued_pair([first, second], loaded)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// [`Self::glued`] of two bodies, the first with the smaller number.
+    fn glued_pair(&self, pair: [usize; 2], loaded: &mut MeshFiles) -> Result<(), Box<Diagnostic>> {
         let [
             MeshSource::File { duplicate_interface: part_a, .. },
             MeshSource::File { file: b, duplicate_interface: part_b, .. },
-        ] = [&self.bodies[0].mesh, &self.bodies[1].mesh]
+        ] = pair.map(|k| &self.bodies[k].mesh)
         else {
             return Ok(());
         };
-        let [Some(first), Some(second)] = &loaded.regions else { return Ok(()) };
+        let [Some(first), Some(second)] = pair.map(|k| loaded.regions[k].as_ref()) else { return Ok(()) };
         // The same contents, under any names.
-        if loaded.digests[0] != loaded.digests[1] {
+        if loaded.digests[pair[0]] != loaded.digests[pair[1]] {
             return Ok(());
         }
         let Some((count, node, [x, y], cell)) = mesh_io::glued_nodes(first, second) else { return Ok(()) };
-        let names = [0, 1].map(|k| &self.bodies[k].name);
+        let names = pair.map(|k| &self.bodies[k].name);
+        let path = format!("body.{}.mesh.file", pair[1]);
         if let Some(cell) = cell {
             let found =
                 format!("{b}: element {cell} belongs to both bodies, \"{}\" and \"{}\"", names[0], names[1]);
-            let fault = self.diagnostic(MeshFault::Region.code(), "body.1.mesh.file", found);
+            let fault = self.diagnostic(MeshFault::Region.code(), &path, found);
             let fault = fault.expected("regions without a common element");
             return Err(Box::new(fault.fix("give the two bodies two different regions")));
         }
@@ -214,7 +231,7 @@ impl Case {
             shown(x),
             shown(y)
         );
-        let fault = self.diagnostic(MeshFault::Region.code(), "body.1.mesh.file", found);
+        let fault = self.diagnostic(MeshFault::Region.code(), &path, found);
         Err(Box::new(fault.expected("two regions that have their own nodes where they touch").help(Some(
             "write `duplicate_interface = true` into `mesh` to give each body its own nodes, or draw the interface \
              twice"

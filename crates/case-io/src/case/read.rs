@@ -1,8 +1,8 @@
 //! From the document to a [`Case`]: every section with its defaults and checks, except the bodies'.
 
 use super::{
-    Acceleration, BodyCase, Case, Contact, Criterion, Estimator, Imposed, Limit, Limits, Method, Model,
-    Output, Path, QpChoice, RelaxUntil, SCHEMA, Solver, Stop, Theta, Value, Weights,
+    Acceleration, Case, Contact, Criterion, Estimator, Imposed, Limit, Limits, Method, Model, Output, Path,
+    QpChoice, RelaxUntil, SCHEMA, Solver, Stop, Theta, Value, Weights,
 };
 use super::{materials, read_adapt, read_body, regions};
 use crate::case_file::{self, Document, Findings, NodeValue, Reader};
@@ -38,8 +38,9 @@ pub(super) fn case(document: &Document, file_name: &str) -> Result<Case, CaseErr
     let limits = root.table("limits").map(limits).unwrap_or_default();
     root.finish();
     let (diagnostics, places) = findings.into_parts();
-    match <[BodyCase; 2]>::try_from(bodies) {
-        Ok(bodies) if diagnostics.is_empty() => Ok(Case {
+    // The one restriction to two bodies of a case file; `read_body` has said what is wrong.
+    match bodies.len() == 2 && diagnostics.is_empty() {
+        true => Ok(Case {
             title,
             model,
             materials,
@@ -54,7 +55,7 @@ pub(super) fn case(document: &Document, file_name: &str) -> Result<Case, CaseErr
             file_name: file_name.to_owned(),
             places,
         }),
-        _ => Err(CaseError::new(diagnostics)),
+        false => Err(CaseError::new(diagnostics)),
     }
 }
 

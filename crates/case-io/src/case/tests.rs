@@ -303,7 +303,7 @@ fn every_template_is_a_valid_case() {
     for (name, text) in crate::template::TEMPLATES {
         let mut case = Case::parse(text, &format!("{name}.toml"), &[]).unwrap();
         case.read_mesh_files(&meshes).unwrap();
-        let [first, second] = case.build_bodies().unwrap();
+        let [first, second] = <[_; 2]>::try_from(case.build_bodies().unwrap()).unwrap();
         case.build_interface(&first, &second).unwrap();
         assert!(first.free_motion().is_none() && second.free_motion().is_none(), "{name}");
         assert_eq!(case.output_directory(), format!("runs/{name}"));

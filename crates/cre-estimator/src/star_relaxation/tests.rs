@@ -321,28 +321,24 @@ fn two_blocks(press: f64) -> (PreparedProblem, Vec<f64>) {
     let interface =
         ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
     let trace = vec![press; interface.pairs().len()];
-    (PreparedProblem::new(ContactProblem { bodies: [upper, lower], interface }).unwrap(), trace)
+    (PreparedProblem::new(ContactProblem::between([upper, lower], interface)).unwrap(), trace)
 }
 
 #[test]
 fn every_stage_of_an_estimate_is_admissible_and_splits_exactly() {
     let (problem, trace) = two_blocks(0.01);
-    let displacement = problem.displacements([&trace, &trace]);
+    let displacement = problem.sides(0).map(|side| side.displacement_from_trace(&trace));
     let mut force = vec![0.0; trace.len()];
     problem.bodies()[1].reaction(&trace, &mut force);
     assert!(force.iter().all(|f| *f > 0.0));
     let opening = vec![0.0; trace.len()];
-    let state = ContactState {
-        displacement: [&displacement[0], &displacement[1]],
-        contact_force: &force,
-        opening: &opening,
-    };
+    let state = ContactState::between([&displacement[0], &displacement[1]], &force, &opening);
     let mut last = (f64::INFINITY, f64::INFINITY);
     for steps in 0..6 {
         let e = estimate_with(&problem, &state, Relaxation::Steps(steps)).unwrap();
         assert!(e.admissibility.is_valid(), "{:?}", e.admissibility);
         assert!(e.cre.split_defect() < 1e-12, "{}", e.cre.split_defect());
-        let relaxed: f64 = e.pair.relaxation.iter().map(|r| r.energy_history[steps]).sum();
+        let relaxed: f64 = e.pair.bodies.iter().map(|b| b.relaxation.energy_history[steps]).sum();
         assert!((relaxed / e.cre.discretisation_squared - 1.0).abs() < SINGLE);
         let bound = e.certificate().unwrap();
         assert!(bound.e_cre < last.0 && bound.eta_dis < last.1);
@@ -353,12 +349,8 @@ fn every_stage_of_an_estimate_is_admissible_and_splits_exactly() {
 #[test]
 fn a_zero_state_has_a_zero_certificate_at_every_stage() {
     let (problem, trace) = two_blocks(0.0);
-    let displacement = problem.displacements([&trace, &trace]);
-    let state = ContactState {
-        displacement: [&displacement[0], &displacement[1]],
-        contact_force: &trace,
-        opening: &trace,
-    };
+    let displacement = problem.sides(0).map(|side| side.displacement_from_trace(&trace));
+    let state = ContactState::between([&displacement[0], &displacement[1]], &trace, &trace);
     for relaxation in [Relaxation::Steps(3), Relaxation::Tolerance { tolerance: 0.02, max_steps: 9 }] {
         let e = estimate_with(&problem, &state, relaxation).unwrap();
         let bound = e.certificate().unwrap();

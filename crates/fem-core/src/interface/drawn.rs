@@ -2,7 +2,7 @@
 
 use super::common_refinement::Facing;
 use super::common_refinement::curve::Between;
-use super::{ContactEdge, GapChange, InterfaceError, Pair, STRAIGHT, matching};
+use super::{ContactEdge, GapChange, InterfaceError, NodePair, STRAIGHT, matching};
 use crate::body::Body;
 use crate::geometry::{self, Vector, add, cross, dot, norm, scale, sub};
 use std::collections::HashMap;
@@ -36,7 +36,7 @@ impl Drawn {
     /// Paired nodes that do not face each other along the contact normal to round-off.
     pub(super) fn measure(
         bodies: [&Body; 2],
-        pairs: &[Pair],
+        pairs: &[NodePair],
         edges: &[ContactEdge],
         facing: Option<&HashMap<u32, &Facing>>,
     ) -> Result<Self, InterfaceError> {
@@ -72,8 +72,8 @@ impl Drawn {
     }
 
     /// Finds the pair whose gap differs most from the drawn one; `None` if all are equal to round-off.
-    pub(super) fn change(&self, points: &[Vector], pairs: &[Pair]) -> Option<GapChange> {
-        let change = |(pair, drawn): (&Pair, &f64)| GapChange {
+    pub(super) fn change(&self, points: &[Vector], pairs: &[NodePair]) -> Option<GapChange> {
+        let change = |(pair, drawn): (&NodePair, &f64)| GapChange {
             point: points[pair.nodes[0] as usize],
             drawn: *drawn,
             used: pair.gap,
@@ -101,7 +101,7 @@ pub(super) struct Surfaces<'a> {
 }
 
 impl Surfaces<'_> {
-    fn measured(&self, points: &[Vector], pairs: &[Pair]) -> Vec<Measured> {
+    fn measured(&self, points: &[Vector], pairs: &[NodePair]) -> Vec<Measured> {
         let drawn = self.drawn;
         let place = |k: usize| points[pairs[k].nodes[0] as usize];
         let at_pair = |k: usize| Measured {
@@ -123,7 +123,7 @@ impl Surfaces<'_> {
     }
 
     /// Rejects surfaces that are apart or overlap, and reports the largest distance.
-    pub(super) fn check_touching(&self, points: &[Vector], pairs: &[Pair]) -> Result<(), InterfaceError> {
+    pub(super) fn check_touching(&self, points: &[Vector], pairs: &[NodePair]) -> Result<(), InterfaceError> {
         let excess = |m: &Measured| m.gap.abs() - m.uncertainty;
         let all = self.measured(points, pairs);
         match all.iter().max_by(|a, b| excess(a).total_cmp(&excess(b))) {
@@ -135,7 +135,7 @@ impl Surfaces<'_> {
     }
 
     /// Assigns the drawn gaps to the pairs, and rejects overlaps, reporting the deepest.
-    pub(super) fn take_gaps(&self, points: &[Vector], pairs: &mut [Pair]) -> Result<(), InterfaceError> {
+    pub(super) fn take_gaps(&self, points: &[Vector], pairs: &mut [NodePair]) -> Result<(), InterfaceError> {
         let size = self.drawn.size;
         let all = self.measured(points, pairs);
         if let Some(far) = all.iter().find(|m| m.gap > size) {

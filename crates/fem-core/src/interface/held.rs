@@ -6,7 +6,7 @@
 //! edge: it is kept, and its new pairs belong to the contact problem.
 
 use super::profile::Profile;
-use super::{ContactEdge, ContactInterface, Gap, InterfaceError, Pair, SAME_NORMAL, sides};
+use super::{ContactEdge, ContactInterface, Gap, InterfaceError, NodePair, SAME_NORMAL};
 use crate::body::{Body, NodeConstraint};
 use crate::geometry::{dot, norm, sub};
 use crate::mesh::topology::NONE;
@@ -17,7 +17,7 @@ const ROUND_OFF: f64 = 1e-12;
 /// All pairs of the line and the edges between them.
 #[derive(Clone, Debug)]
 pub(super) struct Line {
-    pub(super) pairs: Vec<Pair>,
+    pub(super) pairs: Vec<NodePair>,
     pub(super) edges: Vec<ContactEdge>,
     /// Of a measured gap, along each edge, if it is not linear there.
     pub(super) profiles: Vec<Option<Profile>>,
@@ -31,7 +31,7 @@ pub(super) struct Whole {
 }
 
 /// Returns what is imposed on the two nodes of a pair that both bodies clamp.
-fn clamped(bodies: [&Body; 2], pair: &Pair) -> Option<[[f64; 2]; 2]> {
+fn clamped(bodies: [&Body; 2], pair: &NodePair) -> Option<[[f64; 2]; 2]> {
     let imposed = |b: usize| match bodies[b].node_constraints()[pair.nodes[b] as usize] {
         NodeConstraint::Fixed { value } => Some(value),
         _ => None,
@@ -40,7 +40,7 @@ fn clamped(bodies: [&Body; 2], pair: &Pair) -> Option<[[f64; 2]; 2]> {
 }
 
 /// Tells whether both bodies clamp a pair.
-pub(super) fn is_clamped(bodies: [&Body; 2], pair: &Pair) -> bool {
+pub(super) fn is_clamped(bodies: [&Body; 2], pair: &NodePair) -> bool {
     clamped(bodies, pair).is_some()
 }
 
@@ -63,7 +63,7 @@ impl Line {
                 Some(imposed) => self.check(bodies, k, imposed)?,
                 None => {
                     number[k] = pairs.len() as u32;
-                    pairs.push(Pair { tributary_length: 0.0, ..*pair });
+                    pairs.push(NodePair { tributary_length: 0.0, ..*pair });
                 }
             }
         }
@@ -93,16 +93,14 @@ impl Line {
             };
             return Err(self.refused(bodies, place));
         }
-        let sides = sides(&pairs);
         let whole = if all {
             None
         } else {
             self.pairs.iter_mut().for_each(|p| p.tributary_length = 0.0);
             Some(Box::new(Whole { line: self, number: number.clone() }))
         };
-        let (roles, gap_change) = (super::Roles::default(), None);
         let interface =
-            ContactInterface { pairs, edges, sides, gap, measured_on, roles, profiles, whole, gap_change };
+            ContactInterface { pairs, edges, gap, measured_on, profiles, whole, gap_change: None };
         Ok((interface, number))
     }
 
@@ -136,7 +134,7 @@ impl Line {
 
 impl ContactInterface {
     /// Returns the whole line, with the removed pairs and edges.
-    pub(super) fn line(&self) -> (&[Pair], &[ContactEdge], &[Option<Profile>]) {
+    pub(super) fn line(&self) -> (&[NodePair], &[ContactEdge], &[Option<Profile>]) {
         match &self.whole {
             Some(whole) => (&whole.line.pairs, &whole.line.edges, &whole.line.profiles),
             None => (&self.pairs, &self.edges, &self.profiles),
@@ -171,20 +169,22 @@ mod tests {
         let lengths: Vec<f64> = interface.pairs().iter().map(|p| p.tributary_length).collect();
         assert_eq!(lengths, [0.25, 0.5, 0.25]);
         // Halved: the new nodes of the removed edges are free and belong to the contact problem.
-        let mut problem = ContactProblem { bodies, interface };
+        let mut problem = ContactProblem::between(bodies, interface);
         for count in [7, 15] {
-            let edges = |p: &ContactProblem| [0, 1].map(|b| RefinementEdges::longest(p.bodies[b].mesh()));
+            let edges = |p: &ContactProblem| -> Vec<_> {
+                p.bodies.iter().map(|body| RefinementEdges::longest(body.mesh())).collect()
+            };
             let marked = |p: &ContactProblem, only: usize| {
                 [0, 1].map(|b| vec![b == only; p.bodies[b].mesh().topology().edges().len()])
             };
             let labels = edges(&problem);
             // Marked in one body only: contact edges are halved in both.
-            let finer = problem.refined([&labels[0], &labels[1]], &marked(&problem, 0)).unwrap();
-            assert_eq!(finer.problem.interface.pairs().len(), count);
-            let constant = vec![3.0; problem.interface.pairs().len()];
-            assert_eq!(finer.prolong_interface(&constant), vec![3.0; count]);
+            let finer = problem.refined(&labels, &marked(&problem, 0)).unwrap();
+            assert_eq!(finer.problem.contacts[0].interface.pairs().len(), count);
+            let constant = vec![3.0; problem.contacts[0].interface.pairs().len()];
+            assert_eq!(finer.pairs[0].prolong(&constant), vec![3.0; count]);
             problem = finer.problem;
-            let [a, b] = &problem.bodies;
+            let [a, b] = problem.bodies.as_slice() else { unreachable!() };
             assert_eq!(pair(a, b).unwrap().pairs().len(), count);
         }
     }

@@ -1,19 +1,21 @@
 //! The difference between a gap given as a function, or measured between curves, and its linear interpolant on
 //! contact edges.
 
-use super::{ContactProblem, Gap, SAME_NORMAL};
-use crate::body::Difference;
+use super::{ContactInterface, Gap, SAME_NORMAL};
 use crate::body::DifferenceSum;
+use crate::body::{Body, Difference};
 use crate::geometry::{Vector, add, norm, scale, sub};
 
-impl ContactProblem {
+impl ContactInterface {
     /// Measures the difference between the initial gap and the one on the contact edges, relative to its largest
     /// value, by sampling at [`crate::body::SAMPLES`] points: `g/|n|`, with
     /// gap `g` and normal `n` linear between the pairs. `None` if the two are equal to round-off.
-    pub fn interpolated_gap(&self) -> Option<Difference> {
-        let interface = &self.interface;
+    ///
+    /// * `bodies`: of the interface.
+    pub fn interpolated_gap(&self, bodies: [&Body; 2]) -> Option<Difference> {
+        let interface = self;
         let side = interface.measured_on;
-        let points = self.bodies[side].mesh().points();
+        let points = bodies[side].mesh().points();
         let (pairs, edges, profiles) = interface.line();
         let edges: Vec<_> = edges.iter().zip(profiles).collect();
         let sum = DifferenceSum::of(&edges, |sum, (edge, profile)| {
@@ -39,9 +41,7 @@ impl ContactProblem {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::Body;
     use crate::boundary::{BoundaryConditions, ScalarData};
-    use crate::interface::ContactInterface;
     use crate::material::{Hypothesis, LinearElastic};
     use crate::mesh::generate::block;
 
@@ -52,17 +52,16 @@ mod tests {
             let mesh = block([-1.0, y], [2.0, 1.0], [4, 1]).unwrap();
             Body::new(mesh, material, &BoundaryConditions::new()).unwrap()
         };
-        let problem = |gap: ScalarData| {
-            let bodies = [body(0.0), body(-1.0)];
+        let difference = |gap: ScalarData| {
+            let [upper, lower] = [body(0.0), body(-1.0)];
             let gap = Gap::Given(gap);
-            let interface = ContactInterface::pair(&bodies[0], &bodies[1], ["bottom", "top"], &gap).unwrap();
-            ContactProblem { bodies, interface }
+            let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &gap).unwrap();
+            interface.interpolated_gap([&upper, &lower])
         };
-        assert_eq!(problem(0.1.into()).interpolated_gap(), None);
-        assert_eq!(problem(ScalarData::function(|x| 0.1 + 0.05 * x[0])).interpolated_gap(), None);
+        assert_eq!(difference(0.1.into()), None);
+        assert_eq!(difference(ScalarData::function(|x| 0.1 + 0.05 * x[0])), None);
         // Edges of length ½: x² is below its interpolant by h²/4 = 1/16 in the middle of each.
-        let parabola = problem(ScalarData::function(|x| x[0] * x[0]));
-        let difference = parabola.interpolated_gap().unwrap();
+        let difference = difference(ScalarData::function(|x| x[0] * x[0])).unwrap();
         assert!((difference.largest - 0.0625).abs() < 1e-12);
     }
 }

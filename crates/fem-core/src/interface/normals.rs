@@ -6,7 +6,7 @@
 use super::common_refinement::Facing;
 use super::common_refinement::curve::turns_into;
 use super::matching::Stretch;
-use super::{ContactEdge, ContactNormal, InterfaceError, Pair, STRAIGHT, held};
+use super::{ContactEdge, ContactNormal, InterfaceError, NodePair, STRAIGHT, held};
 use crate::body::{Body, NodeConstraint};
 use crate::geometry::{PARALLEL, Vector, add, angle_between, cross, dot, norm, perpendicular, scale, sub};
 use std::collections::HashMap;
@@ -22,7 +22,7 @@ const SUPPORT: f64 = std::f64::consts::FRAC_1_SQRT_2;
 pub(super) fn choose(
     bodies: [&Body; 2],
     chain: &[Stretch],
-    pairs: &mut [Pair],
+    pairs: &mut [NodePair],
     edges: &[ContactEdge],
     normal: ContactNormal,
     facing: Option<&HashMap<u32, &Facing>>,
@@ -107,7 +107,7 @@ fn check_corners(body: &Body, edges: &[ContactEdge]) -> Result<(), InterfaceErro
 }
 
 /// Uses the normals of a common refinement; on a straight stretch all are that of the first edge.
-fn frozen(body: &Body, pairs: &mut [Pair], edges: &[ContactEdge], facing: &HashMap<u32, &Facing>) {
+fn frozen(body: &Body, pairs: &mut [NodePair], edges: &[ContactEdge], facing: &HashMap<u32, &Facing>) {
     let common = body.mesh().edge_normal(edges[0].edges[0]);
     for pair in pairs.iter_mut() {
         pair.normal = facing.get(&pair.nodes[0]).map_or(common, |f| f.normal);
@@ -122,7 +122,7 @@ fn frozen(body: &Body, pairs: &mut [Pair], edges: &[ContactEdge], facing: &HashM
 /// refinement.
 fn averaged(
     body: &Body,
-    pairs: &mut [Pair],
+    pairs: &mut [NodePair],
     stretch: std::ops::Range<usize>,
     edges: &[ContactEdge],
 ) -> Result<(), InterfaceError> {
@@ -155,7 +155,7 @@ fn averaged(
 }
 
 /// Computes by how much the line turns at each pair: the largest angle to a neighbour's normal, in radians.
-fn turns(pairs: &[Pair], edges: &[ContactEdge]) -> Vec<f64> {
+fn turns(pairs: &[NodePair], edges: &[ContactEdge]) -> Vec<f64> {
     let mut turns = vec![0.0f64; pairs.len()];
     for edge in edges {
         let [i, j] = edge.pairs.map(|k| k as usize);
@@ -169,7 +169,7 @@ fn turns(pairs: &[Pair], edges: &[ContactEdge]) -> Vec<f64> {
 /// On a curved line, turns the normal of a pair whose node is supported in one direction into the free direction.
 /// Rejects nodes whose normal displacement is imposed, or nearly so, unless both bodies clamp theirs. Otherwise the
 /// normal is the line's, and the node's frame is not orthogonal, see [`crate::dof::DofMap`].
-fn free_direction(bodies: [&Body; 2], pair: &mut Pair, turn: f64) -> Result<(), InterfaceError> {
+fn free_direction(bodies: [&Body; 2], pair: &mut NodePair, turn: f64) -> Result<(), InterfaceError> {
     let constraint = |b: usize| bodies[b].node_constraints()[pair.nodes[b] as usize];
     let refused = |b: usize| {
         Err(InterfaceError::SupportedNode {
@@ -207,7 +207,7 @@ fn free_direction(bodies: [&Body; 2], pair: &mut Pair, turn: f64) -> Result<(), 
 }
 
 /// Rejects lines whose normals turn too much along an edge, or are too far from the edge's own.
-fn check_turns(bodies: [&Body; 2], pairs: &[Pair], edges: &[ContactEdge]) -> Result<(), InterfaceError> {
+fn check_turns(bodies: [&Body; 2], pairs: &[NodePair], edges: &[ContactEdge]) -> Result<(), InterfaceError> {
     for edge in edges {
         let [a, b] = edge.pairs.map(|k| pairs[k as usize].normal);
         let own = bodies[0].mesh().edge_normal(edge.edges[0]);

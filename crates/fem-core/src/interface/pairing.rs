@@ -4,7 +4,7 @@ use super::common_refinement::{CommonRefinement, Facing};
 use super::drawn::{self, Drawn, Surfaces};
 use super::held::Line;
 use super::matching::{self, Stretch};
-use super::{ContactEdge, ContactInterface, ContactNormal, Gap, InterfaceError, Pair, normals, profile};
+use super::{ContactEdge, ContactInterface, ContactNormal, Gap, InterfaceError, NodePair, normals, profile};
 use crate::body::{Body, EdgeReaction};
 use crate::boundary::ScalarData;
 use crate::geometry::{Vector, dot};
@@ -83,7 +83,7 @@ fn surface<'a>(body: &'a Body, number: usize, group: &str) -> Result<&'a [u32], 
     Ok(edges)
 }
 
-fn make_pairs(bodies: [&Body; 2], chain: &[Stretch], partner: &HashMap<u32, u32>) -> Vec<Pair> {
+fn make_pairs(bodies: [&Body; 2], chain: &[Stretch], partner: &HashMap<u32, u32>) -> Vec<NodePair> {
     let mut pairs = Vec::new();
     let mut arc_length = 0.0;
     for stretch in chain {
@@ -91,7 +91,7 @@ fn make_pairs(bodies: [&Body; 2], chain: &[Stretch], partner: &HashMap<u32, u32>
             if k > 0 {
                 arc_length += bodies[0].mesh().edge_length(stretch.edges[k - 1]);
             }
-            pairs.push(Pair {
+            pairs.push(NodePair {
                 nodes: [node, partner[&node]],
                 normal: [0.0; 2],
                 gap: 0.0,
@@ -107,7 +107,7 @@ fn make_pairs(bodies: [&Body; 2], chain: &[Stretch], partner: &HashMap<u32, u32>
     pairs
 }
 
-fn given_gap(points: &[Vector], pairs: &mut [Pair], data: &ScalarData) -> Result<(), InterfaceError> {
+fn given_gap(points: &[Vector], pairs: &mut [NodePair], data: &ScalarData) -> Result<(), InterfaceError> {
     for pair in pairs {
         let point = points[pair.nodes[0] as usize];
         let value = data.at(point);

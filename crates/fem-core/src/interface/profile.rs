@@ -6,7 +6,7 @@
 
 use super::common_refinement::curve::{Between, Curve};
 use super::matching::Stretch;
-use super::{ContactEdge, Pair};
+use super::{ContactEdge, NodePair};
 use crate::body::Body;
 use crate::geometry::{Vector, add, dot, norm, scale, sub};
 use std::collections::HashMap;
@@ -50,7 +50,7 @@ impl Profile {
 
 /// Creates the cubics from the gaps at the pairs and between them; `None` if the gap is linear.
 pub(super) fn profiles(
-    pairs: &[Pair],
+    pairs: &[NodePair],
     edges: &[ContactEdge],
     between: &[Option<Between>],
 ) -> Vec<Option<Profile>> {
@@ -66,7 +66,7 @@ pub(super) fn profiles(
 ///
 /// * `between`: from one of the first body's nodes to the next.
 pub(super) fn of_refined(
-    pairs: &[Pair],
+    pairs: &[NodePair],
     edges: &[ContactEdge],
     between: &HashMap<[u32; 2], Between>,
 ) -> Vec<Option<Between>> {
@@ -84,7 +84,7 @@ pub(super) fn of_refined(
 pub(super) fn of_matching(
     bodies: [&Body; 2],
     chain: &[Stretch],
-    (pairs, drawn): (&[Pair], &[f64]),
+    (pairs, drawn): (&[NodePair], &[f64]),
     edges: &[ContactEdge],
 ) -> Vec<Option<Between>> {
     let mut found = Vec::with_capacity(edges.len());

@@ -2,7 +2,9 @@
 
 use super::held::Line;
 use super::profile::Profile;
-use super::{ContactEdge, ContactInterface, ContactProblem, Gap, InterfaceError, Pair, SAME_NORMAL};
+use super::{
+    ContactEdge, ContactInterface, ContactPair, ContactProblem, Gap, InterfaceError, NodePair, SAME_NORMAL,
+};
 use crate::body::{Body, BodyError};
 use crate::each_body::try_each_body;
 use crate::geometry::{add, norm, scale, sub};
@@ -18,7 +20,7 @@ pub enum RefineError {
     /// The finer mesh of a body is too large, or its triangles are too small for floating-point numbers.
     #[error("the finer mesh of body {body}: {source}")]
     Mesh {
-        /// 0 or 1.
+        /// Its number, from 0.
         body: usize,
         /// What is wrong.
         source: MeshError,
@@ -26,7 +28,7 @@ pub enum RefineError {
     /// A condition cannot be evaluated on the finer mesh.
     #[error("body {body} on the finer mesh: {source}")]
     Body {
-        /// 0 or 1.
+        /// Its number, from 0.
         body: usize,
         /// What is wrong.
         source: BodyError,
@@ -38,64 +40,83 @@ pub enum RefineError {
 
 /// A refined problem and the origin of its parts.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct RefinedProblem {
     /// The problem.
     pub problem: ContactProblem,
     /// The refinement of each body's mesh.
-    pub refinements: [Refinement; 2],
-    /// For every new pair the two neighbouring old pairs: the same one twice if it is an old pair, or the first one
-    /// next to a clamped end.
-    pub pair_parents: Vec<[u32; 2]>,
-    old_pairs: usize,
+    pub refinements: Vec<Refinement>,
+    /// The origin of each pair.
+    pub pairs: Vec<RefinedPair>,
 }
 
-impl RefinedProblem {
-    /// Transfers a P1 function on the interface, one number per pair along its normal.
+/// The origin of the pairs of nodes on a refined contact line.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct RefinedPair {
+    /// For every new pair of nodes the two neighbouring old ones: the same one twice if it is an old pair, or the first
+    /// one next to a clamped end.
+    pub parents: Vec<[u32; 2]>,
+    old: usize,
+}
+
+impl RefinedPair {
+    /// Returns the number of pairs of nodes before the refinement.
+    pub fn old(&self) -> usize {
+        self.old
+    }
+
+    /// Transfers a P1 function on the contact line, one number per pair of nodes along its normal.
     ///
     /// # Panics
-    /// If `values` does not have one entry per old pair.
-    pub fn prolong_interface(&self, values: &[f64]) -> Vec<f64> {
-        let old = self.old_pairs;
+    /// If `values` does not have one entry per old pair of nodes.
+    pub fn prolong(&self, values: &[f64]) -> Vec<f64> {
+        let old = self.old;
         assert!(values.len() == old, "{} values, and {old} pairs before the refinement", values.len());
         let mean = |p: &[u32; 2]| 0.5 * (values[p[0] as usize] + values[p[1] as usize]);
-        self.pair_parents.iter().map(mean).collect()
+        self.parents.iter().map(mean).collect()
     }
 }
 
 impl ContactProblem {
-    /// Marks further edges until both bodies' refinements are conforming and match: a contact edge is marked in both
-    /// bodies or in neither. Returns the number of nodes that each refined body will have.
+    /// Marks further edges until the refinements of all bodies are conforming and match: a contact edge is marked in both
+    /// of its bodies or in neither. Returns the number of nodes that each refined body will have.
     ///
     /// * `marked`: one entry per edge of each body.
     ///
     /// # Panics
     /// If the arrays do not belong to the bodies' meshes.
-    pub fn close(&self, refinement_edges: [&RefinementEdges; 2], marked: &mut [Vec<bool>; 2]) -> [usize; 2] {
+    pub fn close(&self, refinement_edges: &[RefinementEdges], marked: &mut [Vec<bool>]) -> Vec<usize> {
         loop {
-            for b in 0..2 {
-                refine::close(self.bodies[b].mesh(), refinement_edges[b], &mut marked[b]);
+            for ((body, edges), marked) in self.bodies.iter().zip(refinement_edges).zip(&mut *marked) {
+                refine::close(body.mesh(), edges, marked);
             }
             let mut added = false;
-            for contact in self.interface.line().1 {
-                let [a, b] = contact.edges.map(|e| e as usize);
-                if marked[0][a] != marked[1][b] {
-                    (marked[0][a], marked[1][b], added) = (true, true, true);
+            for pair in &self.contacts {
+                let [first, second] = pair.bodies;
+                for contact in pair.interface.line().1 {
+                    let [a, b] = contact.edges.map(|e| e as usize);
+                    if marked[first][a] != marked[second][b] {
+                        (marked[first][a], marked[second][b], added) = (true, true, true);
+                    }
                 }
             }
             if !added {
-                let count = |b: usize| marked[b].iter().filter(|m| **m).count();
-                return [0, 1].map(|b| self.bodies[b].mesh().points().len() + count(b));
+                let count = |(body, marked): (&Body, &Vec<bool>)| {
+                    body.mesh().points().len() + marked.iter().filter(|m| **m).count()
+                };
+                return self.bodies.iter().zip(&*marked).map(count).collect();
             }
         }
     }
 
-    /// Halves the marked edges of both bodies, after [`ContactProblem::close`]: the same problem on finer meshes.
+    /// Halves the marked edges of all bodies, after [`ContactProblem::close`]: the same problem on finer meshes.
     ///
     /// The parts of an edge inherit its conditions. New nodes on contact edges become new pairs. Functions, including
     /// the gap, are evaluated at the new nodes; a measured gap is evaluated between smooth curves through the nodes
     /// of the first meshes. If the normal changes along an edge, the new normal is the normal field at its middle,
     /// scaled to length one. This changes the field between the nodes by the cube of the angle. Between the nodes of
-    /// coarser edges a gap is wider by the square of the angle, see [`ContactProblem::interpolated_gap`].
+    /// coarser edges a gap is wider by the square of the angle, see [`ContactInterface::interpolated_gap`].
     ///
     /// # Errors
     /// Meshes that become too large or too small, functions that are not finite at new nodes, a negative gap there.
@@ -104,28 +125,29 @@ impl ContactProblem {
     /// See [`ContactProblem::close`].
     pub fn refined(
         &self,
-        refinement_edges: [&RefinementEdges; 2],
-        marked: &[Vec<bool>; 2],
+        refinement_edges: &[RefinementEdges],
+        marked: &[Vec<bool>],
     ) -> Result<RefinedProblem, RefineError> {
-        let mut marked = marked.clone();
+        let mut marked = marked.to_vec();
         self.close(refinement_edges, &mut marked);
         let refine = |b: usize| -> Result<(Refinement, Body), RefineError> {
             let old = &self.bodies[b];
-            let refinement = refine::refine(old.mesh(), refinement_edges[b], &marked[b])
+            let refinement = refine::refine(old.mesh(), &refinement_edges[b], &marked[b])
                 .map_err(|source| RefineError::Mesh { body: b, source })?;
             let body = old.refined(&refinement).map_err(|source| RefineError::Body { body: b, source })?;
             Ok((refinement, body))
         };
-        let [(r0, first), (r1, second)] = try_each_body(refine)?;
-        let (bodies, refinements) = ([first, second], [r0, r1]);
-        let (interface, pair_parents) = self.interface.refined(&bodies, &refinements)?;
-        let old_pairs = self.interface.pairs.len();
-        Ok(RefinedProblem {
-            problem: ContactProblem { bodies, interface },
-            refinements,
-            pair_parents,
-            old_pairs,
-        })
+        let (refinements, bodies): (Vec<_>, Vec<_>) =
+            try_each_body(self.bodies.len(), refine)?.into_iter().unzip();
+        let (mut contacts, mut pairs) = (Vec::new(), Vec::new());
+        for pair in &self.contacts {
+            let (interface, parents) = pair
+                .interface
+                .refined(pair.bodies.map(|b| &bodies[b]), pair.bodies.map(|b| &refinements[b]))?;
+            contacts.push(ContactPair { interface, ..*pair });
+            pairs.push(RefinedPair { parents, old: pair.interface.pairs.len() });
+        }
+        Ok(RefinedProblem { problem: Self { bodies, contacts }, refinements, pairs })
     }
 }
 
@@ -133,8 +155,8 @@ impl ContactInterface {
     /// Creates the interface of the refined bodies, and the parents of its pairs.
     fn refined(
         &self,
-        bodies: &[Body; 2],
-        refinements: &[Refinement; 2],
+        bodies: [&Body; 2],
+        refinements: [&Refinement; 2],
     ) -> Result<(Self, Vec<[u32; 2]>), InterfaceError> {
         let (old_pairs, old_edges, old_profiles) = self.line();
         let mut starting = vec![None; old_pairs.len()];
@@ -147,7 +169,7 @@ impl ContactInterface {
         let mut middle = vec![NONE; old_pairs.len()];
         for (k, pair) in old_pairs.iter().enumerate() {
             number[k] = pairs.len() as u32;
-            pairs.push(Pair { tributary_length: 0.0, ..*pair });
+            pairs.push(NodePair { tributary_length: 0.0, ..*pair });
             parents.push([k as u32; 2]);
             let nodes = |edge: &ContactEdge| [0, 1].map(|b| refinements[b].middle[edge.edges[b] as usize]);
             let halved = starting[k].map(|(edge, profile)| (edge, profile, nodes(edge)));
@@ -175,9 +197,7 @@ impl ContactInterface {
             }
         }
         let line = Line { pairs, edges, profiles };
-        let (mut interface, numbers) =
-            line.into_interface(bodies.each_ref(), self.gap.clone(), self.measured_on)?;
-        interface.set_roles(self.roles);
+        let (interface, numbers) = line.into_interface(bodies, self.gap.clone(), self.measured_on)?;
         let kept = parents.into_iter().zip(numbers).filter(|(_, n)| *n != NONE).map(|(p, _)| p);
         let parents = kept.map(|parents| self.numbers(parents)).collect();
         Ok((interface, parents))
@@ -198,12 +218,12 @@ impl ContactInterface {
     /// Creates the pair in the middle of a contact edge.
     fn middle_pair(
         &self,
-        pairs: &[Pair],
+        pairs: &[NodePair],
         edge: &ContactEdge,
         profile: Option<&Profile>,
         nodes: [u32; 2],
-        bodies: &[Body; 2],
-    ) -> Result<Pair, InterfaceError> {
+        bodies: [&Body; 2],
+    ) -> Result<NodePair, InterfaceError> {
         let [i, j] = edge.pairs.map(|k| &pairs[k as usize]);
         let point = bodies[self.measured_on].mesh().points()[nodes[self.measured_on] as usize];
         let normal = scale(0.5, add(i.normal, j.normal));
@@ -220,7 +240,7 @@ impl ContactInterface {
         if !(gap >= 0.0 && gap.is_finite()) {
             return Err(InterfaceError::BadGap { point, value: gap });
         }
-        Ok(Pair {
+        Ok(NodePair {
             nodes,
             normal: scale(1.0 / length, normal),
             gap,
@@ -230,7 +250,7 @@ impl ContactInterface {
     }
 
     /// Creates the edge between two pairs and adds its length to their tributary lengths.
-    fn part(&self, bodies: &[Body; 2], pairs: &mut [Pair], ends: [u32; 2]) -> Option<ContactEdge> {
+    fn part(&self, bodies: [&Body; 2], pairs: &mut [NodePair], ends: [u32; 2]) -> Option<ContactEdge> {
         let [i, j] = ends.map(|k| pairs[k as usize].nodes);
         let find = |b: usize| bodies[b].mesh().topology().find_edge(i[b], j[b]);
         let edges = [find(0)?, find(1)?];

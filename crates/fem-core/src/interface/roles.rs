@@ -16,28 +16,28 @@ impl Roles {
     /// The second body carries λ.
     pub const SECOND: Self = Self { imposed: 1 };
 
-    /// Returns the body that carries λ, Ω₁.
+    /// Returns the side of the body that carries λ, Ω₁.
     pub fn imposed(self) -> usize {
         self.imposed
     }
 
-    /// Returns the body with the unilateral problem, Ω₂.
+    /// Returns the side of the body with the unilateral problem, Ω₂.
     pub fn unilateral(self) -> usize {
         1 - self.imposed
     }
 
-    /// Returns Ω₁ and Ω₂.
-    pub fn bodies(self) -> [usize; 2] {
+    /// Returns the sides of Ω₁ and Ω₂.
+    pub fn sides(self) -> [usize; 2] {
         [self.imposed(), self.unilateral()]
     }
 
-    /// Returns the number of a body's role: 0 for Ω₁, 1 for Ω₂.
-    pub fn of_body(self, body: usize) -> usize {
-        usize::from(body != self.imposed)
+    /// Returns the role of a side: 0 for Ω₁, 1 for Ω₂.
+    pub fn of_side(self, side: usize) -> usize {
+        usize::from(side != self.imposed)
     }
 
-    /// Sorts what belongs to Ω₁ and Ω₂ by body.
-    pub fn by_body<T>(self, mut by_role: [T; 2]) -> [T; 2] {
+    /// Sorts what belongs to Ω₁ and Ω₂ by side.
+    pub fn by_side<T>(self, mut by_role: [T; 2]) -> [T; 2] {
         if self.imposed == 1 {
             by_role.reverse();
         }
@@ -61,10 +61,10 @@ mod tests {
     use super::Roles;
 
     #[test]
-    fn what_is_sorted_by_role_can_be_sorted_by_body() {
+    fn what_is_sorted_by_role_can_be_sorted_by_side() {
         for roles in [Roles::FIRST, Roles::SECOND] {
-            assert_eq!(roles.by_body(roles.bodies()), [0, 1]);
-            assert_eq!(roles.bodies().map(|b| roles.of_body(b)), [0, 1]);
+            assert_eq!(roles.by_side(roles.sides()), [0, 1]);
+            assert_eq!(roles.sides().map(|side| roles.of_side(side)), [0, 1]);
         }
         assert_eq!([Roles::FIRST.sign(), Roles::SECOND.sign()], [1.0, -1.0]);
     }

@@ -14,7 +14,7 @@ const ROUND_OFF: f64 = 1e-12;
 
 /// Compares the residual with the error at the end of a run that was not interrupted.
 pub(crate) fn remark(case: &Case, report: &Report) -> Option<String> {
-    let norm = report.results.energy_norm_squared?.iter().sum::<f64>().sqrt();
+    let norm = report.results.energy_norm_squared.as_ref()?.iter().sum::<f64>().sqrt();
     let stop = &case.solver.stop;
     let last = report.iterations.last()?;
     let comparable = report.status.code == 0 && report.certificate.valid && norm > 0.0;

@@ -45,10 +45,10 @@ fn notes_say_what_is_interpolated_and_how_much() {
     let body = "[[body.displacement]]\non = 'left'\nux = '1e-3 * (1 - y)'\n\
         [[body.traction]]\non = 'right'\nvector = ['y^2', '3*y']";
     let case = parse(&with("", body, "gap = 'x*(1-x)'"));
-    let [first, second] = case.build_bodies().unwrap();
+    let [first, second] = <[_; 2]>::try_from(case.build_bodies().unwrap()).unwrap();
     let interface = case.build_interface(&first, &second).unwrap();
-    let problem = fem_core::interface::ContactProblem { bodies: [first, second], interface };
-    let notes = case.data_notes(problem.bodies.each_ref(), problem.interpolated_gap());
+    let problem = fem_core::interface::ContactProblem::between([first, second], interface);
+    let notes = case.data_notes(&problem);
     assert_eq!(notes.len(), 2, "{notes:#?}");
     assert!(
         notes[0].contains("traction x = \"y^2\" on \"right\": not linear along the edges"),
@@ -164,7 +164,7 @@ fn regions_give_cells_another_material() {
     let spare = "young = 1.0\npoisson = 0.0\n[materials.hard]\nyoung = 9.0\npoisson = 0.0";
     let body = "[[body.region]]\nmaterial = 'hard'\nbox = { x = [0.0, 0.5] }";
     let case = parse(&with(spare, body, ""));
-    let [first, second] = case.build_bodies().unwrap();
+    let [first, second] = <[_; 2]>::try_from(case.build_bodies().unwrap()).unwrap();
     let stiff = (0..first.mesh().triangles().len()).filter(|t| first.material(*t).stiffness()[(0, 0)] > 5.0);
     let stiff: Vec<usize> = stiff.collect();
     assert!(!stiff.is_empty() && stiff.len() < first.mesh().triangles().len());

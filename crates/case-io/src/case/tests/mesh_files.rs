@@ -79,7 +79,7 @@ fn bodies_that_are_one_mesh_are_parted_only_when_asked() {
     assert!(told.contains("duplicate_interface = true"), "{told}");
     let case = load(folder.path(), [A, APART]).unwrap();
     assert!(case.notes().iter().any(|n| n.starts_with("2 nodes of m.inp belonging to both bodies")));
-    let [first, second] = case.build_bodies().unwrap();
+    let [first, second] = <[_; 2]>::try_from(case.build_bodies().unwrap()).unwrap();
     assert_eq!(case.build_interface(&first, &second).unwrap().pairs().len(), 2);
     // Parting does not help if the cells are the same.
     let told = load(folder.path(), [A, "{ file = 'm.inp', region = 'both', duplicate_interface = true }"]);
@@ -170,7 +170,7 @@ fn a_side_of_the_other_body_is_said_to_be_one() {
     assert!(said.ends_with("help: \"b.low\" is a side of body \"b\": name a side of \"a\" here"), "{said}");
     let surfaces = |names: &'static str| {
         let case = with(&move |text: String| text.replace("[\"bottom\", \"top\"]", names));
-        let [first, second] = case.build_bodies().unwrap();
+        let [first, second] = <[_; 2]>::try_from(case.build_bodies().unwrap()).unwrap();
         case.build_interface(&first, &second).unwrap_err().to_string()
     };
     let said = surfaces("[\"b.low\", \"b.low\"]");

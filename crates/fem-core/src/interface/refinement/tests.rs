@@ -23,23 +23,19 @@ fn problem(cells: [usize; 2]) -> ContactProblem {
     let lower = Body::new(lower, material, &BoundaryConditions::new().fix("bottom")).unwrap();
     let gap = Gap::Given(ScalarData::function(|x| x[0] * x[0]));
     let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &gap).unwrap();
-    ContactProblem { bodies: [upper, lower], interface }
+    ContactProblem::between([upper, lower], interface)
 }
 
-fn labels(problem: &ContactProblem) -> [RefinementEdges; 2] {
-    [0, 1].map(|b| RefinementEdges::longest(problem.bodies[b].mesh()))
+fn labels(problem: &ContactProblem) -> Vec<RefinementEdges> {
+    problem.bodies.iter().map(|body| RefinementEdges::longest(body.mesh())).collect()
 }
 
-fn unmarked(problem: &ContactProblem) -> [Vec<bool>; 2] {
-    [0, 1].map(|b| vec![false; problem.bodies[b].mesh().topology().edges().len()])
+fn unmarked(problem: &ContactProblem) -> Vec<Vec<bool>> {
+    problem.bodies.iter().map(|body| vec![false; body.mesh().topology().edges().len()]).collect()
 }
 
-fn refine(
-    problem: &ContactProblem,
-    labels: &[RefinementEdges; 2],
-    marked: &[Vec<bool>; 2],
-) -> RefinedProblem {
-    problem.refined([&labels[0], &labels[1]], marked).unwrap()
+fn refine(problem: &ContactProblem, labels: &[RefinementEdges], marked: &[Vec<bool>]) -> RefinedProblem {
+    problem.refined(labels, marked).unwrap()
 }
 
 #[test]
@@ -48,15 +44,15 @@ fn an_edge_marked_in_one_body_is_halved_in_both() {
     let labels = labels(&coarse);
     for (body, edge) in [(0, 1), (1, 2)] {
         let mut marked = unmarked(&coarse);
-        marked[body][coarse.interface.edges()[edge].edges[body] as usize] = true;
-        let predicted = coarse.close([&labels[0], &labels[1]], &mut marked.clone());
+        marked[body][coarse.contacts[0].interface.edges()[edge].edges[body] as usize] = true;
+        let predicted = coarse.close(&labels, &mut marked.clone());
         let finer = refine(&coarse, &labels, &marked);
         assert_eq!(predicted, [0, 1].map(|b| finer.problem.bodies[b].mesh().points().len()));
-        let interface = &finer.problem.interface;
+        let interface = &finer.problem.contacts[0].interface;
         assert_eq!((interface.pairs().len(), interface.edges().len()), (6, 5));
         assert!((interface.length() - 2.0).abs() < 1e-15);
         let new = &interface.pairs()[edge + 1];
-        assert_eq!(finer.pair_parents[edge + 1], [edge as u32, edge as u32 + 1]);
+        assert_eq!(finer.pairs[0].parents[edge + 1], [edge as u32, edge as u32 + 1]);
         assert_eq!(new.arc_length, 0.5 * edge as f64 + 0.25);
         // The gap is that of the new node, not the mean of its neighbours.
         assert_eq!(new.gap, new.arc_length * new.arc_length);
@@ -78,30 +74,31 @@ fn a_refined_interface_is_the_one_that_pairing_finds() {
             }
         }
         let finer = refine(&coarse, &edges, &marked);
-        let [upper, lower] = &finer.problem.bodies;
+        let [upper, lower] = finer.problem.bodies.as_slice() else { unreachable!() };
         let gap = Gap::Given(ScalarData::function(|x| x[0] * x[0]));
         let found = ContactInterface::pair(upper, lower, ["bottom", "top"], &gap).unwrap();
-        let interface = &finer.problem.interface;
+        let interface = &finer.problem.contacts[0].interface;
         assert_eq!(interface.edges(), found.edges());
-        assert_eq!(interface.sides(), found.sides());
+        assert_eq!([0, 1].map(|s| interface.side(s)), [0, 1].map(|s| found.side(s)));
         for (a, b) in interface.pairs().iter().zip(found.pairs()) {
             assert_eq!((a.nodes, a.normal, a.gap), (b.nodes, b.normal, b.gap));
             assert!((a.arc_length - b.arc_length).abs() < 1e-14);
             assert!((a.tributary_length - b.tributary_length).abs() < 1e-15);
         }
-        let line: Vec<f64> = coarse.interface.pairs().iter().map(|p| 3.0 * p.arc_length - 1.0).collect();
-        for (value, pair) in finer.prolong_interface(&line).iter().zip(interface.pairs()) {
+        let line: Vec<f64> =
+            coarse.contacts[0].interface.pairs().iter().map(|p| 3.0 * p.arc_length - 1.0).collect();
+        for (value, pair) in finer.pairs[0].prolong(&line).iter().zip(interface.pairs()) {
             assert!((value - (3.0 * pair.arc_length - 1.0)).abs() < 1e-14);
         }
         // The roles stay.
         let turned = coarse.clone().with_roles(Roles::SECOND);
-        let turned = turned.refined([&edges[0], &edges[1]], &marked).unwrap().problem;
-        assert_eq!(turned.interface.roles(), Roles::SECOND);
-        assert_eq!(turned.interface.pairs(), interface.pairs());
-        edges = finer.refinements.map(|r| r.refinement_edges);
+        let turned = turned.refined(&edges, &marked).unwrap().problem;
+        assert_eq!(turned.contacts[0].roles, Roles::SECOND);
+        assert_eq!(turned.contacts[0].interface.pairs(), interface.pairs());
+        edges = finer.refinements.into_iter().map(|r| r.refinement_edges).collect();
         coarse = finer.problem;
     }
-    assert!(coarse.interface.pairs().len() > 15);
+    assert!(coarse.contacts[0].interface.pairs().len() > 15);
 }
 
 #[test]
@@ -140,10 +137,10 @@ fn a_gap_that_becomes_negative_between_the_nodes_is_refused() {
     let mut coarse = problem([4, 3]);
     // Zero at every node of the first mesh, negative between them.
     let gap = ScalarData::function(|x| -(2.0 * std::f64::consts::PI * x[0]).sin().abs().max(1e-9) + 1e-9);
-    coarse.interface.gap = Gap::Given(gap);
+    coarse.contacts[0].interface.gap = Gap::Given(gap);
     let marked = [0, 1].map(|b| vec![true; coarse.bodies[b].mesh().topology().edges().len()]);
     let edges = labels(&coarse);
-    let error = coarse.refined([&edges[0], &edges[1]], &marked).unwrap_err();
+    let error = coarse.refined(&edges, &marked).unwrap_err();
     assert!(matches!(error, RefineError::Interface(InterfaceError::BadGap { .. })), "{error}");
 }
 
@@ -168,21 +165,21 @@ fn a_measured_gap_follows_the_curves_between_the_nodes_of_the_first_meshes() {
             let [a, b] = &bodies;
             let interface =
                 ContactInterface::pair_along(a, b, ["contact"; 2], &Gap::Geometric, normal).unwrap();
-            ContactProblem { bodies, interface }
+            ContactProblem::between(bodies, interface)
         } else {
             let common = common_refinement(bodies, ["contact"; 2], normal).unwrap();
             let interface =
                 ContactInterface::pair_refined(&common, ["contact"; 2], &Gap::Geometric, normal).unwrap();
-            ContactProblem { bodies: common.bodies, interface }
+            ContactProblem::between(common.bodies, interface)
         };
-        let mut noted = problem.interpolated_gap().unwrap().largest;
+        let mut noted = problem.interpolated_gaps()[0].unwrap().largest;
         let mut labels = labels(&problem);
         for _ in 0..3 {
             let marked = [0, 1].map(|b| vec![true; problem.bodies[b].mesh().topology().edges().len()]);
             let finer = refine(&problem, &labels, &marked);
-            labels = finer.refinements.each_ref().map(|r| r.refinement_edges.clone());
+            labels = finer.refinements.iter().map(|r| r.refinement_edges.clone()).collect();
             problem = finer.problem;
-            let now = problem.interpolated_gap().unwrap().largest;
+            let now = problem.interpolated_gaps()[0].unwrap().largest;
             assert!(
                 (3.0..5.0).contains(&(noted / now)),
                 "{cells:?}: the difference falls from {noted:e} to {now:e}"
@@ -190,7 +187,7 @@ fn a_measured_gap_follows_the_curves_between_the_nodes_of_the_first_meshes() {
             noted = now;
         }
         let mut errors = [0.0f64; 2];
-        for pair in problem.interface.pairs() {
+        for pair in problem.contacts[0].interface.pairs() {
             let x = problem.bodies[0].mesh().points()[pair.nodes[0] as usize][0];
             // Straight from one node of the first mesh to the next.
             let edge = 0.2 / cells[0] as f64;

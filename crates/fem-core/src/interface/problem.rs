@@ -1,0 +1,164 @@
+//! Bodies, the pairs in which they touch, and a state of both.
+
+use super::{ContactInterface, InterfaceSide, NodePair, Retained, Roles};
+use crate::body::{Body, Difference};
+use crate::geometry::Vector;
+
+/// Two bodies in contact, and where.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct ContactPair {
+    /// The first and the second body, by their numbers in [`ContactProblem::bodies`].
+    pub bodies: [usize; 2],
+    /// Their contact line.
+    pub interface: ContactInterface,
+    /// Who carries λ in an iteration.
+    pub roles: Roles,
+}
+
+impl ContactPair {
+    /// Joins two bodies; the first one carries λ.
+    pub fn new(bodies: [usize; 2], interface: ContactInterface) -> Self {
+        Self { bodies, interface, roles: Roles::default() }
+    }
+
+    /// Returns the body that carries λ, Ω₁.
+    pub fn imposed(&self) -> usize {
+        self.bodies[self.roles.imposed()]
+    }
+
+    /// Returns the body with the unilateral problem, Ω₂.
+    pub fn unilateral(&self) -> usize {
+        self.bodies[self.roles.unilateral()]
+    }
+
+    /// Returns the side of a body in this pair, 0 or 1; `None` if it has none.
+    pub fn side_of(&self, body: usize) -> Option<usize> {
+        self.bodies.iter().position(|b| *b == body)
+    }
+}
+
+/// Bodies, and the pairs in which they touch.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct ContactProblem {
+    /// The bodies.
+    pub bodies: Vec<Body>,
+    /// The pairs.
+    pub contacts: Vec<ContactPair>,
+}
+
+impl ContactProblem {
+    /// Takes bodies that do not touch yet.
+    pub fn new(bodies: Vec<Body>) -> Self {
+        Self { bodies, contacts: Vec::new() }
+    }
+
+    /// Takes two bodies and the interface between them.
+    pub fn between(bodies: [Body; 2], interface: ContactInterface) -> Self {
+        Self::new(bodies.into()).contact([0, 1], interface)
+    }
+
+    /// Adds a pair.
+    ///
+    /// # Panics
+    /// If there is no such body.
+    #[must_use]
+    pub fn contact(mut self, bodies: [usize; 2], interface: ContactInterface) -> Self {
+        let count = self.bodies.len();
+        assert!(bodies.iter().all(|b| *b < count), "a pair of the bodies {bodies:?}, and {count} bodies");
+        self.contacts.push(ContactPair::new(bodies, interface));
+        self
+    }
+
+    /// Sets who carries λ in every pair.
+    #[must_use]
+    pub fn with_roles(mut self, roles: Roles) -> Self {
+        self.contacts.iter_mut().for_each(|pair| pair.roles = roles);
+        self
+    }
+
+    /// Returns who carries λ in each pair.
+    pub fn roles(&self) -> Vec<Roles> {
+        self.contacts.iter().map(|pair| pair.roles).collect()
+    }
+
+    /// Returns the only pair of two bodies; `None` for any other number of bodies or pairs.
+    pub fn only_pair(&self) -> Option<&ContactPair> {
+        match self.contacts.as_slice() {
+            [pair] if self.bodies.len() == 2 => Some(pair),
+            _ => None,
+        }
+    }
+
+    /// Lists the sides of a body: number of the pair, and 0 if the body is the first of it, 1 if it is the second.
+    pub fn sides_of(&self, body: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.contacts.iter().enumerate().filter_map(move |(k, pair)| Some((k, pair.side_of(body)?)))
+    }
+
+    /// Lists the normals that a body retains as interface unknowns: one block per side, in the order of
+    /// [`Self::sides_of`].
+    pub fn side(&self, body: usize) -> InterfaceSide {
+        self.sides_of(body).fold(InterfaceSide::default(), |all, (k, side)| {
+            let retained = |pair: &NodePair| Retained { node: pair.nodes[side], direction: pair.normal };
+            all.with_block(self.contacts[k].interface.pairs().iter().map(retained))
+        })
+    }
+
+    /// Measures for each pair how its gap differs from the one on the contact edges, see
+    /// [`ContactInterface::interpolated_gap`].
+    pub fn interpolated_gaps(&self) -> Vec<Option<Difference>> {
+        let of_pair =
+            |pair: &ContactPair| pair.interface.interpolated_gap(pair.bodies.map(|b| &self.bodies[b]));
+        self.contacts.iter().map(of_pair).collect()
+    }
+
+    /// Tells whether a body carries λ in some pair.
+    pub fn carries_lambda(&self, body: usize) -> bool {
+        self.contacts.iter().any(|pair| pair.imposed() == body)
+    }
+
+    /// Lists the bodies, first those that carry λ in some pair: an order that does not depend on the numbers of two
+    /// bodies.
+    pub fn by_role(&self) -> Vec<usize> {
+        let (mut first, second): (Vec<_>, Vec<_>) =
+            (0..self.bodies.len()).partition(|b| self.carries_lambda(*b));
+        first.extend(second);
+        first
+    }
+
+    /// Counts the nodes of all bodies.
+    pub fn nodes(&self) -> usize {
+        self.bodies.iter().map(|body| body.mesh().points().len()).sum()
+    }
+
+    /// Counts the node pairs of all pairs.
+    pub fn node_pairs(&self) -> usize {
+        self.contacts.iter().map(|pair| pair.interface.pairs().len()).sum()
+    }
+}
+
+/// Displacement fields with their nodal contact forces, whatever their source.
+#[derive(Clone, Debug)]
+pub struct ContactState<'a> {
+    /// Nodal displacements of each body, Cartesian, m.
+    pub displacement: Vec<&'a [Vector]>,
+    /// Forces and openings of each pair.
+    pub contacts: Vec<PairState<'a>>,
+}
+
+/// Forces and openings along one pair.
+#[derive(Clone, Copy, Debug)]
+pub struct PairState<'a> {
+    /// Contact force on Ω₂ at each pair of nodes, `r²_i ≥ 0`, N/m.
+    pub contact_force: &'a [f64],
+    /// Opening `o_i = g_i − (v¹_i − v²_i) ≥ 0` at each pair of nodes, m.
+    pub opening: &'a [f64],
+}
+
+impl<'a> ContactState<'a> {
+    /// Takes the fields of two bodies with one pair.
+    pub fn between(displacement: [&'a [Vector]; 2], contact_force: &'a [f64], opening: &'a [f64]) -> Self {
+        Self { displacement: displacement.into(), contacts: vec![PairState { contact_force, opening }] }
+    }
+}

@@ -1,0 +1,58 @@
+//! What a body retains of its interfaces when it is condensed.
+
+use crate::geometry::{Vector, scale};
+use std::ops::Range;
+
+/// One direction at one node that a body retains as an interface unknown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Retained {
+    /// The node.
+    pub node: u32,
+    /// The direction in which traces and forces are positive, of length one.
+    pub direction: Vector,
+}
+
+/// The directions that one body retains as interface unknowns, in blocks: one block per side that the body has in a pair.
+///
+/// A node may have one or two directions, in the same block or in different ones.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct InterfaceSide {
+    retained: Vec<Retained>,
+    /// Where each block ends.
+    ends: Vec<usize>,
+}
+
+impl InterfaceSide {
+    /// Adds a block.
+    #[must_use]
+    pub fn with_block(mut self, retained: impl IntoIterator<Item = Retained>) -> Self {
+        self.retained.extend(retained);
+        self.ends.push(self.retained.len());
+        self
+    }
+
+    /// Returns the directions of all blocks.
+    pub fn retained(&self) -> &[Retained] {
+        &self.retained
+    }
+
+    /// Returns the number of blocks.
+    pub fn blocks(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// Returns the places of a block among the directions.
+    ///
+    /// # Panics
+    /// If there is no such block.
+    pub fn block(&self, block: usize) -> Range<usize> {
+        let start = if block == 0 { 0 } else { self.ends[block - 1] };
+        start..self.ends[block]
+    }
+
+    /// Returns the side with its directions times `sign`, 1 or −1.
+    pub fn oriented(&self, sign: f64) -> Self {
+        let turned = |r: &Retained| Retained { direction: scale(sign, r.direction), ..*r };
+        Self { retained: self.retained.iter().map(turned).collect(), ends: self.ends.clone() }
+    }
+}
