@@ -6,11 +6,11 @@ use crate::plot::{
 };
 use crate::words::one_line;
 use case_io::Case;
-use case_io::case::BodyCase;
 use case_io::report::AdaptiveRow;
 use case_io::table::ContactRow;
 use certified_contact::CertifiedSolution;
 use fem_core::body::{Body, EdgeReaction, NodeConstraint};
+use fem_core::geometry::Vector;
 use fem_core::interface::{ContactPair, NodePair};
 
 /// A named figure.
@@ -67,13 +67,15 @@ pub(crate) fn of_solve(
     let Some(estimate) = &solution.estimate else { return Ok(pictures) };
     let count = solution.problem.bodies.len();
     let densities: Vec<Vec<f64>> = (0..count).map(|b| error_density(solution, b)).collect();
+    let points = by_body(solution.problem.bodies.iter().map(|body| body.mesh().points()));
+    let displacements = by_body(estimate.pair.bodies.iter().map(|body| &body.displacement[..]));
     let picture = |b: usize| {
         let mesh = solution.problem.bodies[b].mesh();
         BodyPicture {
             name: &case.bodies[b].name,
-            points: mesh.points(),
+            points: &points[b],
             triangles: mesh.triangles(),
-            displacement: &estimate.pair.bodies[b].displacement,
+            displacement: &displacements[b],
             density: &densities[b],
         }
     };
@@ -102,6 +104,11 @@ pub(crate) fn of_solve(
     Ok(pictures)
 }
 
+/// A field of each body as the figures take it.
+fn by_body<'a>(fields: impl Iterator<Item = &'a [Vector]>) -> Vec<Vec<[f64; 2]>> {
+    fields.map(|field| field.iter().map(|v| (*v).into()).collect()).collect()
+}
+
 fn convergence_rows(solution: &CertifiedSolution) -> Vec<ConvergenceRow> {
     solution
         .rows
@@ -120,13 +127,13 @@ fn convergence_rows(solution: &CertifiedSolution) -> Vec<ConvergenceRow> {
 fn closing(solution: &CertifiedSolution) -> Vec<Closing> {
     let Some(estimate) = &solution.estimate else { return vec![] };
     let problem = &solution.problem;
-    let along = |n: [f64; 2], v: [[f64; 2]; 2]| n[0] * (v[1][0] - v[0][0]) + n[1] * (v[1][1] - v[0][1]);
     let of_pair = |pair: &ContactPair| -> Vec<Closing> {
         let points = pair.bodies.map(|b| problem.bodies[b].mesh().points());
         let displacement = pair.bodies.map(|b| &estimate.pair.bodies[b].displacement[..]);
         let of_nodes = |nodes: &NodePair| {
-            let of = |field: [&[[f64; 2]]; 2]| {
-                along(nodes.normal, [0, 1].map(|side: usize| field[side][nodes.nodes[side] as usize]))
+            let of = |field: [&[Vector]; 2]| {
+                let [first, second] = [0, 1].map(|side: usize| field[side][nodes.nodes[side] as usize]);
+                nodes.normal.dot(&(second - first))
             };
             Closing { gap: of(points), approach: -of(displacement) }
         };
@@ -136,18 +143,21 @@ fn closing(solution: &CertifiedSolution) -> Vec<Closing> {
 }
 
 /// Draws the problem of the last mesh.
-fn problem<'a>(case: &'a Case, solution: &'a CertifiedSolution, title: &str) -> Result<Picture, Failure> {
-    let sketch = |(given, body): (&'a BodyCase, &'a Body)| SketchBody {
-        name: &given.name,
-        points: body.mesh().points(),
-        triangles: body.mesh().triangles(),
-        edges: sketch_edges(body),
-        body_force: body.body_force(),
-    };
-    let bodies: Vec<SketchBody<'_>> = case.bodies.iter().zip(&solution.problem.bodies).map(sketch).collect();
+fn problem(case: &Case, solution: &CertifiedSolution, title: &str) -> Result<Picture, Failure> {
+    let points = by_body(solution.problem.bodies.iter().map(|body| body.mesh().points()));
+    let given = case.bodies.iter().zip(&solution.problem.bodies).zip(&points);
+    let bodies: Vec<SketchBody<'_>> = given
+        .map(|((given, body), points)| SketchBody {
+            name: &given.name,
+            points,
+            triangles: body.mesh().triangles(),
+            edges: sketch_edges(body),
+            body_force: body.body_force().into(),
+        })
+        .collect();
     let line = |pair: &ContactPair| -> Vec<[[f64; 2]; 2]> {
         let points = solution.problem.bodies[pair.bodies[0]].mesh().points();
-        let place = |k: u32| points[pair.interface.pairs()[k as usize].nodes[0] as usize];
+        let place = |k: u32| points[pair.interface.pairs()[k as usize].nodes[0] as usize].into();
         pair.interface.edges().iter().map(|edge| edge.pairs.map(place)).collect()
     };
     let contact: Vec<[[f64; 2]; 2]> = solution.problem.contacts.iter().flat_map(line).collect();
@@ -164,11 +174,11 @@ fn sketch_edges(body: &Body) -> Vec<SketchEdge> {
     let mesh = body.mesh();
     let nodes_of = mesh.topology().edges();
     let imposed = |node: u32| match body.node_constraints()[node as usize] {
-        NodeConstraint::Free => [0.0; 2],
-        NodeConstraint::Along { direction, value } => direction.map(|c| c * value),
+        NodeConstraint::Free => Vector::zeros(),
+        NodeConstraint::Along { direction, value } => value * direction,
         NodeConstraint::Fixed { value } => value,
     };
-    let mean = |[a, b]: [[f64; 2]; 2]| [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
+    let mean = |[a, b]: [Vector; 2]| 0.5 * (a + b);
     mesh.topology()
         .boundary_edges()
         .iter()
@@ -183,16 +193,16 @@ fn sketch_edges(body: &Body) -> Vec<SketchEdge> {
             // Only what the edge itself imposes: its ends may belong to another side too.
             let mean_imposed = mean(nodes.map(imposed));
             let displacement = match condition.reaction {
-                EdgeReaction::None => [0.0; 2],
-                EdgeReaction::Along(d) => d.map(|c| c * (d[0] * mean_imposed[0] + d[1] * mean_imposed[1])),
+                EdgeReaction::None => Vector::zeros(),
+                EdgeReaction::Along(d) => d.dot(&mean_imposed) * d,
                 EdgeReaction::Both => mean_imposed,
             };
             Some(SketchEdge {
-                ends: nodes.map(|v| mesh.points()[v as usize]),
-                normal: mesh.edge_normal(*edge),
+                ends: nodes.map(|v| mesh.points()[v as usize].into()),
+                normal: mesh.edge_normal(*edge).into(),
                 held,
-                displacement,
-                traction: mean(condition.traction),
+                displacement: displacement.into(),
+                traction: mean(condition.traction).into(),
             })
         })
         .collect()
