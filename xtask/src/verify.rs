@@ -1,5 +1,7 @@
 //! `cargo xtask verify`: every check a change must pass, one after the other, and a table at the end.
 
+mod alone;
+
 use crate::workspace::{Outcome, Workspace, read, stream};
 use crate::{docs, tidy};
 use clap::{Args, ValueEnum};
@@ -25,6 +27,8 @@ enum Step {
     Format,
     /// cargo clippy, warnings denied
     Clippy,
+    /// cargo check of each crate alone
+    Crates,
     /// cargo test
     Tests,
     /// cargo doc, warnings denied
@@ -40,6 +44,7 @@ impl Step {
         match self {
             Step::Format => "format",
             Step::Clippy => "clippy",
+            Step::Crates => "crates",
             Step::Tests => "tests",
             Step::Docs => "docs",
             Step::Cases => "cases",
@@ -55,6 +60,7 @@ impl Step {
             Step::Clippy => {
                 cargo(&["clippy", "--workspace", "--all-targets", "--release", "--", "-D", "warnings"])
             }
+            Step::Crates => alone::check(workspace),
             Step::Tests => cargo(&["test", "--workspace", "--release"]),
             Step::Docs => docs::check(workspace),
             Step::Cases => cases(workspace),
