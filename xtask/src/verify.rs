@@ -1,6 +1,7 @@
 //! `cargo xtask verify`: every check a change must pass, one after the other, and a table at the end.
 
 mod alone;
+mod compiler;
 
 use crate::workspace::{Outcome, Workspace, read, stream};
 use crate::{docs, tidy};
@@ -23,6 +24,8 @@ pub(crate) struct Arguments {
 /// The steps, in the order in which they run.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Step {
+    /// The compiler is the one that rust-version names
+    Compiler,
     /// cargo fmt --check
     Format,
     /// cargo clippy, warnings denied
@@ -42,6 +45,7 @@ enum Step {
 impl Step {
     fn name(self) -> &'static str {
         match self {
+            Step::Compiler => "compiler",
             Step::Format => "format",
             Step::Clippy => "clippy",
             Step::Crates => "crates",
@@ -56,6 +60,7 @@ impl Step {
     fn run(self, workspace: &Workspace) -> Outcome<bool> {
         let cargo = |arguments: &[&str]| stream(&mut workspace.cargo(arguments)).map(|code| code == Some(0));
         match self {
+            Step::Compiler => compiler::check(workspace),
             Step::Format => cargo(&["fmt", "--all", "--check"]),
             Step::Clippy => {
                 cargo(&["clippy", "--workspace", "--all-targets", "--release", "--", "-D", "warnings"])
