@@ -98,7 +98,7 @@ fn write_files(
     if !report.adaptive.is_empty() {
         put("adaptive.csv", &table::adaptive_csv(&report.adaptive)?)?;
     }
-    let pictures = figures::of_solve(case, solution, &contact, &report.adaptive)?;
+    let pictures = figures::of_solve(case, solution, &contact, report);
     for picture in &pictures {
         put(&format!("figures/{}.svg", picture.name), &picture.svg)?;
     }

@@ -316,7 +316,7 @@ fn number(value: Option<f64>) -> String {
 }
 
 fn escape(text: &str) -> String {
-    plain(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    words::escaped(&plain(text))
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::host::{Event, Host};
-use crate::plot::{self, SweepSeries};
+use crate::plot;
 use crate::report;
 use crate::run;
 use crate::stopwatch::Stopwatch;
@@ -175,8 +175,7 @@ fn write(record: &SweepReport, sweep: &Sweep, directory: &mut OutputDirectory) -
         Some(numbers) => numbers,
         None => (1..=sweep.values.len()).map(|k| k as f64).collect(),
     };
-    let series: Vec<SweepSeries> = record.panels.iter().map(|panel| series(panel, &numbers)).collect();
-    put("figures/sweep.svg", &plot::sweep(&title, &sweep.key, &series)?)?;
+    put("figures/sweep.svg", &plot::sweep(&title, &sweep.key, &numbers, &record.panels))?;
     put(ResultKind::Sweep.record(), &record.to_json()?)
 }
 
@@ -250,21 +249,6 @@ fn fill_panel(
         panel.rows.push(SweepRow { value: value.clone(), status: solved.status.word, iteration });
     }
     Ok(())
-}
-
-fn series(panel: &SweepPanel, numbers: &[f64]) -> SweepSeries {
-    let column = |of: fn(&IterationRow) -> Option<f64>| {
-        let value = |row: &SweepRow| of(&row.iteration).filter(|_| row.status != "diverged");
-        panel.rows.iter().map(value).collect()
-    };
-    SweepSeries {
-        name: panel.name.clone(),
-        // An interrupted sweep has no row for the last ones.
-        theta: numbers.iter().copied().take(panel.rows.len()).collect(),
-        eta_nndd: column(|it| it.eta_nndd),
-        eta_dis: column(|it| it.eta_dis),
-        e_cre: column(|it| it.e_cre),
-    }
 }
 
 /// Says where the iteration's error is smallest.

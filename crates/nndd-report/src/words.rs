@@ -58,14 +58,19 @@ fn commands(c: char) -> bool {
     c.is_control() && c != '\n' && c != '\t' || turns(c)
 }
 
-/// Says whether a character turns the direction of the text after it.
+/// Says whether a character turns the direction of the text after it, or is none at all.
 fn turns(c: char) -> bool {
-    matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    matches!(c, '\u{fffe}' | '\u{ffff}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
 /// Writes control characters by their codes, line ends among them: a title or a name is one line.
 pub fn one_line(text: &str) -> Cow<'_, str> {
     by_code(text, |c| c.is_control() || turns(c))
+}
+
+/// Writes the special characters of HTML and SVG as these ask for.
+pub(crate) fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 /// Writes characters that would command a terminal by their codes.
