@@ -79,6 +79,7 @@ pub struct Case {
 
 /// `[model]`: what all bodies share.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Model {
     /// How the third direction behaves; plane strain by default.
     pub hypothesis: Hypothesis,
@@ -88,6 +89,7 @@ pub struct Model {
 
 /// `[contact]`.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Contact {
     /// Edge group of the first body and of the second.
     pub surfaces: [String; 2],
@@ -111,6 +113,7 @@ pub enum Theta {
 
 /// `[solver]`.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Solver {
     /// Which algorithm.
     pub method: Method,
@@ -136,6 +139,7 @@ pub struct Solver {
 
 /// `[solver.stop]`: when the iteration ends.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Stop {
     /// What is compared.
     pub criterion: Criterion,
@@ -150,6 +154,7 @@ pub struct Stop {
 
 /// `[estimator]`.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Estimator {
     /// Steps of star-patch relaxation after the equilibration, without [`Self::until`]; 0 is the equilibration alone.
     pub relaxation: usize,
@@ -161,6 +166,7 @@ pub struct Estimator {
 
 /// `estimator.tolerance`, `estimator.max_steps`: relaxation as long as it is worthwhile.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct RelaxUntil {
     /// What further steps may still be expected to gain, relative, in (0, 1).
     pub tolerance: f64,
@@ -177,6 +183,7 @@ impl Default for RelaxUntil {
 
 /// `[adapt]`: an adaptive run.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Adapt {
     /// The certified relative error to reach.
     pub target_relative_error: f64,
@@ -190,6 +197,7 @@ pub struct Adapt {
 
 /// `[output]`.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Output {
     /// Where results go, relative to the working directory; see [`Case::output_directory`].
     pub directory: Option<String>,
@@ -199,6 +207,7 @@ pub struct Output {
 
 /// A limit as the user wrote it and as a number.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Limit<T> {
     /// As written, such as `4GiB`.
     pub written: String,
@@ -208,6 +217,7 @@ pub struct Limit<T> {
 
 /// `[limits]`: what a run may use; nothing is limited by default.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Limits {
     /// Memory, bytes.
     pub memory: Option<Limit<u64>>,
@@ -256,7 +266,7 @@ impl Case {
     }
 
     /// Says whether a key is in the file or in an override, rather than having its default.
-    pub fn is_given(&self, path: &str) -> bool {
+    pub(crate) fn is_given(&self, path: &str) -> bool {
         self.places.contains_key(path)
     }
 

@@ -5,6 +5,11 @@ pub fn counted(count: usize, what: &str) -> String {
     if count == 1 { format!("1 {what}") } else { format!("{count} {what}s") }
 }
 
+/// Writes the special characters of HTML and XML as these ask for.
+pub fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
 /// Lists names for a message, the first twenty.
 pub fn listed(names: &[&str]) -> String {
     let mut words: Vec<String> = names.iter().take(20).map(|n| format!("\"{n}\"")).collect();

@@ -20,6 +20,7 @@ use std::path::Path;
 
 /// Why a run ended without a result.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Failure {
     /// Exit status.
     pub code: u8,
@@ -86,30 +87,6 @@ impl Failure {
         Self::plain(FILES, format!("cannot read {path}: {error}\n  expected: a case file\n  fix: {fix}"))
     }
 
-    pub(crate) fn output(error: &OutputError) -> Self {
-        let fix = match error {
-            OutputError::NotADirectory { .. } | OutputError::BrokenLink { .. } => {
-                "\n  expected: a directory\n  fix: choose another with --out"
-            }
-            OutputError::Io { source, .. } if source.kind() == io::ErrorKind::PermissionDenied => {
-                "\n  expected: a directory that this user may write to\n  fix: allow it, or choose another with --out"
-            }
-            OutputError::Vanished { .. } => {
-                "\n  expected: the directory to stay until the run has ended\n  fix: run the case again"
-            }
-            OutputError::Io { what: "create" | "write" | "lock", source, .. }
-                if source.kind() == io::ErrorKind::FileTooLarge =>
-            {
-                "\n  expected: files of any size\n  fix: raise the limit of the file size (ulimit -f)"
-            }
-            OutputError::Io { what: "create" | "write" | "lock", .. } => {
-                "\n  expected: a directory that can be written to\n  fix: choose another with --out, or free space"
-            }
-            _ => "",
-        };
-        Self::plain(FILES, format!("{error}{fix}"))
-    }
-
     /// Says why a body has no solution, with its name.
     fn prepare(case: &Case, error: &PrepareError) -> Self {
         let name = |body: usize| &case.bodies[body].name;
@@ -169,6 +146,32 @@ impl Failure {
     }
 }
 
+impl From<OutputError> for Failure {
+    fn from(error: OutputError) -> Self {
+        let fix = match &error {
+            OutputError::NotADirectory { .. } | OutputError::BrokenLink { .. } => {
+                "\n  expected: a directory\n  fix: choose another with --out"
+            }
+            OutputError::Io { source, .. } if source.kind() == io::ErrorKind::PermissionDenied => {
+                "\n  expected: a directory that this user may write to\n  fix: allow it, or choose another with --out"
+            }
+            OutputError::Vanished { .. } => {
+                "\n  expected: the directory to stay until the run has ended\n  fix: run the case again"
+            }
+            OutputError::Io { what: "create" | "write" | "lock", source, .. }
+                if source.kind() == io::ErrorKind::FileTooLarge =>
+            {
+                "\n  expected: files of any size\n  fix: raise the limit of the file size (ulimit -f)"
+            }
+            OutputError::Io { what: "create" | "write" | "lock", .. } => {
+                "\n  expected: a directory that can be written to\n  fix: choose another with --out, or free space"
+            }
+            _ => "",
+        };
+        Self::plain(FILES, format!("{error}{fix}"))
+    }
+}
+
 impl From<CaseError> for Failure {
     fn from(error: CaseError) -> Self {
         let message = (error.omitted > 0).then(|| format!("and {} more", error.omitted));
@@ -185,26 +188,14 @@ impl From<MeshFileError> for Failure {
     }
 }
 
-impl From<ReportError> for Failure {
-    fn from(error: ReportError) -> Self {
-        Self::defect(error.to_string())
-    }
+macro_rules! plain_failures {
+    ($($error:ty => $code:expr),+) => {
+        $(impl From<$error> for Failure {
+            fn from(error: $error) -> Self {
+                Self::plain($code, error.to_string())
+            }
+        })+
+    };
 }
 
-impl From<TableError> for Failure {
-    fn from(error: TableError) -> Self {
-        Self::defect(error.to_string())
-    }
-}
-
-impl From<CheckpointError> for Failure {
-    fn from(error: CheckpointError) -> Self {
-        Self::plain(FILES, error.to_string())
-    }
-}
-
-impl From<io::Error> for Failure {
-    fn from(error: io::Error) -> Self {
-        Self::plain(FILES, error.to_string())
-    }
-}
+plain_failures!(ReportError => DEFECT, TableError => DEFECT, CheckpointError => FILES, io::Error => FILES);

@@ -13,13 +13,14 @@ use case_io::output::{OutputDirectory, Presence, ResultKind};
 use case_io::report::{CASE_HASH, IterationRow, SWEEP_SCHEMA, SweepPanel, SweepReport, SweepRow};
 use case_io::table;
 use serde_json::Map;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The key that a sweep sets itself.
 const MAX_ITERATIONS: &str = "solver.max_iterations";
 
 /// What is varied, and where the result goes.
 #[derive(Clone, Debug, Default)]
+#[non_exhaustive]
 pub struct SweepOptions {
     /// The case file.
     pub case: PathBuf,
@@ -35,6 +36,16 @@ pub struct SweepOptions {
     pub out: Option<PathBuf>,
     /// Whether to write even if the directory contains something else.
     pub force: bool,
+}
+
+/// Iterations of each run, unless other options say so.
+const ITERATIONS: usize = 3;
+
+impl SweepOptions {
+    /// A sweep of a case over `KEY=a:b:h` or `KEY=[v1, v2]`, three iterations each.
+    pub fn new(case: &Path, over: &str) -> Self {
+        Self { case: case.to_owned(), over: over.to_owned(), iterations: ITERATIONS, ..Self::default() }
+    }
 }
 
 /// What a sweep found and wrote.
@@ -79,8 +90,7 @@ pub fn sweep(options: &SweepOptions, host: &mut dyn Host) -> Result<Swept, Failu
     let path = options.out.clone().unwrap_or_else(|| PathBuf::from(case.output_directory() + "-sweep"));
     // Each sweep has its own mark, so that its directory differs from that of a solve.
     let mark = format!("sweep {} {} {:?} {}", options.over, options.iterations, options.panel, case.hash());
-    let mut directory = OutputDirectory::open(&path, ResultKind::Sweep, &mark, options.force)
-        .map_err(|e| Failure::output(&e))?;
+    let mut directory = OutputDirectory::open(&path, ResultKind::Sweep, &mark, options.force)?;
     let mut panels: Vec<SweepPanel> = Vec::new();
     let mut failure = None;
     for variant in &variants {
@@ -113,7 +123,7 @@ pub fn sweep(options: &SweepOptions, host: &mut dyn Host) -> Result<Swept, Failu
     };
     write(&record, &sweep, &mut directory)?;
     let files = directory.written().map(|p| p.display().to_string()).collect();
-    directory.finish().map_err(|e| Failure::output(&e))?;
+    directory.finish()?;
     Ok(Swept { record, path, files, asked: variants.len() * sweep.values.len(), failure })
 }
 
@@ -161,8 +171,7 @@ fn of_panel(mut failure: Failure, settings: &[(String, String)]) -> Failure {
 
 /// Writes the tables and the picture, and sweep.json last: it makes the result complete.
 fn write(record: &SweepReport, sweep: &Sweep, directory: &mut OutputDirectory) -> Result<(), Failure> {
-    let mut put =
-        |name: &str, text: &str| directory.write(name, text.as_bytes()).map_err(|e| Failure::output(&e));
+    let mut put = |name: &str, text: &str| directory.write(name, text.as_bytes());
     for (k, panel) in record.panels.iter().enumerate() {
         let name = if k == 0 { "sweep.csv".to_string() } else { format!("sweep-{}.csv", k + 1) };
         put(&name, &table::sweep_csv(&record.key, panel)?)?;
@@ -176,7 +185,7 @@ fn write(record: &SweepReport, sweep: &Sweep, directory: &mut OutputDirectory) -
         None => (1..=sweep.values.len()).map(|k| k as f64).collect(),
     };
     put("figures/sweep.svg", &plot::sweep(&title, &sweep.key, &numbers, &record.panels))?;
-    put(ResultKind::Sweep.record(), &record.to_json()?)
+    Ok(put(ResultKind::Sweep.record(), &record.to_json()?)?)
 }
 
 /// Runs one panel; a request to end or a value that cannot be run ends it with the rows there are.

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 pub use mesh_io::words::counted;
+pub(crate) use mesh_io::words::escaped;
 
 /// Writes a number exactly, with an exponent if it would be a long row of digits.
 pub use fem_core::geometry::shown as short;
@@ -44,7 +45,7 @@ pub fn rounded_up(x: f64) -> String {
 }
 
 /// Seven significant digits of a lower bound, rounded down.
-pub fn at_least(x: f64) -> String {
+pub(crate) fn at_least(x: f64) -> String {
     short(outward(x, 7, false))
 }
 
@@ -66,11 +67,6 @@ fn turns(c: char) -> bool {
 /// Writes control characters by their codes, line ends among them: a title or a name is one line.
 pub fn one_line(text: &str) -> Cow<'_, str> {
     by_code(text, |c| c.is_control() || turns(c))
-}
-
-/// Writes the special characters of HTML and SVG as these ask for.
-pub(crate) fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 /// Writes characters that would command a terminal by their codes.

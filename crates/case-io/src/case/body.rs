@@ -5,6 +5,7 @@ use fem_core::mesh::generate::Facing;
 
 /// `[[body]]`: one of the two bodies.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct BodyCase {
     /// Its name, which also names its output files.
     pub name: String,
@@ -103,6 +104,7 @@ pub enum Imposition {
 
 /// `[[body.displacement]]`.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Displacement {
     /// The edge group.
     pub on: String,
@@ -123,6 +125,7 @@ pub enum Load {
 
 /// `[[body.traction]]`.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Traction {
     /// The edge group.
     pub on: String,

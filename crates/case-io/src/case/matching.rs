@@ -151,10 +151,7 @@ impl Case {
             | CommonRefinementError::Body { body, .. } => (format!("contact.surfaces.{body}"), Some(*body)),
             _ => ("contact.surfaces".to_owned(), None),
         };
-        let mut message = format!("the surfaces do not match: {error}");
-        if let Some(body) = body.and_then(|b| self.bodies.get(b).map(|case| (b, case))) {
-            message = message.replacen(&format!("body {}", body.0), &format!("body \"{}\"", body.1.name), 1);
-        }
+        let message = format!("the surfaces do not match: {}", self.with_name(error, body));
         let (expected, fix) = cures::of_refinement(error);
         self.diagnostic(code::CONTACT, &path, message).expected(expected).fix(fix)
     }

@@ -4,6 +4,7 @@ use crate::case_file::Reader;
 
 /// The part of an edge group a condition applies to: edges whose both ends lie in the closed box.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Part {
     /// Limits in x; `None` leaves x free.
     pub x: Option<[f64; 2]>,

@@ -11,6 +11,7 @@ use std::collections::{HashMap, HashSet};
 
 /// `[[body.region]]`: cells with a material of their own. If regions overlap, the later one counts.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct MaterialRegion {
     /// The name of the material.
     pub material: String,
