@@ -43,6 +43,7 @@ use crate::case_file;
 use crate::diagnostic::{CaseError, Diagnostic, Place};
 use fem_core::material::Hypothesis;
 use fem_core::mesh::generate;
+use serde::{Serialize, Serializer};
 use std::collections::BTreeMap;
 
 /// The version of the case file that this crate reads.
@@ -111,8 +112,17 @@ pub enum Theta {
     Value(f64),
 }
 
+impl Serialize for Theta {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Auto => serializer.serialize_str("auto"),
+            Self::Value(theta) => serializer.serialize_f64(*theta),
+        }
+    }
+}
+
 /// `[solver]`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Solver {
     /// Which algorithm.
@@ -138,7 +148,7 @@ pub struct Solver {
 }
 
 /// `[solver.stop]`: when the iteration ends.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Stop {
     /// What is compared.
@@ -147,9 +157,16 @@ pub struct Stop {
     pub ratio: f64,
     /// Also `|F₁ − F₂| ≤ force_balance · max(|F₁|, |F₂|)`, with the contact forces of the two bodies; `None`: only the ratio
     /// counts, the default if `ratio` is given.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub force_balance: Option<f64>,
     /// Tolerance of the other criteria.
     pub tolerance: f64,
+}
+
+impl Default for Stop {
+    fn default() -> Self {
+        Self { criterion: Criterion::default(), ratio: 0.01, force_balance: Some(1e-3), tolerance: 1e-8 }
+    }
 }
 
 /// `[estimator]`.
@@ -165,7 +182,7 @@ pub struct Estimator {
 }
 
 /// `estimator.tolerance`, `estimator.max_steps`: relaxation as long as it is worthwhile.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct RelaxUntil {
     /// What further steps may still be expected to gain, relative, in (0, 1).
@@ -182,7 +199,7 @@ impl Default for RelaxUntil {
 }
 
 /// `[adapt]`: an adaptive run.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Adapt {
     /// The certified relative error to reach.

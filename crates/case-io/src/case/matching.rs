@@ -10,6 +10,8 @@ use mesh_io::words::counted;
 
 /// Surfaces whose edges are farther from a smooth curve, in their lengths, are bent.
 const BENT: f64 = 1e-6;
+/// Surfaces closer than this part of the gap are drawn touching.
+const TOUCHING: f64 = 1e-6;
 /// Corners of the contact line from this angle on, in degrees, get a note.
 const CORNER: f64 = 30.0;
 
@@ -49,7 +51,7 @@ impl Case {
         let Some(change) = problem.interface.gap_change() else { return };
         let [x, y] = change.point.map(significant);
         let drawn = match change.drawn {
-            d if d.abs() < 1e-6 * change.used => "touching".to_owned(),
+            d if d.abs() < TOUCHING * change.used => "touching".to_owned(),
             d if d > 0.0 => format!("apart by {}", significant(d)),
             d => format!("overlapping by {}", significant(-d)),
         };
