@@ -10,9 +10,14 @@ pub fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
+/// Names that a message lists.
+const MOST_LISTED: usize = 20;
+/// Nobody misspells a name this long; distances are quadratic in the length.
+const LONGEST_NAME: usize = 200;
+
 /// Lists names for a message, the first twenty.
 pub fn listed(names: &[&str]) -> String {
-    let mut words: Vec<String> = names.iter().take(20).map(|n| format!("\"{n}\"")).collect();
+    let mut words: Vec<String> = names.iter().take(MOST_LISTED).map(|n| format!("\"{n}\"")).collect();
     if names.len() > words.len() {
         words.push(format!("… ({} altogether)", names.len()));
     }
@@ -25,8 +30,7 @@ pub fn listed(names: &[&str]) -> String {
 /// assert_eq!(mesh_io::words::nearest("uper", ["upper", "lower"]), Some("upper"));
 /// ```
 pub fn nearest<'a>(found: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    // Distances are quadratic in the length: nobody misspells a name this long.
-    if found.len() > 200 {
+    if found.len() > LONGEST_NAME {
         return None;
     }
     let distance = |name: &&str| strsim::damerau_levenshtein(&found.to_lowercase(), &name.to_lowercase());

@@ -64,7 +64,7 @@ fn reproduce(page: &mut String, case: &Case, report: &Report) {
     files.dedup();
     let own = [("nndd", env!("CARGO_PKG_VERSION")), ("settings and meshes", &case.hash())];
     let rows = own.into_iter().chain(files).map(|(what, mark)| vec![what.to_owned(), mark.to_owned()]);
-    table(page, &["what", "SHA-256 or version"], rows);
+    table(page, "", &["what", "SHA-256 or version"], rows);
     page.push_str(
         "<p>Times, threads and host are in <a href=\"report.json\">report.json</a>: this page is the same \
          in every run of the case.</p>\n",
@@ -81,12 +81,15 @@ fn shell_word(word: &str) -> String {
     }
 }
 
-/// Writes a table, the cells of each row as text.
-fn table(page: &mut String, heads: &[&str], rows: impl IntoIterator<Item = Vec<String>>) {
+/// Writes a table below a title, the cells of each row as text.
+fn table(page: &mut String, title: &str, heads: &[&str], rows: impl IntoIterator<Item = Vec<String>>) {
     let row = |kind: &str, cells: &mut dyn Iterator<Item = &str>| {
         let cells: String = cells.map(|cell| format!("<{kind}>{}</{kind}>", escape(cell))).collect();
         format!("<tr>{cells}</tr>\n")
     };
+    if !title.is_empty() {
+        let _ = writeln!(page, "<h2>{title}</h2>");
+    }
     page.push_str("<table>");
     page.push_str(&row("th", &mut heads.iter().copied()));
     page.extend(rows.into_iter().map(|cells| row("td", &mut cells.iter().map(String::as_str))));
@@ -95,14 +98,13 @@ fn table(page: &mut String, heads: &[&str], rows: impl IntoIterator<Item = Vec<S
 
 /// The sizes of the bodies on the last mesh.
 fn bodies(page: &mut String, case: &Case, report: &Report, angles: [f64; 2]) {
-    page.push_str("<h2>Bodies</h2>\n");
     let rows = report.bodies.iter().zip(angles).enumerate().map(|(k, (body, angle))| {
         let materials = case.materials_of(k).into_iter().map(|m| format!("{}: {}", m.name, m.summary()));
         let [nodes, triangles, unknowns] = [body.nodes, body.triangles, body.unknowns].map(|n| n.to_string());
         let materials = materials.collect::<Vec<_>>().join("; ");
         vec![body.name.clone(), nodes, triangles, unknowns, format!("{angle:.1}°"), materials]
     });
-    table(page, &["body", "nodes", "triangles", "unknowns", "smallest angle", "material"], rows);
+    table(page, "Bodies", &["body", "nodes", "triangles", "unknowns", "smallest angle", "material"], rows);
     for contact in &report.contact {
         let _ = writeln!(
             page,
@@ -175,14 +177,13 @@ fn parts(page: &mut String, report: &Report) {
     ];
     let rows = rows.into_iter().filter(|(_, value, _)| *value != Some(0.0));
     let rows = rows.map(|(name, value, cure)| vec![name.into(), number(value), cure.into()]);
-    table(page, &["part", "energy norm", "what lowers it"], rows);
+    table(page, "", &["part", "energy norm", "what lowers it"], rows);
 }
 
 fn checks(page: &mut String, report: &Report) {
-    page.push_str("<h2>Checks of the certificate</h2>\n");
     let checks = report.certificate.checks.named();
     let rows = checks.into_iter().map(|(key, value)| vec![key.replace('_', " "), number(value)]);
-    table(page, &["residual", "relative"], rows);
+    table(page, "Checks of the certificate", &["residual", "relative"], rows);
 }
 
 fn results(page: &mut String, case: &Case, report: &Report) {
@@ -190,7 +191,6 @@ fn results(page: &mut String, case: &Case, report: &Report) {
     let t = case.model.thickness;
     // Without a solution nothing of it is known.
     let Some(energies) = r.energy_norm_squared else { return };
-    page.push_str("<h2>Results</h2>\n");
     let mut rows = vec![];
     let mut row = |name: &str, value: Option<f64>, by_thickness: bool| {
         let whole = value.filter(|_| by_thickness).map(|x| x * t);
@@ -218,7 +218,7 @@ fn results(page: &mut String, case: &Case, report: &Report) {
         }
     }
     let whole = format!("for the thickness {}", words::short(t));
-    table(page, &["quantity", "per unit thickness", &whole], rows);
+    table(page, "Results", &["quantity", "per unit thickness", &whole], rows);
 }
 
 /// What the certificate says about other quantities.
@@ -232,12 +232,16 @@ fn bounds(page: &mut String, report: &Report) {
     if rows.iter().all(|(_, bounds)| bounds.is_none()) {
         return;
     }
-    page.push_str("<h2>Bounds of the exact solution</h2>\n");
     let rows = rows.into_iter().filter_map(|(name, bounds)| {
         let [low, high] = bounds?;
         Some(vec![name.to_owned(), words::at_least(low), words::at_most(high)])
     });
-    table(page, &["quantity, per unit thickness", "at least", "at most"], rows);
+    table(
+        page,
+        "Bounds of the exact solution",
+        &["quantity, per unit thickness", "at least", "at most"],
+        rows,
+    );
     page.push_str("<p>These bounds hold whenever the certified error bound holds.</p>\n");
 }
 
@@ -246,18 +250,16 @@ fn steps(page: &mut String, report: &Report) {
     if report.adaptive.is_empty() {
         return;
     }
-    page.push_str("<h2>Meshes</h2>\n");
     let rows = report.adaptive.iter().map(|row| {
         let relative = row.relative.map_or_else(|| number(None), words::rounded_up);
         let [step, nodes, pairs, iterations] =
             [row.step, row.nodes, row.pairs, row.iterations].map(|n| n.to_string());
         vec![step, nodes, pairs, words::rounded_up(row.e_cre), relative, iterations]
     });
-    table(page, &["step", "nodes", "pairs", "e_cre", "relative", "iterations"], rows);
+    table(page, "Meshes", &["step", "nodes", "pairs", "e_cre", "relative", "iterations"], rows);
 }
 
 fn iterations(page: &mut String, report: &Report) {
-    page.push_str("<h2>Iterations</h2>\n");
     let forces = report.bodies.iter().map(|body| format!("contact force of {}", body.name));
     let forces: Vec<String> = forces.collect();
     let mut heads = vec!["it", "theta", "precision", "eta_nndd", "eta_dis", "e_cre", "contact nodes"];
@@ -272,7 +274,7 @@ fn iterations(page: &mut String, report: &Report) {
         cells.push(format!("{} {}", row.qp_path.as_deref().unwrap_or("–"), row.qp_iterations));
         cells
     });
-    table(page, &heads, rows);
+    table(page, "Iterations", &heads, rows);
 }
 
 fn number(value: Option<f64>) -> String {

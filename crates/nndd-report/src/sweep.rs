@@ -94,10 +94,12 @@ pub fn sweep(options: &SweepOptions, host: &mut dyn Host) -> Result<Swept, Failu
     let mut panels: Vec<SweepPanel> = Vec::new();
     let mut failure = None;
     for variant in &variants {
-        let (panel, failed) =
-            run_panel(options, &sweep, [&base, variant], &panels, directory.presence(), host);
+        let mut panel =
+            SweepPanel { settings: written(&[&base[..], variant].concat()), ..SweepPanel::default() };
+        let output = directory.presence();
+        let filled = fill_panel(&mut panel, options, &sweep, [&base, variant], &panels, &output, host);
         panels.push(panel);
-        failure = failed.map(|failed| of_panel(failed, variant));
+        failure = filled.err().map(|failed| of_panel(failed, variant));
         if failure.is_some() || host.interrupted().is_some() {
             break;
         }
@@ -188,43 +190,27 @@ fn write(record: &SweepReport, sweep: &Sweep, directory: &mut OutputDirectory) -
     Ok(put(ResultKind::Sweep.record(), &record.to_json()?)?)
 }
 
-/// Runs one panel; a request to end or a value that cannot be run ends it with the rows there are.
-///
-/// * `settings`: of all panels, and of the panel itself.
-/// * `before`: the panels before it.
-/// * `output`: the directory that must stay until the end.
-fn run_panel(
-    options: &SweepOptions,
-    sweep: &Sweep,
-    settings: [&[(String, String)]; 2],
-    before: &[SweepPanel],
-    output: Presence,
-    host: &mut dyn Host,
-) -> (SweepPanel, Option<Failure>) {
-    let written = |settings: &[(String, String)]| -> Vec<String> {
-        settings.iter().map(|(key, value)| format!("{key}={value}")).collect()
-    };
-    let mut panel = SweepPanel { settings: written(&settings.concat()), ..SweepPanel::default() };
-    let own = written(settings[1]).join("; ");
-    let naming = (before, own.as_str());
-    let failure = fill_panel(&mut panel, options, sweep, &settings.concat(), naming, &output, host).err();
-    (panel, failure)
+/// Writes settings as `KEY=VALUE`.
+fn written(settings: &[(String, String)]) -> Vec<String> {
+    settings.iter().map(|(key, value)| format!("{key}={value}")).collect()
 }
 
-/// Adds the rows of a panel one by one.
+/// Adds the rows of a panel one by one; a request to end or a value that cannot be run ends it with the rows there are.
 ///
-/// * `naming`: the panels before it, and its own settings, which tell it from those of its size.
+/// * `settings`: of all panels, and of the panel itself, which tell it from those of its size.
+/// * `before`: the panels before it.
+/// * `output`: the directory that must stay until the end.
 fn fill_panel(
     panel: &mut SweepPanel,
     options: &SweepOptions,
     sweep: &Sweep,
-    overrides: &[(String, String)],
-    naming: (&[SweepPanel], &str),
+    settings: [&[(String, String)]; 2],
+    before: &[SweepPanel],
     output: &Presence,
     host: &mut dyn Host,
 ) -> Result<(), Failure> {
     for (k, value) in sweep.values.iter().enumerate() {
-        let all = settings_of_run(options, sweep, overrides, value);
+        let all = settings_of_run(options, sweep, &settings.concat(), value);
         let read = run::read_case(&options.case, &all).and_then(|mut case| {
             let problem = if case.adapt.is_none() { Some(run::build(&mut case, host)?) } else { None };
             Ok((case, problem))
@@ -240,10 +226,9 @@ fn fill_panel(
         };
         if k == 0 {
             panel.nodes = problem.bodies.iter().map(|b| b.mesh().points().len()).sum();
-            let (before, own) = naming;
             panel.name = format!("{} nodes", panel.nodes);
             if before.iter().any(|other| other.nodes == panel.nodes) {
-                panel.name += &format!(" ({own})");
+                panel.name += &format!(" ({})", written(settings[1]).join("; "));
             }
             host.event(Event::Panel { name: &panel.name, sweep })?;
         }

@@ -10,6 +10,12 @@ use std::collections::HashSet;
 /// Triangles with a smaller angle, in degrees, are worth a warning.
 const SLIVER: f64 = 0.1;
 
+/// Elements with such triangles that are listed.
+const MOST_SLIVERS: usize = 5;
+
+/// Regions whose names are compared with a misspelt one.
+const MOST_COMPARED: usize = 10_000;
+
 /// Means 'not in the region'.
 const OUTSIDE: u32 = u32::MAX;
 
@@ -213,7 +219,7 @@ impl MeshFile {
         } else {
             error.expected(listed(&names))
         };
-        Err(match did_you_mean(name, names.iter().copied().take(10_000), '"') {
+        Err(match did_you_mean(name, names.iter().copied().take(MOST_COMPARED), '"') {
             Some(help) => error.help(help),
             None => error,
         })
@@ -275,7 +281,7 @@ impl Region {
         for (t, number) in self.triangles.iter().zip(&self.cell_numbers) {
             if smallest_angle(t.map(|n| self.points[n as usize])) < SLIVER {
                 count += 1;
-                if thin.len() < 5 {
+                if thin.len() < MOST_SLIVERS {
                     thin.push(number.to_string());
                 }
             }
