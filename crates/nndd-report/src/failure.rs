@@ -38,10 +38,14 @@ pub const COMMAND_LINE: u8 = 2;
 pub const INVALID_INPUT: u8 = 3;
 /// Exit status: no unique solution.
 pub const NO_UNIQUE_SOLUTION: u8 = 4;
+/// Exit status: a target that was missed, or a certificate that is not valid.
+pub(crate) const NOT_CERTIFIED: u8 = 6;
 /// Exit status: something cannot be read or written.
 pub const FILES: u8 = 7;
 /// Exit status: too little memory or time.
 pub const LIMIT: u8 = 8;
+/// Exit status: ended from outside, it is not known how.
+pub(crate) const INTERRUPTED: u8 = 130;
 
 impl Failure {
     /// Makes one without a place.
@@ -103,12 +107,14 @@ impl Failure {
                     name(*body)
                 ),
             ),
-            PrepareError::Assembly {
-                body,
-                source: source @ (AssemblyError::TooLarge { .. } | AssemblyError::OutOfMemory { .. }),
-            } => Self::plain(LIMIT, format!("body \"{}\": {source}", name(*body))),
             PrepareError::Assembly { body, source } => {
-                Self::plain(INVALID_INPUT, format!("body \"{}\": {source}", name(*body)))
+                use AssemblyError::{OutOfMemory, TooLarge};
+                let code = if matches!(source, TooLarge { .. } | OutOfMemory { .. }) {
+                    LIMIT
+                } else {
+                    INVALID_INPUT
+                };
+                Self::plain(code, format!("body \"{}\": {source}", name(*body)))
             }
             PrepareError::Factor { body, source: FactorError::Cholesky { source, .. } }
                 if matches!(source, CholeskyError::OutOfMemory { .. }) =>

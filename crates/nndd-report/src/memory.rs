@@ -11,6 +11,19 @@ const MARGIN: f64 = 1.1;
 /// What is kept of a solved mesh while the next one is solved, bytes per node: mesh, fields and stress.
 const KEPT_PER_NODE: f64 = 900.0;
 
+/// Bytes of the program itself; of the factor per n log₂ n; of mesh and fields per unknown; of three dense matrices per
+/// square of the pairs.
+const PROGRAM: f64 = 20e6;
+const FACTOR: f64 = 56.0;
+const FIELDS: f64 = 450.0;
+const INTERFACE: f64 = 3.0 * 8.0;
+
+/// A contact line is named if it makes the need this many times as large.
+const LONG_LINE: f64 = 2.0;
+
+/// The need grows as this power of the number of nodes.
+const POWER: f64 = 1.05;
+
 /// Estimates the memory of a solve from the number of nodes, bytes.
 ///
 /// Per body with n unknowns: the factor of a nested dissection grows as n log₂ n; the mesh with its topology, the fields
@@ -28,13 +41,12 @@ pub(crate) fn estimate_finer(problem: &ContactProblem, kept: usize) -> f64 {
 }
 
 fn of_sizes(nodes: [u64; 2], pairs: usize) -> f64 {
-    const PROGRAM: f64 = 20e6;
     let pairs = pairs as f64;
     nodes
         .iter()
         .map(|nodes| {
             let n = 2.0 * (*nodes).max(1) as f64;
-            56.0 * n * n.log2() + 450.0 * n + 3.0 * 8.0 * pairs * pairs
+            FACTOR * n * n.log2() + FIELDS * n + INTERFACE * pairs * pairs
         })
         .sum::<f64>()
         + PROGRAM
@@ -57,7 +69,7 @@ pub(crate) fn check_problem(case: &Case, problem: &ContactProblem, host: &dyn Ho
 /// * `pairs`: of the contact line, if it is known.
 fn check(case: &Case, host: &dyn Host, nodes: [u64; 2], pairs: Option<usize>) -> Result<(), Failure> {
     let needed = of_sizes(nodes, pairs.unwrap_or(0));
-    let line = pairs.filter(|_| needed > 2.0 * of_sizes(nodes, 0));
+    let line = pairs.filter(|_| needed > LONG_LINE * of_sizes(nodes, 0));
     let Some((needed, Room { bytes: limit, words, fix: other })) = shortage(case, needed, host) else {
         return Ok(());
     };
@@ -67,7 +79,7 @@ fn check(case: &Case, host: &dyn Host, nodes: [u64; 2], pairs: Option<usize>) ->
     let (what, fits, fix) = match line {
         None => (
             format!("{nodes} nodes"),
-            format!("{} nodes", two_digits(nodes as f64 * (limit / needed).powf(1.0 / 1.05))),
+            format!("{} nodes", two_digits(nodes as f64 * (limit / needed).powf(1.0 / POWER))),
             "take fewer cells, or refine only where it is needed with [adapt]",
         ),
         Some(pairs) => (

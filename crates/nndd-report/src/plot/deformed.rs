@@ -7,7 +7,7 @@ use super::legend;
 use super::look::{Look, Marker};
 use super::names::{self, ABOVE, BESIDE};
 use super::outline::outline;
-use super::sheet::{self, Frame, LEFT, PIXEL, Panel, Sheet, WIDTH, rectangle};
+use super::sheet::{self, FINE, Frame, LEFT, PIXEL, Panel, Sheet, WIDTH, rectangle};
 use fem_core::geometry::{Vector, add, cross, dot, norm, scale, sub};
 use fem_core::mesh::TriMesh;
 
@@ -252,7 +252,7 @@ fn colour_bar(sheet: &mut Sheet, scale: &Scale, panel: Frame) {
     let cut = if scale.cut { "; left end: or less" } else { "" };
     let label = format!("error density (energy / area{cut})");
     sheet.axis(&scale.axis, [left, bottom], [right, bottom], &label);
-    sheet.stroke(&rectangle([left, right], [frame.top, bottom]), INK, 3.0);
+    sheet.stroke(&rectangle([left, right], [frame.top, bottom]), INK, FINE);
 }
 
 fn description(bodies: &[BodyPicture<'_>], factor: f64, scale: &Scale) -> String {

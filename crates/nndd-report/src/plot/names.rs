@@ -3,7 +3,7 @@
 use super::axis::extent;
 use super::cells::Cell;
 use super::colour::INK;
-use super::sheet::{self, Frame, PIXEL, SMALL, Sheet, Words, path};
+use super::sheet::{self, FINE, Frame, PIXEL, SMALL, Sheet, Words, path};
 use fem_core::geometry::{norm, sub};
 
 /// Room between the panel and the sheet's right edge for the bodies' names.
@@ -82,7 +82,7 @@ fn nested(named: &[Named<'_>]) -> bool {
 fn leader(sheet: &mut Sheet, cells: &[Cell], from: [f64; 2]) {
     let far = |p: &[f64; 2]| norm(sub(*p, from));
     if let Some(to) = cells.iter().map(Cell::middle).min_by(|p, q| far(p).total_cmp(&far(q))) {
-        sheet.stroke(&path(&[from, to]), INK, 3.0);
+        sheet.stroke(&path(&[from, to]), INK, FINE);
         sheet.disc(to, 2.0 * PIXEL, INK);
     }
 }

@@ -24,6 +24,11 @@ pub(super) const RIGHT: f64 = 18.0 * PIXEL;
 pub(super) const TITLE: f64 = 50.0 * PIXEL;
 /// Size of the words beside axes and in legends.
 pub(super) const SMALL: f64 = 14.0 * PIXEL;
+/// Thickness of axes and outlines, and of finer lines.
+pub(super) const FIRM: f64 = 1.25 * PIXEL;
+pub(super) const FINE: f64 = 0.75 * PIXEL;
+/// Opacity of a grid's lines, without and with a label.
+const OPACITIES: [(bool, f64); 2] = [(false, 0.06), (true, 0.16)];
 /// Size of the title, and the distance of its lines.
 const LARGE: f64 = 16.0 * PIXEL;
 const LINE: f64 = 18.0 * PIXEL;
@@ -105,7 +110,7 @@ impl Sheet {
             lines += &path(&[at, add(at, scale(TICK, out))]);
             beside.write(self, text, add(at, scale(TICK_LABEL[k], out)));
         }
-        self.stroke(&lines, INK, 5.0);
+        self.stroke(&lines, INK, FIRM);
         let at = add(scale(0.5, add(from, to)), scale(AXIS_LABEL[k], out));
         let room = if vertical { norm(sub(to, from)) } else { 2.0 * (at[0].min(WIDTH - at[0]) - MARGIN) };
         let words = Words::new(fitting(label, SMALL, room));
@@ -255,14 +260,14 @@ impl Panel<'_> {
     /// Draws a grid behind the data.
     pub(super) fn grid(&self, sheet: &mut Sheet) {
         let (f, [x, y]) = (self.frame, self.axes);
-        for (major, opacity) in [(false, 0.06), (true, 0.16)] {
+        for (major, opacity) in OPACITIES {
             let upright = x.positions(major).into_iter().map(|t| f.left + t * f.width);
             let level = y.positions(major).into_iter().map(|t| f.bottom() - t * f.height);
             let upright = upright.map(|x| path(&[[x, f.top], [x, f.bottom()]]));
             let level = level.map(|y| path(&[[f.left, y], [f.right(), y]]));
             let lines: String = upright.chain(level).collect();
             sheet.add(&format!(
-                "<path d=\"{lines}\" stroke=\"{INK}\" stroke-opacity=\"{opacity}\" stroke-width=\"3\"/>"
+                "<path d=\"{lines}\" stroke=\"{INK}\" stroke-opacity=\"{opacity}\" stroke-width=\"{FINE}\"/>"
             ));
         }
     }

@@ -7,7 +7,7 @@ use super::deformed::{PLANE, equal_scale, extents};
 use super::legend;
 use super::look::{Look, Marker};
 use super::outline::outline;
-use super::sheet::{self, LEFT, MARGIN, PIXEL, Panel, RIGHT, SMALL, Sheet, WIDTH, Words, path};
+use super::sheet::{self, FIRM, LEFT, MARGIN, PIXEL, Panel, RIGHT, SMALL, Sheet, WIDTH, Words, path};
 use fem_core::geometry::{Vector, add, dot, norm, perpendicular, scale, sub};
 use fem_core::mesh::TriMesh;
 use std::fmt::Write as _;
@@ -58,9 +58,11 @@ const BODY_FORCE: Look = Look::new("body force", ORANGE, 7.0, Marker::Triangle);
 const CONTACT: Look = Look::new("possible contact", GREEN, 4.0 * PIXEL, Marker::None);
 /// Distance of two marks of a kind.
 const APART: f64 = 17.0 * PIXEL;
-/// Length of the longest arrow, and of the shortest.
+/// Length of the longest arrow of a load, and of the shortest.
 const ARROW: f64 = 30.0 * PIXEL;
 const SHORT_ARROW: f64 = 9.0 * PIXEL;
+/// Length of the arrow of an imposed displacement.
+const MOVED_ARROW: f64 = 0.7 * ARROW;
 /// Length and half the width of an arrow's head.
 const HEAD: [f64; 2] = [6.0 * PIXEL, 3.5 * PIXEL];
 /// Length of the hatches of a held side, and radius of the rollers.
@@ -132,7 +134,7 @@ fn shape(sheet: &mut Sheet, panel: &Panel<'_>, body: &SketchBody<'_>) {
         let cells: String = (0..mesh.triangles().len()).map(cell).collect();
         sheet.stroke(&cells, "#FFFFFF", 2.0);
     }
-    sheet.stroke(&lines, INK, 5.0);
+    sheet.stroke(&lines, INK, FIRM);
 }
 
 /// A direction of the plane on the sheet, on which downwards is positive.
@@ -153,14 +155,14 @@ fn marks(sheet: &mut Sheet, panel: &Panel<'_>, body: &SketchBody<'_>, largest: f
             if edge.held == Held::Fixed {
                 // A hatch: at 45 degrees to the side, outwards.
                 let way = scale(std::f64::consts::FRAC_1_SQRT_2, add(out, perpendicular(out)));
-                sheet.stroke(&path(&[at, add(at, scale(HATCH, way))]), INK, 5.0);
+                sheet.stroke(&path(&[at, add(at, scale(HATCH, way))]), INK, FIRM);
             } else {
                 sheet.disc(add(at, scale(ROLLER_RADIUS + 1.5 * PIXEL, out)), ROLLER_RADIUS, GREY);
             }
         }
         if let Some(way) = unit(flipped(edge.displacement)).filter(|_| moves.has_room(at)) {
             let off = if edge.held == Held::Free { 0.0 } else { OFF };
-            arrow(sheet, at, way, out, 0.7 * ARROW, off, &MOVED);
+            arrow(sheet, at, way, out, MOVED_ARROW, off, &MOVED);
         }
         let size = norm(edge.traction);
         let way = unit(flipped(edge.traction)).filter(|_| size >= LEAST_LOAD * largest);
@@ -182,7 +184,7 @@ fn arrow(sheet: &mut Sheet, at: Vector, way: Vector, out: Vector, length: f64, o
 
 fn unit(v: Vector) -> Option<Vector> {
     let length = norm(v);
-    (length > 0.0 && length.is_finite()).then(|| scale(1.0 / length, v))
+    (length > 0.0 && length.is_finite()).then(|| v.map(|c| c / length))
 }
 
 /// Places of marks that keep their distance.
