@@ -74,7 +74,7 @@ fn body(body: &BodyCase) -> Json {
     let mut key = "generator";
     if let (MeshSource::File { .. }, Some(mesh)) = (&body.mesh, mesh.as_object_mut()) {
         key = "mesh";
-        mesh.remove("kind");
+        mesh.shift_remove("kind");
     }
     let mut settings = json!({
         "name": body.name,
