@@ -90,7 +90,7 @@ fn lower_body(cells: [usize; 2]) -> (Body, InterfaceSide) {
     let (upper, lower) = (body(1.0, 2000.0, "top"), body(0.0, 1000.0, "bottom"));
     let interface =
         ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
-    let side = interface.sides()[1].clone();
+    let side = interface.side(1);
     (lower, side)
 }
 

@@ -1,13 +1,10 @@
 //! The figures of a run, drawn by [`crate::plot`].
 
-use crate::failure::Failure;
-use crate::plot::{
-    self, BodyPicture, Closing, ContactProfile, ConvergenceRow, Held, PlotError, SketchBody, SketchEdge,
-};
+use crate::plot::{self, BodyPicture, Closing, Held, SketchBody, SketchEdge};
 use crate::words::one_line;
 use case_io::Case;
 use case_io::case::BodyCase;
-use case_io::report::AdaptiveRow;
+use case_io::report::Report;
 use case_io::table::ContactRow;
 use certified_contact::CertifiedSolution;
 use fem_core::body::{Body, EdgeReaction, NodeConstraint};
@@ -23,12 +20,6 @@ pub(crate) struct Picture {
     pub(crate) numbers: Option<&'static str>,
 }
 
-impl From<PlotError> for Failure {
-    fn from(error: PlotError) -> Self {
-        Self::defect(format!("a figure could not be drawn: {error}"))
-    }
-}
-
 /// Computes the error density (squared error over area) in the triangles of a body.
 pub(crate) fn error_density(solution: &CertifiedSolution, body: usize) -> Vec<f64> {
     let mesh = solution.problem.bodies[body].mesh();
@@ -41,79 +32,50 @@ pub(crate) fn of_solve(
     case: &Case,
     solution: &CertifiedSolution,
     contact: &[ContactRow],
-    steps: &[AdaptiveRow],
-) -> Result<Vec<Picture>, Failure> {
+    report: &Report,
+) -> Vec<Picture> {
     let name = one_line(if case.title.is_empty() { case.file_name() } else { &case.title });
-    let mut pictures = vec![Picture {
+    let mut pictures = vec![problem(case, solution, &format!("{name}: the problem"))];
+    if let Some(estimate) = &solution.estimate {
+        let count = solution.problem.bodies.len();
+        let densities: Vec<Vec<f64>> = (0..count).map(|b| error_density(solution, b)).collect();
+        let picture = |b: usize| BodyPicture {
+            name: &case.bodies[b].name,
+            mesh: solution.problem.bodies[b].mesh(),
+            displacement: &estimate.pair.bodies[b].displacement,
+            density: &densities[b],
+        };
+        let bodies: Vec<BodyPicture<'_>> = (0..count).map(picture).collect();
+        pictures.push(Picture {
+            name: "deformed",
+            svg: plot::deformed(&format!("{name}: error density"), &bodies, &closing(solution)),
+            caption: "The certified squared error of each cell over its area: where the mesh should be finer.",
+            numbers: None,
+        });
+        pictures.push(Picture {
+            name: "contact",
+            svg: plot::contact(&format!("{name}: contact line"), contact),
+            caption: "The opening is zero where there is pressure; the pressure is zero where the bodies are apart.",
+            numbers: Some("contact.csv"),
+        });
+    }
+    pictures.push(Picture {
         name: "convergence",
-        svg: plot::convergence(
-            &format!("{name}: errors against the iteration"),
-            &convergence_rows(solution),
-        )?,
+        svg: plot::convergence(&format!("{name}: errors against the iteration"), &report.iterations),
         caption: "The error of the iteration (eta_nndd) falls below that of the mesh (eta_dis); e_cre bounds both together.",
         numbers: Some("history.csv"),
-    }];
+    });
     if let Some(adapt) = &case.adapt {
-        let steps: Vec<_> = steps.iter().map(|row| (row.nodes, row.relative)).collect();
+        let steps: Vec<_> = report.adaptive.iter().map(|row| (row.nodes, row.relative)).collect();
         let title = format!("{name}: certified error against the number of nodes");
         pictures.push(Picture {
             name: "adaptive",
-            svg: plot::adaptive(&title, &steps, adapt.target_relative_error)?,
+            svg: plot::adaptive(&title, &steps, adapt.target_relative_error),
             caption: "Linear triangles cannot converge faster than the slope of the dashed line.",
             numbers: Some("adaptive.csv"),
         });
     }
-    pictures.insert(0, problem(case, solution, &format!("{name}: the problem"))?);
-    let Some(estimate) = &solution.estimate else { return Ok(pictures) };
-    let count = solution.problem.bodies.len();
-    let densities: Vec<Vec<f64>> = (0..count).map(|b| error_density(solution, b)).collect();
-    let picture = |b: usize| {
-        let mesh = solution.problem.bodies[b].mesh();
-        BodyPicture {
-            name: &case.bodies[b].name,
-            points: mesh.points(),
-            triangles: mesh.triangles(),
-            displacement: &estimate.pair.bodies[b].displacement,
-            density: &densities[b],
-        }
-    };
-    let bodies: Vec<BodyPicture<'_>> = (0..count).map(picture).collect();
-    pictures.insert(
-        1,
-        Picture {
-            name: "deformed",
-            svg: plot::deformed(&format!("{name}: error density"), &bodies, &closing(solution))?,
-            caption: "The certified squared error of each cell over its area: where the mesh should be finer.",
-            numbers: None,
-        },
-    );
-    let column = |of: fn(&ContactRow) -> f64| contact.iter().map(of).collect::<Vec<f64>>();
-    let (s, opening, pressure) = (column(|r| r.s), column(|r| r.opening), column(|r| r.pressure));
-    let profile = ContactProfile { s: &s, opening: &opening, pressure: &pressure };
-    pictures.insert(
-        2,
-        Picture {
-            name: "contact",
-            svg: plot::contact(&format!("{name}: contact line"), &profile)?,
-            caption: "The opening is zero where there is pressure; the pressure is zero where the bodies are apart.",
-            numbers: Some("contact.csv"),
-        },
-    );
-    Ok(pictures)
-}
-
-fn convergence_rows(solution: &CertifiedSolution) -> Vec<ConvergenceRow> {
-    solution
-        .rows
-        .iter()
-        .map(|row| ConvergenceRow {
-            iteration: row.iteration.iteration,
-            eta_nndd: row.iteration.eta_nndd,
-            precision: row.iteration.precision,
-            eta_dis: row.eta_dis,
-            e_cre: row.e_cre,
-        })
-        .collect()
+    pictures
 }
 
 /// The distances of the contact nodes at rest, and by how much the displacements bring them together.
@@ -136,11 +98,10 @@ fn closing(solution: &CertifiedSolution) -> Vec<Closing> {
 }
 
 /// Draws the problem of the last mesh.
-fn problem<'a>(case: &'a Case, solution: &'a CertifiedSolution, title: &str) -> Result<Picture, Failure> {
+fn problem<'a>(case: &'a Case, solution: &'a CertifiedSolution, title: &str) -> Picture {
     let sketch = |(given, body): (&'a BodyCase, &'a Body)| SketchBody {
         name: &given.name,
-        points: body.mesh().points(),
-        triangles: body.mesh().triangles(),
+        mesh: body.mesh(),
         edges: sketch_edges(body),
         body_force: body.body_force(),
     };
@@ -151,12 +112,12 @@ fn problem<'a>(case: &'a Case, solution: &'a CertifiedSolution, title: &str) -> 
         pair.interface.edges().iter().map(|edge| edge.pairs.map(place)).collect()
     };
     let contact: Vec<[[f64; 2]; 2]> = solution.problem.contacts.iter().flat_map(line).collect();
-    Ok(Picture {
+    Picture {
         name: "problem",
-        svg: plot::sketch(title, &bodies, &contact)?,
+        svg: plot::sketch(title, &bodies, &contact),
         caption: "Supports, loads and imposed displacements as the program read them.",
         numbers: None,
-    })
+    }
 }
 
 /// What is imposed on the boundary edges of a body.
