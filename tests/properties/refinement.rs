@@ -6,7 +6,7 @@ use crate::model::{Motion, models};
 use certified_contact::{Bounds, Imposed, Settings, Silent, solve};
 use fem_core::interface::ContactProblem;
 use fem_core::mesh::refine::RefinementEdges;
-use nndd::Method;
+use nndd::NewtonSettings;
 use proptest::prelude::*;
 use tests::random::Random;
 
@@ -14,7 +14,7 @@ use tests::random::Random;
 fn bounds(problem: &ContactProblem) -> (Bounds, f64) {
     let mut settings = Settings::default();
     settings.imposed = Imposed::First;
-    settings.nndd.method = Method::Newton;
+    settings.method = NewtonSettings::default().into();
     let solution = solve(problem.clone(), &settings, &mut Silent).unwrap();
     assert!(solution.is_certified());
     let energy = solution.results.as_ref().unwrap().energy_norm_squared.iter().sum();

@@ -1,7 +1,7 @@
 //! Iterations to reduce η_NNDD by 1e-10, over the family of stacked blocks.
 
 use certified_contact::{Criterion, Imposed, Settings, Silent, solve};
-use nndd::{Method, NnddStatus};
+use nndd::{NnddSettings, NnddStatus};
 use std::error::Error;
 use tests::blocks::Blocks;
 
@@ -10,8 +10,10 @@ fn count(blocks: &Blocks, imposed: Imposed, swap: bool) -> Result<String, Box<dy
     let mut settings = Settings::default();
     settings.imposed = imposed;
     settings.criterion = Criterion::EtaNndd { tolerance: 1e-10 };
-    settings.nndd.max_iterations = 100;
-    settings.nndd.method = Method::Nndd;
+    let mut nndd = NnddSettings::default();
+    nndd.max_iterations = 100;
+    nndd.newton = None;
+    settings.method = nndd.into();
     let problem = blocks.problem()?;
     let problem = if swap { tests::run::exchanged(problem) } else { problem };
     let solution = solve(problem, &settings, &mut Silent)?;

@@ -244,12 +244,12 @@ fn an_error_of_the_iteration_is_not_refined() {
     // One iteration from λ = 0: nearly all of the bound is the iteration's.
     let mut settings = Settings::default();
     settings.criterion = Criterion::Iterations;
-    settings.nndd.max_iterations = 1;
+    settings.method = settings.method.with_max_iterations(1);
     let answer = solve_adaptively(coarse_paper(), &settings, &AdaptSettings::new(0.05), &mut Silent).unwrap();
     assert!(matches!(answer.end, AdaptiveEnd::IterationError), "{:?}", answer.end);
     assert_eq!(answer.history.len(), 1);
     // Enough of them do.
-    settings.nndd.max_iterations = 8;
+    settings.method = settings.method.with_max_iterations(8);
     let answer = solve_adaptively(coarse_paper(), &settings, &AdaptSettings::new(0.05), &mut Silent).unwrap();
     assert!(matches!(answer.end, AdaptiveEnd::TargetMet), "{:?}", answer.end);
     assert!(answer.history.iter().all(|s| s.iterations == 8));

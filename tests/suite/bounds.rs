@@ -77,8 +77,8 @@ fn they_hold_at_every_iteration_however_far_from_the_limit() {
         for iterations in 1..6 {
             for theta in [0.1, 0.25, 0.4] {
                 let mut settings = Settings::default();
-                settings.nndd = NnddSettings::paper(theta);
-                settings.nndd.max_iterations = iterations;
+                settings.method = NnddSettings::paper(theta).into();
+                settings.method = settings.method.with_max_iterations(iterations);
                 settings.criterion = Criterion::Iterations;
                 // Pressed together from the start: a body that is moved without load has nothing but round-off to check.
                 settings.lambda = 0.005.into();
@@ -136,7 +136,7 @@ fn a_body_that_is_only_moved_is_not_refused() {
     // From λ = 0 the first iteration moves the upper body without strain: nothing but round-off to check, on every mesh.
     let base = Columns { materials: [(2000.0, 0.3), (1000.0, 0.2)], weights: [0.0; 2], push: 0.01, gap: 0.0 };
     let mut settings = Settings::default();
-    settings.nndd.max_iterations = 1;
+    settings.method = settings.method.with_max_iterations(1);
     settings.criterion = Criterion::Iterations;
     for (materials, push) in [
         (base.materials, 0.01),

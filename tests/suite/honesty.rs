@@ -163,7 +163,7 @@ fn a_mesh_that_is_not_exact_needs_its_ratio() {
     // A ratio that no iteration reaches: round-off is no excuse if the mesh has an error.
     let mut settings = Settings::default();
     settings.criterion = Criterion::Estimator { ratio: 1e-30, force_balance: None };
-    settings.nndd.max_iterations = 200;
+    settings.method = settings.method.with_max_iterations(200);
     let found = solve(pressed(1.0, 2.0, 0.01), &settings, &mut Silent).unwrap();
     assert!(
         matches!(found.nndd.status, nndd::NnddStatus::Stalled { at_round_off: true, .. }),

@@ -9,7 +9,7 @@ use fem_core::boundary::BoundaryConditions;
 use fem_core::interface::{ContactInterface, ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
-use nndd::{Method, NnddStatus};
+use nndd::{Method, NnddSettings, NnddStatus};
 use tests::blocks::Blocks;
 use tests::receding;
 use tests::run::newton;
@@ -27,7 +27,7 @@ fn discrete_force(problem: &ContactProblem) -> f64 {
 /// Settings with which the iteration does not converge: few iterations from λ = 0.
 fn hurried(iterations: usize) -> Settings {
     let mut settings = Settings::default();
-    settings.nndd.max_iterations = iterations;
+    settings.method = settings.method.with_max_iterations(iterations);
     settings
 }
 
@@ -134,8 +134,14 @@ fn an_explicit_choice_of_the_iteration_never_switches() {
         assert!(answer.nndd.switch.is_none() && answer.rows.len() == 2);
         answer.nndd.status
     };
-    assert_eq!(status(&|s| s.nndd.method = Method::Nndd), NnddStatus::MaxIterations);
-    assert_eq!(status(&|s| s.nndd.theta = Some(0.5)), NnddStatus::MaxIterations);
+    let changed = |change: &dyn Fn(&mut NnddSettings)| {
+        let mut nndd = NnddSettings::default();
+        nndd.max_iterations = 2;
+        change(&mut nndd);
+        Method::from(nndd)
+    };
+    assert_eq!(status(&|s| s.method = changed(&|nndd| nndd.newton = None)), NnddStatus::MaxIterations);
+    assert_eq!(status(&|s| s.method = changed(&|nndd| nndd.theta = Some(0.5))), NnddStatus::MaxIterations);
     assert_eq!(status(&|s| s.criterion = Criterion::Iterations), NnddStatus::MaxIterations);
     // The same settings without such a choice do.
     assert!(run(problem(), &hurried(2)).nndd.switch.is_some());

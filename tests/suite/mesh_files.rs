@@ -105,7 +105,7 @@ fn use_everything(file: &MeshFile) {
     let names: Vec<String> = file.group_names(2).take(5).map(str::to_owned).collect();
     for name in names.iter().map(|n| Some(n.as_str())).chain([None, Some("absent")]) {
         for merge in [false, true] {
-            if let Ok(region) = file.region(name, RegionOptions { merge }) {
+            if let Ok(region) = file.region(name, RegionOptions::with_merge(merge)) {
                 let _ = (region.mesh(), region.without_sides());
             }
         }

@@ -295,7 +295,7 @@ fn early(contrast: f64, iterations: usize) -> CertifiedSolution {
     let mut settings = Settings::default();
     settings.imposed = Imposed::First;
     settings.criterion = Criterion::Iterations;
-    settings.nndd.max_iterations = iterations;
+    settings.method = settings.method.with_max_iterations(iterations);
     let found =
         solve(Blocks::half_open(contrast).cells(6).problem().unwrap(), &settings, &mut Silent).unwrap();
     assert!(found.is_certified());

@@ -83,11 +83,11 @@ fn the_best_certificate_is_found_again_where_it_is_an_earlier_one() {
     let problem = Blocks::half_open(1.0).problem().unwrap();
     let adapt = AdaptSettings::new(0.01);
     let mut settings = Settings::default();
-    settings.nndd = NnddSettings::paper(0.7);
+    settings.method = NnddSettings::paper(0.7).into();
     settings.criterion = Criterion::Iterations;
     // Two or three iterations of a bad θ: the last mesh has a worse bound than the second or the first.
     for (iterations, best) in [(2, 2), (3, 1)] {
-        settings.nndd.max_iterations = iterations;
+        settings.method = settings.method.clone().with_max_iterations(iterations);
         let mut record = Record::default();
         let whole = solve_adaptively(problem.clone(), &settings, &adapt, &mut record).unwrap();
         assert_eq!((whole.step, whole.history.len()), (best, best + 1));

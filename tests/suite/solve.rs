@@ -17,7 +17,7 @@ fn coarse() -> ContactProblem {
 fn with(nndd: NnddSettings, criterion: Criterion) -> Settings {
     let mut settings = Settings::default();
     settings.imposed = Imposed::First;
-    settings.nndd = nndd;
+    settings.method = nndd.into();
     settings.criterion = criterion;
     settings
 }
@@ -109,7 +109,7 @@ fn each_criterion_stops_where_it_says() {
 #[test]
 fn estimates_come_as_often_as_asked() {
     let mut settings = with(NnddSettings::paper(0.4), Criterion::Iterations);
-    settings.nndd.max_iterations = 7;
+    settings.method = settings.method.with_max_iterations(7);
     settings.estimate_every = 3;
     let answer = run(coarse(), &settings);
     let estimated: Vec<bool> = answer.rows.iter().map(|row| row.e_cre.is_some()).collect();
@@ -357,8 +357,8 @@ fn a_theta_just_above_the_limit_stalls_and_the_range_is_named() {
     let problem = paper::problem_with(paper::COARSE, paper::YOUNG, 0.0, paper::PUSH, 0.0).unwrap();
     let mut settings = Settings::default();
     settings.imposed = Imposed::First;
-    settings.nndd = NnddSettings::paper(1.1 * 0.7708262296050389);
-    settings.nndd.max_iterations = 400;
+    settings.method = NnddSettings::paper(1.1 * 0.7708262296050389).into();
+    settings.method = settings.method.with_max_iterations(400);
     settings.criterion = Criterion::EtaNndd { tolerance: 1e-6 };
     let answer = solve(problem, &settings, &mut Silent).unwrap();
     assert!(matches!(answer.nndd.status, NnddStatus::Stalled { at_round_off: false, .. }));

@@ -106,7 +106,7 @@ pub fn course(
     let default = solve(problem, &Settings::default(), &mut Silent)?;
     let stop = default.rows.len();
     let prepared = prepare(&default.problem);
-    let (_, mut all) = iterates(&prepared, &Settings::default().nndd, 1e-6)?;
+    let (_, mut all) = iterates(&prepared, &nndd::NnddSettings::default(), 1e-6)?;
     if all.iter().all(|i| i.iteration != stop) {
         // The answer of Newton after a switch.
         all.push(default.last().clone());

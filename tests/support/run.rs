@@ -14,7 +14,7 @@ use fem_core::prepared::PreparedProblem;
 use fem_core::quadrature::RADON7;
 use fem_core::tensor::SymTensor2;
 use nndd::stopping::{Decision, EtaNndd, Never, StoppingCriterion};
-use nndd::{Iterate, Method, NnddError, NnddSettings, NnddSolution};
+use nndd::{Iterate, NewtonSettings, NnddError, NnddSettings, NnddSolution};
 
 /// Assembles and factorises a body that is known to be sound.
 ///
@@ -134,7 +134,7 @@ pub fn iterates(
     let mut recorder = Recorder { inner: EtaNndd::new(tolerance), iterates: Vec::new() };
     let lambda = vec![0.0; prepared.node_pairs()];
     let mut settings = settings.clone();
-    settings.method = Method::Nndd;
+    settings.newton = None;
     let solution = nndd::solve(prepared, lambda, &settings, &mut recorder)?;
     Ok((solution, recorder.iterates))
 }
@@ -154,10 +154,8 @@ pub fn pair_of(prepared: &PreparedProblem, lambda: Vec<f64>) -> Result<Iterate, 
 /// # Errors
 /// None, for sound problems.
 pub fn newton(prepared: &PreparedProblem) -> Result<Iterate, NnddError> {
-    let mut settings = NnddSettings::default();
-    settings.method = Method::Newton;
     let lambda = vec![0.0; prepared.node_pairs()];
-    Ok(nndd::solve(prepared, lambda, &settings, &mut Never)?.last)
+    Ok(nndd::solve(prepared, lambda, NewtonSettings::default(), &mut Never)?.last)
 }
 
 /// Computes `‖u‖` and `‖u − v‖` of two pairs of displacement fields, square roots of energies.

@@ -25,7 +25,7 @@ use fem_core::interface::{ContactInterface, ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic, Materials};
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::generate::block;
-use nndd::Method;
+use nndd::NewtonSettings;
 use qd::Quad;
 use std::error::Error;
 
@@ -358,7 +358,7 @@ pub fn random_settings(random: &mut Random) -> Settings {
     settings.relaxation =
         [Relaxation::NONE, Relaxation::Steps(2), Relaxation::default()][(random.unit() * 3.0) as usize];
     if random.unit() < 0.25 {
-        settings.nndd.method = Method::Newton;
+        settings.method = NewtonSettings::default().into();
     }
     settings
 }

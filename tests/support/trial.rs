@@ -10,7 +10,7 @@ use certified_contact::{
 };
 use cre_estimator::{AdmissiblePair, Relaxation};
 use fem_core::interface::ContactProblem;
-use nndd::Method;
+use nndd::NewtonSettings;
 use std::error::Error;
 
 /// Nodes up to which cells are halved twice.
@@ -61,9 +61,9 @@ fn settings(random: &mut Random) -> Settings {
     let choice = random.unit();
     if choice < 0.25 {
         settings.criterion = Criterion::Iterations;
-        settings.nndd.max_iterations = 1 + (random.unit() * 4.0) as usize;
+        settings.method = settings.method.with_max_iterations(1 + (random.unit() * 4.0) as usize);
     } else if choice < 0.4 {
-        settings.nndd.method = Method::Newton;
+        settings.method = NewtonSettings::default().into();
     }
     settings
 }
@@ -129,7 +129,7 @@ fn trial(family: Family, number: u64) -> Result<Option<Trial>, Box<dyn Error>> {
 fn discrete(problem: &ContactProblem, pair: &AdmissiblePair, eta: f64) -> Option<(f64, bool)> {
     let mut settings = Settings::default();
     settings.imposed = Imposed::Second;
-    settings.nndd.method = Method::Newton;
+    settings.method = NewtonSettings::default().into();
     let other = solve(problem.clone(), &settings, &mut Silent).ok()?;
     let estimate = other.estimate.as_ref()?;
     let (v, w) = (pair.displacements(), estimate.pair.displacements());

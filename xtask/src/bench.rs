@@ -4,6 +4,7 @@
 //! | what | where |
 //! |---|---|
 //! | criterion suites | [`criterion`] |
+//! | the factorisation beside faer's | [`factor`] |
 //! | the program as a whole process | [`process`] |
 //! | a cold build of the program | [`build`] |
 //! | other programs on the same meshes | [`peers`] |
@@ -12,6 +13,7 @@
 
 mod build;
 mod criterion;
+mod factor;
 mod machine;
 mod numbers;
 mod page;
@@ -37,6 +39,9 @@ pub(crate) struct Arguments {
     /// Time a cold build of the program, count its units and weigh the binary, and nothing else
     #[arg(long, conflicts_with = "peers")]
     build: bool,
+    /// Time the factorisation beside that of faer, and nothing else
+    #[arg(long, conflicts_with_all = ["peers", "build"])]
+    factor: bool,
     /// Runs of each process, after a discarded first run
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     runs: u32,
@@ -51,6 +56,7 @@ impl Arguments {
         let flags = [
             (self.peers, " --peers"),
             (self.build, " --build"),
+            (self.factor, " --factor"),
             (self.quick, " --quick"),
             (self.large, " --large"),
         ];
@@ -66,6 +72,9 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<()> {
     if arguments.build {
         return build::run(workspace, &arguments.command());
     }
+    if arguments.factor {
+        return factor::run(workspace, &arguments.command(), arguments.runs);
+    }
     if arguments.peers {
         build_program(workspace)?;
         return peers::run(workspace, arguments);
@@ -75,6 +84,7 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<()> {
         .iter()
         .filter(|p| p.is_crate())
         .flat_map(|p| p.benches.iter().map(String::as_str))
+        .filter(|name| *name != factor::SUITE)
         .collect();
     let quick: &[&str] = if arguments.quick { &["--quick"] } else { &[] };
     let estimates = criterion::measure(workspace, &suites, quick)?;
@@ -93,7 +103,7 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<()> {
         ],
     )?;
     print!("\n{}", page::summary(&estimates, &processes));
-    Ok(())
+    factor::run(workspace, &arguments.command(), arguments.runs)
 }
 
 fn build_program(workspace: &Workspace) -> Outcome<()> {

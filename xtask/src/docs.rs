@@ -79,6 +79,7 @@ mod tests {
             manifest: format!("crates/{name}/Cargo.toml"),
             internal: internal.iter().map(|s| (*s).to_owned()).collect(),
             external: vec![],
+            features: Default::default(),
             benches: vec![],
             untested_examples: vec![],
         };

@@ -37,7 +37,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Task {
-    /// Run every check: format, clippy, tests, docs, cases, tidy
+    /// Run every check: compiler, format, clippy, crates, tests, docs, cases, tidy
     Verify(verify::Arguments),
     /// Build the documentation, formulae typeset
     Docs,

@@ -4,11 +4,13 @@
 //! dependencies are named on the map; every source that a comment cites is in REFERENCES.bib, and every one
 //! there is cited; the tests of every example run; tracked files hold no path of one machine, no word that marks unfinished
 //! work and, if they are Rust or pages, no phrase that is hard to read, and are neither large nor out of place;
-//! neighbouring modules of a crate take from each other in one direction.
+//! neighbouring modules of a crate take from each other in one direction; every package in Cargo.lock has a licence that
+//! deny.toml allows and comes from crates.io.
 
 mod citations;
 mod files;
 mod finding;
+mod licences;
 mod map;
 mod modules;
 mod words;
@@ -70,6 +72,7 @@ pub(crate) fn run(workspace: &Workspace) -> Outcome<bool> {
     }
     findings.extend(citations::uncited(&sources, &cited));
     findings.extend(modules::findings(&rust));
+    findings.extend(licences::check(workspace)?);
     findings.extend(files::of_top(&files));
     findings.sort();
     for Finding { file, line, what } in &findings {

@@ -1,5 +1,8 @@
 //! `cargo xtask verify`: every check a change must pass, one after the other, and a table at the end.
 
+mod alone;
+mod compiler;
+
 use crate::workspace::{Outcome, Workspace, read, stream};
 use crate::{docs, tidy};
 use clap::{Args, ValueEnum};
@@ -21,10 +24,14 @@ pub(crate) struct Arguments {
 /// The steps, in the order in which they run.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Step {
+    /// The compiler is the one that rust-version names
+    Compiler,
     /// cargo fmt --check
     Format,
     /// cargo clippy, warnings denied
     Clippy,
+    /// cargo check of each crate alone
+    Crates,
     /// cargo test
     Tests,
     /// cargo doc, warnings denied
@@ -38,8 +45,10 @@ enum Step {
 impl Step {
     fn name(self) -> &'static str {
         match self {
+            Step::Compiler => "compiler",
             Step::Format => "format",
             Step::Clippy => "clippy",
+            Step::Crates => "crates",
             Step::Tests => "tests",
             Step::Docs => "docs",
             Step::Cases => "cases",
@@ -51,10 +60,12 @@ impl Step {
     fn run(self, workspace: &Workspace) -> Outcome<bool> {
         let cargo = |arguments: &[&str]| stream(&mut workspace.cargo(arguments)).map(|code| code == Some(0));
         match self {
+            Step::Compiler => compiler::check(workspace),
             Step::Format => cargo(&["fmt", "--all", "--check"]),
             Step::Clippy => {
                 cargo(&["clippy", "--workspace", "--all-targets", "--release", "--", "-D", "warnings"])
             }
+            Step::Crates => alone::check(workspace),
             Step::Tests => cargo(&["test", "--workspace", "--release"]),
             Step::Docs => docs::check(workspace),
             Step::Cases => cases(workspace),

@@ -1,6 +1,7 @@
 //! What cargo says about the workspace, and how its commands are run.
 
 use serde_json::Value;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -27,6 +28,8 @@ pub(crate) struct Package {
     pub(crate) internal: Vec<String>,
     /// Normal dependencies on other packages, in alphabetical order.
     pub(crate) external: Vec<String>,
+    /// Its features and what each switches on.
+    pub(crate) features: BTreeMap<String, Vec<String>>,
     /// Its benchmark targets.
     pub(crate) benches: Vec<String>,
     /// Its examples whose tests `cargo test` does not run.
@@ -105,9 +108,16 @@ fn package(package: &Value, root: &Path, names: &[&str]) -> Outcome<Package> {
         manifest,
         internal,
         external,
+        features: features(&package["features"]),
         benches: targets("bench").filter_map(names_of).collect(),
         untested_examples: untested.filter_map(names_of).collect(),
     })
+}
+
+fn features(value: &Value) -> BTreeMap<String, Vec<String>> {
+    let texts =
+        |v: &Value| v.as_array().into_iter().flatten().filter_map(Value::as_str).map(str::to_owned).collect();
+    value.as_object().into_iter().flatten().map(|(name, on)| (name.clone(), texts(on))).collect()
 }
 
 fn list<'a>(value: &'a Value, key: &str) -> &'a [Value] {
@@ -162,6 +172,7 @@ mod tests {
               "dependencies": [
                 { "name": "rayon", "kind": null }, { "name": "fem-core", "kind": null },
                 { "name": "criterion", "kind": "dev" } ],
+              "features": { "default": ["drawings"], "drawings": [] },
               "targets": [ { "name": "nndd", "kind": ["lib"] }, { "name": "steps", "kind": ["bench"] },
                 { "name": "blocks", "kind": ["example"], "test": true }, { "name": "new", "kind": ["example"], "test": false } ] },
             { "name": "fem-core", "manifest_path": "/w/crates/fem-core/Cargo.toml",
@@ -178,6 +189,8 @@ mod tests {
             (&nndd.benches[..], &nndd.untested_examples[..]),
             (&["steps".to_owned()][..], &["new".to_owned()][..])
         );
+        assert_eq!(nndd.features["default"], ["drawings"]);
+        assert!(fem_core.features.is_empty());
         assert!(nndd.is_crate() && !xtask.is_crate());
     }
 

@@ -70,7 +70,7 @@ fn mesh(read: Result<MeshFile, MeshFileError>) {
         std::iter::once(None).chain(file.group_names(2).take(MOST_REGIONS).map(Some)).collect();
     for name in names {
         for merge in [false, true] {
-            match file.region(name, RegionOptions { merge }) {
+            match file.region(name, RegionOptions::with_merge(merge)) {
                 Ok(region) => match region.mesh() {
                     Ok(mesh) => assert!((0..mesh.triangles().len()).all(|t| mesh.area(t) > 0.0)),
                     Err(error) => refused(error),

@@ -43,6 +43,7 @@ use crate::case_file;
 use crate::diagnostic::{CaseError, Diagnostic, Place};
 use fem_core::material::Hypothesis;
 use fem_core::mesh::generate;
+use serde::{Serialize, Serializer};
 use std::collections::BTreeMap;
 
 /// The version of the case file that this crate reads.
@@ -79,6 +80,7 @@ pub struct Case {
 
 /// `[model]`: what all bodies share.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Model {
     /// How the third direction behaves; plane strain by default.
     pub hypothesis: Hypothesis,
@@ -88,6 +90,7 @@ pub struct Model {
 
 /// `[contact]`.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Contact {
     /// Edge group of the first body and of the second.
     pub surfaces: [String; 2],
@@ -109,8 +112,18 @@ pub enum Theta {
     Value(f64),
 }
 
+impl Serialize for Theta {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Auto => serializer.serialize_str("auto"),
+            Self::Value(theta) => serializer.serialize_f64(*theta),
+        }
+    }
+}
+
 /// `[solver]`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Solver {
     /// Which algorithm.
     pub method: Method,
@@ -135,7 +148,8 @@ pub struct Solver {
 }
 
 /// `[solver.stop]`: when the iteration ends.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Stop {
     /// What is compared.
     pub criterion: Criterion,
@@ -143,13 +157,21 @@ pub struct Stop {
     pub ratio: f64,
     /// Also `|F₁ − F₂| ≤ force_balance · max(|F₁|, |F₂|)`, with the contact forces of the two bodies; `None`: only the ratio
     /// counts, the default if `ratio` is given.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub force_balance: Option<f64>,
     /// Tolerance of the other criteria.
     pub tolerance: f64,
 }
 
+impl Default for Stop {
+    fn default() -> Self {
+        Self { criterion: Criterion::default(), ratio: 0.01, force_balance: Some(1e-3), tolerance: 1e-8 }
+    }
+}
+
 /// `[estimator]`.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Estimator {
     /// Steps of star-patch relaxation after the equilibration, without [`Self::until`]; 0 is the equilibration alone.
     pub relaxation: usize,
@@ -160,7 +182,8 @@ pub struct Estimator {
 }
 
 /// `estimator.tolerance`, `estimator.max_steps`: relaxation as long as it is worthwhile.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct RelaxUntil {
     /// What further steps may still be expected to gain, relative, in (0, 1).
     pub tolerance: f64,
@@ -176,7 +199,8 @@ impl Default for RelaxUntil {
 }
 
 /// `[adapt]`: an adaptive run.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Adapt {
     /// The certified relative error to reach.
     pub target_relative_error: f64,
@@ -190,6 +214,7 @@ pub struct Adapt {
 
 /// `[output]`.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Output {
     /// Where results go, relative to the working directory; see [`Case::output_directory`].
     pub directory: Option<String>,
@@ -199,6 +224,7 @@ pub struct Output {
 
 /// A limit as the user wrote it and as a number.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Limit<T> {
     /// As written, such as `4GiB`.
     pub written: String,
@@ -208,6 +234,7 @@ pub struct Limit<T> {
 
 /// `[limits]`: what a run may use; nothing is limited by default.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Limits {
     /// Memory, bytes.
     pub memory: Option<Limit<u64>>,
@@ -256,7 +283,7 @@ impl Case {
     }
 
     /// Says whether a key is in the file or in an override, rather than having its default.
-    pub fn is_given(&self, path: &str) -> bool {
+    pub(crate) fn is_given(&self, path: &str) -> bool {
         self.places.contains_key(path)
     }
 

@@ -86,6 +86,7 @@ impl fmt::Debug for Source {
 
 /// A place in a case file or in an override.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Place {
     /// The text.
     pub source: Arc<Source>,
@@ -215,6 +216,7 @@ impl fmt::Display for Diagnostic {
 
 /// Everything that is wrong with a case: at least one diagnostic, at most [`MOST_DIAGNOSTICS`].
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct CaseError {
     /// What is wrong, in the order of the places.
     pub diagnostics: Vec<Diagnostic>,

@@ -36,6 +36,7 @@ pub const DEEPEST_EXPRESSION: usize = 50;
 /// Why a text is not an expression.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error("{message}")]
+#[non_exhaustive]
 pub struct ExpressionError {
     /// The bytes of the text that are wrong.
     pub span: Range<usize>,

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// The columns of history.csv: the keys of `iterations` in report.json, of which `contact_forces` takes two columns.
-pub const HISTORY_COLUMNS: [&str; 12] = [
+const HISTORY_COLUMNS: [&str; 12] = [
     "iteration",
     "theta",
     "precision",
@@ -22,10 +22,10 @@ pub const HISTORY_COLUMNS: [&str; 12] = [
 ];
 
 /// The columns of contact.csv.
-pub const CONTACT_COLUMNS: [&str; 7] = ["s", "x", "y", "gap", "opening", "pressure", "active"];
+const CONTACT_COLUMNS: [&str; 7] = ["s", "x", "y", "gap", "opening", "pressure", "active"];
 
 /// The columns of adaptive.csv: the keys of `adaptive` in report.json.
-pub const ADAPTIVE_COLUMNS: [&str; 7] =
+const ADAPTIVE_COLUMNS: [&str; 7] =
     ["step", "nodes", "pairs", "e_cre", "relative", "iterations", "energy_norm_squared"];
 
 /// Why a table cannot be written.

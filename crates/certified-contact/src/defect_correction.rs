@@ -13,7 +13,7 @@ use fem_core::interface::{ContactPair, NodePair};
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
 use nndd::stopping::EtaNndd;
-use nndd::{Iterate, NnddError, NnddSettings, Path, Start};
+use nndd::{ContactAnswer, Iterate, Method, NnddError, NnddSettings, Path, Start};
 use rayon::prelude::*;
 
 /// An increment larger than this fraction of the previous one is the last.
@@ -46,19 +46,18 @@ pub(crate) fn correct(
     problem: &mut PreparedProblem,
     iterate: &Iterate,
     fields: Vec<SplitField>,
-    settings: &NnddSettings,
+    method: &Method,
     advance: bool,
 ) -> Result<Option<Corrected>, NnddError> {
-    if settings.path == Path::Literal {
+    if matches!(method, Method::Nndd(NnddSettings { path: Path::Literal, .. })) {
         return Ok(None);
     }
     let Some(pair) = problem.problem().only_pair() else { return Ok(None) };
     let gaps: Vec<f64> = pair.interface.pairs().iter().map(|p| p.gap).collect();
     let loads: Vec<Vec<f64>> = problem.bodies().iter().map(|body| body.condensed_load().to_vec()).collect();
     let pair = pair.clone();
-    let mut settings = settings.clone();
-    settings.max_iterations = if advance { MOST_ITERATIONS } else { 1 };
-    let mut correction = Correction { increments: problem, pair, gaps, settings };
+    let method = method.clone().with_max_iterations(if advance { MOST_ITERATIONS } else { 1 });
+    let mut correction = Correction { increments: problem, pair, gaps, method };
     let found = correction.run(iterate, fields);
     let Correction { increments: problem, gaps, .. } = correction;
     problem.replace_gaps(0, &gaps);
@@ -74,7 +73,7 @@ struct Correction<'a> {
     /// The only pair, with its own gaps.
     pair: ContactPair,
     gaps: Vec<f64>,
-    settings: NnddSettings,
+    method: Method,
 }
 
 impl Correction<'_> {
@@ -90,7 +89,7 @@ impl Correction<'_> {
             let forces = self.restate(&mut fields);
             let start = Start { lambda: vec![0.0; active.len()], active: Some(active) };
             let mut stop = EtaNndd::new(REDUCTION);
-            let found = nndd::solve_from(self.increments, start, &self.settings, &mut stop)?.last;
+            let found = nndd::solve_from(self.increments, start, &self.method, &mut stop)?.last;
             let size = increment_energy(&found, &forces);
             if !(size < before) {
                 break;
@@ -146,13 +145,10 @@ impl Correction<'_> {
                 })
                 .collect()
         };
-        let mut contact = found.contact;
-        contact.normal_trace = trace(1);
-        contact.path = iterate.contact.path;
-        contact.iterations = iterate.contact.iterations;
         Iterate {
             lambda: trace(0),
-            contact,
+            contact: ContactAnswer { normal_trace: trace(1), ..found.contact },
+            programme: iterate.programme,
             iteration: iterate.iteration,
             theta: iterate.theta,
             reaction: found.reaction,

@@ -2,7 +2,7 @@
 
 use cre_estimator::Relaxation;
 use fem_core::boundary::ScalarData;
-use nndd::NnddSettings;
+use nndd::Method;
 
 /// Which body carries λ, the paper's Ω₁.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -55,8 +55,8 @@ impl Default for Criterion {
 pub struct Settings {
     /// Which body carries λ.
     pub imposed: Imposed,
-    /// The iteration.
-    pub nndd: NnddSettings,
+    /// The algorithm, with its settings.
+    pub method: Method,
     /// Initial λ: normal displacement along the contact normal out of the body that carries it, m.
     pub lambda: ScalarData,
     /// When to stop.
@@ -67,11 +67,20 @@ pub struct Settings {
     pub estimate_every: usize,
 }
 
+impl Settings {
+    /// Sets the algorithm: [`nndd::NnddSettings`] or [`nndd::NewtonSettings`].
+    #[must_use]
+    pub fn with_method(mut self, method: impl Into<Method>) -> Self {
+        self.method = method.into();
+        self
+    }
+}
+
 impl Default for Settings {
     fn default() -> Self {
         Self {
             imposed: Imposed::default(),
-            nndd: NnddSettings::default(),
+            method: Method::default(),
             lambda: 0.0.into(),
             criterion: Criterion::default(),
             relaxation: Relaxation::default(),

@@ -68,7 +68,7 @@ fn iterate(
 ) -> Result<CertifiedSolution, SolveError> {
     observer.phase(Phase::Iterations);
     let mut follow = Follow::new(&problem, settings, observer);
-    let mut nndd = nndd::solve_from(&problem, start, &settings.nndd, &mut follow)?;
+    let mut nndd = nndd::solve_from(&problem, start, &settings.method, &mut follow)?;
     let last = &nndd.last;
     if follow.rows.last().is_none_or(|row| row.iteration.iteration != last.iteration) {
         // An iteration whose contact problem was not solved has not met the criterion.
@@ -144,7 +144,7 @@ fn corrected(
     // λ may change only if the iterate is meant to be the discrete solution.
     let advance = matches!(nndd.status, NnddStatus::StoppedByCriterion | NnddStatus::Stalled { .. })
         && settings.criterion != Criterion::Iterations;
-    let found = defect_correction::correct(problem, &nndd.last, fields, &settings.nndd, advance)?;
+    let found = defect_correction::correct(problem, &nndd.last, fields, &settings.method, advance)?;
     let Some(Corrected { iterate, fields }) = found else { return Ok(None) };
     let high = fields.iter().map(|field| field.high.as_slice()).collect();
     let Ok(better) = estimate_of(problem, &iterate, high, settings) else {

@@ -99,7 +99,7 @@ impl<'a> Follow<'a> {
         let before = self.rows.iter().rev().nth(1).map_or(f64::INFINITY, |row| row.iteration.eta_nndd);
         let falls = iterate.eta_nndd < 0.9 * before;
         let early = self.latest.is_none() && falls && iterate.eta_nndd > FIRST_ESTIMATE * ratio * first;
-        if !small(&self.latest) || early && iterate.iteration < self.settings.nndd.max_iterations {
+        if !small(&self.latest) || early && iterate.iteration < self.settings.method.max_iterations() {
             return Ok(false);
         }
         Ok(self.try_estimate(iterate)? && small(&self.latest))

@@ -297,7 +297,7 @@ mod tests {
         let make = |y: f64, c| {
             Body::new(block([0.0, y], [2.0, 1.0], [6, 4]).unwrap(), material.clone(), &c).unwrap()
         };
-        let lower = make(0.0, BoundaryConditions::new().fix("bottom").body_force(Vector::new(0.1, -0.3)));
+        let lower = make(0.0, BoundaryConditions::new().fix("bottom").body_force([0.1, -0.3]));
         let upper = make(1.0, BoundaryConditions::new().fix("top"));
         let interface =
             ContactInterface::pair(&lower, &upper, ["top", "bottom"], &Gap::Given(0.0.into())).unwrap();
@@ -362,7 +362,7 @@ mod tests {
             .fix("left")
             .displace(right, Some(0.02.into()), None)
             .displace(low, Some(0.02.into()), Some(0.01.into()))
-            .body_force(Vector::new(0.1, -0.3));
+            .body_force([0.1, -0.3]);
         let body = Body::new(block([0.0, 0.0], [2.0, 1.0], [6, 4]).unwrap(), material, &held).unwrap();
         let mesh = body.mesh();
         let nodes = |group: &str| {

@@ -53,8 +53,7 @@ pub fn right_normal(from: Vector, to: Vector) -> Vector {
 }
 
 /// Computes the signed area of a triangle, positive when its corners run counter-clockwise.
-pub fn signed_area(corners: [impl Into<Vector>; 3]) -> f64 {
-    let corners: [Vector; 3] = corners.map(Into::into);
+pub fn signed_area(corners: [Vector; 3]) -> f64 {
     0.5 * cross(corners[1] - corners[0], corners[2] - corners[0])
 }
 
@@ -100,7 +99,7 @@ mod tests {
 
     #[test]
     fn area_changes_sign_with_orientation() {
-        let corners = [[0.0, 0.0], [2.0, 0.0], [0.0, 1.0]];
+        let corners = [[0.0, 0.0], [2.0, 0.0], [0.0, 1.0]].map(Vector::from);
         assert_eq!(signed_area(corners), 1.0);
         assert_eq!(signed_area([corners[0], corners[2], corners[1]]), -1.0);
     }

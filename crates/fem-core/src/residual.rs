@@ -242,8 +242,7 @@ mod tests {
 
     fn body() -> Body {
         let material = LinearElastic::isotropic(1e9, 0.3, Hypothesis::PlaneStrain).unwrap();
-        let conditions =
-            BoundaryConditions::new().fix("bottom").pressure("top", 3.0).body_force(Vector::new(0.2, -1.5));
+        let conditions = BoundaryConditions::new().fix("bottom").pressure("top", 3.0).body_force([0.2, -1.5]);
         Body::new(block([0.3, 0.1], [2.0, 1.0], [7, 5]).unwrap(), material, &conditions).unwrap()
     }
 

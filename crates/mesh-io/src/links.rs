@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 /// A broken symbolic link.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct BrokenLink {
     /// The link: a path, or one of the directories above it.
     pub link: PathBuf,

@@ -7,6 +7,7 @@ mod collection;
 
 pub use collection::{PvdEntry, pvd, series};
 
+use crate::words::escaped;
 use fem_core::geometry::Vector;
 use std::fmt::Write as _;
 use std::io::{self, Write};
@@ -240,7 +241,8 @@ impl Layout {
                 1 => String::new(),
                 n => format!(" NumberOfComponents=\"{n}\""),
             };
-            let attributes = format!("type=\"Float64\" Name=\"{}\"{components}{tuples}", escape(&array.name));
+            let attributes =
+                format!("type=\"Float64\" Name=\"{}\"{components}{tuples}", escaped(&array.name));
             self.array(xml, &attributes, 8 * array.values.len());
         }
         let _ = writeln!(xml, "      </{tag}>");
@@ -288,10 +290,6 @@ fn block<const N: usize>(
         }
     }
     out.write_all(&buffer)
-}
-
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 #[cfg(test)]

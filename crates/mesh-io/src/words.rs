@@ -5,9 +5,19 @@ pub fn counted(count: usize, what: &str) -> String {
     if count == 1 { format!("1 {what}") } else { format!("{count} {what}s") }
 }
 
+/// Writes the special characters of HTML and XML as these ask for.
+pub fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// Names that a message lists.
+const MOST_LISTED: usize = 20;
+/// Nobody misspells a name this long; distances are quadratic in the length.
+const LONGEST_NAME: usize = 200;
+
 /// Lists names for a message, the first twenty.
 pub fn listed(names: &[&str]) -> String {
-    let mut words: Vec<String> = names.iter().take(20).map(|n| format!("\"{n}\"")).collect();
+    let mut words: Vec<String> = names.iter().take(MOST_LISTED).map(|n| format!("\"{n}\"")).collect();
     if names.len() > words.len() {
         words.push(format!("… ({} altogether)", names.len()));
     }
@@ -20,8 +30,7 @@ pub fn listed(names: &[&str]) -> String {
 /// assert_eq!(mesh_io::words::nearest("uper", ["upper", "lower"]), Some("upper"));
 /// ```
 pub fn nearest<'a>(found: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    // Distances are quadratic in the length: nobody misspells a name this long.
-    if found.len() > 200 {
+    if found.len() > LONGEST_NAME {
         return None;
     }
     let distance = |name: &&str| strsim::damerau_levenshtein(&found.to_lowercase(), &name.to_lowercase());

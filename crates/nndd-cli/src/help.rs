@@ -92,6 +92,9 @@ pub(crate) fn of_command(name: &str) -> String {
     examples(name) + "\n" + MANUAL
 }
 
+/// Where the meaning of an example begins.
+const COLUMN: usize = 54;
+
 const MANUAL: &str = "The whole manual: nndd man > nndd.1 && man ./nndd.1";
 
 fn examples(of: &str) -> String {
@@ -99,7 +102,10 @@ fn examples(of: &str) -> String {
     for example in EXAMPLES.iter().filter(|example| example.of == of) {
         let Example { line, meaning, .. } = example;
         // A long line has its meaning below it.
-        let gap = if line.len() > 54 { format!("\n  {:<54}", "") } else { " ".repeat(54 - line.len()) };
+        let gap = match COLUMN.checked_sub(line.len()) {
+            Some(blanks) => " ".repeat(blanks),
+            None => format!("\n  {:<COLUMN$}", ""),
+        };
         let _ = writeln!(text, "  {line}{gap} {meaning}");
     }
     text

@@ -1,10 +1,11 @@
 //! `nndd man`: one manual page with every command, so that it refers to no other.
 
 use crate::args::Arguments;
-use crate::help::{EXAMPLES, EXIT_STATUS, Example, FILES};
+use crate::help::{EXAMPLES, EXIT_STATUS, FILES};
 use clap::{Command, CommandFactory};
 use clap_mangen::Man;
 use clap_mangen::roff::{Roff, bold, roman};
+use std::io;
 
 const DESCRIPTION: [&str; 3] = [
     "nndd solves frictionless unilateral contact between two elastic bodies in the plane by the Neumann-Neumann domain \
@@ -22,39 +23,38 @@ pub(crate) fn page() -> String {
     let mut program = Arguments::command();
     // Fills in what options inherit, and the usage lines.
     program.build();
-    let mut roff = Roff::new();
-    // An empty date would be left out, and move what follows.
-    roff.control("TH", ["nndd", "1", " ", &format!("nndd {}", env!("CARGO_PKG_VERSION")), "User Commands"]);
-    roff.control("SH", ["NAME"]);
-    let about = program.get_about().map(ToString::to_string).unwrap_or_default();
-    roff.text([roman(format!("nndd - {}", about.trim_end_matches('.').replacen('S', "s", 1)))]);
     let commands: Vec<Command> =
         program.get_subcommands().filter(|c| c.get_name() != "help").cloned().collect();
+    // An empty date would be left out, and move what follows.
+    let man = Man::new(program).date(" ").manual("User Commands");
+    let mut page = rendered(|page| man.render_title(page)) + &rendered(|page| man.render_name_section(page));
+    let mut roff = Roff::new();
     roff.control("SH", ["SYNOPSIS"]);
     for command in &commands {
-        roff.text([bold(usage(command))]);
-        roff.control("br", []);
+        roff.text([bold(usage(command))]).control("br", []);
     }
     roff.text([bold("nndd --help"), roman(" | "), bold("--version")]);
     roff.control("SH", ["DESCRIPTION"]);
     for paragraph in DESCRIPTION {
-        roff.control("PP", []);
-        roff.text([roman(paragraph)]);
+        roff.control("PP", []).text([roman(paragraph)]);
     }
     roff.control("SH", ["COMMANDS"]);
-    let head = roff.to_roff();
-    let sections: String = commands.iter().map(section).collect();
+    page += &roff.to_roff();
+    page.extend(commands.iter().map(section));
     let mut roff = Roff::new();
-    roff.control("SH", ["EXIT STATUS"]);
-    pairs(&mut roff, &EXIT_STATUS);
-    roff.control("SH", ["FILES"]);
-    roff.text([roman("In the output directory, each written under a temporary name and renamed:")]);
-    pairs(&mut roff, &FILES);
-    roff.control("SH", ["ENVIRONMENT"]);
-    pairs(&mut roff, &[("NO_COLOR", "if it is set, errors are shown without colour")]);
-    roff.control("SH", ["EXAMPLES"]);
-    examples(&mut roff, "");
-    head + &sections + &roff.to_roff()
+    let environment = [("NO_COLOR", "if it is set, errors are shown without colour")];
+    pairs(&mut roff, "EXIT STATUS", EXIT_STATUS);
+    pairs(&mut roff, "FILES", FILES);
+    pairs(&mut roff, "ENVIRONMENT", environment);
+    pairs(&mut roff, "EXAMPLES", examples(""));
+    page + &roff.to_roff()
+}
+
+/// What clap_mangen writes into memory, which does not fail.
+fn rendered(part: impl FnOnce(&mut dyn io::Write) -> io::Result<()>) -> String {
+    let mut text = Vec::new();
+    let _ = part(&mut text);
+    String::from_utf8_lossy(&text).into_owned()
 }
 
 /// One command with its arguments, options and examples.
@@ -62,21 +62,14 @@ fn section(command: &Command) -> String {
     let mut roff = Roff::new();
     roff.control("SS", [format!("nndd {}", command.get_name()).as_str()]);
     roff.text([roman(command.get_about().map(ToString::to_string).unwrap_or_default())]);
-    roff.control("PP", []);
-    roff.text([bold(usage(command))]);
+    roff.control("PP", []).text([bold(usage(command))]);
+    let man = Man::new(command.clone().mut_arg("help", |help| help.hide(true)));
+    // Without the headings of its `--help`, which would begin sections of the page.
+    let options = rendered(|text| man.render_options_section(text));
+    let options = options.lines().filter(|line| !line.starts_with(".SH")).map(|line| format!("{line}\n"));
     let mut tail = Roff::new();
-    examples(&mut tail, command.get_name());
-    roff.to_roff() + &options(command) + &tail.to_roff()
-}
-
-/// The options of a command, without the headings of its `--help`, which would begin sections of the page.
-fn options(command: &Command) -> String {
-    let mut text = Vec::new();
-    let shown = command.clone().mut_arg("help", |help| help.hide(true));
-    // Writing into memory does not fail.
-    let _ = Man::new(shown).render_options_section(&mut text);
-    let text = String::from_utf8_lossy(&text);
-    text.lines().filter(|line| !line.starts_with(".SH")).map(|line| format!("{line}\n")).collect()
+    items(&mut tail, examples(command.get_name()));
+    roff.to_roff() + &options.collect::<String>() + &tail.to_roff()
 }
 
 /// The usage line of a command, without its first word.
@@ -84,28 +77,20 @@ fn usage(command: &Command) -> String {
     command.clone().render_usage().to_string().trim_start_matches("Usage: ").to_owned()
 }
 
-fn pairs(roff: &mut Roff, pairs: &[(&str, &str)]) {
+type Pair = (&'static str, &'static str);
+
+fn pairs(roff: &mut Roff, head: &str, pairs: impl IntoIterator<Item = Pair>) {
+    roff.control("SH", [head]);
+    items(roff, pairs);
+}
+
+fn items(roff: &mut Roff, pairs: impl IntoIterator<Item = Pair>) {
     for (name, meaning) in pairs {
-        roff.control("TP", []);
-        roff.text([bold(*name)]);
-        roff.text([roman(*meaning)]);
+        roff.control("TP", []).text([bold(name)]).text([roman(meaning)]);
     }
 }
 
-fn examples(roff: &mut Roff, of: &str) {
-    for Example { line, meaning, .. } in EXAMPLES.iter().filter(|example| example.of == of) {
-        roff.control("PP", []);
-        roff.text([roman(format!("{}:", capitalised(meaning)))]);
-        roff.control("PP", []);
-        roff.control("RS", ["4"]);
-        roff.control("nf", []);
-        roff.text([bold(*line)]);
-        roff.control("fi", []);
-        roff.control("RE", []);
-    }
-}
-
-fn capitalised(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+/// The examples of a command, or of the program.
+fn examples(of: &str) -> impl Iterator<Item = Pair> {
+    EXAMPLES.iter().filter(move |example| example.of == of).map(|example| (example.line, example.meaning))
 }

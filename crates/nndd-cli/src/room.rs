@@ -22,7 +22,7 @@ pub(crate) fn smallest(threads: usize) -> Option<Room> {
 
 fn room(bytes: f64, words: impl FnOnce(String) -> String, fix: Option<&'static str>) -> Room {
     let bytes = bytes.max(0.0);
-    Room { bytes, words: words(mebibytes(bytes)), fix }
+    Room::new(bytes, words(mebibytes(bytes)), fix)
 }
 
 /// The room below `RLIMIT_AS`, which counts what is reserved, used or not.

@@ -7,15 +7,12 @@ use nndd_report::sweep::{self, SweepOptions};
 use nndd_report::{Event, Failure, Host, NOT_CONVERGED};
 
 pub(crate) fn command(options: &Options) -> Result<u8, Failure> {
-    let of_library = SweepOptions {
-        case: options.case.case.clone(),
-        set: options.case.set.clone(),
-        over: options.over.clone(),
-        iterations: options.iterations,
-        panel: options.panel.clone(),
-        out: options.run.out.clone(),
-        force: options.run.force,
-    };
+    let mut of_library = SweepOptions::new(&options.case.case, &options.over);
+    of_library.set.clone_from(&options.case.set);
+    of_library.iterations = options.iterations;
+    of_library.panel.clone_from(&options.panel);
+    of_library.out.clone_from(&options.run.out);
+    of_library.force = options.run.force;
     let mut host = Showing { machine: Machine::listen()?, display: Table { options, width: 0 } };
     let swept = sweep::sweep(&of_library, &mut host)?;
     let signal = host.interrupted();

@@ -1,7 +1,7 @@
 //! An adaptive run: one row and one set of ParaView files per mesh.
 
 use crate::convert;
-use crate::failure::Failure;
+use crate::failure::{Failure, LIMIT, NOT_CERTIFIED};
 use crate::follower::Follower;
 use crate::host::Event;
 use crate::memory;
@@ -171,7 +171,7 @@ fn judge(
         AdaptiveEnd::Interrupted => outcome::interrupted(ended, &format!("mesh {}", answer.history.len())),
         AdaptiveEnd::NoRoom { nodes } => {
             let needed = memory.unwrap_or("too much memory");
-            word("limit", 8, format!("the next mesh of {nodes} nodes needs {needed}"))
+            word("limit", LIMIT, format!("the next mesh of {nodes} nodes needs {needed}"))
         }
         AdaptiveEnd::Failed(error) => failed(case, adapt, answer, error),
         _ => of_end(case, adapt, answer),
@@ -201,9 +201,9 @@ const NO_ENERGY: &str = "the bodies hold no strain energy, and a relative target
 fn missed(adapt: &Adapt, answer: &AdaptiveSolution, reason: &str) -> Status {
     let target = short(adapt.target_relative_error);
     if answer.solution.holds_no_energy() {
-        return word("target_missed", 6, format!("{NO_ENERGY}; {reason}"));
+        return word("target_missed", NOT_CERTIFIED, format!("{NO_ENERGY}; {reason}"));
     }
-    word("target_missed", 6, format!("{} > {target}: {reason}", reached(answer)))
+    word("target_missed", NOT_CERTIFIED, format!("{} > {target}: {reason}", reached(answer)))
 }
 
 /// Judges a run whose next mesh cannot be solved.
@@ -211,7 +211,7 @@ fn failed(case: &Case, adapt: &Adapt, answer: &AdaptiveSolution, error: &SolveEr
     let failure = Failure::solve(case, error);
     let reason = failure.message.unwrap_or_else(|| error.to_string());
     match failure.code {
-        8 => word("limit", 8, format!("the next mesh: {reason}")),
+        LIMIT => word("limit", LIMIT, format!("the next mesh: {reason}")),
         _ => missed(adapt, answer, &format!("the next mesh cannot be solved: {reason}")),
     }
 }
@@ -219,12 +219,15 @@ fn failed(case: &Case, adapt: &Adapt, answer: &AdaptiveSolution, error: &SolveEr
 /// Bounds up to this many times the allowance for round-off are round-off of the iteration too.
 const NEAR_ROUND_OFF: f64 = 100.0;
 
+/// A target this many times the allowance for round-off can be met.
+const ABOVE_FLOOR: f64 = 10.0;
+
 /// Names the target that a run at its round-off can be given.
 ///
 /// * `floor`: the allowance for round-off over the energy norm.
 fn attainable(answer: &AdaptiveSolution, floor: f64) -> String {
     let near = answer.solution.relative().filter(|relative| *relative <= NEAR_ROUND_OFF * floor);
-    let least = words::raised(near.unwrap_or(10.0 * floor), 2);
+    let least = words::raised(near.unwrap_or(ABOVE_FLOOR * floor), 2);
     if least >= 1.0 {
         return "no target can be met; leave out [adapt], and check the units".into();
     }
@@ -284,9 +287,11 @@ fn of_end(case: &Case, adapt: &Adapt, answer: &AdaptiveSolution) -> Status {
                 }
             ),
         ),
-        AdaptiveEnd::NotCertified => {
-            word("not_certified", 6, format!("the bound of mesh {meshes} does not pass its checks"))
-        }
+        AdaptiveEnd::NotCertified => word(
+            "not_certified",
+            NOT_CERTIFIED,
+            format!("the bound of mesh {meshes} does not pass its checks"),
+        ),
         _ => missed(adapt, answer, "the run ended in an unknown way"),
     }
 }

@@ -5,7 +5,7 @@ use case_io::case;
 use certified_contact::{Criterion, Imposed, Settings};
 use contact_qp::QpMethod;
 use cre_estimator::Relaxation;
-use nndd::{Acceleration, Method, Path, Weights};
+use nndd::{Acceleration, NewtonSettings, NnddSettings, Path, Weights};
 
 /// Makes the settings of a solve from those of a case.
 pub fn settings(case: &Case) -> Settings {
@@ -31,12 +31,34 @@ pub fn settings(case: &Case) -> Settings {
         Some(until) => Relaxation::Tolerance { tolerance: until.tolerance, max_steps: until.max_steps },
     };
     settings.estimate_every = case.estimator.every;
-    let nndd = &mut settings.nndd;
-    nndd.method = match solver.method {
-        case::Method::Auto => Method::Auto,
-        case::Method::Nndd => Method::Nndd,
-        case::Method::Newton => Method::Newton,
+    settings.method = match solver.method {
+        case::Method::Newton => newton(solver, solver.max_iterations).into(),
+        case::Method::Auto | case::Method::Nndd => iteration(solver).into(),
     };
+    settings
+}
+
+/// The settings of the interface Newton method.
+fn newton(solver: &case::Solver, max_iterations: usize) -> NewtonSettings {
+    let mut newton = NewtonSettings::default();
+    newton.max_iterations = max_iterations;
+    newton.qp.method = qp(solver);
+    newton
+}
+
+fn qp(solver: &case::Solver) -> QpMethod {
+    match solver.qp {
+        case::QpChoice::Auto => QpMethod::Auto,
+        case::QpChoice::Clarabel => QpMethod::Clarabel,
+        case::QpChoice::ActiveSet => QpMethod::ActiveSet,
+    }
+}
+
+/// The settings of the iteration.
+fn iteration(solver: &case::Solver) -> NnddSettings {
+    let mut nndd = NnddSettings::default();
+    let switches = solver.method == case::Method::Auto;
+    nndd.newton = switches.then(|| newton(solver, usize::MAX));
     nndd.path = match solver.path {
         case::Path::Condensed => Path::Condensed,
         case::Path::Literal => Path::Literal,
@@ -55,10 +77,6 @@ pub fn settings(case: &Case) -> Settings {
         case::Acceleration::Anderson => Acceleration::Anderson,
     };
     nndd.max_iterations = solver.max_iterations;
-    nndd.qp.method = match solver.qp {
-        case::QpChoice::Auto => QpMethod::Auto,
-        case::QpChoice::Clarabel => QpMethod::Clarabel,
-        case::QpChoice::ActiveSet => QpMethod::ActiveSet,
-    };
-    settings
+    nndd.qp.method = qp(solver);
+    nndd
 }

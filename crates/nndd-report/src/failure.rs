@@ -20,6 +20,7 @@ use std::path::Path;
 
 /// Why a run ended without a result.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Failure {
     /// Exit status.
     pub code: u8,
@@ -37,10 +38,14 @@ pub const COMMAND_LINE: u8 = 2;
 pub const INVALID_INPUT: u8 = 3;
 /// Exit status: no unique solution.
 pub const NO_UNIQUE_SOLUTION: u8 = 4;
+/// Exit status: a target that was missed, or a certificate that is not valid.
+pub(crate) const NOT_CERTIFIED: u8 = 6;
 /// Exit status: something cannot be read or written.
 pub const FILES: u8 = 7;
 /// Exit status: too little memory or time.
 pub const LIMIT: u8 = 8;
+/// Exit status: ended from outside, it is not known how.
+pub(crate) const INTERRUPTED: u8 = 130;
 
 impl Failure {
     /// Makes one without a place.
@@ -86,30 +91,6 @@ impl Failure {
         Self::plain(FILES, format!("cannot read {path}: {error}\n  expected: a case file\n  fix: {fix}"))
     }
 
-    pub(crate) fn output(error: &OutputError) -> Self {
-        let fix = match error {
-            OutputError::NotADirectory { .. } | OutputError::BrokenLink { .. } => {
-                "\n  expected: a directory\n  fix: choose another with --out"
-            }
-            OutputError::Io { source, .. } if source.kind() == io::ErrorKind::PermissionDenied => {
-                "\n  expected: a directory that this user may write to\n  fix: allow it, or choose another with --out"
-            }
-            OutputError::Vanished { .. } => {
-                "\n  expected: the directory to stay until the run has ended\n  fix: run the case again"
-            }
-            OutputError::Io { what: "create" | "write" | "lock", source, .. }
-                if source.kind() == io::ErrorKind::FileTooLarge =>
-            {
-                "\n  expected: files of any size\n  fix: raise the limit of the file size (ulimit -f)"
-            }
-            OutputError::Io { what: "create" | "write" | "lock", .. } => {
-                "\n  expected: a directory that can be written to\n  fix: choose another with --out, or free space"
-            }
-            _ => "",
-        };
-        Self::plain(FILES, format!("{error}{fix}"))
-    }
-
     /// Says why a body has no solution, with its name.
     fn prepare(case: &Case, error: &PrepareError) -> Self {
         let name = |body: usize| &case.bodies[body].name;
@@ -126,12 +107,14 @@ impl Failure {
                     name(*body)
                 ),
             ),
-            PrepareError::Assembly {
-                body,
-                source: source @ (AssemblyError::TooLarge { .. } | AssemblyError::OutOfMemory { .. }),
-            } => Self::plain(LIMIT, format!("body \"{}\": {source}", name(*body))),
             PrepareError::Assembly { body, source } => {
-                Self::plain(INVALID_INPUT, format!("body \"{}\": {source}", name(*body)))
+                use AssemblyError::{OutOfMemory, TooLarge};
+                let code = if matches!(source, TooLarge { .. } | OutOfMemory { .. }) {
+                    LIMIT
+                } else {
+                    INVALID_INPUT
+                };
+                Self::plain(code, format!("body \"{}\": {source}", name(*body)))
             }
             PrepareError::Factor { body, source: FactorError::Cholesky { source, .. } }
                 if matches!(source, CholeskyError::OutOfMemory { .. }) =>
@@ -169,6 +152,32 @@ impl Failure {
     }
 }
 
+impl From<OutputError> for Failure {
+    fn from(error: OutputError) -> Self {
+        let fix = match &error {
+            OutputError::NotADirectory { .. } | OutputError::BrokenLink { .. } => {
+                "\n  expected: a directory\n  fix: choose another with --out"
+            }
+            OutputError::Io { source, .. } if source.kind() == io::ErrorKind::PermissionDenied => {
+                "\n  expected: a directory that this user may write to\n  fix: allow it, or choose another with --out"
+            }
+            OutputError::Vanished { .. } => {
+                "\n  expected: the directory to stay until the run has ended\n  fix: run the case again"
+            }
+            OutputError::Io { what: "create" | "write" | "lock", source, .. }
+                if source.kind() == io::ErrorKind::FileTooLarge =>
+            {
+                "\n  expected: files of any size\n  fix: raise the limit of the file size (ulimit -f)"
+            }
+            OutputError::Io { what: "create" | "write" | "lock", .. } => {
+                "\n  expected: a directory that can be written to\n  fix: choose another with --out, or free space"
+            }
+            _ => "",
+        };
+        Self::plain(FILES, format!("{error}{fix}"))
+    }
+}
+
 impl From<CaseError> for Failure {
     fn from(error: CaseError) -> Self {
         let message = (error.omitted > 0).then(|| format!("and {} more", error.omitted));
@@ -185,26 +194,14 @@ impl From<MeshFileError> for Failure {
     }
 }
 
-impl From<ReportError> for Failure {
-    fn from(error: ReportError) -> Self {
-        Self::defect(error.to_string())
-    }
+macro_rules! plain_failures {
+    ($($error:ty => $code:expr),+) => {
+        $(impl From<$error> for Failure {
+            fn from(error: $error) -> Self {
+                Self::plain($code, error.to_string())
+            }
+        })+
+    };
 }
 
-impl From<TableError> for Failure {
-    fn from(error: TableError) -> Self {
-        Self::defect(error.to_string())
-    }
-}
-
-impl From<CheckpointError> for Failure {
-    fn from(error: CheckpointError) -> Self {
-        Self::plain(FILES, error.to_string())
-    }
-}
-
-impl From<io::Error> for Failure {
-    fn from(error: io::Error) -> Self {
-        Self::plain(FILES, error.to_string())
-    }
-}
+plain_failures!(ReportError => DEFECT, TableError => DEFECT, CheckpointError => FILES, io::Error => FILES);

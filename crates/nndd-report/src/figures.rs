@@ -1,12 +1,10 @@
 //! The figures of a run, drawn by [`crate::plot`].
 
-use crate::failure::Failure;
-use crate::plot::{
-    self, BodyPicture, Closing, ContactProfile, ConvergenceRow, Held, PlotError, SketchBody, SketchEdge,
-};
+use crate::plot::{self, BodyPicture, Closing, Held, SketchBody, SketchEdge};
 use crate::words::one_line;
 use case_io::Case;
-use case_io::report::AdaptiveRow;
+use case_io::case::BodyCase;
+use case_io::report::Report;
 use case_io::table::ContactRow;
 use certified_contact::CertifiedSolution;
 use fem_core::body::{Body, EdgeReaction, NodeConstraint};
@@ -23,12 +21,6 @@ pub(crate) struct Picture {
     pub(crate) numbers: Option<&'static str>,
 }
 
-impl From<PlotError> for Failure {
-    fn from(error: PlotError) -> Self {
-        Self::defect(format!("a figure could not be drawn: {error}"))
-    }
-}
-
 /// Computes the error density (squared error over area) in the triangles of a body.
 pub(crate) fn error_density(solution: &CertifiedSolution, body: usize) -> Vec<f64> {
     let mesh = solution.problem.bodies[body].mesh();
@@ -41,86 +33,50 @@ pub(crate) fn of_solve(
     case: &Case,
     solution: &CertifiedSolution,
     contact: &[ContactRow],
-    steps: &[AdaptiveRow],
-) -> Result<Vec<Picture>, Failure> {
+    report: &Report,
+) -> Vec<Picture> {
     let name = one_line(if case.title.is_empty() { case.file_name() } else { &case.title });
-    let mut pictures = vec![Picture {
+    let mut pictures = vec![problem(case, solution, &format!("{name}: the problem"))];
+    if let Some(estimate) = &solution.estimate {
+        let count = solution.problem.bodies.len();
+        let densities: Vec<Vec<f64>> = (0..count).map(|b| error_density(solution, b)).collect();
+        let picture = |b: usize| BodyPicture {
+            name: &case.bodies[b].name,
+            mesh: solution.problem.bodies[b].mesh(),
+            displacement: &estimate.pair.bodies[b].displacement,
+            density: &densities[b],
+        };
+        let bodies: Vec<BodyPicture<'_>> = (0..count).map(picture).collect();
+        pictures.push(Picture {
+            name: "deformed",
+            svg: plot::deformed(&format!("{name}: error density"), &bodies, &closing(solution)),
+            caption: "The certified squared error of each cell over its area: where the mesh should be finer.",
+            numbers: None,
+        });
+        pictures.push(Picture {
+            name: "contact",
+            svg: plot::contact(&format!("{name}: contact line"), contact),
+            caption: "The opening is zero where there is pressure; the pressure is zero where the bodies are apart.",
+            numbers: Some("contact.csv"),
+        });
+    }
+    pictures.push(Picture {
         name: "convergence",
-        svg: plot::convergence(
-            &format!("{name}: errors against the iteration"),
-            &convergence_rows(solution),
-        )?,
+        svg: plot::convergence(&format!("{name}: errors against the iteration"), &report.iterations),
         caption: "The error of the iteration (eta_nndd) falls below that of the mesh (eta_dis); e_cre bounds both together.",
         numbers: Some("history.csv"),
-    }];
+    });
     if let Some(adapt) = &case.adapt {
-        let steps: Vec<_> = steps.iter().map(|row| (row.nodes, row.relative)).collect();
+        let steps: Vec<_> = report.adaptive.iter().map(|row| (row.nodes, row.relative)).collect();
         let title = format!("{name}: certified error against the number of nodes");
         pictures.push(Picture {
             name: "adaptive",
-            svg: plot::adaptive(&title, &steps, adapt.target_relative_error)?,
+            svg: plot::adaptive(&title, &steps, adapt.target_relative_error),
             caption: "Linear triangles cannot converge faster than the slope of the dashed line.",
             numbers: Some("adaptive.csv"),
         });
     }
-    pictures.insert(0, problem(case, solution, &format!("{name}: the problem"))?);
-    let Some(estimate) = &solution.estimate else { return Ok(pictures) };
-    let count = solution.problem.bodies.len();
-    let densities: Vec<Vec<f64>> = (0..count).map(|b| error_density(solution, b)).collect();
-    let points = by_body(solution.problem.bodies.iter().map(|body| body.mesh().points()));
-    let displacements = by_body(estimate.pair.bodies.iter().map(|body| &body.displacement[..]));
-    let picture = |b: usize| {
-        let mesh = solution.problem.bodies[b].mesh();
-        BodyPicture {
-            name: &case.bodies[b].name,
-            points: &points[b],
-            triangles: mesh.triangles(),
-            displacement: &displacements[b],
-            density: &densities[b],
-        }
-    };
-    let bodies: Vec<BodyPicture<'_>> = (0..count).map(picture).collect();
-    pictures.insert(
-        1,
-        Picture {
-            name: "deformed",
-            svg: plot::deformed(&format!("{name}: error density"), &bodies, &closing(solution))?,
-            caption: "The certified squared error of each cell over its area: where the mesh should be finer.",
-            numbers: None,
-        },
-    );
-    let column = |of: fn(&ContactRow) -> f64| contact.iter().map(of).collect::<Vec<f64>>();
-    let (s, opening, pressure) = (column(|r| r.s), column(|r| r.opening), column(|r| r.pressure));
-    let profile = ContactProfile { s: &s, opening: &opening, pressure: &pressure };
-    pictures.insert(
-        2,
-        Picture {
-            name: "contact",
-            svg: plot::contact(&format!("{name}: contact line"), &profile)?,
-            caption: "The opening is zero where there is pressure; the pressure is zero where the bodies are apart.",
-            numbers: Some("contact.csv"),
-        },
-    );
-    Ok(pictures)
-}
-
-/// A field of each body as the figures take it.
-fn by_body<'a>(fields: impl Iterator<Item = &'a [Vector]>) -> Vec<Vec<[f64; 2]>> {
-    fields.map(|field| field.iter().map(|v| (*v).into()).collect()).collect()
-}
-
-fn convergence_rows(solution: &CertifiedSolution) -> Vec<ConvergenceRow> {
-    solution
-        .rows
-        .iter()
-        .map(|row| ConvergenceRow {
-            iteration: row.iteration.iteration,
-            eta_nndd: row.iteration.eta_nndd,
-            precision: row.iteration.precision,
-            eta_dis: row.eta_dis,
-            e_cre: row.e_cre,
-        })
-        .collect()
+    pictures
 }
 
 /// The distances of the contact nodes at rest, and by how much the displacements bring them together.
@@ -143,30 +99,26 @@ fn closing(solution: &CertifiedSolution) -> Vec<Closing> {
 }
 
 /// Draws the problem of the last mesh.
-fn problem(case: &Case, solution: &CertifiedSolution, title: &str) -> Result<Picture, Failure> {
-    let points = by_body(solution.problem.bodies.iter().map(|body| body.mesh().points()));
-    let given = case.bodies.iter().zip(&solution.problem.bodies).zip(&points);
-    let bodies: Vec<SketchBody<'_>> = given
-        .map(|((given, body), points)| SketchBody {
-            name: &given.name,
-            points,
-            triangles: body.mesh().triangles(),
-            edges: sketch_edges(body),
-            body_force: body.body_force().into(),
-        })
-        .collect();
-    let line = |pair: &ContactPair| -> Vec<[[f64; 2]; 2]> {
+fn problem<'a>(case: &'a Case, solution: &'a CertifiedSolution, title: &str) -> Picture {
+    let sketch = |(given, body): (&'a BodyCase, &'a Body)| SketchBody {
+        name: &given.name,
+        mesh: body.mesh(),
+        edges: sketch_edges(body),
+        body_force: body.body_force(),
+    };
+    let bodies: Vec<SketchBody<'_>> = case.bodies.iter().zip(&solution.problem.bodies).map(sketch).collect();
+    let line = |pair: &ContactPair| -> Vec<[Vector; 2]> {
         let points = solution.problem.bodies[pair.bodies[0]].mesh().points();
-        let place = |k: u32| points[pair.interface.pairs()[k as usize].nodes[0] as usize].into();
+        let place = |k: u32| points[pair.interface.pairs()[k as usize].nodes[0] as usize];
         pair.interface.edges().iter().map(|edge| edge.pairs.map(place)).collect()
     };
-    let contact: Vec<[[f64; 2]; 2]> = solution.problem.contacts.iter().flat_map(line).collect();
-    Ok(Picture {
+    let contact: Vec<[Vector; 2]> = solution.problem.contacts.iter().flat_map(line).collect();
+    Picture {
         name: "problem",
-        svg: plot::sketch(title, &bodies, &contact)?,
+        svg: plot::sketch(title, &bodies, &contact),
         caption: "Supports, loads and imposed displacements as the program read them.",
         numbers: None,
-    })
+    }
 }
 
 /// What is imposed on the boundary edges of a body.
@@ -198,11 +150,11 @@ fn sketch_edges(body: &Body) -> Vec<SketchEdge> {
                 EdgeReaction::Both => mean_imposed,
             };
             Some(SketchEdge {
-                ends: nodes.map(|v| mesh.points()[v as usize].into()),
-                normal: mesh.edge_normal(*edge).into(),
+                ends: nodes.map(|v| mesh.points()[v as usize]),
+                normal: mesh.edge_normal(*edge),
                 held,
-                displacement: displacement.into(),
-                traction: mean(condition.traction).into(),
+                displacement,
+                traction: mean(condition.traction),
             })
         })
         .collect()

@@ -52,12 +52,12 @@ pub fn write(
     write_files(case, solved, &report, &mut directory)?;
     report.timings = watch.read(host.elapsed());
     let text = report.to_json()?;
-    directory.write("report.json", text.as_bytes()).map_err(|e| Failure::output(&e))?;
+    directory.write("report.json", text.as_bytes())?;
     if !outcome::may_go_on(&report.status) {
-        checkpoint::remove(&mut directory).map_err(|e| Failure::output(&e))?;
+        checkpoint::remove(&mut directory)?;
     }
     let files = directory.written().map(|p| p.display().to_string()).collect();
-    directory.finish().map_err(|e| Failure::output(&e))?;
+    directory.finish()?;
     Ok(Written { report, files })
 }
 
@@ -87,8 +87,7 @@ fn write_files(
     report: &Report,
     directory: &mut OutputDirectory,
 ) -> Result<(), Failure> {
-    let mut put =
-        |name: &str, text: &str| directory.write(name, text.as_bytes()).map_err(|e| Failure::output(&e));
+    let mut put = |name: &str, text: &str| directory.write(name, text.as_bytes());
     put("history.csv", &table::history_csv(&report.iterations)?)?;
     let solution = &solved.solution;
     let contact: Vec<ContactRow> =
@@ -99,7 +98,7 @@ fn write_files(
     if !report.adaptive.is_empty() {
         put("adaptive.csv", &table::adaptive_csv(&report.adaptive)?)?;
     }
-    let pictures = figures::of_solve(case, solution, &contact, &report.adaptive)?;
+    let pictures = figures::of_solve(case, solution, &contact, report);
     for picture in &pictures {
         put(&format!("figures/{}.svg", picture.name), &picture.svg)?;
     }

@@ -84,7 +84,7 @@ impl<'a> Follower<'a> {
     pub(crate) fn failure(&self, case: &Case, error: &SolveError) -> Failure {
         match (error, self.ended) {
             (SolveError::Stopped, Some(Ended::OutputGone)) => {
-                Failure::output(&OutputError::Vanished { path: self.output.path().to_owned() })
+                OutputError::Vanished { path: self.output.path().to_owned() }.into()
             }
             (SolveError::Stopped, Some(Ended::TimeLimit(limit, _))) => {
                 let (step, seconds) = self.longest.unwrap_or(("none", 0.0));

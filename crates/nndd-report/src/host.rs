@@ -33,6 +33,7 @@ pub trait Host {
 
 /// Memory that a run may take, with what the process has already, and the words for it.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Room {
     /// Bytes; 0 if nothing is left.
     pub bytes: f64,
@@ -40,6 +41,13 @@ pub struct Room {
     pub words: String,
     /// What helps, if it is not a smaller problem.
     pub fix: Option<&'static str>,
+}
+
+impl Room {
+    /// Makes one of bytes, words and what helps.
+    pub fn new(bytes: f64, words: String, fix: Option<&'static str>) -> Self {
+        Self { bytes, words, fix }
+    }
 }
 
 /// What happens in a run.

@@ -59,21 +59,14 @@ fn reproduce(page: &mut String, case: &Case, report: &Report) {
     for text in overrides.into_iter().flatten().filter_map(Value::as_str) {
         let _ = write!(command, " --set {}", shell_word(text));
     }
-    let version = env!("CARGO_PKG_VERSION");
-    let _ = write!(
-        page,
-        "<h2>How to reproduce</h2>\n<pre>{}</pre>\n<table><tr><th>what</th><th>SHA-256 or version</th></tr>\n\
-         <tr><td>nndd</td><td>{version}</td></tr>\n<tr><td>settings and meshes</td><td>{}</td></tr>\n",
-        escape(&command),
-        case.hash()
-    );
+    let _ = writeln!(page, "<h2>How to reproduce</h2>\n<pre>{}</pre>", escape(&command));
     let mut files: Vec<_> = (0..case.bodies.len()).filter_map(|body| case.mesh_file_of(body)).collect();
     files.dedup();
-    for (file, digest) in files {
-        let _ = writeln!(page, "<tr><td>{}</td><td>{digest}</td></tr>", escape(file));
-    }
+    let own = [("nndd", env!("CARGO_PKG_VERSION")), ("settings and meshes", &case.hash())];
+    let rows = own.into_iter().chain(files).map(|(what, mark)| vec![what.to_owned(), mark.to_owned()]);
+    table(page, "", &["what", "SHA-256 or version"], rows);
     page.push_str(
-        "</table>\n<p>Times, threads and host are in <a href=\"report.json\">report.json</a>: this page is the same \
+        "<p>Times, threads and host are in <a href=\"report.json\">report.json</a>: this page is the same \
          in every run of the case.</p>\n",
     );
 }
@@ -88,25 +81,30 @@ fn shell_word(word: &str) -> String {
     }
 }
 
+/// Writes a table below a title, the cells of each row as text.
+fn table(page: &mut String, title: &str, heads: &[&str], rows: impl IntoIterator<Item = Vec<String>>) {
+    let row = |kind: &str, cells: &mut dyn Iterator<Item = &str>| {
+        let cells: String = cells.map(|cell| format!("<{kind}>{}</{kind}>", escape(cell))).collect();
+        format!("<tr>{cells}</tr>\n")
+    };
+    if !title.is_empty() {
+        let _ = writeln!(page, "<h2>{title}</h2>");
+    }
+    page.push_str("<table>");
+    page.push_str(&row("th", &mut heads.iter().copied()));
+    page.extend(rows.into_iter().map(|cells| row("td", &mut cells.iter().map(String::as_str))));
+    page.push_str("</table>\n");
+}
+
 /// The sizes of the bodies on the last mesh.
 fn bodies(page: &mut String, case: &Case, report: &Report, angles: &[f64]) {
-    page.push_str(
-        "<h2>Bodies</h2>\n<table><tr><th>body</th><th>nodes</th><th>triangles</th><th>unknowns</th>\
-         <th>smallest angle</th><th>material</th></tr>\n",
-    );
-    for (k, (body, angle)) in report.bodies.iter().zip(angles).enumerate() {
+    let rows = report.bodies.iter().zip(angles).enumerate().map(|(k, (body, angle))| {
         let materials = case.materials_of(k).into_iter().map(|m| format!("{}: {}", m.name, m.summary()));
-        let _ = writeln!(
-            page,
-            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{angle:.1}°</td><td>{}</td></tr>",
-            escape(&body.name),
-            body.nodes,
-            body.triangles,
-            body.unknowns,
-            escape(&materials.collect::<Vec<_>>().join("; "))
-        );
-    }
-    page.push_str("</table>\n");
+        let [nodes, triangles, unknowns] = [body.nodes, body.triangles, body.unknowns].map(|n| n.to_string());
+        let materials = materials.collect::<Vec<_>>().join("; ");
+        vec![body.name.clone(), nodes, triangles, unknowns, format!("{angle:.1}°"), materials]
+    });
+    table(page, "Bodies", &["body", "nodes", "triangles", "unknowns", "smallest angle", "material"], rows);
     for contact in &report.contact {
         let _ = writeln!(
             page,
@@ -165,7 +163,7 @@ fn figures(page: &mut String, pictures: &[Picture]) {
 fn parts(page: &mut String, report: &Report) {
     page.push_str(
         "<h2>Parts of the bound</h2>\n<p>The squares of all but round-off add up to the square of the bound without \
-         round-off.</p>\n<table><tr><th>part</th><th>energy norm</th><th>what lowers it</th></tr>\n",
+         round-off.</p>\n",
     );
     let parts = &report.certificate.parts;
     let rows = [
@@ -177,18 +175,15 @@ fn parts(page: &mut String, report: &Report) {
         ("friction", parts.friction, "a finer mesh at the contact line"),
         ("round-off", parts.round_off, "nothing"),
     ];
-    for (name, value, cure) in rows.into_iter().filter(|(_, value, _)| *value != Some(0.0)) {
-        let _ = writeln!(page, "<tr><td>{name}</td><td>{}</td><td>{cure}</td></tr>", number(value));
-    }
-    page.push_str("</table>\n");
+    let rows = rows.into_iter().filter(|(_, value, _)| *value != Some(0.0));
+    let rows = rows.map(|(name, value, cure)| vec![name.into(), number(value), cure.into()]);
+    table(page, "", &["part", "energy norm", "what lowers it"], rows);
 }
 
 fn checks(page: &mut String, report: &Report) {
-    page.push_str("<h2>Checks of the certificate</h2>\n<table><tr><th>residual</th><th>relative</th></tr>\n");
-    for (key, value) in report.certificate.checks.named() {
-        let _ = writeln!(page, "<tr><td>{}</td><td>{}</td></tr>", key.replace('_', " "), number(value));
-    }
-    page.push_str("</table>\n");
+    let checks = report.certificate.checks.named();
+    let rows = checks.into_iter().map(|(key, value)| vec![key.replace('_', " "), number(value)]);
+    table(page, "Checks of the certificate", &["residual", "relative"], rows);
 }
 
 fn results(page: &mut String, case: &Case, report: &Report) {
@@ -196,12 +191,10 @@ fn results(page: &mut String, case: &Case, report: &Report) {
     let t = case.model.thickness;
     // Without a solution nothing of it is known.
     let Some(energies) = &r.energy_norm_squared else { return };
-    page.push_str("<h2>Results</h2>\n<table><tr><th>quantity</th><th>per unit thickness</th>");
-    let _ = writeln!(page, "<th>for the thickness {}</th></tr>", words::short(t));
+    let mut rows = vec![];
     let mut row = |name: &str, value: Option<f64>, by_thickness: bool| {
-        let whole = if by_thickness { number(value.map(|x| x * t)) } else { "–".into() };
-        let _ =
-            writeln!(page, "<tr><td>{}</td><td>{}</td><td>{whole}</td></tr>", escape(name), number(value));
+        let whole = value.filter(|_| by_thickness).map(|x| x * t);
+        rows.push(vec![name.to_owned(), number(value), number(whole)]);
     };
     for (body, a) in report.bodies.iter().zip(energies) {
         row(&format!("energy norm² of {}", body.name), Some(*a), true);
@@ -224,7 +217,8 @@ fn results(page: &mut String, case: &Case, report: &Report) {
             row(&format!("balance of {}: {quantity}", body.name), Some(*sum), true);
         }
     }
-    page.push_str("</table>\n");
+    let whole = format!("for the thickness {}", words::short(t));
+    table(page, "Results", &["quantity", "per unit thickness", &whole], rows);
 }
 
 /// What the certificate says about other quantities.
@@ -238,19 +232,17 @@ fn bounds(page: &mut String, report: &Report) {
     if rows.iter().all(|(_, bounds)| bounds.is_none()) {
         return;
     }
-    page.push_str(
-        "<h2>Bounds of the exact solution</h2>\n<table><tr><th>quantity, per unit thickness</th><th>at least</th>\
-         <th>at most</th></tr>\n",
+    let rows = rows.into_iter().filter_map(|(name, bounds)| {
+        let [low, high] = bounds?;
+        Some(vec![name.to_owned(), words::at_least(low), words::at_most(high)])
+    });
+    table(
+        page,
+        "Bounds of the exact solution",
+        &["quantity, per unit thickness", "at least", "at most"],
+        rows,
     );
-    for (name, [low, high]) in rows.into_iter().filter_map(|(name, bounds)| Some((name, bounds?))) {
-        let _ = writeln!(
-            page,
-            "<tr><td>{name}</td><td>{}</td><td>{}</td></tr>",
-            words::at_least(low),
-            words::at_most(high)
-        );
-    }
-    page.push_str("</table>\n<p>These bounds hold whenever the certified error bound holds.</p>\n");
+    page.push_str("<p>These bounds hold whenever the certified error bound holds.</p>\n");
 }
 
 /// The meshes of an adaptive run.
@@ -258,52 +250,31 @@ fn steps(page: &mut String, report: &Report) {
     if report.adaptive.is_empty() {
         return;
     }
-    page.push_str(
-        "<h2>Meshes</h2>\n<table><tr><th>step</th><th>nodes</th><th>pairs</th><th>e_cre</th><th>relative</th>\
-         <th>iterations</th></tr>\n",
-    );
-    for row in &report.adaptive {
-        let _ = writeln!(
-            page,
-            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
-            row.step,
-            row.nodes,
-            row.pairs,
-            words::rounded_up(row.e_cre),
-            row.relative.map_or_else(|| number(None), words::rounded_up),
-            row.iterations
-        );
-    }
-    page.push_str("</table>\n");
+    let rows = report.adaptive.iter().map(|row| {
+        let relative = row.relative.map_or_else(|| number(None), words::rounded_up);
+        let [step, nodes, pairs, iterations] =
+            [row.step, row.nodes, row.pairs, row.iterations].map(|n| n.to_string());
+        vec![step, nodes, pairs, words::rounded_up(row.e_cre), relative, iterations]
+    });
+    table(page, "Meshes", &["step", "nodes", "pairs", "e_cre", "relative", "iterations"], rows);
 }
 
 fn iterations(page: &mut String, report: &Report) {
-    page.push_str(
-        "<h2>Iterations</h2>\n<table><tr><th>it</th><th>theta</th><th>precision</th><th>eta_nndd</th><th>eta_dis</th>\
-         <th>e_cre</th><th>contact nodes</th>",
-    );
-    for body in &report.bodies {
-        let _ = write!(page, "<th>contact force of {}</th>", escape(&body.name));
-    }
-    page.push_str("<th>contact problem</th></tr>\n");
-    for row in &report.iterations {
-        let _ = writeln!(
-            page,
-            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{} {}</td></tr>",
-            row.iteration,
-            number(row.theta),
-            number(row.precision),
-            number(row.eta_nndd),
-            number(row.eta_dis),
-            row.e_cre.map_or_else(|| number(None), words::at_most),
-            row.contact_nodes,
-            number(row.contact_forces[0]),
-            number(row.contact_forces[1]),
-            row.qp_path.as_deref().unwrap_or("–"),
-            row.qp_iterations
-        );
-    }
-    page.push_str("</table>\n");
+    let forces = report.bodies.iter().map(|body| format!("contact force of {}", body.name));
+    let forces: Vec<String> = forces.collect();
+    let mut heads = vec!["it", "theta", "precision", "eta_nndd", "eta_dis", "e_cre", "contact nodes"];
+    heads.extend(forces.iter().map(String::as_str));
+    heads.push("contact problem");
+    let rows = report.iterations.iter().map(|row| {
+        let mut cells = vec![row.iteration.to_string()];
+        cells.extend([row.theta, row.precision, row.eta_nndd, row.eta_dis].map(number));
+        cells.push(row.e_cre.map_or_else(|| number(None), words::at_most));
+        cells.push(row.contact_nodes.to_string());
+        cells.extend(row.contact_forces.map(number));
+        cells.push(format!("{} {}", row.qp_path.as_deref().unwrap_or("–"), row.qp_iterations));
+        cells
+    });
+    table(page, "Iterations", &heads, rows);
 }
 
 fn number(value: Option<f64>) -> String {
@@ -316,7 +287,7 @@ fn number(value: Option<f64>) -> String {
 }
 
 fn escape(text: &str) -> String {
-    plain(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    words::escaped(&plain(text))
 }
 
 #[cfg(test)]

@@ -12,6 +12,19 @@ const MARGIN: f64 = 1.1;
 /// What is kept of a solved mesh while the next one is solved, bytes per node: mesh, fields and stress.
 const KEPT_PER_NODE: f64 = 900.0;
 
+/// Bytes of the program itself; of the factor per n log₂ n; of mesh and fields per unknown; of three dense matrices per
+/// square of the pairs.
+const PROGRAM: f64 = 20e6;
+const FACTOR: f64 = 56.0;
+const FIELDS: f64 = 450.0;
+const INTERFACE: f64 = 3.0 * 8.0;
+
+/// A contact line is named if it makes the need this many times as large.
+const LONG_LINE: f64 = 2.0;
+
+/// The need grows as this power of the number of nodes.
+const POWER: f64 = 1.05;
+
 /// Estimates the memory of a solve from the number of nodes, bytes.
 ///
 /// Per body with n unknowns: the factor of a nested dissection grows as n log₂ n; the mesh with its topology, the fields
@@ -36,10 +49,9 @@ struct Size {
 }
 
 fn of_sizes(bodies: &[Size]) -> f64 {
-    const PROGRAM: f64 = 20e6;
     let of_body = |body: &Size| {
         let (n, pairs) = (2.0 * body.nodes.max(1) as f64, body.pairs as f64);
-        56.0 * n * n.log2() + 450.0 * n + 3.0 * 8.0 * pairs * pairs
+        FACTOR * n * n.log2() + FIELDS * n + INTERFACE * pairs * pairs
     };
     bodies.iter().map(of_body).sum::<f64>() + PROGRAM
 }
@@ -67,7 +79,7 @@ pub(crate) fn check_problem(case: &Case, problem: &ContactProblem, host: &dyn Ho
 fn check(case: &Case, host: &dyn Host, sizes: &[Size], pairs: Option<usize>) -> Result<(), Failure> {
     let needed = of_sizes(sizes);
     let without: Vec<Size> = sizes.iter().map(|size| Size { pairs: 0, ..*size }).collect();
-    let line = pairs.filter(|_| needed > 2.0 * of_sizes(&without));
+    let line = pairs.filter(|_| needed > LONG_LINE * of_sizes(&without));
     let Some((needed, Room { bytes: limit, words, fix: other })) = shortage(case, needed, host) else {
         return Ok(());
     };
@@ -77,7 +89,7 @@ fn check(case: &Case, host: &dyn Host, sizes: &[Size], pairs: Option<usize>) -> 
     let (what, fits, fix) = match line {
         None => (
             format!("{nodes} nodes"),
-            format!("{} nodes", two_digits(nodes as f64 * (limit / needed).powf(1.0 / 1.05))),
+            format!("{} nodes", two_digits(nodes as f64 * (limit / needed).powf(1.0 / POWER))),
             "take fewer cells, or refine only where it is needed with [adapt]",
         ),
         Some(pairs) => (

@@ -1,5 +1,6 @@
 //! The status word, exit status and reason of a run.
 
+use crate::failure::{FILES, INTERRUPTED, LIMIT, NOT_CERTIFIED};
 use crate::words::{counted, raised, short};
 use case_io::Case;
 use case_io::case::{Acceleration, Criterion, Imposed, Method, QpChoice, Theta, Weights};
@@ -27,11 +28,11 @@ pub(crate) enum Ended {
 /// Judges a finished run.
 pub(crate) fn judge(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>) -> Status {
     if let Some(lack @ EstimatorError::OutOfMemory { .. }) = &solution.no_estimate {
-        return word("limit", 8, format!("{lack}; take fewer cells"));
+        return word("limit", LIMIT, format!("{lack}; take fewer cells"));
     }
     let status = of_iteration(case, solution, ended);
     if status.code == 0 && !solution.is_certified() {
-        return word("not_certified", 6, uncertified(solution));
+        return word("not_certified", NOT_CERTIFIED, uncertified(solution));
     }
     status
 }
@@ -207,15 +208,15 @@ pub(crate) fn interrupted(ended: Option<Ended>, after: &str) -> Status {
         Some(Ended::Signal(code)) => word("interrupted", code, format!("by a signal after {after}")),
         Some(Ended::TimeLimit(seconds, step)) => word(
             "limit",
-            8,
+            LIMIT,
             format!(
                 "limits.time = {seconds} s reached after {after}; the longest step between two checks of the clock was {step}"
             ),
         ),
         Some(Ended::OutputGone) => {
-            word("interrupted", 7, format!("the output directory was removed after {after}"))
+            word("interrupted", FILES, format!("the output directory was removed after {after}"))
         }
-        None => word("interrupted", 130, format!("after {after}")),
+        None => word("interrupted", INTERRUPTED, format!("after {after}")),
     }
 }
 
@@ -288,6 +289,9 @@ fn range_of_theta(case: &Case, solution: &CertifiedSolution) -> String {
     })
 }
 
+/// Numbers that differ by less than this part differ by rounding.
+const ROUNDING: f64 = 1e-9;
+
 fn diverged(case: &Case, solution: &CertifiedSolution, best: f64) -> String {
     if !best.is_finite() {
         return "eta_nndd overflowed in the first iteration: the loads or displacements are too large for \
@@ -298,7 +302,7 @@ fn diverged(case: &Case, solution: &CertifiedSolution, best: f64) -> String {
     let range = range_of_theta(case, solution);
     let advice = other_settings(case);
     // The last one contains the allowance for its rounding.
-    if eta <= (1.0 + 1e-9) * best {
+    if eta <= (1.0 + ROUNDING) * best {
         let iterations = solution.rows.len();
         return format!(
             "lambda overflowed after iteration {iterations}, eta_nndd {eta:.3e}{range}; {advice}"

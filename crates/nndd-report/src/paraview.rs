@@ -84,7 +84,7 @@ fn write_collections(
     }
     let mut put = |name: &str, text: Result<String, VtuError>| {
         let text = text.map_err(|e| Failure::defect(format!("{name}: {e}")))?;
-        directory.write(name, text.as_bytes()).map_err(|e| Failure::output(&e))
+        directory.write(name, text.as_bytes()).map_err(Failure::from)
     };
     put("adaptive.pvd", vtu::pvd(&entries))?;
     for part in &parts {
@@ -257,6 +257,6 @@ fn write_vtu(
     });
     match refused {
         Some(reason) => Err(Failure::defect(format!("{name}: {reason}"))),
-        None => written.map_err(|e| Failure::output(&e)),
+        None => Ok(written?),
     }
 }

@@ -29,8 +29,7 @@ impl Place {
     /// # Errors
     /// A directory that cannot be written to, or contains something else.
     pub fn open(case: &Case, path: &Path, force: bool) -> Result<Self, Failure> {
-        let directory = OutputDirectory::open(path, ResultKind::Solve, &case.hash(), force)
-            .map_err(|e| Failure::output(&e))?;
+        let directory = OutputDirectory::open(path, ResultKind::Solve, &case.hash(), force)?;
         Ok(Self { directory, progress: None, resumed: false, notes: Vec::new() })
     }
 
@@ -78,7 +77,7 @@ fn find(case: &Case, path: &Path) -> Result<Place, Failure> {
     if !path.is_dir() && BrokenLink::find(path).is_none() {
         return Err(CheckpointError::NeverStarted { directory: path.to_owned() }.into());
     }
-    let mut directory = OutputDirectory::reopen(path).map_err(|e| Failure::output(&e))?;
+    let mut directory = OutputDirectory::reopen(path)?;
     directory.restore_checkpoints();
     let (Checkpoint { case: old, progress }, damage) = checkpoint::read(path)?;
     let differences = checkpoint::differences(&old, &identity(case));
@@ -94,7 +93,7 @@ fn find(case: &Case, path: &Path) -> Result<Place, Failure> {
     let mut notes = vec![format!("the run continues with mesh {mesh}")];
     if let Some(damage) = damage {
         // Otherwise it would replace the intact one.
-        directory.remove(checkpoint::NEWEST).map_err(|e| Failure::output(&e))?;
+        directory.remove(checkpoint::NEWEST)?;
         notes.insert(0, damage);
     }
     Ok(Place { directory, progress, resumed: true, notes })
@@ -103,9 +102,9 @@ fn find(case: &Case, path: &Path) -> Result<Place, Failure> {
 /// Prepares the directory: a new run writes its first checkpoint, a resumed one keeps what it has.
 pub(crate) fn prepare(case: &Case, place: &mut Place) -> Result<(), Failure> {
     let Some(progress) = &place.progress else {
-        checkpoint::remove(&mut place.directory).map_err(|e| Failure::output(&e))?;
+        checkpoint::remove(&mut place.directory)?;
         let first = Checkpoint { case: identity(case), progress: None };
-        return checkpoint::write(&mut place.directory, &first).map_err(|e| Failure::output(&e));
+        return Ok(checkpoint::write(&mut place.directory, &first)?);
     };
     for name in [checkpoint::NEWEST, checkpoint::PREVIOUS] {
         place.directory.keep(name);
@@ -163,7 +162,7 @@ pub(crate) fn write(
         steps: from.history.iter().zip(seconds).map(step).collect(),
     };
     let checkpoint = Checkpoint { case: identity(case), progress: Some(progress) };
-    checkpoint::write(directory, &checkpoint).map_err(|e| Failure::output(&e))
+    Ok(checkpoint::write(directory, &checkpoint)?)
 }
 
 /// Makes the library's values of a checkpoint.

@@ -5,6 +5,7 @@ use certified_contact::CertifiedSolution;
 
 /// A solved case.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Solved {
     /// The answer, with its certificate.
     pub solution: CertifiedSolution,

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::host::{Event, Host};
-use crate::plot::{self, SweepSeries};
+use crate::plot;
 use crate::report;
 use crate::run;
 use crate::stopwatch::Stopwatch;
@@ -13,13 +13,14 @@ use case_io::output::{OutputDirectory, Presence, ResultKind};
 use case_io::report::{CASE_HASH, IterationRow, SWEEP_SCHEMA, SweepPanel, SweepReport, SweepRow};
 use case_io::table;
 use serde_json::Map;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The key that a sweep sets itself.
 const MAX_ITERATIONS: &str = "solver.max_iterations";
 
 /// What is varied, and where the result goes.
 #[derive(Clone, Debug, Default)]
+#[non_exhaustive]
 pub struct SweepOptions {
     /// The case file.
     pub case: PathBuf,
@@ -35,6 +36,16 @@ pub struct SweepOptions {
     pub out: Option<PathBuf>,
     /// Whether to write even if the directory contains something else.
     pub force: bool,
+}
+
+/// Iterations of each run, unless other options say so.
+const ITERATIONS: usize = 3;
+
+impl SweepOptions {
+    /// A sweep of a case over `KEY=a:b:h` or `KEY=[v1, v2]`, three iterations each.
+    pub fn new(case: &Path, over: &str) -> Self {
+        Self { case: case.to_owned(), over: over.to_owned(), iterations: ITERATIONS, ..Self::default() }
+    }
 }
 
 /// What a sweep found and wrote.
@@ -79,15 +90,16 @@ pub fn sweep(options: &SweepOptions, host: &mut dyn Host) -> Result<Swept, Failu
     let path = options.out.clone().unwrap_or_else(|| PathBuf::from(case.output_directory() + "-sweep"));
     // Each sweep has its own mark, so that its directory differs from that of a solve.
     let mark = format!("sweep {} {} {:?} {}", options.over, options.iterations, options.panel, case.hash());
-    let mut directory = OutputDirectory::open(&path, ResultKind::Sweep, &mark, options.force)
-        .map_err(|e| Failure::output(&e))?;
+    let mut directory = OutputDirectory::open(&path, ResultKind::Sweep, &mark, options.force)?;
     let mut panels: Vec<SweepPanel> = Vec::new();
     let mut failure = None;
     for variant in &variants {
-        let (panel, failed) =
-            run_panel(options, &sweep, [&base, variant], &panels, directory.presence(), host);
+        let mut panel =
+            SweepPanel { settings: written(&[&base[..], variant].concat()), ..SweepPanel::default() };
+        let output = directory.presence();
+        let filled = fill_panel(&mut panel, options, &sweep, [&base, variant], &panels, &output, host);
         panels.push(panel);
-        failure = failed.map(|failed| of_panel(failed, variant));
+        failure = filled.err().map(|failed| of_panel(failed, variant));
         if failure.is_some() || host.interrupted().is_some() {
             break;
         }
@@ -113,7 +125,7 @@ pub fn sweep(options: &SweepOptions, host: &mut dyn Host) -> Result<Swept, Failu
     };
     write(&record, &sweep, &mut directory)?;
     let files = directory.written().map(|p| p.display().to_string()).collect();
-    directory.finish().map_err(|e| Failure::output(&e))?;
+    directory.finish()?;
     Ok(Swept { record, path, files, asked: variants.len() * sweep.values.len(), failure })
 }
 
@@ -161,8 +173,7 @@ fn of_panel(mut failure: Failure, settings: &[(String, String)]) -> Failure {
 
 /// Writes the tables and the picture, and sweep.json last: it makes the result complete.
 fn write(record: &SweepReport, sweep: &Sweep, directory: &mut OutputDirectory) -> Result<(), Failure> {
-    let mut put =
-        |name: &str, text: &str| directory.write(name, text.as_bytes()).map_err(|e| Failure::output(&e));
+    let mut put = |name: &str, text: &str| directory.write(name, text.as_bytes());
     for (k, panel) in record.panels.iter().enumerate() {
         let name = if k == 0 { "sweep.csv".to_string() } else { format!("sweep-{}.csv", k + 1) };
         put(&name, &table::sweep_csv(&record.key, panel)?)?;
@@ -175,48 +186,31 @@ fn write(record: &SweepReport, sweep: &Sweep, directory: &mut OutputDirectory) -
         Some(numbers) => numbers,
         None => (1..=sweep.values.len()).map(|k| k as f64).collect(),
     };
-    let series: Vec<SweepSeries> = record.panels.iter().map(|panel| series(panel, &numbers)).collect();
-    put("figures/sweep.svg", &plot::sweep(&title, &sweep.key, &series)?)?;
-    put(ResultKind::Sweep.record(), &record.to_json()?)
+    put("figures/sweep.svg", &plot::sweep(&title, &sweep.key, &numbers, &record.panels))?;
+    Ok(put(ResultKind::Sweep.record(), &record.to_json()?)?)
 }
 
-/// Runs one panel; a request to end or a value that cannot be run ends it with the rows there are.
+/// Writes settings as `KEY=VALUE`.
+fn written(settings: &[(String, String)]) -> Vec<String> {
+    settings.iter().map(|(key, value)| format!("{key}={value}")).collect()
+}
+
+/// Adds the rows of a panel one by one; a request to end or a value that cannot be run ends it with the rows there are.
 ///
-/// * `settings`: of all panels, and of the panel itself.
+/// * `settings`: of all panels, and of the panel itself, which tell it from those of its size.
 /// * `before`: the panels before it.
 /// * `output`: the directory that must stay until the end.
-fn run_panel(
-    options: &SweepOptions,
-    sweep: &Sweep,
-    settings: [&[(String, String)]; 2],
-    before: &[SweepPanel],
-    output: Presence,
-    host: &mut dyn Host,
-) -> (SweepPanel, Option<Failure>) {
-    let written = |settings: &[(String, String)]| -> Vec<String> {
-        settings.iter().map(|(key, value)| format!("{key}={value}")).collect()
-    };
-    let mut panel = SweepPanel { settings: written(&settings.concat()), ..SweepPanel::default() };
-    let own = written(settings[1]).join("; ");
-    let naming = (before, own.as_str());
-    let failure = fill_panel(&mut panel, options, sweep, &settings.concat(), naming, &output, host).err();
-    (panel, failure)
-}
-
-/// Adds the rows of a panel one by one.
-///
-/// * `naming`: the panels before it, and its own settings, which tell it from those of its size.
 fn fill_panel(
     panel: &mut SweepPanel,
     options: &SweepOptions,
     sweep: &Sweep,
-    overrides: &[(String, String)],
-    naming: (&[SweepPanel], &str),
+    settings: [&[(String, String)]; 2],
+    before: &[SweepPanel],
     output: &Presence,
     host: &mut dyn Host,
 ) -> Result<(), Failure> {
     for (k, value) in sweep.values.iter().enumerate() {
-        let all = settings_of_run(options, sweep, overrides, value);
+        let all = settings_of_run(options, sweep, &settings.concat(), value);
         let read = run::read_case(&options.case, &all).and_then(|mut case| {
             let problem = if case.adapt.is_none() { Some(run::build(&mut case, host)?) } else { None };
             Ok((case, problem))
@@ -232,10 +226,9 @@ fn fill_panel(
         };
         if k == 0 {
             panel.nodes = problem.bodies.iter().map(|b| b.mesh().points().len()).sum();
-            let (before, own) = naming;
             panel.name = format!("{} nodes", panel.nodes);
             if before.iter().any(|other| other.nodes == panel.nodes) {
-                panel.name += &format!(" ({own})");
+                panel.name += &format!(" ({})", written(settings[1]).join("; "));
             }
             host.event(Event::Panel { name: &panel.name, sweep })?;
         }
@@ -250,21 +243,6 @@ fn fill_panel(
         panel.rows.push(SweepRow { value: value.clone(), status: solved.status.word, iteration });
     }
     Ok(())
-}
-
-fn series(panel: &SweepPanel, numbers: &[f64]) -> SweepSeries {
-    let column = |of: fn(&IterationRow) -> Option<f64>| {
-        let value = |row: &SweepRow| of(&row.iteration).filter(|_| row.status != "diverged");
-        panel.rows.iter().map(value).collect()
-    };
-    SweepSeries {
-        name: panel.name.clone(),
-        // An interrupted sweep has no row for the last ones.
-        theta: numbers.iter().copied().take(panel.rows.len()).collect(),
-        eta_nndd: column(|it| it.eta_nndd),
-        eta_dis: column(|it| it.eta_dis),
-        e_cre: column(|it| it.e_cre),
-    }
 }
 
 /// Says where the iteration's error is smallest.

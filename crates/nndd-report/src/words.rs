@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 pub use mesh_io::words::counted;
+pub(crate) use mesh_io::words::escaped;
 
 /// Writes a number exactly, with an exponent if it would be a long row of digits.
 pub use fem_core::geometry::shown as short;
@@ -44,7 +45,7 @@ pub fn rounded_up(x: f64) -> String {
 }
 
 /// Seven significant digits of a lower bound, rounded down.
-pub fn at_least(x: f64) -> String {
+pub(crate) fn at_least(x: f64) -> String {
     short(outward(x, 7, false))
 }
 
@@ -58,9 +59,9 @@ fn commands(c: char) -> bool {
     c.is_control() && c != '\n' && c != '\t' || turns(c)
 }
 
-/// Says whether a character turns the direction of the text after it.
+/// Says whether a character turns the direction of the text after it, or is none at all.
 fn turns(c: char) -> bool {
-    matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    matches!(c, '\u{fffe}' | '\u{ffff}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
 /// Writes control characters by their codes, line ends among them: a title or a name is one line.

@@ -10,7 +10,7 @@ use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
 use fem_core::prepared::PreparedProblem;
 use nndd::stopping::{Decision, EtaNndd, Never, StoppingCriterion};
-use nndd::{Iterate, Method, NnddSettings};
+use nndd::{Iterate, NewtonSettings, NnddSettings};
 use std::error::Error;
 use std::time::{Duration, Instant};
 
@@ -44,11 +44,10 @@ fn iterations(c: &mut Criterion) {
         group.bench_function(BenchmarkId::new("to 1e-10, default", pairs), |b| {
             b.iter(|| nndd::solve(&problem, start.clone(), &default, &mut EtaNndd::new(1e-10)).unwrap());
         });
-        let mut newton = NnddSettings::default();
-        newton.method = Method::Newton;
+        let mut newton = NewtonSettings::default();
         newton.qp = newton.qp.with_method(contact_qp::QpMethod::ActiveSet);
         group.bench_function(BenchmarkId::new("interface Newton", pairs), |b| {
-            b.iter(|| nndd::solve(&problem, start.clone(), &newton, &mut Never).unwrap());
+            b.iter(|| nndd::solve(&problem, start.clone(), newton.clone(), &mut Never).unwrap());
         });
     }
     group.finish();

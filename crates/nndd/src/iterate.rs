@@ -28,6 +28,16 @@ pub struct ContactAnswer {
     pub kkt: KktResiduals,
 }
 
+/// How the quadratic programme that determined an iterate was solved: Ω₂'s contact problem in the iteration, that of the
+/// whole interface in the Newton method.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Programme {
+    /// Method that produced the answer.
+    pub path: QpPath,
+    /// Iterations of that method.
+    pub iterations: usize,
+}
+
 /// One iteration: the admissible pair of step 1 and the results of step 2.
 /// Traces and forces are along the outward normal of Ω₁, the body that carries λ.
 #[derive(Clone, Debug)]
@@ -40,6 +50,8 @@ pub struct Iterate {
     pub reaction: Vec<f64>,
     /// Response of Ω₂ to λ.
     pub contact: ContactAnswer,
+    /// How the programme that determined this iterate was solved.
+    pub programme: Programme,
     /// Opening `o = v² − (λ − g) ≥ 0`, m.
     pub opening: Vec<f64>,
     /// θ of the update that follows.
@@ -128,7 +140,7 @@ pub struct IterationRow {
     pub contact_nodes: usize,
     /// `Σ r²_i`, N/m.
     pub contact_force: f64,
-    /// How Ω₂'s contact problem was solved.
+    /// How the quadratic programme was solved, see [`Iterate::programme`].
     pub qp_path: QpPath,
     /// Iterations of that method.
     pub qp_iterations: usize,
@@ -145,8 +157,8 @@ impl From<&Iterate> for IterationRow {
             eta_nndd: it.eta_nndd,
             contact_nodes: it.contact_nodes(),
             contact_force: it.contact_force(),
-            qp_path: it.contact.path,
-            qp_iterations: it.contact.iterations,
+            qp_path: it.programme.path,
+            qp_iterations: it.programme.iterations,
             qp_kkt: it.contact.kkt.max(),
         }
     }

@@ -2,18 +2,74 @@
 
 use contact_qp::QpSettings;
 
-/// Which algorithm solves the discrete contact problem.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// Which algorithm solves the discrete contact problem, with its settings.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Method {
-    /// The Neumann-Neumann iteration, then the interface Newton method if the iteration stalls, diverges or uses all
-    /// its iterations. There is no switch if θ is given, or if the criterion never stops: see
-    /// [`crate::stopping::StoppingCriterion::can_stop`].
-    #[default]
-    Auto,
     /// The Neumann-Neumann iteration, equations (8)-(11).
-    Nndd,
+    Nndd(NnddSettings),
     /// The interface Newton method, the reference: exact for the discrete problem.
-    Newton,
+    Newton(NewtonSettings),
+}
+
+impl Default for Method {
+    fn default() -> Self {
+        Self::Nndd(NnddSettings::default())
+    }
+}
+
+impl Method {
+    /// Returns the maximum number of iterations.
+    pub fn max_iterations(&self) -> usize {
+        match self {
+            Self::Nndd(settings) => settings.max_iterations,
+            Self::Newton(settings) => settings.max_iterations,
+        }
+    }
+
+    /// Sets the maximum number of iterations.
+    #[must_use]
+    pub fn with_max_iterations(mut self, max_iterations: usize) -> Self {
+        match &mut self {
+            Self::Nndd(settings) => settings.max_iterations = max_iterations,
+            Self::Newton(settings) => settings.max_iterations = max_iterations,
+        }
+        self
+    }
+}
+
+impl From<NnddSettings> for Method {
+    fn from(settings: NnddSettings) -> Self {
+        Self::Nndd(settings)
+    }
+}
+
+impl From<&NnddSettings> for Method {
+    fn from(settings: &NnddSettings) -> Self {
+        Self::Nndd(settings.clone())
+    }
+}
+
+impl From<NewtonSettings> for Method {
+    fn from(settings: NewtonSettings) -> Self {
+        Self::Newton(settings)
+    }
+}
+
+/// Settings of the interface Newton method.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct NewtonSettings {
+    /// Maximum number of Newton steps; default 50. At least one is made.
+    pub max_iterations: usize,
+    /// How the quadratic programme is solved.
+    pub qp: QpSettings,
+}
+
+impl Default for NewtonSettings {
+    fn default() -> Self {
+        Self { max_iterations: 50, qp: QpSettings::default() }
+    }
 }
 
 /// The operators that the steps are solved with.
@@ -48,12 +104,14 @@ pub enum Acceleration {
     Anderson,
 }
 
-/// Settings of [`crate::solve`].
+/// Settings of the Neumann-Neumann iteration.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct NnddSettings {
-    /// The algorithm; default the Neumann-Neumann iteration, then the interface Newton method if needed.
-    pub method: Method,
+    /// The interface Newton method to use if the iteration stalls, diverges or uses all its iterations; `None`: no other
+    /// method. It is not used either if θ is given, or if the criterion never stops, see
+    /// [`crate::stopping::StoppingCriterion::can_stop`].
+    pub newton: Option<NewtonSettings>,
     /// The operators; default condensed.
     pub path: Path,
     /// θ of the update, positive; `None`, the default: `2/(µ_min + µ_max)` from the ends of the spectrum of the
@@ -72,7 +130,7 @@ pub struct NnddSettings {
 impl Default for NnddSettings {
     fn default() -> Self {
         Self {
-            method: Method::default(),
+            newton: Some(NewtonSettings { max_iterations: usize::MAX, qp: QpSettings::default() }),
             path: Path::default(),
             theta: None,
             weights: Weights::default(),
@@ -87,7 +145,7 @@ impl NnddSettings {
     /// The paper's own settings: its iteration alone, θ given, half weights, no acceleration.
     pub fn paper(theta: f64) -> Self {
         Self {
-            method: Method::Nndd,
+            newton: None,
             theta: Some(theta),
             weights: Weights::Half,
             acceleration: Acceleration::None,

@@ -4,17 +4,17 @@ mod newton;
 
 use crate::acceleration::Accelerator;
 use crate::error::NnddError;
-use crate::iterate::{ContactAnswer, Iterate, IterationRow};
+use crate::iterate::{ContactAnswer, Iterate, IterationRow, Programme};
 use crate::literal::LiteralSteps;
 use crate::monitor::Monitor;
-use crate::settings::{Acceleration, Method, NnddSettings, Path};
+use crate::settings::{Acceleration, Method, NnddSettings, Path, Weights};
 use crate::solution::{NnddSolution, NnddStatus};
 use crate::spectrum;
 use crate::steps::{CondensedSteps, Steps, each_role};
 use crate::stopping::{Decision, StoppingCriterion};
 use crate::vector::{add, dot};
 use crate::weights::NodalWeights;
-use contact_qp::ActiveSet;
+use contact_qp::{ActiveSet, QpSettings};
 use fem_core::condensation::OrientedBody;
 use fem_core::interface::{ContactInterface, ContactPair, ContactProblem, NodePair};
 use fem_core::norm::from_squared;
@@ -25,10 +25,10 @@ impl Run<'_> {
     fn iterate(
         &mut self,
         mut lambda: Vec<f64>,
-        theta: f64,
+        (settings, theta): (&NnddSettings, f64),
         stop: &mut dyn StoppingCriterion,
     ) -> Result<NnddSolution, NnddError> {
-        let mut update = Accelerator::new(self.settings.acceleration, theta);
+        let mut update = Accelerator::new(settings.acceleration, theta);
         let mut monitor = Monitor::default();
         let (mut history, mut clarabel_calls) = (Vec::new(), 0);
         loop {
@@ -46,7 +46,7 @@ impl Run<'_> {
             let last = self.iterate_of(iteration, step.theta, eta_nndd, lambda, reaction, contact);
             history.push(IterationRow::from(&last));
             // Stop, or give up?
-            let mut status = self.verdict(&last, &mut monitor, stop)?;
+            let mut status = self.verdict(&last, settings, &mut monitor, stop)?;
             lambda = if status.is_none() { step.lambda } else { Vec::new() };
             if lambda.iter().any(|x| !x.is_finite()) {
                 status = Some(NnddStatus::Diverged { best: monitor.smallest(), theta_limit: None });
@@ -62,6 +62,7 @@ impl Run<'_> {
     fn verdict(
         &self,
         iterate: &Iterate,
+        settings: &NnddSettings,
         monitor: &mut Monitor,
         stop: &mut dyn StoppingCriterion,
     ) -> Result<Option<NnddStatus>, NnddError> {
@@ -71,11 +72,11 @@ impl Run<'_> {
         Ok(match stop.check(iterate).map_err(NnddError::Criterion)? {
             Decision::Stop => Some(NnddStatus::StoppedByCriterion),
             Decision::Interrupt => Some(NnddStatus::Interrupted),
-            Decision::Continue if iterate.iteration >= self.settings.max_iterations => {
+            Decision::Continue if iterate.iteration >= settings.max_iterations => {
                 Some(NnddStatus::MaxIterations)
             }
             Decision::Continue => {
-                monitor.judge(iterate.eta_nndd, self.settings.acceleration == Acceleration::None)
+                monitor.judge(iterate.eta_nndd, settings.acceleration == Acceleration::None)
             }
         })
     }
@@ -83,7 +84,7 @@ impl Run<'_> {
     /// Step 1: imposes λ on Ω₁ (8) and solves Ω₂'s contact problem (9).
     fn step_1(&mut self, lambda: &[f64]) -> Result<(Vec<f64>, ContactAnswer), NnddError> {
         let lower: Vec<f64> = lambda.iter().zip(self.interface.pairs()).map(|(l, p)| l - p.gap).collect();
-        let (steps, warm, qp) = (self.steps, self.warm_start.as_ref(), &self.settings.qp);
+        let (steps, warm, qp) = (self.steps, self.warm_start.as_ref(), self.qp);
         let (reaction, contact) = rayon::join(|| steps.dirichlet(lambda), || steps.contact(&lower, warm, qp));
         let contact = contact?;
         self.warm_start = Some(contact.active.clone());
@@ -118,7 +119,8 @@ impl Run<'_> {
         let opening =
             (0..pairs.len()).map(|i| contact.normal_trace[i] - (lambda[i] - pairs[i].gap)).collect();
         let precision = precision(pairs, &reaction, &contact.normal_reaction);
-        Iterate { iteration, lambda, opening, theta, precision, eta_nndd, reaction, contact }
+        let programme = Programme { path: contact.path, iterations: contact.iterations };
+        Iterate { iteration, lambda, opening, theta, precision, eta_nndd, reaction, contact, programme }
     }
 }
 
@@ -129,8 +131,20 @@ struct Run<'a> {
     bodies: &'a [OrientedBody<'a>; 2],
     steps: &'a dyn Steps,
     weights: &'a NodalWeights,
-    settings: &'a NnddSettings,
+    qp: &'a QpSettings,
     warm_start: Option<ActiveSet>,
+}
+
+impl<'a> Run<'a> {
+    fn new(
+        pair: &'a ContactPair,
+        bodies: &'a [OrientedBody<'a>; 2],
+        steps: &'a dyn Steps,
+        weights: &'a NodalWeights,
+        qp: &'a QpSettings,
+    ) -> Self {
+        Self { interface: &pair.interface, bodies, steps, weights, qp, warm_start: None }
+    }
 }
 
 /// Computes `ε_t = 2 max|t¹+t²| / (max|t¹|+max|t²|)`, the paper's precision, (24), with `t_i = r_i/ℓ_i`.
@@ -144,9 +158,10 @@ fn precision(pairs: &[NodePair], r1: &[f64], r2: &[f64]) -> f64 {
     if scale == 0.0 { 0.0 } else { 2.0 * largest(&|i| r1[i] + r2[i]) / scale }
 }
 
-/// Solves a contact problem by the Neumann-Neumann iteration (8)-(11), or by the reference method.
+/// Solves a contact problem by the Neumann-Neumann iteration (8)-(11), or by the interface Newton method.
 ///
-/// * `lambda`: the initial normal trace λ₁ at each pair, m.
+/// * `lambda`: the initial normal trace λ₁ at each pair, m; the Newton method does not use it.
+/// * `method`: settings of either, such as [`NnddSettings::default`].
 /// * `stop`: called after every iteration.
 ///
 /// The pair of step 1 of the last iteration is in `last`; it is kinematically admissible exactly.
@@ -157,10 +172,10 @@ fn precision(pairs: &[NodePair], r1: &[f64], r2: &[f64]) -> f64 {
 pub fn solve(
     problem: &PreparedProblem,
     lambda: Vec<f64>,
-    settings: &NnddSettings,
+    method: impl Into<Method>,
     stop: &mut dyn StoppingCriterion,
 ) -> Result<NnddSolution, NnddError> {
-    solve_from(problem, Start { lambda, active: None }, settings, stop)
+    solve_from(problem, Start { lambda, active: None }, &method.into(), stop)
 }
 
 /// The initial values of an iteration.
@@ -179,22 +194,33 @@ pub struct Start {
 pub fn solve_from(
     problem: &PreparedProblem,
     start: Start,
+    method: &Method,
+    stop: &mut dyn StoppingCriterion,
+) -> Result<NnddSolution, NnddError> {
+    let pair = check(problem, &start, method)?;
+    let bodies = &problem.sides(0);
+    match method {
+        Method::Newton(settings) => {
+            let steps = CondensedSteps::new(bodies)?;
+            let weights = NodalWeights::new(bodies, Weights::Half);
+            let mut run = Run::new(pair, bodies, &steps, &weights, &settings.qp);
+            run.newton(settings, stop)
+        }
+        Method::Nndd(settings) => iteration(problem, pair, start, settings, stop),
+    }
+}
+
+/// Iterates, and uses the Newton method if that fails.
+fn iteration(
+    problem: &PreparedProblem,
+    pair: &ContactPair,
+    start: Start,
     settings: &NnddSettings,
     stop: &mut dyn StoppingCriterion,
 ) -> Result<NnddSolution, NnddError> {
-    let Start { lambda, active } = start;
-    let pair = check(problem, &lambda, settings)?;
-    let (expected, found) = (lambda.len(), active.as_ref().map_or(lambda.len(), ActiveSet::len));
-    if found != expected {
-        return Err(NnddError::Length { what: "the active set at the start", found, expected });
-    }
     let bodies = &problem.sides(0);
     let weights = NodalWeights::new(bodies, settings.weights);
-    // Newton has no θ.
-    let (theta, spectrum) = match settings.method {
-        Method::Auto | Method::Nndd => spectrum::choose_theta(settings.theta, bodies, &weights),
-        Method::Newton => (0.0, None),
-    };
+    let (theta, spectrum) = spectrum::choose_theta(settings.theta, bodies, &weights);
     let literal;
     let condensed;
     let steps: &dyn Steps = match settings.path {
@@ -207,22 +233,22 @@ pub fn solve_from(
             &literal
         }
     };
-    let mut run =
-        Run { interface: &pair.interface, bodies, steps, weights: &weights, settings, warm_start: active };
-    let mut solution = match settings.method {
-        Method::Newton => run.newton(stop)?,
-        Method::Auto | Method::Nndd => {
-            let found = run.iterate(lambda, theta, stop)?;
-            let may_switch = settings.method == Method::Auto && settings.theta.is_none() && stop.can_stop();
-            let open = match found.status {
-                NnddStatus::StoppedByCriterion | NnddStatus::Interrupted => false,
-                // Energies that overflow in the first iteration do so with any method.
-                NnddStatus::Diverged { best, .. } => best.is_finite(),
-                _ => true,
-            };
-            if may_switch && open { run.switch(found, stop)? } else { found }
-        }
+    let mut run = Run::new(pair, bodies, steps, &weights, &settings.qp);
+    run.warm_start = start.active;
+    let mut solution = run.iterate(start.lambda, (settings, theta), stop)?;
+    let open = match solution.status {
+        NnddStatus::StoppedByCriterion | NnddStatus::Interrupted => false,
+        // Energies that overflow in the first iteration do so with any method.
+        NnddStatus::Diverged { best, .. } => best.is_finite(),
+        _ => true,
     };
+    if let Some(newton) = &settings.newton
+        && open
+        && settings.theta.is_none()
+        && stop.can_stop()
+    {
+        solution = run.switch(solution, newton, stop)?;
+    }
     solution.spectrum = spectrum;
     let failed = match solution.status {
         NnddStatus::Diverged { .. } | NnddStatus::Stalled { at_round_off: false, .. } => true,
@@ -242,8 +268,8 @@ pub fn solve_from(
 /// Checks what is given, and returns the only pair.
 fn check<'a>(
     problem: &'a PreparedProblem,
-    lambda: &[f64],
-    settings: &NnddSettings,
+    Start { lambda, active }: &Start,
+    method: &Method,
 ) -> Result<&'a ContactPair, NnddError> {
     let ContactProblem { bodies, contacts, .. } = problem.problem();
     let unsupported = || NnddError::Unsupported { bodies: bodies.len(), pairs: contacts.len() };
@@ -255,8 +281,14 @@ fn check<'a>(
     if let Some(pair) = lambda.iter().position(|l| !l.is_finite()) {
         return Err(NnddError::Lambda { pair, found: lambda[pair] });
     }
-    match settings.theta {
-        Some(found) if !(found > 0.0 && found.is_finite()) => Err(NnddError::Theta { found }),
+    let found = active.as_ref().map_or(expected, ActiveSet::len);
+    if found != expected {
+        return Err(NnddError::Length { what: "the active set at the start", found, expected });
+    }
+    match method {
+        Method::Nndd(NnddSettings { theta: Some(found), .. }) if !(*found > 0.0 && found.is_finite()) => {
+            Err(NnddError::Theta { found: *found })
+        }
         _ => Ok(pair),
     }
 }

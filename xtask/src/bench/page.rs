@@ -12,7 +12,7 @@ const NOT_MEASURED: &str = "\
 - compile times, which `cargo xtask bench --build` measures, and the first run after a build (one run is thrown away; files are in the page cache);
 - scaling with the number of threads: every run uses the program's default;
 - other machines, other compilers, other sizes than the cases named;
-- other programs, which `cargo xtask bench --peers` runs beside this one;
+- other programs, which `cargo xtask bench --peers` runs beside this one, and the factorisation of faer (`factor.md`);
 - other programs at work on the same machine, beyond what shows as spread.
 ";
 /// Phases whose growth is fitted.

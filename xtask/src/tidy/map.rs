@@ -139,6 +139,7 @@ mod tests {
             manifest,
             internal: owned(internal),
             external: owned(external),
+            features: Default::default(),
             benches: vec![],
             untested_examples: vec![],
         }

@@ -2,9 +2,11 @@
 
 use super::{MaterialRegion, Part, Value};
 use fem_core::mesh::generate::Facing;
+use serde::Serialize;
 
 /// `[[body]]`: one of the two bodies.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct BodyCase {
     /// Its name, which also names its output files.
     pub name: String,
@@ -35,7 +37,8 @@ pub(super) fn file_stem(name: &str) -> String {
 }
 
 /// Where a body's mesh comes from.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum MeshSource {
     /// `generator = { kind = "block", … }`: a structured rectangle.
@@ -65,6 +68,7 @@ pub enum MeshSource {
         /// Radius, m.
         radius: f64,
         /// Where the pole looks.
+        #[serde(serialize_with = "super::read_body::facing_name")]
         facing: Facing,
         /// Half the width of the side `contact`, m.
         half_width: f64,
@@ -76,6 +80,7 @@ pub enum MeshSource {
         /// The file, relative to the case file.
         file: String,
         /// The group of cells; all cells if it is left out.
+        #[serde(skip_serializing_if = "Option::is_none")]
         region: Option<String>,
         /// Whether nodes at one place become one node.
         merge: bool,
@@ -101,19 +106,36 @@ pub enum Imposition {
     Fixed,
 }
 
+impl Serialize for Imposition {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Components(components) => {
+                let given = ["ux", "uy"].into_iter().zip(components).filter(|(_, value)| value.is_some());
+                serializer.collect_map(given)
+            }
+            Self::Normal(value) => serializer.collect_map([("normal", value)]),
+            Self::Fixed => serializer.collect_map([("fixed", true)]),
+        }
+    }
+}
+
 /// `[[body.displacement]]`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Displacement {
     /// The edge group.
     pub on: String,
     /// The part of it.
+    #[serde(skip_serializing_if = "Part::is_all")]
     pub part: Part,
     /// What is imposed, m.
+    #[serde(flatten)]
     pub imposition: Imposition,
 }
 
 /// What a `[[body.traction]]` applies.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Load {
     /// `vector`: Cartesian components, Pa.
     Vector([Value; 2]),
@@ -122,12 +144,15 @@ pub enum Load {
 }
 
 /// `[[body.traction]]`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Traction {
     /// The edge group.
     pub on: String,
     /// The part of it.
+    #[serde(skip_serializing_if = "Part::is_all")]
     pub part: Part,
     /// What is applied.
+    #[serde(flatten)]
     pub load: Load,
 }

@@ -68,7 +68,7 @@ impl Case {
     ///
     /// # Errors
     /// See [`Case::build_bodies`].
-    pub fn build_body(&self, body: usize) -> Result<Body, CaseError> {
+    pub(crate) fn build_body(&self, body: usize) -> Result<Body, CaseError> {
         let mesh = self.build_mesh(body)?;
         let materials = self.build_materials(body, &mesh)?;
         let conditions = self.boundary_conditions(body);
@@ -79,7 +79,7 @@ impl Case {
     ///
     /// # Errors
     /// A mesh that cannot be generated, or a file that was not read or holds no sound mesh.
-    pub fn build_mesh(&self, body: usize) -> Result<TriMesh, CaseError> {
+    pub(crate) fn build_mesh(&self, body: usize) -> Result<TriMesh, CaseError> {
         match self.bodies[body].mesh {
             MeshSource::File { .. } => self.mesh_of_file(body),
             MeshSource::Block { origin, size, cells } => generate::block(origin, size, cells)
@@ -123,7 +123,7 @@ impl Case {
     }
 
     /// Attributes an error of a body's boundary conditions to the condition's key.
-    pub fn body_diagnostic(&self, body: usize, error: &BodyError) -> Diagnostic {
+    pub(crate) fn body_diagnostic(&self, body: usize, error: &BodyError) -> Diagnostic {
         let of = |place: &ConditionPlace, key: &str| {
             let list = match place.list {
                 ConditionList::Displacement => "displacement",
@@ -210,7 +210,7 @@ impl Case {
     }
 
     /// Attributes an error of a body's mesh to its generator.
-    pub fn mesh_diagnostic(&self, body: usize, error: &MeshError) -> Diagnostic {
+    pub(crate) fn mesh_diagnostic(&self, body: usize, error: &MeshError) -> Diagnostic {
         let message = format!("body \"{}\": {error}", self.bodies[body].name);
         self.diagnostic(code::MESH, &format!("body.{body}.generator"), message)
             .expected("a shape with an area, and cells that fit into it")
@@ -218,7 +218,7 @@ impl Case {
     }
 
     /// Attributes an error of a material to its key.
-    pub fn material_diagnostic(&self, material: &str, error: &MaterialError) -> Diagnostic {
+    pub(crate) fn material_diagnostic(&self, material: &str, error: &MaterialError) -> Diagnostic {
         let key = materials::key_of(error);
         let (expected, fix) = materials::cure(error);
         self.diagnostic(code::VALUE, &format!("materials.{material}.{key}"), error.to_string())
@@ -226,8 +226,17 @@ impl Case {
             .fix(fix)
     }
 
+    /// Writes an error of fem-core, which knows a body by its number only, with the name of the body.
+    pub(super) fn with_name(&self, error: &dyn std::error::Error, body: Option<usize>) -> String {
+        let message = error.to_string();
+        match body.and_then(|b| Some((b, self.bodies.get(b)?))) {
+            Some((b, case)) => message.replacen(&format!("body {b}"), &format!("body \"{}\"", case.name), 1),
+            None => message,
+        }
+    }
+
     /// Attributes an error of the contact interface to `[contact]`; bodies are called by their names.
-    pub fn interface_diagnostic(&self, error: &InterfaceError) -> Diagnostic {
+    pub(crate) fn interface_diagnostic(&self, error: &InterfaceError) -> Diagnostic {
         let mut help = None;
         let (path, body) = match error {
             InterfaceError::UnknownSurface { body, group, known } => {
@@ -252,11 +261,7 @@ impl Case {
             InterfaceError::NormalAway { .. } => ("contact.normal".to_owned(), None),
             _ => ("contact.surfaces".to_owned(), None),
         };
-        let mut message = error.to_string();
-        if let Some(body) = body.filter(|b| *b < 2) {
-            let named = format!("body \"{}\"", self.bodies[body].name);
-            message = message.replacen(&format!("body {body}"), &named, 1);
-        }
+        let message = self.with_name(error, body);
         let (expected, fix) = cures::of_interface(error);
         self.diagnostic(code::CONTACT, &path, message).expected(expected).help(help).fix(fix)
     }

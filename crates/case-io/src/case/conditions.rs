@@ -5,7 +5,7 @@ use fem_core::boundary::{self, BoundaryConditions, EdgeSelection, Support};
 
 impl Case {
     /// Returns what is imposed on a body, 0 or 1, in the file's order.
-    pub fn boundary_conditions(&self, body: usize) -> BoundaryConditions {
+    pub(crate) fn boundary_conditions(&self, body: usize) -> BoundaryConditions {
         let given = &self.bodies[body];
         let mut conditions = BoundaryConditions::new().body_force(given.body_force);
         conditions.displacements.extend(given.displacements.iter().map(displacement));

@@ -4,7 +4,7 @@ use super::regions::cells_in;
 use super::{Case, CellSelection, Part};
 use crate::diagnostic::significant;
 use fem_core::body::Body;
-use fem_core::geometry::{self, Vector, cross, norm};
+use fem_core::geometry::{Vector, cross, norm};
 use fem_core::mesh::TriMesh;
 use mesh_io::words::counted;
 
@@ -82,7 +82,7 @@ fn limits(part: Part, tolerance: f64) -> impl Iterator<Item = impl Fn(Vector) ->
 
 /// Measures what a `part` takes of a side: the edges whose both ends lie in it.
 fn on_side(mesh: &TriMesh, group: &str, part: Part) -> Cover {
-    let tolerance = 1e-9 * geometry::diagonal(mesh.points());
+    let tolerance = Part::tolerance(mesh);
     let mut cover = Cover::default();
     for &edge in mesh.group(group).unwrap_or(&[]) {
         let [a, b] = mesh.edge_ends(edge);
@@ -110,7 +110,7 @@ fn on_side(mesh: &TriMesh, group: &str, part: Part) -> Cover {
 
 /// Measures what a `box` takes of a body, [`cells_in`].
 fn in_body(mesh: &TriMesh, part: Part) -> Cover {
-    let tolerance = 1e-9 * geometry::diagonal(mesh.points());
+    let tolerance = Part::tolerance(mesh);
     let taken = cells_in(mesh, part).into_iter().fold(0.0, |sum, t| sum + mesh.area(t));
     let mut cover = Cover { taken, ..Cover::default() };
     for t in 0..mesh.triangles().len() {

@@ -10,6 +10,8 @@ use mesh_io::words::counted;
 
 /// Surfaces whose edges are farther from a smooth curve, in their lengths, are bent.
 const BENT: f64 = 1e-6;
+/// Surfaces closer than this part of the gap are drawn touching.
+const TOUCHING: f64 = 1e-6;
 /// Corners of the contact line from this angle on, in degrees, get a note.
 const CORNER: f64 = 30.0;
 
@@ -56,7 +58,7 @@ impl Case {
     fn note_one_gap_change(&mut self, change: GapChange) {
         let [x, y] = change.point.map(significant).into();
         let drawn = match change.drawn {
-            d if d.abs() < 1e-6 * change.used => "touching".to_owned(),
+            d if d.abs() < TOUCHING * change.used => "touching".to_owned(),
             d if d > 0.0 => format!("apart by {}", significant(d)),
             d => format!("overlapping by {}", significant(-d)),
         };
@@ -160,10 +162,7 @@ impl Case {
             | CommonRefinementError::Body { body, .. } => (format!("contact.surfaces.{body}"), Some(*body)),
             _ => ("contact.surfaces".to_owned(), None),
         };
-        let mut message = format!("the surfaces do not match: {error}");
-        if let Some(body) = body.and_then(|b| self.bodies.get(b).map(|case| (b, case))) {
-            message = message.replacen(&format!("body {}", body.0), &format!("body \"{}\"", body.1.name), 1);
-        }
+        let message = format!("the surfaces do not match: {}", self.with_name(error, body));
         let (expected, fix) = cures::of_refinement(error);
         self.diagnostic(code::CONTACT, &path, message).expected(expected).fix(fix)
     }

@@ -8,6 +8,7 @@ use serde_json::{Value as Json, json};
 
 /// `[materials.NAME]`: a linear elastic material.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Material {
     /// Its name.
     pub name: String,
@@ -57,7 +58,7 @@ impl Material {
     }
 
     /// Returns the largest modulus, Pa: a measure of its stiffness.
-    pub fn largest_modulus(&self) -> f64 {
+    pub(crate) fn largest_modulus(&self) -> f64 {
         match &self.law {
             MaterialLaw::Isotropic { young, .. } => *young,
             MaterialLaw::Orthotropic(c) => c.young_1.max(c.young_2),

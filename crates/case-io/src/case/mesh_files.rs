@@ -56,7 +56,7 @@ impl Case {
                 files.push((path, read));
                 files.len() - 1
             });
-            let options = RegionOptions { merge: *merge };
+            let options = RegionOptions::with_merge(*merge);
             let taken = match &files[place].1 {
                 Ok(mesh) => {
                     loaded.digests[body] = Some(mesh.digest().to_owned());

@@ -1,17 +1,36 @@
 //! Boxes along the axes: `part` of a side, `box` of a region.
 
 use crate::case_file::Reader;
+use fem_core::geometry;
+use fem_core::mesh::TriMesh;
+use serde::Serialize;
+
+/// Tolerance of the limits of a box, in diagonals of the body.
+const TOLERANCE: f64 = 1e-9;
 
 /// The part of an edge group a condition applies to: edges whose both ends lie in the closed box.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Part {
     /// Limits in x; `None` leaves x free.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub x: Option<[f64; 2]>,
     /// Limits in y; `None` leaves y free.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub y: Option<[f64; 2]>,
 }
 
 impl Part {
+    /// How far beyond its limits a point may be.
+    pub(super) fn tolerance(mesh: &TriMesh) -> f64 {
+        TOLERANCE * geometry::diagonal(mesh.points())
+    }
+
+    /// Whether it has no limits.
+    pub(super) fn is_all(&self) -> bool {
+        *self == Self::default()
+    }
+
     /// Reads a table of limits; without one there are no limits.
     ///
     /// * `name`: `part` or `box`.

@@ -2,7 +2,7 @@
 
 use super::{
     Acceleration, Case, Contact, Criterion, Estimator, Imposed, Limit, Limits, Method, Model, Output, Path,
-    QpChoice, RelaxUntil, SCHEMA, Solver, Stop, Theta, Value, Weights,
+    QpChoice, RelaxUntil, SCHEMA, Solver, Theta, Value, Weights,
 };
 use super::{materials, read_adapt, read_body, regions};
 use crate::case_file::{self, Document, Findings, NodeValue, Reader};
@@ -112,7 +112,7 @@ fn model(reader: Option<Reader<'_>>) -> Model {
 }
 
 /// The gap between the meshes, measured.
-const GEOMETRIC: &str = "geometric";
+pub(super) const GEOMETRIC: &str = "geometric";
 
 fn contact(mut r: Reader<'_>) -> Contact {
     r.require(&["surfaces"]);
@@ -136,21 +136,11 @@ fn contact(mut r: Reader<'_>) -> Contact {
     Contact { surfaces, gap, geometric, normal }
 }
 
+/// Iterations at most, by default.
+const MAX_ITERATIONS: usize = 50;
+
 fn solver(reader: Option<Reader<'_>>) -> Solver {
-    let mut stop =
-        Stop { criterion: Criterion::default(), ratio: 0.01, force_balance: Some(1e-3), tolerance: 1e-8 };
-    let mut solver = Solver {
-        method: Method::default(),
-        imposed: Imposed::default(),
-        path: Path::default(),
-        qp: QpChoice::default(),
-        theta: Theta::default(),
-        weights: Weights::default(),
-        acceleration: Acceleration::default(),
-        lambda: Value::default(),
-        max_iterations: 50,
-        stop: stop.clone(),
-    };
+    let mut solver = Solver { max_iterations: MAX_ITERATIONS, ..Solver::default() };
     let Some(mut r) = reader else { return solver };
     solver.method = r.choice("method", Method::NAMES).unwrap_or_default();
     solver.imposed = r.choice("imposed", Imposed::NAMES).unwrap_or_default();
@@ -162,6 +152,7 @@ fn solver(reader: Option<Reader<'_>>) -> Solver {
     solver.lambda = r.value("lambda").unwrap_or_default();
     solver.max_iterations = r.count("max_iterations", 0).unwrap_or(solver.max_iterations);
     if let Some(mut r) = r.table("stop") {
+        let stop = &mut solver.stop;
         stop.criterion = r.choice("criterion", Criterion::NAMES).unwrap_or_default();
         let ratio = r.number_where("ratio", positive, "a number > 0");
         let balance = r.number_where("force_balance", positive, "a number > 0");
@@ -171,7 +162,6 @@ fn solver(reader: Option<Reader<'_>>) -> Solver {
         stop.tolerance = r.number_where("tolerance", positive, "a number > 0").unwrap_or(stop.tolerance);
         r.finish();
     }
-    solver.stop = stop;
     r.finish();
     solver
 }

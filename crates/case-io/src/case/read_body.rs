@@ -52,11 +52,18 @@ fn body(r: &mut Reader<'_>, others: &[BodyCase]) -> BodyCase {
     BodyCase { name, material, regions, mesh, body_force, displacements, tractions }
 }
 
+/// Bytes of the name of a body, at most: it also names files.
+const LONGEST_NAME: usize = 100;
+
 /// Checks that a name can name a file that no other has, on a file system that ignores case too.
 fn check_name(r: &Reader<'_>, name: &str, others: &[BodyCase]) {
     let forbidden = |c: char| c.is_control() || "/\\:*?\"<>|".contains(c);
     let stem = |name: &str| file_stem(name).to_lowercase();
-    if name.trim().is_empty() || name.starts_with('.') || name.len() > 100 || name.contains(forbidden) {
+    if name.trim().is_empty()
+        || name.starts_with('.')
+        || name.len() > LONGEST_NAME
+        || name.contains(forbidden)
+    {
         r.refuse(
             "name",
             format!("the body name {} cannot name a file", excerpt(name)),
@@ -128,9 +135,9 @@ const KINDS: &[(&str, Kind)] = &[("block", Kind::Block), ("ring", Kind::Ring), (
 
 const FACINGS: &[(&str, Facing)] = &[("down", Facing::Down), ("up", Facing::Up)];
 
-/// Returns the word of a direction.
-pub(super) fn facing_name(facing: Facing) -> &'static str {
-    FACINGS.iter().find(|(_, f)| *f == facing).map_or("", |(name, _)| name)
+/// Writes the word of a direction.
+pub(super) fn facing_name<S: serde::Serializer>(facing: &Facing, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(FACINGS.iter().find(|(_, f)| f == facing).map_or("", |(name, _)| name))
 }
 
 fn generator(mut r: Reader<'_>) -> Option<MeshSource> {
@@ -153,11 +160,14 @@ fn ring(mut r: Reader<'_>) -> Option<MeshSource> {
     Some(MeshSource::Ring { centre, radii: radii?, angles, cells: cells? })
 }
 
+/// Half the width of the contact side of a half disc over its radius, at most.
+const WIDEST: f64 = 0.3;
+
 fn half_disc(mut r: Reader<'_>) -> Option<MeshSource> {
     r.require(&["radius", "facing", "half_width", "cells"]);
     let pole = r.pair("pole").unwrap_or_default();
     let radius = r.number_where("radius", |radius| radius > 0.0, "a number > 0");
-    let largest = 0.3 * radius.filter(|radius| *radius > 0.0).unwrap_or(f64::INFINITY);
+    let largest = WIDEST * radius.filter(|radius| *radius > 0.0).unwrap_or(f64::INFINITY);
     let half_width = r.number_where(
         "half_width",
         |width| width > 0.0 && width <= largest,

@@ -3,23 +3,26 @@
 use super::{BodyCase, Case, Material, Part};
 use crate::case_file::Reader;
 use crate::diagnostic::{CaseError, Diagnostic, code, did_you_mean, excerpt};
-use fem_core::geometry;
 use fem_core::material::Materials;
 use fem_core::mesh::TriMesh;
 use mesh_io::words::listed;
+use serde::Serialize;
 use std::collections::{HashMap, HashSet};
 
 /// `[[body.region]]`: cells with a material of their own. If regions overlap, the later one counts.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct MaterialRegion {
     /// The name of the material.
     pub material: String,
     /// Which cells.
+    #[serde(flatten)]
     pub cells: CellSelection,
 }
 
 /// Which cells a `[[body.region]]` takes.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum CellSelection {
     /// `box`: the cells whose centroid lies in the closed box (with a tolerance of 1e-9 body diagonals).
@@ -48,7 +51,7 @@ fn region(mut r: Reader<'_>) -> MaterialRegion {
     }
     let group = r.string("group");
     let part = Part::read(&mut r, "box");
-    if r.has("box") && part == Part::default() {
+    if r.has("box") && part.is_all() {
         let expected = "`x = [low, high]` and/or `y = [low, high]`";
         r.refuse("box", "the box has no limits", expected, "write `box = { x = [0.0, 1.0] }`");
     }
@@ -184,7 +187,7 @@ impl Case {
 
 /// Finds the cells whose centroids lie in a box.
 pub(super) fn cells_in(mesh: &TriMesh, part: Part) -> Vec<usize> {
-    let tolerance = 1e-9 * geometry::diagonal(mesh.points());
+    let tolerance = Part::tolerance(mesh);
     let limits = [part.x, part.y];
     let inside = |t: &usize| {
         let corners = mesh.corners(*t);

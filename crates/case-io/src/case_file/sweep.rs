@@ -19,6 +19,7 @@ pub const MOST_SWEEP_VALUES: usize = 10_000;
 /// # Ok::<(), case_io::CaseError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Sweep {
     /// The dotted key.
     pub key: String,

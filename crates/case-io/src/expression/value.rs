@@ -2,6 +2,7 @@
 
 use super::Expression;
 use fem_core::boundary::ScalarData;
+use serde::{Serialize, Serializer};
 
 /// A number, or an expression in `x` and `y`.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,6 +31,16 @@ impl Value {
         match self {
             Self::Number(value) => Some(*value),
             Self::Expression(_) => None,
+        }
+    }
+}
+
+impl Serialize for Value {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            // Zero has one sign here, so that `-0.0` is the same case.
+            Self::Number(number) => serializer.serialize_f64(number + 0.0),
+            Self::Expression(expression) => serializer.serialize_str(expression.text()),
         }
     }
 }

@@ -134,7 +134,7 @@ impl OutputDirectory {
     }
 
     /// Says whether an earlier result is being replaced.
-    pub fn replaces_a_result(&self) -> bool {
+    pub(crate) fn replaces_a_result(&self) -> bool {
         matches!(self.before, Before::SameCase | Before::OtherCase)
     }
 
@@ -188,7 +188,7 @@ impl OutputDirectory {
     ///
     /// # Errors
     /// See [`OutputDirectory::write`].
-    pub fn write_after_renaming(
+    pub(crate) fn write_after_renaming(
         &mut self,
         name: &str,
         older: &str,

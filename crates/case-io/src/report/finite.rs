@@ -24,205 +24,122 @@ impl ser::Error for NotFinite {
     }
 }
 
+type Found = Result<(), NotFinite>;
+
 /// Walks through everything that serde would write.
-pub(crate) fn check<T: Serialize + ?Sized>(value: &T) -> Result<(), NotFinite> {
-    value.serialize(&mut Walk::default())
+pub(crate) fn check<T: Serialize + ?Sized>(value: &T) -> Found {
+    value.serialize(Walk)
 }
 
+/// Checks a part of a value, and puts the part's name before the place of a fault in it.
+fn inside<T: Serialize + ?Sized>(name: &str, value: &T) -> Found {
+    check(value).map_err(|NotFinite { field, value }| {
+        let field = if field.is_empty() { name.to_owned() } else { format!("{name}.{field}") };
+        NotFinite { field, value }
+    })
+}
+
+struct Walk;
+
+/// What has parts: the number of the next one, the key of the present one.
 #[derive(Default)]
-struct Walk {
-    path: Vec<String>,
-}
-
-impl Walk {
-    fn inside<T: Serialize + ?Sized>(&mut self, name: String, value: &T) -> Result<(), NotFinite> {
-        self.path.push(name);
-        value.serialize(&mut *self)?;
-        self.path.pop();
-        Ok(())
-    }
-}
-
-/// A compound value that is being walked through: the number of the next entry, the key of the present one.
-struct Entries<'a> {
-    walk: &'a mut Walk,
+struct Parts {
     next: usize,
     key: String,
 }
 
-impl Entries<'_> {
-    fn item<T: Serialize + ?Sized>(&mut self, value: &T) -> Result<(), NotFinite> {
-        let index = self.next;
+impl Parts {
+    /// Checks a part that has a name, or the next one of a sequence.
+    fn part<T: Serialize + ?Sized>(&mut self, name: Option<&&str>, value: &T) -> Found {
         self.next += 1;
-        self.walk.inside(index.to_string(), value)
+        name.map_or_else(|| inside(&(self.next - 1).to_string(), value), |name| inside(name, value))
     }
 }
 
-macro_rules! nothing_to_check {
-    ($($method:ident: $type:ty),+ $(,)?) => {
-        $(fn $method(self, _value: $type) -> Result<(), NotFinite> { Ok(()) })+
+macro_rules! serializer {
+    (without parts: $($leaf:ident($($leaf_type:ty),*)),+; with parts: $($whole:ident -> $kind:ident($($type:ty),*)),+;) => {
+        impl ser::Serializer for Walk {
+            type Ok = ();
+            type Error = NotFinite;
+            $(type $kind = Parts;)+
+            $(fn $leaf(self, $(_: $leaf_type),*) -> Found { Ok(()) })+
+            $(fn $whole(self, $(_: $type),*) -> Result<Parts, NotFinite> { Ok(Parts::default()) })+
+
+            fn serialize_f32(self, value: f32) -> Found {
+                self.serialize_f64(f64::from(value))
+            }
+            fn serialize_f64(self, value: f64) -> Found {
+                if value.is_finite() { Ok(()) } else { Err(NotFinite { field: String::new(), value }) }
+            }
+            fn serialize_some<T: Serialize + ?Sized>(self, value: &T) -> Found {
+                check(value)
+            }
+            fn serialize_newtype_struct<T: Serialize + ?Sized>(self, _: &'static str, value: &T) -> Found {
+                check(value)
+            }
+            fn serialize_newtype_variant<T: Serialize + ?Sized>(
+                self, _: &'static str, _: u32, variant: &'static str, value: &T,
+            ) -> Found {
+                inside(variant, value)
+            }
+        }
     };
 }
 
-impl<'a> ser::Serializer for &'a mut Walk {
-    type Ok = ();
-    type Error = NotFinite;
-    type SerializeSeq = Entries<'a>;
-    type SerializeTuple = Entries<'a>;
-    type SerializeTupleStruct = Entries<'a>;
-    type SerializeTupleVariant = Entries<'a>;
-    type SerializeMap = Entries<'a>;
-    type SerializeStruct = Entries<'a>;
-    type SerializeStructVariant = Entries<'a>;
-
-    nothing_to_check! {
-        serialize_bool: bool, serialize_char: char, serialize_str: &str, serialize_bytes: &[u8],
-        serialize_i8: i8, serialize_i16: i16, serialize_i32: i32, serialize_i64: i64,
-        serialize_u8: u8, serialize_u16: u16, serialize_u32: u32, serialize_u64: u64,
-        serialize_unit_struct: &'static str,
-    }
-
-    fn serialize_f32(self, value: f32) -> Result<(), NotFinite> {
-        self.serialize_f64(f64::from(value))
-    }
-
-    fn serialize_f64(self, value: f64) -> Result<(), NotFinite> {
-        if value.is_finite() { Ok(()) } else { Err(NotFinite { field: self.path.join("."), value }) }
-    }
-
-    fn serialize_none(self) -> Result<(), NotFinite> {
-        Ok(())
-    }
-
-    fn serialize_unit(self) -> Result<(), NotFinite> {
-        Ok(())
-    }
-
-    fn serialize_some<T: Serialize + ?Sized>(self, value: &T) -> Result<(), NotFinite> {
-        value.serialize(self)
-    }
-
-    fn serialize_unit_variant(self, _: &'static str, _: u32, _: &'static str) -> Result<(), NotFinite> {
-        Ok(())
-    }
-
-    fn serialize_newtype_struct<T: Serialize + ?Sized>(
-        self,
-        _: &'static str,
-        value: &T,
-    ) -> Result<(), NotFinite> {
-        value.serialize(self)
-    }
-
-    fn serialize_newtype_variant<T: Serialize + ?Sized>(
-        self,
-        _: &'static str,
-        _: u32,
-        variant: &'static str,
-        value: &T,
-    ) -> Result<(), NotFinite> {
-        self.inside(variant.to_owned(), value)
-    }
-
-    fn serialize_seq(self, _: Option<usize>) -> Result<Entries<'a>, NotFinite> {
-        Ok(Entries { walk: self, next: 0, key: String::new() })
-    }
-
-    fn serialize_tuple(self, _: usize) -> Result<Entries<'a>, NotFinite> {
-        self.serialize_seq(None)
-    }
-
-    fn serialize_tuple_struct(self, _: &'static str, _: usize) -> Result<Entries<'a>, NotFinite> {
-        self.serialize_seq(None)
-    }
-
-    fn serialize_tuple_variant(
-        self,
-        _: &'static str,
-        _: u32,
-        _: &'static str,
-        _: usize,
-    ) -> Result<Entries<'a>, NotFinite> {
-        self.serialize_seq(None)
-    }
-
-    fn serialize_map(self, _: Option<usize>) -> Result<Entries<'a>, NotFinite> {
-        self.serialize_seq(None)
-    }
-
-    fn serialize_struct(self, _: &'static str, _: usize) -> Result<Entries<'a>, NotFinite> {
-        self.serialize_seq(None)
-    }
-
-    fn serialize_struct_variant(
-        self,
-        _: &'static str,
-        _: u32,
-        _: &'static str,
-        _: usize,
-    ) -> Result<Entries<'a>, NotFinite> {
-        self.serialize_seq(None)
-    }
+serializer! {
+    without parts:
+        serialize_bool(bool), serialize_char(char), serialize_str(&str), serialize_bytes(&[u8]),
+        serialize_i8(i8), serialize_i16(i16), serialize_i32(i32), serialize_i64(i64),
+        serialize_u8(u8), serialize_u16(u16), serialize_u32(u32), serialize_u64(u64),
+        serialize_none(), serialize_unit(), serialize_unit_struct(&'static str),
+        serialize_unit_variant(&'static str, u32, &'static str);
+    with parts:
+        serialize_seq -> SerializeSeq(Option<usize>),
+        serialize_tuple -> SerializeTuple(usize),
+        serialize_tuple_struct -> SerializeTupleStruct(&'static str, usize),
+        serialize_tuple_variant -> SerializeTupleVariant(&'static str, u32, &'static str, usize),
+        serialize_map -> SerializeMap(Option<usize>),
+        serialize_struct -> SerializeStruct(&'static str, usize),
+        serialize_struct_variant -> SerializeStructVariant(&'static str, u32, &'static str, usize);
 }
 
-macro_rules! walk_through {
-    ($($trait:ident::$method:ident),+ $(,)?) => {
-        $(impl ser::$trait for Entries<'_> {
+macro_rules! parts {
+    ($($kind:ident::$method:ident($($name:ident)?)),+) => {
+        $(impl ser::$kind for Parts {
             type Ok = ();
             type Error = NotFinite;
-            fn $method<T: Serialize + ?Sized>(&mut self, value: &T) -> Result<(), NotFinite> {
-                self.item(value)
+            fn $method<T: Serialize + ?Sized>(&mut self, $($name: &'static str,)? value: &T) -> Found {
+                self.part([$($name)?].first(), value)
             }
-            fn end(self) -> Result<(), NotFinite> {
-                Ok(())
-            }
+            fn end(self) -> Found { Ok(()) }
         })+
     };
 }
 
-walk_through!(
-    SerializeSeq::serialize_element,
-    SerializeTuple::serialize_element,
-    SerializeTupleStruct::serialize_field,
-    SerializeTupleVariant::serialize_field,
+parts!(
+    SerializeSeq::serialize_element(),
+    SerializeTuple::serialize_element(),
+    SerializeTupleStruct::serialize_field(),
+    SerializeTupleVariant::serialize_field(),
+    SerializeStruct::serialize_field(name),
+    SerializeStructVariant::serialize_field(name)
 );
 
-macro_rules! walk_through_fields {
-    ($($trait:ident),+) => {
-        $(impl ser::$trait for Entries<'_> {
-            type Ok = ();
-            type Error = NotFinite;
-            fn serialize_field<T: Serialize + ?Sized>(
-                &mut self,
-                key: &'static str,
-                value: &T,
-            ) -> Result<(), NotFinite> {
-                self.walk.inside(key.to_owned(), value)
-            }
-            fn end(self) -> Result<(), NotFinite> {
-                Ok(())
-            }
-        })+
-    };
-}
-
-walk_through_fields!(SerializeStruct, SerializeStructVariant);
-
-impl ser::SerializeMap for Entries<'_> {
+impl ser::SerializeMap for Parts {
     type Ok = ();
     type Error = NotFinite;
 
-    fn serialize_key<T: Serialize + ?Sized>(&mut self, key: &T) -> Result<(), NotFinite> {
+    fn serialize_key<T: Serialize + ?Sized>(&mut self, key: &T) -> Found {
         let text = serde_json::to_value(key).ok();
         self.key = text.as_ref().and_then(|k| k.as_str()).unwrap_or("?").to_owned();
         Ok(())
     }
 
-    fn serialize_value<T: Serialize + ?Sized>(&mut self, value: &T) -> Result<(), NotFinite> {
-        self.walk.inside(self.key.clone(), value)
+    fn serialize_value<T: Serialize + ?Sized>(&mut self, value: &T) -> Found {
+        inside(&self.key, value)
     }
 
-    fn end(self) -> Result<(), NotFinite> {
+    fn end(self) -> Found {
         Ok(())
     }
 }

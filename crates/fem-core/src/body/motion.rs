@@ -142,8 +142,7 @@ mod tests {
         ));
         assert!(matches!(m, Some(FreeMotion::Translation { .. })), "{m:?}");
         // The normals of a whole ring meet in its centre: the body can rotate about it.
-        let mesh =
-            crate::mesh::generate::ring(Vector::new(0.5, -1.0), [1.0, 2.0], [0.0, 360.0], [24, 1]).unwrap();
+        let mesh = crate::mesh::generate::ring([0.5, -1.0], [1.0, 2.0], [0.0, 360.0], [24, 1]).unwrap();
         let material = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
         let ring = Body::new(mesh, material, &BoundaryConditions::new().roller("outer", 0.0)).unwrap();
         match ring.free_motion() {

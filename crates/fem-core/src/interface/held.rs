@@ -207,7 +207,7 @@ mod tests {
         // A curved line, on which the opening between two openings >= 0 may be negative.
         let steel = || LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
         let arc = |radii| {
-            let mesh = ring(Vector::zeros(), radii, [0.0, 90.0], [6, 1]).unwrap();
+            let mesh = ring([0.0; 2], radii, [0.0, 90.0], [6, 1]).unwrap();
             Body::new(mesh, steel(), &BoundaryConditions::new().fix("start")).unwrap()
         };
         let [inner, outer] = [arc([1.0, 2.0]), arc([2.0, 3.0])];

@@ -188,8 +188,7 @@ mod tests {
     fn two_rings(radii: [f64; 2], surface: &str) -> Body {
         let (mut points, mut cells, mut edges) = (Vec::new(), Vec::new(), Vec::new());
         for x in [0.0, 9.0] {
-            let mesh =
-                crate::mesh::generate::ring(Vector::new(x, 0.0), radii, [0.0, 360.0], [12, 1]).unwrap();
+            let mesh = crate::mesh::generate::ring([x, 0.0], radii, [0.0, 360.0], [12, 1]).unwrap();
             let first = points.len() as u32;
             points.extend_from_slice(mesh.points());
             cells.extend(mesh.triangles().iter().map(|t| t.map(|n| n + first)));

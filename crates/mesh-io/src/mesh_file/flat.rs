@@ -117,22 +117,28 @@ impl MeshFile {
         [low, high]
     }
 
-    /// Describes the first of some pairs of nodes at one place, of which there is at least one.
-    pub(super) fn twins(&self, pairs: &[[u32; 2]], nodes: &[u32]) -> String {
+    /// Counts pairs of nodes at one place, of which there is at least one, and describes the first.
+    ///
+    /// * `title`: what the nodes belong to.
+    pub(super) fn twins(&self, pairs: &[[u32; 2]], nodes: &[u32], title: &str) -> String {
         let [a, b] = pairs.first().map_or([0; 2], |pair| pair.map(|k| nodes[k as usize]));
         let [x, y] = self.xy(a).map(shown).into();
         let [a, b] = [a, b].map(|node| self.node_numbers[node as usize]);
-        format!("(nodes {a} and {b} at ({x}, {y}))")
+        let others = if pairs.len() == 1 { "coincides with another" } else { "coincide with others" };
+        format!("{} of {title} {others} (nodes {a} and {b} at ({x}, {y}))", counted(pairs.len(), "node"))
     }
 
-    /// Checks that nodes lie in a plane of constant z; returns that z if it is not zero.
-    pub(super) fn check_plane(&self, nodes: &[u32]) -> Result<Option<f64>, MeshFileError> {
+    /// Checks that nodes lie in a plane of constant z; returns a note about that z if it is not zero.
+    ///
+    /// * `title`: what the nodes belong to.
+    pub(super) fn check_plane(&self, nodes: &[u32], title: &str) -> Result<Option<String>, MeshFileError> {
         let [low, high] = self.extent(nodes);
         let extent = [0, 1, 2].map(|c| high[c] - low[c]);
         let tolerance = SAME * extent[0].max(extent[1]).max(extent[2]);
         if extent[2] <= tolerance || nodes.is_empty() {
             let z = low[2];
-            return Ok((z.is_finite() && z.abs() > tolerance).then_some(z));
+            return Ok((z.is_finite() && z.abs() > tolerance)
+                .then(|| format!("all nodes of {title} have z = {}, which is left out", shown(z))));
         }
         let outside = nodes.iter().find(|n| self.points[**n as usize][2] != low[2]);
         let number = outside.map_or(0, |n| self.node_numbers[*n as usize]);

@@ -55,7 +55,7 @@ impl ElementKind {
     }
 
     /// Says whether there are nodes besides the corners.
-    pub fn is_quadratic(self) -> bool {
+    pub(crate) fn is_quadratic(self) -> bool {
         self.nodes() > self.corners()
     }
 

@@ -1,5 +1,6 @@
 //! What is probably not meant in a mesh that can be read all the same, and what helps.
 
+use super::MeshFileError;
 use std::fmt;
 
 /// What helps against a [`Problem`].
@@ -31,6 +32,14 @@ impl Problem {
 impl From<String> for Problem {
     fn from(what: String) -> Self {
         Self { what, remedy: None }
+    }
+}
+
+/// What prevents the use of a file.
+impl From<MeshFileError> for Problem {
+    fn from(error: MeshFileError) -> Self {
+        let help = error.help.map_or_else(String::new, |help| format!(": {help}"));
+        (error.found + &help).into()
     }
 }
 

@@ -10,14 +10,36 @@ use std::collections::HashSet;
 /// Triangles with a smaller angle, in degrees, are worth a warning.
 const SLIVER: f64 = 0.1;
 
+/// Elements with such triangles that are listed.
+const MOST_SLIVERS: usize = 5;
+
+/// Regions whose names are compared with a misspelt one.
+const MOST_COMPARED: usize = 10_000;
+
 /// Means 'not in the region'.
 const OUTSIDE: u32 = u32::MAX;
 
+/// What messages call the whole file.
+pub(super) const WHOLE: &str = "the mesh";
+
+/// What messages call a region.
+pub(super) fn title_of(name: &str) -> String {
+    format!("region \"{name}\"")
+}
+
 /// How a region is taken from a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct RegionOptions {
     /// Whether nodes at one place become one node.
     pub merge: bool,
+}
+
+impl RegionOptions {
+    /// Says whether nodes at one place become one node.
+    pub fn with_merge(merge: bool) -> Self {
+        Self { merge }
+    }
 }
 
 /// One body's part of a mesh file, numbered for fem-core in the order of the file's numbers.
@@ -88,25 +110,18 @@ impl MeshFile {
     /// A group that is not there or is empty, cells without an area, a mesh that is not plane.
     pub fn region(&self, name: Option<&str>, options: RegionOptions) -> Result<Region, MeshFileError> {
         let cells = self.cells_of(name)?;
-        let title = name.map_or("the mesh".to_owned(), |name| format!("region \"{name}\""));
+        let title = name.map_or_else(|| WHOLE.to_owned(), title_of);
         let mut used = self.nodes_of(&cells);
-        let z = self.check_plane(&used)?;
+        let left_out = self.check_plane(&used, &title)?;
         let mut notes = self.notes.clone();
         let mut warnings = Vec::new();
         self.note_loose_nodes(&mut notes);
-        if let Some(z) = z {
-            notes.push(format!("all nodes of {title} have z = {}, which is left out", shown(z)));
-        }
+        notes.extend(left_out);
         let mut target: Vec<u32> = (0..self.points.len() as u32).collect();
         let points: Vec<Vector> = used.iter().map(|n| self.xy(*n)).collect();
         let twins = coincident(&points);
         if !twins.is_empty() && !options.merge {
-            let found = format!(
-                "{} of {title} {} {}: the body is open there",
-                counted(twins.len(), "node"),
-                if twins.len() == 1 { "coincides with another" } else { "coincide with others" },
-                self.twins(&twins, &used)
-            );
+            let found = self.twins(&twins, &used, &title) + ": the body is open there";
             warnings.push(Problem::new(found, Remedy::Merge));
         } else if !twins.is_empty() {
             notes.push(format!(
@@ -155,15 +170,21 @@ impl MeshFile {
         Some(numbers)
     }
 
+    /// Checks that there is something a body can be made of.
+    pub(super) fn check_cells(&self) -> Result<(), MeshFileError> {
+        if !self.cells.is_empty() {
+            return Ok(());
+        }
+        let found = format!("{} and no 2D elements", counted(self.edges.len(), "edge"));
+        Err(self
+            .fault(MeshFault::Region, found)
+            .expected("triangles or quadrilaterals")
+            .help("add a Physical Surface, or set Mesh.SaveAll: Gmsh saves only what lies in a group"))
+    }
+
     /// Finds the cells of a group by name, with helpful words if there is no such group.
     fn cells_of(&self, name: Option<&str>) -> Result<Vec<u32>, MeshFileError> {
-        if self.cells.is_empty() {
-            let edges = counted(self.edges.len(), "edge");
-            return Err(self
-                .fault(MeshFault::Region, format!("the mesh has {edges} and no 2D elements"))
-                .expected("triangles or quadrilaterals")
-                .help("add a Physical Surface, or set Mesh.SaveAll: Gmsh saves only what lies in a group"));
-        }
+        self.check_cells()?;
         let names: Vec<&str> = self.group_names(2).collect();
         let Some(name) = name else {
             if names.len() < 2 {
@@ -198,7 +219,7 @@ impl MeshFile {
         } else {
             error.expected(listed(&names))
         };
-        Err(match did_you_mean(name, names.iter().copied().take(10_000), '"') {
+        Err(match did_you_mean(name, names.iter().copied().take(MOST_COMPARED), '"') {
             Some(help) => error.help(help),
             None => error,
         })
@@ -260,7 +281,7 @@ impl Region {
         for (t, number) in self.triangles.iter().zip(&self.cell_numbers) {
             if smallest_angle(t.map(|n| self.points[n as usize])) < SLIVER {
                 count += 1;
-                if thin.len() < 5 {
+                if thin.len() < MOST_SLIVERS {
                     thin.push(number.to_string());
                 }
             }

@@ -1,10 +1,11 @@
 //! What a mesh file holds, for people who want to look before they use it.
 
 use super::flat::{coincident, sense, smallest_angle};
+use super::region::{WHOLE, title_of};
 use super::sides::{Key, free_edges, key, keys_of};
 use super::{ElementKind, MeshFile, Problem, Remedy};
 use crate::words::{counted, listed};
-use fem_core::geometry::{self, Vector, shown};
+use fem_core::geometry::{self, Vector};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The most problems of one kind that are listed one by one.
@@ -12,6 +13,7 @@ const MOST: usize = 20;
 
 /// One group of a file.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct GroupSummary {
     /// 0 for nodes, 1 for edges, 2 for cells.
     pub dimension: u8,
@@ -25,6 +27,7 @@ pub struct GroupSummary {
 
 /// The worst of all cells, as the triangles they become.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Quality {
     /// The smallest angle of any triangle, degrees.
     pub smallest_angle: f64,
@@ -115,7 +118,7 @@ impl MeshFile {
     /// Finds the worst triangle; says how many cells are turned, flat, split or reduced.
     fn quality(&self, notes: &mut Vec<String>, problems: &mut Vec<Problem>) -> Option<Quality> {
         let made = self.triangulate(0..self.cells.len() as u32, &|n| n);
-        notes.extend(made.describe("the mesh"));
+        notes.extend(made.describe(WHOLE));
         if let Some(cell) = made.first_degenerate {
             let what = counted(made.degenerate, "cell");
             problems.push(format!("{what} without an area, the first is element {}", cell.number).into());
@@ -170,22 +173,12 @@ impl MeshFile {
 
     fn problems(&self, all: &[u32]) -> Vec<Problem> {
         let mut problems = Vec::new();
-        if self.cells.is_empty() {
-            let edges = counted(self.edges.len(), "edge");
-            problems.push(
-                format!("{edges} and no 2D elements: add a Physical Surface, or set Mesh.SaveAll").into(),
-            );
-            return problems;
+        if let Err(error) = self.check_cells() {
+            return vec![error.into()];
         }
-        match self.check_plane(all) {
-            Err(error) => problems.push(match error.help {
-                Some(help) => format!("{}: {help}", error.found).into(),
-                None => error.found.into(),
-            }),
-            Ok(Some(z)) => {
-                problems.push(format!("all nodes have z = {}, which will be left out", shown(z)).into());
-            }
-            Ok(None) => {}
+        match self.check_plane(all, WHOLE) {
+            Err(error) => problems.push(error.into()),
+            Ok(left_out) => problems.extend(left_out.map(Problem::from)),
         }
         if self.group_names(1).next().is_none() && !self.groups.iter().any(|g| g.dimension == 0) {
             problems.push(
@@ -215,11 +208,7 @@ impl MeshFile {
             a == b && (a != u32::MAX || self.group_names(2).next().is_none())
         });
         if !twins.is_empty() {
-            let found = format!(
-                "{} at the place of another of the same region {}: a crack, or an error",
-                counted(twins.len(), "node"),
-                self.twins(&twins, all)
-            );
+            let found = self.twins(&twins, all, "the same region") + ": a crack, or an error";
             problems.push(Problem::new(found, Remedy::Merge));
         }
         problems
@@ -228,9 +217,9 @@ impl MeshFile {
     /// Lists what can be a region: its title and cells.
     fn regions(&self) -> Vec<(String, Vec<u32>)> {
         let groups = self.groups.iter().filter(|g| g.dimension == 2);
-        let named: Vec<_> = groups.map(|g| (format!("region \"{}\"", g.name), g.members.clone())).collect();
+        let named: Vec<_> = groups.map(|g| (title_of(&g.name), g.members.clone())).collect();
         if named.is_empty() {
-            return vec![("the mesh".to_owned(), (0..self.cells.len() as u32).collect())];
+            return vec![(WHOLE.to_owned(), (0..self.cells.len() as u32).collect())];
         }
         named
     }

@@ -1,6 +1,7 @@
 //! Collections of files over time: `.pvd` with all parts, and `.vtu.series` of one part.
 
-use super::{VtuError, escape};
+use super::VtuError;
+use crate::words::escaped;
 use std::fmt::Write as _;
 
 /// One file of a collection.
@@ -34,8 +35,8 @@ pub fn pvd(entries: &[PvdEntry]) -> Result<String, VtuError> {
             "    <DataSet timestep=\"{}\" group=\"\" part=\"{}\" name=\"{}\" file=\"{}\"/>",
             e.timestep,
             e.part,
-            escape(&e.name),
-            escape(&e.file)
+            escaped(&e.name),
+            escaped(&e.file)
         );
     }
     xml.push_str("  </Collection>\n</VTKFile>\n");

@@ -1,66 +1,45 @@
 //! The certified relative error against the number of nodes, with the best rate of linear triangles.
 
-use super::PlotError;
 use super::axis::{drawable_log, short};
 use super::colour::{GREY, INK, VERMILLION};
-use super::legend;
+use super::lines::{self, LinePanel, Series, THICK, THIN};
 use super::look::{Look, Marker};
-use super::series::{self, Series};
-use super::sheet::{self, Frame, Labels, TITLE};
+use super::sheet::PIXEL;
 
-const ERROR: Look =
-    Look { name: "certified relative error", colour: INK, dash: None, marker: Marker::Disc, thickness: 8 };
-const RATE: Look =
-    Look { name: "N^(-1/2)", colour: GREY, dash: Some((9, 6)), marker: Marker::None, thickness: 6 };
-const TARGET: Look =
-    Look { name: "target", colour: VERMILLION, dash: Some((3, 4)), marker: Marker::None, thickness: 6 };
-const PANEL: i32 = 280;
+const ERROR: Look = Look::new("certified relative error", INK, THICK, Marker::Disc);
+const RATE: Look = Look::new("N^(-1/2)", GREY, THIN, Marker::None).dashed("36 24");
+const TARGET: Look = Look::new("target", VERMILLION, THIN, Marker::None).dashed("12 16");
+const HEIGHT: f64 = 280.0 * PIXEL;
 
 /// Draws the steps (nodes, relative error) on logarithmic scales, a line of the slope −½ through the last one, and the
 /// target.
 ///
 /// Steps without a relative error, or with one that cannot be drawn on a logarithmic axis, are left out.
-pub(crate) fn adaptive(
-    title: &str,
-    steps: &[(usize, Option<f64>)],
-    target: f64,
-) -> Result<String, PlotError> {
-    let points = steps.iter().filter_map(|(n, e)| Some((*n as f64, (*e)?)));
-    let points: Vec<(f64, f64)> = points.filter(|(n, e)| drawable_log(*n) && drawable_log(*e)).collect();
-    let ends = points.first().zip(points.last());
-    let line = |look, ends: Option<[(f64, f64); 2]>| Series {
+pub(crate) fn adaptive(title: &str, steps: &[(usize, Option<f64>)], target: f64) -> String {
+    let points = steps.iter().filter_map(|(n, e)| Some([*n as f64, (*e)?]));
+    let points: Vec<[f64; 2]> = points.filter(|p| p.iter().all(|v| drawable_log(*v))).collect();
+    let ends = points.first().zip(points.last()).map(|(a, b)| [*a, *b]);
+    let rate = ends.filter(|_| points.len() > 1).map(|[a, b]| [[a[0], b[1] * (b[0] / a[0]).sqrt()], b]);
+    let wanted = ends.filter(|_| drawable_log(target)).map(|e| e.map(|p| [p[0], target]));
+    let line = |look, points: &[[f64; 2]]| Series {
         look,
-        points: ends.into_iter().flatten().map(Some).collect(),
+        points: points.iter().map(|p| Some((*p).into())).collect(),
     };
-    let rate = ends.map(|(a, b)| [(a.0, b.1 * (b.0 / a.0).sqrt()), *b]);
-    let wanted = ends.filter(|_| drawable_log(target)).map(|(a, b)| [(a.0, target), (b.0, target)]);
     let all = [
-        line(TARGET, wanted),
-        line(RATE, rate.filter(|_| points.len() > 1)),
-        Series { look: ERROR, points: points.iter().copied().map(Some).collect() },
+        line(TARGET, wanted.as_ref().map_or(&[], |e| &e[..])),
+        line(RATE, rate.as_ref().map_or(&[], |e| &e[..])),
+        line(ERROR, &points),
     ];
-    let shown: Vec<Look> = all.iter().filter(|s| !s.is_empty()).map(|s| s.look).collect();
-    let extents = series::extents(all.iter());
-    let x_axis = series::log_axis(extents.map(|[x, _]| x));
-    let y_axis = series::log_axis(extents.map(|[_, y]| y));
-    let description = ends.map_or_else(
-        || "No step has a relative error.".to_owned(),
-        |(a, b)| {
-            format!(
-                "Logarithmic scales. {} at {} nodes, {} at {} nodes.{}",
-                short(a.1),
-                short(a.0),
-                short(b.1),
-                short(b.0),
-                if wanted.is_some() { format!(" Target {}.", short(target)) } else { String::new() }
-            )
-        },
-    );
-    let top = TITLE + legend::height(&shown) + 12;
-    sheet::figure(top + PANEL + sheet::BELOW + 10, title, &description, |area| {
-        legend::draw(area, TITLE, &shown)?;
-        let labels = Labels { x: "nodes of both bodies", y: "bound of the error / energy norm", grid: true };
-        series::line_panel(area, Frame::wide(top, PANEL), (x_axis, y_axis), &labels, &all)?;
-        Ok(String::new())
-    })
+    let [x_axis, y_axis] = lines::extents(all.iter()).map(lines::log_axis);
+    let description = match ends {
+        None => "No step has a relative error.".to_owned(),
+        Some(ends) => {
+            let [a, b] = ends.map(|[n, e]| format!("{} at {} nodes", short(e), short(n)));
+            let target = wanted.map_or_else(String::new, |_| format!(" Target {}.", short(target)));
+            format!("Logarithmic scales. {a}, {b}.{target}")
+        }
+    };
+    let labels = ["nodes of both bodies", "bound of the error / energy norm"];
+    let panel = LinePanel::new(labels, [&x_axis, &y_axis], &all);
+    lines::figure(title, &description, HEIGHT, &[panel])
 }

@@ -1,10 +1,9 @@
 //! One axis, linear or logarithmic, which knows its ticks and how to write them.
 
-use plotters::coord::ranged1d::{KeyPointHint, KeyPointWeight, NoDefaultFormatting, Ranged, ValueFormatter};
-use std::ops::Range;
-
 /// Magnitudes beyond this (or below its inverse, on a logarithmic axis) are not drawn.
 const LARGEST: f64 = 1e100;
+/// How far from an axis, in its lengths, a place may be.
+const BEYOND: f64 = 10.0;
 
 /// Whether a number can be drawn on a linear axis.
 pub(super) fn drawable(v: f64) -> bool {
@@ -39,9 +38,9 @@ pub(super) struct Axis {
     lo: f64,
     hi: f64,
     log: bool,
-    major: Vec<f64>,
+    /// The values that carry a label, with it.
+    major: Vec<(f64, String)>,
     minor: Vec<f64>,
-    style: Style,
 }
 
 impl Axis {
@@ -57,7 +56,7 @@ impl Axis {
                 break;
             }
         }
-        Axis { lo, hi, log: false, major, minor: vec![], style: style(lo, hi, exponent) }
+        Axis { lo, hi, log: false, major: style(lo, hi, exponent).labelled(major), minor: vec![] }
     }
 
     /// A linear axis over `lo..hi` with a margin of 4 % on both sides.
@@ -74,8 +73,8 @@ impl Axis {
             return Axis::padded(lo, hi, ticks);
         }
         let margin = (0.04 * (hi - lo)).max(0.25);
-        let major = multiples(lo, hi, 1.0);
-        Axis { lo: lo - margin, hi: hi + margin, log: false, major, minor: vec![], style: Style::Fixed(0) }
+        let major = Style::Fixed(0).labelled(multiples(lo, hi, 1.0));
+        Axis { lo: lo - margin, hi: hi + margin, log: false, major, minor: vec![] }
     }
 
     /// A logarithmic axis over exactly `lo..hi`, both positive, widened if they (nearly) coincide.
@@ -102,7 +101,7 @@ impl Axis {
             let (step, exponent) = nice_step((hi - lo) / ticks.max(1) as f64);
             (multiples(lo, hi, step), vec![], exponent_style(hi, exponent))
         };
-        Axis { lo, hi, log: true, major, minor, style }
+        Axis { lo, hi, log: true, major: style.labelled(major), minor }
     }
 
     /// A logarithmic axis over `lo..hi` with a margin of 5 % of its length on both sides.
@@ -113,17 +112,23 @@ impl Axis {
 
     /// Where a value lies between the ends of the axis, 0 to 1 within it.
     pub(super) fn position(&self, v: f64) -> f64 {
-        if self.log {
+        let t = if self.log {
             (v.max(LARGEST.recip()) / self.lo).ln() / (self.hi / self.lo).ln()
         } else {
             (v - self.lo) / (self.hi - self.lo)
-        }
+        };
+        if t.is_finite() { t.clamp(-BEYOND, BEYOND) } else { 0.0 }
     }
 
-    /// The values that carry a label.
-    #[cfg(test)]
-    pub(super) fn major(&self) -> &[f64] {
+    /// The values that carry a label, with it.
+    pub(super) fn major(&self) -> &[(f64, String)] {
         &self.major
+    }
+
+    /// Positions of the values with a label, or of the other lines of a grid.
+    pub(super) fn positions(&self, major: bool) -> Vec<f64> {
+        let values = if major { self.major.iter().map(|m| m.0).collect() } else { self.minor.clone() };
+        values.into_iter().map(|v| self.position(v)).collect()
     }
 
     /// The two ends.
@@ -132,41 +137,19 @@ impl Axis {
     }
 }
 
-impl Ranged for Axis {
-    type FormatOption = NoDefaultFormatting;
-    type ValueType = f64;
-
-    fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
-        let t = self.position(*value);
-        let t = if t.is_finite() { t.clamp(-10.0, 10.0) } else { 0.0 };
-        limit.0 + (t * f64::from(limit.1 - limit.0)).round() as i32
+impl Style {
+    fn labelled(&self, values: Vec<f64>) -> Vec<(f64, String)> {
+        values.into_iter().map(|v| (v, self.write(v))).collect()
     }
 
-    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
-        match hint.weight() {
-            KeyPointWeight::Bold => self.major.clone(),
-            KeyPointWeight::Any => self.minor.clone(),
-        }
-    }
-
-    fn range(&self) -> Range<f64> {
-        self.lo..self.hi
-    }
-}
-
-impl ValueFormatter<f64> for Axis {
-    fn format_ext(&self, value: &f64) -> String {
-        match self.style {
+    fn write(&self, value: f64) -> String {
+        match self {
+            _ if value == 0.0 => "0".into(),
+            Style::Exponent(digits) => exponent(value, *digits),
             Style::Fixed(decimals) => {
                 let text = format!("{value:.decimals$}");
-                if text.trim_start_matches('-').chars().all(|c| c == '0' || c == '.') {
-                    "0".into()
-                } else {
-                    text
-                }
+                if text.trim_start_matches(['-', '0', '.']).is_empty() { "0".into() } else { text }
             }
-            Style::Exponent(_) if *value == 0.0 => "0".into(),
-            Style::Exponent(digits) => exponent(*value, digits),
         }
     }
 }
@@ -220,7 +203,7 @@ fn multiples(lo: f64, hi: f64, step: f64) -> Vec<f64> {
     (0..100).map(|i| first + f64::from(i)).take_while(|k| *k <= last).map(|k| k * step).collect()
 }
 
-fn power_of_ten(k: i32) -> f64 {
+pub(super) fn power_of_ten(k: i32) -> f64 {
     // A negative power by division, which rounds once: 1e-3 is then exactly the nearest number to 0.001.
     if k < 0 { 1.0 / 10f64.powi(-k) } else { 10f64.powi(k) }
 }

@@ -1,21 +1,21 @@
-//! Colours that remain distinct to colour-blind readers.
-
-use plotters::style::RGBColor;
+//! Colours that remain distinct to colour-blind readers, as SVG writes them.
 
 /// Okabe and Ito's blue.
-pub(super) const BLUE: RGBColor = RGBColor(0, 114, 178);
+pub(super) const BLUE: &str = "#0072B2";
 /// Okabe and Ito's vermillion.
-pub(super) const VERMILLION: RGBColor = RGBColor(213, 94, 0);
+pub(super) const VERMILLION: &str = "#D55E00";
 /// Okabe and Ito's bluish green.
-pub(super) const GREEN: RGBColor = RGBColor(0, 158, 115);
+pub(super) const GREEN: &str = "#009E73";
 /// Okabe and Ito's orange.
-pub(super) const ORANGE: RGBColor = RGBColor(230, 159, 0);
-/// The orange as it looks where it shades white paper.
-pub(super) const PALE_ORANGE: RGBColor = RGBColor(249, 234, 199);
+pub(super) const ORANGE: &str = "#E69F00";
+/// The orange as a shade behind other things.
+pub(super) const PALE_ORANGE: &str = "#F9EAC7";
+/// A body without a quantity to colour it by.
+pub(super) const PALE_BLUE: &str = "#DCE6EE";
 /// Text, axes and the fourth series.
-pub(super) const INK: RGBColor = RGBColor(25, 25, 25);
+pub(super) const INK: &str = "#191919";
 /// Undeformed outlines and remarks.
-pub(super) const GREY: RGBColor = RGBColor(110, 110, 110);
+pub(super) const GREY: &str = "#6E6E6E";
 
 /// Colours of the viridis map at equal steps.
 const VIRIDIS: [[f64; 3]; 10] = [
@@ -31,11 +31,11 @@ const VIRIDIS: [[f64; 3]; 10] = [
     [253.0, 231.0, 37.0],
 ];
 
-/// The viridis map: dark violet at 0, yellow at 1.
-pub(super) fn viridis(t: f64) -> RGBColor {
-    let x = if t.is_finite() { t.clamp(0.0, 1.0) } else { 0.0 } * (VIRIDIS.len() - 1) as f64;
-    let i = (x.floor() as usize).min(VIRIDIS.len() - 2);
+/// The viridis map between 0 and 1: dark violet at 0, yellow at 1.
+pub(super) fn viridis(t: f64) -> String {
+    let x = t * (VIRIDIS.len() - 1) as f64;
+    let i = (x as usize).min(VIRIDIS.len() - 2);
     let f = x - i as f64;
     let [r, g, b] = [0, 1, 2].map(|c| (VIRIDIS[i][c] * (1.0 - f) + VIRIDIS[i + 1][c] * f).round() as u8);
-    RGBColor(r, g, b)
+    format!("#{r:02X}{g:02X}{b:02X}")
 }

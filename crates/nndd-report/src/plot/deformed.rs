@@ -1,28 +1,24 @@
 //! The deformed bodies, cells coloured by error density.
 
-mod names;
-
-use super::PlotError;
-use super::axis::{Axis, drawable, drawable_log, extent, short};
+use super::axis::{Axis, drawable, drawable_log, extent, power_of_ten, short};
 use super::cells::{self, Cell};
-use super::colour::{GREY, INK, viridis};
+use super::colour::{GREY, INK};
 use super::legend;
-use super::look::{self, Look, Marker};
+use super::look::{Look, Marker};
+use super::names::{self, ABOVE, BESIDE};
 use super::outline::outline;
-use super::sheet::{self, Area, Chart, Frame, LEFT, Labels, TITLE, UNITS, WIDTH, Words};
-use plotters::element::{PathElement, Rectangle};
-use plotters::style::Color;
+use super::sheet::{self, FINE, Frame, LEFT, PIXEL, Panel, Sheet, WIDTH, rectangle};
+use fem_core::geometry::{Vector, cross, norm};
+use fem_core::mesh::TriMesh;
 
 /// One body of [`deformed`].
 pub(crate) struct BodyPicture<'a> {
     /// Its name.
     pub(crate) name: &'a str,
-    /// Its points.
-    pub(crate) points: &'a [[f64; 2]],
-    /// Its triangles, by point number.
-    pub(crate) triangles: &'a [[u32; 3]],
+    /// Its mesh.
+    pub(crate) mesh: &'a TriMesh,
     /// The displacement of each point.
-    pub(crate) displacement: &'a [[f64; 2]],
+    pub(crate) displacement: &'a [Vector],
     /// Error density of each triangle (squared error over area), ≥ 0.
     pub(crate) density: &'a [f64],
 }
@@ -36,20 +32,27 @@ pub(crate) struct Closing {
     pub(crate) approach: f64,
 }
 
-/// Room between the panel and the sheet's right edge for the bodies' names.
-const BESIDE: i32 = 84;
 /// Height of the colour bar.
-const BAR: i32 = 14;
+const BAR: f64 = 14.0 * PIXEL;
+/// The largest displacement in the picture, as a part of the bodies' size.
+const LARGEST: f64 = 0.08;
 /// How far, as a part of the bodies' size, the bodies may overlap in the picture: less than its lines are thick.
 const HAIR: f64 = 1e-3;
-/// Room above the panel for names of bodies side by side.
-const ABOVE: i32 = 24;
 /// Decades of density shown below the largest.
 const DECADES: f64 = 1e-4;
+/// The part of the area that may have a density below the scale.
+const BELOW_SCALE: f64 = 0.05;
+/// Height of a panel over its width.
+const RATIOS: [f64; 2] = [0.3, 1.2];
+/// Ticks of the colour bar.
+const TICKS: usize = 6;
+/// The least distance of ticks on axes on which bodies are drawn.
+const TICK_DISTANCE: f64 = 75.0 * PIXEL;
+/// Labels of axes on which bodies are drawn.
+pub(super) const PLANE: [&str; 2] = ["x (length units)", "y (length units)"];
 
-const UNDEFORMED: Look =
-    Look { name: "undeformed", colour: GREY, dash: None, marker: Marker::None, thickness: 4 };
-const DEFORMED: Look = Look { name: "deformed", colour: INK, dash: None, marker: Marker::None, thickness: 6 };
+const UNDEFORMED: Look = Look::new("undeformed", GREY, PIXEL, Marker::None);
+const DEFORMED: Look = Look::new("deformed", INK, 1.5 * PIXEL, Marker::None);
 
 /// Draws the bodies deformed, on axes of equal scale, with cells coloured by error density on one common
 /// logarithmic scale and undeformed outlines in grey.
@@ -57,92 +60,61 @@ const DEFORMED: Look = Look { name: "deformed", colour: INK, dash: None, marker:
 /// Displacements are multiplied by 1, 2 or 5 times a power of ten such that the largest is at most 8 % of the
 /// size of the bodies, and no pair of contact nodes passes each other: a gap is drawn as it is, so displacements that
 /// close it must not be magnified. The title says the factor. Densities smaller than 1e-4 of the largest, zero among them, have
-/// the colour of the lower end. Points with a coordinate or displacement that is not finite are left out with
+/// the colour of the lower end. Points with a displacement that is not finite are left out with
 /// their triangles. Many small cells are drawn as squares with the mean of the cells in them.
-///
-/// # Errors
-/// [`PlotError::Length`] if displacements and points, or densities and triangles, differ in number, and
-/// [`PlotError::Index`] if a triangle names a point that is not there.
-pub(crate) fn deformed(
-    title: &str,
-    bodies: &[BodyPicture<'_>],
-    closing: &[Closing],
-) -> Result<String, PlotError> {
-    bodies.iter().try_for_each(checked)?;
-    let [x, y] = [0, 1].map(|c| extent(coordinates(bodies, 0.0).map(|p| p[c])));
-    let size = x.map_or(0.0, |x| x.1 - x.0).max(y.map_or(0.0, |y| y.1 - y.0));
-    let largest = bodies.iter().map(largest_displacement).fold(0.0, f64::max);
-    let factor = nice_factor((0.08 * size / largest).min(most_without_overlap(closing, size)));
-    let [x, y] =
-        [0, 1].map(|c| extent([0.0, factor].into_iter().flat_map(|f| coordinates(bodies, f)).map(|p| p[c])));
-    let x_known = x;
-    let (x, y) = (x.unwrap_or((0.0, 1.0)), y.unwrap_or((0.0, 1.0)));
-
-    let width = WIDTH - LEFT - BESIDE;
-    let ratio = ((y.1 - y.0) / (x.1 - x.0).max(f64::MIN_POSITIVE)).clamp(0.3, 1.2);
-    let frame = Frame {
-        left: LEFT,
-        top: TITLE + legend::height(&[DEFORMED, UNDEFORMED]) + ABOVE,
-        width,
-        height: (f64::from(width) * if ratio.is_finite() { ratio } else { 1.0 }) as i32,
+pub(crate) fn deformed(title: &str, bodies: &[BodyPicture<'_>], closing: &[Closing]) -> String {
+    let over = |factors: &[f64]| {
+        let points = factors.iter().flat_map(|f| bodies.iter().flat_map(|b| places(b, *f))).flatten();
+        extents(points)
     };
-    let (x_axis, y_axis) = equal_scale(x, y, frame);
-    let scale = scale(bodies);
-    let heading = match x_known {
+    let size = over(&[0.0]).map_or(0.0, |e| e.iter().fold(0.0, |m, (lo, hi)| f64::max(m, hi - lo)));
+    let largest = bodies.iter().map(largest_displacement).fold(0.0, f64::max);
+    let factor = nice_factor((LARGEST * size / largest).min(most_without_overlap(closing, size)));
+    let known = over(&[0.0, factor]);
+    let looks = [DEFORMED, UNDEFORMED];
+    let (frame, axes) = equal_scale(known, legend::end(&looks) + ABOVE, WIDTH - LEFT - BESIDE, RATIOS);
+    let scale = density_scale(bodies);
+    let heading = match known {
         None => title.to_owned(),
         Some(_) if largest > 0.0 => format!("{title} (displacements × {})", short(factor)),
         Some(_) => format!("{title} (no displacement)"),
     };
-    let description = description(bodies, factor, &scale);
+    let height = frame.bottom() + 2.0 * sheet::BELOW + BAR + 2.0 * sheet::MARGIN;
+    let mut sheet = Sheet::new(height, &heading, &description(bodies, factor, &scale));
+    legend::draw(&mut sheet, &looks);
+    let panel = Panel { frame, axes: axes.each_ref() };
+    panel.draw(&mut sheet, PLANE);
+    let drawn: Vec<_> = bodies.iter().map(|b| (b.name, cells_of(b, factor, &panel))).collect();
+    if drawn.iter().all(|(_, cells)| cells.is_empty()) {
+        frame.remark(&mut sheet, "no data");
+    } else {
+        colour_bar(&mut sheet, &scale, frame);
+    }
+    let cells: Vec<&Cell> = drawn.iter().flat_map(|(_, cells)| cells).collect();
+    sheet.add(&cells::elements(&cells, |density| scale.position(density)));
+    bodies.iter().for_each(|b| outlines(&mut sheet, &panel, b, factor));
+    names::names(&mut sheet, frame, &drawn);
+    sheet.finished()
+}
 
-    let height = frame.top + frame.height + 2 * sheet::BELOW + BAR + 20;
-    sheet::figure(height, &heading, &description, |area| {
-        let labels = Labels { x: "x (length units)", y: "y (length units)", grid: false };
-        legend::draw(area, TITLE, &[DEFORMED, UNDEFORMED])?;
-        let chart = sheet::panel(area, frame, (x_axis, y_axis), &labels)?;
-        let mut drawn: Vec<Cell> = vec![];
-        for body in bodies {
-            cells_of(body, factor, &chart, &mut drawn);
-            outlines(area, &chart, body, factor)?;
-        }
-        names::names(area, &chart, bodies, factor, frame)?;
-        if drawn.is_empty() {
-            sheet::no_data(area, frame)?;
-        } else {
-            colour_bar(area, &scale, frame)?;
-        }
-        Ok(cells::elements(&drawn, |density| scale.position(density)))
+/// Where the points of a body go, `None` for those that cannot be drawn.
+fn places(body: &BodyPicture<'_>, factor: f64) -> impl Iterator<Item = Option<Vector>> {
+    body.mesh.points().iter().zip(body.displacement).map(move |(p, u)| {
+        let q = *p + factor * *u;
+        p.iter().chain(u).chain(&q).all(|v| drawable(*v)).then_some(q)
     })
 }
 
-fn checked(body: &BodyPicture<'_>) -> Result<(), PlotError> {
-    let points = body.points.len();
-    super::same_length("displacements of a body", points, body.displacement.len())?;
-    super::same_length("densities of a body", body.triangles.len(), body.density.len())?;
-    for (triangle, t) in body.triangles.iter().enumerate() {
-        if let Some(point) = t.iter().copied().find(|v| *v as usize >= points) {
-            return Err(PlotError::Index { triangle, point, points });
-        }
-    }
-    Ok(())
-}
-
-/// Where a point goes, `None` if it cannot be drawn.
-fn moved(body: &BodyPicture<'_>, point: usize, factor: f64) -> Option<[f64; 2]> {
-    let (p, u) = (body.points[point], body.displacement[point]);
-    let usable = p.iter().chain(&u).all(|v| drawable(*v));
-    usable.then(|| [p[0] + factor * u[0], p[1] + factor * u[1]]).filter(|q| q.iter().all(|v| drawable(*v)))
-}
-
-fn coordinates<'a>(bodies: &'a [BodyPicture<'a>], factor: f64) -> impl Iterator<Item = [f64; 2]> + 'a {
-    bodies.iter().flat_map(move |b| (0..b.points.len()).filter_map(move |i| moved(b, i, factor)))
+/// The extents of some points in both directions.
+pub(super) fn extents(points: impl Iterator<Item = Vector>) -> Option<[(f64, f64); 2]> {
+    let points: Vec<Vector> = points.collect();
+    let [x, y] = [0, 1].map(|c| extent(points.iter().map(|p| p[c])));
+    Some([x?, y?])
 }
 
 fn largest_displacement(body: &BodyPicture<'_>) -> f64 {
-    (0..body.points.len())
-        .filter(|i| moved(body, *i, 0.0).is_some())
-        .map(|i| body.displacement[i][0].hypot(body.displacement[i][1]))
-        .fold(0.0, f64::max)
+    let known = places(body, 0.0).zip(body.displacement).filter(|(p, _)| p.is_some());
+    known.map(|(_, u)| norm(*u)).fold(0.0, f64::max)
 }
 
 /// The largest factor at which no pair of contact nodes passes each other by more than a hair's breadth.
@@ -156,22 +128,31 @@ fn nice_factor(raw: f64) -> f64 {
     if !drawable_log(raw) {
         return 1.0;
     }
-    let exponent = raw.log10().floor() as i32;
-    let power = if exponent < 0 { 1.0 / 10f64.powi(-exponent) } else { 10f64.powi(exponent) };
+    let power = power_of_ten(raw.log10().floor() as i32);
     [5.0, 2.0].into_iter().map(|m| m * power).find(|f| *f <= raw * (1.0 + 1e-9)).unwrap_or(power)
 }
 
-/// Axes on which a unit of length has the same size in both directions.
-pub(super) fn equal_scale(x: (f64, f64), y: (f64, f64), frame: Frame) -> (Axis, Axis) {
-    let (w, h) = (f64::from(frame.width), f64::from(frame.height));
-    let unit = ((x.1 - x.0) / w).max((y.1 - y.0) / h) * 1.06;
-    let reach = x.0.abs().max(x.1.abs()).max(y.0.abs()).max(y.1.abs());
-    let unit = if unit > 1e-12 * reach && unit > 0.0 { unit } else { reach.max(1.0) / w };
-    let around = |(lo, hi): (f64, f64), pixels: f64| {
-        let (middle, half) = (0.5 * lo + 0.5 * hi, 0.5 * unit * pixels);
-        Axis::linear(middle - half, middle + half, (pixels / 75.0).max(2.0) as usize)
+/// A frame for points of some extents, with axes on which a unit of length has the same size in both directions.
+///
+/// * `ratios`: the least and the greatest height of the frame over its width.
+pub(super) fn equal_scale(
+    extents: Option<[(f64, f64); 2]>,
+    top: f64,
+    width: f64,
+    ratios: [f64; 2],
+) -> (Frame, [Axis; 2]) {
+    let extents = extents.unwrap_or([(0.0, 1.0); 2]);
+    let [w, h] = extents.map(|(lo, hi)| hi - lo);
+    let ratio = (h / w.max(f64::MIN_POSITIVE)).clamp(ratios[0], ratios[1]);
+    let frame = Frame { left: LEFT, top, width, height: (width * ratio).round() };
+    let unit = (w / frame.width).max(h / frame.height) * 1.06;
+    let reach = extents.iter().flat_map(|e| [e.0.abs(), e.1.abs()]).fold(0.0, f64::max);
+    let unit = if unit > 1e-12 * reach && unit > 0.0 { unit } else { reach.max(1.0) / frame.width };
+    let around = |(lo, hi): (f64, f64), length: f64| {
+        let (middle, half) = (0.5 * lo + 0.5 * hi, 0.5 * unit * length);
+        Axis::linear(middle - half, middle + half, (length / TICK_DISTANCE).max(2.0) as usize)
     };
-    (around(x, w), around(y, h))
+    (frame, [around(extents[0], frame.width), around(extents[1], frame.height)])
 }
 
 /// The colour scale, and what is special about it.
@@ -189,122 +170,89 @@ impl Scale {
     }
 }
 
-fn scale(bodies: &[BodyPicture<'_>]) -> Scale {
+fn density_scale(bodies: &[BodyPicture<'_>]) -> Scale {
     let all = || bodies.iter().flat_map(|b| b.density.iter().copied());
     match extent(all().filter(|d| drawable_log(*d))) {
-        None => Scale { axis: Axis::log(0.1, 10.0, 5), cut: false, empty: true },
+        None => Scale { axis: Axis::log(0.1, 10.0, TICKS), cut: false, empty: true },
         Some((lo, hi)) => {
             // Below the usual range only if much of the picture lies there: near singularities cells are tiny.
             let from = lo.max((hi * DECADES).min(low_density(bodies)).max(hi * DECADES * DECADES));
             let from = if hi / from < 10.0 { hi / 10.0 } else { from };
-            Scale { axis: Axis::log(from, hi, 6), cut: all().any(|d| d < from), empty: false }
+            Scale { axis: Axis::log(from, hi, TICKS), cut: all().any(|d| d < from), empty: false }
         }
     }
 }
 
-/// Finds the density that one twentieth of the bodies' area lies below.
+/// Finds the density that a small part of the bodies' area lies below.
 fn low_density(bodies: &[BodyPicture<'_>]) -> f64 {
-    let mut cells: Vec<(f64, f64)> = Vec::new();
-    for body in bodies {
-        for (t, density) in body.triangles.iter().zip(body.density).filter(|(_, d)| drawable_log(**d)) {
-            let corners = t.map(|v| body.points.get(v as usize).copied().unwrap_or([f64::NAN; 2]));
-            let area = fem_core::geometry::signed_area(corners).abs();
-            if drawable(area) {
-                cells.push((*density, area));
-            }
-        }
-    }
+    let of = |b: &BodyPicture<'_>| -> Vec<(f64, f64)> {
+        b.density.iter().enumerate().map(|(t, d)| (*d, b.mesh.area(t))).collect()
+    };
+    let mut cells: Vec<(f64, f64)> = bodies.iter().flat_map(of).collect();
+    cells.retain(|(density, area)| drawable_log(*density) && drawable(*area));
     cells.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let twentieth = 0.05 * cells.iter().map(|c| c.1).sum::<f64>();
-    let mut below = 0.0;
+    let mut left = BELOW_SCALE * cells.iter().map(|c| c.1).sum::<f64>();
     let found = cells.iter().find(|c| {
-        below += c.1;
-        below > twentieth
+        left -= c.1;
+        left < 0.0
     });
     found.map_or(f64::INFINITY, |c| c.0)
 }
 
-fn cells_of(body: &BodyPicture<'_>, factor: f64, chart: &Chart<'_, '_>, out: &mut Vec<Cell>) {
-    let places: Vec<Option<(i32, i32)>> = (0..body.points.len())
-        .map(|i| moved(body, i, factor).map(|p| chart.backend_coord(&(p[0], p[1]))))
-        .collect();
-    for (t, density) in body.triangles.iter().zip(body.density) {
-        if let [Some(a), Some(b), Some(c)] = t.map(|v| places[v as usize]) {
-            out.push(Cell { corners: [a, b, c], density: *density });
-        }
-    }
+fn cells_of(body: &BodyPicture<'_>, factor: f64, panel: &Panel<'_>) -> Vec<Cell> {
+    let places: Vec<Option<Vector>> = places(body, factor).map(|p| Some(panel.place(p?))).collect();
+    let cell = |(t, density): (&[u32; 3], &f64)| {
+        let [a, b, c] = t.map(|v| places.get(v as usize).copied().flatten());
+        Some(Cell { corners: [a?, b?, c?], density: *density })
+    };
+    body.mesh.triangles().iter().zip(body.density).filter_map(cell).collect()
 }
 
-fn outlines(
-    area: &Area<'_>,
-    chart: &Chart<'_, '_>,
-    body: &BodyPicture<'_>,
-    factor: f64,
-) -> Result<(), PlotError> {
-    let still: Vec<[f64; 2]> =
-        (0..body.points.len()).map(|i| moved(body, i, 0.0).unwrap_or([f64::NAN; 2])).collect();
-    let twice_area = |t: &[u32; 3]| {
-        let [a, b, c] = t.map(|v| still[v as usize]);
-        (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-    };
-    let lines = outline(body.points.len(), body.triangles, twice_area);
-    for (look, at_rest) in [(UNDEFORMED, true), (DEFORMED, false)] {
+fn outlines(sheet: &mut Sheet, panel: &Panel<'_>, body: &BodyPicture<'_>, factor: f64) {
+    let lines = outline(body.mesh);
+    let moved: Vec<Option<Vector>> = places(body, factor).collect();
+    for (look, factor) in [(UNDEFORMED, 0.0), (DEFORMED, factor)] {
+        let places: Vec<_> = places(body, factor).zip(&moved).map(|(p, q)| q.and(p)).collect();
         for line in &lines {
-            let mut path: Vec<(i32, i32)> = line
-                .iter()
-                .filter_map(|v| {
-                    let p = moved(body, *v as usize, factor)?;
-                    let [x, y] = if at_rest { moved(body, *v as usize, 0.0)? } else { p };
-                    Some(chart.backend_coord(&(x, y)))
-                })
-                .collect();
-            straightened(&mut path);
-            area.draw(&PathElement::new(path, look.colour.stroke_width(look.thickness)))?;
+            let known = line.iter().filter_map(|v| places.get(*v as usize).copied().flatten());
+            sheet.line(&look, &straightened(known.map(|p| panel.place(p))));
         }
     }
-    Ok(())
 }
 
 /// Drops points that repeat the one before or lie on the line between their neighbours.
-fn straightened(path: &mut Vec<(i32, i32)>) {
-    let mut kept: Vec<(i32, i32)> = Vec::with_capacity(path.len());
-    for p in path.drain(..) {
+fn straightened(path: impl Iterator<Item = Vector>) -> Vec<Vector> {
+    let mut kept: Vec<Vector> = vec![];
+    for p in path {
         if kept.last() == Some(&p) {
             continue;
         }
         if let [.., a, b] = kept[..] {
-            let (u, v) =
-                ((i64::from(b.0 - a.0), i64::from(b.1 - a.1)), (i64::from(p.0 - b.0), i64::from(p.1 - b.1)));
-            if u.0 * v.1 == u.1 * v.0 && u.0 * v.0 + u.1 * v.1 > 0 {
+            let (u, v) = (b - a, p - b);
+            if cross(u, v) == 0.0 && u.dot(&v) > 0.0 {
                 kept.pop();
             }
         }
         kept.push(p);
     }
-    *path = kept;
+    kept
 }
 
-fn colour_bar(area: &Area<'_>, scale: &Scale, panel: Frame) -> Result<(), PlotError> {
-    let top = panel.top + panel.height + sheet::BELOW + 10;
-    let frame = Frame { left: panel.left, top, width: panel.width, height: BAR };
+fn colour_bar(sheet: &mut Sheet, scale: &Scale, panel: Frame) {
+    let frame = Frame { top: panel.bottom() + sheet::BELOW + sheet::MARGIN, height: BAR, ..panel };
     if scale.empty {
-        let at = (frame.left + frame.width / 2, frame.top + BAR / 2);
-        return Words::new(14.0).grey().write(area, "error density zero everywhere", at);
+        return frame.remark(sheet, "error density zero everywhere");
     }
-    let bottom = if scale.cut { "; left end: or less" } else { "" };
-    let label = format!("error density (energy / area{bottom})");
-    let (left, right) = (frame.left * UNITS, (frame.left + frame.width) * UNITS);
-    let (top, low) = (frame.top * UNITS, (frame.top + frame.height) * UNITS);
+    let (left, right, bottom) = (frame.left, frame.right(), frame.bottom());
     for k in 0..cells::SHADES {
         // Each shade covers the bar from its left edge to the right; the next covers the rest: no seams.
-        let t = k as f64 / cells::SHADES as f64;
-        let x = left + (t * f64::from(right - left)).round() as i32;
-        let colour = viridis(k as f64 / (cells::SHADES - 1) as f64);
-        area.draw(&Rectangle::new([(x, top), (right, low)], colour.filled()))?;
+        let x = left + k as f64 / cells::SHADES as f64 * frame.width;
+        sheet.fill(&rectangle([x, right], [frame.top, bottom]), &cells::colour_of(k));
     }
-    sheet::bar(area, frame, scale.axis.clone(), &label)?;
-    let edge = [(left, low), (left, top), (right, top), (right, low), (left, low)];
-    look::stroke(area, &Look { thickness: 3, ..DEFORMED }, &edge)
+    let cut = if scale.cut { "; left end: or less" } else { "" };
+    let label = format!("error density (energy / area{cut})");
+    sheet.axis(&scale.axis, [left, bottom], [right, bottom], &label);
+    sheet.stroke(&rectangle([left, right], [frame.top, bottom]), INK, FINE);
 }
 
 fn description(bodies: &[BodyPicture<'_>], factor: f64, scale: &Scale) -> String {
@@ -313,7 +261,7 @@ fn description(bodies: &[BodyPicture<'_>], factor: f64, scale: &Scale) -> String
         text.push_str(&format!(
             " {}: {} triangles, largest displacement {}.",
             b.name,
-            b.triangles.len(),
+            b.mesh.triangles().len(),
             short(largest_displacement(b))
         ));
     }

@@ -1,55 +1,53 @@
 //! Legends: a sample and a name per series, in as many rows as it takes.
 
-use super::PlotError;
-use super::look::{Look, mark, stroke};
-use super::sheet::{Area, LEFT, SMALL, UNITS, WIDTH, Words, width_of};
+use super::look::Look;
+use super::sheet::{LEFT, MARGIN, PIXEL, SMALL, Sheet, TITLE, WIDTH, Words, width_of};
+use fem_core::geometry::Vector;
 
 /// Height of one row.
-const ROW: i32 = 22;
-/// Length of a legend's sample and the room behind an entry.
-const SAMPLE: i32 = 28;
-const SPACE: i32 = 14;
+const ROW: f64 = 22.0 * PIXEL;
+/// Length of a legend's sample, and the room behind it.
+const SAMPLE: f64 = 28.0 * PIXEL;
+const BEHIND_SAMPLE: f64 = 6.0 * PIXEL;
+/// Room behind an entry.
+const BEHIND_ENTRY: f64 = 14.0 * PIXEL;
 
 /// The rows of a legend: as many entries in each as there is room for.
-fn rows(entries: &[Look]) -> Vec<Vec<Look>> {
-    let mut rows: Vec<Vec<Look>> = vec![];
-    let mut used = 0;
-    for entry in entries {
+fn rows(entries: &[Look]) -> Vec<&[Look]> {
+    let (mut rows, mut start, mut used) = (vec![], 0, 0.0);
+    for (k, entry) in entries.iter().enumerate() {
         let needed = entry_width(entry);
-        match rows.last_mut() {
-            Some(row) if used + needed <= WIDTH - 20 => row.push(*entry),
-            _ => {
-                rows.push(vec![*entry]);
-                used = 0;
-            }
+        if used + needed > WIDTH - 2.0 * MARGIN && k > start {
+            rows.push(&entries[start..k]);
+            (start, used) = (k, 0.0);
         }
         used += needed;
     }
+    rows.push(&entries[start..]);
     rows
 }
 
-fn entry_width(entry: &Look) -> i32 {
-    width_of(entry.name, SMALL).ceil() as i32 + SAMPLE + 6 + SPACE
+fn entry_width(entry: &Look) -> f64 {
+    SAMPLE + BEHIND_SAMPLE + width_of(entry.name, SMALL) + BEHIND_ENTRY
 }
 
-/// The height of a legend.
-pub(super) fn height(entries: &[Look]) -> i32 {
-    ROW * rows(entries).len() as i32
+/// Where a legend below the title ends.
+pub(super) fn end(entries: &[Look]) -> f64 {
+    TITLE + ROW * rows(entries).len() as f64
 }
 
-/// Draws a legend from a little left of the panels, in as many rows as it takes.
-pub(super) fn draw(area: &Area<'_>, top: i32, entries: &[Look]) -> Result<(), PlotError> {
-    for (k, row) in rows(entries).iter().enumerate() {
-        let width: i32 = row.iter().map(entry_width).sum();
+/// Draws a legend below the title, from the left of the panels, in as many rows as it takes.
+pub(super) fn draw(sheet: &mut Sheet, entries: &[Look]) {
+    for (k, row) in rows(entries).into_iter().enumerate() {
+        let width: f64 = row.iter().map(entry_width).sum();
         // Beside the axis labels if there is room, otherwise further left.
-        let mut x = LEFT.min(WIDTH - 10 - width).max(10);
-        let y = top + ROW / 2 + ROW * k as i32;
+        let mut x = LEFT.min(WIDTH - MARGIN - width).max(MARGIN);
+        let y = TITLE + ROW * (k as f64 + 0.5);
         for entry in row {
-            stroke(area, entry, &[(x * UNITS, y * UNITS), ((x + SAMPLE) * UNITS, y * UNITS)])?;
-            mark(area, entry, ((x + SAMPLE / 2) * UNITS, y * UNITS))?;
-            Words::new(SMALL).flush_left().write(area, entry.name, (x + SAMPLE + 6, y))?;
+            sheet.line(entry, &[[x, y], [x + SAMPLE, y]]);
+            sheet.mark(entry, Vector::new(x + 0.5 * SAMPLE, y));
+            Words::new(SMALL).flush_left().write(sheet, entry.name, [x + SAMPLE + BEHIND_SAMPLE, y]);
             x += entry_width(entry);
         }
     }
-    Ok(())
 }

@@ -1,99 +1,157 @@
-//! The sheet a figure is drawn on: size, alternative text, words, panels with axes.
+//! The sheet a figure is drawn on, as SVG text: size, alternative text, shapes, words, panels with axes.
+//!
+//! Lengths are in units of a quarter of a pixel, so that coordinates are whole numbers in the file.
 
-use super::PlotError;
 use super::axis::Axis;
 use super::colour::{GREY, INK};
-use plotters::chart::{ChartBuilder, ChartContext, LabelAreaPosition};
-use plotters::coord::Shift;
-use plotters::coord::cartesian::Cartesian2d;
-use plotters::drawing::{DrawingArea, IntoDrawingArea};
-use plotters::prelude::SVGBackend;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
-use plotters::style::{Color, FontStyle, FontTransform, IntoFont, RGBColor, TextStyle};
+use crate::words::{escaped, one_line};
+use fem_core::geometry::{Vector, norm};
+use std::fmt::Write as _;
 
-/// Drawing units per pixel: the drawing library rounds coordinates to whole units.
-pub(super) const UNITS: i32 = 4;
-/// Width of every figure in pixels: narrow, so that its words can still be read on a telephone.
-pub(super) const WIDTH: i32 = 480;
+/// Units of a pixel.
+pub(super) const PIXEL: f64 = 4.0;
+/// Width of every figure: narrow, so that its words can still be read on a telephone.
+pub(super) const WIDTH: f64 = 480.0 * PIXEL;
+/// Room at the edges of the sheet that stays free.
+pub(super) const MARGIN: f64 = 10.0 * PIXEL;
 /// Room left of a panel for the labels of its vertical axis.
-pub(super) const LEFT: i32 = 76;
+pub(super) const LEFT: f64 = 76.0 * PIXEL;
 /// Room below a panel for the labels of its horizontal axis.
-pub(super) const BELOW: i32 = 52;
+pub(super) const BELOW: f64 = 52.0 * PIXEL;
 /// Room right of the panels.
-pub(super) const RIGHT: i32 = 18;
+pub(super) const RIGHT: f64 = 18.0 * PIXEL;
 /// Room above everything for the title, of two lines at most.
-pub(super) const TITLE: i32 = 50;
+pub(super) const TITLE: f64 = 50.0 * PIXEL;
 /// Size of the words beside axes and in legends.
-pub(super) const SMALL: f64 = 14.0;
+pub(super) const SMALL: f64 = 14.0 * PIXEL;
+/// Thickness of axes and outlines, and of finer lines.
+pub(super) const FIRM: f64 = 1.25 * PIXEL;
+pub(super) const FINE: f64 = 0.75 * PIXEL;
+/// Opacity of a grid's lines, without and with a label.
+const OPACITIES: [(bool, f64); 2] = [(false, 0.06), (true, 0.16)];
+/// Size of the title, and the distance of its lines.
+const LARGE: f64 = 16.0 * PIXEL;
+const LINE: f64 = 18.0 * PIXEL;
+/// The smallest size of words that are made to fit.
+const SMALLEST: f64 = 9.0 * PIXEL;
+/// Width of a letter, on average, as a part of its size.
+const LETTER: f64 = 0.54;
+/// Length of a tick, and the distances of its label and of the axis label from a vertical and a horizontal axis.
+const TICK: f64 = 5.0 * PIXEL;
+const TICK_LABEL: [f64; 2] = [8.0 * PIXEL, 16.0 * PIXEL];
+const AXIS_LABEL: [f64; 2] = [LEFT - 12.0 * PIXEL, 40.0 * PIXEL];
 
-/// What everything is drawn on.
-pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-/// A panel with its two axes.
-pub(super) type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<Axis, Axis>>;
+/// A figure that is being drawn.
+pub(super) struct Sheet(String);
 
-/// Draws a figure of `WIDTH` by `height` pixels.
-///
-/// `paint` draws on the area, in units, and returns SVG elements to lie below everything it drew. `title`
-/// and `description` become the alternative text; the title is also written at the top.
-pub(super) fn figure(
-    height: i32,
-    title: &str,
-    description: &str,
-    paint: impl FnOnce(&Area<'_>) -> Result<String, PlotError>,
-) -> Result<String, PlotError> {
-    let (w, h) = (WIDTH * UNITS, height * UNITS);
-    let mut drawn = String::new();
-    let below = {
-        let root = SVGBackend::with_string(&mut drawn, (w as u32, h as u32)).into_drawing_area();
-        let lines = two_lines(title, f64::from(WIDTH - 20) / (0.54 * 16.0));
+impl Sheet {
+    /// An empty sheet; `title` and `description` become the alternative text, and the title is written at the top.
+    pub(super) fn new(height: f64, title: &str, description: &str) -> Sheet {
+        let (height, pixels) = (height.round(), (height / PIXEL).round());
+        let (name, text) = (escaped(&one_line(title)), escaped(&one_line(description)));
+        let mut sheet = Sheet(format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}\" height=\"{pixels}\" viewBox=\"0 0 {WIDTH} {height}\" \
+             font-family=\"sans-serif\" role=\"img\" aria-label=\"{name}\">\n<title>{name}</title>\n<desc>{text}</desc>\n\
+             <rect width=\"{WIDTH}\" height=\"{height}\" fill=\"#FFFFFF\"/>\n",
+            WIDTH / PIXEL
+        ));
+        let lines = two_lines(title, ((WIDTH - 2.0 * MARGIN) / (LETTER * LARGE)) as usize);
         for (k, line) in lines.iter().enumerate() {
-            let size = fitting(line, 16.0, f64::from(WIDTH - 20));
-            let y = TITLE / 2 - 9 * (lines.len() as i32 - 1) + 18 * k as i32;
-            Words::new(size).bold().write(&root, line, (WIDTH / 2, y))?;
+            let size = fitting(line, LARGE, WIDTH - 2.0 * MARGIN);
+            let y = 0.5 * TITLE + LINE * (k as f64 - 0.5 * (lines.len() - 1) as f64);
+            Words::new(size).bold().write(&mut sheet, line, [0.5 * WIDTH, y]);
         }
-        let below = paint(&root)?;
-        root.present()?;
-        below
-    };
-    let inner = drawn.split_once(">\n").map_or("", |(_, rest)| rest);
-    let (title, description) = (escaped(title), escaped(description));
-    Ok(format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{height}\" viewBox=\"0 0 {w} {h}\" \
-         role=\"img\" aria-label=\"{title}\">\n<title>{title}</title>\n<desc>{description}</desc>\n\
-         <rect width=\"{w}\" height=\"{h}\" fill=\"#FFFFFF\"/>\n{below}{inner}"
-    ))
-}
-
-/// Text with XML's special characters replaced and those XML forbids turned into spaces.
-pub(super) fn escaped(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in clean(text).chars() {
-        match c {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            other => out.push(other),
-        }
+        sheet
     }
-    out
+
+    /// The whole SVG document.
+    pub(super) fn finished(self) -> String {
+        self.0 + "</svg>\n"
+    }
+
+    /// Adds SVG elements.
+    pub(super) fn add(&mut self, elements: &str) {
+        self.0.push_str(elements);
+        self.0.push('\n');
+    }
+
+    /// Fills a path.
+    pub(super) fn fill(&mut self, d: &str, colour: &str) {
+        self.add(&format!("<path d=\"{d}\" fill=\"{colour}\" fill-rule=\"evenodd\"/>"));
+    }
+
+    /// Draws the line of a path.
+    pub(super) fn stroke(&mut self, d: &str, colour: &str, thickness: f64) {
+        self.dashed(d, colour, thickness, "");
+    }
+
+    /// Draws the line of a path in dashes.
+    pub(super) fn dashed(&mut self, d: &str, colour: &str, thickness: f64, dash: &str) {
+        let dash = if dash.is_empty() { "".into() } else { format!(" stroke-dasharray=\"{dash}\"") };
+        self.add(&format!(
+            "<path d=\"{d}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{thickness}\"{dash}/>"
+        ));
+    }
+
+    /// Draws a filled disc.
+    pub(super) fn disc(&mut self, at: Vector, radius: f64, colour: &str) {
+        let [x, y] = at.into();
+        self.add(&format!("<circle cx=\"{x:.0}\" cy=\"{y:.0}\" r=\"{radius}\" fill=\"{colour}\"/>"));
+    }
+
+    /// Draws an axis from one place to another, with its labels left of it if it is vertical, and below it otherwise.
+    pub(super) fn axis(&mut self, axis: &Axis, from: [f64; 2], to: [f64; 2], label: &str) {
+        let (from, to) = (Vector::from(from), Vector::from(to));
+        let vertical = from[0] == to[0];
+        let (out, k) = if vertical { (-Vector::x(), 0) } else { (Vector::y(), 1) };
+        let mut lines = path(&[from, to]);
+        let words = Words::new(SMALL);
+        let beside = if vertical { words.flush_right() } else { words };
+        for (value, text) in axis.major() {
+            let at = from + axis.position(*value) * (to - from);
+            lines += &path(&[at, at + TICK * out]);
+            beside.write(self, text, at + TICK_LABEL[k] * out);
+        }
+        self.stroke(&lines, INK, FIRM);
+        let at = 0.5 * (from + to) + AXIS_LABEL[k] * out;
+        let room = if vertical { norm(to - from) } else { 2.0 * (at[0].min(WIDTH - at[0]) - MARGIN) };
+        let words = Words::new(fitting(label, SMALL, room));
+        (if vertical { words.upright() } else { words }).write(self, label, at);
+    }
 }
 
-fn clean(text: &str) -> String {
-    text.chars()
-        .map(|c| if c.is_control() || matches!(c, '\u{FFFE}' | '\u{FFFF}') { ' ' } else { c })
-        .collect()
+/// A line through some points, for the attribute `d`.
+pub(super) fn path(points: &[impl Copy + Into<[f64; 2]>]) -> String {
+    let mut d = String::new();
+    for (k, [x, y]) in points.iter().map(|p| (*p).into()).enumerate() {
+        let _ = write!(d, "{}{x:.0} {y:.0}", ["M", "L", " "][k.min(2)]);
+    }
+    d
 }
 
-/// An estimate of the width of a text, in pixels.
+/// A rectangle, for the attribute `d`.
+pub(super) fn rectangle(x: [f64; 2], y: [f64; 2]) -> String {
+    format!("M{:.0} {:.0}H{:.0}V{:.0}H{:.0}z", x[0], y[0], x[1], y[1], x[0])
+}
+
+/// An estimate of the width of a text.
 pub(super) fn width_of(text: &str, size: f64) -> f64 {
-    0.54 * size * text.chars().count() as f64
+    LETTER * size * text.chars().count() as f64
 }
 
-/// The size, not above `size` and not below 9, at which a text fits the width.
+/// The size, not above `size` and not below the smallest, at which a text fits the width.
 pub(super) fn fitting(text: &str, size: f64, width: f64) -> f64 {
     let estimate = width_of(text, size);
-    if estimate <= width { size } else { (size * width / estimate).max(9.0) }
+    if estimate <= width { size } else { (size * width / estimate).max(SMALLEST).floor() }
+}
+
+/// A text cut to the letters that fit the width.
+pub(super) fn cut(text: &str, size: f64, width: f64) -> String {
+    let letters = (width / (LETTER * size)).max(1.0) as usize;
+    if text.chars().count() <= letters {
+        return text.to_owned();
+    }
+    text.chars().take(letters - 1).chain(['…']).collect()
 }
 
 /// How to write a text.
@@ -101,14 +159,15 @@ pub(super) fn fitting(text: &str, size: f64, width: f64) -> f64 {
 pub(super) struct Words {
     size: f64,
     bold: bool,
-    colour: RGBColor,
-    anchor: HPos,
+    upright: bool,
+    colour: &'static str,
+    anchor: &'static str,
 }
 
 impl Words {
-    /// Centred dark text of this size in pixels.
+    /// Centred dark text of this size.
     pub(super) fn new(size: f64) -> Words {
-        Words { size, bold: false, colour: INK, anchor: HPos::Center }
+        Words { size, bold: false, upright: false, colour: INK, anchor: "middle" }
     }
     /// The same in bold.
     pub(super) fn bold(self) -> Words {
@@ -116,137 +175,110 @@ impl Words {
     }
     /// The same starting at the given place.
     pub(super) fn flush_left(self) -> Words {
-        Words { anchor: HPos::Left, ..self }
+        Words { anchor: "start", ..self }
+    }
+    /// The same ending at the given place.
+    fn flush_right(self) -> Words {
+        Words { anchor: "end", ..self }
+    }
+    /// The same upwards.
+    fn upright(self) -> Words {
+        Words { upright: true, ..self }
     }
     /// The same in grey.
     pub(super) fn grey(self) -> Words {
         Words { colour: GREY, ..self }
     }
 
-    fn style(self) -> TextStyle<'static> {
-        // The library divides the size by 1.24 before it writes it.
-        let style = if self.bold { FontStyle::Bold } else { FontStyle::Normal };
-        let font = ("sans-serif", self.size * 1.24 * f64::from(UNITS), style).into_font();
-        let mut style = TextStyle::from(font).pos(Pos::new(self.anchor, VPos::Center));
-        style.color = self.colour.to_backend_color();
-        style
-    }
-
-    /// Writes a text whose vertical middle is at `at`, in pixels; what does not fit the sheet is cut.
-    pub(super) fn write(self, area: &Area<'_>, text: &str, at: (i32, i32)) -> Result<(), PlotError> {
-        let text = clean(text);
-        let room = match self.anchor {
-            HPos::Center => 2 * at.0.min(WIDTH - at.0),
-            _ => WIDTH - at.0,
+    /// Writes a text whose vertical middle is at `at`; what does not fit the sheet is cut.
+    pub(super) fn write(self, sheet: &mut Sheet, text: &str, at: impl Into<[f64; 2]>) {
+        let Words { size, colour, anchor, .. } = self;
+        let [x, y] = at.into();
+        let room = match anchor {
+            _ if self.upright => f64::INFINITY,
+            "middle" => 2.0 * x.min(WIDTH - x),
+            "end" => x,
+            _ => WIDTH - x,
         };
-        let letters = (f64::from(room) / (0.54 * self.size)).max(1.0) as usize;
-        let text = if text.chars().count() <= letters {
-            text
-        } else {
-            text.chars().take(letters.saturating_sub(1)).chain(['…']).collect()
-        };
-        Ok(area.draw_text(&text, &self.style(), (at.0 * UNITS, at.1 * UNITS))?)
+        let text = escaped(&cut(&one_line(text), size, room));
+        let bold = if self.bold { " font-weight=\"bold\"" } else { "" };
+        let turn =
+            if self.upright { format!(" transform=\"rotate(-90 {x:.0} {y:.0})\"") } else { String::new() };
+        sheet.add(&format!(
+            "<text x=\"{x:.0}\" y=\"{y:.0}\" dy=\".35em\" text-anchor=\"{anchor}\" font-size=\"{size}\" \
+             fill=\"{colour}\"{bold}{turn}>{text}</text>"
+        ));
     }
 }
 
-/// A rectangle of the sheet, in pixels: where the data of a panel go, labels outside.
+/// A rectangle of the sheet, where the data of a panel go, labels outside.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frame {
-    pub(super) left: i32,
-    pub(super) top: i32,
-    pub(super) width: i32,
-    pub(super) height: i32,
+    pub(super) left: f64,
+    pub(super) top: f64,
+    pub(super) width: f64,
+    pub(super) height: f64,
 }
 
 impl Frame {
     /// A frame of the full width.
-    pub(super) fn wide(top: i32, height: i32) -> Frame {
+    pub(super) fn wide(top: f64, height: f64) -> Frame {
         Frame { left: LEFT, top, width: WIDTH - LEFT - RIGHT, height }
     }
-}
-
-/// The labels of the axes of a panel.
-pub(super) struct Labels<'a> {
-    pub(super) x: &'a str,
-    pub(super) y: &'a str,
-    pub(super) grid: bool,
-}
-
-/// Draws the axes of a panel, with labels on the left and below.
-pub(super) fn panel<'b>(
-    area: &Area<'b>,
-    frame: Frame,
-    (x, y): (Axis, Axis),
-    labels: &Labels<'_>,
-) -> Result<Chart<'b, 'b>, PlotError> {
-    let outer = area.clone().shrink(
-        ((frame.left - LEFT) * UNITS, frame.top * UNITS),
-        ((frame.width + LEFT) * UNITS, (frame.height + BELOW) * UNITS),
-    );
-    let mut chart = ChartBuilder::on(&outer)
-        .set_label_area_size(LabelAreaPosition::Left, LEFT * UNITS)
-        .set_label_area_size(LabelAreaPosition::Bottom, BELOW * UNITS)
-        .build_cartesian_2d(x, y)?;
-    let words = Words::new(SMALL);
-    let mut mesh = chart.configure_mesh();
-    mesh.label_style(words.style())
-        .axis_style(INK.stroke_width(5))
-        .bold_line_style(INK.mix(0.16).stroke_width(3))
-        .light_line_style(INK.mix(0.06).stroke_width(3))
-        .set_all_tick_mark_size(5 * UNITS);
-    if !labels.grid {
-        mesh.disable_mesh();
+    pub(super) fn right(&self) -> f64 {
+        self.left + self.width
     }
-    mesh.draw()?;
-    let (middle, below) = (frame.left + frame.width / 2, frame.top + frame.height + 40);
-    Words::new(fitting(labels.x, SMALL, f64::from(frame.width))).write(area, labels.x, (middle, below))?;
-    upright(area, labels.y, (frame.left - LEFT + 15, frame.top + frame.height / 2), frame.height)?;
-    Ok(chart)
+    pub(super) fn bottom(&self) -> f64 {
+        self.top + self.height
+    }
+    /// Writes a remark in its middle.
+    pub(super) fn remark(&self, sheet: &mut Sheet, text: &str) {
+        let middle = [self.left + 0.5 * self.width, self.top + 0.5 * self.height];
+        Words::new(SMALL).grey().write(sheet, text, middle);
+    }
 }
 
-/// Writes a text upwards, its middle at `at`, within a height.
-fn upright(area: &Area<'_>, text: &str, at: (i32, i32), height: i32) -> Result<(), PlotError> {
-    let style =
-        Words::new(fitting(text, SMALL, f64::from(height))).style().transform(FontTransform::Rotate270);
-    Ok(area.draw_text(&clean(text), &style, (at.0 * UNITS, at.1 * UNITS))?)
+/// A frame with its two axes.
+pub(super) struct Panel<'a> {
+    pub(super) frame: Frame,
+    pub(super) axes: [&'a Axis; 2],
 }
 
-/// Draws the axis of a lying colour bar, labels below.
-pub(super) fn bar<'b>(
-    area: &Area<'b>,
-    frame: Frame,
-    axis: Axis,
-    label: &str,
-) -> Result<Chart<'b, 'b>, PlotError> {
-    let outer = area.clone().shrink(
-        (frame.left * UNITS, frame.top * UNITS),
-        (frame.width * UNITS, (frame.height + BELOW) * UNITS),
-    );
-    let mut chart = ChartBuilder::on(&outer)
-        .set_label_area_size(LabelAreaPosition::Bottom, BELOW * UNITS)
-        .build_cartesian_2d(axis, Axis::linear(0.0, 1.0, 1))?;
-    chart
-        .configure_mesh()
-        .disable_mesh()
-        .disable_y_axis()
-        .label_style(Words::new(SMALL).style())
-        .axis_style(INK.stroke_width(4))
-        .set_all_tick_mark_size(4 * UNITS)
-        .draw()?;
-    let middle = (frame.left + frame.width / 2, frame.top + frame.height + 40);
-    Words::new(fitting(label, SMALL, f64::from(WIDTH - 20))).write(area, label, middle)?;
-    Ok(chart)
-}
+impl Panel<'_> {
+    /// Where a point is on the sheet.
+    pub(super) fn place(&self, p: Vector) -> Vector {
+        let (f, [x, y]) = (self.frame, self.axes);
+        Vector::new(f.left + f.width * x.position(p[0]), f.bottom() - f.height * y.position(p[1]))
+            .map(f64::round)
+    }
 
-/// Says in the middle of a panel that there is nothing to draw.
-pub(super) fn no_data(area: &Area<'_>, frame: Frame) -> Result<(), PlotError> {
-    let middle = (frame.left + frame.width / 2, frame.top + frame.height / 2);
-    Words::new(18.0).grey().write(area, "no data", middle)
+    /// Draws the axes with their labels.
+    pub(super) fn draw(&self, sheet: &mut Sheet, labels: [&str; 2]) {
+        let (f, [x, y]) = (self.frame, self.axes);
+        let corner = [f.left, f.bottom()];
+        sheet.axis(x, corner, [f.right(), f.bottom()], labels[0]);
+        sheet.axis(y, corner, [f.left, f.top], labels[1]);
+    }
+
+    /// Draws a grid behind the data.
+    pub(super) fn grid(&self, sheet: &mut Sheet) {
+        let (f, [x, y]) = (self.frame, self.axes);
+        for (major, opacity) in OPACITIES {
+            let upright = x.positions(major).into_iter().map(|t| f.left + t * f.width);
+            let level = y.positions(major).into_iter().map(|t| f.bottom() - t * f.height);
+            let upright = upright.map(|x| path(&[[x, f.top], [x, f.bottom()]]));
+            let level = level.map(|y| path(&[[f.left, y], [f.right(), y]]));
+            let lines: String = upright.chain(level).collect();
+            sheet.add(&format!(
+                "<path d=\"{lines}\" stroke=\"{INK}\" stroke-opacity=\"{opacity}\" stroke-width=\"{FINE}\"/>"
+            ));
+        }
+    }
 }
 
 /// Breaks a text at a space into two lines if it has more letters than fit.
-fn two_lines(text: &str, letters: f64) -> Vec<&str> {
-    if text.chars().count() as f64 <= letters {
+fn two_lines(text: &str, letters: usize) -> Vec<&str> {
+    if text.chars().count() <= letters {
         return vec![text];
     }
     let uneven = |at: usize| text[..at].chars().count().abs_diff(text[at..].chars().count());

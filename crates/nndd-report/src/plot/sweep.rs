@@ -1,120 +1,73 @@
 //! Indicators against a swept setting, one panel per mesh.
 
-use super::PlotError;
-use super::axis::{Axis, drawable, drawable_log, short};
+use super::axis::{drawable, drawable_log, short};
 use super::colour::{BLUE, INK, VERMILLION};
-use super::legend;
+use super::lines::{self, LinePanel, Series, THICK, THIN};
 use super::look::{Look, Marker};
-use super::series::{self, Series};
-use super::sheet::{self, Frame, Labels, TITLE, WIDTH, Words};
-
-/// One panel of [`sweep`]: the indicators of one mesh against the swept value.
-pub(crate) struct SweepSeries {
-    /// Heading of the panel.
-    pub(crate) name: String,
-    /// The swept values.
-    pub(crate) theta: Vec<f64>,
-    /// η_NNDD at each value; `None` if the run diverged.
-    pub(crate) eta_nndd: Vec<Option<f64>>,
-    /// η_dis at each value.
-    pub(crate) eta_dis: Vec<Option<f64>>,
-    /// e_CRE at each value.
-    pub(crate) e_cre: Vec<Option<f64>>,
-}
+use super::sheet::PIXEL;
+use case_io::report::{IterationRow, SweepPanel, SweepRow};
+use fem_core::geometry::Vector;
 
 /// The look of η_NNDD in every figure.
-pub(super) const ETA_NNDD: Look =
-    Look { name: "eta_nndd (algorithm)", colour: BLUE, dash: None, marker: Marker::Disc, thickness: 8 };
+pub(super) const ETA_NNDD: Look = Look::new("eta_nndd (algorithm)", BLUE, THICK, Marker::Disc);
 /// The look of η_dis in every figure.
-pub(super) const ETA_DIS: Look = Look {
-    name: "eta_dis (discretisation)",
-    colour: VERMILLION,
-    dash: None,
-    marker: Marker::Square,
-    thickness: 8,
-};
+pub(super) const ETA_DIS: Look = Look::new("eta_dis (discretisation)", VERMILLION, THICK, Marker::Square);
 /// The look of e_CRE in every figure: drawn last and dashed, for it often lies on η_dis.
-pub(super) const E_CRE: Look = Look {
-    name: "e_cre (total bound)",
-    colour: INK,
-    dash: Some((9, 6)),
-    marker: Marker::Cross,
-    thickness: 6,
-};
+pub(super) const E_CRE: Look = Look::new("e_cre (total bound)", INK, THIN, Marker::Cross).dashed("36 24");
 
-const PANEL: i32 = 230;
-const CAPTION: i32 = 30;
+const HEIGHT: f64 = 230.0 * PIXEL;
 
 /// Draws the indicators against a swept setting, one panel below the other, on a common logarithmic scale.
 ///
-/// Values that are missing, not finite or not positive are left out and break the line; the heading of a
+/// `values` are those of the setting; an interrupted sweep has no row for the last ones. Values that are missing, not
+/// finite or not positive are left out and break the line, and so are runs that diverged; the heading of a
 /// panel says how many values of the setting have no η_NNDD, and where η_NNDD is smallest.
-///
-/// # Errors
-/// [`PlotError::Length`] if an indicator has not one entry per swept value.
-pub(crate) fn sweep(title: &str, x_label: &str, panels: &[SweepSeries]) -> Result<String, PlotError> {
-    for p in panels {
-        super::same_length("eta_nndd of a sweep", p.theta.len(), p.eta_nndd.len())?;
-        super::same_length("eta_dis of a sweep", p.theta.len(), p.eta_dis.len())?;
-        super::same_length("e_cre of a sweep", p.theta.len(), p.e_cre.len())?;
-    }
-    let drawn: Vec<[Series; 3]> = panels.iter().map(series_of).collect();
-    let extents = series::extents(drawn.iter().flatten());
-    let x_axis = extents.map_or_else(|| Axis::linear(0.0, 1.0, 8), |[x, _]| Axis::padded(x.0, x.1, 8));
-    let y_axis = series::log_axis(extents.map(|[_, y]| y));
-    let shown: Vec<Look> = [ETA_NNDD, ETA_DIS, E_CRE]
-        .into_iter()
-        .enumerate()
-        .filter(|(k, _)| drawn.iter().any(|d| !d[*k].is_empty()))
-        .map(|(_, look)| look)
-        .collect();
-
-    let count = panels.len().max(1) as i32;
-    let each = CAPTION + PANEL + sheet::BELOW;
-    let captions: Vec<String> = panels.iter().zip(&drawn).map(|(p, d)| caption(x_label, p, &d[0])).collect();
+pub(crate) fn sweep(title: &str, key: &str, values: &[f64], panels: &[SweepPanel]) -> String {
+    let drawn: Vec<[Series; 3]> = panels.iter().map(|p| series_of(p, values)).collect();
+    let [x, y] = lines::extents(drawn.iter().flatten());
+    let (x_axis, y_axis) = (lines::linear_axis(x), lines::log_axis(y));
+    let headings: Vec<String> = panels.iter().zip(&drawn).map(|(p, all)| heading(key, p, &all[0])).collect();
     let description = format!(
-        "Indicators, in the square root of an energy, on a logarithmic scale against {x_label}. {}",
-        captions.join(". ")
+        "Indicators, in the square root of an energy, on a logarithmic scale against {key}. {}",
+        headings.join(". ")
     );
-    let head = TITLE + legend::height(&shown);
-    sheet::figure(head + count * each + 10, title, &description, |area| {
-        legend::draw(area, TITLE, &shown)?;
-        for k in 0..count {
-            let top = head + k * each + CAPTION;
-            let frame = Frame::wide(top, PANEL);
-            let labels = Labels { x: x_label, y: "indicator (energy^1/2)", grid: true };
-            if let Some(text) = captions.get(k as usize) {
-                let size = sheet::fitting(text, 14.0, f64::from(WIDTH - 20));
-                Words::new(size).bold().write(area, text, (WIDTH / 2, top - 13))?;
-            }
-            let all = drawn.get(k as usize).map_or(&[][..], |all| &all[..]);
-            series::line_panel(area, frame, (x_axis.clone(), y_axis.clone()), &labels, all)?;
-        }
-        Ok(String::new())
-    })
-}
-
-fn series_of(panel: &SweepSeries) -> [Series; 3] {
-    let mut order: Vec<usize> = (0..panel.theta.len()).filter(|i| drawable(panel.theta[*i])).collect();
-    order.sort_by(|i, j| panel.theta[*i].total_cmp(&panel.theta[*j]));
-    let of = |look: Look, values: &[Option<f64>]| Series {
-        look,
-        points: order
-            .iter()
-            .map(|i| values[*i].filter(|v| drawable_log(*v)).map(|v| (panel.theta[*i], v)))
-            .collect(),
+    let panel = |heading, series| LinePanel {
+        heading,
+        ..LinePanel::new([key, "indicator (energy^1/2)"], [&x_axis, &y_axis], series)
     };
-    [of(ETA_NNDD, &panel.eta_nndd), of(ETA_DIS, &panel.eta_dis), of(E_CRE, &panel.e_cre)]
+    let mut all: Vec<_> = headings.iter().zip(&drawn).map(|(h, s)| panel(Some(h), &s[..])).collect();
+    if all.is_empty() {
+        all.push(panel(None, &[]));
+    }
+    lines::figure(title, &description, HEIGHT, &all)
 }
 
-fn caption(x_label: &str, panel: &SweepSeries, eta_nndd: &Series) -> String {
+/// An indicator of a run, unless it diverged.
+fn value(row: &SweepRow, of: fn(&IterationRow) -> Option<f64>) -> Option<f64> {
+    of(&row.iteration).filter(|v| v.is_finite() && row.status != "diverged")
+}
+
+fn series_of(panel: &SweepPanel, values: &[f64]) -> [Series; 3] {
+    let mut rows: Vec<(f64, &SweepRow)> =
+        values.iter().copied().zip(&panel.rows).filter(|(x, _)| drawable(*x)).collect();
+    rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let of = |look: Look, indicator: fn(&IterationRow) -> Option<f64>| {
+        let point = |(x, row): &(f64, &SweepRow)| {
+            value(row, indicator).filter(|v| drawable_log(*v)).map(|v| Vector::new(*x, v))
+        };
+        Series { look, points: rows.iter().map(point).collect() }
+    };
+    [of(ETA_NNDD, |r| r.eta_nndd), of(ETA_DIS, |r| r.eta_dis), of(E_CRE, |r| r.e_cre)]
+}
+
+fn heading(key: &str, panel: &SweepPanel, eta_nndd: &Series) -> String {
     let mut text = panel.name.clone();
-    if let Some((x, _)) = eta_nndd.present().min_by(|a, b| a.1.total_cmp(&b.1)) {
-        text.push_str(&format!(": smallest eta_nndd at {x_label} = {}", short(x)));
+    if let Some(least) = eta_nndd.present().min_by(|a, b| a[1].total_cmp(&b[1])) {
+        text += &format!(": smallest eta_nndd at {key} = {}", short(least[0]));
     }
-    let lost = panel.eta_nndd.iter().filter(|v| !v.is_some_and(f64::is_finite)).count();
+    let lost = panel.rows.iter().filter(|row| value(row, |r| r.eta_nndd).is_none()).count();
     if lost > 0 {
-        text.push_str(&format!("; {lost} of {} diverged, left out", panel.theta.len()));
+        text += &format!("; {lost} of {} diverged, left out", panel.rows.len());
     }
     text
 }

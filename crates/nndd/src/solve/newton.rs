@@ -2,8 +2,9 @@
 
 use super::Run;
 use crate::error::NnddError;
-use crate::iterate::{Iterate, IterationRow};
+use crate::iterate::{Iterate, IterationRow, Programme};
 use crate::monolithic;
+use crate::settings::NewtonSettings;
 use crate::solution::{NnddSolution, NnddStatus, Switch};
 use crate::stopping::{Decision, StoppingCriterion};
 use crate::vector::add;
@@ -11,9 +12,12 @@ use contact_qp::{ActiveSet, QpMethod, QpStatus};
 
 impl Run<'_> {
     /// The reference: λ by interface Newton, then one pass of both steps, which certifies it.
-    pub(super) fn newton(&mut self, stop: &mut dyn StoppingCriterion) -> Result<NnddSolution, NnddError> {
-        let limit = self.settings.max_iterations.max(1).min(self.settings.qp.max_iterations);
-        let Exact { iterate, status, clarabel_calls } = self.exact(None, limit, 1)?;
+    pub(super) fn newton(
+        &mut self,
+        settings: &NewtonSettings,
+        stop: &mut dyn StoppingCriterion,
+    ) -> Result<NnddSolution, NnddError> {
+        let Exact { iterate, status, clarabel_calls } = self.exact(None, settings, 1)?;
         let status = if !status.is_solved() {
             NnddStatus::ContactQpUnsolved(status)
         } else {
@@ -32,6 +36,7 @@ impl Run<'_> {
     pub(super) fn switch(
         &mut self,
         mut solution: NnddSolution,
+        settings: &NewtonSettings,
         stop: &mut dyn StoppingCriterion,
     ) -> Result<NnddSolution, NnddError> {
         let after = solution.status;
@@ -40,8 +45,7 @@ impl Run<'_> {
             NnddStatus::Diverged { .. } => None,
             _ => Some(solution.last.contact.active.clone()),
         };
-        let limit = self.settings.qp.max_iterations;
-        let found = match self.exact(closed, limit, solution.history.len() + 1) {
+        let found = match self.exact(closed, settings, solution.history.len() + 1) {
             // Rounding can make the flexibility indefinite.
             Err(NnddError::Qp(_)) => None,
             found => Some(found?).filter(|exact| exact.iterate.eta_nndd.is_finite()),
@@ -70,9 +74,14 @@ impl Run<'_> {
     /// Solves the discrete problem by interface Newton, and returns it as the iterate with the given number.
     ///
     /// * `closed`: the pairs that are closed at the start; `None`: all of them.
-    /// * `limit`: maximum number of Newton steps.
-    fn exact(&mut self, closed: Option<ActiveSet>, limit: usize, number: usize) -> Result<Exact, NnddError> {
-        let qp = &self.settings.qp;
+    fn exact(
+        &mut self,
+        closed: Option<ActiveSet>,
+        settings: &NewtonSettings,
+        number: usize,
+    ) -> Result<Exact, NnddError> {
+        let NewtonSettings { max_iterations, qp } = settings;
+        let limit = (*max_iterations).max(1).min(qp.max_iterations);
         // The Newton method is the active-set method; interior points are used only on request or if that fails.
         let method = if qp.method == QpMethod::Auto { QpMethod::ActiveSet } else { qp.method };
         let qp = qp.clone().with_max_iterations(limit).with_method(method);
@@ -88,8 +97,7 @@ impl Run<'_> {
         let mut iterate = self.iterate_of(number, 0.0, eta, answer.lambda, reaction, contact);
         let status =
             if answer.solution.status.is_solved() { iterate.contact.status } else { answer.solution.status };
-        iterate.contact.path = answer.solution.path;
-        iterate.contact.iterations = answer.solution.iterations;
+        iterate.programme = Programme { path: answer.solution.path, iterations: answer.solution.iterations };
         Ok(Exact { iterate, status, clarabel_calls })
     }
 }

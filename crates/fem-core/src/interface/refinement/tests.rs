@@ -154,7 +154,7 @@ fn between_discs(radii: [f64; 2], x: f64) -> f64 {
 fn a_measured_gap_follows_the_curves_between_the_nodes_of_the_first_meshes() {
     let material = || LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
     let body = |radius: f64, facing, cells| {
-        let mesh = half_disc(Vector::zeros(), radius, facing, 0.2, cells).unwrap();
+        let mesh = half_disc([0.0; 2], radius, facing, 0.2, cells).unwrap();
         Body::new(mesh, material(), &BoundaryConditions::new().fix("flat")).unwrap()
     };
     let radii = [1.0, 1.5];

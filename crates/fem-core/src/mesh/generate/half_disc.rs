@@ -188,7 +188,7 @@ mod tests {
     fn half_discs_are_round_flat_and_well_shaped() {
         for (facing, sign) in [(Facing::Down, 1.0), (Facing::Up, -1.0)] {
             for (width, cells) in [(0.1, 4), (0.29, 8), (0.02, 3)] {
-                let m = half_disc(Vector::new(1.0, 2.0), 3.0, facing, 3.0 * width, cells).unwrap();
+                let m = half_disc([1.0, 2.0], 3.0, facing, 3.0 * width, cells).unwrap();
                 assert_eq!(m.points().len() as u64, half_disc_nodes(3.0, 3.0 * width, cells));
                 let centre = Vector::new(1.0, 2.0 + sign * 3.0);
                 for name in ["contact", "arc"] {
@@ -212,7 +212,7 @@ mod tests {
 
     #[test]
     fn impossible_half_discs_are_refused() {
-        let make = |radius, width, cells| half_disc(Vector::new(0.0, 0.0), radius, Facing::Up, width, cells);
+        let make = |radius, width, cells| half_disc([0.0, 0.0], radius, Facing::Up, width, cells);
         assert!(make(0.0, 0.1, 4).is_err());
         assert!(make(1.0, 0.8, 4).is_err());
         assert!(make(1.0, f64::NAN, 4).is_err());

@@ -93,7 +93,7 @@ mod tests {
 
     #[test]
     fn a_quarter_has_its_ends_on_the_axes() {
-        let m = ring(Vector::new(0.5, -1.0), [1.0, 2.0], [0.0, 90.0], [8, 4]).unwrap();
+        let m = ring([0.5, -1.0], [1.0, 2.0], [0.0, 90.0], [8, 4]).unwrap();
         assert_eq!(m.points().len(), 45);
         for &e in m.group("end").unwrap() {
             assert_eq!(m.edge_normal(e).map(f64::abs), Vector::new(1.0, 0.0));
@@ -110,7 +110,7 @@ mod tests {
 
     #[test]
     fn a_whole_ring_closes() {
-        let m = ring(Vector::new(0.0, 0.0), [1.0, 2.0], [0.0, 360.0], [12, 3]).unwrap();
+        let m = ring([0.0, 0.0], [1.0, 2.0], [0.0, 360.0], [12, 3]).unwrap();
         assert_eq!(m.points().len(), 48);
         // Euler: V − E + T = 0 for a ring.
         assert_eq!(48 + m.triangles().len(), m.topology().edges().len());
@@ -120,7 +120,7 @@ mod tests {
 
     #[test]
     fn impossible_rings_are_refused() {
-        let ring = |radii, angles, cells| ring(Vector::new(0.0, 0.0), radii, angles, cells);
+        let ring = |radii, angles, cells| ring([0.0, 0.0], radii, angles, cells);
         assert!(ring([0.0, 1.0], [0.0, 90.0], [8, 1]).is_err());
         assert!(ring([2.0, 1.0], [0.0, 90.0], [8, 1]).is_err());
         assert!(ring([1.0, 2.0], [0.0, 400.0], [8, 1]).is_err());

@@ -12,6 +12,9 @@ use std::path::Path;
 const DEEPEST: usize = 8;
 /// Included files, at most: decks that include each other twice would never end.
 const MOST_FILES: usize = 1000;
+/// Names of ignored keywords that are kept, and those that a note gives.
+const MOST_IGNORED: usize = 50;
+const MOST_NAMED: usize = 6;
 /// Keywords that make, move or rename nodes and elements.
 const REFUSED: [&str; 13] = [
     "PART",
@@ -44,11 +47,8 @@ enum Block {
         set: Option<usize>,
         pending: Vec<u64>,
     },
-    NodeSet {
-        set: usize,
-        generate: bool,
-    },
-    ElementSet {
+    Set {
+        of_nodes: bool,
         set: usize,
         generate: bool,
     },
@@ -168,12 +168,9 @@ impl Deck {
                         .syntax(spot, format!("*{name} has no name"))
                         .expected(format!("*{name}, {name}=name")));
                 };
-                let generate = keyword.has("GENERATE");
-                Ok(if name == "NSET" {
-                    Block::NodeSet { set: self.sets.nodes.define(set), generate }
-                } else {
-                    Block::ElementSet { set: self.sets.elements.define(set), generate }
-                })
+                let of_nodes = name == "NSET";
+                let set = self.sets.registry(of_nodes).define(set);
+                Ok(Block::Set { of_nodes, set, generate: keyword.has("GENERATE") })
             }
             "SURFACE" => {
                 let Some(surface) = keyword.value("NAME") else {
@@ -195,9 +192,9 @@ impl Deck {
                 let known = self.ignored.iter().position(|(ignored, _)| ignored == name);
                 match known {
                     Some(place) => self.ignored[place].1 += 1,
-                    // Only 50 names are kept; the rest is counted with the last of them.
-                    None if self.ignored.len() < 50 => self.ignored.push((name.to_owned(), 1)),
-                    None => self.ignored[49].1 += 1,
+                    // The rest is counted with the last of them.
+                    None if self.ignored.len() < MOST_IGNORED => self.ignored.push((name.to_owned(), 1)),
+                    None => self.ignored[MOST_IGNORED - 1].1 += 1,
                 }
                 Ok(Block::None)
             }
@@ -306,16 +303,10 @@ impl Deck {
                 Ok(())
             }
             Block::Elements { .. } => self.element(&row, spot),
-            Block::NodeSet { set, generate } => {
-                let (set, generate) = (*set, *generate);
+            Block::Set { of_nodes, set, generate } => {
+                let (of_nodes, set, generate) = (*of_nodes, *set, *generate);
                 let entries = set_entries(&row, generate).map_err(|f| f.at(self.syntax(spot, "")))?;
-                self.sets.nodes.add(set, entries, spot);
-                Ok(())
-            }
-            Block::ElementSet { set, generate } => {
-                let (set, generate) = (*set, *generate);
-                let entries = set_entries(&row, generate).map_err(|f| f.at(self.syntax(spot, "")))?;
-                self.sets.elements.add(set, entries, spot);
+                self.sets.registry(of_nodes).add(set, entries, spot);
                 Ok(())
             }
             Block::Surface { surface } => {
@@ -340,7 +331,8 @@ impl Deck {
         self.sets.apply(&mut mesh, &files, self.bytes)?;
         let total: usize = self.ignored.iter().map(|(_, count)| count).sum();
         if total > 0 {
-            let names: Vec<&str> = self.ignored.iter().take(6).map(|(name, _)| name.as_str()).collect();
+            let names: Vec<&str> =
+                self.ignored.iter().take(MOST_NAMED).map(|(name, _)| name.as_str()).collect();
             let dots = if self.ignored.len() > names.len() { ", …" } else { "" };
             mesh.push_note(format!(
                 "{} that do not describe the mesh were ignored: {}{dots}",

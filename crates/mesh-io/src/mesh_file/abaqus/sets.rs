@@ -5,6 +5,12 @@ use crate::mesh_file::{Group, MeshFault, MeshFile, MeshFileError, MeshPlace, Num
 use crate::words::did_you_mean;
 use std::collections::{HashMap, HashSet};
 
+/// Members that all sets together may have: for each byte of the deck, and in addition.
+const MEMBERS_PER_BYTE: usize = 4;
+const MEMBERS: usize = 10_000;
+/// Sets whose names are compared with a misspelt one.
+const MOST_COMPARED: usize = 1000;
+
 /// One entry of a set.
 pub(super) enum Entry {
     Range { from: u64, to: u64, step: u64 },
@@ -76,6 +82,11 @@ pub(super) struct Sets {
 }
 
 impl Sets {
+    /// Returns the sets of nodes, or those of elements.
+    pub(super) fn registry(&mut self, of_nodes: bool) -> &mut Registry {
+        if of_nodes { &mut self.nodes } else { &mut self.elements }
+    }
+
     pub(super) fn define_surface(&mut self, name: &str, of_nodes: bool) -> usize {
         *self.surface_index.entry((upper(name), of_nodes)).or_insert_with(|| {
             self.surfaces.push(Surface { name: name.to_owned(), of_nodes, entries: Vec::new() });
@@ -92,7 +103,7 @@ impl Sets {
         files: &[String],
         bytes: usize,
     ) -> Result<(), MeshFileError> {
-        let mut work = Work { files, left: bytes.saturating_mul(4).saturating_add(10_000) };
+        let mut work = Work { files, left: bytes.saturating_mul(MEMBERS_PER_BYTE).saturating_add(MEMBERS) };
         let node_numbers = mesh.node_numbers().to_vec();
         let (edge_numbers, cell_numbers) = (mesh.edge_numbers(), mesh.cell_numbers());
         let mut element_numbers = [edge_numbers.as_slice(), &cell_numbers].concat();
@@ -226,7 +237,7 @@ impl Work<'_> {
     fn find(&self, registry: &Registry, name: &str, spot: Spot, what: &str) -> Result<usize, MeshFileError> {
         registry.index.get(&upper(name)).copied().ok_or_else(|| {
             let error = self.fault(spot, format!("there is no {what} set \"{name}\""));
-            let names = registry.sets.iter().take(1000).map(|s| s.name.as_str());
+            let names = registry.sets.iter().take(MOST_COMPARED).map(|s| s.name.as_str());
             match did_you_mean(name, names, '"') {
                 Some(help) => error.help(help),
                 None => error.expected("the name of a set of the deck"),
