@@ -15,6 +15,7 @@ use fem_core::interface::{ContactInterface, ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::generate::block;
+use fem_core::mesh::id::EdgeId;
 use nndd::Iterate;
 use proptest::prelude::*;
 use tests::prepare;
@@ -121,8 +122,8 @@ impl Motion {
             corners
         };
         let edges = mesh.topology().edges();
-        let group = |(name, group): (&String, &Vec<u32>)| {
-            (name.clone(), group.iter().map(|&e| edges[e as usize].map(number)).collect())
+        let group = |(name, group): (&String, &Vec<EdgeId>)| {
+            (name.clone(), group.iter().map(|&e| edges[e].map(number)).collect())
         };
         let groups = mesh.groups().iter().map(group).collect();
         TriMesh::new(placed, cells.iter().map(triangle).collect(), groups).unwrap()

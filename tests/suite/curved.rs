@@ -10,6 +10,7 @@ use fem_core::interface::{
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::generate::{Facing, block, half_disc, ring};
+use fem_core::mesh::id::EdgeId;
 use fem_core::norm::energy_error_squared;
 use fem_core::prepared::PreparedProblem;
 use nndd::{Iterate, NnddSettings, NnddStatus};
@@ -249,7 +250,7 @@ fn what_has_no_gap_or_no_normal_is_refused() {
     // A block whose bottom and right side are one contact line, around a right angle.
     let corner = |origin: [f64; 2], names: [&str; 2]| {
         let b = block(origin, [1.0, 1.0], [4, 4]).unwrap();
-        let nodes = |e: &u32| b.topology().edges()[*e as usize];
+        let nodes = |e: &EdgeId| b.topology().edges()[*e];
         let edges = names.iter().flat_map(|n| b.group(n).unwrap().iter().map(nodes)).collect();
         TriMesh::new(b.points().to_vec(), b.triangles().to_vec(), vec![("line".to_string(), edges)]).unwrap()
     };

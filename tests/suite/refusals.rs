@@ -13,6 +13,7 @@ use fem_core::geometry::{Vector, norm};
 use fem_core::interface::{ContactInterface, ContactProblem, ContactState, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
+use fem_core::mesh::id::EdgeId;
 use fem_core::norm::energy_norm_squared;
 use fem_core::tensor::SymTensor2;
 use tests::blocks::Blocks;
@@ -50,7 +51,7 @@ fn a_traction_that_jumps_between_triangles_is_refused() {
         let topology = problem.bodies[b].mesh().topology();
         let forces = pair.bodies[b].equilibrated.edge_moments.as_flattened().iter().map(|m| norm(*m));
         let largest = forces.fold(0.0, f64::max);
-        let inner = (0..topology.edges().len()).filter(|&e| !topology.is_boundary(e as u32));
+        let inner = (0..topology.edges().len()).filter(|&e| !topology.is_boundary(EdgeId::new(e)));
         for edge in inner.step_by(37) {
             let mut wrong = pair.clone();
             wrong.bodies[b].equilibrated.edge_moments[edge][0][1] += 1e-6 * largest;

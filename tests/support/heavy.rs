@@ -69,9 +69,9 @@ fn split_top(mesh: &TriMesh) -> Result<TriMesh, Box<dyn std::error::Error>> {
     let mut groups: Vec<(String, Vec<[u32; 2]>)> = mesh
         .groups()
         .iter()
-        .map(|(name, group)| (name.clone(), group.iter().map(|&e| edges[e as usize]).collect()))
+        .map(|(name, group)| (name.clone(), group.iter().map(|&e| edges[e]).collect()))
         .collect();
-    let top = mesh.group("top").unwrap_or_default().iter().map(|&e| edges[e as usize]);
+    let top = mesh.group("top").unwrap_or_default().iter().map(|&e| edges[e]);
     let (held, pressed) = top.partition(|e| e.iter().all(|&i| mesh.points()[i as usize][0] <= 0.5 + 1e-9));
     groups.push(("held".into(), held));
     groups.push(("pressed".into(), pressed));

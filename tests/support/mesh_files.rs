@@ -81,8 +81,7 @@ fn blocks(bodies: &[(&str, &TriMesh)]) -> Vec<Block> {
     for (name, mesh) in bodies {
         let number = |n: &u32| u64::from(*n) + first;
         for (side, edges) in mesh.groups() {
-            let elements =
-                edges.iter().map(|e| mesh.topology().edges()[*e as usize].iter().map(number).collect());
+            let elements = edges.iter().map(|e| mesh.topology().edges()[*e].iter().map(number).collect());
             let tag = sides.len() as i32 + 1;
             sides.push(Block {
                 dimension: 1,
@@ -302,7 +301,7 @@ pub fn deck_elements(bodies: &[(&str, &TriMesh)], quads: bool) -> String {
         for (side, edges) in mesh.groups() {
             let _ = writeln!(text, "*SURFACE, TYPE=ELEMENT, NAME={name}.{side}");
             for edge in edges {
-                let [a, b] = mesh.topology().edges()[*edge as usize];
+                let [a, b] = mesh.topology().edges()[*edge];
                 let face = |cell: &Vec<u32>| {
                     (0..cell.len()).find(|k| {
                         let ends = [cell[*k], cell[(k + 1) % cell.len()]];

@@ -58,8 +58,8 @@ impl<'a> Quadratic<'a> {
             }
         }
         for (&edge, condition) in mesh.topology().boundary_edges().iter().zip(body.edge_conditions()) {
-            let ends = edges[edge as usize].map(|n| n as usize);
-            let middle = points + edge as usize;
+            let ends = edges[edge].map(|n| n as usize);
+            let middle = points + edge.index();
             let held = |c: usize| Component::Imposed(0.5 * (known[ends[0]][c] + known[ends[1]][c]));
             match condition.reaction {
                 EdgeReaction::None => {}
@@ -80,7 +80,7 @@ impl<'a> Quadratic<'a> {
         for (t, triangle) in mesh.topology().triangle_edges().iter().enumerate() {
             for &edge in triangle {
                 let share = mesh.area(t) / 3.0 * body.body_force();
-                load[points + edge as usize] += share;
+                load[points + edge.index()] += share;
             }
         }
         Ok(Self { body, components, load })
@@ -92,7 +92,7 @@ impl<'a> Quadratic<'a> {
         let (corners, edges) = (mesh.triangles()[t], mesh.topology().triangle_edges()[t]);
         std::array::from_fn(|k| match k {
             0..3 => corners[k] as usize,
-            _ => mesh.points().len() + edges[k - 3] as usize,
+            _ => mesh.points().len() + edges[k - 3].index(),
         })
     }
 
@@ -240,7 +240,7 @@ fn share(problem: &ContactProblem, bodies: &mut [Quadratic<'_>; 2]) -> Result<Ve
     }
     let points = [0, 1].map(|b| problem.bodies[b].mesh().points().len());
     let edges = problem.contacts[0].interface.edges().iter();
-    let middles: Vec<[usize; 2]> = edges.map(|e| [0, 1].map(|b| points[b] + e.edges[b] as usize)).collect();
+    let middles: Vec<[usize; 2]> = edges.map(|e| [0, 1].map(|b| points[b] + e.edges[b].index())).collect();
     facing.extend(middles.iter().map(|[first, second]| (*second, *first)));
     for (second, first) in facing {
         bodies[1].components[second][1] = Component::Shared(first);

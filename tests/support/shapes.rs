@@ -3,6 +3,7 @@
 use crate::random::Random;
 use fem_core::geometry::{Vector, angle_between};
 use fem_core::mesh::generate::block;
+use fem_core::mesh::id::EdgeId;
 use fem_core::mesh::{MeshError, TriMesh};
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -17,7 +18,7 @@ pub fn moved(mesh: &TriMesh, motion: impl Fn(Vector) -> Vector) -> Result<TriMes
     let groups = mesh
         .groups()
         .iter()
-        .map(|(name, group)| (name.clone(), group.iter().map(|&e| edges[e as usize]).collect()))
+        .map(|(name, group)| (name.clone(), group.iter().map(|&e| edges[e]).collect()))
         .collect();
     TriMesh::new(points, mesh.triangles().to_vec(), groups)
 }
@@ -61,7 +62,7 @@ pub fn l_shape(n: usize) -> Result<TriMesh, MeshError> {
     };
     let triangles: Vec<[u32; 3]> = triangles.into_iter().map(|t| t.map(&mut renumber)).collect();
     let bare = TriMesh::new(points.clone(), triangles.clone(), Vec::new())?;
-    let edge = |e: &u32| bare.topology().edges()[*e as usize];
+    let edge = |e: &EdgeId| bare.topology().edges()[*e];
     let outside = |e: &[u32; 2]| {
         let middle = [0, 1].map(|c| 0.5 * (points[e[0] as usize][c] + points[e[1] as usize][c]));
         middle[0].abs().max(middle[1].abs()) > 1.0 - 0.25 / n as f64
@@ -118,8 +119,7 @@ pub fn unstructured(
     let place = |x: &Vector| origin + Vector::new(size[0] * (x[0] / nx), size[1] * (x[1] / ny));
     let edges = squares.topology().edges();
     let groups = squares.groups().iter();
-    let groups =
-        groups.map(|(name, group)| (name.clone(), group.iter().map(|&e| edges[e as usize]).collect()));
+    let groups = groups.map(|(name, group)| (name.clone(), group.iter().map(|&e| edges[e]).collect()));
     TriMesh::new(points.iter().map(place).collect(), triangles, groups.collect())
 }
 

@@ -185,7 +185,7 @@ impl Ladder {
             if condition.reaction == EdgeReaction::Both {
                 continue;
             }
-            let ends = mesh.topology().edges()[edge as usize].map(|n| n as usize);
+            let ends = mesh.topology().edges()[edge].map(|n| n as usize);
             let along = minus(self.points[b][ends[1]], self.points[b][ends[0]]);
             let sixth = product(along, along).sqrt() / Quad::from_f64(6.0);
             for k in 0..2 {

@@ -144,7 +144,7 @@ pub(crate) fn edges_of_cells(problem: &ContactProblem, cells: &[Vec<u32>]) -> Ve
         let mut marked = vec![false; topology.edges().len()];
         for &cell in cells {
             for edge in topology.triangle_edges()[cell as usize] {
-                marked[edge as usize] = true;
+                marked[edge] = true;
             }
         }
         marked

@@ -284,7 +284,7 @@ fn for_contact_edges(
         let edge = contact.edges[side];
         let place = topology.boundary_place(edge);
         let first = interface.pairs()[contact.pairs[0] as usize].nodes[side];
-        act(place, number, first != topology.edges()[edge as usize][0]);
+        act(place, number, first != topology.edges()[edge][0]);
     }
 }
 

@@ -9,6 +9,7 @@ use fem_core::body::{Body, EdgeReaction, NodeConstraint};
 use fem_core::each_body;
 use fem_core::geometry::{Vector, perpendicular};
 use fem_core::interface::{ContactInterface, ContactProblem};
+use fem_core::mesh::id::EdgeId;
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::ops::Range;
@@ -334,7 +335,7 @@ impl Block<'_> {
         let mesh = self.body.mesh();
         let topology = mesh.topology();
         let edge = topology.triangle_edges()[t][k];
-        let [owner, other] = topology.edge_triangles()[edge as usize].map(|t| t as usize);
+        let [owner, other] = topology.edge_triangles()[edge].map(|t| t as usize);
         let mut worst = Forces::default();
         if owner != t {
             return worst;
@@ -364,7 +365,7 @@ impl Block<'_> {
     }
 
     /// Tractions times length at the ends of an edge, in its own order, from triangle `t`.
-    fn edge_forces(&self, t: usize, edge: u32) -> [Vector; 2] {
+    fn edge_forces(&self, t: usize, edge: EdgeId) -> [Vector; 2] {
         let mesh = self.body.mesh();
         let topology = mesh.topology();
         let k = topology.edge_in(t, edge);
@@ -372,7 +373,7 @@ impl Block<'_> {
             Some(forces) => forces[k],
             None => cell(self.body, &self.stress.cell(self.body, t), t).1[k],
         };
-        let first = topology.edges()[edge as usize][0] == mesh.triangles()[t][k];
+        let first = topology.edges()[edge][0] == mesh.triangles()[t][k];
         if first { forces } else { [forces[1], forces[0]] }
     }
 }

@@ -15,6 +15,7 @@ use crate::star::{self, Star};
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
 use fem_core::element::Triangle;
 use fem_core::geometry::{self, Vector, cross, perpendicular};
+use fem_core::mesh::id::EdgeId;
 use fem_core::tensor::SymTensor2;
 use rayon::prelude::*;
 
@@ -43,7 +44,7 @@ pub fn edge_moments(body: &Body, stress: &[SymTensor2], conditions: &[EdgeCondit
     let chunks = nodes.div_ceil(CHUNK);
     let mut moments = vec![[Vector::zeros(); 2]; mesh.topology().edges().len()];
     for group in (0..chunks).step_by(GROUP) {
-        let found: Vec<Vec<(u32, u8, Vector)>> = (group..chunks.min(group + GROUP))
+        let found: Vec<Vec<(EdgeId, u8, Vector)>> = (group..chunks.min(group + GROUP))
             .into_par_iter()
             .map(|k| {
                 let mut found = Vec::with_capacity(8 * CHUNK);
@@ -55,7 +56,7 @@ pub fn edge_moments(body: &Body, stress: &[SymTensor2], conditions: &[EdgeCondit
             })
             .collect();
         for (edge, end, moment) in found.into_iter().flatten() {
-            moments[edge as usize][end as usize] = moment;
+            moments[edge][end as usize] = moment;
         }
     }
     moments
@@ -74,7 +75,7 @@ impl Recovery<'_> {
         node: usize,
         star: &mut Star,
         relative: &mut Vec<Vector>,
-        found: &mut Vec<(u32, u8, Vector)>,
+        found: &mut Vec<(EdgeId, u8, Vector)>,
     ) {
         star.walk(self.body.mesh(), node);
         self.differences(node, star, relative);
@@ -85,9 +86,9 @@ impl Recovery<'_> {
             let after = first + relative[j];
             // The moment acts on the edge's first triangle.
             let is_first =
-                j < star.triangles.len() && topology.edge_triangles()[edge as usize][0] == star.triangles[j];
+                j < star.triangles.len() && topology.edge_triangles()[edge][0] == star.triangles[j];
             let moment = if is_first { after } else { -after };
-            let end = u8::from(topology.edges()[edge as usize][1] as usize == node);
+            let end = u8::from(topology.edges()[edge][1] as usize == node);
             found.push((edge, end, moment));
         }
     }
@@ -117,7 +118,7 @@ impl Recovery<'_> {
         let mut sum = Vector::zeros();
         let mut weights = 0.0;
         for (j, &edge) in star.spokes.iter().enumerate() {
-            let [a, b] = mesh.topology().edges()[edge as usize].map(|n| n as usize);
+            let [a, b] = mesh.topology().edges()[edge].map(|n| n as usize);
             assert!(a == node || b == node, "edge {edge} from {a} to {b} does not start at node {node}");
             let (from, to) = (mesh.points()[node], mesh.points()[if a == node { b } else { a }]);
             let length = geometry::norm(to - from);
@@ -177,12 +178,12 @@ impl Recovery<'_> {
     }
 
     /// Returns the condition on a boundary edge: directions of reaction, and the moment about `node`.
-    fn boundary(&self, node: usize, edge: u32) -> (EdgeReaction, Vector) {
+    fn boundary(&self, node: usize, edge: EdgeId) -> (EdgeReaction, Vector) {
         let mesh = self.body.mesh();
         let place = mesh.topology().boundary_place(edge);
         let condition = &self.conditions[place];
         let [a, b] = condition.traction;
-        let first = mesh.topology().edges()[edge as usize][0] as usize == node;
+        let first = mesh.topology().edges()[edge][0] as usize == node;
         let (near, far) = if first { (a, b) } else { (b, a) };
         let moment = mesh.edge_length(edge) / 6.0 * (2.0 * near + far);
         (condition.reaction, moment)

@@ -30,7 +30,7 @@ impl EquilibratedStress {
         let topology = body.mesh().topology();
         let corners = body.mesh().triangles()[triangle];
         std::array::from_fn(|k| {
-            let edge = topology.triangle_edges()[triangle][k] as usize;
+            let edge = topology.triangle_edges()[triangle][k];
             let [a, b] = self.edge_moments[edge];
             // |Γ| F_a = 4 b_a − 2 b_b
             let at = |near: Vector, far: Vector| 4.0 * near - 2.0 * far;

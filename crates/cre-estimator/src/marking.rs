@@ -18,7 +18,7 @@ pub fn contributions(problem: &ContactProblem, cre: &Cre) -> Vec<Vec<f64>> {
         for (edge, term) in pair.interface.edges().iter().zip(terms) {
             for (b, edge) in pair.bodies.into_iter().zip(edge.edges) {
                 let topology = problem.bodies[b].mesh().topology();
-                by_cell[b][topology.edge_triangles()[edge as usize][0] as usize] += 0.5 * term;
+                by_cell[b][topology.edge_triangles()[edge][0] as usize] += 0.5 * term;
             }
         }
     }

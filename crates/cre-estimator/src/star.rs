@@ -1,6 +1,7 @@
 //! The star of a vertex: its triangles and the edges between them, in order.
 
 use fem_core::mesh::TriMesh;
+use fem_core::mesh::id::EdgeId;
 use fem_core::mesh::topology::NONE;
 
 /// The star of a vertex, counter-clockwise: spoke `j` comes before triangle `j`. An open star begins and ends
@@ -8,7 +9,7 @@ use fem_core::mesh::topology::NONE;
 #[derive(Default)]
 pub(crate) struct Star {
     pub(crate) triangles: Vec<u32>,
-    pub(crate) spokes: Vec<u32>,
+    pub(crate) spokes: Vec<EdgeId>,
 }
 
 impl Star {
@@ -25,7 +26,7 @@ impl Star {
         for _ in 0..around.len() {
             self.triangles.push(current);
             self.spokes.push(before(current));
-            let [a, b] = topology.edge_triangles()[after(current) as usize];
+            let [a, b] = topology.edge_triangles()[after(current)];
             let next = if a == current { b } else { a };
             if next == NONE {
                 self.spokes.push(after(current));

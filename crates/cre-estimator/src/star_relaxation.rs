@@ -290,7 +290,7 @@ impl pulp::NullaryFnOnce for BandResidual<'_> {
                         (0..3).for_each(|c| add(3 * corners[k] as usize + c, gradient[3 * k + c]));
                     }
                     let edge = topology.triangle_edges()[t as usize][k];
-                    if is_own(topology.edges()[edge as usize][0]) {
+                    if is_own(topology.edges()[edge][0]) {
                         add(space.edge_unknown(edge), gradient[9 + k]);
                     }
                 }

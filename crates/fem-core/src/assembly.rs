@@ -110,7 +110,7 @@ pub fn external_forces(body: &Body) -> Vec<Vector> {
             continue;
         }
         let length = mesh.edge_length(edge);
-        let nodes = mesh.topology().edges()[edge as usize];
+        let nodes = mesh.topology().edges()[edge];
         for (node, near, far) in [(nodes[0], a, b), (nodes[1], b, a)] {
             forces[node as usize] += length / 6.0 * (2.0 * near + far);
         }

@@ -8,6 +8,7 @@ use crate::boundary::{BoundaryConditions, Support};
 use crate::geometry::{Vector, shown};
 use crate::material::{LinearElastic, Materials};
 use crate::mesh::TriMesh;
+use crate::mesh::id::EdgeId;
 use crate::mesh::refine::Refinement;
 use std::fmt;
 use std::sync::OnceLock;
@@ -226,8 +227,9 @@ impl Body {
     /// # Errors
     /// Functions whose values at new nodes are not finite, or contradict each other, see [`BodyError`].
     pub fn refined(&self, refinement: &Refinement) -> Result<Self, BodyError> {
-        let finer = |edges: &Vec<u32>| {
-            let mut parts: Vec<u32> = edges.iter().flat_map(|&e| refinement.parts(&self.mesh, e)).collect();
+        let finer = |edges: &Vec<EdgeId>| {
+            let mut parts: Vec<EdgeId> =
+                edges.iter().flat_map(|&e| refinement.parts(&self.mesh, e)).collect();
             parts.sort_unstable();
             parts
         };
@@ -279,7 +281,7 @@ impl Body {
     }
 
     /// Finds the condition of a boundary edge.
-    pub fn edge_condition(&self, edge: u32) -> Option<&EdgeCondition> {
+    pub fn edge_condition(&self, edge: EdgeId) -> Option<&EdgeCondition> {
         let place = self.mesh.topology().boundary_edges().binary_search(&edge).ok()?;
         self.edge_conditions.get(place)
     }
@@ -296,7 +298,7 @@ impl Body {
     pub(crate) fn roller_nodes(&self) -> impl Iterator<Item = u32> + '_ {
         let rollers = self.conditions.displacements.iter().zip(&self.selected.displacements);
         let rollers = rollers.filter(|(condition, _)| matches!(condition.support, Support::Normal(_)));
-        rollers.flat_map(|(_, edges)| edges).flat_map(|&e| self.mesh.topology().edges()[e as usize])
+        rollers.flat_map(|(_, edges)| edges).flat_map(|&e| self.mesh.topology().edges()[e])
     }
 
     /// Finds a rigid motion that the supports allow, if there is one: then no statically loaded solution

@@ -367,7 +367,7 @@ mod tests {
         let mesh = body.mesh();
         let nodes = |group: &str| {
             let edges = mesh.group(group).unwrap().iter();
-            let mut nodes: Vec<u32> = edges.flat_map(|e| mesh.topology().edges()[*e as usize]).collect();
+            let mut nodes: Vec<u32> = edges.flat_map(|e| mesh.topology().edges()[*e]).collect();
             nodes.sort_unstable();
             nodes.dedup();
             // The left end is clamped.

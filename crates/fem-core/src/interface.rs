@@ -17,6 +17,7 @@ mod side;
 use crate::body::Body;
 use crate::boundary::ScalarData;
 use crate::geometry::{Vector, norm};
+use crate::mesh::id::EdgeId;
 use common_refinement::CommonRefinement;
 use held::Whole;
 use profile::Profile;
@@ -54,7 +55,7 @@ pub struct ContactEdge {
     /// The pairs at its two ends, in the sense of increasing arc length.
     pub pairs: [u32; 2],
     /// The mesh edge of each body.
-    pub edges: [u32; 2],
+    pub edges: [EdgeId; 2],
     /// Length on the body that was the first when the surfaces were paired, m.
     pub length: f64,
 }

@@ -1,11 +1,13 @@
 //! Triangle meshes: immutable, checked on creation, with named sets of edges.
 
 pub mod generate;
+pub mod id;
 mod overlap;
 pub mod refine;
 pub mod topology;
 
 use crate::geometry::{self, Vector, shown};
+use crate::mesh::id::EdgeId;
 use std::collections::BTreeMap;
 use thiserror::Error;
 use topology::Topology;
@@ -149,7 +151,7 @@ pub struct TriMesh {
     points: Vec<Vector>,
     triangles: Vec<[u32; 3]>,
     topology: Topology,
-    groups: BTreeMap<String, Vec<u32>>,
+    groups: BTreeMap<String, Vec<EdgeId>>,
     turned: usize,
 }
 
@@ -241,12 +243,12 @@ impl TriMesh {
     }
 
     /// Returns the named sets of edges: edge numbers, ascending.
-    pub fn groups(&self) -> &BTreeMap<String, Vec<u32>> {
+    pub fn groups(&self) -> &BTreeMap<String, Vec<EdgeId>> {
         &self.groups
     }
 
     /// Returns the edges of one group, if there is a group of that name.
-    pub fn group(&self, name: &str) -> Option<&[u32]> {
+    pub fn group(&self, name: &str) -> Option<&[EdgeId]> {
         self.groups.get(name).map(Vec::as_slice)
     }
 
@@ -264,25 +266,25 @@ impl TriMesh {
 
     /// Computes the length of an edge, m.
     #[inline]
-    pub fn edge_length(&self, edge: u32) -> f64 {
+    pub fn edge_length(&self, edge: EdgeId) -> f64 {
         let [a, b] = self.edge_ends(edge);
         geometry::norm(b - a)
     }
 
     /// Returns the positions of an edge's two nodes, the one with the smaller number first, m.
-    pub fn edge_ends(&self, edge: u32) -> [Vector; 2] {
-        self.topology.edges()[edge as usize].map(|n| self.points[n as usize])
+    pub fn edge_ends(&self, edge: EdgeId) -> [Vector; 2] {
+        self.topology.edges()[edge].map(|n| self.points[n as usize])
     }
 
     /// Computes the middle of an edge, m.
-    pub fn edge_middle(&self, edge: u32) -> Vector {
+    pub fn edge_middle(&self, edge: EdgeId) -> Vector {
         let [a, b] = self.edge_ends(edge);
         0.5 * (a + b)
     }
 
     /// Computes the unit normal of an edge that points out of the edge's first triangle: the outward
     /// normal of the body on a boundary edge.
-    pub fn edge_normal(&self, edge: u32) -> Vector {
+    pub fn edge_normal(&self, edge: EdgeId) -> Vector {
         let [a, b] = self.topology.oriented_edge(edge, &self.triangles);
         geometry::right_normal(self.points[a as usize], self.points[b as usize])
     }
@@ -332,7 +334,7 @@ fn check_triangles(points: &[Vector], triangles: &[[u32; 3]]) -> Result<(), Mesh
 fn check_nodes(points: &[Vector], topology: &Topology) -> Result<(), MeshError> {
     let mut boundary_edges = vec![0u8; points.len()];
     for &e in topology.boundary_edges() {
-        for n in topology.edges()[e as usize] {
+        for n in topology.edges()[e] {
             boundary_edges[n as usize] = boundary_edges[n as usize].saturating_add(1);
         }
     }

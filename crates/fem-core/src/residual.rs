@@ -211,7 +211,7 @@ fn external_forces(body: &Body) -> Vec<PreciseVector> {
         let ends = mesh.edge_ends(edge);
         let [x, y] = [0, 1].map(|c| DoubleDouble::difference(ends[1][c], ends[0][c]));
         let sixth = (x * x + y * y).sqrt() / DoubleDouble::from(6.0);
-        let nodes = mesh.topology().edges()[edge as usize];
+        let nodes = mesh.topology().edges()[edge];
         for (node, near, far) in [(nodes[0], a, b), (nodes[1], b, a)] {
             for c in 0..2 {
                 forces[node as usize][c] += sixth * (DoubleDouble::sum(near[c], near[c]) + far[c]);

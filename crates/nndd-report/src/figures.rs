@@ -136,7 +136,7 @@ fn sketch_edges(body: &Body) -> Vec<SketchEdge> {
         .iter()
         .filter_map(|edge| {
             let condition = body.edge_condition(*edge)?;
-            let nodes = nodes_of[*edge as usize];
+            let nodes = nodes_of[*edge];
             let held = match condition.reaction {
                 EdgeReaction::None => Held::Free,
                 EdgeReaction::Along(_) => Held::Roller,

@@ -37,7 +37,7 @@ impl Case {
             let (true, Some(side)) = (count > 1, side) else { continue };
             let mut in_contact = vec![false; count];
             for &edge in side {
-                in_contact[piece_of[mesh.topology().edges()[edge as usize][0] as usize] as usize] = true;
+                in_contact[piece_of[mesh.topology().edges()[edge][0] as usize] as usize] = true;
             }
             let apart = |t: &u32| !in_contact[piece_of[mesh.triangles()[*t as usize][0] as usize] as usize];
             let cells: Vec<u32> = (0..mesh.triangles().len() as u32).filter(apart).collect();

@@ -182,7 +182,7 @@ impl Band {
         inner.clear();
         inner.resize(size * (size + 1) / 2, 0.0);
         for (spoke, &edge) in spokes.iter_mut().zip(&star.spokes) {
-            let ends = mesh.topology().edges()[edge as usize];
+            let ends = mesh.topology().edges()[edge];
             let other = if ends[0] == node { ends[1] } else { ends[0] };
             let own = space.edge_unknown(edge) as u32;
             // The last spoke of an open star has no triangle after it: its coupling with the rim is zero.

@@ -3,6 +3,7 @@
 use crate::equilibrated::EquilibratedStress;
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
 use fem_core::geometry::{Vector, cross, norm, perpendicular};
+use fem_core::mesh::id::EdgeId;
 use fem_core::norm::sum_over_triangles;
 use rayon::prelude::*;
 
@@ -81,7 +82,7 @@ impl<'a> Space<'a> {
                 }
             };
             boundary.push(freedom);
-            for node in mesh.topology().edges()[edge as usize] {
+            for node in mesh.topology().edges()[edge] {
                 let place = &mut basis_of[node as usize];
                 if *place == 0 {
                     *place = bases.len() as u32;
@@ -105,7 +106,7 @@ impl<'a> Space<'a> {
             (0..self.basis_of.len()).map(|n| self.node(n) != other.node(n)).collect();
         for (k, &edge) in topology.boundary_edges().iter().enumerate() {
             if self.boundary[k] != other.boundary[k] {
-                for n in topology.edges()[edge as usize] {
+                for n in topology.edges()[edge] {
                     differs[n as usize] = true;
                 }
             }
@@ -133,18 +134,18 @@ impl<'a> Space<'a> {
     }
 
     /// Place of an edge's unknown.
-    pub(super) fn edge_unknown(&self, edge: u32) -> usize {
-        3 * self.basis_of.len() + edge as usize
+    pub(super) fn edge_unknown(&self, edge: EdgeId) -> usize {
+        3 * self.basis_of.len() + edge.index()
     }
 
     /// Basis of an edge in the direction of the triangle `triangle`, from `a` to `b`.
-    pub(super) fn edge(&self, edge: u32, triangle: usize, a: Vector, b: Vector) -> EdgeBasis {
+    pub(super) fn edge(&self, edge: EdgeId, triangle: usize, a: Vector, b: Vector) -> EdgeBasis {
         let topology = self.body.mesh().topology();
         let t = b - a;
         let along = 1.0 / t.dot(&t) * t;
         let normal = 1.0 / self.length * rotated(t);
         if !topology.is_boundary(edge) {
-            let first = topology.edge_triangles()[edge as usize][0] as usize == triangle;
+            let first = topology.edge_triangles()[edge][0] as usize == triangle;
             return EdgeBasis { along, across: if first { normal } else { -normal } };
         }
         let place = topology.boundary_place(edge);
@@ -158,19 +159,20 @@ impl<'a> Space<'a> {
         let topology = mesh.topology();
         let conditions = &stress.conditions;
         stress.edge_moments.par_iter_mut().enumerate().with_min_len(1024).for_each(|(e, moments)| {
-            let nodes = topology.oriented_edge(e as u32, mesh.triangles()).map(|n| n as usize);
+            let e = EdgeId::new(e);
+            let nodes = topology.oriented_edge(e, mesh.triangles()).map(|n| n as usize);
             let [a, b] = nodes.map(|n| mesh.points()[n]);
             let first = topology.edge_triangles()[e][0] as usize;
-            let basis = self.edge(e as u32, first, a, b);
+            let basis = self.edge(e, first, a, b);
             let value = nodes.map(|n| self.node(n).value * unknown(3 * n));
             let [ga, gb] = nodes.map(|n| {
                 let s = self.node(n).slopes;
                 unknown(3 * n + 1) * s[0] + unknown(3 * n + 2) * s[1]
             });
-            let q = unknown(self.edge_unknown(e as u32));
+            let q = unknown(self.edge_unknown(e));
             let m = (value[1] - value[0]) * basis.along + q * basis.across;
             let mut added = [rotated(m - ga), rotated(gb - m)];
-            if let Ok(place) = topology.boundary_edges().binary_search(&(e as u32)) {
+            if let Ok(place) = topology.boundary_edges().binary_search(&e) {
                 // Removes round-off from the given components.
                 match conditions[place].reaction {
                     EdgeReaction::None => added = [Vector::zeros(); 2],

@@ -29,9 +29,10 @@ fn mesh(cells: [usize; 2], angle: f64) -> TriMesh {
         let y = p[1] + h * (3.1 * i as f64).cos();
         [cos * x - sin * y, sin * x + cos * y]
     });
-    let groups = straight.groups().iter().map(|(name, edges)| {
-        (name.clone(), edges.iter().map(|&e| straight.topology().edges()[e as usize]).collect())
-    });
+    let groups = straight
+        .groups()
+        .iter()
+        .map(|(name, edges)| (name.clone(), edges.iter().map(|&e| straight.topology().edges()[e]).collect()));
     TriMesh::new(points.collect(), straight.triangles().to_vec(), groups.collect()).unwrap()
 }
 
@@ -143,7 +144,7 @@ fn best(body: &Body, eet: &EquilibratedStress) -> f64 {
     for t in 0..mesh.triangles().len() {
         let mut balance = [DVector::zeros(unknowns), DVector::zeros(unknowns), DVector::zeros(unknowns)];
         for edge in topology.triangle_edges()[t] {
-            let edge = edge as usize;
+            let edge = edge.index();
             let sign = if topology.edge_triangles()[edge][0] as usize == t { 1.0 } else { -1.0 };
             for end in 0..2 {
                 let x = mesh.points()[topology.edges()[edge][end] as usize];
@@ -164,8 +165,8 @@ fn best(body: &Body, eet: &EquilibratedStress) -> f64 {
         };
         for (direction, end) in given.into_iter().flat_map(|d| [(d, 0), (d, 1)]) {
             let mut row = DVector::zeros(unknowns);
-            row[4 * edge as usize + 2 * end] = direction[0];
-            row[4 * edge as usize + 2 * end + 1] = direction[1];
+            row[4 * edge.index() + 2 * end] = direction[0];
+            row[4 * edge.index() + 2 * end + 1] = direction[1];
             rows.push(row);
         }
     }

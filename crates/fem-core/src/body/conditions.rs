@@ -8,6 +8,7 @@ use crate::boundary::{BoundaryConditions, EdgeSelection, Load, ScalarData, Suppo
 use crate::geometry::{self, Vector, cross};
 use crate::material::Materials;
 use crate::mesh::TriMesh;
+use crate::mesh::id::EdgeId;
 use std::collections::HashMap;
 use std::sync::OnceLock;
 
@@ -24,8 +25,8 @@ const SMOOTH: f64 = 30.0;
 /// The edges that each condition applies to, in the order of the conditions.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Selected {
-    pub(super) displacements: Vec<Vec<u32>>,
-    pub(super) tractions: Vec<Vec<u32>>,
+    pub(super) displacements: Vec<Vec<EdgeId>>,
+    pub(super) tractions: Vec<Vec<EdgeId>>,
 }
 
 /// Evaluates conditions on a mesh, on the edges they select or on those `inherited` from a coarser mesh.
@@ -107,7 +108,7 @@ impl Evaluation<'_> {
         &mut self,
         conditions: &BoundaryConditions,
         inherited: Option<&Selected>,
-    ) -> Result<(Vec<Vec<u32>>, Vec<SupportSet>), BodyError> {
+    ) -> Result<(Vec<Vec<EdgeId>>, Vec<SupportSet>), BodyError> {
         let (mut selected, mut supports) = (Vec::new(), Vec::new());
         for (index, condition) in conditions.displacements.iter().enumerate() {
             let place = ConditionPlace { list: ConditionList::Displacement, index };
@@ -131,7 +132,7 @@ impl Evaluation<'_> {
         &mut self,
         conditions: &BoundaryConditions,
         inherited: Option<&Selected>,
-    ) -> Result<Vec<Vec<u32>>, BodyError> {
+    ) -> Result<Vec<Vec<EdgeId>>, BodyError> {
         let mut selected = Vec::new();
         for (index, condition) in conditions.tractions.iter().enumerate() {
             let place = ConditionPlace { list: ConditionList::Traction, index };
@@ -146,7 +147,7 @@ impl Evaluation<'_> {
     }
 
     /// Selects boundary edges.
-    fn select(&self, place: ConditionPlace, selection: &EdgeSelection) -> Result<Vec<u32>, BodyError> {
+    fn select(&self, place: ConditionPlace, selection: &EdgeSelection) -> Result<Vec<EdgeId>, BodyError> {
         let group = selection.on.clone();
         let Some(edges) = self.mesh.group(&group) else {
             let names: Vec<&str> = self.mesh.groups().keys().map(String::as_str).collect();
@@ -161,7 +162,7 @@ impl Evaluation<'_> {
         };
         let mut selected = Vec::new();
         for &edge in edges {
-            let ends = self.mesh.topology().edges()[edge as usize].map(|n| points[n as usize]);
+            let ends = self.mesh.topology().edges()[edge].map(|n| points[n as usize]);
             if !ends.into_iter().all(inside) {
                 continue;
             }
@@ -174,14 +175,14 @@ impl Evaluation<'_> {
     }
 
     /// Pairs boundary edges with their places among the boundary edges.
-    fn places<'s>(&'s self, edges: &'s [u32]) -> impl Iterator<Item = (u32, usize)> + use<'s> {
+    fn places<'s>(&'s self, edges: &'s [EdgeId]) -> impl Iterator<Item = (EdgeId, usize)> + use<'s> {
         edges.iter().map(|&edge| (edge, self.mesh.topology().boundary_place(edge)))
     }
 
     fn impose(
         &mut self,
         place: ConditionPlace,
-        edges: &[u32],
+        edges: &[EdgeId],
         support: &Support,
     ) -> Result<Vec<u32>, BodyError> {
         let mut nodes = Vec::new();
@@ -190,7 +191,7 @@ impl Evaluation<'_> {
             Support::Components(_) => HashMap::new(),
         };
         let magnitude = |data: &ScalarData| {
-            let all = edges.iter().flat_map(|&e| self.mesh.topology().edges()[e as usize]);
+            let all = edges.iter().flat_map(|&e| self.mesh.topology().edges()[e]);
             all.fold(0.0f64, |largest, n| largest.max(data.at(self.mesh.points()[n as usize]).abs()))
         };
         let magnitudes = match support {
@@ -205,7 +206,7 @@ impl Evaluation<'_> {
                 let Some((data, magnitude)) = known else { continue };
                 let reaction = &mut self.edges[position].reaction;
                 *reaction = add_reaction(*reaction, direction);
-                for node in self.mesh.topology().edges()[edge as usize] {
+                for node in self.mesh.topology().edges()[edge] {
                     let held = rollers.get(&node).map_or(direction, |all| mean_normal(all, direction));
                     let value = self.constrain(place, node, &Imposed { direction: held, data, magnitude })?;
                     let sine = cross(held, direction).abs();
@@ -222,11 +223,11 @@ impl Evaluation<'_> {
     }
 
     /// Lists the normals of a roller's edges at each of their nodes, times the edges' lengths.
-    fn roller_normals(&self, edges: &[u32]) -> HashMap<u32, Vec<Vector>> {
+    fn roller_normals(&self, edges: &[EdgeId]) -> HashMap<u32, Vec<Vector>> {
         let mut normals: HashMap<u32, Vec<Vector>> = HashMap::new();
         for &edge in edges {
             let weighted = self.mesh.edge_length(edge) * self.mesh.edge_normal(edge);
-            for node in self.mesh.topology().edges()[edge as usize] {
+            for node in self.mesh.topology().edges()[edge] {
                 normals.entry(node).or_default().push(weighted);
             }
         }
@@ -277,7 +278,7 @@ impl Evaluation<'_> {
         self.turned.iter().filter(violates).fold(0.0, |largest, t| largest.max(t.sine))
     }
 
-    fn load(&mut self, place: ConditionPlace, edges: &[u32], load: &Load) -> Result<(), BodyError> {
+    fn load(&mut self, place: ConditionPlace, edges: &[EdgeId], load: &Load) -> Result<(), BodyError> {
         for (edge, position) in self.places(edges).collect::<Vec<_>>() {
             let traction = self.edge_traction(place, edge, load)?;
             let condition = &mut self.edges[position];
@@ -289,8 +290,7 @@ impl Evaluation<'_> {
                 EdgeReaction::Both => traction.iter().any(|&t| t != Vector::zeros()),
             };
             if blocked {
-                let ends =
-                    self.mesh.topology().edges()[edge as usize].map(|n| self.mesh.points()[n as usize]);
+                let ends = self.mesh.topology().edges()[edge].map(|n| self.mesh.points()[n as usize]);
                 let point = 0.5 * (ends[0] + ends[1]);
                 return Err(BodyError::LoadOnSupport { place, point });
             }
@@ -306,8 +306,13 @@ impl Evaluation<'_> {
     }
 
     /// Computes the linear traction with the moments of the given one.
-    fn edge_traction(&self, place: ConditionPlace, edge: u32, load: &Load) -> Result<[Vector; 2], BodyError> {
-        let ends = self.mesh.topology().edges()[edge as usize].map(|n| self.mesh.points()[n as usize]);
+    fn edge_traction(
+        &self,
+        place: ConditionPlace,
+        edge: EdgeId,
+        load: &Load,
+    ) -> Result<[Vector; 2], BodyError> {
+        let ends = self.mesh.topology().edges()[edge].map(|n| self.mesh.points()[n as usize]);
         let normal = self.mesh.edge_normal(edge);
         let constant = match load {
             Load::Vector([x, y]) => x.constant().zip(y.constant()).map(|(x, y)| Vector::new(x, y)),

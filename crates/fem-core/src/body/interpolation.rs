@@ -6,6 +6,7 @@
 use super::{Body, ConditionList, ConditionPlace};
 use crate::boundary::{Load, ScalarData, Support};
 use crate::geometry::{self, Vector};
+use crate::mesh::id::EdgeId;
 use crate::quadrature::GAUSS5;
 use rayon::prelude::*;
 
@@ -158,8 +159,8 @@ impl Body {
         found
     }
 
-    fn ends(&self, edge: u32) -> [Vector; 2] {
-        self.mesh.topology().edges()[edge as usize].map(|n| self.mesh.points()[n as usize])
+    fn ends(&self, edge: EdgeId) -> [Vector; 2] {
+        self.mesh.topology().edges()[edge].map(|n| self.mesh.points()[n as usize])
     }
 }
 

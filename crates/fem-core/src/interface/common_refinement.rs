@@ -38,6 +38,7 @@ mod seam;
 use super::ContactNormal;
 use crate::body::Body;
 use crate::geometry::Vector;
+use crate::mesh::id::EdgeId;
 use crate::mesh::refine::RefinementEdges;
 use chain::Chain;
 use curve::Between;
@@ -180,7 +181,7 @@ fn centre(body: &Body, chains: &[Chain]) -> Vector {
 fn surface_angle(body: &Body, group: &str) -> f64 {
     let mesh = body.mesh();
     let edges = mesh.group(group).unwrap_or(&[]);
-    chain::smallest_angle(mesh, edges.iter().flat_map(|&e| mesh.topology().edges()[e as usize]))
+    chain::smallest_angle(mesh, edges.iter().flat_map(|&e| mesh.topology().edges()[e]))
 }
 
 fn side(body: Body, number: usize, moved: &HashMap<u32, Vector>) -> Result<Side, CommonRefinementError> {
@@ -198,7 +199,7 @@ fn restrict(
 ) -> Result<(Body, f64), CommonRefinementError> {
     let mesh = body.mesh();
     let find = |ends: [u32; 2]| mesh.topology().find_edge(ends[0], ends[1]);
-    let mut kept: Vec<u32> = overlaps.iter().flat_map(|o| o.common(number)).filter_map(find).collect();
+    let mut kept: Vec<EdgeId> = overlaps.iter().flat_map(|o| o.common(number)).filter_map(find).collect();
     kept.sort_unstable();
     kept.dedup();
     let all = mesh.group(group).unwrap_or(&[]);

@@ -4,6 +4,7 @@ use super::InterfaceError;
 use super::common_refinement::Facing;
 use crate::body::Body;
 use crate::geometry::{self, Vector, norm};
+use crate::mesh::id::EdgeId;
 use std::collections::HashMap;
 
 /// Paired nodes may be this fraction of the local edge length apart if the gap is given.
@@ -12,7 +13,7 @@ pub(super) const TOLERANCE: f64 = 0.05;
 /// One stretch of the contact line: nodes in order, and the edges between them.
 pub(super) struct Stretch {
     pub(super) nodes: Vec<u32>,
-    pub(super) edges: Vec<u32>,
+    pub(super) edges: Vec<EdgeId>,
 }
 
 impl Stretch {
@@ -23,11 +24,11 @@ impl Stretch {
 }
 
 /// Collects the stretches of the first body's surface, each from its end with the smaller (x, y).
-pub(super) fn walk(body: &Body, surface: &[u32]) -> Vec<Stretch> {
+pub(super) fn walk(body: &Body, surface: &[EdgeId]) -> Vec<Stretch> {
     let mesh = body.mesh();
-    let mut around: HashMap<u32, Vec<u32>> = HashMap::new();
+    let mut around: HashMap<u32, Vec<EdgeId>> = HashMap::new();
     for &edge in surface {
-        for node in mesh.topology().edges()[edge as usize] {
+        for node in mesh.topology().edges()[edge] {
             around.entry(node).or_default().push(edge);
         }
     }
@@ -47,7 +48,7 @@ pub(super) fn walk(body: &Body, surface: &[u32]) -> Vec<Stretch> {
         let mut node = start;
         while let Some(&edge) = around[&node].iter().find(|e| !used.contains(*e)) {
             used.insert(edge);
-            let [a, b] = mesh.topology().edges()[edge as usize];
+            let [a, b] = mesh.topology().edges()[edge];
             node = if a == node { b } else { a };
             stretch.edges.push(edge);
             if node == start {
@@ -66,7 +67,7 @@ pub(super) fn walk(body: &Body, surface: &[u32]) -> Vec<Stretch> {
 /// Finds the second body's node for each node of the first body's surface.
 pub(super) fn nearest(
     bodies: [&Body; 2],
-    edges: [&[u32]; 2],
+    edges: [&[EdgeId]; 2],
     chain: &[Stretch],
 ) -> Result<HashMap<u32, u32>, InterfaceError> {
     let spacing = [spacings(bodies[0], edges[0]), spacings(bodies[1], edges[1])];
@@ -117,11 +118,11 @@ pub(super) fn refined(
 }
 
 /// Computes the shortest contact edge at each contact node.
-fn spacings(body: &Body, surface: &[u32]) -> HashMap<u32, f64> {
+fn spacings(body: &Body, surface: &[EdgeId]) -> HashMap<u32, f64> {
     let mut spacing: HashMap<u32, f64> = HashMap::new();
     for &edge in surface {
         let length = body.mesh().edge_length(edge);
-        for node in body.mesh().topology().edges()[edge as usize] {
+        for node in body.mesh().topology().edges()[edge] {
             let s = spacing.entry(node).or_insert(length);
             *s = s.min(length);
         }
@@ -176,7 +177,7 @@ impl Grid {
 /// Pairs the surfaces node by node along their length, each stretch with the nearest one, whatever their distance.
 pub(super) fn along(
     bodies: [&Body; 2],
-    edges: [&[u32]; 2],
+    edges: [&[EdgeId]; 2],
     chain: &[Stretch],
 ) -> Result<HashMap<u32, u32>, InterfaceError> {
     let others = walk(bodies[1], edges[1]);

@@ -9,6 +9,7 @@ use super::matching::Stretch;
 use super::{ContactEdge, ContactNormal, InterfaceError, NodePair, STRAIGHT, held};
 use crate::body::{Body, NodeConstraint};
 use crate::geometry::{PARALLEL, Vector, angle_between, cross, norm, perpendicular};
+use crate::mesh::id::EdgeId;
 use std::collections::HashMap;
 
 /// Cosine of the largest angle between neighbouring normals: 60 degrees.
@@ -80,12 +81,12 @@ fn given(body: &Body, edges: &[ContactEdge], direction: Vector) -> Result<Vector
 }
 
 /// Finds the sharpest turn between neighbouring edges of a body's side of the line: its place and the cosine of its angle.
-pub(super) fn sharpest_turn(body: &Body, edges: impl Iterator<Item = u32>) -> Option<(Vector, f64)> {
+pub(super) fn sharpest_turn(body: &Body, edges: impl Iterator<Item = EdgeId>) -> Option<(Vector, f64)> {
     let mut before: HashMap<u32, Vector> = HashMap::new();
     let mut sharpest: Option<(Vector, f64)> = None;
     for edge in edges {
         let normal = body.mesh().edge_normal(edge);
-        for node in body.mesh().topology().edges()[edge as usize] {
+        for node in body.mesh().topology().edges()[edge] {
             let Some(other) = before.insert(node, normal) else { continue };
             let cosine = other.dot(&normal).clamp(-1.0, 1.0);
             if sharpest.is_none_or(|s| cosine < s.1) {

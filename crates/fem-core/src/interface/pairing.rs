@@ -8,6 +8,7 @@ use super::{ContactEdge, ContactInterface, ContactNormal, Gap, InterfaceError, N
 use crate::body::{Body, EdgeReaction};
 use crate::boundary::ScalarData;
 use crate::geometry::Vector;
+use crate::mesh::id::EdgeId;
 use std::collections::HashMap;
 
 /// Pairs the surfaces.
@@ -60,7 +61,7 @@ pub(super) fn pair(
     Ok(ContactInterface { gap_change, ..interface })
 }
 
-fn surface<'a>(body: &'a Body, number: usize, group: &str) -> Result<&'a [u32], InterfaceError> {
+fn surface<'a>(body: &'a Body, number: usize, group: &str) -> Result<&'a [EdgeId], InterfaceError> {
     let mesh = body.mesh();
     let Some(edges) = mesh.group(group) else {
         let known = mesh.groups().keys().map(String::as_str).collect::<Vec<_>>().join(", ");
@@ -121,7 +122,7 @@ fn given_gap(points: &[Vector], pairs: &mut [NodePair], data: &ScalarData) -> Re
 
 fn make_edges(
     bodies: [&Body; 2],
-    surfaces: [&[u32]; 2],
+    surfaces: [&[EdgeId]; 2],
     chain: &[Stretch],
     partner: &HashMap<u32, u32>,
     number: &HashMap<u32, u32>,
@@ -192,7 +193,7 @@ mod tests {
             let first = points.len() as u32;
             points.extend_from_slice(mesh.points());
             cells.extend(mesh.triangles().iter().map(|t| t.map(|n| n + first)));
-            let ends = |e: &u32| mesh.topology().edges()[*e as usize].map(|n| n + first);
+            let ends = |e: &crate::mesh::id::EdgeId| mesh.topology().edges()[*e].map(|n| n + first);
             edges.extend(mesh.group(surface).unwrap().iter().map(ends));
         }
         let mesh = crate::mesh::TriMesh::new(points, cells, vec![(surface.into(), edges)]).unwrap();

@@ -95,7 +95,7 @@ impl ContactProblem {
             for pair in &self.contacts {
                 let [first, second] = pair.bodies;
                 for contact in pair.interface.line().1 {
-                    let [a, b] = contact.edges.map(|e| e as usize);
+                    let [a, b] = contact.edges;
                     if marked[first][a] != marked[second][b] {
                         (marked[first][a], marked[second][b], added) = (true, true, true);
                     }
@@ -171,7 +171,7 @@ impl ContactInterface {
             number[k] = pairs.len() as u32;
             pairs.push(NodePair { tributary_length: 0.0, ..*pair });
             parents.push([k as u32; 2]);
-            let nodes = |edge: &ContactEdge| [0, 1].map(|b| refinements[b].middle[edge.edges[b] as usize]);
+            let nodes = |edge: &ContactEdge| [0, 1].map(|b| refinements[b].middle[edge.edges[b]]);
             let halved = starting[k].map(|(edge, profile)| (edge, profile, nodes(edge)));
             if let Some((edge, profile, nodes)) = halved.filter(|(.., n)| *n != [NONE; 2]) {
                 middle[k] = pairs.len() as u32;

@@ -35,8 +35,7 @@ impl TriMesh {
     pub fn overlapping_cells(&self) -> Option<CellOverlap> {
         let topology = self.topology();
         let boundary = topology.boundary_edges();
-        let mut outer: Vec<u32> =
-            boundary.iter().map(|&e| topology.edge_triangles()[e as usize][0]).collect();
+        let mut outer: Vec<u32> = boundary.iter().map(|&e| topology.edge_triangles()[e][0]).collect();
         outer.sort_unstable();
         outer.dedup();
         let tree = tree(self, &outer);

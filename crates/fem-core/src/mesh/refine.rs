@@ -19,6 +19,7 @@
 use super::topology::NONE;
 use super::{MeshError, TriMesh};
 use crate::geometry::Vector;
+use crate::mesh::id::EdgeId;
 
 /// The refinement edge of every triangle, by its place 0, 1 or 2 in the triangle.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -31,11 +32,11 @@ impl RefinementEdges {
     /// Lengths that differ by less than 1e-9 of themselves count as equal, so that round-off does not decide.
     pub fn longest(mesh: &TriMesh) -> Self {
         let topology = mesh.topology();
-        let longest = |edges: &[u32; 3]| {
+        let longest = |edges: &[EdgeId; 3]| {
             let length = edges.map(|e| mesh.edge_length(e));
             let limit = length.into_iter().fold(0.0, f64::max) * (1.0 - 1e-9);
             let candidates = (0..3).filter(|&k| length[k] >= limit);
-            candidates.min_by_key(|&k| topology.edges()[edges[k] as usize]).unwrap_or(0) as u8
+            candidates.min_by_key(|&k| topology.edges()[edges[k]]).unwrap_or(0) as u8
         };
         Self(topology.triangle_edges().iter().map(longest).collect())
     }
@@ -47,7 +48,7 @@ impl RefinementEdges {
     pub fn preferring(mesh: &TriMesh, preferred: &[bool]) -> Self {
         let mut edges = Self::longest(mesh);
         for (choice, own) in edges.0.iter_mut().zip(mesh.topology().triangle_edges()) {
-            if let Some(k) = own.iter().position(|&e| preferred[e as usize]) {
+            if let Some(k) = own.iter().position(|&e| preferred[e]) {
                 *choice = k as u8;
             }
         }
@@ -55,7 +56,7 @@ impl RefinementEdges {
     }
 
     /// Returns the number of the refinement edge of a triangle.
-    pub fn of(&self, mesh: &TriMesh, triangle: usize) -> u32 {
+    pub fn of(&self, mesh: &TriMesh, triangle: usize) -> EdgeId {
         mesh.topology().triangle_edges()[triangle][usize::from(self.0[triangle])]
     }
 
@@ -86,7 +87,7 @@ pub struct Refinement {
 }
 
 impl Refinement {
-    /// Transfers a P1 field exactly: `C` components per node.
+    /// Transfers a P1 field exactly.
     ///
     /// # Panics
     /// If the field does not have one entry per old node.
@@ -101,10 +102,10 @@ impl Refinement {
     }
 
     /// Returns the parts of an old edge in the new mesh: itself or its two halves.
-    pub fn parts(&self, old: &TriMesh, edge: u32) -> Vec<u32> {
-        let [a, b] = old.topology().edges()[edge as usize];
+    pub fn parts(&self, old: &TriMesh, edge: EdgeId) -> Vec<EdgeId> {
+        let [a, b] = old.topology().edges()[edge];
         let find = |a, b| self.mesh.topology().find_edge(a, b);
-        match self.middle[edge as usize] {
+        match self.middle[edge] {
             NONE => find(a, b).into_iter().collect(),
             m => find(a, m).into_iter().chain(find(m, b)).collect(),
         }
@@ -124,13 +125,13 @@ pub fn close(mesh: &TriMesh, refinement_edges: &RefinementEdges, marked: &mut [b
     assert!(found == expected, "`marked` has {found} entries, the mesh {expected} edges");
     let (found, expected) = (refinement_edges.len(), mesh.triangles().len());
     assert!(found == expected, "there are {found} refinement edges for {expected} triangles");
-    let mut waiting: Vec<u32> = (0..marked.len() as u32).filter(|&e| marked[e as usize]).collect();
+    let mut waiting: Vec<EdgeId> = (0..marked.len()).map(EdgeId::new).filter(|&e| marked[e]).collect();
     let mut added = false;
     while let Some(edge) = waiting.pop() {
-        for triangle in topology.edge_triangles()[edge as usize].into_iter().filter(|&t| t != NONE) {
+        for triangle in topology.edge_triangles()[edge].into_iter().filter(|&t| t != NONE) {
             let needed = refinement_edges.of(mesh, triangle as usize);
-            if !marked[needed as usize] {
-                marked[needed as usize] = true;
+            if !marked[needed] {
+                marked[needed] = true;
                 added = true;
                 waiting.push(needed);
             }
@@ -168,7 +169,7 @@ pub fn refine_at(
     mesh: &TriMesh,
     refinement_edges: &RefinementEdges,
     marked: &[bool],
-    place: impl Fn(u32) -> Option<Vector>,
+    place: impl Fn(EdgeId) -> Option<Vector>,
 ) -> Result<Refinement, MeshError> {
     let mut marked = marked.to_vec();
     close(mesh, refinement_edges, &mut marked);
@@ -180,19 +181,19 @@ pub fn refine_at(
         let ends = topology.edges()[edge];
         let [a, b] = ends.map(|n| points[n as usize]);
         middle[edge] = points.len() as u32;
-        points.push(place(edge as u32).unwrap_or_else(|| 0.5 * (a + b)));
+        points.push(place(EdgeId::new(edge)).unwrap_or_else(|| 0.5 * (a + b)));
         parent_nodes.push(ends);
     }
     let mut children = Children::default();
     for (triangle, corners) in mesh.triangles().iter().enumerate() {
         children.parent = triangle as u32;
-        let edges = topology.triangle_edges()[triangle].map(|e| middle[e as usize]);
+        let edges = topology.triangle_edges()[triangle].map(|e| middle[e]);
         children.cut(*corners, edges, usize::from(refinement_edges.0[triangle]));
     }
     let groups = mesh.groups().iter().map(|(name, edges)| {
         let halves = edges.iter().flat_map(|&e| {
-            let [a, b] = topology.edges()[e as usize];
-            match middle[e as usize] {
+            let [a, b] = topology.edges()[e];
+            match middle[e] {
                 NONE => vec![[a, b]],
                 m => vec![[a, m], [m, b]],
             }

@@ -1,6 +1,7 @@
 //! Edges of a triangle mesh and the neighbourhoods of its nodes.
 
 use super::MeshError;
+use crate::mesh::id::EdgeId;
 
 /// Means 'no triangle' on the outer side of a boundary edge.
 pub const NONE: u32 = u32::MAX;
@@ -13,8 +14,8 @@ pub const NONE: u32 = u32::MAX;
 pub struct Topology {
     edges: Vec<[u32; 2]>,
     edge_triangles: Vec<[u32; 2]>,
-    triangle_edges: Vec<[u32; 3]>,
-    boundary_edges: Vec<u32>,
+    triangle_edges: Vec<[EdgeId; 3]>,
+    boundary_edges: Vec<EdgeId>,
     /// Edges whose smaller node is i: first_edge[i]..first_edge[i+1].
     first_edge: Vec<u32>,
     node_starts: Vec<u32>,
@@ -57,7 +58,7 @@ impl Topology {
         let (starts, mut half) = half_edges(nodes, triangles);
         let mut edges = Vec::with_capacity(triangles.len() * 3 / 2 + 16);
         let mut edge_triangles: Vec<[u32; 2]> = Vec::with_capacity(edges.capacity());
-        let mut triangle_edges = vec![[NONE; 3]; triangles.len()];
+        let mut triangle_edges = vec![[EdgeId::NONE; 3]; triangles.len()];
         let mut first_edge = Vec::with_capacity(nodes + 1);
         for a in 0..nodes {
             first_edge.push(edges.len() as u32);
@@ -82,12 +83,12 @@ impl Topology {
                     }
                 };
                 previous = Some((b, forward));
-                triangle_edges[triangle as usize][k as usize] = edge as u32;
+                triangle_edges[triangle as usize][k as usize] = EdgeId::new(edge);
             }
         }
         first_edge.push(edges.len() as u32);
         let boundary_edges =
-            (0..edges.len() as u32).filter(|&e| edge_triangles[e as usize][1] == NONE).collect();
+            (0..edges.len()).map(EdgeId::new).filter(|&e| edge_triangles[e][1] == NONE).collect();
         Ok(Self {
             edges,
             edge_triangles,
@@ -113,20 +114,20 @@ impl Topology {
 
     /// Returns the edges of every triangle: edge `k` joins its corners `k` and `(k+1) mod 3`.
     #[inline]
-    pub fn triangle_edges(&self) -> &[[u32; 3]] {
+    pub fn triangle_edges(&self) -> &[[EdgeId; 3]] {
         &self.triangle_edges
     }
 
     /// Returns the edges that have only one triangle, ascending.
     #[inline]
-    pub fn boundary_edges(&self) -> &[u32] {
+    pub fn boundary_edges(&self) -> &[EdgeId] {
         &self.boundary_edges
     }
 
     /// Tells whether an edge has only one triangle.
     #[inline]
-    pub fn is_boundary(&self, edge: u32) -> bool {
-        self.edge_triangles[edge as usize][1] == NONE
+    pub fn is_boundary(&self, edge: EdgeId) -> bool {
+        self.edge_triangles[edge][1] == NONE
     }
 
     /// Returns the triangles that have `node` as a corner, ascending.
@@ -136,16 +137,16 @@ impl Topology {
     }
 
     /// Finds the edge between two nodes.
-    pub fn find_edge(&self, a: u32, b: u32) -> Option<u32> {
+    pub fn find_edge(&self, a: u32, b: u32) -> Option<EdgeId> {
         let (low, high) = (a.min(b) as usize, a.max(b));
         let range = *self.first_edge.get(low)?..*self.first_edge.get(low + 1)?;
-        range.into_iter().find(|&e| self.edges[e as usize][1] == high)
+        range.map(EdgeId::from).find(|&e| self.edges[e][1] == high)
     }
 
     /// Returns the nodes of an edge in the counter-clockwise sense of its first triangle.
     #[inline]
-    pub fn oriented_edge(&self, edge: u32, triangles: &[[u32; 3]]) -> [u32; 2] {
-        let triangle = self.edge_triangles[edge as usize][0] as usize;
+    pub fn oriented_edge(&self, edge: EdgeId, triangles: &[[u32; 3]]) -> [u32; 2] {
+        let triangle = self.edge_triangles[edge][0] as usize;
         let corners = triangles[triangle];
         let k = self.edge_in(triangle, edge);
         [corners[k], corners[(k + 1) % 3]]
@@ -156,7 +157,7 @@ impl Topology {
     /// # Panics
     /// If the triangle has no such edge: that is an error of the caller, whatever the mesh.
     #[inline]
-    pub fn edge_in(&self, triangle: usize, edge: u32) -> usize {
+    pub fn edge_in(&self, triangle: usize, edge: EdgeId) -> usize {
         let edges = &self.triangle_edges[triangle];
         match edges.iter().position(|e| *e == edge) {
             Some(k) => k,
@@ -169,12 +170,12 @@ impl Topology {
     /// # Panics
     /// If the edge is not on the boundary: that is an error of the caller, whatever the mesh.
     #[inline]
-    pub fn boundary_place(&self, edge: u32) -> usize {
+    pub fn boundary_place(&self, edge: EdgeId) -> usize {
         match self.boundary_edges.binary_search(&edge) {
             Ok(place) => place,
             Err(_) => unreachable!(
                 "edge {edge} between triangles {:?} is not on the boundary",
-                self.edge_triangles[edge as usize]
+                self.edge_triangles[edge]
             ),
         }
     }

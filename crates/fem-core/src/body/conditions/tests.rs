@@ -45,7 +45,7 @@ fn linear_tractions_are_exact_and_pressure_pushes() {
         assert_eq!(b.edge_condition(e).unwrap().traction, [Vector::new(0.0, -2.0); 2]);
     }
     for &e in b.mesh().group("bottom").unwrap() {
-        let nodes = b.mesh().topology().edges()[e as usize];
+        let nodes = b.mesh().topology().edges()[e];
         for (n, t) in nodes.iter().zip(b.edge_condition(e).unwrap().traction) {
             assert!((t[0] - (3.0 * b.mesh().points()[*n as usize][0] - 1.0)).abs() < 1e-13);
         }

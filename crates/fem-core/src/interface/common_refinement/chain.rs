@@ -3,6 +3,7 @@
 use crate::body::{Body, NodeConstraint};
 use crate::geometry::{self, Vector};
 use crate::mesh::TriMesh;
+use crate::mesh::id::EdgeId;
 use crate::mesh::topology::NONE;
 use std::collections::HashMap;
 
@@ -26,7 +27,7 @@ impl Chain {
 
 /// Sorts the edges of a surface into stretches, the one with the smallest first point (x, y) first. `None` if an edge
 /// lies inside the body.
-pub(super) fn chains(mesh: &TriMesh, surface: &[u32]) -> Option<Vec<Chain>> {
+pub(super) fn chains(mesh: &TriMesh, surface: &[EdgeId]) -> Option<Vec<Chain>> {
     let mut next = HashMap::new();
     let mut entered = HashMap::new();
     for &edge in surface {
@@ -108,7 +109,7 @@ pub(super) fn motions(body: &Body, chains: &[Chain]) -> HashMap<u32, Motion> {
     // A group has two edges at a node, or it begins there.
     for edges in mesh.groups().values() {
         let mut count: HashMap<u32, usize> = HashMap::new();
-        for node in edges.iter().flat_map(|&e| topology.edges()[e as usize]) {
+        for node in edges.iter().flat_map(|&e| topology.edges()[e]) {
             if motions.contains_key(&node) {
                 *count.entry(node).or_default() += 1;
             }

@@ -5,6 +5,7 @@ use super::error::CommonRefinementError;
 use super::overlap::{Overlap, Site};
 use crate::body::Body;
 use crate::geometry::{self, Vector};
+use crate::mesh::id::EdgeId;
 use crate::mesh::refine::{self, RefinementEdges};
 use crate::mesh::topology::NONE;
 use std::collections::HashMap;
@@ -65,8 +66,8 @@ pub(super) fn cut_all(
 /// Contact edges that hold nodes of the other side; and those of them whose fan would be too thin.
 #[derive(Default)]
 struct Marks {
-    open: Vec<u32>,
-    thin: Vec<u32>,
+    open: Vec<EdgeId>,
+    thin: Vec<EdgeId>,
 }
 
 fn marks(body: &Body, overlaps: &[Overlap], b: usize) -> Result<Marks, CommonRefinementError> {
@@ -86,7 +87,7 @@ fn marks(body: &Body, overlaps: &[Overlap], b: usize) -> Result<Marks, CommonRef
     Ok(marks)
 }
 
-fn edge_of(body: &Body, overlap: &Overlap, b: usize, k: usize) -> Result<u32, CommonRefinementError> {
+fn edge_of(body: &Body, overlap: &Overlap, b: usize, k: usize) -> Result<EdgeId, CommonRefinementError> {
     let [i, j] = [overlap.sites[b][k].node, overlap.sites[b][k + 1].node];
     let found = body.mesh().topology().find_edge(i, j);
     found.ok_or(CommonRefinementError::Folded { point: body.mesh().points()[i as usize] })
@@ -114,10 +115,10 @@ fn is_thin(
     overlap: &Overlap,
     b: usize,
     k: usize,
-    edge: u32,
+    edge: EdgeId,
 ) -> Result<bool, CommonRefinementError> {
     let mesh = body.mesh();
-    let cell = mesh.topology().edge_triangles()[edge as usize][0] as usize;
+    let cell = mesh.topology().edge_triangles()[edge][0] as usize;
     let ends = [k, k + 1].map(|k| overlap.sites[b][k].node);
     let apex = mesh.triangles()[cell].iter().find(|n| !ends.contains(n)).map(|&n| mesh.points()[n as usize]);
     let Some(apex) = apex else { return Ok(false) };
@@ -143,19 +144,19 @@ fn bisect(
     side: &mut Side,
     overlaps: &mut [Overlap],
     b: usize,
-    edges: &[u32],
+    edges: &[EdgeId],
 ) -> Result<(), CommonRefinementError> {
     let mesh = side.body.mesh();
     let mut marked = vec![false; mesh.topology().edges().len()];
     for &edge in edges {
-        marked[edge as usize] = true;
+        marked[edge] = true;
     }
     refine::close(mesh, &side.refinement_edges, &mut marked);
     let mut cuts = HashMap::new();
     for overlap in &*overlaps {
         for k in 0..overlap.sites[b].len() - 1 {
             let edge = edge_of(&side.body, overlap, b, k)?;
-            if !marked[edge as usize] {
+            if !marked[edge] {
                 continue;
             }
             let [from, to] = [k, k + 1].map(|k| overlap.sites[b][k].s);
@@ -181,7 +182,7 @@ fn split(side: &mut Side, overlaps: &mut [Overlap], b: usize) -> Result<(), Comm
         for k in 0..overlap.sites[b].len() - 1 {
             if let Some(s) = nearest(overlap, b, k) {
                 let edge = edge_of(&side.body, overlap, b, k)?;
-                marked[edge as usize] = true;
+                marked[edge] = true;
                 cuts.insert(edge, Cut { s, point: point_at(&side.body, overlap, b, k, s)? });
             }
         }
@@ -205,7 +206,7 @@ fn apply(
     b: usize,
     edges: &RefinementEdges,
     marked: &[bool],
-    cuts: &HashMap<u32, Cut>,
+    cuts: &HashMap<EdgeId, Cut>,
 ) -> Result<(), CommonRefinementError> {
     let old = side.body.mesh();
     let refinement = refine::refine_at(old, edges, marked, |e| cuts.get(&e).map(|c| c.point))
@@ -215,7 +216,7 @@ fn apply(
         for w in overlap.sites[b].windows(2) {
             sites.push(w[0]);
             let edge = old.topology().find_edge(w[0].node, w[1].node);
-            let new = edge.map_or(NONE, |e| refinement.middle[e as usize]);
+            let new = edge.map_or(NONE, |e| refinement.middle[e]);
             if let Some(cut) = edge.and_then(|e| cuts.get(&e)).filter(|_| new != NONE) {
                 sites.push(Site { s: cut.s, node: new, motion: Motion::None });
             }

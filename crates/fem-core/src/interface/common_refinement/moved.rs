@@ -4,6 +4,7 @@ use super::error::CommonRefinementError;
 use crate::body::Body;
 use crate::geometry::{Vector, norm};
 use crate::mesh::TriMesh;
+use crate::mesh::id::EdgeId;
 use crate::mesh::refine::{Refinement, RefinementEdges};
 use crate::mesh::topology::NONE;
 use std::collections::HashMap;
@@ -45,13 +46,13 @@ pub(super) fn replaced(
     body: &Body,
     number: usize,
     points: Vec<Vector>,
-    group: Option<(&str, Vec<u32>)>,
+    group: Option<(&str, Vec<EdgeId>)>,
 ) -> Result<Body, CommonRefinementError> {
     let mesh = body.mesh();
     let edges = mesh.topology().edges();
     let groups = mesh.groups().iter().map(|(name, all)| {
         let kept = group.as_ref().filter(|(changed, _)| changed == name).map_or(all, |(_, kept)| kept);
-        (name.clone(), kept.iter().map(|&e| edges[e as usize]).collect())
+        (name.clone(), kept.iter().map(|&e| edges[e]).collect())
     });
     let changed = TriMesh::counter_clockwise(points, mesh.triangles().to_vec(), groups.collect())
         .map_err(|source| CommonRefinementError::Mesh { body: number, source })?;

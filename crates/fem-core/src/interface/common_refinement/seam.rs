@@ -175,13 +175,13 @@ fn insert(
     let fault = CommonRefinementError::Folded { point: from };
     let edge = mesh.topology().find_edge(ends[0], ends[1]).ok_or(fault)?;
     let mut marked = vec![false; mesh.topology().edges().len()];
-    marked[edge as usize] = true;
+    marked[edge] = true;
     let t = overlap.curve.crossing(s, from, to);
     let point = (1.0 - t) * from + t * to;
     let edges = RefinementEdges::preferring(mesh, &marked);
     let refinement = refine::refine_at(mesh, &edges, &marked, |e| (e == edge).then_some(point))
         .map_err(|source| CommonRefinementError::Mesh { body: reference, source })?;
-    seam[reference] = refinement.middle[edge as usize];
+    seam[reference] = refinement.middle[edge];
     let place = own.nodes.windows(2).position(|w| w == ends).map_or(own.nodes.len() - 1, |k| k + 1);
     own.nodes.insert(place, seam[reference]);
     own.inserted = true;

@@ -4,6 +4,7 @@ use crate::interface::{ContactInterface, ContactNormal, Gap};
 use crate::material::{Hypothesis, LinearElastic};
 use crate::mesh::TriMesh;
 use crate::mesh::generate::block;
+use crate::mesh::id::EdgeId;
 
 fn body(origin: [f64; 2], size: [f64; 2], cells: [usize; 2]) -> Body {
     let material = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
@@ -53,7 +54,7 @@ fn matching_surfaces_stay_as_they_are() {
     assert_eq!(common.bodies.each_ref().map(|b| b.mesh().points().to_vec()), points);
 }
 
-fn mesh_of(body: &Body) -> (Vec<Vector>, Vec<[u32; 3]>, Vec<u32>) {
+fn mesh_of(body: &Body) -> (Vec<Vector>, Vec<[u32; 3]>, Vec<EdgeId>) {
     let (points, cells) = (body.mesh().points().to_vec(), body.mesh().triangles().to_vec());
     (points, cells, body.mesh().groups().values().flatten().copied().collect())
 }
@@ -120,7 +121,7 @@ fn conditions_pass_on_and_held_nodes_stay() {
     let mesh = block([0.0, 1.0], [2.0, 1.0], [8, 4]).unwrap();
     let topology = mesh.topology();
     let mut groups: Vec<(String, Vec<[u32; 2]>)> = (mesh.groups().iter())
-        .map(|(name, edges)| (name.clone(), edges.iter().map(|&e| topology.edges()[e as usize]).collect()))
+        .map(|(name, edges)| (name.clone(), edges.iter().map(|&e| topology.edges()[e]).collect()))
         .collect();
     groups.push(("half".into(), vec![[0, 1], [1, 2], [2, 3], [3, 4]]));
     let mesh = TriMesh::new(mesh.points().to_vec(), mesh.triangles().to_vec(), groups).unwrap();

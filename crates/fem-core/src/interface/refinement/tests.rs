@@ -5,6 +5,7 @@ use crate::interface::common_refinement::common_refinement;
 use crate::interface::{ContactNormal, Roles};
 use crate::material::{Hypothesis, LinearElastic};
 use crate::mesh::generate::{Facing, block, half_disc};
+use crate::mesh::id::EdgeId;
 
 fn problem(cells: [usize; 2]) -> ContactProblem {
     let material = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
@@ -45,7 +46,7 @@ fn an_edge_marked_in_one_body_is_halved_in_both() {
     let labels = labels(&coarse);
     for (body, edge) in [(0, 1), (1, 2)] {
         let mut marked = unmarked(&coarse);
-        marked[body][coarse.contacts[0].interface.edges()[edge].edges[body] as usize] = true;
+        marked[body][coarse.contacts[0].interface.edges()[edge].edges[body]] = true;
         let predicted = coarse.close(&labels, &mut marked.clone());
         let finer = refine(&coarse, &labels, &marked);
         assert_eq!(predicted, [0, 1].map(|b| finer.problem.bodies[b].mesh().points().len()));
@@ -122,11 +123,11 @@ fn conditions_stay_on_the_edges_they_were_given_on() {
             crate::body::NodeConstraint::Free => panic!("node {node} is free"),
         }
     }
-    let loaded = |e: &&u32| body.edge_condition(**e).unwrap().traction != [Vector::zeros(); 2];
+    let loaded = |e: &&EdgeId| body.edge_condition(**e).unwrap().traction != [Vector::zeros(); 2];
     let top = body.mesh().group("top").unwrap();
     assert_eq!(top.iter().filter(loaded).count(), 4);
     for edge in top.iter().filter(loaded) {
-        let nodes = body.mesh().topology().edges()[*edge as usize];
+        let nodes = body.mesh().topology().edges()[*edge];
         for (node, t) in nodes.iter().zip(body.edge_condition(*edge).unwrap().traction) {
             assert!((t[1] - x(node)).abs() < 1e-14);
         }

@@ -193,7 +193,7 @@ mod tests {
                 let centre = Vector::new(1.0, 2.0 + sign * 3.0);
                 for name in ["contact", "arc"] {
                     for &e in m.group(name).unwrap() {
-                        for node in m.topology().edges()[e as usize] {
+                        for node in m.topology().edges()[e] {
                             let r = norm(m.points()[node as usize] - centre);
                             assert!((r - 3.0).abs() < 1e-13, "{r}");
                         }

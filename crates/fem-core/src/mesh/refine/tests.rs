@@ -22,8 +22,7 @@ fn rough(cells: [usize; 2], random: &mut Random) -> TriMesh {
     };
     let points = regular.points().iter().map(&mut moved).collect();
     let edges = regular.topology().edges();
-    let groups =
-        regular.groups().iter().map(|(n, g)| (n.clone(), g.iter().map(|&e| edges[e as usize]).collect()));
+    let groups = regular.groups().iter().map(|(n, g)| (n.clone(), g.iter().map(|&e| edges[e]).collect()));
     TriMesh::new(points, regular.triangles().to_vec(), groups.collect()).unwrap()
 }
 
@@ -71,7 +70,7 @@ fn one_to_three_marked_edges_make_two_to_four_triangles() {
     let count = |edges: &[[u32; 2]]| {
         let mut marked = vec![false; 5];
         for [a, b] in edges {
-            marked[mesh.topology().find_edge(*a, *b).unwrap() as usize] = true;
+            marked[mesh.topology().find_edge(*a, *b).unwrap()] = true;
         }
         let new = refine(&mesh, &labels, &marked).unwrap();
         check(&mesh, &new);
@@ -148,7 +147,7 @@ fn an_edge_has_itself_or_its_halves_as_parts() {
     let mesh = block([0.0, 0.0], [1.0, 1.0], [1, 1]).unwrap();
     let bottom = mesh.group("bottom").unwrap()[0];
     let mut marked = vec![false; 5];
-    marked[bottom as usize] = true;
+    marked[bottom] = true;
     let new = refine(&mesh, &RefinementEdges::longest(&mesh), &marked).unwrap();
     assert_eq!(new.parts(&mesh, bottom), new.mesh.group("bottom").unwrap());
     assert_eq!(new.parts(&mesh, mesh.group("top").unwrap()[0]), new.mesh.group("top").unwrap());
