@@ -87,7 +87,7 @@ fn the_bound_holds_for_any_admissible_pair() {
             .map(|(i, p)| {
                 let smooth = shift + (wave * i as f64 / cells[0] as f64).cos();
                 let rough = random.signed();
-                let u = exact[0].displacement(points[p.nodes[0] as usize]);
+                let u = exact[0].displacement(points[p.nodes[0]]);
                 u[0] * p.normal[0]
                     + u[1] * p.normal[1]
                     + 10f64.powf(size) * ((1.0 - roughness) * smooth + roughness * rough)

@@ -15,7 +15,7 @@ use fem_core::interface::{ContactInterface, ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::generate::block;
-use fem_core::mesh::id::EdgeId;
+use fem_core::mesh::id::{EdgeId, NodeId};
 use nndd::Iterate;
 use proptest::prelude::*;
 use tests::prepare;
@@ -113,7 +113,7 @@ impl Motion {
         for (old, &new) in nodes.iter().enumerate() {
             placed[new] = points[old];
         }
-        let number = |n: u32| nodes[n as usize] as u32;
+        let number = |n: NodeId| NodeId::new(nodes[n]);
         let triangle = |&t: &usize| {
             let [a, b, c] = mesh.triangles()[t].map(number);
             // A mirrored triangle runs the other way round.

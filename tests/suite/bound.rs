@@ -126,7 +126,7 @@ fn mixed_contact_terms(problem: &ContactProblem, materials: Materials, e: &Estim
     let mut sum = 0.0;
     for edge in problem.contacts[0].interface.edges() {
         let [i, j] = edge.pairs.map(|k| k as usize);
-        let at = |k: usize| points[problem.contacts[0].interface.pairs()[k].nodes[0] as usize][0];
+        let at = |k: usize| points[problem.contacts[0].interface.pairs()[k].nodes[0]][0];
         for part in 0..8 {
             for (s, w) in GAUSS5 {
                 let s = (f64::from(part) + s) / 8.0;

@@ -98,7 +98,7 @@ fn whole_rings_close_and_turn_without_friction() {
         let interface = &problem.contacts[0].interface;
         assert_eq!((interface.pairs().len(), interface.edges().len()), (n, n));
         for pair in interface.pairs() {
-            let x = problem.bodies[0].mesh().points()[pair.nodes[0] as usize];
+            let x = problem.bodies[0].mesh().points()[pair.nodes[0]];
             assert!((pair.normal[0] - x[0] / rings::B).abs() < 1e-13);
         }
         let prepared = prepare(&problem);
@@ -169,7 +169,7 @@ fn the_bound_holds_where_arcs_slide() {
 fn fit(problem: &ContactProblem, e: &Estimate, a: f64) -> [f64; 2] {
     let mut sums = [0.0; 5];
     for (pair, p) in problem.contacts[0].interface.pairs().iter().zip(&e.pair.contacts[0].pressure) {
-        let x = problem.bodies[0].mesh().points()[pair.nodes[0] as usize][0];
+        let x = problem.bodies[0].mesh().points()[pair.nodes[0]][0];
         if x.abs() < 0.9 * a {
             let (x2, p2) = (x * x, p * p);
             for (sum, term) in sums.iter_mut().zip([1.0, x2, x2 * x2, p2, p2 * x2]) {
@@ -281,7 +281,7 @@ fn gaps_are_measured_along_the_normal() {
     let interface =
         ContactInterface::pair_along(upper, lower, ["contact"; 2], &Gap::Geometric, down).unwrap();
     for pair in interface.pairs() {
-        let x = upper.mesh().points()[pair.nodes[0] as usize][0];
+        let x = upper.mesh().points()[pair.nodes[0]][0];
         let exact = 10.0 - (100.0 - x * x).sqrt() + 13.0 - (169.0 - x * x).sqrt();
         assert!((pair.gap - exact).abs() < 1e-13 && pair.normal == Vector::new(0.0, -1.0));
     }

@@ -65,7 +65,7 @@ fn whole_rings_with_unequal_counts_converge_to_lames_solution() {
             let interface = &problem.contacts[0].interface;
             assert_eq!(interface.pairs().len(), interface.edges().len());
             for pair in interface.pairs() {
-                let x = problem.bodies[0].mesh().points()[pair.nodes[0] as usize];
+                let x = problem.bodies[0].mesh().points()[pair.nodes[0]];
                 let r = x[0].hypot(x[1]);
                 assert!((pair.normal[0] - x[0] / r).abs() < 5e-3, "{pair:?} at {x:?}");
             }
@@ -118,7 +118,7 @@ fn hertz_contact_between_meshes_of_different_steps() {
     let bodies = hertz::bodies(1.5, [30, 41], 0.4).unwrap();
     let (problem, _) = paired_in_common(bodies, ["contact"; 2], &Gap::Geometric, normal).unwrap();
     for pair in problem.contacts[0].interface.pairs() {
-        let x = problem.bodies[0].mesh().points()[pair.nodes[0] as usize][0];
+        let x = problem.bodies[0].mesh().points()[pair.nodes[0]][0];
         let exact = 10.0 - (100.0 - x * x).sqrt() + 13.0 - (169.0 - x * x).sqrt();
         assert!((pair.gap - exact).abs() < 1e-6, "{} {exact}", pair.gap);
     }

@@ -13,7 +13,7 @@ use fem_core::geometry::{Vector, norm};
 use fem_core::interface::{ContactInterface, ContactProblem, ContactState, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
-use fem_core::mesh::id::EdgeId;
+use fem_core::mesh::id::{EdgeId, NodeId};
 use fem_core::norm::energy_norm_squared;
 use fem_core::tensor::SymTensor2;
 use tests::blocks::Blocks;
@@ -87,11 +87,11 @@ fn a_displacement_off_its_roller_is_refused() {
     let (problem, pair) = pair();
     let body = &problem.bodies[0];
     let largest = pair.bodies[0].displacement.iter().map(|u| norm(*u)).fold(0.0, f64::max);
-    let interface: Vec<u32> = problem.contacts[0].interface.pairs().iter().map(|p| p.nodes[0]).collect();
+    let interface: Vec<NodeId> = problem.contacts[0].interface.pairs().iter().map(|p| p.nodes[0]).collect();
     let mut tried = 0;
     for (node, constraint) in body.node_constraints().iter().enumerate() {
         let NodeConstraint::Along { direction, .. } = constraint else { continue };
-        if interface.contains(&(node as u32)) {
+        if interface.contains(&NodeId::new(node)) {
             continue;
         }
         let mut wrong = pair.clone();
@@ -210,10 +210,10 @@ fn the_allowance_holds_the_work_of_the_pressure_on_a_penetration_that_passes_the
     let (first, second) = fields.split_at_mut(1);
     let (first, second) = (&mut first[0], &second[0]);
     let pairs = problem.contacts[0].interface.pairs();
-    let trace = pairs.iter().map(|p| norm(first[p.nodes[0] as usize])).fold(0.0, f64::max);
+    let trace = pairs.iter().map(|p| norm(first[p.nodes[0]])).fold(0.0, f64::max);
     let depth = 0.5e-12 * trace;
     for pair in pairs {
-        let node = &mut first[pair.nodes[0] as usize];
+        let node = &mut first[pair.nodes[0]];
         *node += depth * pair.normal;
     }
     let force = &iterate.contact.normal_reaction;

@@ -21,6 +21,7 @@ use fem_core::interface::{ContactInterface, ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::generate::block;
+use fem_core::mesh::id::NodeId;
 
 /// Body forces of the two bodies at the angle 0.
 pub const BODY_FORCES: [Vector; 2] = [Vector::new(2.0, -11.0), Vector::new(1.0, -14.0)];
@@ -66,13 +67,13 @@ pub fn problem(angle: f64, n: usize) -> Result<ContactProblem, Box<dyn std::erro
 /// Splits the group `top` at x = ½ into `held` and `pressed`.
 fn split_top(mesh: &TriMesh) -> Result<TriMesh, Box<dyn std::error::Error>> {
     let edges = mesh.topology().edges();
-    let mut groups: Vec<(String, Vec<[u32; 2]>)> = mesh
+    let mut groups: Vec<(String, Vec<[NodeId; 2]>)> = mesh
         .groups()
         .iter()
         .map(|(name, group)| (name.clone(), group.iter().map(|&e| edges[e]).collect()))
         .collect();
     let top = mesh.group("top").unwrap_or_default().iter().map(|&e| edges[e]);
-    let (held, pressed) = top.partition(|e| e.iter().all(|&i| mesh.points()[i as usize][0] <= 0.5 + 1e-9));
+    let (held, pressed) = top.partition(|e| e.iter().all(|&i| mesh.points()[i][0] <= 0.5 + 1e-9));
     groups.push(("held".into(), held));
     groups.push(("pressed".into(), pressed));
     Ok(TriMesh::new(mesh.points().to_vec(), mesh.triangles().to_vec(), groups)?)

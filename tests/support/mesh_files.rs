@@ -4,6 +4,7 @@
 //! comes back must be equal bit for bit. Formats: Gmsh's reference manual, chapter "Gmsh file formats".
 
 use fem_core::mesh::TriMesh;
+use fem_core::mesh::id::NodeId;
 use std::fmt::Write as _;
 
 /// The formats.
@@ -79,7 +80,7 @@ fn blocks(bodies: &[(&str, &TriMesh)]) -> Vec<Block> {
     let (mut sides, mut regions) = (Vec::new(), Vec::new());
     let mut first = 1u64;
     for (name, mesh) in bodies {
-        let number = |n: &u32| u64::from(*n) + first;
+        let number = |n: &NodeId| n.index() as u64 + first;
         for (side, edges) in mesh.groups() {
             let elements = edges.iter().map(|e| mesh.topology().edges()[*e].iter().map(number).collect());
             let tag = sides.len() as i32 + 1;
@@ -289,20 +290,21 @@ pub fn deck_elements(bodies: &[(&str, &TriMesh)], quads: bool) -> String {
     for (name, mesh) in bodies {
         let _ = writeln!(text, "*ELEMENT, TYPE={}, ELSET={name}", if quads { "CPE4" } else { "CPE3" });
         let t = mesh.triangles();
-        let cells: Vec<Vec<u32>> = if quads {
+        let cells: Vec<Vec<NodeId>> = if quads {
             t.chunks(2).map(|pair| vec![pair[0][0], pair[0][1], pair[0][2], pair[1][2]]).collect()
         } else {
             t.iter().map(|t| t.to_vec()).collect()
         };
         for (number, cell) in (first_cell..).zip(&cells) {
-            let nodes: Vec<String> = cell.iter().map(|n| (u64::from(*n) + first_node).to_string()).collect();
+            let nodes: Vec<String> =
+                cell.iter().map(|n| (n.index() as u64 + first_node).to_string()).collect();
             let _ = writeln!(text, "{number}, {}", nodes.join(", "));
         }
         for (side, edges) in mesh.groups() {
             let _ = writeln!(text, "*SURFACE, TYPE=ELEMENT, NAME={name}.{side}");
             for edge in edges {
                 let [a, b] = mesh.topology().edges()[*edge];
-                let face = |cell: &Vec<u32>| {
+                let face = |cell: &Vec<NodeId>| {
                     (0..cell.len()).find(|k| {
                         let ends = [cell[*k], cell[(k + 1) % cell.len()]];
                         ends == [a, b] || ends == [b, a]

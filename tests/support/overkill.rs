@@ -157,7 +157,7 @@ fn parents_of(fine: &TriMesh, coarse: &TriMesh) -> Result<Vec<u32>, Box<dyn Erro
 /// Finds the coarse contact edge on which each fine pair lies.
 fn pairs_of(fine: &ContactProblem, coarse: &ContactProblem) -> Vec<(usize, usize, f64)> {
     let at = |p: &ContactProblem, k: usize| {
-        p.bodies[0].mesh().points()[p.contacts[0].interface.pairs()[k].nodes[0] as usize]
+        p.bodies[0].mesh().points()[p.contacts[0].interface.pairs()[k].nodes[0]]
     };
     let on = |x: Vector| {
         let candidates = coarse.contacts[0].interface.edges().iter().map(|edge| {

@@ -58,7 +58,7 @@ impl<'a> Quadratic<'a> {
             }
         }
         for (&edge, condition) in mesh.topology().boundary_edges().iter().zip(body.edge_conditions()) {
-            let ends = edges[edge].map(|n| n as usize);
+            let ends = edges[edge].map(|n| n.index());
             let middle = points + edge.index();
             let held = |c: usize| Component::Imposed(0.5 * (known[ends[0]][c] + known[ends[1]][c]));
             match condition.reaction {
@@ -91,7 +91,7 @@ impl<'a> Quadratic<'a> {
         let mesh = self.body.mesh();
         let (corners, edges) = (mesh.triangles()[t], mesh.topology().triangle_edges()[t]);
         std::array::from_fn(|k| match k {
-            0..3 => corners[k] as usize,
+            0..3 => corners[k].index(),
             _ => mesh.points().len() + edges[k - 3].index(),
         })
     }
@@ -236,7 +236,7 @@ fn share(problem: &ContactProblem, bodies: &mut [Quadratic<'_>; 2]) -> Result<Ve
         if pair.normal[0].abs() > 1e-12 || pair.gap != 0.0 {
             return Err("the contact line of the reference is level and closed".into());
         }
-        facing.insert(pair.nodes[1] as usize, pair.nodes[0] as usize);
+        facing.insert(pair.nodes[1].index(), pair.nodes[0].index());
     }
     let points = [0, 1].map(|b| problem.bodies[b].mesh().points().len());
     let edges = problem.contacts[0].interface.edges().iter();

@@ -3,7 +3,7 @@
 use crate::random::Random;
 use fem_core::geometry::{Vector, angle_between};
 use fem_core::mesh::generate::block;
-use fem_core::mesh::id::EdgeId;
+use fem_core::mesh::id::{EdgeId, NodeId};
 use fem_core::mesh::{MeshError, TriMesh};
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -45,26 +45,26 @@ pub fn turned(mesh: &TriMesh, angle: f64) -> Result<TriMesh, MeshError> {
 /// None for `n ≥ 1`.
 pub fn l_shape(n: usize) -> Result<TriMesh, MeshError> {
     let whole = block([-1.0, -1.0], [2.0, 2.0], [2 * n, 2 * n])?;
-    let missing = |t: &&[u32; 3]| {
-        let [x, y] = [0, 1].map(|c| t.iter().map(|&i| whole.points()[i as usize][c]).sum::<f64>());
+    let missing = |t: &&[NodeId; 3]| {
+        let [x, y] = [0, 1].map(|c| t.iter().map(|&i| whole.points()[i][c]).sum::<f64>());
         !(x > 0.0 && y < 0.0)
     };
-    let triangles: Vec<[u32; 3]> = whole.triangles().iter().filter(missing).copied().collect();
-    let mut number = vec![u32::MAX; whole.points().len()];
+    let triangles: Vec<[NodeId; 3]> = whole.triangles().iter().filter(missing).copied().collect();
+    let mut number = vec![NodeId::NONE; whole.points().len()];
     let mut points = Vec::new();
-    let mut renumber = |i: u32| {
-        let place = &mut number[i as usize];
-        if *place == u32::MAX {
-            *place = points.len() as u32;
-            points.push(whole.points()[i as usize]);
+    let mut renumber = |i: NodeId| {
+        let place = &mut number[i];
+        if *place == NodeId::NONE {
+            *place = NodeId::new(points.len());
+            points.push(whole.points()[i]);
         }
         *place
     };
-    let triangles: Vec<[u32; 3]> = triangles.into_iter().map(|t| t.map(&mut renumber)).collect();
+    let triangles: Vec<[NodeId; 3]> = triangles.into_iter().map(|t| t.map(&mut renumber)).collect();
     let bare = TriMesh::new(points.clone(), triangles.clone(), Vec::new())?;
     let edge = |e: &EdgeId| bare.topology().edges()[*e];
-    let outside = |e: &[u32; 2]| {
-        let middle = [0, 1].map(|c| 0.5 * (points[e[0] as usize][c] + points[e[1] as usize][c]));
+    let outside = |e: &[NodeId; 2]| {
+        let middle = [0, 1].map(|c| 0.5 * (points[e[0]][c] + points[e[1]][c]));
         middle[0].abs().max(middle[1].abs()) > 1.0 - 0.25 / n as f64
     };
     let (outer, faces) = bare.topology().boundary_edges().iter().map(edge).partition(outside);
@@ -124,13 +124,13 @@ pub fn unstructured(
 }
 
 /// Exchanges diagonals of pairs of triangles until the angles opposite to each add up to at most 180 degrees.
-fn delaunay(points: &[Vector], mut triangles: Vec<[u32; 3]>) -> Vec<[u32; 3]> {
-    let angle = |apex: u32, a: u32, b: u32| {
-        let [p, a, b] = [apex, a, b].map(|n| points[n as usize]);
+fn delaunay(points: &[Vector], mut triangles: Vec<[NodeId; 3]>) -> Vec<[NodeId; 3]> {
+    let angle = |apex: NodeId, a: NodeId, b: NodeId| {
+        let [p, a, b] = [apex, a, b].map(|n| points[n]);
         angle_between(a - p, b - p)
     };
     loop {
-        let mut seen: HashMap<[u32; 2], usize> = HashMap::new();
+        let mut seen: HashMap<[NodeId; 2], usize> = HashMap::new();
         let mut found = None;
         'search: for t in 0..triangles.len() {
             for k in 0..3 {

@@ -91,7 +91,7 @@ impl Ladder {
             for b in 0..2 {
                 let refinement = &finer.refinements[b];
                 for ends in &refinement.parent_nodes {
-                    let [p, q] = ends.map(|n| points[b][n as usize]);
+                    let [p, q] = ends.map(|n| points[b][n]);
                     points[b].push(mean(p, q));
                 }
                 parents[b] = refinement.parent_cell.iter().map(|&t| parents[b][t as usize]).collect();
@@ -114,7 +114,7 @@ impl Ladder {
         let mut field: Vec<Precise> = v.iter().map(|u| precise(*u)).collect();
         for step in &self.steps {
             for ends in &step.refinements[b].parent_nodes {
-                let [p, q] = ends.map(|n| field[n as usize]);
+                let [p, q] = ends.map(|n| field[n]);
                 field.push(mean(p, q));
             }
         }
@@ -156,14 +156,14 @@ impl Ladder {
         let mesh = coarse.mesh();
         let strains: Vec<[Quad; 3]> = (0..mesh.triangles().len())
             .map(|t| {
-                let u = mesh.triangles()[t].map(|n| precise(v[n as usize]));
+                let u = mesh.triangles()[t].map(|n| precise(v[n]));
                 Cell::new(mesh.corners(t).map(precise)).strain(u)
             })
             .collect();
         let mut sum = Quad::ZERO;
         for (t, corners) in fine.mesh().triangles().iter().enumerate() {
-            let cell = Cell::new(corners.map(|n| self.points[b][n as usize]));
-            let own = cell.strain(corners.map(|n| precise(d[n as usize])));
+            let cell = Cell::new(corners.map(|n| self.points[b][n]));
+            let own = cell.strain(corners.map(|n| precise(d[n])));
             let coarse = strains[self.parents[b][t] as usize];
             let both = std::array::from_fn(|k| coarse[k] + own[k] * Quad::from_f64(0.5));
             sum += cell.area * energy_product(fine.material(t), both, own);
@@ -185,7 +185,7 @@ impl Ladder {
             if condition.reaction == EdgeReaction::Both {
                 continue;
             }
-            let ends = mesh.topology().edges()[edge].map(|n| n as usize);
+            let ends = mesh.topology().edges()[edge].map(|n| n.index());
             let along = minus(self.points[b][ends[1]], self.points[b][ends[0]]);
             let sixth = product(along, along).sqrt() / Quad::from_f64(6.0);
             for k in 0..2 {
@@ -195,8 +195,8 @@ impl Ladder {
         }
         if body.body_force() != Vector::zeros() {
             for corners in mesh.triangles() {
-                let third = Cell::new(corners.map(|n| self.points[b][n as usize])).area / Quad::from_f64(3.0);
-                corners.iter().for_each(|&n| add(third, body.body_force(), d[n as usize]));
+                let third = Cell::new(corners.map(|n| self.points[b][n])).area / Quad::from_f64(3.0);
+                corners.iter().for_each(|&n| add(third, body.body_force(), d[n]));
             }
         }
         [work, size]
@@ -210,7 +210,7 @@ impl Ladder {
             let jump: Vec<Precise> = (pairs.iter())
                 .map(|p| {
                     let [first, second] = [0, 1].map(|b| {
-                        let n = p.nodes[b] as usize;
+                        let n = p.nodes[b].index();
                         let part = precise(d[b][n]);
                         [start[b][n][0] + part[0], start[b][n][1] + part[1]]
                     });
@@ -242,7 +242,7 @@ impl Ladder {
                 return Some(());
             }
             for (k, pair) in pairs.iter().enumerate().filter(|(k, _)| back[*k] > 0.0) {
-                let n = pair.nodes[0] as usize;
+                let n = pair.nodes[0].index();
                 let direction = away(&self.finest().bodies[0], n, self.normals[k].map(rounded).into())?;
                 // A little more than needed: rounding must not leave a rest.
                 let step = 1.01 * back[k] + 4.0 * f64::EPSILON * (d[0][n][0].abs() + d[0][n][1].abs());

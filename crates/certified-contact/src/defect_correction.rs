@@ -140,7 +140,7 @@ impl Correction<'_> {
             let pairs = self.pair.interface.pairs().iter();
             pairs
                 .map(|p| {
-                    let u = fields[self.pair.bodies[side]].at(p.nodes[side] as usize);
+                    let u = fields[self.pair.bodies[side]].at(p.nodes[side].index());
                     roles.sign() * (u[0] * p.normal[0] + u[1] * p.normal[1]).rounded()
                 })
                 .collect()
@@ -161,7 +161,7 @@ impl Correction<'_> {
 
 /// Computes the opening `g − (u¹ − u²)·n` of a pair.
 fn opening(fields: [&SplitField; 2], pair: &NodePair, gap: f64) -> DoubleDouble {
-    let [a, b] = [0, 1].map(|b: usize| fields[b].at(pair.nodes[b] as usize));
+    let [a, b] = [0, 1].map(|b: usize| fields[b].at(pair.nodes[b].index()));
     (b[0] - a[0]) * pair.normal[0] + (b[1] - a[1]) * pair.normal[1] + gap
 }
 

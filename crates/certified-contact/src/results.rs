@@ -258,7 +258,7 @@ fn centroid(mesh: &TriMesh) -> Vector {
     // Relative to a point of the mesh, to avoid cancellation far from the origin.
     let origin = mesh.points()[0];
     for (t, corners) in mesh.triangles().iter().enumerate() {
-        let middle: Vector = corners.iter().map(|&v| mesh.points()[v as usize] - origin).sum();
+        let middle: Vector = corners.iter().map(|&v| mesh.points()[v] - origin).sum();
         sum += mesh.area(t) / 3.0 * middle;
         area += mesh.area(t);
     }
@@ -291,7 +291,7 @@ fn support_reactions(
         let forces = &iterate.forces()[pair.roles.of_side(side)][block];
         for (pair_of_nodes, r) in pair.interface.pairs().iter().zip(forces) {
             let force = pair.roles.sign() * r * pair_of_nodes.normal;
-            let node = pair_of_nodes.nodes[side] as usize;
+            let node = pair_of_nodes.nodes[side].index();
             residual[node] -= force;
             balance.add(arm(node), force);
         }
@@ -303,7 +303,7 @@ fn support_reactions(
     for support in body.supports() {
         let mut force = Vector::zeros();
         for &node in &support.nodes {
-            let node = node as usize;
+            let node = node.index();
             let mut held = Vector::zeros();
             for c in 0..2 {
                 if support.components[c] && !counted[node][c] {

@@ -42,7 +42,7 @@ fn initial_lambda(problem: &ContactProblem, lambda: &ScalarData) -> Vec<f64> {
     let of_pair = |pair: &ContactPair| -> Vec<f64> {
         let points = problem.bodies[pair.imposed()].mesh().points();
         let nodes = pair.interface.pairs().iter().map(|p| p.nodes[pair.roles.imposed()]);
-        nodes.map(|node| lambda.at(points[node as usize])).collect()
+        nodes.map(|node| lambda.at(points[node])).collect()
     };
     problem.contacts.iter().flat_map(of_pair).collect()
 }

@@ -34,7 +34,7 @@ fn certificates(c: &mut Criterion) {
             .pairs()
             .iter()
             .map(|p| {
-                let [a, b] = [u[0][p.nodes[0] as usize], u[1][p.nodes[1] as usize]];
+                let [a, b] = [u[0][p.nodes[0]], u[1][p.nodes[1]]];
                 p.gap - (a - b).dot(&p.normal)
             })
             .collect();

@@ -25,6 +25,7 @@ use fem_core::geometry::{Vector, norm};
 use fem_core::interface::{ContactInterface, ContactProblem, ContactState, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
+use fem_core::mesh::id::NodeId;
 use fem_core::prepared::PreparedProblem;
 use std::error::Error;
 use std::path::PathBuf;
@@ -95,17 +96,16 @@ fn certify(
     let pairs = problem.contacts[0].interface.pairs();
     // Rounded numbers may penetrate: the first body's nodes move back until they do not.
     for pair in pairs {
-        let [first, second] = [0, 1].map(|b| displacement[b][pair.nodes[b] as usize]);
+        let [first, second] = [0, 1].map(|b| displacement[b][pair.nodes[b]]);
         let opening = pair.gap - (first - second).dot(&pair.normal);
-        displacement[0][pair.nodes[0] as usize] = first - (-opening).max(0.0) * pair.normal;
+        displacement[0][pair.nodes[0]] = first - (-opening).max(0.0) * pair.normal;
     }
     let [first, second] = &displacement;
-    let jump = |nodes: [u32; 2]| first[nodes[0] as usize] - second[nodes[1] as usize];
+    let jump = |nodes: [NodeId; 2]| first[nodes[0]] - second[nodes[1]];
     let opening: Vec<f64> = pairs.iter().map(|p| (p.gap - jump(p.nodes).dot(&p.normal)).max(0.0)).collect();
     // The contact force is the missing force in the equilibrium of the second body; only a pushing force is admissible.
     let residual = nodal_residual(&problem.bodies[1], second);
-    let force: Vec<f64> =
-        pairs.iter().map(|p| residual[p.nodes[1] as usize].dot(&p.normal).max(0.0)).collect();
+    let force: Vec<f64> = pairs.iter().map(|p| residual[p.nodes[1]].dot(&p.normal).max(0.0)).collect();
 
     let state = ContactState::between([first, second], &force, &opening);
     Ok(estimate_with(prepared, &state, relaxation)?)

@@ -12,6 +12,7 @@ use fem_core::each_body;
 use fem_core::field;
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactInterface, ContactProblem, ContactState};
+use fem_core::mesh::id::NodeId;
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
 use fem_core::tensor::SymTensor2;
@@ -213,7 +214,7 @@ pub(crate) fn pressure_forces(
     problem: &ContactProblem,
     b: usize,
     contacts: &[AdmissibleContact],
-) -> Vec<(u32, Vector)> {
+) -> Vec<(NodeId, Vector)> {
     on_body(problem, b, |k| &contacts[k].pressure_force)
 }
 
@@ -224,7 +225,7 @@ pub(crate) fn on_body<'a>(
     problem: &ContactProblem,
     b: usize,
     forces: impl Fn(usize) -> &'a [Vector],
-) -> Vec<(u32, Vector)> {
+) -> Vec<(NodeId, Vector)> {
     let mut all = Vec::new();
     for (k, side) in problem.sides_of(b) {
         let nodes = problem.contacts[k].interface.pairs().iter().map(|pair| pair.nodes[side]);

@@ -182,7 +182,7 @@ fn penetration(
 ) -> f64 {
     let (mut trace, mut penetration) = (0.0, 0.0);
     for (p, stated) in interface.pairs().iter().zip(&contact.opening) {
-        let u = [0, 1].map(|side: usize| displacement[side][p.nodes[side] as usize]);
+        let u = [0, 1].map(|side: usize| displacement[side][p.nodes[side]]);
         trace = larger(trace, larger(norm(u[0]), norm(u[1])));
         trace = larger(trace, p.gap);
         let opening = p.gap - (u[0] - u[1]).dot(&p.normal);

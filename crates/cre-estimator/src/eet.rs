@@ -88,7 +88,7 @@ impl Recovery<'_> {
             let is_first =
                 j < star.triangles.len() && topology.edge_triangles()[edge][0] == star.triangles[j];
             let moment = if is_first { after } else { -after };
-            let end = u8::from(topology.edges()[edge][1] as usize == node);
+            let end = u8::from(topology.edges()[edge][1].index() == node);
             found.push((edge, end, moment));
         }
     }
@@ -118,7 +118,7 @@ impl Recovery<'_> {
         let mut sum = Vector::zeros();
         let mut weights = 0.0;
         for (j, &edge) in star.spokes.iter().enumerate() {
-            let [a, b] = mesh.topology().edges()[edge].map(|n| n as usize);
+            let [a, b] = mesh.topology().edges()[edge].map(|n| n.index());
             assert!(a == node || b == node, "edge {edge} from {a} to {b} does not start at node {node}");
             let (from, to) = (mesh.points()[node], mesh.points()[if a == node { b } else { a }]);
             let length = geometry::norm(to - from);
@@ -183,7 +183,7 @@ impl Recovery<'_> {
         let place = mesh.topology().boundary_place(edge);
         let condition = &self.conditions[place];
         let [a, b] = condition.traction;
-        let first = mesh.topology().edges()[edge][0] as usize == node;
+        let first = mesh.topology().edges()[edge][0].index() == node;
         let (near, far) = if first { (a, b) } else { (b, a) };
         let moment = mesh.edge_length(edge) / 6.0 * (2.0 * near + far);
         (condition.reaction, moment)

@@ -12,6 +12,7 @@ use fem_core::body::{Body, NodeConstraint};
 use fem_core::element::Triangle;
 use fem_core::geometry::{Vector, perpendicular};
 use fem_core::interface::{ContactInterface, ContactPair, ContactProblem, NodePair};
+use fem_core::mesh::id::NodeId;
 
 /// A node whose motion opens the edge by less than this fraction is not moved; the checks reject a remaining
 /// penetration.
@@ -39,7 +40,7 @@ impl Lift {
     /// Returns the moved nodes of [`Self::body`] and their displacement `l`, m.
     ///
     /// * `interface`: of the pair.
-    pub fn field(&self, problem: &ContactProblem, interface: &ContactInterface) -> Vec<(u32, Vector)> {
+    pub fn field(&self, problem: &ContactProblem, interface: &ContactInterface) -> Vec<(NodeId, Vector)> {
         let sign = if self.side == 0 { -1.0 } else { 1.0 };
         let pairs = interface.pairs().iter().zip(&self.by_pair).filter(|(_, lift)| **lift > 0.0);
         pairs
@@ -61,7 +62,7 @@ impl Lift {
     ) -> Vec<Vector> {
         let mut lifted = displacement.to_vec();
         for (node, l) in self.field(problem, interface) {
-            lifted[node as usize] += l;
+            lifted[node] += l;
         }
         lifted
     }
@@ -76,7 +77,7 @@ pub(crate) fn total_energy<'a>(problem: &ContactProblem, lifts: impl Iterator<It
         return lift.energy;
     }
     let of_body = |b: usize| {
-        let mut field: Vec<(u32, Vector)> = Vec::new();
+        let mut field: Vec<(NodeId, Vector)> = Vec::new();
         for (pair, lift) in lifts.iter().filter(|(_, lift)| lift.body == b) {
             for (node, l) in lift.field(problem, &pair.interface) {
                 match field.iter_mut().find(|(n, _)| *n == node) {
@@ -94,7 +95,7 @@ pub(crate) fn total_energy<'a>(problem: &ContactProblem, lifts: impl Iterator<It
 pub(crate) fn middle_openings(interface: &ContactInterface, displacement: [&[Vector]; 2]) -> Vec<f64> {
     let jump = |k: usize| {
         let [a, b] = interface.pairs()[k].nodes;
-        displacement[0][a as usize] - displacement[1][b as usize]
+        displacement[0][a] - displacement[1][b]
     };
     interface.edges().iter().map(|edge| interface.middle_opening(edge, jump)).collect()
 }
@@ -151,7 +152,7 @@ pub(crate) fn find(
 /// Returns the direction in which the node of a body moves to open its pair by one, `d·n = 1`: along the normal, or
 /// along the free direction of its support; `None` if it is clamped.
 fn direction(body: &Body, side: usize, pair: &NodePair) -> Option<Vector> {
-    match body.node_constraints()[pair.nodes[side] as usize] {
+    match body.node_constraints()[pair.nodes[side]] {
         NodeConstraint::Free => Some(pair.normal),
         NodeConstraint::Along { direction, .. } => {
             let free = perpendicular(direction);
@@ -187,18 +188,17 @@ fn by_pair(body: &Body, interface: &ContactInterface, side: usize, middle: &[f64
 }
 
 /// Computes `‖l‖²` of a P1 field that vanishes at all nodes but the given ones, J/m.
-fn energy(body: &Body, field: &[(u32, Vector)]) -> f64 {
+fn energy(body: &Body, field: &[(NodeId, Vector)]) -> f64 {
     let mesh = body.mesh();
-    let mut triangles: Vec<u32> = field
-        .iter()
-        .flat_map(|(n, _)| mesh.topology().triangles_around(*n as usize).iter().copied())
-        .collect();
+    let mut triangles: Vec<u32> =
+        field.iter().flat_map(|(n, _)| mesh.topology().triangles_around(n.index()).iter().copied()).collect();
     triangles.sort_unstable();
     triangles.dedup();
     let mut nodes = field.to_vec();
     nodes.sort_unstable_by_key(|(n, _)| *n);
-    let at =
-        |n: u32| nodes.binary_search_by_key(&n, |(m, _)| *m).map_or(Vector::zeros(), |place| nodes[place].1);
+    let at = |n: NodeId| {
+        nodes.binary_search_by_key(&n, |(m, _)| *m).map_or(Vector::zeros(), |place| nodes[place].1)
+    };
     let of_cell = |t: u32| {
         let t = t as usize;
         let strain = Triangle::new(mesh.corners(t)).strain(mesh.triangles()[t].map(at));

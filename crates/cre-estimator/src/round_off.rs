@@ -10,6 +10,7 @@ use fem_core::each_body;
 use fem_core::field;
 use fem_core::geometry::{Vector, norm};
 use fem_core::interface::{ContactInterface, ContactProblem};
+use fem_core::mesh::id::NodeId;
 use fem_core::norm::sum_over_triangles;
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual;
@@ -143,7 +144,7 @@ pub(crate) fn stress_energy(
     body: &Body,
     condensed: &CondensedBody,
     cells: &[CellMeasure],
-    forces: &[(u32, Vector)],
+    forces: &[(NodeId, Vector)],
     accuracy: Accuracy,
 ) -> [f64; 2] {
     match accuracy {
@@ -159,18 +160,18 @@ pub(crate) fn stress_energy(
 }
 
 /// Subtracts nodal forces from a residual.
-pub(crate) fn less(mut residual: Vec<PreciseVector>, forces: &[(u32, Vector)]) -> Vec<PreciseVector> {
+pub(crate) fn less(mut residual: Vec<PreciseVector>, forces: &[(NodeId, Vector)]) -> Vec<PreciseVector> {
     for &(node, force) in forces {
-        let r = &mut residual[node as usize];
+        let r = &mut residual[node];
         *r = [r[0] + -force[0], r[1] + -force[1]];
     }
     residual
 }
 
 /// [`less`] in double precision.
-pub(crate) fn less_rough(mut residual: Vec<Vector>, forces: &[(u32, Vector)]) -> Vec<Vector> {
+pub(crate) fn less_rough(mut residual: Vec<Vector>, forces: &[(NodeId, Vector)]) -> Vec<Vector> {
     for &(node, force) in forces {
-        residual[node as usize] -= force;
+        residual[node] -= force;
     }
     residual
 }

@@ -52,7 +52,7 @@ pub(crate) fn is_closed(mesh: &TriMesh, node: usize) -> bool {
 /// Finds which corner of a triangle a node is.
 pub(crate) fn corner(mesh: &TriMesh, triangle: u32, node: usize) -> usize {
     let corners = &mesh.triangles()[triangle as usize];
-    match corners.iter().position(|&n| n as usize == node) {
+    match corners.iter().position(|&n| n.index() == node) {
         Some(corner) => corner,
         None => unreachable!("node {node} is not one of the corners {corners:?} of triangle {triangle}"),
     }

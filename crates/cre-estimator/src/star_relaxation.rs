@@ -39,6 +39,7 @@ use crate::equilibrated::EquilibratedStress;
 use airy::Cell;
 use band::BAND;
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
+use fem_core::mesh::id::NodeId;
 use fem_core::norm::sum_over_triangles;
 use rayon::prelude::*;
 pub(crate) use room::bytes_of_stars;
@@ -275,26 +276,26 @@ impl pulp::NullaryFnOnce for BandResidual<'_> {
         let Self { space, nodes, stress, r } = self;
         let mesh = space.body().mesh();
         let topology = mesh.topology();
-        let is_own = |n: u32| nodes.contains(&(n as usize));
+        let is_own = |n: NodeId| nodes.contains(&n.index());
         let add = |i: usize, g: f64| r.set(i, r.get(i) - g);
         let mut energy = 0.0;
         for n in nodes.clone() {
             for &t in topology.triangles_around(n) {
                 let corners = mesh.triangles()[t as usize];
-                if corners.iter().any(|&m| is_own(m) && (m as usize) < n) {
+                if corners.iter().any(|&m| is_own(m) && m.index() < n) {
                     continue;
                 }
                 let (gradient, of_cell) = Cell::new(space, t as usize).gradient(space, stress);
                 for k in 0..3 {
                     if is_own(corners[k]) {
-                        (0..3).for_each(|c| add(3 * corners[k] as usize + c, gradient[3 * k + c]));
+                        (0..3).for_each(|c| add(3 * corners[k].index() + c, gradient[3 * k + c]));
                     }
                     let edge = topology.triangle_edges()[t as usize][k];
                     if is_own(topology.edges()[edge][0]) {
                         add(space.edge_unknown(edge), gradient[9 + k]);
                     }
                 }
-                if corners.iter().all(|&m| m as usize >= n) {
+                if corners.iter().all(|&m| m.index() >= n) {
                     energy += of_cell;
                 }
             }

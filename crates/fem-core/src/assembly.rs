@@ -8,6 +8,7 @@ use crate::dof::{DofMap, IMPOSED};
 use crate::element::Triangle;
 use crate::geometry::{Vector, shown};
 use crate::interface::InterfaceSide;
+use crate::mesh::id::NodeId;
 use crate::room::has_room_for;
 use crate::sparse::SymmetricCsc;
 use nalgebra::Matrix2;
@@ -112,7 +113,7 @@ pub fn external_forces(body: &Body) -> Vec<Vector> {
         let length = mesh.edge_length(edge);
         let nodes = mesh.topology().edges()[edge];
         for (node, near, far) in [(nodes[0], a, b), (nodes[1], b, a)] {
-            forces[node as usize] += length / 6.0 * (2.0 * near + far);
+            forces[node] += length / 6.0 * (2.0 * near + far);
         }
     }
     let b = body.body_force();
@@ -120,7 +121,7 @@ pub fn external_forces(body: &Body) -> Vec<Vector> {
         for (t, corners) in mesh.triangles().iter().enumerate() {
             let share = mesh.area(t) / 3.0;
             for &n in corners {
-                forces[n as usize] += share * b;
+                forces[n] += share * b;
             }
         }
     }
@@ -139,7 +140,7 @@ const CHUNK: usize = 2048;
 
 impl Columns<'_> {
     /// Nodes joined to `node` by a triangle, itself included, in a fixed order.
-    fn neighbours(&self, node: usize, list: &mut Vec<u32>) {
+    fn neighbours(&self, node: usize, list: &mut Vec<NodeId>) {
         let mesh = self.body.mesh();
         list.clear();
         for &t in mesh.topology().triangles_around(node) {
@@ -155,8 +156,8 @@ impl Columns<'_> {
             .with_min_len(CHUNK)
             .map_init(Vec::new, |list, j| {
                 self.neighbours(self.dofs.unknown(j).0, list);
-                let below = |n: &u32, c| {
-                    let i = self.dofs.number(*n as usize, c);
+                let below = |n: &NodeId, c| {
+                    let i = self.dofs.number(n.index(), c);
                     u32::from(i != IMPOSED && i as usize >= j)
                 };
                 list.iter().map(|n| below(n, 0) + below(n, 1)).sum()
@@ -210,7 +211,7 @@ impl Columns<'_> {
 #[derive(Default)]
 struct Gather {
     node: Option<usize>,
-    neighbours: Vec<u32>,
+    neighbours: Vec<NodeId>,
     blocks: Vec<Matrix2<f64>>,
     entries: Vec<(u32, f64)>,
 }
@@ -231,7 +232,7 @@ impl Gather {
             let corners = mesh.triangles()[t];
             let element = Triangle::new(mesh.corners(t));
             let material = columns.body.material(t);
-            let Some(column) = corners.iter().position(|&n| n as usize == node) else {
+            let Some(column) = corners.iter().position(|&n| n.index() == node) else {
                 unreachable!("node {node} is not one of the corners {corners:?} of triangle {t}")
             };
             for (row, n) in corners.iter().enumerate() {
@@ -250,7 +251,7 @@ impl Gather {
         let mut load = columns.external[node].dot(&axis);
         self.entries.clear();
         for (&n, block) in self.neighbours.iter().zip(&self.blocks) {
-            let n = n as usize;
+            let n = n.index();
             let force = Vector::new(
                 block[(0, 0)] * axis[0] + block[(0, 1)] * axis[1],
                 block[(1, 0)] * axis[0] + block[(1, 1)] * axis[1],

@@ -8,7 +8,7 @@ use crate::boundary::{BoundaryConditions, Support};
 use crate::geometry::{Vector, shown};
 use crate::material::{LinearElastic, Materials};
 use crate::mesh::TriMesh;
-use crate::mesh::id::EdgeId;
+use crate::mesh::id::{EdgeId, NodeId};
 use crate::mesh::refine::Refinement;
 use std::fmt;
 use std::sync::OnceLock;
@@ -64,7 +64,7 @@ pub struct SupportSet {
     /// The edge group the condition names.
     pub group: String,
     /// Nodes, ascending.
-    pub nodes: Vec<u32>,
+    pub nodes: Vec<NodeId>,
     /// Which Cartesian components it imposes; both for a condition along the normal.
     pub components: [bool; 2],
 }
@@ -295,7 +295,7 @@ impl Body {
     }
 
     /// Lists the nodes that conditions fix along the normals of their edges; these normals turn if a node moves.
-    pub(crate) fn roller_nodes(&self) -> impl Iterator<Item = u32> + '_ {
+    pub(crate) fn roller_nodes(&self) -> impl Iterator<Item = NodeId> + '_ {
         let rollers = self.conditions.displacements.iter().zip(&self.selected.displacements);
         let rollers = rollers.filter(|(condition, _)| matches!(condition.support, Support::Normal(_)));
         rollers.flat_map(|(_, edges)| edges).flat_map(|&e| self.mesh.topology().edges()[e])

@@ -16,6 +16,7 @@ use crate::assembly::System;
 use crate::cholesky::{Cholesky, CholeskyError};
 use crate::dof::{DofMap, IMPOSED};
 use crate::geometry::{Vector, shown};
+use crate::mesh::id::NodeId;
 use crate::room::has_room_for;
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
@@ -253,13 +254,13 @@ impl CondensedBody {
     /// forces in any direction.
     ///
     /// * `forces`: node and Cartesian force, N/m; reversing the normals does not change them.
-    pub fn displacement_from_nodal_forces(&self, forces: &[(u32, Vector)]) -> Vec<Vector> {
+    pub fn displacement_from_nodal_forces(&self, forces: &[(NodeId, Vector)]) -> Vec<Vector> {
         let mut x = vec![0.0; self.forward_load.len()];
         for &(node, force) in forces {
             for c in 0..2 {
-                let number = self.dofs.number(node as usize, c);
+                let number = self.dofs.number(node.index(), c);
                 if number != IMPOSED {
-                    x[number as usize] += force.dot(&self.dofs.axis(node as usize, c));
+                    x[number as usize] += force.dot(&self.dofs.axis(node.index(), c));
                 }
             }
         }
@@ -332,7 +333,7 @@ mod tests {
         // So it does as forces on the nodes.
         let nodes = (start..x.len()).map(|j| {
             let (node, c) = system.dofs.unknown(j);
-            (node as u32, r[j - start] * system.dofs.axis(node, c))
+            (NodeId::new(node), r[j - start] * system.dofs.axis(node, c))
         });
         for (a, b) in body.displacement_from_nodal_forces(&nodes.collect::<Vec<_>>()).iter().zip(&u) {
             assert!((a[0] - b[0]).abs() < 1e-13 && (a[1] - b[1]).abs() < 1e-13);
@@ -367,14 +368,14 @@ mod tests {
         let mesh = body.mesh();
         let nodes = |group: &str| {
             let edges = mesh.group(group).unwrap().iter();
-            let mut nodes: Vec<u32> = edges.flat_map(|e| mesh.topology().edges()[*e]).collect();
+            let mut nodes: Vec<NodeId> = edges.flat_map(|e| mesh.topology().edges()[*e]).collect();
             nodes.sort_unstable();
             nodes.dedup();
             // The left end is clamped.
-            nodes.retain(|n| mesh.points()[*n as usize][0] > 0.1);
+            nodes.retain(|n| mesh.points()[*n][0] > 0.1);
             nodes
         };
-        let along = |nodes: &[u32], direction: Vector| -> Vec<Retained> {
+        let along = |nodes: &[NodeId], direction: Vector| -> Vec<Retained> {
             nodes.iter().map(|node| Retained { node: *node, direction }).collect()
         };
         let (top, bottom) = (nodes("top"), nodes("bottom"));
@@ -393,7 +394,7 @@ mod tests {
         let random = |k: usize| 0.01 * (7.3 * k as f64).sin();
         let v: Vec<f64> = (0..dofs.interface_len()).map(random).collect();
         let u = condensed.displacement_from_trace(&v);
-        let expected = |r: &Retained| u[r.node as usize].dot(&r.direction);
+        let expected = |r: &Retained| u[r.node].dot(&r.direction);
         for (block, traces) in dofs.traces(&v).iter().enumerate() {
             for (r, trace) in side.retained()[side.block(block)].iter().zip(traces) {
                 assert!((expected(r) - trace).abs() < 1e-15, "block {block}, node {}", r.node);
@@ -403,7 +404,7 @@ mod tests {
         let forces: Vec<Vec<f64>> =
             (0..side.blocks()).map(|b| side.block(b).map(|k| 10.0 * random(k + 5)).collect()).collect();
         let on_nodes = side.retained().iter().zip(forces.iter().flatten());
-        let on_nodes: Vec<(u32, Vector)> = on_nodes.map(|(r, f)| (r.node, *f * r.direction)).collect();
+        let on_nodes: Vec<(NodeId, Vector)> = on_nodes.map(|(r, f)| (r.node, *f * r.direction)).collect();
         let found = condensed.displacement_from_force(&dofs.interface_forces(&forces));
         for (a, b) in found.iter().zip(condensed.displacement_from_nodal_forces(&on_nodes)) {
             assert!((a[0] - b[0]).abs() < 1e-13 && (a[1] - b[1]).abs() < 1e-13);

@@ -4,6 +4,7 @@ use crate::body::{Body, NodeConstraint};
 use crate::cholesky::Front;
 use crate::geometry::{PARALLEL, Vector, cross, perpendicular};
 use crate::interface::{InterfaceSide, Retained};
+use crate::mesh::id::NodeId;
 use crate::ordering::{self, ROOT};
 use std::collections::BTreeMap;
 
@@ -24,7 +25,7 @@ const DUAL: f64 = 1e-14;
 pub struct DofMap {
     axes: Vec<Vector>,
     /// The second axes of the nodes whose frame is not orthogonal, by node.
-    oblique: Vec<(u32, Vector)>,
+    oblique: Vec<(NodeId, Vector)>,
     numbers: Vec<[u32; 2]>,
     imposed: Vec<[f64; 2]>,
     /// 2·node + component of every unknown.
@@ -61,7 +62,7 @@ impl DofMap {
         let mut fronts = Fronts::default();
         for part in &dissection.parts {
             for &node in &dissection.order[part.nodes.clone()] {
-                let node = node as usize;
+                let node = node.index();
                 for c in [0, 1].into_iter().filter(|c| !kept[node][*c]) {
                     give(node, c, &mut unknowns);
                 }
@@ -70,7 +71,7 @@ impl DofMap {
         }
         let interior = unknowns.len();
         for retained in side.retained() {
-            let node = retained.node as usize;
+            let node = retained.node.index();
             for c in [0, 1].into_iter().filter(|c| kept[node][*c]) {
                 give(node, c, &mut unknowns);
             }
@@ -145,7 +146,7 @@ impl DofMap {
 
     /// Expresses the trace along a retained direction in the interface unknowns.
     fn row(&self, retained: &Retained) -> Row {
-        let (node, start) = (retained.node as usize, (self.unknowns.len() - self.interface) as u32);
+        let (node, start) = (retained.node.index(), (self.unknowns.len() - self.interface) as u32);
         let mut row = Row { terms: [(0, 0.0); 2], imposed: 0.0 };
         for c in [0, 1] {
             let factor = self.axis(node, c).dot(&retained.direction);
@@ -184,7 +185,7 @@ impl DofMap {
             return self.axes[node];
         }
         if !self.oblique.is_empty()
-            && let Ok(place) = self.oblique.binary_search_by_key(&(node as u32), |o| o.0)
+            && let Ok(place) = self.oblique.binary_search_by_key(&NodeId::new(node), |o| o.0)
         {
             return self.oblique[place].1;
         }
@@ -227,7 +228,7 @@ impl DofMap {
 struct Frames {
     axes: Vec<Vector>,
     /// Second axes that are not perpendicular to the first, by node; sorted at the end.
-    oblique: Vec<(u32, Vector)>,
+    oblique: Vec<(NodeId, Vector)>,
     fixed: Vec<[bool; 2]>,
     imposed: Vec<[f64; 2]>,
     /// Whether a component is an interface unknown.
@@ -246,7 +247,7 @@ impl Frames {
         };
         let mut second = BTreeMap::new();
         for &Retained { node, direction } in side.retained() {
-            let place = node as usize;
+            let place = node.index();
             if !frames.kept[place][0] {
                 frames.kept[place][0] = true;
                 frames.axes[place] = direction;
@@ -255,7 +256,7 @@ impl Frames {
             }
         }
         for (node, constraint) in body.node_constraints().iter().enumerate() {
-            frames.constrain(node, constraint, second.contains_key(&(node as u32)));
+            frames.constrain(node, constraint, second.contains_key(&NodeId::new(node)));
         }
         for (node, direction) in second {
             frames.make_dual(node, direction);
@@ -282,7 +283,7 @@ impl Frames {
                 // The pairing has checked that the support is far enough from the normal.
                 let free = perpendicular(direction);
                 self.axes[node] = 1.0 / free.dot(&axis) * free;
-                self.oblique.push((node as u32, 1.0 / along * tangent));
+                self.oblique.push((NodeId::new(node), 1.0 / along * tangent));
                 self.imposed[node][1] = value;
             }
             NodeConstraint::Along { direction, value } => {
@@ -301,8 +302,8 @@ impl Frames {
     }
 
     /// Gives a free node the frame dual to its two retained directions.
-    fn make_dual(&mut self, node: u32, second: Vector) {
-        let place = node as usize;
+    fn make_dual(&mut self, node: NodeId, second: Vector) {
+        let place = node.index();
         if self.fixed[place] != [false; 2] {
             return;
         }

@@ -16,7 +16,7 @@ pub fn stresses(body: &Body, displacement: &[Vector]) -> Vec<SymTensor2> {
         .into_par_iter()
         .with_min_len(1024)
         .map(|t| {
-            let u = mesh.triangles()[t].map(|n| displacement[n as usize]);
+            let u = mesh.triangles()[t].map(|n| displacement[n]);
             body.material(t).stress(Triangle::new(mesh.corners(t)).strain(u))
         })
         .collect()
@@ -27,7 +27,7 @@ pub fn stresses(body: &Body, displacement: &[Vector]) -> Vec<SymTensor2> {
 pub fn nodal_residual(body: &Body, displacement: &[Vector]) -> Vec<Vector> {
     let mesh = body.mesh();
     residual(body, |t, element| {
-        let strain = element.strain(mesh.triangles()[t].map(|n| displacement[n as usize]));
+        let strain = element.strain(mesh.triangles()[t].map(|n| displacement[n]));
         body.material(t).stress(strain)
     })
 }
@@ -44,7 +44,7 @@ fn residual(body: &Body, stress: impl Fn(usize, &Triangle) -> SymTensor2) -> Vec
     for (t, corners) in mesh.triangles().iter().enumerate() {
         let element = Triangle::new(mesh.corners(t));
         for (&n, f) in corners.iter().zip(element.internal_forces(stress(t, &element))) {
-            residual[n as usize] += f;
+            residual[n] += f;
         }
     }
     residual

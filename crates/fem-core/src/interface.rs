@@ -17,7 +17,7 @@ mod side;
 use crate::body::Body;
 use crate::boundary::ScalarData;
 use crate::geometry::{Vector, norm};
-use crate::mesh::id::EdgeId;
+use crate::mesh::id::{EdgeId, NodeId};
 use common_refinement::CommonRefinement;
 use held::Whole;
 use profile::Profile;
@@ -38,7 +38,7 @@ const STRAIGHT: f64 = 1e-6;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NodePair {
     /// Node of the first and of the second body.
-    pub nodes: [u32; 2],
+    pub nodes: [NodeId; 2],
     /// Unit normal out of the first body, into the second.
     pub normal: Vector,
     /// Initial gap `g ≥ 0` along the normal, m.

@@ -7,7 +7,7 @@ pub mod refine;
 pub mod topology;
 
 use crate::geometry::{self, Vector, shown};
-use crate::mesh::id::EdgeId;
+use crate::mesh::id::{EdgeId, NodeId};
 use std::collections::BTreeMap;
 use thiserror::Error;
 use topology::Topology;
@@ -149,7 +149,7 @@ pub enum MeshError {
 #[derive(Clone, Debug)]
 pub struct TriMesh {
     points: Vec<Vector>,
-    triangles: Vec<[u32; 3]>,
+    triangles: Vec<[NodeId; 3]>,
     topology: Topology,
     groups: BTreeMap<String, Vec<EdgeId>>,
     turned: usize,
@@ -165,15 +165,19 @@ impl TriMesh {
     ///
     /// # Errors
     /// Anything that would make a computation on this mesh meaningless, see [`MeshError`].
-    pub fn new(
+    pub fn new<N: Into<NodeId>>(
         points: Vec<impl Into<Vector>>,
-        mut triangles: Vec<[u32; 3]>,
-        groups: Vec<(String, Vec<[u32; 2]>)>,
+        triangles: Vec<[N; 3]>,
+        groups: Vec<(String, Vec<[N; 2]>)>,
     ) -> Result<Self, MeshError> {
         let points: Vec<Vector> = points.into_iter().map(Into::into).collect();
+        let mut triangles: Vec<[NodeId; 3]> =
+            triangles.into_iter().map(|corners| corners.map(Into::into)).collect();
+        let numbered = |edges: Vec<[N; 2]>| edges.into_iter().map(|ends| ends.map(Into::into)).collect();
+        let groups = groups.into_iter().map(|(name, edges)| (name, numbered(edges))).collect();
         let mut turned = 0;
-        let clockwise = |corners: &[u32; 3]| {
-            let places = corners.map(|n| points.get(n as usize).copied());
+        let clockwise = |corners: &[NodeId; 3]| {
+            let places = corners.map(|n| points.get(n.index()).copied());
             matches!(places, [Some(a), Some(b), Some(c)] if geometry::signed_area([a, b, c]) < 0.0)
         };
         for corners in &mut triangles {
@@ -192,8 +196,8 @@ impl TriMesh {
     /// See [`TriMesh::new`]; a clockwise triangle.
     pub(crate) fn counter_clockwise(
         points: Vec<Vector>,
-        triangles: Vec<[u32; 3]>,
-        groups: Vec<(String, Vec<[u32; 2]>)>,
+        triangles: Vec<[NodeId; 3]>,
+        groups: Vec<(String, Vec<[NodeId; 2]>)>,
     ) -> Result<Self, MeshError> {
         check_sizes(&points, &triangles)?;
         check_triangles(&points, &triangles)?;
@@ -205,8 +209,8 @@ impl TriMesh {
             for [a, b] in edges {
                 let id = topology.find_edge(a, b).ok_or_else(|| MeshError::NoSuchEdge {
                     group: name.clone(),
-                    a: a as usize,
-                    b: b as usize,
+                    a: a.index(),
+                    b: b.index(),
                 })?;
                 ids.push(id);
             }
@@ -227,7 +231,7 @@ impl TriMesh {
 
     /// Returns the corners of the triangles, counter-clockwise.
     #[inline]
-    pub fn triangles(&self) -> &[[u32; 3]] {
+    pub fn triangles(&self) -> &[[NodeId; 3]] {
         &self.triangles
     }
 
@@ -255,7 +259,7 @@ impl TriMesh {
     /// Returns the three corner points of a triangle.
     #[inline]
     pub fn corners(&self, triangle: usize) -> [Vector; 3] {
-        self.triangles[triangle].map(|n| self.points[n as usize])
+        self.triangles[triangle].map(|n| self.points[n])
     }
 
     /// Computes the area of a triangle, m².
@@ -273,7 +277,7 @@ impl TriMesh {
 
     /// Returns the positions of an edge's two nodes, the one with the smaller number first, m.
     pub fn edge_ends(&self, edge: EdgeId) -> [Vector; 2] {
-        self.topology.edges()[edge].map(|n| self.points[n as usize])
+        self.topology.edges()[edge].map(|n| self.points[n])
     }
 
     /// Computes the middle of an edge, m.
@@ -286,7 +290,7 @@ impl TriMesh {
     /// normal of the body on a boundary edge.
     pub fn edge_normal(&self, edge: EdgeId) -> Vector {
         let [a, b] = self.topology.oriented_edge(edge, &self.triangles);
-        geometry::right_normal(self.points[a as usize], self.points[b as usize])
+        geometry::right_normal(self.points[a], self.points[b])
     }
 
     /// Computes the smallest angle of all triangles, in degrees.
@@ -296,7 +300,7 @@ impl TriMesh {
     }
 }
 
-fn check_sizes(points: &[Vector], triangles: &[[u32; 3]]) -> Result<(), MeshError> {
+fn check_sizes(points: &[Vector], triangles: &[[NodeId; 3]]) -> Result<(), MeshError> {
     if points.is_empty() || triangles.is_empty() {
         return Err(MeshError::Empty { points: points.len(), triangles: triangles.len() });
     }
@@ -313,12 +317,12 @@ fn check_sizes(points: &[Vector], triangles: &[[u32; 3]]) -> Result<(), MeshErro
     }
 }
 
-fn check_triangles(points: &[Vector], triangles: &[[u32; 3]]) -> Result<(), MeshError> {
+fn check_triangles(points: &[Vector], triangles: &[[NodeId; 3]]) -> Result<(), MeshError> {
     for (triangle, corners) in triangles.iter().enumerate() {
-        if let Some(&node) = corners.iter().find(|&&n| n as usize >= points.len()) {
-            return Err(MeshError::NoSuchNode { triangle, node: node as usize, nodes: points.len() });
+        if let Some(&node) = corners.iter().find(|&&n| n.index() >= points.len()) {
+            return Err(MeshError::NoSuchNode { triangle, node: node.index(), nodes: points.len() });
         }
-        let p = corners.map(|n| points[n as usize]);
+        let p = corners.map(|n| points[n]);
         let area = geometry::signed_area(p);
         // Below this fraction of its squared size the sign of the area is round-off.
         let size = (0..3).map(|k| geometry::norm(p[(k + 1) % 3] - p[k])).fold(0.0, f64::max);
@@ -335,7 +339,7 @@ fn check_nodes(points: &[Vector], topology: &Topology) -> Result<(), MeshError> 
     let mut boundary_edges = vec![0u8; points.len()];
     for &e in topology.boundary_edges() {
         for n in topology.edges()[e] {
-            boundary_edges[n as usize] = boundary_edges[n as usize].saturating_add(1);
+            boundary_edges[n] = boundary_edges[n].saturating_add(1);
         }
     }
     for (node, p) in points.iter().enumerate() {
@@ -410,9 +414,11 @@ mod tests {
         let (p, t) = square();
         let clockwise = vec![[0, 2, 1], [0, 2, 3]];
         let turned = TriMesh::new(p.clone(), clockwise.clone(), vec![]).unwrap();
-        assert_eq!((turned.turned(), turned.triangles()), (1, &t[..]));
+        let corners = t.iter().map(|corners| corners.map(NodeId::from)).collect::<Vec<_>>();
+        assert_eq!((turned.turned(), turned.triangles()), (1, &corners[..]));
         assert_eq!(TriMesh::new(p.clone(), t, vec![]).unwrap().turned(), 0);
         // A triangle that a motion of nodes turned over is not silently reversed.
+        let clockwise = clockwise.into_iter().map(|corners| corners.map(NodeId::from)).collect();
         let over = TriMesh::counter_clockwise(p, clockwise, vec![]);
         assert!(matches!(over, Err(MeshError::Area { triangle: 0, .. })));
     }

@@ -30,7 +30,7 @@ pub fn from_squared(squared: f64) -> f64 {
 pub fn energy_norm_squared(body: &Body, displacement: &[Vector]) -> f64 {
     let mesh = body.mesh();
     sum_over_triangles(mesh.triangles().len(), |t| {
-        let u = mesh.triangles()[t].map(|n| displacement[n as usize]);
+        let u = mesh.triangles()[t].map(|n| displacement[n]);
         let element = Triangle::new(mesh.corners(t));
         let strain = element.strain(u);
         element.area * body.material(t).stress(strain).contract(strain)
@@ -75,7 +75,7 @@ pub fn l2_error_squared(
 ) -> f64 {
     sum_over_triangles(mesh.triangles().len(), |t| {
         let corners = mesh.corners(t);
-        let u = mesh.triangles()[t].map(|n| displacement[n as usize]);
+        let u = mesh.triangles()[t].map(|n| displacement[n]);
         let at = |values: [Vector; 3], l: [f64; 3]| l[0] * values[0] + l[1] * values[1] + l[2] * values[2];
         let mean: f64 =
             RADON7.iter().map(|(l, w)| w * norm(at(u, *l) - exact(at(corners, *l))).powi(2)).sum();

@@ -5,6 +5,7 @@
 
 use crate::geometry::{Vector, bounding_box};
 use crate::mesh::TriMesh;
+use crate::mesh::id::NodeId;
 use std::ops::Range;
 
 /// Parts of at most this many nodes are not cut further: one dense front costs less than more, smaller ones.
@@ -26,7 +27,7 @@ pub struct Part {
 #[derive(Clone, Debug, Default)]
 pub struct Dissection {
     /// The nodes in the order of elimination.
-    pub order: Vec<u32>,
+    pub order: Vec<NodeId>,
     /// The parts, consecutive in `order`.
     pub parts: Vec<Part>,
 }
@@ -34,7 +35,7 @@ pub struct Dissection {
 /// Orders the nodes of a mesh for elimination.
 pub fn dissect(mesh: &TriMesh) -> Dissection {
     let (starts, neighbours) = mesh.topology().node_neighbours();
-    let mut nodes: Vec<u32> = (0..mesh.points().len() as u32).collect();
+    let mut nodes: Vec<NodeId> = (0..mesh.points().len()).map(NodeId::new).collect();
     let mut work = Work {
         points: mesh.points(),
         starts: &starts,
@@ -57,52 +58,51 @@ enum Side {
 struct Work<'a> {
     points: &'a [Vector],
     starts: &'a [u32],
-    neighbours: &'a [u32],
+    neighbours: &'a [NodeId],
     side: Vec<Side>,
     result: Dissection,
 }
 
 impl Work<'_> {
-    fn touches(&self, node: u32, side: Side) -> bool {
-        let around = self.starts[node as usize] as usize..self.starts[node as usize + 1] as usize;
-        self.neighbours[around].iter().any(|&m| self.side[m as usize] == side)
+    fn touches(&self, node: NodeId, side: Side) -> bool {
+        let around = self.starts[node] as usize..self.starts[node.index() + 1] as usize;
+        self.neighbours[around].iter().any(|&m| self.side[m] == side)
     }
 
     /// Cuts a part and everything in it; returns the roots of its subtrees.
-    fn cut(&mut self, part: &mut [u32]) -> Vec<u32> {
+    fn cut(&mut self, part: &mut [NodeId]) -> Vec<u32> {
         if part.len() <= LEAF {
             return vec![self.finish(part, &[])];
         }
-        let corners: Vec<Vector> = part.iter().map(|&n| self.points[n as usize]).collect();
+        let corners: Vec<Vector> = part.iter().map(|&n| self.points[n]).collect();
         let [low, high] = bounding_box(&corners);
         let axis = usize::from(high[1] - low[1] > high[0] - low[0]);
         let points = self.points;
-        let coordinate = |n: u32| points[n as usize][axis];
+        let coordinate = |n: NodeId| points[n][axis];
         let middle = part.len() / 2;
         let (_, &mut median, _) = part
             .select_nth_unstable_by(middle, |a, b| coordinate(*a).total_cmp(&coordinate(*b)).then(a.cmp(b)));
         // Nodes on the median line all go to one side, which makes a grid line a clean cut.
         let line = coordinate(median);
-        let is_left = |n: u32| if line > low[axis] { coordinate(n) < line } else { coordinate(n) <= line };
+        let is_left = |n: NodeId| if line > low[axis] { coordinate(n) < line } else { coordinate(n) <= line };
         for &n in part.iter() {
-            self.side[n as usize] = if is_left(n) { Side::Left } else { Side::Right };
+            self.side[n] = if is_left(n) { Side::Left } else { Side::Right };
         }
-        let border = |from: Side, to: Side| -> Vec<u32> {
-            let on = |n: &u32| self.side[*n as usize] == from && self.touches(*n, to);
+        let border = |from: Side, to: Side| -> Vec<NodeId> {
+            let on = |n: &NodeId| self.side[*n] == from && self.touches(*n, to);
             part.iter().copied().filter(on).collect()
         };
         let (on_left, on_right) = (border(Side::Left, Side::Right), border(Side::Right, Side::Left));
         let mut separator = if on_left.len() < on_right.len() { on_left } else { on_right };
-        separator.sort_unstable_by(|a, b| {
-            points[*a as usize][1 - axis].total_cmp(&points[*b as usize][1 - axis]).then(a.cmp(b))
-        });
+        separator
+            .sort_unstable_by(|a, b| points[*a][1 - axis].total_cmp(&points[*b][1 - axis]).then(a.cmp(b)));
         for &n in &separator {
-            self.side[n as usize] = Side::Separator;
+            self.side[n] = Side::Separator;
         }
-        let of = |side: Side| part.iter().copied().filter(|n| self.side[*n as usize] == side).collect();
-        let (mut left, mut right): (Vec<u32>, Vec<u32>) = (of(Side::Left), of(Side::Right));
+        let of = |side: Side| part.iter().copied().filter(|n| self.side[*n] == side).collect();
+        let (mut left, mut right): (Vec<NodeId>, Vec<NodeId>) = (of(Side::Left), of(Side::Right));
         for &n in part.iter() {
-            self.side[n as usize] = Side::Outside;
+            self.side[n] = Side::Outside;
         }
         if separator.is_empty() && (left.is_empty() || right.is_empty()) {
             // All nodes lie on one line without being joined across it: a cut gains nothing.
@@ -118,7 +118,7 @@ impl Work<'_> {
     }
 
     /// Appends a part above its children.
-    fn finish(&mut self, nodes: &[u32], children: &[u32]) -> u32 {
+    fn finish(&mut self, nodes: &[NodeId], children: &[u32]) -> u32 {
         let number = self.result.parts.len() as u32;
         for &child in children {
             self.result.parts[child as usize].parent = number;
@@ -141,17 +141,17 @@ mod tests {
         let d = dissect(&mesh);
         let mut sorted = d.order.clone();
         sorted.sort_unstable();
-        assert_eq!(sorted, (0..mesh.points().len() as u32).collect::<Vec<_>>());
+        assert_eq!(sorted, (0..mesh.points().len()).map(NodeId::new).collect::<Vec<_>>());
         // Joined nodes lie in one part, or one lies in a part above the other's.
         let mut part_of = vec![0u32; d.order.len()];
         for (k, part) in d.parts.iter().enumerate() {
             assert!(part.parent == ROOT || part.parent as usize > k);
             for &n in &d.order[part.nodes.clone()] {
-                part_of[n as usize] = k as u32;
+                part_of[n] = k as u32;
             }
         }
         for [a, b] in mesh.topology().edges() {
-            let (low, high) = (part_of[*a as usize], part_of[*b as usize]);
+            let (low, high) = (part_of[*a], part_of[*b]);
             let (mut k, top) = (low.min(high), low.max(high));
             while k < top {
                 k = d.parts[k as usize].parent;

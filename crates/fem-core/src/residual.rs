@@ -104,7 +104,7 @@ enum Source<'a> {
 /// Computes the stress of a displacement in a triangle, `(xx, yy, xy)`.
 #[inline(always)]
 fn stress(body: &Body, cell: &Cell, t: usize, field: Nodal<'_>) -> [DoubleDouble; 3] {
-    let corners = body.mesh().triangles()[t].map(|n| field.at(n as usize));
+    let corners = body.mesh().triangles()[t].map(|n| field.at(n.index()));
     let difference = |k: usize| [0, 1].map(|c| corners[k][c] - corners[0][c]);
     let (d1, d2) = (difference(1), difference(2));
     let [g1, g2] = cell.gradients;
@@ -165,7 +165,7 @@ fn residual(body: &Body, source: Source<'_>) -> Vec<PreciseVector> {
         for (corners, forces) in triangles[first..].iter().zip(forces.iter().flatten()) {
             for (&n, f) in corners.iter().zip(forces) {
                 for c in 0..2 {
-                    residual[n as usize][c] += f[c];
+                    residual[n][c] += f[c];
                 }
             }
         }
@@ -214,7 +214,7 @@ fn external_forces(body: &Body) -> Vec<PreciseVector> {
         let nodes = mesh.topology().edges()[edge];
         for (node, near, far) in [(nodes[0], a, b), (nodes[1], b, a)] {
             for c in 0..2 {
-                forces[node as usize][c] += sixth * (DoubleDouble::sum(near[c], near[c]) + far[c]);
+                forces[node][c] += sixth * (DoubleDouble::sum(near[c], near[c]) + far[c]);
             }
         }
     }
@@ -224,7 +224,7 @@ fn external_forces(body: &Body) -> Vec<PreciseVector> {
             let share = Cell::new(mesh.corners(t)).double_area / DoubleDouble::from(6.0);
             for &n in corners {
                 for c in 0..2 {
-                    forces[n as usize][c] += share * b[c];
+                    forces[n][c] += share * b[c];
                 }
             }
         }

@@ -9,6 +9,7 @@ pub use collection::{PvdEntry, pvd, series};
 
 use crate::words::escaped;
 use fem_core::geometry::Vector;
+use fem_core::mesh::TriMesh;
 use std::fmt::Write as _;
 use std::io::{self, Write};
 use thiserror::Error;
@@ -52,6 +53,13 @@ pub struct VtuMesh {
     pub points: Vec<Vector>,
     /// Cells by the numbers of their points.
     pub cells: VtuCells,
+}
+
+impl From<&TriMesh> for VtuMesh {
+    fn from(mesh: &TriMesh) -> Self {
+        let corners = mesh.triangles().iter().map(|corners| corners.map(u32::from));
+        Self { points: mesh.points().to_vec(), cells: VtuCells::Triangles(corners.collect()) }
+    }
 }
 
 /// A named field: one entry of `components` numbers per point, per cell, or any number of them as field data.

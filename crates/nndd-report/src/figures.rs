@@ -10,6 +10,7 @@ use certified_contact::CertifiedSolution;
 use fem_core::body::{Body, EdgeReaction, NodeConstraint};
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactPair, NodePair};
+use fem_core::mesh::id::NodeId;
 
 /// A named figure.
 pub(crate) struct Picture {
@@ -88,7 +89,7 @@ fn closing(solution: &CertifiedSolution) -> Vec<Closing> {
         let displacement = pair.bodies.map(|b| &estimate.pair.bodies[b].displacement[..]);
         let of_nodes = |nodes: &NodePair| {
             let of = |field: [&[Vector]; 2]| {
-                let [first, second] = [0, 1].map(|side: usize| field[side][nodes.nodes[side] as usize]);
+                let [first, second] = [0, 1].map(|side: usize| field[side][nodes.nodes[side]]);
                 nodes.normal.dot(&(second - first))
             };
             Closing { gap: of(points), approach: -of(displacement) }
@@ -109,7 +110,7 @@ fn problem<'a>(case: &'a Case, solution: &'a CertifiedSolution, title: &str) -> 
     let bodies: Vec<SketchBody<'_>> = case.bodies.iter().zip(&solution.problem.bodies).map(sketch).collect();
     let line = |pair: &ContactPair| -> Vec<[Vector; 2]> {
         let points = solution.problem.bodies[pair.bodies[0]].mesh().points();
-        let place = |k: u32| points[pair.interface.pairs()[k as usize].nodes[0] as usize];
+        let place = |k: u32| points[pair.interface.pairs()[k as usize].nodes[0]];
         pair.interface.edges().iter().map(|edge| edge.pairs.map(place)).collect()
     };
     let contact: Vec<[Vector; 2]> = solution.problem.contacts.iter().flat_map(line).collect();
@@ -125,7 +126,7 @@ fn problem<'a>(case: &'a Case, solution: &'a CertifiedSolution, title: &str) -> 
 fn sketch_edges(body: &Body) -> Vec<SketchEdge> {
     let mesh = body.mesh();
     let nodes_of = mesh.topology().edges();
-    let imposed = |node: u32| match body.node_constraints()[node as usize] {
+    let imposed = |node: NodeId| match body.node_constraints()[node] {
         NodeConstraint::Free => Vector::zeros(),
         NodeConstraint::Along { direction, value } => value * direction,
         NodeConstraint::Fixed { value } => value,
@@ -150,7 +151,7 @@ fn sketch_edges(body: &Body) -> Vec<SketchEdge> {
                 EdgeReaction::Both => mean_imposed,
             };
             Some(SketchEdge {
-                ends: nodes.map(|v| mesh.points()[v as usize]),
+                ends: nodes.map(|v| mesh.points()[v]),
                 normal: mesh.edge_normal(*edge),
                 held,
                 displacement,

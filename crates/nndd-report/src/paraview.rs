@@ -165,8 +165,7 @@ fn body_data(
         VtuArray::vectors("displacement", &pair.bodies[body].displacement),
         VtuArray::vectors("reaction", &reactions(solution, estimate, model, body)),
     ];
-    let grid =
-        VtuMesh { points: mesh.points().to_vec(), cells: VtuCells::Triangles(mesh.triangles().to_vec()) };
+    let grid = VtuMesh::from(mesh);
     (grid, VtuData { point, cell, field: Vec::new() })
 }
 
@@ -194,7 +193,7 @@ fn reactions(solution: &CertifiedSolution, estimate: &Estimate, model: &Body, bo
     let mut forces: Vec<Vector> = held.collect();
     for (k, side) in solution.problem.sides_of(body) {
         for pair in solution.problem.contacts[k].interface.pairs() {
-            let node = pair.nodes[side] as usize;
+            let node = pair.nodes[side].index();
             forces[node] = match model.node_constraints()[node] {
                 NodeConstraint::Free => along(pair.normal, residual[node]),
                 _ => residual[node],

@@ -37,9 +37,9 @@ impl Case {
             let (true, Some(side)) = (count > 1, side) else { continue };
             let mut in_contact = vec![false; count];
             for &edge in side {
-                in_contact[piece_of[mesh.topology().edges()[edge][0] as usize] as usize] = true;
+                in_contact[piece_of[mesh.topology().edges()[edge][0]] as usize] = true;
             }
-            let apart = |t: &u32| !in_contact[piece_of[mesh.triangles()[*t as usize][0] as usize] as usize];
+            let apart = |t: &u32| !in_contact[piece_of[mesh.triangles()[*t as usize][0]] as usize];
             let cells: Vec<u32> = (0..mesh.triangles().len() as u32).filter(apart).collect();
             let Some(found) = mesh.overlap_with(&cells, other) else { continue };
             let element = |b: usize, t: usize| match self.element_numbers(b, bodies[b].mesh()) {

@@ -46,7 +46,7 @@ impl Case {
     ) -> Result<(), CaseError> {
         let lambda = self.solver.lambda.scalar();
         let points = bodies.map(|body| body.mesh().points());
-        let of_nodes = |p: &NodePair| [0, 1].map(|side| points[side][p.nodes[side] as usize]);
+        let of_nodes = |p: &NodePair| [0, 1].map(|side| points[side][p.nodes[side]]);
         let mut points = interface.pairs().iter().flat_map(of_nodes);
         let Some(p) = points.find(|p| !lambda.at(*p).is_finite()) else { return Ok(()) };
         let message =

@@ -120,7 +120,7 @@ impl Cell {
     pub(super) fn new(space: &Space<'_>, triangle: usize) -> Self {
         let mesh = space.body().mesh();
         let corners = mesh.corners(triangle);
-        let nodes = mesh.triangles()[triangle].map(|n| space.node(n as usize));
+        let nodes = mesh.triangles()[triangle].map(|n| space.node(n.index()));
         let edges = mesh.topology().triangle_edges()[triangle];
         let (a, b) = (corners[1] - corners[0], corners[2] - corners[0]);
         let rows = |v: Vector| Vector::new(a.dot(&v), b.dot(&v));

@@ -183,10 +183,10 @@ impl Band {
         inner.resize(size * (size + 1) / 2, 0.0);
         for (spoke, &edge) in spokes.iter_mut().zip(&star.spokes) {
             let ends = mesh.topology().edges()[edge];
-            let other = if ends[0] == node { ends[1] } else { ends[0] };
+            let other = if ends[0].index() == node as usize { ends[1] } else { ends[0] };
             let own = space.edge_unknown(edge) as u32;
             // The last spoke of an open star has no triangle after it: its coupling with the rim is zero.
-            *spoke = Spoke { own, ring: 3 * other, rim: own };
+            *spoke = Spoke { own, ring: 3 * u32::from(other), rim: own };
         }
         for (j, &t) in star.triangles.iter().enumerate() {
             let form = forms.of(t);

@@ -13,7 +13,7 @@ pub(crate) fn bytes_of_stars(mesh: &TriMesh) -> usize {
     let topology = mesh.topology();
     let mut spokes = vec![0usize; mesh.points().len()];
     for n in topology.edges().as_flattened() {
-        spokes[*n as usize] += 1;
+        spokes[*n] += 1;
     }
     let stars: usize = spokes
         .into_iter()

@@ -58,8 +58,7 @@ impl<'a> Space<'a> {
         let mut basis_of = vec![0u32; mesh.points().len()];
         let mut boundary = Vec::with_capacity(conditions.len());
         for (&edge, condition) in mesh.topology().boundary_edges().iter().zip(conditions) {
-            let [a, b] =
-                mesh.topology().oriented_edge(edge, mesh.triangles()).map(|n| mesh.points()[n as usize]);
+            let [a, b] = mesh.topology().oriented_edge(edge, mesh.triangles()).map(|n| mesh.points()[n]);
             let length = norm(b - a);
             let normal = 1.0 / length * rotated(b - a);
             let mut keep_value = true;
@@ -83,7 +82,7 @@ impl<'a> Space<'a> {
             };
             boundary.push(freedom);
             for node in mesh.topology().edges()[edge] {
-                let place = &mut basis_of[node as usize];
+                let place = &mut basis_of[node];
                 if *place == 0 {
                     *place = bases.len() as u32;
                     bases.push(free);
@@ -107,14 +106,14 @@ impl<'a> Space<'a> {
         for (k, &edge) in topology.boundary_edges().iter().enumerate() {
             if self.boundary[k] != other.boundary[k] {
                 for n in topology.edges()[edge] {
-                    differs[n as usize] = true;
+                    differs[n] = true;
                 }
             }
         }
         let mut marked = vec![false; differs.len()];
-        for nodes in mesh.triangles().iter().filter(|nodes| nodes.iter().any(|&n| differs[n as usize])) {
+        for nodes in mesh.triangles().iter().filter(|nodes| nodes.iter().any(|&n| differs[n])) {
             for &n in nodes {
-                marked[n as usize] = true;
+                marked[n] = true;
             }
         }
         marked
@@ -160,7 +159,7 @@ impl<'a> Space<'a> {
         let conditions = &stress.conditions;
         stress.edge_moments.par_iter_mut().enumerate().with_min_len(1024).for_each(|(e, moments)| {
             let e = EdgeId::new(e);
-            let nodes = topology.oriented_edge(e, mesh.triangles()).map(|n| n as usize);
+            let nodes = topology.oriented_edge(e, mesh.triangles()).map(|n| n.index());
             let [a, b] = nodes.map(|n| mesh.points()[n]);
             let first = topology.edge_triangles()[e][0] as usize;
             let basis = self.edge(e, first, a, b);
@@ -180,7 +179,7 @@ impl<'a> Space<'a> {
                     EdgeReaction::Both => {}
                 }
             }
-            if topology.edges()[e][0] as usize != nodes[0] {
+            if topology.edges()[e][0].index() != nodes[0] {
                 added.reverse();
             }
             for (moment, x) in moments.iter_mut().zip(added) {

@@ -73,7 +73,7 @@ fn colour(mesh: &TriMesh) -> Vec<u32> {
     let mut used: Vec<u32> = Vec::new();
     for i in 0..nodes {
         for &j in &neighbours[starts[i] as usize..starts[i + 1] as usize] {
-            if let Some(mark) = used.get_mut(colours[j as usize] as usize) {
+            if let Some(mark) = used.get_mut(colours[j] as usize) {
                 *mark = i as u32;
             }
         }

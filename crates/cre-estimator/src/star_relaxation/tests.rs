@@ -147,7 +147,7 @@ fn best(body: &Body, eet: &EquilibratedStress) -> f64 {
             let edge = edge.index();
             let sign = if topology.edge_triangles()[edge][0] as usize == t { 1.0 } else { -1.0 };
             for end in 0..2 {
-                let x = mesh.points()[topology.edges()[edge][end] as usize];
+                let x = mesh.points()[topology.edges()[edge][end]];
                 for (c, unit) in [Vector::x(), Vector::y()].into_iter().enumerate() {
                     let unknown = 4 * edge + 2 * end + c;
                     balance[c][unknown] = sign;

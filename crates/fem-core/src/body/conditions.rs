@@ -8,7 +8,7 @@ use crate::boundary::{BoundaryConditions, EdgeSelection, Load, ScalarData, Suppo
 use crate::geometry::{self, Vector, cross};
 use crate::material::Materials;
 use crate::mesh::TriMesh;
-use crate::mesh::id::EdgeId;
+use crate::mesh::id::{EdgeId, NodeId};
 use std::collections::HashMap;
 use std::sync::OnceLock;
 
@@ -86,7 +86,7 @@ struct Evaluation<'a> {
 
 /// A node on a curved roller, fixed in another direction than the normal of one of its edges.
 struct Turned {
-    node: u32,
+    node: NodeId,
     /// The edge's normal, and what is imposed along it.
     normal: Vector,
     value: f64,
@@ -162,7 +162,7 @@ impl Evaluation<'_> {
         };
         let mut selected = Vec::new();
         for &edge in edges {
-            let ends = self.mesh.topology().edges()[edge].map(|n| points[n as usize]);
+            let ends = self.mesh.topology().edges()[edge].map(|n| points[n]);
             if !ends.into_iter().all(inside) {
                 continue;
             }
@@ -184,7 +184,7 @@ impl Evaluation<'_> {
         place: ConditionPlace,
         edges: &[EdgeId],
         support: &Support,
-    ) -> Result<Vec<u32>, BodyError> {
+    ) -> Result<Vec<NodeId>, BodyError> {
         let mut nodes = Vec::new();
         let rollers = match support {
             Support::Normal(_) => self.roller_normals(edges),
@@ -192,7 +192,7 @@ impl Evaluation<'_> {
         };
         let magnitude = |data: &ScalarData| {
             let all = edges.iter().flat_map(|&e| self.mesh.topology().edges()[e]);
-            all.fold(0.0f64, |largest, n| largest.max(data.at(self.mesh.points()[n as usize]).abs()))
+            all.fold(0.0f64, |largest, n| largest.max(data.at(self.mesh.points()[n]).abs()))
         };
         let magnitudes = match support {
             Support::Normal(data) => [Some((data, magnitude(data))); 2],
@@ -223,8 +223,8 @@ impl Evaluation<'_> {
     }
 
     /// Lists the normals of a roller's edges at each of their nodes, times the edges' lengths.
-    fn roller_normals(&self, edges: &[EdgeId]) -> HashMap<u32, Vec<Vector>> {
-        let mut normals: HashMap<u32, Vec<Vector>> = HashMap::new();
+    fn roller_normals(&self, edges: &[EdgeId]) -> HashMap<NodeId, Vec<Vector>> {
+        let mut normals: HashMap<NodeId, Vec<Vector>> = HashMap::new();
         for &edge in edges {
             let weighted = self.mesh.edge_length(edge) * self.mesh.edge_normal(edge);
             for node in self.mesh.topology().edges()[edge] {
@@ -238,18 +238,18 @@ impl Evaluation<'_> {
     fn constrain(
         &mut self,
         place: ConditionPlace,
-        node: u32,
+        node: NodeId,
         imposed: &Imposed<'_>,
     ) -> Result<f64, BodyError> {
-        let (point, direction) = (self.mesh.points()[node as usize], imposed.direction);
+        let (point, direction) = (self.mesh.points()[node], imposed.direction);
         let value = finite(place, point, imposed.data.at(point))?;
-        let magnitude = &mut self.magnitudes[node as usize];
+        let magnitude = &mut self.magnitudes[node];
         *magnitude = magnitude.max(imposed.magnitude);
         let agree = |known: f64, magnitude: f64| {
             let close = (known - value).abs() <= SAME_VALUE * magnitude;
             if close { Ok(value) } else { Err(BodyError::Conflict { place, point, values: [known, value] }) }
         };
-        let constraint = &mut self.constraints[node as usize];
+        let constraint = &mut self.constraints[node];
         match *constraint {
             NodeConstraint::Free => *constraint = NodeConstraint::Along { direction, value },
             NodeConstraint::Along { direction: d, value: v } => {
@@ -269,9 +269,9 @@ impl Evaluation<'_> {
 
     /// Computes [`Body::roller_turn`] when all conditions are imposed.
     fn roller_turn(&self) -> f64 {
-        let violates = |t: &&Turned| match self.constraints[t.node as usize] {
+        let violates = |t: &&Turned| match self.constraints[t.node] {
             NodeConstraint::Fixed { value: u } => {
-                (u.dot(&t.normal) - t.value).abs() > SAME_VALUE * self.magnitudes[t.node as usize]
+                (u.dot(&t.normal) - t.value).abs() > SAME_VALUE * self.magnitudes[t.node]
             }
             _ => true,
         };
@@ -290,7 +290,7 @@ impl Evaluation<'_> {
                 EdgeReaction::Both => traction.iter().any(|&t| t != Vector::zeros()),
             };
             if blocked {
-                let ends = self.mesh.topology().edges()[edge].map(|n| self.mesh.points()[n as usize]);
+                let ends = self.mesh.topology().edges()[edge].map(|n| self.mesh.points()[n]);
                 let point = 0.5 * (ends[0] + ends[1]);
                 return Err(BodyError::LoadOnSupport { place, point });
             }
@@ -312,7 +312,7 @@ impl Evaluation<'_> {
         edge: EdgeId,
         load: &Load,
     ) -> Result<[Vector; 2], BodyError> {
-        let ends = self.mesh.topology().edges()[edge].map(|n| self.mesh.points()[n as usize]);
+        let ends = self.mesh.topology().edges()[edge].map(|n| self.mesh.points()[n]);
         let normal = self.mesh.edge_normal(edge);
         let constant = match load {
             Load::Vector([x, y]) => x.constant().zip(y.constant()).map(|(x, y)| Vector::new(x, y)),

@@ -160,7 +160,7 @@ impl Body {
     }
 
     fn ends(&self, edge: EdgeId) -> [Vector; 2] {
-        self.mesh.topology().edges()[edge].map(|n| self.mesh.points()[n as usize])
+        self.mesh.topology().edges()[edge].map(|n| self.mesh.points()[n])
     }
 }
 

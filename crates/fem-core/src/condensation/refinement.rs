@@ -4,6 +4,7 @@ use super::CondensedBody;
 use crate::body::Body;
 use crate::double_double::PreciseVector;
 use crate::geometry::Vector;
+use crate::mesh::id::NodeId;
 use crate::residual::{self, SplitField};
 
 /// A correction that leaves more than this fraction of the residual is the last one.
@@ -43,14 +44,14 @@ impl CondensedBody {
     /// * `field`: on entry an approximation. With `held` its normal traces on the interface do not change.
     ///
     /// Returns the remaining `√(Rᵀ K⁻¹ R)`, square root of J/m.
-    pub fn refine(&self, body: &Body, loads: &[(u32, Vector)], held: bool, field: &mut SplitField) -> f64 {
+    pub fn refine(&self, body: &Body, loads: &[(NodeId, Vector)], held: bool, field: &mut SplitField) -> f64 {
         let mut least = f64::INFINITY;
         let mut last: Vec<Vector> = Vec::new();
         for _ in 0..MOST_REFINEMENTS {
             let mut residual = residual::of_field(body, field);
             for &(node, force) in loads {
                 for c in 0..2 {
-                    let entry = &mut residual[node as usize][c];
+                    let entry = &mut residual[node][c];
                     *entry = *entry + -force[c];
                 }
             }

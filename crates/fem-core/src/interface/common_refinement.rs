@@ -38,7 +38,7 @@ mod seam;
 use super::ContactNormal;
 use crate::body::Body;
 use crate::geometry::Vector;
-use crate::mesh::id::EdgeId;
+use crate::mesh::id::{EdgeId, NodeId};
 use crate::mesh::refine::RefinementEdges;
 use chain::Chain;
 use curve::Between;
@@ -72,7 +72,7 @@ pub struct Changes {
 #[non_exhaustive]
 pub struct Facing {
     /// Node of the first and of the second body.
-    pub nodes: [u32; 2],
+    pub nodes: [NodeId; 2],
     /// Unit normal out of the first body: that of the surface on which both are measured, linear between the averages at its
     /// nodes before the cuts.
     pub normal: Vector,
@@ -95,7 +95,7 @@ pub struct CommonRefinement {
     /// The nodes of the contact surfaces that face each other.
     pub facing: Vec<Facing>,
     /// The gap from one of the first body's nodes to the next, measured as [`Facing::gap`].
-    pub(super) between: HashMap<[u32; 2], Between>,
+    pub(super) between: HashMap<[NodeId; 2], Between>,
     /// The changes; `None` if there are no changes.
     pub changes: Option<Changes>,
 }
@@ -171,9 +171,9 @@ fn reference(bodies: &[Body; 2], chains: &[Vec<Chain>; 2]) -> usize {
 
 fn centre(body: &Body, chains: &[Chain]) -> Vector {
     let mut sum = Vector::zeros();
-    let nodes: Vec<u32> = chains.iter().flat_map(|c| c.nodes.iter().copied()).collect();
+    let nodes: Vec<NodeId> = chains.iter().flat_map(|c| c.nodes.iter().copied()).collect();
     for &n in &nodes {
-        sum += body.mesh().points()[n as usize];
+        sum += body.mesh().points()[n];
     }
     1.0 / nodes.len() as f64 * sum
 }
@@ -184,7 +184,7 @@ fn surface_angle(body: &Body, group: &str) -> f64 {
     chain::smallest_angle(mesh, edges.iter().flat_map(|&e| mesh.topology().edges()[e]))
 }
 
-fn side(body: Body, number: usize, moved: &HashMap<u32, Vector>) -> Result<Side, CommonRefinementError> {
+fn side(body: Body, number: usize, moved: &HashMap<NodeId, Vector>) -> Result<Side, CommonRefinementError> {
     let body = with_moved(body, number, moved)?;
     let refinement_edges = RefinementEdges::longest(body.mesh());
     Ok(Side { body, refinement_edges })
@@ -198,7 +198,7 @@ fn restrict(
     overlaps: &[Overlap],
 ) -> Result<(Body, f64), CommonRefinementError> {
     let mesh = body.mesh();
-    let find = |ends: [u32; 2]| mesh.topology().find_edge(ends[0], ends[1]);
+    let find = |ends: [NodeId; 2]| mesh.topology().find_edge(ends[0], ends[1]);
     let mut kept: Vec<EdgeId> = overlaps.iter().flat_map(|o| o.common(number)).filter_map(find).collect();
     kept.sort_unstable();
     kept.dedup();

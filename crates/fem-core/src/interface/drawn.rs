@@ -5,6 +5,7 @@ use super::common_refinement::curve::Between;
 use super::{ContactEdge, GapChange, InterfaceError, NodePair, STRAIGHT, matching};
 use crate::body::Body;
 use crate::geometry::{self, Vector, cross, norm};
+use crate::mesh::id::NodeId;
 use std::collections::HashMap;
 
 /// Paired nodes face each other along the contact normal to this fraction of the edges there.
@@ -38,7 +39,7 @@ impl Drawn {
         bodies: [&Body; 2],
         pairs: &[NodePair],
         edges: &[ContactEdge],
-        facing: Option<&HashMap<u32, &Facing>>,
+        facing: Option<&HashMap<NodeId, &Facing>>,
     ) -> Result<Self, InterfaceError> {
         let mut spacing = vec![f64::INFINITY; pairs.len()];
         for edge in edges {
@@ -50,7 +51,7 @@ impl Drawn {
             bodies.map(|b| geometry::diagonal(b.mesh().points())).into_iter().fold(f64::INFINITY, f64::min);
         let (mut gaps, mut uncertainty) = (Vec::with_capacity(pairs.len()), Vec::with_capacity(pairs.len()));
         for (pair, &spacing) in pairs.iter().zip(&spacing) {
-            let [point, other] = [0, 1].map(|b| bodies[b].mesh().points()[pair.nodes[b] as usize]);
+            let [point, other] = [0, 1].map(|b| bodies[b].mesh().points()[pair.nodes[b]]);
             let distance = other - point;
             let found = facing.and_then(|all| all.get(&pair.nodes[0]));
             let offset = cross(pair.normal, distance).abs();
@@ -74,7 +75,7 @@ impl Drawn {
     /// Finds the pair whose gap differs most from the drawn one; `None` if all are equal to round-off.
     pub(super) fn change(&self, points: &[Vector], pairs: &[NodePair]) -> Option<GapChange> {
         let change = |(pair, drawn): (&NodePair, &f64)| GapChange {
-            point: points[pair.nodes[0] as usize],
+            point: points[pair.nodes[0]],
             drawn: *drawn,
             used: pair.gap,
         };
@@ -103,7 +104,7 @@ pub(super) struct Surfaces<'a> {
 impl Surfaces<'_> {
     fn measured(&self, points: &[Vector], pairs: &[NodePair]) -> Vec<Measured> {
         let drawn = self.drawn;
-        let place = |k: usize| points[pairs[k].nodes[0] as usize];
+        let place = |k: usize| points[pairs[k].nodes[0]];
         let at_pair = |k: usize| Measured {
             point: place(k),
             gap: drawn.gaps[k],
@@ -158,17 +159,15 @@ impl Surfaces<'_> {
 /// Rejects surfaces with a common refinement that are too far apart, or overlap too much, for a given gap.
 pub(super) fn check_distances(
     points: &[Vector],
-    facing: &HashMap<u32, &Facing>,
+    facing: &HashMap<NodeId, &Facing>,
 ) -> Result<(), InterfaceError> {
     let excess = |f: &Facing| f.gap.abs() - matching::TOLERANCE * f.spacing - f.sagitta;
     let worst =
         facing.values().max_by(|a, b| excess(a).total_cmp(&excess(b)).then(a.nodes[0].cmp(&b.nodes[0])));
     match worst.filter(|f| !(excess(f) <= 0.0)) {
-        Some(f) => Err(InterfaceError::Distance {
-            point: points[f.nodes[0] as usize],
-            gap: f.gap,
-            spacing: f.spacing,
-        }),
+        Some(f) => {
+            Err(InterfaceError::Distance { point: points[f.nodes[0]], gap: f.gap, spacing: f.spacing })
+        }
         None => Ok(()),
     }
 }

@@ -32,7 +32,7 @@ pub(super) struct Whole {
 
 /// Returns what is imposed on the two nodes of a pair that both bodies clamp.
 fn clamped(bodies: [&Body; 2], pair: &NodePair) -> Option<[Vector; 2]> {
-    let imposed = |b: usize| match bodies[b].node_constraints()[pair.nodes[b] as usize] {
+    let imposed = |b: usize| match bodies[b].node_constraints()[pair.nodes[b]] {
         NodeConstraint::Fixed { value } => Some(value),
         _ => None,
     };
@@ -120,14 +120,14 @@ impl Line {
         let opening = pair.gap - (imposed[0] - imposed[1]).dot(&pair.normal);
         let size = pair.gap + norm(imposed[0]) + norm(imposed[1]);
         if opening < -ROUND_OFF * size {
-            let point = bodies[0].mesh().points()[pair.nodes[0] as usize];
+            let point = bodies[0].mesh().points()[pair.nodes[0]];
             return Err(InterfaceError::ClampedOverlap { point, depth: -opening });
         }
         Ok(())
     }
 
     fn refused(&self, bodies: [&Body; 2], k: usize) -> InterfaceError {
-        let point = bodies[0].mesh().points()[self.pairs[k].nodes[0] as usize];
+        let point = bodies[0].mesh().points()[self.pairs[k].nodes[0]];
         InterfaceError::SupportedNode { body: 0, point }
     }
 }

@@ -20,7 +20,7 @@ impl ContactInterface {
         let edges: Vec<_> = edges.iter().zip(profiles).collect();
         let sum = DifferenceSum::of(&edges, |sum, (edge, profile)| {
             let pairs = edge.pairs.map(|k| &pairs[k as usize]);
-            let ends = pairs.map(|pair| points[pair.nodes[side] as usize]);
+            let ends = pairs.map(|pair| points[pair.nodes[side]]);
             let gaps = pairs.map(|pair| pair.gap);
             let between = |a: Vector, b: Vector, s: f64| (1.0 - s) * a + s * b;
             let linear = |s: f64| (1.0 - s) * gaps[0] + s * gaps[1];

@@ -4,7 +4,7 @@ use super::InterfaceError;
 use super::common_refinement::Facing;
 use crate::body::Body;
 use crate::geometry::{self, Vector, norm};
-use crate::mesh::id::EdgeId;
+use crate::mesh::id::{EdgeId, NodeId};
 use std::collections::HashMap;
 
 /// Paired nodes may be this fraction of the local edge length apart if the gap is given.
@@ -12,7 +12,7 @@ pub(super) const TOLERANCE: f64 = 0.05;
 
 /// One stretch of the contact line: nodes in order, and the edges between them.
 pub(super) struct Stretch {
-    pub(super) nodes: Vec<u32>,
+    pub(super) nodes: Vec<NodeId>,
     pub(super) edges: Vec<EdgeId>,
 }
 
@@ -26,18 +26,18 @@ impl Stretch {
 /// Collects the stretches of the first body's surface, each from its end with the smaller (x, y).
 pub(super) fn walk(body: &Body, surface: &[EdgeId]) -> Vec<Stretch> {
     let mesh = body.mesh();
-    let mut around: HashMap<u32, Vec<EdgeId>> = HashMap::new();
+    let mut around: HashMap<NodeId, Vec<EdgeId>> = HashMap::new();
     for &edge in surface {
         for node in mesh.topology().edges()[edge] {
             around.entry(node).or_default().push(edge);
         }
     }
-    let place = |n: u32| mesh.points()[n as usize];
-    let before = |a: &u32, b: &u32| {
+    let place = |n: NodeId| mesh.points()[n];
+    let before = |a: &NodeId, b: &NodeId| {
         let (p, q) = (place(*a), place(*b));
         p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])).then(a.cmp(b))
     };
-    let mut starts: Vec<u32> = around.keys().copied().collect();
+    let mut starts: Vec<NodeId> = around.keys().copied().collect();
     starts.sort_unstable_by(before);
     // Open stretches begin at an end; the remaining edges form closed ones.
     starts.sort_by_key(|n| around[n].len() > 1);
@@ -69,16 +69,16 @@ pub(super) fn nearest(
     bodies: [&Body; 2],
     edges: [&[EdgeId]; 2],
     chain: &[Stretch],
-) -> Result<HashMap<u32, u32>, InterfaceError> {
+) -> Result<HashMap<NodeId, NodeId>, InterfaceError> {
     let spacing = [spacings(bodies[0], edges[0]), spacings(bodies[1], edges[1])];
-    let first: Vec<u32> = chain.iter().flat_map(|s| s.nodes.iter().copied()).collect();
-    let mut second: Vec<u32> = spacing[1].keys().copied().collect();
+    let first: Vec<NodeId> = chain.iter().flat_map(|s| s.nodes.iter().copied()).collect();
+    let mut second: Vec<NodeId> = spacing[1].keys().copied().collect();
     second.sort_unstable();
     let mut partner = HashMap::new();
     let mut taken = HashMap::new();
     let grid = Grid::new(bodies[1], &second);
     for node in first {
-        let point = bodies[0].mesh().points()[node as usize];
+        let point = bodies[0].mesh().points()[node];
         let local = spacing[0][&node];
         let (other, distance) = grid.nearest(point);
         if distance > TOLERANCE * local.min(spacing[1][&other]) || taken.insert(other, node).is_some() {
@@ -87,8 +87,8 @@ pub(super) fn nearest(
         partner.insert(node, other);
     }
     if let Some(&node) = second.iter().find(|n| !taken.contains_key(n)) {
-        let point = bodies[1].mesh().points()[node as usize];
-        let nodes: Vec<u32> = partner.keys().copied().collect();
+        let point = bodies[1].mesh().points()[node];
+        let nodes: Vec<NodeId> = partner.keys().copied().collect();
         let distance = Grid::new(bodies[0], &nodes).nearest(point).1;
         return Err(InterfaceError::NotMatching { body: 1, point, distance, spacing: spacing[1][&node] });
     }
@@ -99,8 +99,8 @@ pub(super) fn nearest(
 pub(super) fn refined(
     body: &Body,
     chain: &[Stretch],
-    facing: &HashMap<u32, &Facing>,
-) -> Result<HashMap<u32, u32>, InterfaceError> {
+    facing: &HashMap<NodeId, &Facing>,
+) -> Result<HashMap<NodeId, NodeId>, InterfaceError> {
     let mut partner = HashMap::new();
     for stretch in chain {
         for (k, node) in stretch.nodes.iter().enumerate() {
@@ -118,8 +118,8 @@ pub(super) fn refined(
 }
 
 /// Computes the shortest contact edge at each contact node.
-fn spacings(body: &Body, surface: &[EdgeId]) -> HashMap<u32, f64> {
-    let mut spacing: HashMap<u32, f64> = HashMap::new();
+fn spacings(body: &Body, surface: &[EdgeId]) -> HashMap<NodeId, f64> {
+    let mut spacing: HashMap<NodeId, f64> = HashMap::new();
     for &edge in surface {
         let length = body.mesh().edge_length(edge);
         for node in body.mesh().topology().edges()[edge] {
@@ -133,12 +133,12 @@ fn spacings(body: &Body, surface: &[EdgeId]) -> HashMap<u32, f64> {
 /// Nodes sorted along the longer direction of their bounding box, for nearest-node queries.
 struct Grid {
     axis: usize,
-    sorted: Vec<(f64, Vector, u32)>,
+    sorted: Vec<(f64, Vector, NodeId)>,
 }
 
 impl Grid {
-    fn new(body: &Body, nodes: &[u32]) -> Self {
-        let points: Vec<Vector> = nodes.iter().map(|&n| body.mesh().points()[n as usize]).collect();
+    fn new(body: &Body, nodes: &[NodeId]) -> Self {
+        let points: Vec<Vector> = nodes.iter().map(|&n| body.mesh().points()[n]).collect();
         let [low, high] = geometry::bounding_box(&points);
         let axis = usize::from(high[1] - low[1] > high[0] - low[0]);
         let mut sorted: Vec<_> = points.iter().zip(nodes).map(|(p, &n)| (p[axis], *p, n)).collect();
@@ -147,10 +147,10 @@ impl Grid {
     }
 
     /// Finds the nearest node and its distance; the search widens from the point's own coordinate.
-    fn nearest(&self, point: Vector) -> (u32, f64) {
+    fn nearest(&self, point: Vector) -> (NodeId, f64) {
         let start = self.sorted.partition_point(|s| s.0 < point[self.axis]);
-        let mut best = (u32::MAX, f64::INFINITY);
-        let mut look = |entry: &(f64, Vector, u32)| {
+        let mut best = (NodeId::NONE, f64::INFINITY);
+        let mut look = |entry: &(f64, Vector, NodeId)| {
             if (entry.0 - point[self.axis]).abs() > best.1 {
                 return false;
             }
@@ -179,14 +179,14 @@ pub(super) fn along(
     bodies: [&Body; 2],
     edges: [&[EdgeId]; 2],
     chain: &[Stretch],
-) -> Result<HashMap<u32, u32>, InterfaceError> {
+) -> Result<HashMap<NodeId, NodeId>, InterfaceError> {
     let others = walk(bodies[1], edges[1]);
-    let place = |b: usize, node: u32| bodies[b].mesh().points()[node as usize];
+    let place = |b: usize, node: NodeId| bodies[b].mesh().points()[node];
     let counts = |point, what, counts| Err(InterfaceError::Counts { point, what, counts });
     if chain.len() != others.len() {
         return counts(place(0, chain[0].nodes[0]), "stretches", [chain.len(), others.len()]);
     }
-    let mut free: Vec<Vec<u32>> = Vec::new();
+    let mut free: Vec<Vec<NodeId>> = Vec::new();
     let mut closed = Vec::new();
     for other in &others {
         let mut nodes = other.nodes.clone();
@@ -230,12 +230,12 @@ pub(super) fn along(
 
 /// Measures the distance of a stretch of the other body from one between two points, and finds its first node: for a
 /// closed one the node nearest to the first point.
-fn fit(body: &Body, [first, last]: [Vector; 2], nodes: &[u32], closed: bool) -> (f64, usize) {
-    let distance = |a: Vector, node: u32| norm(body.mesh().points()[node as usize] - a);
+fn fit(body: &Body, [first, last]: [Vector; 2], nodes: &[NodeId], closed: bool) -> (f64, usize) {
+    let distance = |a: Vector, node: NodeId| norm(body.mesh().points()[node] - a);
     if !closed {
         return (distance(first, nodes[0]) + distance(last, nodes[nodes.len() - 1]), 0);
     }
-    let nearest = |best: (f64, usize), (start, &node): (usize, &u32)| {
+    let nearest = |best: (f64, usize), (start, &node): (usize, &NodeId)| {
         let d = distance(first, node);
         if d < best.0 { (d, start) } else { best }
     };

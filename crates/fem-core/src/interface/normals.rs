@@ -9,7 +9,7 @@ use super::matching::Stretch;
 use super::{ContactEdge, ContactNormal, InterfaceError, NodePair, STRAIGHT, held};
 use crate::body::{Body, NodeConstraint};
 use crate::geometry::{PARALLEL, Vector, angle_between, cross, norm, perpendicular};
-use crate::mesh::id::EdgeId;
+use crate::mesh::id::{EdgeId, NodeId};
 use std::collections::HashMap;
 
 /// Cosine of the largest angle between neighbouring normals: 60 degrees.
@@ -26,7 +26,7 @@ pub(super) fn choose(
     pairs: &mut [NodePair],
     edges: &[ContactEdge],
     normal: ContactNormal,
-    facing: Option<&HashMap<u32, &Facing>>,
+    facing: Option<&HashMap<NodeId, &Facing>>,
 ) -> Result<(), InterfaceError> {
     for edge in edges {
         for pair in edge.pairs {
@@ -82,7 +82,7 @@ fn given(body: &Body, edges: &[ContactEdge], direction: Vector) -> Result<Vector
 
 /// Finds the sharpest turn between neighbouring edges of a body's side of the line: its place and the cosine of its angle.
 pub(super) fn sharpest_turn(body: &Body, edges: impl Iterator<Item = EdgeId>) -> Option<(Vector, f64)> {
-    let mut before: HashMap<u32, Vector> = HashMap::new();
+    let mut before: HashMap<NodeId, Vector> = HashMap::new();
     let mut sharpest: Option<(Vector, f64)> = None;
     for edge in edges {
         let normal = body.mesh().edge_normal(edge);
@@ -90,7 +90,7 @@ pub(super) fn sharpest_turn(body: &Body, edges: impl Iterator<Item = EdgeId>) ->
             let Some(other) = before.insert(node, normal) else { continue };
             let cosine = other.dot(&normal).clamp(-1.0, 1.0);
             if sharpest.is_none_or(|s| cosine < s.1) {
-                sharpest = Some((body.mesh().points()[node as usize], cosine));
+                sharpest = Some((body.mesh().points()[node], cosine));
             }
         }
     }
@@ -108,7 +108,7 @@ fn check_corners(body: &Body, edges: &[ContactEdge]) -> Result<(), InterfaceErro
 }
 
 /// Uses the normals of a common refinement; on a straight stretch all are that of the first edge.
-fn frozen(body: &Body, pairs: &mut [NodePair], edges: &[ContactEdge], facing: &HashMap<u32, &Facing>) {
+fn frozen(body: &Body, pairs: &mut [NodePair], edges: &[ContactEdge], facing: &HashMap<NodeId, &Facing>) {
     let common = body.mesh().edge_normal(edges[0].edges[0]);
     for pair in pairs.iter_mut() {
         pair.normal = facing.get(&pair.nodes[0]).map_or(common, |f| f.normal);
@@ -171,12 +171,9 @@ fn turns(pairs: &[NodePair], edges: &[ContactEdge]) -> Vec<f64> {
 /// Rejects nodes whose normal displacement is imposed, or nearly so, unless both bodies clamp theirs. Otherwise the
 /// normal is the line's, and the node's frame is not orthogonal, see [`crate::dof::DofMap`].
 fn free_direction(bodies: [&Body; 2], pair: &mut NodePair, turn: f64) -> Result<(), InterfaceError> {
-    let constraint = |b: usize| bodies[b].node_constraints()[pair.nodes[b] as usize];
+    let constraint = |b: usize| bodies[b].node_constraints()[pair.nodes[b]];
     let refused = |b: usize| {
-        Err(InterfaceError::SupportedNode {
-            body: b,
-            point: bodies[b].mesh().points()[pair.nodes[b] as usize],
-        })
+        Err(InterfaceError::SupportedNode { body: b, point: bodies[b].mesh().points()[pair.nodes[b]] })
     };
     if held::is_clamped(bodies, pair) {
         return Ok(());

@@ -8,7 +8,7 @@ use super::{ContactEdge, ContactInterface, ContactNormal, Gap, InterfaceError, N
 use crate::body::{Body, EdgeReaction};
 use crate::boundary::ScalarData;
 use crate::geometry::Vector;
-use crate::mesh::id::EdgeId;
+use crate::mesh::id::{EdgeId, NodeId};
 use std::collections::HashMap;
 
 /// Pairs the surfaces.
@@ -23,7 +23,7 @@ pub(super) fn pair(
 ) -> Result<ContactInterface, InterfaceError> {
     let edges = [surface(bodies[0], 0, surfaces[0])?, surface(bodies[1], 1, surfaces[1])?];
     let chain = matching::walk(bodies[0], edges[0]);
-    let facing: Option<HashMap<u32, &Facing>> =
+    let facing: Option<HashMap<NodeId, &Facing>> =
         common.map(|common| common.facing.iter().map(|f| (f.nodes[0], f)).collect());
     let partner = match (&facing, gap) {
         (Some(facing), _) => matching::refined(bodies[0], &chain, facing)?,
@@ -31,7 +31,8 @@ pub(super) fn pair(
         (None, Gap::Geometric) => matching::along(bodies, edges, &chain)?,
     };
     let mut pairs = make_pairs(bodies, &chain, &partner);
-    let number: HashMap<u32, u32> = pairs.iter().enumerate().map(|(k, p)| (p.nodes[0], k as u32)).collect();
+    let number: HashMap<NodeId, u32> =
+        pairs.iter().enumerate().map(|(k, p)| (p.nodes[0], k as u32)).collect();
     let edges = make_edges(bodies, edges, &chain, &partner, &number)?;
     normals::choose(bodies, &chain, &mut pairs, &edges, normal, facing.as_ref())?;
     let drawn = Drawn::measure(bodies, &pairs, &edges, facing.as_ref())?;
@@ -84,7 +85,7 @@ fn surface<'a>(body: &'a Body, number: usize, group: &str) -> Result<&'a [EdgeId
     Ok(edges)
 }
 
-fn make_pairs(bodies: [&Body; 2], chain: &[Stretch], partner: &HashMap<u32, u32>) -> Vec<NodePair> {
+fn make_pairs(bodies: [&Body; 2], chain: &[Stretch], partner: &HashMap<NodeId, NodeId>) -> Vec<NodePair> {
     let mut pairs = Vec::new();
     let mut arc_length = 0.0;
     for stretch in chain {
@@ -110,7 +111,7 @@ fn make_pairs(bodies: [&Body; 2], chain: &[Stretch], partner: &HashMap<u32, u32>
 
 fn given_gap(points: &[Vector], pairs: &mut [NodePair], data: &ScalarData) -> Result<(), InterfaceError> {
     for pair in pairs {
-        let point = points[pair.nodes[0] as usize];
+        let point = points[pair.nodes[0]];
         let value = data.at(point);
         if !(value >= 0.0 && value.is_finite()) {
             return Err(InterfaceError::BadGap { point, value });
@@ -124,8 +125,8 @@ fn make_edges(
     bodies: [&Body; 2],
     surfaces: [&[EdgeId]; 2],
     chain: &[Stretch],
-    partner: &HashMap<u32, u32>,
-    number: &HashMap<u32, u32>,
+    partner: &HashMap<NodeId, NodeId>,
+    number: &HashMap<NodeId, u32>,
 ) -> Result<Vec<ContactEdge>, InterfaceError> {
     let mut edges = Vec::new();
     let mut seen = std::collections::HashSet::new();
@@ -190,10 +191,12 @@ mod tests {
         let (mut points, mut cells, mut edges) = (Vec::new(), Vec::new(), Vec::new());
         for x in [0.0, 9.0] {
             let mesh = crate::mesh::generate::ring([x, 0.0], radii, [0.0, 360.0], [12, 1]).unwrap();
-            let first = points.len() as u32;
+            let first = points.len();
             points.extend_from_slice(mesh.points());
-            cells.extend(mesh.triangles().iter().map(|t| t.map(|n| n + first)));
-            let ends = |e: &crate::mesh::id::EdgeId| mesh.topology().edges()[*e].map(|n| n + first);
+            cells.extend(mesh.triangles().iter().map(|t| t.map(|n| NodeId::new(n.index() + first))));
+            let ends = |e: &crate::mesh::id::EdgeId| {
+                mesh.topology().edges()[*e].map(|n| NodeId::new(n.index() + first))
+            };
             edges.extend(mesh.group(surface).unwrap().iter().map(ends));
         }
         let mesh = crate::mesh::TriMesh::new(points, cells, vec![(surface.into(), edges)]).unwrap();

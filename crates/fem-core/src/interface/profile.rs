@@ -9,6 +9,7 @@ use super::matching::Stretch;
 use super::{ContactEdge, NodePair};
 use crate::body::Body;
 use crate::geometry::{Vector, norm};
+use crate::mesh::id::NodeId;
 use std::collections::HashMap;
 
 /// A gap that differs from a linear one by less than this fraction of the edge is linear.
@@ -68,7 +69,7 @@ pub(super) fn profiles(
 pub(super) fn of_refined(
     pairs: &[NodePair],
     edges: &[ContactEdge],
-    between: &HashMap<[u32; 2], Between>,
+    between: &HashMap<[NodeId; 2], Between>,
 ) -> Vec<Option<Between>> {
     let find = |edge: &ContactEdge| {
         let [a, b] = edge.pairs.map(|k| pairs[k as usize].nodes[0]);
@@ -92,8 +93,8 @@ pub(super) fn of_matching(
     for stretch in chain {
         let own = &pairs[first_pair..first_pair + stretch.nodes.len()];
         let curves = [0, 1].map(|b| {
-            let points = own.iter().map(|p| bodies[b].mesh().points()[p.nodes[b] as usize]);
-            let closing = stretch.is_closed().then(|| bodies[b].mesh().points()[own[0].nodes[b] as usize]);
+            let points = own.iter().map(|p| bodies[b].mesh().points()[p.nodes[b]]);
+            let closing = stretch.is_closed().then(|| bodies[b].mesh().points()[own[0].nodes[b]]);
             Curve::new(points.chain(closing).collect())
         });
         for (k, edge) in edges[first_edge..first_edge + stretch.edges.len()].iter().enumerate() {

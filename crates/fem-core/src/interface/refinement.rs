@@ -9,6 +9,7 @@ use crate::body::{Body, BodyError};
 use crate::each_body::try_each_body;
 use crate::geometry::norm;
 use crate::mesh::MeshError;
+use crate::mesh::id::NodeId;
 use crate::mesh::refine::{self, Refinement, RefinementEdges};
 use crate::mesh::topology::NONE;
 use thiserror::Error;
@@ -173,7 +174,7 @@ impl ContactInterface {
             parents.push([k as u32; 2]);
             let nodes = |edge: &ContactEdge| [0, 1].map(|b| refinements[b].middle[edge.edges[b]]);
             let halved = starting[k].map(|(edge, profile)| (edge, profile, nodes(edge)));
-            if let Some((edge, profile, nodes)) = halved.filter(|(.., n)| *n != [NONE; 2]) {
+            if let Some((edge, profile, nodes)) = halved.filter(|(.., n)| *n != [NodeId::NONE; 2]) {
                 middle[k] = pairs.len() as u32;
                 pairs.push(self.middle_pair(old_pairs, edge, profile, nodes, bodies)?);
                 parents.push(edge.pairs);
@@ -221,11 +222,11 @@ impl ContactInterface {
         pairs: &[NodePair],
         edge: &ContactEdge,
         profile: Option<&Profile>,
-        nodes: [u32; 2],
+        nodes: [NodeId; 2],
         bodies: [&Body; 2],
     ) -> Result<NodePair, InterfaceError> {
         let [i, j] = edge.pairs.map(|k| &pairs[k as usize]);
-        let point = bodies[self.measured_on].mesh().points()[nodes[self.measured_on] as usize];
+        let point = bodies[self.measured_on].mesh().points()[nodes[self.measured_on]];
         let normal = 0.5 * (i.normal + j.normal);
         // Shorter than one if the normal changes. Dividing normal and gap by its length keeps the condition at the
         // nodes.

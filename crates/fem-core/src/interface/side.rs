@@ -1,13 +1,14 @@
 //! What a body retains of its interfaces when it is condensed.
 
 use crate::geometry::Vector;
+use crate::mesh::id::NodeId;
 use std::ops::Range;
 
 /// One direction at one node that a body retains as an interface unknown.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Retained {
     /// The node.
-    pub node: u32,
+    pub node: NodeId,
     /// The direction in which traces and forces are positive, of length one.
     pub direction: Vector,
 }

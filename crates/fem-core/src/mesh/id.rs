@@ -103,3 +103,8 @@ number! {
     /// The number of an edge of a mesh, from 0.
     EdgeId
 }
+
+number! {
+    /// The number of a node of a mesh, from 0.
+    NodeId
+}

@@ -2,6 +2,7 @@
 
 use super::TriMesh;
 use crate::geometry::{self, Vector, cross, norm};
+use crate::mesh::id::NodeId;
 use rayon::prelude::*;
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
@@ -143,17 +144,17 @@ mod tests {
     use crate::mesh::generate::block;
 
     /// Several meshes as one, without common nodes.
-    fn together(parts: &[(Vec<Vector>, Vec<[u32; 3]>)]) -> TriMesh {
+    fn together(parts: &[(Vec<Vector>, Vec<[NodeId; 3]>)]) -> TriMesh {
         let (mut points, mut cells) = (Vec::new(), Vec::new());
         for (p, t) in parts {
-            let first = points.len() as u32;
+            let first = points.len();
             points.extend_from_slice(p);
-            cells.extend(t.iter().map(|t| t.map(|n| n + first)));
+            cells.extend(t.iter().map(|t| t.map(|n| NodeId::new(n.index() + first))));
         }
         TriMesh::new(points, cells, Vec::new()).unwrap()
     }
 
-    fn piece(origin: [f64; 2], size: [f64; 2], cells: [usize; 2]) -> (Vec<Vector>, Vec<[u32; 3]>) {
+    fn piece(origin: [f64; 2], size: [f64; 2], cells: [usize; 2]) -> (Vec<Vector>, Vec<[NodeId; 3]>) {
         let mesh = block(origin, size, cells).unwrap();
         (mesh.points().to_vec(), mesh.triangles().to_vec())
     }

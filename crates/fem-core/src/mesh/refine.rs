@@ -19,7 +19,7 @@
 use super::topology::NONE;
 use super::{MeshError, TriMesh};
 use crate::geometry::Vector;
-use crate::mesh::id::EdgeId;
+use crate::mesh::id::{EdgeId, NodeId};
 
 /// The refinement edge of every triangle, by its place 0, 1 or 2 in the triangle.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -81,9 +81,9 @@ pub struct Refinement {
     /// The triangle of the old mesh that each new one lies in.
     pub parent_cell: Vec<u32>,
     /// The two ends of the edge that each new node halves; new node `k` has the number `old nodes + k`.
-    pub parent_nodes: Vec<[u32; 2]>,
-    /// The new node on each old edge, [`NONE`] if the edge is not cut.
-    pub middle: Vec<u32>,
+    pub parent_nodes: Vec<[NodeId; 2]>,
+    /// The new node on each old edge, [`NodeId::NONE`] if the edge is not cut.
+    pub middle: Vec<NodeId>,
 }
 
 impl Refinement {
@@ -94,8 +94,8 @@ impl Refinement {
     pub fn prolong(&self, field: &[Vector]) -> Vec<Vector> {
         let (found, expected) = (field.len(), self.mesh.points().len() - self.parent_nodes.len());
         assert!(found == expected, "the field has {found} entries, the old mesh {expected} nodes");
-        let middle = |ends: &[u32; 2]| {
-            let [a, b] = ends.map(|n| field[n as usize]);
+        let middle = |ends: &[NodeId; 2]| {
+            let [a, b] = ends.map(|n| field[n]);
             0.5 * (a + b)
         };
         field.iter().copied().chain(self.parent_nodes.iter().map(middle)).collect()
@@ -106,7 +106,7 @@ impl Refinement {
         let [a, b] = old.topology().edges()[edge];
         let find = |a, b| self.mesh.topology().find_edge(a, b);
         match self.middle[edge] {
-            NONE => find(a, b).into_iter().collect(),
+            NodeId::NONE => find(a, b).into_iter().collect(),
             m => find(a, m).into_iter().chain(find(m, b)).collect(),
         }
     }
@@ -175,12 +175,12 @@ pub fn refine_at(
     close(mesh, refinement_edges, &mut marked);
     let topology = mesh.topology();
     let mut points = mesh.points().to_vec();
-    let mut middle = vec![NONE; marked.len()];
+    let mut middle = vec![NodeId::NONE; marked.len()];
     let mut parent_nodes = Vec::new();
     for (edge, _) in marked.iter().enumerate().filter(|(_, m)| **m) {
         let ends = topology.edges()[edge];
-        let [a, b] = ends.map(|n| points[n as usize]);
-        middle[edge] = points.len() as u32;
+        let [a, b] = ends.map(|n| points[n]);
+        middle[edge] = NodeId::new(points.len());
         points.push(place(EdgeId::new(edge)).unwrap_or_else(|| 0.5 * (a + b)));
         parent_nodes.push(ends);
     }
@@ -194,7 +194,7 @@ pub fn refine_at(
         let halves = edges.iter().flat_map(|&e| {
             let [a, b] = topology.edges()[e];
             match middle[e] {
-                NONE => vec![[a, b]],
+                NodeId::NONE => vec![[a, b]],
                 m => vec![[a, m], [m, b]],
             }
         });
@@ -214,7 +214,7 @@ pub fn refine_at(
 #[derive(Default)]
 struct Children {
     parent: u32,
-    triangles: Vec<[u32; 3]>,
+    triangles: Vec<[NodeId; 3]>,
     refinement_edges: Vec<u8>,
     parents: Vec<u32>,
 }
@@ -223,9 +223,9 @@ impl Children {
     /// Cuts a triangle at the middle of its refinement edge `k`, if that is marked, and its halves likewise.
     ///
     /// * `middle`: the node on each of its edges, or [`NONE`].
-    fn cut(&mut self, corners: [u32; 3], middle: [u32; 3], k: usize) {
+    fn cut(&mut self, corners: [NodeId; 3], middle: [NodeId; 3], k: usize) {
         let m = middle[k];
-        if m == NONE {
+        if m == NodeId::NONE {
             self.triangles.push(corners);
             self.refinement_edges.push(k as u8);
             self.parents.push(self.parent);
@@ -234,8 +234,8 @@ impl Children {
         let [a, b, c] = [0, 1, 2].map(|j| corners[(k + j) % 3]);
         let [to_c, to_a] = [1, 2].map(|j| middle[(k + j) % 3]);
         // The edge opposite to the newest vertex m is the next to be cut: c-a in the first half, b-c in the second.
-        self.cut([c, a, m], [to_a, NONE, NONE], 0);
-        self.cut([b, c, m], [to_c, NONE, NONE], 0);
+        self.cut([c, a, m], [to_a, NodeId::NONE, NodeId::NONE], 0);
+        self.cut([b, c, m], [to_c, NodeId::NONE, NodeId::NONE], 0);
     }
 }
 

@@ -1,7 +1,7 @@
 //! Edges of a triangle mesh and the neighbourhoods of its nodes.
 
 use super::MeshError;
-use crate::mesh::id::EdgeId;
+use crate::mesh::id::{EdgeId, NodeId};
 
 /// Means 'no triangle' on the outer side of a boundary edge.
 pub const NONE: u32 = u32::MAX;
@@ -12,7 +12,7 @@ pub const NONE: u32 = u32::MAX;
 /// the triangles.
 #[derive(Clone, Debug)]
 pub struct Topology {
-    edges: Vec<[u32; 2]>,
+    edges: Vec<[NodeId; 2]>,
     edge_triangles: Vec<[u32; 2]>,
     triangle_edges: Vec<[EdgeId; 3]>,
     boundary_edges: Vec<EdgeId>,
@@ -24,26 +24,26 @@ pub struct Topology {
 
 /// A half-edge in the bucket of its smaller node: the larger one, the triangle, its place there, and whether it runs from
 /// the smaller to the larger.
-type HalfEdge = (u32, u32, u8, bool);
+type HalfEdge = (NodeId, u32, u8, bool);
 
 /// Sorts the 3T half-edges into buckets by their smaller node, and returns the starts of the buckets; each holds only
 /// a few, so sorting it is cheap.
-fn half_edges(nodes: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, Vec<HalfEdge>) {
+fn half_edges(nodes: usize, triangles: &[[NodeId; 3]]) -> (Vec<u32>, Vec<HalfEdge>) {
     let mut starts = vec![0u32; nodes + 1];
     for t in triangles {
         for k in 0..3 {
-            starts[t[k].min(t[(k + 1) % 3]) as usize + 1] += 1;
+            starts[t[k].min(t[(k + 1) % 3]).index() + 1] += 1;
         }
     }
     for i in 0..nodes {
         starts[i + 1] += starts[i];
     }
     let mut cursor = starts.clone();
-    let mut half = vec![(0u32, 0u32, 0u8, false); 3 * triangles.len()];
+    let mut half = vec![(NodeId::default(), 0u32, 0u8, false); 3 * triangles.len()];
     for (number, t) in triangles.iter().enumerate() {
         for k in 0..3 {
             let (a, b) = (t[k], t[(k + 1) % 3]);
-            let slot = &mut cursor[a.min(b) as usize];
+            let slot = &mut cursor[a.min(b)];
             half[*slot as usize] = (a.max(b), number as u32, k as u8, a < b);
             *slot += 1;
         }
@@ -53,7 +53,7 @@ fn half_edges(nodes: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, Vec<HalfEdge>)
 
 impl Topology {
     /// Builds the topology in time proportional to the number of triangles.
-    pub(super) fn build(nodes: usize, triangles: &[[u32; 3]]) -> Result<Self, MeshError> {
+    pub(super) fn build(nodes: usize, triangles: &[[NodeId; 3]]) -> Result<Self, MeshError> {
         let (node_starts, node_triangles) = triangles_by_node(nodes, triangles);
         let (starts, mut half) = half_edges(nodes, triangles);
         let mut edges = Vec::with_capacity(triangles.len() * 3 / 2 + 16);
@@ -66,7 +66,7 @@ impl Topology {
             bucket.sort_unstable();
             let mut previous = None;
             for &(b, triangle, k, forward) in bucket.iter() {
-                let fault = MeshError::NonManifoldEdge { a, b: b as usize };
+                let fault = MeshError::NonManifoldEdge { a, b: b.index() };
                 let edge = match previous {
                     Some((other, other_forward)) if other == b => {
                         let e = edges.len() - 1;
@@ -77,7 +77,7 @@ impl Topology {
                         e
                     }
                     _ => {
-                        edges.push([a as u32, b]);
+                        edges.push([NodeId::new(a), b]);
                         edge_triangles.push([triangle, NONE]);
                         edges.len() - 1
                     }
@@ -102,7 +102,7 @@ impl Topology {
 
     /// Returns the two nodes of every edge, the smaller first.
     #[inline]
-    pub fn edges(&self) -> &[[u32; 2]] {
+    pub fn edges(&self) -> &[[NodeId; 2]] {
         &self.edges
     }
 
@@ -137,15 +137,16 @@ impl Topology {
     }
 
     /// Finds the edge between two nodes.
-    pub fn find_edge(&self, a: u32, b: u32) -> Option<EdgeId> {
-        let (low, high) = (a.min(b) as usize, a.max(b));
+    pub fn find_edge(&self, a: impl Into<NodeId>, b: impl Into<NodeId>) -> Option<EdgeId> {
+        let [a, b] = [a.into(), b.into()];
+        let (low, high) = (a.min(b).index(), a.max(b));
         let range = *self.first_edge.get(low)?..*self.first_edge.get(low + 1)?;
         range.map(EdgeId::from).find(|&e| self.edges[e][1] == high)
     }
 
     /// Returns the nodes of an edge in the counter-clockwise sense of its first triangle.
     #[inline]
-    pub fn oriented_edge(&self, edge: EdgeId, triangles: &[[u32; 3]]) -> [u32; 2] {
+    pub fn oriented_edge(&self, edge: EdgeId, triangles: &[[NodeId; 3]]) -> [NodeId; 2] {
         let triangle = self.edge_triangles[edge][0] as usize;
         let corners = triangles[triangle];
         let k = self.edge_in(triangle, edge);
@@ -182,22 +183,22 @@ impl Topology {
 
     /// Returns, for every node, the other ends of its edges, ascending, in compressed form
     /// `(starts, neighbours)`.
-    pub fn node_neighbours(&self) -> (Vec<u32>, Vec<u32>) {
+    pub fn node_neighbours(&self) -> (Vec<u32>, Vec<NodeId>) {
         let nodes = self.node_starts.len() - 1;
         let mut starts = vec![0u32; nodes + 1];
         for e in &self.edges {
-            starts[e[0] as usize + 1] += 1;
-            starts[e[1] as usize + 1] += 1;
+            starts[e[0].index() + 1] += 1;
+            starts[e[1].index() + 1] += 1;
         }
         for i in 0..nodes {
             starts[i + 1] += starts[i];
         }
         let mut cursor = starts.clone();
-        let mut neighbours = vec![0u32; 2 * self.edges.len()];
+        let mut neighbours = vec![NodeId::default(); 2 * self.edges.len()];
         // Edges are sorted by smaller node: adding first all larger-to-smaller links keeps each list ascending.
         for (from, to) in [(1, 0), (0, 1)] {
             for e in &self.edges {
-                let slot = &mut cursor[e[from] as usize];
+                let slot = &mut cursor[e[from]];
                 neighbours[*slot as usize] = e[to];
                 *slot += 1;
             }
@@ -220,9 +221,9 @@ impl Topology {
             stack.push(seed);
             while let Some(i) = stack.pop() {
                 for &j in &neighbours[starts[i] as usize..starts[i + 1] as usize] {
-                    if piece[j as usize] == NONE {
-                        piece[j as usize] = count;
-                        stack.push(j as usize);
+                    if piece[j] == NONE {
+                        piece[j] = count;
+                        stack.push(j.index());
                     }
                 }
             }
@@ -232,10 +233,10 @@ impl Topology {
     }
 }
 
-fn triangles_by_node(nodes: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, Vec<u32>) {
+fn triangles_by_node(nodes: usize, triangles: &[[NodeId; 3]]) -> (Vec<u32>, Vec<u32>) {
     let mut starts = vec![0u32; nodes + 1];
     for n in triangles.iter().flatten() {
-        starts[*n as usize + 1] += 1;
+        starts[n.index() + 1] += 1;
     }
     for i in 0..nodes {
         starts[i + 1] += starts[i];
@@ -244,7 +245,7 @@ fn triangles_by_node(nodes: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, Vec<u32
     let mut list = vec![0u32; 3 * triangles.len()];
     for (number, t) in triangles.iter().enumerate() {
         for n in t {
-            let slot = &mut cursor[*n as usize];
+            let slot = &mut cursor[*n];
             list[*slot as usize] = number as u32;
             *slot += 1;
         }

@@ -10,6 +10,7 @@ use super::outline::outline;
 use super::sheet::{self, FINE, Frame, LEFT, PIXEL, Panel, Sheet, WIDTH, rectangle};
 use fem_core::geometry::{Vector, cross, norm};
 use fem_core::mesh::TriMesh;
+use fem_core::mesh::id::NodeId;
 
 /// One body of [`deformed`].
 pub(crate) struct BodyPicture<'a> {
@@ -201,8 +202,8 @@ fn low_density(bodies: &[BodyPicture<'_>]) -> f64 {
 
 fn cells_of(body: &BodyPicture<'_>, factor: f64, panel: &Panel<'_>) -> Vec<Cell> {
     let places: Vec<Option<Vector>> = places(body, factor).map(|p| Some(panel.place(p?))).collect();
-    let cell = |(t, density): (&[u32; 3], &f64)| {
-        let [a, b, c] = t.map(|v| places.get(v as usize).copied().flatten());
+    let cell = |(t, density): (&[NodeId; 3], &f64)| {
+        let [a, b, c] = t.map(|v| places.get(v.index()).copied().flatten());
         Some(Cell { corners: [a?, b?, c?], density: *density })
     };
     body.mesh.triangles().iter().zip(body.density).filter_map(cell).collect()
@@ -214,7 +215,7 @@ fn outlines(sheet: &mut Sheet, panel: &Panel<'_>, body: &BodyPicture<'_>, factor
     for (look, factor) in [(UNDEFORMED, 0.0), (DEFORMED, factor)] {
         let places: Vec<_> = places(body, factor).zip(&moved).map(|(p, q)| q.and(p)).collect();
         for line in &lines {
-            let known = line.iter().filter_map(|v| places.get(*v as usize).copied().flatten());
+            let known = line.iter().filter_map(|v| places.get(v.index()).copied().flatten());
             sheet.line(&look, &straightened(known.map(|p| panel.place(p))));
         }
     }

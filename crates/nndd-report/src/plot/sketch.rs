@@ -10,6 +10,7 @@ use super::outline::outline;
 use super::sheet::{self, FIRM, LEFT, MARGIN, PIXEL, Panel, RIGHT, SMALL, Sheet, WIDTH, Words, path};
 use fem_core::geometry::{Vector, norm, perpendicular};
 use fem_core::mesh::TriMesh;
+use fem_core::mesh::id::NodeId;
 use std::fmt::Write as _;
 
 /// One body of [`sketch`].
@@ -123,8 +124,8 @@ pub(crate) fn sketch(title: &str, bodies: &[SketchBody<'_>], contact: &[[Vector;
 /// The body as one pale shape, with its cells if there are few.
 fn shape(sheet: &mut Sheet, panel: &Panel<'_>, body: &SketchBody<'_>) {
     let mesh = body.mesh;
-    let closed = |line: Vec<u32>| {
-        let places: Vec<Vector> = line.iter().map(|v| panel.place(mesh.points()[*v as usize])).collect();
+    let closed = |line: Vec<NodeId>| {
+        let places: Vec<Vector> = line.iter().map(|v| panel.place(mesh.points()[*v])).collect();
         path(&places) + "z"
     };
     let lines: String = outline(mesh).into_iter().map(closed).collect();
@@ -208,7 +209,7 @@ fn name(sheet: &mut Sheet, panel: &Panel<'_>, body: &SketchBody<'_>) {
     let step = |n: usize| (n / MOST_TRIED).max(1);
     let (points, count) = (body.mesh.points(), body.mesh.triangles().len());
     let edge = outline(body.mesh).concat();
-    let edge: Vec<Vector> = edge.iter().step_by(step(edge.len())).map(|v| points[*v as usize]).collect();
+    let edge: Vec<Vector> = edge.iter().step_by(step(edge.len())).map(|v| points[*v]).collect();
     let middle = |t| {
         let [a, b, c] = body.mesh.corners(t);
         1.0 / 3.0 * (a + (b + c))

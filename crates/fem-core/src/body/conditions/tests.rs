@@ -47,7 +47,7 @@ fn linear_tractions_are_exact_and_pressure_pushes() {
     for &e in b.mesh().group("bottom").unwrap() {
         let nodes = b.mesh().topology().edges()[e];
         for (n, t) in nodes.iter().zip(b.edge_condition(e).unwrap().traction) {
-            assert!((t[0] - (3.0 * b.mesh().points()[*n as usize][0] - 1.0)).abs() < 1e-13);
+            assert!((t[0] - (3.0 * b.mesh().points()[*n][0] - 1.0)).abs() < 1e-13);
         }
     }
 }

@@ -3,7 +3,7 @@
 use crate::body::{Body, NodeConstraint};
 use crate::geometry::{self, Vector};
 use crate::mesh::TriMesh;
-use crate::mesh::id::EdgeId;
+use crate::mesh::id::{EdgeId, NodeId};
 use crate::mesh::topology::NONE;
 use std::collections::HashMap;
 
@@ -14,7 +14,7 @@ const CORNER: f64 = 0.866;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Chain {
     /// Nodes in order; a closed stretch ends with its first node.
-    pub(super) nodes: Vec<u32>,
+    pub(super) nodes: Vec<NodeId>,
     /// Whether its first node was inserted in an edge.
     pub(super) inserted: bool,
 }
@@ -38,7 +38,7 @@ pub(super) fn chains(mesh: &TriMesh, surface: &[EdgeId]) -> Option<Vec<Chain>> {
         next.insert(a, b);
         entered.insert(b, a);
     }
-    let mut nodes: Vec<u32> = next.keys().copied().collect();
+    let mut nodes: Vec<NodeId> = next.keys().copied().collect();
     nodes.sort_unstable_by(|&a, &b| before(mesh, a, b));
     // Open stretches begin at an end; the remaining edges form closed ones.
     nodes.sort_by_key(|n| entered.contains_key(n));
@@ -58,16 +58,15 @@ pub(super) fn chains(mesh: &TriMesh, surface: &[EdgeId]) -> Option<Vec<Chain>> {
     Some(chains)
 }
 
-fn before(mesh: &TriMesh, a: u32, b: u32) -> std::cmp::Ordering {
-    let [p, q] = [a, b].map(|n| mesh.points()[n as usize]);
+fn before(mesh: &TriMesh, a: NodeId, b: NodeId) -> std::cmp::Ordering {
+    let [p, q] = [a, b].map(|n| mesh.points()[n]);
     p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])).then(a.cmp(&b))
 }
 
 /// The surface's points in the order of (x, y): distinguishes two surfaces with equal numbers of edges, whatever their
 /// orientation.
 pub(super) fn sorted_points(mesh: &TriMesh, chains: &[Chain]) -> Vec<Vector> {
-    let mut points: Vec<Vector> =
-        chains.iter().flat_map(|c| &c.nodes).map(|&n| mesh.points()[n as usize]).collect();
+    let mut points: Vec<Vector> = chains.iter().flat_map(|c| &c.nodes).map(|&n| mesh.points()[n]).collect();
     points.sort_by(|p, q| p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])));
     points
 }
@@ -84,19 +83,19 @@ pub(super) enum Motion {
 }
 
 /// Tells how each node of the stretches may move along its surface.
-pub(super) fn motions(body: &Body, chains: &[Chain]) -> HashMap<u32, Motion> {
+pub(super) fn motions(body: &Body, chains: &[Chain]) -> HashMap<NodeId, Motion> {
     let mesh = body.mesh();
     let topology = mesh.topology();
-    let mut motions: HashMap<u32, Motion> = HashMap::new();
+    let mut motions: HashMap<NodeId, Motion> = HashMap::new();
     for chain in chains {
         for (k, &node) in chain.nodes.iter().enumerate() {
             let inner = k > 0 && k + 1 < chain.nodes.len();
-            let held = body.node_constraints()[node as usize] != NodeConstraint::Free;
-            let cells = topology.triangles_around(node as usize);
+            let held = body.node_constraints()[node] != NodeConstraint::Free;
+            let cells = topology.triangles_around(node.index());
             let first = body.material(cells[0] as usize);
             let mixed = cells.iter().any(|&t| body.material(t as usize) != first);
             let corner = inner && {
-                let edge = |a: u32, b: u32| topology.find_edge(a, b).map(|e| mesh.edge_normal(e));
+                let edge = |a: NodeId, b: NodeId| topology.find_edge(a, b).map(|e| mesh.edge_normal(e));
                 match [edge(chain.nodes[k - 1], node), edge(node, chain.nodes[k + 1])] {
                     [Some(m), Some(n)] => m.dot(&n) < CORNER,
                     _ => true,
@@ -108,7 +107,7 @@ pub(super) fn motions(body: &Body, chains: &[Chain]) -> HashMap<u32, Motion> {
     }
     // A group has two edges at a node, or it begins there.
     for edges in mesh.groups().values() {
-        let mut count: HashMap<u32, usize> = HashMap::new();
+        let mut count: HashMap<NodeId, usize> = HashMap::new();
         for node in edges.iter().flat_map(|&e| topology.edges()[e]) {
             if motions.contains_key(&node) {
                 *count.entry(node).or_default() += 1;
@@ -125,10 +124,10 @@ pub(super) fn motions(body: &Body, chains: &[Chain]) -> HashMap<u32, Motion> {
 }
 
 /// Computes the smallest angle of the cells that touch one of the nodes, in degrees.
-pub(super) fn smallest_angle(mesh: &TriMesh, nodes: impl Iterator<Item = u32>) -> f64 {
+pub(super) fn smallest_angle(mesh: &TriMesh, nodes: impl Iterator<Item = NodeId>) -> f64 {
     let mut smallest = 180.0f64;
-    for node in nodes.filter(|n| *n != NONE) {
-        for &t in mesh.topology().triangles_around(node as usize) {
+    for node in nodes.filter(|n| *n != NodeId::NONE) {
+        for &t in mesh.topology().triangles_around(node.index()) {
             smallest = smallest.min(geometry::smallest_angle(mesh.corners(t as usize)));
         }
     }

@@ -5,7 +5,7 @@ use super::error::CommonRefinementError;
 use super::overlap::{Overlap, Site};
 use crate::body::Body;
 use crate::geometry::{self, Vector};
-use crate::mesh::id::EdgeId;
+use crate::mesh::id::{EdgeId, NodeId};
 use crate::mesh::refine::{self, RefinementEdges};
 use crate::mesh::topology::NONE;
 use std::collections::HashMap;
@@ -90,7 +90,7 @@ fn marks(body: &Body, overlaps: &[Overlap], b: usize) -> Result<Marks, CommonRef
 fn edge_of(body: &Body, overlap: &Overlap, b: usize, k: usize) -> Result<EdgeId, CommonRefinementError> {
     let [i, j] = [overlap.sites[b][k].node, overlap.sites[b][k + 1].node];
     let found = body.mesh().topology().find_edge(i, j);
-    found.ok_or(CommonRefinementError::Folded { point: body.mesh().points()[i as usize] })
+    found.ok_or(CommonRefinementError::Folded { point: body.mesh().points()[i] })
 }
 
 /// Finds the point of the edge between sites `k` and `k + 1` at an arc length.
@@ -101,7 +101,7 @@ fn point_at(
     k: usize,
     s: f64,
 ) -> Result<Vector, CommonRefinementError> {
-    let [from, to] = [k, k + 1].map(|k| body.mesh().points()[overlap.sites[b][k].node as usize]);
+    let [from, to] = [k, k + 1].map(|k| body.mesh().points()[overlap.sites[b][k].node]);
     let t = overlap.curve.crossing(s, from, to);
     if !(t > 0.0 && t < 1.0) {
         return Err(CommonRefinementError::Folded { point: from });
@@ -120,9 +120,9 @@ fn is_thin(
     let mesh = body.mesh();
     let cell = mesh.topology().edge_triangles()[edge][0] as usize;
     let ends = [k, k + 1].map(|k| overlap.sites[b][k].node);
-    let apex = mesh.triangles()[cell].iter().find(|n| !ends.contains(n)).map(|&n| mesh.points()[n as usize]);
+    let apex = mesh.triangles()[cell].iter().find(|n| !ends.contains(n)).map(|&n| mesh.points()[n]);
     let Some(apex) = apex else { return Ok(false) };
-    let mut previous = mesh.points()[ends[0] as usize];
+    let mut previous = mesh.points()[ends[0]];
     let mut smallest = f64::INFINITY;
     let mut look = |next: Vector| {
         // The cell may lie on either side of the stretch.
@@ -135,7 +135,7 @@ fn is_thin(
     for s in overlap.targets(b, k) {
         look(point_at(body, overlap, b, k, s)?);
     }
-    look(mesh.points()[ends[1] as usize]);
+    look(mesh.points()[ends[1]]);
     Ok(smallest < THIN.min(0.5 * geometry::smallest_angle(mesh.corners(cell))))
 }
 
@@ -216,8 +216,8 @@ fn apply(
         for w in overlap.sites[b].windows(2) {
             sites.push(w[0]);
             let edge = old.topology().find_edge(w[0].node, w[1].node);
-            let new = edge.map_or(NONE, |e| refinement.middle[e]);
-            if let Some(cut) = edge.and_then(|e| cuts.get(&e)).filter(|_| new != NONE) {
+            let new = edge.map_or(NodeId::NONE, |e| refinement.middle[e]);
+            if let Some(cut) = edge.and_then(|e| cuts.get(&e)).filter(|_| new != NodeId::NONE) {
                 sites.push(Site { s: cut.s, node: new, motion: Motion::None });
             }
         }

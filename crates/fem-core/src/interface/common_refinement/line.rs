@@ -5,6 +5,7 @@ use super::curve::Curve;
 use crate::body::{Body, NodeConstraint};
 use crate::geometry::{Vector, bounding_box, norm, perpendicular};
 use crate::interface::ContactNormal;
+use crate::mesh::id::NodeId;
 
 /// A surface as it was before it was cut: its polygon, and the place of each node on the common line.
 #[derive(Clone, Debug)]
@@ -48,7 +49,7 @@ impl<'a> Line<'a> {
         } else if !own.is_closed() {
             // As in pairing: at a support the normal is the direction left free.
             for (last, node) in [(false, own.nodes[0]), (true, own.nodes[own.nodes.len() - 1])] {
-                if let NodeConstraint::Along { direction, .. } = body.node_constraints()[node as usize] {
+                if let NodeConstraint::Along { direction, .. } = body.node_constraints()[node] {
                     curve.turn_end(last, perpendicular(direction));
                 }
             }
@@ -60,20 +61,20 @@ impl<'a> Line<'a> {
 /// A stretch of the other body in the orientation of the reference: surfaces of facing bodies have opposite
 /// orientations.
 pub(super) struct Opposite {
-    pub(super) nodes: Vec<u32>,
+    pub(super) nodes: Vec<NodeId>,
     pub(super) points: Vec<Vector>,
     pub(super) closed: bool,
 }
 
 impl Opposite {
     pub(super) fn new(body: &Body, chain: &Chain) -> Self {
-        let nodes: Vec<u32> = chain.nodes.iter().rev().copied().collect();
+        let nodes: Vec<NodeId> = chain.nodes.iter().rev().copied().collect();
         Self { points: points_of(body, &nodes), nodes, closed: chain.is_closed() }
     }
 }
 
-fn points_of(body: &Body, nodes: &[u32]) -> Vec<Vector> {
-    nodes.iter().map(|&n| body.mesh().points()[n as usize]).collect()
+fn points_of(body: &Body, nodes: &[NodeId]) -> Vec<Vector> {
+    nodes.iter().map(|&n| body.mesh().points()[n]).collect()
 }
 
 /// Lists for each line the stretches of the other body, ascending, that reach into the region swept by its normals:

@@ -4,7 +4,7 @@ use super::error::CommonRefinementError;
 use crate::body::Body;
 use crate::geometry::{Vector, norm};
 use crate::mesh::TriMesh;
-use crate::mesh::id::EdgeId;
+use crate::mesh::id::{EdgeId, NodeId};
 use crate::mesh::refine::{Refinement, RefinementEdges};
 use crate::mesh::topology::NONE;
 use std::collections::HashMap;
@@ -18,9 +18,9 @@ pub(super) struct Moves {
 
 impl Moves {
     /// Adds nodes of body `b`, given as it was before they moved.
-    pub(super) fn add(&mut self, b: usize, body: &Body, moved: &HashMap<u32, Vector>) {
+    pub(super) fn add(&mut self, b: usize, body: &Body, moved: &HashMap<NodeId, Vector>) {
         self.count[b] += moved.len();
-        let way = |(node, to): (&u32, &Vector)| norm(*to - body.mesh().points()[*node as usize]);
+        let way = |(node, to): (&NodeId, &Vector)| norm(*to - body.mesh().points()[*node]);
         self.largest[b] = moved.iter().map(way).fold(self.largest[b], f64::max);
     }
 }
@@ -29,14 +29,14 @@ impl Moves {
 pub(super) fn with_moved(
     body: Body,
     number: usize,
-    moved: &HashMap<u32, Vector>,
+    moved: &HashMap<NodeId, Vector>,
 ) -> Result<Body, CommonRefinementError> {
     if moved.is_empty() {
         return Ok(body);
     }
     let mut points = body.mesh().points().to_vec();
     for (&node, &point) in moved {
-        points[node as usize] = point;
+        points[node] = point;
     }
     replaced(&body, number, points, None)
 }
@@ -61,7 +61,7 @@ pub(super) fn replaced(
         refinement_edges: RefinementEdges::longest(&changed),
         parent_cell: (0..mesh.triangles().len() as u32).collect(),
         parent_nodes: Vec::new(),
-        middle: vec![NONE; edges.len()],
+        middle: vec![NodeId::NONE; edges.len()],
         mesh: changed,
     };
     body.refined(&same).map_err(|source| CommonRefinementError::Body { body: number, source })

@@ -8,6 +8,7 @@ use super::line::{self, Line, Opposite, Uncut};
 use crate::body::Body;
 use crate::geometry::{Vector, norm, right_normal};
 use crate::interface::ContactNormal;
+use crate::mesh::id::NodeId;
 use std::collections::HashMap;
 
 /// Ends, corners and other fixed nodes are moved by at most this fraction of the smaller adjacent edge.
@@ -25,7 +26,7 @@ const FACING: f64 = -0.5;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Site {
     pub(super) s: f64,
-    pub(super) node: u32,
+    pub(super) node: NodeId,
     pub(super) motion: Motion,
 }
 
@@ -60,7 +61,7 @@ impl Overlap {
     }
 
     /// Returns the pairs of neighbouring sites of body `b` that lie in the common range.
-    pub(super) fn common(&self, b: usize) -> impl Iterator<Item = [u32; 2]> + '_ {
+    pub(super) fn common(&self, b: usize) -> impl Iterator<Item = [NodeId; 2]> + '_ {
         let inside = |w: &&[Site]| self.contains(w[0].s) && self.contains(w[1].s);
         self.sites[b].windows(2).filter(inside).map(|w| [w[0].node, w[1].node])
     }
@@ -72,7 +73,7 @@ impl Overlap {
     }
 
     /// Measures the gap between neighbouring nodes of the first body on the common range.
-    pub(super) fn between(&self) -> impl Iterator<Item = ([u32; 2], Between)> + '_ {
+    pub(super) fn between(&self) -> impl Iterator<Item = ([NodeId; 2], Between)> + '_ {
         let inside = |w: &&[Site]| self.contains(w[0].s) && self.contains(w[1].s);
         self.sites[0].windows(2).filter(inside).map(|w| {
             let at = |t: f64| (1.0 - t) * w[0].s + t * w[1].s;
@@ -92,7 +93,7 @@ impl Overlap {
         ((point(1 - self.reference) - point(self.reference)).dot(&normal), normal)
     }
 
-    fn facing_at(&self, nodes: [u32; 2], s: f64) -> Facing {
+    fn facing_at(&self, nodes: [NodeId; 2], s: f64) -> Facing {
         let edge = [0, 1].map(|b| self.uncut[b].edge(s));
         let (gap, normal) = self.gap_at(s, edge);
         let [first, second] = [0, 1].map(|b| {
@@ -175,7 +176,7 @@ pub(super) fn find(
 
 /// Tells whether two overlaps have a whole edge of body `b` in common.
 fn shares_edge(a: &Overlap, b: &Overlap, body: usize) -> bool {
-    let edges: std::collections::HashSet<[u32; 2]> = a.common(body).collect();
+    let edges: std::collections::HashSet<[NodeId; 2]> = a.common(body).collect();
     b.common(body).any(|e| edges.contains(&e) || edges.contains(&[e[1], e[0]]))
 }
 
@@ -184,15 +185,15 @@ pub(super) fn between(
     line: &Line<'_>,
     other: &Opposite,
     reference: usize,
-    motions: &[HashMap<u32, Motion>; 2],
+    motions: &[HashMap<NodeId, Motion>; 2],
 ) -> Result<Option<Overlap>, CommonRefinementError> {
     let (own, curve, q) = (line.own, &line.curve, &other.points);
     // Closed lines begin near each other.
     let mut hint = if own.is_closed() && other.closed { 0 } else { curve.nearest(q[0]) };
     let s: Vec<f64> = q.iter().map(|&q| curve.parameter(q, &mut hint)).collect();
     let Some([first, last]) = facing_run(curve, q, &s)? else { return Ok(None) };
-    let motion = |b: usize, node: u32| motions[b].get(&node).copied().unwrap_or(Motion::None);
-    let place = |b: usize, node: u32, s: f64| Site { s, node, motion: motion(b, node) };
+    let motion = |b: usize, node: NodeId| motions[b].get(&node).copied().unwrap_or(Motion::None);
+    let place = |b: usize, node: NodeId, s: f64| Site { s, node, motion: motion(b, node) };
     let distance = |k: usize| norm(q[k] - curve.at(s[k].clamp(0.0, curve.length())).0);
     let distance = (first..=last).map(distance).sum::<f64>() / (last - first + 1) as f64;
     let mine = own.nodes.iter().zip(curve.arc()).map(|(&n, &s)| place(reference, n, s)).collect();
@@ -257,7 +258,7 @@ fn join_ends(overlap: &mut Overlap) {
 pub(super) fn snap(
     overlap: &mut Overlap,
     bodies: &[Body; 2],
-    moved: &mut [HashMap<u32, Vector>; 2],
+    moved: &mut [HashMap<NodeId, Vector>; 2],
 ) -> Result<(), CommonRefinementError> {
     let spacings =
         [0, 1].map(|b| (0..overlap.sites[b].len()).map(|k| overlap.spacing(b, k)).collect::<Vec<f64>>());
@@ -287,7 +288,7 @@ pub(super) fn snap(
         }
         let least = if offset <= SAME * smaller { Motion::Shifts } else { Motion::Slides };
         if !move_one(overlap, bodies, at, order, least, moved)? && offset < REFUSE * smaller {
-            let node = overlap.sites[0][i].node as usize;
+            let node = overlap.sites[0][i].node.index();
             let point = bodies[0].mesh().points()[node];
             return Err(CommonRefinementError::Offset { point, offset, spacing: smaller });
         }
@@ -309,7 +310,7 @@ fn move_one(
     at: [usize; 2],
     order: [usize; 2],
     least: Motion,
-    moved: &mut [HashMap<u32, Vector>; 2],
+    moved: &mut [HashMap<NodeId, Vector>; 2],
 ) -> Result<bool, CommonRefinementError> {
     for motion in [Motion::Slides, Motion::Shifts].into_iter().filter(|m| *m >= least) {
         for b in order {
@@ -325,7 +326,7 @@ fn move_one(
 /// Chooses the body whose node moves: the one with the longer edges; for equal ones the one with the larger (x, y),
 /// so that the order of the bodies does not matter.
 fn movable_first(overlap: &Overlap, bodies: &[Body; 2], at: [usize; 2], spacing: [f64; 2]) -> usize {
-    let [p, q] = [0, 1].map(|b| bodies[b].mesh().points()[overlap.sites[b][at[b]].node as usize]);
+    let [p, q] = [0, 1].map(|b| bodies[b].mesh().points()[overlap.sites[b][at[b]].node]);
     let order = spacing[0].total_cmp(&spacing[1]).then(p[0].total_cmp(&q[0])).then(p[1].total_cmp(&q[1]));
     usize::from(order.is_lt())
 }
@@ -337,7 +338,7 @@ pub(super) fn try_motion(
     body: &Body,
     b: usize,
     at: [usize; 2],
-    moved: &mut HashMap<u32, Vector>,
+    moved: &mut HashMap<NodeId, Vector>,
 ) -> Result<bool, CommonRefinementError> {
     let (mesh, k) = (body.mesh(), at[b]);
     let (site, s) = (overlap.sites[b][k], overlap.sites[1 - b][at[1 - b]].s);
@@ -347,15 +348,15 @@ pub(super) fn try_motion(
     let towards =
         if s > site.s { overlap.sites[b].get(k + 1) } else { k.checked_sub(1).map(|k| &overlap.sites[b][k]) };
     let Some(towards) = towards else { return Ok(false) };
-    let [from, to] = [site.node, towards.node].map(|n| mesh.points()[n as usize]);
+    let [from, to] = [site.node, towards.node].map(|n| mesh.points()[n]);
     let t = overlap.curve.crossing(s, from, to);
     if !(0.0..=1.0).contains(&t) {
         return Err(CommonRefinementError::Folded { point: from });
     }
     let uncut = &overlap.uncut[b];
     let point = uncut.curve.smooth_crossing(uncut.edge(0.5 * (site.s + s)), &overlap.curve, s);
-    let place = |n: u32| moved.get(&n).copied().unwrap_or(mesh.points()[n as usize]);
-    for &cell in mesh.topology().triangles_around(site.node as usize) {
+    let place = |n: NodeId| moved.get(&n).copied().unwrap_or(mesh.points()[n]);
+    for &cell in mesh.topology().triangles_around(site.node.index()) {
         let corners = mesh.triangles()[cell as usize].map(|n| if n == site.node { point } else { place(n) });
         if crate::geometry::signed_area(corners) < 0.3 * mesh.area(cell as usize) {
             return Ok(false);

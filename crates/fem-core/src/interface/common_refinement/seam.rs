@@ -8,6 +8,7 @@ use super::overlap::{self, Overlap, ROUND_OFF, SAME, SNAP};
 use crate::body::Body;
 use crate::geometry::norm;
 use crate::interface::ContactNormal;
+use crate::mesh::id::NodeId;
 use crate::mesh::refine::{self, RefinementEdges};
 use std::collections::HashMap;
 
@@ -49,9 +50,9 @@ pub(super) fn open(
 }
 
 /// Finds the position in the other body's stretch that is nearest to a node of body `b`, and the distance.
-fn nearest(bodies: &[Body; 2], b: usize, node: u32, chain: &Chain) -> (usize, f64) {
-    let point = bodies[b].mesh().points()[node as usize];
-    let distance = |n: &u32| norm(bodies[1 - b].mesh().points()[*n as usize] - point);
+fn nearest(bodies: &[Body; 2], b: usize, node: NodeId, chain: &Chain) -> (usize, f64) {
+    let point = bodies[b].mesh().points()[node];
+    let distance = |n: &NodeId| norm(bodies[1 - b].mesh().points()[*n] - point);
     let distances = chain.nodes.iter().map(distance).enumerate();
     distances.min_by(|x, y| x.1.total_cmp(&y.1)).unwrap_or((0, f64::INFINITY))
 }
@@ -64,7 +65,7 @@ fn rotate(chain: &mut Chain, k: usize) {
     chain.nodes.push(chain.nodes[0]);
 }
 
-fn rotate_to(chain: &mut Chain, node: u32) {
+fn rotate_to(chain: &mut Chain, node: NodeId) {
     if let Some(k) = chain.nodes.iter().position(|n| *n == node) {
         rotate(chain, k);
     }
@@ -72,7 +73,7 @@ fn rotate_to(chain: &mut Chain, node: u32) {
 
 /// Starts stretch `i` of body `b` at its node that is farthest from the other body's surface.
 fn away(bodies: &[Body; 2], chains: &mut [Vec<Chain>; 2], b: usize, i: usize) {
-    let distance = |node: u32| {
+    let distance = |node: NodeId| {
         let all = chains[1 - b].iter().map(|c| nearest(bodies, b, node, c).1);
         all.fold(f64::INFINITY, f64::min)
     };
@@ -158,9 +159,9 @@ fn insert(
     own: &mut Chain,
     overlap: &Overlap,
     reference: usize,
-) -> Result<[u32; 2], CommonRefinementError> {
+) -> Result<[NodeId; 2], CommonRefinementError> {
     let sites = &overlap.sites[reference];
-    let mut best = ([0; 2], [sites[0].node; 2], f64::NEG_INFINITY, 0.0);
+    let mut best = ([NodeId::NONE; 2], [sites[0].node; 2], f64::NEG_INFINITY, 0.0);
     for w in sites.windows(2) {
         for x in &overlap.sites[1 - reference] {
             let central = (x.s - w[0].s).min(w[1].s - x.s) / (w[1].s - w[0].s);
@@ -171,7 +172,7 @@ fn insert(
     }
     let (ends, mut seam, _, s) = best;
     let mesh = bodies[reference].mesh();
-    let [from, to] = ends.map(|n| mesh.points()[n as usize]);
+    let [from, to] = ends.map(|n| mesh.points()[n]);
     let fault = CommonRefinementError::Folded { point: from };
     let edge = mesh.topology().find_edge(ends[0], ends[1]).ok_or(fault)?;
     let mut marked = vec![false; mesh.topology().edges().len()];

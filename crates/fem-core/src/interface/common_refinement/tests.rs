@@ -54,7 +54,7 @@ fn matching_surfaces_stay_as_they_are() {
     assert_eq!(common.bodies.each_ref().map(|b| b.mesh().points().to_vec()), points);
 }
 
-fn mesh_of(body: &Body) -> (Vec<Vector>, Vec<[u32; 3]>, Vec<EdgeId>) {
+fn mesh_of(body: &Body) -> (Vec<Vector>, Vec<[NodeId; 3]>, Vec<EdgeId>) {
     let (points, cells) = (body.mesh().points().to_vec(), body.mesh().triangles().to_vec());
     (points, cells, body.mesh().groups().values().flatten().copied().collect())
 }
@@ -86,7 +86,7 @@ fn only_the_common_stretch_is_in_contact() {
     assert!((interface.length() - 1.45).abs() < 1e-14);
     for (b, area_before) in [(0, 2.0), (1, 3.0)] {
         assert!((area(&common.bodies[b]) - area_before).abs() < 1e-13);
-        let end = |k: usize| common.bodies[b].mesh().points()[interface.pairs()[k].nodes[b] as usize];
+        let end = |k: usize| common.bodies[b].mesh().points()[interface.pairs()[k].nodes[b]];
         assert!(
             (end(0)[0] - 0.55).abs() < 1e-15 && (end(interface.pairs().len() - 1)[0] - 2.0).abs() < 1e-15
         );
@@ -120,10 +120,10 @@ fn conditions_pass_on_and_held_nodes_stay() {
     // A support on a part of the side above the contact line, and a group that begins in the middle of the line.
     let mesh = block([0.0, 1.0], [2.0, 1.0], [8, 4]).unwrap();
     let topology = mesh.topology();
-    let mut groups: Vec<(String, Vec<[u32; 2]>)> = (mesh.groups().iter())
+    let mut groups: Vec<(String, Vec<[NodeId; 2]>)> = (mesh.groups().iter())
         .map(|(name, edges)| (name.clone(), edges.iter().map(|&e| topology.edges()[e]).collect()))
         .collect();
-    groups.push(("half".into(), vec![[0, 1], [1, 2], [2, 3], [3, 4]]));
+    groups.push(("half".into(), (0..4).map(|k| [k, k + 1].map(NodeId::new)).collect()));
     let mesh = TriMesh::new(mesh.points().to_vec(), mesh.triangles().to_vec(), groups).unwrap();
     let material = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
     let part = crate::boundary::EdgeSelection::group("left").within([[0.0, 0.0], [1.0, 1.3]]);
@@ -221,7 +221,7 @@ fn nodes_that_are_paired_face_each_other_whatever_their_offset() {
                 }
                 let points = common.bodies.each_ref().map(|b| b.mesh().points());
                 for pair in interface.pairs() {
-                    let [a, b] = [0, 1].map(|k| points[k][pair.nodes[k] as usize]);
+                    let [a, b] = [0, 1].map(|k| points[k][pair.nodes[k]]);
                     let across = crate::geometry::cross(pair.normal, b - a);
                     assert!(across.abs() < 1e-13, "{case}: {across:e} at {a:?}");
                     // Between the nodes of an arc the normal, linear, is not quite radial.

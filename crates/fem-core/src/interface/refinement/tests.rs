@@ -71,7 +71,7 @@ fn a_refined_interface_is_the_one_that_pairing_finds() {
         for (b, marks) in marked.iter_mut().enumerate() {
             let mesh = coarse.bodies[b].mesh();
             for (e, mark) in marks.iter_mut().enumerate() {
-                let [x, y] = (mesh.points()[mesh.topology().edges()[e][0] as usize]).into();
+                let [x, y] = (mesh.points()[mesh.topology().edges()[e][0]]).into();
                 *mark = (x - 0.7).hypot(y - 1.0) < 1.0 / f64::from(1 << round);
             }
         }
@@ -111,13 +111,13 @@ fn conditions_stay_on_the_edges_they_were_given_on() {
     let marked = [0, 1].map(|b| vec![true; coarse.bodies[b].mesh().topology().edges().len()]);
     let finer = refine(&coarse, &edges, &marked).problem;
     let body = &finer.bodies[0];
-    let x = |n: &u32| body.mesh().points()[*n as usize][0];
+    let x = |n: &NodeId| body.mesh().points()[*n][0];
     let mut held: Vec<f64> = body.supports()[1].nodes.iter().map(x).collect();
     held.sort_by(f64::total_cmp);
     assert_eq!(held, [0.0, 0.25, 0.5]);
     for node in &body.supports()[1].nodes {
         let expected = x(node) * x(node);
-        match body.node_constraints()[*node as usize] {
+        match body.node_constraints()[*node] {
             crate::body::NodeConstraint::Along { value, .. } => assert_eq!(value, expected),
             crate::body::NodeConstraint::Fixed { value } => assert_eq!(value[1], expected),
             crate::body::NodeConstraint::Free => panic!("node {node} is free"),
@@ -190,7 +190,7 @@ fn a_measured_gap_follows_the_curves_between_the_nodes_of_the_first_meshes() {
         }
         let mut errors = [0.0f64; 2];
         for pair in problem.contacts[0].interface.pairs() {
-            let x = problem.bodies[0].mesh().points()[pair.nodes[0] as usize][0];
+            let x = problem.bodies[0].mesh().points()[pair.nodes[0]][0];
             // Straight from one node of the first mesh to the next.
             let edge = 0.2 / cells[0] as f64;
             let [low, high] = [(x / edge).floor() * edge, (x / edge).ceil() * edge];

@@ -194,7 +194,7 @@ mod tests {
                 for name in ["contact", "arc"] {
                     for &e in m.group(name).unwrap() {
                         for node in m.topology().edges()[e] {
-                            let r = norm(m.points()[node as usize] - centre);
+                            let r = norm(m.points()[node] - centre);
                             assert!((r - 3.0).abs() < 1e-13, "{r}");
                         }
                     }

@@ -44,7 +44,7 @@ fn check(old: &TriMesh, new: &Refinement) {
     assert!((area(mesh) - area(old)).abs() < 1e-12 * area(old));
     assert_eq!(mesh.points()[..old.points().len()], *old.points());
     for (k, [a, b]) in new.parent_nodes.iter().enumerate() {
-        let ends = [a, b].map(|n| old.points()[*n as usize]);
+        let ends = [a, b].map(|n| old.points()[*n]);
         assert_eq!(mesh.points()[old.points().len() + k], 0.5 * (ends[0] + ends[1]));
     }
     let mut part = vec![0.0; old.triangles().len()];
@@ -97,7 +97,7 @@ fn random_refinements_keep_shapes_area_and_groups() {
                 .edges()
                 .iter()
                 .map(|e| {
-                    let [x, y] = (mesh.points()[e[0] as usize]).into();
+                    let [x, y] = (mesh.points()[e[0]]).into();
                     random.next() < 0.005 + 0.25 * (-8.0 * ((x - 1.3).powi(2) + (y - 0.2).powi(2))).exp()
                 })
                 .collect();
@@ -120,7 +120,7 @@ fn right_isosceles_triangles_stay_what_they_are() {
     let mut labels = RefinementEdges::longest(&mesh);
     for _ in 0..6 {
         let marked: Vec<bool> =
-            mesh.topology().edges().iter().map(|e| mesh.points()[e[0] as usize][0] < 0.2).collect();
+            mesh.topology().edges().iter().map(|e| mesh.points()[e[0]][0] < 0.2).collect();
         let new = refine(&mesh, &labels, &marked).unwrap();
         check(&mesh, &new);
         (mesh, labels) = (new.mesh, new.refinement_edges);

@@ -22,7 +22,7 @@ fn refused(more: &str) -> String {
 /// Returns the edges of a group by their nodes' numbers in the deck.
 fn side(mesh: &TriMesh, name: &str) -> Vec<[u32; 2]> {
     let edges = mesh.group(name).unwrap_or_default();
-    edges.iter().map(|e| mesh.topology().edges()[*e].map(|n| n + 1)).collect()
+    edges.iter().map(|e| mesh.topology().edges()[*e].map(|n| u32::from(n) + 1)).collect()
 }
 
 #[test]

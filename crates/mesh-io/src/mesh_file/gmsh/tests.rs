@@ -3,6 +3,7 @@
 use super::parse;
 use crate::mesh_file::{MeshFault, MeshFile, RegionOptions};
 use fem_core::geometry::Vector;
+use fem_core::mesh::id::NodeId;
 
 /// Two triangles on four nodes with holes in their numbers, the lower side in two groups, the other sides in one.
 const NODES: &str = "$Nodes\n4\n2 0 0 0\n30 1 0 0\n400 1 1 0\n5 0 1 0\n$EndNodes\n";
@@ -31,7 +32,7 @@ fn names_may_stand_in_two_dimensions_and_hold_anything() {
     assert_eq!(region.node_numbers(), [2, 5, 30, 400]);
     assert_eq!(region.notes(), ["1 clockwise cell of region \"body\" was turned counter-clockwise"]);
     let mesh = region.mesh().unwrap();
-    assert_eq!(mesh.triangles(), [[0, 2, 3], [0, 3, 1]]);
+    assert_eq!(mesh.triangles(), [[0, 2, 3], [0, 3, 1]].map(|t| t.map(NodeId::new)));
     // An edge written twice, once backwards, is in both groups; its normal comes from its cell.
     let [low] = mesh.group("a \"quoted\" näme").unwrap() else { panic!() };
     assert!(mesh.group("body").unwrap().contains(low));
