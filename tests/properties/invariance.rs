@@ -37,7 +37,7 @@ fn unchanged(model: &Model, motion: &Motion) -> TestCaseResult {
 fn a_rigid_motion_changes_nothing() {
     let motions = (-3.2..3.2f64, [-5.0..5.0f64, -5.0..5.0]);
     check("rigid motion", 600, &(models(), motions), |(model, (angle, shift))| {
-        unchanged(&model, &Motion { angle, shift, ..Motion::NONE })
+        unchanged(&model, &Motion { angle, shift: shift.into(), ..Motion::NONE })
     });
 }
 

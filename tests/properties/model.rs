@@ -10,7 +10,7 @@
 
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
-use fem_core::geometry::{Vector, add, scale};
+use fem_core::geometry::Vector;
 use fem_core::interface::{ContactInterface, ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::TriMesh;
@@ -56,8 +56,8 @@ pub(crate) fn models() -> impl Strategy<Value = Model> {
             poisson: material.1,
             plane_strain: material.2,
             top: data.0,
-            traction: data.1,
-            body_force: data.2,
+            traction: data.1.map(Vector::from),
+            body_force: data.2.map(Vector::from),
             gap: data.3,
         })
 }
@@ -84,7 +84,7 @@ impl Motion {
     pub(crate) const NONE: Self = Self {
         mirror: false,
         angle: 0.0,
-        shift: [0.0; 2],
+        shift: Vector::new(0.0, 0.0),
         length: 1.0,
         stiffness: 1.0,
         strain: 1.0,
@@ -92,11 +92,11 @@ impl Motion {
     };
 
     fn direction(&self, v: Vector) -> Vector {
-        turn(self.angle, if self.mirror { [-v[0], v[1]] } else { v })
+        turn(self.angle, if self.mirror { Vector::new(-v[0], v[1]) } else { v })
     }
 
     fn mesh(&self, mesh: &TriMesh) -> TriMesh {
-        let place = |x: &Vector| add(scale(self.length, self.direction(*x)), self.shift);
+        let place = |x: &Vector| self.length * self.direction(*x) + self.shift;
         let points: Vec<Vector> = mesh.points().iter().map(place).collect();
         let mut random = Random::new(self.renumber.unwrap_or(0));
         // Where each old node goes, and in which order cells follow.
@@ -108,7 +108,7 @@ impl Motion {
             order
         };
         let (nodes, cells) = (order(points.len()), order(mesh.triangles().len()));
-        let mut placed = vec![[0.0; 2]; points.len()];
+        let mut placed = vec![Vector::zeros(); points.len()];
         for (old, &new) in nodes.iter().enumerate() {
             placed[new] = points[old];
         }
@@ -145,7 +145,7 @@ impl Model {
             let edge = [0.0, 1.0, -1.0].iter().any(|y| (x[1] - y).abs() < 1e-9);
             let mut random = Random::new(self.seed ^ ((row as u64) << 32) ^ (x[0] / width).round() as u64);
             let up = if edge { 0.0 } else { self.shake * height * random.signed() };
-            [along(x[0]), x[1] + up]
+            Vector::new(along(x[0]), x[1] + up)
         })
         .unwrap()
     }
@@ -161,9 +161,10 @@ impl Model {
         let stress = motion.stiffness * motion.strain;
         let displacement = motion.strain * motion.length;
         let body = |b: usize| {
-            let traction = motion.direction(scale(stress, self.traction[b])).map(Into::into);
-            let force = motion.direction(scale(stress / motion.length, self.body_force[b]));
-            let conditions = BoundaryConditions::new().traction("right", traction).body_force(force);
+            let traction: [f64; 2] = motion.direction(stress * self.traction[b]).into();
+            let force = motion.direction(stress / motion.length * self.body_force[b]);
+            let conditions =
+                BoundaryConditions::new().traction("right", traction.map(Into::into)).body_force(force);
             let conditions = if b == 0 {
                 conditions.roller("left", 0.0).roller("top", displacement * self.top)
             } else {

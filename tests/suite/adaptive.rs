@@ -6,6 +6,7 @@ use certified_contact::{
 };
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
+use fem_core::geometry::Vector;
 use fem_core::interface::{ContactInterface, ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
@@ -275,7 +276,7 @@ fn a_run_is_the_same_on_1_and_2_threads() {
     assert_eq!(one.history, two.history);
     let bits = |a: &AdaptiveSolution| -> Vec<u64> {
         let estimate = a.solution.estimate.as_ref().unwrap();
-        let fields = estimate.pair.bodies.iter().flat_map(|b| b.displacement.as_flattened());
+        let fields = estimate.pair.bodies.iter().flat_map(|b| b.displacement.iter().flatten());
         fields
             .chain(&a.solution.last().lambda)
             .chain(estimate.cre.by_cell.iter().flatten())
@@ -304,7 +305,7 @@ fn a_run_that_is_stopped_on_its_last_mesh_says_so_whatever_it_has_certified() {
 /// Two blocks under a contact line inclined by `slope`, whose end at `x = 0` is held in x.
 fn held_obliquely(slope: f64, cells: usize) -> ContactProblem {
     let body = |y: f64, young: f64, sides: BoundaryConditions| {
-        let sheared = |x: [f64; 2]| [x[0], x[1] + slope * x[0]];
+        let sheared = |x: Vector| Vector::new(x[0], x[1] + slope * x[0]);
         let mesh = shapes::moved(&block([0.0, y], [2.0, 1.0], [2 * cells, cells]).unwrap(), sheared).unwrap();
         let material = LinearElastic::isotropic(young, 0.3, Hypothesis::PlaneStrain).unwrap();
         Body::new(mesh, material, &sides.displace("left", Some(0.0.into()), None)).unwrap()

@@ -3,6 +3,7 @@
 use cre_estimator::{Estimate, Relaxation, estimate_with};
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
+use fem_core::geometry::Vector;
 use fem_core::interface::{
     ContactInterface, ContactNormal, ContactProblem, ContactState, Gap, InterfaceError, Roles,
 };
@@ -36,9 +37,9 @@ pub(crate) fn relaxed(prepared: &PreparedProblem, iterate: &Iterate) -> Estimate
 /// The same polygons, every edge halved `times` times; carries a pair of displacements along.
 pub(crate) fn finer(
     mut problem: ContactProblem,
-    mut u: Vec<Vec<[f64; 2]>>,
+    mut u: Vec<Vec<Vector>>,
     times: usize,
-) -> (ContactProblem, Vec<Vec<[f64; 2]>>) {
+) -> (ContactProblem, Vec<Vec<Vector>>) {
     for _ in 0..times {
         let refined = tests::quadratic::halve(&problem).unwrap();
         u = refined.refinements.iter().zip(&u).map(|(r, u)| r.prolong(u)).collect();
@@ -59,7 +60,7 @@ fn nested_rings_converge_to_lames_solution() {
         let pairs = problem.contacts[0].interface.pairs();
         assert_eq!(pairs.len(), 2 * n + 1);
         let ends = [pairs[0].normal, pairs[2 * n].normal];
-        assert!(ends.contains(&[1.0, 0.0]) && ends.contains(&[0.0, 1.0]), "{ends:?}");
+        assert!(ends.contains(&Vector::x()) && ends.contains(&Vector::y()), "{ends:?}");
         let prepared = prepare(&problem);
         let (solution, _) = iterates(&prepared, &NnddSettings::default(), 1e-10).unwrap();
         assert!(matches!(solution.status, NnddStatus::StoppedByCriterion), "{:?}", solution.status);
@@ -134,7 +135,7 @@ fn the_bound_holds_where_arcs_slide() {
     for (materials, push) in [(TWO, [0.1, -0.03]), ([(300.0, 0.2), (1000.0, 0.3)], [-0.2, -0.02])] {
         let problem = rings::sliding(materials, push, [12, 4]).unwrap();
         let prepared = prepare(&problem);
-        let rest = problem.bodies.iter().map(|b| vec![[0.0; 2]; b.mesh().points().len()]).collect();
+        let rest = problem.bodies.iter().map(|b| vec![Vector::zeros(); b.mesh().points().len()]).collect();
         let (fine, _) = finer(problem.clone(), rest, 3);
         let fine_prepared = prepare(&fine);
         let reference = displacements(&fine_prepared, &newton(&fine_prepared).unwrap());
@@ -238,9 +239,9 @@ fn what_has_no_gap_or_no_normal_is_refused() {
     let turned = ring([0.0, 0.0], [1.5, 2.0], [5.0, 95.0], [8, 2]).unwrap();
     let e = refused(inner(), turned, sides, averaged);
     assert!(matches!(e, InterfaceError::Offset { .. }), "{e}");
-    let e = refused(inner(), quarter([1.5, 2.0], 8), sides, ContactNormal::Fixed([-1.0, 0.0]));
+    let e = refused(inner(), quarter([1.5, 2.0], 8), sides, ContactNormal::Fixed(Vector::new(-1.0, 0.0)));
     assert!(matches!(e, InterfaceError::NormalAway { .. }), "{e}");
-    let e = refused(inner(), quarter([1.5, 2.0], 8), sides, ContactNormal::Fixed([f64::NAN, 0.0]));
+    let e = refused(inner(), quarter([1.5, 2.0], 8), sides, ContactNormal::Fixed(Vector::new(f64::NAN, 0.0)));
     assert!(matches!(e, InterfaceError::NormalAway { .. }), "{e}");
     let whole = ring([0.0, 0.0], [1.5, 2.0], [0.0, 360.0], [32, 2]).unwrap();
     let e = refused(inner(), whole, sides, averaged);
@@ -274,13 +275,13 @@ fn gaps_are_measured_along_the_normal() {
     assert!(matches!(given, InterfaceError::NotMatching { .. }), "{given}");
     let discs = [(10.0, Facing::Down), (13.0, Facing::Up)]
         .map(|(r, facing)| free(half_disc([0.0, 0.0], r, facing, 1.5, 10).unwrap()));
-    let down = ContactNormal::Fixed([0.0, -2.0]);
+    let down = ContactNormal::Fixed(Vector::new(0.0, -2.0));
     let [upper, lower] = &discs;
     let interface =
         ContactInterface::pair_along(upper, lower, ["contact"; 2], &Gap::Geometric, down).unwrap();
     for pair in interface.pairs() {
         let x = upper.mesh().points()[pair.nodes[0] as usize][0];
         let exact = 10.0 - (100.0 - x * x).sqrt() + 13.0 - (169.0 - x * x).sqrt();
-        assert!((pair.gap - exact).abs() < 1e-13 && pair.normal == [0.0, -1.0]);
+        assert!((pair.gap - exact).abs() < 1e-13 && pair.normal == Vector::new(0.0, -1.0));
     }
 }

@@ -1,6 +1,7 @@
 //! Bent and closed contact lines whose meshes do not match: Lamé's rings, sliding arcs, Hertz.
 
 use crate::curved::{TWO, finer, relaxed};
+use fem_core::geometry::Vector;
 use fem_core::interface::{ContactNormal, ContactProblem, Gap};
 use fem_core::norm::energy_error_squared;
 use tests::rings::{self, Lame};
@@ -113,7 +114,7 @@ fn the_bound_holds_where_arcs_overlap_in_part_and_slide() {
 /// Pressed cylinders whose contact sides have different steps: the force of the manual to the accuracy of matching ones.
 #[test]
 fn hertz_contact_between_meshes_of_different_steps() {
-    let normal = ContactNormal::Fixed([0.0, -1.0]);
+    let normal = ContactNormal::Fixed(Vector::new(0.0, -1.0));
     let bodies = hertz::bodies(1.5, [30, 41], 0.4).unwrap();
     let (problem, _) = paired_in_common(bodies, ["contact"; 2], &Gap::Geometric, normal).unwrap();
     for pair in problem.contacts[0].interface.pairs() {

@@ -109,7 +109,7 @@ fn expressions_give_the_problem_that_closures_give() {
     for body in 0..2 {
         for (x, y) in told.bodies[body].edge_conditions().iter().zip(built.bodies[body].edge_conditions()) {
             assert_eq!(x.reaction, y.reaction);
-            for (s, t) in x.traction.as_flattened().iter().zip(y.traction.as_flattened()) {
+            for (s, t) in x.traction.iter().flatten().zip(y.traction.iter().flatten()) {
                 assert!((s - t).abs() < 1e-14, "{s} {t}");
             }
         }
@@ -209,7 +209,7 @@ fn adaptive_refinement_keeps_materials_and_evaluates_expressions_anew() {
     overrides.push(("body.1.generator.cells", "[10, 4]".to_owned()));
     let case = case("materials.toml", &overrides);
     let problem = build(&case);
-    let zero = problem.bodies.iter().map(|b| vec![[0.0; 2]; b.mesh().points().len()]).collect();
+    let zero = problem.bodies.iter().map(|b| vec![Vector::zeros(); b.mesh().points().len()]).collect();
     let (fine, _) = refined(&problem, 2, zero);
     let area = |problem: &ContactProblem, k: usize| -> f64 {
         let body = &problem.bodies[1];

@@ -5,7 +5,7 @@ use fem_core::assembly::external_forces;
 use fem_core::body::Body;
 use fem_core::boundary::{BoundaryConditions, ScalarData};
 use fem_core::field;
-use fem_core::geometry::{Vector, dot, norm, sub};
+use fem_core::geometry::{Vector, norm};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
 use fem_core::norm::{energy_error_squared, energy_norm_squared, l2_error_squared, sum_over_triangles};
@@ -35,7 +35,7 @@ fn divergence_by_differences(stress: impl Fn(Vector) -> SymTensor2, x: Vector) -
         stress(a).minus(stress(b)).scaled(0.5 / h)
     };
     let (dx, dy) = (d(0), d(1));
-    [dx.xx + dy.xy, dx.xy + dy.yy]
+    Vector::new(dx.xx + dy.xy, dx.xy + dy.yy)
 }
 
 fn strain_by_differences(displacement: impl Fn(Vector) -> Vector, x: Vector) -> SymTensor2 {
@@ -44,7 +44,7 @@ fn strain_by_differences(displacement: impl Fn(Vector) -> Vector, x: Vector) -> 
         let (mut a, mut b) = (x, x);
         a[c] += h;
         b[c] -= h;
-        sub(displacement(a), displacement(b)).map(|v| 0.5 * v / h)
+        (displacement(a) - displacement(b)).map(|v| 0.5 * v / h)
     };
     let (dx, dy) = (d(0), d(1));
     SymTensor2::new(dx[0], dy[1], 0.5 * (dx[1] + dy[0]))
@@ -52,7 +52,7 @@ fn strain_by_differences(displacement: impl Fn(Vector) -> Vector, x: Vector) -> 
 
 #[test]
 fn the_exact_fields_satisfy_the_equations() {
-    let points = [[0.3, 0.4], [0.9, 0.1], [0.2, 0.8]];
+    let points = [[0.3, 0.4], [0.9, 0.1], [0.2, 0.8]].map(Vector::from);
     let near = |a: SymTensor2, b: SymTensor2| {
         let d = a.minus(b);
         assert!(d.contract(d).sqrt() < 1e-7 * (1.0 + b.contract(b).sqrt()), "{a:?} {b:?}");
@@ -62,8 +62,7 @@ fn the_exact_fields_satisfy_the_equations() {
         let exact = smooth::Smooth::new(hypothesis);
         for x in points {
             near(material.stress(strain_by_differences(|x| exact.displacement(x), x)), exact.stress(x));
-            let residual =
-                sub(divergence_by_differences(|x| exact.stress(x), x), smooth::BODY_FORCE.map(|b| -b));
+            let residual = divergence_by_differences(|x| exact.stress(x), x) + smooth::BODY_FORCE;
             assert!(norm(residual) < 1e-7, "{residual:?}");
         }
     }
@@ -78,8 +77,8 @@ fn the_exact_fields_satisfy_the_equations() {
     for side in [-1.0, 1.0] {
         for r in [0.1, 0.7] {
             let (sin, cos) = (0.75 * PI).sin_cos();
-            let x = [r * cos, side * r * sin];
-            let traction = exact.stress(x).apply([-sin, side * cos]);
+            let x = Vector::new(r * cos, side * r * sin);
+            let traction = exact.stress(x).apply(Vector::new(-sin, side * cos));
             assert!(norm(traction) < 1e-13, "{traction:?}");
         }
     }
@@ -88,7 +87,7 @@ fn the_exact_fields_satisfy_the_equations() {
         let (e, nu) = materials[b];
         let material = LinearElastic::isotropic(e, nu, Hypothesis::PlaneStrain).unwrap();
         for x in points {
-            let x = if b == 0 { x } else { [x[0] - 0.6, -x[1]] };
+            let x = if b == 0 { x } else { Vector::new(x[0] - 0.6, -x[1]) };
             near(material.stress(strain_by_differences(|x| exact.displacement(x), x)), exact.stress(x));
             assert!(norm(divergence_by_differences(|x| exact.stress(x), x)) < 1e-7);
         }
@@ -147,10 +146,10 @@ fn cooks_membrane_reaches_the_known_tip_displacement() {
             recover(&body, &u);
         }
         // Clapeyron: the loads' work is the energy.
-        let work: f64 = external_forces(&body).iter().zip(&u).map(|(f, u)| dot(*f, *u)).sum();
+        let work: f64 = external_forces(&body).iter().zip(&u).map(|(f, u)| f.dot(u)).sum();
         assert!((energy_norm_squared(&body, &u) / work - 1.0).abs() < 1e-9);
         let tip = (n / 2) * (n + 1) + n;
-        assert!(norm(sub(body.mesh().points()[tip], [48.0, 52.0])) < 1e-12);
+        assert!(norm(body.mesh().points()[tip] - Vector::new(48.0, 52.0)) < 1e-12);
         u[tip][1]
     });
     assert!(tips.windows(2).all(|t| t[0] < t[1]), "{tips:?}");
@@ -163,7 +162,7 @@ fn cooks_membrane_reaches_the_known_tip_displacement() {
 #[test]
 fn turned_rollers_loads_and_weights_give_the_turned_solution() {
     let run = |angle: f64| {
-        let traction = turn(angle, [0.4, -0.3]).map(ScalarData::from);
+        let traction = <[f64; 2]>::from(turn(angle, [0.4, -0.3])).map(ScalarData::from);
         let conditions = BoundaryConditions::new()
             .roller("left", 0.01)
             .roller("bottom", ScalarData::function(move |x| 0.005 * turn(-angle, x)[0]))
@@ -182,7 +181,7 @@ fn turned_rollers_loads_and_weights_give_the_turned_solution() {
     for angle in [0.3, PI / 2.0, 2.2, -3.0] {
         let (oblique, turned_distance) = run(angle);
         for (u, v) in oblique.iter().zip(&level) {
-            assert!(norm(sub(*u, turn(angle, *v))) < 1e-12 * size, "{angle}: {u:?} against {v:?}");
+            assert!(norm(*u - turn(angle, *v)) < 1e-12 * size, "{angle}: {u:?} against {v:?}");
         }
         assert!((turned_distance / distance - 1.0).abs() < 1e-10, "{angle}");
     }
@@ -203,7 +202,7 @@ fn a_block_between_plates_under_its_weight_is_exact_at_the_nodes() {
     let u = solve_alone(&body);
     for (x, u) in body.mesh().points().iter().zip(&u) {
         let exact = -weight / (2.0 * young) * x[1] * (1.0 - x[1]);
-        assert!(norm(sub(*u, [0.0, exact])) < 1e-14, "{x:?}: {u:?} against {exact}");
+        assert!(norm(*u - Vector::new(0.0, exact)) < 1e-14, "{x:?}: {u:?} against {exact}");
     }
     // The data are piecewise linear, so Prager and Synge's identity holds to round-off.
     let (stress, distance) = recover(&body, &u);

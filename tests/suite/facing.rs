@@ -11,7 +11,7 @@ use tests::run::paired_in_common;
 use tests::shapes::moved;
 
 const SIDES: [&str; 2] = ["bottom", "top"];
-const DOWN: ContactNormal = ContactNormal::Fixed([0.0, -1.0]);
+const DOWN: ContactNormal = ContactNormal::Fixed(Vector::new(0.0, -1.0));
 
 /// A block over a block, each 1 wide and 0.7 high. The lower side of the upper one is the parabola `0.3 x²`. Inner nodes are
 /// shifted along the line by a part of an edge, those of the upper body by `offset`, those of the lower by `−offset`.
@@ -20,7 +20,7 @@ fn bodies(cells: usize, offset: f64) -> [Body; 2] {
         let shift = |x: f64| if x > 1e-9 && x < 1.0 - 1e-9 { offset / cells as f64 } else { 0.0 };
         let place = |p: Vector| {
             let x = p[0] + shift(p[0]);
-            [x, p[1] + bend * x * x * (0.7 - p[1]) / 0.7]
+            Vector::new(x, p[1] + bend * x * x * (0.7 - p[1]) / 0.7)
         };
         let mesh = moved(&block([0.0, y], [1.0, 0.7], [cells, cells * 2 / 3]).unwrap(), place).unwrap();
         let steel = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();

@@ -3,6 +3,7 @@
 use certified_contact::{CertifiedSolution, Criterion, Settings, Silent, solve};
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
+use fem_core::geometry::Vector;
 use fem_core::interface::{ContactInterface, ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
@@ -17,7 +18,7 @@ fn certified(problem: ContactProblem) -> Option<CertifiedSolution> {
 /// Solves the exact Signorini problem, the rows of nodes of the lower body moved by `row`, and holds the bound against
 /// the error if there is one.
 fn holds(materials: [(f64, f64); 2], row: impl Fn(f64) -> f64) -> bool {
-    let bodies = signorini::bodies(materials, 0.0, [[16, 8]; 2], |x| [x[0], row(x[1])]).unwrap();
+    let bodies = signorini::bodies(materials, 0.0, [[16, 8]; 2], |x| Vector::new(x[0], row(x[1]))).unwrap();
     let interface =
         ContactInterface::pair(&bodies[0], &bodies[1], ["bottom", "top"], &Gap::Given(0.0.into())).unwrap();
     let Some(found) = certified(ContactProblem::between(bodies, interface)) else { return false };

@@ -186,7 +186,7 @@ fn a_resumed_run_whose_meshes_switched_to_newton_is_the_same_bit_for_bit() {
         assert_eq!(found.solution.rows, whole.solution.rows);
         let bits = |s: &CertifiedSolution| {
             let e = s.estimate.as_ref().unwrap();
-            let fields = e.pair.bodies.iter().flat_map(|b| b.displacement.as_flattened());
+            let fields = e.pair.bodies.iter().flat_map(|b| b.displacement.iter().flatten());
             fields
                 .chain(&s.last().lambda)
                 .chain([&e.unchecked().e_cre, &e.unchecked().eta_dis])

@@ -94,7 +94,8 @@ fn the_bound_stays_sharp_on_meshes_that_do_not_match() {
 fn nodes_a_little_apart_do_no_harm() {
     // 32 cells against 16: every other inner node is beside one of the other side, by a fraction of the smaller edge.
     let bodies = |offset: f64| {
-        let shift = move |x: Vector| if x[0].abs() < 0.999 { [x[0] + offset / 16.0, x[1]] } else { x };
+        let shift =
+            move |x: Vector| if x[0].abs() < 0.999 { Vector::new(x[0] + offset / 16.0, x[1]) } else { x };
         signorini::bodies(CONTRAST, 0.0, [[16, 8], [32, 16]], shift).unwrap()
     };
     let aligned = effectivity(CONTRAST, bodies(0.0), 2);
@@ -144,7 +145,7 @@ fn random_block(random: &mut Random, y: f64, columns: usize, rows: usize, angle:
     places[columns] = 2.0;
     let mesh = fem_core::mesh::generate::block([0.0, y], [2.0, 1.0], [columns, rows]).unwrap();
     let column = |x: f64| (x * columns as f64 / 2.0).round() as usize;
-    turned(&moved(&mesh, |x| [places[column(x[0])], x[1]]).unwrap(), angle).unwrap()
+    turned(&moved(&mesh, |x| Vector::new(places[column(x[0])], x[1])).unwrap(), angle).unwrap()
 }
 
 #[test]

@@ -4,6 +4,7 @@ use certified_contact::{Settings, Silent, solve};
 use cre_estimator::Estimate;
 use fem_core::body::Body;
 use fem_core::boundary::{BoundaryConditions, ScalarData};
+use fem_core::geometry::Vector;
 use fem_core::interface::{ContactInterface, ContactProblem, Gap, Roles};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
@@ -81,11 +82,11 @@ fn oblique(slope: f64) -> (ContactProblem, [f64; 2]) {
     let material = LinearElastic::isotropic(young, nu, Hypothesis::PlaneStrain).unwrap();
     let stress = |i: usize, j: usize| -pressure * normal[i] * normal[j];
     let strain = material.strain(SymTensor2 { xx: stress(0, 0), yy: stress(1, 1), xy: stress(0, 1) });
-    let exact = move |x: [f64; 2]| {
+    let exact = move |x: Vector| {
         [0.02 + strain.xx * x[0] + strain.xy * x[1], -0.01 + strain.xy * x[0] + strain.yy * x[1]]
     };
     let body = |y: f64, driven: &str| {
-        let sheared = |x: [f64; 2]| [x[0], x[1] + slope * x[0]];
+        let sheared = |x: Vector| Vector::new(x[0], x[1] + slope * x[0]);
         let mesh = shapes::moved(&block([0.0, y], [2.0, 1.0], [6, 3]).unwrap(), sheared).unwrap();
         let [ux, uy] = [0, 1].map(|c| ScalarData::function(move |x| exact(x)[c]));
         let sides = BoundaryConditions::new()

@@ -9,7 +9,7 @@ use fem_core::assembly::external_forces;
 use fem_core::body::{Body, NodeConstraint};
 use fem_core::boundary::BoundaryConditions;
 use fem_core::field::stresses;
-use fem_core::geometry::{Vector, dot, norm, sub};
+use fem_core::geometry::{Vector, norm};
 use fem_core::interface::{ContactInterface, ContactProblem, ContactState, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
@@ -158,7 +158,7 @@ fn model(body: &Body, displacement: &[Vector]) -> f64 {
     let triangles = mesh.triangles().len();
     let of_triangle = |t: usize| {
         let c = mesh.corners(t);
-        let lengths = [0, 1, 2].map(|k| norm(sub(c[(k + 1) % 3], c[k])));
+        let lengths = [0, 1, 2].map(|k| norm(c[(k + 1) % 3] - c[k]));
         let longest = lengths.iter().copied().fold(0.0, f64::max);
         let perimeter: f64 = lengths.iter().sum();
         let flatness = (longest * longest / (4.0 * mesh.area(t))).max(1.0);
@@ -213,7 +213,7 @@ fn the_allowance_holds_the_work_of_the_pressure_on_a_penetration_that_passes_the
     let depth = 0.5e-12 * trace;
     for pair in pairs {
         let node = &mut first[pair.nodes[0] as usize];
-        *node = [0, 1].map(|c| node[c] + depth * pair.normal[c]);
+        *node += depth * pair.normal;
     }
     let force = &iterate.contact.normal_reaction;
     let opening: Vec<f64> = iterate.opening.iter().map(|o| o - depth).collect();
@@ -256,7 +256,7 @@ fn an_imbalance_of_the_stress_is_measured_and_counts_twice() {
     let alone = prepared.bodies()[0].displacement_from_nodal_forces(&[]);
     let free = prepare(&pulled(0.0));
     let unloaded = free.bodies()[0].displacement_from_nodal_forces(&[]);
-    let work: f64 = force.iter().zip(&alone).zip(&unloaded).map(|((f, u), v)| dot(*f, sub(*u, *v))).sum();
+    let work: f64 = force.iter().zip(&alone).zip(&unloaded).map(|((f, u), v)| f.dot(&(*u - *v))).sum();
     let residual = PART * work.sqrt();
     // What is linear in the imbalance cancels.
     let added = 0.5 * (bound(PART) + bound(-PART)) - bound(0.0);
@@ -271,7 +271,7 @@ fn an_imbalance_of_the_stress_of_eta_dis_is_measured_and_counts_twice() {
     let prepared = prepare(&problem);
     let iterate = newton(&prepared).unwrap();
     let fields = displacements(&prepared, &iterate);
-    let inner = problem.bodies[0].mesh().points().iter().position(|p| *p == [3.0, 2.0]).unwrap();
+    let inner = problem.bodies[0].mesh().points().iter().position(|p| *p == Vector::new(3.0, 2.0)).unwrap();
     let indicator = |part: f64| {
         let mut first = fields[0].clone();
         first[inner][0] += part;
@@ -281,7 +281,7 @@ fn an_imbalance_of_the_stress_of_eta_dis_is_measured_and_counts_twice() {
     };
     // Little enough to pass the checks.
     const PART: f64 = 3e-13;
-    let mut moved = vec![[0.0; 2]; fields[0].len()];
+    let mut moved = vec![Vector::zeros(); fields[0].len()];
     moved[inner][0] = PART;
     let residual = energy_norm_squared(&problem.bodies[0], &moved).sqrt();
     let added = 0.5 * (indicator(PART) + indicator(-PART)) - indicator(0.0);

@@ -46,8 +46,8 @@ fn resume(
 /// Everything of a solution, to the last bit.
 fn bits(a: &AdaptiveSolution) -> Vec<u64> {
     let estimate = a.solution.estimate.as_ref().unwrap();
-    let fields = estimate.pair.bodies.iter().flat_map(|b| b.displacement.as_flattened());
-    let meshes = a.solution.problem.bodies.iter().flat_map(|b| b.mesh().points().as_flattened());
+    let fields = estimate.pair.bodies.iter().flat_map(|b| b.displacement.iter().flatten());
+    let meshes = a.solution.problem.bodies.iter().flat_map(|b| b.mesh().points().iter().flatten());
     fields
         .chain(meshes)
         .chain(&a.solution.last().lambda)

@@ -2,7 +2,7 @@
 
 use certified_contact::{CertifiedSolution, Criterion, Imposed, Results, Settings, Silent, solve};
 use fem_core::condensation::CondensedBody;
-use fem_core::geometry::{add, norm, sub};
+use fem_core::geometry::{Vector, norm};
 use fem_core::interface::ContactProblem;
 use fem_core::norm::energy_norm_squared;
 use nndd::{NnddSettings, NnddStatus};
@@ -245,10 +245,10 @@ fn results_of_the_papers_problem() {
     let named = |on: &str| r.reactions.iter().find(|x| x.on == on).unwrap();
     let [left, top, bottom] = ["left", "top", "bottom"].map(named);
     assert_eq!([left.body, top.body, bottom.body], [0, 0, 1]);
-    let close = |a: [f64; 2], b: [f64; 2]| norm(sub(a, b)) < 1e-8 * r.contact_force;
-    assert!(close(bottom.force, [0.0, r.contact_force]), "{:?}", bottom.force);
-    assert!(close(top.force, [0.0, -r.contact_force - paper::TRACTION]), "{:?}", top.force);
-    assert!(close(left.force, [0.0, 0.0]), "{:?}", left.force);
+    let close = |a: Vector, x: f64, y: f64| norm(a - Vector::new(x, y)) < 1e-8 * r.contact_force;
+    assert!(close(bottom.force, 0.0, r.contact_force), "{:?}", bottom.force);
+    assert!(close(top.force, 0.0, -r.contact_force - paper::TRACTION), "{:?}", top.force);
+    assert!(close(left.force, 0.0, 0.0), "{:?}", left.force);
     // The largest mean pressure of an edge lies between the mean pressure and the largest nodal one.
     let pressures = &answer.estimate.as_ref().unwrap().pair.contacts[0].pressure;
     let largest = pressures.iter().copied().fold(0.0, f64::max);
@@ -271,7 +271,7 @@ fn reactions_carry_the_loads_at_any_angle() {
         );
         // No force passes along the interface.
         let total = |body: usize| {
-            let sum = r.reactions.iter().filter(|x| x.body == body).fold([0.0; 2], |s, x| add(s, x.force));
+            let sum = r.reactions.iter().filter(|x| x.body == body).map(|x| x.force).sum::<Vector>();
             turn(-angle, sum)
         };
         let [b1, b2] = heavy::BODY_FORCES;
@@ -283,7 +283,7 @@ fn reactions_carry_the_loads_at_any_angle() {
         settings.criterion = Criterion::EtaNndd { tolerance: 1e-11 };
         let converged = run(heavy::problem(angle, 8).unwrap(), &settings);
         let r = results(&converged);
-        let sum = r.reactions.iter().fold([0.0; 2], |s, x| add(s, x.force));
+        let sum = r.reactions.iter().map(|x| x.force).sum::<Vector>();
         let down = b1[1] * area[0] + b2[1] * area[1] - 1.5 * heavy::PRESSURE + heavy::TRACTION[1];
         assert!((turn(-angle, sum)[1] + down).abs() < 1e-9 * scale, "{angle}: {sum:?} {down}");
     }
@@ -314,7 +314,7 @@ fn results_come_in_the_order_handed_over_whoever_carries_lambda() {
             assert_eq!(r.reactions.len(), expected.reactions.len());
             for (a, b) in r.reactions.iter().zip(&expected.reactions) {
                 assert_eq!((a.body, &a.on), (b.body, &b.on));
-                assert!(norm(sub(a.force, b.force)) < 1e-7 * expected.contact_force, "{a:?} {b:?}");
+                assert!(norm(a.force - b.force) < 1e-7 * expected.contact_force, "{a:?} {b:?}");
             }
         }
     }

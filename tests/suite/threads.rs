@@ -15,10 +15,10 @@ fn bits(answer: &CertifiedSolution) -> Vec<u64> {
         numbers.extend(row.eta_dis);
     }
     for b in 0..2 {
-        numbers.extend(estimate.pair.bodies[b].displacement.as_flattened());
+        numbers.extend(estimate.pair.bodies[b].displacement.iter().flatten());
         numbers.extend(&estimate.cre.by_cell[b]);
-        numbers.extend(estimate.pair.bodies[b].equilibrated.edge_moments.as_flattened().as_flattened());
-        numbers.extend(results.balance[b].force);
+        numbers.extend(estimate.pair.bodies[b].equilibrated.edge_moments.iter().flatten().flatten());
+        numbers.extend(&results.balance[b].force);
         numbers.push(results.balance[b].moment);
     }
     numbers.extend(&answer.last().lambda);

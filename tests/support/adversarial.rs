@@ -16,7 +16,7 @@ use crate::run::paired_in_common;
 use crate::shapes::{moved, turn, unstructured};
 use fem_core::body::Body;
 use fem_core::boundary::{BoundaryConditions, ScalarData};
-use fem_core::geometry::{Vector, add, scale};
+use fem_core::geometry::Vector;
 use fem_core::interface::{ContactInterface, ContactNormal, ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic, Materials, Orthotropic};
 use fem_core::mesh::TriMesh;
@@ -121,7 +121,7 @@ struct Frame {
 
 impl Frame {
     fn place(&self, x: Vector) -> Vector {
-        add(scale(self.length, turn(self.angle, x)), self.shift)
+        self.length * turn(self.angle, x) + self.shift
     }
 
     fn mesh(&self, mesh: &TriMesh) -> Result<TriMesh, Box<dyn Error>> {
@@ -129,11 +129,11 @@ impl Frame {
     }
 
     /// A linear displacement `a + b x`, x along the contact line.
-    fn linear(&self, a: Vector, b: Vector) -> [ScalarData; 2] {
+    fn linear(&self, a: [f64; 2], b: [f64; 2]) -> [ScalarData; 2] {
         let frame = *self;
         [0, 1].map(|c| {
             ScalarData::function(move |x: Vector| {
-                let own = turn(-frame.angle, [x[0] - frame.shift[0], x[1] - frame.shift[1]]);
+                let own = turn(-frame.angle, x - frame.shift);
                 turn(frame.angle, [0, 1].map(|k| frame.length * a[k] + b[k] * own[0]))[c]
             })
         })
@@ -145,7 +145,7 @@ struct Blocks {
     family: Family,
     frame: Frame,
     cells: [[usize; 2]; 2],
-    size: [Vector; 2],
+    size: [[f64; 2]; 2],
     materials: [Vec<LinearElastic>; 2],
     strain: f64,
 }
@@ -170,7 +170,7 @@ impl Blocks {
                 cells[1 - b][0] = cells[b][0];
             }
         }
-        let mut frame = Frame { angle: 0.0, shift: [0.0; 2], length: 1.0, stress: 1.0 };
+        let mut frame = Frame { angle: 0.0, shift: Vector::zeros(), length: 1.0, stress: 1.0 };
         match family {
             Family::Units => {
                 frame.length = between(random, 1e-12, 1e12);
@@ -178,7 +178,7 @@ impl Blocks {
             }
             Family::Far => {
                 let distance = between(random, 1.0, 1e8);
-                frame.shift = [0, 1].map(|_| distance * random.signed());
+                frame.shift = [0, 1].map(|_| distance * random.signed()).into();
             }
             Family::Oblique => frame.angle = 3.2 * random.signed(),
             _ => {}
@@ -201,7 +201,7 @@ impl Blocks {
         Ok(moved(&mesh, |x| {
             let d = (x[1] - low - at) / height;
             let reach = if d > 0.0 { 1.0 - at / height } else { at / height };
-            [x[0], low + at + height * d.signum() * reach * (d.abs() / reach).powf(power)]
+            Vector::new(x[0], low + at + height * d.signum() * reach * (d.abs() / reach).powf(power))
         })?)
     }
 
@@ -228,7 +228,7 @@ impl Blocks {
             conditions = conditions.roller(far, -towards.abs() * frame.length).roller("left", 0.0);
         }
         if random.unit() < 0.6 {
-            conditions = conditions.traction("right", right.map(Into::into));
+            conditions = conditions.traction("right", <[f64; 2]>::from(right).map(Into::into));
         }
         if random.unit() < 0.5 {
             conditions = conditions.body_force(weight);
@@ -246,7 +246,7 @@ impl Blocks {
             _ => {
                 let frame = self.frame;
                 ScalarData::function(move |x: Vector| {
-                    let own = turn(-frame.angle, [x[0] - frame.shift[0], x[1] - frame.shift[1]]);
+                    let own = turn(-frame.angle, x - frame.shift);
                     open * (0.5 * own[0] / frame.length).clamp(0.0, 1.0)
                 })
             }

@@ -16,6 +16,7 @@
 use crate::shapes::moved;
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
+use fem_core::geometry::Vector;
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
 
@@ -28,7 +29,7 @@ pub const TIP: f64 = 23.96;
 /// None for `n ≥ 1`.
 pub fn body(n: usize) -> Result<Body, Box<dyn std::error::Error>> {
     let mesh = moved(&block([0.0, 0.0], [1.0, 1.0], [n, n])?, |x| {
-        [48.0 * x[0], 44.0 * x[0] + x[1] * (44.0 - 28.0 * x[0])]
+        Vector::new(48.0 * x[0], 44.0 * x[0] + x[1] * (44.0 - 28.0 * x[0]))
     })?;
     let conditions =
         BoundaryConditions::new().fix("left").traction("right", [0.0.into(), (1.0 / 16.0).into()]);

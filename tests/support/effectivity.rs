@@ -6,6 +6,7 @@ use crate::run::{certify_with, displacements, iterates, prepare};
 use crate::signorini;
 use certified_contact::{Settings, Silent, solve};
 use cre_estimator::Relaxation;
+use fem_core::geometry::Vector;
 use fem_core::interface::ContactProblem;
 use fem_core::norm::energy_error_squared;
 use fem_core::tensor::SymTensor2;
@@ -19,7 +20,7 @@ pub const RELAXATIONS: [Relaxation; 3] =
 pub const CONTRASTS: [f64; 5] = [1e-3, 0.05, 1.0, 20.0, 1e3];
 
 /// An exact stress of one body.
-pub type Stress<'a> = Box<dyn Fn([f64; 2]) -> SymTensor2 + Sync + 'a>;
+pub type Stress<'a> = Box<dyn Fn(Vector) -> SymTensor2 + Sync + 'a>;
 
 /// Where the true error comes from.
 pub enum Truth<'a> {

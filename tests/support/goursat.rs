@@ -53,10 +53,10 @@ impl Goursat {
     /// Computes the displacement.
     pub fn displacement(&self, x: Vector) -> Vector {
         let [phi, slope, _, psi, _] = (self.potentials)(x);
-        let product = multiply(x, [slope[0], -slope[1]]);
-        [
+        let product = multiply(x.into(), [slope[0], -slope[1]]);
+        Vector::new(
             (self.kappa * phi[0] - product[0] - psi[0]) / (2.0 * self.shear_modulus),
             (self.kappa * phi[1] - product[1] + psi[1]) / (2.0 * self.shear_modulus),
-        ]
+        )
     }
 }

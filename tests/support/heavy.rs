@@ -23,9 +23,9 @@ use fem_core::mesh::TriMesh;
 use fem_core::mesh::generate::block;
 
 /// Body forces of the two bodies at the angle 0.
-pub const BODY_FORCES: [Vector; 2] = [[2.0, -11.0], [1.0, -14.0]];
+pub const BODY_FORCES: [Vector; 2] = [Vector::new(2.0, -11.0), Vector::new(1.0, -14.0)];
 /// Traction on the right side of Ω₂ at the angle 0.
-pub const TRACTION: Vector = [6.0, 1.5];
+pub const TRACTION: Vector = Vector::new(6.0, 1.5);
 /// Pressure on the free part of the top.
 pub const PRESSURE: f64 = 9.0;
 
@@ -45,7 +45,7 @@ pub fn problem(angle: f64, n: usize) -> Result<ContactProblem, Box<dyn std::erro
             .pressure("pressed", PRESSURE)
             .body_force(turn(angle, BODY_FORCES[0])),
     )?;
-    let traction = turn(angle, TRACTION).map(ScalarData::from);
+    let traction = <[f64; 2]>::from(turn(angle, TRACTION)).map(ScalarData::from);
     let lower = Body::new(
         turned(&block([0.0, 0.0], [2.0, 1.0], [2 * n, n + 1])?, angle)?,
         material(500.0)?,

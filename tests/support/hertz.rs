@@ -13,6 +13,7 @@
 
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
+use fem_core::geometry::Vector;
 use fem_core::interface::{ContactInterface, ContactNormal, ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::{Facing, half_disc};
@@ -44,7 +45,7 @@ pub fn problem(
     push: f64,
 ) -> Result<ContactProblem, Box<dyn std::error::Error>> {
     let [upper, lower] = bodies(half_width, [cells; 2], push)?;
-    let normal = ContactNormal::Fixed([0.0, -1.0]);
+    let normal = ContactNormal::Fixed(Vector::new(0.0, -1.0));
     let interface = ContactInterface::pair_along(&upper, &lower, ["contact"; 2], &Gap::Geometric, normal)?;
     Ok(ContactProblem::between([upper, lower], interface))
 }

@@ -34,23 +34,27 @@ pub struct Exact {
 }
 
 fn times(a: Vector, b: Vector) -> Vector {
-    [a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]]
+    Vector::new(a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0])
 }
 
 fn root(z: Vector) -> Vector {
     let (r, angle) = (z[0].hypot(z[1]).sqrt(), 0.5 * z[1].atan2(z[0]));
-    [r * angle.cos(), r * angle.sin()]
+    Vector::new(r * angle.cos(), r * angle.sin())
 }
 
 /// `√(1 − z²)` on the upper half-plane.
 fn branch(z: Vector) -> Vector {
-    let [re, im] = times(root([z[0] - 1.0, z[1]]), root([z[0] + 1.0, z[1]]));
-    [im, -re]
+    let w = times(root(Vector::new(z[0] - 1.0, z[1])), root(Vector::new(z[0] + 1.0, z[1])));
+    Vector::new(w[1], -w[0])
 }
 
 impl Exact {
     fn mirrored(&self, x: Vector) -> (Vector, f64) {
-        if self.below { ([x[0], (-x[1]).max(0.0)], -1.0) } else { ([x[0], x[1].max(0.0)], 1.0) }
+        if self.below {
+            (Vector::new(x[0], (-x[1]).max(0.0)), -1.0)
+        } else {
+            (Vector::new(x[0], x[1].max(0.0)), 1.0)
+        }
     }
 
     /// The exact stress; at the ends of the contact, where its derivatives are infinite, along y = 0.
@@ -61,7 +65,7 @@ impl Exact {
         let value = [-(w[0] - z[1]), -(w[1] + z[0])];
         let size = w[0] * w[0] + w[1] * w[1];
         let slope = if size > 0.0 {
-            let ratio = times(z, [w[0] / size, -w[1] / size]);
+            let ratio = times(z, Vector::new(w[0] / size, -w[1] / size));
             [ratio[0], ratio[1] - 1.0]
         } else {
             [0.0; 2]
@@ -84,7 +88,7 @@ impl Exact {
         let (kappa, mu) = (3.0 - 4.0 * poisson, young / (2.0 * (1.0 + poisson)));
         let ux = (0.5 * (kappa - 1.0) * integral[0] - z[1] * value[1]) / (2.0 * mu);
         let uy = (0.5 * (kappa + 1.0) * integral[1] - z[1] * value[0]) / (2.0 * mu);
-        [ux, mirror * uy]
+        Vector::new(ux, mirror * uy)
     }
 }
 
@@ -100,7 +104,8 @@ pub fn exact(materials: [(f64, f64); 2]) -> [Exact; 2] {
 pub fn problem(materials: [(f64, f64); 2], n: usize) -> Result<ContactProblem, Box<dyn std::error::Error>> {
     let body = |e: Exact| -> Result<Body, Box<dyn std::error::Error>> {
         let displacement = |c: usize| Some(ScalarData::function(move |x| e.displacement(x)[c]));
-        let traction = |n: f64| [0, 1].map(|c| ScalarData::function(move |x| e.stress(x).apply([n, 0.0])[c]));
+        let traction =
+            |n: f64| [0, 1].map(|c| ScalarData::function(move |x| e.stress(x).apply(Vector::new(n, 0.0))[c]));
         let (y, far) = if e.below { (-3.0, "bottom") } else { (0.0, "top") };
         let conditions = BoundaryConditions::new()
             .displace(far, displacement(0), displacement(1))

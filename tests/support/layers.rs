@@ -42,7 +42,7 @@ pub fn state(material: &LinearElastic) -> (SymTensor2, SymTensor2) {
 /// Computes the exact displacement at a point, of the body with these layers from the interface outwards.
 pub fn displacement(layers: &[LinearElastic], x: Vector) -> Vector {
     let (side, mut left) = (x[1].signum(), x[1].abs());
-    let mut u = [EXTENSION * x[0], 0.0];
+    let mut u = Vector::new(EXTENSION * x[0], 0.0);
     for layer in layers {
         let (_, strain) = state(layer);
         let part = side * left.min(HEIGHT);

@@ -71,7 +71,7 @@ pub fn write(bodies: &[(&str, &TriMesh)], format: Format) -> Vec<u8> {
 }
 
 fn points(bodies: &[(&str, &TriMesh)]) -> Vec<[f64; 2]> {
-    bodies.iter().flat_map(|(_, mesh)| mesh.points()).copied().collect()
+    bodies.iter().flat_map(|(_, mesh)| mesh.points()).map(|x| (*x).into()).collect()
 }
 
 /// Sides first, then regions, as Gmsh orders elements.

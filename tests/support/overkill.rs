@@ -15,7 +15,7 @@ use certified_contact::{AdaptSettings, CertifiedSolution, Settings, Silent, solv
 use cre_estimator::Estimate;
 use fem_core::condensation::CondensedBody;
 use fem_core::field::stresses;
-use fem_core::geometry::{Vector, bounding_box, norm, signed_area, sub};
+use fem_core::geometry::{Vector, bounding_box, norm, signed_area};
 use fem_core::interface::ContactProblem;
 use fem_core::mesh::TriMesh;
 use fem_core::prepared::PreparedProblem;
@@ -147,7 +147,7 @@ fn parents_of(fine: &TriMesh, coarse: &TriMesh) -> Result<Vec<u32>, Box<dyn Erro
     };
     let parent = |t: usize| {
         let c = fine.corners(t);
-        let x = [0, 1].map(|k| (c[0][k] + c[1][k] + c[2][k]) / 3.0);
+        let x = (c[0] + c[1] + c[2]) / 3.0;
         let found = inside[bin(x[0], 0) * bins + bin(x[1], 1)].iter().find(|&&t| holds(t, x));
         found.copied().ok_or_else(|| format!("no coarse triangle holds {x:?}").into())
     };
@@ -162,7 +162,7 @@ fn pairs_of(fine: &ContactProblem, coarse: &ContactProblem) -> Vec<(usize, usize
     let on = |x: Vector| {
         let candidates = coarse.contacts[0].interface.edges().iter().map(|edge| {
             let [i, j] = edge.pairs.map(|k| k as usize);
-            let [to_i, to_j] = [i, j].map(|k| norm(sub(at(coarse, k), x)));
+            let [to_i, to_j] = [i, j].map(|k| norm(at(coarse, k) - x));
             (to_i + to_j - edge.length, (i, j, to_i / (to_i + to_j)))
         });
         candidates.min_by(|a, b| a.0.total_cmp(&b.0)).map_or((0, 0, 0.0), |(_, found)| found)

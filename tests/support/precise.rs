@@ -13,8 +13,8 @@ use qd::Quad;
 pub type Precise = [Quad; 2];
 
 /// Takes a vector as it is.
-pub fn precise(x: Vector) -> Precise {
-    x.map(Quad::from_f64)
+pub fn precise(x: impl Into<Vector>) -> Precise {
+    <[f64; 2]>::from(x.into()).map(Quad::from_f64)
 }
 
 /// Subtracts two vectors.
@@ -41,7 +41,7 @@ impl Cell {
         let [a, b] = [1, 2].map(|k| minus(corners[k], corners[0]));
         let twice = a[0] * b[1] - a[1] * b[0];
         let gradient = |p: Precise, q: Precise| [(p[1] - q[1]) / twice, (q[0] - p[0]) / twice];
-        let zero = precise([0.0; 2]);
+        let zero = precise(Vector::zeros());
         let gradients = [gradient(a, b), gradient(b, zero), gradient(zero, a)];
         Self { area: twice * Quad::from_f64(0.5), gradients }
     }

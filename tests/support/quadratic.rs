@@ -12,7 +12,7 @@ use faer::linalg::solvers::Solve;
 use faer::sparse::{SparseColMat, Triplet};
 use fem_core::body::{Body, EdgeReaction, NodeConstraint};
 use fem_core::element::Triangle;
-use fem_core::geometry::{Vector, scale};
+use fem_core::geometry::Vector;
 use fem_core::interface::{ContactProblem, RefinedProblem};
 use fem_core::mesh::refine::RefinementEdges;
 use fem_core::tensor::SymTensor2;
@@ -41,14 +41,14 @@ impl<'a> Quadratic<'a> {
         let mesh = body.mesh();
         let (points, edges) = (mesh.points().len(), mesh.topology().edges());
         let mut components = vec![[Component::Free; 2]; points + edges.len()];
-        let mut load = vec![[0.0; 2]; points + edges.len()];
-        let mut known = vec![[0.0; 2]; points];
+        let mut load = vec![Vector::zeros(); points + edges.len()];
+        let mut known = vec![Vector::zeros(); points];
         for (n, constraint) in body.node_constraints().iter().enumerate() {
             match *constraint {
                 NodeConstraint::Free => {}
                 NodeConstraint::Fixed { value } => {
                     known[n] = value;
-                    components[n] = value.map(Component::Imposed);
+                    components[n] = <[f64; 2]>::from(value).map(Component::Imposed);
                 }
                 NodeConstraint::Along { direction, value } => {
                     let c = axis(direction)?;
@@ -71,20 +71,16 @@ impl<'a> Quadratic<'a> {
             }
             // ∫ F φ of a traction linear along the edge, by Simpson's rule: exact for cubics.
             let length = mesh.edge_length(edge);
-            for c in 0..2 {
-                let [a, b] = condition.traction.map(|t| t[c]);
-                load[ends[0]][c] += length / 6.0 * a;
-                load[ends[1]][c] += length / 6.0 * b;
-                load[middle][c] += length / 3.0 * (a + b);
-            }
+            let [a, b] = condition.traction;
+            load[ends[0]] += length / 6.0 * a;
+            load[ends[1]] += length / 6.0 * b;
+            load[middle] += length / 3.0 * (a + b);
         }
         // ∫ φ is zero at the corners and a third of the area at the middles.
         for (t, triangle) in mesh.topology().triangle_edges().iter().enumerate() {
             for &edge in triangle {
-                let share = scale(mesh.area(t) / 3.0, body.body_force());
-                for c in 0..2 {
-                    load[points + edge as usize][c] += share[c];
-                }
+                let share = mesh.area(t) / 3.0 * body.body_force();
+                load[points + edge as usize] += share;
             }
         }
         Ok(Self { body, components, load })
@@ -107,10 +103,10 @@ impl<'a> Quadratic<'a> {
             let mut l = [0.5; 3];
             l[(q + 2) % 3] = 0.0;
             std::array::from_fn(|k| match k {
-                0..3 => scale(4.0 * l[k] - 1.0, linear[k]),
+                0..3 => (4.0 * l[k] - 1.0) * linear[k],
                 _ => {
                     let [a, b] = [k - 3, (k - 2) % 3];
-                    [0, 1].map(|c| 4.0 * (l[a] * linear[b][c] + l[b] * linear[a][c]))
+                    4.0 * (l[a] * linear[b] + l[b] * linear[a])
                 }
             })
         })
@@ -125,7 +121,7 @@ fn axis(direction: Vector) -> Result<usize, Box<dyn Error>> {
 /// Strain of a unit displacement along `c` of a shape function.
 fn strain(gradient: Vector, c: usize) -> SymTensor2 {
     let mut e = SymTensor2::default();
-    let [x, y] = gradient;
+    let [x, y] = gradient.into();
     match c {
         0 => (e.xx, e.xy) = (x, 0.5 * y),
         _ => (e.yy, e.xy) = (y, 0.5 * x),
@@ -156,7 +152,7 @@ pub fn potential_energy(problem: &ContactProblem) -> Result<f64, Box<dyn Error>>
             }
         }
     }
-    let mut u: Vec<Vector> = vec![[0.0; 2]; number.len()];
+    let mut u: Vec<Vector> = vec![Vector::zeros(); number.len()];
     for (n, components) in bodies[0].components.iter().chain(&bodies[1].components).enumerate() {
         for c in 0..2 {
             if let Component::Imposed(value) = components[c] {

@@ -153,7 +153,7 @@ pub fn whole_exact(materials: Materials, d: f64) -> [Lame; 2] {
 /// None, for sensible numbers.
 pub fn sliding_bodies(
     materials: Materials,
-    push: Vector,
+    push: [f64; 2],
     sectors: [[f64; 2]; 2],
     cells: [[usize; 2]; 2],
 ) -> Result<[Body; 2], Box<dyn std::error::Error>> {
@@ -185,7 +185,7 @@ pub fn whole_pressure(materials: Materials, d: f64) -> f64 {
 /// None, for sensible numbers.
 pub fn sliding(
     materials: Materials,
-    push: Vector,
+    push: [f64; 2],
     cells: [usize; 2],
 ) -> Result<ContactProblem, Box<dyn std::error::Error>> {
     let [inner, outer] = sliding_bodies(materials, push, [[40.0, 140.0]; 2], [cells; 2])?;

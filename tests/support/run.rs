@@ -4,7 +4,7 @@ use cre_estimator::{EquilibratedStress, Estimate, EstimatorError, Relaxation, es
 use fem_core::assembly::System;
 use fem_core::body::Body;
 use fem_core::condensation::CondensedBody;
-use fem_core::geometry::{Vector, cross, scale, sub};
+use fem_core::geometry::{Vector, cross};
 use fem_core::interface::common_refinement::{Changes, common_refinement};
 use fem_core::interface::{
     ContactInterface, ContactNormal, ContactProblem, ContactState, Gap, InterfaceSide,
@@ -192,11 +192,11 @@ pub fn stress_error_squared(
     let mut sum = 0.0;
     for t in 0..mesh.triangles().len() {
         let corners = mesh.corners(t);
-        let centre = [0, 1].map(|c| (corners[0][c] + corners[1][c] + corners[2][c]) / 3.0);
+        let centre = (corners[0] + corners[1] + corners[2]) / 3.0;
         for (k, values) in stress.cell(body, t).iter().enumerate() {
             let points = [corners[k], corners[(k + 1) % 3], centre];
             for (l, w) in RADON7 {
-                let x = [0, 1].map(|c| l[0] * points[0][c] + l[1] * points[1][c] + l[2] * points[2][c]);
+                let x = l[0] * points[0] + l[1] * points[1] + l[2] * points[2];
                 let tau = values[0].scaled(l[0]).plus(values[1].scaled(l[1])).plus(values[2].scaled(l[2]));
                 let d = tau.minus(exact(x));
                 sum += w * mesh.area(t) / 3.0 * body.material(t).complementary(d, d);
@@ -213,17 +213,17 @@ pub fn cell_imbalance(body: &Body, stress: &EquilibratedStress) -> [f64; 2] {
     let (mut force, mut moment, mut largest, mut size) = (0.0f64, 0.0f64, 0.0f64, 0.0f64);
     for t in 0..mesh.triangles().len() {
         let corners = mesh.corners(t);
-        let centre = [0, 1].map(|c| (corners[0][c] + corners[1][c] + corners[2][c]) / 3.0);
-        let mut total = scale(mesh.area(t), body.body_force());
+        let centre = (corners[0] + corners[1] + corners[2]) / 3.0;
+        let mut total = mesh.area(t) * body.body_force();
         let mut turn = 0.0;
         for (k, ends) in stress.cell_loads(body, t).iter().enumerate() {
             let points = [corners[k], corners[(k + 1) % 3]];
-            size = size.max(fem_core::geometry::norm(sub(points[1], points[0])));
+            size = size.max(fem_core::geometry::norm(points[1] - points[0]));
             for m in 0..2 {
                 // Of a traction linear along the edge: half the end values, two thirds of the way to that end.
-                let arm = [0, 1].map(|c| (2.0 * points[m][c] + points[1 - m][c]) / 3.0 - centre[c]);
-                let half = scale(0.5, ends[m]);
-                total = fem_core::geometry::add(total, half);
+                let arm = (2.0 * points[m] + points[1 - m]) / 3.0 - centre;
+                let half = 0.5 * ends[m];
+                total += half;
                 turn += cross(arm, half);
                 largest = largest.max(fem_core::geometry::norm(ends[m]));
             }

@@ -1,7 +1,7 @@
 //! Meshes of other shapes, made from structured blocks by moving their nodes or leaving out cells.
 
 use crate::random::Random;
-use fem_core::geometry::{Vector, angle_between, sub};
+use fem_core::geometry::{Vector, angle_between};
 use fem_core::mesh::generate::block;
 use fem_core::mesh::{MeshError, TriMesh};
 use std::collections::HashMap;
@@ -23,9 +23,10 @@ pub fn moved(mesh: &TriMesh, motion: impl Fn(Vector) -> Vector) -> Result<TriMes
 }
 
 /// Turns a vector by an angle, radians.
-pub fn turn(angle: f64, x: Vector) -> Vector {
+pub fn turn(angle: f64, x: impl Into<Vector>) -> Vector {
+    let x = x.into();
     let (sin, cos) = angle.sin_cos();
-    [cos * x[0] - sin * x[1], sin * x[0] + cos * x[1]]
+    Vector::new(cos * x[0] - sin * x[1], sin * x[0] + cos * x[1])
 }
 
 /// Turns a mesh about the origin by an angle, radians; the angle 0 leaves every bit as it is.
@@ -83,7 +84,7 @@ pub fn interpolate_block(field: &[Vector], cells: [usize; 2], factor: usize) -> 
             // The diagonal of a cell runs from its lower left to its upper right corner.
             let weights = if s >= t { [1.0 - s, s - t, t, 0.0] } else { [1.0 - t, 0.0, s, t - s] };
             let corners = [node(ci, cj), node(ci + 1, cj), node(ci + 1, cj + 1), node(ci, cj + 1)];
-            fine.push([0, 1].map(|c| (0..4).map(|k| weights[k] * corners[k][c]).sum()));
+            fine.push((0..4).map(|k| weights[k] * corners[k]).sum());
         }
     }
     fine
@@ -96,12 +97,13 @@ pub fn interpolate_block(field: &[Vector], cells: [usize; 2], factor: usize) -> 
 /// # Errors
 /// See [`block`].
 pub fn unstructured(
-    origin: Vector,
-    size: Vector,
+    origin: impl Into<Vector>,
+    size: impl Into<Vector>,
     cells: [usize; 2],
     shake: f64,
     random: &mut Random,
 ) -> Result<TriMesh, MeshError> {
+    let (origin, size) = (origin.into(), size.into());
     let [nx, ny] = cells.map(|n| n as f64);
     let squares = block([0.0; 2], [nx, ny], cells)?;
     let mut points = squares.points().to_vec();
@@ -109,11 +111,11 @@ pub fn unstructured(
         let inside = |c: usize, n: f64| x[c] > 0.5 && x[c] < n - 0.5;
         if inside(0, nx) && inside(1, ny) {
             let shift = if x[1] as usize % 2 == 1 { 0.25 } else { -0.25 };
-            *x = [x[0] + shift + shake * random.signed(), x[1] + shake * random.signed()];
+            *x = Vector::new(x[0] + shift + shake * random.signed(), x[1] + shake * random.signed());
         }
     }
     let triangles = delaunay(&points, squares.triangles().to_vec());
-    let place = |x: &Vector| [origin[0] + size[0] * (x[0] / nx), origin[1] + size[1] * (x[1] / ny)];
+    let place = |x: &Vector| origin + Vector::new(size[0] * (x[0] / nx), size[1] * (x[1] / ny));
     let edges = squares.topology().edges();
     let groups = squares.groups().iter();
     let groups =
@@ -125,7 +127,7 @@ pub fn unstructured(
 fn delaunay(points: &[Vector], mut triangles: Vec<[u32; 3]>) -> Vec<[u32; 3]> {
     let angle = |apex: u32, a: u32, b: u32| {
         let [p, a, b] = [apex, a, b].map(|n| points[n as usize]);
-        angle_between(sub(a, p), sub(b, p))
+        angle_between(a - p, b - p)
     };
     loop {
         let mut seen: HashMap<[u32; 2], usize> = HashMap::new();

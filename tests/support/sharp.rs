@@ -18,7 +18,7 @@ use crate::shapes::unstructured;
 use fem_core::assembly::external_forces;
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
-use fem_core::geometry::{Vector, dot};
+use fem_core::geometry::Vector;
 use fem_core::interface::{ContactInterface, ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic, Orthotropic};
 use fem_core::mesh::TriMesh;
@@ -89,7 +89,7 @@ impl Sharp {
     /// # Errors
     /// None.
     pub fn problem(self) -> Result<ContactProblem, Box<dyn std::error::Error>> {
-        let push = |x: [f64; 2]| -0.01 * (1.0 + 0.5 * x[0]);
+        let push = |x: Vector| -0.01 * (1.0 + 0.5 * x[0]);
         let push = fem_core::boundary::ScalarData::function(push);
         let upper = BoundaryConditions::new()
             .displace("top", Some(0.0.into()), Some(push))
@@ -109,7 +109,7 @@ impl Sharp {
             let energy = energy_norm_squared(body, v);
             norm += energy;
             potential +=
-                0.5 * energy - external_forces(body).iter().zip(v).map(|(f, v)| dot(*f, *v)).sum::<f64>();
+                0.5 * energy - external_forces(body).iter().zip(v).map(|(f, v)| f.dot(v)).sum::<f64>();
         }
         [norm, 2.0 * (potential - self.reference())].map(f64::sqrt)
     }

@@ -78,7 +78,7 @@ impl Exact {
         let uy = (0.5 * (kappa + 1.0) * zz[1] - y * z[0]) / (2.0 * mu);
         let ratio = self.poisson / (1.0 - self.poisson);
         let bending = [self.k * x[0] * x[1], -0.5 * self.k * (x[0] * x[0] + ratio * x[1] * x[1])];
-        [ux + bending[0], mirror * uy + bending[1]]
+        Vector::new(ux + bending[0], mirror * uy + bending[1])
     }
 }
 
@@ -126,7 +126,8 @@ pub fn bodies(
 ) -> Result<[Body; 2], Box<dyn std::error::Error>> {
     let body = |e: Exact, far: &str, mesh: TriMesh| -> Result<Body, Box<dyn std::error::Error>> {
         let displacement = |c: usize| Some(ScalarData::function(move |x| e.displacement(x)[c]));
-        let traction = |n: f64| [0, 1].map(|c| ScalarData::function(move |x| e.stress(x).apply([n, 0.0])[c]));
+        let traction =
+            |n: f64| [0, 1].map(|c| ScalarData::function(move |x| e.stress(x).apply(Vector::new(n, 0.0))[c]));
         let conditions = BoundaryConditions::new()
             .displace(far, displacement(0), displacement(1))
             .traction("left", traction(-1.0))

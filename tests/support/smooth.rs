@@ -13,7 +13,7 @@ use crate::goursat::{Goursat, Potentials, multiply};
 use crate::shapes::moved;
 use fem_core::body::Body;
 use fem_core::boundary::{BoundaryConditions, ScalarData};
-use fem_core::geometry::{Vector, add};
+use fem_core::geometry::Vector;
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
 use fem_core::tensor::SymTensor2;
@@ -22,7 +22,7 @@ use std::f64::consts::PI;
 /// Young's modulus and Poisson's ratio.
 pub const MATERIAL: (f64, f64) = (5.0, 0.3);
 /// The body force.
-pub const BODY_FORCE: Vector = [0.9, -2.4];
+pub const BODY_FORCE: Vector = Vector::new(0.9, -2.4);
 
 fn potentials(x: Vector) -> Potentials {
     let phi = [x[0].exp() * x[1].cos(), x[0].exp() * x[1].sin()];
@@ -57,12 +57,12 @@ impl Smooth {
 
     /// Computes the displacement.
     pub fn displacement(&self, p: Vector) -> Vector {
-        let ([x, y], [bx, by], (e, nu)) = (p, BODY_FORCE, self.plane);
-        let carried = [
+        let ([x, y], [bx, by], (e, nu)) = (p.into(), BODY_FORCE.into(), self.plane);
+        let carried = Vector::new(
             (-0.5 * bx * (x * x + nu * y * y) + nu * by * x * y) / e,
             (-0.5 * by * (y * y + nu * x * x) + nu * bx * x * y) / e,
-        ];
-        add(self.field.displacement(p), carried)
+        );
+        self.field.displacement(p) + carried
     }
 }
 
@@ -74,17 +74,17 @@ pub fn body(hypothesis: Hypothesis, n: usize) -> Result<Body, Box<dyn std::error
     let exact = Smooth::new(hypothesis);
     let mesh = moved(&block([0.0, 0.0], [1.5, 1.0], [3 * n, 2 * n])?, |x| {
         let bubble = 0.06 * (PI * x[0] / 1.5).sin() * (PI * x[1]).sin();
-        [x[0] + bubble * (3.0 * x[1]).cos(), x[1] - bubble * (4.0 * x[0]).sin()]
+        Vector::new(x[0] + bubble * (3.0 * x[1]).cos(), x[1] - bubble * (4.0 * x[0]).sin())
     })?;
     let displacement = |c: usize| Some(ScalarData::function(move |x| exact.displacement(x)[c]));
     let traction = |n: Vector| [0, 1].map(|c| ScalarData::function(move |x| exact.stress(x).apply(n)[c]));
-    let [shear, _] = traction([0.0, -1.0]);
+    let [shear, _] = traction(Vector::new(0.0, -1.0));
     let conditions = BoundaryConditions::new()
         .displace("left", displacement(0), displacement(1))
         .displace("bottom", None, displacement(1))
         .traction("bottom", [shear, 0.0.into()])
-        .traction("right", traction([1.0, 0.0]))
-        .traction("top", traction([0.0, 1.0]))
+        .traction("right", traction(Vector::new(1.0, 0.0)))
+        .traction("top", traction(Vector::new(0.0, 1.0)))
         .body_force(BODY_FORCE);
     Ok(Body::new(mesh, LinearElastic::isotropic(MATERIAL.0, MATERIAL.1, hypothesis)?, &conditions)?)
 }

@@ -142,7 +142,7 @@ impl Stack {
     /// Places a point given by its distance from the contact line.
     fn place(&self, b: usize, x: f64, distance: f64) -> Vector {
         let y = if b == 0 { distance } else { -distance };
-        if self.lying { [-y, x] } else { [x, y] }
+        if self.lying { Vector::new(-y, x) } else { Vector::new(x, y) }
     }
 
     /// Distance of a point from the contact line.

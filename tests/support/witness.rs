@@ -17,7 +17,7 @@ use crate::precise::{Cell, Precise, energy_product, minus, precise, product, rou
 use crate::quadratic::halve;
 use fem_core::body::{Body, EdgeReaction, NodeConstraint};
 use fem_core::field::nodal_residual;
-use fem_core::geometry::{Vector, dot, norm, perpendicular, scale};
+use fem_core::geometry::{Vector, norm, perpendicular};
 use fem_core::interface::{ContactProblem, RefinedProblem};
 use qd::Quad;
 use std::error::Error;
@@ -131,7 +131,7 @@ impl Ladder {
             let body = &self.finest().bodies[b];
             let nodes = start[b].iter().zip(w[b]).zip(body.node_constraints());
             nodes
-                .map(|((v, w), held)| free_part(minus(precise(*w), *v).map(rounded), held))
+                .map(|((v, w), held)| free_part(minus(precise(*w), *v).map(rounded).into(), held))
                 .collect::<Vec<_>>()
         });
         self.open(&start, &mut d, law)?;
@@ -189,11 +189,11 @@ impl Ladder {
             let along = minus(self.points[b][ends[1]], self.points[b][ends[0]]);
             let sixth = product(along, along).sqrt() / Quad::from_f64(6.0);
             for k in 0..2 {
-                let force = [0, 1].map(|c| 2.0 * condition.traction[k][c] + condition.traction[1 - k][c]);
+                let force = 2.0 * condition.traction[k] + condition.traction[1 - k];
                 add(sixth, force, d[ends[k]]);
             }
         }
-        if body.body_force() != [0.0; 2] {
+        if body.body_force() != Vector::zeros() {
             for corners in mesh.triangles() {
                 let third = Cell::new(corners.map(|n| self.points[b][n as usize])).area / Quad::from_f64(3.0);
                 corners.iter().for_each(|&n| add(third, body.body_force(), d[n as usize]));
@@ -243,10 +243,10 @@ impl Ladder {
             }
             for (k, pair) in pairs.iter().enumerate().filter(|(k, _)| back[*k] > 0.0) {
                 let n = pair.nodes[0] as usize;
-                let direction = away(&self.finest().bodies[0], n, self.normals[k].map(rounded))?;
+                let direction = away(&self.finest().bodies[0], n, self.normals[k].map(rounded).into())?;
                 // A little more than needed: rounding must not leave a rest.
                 let step = 1.01 * back[k] + 4.0 * f64::EPSILON * (d[0][n][0].abs() + d[0][n][1].abs());
-                d[0][n] = [0, 1].map(|c| d[0][n][c] - step * direction[c]);
+                d[0][n] -= step * direction;
             }
         }
         None
@@ -257,10 +257,10 @@ impl Ladder {
 fn free_part(d: Vector, held: &NodeConstraint) -> Vector {
     match *held {
         NodeConstraint::Free => d,
-        NodeConstraint::Fixed { .. } => [0.0; 2],
+        NodeConstraint::Fixed { .. } => Vector::zeros(),
         NodeConstraint::Along { direction, .. } => {
             let free = perpendicular(direction);
-            scale(dot(free, d), free)
+            free.dot(&d) * free
         }
     }
 }
@@ -272,6 +272,6 @@ fn away(body: &Body, node: usize, normal: Vector) -> Option<Vector> {
         NodeConstraint::Fixed { .. } => return None,
         NodeConstraint::Along { direction, .. } => perpendicular(direction),
     };
-    let along = dot(direction, normal);
-    (along.abs() > 0.1).then(|| scale(1.0 / along, direction))
+    let along = direction.dot(&normal);
+    (along.abs() > 0.1).then(|| 1.0 / along * direction)
 }

@@ -71,8 +71,8 @@ impl Expression {
     }
 
     /// Evaluates the expression at a point `[x, y]`; NaN or infinite if it is not defined.
-    pub fn at(&self, point: Vector) -> f64 {
-        self.tree.at(&point)
+    pub fn at(&self, point: impl Into<Vector>) -> f64 {
+        self.tree.at(point.into())
     }
 
     /// Says whether the value is the same everywhere because neither `x` nor `y` is in the text.

@@ -1,7 +1,6 @@
 //! Bounds of other quantities of the exact solution, from the bound of the energy error.
 
 use cre_estimator::Estimate;
-use fem_core::geometry::dot;
 use fem_core::norm;
 use fem_core::prepared::PreparedProblem;
 use nndd::Iterate;
@@ -57,8 +56,8 @@ impl Bounds {
         let (mut work, mut size) = (0.0, 0.0);
         for (forces, fields) in problem.external_forces().iter().zip(&estimate.pair.bodies) {
             for (f, u) in forces.iter().zip(&fields.displacement) {
-                work += dot(*f, *u);
-                size += dot(*f, *u).abs();
+                work += f.dot(u);
+                size += f.dot(u).abs();
             }
         }
         let potential = 0.5 * energy - work;

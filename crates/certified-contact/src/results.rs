@@ -4,7 +4,7 @@ use cre_estimator::{AdmissibleBody, AdmissibleContact, AdmissiblePair, Estimate}
 use fem_core::body::Body;
 use fem_core::double_double::DoubleDouble;
 use fem_core::field;
-use fem_core::geometry::{Vector, add, cross, norm, scale, sub};
+use fem_core::geometry::{Vector, cross, norm};
 use fem_core::interface::{ContactEdge, ContactInterface, ContactProblem};
 use fem_core::mesh::TriMesh;
 use fem_core::prepared::PreparedProblem;
@@ -34,7 +34,7 @@ pub struct Balance {
 impl Balance {
     /// Adds a force at a point; `arm` is the vector from the centroid to it.
     fn add(&mut self, arm: Vector, force: Vector) {
-        self.force = add(self.force, force);
+        self.force += force;
         self.moment += cross(arm, force);
     }
 }
@@ -253,16 +253,16 @@ fn joined(interface: &ContactInterface) -> Vec<bool> {
 
 /// Computes the centroid of a mesh.
 fn centroid(mesh: &TriMesh) -> Vector {
-    let mut sum = [0.0; 2];
+    let mut sum = Vector::zeros();
     let mut area = 0.0;
     // Relative to a point of the mesh, to avoid cancellation far from the origin.
     let origin = mesh.points()[0];
     for (t, corners) in mesh.triangles().iter().enumerate() {
-        let middle = corners.iter().map(|&v| sub(mesh.points()[v as usize], origin)).fold([0.0; 2], add);
-        sum = add(sum, scale(mesh.area(t) / 3.0, middle));
+        let middle: Vector = corners.iter().map(|&v| mesh.points()[v as usize] - origin).sum();
+        sum += mesh.area(t) / 3.0 * middle;
         area += mesh.area(t);
     }
-    add(origin, scale(1.0 / area, sum))
+    origin + 1.0 / area * sum
 }
 
 /// Computes `K u − f` at every node, N/m: without rounding if the displacement was corrected; `low` are then the
@@ -270,7 +270,7 @@ fn centroid(mesh: &TriMesh) -> Vector {
 fn nodal_forces(body: &Body, displacement: &[Vector], low: Option<&Vec<Vector>>) -> Vec<Vector> {
     let Some(low) = low else { return field::nodal_residual(body, displacement) };
     let split = SplitField { high: displacement.to_vec(), low: low.clone() };
-    residual::of_field(body, &split).iter().map(|r| r.map(DoubleDouble::rounded)).collect()
+    residual::of_field(body, &split).iter().map(|r| r.map(DoubleDouble::rounded).into()).collect()
 }
 
 /// Adds the reactions of a body's supports and returns its balance.
@@ -284,15 +284,15 @@ fn support_reactions(
     let problem = prepared.problem();
     let body: &Body = &problem.bodies[b];
     let centroid = centroid(body.mesh());
-    let arm = |node: usize| sub(body.mesh().points()[node], centroid);
+    let arm = |node: usize| body.mesh().points()[node] - centroid;
     let mut balance = Balance::default();
     for (pair, block) in problem.contacts.iter().zip(iterate.blocks(problem)) {
         let Some(side) = pair.side_of(b) else { continue };
         let forces = &iterate.forces()[pair.roles.of_side(side)][block];
         for (pair_of_nodes, r) in pair.interface.pairs().iter().zip(forces) {
-            let force = scale(pair.roles.sign() * r, pair_of_nodes.normal);
+            let force = pair.roles.sign() * r * pair_of_nodes.normal;
             let node = pair_of_nodes.nodes[side] as usize;
-            residual[node] = sub(residual[node], force);
+            residual[node] -= force;
             balance.add(arm(node), force);
         }
     }
@@ -301,17 +301,17 @@ fn support_reactions(
     }
     let mut counted = vec![[false; 2]; residual.len()];
     for support in body.supports() {
-        let mut force = [0.0; 2];
+        let mut force = Vector::zeros();
         for &node in &support.nodes {
             let node = node as usize;
-            let mut held = [0.0; 2];
+            let mut held = Vector::zeros();
             for c in 0..2 {
                 if support.components[c] && !counted[node][c] {
                     counted[node][c] = true;
                     held[c] = residual[node][c];
                 }
             }
-            force = add(force, held);
+            force += held;
             balance.add(arm(node), held);
         }
         reactions.push(Reaction { body: b, on: support.group.clone(), force });

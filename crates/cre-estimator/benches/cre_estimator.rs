@@ -35,7 +35,7 @@ fn certificates(c: &mut Criterion) {
             .iter()
             .map(|p| {
                 let [a, b] = [u[0][p.nodes[0] as usize], u[1][p.nodes[1] as usize]];
-                p.gap - fem_core::geometry::dot(fem_core::geometry::sub(a, b), p.normal)
+                p.gap - (a - b).dot(&p.normal)
             })
             .collect();
         let state = ContactState::between([&u[0], &u[1]], &none, &opening);

@@ -21,7 +21,7 @@ use cre_estimator::{Estimate, Relaxation, estimate_with};
 use fem_core::body::{Body, NodeConstraint};
 use fem_core::boundary::BoundaryConditions;
 use fem_core::field::nodal_residual;
-use fem_core::geometry::{Vector, add, dot, norm, scale, sub};
+use fem_core::geometry::{Vector, norm};
 use fem_core::interface::{ContactInterface, ContactProblem, ContactState, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
@@ -57,9 +57,9 @@ fn read(text: &str, problem: &ContactProblem) -> Result<[Vec<Vector>; 2], Box<dy
     }
     let field = |b: usize| {
         let at = |p: &Vector| {
-            let here = |r: &&[f64; 5]| r[0] == (b + 1) as f64 && norm(sub([r[1], r[2]], *p)) < 1e-6;
-            let row = rows.iter().find(here).map(|r| [r[3], r[4]]);
-            row.ok_or_else(|| format!("no row for the node of body {} at {p:?}", b + 1))
+            let here = |r: &&[f64; 5]| r[0] == (b + 1) as f64 && norm(Vector::new(r[1], r[2]) - p) < 1e-6;
+            let row = rows.iter().find(here).map(|r| Vector::new(r[3], r[4]));
+            row.ok_or_else(|| format!("no row for the node of body {} at ({}, {})", b + 1, p[0], p[1]))
         };
         problem.bodies[b].mesh().points().iter().map(at).collect::<Result<Vec<Vector>, String>>()
     };
@@ -71,12 +71,10 @@ fn hold(body: &Body, displacement: &mut [Vector]) -> Result<(), String> {
     for (node, (u, constraint)) in displacement.iter_mut().zip(body.node_constraints()).enumerate() {
         let held = match *constraint {
             NodeConstraint::Free => continue,
-            NodeConstraint::Along { direction, value } => {
-                add(*u, scale(value - dot(*u, direction), direction))
-            }
+            NodeConstraint::Along { direction, value } => *u + (value - u.dot(&direction)) * direction,
             NodeConstraint::Fixed { value } => value,
         };
-        if norm(sub(held, *u)) > 1e-6 * PUSH.abs() {
+        if norm(held - *u) > 1e-6 * PUSH.abs() {
             return Err(format!("node {node} is held at {held:?}, and the file moves it by {u:?}"));
         }
         *u = held;
@@ -98,16 +96,16 @@ fn certify(
     // Rounded numbers may penetrate: the first body's nodes move back until they do not.
     for pair in pairs {
         let [first, second] = [0, 1].map(|b| displacement[b][pair.nodes[b] as usize]);
-        let opening = pair.gap - dot(sub(first, second), pair.normal);
-        displacement[0][pair.nodes[0] as usize] = sub(first, scale((-opening).max(0.0), pair.normal));
+        let opening = pair.gap - (first - second).dot(&pair.normal);
+        displacement[0][pair.nodes[0] as usize] = first - (-opening).max(0.0) * pair.normal;
     }
     let [first, second] = &displacement;
-    let jump = |nodes: [u32; 2]| sub(first[nodes[0] as usize], second[nodes[1] as usize]);
-    let opening: Vec<f64> = pairs.iter().map(|p| (p.gap - dot(jump(p.nodes), p.normal)).max(0.0)).collect();
+    let jump = |nodes: [u32; 2]| first[nodes[0] as usize] - second[nodes[1] as usize];
+    let opening: Vec<f64> = pairs.iter().map(|p| (p.gap - jump(p.nodes).dot(&p.normal)).max(0.0)).collect();
     // The contact force is the missing force in the equilibrium of the second body; only a pushing force is admissible.
     let residual = nodal_residual(&problem.bodies[1], second);
     let force: Vec<f64> =
-        pairs.iter().map(|p| dot(residual[p.nodes[1] as usize], p.normal).max(0.0)).collect();
+        pairs.iter().map(|p| residual[p.nodes[1] as usize].dot(&p.normal).max(0.0)).collect();
 
     let state = ContactState::between([first, second], &force, &opening);
     Ok(estimate_with(prepared, &state, relaxation)?)
@@ -179,7 +177,7 @@ mod tests {
         let problem = prepared.problem();
         let good = read(FIELD, problem).unwrap();
         // Half of the force everywhere: in balance with its own forces, but not a solution of the problem.
-        let half = good.each_ref().map(|u| u.iter().map(|u| scale(0.5, *u)).collect::<Vec<Vector>>());
+        let half = good.each_ref().map(|u| u.iter().map(|u| 0.5 * *u).collect::<Vec<Vector>>());
         let error = certify(&prepared, half.clone(), Relaxation::NONE).unwrap_err().to_string();
         assert!(error.contains("is held at"), "{error}");
         let pairs = problem.contacts[0].interface.pairs().len();

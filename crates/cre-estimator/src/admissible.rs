@@ -10,7 +10,7 @@ use fem_core::body::{Body, EdgeCondition, EdgeReaction};
 use fem_core::condensation::CondensedBody;
 use fem_core::each_body;
 use fem_core::field;
-use fem_core::geometry::{Vector, scale};
+use fem_core::geometry::Vector;
 use fem_core::interface::{ContactInterface, ContactProblem, ContactState};
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
@@ -228,7 +228,7 @@ pub(crate) fn on_body<'a>(
     let mut all = Vec::new();
     for (k, side) in problem.sides_of(b) {
         let nodes = problem.contacts[k].interface.pairs().iter().map(|pair| pair.nodes[side]);
-        all.extend(nodes.zip(forces(k)).map(|(node, force)| (node, scale(side_sign(side), *force))));
+        all.extend(nodes.zip(forces(k)).map(|(node, force)| (node, side_sign(side) * *force)));
     }
     all
 }
@@ -246,7 +246,7 @@ fn with_pressure(problem: &ContactProblem, b: usize, contacts: &[AdmissibleConta
             let stretch = edge.length / body.mesh().edge_length(edge.edges[side]);
             let end = |e: usize| {
                 let normal = interface.pairs()[edge.pairs[e] as usize].normal;
-                scale(sign * contacts[k].edge_pressure[contact][e] * stretch, normal)
+                sign * contacts[k].edge_pressure[contact][e] * stretch * normal
             };
             let traction = if reversed { [end(1), end(0)] } else { [end(0), end(1)] };
             conditions[place] = EdgeCondition { reaction: EdgeReaction::None, traction };
@@ -265,7 +265,7 @@ pub(crate) fn with_imposed_normal(problem: &ContactProblem, b: usize) -> Vec<Edg
         for_contact_edges(body, interface, side, |place, contact, _| {
             let normal = interface.pairs()[interface.edges()[contact].pairs[0] as usize].normal;
             conditions[place] =
-                EdgeCondition { reaction: EdgeReaction::Along(normal), traction: [[0.0; 2]; 2] };
+                EdgeCondition { reaction: EdgeReaction::Along(normal), traction: [Vector::zeros(); 2] };
         });
     }
     conditions
@@ -304,7 +304,7 @@ pub(crate) fn check_state(
     for (b, (u, body)) in state.displacement.iter().zip(&problem.bodies).enumerate() {
         let what = || format!("the displacement of body {}", b + 1);
         check_length(what, u.len(), body.mesh().points().len())?;
-        check_finite(what, u.as_flattened())?;
+        check_finite(what, u.iter().flatten())?;
     }
     let several = problem.contacts.len() > 1;
     for (k, (given, pair)) in state.contacts.iter().zip(&problem.contacts).enumerate() {
@@ -322,7 +322,10 @@ fn check_length(what: impl Fn() -> String, found: usize, expected: usize) -> Res
     if found == expected { Ok(()) } else { Err(EstimatorError::Length { what: what(), found, expected }) }
 }
 
-fn check_finite(what: impl Fn() -> String, numbers: &[f64]) -> Result<(), EstimatorError> {
-    let finite = numbers.iter().all(|x| x.is_finite());
+fn check_finite<'a>(
+    what: impl Fn() -> String,
+    numbers: impl IntoIterator<Item = &'a f64>,
+) -> Result<(), EstimatorError> {
+    let finite = numbers.into_iter().all(|x| x.is_finite());
     if finite { Ok(()) } else { Err(EstimatorError::NotFinite { what: what() }) }
 }

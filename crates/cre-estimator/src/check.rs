@@ -7,7 +7,7 @@ use crate::lift;
 use crate::round_off::{force_noise, larger, largest_displacement};
 use fem_core::body::{Body, EdgeReaction, NodeConstraint};
 use fem_core::each_body;
-use fem_core::geometry::{Vector, add, dot, perpendicular, scale, sub};
+use fem_core::geometry::{Vector, perpendicular};
 use fem_core::interface::{ContactInterface, ContactProblem};
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -120,7 +120,7 @@ impl Forces {
 type CellForces = [[Vector; 2]; 3];
 
 fn square(a: Vector) -> f64 {
-    dot(a, a)
+    a.dot(&a)
 }
 
 /// Length of a vector by its square: the guard of `hypot` against overflow costs more than the whole check.
@@ -184,7 +184,7 @@ fn penetration(
         let u = [0, 1].map(|side: usize| displacement[side][p.nodes[side] as usize]);
         trace = larger(trace, larger(norm(u[0]), norm(u[1])));
         trace = larger(trace, p.gap);
-        let opening = p.gap - dot(sub(u[0], u[1]), p.normal);
+        let opening = p.gap - (u[0] - u[1]).dot(&p.normal);
         penetration = larger(penetration, larger(-opening, -stated));
         penetration = larger(penetration, (opening - stated).abs());
     }
@@ -204,8 +204,8 @@ fn penetration(
 fn displaced_support(body: &Body, displacement: &[Vector]) -> f64 {
     let difference = |(u, constraint): (&Vector, &NodeConstraint)| match *constraint {
         NodeConstraint::Free => 0.0,
-        NodeConstraint::Along { direction, value } => (dot(*u, direction) - value).abs(),
-        NodeConstraint::Fixed { value } => norm(sub(*u, value)),
+        NodeConstraint::Along { direction, value } => (u.dot(&direction) - value).abs(),
+        NodeConstraint::Fixed { value } => norm(*u - value),
     };
     let all = displacement.iter().zip(body.node_constraints()).map(difference);
     relative(all.fold(0.0, larger), largest_displacement(displacement))
@@ -290,8 +290,8 @@ impl<T, V: Fn(usize, &CellStress) -> T> pulp::NullaryFnOnce for BlockForces<'_, 
 /// The corners of the three parts of a triangle, relative to its first corner: far from the origin their differences
 /// would be round-off.
 fn parts(corners: [Vector; 3]) -> [[Vector; 3]; 3] {
-    let corners = corners.map(|c| sub(c, corners[0]));
-    let centre = scale(1.0 / 3.0, add(add(corners[0], corners[1]), corners[2]));
+    let corners = corners.map(|c| c - corners[0]);
+    let centre = 1.0 / 3.0 * (corners[0] + corners[1] + corners[2]);
     std::array::from_fn(|k| [corners[k], corners[(k + 1) % 3], centre])
 }
 
@@ -299,21 +299,21 @@ fn parts(corners: [Vector; 3]) -> [[Vector; 3]; 3] {
 fn cell(body: &Body, tau: &CellStress, t: usize) -> (Forces, CellForces) {
     let corners = body.mesh().corners(t);
     let area = body.mesh().area(t);
-    let load = scale(area, body.body_force());
+    let load = area * body.body_force();
     let mut worst = Forces { scale: square(load), ..Forces::default() };
     let mut outer = CellForces::default();
     for (k, points) in parts(corners).iter().enumerate() {
-        let divergence = add(part_divergence(*points, &tau[k]), body.body_force());
-        worst.equilibrium = larger(worst.equilibrium, square(scale(area / 3.0, divergence)));
+        let divergence = part_divergence(*points, &tau[k]) + body.body_force();
+        worst.equilibrium = larger(worst.equilibrium, square(area / 3.0 * divergence));
         // The inner edge at corner k, between part k and the part before it.
-        let inner = sub(points[2], points[0]);
-        let normal = [inner[1], -inner[0]];
+        let inner = points[2] - points[0];
+        let normal = Vector::new(inner[1], -inner[0]);
         let other = &tau[(k + 2) % 3];
         for (s, o) in [(tau[k][0], other[1]), (tau[k][2], other[2])] {
             worst.equilibrium = larger(worst.equilibrium, square(s.minus(o).apply(normal)));
         }
-        let along = sub(points[1], points[0]);
-        let normal = [along[1], -along[0]];
+        let along = points[1] - points[0];
+        let normal = Vector::new(along[1], -along[0]);
         outer[k] = [tau[k][0].apply(normal), tau[k][1].apply(normal)];
     }
     (worst, outer)
@@ -343,19 +343,19 @@ impl Block<'_> {
         worst.scale = larger(square(own[0]), square(own[1]));
         if !topology.is_boundary(edge) {
             for (a, b) in own.into_iter().zip(self.edge_forces(other, edge)) {
-                worst.jump = larger(worst.jump, square(add(a, b)));
+                worst.jump = larger(worst.jump, square(a + b));
             }
             return worst;
         }
         let condition = &self.stress.conditions[topology.boundary_place(edge)];
         let length = mesh.edge_length(edge);
         for (force, traction) in own.into_iter().zip(condition.traction) {
-            let given = scale(length, traction);
+            let given = length * traction;
             worst.scale = larger(worst.scale, square(given));
-            let difference = sub(force, given);
+            let difference = force - given;
             let residual = match condition.reaction {
                 EdgeReaction::None => square(difference),
-                EdgeReaction::Along(d) => dot(difference, perpendicular(d)).powi(2),
+                EdgeReaction::Along(d) => difference.dot(&perpendicular(d)).powi(2),
                 EdgeReaction::Both => 0.0,
             };
             worst.boundary = larger(worst.boundary, residual);

@@ -14,7 +14,7 @@
 use crate::star::{self, Star};
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
 use fem_core::element::Triangle;
-use fem_core::geometry::{self, Vector, add, cross, dot, perpendicular, scale, sub};
+use fem_core::geometry::{self, Vector, cross, perpendicular};
 use fem_core::tensor::SymTensor2;
 use rayon::prelude::*;
 
@@ -41,7 +41,7 @@ pub fn edge_moments(body: &Body, stress: &[SymTensor2], conditions: &[EdgeCondit
     let recovery = Recovery { body, stress, conditions };
     let nodes = mesh.points().len();
     let chunks = nodes.div_ceil(CHUNK);
-    let mut moments = vec![[[0.0; 2]; 2]; mesh.topology().edges().len()];
+    let mut moments = vec![[Vector::zeros(); 2]; mesh.topology().edges().len()];
     for group in (0..chunks).step_by(GROUP) {
         let found: Vec<Vec<(u32, u8, Vector)>> = (group..chunks.min(group + GROUP))
             .into_par_iter()
@@ -82,11 +82,11 @@ impl Recovery<'_> {
         let first = if star.is_closed() { mean } else { self.fit_ends(node, star, relative, mean) };
         let topology = self.body.mesh().topology();
         for (j, &edge) in star.spokes.iter().enumerate() {
-            let after = add(first, relative[j]);
+            let after = first + relative[j];
             // The moment acts on the edge's first triangle.
             let is_first =
                 j < star.triangles.len() && topology.edge_triangles()[edge as usize][0] == star.triangles[j];
-            let moment = if is_first { after } else { scale(-1.0, after) };
+            let moment = if is_first { after } else { -after };
             let end = u8::from(topology.edges()[edge as usize][1] as usize == node);
             found.push((edge, end, moment));
         }
@@ -96,15 +96,15 @@ impl Recovery<'_> {
     fn differences(&self, node: usize, star: &Star, relative: &mut Vec<Vector>) {
         let mesh = self.body.mesh();
         relative.clear();
-        let mut c = [0.0; 2];
+        let mut c = Vector::zeros();
         relative.push(c);
         for &t in &star.triangles {
             let corner = star::corner(mesh, t, node);
             let t = t as usize;
             let element = Triangle::new(mesh.corners(t));
             let internal = element.internal_forces(self.stress[t])[corner];
-            let load = scale(element.area / 3.0, self.body.body_force());
-            c = sub(c, sub(internal, load));
+            let load = element.area / 3.0 * self.body.body_force();
+            c -= internal - load;
             relative.push(c);
         }
         relative.truncate(star.spokes.len());
@@ -114,13 +114,13 @@ impl Recovery<'_> {
     fn mean(&self, node: usize, star: &Star, relative: &[Vector]) -> Vector {
         let mesh = self.body.mesh();
         let count = star.triangles.len();
-        let mut sum = [0.0; 2];
+        let mut sum = Vector::zeros();
         let mut weights = 0.0;
         for (j, &edge) in star.spokes.iter().enumerate() {
             let [a, b] = mesh.topology().edges()[edge as usize].map(|n| n as usize);
             assert!(a == node || b == node, "edge {edge} from {a} to {b} does not start at node {node}");
             let (from, to) = (mesh.points()[node], mesh.points()[if a == node { b } else { a }]);
-            let length = geometry::norm(sub(to, from));
+            let length = geometry::norm(to - from);
             // Outward normal of the triangle after the spoke, which lies to its left.
             let normal = geometry::right_normal(from, to);
             let closed = star.is_closed();
@@ -131,19 +131,19 @@ impl Recovery<'_> {
                 _ => Some(star.triangles[j - 1]),
             };
             let sides = [after, before].into_iter().flatten();
-            let mut traction = [0.0; 2];
+            let mut traction = Vector::zeros();
             let mut found = 0.0;
             for t in sides {
-                traction = add(traction, self.stress[t as usize].apply(normal));
+                traction += self.stress[t as usize].apply(normal);
                 found += 1.0;
             }
             // b̄ = |Γ|/2 F̄, weight 1/|Γ|
-            let average = scale(0.5 * length / found, traction);
+            let average = 0.5 * length / found * traction;
             let weight = 1.0 / length;
-            sum = add(sum, scale(weight, sub(average, relative[j])));
+            sum += weight * (average - relative[j]);
             weights += weight;
         }
-        scale(1.0 / weights, sum)
+        1.0 / weights * sum
     }
 
     /// Changes the mean so that it satisfies the conditions on the two boundary edges of an open star.
@@ -153,13 +153,13 @@ impl Recovery<'_> {
         for (spoke, sign) in [(0, 1.0), (last, -1.0)] {
             let (reaction, moment) = self.boundary(node, star.spokes[spoke]);
             // On the last spoke the triangle lies before it, so that the moment on it is −c.
-            let value = sub(scale(sign, moment), relative[spoke]);
+            let value = sign * moment - relative[spoke];
             match reaction {
                 EdgeReaction::None => {
-                    given.push(([1.0, 0.0], value[0]));
-                    given.push(([0.0, 1.0], value[1]));
+                    given.push((Vector::x(), value[0]));
+                    given.push((Vector::y(), value[1]));
                 }
-                EdgeReaction::Along(d) => given.push((perpendicular(d), dot(perpendicular(d), value))),
+                EdgeReaction::Along(d) => given.push((perpendicular(d), perpendicular(d).dot(&value))),
                 EdgeReaction::Both => {}
             }
         }
@@ -170,9 +170,9 @@ impl Recovery<'_> {
         match other {
             Some((d, second)) if cross(e, d).abs() > 1e-6 => {
                 let sine = cross(e, d);
-                [(value * d[1] - second * e[1]) / sine, (e[0] * second - d[0] * value) / sine]
+                Vector::new(value * d[1] - second * e[1], e[0] * second - d[0] * value) / sine
             }
-            _ => add(mean, scale(value - dot(e, mean), e)),
+            _ => mean + (value - e.dot(&mean)) * e,
         }
     }
 
@@ -184,7 +184,7 @@ impl Recovery<'_> {
         let [a, b] = condition.traction;
         let first = mesh.topology().edges()[edge as usize][0] as usize == node;
         let (near, far) = if first { (a, b) } else { (b, a) };
-        let moment = scale(mesh.edge_length(edge) / 6.0, add(scale(2.0, near), far));
+        let moment = mesh.edge_length(edge) / 6.0 * (2.0 * near + far);
         (condition.reaction, moment)
     }
 }

@@ -3,7 +3,7 @@
 use crate::eet::{self, EdgeMoments};
 use crate::johnson_mercier::{self, CellLoads, CellStress};
 use fem_core::body::{Body, EdgeCondition};
-use fem_core::geometry::{Vector, scale, sub};
+use fem_core::geometry::Vector;
 use fem_core::tensor::SymTensor2;
 
 /// A stress in exact equilibrium with given edge tractions: Johnson-Mercier in every triangle.
@@ -33,9 +33,9 @@ impl EquilibratedStress {
             let edge = topology.triangle_edges()[triangle][k] as usize;
             let [a, b] = self.edge_moments[edge];
             // |Γ| F_a = 4 b_a − 2 b_b
-            let at = |near: Vector, far: Vector| sub(scale(4.0, near), scale(2.0, far));
+            let at = |near: Vector, far: Vector| 4.0 * near - 2.0 * far;
             let sign = if topology.edge_triangles()[edge][0] as usize == triangle { 1.0 } else { -1.0 };
-            let ends = [scale(sign, at(a, b)), scale(sign, at(b, a))];
+            let ends = [sign * at(a, b), sign * at(b, a)];
             if topology.edges()[edge][0] == corners[k] { ends } else { [ends[1], ends[0]] }
         })
     }

@@ -9,7 +9,7 @@ use crate::round_off::{less, less_rough, stress_energy};
 use crate::star_relaxation::{Relaxation, StarRelaxation, relax};
 use fem_core::each_body;
 use fem_core::field;
-use fem_core::geometry::{Vector, scale};
+use fem_core::geometry::Vector;
 use fem_core::interface::{ContactPair, ContactState, PairState};
 use fem_core::norm::sum_over_triangles;
 use fem_core::prepared::PreparedProblem;
@@ -142,7 +142,7 @@ pub(crate) fn eta_nndd_squared(
     let (problem, bodies) = (prepared.problem(), prepared.bodies());
     let normal_forces = |(pair, state): (&ContactPair, &PairState<'_>)| -> Vec<Vector> {
         let pairs = pair.interface.pairs().iter().zip(state.contact_force);
-        pairs.map(|(p, r)| scale(*r, p.normal)).collect()
+        pairs.map(|(p, r)| *r * p.normal).collect()
     };
     let forces: Vec<_> = problem.contacts.iter().zip(&state.contacts).map(normal_forces).collect();
     let of_body = |b: usize| {

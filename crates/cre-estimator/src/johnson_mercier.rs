@@ -2,7 +2,7 @@
 //! linear, normal-continuous, divergence-free stress has given linear edge tractions in equilibrium
 //! (Johnson and Mercier 1978).
 
-use fem_core::geometry::{Vector, scale, sub};
+use fem_core::geometry::Vector;
 use fem_core::material::LinearElastic;
 use fem_core::tensor::SymTensor2;
 use nalgebra::DMatrix;
@@ -20,8 +20,9 @@ pub type CellLoads = [[Vector; 2]; 3];
 pub(crate) type Recovery = [[f64; 12]; 27];
 
 /// The reference triangle.
-pub(crate) const REFERENCE: [Vector; 3] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
-const CENTRE: Vector = [1.0 / 3.0, 1.0 / 3.0];
+pub(crate) const REFERENCE: [Vector; 3] =
+    [Vector::new(0.0, 0.0), Vector::new(1.0, 0.0), Vector::new(0.0, 1.0)];
+const CENTRE: Vector = Vector::new(1.0 / 3.0, 1.0 / 3.0);
 
 /// Computes the stress of a triangle with the given corners, edge loads and constant body force (N/m³).
 ///
@@ -31,22 +32,22 @@ const CENTRE: Vector = [1.0 / 3.0, 1.0 / 3.0];
 #[inline(always)]
 pub fn cell_stress(corners: [Vector; 3], loads: &CellLoads, body_force: Vector) -> CellStress {
     // Relative to the first corner: far from the origin the differences to the centre would be round-off.
-    let corners = corners.map(|c| sub(c, corners[0]));
-    let centre = [0, 1].map(|c| (corners[0][c] + corners[1][c] + corners[2][c]) / 3.0);
+    let corners = corners.map(|c| c - corners[0]);
+    let centre = (corners[0] + corners[1] + corners[2]) / 3.0;
     let particular = |x: Vector| {
-        let d = sub(x, centre);
+        let d = x - centre;
         SymTensor2::new(-body_force[0] * d[0], -body_force[1] * d[1], 0.0)
     };
-    let heavy = body_force != [0.0; 2];
+    let heavy = body_force != Vector::zeros();
     let mut reduced = *loads;
     if heavy {
         for k in 0..3 {
-            let t = sub(corners[(k + 1) % 3], corners[k]);
+            let t = corners[(k + 1) % 3] - corners[k];
             // Normal times length.
-            let normal = [t[1], -t[0]];
+            let normal = Vector::new(t[1], -t[0]);
             for m in 0..2 {
                 let carried = particular(corners[(k + m) % 3]).apply(normal);
-                reduced[k][m] = sub(reduced[k][m], carried);
+                reduced[k][m] -= carried;
             }
         }
     }
@@ -64,7 +65,7 @@ pub fn cell_stress(corners: [Vector; 3], loads: &CellLoads, body_force: Vector) 
 
 #[inline(always)]
 fn divergence_free(corners: [Vector; 3], loads: &CellLoads) -> CellStress {
-    let (a, b) = (sub(corners[1], corners[0]), sub(corners[2], corners[0]));
+    let (a, b) = (corners[1] - corners[0], corners[2] - corners[0]);
     let jacobian = a[0] * b[1] - a[1] * b[0];
     let mut reference = [0.0; 12];
     for k in 0..3 {
@@ -118,13 +119,7 @@ pub fn distance_squared(
 /// Computes the gradient-weighted sum that is the divergence of one part's linear stress, N/m³.
 pub fn part_divergence(corners: [Vector; 3], part: &[SymTensor2; 3]) -> Vector {
     let element = fem_core::element::Triangle::new(corners);
-    let mut divergence = [0.0; 2];
-    for (s, g) in part.iter().zip(element.gradients) {
-        let d = s.apply(g);
-        divergence[0] += d[0];
-        divergence[1] += d[1];
-    }
-    divergence
+    part.iter().zip(element.gradients).map(|(s, g)| s.apply(g)).sum()
 }
 
 /// The 27×12 matrix of the reference triangle, computed once: the pseudo-inverse of the conditions on the
@@ -171,8 +166,8 @@ fn conditions() -> DMatrix<f64> {
         a[(row + 1, column + 1)] += n[1];
     };
     let turned = |from: Vector, to: Vector| {
-        let t = sub(to, from);
-        [t[1], -t[0]]
+        let t = to - from;
+        Vector::new(t[1], -t[0])
     };
     for k in 0..3 {
         let n = turned(REFERENCE[k], REFERENCE[(k + 1) % 3]);
@@ -186,7 +181,7 @@ fn conditions() -> DMatrix<f64> {
         let n = turned(REFERENCE[v], CENTRE);
         for (m, other) in [(0, 1), (2, 2)] {
             traction(&mut a, row, v, m, n);
-            traction(&mut a, row, (v + 2) % 3, other, scale(-1.0, n));
+            traction(&mut a, row, (v + 2) % 3, other, -n);
             row += 2;
         }
     }
@@ -203,15 +198,16 @@ fn conditions() -> DMatrix<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fem_core::geometry::{cross, norm, perpendicular};
     use fem_core::material::Hypothesis;
 
-    const CORNERS: [Vector; 3] = [[0.2, 0.1], [1.7, 0.4], [0.5, 1.3]];
+    const CORNERS: [Vector; 3] = [Vector::new(0.2, 0.1), Vector::new(1.7, 0.4), Vector::new(0.5, 1.3)];
 
     /// Loads of a linear stress that satisfies div τ + b = 0.
     fn loads_of(stress: impl Fn(Vector) -> SymTensor2) -> CellLoads {
         std::array::from_fn(|k| {
-            let t = sub(CORNERS[(k + 1) % 3], CORNERS[k]);
-            std::array::from_fn(|m| stress(CORNERS[(k + m) % 3]).apply([t[1], -t[0]]))
+            let t = CORNERS[(k + 1) % 3] - CORNERS[k];
+            std::array::from_fn(|m| stress(CORNERS[(k + m) % 3]).apply(Vector::new(t[1], -t[0])))
         })
     }
 
@@ -224,7 +220,7 @@ mod tests {
     #[test]
     fn linear_stresses_are_reproduced() {
         // div = (2 − 2, 5 − 5) + (0.3 − 0.3, …): σxx = 2x + y, σxy = −2y + 5x… chosen with its body force.
-        let b = [0.7, -1.1];
+        let b = Vector::new(0.7, -1.1);
         let stress = |x: Vector| {
             let (x, y) = (x[0], x[1]);
             SymTensor2::new(
@@ -234,7 +230,7 @@ mod tests {
             )
         };
         let found = cell_stress(CORNERS, &loads_of(stress), b);
-        let centre = [0, 1].map(|c| (CORNERS[0][c] + CORNERS[1][c] + CORNERS[2][c]) / 3.0);
+        let centre = (CORNERS[0] + CORNERS[1] + CORNERS[2]) / 3.0;
         for k in 0..3 {
             for (s, x) in found[k].iter().zip([CORNERS[k], CORNERS[(k + 1) % 3], centre]) {
                 let d = s.minus(stress(x));
@@ -247,7 +243,8 @@ mod tests {
     fn any_loads_in_equilibrium_give_an_admissible_stress() {
         // Self-equilibrated loads: random ones minus their resultant forces and moment.
         let mut loads: CellLoads =
-            [[[0.3, -1.0], [2.0, 0.4]], [[-0.7, 0.1], [0.2, 1.9]], [[1.1, 0.6], [-0.4, -0.8]]];
+            [[[0.3, -1.0], [2.0, 0.4]], [[-0.7, 0.1], [0.2, 1.9]], [[1.1, 0.6], [-0.4, -0.8]]]
+                .map(|ends| ends.map(Vector::from));
         let total = |l: &CellLoads| {
             // ∫ of a linear traction times length is the mean of its ends.
             let mut f = [0.0; 3];
@@ -257,43 +254,42 @@ mod tests {
                     let g = l[k][m];
                     f[0] += 0.5 * g[0];
                     f[1] += 0.5 * g[1];
-                    let lever = [(2.0 * x[0] + y[0]) / 6.0, (2.0 * x[1] + y[1]) / 6.0];
-                    f[2] += lever[0] * g[1] - lever[1] * g[0];
+                    f[2] += cross((2.0 * x + y) / 6.0, g);
                 }
             }
             f
         };
         let f = total(&loads);
         for m in 0..2 {
-            loads[0][m] = sub(loads[0][m], [f[0], f[1]]);
+            loads[0][m] -= Vector::new(f[0], f[1]);
         }
         // A couple on edge 0, normal to it, balances the moment.
-        let t = sub(CORNERS[1], CORNERS[0]);
-        let couple = |c: f64| [[-c * t[1], c * t[0]], [c * t[1], -c * t[0]]];
+        let t = CORNERS[1] - CORNERS[0];
+        let couple = |c: f64| [c * perpendicular(t), -c * perpendicular(t)];
         let add_couple = |mut l: CellLoads, c: f64| {
             for m in 0..2 {
-                l[0][m] = fem_core::geometry::add(l[0][m], couple(c)[m]);
+                l[0][m] += couple(c)[m];
             }
             l
         };
         let unit = total(&add_couple(loads, 1.0))[2] - total(&loads)[2];
         loads = add_couple(loads, -total(&loads)[2] / unit);
-        let stress = cell_stress(CORNERS, &loads, [0.0; 2]);
-        let centre = [0, 1].map(|c| (CORNERS[0][c] + CORNERS[1][c] + CORNERS[2][c]) / 3.0);
+        let stress = cell_stress(CORNERS, &loads, Vector::zeros());
+        let centre = (CORNERS[0] + CORNERS[1] + CORNERS[2]) / 3.0;
         for k in 0..3 {
             let (p, q) = (CORNERS[k], CORNERS[(k + 1) % 3]);
             let divergence = part_divergence([p, q, centre], &stress[k]);
-            assert!(fem_core::geometry::norm(divergence) < 1e-12);
-            let t = sub(q, p);
+            assert!(norm(divergence) < 1e-12);
+            let t = q - p;
             for m in 0..2 {
-                let d = sub(stress[k][m].apply([t[1], -t[0]]), loads[k][m]);
-                assert!(fem_core::geometry::norm(d) < 1e-12);
+                let d = stress[k][m].apply(Vector::new(t[1], -t[0])) - loads[k][m];
+                assert!(norm(d) < 1e-12);
             }
-            let inner = sub(centre, p);
+            let inner = centre - p;
             let other = &stress[(k + 2) % 3];
             for (s, o) in [(stress[k][0], other[1]), (stress[k][2], other[2])] {
-                let jump = s.minus(o).apply([inner[1], -inner[0]]);
-                assert!(fem_core::geometry::norm(jump) < 1e-12);
+                let jump = s.minus(o).apply(Vector::new(inner[1], -inner[0]));
+                assert!(norm(jump) < 1e-12);
             }
         }
     }

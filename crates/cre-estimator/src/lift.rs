@@ -10,7 +10,7 @@
 
 use fem_core::body::{Body, NodeConstraint};
 use fem_core::element::Triangle;
-use fem_core::geometry::{Vector, add, dot, perpendicular, scale, sub};
+use fem_core::geometry::{Vector, perpendicular};
 use fem_core::interface::{ContactInterface, ContactPair, ContactProblem, NodePair};
 
 /// A node whose motion opens the edge by less than this fraction is not moved; the checks reject a remaining
@@ -45,7 +45,7 @@ impl Lift {
         pairs
             .filter_map(|(pair, lift)| {
                 let direction = direction(&problem.bodies[self.body], self.side, pair)?;
-                Some((pair.nodes[self.side], scale(sign * lift, direction)))
+                Some((pair.nodes[self.side], sign * lift * direction))
             })
             .collect()
     }
@@ -61,7 +61,7 @@ impl Lift {
     ) -> Vec<Vector> {
         let mut lifted = displacement.to_vec();
         for (node, l) in self.field(problem, interface) {
-            lifted[node as usize] = add(lifted[node as usize], l);
+            lifted[node as usize] += l;
         }
         lifted
     }
@@ -80,7 +80,7 @@ pub(crate) fn total_energy<'a>(problem: &ContactProblem, lifts: impl Iterator<It
         for (pair, lift) in lifts.iter().filter(|(_, lift)| lift.body == b) {
             for (node, l) in lift.field(problem, &pair.interface) {
                 match field.iter_mut().find(|(n, _)| *n == node) {
-                    Some((_, sum)) => *sum = add(*sum, l),
+                    Some((_, sum)) => *sum += l,
                     None => field.push((node, l)),
                 }
             }
@@ -94,7 +94,7 @@ pub(crate) fn total_energy<'a>(problem: &ContactProblem, lifts: impl Iterator<It
 pub(crate) fn middle_openings(interface: &ContactInterface, displacement: [&[Vector]; 2]) -> Vec<f64> {
     let jump = |k: usize| {
         let [a, b] = interface.pairs()[k].nodes;
-        sub(displacement[0][a as usize], displacement[1][b as usize])
+        displacement[0][a as usize] - displacement[1][b as usize]
     };
     interface.edges().iter().map(|edge| interface.middle_opening(edge, jump)).collect()
 }
@@ -155,7 +155,7 @@ fn direction(body: &Body, side: usize, pair: &NodePair) -> Option<Vector> {
         NodeConstraint::Free => Some(pair.normal),
         NodeConstraint::Along { direction, .. } => {
             let free = perpendicular(direction);
-            Some(scale(1.0 / dot(free, pair.normal), free))
+            Some(1.0 / free.dot(&pair.normal) * free)
         }
         NodeConstraint::Fixed { .. } => None,
     }
@@ -172,7 +172,7 @@ fn by_pair(body: &Body, interface: &ContactInterface, side: usize, middle: &[f64
         let [i, j] = edge.pairs.map(|k| k as usize);
         // The coefficient grows by ½ (ε_i d_i·n_j + ε_j d_j·n_i).
         let gain = |k: usize, other: usize| {
-            direction(body, side, &pairs[k]).map_or(0.0, |d| dot(d, pairs[other].normal))
+            direction(body, side, &pairs[k]).map_or(0.0, |d| d.dot(&pairs[other].normal))
         };
         let gains = [gain(i, j), gain(j, i)].map(|g| if g > SMALLEST_GAIN { g } else { 0.0 });
         // If one node cannot move, the other one moves by the whole amount.
@@ -197,7 +197,8 @@ fn energy(body: &Body, field: &[(u32, Vector)]) -> f64 {
     triangles.dedup();
     let mut nodes = field.to_vec();
     nodes.sort_unstable_by_key(|(n, _)| *n);
-    let at = |n: u32| nodes.binary_search_by_key(&n, |(m, _)| *m).map_or([0.0; 2], |place| nodes[place].1);
+    let at =
+        |n: u32| nodes.binary_search_by_key(&n, |(m, _)| *m).map_or(Vector::zeros(), |place| nodes[place].1);
     let of_cell = |t: u32| {
         let t = t as usize;
         let strain = Triangle::new(mesh.corners(t)).strain(mesh.triangles()[t].map(at));
@@ -229,7 +230,7 @@ mod tests {
             ContactInterface::pair(&bodies[0], &bodies[1], ["outer", "inner"], &Gap::Geometric).unwrap();
         let problem = ContactProblem::between(bodies, interface);
         let pair = &problem.contacts[0];
-        let nodes = [0, 1].map(|b| vec![[0.0; 2]; problem.bodies[b].mesh().points().len()]);
+        let nodes = [0, 1].map(|b| vec![Vector::zeros(); problem.bodies[b].mesh().points().len()]);
         let edges = pair.interface.edges().len();
         for penetrating in 0..edges {
             let middle: Vec<f64> = (0..edges).map(|k| if k == penetrating { -1e-3 } else { 0.0 }).collect();
@@ -242,7 +243,7 @@ mod tests {
                 let moved = lift.added_to(&problem, &pair.interface, &nodes[side]);
                 for (u, held) in moved.iter().zip(problem.bodies[side].node_constraints()) {
                     if let NodeConstraint::Along { direction, .. } = held {
-                        assert!(dot(*u, *direction).abs() < 1e-15, "{penetrating}");
+                        assert!(u.dot(direction).abs() < 1e-15, "{penetrating}");
                     }
                 }
             }

@@ -1,6 +1,6 @@
 //! The contact pressure of an admissible stress.
 
-use fem_core::geometry::{Vector, scale};
+use fem_core::geometry::Vector;
 use fem_core::interface::{ContactEdge, ContactInterface};
 
 /// Computes the P1 pressure of nodal contact forces, `p_i = r²_i/ℓ_i ≥ 0`, Pa (18).
@@ -30,7 +30,7 @@ pub fn nodal_forces(
         return interface.pressure_forces(edge_pressure);
     }
     let forces = interface.mass(pressure);
-    interface.pairs().iter().zip(forces).map(|(pair, force)| scale(force, pair.normal)).collect()
+    interface.pairs().iter().zip(forces).map(|(pair, force)| force * pair.normal).collect()
 }
 
 /// Computes `2 ∫ p o ds` on every contact edge, J/m, with the consistent mass: the last term of (15).

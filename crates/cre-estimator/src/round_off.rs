@@ -8,7 +8,7 @@ use fem_core::condensation::CondensedBody;
 use fem_core::double_double::PreciseVector;
 use fem_core::each_body;
 use fem_core::field;
-use fem_core::geometry::{Vector, dot, norm, sub};
+use fem_core::geometry::{Vector, norm};
 use fem_core::interface::{ContactInterface, ContactProblem};
 use fem_core::norm::sum_over_triangles;
 use fem_core::prepared::PreparedProblem;
@@ -103,8 +103,8 @@ impl Shape {
         let c = body.mesh().corners(t);
         // By the square: the guard of `hypot` against overflow costs more than all the rest.
         let lengths = [0, 1, 2].map(|k| {
-            let side = sub(c[(k + 1) % 3], c[k]);
-            dot(side, side).sqrt()
+            let side = c[(k + 1) % 3] - c[k];
+            side.dot(&side).sqrt()
         });
         Self {
             perimeter: lengths.iter().sum(),
@@ -170,7 +170,7 @@ pub(crate) fn less(mut residual: Vec<PreciseVector>, forces: &[(u32, Vector)]) -
 /// [`less`] in double precision.
 pub(crate) fn less_rough(mut residual: Vec<Vector>, forces: &[(u32, Vector)]) -> Vec<Vector> {
     for &(node, force) in forces {
-        residual[node as usize] = sub(residual[node as usize], force);
+        residual[node as usize] -= force;
     }
     residual
 }

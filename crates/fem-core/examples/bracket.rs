@@ -80,14 +80,14 @@ fn solve(n: usize) -> Result<Answer, Box<dyn Error>> {
     let corner = points.iter().position(|p| p[0] == LENGTH && p[1] == 0.0).ok_or("no loaded corner")?;
     let sum = |forces: &[Vector], at: &dyn Fn(&Vector) -> bool| {
         let chosen = forces.iter().zip(points).filter(|(_, p)| at(p));
-        chosen.fold([0.0; 2], |s, (f, _)| [s[0] + f[0], s[1] + f[1]])
+        chosen.map(|(f, _)| f).sum::<Vector>()
     };
     let load = fem_core::assembly::external_forces(&body);
     Ok(Answer {
         tip: u[corner][1],
         von_mises: von_mises.fold(0.0, f64::max),
         energy: norm::energy_norm_squared(&body, &u),
-        work: load.iter().zip(&u).map(|(f, u)| f[0] * u[0] + f[1] * u[1]).sum(),
+        work: load.iter().zip(&u).map(|(f, u)| f.dot(u)).sum(),
         reaction: sum(&field::nodal_residual(&body, &u), &|p| p[1] == LENGTH),
     })
 }

@@ -6,7 +6,7 @@
 use crate::body::{Body, FreeMotion};
 use crate::dof::{DofMap, IMPOSED};
 use crate::element::Triangle;
-use crate::geometry::{Vector, dot, shown};
+use crate::geometry::{Vector, shown};
 use crate::interface::InterfaceSide;
 use crate::room::has_room_for;
 use crate::sparse::SymmetricCsc;
@@ -103,27 +103,24 @@ impl System {
 /// Computes the nodal forces of tractions and body force, Cartesian, N/m.
 pub fn external_forces(body: &Body) -> Vec<Vector> {
     let mesh = body.mesh();
-    let mut forces = vec![[0.0; 2]; mesh.points().len()];
+    let mut forces = vec![Vector::zeros(); mesh.points().len()];
     for (condition, &edge) in body.edge_conditions().iter().zip(mesh.topology().boundary_edges()) {
         let [a, b] = condition.traction;
-        if a == [0.0; 2] && b == [0.0; 2] {
+        if a == Vector::zeros() && b == Vector::zeros() {
             continue;
         }
         let length = mesh.edge_length(edge);
         let nodes = mesh.topology().edges()[edge as usize];
         for (node, near, far) in [(nodes[0], a, b), (nodes[1], b, a)] {
-            for c in 0..2 {
-                forces[node as usize][c] += length / 6.0 * (2.0 * near[c] + far[c]);
-            }
+            forces[node as usize] += length / 6.0 * (2.0 * near + far);
         }
     }
     let b = body.body_force();
-    if b != [0.0; 2] {
+    if b != Vector::zeros() {
         for (t, corners) in mesh.triangles().iter().enumerate() {
             let share = mesh.area(t) / 3.0;
             for &n in corners {
-                forces[n as usize][0] += share * b[0];
-                forces[n as usize][1] += share * b[1];
+                forces[n as usize] += share * b;
             }
         }
     }
@@ -250,16 +247,16 @@ impl Gather {
     fn column(&mut self, columns: &Columns<'_>, j: usize, node: usize, c: usize) -> f64 {
         let dofs = columns.dofs;
         let axis = dofs.axis(node, c);
-        let mut load = dot(columns.external[node], axis);
+        let mut load = columns.external[node].dot(&axis);
         self.entries.clear();
         for (&n, block) in self.neighbours.iter().zip(&self.blocks) {
             let n = n as usize;
-            let force = [
+            let force = Vector::new(
                 block[(0, 0)] * axis[0] + block[(0, 1)] * axis[1],
                 block[(1, 0)] * axis[0] + block[(1, 1)] * axis[1],
-            ];
+            );
             for d in 0..2 {
-                let entry = dot(dofs.axis(n, d), force);
+                let entry = dofs.axis(n, d).dot(&force);
                 match dofs.number(n, d) {
                     IMPOSED => load -= entry * dofs.imposed(n, d),
                     i if i as usize >= j => self.entries.push((i, entry)),
@@ -320,7 +317,7 @@ mod tests {
             .map(|j| {
                 let (node, c) = s.dofs.unknown(j);
                 let x = b.mesh().points()[node];
-                dot([-x[1], x[0]], s.dofs.axis(node, c))
+                crate::geometry::perpendicular(x).dot(&s.dofs.axis(node, c))
             })
             .collect();
         let residual = s.stiffness.multiply(&exact);

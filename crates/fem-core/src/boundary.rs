@@ -23,10 +23,10 @@ impl ScalarData {
     }
 
     /// Evaluates the datum at a point.
-    pub fn at(&self, x: Vector) -> f64 {
+    pub fn at(&self, x: impl Into<Vector>) -> f64 {
         match self {
             Self::Constant(value) => *value,
-            Self::Function(f) => f(x),
+            Self::Function(f) => f(x.into()),
         }
     }
 
@@ -183,8 +183,8 @@ impl BoundaryConditions {
     }
 
     /// Sets the constant body force per unit area and thickness.
-    pub fn body_force(mut self, force: Vector) -> Self {
-        self.body_force = force;
+    pub fn body_force(mut self, force: impl Into<Vector>) -> Self {
+        self.body_force = force.into();
         self
     }
 }

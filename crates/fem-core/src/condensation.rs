@@ -15,7 +15,7 @@ mod refinement;
 use crate::assembly::System;
 use crate::cholesky::{Cholesky, CholeskyError};
 use crate::dof::{DofMap, IMPOSED};
-use crate::geometry::{Vector, dot, shown};
+use crate::geometry::{Vector, shown};
 use crate::room::has_room_for;
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
@@ -259,7 +259,7 @@ impl CondensedBody {
             for c in 0..2 {
                 let number = self.dofs.number(node as usize, c);
                 if number != IMPOSED {
-                    x[number as usize] += dot(force, self.dofs.axis(node as usize, c));
+                    x[number as usize] += force.dot(&self.dofs.axis(node as usize, c));
                 }
             }
         }
@@ -297,7 +297,7 @@ mod tests {
         let make = |y: f64, c| {
             Body::new(block([0.0, y], [2.0, 1.0], [6, 4]).unwrap(), material.clone(), &c).unwrap()
         };
-        let lower = make(0.0, BoundaryConditions::new().fix("bottom").body_force([0.1, -0.3]));
+        let lower = make(0.0, BoundaryConditions::new().fix("bottom").body_force(Vector::new(0.1, -0.3)));
         let upper = make(1.0, BoundaryConditions::new().fix("top"));
         let interface =
             ContactInterface::pair(&lower, &upper, ["top", "bottom"], &Gap::Given(0.0.into())).unwrap();
@@ -316,7 +316,7 @@ mod tests {
         let x: Vec<f64> = (0..system.dofs.len())
             .map(|j| {
                 let (node, c) = system.dofs.unknown(j);
-                crate::geometry::dot(u[node], system.dofs.axis(node, c))
+                u[node].dot(&system.dofs.axis(node, c))
             })
             .collect();
         let residual = system.stiffness.multiply(&x);
@@ -332,7 +332,7 @@ mod tests {
         // So it does as forces on the nodes.
         let nodes = (start..x.len()).map(|j| {
             let (node, c) = system.dofs.unknown(j);
-            (node as u32, crate::geometry::scale(r[j - start], system.dofs.axis(node, c)))
+            (node as u32, r[j - start] * system.dofs.axis(node, c))
         });
         for (a, b) in body.displacement_from_nodal_forces(&nodes.collect::<Vec<_>>()).iter().zip(&u) {
             assert!((a[0] - b[0]).abs() < 1e-13 && (a[1] - b[1]).abs() < 1e-13);
@@ -362,7 +362,7 @@ mod tests {
             .fix("left")
             .displace(right, Some(0.02.into()), None)
             .displace(low, Some(0.02.into()), Some(0.01.into()))
-            .body_force([0.1, -0.3]);
+            .body_force(Vector::new(0.1, -0.3));
         let body = Body::new(block([0.0, 0.0], [2.0, 1.0], [6, 4]).unwrap(), material, &held).unwrap();
         let mesh = body.mesh();
         let nodes = |group: &str| {
@@ -378,12 +378,12 @@ mod tests {
             nodes.iter().map(|node| Retained { node: *node, direction }).collect()
         };
         let (top, bottom) = (nodes("top"), nodes("bottom"));
-        let (one, other) = ([0.6, 0.8], [-0.28, 0.96]);
+        let (one, other) = (Vector::new(0.6, 0.8), Vector::new(-0.28, 0.96));
         let side = InterfaceSide::default()
-            .with_block(along(&top, [0.0, 1.0]))
-            .with_block(along(&bottom, [0.0, -1.0]))
+            .with_block(along(&top, Vector::new(0.0, 1.0)))
+            .with_block(along(&bottom, Vector::new(0.0, -1.0)))
             // A second direction at some nodes, and the first one again, reversed.
-            .with_block([along(&top[2..], one), along(&bottom[1..3], [0.0, 1.0])].concat())
+            .with_block([along(&top[2..], one), along(&bottom[1..3], Vector::new(0.0, 1.0))].concat())
             .with_block(along(&top[1..4], other));
         let system = System::assemble(&body, &side).unwrap();
         let condensed = CondensedBody::factorise(system, mesh.points()).unwrap();
@@ -393,7 +393,7 @@ mod tests {
         let random = |k: usize| 0.01 * (7.3 * k as f64).sin();
         let v: Vec<f64> = (0..dofs.interface_len()).map(random).collect();
         let u = condensed.displacement_from_trace(&v);
-        let expected = |r: &Retained| dot(u[r.node as usize], r.direction);
+        let expected = |r: &Retained| u[r.node as usize].dot(&r.direction);
         for (block, traces) in dofs.traces(&v).iter().enumerate() {
             for (r, trace) in side.retained()[side.block(block)].iter().zip(traces) {
                 assert!((expected(r) - trace).abs() < 1e-15, "block {block}, node {}", r.node);
@@ -403,8 +403,7 @@ mod tests {
         let forces: Vec<Vec<f64>> =
             (0..side.blocks()).map(|b| side.block(b).map(|k| 10.0 * random(k + 5)).collect()).collect();
         let on_nodes = side.retained().iter().zip(forces.iter().flatten());
-        let on_nodes: Vec<(u32, Vector)> =
-            on_nodes.map(|(r, f)| (r.node, crate::geometry::scale(*f, r.direction))).collect();
+        let on_nodes: Vec<(u32, Vector)> = on_nodes.map(|(r, f)| (r.node, *f * r.direction)).collect();
         let found = condensed.displacement_from_force(&dofs.interface_forces(&forces));
         for (a, b) in found.iter().zip(condensed.displacement_from_nodal_forces(&on_nodes)) {
             assert!((a[0] - b[0]).abs() < 1e-13 && (a[1] - b[1]).abs() < 1e-13);

@@ -2,7 +2,7 @@
 
 use crate::body::{Body, NodeConstraint};
 use crate::cholesky::Front;
-use crate::geometry::{PARALLEL, Vector, add, cross, dot, perpendicular, scale};
+use crate::geometry::{PARALLEL, Vector, cross, perpendicular};
 use crate::interface::{InterfaceSide, Retained};
 use crate::ordering::{self, ROOT};
 use std::collections::BTreeMap;
@@ -148,7 +148,7 @@ impl DofMap {
         let (node, start) = (retained.node as usize, (self.unknowns.len() - self.interface) as u32);
         let mut row = Row { terms: [(0, 0.0); 2], imposed: 0.0 };
         for c in [0, 1] {
-            let factor = dot(self.axis(node, c), retained.direction);
+            let factor = self.axis(node, c).dot(&retained.direction);
             // Frames are dual to the retained directions to round-off.
             let whole = factor.round();
             let factor = if (factor - whole).abs() <= DUAL { whole } else { factor };
@@ -193,7 +193,7 @@ impl DofMap {
 
     /// Tells whether a node's frame is the Cartesian one.
     pub fn is_cartesian(&self, node: usize) -> bool {
-        self.axes[node] == [1.0, 0.0]
+        self.axes[node] == Vector::x()
     }
 
     /// Expands unknowns into nodal displacements in Cartesian components, imposed values included.
@@ -213,11 +213,11 @@ impl DofMap {
         };
         (0..self.numbers.len())
             .map(|node| {
-                let local = [value(node, 0), value(node, 1)];
+                let local = Vector::new(value(node, 0), value(node, 1));
                 if self.is_cartesian(node) {
                     return local;
                 }
-                add(scale(local[0], self.axis(node, 0)), scale(local[1], self.axis(node, 1)))
+                local[0] * self.axis(node, 0) + local[1] * self.axis(node, 1)
             })
             .collect()
     }
@@ -238,7 +238,7 @@ impl Frames {
     fn new(body: &Body, side: &InterfaceSide) -> Self {
         let nodes = body.mesh().points().len();
         let mut frames = Self {
-            axes: vec![[1.0, 0.0]; nodes],
+            axes: vec![Vector::x(); nodes],
             oblique: Vec::new(),
             fixed: vec![[false; 2]; nodes],
             imposed: vec![[0.0; 2]; nodes],
@@ -274,15 +274,15 @@ impl Frames {
                 self.fixed[node][1] = true;
                 let axis = self.axes[node];
                 let tangent = perpendicular(axis);
-                let along = dot(direction, tangent);
-                if dot(direction, axis).abs() <= PARALLEL {
+                let along = direction.dot(&tangent);
+                if direction.dot(&axis).abs() <= PARALLEL {
                     self.imposed[node][1] = value * along.signum();
                     return;
                 }
                 // The pairing has checked that the support is far enough from the normal.
                 let free = perpendicular(direction);
-                self.axes[node] = scale(1.0 / dot(free, axis), free);
-                self.oblique.push((node as u32, scale(1.0 / along, tangent)));
+                self.axes[node] = 1.0 / free.dot(&axis) * free;
+                self.oblique.push((node as u32, 1.0 / along * tangent));
                 self.imposed[node][1] = value;
             }
             NodeConstraint::Along { direction, value } => {
@@ -293,9 +293,9 @@ impl Frames {
                 self.kept[node] = [false, two];
             }
             NodeConstraint::Fixed { value } => {
-                self.axes[node] = [1.0, 0.0];
+                self.axes[node] = Vector::x();
                 self.fixed[node] = [true; 2];
-                self.imposed[node] = value;
+                self.imposed[node] = value.into();
             }
         }
     }
@@ -309,8 +309,8 @@ impl Frames {
         let first = self.axes[place];
         let across = [perpendicular(second), perpendicular(first)];
         self.kept[place] = [true; 2];
-        self.axes[place] = scale(1.0 / dot(across[0], first), across[0]);
-        self.oblique.push((node, scale(1.0 / dot(across[1], second), across[1])));
+        self.axes[place] = 1.0 / across[0].dot(&first) * across[0];
+        self.oblique.push((node, 1.0 / across[1].dot(&second) * across[1]));
     }
 }
 

@@ -40,12 +40,11 @@ pub fn stress_residual(body: &Body, means: &[SymTensor2]) -> Vec<Vector> {
 /// Gathers the forces of constant stresses and subtracts the loads.
 fn residual(body: &Body, stress: impl Fn(usize, &Triangle) -> SymTensor2) -> Vec<Vector> {
     let mesh = body.mesh();
-    let mut residual: Vec<Vector> = external_forces(body).into_iter().map(|f| [-f[0], -f[1]]).collect();
+    let mut residual: Vec<Vector> = external_forces(body).into_iter().map(|f| -f).collect();
     for (t, corners) in mesh.triangles().iter().enumerate() {
         let element = Triangle::new(mesh.corners(t));
         for (&n, f) in corners.iter().zip(element.internal_forces(stress(t, &element))) {
-            residual[n as usize][0] += f[0];
-            residual[n as usize][1] += f[1];
+            residual[n as usize] += f;
         }
     }
     residual

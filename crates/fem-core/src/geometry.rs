@@ -1,7 +1,11 @@
-//! Plane vectors as plain arrays, and the operations on them shared by the other modules.
+//! Plane vectors, and the operations on them shared by the other modules.
 
-/// A point or vector of the plane, `[x, y]`, in the length unit of the user's data.
-pub type Vector = [f64; 2];
+pub use nalgebra::Vector2;
+
+/// A point or vector of the plane, in the length unit of the user's data. `[x, y].into()` makes one of an array.
+///
+/// Sums, multiples and `a.dot(&b)` are those of nalgebra; [`norm`] does not overflow as early as its own.
+pub type Vector = Vector2<f64>;
 
 /// Writes a number exactly, with an exponent if it has many digits: for messages.
 ///
@@ -17,26 +21,6 @@ pub fn shown(x: f64) -> String {
     }
 }
 
-/// Adds two vectors.
-pub fn add(a: Vector, b: Vector) -> Vector {
-    [a[0] + b[0], a[1] + b[1]]
-}
-
-/// Subtracts `b` from `a`.
-pub fn sub(a: Vector, b: Vector) -> Vector {
-    [a[0] - b[0], a[1] - b[1]]
-}
-
-/// Multiplies a vector by a number.
-pub fn scale(factor: f64, a: Vector) -> Vector {
-    [factor * a[0], factor * a[1]]
-}
-
-/// Computes the scalar product `a·b`.
-pub fn dot(a: Vector, b: Vector) -> f64 {
-    a[0] * b[0] + a[1] * b[1]
-}
-
 /// Computes the out-of-plane component of `a × b`, twice the signed area of the triangle they span.
 pub fn cross(a: Vector, b: Vector) -> f64 {
     a[0] * b[1] - a[1] * b[0]
@@ -49,7 +33,7 @@ pub fn norm(a: Vector) -> f64 {
 
 /// Rotates a vector by +90 degrees, `(x, y) ↦ (−y, x)`.
 pub fn perpendicular(a: Vector) -> Vector {
-    [-a[1], a[0]]
+    Vector::new(-a[1], a[0])
 }
 
 /// Sine of the angle below which directions count as parallel or perpendicular.
@@ -57,27 +41,28 @@ pub(crate) const PARALLEL: f64 = 1e-9;
 
 /// Computes the angle between two directions, from 0 to π.
 pub fn angle_between(a: Vector, b: Vector) -> f64 {
-    cross(a, b).abs().atan2(dot(a, b))
+    cross(a, b).abs().atan2(a.dot(&b))
 }
 
 /// Computes the unit normal on the right of the path from `from` to `to`: the outward normal of a
 /// body whose boundary is traversed counter-clockwise.
 pub fn right_normal(from: Vector, to: Vector) -> Vector {
-    let t = sub(to, from);
+    let t = to - from;
     let length = norm(t);
-    [t[1] / length, -t[0] / length]
+    Vector::new(t[1] / length, -t[0] / length)
 }
 
 /// Computes the signed area of a triangle, positive when its corners run counter-clockwise.
-pub fn signed_area(corners: [Vector; 3]) -> f64 {
-    0.5 * cross(sub(corners[1], corners[0]), sub(corners[2], corners[0]))
+pub fn signed_area(corners: [impl Into<Vector>; 3]) -> f64 {
+    let corners: [Vector; 3] = corners.map(Into::into);
+    0.5 * cross(corners[1] - corners[0], corners[2] - corners[0])
 }
 
 /// Computes the smallest angle of a triangle, in degrees; not positive when its corners run clockwise.
 pub fn smallest_angle(corners: [Vector; 3]) -> f64 {
     let at = |k: usize| {
-        let (u, v) = (sub(corners[(k + 1) % 3], corners[k]), sub(corners[(k + 2) % 3], corners[k]));
-        cross(u, v).atan2(dot(u, v)).to_degrees()
+        let (u, v) = (corners[(k + 1) % 3] - corners[k], corners[(k + 2) % 3] - corners[k]);
+        cross(u, v).atan2(u.dot(&v)).to_degrees()
     };
     at(0).min(at(1)).min(at(2))
 }
@@ -86,8 +71,8 @@ pub fn smallest_angle(corners: [Vector; 3]) -> f64 {
 ///
 /// Returns two infinite corners in the wrong order for an empty set.
 pub fn bounding_box(points: &[Vector]) -> [Vector; 2] {
-    let mut low = [f64::INFINITY; 2];
-    let mut high = [f64::NEG_INFINITY; 2];
+    let mut low = Vector::repeat(f64::INFINITY);
+    let mut high = Vector::repeat(f64::NEG_INFINITY);
     for p in points {
         for c in 0..2 {
             low[c] = low[c].min(p[c]);
@@ -100,7 +85,7 @@ pub fn bounding_box(points: &[Vector]) -> [Vector; 2] {
 /// Computes the length of the bounding box's diagonal, the length scale of geometric tolerances.
 pub fn diagonal(points: &[Vector]) -> f64 {
     let [low, high] = bounding_box(points);
-    if points.is_empty() { 0.0 } else { norm(sub(high, low)) }
+    if points.is_empty() { 0.0 } else { norm(high - low) }
 }
 
 #[cfg(test)]
@@ -110,7 +95,7 @@ mod tests {
     #[test]
     fn right_normal_points_out_of_a_counter_clockwise_body() {
         // The bottom side of the unit square, traversed to the right: outward is down.
-        assert_eq!(right_normal([0.0, 0.0], [2.0, 0.0]), [0.0, -1.0]);
+        assert_eq!(right_normal(Vector::zeros(), Vector::new(2.0, 0.0)), Vector::new(0.0, -1.0));
     }
 
     #[test]

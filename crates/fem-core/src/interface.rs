@@ -16,7 +16,7 @@ mod side;
 
 use crate::body::Body;
 use crate::boundary::ScalarData;
-use crate::geometry::{Vector, add, dot, norm, scale, sub};
+use crate::geometry::{Vector, norm};
 use common_refinement::CommonRefinement;
 use held::Whole;
 use profile::Profile;
@@ -207,7 +207,7 @@ impl ContactInterface {
     /// Tells whether the normal changes along an edge by more than round-off.
     pub fn is_bent(&self, edge: &ContactEdge) -> bool {
         let [a, b] = edge.pairs.map(|k| self.pairs[k as usize].normal);
-        norm(sub(a, b)) > SAME_NORMAL
+        norm(a - b) > SAME_NORMAL
     }
 
     /// Tells whether the normal changes along any edge.
@@ -231,7 +231,7 @@ impl ContactInterface {
     pub fn middle_opening(&self, edge: &ContactEdge, jump: impl Fn(usize) -> Vector) -> f64 {
         let [i, j] = edge.pairs.map(|k| k as usize);
         let (a, b) = (&self.pairs[i], &self.pairs[j]);
-        0.5 * (a.gap + b.gap) - 0.5 * (dot(jump(i), b.normal) + dot(jump(j), a.normal))
+        0.5 * (a.gap + b.gap) - 0.5 * (jump(i).dot(&b.normal) + jump(j).dot(&a.normal))
     }
 
     /// Computes the nodal forces `∫ p n φ_i ds` of a pressure given at the two ends of every edge, Cartesian, N/m: exact
@@ -242,12 +242,12 @@ impl ContactInterface {
     pub fn pressure_forces(&self, edge_pressure: &[[f64; 2]]) -> Vec<Vector> {
         let (found, expected) = (edge_pressure.len(), self.edges.len());
         assert!(found == expected, "the pressure has {found} entries, the interface {expected} edges");
-        let mut forces = vec![[0.0; 2]; self.pairs.len()];
+        let mut forces = vec![Vector::zeros(); self.pairs.len()];
         for (edge, p) in self.edges.iter().zip(edge_pressure) {
             let [i, j] = edge.pairs.map(|k| k as usize);
-            let [a, b] = [scale(p[0], self.pairs[i].normal), scale(p[1], self.pairs[j].normal)];
-            forces[i] = add(forces[i], scale(edge.length / 6.0, add(scale(2.0, a), b)));
-            forces[j] = add(forces[j], scale(edge.length / 6.0, add(a, scale(2.0, b))));
+            let [a, b] = [p[0] * self.pairs[i].normal, p[1] * self.pairs[j].normal];
+            forces[i] += edge.length / 6.0 * (2.0 * a + b);
+            forces[j] += edge.length / 6.0 * (a + 2.0 * b);
         }
         forces
     }

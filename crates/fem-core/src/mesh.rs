@@ -122,9 +122,9 @@ pub enum MeshError {
     #[error("a block of {cells:?} cells and size {size:?} at {origin:?} cannot be meshed: {reason}")]
     Block {
         /// Lower left corner.
-        origin: Vector,
+        origin: [f64; 2],
         /// Width and height.
-        size: Vector,
+        size: [f64; 2],
         /// Number of cells in each direction.
         cells: [usize; 2],
         /// What is wrong.
@@ -164,10 +164,11 @@ impl TriMesh {
     /// # Errors
     /// Anything that would make a computation on this mesh meaningless, see [`MeshError`].
     pub fn new(
-        points: Vec<Vector>,
+        points: Vec<impl Into<Vector>>,
         mut triangles: Vec<[u32; 3]>,
         groups: Vec<(String, Vec<[u32; 2]>)>,
     ) -> Result<Self, MeshError> {
+        let points: Vec<Vector> = points.into_iter().map(Into::into).collect();
         let mut turned = 0;
         let clockwise = |corners: &[u32; 3]| {
             let places = corners.map(|n| points.get(n as usize).copied());
@@ -265,7 +266,7 @@ impl TriMesh {
     #[inline]
     pub fn edge_length(&self, edge: u32) -> f64 {
         let [a, b] = self.edge_ends(edge);
-        geometry::norm(geometry::sub(b, a))
+        geometry::norm(b - a)
     }
 
     /// Returns the positions of an edge's two nodes, the one with the smaller number first, m.
@@ -276,7 +277,7 @@ impl TriMesh {
     /// Computes the middle of an edge, m.
     pub fn edge_middle(&self, edge: u32) -> Vector {
         let [a, b] = self.edge_ends(edge);
-        geometry::scale(0.5, geometry::add(a, b))
+        0.5 * (a + b)
     }
 
     /// Computes the unit normal of an edge that points out of the edge's first triangle: the outward
@@ -318,7 +319,7 @@ fn check_triangles(points: &[Vector], triangles: &[[u32; 3]]) -> Result<(), Mesh
         let p = corners.map(|n| points[n as usize]);
         let area = geometry::signed_area(p);
         // Below this fraction of its squared size the sign of the area is round-off.
-        let size = (0..3).map(|k| geometry::norm(geometry::sub(p[(k + 1) % 3], p[k]))).fold(0.0, f64::max);
+        let size = (0..3).map(|k| geometry::norm(p[(k + 1) % 3] - p[k])).fold(0.0, f64::max);
         if !(area > 1e-14 * size * size) || !area.is_finite() {
             let x = (p[0][0] + p[1][0] + p[2][0]) / 3.0;
             let y = (p[0][1] + p[1][1] + p[2][1]) / 3.0;
@@ -351,7 +352,7 @@ mod tests {
     use super::*;
 
     fn square() -> (Vec<Vector>, Vec<[u32; 3]>) {
-        (vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], vec![[0, 1, 2], [0, 2, 3]])
+        (vec![Vector::zeros(), Vector::x(), Vector::new(1.0, 1.0), Vector::y()], vec![[0, 1, 2], [0, 2, 3]])
     }
 
     #[test]
@@ -359,7 +360,7 @@ mod tests {
         let (p, t) = square();
         let m = TriMesh::new(p, t, vec![("bottom".into(), vec![[1, 0]])]).unwrap();
         let e = m.group("bottom").unwrap()[0];
-        assert_eq!(m.edge_normal(e), [0.0, -1.0]);
+        assert_eq!(m.edge_normal(e), Vector::new(0.0, -1.0));
         assert_eq!(m.topology().boundary_edges().len(), 4);
         assert!((m.smallest_angle() - 45.0).abs() < 1e-12);
     }
@@ -376,7 +377,7 @@ mod tests {
             Err(MeshError::Area { triangle: 0, .. })
         ));
         let mut loose = p.clone();
-        loose.push([5.0, 5.0]);
+        loose.push(Vector::new(5.0, 5.0));
         assert!(matches!(TriMesh::new(loose, t.clone(), vec![]), Err(MeshError::LooseNode { node: 4, .. })));
         let three = vec![[0, 1, 2], [0, 2, 3], [0, 1, 3]];
         assert!(matches!(TriMesh::new(p.clone(), three, vec![]), Err(MeshError::NonManifoldEdge { .. })));

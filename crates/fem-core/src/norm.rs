@@ -2,7 +2,7 @@
 
 use crate::body::Body;
 use crate::element::Triangle;
-use crate::geometry::{Vector, norm, sub};
+use crate::geometry::{Vector, norm};
 use crate::mesh::TriMesh;
 use crate::quadrature::RADON7;
 use crate::tensor::SymTensor2;
@@ -49,7 +49,7 @@ pub fn energy_distance_squared(body: &Body, u: &[Vector], v: &[Vector]) -> f64 {
         u.len(),
         v.len()
     );
-    let difference: Vec<Vector> = u.iter().zip(v).map(|(a, b)| sub(*a, *b)).collect();
+    let difference: Vec<Vector> = u.iter().zip(v).map(|(a, b)| *a - *b).collect();
     energy_norm_squared(body, &difference)
 }
 
@@ -76,11 +76,9 @@ pub fn l2_error_squared(
     sum_over_triangles(mesh.triangles().len(), |t| {
         let corners = mesh.corners(t);
         let u = mesh.triangles()[t].map(|n| displacement[n as usize]);
-        let at = |values: [Vector; 3], l: [f64; 3]| {
-            [0, 1].map(|c| l[0] * values[0][c] + l[1] * values[1][c] + l[2] * values[2][c])
-        };
+        let at = |values: [Vector; 3], l: [f64; 3]| l[0] * values[0] + l[1] * values[1] + l[2] * values[2];
         let mean: f64 =
-            RADON7.iter().map(|(l, w)| w * norm(sub(at(u, *l), exact(at(corners, *l)))).powi(2)).sum();
+            RADON7.iter().map(|(l, w)| w * norm(at(u, *l) - exact(at(corners, *l))).powi(2)).sum();
         mean * mesh.area(t)
     })
 }
@@ -102,11 +100,10 @@ pub fn integrate(mesh: &TriMesh, function: impl Fn(usize, Vector) -> f64 + Sync)
         let mut mean = 0.0;
         for part in &PARTS {
             for (m, w) in &RADON7 {
-                let mut x = [0.0; 2];
+                let mut x = Vector::zeros();
                 for (corner, weight) in part.iter().zip(m) {
                     for (l, q) in corner.iter().zip(&p) {
-                        x[0] += weight * l * q[0];
-                        x[1] += weight * l * q[1];
+                        x += weight * l * q;
                     }
                 }
                 mean += 0.25 * w * function(t, x);

@@ -30,7 +30,7 @@ pub struct SplitField {
 impl SplitField {
     /// Creates a field without a second part.
     pub fn new(high: Vec<Vector>) -> Self {
-        Self { low: vec![[0.0; 2]; high.len()], high }
+        Self { low: vec![Vector::zeros(); high.len()], high }
     }
 
     /// Adds a correction to the field.
@@ -88,7 +88,7 @@ struct Nodal<'a> {
 impl Nodal<'_> {
     #[inline(always)]
     fn at(&self, node: usize) -> PreciseVector {
-        let (high, low) = (self.high[node], self.low.map_or([0.0; 2], |low| low[node]));
+        let (high, low) = (self.high[node], self.low.map_or(Vector::zeros(), |low| low[node]));
         [0, 1].map(|c| DoubleDouble { high: high[c], low: low[c] })
     }
 }
@@ -205,7 +205,7 @@ fn external_forces(body: &Body) -> Vec<PreciseVector> {
     let mut forces = vec![[DoubleDouble::ZERO; 2]; mesh.points().len()];
     for (condition, &edge) in body.edge_conditions().iter().zip(mesh.topology().boundary_edges()) {
         let [a, b] = condition.traction;
-        if a == [0.0; 2] && b == [0.0; 2] {
+        if a == Vector::zeros() && b == Vector::zeros() {
             continue;
         }
         let ends = mesh.edge_ends(edge);
@@ -219,7 +219,7 @@ fn external_forces(body: &Body) -> Vec<PreciseVector> {
         }
     }
     let b = body.body_force();
-    if b != [0.0; 2] {
+    if b != Vector::zeros() {
         for (t, corners) in mesh.triangles().iter().enumerate() {
             let share = Cell::new(mesh.corners(t)).double_area / DoubleDouble::from(6.0);
             for &n in corners {
@@ -242,7 +242,8 @@ mod tests {
 
     fn body() -> Body {
         let material = LinearElastic::isotropic(1e9, 0.3, Hypothesis::PlaneStrain).unwrap();
-        let conditions = BoundaryConditions::new().fix("bottom").pressure("top", 3.0).body_force([0.2, -1.5]);
+        let conditions =
+            BoundaryConditions::new().fix("bottom").pressure("top", 3.0).body_force(Vector::new(0.2, -1.5));
         Body::new(block([0.3, 0.1], [2.0, 1.0], [7, 5]).unwrap(), material, &conditions).unwrap()
     }
 
@@ -254,7 +255,8 @@ mod tests {
     #[test]
     fn residuals_agree_with_double_precision() {
         let body = body();
-        let u: Vec<Vector> = body.mesh().points().iter().map(|x| [x[0] * x[1], x[0] - x[1] * x[1]]).collect();
+        let u: Vec<Vector> =
+            body.mesh().points().iter().map(|x| Vector::new(x[0] * x[1], x[0] - x[1] * x[1])).collect();
         let expected = field::nodal_residual(&body, &u);
         let scale = expected.iter().flatten().fold(0.0f64, |m, r| m.max(r.abs()));
         assert!(difference(&of_displacement(&body, &u), &expected) < 1e-14 * scale);
@@ -269,9 +271,10 @@ mod tests {
         let mesh = block([1e3, -7e2], [2.0, 1.0], [7, 5]).unwrap();
         let body = Body::new(mesh, material, &BoundaryConditions::new()).unwrap();
         // A rotation and a translation whose coefficients are exact in a split field.
-        let mut field =
-            SplitField::new(body.mesh().points().iter().map(|x| [-0.5 * x[1], 0.5 * x[0]]).collect());
-        field.add(&vec![[1e-3, 1e5]; body.mesh().points().len()]);
+        let mut field = SplitField::new(
+            body.mesh().points().iter().map(|x| Vector::new(-0.5 * x[1], 0.5 * x[0])).collect(),
+        );
+        field.add(&vec![Vector::new(1e-3, 1e5); body.mesh().points().len()]);
         let largest = of_field(&body, &field).iter().flatten().fold(0.0f64, |m, r| m.max(r.rounded().abs()));
         assert!(largest < 1e13 * 1e5 * 1e-30, "{largest:e}");
     }

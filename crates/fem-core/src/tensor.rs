@@ -22,7 +22,7 @@ impl SymTensor2 {
 
     /// Applies the tensor to a vector, `T n`: the traction of a stress on a side of normal `n`.
     pub fn apply(self, n: Vector) -> Vector {
-        [self.xx * n[0] + self.xy * n[1], self.xy * n[0] + self.yy * n[1]]
+        Vector::new(self.xx * n[0] + self.xy * n[1], self.xy * n[0] + self.yy * n[1])
     }
 
     /// Computes the double contraction `S : T = S_xx T_xx + S_yy T_yy + 2 S_xy T_xy`.

@@ -1,6 +1,7 @@
 //! Writes a block with a displacement and a stress, its lower side with a pressure, and a collection of both, into the
 //! directory given as the only argument (or `target/paraview`).
 
+use fem_core::geometry::Vector;
 use fem_core::mesh::generate::block;
 use mesh_io::vtu::{self, PvdEntry, VtuArray, VtuCells, VtuData, VtuMesh};
 use std::error::Error;
@@ -29,7 +30,7 @@ fn write(directory: &Path) -> Result<(), Box<dyn Error>> {
     };
     save(&directory.join("body.vtu"), &body, &data)?;
 
-    let points: Vec<_> = (0..=30).map(|k| [2.0 * f64::from(k) / 30.0, 0.0]).collect();
+    let points: Vec<_> = (0..=30).map(|k| Vector::new(2.0 * f64::from(k) / 30.0, 0.0)).collect();
     let pressure = points.iter().map(|p| 1.0 / (1.0 + p[0])).collect();
     let line = VtuMesh { points, cells: VtuCells::Lines((0..30).map(|k| [k, k + 1]).collect()) };
     let data = VtuData { point: vec![VtuArray::scalars("pressure", pressure)], ..VtuData::default() };

@@ -8,6 +8,7 @@ mod collection;
 pub use collection::{PvdEntry, pvd, series};
 
 use crate::words::escaped;
+use fem_core::geometry::Vector;
 use std::fmt::Write as _;
 use std::io::{self, Write};
 use thiserror::Error;
@@ -48,7 +49,7 @@ impl VtuCells {
 #[derive(Clone, Debug, PartialEq)]
 pub struct VtuMesh {
     /// Positions.
-    pub points: Vec<[f64; 2]>,
+    pub points: Vec<Vector>,
     /// Cells by the numbers of their points.
     pub cells: VtuCells,
 }
@@ -71,8 +72,8 @@ impl VtuArray {
     }
 
     /// Makes a field of plane vectors with a third component 0, so that ParaView can warp by it.
-    pub fn vectors(name: &str, values: &[[f64; 2]]) -> Self {
-        let values = values.iter().flat_map(|v| [v[0], v[1], 0.0]).collect();
+    pub fn vectors(name: &str, values: &[impl Copy + Into<Vector>]) -> Self {
+        let values = values.iter().map(|v| (*v).into()).flat_map(|v| [v[0], v[1], 0.0]).collect();
         Self { name: name.to_owned(), components: 3, values }
     }
 
@@ -139,7 +140,7 @@ pub enum VtuError {
 /// ```
 /// use mesh_io::vtu::{VtuArray, VtuCells, VtuData, VtuMesh, write};
 /// let mesh = VtuMesh {
-///     points: vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
+///     points: [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(Into::into).into(),
 ///     cells: VtuCells::Triangles(vec![[0, 1, 2]]),
 /// };
 /// let displacement = VtuArray::vectors("displacement", &[[0.0, 0.0], [0.1, 0.0], [0.0, 0.2]]);
@@ -181,13 +182,13 @@ fn check(mesh: &VtuMesh, data: &VtuData) -> Result<(), VtuError> {
     if let Some(&point) = mesh.cells.nodes().iter().find(|&&n| n as usize >= points) {
         return Err(VtuError::NoSuchPoint { point, points });
     }
-    let finite = |name: &str, components: usize, values: &[f64]| {
-        let bad = values.iter().position(|v| !v.is_finite());
-        bad.map_or(Ok(()), |k| {
-            Err(VtuError::NotFinite { name: name.to_owned(), entry: k / components, value: values[k] })
+    let finite = |name: &str, components: usize, values: &mut dyn Iterator<Item = &f64>| {
+        let bad = values.enumerate().find(|(_, v)| !v.is_finite());
+        bad.map_or(Ok(()), |(k, value)| {
+            Err(VtuError::NotFinite { name: name.to_owned(), entry: k / components, value: *value })
         })
     };
-    finite("points", 2, mesh.points.as_flattened())?;
+    finite("points", 2, &mut mesh.points.iter().flatten())?;
     let sizes = [(&data.point, Some(points)), (&data.cell, Some(mesh.cells.len())), (&data.field, None)];
     for (arrays, entries) in sizes {
         for array in arrays {
@@ -196,7 +197,7 @@ fn check(mesh: &VtuMesh, data: &VtuData) -> Result<(), VtuError> {
             if ![1, 3, 6].contains(&components) || values != entries * components {
                 return Err(VtuError::Size { name: array.name.clone(), values, entries, components });
             }
-            finite(&array.name, components, &array.values)?;
+            finite(&array.name, components, &mut array.values.iter())?;
         }
     }
     Ok(())

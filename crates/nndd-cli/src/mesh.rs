@@ -47,7 +47,7 @@ fn human(file: &MeshFile, summary: &Summary) -> String {
     let range = |c: usize| format!("[{}, {}]", short(low[c]), short(high[c]));
     let _ = writeln!(text, "  bounding box    {} x {}", range(0), range(1));
     if let Some(q) = &summary.quality {
-        let [x, y] = q.at;
+        let [x, y] = q.at.into();
         let angle = q.smallest_angle;
         let _ = writeln!(
             text,
@@ -107,7 +107,7 @@ fn object(file: &MeshFile, summary: &Summary) -> Value {
         "groups": groups,
         "bounding_box": summary.bounding_box,
         "quality": summary.quality.as_ref().map(|q| json!({
-            "smallest_angle": q.smallest_angle, "cell": q.cell, "at": q.at,
+            "smallest_angle": q.smallest_angle, "cell": q.cell, "at": <[f64; 2]>::from(q.at),
         })),
         "notes": summary.notes,
         "problems": problems(summary),

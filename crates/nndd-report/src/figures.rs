@@ -8,6 +8,7 @@ use case_io::report::Report;
 use case_io::table::ContactRow;
 use certified_contact::CertifiedSolution;
 use fem_core::body::{Body, EdgeReaction, NodeConstraint};
+use fem_core::geometry::Vector;
 use fem_core::interface::{ContactPair, NodePair};
 
 /// A named figure.
@@ -82,13 +83,13 @@ pub(crate) fn of_solve(
 fn closing(solution: &CertifiedSolution) -> Vec<Closing> {
     let Some(estimate) = &solution.estimate else { return vec![] };
     let problem = &solution.problem;
-    let along = |n: [f64; 2], v: [[f64; 2]; 2]| n[0] * (v[1][0] - v[0][0]) + n[1] * (v[1][1] - v[0][1]);
     let of_pair = |pair: &ContactPair| -> Vec<Closing> {
         let points = pair.bodies.map(|b| problem.bodies[b].mesh().points());
         let displacement = pair.bodies.map(|b| &estimate.pair.bodies[b].displacement[..]);
         let of_nodes = |nodes: &NodePair| {
-            let of = |field: [&[[f64; 2]]; 2]| {
-                along(nodes.normal, [0, 1].map(|side: usize| field[side][nodes.nodes[side] as usize]))
+            let of = |field: [&[Vector]; 2]| {
+                let [first, second] = [0, 1].map(|side: usize| field[side][nodes.nodes[side] as usize]);
+                nodes.normal.dot(&(second - first))
             };
             Closing { gap: of(points), approach: -of(displacement) }
         };
@@ -106,12 +107,12 @@ fn problem<'a>(case: &'a Case, solution: &'a CertifiedSolution, title: &str) -> 
         body_force: body.body_force(),
     };
     let bodies: Vec<SketchBody<'_>> = case.bodies.iter().zip(&solution.problem.bodies).map(sketch).collect();
-    let line = |pair: &ContactPair| -> Vec<[[f64; 2]; 2]> {
+    let line = |pair: &ContactPair| -> Vec<[Vector; 2]> {
         let points = solution.problem.bodies[pair.bodies[0]].mesh().points();
         let place = |k: u32| points[pair.interface.pairs()[k as usize].nodes[0] as usize];
         pair.interface.edges().iter().map(|edge| edge.pairs.map(place)).collect()
     };
-    let contact: Vec<[[f64; 2]; 2]> = solution.problem.contacts.iter().flat_map(line).collect();
+    let contact: Vec<[Vector; 2]> = solution.problem.contacts.iter().flat_map(line).collect();
     Picture {
         name: "problem",
         svg: plot::sketch(title, &bodies, &contact),
@@ -125,11 +126,11 @@ fn sketch_edges(body: &Body) -> Vec<SketchEdge> {
     let mesh = body.mesh();
     let nodes_of = mesh.topology().edges();
     let imposed = |node: u32| match body.node_constraints()[node as usize] {
-        NodeConstraint::Free => [0.0; 2],
-        NodeConstraint::Along { direction, value } => direction.map(|c| c * value),
+        NodeConstraint::Free => Vector::zeros(),
+        NodeConstraint::Along { direction, value } => value * direction,
         NodeConstraint::Fixed { value } => value,
     };
-    let mean = |[a, b]: [[f64; 2]; 2]| [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
+    let mean = |[a, b]: [Vector; 2]| 0.5 * (a + b);
     mesh.topology()
         .boundary_edges()
         .iter()
@@ -144,8 +145,8 @@ fn sketch_edges(body: &Body) -> Vec<SketchEdge> {
             // Only what the edge itself imposes: its ends may belong to another side too.
             let mean_imposed = mean(nodes.map(imposed));
             let displacement = match condition.reaction {
-                EdgeReaction::None => [0.0; 2],
-                EdgeReaction::Along(d) => d.map(|c| c * (d[0] * mean_imposed[0] + d[1] * mean_imposed[1])),
+                EdgeReaction::None => Vector::zeros(),
+                EdgeReaction::Along(d) => d.dot(&mean_imposed) * d,
                 EdgeReaction::Both => mean_imposed,
             };
             Some(SketchEdge {

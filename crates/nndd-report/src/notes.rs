@@ -5,7 +5,7 @@ use case_io::Case;
 use case_io::case::MaterialLaw;
 use certified_contact::CertifiedSolution;
 use fem_core::body::NodeConstraint;
-use fem_core::geometry::{bounding_box, norm, sub};
+use fem_core::geometry::{bounding_box, norm};
 use fem_core::interface::ContactProblem;
 use fem_core::material::Hypothesis;
 use nndd::NnddStatus;
@@ -33,7 +33,7 @@ pub fn of_problem(case: &Case, problem: &ContactProblem) -> Vec<String> {
         });
         let largest = imposed.fold(0.0, f64::max);
         let [low, high] = bounding_box(body.mesh().points());
-        let size = norm(sub(high, low));
+        let size = norm(high - low);
         if largest > DISPLACEMENT * size {
             notes.push(format!(
                 "body \"{}\": an imposed displacement of {largest:.2e} on a body of size {size:.2e}: small strains may not be \

@@ -11,7 +11,7 @@ use certified_contact::CertifiedSolution;
 use cre_estimator::Estimate;
 use fem_core::body::{Body, NodeConstraint};
 use fem_core::field;
-use fem_core::geometry::{Vector, dot, norm, scale, sub};
+use fem_core::geometry::{Vector, norm};
 use fem_core::material::Hypothesis;
 use fem_core::tensor::SymTensor2;
 use mesh_io::vtu::{self, PvdEntry, VtuArray, VtuCells, VtuData, VtuError, VtuMesh};
@@ -185,9 +185,9 @@ fn out_of_plane_strain(case: &Case, material: usize, stress: SymTensor2) -> f64 
 /// held or in contact, so that nothing but round-off is left out.
 fn reactions(solution: &CertifiedSolution, estimate: &Estimate, model: &Body, body: usize) -> Vec<Vector> {
     let residual = field::nodal_residual(model, &estimate.pair.bodies[body].displacement);
-    let along = |direction: Vector, force: Vector| scale(dot(direction, force), direction);
+    let along = |direction: Vector, force: Vector| direction.dot(&force) * direction;
     let held = model.node_constraints().iter().zip(&residual).map(|(constraint, force)| match constraint {
-        NodeConstraint::Free => [0.0; 2],
+        NodeConstraint::Free => Vector::zeros(),
         NodeConstraint::Along { direction, .. } => along(*direction, *force),
         NodeConstraint::Fixed { .. } => *force,
     });
@@ -214,11 +214,11 @@ fn contact_data(solution: &CertifiedSolution, estimate: &Estimate, pair: usize) 
     let of_first = |k: usize| last.reaction[first + k] / interface.pairs()[k].tributary_length;
     let of_second =
         |k: usize| last.contact.normal_reaction[first + k] / interface.pairs()[k].tributary_length;
-    let points: Vec<Vector> = rows.iter().map(|r| [r.x, r.y]).collect();
+    let points: Vec<Vector> = rows.iter().map(|r| Vector::new(r.x, r.y)).collect();
     // Over the length as it is drawn, so that the file alone gives the integral.
     let density = interface.edges().iter().zip(&estimate.cre.by_contact_edge[pair]).map(|(edge, squared)| {
         let [a, b] = edge.pairs.map(|k| points[k as usize]);
-        squared / norm(sub(b, a))
+        squared / norm(b - a)
     });
     let data = VtuData {
         point: vec![

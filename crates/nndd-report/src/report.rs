@@ -146,7 +146,7 @@ pub(crate) fn contact_rows(solution: &CertifiedSolution, pair: usize) -> Vec<Con
         .iter()
         .enumerate()
         .map(|(k, pair)| {
-            let [x, y] = points[pair.nodes[0] as usize];
+            let [x, y] = (points[pair.nodes[0] as usize]).into();
             let force = last.contact.normal_reaction[first + k];
             ContactRow {
                 s: pair.arc_length,

@@ -46,7 +46,7 @@ impl Case {
                 Some(numbers) => numbers.get(t).copied().unwrap_or_default(),
                 None => t as u64,
             };
-            let [x, y] = found.point;
+            let [x, y] = found.point.into();
             let message = format!(
                 "body \"{}\": a piece of it that has no contact edge lies inside body \"{}\": the elements {} and {} overlap at \
                  ({x}, {y})",
@@ -110,7 +110,7 @@ impl Case {
             false if self.is_given("contact.gap") => Gap::Given(self.contact.gap.scalar()),
             false => Gap::Touching,
         };
-        (gap, self.contact.normal.map_or(ContactNormal::Averaged, ContactNormal::Fixed))
+        (gap, self.contact.normal.map_or(ContactNormal::Averaged, |n| ContactNormal::Fixed(n.into())))
     }
 
     /// Pairs the surfaces.

@@ -4,7 +4,7 @@ use super::regions::cells_in;
 use super::{Case, CellSelection, Part};
 use crate::diagnostic::significant;
 use fem_core::body::Body;
-use fem_core::geometry::{Vector, add, cross, norm, scale, sub};
+use fem_core::geometry::{Vector, cross, norm};
 use fem_core::mesh::TriMesh;
 use mesh_io::words::counted;
 
@@ -98,7 +98,7 @@ fn on_side(mesh: &TriMesh, group: &str, part: Part) -> Cover {
                 (false, true) => from = from.max(p / (p - q)),
             }
         }
-        let (share, length) = ((to - from).max(0.0), norm(sub(b, a)));
+        let (share, length) = ((to - from).max(0.0), norm(b - a));
         cover.written += share * length;
         if is_inside {
             cover.taken += length;
@@ -135,7 +135,7 @@ fn clipped(polygon: &[Vector], inside: &impl Fn(Vector) -> f64) -> Vec<Vector> {
             kept.push(a);
         }
         if (p >= 0.0) != (q >= 0.0) {
-            kept.push(add(a, scale(p / (p - q), sub(b, a))));
+            kept.push(a + p / (p - q) * (b - a));
         }
     }
     kept
@@ -143,7 +143,7 @@ fn clipped(polygon: &[Vector], inside: &impl Fn(Vector) -> f64) -> Vec<Vector> {
 
 fn area(polygon: &[Vector]) -> f64 {
     let Some(&first) = polygon.first() else { return 0.0 };
-    polygon.windows(2).map(|w| 0.5 * cross(sub(w[0], first), sub(w[1], first))).sum()
+    polygon.windows(2).map(|w| 0.5 * cross(w[0] - first, w[1] - first)).sum()
 }
 
 #[cfg(test)]

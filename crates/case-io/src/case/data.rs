@@ -48,9 +48,9 @@ impl Case {
         let points = bodies.map(|body| body.mesh().points());
         let of_nodes = |p: &NodePair| [0, 1].map(|side| points[side][p.nodes[side] as usize]);
         let mut points = interface.pairs().iter().flat_map(of_nodes);
-        let Some([x, y]) = points.find(|p| !lambda.at(*p).is_finite()) else { return Ok(()) };
+        let Some(p) = points.find(|p| !lambda.at(*p).is_finite()) else { return Ok(()) };
         let message =
-            format!("`solver.lambda`: the value at ({}, {}) is {}", shown(x), shown(y), lambda.at([x, y]));
+            format!("`solver.lambda`: the value at ({}, {}) is {}", shown(p[0]), shown(p[1]), lambda.at(p));
         let fault = self.diagnostic(code::CONDITION, "solver.lambda", message).expected("a finite number");
         Err(fault
             .fix("change the expression where it divides by zero or leaves its range, or write 0.0")

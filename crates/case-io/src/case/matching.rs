@@ -3,7 +3,7 @@
 use super::{Case, cures};
 use crate::diagnostic::{CaseError, Diagnostic, code, significant};
 use fem_core::body::Body;
-use fem_core::geometry::{norm, shown, sub};
+use fem_core::geometry::{norm, shown};
 use fem_core::interface::common_refinement::{Changes, CommonRefinementError, common_refinement};
 use fem_core::interface::{ContactInterface, ContactPair, ContactProblem, GapChange};
 use mesh_io::words::counted;
@@ -37,13 +37,13 @@ impl Case {
             return;
         }
         let corner = |pair: &ContactPair| pair.interface.sharpest_corner(&problem.bodies[pair.bodies[0]]);
-        for ([x, y], degrees) in problem.contacts.iter().filter_map(corner).filter(|c| c.1 > CORNER) {
+        for (point, degrees) in problem.contacts.iter().filter_map(corner).filter(|c| c.1 > CORNER) {
             self.add_note(format!(
                 "the contact line turns by {degrees:.1} degrees at ({}, {}): the contact normal there is the mean of its two \
                  edges' normals, weighted by their lengths; finer edges round the corner off, `contact.normal` gives one \
                  direction, and more than 60 degrees are refused",
-                shown(x),
-                shown(y)
+                shown(point[0]),
+                shown(point[1])
             ));
         }
     }
@@ -56,7 +56,7 @@ impl Case {
     }
 
     fn note_one_gap_change(&mut self, change: GapChange) {
-        let [x, y] = change.point.map(significant);
+        let [x, y] = change.point.map(significant).into();
         let drawn = match change.drawn {
             d if d.abs() < TOUCHING * change.used => "touching".to_owned(),
             d if d > 0.0 => format!("apart by {}", significant(d)),
@@ -171,5 +171,5 @@ impl Case {
 /// Adds up the edges of a side.
 fn length(body: &Body, side: &str) -> f64 {
     let edges = body.mesh().group(side).unwrap_or(&[]).iter();
-    edges.map(|&edge| body.mesh().edge_ends(edge)).map(|[p, q]| norm(sub(q, p))).sum()
+    edges.map(|&edge| body.mesh().edge_ends(edge)).map(|[p, q]| norm(q - p)).sum()
 }

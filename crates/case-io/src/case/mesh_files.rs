@@ -206,7 +206,7 @@ impl Case {
         if loaded.digests[pair[0]] != loaded.digests[pair[1]] {
             return Ok(());
         }
-        let Some((count, node, [x, y], cell)) = mesh_io::glued_nodes(first, second) else { return Ok(()) };
+        let Some((count, node, point, cell)) = mesh_io::glued_nodes(first, second) else { return Ok(()) };
         let names = pair.map(|k| &self.bodies[k].name);
         let path = format!("body.{}.mesh.file", pair[1]);
         if let Some(cell) = cell {
@@ -228,8 +228,8 @@ impl Case {
              cannot part",
             names[0],
             names[1],
-            shown(x),
-            shown(y)
+            shown(point[0]),
+            shown(point[1])
         );
         let fault = self.diagnostic(MeshFault::Region.code(), &path, found);
         Err(Box::new(fault.expected("two regions that have their own nodes where they touch").help(Some(

@@ -11,6 +11,7 @@
 use super::words::{FUNCTIONS, Function, NAMES, function};
 use super::{DEEPEST_EXPRESSION, ExpressionError, LONGEST_EXPRESSION};
 use crate::diagnostic::{excerpt, nearest};
+use fem_core::geometry::Vector;
 use std::ops::Range;
 
 const OPERAND: &str = "a number, `x`, `y`, `pi`, a function or `(`";
@@ -27,7 +28,7 @@ pub(super) enum Node {
 
 impl Node {
     /// Evaluates the expression at a point.
-    pub(super) fn at(&self, point: &[f64; 2]) -> f64 {
+    pub(super) fn at(&self, point: Vector) -> f64 {
         match self {
             Self::Number(value) => *value,
             Self::Coordinate(axis) => point[*axis],

@@ -1,7 +1,7 @@
 use super::*;
 use std::f64::consts::PI;
 
-fn at(text: &str, point: Vector) -> f64 {
+fn at(text: &str, point: [f64; 2]) -> f64 {
     Expression::parse(text).unwrap_or_else(|e| unreachable!("{text}: {e}")).at(point)
 }
 
@@ -70,7 +70,7 @@ impl Trees {
     }
 
     /// Returns a text, its value, and how strongly it binds: 0 sum, 1 product, 2 power, 3 operand.
-    fn tree(&mut self, depth: u32, [x, y]: Vector) -> (String, f64, u8) {
+    fn tree(&mut self, depth: u32, [x, y]: [f64; 2]) -> (String, f64, u8) {
         let choice = if depth == 0 { self.below(4) } else { self.below(13) };
         if choice < 4 {
             let number = self.below(4000) as f64 / 1000.0;

@@ -10,7 +10,7 @@
 use super::space::Space;
 use crate::equilibrated::EquilibratedStress;
 use crate::johnson_mercier;
-use fem_core::geometry::{Vector, cross, dot, sub};
+use fem_core::geometry::{Vector, cross};
 use fem_core::tensor::SymTensor2;
 use std::sync::OnceLock;
 
@@ -122,8 +122,8 @@ impl Cell {
         let corners = mesh.corners(triangle);
         let nodes = mesh.triangles()[triangle].map(|n| space.node(n as usize));
         let edges = mesh.topology().triangle_edges()[triangle];
-        let (a, b) = (sub(corners[1], corners[0]), sub(corners[2], corners[0]));
-        let rows = |v: Vector| [dot(a, v), dot(b, v)];
+        let (a, b) = (corners[1] - corners[0], corners[2] - corners[0]);
+        let rows = |v: Vector| Vector::new(a.dot(&v), b.dot(&v));
         let bases: [_; 3] =
             std::array::from_fn(|k| space.edge(edges[k], triangle, corners[k], corners[(k + 1) % 3]));
         let dyads = [
@@ -206,7 +206,7 @@ mod tests {
         let mut u = [0.0; 12];
         for k in 0..3 {
             let (a, b) = (REFERENCE[k], REFERENCE[(k + 1) % 3]);
-            let middle = [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
+            let middle = 0.5 * (a + b);
             for c in 0..2 {
                 u[2 * k + c] = of(a)[c];
                 u[6 + 2 * k + c] = (of(a)[c] + 4.0 * of(middle)[c] + of(b)[c]) / 6.0;
@@ -220,10 +220,10 @@ mod tests {
         // φ = 2x³ − 3x²y + 5xy² + 7y³ + x² − 4xy + 3y² + 8x − y
         let gradient = |x: Vector| {
             let (x, y) = (x[0], x[1]);
-            [
+            Vector::new(
                 6.0 * x * x - 6.0 * x * y + 5.0 * y * y + 2.0 * x - 4.0 * y + 8.0,
                 -3.0 * x * x + 10.0 * x * y + 21.0 * y * y - 4.0 * x + 6.0 * y - 1.0,
-            ]
+            )
         };
         // xx, yy, xy of R ∇²φ Rᵀ.
         let stress = |x: Vector| {
@@ -231,7 +231,7 @@ mod tests {
             [10.0 * x + 42.0 * y + 6.0, 12.0 * x - 6.0 * y + 2.0, 6.0 * x - 10.0 * y + 4.0]
         };
         let u = gradients(gradient);
-        let centre = [1.0 / 3.0; 2];
+        let centre = Vector::repeat(1.0 / 3.0);
         for k in 0..3 {
             for (m, x) in [REFERENCE[k], REFERENCE[(k + 1) % 3], centre].into_iter().enumerate() {
                 for (c, exact) in stress(x).into_iter().enumerate() {

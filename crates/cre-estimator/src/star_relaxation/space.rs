@@ -2,7 +2,7 @@
 
 use crate::equilibrated::EquilibratedStress;
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
-use fem_core::geometry::{Vector, add, cross, dot, norm, perpendicular, scale, sub};
+use fem_core::geometry::{Vector, cross, norm, perpendicular};
 use fem_core::norm::sum_over_triangles;
 use rayon::prelude::*;
 
@@ -52,15 +52,15 @@ impl<'a> Space<'a> {
         let mesh = body.mesh();
         let triangles = mesh.triangles().len();
         let length = (sum_over_triangles(triangles, |t| mesh.area(t)) / triangles as f64).sqrt();
-        let free = NodeBasis { value: length, slopes: [[1.0, 0.0], [0.0, 1.0]] };
+        let free = NodeBasis { value: length, slopes: [Vector::x(), Vector::y()] };
         let mut bases = vec![free];
         let mut basis_of = vec![0u32; mesh.points().len()];
         let mut boundary = Vec::with_capacity(conditions.len());
         for (&edge, condition) in mesh.topology().boundary_edges().iter().zip(conditions) {
             let [a, b] =
                 mesh.topology().oriented_edge(edge, mesh.triangles()).map(|n| mesh.points()[n as usize]);
-            let length = norm(sub(b, a));
-            let normal = scale(1.0 / length, rotated(sub(b, a)));
+            let length = norm(b - a);
+            let normal = 1.0 / length * rotated(b - a);
             let mut keep_value = true;
             let freedom = match condition.reaction {
                 EdgeReaction::None => {
@@ -69,7 +69,7 @@ impl<'a> Space<'a> {
                 }
                 EdgeReaction::Both => [0.0, 1.0],
                 EdgeReaction::Along(d) => {
-                    let (n, t) = (dot(d, normal), cross(normal, d));
+                    let (n, t) = (d.dot(&normal), cross(normal, d));
                     keep_value = n.abs() >= NEARLY_TANGENTIAL;
                     // d·m = 0 with m = t (φ_b − φ_a)/L + L n q, t and n unit vectors.
                     let tangential = n.abs() <= SAME_DIRECTION;
@@ -140,16 +140,16 @@ impl<'a> Space<'a> {
     /// Basis of an edge in the direction of the triangle `triangle`, from `a` to `b`.
     pub(super) fn edge(&self, edge: u32, triangle: usize, a: Vector, b: Vector) -> EdgeBasis {
         let topology = self.body.mesh().topology();
-        let t = sub(b, a);
-        let along = scale(1.0 / dot(t, t), t);
-        let normal = scale(1.0 / self.length, rotated(t));
+        let t = b - a;
+        let along = 1.0 / t.dot(&t) * t;
+        let normal = 1.0 / self.length * rotated(t);
         if !topology.is_boundary(edge) {
             let first = topology.edge_triangles()[edge as usize][0] as usize == triangle;
-            return EdgeBasis { along, across: if first { normal } else { scale(-1.0, normal) } };
+            return EdgeBasis { along, across: if first { normal } else { -normal } };
         }
         let place = topology.boundary_place(edge);
         let [tilt, free] = self.boundary[place];
-        EdgeBasis { along: add(along, scale(tilt, rotated(t))), across: scale(free, normal) }
+        EdgeBasis { along: along + tilt * rotated(t), across: free * normal }
     }
 
     /// Adds the edge moments of an Airy function: `b_a = R(m − ∇φ_a)`, `b_b = R(∇φ_b − m)`, `R(x, y) = (y, −x)`.
@@ -165,16 +165,16 @@ impl<'a> Space<'a> {
             let value = nodes.map(|n| self.node(n).value * unknown(3 * n));
             let [ga, gb] = nodes.map(|n| {
                 let s = self.node(n).slopes;
-                add(scale(unknown(3 * n + 1), s[0]), scale(unknown(3 * n + 2), s[1]))
+                unknown(3 * n + 1) * s[0] + unknown(3 * n + 2) * s[1]
             });
             let q = unknown(self.edge_unknown(e as u32));
-            let m = add(scale(value[1] - value[0], basis.along), scale(q, basis.across));
-            let mut added = [rotated(sub(m, ga)), rotated(sub(gb, m))];
+            let m = (value[1] - value[0]) * basis.along + q * basis.across;
+            let mut added = [rotated(m - ga), rotated(gb - m)];
             if let Ok(place) = topology.boundary_edges().binary_search(&(e as u32)) {
                 // Removes round-off from the given components.
                 match conditions[place].reaction {
-                    EdgeReaction::None => added = [[0.0; 2]; 2],
-                    EdgeReaction::Along(d) => added = added.map(|b| scale(dot(d, b) / dot(d, d), d)),
+                    EdgeReaction::None => added = [Vector::zeros(); 2],
+                    EdgeReaction::Along(d) => added = added.map(|b| d.dot(&b) / d.dot(&d) * d),
                     EdgeReaction::Both => {}
                 }
             }
@@ -182,7 +182,7 @@ impl<'a> Space<'a> {
                 added.reverse();
             }
             for (moment, x) in moments.iter_mut().zip(added) {
-                *moment = add(*moment, x);
+                *moment += x;
             }
         });
     }
@@ -190,15 +190,15 @@ impl<'a> Space<'a> {
 
 /// Restricts the gradient at a node to the directions that an edge through it allows.
 fn restrict(slopes: &mut [Vector; 2], reaction: EdgeReaction) {
-    const ZERO: [Vector; 2] = [[0.0; 2]; 2];
+    let zero = [Vector::zeros(); 2];
     match reaction {
         EdgeReaction::Both => {}
-        EdgeReaction::None => *slopes = ZERO,
+        EdgeReaction::None => *slopes = zero,
         EdgeReaction::Along(d) => {
-            if slopes[1] != [0.0; 2] {
-                *slopes = [perpendicular(scale(1.0 / norm(d), d)), [0.0; 2]];
-            } else if dot(slopes[0], d).abs() > SAME_DIRECTION {
-                *slopes = ZERO;
+            if slopes[1] != Vector::zeros() {
+                *slopes = [perpendicular(1.0 / norm(d) * d), Vector::zeros()];
+            } else if slopes[0].dot(&d).abs() > SAME_DIRECTION {
+                *slopes = zero;
             }
         }
     }
@@ -206,5 +206,5 @@ fn restrict(slopes: &mut [Vector; 2], reaction: EdgeReaction) {
 
 /// `R`, a turn by −90 degrees: it takes `∇φ` to the vector whose derivative along an edge is the traction.
 fn rotated(a: Vector) -> Vector {
-    [a[1], -a[0]]
+    Vector::new(a[1], -a[0])
 }

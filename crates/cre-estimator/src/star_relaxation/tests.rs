@@ -120,7 +120,7 @@ fn the_difference_to_the_finite_element_stress_stays_orthogonal_to_its_strains()
     relax(&body, &mut stress, Relaxation::Steps(3));
     // The strain of a displacement that vanishes on the clamped side.
     let nodes = body.mesh().points();
-    let v: Vec<Vector> = nodes.iter().map(|p| [p[1] * p[0].sin(), p[1] * (2.0 + p[0])]).collect();
+    let v: Vec<Vector> = nodes.iter().map(|p| Vector::new(p[1] * p[0].sin(), p[1] * (2.0 + p[0]))).collect();
     let virtual_stress = field::stresses(&body, &v);
     let with = |factor: f64| -> f64 {
         (0..virtual_stress.len())
@@ -147,7 +147,7 @@ fn best(body: &Body, eet: &EquilibratedStress) -> f64 {
             let sign = if topology.edge_triangles()[edge][0] as usize == t { 1.0 } else { -1.0 };
             for end in 0..2 {
                 let x = mesh.points()[topology.edges()[edge][end] as usize];
-                for (c, unit) in [[1.0, 0.0], [0.0, 1.0]].into_iter().enumerate() {
+                for (c, unit) in [Vector::x(), Vector::y()].into_iter().enumerate() {
                     let unknown = 4 * edge + 2 * end + c;
                     balance[c][unknown] = sign;
                     balance[2][unknown] = sign * cross(x, unit);
@@ -160,7 +160,7 @@ fn best(body: &Body, eet: &EquilibratedStress) -> f64 {
         let given = match condition.reaction {
             EdgeReaction::Both => vec![],
             EdgeReaction::Along(d) => vec![perpendicular(d)],
-            EdgeReaction::None => vec![[1.0, 0.0], [0.0, 1.0]],
+            EdgeReaction::None => vec![Vector::x(), Vector::y()],
         };
         for (direction, end) in given.into_iter().flat_map(|d| [(d, 0), (d, 1)]) {
             let mut row = DVector::zeros(unknowns);

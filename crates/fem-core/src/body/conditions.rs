@@ -5,7 +5,7 @@ use super::{
     Body, BodyError, ConditionList, ConditionPlace, EdgeCondition, EdgeReaction, NodeConstraint, SupportSet,
 };
 use crate::boundary::{BoundaryConditions, EdgeSelection, Load, ScalarData, Support};
-use crate::geometry::{self, Vector, cross, dot, scale};
+use crate::geometry::{self, Vector, cross};
 use crate::material::Materials;
 use crate::mesh::TriMesh;
 use std::collections::HashMap;
@@ -48,7 +48,7 @@ pub(super) fn evaluate(
         magnitudes: vec![0.0; mesh.points().len()],
         turned: Vec::new(),
         edges: vec![
-            EdgeCondition { reaction: EdgeReaction::None, traction: [[0.0; 2]; 2] };
+            EdgeCondition { reaction: EdgeReaction::None, traction: [Vector::zeros(); 2] };
             mesh.topology().boundary_edges().len()
         ],
         mesh: &mesh,
@@ -197,7 +197,7 @@ impl Evaluation<'_> {
             Support::Normal(data) => [Some((data, magnitude(data))); 2],
             Support::Components(all) => all.each_ref().map(|d| d.as_ref().map(|d| (d, magnitude(d)))),
         };
-        let axes = [[1.0, 0.0], [0.0, 1.0]];
+        let axes = [Vector::x(), Vector::y()];
         for (edge, position) in self.places(edges).collect::<Vec<_>>() {
             let normal = self.mesh.edge_normal(edge);
             let directions: &[Vector] = if matches!(support, Support::Normal(_)) { &[normal] } else { &axes };
@@ -225,7 +225,7 @@ impl Evaluation<'_> {
     fn roller_normals(&self, edges: &[u32]) -> HashMap<u32, Vec<Vector>> {
         let mut normals: HashMap<u32, Vec<Vector>> = HashMap::new();
         for &edge in edges {
-            let weighted = scale(self.mesh.edge_length(edge), self.mesh.edge_normal(edge));
+            let weighted = self.mesh.edge_length(edge) * self.mesh.edge_normal(edge);
             for node in self.mesh.topology().edges()[edge as usize] {
                 normals.entry(node).or_default().push(weighted);
             }
@@ -254,14 +254,14 @@ impl Evaluation<'_> {
             NodeConstraint::Along { direction: d, value: v } => {
                 let sine = cross(d, direction);
                 if sine.abs() <= SAME_DIRECTION {
-                    return agree(v * dot(d, direction).signum(), *magnitude);
+                    return agree(v * d.dot(&direction).signum(), *magnitude);
                 }
                 // Solve d·u = v, direction·u = value: round-off grows as the directions come near each other.
-                let u = [(v * direction[1] - value * d[1]) / sine, (d[0] * value - direction[0] * v) / sine];
+                let u = Vector::new(v * direction[1] - value * d[1], d[0] * value - direction[0] * v) / sine;
                 *constraint = NodeConstraint::Fixed { value: u };
                 *magnitude /= sine.abs();
             }
-            NodeConstraint::Fixed { value: u } => return agree(dot(u, direction), *magnitude),
+            NodeConstraint::Fixed { value: u } => return agree(u.dot(&direction), *magnitude),
         }
         Ok(value)
     }
@@ -270,7 +270,7 @@ impl Evaluation<'_> {
     fn roller_turn(&self) -> f64 {
         let violates = |t: &&Turned| match self.constraints[t.node as usize] {
             NodeConstraint::Fixed { value: u } => {
-                (dot(u, t.normal) - t.value).abs() > SAME_VALUE * self.magnitudes[t.node as usize]
+                (u.dot(&t.normal) - t.value).abs() > SAME_VALUE * self.magnitudes[t.node as usize]
             }
             _ => true,
         };
@@ -284,22 +284,22 @@ impl Evaluation<'_> {
             let blocked = match condition.reaction {
                 EdgeReaction::None => false,
                 EdgeReaction::Along(d) => {
-                    traction.iter().any(|&t| dot(t, d).abs() > SAME_DIRECTION * geometry::norm(t))
+                    traction.iter().any(|&t| t.dot(&d).abs() > SAME_DIRECTION * geometry::norm(t))
                 }
-                EdgeReaction::Both => traction.iter().any(|&t| t != [0.0; 2]),
+                EdgeReaction::Both => traction.iter().any(|&t| t != Vector::zeros()),
             };
             if blocked {
                 let ends =
                     self.mesh.topology().edges()[edge as usize].map(|n| self.mesh.points()[n as usize]);
-                let point = scale(0.5, geometry::add(ends[0], ends[1]));
+                let point = 0.5 * (ends[0] + ends[1]);
                 return Err(BodyError::LoadOnSupport { place, point });
             }
             for (total, t) in condition.traction.iter_mut().zip(traction) {
                 let along = match condition.reaction {
-                    EdgeReaction::Along(d) => scale(dot(t, d), d),
-                    _ => [0.0; 2],
+                    EdgeReaction::Along(d) => t.dot(&d) * d,
+                    _ => Vector::zeros(),
                 };
-                *total = geometry::add(*total, geometry::sub(t, along));
+                *total += t - along;
             }
         }
         Ok(())
@@ -310,8 +310,8 @@ impl Evaluation<'_> {
         let ends = self.mesh.topology().edges()[edge as usize].map(|n| self.mesh.points()[n as usize]);
         let normal = self.mesh.edge_normal(edge);
         let constant = match load {
-            Load::Vector([x, y]) => x.constant().zip(y.constant()).map(|(x, y)| [x, y]),
-            Load::Pressure(q) => q.constant().map(|q| scale(-q, normal)),
+            Load::Vector([x, y]) => x.constant().zip(y.constant()).map(|(x, y)| Vector::new(x, y)),
+            Load::Pressure(q) => q.constant().map(|q| -q * normal),
         };
         if let Some(t) = constant {
             finite(place, ends[0], t[0])?;
@@ -320,8 +320,8 @@ impl Evaluation<'_> {
         }
         let at = |point: Vector| {
             let t = match load {
-                Load::Vector([x, y]) => [x.at(point), y.at(point)],
-                Load::Pressure(q) => scale(-q.at(point), normal),
+                Load::Vector([x, y]) => Vector::new(x.at(point), y.at(point)),
+                Load::Pressure(q) => -q.at(point) * normal,
             };
             finite(place, point, t[0])?;
             finite(place, point, t[1])?;
@@ -336,15 +336,15 @@ impl Evaluation<'_> {
             (values[0][k], values[1][k]) = (t[0], t[1]);
         }
         let [x, y] = values.map(linear_by_moments);
-        Ok([[x[0], y[0]], [x[1], y[1]]])
+        Ok([Vector::new(x[0], y[0]), Vector::new(x[1], y[1])])
     }
 }
 
 /// The mean of those weighted normals that are within [`SMOOTH`] of the edge's own; on a straight side the edge's own.
 fn mean_normal(all: &[Vector], own: Vector) -> Vector {
-    let near = all.iter().filter(|n| dot(**n, own) >= SMOOTH.to_radians().cos() * geometry::norm(**n));
-    let mean = near.fold([0.0; 2], |sum, n| geometry::add(sum, *n));
-    let mean = scale(1.0 / geometry::norm(mean), mean);
+    let near = all.iter().filter(|n| n.dot(&own) >= SMOOTH.to_radians().cos() * geometry::norm(**n));
+    let mean = near.fold(Vector::zeros(), |sum, n| sum + n);
+    let mean = 1.0 / geometry::norm(mean) * mean;
     if cross(mean, own).abs() <= SAME_DIRECTION { own } else { mean }
 }
 

@@ -5,7 +5,7 @@
 
 use super::{Body, ConditionList, ConditionPlace};
 use crate::boundary::{Load, ScalarData, Support};
-use crate::geometry::{self, Vector, add, scale};
+use crate::geometry::{self, Vector};
 use crate::quadrature::GAUSS5;
 use rayon::prelude::*;
 
@@ -72,8 +72,8 @@ impl Sum {
 
     /// Adds an edge: a function against the linear one with the given values at the ends.
     pub(crate) fn edge(&mut self, ends: [Vector; 2], values: [f64; 2], function: impl Fn(Vector) -> f64) {
-        let length = geometry::norm(geometry::sub(ends[1], ends[0]));
-        let exact = |s: f64| function(add(scale(1.0 - s, ends[0]), scale(s, ends[1])));
+        let length = geometry::norm(ends[1] - ends[0]);
+        let exact = |s: f64| function((1.0 - s) * ends[0] + s * ends[1]);
         self.compare(length, exact, |s| (1.0 - s) * values[0] + s * values[1]);
     }
 
@@ -165,7 +165,7 @@ impl Body {
 
 /// Returns the points of the five-point rule on an edge.
 pub(super) fn gauss_points(ends: [Vector; 2]) -> [Vector; 5] {
-    GAUSS5.map(|(s, _)| add(scale(1.0 - s, ends[0]), scale(s, ends[1])))
+    GAUSS5.map(|(s, _)| (1.0 - s) * ends[0] + s * ends[1])
 }
 
 /// Computes the linear function on an edge, by its values at the ends, that has the moments of the one with the given values

@@ -60,13 +60,13 @@ pub(super) fn find(body: &Body) -> Option<FreeMotion> {
     let points = body.mesh().points();
     // Rotations are about the middle of the body and scaled by its size, so that the three columns are comparable.
     let [low, high] = geometry::bounding_box(points);
-    let middle = geometry::scale(0.5, geometry::add(low, high));
-    let size = norm(geometry::sub(high, low));
+    let middle = 0.5 * (low + high);
+    let size = norm(high - low);
     let mut gram = vec![Matrix3::<f64>::zeros(); pieces];
     let mut near = vec![None; pieces];
     for (node, constraint) in body.node_constraints().iter().enumerate() {
         let piece = piece_of[node] as usize;
-        let x = geometry::scale(1.0 / size, geometry::sub(points[node], middle));
+        let x = 1.0 / size * (points[node] - middle);
         near[piece].get_or_insert(points[node]);
         let mut impose = |d: Vector| {
             let row = nalgebra::RowVector3::new(d[0], d[1], -d[0] * x[1] + d[1] * x[0]);
@@ -76,8 +76,8 @@ pub(super) fn find(body: &Body) -> Option<FreeMotion> {
             NodeConstraint::Free => {}
             NodeConstraint::Along { direction, .. } => impose(direction),
             NodeConstraint::Fixed { .. } => {
-                impose([1.0, 0.0]);
-                impose([0.0, 1.0]);
+                impose(Vector::x());
+                impose(Vector::y());
             }
         }
     }
@@ -93,12 +93,12 @@ pub(super) fn find(body: &Body) -> Option<FreeMotion> {
         // The supports must prevent the motion by more than round-off relative to the motion that they prevent best.
         if smallest <= 1e-12 * eigen.eigenvalues.amax() {
             let m = eigen.eigenvectors.column(k);
-            let (t, w) = ([m[0], m[1]], m[2]);
+            let (t, w) = (Vector::new(m[0], m[1]), m[2]);
             if w.abs() <= 1e-6 * norm(t) {
-                return Some(FreeMotion::Translation { direction: geometry::scale(1.0 / norm(t), t), near });
+                return Some(FreeMotion::Translation { direction: 1.0 / norm(t) * t, near });
             }
             // t + w e_z × (x − middle)/size = 0 at the centre.
-            let centre = [middle[0] - t[1] / w * size, middle[1] + t[0] / w * size];
+            let centre = Vector::new(middle[0] - t[1] / w * size, middle[1] + t[0] / w * size);
             return Some(FreeMotion::Rotation { centre, near });
         }
     }
@@ -142,7 +142,8 @@ mod tests {
         ));
         assert!(matches!(m, Some(FreeMotion::Translation { .. })), "{m:?}");
         // The normals of a whole ring meet in its centre: the body can rotate about it.
-        let mesh = crate::mesh::generate::ring([0.5, -1.0], [1.0, 2.0], [0.0, 360.0], [24, 1]).unwrap();
+        let mesh =
+            crate::mesh::generate::ring(Vector::new(0.5, -1.0), [1.0, 2.0], [0.0, 360.0], [24, 1]).unwrap();
         let material = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
         let ring = Body::new(mesh, material, &BoundaryConditions::new().roller("outer", 0.0)).unwrap();
         match ring.free_motion() {

@@ -3,7 +3,7 @@
 use super::CondensedBody;
 use crate::body::Body;
 use crate::double_double::PreciseVector;
-use crate::geometry::{Vector, dot};
+use crate::geometry::Vector;
 use crate::residual::{self, SplitField};
 
 /// A correction that leaves more than this fraction of the residual is the last one.
@@ -25,7 +25,7 @@ impl CondensedBody {
     pub fn rough_residual_energy(&self, residual: &[Vector]) -> [f64; 2] {
         let along = |j: usize| {
             let (node, c) = self.dofs.unknown(j);
-            dot(residual[node], self.dofs.axis(node, c))
+            residual[node].dot(&self.dofs.axis(node, c))
         };
         self.energy_of((0..self.dofs.len()).map(along).collect())
     }
@@ -61,7 +61,7 @@ impl CondensedBody {
             let norm = x[..end].iter().map(|y| y * y).sum::<f64>().sqrt();
             if !(norm < least) {
                 // The last correction increased the residual.
-                let back: Vec<Vector> = last.iter().map(|d| [-d[0], -d[1]]).collect();
+                let back: Vec<Vector> = last.iter().map(|d| -d).collect();
                 field.add(&back);
                 break;
             }

@@ -161,19 +161,20 @@ fn chains(body: &Body, number: usize, group: &str) -> Result<Vec<Chain>, CommonR
 /// first in space, so that the order of the bodies does not matter.
 fn reference(bodies: &[Body; 2], chains: &[Vec<Chain>; 2]) -> usize {
     let edges = |b: usize| chains[b].iter().map(|c| c.nodes.len() - 1).sum::<usize>();
-    let places = |b: usize| chain::sorted_points(bodies[b].mesh(), &chains[b]).into_iter().flatten();
+    let places =
+        |b: usize| chain::sorted_points(bodies[b].mesh(), &chains[b]).into_iter().flat_map(<[f64; 2]>::from);
     let earlier = || places(1).zip(places(0)).map(|(q, p)| q.total_cmp(&p)).find(|o| o.is_ne());
     let order = edges(1).cmp(&edges(0)).then_with(|| earlier().unwrap_or(std::cmp::Ordering::Equal));
     usize::from(order.is_lt())
 }
 
 fn centre(body: &Body, chains: &[Chain]) -> Vector {
-    let mut sum = [0.0; 2];
+    let mut sum = Vector::zeros();
     let nodes: Vec<u32> = chains.iter().flat_map(|c| c.nodes.iter().copied()).collect();
     for &n in &nodes {
-        sum = crate::geometry::add(sum, body.mesh().points()[n as usize]);
+        sum += body.mesh().points()[n as usize];
     }
-    crate::geometry::scale(1.0 / nodes.len() as f64, sum)
+    1.0 / nodes.len() as f64 * sum
 }
 
 fn surface_angle(body: &Body, group: &str) -> f64 {

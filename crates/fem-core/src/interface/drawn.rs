@@ -4,7 +4,7 @@ use super::common_refinement::Facing;
 use super::common_refinement::curve::Between;
 use super::{ContactEdge, GapChange, InterfaceError, NodePair, STRAIGHT, matching};
 use crate::body::Body;
-use crate::geometry::{self, Vector, add, cross, dot, norm, scale, sub};
+use crate::geometry::{self, Vector, cross, norm};
 use std::collections::HashMap;
 
 /// Paired nodes face each other along the contact normal to this fraction of the edges there.
@@ -51,16 +51,16 @@ impl Drawn {
         let (mut gaps, mut uncertainty) = (Vec::with_capacity(pairs.len()), Vec::with_capacity(pairs.len()));
         for (pair, &spacing) in pairs.iter().zip(&spacing) {
             let [point, other] = [0, 1].map(|b| bodies[b].mesh().points()[pair.nodes[b] as usize]);
-            let distance = sub(other, point);
+            let distance = other - point;
             let found = facing.and_then(|all| all.get(&pair.nodes[0]));
             let offset = cross(pair.normal, distance).abs();
             // A straight line has one normal, that of the first edge.
             let turn = if found.is_some() { STRAIGHT * norm(distance) } else { 0.0 };
-            let rounded = COORDINATES * point.into_iter().chain(other).fold(0.0f64, |m, x| m.max(x.abs()));
+            let rounded = COORDINATES * point.iter().chain(&other).fold(0.0f64, |m, x| m.max(x.abs()));
             if !(offset <= FACING * spacing + rounded + turn) {
                 return Err(InterfaceError::Offset { point, offset, spacing });
             }
-            gaps.push(found.map_or_else(|| dot(distance, pair.normal), |f| f.gap));
+            gaps.push(found.map_or_else(|| distance.dot(&pair.normal), |f| f.gap));
             uncertainty.push(found.map_or(0.0, |f| f.uncertainty));
         }
         Ok(Self { gaps, uncertainty, spacing, size })
@@ -115,7 +115,7 @@ impl Surfaces<'_> {
             let Some(between) = between else { continue };
             let [i, j] = edge.pairs.map(|k| place(k as usize));
             for (t, gap) in [1.0 / 3.0, 2.0 / 3.0].into_iter().zip(between.gaps) {
-                let point = add(scale(1.0 - t, i), scale(t, j));
+                let point = (1.0 - t) * i + t * j;
                 all.push(Measured { point, gap, spacing: edge.length, uncertainty: between.uncertainty });
             }
         }

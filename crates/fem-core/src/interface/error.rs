@@ -8,7 +8,7 @@ fn away(degrees: f64, point: Vector) -> String {
     if degrees.is_nan() {
         "has no direction: its length is zero or out of range".into()
     } else {
-        let [x, y] = point.map(shown);
+        let [x, y] = point.map(shown).into();
         format!(
             "is {degrees:.1} degrees from the first body's outward normal at ({x}, {y}); at most 60 degrees are allowed"
         )
@@ -238,16 +238,21 @@ mod tests {
 
     #[test]
     fn a_normal_without_direction_is_said_shortly() {
-        let normal = [0.0, -1e-320];
-        let said = InterfaceError::NormalAway { normal, point: [1.0, 2.0], degrees: f64::NAN }.to_string();
+        let normal = Vector::new(0.0, -1e-320);
+        let said = InterfaceError::NormalAway { normal, point: Vector::new(1.0, 2.0), degrees: f64::NAN }
+            .to_string();
         assert!(said.contains("(0, -1e-320) has no direction") && !said.contains("NaN"), "{said}");
-        let away = InterfaceError::NormalAway { normal: [0.0, -1.0], point: [1.0, 2.0], degrees: 90.0 };
+        let away = InterfaceError::NormalAway {
+            normal: Vector::new(0.0, -1.0),
+            point: Vector::new(1.0, 2.0),
+            degrees: 90.0,
+        };
         assert!(away.to_string().contains("(0, -1) is 90.0 degrees from the first body's"), "{away}");
     }
 
     #[test]
     fn places_of_300_digits_are_shown_with_an_exponent() {
-        let point = [1e300, -1e-300];
+        let point = Vector::new(1e300, -1e-300);
         for error in [
             InterfaceError::Occupied { body: 0, point, what: "a load" },
             InterfaceError::NotMatching { body: 0, point, distance: 1e300, spacing: 1e-300 },

@@ -8,7 +8,7 @@
 use super::profile::Profile;
 use super::{ContactEdge, ContactInterface, Gap, InterfaceError, NodePair, SAME_NORMAL};
 use crate::body::{Body, NodeConstraint};
-use crate::geometry::{dot, norm, sub};
+use crate::geometry::{Vector, norm};
 use crate::mesh::topology::NONE;
 
 /// An overlap of clamped nodes up to this fraction of the data that it is computed from is round-off.
@@ -31,7 +31,7 @@ pub(super) struct Whole {
 }
 
 /// Returns what is imposed on the two nodes of a pair that both bodies clamp.
-fn clamped(bodies: [&Body; 2], pair: &NodePair) -> Option<[[f64; 2]; 2]> {
+fn clamped(bodies: [&Body; 2], pair: &NodePair) -> Option<[Vector; 2]> {
     let imposed = |b: usize| match bodies[b].node_constraints()[pair.nodes[b] as usize] {
         NodeConstraint::Fixed { value } => Some(value),
         _ => None,
@@ -107,17 +107,17 @@ impl Line {
     /// Checks that the clamped pair `k` may be removed.
     ///
     /// * `imposed`: on its nodes, m.
-    fn check(&self, bodies: [&Body; 2], k: usize, imposed: [[f64; 2]; 2]) -> Result<(), InterfaceError> {
+    fn check(&self, bodies: [&Body; 2], k: usize, imposed: [Vector; 2]) -> Result<(), InterfaceError> {
         let mut edges = self.edges.iter().filter(|e| e.pairs.contains(&(k as u32)));
         let bent = |e: &ContactEdge| {
             let [a, b] = e.pairs.map(|k| self.pairs[k as usize].normal);
-            norm(sub(a, b)) > SAME_NORMAL
+            norm(a - b) > SAME_NORMAL
         };
         if !matches!((edges.next(), edges.next()), (Some(edge), None) if !bent(edge)) {
             return Err(self.refused(bodies, k));
         }
         let pair = &self.pairs[k];
-        let opening = pair.gap - dot(sub(imposed[0], imposed[1]), pair.normal);
+        let opening = pair.gap - (imposed[0] - imposed[1]).dot(&pair.normal);
         let size = pair.gap + norm(imposed[0]) + norm(imposed[1]);
         if opening < -ROUND_OFF * size {
             let point = bodies[0].mesh().points()[pair.nodes[0] as usize];
@@ -207,7 +207,7 @@ mod tests {
         // A curved line, on which the opening between two openings >= 0 may be negative.
         let steel = || LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
         let arc = |radii| {
-            let mesh = ring([0.0; 2], radii, [0.0, 90.0], [6, 1]).unwrap();
+            let mesh = ring(Vector::zeros(), radii, [0.0, 90.0], [6, 1]).unwrap();
             Body::new(mesh, steel(), &BoundaryConditions::new().fix("start")).unwrap()
         };
         let [inner, outer] = [arc([1.0, 2.0]), arc([2.0, 3.0])];

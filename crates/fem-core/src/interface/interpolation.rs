@@ -4,7 +4,7 @@
 use super::{ContactInterface, Gap, SAME_NORMAL};
 use crate::body::DifferenceSum;
 use crate::body::{Body, Difference};
-use crate::geometry::{Vector, add, norm, scale, sub};
+use crate::geometry::{Vector, norm};
 
 impl ContactInterface {
     /// Measures the difference between the initial gap and the one on the contact edges, relative to its largest
@@ -22,7 +22,7 @@ impl ContactInterface {
             let pairs = edge.pairs.map(|k| &pairs[k as usize]);
             let ends = pairs.map(|pair| points[pair.nodes[side] as usize]);
             let gaps = pairs.map(|pair| pair.gap);
-            let between = |a: Vector, b: Vector, s: f64| add(scale(1.0 - s, a), scale(s, b));
+            let between = |a: Vector, b: Vector, s: f64| (1.0 - s) * a + s * b;
             let linear = |s: f64| (1.0 - s) * gaps[0] + s * gaps[1];
             let meant = |s: f64| match (&interface.gap, profile) {
                 (Gap::Given(data), _) => data.at(between(ends[0], ends[1], s)),
@@ -30,7 +30,7 @@ impl ContactInterface {
                 (Gap::Geometric, None) | (Gap::Touching, _) => linear(s),
             };
             // Between the pairs the normal is shorter than one, so the same number is a wider gap.
-            let bent = norm(sub(pairs[0].normal, pairs[1].normal)) > SAME_NORMAL;
+            let bent = norm(pairs[0].normal - pairs[1].normal) > SAME_NORMAL;
             let normal = |s: f64| norm(between(pairs[0].normal, pairs[1].normal, s));
             sum.compare(edge.length, meant, |s| linear(s) / if bent { normal(s) } else { 1.0 });
         });

@@ -3,7 +3,7 @@
 use super::InterfaceError;
 use super::common_refinement::Facing;
 use crate::body::Body;
-use crate::geometry::{self, Vector, norm, sub};
+use crate::geometry::{self, Vector, norm};
 use std::collections::HashMap;
 
 /// Paired nodes may be this fraction of the local edge length apart if the gap is given.
@@ -153,7 +153,7 @@ impl Grid {
             if (entry.0 - point[self.axis]).abs() > best.1 {
                 return false;
             }
-            let d = norm(sub(entry.1, point));
+            let d = norm(entry.1 - point);
             if d < best.1 {
                 best = (entry.2, d);
             }
@@ -230,7 +230,7 @@ pub(super) fn along(
 /// Measures the distance of a stretch of the other body from one between two points, and finds its first node: for a
 /// closed one the node nearest to the first point.
 fn fit(body: &Body, [first, last]: [Vector; 2], nodes: &[u32], closed: bool) -> (f64, usize) {
-    let distance = |a: Vector, node: u32| norm(sub(body.mesh().points()[node as usize], a));
+    let distance = |a: Vector, node: u32| norm(body.mesh().points()[node as usize] - a);
     if !closed {
         return (distance(first, nodes[0]) + distance(last, nodes[nodes.len() - 1]), 0);
     }

@@ -8,7 +8,7 @@ use super::common_refinement::curve::turns_into;
 use super::matching::Stretch;
 use super::{ContactEdge, ContactNormal, InterfaceError, NodePair, STRAIGHT, held};
 use crate::body::{Body, NodeConstraint};
-use crate::geometry::{PARALLEL, Vector, add, angle_between, cross, dot, norm, perpendicular, scale, sub};
+use crate::geometry::{PARALLEL, Vector, angle_between, cross, norm, perpendicular};
 use std::collections::HashMap;
 
 /// Cosine of the largest angle between neighbouring normals: 60 degrees.
@@ -64,9 +64,9 @@ pub(super) fn choose(
 /// Checks a given direction against every edge and normalises it.
 fn given(body: &Body, edges: &[ContactEdge], direction: Vector) -> Result<Vector, InterfaceError> {
     let length = norm(direction);
-    let unit = scale(1.0 / length, direction);
+    let unit = 1.0 / length * direction;
     for edge in edges {
-        let cosine = dot(unit, body.mesh().edge_normal(edge.edges[0]));
+        let cosine = unit.dot(&body.mesh().edge_normal(edge.edges[0]));
         if !(cosine >= TURN && length.is_finite()) {
             let point = body.mesh().edge_middle(edge.edges[0]);
             return Err(InterfaceError::NormalAway {
@@ -87,7 +87,7 @@ pub(super) fn sharpest_turn(body: &Body, edges: impl Iterator<Item = u32>) -> Op
         let normal = body.mesh().edge_normal(edge);
         for node in body.mesh().topology().edges()[edge as usize] {
             let Some(other) = before.insert(node, normal) else { continue };
-            let cosine = dot(other, normal).clamp(-1.0, 1.0);
+            let cosine = other.dot(&normal).clamp(-1.0, 1.0);
             if sharpest.is_none_or(|s| cosine < s.1) {
                 sharpest = Some((body.mesh().points()[node as usize], cosine));
             }
@@ -112,7 +112,7 @@ fn frozen(body: &Body, pairs: &mut [NodePair], edges: &[ContactEdge], facing: &H
     for pair in pairs.iter_mut() {
         pair.normal = facing.get(&pair.nodes[0]).map_or(common, |f| f.normal);
     }
-    if pairs.iter().all(|p| cross(common, p.normal).abs() <= STRAIGHT && dot(common, p.normal) > 0.0) {
+    if pairs.iter().all(|p| cross(common, p.normal).abs() <= STRAIGHT && common.dot(&p.normal) > 0.0) {
         pairs.iter_mut().for_each(|p| p.normal = common);
     }
 }
@@ -128,7 +128,7 @@ fn averaged(
 ) -> Result<(), InterfaceError> {
     let of = |edge: &ContactEdge| body.mesh().edge_normal(edge.edges[0]);
     let common = of(&edges[0]);
-    if edges.iter().all(|e| cross(common, of(e)).abs() <= STRAIGHT && dot(common, of(e)) > 0.0) {
+    if edges.iter().all(|e| cross(common, of(e)).abs() <= STRAIGHT && common.dot(&of(e)) > 0.0) {
         pairs[stretch].iter_mut().for_each(|p| p.normal = common);
         return Ok(());
     }
@@ -136,19 +136,19 @@ fn averaged(
     for edge in edges {
         for k in edge.pairs {
             let pair = &mut pairs[k as usize];
-            pair.normal = add(pair.normal, scale(edge.length, of(edge)));
+            pair.normal += edge.length * of(edge);
         }
     }
     let (first, last) = (stretch.start, stretch.end - 1);
     for pair in &mut pairs[stretch] {
-        pair.normal = scale(1.0 / norm(pair.normal), pair.normal);
+        pair.normal = 1.0 / norm(pair.normal) * pair.normal;
     }
     if edges.len() == last - first && edges.len() > 1 {
         for (end, neighbour, edge) in
             [(first, first + 1, &edges[0]), (last, last - 1, &edges[edges.len() - 1])]
         {
             let (own, next) = (of(edge), pairs[neighbour].normal);
-            pairs[end].normal = sub(scale(2.0 * dot(next, own), own), next);
+            pairs[end].normal = 2.0 * next.dot(&own) * own - next;
         }
     }
     Ok(())
@@ -187,7 +187,7 @@ fn free_direction(bodies: [&Body; 2], pair: &mut NodePair, turn: f64) -> Result<
             NodeConstraint::Fixed { .. } => return refused(b),
             NodeConstraint::Along { direction, .. } => {
                 let free = perpendicular(direction);
-                let free = scale(dot(free, pair.normal).signum(), free);
+                let free = free.dot(&pair.normal).signum() * free;
                 // The other body's support may have turned the normal already.
                 if normal == pair.normal && turns_into(normal, free, turn) {
                     normal = free;
@@ -197,7 +197,7 @@ fn free_direction(bodies: [&Body; 2], pair: &mut NodePair, turn: f64) -> Result<
     }
     for b in 0..2 {
         if let NodeConstraint::Along { direction, .. } = constraint(b)
-            && dot(direction, normal).abs() > SUPPORT
+            && direction.dot(&normal).abs() > SUPPORT
         {
             return refused(b);
         }
@@ -211,8 +211,8 @@ fn check_turns(bodies: [&Body; 2], pairs: &[NodePair], edges: &[ContactEdge]) ->
     for edge in edges {
         let [a, b] = edge.pairs.map(|k| pairs[k as usize].normal);
         let own = bodies[0].mesh().edge_normal(edge.edges[0]);
-        let other = scale(-1.0, bodies[1].mesh().edge_normal(edge.edges[1]));
-        let worst = [dot(a, b), dot(a, own), dot(b, own)].into_iter().fold(1.0, f64::min);
+        let other = -bodies[1].mesh().edge_normal(edge.edges[1]);
+        let worst = [a.dot(&b), a.dot(&own), b.dot(&own)].into_iter().fold(1.0, f64::min);
         if !(worst >= TURN - PARALLEL) {
             let degrees = worst.clamp(-1.0, 1.0).acos().to_degrees();
             return Err(InterfaceError::Curved {
@@ -220,7 +220,7 @@ fn check_turns(bodies: [&Body; 2], pairs: &[NodePair], edges: &[ContactEdge]) ->
                 degrees,
             });
         }
-        if dot(add(a, b), other) <= 0.0 {
+        if (a + b).dot(&other) <= 0.0 {
             return Err(InterfaceError::NotFacing { point: bodies[0].mesh().edge_middle(edge.edges[0]) });
         }
     }

@@ -7,7 +7,7 @@ use super::matching::{self, Stretch};
 use super::{ContactEdge, ContactInterface, ContactNormal, Gap, InterfaceError, NodePair, normals, profile};
 use crate::body::{Body, EdgeReaction};
 use crate::boundary::ScalarData;
-use crate::geometry::{Vector, dot};
+use crate::geometry::Vector;
 use std::collections::HashMap;
 
 /// Pairs the surfaces.
@@ -76,7 +76,7 @@ fn surface<'a>(body: &'a Body, number: usize, group: &str) -> Result<&'a [u32], 
         if condition.reaction != EdgeReaction::None {
             return Err(InterfaceError::Occupied { body: number, point, what: "an imposed displacement" });
         }
-        if condition.traction != [[0.0; 2]; 2] {
+        if condition.traction != [Vector::zeros(); 2] {
             return Err(InterfaceError::Occupied { body: number, point, what: "a load" });
         }
     }
@@ -93,7 +93,7 @@ fn make_pairs(bodies: [&Body; 2], chain: &[Stretch], partner: &HashMap<u32, u32>
             }
             pairs.push(NodePair {
                 nodes: [node, partner[&node]],
-                normal: [0.0; 2],
+                normal: Vector::zeros(),
                 gap: 0.0,
                 tributary_length: 0.0,
                 arc_length,
@@ -138,7 +138,7 @@ fn make_edges(
                     point: bodies[0].mesh().edge_middle(edge),
                 });
             };
-            if dot(bodies[0].mesh().edge_normal(edge), bodies[1].mesh().edge_normal(other)) >= -0.5 {
+            if bodies[0].mesh().edge_normal(edge).dot(&bodies[1].mesh().edge_normal(other)) >= -0.5 {
                 return Err(InterfaceError::NotFacing { point: bodies[0].mesh().edge_middle(edge) });
             }
             seen.insert(other);
@@ -177,7 +177,7 @@ mod tests {
         let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &no_gap()).unwrap();
         assert_eq!(interface.pairs().len(), 5);
         assert_eq!(interface.length(), 2.0);
-        assert!(interface.pairs().iter().all(|p| p.normal == [0.0, -1.0]));
+        assert!(interface.pairs().iter().all(|p| p.normal == Vector::new(0.0, -1.0)));
         assert_eq!(interface.pairs()[4].arc_length, 2.0);
         // Lumped and consistent mass agree on constants.
         let lengths: Vec<f64> = interface.pairs().iter().map(|p| p.tributary_length).collect();
@@ -188,7 +188,8 @@ mod tests {
     fn two_rings(radii: [f64; 2], surface: &str) -> Body {
         let (mut points, mut cells, mut edges) = (Vec::new(), Vec::new(), Vec::new());
         for x in [0.0, 9.0] {
-            let mesh = crate::mesh::generate::ring([x, 0.0], radii, [0.0, 360.0], [12, 1]).unwrap();
+            let mesh =
+                crate::mesh::generate::ring(Vector::new(x, 0.0), radii, [0.0, 360.0], [12, 1]).unwrap();
             let first = points.len() as u32;
             points.extend_from_slice(mesh.points());
             cells.extend(mesh.triangles().iter().map(|t| t.map(|n| n + first)));

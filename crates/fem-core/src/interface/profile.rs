@@ -8,7 +8,7 @@ use super::common_refinement::curve::{Between, Curve};
 use super::matching::Stretch;
 use super::{ContactEdge, NodePair};
 use crate::body::Body;
-use crate::geometry::{Vector, add, dot, norm, scale, sub};
+use crate::geometry::{Vector, norm};
 use std::collections::HashMap;
 
 /// A gap that differs from a linear one by less than this fraction of the edge is linear.
@@ -99,9 +99,9 @@ pub(super) fn of_matching(
         for (k, edge) in edges[first_edge..first_edge + stretch.edges.len()].iter().enumerate() {
             let [i, j] = edge.pairs.map(|k| k as usize);
             let at = |t: f64| {
-                let normal = add(scale(1.0 - t, pairs[i].normal), scale(t, pairs[j].normal));
-                let apart: Vector = sub(curves[1].smooth(k, t), curves[0].smooth(k, t));
-                dot(apart, normal) / norm(normal)
+                let normal = (1.0 - t) * pairs[i].normal + t * pairs[j].normal;
+                let apart: Vector = curves[1].smooth(k, t) - curves[0].smooth(k, t);
+                apart.dot(&normal) / norm(normal)
             };
             // The distance of the nodes themselves is known; the curves give the distance between them.
             let off = [drawn[i] - at(0.0), drawn[j] - at(1.0)];

@@ -7,7 +7,7 @@ use super::{
 };
 use crate::body::{Body, BodyError};
 use crate::each_body::try_each_body;
-use crate::geometry::{add, norm, scale, sub};
+use crate::geometry::norm;
 use crate::mesh::MeshError;
 use crate::mesh::refine::{self, Refinement, RefinementEdges};
 use crate::mesh::topology::NONE;
@@ -226,10 +226,10 @@ impl ContactInterface {
     ) -> Result<NodePair, InterfaceError> {
         let [i, j] = edge.pairs.map(|k| &pairs[k as usize]);
         let point = bodies[self.measured_on].mesh().points()[nodes[self.measured_on] as usize];
-        let normal = scale(0.5, add(i.normal, j.normal));
+        let normal = 0.5 * (i.normal + j.normal);
         // Shorter than one if the normal changes. Dividing normal and gap by its length keeps the condition at the
         // nodes.
-        let bent = norm(sub(i.normal, j.normal)) > SAME_NORMAL;
+        let bent = norm(i.normal - j.normal) > SAME_NORMAL;
         let length = if bent { norm(normal) } else { 1.0 };
         let gap = match (&self.gap, profile) {
             (Gap::Touching, _) => 0.0,
@@ -242,7 +242,7 @@ impl ContactInterface {
         }
         Ok(NodePair {
             nodes,
-            normal: scale(1.0 / length, normal),
+            normal: 1.0 / length * normal,
             gap,
             tributary_length: 0.0,
             arc_length: i.arc_length + 0.5 * edge.length,

@@ -1,6 +1,6 @@
 //! What a body retains of its interfaces when it is condensed.
 
-use crate::geometry::{Vector, scale};
+use crate::geometry::Vector;
 use std::ops::Range;
 
 /// One direction at one node that a body retains as an interface unknown.
@@ -52,7 +52,7 @@ impl InterfaceSide {
 
     /// Returns the side with its directions times `sign`, 1 or −1.
     pub fn oriented(&self, sign: f64) -> Self {
-        let turned = |r: &Retained| Retained { direction: scale(sign, r.direction), ..*r };
+        let turned = |r: &Retained| Retained { direction: sign * r.direction, ..*r };
         Self { retained: self.retained.iter().map(turned).collect(), ends: self.ends.clone() }
     }
 }

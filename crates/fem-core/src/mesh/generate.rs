@@ -29,8 +29,13 @@ fn too_many(cells: [usize; 2]) -> bool {
 ///
 /// # Errors
 /// A size that is not positive and finite, no cells, or more than the limits of a mesh: 2²⁸ − 1 cells, 2²⁹ − 1 nodes.
-pub fn block(origin: Vector, size: Vector, cells: [usize; 2]) -> Result<TriMesh, MeshError> {
-    let fault = |reason| MeshError::Block { origin, size, cells, reason };
+pub fn block(
+    origin: impl Into<Vector>,
+    size: impl Into<Vector>,
+    cells: [usize; 2],
+) -> Result<TriMesh, MeshError> {
+    let (origin, size) = (origin.into(), size.into());
+    let fault = |reason| MeshError::Block { origin: origin.into(), size: size.into(), cells, reason };
     if !(origin[0].is_finite() && origin[1].is_finite()) {
         return Err(fault("the origin must be finite"));
     }
@@ -51,7 +56,7 @@ pub fn block(origin: Vector, size: Vector, cells: [usize; 2]) -> Result<TriMesh,
     let mut points = Vec::with_capacity((nx + 1) * (ny + 1));
     for j in 0..=ny {
         for i in 0..=nx {
-            points.push([coordinate(0, i), coordinate(1, j)]);
+            points.push(Vector::new(coordinate(0, i), coordinate(1, j)));
         }
     }
     let mut triangles = Vec::with_capacity(2 * nx * ny);
@@ -82,14 +87,14 @@ mod tests {
         let m = block([0.0, 1.0], [2.0, 0.1], [18, 9]).unwrap();
         assert_eq!(m.points().len(), 190);
         assert_eq!(m.triangles().len(), 324);
-        assert_eq!(*m.points().last().unwrap(), [2.0, 1.1]);
+        assert_eq!(*m.points().last().unwrap(), Vector::new(2.0, 1.1));
         assert_eq!(m.group("top").unwrap().len(), 18);
         let area: f64 = (0..324).map(|t| m.area(t)).sum();
         assert!((area - 0.2).abs() < 1e-15);
         // Euler: V − E + T = 1 for a disc.
         assert_eq!(190 - m.topology().edges().len() as i64 + 324, 1);
         for &e in m.group("top").unwrap() {
-            assert_eq!(m.edge_normal(e), [0.0, 1.0]);
+            assert_eq!(m.edge_normal(e), Vector::new(0.0, 1.0));
         }
     }
 

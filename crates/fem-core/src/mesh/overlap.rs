@@ -1,7 +1,7 @@
 //! Finds cells that overlap: a mesh may be valid edge by edge and still cover an area twice.
 
 use super::TriMesh;
-use crate::geometry::{self, Vector, add, cross, norm, scale, sub};
+use crate::geometry::{self, Vector, cross, norm};
 use rayon::prelude::*;
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
@@ -71,7 +71,7 @@ type Cell = GeomWithData<Rectangle<[f64; 2]>, usize>;
 
 fn tree(mesh: &TriMesh, cells: &[u32]) -> RTree<Cell> {
     let boxes = cells.iter().map(|&t| {
-        let [low, high] = geometry::bounding_box(&mesh.corners(t as usize));
+        let [low, high] = geometry::bounding_box(&mesh.corners(t as usize)).map(Into::into);
         GeomWithData::new(Rectangle::from_corners(low, high), t as usize)
     });
     RTree::bulk_load(boxes.collect())
@@ -84,7 +84,7 @@ fn overlapping<'a>(
     corners: [Vector; 3],
     width: f64,
 ) -> impl Iterator<Item = (usize, Vector, f64)> + 'a {
-    let [low, high] = geometry::bounding_box(&corners);
+    let [low, high] = geometry::bounding_box(&corners).map(Into::into);
     let near = tree.locate_in_envelope_intersecting(&AABB::from_corners(low, high));
     near.filter_map(move |cell| {
         let (point, area) = common(corners, mesh.corners(cell.data), width)?;
@@ -96,7 +96,7 @@ fn overlapping<'a>(
 fn common(a: [Vector; 3], b: [Vector; 3], width: f64) -> Option<(Vector, f64)> {
     // Relative to a corner, so that points far from the origin lose no digits.
     let origin = a[0];
-    let [a, b] = [a, b].map(|t| t.map(|p| sub(p, origin)));
+    let [a, b] = [a, b].map(|t| t.map(|p| p - origin));
     let mut polygon = a.to_vec();
     for k in 0..3 {
         polygon = clipped(&polygon, b[k], b[(k + 1) % 3]);
@@ -104,26 +104,26 @@ fn common(a: [Vector; 3], b: [Vector; 3], width: f64) -> Option<(Vector, f64)> {
             return None;
         }
     }
-    let (mut area, mut moment, mut extent) = (0.0, [0.0; 2], 0.0f64);
+    let (mut area, mut moment, mut extent) = (0.0, Vector::zeros(), 0.0f64);
     let first = polygon[0];
     for pair in polygon[1..].windows(2) {
-        let [u, v] = [sub(pair[0], first), sub(pair[1], first)];
+        let [u, v] = [pair[0] - first, pair[1] - first];
         let part = 0.5 * cross(u, v);
         area += part;
-        moment = add(moment, scale(part / 3.0, add(u, v)));
+        moment += part / 3.0 * (u + v);
     }
     for (k, p) in polygon.iter().enumerate() {
-        extent = polygon[..k].iter().fold(extent, |e, q| e.max(norm(sub(*p, *q))));
+        extent = polygon[..k].iter().fold(extent, |e, q| e.max(norm(*p - *q)));
     }
     let smaller = geometry::signed_area(a).min(geometry::signed_area(b));
     let counts = area > width * extent || area > PART * smaller;
-    (counts && area > 0.0).then(|| (add(origin, add(first, scale(1.0 / area, moment))), area))
+    (counts && area > 0.0).then(|| (origin + (first + 1.0 / area * moment), area))
 }
 
 /// Cuts off the part to the right of the line from `from` to `to`.
 fn clipped(polygon: &[Vector], from: Vector, to: Vector) -> Vec<Vector> {
-    let along = sub(to, from);
-    let side = |p: Vector| cross(along, sub(p, from));
+    let along = to - from;
+    let side = |p: Vector| cross(along, p - from);
     let mut kept = Vec::with_capacity(polygon.len() + 1);
     for (k, &p) in polygon.iter().enumerate() {
         let q = polygon[(k + 1) % polygon.len()];
@@ -132,7 +132,7 @@ fn clipped(polygon: &[Vector], from: Vector, to: Vector) -> Vec<Vector> {
             kept.push(p);
         }
         if (s > 0.0 && t < 0.0) || (s < 0.0 && t > 0.0) {
-            kept.push(add(p, scale(s / (s - t), sub(q, p))));
+            kept.push(p + s / (s - t) * (q - p));
         }
     }
     kept
@@ -154,7 +154,7 @@ mod tests {
         TriMesh::new(points, cells, Vec::new()).unwrap()
     }
 
-    fn piece(origin: Vector, size: Vector, cells: [usize; 2]) -> (Vec<Vector>, Vec<[u32; 3]>) {
+    fn piece(origin: [f64; 2], size: [f64; 2], cells: [usize; 2]) -> (Vec<Vector>, Vec<[u32; 3]>) {
         let mesh = block(origin, size, cells).unwrap();
         (mesh.points().to_vec(), mesh.triangles().to_vec())
     }

@@ -18,7 +18,7 @@
 
 use super::topology::NONE;
 use super::{MeshError, TriMesh};
-use crate::geometry::{Vector, add, scale};
+use crate::geometry::Vector;
 
 /// The refinement edge of every triangle, by its place 0, 1 or 2 in the triangle.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -90,12 +90,12 @@ impl Refinement {
     ///
     /// # Panics
     /// If the field does not have one entry per old node.
-    pub fn prolong<const C: usize>(&self, field: &[[f64; C]]) -> Vec<[f64; C]> {
+    pub fn prolong(&self, field: &[Vector]) -> Vec<Vector> {
         let (found, expected) = (field.len(), self.mesh.points().len() - self.parent_nodes.len());
         assert!(found == expected, "the field has {found} entries, the old mesh {expected} nodes");
         let middle = |ends: &[u32; 2]| {
             let [a, b] = ends.map(|n| field[n as usize]);
-            std::array::from_fn(|c| 0.5 * (a[c] + b[c]))
+            0.5 * (a + b)
         };
         field.iter().copied().chain(self.parent_nodes.iter().map(middle)).collect()
     }
@@ -180,7 +180,7 @@ pub fn refine_at(
         let ends = topology.edges()[edge];
         let [a, b] = ends.map(|n| points[n as usize]);
         middle[edge] = points.len() as u32;
-        points.push(place(edge as u32).unwrap_or_else(|| scale(0.5, add(a, b))));
+        points.push(place(edge as u32).unwrap_or_else(|| 0.5 * (a + b)));
         parent_nodes.push(ends);
     }
     let mut children = Children::default();

@@ -21,7 +21,7 @@ impl Region {
     pub fn without_overlaps(&self, mesh: TriMesh) -> Result<TriMesh, MeshFileError> {
         let Some(found) = mesh.overlapping_cells() else { return Ok(mesh) };
         let [a, b] = found.triangles.map(|t| self.cell_numbers.get(t).copied().unwrap_or_default());
-        let [x, y] = found.point;
+        let [x, y] = found.point.into();
         let what = format!("{}: the elements {a} and {b} overlap at ({x}, {y})", self.title);
         Err(MeshFileError::new(MeshFault::Content, &self.file, MeshPlace::File, what)
             .expected("cells that touch along their edges and cover no place twice")
@@ -31,7 +31,7 @@ impl Region {
     /// Says of a node its number and place.
     fn node(&self, node: usize) -> String {
         match (self.node_numbers.get(node), self.points.get(node)) {
-            (Some(number), Some([x, y])) => format!("{number} at ({}, {})", shown(*x), shown(*y)),
+            (Some(number), Some(p)) => format!("{number} at ({}, {})", shown(p[0]), shown(p[1])),
             _ => format!("number {node} of {}", self.title),
         }
     }

@@ -79,7 +79,7 @@ impl MeshFile {
 
     pub(super) fn xy(&self, node: u32) -> Vector {
         let [x, y, _] = self.points[node as usize];
-        [x, y]
+        Vector::new(x, y)
     }
 
     /// Turns a triangle counter-clockwise; nothing for one without an area.
@@ -91,7 +91,7 @@ impl MeshFile {
     /// Splits a quadrilateral along its shorter diagonal, or along the other one if that one lies outside.
     fn split(&self, corners: [u32; 4]) -> Option<(Vec<[u32; 3]>, bool)> {
         let p = corners.map(|n| self.xy(n));
-        let diagonals = [geometry::sub(p[2], p[0]), geometry::sub(p[3], p[1])];
+        let diagonals = [p[2] - p[0], p[3] - p[1]];
         let turned = geometry::cross(diagonals[0], diagonals[1]) < 0.0;
         let [a, b, c, d] = corners;
         let [a, b, c, d] = if turned { [a, d, c, b] } else { [a, b, c, d] };
@@ -122,7 +122,7 @@ impl MeshFile {
     /// * `title`: what the nodes belong to.
     pub(super) fn twins(&self, pairs: &[[u32; 2]], nodes: &[u32], title: &str) -> String {
         let [a, b] = pairs.first().map_or([0; 2], |pair| pair.map(|k| nodes[k as usize]));
-        let [x, y] = self.xy(a).map(shown);
+        let [x, y] = self.xy(a).map(shown).into();
         let [a, b] = [a, b].map(|node| self.node_numbers[node as usize]);
         let others = if pairs.len() == 1 { "coincides with another" } else { "coincide with others" };
         format!("{} of {title} {others} (nodes {a} and {b} at ({x}, {y}))", counted(pairs.len(), "node"))
@@ -159,13 +159,13 @@ impl MeshFile {
 /// Computes the signed area of a triangle; nothing if its sign is round-off.
 pub(super) fn sense(p: [Vector; 3]) -> Option<f64> {
     let area = geometry::signed_area(p);
-    let size = (0..3).map(|k| geometry::norm(geometry::sub(p[(k + 1) % 3], p[k]))).fold(0.0, f64::max);
+    let size = (0..3).map(|k| geometry::norm(p[(k + 1) % 3] - p[k])).fold(0.0, f64::max);
     (area.is_finite() && area.abs() > FLAT * size * size).then_some(area)
 }
 
 /// Computes the smallest angle of a triangle, degrees.
 pub(super) fn smallest_angle(p: [Vector; 3]) -> f64 {
-    let mut sides = [0, 1, 2].map(|k| geometry::norm(geometry::sub(p[(k + 1) % 3], p[k])));
+    let mut sides = [0, 1, 2].map(|k| geometry::norm(p[(k + 1) % 3] - p[k]));
     sides.sort_by(f64::total_cmp);
     // The angle against the shortest side lies between the other two.
     let sine = 2.0 * geometry::signed_area(p).abs() / (sides[1] * sides[2]);

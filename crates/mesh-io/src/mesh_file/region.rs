@@ -255,7 +255,7 @@ impl MeshFile {
         let places: Vec<String> = corners
             .iter()
             .map(|n| {
-                let [x, y] = self.xy(*n);
+                let [x, y] = (self.xy(*n)).into();
                 format!("({}, {})", shown(x), shown(y))
             })
             .collect();

@@ -96,11 +96,11 @@ impl MeshFile {
     fn measure(&self, group: &super::Group) -> GroupSummary {
         let length = |edge: &u32| {
             let [a, b] = self.edges[*edge as usize].nodes.map(|n| self.xy(n));
-            geometry::norm(geometry::sub(b, a))
+            geometry::norm(b - a)
         };
         let area = |cell: &u32| {
             let [a, b, c, d] = self.cells[*cell as usize].corners.map(|n| self.xy(n));
-            0.5 * geometry::cross(geometry::sub(c, a), geometry::sub(d, b)).abs()
+            0.5 * geometry::cross(c - a, d - b).abs()
         };
         let measure = match group.dimension {
             1 => Some(group.members.iter().map(length).sum::<f64>()),
@@ -128,7 +128,7 @@ impl MeshFile {
             let p = t.map(|n| self.xy(n));
             let angle = smallest_angle(p);
             if sense(p).is_some() && worst.as_ref().is_none_or(|w| angle < w.smallest_angle) {
-                let at = [0, 1].map(|c| p[0][c] / 3.0 + p[1][c] / 3.0 + p[2][c] / 3.0);
+                let at = p[0] / 3.0 + p[1] / 3.0 + p[2] / 3.0;
                 worst = Some(Quality { smallest_angle: angle, cell: *cell, at });
             }
         }

@@ -4,7 +4,7 @@ use super::*;
 
 fn sample() -> (VtuMesh, VtuData) {
     let mesh = VtuMesh {
-        points: vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]],
+        points: vec![Vector::zeros(), Vector::x(), Vector::new(1.0, 1.0), Vector::y()],
         cells: VtuCells::Triangles(vec![[0, 1, 2], [0, 2, 3]]),
     };
     let data = VtuData {
@@ -58,7 +58,7 @@ fn every_array_is_found_at_its_offset() {
 fn large_blocks_are_written_in_pieces() {
     let count = 30_000u32;
     let mesh = VtuMesh {
-        points: (0..=count).map(|k| [f64::from(k), 0.5]).collect(),
+        points: (0..=count).map(|k| Vector::new(f64::from(k), 0.5)).collect(),
         cells: VtuCells::Lines((0..count).map(|k| [k, k + 1]).collect()),
     };
     let mut file = Vec::new();

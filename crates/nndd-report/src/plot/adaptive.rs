@@ -21,8 +21,10 @@ pub(crate) fn adaptive(title: &str, steps: &[(usize, Option<f64>)], target: f64)
     let ends = points.first().zip(points.last()).map(|(a, b)| [*a, *b]);
     let rate = ends.filter(|_| points.len() > 1).map(|[a, b]| [[a[0], b[1] * (b[0] / a[0]).sqrt()], b]);
     let wanted = ends.filter(|_| drawable_log(target)).map(|e| e.map(|p| [p[0], target]));
-    let line =
-        |look, points: &[[f64; 2]]| Series { look, points: points.iter().copied().map(Some).collect() };
+    let line = |look, points: &[[f64; 2]]| Series {
+        look,
+        points: points.iter().map(|p| Some((*p).into())).collect(),
+    };
     let all = [
         line(TARGET, wanted.as_ref().map_or(&[], |e| &e[..])),
         line(RATE, rate.as_ref().map_or(&[], |e| &e[..])),

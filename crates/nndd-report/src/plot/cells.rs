@@ -2,7 +2,7 @@
 
 use super::axis::extent;
 use super::colour::viridis;
-use fem_core::geometry::{Vector, add, cross, scale, sub};
+use fem_core::geometry::{Vector, cross};
 use std::fmt::Write as _;
 
 /// Shades of the colour scale.
@@ -26,19 +26,19 @@ pub(super) struct Cell {
 impl Cell {
     fn twice_area(&self) -> f64 {
         let [a, b, c] = self.corners;
-        cross(sub(b, a), sub(c, a))
+        cross(b - a, c - a)
     }
 
     pub(super) fn middle(&self) -> Vector {
         let [a, b, c] = self.corners;
-        scale(1.0 / 3.0, add(a, add(b, c)))
+        (a + b + c) / 3.0
     }
 
     /// The cell as a closed path.
     pub(super) fn path(&self) -> String {
         let [a, b, c] = self.corners;
-        let ([x, y], [u, v]) = (sub(b, a), sub(c, b));
-        format!("M{} {}l{x} {y} {u} {v}z", a[0], a[1])
+        let (u, v) = (b - a, c - b);
+        format!("M{} {}l{} {} {} {}z", a[0], a[1], u[0], u[1], v[0], v[1])
     }
 }
 
@@ -101,7 +101,7 @@ impl Grid {
         let [w, h] = ends.map(|(lo, hi)| (hi - lo).max(1.0));
         let side = (w * h / MOST_SQUARES).sqrt().ceil().max(SMALLEST_SQUARE);
         let size = [w, h].map(|length| (length / side) as usize + 1);
-        Grid { origin: ends.map(|e| e.0), side, size, sums: vec![Sum::default(); size[0] * size[1]] }
+        Grid { origin: ends.map(|e| e.0).into(), side, size, sums: vec![Sum::default(); size[0] * size[1]] }
     }
 
     /// The column or row (`k` = 0 or 1) of a coordinate.
@@ -128,8 +128,8 @@ impl Grid {
         });
         for j in rows {
             for i in columns.clone() {
-                let m = add(self.origin, scale(self.side, [i as f64 + 0.5, j as f64 + 0.5]));
-                let inside = |p: Vector, q: Vector| cross(sub(q, p), sub(m, p)) * twice.signum() >= 0.0;
+                let m = self.origin + self.side * Vector::new(i as f64 + 0.5, j as f64 + 0.5);
+                let inside = |p: Vector, q: Vector| cross(q - p, m - p) * twice.signum() >= 0.0;
                 if twice != 0.0 && inside(a, b) && inside(b, c) && inside(c, a) {
                     let sum = &mut self.sums[j * self.size[0] + i];
                     sum.add(cell.density, weight);
@@ -189,7 +189,7 @@ mod tests {
 
     #[test]
     fn cells_without_area_on_the_sheet_are_left_out() {
-        let cell = |corners| Cell { corners, density: 1.0 };
+        let cell = |corners: [[f64; 2]; 3]| Cell { corners: corners.map(Vector::from), density: 1.0 };
         let flat = [[4.0, 4.0], [4.0, 4.0], [5.0, 4.0]];
         let drawn = [
             cell([[0.0, 0.0], [8.0, 0.0], [0.0, 8.0]]),

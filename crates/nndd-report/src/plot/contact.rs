@@ -6,6 +6,7 @@ use super::lines::{self, LinePanel, Series, THICK};
 use super::look::{Look, Marker};
 use super::sheet::PIXEL;
 use case_io::table::ContactRow;
+use fem_core::geometry::Vector;
 
 const PRESSURE: Look = Look::new("pressure", BLUE, THICK, Marker::Disc);
 const OPENING: Look = Look::new("opening", VERMILLION, THICK, Marker::Square);
@@ -39,8 +40,9 @@ pub(crate) fn contact(title: &str, rows: &[ContactRow]) -> String {
         written(&zones)
     );
     let axes = ends.map(upwards);
-    let series = [(PRESSURE, 1), (OPENING, 2)]
-        .map(|(look, c)| [Series { look, points: nodes.iter().map(|n| Some([n[0], n[c]])).collect() }]);
+    let series = [(PRESSURE, 1), (OPENING, 2)].map(|(look, c)| {
+        [Series { look, points: nodes.iter().map(|n| Some(Vector::new(n[0], n[c]))).collect() }]
+    });
     let labels = [
         ["", "pressure (stress units)"],
         ["s along the first body's surface (length units)", "opening (length units)"],

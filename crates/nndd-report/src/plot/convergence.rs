@@ -19,7 +19,7 @@ const TICKS: usize = 10;
 pub(crate) fn convergence(title: &str, rows: &[IterationRow]) -> String {
     let of = |look: Look, value: fn(&IterationRow) -> Option<f64>| {
         let drawn = |r: &IterationRow| value(r).filter(|v| drawable_log(*v)).map(|v| [r.iteration as f64, v]);
-        Series { look, points: rows.iter().filter_map(drawn).map(Some).collect() }
+        Series { look, points: rows.iter().filter_map(drawn).map(|p| Some(p.into())).collect() }
     };
     let all = [
         of(ETA_NNDD, |r| r.eta_nndd),
@@ -34,7 +34,7 @@ pub(crate) fn convergence(title: &str, rows: &[IterationRow]) -> String {
     let mut description = "Logarithmic scale against the iteration.".to_owned();
     for s in all.iter().filter(|s| !s.is_empty()) {
         let ends = [s.present().next(), s.present().last()];
-        let ends = ends.iter().flatten().map(|[k, v]| format!("{} at iteration {k}", short(*v)));
+        let ends = ends.iter().flatten().map(|end| format!("{} at iteration {}", short(end[1]), end[0]));
         description += &format!(" {}: {}.", s.look.name, ends.collect::<Vec<_>>().join(", "));
     }
     let labels = ["iteration", "indicators (energy^1/2), precision"];

@@ -8,7 +8,7 @@ use super::look::{Look, Marker};
 use super::names::{self, ABOVE, BESIDE};
 use super::outline::outline;
 use super::sheet::{self, FINE, Frame, LEFT, PIXEL, Panel, Sheet, WIDTH, rectangle};
-use fem_core::geometry::{Vector, add, cross, dot, norm, scale, sub};
+use fem_core::geometry::{Vector, cross, norm};
 use fem_core::mesh::TriMesh;
 
 /// One body of [`deformed`].
@@ -100,7 +100,7 @@ pub(crate) fn deformed(title: &str, bodies: &[BodyPicture<'_>], closing: &[Closi
 /// Where the points of a body go, `None` for those that cannot be drawn.
 fn places(body: &BodyPicture<'_>, factor: f64) -> impl Iterator<Item = Option<Vector>> {
     body.mesh.points().iter().zip(body.displacement).map(move |(p, u)| {
-        let q = add(*p, scale(factor, *u));
+        let q = *p + factor * *u;
         p.iter().chain(u).chain(&q).all(|v| drawable(*v)).then_some(q)
     })
 }
@@ -228,8 +228,8 @@ fn straightened(path: impl Iterator<Item = Vector>) -> Vec<Vector> {
             continue;
         }
         if let [.., a, b] = kept[..] {
-            let (u, v) = (sub(b, a), sub(p, b));
-            if cross(u, v) == 0.0 && dot(u, v) > 0.0 {
+            let (u, v) = (b - a, p - b);
+            if cross(u, v) == 0.0 && u.dot(&v) > 0.0 {
                 kept.pop();
             }
         }

@@ -57,8 +57,9 @@ impl Sheet {
     }
 
     /// Draws the marker of a series.
-    pub(super) fn mark(&mut self, look: &Look, at: Vector) {
-        let [x, y] = at;
+    pub(super) fn mark(&mut self, look: &Look, at: impl Into<Vector>) {
+        let at = at.into();
+        let [x, y] = at.into();
         // Shapes with corners have about the area of the disc.
         let (square, triangle) = (MARKER - 0.5 * PIXEL, MARKER + PIXEL);
         let (low, half) = (y + 0.5 * triangle, 0.866 * triangle);

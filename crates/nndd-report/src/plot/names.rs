@@ -4,7 +4,7 @@ use super::axis::extent;
 use super::cells::Cell;
 use super::colour::INK;
 use super::sheet::{self, FINE, Frame, PIXEL, SMALL, Sheet, Words, path};
-use fem_core::geometry::{norm, sub};
+use fem_core::geometry::{Vector, norm};
 
 /// Room between the panel and the sheet's right edge for the bodies' names.
 pub(super) const BESIDE: f64 = 84.0 * PIXEL;
@@ -55,7 +55,7 @@ pub(super) fn names(sheet: &mut Sheet, frame: Frame, bodies: &[(&str, Vec<Cell>)
             let at = [frame.right() + 1.3 * SPACE, body.middle(1).max(free)];
             Words::new(size).flush_left().write(sheet, &name, at);
             if nested {
-                leader(sheet, body.cells, [at[0] - 2.0 * PIXEL, at[1]]);
+                leader(sheet, body.cells, Vector::new(at[0] - 2.0 * PIXEL, at[1]));
             }
             free = at[1] + APART[0];
         } else {
@@ -79,8 +79,8 @@ fn nested(named: &[Named<'_>]) -> bool {
 }
 
 /// Draws a line from a name to the nearest cell of its body, which gets a dot.
-fn leader(sheet: &mut Sheet, cells: &[Cell], from: [f64; 2]) {
-    let far = |p: &[f64; 2]| norm(sub(*p, from));
+fn leader(sheet: &mut Sheet, cells: &[Cell], from: Vector) {
+    let far = |p: &Vector| norm(*p - from);
     if let Some(to) = cells.iter().map(Cell::middle).min_by(|p, q| far(p).total_cmp(&far(q))) {
         sheet.stroke(&path(&[from, to]), INK, FINE);
         sheet.disc(to, 2.0 * PIXEL, INK);
@@ -90,6 +90,7 @@ fn leader(sheet: &mut Sheet, cells: &[Cell], from: [f64; 2]) {
 #[cfg(test)]
 mod tests {
     use crate::plot::{BodyPicture, deformed};
+    use fem_core::geometry::Vector;
     use fem_core::mesh::TriMesh;
 
     #[test]
@@ -97,8 +98,10 @@ mod tests {
         let dots = |offset: [f64; 2]| {
             let low = [[0.0, 0.0], [4.0, 0.0], [0.0, 2.0]];
             let high = low.map(|[x, y]| [x + offset[0], y + offset[1]]);
-            let [low, high] = [low, high].map(|p| TriMesh::new(p.to_vec(), vec![[0, 1, 2]], vec![]).unwrap());
-            let body = |name, mesh| BodyPicture { name, mesh, displacement: &[[0.0; 2]; 3], density: &[1.0] };
+            let [low, high] = [low, high]
+                .map(|p| TriMesh::new(p.map(Vector::from).to_vec(), vec![[0, 1, 2]], vec![]).unwrap());
+            let rest = [Vector::zeros(); 3];
+            let body = |name, mesh| BodyPicture { name, mesh, displacement: &rest, density: &[1.0] };
             let svg = deformed("Two", &[body("low", &low), body("high", &high)], &[]);
             assert!(svg.contains("low") && svg.contains("high"));
             svg.matches("<circle").count()

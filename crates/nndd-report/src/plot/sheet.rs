@@ -5,7 +5,7 @@
 use super::axis::Axis;
 use super::colour::{GREY, INK};
 use crate::words::{escaped, one_line};
-use fem_core::geometry::{Vector, add, norm, scale, sub};
+use fem_core::geometry::{Vector, norm};
 use std::fmt::Write as _;
 
 /// Units of a pixel.
@@ -94,34 +94,37 @@ impl Sheet {
     }
 
     /// Draws a filled disc.
-    pub(super) fn disc(&mut self, [x, y]: Vector, radius: f64, colour: &str) {
+    pub(super) fn disc(&mut self, at: Vector, radius: f64, colour: &str) {
+        let [x, y] = at.into();
         self.add(&format!("<circle cx=\"{x:.0}\" cy=\"{y:.0}\" r=\"{radius}\" fill=\"{colour}\"/>"));
     }
 
     /// Draws an axis from one place to another, with its labels left of it if it is vertical, and below it otherwise.
-    pub(super) fn axis(&mut self, axis: &Axis, from: Vector, to: Vector, label: &str) {
+    pub(super) fn axis(&mut self, axis: &Axis, from: impl Into<Vector>, to: impl Into<Vector>, label: &str) {
+        let (from, to): (Vector, Vector) = (from.into(), to.into());
         let vertical = from[0] == to[0];
-        let (out, k): (Vector, usize) = if vertical { ([-1.0, 0.0], 0) } else { ([0.0, 1.0], 1) };
+        let (out, k) = if vertical { (-Vector::x(), 0) } else { (Vector::y(), 1) };
         let mut lines = path(&[from, to]);
         let words = Words::new(SMALL);
         let beside = if vertical { words.flush_right() } else { words };
         for (value, text) in axis.major() {
-            let at = add(from, scale(axis.position(*value), sub(to, from)));
-            lines += &path(&[at, add(at, scale(TICK, out))]);
-            beside.write(self, text, add(at, scale(TICK_LABEL[k], out)));
+            let at = from + axis.position(*value) * (to - from);
+            lines += &path(&[at, at + TICK * out]);
+            beside.write(self, text, at + TICK_LABEL[k] * out);
         }
         self.stroke(&lines, INK, FIRM);
-        let at = add(scale(0.5, add(from, to)), scale(AXIS_LABEL[k], out));
-        let room = if vertical { norm(sub(to, from)) } else { 2.0 * (at[0].min(WIDTH - at[0]) - MARGIN) };
+        let at = 0.5 * (from + to) + AXIS_LABEL[k] * out;
+        let room = if vertical { norm(to - from) } else { 2.0 * (at[0].min(WIDTH - at[0]) - MARGIN) };
         let words = Words::new(fitting(label, SMALL, room));
         (if vertical { words.upright() } else { words }).write(self, label, at);
     }
 }
 
 /// A line through some points, for the attribute `d`.
-pub(super) fn path(points: &[Vector]) -> String {
+pub(super) fn path<P: Into<Vector> + Copy>(points: &[P]) -> String {
     let mut d = String::new();
-    for (k, [x, y]) in points.iter().enumerate() {
+    for (k, point) in points.iter().enumerate() {
+        let [x, y] = (*point).into().into();
         let _ = write!(d, "{}{x:.0} {y:.0}", ["M", "L", " "][k.min(2)]);
     }
     d
@@ -189,9 +192,9 @@ impl Words {
     }
 
     /// Writes a text whose vertical middle is at `at`; what does not fit the sheet is cut.
-    pub(super) fn write(self, sheet: &mut Sheet, text: &str, at: Vector) {
+    pub(super) fn write(self, sheet: &mut Sheet, text: &str, at: impl Into<Vector>) {
         let Words { size, colour, anchor, .. } = self;
-        let [x, y] = at;
+        let [x, y] = at.into().into();
         let room = match anchor {
             _ if self.upright => f64::INFINITY,
             "middle" => 2.0 * x.min(WIDTH - x),
@@ -244,9 +247,11 @@ pub(super) struct Panel<'a> {
 
 impl Panel<'_> {
     /// Where a point is on the sheet.
-    pub(super) fn place(&self, p: Vector) -> Vector {
+    pub(super) fn place(&self, p: impl Into<Vector>) -> Vector {
+        let p = p.into();
         let (f, [x, y]) = (self.frame, self.axes);
-        [f.left + f.width * x.position(p[0]), f.bottom() - f.height * y.position(p[1])].map(f64::round)
+        Vector::new(f.left + f.width * x.position(p[0]), f.bottom() - f.height * y.position(p[1]))
+            .map(f64::round)
     }
 
     /// Draws the axes with their labels.

@@ -8,7 +8,7 @@ use super::legend;
 use super::look::{Look, Marker};
 use super::outline::outline;
 use super::sheet::{self, FIRM, LEFT, MARGIN, PIXEL, Panel, RIGHT, SMALL, Sheet, WIDTH, Words, path};
-use fem_core::geometry::{Vector, add, dot, norm, perpendicular, scale, sub};
+use fem_core::geometry::{Vector, norm, perpendicular};
 use fem_core::mesh::TriMesh;
 use std::fmt::Write as _;
 
@@ -21,22 +21,22 @@ pub(crate) struct SketchBody<'a> {
     /// What is imposed on its boundary edges.
     pub(crate) edges: Vec<SketchEdge>,
     /// The body force on it; zero if there is no such force.
-    pub(crate) body_force: [f64; 2],
+    pub(crate) body_force: Vector,
 }
 
 /// What is imposed on a boundary edge.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SketchEdge {
     /// Its two ends.
-    pub(crate) ends: [[f64; 2]; 2],
+    pub(crate) ends: [Vector; 2],
     /// Its outward unit normal.
-    pub(crate) normal: [f64; 2],
+    pub(crate) normal: Vector,
     /// How it is held.
     pub(crate) held: Held,
     /// The displacement imposed on it, zero if it is only held.
-    pub(crate) displacement: [f64; 2],
+    pub(crate) displacement: Vector,
     /// The load on it, force per length and thickness.
-    pub(crate) traction: [f64; 2],
+    pub(crate) traction: Vector,
 }
 
 /// How an edge is held.
@@ -139,7 +139,7 @@ fn shape(sheet: &mut Sheet, panel: &Panel<'_>, body: &SketchBody<'_>) {
 
 /// A direction of the plane on the sheet, on which downwards is positive.
 fn flipped(v: Vector) -> Vector {
-    [v[0], -v[1]]
+    Vector::new(v[0], -v[1])
 }
 
 fn marks(sheet: &mut Sheet, panel: &Panel<'_>, body: &SketchBody<'_>, largest: f64) {
@@ -147,17 +147,17 @@ fn marks(sheet: &mut Sheet, panel: &Panel<'_>, body: &SketchBody<'_>, largest: f
     for edge in &body.edges {
         let [a, b] = edge.ends.map(|p| panel.place(p));
         let Some(out) = unit(flipped(edge.normal)) else { continue };
-        let at = scale(0.5, add(a, b));
+        let at = 0.5 * (a + b);
         if edge.held == Held::Fixed {
             sheet.stroke(&path(&[a, b]), INK, 3.5 * PIXEL);
         }
         if edge.held != Held::Free && supports.has_room(at) {
             if edge.held == Held::Fixed {
                 // A hatch: at 45 degrees to the side, outwards.
-                let way = scale(std::f64::consts::FRAC_1_SQRT_2, add(out, perpendicular(out)));
-                sheet.stroke(&path(&[at, add(at, scale(HATCH, way))]), INK, FIRM);
+                let way = std::f64::consts::FRAC_1_SQRT_2 * (out + perpendicular(out));
+                sheet.stroke(&path(&[at, at + HATCH * way]), INK, FIRM);
             } else {
-                sheet.disc(add(at, scale(ROLLER_RADIUS + 1.5 * PIXEL, out)), ROLLER_RADIUS, GREY);
+                sheet.disc(at + (ROLLER_RADIUS + 1.5 * PIXEL) * out, ROLLER_RADIUS, GREY);
             }
         }
         if let Some(way) = unit(flipped(edge.displacement)).filter(|_| moves.has_room(at)) {
@@ -174,17 +174,17 @@ fn marks(sheet: &mut Sheet, panel: &Panel<'_>, body: &SketchBody<'_>, largest: f
 
 /// Draws an arrow that ends at a place if it points into the body, and begins there if it points out of it.
 fn arrow(sheet: &mut Sheet, at: Vector, way: Vector, out: Vector, length: f64, off: f64, look: &Look) {
-    let inwards = dot(way, out) < -1e-9;
+    let inwards = way.dot(&out) < -1e-9;
     let (from, to) = if inwards { (-off - length, -off - 2.0 * PIXEL) } else { (off, off + length) };
-    let [tail, neck, tip] = [from, to - HEAD[0], to].map(|s| add(at, scale(s, way)));
-    let half = scale(HEAD[1], perpendicular(way));
+    let [tail, neck, tip] = [from, to - HEAD[0], to].map(|s| at + s * way);
+    let half = HEAD[1] * perpendicular(way);
     sheet.stroke(&path(&[tail, neck]), look.colour, look.thickness);
-    sheet.fill(&path(&[add(neck, half), tip, sub(neck, half)]), look.colour);
+    sheet.fill(&path(&[neck + half, tip, neck - half]), look.colour);
 }
 
 fn unit(v: Vector) -> Option<Vector> {
     let length = norm(v);
-    (length > 0.0 && length.is_finite()).then(|| v.map(|c| c / length))
+    (length > 0.0 && length.is_finite()).then(|| v / length)
 }
 
 /// Places of marks that keep their distance.
@@ -194,7 +194,7 @@ struct Spaced(Vec<Vector>);
 impl Spaced {
     /// Whether a mark has room here; if so, it takes it.
     fn has_room(&mut self, at: Vector) -> bool {
-        let free = self.0.iter().all(|p| norm(sub(*p, at)) >= APART);
+        let free = self.0.iter().all(|p| norm(*p - at) >= APART);
         if free {
             self.0.push(at);
         }
@@ -211,16 +211,16 @@ fn name(sheet: &mut Sheet, panel: &Panel<'_>, body: &SketchBody<'_>) {
     let edge: Vec<Vector> = edge.iter().step_by(step(edge.len())).map(|v| points[*v as usize]).collect();
     let middle = |t| {
         let [a, b, c] = body.mesh.corners(t);
-        scale(1.0 / 3.0, add(a, add(b, c)))
+        (a + b + c) / 3.0
     };
     let tried: Vec<Vector> = (0..count).step_by(step(count)).map(middle).collect();
-    let centre = scale(1.0 / tried.len().max(1) as f64, tried.iter().copied().fold([0.0; 2], add));
+    let centre = tried.iter().sum::<Vector>() / tried.len().max(1) as f64;
     // Words are wider than high: what is beside them is nearer than it looks.
     let aspect = (sheet::width_of(body.name, NAME) / NAME).max(1.0);
     let distance = |a: Vector, b: Vector| ((a[0] - b[0]) / aspect).hypot(a[1] - b[1]);
     let worth = |m: &Vector| {
         let near = extent(edge.iter().map(|p| distance(*p, *m))).map_or(f64::INFINITY, |e| e.0);
-        near - 0.2 * norm(sub(centre, *m))
+        near - 0.2 * norm(centre - *m)
     };
     let best = tried.iter().max_by(|a, b| worth(a).total_cmp(&worth(b)));
     let Some(best) = best.filter(|m| m.iter().all(|v| drawable(*v))) else { return };
@@ -228,7 +228,7 @@ fn name(sheet: &mut Sheet, panel: &Panel<'_>, body: &SketchBody<'_>) {
     let room = 2.0 * at[0].min(WIDTH - at[0]) - MARGIN;
     Words::new(sheet::fitting(body.name, NAME, room)).bold().write(sheet, body.name, at);
     if let Some(way) = unit(flipped(body.body_force)) {
-        arrow(sheet, add(at, [0.0, SMALL]), way, way, ARROW, 0.0, &BODY_FORCE);
+        arrow(sheet, at + SMALL * Vector::y(), way, way, ARROW, 0.0, &BODY_FORCE);
     }
 }
 
@@ -236,8 +236,8 @@ fn description(bodies: &[SketchBody<'_>]) -> String {
     let mut text = "The bodies at rest.".to_owned();
     for body in bodies {
         let count = |held: Held| body.edges.iter().filter(|e| e.held == held).count();
-        let loaded = body.edges.iter().filter(|e| e.traction != [0.0; 2]).count();
-        let moved = body.edges.iter().filter(|e| e.displacement != [0.0; 2]).count();
+        let loaded = body.edges.iter().filter(|e| e.traction != Vector::zeros()).count();
+        let moved = body.edges.iter().filter(|e| e.displacement != Vector::zeros()).count();
         let parts = [
             (count(Held::Fixed), "held"),
             (count(Held::Roller), "held in one direction"),
@@ -251,7 +251,7 @@ fn description(bodies: &[SketchBody<'_>]) -> String {
             .collect();
         let parts = if parts.is_empty() { "nothing imposed".to_owned() } else { parts.join(", ") };
         let _ = write!(text, " {}: {} triangles; {parts}.", body.name, body.mesh.triangles().len());
-        if body.body_force != [0.0; 2] {
+        if body.body_force != Vector::zeros() {
             let _ = write!(text, " A body force acts on it (orange arrow).");
         }
     }

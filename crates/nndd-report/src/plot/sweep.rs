@@ -6,6 +6,7 @@ use super::lines::{self, LinePanel, Series, THICK, THIN};
 use super::look::{Look, Marker};
 use super::sheet::PIXEL;
 use case_io::report::{IterationRow, SweepPanel, SweepRow};
+use fem_core::geometry::Vector;
 
 /// The look of η_NNDD in every figure.
 pub(super) const ETA_NNDD: Look = Look::new("eta_nndd (algorithm)", BLUE, THICK, Marker::Disc);
@@ -51,8 +52,9 @@ fn series_of(panel: &SweepPanel, values: &[f64]) -> [Series; 3] {
         values.iter().copied().zip(&panel.rows).filter(|(x, _)| drawable(*x)).collect();
     rows.sort_by(|a, b| a.0.total_cmp(&b.0));
     let of = |look: Look, indicator: fn(&IterationRow) -> Option<f64>| {
-        let point =
-            |(x, row): &(f64, &SweepRow)| value(row, indicator).filter(|v| drawable_log(*v)).map(|v| [*x, v]);
+        let point = |(x, row): &(f64, &SweepRow)| {
+            value(row, indicator).filter(|v| drawable_log(*v)).map(|v| Vector::new(*x, v))
+        };
         Series { look, points: rows.iter().map(point).collect() }
     };
     [of(ETA_NNDD, |r| r.eta_nndd), of(ETA_DIS, |r| r.eta_dis), of(E_CRE, |r| r.e_cre)]
@@ -60,8 +62,8 @@ fn series_of(panel: &SweepPanel, values: &[f64]) -> [Series; 3] {
 
 fn heading(key: &str, panel: &SweepPanel, eta_nndd: &Series) -> String {
     let mut text = panel.name.clone();
-    if let Some([x, _]) = eta_nndd.present().min_by(|a, b| a[1].total_cmp(&b[1])) {
-        text += &format!(": smallest eta_nndd at {key} = {}", short(x));
+    if let Some(least) = eta_nndd.present().min_by(|a, b| a[1].total_cmp(&b[1])) {
+        text += &format!(": smallest eta_nndd at {key} = {}", short(least[0]));
     }
     let lost = panel.rows.iter().filter(|row| value(row, |r| r.eta_nndd).is_none()).count();
     if lost > 0 {

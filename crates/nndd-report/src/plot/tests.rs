@@ -3,6 +3,7 @@ use super::outline::outline;
 use super::*;
 use case_io::report::{IterationRow, SweepPanel, SweepRow};
 use case_io::table::ContactRow;
+use fem_core::geometry::Vector;
 use fem_core::mesh::TriMesh;
 
 const BAD: [f64; 6] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300, -1e300, 5e-324];
@@ -63,8 +64,11 @@ fn block(n: usize, y: f64) -> TriMesh {
 
 fn picture(n: usize, u: impl Fn([f64; 2]) -> [f64; 2], density: impl Fn(usize) -> f64) -> String {
     let meshes = [block(n, 1.0), block(n, 0.0)];
-    let fields = meshes.each_ref().map(|m| -> (Vec<_>, Vec<_>) {
-        (m.points().iter().map(|p| u(*p)).collect(), (0..m.triangles().len()).map(&density).collect())
+    let fields = meshes.each_ref().map(|m| -> (Vec<Vector>, Vec<_>) {
+        (
+            m.points().iter().map(|p| u((*p).into()).into()).collect(),
+            (0..m.triangles().len()).map(&density).collect(),
+        )
     });
     let bodies = [0, 1].map(|k| BodyPicture {
         name: ["upper", "lower"][k],
@@ -192,7 +196,7 @@ fn deformed_never_draws_bodies_into_each_other() {
         let body = BodyPicture {
             name: "b",
             mesh: &mesh,
-            displacement: &vec![[0.0, -0.02]; mesh.points().len()],
+            displacement: &vec![Vector::new(0.0, -0.02); mesh.points().len()],
             density: &vec![1.0; mesh.triangles().len()],
         };
         let svg = deformed("d", &[body], &[Closing { gap, approach }]);
@@ -293,19 +297,19 @@ fn adaptive_of_odd_steps() {
 fn sketch_says_what_is_imposed() {
     let mesh = block(3, 0.0);
     let edge = |x: f64, held: Held, displacement: [f64; 2], traction: [f64; 2]| SketchEdge {
-        ends: [[x, 1.0], [x + 0.5, 1.0]],
-        normal: [0.0, 1.0],
+        ends: [[x, 1.0], [x + 0.5, 1.0]].map(Vector::from),
+        normal: Vector::y(),
         held,
-        displacement,
-        traction,
+        displacement: displacement.into(),
+        traction: traction.into(),
     };
     let edges = vec![
         edge(0.0, Held::Fixed, [0.0, -0.1], [0.0; 2]),
         edge(0.5, Held::Roller, [0.0; 2], [0.0; 2]),
         edge(1.0, Held::Free, [0.0; 2], [0.0, -3.0]),
     ];
-    let body = |edges| SketchBody { name: "block <1>", mesh: &mesh, edges, body_force: [0.0; 2] };
-    let svg = sketch("Sketch", &[body(edges)], &[[[0.0, 0.0], [2.0, 0.0]]]);
+    let body = |edges| SketchBody { name: "block <1>", mesh: &mesh, edges, body_force: Vector::zeros() };
+    let svg = sketch("Sketch", &[body(edges)], &[[Vector::zeros(), 2.0 * Vector::x()]]);
     assert_whole(&svg);
     let words =
         ["block &lt;1&gt;", "held in one direction", "imposed displacement", "load", "possible contact"];
@@ -323,13 +327,13 @@ fn sketch_of_odd_bodies() {
     for bad in BAD {
         let mesh = block(2, 0.0);
         let edges = vec![SketchEdge {
-            ends: [[0.0, bad], [1.0, 1.0]],
-            normal: [bad, 1.0],
+            ends: [[0.0, bad], [1.0, 1.0]].map(Vector::from),
+            normal: Vector::new(bad, 1.0),
             held: Held::Fixed,
-            displacement: [bad; 2],
-            traction: [bad, 1.0],
+            displacement: Vector::repeat(bad),
+            traction: Vector::new(bad, 1.0),
         }];
-        let body = SketchBody { name: "odd", mesh: &mesh, edges, body_force: [bad; 2] };
+        let body = SketchBody { name: "odd", mesh: &mesh, edges, body_force: Vector::repeat(bad) };
         assert_whole(&sketch("Odd", &[body], &[]));
     }
 }

@@ -27,7 +27,7 @@ fn the_paper_has_380_nodes_and_19_pairs() {
     assert_eq!((upper.mesh().points().len(), lower.mesh().points().len()), (190, 190));
     let interface = case.build_interface(&upper, &lower).unwrap();
     assert_eq!((interface.pairs().len(), interface.length()), (19, 2.0));
-    assert_eq!(interface.pairs()[0].normal, [0.0, -1.0]);
+    assert_eq!(interface.pairs()[0].normal, fem_core::geometry::Vector::new(0.0, -1.0));
 }
 
 #[test]

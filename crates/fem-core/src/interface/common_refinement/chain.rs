@@ -1,7 +1,7 @@
 //! The stretches (connected parts) of a contact surface, oriented with their body on the left.
 
 use crate::body::{Body, NodeConstraint};
-use crate::geometry::{self, Vector, dot};
+use crate::geometry::{self, Vector};
 use crate::mesh::TriMesh;
 use crate::mesh::topology::NONE;
 use std::collections::HashMap;
@@ -97,7 +97,7 @@ pub(super) fn motions(body: &Body, chains: &[Chain]) -> HashMap<u32, Motion> {
             let corner = inner && {
                 let edge = |a: u32, b: u32| topology.find_edge(a, b).map(|e| mesh.edge_normal(e));
                 match [edge(chain.nodes[k - 1], node), edge(node, chain.nodes[k + 1])] {
-                    [Some(m), Some(n)] => dot(m, n) < CORNER,
+                    [Some(m), Some(n)] => m.dot(&n) < CORNER,
                     _ => true,
                 }
             };

@@ -1,8 +1,6 @@
 //! The line on which both surfaces are measured: one side's polygon with its averaged normals, frozen.
 
-use crate::geometry::{
-    Vector, add, angle_between, cross, dot, norm, perpendicular, right_normal, scale, sub,
-};
+use crate::geometry::{Vector, angle_between, cross, norm, perpendicular, right_normal};
 use crate::interface::STRAIGHT;
 
 /// The gap between two neighbouring pairs, measured between smooth curves.
@@ -47,7 +45,7 @@ impl Curve {
         }
         let mut arc = vec![0.0];
         for k in 1..n {
-            arc.push(arc[k - 1] + norm(sub(points[k], points[k - 1])));
+            arc.push(arc[k - 1] + norm(points[k] - points[k - 1]));
         }
         Self { points, normals, smooth_normals, arc }
     }
@@ -56,10 +54,10 @@ impl Curve {
     pub(in crate::interface) fn begun_at(&self, seam: Vector) -> Self {
         let n = self.points.len();
         let [from, to] = [self.points[n - 2], self.points[n - 1]];
-        let before = norm(sub(seam, from));
-        let t = before / norm(sub(to, from));
-        let normal = add(scale(1.0 - t, self.normals[n - 2]), scale(t, self.normals[n - 1]));
-        let normal = scale(1.0 / norm(normal), normal);
+        let before = norm(seam - from);
+        let t = before / norm(to - from);
+        let normal = (1.0 - t) * self.normals[n - 2] + t * self.normals[n - 1];
+        let normal = 1.0 / norm(normal) * normal;
         let around = |all: &[Vector], first: Vector| [&[first], &all[..n - 1], &[first]].concat();
         let offset = self.length() - self.arc[n - 2] - before;
         let arc = self.arc[..n - 1].iter().map(|s| s + offset);
@@ -74,8 +72,8 @@ impl Curve {
 
     /// Uses one direction as the normal everywhere if it is at most 60 degrees from the normal of every edge.
     pub(in crate::interface) fn along(mut self, direction: Vector) -> Self {
-        let unit = scale(1.0 / norm(direction), direction);
-        if self.points.windows(2).all(|w| dot(unit, right_normal(w[0], w[1])) >= 0.5) {
+        let unit = 1.0 / norm(direction) * direction;
+        if self.points.windows(2).all(|w| unit.dot(&right_normal(w[0], w[1])) >= 0.5) {
             self.normals.fill(unit);
         }
         self
@@ -87,7 +85,7 @@ impl Curve {
         let n = self.normals.len();
         let (k, neighbour) = if last { (n - 1, n - 2) } else { (0, 1) };
         let (normal, next) = (self.normals[k], self.normals[neighbour]);
-        let free = scale(dot(normal, direction).signum(), direction);
+        let free = normal.dot(&direction).signum() * direction;
         if turns_into(normal, free, angle_between(normal, next)) {
             self.normals[k] = free;
         }
@@ -100,24 +98,24 @@ impl Curve {
 
     /// Returns the vector from the first point to the last.
     pub(super) fn chord(&self) -> Vector {
-        sub(self.points[self.points.len() - 1], self.points[0])
+        self.points[self.points.len() - 1] - self.points[0]
     }
 
     /// Bounds, along an axis, the region that the normals sweep up to the corners of a box: it contains all points of
     /// the box that have a projection on the curve.
     pub(super) fn reach(&self, axis: Vector, corners: [Vector; 4]) -> [f64; 2] {
         // The linear normal is shortest in the middle of an edge.
-        let middle = |w: &[Vector]| 0.5 * norm(add(w[0], w[1]));
+        let middle = |w: &[Vector]| 0.5 * norm(w[0] + w[1]);
         let shortest = self.normals.windows(2).map(middle).fold(f64::INFINITY, f64::min);
         if !(shortest > 0.1) {
             return [f64::NEG_INFINITY, f64::INFINITY];
         }
-        let farthest = |p: &Vector| corners.iter().map(|c| norm(sub(*c, *p))).fold(0.0, f64::max);
+        let farthest = |p: &Vector| corners.iter().map(|c| norm(*c - *p)).fold(0.0, f64::max);
         let far = self.points.iter().map(farthest).fold(0.0, f64::max) / shortest;
-        let width = far * self.normals.iter().map(|n| dot(*n, axis).abs()).fold(0.0, f64::max);
+        let width = far * self.normals.iter().map(|n| n.dot(&axis).abs()).fold(0.0, f64::max);
         self.points
             .iter()
-            .map(|p| dot(*p, axis))
+            .map(|p| p.dot(&axis))
             .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], place| {
                 [low.min(place - width), high.max(place + width)]
             })
@@ -141,18 +139,18 @@ impl Curve {
         let squared = (0.25 * (a + b)).powi(2);
         let arc = 0.25 * (1.0 + squared).powi(2) - squared * (2.0 * t - 1.0).powi(2);
         let round = if squared < 0.5 { 1.0 / (arc.sqrt() + 0.5 * (1.0 - squared)) } else { 1.0 };
-        let height = norm(sub(to, from)) * cubic * round;
-        add(add(scale(1.0 - t, from), scale(t, to)), scale(height, right_normal(from, to)))
+        let height = norm(to - from) * cubic * round;
+        (1.0 - t) * from + t * to + height * right_normal(from, to)
     }
 
     /// Computes the point of the smooth curve over edge `k` that lies on the normal of `line` at its arc length `s`.
     pub(in crate::interface) fn smooth_crossing(&self, k: usize, line: &Self, s: f64) -> Vector {
         let (r, n) = line.at(s);
-        let span = cross(sub(self.points[k + 1], self.points[k]), n);
+        let span = cross(self.points[k + 1] - self.points[k], n);
         let mut t = line.crossing(s, self.points[k], self.points[k + 1]).clamp(0.0, 1.0);
         // The height changes little along the edge, so each step gains a digit or more.
         for _ in 0..ROUNDS {
-            let step = cross(sub(r, self.smooth(k, t)), n) / span;
+            let step = cross(r - self.smooth(k, t), n) / span;
             t = (t + step).clamp(0.0, 1.0);
             if !(step.abs() > f64::EPSILON) {
                 break;
@@ -164,7 +162,7 @@ impl Curve {
     /// Estimates the distance of edge `k` from the curve that it represents, m: an eighth of its length times its turn.
     pub(in crate::interface) fn sagitta(&self, k: usize) -> f64 {
         let [a, b] = self.slopes(k);
-        norm(sub(self.points[k + 1], self.points[k])) / 8.0 * (a.abs() + b.abs())
+        norm(self.points[k + 1] - self.points[k]) / 8.0 * (a.abs() + b.abs())
     }
 
     /// Estimates the uncertainty of the smooth curve over edge `k`, m: the difference between the heights from the
@@ -174,7 +172,7 @@ impl Curve {
         let edges = self.points.len() - 1;
         let own = |k: usize| {
             let [a, b] = self.slopes(k);
-            norm(sub(self.points[k + 1], self.points[k])) / 8.0 * (a - b).abs()
+            norm(self.points[k + 1] - self.points[k]) / 8.0 * (a - b).abs()
         };
         let wraps = self.is_closed();
         let before = if k > 0 { Some(k - 1) } else { wraps.then_some(edges - 1) };
@@ -186,8 +184,8 @@ impl Curve {
     /// for normals turned by `φ` against the edge's, with which the cubic has the height of a circle's arc.
     fn slopes(&self, k: usize) -> [f64; 2] {
         let (from, to) = (self.points[k], self.points[k + 1]);
-        let (along, across) = (scale(1.0 / norm(sub(to, from)), sub(to, from)), right_normal(from, to));
-        let slope = |n: Vector| 2.0 * dot(n, along) / (dot(n, across) + norm(n));
+        let (along, across) = (1.0 / norm(to - from) * (to - from), right_normal(from, to));
+        let slope = |n: Vector| 2.0 * n.dot(&along) / (n.dot(&across) + norm(n));
         [-slope(self.smooth_normals[k]), slope(self.smooth_normals[k + 1])]
     }
 
@@ -209,7 +207,7 @@ impl Curve {
             return (self.points[k], self.normals[k]);
         }
         let t = (s - self.arc[k]) / (self.arc[k + 1] - self.arc[k]);
-        let mix = |a: Vector, b: Vector, t: f64| add(scale(1.0 - t, a), scale(t, b));
+        let mix = |a: Vector, b: Vector, t: f64| (1.0 - t) * a + t * b;
         (
             mix(self.points[k], self.points[k + 1], t),
             mix(self.normals[k], self.normals[k + 1], t.clamp(0.0, 1.0)),
@@ -218,7 +216,7 @@ impl Curve {
 
     /// Finds the node nearest to a point.
     pub(in crate::interface) fn nearest(&self, q: Vector) -> usize {
-        let distance = |k: &usize| norm(sub(self.points[*k], q));
+        let distance = |k: &usize| norm(self.points[*k] - q);
         (0..self.points.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
     }
 
@@ -229,7 +227,7 @@ impl Curve {
     pub(in crate::interface) fn parameter(&self, q: Vector, hint: &mut usize) -> f64 {
         let last = self.points.len() - 2;
         // Positive past the normal of node k.
-        let past = |k: usize| dot(sub(q, self.points[k]), perpendicular(self.normals[k]));
+        let past = |k: usize| (q - self.points[k]).dot(&perpendicular(self.normals[k]));
         let mut k = (*hint).min(last);
         while k < last && past(k + 1) >= 0.0 {
             k += 1;
@@ -238,22 +236,22 @@ impl Curve {
             k -= 1;
         }
         *hint = k;
-        let (r, e) = (self.points[k], sub(self.points[k + 1], self.points[k]));
+        let (r, e) = (self.points[k], self.points[k + 1] - self.points[k]);
         let length = self.arc[k + 1] - self.arc[k];
         if past(k) < 0.0 {
             // Before the beginning: the first normal continues.
             let n = self.normals[k];
-            return self.arc[k] + cross(sub(q, r), n) / cross(e, n) * length;
+            return self.arc[k] + cross(q - r, n) / cross(e, n) * length;
         }
         if past(k + 1) >= 0.0 {
             let n = self.normals[k + 1];
-            let beyond = cross(sub(q, self.points[k + 1]), n) / cross(e, n);
+            let beyond = cross(q - self.points[k + 1], n) / cross(e, n);
             return self.arc[k + 1] + beyond * length;
         }
-        let (n, m) = (self.normals[k], sub(self.normals[k + 1], self.normals[k]));
+        let (n, m) = (self.normals[k], self.normals[k + 1] - self.normals[k]);
         let a = -cross(e, m);
-        let b = cross(sub(q, r), m) - cross(e, n);
-        let c = cross(sub(q, r), n);
+        let b = cross(q - r, m) - cross(e, n);
+        let c = cross(q - r, n);
         let t = -2.0 * c / (b + b.signum() * (b * b - 4.0 * a * c).sqrt());
         self.arc[k] + t * length
     }
@@ -261,7 +259,7 @@ impl Curve {
     /// Finds where the normal at an arc length crosses the segment `a`-`b`: a fraction of the way from `a`.
     pub(in crate::interface) fn crossing(&self, s: f64, a: Vector, b: Vector) -> f64 {
         let (r, n) = self.at(s);
-        cross(sub(r, a), n) / cross(sub(b, a), n)
+        cross(r - a, n) / cross(b - a, n)
     }
 }
 
@@ -273,14 +271,14 @@ fn nodal_normals(points: &[Vector], weight: impl Fn(f64) -> f64) -> Vec<Vector> 
     let closed = n > 3 && points[0] == points[n - 1];
     let weighted = |k: usize| {
         let [a, b] = [points[k], points[k + 1]];
-        scale(weight(norm(sub(b, a))), right_normal(a, b))
+        weight(norm(b - a)) * right_normal(a, b)
     };
-    let unit = |v: Vector| scale(1.0 / norm(v), v);
-    let seam = if closed { Some(unit(add(weighted(n - 2), weighted(0)))) } else { None };
+    let unit = |v: Vector| 1.0 / norm(v) * v;
+    let seam = if closed { Some(unit(weighted(n - 2) + weighted(0))) } else { None };
     let end = |edge: usize, neighbour: usize| {
         let own = unit(weighted(edge));
-        let next = unit(add(weighted(neighbour - 1), weighted(neighbour)));
-        let mirrored = sub(scale(2.0 * dot(next, own), own), next);
+        let next = unit(weighted(neighbour - 1) + weighted(neighbour));
+        let mirrored = 2.0 * next.dot(&own) * own - next;
         if cross(own, next).abs() > STRAIGHT { mirrored } else { own }
     };
     let normals = (0..n).map(|k| match k {
@@ -290,7 +288,7 @@ fn nodal_normals(points: &[Vector], weight: impl Fn(f64) -> f64) -> Vec<Vector> 
             None if k == 0 => end(0, 1),
             None => end(n - 2, n - 2),
         },
-        k => unit(add(weighted(k - 1), weighted(k))),
+        k => unit(weighted(k - 1) + weighted(k)),
     });
     normals.collect()
 }
@@ -300,7 +298,7 @@ const CORNER: f64 = 4.0;
 
 /// Tells whether the third of four points in a row is a corner: the line turns there, and much less at the second.
 fn is_corner(points: [Vector; 4]) -> bool {
-    let edge = |k: usize| sub(points[k + 1], points[k]);
+    let edge = |k: usize| points[k + 1] - points[k];
     // On a circle the turn is half the length of both edges over the radius, however long they are.
     let curvature = |k: usize| angle_between(edge(k - 1), edge(k)) / (norm(edge(k - 1)) + norm(edge(k)));
     curvature(2) > CORNER * curvature(1)
@@ -320,7 +318,7 @@ mod tests {
     #[test]
     fn beside_a_corner_the_edge_at_an_end_of_the_line_is_straight() {
         for turn in [0.005, 0.05, 0.5] {
-            let bent = |x: f64| [x, turn * (x - 0.2f64).max(0.0)];
+            let bent = |x: f64| Vector::new(x, turn * (x - 0.2f64).max(0.0));
             for xs in
                 [vec![0.0, 0.2, 0.5, 0.75, 1.0], vec![0.0, 0.2, 0.35, 0.5, 1.0], vec![-1.0, -0.5, 0.2, 1.0]]
             {
@@ -341,7 +339,10 @@ mod tests {
     fn the_smooth_curve_through_points_of_a_circle_is_one() {
         let circle = |from: f64, to: f64, n: u32| -> Vec<Vector> {
             let at = |k| f64::from(k) / f64::from(n);
-            (0..=n).map(|k| from + (to - from) * at(k)).map(|a| [2.0 * a.cos(), 2.0 * a.sin()]).collect()
+            (0..=n)
+                .map(|k| from + (to - from) * at(k))
+                .map(|a| Vector::new(2.0 * a.cos(), 2.0 * a.sin()))
+                .collect()
         };
         let mut whole = circle(0.0, std::f64::consts::TAU, 24);
         whole[24] = whole[0];
@@ -358,8 +359,10 @@ mod tests {
             }
         }
         // For any uneven subdivision of the circle.
-        let uneven: Vec<Vector> =
-            [0.0f64, 0.3, 0.35, 0.6, 1.1, 1.15, 1.3].iter().map(|a| [2.0 * a.cos(), 2.0 * a.sin()]).collect();
+        let uneven: Vec<Vector> = [0.0f64, 0.3, 0.35, 0.6, 1.1, 1.15, 1.3]
+            .iter()
+            .map(|a| Vector::new(2.0 * a.cos(), 2.0 * a.sin()))
+            .collect();
         let curve = Curve::new(uneven);
         for (k, t) in (0..6).flat_map(|k| [0.1, 0.5, 0.8].map(|t| (k, t))) {
             let off = (norm(curve.smooth(k, t)) - 2.0).abs();
@@ -368,7 +371,7 @@ mod tests {
         let mut whole = circle(0.0, std::f64::consts::TAU, 24);
         whole[24] = whole[0];
         let closed = Curve::new(whole);
-        let middle = scale(0.5, add(closed.points[23], closed.points[0]));
+        let middle = 0.5 * (closed.points[23] + closed.points[0]);
         let begun = closed.begun_at(middle);
         assert_eq!((begun.points[1], begun.points[24]), (closed.points[0], closed.points[23]));
         for k in [0, 25] {
@@ -377,8 +380,9 @@ mod tests {
         assert!((begun.arc[1] - 0.5 * closed.arc[1]).abs() < 1e-14 && begun.length() == closed.length());
         assert!((begun.arc[2] - 1.5 * closed.arc[1]).abs() < 1e-14);
         // A corner of straight lines stays a corner, and the uncertainty beside it is of the order of the corner.
-        let corner = Curve::new([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.4], [4.0, 0.8]].into());
-        assert_eq!(corner.smooth(1, 0.5), [1.5, 0.0]);
+        let corner =
+            Curve::new([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.4], [4.0, 0.8]].map(Vector::from).into());
+        assert_eq!(corner.smooth(1, 0.5), Vector::new(1.5, 0.0));
         assert!((0..4).all(|k| (0.02..0.1).contains(&corner.uncertainty(k))));
     }
 
@@ -387,7 +391,7 @@ mod tests {
         // Oriented so that the outward normal of the body on the left points away from the centre.
         let arc = |k: usize| {
             let angle = 0.9 * k as f64 / 7.0 - 0.4;
-            [2.0 * angle.cos(), 2.0 * angle.sin()]
+            Vector::new(2.0 * angle.cos(), 2.0 * angle.sin())
         };
         let curve = Curve::new((0..8).map(arc).collect());
         let mut hint = 7;
@@ -395,13 +399,13 @@ mod tests {
             let s = curve.length() * (f64::from(k) / 100.0 * 1.2 - 0.1);
             let (r, n) = curve.at(s);
             for d in [0.0, 0.3, -0.2] {
-                let found = curve.parameter(add(r, scale(d, n)), &mut hint);
+                let found = curve.parameter(r + d * n, &mut hint);
                 assert!((found - s).abs() < 1e-13, "{s} {d}: {found}");
             }
-            let [a, b] = [add(r, [-0.3, -0.5]), add(r, [0.9, 0.7])];
+            let [a, b] = [r + Vector::new(-0.3, -0.5), r + Vector::new(0.9, 0.7)];
             let t = curve.crossing(s, a, b);
-            let x = add(scale(1.0 - t, a), scale(t, b));
-            assert!(cross(sub(x, r), n).abs() < 1e-14);
+            let x = (1.0 - t) * a + t * b;
+            assert!(cross(x - r, n).abs() < 1e-14);
         }
     }
 }

@@ -4,7 +4,7 @@ use super::chain::Motion;
 use super::error::CommonRefinementError;
 use super::overlap::{Overlap, Site};
 use crate::body::Body;
-use crate::geometry::{self, Vector, add, scale};
+use crate::geometry::{self, Vector};
 use crate::mesh::refine::{self, RefinementEdges};
 use crate::mesh::topology::NONE;
 use std::collections::HashMap;
@@ -58,7 +58,7 @@ pub(super) fn cut_all(
             }
         }
     }
-    let point = overlaps.first().map_or([f64::NAN; 2], |o| o.curve.at(o.range[0]).0);
+    let point = overlaps.first().map_or(Vector::repeat(f64::NAN), |o| o.curve.at(o.range[0]).0);
     Err(CommonRefinementError::Folded { point })
 }
 
@@ -105,7 +105,7 @@ fn point_at(
     if !(t > 0.0 && t < 1.0) {
         return Err(CommonRefinementError::Folded { point: from });
     }
-    Ok(add(scale(1.0 - t, from), scale(t, to)))
+    Ok((1.0 - t) * from + t * to)
 }
 
 /// Tells whether the fan that the other side's nodes make of a contact cell has too small an angle.

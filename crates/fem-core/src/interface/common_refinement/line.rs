@@ -3,7 +3,7 @@
 use super::chain::Chain;
 use super::curve::Curve;
 use crate::body::{Body, NodeConstraint};
-use crate::geometry::{Vector, add, bounding_box, dot, norm, perpendicular, scale, sub};
+use crate::geometry::{Vector, bounding_box, norm, perpendicular};
 use crate::interface::ContactNormal;
 
 /// A surface as it was before it was cut: its polygon, and the place of each node on the common line.
@@ -44,7 +44,7 @@ impl<'a> Line<'a> {
         let offset = if own.inserted { curve.arc()[1] } else { 0.0 };
         let uncut = Uncut { s: uncut.arc().iter().map(|s| s + offset).collect(), curve: uncut };
         if let ContactNormal::Fixed(direction) = normal {
-            curve = curve.along(if reference == 0 { direction } else { scale(-1.0, direction) });
+            curve = curve.along(if reference == 0 { direction } else { -direction });
         } else if !own.is_closed() {
             // As in pairing: at a support the normal is the direction left free.
             for (last, node) in [(false, own.nodes[0]), (true, own.nodes[own.nodes.len() - 1])] {
@@ -79,15 +79,15 @@ fn points_of(body: &Body, nodes: &[u32]) -> Vec<Vector> {
 /// Lists for each line the stretches of the other body, ascending, that reach into the region swept by its normals:
 /// as intervals on one axis, along the surface as a whole.
 pub(super) fn candidates(lines: &[Line<'_>], others: &[Opposite]) -> Vec<Vec<usize>> {
-    let along = lines.iter().fold([0.0; 2], |sum, l| add(sum, l.curve.chord()));
+    let along = lines.iter().fold(Vector::zeros(), |sum, l| sum + l.curve.chord());
     // A closed line as a whole has no direction.
-    let axis = if norm(along) > 0.0 { scale(1.0 / norm(along), along) } else { [1.0, 0.0] };
+    let axis = if norm(along) > 0.0 { 1.0 / norm(along) * along } else { Vector::x() };
     let all: Vec<Vector> = others.iter().flat_map(|o| o.points.iter().copied()).collect();
     let [low, high] = bounding_box(&all);
-    let corners = [low, [high[0], low[1]], high, [low[0], high[1]]];
-    let margin = 1e-9 * norm(sub(high, low));
+    let corners = [low, Vector::new(high[0], low[1]), high, Vector::new(low[0], high[1])];
+    let margin = 1e-9 * norm(high - low);
     let interval = |o: &Opposite| {
-        let places = o.points.iter().map(|p| dot(*p, axis));
+        let places = o.points.iter().map(|p| p.dot(&axis));
         places.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)])
     };
     let mut sorted: Vec<([f64; 2], usize)> = others.iter().map(interval).zip(0..).collect();

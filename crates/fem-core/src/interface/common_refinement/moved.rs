@@ -2,7 +2,7 @@
 
 use super::error::CommonRefinementError;
 use crate::body::Body;
-use crate::geometry::{Vector, norm, sub};
+use crate::geometry::{Vector, norm};
 use crate::mesh::TriMesh;
 use crate::mesh::refine::{Refinement, RefinementEdges};
 use crate::mesh::topology::NONE;
@@ -19,7 +19,7 @@ impl Moves {
     /// Adds nodes of body `b`, given as it was before they moved.
     pub(super) fn add(&mut self, b: usize, body: &Body, moved: &HashMap<u32, Vector>) {
         self.count[b] += moved.len();
-        let way = |(node, to): (&u32, &Vector)| norm(sub(*to, body.mesh().points()[*node as usize]));
+        let way = |(node, to): (&u32, &Vector)| norm(*to - body.mesh().points()[*node as usize]);
         self.largest[b] = moved.iter().map(way).fold(self.largest[b], f64::max);
     }
 }

@@ -6,7 +6,7 @@ use super::curve::{Between, Curve};
 use super::error::CommonRefinementError;
 use super::line::{self, Line, Opposite, Uncut};
 use crate::body::Body;
-use crate::geometry::{Vector, dot, norm, right_normal, scale, sub};
+use crate::geometry::{Vector, norm, right_normal};
 use crate::interface::ContactNormal;
 use std::collections::HashMap;
 
@@ -87,9 +87,9 @@ impl Overlap {
     /// Measures the gap at one point between the smooth curves over the given edges, and returns it with the normal.
     fn gap_at(&self, s: f64, edge: [usize; 2]) -> (f64, Vector) {
         let normal = self.curve.at(s).1;
-        let normal = scale(1.0 / norm(normal), normal);
+        let normal = 1.0 / norm(normal) * normal;
         let point = |b: usize| self.uncut[b].curve.smooth_crossing(edge[b], &self.curve, s);
-        (dot(sub(point(1 - self.reference), point(self.reference)), normal), normal)
+        ((point(1 - self.reference) - point(self.reference)).dot(&normal), normal)
     }
 
     fn facing_at(&self, nodes: [u32; 2], s: f64) -> Facing {
@@ -101,7 +101,7 @@ impl Overlap {
         });
         Facing {
             nodes,
-            normal: if self.reference == 0 { normal } else { scale(-1.0, normal) },
+            normal: if self.reference == 0 { normal } else { -normal },
             gap,
             sagitta: first.1 + second.1,
             uncertainty: first.2 + second.2,
@@ -193,7 +193,7 @@ pub(super) fn between(
     let Some([first, last]) = facing_run(curve, q, &s)? else { return Ok(None) };
     let motion = |b: usize, node: u32| motions[b].get(&node).copied().unwrap_or(Motion::None);
     let place = |b: usize, node: u32, s: f64| Site { s, node, motion: motion(b, node) };
-    let distance = |k: usize| norm(sub(q[k], curve.at(s[k].clamp(0.0, curve.length())).0));
+    let distance = |k: usize| norm(q[k] - curve.at(s[k].clamp(0.0, curve.length())).0);
     let distance = (first..=last).map(distance).sum::<f64>() / (last - first + 1) as f64;
     let mine = own.nodes.iter().zip(curve.arc()).map(|(&n, &s)| place(reference, n, s)).collect();
     let theirs = (first..=last).map(|k| place(1 - reference, other.nodes[k], s[k])).collect();
@@ -217,10 +217,10 @@ fn facing_run(curve: &Curve, q: &[Vector], s: &[f64]) -> Result<Option<[usize; 2
     for k in 0..q.len() - 1 {
         let within = s[k].min(s[k + 1]) < length && s[k].max(s[k + 1]) > 0.0;
         // The outward normal lies on the left of the reversed stretch.
-        let outward = scale(-1.0, right_normal(q[k], q[k + 1]));
+        let outward = -right_normal(q[k], q[k + 1]);
         let middle = 0.5 * (s[k].clamp(0.0, length) + s[k + 1].clamp(0.0, length));
         let normal = curve.at(middle).1;
-        if !(within && s[k + 1] > s[k] && dot(outward, normal) < FACING * norm(normal)) {
+        if !(within && s[k + 1] > s[k] && outward.dot(&normal) < FACING * norm(normal)) {
             continue;
         }
         run = match run {

@@ -6,7 +6,7 @@ use super::line::{Line, Opposite};
 use super::moved::{Moves, with_moved};
 use super::overlap::{self, Overlap, ROUND_OFF, SAME, SNAP};
 use crate::body::Body;
-use crate::geometry::{norm, sub};
+use crate::geometry::norm;
 use crate::interface::ContactNormal;
 use crate::mesh::refine::{self, RefinementEdges};
 use std::collections::HashMap;
@@ -51,7 +51,7 @@ pub(super) fn open(
 /// Finds the position in the other body's stretch that is nearest to a node of body `b`, and the distance.
 fn nearest(bodies: &[Body; 2], b: usize, node: u32, chain: &Chain) -> (usize, f64) {
     let point = bodies[b].mesh().points()[node as usize];
-    let distance = |n: &u32| norm(sub(bodies[1 - b].mesh().points()[*n as usize], point));
+    let distance = |n: &u32| norm(bodies[1 - b].mesh().points()[*n as usize] - point);
     let distances = chain.nodes.iter().map(distance).enumerate();
     distances.min_by(|x, y| x.1.total_cmp(&y.1)).unwrap_or((0, f64::INFINITY))
 }
@@ -177,7 +177,7 @@ fn insert(
     let mut marked = vec![false; mesh.topology().edges().len()];
     marked[edge as usize] = true;
     let t = overlap.curve.crossing(s, from, to);
-    let point = [0, 1].map(|c| (1.0 - t) * from[c] + t * to[c]);
+    let point = (1.0 - t) * from + t * to;
     let edges = RefinementEdges::preferring(mesh, &marked);
     let refinement = refine::refine_at(mesh, &edges, &marked, |e| (e == edge).then_some(point))
         .map_err(|source| CommonRefinementError::Mesh { body: reference, source })?;

@@ -5,7 +5,7 @@ use crate::material::{Hypothesis, LinearElastic};
 use crate::mesh::TriMesh;
 use crate::mesh::generate::block;
 
-fn body(origin: Vector, size: Vector, cells: [usize; 2]) -> Body {
+fn body(origin: [f64; 2], size: [f64; 2], cells: [usize; 2]) -> Body {
     let material = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
     Body::new(block(origin, size, cells).unwrap(), material, &BoundaryConditions::new()).unwrap()
 }
@@ -94,7 +94,7 @@ fn only_the_common_stretch_is_in_contact() {
 
 #[test]
 fn what_has_no_common_refinement_is_refused() {
-    let refused = |origin: Vector, size: Vector, cells, names| {
+    let refused = |origin: [f64; 2], size: [f64; 2], cells, names| {
         let upper = body([0.0, 1.0], [2.0, 1.0], [7, 4]);
         common_refinement([upper, body(origin, size, cells)], names).unwrap_err()
     };
@@ -130,7 +130,8 @@ fn conditions_pass_on_and_held_nodes_stay() {
     let upper = Body::new(mesh, material, &conditions).unwrap();
     let supports = upper.supports().to_vec();
     // 1 % of an edge from the upper one's nodes, with twice as many.
-    let shift = |x: Vector| if x[0] > 1e-9 && x[0] < 2.0 - 1e-9 { [x[0] + 0.0025, x[1]] } else { x };
+    let shift =
+        |x: Vector| if x[0] > 1e-9 && x[0] < 2.0 - 1e-9 { Vector::new(x[0] + 0.0025, x[1]) } else { x };
     let lower = body([0.0, 0.0], [2.0, 1.0], [16, 4]);
     let points = lower.mesh().points().iter().map(|x| shift(*x)).collect();
     let lower = replaced(&lower, 1, points, None).unwrap();
@@ -139,12 +140,12 @@ fn conditions_pass_on_and_held_nodes_stay() {
     // Six of the seven inner nodes slide; the one where "half" ends stays, and the lower one's node moves onto it.
     assert_eq!((changes.snapped, changes.added), ([6, 1], [8, 0]), "{changes:?}");
     let middle = common.bodies[0].mesh().points()[4];
-    assert_eq!(middle, [1.0, 1.0]);
+    assert_eq!(middle, Vector::new(1.0, 1.0));
     let [upper, _] = &common.bodies;
     assert_eq!(upper.supports(), supports);
     assert_eq!(upper.mesh().group("half").unwrap().len(), 8);
     for &e in upper.mesh().group("top").unwrap() {
-        assert_eq!(upper.edge_condition(e).unwrap().traction, [[0.0, -2.0]; 2]);
+        assert_eq!(upper.edge_condition(e).unwrap().traction, [Vector::new(0.0, -2.0); 2]);
     }
 }
 
@@ -177,12 +178,12 @@ type Place = fn(f64, f64) -> Vector;
 /// Points on a straight line, on an arc of 70 degrees and on a whole circle, each of radius 2 at height 0.
 fn lines() -> [(Place, bool); 3] {
     [
-        (|s, h| [3.0 * s, h], false),
-        (|s, h| [(2.0 + h) * (1.9 - 1.2 * s).cos(), (2.0 + h) * (1.9 - 1.2 * s).sin()], false),
+        (|s, h| Vector::new(3.0 * s, h), false),
+        (|s, h| Vector::new((2.0 + h) * (1.9 - 1.2 * s).cos(), (2.0 + h) * (1.9 - 1.2 * s).sin()), false),
         (
             |s, h| {
                 let angle = -std::f64::consts::TAU * s;
-                [(2.0 + h) * angle.cos(), (2.0 + h) * angle.sin()]
+                Vector::new((2.0 + h) * angle.cos(), (2.0 + h) * angle.sin())
             },
             true,
         ),
@@ -220,7 +221,7 @@ fn nodes_that_are_paired_face_each_other_whatever_their_offset() {
                 let points = common.bodies.each_ref().map(|b| b.mesh().points());
                 for pair in interface.pairs() {
                     let [a, b] = [0, 1].map(|k| points[k][pair.nodes[k] as usize]);
-                    let across = crate::geometry::cross(pair.normal, crate::geometry::sub(b, a));
+                    let across = crate::geometry::cross(pair.normal, b - a);
                     assert!(across.abs() < 1e-13, "{case}: {across:e} at {a:?}");
                     // Between the nodes of an arc the normal, linear, is not quite radial.
                     assert!((pair.gap - apart).abs() <= 1e-6 * apart, "{case}: gap {} at {a:?}", pair.gap);

@@ -1,5 +1,6 @@
 use super::*;
 use crate::boundary::{BoundaryConditions, EdgeSelection, ScalarData};
+use crate::geometry::Vector;
 use crate::interface::common_refinement::common_refinement;
 use crate::interface::{ContactNormal, Roles};
 use crate::material::{Hypothesis, LinearElastic};
@@ -56,7 +57,7 @@ fn an_edge_marked_in_one_body_is_halved_in_both() {
         assert_eq!(new.arc_length, 0.5 * edge as f64 + 0.25);
         // The gap is that of the new node, not the mean of its neighbours.
         assert_eq!(new.gap, new.arc_length * new.arc_length);
-        assert_eq!(new.normal, [0.0, -1.0]);
+        assert_eq!(new.normal, Vector::new(0.0, -1.0));
     }
 }
 
@@ -69,7 +70,7 @@ fn a_refined_interface_is_the_one_that_pairing_finds() {
         for (b, marks) in marked.iter_mut().enumerate() {
             let mesh = coarse.bodies[b].mesh();
             for (e, mark) in marks.iter_mut().enumerate() {
-                let [x, y] = mesh.points()[mesh.topology().edges()[e][0] as usize];
+                let [x, y] = (mesh.points()[mesh.topology().edges()[e][0] as usize]).into();
                 *mark = (x - 0.7).hypot(y - 1.0) < 1.0 / f64::from(1 << round);
             }
         }
@@ -121,7 +122,7 @@ fn conditions_stay_on_the_edges_they_were_given_on() {
             crate::body::NodeConstraint::Free => panic!("node {node} is free"),
         }
     }
-    let loaded = |e: &&u32| body.edge_condition(**e).unwrap().traction != [[0.0; 2]; 2];
+    let loaded = |e: &&u32| body.edge_condition(**e).unwrap().traction != [Vector::zeros(); 2];
     let top = body.mesh().group("top").unwrap();
     assert_eq!(top.iter().filter(loaded).count(), 4);
     for edge in top.iter().filter(loaded) {
@@ -153,14 +154,14 @@ fn between_discs(radii: [f64; 2], x: f64) -> f64 {
 fn a_measured_gap_follows_the_curves_between_the_nodes_of_the_first_meshes() {
     let material = || LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
     let body = |radius: f64, facing, cells| {
-        let mesh = half_disc([0.0; 2], radius, facing, 0.2, cells).unwrap();
+        let mesh = half_disc(Vector::zeros(), radius, facing, 0.2, cells).unwrap();
         Body::new(mesh, material(), &BoundaryConditions::new().fix("flat")).unwrap()
     };
     let radii = [1.0, 1.5];
     // Node by node, and with a common refinement.
     for cells in [[3, 3], [3, 4]] {
         let bodies = [body(radii[0], Facing::Down, cells[0]), body(radii[1], Facing::Up, cells[1])];
-        let normal = ContactNormal::Fixed([0.0, -1.0]);
+        let normal = ContactNormal::Fixed(Vector::new(0.0, -1.0));
         let mut problem = if cells[0] == cells[1] {
             let [a, b] = &bodies;
             let interface =

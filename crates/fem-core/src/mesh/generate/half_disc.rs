@@ -32,12 +32,13 @@ pub enum Facing {
 /// # Errors
 /// Lengths that are not positive and finite, a contact too wide, no or too many cells.
 pub fn half_disc(
-    pole: Vector,
+    pole: impl Into<Vector>,
     radius: f64,
     facing: Facing,
     half_width: f64,
     cells: usize,
 ) -> Result<TriMesh, MeshError> {
+    let pole = pole.into();
     let fault = |reason| Err(MeshError::Generator { kind: "half_disc", reason });
     if !(pole[0].is_finite() && pole[1].is_finite()) {
         return fault("the pole must be finite");
@@ -55,7 +56,7 @@ pub fn half_disc(
     }
     let grid = Grid { n, layers: layers as usize, radius, half_width };
     let sign = if facing == Facing::Down { 1.0 } else { -1.0 };
-    let points = grid.points().into_iter().map(|p| [pole[0] + p[0], pole[1] + sign * p[1]]).collect();
+    let points = grid.points().into_iter().map(|p| pole + Vector::new(p[0], sign * p[1])).collect();
     let mut triangles = grid.triangles();
     if facing == Facing::Up {
         triangles.iter_mut().for_each(|t| t.swap(1, 2));
@@ -114,7 +115,7 @@ impl Grid {
             for i in 0..=2 * n {
                 let x = w * (i as f64 - n as f64) / n as f64;
                 let y = self.on_arc(x);
-                points.push([x, y + (depth - y) * j as f64 / n as f64]);
+                points.push(Vector::new(x, y + (depth - y) * j as f64 / n as f64));
             }
         }
         let first = (w / r).asin();
@@ -124,20 +125,20 @@ impl Grid {
             let t = (ratio.powi(j as i32) - 1.0) / steps;
             let angle = first + t * (FRAC_PI_2 - first);
             // The point on the arc, and that on a straight ray from the end of the contact.
-            let arc = [r * angle.sin(), r * (1.0 - angle.cos())];
-            let straight = [w + t * (r - w), self.on_arc(w) + t * (r - self.on_arc(w))];
-            let bulge = [arc[0] - straight[0], arc[1] - straight[1]];
+            let arc = Vector::new(r * angle.sin(), r * (1.0 - angle.cos()));
+            let straight = Vector::new(w + t * (r - w), self.on_arc(w) + t * (r - self.on_arc(w)));
+            let bulge = arc - straight;
             for i in 0..=4 * n {
                 let inner = points[self.ray(i, 0) as usize];
                 let s = i as f64 / (2 * n) as f64 - 1.0;
-                let outer = [r * s, r];
+                let outer = Vector::new(r * s, r);
                 if j == self.layers {
                     points.push(outer);
                     continue;
                 }
                 // The bulge of the outermost rays fades towards the middle.
-                let p = [0, 1].map(|c| inner[c] + t * (outer[c] - inner[c]));
-                points.push([p[0] + s * s.abs() * bulge[0], p[1] + s * s * bulge[1]]);
+                let p = inner + t * (outer - inner);
+                points.push(p + Vector::new(s * s.abs() * bulge[0], s * s * bulge[1]));
             }
         }
         points
@@ -181,25 +182,25 @@ impl Grid {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{norm, sub};
+    use crate::geometry::norm;
 
     #[test]
     fn half_discs_are_round_flat_and_well_shaped() {
         for (facing, sign) in [(Facing::Down, 1.0), (Facing::Up, -1.0)] {
             for (width, cells) in [(0.1, 4), (0.29, 8), (0.02, 3)] {
-                let m = half_disc([1.0, 2.0], 3.0, facing, 3.0 * width, cells).unwrap();
+                let m = half_disc(Vector::new(1.0, 2.0), 3.0, facing, 3.0 * width, cells).unwrap();
                 assert_eq!(m.points().len() as u64, half_disc_nodes(3.0, 3.0 * width, cells));
-                let centre = [1.0, 2.0 + sign * 3.0];
+                let centre = Vector::new(1.0, 2.0 + sign * 3.0);
                 for name in ["contact", "arc"] {
                     for &e in m.group(name).unwrap() {
                         for node in m.topology().edges()[e as usize] {
-                            let r = norm(sub(m.points()[node as usize], centre));
+                            let r = norm(m.points()[node as usize] - centre);
                             assert!((r - 3.0).abs() < 1e-13, "{r}");
                         }
                     }
                 }
                 for &e in m.group("flat").unwrap() {
-                    assert_eq!(m.edge_normal(e), [0.0, sign]);
+                    assert_eq!(m.edge_normal(e), Vector::new(0.0, sign));
                 }
                 assert_eq!(m.group("contact").unwrap().len(), 2 * cells);
                 let area: f64 = (0..m.triangles().len()).map(|t| m.area(t)).sum();
@@ -211,7 +212,7 @@ mod tests {
 
     #[test]
     fn impossible_half_discs_are_refused() {
-        let make = |radius, width, cells| half_disc([0.0, 0.0], radius, Facing::Up, width, cells);
+        let make = |radius, width, cells| half_disc(Vector::new(0.0, 0.0), radius, Facing::Up, width, cells);
         assert!(make(0.0, 0.1, 4).is_err());
         assert!(make(1.0, 0.8, 4).is_err());
         assert!(make(1.0, f64::NAN, 4).is_err());

@@ -18,13 +18,14 @@ use crate::mesh::{MeshError, TriMesh};
 /// Radii that are not positive and increasing, angles that are not increasing or more than 360 degrees apart, cells
 /// that turn by more than 60 degrees, too many cells.
 pub fn ring(
-    centre: Vector,
+    centre: impl Into<Vector>,
     radii: [f64; 2],
     angles: [f64; 2],
     cells: [usize; 2],
 ) -> Result<TriMesh, MeshError> {
     let fault = |reason| Err(MeshError::Generator { kind: "ring", reason });
-    if ![centre, radii, angles].as_flattened().iter().all(|x| x.is_finite()) {
+    let centre = centre.into();
+    if !centre.iter().chain(&radii).chain(&angles).all(|x| x.is_finite()) {
         return fault("centre, radii and angles must be finite numbers");
     }
     if !(radii[0] > 0.0 && radii[1] > radii[0]) {
@@ -51,8 +52,7 @@ pub fn ring(
             if j == across { radii[1] } else { radii[0] + (radii[1] - radii[0]) * j as f64 / across as f64 };
         for i in 0..columns {
             let angle = if i == around { angles[1] } else { angles[0] + sweep * i as f64 / around as f64 };
-            let [c, s] = direction(angle);
-            points.push([centre[0] + radius * c, centre[1] + radius * s]);
+            points.push(centre + radius * direction(angle));
         }
     }
     let node = |i: usize, j: usize| (j * columns + i % columns) as u32;
@@ -80,10 +80,10 @@ fn direction(degrees: f64) -> Vector {
     let quarter = (degrees / 90.0).round();
     let (s, c) = (degrees - 90.0 * quarter).to_radians().sin_cos();
     match (quarter as i64).rem_euclid(4) {
-        0 => [c, s],
-        1 => [-s, c],
-        2 => [-c, -s],
-        _ => [s, -c],
+        0 => Vector::new(c, s),
+        1 => Vector::new(-s, c),
+        2 => Vector::new(-c, -s),
+        _ => Vector::new(s, -c),
     }
 }
 
@@ -93,13 +93,13 @@ mod tests {
 
     #[test]
     fn a_quarter_has_its_ends_on_the_axes() {
-        let m = ring([0.5, -1.0], [1.0, 2.0], [0.0, 90.0], [8, 4]).unwrap();
+        let m = ring(Vector::new(0.5, -1.0), [1.0, 2.0], [0.0, 90.0], [8, 4]).unwrap();
         assert_eq!(m.points().len(), 45);
         for &e in m.group("end").unwrap() {
-            assert_eq!(m.edge_normal(e).map(f64::abs), [1.0, 0.0]);
+            assert_eq!(m.edge_normal(e).map(f64::abs), Vector::new(1.0, 0.0));
         }
         for &e in m.group("start").unwrap() {
-            assert_eq!(m.edge_normal(e), [0.0, -1.0]);
+            assert_eq!(m.edge_normal(e), Vector::new(0.0, -1.0));
         }
         assert_eq!(m.group("inner").unwrap().len(), 8);
         // The polygons' areas.
@@ -110,7 +110,7 @@ mod tests {
 
     #[test]
     fn a_whole_ring_closes() {
-        let m = ring([0.0, 0.0], [1.0, 2.0], [0.0, 360.0], [12, 3]).unwrap();
+        let m = ring(Vector::new(0.0, 0.0), [1.0, 2.0], [0.0, 360.0], [12, 3]).unwrap();
         assert_eq!(m.points().len(), 48);
         // Euler: V − E + T = 0 for a ring.
         assert_eq!(48 + m.triangles().len(), m.topology().edges().len());
@@ -120,7 +120,7 @@ mod tests {
 
     #[test]
     fn impossible_rings_are_refused() {
-        let ring = |radii, angles, cells| ring([0.0, 0.0], radii, angles, cells);
+        let ring = |radii, angles, cells| ring(Vector::new(0.0, 0.0), radii, angles, cells);
         assert!(ring([0.0, 1.0], [0.0, 90.0], [8, 1]).is_err());
         assert!(ring([2.0, 1.0], [0.0, 90.0], [8, 1]).is_err());
         assert!(ring([1.0, 2.0], [0.0, 400.0], [8, 1]).is_err());

@@ -18,7 +18,7 @@ fn rough(cells: [usize; 2], random: &mut Random) -> TriMesh {
     let step = [2.0 / cells[0] as f64, 1.0 / cells[1] as f64];
     let inner = |p: &Vector| p[0] > 1e-9 && p[0] < 2.0 - 1e-9 && p[1] > 1e-9 && p[1] < 1.0 - 1e-9;
     let mut moved = |p: &Vector| {
-        if inner(p) { std::array::from_fn(|c| p[c] + 0.4 * (random.next() - 0.5) * step[c]) } else { *p }
+        if inner(p) { Vector::from_fn(|c, _| p[c] + 0.4 * (random.next() - 0.5) * step[c]) } else { *p }
     };
     let points = regular.points().iter().map(&mut moved).collect();
     let edges = regular.topology().edges();
@@ -46,7 +46,7 @@ fn check(old: &TriMesh, new: &Refinement) {
     assert_eq!(mesh.points()[..old.points().len()], *old.points());
     for (k, [a, b]) in new.parent_nodes.iter().enumerate() {
         let ends = [a, b].map(|n| old.points()[*n as usize]);
-        assert_eq!(mesh.points()[old.points().len() + k], scale(0.5, add(ends[0], ends[1])));
+        assert_eq!(mesh.points()[old.points().len() + k], 0.5 * (ends[0] + ends[1]));
     }
     let mut part = vec![0.0; old.triangles().len()];
     for (t, parent) in new.parent_cell.iter().enumerate() {
@@ -98,7 +98,7 @@ fn random_refinements_keep_shapes_area_and_groups() {
                 .edges()
                 .iter()
                 .map(|e| {
-                    let [x, y] = mesh.points()[e[0] as usize];
+                    let [x, y] = (mesh.points()[e[0] as usize]).into();
                     random.next() < 0.005 + 0.25 * (-8.0 * ((x - 1.3).powi(2) + (y - 0.2).powi(2))).exp()
                 })
                 .collect();
@@ -132,7 +132,7 @@ fn right_isosceles_triangles_stay_what_they_are() {
 #[test]
 fn linear_fields_are_carried_over_exactly() {
     let mesh = rough([4, 4], &mut Random(3));
-    let linear = |p: &Vector| [2.0 * p[0] - 0.5 * p[1] + 1.0, p[1] - 3.0 * p[0]];
+    let linear = |p: &Vector| Vector::new(2.0 * p[0] - 0.5 * p[1] + 1.0, p[1] - 3.0 * p[0]);
     let field: Vec<Vector> = mesh.points().iter().map(linear).collect();
     let marked = vec![true; mesh.topology().edges().len()];
     let new = refine(&mesh, &RefinementEdges::longest(&mesh), &marked).unwrap();

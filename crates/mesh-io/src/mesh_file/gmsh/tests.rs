@@ -2,6 +2,7 @@
 
 use super::parse;
 use crate::mesh_file::{MeshFault, MeshFile, RegionOptions};
+use fem_core::geometry::Vector;
 
 /// Two triangles on four nodes with holes in their numbers, the lower side in two groups, the other sides in one.
 const NODES: &str = "$Nodes\n4\n2 0 0 0\n30 1 0 0\n400 1 1 0\n5 0 1 0\n$EndNodes\n";
@@ -34,7 +35,7 @@ fn names_may_stand_in_two_dimensions_and_hold_anything() {
     // An edge written twice, once backwards, is in both groups; its normal comes from its cell.
     let [low] = mesh.group("a \"quoted\" näme").unwrap() else { panic!() };
     assert!(mesh.group("body").unwrap().contains(low));
-    assert_eq!(mesh.edge_normal(*low), [0.0, -1.0]);
+    assert_eq!(mesh.edge_normal(*low), Vector::new(0.0, -1.0));
 }
 
 #[test]
