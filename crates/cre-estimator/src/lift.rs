@@ -123,7 +123,7 @@ pub(crate) fn find(
     middle: &[f64],
 ) -> Lift {
     let interface = &pair.interface;
-    let penetrates = |(edge, middle): (&_, &f64)| *middle < 0.0 && interface.is_bent(edge);
+    let penetrates = |(edge, middle): (&_, &f64)| *middle < 0.0 && edge.bent;
     if !interface.edges().iter().zip(middle).any(penetrates) {
         let none = vec![0.0; interface.pairs().len()];
         return Lift { body: pair.bodies[0], by_pair: none, ..Lift::default() };
@@ -135,7 +135,7 @@ pub(crate) fn find(
         lift.energy = energy(&problem.bodies[body], &lift.field(problem, interface));
         let opened = lifted_middle_openings(problem, pair, displacement, &lift);
         let edges = interface.edges().iter().zip(&opened);
-        let left = edges.filter(|(edge, _)| interface.is_bent(edge)).fold(0.0f64, |m, (_, o)| m.max(-o));
+        let left = edges.filter(|(edge, _)| edge.bent).fold(0.0f64, |m, (_, o)| m.max(-o));
         (lift, left)
     });
     let size = middle.iter().fold(0.0f64, |m, o| m.max(-o));
@@ -166,7 +166,7 @@ fn by_pair(body: &Body, interface: &ContactInterface, side: usize, middle: &[f64
     let pairs = interface.pairs();
     let mut lift = vec![0.0f64; pairs.len()];
     for (edge, &middle) in interface.edges().iter().zip(middle) {
-        if middle >= 0.0 || !interface.is_bent(edge) {
+        if middle >= 0.0 || !edge.bent {
             continue;
         }
         let [i, j] = edge.pairs.map(|k| k as usize);
