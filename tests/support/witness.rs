@@ -233,7 +233,7 @@ impl Ladder {
                     - product(jump[j], self.normals[i]);
                 let middle = middle * Quad::from_f64(0.5);
                 // Of a constant normal it is the mean of the two others.
-                if interface.is_bent(edge) || self.normals[i] != self.normals[j] {
+                if edge.bent || self.normals[i] != self.normals[j] {
                     closed(i, middle);
                     closed(j, middle);
                 }

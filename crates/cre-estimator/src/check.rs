@@ -192,7 +192,7 @@ fn penetration(
     // Between the pairs, where the normal changes.
     let middle = lift::middle_openings(interface, displacement);
     for ((edge, opening), stated) in interface.edges().iter().zip(middle).zip(&contact.middle_opening) {
-        if interface.is_bent(edge) {
+        if edge.bent {
             penetration = larger(penetration, larger(-opening, -stated));
             penetration = larger(penetration, (opening - stated).abs());
         }

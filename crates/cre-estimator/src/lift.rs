@@ -11,7 +11,7 @@
 use fem_core::body::{Body, NodeConstraint};
 use fem_core::element::Triangle;
 use fem_core::geometry::{Vector, perpendicular};
-use fem_core::interface::{ContactInterface, ContactPair, ContactProblem, NodePair};
+use fem_core::interface::{ContactEdge, ContactInterface, ContactPair, ContactProblem, NodePair};
 use fem_core::mesh::id::NodeId;
 
 /// A node whose motion opens the edge by less than this fraction is not moved; the checks reject a remaining
@@ -124,7 +124,7 @@ pub(crate) fn find(
     middle: &[f64],
 ) -> Lift {
     let interface = &pair.interface;
-    let penetrates = |(edge, middle): (&_, &f64)| *middle < 0.0 && interface.is_bent(edge);
+    let penetrates = |(edge, middle): (&ContactEdge, &f64)| *middle < 0.0 && edge.bent;
     if !interface.edges().iter().zip(middle).any(penetrates) {
         let none = vec![0.0; interface.pairs().len()];
         return Lift { body: pair.bodies[0], by_pair: none, ..Lift::default() };
@@ -136,7 +136,7 @@ pub(crate) fn find(
         lift.energy = energy(&problem.bodies[body], &lift.field(problem, interface));
         let opened = lifted_middle_openings(problem, pair, displacement, &lift);
         let edges = interface.edges().iter().zip(&opened);
-        let left = edges.filter(|(edge, _)| interface.is_bent(edge)).fold(0.0f64, |m, (_, o)| m.max(-o));
+        let left = edges.filter(|(edge, _)| edge.bent).fold(0.0f64, |m, (_, o)| m.max(-o));
         (lift, left)
     });
     let size = middle.iter().fold(0.0f64, |m, o| m.max(-o));
@@ -167,7 +167,7 @@ fn by_pair(body: &Body, interface: &ContactInterface, side: usize, middle: &[f64
     let pairs = interface.pairs();
     let mut lift = vec![0.0f64; pairs.len()];
     for (edge, &middle) in interface.edges().iter().zip(middle) {
-        if middle >= 0.0 || !interface.is_bent(edge) {
+        if middle >= 0.0 || !edge.bent {
             continue;
         }
         let [i, j] = edge.pairs.map(|k| k as usize);

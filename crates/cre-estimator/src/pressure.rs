@@ -10,14 +10,9 @@ pub fn nodal_pressure(interface: &ContactInterface, contact_force: &[f64]) -> Ve
     interface.pairs().iter().zip(contact_force).map(|(pair, r)| r / pair.tributary_length).collect()
 }
 
-/// Computes the pressure at the two ends of every contact edge, Pa, in the order of its pairs: the nodal values if
-/// the normal is constant along the edge; their mean at both ends if it changes, so that `p n` is linear on the edge.
+/// Computes the pressure at the two ends of every contact edge, Pa, see [`ContactEdge::pressure`].
 pub fn edge_pressure(interface: &ContactInterface, pressure: &[f64]) -> Vec<[f64; 2]> {
-    let on_edge = |edge: &ContactEdge| {
-        let ends = edge.pairs.map(|k| pressure[k as usize]);
-        if interface.is_bent(edge) { [0.5 * (ends[0] + ends[1]); 2] } else { ends }
-    };
-    interface.edges().iter().map(on_edge).collect()
+    interface.edges().iter().map(|edge| edge.pressure(pressure)).collect()
 }
 
 /// Computes the nodal forces `∫ p n φ_i ds` at the pairs, Cartesian, N/m: consistent with the pressure at the ends of the edges.
@@ -33,25 +28,17 @@ pub fn nodal_forces(
     interface.pairs().iter().zip(forces).map(|(pair, force)| force * pair.normal).collect()
 }
 
-/// Computes `2 ∫ p o ds` on every contact edge, J/m, with the consistent mass: the last term of (15).
+/// Computes `2 ∫ p o ds` on every contact edge, J/m, see [`ContactEdge::work`]: the last term of (15).
 ///
 /// * `edge_pressure`: see [`edge_pressure`].
 /// * `opening`: at the pairs; `middle`: see [`fem_core::interface::ContactInterface::middle_opening`].
-///
-/// For P1 factors `∫ p o = ℓ/6 (2 p_i o_i + p_i o_j + p_j o_i + 2 p_j o_j)`. If the normal changes, the opening is the
-/// quadratic with the Bernstein coefficients `o_i, o_m, o_j` and the pressure constant: `∫ p o = ℓ p (o_i + o_m + o_j)/3`.
 pub fn contact_terms(
     interface: &ContactInterface,
     edge_pressure: &[[f64; 2]],
     opening: &[f64],
     middle: &[f64],
 ) -> Vec<f64> {
-    let term = |((edge, p), m): ((&ContactEdge, &[f64; 2]), &f64)| {
-        let o = edge.pairs.map(|k| opening[k as usize]);
-        if interface.is_bent(edge) {
-            return edge.length * (2.0 / 3.0) * p[0] * (o[0] + m + o[1]);
-        }
-        edge.length / 3.0 * (p[0] * (2.0 * o[0] + o[1]) + p[1] * (o[0] + 2.0 * o[1]))
-    };
+    let term =
+        |((edge, p), m): ((&ContactEdge, &[f64; 2]), &f64)| 2.0 * edge.work(*p, edge.ends(opening), *m);
     interface.edges().iter().zip(edge_pressure).zip(middle).map(term).collect()
 }

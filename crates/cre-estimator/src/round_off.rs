@@ -207,7 +207,7 @@ fn work_of_penetration(interface: &ContactInterface, contact: &AdmissibleContact
     let at_pairs: f64 = pairs.map(|((of, o), p)| (-o).max(0.0) * p.abs() * of.tributary_length).sum();
     let edges = interface.edges().iter().zip(&contact.middle_opening).zip(&contact.edge_pressure);
     let between: f64 = edges
-        .filter(|((edge, _), _)| interface.is_bent(edge))
+        .filter(|((edge, _), _)| edge.bent)
         .map(|((edge, o), p)| (-o).max(0.0) * p[0].abs() * edge.length)
         .sum();
     at_pairs + between

@@ -16,7 +16,7 @@ mod side;
 
 use crate::body::Body;
 use crate::boundary::ScalarData;
-use crate::geometry::{Vector, norm};
+use crate::geometry::Vector;
 use crate::mesh::id::{EdgeId, NodeId};
 use common_refinement::CommonRefinement;
 use held::Whole;
@@ -58,6 +58,40 @@ pub struct ContactEdge {
     pub edges: [EdgeId; 2],
     /// Length on the body that was the first when the surfaces were paired, m.
     pub length: f64,
+    /// Whether the normal changes along it by more than round-off.
+    pub bent: bool,
+}
+
+impl ContactEdge {
+    /// Returns the values of the pairs at its ends.
+    ///
+    /// * `by_pair`: one number per pair.
+    pub fn ends(&self, by_pair: &[f64]) -> [f64; 2] {
+        self.pairs.map(|k| by_pair[k as usize])
+    }
+
+    /// Computes the pressure at its two ends, Pa: the nodal values if the edge is straight; their mean at both ends if it is
+    /// bent, so that `p n` is linear along it.
+    ///
+    /// * `by_pair`: nodal pressure, Pa.
+    pub fn pressure(&self, by_pair: &[f64]) -> [f64; 2] {
+        let [a, b] = self.ends(by_pair);
+        if self.bent { [0.5 * (a + b); 2] } else { [a, b] }
+    }
+
+    /// Computes `∫ p o ds`, J/m.
+    ///
+    /// If the edge is straight, both factors are linear: `ℓ/6 (2 p_i o_i + p_i o_j + p_j o_i + 2 p_j o_j)`. If it is bent, the
+    /// pressure is constant and the opening a quadratic with the Bernstein coefficients `o_i, o_m, o_j`: `ℓ p (o_i + o_m + o_j)/3`.
+    ///
+    /// * `pressure`: see [`Self::pressure`]; `opening`: at its ends, m; `middle`: see [`ContactInterface::middle_opening`].
+    pub fn work(&self, pressure: [f64; 2], opening: [f64; 2], middle: f64) -> f64 {
+        let ([p, q], [o, r]) = (pressure, opening);
+        if self.bent {
+            return self.length / 3.0 * p * (o + middle + r);
+        }
+        self.length / 6.0 * (p * (2.0 * o + r) + q * (o + 2.0 * r))
+    }
 }
 
 /// How the initial gap is defined.
@@ -205,15 +239,9 @@ impl ContactInterface {
         forces
     }
 
-    /// Tells whether the normal changes along an edge by more than round-off.
-    pub fn is_bent(&self, edge: &ContactEdge) -> bool {
-        let [a, b] = edge.pairs.map(|k| self.pairs[k as usize].normal);
-        norm(a - b) > SAME_NORMAL
-    }
-
     /// Tells whether the normal changes along any edge.
     pub fn has_bent_edges(&self) -> bool {
-        self.edges.iter().any(|e| self.is_bent(e))
+        self.edges.iter().any(|edge| edge.bent)
     }
 
     /// Finds the corner of the first body's contact surface that turns most: where, and by how many degrees.

@@ -59,7 +59,7 @@ fn commands(c: char) -> bool {
     c.is_control() && c != '\n' && c != '\t' || turns(c)
 }
 
-/// Says whether a character turns the direction of the text after it, or is none at all.
+/// Says whether a character turns the direction of the text after it, or is not allowed in XML.
 fn turns(c: char) -> bool {
     matches!(c, '\u{fffe}' | '\u{ffff}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }

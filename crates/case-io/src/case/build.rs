@@ -80,17 +80,15 @@ impl Case {
     /// # Errors
     /// A mesh that cannot be generated, or a file that was not read or holds no sound mesh.
     pub(crate) fn build_mesh(&self, body: usize) -> Result<TriMesh, CaseError> {
-        match self.bodies[body].mesh {
-            MeshSource::File { .. } => self.mesh_of_file(body),
-            MeshSource::Block { origin, size, cells } => generate::block(origin, size, cells)
-                .map_err(|error| self.mesh_diagnostic(body, &error).into()),
-            MeshSource::Ring { centre, radii, angles, cells } => generate::ring(centre, radii, angles, cells)
-                .map_err(|error| self.mesh_diagnostic(body, &error).into()),
+        let made = match self.bodies[body].mesh {
+            MeshSource::File { .. } => return self.mesh_of_file(body),
+            MeshSource::Block { origin, size, cells } => generate::block(origin, size, cells),
+            MeshSource::Ring { centre, radii, angles, cells } => generate::ring(centre, radii, angles, cells),
             MeshSource::HalfDisc { pole, radius, facing, half_width, cells } => {
                 generate::half_disc(pole, radius, facing, half_width, cells)
-                    .map_err(|error| self.mesh_diagnostic(body, &error).into())
             }
-        }
+        };
+        made.map_err(|error| self.mesh_diagnostic(body, &error).into())
     }
 
     /// Pairs the contact surfaces of the two bodies, given in the file's order, which must match node by node.

@@ -45,7 +45,7 @@ pub(super) fn is_clamped(bodies: [&Body; 2], pair: &NodePair) -> bool {
 }
 
 impl Line {
-    /// Creates the interface of the line without clamped pairs at its ends and their edges. Also returns, for each
+    /// Decides which edges are bent, and creates the interface of the line without clamped pairs at its ends and their edges. Also returns, for each
     /// pair of the line, its number among the remaining ones, or [`NONE`].
     ///
     /// # Errors
@@ -56,6 +56,10 @@ impl Line {
         gap: Gap,
         measured_on: usize,
     ) -> Result<(ContactInterface, Vec<u32>), InterfaceError> {
+        for edge in &mut self.edges {
+            let [a, b] = edge.pairs.map(|k| self.pairs[k as usize].normal);
+            edge.bent = norm(a - b) > SAME_NORMAL;
+        }
         let mut number = vec![NONE; self.pairs.len()];
         let mut pairs = Vec::with_capacity(self.pairs.len());
         for (k, pair) in self.pairs.iter().enumerate() {
@@ -109,11 +113,7 @@ impl Line {
     /// * `imposed`: on its nodes, m.
     fn check(&self, bodies: [&Body; 2], k: usize, imposed: [Vector; 2]) -> Result<(), InterfaceError> {
         let mut edges = self.edges.iter().filter(|e| e.pairs.contains(&(k as u32)));
-        let bent = |e: &ContactEdge| {
-            let [a, b] = e.pairs.map(|k| self.pairs[k as usize].normal);
-            norm(a - b) > SAME_NORMAL
-        };
-        if !matches!((edges.next(), edges.next()), (Some(edge), None) if !bent(edge)) {
+        if !matches!((edges.next(), edges.next()), (Some(edge), None) if !edge.bent) {
             return Err(self.refused(bodies, k));
         }
         let pair = &self.pairs[k];

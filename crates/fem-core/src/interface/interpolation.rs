@@ -1,7 +1,7 @@
 //! The difference between a gap given as a function, or measured between curves, and its linear interpolant on
 //! contact edges.
 
-use super::{ContactInterface, Gap, SAME_NORMAL};
+use super::{ContactInterface, Gap};
 use crate::body::DifferenceSum;
 use crate::body::{Body, Difference};
 use crate::geometry::{Vector, norm};
@@ -30,9 +30,8 @@ impl ContactInterface {
                 (Gap::Geometric, None) | (Gap::Touching, _) => linear(s),
             };
             // Between the pairs the normal is shorter than one, so the same number is a wider gap.
-            let bent = norm(pairs[0].normal - pairs[1].normal) > SAME_NORMAL;
             let normal = |s: f64| norm(between(pairs[0].normal, pairs[1].normal, s));
-            sum.compare(edge.length, meant, |s| linear(s) / if bent { normal(s) } else { 1.0 });
+            sum.compare(edge.length, meant, |s| linear(s) / if edge.bent { normal(s) } else { 1.0 });
         });
         sum.difference()
     }

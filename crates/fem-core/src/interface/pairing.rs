@@ -145,7 +145,9 @@ fn make_edges(
             }
             seen.insert(other);
             let length = bodies[0].mesh().edge_length(edge);
-            edges.push(ContactEdge { pairs: nodes.map(|n| number[&n]), edges: [edge, other], length });
+            let pairs = nodes.map(|n| number[&n]);
+            // The line decides which edges are bent once it is complete.
+            edges.push(ContactEdge { pairs, edges: [edge, other], length, bent: false });
         }
     }
     match surfaces[1].iter().find(|e| !seen.contains(*e)) {

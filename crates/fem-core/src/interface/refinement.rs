@@ -2,9 +2,7 @@
 
 use super::held::Line;
 use super::profile::Profile;
-use super::{
-    ContactEdge, ContactInterface, ContactPair, ContactProblem, Gap, InterfaceError, NodePair, SAME_NORMAL,
-};
+use super::{ContactEdge, ContactInterface, ContactPair, ContactProblem, Gap, InterfaceError, NodePair};
 use crate::body::{Body, BodyError};
 use crate::each_body::try_each_body;
 use crate::geometry::norm;
@@ -230,8 +228,7 @@ impl ContactInterface {
         let normal = 0.5 * (i.normal + j.normal);
         // Shorter than one if the normal changes. Dividing normal and gap by its length keeps the condition at the
         // nodes.
-        let bent = norm(i.normal - j.normal) > SAME_NORMAL;
-        let length = if bent { norm(normal) } else { 1.0 };
+        let length = if edge.bent { norm(normal) } else { 1.0 };
         let gap = match (&self.gap, profile) {
             (Gap::Touching, _) => 0.0,
             (Gap::Given(data), _) => data.at(point),
@@ -259,7 +256,7 @@ impl ContactInterface {
         for k in ends {
             pairs[k as usize].tributary_length += 0.5 * length;
         }
-        Some(ContactEdge { pairs: ends, edges, length })
+        Some(ContactEdge { pairs: ends, edges, length, bent: false })
     }
 }
 

@@ -2,7 +2,6 @@
 
 use super::TriMesh;
 use crate::geometry::{self, Vector, cross, norm};
-use crate::mesh::id::NodeId;
 use rayon::prelude::*;
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
@@ -142,6 +141,7 @@ fn clipped(polygon: &[Vector], from: Vector, to: Vector) -> Vec<Vector> {
 mod tests {
     use super::*;
     use crate::mesh::generate::block;
+    use crate::mesh::id::NodeId;
 
     /// Several meshes as one, without common nodes.
     fn together(parts: &[(Vec<Vector>, Vec<[NodeId; 3]>)]) -> TriMesh {

@@ -31,14 +31,14 @@ impl Cell {
 
     pub(super) fn middle(&self) -> Vector {
         let [a, b, c] = self.corners;
-        1.0 / 3.0 * (a + (b + c))
+        (a + b + c) / 3.0
     }
 
     /// The cell as a closed path.
     pub(super) fn path(&self) -> String {
         let [a, b, c] = self.corners;
-        let [[x, y], [u, v], [p, q]] = [a, b - a, c - b].map(<[f64; 2]>::from);
-        format!("M{x} {y}l{u} {v} {p} {q}z")
+        let (u, v) = (b - a, c - b);
+        format!("M{} {}l{} {} {} {}z", a[0], a[1], u[0], u[1], v[0], v[1])
     }
 }
 

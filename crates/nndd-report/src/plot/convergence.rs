@@ -7,7 +7,6 @@ use super::look::{Look, Marker};
 use super::sheet::PIXEL;
 use super::sweep::{E_CRE, ETA_DIS, ETA_NNDD};
 use case_io::report::IterationRow;
-use fem_core::geometry::Vector;
 
 const PRECISION: Look = Look::new("precision (no unit)", GREEN, THICK, Marker::Triangle).dashed("16 16");
 const HEIGHT: f64 = 280.0 * PIXEL;
@@ -19,10 +18,8 @@ const TICKS: usize = 10;
 /// Values that are missing, not finite or not positive are left out; the line continues to the next.
 pub(crate) fn convergence(title: &str, rows: &[IterationRow]) -> String {
     let of = |look: Look, value: fn(&IterationRow) -> Option<f64>| {
-        let drawn = |r: &IterationRow| {
-            value(r).filter(|v| drawable_log(*v)).map(|v| Vector::new(r.iteration as f64, v))
-        };
-        Series { look, points: rows.iter().filter_map(drawn).map(Some).collect() }
+        let drawn = |r: &IterationRow| value(r).filter(|v| drawable_log(*v)).map(|v| [r.iteration as f64, v]);
+        Series { look, points: rows.iter().filter_map(drawn).map(|p| Some(p.into())).collect() }
     };
     let all = [
         of(ETA_NNDD, |r| r.eta_nndd),
@@ -37,7 +34,7 @@ pub(crate) fn convergence(title: &str, rows: &[IterationRow]) -> String {
     let mut description = "Logarithmic scale against the iteration.".to_owned();
     for s in all.iter().filter(|s| !s.is_empty()) {
         let ends = [s.present().next(), s.present().last()];
-        let ends = ends.iter().flatten().map(|p| format!("{} at iteration {}", short(p[1]), p[0]));
+        let ends = ends.iter().flatten().map(|end| format!("{} at iteration {}", short(end[1]), end[0]));
         description += &format!(" {}: {}.", s.look.name, ends.collect::<Vec<_>>().join(", "));
     }
     let labels = ["iteration", "indicators (energy^1/2), precision"];

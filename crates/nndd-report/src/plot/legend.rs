@@ -44,8 +44,8 @@ pub(super) fn draw(sheet: &mut Sheet, entries: &[Look]) {
         let mut x = LEFT.min(WIDTH - MARGIN - width).max(MARGIN);
         let y = TITLE + ROW * (k as f64 + 0.5);
         for entry in row {
-            sheet.line(entry, &[[x, y], [x + SAMPLE, y]]);
-            sheet.mark(entry, Vector::new(x + 0.5 * SAMPLE, y));
+            sheet.line(entry, &[Vector::new(x, y), Vector::new(x + SAMPLE, y)]);
+            sheet.mark(entry, [x + 0.5 * SAMPLE, y]);
             Words::new(SMALL).flush_left().write(sheet, entry.name, [x + SAMPLE + BEHIND_SAMPLE, y]);
             x += entry_width(entry);
         }

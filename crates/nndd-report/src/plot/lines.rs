@@ -101,7 +101,7 @@ impl LinePanel<'_> {
     fn shade(&self, sheet: &mut Sheet, panel: &Panel<'_>) {
         let (mut drawn, mut end) = (String::new(), f64::NEG_INFINITY);
         for band in self.bands {
-            let [a, b] = band.map(|x| panel.place(Vector::new(x, 0.0))[0]);
+            let [a, b] = band.map(|x| panel.place([x, 0.0])[0]);
             let b = b.max(a + 1.0);
             // A great many bands narrower than a unit are drawn once.
             if b > end {

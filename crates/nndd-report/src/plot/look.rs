@@ -50,14 +50,15 @@ impl Look {
 
 impl Sheet {
     /// Draws the line of a series.
-    pub(super) fn line(&mut self, look: &Look, points: &[impl Copy + Into<[f64; 2]>]) {
+    pub(super) fn line(&mut self, look: &Look, points: &[Vector]) {
         if points.len() > 1 {
             self.dashed(&path(points), look.colour, look.thickness, look.dash);
         }
     }
 
     /// Draws the marker of a series.
-    pub(super) fn mark(&mut self, look: &Look, at: Vector) {
+    pub(super) fn mark(&mut self, look: &Look, at: impl Into<Vector>) {
+        let at = at.into();
         let [x, y] = at.into();
         // Shapes with corners have about the area of the disc.
         let (square, triangle) = (MARKER - 0.5 * PIXEL, MARKER + PIXEL);

@@ -98,7 +98,8 @@ mod tests {
         let dots = |offset: [f64; 2]| {
             let low = [[0.0, 0.0], [4.0, 0.0], [0.0, 2.0]];
             let high = low.map(|[x, y]| [x + offset[0], y + offset[1]]);
-            let [low, high] = [low, high].map(|p| TriMesh::new(p.to_vec(), vec![[0, 1, 2]], vec![]).unwrap());
+            let [low, high] = [low, high]
+                .map(|p| TriMesh::new(p.map(Vector::from).to_vec(), vec![[0, 1, 2]], vec![]).unwrap());
             let rest = [Vector::zeros(); 3];
             let body = |name, mesh| BodyPicture { name, mesh, displacement: &rest, density: &[1.0] };
             let svg = deformed("Two", &[body("low", &low), body("high", &high)], &[]);

@@ -100,8 +100,8 @@ impl Sheet {
     }
 
     /// Draws an axis from one place to another, with its labels left of it if it is vertical, and below it otherwise.
-    pub(super) fn axis(&mut self, axis: &Axis, from: [f64; 2], to: [f64; 2], label: &str) {
-        let (from, to) = (Vector::from(from), Vector::from(to));
+    pub(super) fn axis(&mut self, axis: &Axis, from: impl Into<Vector>, to: impl Into<Vector>, label: &str) {
+        let (from, to): (Vector, Vector) = (from.into(), to.into());
         let vertical = from[0] == to[0];
         let (out, k) = if vertical { (-Vector::x(), 0) } else { (Vector::y(), 1) };
         let mut lines = path(&[from, to]);
@@ -121,9 +121,10 @@ impl Sheet {
 }
 
 /// A line through some points, for the attribute `d`.
-pub(super) fn path(points: &[impl Copy + Into<[f64; 2]>]) -> String {
+pub(super) fn path<P: Into<Vector> + Copy>(points: &[P]) -> String {
     let mut d = String::new();
-    for (k, [x, y]) in points.iter().map(|p| (*p).into()).enumerate() {
+    for (k, point) in points.iter().enumerate() {
+        let [x, y] = (*point).into().into();
         let _ = write!(d, "{}{x:.0} {y:.0}", ["M", "L", " "][k.min(2)]);
     }
     d
@@ -191,9 +192,9 @@ impl Words {
     }
 
     /// Writes a text whose vertical middle is at `at`; what does not fit the sheet is cut.
-    pub(super) fn write(self, sheet: &mut Sheet, text: &str, at: impl Into<[f64; 2]>) {
+    pub(super) fn write(self, sheet: &mut Sheet, text: &str, at: impl Into<Vector>) {
         let Words { size, colour, anchor, .. } = self;
-        let [x, y] = at.into();
+        let [x, y] = at.into().into();
         let room = match anchor {
             _ if self.upright => f64::INFINITY,
             "middle" => 2.0 * x.min(WIDTH - x),
@@ -246,7 +247,8 @@ pub(super) struct Panel<'a> {
 
 impl Panel<'_> {
     /// Where a point is on the sheet.
-    pub(super) fn place(&self, p: Vector) -> Vector {
+    pub(super) fn place(&self, p: impl Into<Vector>) -> Vector {
+        let p = p.into();
         let (f, [x, y]) = (self.frame, self.axes);
         Vector::new(f.left + f.width * x.position(p[0]), f.bottom() - f.height * y.position(p[1]))
             .map(f64::round)

@@ -185,7 +185,7 @@ fn arrow(sheet: &mut Sheet, at: Vector, way: Vector, out: Vector, length: f64, o
 
 fn unit(v: Vector) -> Option<Vector> {
     let length = norm(v);
-    (length > 0.0 && length.is_finite()).then(|| v.map(|c| c / length))
+    (length > 0.0 && length.is_finite()).then(|| v / length)
 }
 
 /// Places of marks that keep their distance.
@@ -212,10 +212,10 @@ fn name(sheet: &mut Sheet, panel: &Panel<'_>, body: &SketchBody<'_>) {
     let edge: Vec<Vector> = edge.iter().step_by(step(edge.len())).map(|v| points[*v]).collect();
     let middle = |t| {
         let [a, b, c] = body.mesh.corners(t);
-        1.0 / 3.0 * (a + (b + c))
+        (a + b + c) / 3.0
     };
     let tried: Vec<Vector> = (0..count).step_by(step(count)).map(middle).collect();
-    let centre = 1.0 / tried.len().max(1) as f64 * tried.iter().sum::<Vector>();
+    let centre = tried.iter().sum::<Vector>() / tried.len().max(1) as f64;
     // Words are wider than high: what is beside them is nearer than it looks.
     let aspect = (sheet::width_of(body.name, NAME) / NAME).max(1.0);
     let distance = |a: Vector, b: Vector| ((a[0] - b[0]) / aspect).hypot(a[1] - b[1]);
@@ -229,7 +229,7 @@ fn name(sheet: &mut Sheet, panel: &Panel<'_>, body: &SketchBody<'_>) {
     let room = 2.0 * at[0].min(WIDTH - at[0]) - MARGIN;
     Words::new(sheet::fitting(body.name, NAME, room)).bold().write(sheet, body.name, at);
     if let Some(way) = unit(flipped(body.body_force)) {
-        arrow(sheet, at + Vector::new(0.0, SMALL), way, way, ARROW, 0.0, &BODY_FORCE);
+        arrow(sheet, at + SMALL * Vector::y(), way, way, ARROW, 0.0, &BODY_FORCE);
     }
 }
 

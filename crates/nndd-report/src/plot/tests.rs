@@ -62,10 +62,13 @@ fn block(n: usize, y: f64) -> TriMesh {
     TriMesh::new(points, triangles, vec![]).unwrap()
 }
 
-fn picture(n: usize, u: impl Fn(Vector) -> [f64; 2], density: impl Fn(usize) -> f64) -> String {
+fn picture(n: usize, u: impl Fn([f64; 2]) -> [f64; 2], density: impl Fn(usize) -> f64) -> String {
     let meshes = [block(n, 1.0), block(n, 0.0)];
-    let fields = meshes.each_ref().map(|m| -> (Vec<_>, Vec<_>) {
-        (m.points().iter().map(|p| u(*p).into()).collect(), (0..m.triangles().len()).map(&density).collect())
+    let fields = meshes.each_ref().map(|m| -> (Vec<Vector>, Vec<_>) {
+        (
+            m.points().iter().map(|p| u((*p).into()).into()).collect(),
+            (0..m.triangles().len()).map(&density).collect(),
+        )
     });
     let bodies = [0, 1].map(|k| BodyPicture {
         name: ["upper", "lower"][k],
@@ -306,7 +309,7 @@ fn sketch_says_what_is_imposed() {
         edge(1.0, Held::Free, [0.0; 2], [0.0, -3.0]),
     ];
     let body = |edges| SketchBody { name: "block <1>", mesh: &mesh, edges, body_force: Vector::zeros() };
-    let svg = sketch("Sketch", &[body(edges)], &[[[0.0, 0.0], [2.0, 0.0]].map(Vector::from)]);
+    let svg = sketch("Sketch", &[body(edges)], &[[Vector::zeros(), 2.0 * Vector::x()]]);
     assert_whole(&svg);
     let words =
         ["block &lt;1&gt;", "held in one direction", "imposed displacement", "load", "possible contact"];

@@ -4,7 +4,6 @@ use crate::body::{Body, NodeConstraint};
 use crate::geometry::{self, Vector};
 use crate::mesh::TriMesh;
 use crate::mesh::id::{EdgeId, NodeId};
-use crate::mesh::topology::NONE;
 use std::collections::HashMap;
 
 /// Cosine of the turn, 30 degrees, from which a node is a corner that does not move.

@@ -7,7 +7,6 @@ use crate::body::Body;
 use crate::geometry::{self, Vector};
 use crate::mesh::id::{EdgeId, NodeId};
 use crate::mesh::refine::{self, RefinementEdges};
-use crate::mesh::topology::NONE;
 use std::collections::HashMap;
 
 /// Fans with a smaller angle, degrees, are too thin, unless an angle of the cell itself is less than twice as large.

@@ -6,7 +6,6 @@ use crate::geometry::{Vector, norm};
 use crate::mesh::TriMesh;
 use crate::mesh::id::{EdgeId, NodeId};
 use crate::mesh::refine::{Refinement, RefinementEdges};
-use crate::mesh::topology::NONE;
 use std::collections::HashMap;
 
 /// Number of moved nodes of each body, and their largest motion, m.
