@@ -15,7 +15,7 @@ use crate::star::{self, Star};
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
 use fem_core::element::Triangle;
 use fem_core::geometry::{self, Vector, cross, perpendicular};
-use fem_core::mesh::id::EdgeId;
+use fem_core::mesh::id::{EdgeId, NodeId};
 use fem_core::tensor::SymTensor2;
 use rayon::prelude::*;
 
@@ -50,7 +50,7 @@ pub fn edge_moments(body: &Body, stress: &[SymTensor2], conditions: &[EdgeCondit
                 let mut found = Vec::with_capacity(8 * CHUNK);
                 let (mut star, mut relative) = (Star::default(), Vec::new());
                 for node in k * CHUNK..nodes.min((k + 1) * CHUNK) {
-                    recovery.vertex(node, &mut star, &mut relative, &mut found);
+                    recovery.vertex(NodeId::new(node), &mut star, &mut relative, &mut found);
                 }
                 found
             })
@@ -72,7 +72,7 @@ impl Recovery<'_> {
     /// Finds the moments about a vertex. `star` and `relative` are working space.
     fn vertex(
         &self,
-        node: usize,
+        node: NodeId,
         star: &mut Star,
         relative: &mut Vec<Vector>,
         found: &mut Vec<(EdgeId, u8, Vector)>,
@@ -88,13 +88,13 @@ impl Recovery<'_> {
             let is_first =
                 j < star.triangles.len() && topology.edge_triangles()[edge][0] == star.triangles[j];
             let moment = if is_first { after } else { -after };
-            let end = u8::from(topology.edges()[edge][1].index() == node);
+            let end = u8::from(topology.edges()[edge][1] == node);
             found.push((edge, end, moment));
         }
     }
 
     /// Moment `c_{j+1} = c_j − Q_j` on each spoke, acting on the triangle after it, relative to the first.
-    fn differences(&self, node: usize, star: &Star, relative: &mut Vec<Vector>) {
+    fn differences(&self, node: NodeId, star: &Star, relative: &mut Vec<Vector>) {
         let mesh = self.body.mesh();
         relative.clear();
         let mut c = Vector::zeros();
@@ -112,13 +112,13 @@ impl Recovery<'_> {
     }
 
     /// The first moment for which all moments are closest to the average FE tractions, without conditions at the ends.
-    fn mean(&self, node: usize, star: &Star, relative: &[Vector]) -> Vector {
+    fn mean(&self, node: NodeId, star: &Star, relative: &[Vector]) -> Vector {
         let mesh = self.body.mesh();
         let count = star.triangles.len();
         let mut sum = Vector::zeros();
         let mut weights = 0.0;
         for (j, &edge) in star.spokes.iter().enumerate() {
-            let [a, b] = mesh.topology().edges()[edge].map(|n| n.index());
+            let [a, b] = mesh.topology().edges()[edge];
             assert!(a == node || b == node, "edge {edge} from {a} to {b} does not start at node {node}");
             let (from, to) = (mesh.points()[node], mesh.points()[if a == node { b } else { a }]);
             let length = geometry::norm(to - from);
@@ -148,7 +148,7 @@ impl Recovery<'_> {
     }
 
     /// Changes the mean so that it satisfies the conditions on the two boundary edges of an open star.
-    fn fit_ends(&self, node: usize, star: &Star, relative: &[Vector], mean: Vector) -> Vector {
+    fn fit_ends(&self, node: NodeId, star: &Star, relative: &[Vector], mean: Vector) -> Vector {
         let last = star.spokes.len() - 1;
         let mut given: Vec<(Vector, f64)> = Vec::with_capacity(4);
         for (spoke, sign) in [(0, 1.0), (last, -1.0)] {
@@ -178,12 +178,12 @@ impl Recovery<'_> {
     }
 
     /// Returns the condition on a boundary edge: directions of reaction, and the moment about `node`.
-    fn boundary(&self, node: usize, edge: EdgeId) -> (EdgeReaction, Vector) {
+    fn boundary(&self, node: NodeId, edge: EdgeId) -> (EdgeReaction, Vector) {
         let mesh = self.body.mesh();
         let place = mesh.topology().boundary_place(edge);
         let condition = &self.conditions[place];
         let [a, b] = condition.traction;
-        let first = mesh.topology().edges()[edge][0].index() == node;
+        let first = mesh.topology().edges()[edge][0] == node;
         let (near, far) = if first { (a, b) } else { (b, a) };
         let moment = mesh.edge_length(edge) / 6.0 * (2.0 * near + far);
         (condition.reaction, moment)

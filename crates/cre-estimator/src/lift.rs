@@ -191,7 +191,7 @@ fn by_pair(body: &Body, interface: &ContactInterface, side: usize, middle: &[f64
 fn energy(body: &Body, field: &[(NodeId, Vector)]) -> f64 {
     let mesh = body.mesh();
     let mut triangles: Vec<u32> =
-        field.iter().flat_map(|(n, _)| mesh.topology().triangles_around(n.index()).iter().copied()).collect();
+        field.iter().flat_map(|(n, _)| mesh.topology().triangles_around(*n).iter().copied()).collect();
     triangles.sort_unstable();
     triangles.dedup();
     let mut nodes = field.to_vec();

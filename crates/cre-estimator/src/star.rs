@@ -1,7 +1,7 @@
 //! The star of a vertex: its triangles and the edges between them, in order.
 
 use fem_core::mesh::TriMesh;
-use fem_core::mesh::id::EdgeId;
+use fem_core::mesh::id::{EdgeId, NodeId};
 use fem_core::mesh::topology::NONE;
 
 /// The star of a vertex, counter-clockwise: spoke `j` comes before triangle `j`. An open star begins and ends
@@ -14,7 +14,7 @@ pub(crate) struct Star {
 
 impl Star {
     /// Collects the star of a vertex.
-    pub(crate) fn walk(&mut self, mesh: &TriMesh, node: usize) {
+    pub(crate) fn walk(&mut self, mesh: &TriMesh, node: NodeId) {
         let topology = mesh.topology();
         let around = topology.triangles_around(node);
         let before = |t: u32| topology.triangle_edges()[t as usize][corner(mesh, t, node)];
@@ -43,16 +43,16 @@ impl Star {
 }
 
 /// Tells whether a vertex lies inside the mesh: whether its triangles form a closed ring.
-pub(crate) fn is_closed(mesh: &TriMesh, node: usize) -> bool {
+pub(crate) fn is_closed(mesh: &TriMesh, node: NodeId) -> bool {
     let topology = mesh.topology();
     let before = |t: u32| topology.triangle_edges()[t as usize][corner(mesh, t, node)];
     !topology.triangles_around(node).iter().any(|&t| topology.is_boundary(before(t)))
 }
 
 /// Finds which corner of a triangle a node is.
-pub(crate) fn corner(mesh: &TriMesh, triangle: u32, node: usize) -> usize {
+pub(crate) fn corner(mesh: &TriMesh, triangle: u32, node: NodeId) -> usize {
     let corners = &mesh.triangles()[triangle as usize];
-    match corners.iter().position(|&n| n.index() == node) {
+    match corners.iter().position(|&n| n == node) {
         Some(corner) => corner,
         None => unreachable!("node {node} is not one of the corners {corners:?} of triangle {triangle}"),
     }

@@ -279,10 +279,10 @@ impl pulp::NullaryFnOnce for BandResidual<'_> {
         let is_own = |n: NodeId| nodes.contains(&n.index());
         let add = |i: usize, g: f64| r.set(i, r.get(i) - g);
         let mut energy = 0.0;
-        for n in nodes.clone() {
+        for n in nodes.clone().map(NodeId::new) {
             for &t in topology.triangles_around(n) {
                 let corners = mesh.triangles()[t as usize];
-                if corners.iter().any(|&m| is_own(m) && m.index() < n) {
+                if corners.iter().any(|&m| is_own(m) && m < n) {
                     continue;
                 }
                 let (gradient, of_cell) = Cell::new(space, t as usize).gradient(space, stress);
@@ -295,7 +295,7 @@ impl pulp::NullaryFnOnce for BandResidual<'_> {
                         add(space.edge_unknown(edge), gradient[9 + k]);
                     }
                 }
-                if corners.iter().all(|&m| m.index() >= n) {
+                if corners.iter().all(|&m| m >= n) {
                     energy += of_cell;
                 }
             }

@@ -143,7 +143,7 @@ impl Columns<'_> {
     fn neighbours(&self, node: usize, list: &mut Vec<NodeId>) {
         let mesh = self.body.mesh();
         list.clear();
-        for &t in mesh.topology().triangles_around(node) {
+        for &t in mesh.topology().triangles_around(NodeId::new(node)) {
             list.extend_from_slice(&mesh.triangles()[t as usize]);
         }
         list.sort_unstable();
@@ -227,7 +227,7 @@ impl Gather {
         self.blocks.clear();
         self.blocks.resize(self.neighbours.len(), Matrix2::zeros());
         let mesh = columns.body.mesh();
-        for &t in mesh.topology().triangles_around(node) {
+        for &t in mesh.topology().triangles_around(NodeId::new(node)) {
             let t = t as usize;
             let corners = mesh.triangles()[t];
             let element = Triangle::new(mesh.corners(t));

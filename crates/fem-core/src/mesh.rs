@@ -343,7 +343,7 @@ fn check_nodes(points: &[Vector], topology: &Topology) -> Result<(), MeshError> 
         }
     }
     for (node, p) in points.iter().enumerate() {
-        if topology.triangles_around(node).is_empty() {
+        if topology.triangles_around(NodeId::new(node)).is_empty() {
             return Err(MeshError::LooseNode { node, x: p[0], y: p[1] });
         }
         if boundary_edges[node] > 2 {

@@ -6,6 +6,7 @@ use super::inverse::Inverter;
 use super::shared::Shared;
 use super::space::Space;
 use crate::star::{self, Star, corner};
+use fem_core::mesh::id::NodeId;
 use std::ops::Range;
 
 /// Vertices handled by one task: enough that most triangles around them have all their vertices among them, few enough
@@ -20,7 +21,7 @@ type Outer = [f32; 23];
 /// One star: its vertex, and where its spokes and its blocks begin in the band.
 #[derive(Clone, Copy, Default)]
 struct Place {
-    node: u32,
+    node: NodeId,
     first_spoke: u32,
     spokes: u32,
     first_entry: u32,
@@ -76,7 +77,7 @@ impl Forms {
     /// Computes the forms, divided by `unit`, in the place of those of other vertices.
     fn renew(&mut self, space: &Space<'_>, unit: f64, nodes: Range<usize>) {
         let topology = space.body().mesh().topology();
-        let around = || nodes.clone().flat_map(|n| topology.triangles_around(n).iter().copied());
+        let around = || nodes.clone().flat_map(|n| topology.triangles_around(NodeId::new(n)).iter().copied());
         self.first = around().min().unwrap_or(0);
         let end = around().max().map_or(self.first, |last| last + 1);
         self.places.clear();
@@ -148,12 +149,12 @@ impl Band {
         self.places.resize(nodes.len(), Place::default());
         for n in nodes {
             let place = &mut next[colour_of[n] as usize];
-            self.places[*place as usize].node = n as u32;
+            self.places[*place as usize].node = NodeId::new(n);
             *place += 1;
         }
         let (mut spokes, mut entries) = (0, 0);
         for place in &mut self.places {
-            let node = place.node as usize;
+            let node = place.node;
             place.closed = star::is_closed(mesh, node);
             // An open star has one spoke more than triangles.
             place.spokes = (mesh.topology().triangles_around(node).len() + usize::from(!place.closed)) as u32;
@@ -174,7 +175,7 @@ impl Band {
         let place = self.places[place];
         let node = place.node;
         let Work { forms, star, inner, outer, inverter } = work;
-        star.walk(mesh, node as usize);
+        star.walk(mesh, node);
         let (count, size) = (place.spokes as usize, place.size());
         let spokes = &mut self.spokes[place.first_spoke as usize..][..count];
         outer.clear();
@@ -183,14 +184,14 @@ impl Band {
         inner.resize(size * (size + 1) / 2, 0.0);
         for (spoke, &edge) in spokes.iter_mut().zip(&star.spokes) {
             let ends = mesh.topology().edges()[edge];
-            let other = if ends[0].index() == node as usize { ends[1] } else { ends[0] };
+            let other = if ends[0] == node { ends[1] } else { ends[0] };
             let own = space.edge_unknown(edge) as u32;
             // The last spoke of an open star has no triangle after it: its coupling with the rim is zero.
             *spoke = Spoke { own, ring: 3 * u32::from(other), rim: own };
         }
         for (j, &t) in star.triangles.iter().enumerate() {
             let form = forms.of(t);
-            let c = corner(mesh, t, node as usize);
+            let c = corner(mesh, t, node);
             let after = if j + 1 == count { 0 } else { j + 1 };
             // Places in the triangle: ring vertices, spokes before and after, outer edge.
             let (near, far) = (3 * ((c + 1) % 3), 3 * ((c + 2) % 3));
@@ -279,7 +280,7 @@ impl Band {
     /// Unknown of a star's row.
     fn unknown(&self, place: &Place, row: usize) -> usize {
         match row {
-            0..3 => 3 * place.node as usize + row,
+            0..3 => 3 * place.node.index() + row,
             _ => self.spokes[place.first_spoke as usize + row - 3].own as usize,
         }
     }
@@ -315,7 +316,7 @@ impl Band {
                 } else {
                     self.spokes[place.first_spoke as usize + row - 3].ring / 3
                 };
-                if place.node < other {
+                if u32::from(place.node) < other {
                     y.set(self.unknown(place, row), unit * value);
                 }
             }

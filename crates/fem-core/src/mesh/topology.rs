@@ -132,8 +132,9 @@ impl Topology {
 
     /// Returns the triangles that have `node` as a corner, ascending.
     #[inline]
-    pub fn triangles_around(&self, node: usize) -> &[u32] {
-        &self.node_triangles[self.node_starts[node] as usize..self.node_starts[node + 1] as usize]
+    pub fn triangles_around(&self, node: NodeId) -> &[u32] {
+        let [start, end] = [node.index(), node.index() + 1].map(|n| self.node_starts[n] as usize);
+        &self.node_triangles[start..end]
     }
 
     /// Finds the edge between two nodes.

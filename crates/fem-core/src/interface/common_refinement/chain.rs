@@ -90,7 +90,7 @@ pub(super) fn motions(body: &Body, chains: &[Chain]) -> HashMap<NodeId, Motion> 
         for (k, &node) in chain.nodes.iter().enumerate() {
             let inner = k > 0 && k + 1 < chain.nodes.len();
             let held = body.node_constraints()[node] != NodeConstraint::Free;
-            let cells = topology.triangles_around(node.index());
+            let cells = topology.triangles_around(node);
             let first = body.material(cells[0] as usize);
             let mixed = cells.iter().any(|&t| body.material(t as usize) != first);
             let corner = inner && {
@@ -126,7 +126,7 @@ pub(super) fn motions(body: &Body, chains: &[Chain]) -> HashMap<NodeId, Motion> 
 pub(super) fn smallest_angle(mesh: &TriMesh, nodes: impl Iterator<Item = NodeId>) -> f64 {
     let mut smallest = 180.0f64;
     for node in nodes.filter(|n| *n != NodeId::NONE) {
-        for &t in mesh.topology().triangles_around(node.index()) {
+        for &t in mesh.topology().triangles_around(node) {
             smallest = smallest.min(geometry::smallest_angle(mesh.corners(t as usize)));
         }
     }
