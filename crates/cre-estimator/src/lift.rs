@@ -11,7 +11,7 @@
 use fem_core::body::{Body, NodeConstraint};
 use fem_core::element::Triangle;
 use fem_core::geometry::{Vector, perpendicular};
-use fem_core::interface::{ContactInterface, ContactPair, ContactProblem, NodePair};
+use fem_core::interface::{ContactEdge, ContactInterface, ContactPair, ContactProblem, NodePair};
 
 /// A node whose motion opens the edge by less than this fraction is not moved; the checks reject a remaining
 /// penetration.
@@ -123,7 +123,7 @@ pub(crate) fn find(
     middle: &[f64],
 ) -> Lift {
     let interface = &pair.interface;
-    let penetrates = |(edge, middle): (&_, &f64)| *middle < 0.0 && edge.bent;
+    let penetrates = |(edge, middle): (&ContactEdge, &f64)| *middle < 0.0 && edge.bent;
     if !interface.edges().iter().zip(middle).any(penetrates) {
         let none = vec![0.0; interface.pairs().len()];
         return Lift { body: pair.bodies[0], by_pair: none, ..Lift::default() };
