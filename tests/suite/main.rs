@@ -4,6 +4,7 @@
 
 mod adaptive;
 mod adversarial;
+mod assemblies;
 mod bound;
 mod bounds;
 mod certificate;

@@ -98,6 +98,16 @@ pub enum QpError {
         /// Number of unknowns.
         size: usize,
     },
+    /// The bounds of an unknown exclude each other, or one of them is NaN.
+    #[error("`lower[{place}]` is {lower} and `upper[{place}]` is {upper}, expected lower <= upper")]
+    Bounds {
+        /// The unknown.
+        place: usize,
+        /// Its lower bound.
+        lower: f64,
+        /// Its upper bound.
+        upper: f64,
+    },
     /// The matrix is not positive definite on the unknowns that are free to move.
     ///
     /// A mechanical cause is a body that can move rigidly without closing any contact.

@@ -2,6 +2,7 @@
 //! Clarabel.
 
 use crate::active_set::ActiveSet;
+use crate::box_qp::Place;
 use crate::error::QpError;
 use crate::kkt;
 use crate::polish::{Admissible, Prepared, positive_part};
@@ -10,7 +11,7 @@ use crate::settings::QpSettings;
 use crate::solution::QpStatus;
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{
-    DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus, SupportedConeT,
+    DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus, SupportedConeT, ZeroConeT,
 };
 
 /// A bound further than this below zero, in scaled length, is not passed to Clarabel: it is very unlikely to become
@@ -131,6 +132,106 @@ fn load(qp: &BoundQp<'_>, roots: &[f64]) -> f64 {
     }
     let length = kkt::largest(qp.bounded.iter().zip(qp.lower).map(|(&i, lower)| lower * roots[i]));
     if length > 0.0 { length } else { 1.0 }
+}
+
+/// A programme with bounds on both sides and equality rows, see [`crate::BoxQp`].
+pub(crate) struct Boxed<'a> {
+    pub(crate) matrix: MatrixView<'a>,
+    pub(crate) linear: &'a [f64],
+    pub(crate) lower: &'a [f64],
+    pub(crate) upper: &'a [f64],
+    /// Row after row.
+    pub(crate) rows: &'a [f64],
+    pub(crate) right_side: &'a [f64],
+}
+
+/// The result of Clarabel for a [`Boxed`] programme.
+pub(crate) struct BoxedPoint {
+    pub(crate) status: QpStatus,
+    pub(crate) iterations: usize,
+    pub(crate) x: Vec<f64>,
+    pub(crate) row_multipliers: Vec<f64>,
+    pub(crate) places: Vec<Place>,
+}
+
+/// Calls Clarabel for a programme with bounds on both sides and equality rows, in the units of [`Scaled`].
+///
+/// # Errors
+/// [`QpError::Library`] when Clarabel rejects the data.
+pub(crate) fn solve_boxed(qp: &Boxed<'_>, settings: &QpSettings) -> Result<BoxedPoint, QpError> {
+    let (n, m) = (qp.linear.len(), qp.right_side.len());
+    let stiffest = (0..n).map(|i| qp.matrix.diagonal(i)).fold(0.0, f64::max);
+    // An unknown without stiffness of its own gets the largest one.
+    let root = |i: usize| Some(qp.matrix.diagonal(i)).filter(|d| *d > 0.0).unwrap_or(stiffest).sqrt();
+    let roots: Vec<f64> = (0..n).map(root).map(|r| if r > 0.0 { r } else { 1.0 }).collect();
+    let finite = |v: f64| if v.is_finite() { v.abs() } else { 0.0 };
+    let row = |k: usize| &qp.rows[k * n..(k + 1) * n];
+    let norms: Vec<f64> = (0..m)
+        .map(|k| row(k).iter().zip(&roots).map(|(g, r)| (g / r).powi(2)).sum::<f64>().sqrt())
+        .map(|norm| if norm > 0.0 { norm } else { 1.0 })
+        .collect();
+    let of_linear = (0..n).map(|i| (qp.linear[i] / roots[i]).abs());
+    let of_bounds = (0..n).map(|i| finite(qp.lower[i]).max(finite(qp.upper[i])) * roots[i]);
+    let of_rows = (0..m).map(|k| (qp.right_side[k] / norms[k]).abs());
+    let load = of_linear.chain(of_bounds).chain(of_rows).fold(0.0, f64::max);
+    let load = if load > 0.0 { load } else { 1.0 };
+    let bounded = |bounds: &[f64]| -> Vec<usize> { (0..n).filter(|i| bounds[*i].is_finite()).collect() };
+    let (below, above) = (bounded(qp.lower), bounded(qp.upper));
+    // Column by column: the equality rows, then −x ≤ −l, then x ≤ u.
+    let (mut starts, mut places, mut entries) = (vec![0], Vec::new(), Vec::new());
+    for i in 0..n {
+        for k in (0..m).filter(|k| row(*k)[i] != 0.0) {
+            places.push(k);
+            entries.push(row(k)[i] / roots[i] / norms[k]);
+        }
+        for (list, first, entry) in [(&below, m, -1.0), (&above, m + below.len(), 1.0)] {
+            if let Ok(place) = list.binary_search(&i) {
+                places.push(first + place);
+                entries.push(entry);
+            }
+        }
+        starts.push(places.len());
+    }
+    let bounds = below.len() + above.len();
+    let matrix = CscMatrix::new(m + bounds, n, starts, places, entries);
+    let scaled = |i: usize, bound: f64| bound * roots[i] / load;
+    let rhs: Vec<f64> = (0..m)
+        .map(|k| qp.right_side[k] / norms[k] / load)
+        .chain(below.iter().map(|&i| -scaled(i, qp.lower[i])))
+        .chain(above.iter().map(|&i| scaled(i, qp.upper[i])))
+        .collect();
+    let linear: Vec<f64> = (0..n).map(|i| qp.linear[i] / roots[i] / load).collect();
+    let mut cones: Vec<SupportedConeT<f64>> = Vec::new();
+    if m > 0 {
+        cones.push(ZeroConeT(m));
+    }
+    if bounds > 0 {
+        cones.push(NonnegativeConeT(bounds));
+    }
+    let hessian = upper_triangle(&qp.matrix, &roots);
+    let mut solver =
+        DefaultSolver::new(&hessian, &linear, &matrix, &rhs, &cones, clarabel_settings(settings))
+            .map_err(|error| QpError::Library { library: "clarabel", message: error.to_string() })?;
+    solver.solve();
+    let answer = &solver.solution;
+    let mut places = vec![Place::Free; n];
+    for (first, list, place) in [(m, &below, Place::Lower), (m + below.len(), &above, Place::Upper)] {
+        for (k, &i) in list.iter().enumerate() {
+            if answer.z[first + k] > answer.s[first + k] {
+                places[i] = place;
+            }
+        }
+    }
+    Ok(BoxedPoint {
+        status: match answer.status {
+            SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => QpStatus::Infeasible,
+            other => status(other),
+        },
+        iterations: answer.iterations as usize,
+        x: (0..n).map(|i| finite_or_zero(answer.x[i] * load / roots[i])).collect(),
+        row_multipliers: (0..m).map(|k| finite_or_zero(-answer.z[k] * load / norms[k])).collect(),
+        places,
+    })
 }
 
 fn finite_or_zero(value: f64) -> f64 {

@@ -68,6 +68,8 @@
 //! ```
 
 mod active_set;
+mod balance;
+mod box_qp;
 mod cholesky;
 mod error;
 mod interior_point;
@@ -82,6 +84,8 @@ mod solution;
 mod solve;
 
 pub use active_set::ActiveSet;
+pub use balance::{Balanced, nearest_balanced, nonnegative_least_squares};
+pub use box_qp::{BoxQp, BoxResiduals, BoxSolution, Place, box_residuals, solve_box};
 pub use error::QpError;
 pub use kkt::{CheckedMatrix, KktResiduals, kkt_residuals};
 pub use problem::{BoundQp, MatrixView};

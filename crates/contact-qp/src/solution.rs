@@ -15,6 +15,8 @@ pub enum QpStatus {
     AlmostSolved,
     /// Clarabel found the objective unbounded below: `P` is singular and a free direction is unconstrained.
     Unbounded,
+    /// Clarabel found that no `x` within the bounds satisfies the equality rows.
+    Infeasible,
     /// Clarabel reached its iteration limit.
     MaxIterations,
     /// Clarabel made no further progress.
@@ -39,6 +41,7 @@ impl fmt::Display for QpStatus {
             Self::Solved => "solved",
             Self::AlmostSolved => "almost solved",
             Self::Unbounded => "unbounded",
+            Self::Infeasible => "infeasible",
             Self::MaxIterations => "iteration limit reached",
             Self::InsufficientProgress => "insufficient progress",
             Self::NumericalError => "numerical error",

@@ -3,7 +3,7 @@
 //! Every column is gathered separately from the triangles around its node, in a fixed order: columns run
 //! in parallel and the result does not depend on the number of threads, bit for bit.
 
-use crate::body::{Body, FreeMotion};
+use crate::body::{Body, FreeMotion, RigidMotion};
 use crate::dof::{DofMap, IMPOSED};
 use crate::element::Triangle;
 use crate::geometry::{Vector, shown};
@@ -78,6 +78,28 @@ impl System {
         if let Some(motion) = body.free_motion() {
             return Err(AssemblyError::Floating { motion });
         }
+        Self::without_springs(body, dofs)
+    }
+
+    /// Assembles a body that may float: each rigid motion that its supports leave free gets a spring at one unknown, as
+    /// stiff as the unknown itself. The springs are chosen so that no rigid motion leaves all of them unloaded, and as many as
+    /// there are motions: so forces in balance do not load them, and the solution is one of the body alone.
+    ///
+    /// # Errors
+    /// A body without unknowns; a body with overflowing data.
+    pub fn with_springs(body: &Body, dofs: DofMap) -> Result<Self, AssemblyError> {
+        let mut system = Self::without_springs(body, dofs)?;
+        for unknown in springs(body, &system.dofs) {
+            let SymmetricCsc { starts, rows, values } = &mut system.stiffness;
+            let column = starts[unknown] as usize..starts[unknown + 1] as usize;
+            for entry in column.filter(|entry| rows[*entry] as usize == unknown) {
+                values[entry] *= 2.0;
+            }
+        }
+        Ok(system)
+    }
+
+    fn without_springs(body: &Body, dofs: DofMap) -> Result<Self, AssemblyError> {
         if dofs.is_empty() {
             return Err(AssemblyError::NothingUnknown);
         }
@@ -99,6 +121,35 @@ impl System {
         }
         Ok(Self { stiffness: SymmetricCsc { starts, rows, values }, load, dofs })
     }
+}
+
+/// Chooses one unknown per rigid motion of a floating body, by elimination with pivots: the unknown that moves most, then
+/// the one that moves most in what the springs so far leave free.
+fn springs(body: &Body, dofs: &DofMap) -> Vec<usize> {
+    let mut motions = body.rigid_motions();
+    if motions.is_empty() {
+        return Vec::new();
+    }
+    let (piece_of, _) = body.mesh().topology().pieces();
+    let points = body.mesh().points();
+    let moved = |motion: &RigidMotion, unknown: usize| {
+        let (node, c) = dofs.unknown(unknown);
+        let moves = piece_of[node] == motion.piece && dofs.is_orthogonal(node);
+        if moves { motion.at(points[node]).dot(&dofs.axis(node, c)) } else { 0.0 }
+    };
+    let mut chosen = Vec::new();
+    while let Some(last) = motions.pop() {
+        let most = |unknown: &usize| moved(&last, *unknown).abs();
+        let Some(unknown) = (0..dofs.len()).max_by(|i, j| most(i).total_cmp(&most(j))) else { break };
+        chosen.push(unknown);
+        // The other motions of the piece, combined with this one so that they do not move the unknown.
+        for motion in motions.iter_mut().filter(|motion| motion.piece == last.piece) {
+            let part = moved(motion, unknown) / moved(&last, unknown);
+            motion.translation -= part * last.translation;
+            motion.spin -= part * last.spin;
+        }
+    }
+    chosen
 }
 
 /// Computes the nodal forces of tractions and body force, Cartesian, N/m.

@@ -16,7 +16,7 @@ use thiserror::Error;
 
 pub(crate) use interpolation::Sum as DifferenceSum;
 pub use interpolation::{DataDifference, Difference, SAMPLES};
-pub use motion::FreeMotion;
+pub use motion::{FreeMotion, RigidMotion};
 
 /// The displacement condition of one node.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -305,5 +305,10 @@ impl Body {
     /// is unique. Each connected part is checked separately.
     pub fn free_motion(&self) -> Option<FreeMotion> {
         *self.free_motion.get_or_init(|| motion::find(self))
+    }
+
+    /// Lists a basis of the rigid motions that the supports leave free; none if the body is held.
+    pub fn rigid_motions(&self) -> Vec<RigidMotion> {
+        if self.free_motion().is_none() { Vec::new() } else { motion::basis(self) }
     }
 }

@@ -192,6 +192,11 @@ impl DofMap {
         perpendicular(self.axes[node])
     }
 
+    /// Tells whether the two axes of a node's frame are perpendicular to each other and of length one.
+    pub fn is_orthogonal(&self, node: usize) -> bool {
+        self.oblique.binary_search_by_key(&NodeId::new(node), |o| o.0).is_err()
+    }
+
     /// Tells whether a node's frame is the Cartesian one.
     pub fn is_cartesian(&self, node: usize) -> bool {
         self.axes[node] == Vector::x()

@@ -9,7 +9,8 @@ use crate::interface::{ContactProblem, Roles};
 use rayon::prelude::*;
 use thiserror::Error;
 
-/// A contact problem with its factorised bodies and their loads: all that an iteration and an estimator need.
+/// A contact problem with its factorised bodies and their loads: all that an iteration and an estimator need. Bodies that
+/// their supports do not hold are factorised with springs, see [`System::with_springs`].
 #[derive(Clone, Debug)]
 pub struct PreparedProblem {
     problem: ContactProblem,
@@ -78,7 +79,7 @@ impl PreparedProblem {
         let dofs = each_body(count, |b| DofMap::new(&problem.bodies[b], &problem.side(b)));
         before(Stage::Assembly)?;
         let assemble = |(b, dofs): (usize, DofMap)| {
-            System::with_dofs(&problem.bodies[b], dofs)
+            System::with_springs(&problem.bodies[b], dofs)
                 .map_err(|source| PrepareError::Assembly { body: b, source })
         };
         let systems = each_of(dofs, assemble)?;

@@ -1,7 +1,9 @@
 //! Errors of invalid calls. How an iteration ended is a [`crate::NnddStatus`], never an error.
 
+use crate::exact::UnheldMotion;
 use contact_qp::QpError;
 use fem_core::assembly::AssemblyError;
+use fem_core::body::FreeMotion;
 use fem_core::cholesky::CholeskyError;
 use thiserror::Error;
 
@@ -26,6 +28,20 @@ pub enum NnddError {
         bodies: usize,
         /// Number of pairs.
         pairs: usize,
+    },
+    /// The loads move bodies that nothing holds.
+    #[error("the assembly is not held: a load of {:e} moves body {} and nothing resists", motion.load, motion.bodies.first().map_or(0, |b| b.0))]
+    NotHeld {
+        /// The motion.
+        motion: UnheldMotion,
+    },
+    /// A body floats: the iteration needs bodies that their supports hold.
+    #[error("body {body} {motion}; the exact solution allows that, the iteration does not")]
+    Floating {
+        /// The body, from 0.
+        body: usize,
+        /// How it can move.
+        motion: FreeMotion,
     },
     /// θ is not a positive number.
     #[error("theta is {found}; it must be a positive, finite number")]

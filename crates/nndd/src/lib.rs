@@ -58,6 +58,7 @@
 
 mod acceleration;
 mod error;
+mod exact;
 mod iterate;
 mod literal;
 mod monitor;
@@ -73,6 +74,7 @@ mod weights;
 
 pub use contact_qp;
 pub use error::NnddError;
+pub use exact::{ExactSolution, UnheldMotion, solve_exactly};
 pub use fem_core;
 pub use iterate::{ContactAnswer, Iterate, IterationRow, Programme};
 pub use settings::{Acceleration, Method, NewtonSettings, NnddSettings, Path, Weights};

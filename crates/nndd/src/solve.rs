@@ -15,6 +15,7 @@ use crate::stopping::{Decision, StoppingCriterion};
 use crate::vector::{add, dot};
 use crate::weights::NodalWeights;
 use contact_qp::{ActiveSet, QpSettings};
+use fem_core::body::Body;
 use fem_core::condensation::OrientedBody;
 use fem_core::interface::{ContactInterface, ContactPair, ContactProblem, NodePair};
 use fem_core::norm::from_squared;
@@ -274,6 +275,10 @@ fn check<'a>(
     let ContactProblem { bodies, contacts, .. } = problem.problem();
     let unsupported = || NnddError::Unsupported { bodies: bodies.len(), pairs: contacts.len() };
     let pair = problem.problem().only_pair().ok_or_else(unsupported)?;
+    let floating = |(body, of): (usize, &Body)| Some(NnddError::Floating { body, motion: of.free_motion()? });
+    if let Some(error) = bodies.iter().enumerate().find_map(floating) {
+        return Err(error);
+    }
     let (expected, found) = (pair.interface.pairs().len(), lambda.len());
     if found != expected {
         return Err(NnddError::Length { what: "lambda", found, expected });

@@ -2,6 +2,7 @@
 // The helpers are outside the test functions, and the workspace lints forbid these there.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+mod boxes;
 mod brute_force;
 mod input;
 mod obstacle;

@@ -1,7 +1,7 @@
 //! Finds the rigid motions that the supports of a body leave free.
 
 use super::{Body, NodeConstraint};
-use crate::geometry::{self, Vector, norm, shown};
+use crate::geometry::{self, Vector, norm, perpendicular, shown};
 use nalgebra::Matrix3;
 use std::fmt;
 
@@ -55,13 +55,84 @@ impl fmt::Display for FreeMotion {
     }
 }
 
+/// A rigid motion of one connected piece that its supports leave free: `u(x) = t + ω e_z × (x − c)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct RigidMotion {
+    /// The piece, see [`crate::mesh::topology::Topology::pieces`].
+    pub piece: u32,
+    /// `t`.
+    pub translation: Vector,
+    /// `ω`, 1/m, positive counter-clockwise.
+    pub spin: f64,
+    /// `c`, the middle of the body, m.
+    pub centre: Vector,
+}
+
+impl RigidMotion {
+    /// Computes the displacement of a point of the piece.
+    pub fn at(&self, point: Vector) -> Vector {
+        self.translation + self.spin * perpendicular(point - self.centre)
+    }
+}
+
 pub(super) fn find(body: &Body) -> Option<FreeMotion> {
+    let (grams, near) = grams(body);
+    let (middle, size) = middle_and_size(body);
+    for (gram, near) in grams.into_iter().zip(near) {
+        if gram == Matrix3::zeros() {
+            return Some(FreeMotion::Everything { near });
+        }
+        let eigen = gram.symmetric_eigen();
+        let (k, smallest) = (0..3)
+            .map(|k| (k, eigen.eigenvalues[k]))
+            .fold((0, f64::INFINITY), |best, next| if next.1 < best.1 { next } else { best });
+        if smallest <= HELD * eigen.eigenvalues.amax() {
+            let m = eigen.eigenvectors.column(k);
+            let (t, w) = (Vector::new(m[0], m[1]), m[2]);
+            if w.abs() <= 1e-6 * norm(t) {
+                return Some(FreeMotion::Translation { direction: 1.0 / norm(t) * t, near });
+            }
+            // t + w e_z × (x − middle)/size = 0 at the centre.
+            let centre = Vector::new(middle[0] - t[1] / w * size, middle[1] + t[0] / w * size);
+            return Some(FreeMotion::Rotation { centre, near });
+        }
+    }
+    None
+}
+
+/// Lists a basis of the rigid motions that the supports leave free, orthonormal in `t` and `ω` times the body's size.
+pub(super) fn basis(body: &Body) -> Vec<RigidMotion> {
+    let (grams, _) = grams(body);
+    let (centre, size) = middle_and_size(body);
+    let mut found = Vec::new();
+    for (piece, gram) in grams.into_iter().enumerate() {
+        let eigen = gram.symmetric_eigen();
+        let largest = eigen.eigenvalues.amax();
+        for k in (0..3).filter(|k| eigen.eigenvalues[*k] <= HELD * largest) {
+            let m = eigen.eigenvectors.column(k);
+            let (translation, spin) = (Vector::new(m[0], m[1]), m[2] / size);
+            found.push(RigidMotion { piece: piece as u32, translation, spin, centre });
+        }
+    }
+    found
+}
+
+/// A motion is held if the supports prevent it by more than this fraction of the motion that they prevent best.
+const HELD: f64 = 1e-12;
+
+/// The middle of a body, and its size: rotations are about the one and scaled by the other, so that they are comparable
+/// with translations.
+fn middle_and_size(body: &Body) -> (Vector, f64) {
+    let [low, high] = geometry::bounding_box(body.mesh().points());
+    (0.5 * (low + high), norm(high - low))
+}
+
+/// Computes for each connected piece the Gram matrix of the rigid motions on the imposed components, and a node of it.
+fn grams(body: &Body) -> (Vec<Matrix3<f64>>, Vec<Vector>) {
     let (piece_of, pieces) = body.mesh().topology().pieces();
     let points = body.mesh().points();
-    // Rotations are about the middle of the body and scaled by its size, so that the three columns are comparable.
-    let [low, high] = geometry::bounding_box(points);
-    let middle = 0.5 * (low + high);
-    let size = norm(high - low);
+    let (middle, size) = middle_and_size(body);
     let mut gram = vec![Matrix3::<f64>::zeros(); pieces];
     let mut near = vec![None; pieces];
     for (node, constraint) in body.node_constraints().iter().enumerate() {
@@ -81,28 +152,7 @@ pub(super) fn find(body: &Body) -> Option<FreeMotion> {
             }
         }
     }
-    for piece in 0..pieces {
-        let near = near[piece].unwrap_or(middle);
-        if gram[piece] == Matrix3::zeros() {
-            return Some(FreeMotion::Everything { near });
-        }
-        let eigen = gram[piece].symmetric_eigen();
-        let (k, smallest) = (0..3)
-            .map(|k| (k, eigen.eigenvalues[k]))
-            .fold((0, f64::INFINITY), |best, next| if next.1 < best.1 { next } else { best });
-        // The supports must prevent the motion by more than round-off relative to the motion that they prevent best.
-        if smallest <= 1e-12 * eigen.eigenvalues.amax() {
-            let m = eigen.eigenvectors.column(k);
-            let (t, w) = (Vector::new(m[0], m[1]), m[2]);
-            if w.abs() <= 1e-6 * norm(t) {
-                return Some(FreeMotion::Translation { direction: 1.0 / norm(t) * t, near });
-            }
-            // t + w e_z × (x − middle)/size = 0 at the centre.
-            let centre = Vector::new(middle[0] - t[1] / w * size, middle[1] + t[0] / w * size);
-            return Some(FreeMotion::Rotation { centre, near });
-        }
-    }
-    None
+    (gram, near.into_iter().map(|near| near.unwrap_or(middle)).collect())
 }
 
 #[cfg(test)]

@@ -1,0 +1,230 @@
+//! Programmes with bounds on both sides and equality rows, against every possible set, and against each other.
+
+use crate::support::Random;
+use contact_qp::{
+    BoxQp, Place, QpMethod, QpSettings, QpStatus, box_residuals, nearest_balanced, nonnegative_least_squares,
+    solve_box,
+};
+
+/// A random programme that has a solution: `e = G x` of some `x` within the bounds.
+struct Programme {
+    matrix: Vec<f64>,
+    linear: Vec<f64>,
+    lower: Vec<f64>,
+    upper: Vec<f64>,
+    rows: Vec<f64>,
+    right_side: Vec<f64>,
+}
+
+impl Programme {
+    /// * `rank`: of the matrix; with fewer than `n` the rows must hold it.
+    fn random(random: &mut Random, n: usize, m: usize, rank: usize) -> Self {
+        let factor: Vec<f64> = (0..n * rank).map(|_| random.number()).collect();
+        let entry = |i: usize, j: usize| -> f64 {
+            (0..rank).map(|k| factor[k * n + i] * factor[k * n + j]).sum::<f64>()
+        };
+        let matrix = (0..n * n).map(|k| entry(k % n, k / n)).collect();
+        let mut rows: Vec<f64> = (0..n * m).map(|_| random.number()).collect();
+        if m > 2 {
+            // Dependent rows.
+            for i in 0..n {
+                rows[2 * n + i] = rows[i] - 2.0 * rows[n + i];
+            }
+        }
+        let inside: Vec<f64> = (0..n).map(|_| 0.5 + (0.5 * (1.0 + random.number()))).collect();
+        let right_side = (0..m).map(|k| (0..n).map(|i| rows[k * n + i] * inside[i]).sum()).collect();
+        let upper =
+            (0..n).map(|_| if (0.5 * (1.0 + random.number())) < 0.5 { 2.0 } else { f64::INFINITY }).collect();
+        let linear = (0..n).map(|_| 3.0 * random.number()).collect();
+        Self { matrix, linear, lower: vec![0.0; n], upper, rows, right_side }
+    }
+
+    fn qp(&self) -> BoxQp<'_> {
+        BoxQp {
+            matrix: &self.matrix,
+            linear: &self.linear,
+            lower: &self.lower,
+            upper: &self.upper,
+            rows: &self.rows,
+            right_side: &self.right_side,
+        }
+    }
+
+    fn objective(&self, x: &[f64]) -> f64 {
+        let n = x.len();
+        let product = |i: usize| (0..n).map(|j| self.matrix[j * n + i] * x[j]).sum::<f64>();
+        (0..n).map(|i| x[i] * (0.5 * product(i) + self.linear[i])).sum()
+    }
+}
+
+#[test]
+fn random_programmes_satisfy_the_kkt_conditions_by_every_method() {
+    let mut random = Random::new(11);
+    let mut fallbacks = 0;
+    for case in 0..600 {
+        let n = 2 + case % 9;
+        let m = case % 4;
+        let rank = if case % 5 == 0 { n - m.min(2).min(n - 1) } else { n };
+        let programme = Programme::random(&mut random, n, m, rank);
+        let qp = programme.qp();
+        let mut found = Vec::new();
+        for method in [QpMethod::Auto, QpMethod::Clarabel] {
+            let answer = solve_box(&qp, None, &QpSettings::default().with_method(method)).unwrap();
+            assert_eq!(answer.status, QpStatus::Solved, "case {case}, {method:?}: {answer:?}");
+            assert!(answer.kkt.max() <= 1e-12, "case {case}: {:?}", answer.kkt);
+            let again = box_residuals(&qp, &answer.x, &answer.multipliers, &answer.row_multipliers);
+            assert_eq!(again, answer.kkt);
+            for i in 0..n {
+                assert!((programme.lower[i]..=programme.upper[i]).contains(&answer.x[i]));
+            }
+            fallbacks += answer.clarabel_calls;
+            found.push(programme.objective(&answer.x));
+        }
+        assert!((found[0] - found[1]).abs() <= 1e-9 * (1.0 + found[0].abs()), "case {case}: {found:?}");
+    }
+    assert!(fallbacks < 900, "the active set alone solved too few: {fallbacks}");
+}
+
+#[test]
+fn the_solution_is_the_best_of_all_sets() {
+    let mut random = Random::new(5);
+    for case in 0..60 {
+        let (n, m) = (4, 1 + case % 2);
+        let programme = Programme::random(&mut random, n, m, n);
+        let qp = programme.qp();
+        let answer = solve_box(&qp, None, &QpSettings::default()).unwrap();
+        // Every set on which the signs are right has the same x.
+        let mut right = 0;
+        for code in 0..3usize.pow(n as u32) {
+            let place = |i: usize| [Place::Lower, Place::Free, Place::Upper][code / 3usize.pow(i as u32) % 3];
+            let places: Vec<Place> = (0..n).map(place).collect();
+            let settings =
+                QpSettings::default().with_max_active_set_steps(1).with_method(QpMethod::ActiveSet);
+            if (0..n).any(|i| places[i] == Place::Upper && programme.upper[i].is_infinite()) {
+                continue;
+            }
+            let found = solve_box(&qp, Some(&places), &settings).unwrap();
+            if found.clarabel_calls == 0 {
+                right += 1;
+                for (a, b) in found.x.iter().zip(&answer.x) {
+                    assert!((a - b).abs() < 1e-9, "case {case}: {:?} {:?}", found.x, answer.x);
+                }
+            }
+        }
+        assert!(right > 0, "case {case}");
+    }
+}
+
+#[test]
+fn rows_that_cannot_hold_are_infeasible_not_an_error() {
+    // x ≥ 0 with x₀ + x₁ = −1.
+    let qp = BoxQp {
+        matrix: &[1.0, 0.0, 0.0, 1.0],
+        linear: &[0.0, 0.0],
+        lower: &[0.0, 0.0],
+        upper: &[f64::INFINITY; 2],
+        rows: &[1.0, 1.0],
+        right_side: &[-1.0],
+    };
+    let answer = solve_box(&qp, None, &QpSettings::default()).unwrap();
+    assert_eq!(answer.status, QpStatus::Infeasible);
+    // Two rows that contradict each other.
+    let qp = BoxQp { rows: &[1.0, 1.0, 2.0, 2.0], right_side: &[1.0, 3.0], ..qp };
+    assert!(!solve_box(&qp, None, &QpSettings::default()).unwrap().status.is_solved());
+}
+
+#[test]
+fn wrong_data_are_refused() {
+    let good =
+        BoxQp { matrix: &[1.0], linear: &[0.0], lower: &[0.0], upper: &[1.0], rows: &[], right_side: &[] };
+    assert!(solve_box(&good, None, &QpSettings::default()).is_ok());
+    for bad in [
+        BoxQp { lower: &[2.0], ..good },
+        BoxQp { lower: &[f64::NAN], ..good },
+        BoxQp { lower: &[f64::INFINITY], upper: &[f64::INFINITY], ..good },
+        BoxQp { matrix: &[1.0, 2.0], ..good },
+        BoxQp { linear: &[f64::NAN], ..good },
+        BoxQp { rows: &[1.0], ..good },
+    ] {
+        assert!(solve_box(&bad, None, &QpSettings::default()).is_err(), "{bad:?}");
+    }
+    assert!(solve_box(&good, Some(&[]), &QpSettings::default()).is_err());
+}
+
+#[test]
+fn least_squares_residuals_separate_what_is_held_from_what_is_not() {
+    let mut random = Random::new(3);
+    let (mut held, mut free) = (0, 0);
+    for case in 0..400 {
+        let (m, n) = (1 + case % 5, 1 + case % 13);
+        let rows: Vec<f64> = (0..m * n).map(|_| random.number()).collect();
+        let inside: Vec<f64> = (0..n).map(|_| random.number().max(0.0)).collect();
+        let times = |x: &[f64]| -> Vec<f64> {
+            (0..m).map(|k| (0..n).map(|i| rows[k * n + i] * x[i]).sum()).collect()
+        };
+        let possible = case % 2 == 0;
+        let e = if possible { times(&inside) } else { (0..m).map(|_| random.number()).collect() };
+        let (x, residual) = nonnegative_least_squares(&rows, &e).unwrap();
+        let size = e.iter().map(|e| e * e).sum::<f64>().sqrt();
+        let left = residual.iter().map(|r| r * r).sum::<f64>().sqrt();
+        assert!(x.iter().all(|x| *x >= 0.0));
+        for (found, (r, e)) in times(&x).iter().zip(residual.iter().zip(&e)) {
+            assert!((e - found - r).abs() <= 1e-12 * (1.0 + size), "case {case}");
+        }
+        // Gᵀ a ≤ 0: the residual is a motion that closes nothing.
+        for i in 0..n {
+            let closing: f64 = (0..m).map(|k| rows[k * n + i] * residual[k]).sum();
+            assert!(closing <= 1e-12 * (1.0 + size), "case {case}: {closing}");
+        }
+        let work: f64 = e.iter().zip(&residual).map(|(e, r)| e * r).sum();
+        assert!((work - left * left).abs() <= 1e-12 * (1.0 + size * size), "case {case}");
+        if possible {
+            held += 1;
+            assert!(left <= 1e-12 * (1.0 + size), "case {case}: {left}");
+        } else if left > 1e-8 {
+            free += 1;
+        }
+    }
+    assert!(held == 200 && free > 50, "{held} {free}");
+}
+
+#[test]
+fn the_nearest_balanced_numbers_are_the_solution_of_the_programme() {
+    let mut random = Random::new(17);
+    let mut compared = 0;
+    for case in 0..200 {
+        let (n, m) = (3 + case % 20, 1 + case % 3);
+        let target: Vec<f64> = (0..n).map(|_| random.number()).collect();
+        let weights: Vec<f64> = (0..n).map(|_| 0.1 + (0.5 * (1.0 + random.number()))).collect();
+        let rows: Vec<f64> = (0..n * m).map(|_| random.number()).collect();
+        let inside: Vec<f64> = (0..n).map(|_| random.number().max(0.0)).collect();
+        let e: Vec<f64> = (0..m).map(|k| (0..n).map(|i| rows[k * n + i] * inside[i]).sum()).collect();
+        let found = nearest_balanced(&target, &weights, &rows, &e, None).unwrap().unwrap();
+        let mut matrix = vec![0.0; n * n];
+        (0..n).for_each(|i| matrix[i * n + i] = weights[i]);
+        let linear: Vec<f64> = target.iter().zip(&weights).map(|(t, w)| -t * w).collect();
+        let qp = BoxQp {
+            matrix: &matrix,
+            linear: &linear,
+            lower: &vec![0.0; n],
+            upper: &vec![f64::INFINITY; n],
+            rows: &rows,
+            right_side: &e,
+        };
+        let expected = solve_box(&qp, None, &QpSettings::default()).unwrap();
+        // Where a single vertex is in balance, the multipliers are not unique, and no active set shows its signs.
+        if !expected.status.is_solved() {
+            continue;
+        }
+        compared += 1;
+        for (a, b) in found.values.iter().zip(&expected.x) {
+            assert!((a - b).abs() <= 1e-10, "case {case}: {a} {b}");
+        }
+    }
+    assert!(compared > 180, "{compared}");
+    // Nothing that is not negative adds up to a negative number.
+    assert_eq!(nearest_balanced(&[1.0, 1.0], &[1.0; 2], &[1.0, 1.0], &[-1.0], None).unwrap(), None);
+    // Only allowed numbers are used.
+    let only = nearest_balanced(&[0.0; 2], &[1.0; 2], &[1.0, 1.0], &[1.0], Some(&[false, true]));
+    assert_eq!(only.unwrap().unwrap().values, [0.0, 1.0]);
+}
