@@ -6,8 +6,8 @@
 //! let case = Case::parse(text, "paper.toml", &[("solver.method".into(), "newton".into())])?;
 //! assert_eq!(case.solver.method, Method::Newton);
 //! let bodies = case.build_bodies()?;
-//! assert_eq!(upper.mesh().points().len() + lower.mesh().points().len(), 380);
-//! assert_eq!(case.build_interface(&upper, &lower)?.pairs().len(), 19);
+//! assert_eq!(bodies.iter().map(|body| body.mesh().points().len()).sum::<usize>(), 380);
+//! assert_eq!(case.build_interface(&bodies[0], &bodies[1])?.pairs().len(), 19);
 //! # Ok::<(), case_io::CaseError>(())
 //! ```
 

@@ -42,6 +42,7 @@ impl Triangle {
     }
 
     /// Computes the 2×2 block of `K_e = A Bᵀ D B` for the corners `a` (rows) and `b` (columns), Pa.
+    #[inline]
     pub fn stiffness_block(&self, material: &LinearElastic, a: usize, b: usize) -> Matrix2<f64> {
         let strain_matrix = |k: usize| {
             let [x, y] = self.gradients[k].into();

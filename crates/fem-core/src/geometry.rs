@@ -22,16 +22,19 @@ pub fn shown(x: f64) -> String {
 }
 
 /// Computes the out-of-plane component of `a × b`, twice the signed area of the triangle they span.
+#[inline]
 pub fn cross(a: Vector, b: Vector) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }
 
 /// Computes the Euclidean length of a vector without undue overflow.
+#[inline]
 pub fn norm(a: Vector) -> f64 {
     a[0].hypot(a[1])
 }
 
 /// Rotates a vector by +90 degrees, `(x, y) ↦ (−y, x)`.
+#[inline]
 pub fn perpendicular(a: Vector) -> Vector {
     Vector::new(-a[1], a[0])
 }
@@ -40,12 +43,14 @@ pub fn perpendicular(a: Vector) -> Vector {
 pub(crate) const PARALLEL: f64 = 1e-9;
 
 /// Computes the angle between two directions, from 0 to π.
+#[inline]
 pub fn angle_between(a: Vector, b: Vector) -> f64 {
     cross(a, b).abs().atan2(a.dot(&b))
 }
 
 /// Computes the unit normal on the right of the path from `from` to `to`: the outward normal of a
 /// body whose boundary is traversed counter-clockwise.
+#[inline]
 pub fn right_normal(from: Vector, to: Vector) -> Vector {
     let t = to - from;
     let length = norm(t);
@@ -53,11 +58,13 @@ pub fn right_normal(from: Vector, to: Vector) -> Vector {
 }
 
 /// Computes the signed area of a triangle, positive when its corners run counter-clockwise.
+#[inline]
 pub fn signed_area(corners: [Vector; 3]) -> f64 {
     0.5 * cross(corners[1] - corners[0], corners[2] - corners[0])
 }
 
 /// Computes the smallest angle of a triangle, in degrees; not positive when its corners run clockwise.
+#[inline]
 pub fn smallest_angle(corners: [Vector; 3]) -> f64 {
     let at = |k: usize| {
         let (u, v) = (corners[(k + 1) % 3] - corners[k], corners[(k + 2) % 3] - corners[k]);

@@ -16,36 +16,43 @@ pub struct SymTensor2 {
 
 impl SymTensor2 {
     /// Creates a tensor from its components.
+    #[inline(always)]
     pub const fn new(xx: f64, yy: f64, xy: f64) -> Self {
         Self { xx, yy, xy }
     }
 
     /// Applies the tensor to a vector, `T n`: the traction of a stress on a side of normal `n`.
+    #[inline(always)]
     pub fn apply(self, n: Vector) -> Vector {
         Vector::new(self.xx * n[0] + self.xy * n[1], self.xy * n[0] + self.yy * n[1])
     }
 
     /// Computes the double contraction `S : T = S_xx T_xx + S_yy T_yy + 2 S_xy T_xy`.
+    #[inline(always)]
     pub fn contract(self, other: Self) -> f64 {
         self.xx * other.xx + self.yy * other.yy + 2.0 * self.xy * other.xy
     }
 
     /// Adds two tensors.
+    #[inline(always)]
     pub fn plus(self, other: Self) -> Self {
         Self::new(self.xx + other.xx, self.yy + other.yy, self.xy + other.xy)
     }
 
     /// Subtracts `other`.
+    #[inline(always)]
     pub fn minus(self, other: Self) -> Self {
         Self::new(self.xx - other.xx, self.yy - other.yy, self.xy - other.xy)
     }
 
     /// Multiplies by a number.
+    #[inline(always)]
     pub fn scaled(self, factor: f64) -> Self {
         Self::new(factor * self.xx, factor * self.yy, factor * self.xy)
     }
 
     /// Tells whether every component is finite.
+    #[inline(always)]
     pub fn is_finite(self) -> bool {
         self.xx.is_finite() && self.yy.is_finite() && self.xy.is_finite()
     }
