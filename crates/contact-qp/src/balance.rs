@@ -1,8 +1,8 @@
 //! Non-negative numbers in balance: least squares, and the nearest ones to given numbers.
 
-use crate::box_qp::Place;
 use crate::error::QpError;
 use crate::interior_point::{self, Boxed};
+use crate::place::Place;
 use crate::problem::MatrixView;
 use crate::settings::QpSettings;
 use faer::linalg::solvers::{ColPivQr, SolveLstsq};
@@ -20,7 +20,7 @@ const BALANCED: f64 = 1e-13;
 /// Maximum number of Newton steps of [`nearest_balanced`].
 const MOST_STEPS: usize = 200;
 
-/// Solves `min |G x − e|` subject to `x ≥ 0` by the active-set method of Lawson and Hanson (1974, chapter 23), and returns
+/// Solves `min |G x − e|` subject to `x ≥ 0` by an active set (Lawson and Hanson 1974, chapter 23), and returns
 /// `x` and `e − G x`.
 ///
 /// The residual is the projection of `e` on the cone of all `a` with `Gᵀ a ≤ 0`: zero if and only if some `x ≥ 0` has

@@ -16,6 +16,7 @@
 use crate::cholesky::Factor;
 use crate::error::QpError;
 use crate::interior_point::{self, Boxed};
+use crate::place::Place;
 use crate::problem::MatrixView;
 use crate::settings::{QpMethod, QpSettings};
 use crate::solution::{QpPath, QpStatus};
@@ -49,17 +50,6 @@ pub struct BoxQp<'a> {
     pub rows: &'a [f64],
     /// `e`, m entries.
     pub right_side: &'a [f64],
-}
-
-/// Where an unknown is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Place {
-    /// At its lower bound.
-    Lower,
-    /// Between its bounds.
-    Free,
-    /// At its upper bound.
-    Upper,
 }
 
 /// The solution of a [`BoxQp`].

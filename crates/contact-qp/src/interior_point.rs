@@ -2,9 +2,9 @@
 //! Clarabel.
 
 use crate::active_set::ActiveSet;
-use crate::box_qp::Place;
 use crate::error::QpError;
 use crate::kkt;
+use crate::place::Place;
 use crate::polish::{Admissible, Prepared, positive_part};
 use crate::problem::{BoundQp, MatrixView};
 use crate::settings::QpSettings;

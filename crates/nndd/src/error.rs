@@ -1,6 +1,6 @@
 //! Errors of invalid calls. How an iteration ended is a [`crate::NnddStatus`], never an error.
 
-use crate::exact::UnheldMotion;
+use crate::unheld::UnheldMotion;
 use contact_qp::QpError;
 use fem_core::assembly::AssemblyError;
 use fem_core::body::FreeMotion;

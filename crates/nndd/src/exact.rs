@@ -10,6 +10,7 @@
 //! opening. `u_α = K_α⁺ (f_α − B_αᵀ P) + R_α a`.
 
 use crate::error::NnddError;
+use crate::unheld::UnheldMotion;
 use contact_qp::{BoxQp, BoxResiduals, QpPath, QpSettings, QpStatus, nonnegative_least_squares, solve_box};
 use fem_core::body::RigidMotion;
 use fem_core::each_body;
@@ -38,16 +39,6 @@ pub struct ExactSolution {
     pub clarabel_calls: usize,
     /// Residuals of its KKT conditions.
     pub kkt: BoxResiduals,
-}
-
-/// A rigid motion of the assembly that nothing resists, while the loads do work on it.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct UnheldMotion {
-    /// The bodies that move, each with its motion; the largest displacement is 1.
-    pub bodies: Vec<(usize, RigidMotion)>,
-    /// The load along it: its work over its largest displacement, N/m.
-    pub load: f64,
 }
 
 /// A load of a motion below this fraction of all loads is round-off.

@@ -69,18 +69,20 @@ mod solve;
 mod spectrum;
 mod steps;
 pub mod stopping;
+mod unheld;
 mod vector;
 mod weights;
 
 pub use contact_qp;
 pub use error::NnddError;
-pub use exact::{ExactSolution, UnheldMotion, solve_exactly};
+pub use exact::{ExactSolution, solve_exactly};
 pub use fem_core;
 pub use iterate::{ContactAnswer, Iterate, IterationRow, Programme};
 pub use settings::{Acceleration, Method, NewtonSettings, NnddSettings, Path, Weights};
 pub use solution::{NnddSolution, NnddStatus, Switch};
 pub use solve::{Start, solve, solve_from};
 pub use spectrum::Spectrum;
+pub use unheld::UnheldMotion;
 
 /// The examples of README.md, run as tests.
 #[cfg(doctest)]
