@@ -414,6 +414,7 @@ impl Candidate {
                 x[i] = qp.bound(i, places[i]);
             }
         }
+        debug_assert!(x.iter().zip(qp.lower.iter().zip(qp.upper)).all(|(x, (l, u))| (l..=u).contains(&x)));
         let sign = |(y, place): (&f64, &Place)| match place {
             Place::Lower => y.max(0.0),
             Place::Upper => y.min(0.0),

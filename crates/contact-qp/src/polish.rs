@@ -164,6 +164,8 @@ impl Candidate {
                 flags[k] = true;
             }
         }
+        debug_assert!(qp.bounded.iter().zip(qp.lower).all(|(&i, l)| self.x[i] >= *l || self.x[i].is_nan()));
+        debug_assert!(multipliers.iter().all(|r| *r >= 0.0));
         Admissible { x: self.x, multipliers, active: ActiveSet::new(flags) }
     }
 }

@@ -44,6 +44,7 @@ pub fn ranking<C: AsRef<[f64]>>(contributions: &[C]) -> Vec<Contribution> {
         let positive = cells.as_ref().iter().enumerate().filter(|(_, c)| **c > 0.0);
         ranked.extend(positive.map(|(cell, &squared)| Contribution { body, cell: cell as u32, squared }));
     }
+    debug_assert!(ranked.iter().all(|c| c.squared > 0.0));
     ranked.sort_by(|a, b| b.squared.total_cmp(&a.squared).then((a.body, a.cell).cmp(&(b.body, b.cell))));
     ranked
 }

@@ -106,6 +106,7 @@ impl System {
         let external = external_forces(body);
         let columns = Columns { body, dofs: &dofs, external: &external };
         let starts = columns.starts()?;
+        debug_assert!(starts.is_sorted(), "the columns of the stiffness overlap");
         let entries = starts[dofs.len()] as usize;
         if !has_room_for(entries.saturating_mul(size_of::<u32>() + size_of::<f64>())) {
             return Err(AssemblyError::OutOfMemory { entries });

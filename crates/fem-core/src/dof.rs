@@ -78,6 +78,7 @@ impl DofMap {
         }
         let interface = unknowns.len() - interior;
         let fronts = fronts.finish(interior, interface);
+        debug_assert_eq!(fronts.last().map_or(0, |f| f.columns.end as usize), unknowns.len());
         let rows = Vec::new();
         let mut map = Self { axes, oblique, numbers, imposed, unknowns, interface, rows, fronts };
         let blocks = (0..side.blocks()).map(|block| &side.retained()[side.block(block)]);

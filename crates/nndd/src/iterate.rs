@@ -100,6 +100,7 @@ impl Iterate {
         let mut start = 0;
         problem.contacts.iter().map(move |pair| {
             let end = start + pair.interface.pairs().len();
+            debug_assert!(end <= self.lambda.len(), "the problem is another one than that of the iterate");
             std::mem::replace(&mut start, end)..end
         })
     }
