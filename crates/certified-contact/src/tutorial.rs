@@ -53,7 +53,7 @@
 //! // What the bound is made of: here nearly all of it is the mesh.
 //! assert!(bound.parts.mesh > 0.9 * bound.e_cre);
 //! // Displacements and stresses of each body, in the order they were given.
-//! let deepest = estimate.pair.displacement[1].iter().map(|u| u[1]).fold(0.0, f64::min);
+//! let deepest = estimate.pair.bodies[1].displacement.iter().map(|u| u[1]).fold(0.0, f64::min);
 //! assert!(deepest < 0.0);
 //! // Quantities of the exact solution, from both sides.
 //! let [low, high] = answer.bounds.and_then(|b| b.contact_force).ok_or("no interval")?;

@@ -24,7 +24,7 @@
 //! Formulas have the numbers (1) to (12) of Choi, Gallimard and Sassi, and further ones in the order of a run.
 //! (8) to (11) are solved in `src/steps.rs`, in the interface unknowns, and a second time at full size in
 //! `src/literal.rs`; the loop is in `src/solve.rs`. For the admissible θ see [`Spectrum`]. If the iteration does not
-//! converge, the interface Newton method in `src/monolithic.rs` solves the same discrete problem: see [`Method::Auto`].
+//! converge, the interface Newton method in `src/monolithic.rs` solves the same discrete problem: see [`NnddSettings::newton`].
 //!
 //! # Types, in the order one meets them
 //! [`NnddSettings`], a [`stopping::StoppingCriterion`], [`solve`],
