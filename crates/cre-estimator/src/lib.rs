@@ -45,7 +45,7 @@
 //! # Example
 //! Two equal blocks at rest against each other: the certificate of a zero field is zero.
 //! ```
-//! use cre_estimator::fem_core::{body::Body, boundary::BoundaryConditions,
+//! use cre_estimator::fem_core::{body::Body, boundary::BoundaryConditions, geometry::Vector,
 //!     interface::{ContactInterface, ContactProblem, ContactState, Gap}, material::{Hypothesis, LinearElastic},
 //!     mesh::generate::block, prepared::PreparedProblem};
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -54,7 +54,7 @@
 //! let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], [4, 2])?, steel, &BoundaryConditions::new().fix("bottom"))?;
 //! let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
 //! let problem = PreparedProblem::new(ContactProblem::between([upper, lower], interface))?;
-//! let rest = vec![[0.0; 2]; 15];
+//! let rest = vec![Vector::zeros(); 15];
 //! let state = ContactState::between([&rest, &rest], &[0.0; 5], &[0.0; 5]);
 //! let estimate = cre_estimator::estimate(&problem, &state)?;
 //! assert_eq!(estimate.certificate().map(|bound| bound.e_cre), Some(0.0));
