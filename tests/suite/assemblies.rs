@@ -3,11 +3,12 @@
 use contact_qp::QpSettings;
 use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
-use fem_core::interface::{ContactInterface, ContactProblem, Gap};
+use fem_core::interface::{ContactInterface, ContactProblem, Gap, Roles};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
 use fem_core::norm::energy_norm_squared;
-use nndd::{ExactSolution, NnddError, solve_exactly};
+use nndd::stopping::Never;
+use nndd::{ExactSolution, NewtonSettings, NnddError, NnddStatus, Recovery, solve_exactly};
 use tests::prepare;
 
 fn material(young: f64) -> LinearElastic {
@@ -61,6 +62,31 @@ fn a_floating_block_in_a_stack_has_the_figures_of_an_independent_code() {
     }
     for (forces, openings) in solution.contact_force.iter().zip(&solution.opening) {
         assert!(forces.iter().zip(openings).all(|(p, o)| *p >= 0.0 && *o >= 0.0 && p * o == 0.0));
+    }
+}
+
+#[test]
+fn the_exact_solution_is_the_only_iterate_of_the_newton_method() {
+    for roles in [Roles::FIRST, Roles::SECOND] {
+        let prepared = prepare(&stack(pressed(), BoundaryConditions::new()).with_roles(roles));
+        let exact = solve_exactly(&prepared, &QpSettings::default()).unwrap();
+        let lambda = vec![0.0; prepared.node_pairs()];
+        let solution = nndd::solve(&prepared, lambda, NewtonSettings::default(), &mut Never).unwrap();
+        assert_eq!((solution.status, solution.history.len()), (NnddStatus::StoppedByCriterion, 1));
+        let last = &solution.last;
+        assert_eq!(last.displacements(&prepared), exact.displacement);
+        assert_eq!((last.recovery, last.motions.len()), (Recovery::Forces, 3));
+        assert_eq!(last.contact.normal_reaction, exact.contact_force.concat());
+        assert_eq!(last.contact.active.count(), 19 + 16);
+        assert!(last.eta_nndd < 1e-12, "{}", last.eta_nndd);
+        for block in last.blocks(prepared.problem()) {
+            let [first, second] = last.contact_forces_of(block);
+            assert_eq!(first, second);
+        }
+        for i in 0..last.lambda.len() {
+            let opening = last.contact.normal_trace[i] - last.lambda[i];
+            assert!((opening - last.opening[i]).abs() < 1e-14, "{i}: {opening} {}", last.opening[i]);
+        }
     }
 }
 

@@ -155,6 +155,8 @@ impl Correction<'_> {
             opening: found.opening,
             precision: found.precision,
             eta_nndd: found.eta_nndd,
+            recovery: found.recovery,
+            motions: found.motions,
         }
     }
 }

@@ -3,7 +3,6 @@
 use crate::unheld::UnheldMotion;
 use contact_qp::QpError;
 use fem_core::assembly::AssemblyError;
-use fem_core::body::FreeMotion;
 use fem_core::cholesky::CholeskyError;
 use thiserror::Error;
 
@@ -21,8 +20,10 @@ pub enum NnddError {
         /// Number of pairs.
         expected: usize,
     },
-    /// The problem is not one of two bodies with one pair.
-    #[error("{bodies} bodies with {pairs} contact pairs are given; two bodies with one pair are supported")]
+    /// The iteration is not possible for these bodies and pairs.
+    #[error(
+        "{bodies} bodies with {pairs} contact pairs are given; the iteration needs two held bodies with one pair"
+    )]
     Unsupported {
         /// Number of bodies.
         bodies: usize,
@@ -34,14 +35,6 @@ pub enum NnddError {
     NotHeld {
         /// The motion.
         motion: UnheldMotion,
-    },
-    /// A body floats: the iteration needs bodies that their supports hold.
-    #[error("body {body} {motion}; the exact solution allows that, the iteration does not")]
-    Floating {
-        /// The body, from 0.
-        body: usize,
-        /// How it can move.
-        motion: FreeMotion,
     },
     /// θ is not a positive number.
     #[error("theta is {found}; it must be a positive, finite number")]

@@ -10,10 +10,10 @@
 //! opening. `u_α = K_α⁺ (f_α − B_αᵀ P) + R_α a`.
 
 use crate::error::NnddError;
+use crate::recovery;
 use crate::unheld::UnheldMotion;
 use contact_qp::{BoxQp, BoxResiduals, QpPath, QpSettings, QpStatus, nonnegative_least_squares, solve_box};
 use fem_core::body::RigidMotion;
-use fem_core::each_body;
 use fem_core::geometry::Vector;
 use fem_core::prepared::PreparedProblem;
 
@@ -67,31 +67,15 @@ pub fn solve_exactly(problem: &PreparedProblem, settings: &QpSettings) -> Result
     };
     let found = solve_box(&qp, None, settings)?;
     let contact_force = rows.by_pair(&found.x);
-    let displacement = each_body(problem.bodies().len(), |b| {
-        let condensed = &problem.bodies()[b];
-        let forces: Vec<Vec<f64>> = problem
-            .problem()
-            .sides_of(b)
-            .map(|(k, side)| contact_force[k].iter().map(|p| -sign(side) * p).collect())
-            .collect();
-        let mut u = condensed.displacement_from_force(&condensed.dofs().interface_forces(&forces));
-        let body = &problem.problem().bodies[b];
-        let (piece_of, _) = body.mesh().topology().pieces();
-        for ((_, motion), a) in motions.iter().zip(&found.row_multipliers).filter(|((of, _), _)| *of == b) {
-            let points = body.mesh().points().iter().zip(&piece_of);
-            for (u, (point, _)) in u.iter_mut().zip(points).filter(|(_, (_, piece))| **piece == motion.piece)
-            {
-                *u += *a * motion.at(*point);
-            }
-        }
-        u
-    });
-    let moved = motions.into_iter().zip(found.row_multipliers).map(|((b, motion), a)| (b, motion, a));
+    let motions: Vec<(usize, RigidMotion, f64)> =
+        motions.into_iter().zip(found.row_multipliers).map(|((b, motion), a)| (b, motion, a)).collect();
+    let force = |k: usize, side: usize| contact_force[k].iter().map(|p| -sign(side) * p).collect();
+    let displacement = recovery::displacements(problem, force, &motions);
     Ok(ExactSolution {
         displacement,
         opening: rows.by_pair(&found.multipliers),
         contact_force,
-        motions: moved.collect(),
+        motions,
         status: found.status,
         path: found.path,
         iterations: found.iterations,

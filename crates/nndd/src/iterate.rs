@@ -1,6 +1,8 @@
 //! The data of one iteration, and the part that is kept as history.
 
+use crate::recovery;
 use contact_qp::{ActiveSet, KktResiduals, QpPath, QpStatus};
+use fem_core::body::RigidMotion;
 use fem_core::each_body;
 use fem_core::geometry::Vector;
 use fem_core::interface::ContactProblem;
@@ -38,8 +40,20 @@ pub struct Programme {
     pub iterations: usize,
 }
 
+/// What determines the displacements of an iterate.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Recovery {
+    /// The normal traces, which are imposed: two held bodies with one pair.
+    #[default]
+    Traces,
+    /// The contact forces and the rigid motions: `u = K⁺ (f − Bᵀ P) + R a`.
+    Forces,
+}
+
 /// One iteration: the admissible pair of step 1 and the results of step 2.
-/// Traces and forces are along the outward normal of Ω₁, the body that carries λ.
+///
+/// The arrays have one entry per pair of nodes, pair after pair, see [`Self::blocks`]. Traces and forces of a pair are along
+/// the outward normal of its Ω₁, the body that carries λ there.
 #[derive(Clone, Debug)]
 pub struct Iterate {
     /// Number, from 1.
@@ -61,6 +75,11 @@ pub struct Iterate {
     /// `η_NNDD = ‖w̄‖`, `S₁ w̄ = r¹ + r²`, (22): the guaranteed bound of the iteration's
     /// error, square root of an energy.
     pub eta_nndd: f64,
+    /// What determines the displacements.
+    pub recovery: Recovery,
+    /// The rigid motions of the floating bodies: body, motion, and by how much. Part of the displacements if they are
+    /// recovered from forces.
+    pub motions: Vec<(usize, RigidMotion, f64)>,
 }
 
 impl Iterate {
@@ -87,12 +106,25 @@ impl Iterate {
     /// # Panics
     /// If the problem has another number of bodies, pairs or pairs of nodes.
     pub fn displacements(&self, problem: &PreparedProblem) -> Vec<Vec<Vector>> {
+        if self.recovery == Recovery::Forces {
+            return self.displacements_from_forces(problem);
+        }
         let (pair, sides, traces) = (&problem.problem().contacts[0], problem.sides(0), self.traces());
         let of_side = |side: usize| {
             let role = pair.roles.of_side(side);
             sides[role].displacement_from_trace(traces[role])
         };
         each_body(2, |b| of_side(usize::from(b == pair.bodies[1])))
+    }
+
+    fn displacements_from_forces(&self, problem: &PreparedProblem) -> Vec<Vec<Vector>> {
+        let blocks: Vec<Range<usize>> = self.blocks(problem.problem()).collect();
+        let along_normal = |k: usize, side: usize| {
+            let roles = problem.problem().contacts[k].roles;
+            let forces = &self.forces()[roles.of_side(side)][blocks[k].clone()];
+            forces.iter().map(|force| roles.sign() * force).collect()
+        };
+        recovery::displacements(problem, along_normal, &self.motions)
     }
 
     /// Lists where the values of each pair are in the arrays.

@@ -57,12 +57,14 @@
 //! clock or the environment.
 
 mod acceleration;
+mod assembly;
 mod error;
 mod exact;
 mod iterate;
 mod literal;
 mod monitor;
 mod monolithic;
+mod recovery;
 mod settings;
 mod solution;
 mod solve;
@@ -77,7 +79,7 @@ pub use contact_qp;
 pub use error::NnddError;
 pub use exact::{ExactSolution, solve_exactly};
 pub use fem_core;
-pub use iterate::{ContactAnswer, Iterate, IterationRow, Programme};
+pub use iterate::{ContactAnswer, Iterate, IterationRow, Programme, Recovery};
 pub use settings::{Acceleration, Method, NewtonSettings, NnddSettings, Path, Weights};
 pub use solution::{NnddSolution, NnddStatus, Switch};
 pub use solve::{Start, solve, solve_from};

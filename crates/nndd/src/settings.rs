@@ -8,7 +8,7 @@ use contact_qp::QpSettings;
 pub enum Method {
     /// The Neumann-Neumann iteration, equations (8)-(11).
     Nndd(NnddSettings),
-    /// The interface Newton method, the reference: exact for the discrete problem.
+    /// The interface Newton method, the reference: exact for the discrete problem; for an assembly [`crate::solve_exactly`].
     Newton(NewtonSettings),
 }
 

@@ -3,8 +3,9 @@
 mod newton;
 
 use crate::acceleration::Accelerator;
+use crate::assembly;
 use crate::error::NnddError;
-use crate::iterate::{ContactAnswer, Iterate, IterationRow, Programme};
+use crate::iterate::{ContactAnswer, Iterate, IterationRow, Programme, Recovery};
 use crate::literal::LiteralSteps;
 use crate::monitor::Monitor;
 use crate::settings::{Acceleration, Method, NnddSettings, Path, Weights};
@@ -15,9 +16,8 @@ use crate::stopping::{Decision, StoppingCriterion};
 use crate::vector::{add, dot};
 use crate::weights::NodalWeights;
 use contact_qp::{ActiveSet, QpSettings};
-use fem_core::body::Body;
 use fem_core::condensation::OrientedBody;
-use fem_core::interface::{ContactInterface, ContactPair, ContactProblem, NodePair};
+use fem_core::interface::{ContactInterface, ContactPair, NodePair};
 use fem_core::norm::from_squared;
 use fem_core::prepared::PreparedProblem;
 
@@ -121,7 +121,20 @@ impl Run<'_> {
             (0..pairs.len()).map(|i| contact.normal_trace[i] - (lambda[i] - pairs[i].gap)).collect();
         let precision = precision(pairs, &reaction, &contact.normal_reaction);
         let programme = Programme { path: contact.path, iterations: contact.iterations };
-        Iterate { iteration, lambda, opening, theta, precision, eta_nndd, reaction, contact, programme }
+        let (recovery, motions) = (Recovery::Traces, Vec::new());
+        Iterate {
+            iteration,
+            lambda,
+            opening,
+            theta,
+            precision,
+            eta_nndd,
+            reaction,
+            contact,
+            programme,
+            recovery,
+            motions,
+        }
     }
 }
 
@@ -161,7 +174,11 @@ fn precision(pairs: &[NodePair], r1: &[f64], r2: &[f64]) -> f64 {
 
 /// Solves a contact problem by the Neumann-Neumann iteration (8)-(11), or by the interface Newton method.
 ///
-/// * `lambda`: the initial normal trace λ₁ at each pair, m; the Newton method does not use it.
+/// For anything but two held bodies with one pair the second method is [`crate::solve_exactly`], whose solution is the only
+/// iterate.
+///
+/// * `lambda`: the initial normal trace λ of each Ω₁ at its pairs of nodes, pair after pair, m; the Newton method does not
+///   use it.
 /// * `method`: settings of either, such as [`NnddSettings::default`].
 /// * `stop`: called after every iteration.
 ///
@@ -182,7 +199,7 @@ pub fn solve(
 /// The initial values of an iteration.
 #[derive(Clone, Debug)]
 pub struct Start {
-    /// The normal trace λ₁ at each pair, m.
+    /// The normal trace λ of each Ω₁ at its pairs of nodes, pair after pair, m.
     pub lambda: Vec<f64>,
     /// The active set of Ω₂'s contact problem, if one is known: it is tried before Clarabel.
     pub active: Option<ActiveSet>,
@@ -198,7 +215,11 @@ pub fn solve_from(
     method: &Method,
     stop: &mut dyn StoppingCriterion,
 ) -> Result<NnddSolution, NnddError> {
-    let pair = check(problem, &start, method)?;
+    check(problem, &start, method)?;
+    let held = problem.problem().bodies.iter().all(|body| body.free_motion().is_none());
+    let Some(pair) = problem.problem().only_pair().filter(|_| held) else {
+        return assembly::solve(problem, method, stop);
+    };
     let bodies = &problem.sides(0);
     match method {
         Method::Newton(settings) => {
@@ -266,20 +287,13 @@ fn iteration(
     Ok(solution)
 }
 
-/// Checks what is given, and returns the only pair.
-fn check<'a>(
-    problem: &'a PreparedProblem,
+/// Checks what is given.
+fn check(
+    problem: &PreparedProblem,
     Start { lambda, active }: &Start,
     method: &Method,
-) -> Result<&'a ContactPair, NnddError> {
-    let ContactProblem { bodies, contacts, .. } = problem.problem();
-    let unsupported = || NnddError::Unsupported { bodies: bodies.len(), pairs: contacts.len() };
-    let pair = problem.problem().only_pair().ok_or_else(unsupported)?;
-    let floating = |(body, of): (usize, &Body)| Some(NnddError::Floating { body, motion: of.free_motion()? });
-    if let Some(error) = bodies.iter().enumerate().find_map(floating) {
-        return Err(error);
-    }
-    let (expected, found) = (pair.interface.pairs().len(), lambda.len());
+) -> Result<(), NnddError> {
+    let (expected, found) = (problem.node_pairs(), lambda.len());
     if found != expected {
         return Err(NnddError::Length { what: "lambda", found, expected });
     }
@@ -294,6 +308,6 @@ fn check<'a>(
         Method::Nndd(NnddSettings { theta: Some(found), .. }) if !(*found > 0.0 && found.is_finite()) => {
             Err(NnddError::Theta { found: *found })
         }
-        _ => Ok(pair),
+        _ => Ok(()),
     }
 }
