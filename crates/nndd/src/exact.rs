@@ -10,9 +10,9 @@
 //! opening. `u_α = K_α⁺ (f_α − B_αᵀ P) + R_α a`.
 
 use crate::error::NnddError;
+use crate::held::{Balance, sign};
 use crate::recovery;
-use crate::unheld::UnheldMotion;
-use contact_qp::{BoxQp, BoxResiduals, QpPath, QpSettings, QpStatus, nonnegative_least_squares, solve_box};
+use contact_qp::{BoxQp, BoxResiduals, QpPath, QpSettings, QpStatus, solve_box};
 use fem_core::body::RigidMotion;
 use fem_core::geometry::Vector;
 use fem_core::prepared::PreparedProblem;
@@ -41,18 +41,14 @@ pub struct ExactSolution {
     pub kkt: BoxResiduals,
 }
 
-/// A load of a motion below this fraction of all loads is round-off.
-const NO_LOAD: f64 = 1e-10;
-
 /// Solves the discrete contact problem.
 ///
 /// # Errors
 /// [`NnddError::NotHeld`] if the loads move bodies that nothing holds, with the motion; a programme that is rejected.
 pub fn solve_exactly(problem: &PreparedProblem, settings: &QpSettings) -> Result<ExactSolution, NnddError> {
     let rows = Rows::new(problem);
-    let motions = motions(problem);
-    let (balance, loads) = balance(problem, &motions, &rows);
-    if let Some(motion) = unheld(problem, &motions, &balance, &loads)? {
+    let balance = Balance::new(problem.problem(), problem.rigid_motions());
+    if let Some(motion) = balance.unheld(problem.problem(), problem.rigid_motions())? {
         return Err(NnddError::NotHeld { motion });
     }
     let (flexibility, linear) = rows.programme(problem);
@@ -62,13 +58,13 @@ pub fn solve_exactly(problem: &PreparedProblem, settings: &QpSettings) -> Result
         linear: &linear,
         lower: &vec![0.0; n],
         upper: &vec![f64::INFINITY; n],
-        rows: &balance,
-        right_side: &loads,
+        rows: &balance.rows.rows,
+        right_side: &balance.rows.right_side,
     };
     let found = solve_box(&qp, None, settings)?;
     let contact_force = rows.by_pair(&found.x);
-    let motions: Vec<(usize, RigidMotion, f64)> =
-        motions.into_iter().zip(found.row_multipliers).map(|((b, motion), a)| (b, motion, a)).collect();
+    let motions = problem.rigid_motions().iter().zip(balance.rows.expanded(&found.row_multipliers));
+    let motions: Vec<(usize, RigidMotion, f64)> = motions.map(|(of, a)| (of.body, of.motion, a)).collect();
     let force = |k: usize, side: usize| contact_force[k].iter().map(|p| -sign(side) * p).collect();
     let displacement = recovery::displacements(problem, force, &motions);
     Ok(ExactSolution {
@@ -82,87 +78,6 @@ pub fn solve_exactly(problem: &PreparedProblem, settings: &QpSettings) -> Result
         clarabel_calls: found.clarabel_calls,
         kkt: found.kkt,
     })
-}
-
-/// The sign of a side in the rows: the normal points out of the first body.
-fn sign(side: usize) -> f64 {
-    if side == 0 { 1.0 } else { -1.0 }
-}
-
-/// Lists the rigid motions of all floating bodies.
-fn motions(problem: &PreparedProblem) -> Vec<(usize, RigidMotion)> {
-    let bodies = problem.problem().bodies.iter().enumerate();
-    bodies.flat_map(|(b, body)| body.rigid_motions().into_iter().map(move |motion| (b, motion))).collect()
-}
-
-/// Computes `G`, row after row, and `e`.
-fn balance(problem: &PreparedProblem, motions: &[(usize, RigidMotion)], rows: &Rows) -> (Vec<f64>, Vec<f64>) {
-    let contact = problem.problem();
-    let mut matrix = vec![0.0; motions.len() * rows.count];
-    let mut loads = vec![0.0; motions.len()];
-    for (m, (b, motion)) in motions.iter().enumerate() {
-        let body = &contact.bodies[*b];
-        let (piece_of, _) = body.mesh().topology().pieces();
-        let at = |node: usize| {
-            let moves = piece_of[node] == motion.piece;
-            if moves { motion.at(body.mesh().points()[node]) } else { Vector::zeros() }
-        };
-        for (k, side) in contact.sides_of(*b) {
-            for (i, pair) in contact.contacts[k].interface.pairs().iter().enumerate() {
-                let trace = at(pair.nodes[side].index()).dot(&pair.normal);
-                matrix[m * rows.count + rows.starts[k] + i] += sign(side) * trace;
-            }
-        }
-        let forces = problem.external_forces()[*b].iter().enumerate();
-        loads[m] = forces.map(|(node, force)| force.dot(&at(node))).sum();
-    }
-    (matrix, loads)
-}
-
-/// Finds the motion that the loads cause and nothing resists; `None` if the assembly is held.
-fn unheld(
-    problem: &PreparedProblem,
-    motions: &[(usize, RigidMotion)],
-    balance: &[f64],
-    loads: &[f64],
-) -> Result<Option<UnheldMotion>, NnddError> {
-    if motions.is_empty() {
-        return Ok(None);
-    }
-    let (_, free) = nonnegative_least_squares(balance, loads)?;
-    let forces = problem.external_forces().iter().flatten();
-    let size = forces.map(|f| f.norm()).sum::<f64>();
-    let norm = free.iter().map(|a| a * a).sum::<f64>().sqrt();
-    if norm <= NO_LOAD * size {
-        return Ok(None);
-    }
-    let mut bodies: Vec<(usize, RigidMotion)> = Vec::new();
-    for ((b, motion), a) in motions.iter().zip(&free) {
-        let mut scaled = *motion;
-        scaled.translation *= *a;
-        scaled.spin *= *a;
-        match bodies.iter_mut().find(|(of, known)| of == b && known.piece == motion.piece) {
-            Some((_, sum)) => {
-                sum.translation += scaled.translation;
-                sum.spin += scaled.spin;
-            }
-            None => bodies.push((*b, scaled)),
-        }
-    }
-    let largest = |(b, motion): &(usize, RigidMotion)| {
-        let body = &problem.problem().bodies[*b];
-        let (piece_of, _) = body.mesh().topology().pieces();
-        let points = body.mesh().points().iter().zip(&piece_of).filter(|(_, piece)| **piece == motion.piece);
-        points.map(|(point, _)| motion.at(*point).norm()).fold(0.0, f64::max)
-    };
-    let most = bodies.iter().map(largest).fold(0.0, f64::max);
-    bodies.retain(|moved| largest(moved) > NO_LOAD * most);
-    for (_, motion) in &mut bodies {
-        motion.translation /= most;
-        motion.spin /= most;
-    }
-    let work: f64 = loads.iter().zip(&free).map(|(e, a)| e * a).sum();
-    Ok(Some(UnheldMotion { bodies, load: work / most }))
 }
 
 /// The rows of all pairs.
@@ -216,6 +131,12 @@ impl Rows {
                         column[*i] += b * sum;
                     }
                 }
+            }
+        }
+        for (k, pair) in contact.contacts.iter().enumerate() {
+            let Some(obstacle) = contact.obstacle_of(pair) else { continue };
+            for (i, (pair, u)) in pair.interface.pairs().iter().zip(obstacle.imposed()).enumerate() {
+                linear[self.starts[k] + i] += u.dot(&pair.normal);
             }
         }
         // Round-off must not make F unsymmetric.

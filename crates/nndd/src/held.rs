@@ -1,0 +1,133 @@
+//! Which assemblies are held: the balance of the floating bodies.
+//!
+//! With `R` the rigid motions that the supports leave free, `G = (B R)ᵀ` and their loads `e = Rᵀ f`, forces are in balance if
+//! `G P = e`. There is a solution `P ≥ 0` if and only if no motion that opens or keeps all pairs, `B R a ≤ 0`, has a load
+//! `e·a > 0` (Farkas). The residual of `min |G P − e|, P ≥ 0` is such a motion, if it is not zero.
+
+use crate::error::NnddError;
+use crate::unheld::UnheldMotion;
+use contact_qp::{IndependentRows, nonnegative_least_squares};
+use fem_core::assembly::external_forces;
+use fem_core::body::RigidMotion;
+use fem_core::interface::ContactProblem;
+use fem_core::prepared::BodyMotion;
+
+/// A load of a motion below this fraction of all loads is round-off.
+const NO_LOAD: f64 = 1e-10;
+
+/// A body whose motion is below this fraction of the largest one does not move.
+const NO_TRACE: f64 = 1e-9;
+
+/// How an assembly is held.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Support {
+    /// The motion that the loads cause and nothing resists; `None` if the assembly is held.
+    pub unheld: Option<UnheldMotion>,
+    /// The motions that no pair resists and no load drives: each with the bodies that move. They stay at zero.
+    pub free_motions: Vec<Vec<(usize, RigidMotion)>>,
+}
+
+/// Tells how an assembly is held, without solving anything.
+///
+/// # Errors
+/// Numbers that are not finite.
+pub fn support(problem: &ContactProblem) -> Result<Support, NnddError> {
+    let motions = problem.rigid_motions();
+    let balance = Balance::new(problem, &motions);
+    let unheld = balance.unheld(problem, &motions)?;
+    let free = balance.rows.kernel().iter().map(|amounts| {
+        let bodies = combined(problem, &motions, amounts);
+        let most = bodies.iter().map(|of| largest(problem, of)).fold(0.0, f64::max);
+        let moved = bodies.iter().filter(|of| largest(problem, of) > NO_TRACE * most);
+        moved.map(|of| (of.body, of.motion)).collect()
+    });
+    Ok(Support { unheld, free_motions: free.collect() })
+}
+
+/// The rows of the balance, `G P = e`.
+pub(crate) struct Balance {
+    /// Independent combinations of the rows: one per motion that the pairs resist.
+    pub(crate) rows: IndependentRows,
+    /// `e` of each rigid motion.
+    loads: Vec<f64>,
+}
+
+impl Balance {
+    pub(crate) fn new(problem: &ContactProblem, motions: &[BodyMotion]) -> Self {
+        let mut matrix = Vec::with_capacity(motions.len() * problem.node_pairs());
+        for of in motions {
+            let moved = problem.moved_by(of);
+            for contact in &problem.contacts {
+                let pairs = contact.interface.pairs().iter();
+                match contact.side_of(of.body) {
+                    None => matrix.extend(pairs.map(|_| 0.0)),
+                    Some(side) => matrix
+                        .extend(pairs.map(|pair| sign(side) * moved[pair.nodes[side]].dot(&pair.normal))),
+                }
+            }
+        }
+        let loads: Vec<f64> = motions.iter().map(|of| of.load).collect();
+        Self { rows: IndependentRows::new(&matrix, &loads), loads }
+    }
+
+    /// Finds the motion that the loads cause and nothing resists; `None` if the assembly is held.
+    pub(crate) fn unheld(
+        &self,
+        problem: &ContactProblem,
+        motions: &[BodyMotion],
+    ) -> Result<Option<UnheldMotion>, NnddError> {
+        if motions.is_empty() {
+            return Ok(None);
+        }
+        let (_, rest) = nonnegative_least_squares(&self.rows.rows, &self.rows.right_side)?;
+        let mut free = self.rows.expanded(&rest);
+        free.iter_mut().zip(self.rows.unbalanced(&self.loads)).for_each(|(a, part)| *a += part);
+        let of_body = |body| external_forces(body).iter().map(|f| f.norm()).sum::<f64>();
+        let on_bodies: f64 = problem.bodies.iter().map(of_body).sum();
+        let size = on_bodies + problem.obstacles.iter().map(|obstacle| obstacle.load_size()).sum::<f64>();
+        let work: f64 = self.loads.iter().zip(&free).map(|(e, a)| e * a).sum();
+        let norm = free.iter().map(|a| a * a).sum::<f64>().sqrt();
+        if !(work > NO_LOAD * size * norm) {
+            return Ok(None);
+        }
+        let bodies = combined(problem, motions, &free);
+        let most = bodies.iter().map(|of| largest(problem, of)).fold(0.0, f64::max);
+        let moved = bodies.iter().filter(|of| largest(problem, of) > NO_LOAD * most);
+        let unit = |of: &BodyMotion| {
+            let mut motion = of.motion;
+            motion.translation /= most;
+            motion.spin /= most;
+            (of.body, motion)
+        };
+        Ok(Some(UnheldMotion { bodies: moved.map(unit).collect(), load: work / most }))
+    }
+}
+
+/// The sign of a side in the rows: the normal points out of the first body.
+pub(crate) fn sign(side: usize) -> f64 {
+    if side == 0 { 1.0 } else { -1.0 }
+}
+
+/// Adds up the motions of each piece of each body.
+fn combined(problem: &ContactProblem, motions: &[BodyMotion], amounts: &[f64]) -> Vec<BodyMotion> {
+    let mut bodies: Vec<BodyMotion> = Vec::with_capacity(problem.bodies.len());
+    for (of, a) in motions.iter().zip(amounts) {
+        let mut scaled = *of;
+        scaled.motion.translation *= *a;
+        scaled.motion.spin *= *a;
+        match bodies.iter_mut().find(|known| known.body == of.body && known.motion.piece == of.motion.piece) {
+            Some(sum) => {
+                sum.motion.translation += scaled.motion.translation;
+                sum.motion.spin += scaled.motion.spin;
+            }
+            None => bodies.push(scaled),
+        }
+    }
+    bodies
+}
+
+/// Computes the largest displacement in a motion, m.
+fn largest(problem: &ContactProblem, of: &BodyMotion) -> f64 {
+    problem.moved_by(of).iter().map(|u| u.norm()).fold(0.0, f64::max)
+}
