@@ -200,7 +200,8 @@ impl DofMap {
 
     /// Tells whether a node's frame is the Cartesian one.
     pub fn is_cartesian(&self, node: usize) -> bool {
-        self.axes[node] == Vector::x()
+        // The second of two directions may be −y.
+        self.axes[node] == Vector::x() && self.is_orthogonal(node)
     }
 
     /// Expands unknowns into nodal displacements in Cartesian components, imposed values included.
