@@ -1,40 +1,15 @@
 //! Assemblies: the exact solution of the discrete problem, with floating bodies.
 
 use contact_qp::QpSettings;
-use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
-use fem_core::interface::{ContactInterface, ContactProblem, Gap, Roles};
-use fem_core::material::{Hypothesis, LinearElastic};
-use fem_core::mesh::generate::block;
+use fem_core::interface::{ContactProblem, Roles};
 use fem_core::norm::energy_norm_squared;
 use nndd::stopping::Never;
-use nndd::{ExactSolution, NewtonSettings, NnddError, NnddStatus, Recovery, solve_exactly};
+use nndd::{ExactSolution, NewtonSettings, NnddError, NnddSettings, NnddStatus, Recovery, solve_exactly};
+use tests::assemblies::{
+    FOUR, FOUR_FORCES, STACK, STACK_FORCE, THREE, THREE_FORCES, four, pressed, stack, three, tower,
+};
 use tests::prepare;
-
-fn material(young: f64) -> LinearElastic {
-    LinearElastic::isotropic(young, 0.3, Hypothesis::PlaneStrain).unwrap()
-}
-
-/// Three blocks on top of each other, the middle one held by contact only.
-fn stack(conditions_of_top: BoundaryConditions, middle: BoundaryConditions) -> ContactProblem {
-    let body = |k: usize, young: f64, conditions: &BoundaryConditions| {
-        Body::new(block([0.0, k as f64], [2.0, 1.0], [18, 9]).unwrap(), material(young), conditions).unwrap()
-    };
-    let bottom = body(0, 1000.0, &BoundaryConditions::new().fix("bottom"));
-    let middle = body(1, 1500.0, &middle);
-    let top = body(2, 2000.0, &conditions_of_top);
-    let gap = Gap::Given(0.0.into());
-    let lower = ContactInterface::pair(&middle, &bottom, ["bottom", "top"], &gap).unwrap();
-    let upper = ContactInterface::pair(&top, &middle, ["bottom", "top"], &gap).unwrap();
-    ContactProblem::new(vec![bottom, middle, top]).contact([1, 0], lower).contact([2, 1], upper)
-}
-
-fn pressed() -> BoundaryConditions {
-    BoundaryConditions::new()
-        .displace("left", Some(0.0.into()), None)
-        .displace("top", None, Some((-0.02).into()))
-        .traction("right", [0.0.into(), 30.0.into()])
-}
 
 fn energies(problem: &ContactProblem, solution: &ExactSolution) -> Vec<f64> {
     problem.bodies.iter().zip(&solution.displacement).map(|(body, u)| energy_norm_squared(body, u)).collect()
@@ -44,21 +19,21 @@ fn near(found: f64, expected: f64, tolerance: f64) {
     assert!((found - expected).abs() <= tolerance * expected.abs(), "{found} {expected}");
 }
 
-#[test]
-fn a_floating_block_in_a_stack_has_the_figures_of_an_independent_code() {
-    let problem = stack(pressed(), BoundaryConditions::new());
-    let solution = solve_exactly(&prepare(&problem), &QpSettings::default()).unwrap();
+fn small_tower() -> ContactProblem {
+    tower(3, [18, 9]).unwrap()
+}
+
+/// Solves exactly and compares energies, contact forces and the numbers of pairs of nodes with a force.
+fn has_figures(problem: &ContactProblem, expected: &[f64], forces: &[f64], active: &[usize]) {
+    let solution = solve_exactly(&prepare(problem), &QpSettings::default()).unwrap();
     assert!(solution.status.is_solved() && solution.clarabel_calls == 0, "{:?}", solution.status);
     assert!(solution.kkt.max() < 1e-12, "{:?}", solution.kkt);
-    for (found, expected) in
-        energies(&problem, &solution).iter().zip([0.151396775117, 0.117486400467, 0.646165093628])
-    {
-        near(*found, expected, 1e-11);
+    for (found, expected) in energies(problem, &solution).iter().zip(expected) {
+        near(*found, *expected, 1e-11);
     }
-    let active = [19, 16];
-    for (force, active) in solution.contact_force.iter().zip(active) {
-        near(force.iter().sum(), 18.1350164279, 1e-11);
-        assert_eq!(force.iter().filter(|p| **p > 0.0).count(), active);
+    for ((force, expected), active) in solution.contact_force.iter().zip(forces).zip(active) {
+        near(force.iter().sum(), *expected, 1e-11);
+        assert_eq!(force.iter().filter(|p| **p > 0.0).count(), *active);
     }
     for (forces, openings) in solution.contact_force.iter().zip(&solution.opening) {
         assert!(forces.iter().zip(openings).all(|(p, o)| *p >= 0.0 && *o >= 0.0 && p * o == 0.0));
@@ -66,9 +41,26 @@ fn a_floating_block_in_a_stack_has_the_figures_of_an_independent_code() {
 }
 
 #[test]
+fn stacks_and_cycles_have_the_figures_of_an_independent_code() {
+    has_figures(&small_tower(), &STACK, &[STACK_FORCE; 2], &[19, 16]);
+    has_figures(&three(true).unwrap(), &THREE, &THREE_FORCES, &[10, 10, 11]);
+    has_figures(&four().unwrap(), &FOUR, &FOUR_FORCES, &[9, 11, 11, 11]);
+}
+
+#[test]
+fn a_node_in_two_pairs_with_the_same_normal_is_left_to_the_exact_solution() {
+    let prepared = prepare(&three(true).unwrap());
+    let lambda = vec![0.0; prepared.node_pairs()];
+    let refused = nndd::solve(&prepared, lambda.clone(), NnddSettings::default(), &mut Never);
+    assert!(matches!(refused, Err(NnddError::DependentRows { body: 2 })), "{refused:?}");
+    let solved = nndd::solve(&prepared, lambda, NewtonSettings::default(), &mut Never).unwrap();
+    near(solved.last.contact_force(), THREE_FORCES.iter().sum(), 1e-10);
+}
+
+#[test]
 fn the_exact_solution_is_the_only_iterate_of_the_newton_method() {
     for roles in [Roles::FIRST, Roles::SECOND] {
-        let prepared = prepare(&stack(pressed(), BoundaryConditions::new()).with_roles(roles));
+        let prepared = prepare(&small_tower().with_roles(roles));
         let exact = solve_exactly(&prepared, &QpSettings::default()).unwrap();
         let lambda = vec![0.0; prepared.node_pairs()];
         let solution = nndd::solve(&prepared, lambda, NewtonSettings::default(), &mut Never).unwrap();
@@ -93,7 +85,7 @@ fn the_exact_solution_is_the_only_iterate_of_the_newton_method() {
 #[test]
 fn what_nothing_holds_is_named_with_its_motion() {
     let motion = |top: BoundaryConditions, middle: BoundaryConditions| match solve_exactly(
-        &prepare(&stack(top, middle)),
+        &prepare(&stack(&[1000.0, 1500.0, 2000.0], [18, 9], &middle, &top).unwrap()),
         &QpSettings::default(),
     ) {
         Err(NnddError::NotHeld { motion }) => motion,

@@ -5,6 +5,7 @@
 mod adaptive;
 mod adversarial;
 mod assemblies;
+mod assemblies_nndd;
 mod bound;
 mod bounds;
 mod certificate;

@@ -4,6 +4,7 @@
 //! independent code, or an earlier value of this code.
 
 pub mod adversarial;
+pub mod assemblies;
 pub mod blocks;
 pub mod columns;
 pub mod cook;

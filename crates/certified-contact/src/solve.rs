@@ -15,7 +15,7 @@ use fem_core::geometry::Vector;
 use fem_core::interface::{ContactPair, ContactProblem, Roles};
 use fem_core::prepared::{PrepareError, PreparedProblem, Stage};
 use fem_core::residual::SplitField;
-use nndd::{Iterate, NnddSolution, NnddStatus, Start};
+use nndd::{Iterate, Method, NnddSolution, NnddStatus, Start};
 
 /// Solves a contact problem and certifies the solution.
 ///
@@ -218,7 +218,11 @@ fn choose_roles(problem: &PreparedProblem, settings: &Settings) -> (Vec<Roles>, 
         let roles = if compliance[1] < compliance[0] { Roles::SECOND } else { Roles::FIRST };
         return (vec![roles], RoleReason::Stiffer { compliance });
     }
-    let stiffer = stiffer_roles(problem);
+    // Only the iteration depends on it.
+    let stiffer = match settings.method {
+        Method::Nndd(_) => nndd::stiffer_roles(problem),
+        _ => vec![Roles::FIRST; contacts.len()],
+    };
     let chosen = contacts.iter().zip(stiffer).enumerate().map(|(k, (pair, stiffer))| match of_pair(k) {
         _ if problem.problem().obstacle_of(pair).is_some() => Roles::SECOND,
         Imposed::First => Roles::FIRST,
@@ -226,18 +230,4 @@ fn choose_roles(problem: &PreparedProblem, settings: &Settings) -> (Vec<Roles>, 
         Imposed::Auto => stiffer,
     });
     (chosen.collect(), RoleReason::Given)
-}
-
-/// The stiffer body of each pair, by the mean diagonal of its interface operator.
-fn stiffer_roles(problem: &PreparedProblem) -> Vec<Roles> {
-    let stiffness = |b: usize| {
-        let Some(body) = problem.bodies().get(b) else { return f64::INFINITY };
-        let n = body.len().max(1);
-        (0..body.len()).map(|i| body.schur()[i * body.len() + i]).sum::<f64>() / n as f64
-    };
-    let of_pair = |pair: &ContactPair| {
-        let [first, second] = pair.bodies.map(stiffness);
-        if second > first { Roles::SECOND } else { Roles::FIRST }
-    };
-    problem.problem().contacts.iter().map(of_pair).collect()
 }

@@ -96,6 +96,7 @@ fn iteration(solver: &case::Solver) -> NnddSettings {
         case::Acceleration::Aitken => Acceleration::Aitken,
         case::Acceleration::Anderson => Acceleration::Anderson,
     };
+    nndd.coarse = solver.coarse;
     nndd.max_iterations = solver.max_iterations;
     nndd.qp.method = qp(solver);
     nndd

@@ -30,12 +30,22 @@ pub enum NnddError {
         /// Number of pairs.
         pairs: usize,
     },
+    /// Contact normals of a body depend on each other or on its supports: a node is in two pairs with parallel normals, or a
+    /// support imposes its displacement along a normal. The exact solution allows that, see [`crate::solve_exactly`].
+    #[error("contact normals of body {} depend on each other or on its supports; the iteration does not allow that, the exact solution does", body + 1)]
+    DependentRows {
+        /// The body, from 0.
+        body: usize,
+    },
     /// The loads move bodies that nothing holds.
     #[error("the assembly is not held: a load of {:e} moves body {} and nothing resists", motion.load, motion.bodies.first().map_or(0, |b| b.0))]
     NotHeld {
         /// The motion.
         motion: UnheldMotion,
     },
+    /// An obstacle moves freely under a force: the iteration has no λ for that.
+    #[error("an obstacle moves freely under a force; the exact solution allows that, the iteration does not")]
+    FreeObstacle,
     /// θ is not a positive number.
     #[error("theta is {found}; it must be a positive, finite number")]
     Theta {

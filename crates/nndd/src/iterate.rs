@@ -5,7 +5,7 @@ use contact_qp::{ActiveSet, KktResiduals, QpPath, QpStatus};
 use fem_core::body::RigidMotion;
 use fem_core::each_body;
 use fem_core::geometry::Vector;
-use fem_core::interface::ContactProblem;
+use fem_core::interface::{ContactProblem, NodePair};
 use fem_core::prepared::PreparedProblem;
 use std::ops::Range;
 
@@ -73,7 +73,7 @@ pub struct Iterate {
     /// `ε_t = 2 max|t¹+t²| / (max|t¹|+max|t²|)`, dimensionless (24).
     pub precision: f64,
     /// `η_NNDD = ‖w̄‖`, `S₁ w̄ = r¹ + r²`, (22): the guaranteed bound of the iteration's
-    /// error, square root of an energy.
+    /// error, square root of an energy. For an assembly see the page of this crate.
     pub eta_nndd: f64,
     /// What determines the displacements.
     pub recovery: Recovery,
@@ -195,4 +195,19 @@ impl From<&Iterate> for IterationRow {
             qp_kkt: it.contact.kkt.max(),
         }
     }
+}
+
+/// Computes `ε_t = 2 max|t¹+t²| / (max|t¹|+max|t²|)`, the paper's precision, (24), with `t_i = r_i/ℓ_i`.
+pub(crate) fn precision<'a>(
+    pairs: impl Iterator<Item = &'a NodePair> + Clone,
+    r1: &[f64],
+    r2: &[f64],
+) -> f64 {
+    let largest = |r: &dyn Fn(usize) -> f64| {
+        let tractions = pairs.clone().enumerate().map(|(i, pair)| (r(i) / pair.tributary_length).abs());
+        // A NaN must show: it would pass for a small imbalance.
+        tractions.fold(0.0, |largest: f64, t| if t > largest || t.is_nan() { t } else { largest })
+    };
+    let scale = largest(&|i| r1[i]) + largest(&|i| r2[i]);
+    if scale == 0.0 { 0.0 } else { 2.0 * largest(&|i| r1[i] + r2[i]) / scale }
 }

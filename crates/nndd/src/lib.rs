@@ -23,12 +23,28 @@
 //!
 //! Formulas have the numbers (1) to (12) of Choi, Gallimard and Sassi, and further ones in the order of a run.
 //! (8) to (11) are solved in `src/steps.rs`, in the interface unknowns, and a second time at full size in
-//! `src/literal.rs`; the loop is in `src/solve.rs`. For the admissible θ see [`Spectrum`]. If the iteration does not
+//! `src/literal.rs`; both steps are in `src/solve.rs`, the loop around them is in `src/iteration.rs`. For the admissible θ see [`Spectrum`]. If the iteration does not
 //! converge, the interface Newton method in `src/monolithic.rs` solves the same discrete problem: see [`NnddSettings::newton`].
+//!
+//! # Assemblies
+//! Any number of bodies and pairs is possible, floating bodies among them, that is, bodies that only contact holds. Each pair of nodes is
+//! a row. In each pair one body carries λ, the other one is unilateral; a body may be both, in different pairs. With `Φ_α` the
+//! flexibility of a body in its rows, `v_α` its traces under the loads alone, and `G_α P = e_α` its balance if it floats:
+//! ```math
+//! \begin{aligned}
+//! \text{step 1:} && P^α &= \arg\min_P \; ½ P^T Φ_α P + (c - v_α)^T P, \quad G_α P = e_α, \quad P_i ≥ 0 \text{ in unilateral rows} \\
+//! && c &= λ \text{ if the body carries it}, \quad c = g - λ \text{ if it is unilateral} \\
+//! \text{step 2:} && λ &← λ + θ M (P^1 - P^2), \qquad P^1 \text{ of the bodies that carry λ}, \; P^2 ≥ 0 \text{ of the others} \\
+//! \text{bound:} && η_{NNDD}^2 &= \sum_α (\tilde P - P^α)^T Φ_α (\tilde P - P^α) + 2 \tilde P^T o
+//! \end{aligned}
+//! ```
+//! `P̃ ≥ 0` are the forces nearest to `P²` that balance all floating bodies, `o` the openings. `M` is the Neumann-Neumann
+//! preconditioner with a coarse space of the rigid motions: `src/assembly/correction.rs`; step 1 is in `src/assembly/response.rs`, both in
+//! `src/assembly/pass.rs`. [`stiffer_roles`] says who should carry λ. The reference is the exact solution, [`solve_exactly`].
 //!
 //! # Types, in the order one meets them
 //! [`NnddSettings`], a [`stopping::StoppingCriterion`], [`solve`],
-//! [`NnddSolution`] with its [`NnddStatus`], [`IterationRow`]s and last [`Iterate`].
+//! [`NnddSolution`] with its [`NnddStatus`], [`IterationRow`]s and last [`Iterate`], whose [`Recovery`] says what its fields come from.
 //!
 //! `examples/blocks.rs` solves the paper's problem with its settings and with the default ones. [`fem_core`] and
 //! [`contact_qp`], whose types appear in the signatures here, are re-exported.
@@ -58,14 +74,16 @@
 
 mod acceleration;
 mod assembly;
+mod balance;
 mod error;
 mod exact;
-mod held;
 mod iterate;
+mod iteration;
 mod literal;
 mod monitor;
 mod monolithic;
 mod recovery;
+mod rows;
 mod settings;
 mod solution;
 mod solve;
@@ -76,15 +94,17 @@ mod unheld;
 mod vector;
 mod weights;
 
+pub use assembly::stiffer_roles;
+pub use balance::{Support, support};
 pub use contact_qp;
 pub use error::NnddError;
 pub use exact::{ExactSolution, solve_exactly};
 pub use fem_core;
-pub use held::{Support, support};
 pub use iterate::{ContactAnswer, Iterate, IterationRow, Programme, Recovery};
+pub use iteration::Start;
 pub use settings::{Acceleration, Method, NewtonSettings, NnddSettings, Path, Weights};
 pub use solution::{NnddSolution, NnddStatus, Switch};
-pub use solve::{Start, solve, solve_from};
+pub use solve::{solve, solve_from};
 pub use spectrum::Spectrum;
 pub use unheld::UnheldMotion;
 

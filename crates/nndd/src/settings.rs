@@ -85,7 +85,7 @@ pub enum Path {
 /// How the interface imbalance is shared between the two bodies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Weights {
-    /// Half each, and the update `w¹ − w²`: the paper's.
+    /// Half each, and the update `w¹ − w²`: the paper's. For an assembly the update is `½ w¹ − ½ w²`.
     Half,
     /// `d_α = k_α/(k₁+k₂)` with the diagonals of `S_α`, and the update `d₁ w¹ − d₂ w²`.
     #[default]
@@ -108,7 +108,7 @@ pub enum Acceleration {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct NnddSettings {
-    /// The interface Newton method to use if the iteration stalls, diverges or uses all its iterations; `None`: no other
+    /// The interface Newton method, for an assembly the exact solution, to use if the iteration stalls, diverges or uses all its iterations; `None`: no other
     /// method. It is not used either if θ is given, or if the criterion never stops, see
     /// [`crate::stopping::StoppingCriterion::can_stop`].
     pub newton: Option<NewtonSettings>,
@@ -119,6 +119,9 @@ pub struct NnddSettings {
     pub theta: Option<f64>,
     /// The weights; default by stiffness.
     pub weights: Weights,
+    /// Whether an assembly with floating bodies has a coarse space of their rigid motions; default yes. Without it the number of
+    /// iterations grows with the number of floating bodies.
+    pub coarse: bool,
     /// The acceleration; default Anderson.
     pub acceleration: Acceleration,
     /// Maximum number of iterations; default 50. With 0 the first pair is still computed, so that it can be certified.
@@ -134,6 +137,7 @@ impl Default for NnddSettings {
             path: Path::default(),
             theta: None,
             weights: Weights::default(),
+            coarse: true,
             acceleration: Acceleration::default(),
             max_iterations: 50,
             qp: QpSettings::default(),

@@ -29,7 +29,7 @@ pub enum NnddStatus {
     },
     /// The caller ended it.
     Interrupted,
-    /// Ω₂'s contact problem was not solved.
+    /// Ω₂'s contact problem, or that of a body of an assembly, was not solved.
     ContactQpUnsolved(QpStatus),
 }
 

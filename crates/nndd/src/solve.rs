@@ -1,85 +1,37 @@
-//! The algorithm box of the paper: one loop. The interface Newton method is in `newton`.
+//! The two steps for two held bodies with one pair, and the dispatch. The interface Newton method is in `newton`.
 
 mod newton;
 
-use crate::acceleration::Accelerator;
 use crate::assembly;
 use crate::error::NnddError;
-use crate::iterate::{ContactAnswer, Iterate, IterationRow, Programme, Recovery};
+use crate::iterate::{ContactAnswer, Iterate, Programme, Recovery, precision};
+use crate::iteration::{Pass, Start, explain, iterate, successor, switch};
 use crate::literal::LiteralSteps;
-use crate::monitor::Monitor;
-use crate::settings::{Acceleration, Method, NnddSettings, Path, Weights};
+use crate::settings::{Method, NnddSettings, Path, Weights};
 use crate::solution::{NnddSolution, NnddStatus};
 use crate::spectrum;
 use crate::steps::{CondensedSteps, Steps, each_role};
-use crate::stopping::{Decision, StoppingCriterion};
+use crate::stopping::StoppingCriterion;
 use crate::vector::{add, dot};
 use crate::weights::NodalWeights;
 use contact_qp::{ActiveSet, QpSettings};
 use fem_core::condensation::OrientedBody;
-use fem_core::interface::{ContactInterface, ContactPair, NodePair};
+use fem_core::interface::{ContactInterface, ContactPair};
 use fem_core::norm::from_squared;
 use fem_core::prepared::PreparedProblem;
 
 impl Run<'_> {
-    /// The algorithm box.
-    fn iterate(
-        &mut self,
-        mut lambda: Vec<f64>,
-        (settings, theta): (&NnddSettings, f64),
-        stop: &mut dyn StoppingCriterion,
-    ) -> Result<NnddSolution, NnddError> {
-        let mut update = Accelerator::new(settings.acceleration, theta);
-        let mut monitor = Monitor::default();
-        let (mut history, mut clarabel_calls) = (Vec::new(), 0);
-        loop {
-            // Step 1: λ imposed on Ω₁ (8), unilateral contact of Ω₂ (9).
-            let (reaction, contact) = self.step_1(&lambda)?;
-            clarabel_calls += contact.clarabel_calls;
-            // Step 2: the Neumann problems (10) and (11) under the imbalance r¹ + r².
-            let imbalance = add(&reaction, &contact.normal_reaction);
-            let [w1, w2] = self.step_2(&imbalance);
-            // The indicators: η_NNDD (22), ε_t (24).
-            let eta_nndd = self.eta_nndd(&imbalance, &w1);
-            // The update: λ ← λ + θ (w¹ − w²)·n.
-            let step = update.step(&lambda, self.weights.update([&w1, &w2]), eta_nndd);
-            let iteration = history.len() + 1;
-            let last = self.iterate_of(iteration, step.theta, eta_nndd, lambda, reaction, contact);
-            history.push(IterationRow::from(&last));
-            // Stop, or give up?
-            let mut status = self.verdict(&last, settings, &mut monitor, stop)?;
-            lambda = if status.is_none() { step.lambda } else { Vec::new() };
-            if lambda.iter().any(|x| !x.is_finite()) {
-                status = Some(NnddStatus::Diverged { best: monitor.smallest(), theta_limit: None });
-            }
-            if let Some(status) = status {
-                let (switch, spectrum) = (None, None);
-                return Ok(NnddSolution { status, switch, history, last, theta, spectrum, clarabel_calls });
-            }
-        }
-    }
-
-    /// Tells whether and how the iteration ends with this iterate.
-    fn verdict(
-        &self,
-        iterate: &Iterate,
-        settings: &NnddSettings,
-        monitor: &mut Monitor,
-        stop: &mut dyn StoppingCriterion,
-    ) -> Result<Option<NnddStatus>, NnddError> {
-        if !iterate.contact.status.is_solved() {
-            return Ok(Some(NnddStatus::ContactQpUnsolved(iterate.contact.status)));
-        }
-        Ok(match stop.check(iterate).map_err(NnddError::Criterion)? {
-            Decision::Stop => Some(NnddStatus::StoppedByCriterion),
-            Decision::Interrupt => Some(NnddStatus::Interrupted),
-            Decision::Continue if iterate.iteration >= settings.max_iterations => {
-                Some(NnddStatus::MaxIterations)
-            }
-            Decision::Continue => {
-                monitor.judge(iterate.eta_nndd, settings.acceleration == Acceleration::None)
-            }
-        })
+    /// The algorithm box, without the update.
+    fn pass(&mut self, lambda: Vec<f64>) -> Result<Pass, NnddError> {
+        // Step 1: λ imposed on Ω₁ (8), unilateral contact of Ω₂ (9).
+        let (reaction, contact) = self.step_1(&lambda)?;
+        // Step 2: the Neumann problems (10) and (11) under the imbalance r¹ + r².
+        let imbalance = add(&reaction, &contact.normal_reaction);
+        let [w1, w2] = self.step_2(&imbalance);
+        // The indicators: η_NNDD (22), ε_t (24).
+        let eta_nndd = self.eta_nndd(&imbalance, &w1);
+        let direction = self.weights.update([&w1, &w2]);
+        Ok(Pass { iterate: self.iterate_of(eta_nndd, lambda, reaction, contact), direction })
     }
 
     /// Step 1: imposes λ on Ω₁ (8) and solves Ω₂'s contact problem (9).
@@ -107,10 +59,9 @@ impl Run<'_> {
         })
     }
 
+    /// The iterate, whose number and θ are not known yet.
     fn iterate_of(
         &self,
-        iteration: usize,
-        theta: f64,
         eta_nndd: f64,
         lambda: Vec<f64>,
         reaction: Vec<f64>,
@@ -119,14 +70,14 @@ impl Run<'_> {
         let pairs = self.interface.pairs();
         let opening =
             (0..pairs.len()).map(|i| contact.normal_trace[i] - (lambda[i] - pairs[i].gap)).collect();
-        let precision = precision(pairs, &reaction, &contact.normal_reaction);
+        let precision = precision(pairs.iter(), &reaction, &contact.normal_reaction);
         let programme = Programme { path: contact.path, iterations: contact.iterations };
         let (recovery, motions) = (Recovery::Traces, Vec::new());
         Iterate {
-            iteration,
+            iteration: 0,
             lambda,
             opening,
-            theta,
+            theta: 0.0,
             precision,
             eta_nndd,
             reaction,
@@ -161,21 +112,10 @@ impl<'a> Run<'a> {
     }
 }
 
-/// Computes `ε_t = 2 max|t¹+t²| / (max|t¹|+max|t²|)`, the paper's precision, (24), with `t_i = r_i/ℓ_i`.
-fn precision(pairs: &[NodePair], r1: &[f64], r2: &[f64]) -> f64 {
-    let largest = |r: &dyn Fn(usize) -> f64| {
-        let tractions = (0..pairs.len()).map(|i| (r(i) / pairs[i].tributary_length).abs());
-        // A NaN must show: it would pass for a small imbalance.
-        tractions.fold(0.0, |largest: f64, t| if t > largest || t.is_nan() { t } else { largest })
-    };
-    let scale = largest(&|i| r1[i]) + largest(&|i| r2[i]);
-    if scale == 0.0 { 0.0 } else { 2.0 * largest(&|i| r1[i] + r2[i]) / scale }
-}
-
 /// Solves a contact problem by the Neumann-Neumann iteration (8)-(11), or by the interface Newton method.
 ///
-/// For anything but two held bodies with one pair the second method is [`crate::solve_exactly`], whose solution is the only
-/// iterate.
+/// Two held bodies with one pair have an algorithm of their own. Anything else is an assembly: see the page of this crate; the
+/// interface Newton method is then [`crate::solve_exactly`], whose solution is the only iterate.
 ///
 /// * `lambda`: the initial normal trace λ of each Ω₁ at its pairs of nodes, pair after pair, m; the Newton method does not
 ///   use it.
@@ -186,7 +126,8 @@ fn precision(pairs: &[NodePair], r1: &[f64], r2: &[f64]) -> f64 {
 ///
 /// # Errors
 /// Sizes that do not match, a θ that is not positive, a contact problem that is rejected, a
-/// criterion that fails. No convergence is a status, not an error.
+/// criterion that fails. No convergence is a status, not an error. For an assembly: [`NnddError::NotHeld`]; for its iteration
+/// [`NnddError::DependentRows`] and, with [`Path::Literal`], [`NnddError::Unsupported`].
 pub fn solve(
     problem: &PreparedProblem,
     lambda: Vec<f64>,
@@ -194,15 +135,6 @@ pub fn solve(
     stop: &mut dyn StoppingCriterion,
 ) -> Result<NnddSolution, NnddError> {
     solve_from(problem, Start { lambda, active: None }, &method.into(), stop)
-}
-
-/// The initial values of an iteration.
-#[derive(Clone, Debug)]
-pub struct Start {
-    /// The normal trace λ of each Ω₁ at its pairs of nodes, pair after pair, m.
-    pub lambda: Vec<f64>,
-    /// The active set of Ω₂'s contact problem, if one is known: it is tried before Clarabel.
-    pub active: Option<ActiveSet>,
 }
 
 /// Solves a contact problem like [`solve`], starting from the result of a similar one.
@@ -218,7 +150,7 @@ pub fn solve_from(
     check(problem, &start, method)?;
     let held = problem.problem().bodies.iter().all(|body| body.free_motion().is_none());
     let Some(pair) = problem.problem().only_pair().filter(|_| held) else {
-        return assembly::solve(problem, method, stop);
+        return assembly::solve(problem, start, method, stop);
     };
     let bodies = &problem.sides(0);
     match method {
@@ -226,7 +158,7 @@ pub fn solve_from(
             let steps = CondensedSteps::new(bodies)?;
             let weights = NodalWeights::new(bodies, Weights::Half);
             let mut run = Run::new(pair, bodies, &steps, &weights, &settings.qp);
-            run.newton(settings, stop)
+            run.exact(None, settings, 1)?.alone(stop)
         }
         Method::Nndd(settings) => iteration(problem, pair, start, settings, stop),
     }
@@ -242,7 +174,10 @@ fn iteration(
 ) -> Result<NnddSolution, NnddError> {
     let bodies = &problem.sides(0);
     let weights = NodalWeights::new(bodies, settings.weights);
-    let (theta, spectrum) = spectrum::choose_theta(settings.theta, bodies, &weights);
+    let estimate = || spectrum::estimate(bodies, &weights);
+    // The best value for identical bodies.
+    let identical = if weights.is_half() { 0.5 } else { 1.0 };
+    let (theta, spectrum) = spectrum::choose_theta(settings.theta, identical, estimate);
     let literal;
     let condensed;
     let steps: &dyn Steps = match settings.path {
@@ -257,34 +192,17 @@ fn iteration(
     };
     let mut run = Run::new(pair, bodies, steps, &weights, &settings.qp);
     run.warm_start = start.active;
-    let mut solution = run.iterate(start.lambda, (settings, theta), stop)?;
-    let open = match solution.status {
-        NnddStatus::StoppedByCriterion | NnddStatus::Interrupted => false,
-        // Energies that overflow in the first iteration do so with any method.
-        NnddStatus::Diverged { best, .. } => best.is_finite(),
-        _ => true,
-    };
-    if let Some(newton) = &settings.newton
-        && open
-        && settings.theta.is_none()
-        && stop.can_stop()
-    {
-        solution = run.switch(solution, newton, stop)?;
+    let mut solution = iterate(start.lambda, (settings, theta), stop, |lambda| run.pass(lambda))?;
+    if let Some(newton) = successor(&solution, settings, stop) {
+        // The contact nodes of a diverged iteration are useless.
+        let closed = match solution.status {
+            NnddStatus::Diverged { .. } => None,
+            _ => Some(solution.last.contact.active.clone()),
+        };
+        let found = run.exact(closed, newton, solution.history.len() + 1);
+        solution = switch(solution, found, stop)?;
     }
-    solution.spectrum = spectrum;
-    let failed = match solution.status {
-        NnddStatus::Diverged { .. } | NnddStatus::Stalled { at_round_off: false, .. } => true,
-        NnddStatus::MaxIterations => stop.can_stop(),
-        _ => false,
-    };
-    if failed {
-        // Report which θ would converge.
-        solution.spectrum = spectrum.or_else(|| spectrum::estimate(bodies, &weights));
-    }
-    if let NnddStatus::Diverged { theta_limit, .. } = &mut solution.status {
-        *theta_limit = solution.spectrum.map(|s| s.theta_limit());
-    }
-    Ok(solution)
+    Ok(explain(solution, spectrum, estimate, stop))
 }
 
 /// Checks what is given.

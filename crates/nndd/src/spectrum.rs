@@ -37,20 +37,18 @@ impl Spectrum {
 const STEPS: usize = 12;
 
 /// Chooses θ: the given one, or the best one for the spectrum, which is also returned.
+///
+/// * `fallback`: θ if there is no spectrum.
 pub(crate) fn choose_theta(
     theta: Option<f64>,
-    bodies: &[OrientedBody<'_>; 2],
-    weights: &NodalWeights,
+    fallback: f64,
+    estimate: impl FnOnce() -> Option<Spectrum>,
 ) -> (f64, Option<Spectrum>) {
-    match theta {
-        Some(theta) => (theta, None),
-        None => {
-            let spectrum = estimate(bodies, weights);
-            // Without a spectrum: the best value for identical bodies.
-            let identical = if weights.is_half() { 0.5 } else { 1.0 };
-            (spectrum.map_or(identical, |s| s.best_theta()), spectrum)
-        }
+    if let Some(theta) = theta {
+        return (theta, None);
     }
+    let spectrum = estimate();
+    (spectrum.map_or(fallback, |s| s.best_theta()), spectrum)
 }
 
 /// Estimates the spectrum of `B (S₁+S₂)` by Lanczos steps in the inner product of `S₁+S₂`.
@@ -70,7 +68,17 @@ pub(crate) fn estimate(bodies: &[OrientedBody<'_>; 2], weights: &NodalWeights) -
         let update = weights.update([&w1, &w2]);
         update.into_iter().map(|x| -x).collect::<Vec<f64>>()
     };
-    ends(&lanczos(n, both, precondition))
+    of_product(n, both, precondition)
+}
+
+/// Estimates the spectrum of `B A` on `n` unknowns by Lanczos steps in the inner product of `A`, the operator; `B` is the
+/// preconditioner.
+pub(crate) fn of_product(
+    n: usize,
+    operator: impl Fn(&[f64]) -> Vec<f64>,
+    precondition: impl Fn(&[f64]) -> Vec<f64>,
+) -> Option<Spectrum> {
+    ends(&lanczos(n, operator, precondition))
 }
 
 /// The tridiagonal matrix of the Lanczos steps: its diagonal and off-diagonal.

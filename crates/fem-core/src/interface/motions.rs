@@ -5,6 +5,9 @@ use crate::assembly::external_forces;
 use crate::body::RigidMotion;
 use crate::geometry::Vector;
 
+/// The load of a motion below this fraction of its terms is the rounding of their sum.
+const ROUNDING: f64 = 1e-13;
+
 /// A rigid motion that the supports of a body leave free, with the load along it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
@@ -37,7 +40,9 @@ impl ContactProblem {
         for (b, body) in self.bodies.iter().enumerate() {
             for motion in body.rigid_motions() {
                 let moved = body.moved_by(&motion);
-                let load = external_forces[b].iter().zip(&moved).map(|(f, u)| f.dot(u)).sum();
+                let terms = || external_forces[b].iter().zip(&moved).map(|(f, u)| f.dot(u));
+                let (load, size) = (terms().sum::<f64>(), terms().map(f64::abs).sum::<f64>());
+                let load = if load.abs() > ROUNDING * size { load } else { 0.0 };
                 found.push(BodyMotion { body: b, motion, load });
             }
         }

@@ -2,46 +2,30 @@
 
 use crate::error::NnddError;
 use crate::exact::{ExactSolution, solve_exactly};
-use crate::iterate::{ContactAnswer, Iterate, IterationRow, Programme, Recovery};
+use crate::iterate::{ContactAnswer, Iterate, Programme, Recovery};
+use crate::iteration::Exact;
 use crate::settings::NewtonSettings;
-use crate::solution::{NnddSolution, NnddStatus};
-use crate::stopping::{Decision, StoppingCriterion};
-use contact_qp::{ActiveSet, BoxResiduals, KktResiduals, QpSettings};
+use contact_qp::{ActiveSet, BoxResiduals, KktResiduals};
 use fem_core::geometry::Vector;
 use fem_core::norm::from_squared;
 use fem_core::prepared::PreparedProblem;
 
-/// Solves the discrete problem exactly.
+/// Solves the discrete problem exactly, and returns it as the iterate with the given number.
 pub(super) fn solve(
     problem: &PreparedProblem,
     settings: &NewtonSettings,
-    stop: &mut dyn StoppingCriterion,
-) -> Result<NnddSolution, NnddError> {
-    let found = solve_exactly(problem, &programme_settings(settings))?;
-    let last = iterate(found, problem, 1);
-    let status = if !last.contact.status.is_solved() {
-        NnddStatus::ContactQpUnsolved(last.contact.status)
-    } else {
-        match stop.check(&last).map_err(NnddError::Criterion)? {
-            Decision::Interrupt => NnddStatus::Interrupted,
-            // The discrete problem is solved; no iteration follows.
-            Decision::Stop | Decision::Continue => NnddStatus::StoppedByCriterion,
-        }
-    };
-    let history = vec![IterationRow::from(&last)];
-    let (switch, spectrum, theta, clarabel_calls) = (None, None, 0.0, last.contact.clarabel_calls);
-    Ok(NnddSolution { status, switch, history, last, theta, spectrum, clarabel_calls })
-}
-
-/// Returns the settings of the programme for those of the Newton method.
-pub(super) fn programme_settings(settings: &NewtonSettings) -> QpSettings {
+    number: usize,
+) -> Result<Exact, NnddError> {
     let NewtonSettings { max_iterations, qp } = settings;
-    qp.clone().with_max_iterations((*max_iterations).max(1).min(qp.max_iterations))
+    let qp = qp.clone().with_max_iterations((*max_iterations).max(1).min(qp.max_iterations));
+    let iterate = iterate(solve_exactly(problem, &qp)?, problem, number);
+    let ContactAnswer { status, clarabel_calls, .. } = iterate.contact;
+    Ok(Exact { iterate, status, clarabel_calls })
 }
 
 /// Converts the exact solution into the iterate with the given number. Its `η_NNDD` is the energy of the rounding errors
 /// `δ` of the openings, `√(Σ S_ii δ_i²)`.
-pub(super) fn iterate(solution: ExactSolution, problem: &PreparedProblem, number: usize) -> Iterate {
+fn iterate(solution: ExactSolution, problem: &PreparedProblem, number: usize) -> Iterate {
     let pairs = problem.problem().contacts.iter().enumerate();
     let (mut lambda, mut normal_trace, mut squared) = (Vec::new(), Vec::new(), 0.0);
     for (k, pair) in pairs {
@@ -105,7 +89,7 @@ fn row_stiffness(problem: &PreparedProblem, pair: usize, side: usize) -> Vec<f64
 
 /// Names the residuals of the programme in the forces by what they are in the contact problem: its bounds are signs of forces
 /// there, and its multipliers the openings.
-fn residuals(dual: &BoxResiduals) -> KktResiduals {
+pub(super) fn residuals(dual: &BoxResiduals) -> KktResiduals {
     KktResiduals {
         stationarity: dual.stationarity.max(dual.rows),
         primal: dual.dual,

@@ -1,16 +1,18 @@
-//! Which assemblies are held: the balance of the floating bodies.
+//! The balance of the floating bodies: which assemblies are held.
 //!
 //! With `R` the rigid motions that the supports leave free, `G = (B R)ᵀ` and their loads `e = Rᵀ f`, forces are in balance if
 //! `G P = e`. There is a solution `P ≥ 0` if and only if no motion that opens or keeps all pairs, `B R a ≤ 0`, has a load
 //! `e·a > 0` (Farkas). The residual of `min |G P − e|, P ≥ 0` is such a motion, if it is not zero.
 
 use crate::error::NnddError;
+use crate::rows::sign;
 use crate::unheld::UnheldMotion;
 use contact_qp::{IndependentRows, nonnegative_least_squares};
 use fem_core::assembly::external_forces;
 use fem_core::body::RigidMotion;
 use fem_core::interface::ContactProblem;
 use fem_core::prepared::BodyMotion;
+use std::ops::Range;
 
 /// A load of a motion below this fraction of all loads is round-off.
 const NO_LOAD: f64 = 1e-10;
@@ -35,8 +37,8 @@ pub struct Support {
 pub fn support(problem: &ContactProblem) -> Result<Support, NnddError> {
     let motions = problem.rigid_motions();
     let balance = Balance::new(problem, &motions);
-    let unheld = balance.unheld(problem, &motions)?;
-    let free = balance.rows.kernel().iter().map(|amounts| {
+    let unheld = balance.unheld(problem)?;
+    let free = balance.independent.kernel().iter().map(|amounts| {
         let bodies = combined(problem, &motions, amounts);
         let most = bodies.iter().map(|of| largest(problem, of)).fold(0.0, f64::max);
         let moved = bodies.iter().filter(|of| largest(problem, of) > NO_TRACE * most);
@@ -45,44 +47,61 @@ pub fn support(problem: &ContactProblem) -> Result<Support, NnddError> {
     Ok(Support { unheld, free_motions: free.collect() })
 }
 
-/// The rows of the balance, `G P = e`.
+/// `G P = e`: one line per rigid motion of a floating body.
 pub(crate) struct Balance {
-    /// Independent combinations of the rows: one per motion that the pairs resist.
-    pub(crate) rows: IndependentRows,
-    /// `e` of each rigid motion.
-    loads: Vec<f64>,
+    /// The rigid motions, body after body.
+    pub(crate) motions: Vec<BodyMotion>,
+    /// `G = (B R)ᵀ`, line after line.
+    pub(crate) rows: Vec<f64>,
+    /// `e = Rᵀ f`.
+    pub(crate) loads: Vec<f64>,
+    /// Independent combinations of the lines: one per motion that the pairs resist.
+    pub(crate) independent: IndependentRows,
 }
 
 impl Balance {
     pub(crate) fn new(problem: &ContactProblem, motions: &[BodyMotion]) -> Self {
-        let mut matrix = Vec::with_capacity(motions.len() * problem.node_pairs());
+        let mut rows = Vec::with_capacity(motions.len() * problem.node_pairs());
         for of in motions {
             let moved = problem.moved_by(of);
             for contact in &problem.contacts {
                 let pairs = contact.interface.pairs().iter();
                 match contact.side_of(of.body) {
-                    None => matrix.extend(pairs.map(|_| 0.0)),
-                    Some(side) => matrix
-                        .extend(pairs.map(|pair| sign(side) * moved[pair.nodes[side]].dot(&pair.normal))),
+                    None => rows.extend(pairs.map(|_| 0.0)),
+                    Some(side) => {
+                        rows.extend(pairs.map(|pair| sign(side) * moved[pair.nodes[side]].dot(&pair.normal)));
+                    }
                 }
             }
         }
         let loads: Vec<f64> = motions.iter().map(|of| of.load).collect();
-        Self { rows: IndependentRows::new(&matrix, &loads), loads }
+        let independent = IndependentRows::new(&rows, &loads);
+        Self { motions: motions.to_vec(), rows, loads, independent }
+    }
+
+    /// Returns the lines of a body.
+    pub(crate) fn of_body(&self, body: usize) -> Range<usize> {
+        let before = |b: usize| self.motions.partition_point(|of| of.body < b);
+        before(body)..before(body + 1)
+    }
+
+    /// Checks that the assembly is held.
+    ///
+    /// # Errors
+    /// [`NnddError::NotHeld`] with the motion that the loads cause and nothing resists.
+    pub(crate) fn check_held(&self, problem: &ContactProblem) -> Result<(), NnddError> {
+        self.unheld(problem)?.map_or(Ok(()), |motion| Err(NnddError::NotHeld { motion }))
     }
 
     /// Finds the motion that the loads cause and nothing resists; `None` if the assembly is held.
-    pub(crate) fn unheld(
-        &self,
-        problem: &ContactProblem,
-        motions: &[BodyMotion],
-    ) -> Result<Option<UnheldMotion>, NnddError> {
+    fn unheld(&self, problem: &ContactProblem) -> Result<Option<UnheldMotion>, NnddError> {
+        let motions = &self.motions;
         if motions.is_empty() {
             return Ok(None);
         }
-        let (_, rest) = nonnegative_least_squares(&self.rows.rows, &self.rows.right_side)?;
-        let mut free = self.rows.expanded(&rest);
-        free.iter_mut().zip(self.rows.unbalanced(&self.loads)).for_each(|(a, part)| *a += part);
+        let (_, rest) = nonnegative_least_squares(&self.independent.rows, &self.independent.right_side)?;
+        let mut free = self.independent.expanded(&rest);
+        free.iter_mut().zip(self.independent.unbalanced(&self.loads)).for_each(|(a, part)| *a += part);
         let of_body = |body| external_forces(body).iter().map(|f| f.norm()).sum::<f64>();
         let on_bodies: f64 = problem.bodies.iter().map(of_body).sum();
         let size = on_bodies + problem.obstacles.iter().map(|obstacle| obstacle.load_size()).sum::<f64>();
@@ -102,11 +121,6 @@ impl Balance {
         };
         Ok(Some(UnheldMotion { bodies: moved.map(unit).collect(), load: work / most }))
     }
-}
-
-/// The sign of a side in the rows: the normal points out of the first body.
-pub(crate) fn sign(side: usize) -> f64 {
-    if side == 0 { 1.0 } else { -1.0 }
 }
 
 /// Adds up the motions of each piece of each body.

@@ -1,0 +1,250 @@
+//! Steps 1 and 2 of an assembly, and the bound of the iteration's error.
+
+use super::correction::Correction;
+use super::exact;
+use super::response::{Response, Unilateral, imposed};
+use super::subdomain::Subdomain;
+use crate::balance::Balance;
+use crate::error::NnddError;
+use crate::iterate::{ContactAnswer, Iterate, Programme, Recovery, precision};
+use crate::iteration::Pass;
+use crate::rows::Rows;
+use crate::vector::{add, dot};
+use contact_qp::{ActiveSet, BoxResiduals, Place, QpPath, QpSettings, QpStatus, nearest_balanced};
+use fem_core::norm::from_squared;
+use fem_core::prepared::PreparedProblem;
+use fem_core::{each_body, try_each_body};
+use nalgebra::DVector;
+
+/// Forces are nearly in balance if the square of their distance to balanced ones is this fraction of their own square.
+const NEARLY: f64 = 0.25;
+
+/// The bodies of an assembly and what the steps share.
+pub(super) struct Assembly<'a> {
+    problem: &'a PreparedProblem,
+    balance: &'a Balance,
+    bodies: &'a [Subdomain<'a>],
+    correction: &'a Correction<'a>,
+    qp: &'a QpSettings,
+    /// Initial gaps and tributary lengths, by row, m.
+    gaps: Vec<f64>,
+    weights: Vec<f64>,
+    /// The lines of the balance of all bodies, line after line, and their loads.
+    lines: Vec<f64>,
+    loads: Vec<f64>,
+    /// The trace of the obstacle in the rows that have one, out of the obstacle, m.
+    obstacles: Vec<Option<f64>>,
+    programmes: Vec<Option<Unilateral>>,
+    /// Where the forces of each body were in the last iteration.
+    places: Vec<Option<Vec<Place>>>,
+}
+
+/// Step 1, by row of the assembly.
+struct Answers {
+    /// Forces that press on the bodies that carry λ, and on the others, N/m.
+    carried: Vec<f64>,
+    unilateral: Vec<f64>,
+    opening: Vec<f64>,
+    active: Vec<bool>,
+}
+
+impl<'a> Assembly<'a> {
+    pub(super) fn new(
+        problem: &'a PreparedProblem,
+        rows: &Rows,
+        balance: &'a Balance,
+        bodies: &'a [Subdomain<'a>],
+        correction: &'a Correction<'a>,
+        qp: &'a QpSettings,
+    ) -> Self {
+        let pairs = problem.problem().contacts.iter().flat_map(|pair| pair.interface.pairs());
+        let (mut lines, mut loads) = (Vec::new(), Vec::new());
+        for body in bodies {
+            for q in body.rigid.basis.column_iter() {
+                let mut line = vec![0.0; rows.len()];
+                body.scatter(&q.into_owned(), &mut line);
+                lines.extend(line);
+            }
+            loads.extend(&body.rigid.loads);
+        }
+        let fixed = rows.of_obstacles(problem);
+        let contact = problem.problem();
+        let has_obstacle = contact.contacts.iter().flat_map(|pair| {
+            std::iter::repeat_n(contact.obstacle_of(pair).is_some(), pair.interface.pairs().len())
+        });
+        Self {
+            obstacles: has_obstacle.zip(fixed).map(|(has, trace)| has.then_some(trace)).collect(),
+            problem,
+            balance,
+            bodies,
+            correction,
+            qp,
+            gaps: rows.gaps(problem),
+            weights: pairs.map(|pair| 1.0 / pair.tributary_length).collect(),
+            lines,
+            loads,
+            programmes: each_body(bodies.len(), |b| Unilateral::new(&bodies[b])),
+            places: vec![None; bodies.len()],
+        }
+    }
+
+    /// Starts with a known active set of all rows.
+    pub(super) fn start_from(&mut self, active: &ActiveSet) {
+        let place = |carries: bool, row: usize| {
+            if carries || active.is_active(row) { Place::Free } else { Place::Lower }
+        };
+        let of_body = |body: &Subdomain<'_>| {
+            Some(body.carries.iter().zip(&body.rows).map(|(carries, row)| place(*carries, *row)).collect())
+        };
+        self.places = self.bodies.iter().map(of_body).collect();
+    }
+
+    /// Sets λ where an obstacle imposes it.
+    pub(super) fn place_obstacles(&self, lambda: &mut [f64]) {
+        for (lambda, trace) in lambda.iter_mut().zip(&self.obstacles) {
+            *lambda = trace.unwrap_or(*lambda);
+        }
+    }
+
+    /// Steps 1 and 2.
+    pub(super) fn pass(&mut self, lambda: Vec<f64>) -> Result<Pass, NnddError> {
+        // Step 1: each body answers to λ, imposed in some rows and unilateral in the others.
+        let responses = self.step_1(&lambda)?;
+        let answers = self.answers(&responses);
+        // Step 2: the correction under the imbalance P¹ − P².
+        let imbalance: Vec<f64> =
+            answers.carried.iter().zip(&answers.unilateral).map(|(first, second)| first - second).collect();
+        let mut direction = self.correction.apply(&imbalance);
+        // An obstacle does not move.
+        direction.iter_mut().zip(&self.obstacles).filter(|(_, fixed)| fixed.is_some()).for_each(|(w, _)| *w = 0.0);
+        let eta_nndd = self.eta_nndd(&responses, &answers)?;
+        Ok(Pass { iterate: self.iterate_of(eta_nndd, lambda, &responses, answers), direction })
+    }
+
+    fn step_1(&mut self, lambda: &[f64]) -> Result<Vec<Response>, NnddError> {
+        let respond = |b: usize| {
+            let body = &self.bodies[b];
+            let bound = |(carries, row): (&bool, &usize)| {
+                if *carries { lambda[*row] } else { self.gaps[*row] - lambda[*row] }
+            };
+            let traces = DVector::from_iterator(body.len(), body.carries.iter().zip(&body.rows).map(bound));
+            match &self.programmes[b] {
+                None => Ok(imposed(body, &traces)),
+                Some(programme) => programme.solve(body, &traces, self.places[b].as_deref(), self.qp),
+            }
+        };
+        let responses: Vec<Response> = try_each_body(self.bodies.len(), respond)?;
+        self.places = responses.iter().map(|response| Some(response.places.clone())).collect();
+        Ok(responses)
+    }
+
+    fn answers(&self, responses: &[Response]) -> Answers {
+        let rows = self.gaps.len();
+        let mut found = Answers {
+            carried: vec![0.0; rows],
+            unilateral: vec![0.0; rows],
+            opening: vec![0.0; rows],
+            active: vec![false; rows],
+        };
+        for (body, response) in self.bodies.iter().zip(responses) {
+            for (i, &row) in body.rows.iter().enumerate() {
+                if body.carries[i] {
+                    found.carried[row] = response.force[i];
+                } else {
+                    found.unilateral[row] = response.force[i];
+                    found.opening[row] = response.opening[i];
+                    found.active[row] = response.places[i] == Place::Free;
+                }
+            }
+        }
+        for (row, _) in self.obstacles.iter().enumerate().filter(|(_, fixed)| fixed.is_some()) {
+            // An obstacle answers with the same force.
+            found.carried[row] = found.unilateral[row];
+        }
+        found
+    }
+
+    /// Computes `η² = Σ_α (P̃ − P^α)ᵀ Φ_α (P̃ − P^α) + 2 P̃ᵀ o` with the forces `P̃ ≥ 0` in balance that are nearest, as pressures, to those of
+    /// the unilateral bodies; infinite if no forces are in balance.
+    fn eta_nndd(&self, responses: &[Response], answers: &Answers) -> Result<f64, NnddError> {
+        let Answers { unilateral, opening, .. } = answers;
+        let loaded: Vec<bool> = unilateral.iter().map(|p| *p > 0.0).collect();
+        let nearest = |allowed: Option<&[bool]>| {
+            nearest_balanced(unilateral, &self.weights, &self.lines, &self.loads, allowed)
+        };
+        let distance = |forces: &[f64]| -> f64 {
+            let change = forces.iter().zip(unilateral).zip(&self.weights);
+            change.map(|((a, b), weight)| weight * (a - b) * (a - b)).sum()
+        };
+        let size = distance(&vec![0.0; unilateral.len()]);
+        // Forces in open rows do work there, even the smallest: they appear only if the loaded rows are far from balance.
+        let found = match nearest(Some(&loaded))? {
+            Some(found) if distance(&found.values) <= NEARLY * size => Some(found),
+            far => nearest(None)?.or(far),
+        };
+        let Some(forces) = found.map(|found| found.values) else { return Ok(f64::INFINITY) };
+        let squares = each_body(self.bodies.len(), |b| {
+            let body = &self.bodies[b];
+            let change = body.gather(&forces) - DVector::from_column_slice(&responses[b].force);
+            change.dot(&body.flexibility(&change))
+        });
+        Ok(from_squared(squares.iter().sum::<f64>() + 2.0 * dot(&forces, opening)))
+    }
+
+    fn iterate_of(
+        &self,
+        eta_nndd: f64,
+        lambda: Vec<f64>,
+        responses: &[Response],
+        answers: Answers,
+    ) -> Iterate {
+        let reaction: Vec<f64> = answers.carried.iter().map(|p| 0.0 - p).collect();
+        let pairs = self.problem.problem().contacts.iter().flat_map(|pair| pair.interface.pairs());
+        let bound: Vec<f64> = lambda.iter().zip(&self.gaps).map(|(l, g)| l - g).collect();
+        let unsolved = responses.iter().map(|r| r.status).find(|status| !status.is_solved());
+        let contact = ContactAnswer {
+            normal_trace: add(&bound, &answers.opening),
+            active: ActiveSet::new(answers.active),
+            status: unsolved.unwrap_or(QpStatus::Solved),
+            path: slowest(responses),
+            iterations: responses.iter().map(|r| r.iterations).max().unwrap_or(0),
+            clarabel_calls: responses.iter().map(|r| r.clarabel_calls).sum(),
+            kkt: exact::residuals(&worst(responses)),
+            normal_reaction: answers.unilateral,
+        };
+        let amounts = self.bodies.iter().zip(responses).flat_map(|(body, r)| body.rigid.amounts(&r.motion));
+        let motions = self.balance.motions.iter().zip(amounts);
+        Iterate {
+            iteration: 0,
+            theta: 0.0,
+            precision: precision(pairs, &reaction, &contact.normal_reaction),
+            eta_nndd,
+            lambda,
+            reaction,
+            opening: answers.opening,
+            programme: Programme { path: contact.path, iterations: contact.iterations },
+            contact,
+            recovery: Recovery::Forces,
+            motions: motions.map(|(of, amount)| (of.body, of.motion, amount)).collect(),
+        }
+    }
+}
+
+/// Returns the slowest method that solved the programme of a body.
+fn slowest(responses: &[Response]) -> QpPath {
+    let any = |path: QpPath| responses.iter().any(|r| r.path == path).then_some(path);
+    any(QpPath::Clarabel).or(any(QpPath::ActiveSet)).unwrap_or(QpPath::WarmStart)
+}
+
+/// Returns the largest residuals of the programmes of all bodies.
+fn worst(responses: &[Response]) -> BoxResiduals {
+    responses.iter().fold(BoxResiduals::default(), |worst, Response { kkt, .. }| {
+        let mut next = worst;
+        next.stationarity = worst.stationarity.max(kkt.stationarity);
+        next.rows = worst.rows.max(kkt.rows);
+        next.primal = worst.primal.max(kkt.primal);
+        next.dual = worst.dual.max(kkt.dual);
+        next.complementarity = worst.complementarity.max(kkt.complementarity);
+        next
+    })
+}

@@ -1,0 +1,101 @@
+//! Step 1 of one body: traces imposed in the rows where it carries λ, unilateral contact in the others.
+//!
+//! With `c = λ` in the rows where the body carries λ and `c = g − λ` in the others, its traces `v` satisfy `v = c` and `v ≤ c`.
+//! The forces that press on it solve the dual programme
+//! ```math
+//! \min_P \; ½ P^T Φ P + (c - B K^+ f)^T P, \qquad P_i ≥ 0 \text{ in unilateral rows}, \quad Q^T P = Q^T P_{balance}
+//! ```
+//! whose gradient is the opening `c − v`, and whose multipliers are the rigid motions.
+
+use super::subdomain::Subdomain;
+use crate::error::NnddError;
+use contact_qp::{BoxQp, BoxResiduals, Place, QpPath, QpSettings, QpStatus, solve_box};
+use nalgebra::DVector;
+
+/// The answer of a body to λ.
+pub(super) struct Response {
+    /// Forces that press on the body, ≥ 0 in unilateral rows, N/m.
+    pub(super) force: Vec<f64>,
+    /// Openings `c − v`, exactly 0 where the body carries λ and where there is a unilateral force, m.
+    pub(super) opening: Vec<f64>,
+    /// Coefficients of the rigid motions.
+    pub(super) motion: Vec<f64>,
+    /// Where the forces are.
+    pub(super) places: Vec<Place>,
+    pub(super) status: QpStatus,
+    pub(super) path: QpPath,
+    pub(super) iterations: usize,
+    pub(super) clarabel_calls: usize,
+    pub(super) kkt: BoxResiduals,
+}
+
+/// The programme of a body, without λ.
+pub(super) struct Unilateral {
+    flexibility: Vec<f64>,
+    lower: Vec<f64>,
+    upper: Vec<f64>,
+}
+
+impl Unilateral {
+    /// Sets up the programme; `None` if the body carries λ in all its rows.
+    pub(super) fn new(body: &Subdomain<'_>) -> Option<Self> {
+        if body.carries.iter().all(|carries| *carries) {
+            return None;
+        }
+        let lower = body.carries.iter().map(|carries| if *carries { f64::NEG_INFINITY } else { 0.0 });
+        Some(Self {
+            flexibility: body.flexibility_matrix(),
+            lower: lower.collect(),
+            upper: vec![f64::INFINITY; body.len()],
+        })
+    }
+
+    /// Solves it.
+    ///
+    /// * `traces`: `c`; `places`: where the forces are at the start.
+    pub(super) fn solve(
+        &self,
+        body: &Subdomain<'_>,
+        traces: &DVector<f64>,
+        places: Option<&[Place]>,
+        settings: &QpSettings,
+    ) -> Result<Response, NnddError> {
+        let linear: Vec<f64> = traces.iter().zip(body.free.iter()).map(|(c, v)| c - v).collect();
+        let qp = BoxQp {
+            matrix: &self.flexibility,
+            linear: &linear,
+            lower: &self.lower,
+            upper: &self.upper,
+            rows: body.rigid.basis.as_slice(),
+            right_side: body.rigid.loads.as_slice(),
+        };
+        let found = solve_box(&qp, places, settings)?;
+        Ok(Response {
+            force: found.x,
+            opening: found.multipliers,
+            motion: found.row_multipliers,
+            places: found.places,
+            status: found.status,
+            path: found.path,
+            iterations: found.iterations,
+            clarabel_calls: found.clarabel_calls,
+            kkt: found.kkt,
+        })
+    }
+}
+
+/// Imposes traces in all rows: no programme is needed.
+pub(super) fn imposed(body: &Subdomain<'_>, traces: &DVector<f64>) -> Response {
+    let (force, motion) = body.forces_of_traces(traces);
+    Response {
+        force: force.as_slice().to_vec(),
+        opening: vec![0.0; body.len()],
+        motion: motion.as_slice().to_vec(),
+        places: vec![Place::Free; body.len()],
+        status: QpStatus::Solved,
+        path: QpPath::WarmStart,
+        iterations: 0,
+        clarabel_calls: 0,
+        kkt: BoxResiduals::default(),
+    }
+}
