@@ -3,9 +3,9 @@
 use crate::dense::{SemiDefinite, dot, least_squares, norm};
 use crate::error::QpError;
 use crate::interior_point::{self, Boxed};
-use crate::place::Place;
 use crate::problem::{MatrixView, check_finite, check_length};
 use crate::settings::QpSettings;
+use crate::solution::QpStatus;
 
 /// A gradient below this fraction of its terms is zero.
 const ROUND_OFF: f64 = 1e-14;
@@ -217,7 +217,7 @@ impl Projection<'_> {
         None
     }
 
-    /// The multipliers of the rows by Clarabel; `None` if nothing is in balance.
+    /// The multipliers of the rows by Clarabel; `None` if it finds that nothing is in balance.
     fn clarabel(&self) -> Result<Option<Vec<f64>>, QpError> {
         let n = self.target.len();
         let (starts, places): (Vec<usize>, Vec<usize>) = ((0..=n).collect(), (0..n).collect());
@@ -235,8 +235,7 @@ impl Projection<'_> {
             right_side: self.right_side,
         };
         let found = interior_point::solve_boxed(&boxed, &QpSettings::default().with_tolerance(1e-9))?;
-        let some = found.places.contains(&Place::Free) || self.right_side.iter().all(|e| *e == 0.0);
-        Ok(some.then_some(found.row_multipliers))
+        Ok((found.status != QpStatus::Infeasible).then_some(found.row_multipliers))
     }
 }
 

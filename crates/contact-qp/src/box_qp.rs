@@ -11,7 +11,8 @@
 //! = \begin{bmatrix} -q_F - P_{FB} x_B + c\,G_F^T (e - G_B x_B) \\ e - G_B x_B \end{bmatrix}
 //! ```
 //! by a Cholesky factor of the first block and the eigenvalues of the Schur complement, whose zeros are the dependent rows.
-//! The multipliers are then the ones of least norm.
+//! The multipliers are then the ones of least norm. If the bounds leave `x` no room, such as in a single feasible point, these may
+//! have wrong signs although others are right: then those are found by a least distance programme.
 
 mod active_set;
 mod programme;
@@ -36,7 +37,7 @@ pub struct BoxSolution {
     pub x: Vec<f64>,
     /// `y = P x + q − Gᵀ a`: ≥ 0 at lower bounds, ≤ 0 at upper bounds, exactly 0 between them.
     pub multipliers: Vec<f64>,
-    /// `a`, of least norm where rows depend on each other.
+    /// `a`, of least norm if rows depend on each other.
     pub row_multipliers: Vec<f64>,
     /// Where each unknown is.
     pub places: Vec<Place>,
@@ -54,7 +55,7 @@ pub struct BoxSolution {
 
 /// Solves `min ½ xᵀP x + qᵀx` subject to `l ≤ x ≤ u`, `G x = e`, exactly on its active set.
 ///
-/// * `start`: where the unknowns are at the start; `None`: all between their bounds.
+/// * `start`: the place of each unknown on the first set that is tried, n entries; `None`: all between their bounds.
 ///
 /// An active set that comes back, or on which the rows cannot hold, calls Clarabel, whose solution is polished.
 ///
@@ -97,12 +98,15 @@ pub fn solve_box(
         (answer.path, answer.iterations, answer.clarabel_calls) = (QpPath::Clarabel, guess.iterations, 1);
         answer
     };
-    let (found, steps) = system.active_set(guess.places.clone(), settings.max_iterations);
-    if let Some(candidate) = found {
-        let answer = candidate.into_solution(qp, QpPath::Clarabel, steps);
-        if answer.kkt.max() <= settings.kkt_tolerance {
-            return Ok(clarabel(answer));
-        }
+    let polished = |candidate: Candidate| {
+        let answer = clarabel(candidate.into_solution(qp, QpPath::Clarabel, guess.iterations));
+        Some(answer).filter(|answer| answer.kkt.max() <= settings.kkt_tolerance)
+    };
+    let (found, _) = system.active_set(guess.places.clone(), settings.max_iterations);
+    let found = found.and_then(polished);
+    if let Some(answer) = found.or_else(|| system.with_fitting_multipliers(&guess.places).and_then(polished))
+    {
+        return Ok(answer);
     }
     let candidate = Candidate { x: guess.x, a: guess.row_multipliers, places: guess.places };
     let mut answer = clarabel(candidate.into_solution(qp, QpPath::Clarabel, guess.iterations));
@@ -128,12 +132,17 @@ impl Candidate {
             }
         }
         debug_assert!(x.iter().zip(qp.lower.iter().zip(qp.upper)).all(|(x, (l, u))| (l..=u).contains(&x)));
-        let sign = |(y, place): (&f64, &Place)| match place {
-            Place::Lower => y.max(0.0),
-            Place::Upper => y.min(0.0),
-            Place::Free => 0.0,
-        };
-        let multipliers: Vec<f64> = qp.gradient(&x, &a).iter().zip(&places).map(sign).collect();
+        let mut multipliers = qp.gradient(&x, &a);
+        for (i, (y, place)) in multipliers.iter_mut().zip(&mut places).enumerate() {
+            if qp.lower[i] == qp.upper[i] {
+                *place = if *y < 0.0 { Place::Upper } else { Place::Lower };
+            }
+            *y = match place {
+                Place::Lower => y.max(0.0),
+                Place::Upper => y.min(0.0),
+                Place::Free => 0.0,
+            };
+        }
         let kkt = box_residuals(qp, &x, &multipliers, &a);
         let status = QpStatus::Solved;
         let row_multipliers = a;

@@ -1,6 +1,7 @@
 //! Active sets: the solution on one of them, and the one that its signs ask for.
 
 use super::programme::BoxQp;
+use crate::balance::nonnegative_least_squares;
 use crate::cholesky::Factor;
 use crate::dense::{SemiDefinite, dot, norm};
 use crate::kkt::largest;
@@ -139,6 +140,57 @@ impl<'a> System<'a> {
         }
         a.iter_mut().zip(&self.lengths).for_each(|(a, length)| *a /= length);
         Some(Candidate { x, a, places: places.to_vec() })
+    }
+
+    /// Solves on one set, with multipliers of the rows for which all signs are right; `None` if no multipliers fit. These are not
+    /// unique if the set determines `x` alone, as in a vertex, and then the ones of [`Self::candidate`] may have wrong signs.
+    pub(super) fn with_fitting_multipliers(&self, places: &[Place]) -> Option<Candidate> {
+        let mut candidate = self.candidate(places)?;
+        // An unknown at its bound that is counted as free would ask for a multiplier of exactly zero.
+        candidate.places = self.at_bounds(&candidate);
+        if candidate.places != places {
+            candidate = self.candidate(&candidate.places)?;
+        }
+        candidate.a = self.fitting_multipliers(&candidate)?;
+        Some(candidate)
+    }
+
+    /// Finds the multipliers of least norm, with rows of length one, for which `P x + q − Gᵀ a` has the right signs: the least
+    /// distance programme of Lawson and Hanson 1974, chapter 23.
+    fn fitting_multipliers(&self, candidate: &Candidate) -> Option<Vec<f64>> {
+        let (n, m) = (candidate.x.len(), self.lengths.len());
+        let gradient = self.qp.gradient(&candidate.x, &vec![0.0; m]);
+        let known: Vec<f64> = candidate.a.iter().zip(&self.lengths).map(|(a, length)| a * length).collect();
+        let scale = largest(gradient.iter().copied()).max(norm(&known)).max(f64::MIN_POSITIVE);
+        // s (Gᵀ a)_i ≥ s (P x + q)_i, one column for each s.
+        let signs = |i: usize| match candidate.places[i] {
+            _ if self.qp.lower[i] == self.qp.upper[i] => [].as_slice(),
+            Place::Lower => &[-1.0],
+            Place::Upper => &[1.0],
+            Place::Free => &[-1.0, 1.0],
+        };
+        let columns: Vec<(usize, f64)> = (0..n).flat_map(|i| signs(i).iter().map(move |s| (i, *s))).collect();
+        let of_rows = (0..m).flat_map(|k| columns.iter().map(move |(i, s)| s * self.rows[k * n + i]));
+        let of_gradient = columns.iter().map(|(i, s)| s * gradient[*i] / scale);
+        let matrix: Vec<f64> = of_rows.chain(of_gradient).collect();
+        let mut right_side = vec![0.0; m + 1];
+        right_side[m] = 1.0;
+        let (_, residual) = nonnegative_least_squares(&matrix, &right_side).ok()?;
+        let a = residual[..m].iter().zip(&self.lengths);
+        let a: Vec<f64> = a.map(|(r, length)| -r / residual[m] * scale / length).collect();
+        a.iter().all(|a| a.is_finite()).then_some(a)
+    }
+
+    /// Returns the places of a candidate whose free unknowns at a bound, to round-off, are at that bound.
+    fn at_bounds(&self, candidate: &Candidate) -> Vec<Place> {
+        let Candidate { x, places, .. } = candidate;
+        let least = WRONG * largest(x.iter().copied()).max(self.size[0]);
+        let place = |i: usize| match places[i] {
+            Place::Free if x[i] <= self.qp.lower[i] + least => Place::Lower,
+            Place::Free if x[i] >= self.qp.upper[i] - least => Place::Upper,
+            same => same,
+        };
+        (0..x.len()).map(place).collect()
     }
 
     /// Returns the set that the signs of a candidate ask for.
