@@ -25,7 +25,7 @@ pub struct ExactSolution {
     pub displacement: Vec<Vec<Vector>>,
     /// Contact force at the pairs of nodes of each pair, `P ≥ 0`, N/m.
     pub contact_force: Vec<Vec<f64>>,
-    /// Opening at the pairs of nodes of each pair, ≥ 0, exactly 0 where there is a force, m.
+    /// Opening at the pairs of nodes of each pair, ≥ 0, exactly 0 if there is a force, m.
     pub opening: Vec<Vec<f64>>,
     /// The rigid motions of the floating bodies: body, motion, and by how much.
     pub motions: Vec<(usize, RigidMotion, f64)>,
@@ -76,13 +76,8 @@ pub fn solve_exactly(problem: &PreparedProblem, settings: &QpSettings) -> Result
             .collect();
         let mut u = condensed.displacement_from_force(&condensed.dofs().interface_forces(&forces));
         let body = &problem.problem().bodies[b];
-        let (piece_of, _) = body.mesh().topology().pieces();
         for ((_, motion), a) in motions.iter().zip(&found.row_multipliers).filter(|((of, _), _)| *of == b) {
-            let points = body.mesh().points().iter().zip(&piece_of);
-            for (u, (point, _)) in u.iter_mut().zip(points).filter(|(_, (_, piece))| **piece == motion.piece)
-            {
-                *u += *a * motion.at(*point);
-            }
+            u.iter_mut().zip(motion.displacements(body)).for_each(|(u, moved)| *u += *a * moved);
         }
         u
     });
@@ -117,20 +112,14 @@ fn balance(problem: &PreparedProblem, motions: &[(usize, RigidMotion)], rows: &R
     let mut matrix = vec![0.0; motions.len() * rows.count];
     let mut loads = vec![0.0; motions.len()];
     for (m, (b, motion)) in motions.iter().enumerate() {
-        let body = &contact.bodies[*b];
-        let (piece_of, _) = body.mesh().topology().pieces();
-        let at = |node: usize| {
-            let moves = piece_of[node] == motion.piece;
-            if moves { motion.at(body.mesh().points()[node]) } else { Vector::zeros() }
-        };
+        let moved = motion.displacements(&contact.bodies[*b]);
         for (k, side) in contact.sides_of(*b) {
             for (i, pair) in contact.contacts[k].interface.pairs().iter().enumerate() {
-                let trace = at(pair.nodes[side].index()).dot(&pair.normal);
+                let trace = moved[pair.nodes[side]].dot(&pair.normal);
                 matrix[m * rows.count + rows.starts[k] + i] += sign(side) * trace;
             }
         }
-        let forces = problem.external_forces()[*b].iter().enumerate();
-        loads[m] = forces.map(|(node, force)| force.dot(&at(node))).sum();
+        loads[m] = problem.external_forces()[*b].iter().zip(&moved).map(|(force, u)| force.dot(u)).sum();
     }
     (matrix, loads)
 }
@@ -166,10 +155,8 @@ fn unheld(
         }
     }
     let largest = |(b, motion): &(usize, RigidMotion)| {
-        let body = &problem.problem().bodies[*b];
-        let (piece_of, _) = body.mesh().topology().pieces();
-        let points = body.mesh().points().iter().zip(&piece_of).filter(|(_, piece)| **piece == motion.piece);
-        points.map(|(point, _)| motion.at(*point).norm()).fold(0.0, f64::max)
+        let moved = motion.displacements(&problem.problem().bodies[*b]);
+        moved.iter().map(|u| u.norm()).fold(0.0, f64::max)
     };
     let most = bodies.iter().map(largest).fold(0.0, f64::max);
     bodies.retain(|moved| largest(moved) > NO_LOAD * most);
