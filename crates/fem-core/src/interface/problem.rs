@@ -1,6 +1,6 @@
 //! Bodies, the pairs in which they touch, and a state of both.
 
-use super::{ContactInterface, InterfaceSide, NodePair, Retained, Roles};
+use super::{ContactInterface, InterfaceSide, Roles};
 use crate::body::{Body, Difference};
 use crate::geometry::Vector;
 
@@ -100,8 +100,7 @@ impl ContactProblem {
     /// [`Self::sides_of`].
     pub fn side(&self, body: usize) -> InterfaceSide {
         self.sides_of(body).fold(InterfaceSide::default(), |all, (k, side)| {
-            let retained = |pair: &NodePair| Retained { node: pair.nodes[side], direction: pair.normal };
-            all.with_block(self.contacts[k].interface.pairs().iter().map(retained))
+            all.with_block(self.contacts[k].interface.retained(side))
         })
     }
 
