@@ -71,6 +71,7 @@ mod active_set;
 mod balance;
 mod box_qp;
 mod cholesky;
+mod dense;
 mod error;
 mod independent;
 mod interior_point;

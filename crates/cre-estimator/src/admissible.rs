@@ -18,15 +18,17 @@ use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
 use fem_core::tensor::SymTensor2;
 
-/// An admissible pair: kinematic displacements, and stresses that share one pressure along each contact line.
+/// An admissible pair `(û, τ)` for the error in the constitutive relation: displacements `û = u + l`, with which the bodies
+/// satisfy their supports and penetrate nowhere, and stresses `τ` in equilibrium with the loads and with one pressure
+/// `p ≥ 0` along each contact line.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct AdmissiblePair {
-    /// The fields of each body.
+    /// `u`, `σ(u)` and `τ` of each body.
     pub bodies: Vec<AdmissibleBody>,
     /// The displacement of the points of each obstacle, Cartesian, m.
     pub obstacles: Vec<Vec<Vector>>,
-    /// Openings and pressure of each contact line.
+    /// Opening `o`, lift `l` and pressure `p` of each contact line.
     pub contacts: Vec<AdmissibleContact>,
     /// `‖l‖²` of the lifts of all contact lines together, J/m.
     pub lift_energy: f64,
@@ -37,35 +39,36 @@ pub struct AdmissiblePair {
     pub rigid_balance: f64,
 }
 
-/// The fields of one body.
+/// The part of one body in an [`AdmissiblePair`]: what is compared cell by cell, `τ` with `σ(u)`.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct AdmissibleBody {
-    /// The given displacement, Cartesian, m. With the lifts it is kinematically admissible.
+    /// `u`, the given displacement of every node, Cartesian, m. With the lifts it is kinematically admissible.
     pub displacement: Vec<Vector>,
-    /// Its stress, one per triangle, Pa.
+    /// `σ(u)`, the stress of that displacement, one per triangle, Pa.
     pub stress: Vec<SymTensor2>,
-    /// The equilibrated stress.
+    /// `τ`, in exact equilibrium with the loads and the pressures on the sides of the body, Pa.
     pub equilibrated: EquilibratedStress,
-    /// How it was relaxed.
+    /// By how much the relaxation lowered the energy of `τ`.
     pub relaxation: RelaxationReport,
 }
 
-/// Openings and pressure of one contact line.
+/// The part of one contact line in an [`AdmissiblePair`]: openings and a pressure that neither pull nor penetrate, whose
+/// product `2∫ p o ds` (J/m) belongs to the bound.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct AdmissibleContact {
-    /// Opening at each pair with the lift, ≥ 0, m.
+    /// `o`, the opening at each pair of nodes with the lift, ≥ 0, m.
     pub opening: Vec<f64>,
     /// Middle Bernstein coefficient of the opening along each contact edge with the lift, ≥ 0, m.
     pub middle_opening: Vec<f64>,
-    /// Required motion of the contact nodes of one body back along the normals; zero on a straight contact line.
+    /// `l`, the required motion of the contact nodes of one body back along the normals; zero on a straight contact line.
     pub lift: Lift,
     /// Pressure at each pair, Pa: `r²_i/ℓ_i ≥ 0`, or the nearest one that balances the floating bodies, (31).
     pub pressure: Vec<f64>,
-    /// Common pressure at the two ends of each contact edge, ≥ 0, Pa, see [`crate::pressure::edge_pressure`].
+    /// `p`, the pressure common to both bodies at the two ends of each contact edge, ≥ 0, Pa, see [`crate::pressure::edge_pressure`].
     pub edge_pressure: Vec<[f64; 2]>,
-    /// Nodal forces of this pressure at each pair, Cartesian, N/m: on the second body; those on the first are opposite.
+    /// Nodal forces `∫ p n φ_i ds` of this pressure at each pair of nodes, Cartesian, N/m: on the second body; those on the first are opposite.
     pub pressure_force: Vec<Vector>,
 }
 

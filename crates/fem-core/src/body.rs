@@ -353,13 +353,4 @@ impl Body {
     pub fn rigid_motions(&self) -> Vec<RigidMotion> {
         if self.free_motion().is_none() { Vec::new() } else { motion::basis(self) }
     }
-
-    /// Computes the displacement of each node in a rigid motion, m: zero outside the piece that moves.
-    pub fn moved_by(&self, motion: &RigidMotion) -> Vec<Vector> {
-        let (piece_of, _) = self.mesh.topology().pieces();
-        let at = |(point, piece): (&Vector, &u32)| {
-            if *piece == motion.piece { motion.at(*point) } else { Vector::zeros() }
-        };
-        self.mesh.points().iter().zip(&piece_of).map(at).collect()
-    }
 }

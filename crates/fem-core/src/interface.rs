@@ -226,9 +226,12 @@ impl ContactInterface {
     ///
     /// * `side`: 0 for the first body, 1 for the second.
     pub fn side(&self, side: usize) -> InterfaceSide {
-        InterfaceSide::default().with_block(
-            self.pairs.iter().map(|pair| Retained { node: pair.nodes[side], direction: pair.normal }),
-        )
+        InterfaceSide::default().with_block(self.retained(side))
+    }
+
+    /// Lists the directions of [`Self::side`].
+    fn retained(&self, side: usize) -> impl Iterator<Item = Retained> + '_ {
+        self.pairs.iter().map(move |pair| Retained { node: pair.nodes[side], direction: pair.normal })
     }
 
     /// Returns the largest difference between the gap and the distance of the paired meshes; `None` if it is

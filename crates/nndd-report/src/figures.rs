@@ -52,7 +52,7 @@ pub(crate) fn of_solve(
         pictures.push(Picture {
             name: "deformed".into(),
             svg: plot::deformed(&format!("{name}: error density"), &bodies, &closing(solution)),
-            caption: "The certified squared error of each cell over its area: where the mesh should be finer.",
+            caption: "The certified squared error of each cell over its area. Large values show which cells to refine.",
             numbers: None,
         });
         for ((pair, rows), part) in contact.iter().zip(paraview::contact_parts(case)) {

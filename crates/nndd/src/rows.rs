@@ -63,7 +63,9 @@ impl Rows {
     pub(crate) fn of_obstacles(&self, problem: &PreparedProblem) -> Vec<f64> {
         let contact = problem.problem();
         let of_pair = |pair: &ContactPair| -> Vec<f64> {
-            let Some(obstacle) = contact.obstacle_of(pair) else { return vec![0.0; pair.interface.pairs().len()] };
+            let Some(obstacle) = contact.obstacle_of(pair) else {
+                return vec![0.0; pair.interface.pairs().len()];
+            };
             let nodes = pair.interface.pairs().iter().zip(obstacle.imposed());
             nodes.map(|(nodes, u)| sign(1) * u.dot(&nodes.normal)).collect()
         };

@@ -39,7 +39,7 @@ impl ContactProblem {
         let mut found = Vec::new();
         for (b, body) in self.bodies.iter().enumerate() {
             for motion in body.rigid_motions() {
-                let moved = body.moved_by(&motion);
+                let moved = motion.displacements(body);
                 let terms = || external_forces[b].iter().zip(&moved).map(|(f, u)| f.dot(u));
                 let (load, size) = (terms().sum::<f64>(), terms().map(f64::abs).sum::<f64>());
                 let load = if load.abs() > ROUNDING * size { load } else { 0.0 };
@@ -56,7 +56,7 @@ impl ContactProblem {
     /// Computes the displacement of each node in a rigid motion of its body, or of each point of its obstacle, m.
     pub fn moved_by(&self, of: &BodyMotion) -> Vec<Vector> {
         match self.bodies.get(of.body) {
-            Some(body) => body.moved_by(&of.motion),
+            Some(body) => of.motion.displacements(body),
             None => self.obstacles[of.body - self.bodies.len()].moved_by(&of.motion),
         }
     }

@@ -1,6 +1,6 @@
 //! Bodies, the pairs in which they touch, and a state of both.
 
-use super::{ContactInterface, InterfaceSide, NodePair, Obstacle, Retained, Roles};
+use super::{ContactInterface, InterfaceSide, Obstacle, Roles};
 use crate::body::{Body, Difference};
 use crate::geometry::Vector;
 
@@ -133,8 +133,7 @@ impl ContactProblem {
     /// [`Self::sides_of`].
     pub fn side(&self, body: usize) -> InterfaceSide {
         self.sides_of(body).fold(InterfaceSide::default(), |all, (k, side)| {
-            let retained = |pair: &NodePair| Retained { node: pair.nodes[side], direction: pair.normal };
-            all.with_block(self.contacts[k].interface.pairs().iter().map(retained))
+            all.with_block(self.contacts[k].interface.retained(side))
         })
     }
 

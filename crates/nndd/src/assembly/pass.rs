@@ -116,7 +116,11 @@ impl<'a> Assembly<'a> {
             answers.carried.iter().zip(&answers.unilateral).map(|(first, second)| first - second).collect();
         let mut direction = self.correction.apply(&imbalance);
         // An obstacle does not move.
-        direction.iter_mut().zip(&self.obstacles).filter(|(_, fixed)| fixed.is_some()).for_each(|(w, _)| *w = 0.0);
+        direction
+            .iter_mut()
+            .zip(&self.obstacles)
+            .filter(|(_, fixed)| fixed.is_some())
+            .for_each(|(w, _)| *w = 0.0);
         let eta_nndd = self.eta_nndd(&responses, &answers)?;
         Ok(Pass { iterate: self.iterate_of(eta_nndd, lambda, &responses, answers), direction })
     }
