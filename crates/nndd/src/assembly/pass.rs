@@ -10,7 +10,9 @@ use crate::iterate::{ContactAnswer, Iterate, Programme, Recovery, precision};
 use crate::iteration::Pass;
 use crate::rows::Rows;
 use crate::vector::{add, dot};
-use contact_qp::{ActiveSet, BoxResiduals, Place, QpPath, QpSettings, QpStatus, nearest_balanced};
+use contact_qp::{
+    ActiveSet, BoxResiduals, IndependentRows, Place, QpPath, QpSettings, QpStatus, nearest_balanced,
+};
 use fem_core::norm::from_squared;
 use fem_core::prepared::PreparedProblem;
 use fem_core::{each_body, try_each_body};
@@ -67,6 +69,8 @@ impl<'a> Assembly<'a> {
             }
             loads.extend(&body.rigid.loads);
         }
+        // Motions of several bodies may depend on each other.
+        let IndependentRows { rows: lines, right_side: loads, .. } = IndependentRows::new(&lines, &loads);
         let fixed = rows.of_obstacles(problem);
         let contact = problem.problem();
         let has_obstacle = contact.contacts.iter().flat_map(|pair| {
