@@ -99,9 +99,8 @@ impl Balance {
         if motions.is_empty() {
             return Ok(None);
         }
-        let (_, rest) = nonnegative_least_squares(&self.independent.rows, &self.independent.right_side)?;
-        let mut free = self.independent.expanded(&rest);
-        free.iter_mut().zip(self.independent.unbalanced(&self.loads)).for_each(|(a, part)| *a += part);
+        // In the given lines the residual is the shortest of all such motions: bodies that need not move do not.
+        let (_, free) = nonnegative_least_squares(&self.rows, &self.loads)?;
         let of_body = |body| external_forces(body).iter().map(|f| f.norm()).sum::<f64>();
         let on_bodies: f64 = problem.bodies.iter().map(of_body).sum();
         let size = on_bodies + problem.obstacles.iter().map(|obstacle| obstacle.load_size()).sum::<f64>();
