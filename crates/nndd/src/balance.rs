@@ -4,7 +4,7 @@ use crate::error::NnddError;
 use crate::rows::{Rows, sign};
 use crate::unheld::UnheldMotion;
 use contact_qp::nonnegative_least_squares;
-use fem_core::body::RigidMotion;
+use fem_core::body::{Body, RigidMotion};
 use fem_core::geometry::Vector;
 use fem_core::prepared::PreparedProblem;
 use std::ops::Range;
@@ -29,9 +29,8 @@ impl Balance {
     pub(crate) fn new(problem: &PreparedProblem, rows: &Rows) -> Self {
         let contact = problem.problem();
         let bodies = contact.bodies.iter().enumerate();
-        let of_body = |(b, body): (usize, &fem_core::body::Body)| {
-            body.rigid_motions().into_iter().map(move |motion| (b, motion))
-        };
+        let of_body =
+            |(b, body): (usize, &Body)| body.rigid_motions().into_iter().map(move |motion| (b, motion));
         let motions: Vec<(usize, RigidMotion)> = bodies.flat_map(of_body).collect();
         let count = rows.len();
         let mut matrix = vec![0.0; motions.len() * count];
