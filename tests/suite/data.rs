@@ -20,7 +20,7 @@ fn case(name: &str, overrides: &[(&str, String)]) -> Case {
 
 fn build(case: &Case) -> ContactProblem {
     let bodies = <[_; 2]>::try_from(case.build_bodies().unwrap()).unwrap();
-    let interface = case.build_interface(&bodies[0], &bodies[1]).unwrap();
+    let interface = case.build_interface(0, &bodies).unwrap();
     ContactProblem::between(bodies, interface)
 }
 

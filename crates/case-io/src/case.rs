@@ -7,7 +7,7 @@
 //! assert_eq!(case.solver.method, Method::Newton);
 //! let bodies = case.build_bodies()?;
 //! assert_eq!(bodies.iter().map(|body| body.mesh().points().len()).sum::<usize>(), 380);
-//! assert_eq!(case.build_interface(&bodies[0], &bodies[1])?.pairs().len(), 19);
+//! assert_eq!(case.build_interface(0, &bodies)?.pairs().len(), 19);
 //! # Ok::<(), case_io::CaseError>(())
 //! ```
 
@@ -15,6 +15,7 @@ mod body;
 mod build;
 mod choices;
 mod conditions;
+mod contact;
 mod cures;
 mod cuts;
 mod data;
@@ -25,6 +26,7 @@ mod part;
 mod read;
 mod read_adapt;
 mod read_body;
+mod read_contact;
 mod regions;
 mod settings;
 mod warnings;
@@ -35,6 +37,7 @@ mod tests;
 pub use crate::expression::Value;
 pub use body::{BodyCase, Displacement, Imposition, Load, MeshSource, Traction};
 pub use choices::{Acceleration, Criterion, Imposed, Method, Path, QpChoice, Weights};
+pub use contact::{CircleSide, Contact, Obstacle, Rigid, Shape};
 pub use materials::{Material, MaterialLaw};
 pub use part::Part;
 pub use regions::{CellSelection, MaterialRegion};
@@ -61,8 +64,8 @@ pub struct Case {
     pub materials: Vec<Material>,
     /// `[[body]]` in the file's order, whichever body carries λ.
     pub bodies: Vec<BodyCase>,
-    /// `[contact]`.
-    pub contact: Contact,
+    /// `[[contact]]` in the file's order.
+    pub contacts: Vec<Contact>,
     /// `[solver]`.
     pub solver: Solver,
     /// `[estimator]`.
@@ -86,20 +89,6 @@ pub struct Model {
     pub hypothesis: Hypothesis,
     /// Thickness, m, > 0; it only converts results for the reader.
     pub thickness: f64,
-}
-
-/// `[contact]`.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[non_exhaustive]
-pub struct Contact {
-    /// Edge group of the first body and of the second.
-    pub surfaces: [String; 2],
-    /// Initial gap, m, ≥ 0; it overrides the geometry.
-    pub gap: Value,
-    /// `gap = "geometric"`: the gap is measured between the meshes along the contact normal.
-    pub geometric: bool,
-    /// A fixed direction of contact, out of the first body; averaged at the nodes if it is left out.
-    pub normal: Option<[f64; 2]>,
 }
 
 /// `theta`: the relaxation parameter.
@@ -139,6 +128,8 @@ pub struct Solver {
     pub weights: Weights,
     /// Convergence acceleration.
     pub acceleration: Acceleration,
+    /// Whether the iteration has a coarse space of the floating bodies.
+    pub coarse: bool,
     /// Initial normal displacement, m.
     pub lambda: Value,
     /// Iterations at most; 0 is allowed.
@@ -312,6 +303,7 @@ impl Case {
                 let closed = u64::from(angles[1] - angles[0] == 360.0);
                 (around as u64 + 1 - closed).saturating_mul(across as u64 + 1)
             }
+            MeshSource::Disc { cells, .. } => generate::disc_nodes(cells),
             MeshSource::HalfDisc { radius, half_width, cells, .. } => {
                 generate::half_disc_nodes(radius, half_width, cells)
             }

@@ -88,19 +88,60 @@ pub struct BodySummary {
     pub triangles: usize,
     /// Number of unknowns.
     pub unknowns: usize,
+    /// Whether its supports leave a rigid motion free.
+    #[serde(default)]
+    pub floating: bool,
+    /// Its part in the motions of the assembly that nothing resists and no load drives; they stay at zero.
+    #[serde(default)]
+    pub free_motions: Vec<FreeMotion>,
+}
+
+/// The motion of one body: `u(x) = translation + rotation e_z × (x − centre)`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FreeMotion {
+    /// Translation of the centre.
+    pub translation: [f64; 2],
+    /// Rotation, counter-clockwise, 1/m.
+    pub rotation: f64,
+    /// The centre, m.
+    pub centre: [f64; 2],
 }
 
 /// A contact interface.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ContactSummary {
-    /// Names of the two bodies, in the file's order.
-    pub bodies: [String; 2],
-    /// Name of the body that carries λ.
+    /// Its name.
+    #[serde(default)]
+    pub name: String,
+    /// `bodies`, or `obstacle` for a body and an obstacle.
+    #[serde(default)]
+    pub kind: String,
+    /// Names of the bodies, in the order of the pair.
+    pub bodies: Vec<String>,
+    /// Name of the body that carries λ; empty if that is an obstacle.
     pub imposed: String,
     /// Number of node pairs.
     pub pairs: usize,
     /// Length, m.
     pub length: f64,
+    /// The force of the contact on the first body, N/m.
+    #[serde(default)]
+    pub resultant: Option<[f64; 2]>,
+    /// `Σ r²_i`, N/m.
+    #[serde(default)]
+    pub contact_force: Option<f64>,
+    /// Stretches in contact, by arc length, m.
+    #[serde(default)]
+    pub contact_intervals: Option<Vec<[f64; 2]>>,
+    /// Largest nodal pressure, Pa.
+    #[serde(default)]
+    pub max_pressure: Option<f64>,
+    /// Node pairs with a positive force.
+    #[serde(default)]
+    pub active: Option<usize>,
+    /// Smallest opening, m.
+    #[serde(default)]
+    pub min_opening: Option<f64>,
 }
 
 /// One iteration.
@@ -136,6 +177,9 @@ pub struct IterationRow {
 pub struct Certificate {
     /// Whether all checks hold.
     pub valid: bool,
+    /// The problem that the bound is about: `frictionless`.
+    #[serde(default)]
+    pub problem: String,
     /// The bound of the energy error.
     pub e_cre: Option<f64>,
     /// Relative to the energy norm of the computed solution; `None` if the bodies hold no strain energy.
@@ -150,6 +194,10 @@ pub struct Certificate {
     pub split: Split,
     /// What `e_cre` is made of.
     pub parts: Parts,
+    /// By how much the pressure of the bound differs from that of the nodal forces, relative: what the balance of the floating
+    /// bodies takes.
+    #[serde(default)]
+    pub pressure_shift: Option<f64>,
     /// What makes the bound valid.
     pub checks: Checks,
     /// What the bound says about the exact solution, if it is valid.
@@ -214,11 +262,17 @@ pub struct Checks {
     /// Imposed displacements that the displacements miss, relative to the largest displacement of the body.
     #[serde(default)]
     pub imposed_displacement: Option<f64>,
+    /// Forces and moments of the pressure and the loads on floating bodies, relative to the forces on them.
+    #[serde(default)]
+    pub rigid_balance: Option<f64>,
+    /// The largest rigid rotation of a floating body, radians; up to 0.1 displacements are small.
+    #[serde(default)]
+    pub rotation: Option<f64>,
 }
 
 impl Checks {
     /// Lists the residuals by their keys, in their order.
-    pub fn named(&self) -> [(&'static str, Option<f64>); 7] {
+    pub fn named(&self) -> [(&'static str, Option<f64>); 9] {
         [
             ("equilibrium", self.equilibrium),
             ("traction_jump", self.traction_jump),
@@ -227,6 +281,8 @@ impl Checks {
             ("pressure_sign", self.pressure_sign),
             ("supports", self.supports),
             ("imposed_displacement", self.imposed_displacement),
+            ("rigid_balance", self.rigid_balance),
+            ("rotation", self.rotation),
         ]
     }
 }

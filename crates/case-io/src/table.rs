@@ -76,10 +76,16 @@ pub fn history_csv(rows: &[IterationRow]) -> Result<String, TableError> {
 
 /// Writes contact.csv.
 ///
+/// * `pairs`: the rows of each pair, with its name, which is written if there are several.
+///
 /// # Errors
 /// A number that is not finite.
-pub fn contact_csv(rows: &[ContactRow]) -> Result<String, TableError> {
-    write(&CONTACT_COLUMNS, rows)
+pub fn contact_csv(pairs: &[(&str, Vec<ContactRow>)]) -> Result<String, TableError> {
+    if let [(_, rows)] = pairs {
+        return write(&CONTACT_COLUMNS, rows);
+    }
+    let rows = pairs.iter().flat_map(|(name, rows)| rows.iter().map(move |row| (row, name)));
+    write(&[&CONTACT_COLUMNS[..], &["pair"]].concat(), &rows.collect::<Vec<_>>())
 }
 
 /// Writes adaptive.csv.
@@ -165,7 +171,7 @@ mod tests {
             active: 1,
         };
         assert_eq!(
-            contact_csv(&[row]).unwrap(),
+            contact_csv(&[("", vec![row])]).unwrap(),
             "s,x,y,gap,opening,pressure,active\n0.5,0.5,1.0,0.25,0.0,1234.5678901234567,1\n"
         );
     }
@@ -193,7 +199,7 @@ mod tests {
     #[test]
     fn numbers_that_are_not_finite_are_refused() {
         let row = ContactRow { gap: f64::NAN, ..ContactRow::default() };
-        let error = contact_csv(&[ContactRow::default(), row]).unwrap_err();
+        let error = contact_csv(&[("", vec![ContactRow::default(), row])]).unwrap_err();
         assert!(error.to_string().starts_with("row 2 of the table: gap is NaN"), "{error}");
     }
 }

@@ -60,6 +60,13 @@ impl Bounds {
                 size += f.dot(u).abs();
             }
         }
+        for ((body, motion, amount), of) in iterate.motions.iter().zip(problem.rigid_motions()) {
+            // The load of an obstacle acts on its free motion.
+            if *body >= problem.bodies().len() && *motion == of.motion {
+                work += amount * of.load;
+                size += (amount * of.load).abs();
+            }
+        }
         let potential = 0.5 * energy - work;
         // The admissible displacement is v + l: J(v + l) = J(v) + (K v − f)·l + ½ ‖l‖².
         let mut lifted = 0.0;

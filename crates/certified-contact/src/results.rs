@@ -1,6 +1,6 @@
 //! The quantities of interest: forces, pressures, openings, reactions.
 
-use cre_estimator::{AdmissibleBody, AdmissibleContact, AdmissiblePair, Estimate};
+use cre_estimator::{AdmissibleBody, Estimate};
 use fem_core::body::Body;
 use fem_core::double_double::DoubleDouble;
 use fem_core::field;
@@ -60,6 +60,24 @@ pub struct Stretch {
     pub min_opening: f64,
 }
 
+/// The results of one pair.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct PairResults {
+    /// The force of the contact on the first body, N/m.
+    pub resultant: Vector,
+    /// `Σ r²_i`, N/m.
+    pub contact_force: f64,
+    /// Intervals of arc length under pressure, m.
+    pub contact_intervals: Vec<[f64; 2]>,
+    /// Largest nodal pressure, Pa.
+    pub max_pressure: f64,
+    /// Pairs of nodes with a force.
+    pub active: usize,
+    /// Smallest opening, m.
+    pub min_opening: f64,
+}
+
 /// The results of a run; arrays by body in the order of the problem passed to [`crate::solve`].
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -68,6 +86,8 @@ pub struct Results {
     pub energy_norm_squared: Vec<f64>,
     /// `Σ r²_i`, N/m.
     pub contact_force: f64,
+    /// The results of each pair.
+    pub contacts: Vec<PairResults>,
     /// Intervals of arc length under pressure on the first contact line, m.
     pub contact_intervals: Vec<[f64; 2]>,
     /// The connected parts of all contact lines.
@@ -110,17 +130,18 @@ pub(crate) fn results(
         let values = fields.stress.iter().enumerate().map(|(t, s)| body.material(t).von_mises(*s));
         values.collect::<Option<Vec<f64>>>().map(largest)
     };
-    let lines = || lines(problem, iterate, pair);
+    let lines = || lines(problem, iterate);
     Results {
         energy_norm_squared: estimate.energy_norm_squared.clone(),
         contact_force: iterate.contact_force(),
+        contacts: lines().map(|line| line.results()).collect(),
         contact_intervals: lines().next().map(|line| line.intervals()).unwrap_or_default(),
         contact_stretches: lines().flat_map(|line| line.stretches()).collect(),
-        max_pressure: largest(lines().flat_map(|line| &line.contact.pressure).copied()),
+        max_pressure: largest(lines().flat_map(|line| line.pressures().collect::<Vec<_>>())),
         max_edge_pressure: largest(
             lines().flat_map(|line| line.interface.edges().iter().map(move |e| line.mean(e))),
         ),
-        min_opening: iterate.opening.iter().copied().fold(f64::INFINITY, f64::min),
+        min_opening: iterate.opening.iter().copied().reduce(f64::min).unwrap_or(0.0),
         reactions,
         balance,
         max_displacement: largest(pair.bodies.iter().flat_map(|body| &body.displacement).map(|u| norm(*u))),
@@ -142,7 +163,6 @@ fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
 #[derive(Clone, Copy)]
 struct Line<'a> {
     interface: &'a ContactInterface,
-    contact: &'a AdmissibleContact,
     /// `r²_i`, N/m.
     force: &'a [f64],
     /// Of the iteration, m.
@@ -150,25 +170,37 @@ struct Line<'a> {
 }
 
 /// Lists the contact lines of all pairs.
-fn lines<'a>(
-    problem: &'a ContactProblem,
-    iterate: &'a Iterate,
-    pair: &'a AdmissiblePair,
-) -> impl Iterator<Item = Line<'a>> {
+fn lines<'a>(problem: &'a ContactProblem, iterate: &'a Iterate) -> impl Iterator<Item = Line<'a>> {
     let blocks = iterate.blocks(problem);
-    problem.contacts.iter().zip(&pair.contacts).zip(blocks).map(|((of, contact), block)| Line {
+    problem.contacts.iter().zip(blocks).map(|(of, block)| Line {
         interface: &of.interface,
-        contact,
         force: &iterate.contact.normal_reaction[block.clone()],
         opening: &iterate.opening[block],
     })
 }
 
 impl<'a> Line<'a> {
+    /// Returns the pressure `r²_i/ℓ_i` at each pair, Pa.
+    fn pressures(&self) -> impl Iterator<Item = f64> + '_ {
+        self.interface.pairs().iter().zip(self.force).map(|(pair, r)| r / pair.tributary_length)
+    }
+
+    fn results(&self) -> PairResults {
+        let forces = self.interface.pairs().iter().zip(self.force);
+        PairResults {
+            resultant: forces.map(|(pair, r)| -r * pair.normal).sum(),
+            contact_force: self.force.iter().sum(),
+            contact_intervals: self.intervals(),
+            max_pressure: largest(self.pressures()),
+            active: self.force.iter().filter(|r| **r > 0.0).count(),
+            min_opening: self.opening.iter().copied().fold(f64::INFINITY, f64::min),
+        }
+    }
+
     /// Computes the mean pressure of an edge, Pa.
     fn mean(&self, edge: &ContactEdge) -> f64 {
-        let [a, b] = edge.pairs.map(|k| self.contact.pressure[k as usize]);
-        0.5 * (a + b)
+        let pressure = |k: u32| self.force[k as usize] / self.interface.pairs()[k as usize].tributary_length;
+        0.5 * edge.pairs.map(pressure).iter().sum::<f64>()
     }
 
     /// Adds up the forces of each connected part: consecutive pairs that are joined by edges.
@@ -193,7 +225,7 @@ impl<'a> Line<'a> {
                 last.s[1] = p.arc_length;
                 last.pairs += 1;
                 last.contact_force += self.force[k];
-                last.max_pressure = last.max_pressure.max(self.contact.pressure[k]);
+                last.max_pressure = last.max_pressure.max(self.force[k] / p.tributary_length);
                 last.min_opening = last.min_opening.min(self.opening[k]);
             }
         }

@@ -2,7 +2,8 @@
 
 use cre_estimator::Relaxation;
 use fem_core::boundary::ScalarData;
-use nndd::Method;
+use fem_core::prepared::PreparedProblem;
+use nndd::{Method, NewtonSettings};
 
 /// Which body carries λ, the paper's Ω₁.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -55,8 +56,13 @@ impl Default for Criterion {
 pub struct Settings {
     /// Which body carries λ.
     pub imposed: Imposed,
+    /// Which body of each pair carries λ, if not the one that `imposed` says; missing entries count as `None`.
+    pub imposed_by_pair: Vec<Option<Imposed>>,
     /// The algorithm, with its settings.
     pub method: Method,
+    /// The exact solution is used instead for anything but two bodies with one pair that their supports hold; `None`:
+    /// `method` is used for every problem.
+    pub exact: Option<NewtonSettings>,
     /// Initial λ: normal displacement along the contact normal out of the body that carries it, m.
     pub lambda: ScalarData,
     /// When to stop.
@@ -68,11 +74,20 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Sets the algorithm: [`nndd::NnddSettings`] or [`nndd::NewtonSettings`].
+    /// Sets the algorithm for every problem: [`nndd::NnddSettings`] or [`nndd::NewtonSettings`].
     #[must_use]
     pub fn with_method(mut self, method: impl Into<Method>) -> Self {
-        self.method = method.into();
+        (self.method, self.exact) = (method.into(), None);
         self
+    }
+
+    /// Returns the settings with the algorithm that is used for a problem.
+    pub(crate) fn for_problem(&self, problem: &PreparedProblem) -> Self {
+        let two_held = problem.problem().only_pair().is_some() && problem.rigid_motions().is_empty();
+        match &self.exact {
+            Some(exact) if !two_held => self.clone().with_method(exact.clone()),
+            _ => self.clone(),
+        }
     }
 }
 
@@ -80,7 +95,9 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             imposed: Imposed::default(),
+            imposed_by_pair: Vec::new(),
             method: Method::default(),
+            exact: Some(NewtonSettings::default()),
             lambda: 0.0.into(),
             criterion: Criterion::default(),
             relaxation: Relaxation::default(),

@@ -5,7 +5,7 @@ use crate::history::{Row, Step};
 use crate::results::Results;
 use cre_estimator::{Estimate, EstimatorError};
 use fem_core::interface::{ContactProblem, Roles};
-use nndd::{Iterate, NnddSolution};
+use nndd::{Iterate, Method, NnddSolution};
 
 /// Why this body carries λ.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,6 +27,8 @@ pub struct CertifiedSolution {
     pub problem: ContactProblem,
     /// Why this body carries λ.
     pub role_reason: RoleReason,
+    /// The algorithm that was used.
+    pub method: Method,
     /// The iteration.
     pub nndd: NnddSolution,
     /// One row per iteration.

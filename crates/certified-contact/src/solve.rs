@@ -15,7 +15,7 @@ use fem_core::geometry::Vector;
 use fem_core::interface::{ContactPair, ContactProblem, Roles};
 use fem_core::prepared::{PrepareError, PreparedProblem, Stage};
 use fem_core::residual::SplitField;
-use nndd::{Iterate, NnddSolution, NnddStatus, Start};
+use nndd::{Iterate, Method, NnddSolution, NnddStatus, Start};
 
 /// Solves a contact problem and certifies the solution.
 ///
@@ -30,9 +30,11 @@ pub fn solve(
     observer: &mut dyn Observer,
 ) -> Result<CertifiedSolution, SolveError> {
     let mut problem = prepare(problem, observer)?;
-    let (roles, reason) = choose_roles(&problem, settings.imposed);
-    let count = problem.problem().contacts.len();
-    (0..count).for_each(|pair| problem.set_roles(pair, roles));
+    let settings = &settings.for_problem(&problem);
+    let (roles, reason) = choose_roles(&problem, settings);
+    for (pair, roles) in roles.into_iter().enumerate() {
+        problem.set_roles(pair, roles);
+    }
     let start = Start { lambda: initial_lambda(problem.problem(), &settings.lambda), active: None };
     iterate(problem, reason, start, settings, observer)
 }
@@ -40,9 +42,12 @@ pub fn solve(
 /// Evaluates the initial λ at the nodes of the body that carries it, m.
 fn initial_lambda(problem: &ContactProblem, lambda: &ScalarData) -> Vec<f64> {
     let of_pair = |pair: &ContactPair| -> Vec<f64> {
-        let points = problem.bodies[pair.imposed()].mesh().points();
+        // An obstacle moves as it is told.
+        let Some(carrier) = problem.bodies.get(pair.imposed()) else {
+            return vec![0.0; pair.interface.pairs().len()];
+        };
         let nodes = pair.interface.pairs().iter().map(|p| p.nodes[pair.roles.imposed()]);
-        nodes.map(|node| lambda.at(points[node])).collect()
+        nodes.map(|node| lambda.at(carrier.mesh().points()[node])).collect()
     };
     problem.contacts.iter().flat_map(of_pair).collect()
 }
@@ -55,7 +60,9 @@ pub(crate) fn solve_again(
     settings: &Settings,
     observer: &mut dyn Observer,
 ) -> Result<CertifiedSolution, SolveError> {
-    iterate(prepare(problem, observer)?, reason, start, settings, observer)
+    let problem = prepare(problem, observer)?;
+    let settings = &settings.for_problem(&problem);
+    iterate(problem, reason, start, settings, observer)
 }
 
 /// Iterates, certifies the last iterate, and computes the results; all in the order of the iteration.
@@ -105,6 +112,7 @@ fn iterate(
     let problem = problem.into_problem();
     Ok(CertifiedSolution {
         role_reason,
+        method: settings.method.clone(),
         nndd,
         rows,
         estimate,
@@ -196,23 +204,30 @@ fn prepare(problem: ContactProblem, observer: &mut dyn Observer) -> Result<Prepa
     })
 }
 
-/// Decides which body carries λ.
-fn choose_roles(problem: &PreparedProblem, imposed: Imposed) -> (Roles, RoleReason) {
-    match imposed {
-        Imposed::First => (Roles::FIRST, RoleReason::Given),
-        Imposed::Second => (Roles::SECOND, RoleReason::Given),
-        Imposed::Auto => {
-            let Some(pair) = problem.problem().only_pair() else {
-                return (Roles::FIRST, RoleReason::Given);
-            };
-            let force: Vec<f64> = pair.interface.pairs().iter().map(|p| p.tributary_length).collect();
-            let compliance = pair.bodies.map(|b| {
-                let mut w = vec![0.0; force.len()];
-                problem.bodies()[b].trace_from_force(&force, &mut w);
-                w.iter().zip(&force).map(|(w, f)| w * f).sum::<f64>()
-            });
-            let roles = if compliance[1] < compliance[0] { Roles::SECOND } else { Roles::FIRST };
-            (roles, RoleReason::Stiffer { compliance })
-        }
+/// Decides which body of each pair carries λ.
+fn choose_roles(problem: &PreparedProblem, settings: &Settings) -> (Vec<Roles>, RoleReason) {
+    let contacts = &problem.problem().contacts;
+    let of_pair = |k: usize| settings.imposed_by_pair.get(k).copied().flatten().unwrap_or(settings.imposed);
+    if let (Some(pair), Imposed::Auto) = (problem.problem().only_pair(), of_pair(0)) {
+        let force: Vec<f64> = pair.interface.pairs().iter().map(|p| p.tributary_length).collect();
+        let compliance = pair.bodies.map(|b| {
+            let mut w = vec![0.0; force.len()];
+            problem.bodies()[b].trace_from_force(&force, &mut w);
+            w.iter().zip(&force).map(|(w, f)| w * f).sum::<f64>()
+        });
+        let roles = if compliance[1] < compliance[0] { Roles::SECOND } else { Roles::FIRST };
+        return (vec![roles], RoleReason::Stiffer { compliance });
     }
+    // Only the iteration depends on it.
+    let stiffer = match settings.method {
+        Method::Nndd(_) => nndd::stiffer_roles(problem),
+        _ => vec![Roles::FIRST; contacts.len()],
+    };
+    let chosen = contacts.iter().zip(stiffer).enumerate().map(|(k, (pair, stiffer))| match of_pair(k) {
+        _ if problem.problem().obstacle_of(pair).is_some() => Roles::SECOND,
+        Imposed::First => Roles::FIRST,
+        Imposed::Second => Roles::SECOND,
+        Imposed::Auto => stiffer,
+    });
+    (chosen.collect(), RoleReason::Given)
 }

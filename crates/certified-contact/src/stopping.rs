@@ -121,6 +121,10 @@ fn force_round_off(problem: &PreparedProblem, iterate: &Iterate) -> f64 {
         let products = columns.map(|(column, v)| v.abs() * column.iter().map(|s| s.abs()).sum::<f64>());
         products.sum::<f64>() + body.condensed_load().iter().map(|g| g.abs()).sum::<f64>()
     };
+    if problem.problem().only_pair().is_none() {
+        let sizes: f64 = iterate.forces().into_iter().flatten().map(|force| force.abs()).sum();
+        return iterate.lambda.len() as f64 * f64::EPSILON * sizes;
+    }
     let ([first, second], [a, b]) = (problem.sides(0), iterate.traces());
     let sizes = size(&first, a) + size(&second, b);
     iterate.lambda.len() as f64 * f64::EPSILON * sizes

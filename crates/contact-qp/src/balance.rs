@@ -1,12 +1,11 @@
 //! Non-negative numbers in balance: least squares, and the nearest ones to given numbers.
 
+use crate::dense::{SemiDefinite, dot, least_squares, norm};
 use crate::error::QpError;
 use crate::interior_point::{self, Boxed};
-use crate::place::Place;
-use crate::problem::MatrixView;
+use crate::problem::{MatrixView, check_finite, check_length};
 use crate::settings::QpSettings;
-use faer::linalg::solvers::{ColPivQr, SolveLstsq};
-use faer::{Mat, Side};
+use crate::solution::QpStatus;
 
 /// A gradient below this fraction of its terms is zero.
 const ROUND_OFF: f64 = 1e-14;
@@ -54,7 +53,8 @@ pub fn nonnegative_least_squares(rows: &[f64], right_side: &[f64]) -> Result<(Ve
         }
         passive.push(best);
         loop {
-            let trial = least_squares(&columns, &passive, right_side);
+            let used: Vec<&[f64]> = passive.iter().map(|j| columns[*j].as_slice()).collect();
+            let trial = least_squares(&used, right_side);
             if passive.last() == Some(&best) && trial.last().is_some_and(|t| *t <= 0.0) {
                 // By round-off: the column depends on the others.
                 passive.pop();
@@ -88,13 +88,6 @@ pub fn nonnegative_least_squares(rows: &[f64], right_side: &[f64]) -> Result<(Ve
 fn unscaled(mut x: Vec<f64>, lengths: &[f64], residual: Vec<f64>) -> (Vec<f64>, Vec<f64>) {
     x.iter_mut().zip(lengths).filter(|(x, _)| **x > 0.0).for_each(|(x, length)| *x /= length);
     (x, residual)
-}
-
-fn least_squares(columns: &[Vec<f64>], passive: &[usize], right_side: &[f64]) -> Vec<f64> {
-    let matrix = Mat::from_fn(right_side.len(), passive.len(), |i, j| columns[passive[j]][i]);
-    let rhs = Mat::from_fn(right_side.len(), 1, |i, _| right_side[i]);
-    let solution = ColPivQr::new(matrix.as_ref()).solve_lstsq(rhs.as_ref());
-    (0..passive.len()).map(|j| solution[(j, 0)]).collect()
 }
 
 /// The non-negative numbers in balance that are nearest to given ones.
@@ -199,7 +192,7 @@ impl Projection<'_> {
                 let (first, second) = (self.row(i), self.row(j));
                 positive.iter().map(|&k| first[k] * second[k] / self.weights[k]).sum::<f64>()
             };
-            let step = least_norm(&Mat::from_fn(m, m, entry), &defect)?;
+            let (step, _) = SemiDefinite::new(m, entry, DEPENDENT)?.solve(&defect);
             let slope = -dot(&defect, &step);
             let before = self.dual(&p, &a);
             let mut length = 1.0;
@@ -224,7 +217,7 @@ impl Projection<'_> {
         None
     }
 
-    /// The multipliers of the rows by Clarabel; `None` if nothing is in balance.
+    /// The multipliers of the rows by Clarabel; `None` if it finds that nothing is in balance.
     fn clarabel(&self) -> Result<Option<Vec<f64>>, QpError> {
         let n = self.target.len();
         let (starts, places): (Vec<usize>, Vec<usize>) = ((0..=n).collect(), (0..n).collect());
@@ -242,40 +235,11 @@ impl Projection<'_> {
             right_side: self.right_side,
         };
         let found = interior_point::solve_boxed(&boxed, &QpSettings::default().with_tolerance(1e-9))?;
-        let some = found.places.contains(&Place::Free) || self.right_side.iter().all(|e| *e == 0.0);
-        Ok(some.then_some(found.row_multipliers))
+        Ok((found.status != QpStatus::Infeasible).then_some(found.row_multipliers))
     }
-}
-
-/// Solves `M s = r` with a symmetric positive semi-definite matrix: the solution of least norm, if there is one.
-fn least_norm(matrix: &Mat<f64>, rhs: &[f64]) -> Option<Vec<f64>> {
-    let m = rhs.len();
-    let eigen = matrix.self_adjoint_eigen(Side::Lower).ok()?;
-    let values: Vec<f64> = (0..m).map(|k| eigen.S().column_vector()[k]).collect();
-    let largest = values.iter().copied().fold(0.0, f64::max);
-    let mut solution = vec![0.0; m];
-    for (k, value) in values.iter().enumerate().filter(|(_, v)| **v > DEPENDENT * largest) {
-        let vector: Vec<f64> = (0..m).map(|i| eigen.U()[(i, k)]).collect();
-        let part = dot(&vector, rhs) / value;
-        solution.iter_mut().zip(&vector).for_each(|(s, v)| *s += part * v);
-    }
-    Some(solution)
 }
 
 fn check(what: &'static str, expected: usize, values: &[f64]) -> Result<(), QpError> {
-    if values.len() != expected {
-        return Err(QpError::Length { what, expected, found: values.len() });
-    }
-    match values.iter().position(|v| !v.is_finite()) {
-        Some(place) => Err(QpError::NotFinite { what, place, found: values[place] }),
-        None => Ok(()),
-    }
-}
-
-fn norm(v: &[f64]) -> f64 {
-    dot(v, v).sqrt()
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+    check_length(what, expected, values.len())?;
+    check_finite(what, values)
 }

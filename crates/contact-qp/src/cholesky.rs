@@ -1,4 +1,4 @@
-//! Cholesky factors of the block `P_II` of the free unknowns `I`. The only file that uses faer.
+//! Cholesky factors of the block `P_II` of the free unknowns `I`.
 
 use crate::error::QpError;
 use crate::problem::MatrixView;

@@ -109,11 +109,11 @@ impl MatrixView<'_> {
     }
 }
 
-fn check_length(what: &'static str, expected: usize, found: usize) -> Result<(), QpError> {
+pub(crate) fn check_length(what: &'static str, expected: usize, found: usize) -> Result<(), QpError> {
     if found == expected { Ok(()) } else { Err(QpError::Length { what, expected, found }) }
 }
 
-fn check_finite(what: &'static str, values: &[f64]) -> Result<(), QpError> {
+pub(crate) fn check_finite(what: &'static str, values: &[f64]) -> Result<(), QpError> {
     // Without an early exit the sweep vectorises, so valid data are checked quickly.
     if values.iter().fold(true, |all, value| all & value.is_finite()) {
         return Ok(());

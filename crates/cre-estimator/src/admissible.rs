@@ -1,6 +1,7 @@
 //! Builds an admissible pair from a contact state: displacements that satisfy the contact condition, and
 //! stresses in exact equilibrium with one common pressure.
 
+use crate::balance::{self, Pressure};
 use crate::equilibrated::EquilibratedStress;
 use crate::error::EstimatorError;
 use crate::lift::{self, Lift};
@@ -17,54 +18,65 @@ use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
 use fem_core::tensor::SymTensor2;
 
-/// An admissible pair: kinematic displacements, and stresses that share one pressure along each contact line.
+/// An admissible pair `(û, τ)` for the error in the constitutive relation: displacements `û = u + l`, with which the bodies
+/// satisfy their supports and penetrate nowhere, and stresses `τ` in equilibrium with the loads and with one pressure
+/// `p ≥ 0` along each contact line.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct AdmissiblePair {
-    /// The fields of each body.
+    /// `u`, `σ(u)` and `τ` of each body.
     pub bodies: Vec<AdmissibleBody>,
-    /// Openings and pressure of each contact line.
+    /// The displacement of the points of each obstacle, Cartesian, m.
+    pub obstacles: Vec<Vec<Vector>>,
+    /// Opening `o`, lift `l` and pressure `p` of each contact line.
     pub contacts: Vec<AdmissibleContact>,
     /// `‖l‖²` of the lifts of all contact lines together, J/m.
     pub lift_energy: f64,
+    /// By how much the pressure differs from `r²_i/ℓ_i`, relative: the least change that balances the floating bodies, (31).
+    pub pressure_shift: f64,
+    /// The largest force or moment by which the pressure and the loads of a floating body are out of balance, relative. If it
+    /// is not round-off, no admissible pressure was found.
+    pub rigid_balance: f64,
 }
 
-/// The fields of one body.
+/// The part of one body in an [`AdmissiblePair`]: what is compared cell by cell, `τ` with `σ(u)`.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct AdmissibleBody {
-    /// The given displacement, Cartesian, m. With the lifts it is kinematically admissible.
+    /// `u`, the given displacement of every node, Cartesian, m. With the lifts it is kinematically admissible.
     pub displacement: Vec<Vector>,
-    /// Its stress, one per triangle, Pa.
+    /// `σ(u)`, the stress of that displacement, one per triangle, Pa.
     pub stress: Vec<SymTensor2>,
-    /// The equilibrated stress.
+    /// `τ`, in exact equilibrium with the loads and the pressures on the sides of the body, Pa.
     pub equilibrated: EquilibratedStress,
-    /// How it was relaxed.
+    /// By how much the relaxation lowered the energy of `τ`.
     pub relaxation: RelaxationReport,
 }
 
-/// Openings and pressure of one contact line.
+/// The part of one contact line in an [`AdmissiblePair`]: openings and a pressure that neither pull nor penetrate, whose
+/// product `2∫ p o ds` (J/m) belongs to the bound.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct AdmissibleContact {
-    /// Opening at each pair with the lift, ≥ 0, m.
+    /// `o`, the opening at each pair of nodes with the lift, ≥ 0, m.
     pub opening: Vec<f64>,
     /// Middle Bernstein coefficient of the opening along each contact edge with the lift, ≥ 0, m.
     pub middle_opening: Vec<f64>,
-    /// Required motion of the contact nodes of one body back along the normals; zero on a straight contact line.
+    /// `l`, the required motion of the contact nodes of one body back along the normals; zero on a straight contact line.
     pub lift: Lift,
-    /// Pressure at each pair, `r²_i/ℓ_i ≥ 0`, Pa.
+    /// Pressure at each pair, Pa: `r²_i/ℓ_i ≥ 0`, or the nearest one that balances the floating bodies, (31).
     pub pressure: Vec<f64>,
-    /// Common pressure at the two ends of each contact edge, ≥ 0, Pa, see [`crate::pressure::edge_pressure`].
+    /// `p`, the pressure common to both bodies at the two ends of each contact edge, ≥ 0, Pa, see [`crate::pressure::edge_pressure`].
     pub edge_pressure: Vec<[f64; 2]>,
-    /// Nodal forces of this pressure at each pair, Cartesian, N/m: on the second body; those on the first are opposite.
+    /// Nodal forces `∫ p n φ_i ds` of this pressure at each pair of nodes, Cartesian, N/m: on the second body; those on the first are opposite.
     pub pressure_force: Vec<Vector>,
 }
 
 impl AdmissiblePair {
-    /// Returns the given displacement of each body.
+    /// Returns the given displacement of each body, then of the points of each obstacle.
     pub fn displacements(&self) -> Vec<&[Vector]> {
-        self.bodies.iter().map(|body| body.displacement.as_slice()).collect()
+        let bodies = self.bodies.iter().map(|body| body.displacement.as_slice());
+        bodies.chain(self.obstacles.iter().map(Vec::as_slice)).collect()
     }
 }
 
@@ -84,7 +96,7 @@ pub fn admissible_pair(
     relaxation: Relaxation,
 ) -> Result<AdmissiblePair, EstimatorError> {
     check_state(prepared, state)?;
-    Ok(pair_and_stars(prepared, state, relaxation, Accuracy::Double).0)
+    Ok(pair_and_stars(prepared, state, relaxation, Accuracy::Double)?.0)
 }
 
 /// Accuracy of an estimate.
@@ -109,14 +121,21 @@ pub(crate) fn pair_and_stars<'a>(
     state: &ContactState<'_>,
     relaxation: Relaxation,
     accuracy: Accuracy,
-) -> (AdmissiblePair, Option<KeptStars<'a>>) {
+) -> Result<(AdmissiblePair, Option<KeptStars<'a>>), EstimatorError> {
     let problem = prepared.problem();
-    let contacts: Vec<AdmissibleContact> =
-        (0..problem.contacts.len()).map(|k| AdmissibleContact::new(problem, k, state)).collect();
+    let Pressure { by_pair, shift, imbalance } = balance::pressure(prepared, state)?;
+    let contacts: Vec<AdmissibleContact> = by_pair
+        .into_iter()
+        .enumerate()
+        .map(|(k, pressure)| AdmissibleContact::new(problem, k, state, pressure))
+        .collect();
     let recovered =
         each_body(problem.bodies.len(), |b| recover(prepared, b, state.displacement[b], &contacts, accuracy));
     let lift_energy = lift::total_energy(problem, contacts.iter().map(|contact| &contact.lift));
-    let mut pair = AdmissiblePair { bodies: recovered, contacts, lift_energy };
+    let (pressure_shift, rigid_balance) = (shift, imbalance);
+    let obstacles = state.displacement[problem.bodies.len()..].iter().map(|u| u.to_vec()).collect();
+    let mut pair =
+        AdmissiblePair { bodies: recovered, obstacles, contacts, lift_energy, pressure_shift, rigid_balance };
     // One body after the other, each in parallel: only the stars of one body are in memory at a time, and those of a
     // body that carries λ are the last.
     let mut kept = None;
@@ -127,16 +146,15 @@ pub(crate) fn pair_and_stars<'a>(
         body.relaxation = report;
         kept = stars.map(|stars| KeptStars { body: b, stars });
     }
-    (pair, kept)
+    Ok((pair, kept))
 }
 
 impl AdmissibleContact {
-    /// Computes openings and pressure of pair `k`.
-    fn new(problem: &ContactProblem, k: usize, state: &ContactState<'_>) -> Self {
+    /// Computes the openings of pair `k` and what belongs to its pressure.
+    fn new(problem: &ContactProblem, k: usize, state: &ContactState<'_>, pressure: Vec<f64>) -> Self {
         let (pair, given) = (&problem.contacts[k], &state.contacts[k]);
         let interface = &pair.interface;
         let displacement = pair.bodies.map(|b| state.displacement[b]);
-        let pressure = pressure::nodal_pressure(interface, given.contact_force);
         let edge_pressure = pressure::edge_pressure(interface, &pressure);
         let pressure_force = pressure::nodal_forces(interface, &pressure, &edge_pressure);
         let found = lift::middle_openings(interface, displacement);
@@ -296,15 +314,17 @@ pub(crate) fn check_state(
 ) -> Result<(), EstimatorError> {
     let problem = prepared.problem();
     let counts = [
-        ("the fields", state.displacement.len(), problem.bodies.len()),
+        ("the fields", state.displacement.len(), problem.bodies.len() + problem.obstacles.len()),
         ("the contact lines", state.contacts.len(), problem.contacts.len()),
     ];
     for (what, found, expected) in counts {
         check_length(|| what.into(), found, expected)?;
     }
-    for (b, (u, body)) in state.displacement.iter().zip(&problem.bodies).enumerate() {
+    let nodes = problem.bodies.iter().map(|body| body.mesh().points().len());
+    let points = problem.obstacles.iter().map(|obstacle| obstacle.points().len());
+    for (b, (u, expected)) in state.displacement.iter().zip(nodes.chain(points)).enumerate() {
         let what = || format!("the displacement of body {}", b + 1);
-        check_length(what, u.len(), body.mesh().points().len())?;
+        check_length(what, u.len(), expected)?;
         check_finite(what, u.iter().flatten())?;
     }
     let several = problem.contacts.len() > 1;

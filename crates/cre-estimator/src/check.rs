@@ -18,6 +18,8 @@ use std::ops::Range;
 pub const FORCE_TOLERANCE: f64 = 1e-10;
 /// Penetration, negative pressure and displaced supports up to this, relative, are round-off.
 pub const SIGN_TOLERANCE: f64 = 1e-12;
+/// A body that turns by more, in radians, is beyond small displacements.
+pub const LARGEST_ROTATION: f64 = 0.1;
 /// Directions of a roller that differ by less are the same.
 const SAME_DIRECTION: f64 = 1e-9;
 
@@ -44,11 +46,15 @@ pub struct Admissibility {
     pub supports: f64,
     /// Largest difference from an imposed displacement, relative to the largest displacement of the body.
     pub imposed_displacement: f64,
+    /// Largest resultant of the pressure and the loads on a floating body, relative to the forces on it.
+    pub rigid_balance: f64,
+    /// The largest mean rotation of a floating body, radians.
+    pub rotation: f64,
 }
 
 impl Admissibility {
     /// Lists every residual with its name and the largest value that is round-off.
-    pub fn checks(&self) -> [(&'static str, f64, f64); 7] {
+    pub fn checks(&self) -> [(&'static str, f64, f64); 9] {
         [
             ("supports", self.supports, SAME_DIRECTION),
             ("equilibrium", self.equilibrium, FORCE_TOLERANCE),
@@ -57,6 +63,8 @@ impl Admissibility {
             ("penetration", self.penetration, SIGN_TOLERANCE),
             ("pressure_sign", self.pressure_sign, SIGN_TOLERANCE),
             ("imposed_displacement", self.imposed_displacement, SIGN_TOLERANCE),
+            ("rigid_balance", self.rigid_balance, FORCE_TOLERANCE),
+            ("rotation", self.rotation, LARGEST_ROTATION),
         ]
     }
 
@@ -76,6 +84,8 @@ impl Admissibility {
             pressure_sign: larger(self.pressure_sign, other.pressure_sign),
             supports: larger(self.supports, other.supports),
             imposed_displacement: larger(self.imposed_displacement, other.imposed_displacement),
+            rigid_balance: larger(self.rigid_balance, other.rigid_balance),
+            rotation: larger(self.rotation, other.rotation),
         }
     }
 
@@ -146,8 +156,7 @@ pub(crate) fn check_and_visit<T: Send>(
         check_stress_and_visit(body, &fields.displacement, &fields.equilibrated, |t, tau| visit(b, t, tau))
     };
     let (by_body, visited): (Vec<_>, Vec<_>) = each_body(problem.bodies.len(), of_body).into_iter().unzip();
-    let mut displacement: Vec<Cow<'_, [Vector]>> =
-        pair.bodies.iter().map(|fields| Cow::from(&fields.displacement)).collect();
+    let mut displacement: Vec<Cow<'_, [Vector]>> = pair.displacements().into_iter().map(Cow::from).collect();
     for (of, contact) in problem.contacts.iter().zip(&pair.contacts) {
         let lift = &contact.lift;
         if lift.largest() > 0.0 {
@@ -156,6 +165,10 @@ pub(crate) fn check_and_visit<T: Send>(
         }
     }
     let mut found = by_body.into_iter().fold(Admissibility::default(), Admissibility::worst);
+    found.rigid_balance = pair.rigid_balance;
+    for (body, fields) in problem.bodies.iter().zip(&pair.bodies) {
+        found.rotation = larger(found.rotation, rotation(body, &fields.displacement));
+    }
     for (body, u) in problem.bodies.iter().zip(&displacement) {
         found.supports = larger(found.supports, body.roller_turn());
         found.imposed_displacement = larger(found.imposed_displacement, displaced_support(body, u));
@@ -198,6 +211,26 @@ fn penetration(
         }
     }
     relative(penetration, trace)
+}
+
+/// Computes the mean rotation of a body that its supports leave free to move, radians; 0 for a held one.
+fn rotation(body: &Body, displacement: &[Vector]) -> f64 {
+    if body.free_motion().is_none() {
+        return 0.0;
+    }
+    let mesh = body.mesh();
+    let (mut turned, mut area) = (0.0, 0.0);
+    for (t, nodes) in mesh.triangles().iter().enumerate() {
+        // ∮ u·ds = 2 ω A, with u linear along the edges.
+        let (corners, u) = (mesh.corners(t), nodes.map(|n| displacement[n]));
+        let along = |k: usize| {
+            let next = (k + 1) % 3;
+            0.5 * (u[k] + u[next]).dot(&(corners[next] - corners[k]))
+        };
+        turned += 0.5 * (along(0) + along(1) + along(2));
+        area += mesh.area(t);
+    }
+    (turned / area).abs()
 }
 
 /// Compares a displacement with the values that the supports impose: the largest difference over the largest

@@ -1,5 +1,6 @@
 //! Errors of an estimate.
 
+use contact_qp::QpError;
 use thiserror::Error;
 
 /// Why an estimate could not be made.
@@ -38,4 +39,7 @@ pub enum EstimatorError {
         /// `a(u, u)` of both bodies together, J/m.
         energy: f64,
     },
+    /// The pressure that keeps the floating bodies in balance could not be computed.
+    #[error("the pressure in balance: {0}")]
+    Balance(#[from] QpError),
 }

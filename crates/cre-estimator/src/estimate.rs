@@ -1,6 +1,7 @@
 //! The whole computation of a certificate, in one call.
 
 use crate::admissible::{Accuracy, AdmissibleBody, AdmissiblePair, check_state, pair_and_stars};
+use crate::balance;
 use crate::check::{Admissibility, check_and_visit};
 use crate::cre::{CellMeasure, Cre, cell_distances};
 use crate::error::EstimatorError;
@@ -107,11 +108,13 @@ pub fn estimate_with(
             return Err(EstimatorError::OutOfMemory { bytes });
         }
     }
-    let first = estimate_once(prepared, state, (relaxation, Accuracy::Double))?;
+    // The forces of the bound of the iteration are in balance as well; those of the pressure follow from the given ones.
+    let balanced = balance::forces(prepared, state)?;
+    let first = estimate_once(prepared, state, &balanced, (relaxation, Accuracy::Double))?;
     if first.residual <= ROUND_OFF_SHARE * first.estimate.unchecked().e_cre {
         return Ok(first.estimate);
     }
-    Ok(estimate_once(prepared, state, (relaxation, Accuracy::Refined))?.estimate)
+    Ok(estimate_once(prepared, state, &balanced, (relaxation, Accuracy::Refined))?.estimate)
 }
 
 /// An estimate, and the measured part of its round-off.
@@ -123,10 +126,11 @@ struct Measured {
 fn estimate_once(
     prepared: &PreparedProblem,
     state: &ContactState<'_>,
+    balanced: &[Vec<f64>],
     (relaxation, accuracy): (Relaxation, Accuracy),
 ) -> Result<Measured, EstimatorError> {
     let problem = prepared.problem();
-    let (pair, stars) = pair_and_stars(prepared, state, relaxation, accuracy);
+    let (pair, stars) = pair_and_stars(prepared, state, relaxation, accuracy)?;
     // A single pass over the cells.
     let (mut admissibility, cells) = check_and_visit(problem, &pair, |b, t, tau| {
         CellMeasure::new(cell_distances(&problem.bodies[b], &pair.bodies[b], t, tau), tau)
@@ -147,14 +151,14 @@ fn estimate_once(
     let round_off = allowance(&residuals);
     let frozen: Vec<f64> =
         dis.residuals.iter().zip(&residuals).map(|(own, all)| own.unwrap_or(*all)).collect();
-    let [imbalance, rounding] = eta_nndd_squared(prepared, state, accuracy);
+    let [imbalance, rounding] = eta_nndd_squared(prepared, state, balanced, accuracy);
     // The rounding on the interface itself cannot be seen: the rounding elsewhere is added once more for it.
     let eta_nndd = (1.0 + ROUNDING_OF_A_SUM) * (imbalance + rounding).sqrt() + rounding.sqrt();
     let indicators = Indicators {
         e_cre: cre.e_cre() + round_off,
         eta_dis: from_squared(dis.squared) + allowance(&frozen),
         eta_nndd,
-        parts: parts(prepared, state, (&pair, &cre), eta_nndd, round_off),
+        parts: parts(prepared, (state, balanced), (&pair, &cre), eta_nndd, round_off),
     };
     if ![indicators.e_cre, indicators.eta_dis, indicators.eta_nndd].iter().all(|x| x.is_finite()) {
         return Err(EstimatorError::NotFinite { what: "the estimate".into() });

@@ -10,7 +10,7 @@ use crate::star_relaxation::{Relaxation, StarRelaxation, relax};
 use fem_core::each_body;
 use fem_core::field;
 use fem_core::geometry::Vector;
-use fem_core::interface::{ContactPair, ContactState, PairState};
+use fem_core::interface::{ContactPair, ContactState};
 use fem_core::norm::sum_over_triangles;
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
@@ -133,18 +133,21 @@ fn frozen(
 /// exact arithmetic `R` vanishes except for the imbalance at the interface of Ω₁, and this is (22). It includes the
 /// rounding of the displacements.
 ///
+/// * `balanced`: the forces `r`, in balance with the loads of floating bodies, N/m.
+///
 /// Returns the squares, J/m: the part on the interface, and the remainder, which is rounding.
 pub(crate) fn eta_nndd_squared(
     prepared: &PreparedProblem,
     state: &ContactState<'_>,
+    balanced: &[Vec<f64>],
     accuracy: Accuracy,
 ) -> [f64; 2] {
     let (problem, bodies) = (prepared.problem(), prepared.bodies());
-    let normal_forces = |(pair, state): (&ContactPair, &PairState<'_>)| -> Vec<Vector> {
-        let pairs = pair.interface.pairs().iter().zip(state.contact_force);
+    let normal_forces = |(pair, forces): (&ContactPair, &Vec<f64>)| -> Vec<Vector> {
+        let pairs = pair.interface.pairs().iter().zip(forces);
         pairs.map(|(p, r)| *r * p.normal).collect()
     };
-    let forces: Vec<_> = problem.contacts.iter().zip(&state.contacts).map(normal_forces).collect();
+    let forces: Vec<_> = problem.contacts.iter().zip(balanced).map(normal_forces).collect();
     let of_body = |b: usize| {
         let (body, u) = (&problem.bodies[b], state.displacement[b]);
         let forces = on_body(problem, b, |k| &forces[k]);
@@ -162,7 +165,8 @@ pub(crate) fn eta_nndd_squared(
         interior += i;
         interface += c;
     }
-    let pairs = state.contacts.iter().flat_map(|pair| pair.contact_force.iter().zip(pair.opening));
+    let pairs =
+        state.contacts.iter().zip(balanced).flat_map(|(pair, forces)| forces.iter().zip(pair.opening));
     let work: f64 = pairs.map(|(r, o)| (r * o).max(0.0)).sum();
     [interface + 2.0 * work, interior]
 }

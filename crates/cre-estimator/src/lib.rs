@@ -65,6 +65,7 @@
 //! It does not depend on how the state was computed. It does not print, and does not read the clock or the environment.
 
 pub mod admissible;
+mod balance;
 pub mod check;
 pub mod cre;
 pub mod eet;

@@ -129,8 +129,7 @@ pub(crate) fn find(
         let none = vec![0.0; interface.pairs().len()];
         return Lift { body: pair.bodies[0], by_pair: none, ..Lift::default() };
     }
-    let [first, second] = [0, 1].map(|side| {
-        let body = pair.bodies[side];
+    let of_side = |(side, body): (usize, usize)| {
         let by_pair = by_pair(&problem.bodies[body], interface, side, middle);
         let mut lift = Lift { body, side, by_pair, energy: 0.0 };
         lift.energy = energy(&problem.bodies[body], &lift.field(problem, interface));
@@ -138,15 +137,19 @@ pub(crate) fn find(
         let edges = interface.edges().iter().zip(&opened);
         let left = edges.filter(|(edge, _)| edge.bent).fold(0.0f64, |m, (_, o)| m.max(-o));
         (lift, left)
-    });
+    };
     let size = middle.iter().fold(0.0f64, |m, o| m.max(-o));
     // A body whose supports prevent it from opening every edge is used only if the other one is no better.
     let opens = |left: f64| left <= 1e-9 * size;
-    let second_is_better = match (opens(first.1), opens(second.1)) {
-        (true, true) => second.0.energy < first.0.energy,
-        (a, b) => b && !a,
+    let better = |first: (Lift, f64), second: (Lift, f64)| {
+        let second_is_better = match (opens(first.1), opens(second.1)) {
+            (true, true) => second.0.energy < first.0.energy,
+            (a, b) => b && !a,
+        };
+        if second_is_better { second } else { first }
     };
-    if second_is_better { second.0 } else { first.0 }
+    let found = problem.bodies_of(pair).map(of_side).reduce(better);
+    found.map_or_else(Lift::default, |found| found.0)
 }
 
 /// Returns the direction in which the node of a body moves to open its pair by one, `d·n = 1`: along the normal, or

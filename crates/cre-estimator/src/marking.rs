@@ -16,9 +16,11 @@ pub fn contributions(problem: &ContactProblem, cre: &Cre) -> Vec<Vec<f64>> {
     let mut by_cell = cre.discretisation_by_cell.clone();
     for (pair, terms) in problem.contacts.iter().zip(&cre.by_contact_edge) {
         for (edge, term) in pair.interface.edges().iter().zip(terms) {
-            for (b, edge) in pair.bodies.into_iter().zip(edge.edges) {
+            // Against an obstacle it belongs to the one triangle.
+            let share = if problem.obstacle_of(pair).is_some() { 1.0 } else { 0.5 };
+            for (side, b) in problem.bodies_of(pair) {
                 let topology = problem.bodies[b].mesh().topology();
-                by_cell[b][topology.edge_triangles()[edge][0] as usize] += 0.5 * term;
+                by_cell[b][topology.edge_triangles()[edge.edges[side]][0] as usize] += share * term;
             }
         }
     }

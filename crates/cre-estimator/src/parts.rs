@@ -65,10 +65,11 @@ struct ContactTerm {
 
 /// Splits a bound into its parts.
 ///
+/// * `balanced`: the contact forces of the state, in balance with the loads of floating bodies, N/m.
 /// * `eta_nndd`: `η_NNDD` of the state, square root of J/m.
 pub(crate) fn parts(
     prepared: &PreparedProblem,
-    state: &ContactState<'_>,
+    (state, balanced): (&ContactState<'_>, &[Vec<f64>]),
     (pair, cre): (&AdmissiblePair, &Cre),
     eta_nndd: f64,
     round_off: f64,
@@ -77,7 +78,7 @@ pub(crate) fn parts(
     let eta_squared = eta_nndd * eta_nndd;
     let term = contact_terms(problem, state, pair, cre);
     let fields = (cre.algebraic_squared - cre.contact_squared()).max(0.0);
-    let lumping = lumping(prepared, state, pair);
+    let lumping = lumping(prepared, balanced, pair);
     let share = if eta_squared > 0.0 { eta_squared / (eta_squared + lumping) } else { 0.0 };
     let iteration = (fields * share).min(eta_squared);
     let squares =
@@ -93,11 +94,11 @@ pub(crate) fn parts(
 
 /// Computes `‖a‖²`, J/m: the energy of the difference between the consistent loads of the pressures and the nodal forces,
 /// along the normals.
-fn lumping(prepared: &PreparedProblem, state: &ContactState<'_>, pair: &AdmissiblePair) -> f64 {
+fn lumping(prepared: &PreparedProblem, forces: &[Vec<f64>], pair: &AdmissiblePair) -> f64 {
     let problem = prepared.problem();
     let difference = |k: usize| -> Vec<f64> {
         let consistent = problem.contacts[k].interface.mass(&pair.contacts[k].pressure);
-        consistent.iter().zip(state.contacts[k].contact_force).map(|(m, r)| m - r).collect()
+        consistent.iter().zip(&forces[k]).map(|(m, r)| m - r).collect()
     };
     let differences: Vec<Vec<f64>> = (0..problem.contacts.len()).map(difference).collect();
     let energy = |(b, body): (usize, &CondensedBody)| {

@@ -241,6 +241,48 @@ impl Body {
         conditions::evaluate(refinement.mesh.clone(), materials, &self.conditions, Some(selected))
     }
 
+    /// Evaluates the parts of sides anew, after nodes were put into the mesh: a part may end at a new node. What a condition
+    /// had keeps it.
+    ///
+    /// # Errors
+    /// See [`Self::new`].
+    pub fn reselected(&self) -> Result<Self, BodyError> {
+        let displacements = self.conditions.displacements.iter().map(|c| &c.edges);
+        let mut selections = displacements.chain(self.conditions.tractions.iter().map(|c| &c.edges));
+        if selections.all(|edges| edges.part.is_none()) {
+            return Ok(self.clone());
+        }
+        let again = |known: Option<_>| {
+            conditions::evaluate(self.mesh.clone(), self.materials.clone(), &self.conditions, known)
+        };
+        // A part that has lost all its edges keeps the old ones.
+        let Ok(found) = again(None) else { return Ok(self.clone()) };
+        let both = |a: &[Vec<EdgeId>], b: &[Vec<EdgeId>]| -> Vec<Vec<EdgeId>> {
+            let union = |(a, b): (&Vec<EdgeId>, &Vec<EdgeId>)| {
+                let mut all = [a.as_slice(), b].concat();
+                all.sort_unstable();
+                all.dedup();
+                all
+            };
+            a.iter().zip(b).map(union).collect()
+        };
+        again(Some(conditions::Selected {
+            displacements: both(&self.selected.displacements, &found.selected.displacements),
+            tractions: both(&self.selected.tractions, &found.selected.tractions),
+        }))
+    }
+
+    /// Adds a group of edges to the mesh.
+    pub fn add_group(&mut self, name: &str, edges: Vec<EdgeId>) {
+        self.mesh.add_group(name, edges);
+    }
+
+    /// Tells whether an edge has neither a load nor an imposed displacement.
+    pub fn is_free(&self, edge: EdgeId) -> bool {
+        let free = |c: &EdgeCondition| c.reaction == EdgeReaction::None && c.traction == [Vector::zeros(); 2];
+        self.edge_condition(edge).is_none_or(free)
+    }
+
     /// Returns the mesh.
     #[inline]
     pub fn mesh(&self) -> &TriMesh {

@@ -3,10 +3,13 @@
 pub mod common_refinement;
 mod drawn;
 mod error;
+mod facing;
 mod held;
 mod interpolation;
 mod matching;
+mod motions;
 mod normals;
+mod obstacle;
 mod pairing;
 mod problem;
 mod profile;
@@ -18,11 +21,14 @@ use crate::body::Body;
 use crate::boundary::ScalarData;
 use crate::geometry::Vector;
 use crate::mesh::id::{EdgeId, NodeId};
-use common_refinement::CommonRefinement;
+use common_refinement::{CommonRefinement, Measured};
 use held::Whole;
 use profile::Profile;
 
 pub use error::InterfaceError;
+pub use facing::facing_edges;
+pub use motions::BodyMotion;
+pub use obstacle::{Obstacle, RigidLine};
 pub use problem::{ContactPair, ContactProblem, ContactState, PairState};
 pub use refinement::{RefineError, RefinedPair, RefinedProblem};
 pub use roles::Roles;
@@ -37,7 +43,7 @@ const STRAIGHT: f64 = 1e-6;
 /// Two facing nodes, one of each body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NodePair {
-    /// Node of the first and of the second body.
+    /// Node of the first and of the second body; against an obstacle the number of the pair instead of the second.
     pub nodes: [NodeId; 2],
     /// Unit normal out of the first body, into the second.
     pub normal: Vector,
@@ -54,7 +60,7 @@ pub struct NodePair {
 pub struct ContactEdge {
     /// The pairs at its two ends, in the sense of increasing arc length.
     pub pairs: [u32; 2],
-    /// The mesh edge of each body.
+    /// The mesh edge of each body; against an obstacle twice that of the body.
     pub edges: [EdgeId; 2],
     /// Length on the body that was the first when the surfaces were paired, m.
     pub length: f64,
@@ -188,8 +194,21 @@ impl ContactInterface {
         gap: &Gap,
         normal: ContactNormal,
     ) -> Result<Self, InterfaceError> {
-        let [first, second] = &common.bodies;
-        pairing::pair([first, second], surfaces, gap, normal, Some(common))
+        Self::pair_measured(common.bodies.each_ref(), &common.measured, surfaces, gap, normal)
+    }
+
+    /// [`Self::pair_refined`] of bodies that have changed elsewhere since: other pairs have put nodes into them.
+    ///
+    /// # Errors
+    /// See [`Self::pair`]; surfaces that have other nodes than those measured.
+    pub fn pair_measured(
+        bodies: [&Body; 2],
+        measured: &Measured,
+        surfaces: [&str; 2],
+        gap: &Gap,
+        normal: ContactNormal,
+    ) -> Result<Self, InterfaceError> {
+        pairing::pair(bodies, surfaces, gap, normal, Some(measured))
     }
 
     /// Returns the pairs by increasing arc length.
@@ -207,9 +226,12 @@ impl ContactInterface {
     ///
     /// * `side`: 0 for the first body, 1 for the second.
     pub fn side(&self, side: usize) -> InterfaceSide {
-        InterfaceSide::default().with_block(
-            self.pairs.iter().map(|pair| Retained { node: pair.nodes[side], direction: pair.normal }),
-        )
+        InterfaceSide::default().with_block(self.retained(side))
+    }
+
+    /// Lists the directions of [`Self::side`].
+    fn retained(&self, side: usize) -> impl Iterator<Item = Retained> + '_ {
+        self.pairs.iter().map(move |pair| Retained { node: pair.nodes[side], direction: pair.normal })
     }
 
     /// Returns the largest difference between the gap and the distance of the paired meshes; `None` if it is

@@ -280,6 +280,12 @@ impl TriMesh {
         self.topology.edges()[edge].map(|n| self.points[n])
     }
 
+    /// Adds a group of edges, sorted by their numbers.
+    pub(crate) fn add_group(&mut self, name: &str, mut edges: Vec<EdgeId>) {
+        edges.sort_unstable();
+        self.groups.insert(name.to_owned(), edges);
+    }
+
     /// Computes the middle of an edge, m.
     pub fn edge_middle(&self, edge: EdgeId) -> Vector {
         let [a, b] = self.edge_ends(edge);

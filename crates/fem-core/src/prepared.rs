@@ -6,6 +6,8 @@ use crate::dof::DofMap;
 use crate::each_body::each_body;
 use crate::geometry::Vector;
 use crate::interface::{ContactProblem, Roles};
+
+pub use crate::interface::BodyMotion;
 use rayon::prelude::*;
 use thiserror::Error;
 
@@ -16,6 +18,7 @@ pub struct PreparedProblem {
     problem: ContactProblem,
     bodies: Vec<CondensedBody>,
     external_forces: Vec<Vec<Vector>>,
+    rigid_motions: Vec<BodyMotion>,
 }
 
 /// What is made next of all bodies.
@@ -91,7 +94,8 @@ impl PreparedProblem {
         let bodies = each_of(systems, factorise)?;
         before(Stage::Ready)?;
         let external_forces = each_body(count, |b| external_forces(&problem.bodies[b]));
-        Ok(Self { problem, bodies, external_forces })
+        let rigid_motions = problem.rigid_motions_under(&external_forces);
+        Ok(Self { problem, bodies, external_forces, rigid_motions })
     }
 
     /// Returns the problem.
@@ -117,6 +121,16 @@ impl PreparedProblem {
     /// Returns the nodal forces of tractions and body force of each body, Cartesian, N/m.
     pub fn external_forces(&self) -> &[Vec<Vector>] {
         &self.external_forces
+    }
+
+    /// Returns the rigid motions of all floating bodies, in the order of the bodies: for each body a basis.
+    pub fn rigid_motions(&self) -> &[BodyMotion] {
+        &self.rigid_motions
+    }
+
+    /// Computes the displacement of each node in a rigid motion, see [`ContactProblem::moved_by`].
+    pub fn moved_by(&self, of: &BodyMotion) -> Vec<Vector> {
+        self.problem.moved_by(of)
     }
 
     /// Counts the pairs of nodes of all pairs.

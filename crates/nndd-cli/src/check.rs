@@ -26,6 +26,28 @@ pub(crate) fn command(options: &Check) -> Result<u8, Failure> {
         let _ = writeln!(text, "    loads           {loads}");
         let _ = writeln!(text, "    smallest angle  {:.1} degrees", body.smallest_angle);
     }
+    for (given, pair) in case.contacts.iter().zip(&problem.contacts) {
+        let _ = writeln!(text, "\n  contact \"{}\"", given.name);
+        let bodies = given.bodies.iter().zip(&given.surfaces);
+        let sides = bodies.map(|(b, side)| format!("\"{side}\" of \"{}\"", case.bodies[*b].name));
+        let obstacle = given.obstacle.as_ref().map(|_| "a rigid obstacle".to_owned());
+        let sides: Vec<String> = sides.chain(obstacle).collect();
+        let _ = writeln!(text, "    between         {}", sides.join(" and "));
+        let length = nndd_report::words::seven(pair.interface.length());
+        let _ =
+            writeln!(text, "    pairs           {} on a length of {length}", pair.interface.pairs().len());
+    }
+    let floating = problem.bodies.iter().filter(|body| body.free_motion().is_some()).count();
+    if floating + problem.rigid_motions().len() > 0 {
+        let _ = writeln!(
+            text,
+            "\n  held            {} by contact only",
+            match floating {
+                1 => "1 body".to_owned(),
+                n => format!("{n} bodies"),
+            }
+        );
+    }
     let _ = writeln!(text, "\n  memory estimate {}", mebibytes(memory::estimate(&problem)));
     text += "  ok: no problem found\n";
     console::print(&text)?;

@@ -124,11 +124,12 @@ pub(crate) fn header(case: &Case, problem: &ContactProblem, output: &str) -> Str
             seven(high[1])
         );
     }
-    for ContactPair { interface, .. } in &problem.contacts {
+    for (given, ContactPair { interface, .. }) in case.contacts.iter().zip(&problem.contacts) {
+        let name = if case.contacts.len() == 1 { "contact" } else { given.name.as_str() };
         let _ = writeln!(
             text,
             "  {:<10} {:>8} pairs, length {}",
-            "contact",
+            one_line(name),
             interface.pairs().len(),
             seven(interface.length())
         );
@@ -229,9 +230,11 @@ pub(crate) fn choices(case: &Case, solved: &Solved) -> String {
     let solution = &solved.solution;
     let mut text = String::new();
     let Some(pair) = solution.problem.contacts.first() else { return text };
-    let names = pair.bodies.map(|b| &case.bodies[b].name);
-    let carrier = &case.bodies[pair.imposed()].name;
+    let name = |b: usize| case.bodies.get(b).map_or("the obstacle", |body| body.name.as_str());
+    let names = pair.bodies.map(name);
+    let carrier = name(pair.imposed());
     let _ = match solution.role_reason {
+        RoleReason::Given if solution.problem.only_pair().is_none() => Ok(()),
         RoleReason::Given => writeln!(text, "  lambda is carried by \"{carrier}\", as given"),
         RoleReason::Stiffer { compliance } => writeln!(
             text,

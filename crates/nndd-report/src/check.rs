@@ -3,10 +3,10 @@
 use crate::failure::Failure;
 use case_io::Case;
 use certified_contact::SolveError;
-use fem_core::assembly::AssemblyError;
-use fem_core::body::NodeConstraint;
+use fem_core::body::{NodeConstraint, RigidMotion};
+use fem_core::geometry::shown;
 use fem_core::interface::ContactProblem;
-use fem_core::prepared::PrepareError;
+use nndd::NnddError;
 
 /// What a body of a case consists of.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,12 +26,12 @@ pub struct CheckedBody {
     pub smallest_angle: f64,
 }
 
-/// Describes the bodies of a case, in the file's order, whose supports hold them.
+/// Describes the bodies of a case, in the file's order, if supports and contacts hold them.
 ///
 /// # Errors
-/// A body that can move freely.
+/// Bodies that the loads move and nothing holds.
 pub fn check(case: &Case, problem: &ContactProblem) -> Result<Vec<CheckedBody>, Failure> {
-    supports(case, problem)?;
+    held(case, problem)?;
     let bodies = case.bodies.iter().zip(&problem.bodies);
     Ok(bodies
         .map(|(body, model)| CheckedBody {
@@ -45,16 +45,52 @@ pub fn check(case: &Case, problem: &ContactProblem) -> Result<Vec<CheckedBody>, 
         .collect())
 }
 
-/// Refuses bodies that can move freely, before anything is computed or written.
+/// Refuses an assembly that the loads move and nothing holds, before anything is computed or written. Returns what the
+/// motions are that nothing resists and no load drives, in words.
 ///
 /// # Errors
-/// The first such body, with its motion.
-pub fn supports(case: &Case, problem: &ContactProblem) -> Result<(), Failure> {
-    for (body, model) in problem.bodies.iter().enumerate() {
-        if let Some(motion) = model.free_motion() {
-            let source = AssemblyError::Floating { motion };
-            return Err(Failure::solve(case, &SolveError::Prepare(PrepareError::Assembly { body, source })));
+/// The bodies that move, with their motions and the load; a body that moves without strain where a load acts.
+pub fn held(case: &Case, problem: &ContactProblem) -> Result<Vec<String>, Failure> {
+    let support = nndd::support(problem).map_err(|error| Failure::solve(case, &SolveError::Nndd(error)))?;
+    if let Some(motion) = support.unheld {
+        return Err(Failure::solve(case, &SolveError::Nndd(NnddError::NotHeld { motion })));
+    }
+    let of_motion = |bodies: &Vec<(usize, RigidMotion)>| {
+        let moves = bodies.iter().map(|(b, motion)| format!("{} {}", member(case, *b), moves(motion)));
+        let mut words: Vec<String> = moves.take(MOST_NAMED).collect();
+        words.extend(
+            bodies.len().checked_sub(MOST_NAMED + 1).map(|more| format!("{} more with it", more + 1)),
+        );
+        words.join(" and ")
+    };
+    Ok(support.free_motions.iter().map(of_motion).collect())
+}
+
+/// Bodies of one motion that are named.
+const MOST_NAMED: usize = 3;
+
+/// Names a body or an obstacle.
+pub(crate) fn member(case: &Case, body: usize) -> String {
+    match case.bodies.get(body) {
+        Some(body) => format!("body \"{}\"", body.name),
+        None => {
+            let obstacles = case.contacts.iter().filter(|contact| contact.obstacle.is_some());
+            let name = obstacles.map(|contact| &contact.name).nth(body - case.bodies.len());
+            format!("the obstacle of \"{}\"", name.map_or("", String::as_str))
         }
     }
-    Ok(())
+}
+
+/// Describes a rigid motion.
+pub(crate) fn moves(motion: &RigidMotion) -> String {
+    // Round-off is not shown.
+    let r = |x: f64| shown((x * 1e4).round() / 1e4 + 0.0);
+    let [x, y] = motion.translation.into();
+    let small = 1e-9 * motion.translation.norm();
+    if motion.spin.abs() <= small {
+        return format!("can move by ({}, {})", r(x), r(y));
+    }
+    // t + ω e_z × (x − c) = 0 at the centre of rotation.
+    let [a, b] = [motion.centre[0] - y / motion.spin, motion.centre[1] + x / motion.spin];
+    format!("can rotate about ({}, {})", r(a), r(b))
 }

@@ -5,17 +5,14 @@ use case_io::case;
 use certified_contact::{Criterion, Imposed, Settings};
 use contact_qp::QpMethod;
 use cre_estimator::Relaxation;
+use fem_core::interface::ContactProblem;
 use nndd::{Acceleration, NewtonSettings, NnddSettings, Path, Weights};
 
 /// Makes the settings of a solve from those of a case.
 pub fn settings(case: &Case) -> Settings {
     let solver = &case.solver;
     let mut settings = Settings::default();
-    settings.imposed = match solver.imposed {
-        case::Imposed::First => Imposed::First,
-        case::Imposed::Second => Imposed::Second,
-        case::Imposed::Auto => Imposed::Auto,
-    };
+    settings.imposed = imposed(solver.imposed);
     settings.lambda = solver.lambda.scalar();
     settings.criterion = match solver.stop.criterion {
         case::Criterion::Estimator => {
@@ -31,11 +28,34 @@ pub fn settings(case: &Case) -> Settings {
         Some(until) => Relaxation::Tolerance { tolerance: until.tolerance, max_steps: until.max_steps },
     };
     settings.estimate_every = case.estimator.every;
-    settings.method = match solver.method {
-        case::Method::Newton => newton(solver, solver.max_iterations).into(),
-        case::Method::Auto | case::Method::Nndd => iteration(solver).into(),
-    };
-    settings
+    settings.imposed_by_pair = case.contacts.iter().map(|contact| contact.imposed.map(imposed)).collect();
+    let exact = newton(solver, solver.max_iterations);
+    match solver.method {
+        case::Method::Newton | case::Method::Exact => settings.with_method(exact),
+        case::Method::Nndd => settings.with_method(iteration(solver)),
+        case::Method::Auto => {
+            let mut settings = settings.with_method(iteration(solver));
+            settings.exact = Some(exact);
+            settings
+        }
+    }
+}
+
+/// Tells whether a case is solved by the exact solution of the assembly, which has no iteration.
+pub(crate) fn is_exact(case: &Case, problem: &ContactProblem) -> bool {
+    match case.solver.method {
+        case::Method::Exact => true,
+        case::Method::Auto => problem.only_pair().is_none() || !problem.rigid_motions().is_empty(),
+        case::Method::Nndd | case::Method::Newton => false,
+    }
+}
+
+fn imposed(word: case::Imposed) -> Imposed {
+    match word {
+        case::Imposed::First => Imposed::First,
+        case::Imposed::Second => Imposed::Second,
+        case::Imposed::Auto => Imposed::Auto,
+    }
 }
 
 /// The settings of the interface Newton method.
@@ -76,6 +96,7 @@ fn iteration(solver: &case::Solver) -> NnddSettings {
         case::Acceleration::Aitken => Acceleration::Aitken,
         case::Acceleration::Anderson => Acceleration::Anderson,
     };
+    nndd.coarse = solver.coarse;
     nndd.max_iterations = solver.max_iterations;
     nndd.qp.method = qp(solver);
     nndd

@@ -1,7 +1,8 @@
 //! Why a run ended without a result: an exit status and what to say.
 
+use crate::check;
 use case_io::checkpoint::CheckpointError;
-use case_io::diagnostic::{Diagnostic, code};
+use case_io::diagnostic::{Diagnostic, code, significant};
 use case_io::output::OutputError;
 use case_io::report::ReportError;
 use case_io::table::TableError;
@@ -14,7 +15,7 @@ use fem_core::condensation::FactorError;
 use fem_core::geometry::shown;
 use fem_core::prepared::PrepareError;
 use mesh_io::{MeshFault, MeshFileError};
-use nndd::NnddError;
+use nndd::{NnddError, UnheldMotion};
 use std::io;
 use std::path::Path;
 
@@ -91,6 +92,23 @@ impl Failure {
         Self::plain(FILES, format!("cannot read {path}: {error}\n  expected: a case file\n  fix: {fix}"))
     }
 
+    /// Says which bodies nothing holds, how they move, and the load.
+    fn not_held(case: &Case, motion: &UnheldMotion) -> Self {
+        let moves = motion.bodies.iter().map(|(b, motion)| {
+            format!("{} is not held: it {}", check::member(case, *b), check::moves(motion))
+        });
+        let moves = moves.collect::<Vec<_>>().join("; ");
+        Self::plain(
+            NO_UNIQUE_SOLUTION,
+            format!(
+                "no equilibrium: {moves} (load {} in that direction, nothing resists)\n  expected: supports or contacts that \
+                 resist every motion that a load causes\n  fix: add a [[body.displacement]] or a [[contact]] that prevents this \
+                 motion, or change the load",
+                significant(motion.load)
+            ),
+        )
+    }
+
     /// Says why a body has no solution, with its name.
     fn prepare(case: &Case, error: &PrepareError) -> Self {
         let name = |body: usize| &case.bodies[body].name;
@@ -143,6 +161,7 @@ impl Failure {
             SolveError::Estimator(source @ EstimatorError::OutOfMemory { .. }) => {
                 Self::plain(LIMIT, source.to_string())
             }
+            SolveError::Nndd(NnddError::NotHeld { motion }) => Self::not_held(case, motion),
             SolveError::Nndd(e @ (NnddError::Theta { .. } | NnddError::Lambda { .. })) => {
                 Self::plain(INVALID_INPUT, e.to_string())
             }

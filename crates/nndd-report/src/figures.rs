@@ -1,5 +1,6 @@
 //! The figures of a run, drawn by [`crate::plot`].
 
+use crate::paraview;
 use crate::plot::{self, BodyPicture, Closing, Held, SketchBody, SketchEdge};
 use crate::words::one_line;
 use case_io::Case;
@@ -14,7 +15,7 @@ use fem_core::mesh::id::NodeId;
 
 /// A named figure.
 pub(crate) struct Picture {
-    pub(crate) name: &'static str,
+    pub(crate) name: String,
     pub(crate) svg: String,
     /// What there is to see, for the page.
     pub(crate) caption: &'static str,
@@ -33,7 +34,7 @@ pub(crate) fn error_density(solution: &CertifiedSolution, body: usize) -> Vec<f6
 pub(crate) fn of_solve(
     case: &Case,
     solution: &CertifiedSolution,
-    contact: &[ContactRow],
+    contact: &[(&str, Vec<ContactRow>)],
     report: &Report,
 ) -> Vec<Picture> {
     let name = one_line(if case.title.is_empty() { case.file_name() } else { &case.title });
@@ -49,20 +50,26 @@ pub(crate) fn of_solve(
         };
         let bodies: Vec<BodyPicture<'_>> = (0..count).map(picture).collect();
         pictures.push(Picture {
-            name: "deformed",
+            name: "deformed".into(),
             svg: plot::deformed(&format!("{name}: error density"), &bodies, &closing(solution)),
-            caption: "The certified squared error of each cell over its area: where the mesh should be finer.",
+            caption: "The certified squared error of each cell over its area. Large values show which cells to refine.",
             numbers: None,
         });
-        pictures.push(Picture {
-            name: "contact",
-            svg: plot::contact(&format!("{name}: contact line"), contact),
-            caption: "The opening is zero where there is pressure; the pressure is zero where the bodies are apart.",
-            numbers: Some("contact.csv"),
-        });
+        for ((pair, rows), part) in contact.iter().zip(paraview::contact_parts(case)) {
+            let line = match contact.len() {
+                1 => "contact line".to_owned(),
+                _ => format!("contact line of {}", one_line(pair)),
+            };
+            pictures.push(Picture {
+                name: part,
+                svg: plot::contact(&format!("{name}: {line}"), rows),
+                caption: "The opening is zero where there is pressure; the pressure is zero where the bodies are apart.",
+                numbers: Some("contact.csv"),
+            });
+        }
     }
     pictures.push(Picture {
-        name: "convergence",
+        name: "convergence".into(),
         svg: plot::convergence(&format!("{name}: errors against the iteration"), &report.iterations),
         caption: "The error of the iteration (eta_nndd) falls below that of the mesh (eta_dis); e_cre bounds both together.",
         numbers: Some("history.csv"),
@@ -71,7 +78,7 @@ pub(crate) fn of_solve(
         let steps: Vec<_> = report.adaptive.iter().map(|row| (row.nodes, row.relative)).collect();
         let title = format!("{name}: certified error against the number of nodes");
         pictures.push(Picture {
-            name: "adaptive",
+            name: "adaptive".into(),
             svg: plot::adaptive(&title, &steps, adapt.target_relative_error),
             caption: "Linear triangles cannot converge faster than the slope of the dashed line.",
             numbers: Some("adaptive.csv"),
@@ -84,9 +91,14 @@ pub(crate) fn of_solve(
 fn closing(solution: &CertifiedSolution) -> Vec<Closing> {
     let Some(estimate) = &solution.estimate else { return vec![] };
     let problem = &solution.problem;
+    let displacements = estimate.pair.displacements();
     let of_pair = |pair: &ContactPair| -> Vec<Closing> {
-        let points = pair.bodies.map(|b| problem.bodies[b].mesh().points());
-        let displacement = pair.bodies.map(|b| &estimate.pair.bodies[b].displacement[..]);
+        let of_partner = |b: usize| match problem.bodies.get(b) {
+            Some(body) => body.mesh().points(),
+            None => problem.obstacles[b - problem.bodies.len()].points(),
+        };
+        let points = pair.bodies.map(of_partner);
+        let displacement = pair.bodies.map(|b| displacements[b]);
         let of_nodes = |nodes: &NodePair| {
             let of = |field: [&[Vector]; 2]| {
                 let [first, second] = [0, 1].map(|side: usize| field[side][nodes.nodes[side]]);
@@ -115,7 +127,7 @@ fn problem<'a>(case: &'a Case, solution: &'a CertifiedSolution, title: &str) -> 
     };
     let contact: Vec<[Vector; 2]> = solution.problem.contacts.iter().flat_map(line).collect();
     Picture {
-        name: "problem",
+        name: "problem".into(),
         svg: plot::sketch(title, &bodies, &contact),
         caption: "Supports, loads and imposed displacements as the program read them.",
         numbers: None,

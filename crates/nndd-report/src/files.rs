@@ -90,9 +90,10 @@ fn write_files(
     let mut put = |name: &str, text: &str| directory.write(name, text.as_bytes());
     put("history.csv", &table::history_csv(&report.iterations)?)?;
     let solution = &solved.solution;
-    let contact: Vec<ContactRow> =
-        (0..solution.problem.contacts.len()).flat_map(|pair| contact_rows(solution, pair)).collect();
-    if solution.estimate.is_some() {
+    let pairs = case.contacts.iter().enumerate();
+    let contact: Vec<(&str, Vec<ContactRow>)> =
+        pairs.map(|(k, pair)| (pair.name.as_str(), contact_rows(solution, k))).collect();
+    if solution.estimate.is_some() && !contact.is_empty() {
         put("contact.csv", &table::contact_csv(&contact)?)?;
     }
     if !report.adaptive.is_empty() {

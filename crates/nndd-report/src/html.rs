@@ -105,7 +105,9 @@ fn bodies(page: &mut String, case: &Case, report: &Report, angles: &[f64]) {
         vec![body.name.clone(), nodes, triangles, unknowns, format!("{angle:.1}°"), materials]
     });
     table(page, "Bodies", &["body", "nodes", "triangles", "unknowns", "smallest angle", "material"], rows);
-    for contact in &report.contact {
+    if let [contact] = report.contact.as_slice()
+        && !contact.imposed.is_empty()
+    {
         let _ = writeln!(
             page,
             "<p>Contact line: {} pairs, length {}; λ is carried by {}.</p>",
@@ -113,6 +115,21 @@ fn bodies(page: &mut String, case: &Case, report: &Report, angles: &[f64]) {
             number(Some(contact.length)),
             escape(&contact.imposed)
         );
+        return;
+    }
+    let rows = report.contact.iter().map(|contact| {
+        let partners = match contact.bodies.as_slice() {
+            [only] => format!("{only} and an obstacle"),
+            all => all.join(" and "),
+        };
+        let mut cells = vec![contact.name.clone(), partners, contact.pairs.to_string()];
+        cells.push(contact.active.map_or_else(|| number(None), |active| active.to_string()));
+        cells.extend([Some(contact.length), contact.contact_force, contact.max_pressure].map(number));
+        cells
+    });
+    if !report.contact.is_empty() {
+        let heads = ["pair", "of", "nodes", "in contact", "length", "contact force", "largest pressure"];
+        table(page, "Contact", &heads, rows);
     }
 }
 
@@ -260,8 +277,10 @@ fn steps(page: &mut String, report: &Report) {
 }
 
 fn iterations(page: &mut String, report: &Report) {
-    let forces = report.bodies.iter().map(|body| format!("contact force of {}", body.name));
-    let forces: Vec<String> = forces.collect();
+    let forces: Vec<String> = match report.bodies.as_slice() {
+        [first, second] => [first, second].map(|body| format!("contact force of {}", body.name)).into(),
+        _ => ["first", "second"].map(|side| format!("contact force of the {side} bodies")).into(),
+    };
     let mut heads = vec!["it", "theta", "precision", "eta_nndd", "eta_dis", "e_cre", "contact nodes"];
     heads.extend(forces.iter().map(String::as_str));
     heads.push("contact problem");

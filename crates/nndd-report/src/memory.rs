@@ -61,7 +61,12 @@ fn sizes(problem: &ContactProblem) -> Vec<Size> {
         let pairs = problem.sides_of(b).map(|(k, _)| problem.contacts[k].interface.pairs().len()).sum();
         Size { nodes: body.mesh().points().len() as u64, pairs }
     };
-    problem.bodies.iter().enumerate().map(of_body).collect()
+    let mut sizes: Vec<Size> = problem.bodies.iter().enumerate().map(of_body).collect();
+    if problem.only_pair().is_none() || !problem.rigid_motions().is_empty() {
+        // The flexibility of all pairs together, with its factor.
+        sizes.push(Size { nodes: 0, pairs: problem.node_pairs() });
+    }
+    sizes
 }
 
 /// Refuses, before any mesh is made, a case whose nodes alone need more memory than there may be.

@@ -1,11 +1,13 @@
 //! Notes about settings that are allowed but perhaps not intended: it goes to stderr and into report.json.
 
+use crate::check;
+use crate::convert;
 use crate::outcome;
 use case_io::Case;
-use case_io::case::MaterialLaw;
+use case_io::case::{BodyCase, MaterialLaw, Method};
 use certified_contact::CertifiedSolution;
-use fem_core::body::NodeConstraint;
-use fem_core::geometry::{bounding_box, norm};
+use fem_core::body::{Body, NodeConstraint};
+use fem_core::geometry::{Vector, bounding_box, diagonal, norm};
 use fem_core::interface::ContactProblem;
 use fem_core::material::Hypothesis;
 use nndd::NnddStatus;
@@ -25,6 +27,17 @@ pub fn of_case(case: &Case) -> Vec<String> {
 /// Lists what can be said of a problem without solving it; bodies in the file's order.
 pub fn of_problem(case: &Case, problem: &ContactProblem) -> Vec<String> {
     let mut notes = case.data_notes(problem);
+    let unused = case.given_iteration_settings();
+    if case.solver.method == Method::Auto && convert::is_exact(case, problem) && !unused.is_empty() {
+        notes.push(format!(
+            "the exact solution of an assembly uses only `max_iterations` and `qp`; it ignores `{}`; method = \"nndd\" asks for the \
+             iteration",
+            unused.join("`, `")
+        ));
+    }
+    for motion in check::held(case, problem).unwrap_or_default() {
+        notes.push(format!("free motion: {motion}; no load drives it, and it stays at zero"));
+    }
     for (given, body) in case.bodies.iter().zip(&problem.bodies) {
         let imposed = body.node_constraints().iter().map(|constraint| match constraint {
             NodeConstraint::Free => 0.0,
@@ -62,11 +75,12 @@ pub(crate) fn of_solution(case: &Case, solution: &CertifiedSolution) -> Vec<Stri
             .map(|s| format!("on the last mesh {}; method newton was used", outcome::given_up(solution, s))),
     );
     notes.extend(what_dominates(case, solution));
-    if solution.last().contact.normal_reaction.iter().all(|r| *r <= 0.0) {
+    if !problem.contacts.is_empty() && solution.last().contact.normal_reaction.iter().all(|r| *r <= 0.0) {
         notes.push("no contact: no force passes between the bodies".to_owned());
     }
     for (body, given) in case.bodies.iter().enumerate() {
         let model = &problem.bodies[body];
+        notes.extend(moved_far(given, model, &estimate.pair.bodies[body].displacement));
         let strains = estimate.pair.bodies[body].stress.iter().enumerate().map(|(t, stress)| {
             let strain = model.material(t).strain(*stress);
             // The larger principal strain by its size.
@@ -85,6 +99,20 @@ pub(crate) fn of_solution(case: &Case, solution: &CertifiedSolution) -> Vec<Stri
         }
     }
     notes
+}
+
+/// Says that a body that only contact holds moves far.
+fn moved_far(given: &BodyCase, body: &Body, displacement: &[Vector]) -> Option<String> {
+    body.free_motion()?;
+    let largest = displacement.iter().map(|u| norm(*u)).fold(0.0, f64::max);
+    let size = diagonal(body.mesh().points());
+    (largest > DISPLACEMENT * size).then(|| {
+        format!(
+            "body \"{}\", which only contact holds, moves by {largest:.2e} and has the size {size:.2e}: small displacements may not \
+             be a fair assumption",
+            given.name
+        )
+    })
 }
 
 /// From this share of the bound on, round-off gets a note.

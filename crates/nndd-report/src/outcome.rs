@@ -9,7 +9,7 @@ use case_io::report::Status;
 use certified_contact::{CertifiedSolution, Row};
 use contact_qp::QpStatus;
 use cre_estimator::EstimatorError;
-use nndd::{NnddStatus, Switch};
+use nndd::{NnddStatus, Recovery, Switch};
 
 /// The exit status of a run that did not converge.
 pub const NOT_CONVERGED: u8 = 5;
@@ -47,6 +47,14 @@ fn uncertified(solution: &CertifiedSolution) -> String {
         Some(("supports", ..)) => {
             "a roller on a curved side is violated between its nodes: impose ux and uy on it, or hold \
              it where it is straight"
+        }
+        Some(("rigid_balance", ..)) => {
+            "no contact pressure on these nodes keeps a body in balance that only contact holds: its load acts near the end of the \
+             contact; use finer edges there, or [adapt]"
+        }
+        Some(("rotation", ..)) => {
+            "a body that only contact holds turns so far that small displacements are no longer a fair assumption: hold it, \
+             or lower the loads"
         }
         Some(("equilibrium" | "traction_jump" | "boundary_traction", ..)) => {
             "round-off is too large for these materials and cells: make the moduli more alike, the cells less thin, or lower \
@@ -98,7 +106,7 @@ fn of_iteration(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>)
             NOT_CONVERGED,
             format!(
                 "eta_nndd has reached its round-off floor {floor:.3e}, and {} is not met: {}",
-                criterion(case),
+                criterion(case, solution),
                 attainable(case, solution, floor)
             ),
         ),
@@ -130,7 +138,7 @@ fn too_many(case: &Case, solution: &CertifiedSolution, counted: &str) -> String 
     let advice = theta_too_small(case, solution);
     let advice =
         advice.unwrap_or_else(|| format!("raise solver.max_iterations, or {}", other_settings(case)));
-    format!("{} not met after {counted}; {advice}", criterion(case))
+    format!("{} not met after {counted}; {advice}", criterion(case, solution))
 }
 
 /// A given θ this many times smaller than the best one is too small: it needs more than this many iterations.
@@ -188,7 +196,7 @@ fn attainable(case: &Case, solution: &CertifiedSolution, floor: f64) -> String {
 /// Says which contact problem was not solved, and what may help.
 fn unsolved(case: &Case, iterations: usize, status: QpStatus) -> String {
     let solver = &case.solver;
-    let newton = solver.method == Method::Newton;
+    let newton = matches!(solver.method, Method::Newton | Method::Exact);
     let what = if newton {
         "interface Newton".into()
     } else {
@@ -237,7 +245,7 @@ fn met(case: &Case, solution: &CertifiedSolution) -> String {
         {
             "eta_dis and eta_nndd are round-off".into()
         }
-        _ => criterion(case),
+        _ => criterion(case, solution),
     }
 }
 
@@ -256,9 +264,12 @@ pub(crate) fn given_up(solution: &CertifiedSolution, switch: Switch) -> String {
     }
 }
 
-fn criterion(case: &Case) -> String {
-    if case.solver.method == Method::Newton {
-        return "interface Newton, exact for the discrete problem".into();
+fn criterion(case: &Case, solution: &CertifiedSolution) -> String {
+    if matches!(solution.method, nndd::Method::Newton(_)) {
+        return match solution.last().recovery {
+            Recovery::Traces => "interface Newton, exact for the discrete problem".into(),
+            Recovery::Forces => "exact solution of the discrete problem".into(),
+        };
     }
     let stop = &case.solver.stop;
     match stop.criterion {

@@ -17,9 +17,17 @@ use fem_core::tensor::SymTensor2;
 use mesh_io::vtu::{self, PvdEntry, VtuArray, VtuCells, VtuData, VtuError, VtuMesh};
 use std::io;
 
-/// Names what there is a file of: the bodies in the file's order, and the contact line.
+/// Names what there is a file of: the bodies in the file's order, and the contact lines.
 pub(crate) fn parts(case: &Case) -> Vec<String> {
-    case.bodies.iter().map(|body| body.file_stem()).chain(["contact".to_owned()]).collect()
+    case.bodies.iter().map(|body| body.file_stem()).chain(contact_parts(case)).collect()
+}
+
+/// Names the contact lines: the only one is "contact".
+pub(crate) fn contact_parts(case: &Case) -> Vec<String> {
+    match case.contacts.as_slice() {
+        [_] => vec!["contact".to_owned()],
+        all => all.iter().map(|pair| format!("contact-{}", pair.file_stem())).collect(),
+    }
 }
 
 /// The file of a part on a mesh of an adaptive run.
@@ -73,7 +81,9 @@ fn write_collections(
     steps: &[AdaptiveRow],
     directory: &mut OutputDirectory,
 ) -> Result<(), Failure> {
-    let names: Vec<&str> = case.bodies.iter().map(|body| body.name.as_str()).chain(["contact"]).collect();
+    let lines = contact_parts(case);
+    let bodies = case.bodies.iter().map(|body| body.name.as_str());
+    let names: Vec<&str> = bodies.chain(lines.iter().map(String::as_str)).collect();
     let parts = parts(case);
     let mut entries = Vec::new();
     for row in steps {

@@ -4,8 +4,8 @@ use crate::notes;
 use crate::solved::Solved;
 use case_io::Case;
 use case_io::report::{
-    BodySummary, Bounds, Certificate, Checks, ContactStretch, ContactSummary, IterationRow, Reaction, Report,
-    Results, SCHEMA, Split, Timings,
+    BodySummary, Bounds, Certificate, Checks, ContactStretch, ContactSummary, FreeMotion, IterationRow,
+    Reaction, Report, Results, SCHEMA, Split, Timings,
 };
 use case_io::table::ContactRow;
 use certified_contact::cre_estimator::Parts;
@@ -35,17 +35,26 @@ pub fn iteration_row(row: &Row) -> IterationRow {
 pub(crate) fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> Report {
     let solution = &solved.solution;
     let name = |b: usize| case.bodies[b].name.clone();
+    let free = nndd::support(&solution.problem).map(|support| support.free_motions).unwrap_or_default();
     let bodies = solution.problem.bodies.iter().zip(&solution.unknowns).enumerate();
     let bodies = bodies.map(|(b, (body, &unknowns))| {
         let mesh = body.mesh();
-        BodySummary { name: name(b), nodes: mesh.points().len(), triangles: mesh.triangles().len(), unknowns }
+        let own = free.iter().flatten().filter(|(of, _)| *of == b);
+        let free_motions = own.map(|(_, motion)| FreeMotion {
+            translation: motion.translation.into(),
+            rotation: motion.spin,
+            centre: motion.centre.into(),
+        });
+        BodySummary {
+            name: name(b),
+            nodes: mesh.points().len(),
+            triangles: mesh.triangles().len(),
+            unknowns,
+            floating: body.free_motion().is_some(),
+            free_motions: free_motions.collect(),
+        }
     });
-    let contact = solution.problem.contacts.iter().map(|pair| ContactSummary {
-        bodies: pair.bodies.map(name),
-        imposed: name(pair.imposed()),
-        pairs: pair.interface.pairs().len(),
-        length: pair.interface.length(),
-    });
+    let contact = (0..solution.problem.contacts.len()).map(|k| contact_summary(case, solution, k));
     Report {
         schema: SCHEMA,
         status: solved.status.clone(),
@@ -59,6 +68,27 @@ pub(crate) fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> R
         notes: [notes::of_case(case), notes::of_solution(case, solution)].concat(),
         timings: Timings::default(),
         run,
+    }
+}
+
+fn contact_summary(case: &Case, solution: &CertifiedSolution, k: usize) -> ContactSummary {
+    let pair = &solution.problem.contacts[k];
+    let name = |b: usize| case.bodies.get(b).map(|body| body.name.clone());
+    let found = solution.results.as_ref().and_then(|results| results.contacts.get(k));
+    let kind = if solution.problem.obstacle_of(pair).is_some() { "obstacle" } else { "bodies" };
+    ContactSummary {
+        name: case.contacts[k].name.clone(),
+        kind: kind.to_owned(),
+        bodies: pair.bodies.into_iter().filter_map(name).collect(),
+        imposed: name(pair.imposed()).unwrap_or_default(),
+        pairs: pair.interface.pairs().len(),
+        length: pair.interface.length(),
+        resultant: found.map(|found| found.resultant.into()),
+        contact_force: found.map(|found| found.contact_force),
+        contact_intervals: found.map(|found| found.contact_intervals.clone()),
+        max_pressure: found.map(|found| found.max_pressure),
+        active: found.map(|found| found.active),
+        min_opening: found.map(|found| found.min_opening),
     }
 }
 
@@ -81,6 +111,8 @@ fn certificate(solution: &CertifiedSolution) -> Certificate {
         eta_nndd: Some(found.eta_nndd.max(solution.last().eta_nndd)),
         split: Split { discretisation: Some(discretisation), algebraic: Some(algebraic) },
         parts: case_io::report::Parts { mesh, iteration, contact, lift, gap_data, friction, round_off },
+        problem: "frictionless".to_owned(),
+        pressure_shift: Some(estimate.pair.pressure_shift),
         bounds: bounds(solution),
         checks: Checks {
             equilibrium: Some(a.equilibrium),
@@ -90,6 +122,8 @@ fn certificate(solution: &CertifiedSolution) -> Certificate {
             pressure_sign: Some(a.pressure_sign),
             supports: Some(a.supports),
             imposed_displacement: Some(a.imposed_displacement),
+            rigid_balance: Some(a.rigid_balance),
+            rotation: Some(a.rotation),
         },
     }
 }

@@ -1,5 +1,6 @@
 //! Sweeps: a case for several values of one setting, a few iterations each.
 
+use crate::convert;
 use crate::failure::Failure;
 use crate::host::{Event, Host};
 use crate::plot;
@@ -224,6 +225,15 @@ fn fill_panel(
                 "a sweep compares runs on one mesh, and this case has [adapt]; leave that table out",
             ));
         };
+        if convert::is_exact(&case, &problem)
+            && case.iteration_settings().iter().any(|key| sweep.key == format!("solver.{key}"))
+        {
+            return Err(Failure::invalid(format!(
+                "`--over {}`: this case is solved exactly, without an iteration, so that `{}` has no effect\n  expected: a setting \
+                 that the exact solution uses\n  fix: ask for the iteration with --set solver.method=nndd",
+                options.over, sweep.key
+            )));
+        }
         if k == 0 {
             panel.nodes = problem.bodies.iter().map(|b| b.mesh().points().len()).sum();
             panel.name = format!("{} nodes", panel.nodes);

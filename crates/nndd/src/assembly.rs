@@ -56,14 +56,19 @@ fn iteration(
     if settings.path == Path::Literal {
         return Err(NnddError::Unsupported { bodies: contact.bodies.len(), pairs: contact.contacts.len() });
     }
+    if contact.obstacles.iter().any(|obstacle| !obstacle.free_motions().is_empty()) {
+        return Err(NnddError::FreeObstacle);
+    }
     let rows = Rows::new(problem);
-    let balance = Balance::new(problem, &rows);
-    balance.check_held(problem)?;
+    let balance = Balance::new(contact, problem.rigid_motions());
+    balance.check_held(contact)?;
     let bodies = try_each_body(contact.bodies.len(), |b| Subdomain::new(problem, &rows, &balance, b))?;
     let correction = Correction::new(&bodies, rows.len(), settings.weights, settings.coarse);
     let estimate = || spectrum::of_product(rows.len(), |v| correction.operator(v), |j| correction.apply(j));
     let (theta, chosen) = spectrum::choose_theta(settings.theta, FALLBACK, estimate);
     let mut assembly = Assembly::new(problem, &rows, &balance, &bodies, &correction, &settings.qp);
+    let mut start = start;
+    assembly.place_obstacles(&mut start.lambda);
     if let Some(active) = &start.active {
         assembly.start_from(active);
     }

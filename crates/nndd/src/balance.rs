@@ -1,65 +1,87 @@
-//! The balance of the floating bodies, and what nothing holds.
+//! The balance of the floating bodies: which assemblies are held.
+//!
+//! With `R` the rigid motions that the supports leave free, `G = (B R)ᵀ` and their loads `e = Rᵀ f`, forces are in balance if
+//! `G P = e`. There is a solution `P ≥ 0` if and only if no motion that opens or keeps all pairs, `B R a ≤ 0`, has a load
+//! `e·a > 0` (Farkas). The residual of `min |G P − e|, P ≥ 0` is such a motion, if it is not zero.
 
 use crate::error::NnddError;
-use crate::rows::{Rows, sign};
+use crate::rows::sign;
 use crate::unheld::UnheldMotion;
-use contact_qp::nonnegative_least_squares;
-use fem_core::body::{Body, RigidMotion};
-use fem_core::geometry::Vector;
-use fem_core::prepared::PreparedProblem;
+use contact_qp::{IndependentRows, nonnegative_least_squares};
+use fem_core::assembly::external_forces;
+use fem_core::body::RigidMotion;
+use fem_core::interface::ContactProblem;
+use fem_core::prepared::BodyMotion;
 use std::ops::Range;
 
 /// A load of a motion below this fraction of all loads is round-off.
 const NO_LOAD: f64 = 1e-10;
 
-/// The load of a motion below this fraction of its terms is the rounding of their sum.
-const ROUNDING: f64 = 1e-13;
+/// A body whose motion is below this fraction of the largest one does not move.
+const NO_TRACE: f64 = 1e-9;
+
+/// How an assembly is held.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Support {
+    /// The motion that the loads cause and nothing resists; `None` if the assembly is held.
+    pub unheld: Option<UnheldMotion>,
+    /// The motions that no pair resists and no load drives: each with the bodies that move. They stay at zero.
+    pub free_motions: Vec<Vec<(usize, RigidMotion)>>,
+}
+
+/// Tells how an assembly is held, without solving anything.
+///
+/// # Errors
+/// Numbers that are not finite.
+pub fn support(problem: &ContactProblem) -> Result<Support, NnddError> {
+    let motions = problem.rigid_motions();
+    let balance = Balance::new(problem, &motions);
+    let unheld = balance.unheld(problem)?;
+    let free = balance.independent.kernel().iter().map(|amounts| {
+        let bodies = combined(problem, &motions, amounts);
+        let most = bodies.iter().map(|of| largest(problem, of)).fold(0.0, f64::max);
+        let moved = bodies.iter().filter(|of| largest(problem, of) > NO_TRACE * most);
+        moved.map(|of| (of.body, of.motion)).collect()
+    });
+    Ok(Support { unheld, free_motions: free.collect() })
+}
 
 /// `G P = e`: one line per rigid motion of a floating body.
 pub(crate) struct Balance {
-    /// Bodies with their rigid motions, body after body.
-    pub(crate) motions: Vec<(usize, RigidMotion)>,
+    /// The rigid motions, body after body.
+    pub(crate) motions: Vec<BodyMotion>,
     /// `G = (B R)ᵀ`, line after line.
     pub(crate) rows: Vec<f64>,
     /// `e = Rᵀ f`.
     pub(crate) loads: Vec<f64>,
+    /// Independent combinations of the lines: one per motion that the pairs resist.
+    pub(crate) independent: IndependentRows,
 }
 
 impl Balance {
-    pub(crate) fn new(problem: &PreparedProblem, rows: &Rows) -> Self {
-        let contact = problem.problem();
-        let bodies = contact.bodies.iter().enumerate();
-        let of_body =
-            |(b, body): (usize, &Body)| body.rigid_motions().into_iter().map(move |motion| (b, motion));
-        let motions: Vec<(usize, RigidMotion)> = bodies.flat_map(of_body).collect();
-        let count = rows.len();
-        let mut matrix = vec![0.0; motions.len() * count];
-        let mut loads = vec![0.0; motions.len()];
-        for (m, (b, motion)) in motions.iter().enumerate() {
-            let body = &contact.bodies[*b];
-            let (piece_of, _) = body.mesh().topology().pieces();
-            let at = |node: usize| {
-                let moves = piece_of[node] == motion.piece;
-                if moves { motion.at(body.mesh().points()[node]) } else { Vector::zeros() }
-            };
-            for (k, side) in contact.sides_of(*b) {
-                for (i, pair) in contact.contacts[k].interface.pairs().iter().enumerate() {
-                    let trace = at(pair.nodes[side].index()).dot(&pair.normal);
-                    matrix[m * count + rows.at(k, i)] += sign(side) * trace;
+    pub(crate) fn new(problem: &ContactProblem, motions: &[BodyMotion]) -> Self {
+        let mut rows = Vec::with_capacity(motions.len() * problem.node_pairs());
+        for of in motions {
+            let moved = problem.moved_by(of);
+            for contact in &problem.contacts {
+                let pairs = contact.interface.pairs().iter();
+                match contact.side_of(of.body) {
+                    None => rows.extend(pairs.map(|_| 0.0)),
+                    Some(side) => {
+                        rows.extend(pairs.map(|pair| sign(side) * moved[pair.nodes[side]].dot(&pair.normal)));
+                    }
                 }
             }
-            let terms = || problem.external_forces()[*b].iter().enumerate().map(|(n, f)| f.dot(&at(n)));
-            let load: f64 = terms().sum();
-            if load.abs() > ROUNDING * terms().map(f64::abs).sum::<f64>() {
-                loads[m] = load;
-            }
         }
-        Self { motions, rows: matrix, loads }
+        let loads: Vec<f64> = motions.iter().map(|of| of.load).collect();
+        let independent = IndependentRows::new(&rows, &loads);
+        Self { motions: motions.to_vec(), rows, loads, independent }
     }
 
     /// Returns the lines of a body.
     pub(crate) fn of_body(&self, body: usize) -> Range<usize> {
-        let before = |b: usize| self.motions.partition_point(|(of, _)| *of < b);
+        let before = |b: usize| self.motions.partition_point(|of| of.body < b);
         before(body)..before(body + 1)
     }
 
@@ -67,49 +89,59 @@ impl Balance {
     ///
     /// # Errors
     /// [`NnddError::NotHeld`] with the motion that the loads cause and nothing resists.
-    pub(crate) fn check_held(&self, problem: &PreparedProblem) -> Result<(), NnddError> {
-        if self.motions.is_empty() {
-            return Ok(());
-        }
-        let (_, free) = nonnegative_least_squares(&self.rows, &self.loads)?;
-        let forces = problem.external_forces().iter().flatten();
-        let size = forces.map(|f| f.norm()).sum::<f64>();
-        let norm = free.iter().map(|a| a * a).sum::<f64>().sqrt();
-        if norm <= NO_LOAD * size {
-            return Ok(());
-        }
-        Err(NnddError::NotHeld { motion: self.motion(problem, &free) })
+    pub(crate) fn check_held(&self, problem: &ContactProblem) -> Result<(), NnddError> {
+        self.unheld(problem)?.map_or(Ok(()), |motion| Err(NnddError::NotHeld { motion }))
     }
 
-    /// Describes the motion with the given amounts.
-    fn motion(&self, problem: &PreparedProblem, free: &[f64]) -> UnheldMotion {
-        let mut bodies: Vec<(usize, RigidMotion)> = Vec::new();
-        for ((b, motion), a) in self.motions.iter().zip(free) {
-            let mut scaled = *motion;
-            scaled.translation *= *a;
-            scaled.spin *= *a;
-            match bodies.iter_mut().find(|(of, known)| of == b && known.piece == motion.piece) {
-                Some((_, sum)) => {
-                    sum.translation += scaled.translation;
-                    sum.spin += scaled.spin;
-                }
-                None => bodies.push((*b, scaled)),
-            }
+    /// Finds the motion that the loads cause and nothing resists; `None` if the assembly is held.
+    fn unheld(&self, problem: &ContactProblem) -> Result<Option<UnheldMotion>, NnddError> {
+        let motions = &self.motions;
+        if motions.is_empty() {
+            return Ok(None);
         }
-        let largest = |(b, motion): &(usize, RigidMotion)| {
-            let body = &problem.problem().bodies[*b];
-            let (piece_of, _) = body.mesh().topology().pieces();
-            let points =
-                body.mesh().points().iter().zip(&piece_of).filter(|(_, piece)| **piece == motion.piece);
-            points.map(|(point, _)| motion.at(*point).norm()).fold(0.0, f64::max)
-        };
-        let most = bodies.iter().map(largest).fold(0.0, f64::max);
-        bodies.retain(|moved| largest(moved) > NO_LOAD * most);
-        for (_, motion) in &mut bodies {
+        let (_, rest) = nonnegative_least_squares(&self.independent.rows, &self.independent.right_side)?;
+        let mut free = self.independent.expanded(&rest);
+        free.iter_mut().zip(self.independent.unbalanced(&self.loads)).for_each(|(a, part)| *a += part);
+        let of_body = |body| external_forces(body).iter().map(|f| f.norm()).sum::<f64>();
+        let on_bodies: f64 = problem.bodies.iter().map(of_body).sum();
+        let size = on_bodies + problem.obstacles.iter().map(|obstacle| obstacle.load_size()).sum::<f64>();
+        let work: f64 = self.loads.iter().zip(&free).map(|(e, a)| e * a).sum();
+        let norm = free.iter().map(|a| a * a).sum::<f64>().sqrt();
+        if !(work > NO_LOAD * size * norm) {
+            return Ok(None);
+        }
+        let bodies = combined(problem, motions, &free);
+        let most = bodies.iter().map(|of| largest(problem, of)).fold(0.0, f64::max);
+        let moved = bodies.iter().filter(|of| largest(problem, of) > NO_LOAD * most);
+        let unit = |of: &BodyMotion| {
+            let mut motion = of.motion;
             motion.translation /= most;
             motion.spin /= most;
-        }
-        let work: f64 = self.loads.iter().zip(free).map(|(e, a)| e * a).sum();
-        UnheldMotion { bodies, load: work / most }
+            (of.body, motion)
+        };
+        Ok(Some(UnheldMotion { bodies: moved.map(unit).collect(), load: work / most }))
     }
+}
+
+/// Adds up the motions of each piece of each body.
+fn combined(problem: &ContactProblem, motions: &[BodyMotion], amounts: &[f64]) -> Vec<BodyMotion> {
+    let mut bodies: Vec<BodyMotion> = Vec::with_capacity(problem.bodies.len());
+    for (of, a) in motions.iter().zip(amounts) {
+        let mut scaled = *of;
+        scaled.motion.translation *= *a;
+        scaled.motion.spin *= *a;
+        match bodies.iter_mut().find(|known| known.body == of.body && known.motion.piece == of.motion.piece) {
+            Some(sum) => {
+                sum.motion.translation += scaled.motion.translation;
+                sum.motion.spin += scaled.motion.spin;
+            }
+            None => bodies.push(scaled),
+        }
+    }
+    bodies
+}
+
+/// Computes the largest displacement in a motion, m.
+fn largest(problem: &ContactProblem, of: &BodyMotion) -> f64 {
+    problem.moved_by(of).iter().map(|u| u.norm()).fold(0.0, f64::max)
 }

@@ -48,8 +48,8 @@ pub struct ExactSolution {
 /// [`NnddError::NotHeld`] if the loads move bodies that nothing holds, with the motion; a programme that is rejected.
 pub fn solve_exactly(problem: &PreparedProblem, settings: &QpSettings) -> Result<ExactSolution, NnddError> {
     let rows = Rows::new(problem);
-    let balance = Balance::new(problem, &rows);
-    balance.check_held(problem)?;
+    let balance = Balance::new(problem.problem(), problem.rigid_motions());
+    balance.check_held(problem.problem())?;
     let (flexibility, linear) = programme(problem, &rows);
     let n = linear.len();
     let qp = BoxQp {
@@ -57,13 +57,13 @@ pub fn solve_exactly(problem: &PreparedProblem, settings: &QpSettings) -> Result
         linear: &linear,
         lower: &vec![0.0; n],
         upper: &vec![f64::INFINITY; n],
-        rows: &balance.rows,
-        right_side: &balance.loads,
+        rows: &balance.independent.rows,
+        right_side: &balance.independent.right_side,
     };
     let found = solve_box(&qp, None, settings)?;
     let contact_force = rows.by_pair(&found.x);
-    let motions = balance.motions.into_iter().zip(found.row_multipliers);
-    let motions: Vec<(usize, RigidMotion, f64)> = motions.map(|((b, motion), a)| (b, motion, a)).collect();
+    let motions = balance.motions.iter().zip(balance.independent.expanded(&found.row_multipliers));
+    let motions: Vec<(usize, RigidMotion, f64)> = motions.map(|(of, a)| (of.body, of.motion, a)).collect();
     let force = |k: usize, side: usize| contact_force[k].iter().map(|p| -sign(side) * p).collect();
     let displacement = recovery::displacements(problem, force, &motions);
     Ok(ExactSolution {
@@ -101,6 +101,9 @@ fn programme(problem: &PreparedProblem, rows: &Rows) -> (Vec<f64>, Vec<f64>) {
                 }
             }
         }
+    }
+    for (linear, trace) in linear.iter_mut().zip(rows.of_obstacles(problem)) {
+        *linear -= trace;
     }
     // Round-off must not make F unsymmetric.
     for j in 0..count {

@@ -95,6 +95,7 @@ mod vector;
 mod weights;
 
 pub use assembly::stiffer_roles;
+pub use balance::{Support, support};
 pub use contact_qp;
 pub use error::NnddError;
 pub use exact::{ExactSolution, solve_exactly};

@@ -1,5 +1,6 @@
 //! The rows of an assembly: one per pair of nodes, pair after pair.
 
+use fem_core::interface::ContactPair;
 use fem_core::prepared::PreparedProblem;
 
 /// The sign of a side in the rows: the normal points out of the first body. So a row is the trace of each body along its own
@@ -56,6 +57,19 @@ impl Rows {
     pub(crate) fn gaps(&self, problem: &PreparedProblem) -> Vec<f64> {
         let pairs = problem.problem().contacts.iter().flat_map(|pair| pair.interface.pairs());
         pairs.map(|pair| pair.gap).collect()
+    }
+
+    /// Returns the imposed displacements of the obstacles along the rows, out of the obstacle, m; 0 in rows of two bodies.
+    pub(crate) fn of_obstacles(&self, problem: &PreparedProblem) -> Vec<f64> {
+        let contact = problem.problem();
+        let of_pair = |pair: &ContactPair| -> Vec<f64> {
+            let Some(obstacle) = contact.obstacle_of(pair) else {
+                return vec![0.0; pair.interface.pairs().len()];
+            };
+            let nodes = pair.interface.pairs().iter().zip(obstacle.imposed());
+            nodes.map(|(nodes, u)| sign(1) * u.dot(&nodes.normal)).collect()
+        };
+        contact.contacts.iter().flat_map(of_pair).collect()
     }
 
     /// Sorts one value per row by pair.

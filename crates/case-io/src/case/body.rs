@@ -4,7 +4,7 @@ use super::{MaterialRegion, Part, Value};
 use fem_core::mesh::generate::Facing;
 use serde::Serialize;
 
-/// `[[body]]`: one of the two bodies.
+/// `[[body]]`.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct BodyCase {
@@ -60,6 +60,17 @@ pub enum MeshSource {
         angles: [f64; 2],
         /// Cells around and across.
         cells: [usize; 2],
+    },
+    /// `generator = { kind = "disc", … }`: a full disc, see [`fem_core::mesh::generate::disc()`].
+    Disc {
+        /// Centre, m.
+        centre: [f64; 2],
+        /// Radius, m.
+        radius: f64,
+        /// Cells from the centre to the rim, which has six times as many edges.
+        cells: usize,
+        /// Direction of the first node of the rim, degrees.
+        start: f64,
     },
     /// `generator = { kind = "half_disc", … }`: fine near its pole, see [`fem_core::mesh::generate::half_disc()`].
     HalfDisc {

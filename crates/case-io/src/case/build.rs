@@ -28,20 +28,24 @@ impl Case {
         Ok(bodies)
     }
 
-    /// Refuses a piece of one body that takes no part in the contact and lies inside the other body.
+    /// Refuses a piece of one body that takes no part in any contact and lies inside another body.
     fn check_pieces(&self, bodies: &[Body]) -> Result<(), CaseError> {
-        for b in 0..2 {
-            let [mesh, other] = [b, 1 - b].map(|b| bodies[b].mesh());
+        for b in 0..bodies.len() {
+            let mesh = bodies[b].mesh();
             let (piece_of, count) = mesh.topology().pieces();
-            let side = mesh.group(&self.contact.surfaces[b]);
-            let (true, Some(side)) = (count > 1, side) else { continue };
+            let sides: Vec<_> = self.sides_of(b).filter_map(|side| mesh.group(side)).collect();
+            if count < 2 || sides.is_empty() {
+                continue;
+            }
             let mut in_contact = vec![false; count];
-            for &edge in side {
+            for &edge in sides.into_iter().flatten() {
                 in_contact[piece_of[mesh.topology().edges()[edge][0]] as usize] = true;
             }
             let apart = |t: &u32| !in_contact[piece_of[mesh.triangles()[*t as usize][0]] as usize];
             let cells: Vec<u32> = (0..mesh.triangles().len() as u32).filter(apart).collect();
-            let Some(found) = mesh.overlap_with(&cells, other) else { continue };
+            let others = (0..bodies.len()).filter(|other| *other != b);
+            let overlap = |other: usize| Some((other, mesh.overlap_with(&cells, bodies[other].mesh())?));
+            let Some((other, found)) = others.filter_map(overlap).next() else { continue };
             let element = |b: usize, t: usize| match self.element_numbers(b, bodies[b].mesh()) {
                 Some(numbers) => numbers.get(t).copied().unwrap_or_default(),
                 None => t as u64,
@@ -51,9 +55,9 @@ impl Case {
                 "body \"{}\": a piece of it that has no contact edge lies inside body \"{}\": the elements {} and {} overlap at \
                  ({x}, {y})",
                 self.bodies[b].name,
-                self.bodies[1 - b].name,
+                self.bodies[other].name,
                 element(b, found.triangles[0]),
-                element(1 - b, found.triangles[1])
+                element(other, found.triangles[1])
             );
             let fault = self.diagnostic(code::MESH, &format!("body.{b}.mesh.file"), message);
             let fault = fault.expected("bodies that cover no place twice");
@@ -64,7 +68,15 @@ impl Case {
         Ok(())
     }
 
-    /// Makes one body, 0 or 1.
+    /// Lists the sides of a body that are in contact.
+    fn sides_of(&self, body: usize) -> impl Iterator<Item = &str> {
+        self.contacts.iter().flat_map(move |contact| {
+            let members = contact.bodies.iter().zip(&contact.surfaces);
+            members.filter(move |(b, _)| **b == body).map(|(_, side)| side.as_str())
+        })
+    }
+
+    /// Makes one body.
     ///
     /// # Errors
     /// See [`Case::build_bodies`].
@@ -75,7 +87,7 @@ impl Case {
         Body::new(mesh, materials, &conditions).map_err(|error| self.body_diagnostic(body, &error).into())
     }
 
-    /// Makes the mesh of one body, 0 or 1.
+    /// Makes the mesh of one body.
     ///
     /// # Errors
     /// A mesh that cannot be generated, or a file that was not read or holds no sound mesh.
@@ -84,6 +96,7 @@ impl Case {
             MeshSource::File { .. } => return self.mesh_of_file(body),
             MeshSource::Block { origin, size, cells } => generate::block(origin, size, cells),
             MeshSource::Ring { centre, radii, angles, cells } => generate::ring(centre, radii, angles, cells),
+            MeshSource::Disc { centre, radius, cells, start } => generate::disc(centre, radius, cells, start),
             MeshSource::HalfDisc { pole, radius, facing, half_width, cells } => {
                 generate::half_disc(pole, radius, facing, half_width, cells)
             }
@@ -91,33 +104,34 @@ impl Case {
         made.map_err(|error| self.mesh_diagnostic(body, &error).into())
     }
 
-    /// Pairs the contact surfaces of the two bodies, given in the file's order, which must match node by node.
+    /// Pairs the contact surfaces of two bodies, which must match node by node.
+    ///
+    /// * `contact`: the number of the pair; `bodies`: all bodies, in the file's order.
     ///
     /// # Errors
     /// Surfaces that cannot be paired, at the place of the key that causes it, and a `solver.lambda` that is not finite
     /// at one of their nodes.
-    pub fn build_interface(&self, first: &Body, second: &Body) -> Result<ContactInterface, CaseError> {
-        let interface =
-            self.pair([first, second]).map_err(|error| CaseError::from(self.interface_diagnostic(&error)))?;
-        self.check_lambda([first, second], &interface)?;
+    pub fn build_interface(&self, contact: usize, bodies: &[Body]) -> Result<ContactInterface, CaseError> {
+        let given = &self.contacts[contact];
+        let (gap, normal) = self.gap_and_normal(contact);
+        let ([a, b], [first, second]) = (&given.bodies[..], &given.surfaces[..]) else {
+            unreachable!("a pair of bodies is asked for")
+        };
+        let interface = ContactInterface::pair_along(&bodies[*a], &bodies[*b], [first, second], &gap, normal)
+            .map_err(|error| CaseError::from(self.interface_diagnostic(contact, &error)))?;
+        self.check_lambda(contact, bodies, &interface)?;
         Ok(interface)
     }
 
-    /// What the case says of gap and normal.
-    pub(super) fn gap_and_normal(&self) -> (Gap, ContactNormal) {
-        let gap = match self.contact.geometric {
+    /// What the case says of the gap and the normal of a pair.
+    pub(super) fn gap_and_normal(&self, contact: usize) -> (Gap, ContactNormal) {
+        let given = &self.contacts[contact];
+        let gap = match given.geometric {
             true => Gap::Geometric,
-            false if self.is_given("contact.gap") => Gap::Given(self.contact.gap.scalar()),
+            false if self.is_given(&format!("{}.gap", given.path)) => Gap::Given(given.gap.scalar()),
             false => Gap::Touching,
         };
-        (gap, self.contact.normal.map_or(ContactNormal::Averaged, |n| ContactNormal::Fixed(n.into())))
-    }
-
-    /// Pairs the surfaces.
-    pub(super) fn pair(&self, [first, second]: [&Body; 2]) -> Result<ContactInterface, InterfaceError> {
-        let (gap, normal) = self.gap_and_normal();
-        let [a, b] = &self.contact.surfaces;
-        ContactInterface::pair_along(first, second, [a, b], &gap, normal)
+        (gap, given.normal.map_or(ContactNormal::Averaged, |n| ContactNormal::Fixed(n.into())))
     }
 
     /// Attributes an error of a body's boundary conditions to the condition's key.
@@ -175,9 +189,12 @@ impl Case {
         Some(format!("; the earlier one is displacement condition {}, {at}", earlier + 1))
     }
 
-    /// Helps if a side of the other body is named, or a side with the name of its body in front.
+    /// Helps if a side of another body is named, or a side with the name of its body in front.
     fn side_of_other(&self, body: usize, side: &str) -> Option<String> {
-        let other = 1usize.checked_sub(body)?;
+        (0..self.bodies.len()).filter(|b| *b != body).find_map(|other| self.side_of(body, other, side))
+    }
+
+    fn side_of(&self, body: usize, other: usize, side: &str) -> Option<String> {
         let [own, foreign] = [body, other].map(|b| &self.bodies[b].name);
         let behind = |name: &str| side.strip_prefix(name).and_then(|rest| rest.strip_prefix('.'));
         if let Some(alone) = behind(own)
@@ -191,12 +208,16 @@ impl Case {
         Some(format!("\"{named}\" is a side of body \"{foreign}\": name a side of \"{own}\" here"))
     }
 
-    /// Helps if each of the two contact surfaces is a side of the other body alone.
-    fn surfaces_swapped(&self, body: usize) -> Option<String> {
-        let other = 1usize.checked_sub(body)?;
-        let meshes = [self.build_mesh(0).ok()?, self.build_mesh(1).ok()?];
-        let of = |b: usize, surface: usize| meshes[b].group(&self.contact.surfaces[surface]).is_some();
-        let swapped = of(body, other) && of(other, body) && !of(body, body);
+    /// Helps if each of the two contact surfaces of a pair is a side of the other body alone.
+    ///
+    /// * `side`: the side whose surface is not there, 0 or 1.
+    fn surfaces_swapped(&self, contact: usize, side: usize) -> Option<String> {
+        let given = &self.contacts[contact];
+        let other = 1usize.checked_sub(side)?;
+        let [a, b] = given.bodies[..] else { return None };
+        let meshes = [self.build_mesh(a).ok()?, self.build_mesh(b).ok()?];
+        let of = |b: usize, surface: usize| meshes[b].group(&given.surfaces[surface]).is_some();
+        let swapped = of(side, other) && of(other, side) && !of(side, side);
         swapped.then(|| {
             "swap the two names: `surfaces` has a side of the first body, then one of the second".to_owned()
         })
@@ -224,43 +245,55 @@ impl Case {
             .fix(fix)
     }
 
-    /// Writes an error of fem-core, which knows a body by its number only, with the name of the body.
-    pub(super) fn with_name(&self, error: &dyn std::error::Error, body: Option<usize>) -> String {
+    /// Writes an error of a pair, which knows a body by its side only, with the name of the body.
+    pub(super) fn with_name(
+        &self,
+        contact: usize,
+        error: &dyn std::error::Error,
+        side: Option<usize>,
+    ) -> String {
         let message = error.to_string();
-        match body.and_then(|b| Some((b, self.bodies.get(b)?))) {
-            Some((b, case)) => message.replacen(&format!("body {b}"), &format!("body \"{}\"", case.name), 1),
+        let body = |side: usize| self.bodies.get(*self.contacts[contact].bodies.get(side)?);
+        match side.and_then(|side| Some((side, body(side)?))) {
+            Some((side, case)) => {
+                message.replacen(&format!("body {side}"), &format!("body \"{}\"", case.name), 1)
+            }
             None => message,
         }
     }
 
-    /// Attributes an error of the contact interface to `[contact]`; bodies are called by their names.
-    pub(crate) fn interface_diagnostic(&self, error: &InterfaceError) -> Diagnostic {
+    /// Attributes an error of a pair to its table; bodies are called by their names.
+    pub(crate) fn interface_diagnostic(&self, contact: usize, error: &InterfaceError) -> Diagnostic {
+        let given = &self.contacts[contact];
         let mut help = None;
-        let (path, body) = match error {
-            InterfaceError::UnknownSurface { body, group, known } => {
+        let (key, side) = match error {
+            InterfaceError::UnknownSurface { body: side, group, known } => {
+                let body = given.bodies.get(*side).copied().unwrap_or_default();
                 help = self
-                    .region_not_side(*body, group)
-                    .or_else(|| self.surfaces_swapped(*body))
-                    .or_else(|| self.side_of_other(*body, group))
+                    .region_not_side(body, group)
+                    .or_else(|| self.surfaces_swapped(contact, *side))
+                    .or_else(|| self.side_of_other(body, group))
                     .or_else(|| did_you_mean(group, known.split(", "), '"'));
-                (format!("contact.surfaces.{body}"), Some(*body))
+                (format!("surfaces.{side}"), Some(*side))
             }
-            InterfaceError::NoSurface { body, .. }
-            | InterfaceError::Occupied { body, .. }
-            | InterfaceError::SupportedNode { body, .. } => (format!("contact.surfaces.{body}"), Some(*body)),
-            InterfaceError::NotMatching { body, .. } | InterfaceError::EdgeWithoutPartner { body, .. } => {
-                ("contact.surfaces".to_owned(), Some(*body))
-            }
+            InterfaceError::NoSurface { body: side, .. }
+            | InterfaceError::Occupied { body: side, .. }
+            | InterfaceError::SupportedNode { body: side, .. } => (format!("surfaces.{side}"), Some(*side)),
+            InterfaceError::NotMatching { body: side, .. }
+            | InterfaceError::EdgeWithoutPartner { body: side, .. } => ("surfaces".to_owned(), Some(*side)),
             InterfaceError::BadGap { .. }
             | InterfaceError::Distance { .. }
             | InterfaceError::NotTouching { .. }
             | InterfaceError::Overlap { .. }
-            | InterfaceError::TooFar { .. } => ("contact.gap".to_owned(), None),
-            InterfaceError::NormalAway { .. } => ("contact.normal".to_owned(), None),
-            _ => ("contact.surfaces".to_owned(), None),
+            | InterfaceError::TooFar { .. } => ("gap".to_owned(), None),
+            InterfaceError::NormalAway { .. } => ("normal".to_owned(), None),
+            _ => ("surfaces".to_owned(), None),
         };
-        let message = self.with_name(error, body);
+        let message = self.with_name(contact, error, side);
         let (expected, fix) = cures::of_interface(error);
-        self.diagnostic(code::CONTACT, &path, message).expected(expected).help(help).fix(fix)
+        self.diagnostic(code::CONTACT, &format!("{}.{key}", given.path), message)
+            .expected(expected)
+            .help(help)
+            .fix(fix)
     }
 }

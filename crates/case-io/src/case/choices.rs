@@ -56,13 +56,15 @@ choices! {
 choices! {
     /// `solver.method`: which algorithm solves the contact problem.
     Method, default Auto {
-        /// The algorithm of the paper, then interface Newton if it does not converge. There is no switch with a given θ
-        /// or the criterion `iterations`.
+        /// Two held bodies: the algorithm of the paper, then interface Newton if it does not converge; there is no switch
+        /// with a given θ or the criterion `iterations`. Otherwise the exact solution.
         Auto = "auto",
         /// The Neumann-Neumann algorithm of the paper.
         Nndd = "nndd",
         /// Interface semi-smooth Newton, the reference; it uses only `max_iterations` and `qp`.
         Newton = "newton",
+        /// The exact solution of the condensed problem of the whole assembly; it uses only `max_iterations` and `qp`.
+        Exact = "exact",
     }
 }
 

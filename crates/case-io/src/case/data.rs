@@ -29,24 +29,31 @@ impl Case {
                 notes.push(note(&what, found.difference));
             }
         }
-        notes.extend(problem.interpolated_gaps().into_iter().flatten().map(|difference| {
-            match self.contact.geometric {
-                true => measured_gap_note(difference),
-                false => note(&format!("contact.gap = {}", quoted(Some(&self.contact.gap))), difference),
-            }
-        }));
+        for (contact, difference) in self.contacts.iter().zip(problem.interpolated_gaps()) {
+            let Some(difference) = difference else { continue };
+            notes.push(match contact.geometric {
+                true => measured_gap_note(&contact.path, difference),
+                false => note(&format!("{}.gap = {}", contact.path, quoted(Some(&contact.gap))), difference),
+            });
+        }
         notes
     }
 
-    /// Refuses an initial λ that is not finite at a contact node of either body.
+    /// Refuses an initial λ that is not finite at a contact node of a body.
+    ///
+    /// * `contact`: the number of the pair; `bodies`: all bodies, in the file's order.
     pub(super) fn check_lambda(
         &self,
-        bodies: [&Body; 2],
+        contact: usize,
+        bodies: &[Body],
         interface: &ContactInterface,
     ) -> Result<(), CaseError> {
         let lambda = self.solver.lambda.scalar();
-        let points = bodies.map(|body| body.mesh().points());
-        let of_nodes = |p: &NodePair| [0, 1].map(|side| points[side][p.nodes[side]]);
+        let members = &self.contacts[contact].bodies;
+        let of_nodes = |p: &NodePair| {
+            let at = |(side, b): (usize, &usize)| bodies[*b].mesh().points()[p.nodes[side]];
+            members.iter().enumerate().map(at).collect::<Vec<_>>()
+        };
         let mut points = interface.pairs().iter().flat_map(of_nodes);
         let Some(p) = points.find(|p| !lambda.at(*p).is_finite()) else { return Ok(()) };
         let message =
@@ -118,9 +125,9 @@ impl Case {
     }
 }
 
-fn measured_gap_note(difference: Difference) -> String {
+fn measured_gap_note(path: &str, difference: Difference) -> String {
     format!(
-        "contact.gap = \"geometric\": the gap between smooth curves through the nodes of each surface is not linear along the \
+        "{path}.gap = \"geometric\": the gap between smooth curves through the nodes of each surface is not linear along the \
          edges, so the bound is for a gap that differs from it by at most {:.1e} of its largest value ({:.1e} in the mean); \
          finer edges make this smaller by the square of their length",
         difference.largest, difference.mean

@@ -4,8 +4,11 @@ use super::{Case, cures};
 use crate::diagnostic::{CaseError, Diagnostic, code, significant};
 use fem_core::body::Body;
 use fem_core::geometry::{norm, shown};
-use fem_core::interface::common_refinement::{Changes, CommonRefinementError, common_refinement};
-use fem_core::interface::{ContactInterface, ContactPair, ContactProblem, GapChange};
+use fem_core::interface::common_refinement::{
+    Changes, CommonRefinement, CommonRefinementError, Measured, common_refinement,
+};
+use fem_core::interface::{ContactInterface, ContactProblem, GapChange, InterfaceError, facing_edges};
+use fem_core::mesh::id::EdgeId;
 use mesh_io::words::counted;
 
 /// Surfaces whose edges are farther from a smooth curve, in their lengths, are bent.
@@ -14,6 +17,19 @@ const BENT: f64 = 1e-6;
 const TOUCHING: f64 = 1e-6;
 /// Corners of the contact line from this angle on, in degrees, get a note.
 const CORNER: f64 = 30.0;
+/// A pair is refined at most this often: another pair of the same body may put nodes on its line.
+const MOST_REFINEMENTS: usize = 4;
+
+/// The bodies of a case while their contact surfaces are made to match.
+struct Meshes {
+    bodies: Vec<Body>,
+    /// The contact sides of each pair: those of the case, or copies of them that belong to the pair alone.
+    sides: Vec<Vec<String>>,
+    /// What was measured when the surfaces of a pair were refined in common.
+    measured: Vec<Option<Measured>>,
+    /// The note about that.
+    notes: Vec<Option<String>>,
+}
 
 impl Case {
     /// Makes the contact problem, bodies in the file's order. A corner of the contact line gets a note. Contact surfaces that do not match node by node get a common
@@ -25,22 +41,24 @@ impl Case {
         let problem = self.build_matching()?;
         self.note_corner(&problem);
         self.note_gap_change(&problem);
-        for pair in &problem.contacts {
-            self.check_lambda(pair.bodies.map(|b| &problem.bodies[b]), &pair.interface)?;
+        for (k, pair) in problem.contacts.iter().enumerate() {
+            self.check_lambda(k, &problem.bodies, &pair.interface)?;
         }
         Ok(problem)
     }
 
-    /// Says how the normal is chosen at a corner of the contact line.
+    /// Says how the normal is chosen at a corner of a contact line.
     fn note_corner(&mut self, problem: &ContactProblem) {
-        if self.contact.normal.is_some() {
-            return;
-        }
-        let corner = |pair: &ContactPair| pair.interface.sharpest_corner(&problem.bodies[pair.bodies[0]]);
-        for (point, degrees) in problem.contacts.iter().filter_map(corner).filter(|c| c.1 > CORNER) {
+        for (k, pair) in problem.contacts.iter().enumerate() {
+            let averaged = self.contacts[k].normal.is_none() && self.contacts[k].obstacle.is_none();
+            let corner = || pair.interface.sharpest_corner(&problem.bodies[pair.bodies[0]]);
+            let Some((point, degrees)) = averaged.then(corner).flatten().filter(|c| c.1 > CORNER) else {
+                continue;
+            };
+            let path = &self.contacts[k].path;
             self.add_note(format!(
                 "the contact line turns by {degrees:.1} degrees at ({}, {}): the contact normal there is the mean of its two \
-                 edges' normals, weighted by their lengths; finer edges round the corner off, `contact.normal` gives one \
+                 edges' normals, weighted by their lengths; finer edges round the corner off, `{path}.normal` gives one \
                  direction, and more than 60 degrees are refused",
                 shown(point[0]),
                 shown(point[1])
@@ -50,12 +68,14 @@ impl Case {
 
     /// Says by how much the gap of the case moves the surfaces against those that are drawn.
     fn note_gap_change(&mut self, problem: &ContactProblem) {
-        for change in problem.contacts.iter().filter_map(|pair| pair.interface.gap_change()) {
-            self.note_one_gap_change(change);
+        for (k, pair) in problem.contacts.iter().enumerate() {
+            if let Some(change) = pair.interface.gap_change() {
+                self.note_one_gap_change(k, change);
+            }
         }
     }
 
-    fn note_one_gap_change(&mut self, change: GapChange) {
+    fn note_one_gap_change(&mut self, contact: usize, change: GapChange) {
         let [x, y] = change.point.map(significant).into();
         let drawn = match change.drawn {
             d if d.abs() < TOUCHING * change.used => "touching".to_owned(),
@@ -63,9 +83,11 @@ impl Case {
             d => format!("overlapping by {}", significant(-d)),
         };
         let moved = significant((change.used - change.drawn).abs());
-        self.add_note(match self.is_given("contact.gap") && !self.contact.geometric {
+        let given = &self.contacts[contact];
+        let path = format!("{}.gap", given.path);
+        self.add_note(match self.is_given(&path) && !given.geometric {
             true => format!(
-                "contact.gap overrides the meshes and moves the surfaces by at most {moved}: at ({x}, {y}) they are drawn \
+                "{path} overrides the meshes and moves the surfaces by at most {moved}: at ({x}, {y}) they are drawn \
                  {drawn}, and the gap is {}",
                 significant(change.used)
             ),
@@ -76,46 +98,166 @@ impl Case {
         });
     }
 
+    /// Makes the bodies and pairs them. If the surfaces of a pair do not match, they are refined in common, and all pairs
+    /// are made again: pairs of one body may share nodes.
     fn build_matching(&mut self) -> Result<ContactProblem, CaseError> {
         let bodies = self.build_bodies()?;
-        self.note_cuts(&bodies);
-        let Ok(bodies) = <[Body; 2]>::try_from(bodies) else { unreachable!("a case has two bodies") };
-        match self.pair([&bodies[0], &bodies[1]]) {
-            Ok(interface) => return Ok(ContactProblem::between(bodies, interface)),
-            Err(error) if error.is_mismatch() => {}
-            Err(error) => return Err(self.swap_names(self.interface_diagnostic(&error)).into()),
-        }
-        let (gap, normal) = self.gap_and_normal();
-        let [a, b] = &self.contact.surfaces;
-        let lengths = [length(&bodies[0], a), length(&bodies[1], b)];
-        let common = common_refinement(bodies, [a, b], normal)
-            .map_err(|error| CaseError::from(self.swap_names(self.refinement_diagnostic(&error))))?;
-        let interface = ContactInterface::pair_refined(&common, [a, b], &gap, normal)
-            .map_err(|error| CaseError::from(self.swap_names(self.interface_diagnostic(&error))))?;
-        if let Some(changes) = &common.changes {
-            let mut note = self.changes_note(changes, lengths);
-            if self.contact.geometric && common.facing.iter().any(|f| f.sagitta > BENT * f.spacing) {
-                note += "; the gap is measured between smooth curves through the nodes of each";
+        let count = self.contacts.len();
+        let mut meshes =
+            Meshes { sides: Vec::new(), measured: vec![None; count], notes: vec![None; count], bodies };
+        self.separate_sides(&mut meshes);
+        let mut refined = vec![0; count];
+        let interfaces = loop {
+            let mut interfaces = Vec::with_capacity(count);
+            let mut fault = None;
+            for k in 0..count {
+                match self.interface(k, &meshes) {
+                    Ok(interface) => interfaces.push(interface),
+                    Err(error) => {
+                        fault = Some((k, error));
+                        break;
+                    }
+                }
             }
-            self.add_note(note);
+            let Some((k, error)) = fault else { break interfaces };
+            let occupied = matches!(error, InterfaceError::Occupied { .. }) && refined[k] == 0;
+            let again = error.is_mismatch() && refined[k] < MOST_REFINEMENTS;
+            if self.contacts[k].obstacle.is_some() || !(occupied || again) {
+                return Err(self.swap_names(k, self.interface_diagnostic(k, &error)).into());
+            }
+            refined[k] += 1;
+            match self.refine(k, &mut meshes) {
+                Ok(()) => {}
+                // Sides that face each other only in part.
+                Err(_) if refined[k] == 1 && self.take_facing(k, &mut meshes) => {}
+                // The load on the side is what the user can change.
+                Err(_) if occupied => return Err(self.interface_diagnostic(k, &error).into()),
+                Err(fault) => return Err(fault),
+            }
+        };
+        self.note_cuts(&meshes.bodies);
+        meshes.notes.into_iter().flatten().for_each(|note| self.add_note(note));
+        let mut problem = ContactProblem::new(meshes.bodies);
+        for (given, interface) in self.contacts.iter().zip(interfaces) {
+            problem = match (&given.obstacle, &given.bodies[..]) {
+                (None, [a, b]) => problem.contact([*a, *b], interface),
+                (Some(obstacle), [a]) => problem.obstacle(*a, interface, obstacle.of_core()),
+                _ => unreachable!("the reader has refused a pair of {:?}", given.bodies),
+            };
         }
-        Ok(ContactProblem::between(common.bodies, interface))
+        Ok(problem)
     }
 
-    /// Helps if the two names of `contact.surfaces` fit the other way round.
-    fn swap_names(&self, fault: Diagnostic) -> Diagnostic {
-        let [b, a] = &self.contact.surfaces;
-        let (gap, normal) = self.gap_and_normal();
-        let fits = |bodies: Vec<Body>| {
-            let Ok(bodies) = <[Body; 2]>::try_from(bodies) else { return false };
-            let [first, second] = &bodies;
-            match ContactInterface::pair_along(first, second, [a, b], &gap, normal) {
-                Ok(_) => true,
-                Err(error) if error.is_mismatch() => {
-                    common_refinement(bodies, [a, b], normal).is_ok_and(|common| {
-                        ContactInterface::pair_refined(&common, [a, b], &gap, normal).is_ok()
-                    })
+    /// Gives pairs that share a side, and pairs with a side on which something acts, sides of their own: each takes what faces
+    /// it, and the rest keeps its conditions.
+    fn separate_sides(&self, meshes: &mut Meshes) {
+        let uses = |body: usize, side: &str| {
+            let members = self.contacts.iter().flat_map(|c| c.bodies.iter().zip(&c.surfaces));
+            members.filter(|(b, s)| **b == body && s.as_str() == side).count()
+        };
+        meshes.sides = self.contacts.iter().map(|contact| contact.surfaces.clone()).collect();
+        for (k, contact) in self.contacts.iter().enumerate() {
+            let shared = |(&b, side): (&usize, &String)| {
+                let body = &meshes.bodies[b];
+                let edges = body.mesh().group(side).unwrap_or(&[]);
+                uses(b, side) > 1 || edges.iter().any(|edge| !body.is_free(*edge))
+            };
+            if contact.bodies.iter().zip(&contact.surfaces).any(shared) {
+                self.take_facing(k, meshes);
+            }
+        }
+    }
+
+    /// Gives a pair sides of its own, with the edges that face each other. Tells whether there are any, and fewer than
+    /// before.
+    fn take_facing(&self, contact: usize, meshes: &mut Meshes) -> bool {
+        let given = &self.contacts[contact];
+        let sides = &meshes.sides[contact];
+        let edges: Vec<Vec<EdgeId>> = match (&given.bodies[..], &sides[..]) {
+            ([a, b], [first, second]) => {
+                facing_edges([&meshes.bodies[*a], &meshes.bodies[*b]], [first, second]).into()
+            }
+            // Against an obstacle the pairing itself takes what faces it.
+            _ => return false,
+        };
+        let before = given.bodies.iter().zip(sides).map(|(b, side)| meshes.bodies[*b].mesh().group(side));
+        let fewer = before.zip(&edges).any(|(before, now)| before.is_some_and(|all| all.len() > now.len()));
+        if edges.iter().any(Vec::is_empty) {
+            return false;
+        }
+        for (member, edges) in edges.into_iter().enumerate() {
+            let own = format!("{} in contact {}", given.surfaces[member], given.name);
+            meshes.bodies[given.bodies[member]].add_group(&own, edges);
+            meshes.sides[contact][member] = own;
+        }
+        fewer
+    }
+
+    /// Pairs the surfaces of a pair, which may have been refined in common.
+    fn interface(&self, contact: usize, meshes: &Meshes) -> Result<ContactInterface, InterfaceError> {
+        let (gap, normal) = self.gap_and_normal(contact);
+        let given = &self.contacts[contact];
+        match (&given.obstacle, &given.bodies[..], &meshes.sides[contact][..]) {
+            (None, [a, b], [first, second]) => {
+                let bodies = [&meshes.bodies[*a], &meshes.bodies[*b]];
+                match &meshes.measured[contact] {
+                    Some(measured) => {
+                        ContactInterface::pair_measured(bodies, measured, [first, second], &gap, normal)
+                    }
+                    None => ContactInterface::pair_along(bodies[0], bodies[1], [first, second], &gap, normal),
                 }
+            }
+            (Some(obstacle), [a], [side]) => {
+                let given = self.is_given(&format!("{}.gap", given.path));
+                let gap = given.then_some(&gap);
+                ContactInterface::against(&meshes.bodies[*a], side, &obstacle.shape.of_core(), gap)
+            }
+            _ => unreachable!("the reader has refused a pair of {:?}", given.bodies),
+        }
+    }
+
+    /// Refines the surfaces of two bodies in common.
+    fn refine(&self, contact: usize, meshes: &mut Meshes) -> Result<(), CaseError> {
+        let given = &self.contacts[contact];
+        let ([a, b], [first, second]) = (&given.bodies[..], &meshes.sides[contact][..]) else {
+            return Ok(());
+        };
+        let (_, normal) = self.gap_and_normal(contact);
+        let bodies = [&meshes.bodies[*a], &meshes.bodies[*b]];
+        let lengths = [length(bodies[0], first), length(bodies[1], second)];
+        let common =
+            common_refinement(bodies.map(Body::clone), [first, second], normal).map_err(|error| {
+                CaseError::from(self.swap_names(contact, self.refinement_diagnostic(contact, &error)))
+            })?;
+        if let Some(changes) = &common.changes {
+            let mut note = self.changes_note(contact, changes, lengths);
+            if given.geometric && common.measured.facing.iter().any(|f| f.sagitta > BENT * f.spacing) {
+                note += "; the gap is measured between smooth curves through the nodes of each";
+            }
+            meshes.notes[contact] = Some(note);
+        }
+        let CommonRefinement { bodies, .. } = &common;
+        for (b, body) in [a, b].into_iter().zip(bodies) {
+            // A part of a side may end at a new node.
+            meshes.bodies[*b] = body.reselected().map_err(|error| self.body_diagnostic(*b, &error))?;
+        }
+        meshes.measured[contact] = Some(common.measured);
+        Ok(())
+    }
+
+    /// Helps if the two names of `surfaces` fit the other way round.
+    fn swap_names(&self, contact: usize, fault: Diagnostic) -> Diagnostic {
+        let given = &self.contacts[contact];
+        let ([first, second], [b, a]) = (&given.bodies[..], &given.surfaces[..]) else { return fault };
+        let (gap, normal) = self.gap_and_normal(contact);
+        let fits = |bodies: Vec<Body>| {
+            let pair = [&bodies[*first], &bodies[*second]];
+            match ContactInterface::pair_along(pair[0], pair[1], [a, b], &gap, normal) {
+                Ok(_) => true,
+                Err(error) if error.is_mismatch() => common_refinement(pair.map(Body::clone), [a, b], normal)
+                    .is_ok_and(|common| {
+                        ContactInterface::pair_refined(&common, [a, b], &gap, normal).is_ok()
+                    }),
                 Err(_) => false,
             }
         };
@@ -128,10 +270,11 @@ impl Case {
     }
 
     /// * `lengths`: of the surfaces as they were.
-    fn changes_note(&self, changes: &Changes, lengths: [f64; 2]) -> String {
+    fn changes_note(&self, contact: usize, changes: &Changes, lengths: [f64; 2]) -> String {
         let body = |b: usize| {
             let added = changes.added[b];
-            let (name, snapped) = (&self.bodies[b].name, changes.snapped[b]);
+            let body = self.contacts[contact].bodies[b];
+            let (name, snapped) = (&self.bodies[body].name, changes.snapped[b]);
             let mut text = format!("\"{name}\" {} added, {snapped} snapped", counted(added, "node"));
             if snapped > 0 {
                 text += &format!(
@@ -154,16 +297,17 @@ impl Case {
         )
     }
 
-    /// Attributes an error of the common refinement to `[contact]`; bodies are called by their names.
-    fn refinement_diagnostic(&self, error: &CommonRefinementError) -> Diagnostic {
-        let (path, body) = match error {
+    /// Attributes an error of the common refinement to the table of the pair; bodies are called by their names.
+    fn refinement_diagnostic(&self, contact: usize, error: &CommonRefinementError) -> Diagnostic {
+        let (key, side) = match error {
             CommonRefinementError::NoSurface { body, .. }
             | CommonRefinementError::Mesh { body, .. }
-            | CommonRefinementError::Body { body, .. } => (format!("contact.surfaces.{body}"), Some(*body)),
-            _ => ("contact.surfaces".to_owned(), None),
+            | CommonRefinementError::Body { body, .. } => (format!("surfaces.{body}"), Some(*body)),
+            _ => ("surfaces".to_owned(), None),
         };
-        let message = format!("the surfaces do not match: {}", self.with_name(error, body));
+        let message = format!("the surfaces do not match: {}", self.with_name(contact, error, side));
         let (expected, fix) = cures::of_refinement(error);
+        let path = format!("{}.{key}", self.contacts[contact].path);
         self.diagnostic(code::CONTACT, &path, message).expected(expected).fix(fix)
     }
 }

@@ -1,10 +1,10 @@
 //! From the document to a [`Case`]: every section with its defaults and checks, except the bodies'.
 
 use super::{
-    Acceleration, Case, Contact, Criterion, Estimator, Imposed, Limit, Limits, Method, Model, Output, Path,
-    QpChoice, RelaxUntil, SCHEMA, Solver, Theta, Value, Weights,
+    Acceleration, Case, Criterion, Estimator, Imposed, Limit, Limits, Method, Model, Output, Path, QpChoice,
+    RelaxUntil, SCHEMA, Solver, Theta, Weights,
 };
-use super::{materials, read_adapt, read_body, regions};
+use super::{materials, read_adapt, read_body, read_contact, regions};
 use crate::case_file::{self, Document, Findings, NodeValue, Reader};
 use crate::diagnostic::{CaseError, Diagnostic, code, excerpt};
 use fem_core::material::Hypothesis;
@@ -30,7 +30,7 @@ pub(super) fn case(document: &Document, file_name: &str) -> Result<Case, CaseErr
         root.table("materials").map(|r| materials::materials(r, model.hypothesis)).unwrap_or_default();
     let bodies = read_body::bodies(&mut root);
     regions::check_references(&root, &materials, &bodies);
-    let contact = root.table("contact").map(contact).unwrap_or_default();
+    let contacts = read_contact::contacts(&mut root, &bodies);
     let solver = solver(root.table("solver"));
     let estimator = estimator(root.table("estimator"));
     let adapt = read_adapt::adapt(&mut root);
@@ -38,14 +38,13 @@ pub(super) fn case(document: &Document, file_name: &str) -> Result<Case, CaseErr
     let limits = root.table("limits").map(limits).unwrap_or_default();
     root.finish();
     let (diagnostics, places) = findings.into_parts();
-    // The one restriction to two bodies of a case file; `read_body` has said what is wrong.
-    match bodies.len() == 2 && diagnostics.is_empty() {
+    match diagnostics.is_empty() {
         true => Ok(Case {
             title,
             model,
             materials,
             bodies,
-            contact,
+            contacts,
             solver,
             estimator,
             adapt,
@@ -111,36 +110,11 @@ fn model(reader: Option<Reader<'_>>) -> Model {
     model
 }
 
-/// The gap between the meshes, measured.
-pub(super) const GEOMETRIC: &str = "geometric";
-
-fn contact(mut r: Reader<'_>) -> Contact {
-    r.require(&["surfaces"]);
-    let surfaces = r.string_pair("surfaces").unwrap_or_default();
-    let geometric = matches!(r.node("gap").map(|n| &n.value), Some(NodeValue::String(s)) if s == GEOMETRIC);
-    let gap = if geometric { Value::default() } else { r.value_beside("gap", GEOMETRIC).unwrap_or_default() };
-    if gap.number().is_some_and(|g| g < 0.0) {
-        let message = "`contact.gap` is negative: the bodies would overlap";
-        r.refuse("gap", message, "a number >= 0", "move one of the bodies, or write `gap = 0.0`");
-    }
-    let normal = r.pair("normal");
-    if normal == Some([0.0; 2]) {
-        r.refuse(
-            "normal",
-            "`contact.normal` has no direction",
-            "a direction out of the first body, such as [0.0, -1.0]",
-            "leave it out: normals are averaged at the nodes then",
-        );
-    }
-    r.finish();
-    Contact { surfaces, gap, geometric, normal }
-}
-
 /// Iterations at most, by default.
 const MAX_ITERATIONS: usize = 50;
 
 fn solver(reader: Option<Reader<'_>>) -> Solver {
-    let mut solver = Solver { max_iterations: MAX_ITERATIONS, ..Solver::default() };
+    let mut solver = Solver { coarse: true, max_iterations: MAX_ITERATIONS, ..Solver::default() };
     let Some(mut r) = reader else { return solver };
     solver.method = r.choice("method", Method::NAMES).unwrap_or_default();
     solver.imposed = r.choice("imposed", Imposed::NAMES).unwrap_or_default();
@@ -150,6 +124,7 @@ fn solver(reader: Option<Reader<'_>>) -> Solver {
     solver.weights = r.choice("weights", Weights::NAMES).unwrap_or_default();
     solver.acceleration = r.choice("acceleration", Acceleration::NAMES).unwrap_or_default();
     solver.lambda = r.value("lambda").unwrap_or_default();
+    solver.coarse = r.boolean("coarse").unwrap_or(true);
     solver.max_iterations = r.count("max_iterations", 0).unwrap_or(solver.max_iterations);
     if let Some(mut r) = r.table("stop") {
         let stop = &mut solver.stop;

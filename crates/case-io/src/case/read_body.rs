@@ -7,7 +7,7 @@ use crate::case_file::Reader;
 use crate::diagnostic::{Diagnostic, code, excerpt};
 use fem_core::mesh::generate::Facing;
 
-/// Reads the bodies, however many there are, and reports it unless there are two.
+/// Reads the bodies.
 pub(super) fn bodies(root: &mut Reader<'_>) -> Vec<BodyCase> {
     let Some(mut readers) = root.tables("body") else { return Vec::new() };
     let mut bodies = Vec::with_capacity(readers.len());
@@ -15,19 +15,8 @@ pub(super) fn bodies(root: &mut Reader<'_>) -> Vec<BodyCase> {
         let read = body(r, &bodies);
         bodies.push(read);
     }
-    let count = bodies.len();
-    if count != 2 {
-        let place = readers.get(2).map_or_else(|| root.place_of("body"), Reader::place);
-        let message = match count {
-            1 => "there is 1 body".to_owned(),
-            n => format!("there are {n} bodies"),
-        };
-        let diagnostic = Diagnostic::new(code::VALUE, place, message);
-        root.findings().push(
-            diagnostic
-                .expected("exactly two [[body]] tables: this program solves contact between two bodies")
-                .fix(if count < 2 { "write another [[body]]" } else { "take the others out" }),
-        );
+    if bodies.is_empty() {
+        root.refuse("body", "there is no body", "one [[body]] table or more", "write a [[body]]");
     }
     for r in readers {
         r.finish();
@@ -70,10 +59,10 @@ fn check_name(r: &Reader<'_>, name: &str, others: &[BodyCase]) {
             "at most 100 bytes of letters, digits, blanks, - and _",
             "name it after what it is, such as \"upper\"",
         );
-    } else if stem(name) == "contact" {
+    } else if stem(name) == "contact" || stem(name).starts_with("contact-") {
         r.refuse(
             "name",
-            "a body cannot be called \"contact\": contact.vtu is the interface's",
+            "a body cannot be called \"contact\" or \"contact-…\": these files are those of the contact lines",
             "another name",
             "name it after what it is, such as \"upper\"",
         );
@@ -128,10 +117,12 @@ fn mesh_file(mut r: Reader<'_>) -> Option<MeshSource> {
 enum Kind {
     Block,
     Ring,
+    Disc,
     HalfDisc,
 }
 
-const KINDS: &[(&str, Kind)] = &[("block", Kind::Block), ("ring", Kind::Ring), ("half_disc", Kind::HalfDisc)];
+const KINDS: &[(&str, Kind)] =
+    &[("block", Kind::Block), ("ring", Kind::Ring), ("disc", Kind::Disc), ("half_disc", Kind::HalfDisc)];
 
 const FACINGS: &[(&str, Facing)] = &[("down", Facing::Down), ("up", Facing::Up)];
 
@@ -146,6 +137,7 @@ fn generator(mut r: Reader<'_>) -> Option<MeshSource> {
     match kind {
         Kind::Block => block(r),
         Kind::Ring => ring(r),
+        Kind::Disc => disc(r),
         Kind::HalfDisc => half_disc(r),
     }
 }
@@ -158,6 +150,16 @@ fn ring(mut r: Reader<'_>) -> Option<MeshSource> {
     let cells = r.count_pair("cells");
     r.finish();
     Some(MeshSource::Ring { centre, radii: radii?, angles, cells: cells? })
+}
+
+fn disc(mut r: Reader<'_>) -> Option<MeshSource> {
+    r.require(&["radius", "cells"]);
+    let centre = r.pair("centre").unwrap_or_default();
+    let radius = r.number_where("radius", |radius| radius > 0.0, "a number > 0");
+    let cells = r.count("cells", 1);
+    let start = r.number("start").unwrap_or(0.0);
+    r.finish();
+    Some(MeshSource::Disc { centre, radius: radius?, cells: cells?, start })
 }
 
 /// Half the width of the contact side of a half disc over its radius, at most.

@@ -1,8 +1,11 @@
 //! Every setting with its value, in the case file's own structure, and the hash that names a case.
 
-use super::{BodyCase, Case, Contact, MeshSource, SCHEMA, read};
+use super::{BodyCase, Case, Contact, MeshSource, SCHEMA, read, read_contact};
 use serde_json::{Map, Value as Json, json};
 use sha2::{Digest, Sha256};
+
+/// The path of the single table.
+const SINGLE: &str = "contact";
 
 impl Case {
     /// Returns every setting with its value, as written or by default: the `case` object of report.json.
@@ -18,7 +21,7 @@ impl Case {
             },
             "materials": materials,
             "body": self.bodies.iter().map(body).collect::<Vec<_>>(),
-            "contact": contact(&self.contact),
+            "contact": self.contact_json(),
             "solver": self.solver,
             "estimator": self.estimator_json(),
         });
@@ -47,6 +50,15 @@ impl Case {
             settings["meshes"] = json!(self.meshes.digests());
         }
         settings
+    }
+
+    /// An object if it was written as the single table, which two bodies may have; an array otherwise.
+    fn contact_json(&self) -> Json {
+        let of = |given: &Contact| contact(given, &self.bodies);
+        match self.contacts.as_slice() {
+            [only] if only.path == SINGLE => of(only),
+            all => all.iter().map(of).collect(),
+        }
     }
 
     fn estimator_json(&self) -> Json {
@@ -90,11 +102,21 @@ fn body(body: &BodyCase) -> Json {
     settings
 }
 
-fn contact(contact: &Contact) -> Json {
-    let gap = if contact.geometric { json!(read::GEOMETRIC) } else { json!(contact.gap) };
-    let mut object = json!({ "surfaces": contact.surfaces, "gap": gap });
-    if let Some(normal) = contact.normal {
+fn contact(given: &Contact, bodies: &[BodyCase]) -> Json {
+    let gap = if given.geometric { json!(read_contact::GEOMETRIC) } else { json!(given.gap) };
+    let mut object = json!({ "surfaces": given.surfaces, "gap": gap });
+    if given.path != SINGLE {
+        object["name"] = json!(given.name);
+        object["bodies"] = given.bodies.iter().map(|b| json!(bodies[*b].name)).collect();
+    }
+    if let Some(obstacle) = &given.obstacle {
+        object["obstacle"] = json!(obstacle);
+    }
+    if let Some(normal) = given.normal {
         object["normal"] = json!(normal);
+    }
+    if let Some(imposed) = given.imposed {
+        object["imposed"] = json!(imposed);
     }
     object
 }

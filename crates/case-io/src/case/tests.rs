@@ -42,7 +42,7 @@ fn every_key_has_its_own_default() {
     let case = parse(&minimal(""));
     assert_eq!(case.title, "");
     assert_eq!(case.model, Model { hypothesis: Hypothesis::PlaneStrain, thickness: 1.0 });
-    assert_eq!(case.contact.gap, Value::Number(0.0));
+    assert_eq!(case.contacts[0].gap, Value::Number(0.0));
     let expected = Solver {
         method: Method::Auto,
         imposed: Imposed::Auto,
@@ -51,6 +51,7 @@ fn every_key_has_its_own_default() {
         theta: Theta::Auto,
         weights: Weights::Stiffness,
         acceleration: Acceleration::Anderson,
+        coarse: true,
         lambda: Value::Number(0.0),
         max_iterations: 50,
         stop: Stop {
@@ -109,7 +110,7 @@ fn the_example_of_the_contract_is_read() {
     };
     assert_eq!(case.bodies[0], upper);
     assert_eq!(case.bodies[1].displacements[0].imposition, Imposition::Fixed);
-    assert_eq!(case.contact.surfaces, ["bottom", "top"]);
+    assert_eq!(case.contacts[0].surfaces, ["bottom", "top"]);
     let solver = Solver {
         method: Method::Nndd,
         imposed: Imposed::First,
@@ -118,6 +119,7 @@ fn the_example_of_the_contract_is_read() {
         theta: Theta::Value(0.4),
         weights: Weights::Half,
         acceleration: Acceleration::None,
+        coarse: true,
         lambda: Value::Number(0.0),
         max_iterations: 50,
         stop: Stop { criterion: Criterion::Estimator, ratio: 0.1, force_balance: None, tolerance: 1e-8 },
@@ -304,7 +306,7 @@ fn every_template_is_a_valid_case() {
         let mut case = Case::parse(text, &format!("{name}.toml"), &[]).unwrap();
         case.read_mesh_files(&meshes).unwrap();
         let [first, second] = <[_; 2]>::try_from(case.build_bodies().unwrap()).unwrap();
-        case.build_interface(&first, &second).unwrap();
+        case.build_interface(0, &[first.clone(), second.clone()]).unwrap();
         assert!(first.free_motion().is_none() && second.free_motion().is_none(), "{name}");
         assert_eq!(case.output_directory(), format!("runs/{name}"));
         assert_eq!(crate::template::find(name), Some(*text));

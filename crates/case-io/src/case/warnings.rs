@@ -14,6 +14,16 @@ const MODULI: f64 = 1e6;
 const NNDD_ONLY: [&str; 7] = ["imposed", "path", "theta", "weights", "acceleration", "lambda", "stop"];
 
 impl Case {
+    /// Lists the keys of `[solver]` that only the iteration uses.
+    pub fn iteration_settings(&self) -> &'static [&'static str] {
+        &NNDD_ONLY
+    }
+
+    /// Lists the keys of `[solver]` that only the iteration uses and that this case gives.
+    pub fn given_iteration_settings(&self) -> Vec<&'static str> {
+        NNDD_ONLY.into_iter().filter(|key| self.is_given(&format!("solver.{key}"))).collect()
+    }
+
     /// Lists what is allowed but probably not meant: materials that lock, settings without effect,
     /// slivers and cracks in meshes that were read. At most [`MOST_DIAGNOSTICS`], the others are counted in one more.
     pub fn warnings(&self) -> Vec<Diagnostic> {
@@ -41,7 +51,7 @@ impl Case {
             );
             warnings.push(self.diagnostic(code::VALUE, &path, message));
         }
-        let used: Vec<&Material> = (0..2).flat_map(|body| self.materials_of(body)).collect();
+        let used: Vec<&Material> = (0..self.bodies.len()).flat_map(|body| self.materials_of(body)).collect();
         let moduli = || used.iter().map(|material| material.largest_modulus());
         let ratio = moduli().fold(0.0, f64::max) / moduli().fold(f64::INFINITY, f64::min);
         if ratio > MODULI {
@@ -61,17 +71,18 @@ impl Case {
 
     fn solver_warnings(&self) -> Vec<Diagnostic> {
         let mut warnings = Vec::new();
-        let unused: Vec<&str> =
-            NNDD_ONLY.into_iter().filter(|key| self.is_given(&format!("solver.{key}"))).collect();
-        if self.solver.method == Method::Newton && !unused.is_empty() {
+        let unused = self.given_iteration_settings();
+        let exact = matches!(self.solver.method, Method::Newton | Method::Exact);
+        if exact && !unused.is_empty() {
             let message = format!(
-                "the Newton method uses only `max_iterations` and `qp`; it ignores `{}`",
+                "the {} method uses only `max_iterations` and `qp`; it ignores `{}`",
+                if self.solver.method == Method::Newton { "Newton" } else { "exact" },
                 unused.join("`, `")
             );
             warnings.push(self.diagnostic(code::VALUE, "solver.method", message));
         }
         let criterion = self.solver.stop.criterion;
-        if self.adapt.is_some() && self.solver.method != Method::Newton && criterion != Criterion::Estimator {
+        if self.adapt.is_some() && !exact && criterion != Criterion::Estimator {
             let message = format!(
                 "an adaptive run with the criterion \"{criterion}\": the iteration may end long before or after its error is \
                  small against the mesh's; criterion = \"estimator\" compares the two"

@@ -64,11 +64,6 @@ impl<'a> Reader<'a> {
         self.table.get(key).is_some()
     }
 
-    /// Finds the place of the table itself.
-    pub(crate) fn place(&self) -> Option<Place> {
-        Some(self.at.place())
-    }
-
     /// Returns the entries, for tables whose keys are the user's own names.
     pub(crate) fn entries(&self) -> &'a [Entry] {
         &self.table.entries

@@ -19,12 +19,19 @@ pub(crate) fn sample(hash: &str) -> Report {
         schema: SCHEMA,
         status: Status { word: "converged".into(), code: 0, reason: "eta_nndd <= 0.1 eta_dis".into() },
         case: serde_json::json!({ "schema": 1, "title": "t" }),
-        bodies: vec![BodySummary { name: "upper".into(), nodes: 190, triangles: 324, unknowns: 351 }],
+        bodies: vec![BodySummary {
+            name: "upper".into(),
+            nodes: 190,
+            triangles: 324,
+            unknowns: 351,
+            ..BodySummary::default()
+        }],
         contact: vec![ContactSummary {
-            bodies: ["upper".into(), "lower".into()],
+            bodies: vec!["upper".into(), "lower".into()],
             imposed: "upper".into(),
             pairs: 19,
             length: 2.0,
+            ..ContactSummary::default()
         }],
         iterations: vec![row],
         certificate: Certificate { valid: true, e_cre: Some(0.1), ..Certificate::default() },
@@ -58,15 +65,18 @@ fn keys_and_their_order_are_the_contract() {
         "schema status case bodies contact iterations certificate results adaptive notes timings run"
     );
     assert_eq!(keys(&value["status"]), "word code reason");
-    assert_eq!(keys(&value["bodies"][0]), "name nodes triangles unknowns");
-    assert_eq!(keys(&value["contact"][0]), "bodies imposed pairs length");
+    assert_eq!(keys(&value["bodies"][0]), "name nodes triangles unknowns floating free_motions");
+    assert_eq!(
+        keys(&value["contact"][0]),
+        "name kind bodies imposed pairs length resultant contact_force contact_intervals max_pressure active min_opening"
+    );
     assert_eq!(
         keys(&value["iterations"][0]),
         "iteration theta precision eta_nndd eta_dis e_cre contact_nodes contact_force contact_forces qp_path qp_iterations"
     );
     assert_eq!(
         keys(&value["certificate"]),
-        "valid e_cre relative relative_guaranteed eta_dis eta_nndd split parts checks bounds"
+        "valid problem e_cre relative relative_guaranteed eta_dis eta_nndd split parts pressure_shift checks bounds"
     );
     assert_eq!(keys(&value["certificate"]["split"]), "discretisation algebraic");
     let parts = keys(&value["certificate"]["parts"]);

@@ -74,6 +74,17 @@ impl RigidMotion {
     pub fn at(&self, point: Vector) -> Vector {
         self.translation + self.spin * perpendicular(point - self.centre)
     }
+
+    /// Computes the displacement of every node of the body: zero at the nodes of its other pieces.
+    ///
+    /// * `body`: the one whose motion it is.
+    pub fn displacements(&self, body: &Body) -> Vec<Vector> {
+        let (piece_of, _) = body.mesh().topology().pieces();
+        let points = body.mesh().points().iter().zip(piece_of);
+        points
+            .map(|(point, piece)| if piece == self.piece { self.at(*point) } else { Vector::zeros() })
+            .collect()
+    }
 }
 
 pub(super) fn find(body: &Body) -> Option<FreeMotion> {
@@ -160,6 +171,7 @@ mod tests {
     use super::*;
     use crate::boundary::{BoundaryConditions, EdgeSelection};
     use crate::material::{Hypothesis, LinearElastic};
+    use crate::mesh::TriMesh;
     use crate::mesh::generate::block;
 
     fn motion(conditions: BoundaryConditions) -> Option<FreeMotion> {
@@ -172,6 +184,23 @@ mod tests {
     fn supports_that_hold_are_accepted() {
         assert_eq!(motion(BoundaryConditions::new().fix("bottom")), None);
         assert_eq!(motion(BoundaryConditions::new().roller("bottom", 0.0).roller("left", 0.0)), None);
+    }
+
+    #[test]
+    fn a_motion_moves_the_nodes_of_its_own_piece_alone() {
+        let points = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [5.0, 0.0], [6.0, 0.0], [5.0, 1.0]];
+        let mesh = TriMesh::new(points.into(), vec![[0u32, 1, 2], [3, 4, 5]], Vec::new()).unwrap();
+        let material = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
+        let body = Body::new(mesh, material, &BoundaryConditions::new()).unwrap();
+        let motions = body.rigid_motions();
+        assert_eq!(motions.len(), 6);
+        for motion in motions {
+            for (node, (u, point)) in motion.displacements(&body).iter().zip(body.mesh().points()).enumerate()
+            {
+                let moves = node / 3 == motion.piece as usize;
+                assert_eq!(*u, if moves { motion.at(*point) } else { Vector::zeros() });
+            }
+        }
     }
 
     #[test]

@@ -87,15 +87,23 @@ pub struct Facing {
     pub spacing: f64,
 }
 
+/// What was measured between two surfaces before they were cut.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Measured {
+    /// The nodes of the contact surfaces that face each other.
+    pub facing: Vec<Facing>,
+    /// The gap from one of the first body's nodes to the next, measured as [`Facing::gap`].
+    pub(super) between: HashMap<[NodeId; 2], Between>,
+}
+
 /// Two bodies whose contact surfaces match.
 #[derive(Clone, Debug)]
 pub struct CommonRefinement {
     /// The bodies, in the order given.
     pub bodies: [Body; 2],
-    /// The nodes of the contact surfaces that face each other.
-    pub facing: Vec<Facing>,
-    /// The gap from one of the first body's nodes to the next, measured as [`Facing::gap`].
-    pub(super) between: HashMap<[NodeId; 2], Between>,
+    /// What was measured between them before the cuts.
+    pub measured: Measured,
     /// The changes; `None` if there are no changes.
     pub changes: Option<Changes>,
 }
@@ -149,7 +157,8 @@ pub fn common_refinement(
     let nothing = changes.added == [0; 2] && changes.snapped == [0; 2] && changes.free == [0.0; 2];
     let facing = overlaps.iter().flat_map(Overlap::facing).collect();
     let between = overlaps.iter().flat_map(Overlap::between).collect();
-    Ok(CommonRefinement { bodies, facing, between, changes: (!nothing).then_some(changes) })
+    let measured = Measured { facing, between };
+    Ok(CommonRefinement { bodies, measured, changes: (!nothing).then_some(changes) })
 }
 
 fn chains(body: &Body, number: usize, group: &str) -> Result<Vec<Chain>, CommonRefinementError> {

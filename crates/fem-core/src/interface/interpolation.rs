@@ -1,7 +1,7 @@
 //! The difference between a gap given as a function, or measured between curves, and its linear interpolant on
 //! contact edges.
 
-use super::{ContactInterface, Gap};
+use super::{ContactInterface, Gap, RigidLine};
 use crate::body::DifferenceSum;
 use crate::body::{Body, Difference};
 use crate::geometry::{Vector, norm};
@@ -11,11 +11,11 @@ impl ContactInterface {
     /// value, by sampling at [`crate::body::SAMPLES`] points: `g/|n|`, with
     /// gap `g` and normal `n` linear between the pairs. `None` if the two are equal to round-off.
     ///
-    /// * `bodies`: of the interface.
-    pub fn interpolated_gap(&self, bodies: [&Body; 2]) -> Option<Difference> {
+    /// * `body`: the one on which it is measured; `line`: that of an obstacle.
+    pub(super) fn interpolated_gap(&self, body: &Body, line: Option<&RigidLine>) -> Option<Difference> {
         let interface = self;
         let side = interface.measured_on;
-        let points = bodies[side].mesh().points();
+        let points = body.mesh().points();
         let (pairs, edges, profiles) = interface.line();
         let edges: Vec<_> = edges.iter().zip(profiles).collect();
         let sum = DifferenceSum::of(&edges, |sum, (edge, profile)| {
@@ -24,10 +24,11 @@ impl ContactInterface {
             let gaps = pairs.map(|pair| pair.gap);
             let between = |a: Vector, b: Vector, s: f64| (1.0 - s) * a + s * b;
             let linear = |s: f64| (1.0 - s) * gaps[0] + s * gaps[1];
-            let meant = |s: f64| match (&interface.gap, profile) {
-                (Gap::Given(data), _) => data.at(between(ends[0], ends[1], s)),
-                (Gap::Geometric, Some(profile)) => profile.at(s),
-                (Gap::Geometric, None) | (Gap::Touching, _) => linear(s),
+            let meant = |s: f64| match (&interface.gap, profile, line) {
+                (Gap::Given(data), ..) => data.at(between(ends[0], ends[1], s)),
+                (Gap::Geometric, Some(profile), _) => profile.at(s),
+                (Gap::Geometric, None, Some(line)) => line.distance(between(ends[0], ends[1], s)).0,
+                (Gap::Geometric, None, None) | (Gap::Touching, ..) => linear(s),
             };
             // Between the pairs the normal is shorter than one, so the same number is a wider gap.
             let normal = |s: f64| norm(between(pairs[0].normal, pairs[1].normal, s));
@@ -55,7 +56,7 @@ mod tests {
             let [upper, lower] = [body(0.0), body(-1.0)];
             let gap = Gap::Given(gap);
             let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &gap).unwrap();
-            interface.interpolated_gap([&upper, &lower])
+            interface.interpolated_gap(&upper, None)
         };
         assert_eq!(difference(0.1.into()), None);
         assert_eq!(difference(ScalarData::function(|x| 0.1 + 0.05 * x[0])), None);

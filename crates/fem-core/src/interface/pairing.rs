@@ -1,6 +1,6 @@
 //! Pairs two matching contact surfaces.
 
-use super::common_refinement::{CommonRefinement, Facing};
+use super::common_refinement::{Facing, Measured};
 use super::drawn::{self, Drawn, Surfaces};
 use super::held::Line;
 use super::matching::{self, Stretch};
@@ -19,7 +19,7 @@ pub(super) fn pair(
     surfaces: [&str; 2],
     gap: &Gap,
     normal: ContactNormal,
-    common: Option<&CommonRefinement>,
+    common: Option<&Measured>,
 ) -> Result<ContactInterface, InterfaceError> {
     let edges = [surface(bodies[0], 0, surfaces[0])?, surface(bodies[1], 1, surfaces[1])?];
     let chain = matching::walk(bodies[0], edges[0]);
@@ -68,10 +68,22 @@ fn surface<'a>(body: &'a Body, number: usize, group: &str) -> Result<&'a [EdgeId
         let known = mesh.groups().keys().map(String::as_str).collect::<Vec<_>>().join(", ");
         return Err(InterfaceError::UnknownSurface { body: number, group: group.to_string(), known });
     };
-    let fault = |reason| InterfaceError::NoSurface { body: number, group: group.to_string(), reason };
     if edges.is_empty() {
-        return Err(fault("has no edge"));
+        let reason = "has no edge";
+        return Err(InterfaceError::NoSurface { body: number, group: group.to_string(), reason });
     }
+    check_free(body, number, group, edges)?;
+    Ok(edges)
+}
+
+/// Refuses contact edges inside the body, and edges that are held or loaded.
+pub(super) fn check_free(
+    body: &Body,
+    number: usize,
+    group: &str,
+    edges: &[EdgeId],
+) -> Result<(), InterfaceError> {
+    let fault = |reason| InterfaceError::NoSurface { body: number, group: group.to_string(), reason };
     for &edge in edges {
         let condition = body.edge_condition(edge).ok_or_else(|| fault("has an edge inside the body"))?;
         let point = body.mesh().edge_middle(edge);
@@ -82,7 +94,7 @@ fn surface<'a>(body: &'a Body, number: usize, group: &str) -> Result<&'a [EdgeId
             return Err(InterfaceError::Occupied { body: number, point, what: "a load" });
         }
     }
-    Ok(edges)
+    Ok(())
 }
 
 fn make_pairs(bodies: [&Body; 2], chain: &[Stretch], partner: &HashMap<NodeId, NodeId>) -> Vec<NodePair> {

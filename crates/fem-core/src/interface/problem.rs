@@ -1,14 +1,15 @@
 //! Bodies, the pairs in which they touch, and a state of both.
 
-use super::{ContactInterface, InterfaceSide, NodePair, Retained, Roles};
+use super::{ContactInterface, InterfaceSide, Obstacle, Roles};
 use crate::body::{Body, Difference};
 use crate::geometry::Vector;
 
-/// Two bodies in contact, and where.
+/// Two bodies in contact, or a body and an obstacle, and where.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct ContactPair {
-    /// The first and the second body, by their numbers in [`ContactProblem::bodies`].
+    /// The first and the second body, by their numbers in [`ContactProblem::bodies`]. The second may be an obstacle:
+    /// obstacles are numbered after the bodies.
     pub bodies: [usize; 2],
     /// Their contact line.
     pub interface: ContactInterface,
@@ -22,7 +23,7 @@ impl ContactPair {
         Self { bodies, interface, roles: Roles::default() }
     }
 
-    /// Returns the body that carries λ, Ω₁.
+    /// Returns the body that carries λ, Ω₁; an obstacle always does.
     pub fn imposed(&self) -> usize {
         self.bodies[self.roles.imposed()]
     }
@@ -44,6 +45,8 @@ impl ContactPair {
 pub struct ContactProblem {
     /// The bodies.
     pub bodies: Vec<Body>,
+    /// The rigid obstacles: number `k` of them is number `bodies.len() + k` in a pair.
+    pub obstacles: Vec<Obstacle>,
     /// The pairs.
     pub contacts: Vec<ContactPair>,
 }
@@ -51,7 +54,7 @@ pub struct ContactProblem {
 impl ContactProblem {
     /// Takes bodies that do not touch yet.
     pub fn new(bodies: Vec<Body>) -> Self {
-        Self { bodies, contacts: Vec::new() }
+        Self { bodies, obstacles: Vec::new(), contacts: Vec::new() }
     }
 
     /// Takes two bodies and the interface between them.
@@ -71,10 +74,40 @@ impl ContactProblem {
         self
     }
 
-    /// Sets who carries λ in every pair.
+    /// Adds a pair of a body and a rigid obstacle, which carries λ.
+    ///
+    /// * `interface`: see [`ContactInterface::against`].
+    ///
+    /// # Panics
+    /// If there is no such body.
+    #[must_use]
+    pub fn obstacle(mut self, body: usize, interface: ContactInterface, obstacle: Obstacle) -> Self {
+        let count = self.bodies.len();
+        assert!(body < count, "an obstacle for body {body}, and {count} bodies");
+        let obstacle = obstacle.facing(&self.bodies[body], &interface);
+        let mut pair = ContactPair::new([body, count + self.obstacles.len()], interface);
+        pair.roles = Roles::SECOND;
+        self.obstacles.push(obstacle);
+        self.contacts.push(pair);
+        self
+    }
+
+    /// Returns the obstacle of a pair, if it has one.
+    pub fn obstacle_of(&self, pair: &ContactPair) -> Option<&Obstacle> {
+        self.obstacles.get(pair.bodies[1].checked_sub(self.bodies.len())?)
+    }
+
+    /// Lists the bodies of a pair with their sides: both, or the one against an obstacle.
+    pub fn bodies_of<'a>(&self, pair: &'a ContactPair) -> impl Iterator<Item = (usize, usize)> + use<'a> {
+        let count = self.bodies.len();
+        pair.bodies.iter().copied().enumerate().filter(move |(_, b)| *b < count)
+    }
+
+    /// Sets who carries λ in every pair of bodies.
     #[must_use]
     pub fn with_roles(mut self, roles: Roles) -> Self {
-        self.contacts.iter_mut().for_each(|pair| pair.roles = roles);
+        let count = self.bodies.len();
+        self.contacts.iter_mut().filter(|pair| pair.bodies[1] < count).for_each(|pair| pair.roles = roles);
         self
     }
 
@@ -86,7 +119,7 @@ impl ContactProblem {
     /// Returns the only pair of two bodies; `None` for any other number of bodies or pairs.
     pub fn only_pair(&self) -> Option<&ContactPair> {
         match self.contacts.as_slice() {
-            [pair] if self.bodies.len() == 2 => Some(pair),
+            [pair] if self.bodies.len() == 2 && self.obstacles.is_empty() => Some(pair),
             _ => None,
         }
     }
@@ -100,16 +133,19 @@ impl ContactProblem {
     /// [`Self::sides_of`].
     pub fn side(&self, body: usize) -> InterfaceSide {
         self.sides_of(body).fold(InterfaceSide::default(), |all, (k, side)| {
-            let retained = |pair: &NodePair| Retained { node: pair.nodes[side], direction: pair.normal };
-            all.with_block(self.contacts[k].interface.pairs().iter().map(retained))
+            all.with_block(self.contacts[k].interface.retained(side))
         })
     }
 
     /// Measures for each pair how its gap differs from the one on the contact edges, see
     /// [`ContactInterface::interpolated_gap`].
     pub fn interpolated_gaps(&self) -> Vec<Option<Difference>> {
-        let of_pair =
-            |pair: &ContactPair| pair.interface.interpolated_gap(pair.bodies.map(|b| &self.bodies[b]));
+        let of_pair = |pair: &ContactPair| {
+            let line = self.obstacle_of(pair).map(|obstacle| &obstacle.line);
+            // Arc lengths and gaps are measured on one of the bodies.
+            let measured_on = &self.bodies[pair.bodies[pair.interface.measured_on]];
+            pair.interface.interpolated_gap(measured_on, line)
+        };
         self.contacts.iter().map(of_pair).collect()
     }
 
@@ -141,7 +177,7 @@ impl ContactProblem {
 /// Displacement fields with their nodal contact forces, whatever their source.
 #[derive(Clone, Debug)]
 pub struct ContactState<'a> {
-    /// Nodal displacements of each body, Cartesian, m.
+    /// Nodal displacements of each body, Cartesian, m; after them the displacements of the points of each obstacle.
     pub displacement: Vec<&'a [Vector]>,
     /// Forces and openings of each pair.
     pub contacts: Vec<PairState<'a>>,

@@ -91,7 +91,7 @@ impl ContactProblem {
                 refine::close(body.mesh(), edges, marked);
             }
             let mut added = false;
-            for pair in &self.contacts {
+            for pair in self.contacts.iter().filter(|pair| self.obstacle_of(pair).is_none()) {
                 let [first, second] = pair.bodies;
                 for contact in pair.interface.line().1 {
                     let [a, b] = contact.edges;
@@ -139,14 +139,26 @@ impl ContactProblem {
         let (refinements, bodies): (Vec<_>, Vec<_>) =
             try_each_body(self.bodies.len(), refine)?.into_iter().unzip();
         let (mut contacts, mut pairs) = (Vec::new(), Vec::new());
+        let mut obstacles = self.obstacles.clone();
         for pair in &self.contacts {
-            let (interface, parents) = pair
-                .interface
-                .refined(pair.bodies.map(|b| &bodies[b]), pair.bodies.map(|b| &refinements[b]))?;
+            let [first, second] = pair.bodies;
+            let (interface, parents) = match second.checked_sub(bodies.len()) {
+                None => pair.interface.refined(
+                    [&bodies[first], &bodies[second]],
+                    [&refinements[first], &refinements[second]],
+                )?,
+                Some(k) => {
+                    let (body, middle) = (&bodies[first], &refinements[first].middle);
+                    let (finer, parents) =
+                        pair.interface.refined_against(body, middle, &self.obstacles[k].line)?;
+                    obstacles[k] = self.obstacles[k].clone().facing(body, &finer);
+                    (finer, parents)
+                }
+            };
             contacts.push(ContactPair { interface, ..*pair });
             pairs.push(RefinedPair { parents, old: pair.interface.pairs.len() });
         }
-        Ok(RefinedProblem { problem: Self { bodies, contacts }, refinements, pairs })
+        Ok(RefinedProblem { problem: Self { bodies, obstacles, contacts }, refinements, pairs })
     }
 }
 

@@ -1,11 +1,13 @@
 //! Generators of structured meshes.
 
+mod disc;
 mod half_disc;
 mod ring;
 
 use super::{MeshError, TriMesh};
 use crate::geometry::Vector;
 
+pub use disc::{disc, disc_nodes};
 pub use half_disc::{Facing, half_disc, half_disc_nodes};
 pub use ring::ring;
 

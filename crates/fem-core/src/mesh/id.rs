@@ -1,6 +1,6 @@
-//! The numbers of nodes, edges and triangles, each a type of its own, so that none is used in the place of another.
+//! The numbers of nodes and of edges, each a type of its own, so that none is used in the place of another.
 //!
-//! Lists with one entry per node are indexed by [`NodeId`], and so on:
+//! Lists with one entry per node are indexed by [`NodeId`], those with one entry per edge by [`EdgeId`]:
 //!
 //! ```
 //! use fem_core::mesh::generate::block;
@@ -23,7 +23,7 @@ macro_rules! number {
         pub struct $name(u32);
 
         impl $name {
-            /// Stands for none of them, where an [`Option`] would take twice the memory.
+            /// Means "no number". An [`Option`] would take twice the memory.
             pub const NONE: Self = Self(u32::MAX);
 
             /// Creates a number. Meshes have fewer than 2³² of each.

@@ -22,7 +22,7 @@ const NO_HEADING: f64 = 14.0 * PIXEL;
 /// The intervals that are shaded.
 const BAND: Look = Look::new("contact zone", PALE_ORANGE, 12.0 * PIXEL, Marker::None);
 
-/// A series: where it goes, point by point; `None` breaks the line.
+/// A series: its points in order; `None` breaks the line.
 pub(super) struct Series {
     pub(super) look: Look,
     pub(super) points: Vec<Option<Vector>>,

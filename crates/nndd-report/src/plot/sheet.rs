@@ -212,7 +212,7 @@ impl Words {
     }
 }
 
-/// A rectangle of the sheet, where the data of a panel go, labels outside.
+/// The rectangle of a panel in which its data are drawn; labels are outside.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frame {
     pub(super) left: f64,

@@ -30,7 +30,13 @@ fn iterate(solution: ExactSolution, problem: &PreparedProblem, number: usize) ->
     let (mut lambda, mut normal_trace, mut squared) = (Vec::new(), Vec::new(), 0.0);
     for (k, pair) in pairs {
         let sides = pair.roles.sides();
-        let stiffness = row_stiffness(problem, k, sides[0]);
+        // An obstacle has no stiffness of its own.
+        let elastic = problem.problem().bodies_of(pair).map(|(side, _)| side);
+        let stiffness = row_stiffness(
+            problem,
+            k,
+            elastic.min_by_key(|side| pair.roles.of_side(*side)).unwrap_or_default(),
+        );
         for (i, nodes) in pair.interface.pairs().iter().enumerate() {
             let trace = |side: usize| {
                 let u: Vector = solution.displacement[pair.bodies[side]][nodes.nodes[side].index()];

@@ -32,6 +32,8 @@ pub(super) struct Assembly<'a> {
     /// The lines of the balance of all bodies, line after line, and their loads.
     lines: Vec<f64>,
     loads: Vec<f64>,
+    /// The trace of the obstacle in the rows that have one, out of the obstacle, m.
+    obstacles: Vec<Option<f64>>,
     programmes: Vec<Option<Unilateral>>,
     /// Where the forces of each body were in the last iteration.
     places: Vec<Option<Vec<Place>>>,
@@ -65,7 +67,13 @@ impl<'a> Assembly<'a> {
             }
             loads.extend(&body.rigid.loads);
         }
+        let fixed = rows.of_obstacles(problem);
+        let contact = problem.problem();
+        let has_obstacle = contact.contacts.iter().flat_map(|pair| {
+            std::iter::repeat_n(contact.obstacle_of(pair).is_some(), pair.interface.pairs().len())
+        });
         Self {
+            obstacles: has_obstacle.zip(fixed).map(|(has, trace)| has.then_some(trace)).collect(),
             problem,
             balance,
             bodies,
@@ -91,6 +99,13 @@ impl<'a> Assembly<'a> {
         self.places = self.bodies.iter().map(of_body).collect();
     }
 
+    /// Sets λ where an obstacle imposes it.
+    pub(super) fn place_obstacles(&self, lambda: &mut [f64]) {
+        for (lambda, trace) in lambda.iter_mut().zip(&self.obstacles) {
+            *lambda = trace.unwrap_or(*lambda);
+        }
+    }
+
     /// Steps 1 and 2.
     pub(super) fn pass(&mut self, lambda: Vec<f64>) -> Result<Pass, NnddError> {
         // Step 1: each body answers to λ, imposed in some rows and unilateral in the others.
@@ -99,7 +114,13 @@ impl<'a> Assembly<'a> {
         // Step 2: the correction under the imbalance P¹ − P².
         let imbalance: Vec<f64> =
             answers.carried.iter().zip(&answers.unilateral).map(|(first, second)| first - second).collect();
-        let direction = self.correction.apply(&imbalance);
+        let mut direction = self.correction.apply(&imbalance);
+        // An obstacle does not move.
+        direction
+            .iter_mut()
+            .zip(&self.obstacles)
+            .filter(|(_, fixed)| fixed.is_some())
+            .for_each(|(w, _)| *w = 0.0);
         let eta_nndd = self.eta_nndd(&responses, &answers)?;
         Ok(Pass { iterate: self.iterate_of(eta_nndd, lambda, &responses, answers), direction })
     }
@@ -139,6 +160,10 @@ impl<'a> Assembly<'a> {
                     found.active[row] = response.places[i] == Place::Free;
                 }
             }
+        }
+        for (row, _) in self.obstacles.iter().enumerate().filter(|(_, fixed)| fixed.is_some()) {
+            // An obstacle answers with the same force.
+            found.carried[row] = found.unilateral[row];
         }
         found
     }
@@ -204,7 +229,7 @@ impl<'a> Assembly<'a> {
             programme: Programme { path: contact.path, iterations: contact.iterations },
             contact,
             recovery: Recovery::Forces,
-            motions: motions.map(|((b, motion), amount)| (*b, *motion, amount)).collect(),
+            motions: motions.map(|(of, amount)| (of.body, of.motion, amount)).collect(),
         }
     }
 }

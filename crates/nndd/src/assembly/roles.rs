@@ -11,12 +11,12 @@ use fem_core::prepared::PreparedProblem;
 const STIFFER: f64 = 1e-6;
 
 /// Chooses for each pair the stiffer body to carry λ, floating or not, by the mean diagonal of `S` in the rows of the pair; of two
-/// equal ones the first. With the softer body the iteration takes many times as long or does not converge.
+/// equal ones the first; an obstacle always carries it. With the softer body the iteration takes many times as long or does not converge.
 ///
 /// Pairs of a body whose rows depend on each other, which the iteration does not allow, keep [`Roles::FIRST`].
 pub fn stiffer_roles(problem: &PreparedProblem) -> Vec<Roles> {
     let rows = Rows::new(problem);
-    let balance = Balance::new(problem, &rows);
+    let balance = Balance::new(problem.problem(), problem.rigid_motions());
     let diagonals = each_body(problem.bodies().len(), |b| {
         let body = Subdomain::new(problem, &rows, &balance, b).ok()?;
         let mut by_row = vec![0.0; rows.len()];
@@ -24,6 +24,9 @@ pub fn stiffer_roles(problem: &PreparedProblem) -> Vec<Roles> {
         Some(rows.by_pair(&by_row))
     });
     let of_pair = |(k, pair): (usize, &ContactPair)| {
+        if problem.problem().obstacle_of(pair).is_some() {
+            return Roles::SECOND;
+        }
         let [first, second] = pair.bodies.map(|b| Some(diagonals[b].as_ref()?[k].iter().sum::<f64>()));
         match (first, second) {
             (Some(first), Some(second)) if second > (1.0 + STIFFER) * first => Roles::SECOND,

@@ -17,7 +17,7 @@ fn body_fault(from: &str, to: &str) -> String {
 fn contact_fault(overrides: &[(&str, &str)]) -> String {
     let case = case(overrides);
     let [first, second] = <[_; 2]>::try_from(case.build_bodies().unwrap()).unwrap();
-    case.build_interface(&first, &second).err().unwrap().to_string()
+    case.build_interface(0, &[first, second]).err().unwrap().to_string()
 }
 
 #[test]
@@ -25,7 +25,7 @@ fn the_paper_has_380_nodes_and_19_pairs() {
     let case = case(&[]);
     let [upper, lower] = <[_; 2]>::try_from(case.build_bodies().unwrap()).unwrap();
     assert_eq!((upper.mesh().points().len(), lower.mesh().points().len()), (190, 190));
-    let interface = case.build_interface(&upper, &lower).unwrap();
+    let interface = case.build_interface(0, &[upper, lower]).unwrap();
     assert_eq!((interface.pairs().len(), interface.length()), (19, 2.0));
     assert_eq!(interface.pairs()[0].normal, fem_core::geometry::Vector::new(0.0, -1.0));
 }

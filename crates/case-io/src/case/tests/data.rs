@@ -34,7 +34,7 @@ fn expressions_become_functions_of_the_point() {
     // Without x and y it is a number.
     assert_eq!(uy.constant(), Some(6.0));
     assert_eq!(case.solver.lambda.scalar().at([2.0, 0.0]), -0.2);
-    assert_eq!(case.contact.gap.scalar().at([-3.0, 0.0]), 9.0);
+    assert_eq!(case.contacts[0].gap.scalar().at([-3.0, 0.0]), 9.0);
     let settings = case.settings_json();
     assert_eq!(settings["contact"]["gap"], "x^2");
     assert_eq!(settings["body"][0]["traction"][0]["vector"][0], "x * y^2");
@@ -46,7 +46,7 @@ fn notes_say_what_is_interpolated_and_how_much() {
         [[body.traction]]\non = 'right'\nvector = ['y^2', '3*y']";
     let case = parse(&with("", body, "gap = 'x*(1-x)'"));
     let [first, second] = <[_; 2]>::try_from(case.build_bodies().unwrap()).unwrap();
-    let interface = case.build_interface(&first, &second).unwrap();
+    let interface = case.build_interface(0, &[first.clone(), second.clone()]).unwrap();
     let problem = fem_core::interface::ContactProblem::between([first, second], interface);
     let notes = case.data_notes(&problem);
     assert_eq!(notes.len(), 2, "{notes:#?}");

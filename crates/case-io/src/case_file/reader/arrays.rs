@@ -41,9 +41,22 @@ impl Reader<'_> {
         self.two(key, "an array of two whole numbers", |r, path, node| r.whole(path, node, 1))
     }
 
-    /// Reads two strings.
-    pub(crate) fn string_pair(&mut self, key: &'static str) -> Option<[String; 2]> {
-        self.two(key, "an array of two strings", Self::text)
+    /// Reads any number of strings.
+    pub(crate) fn strings(&mut self, key: &'static str) -> Option<Vec<String>> {
+        let node = self.node(key)?;
+        let path = self.path_of(key);
+        let NodeValue::Array(items) = &node.value else {
+            self.wrong_type(&path, node, "an array of strings");
+            return None;
+        };
+        let read_one = |(k, item): (usize, &Node)| {
+            let path = format!("{path}.{k}");
+            self.findings.note(&path, &item.at);
+            self.text(&path, item)
+        };
+        // All are read before any is given up, so that all faults are found.
+        let all: Vec<Option<String>> = items.iter().enumerate().map(read_one).collect();
+        all.into_iter().collect()
     }
 
     /// Reads three rows of three finite numbers.

@@ -1,0 +1,233 @@
+//! The `[[contact]]` tables.
+
+use super::body::file_stem;
+use super::contact::{CircleSide, Contact, Obstacle, Rigid, Shape};
+use super::{BodyCase, Imposed, Value};
+use crate::case_file::{NodeValue, Reader};
+use crate::diagnostic::{Diagnostic, code, did_you_mean, excerpt};
+
+/// The gap between the meshes, measured.
+pub(super) const GEOMETRIC: &str = "geometric";
+
+/// Reads the pairs: an array of tables, or one table if there are two bodies.
+pub(super) fn contacts(root: &mut Reader<'_>, bodies: &[BodyCase]) -> Vec<Contact> {
+    let single = matches!(root.node("contact").map(|n| &n.value), Some(NodeValue::Table(_)));
+    let readers = if single {
+        root.table("contact").into_iter().collect()
+    } else {
+        root.tables("contact").unwrap_or_default()
+    };
+    let only = readers.len() == 1;
+    let mut found: Vec<Contact> = Vec::new();
+    for (k, mut r) in readers.into_iter().enumerate() {
+        let path = if single { "contact".to_owned() } else { format!("contact.{k}") };
+        let mut contact = contact(&mut r, bodies, only, path);
+        let stem = |name: &str| file_stem(name).to_lowercase();
+        let taken = |name: &str| found.iter().any(|other| stem(&other.name) == stem(name));
+        match r.string("name") {
+            Some(name) => {
+                if name.trim().is_empty() || taken(&name) {
+                    let message = format!("{} cannot name this pair", excerpt(&name));
+                    let expected = "a name that no other pair has, not only in case, blanks or signs";
+                    r.refuse("name", message, expected, "rename it, or leave `name` out");
+                }
+                contact.name = name;
+            }
+            None => {
+                let name = std::mem::take(&mut contact.name);
+                let numbered = (2..).map(|n| format!("{name}-{n}"));
+                let free = std::iter::once(name.clone()).chain(numbered).find(|name| !taken(name));
+                contact.name = free.unwrap_or(name);
+            }
+        }
+        r.finish();
+        found.push(contact);
+    }
+    found
+}
+
+/// Reads one pair, with its default name.
+fn contact(r: &mut Reader<'_>, bodies: &[BodyCase], only: bool, path: String) -> Contact {
+    let named = r.strings("bodies");
+    let obstacle = r.table("obstacle").and_then(obstacle);
+    let against = r.has("obstacle");
+    r.require(&["surfaces"]);
+    let members: Vec<usize> = match &named {
+        Some(names) => names.iter().enumerate().filter_map(|(k, name)| number(r, bodies, k, name)).collect(),
+        None if !against && only && bodies.len() == 2 => vec![0, 1],
+        None if against && bodies.len() == 1 => vec![0],
+        None => {
+            if !r.has("bodies") {
+                r.require(&["bodies"]);
+            }
+            Vec::new()
+        }
+    };
+    let wanted = if against { 1 } else { 2 };
+    let counted = |what: &str| match wanted {
+        1 => format!("one {what}: the other partner is the obstacle"),
+        _ => format!("two {what}s, or one and an `obstacle`"),
+    };
+    if let Some(names) = named.as_ref().filter(|names| names.len() != wanted) {
+        let message = format!("`{}` has {} entries", r.path_of("bodies"), names.len());
+        r.refuse(
+            "bodies",
+            message,
+            &counted("body").replace("bodys", "bodies"),
+            "name the bodies that touch",
+        );
+    } else if members.len() == 2 && members[0] == members[1] {
+        let message = "a body cannot touch itself";
+        r.refuse("bodies", message, "two different bodies", "name the other body, or split this one in two");
+    }
+    let surfaces = r.strings("surfaces").unwrap_or_default();
+    if r.has("surfaces") && !surfaces.is_empty() && surfaces.len() != wanted {
+        let message = format!("`{}` has {} entries", r.path_of("surfaces"), surfaces.len());
+        r.refuse(
+            "surfaces",
+            message,
+            &counted("side"),
+            "name a side of each body, in the order of the bodies",
+        );
+    }
+    let geometric = matches!(r.node("gap").map(|n| &n.value), Some(NodeValue::String(s)) if s == GEOMETRIC);
+    let gap = if geometric { Value::default() } else { r.value_beside("gap", GEOMETRIC).unwrap_or_default() };
+    if gap.number().is_some_and(|g| g < 0.0) {
+        let message = format!("`{}` is negative: the bodies would overlap", r.path_of("gap"));
+        r.refuse("gap", message, "a number >= 0", "move one of the bodies, or write `gap = 0.0`");
+    }
+    let normal = r.pair("normal");
+    if normal == Some([0.0; 2]) {
+        r.refuse(
+            "normal",
+            format!("`{}` has no direction", r.path_of("normal")),
+            "a direction out of the first body, such as [0.0, -1.0]",
+            "leave it out: normals are averaged at the nodes then",
+        );
+    }
+    let imposed = r.choice("imposed", Imposed::NAMES);
+    let motion = r.pair("motion");
+    let obstacle = against_obstacle(r, obstacle, motion);
+    let name = |b: &usize| bodies.get(*b).map_or("", |body| body.name.as_str());
+    let name = match members[..] {
+        [a] if against => format!("{}-obstacle", name(&a)),
+        [a, b] => format!("{}-{}", name(&a), name(&b)),
+        _ => String::new(),
+    };
+    Contact { name, bodies: members, surfaces, obstacle, gap, geometric, normal, imposed, path }
+}
+
+/// Checks what an obstacle excludes, and gives it its motion.
+fn against_obstacle(
+    r: &Reader<'_>,
+    obstacle: Option<Obstacle>,
+    motion: Option<[f64; 2]>,
+) -> Option<Obstacle> {
+    if !r.has("obstacle") {
+        if r.has("motion") {
+            let expected = "a pair with an `obstacle`";
+            r.refuse("motion", "`motion` moves an obstacle, and there is none", expected, "take it out");
+        }
+        return None;
+    }
+    for key in ["normal", "imposed"].into_iter().filter(|key| r.has(key)) {
+        let message = format!("`{}` has no meaning against an obstacle", r.path_of(key));
+        let expected = "the obstacle's own normal; the obstacle carries lambda";
+        r.refuse(key, message, expected, "take it out");
+    }
+    let mut obstacle = obstacle?;
+    if let Some([x, y]) = motion {
+        if obstacle.rigid != Rigid::default() {
+            let message = "`motion` and a rigid motion inside `obstacle` exclude each other";
+            r.refuse("motion", message, "one of the two", "write ux, uy and rotation inside `obstacle`");
+        }
+        (obstacle.rigid.ux, obstacle.rigid.uy, obstacle.rigid.rotation) = (Some(x), Some(y), Some(0.0));
+    }
+    if obstacle.rigid == Rigid::default() {
+        obstacle.rigid = Rigid { ux: Some(0.0), uy: Some(0.0), rotation: Some(0.0), ..Rigid::default() };
+    }
+    Some(obstacle)
+}
+
+/// Finds a body by its name.
+fn number(r: &Reader<'_>, bodies: &[BodyCase], entry: usize, name: &str) -> Option<usize> {
+    let found = bodies.iter().position(|body| body.name == name);
+    if found.is_none() {
+        let names: Vec<&str> = bodies.iter().map(|body| body.name.as_str()).collect();
+        let message = format!("`{}.{entry}` is {}, which is no body", r.path_of("bodies"), excerpt(name));
+        let diagnostic = Diagnostic::new(code::REFERENCE, r.place_of("bodies"), message);
+        let all = names.iter().map(|name| excerpt(name)).collect::<Vec<_>>().join(", ");
+        let help = did_you_mean(name, names, '"');
+        let expected = format!("one of the bodies {all}");
+        r.findings().push(diagnostic.expected(expected).help(help).fix("write the name of a [[body]]"));
+    }
+    found
+}
+
+/// The shapes, by their words.
+#[derive(Clone, Copy)]
+enum Kind {
+    Plane,
+    Circle,
+}
+
+const KINDS: &[(&str, Kind)] = &[("plane", Kind::Plane), ("circle", Kind::Circle)];
+const SIDES: &[(&str, CircleSide)] = &[("outside", CircleSide::Outside), ("inside", CircleSide::Inside)];
+
+fn obstacle(mut r: Reader<'_>) -> Option<Obstacle> {
+    r.require(&["kind"]);
+    let shape = match r.choice("kind", KINDS) {
+        Some(Kind::Plane) => plane(&mut r),
+        Some(Kind::Circle) => circle(&mut r),
+        None => None,
+    };
+    let rigid = rigid(&mut r);
+    r.finish();
+    Some(Obstacle { shape: shape?, rigid })
+}
+
+fn plane(r: &mut Reader<'_>) -> Option<Shape> {
+    r.require(&["point", "normal"]);
+    let (point, normal) = (r.pair("point"), r.pair("normal"));
+    if normal == Some([0.0; 2]) {
+        let message = format!("`{}` has no direction", r.path_of("normal"));
+        r.refuse(
+            "normal",
+            message,
+            "a direction out of the obstacle",
+            "write it as in `normal = [0.0, 1.0]`",
+        );
+    }
+    Some(Shape::Plane { point: point?, normal: normal? })
+}
+
+fn circle(r: &mut Reader<'_>) -> Option<Shape> {
+    r.require(&["centre", "radius"]);
+    let centre = r.pair("centre");
+    let radius = r.number_where("radius", |radius| radius > 0.0, "a number > 0");
+    let side = r.choice("side", SIDES).unwrap_or_default();
+    Some(Shape::Circle { centre: centre?, radius: radius?, side })
+}
+
+/// Reads the motion and the load of something rigid.
+pub(super) fn rigid(r: &mut Reader<'_>) -> Rigid {
+    let rigid = Rigid {
+        ux: r.number("ux"),
+        uy: r.number("uy"),
+        rotation: r.number("rotation"),
+        force: r.pair("force"),
+        moment: r.number("moment"),
+        about: r.pair("about"),
+    };
+    let force = rigid.force.unwrap_or_default();
+    let loads = [force[0], force[1], rigid.moment.unwrap_or_default()];
+    for (load, (given, key)) in
+        loads.into_iter().zip([(rigid.ux, "ux"), (rigid.uy, "uy"), (rigid.rotation, "rotation")])
+    {
+        if load != 0.0 && given.is_some() {
+            let message = format!("`{}` is imposed, and a load acts along it", r.path_of(key));
+            r.refuse(key, message, "one of the two", "take one of the two out");
+        }
+    }
+    rigid
+}

@@ -1,0 +1,211 @@
+//! Active sets: the solution on one of them, and the one that its signs ask for.
+
+use super::programme::BoxQp;
+use crate::balance::nonnegative_least_squares;
+use crate::cholesky::Factor;
+use crate::dense::{SemiDefinite, dot, norm};
+use crate::kkt::largest;
+use crate::place::Place;
+use crate::problem::MatrixView;
+use std::collections::HashSet;
+
+/// A sign or a bound is wrong beyond this fraction of the scale of the data.
+const WRONG: f64 = 1e-12;
+
+/// Eigenvalues of the rows' Schur complement below this fraction of the largest one are zero.
+const DEPENDENT: f64 = 1e-10;
+
+/// Dependent rows contradict each other beyond this fraction of the right-hand side.
+const CONTRADICTION: f64 = 1e-9;
+
+/// Corrections of a solution on one set.
+const REFINEMENTS: usize = 2;
+
+/// A programme with what all active sets share.
+pub(super) struct System<'a> {
+    qp: &'a BoxQp<'a>,
+    /// `P + c GᵀG` with rows of length one.
+    matrix: Vec<f64>,
+    /// `G` with rows of length one, and the lengths.
+    rows: Vec<f64>,
+    lengths: Vec<f64>,
+    weight: f64,
+    /// The sizes of `x` and `y` that the data have.
+    size: [f64; 2],
+}
+
+/// The minimiser on one set, whatever the signs.
+pub(super) struct Candidate {
+    pub(super) x: Vec<f64>,
+    pub(super) a: Vec<f64>,
+    pub(super) places: Vec<Place>,
+}
+
+impl<'a> System<'a> {
+    pub(super) fn new(qp: &'a BoxQp<'a>) -> Self {
+        let n = qp.linear.len();
+        // A row of zeros stays one.
+        let lengths: Vec<f64> = qp
+            .rows
+            .chunks_exact(n.max(1))
+            .map(|row| Some(norm(row)).filter(|l| *l > 0.0).unwrap_or(1.0))
+            .collect();
+        let mut rows = qp.rows.to_vec();
+        for (row, length) in rows.chunks_exact_mut(n.max(1)).zip(&lengths) {
+            row.iter_mut().for_each(|g| *g /= length);
+        }
+        let trace: f64 = (0..n).map(|i| qp.matrix[i * n + i]).sum();
+        let weight = if trace > 0.0 && !lengths.is_empty() { trace / lengths.len() as f64 } else { 1.0 };
+        let mut matrix = qp.matrix.to_vec();
+        for row in rows.chunks_exact(n.max(1)) {
+            for (j, g) in row.iter().enumerate().filter(|(_, g)| **g != 0.0) {
+                let column = &mut matrix[j * n..(j + 1) * n];
+                column.iter_mut().zip(row).for_each(|(p, other)| *p += weight * g * other);
+            }
+        }
+        let finite = |v: &f64| if v.is_finite() { *v } else { 0.0 };
+        let alone = |i: usize| qp.linear[i] / matrix[i * n + i].max(f64::MIN_POSITIVE);
+        let x = largest((0..n).map(alone))
+            .max(largest(qp.right_side.iter().zip(&lengths).map(|(e, length)| e / length)))
+            .max(largest(qp.lower.iter().chain(qp.upper).map(finite)));
+        let y = largest(qp.linear.iter().copied());
+        Self { qp, matrix, rows, lengths, weight, size: [x, y] }
+    }
+
+    /// Tries at most `limit` sets. Returns the solution, if it was found, and the number of sets tried.
+    pub(super) fn active_set(&self, mut places: Vec<Place>, limit: usize) -> (Option<Candidate>, usize) {
+        let mut visited = HashSet::new();
+        for step in 1..=limit {
+            let Some(candidate) = self.candidate(&places) else { return (None, step) };
+            let next = self.next(&candidate);
+            if next == places {
+                return (Some(candidate), step);
+            }
+            if !visited.insert(std::mem::replace(&mut places, next)) {
+                return (None, step);
+            }
+        }
+        (None, limit)
+    }
+
+    /// Solves on one set; `None` if the rows cannot hold on it, or if it leaves a direction without stiffness.
+    fn candidate(&self, places: &[Place]) -> Option<Candidate> {
+        let (qp, n, m) = (self.qp, places.len(), self.lengths.len());
+        let mut x: Vec<f64> = (0..n).map(|i| qp.bound(i, places[i])).collect();
+        if x.iter().any(|x| x.is_infinite()) {
+            return None;
+        }
+        let mut a = vec![0.0; m];
+        let free: Vec<usize> = (0..n).filter(|i| places[*i] == Place::Free).collect();
+        let factor = match free.len() {
+            0 => None,
+            _ => Some(Factor::of_block(&MatrixView::Dense { n, values: &self.matrix }, &free).ok()?),
+        };
+        let row = |k: usize| -> Vec<f64> { free.iter().map(|i| self.rows[k * n + i]).collect() };
+        let rows: Vec<Vec<f64>> = (0..m).map(row).collect();
+        let solve = |rhs: &mut [f64]| {
+            if let Some(factor) = &factor {
+                factor.solve(rhs);
+            }
+        };
+        // H⁻¹ G_Fᵀ and G_F H⁻¹ G_Fᵀ.
+        let mut solved = rows.clone();
+        solved.iter_mut().for_each(|row| solve(row));
+        let entry = |i: usize, j: usize| 0.5 * (dot(&rows[i], &solved[j]) + dot(&rows[j], &solved[i]));
+        let complement = SemiDefinite::new(m, entry, DEPENDENT)?;
+        for _ in 0..=REFINEMENTS {
+            let scaled: Vec<f64> = a.iter().zip(&self.lengths).map(|(a, length)| a / length).collect();
+            let gradient = qp.gradient(&x, &scaled);
+            let defect: Vec<f64> =
+                qp.defect(&x).iter().zip(&self.lengths).map(|(d, length)| d / length).collect();
+            let mut step: Vec<f64> = free.iter().map(|&i| -gradient[i]).collect();
+            for (row, d) in rows.iter().zip(&defect) {
+                step.iter_mut().zip(row).for_each(|(s, g)| *s += self.weight * g * d);
+            }
+            solve(&mut step);
+            let rest: Vec<f64> = rows.iter().zip(&defect).map(|(row, d)| d - dot(row, &step)).collect();
+            let scale = self.size[0].max(largest(x.iter().copied())).max(largest(step.iter().copied()));
+            let (change, contradiction) = complement.solve(&rest);
+            if contradiction > CONTRADICTION * scale {
+                return None;
+            }
+            for (solved, change) in solved.iter().zip(&change) {
+                step.iter_mut().zip(solved).for_each(|(s, v)| *s += v * change);
+            }
+            a.iter_mut().zip(&change).for_each(|(a, change)| *a += change);
+            free.iter().zip(&step).for_each(|(&i, s)| x[i] += s);
+        }
+        if !x.iter().chain(&a).all(|v| v.is_finite()) {
+            return None;
+        }
+        a.iter_mut().zip(&self.lengths).for_each(|(a, length)| *a /= length);
+        Some(Candidate { x, a, places: places.to_vec() })
+    }
+
+    /// Solves on one set, with multipliers of the rows for which all signs are right; `None` if no multipliers fit. These are not
+    /// unique if the set determines `x` alone, as in a vertex, and then the ones of [`Self::candidate`] may have wrong signs.
+    pub(super) fn with_fitting_multipliers(&self, places: &[Place]) -> Option<Candidate> {
+        let mut candidate = self.candidate(places)?;
+        // An unknown at its bound that is counted as free would ask for a multiplier of exactly zero.
+        candidate.places = self.at_bounds(&candidate);
+        if candidate.places != places {
+            candidate = self.candidate(&candidate.places)?;
+        }
+        candidate.a = self.fitting_multipliers(&candidate)?;
+        Some(candidate)
+    }
+
+    /// Finds the multipliers of least norm, with rows of length one, for which `P x + q − Gᵀ a` has the right signs: the least
+    /// distance programme of Lawson and Hanson 1974, chapter 23.
+    fn fitting_multipliers(&self, candidate: &Candidate) -> Option<Vec<f64>> {
+        let (n, m) = (candidate.x.len(), self.lengths.len());
+        let gradient = self.qp.gradient(&candidate.x, &vec![0.0; m]);
+        let known: Vec<f64> = candidate.a.iter().zip(&self.lengths).map(|(a, length)| a * length).collect();
+        let scale = largest(gradient.iter().copied()).max(norm(&known)).max(f64::MIN_POSITIVE);
+        // s (Gᵀ a)_i ≥ s (P x + q)_i, one column for each s.
+        let signs = |i: usize| match candidate.places[i] {
+            _ if self.qp.lower[i] == self.qp.upper[i] => [].as_slice(),
+            Place::Lower => &[-1.0],
+            Place::Upper => &[1.0],
+            Place::Free => &[-1.0, 1.0],
+        };
+        let columns: Vec<(usize, f64)> = (0..n).flat_map(|i| signs(i).iter().map(move |s| (i, *s))).collect();
+        let of_rows = (0..m).flat_map(|k| columns.iter().map(move |(i, s)| s * self.rows[k * n + i]));
+        let of_gradient = columns.iter().map(|(i, s)| s * gradient[*i] / scale);
+        let matrix: Vec<f64> = of_rows.chain(of_gradient).collect();
+        let mut right_side = vec![0.0; m + 1];
+        right_side[m] = 1.0;
+        let (_, residual) = nonnegative_least_squares(&matrix, &right_side).ok()?;
+        let a = residual[..m].iter().zip(&self.lengths);
+        let a: Vec<f64> = a.map(|(r, length)| -r / residual[m] * scale / length).collect();
+        a.iter().all(|a| a.is_finite()).then_some(a)
+    }
+
+    /// Returns the places of a candidate whose free unknowns at a bound, to round-off, are at that bound.
+    fn at_bounds(&self, candidate: &Candidate) -> Vec<Place> {
+        let Candidate { x, places, .. } = candidate;
+        let least = WRONG * largest(x.iter().copied()).max(self.size[0]);
+        let place = |i: usize| match places[i] {
+            Place::Free if x[i] <= self.qp.lower[i] + least => Place::Lower,
+            Place::Free if x[i] >= self.qp.upper[i] - least => Place::Upper,
+            same => same,
+        };
+        (0..x.len()).map(place).collect()
+    }
+
+    /// Returns the set that the signs of a candidate ask for.
+    fn next(&self, candidate: &Candidate) -> Vec<Place> {
+        let Candidate { x, a, places } = candidate;
+        let y = self.qp.gradient(x, a);
+        let least = WRONG * largest(x.iter().copied()).max(self.size[0]);
+        let slack = WRONG * self.size[1].max(largest(y.iter().copied()));
+        let place = |i: usize| match places[i] {
+            Place::Free if x[i] < self.qp.lower[i] - least => Place::Lower,
+            Place::Free if x[i] > self.qp.upper[i] + least => Place::Upper,
+            Place::Lower if y[i] < -slack && self.qp.lower[i] < self.qp.upper[i] => Place::Free,
+            Place::Upper if y[i] > slack && self.qp.lower[i] < self.qp.upper[i] => Place::Free,
+            same => same,
+        };
+        (0..x.len()).map(place).collect()
+    }
+}

@@ -1,0 +1,68 @@
+//! How far a point and its multipliers are from the KKT conditions.
+
+use super::programme::BoxQp;
+use crate::kkt::largest;
+use crate::problem::MatrixView;
+
+/// Residuals of the KKT conditions, each over the scale of its terms.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BoxResiduals {
+    /// `max |P x + q − Gᵀ a − y|` over the largest of its terms.
+    pub stationarity: f64,
+    /// `max |G x − e|` of a row over the sum of its terms' sizes.
+    pub rows: f64,
+    /// The part of `x` outside its bounds, over the largest `|x|`.
+    pub primal: f64,
+    /// The part of `y` with the wrong sign, over the scale of the stationarity.
+    pub dual: f64,
+    /// `max |y (x − bound)|` over the product of both scales.
+    pub complementarity: f64,
+}
+
+impl BoxResiduals {
+    /// Returns the largest of them.
+    #[must_use]
+    pub fn max(&self) -> f64 {
+        largest([self.stationarity, self.rows, self.primal, self.dual, self.complementarity])
+    }
+}
+
+/// Measures the KKT residuals of any `x`, multipliers `y` of the bounds and `a` of the rows.
+///
+/// # Panics
+/// If a length does not fit the programme.
+pub fn box_residuals(
+    qp: &BoxQp<'_>,
+    x: &[f64],
+    multipliers: &[f64],
+    row_multipliers: &[f64],
+) -> BoxResiduals {
+    let n = x.len();
+    let gradient = qp.gradient(x, row_multipliers);
+    let mut product = vec![0.0; n];
+    MatrixView::Dense { n, values: qp.matrix }.add_product(x, &mut product);
+    let rows = || qp.rows.chunks_exact(n.max(1));
+    let terms = rows().zip(row_multipliers).map(|(row, a)| largest(row.iter().copied()) * a.abs());
+    let force = largest(qp.linear.iter().copied()).max(largest(product)).max(terms.fold(0.0, f64::max));
+    let length = largest(x.iter().copied());
+    let over = |value: f64, scale: f64| if value == 0.0 { 0.0 } else { value / scale };
+    let mut found = BoxResiduals::default();
+    for i in 0..n {
+        let y = multipliers[i];
+        let below = (qp.lower[i] - x[i]).max(x[i] - qp.upper[i]).max(0.0);
+        found.primal = found.primal.max(over(below, length));
+        found.stationarity = found.stationarity.max(over((gradient[i] - y).abs(), force));
+        let bound = if y > 0.0 { qp.lower[i] } else { qp.upper[i] };
+        let distance = if y == 0.0 { 0.0 } else { (x[i] - bound).abs() };
+        if distance.is_infinite() {
+            found.dual = found.dual.max(over(y.abs(), force));
+        } else {
+            found.complementarity = found.complementarity.max(over(y.abs() * distance, force * length));
+        }
+    }
+    for ((row, e), defect) in rows().zip(qp.right_side).zip(qp.defect(x)) {
+        let size = row.iter().zip(x).map(|(g, x)| (g * x).abs()).sum::<f64>() + e.abs();
+        found.rows = found.rows.max(over(defect.abs(), size));
+    }
+    found
+}

@@ -1,0 +1,137 @@
+//! Independent rows: those that say something, with length one.
+
+/// A row whose part outside the span of the others is below this fraction of the longest row depends on them.
+const DEPENDENT: f64 = 1e-9;
+
+/// Orthonormal combinations of the rows of `G x = e`, and the combinations `t` with `tᵀ G = 0`.
+///
+/// A row of round-off must not become a condition: in contact such a row is the motion of a body that no pair resists.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct IndependentRows {
+    /// The combinations, row after row, orthonormal.
+    pub rows: Vec<f64>,
+    /// Their right-hand sides.
+    pub right_side: Vec<f64>,
+    /// The combinations in the given rows: `rows = T G`.
+    combinations: Vec<Vec<f64>>,
+    /// An orthonormal basis of all `t` with `tᵀ G = 0`.
+    kernel: Vec<Vec<f64>>,
+}
+
+impl IndependentRows {
+    /// Finds independent combinations of rows, the longest row first.
+    ///
+    /// * `rows`: G, row after row, m·n entries; `right_side`: e, m entries, few.
+    pub fn new(rows: &[f64], right_side: &[f64]) -> Self {
+        let m = right_side.len();
+        let n = rows.len().checked_div(m).unwrap_or(0);
+        let unit = |k: usize| (0..m).map(|i| if i == k { 1.0 } else { 0.0 }).collect::<Vec<f64>>();
+        let mut left: Vec<(Vec<f64>, Vec<f64>)> =
+            (0..m).map(|k| (rows[k * n..(k + 1) * n].to_vec(), unit(k))).collect();
+        let longest = left.iter().map(|(row, _)| norm(row)).fold(0.0, f64::max);
+        let mut found = Self::default();
+        while let Some(place) = (0..left.len()).max_by(|a, b| norm(&left[*a].0).total_cmp(&norm(&left[*b].0)))
+        {
+            let length = norm(&left[place].0);
+            if !(length > DEPENDENT * longest) {
+                break;
+            }
+            let (mut row, mut combination) = left.swap_remove(place);
+            row.iter_mut().chain(&mut combination).for_each(|x| *x /= length);
+            for (other, of_other) in &mut left {
+                // Twice, so that the rows stay orthogonal to round-off.
+                for _ in 0..2 {
+                    let part = dot(other, &row);
+                    subtract(other, part, &row);
+                    subtract(of_other, part, &combination);
+                }
+            }
+            found.right_side.push(dot(&combination, right_side));
+            found.rows.extend(row);
+            found.combinations.push(combination);
+        }
+        for (_, mut combination) in left {
+            for _ in 0..2 {
+                for known in &found.kernel {
+                    let part = dot(&combination, known);
+                    subtract(&mut combination, part, known);
+                }
+            }
+            let length = norm(&combination);
+            combination.iter_mut().for_each(|x| *x /= length);
+            found.kernel.push(combination);
+        }
+        found
+    }
+
+    /// Returns a basis of the combinations that give zero, orthonormal.
+    pub fn kernel(&self) -> &[Vec<f64>] {
+        &self.kernel
+    }
+
+    /// Returns the multipliers of the given rows for multipliers of [`Self::rows`]: `Tᵀ a`, without a part in the kernel.
+    pub fn expanded(&self, multipliers: &[f64]) -> Vec<f64> {
+        let m = self.combinations.len() + self.kernel.len();
+        let mut all = vec![0.0; m];
+        for (a, combination) in multipliers.iter().zip(&self.combinations) {
+            subtract(&mut all, -a, combination);
+        }
+        for t in &self.kernel {
+            let part = dot(&all, t);
+            subtract(&mut all, part, t);
+        }
+        all
+    }
+
+    /// Returns the part of a right-hand side in the kernel: what no `x` can balance.
+    pub fn unbalanced(&self, right_side: &[f64]) -> Vec<f64> {
+        let mut part = vec![0.0; right_side.len()];
+        for t in &self.kernel {
+            subtract(&mut part, -dot(t, right_side), t);
+        }
+        part
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn norm(a: &[f64]) -> f64 {
+    dot(a, a).sqrt()
+}
+
+fn subtract(a: &mut [f64], factor: f64, b: &[f64]) {
+    a.iter_mut().zip(b).for_each(|(a, b)| *a -= factor * b);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dependent_rows_and_rows_of_round_off_become_a_kernel() {
+        let rows = [1.0, 2.0, 0.0, -1.0, 0.5, 1.0, 0.0, -0.5, 0.0, 0.0, 3.0, 0.0, 1e-17, 0.0, 0.0, 1e-17];
+        let e = [2.0, 1.0, 6.0, 0.0];
+        let found = IndependentRows::new(&rows, &e);
+        assert_eq!((found.right_side.len(), found.kernel().len()), (2, 2));
+        // Every solution of the given rows is one of the combinations.
+        let x = [2.0, 0.0, 2.0, 0.0];
+        for (row, e) in found.rows.chunks_exact(4).zip(&found.right_side) {
+            assert!((dot(row, &x) - e).abs() < 1e-15 && (norm(row) - 1.0).abs() < 1e-15);
+        }
+        for t in found.kernel() {
+            let sum = |j: usize| (0..4).map(|k| t[k] * rows[4 * k + j]).sum::<f64>();
+            assert!((0..4).all(|j| sum(j).abs() < 1e-15));
+        }
+        // Multipliers give the same gradient.
+        let all = found.expanded(&[3.0, -1.0]);
+        for j in 0..4 {
+            let given: f64 = (0..4).map(|k| all[k] * rows[4 * k + j]).sum();
+            let combined = 3.0 * found.rows[j] - found.rows[4 + j];
+            assert!((given - combined).abs() < 1e-14);
+        }
+        assert!(norm(&found.unbalanced(&e)) < 1e-15);
+        assert!(norm(&found.unbalanced(&[0.0, 0.0, 0.0, 1.0])) > 0.9);
+    }
+}

@@ -1,0 +1,349 @@
+//! Rigid obstacles: lines that do not deform, held or moved, or free to move under a force.
+
+use super::matching::walk;
+use super::{ContactEdge, ContactInterface, Gap, InterfaceError, NodePair, pairing};
+use crate::body::{Body, NodeConstraint, RigidMotion};
+use crate::geometry::{self, Vector, cross, norm, perpendicular};
+use crate::mesh::id::{EdgeId, NodeId};
+use std::collections::HashMap;
+
+/// Cosine of the largest angle between a contact edge and the obstacle: 60 degrees.
+const FACING: f64 = 0.5;
+/// An overlap of the undeformed body up to this fraction of its diagonal is rounding of the mesh: it touches.
+const TOUCHING: f64 = 1e-6;
+
+/// The line of a rigid obstacle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RigidLine {
+    /// A straight line.
+    Plane {
+        /// A point of it, m.
+        point: Vector,
+        /// Out of the obstacle, to the body; of any length except zero.
+        normal: Vector,
+    },
+    /// A circle.
+    Circle {
+        /// Its centre, m.
+        centre: Vector,
+        /// Its radius, m.
+        radius: f64,
+        /// Whether the body is inside, so that the obstacle is a hole.
+        inside: bool,
+    },
+}
+
+impl RigidLine {
+    /// Computes the distance of a point from the line, m, negative inside the obstacle, and the unit normal out of the
+    /// body, into the obstacle.
+    pub fn distance(&self, point: Vector) -> (f64, Vector) {
+        match *self {
+            Self::Plane { point: origin, normal } => {
+                let out = 1.0 / norm(normal) * normal;
+                ((point - origin).dot(&out), -out)
+            }
+            Self::Circle { centre, radius, inside } => {
+                let arm = point - centre;
+                let length = norm(arm);
+                let out = if length > 0.0 { 1.0 / length * arm } else { Vector::x() };
+                if inside { (radius - length, out) } else { (length - radius, -out) }
+            }
+        }
+    }
+}
+
+/// A rigid obstacle in a pair with one body: each component of its motion is imposed, or free under its load.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Obstacle {
+    /// Its line.
+    pub line: RigidLine,
+    /// Imposed displacements in x and y, m; `None`: free.
+    pub translation: [Option<f64>; 2],
+    /// Imposed rotation about [`Self::about`], radians, counter-clockwise; `None`: free.
+    pub rotation: Option<f64>,
+    /// Resultant of its load, N/m; it acts along free components only.
+    pub force: Vector,
+    /// Moment of its load about [`Self::about`], N.
+    pub moment: f64,
+    /// The point about which it rotates, m.
+    pub about: Vector,
+    /// The point that faces each contact node of the body, m; set by [`super::ContactProblem::obstacle`].
+    pub(super) points: Vec<Vector>,
+}
+
+impl Obstacle {
+    /// Creates a fixed obstacle.
+    pub fn fixed(line: RigidLine) -> Self {
+        let about = match line {
+            RigidLine::Plane { point, .. } => point,
+            RigidLine::Circle { centre, .. } => centre,
+        };
+        Self {
+            line,
+            translation: [Some(0.0); 2],
+            rotation: Some(0.0),
+            force: Vector::zeros(),
+            moment: 0.0,
+            about,
+            points: Vec::new(),
+        }
+    }
+
+    /// Imposes a translation.
+    ///
+    /// * `by`: the displacement, m.
+    #[must_use]
+    pub fn moved(mut self, by: [f64; 2]) -> Self {
+        self.translation = by.map(Some);
+        self
+    }
+
+    /// Lets the components without an imposed value move under a load.
+    ///
+    /// * `translation`, `rotation`: imposed values; `None`: free. `force`, N/m, and `moment` about `about`, N.
+    #[must_use]
+    pub fn stamp(
+        mut self,
+        (translation, rotation): ([Option<f64>; 2], Option<f64>),
+        (force, moment): ([f64; 2], f64),
+        about: [f64; 2],
+    ) -> Self {
+        (self.translation, self.rotation) = (translation, rotation);
+        (self.force, self.moment, self.about) = (force.into(), moment, about.into());
+        self
+    }
+
+    /// Returns the points that face the contact nodes, m.
+    pub fn points(&self) -> &[Vector] {
+        &self.points
+    }
+
+    /// Computes the imposed displacement of each of its points, m: zero along free components.
+    pub fn imposed(&self) -> Vec<Vector> {
+        let [x, y] = self.translation.map(|t| t.unwrap_or(0.0));
+        let spin = self.rotation.unwrap_or(0.0);
+        self.points.iter().map(|p| Vector::new(x, y) + spin * perpendicular(p - self.about)).collect()
+    }
+
+    /// Lists its free motions with the load along each: the load is that of a unit of the motion.
+    pub fn free_motions(&self) -> Vec<(RigidMotion, f64)> {
+        let size = geometry::diagonal(&self.points).max(f64::MIN_POSITIVE);
+        let motion = |translation, spin| RigidMotion { piece: 0, translation, spin, centre: self.about };
+        let mut found = Vec::new();
+        for (c, axis) in [Vector::x(), Vector::y()].into_iter().enumerate() {
+            if self.translation[c].is_none() {
+                found.push((motion(axis, 0.0), self.force[c]));
+            }
+        }
+        if self.rotation.is_none() {
+            // Scaled so that it is comparable with a translation.
+            found.push((motion(Vector::zeros(), 1.0 / size), self.moment / size));
+        }
+        found
+    }
+
+    /// Computes the size of its load, N/m: the moment counts by the size of the contact.
+    pub fn load_size(&self) -> f64 {
+        norm(self.force) + self.moment.abs() / geometry::diagonal(&self.points).max(f64::MIN_POSITIVE)
+    }
+
+    /// Computes the displacement of each of its points in a rigid motion, m.
+    pub fn moved_by(&self, motion: &RigidMotion) -> Vec<Vector> {
+        self.points.iter().map(|p| motion.at(*p)).collect()
+    }
+
+    /// Takes the points that face the contact nodes of its body.
+    pub(super) fn facing(mut self, body: &Body, interface: &ContactInterface) -> Self {
+        let at = |pair: &NodePair| {
+            let point = body.mesh().points()[pair.nodes[0]];
+            point + self.line.distance(point).0 * pair.normal
+        };
+        self.points = interface.pairs().iter().map(at).collect();
+        self
+    }
+}
+
+impl ContactInterface {
+    /// Pairs a side of a body with a rigid obstacle: each node with the nearest point of the line. Edges that do not face the
+    /// line, by more than 60 degrees, are free. The gap is linear along the edges.
+    ///
+    /// * `surface`: the edge group.
+    /// * `gap`: overrides the distance from the line; `None`: the distance, ≥ 0 to rounding of the mesh.
+    ///
+    /// # Errors
+    /// A side that does not face the line, overlaps it, or is held or loaded, see [`InterfaceError`].
+    pub fn against(
+        body: &Body,
+        surface: &str,
+        line: &RigidLine,
+        gap: Option<&Gap>,
+    ) -> Result<Self, InterfaceError> {
+        let mesh = body.mesh();
+        let all = mesh.group(surface).ok_or_else(|| {
+            let known = mesh.groups().keys().map(String::as_str).collect::<Vec<_>>().join(", ");
+            InterfaceError::UnknownSurface { body: 0, group: surface.to_string(), known }
+        })?;
+        let faces =
+            |edge: &EdgeId| line.distance(mesh.edge_middle(*edge)).1.dot(&mesh.edge_normal(*edge)) >= FACING;
+        let edges: Vec<EdgeId> = all.iter().copied().filter(faces).collect();
+        let Some(first) = all.first() else {
+            let reason = "has no edge";
+            return Err(InterfaceError::NoSurface { body: 0, group: surface.to_string(), reason });
+        };
+        if edges.is_empty() {
+            return Err(InterfaceError::NotFacing { point: mesh.edge_middle(*first) });
+        }
+        pairing::check_free(body, 0, surface, &edges)?;
+        let chain = walk(body, &edges);
+        let mut line_of_nodes = Chained::default();
+        for stretch in &chain {
+            line_of_nodes.add(body, line, stretch.nodes.as_slice(), &stretch.edges, gap)?;
+        }
+        let Chained { pairs, edges, .. } = line_of_nodes;
+        let gap = gap.cloned().unwrap_or(Gap::Geometric);
+        let (gap, measured_on, profiles) = (gap, 0, vec![None; edges.len()]);
+        Ok(Self { pairs, edges, gap, measured_on, profiles, gap_change: None, whole: None })
+    }
+
+    /// Creates the interface of a refined body against the same obstacle, and the parents of its pairs.
+    ///
+    /// * `middle`: the new node in the middle of each old edge, or [`NodeId::NONE`].
+    pub(super) fn refined_against(
+        &self,
+        body: &Body,
+        middle: &[NodeId],
+        line: &RigidLine,
+    ) -> Result<(Self, Vec<[u32; 2]>), InterfaceError> {
+        let gap = if matches!(self.gap, Gap::Geometric) { None } else { Some(&self.gap) };
+        let mut starting = vec![None; self.pairs.len()];
+        self.edges.iter().for_each(|edge| starting[edge.pairs[0] as usize] = Some(edge));
+        let mut found = Chained::default();
+        let mut parents = Vec::new();
+        let mut number = vec![0; self.pairs.len()];
+        for (k, pair) in self.pairs.iter().enumerate() {
+            number[k] = found.pairs.len() as u32;
+            found.pairs.push(NodePair { tributary_length: 0.0, ..*pair });
+            parents.push([k as u32; 2]);
+            let halved = starting[k].map(|edge| (edge, middle[edge.edges[0].index()]));
+            if let Some((edge, node)) = halved.filter(|(_, node)| *node != NodeId::NONE) {
+                let at = pair.arc_length + 0.5 * edge.length;
+                found.pairs.push(found.pair(body, line, node, at, gap)?);
+                parents.push(edge.pairs);
+            }
+        }
+        for edge in &self.edges {
+            let [i, j] = edge.pairs.map(|k| number[k as usize]);
+            let ends = match middle[edge.edges[0].index()] {
+                NodeId::NONE => vec![[i, j]],
+                _ => vec![[i, i + 1], [i + 1, j]],
+            };
+            for ends in ends {
+                let [a, b] = ends.map(|k| found.pairs[k as usize].nodes[0]);
+                if let Some(edge) = body.mesh().topology().find_edge(a, b) {
+                    found.join(body, ends, edge);
+                }
+            }
+        }
+        found.pairs.iter_mut().enumerate().for_each(|(k, pair)| pair.nodes[1] = NodeId::new(k));
+        let Chained { pairs, edges, .. } = found;
+        let profiles = vec![None; edges.len()];
+        let interface = Self {
+            pairs,
+            edges,
+            profiles,
+            gap: self.gap.clone(),
+            measured_on: 0,
+            gap_change: None,
+            whole: None,
+        };
+        Ok((interface, parents))
+    }
+}
+
+/// Pairs and edges along an obstacle.
+#[derive(Default)]
+struct Chained {
+    pairs: Vec<NodePair>,
+    edges: Vec<ContactEdge>,
+    arc_length: f64,
+}
+
+impl Chained {
+    /// Adds a stretch.
+    fn add(
+        &mut self,
+        body: &Body,
+        line: &RigidLine,
+        nodes: &[NodeId],
+        edges: &[EdgeId],
+        gap: Option<&Gap>,
+    ) -> Result<(), InterfaceError> {
+        let mut number: HashMap<NodeId, u32> = HashMap::new();
+        for (k, &node) in nodes.iter().enumerate() {
+            if k > 0 {
+                self.arc_length += body.mesh().edge_length(edges[k - 1]);
+            }
+            number.insert(node, self.pairs.len() as u32);
+            let pair = self.pair(body, line, node, self.arc_length, gap)?;
+            self.pairs.push(pair);
+        }
+        for (k, &edge) in edges.iter().enumerate() {
+            let ends = [nodes[k], nodes[(k + 1) % nodes.len()]].map(|n| number[&n]);
+            self.join(body, ends, edge);
+        }
+        Ok(())
+    }
+
+    /// Creates the pair of a node and the obstacle.
+    fn pair(
+        &self,
+        body: &Body,
+        line: &RigidLine,
+        node: NodeId,
+        arc_length: f64,
+        gap: Option<&Gap>,
+    ) -> Result<NodePair, InterfaceError> {
+        let point = body.mesh().points()[node];
+        let (distance, normal) = line.distance(point);
+        let blocked = match body.node_constraints()[node] {
+            NodeConstraint::Free => false,
+            NodeConstraint::Along { direction, .. } => {
+                direction.dot(&normal).abs() > std::f64::consts::FRAC_1_SQRT_2
+            }
+            NodeConstraint::Fixed { .. } => true,
+        };
+        if blocked {
+            return Err(InterfaceError::SupportedNode { body: 0, point });
+        }
+        let gap = match gap {
+            Some(Gap::Given(data)) => data.at(point),
+            Some(Gap::Touching) => 0.0,
+            Some(Gap::Geometric) | None => {
+                let size = geometry::diagonal(body.mesh().points());
+                if distance < -TOUCHING * size {
+                    let around = body.mesh().topology().triangles_around(node).first();
+                    let spacing = around.map_or(size, |t| body.mesh().area(*t as usize).sqrt());
+                    return Err(InterfaceError::Overlap { point, depth: -distance, spacing });
+                }
+                distance.max(0.0)
+            }
+        };
+        if !(gap >= 0.0 && gap.is_finite()) {
+            return Err(InterfaceError::BadGap { point, value: gap });
+        }
+        let nodes = [node, NodeId::new(self.pairs.len())];
+        Ok(NodePair { nodes, normal, gap, tributary_length: 0.0, arc_length })
+    }
+
+    /// Adds the edge between two pairs and its length to their tributary lengths.
+    fn join(&mut self, body: &Body, ends: [u32; 2], edge: EdgeId) {
+        let length = body.mesh().edge_length(edge);
+        for k in ends {
+            self.pairs[k as usize].tributary_length += 0.5 * length;
+        }
+        let [a, b] = ends.map(|k| self.pairs[k as usize].normal);
+        let bent = norm(a - b) > super::SAME_NORMAL || cross(a, b).abs() > super::SAME_NORMAL;
+        self.edges.push(ContactEdge { pairs: ends, edges: [edge; 2], length, bent });
+    }
+}
