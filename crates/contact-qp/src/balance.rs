@@ -8,7 +8,7 @@ use crate::settings::QpSettings;
 use crate::solution::QpStatus;
 
 /// A gradient below this fraction of its terms is zero.
-const ROUND_OFF: f64 = 1e-14;
+const ROUND_OFF: f64 = 1e-13;
 
 /// Eigenvalues below this fraction of the largest one are zero.
 const DEPENDENT: f64 = 1e-12;
@@ -48,7 +48,8 @@ pub fn nonnegative_least_squares(rows: &[f64], right_side: &[f64]) -> Result<(Ve
         let gradient = |j: usize| dot(&columns[j], &residual);
         let open = (0..n).filter(|j| lengths[*j] > 0.0 && !passive.contains(j));
         let Some(best) = open.max_by(|i, j| gradient(*i).total_cmp(&gradient(*j))) else { break };
-        if gradient(best) <= ROUND_OFF * size {
+        // As many columns as rows leave nothing but round-off.
+        if gradient(best) <= ROUND_OFF * size || passive.len() >= m {
             break;
         }
         passive.push(best);

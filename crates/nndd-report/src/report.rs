@@ -108,7 +108,7 @@ fn certificate(solution: &CertifiedSolution) -> Certificate {
         relative: solution.relative(),
         relative_guaranteed: solution.relative_guaranteed(),
         eta_dis: Some(found.eta_dis),
-        eta_nndd: Some(found.eta_nndd.max(solution.last().eta_nndd)),
+        eta_nndd: Some(found.eta_nndd.max(solution.last().eta_nndd)).filter(|eta| eta.is_finite()),
         split: Split { discretisation: Some(discretisation), algebraic: Some(algebraic) },
         parts: case_io::report::Parts { mesh, iteration, contact, lift, gap_data, friction, round_off },
         problem: "frictionless".to_owned(),

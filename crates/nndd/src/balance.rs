@@ -101,9 +101,8 @@ impl Balance {
         let of_body = |body| external_forces(body).iter().map(|f| f.norm()).sum::<f64>();
         let on_bodies: f64 = problem.bodies.iter().map(of_body).sum();
         let size = on_bodies + problem.obstacles.iter().map(|obstacle| obstacle.load_size()).sum::<f64>();
-        let work: f64 = self.loads.iter().zip(&free).map(|(e, a)| e * a).sum();
         let norm = free.iter().map(|a| a * a).sum::<f64>().sqrt();
-        if !(work > NO_LOAD * size * norm) {
+        if !(norm > NO_LOAD * size) {
             return Ok(None);
         }
         let bodies = combined(problem, motions, &free);
@@ -115,6 +114,7 @@ impl Balance {
             motion.spin /= most;
             (of.body, motion)
         };
+        let work: f64 = self.loads.iter().zip(&free).map(|(e, a)| e * a).sum();
         Ok(Some(UnheldMotion { bodies: moved.map(unit).collect(), load: work / most }))
     }
 }
