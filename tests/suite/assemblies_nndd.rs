@@ -11,7 +11,7 @@ use nndd::{
     Acceleration, NewtonSettings, NnddError, NnddSettings, NnddStatus, Path, Start, Weights, solve_exactly,
     stiffer_roles,
 };
-use tests::assemblies::{four, pressed, stack, three, tower};
+use tests::assemblies::{four, pressed, stack, stamped, three, tower};
 use tests::run::pair_of;
 use tests::{iterates, prepare};
 
@@ -148,6 +148,26 @@ fn the_exact_solution_takes_over_if_the_softer_body_carries() {
     assert_eq!((solution.history.len(), solution.last.iteration), (51, 51));
     let exact = solve_exactly(&prepared, &QpSettings::default()).unwrap();
     assert_eq!(solution.last.displacements(&prepared), exact.displacement);
+}
+
+#[test]
+fn a_stamp_moves_under_its_force() {
+    let prepared = carried_by_the_stiffer(&stamped().unwrap());
+    assert_eq!(prepared.problem().roles()[2], Roles::SECOND);
+    let settings = NnddSettings::default();
+    assert!(reaches_the_exact_solution(&prepared, &settings) < 25);
+    let (solution, all) = iterates(&prepared, &settings, 1e-10).unwrap();
+    // The force is right from the first iteration, and λ is the line of the stamp.
+    let on_stamp = 38..57;
+    for iterate in &all {
+        assert!((iterate.contact_forces_of(on_stamp.clone())[1] - 20.0).abs() < 1e-11);
+        let line = &iterate.lambda[on_stamp.clone()];
+        assert!(line.windows(3).all(|l| (l[0] - 2.0 * l[1] + l[2]).abs() < 1e-14), "{line:?}");
+    }
+    let exact = nndd::solve(&prepared, vec![0.0; 57], NewtonSettings::default(), &mut Never).unwrap().last;
+    for (a, b) in solution.last.lambda.iter().zip(&exact.lambda) {
+        assert!((a - b).abs() < 1e-9 * exact.lambda[38].abs(), "{a} {b}");
+    }
 }
 
 #[test]

@@ -2,8 +2,8 @@
 //!
 //! ```text
 //!      top          ┌───┬───┐                ┌───────┐
-//!   ┌───────┐     ○ │ D │ C │                │   C   │
-//!   │  ...  │     ○ ├───┼───┤              ┌─┴─┐───┌─┴─┐
+//!   ┌───────┐     ▒ │ D │ C │                │   C   │
+//!   │  ...  │     ▒ ├───┼───┤              ┌─┴─┐───┌─┴─┐
 //!   ├───────┤       │ A │ B │              │ A │   │ B │   (A and B touch)
 //!   └───────┘       └───┴───┘              └───┘   └───┘
 //!    clamped         clamped                  clamped
@@ -14,7 +14,7 @@
 use fem_core::body::Body;
 use fem_core::boundary::{BoundaryConditions, ScalarData};
 use fem_core::geometry::Vector;
-use fem_core::interface::{ContactInterface, ContactProblem, Gap};
+use fem_core::interface::{ContactInterface, ContactProblem, Gap, Obstacle, RigidLine};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::generate::block;
@@ -150,10 +150,9 @@ pub fn three(shared: bool) -> Made<ContactProblem> {
 /// Energies of the cycle of four.
 pub const FOUR: [f64; 4] = [0.126904475649, 0.923608576017, 0.613004034270, 0.223425103263];
 /// Contact forces of its pairs.
-pub const FOUR_FORCES: [f64; 4] = [3.2916794160, 40.0, 14.0, 12.0];
+pub const FOUR_FORCES: [f64; 5] = [3.2916794160, 40.0, 14.0, 12.0, 14.0];
 
-/// Four blocks around a point: A and B clamped, C on B, D on A, against a smooth wall on its left. Pairs: A-B, C-B, D-C, D-A. The
-/// wall is a roller here: it presses everywhere, so the figures are those of a wall that D could leave.
+/// Four blocks around a point: A and B clamped, C on B, D on A, against a rigid wall on its left. Pairs: A-B, C-B, D-C, D-A, D-wall.
 ///
 /// # Errors
 /// None.
@@ -168,8 +167,9 @@ pub fn four() -> Made<ContactProblem> {
     let c = loads("right", ScalarData::function(|x| -20.0 * (x[1] - 0.8)), zero())
         .traction("top", [zero(), ScalarData::function(|x| -20.0 * (x[0] + 0.5))]);
     let c = body([1.0, 1.0], 2000.0, c)?;
-    let d = loads("top", zero(), (-12.0).into()).roller("left", 0.0);
-    let d = body([0.0, 1.0], 800.0, d)?;
+    let d = body([0.0, 1.0], 800.0, loads("top", zero(), (-12.0).into()))?;
+    let wall = RigidLine::Plane { point: Vector::zeros(), normal: Vector::x() };
+    let against = ContactInterface::against(&d, "left", &wall, None)?;
     let pairs = [
         ([0, 1], touching(&a, &b, ["right", "left"])?),
         ([2, 1], touching(&c, &b, ["bottom", "top"])?),
@@ -177,5 +177,20 @@ pub fn four() -> Made<ContactProblem> {
         ([3, 0], touching(&d, &a, ["bottom", "top"])?),
     ];
     let problem = ContactProblem::new(vec![a, b, c, d]);
-    Ok(pairs.into_iter().fold(problem, |problem, (bodies, pair)| problem.contact(bodies, pair)))
+    let problem = pairs.into_iter().fold(problem, |problem, (bodies, pair)| problem.contact(bodies, pair));
+    Ok(problem.obstacle(3, against, Obstacle::fixed(wall)))
+}
+
+/// The stack of three blocks, each 2 × 1, under a rigid stamp that a force of 20 and a moment of 3 press on the top, which is held
+/// sideways. The stamp keeps its place sideways.
+///
+/// # Errors
+/// None.
+pub fn stamped() -> Made<ContactProblem> {
+    let sideways = BoundaryConditions::new().displace("left", Some(0.0.into()), None);
+    let problem = stack(&[1000.0, 1500.0, 2000.0], [18, 9], &BoundaryConditions::new(), &sideways)?;
+    let line = RigidLine::Plane { point: Vector::new(1.0, 3.0), normal: -Vector::y() };
+    let interface = ContactInterface::against(&problem.bodies[2], "top", &line, None)?;
+    let stamp = Obstacle::fixed(line).stamp(([Some(0.0), None], None), ([0.0, -20.0], 3.0), [1.0, 3.0]);
+    Ok(problem.obstacle(2, interface, stamp))
 }

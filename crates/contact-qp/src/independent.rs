@@ -84,6 +84,15 @@ impl IndependentRows {
         }
         all
     }
+
+    /// Returns the part of a right-hand side in the kernel: what no `x` can balance.
+    pub fn unbalanced(&self, right_side: &[f64]) -> Vec<f64> {
+        let mut part = vec![0.0; right_side.len()];
+        for t in &self.kernel {
+            subtract(&mut part, -dot(t, right_side), t);
+        }
+        part
+    }
 }
 
 fn subtract(a: &mut [f64], factor: f64, b: &[f64]) {
@@ -116,6 +125,8 @@ mod tests {
             let combined = 3.0 * found.rows[j] - found.rows[4 + j];
             assert!((given - combined).abs() < 1e-14);
         }
+        assert!(norm(&found.unbalanced(&e)) < 1e-15);
+        assert!(norm(&found.unbalanced(&[0.0, 0.0, 0.0, 1.0])) > 0.9);
     }
 
     #[test]

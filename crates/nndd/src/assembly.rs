@@ -1,14 +1,14 @@
 //! Any number of bodies and pairs, floating bodies among them: the two steps in the rows of all pairs.
 //!
-//! Each pair has its λ, the trace of the body that carries it. A body may carry λ in some pairs and be unilateral in others, so no
+//! Each pair has its λ, the trace of the body, or the obstacle, that carries it. A body may carry λ in some pairs and be unilateral in others, so no
 //! order or colouring of the bodies is needed. All bodies answer to λ at the same time (step 1) and correct it at the same time
 //! (step 2): preconditioned descent on a convex function of λ whose gradient is the imbalance.
 
 mod correction;
 mod exact;
+mod motions;
 mod pass;
 mod response;
-mod rigid;
 mod roles;
 mod sprung;
 mod subdomain;
@@ -56,19 +56,14 @@ fn iteration(
     if settings.path == Path::Literal {
         return Err(NnddError::Unsupported { bodies: contact.bodies.len(), pairs: contact.contacts.len() });
     }
-    if contact.obstacles.iter().any(|obstacle| !obstacle.free_motions().is_empty()) {
-        return Err(NnddError::FreeObstacle);
-    }
     let rows = Rows::new(problem);
     let balance = Balance::new(contact, problem.rigid_motions());
     balance.check_held(contact)?;
-    let bodies = try_each_body(contact.bodies.len(), |b| Subdomain::new(problem, &rows, &balance, b))?;
+    let bodies = try_each_body(contact.bodies.len(), |b| Subdomain::new(problem, &rows, b))?;
     let correction = Correction::new(&bodies, rows.len(), settings.weights, settings.coarse);
     let estimate = || spectrum::of_product(rows.len(), |v| correction.operator(v), |j| correction.apply(j));
     let (theta, chosen) = spectrum::choose_theta(settings.theta, FALLBACK, estimate);
     let mut assembly = Assembly::new(problem, &rows, &balance, &bodies, &correction, &settings.qp);
-    let mut start = start;
-    assembly.place_obstacles(&mut start.lambda);
     if let Some(active) = &start.active {
         assembly.start_from(active);
     }

@@ -12,7 +12,6 @@ use fem_core::assembly::external_forces;
 use fem_core::body::RigidMotion;
 use fem_core::interface::ContactProblem;
 use fem_core::prepared::BodyMotion;
-use std::ops::Range;
 
 /// A load of a motion below this fraction of all loads is round-off.
 const NO_LOAD: f64 = 1e-10;
@@ -52,9 +51,9 @@ pub(crate) struct Balance {
     /// The rigid motions, body after body.
     pub(crate) motions: Vec<BodyMotion>,
     /// `G = (B R)ᵀ`, line after line.
-    pub(crate) rows: Vec<f64>,
+    rows: Vec<f64>,
     /// `e = Rᵀ f`.
-    pub(crate) loads: Vec<f64>,
+    loads: Vec<f64>,
     /// Independent combinations of the lines: one per motion that the pairs resist.
     pub(crate) independent: IndependentRows,
 }
@@ -79,12 +78,6 @@ impl Balance {
         Self { motions: motions.to_vec(), rows, loads, independent }
     }
 
-    /// Returns the lines of a body.
-    pub(crate) fn of_body(&self, body: usize) -> Range<usize> {
-        let before = |b: usize| self.motions.partition_point(|of| of.body < b);
-        before(body)..before(body + 1)
-    }
-
     /// Checks that the assembly is held.
     ///
     /// # Errors
@@ -99,8 +92,12 @@ impl Balance {
         if motions.is_empty() {
             return Ok(None);
         }
-        // In the given lines the residual is the shortest of all such motions: bodies that need not move do not.
-        let (_, free) = nonnegative_least_squares(&self.rows, &self.loads)?;
+        // What no forces balance is set apart: lines of round-off must not balance it. The rest is measured in the motions
+        // themselves, so that only bodies move that must.
+        let unbalanced = self.independent.unbalanced(&self.loads);
+        let loads: Vec<f64> = self.loads.iter().zip(&unbalanced).map(|(e, part)| e - part).collect();
+        let (_, mut free) = nonnegative_least_squares(&self.rows, &loads)?;
+        free.iter_mut().zip(&unbalanced).for_each(|(a, part)| *a += part);
         let of_body = |body| external_forces(body).iter().map(|f| f.norm()).sum::<f64>();
         let on_bodies: f64 = problem.bodies.iter().map(of_body).sum();
         let size = on_bodies + problem.obstacles.iter().map(|obstacle| obstacle.load_size()).sum::<f64>();

@@ -43,9 +43,6 @@ pub enum NnddError {
         /// The motion.
         motion: UnheldMotion,
     },
-    /// An obstacle moves freely under a force: the iteration has no λ for that.
-    #[error("an obstacle moves freely under a force; the exact solution allows that, the iteration does not")]
-    FreeObstacle,
     /// θ is not a positive number.
     #[error("theta is {found}; it must be a positive, finite number")]
     Theta {

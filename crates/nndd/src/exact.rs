@@ -102,8 +102,8 @@ fn programme(problem: &PreparedProblem, rows: &Rows) -> (Vec<f64>, Vec<f64>) {
             }
         }
     }
-    for (linear, trace) in linear.iter_mut().zip(rows.of_obstacles(problem)) {
-        *linear -= trace;
+    for (linear, trace) in linear.iter_mut().zip(rows.obstacles(problem)) {
+        *linear -= trace.unwrap_or(0.0);
     }
     // Round-off must not make F unsymmetric.
     for j in 0..count {

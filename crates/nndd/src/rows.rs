@@ -59,17 +59,20 @@ impl Rows {
         pairs.map(|pair| pair.gap).collect()
     }
 
-    /// Returns the imposed displacements of the obstacles along the rows, out of the obstacle, m; 0 in rows of two bodies.
-    pub(crate) fn of_obstacles(&self, problem: &PreparedProblem) -> Vec<f64> {
-        let contact = problem.problem();
-        let of_pair = |pair: &ContactPair| -> Vec<f64> {
-            let Some(obstacle) = contact.obstacle_of(pair) else {
-                return vec![0.0; pair.interface.pairs().len()];
-            };
-            let nodes = pair.interface.pairs().iter().zip(obstacle.imposed());
-            nodes.map(|(nodes, u)| sign(1) * u.dot(&nodes.normal)).collect()
+    /// Returns the imposed trace of the obstacle of each row along its outward normal, m; `None` in rows of two bodies.
+    pub(crate) fn obstacles(&self, problem: &PreparedProblem) -> Vec<Option<f64>> {
+        let of_pair = |pair: &ContactPair| -> Vec<Option<f64>> {
+            let pairs = pair.interface.pairs();
+            match problem.problem().obstacle_of(pair) {
+                None => vec![None; pairs.len()],
+                Some(obstacle) => pairs
+                    .iter()
+                    .zip(obstacle.imposed())
+                    .map(|(p, u)| Some(sign(1) * u.dot(&p.normal)))
+                    .collect(),
+            }
         };
-        contact.contacts.iter().flat_map(of_pair).collect()
+        problem.problem().contacts.iter().flat_map(of_pair).collect()
     }
 
     /// Sorts one value per row by pair.

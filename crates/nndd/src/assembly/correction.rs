@@ -5,7 +5,7 @@
 //! M = \sum_α σ_α D_α \tilde Φ_α D_α σ_α + Z (Z^T S_0 Z)^+ Z^T, \qquad S_0 = \sum_α σ_α S_α σ_α
 //! ```
 //! `σ` is + in the rows where a body carries λ and − in the others, `D` shares the imbalance `j` between the two bodies of a row.
-//! A held body has `Φ̃ = S⁻¹`. A floating one is put on springs that see rigid motions only, `Φ̃ = (S + s̄ Q Qᵀ)⁻¹` with
+//! Against an obstacle `σ` is 0. A held body has `Φ̃ = S⁻¹`. A floating one is put on springs that see rigid motions only, `Φ̃ = (S + s̄ Q Qᵀ)⁻¹` with
 //! `s̄ = tr S/n`; without the coarse space of its motions (Mandel 1993), `Z = [σ_α D_α Q_α]`, a load would pass one body per iteration.
 
 use super::subdomain::Subdomain;
@@ -80,7 +80,7 @@ impl<'a> Correction<'a> {
         let of_body = |b: usize| {
             let (body, signs) = (&self.bodies[b], self.bodies[b].signs());
             let traces = body.gather(v).component_mul(&signs);
-            // Most bodies do not see a column of the coarse space.
+            // Most bodies have no part of a column of the coarse space.
             let seen = traces.iter().any(|v| *v != 0.0);
             if seen { body.stiffness(&traces).component_mul(&signs) } else { traces }
         };
@@ -97,10 +97,11 @@ impl<'a> Correction<'a> {
         if !body.floats() {
             return body.flexibility(&force);
         }
-        let resultant = body.rigid.project_out(&mut force);
-        let mut traces = body.flexibility(&force);
-        body.rigid.project_out(&mut traces);
-        traces + &body.rigid.basis * (self.springs[b] * resultant)
+        let basis = &body.rigid.basis;
+        let resultant = basis.tr_mul(&force);
+        force -= basis * &resultant;
+        let traces = body.flexibility(&force);
+        &traces + basis * (self.springs[b] * resultant - basis.tr_mul(&traces))
     }
 
     fn coarse_space(&self, rows: usize) -> Option<Coarse> {

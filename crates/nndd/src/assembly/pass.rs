@@ -3,18 +3,17 @@
 use super::correction::Correction;
 use super::exact;
 use super::response::{Response, Unilateral, imposed};
-use super::subdomain::Subdomain;
+use super::subdomain::{Carrier, Subdomain};
 use crate::balance::Balance;
 use crate::error::NnddError;
 use crate::iterate::{ContactAnswer, Iterate, Programme, Recovery, precision};
 use crate::iteration::Pass;
 use crate::rows::Rows;
 use crate::vector::{add, dot};
-use contact_qp::{
-    ActiveSet, BoxResiduals, IndependentRows, Place, QpPath, QpSettings, QpStatus, nearest_balanced,
-};
+use contact_qp::{ActiveSet, BoxResiduals, Place, QpPath, QpSettings, QpStatus, nearest_balanced};
+use fem_core::body::RigidMotion;
 use fem_core::norm::from_squared;
-use fem_core::prepared::PreparedProblem;
+use fem_core::prepared::{BodyMotion, PreparedProblem};
 use fem_core::{each_body, try_each_body};
 use nalgebra::DVector;
 
@@ -31,10 +30,7 @@ pub(super) struct Assembly<'a> {
     /// Initial gaps and tributary lengths, by row, m.
     gaps: Vec<f64>,
     weights: Vec<f64>,
-    /// The lines of the balance of all bodies, line after line, and their loads.
-    lines: Vec<f64>,
-    loads: Vec<f64>,
-    /// The trace of the obstacle in the rows that have one, out of the obstacle, m.
+    /// The imposed trace of the obstacle of each row, m.
     obstacles: Vec<Option<f64>>,
     programmes: Vec<Option<Unilateral>>,
     /// Where the forces of each body were in the last iteration.
@@ -60,24 +56,7 @@ impl<'a> Assembly<'a> {
         qp: &'a QpSettings,
     ) -> Self {
         let pairs = problem.problem().contacts.iter().flat_map(|pair| pair.interface.pairs());
-        let (mut lines, mut loads) = (Vec::new(), Vec::new());
-        for body in bodies {
-            for q in body.rigid.basis.column_iter() {
-                let mut line = vec![0.0; rows.len()];
-                body.scatter(&q.into_owned(), &mut line);
-                lines.extend(line);
-            }
-            loads.extend(&body.rigid.loads);
-        }
-        // Motions of several bodies may depend on each other.
-        let IndependentRows { rows: lines, right_side: loads, .. } = IndependentRows::new(&lines, &loads);
-        let fixed = rows.of_obstacles(problem);
-        let contact = problem.problem();
-        let has_obstacle = contact.contacts.iter().flat_map(|pair| {
-            std::iter::repeat_n(contact.obstacle_of(pair).is_some(), pair.interface.pairs().len())
-        });
         Self {
-            obstacles: has_obstacle.zip(fixed).map(|(has, trace)| has.then_some(trace)).collect(),
             problem,
             balance,
             bodies,
@@ -85,8 +64,7 @@ impl<'a> Assembly<'a> {
             qp,
             gaps: rows.gaps(problem),
             weights: pairs.map(|pair| 1.0 / pair.tributary_length).collect(),
-            lines,
-            loads,
+            obstacles: rows.obstacles(problem),
             programmes: each_body(bodies.len(), |b| Unilateral::new(&bodies[b])),
             places: vec![None; bodies.len()],
         }
@@ -94,37 +72,25 @@ impl<'a> Assembly<'a> {
 
     /// Starts with a known active set of all rows.
     pub(super) fn start_from(&mut self, active: &ActiveSet) {
-        let place = |carries: bool, row: usize| {
-            if carries || active.is_active(row) { Place::Free } else { Place::Lower }
+        let place = |(carrier, row): (&Carrier, &usize)| {
+            let free = *carrier == Carrier::Itself || active.is_active(*row);
+            if free { Place::Free } else { Place::Lower }
         };
-        let of_body = |body: &Subdomain<'_>| {
-            Some(body.carries.iter().zip(&body.rows).map(|(carries, row)| place(*carries, *row)).collect())
-        };
+        let of_body = |body: &Subdomain<'_>| Some(body.carriers.iter().zip(&body.rows).map(place).collect());
         self.places = self.bodies.iter().map(of_body).collect();
     }
 
-    /// Sets λ where an obstacle imposes it.
-    pub(super) fn place_obstacles(&self, lambda: &mut [f64]) {
-        for (lambda, trace) in lambda.iter_mut().zip(&self.obstacles) {
-            *lambda = trace.unwrap_or(*lambda);
-        }
-    }
-
     /// Steps 1 and 2.
-    pub(super) fn pass(&mut self, lambda: Vec<f64>) -> Result<Pass, NnddError> {
+    pub(super) fn pass(&mut self, mut lambda: Vec<f64>) -> Result<Pass, NnddError> {
+        let imposed = lambda.iter_mut().zip(&self.obstacles);
+        imposed.for_each(|(lambda, obstacle)| *lambda = obstacle.unwrap_or(*lambda));
         // Step 1: each body answers to λ, imposed in some rows and unilateral in the others.
         let responses = self.step_1(&lambda)?;
         let answers = self.answers(&responses);
         // Step 2: the correction under the imbalance P¹ − P².
         let imbalance: Vec<f64> =
             answers.carried.iter().zip(&answers.unilateral).map(|(first, second)| first - second).collect();
-        let mut direction = self.correction.apply(&imbalance);
-        // An obstacle does not move.
-        direction
-            .iter_mut()
-            .zip(&self.obstacles)
-            .filter(|(_, fixed)| fixed.is_some())
-            .for_each(|(w, _)| *w = 0.0);
+        let direction = self.correction.apply(&imbalance);
         let eta_nndd = self.eta_nndd(&responses, &answers)?;
         Ok(Pass { iterate: self.iterate_of(eta_nndd, lambda, &responses, answers), direction })
     }
@@ -132,10 +98,11 @@ impl<'a> Assembly<'a> {
     fn step_1(&mut self, lambda: &[f64]) -> Result<Vec<Response>, NnddError> {
         let respond = |b: usize| {
             let body = &self.bodies[b];
-            let bound = |(carries, row): (&bool, &usize)| {
-                if *carries { lambda[*row] } else { self.gaps[*row] - lambda[*row] }
+            let bound = |(carrier, row): (&Carrier, &usize)| match carrier {
+                Carrier::Itself => lambda[*row],
+                Carrier::Other | Carrier::Obstacle => self.gaps[*row] - lambda[*row],
             };
-            let traces = DVector::from_iterator(body.len(), body.carries.iter().zip(&body.rows).map(bound));
+            let traces = DVector::from_iterator(body.len(), body.carriers.iter().zip(&body.rows).map(bound));
             match &self.programmes[b] {
                 None => Ok(imposed(body, &traces)),
                 Some(programme) => programme.solve(body, &traces, self.places[b].as_deref(), self.qp),
@@ -156,18 +123,15 @@ impl<'a> Assembly<'a> {
         };
         for (body, response) in self.bodies.iter().zip(responses) {
             for (i, &row) in body.rows.iter().enumerate() {
-                if body.carries[i] {
+                if body.carriers[i] != Carrier::Other {
                     found.carried[row] = response.force[i];
-                } else {
+                }
+                if body.carriers[i] != Carrier::Itself {
                     found.unilateral[row] = response.force[i];
                     found.opening[row] = response.opening[i];
                     found.active[row] = response.places[i] == Place::Free;
                 }
             }
-        }
-        for (row, _) in self.obstacles.iter().enumerate().filter(|(_, fixed)| fixed.is_some()) {
-            // An obstacle answers with the same force.
-            found.carried[row] = found.unilateral[row];
         }
         found
     }
@@ -178,7 +142,8 @@ impl<'a> Assembly<'a> {
         let Answers { unilateral, opening, .. } = answers;
         let loaded: Vec<bool> = unilateral.iter().map(|p| *p > 0.0).collect();
         let nearest = |allowed: Option<&[bool]>| {
-            nearest_balanced(unilateral, &self.weights, &self.lines, &self.loads, allowed)
+            let balance = &self.balance.independent;
+            nearest_balanced(unilateral, &self.weights, &balance.rows, &balance.right_side, allowed)
         };
         let distance = |forces: &[f64]| -> f64 {
             let change = forces.iter().zip(unilateral).zip(&self.weights);
@@ -202,10 +167,12 @@ impl<'a> Assembly<'a> {
     fn iterate_of(
         &self,
         eta_nndd: f64,
-        lambda: Vec<f64>,
+        mut lambda: Vec<f64>,
         responses: &[Response],
         answers: Answers,
     ) -> Iterate {
+        let motions = self.motions(responses);
+        self.move_obstacles(&motions, &mut lambda);
         let reaction: Vec<f64> = answers.carried.iter().map(|p| 0.0 - p).collect();
         let pairs = self.problem.problem().contacts.iter().flat_map(|pair| pair.interface.pairs());
         let bound: Vec<f64> = lambda.iter().zip(&self.gaps).map(|(l, g)| l - g).collect();
@@ -220,8 +187,6 @@ impl<'a> Assembly<'a> {
             kkt: exact::residuals(&worst(responses)),
             normal_reaction: answers.unilateral,
         };
-        let amounts = self.bodies.iter().zip(responses).flat_map(|(body, r)| body.rigid.amounts(&r.motion));
-        let motions = self.balance.motions.iter().zip(amounts);
         Iterate {
             iteration: 0,
             theta: 0.0,
@@ -233,7 +198,35 @@ impl<'a> Assembly<'a> {
             programme: Programme { path: contact.path, iterations: contact.iterations },
             contact,
             recovery: Recovery::Forces,
-            motions: motions.map(|(of, amount)| (of.body, of.motion, amount)).collect(),
+            motions,
+        }
+    }
+
+    /// Returns the rigid motions of all bodies and obstacles, and by how much.
+    fn motions(&self, responses: &[Response]) -> Vec<(usize, RigidMotion, f64)> {
+        let all = self.problem.rigid_motions();
+        let mut motions: Vec<_> = all.iter().map(|of| (of.body, of.motion, 0.0)).collect();
+        for (body, response) in self.bodies.iter().zip(responses) {
+            for (number, amount) in body.balanced.amounts(&response.motion) {
+                motions[number].2 = amount;
+            }
+        }
+        motions
+    }
+
+    /// Adds the free motions of the obstacles to their λ.
+    fn move_obstacles(&self, motions: &[(usize, RigidMotion, f64)], lambda: &mut [f64]) {
+        let mut start = 0;
+        for pair in &self.problem.problem().contacts {
+            let nodes = pair.interface.pairs();
+            for (_, motion, amount) in
+                motions.iter().filter(|of| of.0 == pair.bodies[1] && of.0 >= self.bodies.len())
+            {
+                let moved = self.problem.moved_by(&BodyMotion::new(pair.bodies[1], *motion));
+                let pairs = lambda[start..start + nodes.len()].iter_mut().zip(nodes);
+                pairs.for_each(|(l, pair)| *l -= amount * moved[pair.nodes[1]].dot(&pair.normal));
+            }
+            start += nodes.len();
         }
     }
 }

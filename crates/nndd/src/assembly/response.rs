@@ -5,9 +5,10 @@
 //! ```math
 //! \min_P \; ½ P^T Φ P + (c - B K^+ f)^T P, \qquad P_i ≥ 0 \text{ in unilateral rows}, \quad Q^T P = Q^T P_{balance}
 //! ```
-//! whose gradient is the opening `c − v`, and whose multipliers are the rigid motions.
+//! whose gradient is the opening `c − v`, and whose multipliers are the rigid motions. Against an obstacle `λ` is what is imposed on
+//! it; what is free is one more rigid motion, since no other body touches it.
 
-use super::subdomain::Subdomain;
+use super::subdomain::{Carrier, Subdomain};
 use crate::error::NnddError;
 use contact_qp::{BoxQp, BoxResiduals, Place, QpPath, QpSettings, QpStatus, solve_box};
 use nalgebra::DVector;
@@ -18,7 +19,7 @@ pub(super) struct Response {
     pub(super) force: Vec<f64>,
     /// Openings `c − v`, exactly 0 where the body carries λ and where there is a unilateral force, m.
     pub(super) opening: Vec<f64>,
-    /// Coefficients of the rigid motions.
+    /// Coefficients of the rigid motions that its forces balance.
     pub(super) motion: Vec<f64>,
     /// Where the forces are.
     pub(super) places: Vec<Place>,
@@ -39,10 +40,11 @@ pub(super) struct Unilateral {
 impl Unilateral {
     /// Sets up the programme; `None` if the body carries λ in all its rows.
     pub(super) fn new(body: &Subdomain<'_>) -> Option<Self> {
-        if body.carries.iter().all(|carries| *carries) {
+        let carries = |carrier: &Carrier| *carrier == Carrier::Itself;
+        if body.carriers.iter().all(carries) {
             return None;
         }
-        let lower = body.carries.iter().map(|carries| if *carries { f64::NEG_INFINITY } else { 0.0 });
+        let lower = body.carriers.iter().map(|of| if carries(of) { f64::NEG_INFINITY } else { 0.0 });
         Some(Self {
             flexibility: body.flexibility_matrix(),
             lower: lower.collect(),
@@ -66,8 +68,8 @@ impl Unilateral {
             linear: &linear,
             lower: &self.lower,
             upper: &self.upper,
-            rows: body.rigid.basis.as_slice(),
-            right_side: body.rigid.loads.as_slice(),
+            rows: body.balanced.basis.as_slice(),
+            right_side: body.balanced.loads(),
         };
         let found = solve_box(&qp, places, settings)?;
         Ok(Response {

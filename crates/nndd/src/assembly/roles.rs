@@ -1,7 +1,6 @@
 //! Who carries λ.
 
 use super::subdomain::Subdomain;
-use crate::balance::Balance;
 use crate::rows::Rows;
 use fem_core::each_body;
 use fem_core::interface::{ContactPair, Roles};
@@ -11,14 +10,13 @@ use fem_core::prepared::PreparedProblem;
 const STIFFER: f64 = 1e-6;
 
 /// Chooses for each pair the stiffer body to carry λ, floating or not, by the mean diagonal of `S` in the rows of the pair; of two
-/// equal ones the first; an obstacle always carries it. With the softer body the iteration takes many times as long or does not converge.
+/// equal ones the first. With the softer body the iteration takes many times as long or does not converge.
 ///
-/// Pairs of a body whose rows depend on each other, which the iteration does not allow, keep [`Roles::FIRST`].
+/// An obstacle always carries λ. Pairs of a body whose rows depend on each other, which the iteration does not allow, keep [`Roles::FIRST`].
 pub fn stiffer_roles(problem: &PreparedProblem) -> Vec<Roles> {
     let rows = Rows::new(problem);
-    let balance = Balance::new(problem.problem(), problem.rigid_motions());
     let diagonals = each_body(problem.bodies().len(), |b| {
-        let body = Subdomain::new(problem, &rows, &balance, b).ok()?;
+        let body = Subdomain::new(problem, &rows, b).ok()?;
         let mut by_row = vec![0.0; rows.len()];
         body.scatter(&body.diagonal(), &mut by_row);
         Some(rows.by_pair(&by_row))

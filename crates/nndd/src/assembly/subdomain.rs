@@ -1,25 +1,37 @@
 //! A body in the rows of its pairs: traces along its outward normals, forces that press on it.
 
-use super::rigid::RigidTraces;
+use super::motions::Motions;
 use super::sprung::Sprung;
-use crate::balance::Balance;
 use crate::error::NnddError;
 use crate::rows::Rows;
 use fem_core::prepared::PreparedProblem;
 use nalgebra::{DMatrix, DVector};
 use std::iter::repeat_n;
 
+/// Who carries λ in a row of a body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Carrier {
+    /// The body.
+    Itself,
+    /// Another body.
+    Other,
+    /// An obstacle.
+    Obstacle,
+}
+
 /// A body with `n` independent rows. With `S_s` of the body on its springs, which it has if it floats (see
 /// [`fem_core::assembly::System::with_springs`]), the body alone has `S = S_s − S_s Q (Qᵀ S_s Q)⁻¹ Qᵀ S_s`.
 pub(super) struct Subdomain<'a> {
     /// Numbers of its rows among those of the assembly.
     pub(super) rows: Vec<usize>,
-    /// Whether the body carries λ, by row.
-    pub(super) carries: Vec<bool>,
+    /// Who carries λ, by row.
+    pub(super) carriers: Vec<Carrier>,
     /// Traces under the loads without contact forces, `B K⁺ f` and what supports impose, m.
     pub(super) free: DVector<f64>,
-    /// The rigid motions; none if the body is held.
-    pub(super) rigid: RigidTraces,
+    /// The rigid motions of the body; none if it is held.
+    pub(super) rigid: Motions,
+    /// The rigid motions that its forces balance: also those of the obstacles that it touches.
+    pub(super) balanced: Motions,
     operators: Sprung<'a>,
     /// `S_s Q`, n × r.
     moved: DMatrix<f64>,
@@ -32,12 +44,7 @@ impl<'a> Subdomain<'a> {
     ///
     /// # Errors
     /// [`NnddError::DependentRows`].
-    pub(super) fn new(
-        problem: &'a PreparedProblem,
-        rows: &Rows,
-        balance: &Balance,
-        body: usize,
-    ) -> Result<Self, NnddError> {
+    pub(super) fn new(problem: &'a PreparedProblem, rows: &Rows, body: usize) -> Result<Self, NnddError> {
         let dependent = || NnddError::DependentRows { body };
         let condensed = &problem.bodies()[body];
         let of_body = rows.of_body(problem, body);
@@ -46,23 +53,28 @@ impl<'a> Subdomain<'a> {
         let mut free = vec![0.0; condensed.len()];
         condensed.trace_from_force(condensed.condensed_load(), &mut free);
         let free = DVector::from_iterator(n, of_body.iter().map(|row| row.of(&free) + row.imposed));
-        let lines = balance.of_body(body);
-        let line = |m: usize| &balance.rows[(lines.start + m) * rows.len()..][..rows.len()];
-        let traces = DMatrix::from_fn(lines.len(), n, |m, i| line(m)[of_body[i].row]);
-        let rigid = RigidTraces::new(&traces, &DVector::from_column_slice(&balance.loads[lines.clone()]));
+        let rigid = Motions::new(problem, body, false);
         let columns = rigid.basis.column_iter().map(|q| operators.stiffness(&q.into_owned()));
         let columns: Vec<DVector<f64>> = columns.collect();
         let moved = DMatrix::from_fn(n, columns.len(), |i, k| columns[k][i]);
         let inverse = rigid.basis.tr_mul(&moved).try_inverse().ok_or_else(dependent)?;
-        let carries = problem.problem().sides_of(body).flat_map(|(k, side)| {
+        let carriers = problem.problem().sides_of(body).flat_map(|(k, side)| {
             let pair = &problem.problem().contacts[k];
-            repeat_n(pair.roles.imposed() == side, pair.interface.pairs().len())
+            let carrier = if problem.problem().obstacle_of(pair).is_some() {
+                Carrier::Obstacle
+            } else if pair.roles.imposed() == side {
+                Carrier::Itself
+            } else {
+                Carrier::Other
+            };
+            repeat_n(carrier, pair.interface.pairs().len())
         });
         Ok(Self {
             rows: of_body.iter().map(|row| row.row).collect(),
-            carries: carries.collect(),
+            carriers: carriers.collect(),
             free,
             rigid,
+            balanced: Motions::new(problem, body, true),
             operators,
             moved,
             inverse,
@@ -79,10 +91,15 @@ impl<'a> Subdomain<'a> {
         self.rigid.basis.ncols() > 0
     }
 
-    /// Returns `σ`, by row: the trace is `λ` where the body carries it, and at most `g − λ` in the other rows.
+    /// Returns `σ`, by row: the trace is `λ` in the rows where the body carries it, and at most `g − λ` if another body does. 0
+    /// against an obstacle, whose λ is not updated.
     pub(super) fn signs(&self) -> DVector<f64> {
-        let sign = |carries: &bool| if *carries { 1.0 } else { -1.0 };
-        DVector::from_iterator(self.len(), self.carries.iter().map(sign))
+        let sign = |carrier: &Carrier| match carrier {
+            Carrier::Itself => 1.0,
+            Carrier::Other => -1.0,
+            Carrier::Obstacle => 0.0,
+        };
+        DVector::from_iterator(self.len(), self.carriers.iter().map(sign))
     }
 
     /// Takes the body's part of one value per row of the assembly.
@@ -122,7 +139,8 @@ impl<'a> Subdomain<'a> {
     /// coefficients `a` of its rigid motions.
     pub(super) fn forces_of_traces(&self, v: &DVector<f64>) -> (DVector<f64>, DVector<f64>) {
         let forces = self.operators.stiffness(&(&self.free - v));
-        let motion = &self.inverse * (&self.rigid.loads - self.rigid.basis.tr_mul(&forces));
+        let loads = DVector::from_column_slice(self.rigid.loads());
+        let motion = &self.inverse * (loads - self.rigid.basis.tr_mul(&forces));
         (forces + &self.moved * &motion, motion)
     }
 }

@@ -1,0 +1,60 @@
+//! Rigid motions as the rows of one body see them.
+
+use crate::rows::sign;
+use contact_qp::IndependentRows;
+use fem_core::prepared::PreparedProblem;
+use nalgebra::DMatrix;
+
+/// Some rigid motions in the rows of a body.
+pub(super) struct Motions {
+    /// Their numbers among [`PreparedProblem::rigid_motions`].
+    numbers: Vec<usize>,
+    /// An orthonormal basis `Q` of their traces, with the forces `Qᵀ P` that balance the loads.
+    rows: IndependentRows,
+    /// `Q`, n × r.
+    pub(super) basis: DMatrix<f64>,
+}
+
+impl Motions {
+    /// Takes the motions of a body and, if asked for, of the obstacles that it touches.
+    pub(super) fn new(problem: &PreparedProblem, body: usize, with_obstacles: bool) -> Self {
+        let contact = problem.problem();
+        let touches = |other: usize| {
+            contact.sides_of(body).any(|(k, side)| contact.contacts[k].bodies[1 - side] == other)
+        };
+        let is_obstacle = |other: usize| other >= contact.bodies.len();
+        let (mut numbers, mut matrix, mut loads) = (Vec::new(), Vec::new(), Vec::new());
+        for (number, of) in problem.rigid_motions().iter().enumerate() {
+            if of.body != body && !(with_obstacles && is_obstacle(of.body) && touches(of.body)) {
+                continue;
+            }
+            let moved = problem.moved_by(of);
+            for (k, _) in contact.sides_of(body) {
+                let pair = &contact.contacts[k];
+                let pairs = pair.interface.pairs().iter();
+                match pair.side_of(of.body) {
+                    None => matrix.extend(pairs.map(|_| 0.0)),
+                    Some(side) => {
+                        matrix.extend(pairs.map(|p| sign(side) * moved[p.nodes[side]].dot(&p.normal)));
+                    }
+                }
+            }
+            numbers.push(number);
+            loads.push(of.load);
+        }
+        let rows = IndependentRows::new(&matrix, &loads);
+        let count = contact.sides_of(body).map(|(k, _)| contact.contacts[k].interface.pairs().len()).sum();
+        let basis = DMatrix::from_column_slice(count, rows.right_side.len(), &rows.rows);
+        Self { numbers, rows, basis }
+    }
+
+    /// Returns `Qᵀ P` of all forces in balance, r entries, N/m.
+    pub(super) fn loads(&self) -> &[f64] {
+        &self.rows.right_side
+    }
+
+    /// Computes the amounts of the motions, with their numbers, from the coefficients of the basis.
+    pub(super) fn amounts(&self, coefficients: &[f64]) -> impl Iterator<Item = (usize, f64)> {
+        self.numbers.iter().copied().zip(self.rows.expanded(coefficients))
+    }
+}
