@@ -217,7 +217,7 @@ fn words_get_the_nearest_one() {
     replaced(
         "kind = \"block\"",
         "kind = \"rign\"",
-        "c.toml:8:22: `body.0.generator.kind` is \"rign\"; expected \"block\" or \"ring\" or \"half_disc\"; help: did you mean \"ring\"?",
+        "c.toml:8:22: `body.0.generator.kind` is \"rign\"; expected \"block\" or \"ring\" or \"disc\" or \"half_disc\"; help: did you mean \"ring\"?",
     );
 }
 
