@@ -6,6 +6,8 @@ mod adaptive;
 mod adversarial;
 mod assemblies;
 mod assemblies_nndd;
+mod assembly_cases;
+mod assembly_random;
 mod bound;
 mod bounds;
 mod certificate;

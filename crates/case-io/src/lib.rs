@@ -32,7 +32,7 @@
 //!     split_override("body.1.generator.cells=[4, 2]")?];
 //! let case = Case::parse(template::PAPER, "paper.toml", &overrides)?;
 //! let bodies = case.build_bodies()?;
-//! assert_eq!(case.build_interface(&bodies[0], &bodies[1])?.pairs().len(), 5);
+//! assert_eq!(case.build_interface(0, &bodies)?.pairs().len(), 5);
 //!
 //! // A misspelt key is found, with its place and the key that was meant.
 //! let error = Case::parse(template::PAPER, "paper.toml", &[split_override("solver.theata=0.45")?]).unwrap_err();

@@ -12,12 +12,21 @@ pub const ADAPTIVE: &str = include_str!("template/adaptive.toml");
 /// Hertz' contact of two cylinders: curved sides and a gap that is measured on the meshes.
 pub const HERTZ: &str = include_str!("template/hertz.toml");
 
+/// A roller between a base and a plate, held by contact only.
+pub const ASSEMBLY: &str = include_str!("template/assembly.toml");
+
 /// Two bodies from a mesh file, with the names to replace.
 pub const GMSH: &str = include_str!("template/gmsh.toml");
 
 /// The templates by name.
-pub const TEMPLATES: &[(&str, &str)] =
-    &[("paper", PAPER), ("patch", PATCH), ("hertz", HERTZ), ("adaptive", ADAPTIVE), ("gmsh", GMSH)];
+pub const TEMPLATES: &[(&str, &str)] = &[
+    ("paper", PAPER),
+    ("patch", PATCH),
+    ("hertz", HERTZ),
+    ("adaptive", ADAPTIVE),
+    ("assembly", ASSEMBLY),
+    ("gmsh", GMSH),
+];
 
 /// Finds a template by its name.
 pub fn find(name: &str) -> Option<&'static str> {

@@ -1,5 +1,7 @@
 //! Independent rows: those that say something, with length one.
 
+use crate::dense::{dot, norm};
+
 /// A row whose part outside the span of the others is below this fraction of the longest row depends on them.
 const DEPENDENT: f64 = 1e-9;
 
@@ -91,14 +93,6 @@ impl IndependentRows {
         }
         part
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-fn norm(a: &[f64]) -> f64 {
-    dot(a, a).sqrt()
 }
 
 fn subtract(a: &mut [f64], factor: f64, b: &[f64]) {

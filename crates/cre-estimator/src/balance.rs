@@ -25,7 +25,7 @@ pub(crate) struct Pressure {
     pub(crate) imbalance: f64,
 }
 
-/// Computes the admissible pressure of a state: `r²_i/ℓ_i`, or the nearest one in balance, (31). If there is none, it is
+/// Computes the admissible pressure of a state: `r²_i/ℓ_i`, or the nearest one in balance, (31). If nothing is in balance, it is
 /// `r²_i/ℓ_i` with its imbalance.
 ///
 /// # Errors

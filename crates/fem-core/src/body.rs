@@ -241,7 +241,7 @@ impl Body {
         conditions::evaluate(refinement.mesh.clone(), materials, &self.conditions, Some(selected))
     }
 
-    /// Evaluates the parts of sides anew, after nodes were put into the mesh: a part may end at a new node. What a condition
+    /// Evaluates the parts of sides again, after nodes were put into the mesh: a part may end at a new node. What a condition
     /// had keeps it.
     ///
     /// # Errors

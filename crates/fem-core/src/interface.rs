@@ -7,7 +7,6 @@ mod facing;
 mod held;
 mod interpolation;
 mod matching;
-mod motions;
 mod normals;
 mod obstacle;
 mod pairing;
@@ -27,7 +26,6 @@ use profile::Profile;
 
 pub use error::InterfaceError;
 pub use facing::facing_edges;
-pub use motions::BodyMotion;
 pub use obstacle::{Obstacle, RigidLine};
 pub use problem::{ContactPair, ContactProblem, ContactState, PairState};
 pub use refinement::{RefineError, RefinedPair, RefinedProblem};

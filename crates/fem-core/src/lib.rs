@@ -65,6 +65,7 @@ pub mod geometry;
 pub mod interface;
 pub mod material;
 pub mod mesh;
+mod motions;
 pub mod norm;
 pub mod ordering;
 pub mod prepared;

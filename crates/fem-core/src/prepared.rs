@@ -7,7 +7,7 @@ use crate::each_body::each_body;
 use crate::geometry::Vector;
 use crate::interface::{ContactProblem, Roles};
 
-pub use crate::interface::BodyMotion;
+pub use crate::motions::BodyMotion;
 use rayon::prelude::*;
 use thiserror::Error;
 

@@ -28,7 +28,7 @@ pub(crate) enum Command {
     /// Show what a mesh file holds: groups, cells, bounding box, quality, possible problems.
     #[command(after_help = help::of_command("mesh"))]
     Mesh(Mesh),
-    /// Print a commented case file to start from: paper, patch, hertz, adaptive, gmsh.
+    /// Print a commented case file to start from: paper, patch, hertz, adaptive, assembly, gmsh.
     New {
         /// Name of the template.
         template: String,

@@ -1,10 +1,10 @@
 //! Every check of a case that needs no factorisation.
 
 use crate::failure::Failure;
+use crate::motion::{member, moves};
 use case_io::Case;
 use certified_contact::SolveError;
 use fem_core::body::{NodeConstraint, RigidMotion};
-use fem_core::geometry::shown;
 use fem_core::interface::ContactProblem;
 use nndd::NnddError;
 
@@ -45,6 +45,9 @@ pub fn check(case: &Case, problem: &ContactProblem) -> Result<Vec<CheckedBody>, 
         .collect())
 }
 
+/// Bodies of one motion that are named.
+const MOST_NAMED: usize = 3;
+
 /// Refuses an assembly that the loads move and nothing holds, before anything is computed or written. Returns what the
 /// motions are that nothing resists and no load drives, in words.
 ///
@@ -64,33 +67,4 @@ pub fn held(case: &Case, problem: &ContactProblem) -> Result<Vec<String>, Failur
         words.join(" and ")
     };
     Ok(support.free_motions.iter().map(of_motion).collect())
-}
-
-/// Bodies of one motion that are named.
-const MOST_NAMED: usize = 3;
-
-/// Names a body or an obstacle.
-pub(crate) fn member(case: &Case, body: usize) -> String {
-    match case.bodies.get(body) {
-        Some(body) => format!("body \"{}\"", body.name),
-        None => {
-            let obstacles = case.contacts.iter().filter(|contact| contact.obstacle.is_some());
-            let name = obstacles.map(|contact| &contact.name).nth(body - case.bodies.len());
-            format!("the obstacle of \"{}\"", name.map_or("", String::as_str))
-        }
-    }
-}
-
-/// Describes a rigid motion.
-pub(crate) fn moves(motion: &RigidMotion) -> String {
-    // Round-off is not shown.
-    let r = |x: f64| shown((x * 1e4).round() / 1e4 + 0.0);
-    let [x, y] = motion.translation.into();
-    let small = 1e-9 * motion.translation.norm();
-    if motion.spin.abs() <= small {
-        return format!("can move by ({}, {})", r(x), r(y));
-    }
-    // t + ω e_z × (x − c) = 0 at the centre of rotation.
-    let [a, b] = [motion.centre[0] - y / motion.spin, motion.centre[1] + x / motion.spin];
-    format!("can rotate about ({}, {})", r(a), r(b))
 }

@@ -1,6 +1,6 @@
 //! Why a run ended without a result: an exit status and what to say.
 
-use crate::check;
+use crate::motion;
 use case_io::checkpoint::CheckpointError;
 use case_io::diagnostic::{Diagnostic, code, significant};
 use case_io::output::OutputError;
@@ -93,18 +93,18 @@ impl Failure {
     }
 
     /// Says which bodies nothing holds, how they move, and the load.
-    fn not_held(case: &Case, motion: &UnheldMotion) -> Self {
-        let moves = motion.bodies.iter().map(|(b, motion)| {
-            format!("{} is not held: it {}", check::member(case, *b), check::moves(motion))
+    fn not_held(case: &Case, unheld: &UnheldMotion) -> Self {
+        let moves = unheld.bodies.iter().map(|(b, moved)| {
+            format!("{} is not held: it {}", motion::member(case, *b), motion::moves(moved))
         });
         let moves = moves.collect::<Vec<_>>().join("; ");
         Self::plain(
             NO_UNIQUE_SOLUTION,
             format!(
-                "no equilibrium: {moves} (load {} in that direction, nothing resists)\n  expected: supports or contacts that \
+                "no unique solution: {moves} (load {} in that direction, nothing resists)\n  expected: supports or contacts that \
                  resist every motion that a load causes\n  fix: add a [[body.displacement]] or a [[contact]] that prevents this \
                  motion, or change the load",
-                significant(motion.load)
+                significant(unheld.load)
             ),
         )
     }

@@ -1,8 +1,7 @@
 //! The figures of a run, drawn by [`crate::plot`].
 
-use crate::paraview;
 use crate::plot::{self, BodyPicture, Closing, Held, SketchBody, SketchEdge};
-use crate::words::one_line;
+use crate::words::{contact_parts, one_line};
 use case_io::Case;
 use case_io::case::BodyCase;
 use case_io::report::Report;
@@ -55,7 +54,7 @@ pub(crate) fn of_solve(
             caption: "The certified squared error of each cell over its area. Large values show which cells to refine.",
             numbers: None,
         });
-        for ((pair, rows), part) in contact.iter().zip(paraview::contact_parts(case)) {
+        for ((pair, rows), part) in contact.iter().zip(contact_parts(case)) {
             let line = match contact.len() {
                 1 => "contact line".to_owned(),
                 _ => format!("contact line of {}", one_line(pair)),

@@ -59,6 +59,7 @@ mod follower;
 mod host;
 mod html;
 pub mod memory;
+mod motion;
 pub mod notes;
 mod outcome;
 mod paraview;

@@ -3,6 +3,7 @@
 use crate::failure::Failure;
 use crate::figures;
 use crate::report;
+use crate::words;
 use case_io::Case;
 use case_io::case::MaterialLaw;
 use case_io::output::OutputDirectory;
@@ -19,15 +20,7 @@ use std::io;
 
 /// Names what there is a file of: the bodies in the file's order, and the contact lines.
 pub(crate) fn parts(case: &Case) -> Vec<String> {
-    case.bodies.iter().map(|body| body.file_stem()).chain(contact_parts(case)).collect()
-}
-
-/// Names the contact lines: the only one is "contact".
-pub(crate) fn contact_parts(case: &Case) -> Vec<String> {
-    match case.contacts.as_slice() {
-        [_] => vec!["contact".to_owned()],
-        all => all.iter().map(|pair| format!("contact-{}", pair.file_stem())).collect(),
-    }
+    case.bodies.iter().map(|body| body.file_stem()).chain(words::contact_parts(case)).collect()
 }
 
 /// The file of a part on a mesh of an adaptive run.
@@ -81,7 +74,7 @@ fn write_collections(
     steps: &[AdaptiveRow],
     directory: &mut OutputDirectory,
 ) -> Result<(), Failure> {
-    let lines = contact_parts(case);
+    let lines = words::contact_parts(case);
     let bodies = case.bodies.iter().map(|body| body.name.as_str());
     let names: Vec<&str> = bodies.chain(lines.iter().map(String::as_str)).collect();
     let parts = parts(case);

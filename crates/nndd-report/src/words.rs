@@ -1,5 +1,6 @@
 //! Numbers and texts as people read them.
 
+use case_io::Case;
 use std::borrow::Cow;
 
 pub use mesh_io::words::counted;
@@ -90,6 +91,14 @@ pub fn blanked(text: &str) -> String {
         if commands(c) { blanked.extend(std::iter::repeat_n(' ', c.len_utf8())) } else { blanked.push(c) }
     }
     blanked
+}
+
+/// Names the contact lines: the only one is "contact".
+pub(crate) fn contact_parts(case: &Case) -> Vec<String> {
+    match case.contacts.as_slice() {
+        [_] => vec!["contact".to_owned()],
+        all => all.iter().map(|pair| format!("contact-{}", pair.file_stem())).collect(),
+    }
 }
 
 #[cfg(test)]

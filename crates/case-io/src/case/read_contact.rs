@@ -126,7 +126,12 @@ fn against_obstacle(
     if !r.has("obstacle") {
         if r.has("motion") {
             let expected = "a pair with an `obstacle`";
-            r.refuse("motion", "`motion` moves an obstacle, and there is none", expected, "take it out");
+            r.refuse(
+                "motion",
+                "`motion` moves an obstacle, and this pair has no obstacle",
+                expected,
+                "take it out",
+            );
         }
         return None;
     }

@@ -21,6 +21,7 @@ pub(super) fn example(path: &str) -> Option<&'static str> {
         "poisson" => "poisson = 0.3",
         "thickness" => "thickness = 1.0",
         "surfaces" => "surfaces = [\"bottom\", \"top\"]",
+        "bodies" => "bodies = [\"upper\", \"lower\"]",
         "normal" if path.starts_with("contact") => "normal = [0.0, -1.0]",
         "normal" => "normal = 0.0",
         "on" => "on = \"top\"",

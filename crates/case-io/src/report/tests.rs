@@ -87,7 +87,8 @@ fn keys_and_their_order_are_the_contract() {
     assert_eq!(keys(&step), "step nodes pairs e_cre relative iterations energy_norm_squared");
     assert_eq!(
         keys(&value["certificate"]["checks"]),
-        "equilibrium traction_jump boundary_traction penetration pressure_sign supports imposed_displacement"
+        "equilibrium traction_jump boundary_traction penetration pressure_sign supports imposed_displacement \
+         rigid_balance rotation"
     );
     assert_eq!(
         keys(&value["results"]),

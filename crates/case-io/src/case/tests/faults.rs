@@ -29,7 +29,7 @@ fn unknown_keys_get_the_nearest_name() {
     refused(
         "[solver]\ntheata = 1",
         "c.toml:16:1: unknown key `theata` in `solver`; expected only the keys `method`, `imposed`, `path`, `qp`, `theta`, \
-         `weights`, `acceleration`, `lambda`, `max_iterations`, `stop`; help: did you mean `theta`?",
+         `weights`, `acceleration`, `lambda`, `coarse`, `max_iterations`, `stop`; help: did you mean `theta`?",
     );
     refused(
         "[solvr]\n",
@@ -42,7 +42,8 @@ fn unknown_keys_get_the_nearest_name() {
     // No key is listed twice.
     refused(
         "gip = 1",
-        "c.toml:15:1: unknown key `gip` in `contact`; expected only the keys `surfaces`, `gap`, `normal`; help: did you",
+        "c.toml:15:1: unknown key `gip` in `contact`; expected only the keys `bodies`, `obstacle`, `surfaces`, `gap`, `normal`, \
+         `imposed`, `motion`, `name`; help: did you",
     );
     replaced("young = 1.0", "young = 1.0\nnu = 1", "c.toml:4:1: unknown key `nu` in `materials.m`");
     replaced(
@@ -74,7 +75,7 @@ fn both_types_are_named() {
     replaced(
         "surfaces = [\"bottom\", \"top\"]",
         "surfaces = [\"bottom\"]",
-        "c.toml:14:12: `contact.surfaces` has 1 entries; expected an array of two strings",
+        "c.toml:14:12: `contact.surfaces` has 1 entries; expected two sides, or one and an `obstacle`",
     );
     replaced(
         "size = [1, 1]",
@@ -112,16 +113,16 @@ fn other_schemas_say_who_reads_them() {
 }
 
 #[test]
-fn exactly_two_bodies_with_different_names() {
+fn bodies_have_different_names_and_a_contact_says_which_touch() {
     let body = "[[body]]\nname = \"c\"\nmaterial = \"m\"\ngenerator = { kind = 'block', size = [1, 1], cells = [2, 2] }\n";
-    refused(body, "c.toml:15:1: there are 3 bodies; expected exactly two");
+    refused(body, "c.toml:13:1: the key `contact.bodies` is missing");
     let text = minimal("");
     let start = text.find("[[body]]\nname = \"b\"").unwrap();
     let one = format!("{}{}", &text[..start], &text[text.find("[contact]").unwrap()..]);
-    assert!(faults(&one)[0].starts_with("c.toml:5:1: there is 1 body; expected exactly two"));
+    assert!(faults(&one)[0].starts_with("c.toml:9:1: the key `contact.bodies` is missing"));
     assert!(
         faults("schema = 1\nbody = []\nmaterials = {}\n[contact]\nsurfaces = ['a', 'b']")[0]
-            .starts_with("c.toml:2:8: there are 0 bodies")
+            .starts_with("c.toml:2:8: there is no body")
     );
     replaced("name = \"b\"", "name = \"a\"", "c.toml:10:8: two bodies are called \"a\"");
     replaced("name = \"b\"", "name = \"A\"", "c.toml:10:8: two bodies are called \"A\"");
@@ -206,7 +207,7 @@ fn numbers_must_be_finite_and_in_range() {
 fn words_get_the_nearest_one() {
     refused(
         "[solver]\nmethod = \"newtn\"",
-        "c.toml:16:10: `solver.method` is \"newtn\"; expected \"auto\" or \"nndd\" or \"newton\"; help: did you mean \"newton\"?",
+        "c.toml:16:10: `solver.method` is \"newtn\"; expected \"auto\" or \"nndd\" or \"newton\" or \"exact\"; help: did you mean \"newton\"?",
     );
     refused(
         "[model]\nhypothesis = \"axisymmetric\"",

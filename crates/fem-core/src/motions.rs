@@ -1,9 +1,9 @@
 //! The rigid motions that the supports of the bodies leave free.
 
-use super::ContactProblem;
 use crate::assembly::external_forces;
 use crate::body::RigidMotion;
 use crate::geometry::Vector;
+use crate::interface::ContactProblem;
 
 /// The load of a motion below this fraction of its terms is the rounding of their sum.
 const ROUNDING: f64 = 1e-13;
