@@ -38,6 +38,7 @@
 //! \text{bound:} && η_{NNDD}^2 &= \sum_α (\tilde P - P^α)^T Φ_α (\tilde P - P^α) + 2 \tilde P^T o
 //! \end{aligned}
 //! ```
+//! A rigid obstacle carries the λ that is imposed on it; what is free of it moves so that its load is balanced in step 1.
 //! `P̃ ≥ 0` are the forces nearest to `P²` that balance all floating bodies, `o` the openings. `M` is the Neumann-Neumann
 //! preconditioner with a coarse space of the rigid motions: `src/assembly/correction.rs`; step 1 is in `src/assembly/response.rs`, both in
 //! `src/assembly/pass.rs`. [`stiffer_roles`] says who should carry λ. The reference is the exact solution, [`solve_exactly`].
