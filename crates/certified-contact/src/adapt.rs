@@ -59,7 +59,10 @@ pub enum AdaptiveEnd {
     /// was stopped too early.
     IterationError,
     /// The checks of the bound on the last mesh fail, or there is no bound.
-    NotCertified,
+    NotCertified {
+        /// The checks that fail, each with its residual; none if there is no bound.
+        failed: Vec<(&'static str, f64)>,
+    },
     /// The observer ended the run.
     Interrupted,
     /// The observer reports too little memory for the next mesh.
@@ -295,7 +298,9 @@ fn ended(
         return Some(AdaptiveEnd::Interrupted);
     }
     if !step.certified {
-        return Some(AdaptiveEnd::NotCertified);
+        let estimate = solution.estimate.as_ref();
+        let failed = estimate.map(|e| e.admissibility.failed().collect()).unwrap_or_default();
+        return Some(AdaptiveEnd::NotCertified { failed });
     }
     let met = step.relative.map_or_else(|| bound_is_round_off(solution), |found| found <= adapt.target);
     if met {

@@ -180,20 +180,20 @@ impl Projection<'_> {
     }
 
     fn newton(&self, mut a: Vec<f64>) -> Option<Balanced> {
-        let m = a.len();
         let mut p = self.values(&a);
         for steps in 0..MOST_STEPS {
             let (defect, sizes) = self.defect(&p);
             let within = |(d, size): (&f64, &f64)| d.abs() <= BALANCED * size;
-            if defect.iter().zip(&sizes).all(within) {
+            let balanced = defect.iter().zip(&sizes).all(within);
+            let step = self.step(&p, &defect)?;
+            if balanced {
+                // One more step leaves the rounding of the sums alone.
+                let better: Vec<f64> = a.iter().zip(&step).map(|(a, s)| a - s).collect();
+                let values = self.values(&better);
+                let (a, p) =
+                    if norm(&self.defect(&values).0) < norm(&defect) { (better, values) } else { (a, p) };
                 return Some(Balanced { values: p, row_multipliers: a, steps });
             }
-            let positive: Vec<usize> = (0..p.len()).filter(|i| p[*i] > 0.0).collect();
-            let entry = |i: usize, j: usize| {
-                let (first, second) = (self.row(i), self.row(j));
-                positive.iter().map(|&k| first[k] * second[k] / self.weights[k]).sum::<f64>()
-            };
-            let (step, _) = SemiDefinite::new(m, entry, DEPENDENT)?.solve(&defect);
             let slope = -dot(&defect, &step);
             let before = self.dual(&p, &a);
             let mut length = 1.0;
@@ -216,6 +216,16 @@ impl Projection<'_> {
             (a, p) = (next, values);
         }
         None
+    }
+
+    /// The Newton step of the multipliers, on the positive values.
+    fn step(&self, p: &[f64], defect: &[f64]) -> Option<Vec<f64>> {
+        let positive: Vec<usize> = (0..p.len()).filter(|i| p[*i] > 0.0).collect();
+        let entry = |i: usize, j: usize| {
+            let (first, second) = (self.row(i), self.row(j));
+            positive.iter().map(|&k| first[k] * second[k] / self.weights[k]).sum::<f64>()
+        };
+        Some(SemiDefinite::new(defect.len(), entry, DEPENDENT)?.solve(defect).0)
     }
 
     /// The multipliers of the rows by Clarabel; `None` if it finds that nothing is in balance.

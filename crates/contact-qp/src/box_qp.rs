@@ -53,6 +53,9 @@ pub struct BoxSolution {
     pub kkt: BoxResiduals,
 }
 
+/// Steps of a descent, at most, besides four per unknown.
+const MOST_DESCENTS: usize = 50;
+
 /// Solves `min ½ xᵀP x + qᵀx` subject to `l ≤ x ≤ u`, `G x = e`, exactly on its active set.
 ///
 /// * `start`: the place of each unknown on the first set that is tried, n entries; `None`: all between their bounds.
@@ -104,8 +107,9 @@ pub fn solve_box(
     };
     let (found, _) = system.active_set(guess.places.clone(), settings.max_iterations);
     let found = found.and_then(polished);
-    if let Some(answer) = found.or_else(|| system.with_fitting_multipliers(&guess.places).and_then(polished))
-    {
+    let descended = || system.descend(&guess.x, &guess.places, MOST_DESCENTS + 4 * n).and_then(polished);
+    let fitting = || system.with_fitting_multipliers(&guess.places).and_then(polished);
+    if let Some(answer) = found.or_else(descended).or_else(fitting) {
         return Ok(answer);
     }
     let candidate = Candidate { x: guess.x, a: guess.row_multipliers, places: guess.places };

@@ -185,7 +185,7 @@ pub(crate) fn check_and_visit<T: Send>(
 }
 
 /// Computes the largest penetration along a contact line, and the largest difference between the openings of the bound
-/// and those of the fields themselves, relative to the largest displacement there.
+/// and those of the fields themselves, relative to the largest displacement of the two bodies.
 ///
 /// * `displacement`: of the first and the second body of the pair, with the lift, m.
 fn penetration(
@@ -193,10 +193,11 @@ fn penetration(
     contact: &AdmissibleContact,
     displacement: [&[Vector]; 2],
 ) -> f64 {
-    let (mut trace, mut penetration) = (0.0, 0.0);
+    // The fields of a body are right to the rounding of its largest displacement.
+    let mut trace = larger(largest_displacement(displacement[0]), largest_displacement(displacement[1]));
+    let mut penetration = 0.0;
     for (p, stated) in interface.pairs().iter().zip(&contact.opening) {
         let u = [0, 1].map(|side: usize| displacement[side][p.nodes[side]]);
-        trace = larger(trace, larger(norm(u[0]), norm(u[1])));
         trace = larger(trace, p.gap);
         let opening = p.gap - (u[0] - u[1]).dot(&p.normal);
         penetration = larger(penetration, larger(-opening, -stated));

@@ -165,7 +165,7 @@ fn judge(
     // The best certificate may be that of an earlier mesh.
     let last = answer.step == answer.history.len();
     let mut status = match &answer.end {
-        AdaptiveEnd::Iteration(_) | AdaptiveEnd::NotCertified if last => {
+        AdaptiveEnd::Iteration(_) | AdaptiveEnd::NotCertified { .. } if last => {
             outcome::judge(case, &answer.solution, ended)
         }
         AdaptiveEnd::Interrupted => outcome::interrupted(ended, &format!("mesh {}", answer.history.len())),
@@ -287,11 +287,16 @@ fn of_end(case: &Case, adapt: &Adapt, answer: &AdaptiveSolution) -> Status {
                 }
             ),
         ),
-        AdaptiveEnd::NotCertified => word(
-            "not_certified",
-            NOT_CERTIFIED,
-            format!("the bound of mesh {meshes} does not pass its checks"),
-        ),
+        AdaptiveEnd::NotCertified { failed } => {
+            let names: Vec<String> =
+                failed.iter().map(|(name, found)| format!("{name} {found:.1e}")).collect();
+            let which = if names.is_empty() { "does not exist".into() } else { names.join(", ") };
+            word(
+                "not_certified",
+                NOT_CERTIFIED,
+                format!("the bound of mesh {meshes} does not pass its checks: {which}"),
+            )
+        }
         _ => missed(adapt, answer, "the run ended in an unknown way"),
     }
 }

@@ -162,6 +162,15 @@ impl Failure {
                 Self::plain(LIMIT, source.to_string())
             }
             SolveError::Nndd(NnddError::NotHeld { motion }) => Self::not_held(case, motion),
+            SolveError::Nndd(e @ (NnddError::DependentRows { .. } | NnddError::Unsupported { .. })) => {
+                Self::plain(
+                    INVALID_INPUT,
+                    format!(
+                        "{e}\n  expected: a problem that the iteration can solve\n  fix: leave solver.method and solver.path out, or use \
+                     method = \"exact\""
+                    ),
+                )
+            }
             SolveError::Nndd(e @ (NnddError::Theta { .. } | NnddError::Lambda { .. })) => {
                 Self::plain(INVALID_INPUT, e.to_string())
             }

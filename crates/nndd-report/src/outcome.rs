@@ -43,7 +43,9 @@ fn uncertified(solution: &CertifiedSolution) -> String {
         return "no certificate could be computed; check the units of the data, which are too large or too small".into();
     };
     let failed: Vec<_> = estimate.admissibility.failed().collect();
-    let fix = match failed.first() {
+    // What explains the others comes first.
+    let first = failed.iter().find(|(name, _)| *name == "rigid_balance").or(failed.first());
+    let fix = match first {
         Some(("supports", ..)) => {
             "a roller on a curved side is violated between its nodes: impose ux and uy on it, or hold \
              it where it is straight"

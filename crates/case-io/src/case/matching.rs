@@ -120,7 +120,12 @@ impl Case {
                 }
             }
             let Some((k, error)) = fault else { break interfaces };
-            let occupied = matches!(error, InterfaceError::Occupied { .. }) && refined[k] == 0;
+            let first = refined[k] == 0;
+            let apart = matches!(error, InterfaceError::NotFacing { .. }) && first;
+            if apart && self.take_facing(k, &mut meshes) {
+                continue;
+            }
+            let occupied = matches!(error, InterfaceError::Occupied { .. }) && first;
             let again = error.is_mismatch() && refined[k] < MOST_REFINEMENTS;
             if self.contacts[k].obstacle.is_some() || !(occupied || again) {
                 return Err(self.swap_names(k, self.interface_diagnostic(k, &error)).into());

@@ -5,6 +5,10 @@ use super::contact::{CircleSide, Contact, Obstacle, Rigid, Shape};
 use super::{BodyCase, Imposed, Value};
 use crate::case_file::{NodeValue, Reader};
 use crate::diagnostic::{Diagnostic, code, did_you_mean, excerpt};
+use std::collections::BTreeSet;
+
+/// Bytes of the name of a pair, at most: it also names files.
+const LONGEST_NAME: usize = 100;
 
 /// The gap between the meshes, measured.
 pub(super) const GEOMETRIC: &str = "geometric";
@@ -26,9 +30,9 @@ pub(super) fn contacts(root: &mut Reader<'_>, bodies: &[BodyCase]) -> Vec<Contac
         let taken = |name: &str| found.iter().any(|other| stem(&other.name) == stem(name));
         match r.string("name") {
             Some(name) => {
-                if name.trim().is_empty() || taken(&name) {
+                if name.trim().is_empty() || name.len() > LONGEST_NAME || taken(&name) {
                     let message = format!("{} cannot name this pair", excerpt(&name));
-                    let expected = "a name that no other pair has, not only in case, blanks or signs";
+                    let expected = "a name of at most 100 bytes that no other pair has, not only in case, blanks or signs";
                     r.refuse("name", message, expected, "rename it, or leave `name` out");
                 }
                 contact.name = name;
@@ -39,6 +43,18 @@ pub(super) fn contacts(root: &mut Reader<'_>, bodies: &[BodyCase]) -> Vec<Contac
                 let free = std::iter::once(name.clone()).chain(numbered).find(|name| !taken(name));
                 contact.name = free.unwrap_or(name);
             }
+        }
+        let same = |other: &&Contact| {
+            let members = |c: &Contact| -> BTreeSet<(usize, String)> {
+                c.bodies.iter().copied().zip(c.surfaces.iter().cloned()).collect()
+            };
+            contact.obstacle.is_none() && other.obstacle.is_none() && members(other) == members(&contact)
+        };
+        if contact.bodies.len() == 2
+            && let Some(other) = found.iter().find(same)
+        {
+            let message = format!("this is the pair {} again", excerpt(&other.name));
+            r.refuse("surfaces", message, "each pair of sides once", "take one of the two out");
         }
         r.finish();
         found.push(contact);

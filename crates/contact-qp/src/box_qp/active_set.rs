@@ -79,13 +79,77 @@ impl<'a> System<'a> {
             let Some(candidate) = self.candidate(&places) else { return (None, step) };
             let next = self.next(&candidate);
             if next == places {
-                return (Some(candidate), step);
+                return (Some(self.released(candidate)), step);
             }
             if !visited.insert(std::mem::replace(&mut places, next)) {
                 return (None, step);
             }
         }
         (None, limit)
+    }
+
+    /// Puts free unknowns that are at a bound, to round-off, at that bound, if the signs stay right: rows that only they would determine
+    /// then have the multipliers of least norm.
+    fn released(&self, candidate: Candidate) -> Candidate {
+        let places = self.at_bounds(&candidate);
+        if places == candidate.places {
+            return candidate;
+        }
+        self.candidate(&places).filter(|other| self.next(other) == places).unwrap_or(candidate)
+    }
+
+    /// Descends from a point within the bounds: the unknown that blocks a step stays at its bound, and the one whose multiplier is
+    /// most wrong leaves it. Every step lowers the objective, so that no set comes back; the limit is for round-off.
+    pub(super) fn descend(&self, start: &[f64], places: &[Place], limit: usize) -> Option<Candidate> {
+        let (lower, upper) = (self.qp.lower, self.qp.upper);
+        let mut places = places.to_vec();
+        let mut x: Vec<f64> = (0..start.len())
+            .map(|i| match places[i] {
+                Place::Free => start[i].clamp(lower[i], upper[i]),
+                place => self.qp.bound(i, place),
+            })
+            .collect();
+        for _ in 0..limit {
+            let candidate = self.candidate(&places)?;
+            let least = WRONG * largest(candidate.x.iter().copied()).max(self.size[0]);
+            let blocks = |i: usize| {
+                let (from, to) = (x[i], candidate.x[i]);
+                match places[i] {
+                    Place::Free if to < lower[i] - least => {
+                        Some(((from - lower[i]) / (from - to), i, Place::Lower))
+                    }
+                    Place::Free if to > upper[i] + least => {
+                        Some(((upper[i] - from) / (to - from), i, Place::Upper))
+                    }
+                    _ => None,
+                }
+            };
+            let blocking = (0..x.len()).filter_map(blocks).min_by(|a, b| a.0.total_cmp(&b.0));
+            if let Some((ratio, i, place)) = blocking {
+                let ratio = ratio.clamp(0.0, 1.0);
+                x.iter_mut().zip(&candidate.x).for_each(|(x, to)| *x += ratio * (to - *x));
+                places[i] = place;
+                x[i] = self.qp.bound(i, place);
+                continue;
+            }
+            let y = self.qp.gradient(&candidate.x, &candidate.a);
+            let slack = WRONG * self.size[1].max(largest(y.iter().copied()));
+            let wrong = |i: usize| match places[i] {
+                _ if lower[i] == upper[i] => 0.0,
+                Place::Lower => -y[i],
+                Place::Upper => y[i],
+                Place::Free => 0.0,
+            };
+            let worst = (0..x.len()).max_by(|a, b| wrong(*a).total_cmp(&wrong(*b)));
+            match worst.filter(|i| wrong(*i) > slack) {
+                None => return Some(self.released(candidate)),
+                Some(i) => {
+                    places[i] = Place::Free;
+                    x = candidate.x;
+                }
+            }
+        }
+        None
     }
 
     /// Solves on one set; `None` if the rows cannot hold on it, or if it leaves a direction without stiffness.

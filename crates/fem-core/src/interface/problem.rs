@@ -1,6 +1,6 @@
 //! Bodies, the pairs in which they touch, and a state of both.
 
-use super::{ContactInterface, InterfaceSide, Obstacle, Roles};
+use super::{ContactInterface, InterfaceSide, Obstacle, RigidLine, Roles};
 use crate::body::{Body, Difference};
 use crate::geometry::Vector;
 
@@ -141,7 +141,9 @@ impl ContactProblem {
     /// [`ContactInterface::interpolated_gap`].
     pub fn interpolated_gaps(&self) -> Vec<Option<Difference>> {
         let of_pair = |pair: &ContactPair| {
-            let line = self.obstacle_of(pair).map(|obstacle| &obstacle.line);
+            // The distance from a plane is linear.
+            let circle = |line: &&RigidLine| matches!(line, RigidLine::Circle { .. });
+            let line = self.obstacle_of(pair).map(|obstacle| &obstacle.line).filter(circle);
             // Arc lengths and gaps are measured on one of the bodies.
             let measured_on = &self.bodies[pair.bodies[pair.interface.measured_on]];
             pair.interface.interpolated_gap(measured_on, line)
