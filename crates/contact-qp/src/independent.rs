@@ -5,6 +5,9 @@ use crate::dense::{dot, norm};
 /// A row whose part outside the span of the others is below this fraction of the longest row depends on them.
 const DEPENDENT: f64 = 1e-9;
 
+/// A right-hand side below this fraction of all of them is round-off.
+const NO_LOAD: f64 = 1e-9;
+
 /// Orthonormal combinations of the rows of `G x = e`, and the combinations `t` with `tᵀ G = 0`.
 ///
 /// A row of round-off must not become a condition: in contact such a row is the motion of a body that no pair resists.
@@ -25,13 +28,19 @@ impl IndependentRows {
     ///
     /// * `rows`: G, row after row, m·n entries; `right_side`: e, m entries, few.
     pub fn new(rows: &[f64], right_side: &[f64]) -> Self {
+        Self::without_weak(rows, right_side, DEPENDENT)
+    }
+
+    /// [`Self::new`], in which rows without a right-hand side also depend on the others if what is left of them is below a fraction of
+    /// the longest row: in contact, motions that only the error of the normals resists and no load drives.
+    pub fn without_weak(rows: &[f64], right_side: &[f64], weak: f64) -> Self {
         let m = right_side.len();
         let n = rows.len().checked_div(m).unwrap_or(0);
         let unit = |k: usize| (0..m).map(|i| if i == k { 1.0 } else { 0.0 }).collect::<Vec<f64>>();
         let mut left: Vec<(Vec<f64>, Vec<f64>)> =
             (0..m).map(|k| (rows[k * n..(k + 1) * n].to_vec(), unit(k))).collect();
         let longest = left.iter().map(|(row, _)| norm(row)).fold(0.0, f64::max);
-        let mut found = Self::default();
+        let (mut found, mut dropped) = (Self::default(), Vec::new());
         while let Some(place) = (0..left.len()).max_by(|a, b| norm(&left[*a].0).total_cmp(&norm(&left[*b].0)))
         {
             let length = norm(&left[place].0);
@@ -39,6 +48,11 @@ impl IndependentRows {
                 break;
             }
             let (mut row, mut combination) = left.swap_remove(place);
+            let load = dot(&combination, right_side).abs();
+            if length <= weak * longest && load <= NO_LOAD * norm(right_side) * norm(&combination) {
+                dropped.push((row, combination));
+                continue;
+            }
             row.iter_mut().chain(&mut combination).for_each(|x| *x /= length);
             for (other, of_other) in &mut left {
                 // Twice, so that the rows stay orthogonal to round-off.
@@ -52,7 +66,7 @@ impl IndependentRows {
             found.rows.extend(row);
             found.combinations.push(combination);
         }
-        for (_, mut combination) in left {
+        for (_, mut combination) in left.into_iter().chain(dropped) {
             for _ in 0..2 {
                 for known in &found.kernel {
                     let part = dot(&combination, known);

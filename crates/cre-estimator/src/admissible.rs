@@ -12,7 +12,7 @@ use fem_core::condensation::CondensedBody;
 use fem_core::each_body;
 use fem_core::field;
 use fem_core::geometry::Vector;
-use fem_core::interface::{ContactInterface, ContactProblem, ContactState, NodePair};
+use fem_core::interface::{ContactInterface, ContactProblem, ContactState};
 use fem_core::mesh::id::NodeId;
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
@@ -164,17 +164,8 @@ impl AdmissibleContact {
         } else {
             found
         };
-        // Fields that are recovered from forces have the openings of the state to round-off only; the bound takes their own.
-        let own = |nodes: &NodePair| {
-            let [u, v] = [0, 1].map(|side: usize| displacement[side][nodes.nodes[side]]);
-            nodes.gap - (u - v).dot(&nodes.normal)
-        };
-        let held = problem.bodies.iter().all(|body| body.free_motion().is_none());
-        let opening = match problem.only_pair().filter(|_| held) {
-            Some(_) => given.opening.to_vec(),
-            None => interface.pairs().iter().map(own).collect(),
-        };
-        let opening = opening.iter().zip(&lift.by_pair).map(|(o, l)| o + l).collect();
+        // Fields that are recovered from forces have these openings to round-off, which the checks measure.
+        let opening = given.opening.iter().zip(&lift.by_pair).map(|(o, l)| o + l).collect();
         Self { opening, middle_opening, lift, pressure, edge_pressure, pressure_force }
     }
 }

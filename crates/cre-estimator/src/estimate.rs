@@ -111,7 +111,9 @@ pub fn estimate_with(
     // The forces of the bound of the iteration are in balance as well; those of the pressure follow from the given ones.
     let balanced = balance::forces(prepared, state)?;
     let first = estimate_once(prepared, state, &balanced, (relaxation, Accuracy::Double))?;
-    if first.residual <= ROUND_OFF_SHARE * first.estimate.unchecked().e_cre {
+    if first.residual <= ROUND_OFF_SHARE * first.estimate.unchecked().e_cre
+        && first.estimate.admissibility.is_valid()
+    {
         return Ok(first.estimate);
     }
     Ok(estimate_once(prepared, state, &balanced, (relaxation, Accuracy::Refined))?.estimate)

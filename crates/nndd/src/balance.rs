@@ -16,6 +16,10 @@ use fem_core::prepared::BodyMotion;
 /// A load of a motion below this fraction of all loads is round-off.
 const NO_LOAD: f64 = 1e-10;
 
+/// A motion without load is free if the pairs resist it by less than this fraction of what they resist best: normals of curved lines
+/// are no better than that.
+const WEAK: f64 = 1e-3;
+
 /// A body whose motion is below this fraction of the largest one does not move.
 const NO_TRACE: f64 = 1e-9;
 
@@ -74,7 +78,7 @@ impl Balance {
             }
         }
         let loads: Vec<f64> = motions.iter().map(|of| of.load).collect();
-        let independent = IndependentRows::new(&rows, &loads);
+        let independent = IndependentRows::without_weak(&rows, &loads, WEAK);
         Self { motions: motions.to_vec(), rows, loads, independent }
     }
 

@@ -1,6 +1,7 @@
 //! How far a point and its multipliers are from the KKT conditions.
 
 use super::programme::BoxQp;
+use crate::dense::norm;
 use crate::kkt::largest;
 use crate::problem::MatrixView;
 
@@ -9,7 +10,7 @@ use crate::problem::MatrixView;
 pub struct BoxResiduals {
     /// `max |P x + q − Gᵀ a − y|` over the largest of its terms.
     pub stationarity: f64,
-    /// `max |G x − e|` of a row over the sum of its terms' sizes.
+    /// `max |G x − e|` of a row `g` over `|g| |x| + |e|`.
     pub rows: f64,
     /// The part of `x` outside its bounds, over the largest `|x|`.
     pub primal: f64,
@@ -61,7 +62,8 @@ pub fn box_residuals(
         }
     }
     for ((row, e), defect) in rows().zip(qp.right_side).zip(qp.defect(x)) {
-        let size = row.iter().zip(x).map(|(g, x)| (g * x).abs()).sum::<f64>() + e.abs();
+        // Not the terms themselves: a row may meet only unknowns for which its entries are round-off.
+        let size = norm(row) * norm(x) + e.abs();
         found.rows = found.rows.max(over(defect.abs(), size));
     }
     found
