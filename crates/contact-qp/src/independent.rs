@@ -5,9 +5,6 @@ use crate::dense::{dot, norm};
 /// A row whose part outside the span of the others is below this fraction of the longest row depends on them.
 const DEPENDENT: f64 = 1e-9;
 
-/// A right-hand side below this fraction of all of them is round-off.
-const NO_LOAD: f64 = 1e-9;
-
 /// Orthonormal combinations of the rows of `G x = e`, and the combinations `t` with `tᵀ G = 0`.
 ///
 /// A row of round-off must not become a condition: in contact such a row is the motion of a body that no pair resists.
@@ -21,6 +18,8 @@ pub struct IndependentRows {
     combinations: Vec<Vec<f64>>,
     /// An orthonormal basis of all `t` with `tᵀ G = 0`.
     kernel: Vec<Vec<f64>>,
+    /// Combinations that give nearly zero, of length one.
+    weak: Vec<Vec<f64>>,
 }
 
 impl IndependentRows {
@@ -31,8 +30,8 @@ impl IndependentRows {
         Self::without_weak(rows, right_side, DEPENDENT)
     }
 
-    /// [`Self::new`], in which rows without a right-hand side also depend on the others if what is left of them is below a fraction of
-    /// the longest row: in contact, motions that only the error of the normals resists and no load drives.
+    /// [`Self::new`] without rows of which less than a fraction of the longest one is left, if the same holds for their right-hand
+    /// sides: in contact, motions that only the error of the normals resists and no load of its own drives.
     pub fn without_weak(rows: &[f64], right_side: &[f64], weak: f64) -> Self {
         let m = right_side.len();
         let n = rows.len().checked_div(m).unwrap_or(0);
@@ -40,7 +39,7 @@ impl IndependentRows {
         let mut left: Vec<(Vec<f64>, Vec<f64>)> =
             (0..m).map(|k| (rows[k * n..(k + 1) * n].to_vec(), unit(k))).collect();
         let longest = left.iter().map(|(row, _)| norm(row)).fold(0.0, f64::max);
-        let (mut found, mut dropped) = (Self::default(), Vec::new());
+        let mut found = Self::default();
         while let Some(place) = (0..left.len()).max_by(|a, b| norm(&left[*a].0).total_cmp(&norm(&left[*b].0)))
         {
             let length = norm(&left[place].0);
@@ -49,8 +48,10 @@ impl IndependentRows {
             }
             let (mut row, mut combination) = left.swap_remove(place);
             let load = dot(&combination, right_side).abs();
-            if length <= weak * longest && load <= NO_LOAD * norm(right_side) * norm(&combination) {
-                dropped.push((row, combination));
+            let size = norm(&combination);
+            if length <= weak * longest && load <= weak * norm(right_side) * size {
+                combination.iter_mut().for_each(|x| *x /= size);
+                found.weak.push(combination);
                 continue;
             }
             row.iter_mut().chain(&mut combination).for_each(|x| *x /= length);
@@ -66,7 +67,7 @@ impl IndependentRows {
             found.rows.extend(row);
             found.combinations.push(combination);
         }
-        for (_, mut combination) in left.into_iter().chain(dropped) {
+        for (_, mut combination) in left {
             for _ in 0..2 {
                 for known in &found.kernel {
                     let part = dot(&combination, known);
@@ -80,6 +81,11 @@ impl IndependentRows {
         found
     }
 
+    /// Lists the combinations that give nearly zero and were left out, of length one.
+    pub fn weak(&self) -> &[Vec<f64>] {
+        &self.weak
+    }
+
     /// Returns a basis of the combinations that give zero, orthonormal.
     pub fn kernel(&self) -> &[Vec<f64>] {
         &self.kernel
@@ -87,7 +93,7 @@ impl IndependentRows {
 
     /// Returns the multipliers of the given rows for multipliers of [`Self::rows`]: `Tᵀ a`, without a part in the kernel.
     pub fn expanded(&self, multipliers: &[f64]) -> Vec<f64> {
-        let m = self.combinations.len() + self.kernel.len();
+        let m = self.combinations.len() + self.kernel.len() + self.weak.len();
         let mut all = vec![0.0; m];
         for (a, combination) in multipliers.iter().zip(&self.combinations) {
             subtract(&mut all, -a, combination);

@@ -41,7 +41,7 @@ pub fn support(problem: &ContactProblem) -> Result<Support, NnddError> {
     let motions = problem.rigid_motions();
     let balance = Balance::new(problem, &motions);
     let unheld = balance.unheld(problem)?;
-    let free = balance.independent.kernel().iter().map(|amounts| {
+    let free = balance.independent.kernel().iter().chain(balance.independent.weak()).map(|amounts| {
         let bodies = combined(problem, &motions, amounts);
         let most = bodies.iter().map(|of| largest(problem, of)).fold(0.0, f64::max);
         let moved = bodies.iter().filter(|of| largest(problem, of) > NO_TRACE * most);
