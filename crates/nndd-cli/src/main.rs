@@ -1,4 +1,4 @@
-//! The command `nndd`: solves frictionless contact between two elastic bodies and certifies the answer.
+//! The command `nndd`: solves frictionless contact between elastic bodies and certifies the answer.
 
 mod args;
 mod check;
