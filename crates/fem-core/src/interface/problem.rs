@@ -137,8 +137,9 @@ impl ContactProblem {
         })
     }
 
-    /// Measures for each pair how its gap differs from the one on the contact edges, see
-    /// [`ContactInterface::interpolated_gap`].
+    /// Measures for each pair the difference between the initial gap and the one on the contact edges, relative to
+    /// its largest value: `g/|n|`, with gap `g` and normal `n` linear between the node pairs. `None` if the two are
+    /// equal to round-off.
     pub fn interpolated_gaps(&self) -> Vec<Option<Difference>> {
         let of_pair = |pair: &ContactPair| {
             // The distance from a plane is linear.

@@ -115,7 +115,7 @@ impl ContactProblem {
     /// the gap, are evaluated at the new nodes; a measured gap is evaluated between smooth curves through the nodes
     /// of the first meshes. If the normal changes along an edge, the new normal is the normal field at its middle,
     /// scaled to length one. This changes the field between the nodes by the cube of the angle. Between the nodes of
-    /// coarser edges a gap is wider by the square of the angle, see [`ContactInterface::interpolated_gap`].
+    /// coarser edges a gap is wider by the square of the angle, see [`ContactProblem::interpolated_gaps`].
     ///
     /// # Errors
     /// Meshes that become too large or too small, functions that are not finite at new nodes, a negative gap there.
