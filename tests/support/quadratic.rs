@@ -46,6 +46,7 @@ impl<'a> Quadratic<'a> {
         for (n, constraint) in body.node_constraints().iter().enumerate() {
             match *constraint {
                 NodeConstraint::Free => {}
+                NodeConstraint::Rigid { .. } => return Err("rigid sides are not supported here".into()),
                 NodeConstraint::Fixed { value } => {
                     known[n] = value;
                     components[n] = <[f64; 2]>::from(value).map(Component::Imposed);

@@ -257,7 +257,7 @@ impl Ladder {
 fn free_part(d: Vector, held: &NodeConstraint) -> Vector {
     match *held {
         NodeConstraint::Free => d,
-        NodeConstraint::Fixed { .. } => Vector::zeros(),
+        NodeConstraint::Fixed { .. } | NodeConstraint::Rigid { .. } => Vector::zeros(),
         NodeConstraint::Along { direction, .. } => {
             let free = perpendicular(direction);
             free.dot(&d) * free
@@ -269,7 +269,7 @@ fn free_part(d: Vector, held: &NodeConstraint) -> Vector {
 fn away(body: &Body, node: usize, normal: Vector) -> Option<Vector> {
     let direction = match body.node_constraints()[node] {
         NodeConstraint::Free => normal,
-        NodeConstraint::Fixed { .. } => return None,
+        NodeConstraint::Fixed { .. } | NodeConstraint::Rigid { .. } => return None,
         NodeConstraint::Along { direction, .. } => perpendicular(direction),
     };
     let along = direction.dot(&normal);

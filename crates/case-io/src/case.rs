@@ -35,7 +35,7 @@ mod warnings;
 mod tests;
 
 pub use crate::expression::Value;
-pub use body::{BodyCase, Displacement, Imposition, Load, MeshSource, Traction};
+pub use body::{BodyCase, Displacement, Imposition, Load, MeshSource, RigidCase, Traction};
 pub use choices::{Acceleration, Criterion, Imposed, Method, Path, QpChoice, Weights};
 pub use contact::{CircleSide, Contact, Obstacle, Rigid, Shape};
 pub use materials::{Material, MaterialLaw};

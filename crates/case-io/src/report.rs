@@ -94,6 +94,24 @@ pub struct BodySummary {
     /// Its part in the motions of the assembly that nothing resists and no load drives; they stay at zero.
     #[serde(default)]
     pub free_motions: Vec<FreeMotion>,
+    /// Its rigid sides.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rigid_sides: Vec<RigidSideSummary>,
+}
+
+/// The motion of a rigid side, and the force that moves it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RigidSideSummary {
+    /// The edge group.
+    pub on: String,
+    /// `[ux, uy, rotation]`, m and radians, of the point `about`.
+    pub motion: [f64; 3],
+    /// Resultant on the body, N/m.
+    pub force: [f64; 2],
+    /// Moment about `about`, N.
+    pub moment: f64,
+    /// The point about which it rotates, m.
+    pub about: [f64; 2],
 }
 
 /// The motion of one body: `u(x) = translation + rotation e_z × (x − centre)`.

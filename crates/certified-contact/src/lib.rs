@@ -82,7 +82,7 @@ pub use fem_core;
 pub use history::{Row, Step};
 pub use nndd;
 pub use observer::{Observer, Phase, Silent};
-pub use results::{Balance, PairResults, Reaction, Results, Stretch};
+pub use results::{Balance, PairResults, Reaction, Results, RigidSideResults, Stretch};
 pub use settings::{Criterion, Imposed, Settings};
 pub use solution::{CertifiedSolution, RoleReason};
 pub use solve::solve;

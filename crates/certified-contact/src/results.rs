@@ -1,7 +1,7 @@
 //! The quantities of interest: forces, pressures, openings, reactions.
 
 use cre_estimator::{AdmissibleBody, Estimate};
-use fem_core::body::Body;
+use fem_core::body::{Body, RigidMotion, RigidSide};
 use fem_core::double_double::DoubleDouble;
 use fem_core::field;
 use fem_core::geometry::{Vector, cross, norm};
@@ -20,6 +20,22 @@ pub struct Reaction {
     pub on: String,
     /// Force of the support on the body, N/m. If supports share a node and direction, it counts for the first.
     pub force: Vector,
+}
+
+/// The motion of a rigid side, and the force that moves it.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct RigidSideResults {
+    /// The body, in the order of [`Results`].
+    pub body: usize,
+    /// The edge group.
+    pub on: String,
+    /// Its motion, about the point of its condition.
+    pub motion: RigidMotion,
+    /// Resultant on the body, N/m: the given one along free components. Supports that share a node with the side come first.
+    pub force: Vector,
+    /// Moment about that point, N.
+    pub moment: f64,
 }
 
 /// Sum of all forces on one body.
@@ -100,6 +116,8 @@ pub struct Results {
     pub min_opening: f64,
     /// Reactions of the supports.
     pub reactions: Vec<Reaction>,
+    /// Motions and forces of the rigid sides.
+    pub rigid_sides: Vec<RigidSideResults>,
     /// Sum of loads, reactions and contact forces of each body: zero to round-off.
     pub balance: Vec<Balance>,
     /// Largest displacement, m.
@@ -120,11 +138,13 @@ pub(crate) fn results(
     let problem = prepared.problem();
     let pair = &estimate.pair;
     let low = |b: usize| low.as_ref().map(|low| &low[b]);
-    let mut reactions = Vec::new();
+    let (mut reactions, mut rigid_sides) = (Vec::new(), Vec::new());
     let mut balance = Vec::new();
     for (b, fields) in pair.bodies.iter().enumerate() {
-        let forces = nodal_forces(&problem.bodies[b], &fields.displacement, low(b));
-        balance.push(support_reactions(prepared, iterate, b, forces, &mut reactions));
+        let mut forces = nodal_forces(&problem.bodies[b], &fields.displacement, low(b));
+        let mut sum = support_reactions(prepared, iterate, b, &mut forces, &mut reactions);
+        rigid_sides.extend(rigid_sides_of(&problem.bodies[b], b, &fields.displacement, &forces, &mut sum));
+        balance.push(sum);
     }
     let von_mises = |(body, fields): (&Body, &AdmissibleBody)| {
         let values = fields.stress.iter().enumerate().map(|(t, s)| body.material(t).von_mises(*s));
@@ -143,6 +163,7 @@ pub(crate) fn results(
         ),
         min_opening: iterate.opening.iter().copied().reduce(f64::min).unwrap_or(0.0),
         reactions,
+        rigid_sides,
         balance,
         max_displacement: largest(pair.bodies.iter().flat_map(|body| &body.displacement).map(|u| norm(*u))),
         max_von_mises: problem
@@ -305,12 +326,37 @@ fn nodal_forces(body: &Body, displacement: &[Vector], low: Option<&Vec<Vector>>)
     residual::of_field(body, &split).iter().map(|r| r.map(DoubleDouble::rounded).into()).collect()
 }
 
-/// Adds the reactions of a body's supports and returns its balance.
+/// Computes motions and forces of a body's rigid sides, and adds what holds them to its balance.
+///
+/// * `forces`: `K u − f` without contact and supports, N/m.
+fn rigid_sides_of(
+    body: &Body,
+    b: usize,
+    displacement: &[Vector],
+    forces: &[Vector],
+    balance: &mut Balance,
+) -> Vec<RigidSideResults> {
+    let centroid = centroid(body.mesh());
+    let points = body.mesh().points();
+    let of_side = |side: &RigidSide| {
+        let mut whole = vec![Vector::zeros(); points.len()];
+        for (node, load) in side.nodes.iter().zip(&side.forces) {
+            balance.add(points[*node] - centroid, forces[*node]);
+            whole[*node] = forces[*node] + load;
+        }
+        let (force, moment) = side.resultant_of(points, &whole);
+        let (motion, _) = side.motion_of(points, displacement);
+        RigidSideResults { body: b, on: side.group.clone(), motion, force, moment }
+    };
+    body.rigid_sides().iter().map(of_side).collect()
+}
+
+/// Adds the reactions of a body's supports and returns its balance; takes contact and supports out of the forces.
 fn support_reactions(
     prepared: &PreparedProblem,
     iterate: &Iterate,
     b: usize,
-    mut residual: Vec<Vector>,
+    residual: &mut [Vector],
     reactions: &mut Vec<Reaction>,
 ) -> Balance {
     let problem = prepared.problem();
@@ -340,7 +386,7 @@ fn support_reactions(
             for c in 0..2 {
                 if support.components[c] && !counted[node][c] {
                     counted[node][c] = true;
-                    held[c] = residual[node][c];
+                    held[c] = std::mem::take(&mut residual[node][c]);
                 }
             }
             force += held;

@@ -74,6 +74,7 @@ fn hold(body: &Body, displacement: &mut [Vector]) -> Result<(), String> {
             NodeConstraint::Free => continue,
             NodeConstraint::Along { direction, value } => *u + (value - u.dot(&direction)) * direction,
             NodeConstraint::Fixed { value } => value,
+            NodeConstraint::Rigid { .. } => continue,
         };
         if norm(held - *u) > 1e-6 * PUSH.abs() {
             return Err(format!("node {node} is held at {held:?}, and the file moves it by {u:?}"));

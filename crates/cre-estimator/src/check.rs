@@ -1,14 +1,15 @@
 //! Checks of admissibility, as numbers: the basis of a certificate.
 
-use crate::admissible::{AdmissibleContact, AdmissiblePair};
+use crate::admissible::{AdmissibleBody, AdmissibleContact, AdmissiblePair};
 use crate::equilibrated::EquilibratedStress;
 use crate::johnson_mercier::{CellStress, part_divergence};
 use crate::lift;
 use crate::round_off::{force_noise, larger, largest_displacement};
-use fem_core::body::{Body, EdgeReaction, NodeConstraint};
+use fem_core::body::{Body, EdgeReaction, NodeConstraint, RigidMotion, RigidSide};
 use fem_core::each_body;
 use fem_core::geometry::{Vector, perpendicular};
 use fem_core::interface::{ContactInterface, ContactProblem};
+use fem_core::mesh::TriMesh;
 use fem_core::mesh::id::EdgeId;
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -167,6 +168,9 @@ pub(crate) fn check_and_visit<T: Send>(
     let mut found = by_body.into_iter().fold(Admissibility::default(), Admissibility::worst);
     found.rigid_balance = pair.rigid_balance;
     for (body, fields) in problem.bodies.iter().zip(&pair.bodies) {
+        found.rigid_balance = larger(found.rigid_balance, rigid_sides(body, fields));
+    }
+    for (body, fields) in problem.bodies.iter().zip(&pair.bodies) {
         found.rotation = larger(found.rotation, rotation(body, &fields.displacement));
     }
     for (body, u) in problem.bodies.iter().zip(&displacement) {
@@ -234,16 +238,60 @@ fn rotation(body: &Body, displacement: &[Vector]) -> f64 {
     (turned / area).abs()
 }
 
+/// Compares the tractions on the rigid sides of a body with the loads of these sides: the largest difference of the work
+/// along a free motion, over the sum of the sizes of all its terms.
+fn rigid_sides(body: &Body, fields: &AdmissibleBody) -> f64 {
+    let stress = &fields.equilibrated;
+    let noise = if body.rigid_sides().is_empty() {
+        0.0
+    } else {
+        force_noise(body, &fields.displacement) / FORCE_TOLERANCE
+    };
+    let mesh = body.mesh();
+    let topology = mesh.topology();
+    let mut largest = 0.0;
+    for side in body.rigid_sides() {
+        for motion in &side.motions {
+            let (mut work, mut size) = (0.0, noise * motion_size(motion, side, mesh));
+            let mut add = |force: Vector, moved: Vector| {
+                work += force.dot(&moved);
+                size += norm(force) * norm(moved);
+            };
+            for (&node, force) in side.nodes.iter().zip(&side.forces) {
+                add(-*force, motion.at(mesh.points()[node]));
+            }
+            for &edge in &side.edges {
+                let t = topology.edge_triangles()[edge][0] as usize;
+                let forces = cell(body, &stress.cell(body, t), t).1[topology.edge_in(t, edge)];
+                let k = topology.edge_in(t, edge);
+                let corners = mesh.corners(t);
+                let [a, b] = [corners[k], corners[(k + 1) % 3]].map(|x| motion.at(x));
+                // ∫ F·u of linear functions, from the tractions times length.
+                add(1.0 / 6.0 * (2.0 * forces[0] + forces[1]), a);
+                add(1.0 / 6.0 * (forces[0] + 2.0 * forces[1]), b);
+            }
+            largest = larger(largest, relative(work.abs(), size));
+        }
+    }
+    largest
+}
+
+/// Computes the largest displacement of a rigid side's nodes in a motion.
+fn motion_size(motion: &RigidMotion, side: &RigidSide, mesh: &TriMesh) -> f64 {
+    side.nodes.iter().map(|n| norm(motion.at(mesh.points()[*n]))).fold(0.0, larger)
+}
+
 /// Compares a displacement with the values that the supports impose: the largest difference over the largest
 /// displacement.
 fn displaced_support(body: &Body, displacement: &[Vector]) -> f64 {
     let difference = |(u, constraint): (&Vector, &NodeConstraint)| match *constraint {
-        NodeConstraint::Free => 0.0,
+        NodeConstraint::Free | NodeConstraint::Rigid { .. } => 0.0,
         NodeConstraint::Along { direction, value } => (u.dot(&direction) - value).abs(),
         NodeConstraint::Fixed { value } => norm(*u - value),
     };
     let all = displacement.iter().zip(body.node_constraints()).map(difference);
-    relative(all.fold(0.0, larger), largest_displacement(displacement))
+    let sides = body.rigid_sides().iter().map(|side| side.violation(body.mesh().points(), displacement));
+    relative(all.chain(sides).fold(0.0, larger), largest_displacement(displacement))
 }
 
 /// Checks the equilibrium of one body's stress with its loads and given tractions; penetration and pressure

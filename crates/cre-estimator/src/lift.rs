@@ -161,7 +161,7 @@ fn direction(body: &Body, side: usize, pair: &NodePair) -> Option<Vector> {
             let free = perpendicular(direction);
             Some(1.0 / free.dot(&pair.normal) * free)
         }
-        NodeConstraint::Fixed { .. } => None,
+        NodeConstraint::Fixed { .. } | NodeConstraint::Rigid { .. } => None,
     }
 }
 

@@ -135,7 +135,7 @@ fn springs(body: &Body, dofs: &DofMap) -> Vec<usize> {
     let points = body.mesh().points();
     let moved = |motion: &RigidMotion, unknown: usize| {
         let (node, c) = dofs.unknown(unknown);
-        let moves = piece_of[node] == motion.piece && dofs.is_orthogonal(node);
+        let moves = piece_of[node] == motion.piece && dofs.is_orthogonal(node) && !dofs.is_rigid(unknown);
         if moves { motion.at(points[node]).dot(&dofs.axis(node, c)) } else { 0.0 }
     };
     let mut chosen = Vec::new();
@@ -153,7 +153,7 @@ fn springs(body: &Body, dofs: &DofMap) -> Vec<usize> {
     chosen
 }
 
-/// Computes the nodal forces of tractions and body force, Cartesian, N/m.
+/// Computes the nodal forces of tractions, body force and the loads of rigid sides, Cartesian, N/m.
 pub fn external_forces(body: &Body) -> Vec<Vector> {
     let mesh = body.mesh();
     let mut forces = vec![Vector::zeros(); mesh.points().len()];
@@ -167,6 +167,9 @@ pub fn external_forces(body: &Body) -> Vec<Vector> {
         for (node, near, far) in [(nodes[0], a, b), (nodes[1], b, a)] {
             forces[node] += length / 6.0 * (2.0 * near + far);
         }
+    }
+    for (node, force) in body.rigid_forces() {
+        forces[node] += force;
     }
     let b = body.body_force();
     if b != Vector::zeros() {
@@ -202,17 +205,49 @@ impl Columns<'_> {
         list.dedup();
     }
 
+    /// Lists the unknowns of rigid sides that some of these nodes follow, ascending.
+    fn followed(&self, nodes: &[NodeId]) -> Vec<usize> {
+        if !self.dofs.has_rigid() {
+            return Vec::new();
+        }
+        let mut all: Vec<usize> =
+            nodes.iter().flat_map(|n| self.dofs.followed(n.index()).map(|(i, _)| i)).collect();
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
+
+    /// Lists the rows from the diagonal on in the column of a rigid side's unknown.
+    fn below_rigid(&self, j: usize) -> Vec<usize> {
+        let mut all = Vec::new();
+        let mut list = Vec::new();
+        for (node, _) in self.dofs.moved(j) {
+            self.neighbours(node, &mut list);
+            let numbers = list.iter().flat_map(|n| [0, 1].map(|c| self.dofs.number(n.index(), c)));
+            all.extend(numbers.filter(|i| *i != IMPOSED).map(|i| i as usize));
+            all.extend(self.followed(&list));
+        }
+        all.sort_unstable();
+        all.dedup();
+        all.retain(|i| *i >= j);
+        all
+    }
+
     fn starts(&self) -> Result<Vec<u32>, AssemblyError> {
         let counts: Vec<u32> = (0..self.dofs.len())
             .into_par_iter()
             .with_min_len(CHUNK)
             .map_init(Vec::new, |list, j| {
+                if self.dofs.is_rigid(j) {
+                    return self.below_rigid(j).len() as u32;
+                }
                 self.neighbours(self.dofs.unknown(j).0, list);
+                let rigid = self.followed(list).into_iter().filter(|i| *i >= j).count() as u32;
                 let below = |n: &NodeId, c| {
                     let i = self.dofs.number(n.index(), c);
                     u32::from(i != IMPOSED && i as usize >= j)
                 };
-                list.iter().map(|n| below(n, 0) + below(n, 1)).sum()
+                rigid + list.iter().map(|n| below(n, 0) + below(n, 1)).sum::<u32>()
             })
             .collect();
         let entries: usize = counts.iter().map(|&c| c as usize).sum();
@@ -246,9 +281,15 @@ impl Columns<'_> {
             let mut gather = Gather::default();
             let mut filled = 0;
             for (offset, f) in load.iter_mut().enumerate() {
-                let (node, c) = self.dofs.unknown(first + offset);
-                gather.node(self, node);
-                *f = gather.column(self, first + offset, node, c);
+                gather.entries.clear();
+                *f = if self.dofs.is_rigid(first + offset) {
+                    let moved = self.dofs.moved(first + offset);
+                    moved.map(|(node, axis)| gather.column(self, first + offset, node, axis)).sum()
+                } else {
+                    let (node, c) = self.dofs.unknown(first + offset);
+                    gather.column(self, first + offset, node, self.dofs.axis(node, c))
+                };
+                gather.finish();
                 for &(i, value) in &gather.entries {
                     rows[filled] = i;
                     values[filled] = value;
@@ -296,12 +337,11 @@ impl Gather {
         }
     }
 
-    /// Computes the lower part of one column in `entries`, and returns its load.
-    fn column(&mut self, columns: &Columns<'_>, j: usize, node: usize, c: usize) -> f64 {
+    /// Adds to `entries` the lower part of column `j` under a displacement of one node, and returns its load.
+    fn column(&mut self, columns: &Columns<'_>, j: usize, node: usize, axis: Vector) -> f64 {
+        self.node(columns, node);
         let dofs = columns.dofs;
-        let axis = dofs.axis(node, c);
         let mut load = columns.external[node].dot(&axis);
-        self.entries.clear();
         for (&n, block) in self.neighbours.iter().zip(&self.blocks) {
             let n = n.index();
             let force = Vector::new(
@@ -316,9 +356,24 @@ impl Gather {
                     _ => {}
                 }
             }
+            if dofs.has_rigid() {
+                let followed = dofs.followed(n).filter(|(i, _)| *i >= j);
+                self.entries.extend(followed.map(|(i, per_unit)| (i as u32, per_unit.dot(&force))));
+            }
         }
-        self.entries.sort_unstable_by_key(|e| e.0);
         load
+    }
+
+    /// Sorts the entries of a column by rows, each row once.
+    fn finish(&mut self) {
+        self.entries.sort_by_key(|e| e.0);
+        self.entries.dedup_by(|next, kept| {
+            let same = next.0 == kept.0;
+            if same {
+                kept.1 += next.1;
+            }
+            same
+        });
     }
 }
 

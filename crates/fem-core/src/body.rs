@@ -3,6 +3,7 @@
 mod conditions;
 mod interpolation;
 mod motion;
+mod rigid;
 
 use crate::boundary::{BoundaryConditions, Support};
 use crate::geometry::{Vector, shown};
@@ -17,6 +18,7 @@ use thiserror::Error;
 pub(crate) use interpolation::Sum as DifferenceSum;
 pub use interpolation::{DataDifference, Difference, SAMPLES};
 pub use motion::{FreeMotion, RigidMotion};
+pub use rigid::RigidSide;
 
 /// The displacement condition of one node.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,6 +37,13 @@ pub enum NodeConstraint {
         /// Imposed displacement, m.
         value: Vector,
     },
+    /// Both components follow a rigid side that is free to move, see [`Body::rigid_sides`].
+    Rigid {
+        /// The number of the side.
+        side: u32,
+        /// Displacement that the imposed part of its motion gives, m.
+        value: Vector,
+    },
 }
 
 /// In which directions the traction of a boundary edge is an unknown reaction.
@@ -44,7 +53,7 @@ pub enum EdgeReaction {
     None,
     /// Along a unit vector (a roller, or one imposed component).
     Along(Vector),
-    /// Both components (a clamped edge).
+    /// Both components (a clamped edge, or one of a rigid side).
     Both,
 }
 
@@ -76,6 +85,8 @@ pub enum ConditionList {
     Displacement,
     /// `BoundaryConditions::tractions`.
     Traction,
+    /// `BoundaryConditions::rigid`.
+    Rigid,
 }
 
 /// One condition by its list and its place in it.
@@ -92,6 +103,7 @@ impl fmt::Display for ConditionPlace {
         let list = match self.list {
             ConditionList::Displacement => "displacement",
             ConditionList::Traction => "traction",
+            ConditionList::Rigid => "rigid side",
         };
         write!(f, "{list} condition {}", self.index + 1)
     }
@@ -165,6 +177,17 @@ pub enum BodyError {
         /// Middle of the edge.
         point: Vector,
     },
+    /// A rigid side has another condition, or a node of another rigid side.
+    #[error(
+        "{place} has another condition at ({}, {}); a rigid side takes none, and two of them have no common node",
+        shown(point[0]), shown(point[1])
+    )]
+    RigidOccupied {
+        /// The rigid side.
+        place: ConditionPlace,
+        /// Where.
+        point: Vector,
+    },
     /// The body force is infinite or NaN.
     #[error("the body force is ({}, {}); finite numbers are needed", shown(force[0]), shown(force[1]))]
     BodyForce {
@@ -192,6 +215,7 @@ pub struct Body {
     edge_conditions: Vec<EdgeCondition>,
     /// Nodes of each displacement condition.
     supports: Vec<SupportSet>,
+    rigid_sides: Vec<RigidSide>,
     /// See [`Body::roller_turn`].
     roller_turn: f64,
     /// The conditions and their edges, to evaluate them again on a finer mesh.
@@ -236,6 +260,7 @@ impl Body {
         let selected = conditions::Selected {
             displacements: self.selected.displacements.iter().map(finer).collect(),
             tractions: self.selected.tractions.iter().map(finer).collect(),
+            rigid: self.selected.rigid.iter().map(finer).collect(),
         };
         let materials = self.materials.inherited(&refinement.parent_cell);
         conditions::evaluate(refinement.mesh.clone(), materials, &self.conditions, Some(selected))
@@ -247,8 +272,11 @@ impl Body {
     /// # Errors
     /// See [`Self::new`].
     pub fn reselected(&self) -> Result<Self, BodyError> {
-        let displacements = self.conditions.displacements.iter().map(|c| &c.edges);
-        let mut selections = displacements.chain(self.conditions.tractions.iter().map(|c| &c.edges));
+        let conditions = &self.conditions;
+        let displacements = conditions.displacements.iter().map(|c| &c.edges);
+        let others =
+            conditions.tractions.iter().map(|c| &c.edges).chain(conditions.rigid.iter().map(|c| &c.edges));
+        let mut selections = displacements.chain(others);
         if selections.all(|edges| edges.part.is_none()) {
             return Ok(self.clone());
         }
@@ -269,6 +297,7 @@ impl Body {
         again(Some(conditions::Selected {
             displacements: both(&self.selected.displacements, &found.selected.displacements),
             tractions: both(&self.selected.tractions, &found.selected.tractions),
+            rigid: both(&self.selected.rigid, &found.selected.rigid),
         }))
     }
 
@@ -320,6 +349,16 @@ impl Body {
     /// Returns the nodes of each displacement condition, in the order of the conditions.
     pub fn supports(&self) -> &[SupportSet] {
         &self.supports
+    }
+
+    /// Returns the sides that stay rigid, in the order of the conditions.
+    pub fn rigid_sides(&self) -> &[RigidSide] {
+        &self.rigid_sides
+    }
+
+    /// Lists the nodal forces of the loads of its rigid sides, N/m, see [`RigidSide::forces`].
+    pub(crate) fn rigid_forces(&self) -> impl Iterator<Item = (NodeId, Vector)> + '_ {
+        self.rigid_sides.iter().flat_map(|side| side.nodes.iter().copied().zip(side.forces.iter().copied()))
     }
 
     /// Finds the condition of a boundary edge.

@@ -119,6 +119,24 @@ pub struct TractionCondition {
     pub load: Load,
 }
 
+/// A side that stays rigid: a loading plate, the bore of a pin on its bolt. Each component of its motion is imposed, or free
+/// under its load.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RigidCondition {
+    /// Where.
+    pub edges: EdgeSelection,
+    /// Imposed displacements in x and y of the point `about`, m; `None`: free.
+    pub translation: [Option<f64>; 2],
+    /// Imposed rotation, radians, counter-clockwise; `None`: free.
+    pub rotation: Option<f64>,
+    /// Resultant of its load, N/m; it acts along free components only.
+    pub force: Vector,
+    /// Moment of its load about the point `about`, N.
+    pub moment: f64,
+    /// The point about which it rotates, m; `None`: the centroid of the side.
+    pub about: Option<Vector>,
+}
+
 /// All conditions and loads of one body. Sides that are not named are free of traction.
 ///
 /// ```
@@ -136,6 +154,8 @@ pub struct BoundaryConditions {
     pub displacements: Vec<DisplacementCondition>,
     /// Imposed tractions; several on one edge add up.
     pub tractions: Vec<TractionCondition>,
+    /// Sides that stay rigid.
+    pub rigid: Vec<RigidCondition>,
     /// Constant body force per unit area and thickness, N/m³.
     pub body_force: Vector,
 }
@@ -179,6 +199,12 @@ impl BoundaryConditions {
     /// Applies a pressure that pushes onto the body.
     pub fn pressure(mut self, edges: impl Into<EdgeSelection>, value: impl Into<ScalarData>) -> Self {
         self.tractions.push(TractionCondition { edges: edges.into(), load: Load::Pressure(value.into()) });
+        self
+    }
+
+    /// Keeps a side rigid.
+    pub fn rigid(mut self, condition: RigidCondition) -> Self {
+        self.rigid.push(condition);
         self
     }
 

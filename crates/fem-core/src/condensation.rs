@@ -263,6 +263,9 @@ impl CondensedBody {
                     x[number as usize] += force.dot(&self.dofs.axis(node.index(), c));
                 }
             }
+            for (unknown, per_unit) in self.dofs.followed(node.index()) {
+                x[unknown] += force.dot(&per_unit);
+            }
         }
         self.factor.forward(&mut x);
         for (x, f) in x.iter_mut().zip(&self.forward_load) {

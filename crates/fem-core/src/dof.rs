@@ -1,6 +1,6 @@
 //! The unknowns of a body: node frames, imposed values, and their number in the order of elimination.
 
-use crate::body::{Body, NodeConstraint};
+use crate::body::{Body, NodeConstraint, RigidMotion, RigidSide};
 use crate::cholesky::Front;
 use crate::geometry::{PARALLEL, Vector, cross, perpendicular};
 use crate::interface::{InterfaceSide, Retained};
@@ -19,8 +19,9 @@ const DUAL: f64 = 1e-14;
 /// Each node has an orthonormal frame `(a, a⊥)`: Cartesian, or rotated into the direction of a roller or
 /// of the contact normal. A contact node with normal `n` that is fixed along `d`, not perpendicular to `n`, has the
 /// frame dual to the two: `e₀·n = e₁·d = 1`, `e₀·d = e₁·n = 0`. Its unknown is also the normal trace `u·n`, and its
-/// force is that of a pressure along `n`. A node with two retained directions has the frame dual to these. Unknowns are
-/// numbered in the order of elimination, those of the interface last, in the order of the retained directions.
+/// force is that of a pressure along `n`. A node with two retained directions has the frame dual to these. The nodes of a
+/// rigid side follow the free motions of the side, one unknown each. Unknowns are numbered in the order of elimination: those
+/// of the nodes, of the rigid sides, and of the interface, in the order of the retained directions.
 #[derive(Clone, Debug)]
 pub struct DofMap {
     axes: Vec<Vector>,
@@ -34,6 +35,49 @@ pub struct DofMap {
     /// The trace along each retained direction, block by block.
     rows: Vec<Vec<Row>>,
     fronts: Vec<Front>,
+    rigid: RigidUnknowns,
+}
+
+/// The unknowns of the rigid sides that are free to move.
+#[derive(Clone, Debug, Default)]
+struct RigidUnknowns {
+    /// The number of the first one; the others follow.
+    first: usize,
+    /// The motion of each unknown, and its side.
+    motions: Vec<(RigidMotion, u32)>,
+    /// The nodes of all sides, ascending: place and side.
+    nodes: Vec<(NodeId, Vector, u32)>,
+    sides: Vec<RigidSide>,
+}
+
+impl RigidUnknowns {
+    fn new(body: &Body, first: usize) -> Self {
+        let mut found = Self { first, sides: body.rigid_sides().to_vec(), ..Self::default() };
+        for (k, side) in found.sides.iter().enumerate().filter(|(_, side)| !side.motions.is_empty()) {
+            found.motions.extend(side.motions.iter().map(|motion| (*motion, k as u32)));
+            let points = body.mesh().points();
+            found.nodes.extend(side.nodes.iter().map(|n| (*n, points[*n], k as u32)));
+        }
+        found.nodes.sort_unstable_by_key(|(node, ..)| *node);
+        found
+    }
+
+    /// Returns the motion of an unknown, and the places of the nodes that follow it; `None` for the unknowns of nodes.
+    fn of(&self, unknown: usize) -> Option<(&RigidMotion, impl Iterator<Item = (usize, Vector)> + '_)> {
+        let (motion, side) = self.motions.get(unknown.checked_sub(self.first)?)?;
+        let nodes = self.nodes.iter().filter(move |(.., s)| s == side);
+        Some((motion, nodes.map(|(node, point, _)| (node.index(), *point))))
+    }
+
+    /// Lists the unknowns that a node follows, with its displacement per unit of each.
+    fn followed(&self, node: usize) -> impl Iterator<Item = (usize, Vector)> + '_ {
+        let place = self.nodes.binary_search_by_key(&NodeId::new(node), |(node, ..)| *node).ok();
+        place.into_iter().flat_map(move |place| {
+            let (_, point, side) = self.nodes[place];
+            let motions = self.motions.iter().enumerate().filter(move |(_, (_, s))| *s == side);
+            motions.map(move |(k, (motion, _))| (self.first + k, motion.at(point)))
+        })
+    }
 }
 
 /// The trace along a retained direction in the interface unknowns `x`: `Σ a_k x_k + c`.
@@ -69,6 +113,11 @@ impl DofMap {
             }
             fronts.part(part.parent, unknowns.len());
         }
+        let rigid = RigidUnknowns::new(body, unknowns.len());
+        for (k, (_, side)) in rigid.motions.iter().enumerate() {
+            unknowns.push((2 * rigid.sides[*side as usize].nodes[0].index() + k % 2) as u32);
+        }
+        fronts.above(unknowns.len());
         let interior = unknowns.len();
         for retained in side.retained() {
             let node = retained.node.index();
@@ -80,7 +129,7 @@ impl DofMap {
         let fronts = fronts.finish(interior, interface);
         debug_assert_eq!(fronts.last().map_or(0, |f| f.columns.end as usize), unknowns.len());
         let rows = Vec::new();
-        let mut map = Self { axes, oblique, numbers, imposed, unknowns, interface, rows, fronts };
+        let mut map = Self { axes, oblique, numbers, imposed, unknowns, interface, rows, fronts, rigid };
         let blocks = (0..side.blocks()).map(|block| &side.retained()[side.block(block)]);
         map.rows = blocks.map(|block| block.iter().map(|retained| map.row(retained)).collect()).collect();
         map
@@ -174,7 +223,32 @@ impl DofMap {
         self.imposed[node][c]
     }
 
-    /// Returns node and component of an unknown.
+    /// Lists the unknowns of rigid sides that a node follows, with its displacement per unit of each.
+    pub fn followed(&self, node: usize) -> impl Iterator<Item = (usize, Vector)> + '_ {
+        self.rigid.followed(node)
+    }
+
+    /// Tells whether a rigid side is free to move.
+    pub fn has_rigid(&self) -> bool {
+        !self.rigid.motions.is_empty()
+    }
+
+    /// Tells whether an unknown is that of a rigid side, not of a node.
+    pub fn is_rigid(&self, number: usize) -> bool {
+        self.rigid.of(number).is_some()
+    }
+
+    /// Lists the nodes that an unknown moves, with their displacement per unit of it: one, unless it is that of a rigid side.
+    pub fn moved(&self, number: usize) -> impl Iterator<Item = (usize, Vector)> + '_ {
+        let side = self.rigid.of(number);
+        let (node, c) = self.unknown(number);
+        let own = side.is_none().then(|| (node, self.axis(node, c)));
+        let of_side =
+            side.into_iter().flat_map(|(motion, nodes)| nodes.map(|(node, point)| (node, motion.at(point))));
+        own.into_iter().chain(of_side)
+    }
+
+    /// Returns node and component of an unknown; of a rigid side's, one of its nodes.
     pub fn unknown(&self, number: usize) -> (usize, usize) {
         let code = self.unknowns[number] as usize;
         (code / 2, code % 2)
@@ -219,15 +293,20 @@ impl DofMap {
             IMPOSED => imposed_factor * self.imposed[node][c],
             number => x[number as usize],
         };
-        (0..self.numbers.len())
-            .map(|node| {
-                let local = Vector::new(value(node, 0), value(node, 1));
-                if self.is_cartesian(node) {
-                    return local;
-                }
-                local[0] * self.axis(node, 0) + local[1] * self.axis(node, 1)
-            })
-            .collect()
+        let at = |node: usize| {
+            let local = Vector::new(value(node, 0), value(node, 1));
+            if self.is_cartesian(node) {
+                return local;
+            }
+            local[0] * self.axis(node, 0) + local[1] * self.axis(node, 1)
+        };
+        let mut all: Vec<Vector> = (0..self.numbers.len()).map(at).collect();
+        for (node, ..) in &self.rigid.nodes {
+            for (unknown, per_unit) in self.rigid.followed(node.index()) {
+                all[*node] += x[unknown] * per_unit;
+            }
+        }
+        all
     }
 }
 
@@ -300,7 +379,7 @@ impl Frames {
                 // Of two retained directions one unknown remains.
                 self.kept[node] = [false, two];
             }
-            NodeConstraint::Fixed { value } => {
+            NodeConstraint::Fixed { value } | NodeConstraint::Rigid { value, .. } => {
                 self.axes[node] = Vector::x();
                 self.fixed[node] = [true; 2];
                 self.imposed[node] = value.into();
@@ -330,6 +409,8 @@ struct Fronts {
     front_of: Vec<Option<u32>>,
     parents: Vec<u32>,
     end: usize,
+    /// The front of the rigid sides, if there is one.
+    above: Option<u32>,
 }
 
 impl Fronts {
@@ -344,6 +425,15 @@ impl Fronts {
         self.end = end;
     }
 
+    /// Adds the front of the rigid sides, whose unknowns end at `end`: above all parts.
+    fn above(&mut self, end: usize) {
+        if end > self.end {
+            self.above = Some(self.fronts.len() as u32);
+            self.fronts.push(Front { columns: self.end as u32..end as u32, parent: ROOT });
+            self.end = end;
+        }
+    }
+
     /// Adds the front of the interface and joins the fronts to a tree.
     fn finish(mut self, interior: usize, interface: usize) -> Vec<Front> {
         let root = if interface > 0 { self.fronts.len() as u32 } else { ROOT };
@@ -355,7 +445,10 @@ impl Fronts {
                 above = self.parents[above as usize];
             }
             let parent = if above == ROOT { None } else { self.front_of[above as usize] };
-            self.fronts[*front as usize].parent = parent.unwrap_or(root);
+            self.fronts[*front as usize].parent = parent.or(self.above).unwrap_or(root);
+        }
+        if let Some(above) = self.above {
+            self.fronts[above as usize].parent = root;
         }
         if interface > 0 {
             let columns = interior as u32..(interior + interface) as u32;

@@ -218,6 +218,11 @@ fn external_forces(body: &Body) -> Vec<PreciseVector> {
             }
         }
     }
+    for (node, force) in body.rigid_forces() {
+        for c in 0..2 {
+            forces[node][c] += DoubleDouble::from(force[c]);
+        }
+    }
     let b = body.body_force();
     if b != Vector::zeros() {
         for (t, corners) in mesh.triangles().iter().enumerate() {

@@ -140,7 +140,7 @@ fn sketch_edges(body: &Body) -> Vec<SketchEdge> {
     let imposed = |node: NodeId| match body.node_constraints()[node] {
         NodeConstraint::Free => Vector::zeros(),
         NodeConstraint::Along { direction, value } => value * direction,
-        NodeConstraint::Fixed { value } => value,
+        NodeConstraint::Fixed { value } | NodeConstraint::Rigid { value, .. } => value,
     };
     let mean = |[a, b]: [Vector; 2]| 0.5 * (a + b);
     mesh.topology()

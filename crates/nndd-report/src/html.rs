@@ -228,6 +228,18 @@ fn results(page: &mut String, case: &Case, report: &Report) {
         row(&format!("reaction x of {} on {}", reaction.on, reaction.body), Some(reaction.fx), true);
         row(&format!("reaction y of {} on {}", reaction.on, reaction.body), Some(reaction.fy), true);
     }
+    for body in &report.bodies {
+        for side in &body.rigid_sides {
+            let of = format!("of the rigid side {} of {}", side.on, body.name);
+            for (what, value) in ["ux", "uy", "rotation"].into_iter().zip(side.motion) {
+                row(&format!("{what} {of}"), Some(value), false);
+            }
+            let [fx, fy] = side.force;
+            for (what, value) in [("force x", fx), ("force y", fy), ("moment", side.moment)] {
+                row(&format!("{what} {of}"), Some(value), true);
+            }
+        }
+    }
     for (body, balance) in report.bodies.iter().zip(r.balance.iter().flatten()) {
         let quantities = ["force x", "force y", "moment about the centroid"];
         for (quantity, sum) in quantities.into_iter().zip(balance) {

@@ -42,7 +42,7 @@ pub fn of_problem(case: &Case, problem: &ContactProblem) -> Vec<String> {
         let imposed = body.node_constraints().iter().map(|constraint| match constraint {
             NodeConstraint::Free => 0.0,
             NodeConstraint::Along { value, .. } => value.abs(),
-            NodeConstraint::Fixed { value } => norm(*value),
+            NodeConstraint::Fixed { value } | NodeConstraint::Rigid { value, .. } => norm(*value),
         });
         let largest = imposed.fold(0.0, f64::max);
         let [low, high] = bounding_box(body.mesh().points());

@@ -191,9 +191,14 @@ fn reactions(solution: &CertifiedSolution, estimate: &Estimate, model: &Body, bo
     let held = model.node_constraints().iter().zip(&residual).map(|(constraint, force)| match constraint {
         NodeConstraint::Free => Vector::zeros(),
         NodeConstraint::Along { direction, .. } => along(*direction, *force),
-        NodeConstraint::Fixed { .. } => *force,
+        NodeConstraint::Fixed { .. } | NodeConstraint::Rigid { .. } => *force,
     });
     let mut forces: Vec<Vector> = held.collect();
+    for side in model.rigid_sides() {
+        for (node, load) in side.nodes.iter().zip(&side.forces) {
+            forces[*node] += load;
+        }
+    }
     for (k, side) in solution.problem.sides_of(body) {
         for pair in solution.problem.contacts[k].interface.pairs() {
             let node = pair.nodes[side].index();

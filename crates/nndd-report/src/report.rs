@@ -5,11 +5,11 @@ use crate::solved::Solved;
 use case_io::Case;
 use case_io::report::{
     BodySummary, Bounds, Certificate, Checks, ContactStretch, ContactSummary, FreeMotion, IterationRow,
-    Reaction, Report, Results, SCHEMA, Split, Timings,
+    Reaction, Report, Results, RigidSideSummary, SCHEMA, Split, Timings,
 };
 use case_io::table::ContactRow;
 use certified_contact::cre_estimator::Parts;
-use certified_contact::{CertifiedSolution, Row};
+use certified_contact::{CertifiedSolution, RigidSideResults, Row};
 use serde_json::{Map, Value};
 
 /// Makes a row of `iterations` in report.json.
@@ -29,6 +29,18 @@ pub fn iteration_row(row: &Row) -> IterationRow {
         qp_path: Some(it.qp_path.to_string()),
         qp_iterations: it.qp_iterations,
     }
+}
+
+fn rigid_sides(solution: &CertifiedSolution, body: usize) -> Vec<RigidSideSummary> {
+    let results = solution.results.iter().flat_map(|r| &r.rigid_sides).filter(|side| side.body == body);
+    let summary = |side: &RigidSideResults| RigidSideSummary {
+        on: side.on.clone(),
+        motion: [side.motion.translation[0], side.motion.translation[1], side.motion.spin],
+        force: side.force.into(),
+        moment: side.moment,
+        about: side.motion.centre.into(),
+    };
+    results.map(summary).collect()
 }
 
 /// Collects the report; its timings are filled in when everything else is written.
@@ -52,6 +64,7 @@ pub(crate) fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> R
             unknowns,
             floating: body.free_motion().is_some(),
             free_motions: free_motions.collect(),
+            rigid_sides: rigid_sides(solution, b),
         }
     });
     let contact = (0..solution.problem.contacts.len()).map(|k| contact_summary(case, solution, k));

@@ -1,6 +1,6 @@
 //! `[[body]]`: mesh, material, supports and loads of one body.
 
-use super::{MaterialRegion, Part, Value};
+use super::{MaterialRegion, Part, Rigid, Value};
 use fem_core::mesh::generate::Facing;
 use serde::Serialize;
 
@@ -22,6 +22,8 @@ pub struct BodyCase {
     pub displacements: Vec<Displacement>,
     /// Loads in the file's order.
     pub tractions: Vec<Traction>,
+    /// Rigid sides in the file's order.
+    pub rigid: Vec<RigidCase>,
 }
 
 impl BodyCase {
@@ -142,6 +144,20 @@ pub struct Displacement {
     /// What is imposed, m.
     #[serde(flatten)]
     pub imposition: Imposition,
+}
+
+/// `[[body.rigid]]`: a side that stays rigid.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct RigidCase {
+    /// The edge group.
+    pub on: String,
+    /// The part of it.
+    #[serde(skip_serializing_if = "Part::is_all")]
+    pub part: Part,
+    /// Its motion, and its load.
+    #[serde(flatten)]
+    pub rigid: Rigid,
 }
 
 /// What a `[[body.traction]]` applies.

@@ -140,6 +140,7 @@ impl Case {
             let list = match place.list {
                 ConditionList::Displacement => "displacement",
                 ConditionList::Traction => "traction",
+                ConditionList::Rigid => "rigid",
             };
             format!("body.{body}.{list}.{}{key}", place.index)
         };
@@ -159,7 +160,7 @@ impl Case {
             BodyError::EmptySelection { place, .. } => of(place, ".on"),
             BodyError::LoadOnSupport { place, .. } => self.load_path(&of(place, "")),
             BodyError::NotFinite { place, .. } => self.expression_path(&of(place, "")),
-            BodyError::Conflict { place, .. } => of(place, ""),
+            BodyError::Conflict { place, .. } | BodyError::RigidOccupied { place, .. } => of(place, ""),
             BodyError::Materials { .. } => format!("body.{body}.material"),
             BodyError::BodyForce { .. } => format!("body.{body}.body_force"),
         };
@@ -175,6 +176,9 @@ impl Case {
     /// Says where the earlier condition of a conflict is: the first that alone contradicts the later one.
     fn earlier(&self, body: usize, error: &BodyError) -> Option<String> {
         let BodyError::Conflict { place, .. } = error else { return None };
+        if place.list == ConditionList::Rigid {
+            return None;
+        }
         let mesh = self.build_mesh(body).ok()?;
         let materials = self.build_materials(body, &mesh).ok()?;
         let all = self.boundary_conditions(body).displacements;

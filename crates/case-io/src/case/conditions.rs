@@ -1,6 +1,6 @@
 //! Boundary conditions: from the case's words to fem-core's.
 
-use super::{Case, Displacement, Imposition, Load, Part, Traction, Value};
+use super::{Case, Displacement, Imposition, Load, Part, RigidCase, Traction, Value};
 use fem_core::boundary::{self, BoundaryConditions, EdgeSelection, Support};
 
 impl Case {
@@ -10,6 +10,7 @@ impl Case {
         let mut conditions = BoundaryConditions::new().body_force(given.body_force);
         conditions.displacements.extend(given.displacements.iter().map(displacement));
         conditions.tractions.extend(given.tractions.iter().map(traction));
+        conditions.rigid.extend(given.rigid.iter().map(rigid));
         conditions
     }
 }
@@ -31,6 +32,17 @@ fn traction(given: &Traction) -> boundary::TractionCondition {
         Load::Pressure(value) => boundary::Load::Pressure(value.scalar()),
     };
     boundary::TractionCondition { edges: selection(&given.on, given.part), load }
+}
+
+fn rigid(given: &RigidCase) -> boundary::RigidCondition {
+    boundary::RigidCondition {
+        edges: selection(&given.on, given.part),
+        translation: [given.rigid.ux, given.rigid.uy],
+        rotation: given.rigid.rotation,
+        force: given.rigid.force.unwrap_or_default().into(),
+        moment: given.rigid.moment.unwrap_or_default(),
+        about: given.rigid.about.map(Into::into),
+    }
 }
 
 fn selection(on: &str, part: Part) -> EdgeSelection {

@@ -35,6 +35,10 @@ pub(super) fn of_body(error: &BodyError) -> Cure {
             "a load only in a direction in which the side is free",
             "take that component out of the load or out of the support",
         ),
+        BodyError::RigidOccupied { .. } => (
+            "a rigid side of one piece, without other conditions and apart from other rigid sides",
+            "take the other condition out, or end one of the two sides earlier with `part`",
+        ),
         BodyError::BodyForce { .. } => ("two finite numbers", "write the numbers themselves"),
         BodyError::Materials { .. } => {
             ("a material for every cell", "give every [[body.region]] a material that is there")

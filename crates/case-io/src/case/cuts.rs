@@ -39,7 +39,8 @@ impl Case {
             let name = &given.name;
             let supports = given.displacements.iter().map(|d| ("displacement", &d.on, d.part));
             let loads = given.tractions.iter().map(|t| ("traction", &t.on, t.part));
-            for (what, on, part) in supports.chain(loads) {
+            let rigid = given.rigid.iter().map(|s| ("rigid side", &s.on, s.part));
+            for (what, on, part) in supports.chain(loads).chain(rigid) {
                 let found = on_side(body.mesh(), on, part);
                 if found.cut > 0 {
                     notes.push(format!(

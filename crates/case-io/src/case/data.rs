@@ -108,6 +108,8 @@ impl Case {
                 };
                 (&condition.on, key, value)
             }
+            // Its data are numbers, not functions.
+            ConditionList::Rigid => return String::new(),
         };
         format!("body \"{}\", {key} = {} on \"{on}\"", given.name, quoted(value))
     }

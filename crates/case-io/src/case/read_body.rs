@@ -1,8 +1,9 @@
 //! The `[[body]]` tables: names, meshes, displacements and tractions.
 
 use super::body::file_stem;
+use super::read_contact;
 use super::regions::regions;
-use super::{BodyCase, Displacement, Imposition, Load, MeshSource, Part, Traction, Value};
+use super::{BodyCase, Displacement, Imposition, Load, MeshSource, Part, RigidCase, Traction, Value};
 use crate::case_file::Reader;
 use crate::diagnostic::{Diagnostic, code, excerpt};
 use fem_core::mesh::generate::Facing;
@@ -38,7 +39,8 @@ fn body(r: &mut Reader<'_>, others: &[BodyCase]) -> BodyCase {
     let displacements: Vec<_> =
         r.tables("displacement").unwrap_or_default().into_iter().map(displacement).collect();
     let tractions = r.tables("traction").unwrap_or_default().into_iter().map(traction).collect();
-    BodyCase { name, material, regions, mesh, body_force, displacements, tractions }
+    let rigid = r.tables("rigid").unwrap_or_default().into_iter().map(rigid).collect();
+    BodyCase { name, material, regions, mesh, body_force, displacements, tractions, rigid }
 }
 
 /// Bytes of the name of a body, at most: it also names files.
@@ -238,6 +240,15 @@ fn displacement(mut r: Reader<'_>) -> Displacement {
         (None, None) => Imposition::Components(components),
     };
     Displacement { on, part, imposition }
+}
+
+fn rigid(mut r: Reader<'_>) -> RigidCase {
+    r.require(&["on"]);
+    let on = r.string("on").unwrap_or_default();
+    let part = Part::read(&mut r, "part");
+    let rigid = read_contact::rigid(&mut r);
+    r.finish();
+    RigidCase { on, part, rigid }
 }
 
 fn traction(mut r: Reader<'_>) -> Traction {

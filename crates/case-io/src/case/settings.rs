@@ -96,6 +96,9 @@ fn body(body: &BodyCase) -> Json {
         "displacement": body.displacements,
         "traction": body.tractions,
     });
+    if !body.rigid.is_empty() {
+        settings["rigid"] = json!(body.rigid);
+    }
     if !body.regions.is_empty() {
         settings["region"] = json!(body.regions);
     }

@@ -107,6 +107,7 @@ fn the_example_of_the_contract_is_read() {
             part: Part::default(),
             load: Load::Vector([Value::Number(0.0), Value::Number(30.0)]),
         }],
+        rigid: vec![],
     };
     assert_eq!(case.bodies[0], upper);
     assert_eq!(case.bodies[1].displacements[0].imposition, Imposition::Fixed);

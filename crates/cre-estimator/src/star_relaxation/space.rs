@@ -34,7 +34,9 @@ pub(super) struct EdgeBasis {
 /// The stress function vector `ψ = (∂_y φ, −∂_x φ)` has the traction as its derivative along an edge. So:
 /// * whole traction given: `∇φ` is constant along the edge; together with the stars' outer edges, zero;
 /// * traction unknown along `d` only: `d·∇φ` is constant along the edge, that is zero, also in the mean;
-/// * traction unknown: no condition.
+/// * traction unknown: no condition;
+/// * rigid side: no condition between its ends, where value and gradient are zero, so that resultant and moment do not
+///   change.
 pub(super) struct Space<'a> {
     body: &'a Body,
     /// A typical length of the cells: with it all unknowns have the same unit, and their couplings fit single
@@ -93,6 +95,11 @@ impl<'a> Space<'a> {
                 }
                 restrict(&mut basis.slopes, condition.reaction);
             }
+        }
+        // The resultants of a rigid side depend on value and gradient at its ends only.
+        let free = body.rigid_sides().iter().filter(|side| !side.motions.is_empty());
+        for node in free.flat_map(|side| &side.ends) {
+            bases[basis_of[*node] as usize] = NodeBasis { value: 0.0, slopes: [Vector::zeros(); 2] };
         }
         Self { body, length, bases, basis_of, boundary }
     }

@@ -1,10 +1,11 @@
 //! Evaluates boundary conditions on a mesh: nodal constraints and edge tractions.
 
 use super::interpolation::{gauss_points, linear_by_moments};
+use super::rigid::{Equation, Given, RigidSide};
 use super::{
     Body, BodyError, ConditionList, ConditionPlace, EdgeCondition, EdgeReaction, NodeConstraint, SupportSet,
 };
-use crate::boundary::{BoundaryConditions, EdgeSelection, Load, ScalarData, Support};
+use crate::boundary::{BoundaryConditions, EdgeSelection, Load, RigidCondition, ScalarData, Support};
 use crate::geometry::{self, Vector, cross};
 use crate::material::Materials;
 use crate::mesh::TriMesh;
@@ -27,6 +28,7 @@ const SMOOTH: f64 = 30.0;
 pub(super) struct Selected {
     pub(super) displacements: Vec<Vec<EdgeId>>,
     pub(super) tractions: Vec<Vec<EdgeId>>,
+    pub(super) rigid: Vec<Vec<EdgeId>>,
 }
 
 /// Evaluates conditions on a mesh, on the edges they select or on those `inherited` from a coarser mesh.
@@ -56,8 +58,9 @@ pub(super) fn evaluate(
     };
     let inherited = inherited.as_ref();
     let (displacements, supports) = work.impose_all(conditions, inherited)?;
+    let (rigid, rigid_sides) = work.stiffen_all(conditions, inherited)?;
     let tractions = work.load_all(conditions, inherited)?;
-    let selected = Selected { displacements, tractions };
+    let selected = Selected { displacements, tractions, rigid };
     let roller_turn = work.roller_turn();
     let (node_constraints, edge_conditions) = (work.constraints, work.edges);
     let conditions = conditions.clone();
@@ -68,6 +71,7 @@ pub(super) fn evaluate(
         node_constraints,
         edge_conditions,
         supports,
+        rigid_sides,
         roller_turn,
         conditions,
         selected,
@@ -125,6 +129,86 @@ impl Evaluation<'_> {
             supports.push(SupportSet { group: condition.edges.on.clone(), nodes, components });
         }
         Ok((selected, supports))
+    }
+
+    /// Makes sides rigid; returns the edges of each.
+    fn stiffen_all(
+        &mut self,
+        conditions: &BoundaryConditions,
+        inherited: Option<&Selected>,
+    ) -> Result<(Vec<Vec<EdgeId>>, Vec<RigidSide>), BodyError> {
+        let (mut selected, mut sides) = (Vec::new(), Vec::new());
+        for (index, condition) in conditions.rigid.iter().enumerate() {
+            let place = ConditionPlace { list: ConditionList::Rigid, index };
+            let edges = match inherited {
+                Some(known) => known.rigid[index].clone(),
+                None => self.select(place, &condition.edges)?,
+            };
+            sides.push(self.stiffen(place, &edges, condition)?);
+            selected.push(edges);
+        }
+        Ok((selected, sides))
+    }
+
+    /// Makes a side rigid. Supports that hold one of its nodes, at its ends, hold the whole side.
+    fn stiffen(
+        &mut self,
+        place: ConditionPlace,
+        edges: &[EdgeId],
+        condition: &RigidCondition,
+    ) -> Result<RigidSide, BodyError> {
+        let topology = self.mesh.topology();
+        let points = self.mesh.points();
+        let middle = |edge: EdgeId| self.mesh.edge_middle(edge);
+        let origin = points[topology.edges()[edges[0]][0]];
+        let numbers = condition.translation.iter().chain([&condition.rotation]).flatten().copied();
+        let loads = [condition.force[0], condition.force[1], condition.moment];
+        let about = condition.about.unwrap_or_default();
+        for value in numbers.chain(loads).chain([about[0], about[1]]) {
+            finite(place, origin, value)?;
+        }
+        let (piece_of, _) = topology.pieces();
+        let piece = piece_of[topology.edges()[edges[0]][0]];
+        let mut equations = Vec::new();
+        for (edge, position) in self.places(edges).collect::<Vec<_>>() {
+            if self.edges[position].reaction != EdgeReaction::None {
+                return Err(BodyError::RigidOccupied { place, point: middle(edge) });
+            }
+            for node in topology.edges()[edge] {
+                let point = points[node];
+                let mut equation =
+                    |direction: Vector, value| equations.push(Equation { point, direction, value });
+                match self.constraints[node] {
+                    NodeConstraint::Free => {}
+                    NodeConstraint::Along { direction, value } => equation(direction, value),
+                    NodeConstraint::Fixed { value } => {
+                        equation(Vector::x(), value[0]);
+                        equation(Vector::y(), value[1]);
+                    }
+                    NodeConstraint::Rigid { .. } => return Err(BodyError::RigidOccupied { place, point }),
+                }
+                if piece_of[node] != piece {
+                    return Err(BodyError::RigidOccupied { place, point });
+                }
+            }
+        }
+        for (_, position) in self.places(edges).collect::<Vec<_>>() {
+            self.edges[position].reaction = EdgeReaction::Both;
+        }
+        let given = Given { condition, edges: edges.to_vec(), equations, piece };
+        let side = RigidSide::new(self.mesh, given).map_err(|(equation, found)| BodyError::Conflict {
+            place,
+            point: equation.point,
+            values: [equation.value, found],
+        })?;
+        for &node in &side.nodes {
+            let value = side.imposed.at(points[node]);
+            self.constraints[node] = match side.motions.is_empty() {
+                true => NodeConstraint::Fixed { value },
+                false => NodeConstraint::Rigid { side: place.index as u32, value },
+            };
+        }
+        Ok(side)
     }
 
     /// Applies all loads; returns the edges of each.
@@ -262,7 +346,9 @@ impl Evaluation<'_> {
                 *constraint = NodeConstraint::Fixed { value: u };
                 *magnitude /= sine.abs();
             }
-            NodeConstraint::Fixed { value: u } => return agree(u.dot(&direction), *magnitude),
+            NodeConstraint::Fixed { value: u } | NodeConstraint::Rigid { value: u, .. } => {
+                return agree(u.dot(&direction), *magnitude);
+            }
         }
         Ok(value)
     }

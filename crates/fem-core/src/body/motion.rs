@@ -65,7 +65,7 @@ pub struct RigidMotion {
     pub translation: Vector,
     /// `ω`, 1/m, positive counter-clockwise.
     pub spin: f64,
-    /// `c`, the middle of the body, m.
+    /// `c`, m: the middle of the body, or the point about which a rigid side rotates.
     pub centre: Vector,
 }
 
@@ -155,12 +155,23 @@ fn grams(body: &Body) -> (Vec<Matrix3<f64>>, Vec<Vector>) {
             gram[piece] += row.transpose() * row;
         };
         match *constraint {
-            NodeConstraint::Free => {}
+            // Rigid sides as a whole below.
+            NodeConstraint::Free | NodeConstraint::Rigid { .. } => {}
             NodeConstraint::Along { direction, .. } => impose(direction),
             NodeConstraint::Fixed { .. } => {
                 impose(Vector::x());
                 impose(Vector::y());
             }
+        }
+    }
+    for side in body.rigid_sides() {
+        let unit =
+            |translation, spin| RigidMotion { piece: side.imposed.piece, translation, spin, centre: middle };
+        let basis = [unit(Vector::x(), 0.0), unit(Vector::y(), 0.0), unit(Vector::zeros(), 1.0 / size)];
+        let [x, y, turn] = basis.each_ref().map(|motion| side.prevented(motion).collect::<Vec<_>>());
+        for ((x, y), turn) in x.into_iter().zip(y).zip(turn) {
+            let row = nalgebra::RowVector3::new(x, y, turn);
+            gram[side.imposed.piece as usize] += row.transpose() * row;
         }
     }
     (gram, near.into_iter().map(|near| near.unwrap_or(middle)).collect())

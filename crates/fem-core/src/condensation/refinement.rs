@@ -2,7 +2,7 @@
 
 use super::CondensedBody;
 use crate::body::Body;
-use crate::double_double::PreciseVector;
+use crate::double_double::{DoubleDouble, PreciseVector};
 use crate::geometry::Vector;
 use crate::mesh::id::NodeId;
 use crate::residual::{self, SplitField};
@@ -25,6 +25,9 @@ impl CondensedBody {
     /// [`Self::residual_energy`] of a residual in double precision, including its own rounding.
     pub fn rough_residual_energy(&self, residual: &[Vector]) -> [f64; 2] {
         let along = |j: usize| {
+            if self.dofs.is_rigid(j) {
+                return self.dofs.moved(j).map(|(node, per_unit)| residual[node].dot(&per_unit)).sum();
+            }
             let (node, c) = self.dofs.unknown(j);
             residual[node].dot(&self.dofs.axis(node, c))
         };
@@ -116,6 +119,13 @@ impl CondensedBody {
     }
 
     fn along_unknown(&self, residual: &[PreciseVector], j: usize) -> f64 {
+        if self.dofs.is_rigid(j) {
+            let mut sum = DoubleDouble::ZERO;
+            for (node, per_unit) in self.dofs.moved(j) {
+                sum += residual[node][0] * per_unit[0] + residual[node][1] * per_unit[1];
+            }
+            return sum.rounded();
+        }
         let (node, c) = self.dofs.unknown(j);
         let (r, axis) = (residual[node], self.dofs.axis(node, c));
         if self.dofs.is_cartesian(node) {

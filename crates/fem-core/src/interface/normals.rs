@@ -182,7 +182,7 @@ fn free_direction(bodies: [&Body; 2], pair: &mut NodePair, turn: f64) -> Result<
     for b in 0..2 {
         match constraint(b) {
             NodeConstraint::Free => {}
-            NodeConstraint::Fixed { .. } => return refused(b),
+            NodeConstraint::Fixed { .. } | NodeConstraint::Rigid { .. } => return refused(b),
             NodeConstraint::Along { direction, .. } => {
                 let free = perpendicular(direction);
                 let free = free.dot(&pair.normal).signum() * free;

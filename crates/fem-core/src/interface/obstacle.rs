@@ -311,7 +311,7 @@ impl Chained {
             NodeConstraint::Along { direction, .. } => {
                 direction.dot(&normal).abs() > std::f64::consts::FRAC_1_SQRT_2
             }
-            NodeConstraint::Fixed { .. } => true,
+            NodeConstraint::Fixed { .. } | NodeConstraint::Rigid { .. } => true,
         };
         if blocked {
             return Err(InterfaceError::SupportedNode { body: 0, point });

@@ -120,6 +120,7 @@ fn conditions_stay_on_the_edges_they_were_given_on() {
         match body.node_constraints()[*node] {
             crate::body::NodeConstraint::Along { value, .. } => assert_eq!(value, expected),
             crate::body::NodeConstraint::Fixed { value } => assert_eq!(value[1], expected),
+            crate::body::NodeConstraint::Rigid { .. } => panic!("node {node} is on a rigid side"),
             crate::body::NodeConstraint::Free => panic!("node {node} is free"),
         }
     }

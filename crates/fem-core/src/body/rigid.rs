@@ -1,0 +1,209 @@
+//! Sides that stay rigid: their nodes follow three unknowns, each of which is imposed or free under a load.
+
+use super::RigidMotion;
+use crate::geometry::{Vector, cross, norm, perpendicular};
+use crate::mesh::TriMesh;
+use crate::mesh::id::{EdgeId, NodeId};
+use nalgebra::{Matrix3, RowVector3, Vector3};
+
+/// A direction in which conditions hold a rigid side by less than this fraction (squared) of the best held one is free.
+const FREE: f64 = 1e-12;
+/// Conditions on a rigid side that differ by less than this fraction of the largest one agree.
+const SAME_VALUE: f64 = 1e-9;
+
+/// A side that moves as a rigid body: the displacement of its points is `imposed + Σ z_k motions_k`, with the unknowns `z_k`.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct RigidSide {
+    /// The edge group.
+    pub group: String,
+    /// Its edges, ascending.
+    pub edges: Vec<EdgeId>,
+    /// Its nodes, ascending.
+    pub nodes: Vec<NodeId>,
+    /// The nodes at its ends, which have one of its edges only; none on a closed line.
+    pub ends: Vec<NodeId>,
+    /// The motion that its conditions impose.
+    pub imposed: RigidMotion,
+    /// The motions that they leave free, at most three; of the size of a displacement.
+    pub motions: Vec<RigidMotion>,
+    /// Resultant of its load, N/m.
+    pub force: Vector,
+    /// Moment of its load about [`Self::about`], N.
+    pub moment: f64,
+    /// The point about which it rotates, m.
+    pub about: Vector,
+    /// Nodal forces with the resultant and the moment of its load, in the order of the nodes, N/m: those of a linear traction. On a
+    /// rigid side any other forces with the same resultants have the same effect.
+    pub forces: Vec<Vector>,
+    /// Combinations of the motions of a rigid body that are imposed, orthonormal in `(t_x, t_y, ω size)` about the same point.
+    blocked: Vec<[f64; 3]>,
+    size: f64,
+}
+
+/// One equation of a rigid side: `d·u(x) = value`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Equation {
+    pub(super) point: Vector,
+    pub(super) direction: Vector,
+    pub(super) value: f64,
+}
+
+/// What is imposed on a rigid side, and what loads it.
+#[derive(Clone, Debug)]
+pub(super) struct Given<'a> {
+    pub(super) condition: &'a crate::boundary::RigidCondition,
+    pub(super) edges: Vec<EdgeId>,
+    /// What other supports impose on its nodes.
+    pub(super) equations: Vec<Equation>,
+    /// The connected piece of the body.
+    pub(super) piece: u32,
+}
+
+impl RigidSide {
+    /// Finds the imposed motion and the free ones.
+    ///
+    /// # Errors
+    /// The equation that contradicts the others, and the value that the others impose.
+    pub(super) fn new(mesh: &TriMesh, given: Given<'_>) -> Result<Self, (Equation, f64)> {
+        let Given { condition, edges, equations, piece } = given;
+        let mut ends_of: Vec<NodeId> = edges.iter().flat_map(|e| mesh.topology().edges()[*e]).collect();
+        ends_of.sort_unstable();
+        let mut nodes = ends_of.clone();
+        nodes.dedup();
+        let ends = ends_of.chunk_by(|a, b| a == b).filter(|of| of.len() == 1).map(|of| of[0]).collect();
+        let weights = weights(mesh, &edges, &nodes);
+        let points: Vec<Vector> = nodes.iter().map(|n| mesh.points()[*n]).collect();
+        let length: f64 = weights.iter().sum();
+        let centroid = 1.0 / length * points.iter().zip(&weights).map(|(x, w)| *w * x).sum::<Vector>();
+        let about = condition.about.unwrap_or(centroid);
+        let size = points.iter().map(|x| norm(x - centroid)).fold(0.0, f64::max);
+
+        let (mut gram, mut right) = (Matrix3::zeros(), Vector3::zeros());
+        let row = |e: &Equation| {
+            let arm = 1.0 / size * perpendicular(e.point - about);
+            RowVector3::new(e.direction[0], e.direction[1], e.direction.dot(&arm))
+        };
+        let mut impose = |row: RowVector3<f64>, value: f64| {
+            gram += row.transpose() * row;
+            right += value * row.transpose();
+        };
+        let [x, y] = condition.translation;
+        let own = [x, y, condition.rotation.map(|turn| turn * size)];
+        for (c, value) in own.into_iter().enumerate() {
+            if let Some(value) = value {
+                let mut row = RowVector3::zeros();
+                row[c] = 1.0;
+                impose(row, value);
+            }
+        }
+        equations.iter().for_each(|e| impose(row(e), e.value));
+        let eigen = gram.symmetric_eigen();
+        let largest = eigen.eigenvalues.amax();
+        let (mut imposed, mut free, mut blocked) = (Vector3::zeros(), Vec::new(), Vec::new());
+        for k in 0..3 {
+            let v: Vector3<f64> = eigen.eigenvectors.column(k).into();
+            if eigen.eigenvalues[k] <= FREE * largest {
+                free.push(v);
+            } else {
+                imposed += v.dot(&right) / eigen.eigenvalues[k] * v;
+                blocked.push([v[0], v[1], v[2]]);
+            }
+        }
+        let scale = equations.iter().map(|e| e.value.abs()).chain(own.iter().flatten().map(|v| v.abs()));
+        let scale = scale.fold(0.0, f64::max);
+        for equation in &equations {
+            let found = (row(equation) * imposed)[0];
+            if !((found - equation.value).abs() <= SAME_VALUE * scale) {
+                return Err((*equation, found));
+            }
+        }
+        let motion = |v: Vector3<f64>| RigidMotion {
+            piece,
+            translation: Vector::new(v[0], v[1]),
+            spin: v[2] / size,
+            centre: about,
+        };
+        // A linear traction with the given resultants about the centroid.
+        let moment = condition.moment + cross(about - centroid, condition.force);
+        let inertia: f64 = points.iter().zip(&weights).map(|(x, w)| w * (x - centroid).norm_squared()).sum();
+        let force = |(x, w): (&Vector, &f64)| {
+            *w * (1.0 / length * condition.force + moment / inertia * perpendicular(x - centroid))
+        };
+        Ok(Self {
+            group: condition.edges.on.clone(),
+            ends,
+            imposed: motion(imposed),
+            motions: free.into_iter().map(motion).collect(),
+            force: condition.force,
+            moment: condition.moment,
+            about,
+            forces: points.iter().zip(&weights).map(force).collect(),
+            blocked,
+            size,
+            edges,
+            nodes,
+        })
+    }
+
+    /// Lists the work of what is blocked against a rigid motion of the body, one number per imposed combination: all zero if
+    /// the side is free to follow it.
+    pub(super) fn prevented(&self, motion: &RigidMotion) -> impl Iterator<Item = f64> + '_ {
+        let at = motion.at(self.about);
+        let q = [at[0], at[1], motion.spin * self.size];
+        self.blocked.iter().map(move |row| row.iter().zip(q).map(|(a, b)| a * b).sum())
+    }
+
+    /// Finds the rigid motion that is nearest to the displacement of the side's nodes, and the largest difference, m.
+    ///
+    /// * `displacement`: of all nodes of the body, m.
+    pub fn motion_of(&self, points: &[Vector], displacement: &[Vector]) -> (RigidMotion, f64) {
+        let count = self.nodes.len() as f64;
+        let mean = |of: &[Vector]| 1.0 / count * self.nodes.iter().map(|n| of[*n]).sum::<Vector>();
+        let (middle, moved) = (mean(points), mean(displacement));
+        let (mut turned, mut inertia) = (0.0, 0.0);
+        for &n in &self.nodes {
+            let arm = points[n] - middle;
+            turned += cross(arm, displacement[n] - moved);
+            inertia += arm.norm_squared();
+        }
+        let spin = turned / inertia;
+        let translation = moved + spin * perpendicular(self.about - middle);
+        let motion = RigidMotion { translation, spin, centre: self.about, ..self.imposed };
+        let difference = |n: &NodeId| norm(displacement[*n] - motion.at(points[*n]));
+        let largest = self.nodes.iter().map(difference).fold(0.0, f64::max);
+        (motion, largest)
+    }
+
+    /// Finds by how much a displacement violates the condition: the largest distance of a node from a rigid motion, and of that
+    /// motion from what is imposed, m.
+    ///
+    /// * `displacement`: of all nodes of the body, m.
+    pub fn violation(&self, points: &[Vector], displacement: &[Vector]) -> f64 {
+        let (motion, largest) = self.motion_of(points, displacement);
+        let found = self.prevented(&motion).zip(self.prevented(&self.imposed));
+        found.map(|(found, imposed)| (found - imposed).abs()).fold(largest, f64::max)
+    }
+
+    /// Computes resultant and moment about [`Self::about`] of nodal forces on the side, N/m and N.
+    ///
+    /// * `forces`: on all nodes of the body, N/m.
+    pub fn resultant_of(&self, points: &[Vector], forces: &[Vector]) -> (Vector, f64) {
+        let force = self.nodes.iter().map(|n| forces[*n]).sum();
+        let moment = self.nodes.iter().map(|n| cross(points[*n] - self.about, forces[*n])).sum();
+        (force, moment)
+    }
+}
+
+/// Computes the length of the side that belongs to each of its nodes, m.
+fn weights(mesh: &TriMesh, edges: &[EdgeId], nodes: &[NodeId]) -> Vec<f64> {
+    let mut weights = vec![0.0; nodes.len()];
+    for &edge in edges {
+        for node in mesh.topology().edges()[edge] {
+            if let Ok(place) = nodes.binary_search(&node) {
+                weights[place] += 0.5 * mesh.edge_length(edge);
+            }
+        }
+    }
+    weights
+}
