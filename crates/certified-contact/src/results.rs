@@ -254,7 +254,7 @@ impl<'a> Line<'a> {
             let [i, j] = edge.pairs.map(|k| k as usize);
             let stretch = &mut found[number[i]];
             stretch.length += edge.length;
-            if j <= i {
+            if edge.clamped.is_none() && j <= i {
                 stretch.s[1] = self.interface.pairs()[i].arc_length + edge.length;
             }
             stretch.max_edge_pressure = stretch.max_edge_pressure.max(self.mean(edge));
@@ -280,7 +280,16 @@ impl<'a> Line<'a> {
         for edge in self.interface.edges() {
             let [i, j] = edge.pairs.map(|k| k as usize);
             let end = pairs[i].arc_length;
-            if j <= i
+            // The pressure reaches a clamped end.
+            if let Some(clamped) = edge.clamped.filter(|_| carries(i)) {
+                let own = found.iter_mut().find(|interval| (interval[0]..=interval[1]).contains(&end));
+                if let Some(interval) = own {
+                    interval[clamped.end] = end + [-1.0, 1.0][clamped.end] * edge.length;
+                }
+                continue;
+            }
+            if edge.clamped.is_none()
+                && j <= i
                 && carries(i)
                 && carries(j)
                 && let Some(last) = found.iter_mut().find(|interval| interval[1] == end)

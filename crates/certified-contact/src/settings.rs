@@ -83,7 +83,7 @@ impl Settings {
 
     /// Returns the settings with the algorithm that is used for a problem.
     pub(crate) fn for_problem(&self, problem: &PreparedProblem) -> Self {
-        let two_held = problem.problem().only_pair().is_some() && problem.rigid_motions().is_empty();
+        let two_held = problem.problem().held_pair().is_some();
         match &self.exact {
             Some(exact) if !two_held => self.clone().with_method(exact.clone()),
             _ => self.clone(),

@@ -303,8 +303,9 @@ fn for_contact_edges(
     for (number, contact) in interface.edges().iter().enumerate() {
         let edge = contact.edges[side];
         let place = topology.boundary_place(edge);
-        let first = interface.pairs()[contact.pairs[0] as usize].nodes[side];
-        act(place, number, first != topology.edges()[edge][0]);
+        let end = contact.free_ends().next().unwrap_or(0);
+        let node = interface.pairs()[contact.pairs[end] as usize].nodes[side];
+        act(place, number, node != topology.edges()[edge][end]);
     }
 }
 

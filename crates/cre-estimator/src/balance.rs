@@ -116,10 +116,14 @@ fn pressure_work(interface: &fem_core::interface::ContactInterface, motion: &[Ve
     for edge in interface.edges() {
         let [i, j] = edge.pairs.map(|k| k as usize);
         let [a, b] = [i, j].map(|k| interface.pairs()[k].normal);
+        let mut moved = [motion[i], motion[j]];
+        if let Some(clamped) = edge.clamped {
+            moved[clamped.end] = Vector::zeros();
+        }
         // ∫ (p_i n_i φ_i + p_j n_j φ_j)·u, as in the nodal forces of the pressure.
         let at = [
-            edge.length / 6.0 * a.dot(&(2.0 * motion[i] + motion[j])),
-            edge.length / 6.0 * b.dot(&(motion[i] + 2.0 * motion[j])),
+            edge.length / 6.0 * a.dot(&(2.0 * moved[0] + moved[1])),
+            edge.length / 6.0 * b.dot(&(moved[0] + 2.0 * moved[1])),
         ];
         // A bent edge carries the mean of its two ends.
         let at = if edge.bent { [0.5 * (at[0] + at[1]); 2] } else { at };

@@ -125,7 +125,7 @@ fn contact_terms(
     for (k, of) in problem.contacts.iter().enumerate() {
         let (interface, opening) = (&of.interface, state.contacts[k].opening);
         let found = lift::middle_openings(interface, of.bodies.map(|b| state.displacement[b]));
-        let middle = |e: &ContactEdge| 0.5 * e.pairs.iter().map(|k| opening[*k as usize]).sum::<f64>();
+        let middle = |e: &ContactEdge| 0.5 * e.openings(opening).iter().sum::<f64>();
         let linear: Vec<f64> = interface.edges().iter().map(middle).collect();
         let terms = |middle: &[f64]| {
             pressure::contact_terms(interface, &pair.contacts[k].edge_pressure, opening, middle)

@@ -39,6 +39,6 @@ pub fn contact_terms(
     middle: &[f64],
 ) -> Vec<f64> {
     let term =
-        |((edge, p), m): ((&ContactEdge, &[f64; 2]), &f64)| 2.0 * edge.work(*p, edge.ends(opening), *m);
+        |((edge, p), m): ((&ContactEdge, &[f64; 2]), &f64)| 2.0 * edge.work(*p, edge.openings(opening), *m);
     interface.edges().iter().zip(edge_pressure).zip(middle).map(term).collect()
 }

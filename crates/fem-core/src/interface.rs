@@ -56,7 +56,7 @@ pub struct NodePair {
 /// Two facing edges, one of each body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactEdge {
-    /// The pairs at its two ends, in the sense of increasing arc length.
+    /// The pairs at its two ends, in the sense of increasing arc length; twice the same if both bodies are clamped at one end.
     pub pairs: [u32; 2],
     /// The mesh edge of each body; against an obstacle twice that of the body.
     pub edges: [EdgeId; 2],
@@ -64,14 +64,42 @@ pub struct ContactEdge {
     pub length: f64,
     /// Whether the normal changes along it by more than round-off.
     pub bent: bool,
+    /// The end at which both bodies are clamped, if there is one.
+    pub clamped: Option<ClampedEnd>,
+}
+
+/// An end of a contact edge at which both bodies are clamped: no unknown is there, and its pressure is that of the other end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClampedEnd {
+    /// Which end, 0 or 1.
+    pub end: usize,
+    /// The opening that the supports impose there, ≥ 0, m.
+    pub opening: f64,
 }
 
 impl ContactEdge {
-    /// Returns the values of the pairs at its ends.
+    /// Returns the values of the pairs at its ends; at a clamped end that of the other one.
     ///
     /// * `by_pair`: one number per pair.
     pub fn ends(&self, by_pair: &[f64]) -> [f64; 2] {
         self.pairs.map(|k| by_pair[k as usize])
+    }
+
+    /// Returns the openings at its ends, m.
+    ///
+    /// * `by_pair`: opening of each pair, m.
+    pub fn openings(&self, by_pair: &[f64]) -> [f64; 2] {
+        let mut ends = self.ends(by_pair);
+        if let Some(clamped) = self.clamped {
+            ends[clamped.end] = clamped.opening;
+        }
+        ends
+    }
+
+    /// Lists the ends that are pairs, as 0 and 1: both, or the one that is not clamped.
+    pub fn free_ends(&self) -> impl Iterator<Item = usize> + use<> {
+        let clamped = self.clamped.map(|clamped| clamped.end);
+        [0, 1].into_iter().filter(move |end| Some(*end) != clamped)
     }
 
     /// Computes the pressure at its two ends, Pa: the nodal values if the edge is straight; their mean at both ends if it is
@@ -151,7 +179,7 @@ pub struct ContactInterface {
 
 impl ContactInterface {
     /// Pairs the contact surfaces of two bodies node by node. A pair at an end of a straight line that both bodies
-    /// clamp is removed, with its edge. Paired nodes face each other along the contact normal to
+    /// clamp is removed, and its edge takes the pressure of its other end. Paired nodes face each other along the contact normal to
     /// round-off; for non-matching surfaces see [`common_refinement::common_refinement`].
     ///
     /// * `surfaces`: the edge group of the first and of the second body.
@@ -252,9 +280,10 @@ impl ContactInterface {
         assert!(found == expected, "the pressure has {found} entries, the interface {expected} pairs");
         let mut forces = vec![0.0; self.pairs.len()];
         for edge in &self.edges {
-            let [i, j] = edge.pairs.map(|k| k as usize);
-            forces[i] += edge.length / 6.0 * (2.0 * p[i] + p[j]);
-            forces[j] += edge.length / 6.0 * (p[i] + 2.0 * p[j]);
+            let ends = edge.ends(p);
+            for end in edge.free_ends() {
+                forces[edge.pairs[end] as usize] += edge.length / 6.0 * (2.0 * ends[end] + ends[1 - end]);
+            }
         }
         forces
     }
@@ -295,8 +324,11 @@ impl ContactInterface {
         for (edge, p) in self.edges.iter().zip(edge_pressure) {
             let [i, j] = edge.pairs.map(|k| k as usize);
             let [a, b] = [p[0] * self.pairs[i].normal, p[1] * self.pairs[j].normal];
-            forces[i] += edge.length / 6.0 * (2.0 * a + b);
-            forces[j] += edge.length / 6.0 * (a + 2.0 * b);
+            for (end, (k, near, far)) in [(i, a, b), (j, b, a)].into_iter().enumerate() {
+                if edge.free_ends().any(|free| free == end) {
+                    forces[k] += edge.length / 6.0 * (2.0 * near + far);
+                }
+            }
         }
         forces
     }

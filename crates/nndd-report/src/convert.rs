@@ -45,7 +45,7 @@ pub fn settings(case: &Case) -> Settings {
 pub(crate) fn is_exact(case: &Case, problem: &ContactProblem) -> bool {
     match case.solver.method {
         case::Method::Exact => true,
-        case::Method::Auto => problem.only_pair().is_none() || !problem.rigid_motions().is_empty(),
+        case::Method::Auto => problem.held_pair().is_none(),
         case::Method::Nndd | case::Method::Newton => false,
     }
 }

@@ -121,8 +121,9 @@ fn problem<'a>(case: &'a Case, solution: &'a CertifiedSolution, title: &str) -> 
     let bodies: Vec<SketchBody<'_>> = case.bodies.iter().zip(&solution.problem.bodies).map(sketch).collect();
     let line = |pair: &ContactPair| -> Vec<[Vector; 2]> {
         let points = solution.problem.bodies[pair.bodies[0]].mesh().points();
-        let place = |k: u32| points[pair.interface.pairs()[k as usize].nodes[0]];
-        pair.interface.edges().iter().map(|edge| edge.pairs.map(place)).collect()
+        let nodes = solution.problem.bodies[pair.bodies[0]].mesh().topology().edges();
+        let edges = pair.interface.edges().iter();
+        edges.map(|edge| nodes[edge.edges[0]].map(|n| points[n])).collect()
     };
     let contact: Vec<[Vector; 2]> = solution.problem.contacts.iter().flat_map(line).collect();
     Picture {

@@ -62,7 +62,7 @@ fn sizes(problem: &ContactProblem) -> Vec<Size> {
         Size { nodes: body.mesh().points().len() as u64, pairs }
     };
     let mut sizes: Vec<Size> = problem.bodies.iter().enumerate().map(of_body).collect();
-    if problem.only_pair().is_none() || !problem.rigid_motions().is_empty() {
+    if problem.held_pair().is_none() {
         // The flexibility of all pairs together, with its factor.
         sizes.push(Size { nodes: 0, pairs: problem.node_pairs() });
     }

@@ -13,6 +13,7 @@ use cre_estimator::Estimate;
 use fem_core::body::{Body, NodeConstraint};
 use fem_core::field;
 use fem_core::geometry::{Vector, norm};
+use fem_core::interface::ContactEdge;
 use fem_core::material::Hypothesis;
 use fem_core::tensor::SymTensor2;
 use mesh_io::vtu::{self, PvdEntry, VtuArray, VtuCells, VtuData, VtuError, VtuMesh};
@@ -214,23 +215,30 @@ fn reactions(solution: &CertifiedSolution, estimate: &Estimate, model: &Body, bo
 fn contact_data(solution: &CertifiedSolution, estimate: &Estimate, pair: usize) -> (VtuMesh, VtuData) {
     let rows = report::contact_rows(solution, pair);
     let interface = &solution.problem.contacts[pair].interface;
-    let scalars =
-        |name: &str, of: &dyn Fn(usize) -> f64| VtuArray::scalars(name, (0..rows.len()).map(of).collect());
     let last = solution.last();
     let first = last.blocks(&solution.problem).nth(pair).map_or(0, |block| block.start);
     let of_first = |k: usize| last.reaction[first + k] / interface.pairs()[k].tributary_length;
     let of_second =
         |k: usize| last.contact.normal_reaction[first + k] / interface.pairs()[k].tributary_length;
-    let points: Vec<Vector> = rows.iter().map(|r| Vector::new(r.x, r.y)).collect();
+    let mut points: Vec<Vector> = rows.iter().map(|r| Vector::new(r.x, r.y)).collect();
+    let (ends, clamped) = drawn_ends(solution, pair, &mut points);
+    // A clamped end has the values of the pair at the other end of its edge, but for the opening.
+    let pair_of = |k: usize| clamped.get(k.wrapping_sub(rows.len())).map_or(k, |(pair, _)| *pair);
+    let opening =
+        |k: usize| clamped.get(k.wrapping_sub(rows.len())).map_or_else(|| rows[k].opening, |(_, o)| *o);
+    let scalars = |name: &str, of: &dyn Fn(usize) -> f64| {
+        VtuArray::scalars(name, (0..points.len()).map(|k| of(pair_of(k))).collect())
+    };
     // Over the length as it is drawn, so that the file alone gives the integral.
-    let density = interface.edges().iter().zip(&estimate.cre.by_contact_edge[pair]).map(|(edge, squared)| {
-        let [a, b] = edge.pairs.map(|k| points[k as usize]);
+    let squares = ends.iter().zip(&estimate.cre.by_contact_edge[pair]);
+    let density = squares.map(|(ends, squared)| {
+        let [a, b] = ends.map(|k| points[k as usize]);
         squared / norm(b - a)
     });
     let data = VtuData {
         point: vec![
             scalars("gap", &|k| rows[k].gap),
-            scalars("opening", &|k| rows[k].opening),
+            VtuArray::scalars("opening", (0..points.len()).map(opening).collect()),
             scalars("contact_pressure", &|k| rows[k].pressure),
             scalars("active", &|k| f64::from(rows[k].active)),
             scalars("lambda", &|k| last.lambda[first + k]),
@@ -241,9 +249,31 @@ fn contact_data(solution: &CertifiedSolution, estimate: &Estimate, pair: usize) 
         cell: vec![VtuArray::scalars("error_density", density.collect())],
         field: Vec::new(),
     };
-    let grid =
-        VtuMesh { points, cells: VtuCells::Lines(interface.edges().iter().map(|e| e.pairs).collect()) };
+    let grid = VtuMesh { points, cells: VtuCells::Lines(ends) };
     (grid, data)
+}
+
+/// The ends of each contact edge among the drawn points, and the pair and the opening of each point that is a clamped end.
+type DrawnEnds = (Vec<[u32; 2]>, Vec<(usize, f64)>);
+
+/// Lists the ends of the contact edges among the points of the pairs, and adds the points of clamped ends.
+fn drawn_ends(solution: &CertifiedSolution, pair: usize, points: &mut Vec<Vector>) -> DrawnEnds {
+    let mut clamped_ends = Vec::new();
+    let of = &solution.problem.contacts[pair];
+    let mesh = solution.problem.bodies[of.bodies[0]].mesh();
+    let ends = |edge: &ContactEdge| {
+        let mut ends = edge.pairs;
+        if let Some(clamped) = edge.clamped {
+            let paired = of.interface.pairs()[ends[1 - clamped.end] as usize].nodes[0];
+            let [a, b] = mesh.topology().edges()[edge.edges[0]];
+            clamped_ends.push((ends[1 - clamped.end] as usize, clamped.opening));
+            ends[clamped.end] = points.len() as u32;
+            points.push(mesh.points()[if a == paired { b } else { a }]);
+        }
+        ends
+    };
+    let ends = of.interface.edges().iter().map(ends).collect();
+    (ends, clamped_ends)
 }
 
 fn write_vtu(

@@ -148,8 +148,7 @@ pub fn solve_from(
     stop: &mut dyn StoppingCriterion,
 ) -> Result<NnddSolution, NnddError> {
     check(problem, &start, method)?;
-    let held = problem.problem().bodies.iter().all(|body| body.free_motion().is_none());
-    let Some(pair) = problem.problem().only_pair().filter(|_| held) else {
+    let Some(pair) = problem.problem().held_pair() else {
         return assembly::solve(problem, start, method, stop);
     };
     let bodies = &problem.sides(0);

@@ -1,12 +1,11 @@
 //! Contact nodes that both bodies clamp at the ends of the line: their pairs are removed.
 //!
 //! A clamped pair has no unknown. Its opening is known, and along its edge the opening is linear from there to the next pair,
-//! so it is nowhere negative if both ends are not. Without pressure the edge is also statically admissible. So pair
-//! and edge are removed from the contact problem, and its bound remains valid. Finer meshes have free nodes on the
-//! edge: it is kept, and its new pairs belong to the contact problem.
+//! so it is nowhere negative if both ends are not. Its pressure is free, since the supports take the forces there: that of the next
+//! pair is used. Finer meshes have free nodes on the edge, whose pairs belong to the contact problem.
 
 use super::profile::Profile;
-use super::{ContactEdge, ContactInterface, Gap, InterfaceError, NodePair, SAME_NORMAL};
+use super::{ClampedEnd, ContactEdge, ContactInterface, Gap, InterfaceError, NodePair, SAME_NORMAL};
 use crate::body::{Body, NodeConstraint};
 use crate::geometry::{Vector, norm};
 use crate::mesh::topology::NONE;
@@ -45,8 +44,7 @@ pub(super) fn is_clamped(bodies: [&Body; 2], pair: &NodePair) -> bool {
 }
 
 impl Line {
-    /// Decides which edges are bent, and creates the interface of the line without clamped pairs at its ends and their
-    /// edges. Also returns, for each pair of the line, its number among the remaining ones, or [`NONE`].
+    /// Decides which edges are bent, and creates the interface of the line without clamped pairs at its ends. Also returns, for each pair of the line, its number among the remaining ones, or [`NONE`].
     ///
     /// # Errors
     /// Clamped pairs inside the line, at curved edges, or with supports that press the bodies into each other.
@@ -62,9 +60,10 @@ impl Line {
         }
         let mut number = vec![NONE; self.pairs.len()];
         let mut pairs = Vec::with_capacity(self.pairs.len());
+        let mut openings = vec![0.0; self.pairs.len()];
         for (k, pair) in self.pairs.iter().enumerate() {
             match clamped(bodies, pair) {
-                Some(imposed) => self.check(bodies, k, imposed)?,
+                Some(imposed) => openings[k] = self.check(bodies, k, imposed)?,
                 None => {
                     number[k] = pairs.len() as u32;
                     pairs.push(NodePair { tributary_length: 0.0, ..*pair });
@@ -78,24 +77,19 @@ impl Line {
         let (mut edges, mut profiles) = (Vec::new(), Vec::new());
         for (edge, profile) in self.edges.iter().zip(&self.profiles) {
             let ends = edge.pairs.map(|k| number[k as usize]);
-            if !ends.contains(&NONE) {
-                for k in ends {
-                    pairs[k as usize].tributary_length += 0.5 * edge.length;
-                }
-                edges.push(ContactEdge { pairs: ends, ..*edge });
-                profiles.push(*profile);
-            }
-        }
-        // A pair between two clamped edges has no tributary length and carries no pressure.
-        if let Some(k) = pairs.iter().position(|p| p.tributary_length == 0.0) {
-            let Some(place) = number.iter().position(|n| *n == k as u32) else {
-                unreachable!(
-                    "pair {k} of {} was kept, and none of {} has its number",
-                    pairs.len(),
-                    number.len()
-                )
+            let at = |end: usize| ClampedEnd { end, opening: openings[edge.pairs[end] as usize] };
+            let (ends, clamped) = match ends {
+                [NONE, NONE] => continue,
+                [NONE, k] => ([k; 2], Some(at(0))),
+                [k, NONE] => ([k; 2], Some(at(1))),
+                _ => (ends, None),
             };
-            return Err(self.refused(bodies, place));
+            let edge = ContactEdge { pairs: ends, clamped, ..*edge };
+            for end in edge.free_ends() {
+                pairs[ends[end] as usize].tributary_length += 0.5 * edge.length;
+            }
+            edges.push(edge);
+            profiles.push(*profile);
         }
         let whole = if all {
             None
@@ -108,10 +102,10 @@ impl Line {
         Ok((interface, number))
     }
 
-    /// Checks that the clamped pair `k` may be removed.
+    /// Checks that the clamped pair `k` may be removed, and returns its opening, ≥ 0, m.
     ///
     /// * `imposed`: on its nodes, m.
-    fn check(&self, bodies: [&Body; 2], k: usize, imposed: [Vector; 2]) -> Result<(), InterfaceError> {
+    fn check(&self, bodies: [&Body; 2], k: usize, imposed: [Vector; 2]) -> Result<f64, InterfaceError> {
         let mut edges = self.edges.iter().filter(|e| e.pairs.contains(&(k as u32)));
         if !matches!((edges.next(), edges.next()), (Some(edge), None) if !edge.bent) {
             return Err(self.refused(bodies, k));
@@ -123,7 +117,7 @@ impl Line {
             let point = bodies[0].mesh().points()[pair.nodes[0]];
             return Err(InterfaceError::ClampedOverlap { point, depth: -opening });
         }
-        Ok(())
+        Ok(opening.max(0.0))
     }
 
     fn refused(&self, bodies: [&Body; 2], k: usize) -> InterfaceError {
@@ -161,13 +155,17 @@ mod tests {
     }
 
     #[test]
-    fn contact_nodes_clamped_in_both_bodies_at_the_ends_of_the_line_drop_out() {
+    fn contact_nodes_clamped_in_both_bodies_at_the_ends_of_the_line_have_no_unknown() {
         let clamped = || BoundaryConditions::new().fix("left").fix("right");
         let bodies = [body(1.0, clamped()), body(0.0, clamped())];
         let interface = pair(&bodies[0], &bodies[1]).unwrap();
-        assert_eq!((interface.pairs().len(), interface.edges().len(), interface.length()), (3, 2, 1.0));
+        assert_eq!((interface.pairs().len(), interface.edges().len(), interface.length()), (3, 4, 2.0));
         let lengths: Vec<f64> = interface.pairs().iter().map(|p| p.tributary_length).collect();
-        assert_eq!(lengths, [0.25, 0.5, 0.25]);
+        assert_eq!(lengths, [0.5; 3]);
+        // A constant pressure reaches the clamped ends, whose forces the supports take.
+        assert_eq!(interface.mass(&[3.0; 3]), [1.5; 3]);
+        let first = interface.edges()[0];
+        assert_eq!((first.pairs, first.openings(&[0.2, 0.0, 0.0])), ([0; 2], [0.0, 0.2]));
         // Halved: the new nodes of the removed edges are free and belong to the contact problem.
         let mut problem = ContactProblem::between(bodies, interface);
         for count in [7, 15] {

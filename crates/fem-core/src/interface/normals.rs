@@ -168,8 +168,7 @@ fn turns(pairs: &[NodePair], edges: &[ContactEdge]) -> Vec<f64> {
 }
 
 /// On a curved line, turns the normal of a pair whose node is supported in one direction into the free direction.
-/// Rejects nodes whose normal displacement is imposed, or nearly so, unless both bodies clamp theirs. Otherwise the
-/// normal is the line's, and the node's frame is not orthogonal, see [`crate::dof::DofMap`].
+/// Rejects nodes on rollers whose normal displacement is imposed, or nearly so. Otherwise the normal is the line's, and the node's frame is not orthogonal, see [`crate::dof::DofMap`].
 fn free_direction(bodies: [&Body; 2], pair: &mut NodePair, turn: f64) -> Result<(), InterfaceError> {
     let constraint = |b: usize| bodies[b].node_constraints()[pair.nodes[b]];
     let refused = |b: usize| {
@@ -182,7 +181,9 @@ fn free_direction(bodies: [&Body; 2], pair: &mut NodePair, turn: f64) -> Result<
     for b in 0..2 {
         match constraint(b) {
             NodeConstraint::Free => {}
-            NodeConstraint::Fixed { .. } | NodeConstraint::Rigid { .. } => return refused(b),
+            // Only the other body has an unknown there.
+            NodeConstraint::Fixed { .. } => {}
+            NodeConstraint::Rigid { .. } => return refused(b),
             NodeConstraint::Along { direction, .. } => {
                 let free = perpendicular(direction);
                 let free = free.dot(&pair.normal).signum() * free;

@@ -344,6 +344,6 @@ impl Chained {
         }
         let [a, b] = ends.map(|k| self.pairs[k as usize].normal);
         let bent = norm(a - b) > super::SAME_NORMAL || cross(a, b).abs() > super::SAME_NORMAL;
-        self.edges.push(ContactEdge { pairs: ends, edges: [edge; 2], length, bent });
+        self.edges.push(ContactEdge { pairs: ends, edges: [edge; 2], length, bent, clamped: None });
     }
 }

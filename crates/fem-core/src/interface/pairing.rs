@@ -159,7 +159,7 @@ fn make_edges(
             let length = bodies[0].mesh().edge_length(edge);
             let pairs = nodes.map(|n| number[&n]);
             // The line decides which edges are bent once it is complete.
-            edges.push(ContactEdge { pairs, edges: [edge, other], length, bent: false });
+            edges.push(ContactEdge { pairs, edges: [edge, other], length, bent: false, clamped: None });
         }
     }
     match surfaces[1].iter().find(|e| !seen.contains(*e)) {

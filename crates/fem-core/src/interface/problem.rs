@@ -1,7 +1,7 @@
 //! Bodies, the pairs in which they touch, and a state of both.
 
 use super::{ContactInterface, InterfaceSide, Obstacle, RigidLine, Roles};
-use crate::body::{Body, Difference};
+use crate::body::{Body, Difference, NodeConstraint};
 use crate::geometry::Vector;
 
 /// Two bodies in contact, or a body and an obstacle, and where.
@@ -122,6 +122,23 @@ impl ContactProblem {
             [pair] if self.bodies.len() == 2 && self.obstacles.is_empty() => Some(pair),
             _ => None,
         }
+    }
+
+    /// Returns the only pair of two bodies whose supports hold them, and leave every contact node free along the normal: the
+    /// problem of the paper.
+    pub fn held_pair(&self) -> Option<&ContactPair> {
+        let held = || self.bodies.iter().all(|body| body.free_motion().is_none());
+        self.only_pair().filter(|pair| !self.has_held_nodes(pair) && held())
+    }
+
+    /// Tells whether a support holds a contact node of one of the bodies along the normal.
+    pub fn has_held_nodes(&self, pair: &ContactPair) -> bool {
+        let held = |(side, b): (usize, usize)| {
+            let constraints = self.bodies[b].node_constraints();
+            let of = |p: &super::NodePair| constraints[p.nodes[side]];
+            pair.interface.pairs().iter().any(|p| matches!(of(p), NodeConstraint::Fixed { .. }))
+        };
+        self.bodies_of(pair).any(held)
     }
 
     /// Lists the sides of a body: number of the pair, and 0 if the body is the first of it, 1 if it is the second.

@@ -268,7 +268,7 @@ impl ContactInterface {
         for k in ends {
             pairs[k as usize].tributary_length += 0.5 * length;
         }
-        Some(ContactEdge { pairs: ends, edges, length, bent: false })
+        Some(ContactEdge { pairs: ends, edges, length, bent: false, clamped: None })
     }
 }
 
