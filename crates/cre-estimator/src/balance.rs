@@ -6,13 +6,18 @@
 //! \min_p \sum_i ℓ_i (p_i - r^2_i/ℓ_i)^2, \qquad p ≥ 0, \qquad C p = e                                         \qquad (31)
 //! ```
 //! with one row per rigid motion `R` of a floating body: `C p` is the work of the pressure along it, `−e` that of the loads.
+//! Where the bodies are far apart, the pressure stays zero if the others can keep the balance.
 
 use crate::error::EstimatorError;
 use crate::pressure;
 use contact_qp::{IndependentRows, nearest_balanced};
 use fem_core::geometry::Vector;
-use fem_core::interface::ContactState;
+use fem_core::interface::{ContactEdge, ContactState};
 use fem_core::prepared::PreparedProblem;
+
+/// The nearest pressure in balance is looked for among the pairs that carry a force if on all pairs `∫ p o` would be this many
+/// times larger.
+const DEAR: f64 = 2.0;
 
 /// The pressure of an admissible stress at the pairs of each contact line.
 #[derive(Clone, Debug)]
@@ -47,9 +52,29 @@ pub(crate) fn pressure(
     let independent = IndependentRows::new(&rows.matrix, &rows.loads);
     let IndependentRows { rows: matrix, right_side, .. } = &independent;
     let found = nearest_balanced(&target, &weights, matrix, right_side, None)?;
-    let Some(found) = found else {
+    let Some(mut found) = found else {
         return Ok(Pressure { by_pair, shift: 0.0, imbalance: rows.imbalance(prepared, &target) });
     };
+    // A little pressure where the bodies are far apart costs much in 2∫ p o.
+    let cost = |pressure: &[f64]| -> f64 {
+        let by_pair = split(prepared, pressure);
+        let of_pair = |k: usize| -> f64 {
+            let (p, opening) = (&by_pair[k], state.contacts[k].opening);
+            let work = |edge: &ContactEdge| {
+                let ends = edge.openings(opening);
+                edge.work(edge.pressure(p), ends, 0.5 * (ends[0] + ends[1]))
+            };
+            contacts[k].interface.edges().iter().map(work).sum()
+        };
+        (0..contacts.len()).map(of_pair).sum()
+    };
+    let loaded: Vec<bool> = target.iter().map(|p| *p > 0.0).collect();
+    if cost(&found.values) > DEAR * cost(&target)
+        && let Some(near) = nearest_balanced(&target, &weights, matrix, right_side, Some(&loaded))?
+        && cost(&found.values) > DEAR * cost(&near.values)
+    {
+        found = near;
+    }
     let size = |values: &mut dyn Iterator<Item = f64>| {
         values.zip(&weights).map(|(v, w)| w * v * v).sum::<f64>().sqrt()
     };

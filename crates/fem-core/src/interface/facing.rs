@@ -5,9 +5,9 @@ use crate::geometry::{self, Vector, norm};
 use crate::mesh::TriMesh;
 use crate::mesh::id::EdgeId;
 
-/// Cosine of the largest angle between the normals of two facing edges, and between a normal and the way to the other side: 60
-/// degrees.
-const FACING: f64 = 0.5;
+/// Cosine of the largest angle between the normals of two facing edges, and between a normal and the way to the other side: a
+/// little less than the 60 degrees that pairing allows, so that rounding does not decide.
+const FACING: f64 = 0.501;
 /// Two points closer than this fraction of the smaller body's diagonal are the same.
 const TOUCHING: f64 = 1e-6;
 /// Points of an edge that are looked at, both ends among them.
