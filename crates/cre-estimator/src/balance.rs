@@ -15,6 +15,9 @@ use fem_core::geometry::Vector;
 use fem_core::interface::{ContactEdge, ContactState};
 use fem_core::prepared::PreparedProblem;
 
+/// Forces on a body below this fraction of those on another one are not resolved beyond it: the balance is checked to 1e-10.
+const LIGHTLY_LOADED: f64 = 1e-6;
+
 /// The nearest pressure in balance is looked for among the pairs that carry a force if on all pairs `∫ p o` would be this many
 /// times larger.
 const DEAR: f64 = 2.0;
@@ -196,7 +199,7 @@ impl Rows {
     fn imbalance(&self, prepared: &PreparedProblem, pressure: &[f64]) -> f64 {
         let problem = prepared.problem();
         let lengths = lengths(prepared);
-        let mut largest: f64 = 0.0;
+        let mut found = Vec::new();
         let rows = self.matrix.chunks_exact(self.count.max(1)).zip(&self.loads);
         for ((row, load), of) in rows.zip(prepared.rigid_motions()) {
             let moved = prepared.moved_by(of);
@@ -214,10 +217,11 @@ impl Rows {
                 first += pairs.len();
             }
             let rest = (row.iter().zip(pressure).map(|(c, p)| c * p).sum::<f64>() - load).abs();
-            if rest > 0.0 {
-                largest = largest.max(rest / size);
-            }
+            found.push((rest, size));
         }
-        largest
+        // A body almost without forces is compared with the others: its forces are the rounding of theirs.
+        let least = LIGHTLY_LOADED * found.iter().fold(0.0, |largest: f64, (_, size)| largest.max(*size));
+        let relative = |(rest, size): &(f64, f64)| if *rest > 0.0 { rest / size.max(least) } else { 0.0 };
+        found.iter().map(relative).fold(0.0, f64::max)
     }
 }
