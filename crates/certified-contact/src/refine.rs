@@ -41,7 +41,7 @@ pub(crate) fn has_room(nodes: usize, limit: usize) -> bool {
 /// Computes the share of the mesh in the squared bound, from 0 to 1.
 pub(crate) fn mesh_share(solution: &CertifiedSolution) -> f64 {
     let Some(estimate) = &solution.estimate else { return 0.0 };
-    let contributions = marking::contributions(&solution.problem, &estimate.cre);
+    let contributions = marking::contributions(&solution.problem, estimate);
     contributions.iter().flatten().sum::<f64>() / estimate.unchecked().e_cre.powi(2)
 }
 
@@ -78,7 +78,7 @@ pub(crate) fn refine(
     limit: usize,
 ) -> Result<Refined, RefineError> {
     let Some(estimate) = &solution.estimate else { return Ok(Refined::NothingToRefine) };
-    let mut contributions = marking::contributions(&solution.problem, &estimate.cre);
+    let mut contributions = marking::contributions(&solution.problem, estimate);
     let last = solution.last();
     let mut start = Start { lambda: last.lambda.clone(), active: Some(last.contact.active.clone()) };
     let mut edges = refinement_edges.to_vec();

@@ -1,19 +1,34 @@
 //! Which cells to refine: the contribution of each cell to the error of the mesh, and the smallest set with a given
 //! share of it.
 //!
-//! Only the mesh part is used: the contribution of the iteration falls with further iterations, not with finer cells.
-//! Source: Dörfler 1996.
+//! The contribution of the iteration is not used: it falls with further iterations, not with finer cells. Source: Dörfler
+//! 1996.
 
-use crate::cre::Cre;
+use crate::estimate::Estimate;
 use fem_core::interface::ContactProblem;
+
+/// `‖σ̂ − σ(u)‖²` from this fraction of `e_CRE²` on is reduced as well, if the iteration is at most this fraction of it.
+const CONTACT_PART: f64 = 0.1;
 
 /// Computes the part that refinement can reduce, for each triangle of each body, J/m: `‖τ − σ̂‖²`, and for the
 /// triangles at a contact edge half of its contact term `2∫ p o` each.
 ///
 /// The contact term belongs to the mesh once the iteration has converged: it is nonzero only where contact ends
-/// within an edge.
-pub fn contributions(problem: &ContactProblem, cre: &Cre) -> Vec<Vec<f64>> {
+/// within an edge. So does `‖σ̂ − σ(u)‖²`, which is then what the pressure of the bound differs from the forces at the nodes; it is
+/// added if it is a large part of the bound.
+pub fn contributions(problem: &ContactProblem, estimate: &Estimate) -> Vec<Vec<f64>> {
+    let cre = &estimate.cre;
     let mut by_cell = cre.discretisation_by_cell.clone();
+    let [contact, iteration] = [estimate.unchecked().parts.contact, estimate.unchecked().parts.iteration].map(|part| part * part);
+    if contact > CONTACT_PART * cre.e_cre().powi(2) && iteration <= CONTACT_PART * contact {
+        for ((body, fields), cells) in problem.bodies.iter().zip(&estimate.pair.bodies).zip(&mut by_cell) {
+            let stresses = fields.equilibrated.finite_element.iter().zip(&fields.stress);
+            for (t, ((recovered, computed), cell)) in stresses.zip(cells).enumerate() {
+                let difference = recovered.minus(*computed);
+                *cell += body.mesh().area(t) * body.material(t).complementary(difference, difference);
+            }
+        }
+    }
     for (pair, terms) in problem.contacts.iter().zip(&cre.by_contact_edge) {
         for (edge, term) in pair.interface.edges().iter().zip(terms) {
             // Against an obstacle it belongs to the one triangle.
