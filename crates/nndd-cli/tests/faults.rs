@@ -5,6 +5,8 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stderr)]
 #![cfg(unix)]
 
+#[path = "faults/assemblies.rs"]
+mod assemblies;
 #[path = "faults/files.rs"]
 mod files;
 #[path = "faults/limits.rs"]

@@ -145,6 +145,25 @@ fn a_run_that_switches_to_newton_on_every_mesh_resumes_to_the_same_numbers() {
 }
 
 #[test]
+fn killed_runs_of_assemblies_go_on_to_the_same_numbers() {
+    // A stamp that moves freely, and a rigid side that does.
+    for case in ["press.toml", "plate.toml"] {
+        let temp = tempfile::tempdir().unwrap();
+        let (whole, killed_run) = (temp.path().join("whole"), temp.path().join("killed"));
+        let settings = ["adapt.target_relative_error=0.008"];
+        let run = |out: &Path, more: &[&str]| command(case, out, &settings, more).output().unwrap();
+        let output = run(&whole, &[]);
+        assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+        killed(case, &killed_run, &settings, &[1, 3]);
+        let output = run(&killed_run, &["--resume"]);
+        assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+        assert!(said(&output).contains("the run continues with mesh"), "{}", said(&output));
+        assert_eq!(report(&killed_run).0, report(&whole).0, "{case}");
+        same_files(&killed_run, &whole);
+    }
+}
+
+#[test]
 fn a_run_killed_on_its_first_mesh_begins_again() {
     let temp = tempfile::tempdir().unwrap();
     let out = temp.path().join("out");

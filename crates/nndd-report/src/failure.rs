@@ -98,6 +98,14 @@ impl Failure {
             format!("{} is not held: it {}", motion::member(case, *b), motion::moves(moved))
         });
         let moves = moves.collect::<Vec<_>>().join("; ");
+        if !unheld.load.is_finite() {
+            return Self::plain(
+                INVALID_INPUT,
+                "the loads are so large that the work of their sum overflows\n  expected: loads whose squares are finite numbers\n  \
+                 fix: check the units of the loads"
+                    .to_owned(),
+            );
+        }
         Self::plain(
             NO_UNIQUE_SOLUTION,
             format!(
@@ -127,12 +135,17 @@ impl Failure {
             ),
             PrepareError::Assembly { body, source } => {
                 use AssemblyError::{OutOfMemory, TooLarge};
-                let code = if matches!(source, TooLarge { .. } | OutOfMemory { .. }) {
-                    LIMIT
-                } else {
-                    INVALID_INPUT
-                };
-                Self::plain(code, format!("body \"{}\": {source}", name(*body)))
+                let fault = format!("body \"{}\": {source}", name(*body));
+                match source {
+                    TooLarge { .. } | OutOfMemory { .. } => Self::plain(LIMIT, fault),
+                    _ => Self::plain(
+                        INVALID_INPUT,
+                        format!(
+                            "{fault}\n  expected: coordinates, moduli and loads of which sums of squares are finite\n  fix: check their \
+                             units, and the points about which rigid sides rotate"
+                        ),
+                    ),
+                }
             }
             PrepareError::Factor { body, source: FactorError::Cholesky { source, .. } }
                 if matches!(source, CholeskyError::OutOfMemory { .. }) =>

@@ -1,16 +1,19 @@
 //! The figures of a run, drawn by [`crate::plot`].
 
-use crate::plot::{self, BodyPicture, Closing, Held, SketchBody, SketchEdge};
+use crate::plot::{
+    self, BodyPicture, Closing, Held, Motion, ObstaclePicture, SketchBody, SketchEdge, SketchLoad,
+};
 use crate::words::{contact_parts, one_line};
 use case_io::Case;
 use case_io::case::BodyCase;
 use case_io::report::Report;
 use case_io::table::ContactRow;
 use certified_contact::CertifiedSolution;
-use fem_core::body::{Body, EdgeReaction, NodeConstraint};
-use fem_core::geometry::Vector;
+use fem_core::body::{Body, EdgeReaction, NodeConstraint, RigidSide};
+use fem_core::geometry::{Vector, cross, norm};
 use fem_core::interface::{ContactPair, NodePair};
-use fem_core::mesh::id::NodeId;
+use fem_core::mesh::id::{EdgeId, NodeId};
+use std::collections::BTreeSet;
 
 /// A named figure.
 pub(crate) struct Picture {
@@ -50,7 +53,7 @@ pub(crate) fn of_solve(
         let bodies: Vec<BodyPicture<'_>> = (0..count).map(picture).collect();
         pictures.push(Picture {
             name: "deformed".into(),
-            svg: plot::deformed(&format!("{name}: error density"), &bodies, &closing(solution)),
+            svg: plot::deformed(&format!("{name}: error density"), &bodies, &obstacles(solution), &closing(solution)),
             caption: "The certified squared error of each cell over its area. Large values show which cells to refine.",
             numbers: None,
         });
@@ -117,6 +120,7 @@ fn problem<'a>(case: &'a Case, solution: &'a CertifiedSolution, title: &str) -> 
         mesh: body.mesh(),
         edges: sketch_edges(body),
         body_force: body.body_force(),
+        rigid: body.rigid_sides().iter().filter_map(|side| rigid_load(body, side)).collect(),
     };
     let bodies: Vec<SketchBody<'_>> = case.bodies.iter().zip(&solution.problem.bodies).map(sketch).collect();
     let line = |pair: &ContactPair| -> Vec<[Vector; 2]> {
@@ -128,10 +132,49 @@ fn problem<'a>(case: &'a Case, solution: &'a CertifiedSolution, title: &str) -> 
     let contact: Vec<[Vector; 2]> = solution.problem.contacts.iter().flat_map(line).collect();
     Picture {
         name: "problem".into(),
-        svg: plot::sketch(title, &bodies, &contact),
+        svg: plot::sketch(title, &bodies, &obstacles(solution), &contact),
         caption: "Supports, loads and imposed displacements as the program read them.",
         numbers: None,
     }
+}
+
+/// The obstacles, with the motion that was found.
+fn obstacles(solution: &CertifiedSolution) -> Vec<ObstaclePicture<'_>> {
+    let found = solution.estimate.as_ref().map_or(&[][..], |estimate| &estimate.pair.obstacles);
+    let obstacles = solution.problem.obstacles.iter().enumerate();
+    let pictures = obstacles.map(|(k, obstacle)| ObstaclePicture {
+        line: obstacle.line,
+        points: obstacle.points(),
+        motion: motion(obstacle.points(), found.get(k).map_or(&[][..], Vec::as_slice)),
+        imposed: obstacle.translation.map(|t| t.unwrap_or(0.0)).into(),
+        load: (obstacle.force, obstacle.moment),
+    });
+    pictures.collect()
+}
+
+/// Finds the rigid motion that displaces the first of some points, and the one farthest from it, as given.
+fn motion(points: &[Vector], displacement: &[Vector]) -> Motion {
+    let known = points.first().zip(displacement.first());
+    let (centre, translation) = known.map_or_else(Default::default, |(p, u)| (*p, *u));
+    let moved = points.iter().zip(displacement).map(|(p, u)| (p - centre, u - translation));
+    let farthest = moved.max_by(|a, b| norm(a.0).total_cmp(&norm(b.0)));
+    let turned = farthest.filter(|(arm, _)| norm(*arm) > 0.0);
+    let spin = turned.map_or(0.0, |(arm, difference)| cross(arm, difference) / arm.norm_squared());
+    Motion { centre, translation, spin }
+}
+
+/// The load of a rigid side at the place of the side that is nearest to its point; `None` if there is no load.
+fn rigid_load(body: &Body, side: &RigidSide) -> Option<SketchLoad> {
+    let (mesh, force, moment) = (body.mesh(), side.force, side.moment);
+    let distance = |at: &Vector| norm(at - side.about);
+    let nearest = |edge: &EdgeId| {
+        let [a, b] = mesh.topology().edges()[*edge].map(|v| mesh.points()[v]);
+        let part = (side.about - a).dot(&(b - a)) / (b - a).norm_squared();
+        (a + part.clamp(0.0, 1.0) * (b - a), mesh.edge_normal(*edge))
+    };
+    let places = side.edges.iter().map(nearest);
+    let (at, normal) = places.min_by(|a, b| distance(&a.0).total_cmp(&distance(&b.0)))?;
+    (force != Vector::zeros() || moment != 0.0).then_some(SketchLoad { at, normal, force, moment })
 }
 
 /// What is imposed on the boundary edges of a body.
@@ -144,6 +187,9 @@ fn sketch_edges(body: &Body) -> Vec<SketchEdge> {
         NodeConstraint::Fixed { value } | NodeConstraint::Rigid { value, .. } => value,
     };
     let mean = |[a, b]: [Vector; 2]| 0.5 * (a + b);
+    let free = |side: &&RigidSide| !side.motions.is_empty();
+    let rigid: BTreeSet<EdgeId> =
+        body.rigid_sides().iter().filter(free).flat_map(|side| side.edges.iter().copied()).collect();
     mesh.topology()
         .boundary_edges()
         .iter()
@@ -153,6 +199,7 @@ fn sketch_edges(body: &Body) -> Vec<SketchEdge> {
             let held = match condition.reaction {
                 EdgeReaction::None => Held::Free,
                 EdgeReaction::Along(_) => Held::Roller,
+                EdgeReaction::Both if rigid.contains(edge) => Held::Rigid,
                 EdgeReaction::Both => Held::Fixed,
             };
             // Only what the edge itself imposes: its ends may belong to another side too.

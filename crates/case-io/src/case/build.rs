@@ -293,8 +293,18 @@ impl Case {
             InterfaceError::NormalAway { .. } => ("normal".to_owned(), None),
             _ => ("surfaces".to_owned(), None),
         };
-        let message = self.with_name(contact, error, side);
-        let (expected, fix) = cures::of_interface(error);
+        let (mut key, mut message) = (key, self.with_name(contact, error, side));
+        let (mut expected, mut fix) = cures::of_interface(error);
+        if given.obstacle.is_some()
+            && let Some((said, cure)) = cures::against_obstacle(error)
+        {
+            let name = given.bodies.first().and_then(|b| self.bodies.get(*b)).map_or("", |body| &body.name);
+            message = format!("body \"{name}\" {said}");
+            (expected, fix) = cure;
+            if matches!(error, InterfaceError::Overlap { .. }) {
+                key = "obstacle".to_owned();
+            }
+        }
         self.diagnostic(code::CONTACT, &format!("{}.{key}", given.path), message)
             .expected(expected)
             .help(help)

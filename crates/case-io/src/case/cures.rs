@@ -1,6 +1,7 @@
 //! What was expected and one fix, for the errors of fem-core that a case file can bring about.
 
 use fem_core::body::BodyError;
+use fem_core::geometry::{Vector, shown};
 use fem_core::interface::InterfaceError;
 use fem_core::interface::common_refinement::CommonRefinementError;
 
@@ -100,6 +101,52 @@ pub(super) fn of_interface(error: &InterfaceError) -> Cure {
             ("surfaces whose nodes face each other", "mesh the two sides with the same divisions")
         }
     }
+}
+
+/// What is wrong between a body and an obstacle, and the cure, for errors whose words are about two bodies.
+pub(super) fn against_obstacle(error: &InterfaceError) -> Option<(String, Cure)> {
+    let at = |point: &Vector| format!("({}, {})", shown(point[0]), shown(point[1]));
+    Some(match error {
+        InterfaceError::NotFacing { point } => (
+            format!("has no edge on this side that faces the obstacle; one of them is at {}", at(point)),
+            (
+                "a side that faces the obstacle, to 60 degrees",
+                "name the side that faces it, or turn the obstacle round: its `normal` points out of it, and `side` says where the \
+                 body is",
+            ),
+        ),
+        InterfaceError::Overlap { point, depth, .. } => (
+            format!("overlaps the obstacle: deepest by {depth:.3e} at {}", at(point)),
+            (
+                "a body that touches the obstacle or is apart from it",
+                "move the obstacle by this depth, or write `gap = 0.0` if it is the rounding of a bent side",
+            ),
+        ),
+        InterfaceError::Distance { point, gap, spacing } => (
+            format!(
+                "{} {:.3e} at {}, where the edges are {spacing:.3e} long, but the gap is given",
+                if *gap > 0.0 { "is apart from the obstacle by" } else { "overlaps the obstacle by" },
+                gap.abs(),
+                at(point)
+            ),
+            (
+                "a side that touches the obstacle, within 5 % of an edge, if the gap is a number",
+                "leave `gap` out: the distance from the obstacle is measured then; or move the obstacle",
+            ),
+        ),
+        InterfaceError::SupportedNode { point, .. } => (
+            format!(
+                "has a contact node at {} that a support holds along the normal of the obstacle, within 45 degrees, or in two \
+                 directions",
+                at(point)
+            ),
+            (
+                "contact nodes that can move along the obstacle's normal",
+                "end the contact surface or the support one edge earlier",
+            ),
+        ),
+        _ => return None,
+    })
 }
 
 pub(super) fn of_refinement(error: &CommonRefinementError) -> Cure {

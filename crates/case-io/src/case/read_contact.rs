@@ -96,8 +96,8 @@ fn contact(r: &mut Reader<'_>, bodies: &[BodyCase], only: bool, path: String) ->
         let message = "a body cannot touch itself";
         r.refuse("bodies", message, "two different bodies", "name the other body, or split this one in two");
     }
-    let surfaces = r.strings("surfaces").unwrap_or_default();
-    if r.has("surfaces") && !surfaces.is_empty() && surfaces.len() != wanted {
+    let surfaces = r.strings("surfaces");
+    if let Some(surfaces) = surfaces.as_ref().filter(|surfaces| surfaces.len() != wanted) {
         let message = format!("`{}` has {} entries", r.path_of("surfaces"), surfaces.len());
         r.refuse(
             "surfaces",
@@ -130,6 +130,7 @@ fn contact(r: &mut Reader<'_>, bodies: &[BodyCase], only: bool, path: String) ->
         [a, b] => format!("{}-{}", name(&a), name(&b)),
         _ => String::new(),
     };
+    let surfaces = surfaces.unwrap_or_default();
     Contact { name, bodies: members, surfaces, obstacle, gap, geometric, normal, imposed, path }
 }
 

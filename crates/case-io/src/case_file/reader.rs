@@ -89,8 +89,10 @@ impl<'a> Reader<'a> {
             let path = self.path_of(key);
             let found = format!("the key `{path}` is missing");
             let expected = format!("`{key}`, which has no default");
-            let fix = match (example(&path), nearest(key, self.table.entries.iter().map(|e| e.key.as_str())))
-            {
+            let fix = match (
+                self.example(&path),
+                nearest(key, self.table.entries.iter().map(|e| e.key.as_str())),
+            ) {
                 (_, Some(other)) => format!("is `{}` meant to be `{key}`?", excerpt(other).trim_matches('"')),
                 (Some(line), None) if self.path.is_empty() => format!("write `{line}`"),
                 (Some(line), None) => format!("write `{line}` into `{}`", self.path),
@@ -123,7 +125,7 @@ impl<'a> Reader<'a> {
         if advice.is_some() {
             message += ", which is not a number";
         }
-        let fix = match (&node.value, example(path)) {
+        let fix = match (&node.value, self.example(path)) {
             (NodeValue::Float(number), _)
                 if expected.contains("whole") && number.fract() == 0.0 && (1.0..1e15).contains(number) =>
             {
@@ -137,7 +139,7 @@ impl<'a> Reader<'a> {
             (NodeValue::String(text), _) if expected.contains("number") && number(text) => {
                 format!("write {} without quotes", text.trim())
             }
-            (NodeValue::Array(_), _) if expected == "a number" => {
+            (NodeValue::Array(_), _) if expected == "a number" || expected.starts_with("a whole number") => {
                 "write one number, without brackets".to_owned()
             }
             (NodeValue::Array(_) | NodeValue::Table(_), _) if expected == "a string" => {
@@ -171,6 +173,15 @@ impl<'a> Reader<'a> {
         );
         self.findings.push(diagnostic.expected("a finite number").fix(fix));
         None
+    }
+
+    /// Shows how a key of this table is written: round generators take one number of cells.
+    fn example(&self, path: &str) -> Option<&'static str> {
+        let one = |kind: &Entry| matches!(&kind.node.value, NodeValue::String(s) if s == "disc" || s == "half_disc");
+        match self.table.get("kind") {
+            Some(kind) if one(kind) && path.ends_with(".cells") => Some("cells = 8"),
+            _ => example(path),
+        }
     }
 
     /// Reads a finite number.

@@ -60,6 +60,44 @@ pub(super) struct Given<'a> {
     pub(super) piece: u32,
 }
 
+/// The motion of a rigid side that satisfies some equations best, in `(t_x, t_y, ω size)`.
+struct Imposed {
+    motion: Vector3<f64>,
+    /// What the equations leave free and what they impose, orthonormal.
+    free: Vec<Vector3<f64>>,
+    blocked: Vec<Vector3<f64>>,
+}
+
+impl Imposed {
+    /// Solves `row·z = value`, by least squares.
+    fn new(equations: impl Iterator<Item = (RowVector3<f64>, f64)>) -> Self {
+        let (mut gram, mut right) = (Matrix3::zeros(), Vector3::zeros());
+        for (row, value) in equations {
+            gram += row.transpose() * row;
+            right += value * row.transpose();
+        }
+        let eigen = gram.symmetric_eigen();
+        let largest = eigen.eigenvalues.amax();
+        let mut found = Self { motion: Vector3::zeros(), free: Vec::new(), blocked: Vec::new() };
+        for k in 0..3 {
+            let v: Vector3<f64> = eigen.eigenvectors.column(k).into();
+            if eigen.eigenvalues[k] <= FREE * largest {
+                found.free.push(v);
+            } else {
+                found.motion += v.dot(&right) / eigen.eigenvalues[k] * v;
+                found.blocked.push(v);
+            }
+        }
+        found
+    }
+
+    /// Tells whether the equations determine `row·z`.
+    fn blocks(&self, row: &RowVector3<f64>) -> bool {
+        let left = self.free.iter().map(|v| (row * v)[0].powi(2)).sum::<f64>();
+        left <= FREE.sqrt() * row.norm_squared()
+    }
+}
+
 impl RigidSide {
     /// Finds the imposed motion and the free ones.
     ///
@@ -79,44 +117,36 @@ impl RigidSide {
         let about = condition.about.unwrap_or(centroid);
         let size = points.iter().map(|x| norm(x - centroid)).fold(0.0, f64::max);
 
-        let (mut gram, mut right) = (Matrix3::zeros(), Vector3::zeros());
         let row = |e: &Equation| {
             let arm = 1.0 / size * perpendicular(e.point - about);
             RowVector3::new(e.direction[0], e.direction[1], e.direction.dot(&arm))
         };
-        let mut impose = |row: RowVector3<f64>, value: f64| {
-            gram += row.transpose() * row;
-            right += value * row.transpose();
-        };
         let [x, y] = condition.translation;
         let own = [x, y, condition.rotation.map(|turn| turn * size)];
-        for (c, value) in own.into_iter().enumerate() {
-            if let Some(value) = value {
+        let solved = |equations: &[Equation]| {
+            let own = own.iter().enumerate().filter_map(|(c, value)| {
                 let mut row = RowVector3::zeros();
                 row[c] = 1.0;
-                impose(row, value);
-            }
-        }
-        equations.iter().for_each(|e| impose(row(e), e.value));
-        let eigen = gram.symmetric_eigen();
-        let largest = eigen.eigenvalues.amax();
-        let (mut imposed, mut free, mut blocked) = (Vector3::zeros(), Vec::new(), Vec::new());
-        for k in 0..3 {
-            let v: Vector3<f64> = eigen.eigenvectors.column(k).into();
-            if eigen.eigenvalues[k] <= FREE * largest {
-                free.push(v);
-            } else {
-                imposed += v.dot(&right) / eigen.eigenvalues[k] * v;
-                blocked.push([v[0], v[1], v[2]]);
-            }
-        }
+                Some((row, (*value)?))
+            });
+            Imposed::new(own.chain(equations.iter().map(|e| (row(e), e.value))))
+        };
+        let Imposed { motion: imposed, free, blocked } = solved(&equations);
         let scale = equations.iter().map(|e| e.value.abs()).chain(own.iter().flatten().map(|v| v.abs()));
         let scale = scale.fold(0.0, f64::max);
-        for equation in &equations {
-            let found = (row(equation) * imposed)[0];
-            if !((found - equation.value).abs() <= SAME_VALUE * scale) {
-                return Err((*equation, found));
-            }
+        let found = |imposed: &Vector3<f64>, e: &Equation| (row(e) * imposed)[0];
+        let contradicted = |imposed: &Vector3<f64>, e: &Equation| {
+            !((found(imposed, e) - e.value).abs() <= SAME_VALUE * scale)
+        };
+        if let Some(last) = equations.iter().find(|e| contradicted(&imposed, e)) {
+            // The least squares above contradict many: the first that those before it contradict is the one to name.
+            let before = |k: &usize| solved(&equations[..*k]);
+            let holds = |k: &usize, e: &Equation| before(k).blocks(&row(e));
+            let first = (0..equations.len())
+                .filter(|k| holds(k, &equations[*k]))
+                .map(|k| (equations[k], found(&before(&k).motion, &equations[k])))
+                .find(|(e, found)| !((found - e.value).abs() <= SAME_VALUE * scale));
+            return Err(first.unwrap_or((*last, found(&imposed, last))));
         }
         let motion = |v: Vector3<f64>| RigidMotion {
             piece,
@@ -139,7 +169,7 @@ impl RigidSide {
             moment: condition.moment,
             about,
             forces: points.iter().zip(&weights).map(force).collect(),
-            blocked,
+            blocked: blocked.iter().map(|v| [v[0], v[1], v[2]]).collect(),
             size,
             edges,
             nodes,

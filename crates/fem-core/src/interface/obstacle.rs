@@ -1,7 +1,7 @@
 //! Rigid obstacles: lines that do not deform, held or moved, or free to move under a force.
 
-use super::matching::walk;
-use super::{ContactEdge, ContactInterface, Gap, InterfaceError, NodePair, pairing};
+use super::matching::{TOLERANCE, walk};
+use super::{ContactEdge, ContactInterface, Gap, GapChange, InterfaceError, NodePair, pairing};
 use crate::body::{Body, NodeConstraint, RigidMotion};
 use crate::geometry::{self, Vector, cross, norm, perpendicular};
 use crate::mesh::id::{EdgeId, NodeId};
@@ -11,6 +11,8 @@ use std::collections::HashMap;
 const FACING: f64 = 0.5;
 /// An overlap of the undeformed body up to this fraction of its diagonal is rounding of the mesh: it touches.
 const TOUCHING: f64 = 1e-6;
+/// A change of the gap up to this fraction of the body's diagonal is round-off.
+const ROUND_OFF: f64 = 1e-9;
 
 /// The line of a rigid obstacle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,7 +41,7 @@ impl RigidLine {
     pub fn distance(&self, point: Vector) -> (f64, Vector) {
         match *self {
             Self::Plane { point: origin, normal } => {
-                let out = 1.0 / norm(normal) * normal;
+                let out = normal / norm(normal);
                 ((point - origin).dot(&out), -out)
             }
             Self::Circle { centre, radius, inside } => {
@@ -169,7 +171,8 @@ impl ContactInterface {
     /// line, by more than 60 degrees, are free. The gap is linear along the edges.
     ///
     /// * `surface`: the edge group.
-    /// * `gap`: overrides the distance from the line; `None`: the distance, ≥ 0 to rounding of the mesh.
+    /// * `gap`: overrides the distance from the line, which is then at most 5 % of an edge; `None`: the distance, ≥ 0 to rounding of
+    ///   the mesh.
     ///
     /// # Errors
     /// A side that does not face the line, overlaps it, or is held or loaded, see [`InterfaceError`].
@@ -196,14 +199,16 @@ impl ContactInterface {
         }
         pairing::check_free(body, 0, surface, &edges)?;
         let chain = walk(body, &edges);
+        check_apart(body, line, &edges, gap)?;
         let mut line_of_nodes = Chained::default();
         for stretch in &chain {
             line_of_nodes.add(body, line, stretch.nodes.as_slice(), &stretch.edges, gap)?;
         }
         let Chained { pairs, edges, .. } = line_of_nodes;
+        let gap_change = gap.and_then(|_| change(body, line, &pairs));
         let gap = gap.cloned().unwrap_or(Gap::Geometric);
         let (gap, measured_on, profiles) = (gap, 0, vec![None; edges.len()]);
-        Ok(Self { pairs, edges, gap, measured_on, profiles, gap_change: None, whole: None })
+        Ok(Self { pairs, edges, gap, measured_on, profiles, gap_change, whole: None })
     }
 
     /// Creates the interface of a refined body against the same obstacle, and the parents of its pairs.
@@ -259,6 +264,45 @@ impl ContactInterface {
         };
         Ok((interface, parents))
     }
+}
+
+/// Refuses a side with a node inside the obstacle, with the deepest one; if the gap is given, a side that is apart from it or
+/// inside by more than a part of an edge.
+fn check_apart(
+    body: &Body,
+    line: &RigidLine,
+    edges: &[EdgeId],
+    gap: Option<&Gap>,
+) -> Result<(), InterfaceError> {
+    let mesh = body.mesh();
+    let given = matches!(gap, Some(Gap::Given(_) | Gap::Touching));
+    let at = |node: NodeId, edge: EdgeId| {
+        let (distance, spacing) = (line.distance(mesh.points()[node]).0, mesh.edge_length(edge));
+        let off = if given { distance.abs() - TOLERANCE * spacing } else { -distance };
+        (off, distance, node, spacing)
+    };
+    let all = edges.iter().flat_map(|edge| mesh.topology().edges()[*edge].map(|node| at(node, *edge)));
+    let Some((off, distance, node, spacing)) = all.max_by(|a, b| a.0.total_cmp(&b.0)) else { return Ok(()) };
+    let point = mesh.points()[node];
+    if given && off > 0.0 {
+        return Err(InterfaceError::Distance { point, gap: distance, spacing });
+    }
+    if !given && off > TOUCHING * geometry::diagonal(mesh.points()) {
+        return Err(InterfaceError::Overlap { point, depth: off, spacing });
+    }
+    Ok(())
+}
+
+/// Finds the node at which a given gap differs most from the distance of the line.
+fn change(body: &Body, line: &RigidLine, pairs: &[NodePair]) -> Option<GapChange> {
+    let points = body.mesh().points();
+    let change = |pair: &NodePair| {
+        let point = points[pair.nodes[0]];
+        GapChange { point, drawn: line.distance(point).0, used: pair.gap }
+    };
+    let size = |c: &GapChange| (c.used - c.drawn).abs();
+    let largest = pairs.iter().map(change).max_by(|a, b| size(a).total_cmp(&size(b)));
+    largest.filter(|c| size(c) > ROUND_OFF * geometry::diagonal(points))
 }
 
 /// Pairs and edges along an obstacle.

@@ -207,30 +207,35 @@ const BLOCKS: [usize; 7] = [0, 1, 4, 16, 40, 100, 4000];
 #[test]
 fn a_disk_that_fills_up_leaves_no_cut_file() {
     // The limit of the file size replaces a full disk: with its signal ignored a write fails as on a full disk.
-    let temp = tempfile::tempdir().unwrap();
-    let mut codes = Vec::new();
-    for blocks in BLOCKS {
-        let out = temp.path().join(blocks.to_string());
-        let output =
-            prepared(&format!("trap '' XFSZ; ulimit -f {blocks}"), &cases().join("paper.toml"), &out);
-        let code = output.status.code().unwrap();
-        assert!(code == 0 || code == 7, "{blocks}: {}", said(&output));
-        whole_files(&out);
-        assert_eq!(out.join("report.json").exists(), code == 0, "{blocks}");
-        assert!(files_below(&out).iter().all(|p| !p.to_string_lossy().contains(".nndd-tmp-")), "{blocks}");
-        codes.push(code);
+    for case in ["paper", "press", "plate"] {
+        let temp = tempfile::tempdir().unwrap();
+        let mut codes = Vec::new();
+        for blocks in BLOCKS {
+            let out = temp.path().join(blocks.to_string());
+            let file = cases().join(case).with_extension("toml");
+            let output = prepared(&format!("trap '' XFSZ; ulimit -f {blocks}"), &file, &out);
+            let code = output.status.code().unwrap();
+            assert!(code == 0 || code == 7, "{case} {blocks}: {}", said(&output));
+            whole_files(&out);
+            assert_eq!(out.join("report.json").exists(), code == 0, "{case} {blocks}");
+            let left = files_below(&out).iter().any(|p| p.to_string_lossy().contains(".nndd-tmp-"));
+            assert!(!left, "{case} {blocks}");
+            codes.push(code);
+        }
+        assert_eq!((codes.first(), codes.last()), (Some(&7), Some(&0)), "{case}: {codes:?}");
     }
-    assert_eq!((codes.first(), codes.last()), (Some(&7), Some(&0)), "{codes:?}");
 }
 
 #[test]
 fn a_death_in_the_middle_of_a_file_leaves_no_cut_file() {
     // Here the limit kills the program in the middle of a write, wherever that is.
-    let temp = tempfile::tempdir().unwrap();
-    for blocks in BLOCKS {
-        let out = temp.path().join(blocks.to_string());
-        prepared(&format!("ulimit -c 0; ulimit -f {blocks}"), &cases().join("paper.toml"), &out);
-        whole_files(&out);
+    for case in ["paper.toml", "press.toml", "plate.toml"] {
+        let temp = tempfile::tempdir().unwrap();
+        for blocks in BLOCKS {
+            let out = temp.path().join(blocks.to_string());
+            prepared(&format!("ulimit -c 0; ulimit -f {blocks}"), &cases().join(case), &out);
+            whole_files(&out);
+        }
     }
 }
 

@@ -98,17 +98,30 @@ fn a_reader_that_goes_away_costs_nothing() {
 #[test]
 fn a_killed_run_leaves_whole_files_and_can_be_run_again() {
     // An adaptive run writes while it is running.
+    killed_and_run_again("adaptive.toml", &[]);
+}
+
+#[test]
+fn a_killed_run_of_an_assembly_leaves_whole_files_and_can_be_run_again() {
+    // An obstacle with a stamp, and a rigid side.
+    for case in ["press.toml", "plate.toml"] {
+        killed_and_run_again(case, &["--set", "adapt.target_relative_error=0.02"]);
+    }
+}
+
+/// Kills runs of a case when they have written some files, and runs it again each time.
+fn killed_and_run_again(case: &str, settings: &[&str]) {
     let temp = tempfile::tempdir().unwrap();
     let whole = temp.path().join("whole");
-    let case = cases().join("adaptive.toml");
-    assert_eq!(solve(&case, &whole, &[]).status.code(), Some(0));
+    let case = cases().join(case);
+    assert_eq!(solve(&case, &whole, settings).status.code(), Some(0));
     let (expected, all) = (numbers(&whole), whole_files(&whole));
     let mut killed = 0;
     for wanted in [1, 2, 4, 6, all - 1] {
         let out = temp.path().join(wanted.to_string());
         let mut command = nndd(&cases());
-        command.arg("solve").arg(&case).arg("--out").arg(&out).stdout(Stdio::null()).stderr(Stdio::null());
-        let mut child = command.spawn().unwrap();
+        command.arg("solve").arg(&case).arg("--out").arg(&out).args(settings);
+        let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
         wait_until("files of the run", || {
             out.exists() && files_below_if_quiet(&out) >= wanted || child.try_wait().unwrap().is_some()
         });
@@ -116,7 +129,7 @@ fn a_killed_run_leaves_whole_files_and_can_be_run_again() {
         let status = child.wait().unwrap();
         whole_files(&out);
         killed += usize::from(status.code().is_none());
-        assert_eq!(solve(&case, &out, &["--force"]).status.code(), Some(0));
+        assert_eq!(solve(&case, &out, &[settings, &["--force"]].concat()).status.code(), Some(0));
         assert_eq!(
             numbers(&out).replace(&*out.to_string_lossy(), ""),
             expected.replace(&*whole.to_string_lossy(), "")

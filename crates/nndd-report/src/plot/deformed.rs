@@ -6,6 +6,7 @@ use super::colour::{GREY, INK};
 use super::legend;
 use super::look::{Look, Marker};
 use super::names::{self, ABOVE, BESIDE};
+use super::obstacle::{self, OBSTACLE, ObstaclePicture};
 use super::outline::outline;
 use super::sheet::{self, FINE, Frame, LEFT, PIXEL, Panel, Sheet, WIDTH, rectangle};
 use fem_core::geometry::{Vector, cross, norm};
@@ -39,6 +40,8 @@ const BAR: f64 = 14.0 * PIXEL;
 const LARGEST: f64 = 0.08;
 /// How far, as a part of the bodies' size, the bodies may overlap in the picture: less than its lines are thick.
 const HAIR: f64 = 1e-3;
+/// Room for the hatches of obstacles, as a part of the bodies' size.
+const ROOM: f64 = 0.04;
 /// Decades of density shown below the largest.
 const DECADES: f64 = 1e-4;
 /// The part of the area that may have a density below the scale.
@@ -63,17 +66,31 @@ const DEFORMED: Look = Look::new("deformed", INK, 1.5 * PIXEL, Marker::None);
 /// close it must not be magnified. The title says the factor. Densities smaller than 1e-4 of the largest, zero among them, have
 /// the colour of the lower end. Points with a displacement that is not finite are left out with
 /// their triangles. Many small cells are drawn as squares with the mean of the cells in them.
-pub(crate) fn deformed(title: &str, bodies: &[BodyPicture<'_>], closing: &[Closing]) -> String {
-    let over = |factors: &[f64]| {
-        let points = factors.iter().flat_map(|f| bodies.iter().flat_map(|b| places(b, *f))).flatten();
-        extents(points)
+///
+/// Obstacles are drawn where their motion, multiplied by the same factor, takes them.
+pub(crate) fn deformed(
+    title: &str,
+    bodies: &[BodyPicture<'_>],
+    obstacles: &[ObstaclePicture<'_>],
+    closing: &[Closing],
+) -> String {
+    let points = |factors: &[f64]| {
+        factors.iter().flat_map(|f| bodies.iter().flat_map(|b| places(b, *f))).flatten().collect()
     };
-    let size = over(&[0.0]).map_or(0.0, |e| e.iter().fold(0.0, |m, (lo, hi)| f64::max(m, hi - lo)));
+    let rest: Vec<Vector> = points(&[0.0]);
+    let size = extents(rest.into_iter()).into_iter().flatten().fold(0.0, |m, (lo, hi)| f64::max(m, hi - lo));
     let largest = bodies.iter().map(largest_displacement).fold(0.0, f64::max);
     let factor = nice_factor((LARGEST * size / largest).min(most_without_overlap(closing, size)));
-    let known = over(&[0.0, factor]);
-    let looks = [DEFORMED, UNDEFORMED];
-    let (frame, axes) = equal_scale(known, legend::end(&looks) + ABOVE, WIDTH - LEFT - BESIDE, RATIOS);
+    let moved = |o: &ObstaclePicture<'_>| -> Vec<[Vector; 2]> {
+        let line = o.near(size).into_iter().map(|[p, n]| [p + factor * o.motion.at(p), n]);
+        line.filter(|[p, _]| p.iter().all(|v| drawable(*v))).collect()
+    };
+    let lines: Vec<Vec<[Vector; 2]>> = obstacles.iter().map(moved).collect();
+    let drawn: Vec<Vector> = points(&[0.0, factor]);
+    let known = extents(drawn.into_iter().chain(lines.iter().flatten().map(|[p, n]| p + ROOM * size * n)));
+    let looks = [DEFORMED, UNDEFORMED, OBSTACLE];
+    let looks = if lines.iter().all(Vec::is_empty) { &looks[..2] } else { &looks[..] };
+    let (frame, axes) = equal_scale(known, legend::end(looks) + ABOVE, WIDTH - LEFT - BESIDE, RATIOS);
     let scale = density_scale(bodies);
     let heading = match known {
         None => title.to_owned(),
@@ -82,7 +99,7 @@ pub(crate) fn deformed(title: &str, bodies: &[BodyPicture<'_>], closing: &[Closi
     };
     let height = frame.bottom() + 2.0 * sheet::BELOW + BAR + 2.0 * sheet::MARGIN;
     let mut sheet = Sheet::new(height, &heading, &description(bodies, factor, &scale));
-    legend::draw(&mut sheet, &looks);
+    legend::draw(&mut sheet, looks);
     let panel = Panel { frame, axes: axes.each_ref() };
     panel.draw(&mut sheet, PLANE);
     let drawn: Vec<_> = bodies.iter().map(|b| (b.name, cells_of(b, factor, &panel))).collect();
@@ -94,6 +111,7 @@ pub(crate) fn deformed(title: &str, bodies: &[BodyPicture<'_>], closing: &[Closi
     let cells: Vec<&Cell> = drawn.iter().flat_map(|(_, cells)| cells).collect();
     sheet.add(&cells::elements(&cells, |density| scale.position(density)));
     bodies.iter().for_each(|b| outlines(&mut sheet, &panel, b, factor));
+    lines.iter().for_each(|line| obstacle::hatched(&mut sheet, &panel, line));
     names::names(&mut sheet, frame, &drawn);
     sheet.finished()
 }

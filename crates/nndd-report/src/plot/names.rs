@@ -102,7 +102,7 @@ mod tests {
                 .map(|p| TriMesh::new(p.map(Vector::from).to_vec(), vec![[0, 1, 2]], vec![]).unwrap());
             let rest = [Vector::zeros(); 3];
             let body = |name, mesh| BodyPicture { name, mesh, displacement: &rest, density: &[1.0] };
-            let svg = deformed("Two", &[body("low", &low), body("high", &high)], &[]);
+            let svg = deformed("Two", &[body("low", &low), body("high", &high)], &[], &[]);
             assert!(svg.contains("low") && svg.contains("high"));
             svg.matches("<circle").count()
         };

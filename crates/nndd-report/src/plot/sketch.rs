@@ -1,4 +1,4 @@
-//! The problem as it is given: bodies, supports, loads and the contact line.
+//! The problem as it is given: bodies, supports, loads, obstacles and the contact line.
 
 use super::axis::{drawable, extent};
 use super::cells::{Cell, WITH_EDGES};
@@ -6,6 +6,7 @@ use super::colour::{BLUE, GREEN, GREY, INK, ORANGE, PALE_BLUE, VERMILLION};
 use super::deformed::{PLANE, equal_scale, extents};
 use super::legend;
 use super::look::{Look, Marker};
+use super::obstacle::{self, OBSTACLE, ObstaclePicture};
 use super::outline::outline;
 use super::sheet::{self, FIRM, LEFT, MARGIN, PIXEL, Panel, RIGHT, SMALL, Sheet, WIDTH, Words, path};
 use fem_core::geometry::{Vector, norm, perpendicular};
@@ -23,6 +24,21 @@ pub(crate) struct SketchBody<'a> {
     pub(crate) edges: Vec<SketchEdge>,
     /// The body force on it; zero if there is no such force.
     pub(crate) body_force: Vector,
+    /// The loads of its rigid sides.
+    pub(crate) rigid: Vec<SketchLoad>,
+}
+
+/// The load of something rigid.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SketchLoad {
+    /// The place of the rigid side that is nearest to the point to which the load belongs.
+    pub(crate) at: Vector,
+    /// The outward unit normal there.
+    pub(crate) normal: Vector,
+    /// The force; zero if there is none.
+    pub(crate) force: Vector,
+    /// The moment, counter-clockwise; zero if there is none.
+    pub(crate) moment: f64,
 }
 
 /// What is imposed on a boundary edge.
@@ -49,10 +65,13 @@ pub(crate) enum Held {
     Roller,
     /// In both directions.
     Fixed,
+    /// By a rigid side that is free to move.
+    Rigid,
 }
 
 const FIXED: Look = Look::new("held", INK, 4.0 * PIXEL, Marker::None);
 const ROLLER: Look = Look::new("held in one direction", GREY, PIXEL, Marker::Disc);
+const RIGID: Look = Look::new("rigid side", INK, 7.0 * PIXEL, Marker::None);
 const MOVED: Look = Look::new("imposed displacement", VERMILLION, 7.0, Marker::Triangle);
 const LOAD: Look = Look::new("load", BLUE, 7.0, Marker::Triangle);
 const BODY_FORCE: Look = Look::new("body force", ORANGE, 7.0, Marker::Triangle);
@@ -64,6 +83,8 @@ const ARROW: f64 = 30.0 * PIXEL;
 const SHORT_ARROW: f64 = 9.0 * PIXEL;
 /// Length of the arrow of an imposed displacement.
 const MOVED_ARROW: f64 = 0.7 * ARROW;
+/// Radius of the arrow of a moment.
+const TURN: f64 = 9.0 * PIXEL;
 /// Length and half the width of an arrow's head.
 const HEAD: [f64; 2] = [6.0 * PIXEL, 3.5 * PIXEL];
 /// Length of the hatches of a held side, and radius of the rollers.
@@ -82,43 +103,66 @@ const NAME: f64 = 15.0 * PIXEL;
 /// Triangles and points of the boundary tried in search of a place for a name.
 const MOST_TRIED: usize = 300;
 
-/// Draws the bodies at rest with how they are held, what is imposed, and where they may touch.
+/// Draws the bodies at rest with how they are held, what is imposed, what is rigid, and where they may touch.
 ///
-/// Arrows of loads are as long as these are large, those of imposed displacements all alike.
-pub(crate) fn sketch(title: &str, bodies: &[SketchBody<'_>], contact: &[[Vector; 2]]) -> String {
-    let points = bodies.iter().flat_map(|b| b.mesh.points()).copied();
+/// Arrows of tractions are as long as these are large; those of imposed displacements are all alike, and so are those of the
+/// loads of rigid sides and obstacles.
+pub(crate) fn sketch(
+    title: &str,
+    bodies: &[SketchBody<'_>],
+    obstacles: &[ObstaclePicture<'_>],
+    contact: &[[Vector; 2]],
+) -> String {
+    let points = || bodies.iter().flat_map(|b| b.mesh.points()).copied();
+    let size = largest_extent(extents(points().filter(|p| p.iter().all(|v| drawable(*v)))));
+    let lines: Vec<Vec<[Vector; 2]>> = obstacles.iter().map(|obstacle| obstacle.near(size)).collect();
+    let points = points().chain(lines.iter().flatten().map(|[p, _]| *p));
     let known = extents(points.filter(|p| p.iter().all(|v| drawable(*v))));
     let edges = || bodies.iter().flat_map(|b| &b.edges);
     let largest = edges().map(|e| norm(e.traction)).filter(|l| l.is_finite()).fold(0.0, f64::max);
+    let of_rigid = bodies.iter().flat_map(|b| &b.rigid).map(|load| (load.force, load.moment));
+    let loads = || of_rigid.clone().chain(obstacles.iter().map(|o| o.load));
     let there = [
         (CONTACT, !contact.is_empty()),
         (FIXED, edges().any(|e| e.held == Held::Fixed)),
         (ROLLER, edges().any(|e| e.held == Held::Roller)),
-        (MOVED, edges().any(|e| norm(e.displacement) > 0.0)),
-        (LOAD, largest > 0.0),
+        (RIGID, edges().any(|e| e.held == Held::Rigid)),
+        (OBSTACLE, lines.iter().any(|line| !line.is_empty())),
+        (
+            MOVED,
+            edges().any(|e| norm(e.displacement) > 0.0) || obstacles.iter().any(|o| norm(o.imposed) > 0.0),
+        ),
+        (LOAD, largest > 0.0 || loads().any(|(force, moment)| norm(force) > 0.0 || moment != 0.0)),
     ];
     let looks: Vec<Look> = there.into_iter().filter(|(_, there)| *there).map(|(look, _)| look).collect();
     let padded = known.map(|e| {
-        let around = AROUND * e.map(|(lo, hi)| hi - lo).into_iter().fold(0.0, f64::max);
+        let around = AROUND * largest_extent(Some(e));
         e.map(|(lo, hi)| (lo - around, hi + around))
     });
     let top = legend::end(&looks) + 8.0 * PIXEL;
     let (frame, axes) = equal_scale(padded, top, WIDTH - LEFT - RIGHT, RATIOS);
     let height = frame.bottom() + sheet::BELOW + MARGIN;
-    let mut sheet = Sheet::new(height, title, &description(bodies));
+    let mut sheet = Sheet::new(height, title, &description(bodies, obstacles));
     legend::draw(&mut sheet, &looks);
     let panel = Panel { frame, axes: axes.each_ref() };
     panel.draw(&mut sheet, PLANE);
     bodies.iter().for_each(|body| shape(&mut sheet, &panel, body));
+    lines.iter().for_each(|line| obstacle::hatched(&mut sheet, &panel, line));
     contact.iter().for_each(|edge| sheet.line(&CONTACT, &edge.map(|p| panel.place(p))));
     for body in bodies {
         marks(&mut sheet, &panel, body, largest);
         name(&mut sheet, &panel, body);
     }
+    obstacles.iter().for_each(|obstacle| drive(&mut sheet, &panel, obstacle));
     if bodies.is_empty() {
         frame.remark(&mut sheet, "no data");
     }
     sheet.finished()
+}
+
+/// The larger of two extents.
+fn largest_extent(extents: Option<[(f64, f64); 2]>) -> f64 {
+    extents.into_iter().flatten().fold(0.0, |m, (lo, hi)| f64::max(m, hi - lo))
 }
 
 /// The body as one pale shape, with its cells if there are few.
@@ -149,10 +193,12 @@ fn marks(sheet: &mut Sheet, panel: &Panel<'_>, body: &SketchBody<'_>, largest: f
         let [a, b] = edge.ends.map(|p| panel.place(p));
         let Some(out) = unit(flipped(edge.normal)) else { continue };
         let at = 0.5 * (a + b);
-        if edge.held == Held::Fixed {
-            sheet.stroke(&path(&[a, b]), INK, 3.5 * PIXEL);
+        match edge.held {
+            Held::Fixed => sheet.stroke(&path(&[a, b]), INK, 3.5 * PIXEL),
+            Held::Rigid => sheet.stroke(&path(&[a, b]), INK, RIGID.thickness),
+            Held::Free | Held::Roller => {}
         }
-        if edge.held != Held::Free && supports.has_room(at) {
+        if matches!(edge.held, Held::Fixed | Held::Roller) && supports.has_room(at) {
             if edge.held == Held::Fixed {
                 // A hatch: at 45 degrees to the side, outwards.
                 let way = std::f64::consts::FRAC_1_SQRT_2 * (out + perpendicular(out));
@@ -170,6 +216,34 @@ fn marks(sheet: &mut Sheet, panel: &Panel<'_>, body: &SketchBody<'_>, largest: f
         if let Some(way) = way.filter(|_| loads.has_room(at)) {
             arrow(sheet, at, way, out, (ARROW * size / largest).max(SHORT_ARROW), 0.0, &LOAD);
         }
+    }
+    for load in &body.rigid {
+        push(sheet, panel.place(load.at), flipped(load.normal), (load.force, load.moment), RIGID.thickness);
+    }
+}
+
+/// Draws what moves an obstacle.
+fn drive(sheet: &mut Sheet, panel: &Panel<'_>, obstacle: &ObstaclePicture<'_>) {
+    let [at, into] = obstacle.middle();
+    if !at.iter().chain(&into).all(|v| drawable(*v)) {
+        return;
+    }
+    let (at, out) = (panel.place(at), flipped(into));
+    if let Some(way) = unit(flipped(obstacle.imposed)) {
+        arrow(sheet, at, way, out, MOVED_ARROW, obstacle::HATCH, &MOVED);
+    }
+    push(sheet, at, out, obstacle.load, obstacle::HATCH);
+}
+
+/// Draws a force and a moment on something rigid; `off` is the room that it takes.
+fn push(sheet: &mut Sheet, at: Vector, out: Vector, (force, moment): (Vector, f64), off: f64) {
+    if let Some(way) = unit(flipped(force)) {
+        arrow(sheet, at, way, out, ARROW, off, &LOAD);
+    }
+    if moment != 0.0 && moment.is_finite() {
+        let [line, head] = obstacle::turning(at, TURN, moment > 0.0, HEAD);
+        sheet.stroke(&path(&line), LOAD.colour, LOAD.thickness);
+        sheet.fill(&path(&head), LOAD.colour);
     }
 }
 
@@ -233,7 +307,7 @@ fn name(sheet: &mut Sheet, panel: &Panel<'_>, body: &SketchBody<'_>) {
     }
 }
 
-fn description(bodies: &[SketchBody<'_>]) -> String {
+fn description(bodies: &[SketchBody<'_>], obstacles: &[ObstaclePicture<'_>]) -> String {
     let mut text = "The bodies at rest.".to_owned();
     for body in bodies {
         let count = |held: Held| body.edges.iter().filter(|e| e.held == held).count();
@@ -242,6 +316,7 @@ fn description(bodies: &[SketchBody<'_>]) -> String {
         let parts = [
             (count(Held::Fixed), "held"),
             (count(Held::Roller), "held in one direction"),
+            (count(Held::Rigid), "of rigid sides that are free to move"),
             (moved, "with an imposed displacement"),
             (loaded, "loaded"),
         ];
@@ -255,6 +330,11 @@ fn description(bodies: &[SketchBody<'_>]) -> String {
         if body.body_force != Vector::zeros() {
             let _ = write!(text, " A body force acts on it (orange arrow).");
         }
+    }
+    match obstacles.len() {
+        0 => {}
+        1 => text.push_str(" A rigid obstacle (hatched line)."),
+        n => _ = write!(text, " {n} rigid obstacles (hatched lines)."),
     }
     text
 }

@@ -4,6 +4,7 @@ use super::*;
 use case_io::report::{IterationRow, SweepPanel, SweepRow};
 use case_io::table::ContactRow;
 use fem_core::geometry::Vector;
+use fem_core::interface::RigidLine;
 use fem_core::mesh::TriMesh;
 
 const BAD: [f64; 6] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300, -1e300, 5e-324];
@@ -76,7 +77,7 @@ fn picture(n: usize, u: impl Fn([f64; 2]) -> [f64; 2], density: impl Fn(usize) -
         displacement: &fields[k].0,
         density: &fields[k].1,
     });
-    deformed("Two blocks", &bodies, &[])
+    deformed("Two blocks", &bodies, &[], &[])
 }
 
 const VALUES: [f64; 3] = [0.2, 0.4, 0.6];
@@ -199,7 +200,7 @@ fn deformed_never_draws_bodies_into_each_other() {
             displacement: &vec![Vector::new(0.0, -0.02); mesh.points().len()],
             density: &vec![1.0; mesh.triangles().len()],
         };
-        let svg = deformed("d", &[body], &[Closing { gap, approach }]);
+        let svg = deformed("d", &[body], &[], &[Closing { gap, approach }]);
         svg.split("multiplied by ").nth(1).unwrap().split(". ").next().unwrap().parse::<f64>().unwrap()
     };
     assert_eq!(factor(0.02, 0.02), 1.0);
@@ -215,7 +216,7 @@ fn deformed_of_odd_bodies() {
     let still = picture(2, |_| [0.0; 2], |_| 0.0);
     assert_whole(&still);
     assert!(still.contains("no displacement") && still.contains("zero everywhere"));
-    assert!(deformed("Nothing", &[], &[]).contains("no data"));
+    assert!(deformed("Nothing", &[], &[], &[]).contains("no data"));
     assert_whole(&picture(2, |_| [0.1; 2], |_| 3.0));
     for bad in BAD {
         assert_whole(&picture(2, |p| [if p[0] == 1.0 { bad } else { 0.1 }, 0.0], |_| 1.0));
@@ -308,22 +309,136 @@ fn sketch_says_what_is_imposed() {
         edge(0.5, Held::Roller, [0.0; 2], [0.0; 2]),
         edge(1.0, Held::Free, [0.0; 2], [0.0, -3.0]),
     ];
-    let body = |edges| SketchBody { name: "block <1>", mesh: &mesh, edges, body_force: Vector::zeros() };
-    let svg = sketch("Sketch", &[body(edges)], &[[Vector::zeros(), 2.0 * Vector::x()]]);
+    let body = |edges| SketchBody {
+        name: "block <1>",
+        mesh: &mesh,
+        edges,
+        body_force: Vector::zeros(),
+        rigid: vec![],
+    };
+    let svg = sketch("Sketch", &[body(edges)], &[], &[[Vector::zeros(), 2.0 * Vector::x()]]);
     assert_whole(&svg);
     let words =
         ["block &lt;1&gt;", "held in one direction", "imposed displacement", "load", "possible contact"];
     for text in words {
         assert!(svg.contains(text), "{text}");
     }
-    let bare = sketch("Bare", &[body(vec![])], &[]);
+    let bare = sketch("Bare", &[body(vec![])], &[], &[]);
     assert_whole(&bare);
     assert!(bare.contains("nothing imposed") && !bare.contains("possible contact"));
 }
 
+const CIRCLE: RigidLine = RigidLine::Circle { centre: Vector::new(1.0, 3.0), radius: 2.0, inside: false };
+
+fn rest() -> Motion {
+    Motion { translation: Vector::zeros(), spin: 0.0, centre: Vector::zeros() }
+}
+
+fn obstacle(line: RigidLine, points: &[Vector], load: (Vector, f64)) -> ObstaclePicture<'_> {
+    ObstaclePicture { line, points, motion: rest(), imposed: Vector::zeros(), load }
+}
+
+#[test]
+fn sketch_shows_obstacles_and_what_moves_them() {
+    let mesh = block(3, 0.0);
+    let body =
+        || SketchBody { name: "b", mesh: &mesh, edges: vec![], body_force: Vector::zeros(), rigid: vec![] };
+    let below = [Vector::zeros(), 2.0 * Vector::x()];
+    let plane = RigidLine::Plane { point: -3.0 * Vector::x(), normal: 5.0 * Vector::y() };
+    let still = (Vector::zeros(), 0.0);
+    let svg = sketch("Plane", &[body()], &[obstacle(plane, &below, still)], &[]);
+    assert_whole(&svg);
+    assert!(svg.contains("rigid obstacle</text>") && svg.contains("A rigid obstacle (hatched line)."));
+    assert!(!svg.contains(">load</text>"), "{svg}");
+    // From the force an arrow, from the moment a second one.
+    let heads = |load| {
+        let svg = sketch("Circle", &[body()], &[obstacle(CIRCLE, &[Vector::new(1.0, 1.0)], load)], &[]);
+        assert_whole(&svg);
+        svg.matches("fill=\"#0072B2\"").count()
+    };
+    let legend = 1;
+    assert_eq!(heads(still), 0);
+    assert_eq!(heads((-Vector::y(), 0.0)), legend + 1);
+    assert_eq!(heads((-Vector::y(), 2.0)), legend + 2);
+}
+
+#[test]
+fn lines_of_obstacles_go_a_little_beyond_their_contact() {
+    let still = (Vector::zeros(), 0.0);
+    let ends = [Vector::new(1.0, 1.0), Vector::new(3.0, 1.5)];
+    let plane = RigidLine::Plane { point: Vector::new(0.0, -1.0), normal: -Vector::y() };
+    let line = obstacle(plane, &ends, still).near(2.0);
+    let x: Vec<f64> = line.iter().map(|[p, _]| p[0]).collect();
+    assert!((x[0].min(x[1]) - 0.7).abs() < 1e-12 && (x[0].max(x[1]) - 3.3).abs() < 1e-12, "{x:?}");
+    assert!(line.iter().all(|[p, n]| (p[1] + 1.0).abs() < 1e-12 && *n == Vector::y()));
+    // An arc over the angles of the points, also where they pass ±π; and the whole circle for points all around.
+    let circle = RigidLine::Circle { centre: Vector::zeros(), radius: 1.0, inside: true };
+    let at = |degrees: f64| Vector::new(degrees.to_radians().cos(), degrees.to_radians().sin());
+    let arc = |points: &[Vector]| {
+        let line = obstacle(circle, points, still).near(0.1);
+        let places = line.iter().map(|[p, n]| {
+            assert!((*p - *n).norm() < 1e-12, "the normal into a hole's wall");
+            *p
+        });
+        let places: Vec<Vector> = places.collect();
+        places.windows(2).map(|w| (w[1] - w[0]).norm()).sum::<f64>().to_degrees()
+    };
+    let some = [at(170.0), at(-170.0), at(180.0)];
+    assert!((arc(&some) - 26.0).abs() < 0.1, "{}", arc(&some));
+    let all: Vec<Vector> = (0..12).map(|k| at(30.0 * f64::from(k))).collect();
+    assert!((arc(&all) - 360.0).abs() < 0.1, "{}", arc(&all));
+    assert!(obstacle(circle, &[], still).near(1.0).is_empty());
+}
+
+#[test]
+fn deformed_moves_obstacles_as_much_as_bodies() {
+    let mesh = block(2, 0.0);
+    let down = vec![Vector::new(0.0, -0.02); mesh.points().len()];
+    let body = || BodyPicture { name: "b", mesh: &mesh, displacement: &down, density: &[1.0; 16] };
+    let points = [Vector::y(), Vector::new(2.0, 1.0)];
+    let plane = RigidLine::Plane { point: Vector::y(), normal: -Vector::y() };
+    let moving = ObstaclePicture {
+        motion: Motion { translation: Vector::new(0.0, -0.02), ..rest() },
+        ..obstacle(plane, &points, (Vector::zeros(), 0.0))
+    };
+    let still = obstacle(plane, &points, (Vector::zeros(), 0.0));
+    let with = |o| deformed("d", &[body()], &[o], &[]);
+    let [moving, still] = [with(moving), with(still)];
+    assert_whole(&moving);
+    assert!(moving.contains("rigid obstacle") && moving != still);
+    assert!(!deformed("d", &[body()], &[], &[]).contains("rigid obstacle"));
+}
+
+#[test]
+fn rigid_sides_are_bars_with_their_loads() {
+    let mesh = block(3, 0.0);
+    let edge = |held| SketchEdge {
+        ends: [[0.0, 1.0], [2.0, 1.0]].map(Vector::from),
+        normal: Vector::y(),
+        held,
+        displacement: Vector::zeros(),
+        traction: Vector::zeros(),
+    };
+    let load =
+        SketchLoad { at: Vector::new(1.0, 1.0), normal: Vector::y(), force: -Vector::y(), moment: 0.0 };
+    let body = |held, rigid| SketchBody {
+        name: "b",
+        mesh: &mesh,
+        edges: vec![edge(held)],
+        body_force: Vector::zeros(),
+        rigid,
+    };
+    let bar = sketch("Bar", &[body(Held::Rigid, vec![load])], &[], &[]);
+    assert_whole(&bar);
+    assert!(bar.contains("rigid side</text>") && bar.contains("load</text>") && !bar.contains("held</text>"));
+    assert!(bar.contains("1 boundary edges of rigid sides that are free to move"));
+    let clamped = sketch("Clamped", &[body(Held::Fixed, vec![])], &[], &[]);
+    assert!(clamped.contains("held</text>") && !clamped.contains("rigid side"));
+}
+
 #[test]
 fn sketch_of_odd_bodies() {
-    assert!(sketch("Nothing", &[], &[]).contains("no data"));
+    assert!(sketch("Nothing", &[], &[], &[]).contains("no data"));
     for bad in BAD {
         let mesh = block(2, 0.0);
         let edges = vec![SketchEdge {
@@ -333,8 +448,25 @@ fn sketch_of_odd_bodies() {
             displacement: Vector::repeat(bad),
             traction: Vector::new(bad, 1.0),
         }];
-        let body = SketchBody { name: "odd", mesh: &mesh, edges, body_force: Vector::repeat(bad) };
-        assert_whole(&sketch("Odd", &[body], &[]));
+        let (force, moment) = (Vector::new(bad, 0.0), bad);
+        let load = SketchLoad { at: Vector::y(), normal: Vector::new(0.0, bad), force, moment };
+        let points = [Vector::new(bad, 0.0), Vector::x()];
+        let circle = RigidLine::Circle { centre: Vector::new(0.0, bad), radius: bad, inside: false };
+        let plane = RigidLine::Plane { point: Vector::new(bad, bad), normal: Vector::new(bad, 1.0) };
+        let obstacles = [CIRCLE, circle, plane].map(|line| ObstaclePicture {
+            imposed: force,
+            motion: Motion { spin: bad, ..rest() },
+            ..obstacle(line, &points, (force, moment))
+        });
+        assert_whole(&deformed("Odd", &[], &obstacles, &[]));
+        let body = SketchBody {
+            name: "odd",
+            mesh: &mesh,
+            edges,
+            body_force: Vector::repeat(bad),
+            rigid: vec![load],
+        };
+        assert_whole(&sketch("Odd", &[body], &obstacles, &[]));
     }
 }
 
