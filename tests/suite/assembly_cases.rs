@@ -133,6 +133,136 @@ fn bound_and_error(coarse: ContactProblem) -> [f64; 2] {
     [estimate.unchecked().e_cre, squared.sum::<f64>().sqrt()]
 }
 
+/// A ring whose bore stays rigid, pushed into a hole.
+const LUG: &str = "schema = 1
+[materials.m]
+young = 1000.0
+poisson = 0.3
+[[body]]
+name = \"lug\"
+material = \"m\"
+generator = { kind = \"ring\", radii = [0.5, 1.0], cells = [48, 6] }
+[[body.rigid]]
+on = \"inner\"
+force = [1.0, -20.0]
+[[contact]]
+bodies = [\"lug\"]
+surfaces = [\"outer\"]
+obstacle = { kind = \"circle\", centre = [0.0, 0.0], radius = 1.01, side = \"inside\" }
+";
+
+/// Two blocks, of which the lower one is clamped at the right end of the contact.
+const CLAMPED_IN_ONE: &str = "schema = 1
+[materials.m]
+young = 1000.0
+poisson = 0.3
+[[body]]
+name = \"upper\"
+material = \"m\"
+generator = { kind = \"block\", origin = [0.0, 1.0], size = [2.0, 1.0], cells = [18, 9] }
+[[body.displacement]]
+on = \"left\"
+ux = 0.0
+[[body.displacement]]
+on = \"top\"
+uy = -0.002
+[[body]]
+name = \"lower\"
+material = \"m\"
+generator = { kind = \"block\", size = [2.0, 1.0], cells = [18, 9] }
+[[body.displacement]]
+on = \"right\"
+fixed = true
+[contact]
+surfaces = [\"bottom\", \"top\"]
+";
+
+#[test]
+fn a_rigid_side_moves_as_one_under_its_resultants() {
+    let solution = solved(problem(include_str!("../cases/plate.toml"), &[]));
+    assert!(solution.is_certified());
+    let side = &solution.results.as_ref().unwrap().rigid_sides[0];
+    let [x, y] = side.force.into();
+    // ux is imposed, and the contact takes no force along x.
+    assert!(x.abs() < 1e-10 && (y + 20.0).abs() < 1e-10 && side.moment.abs() < 1e-10, "{side:?}");
+    // The motion as imposed values gives the same forces.
+    let motion = [("ux", 0.0), ("uy", side.motion.translation[1]), ("rotation", side.motion.spin)];
+    let text = include_str!("../cases/plate.toml").replace("ux    = 0.0\nforce = [0.0, -20.0]\n", "");
+    let imposed: String = motion.iter().map(|(key, value)| format!("{key} = {value}\n")).collect();
+    let text = text.replace("about = [1.1, 2.0]\n", &format!("{imposed}about = [1.1, 2.0]\n"));
+    let other = solved(problem(&text, &[]));
+    let found = &other.results.as_ref().unwrap().rigid_sides[0];
+    assert!((found.force - side.force).norm() < 1e-4 && found.moment.abs() < 1e-4, "{found:?}");
+    // A load on a body that floats with its plate.
+    let lug = solved(problem(LUG, &[]));
+    let results = lug.results.as_ref().unwrap();
+    assert!((results.rigid_sides[0].force - Vector::new(1.0, -20.0)).norm() < 1e-10, "{results:?}");
+    assert!(results.balance[0].force.norm() < 1e-9 && results.balance[0].moment.abs() < 1e-9);
+}
+
+#[test]
+fn the_traction_on_a_rigid_side_keeps_its_resultants_under_relaxation() {
+    for steps in [0, 2, 40] {
+        let settings = relaxed(steps);
+        let text = include_str!("../cases/plate.toml");
+        let solution = solve(problem(text, &[]), &settings, &mut Silent).unwrap();
+        let estimate = solution.estimate.as_ref().unwrap();
+        assert!(estimate.admissibility.rigid_balance < 1e-12, "{steps}: {:?}", estimate.admissibility);
+    }
+}
+
+#[test]
+fn a_clamped_end_takes_the_pressure_of_its_neighbour() {
+    let settings = relaxed(60);
+    let text = include_str!("../cases/four_cycle.toml");
+    let solution = solve(problem(text, &[]), &settings, &mut Silent).unwrap();
+    let found = solution.estimate.as_ref().unwrap().unchecked().e_cre;
+    // The best bound of the space, and what remains of it in the contact law.
+    assert!((0.0776329118970..0.077635).contains(&found), "{found}");
+    let contact = solution.estimate.as_ref().unwrap().unchecked().parts.contact;
+    assert!((contact - 0.00474445382).abs() < 1e-10, "{contact}");
+}
+
+fn relaxed(steps: usize) -> Settings {
+    let mut settings = Settings::default();
+    settings.relaxation = certified_contact::cre_estimator::Relaxation::Steps(steps);
+    settings
+}
+
+fn adapted(text: &str, target: f64) -> certified_contact::AdaptiveSolution {
+    let adapt = certified_contact::AdaptSettings::new(target);
+    certified_contact::solve_adaptively(problem(text, &[]), &Settings::default(), &adapt, &mut Silent)
+        .unwrap()
+}
+
+#[test]
+fn a_roller_between_plates_is_refined_where_it_touches() {
+    let answer = adapted(include_str!("../cases/roller.toml"), 0.06);
+    assert!(matches!(answer.end, certified_contact::AdaptiveEnd::TargetMet), "{:?}", answer.end);
+    assert!(answer.history.last().unwrap().nodes < 40_000, "{:?}", answer.history);
+}
+
+#[test]
+fn a_mesh_without_a_pressure_in_balance_is_refined() {
+    // The resultant acts 0.02 from the end of the contact; within h/3 no linear pressure has it.
+    let block = |name: &str, y: f64, more: &str| {
+        format!(
+            "[[body]]\nname = \"{name}\"\nmaterial = \"m\"\ngenerator = {{ kind = \"block\", origin = [0.0, {y:.1}], \
+             size = [1.0, 1.0], cells = [10, 10] }}\n{more}"
+        )
+    };
+    let load =
+        "[[body.traction]]\non = \"top\"\npart = { x = [0.9, 1.0] }\nvector = [0.0, \"-4000*(x-0.9)^3\"]\n";
+    let text = format!(
+        "schema = 1\n[materials.m]\nyoung = 1000.0\npoisson = 0.3\n{}{}[contact]\nsurfaces = [\"bottom\", \"top\"]\n",
+        block("block", 1.0, load),
+        block("base", 0.0, "[[body.displacement]]\non = \"bottom\"\nfixed = true\n"),
+    );
+    let answer = adapted(&text, 0.2);
+    assert!(matches!(answer.end, certified_contact::AdaptiveEnd::TargetMet), "{:?}", answer.end);
+    assert!(!answer.history[0].certified && answer.step > 1, "{:?}", answer.history);
+}
+
 #[test]
 fn the_bound_is_above_the_distance_from_a_finer_solution() {
     let regular = [
@@ -143,6 +273,9 @@ fn the_bound_is_above_the_distance_from_a_finer_solution() {
         ("press", include_str!("../cases/press.toml"), 2.0),
         ("roller", include_str!("../cases/roller.toml"), 4.0),
         ("pin", include_str!("../cases/pin.toml"), 2.0),
+        ("plate", include_str!("../cases/plate.toml"), 1.35),
+        ("lug", LUG, 2.0),
+        ("node clamped in one body", CLAMPED_IN_ONE, 1.5),
     ];
     for (name, text, most) in regular {
         let [bound, error] = bound_and_error(problem(text, &[]));

@@ -19,7 +19,8 @@ const CONTACT_PART: f64 = 0.1;
 pub fn contributions(problem: &ContactProblem, estimate: &Estimate) -> Vec<Vec<f64>> {
     let cre = &estimate.cre;
     let mut by_cell = cre.discretisation_by_cell.clone();
-    let [contact, iteration] = [estimate.unchecked().parts.contact, estimate.unchecked().parts.iteration].map(|part| part * part);
+    let [contact, iteration] =
+        [estimate.unchecked().parts.contact, estimate.unchecked().parts.iteration].map(|part| part * part);
     if contact > CONTACT_PART * cre.e_cre().powi(2) && iteration <= CONTACT_PART * contact {
         for ((body, fields), cells) in problem.bodies.iter().zip(&estimate.pair.bodies).zip(&mut by_cell) {
             let stresses = fields.equilibrated.finite_element.iter().zip(&fields.stress);
