@@ -190,9 +190,9 @@ mod tests {
     #[test]
     fn clamped_contact_nodes_that_cannot_drop_out_are_refused() {
         let left = || BoundaryConditions::new().fix("left");
-        // One body only.
+        // In one body only, the other one has the unknown.
         let one = pair(&body(1.0, left()), &body(0.0, BoundaryConditions::new().fix("bottom")));
-        assert!(matches!(one, Err(InterfaceError::SupportedNode { body: 0, .. })), "{one:?}");
+        assert_eq!(one.unwrap().pairs().len(), 5);
         // Pressed into each other: the opening along the edge would be negative.
         let pressed = BoundaryConditions::new().displace("left", Some(0.0.into()), Some((-0.1).into()));
         let overlap = pair(&body(1.0, pressed), &body(0.0, left()));

@@ -247,9 +247,9 @@ mod tests {
         assert!(matches!(pair(&upper, &far, ["bottom", "top"]), InterfaceError::NotMatching { .. }));
         let loaded = body(0.0, [4, 2], fixed().pressure("top", 1.0));
         assert!(matches!(pair(&upper, &loaded, ["bottom", "top"]), InterfaceError::Occupied { body: 1, .. }));
-        let clamped = body(0.0, [4, 2], fixed().fix("left"));
-        // In only one body.
-        assert!(matches!(pair(&upper, &clamped, ["bottom", "top"]), InterfaceError::SupportedNode { .. }));
+        let held = body(0.0, [4, 2], fixed().displace("left", None, Some(0.0.into())));
+        // Along the normal.
+        assert!(matches!(pair(&upper, &held, ["bottom", "top"]), InterfaceError::SupportedNode { .. }));
         let same = body(1.0, [4, 2], fixed());
         assert!(matches!(pair(&upper, &same, ["left", "left"]), InterfaceError::NotFacing { .. }));
         let gap = Gap::Given((-0.1).into());
