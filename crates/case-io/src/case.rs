@@ -29,6 +29,7 @@ mod read_body;
 mod read_contact;
 mod regions;
 mod settings;
+mod side;
 mod warnings;
 
 #[cfg(test)]
@@ -36,6 +37,7 @@ mod tests;
 
 pub use crate::expression::Value;
 pub use body::{BodyCase, Displacement, Imposition, Load, MeshSource, RigidCase, Traction};
+pub use side::{Circle, SideCase};
 pub use choices::{Acceleration, Criterion, Imposed, Method, Path, QpChoice, Weights};
 pub use contact::{CircleSide, Contact, Obstacle, Rigid, Shape};
 pub use materials::{Material, MaterialLaw};

@@ -341,11 +341,11 @@ pub(crate) fn check_state(
     Ok(())
 }
 
-fn check_length(what: impl Fn() -> String, found: usize, expected: usize) -> Result<(), EstimatorError> {
+pub(crate) fn check_length(what: impl Fn() -> String, found: usize, expected: usize) -> Result<(), EstimatorError> {
     if found == expected { Ok(()) } else { Err(EstimatorError::Length { what: what(), found, expected }) }
 }
 
-fn check_finite<'a>(
+pub(crate) fn check_finite<'a>(
     what: impl Fn() -> String,
     numbers: impl IntoIterator<Item = &'a f64>,
 ) -> Result<(), EstimatorError> {

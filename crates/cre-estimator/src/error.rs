@@ -39,6 +39,12 @@ pub enum EstimatorError {
         /// `a(u, u)` of both bodies together, J/m.
         energy: f64,
     },
+    /// The motion of an obstacle that is free to move is not among the fields.
+    #[error("obstacle {} is free to move: its motion is not among the displacements", obstacle + 1)]
+    FreeObstacle {
+        /// The obstacle, from 0.
+        obstacle: usize,
+    },
     /// The pressure that keeps the floating bodies in balance could not be computed.
     #[error("the pressure in balance: {0}")]
     Balance(#[from] QpError),

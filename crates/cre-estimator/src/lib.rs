@@ -66,6 +66,7 @@
 
 pub mod admissible;
 mod balance;
+mod certify;
 pub mod check;
 pub mod cre;
 pub mod eet;
@@ -83,6 +84,7 @@ mod star;
 pub mod star_relaxation;
 
 pub use admissible::{AdmissibleBody, AdmissibleContact, AdmissiblePair, admissible_pair};
+pub use certify::{FieldCertificate, certify};
 pub use check::{Admissibility, check, check_stress};
 pub use cre::{Cre, constitutive_relation_error};
 pub use equilibrated::EquilibratedStress;

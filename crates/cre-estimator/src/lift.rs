@@ -154,7 +154,7 @@ pub(crate) fn find(
 
 /// Returns the direction in which the node of a body moves to open its pair by one, `d·n = 1`: along the normal, or
 /// along the free direction of its support; `None` if it is clamped.
-fn direction(body: &Body, side: usize, pair: &NodePair) -> Option<Vector> {
+pub(crate) fn direction(body: &Body, side: usize, pair: &NodePair) -> Option<Vector> {
     match body.node_constraints()[pair.nodes[side]] {
         NodeConstraint::Free => Some(pair.normal),
         NodeConstraint::Along { direction, .. } => {

@@ -281,7 +281,7 @@ impl TriMesh {
     }
 
     /// Adds a group of edges, sorted by their numbers.
-    pub(crate) fn add_group(&mut self, name: &str, mut edges: Vec<EdgeId>) {
+    pub fn add_group(&mut self, name: &str, mut edges: Vec<EdgeId>) {
         edges.sort_unstable();
         self.groups.insert(name.to_owned(), edges);
     }

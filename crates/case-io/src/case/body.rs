@@ -1,6 +1,6 @@
 //! `[[body]]`: mesh, material, supports and loads of one body.
 
-use super::{MaterialRegion, Part, Rigid, Value};
+use super::{MaterialRegion, Part, Rigid, SideCase, Value};
 use fem_core::mesh::generate::Facing;
 use serde::Serialize;
 
@@ -22,6 +22,8 @@ pub struct BodyCase {
     pub displacements: Vec<Displacement>,
     /// Loads in the file's order.
     pub tractions: Vec<Traction>,
+    /// Sides by their place, in the file's order; then those that lists of names make.
+    pub sides: Vec<SideCase>,
     /// Rigid sides in the file's order.
     pub rigid: Vec<RigidCase>,
 }
@@ -92,14 +94,22 @@ pub enum MeshSource {
     File {
         /// The file, relative to the case file.
         file: String,
-        /// The group of cells; all cells if it is left out.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        region: Option<String>,
+        /// The groups of cells; all cells if there are none.
+        #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "one_or_list")]
+        region: Vec<String>,
         /// Whether nodes at one place become one node.
         merge: bool,
         /// Whether two bodies of one file may share nodes, each getting its own.
         duplicate_interface: bool,
     },
+}
+
+/// Writes one name as it is, several as a list.
+fn one_or_list<S: serde::Serializer>(names: &[String], serializer: S) -> Result<S::Ok, S::Error> {
+    match names {
+        [name] => name.serialize(serializer),
+        names => names.serialize(serializer),
+    }
 }
 
 impl Default for MeshSource {

@@ -93,7 +93,11 @@ impl Case {
     /// A mesh that cannot be generated, or a file that was not read or holds no sound mesh.
     pub(crate) fn build_mesh(&self, body: usize) -> Result<TriMesh, CaseError> {
         let made = match self.bodies[body].mesh {
-            MeshSource::File { .. } => return self.mesh_of_file(body),
+            MeshSource::File { .. } => {
+                let mut mesh = self.mesh_of_file(body)?;
+                self.add_sides(body, &mut mesh)?;
+                return Ok(mesh);
+            }
             MeshSource::Block { origin, size, cells } => generate::block(origin, size, cells),
             MeshSource::Ring { centre, radii, angles, cells } => generate::ring(centre, radii, angles, cells),
             MeshSource::Disc { centre, radius, cells, start } => generate::disc(centre, radius, cells, start),
@@ -101,7 +105,9 @@ impl Case {
                 generate::half_disc(pole, radius, facing, half_width, cells)
             }
         };
-        made.map_err(|error| self.mesh_diagnostic(body, &error).into())
+        let mut mesh = made.map_err(|error| CaseError::from(self.mesh_diagnostic(body, &error)))?;
+        self.add_sides(body, &mut mesh)?;
+        Ok(mesh)
     }
 
     /// Pairs the contact surfaces of two bodies, which must match node by node.

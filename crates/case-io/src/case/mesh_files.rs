@@ -65,7 +65,10 @@ impl Case {
                         let numbers = mesh.cells_of_group(name);
                         loaded.groups[body].extend(numbers.map(|numbers| (name.clone(), numbers)));
                     }
-                    mesh.region(region.as_deref(), options).and_then(|r| r.without_sides().map_or(Ok(r), Err))
+                    let names: Vec<&str> = region.iter().map(String::as_str).collect();
+                    let sides = !self.bodies[body].sides.is_empty();
+                    let unnamed = |r: &Region| if sides { None } else { r.without_sides() };
+                    mesh.regions(&names, options).and_then(|r| unnamed(&r).map_or(Ok(r), Err))
                 }
                 Err(error) => Err(error.clone()),
             };
@@ -135,7 +138,7 @@ impl Case {
     /// Returns what is probably not meant in the meshes, with the body's place in the case file.
     pub(super) fn mesh_warnings(&self) -> Vec<Diagnostic> {
         let mut warnings = Vec::new();
-        for body in 0..2 {
+        for body in 0..self.bodies.len() {
             for warning in self.meshes.region(body).map(Region::warnings).unwrap_or_default() {
                 let message = format!("body \"{}\": {}", self.bodies[body].name, Diagnostic::told(warning));
                 warnings.push(self.diagnostic(code::MESH, &format!("body.{body}.mesh.file"), message));

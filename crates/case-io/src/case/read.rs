@@ -28,9 +28,9 @@ pub(super) fn case(document: &Document, file_name: &str) -> Result<Case, CaseErr
     let model = model(root.table("model"));
     let materials =
         root.table("materials").map(|r| materials::materials(r, model.hypothesis)).unwrap_or_default();
-    let bodies = read_body::bodies(&mut root);
+    let mut bodies = read_body::bodies(&mut root);
     regions::check_references(&root, &materials, &bodies);
-    let contacts = read_contact::contacts(&mut root, &bodies);
+    let contacts = read_contact::contacts(&mut root, &mut bodies);
     let solver = solver(root.table("solver"));
     let estimator = estimator(root.table("estimator"));
     let adapt = read_adapt::adapt(&mut root);

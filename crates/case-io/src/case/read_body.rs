@@ -1,9 +1,9 @@
 //! The `[[body]]` tables: names, meshes, displacements and tractions.
 
 use super::body::file_stem;
-use super::read_contact;
+use super::{read_contact, side};
 use super::regions::regions;
-use super::{BodyCase, Displacement, Imposition, Load, MeshSource, Part, RigidCase, Traction, Value};
+use super::{BodyCase, Displacement, Imposition, Load, MeshSource, Part, RigidCase, SideCase, Traction, Value};
 use crate::case_file::Reader;
 use crate::diagnostic::{Diagnostic, code, excerpt};
 use fem_core::mesh::generate::Facing;
@@ -36,11 +36,13 @@ fn body(r: &mut Reader<'_>, others: &[BodyCase]) -> BodyCase {
     let mesh = mesh(r).unwrap_or_default();
     let regions = regions(r);
     let body_force = r.pair("body_force").unwrap_or_default();
-    let displacements: Vec<_> =
-        r.tables("displacement").unwrap_or_default().into_iter().map(displacement).collect();
-    let tractions = r.tables("traction").unwrap_or_default().into_iter().map(traction).collect();
-    let rigid = r.tables("rigid").unwrap_or_default().into_iter().map(rigid).collect();
-    BodyCase { name, material, regions, mesh, body_force, displacements, tractions, rigid }
+    let mut sides = side::sides(r);
+    let s = &mut sides;
+    let displacements =
+        r.tables("displacement").unwrap_or_default().into_iter().map(|r| displacement(r, s)).collect();
+    let tractions = r.tables("traction").unwrap_or_default().into_iter().map(|r| traction(r, s)).collect();
+    let rigid = r.tables("rigid").unwrap_or_default().into_iter().map(|r| rigid(r, s)).collect();
+    BodyCase { name, material, regions, mesh, body_force, displacements, tractions, sides, rigid }
 }
 
 /// Bytes of the name of a body, at most: it also names files.
@@ -107,7 +109,7 @@ fn mesh_file(mut r: Reader<'_>) -> Option<MeshSource> {
         let expected = "the name of a mesh file, relative to the case file";
         r.refuse("file", "`mesh.file` is empty", expected, "write it as in `file = \"blocks.msh\"`");
     }
-    let region = r.string("region");
+    let region = r.names("region").unwrap_or_default();
     let merge = r.boolean("merge").unwrap_or(false);
     let duplicate_interface = r.boolean("duplicate_interface").unwrap_or(false);
     r.finish();
@@ -206,9 +208,27 @@ fn block(mut r: Reader<'_>) -> Option<MeshSource> {
     Some(MeshSource::Block { origin, size: size?, cells: cells? })
 }
 
-fn displacement(mut r: Reader<'_>) -> Displacement {
+/// Reads `on`: the name of a side, or a list of names, which becomes a side of its own.
+fn on(r: &mut Reader<'_>, sides: &mut Vec<SideCase>) -> String {
     r.require(&["on"]);
-    let on = r.string("on").unwrap_or_default();
+    joined(r.names("on").unwrap_or_default(), sides)
+}
+
+/// Returns the name of the only side, or of a side that several make.
+pub(super) fn joined(mut names: Vec<String>, sides: &mut Vec<SideCase>) -> String {
+    if names.len() < 2 {
+        return names.pop().unwrap_or_default();
+    }
+    let union = SideCase::union(names);
+    let name = union.name.clone();
+    if !sides.contains(&union) {
+        sides.push(union);
+    }
+    name
+}
+
+fn displacement(mut r: Reader<'_>, sides: &mut Vec<SideCase>) -> Displacement {
+    let on = on(&mut r, sides);
     let part = Part::read(&mut r, "part");
     let given: Vec<&str> = ["ux", "uy", "normal", "fixed"].into_iter().filter(|key| r.has(key)).collect();
     let components = [r.value("ux"), r.value("uy")];
@@ -242,18 +262,16 @@ fn displacement(mut r: Reader<'_>) -> Displacement {
     Displacement { on, part, imposition }
 }
 
-fn rigid(mut r: Reader<'_>) -> RigidCase {
-    r.require(&["on"]);
-    let on = r.string("on").unwrap_or_default();
+fn rigid(mut r: Reader<'_>, sides: &mut Vec<SideCase>) -> RigidCase {
+    let on = on(&mut r, sides);
     let part = Part::read(&mut r, "part");
     let rigid = read_contact::rigid(&mut r);
     r.finish();
     RigidCase { on, part, rigid }
 }
 
-fn traction(mut r: Reader<'_>) -> Traction {
-    r.require(&["on"]);
-    let on = r.string("on").unwrap_or_default();
+fn traction(mut r: Reader<'_>, sides: &mut Vec<SideCase>) -> Traction {
+    let on = on(&mut r, sides);
     let part = Part::read(&mut r, "part");
     let (vector, pressure) = (r.value_pair("vector"), r.value("pressure"));
     let expected = "either `vector = [tx, ty]` or `pressure = p`";

@@ -2,6 +2,7 @@
 
 use super::body::file_stem;
 use super::contact::{CircleSide, Contact, Obstacle, Rigid, Shape};
+use super::read_body::joined;
 use super::{BodyCase, Imposed, Value};
 use crate::case_file::{NodeValue, Reader};
 use crate::diagnostic::{Diagnostic, code, did_you_mean, excerpt};
@@ -14,7 +15,7 @@ const LONGEST_NAME: usize = 100;
 pub(super) const GEOMETRIC: &str = "geometric";
 
 /// Reads the pairs: an array of tables, or one table if there are two bodies.
-pub(super) fn contacts(root: &mut Reader<'_>, bodies: &[BodyCase]) -> Vec<Contact> {
+pub(super) fn contacts(root: &mut Reader<'_>, bodies: &mut [BodyCase]) -> Vec<Contact> {
     let single = matches!(root.node("contact").map(|n| &n.value), Some(NodeValue::Table(_)));
     let readers = if single {
         root.table("contact").into_iter().collect()
@@ -63,7 +64,7 @@ pub(super) fn contacts(root: &mut Reader<'_>, bodies: &[BodyCase]) -> Vec<Contac
 }
 
 /// Reads one pair, with its default name.
-fn contact(r: &mut Reader<'_>, bodies: &[BodyCase], only: bool, path: String) -> Contact {
+fn contact(r: &mut Reader<'_>, bodies: &mut [BodyCase], only: bool, path: String) -> Contact {
     let named = r.strings("bodies");
     let obstacle = r.table("obstacle").and_then(obstacle);
     let against = r.has("obstacle");
@@ -96,7 +97,7 @@ fn contact(r: &mut Reader<'_>, bodies: &[BodyCase], only: bool, path: String) ->
         let message = "a body cannot touch itself";
         r.refuse("bodies", message, "two different bodies", "name the other body, or split this one in two");
     }
-    let surfaces = r.strings("surfaces");
+    let surfaces = r.lists_of_strings("surfaces");
     if let Some(surfaces) = surfaces.as_ref().filter(|surfaces| surfaces.len() != wanted) {
         let message = format!("`{}` has {} entries", r.path_of("surfaces"), surfaces.len());
         r.refuse(
@@ -130,7 +131,11 @@ fn contact(r: &mut Reader<'_>, bodies: &[BodyCase], only: bool, path: String) ->
         [a, b] => format!("{}-{}", name(&a), name(&b)),
         _ => String::new(),
     };
-    let surfaces = surfaces.unwrap_or_default();
+    let joined = |(entry, names): (usize, Vec<String>)| match members.get(entry) {
+        Some(body) => joined(names, &mut bodies[*body].sides),
+        None => names.concat(),
+    };
+    let surfaces = surfaces.unwrap_or_default().into_iter().enumerate().map(joined).collect();
     Contact { name, bodies: members, surfaces, obstacle, gap, geometric, normal, imposed, path }
 }
 

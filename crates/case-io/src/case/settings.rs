@@ -96,6 +96,9 @@ fn body(body: &BodyCase) -> Json {
         "displacement": body.displacements,
         "traction": body.tractions,
     });
+    if !body.sides.is_empty() {
+        settings["side"] = json!(body.sides);
+    }
     if !body.rigid.is_empty() {
         settings["rigid"] = json!(body.rigid);
     }

@@ -107,6 +107,7 @@ fn the_example_of_the_contract_is_read() {
             part: Part::default(),
             load: Load::Vector([Value::Number(0.0), Value::Number(30.0)]),
         }],
+        sides: vec![],
         rigid: vec![],
     };
     assert_eq!(case.bodies[0], upper);

@@ -37,6 +37,7 @@ pub(super) fn example(path: &str) -> Option<&'static str> {
         "size" => "size = [2.0, 1.0]",
         "cells" => "cells = [18, 9]",
         "radii" => "radii = [1.0, 2.0]",
+        "facing" if path.contains("side") => "facing = [0.0, 1.0]",
         "facing" => "facing = \"down\"",
         "vector" => "vector = [0.0, 30.0]",
         "theta" => "theta = 0.4",

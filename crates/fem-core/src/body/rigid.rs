@@ -205,6 +205,20 @@ impl RigidSide {
         (motion, largest)
     }
 
+    /// Finds the motion that its conditions allow and that is nearest to a displacement.
+    ///
+    /// * `displacement`: of all nodes of the body, m.
+    pub fn allowed_near(&self, points: &[Vector], displacement: &[Vector]) -> RigidMotion {
+        let (mut motion, _) = self.motion_of(points, displacement);
+        let found = self.prevented(&motion).zip(self.prevented(&self.imposed));
+        let missed: Vec<f64> = found.map(|(found, imposed)| found - imposed).collect();
+        for (row, missed) in self.blocked.iter().zip(missed) {
+            motion.translation -= missed * Vector::new(row[0], row[1]);
+            motion.spin -= missed * row[2] / self.size;
+        }
+        motion
+    }
+
     /// Finds by how much a displacement violates the condition: the largest distance of a node from a rigid motion, and of that
     /// motion from what is imposed, m.
     ///

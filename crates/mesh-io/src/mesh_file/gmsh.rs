@@ -1,13 +1,14 @@
-//! Gmsh's mesh files: MSH 2.2 and 4.1, as text or in binary of either byte order.
+//! Gmsh's mesh files: MSH 2.0, 2.1, 2.2 and 4.1, as text or in binary of either byte order.
 //!
 //! The format is described in Gmsh's reference manual, chapter "Gmsh file formats" (MSH 4.1), and its section on
-//! legacy formats (MSH 2.2), <https://gmsh.info/doc/texinfo/gmsh.html>. What is read: `$PhysicalNames`, `$Entities`,
+//! legacy formats (MSH 2), <https://gmsh.info/doc/texinfo/gmsh.html>. What is read: `$PhysicalNames`, `$Entities`,
 //! `$PartitionedEntities`, `$Nodes`, `$Elements`; other sections are skipped. What must be known about it:
 //!
 //! - A physical group is a dimension and a number; names are unique per dimension only, so one name may mean edges
 //!   and cells at once. A group without a name is called by its number.
 //! - In 2.2 an element carries its group, and one that lies in several groups is written several times. In 4.1 the
 //!   geometric entity carries the groups, any number of them.
+//! - In 2.0 names of groups may have no dimension: such a name belongs to every group of its number.
 //! - Signs of group numbers tell the sense of a curve. They are ignored here: outward normals come from the cells.
 //! - As soon as one group exists, Gmsh saves only what lies in a group.
 //!
@@ -40,7 +41,7 @@ const CONVERT: &str = "convert it with Gmsh: gmsh old.msh -save -format msh41 -o
 /// The versions that are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Version {
-    /// 2.2.
+    /// 2.0 to 2.2.
     Two,
     /// 4.1.
     Four,
@@ -54,7 +55,7 @@ enum Version {
 /// Other versions by name, and everything that makes it no mesh, with its place.
 pub fn parse(bytes: &[u8], name: &str) -> Result<MeshFile, MeshFileError> {
     let mut v = Values::new(bytes, name);
-    let version = header(&mut v)?;
+    let (version, number) = header(&mut v)?;
     let mut collector = Collector::new(name);
     let mut labels = Labels::default();
     let (mut nodes, mut elements) = (false, false);
@@ -95,15 +96,12 @@ pub fn parse(bytes: &[u8], name: &str) -> Result<MeshFile, MeshFileError> {
                 .expected("a complete mesh; the file may have been cut while it was copied"));
         }
     }
-    let format = match (version, v.mode) {
-        (Version::Two, Mode::Ascii) => "Gmsh MSH 2.2, text",
-        (Version::Four, Mode::Ascii) => "Gmsh MSH 4.1, text",
-        (Version::Two, Mode::BinaryLittle) => "Gmsh MSH 2.2, binary",
-        (Version::Four, Mode::BinaryLittle) => "Gmsh MSH 4.1, binary",
-        (Version::Two, Mode::BinaryBig) => "Gmsh MSH 2.2, binary, big-endian",
-        (Version::Four, Mode::BinaryBig) => "Gmsh MSH 4.1, binary, big-endian",
+    let encoding = match v.mode {
+        Mode::Ascii => "text",
+        Mode::BinaryLittle => "binary",
+        Mode::BinaryBig => "binary, big-endian",
     };
-    let mut collected = collector.finish(format.to_owned())?;
+    let mut collected = collector.finish(format!("Gmsh MSH {number}, {encoding}"))?;
     let unnamed = labels.apply(&mut collected)?;
     let mut mesh = collected.mesh;
     if unnamed > 0 {
@@ -133,7 +131,7 @@ fn skip(v: &mut Values<'_>, section: &[u8]) -> Result<(), MeshFileError> {
 }
 
 /// Reads `$MeshFormat`, which must come first (but for comments).
-fn header(v: &mut Values<'_>) -> Result<Version, MeshFileError> {
+fn header(v: &mut Values<'_>) -> Result<(Version, &'static str), MeshFileError> {
     let mut section = v.token()?;
     while section == b"$Comments" {
         skip(v, section)?;
@@ -144,7 +142,7 @@ fn header(v: &mut Values<'_>) -> Result<Version, MeshFileError> {
         b"$NOD" => {
             return Err(v
                 .unsupported("this is Gmsh's MSH format 1")
-                .expected("MSH 2.2 or 4.1")
+                .expected("MSH 2 or 4.1")
                 .help(CONVERT));
         }
         other => {
@@ -156,14 +154,16 @@ fn header(v: &mut Values<'_>) -> Result<Version, MeshFileError> {
     let version = v.token()?;
     let number: Option<f64> = std::str::from_utf8(version).ok().and_then(|t| t.parse().ok());
     let is = |wanted: f64| number.is_some_and(|n| (n - wanted).abs() < 1e-9);
-    let known = if is(2.2) {
-        Version::Two
-    } else if is(4.1) {
-        Version::Four
-    } else {
+    let all = [
+        (2.0, Version::Two, "2.0"),
+        (2.1, Version::Two, "2.1"),
+        (2.2, Version::Two, "2.2"),
+        (4.1, Version::Four, "4.1"),
+    ];
+    let Some((_, known, text)) = all.into_iter().find(|(wanted, ..)| is(*wanted)) else {
         let named = number.filter(|n| (0.0..100.0).contains(n)).map(|n| format!("{n:.1}"));
         let found = format!("this is MSH version {}", named.unwrap_or_else(|| shown(version)));
-        return Err(v.unsupported(found).expected("2.2 or 4.1").help(CONVERT));
+        return Err(v.unsupported(found).expected("2.0, 2.1, 2.2 or 4.1").help(CONVERT));
     };
     let kind = v.int("0 for text or 1 for binary")?;
     let size = v.int("8, the size of a number")?;
@@ -195,5 +195,5 @@ fn header(v: &mut Values<'_>) -> Result<Version, MeshFileError> {
         }
     }
     v.end("$EndMeshFormat")?;
-    Ok(known)
+    Ok((known, text))
 }

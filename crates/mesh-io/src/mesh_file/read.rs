@@ -55,7 +55,7 @@ fn dispatch(bytes: &[u8], path: &Path, include: Includes<'_>) -> Result<MeshFile
     let name = path.to_string_lossy();
     let fault = |found: String| {
         MeshFileError::new(MeshFault::Format, &name, MeshPlace::File, found)
-            .expected("Gmsh's MSH 2.2 or 4.1, or an Abaqus-style input deck (.inp)")
+            .expected("Gmsh's MSH 2 or 4.1, or an Abaqus-style input deck (.inp)")
     };
     let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
     let text = text.trim_ascii_start();

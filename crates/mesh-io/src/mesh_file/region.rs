@@ -109,8 +109,25 @@ impl MeshFile {
     /// # Errors
     /// A group that is not there or is empty, cells without an area, a mesh that is not plane.
     pub fn region(&self, name: Option<&str>, options: RegionOptions) -> Result<Region, MeshFileError> {
-        let cells = self.cells_of(name)?;
-        let title = name.map_or_else(|| WHOLE.to_owned(), title_of);
+        self.regions(name.as_slice(), options)
+    }
+
+    /// [`Self::region`] of several groups of cells together; of all cells if there are no names.
+    ///
+    /// # Errors
+    /// See [`Self::region`].
+    pub fn regions(&self, names: &[&str], options: RegionOptions) -> Result<Region, MeshFileError> {
+        let (cells, title) = match names {
+            [] => (self.cells_of(None)?, WHOLE.to_owned()),
+            [name] => (self.cells_of(Some(name))?, title_of(name)),
+            names => {
+                let of: Vec<Vec<u32>> = names.iter().map(|name| self.cells_of(Some(name))).collect::<Result<_, _>>()?;
+                let mut cells = of.concat();
+                cells.sort_unstable();
+                cells.dedup();
+                (cells, format!("the regions {}", listed(names)))
+            }
+        };
         let mut used = self.nodes_of(&cells);
         let left_out = self.check_plane(&used, &title)?;
         let mut notes = self.notes.clone();
@@ -317,7 +334,10 @@ impl Region {
         Some(
             MeshFileError::new(MeshFault::Region, &self.file, super::MeshPlace::File, found)
                 .expected("groups of edges to support, load and bring into contact")
-                .help("in Gmsh give names to the sides: Physical Curve(\"bottom\") = {…}; in a deck use *SURFACE"),
+                .help(
+                    "in Gmsh give names to the sides: Physical Curve(\"bottom\") = {…}; in a deck use *SURFACE; or select them \
+                     in the case file by [[body.side]]",
+                ),
         )
     }
 }

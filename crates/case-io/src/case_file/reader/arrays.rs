@@ -41,6 +41,45 @@ impl Reader<'_> {
         self.two(key, "an array of two whole numbers", |r, path, node| r.whole(path, node, 1))
     }
 
+    /// Reads one string or a list of them.
+    pub(crate) fn names(&mut self, key: &'static str) -> Option<Vec<String>> {
+        match self.table.get(key).map(|entry| &entry.node.value) {
+            Some(NodeValue::Array(_)) => {
+                let found = self.strings(key)?;
+                if found.is_empty() {
+                    let message = format!("`{}` is an empty list", self.path_of(key));
+                    self.refuse(key, message, "one name or more", "write the name alone, without brackets");
+                }
+                Some(found)
+            }
+            _ => Some(vec![self.string(key)?]),
+        }
+    }
+
+    /// Reads any number of strings, or lists of them.
+    pub(crate) fn lists_of_strings(&mut self, key: &'static str) -> Option<Vec<Vec<String>>> {
+        let node = self.node(key)?;
+        let path = self.path_of(key);
+        let NodeValue::Array(items) = &node.value else {
+            self.wrong_type(&path, node, "an array of strings");
+            return None;
+        };
+        let one = |path: String, item: &Node| {
+            self.findings.note(&path, &item.at);
+            self.text(&path, item)
+        };
+        let read = |(k, item): (usize, &Node)| match &item.value {
+            NodeValue::Array(names) => {
+                self.findings.note(&format!("{path}.{k}"), &item.at);
+                let names = names.iter().enumerate();
+                names.map(|(i, name)| one(format!("{path}.{k}.{i}"), name)).collect()
+            }
+            _ => Some(vec![one(format!("{path}.{k}"), item)?]),
+        };
+        let all: Vec<Option<Vec<String>>> = items.iter().enumerate().map(read).collect();
+        all.into_iter().collect()
+    }
+
     /// Reads any number of strings.
     pub(crate) fn strings(&mut self, key: &'static str) -> Option<Vec<String>> {
         let node = self.node(key)?;

@@ -11,6 +11,8 @@ type Key = (u8, u32);
 #[derive(Default)]
 pub(super) struct Labels {
     names: HashMap<Key, String>,
+    /// Names without a dimension, by number.
+    bare: HashMap<u32, String>,
     /// All groups that were named or used, in the order of their appearance.
     groups: Vec<Key>,
     index: HashMap<Key, u32>,
@@ -30,8 +32,10 @@ impl Labels {
         for done in 0..count {
             v.progress(done, count, "names");
             let line = v.record_begin()?;
-            let dimension = v.int("a dimension from 0 to 3")?;
-            let tag = v.int("the number of a physical group")?;
+            let first = v.int("a dimension from 0 to 3")?;
+            // In old files the number of the group stands alone.
+            let bare = v.next_is(b'"');
+            let (dimension, tag) = if bare { (0, first) } else { (first, v.int("the number of a physical group")?) };
             v.record_end(line)?;
             let name = quoted(v.rest_of_line());
             let Ok(dimension @ 0..=3) = u8::try_from(dimension) else {
@@ -43,15 +47,22 @@ impl Labels {
                     .expected("a line such as `1 10 \"bottom\"`"));
             };
             let key = (dimension, tag.unsigned_abs());
-            if let Some(other) = self.names.insert(key, name) {
+            let other = if bare { self.bare.insert(key.1, name) } else { self.names.insert(key, name) };
+            if let Some(other) = other {
                 let found = format!("group {tag} of dimension {dimension} is named twice, first \"{other}\"");
                 return Err(v.fault(found).expected("one name"));
             }
-            self.group(key);
+            if !bare {
+                self.group(key);
+            }
         }
         v.end("$EndPhysicalNames")?;
         v.mode = mode;
         Ok(())
+    }
+
+    fn name(&self, key: &Key) -> Option<&String> {
+        self.names.get(key).or_else(|| self.bare.get(&key.1))
     }
 
     fn group(&mut self, key: Key) -> u32 {
@@ -110,13 +121,13 @@ impl Labels {
         let mut unnamed = 0;
         // Those with a name come first, so that a number never takes the place of a name.
         let (named, numbered): (Vec<_>, Vec<_>) =
-            self.groups.iter().zip(members).partition(|(key, _)| self.names.contains_key(key));
+            self.groups.iter().zip(members).partition(|(key, _)| self.name(key).is_some());
         for (key, members) in named.into_iter().chain(numbered) {
             let (dimension, tag) = *key;
             if !(1..=2).contains(&dimension) {
                 continue;
             }
-            let name = match self.names.get(key) {
+            let name = match self.name(key) {
                 Some(name) => name.clone(),
                 None => {
                     unnamed += 1;

@@ -1,4 +1,4 @@
-//! Version 2.2: `$Nodes` and `$Elements`; the element carries its group.
+//! Version 2: `$Nodes` and `$Elements`; the element carries its group.
 
 use super::elements;
 use super::labels::Labels;

@@ -40,6 +40,21 @@ fn names_may_stand_in_two_dimensions_and_hold_anything() {
 }
 
 #[test]
+fn versions_2_0_and_2_1_are_read_like_2_2() {
+    for version in ["2", "2.0", "2.1"] {
+        let text = two(NAMES, NODES, ELEMENTS).replace("2.2 0 8", &format!("{version} 0 8"));
+        let file = parse(text.as_bytes(), "m.msh").unwrap();
+        assert_eq!(file.group_names(1).collect::<Vec<_>>(), ["a \"quoted\" näme", "body"], "{version}");
+    }
+    // Names without a dimension belong to every group of their number.
+    let names = "$PhysicalNames\n2\n1 \"low\"\n2 \"right\"\n$EndPhysicalNames\n";
+    let text = two(names, NODES, ELEMENTS).replace("2.2 0 8", "2 0 8");
+    let file = parse(text.as_bytes(), "m.msh").unwrap();
+    assert_eq!(file.group_names(1).collect::<Vec<_>>(), ["low", "right"]);
+    assert_eq!(file.group_names(2).collect::<Vec<_>>(), ["low"]);
+}
+
+#[test]
 fn control_characters_in_names_reach_no_terminal() {
     let names = "$PhysicalNames\n1\n2 1 \"\u{1b}[31mred\"\n$EndPhysicalNames\n";
     let file = parse(two(names, NODES, ELEMENTS).as_bytes(), "m.msh").unwrap();

@@ -101,6 +101,11 @@ impl<'a> Values<'a> {
         false
     }
 
+    /// Tells whether the next byte of the line, after blanks, is this one.
+    pub(super) fn next_is(&self, byte: u8) -> bool {
+        self.rest().iter().find(|b| !matches!(b, b' ' | b'\t')) == Some(&byte)
+    }
+
     /// Reads up to the next blank.
     pub(super) fn token(&mut self) -> Result<&'a [u8], MeshFileError> {
         if !self.skip_blank() {

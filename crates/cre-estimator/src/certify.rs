@@ -1,0 +1,254 @@
+//! Certificates of displacement fields that other codes computed.
+
+use crate::admissible::{check_finite, check_length};
+use crate::error::EstimatorError;
+use crate::estimate::{Estimate, estimate_with};
+use crate::lift;
+use crate::star_relaxation::Relaxation;
+use fem_core::body::{Body, NodeConstraint};
+use fem_core::field::nodal_residual;
+use fem_core::geometry::{Vector, norm, perpendicular};
+use fem_core::interface::{ContactPair, ContactProblem, ContactState, NodePair, PairState};
+use fem_core::norm::energy_distance_squared;
+use fem_core::prepared::PreparedProblem;
+
+/// A supported node that misses its imposed displacement by at most this fraction of the largest displacement is put there.
+const HELD: f64 = 1e-4;
+/// Corners of several pairs are opened in this many rounds.
+const ROUNDS: usize = 4;
+
+/// The certificate of a field of another code, see [`certify`].
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct FieldCertificate {
+    /// The estimate of the changed field.
+    pub estimate: Estimate,
+    /// Energy norm of the change that made the field admissible, square root of J/m.
+    pub change: f64,
+    /// The largest displacement of a supported node that was changed, m.
+    pub support_change: f64,
+    /// The largest penetration that was removed, m.
+    pub penetration: f64,
+}
+
+impl FieldCertificate {
+    /// Returns the bound of the energy norm of the given field's error, `e_CRE` of the changed field plus the change; `None` if a check
+    /// of admissibility fails: then there is none.
+    pub fn bound(&self) -> Option<f64> {
+        Some(self.estimate.certificate()?.e_cre + self.change)
+    }
+
+    /// Returns [`Self::bound`] over the energy norm of the changed field; `None` if that is zero.
+    pub fn relative(&self) -> Option<f64> {
+        let norm = self.estimate.energy_norm();
+        self.bound().filter(|_| norm > 0.0).map(|bound| bound / norm)
+    }
+}
+
+/// Certifies displacements that another code computed, on the meshes of the problem: with few digits, by a penalty, or wrong ones.
+///
+/// The field is made admissible first: supported nodes get their imposed displacements if they miss them by at most 1e-4 of the
+/// largest one, and where the bodies penetrate each other, the nodes of one of them move back. Contact forces are those that its own
+/// equilibrium lacks, if no pressures are given. The bound is
+/// ```math
+/// ‖u - v‖ ≤ e_{CRE}(v') + ‖v' - v‖
+/// ```
+/// with the given field `v` and the changed one `v'`. A poor field gets a large bound, never a false one.
+///
+/// * `displacements`: of the nodes of each body, Cartesian, m.
+/// * `pressures`: at the pairs of each contact line, Pa; `None`: from the equilibrium of the field.
+///
+/// # Errors
+/// Arrays of the wrong length, values that are not finite, an obstacle that is free to move, a lack of memory.
+pub fn certify(
+    prepared: &PreparedProblem,
+    displacements: &[Vec<Vector>],
+    pressures: Option<&[Vec<f64>]>,
+    relaxation: Relaxation,
+) -> Result<FieldCertificate, EstimatorError> {
+    let problem = prepared.problem();
+    check_fields(problem, displacements)?;
+    if let Some(pressures) = pressures {
+        check_length(|| "the pressure".into(), pressures.len(), problem.contacts.len())?;
+        for (k, (given, pair)) in pressures.iter().zip(&problem.contacts).enumerate() {
+            let what = || format!("the pressure of pair {}", k + 1);
+            check_length(what, given.len(), pair.interface.pairs().len())?;
+            check_finite(what, given)?;
+        }
+    }
+    let mut fields = displacements.to_vec();
+    let held = problem.bodies.iter().zip(&mut fields).map(|(body, field)| hold(body, field));
+    let support_change = held.fold(0.0, f64::max);
+    fields.extend(problem.obstacles.iter().map(|obstacle| obstacle.imposed()));
+    let penetration = part(problem, &mut fields);
+    let openings: Vec<Vec<f64>> = problem.contacts.iter().map(|pair| openings(pair, &fields)).collect();
+    let forces = match pressures {
+        Some(pressures) => {
+            let of_pair = |(pair, given): (&ContactPair, &Vec<f64>)| {
+                let pairs = pair.interface.pairs().iter().zip(given);
+                pairs.map(|(p, pressure)| p.tributary_length * pressure.max(0.0)).collect()
+            };
+            problem.contacts.iter().zip(pressures).map(of_pair).collect()
+        }
+        None => contact_forces(problem, &fields),
+    };
+    let contacts = forces.iter().zip(&openings);
+    let state = ContactState {
+        displacement: fields.iter().map(Vec::as_slice).collect(),
+        contacts: contacts
+            .map(|(force, opening)| PairState { contact_force: force, opening })
+            .collect(),
+    };
+    let estimate = estimate_with(prepared, &state, relaxation)?;
+    let squared = problem.bodies.iter().zip(displacements).zip(&fields);
+    let squared = squared.map(|((body, given), changed)| energy_distance_squared(body, given, changed));
+    Ok(FieldCertificate { estimate, change: squared.sum::<f64>().sqrt(), support_change, penetration })
+}
+
+fn check_fields(problem: &ContactProblem, displacements: &[Vec<Vector>]) -> Result<(), EstimatorError> {
+    check_length(|| "the fields".into(), displacements.len(), problem.bodies.len())?;
+    for (b, (u, body)) in displacements.iter().zip(&problem.bodies).enumerate() {
+        let what = || format!("the displacement of body {}", b + 1);
+        check_length(what, u.len(), body.mesh().points().len())?;
+        check_finite(what, u.iter().flatten())?;
+    }
+    match problem.obstacles.iter().position(|obstacle| !obstacle.free_motions().is_empty()) {
+        Some(obstacle) => Err(EstimatorError::FreeObstacle { obstacle }),
+        None => Ok(()),
+    }
+}
+
+/// Puts supported nodes where their supports hold them, if they nearly are there; returns the largest change, m.
+fn hold(body: &Body, field: &mut [Vector]) -> f64 {
+    let size = field.iter().map(|u| norm(*u)).fold(0.0, f64::max);
+    let imposed = body.node_constraints().iter().map(|constraint| match constraint {
+        NodeConstraint::Free | NodeConstraint::Rigid { .. } => 0.0,
+        NodeConstraint::Along { value, .. } => value.abs(),
+        NodeConstraint::Fixed { value } => norm(*value),
+    });
+    let allowed = HELD * imposed.fold(size, f64::max);
+    let mut largest: f64 = 0.0;
+    let mut put = |u: &mut Vector, to: Vector| {
+        let change = norm(to - *u);
+        if change <= allowed {
+            *u = to;
+            largest = largest.max(change);
+        }
+    };
+    for (u, constraint) in field.iter_mut().zip(body.node_constraints()) {
+        let to = match *constraint {
+            NodeConstraint::Free | NodeConstraint::Rigid { .. } => continue,
+            NodeConstraint::Along { direction, value } => *u + (value - u.dot(&direction)) * direction,
+            NodeConstraint::Fixed { value } => value,
+        };
+        put(u, to);
+    }
+    let points = body.mesh().points();
+    for side in body.rigid_sides().iter().filter(|side| !side.motions.is_empty()) {
+        let motion = side.allowed_near(points, field);
+        for &node in &side.nodes {
+            put(&mut field[node], motion.at(points[node]));
+        }
+    }
+    largest
+}
+
+/// Computes the openings at the pairs of a contact line, ≥ 0, m.
+fn openings(pair: &ContactPair, fields: &[Vec<Vector>]) -> Vec<f64> {
+    pair.interface.pairs().iter().map(|p| opening(pair, fields, p).max(0.0)).collect()
+}
+
+fn opening(pair: &ContactPair, fields: &[Vec<Vector>], p: &NodePair) -> f64 {
+    let [first, second] = [0, 1].map(|side: usize| fields[pair.bodies[side]][p.nodes[side]]);
+    p.gap - (first - second).dot(&p.normal)
+}
+
+/// Moves the nodes of one body of each pair back until none penetrates; returns the largest penetration, m.
+fn part(problem: &ContactProblem, fields: &mut [Vec<Vector>]) -> f64 {
+    let mut largest: f64 = 0.0;
+    for round in 0..ROUNDS {
+        let mut deepest: f64 = 0.0;
+        for pair in &problem.contacts {
+            let depths: Vec<f64> =
+                pair.interface.pairs().iter().map(|p| (-opening(pair, fields, p)).max(0.0)).collect();
+            deepest = depths.iter().copied().fold(deepest, f64::max);
+            if depths.iter().any(|depth| *depth > 0.0) {
+                part_pair(problem, pair, fields, &depths);
+            }
+        }
+        if round == 0 {
+            largest = deepest;
+        }
+        if deepest == 0.0 {
+            break;
+        }
+    }
+    largest
+}
+
+/// Moves the nodes of the body of a pair in which that takes less energy; a node that one body holds is moved in the other.
+fn part_pair(problem: &ContactProblem, pair: &ContactPair, fields: &mut [Vec<Vector>], depths: &[f64]) {
+    let sides: Vec<(usize, usize)> = problem.bodies_of(pair).collect();
+    let moved = |side: usize, b: usize| -> Vec<Vector> {
+        let mut field = vec![Vector::zeros(); fields[b].len()];
+        for (p, depth) in pair.interface.pairs().iter().zip(depths) {
+            if let Some(direction) = lift::direction(&problem.bodies[b], side, p) {
+                let sign = if side == 0 { -1.0 } else { 1.0 };
+                field[p.nodes[side]] = sign * depth * direction;
+            }
+        }
+        field
+    };
+    let energy = |(side, b): &(usize, usize)| {
+        let field = moved(*side, *b);
+        let rest = vec![Vector::zeros(); field.len()];
+        energy_distance_squared(&problem.bodies[*b], &field, &rest)
+    };
+    let mut order: Vec<(f64, (usize, usize))> = sides.iter().map(|of| (energy(of), *of)).collect();
+    order.sort_by(|a, b| a.0.total_cmp(&b.0));
+    for (p, depth) in pair.interface.pairs().iter().zip(depths).filter(|(_, depth)| **depth > 0.0) {
+        let movable = order.iter().find_map(|(_, (side, b))| {
+            Some((*side, *b, lift::direction(&problem.bodies[*b], *side, p)?))
+        });
+        if let Some((side, b, direction)) = movable {
+            let sign = if side == 0 { -1.0 } else { 1.0 };
+            // A little more than needed, for the rounding of the sum.
+            fields[b][p.nodes[side]] += sign * (1.0 + 4.0 * f64::EPSILON) * *depth * direction;
+        }
+    }
+}
+
+/// Computes the contact forces at the pairs, ≥ 0, N/m: what the equilibrium of the bodies lacks at the nodes that belong to one pair only
+/// and are not clamped; the mean if that is so in both bodies, zero if it is in neither.
+fn contact_forces(problem: &ContactProblem, fields: &[Vec<Vector>]) -> Vec<Vec<f64>> {
+    let residuals: Vec<Vec<Vector>> =
+        problem.bodies.iter().zip(fields).map(|(body, field)| nodal_residual(body, field)).collect();
+    let mut uses: Vec<Vec<u32>> = residuals.iter().map(|all| vec![0; all.len()]).collect();
+    for pair in &problem.contacts {
+        for (side, b) in problem.bodies_of(pair) {
+            for p in pair.interface.pairs() {
+                uses[b][p.nodes[side]] += 1;
+            }
+        }
+    }
+    let force = |pair: &ContactPair, p: &NodePair| {
+        let of_side = |(side, b): (usize, usize)| {
+            let node = p.nodes[side];
+            let sign = if side == 0 { -1.0 } else { 1.0 };
+            let along = match problem.bodies[b].node_constraints()[node] {
+                NodeConstraint::Free => p.normal,
+                // The support takes the rest.
+                NodeConstraint::Along { direction, .. } => {
+                    let free = perpendicular(direction);
+                    1.0 / free.dot(&p.normal) * free
+                }
+                NodeConstraint::Fixed { .. } | NodeConstraint::Rigid { .. } => return None,
+            };
+            (uses[b][node] == 1).then(|| sign * residuals[b][node].dot(&along))
+        };
+        let found: Vec<f64> = problem.bodies_of(pair).filter_map(of_side).collect();
+        (found.iter().sum::<f64>() / found.len().max(1) as f64).max(0.0)
+    };
+    let of_pair = |pair: &ContactPair| pair.interface.pairs().iter().map(|p| force(pair, p)).collect();
+    problem.contacts.iter().map(of_pair).collect()
+}
