@@ -37,12 +37,12 @@ mod tests;
 
 pub use crate::expression::Value;
 pub use body::{BodyCase, Displacement, Imposition, Load, MeshSource, RigidCase, Traction};
-pub use side::{Circle, SideCase};
 pub use choices::{Acceleration, Criterion, Imposed, Method, Path, QpChoice, Weights};
 pub use contact::{CircleSide, Contact, Obstacle, Rigid, Shape};
 pub use materials::{Material, MaterialLaw};
 pub use part::Part;
 pub use regions::{CellSelection, MaterialRegion};
+pub use side::{Circle, SideCase};
 
 use crate::case_file;
 use crate::diagnostic::{CaseError, Diagnostic, Place};

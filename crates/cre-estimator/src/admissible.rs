@@ -341,7 +341,11 @@ pub(crate) fn check_state(
     Ok(())
 }
 
-pub(crate) fn check_length(what: impl Fn() -> String, found: usize, expected: usize) -> Result<(), EstimatorError> {
+pub(crate) fn check_length(
+    what: impl Fn() -> String,
+    found: usize,
+    expected: usize,
+) -> Result<(), EstimatorError> {
     if found == expected { Ok(()) } else { Err(EstimatorError::Length { what: what(), found, expected }) }
 }
 

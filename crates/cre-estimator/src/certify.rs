@@ -95,9 +95,7 @@ pub fn certify(
     let contacts = forces.iter().zip(&openings);
     let state = ContactState {
         displacement: fields.iter().map(Vec::as_slice).collect(),
-        contacts: contacts
-            .map(|(force, opening)| PairState { contact_force: force, opening })
-            .collect(),
+        contacts: contacts.map(|(force, opening)| PairState { contact_force: force, opening }).collect(),
     };
     let estimate = estimate_with(prepared, &state, relaxation)?;
     let squared = problem.bodies.iter().zip(displacements).zip(&fields);
@@ -207,9 +205,9 @@ fn part_pair(problem: &ContactProblem, pair: &ContactPair, fields: &mut [Vec<Vec
     let mut order: Vec<(f64, (usize, usize))> = sides.iter().map(|of| (energy(of), *of)).collect();
     order.sort_by(|a, b| a.0.total_cmp(&b.0));
     for (p, depth) in pair.interface.pairs().iter().zip(depths).filter(|(_, depth)| **depth > 0.0) {
-        let movable = order.iter().find_map(|(_, (side, b))| {
-            Some((*side, *b, lift::direction(&problem.bodies[*b], *side, p)?))
-        });
+        let movable = order
+            .iter()
+            .find_map(|(_, (side, b))| Some((*side, *b, lift::direction(&problem.bodies[*b], *side, p)?)));
         if let Some((side, b, direction)) = movable {
             let sign = if side == 0 { -1.0 } else { 1.0 };
             // A little more than needed, for the rounding of the sum.

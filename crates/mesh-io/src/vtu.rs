@@ -4,8 +4,10 @@
 //! Vectors have three components and symmetric tensors six, in VTK's order XX, YY, ZZ, XY, YZ, XZ.
 
 mod collection;
+mod fields;
 
 pub use collection::{PvdEntry, pvd, series};
+pub use fields::{FieldError, PointVectors, point_vectors};
 
 use crate::words::escaped;
 use fem_core::geometry::Vector;

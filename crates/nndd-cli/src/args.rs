@@ -25,6 +25,9 @@ pub(crate) enum Command {
     /// Run a case for several values of one setting, a few iterations each: the paper's figure 2.
     #[command(after_help = help::of_command("sweep"))]
     Sweep(Sweep),
+    /// Certify displacements that another code computed on the meshes of a case.
+    #[command(after_help = help::of_command("certify"))]
+    Certify(Certify),
     /// Show what a mesh file holds: groups, cells, bounding box, quality, possible problems.
     #[command(after_help = help::of_command("mesh"))]
     Mesh(Mesh),
@@ -48,6 +51,7 @@ impl Command {
         match self {
             Self::Solve(options) => options.format == Format::Json,
             Self::Mesh(options) => options.format == Format::Json,
+            Self::Certify(options) => options.format == Format::Json,
             _ => false,
         }
     }
@@ -118,6 +122,19 @@ pub(crate) struct Solve {
 pub(crate) struct Check {
     #[command(flatten)]
     pub(crate) case: CaseOptions,
+}
+
+#[derive(Args, Clone, Debug)]
+pub(crate) struct Certify {
+    #[command(flatten)]
+    pub(crate) case: CaseOptions,
+    /// One file per body, in the order of the case file: .vtu with the array `displacement` at its points, or .csv with the columns x,
+    /// y, ux, uy.
+    #[arg(long, help_heading = "Input", value_name = "FILE", num_args = 1.., required = true)]
+    pub(crate) displacement: Vec<PathBuf>,
+    /// How to print the result.
+    #[arg(long, help_heading = "Output", value_enum, default_value_t = Format::Human)]
+    pub(crate) format: Format,
 }
 
 #[derive(Args, Clone, Debug)]

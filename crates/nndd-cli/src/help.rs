@@ -15,7 +15,7 @@ const fn example(of: &'static str, line: &'static str, meaning: &'static str) ->
 }
 
 /// The examples of all commands; those without a command are the first steps.
-pub(crate) const EXAMPLES: [Example; 12] = [
+pub(crate) const EXAMPLES: [Example; 13] = [
     example("", "nndd new paper > case.toml", "start from a commented case file"),
     example("", "nndd solve case.toml", "solve it, and certify the answer"),
     example("", "nndd new gmsh > mine.toml", "the same for a mesh of your own"),
@@ -38,6 +38,11 @@ pub(crate) const EXAMPLES: [Example; 12] = [
         "sweep",
         "nndd sweep case.toml --over 'solver.theta=[0.3, 0.4]' --panel solver.weights=stiffness",
         "values, beside other weights",
+    ),
+    example(
+        "certify",
+        "nndd certify case.toml --displacement upper.vtu lower.vtu",
+        "the error of another code's displacements, one file per body",
     ),
     example("mesh", "nndd mesh mine.msh", "names to use in a case file, possible problems"),
 ];

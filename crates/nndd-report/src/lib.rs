@@ -50,6 +50,7 @@
 //! ```
 
 mod adapt;
+pub mod certify;
 pub mod check;
 pub mod convert;
 pub mod failure;

@@ -1,9 +1,11 @@
 //! The `[[body]]` tables: names, meshes, displacements and tractions.
 
 use super::body::file_stem;
-use super::{read_contact, side};
 use super::regions::regions;
-use super::{BodyCase, Displacement, Imposition, Load, MeshSource, Part, RigidCase, SideCase, Traction, Value};
+use super::{
+    BodyCase, Displacement, Imposition, Load, MeshSource, Part, RigidCase, SideCase, Traction, Value,
+};
+use super::{read_contact, side};
 use crate::case_file::Reader;
 use crate::diagnostic::{Diagnostic, code, excerpt};
 use fem_core::mesh::generate::Facing;

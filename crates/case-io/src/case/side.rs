@@ -78,7 +78,8 @@ fn side(r: &mut Reader<'_>) -> SideCase {
         let message = format!("`{}` has no direction", r.path_of("facing"));
         r.refuse("facing", message, "a direction", "write it as in `facing = [0.0, 1.0]`");
     }
-    let within = r.number_where("within", |angle| angle > 0.0 && angle <= 90.0, "degrees, above 0 and at most 90");
+    let within =
+        r.number_where("within", |angle| angle > 0.0 && angle <= 90.0, "degrees, above 0 and at most 90");
     if within.is_some() && facing.is_none() {
         let expected = "`facing` beside it";
         r.refuse("within", "`within` is the angle about `facing`", expected, "add `facing = [0.0, 1.0]`");
@@ -115,8 +116,10 @@ impl Case {
             }
             let edges = if side.of.is_empty() { select(mesh, side) } else { self.union(body, mesh, side)? };
             if edges.is_empty() {
-                let message =
-                    format!("body \"{}\": no boundary edge belongs to the side \"{}\"", given.name, side.name);
+                let message = format!(
+                    "body \"{}\": no boundary edge belongs to the side \"{}\"",
+                    given.name, side.name
+                );
                 let fault = self.diagnostic(code::CONDITION, &path, message);
                 let fault = fault.expected("a box, a direction or a circle with boundary edges");
                 return Err(fault.help(nearest_to_circle(mesh, side)).fix("widen it").into());
@@ -177,7 +180,8 @@ fn off_circle(point: Vector, circle: &Circle) -> f64 {
 /// Says how far the nearest boundary edge is from the circle of a side.
 fn nearest_to_circle(mesh: &TriMesh, side: &SideCase) -> Option<String> {
     let circle = side.circle?;
-    let farther = |edge: &EdgeId| mesh.edge_ends(*edge).map(|p| off_circle(p, &circle)).into_iter().fold(0.0, f64::max);
+    let farther =
+        |edge: &EdgeId| mesh.edge_ends(*edge).map(|p| off_circle(p, &circle)).into_iter().fold(0.0, f64::max);
     let nearest = mesh.topology().boundary_edges().iter().map(farther).fold(f64::INFINITY, f64::min);
     Some(format!("the nearest boundary edge has an end {} off the circle", significant(nearest)))
 }

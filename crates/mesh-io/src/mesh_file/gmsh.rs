@@ -140,10 +140,7 @@ fn header(v: &mut Values<'_>) -> Result<(Version, &'static str), MeshFileError> 
     match section {
         b"$MeshFormat" => {}
         b"$NOD" => {
-            return Err(v
-                .unsupported("this is Gmsh's MSH format 1")
-                .expected("MSH 2 or 4.1")
-                .help(CONVERT));
+            return Err(v.unsupported("this is Gmsh's MSH format 1").expected("MSH 2 or 4.1").help(CONVERT));
         }
         other => {
             let found = format!("the file begins with {}", shown(other));

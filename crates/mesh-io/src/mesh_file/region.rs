@@ -121,7 +121,8 @@ impl MeshFile {
             [] => (self.cells_of(None)?, WHOLE.to_owned()),
             [name] => (self.cells_of(Some(name))?, title_of(name)),
             names => {
-                let of: Vec<Vec<u32>> = names.iter().map(|name| self.cells_of(Some(name))).collect::<Result<_, _>>()?;
+                let of: Vec<Vec<u32>> =
+                    names.iter().map(|name| self.cells_of(Some(name))).collect::<Result<_, _>>()?;
                 let mut cells = of.concat();
                 cells.sort_unstable();
                 cells.dedup();

@@ -186,7 +186,7 @@ impl MeshFile {
             );
         }
         let mut parent = vec![u32::MAX; self.points.len()];
-        for (name, members) in self.regions() {
+        for (name, members) in self.region_members() {
             if members.is_empty() {
                 problems.push(format!("{name} is empty").into());
             }
@@ -215,7 +215,7 @@ impl MeshFile {
     }
 
     /// Lists what can be a region: its title and cells.
-    fn regions(&self) -> Vec<(String, Vec<u32>)> {
+    fn region_members(&self) -> Vec<(String, Vec<u32>)> {
         let groups = self.groups.iter().filter(|g| g.dimension == 2);
         let named: Vec<_> = groups.map(|g| (title_of(&g.name), g.members.clone())).collect();
         if named.is_empty() {

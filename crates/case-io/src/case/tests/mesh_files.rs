@@ -44,7 +44,7 @@ fn keys_have_defaults_and_checks() {
     let mut case = Case::parse(&text([A, APART]), "c.toml", &[]).unwrap();
     let file = |region: &str, duplicate_interface| MeshSource::File {
         file: "m.inp".into(),
-        region: Some(region.into()),
+        region: vec![region.into()],
         merge: false,
         duplicate_interface,
     };

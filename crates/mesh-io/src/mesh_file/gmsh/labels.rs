@@ -35,7 +35,8 @@ impl Labels {
             let first = v.int("a dimension from 0 to 3")?;
             // In old files the number of the group stands alone.
             let bare = v.next_is(b'"');
-            let (dimension, tag) = if bare { (0, first) } else { (first, v.int("the number of a physical group")?) };
+            let (dimension, tag) =
+                if bare { (0, first) } else { (first, v.int("the number of a physical group")?) };
             v.record_end(line)?;
             let name = quoted(v.rest_of_line());
             let Ok(dimension @ 0..=3) = u8::try_from(dimension) else {

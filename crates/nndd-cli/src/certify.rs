@@ -1,0 +1,76 @@
+//! `nndd certify`: the error of displacements that another code computed.
+
+use crate::args::{Certify, Format};
+use crate::console;
+use crate::machine::Machine;
+use nndd_report::words::{at_most, short};
+use nndd_report::{Failure, certify, run};
+use serde_json::json;
+use std::fmt::Write as _;
+
+/// Exit status: the certificate is not valid.
+const NOT_VALID: u8 = 6;
+
+pub(crate) fn command(options: &Certify) -> Result<u8, Failure> {
+    let mut case = run::read_case(&options.case.case, &run::overrides(&options.case.set)?)?;
+    let problem = run::build(&mut case, &Machine::start())?;
+    let found = certify::certify(&case, problem, &options.displacement)?;
+    let failed: Vec<(&str, f64)> = found.estimate.admissibility.failed().collect();
+    let numbers = found.estimate.unchecked();
+    if options.format == Format::Json {
+        let checks: serde_json::Map<String, serde_json::Value> =
+            failed.iter().map(|(name, value)| ((*name).to_owned(), json!(value))).collect();
+        let object = json!({
+            "valid": found.bound().is_some(),
+            "bound": found.bound(),
+            "relative": found.relative(),
+            "e_cre": numbers.e_cre,
+            "change": found.change,
+            "penetration": found.penetration,
+            "support_change": found.support_change,
+            "energy_norm": found.estimate.energy_norm(),
+            "failed_checks": checks,
+        });
+        console::print(&format!("{object}\n"))?;
+        return Ok(if found.bound().is_some() { 0 } else { NOT_VALID });
+    }
+    let mut text = String::new();
+    if found.change > 0.0 {
+        let _ = writeln!(
+            text,
+            "changed to be admissible: penetration up to {} removed, supports met by up to {}; energy norm of the change {}",
+            short(found.penetration),
+            short(found.support_change),
+            short(found.change)
+        );
+    }
+    let code = match (found.bound(), found.relative()) {
+        (Some(bound), Some(relative)) => {
+            let percent = at_most(100.0 * relative);
+            let _ = writeln!(
+                text,
+                "certified error <= {percent} % of the energy norm: {} of {}",
+                short(bound),
+                short(found.estimate.energy_norm())
+            );
+            0
+        }
+        (Some(bound), None) => {
+            let _ = writeln!(text, "certified error <= {} in the energy norm", short(bound));
+            0
+        }
+        (None, _) => {
+            let checks: Vec<String> =
+                failed.iter().map(|(name, value)| format!("{name} {value:.1e}")).collect();
+            let _ = writeln!(
+                text,
+                "NOT certified, the bound is not valid: {}; the field violates supports, contact or balance by more than can be \
+                 mended",
+                checks.join(", ")
+            );
+            NOT_VALID
+        }
+    };
+    console::print(&text)?;
+    Ok(code)
+}
