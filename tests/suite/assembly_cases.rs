@@ -12,6 +12,14 @@ fn problem(text: &str, set: &[(&str, String)]) -> ContactProblem {
     Case::parse(text, "case.toml", &set).unwrap().build_problem().unwrap()
 }
 
+/// The wedge, whose mesh is a file.
+fn wedge() -> ContactProblem {
+    let mut case = Case::parse(include_str!("../cases/wedge.toml"), "wedge.toml", &[]).unwrap();
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("cases");
+    case.read_mesh_files(&folder).unwrap();
+    case.build_problem().unwrap()
+}
+
 fn solved(problem: ContactProblem) -> CertifiedSolution {
     solve(problem, &Settings::default(), &mut Silent).unwrap()
 }
@@ -281,12 +289,27 @@ fn the_bound_is_above_the_distance_from_a_finer_solution() {
         ("lug", LUG, 4.0),
         ("node clamped in one body", CLAMPED_IN_ONE, 1.5),
     ];
-    for (name, text, most) in regular {
-        let [bound, error] = bound_and_error(problem(text, &[]));
+    let regular = regular.map(|(name, text, most)| (name, problem(text, &[]), most));
+    for (name, problem, most) in regular.into_iter().chain([("wedge", wedge(), 1.35)]) {
+        let [bound, error] = bound_and_error(problem);
         println!("{name}: bound {bound:.4e}, error {error:.4e}, effectivity {:.3}", bound / error);
         assert!(bound >= error, "{name}: {bound} {error}");
         assert!(bound <= most * error, "{name}: {bound} {error}");
     }
+}
+
+#[test]
+fn a_wedge_presses_on_both_sides_as_equilibrium_says() {
+    // The force 24 on the top is the vertical part of what the slope carries, on a line along (0.6, 2).
+    let solution = solved(wedge());
+    assert!(solution.is_certified());
+    let contacts = &solution.results.as_ref().unwrap().contacts;
+    let exact = [24.0 * 2.0 / 0.6, 24.0 * f64::hypot(0.6, 2.0) / 0.6];
+    for (found, exact) in contacts.iter().zip(exact) {
+        assert!((found.contact_force - exact).abs() < 1e-9 * exact, "{} {exact}", found.contact_force);
+    }
+    let sum = contacts[0].resultant + contacts[1].resultant;
+    assert!((sum - Vector::new(0.0, 24.0)).norm() < 1e-9 * 24.0, "{sum:?}");
 }
 
 #[test]

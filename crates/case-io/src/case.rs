@@ -22,6 +22,7 @@ mod data;
 mod matching;
 mod materials;
 mod mesh_files;
+mod pair_notes;
 mod part;
 mod read;
 mod read_adapt;

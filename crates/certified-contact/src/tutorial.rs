@@ -94,7 +94,40 @@
 //! # Ok(()) }
 //! ```
 //!
-//! # 5. What the number means
+//! # 5. More bodies, and obstacles
+//! [`ContactProblem::new`](fem_core::interface::ContactProblem::new) takes any number of bodies; then come the pairs, by the numbers of
+//! the bodies, and rigid lines. A body may be held by contact alone: [`solve`](crate::solve()) refuses loads that nothing resists.
+//! An assembly is solved exactly, by an active set, unless [`with_method`](crate::Settings::with_method) asks for the iteration.
+//! ```
+//! use certified_contact::fem_core::{body::Body, boundary::BoundaryConditions, geometry::Vector,
+//!     interface::{ContactInterface, ContactProblem, Gap, Obstacle, RigidLine}, material::{Hypothesis, LinearElastic},
+//!     mesh::generate::block};
+//! use certified_contact::{Settings, Silent, solve};
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # let steel = || LinearElastic::isotropic(2000.0, 0.3, Hypothesis::PlaneStrain);
+//! // One block on the other, the lower one on a rigid floor; supports hold them sideways only.
+//! let sideways = BoundaryConditions::new().displace("left", Some(0.0.into()), None);
+//! let pressed = sideways.clone().pressure("top", 10.0);
+//! let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], [16, 8])?, steel()?, &sideways)?;
+//! let upper = Body::new(block([0.0, 1.0], [2.0, 1.0], [16, 8])?, steel()?, &pressed)?;
+//! let between = ContactInterface::pair(&lower, &upper, ["top", "bottom"], &Gap::Touching)?;
+//! let floor = RigidLine::Plane { point: Vector::zeros(), normal: Vector::y() };
+//! let on_floor = ContactInterface::against(&lower, "bottom", &floor, None)?;
+//! let problem = ContactProblem::new(vec![lower, upper])
+//!     .contact([0, 1], between)
+//!     .obstacle(0, on_floor, Obstacle::fixed(floor));
+//! let answer = solve(problem, &Settings::default(), &mut Silent)?;
+//! assert!(answer.is_certified());
+//! // Both contacts carry the force of the pressure, in the order in which they were added.
+//! for pair in &answer.results.as_ref().ok_or("no results")?.contacts {
+//!     assert!((pair.contact_force - 20.0).abs() < 1e-8);
+//! }
+//! # Ok(()) }
+//! ```
+//! [`Obstacle::moved`](fem_core::interface::Obstacle::moved) moves the line, [`Obstacle::stamp`](fem_core::interface::Obstacle::stamp)
+//! lets it move under a force. `examples/assembly.rs` has three blocks, on refined meshes.
+//!
+//! # 6. What the number means
 //! The bound is of the energy norm of the error, and holds for data that are linear along the edges, on the given polygons. If a
 //! check fails by more than round-off, [`certificate`](cre_estimator::Estimate::certificate) is `None`; then there is no bound, and
 //! [`unchecked`](cre_estimator::Estimate::unchecked) has the numbers for a report. [`theory`](crate::theory) has every formula.

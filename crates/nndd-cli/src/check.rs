@@ -23,6 +23,9 @@ pub(crate) fn command(options: &Check) -> Result<u8, Failure> {
         let _ = writeln!(text, "\n  body \"{}\"", body.name);
         let _ = writeln!(text, "    edge groups     {}", sides.join(", "));
         let _ = writeln!(text, "    supports        {supports} on {}", counted(body.held_nodes, "node"));
+        if body.rigid_sides > 0 {
+            let _ = writeln!(text, "    rigid           {}", counted(body.rigid_sides, "side"));
+        }
         let _ = writeln!(text, "    loads           {loads}");
         let _ = writeln!(text, "    smallest angle  {:.1} degrees", body.smallest_angle);
     }
@@ -38,15 +41,16 @@ pub(crate) fn command(options: &Check) -> Result<u8, Failure> {
             writeln!(text, "    pairs           {} on a length of {length}", pair.interface.pairs().len());
     }
     let floating = problem.bodies.iter().filter(|body| body.free_motion().is_some()).count();
-    if floating + problem.rigid_motions().len() > 0 {
-        let _ = writeln!(
-            text,
-            "\n  held            {} by contact only",
-            match floating {
-                1 => "1 body".to_owned(),
-                n => format!("{n} bodies"),
-            }
-        );
+    let free = problem.obstacles.iter().filter(|obstacle| !obstacle.free_motions().is_empty()).count();
+    let bodies = match floating {
+        1 => "1 body".to_owned(),
+        n => format!("{n} bodies"),
+    };
+    let held = [(floating, bodies), (free, counted(free, "obstacle"))];
+    let held: Vec<String> =
+        held.into_iter().filter(|(count, _)| *count > 0).map(|(_, words)| words).collect();
+    if !held.is_empty() {
+        let _ = writeln!(text, "\n  held            {} by contact only", held.join(" and "));
     }
     let _ = writeln!(text, "\n  memory estimate {}", mebibytes(memory::estimate(&problem)));
     text += "  ok: no problem found\n";

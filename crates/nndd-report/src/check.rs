@@ -18,7 +18,9 @@ pub struct CheckedBody {
     pub sides: Vec<(String, usize)>,
     /// Number of conditions that support it.
     pub supports: usize,
-    /// Number of nodes that are held in some direction.
+    /// Number of sides that stay rigid.
+    pub rigid_sides: usize,
+    /// Number of nodes that are held in some direction, by supports or rigid sides that cannot move.
     pub held_nodes: usize,
     /// Number of conditions that load it.
     pub loads: usize,
@@ -31,14 +33,16 @@ pub struct CheckedBody {
 /// # Errors
 /// Bodies that the loads move and nothing holds.
 pub fn check(case: &Case, problem: &ContactProblem) -> Result<Vec<CheckedBody>, Failure> {
-    held(case, problem)?;
+    self::held(case, problem)?;
+    let held = |c: &NodeConstraint| !matches!(c, NodeConstraint::Free | NodeConstraint::Rigid { .. });
     let bodies = case.bodies.iter().zip(&problem.bodies);
     Ok(bodies
         .map(|(body, model)| CheckedBody {
             name: body.name.clone(),
             sides: model.mesh().groups().iter().map(|(name, edges)| (name.clone(), edges.len())).collect(),
             supports: model.supports().len(),
-            held_nodes: model.node_constraints().iter().filter(|c| **c != NodeConstraint::Free).count(),
+            rigid_sides: model.rigid_sides().len(),
+            held_nodes: model.node_constraints().iter().filter(|c| held(c)).count(),
             loads: body.tractions.len(),
             smallest_angle: model.mesh().smallest_angle(),
         })

@@ -1,5 +1,6 @@
 //! Numbers and expressions as fem-core's data, and what the mesh makes of them.
 
+use super::pair_notes::PairNote;
 use super::{Case, MaterialLaw, Value};
 use crate::diagnostic::{CaseError, code};
 use fem_core::body::{Body, ConditionList, DataDifference, Difference, SAMPLES};
@@ -29,13 +30,28 @@ impl Case {
                 notes.push(note(&what, found.difference));
             }
         }
-        for (contact, difference) in self.contacts.iter().zip(problem.interpolated_gaps()) {
-            let Some(difference) = difference else { continue };
-            notes.push(match contact.geometric {
-                true => measured_gap_note(&contact.path, difference),
-                false => note(&format!("{}.gap = {}", contact.path, quoted(Some(&contact.gap))), difference),
-            });
+        let mut of_pairs = Vec::new();
+        for (k, difference) in problem.interpolated_gaps().into_iter().enumerate() {
+            let (Some(difference), Some(given)) = (difference, self.contacts.get(k)) else { continue };
+            let path = format!("{}.gap", given.path);
+            let measured = given.geometric || given.obstacle.is_some() && !self.is_given(&path);
+            let said = match (measured, given.obstacle.is_some()) {
+                (true, true) => ": the distance from it".to_owned(),
+                (true, false) => {
+                    " = \"geometric\": the gap between smooth curves through the nodes of each surface"
+                        .to_owned()
+                }
+                (false, _) => format!(" = {}", quoted(Some(&given.gap))),
+            };
+            let words = match measured {
+                true => measured_gap(&said, difference),
+                false => note(&said, difference),
+            };
+            let key = if measured && given.obstacle.is_some() { "obstacle" } else { "gap" };
+            let (alone, shared) = (format!("{}.{key}{words}", given.path), format!("{key}{words}"));
+            of_pairs.push(PairNote { contact: k, alone, shared });
         }
+        notes.extend(self.joined(of_pairs));
         notes
     }
 
@@ -127,11 +143,10 @@ impl Case {
     }
 }
 
-fn measured_gap_note(path: &str, difference: Difference) -> String {
+fn measured_gap(what: &str, difference: Difference) -> String {
     format!(
-        "{path}.gap = \"geometric\": the gap between smooth curves through the nodes of each surface is not linear along the \
-         edges, so the bound is for a gap that differs from it by at most {:.1e} of its largest value ({:.1e} in the mean); \
-         finer edges make this smaller by the square of their length",
+        "{what} is not linear along the edges, so the bound is for a gap that differs from it by at most {:.1e} of its largest \
+         value ({:.1e} in the mean); finer edges make this smaller by the square of their length",
         difference.largest, difference.mean
     )
 }

@@ -1,5 +1,6 @@
 //! The problem of a case: its bodies as they are if their contact surfaces match, refined to match if they do not.
 
+use super::pair_notes::PairNote;
 use super::{Case, cures};
 use crate::diagnostic::{CaseError, Diagnostic, code, significant};
 use fem_core::body::Body;
@@ -28,7 +29,7 @@ struct Meshes {
     /// What was measured when the surfaces of a pair were refined in common.
     measured: Vec<Option<Measured>>,
     /// The note about that.
-    notes: Vec<Option<String>>,
+    notes: Vec<Option<PairNote>>,
 }
 
 impl Case {
@@ -103,8 +104,8 @@ impl Case {
     fn build_matching(&mut self) -> Result<ContactProblem, CaseError> {
         let bodies = self.build_bodies()?;
         let count = self.contacts.len();
-        let mut meshes =
-            Meshes { sides: Vec::new(), measured: vec![None; count], notes: vec![None; count], bodies };
+        let notes = (0..count).map(|_| None).collect();
+        let mut meshes = Meshes { sides: Vec::new(), measured: vec![None; count], notes, bodies };
         self.separate_sides(&mut meshes);
         let mut refined = vec![0; count];
         let interfaces = loop {
@@ -141,7 +142,8 @@ impl Case {
             }
         };
         self.note_cuts(&meshes.bodies);
-        meshes.notes.into_iter().flatten().for_each(|note| self.add_note(note));
+        let notes = meshes.notes.into_iter().flatten().collect();
+        self.joined(notes).into_iter().for_each(|note| self.add_note(note));
         let mut problem = ContactProblem::new(meshes.bodies);
         for (given, interface) in self.contacts.iter().zip(interfaces) {
             problem = match (&given.obstacle, &given.bodies[..]) {
@@ -235,11 +237,17 @@ impl Case {
                 CaseError::from(self.swap_names(contact, self.refinement_diagnostic(contact, &error)))
             })?;
         if let Some(changes) = &common.changes {
-            let mut note = self.changes_note(contact, changes, lengths);
-            if given.geometric && common.measured.facing.iter().any(|f| f.sagitta > BENT * f.spacing) {
-                note += "; the gap is measured between smooth curves through the nodes of each";
-            }
-            meshes.notes[contact] = Some(note);
+            let bent = given.geometric && common.measured.facing.iter().any(|f| f.sagitta > BENT * f.spacing);
+            let more = if bent {
+                "; the gap is measured between smooth curves through the nodes of each"
+            } else {
+                ""
+            };
+            let names = [*a, *b].map(|body| format!("\"{}\"", self.bodies[body].name));
+            let note = |names: [&str; 2]| changes_note(names, changes, lengths) + more;
+            let shared = note(["first body", "second body"]);
+            meshes.notes[contact] =
+                Some(PairNote { contact, alone: note(names.each_ref().map(|name| name.as_str())), shared });
         }
         let CommonRefinement { bodies, .. } = &common;
         for (b, body) in [a, b].into_iter().zip(bodies) {
@@ -274,34 +282,6 @@ impl Case {
         }
     }
 
-    /// * `lengths`: of the surfaces as they were.
-    fn changes_note(&self, contact: usize, changes: &Changes, lengths: [f64; 2]) -> String {
-        let body = |b: usize| {
-            let added = changes.added[b];
-            let body = self.contacts[contact].bodies[b];
-            let (name, snapped) = (&self.bodies[body].name, changes.snapped[b]);
-            let mut text = format!("\"{name}\" {} added, {snapped} snapped", counted(added, "node"));
-            if snapped > 0 {
-                text += &format!(
-                    " (moved along the surface by at most {})",
-                    significant(changes.largest_move[b])
-                );
-            }
-            if changes.free[b] > 0.0 {
-                let [free, whole] = [changes.free[b], lengths[b]].map(significant);
-                text += &format!(", a length of {free} of {whole} faces nothing and is free");
-            }
-            text
-        };
-        let [before, after] = [changes.angle_before, changes.smallest_angle].map(|a| a[0].min(a[1]));
-        format!(
-            "the contact surfaces do not match and were refined in common: {}; {}; smallest angle there {after:.1} degrees \
-             (before: {before:.1})",
-            body(0),
-            body(1)
-        )
-    }
-
     /// Attributes an error of the common refinement to the table of the pair; bodies are called by their names.
     fn refinement_diagnostic(&self, contact: usize, error: &CommonRefinementError) -> Diagnostic {
         let (key, side) = match error {
@@ -315,6 +295,32 @@ impl Case {
         let path = format!("{}.{key}", self.contacts[contact].path);
         self.diagnostic(code::CONTACT, &path, message).expected(expected).fix(fix)
     }
+}
+
+/// Says what a common refinement changed.
+///
+/// * `names`: of the two bodies; `lengths`: of the surfaces as they were.
+fn changes_note(names: [&str; 2], changes: &Changes, lengths: [f64; 2]) -> String {
+    let body = |b: usize| {
+        let (added, snapped) = (changes.added[b], changes.snapped[b]);
+        let mut text = format!("{} {} added, {snapped} snapped", names[b], counted(added, "node"));
+        if snapped > 0 {
+            text +=
+                &format!(" (moved along the surface by at most {})", significant(changes.largest_move[b]));
+        }
+        if changes.free[b] > 0.0 {
+            let [free, whole] = [changes.free[b], lengths[b]].map(significant);
+            text += &format!(", a length of {free} of {whole} faces nothing and is free");
+        }
+        text
+    };
+    let [before, after] = [changes.angle_before, changes.smallest_angle].map(|a| a[0].min(a[1]));
+    format!(
+        "the contact surfaces do not match and were refined in common: {}; {}; smallest angle there {after:.1} degrees \
+         (before: {before:.1})",
+        body(0),
+        body(1)
+    )
 }
 
 /// Adds up the edges of a side.

@@ -315,6 +315,20 @@ fn a_gap_that_moves_an_obstacle_is_noted() {
 }
 
 #[test]
+fn a_check_counts_rigid_sides_and_stamps() {
+    let temp = tempfile::tempdir().unwrap();
+    let check = |case: &str| said(&nndd(temp.path()).arg("check").arg(cases().join(case)).output().unwrap());
+    let plate = check("plate.toml");
+    assert!(plate.contains("supports        0 conditions on 0 nodes"), "{plate}");
+    assert!(
+        plate.contains("rigid           1 side\n") && plate.contains("held            1 body by"),
+        "{plate}"
+    );
+    let press = check("press.toml");
+    assert!(press.contains("held            1 body and 1 obstacle by contact only"), "{press}");
+}
+
+#[test]
 fn an_exact_solution_has_no_theta_to_sweep() {
     let temp = tempfile::tempdir().unwrap();
     for (case, more) in [("press.toml", &[][..]), ("paper.toml", &["--set", "solver.method=exact"])] {

@@ -40,7 +40,7 @@ impl Motion {
 }
 
 pub(super) const OBSTACLE: Look = Look::new("rigid obstacle", INK, 2.0 * PIXEL, Marker::None);
-/// The part of the contact's length that the line goes on beyond it, at each end, and that of the bodies' size, at least.
+/// The part of the contact's length by which the line is longer than it, at each end, and that of the bodies' size, at least.
 const BEYOND: f64 = 0.15;
 const LEAST_BEYOND: f64 = 0.05;
 /// Parts of an arc for each turn.

@@ -35,9 +35,9 @@ pub(crate) struct SketchLoad {
     pub(crate) at: Vector,
     /// The outward unit normal there.
     pub(crate) normal: Vector,
-    /// The force; zero if there is none.
+    /// The force; zero: no force.
     pub(crate) force: Vector,
-    /// The moment, counter-clockwise; zero if there is none.
+    /// The moment, counter-clockwise; zero: no moment.
     pub(crate) moment: f64,
 }
 
