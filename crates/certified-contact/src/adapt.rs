@@ -312,8 +312,9 @@ fn ended(
     if !step.certified {
         let failed = failed_checks(solution);
         // On these meshes no pressure keeps a body in balance; on finer ones there may be one.
-        // Then the traction differs as well.
-        let of_balance = |(name, _): &(&str, f64)| matches!(*name, "rigid_balance" | "boundary_traction");
+        // Then the stress is not in equilibrium either.
+        let of_stress = ["rigid_balance", "boundary_traction", "equilibrium", "traction_jump"];
+        let of_balance = |(name, _): &(&str, f64)| of_stress.contains(name);
         let finer = failed.iter().any(|(name, _)| *name == "rigid_balance") && failed.iter().all(of_balance);
         let allowed = step.step < adapt.max_steps && refine::has_room(step.nodes, adapt.max_nodes);
         if finer && allowed && !observer.should_stop() {

@@ -7,6 +7,7 @@ use fem_core::field;
 use fem_core::geometry::{Vector, cross, norm};
 use fem_core::interface::{ContactEdge, ContactInterface, ContactProblem};
 use fem_core::mesh::TriMesh;
+use fem_core::mesh::id::NodeId;
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
 use nndd::Iterate;
@@ -141,10 +142,9 @@ pub(crate) fn results(
     let (mut reactions, mut rigid_sides) = (Vec::new(), Vec::new());
     let mut balance = Vec::new();
     for (b, fields) in pair.bodies.iter().enumerate() {
-        let mut forces = nodal_forces(&problem.bodies[b], &fields.displacement, low(b));
-        let mut sum = support_reactions(prepared, iterate, b, &mut forces, &mut reactions);
-        rigid_sides.extend(rigid_sides_of(&problem.bodies[b], b, &fields.displacement, &forces, &mut sum));
-        balance.push(sum);
+        let forces = nodal_forces(&problem.bodies[b], &fields.displacement, low(b));
+        let held = (&mut reactions, &mut rigid_sides);
+        balance.push(support_reactions(prepared, iterate, (b, &fields.displacement), forces, held));
     }
     let von_mises = |(body, fields): (&Body, &AdmissibleBody)| {
         let values = fields.stress.iter().enumerate().map(|(t, s)| body.material(t).von_mises(*s));
@@ -335,38 +335,51 @@ fn nodal_forces(body: &Body, displacement: &[Vector], low: Option<&Vec<Vector>>)
     residual::of_field(body, &split).iter().map(|r| r.map(DoubleDouble::rounded).into()).collect()
 }
 
-/// Computes motions and forces of a body's rigid sides, and adds what holds them to its balance.
+/// Computes the motion of a rigid side and the force that moves it, and moves what supports take of it to the nodes that they share
+/// with the side.
 ///
-/// * `forces`: `K u − f` without contact and supports, N/m.
-fn rigid_sides_of(
+/// * `displacement`: of all nodes, m; `forces`: `K u − f` without contact, N/m.
+fn rigid_side(
     body: &Body,
     b: usize,
+    side: &RigidSide,
     displacement: &[Vector],
-    forces: &[Vector],
-    balance: &mut Balance,
-) -> Vec<RigidSideResults> {
-    let centroid = centroid(body.mesh());
+    forces: &mut [Vector],
+) -> RigidSideResults {
     let points = body.mesh().points();
-    let of_side = |side: &RigidSide| {
-        let mut whole = vec![Vector::zeros(); points.len()];
-        for (node, load) in side.nodes.iter().zip(&side.forces) {
-            balance.add(points[*node] - centroid, forces[*node]);
-            whole[*node] = forces[*node] + load;
+    let mut whole = vec![Vector::zeros(); points.len()];
+    for (node, load) in side.nodes.iter().zip(&side.forces) {
+        whole[*node] = std::mem::take(&mut forces[*node]) + load;
+    }
+    let (mut force, mut moment) = side.resultant_of(points, &whole);
+    let (motion, _) = side.motion_of(points, displacement);
+    let supported = |node: &&NodeId| body.supports().iter().any(|s| s.nodes.binary_search(node).is_ok());
+    let shared: Vec<NodeId> = side.nodes.iter().filter(supported).copied().collect();
+    if !shared.is_empty() {
+        // Along what its own condition leaves free the side has its load, and supports take the rest.
+        let total = force;
+        for c in (0..2).filter(|c| !side.imposes[*c]) {
+            force[c] = side.force[c];
         }
-        let (force, moment) = side.resultant_of(points, &whole);
-        let (motion, _) = side.motion_of(points, displacement);
-        RigidSideResults { body: b, on: side.group.clone(), motion, force, moment }
-    };
-    body.rigid_sides().iter().map(of_side).collect()
+        let share = 1.0 / shared.len() as f64 * (total - force);
+        for node in &shared {
+            forces[*node] = share;
+            moment -= cross(points[*node] - side.about, share);
+        }
+        if !side.imposes[2] {
+            moment = side.moment;
+        }
+    }
+    RigidSideResults { body: b, on: side.group.clone(), motion, force, moment }
 }
 
-/// Adds the reactions of a body's supports and returns its balance; takes contact and supports out of the forces.
+/// Adds the reactions of a body's supports and of its rigid sides, and returns its balance.
 fn support_reactions(
     prepared: &PreparedProblem,
     iterate: &Iterate,
-    b: usize,
-    residual: &mut [Vector],
-    reactions: &mut Vec<Reaction>,
+    (b, displacement): (usize, &[Vector]),
+    mut residual: Vec<Vector>,
+    (reactions, rigid_sides): (&mut Vec<Reaction>, &mut Vec<RigidSideResults>),
 ) -> Balance {
     let problem = prepared.problem();
     let body: &Body = &problem.bodies[b];
@@ -386,6 +399,14 @@ fn support_reactions(
     for (node, force) in prepared.external_forces()[b].iter().enumerate() {
         balance.add(arm(node), *force);
     }
+    let mut rigid = vec![false; residual.len()];
+    for side in body.rigid_sides() {
+        for node in side.nodes.iter().map(|n| n.index()) {
+            balance.add(arm(node), residual[node]);
+            rigid[node] = true;
+        }
+        rigid_sides.push(rigid_side(body, b, side, displacement, &mut residual));
+    }
     let mut counted = vec![[false; 2]; residual.len()];
     for support in body.supports() {
         let mut force = Vector::zeros();
@@ -395,11 +416,13 @@ fn support_reactions(
             for c in 0..2 {
                 if support.components[c] && !counted[node][c] {
                     counted[node][c] = true;
-                    held[c] = std::mem::take(&mut residual[node][c]);
+                    held[c] = residual[node][c];
                 }
             }
             force += held;
-            balance.add(arm(node), held);
+            if !rigid[node] {
+                balance.add(arm(node), held);
+            }
         }
         reactions.push(Reaction { body: b, on: support.group.clone(), force });
     }

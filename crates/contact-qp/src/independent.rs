@@ -22,6 +22,15 @@ pub struct IndependentRows {
     weak: Vec<Vec<f64>>,
 }
 
+/// Entries below this fraction of the largest one are the rounding of others: they are zero.
+const ROUNDING: f64 = 1e-14;
+
+/// Sets entries of round-off to zero: a solution at a vertex must not have to satisfy them.
+fn clear_rounding(row: &mut [f64]) {
+    let largest = row.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    row.iter_mut().filter(|x| x.abs() <= ROUNDING * largest).for_each(|x| *x = 0.0);
+}
+
 impl IndependentRows {
     /// Finds independent combinations of rows, the longest row first.
     ///
@@ -55,6 +64,7 @@ impl IndependentRows {
                 continue;
             }
             row.iter_mut().chain(&mut combination).for_each(|x| *x /= length);
+            clear_rounding(&mut row);
             for (other, of_other) in &mut left {
                 // Twice, so that the rows stay orthogonal to round-off.
                 for _ in 0..2 {
@@ -63,7 +73,9 @@ impl IndependentRows {
                     subtract(of_other, part, &combination);
                 }
             }
-            found.right_side.push(dot(&combination, right_side));
+            let terms = combination.iter().zip(right_side).map(|(a, b)| (a * b).abs()).sum::<f64>();
+            let value = dot(&combination, right_side);
+            found.right_side.push(if value.abs() > ROUNDING * terms { value } else { 0.0 });
             found.rows.extend(row);
             found.combinations.push(combination);
         }

@@ -269,7 +269,10 @@ fn with_pressure(problem: &ContactProblem, b: usize, contacts: &[AdmissibleConta
                 sign * contacts[k].edge_pressure[contact][e] * stretch * normal
             };
             let traction = if reversed { [end(1), end(0)] } else { [end(0), end(1)] };
-            conditions[place] = EdgeCondition { reaction: EdgeReaction::None, traction };
+            // An edge may be in two pairs.
+            for (sum, more) in conditions[place].traction.iter_mut().zip(traction) {
+                *sum += more;
+            }
         });
     }
     conditions

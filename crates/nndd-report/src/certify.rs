@@ -61,7 +61,7 @@ pub fn certify(case: &Case, problem: ContactProblem, files: &[PathBuf]) -> Resul
         .map_err(|error| Failure::solve(case, &SolveError::Estimator(error)))
 }
 
-/// Reads a `.vtu` or `.vtk` file, or a table with the columns x, y, ux, uy.
+/// Reads a `.vtu` file, or a table with the columns x, y, ux, uy.
 fn read(file: &Path) -> Result<PointVectors, Failure> {
     let fault = |code: u8, reason: String, fix: &str| {
         Failure::plain(

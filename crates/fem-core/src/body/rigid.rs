@@ -8,6 +8,8 @@ use nalgebra::{Matrix3, RowVector3, Vector3};
 
 /// A direction in which conditions hold a rigid side by less than this fraction (squared) of the best held one is free.
 const FREE: f64 = 1e-12;
+/// A load along a free motion below this fraction of the whole load is its rounding.
+const ROUNDING: f64 = 1e-14;
 /// Conditions on a rigid side that differ by less than this fraction of the largest one agree.
 const SAME_VALUE: f64 = 1e-9;
 
@@ -33,12 +35,14 @@ pub struct RigidSide {
     pub moment: f64,
     /// The point about which it rotates, m.
     pub about: Vector,
-    /// Nodal forces with the resultant and the moment of its load, in the order of the nodes, N/m: those of a linear traction. On a
-    /// rigid side any other forces with the same resultants have the same effect.
+    /// Nodal forces with the work of its load along every free motion, in the order of the nodes, N/m: those of a linear traction. On a
+    /// rigid side any other forces with the same work have the same effect.
     pub forces: Vec<Vector>,
     /// Combinations of the motions of a rigid body that are imposed, orthonormal in `(t_x, t_y, ω size)` about the same point.
     blocked: Vec<[f64; 3]>,
     size: f64,
+    /// Which of ux, uy and the rotation its own condition imposes.
+    pub imposes: [bool; 3],
 }
 
 /// One equation of a rigid side: `d·u(x) = value`.
@@ -154,11 +158,17 @@ impl RigidSide {
             spin: v[2] / size,
             centre: about,
         };
-        // A linear traction with the given resultants about the centroid.
-        let moment = condition.moment + cross(about - centroid, condition.force);
+        // Only what acts along free motions: the rest goes into supports, and its rounding must not reach the body.
+        let given = Vector3::new(condition.force[0], condition.force[1], condition.moment / size);
+        let along =
+            |v: &Vector3<f64>| Some(v.dot(&given)).filter(|load| load.abs() > ROUNDING * given.norm());
+        let acting: Vector3<f64> = free.iter().filter_map(|v| Some(along(v)? * v)).sum();
+        let resultant = Vector::new(acting[0], acting[1]);
+        // A linear traction with these resultants about the centroid.
+        let moment = acting[2] * size + cross(about - centroid, resultant);
         let inertia: f64 = points.iter().zip(&weights).map(|(x, w)| w * (x - centroid).norm_squared()).sum();
         let force = |(x, w): (&Vector, &f64)| {
-            *w * (1.0 / length * condition.force + moment / inertia * perpendicular(x - centroid))
+            *w * (1.0 / length * resultant + moment / inertia * perpendicular(x - centroid))
         };
         Ok(Self {
             group: condition.edges.on.clone(),
@@ -169,6 +179,7 @@ impl RigidSide {
             moment: condition.moment,
             about,
             forces: points.iter().zip(&weights).map(force).collect(),
+            imposes: own.map(|value| value.is_some()),
             blocked: blocked.iter().map(|v| [v[0], v[1], v[2]]).collect(),
             size,
             edges,

@@ -1,9 +1,11 @@
-//! Nodal fields of grids that other programs wrote.
+//! Nodal fields of grids that other programs wrote: VTK XML with text, base64 or raw data, also compressed by zlib.
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use fem_core::geometry::Vector;
+use std::collections::HashMap;
 use std::path::Path;
 use thiserror::Error;
-use vtkio::model::{Attribute, DataSet, UnstructuredGridPiece};
 
 /// A vector at each point of a grid.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -18,7 +20,7 @@ pub struct PointVectors {
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum FieldError {
-    /// The file cannot be read, or it is no unstructured grid.
+    /// The file cannot be read, or it is no unstructured grid of VTK XML.
     #[error("{reason}")]
     File {
         /// Why.
@@ -42,57 +44,356 @@ pub enum FieldError {
     },
 }
 
-/// Reads a vector at each point of a `.vtu` file (VTK XML: text, binary or appended, also compressed by zlib) or of a legacy `.vtk` file.
+fn fault(reason: impl Into<String>) -> FieldError {
+    FieldError::File { reason: reason.into() }
+}
+
+/// Reads a vector at each point of a `.vtu` file.
 ///
 /// * `names`: of the array; the first that is there is read. A third component is left out.
 ///
 /// # Errors
 /// See [`FieldError`].
 pub fn point_vectors(path: &Path, names: &[&str]) -> Result<PointVectors, FieldError> {
-    let fault = |reason: String| FieldError::File { reason };
-    let file = vtkio::Vtk::import(path).map_err(|error| fault(error.to_string()))?;
-    let source = file.file_path.clone();
-    let DataSet::UnstructuredGrid { pieces, .. } = file.data else {
-        return Err(fault("it is not an unstructured grid".to_owned()));
-    };
+    let bytes = std::fs::read(path).map_err(|error| fault(format!("it cannot be read: {error}")))?;
+    let file = Document::new(&bytes)?;
     let mut all = PointVectors::default();
-    for piece in pieces {
-        let piece =
-            piece.into_loaded_piece_data(source.as_deref()).map_err(|error| fault(error.to_string()))?;
-        add(&mut all, &piece, names)?;
+    for piece in &file.pieces {
+        let points = piece.points.as_ref().ok_or_else(|| fault("a piece has no points"))?;
+        let fits = |array: &&Array| matches!(array.components, 2 | 3);
+        let named =
+            |name: &&str| piece.arrays.iter().filter(fits).find(|a| a.name.eq_ignore_ascii_case(name));
+        let Some(array) = names.iter().find_map(named) else {
+            let known: Vec<&str> = piece.arrays.iter().map(|array| array.name.as_str()).collect();
+            return Err(FieldError::NoSuchArray { wanted: names.join(", "), known: known.join(", ") });
+        };
+        let (places, values) = (file.numbers(points)?, file.numbers(array)?);
+        let expected = [3 * piece.count, array.components * piece.count];
+        if [places.len(), values.len()] != expected {
+            let found = format!("{} coordinates and {} values", places.len(), values.len());
+            return Err(fault(format!("it has {found} for {} points", piece.count)));
+        }
+        all.points.extend(places.chunks_exact(3).map(|p| Vector::new(p[0], p[1])));
+        all.values.extend(values.chunks_exact(array.components).map(|v| Vector::new(v[0], v[1])));
     }
-    let numbers = all.points.iter().chain(&all.values).enumerate();
-    for (k, v) in numbers {
-        if let Some(value) = v.iter().find(|x| !x.is_finite()) {
-            return Err(FieldError::NotFinite { point: k % all.points.len(), value: *value });
+    for of in [&all.points, &all.values] {
+        for (point, v) in of.iter().enumerate() {
+            if let Some(value) = v.iter().find(|x| !x.is_finite()) {
+                return Err(FieldError::NotFinite { point, value: *value });
+            }
         }
     }
     Ok(all)
 }
 
-fn add(all: &mut PointVectors, piece: &UnstructuredGridPiece, names: &[&str]) -> Result<(), FieldError> {
-    let numbers = |reason: &str| FieldError::File { reason: reason.to_owned() };
-    let points = piece.points.cast_into::<f64>().ok_or_else(|| numbers("its points are not numbers"))?;
-    let count = points.len() / 3;
-    let arrays: Vec<_> = piece
-        .data
-        .point
-        .iter()
-        .filter_map(|attribute| match attribute {
-            Attribute::DataArray(array) => Some(array),
-            Attribute::Field { .. } => None,
-        })
-        .collect();
-    let components = |length: usize| length.checked_div(count).unwrap_or(3);
-    let named = |name: &&str| {
-        arrays.iter().find(|a| a.name.eq_ignore_ascii_case(name) && matches!(components(a.data.len()), 2 | 3))
-    };
-    let Some(array) = names.iter().find_map(named) else {
-        let known: Vec<&str> = arrays.iter().map(|array| array.name.as_str()).collect();
-        return Err(FieldError::NoSuchArray { wanted: names.join(", "), known: known.join(", ") });
-    };
-    let values = array.data.cast_into::<f64>().ok_or_else(|| numbers("its array is not of numbers"))?;
-    all.points.extend(points.chunks_exact(3).map(|p| Vector::new(p[0], p[1])));
-    all.values.extend(values.chunks_exact(components(values.len())).map(|v| Vector::new(v[0], v[1])));
-    Ok(())
+/// One array of numbers, not yet decoded.
+struct Array {
+    name: String,
+    /// Such as `Float64`.
+    kind: String,
+    components: usize,
+    source: Source,
+}
+
+enum Source {
+    Text(String),
+    Base64(String),
+    Appended(usize),
+}
+
+#[derive(Default)]
+struct Piece {
+    count: usize,
+    points: Option<Array>,
+    arrays: Vec<Array>,
+}
+
+/// A file with the appended bytes behind its `_`.
+struct Document<'a> {
+    pieces: Vec<Piece>,
+    big_endian: bool,
+    /// Bytes of the numbers in front of data: 4 or 8.
+    header: usize,
+    compressed: bool,
+    appended: &'a [u8],
+    appended_is_raw: bool,
+}
+
+/// Attributes of a tag.
+type Attributes = HashMap<String, String>;
+
+/// Splits a tag without its brackets into its name and its attributes.
+fn tag(text: &str) -> (&str, Attributes) {
+    let (name, mut rest) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
+    let mut attributes = Attributes::new();
+    while let Some((key, after)) = rest.split_once('=') {
+        let after = after.trim_start();
+        let Some(quote) = after.chars().next().filter(|c| matches!(c, '"' | '\'')) else { break };
+        let Some((value, after)) = after[1..].split_once(quote) else { break };
+        attributes.insert(key.trim().to_owned(), value.to_owned());
+        rest = after;
+    }
+    (name.trim_end_matches('/'), attributes)
+}
+
+fn position(bytes: &[u8], word: &[u8]) -> Option<usize> {
+    bytes.windows(word.len()).position(|w| w == word)
+}
+
+impl<'a> Document<'a> {
+    fn new(bytes: &'a [u8]) -> Result<Self, FieldError> {
+        let start = position(bytes, b"<AppendedData");
+        let (head, tail) = bytes.split_at(start.unwrap_or(bytes.len()));
+        let begin = position(tail, b"_").map_or(tail.len(), |k| k + 1);
+        let raw = position(&tail[..begin], b"raw").is_some();
+        let mut file = Self {
+            pieces: Vec::new(),
+            big_endian: false,
+            header: 4,
+            compressed: false,
+            appended: &tail[begin..],
+            appended_is_raw: raw,
+        };
+        let text = String::from_utf8_lossy(head);
+        let mut section = String::new();
+        let mut known = false;
+        for part in text.split('<').skip(1) {
+            let Some((inside, content)) = part.split_once('>') else { continue };
+            let (name, attributes) = tag(inside.trim());
+            let get = |key: &str| attributes.get(key).map(String::as_str).unwrap_or_default();
+            match name {
+                "VTKFile" => {
+                    known = get("type") == "UnstructuredGrid";
+                    file.big_endian = get("byte_order") == "BigEndian";
+                    file.header = if get("header_type") == "UInt64" { 8 } else { 4 };
+                    file.compressed = match get("compressor") {
+                        "" => false,
+                        "vtkZLibDataCompressor" => true,
+                        other => {
+                            return Err(fault(format!("it is compressed by {other}, and only zlib is read")));
+                        }
+                    };
+                }
+                "Piece" => {
+                    let count = get("NumberOfPoints")
+                        .parse()
+                        .map_err(|_| fault("a piece without a number of points"))?;
+                    file.pieces.push(Piece { count, ..Piece::default() });
+                }
+                "Points" | "PointData" | "CellData" | "Cells" => section = name.to_owned(),
+                "DataArray" => {
+                    let source = match get("format") {
+                        "appended" => Source::Appended(
+                            get("offset").parse().map_err(|_| fault("an array without an offset"))?,
+                        ),
+                        "binary" => Source::Base64(content.split_whitespace().collect()),
+                        _ => Source::Text(content.to_owned()),
+                    };
+                    let components = get("NumberOfComponents").parse().unwrap_or(1);
+                    let array = Array {
+                        name: get("Name").to_owned(),
+                        kind: get("type").to_owned(),
+                        components,
+                        source,
+                    };
+                    if let Some(piece) = file.pieces.last_mut() {
+                        match section.as_str() {
+                            "Points" => piece.points = Some(array),
+                            "PointData" => piece.arrays.push(array),
+                            _ => {}
+                        }
+                    }
+                }
+                _ => {}
+            }
+        }
+        if known { Ok(file) } else { Err(fault("it is not an unstructured grid of VTK XML")) }
+    }
+
+    /// Decodes an array.
+    fn numbers(&self, array: &Array) -> Result<Vec<f64>, FieldError> {
+        let bytes = match &array.source {
+            Source::Text(text) => {
+                let number =
+                    |word: &str| word.parse().map_err(|_| fault(format!("\"{word}\" is not a number")));
+                return text.split_whitespace().map(number).collect();
+            }
+            Source::Base64(text) => self.payload(&decoded(text.as_bytes())?)?,
+            Source::Appended(offset) => {
+                let rest = self
+                    .appended
+                    .get(*offset..)
+                    .ok_or_else(|| fault("an array begins behind the end of the file"))?;
+                if self.appended_is_raw { self.payload(rest)? } else { self.payload(&decoded(rest)?)? }
+            }
+        };
+        let read = |size: usize, one: &dyn Fn(&[u8]) -> f64| -> Vec<f64> {
+            let ordered = |word: &[u8]| {
+                let mut word = word.to_vec();
+                if self.big_endian {
+                    word.reverse();
+                }
+                one(&word)
+            };
+            bytes.chunks_exact(size).map(ordered).collect()
+        };
+        match array.kind.as_str() {
+            "Float64" => Ok(read(8, &|b| f64::from_bits(whole(b)))),
+            "Float32" => Ok(read(4, &|b| f64::from(f32::from_bits(whole(b) as u32)))),
+            other => Err(fault(format!(
+                "the array \"{}\" is of type {other}; Float32 or Float64 are read",
+                array.name
+            ))),
+        }
+    }
+
+    /// Reads a number in front of data.
+    fn size(&self, bytes: &[u8], at: usize) -> Result<usize, FieldError> {
+        let word = bytes
+            .get(at * self.header..(at + 1) * self.header)
+            .ok_or_else(|| fault("the data are cut off"))?;
+        let mut word = word.to_vec();
+        if self.big_endian {
+            word.reverse();
+        }
+        usize::try_from(whole(&word)).map_err(|_| fault("the data are cut off"))
+    }
+
+    /// Takes the data behind their sizes, and inflates them.
+    fn payload(&self, bytes: &[u8]) -> Result<Vec<u8>, FieldError> {
+        let cut = || fault("the data are cut off");
+        if !self.compressed {
+            let size = self.size(bytes, 0)?;
+            let end = self.header.checked_add(size).ok_or_else(cut)?;
+            return Ok(bytes.get(self.header..end).ok_or_else(cut)?.to_vec());
+        }
+        let blocks = self.size(bytes, 0)?;
+        // Each block has at least one byte.
+        if blocks > bytes.len() {
+            return Err(cut());
+        }
+        let mut at = (3 + blocks) * self.header;
+        let mut data = Vec::new();
+        for block in 0..blocks {
+            let end = at.checked_add(self.size(bytes, 3 + block)?).ok_or_else(cut)?;
+            let packed = bytes.get(at..end).ok_or_else(cut)?;
+            let inflated = miniz_oxide::inflate::decompress_to_vec_zlib(packed);
+            data.extend(
+                inflated.map_err(|error| fault(format!("its compressed data are damaged: {error}")))?,
+            );
+            at = end;
+        }
+        Ok(data)
+    }
+}
+
+/// The number of up to eight bytes, the lowest first.
+fn whole(bytes: &[u8]) -> u64 {
+    bytes.iter().rev().fold(0, |sum, byte| sum << 8 | u64::from(*byte))
+}
+
+/// Decodes base64 text up to the first other character; parts that are encoded for themselves follow each other.
+fn decoded(text: &[u8]) -> Result<Vec<u8>, FieldError> {
+    let is_code = |b: &&u8| b.is_ascii_alphanumeric() || matches!(b, b'+' | b'/' | b'=');
+    let code: Vec<u8> = text.iter().take_while(is_code).copied().collect();
+    let mut bytes = Vec::with_capacity(code.len() / 4 * 3);
+    let mut rest = code.as_slice();
+    while !rest.is_empty() {
+        // A part ends with its padding.
+        let end = rest.iter().position(|b| *b == b'=').map_or(rest.len(), |k| (k + 4) / 4 * 4);
+        let (part, after) = rest.split_at(end.min(rest.len()));
+        let found =
+            STANDARD.decode(part).map_err(|error| fault(format!("its base64 data are damaged: {error}")))?;
+        bytes.extend(found);
+        rest = after;
+    }
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vtu::{VtuArray, VtuCells, VtuData, VtuMesh, write};
+    use std::io::Write;
+
+    fn read(bytes: &[u8]) -> Result<PointVectors, FieldError> {
+        let mut file = tempfile::NamedTempFile::new().unwrap();
+        file.write_all(bytes).unwrap();
+        point_vectors(file.path(), &["displacement", "u"])
+    }
+
+    #[test]
+    fn what_is_written_here_is_read_again() {
+        let points = vec![Vector::new(0.0, 0.0), Vector::new(1.5, 0.0), Vector::new(0.0, -2.0)];
+        let values = vec![Vector::new(1e-3, 2.0), Vector::new(-0.1, 0.2), Vector::new(0.0, 1e30)];
+        let mesh = VtuMesh { points: points.clone(), cells: VtuCells::Triangles(vec![[0, 1, 2]]) };
+        let data = VtuData { point: vec![VtuArray::vectors("displacement", &values)], ..VtuData::default() };
+        let mut bytes = Vec::new();
+        write(&mut bytes, &mesh, &data).unwrap();
+        assert_eq!(read(&bytes).unwrap(), PointVectors { points, values });
+        // A file that ends early is refused, wherever.
+        for end in (0..bytes.len()).step_by(37) {
+            let _ = read(&bytes[..end]);
+        }
+        assert!(matches!(read(&bytes[..bytes.len() / 2]), Err(FieldError::File { .. })));
+    }
+
+    /// A file of two points with text in its arrays.
+    fn text(format: &str, attributes: &str, arrays: [&str; 2]) -> String {
+        format!(
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" byte_order=\"LittleEndian\"{attributes}>\
+             <UnstructuredGrid><Piece NumberOfPoints=\"2\" NumberOfCells=\"0\"><Points><DataArray type=\"Float64\" \
+             NumberOfComponents=\"3\" format=\"{format}\">{}</DataArray></Points><PointData><DataArray type=\"Float64\" Name='u' \
+             NumberOfComponents=\"2\" format=\"{format}\">{}</DataArray></PointData></Piece></UnstructuredGrid></VTKFile>",
+            arrays[0], arrays[1]
+        )
+    }
+
+    #[test]
+    fn text_and_base64_with_and_without_zlib_are_read() {
+        let points = [0.0, 0.0, 0.0, 1.0, 2.0, 0.0];
+        let values = [0.5, -0.5, 1e-9, 4.0];
+        let expected = PointVectors {
+            points: vec![Vector::new(0.0, 0.0), Vector::new(1.0, 2.0)],
+            values: vec![Vector::new(0.5, -0.5), Vector::new(1e-9, 4.0)],
+        };
+        let words = |numbers: &[f64]| numbers.iter().map(|x| format!("{x:e} ")).collect::<String>();
+        let ascii = text("ascii", "", [&words(&points), &words(&values)]);
+        assert_eq!(read(ascii.as_bytes()).unwrap(), expected);
+        let bytes = |numbers: &[f64]| -> Vec<u8> { numbers.iter().flat_map(|x| x.to_le_bytes()).collect() };
+        // Sizes and data in one part, or each for itself.
+        let plain = |numbers: &[f64], apart: bool| {
+            let (data, size) = (bytes(numbers), (8 * numbers.len() as u32).to_le_bytes());
+            match apart {
+                true => STANDARD.encode(size) + &STANDARD.encode(&data),
+                false => STANDARD.encode([&size[..], &data].concat()),
+            }
+        };
+        for apart in [false, true] {
+            let file = text("binary", "", [&plain(&points, apart), &plain(&values, apart)]);
+            assert_eq!(read(file.as_bytes()).unwrap(), expected);
+        }
+        let packed = |numbers: &[f64]| {
+            let data = miniz_oxide::deflate::compress_to_vec_zlib(&bytes(numbers), 6);
+            let sizes = [1u32, 1 << 15, 8 * numbers.len() as u32, data.len() as u32];
+            let sizes: Vec<u8> = sizes.iter().flat_map(|x| x.to_le_bytes()).collect();
+            STANDARD.encode(sizes) + &STANDARD.encode(data)
+        };
+        let file =
+            text("binary", " compressor=\"vtkZLibDataCompressor\"", [&packed(&points), &packed(&values)]);
+        assert_eq!(read(file.as_bytes()).unwrap(), expected);
+    }
+
+    #[test]
+    fn faults_are_named() {
+        let fault = |bytes: &str| read(bytes.as_bytes()).unwrap_err().to_string();
+        assert!(fault("solid x").contains("not an unstructured grid"));
+        let ascii = |values: &str| text("ascii", "", ["0 0 0 1 2 0", values]);
+        assert!(fault(&ascii("1 2 3")).contains("6 coordinates and 3 values for 2 points"));
+        assert!(fault(&ascii("1 2 3 x")).contains("\"x\" is not a number"));
+        assert!(fault(&ascii("1 2 3 inf")).contains("point 1 has the value inf"));
+        assert!(fault(&ascii("1 2 3 4").replace("'u'", "'v'")).contains("their arrays are: v"));
+        let lzma = text("ascii", " compressor=\"vtkLZMADataCompressor\"", ["", ""]);
+        assert!(fault(&lzma).contains("only zlib"));
+    }
 }
