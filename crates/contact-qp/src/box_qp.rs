@@ -56,6 +56,20 @@ pub struct BoxSolution {
 /// Steps of a descent, at most, besides four per unknown.
 const MOST_DESCENTS: usize = 50;
 
+/// Fractions of the largest unknown by which an unknown is clearly off its bounds; they are tried one after the other.
+const CLEARLY: [f64; 4] = [1e-9, 1e-7, 1e-5, 1e-3];
+
+/// Places the unknowns that are within a fraction of the largest one of a bound at that bound.
+fn clearly_off(qp: &BoxQp<'_>, x: &[f64], places: &[Place], fraction: f64) -> Vec<Place> {
+    let least = fraction * x.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let place = |i: usize| match places[i] {
+        _ if x[i] - qp.lower[i] <= least => Place::Lower,
+        _ if qp.upper[i] - x[i] <= least => Place::Upper,
+        _ => Place::Free,
+    };
+    (0..x.len()).map(place).collect()
+}
+
 /// Solves `min ½ xᵀP x + qᵀx` subject to `l ≤ x ≤ u`, `G x = e`, exactly on its active set.
 ///
 /// * `start`: the place of each unknown on the first set that is tried, n entries; `None`: all between their bounds.
@@ -109,7 +123,15 @@ pub fn solve_box(
     let found = found.and_then(polished);
     let descended = || system.descend(&guess.x, &guess.places, MOST_DESCENTS + 4 * n).and_then(polished);
     let fitting = || system.with_fitting_multipliers(&guess.places).and_then(polished);
-    if let Some(answer) = found.or_else(descended).or_else(fitting) {
+    // Where a set determines a vertex, sets about it follow each other without a step: the set of what is clearly off its bounds.
+    let clear = || {
+        CLEARLY.into_iter().find_map(|fraction| {
+            let places = clearly_off(qp, &guess.x, &guess.places, fraction);
+            let found = system.active_set(places.clone(), settings.max_iterations).0.and_then(polished);
+            found.or_else(|| system.with_fitting_multipliers(&places).and_then(polished))
+        })
+    };
+    if let Some(answer) = found.or_else(descended).or_else(fitting).or_else(clear) {
         return Ok(answer);
     }
     let candidate = Candidate { x: guess.x, a: guess.row_multipliers, places: guess.places };
