@@ -145,6 +145,15 @@ pub struct ContactSummary {
     /// The force of the contact on the first body, N/m.
     #[serde(default)]
     pub resultant: Option<[f64; 2]>,
+    /// Its moment about the origin of the coordinates, N, positive counter-clockwise.
+    #[serde(default)]
+    pub moment: Option<f64>,
+    /// The mean of the contact nodes weighted by their forces, m: where the resultant acts on a straight line.
+    #[serde(default)]
+    pub centre: Option<[f64; 2]>,
+    /// The node of the first body with the largest pressure, m.
+    #[serde(default)]
+    pub max_pressure_at: Option<[f64; 2]>,
     /// `Σ r²_i`, N/m.
     #[serde(default)]
     pub contact_force: Option<f64>,
@@ -346,6 +355,12 @@ pub struct ContactStretch {
     pub length: f64,
     /// `Σ r²_i` on it, N/m.
     pub contact_force: f64,
+    /// The force on the first body, N/m.
+    #[serde(default)]
+    pub resultant: [f64; 2],
+    /// Its moment about the origin of the coordinates, N, positive counter-clockwise.
+    #[serde(default)]
+    pub moment: f64,
     /// Largest nodal pressure, Pa.
     pub max_pressure: f64,
     /// Largest mean pressure of an edge, Pa.

@@ -69,6 +69,10 @@ pub struct Stretch {
     pub length: f64,
     /// `Σ r²_i`, N/m.
     pub contact_force: f64,
+    /// The force of the contact on the first body, N/m.
+    pub resultant: Vector,
+    /// Its moment about the origin of the coordinates, N, positive counter-clockwise.
+    pub moment: f64,
     /// Largest nodal pressure, Pa.
     pub max_pressure: f64,
     /// Largest mean pressure of an edge, Pa: at most `max_pressure`.
@@ -83,6 +87,12 @@ pub struct Stretch {
 pub struct PairResults {
     /// The force of the contact on the first body, N/m.
     pub resultant: Vector,
+    /// Its moment about the origin of the coordinates, N, positive counter-clockwise.
+    pub moment: f64,
+    /// The mean of the contact nodes weighted by their forces, m: where the resultant acts on a straight line; `None` without a force.
+    pub centre: Option<Vector>,
+    /// The node of the first body with the largest pressure, m; `None` without a force.
+    pub max_pressure_at: Option<Vector>,
     /// `Σ r²_i`, N/m.
     pub contact_force: f64,
     /// Intervals of arc length under pressure, m.
@@ -188,6 +198,8 @@ struct Line<'a> {
     force: &'a [f64],
     /// Of the iteration, m.
     opening: &'a [f64],
+    /// The nodes of the first body, m.
+    points: &'a [Vector],
 }
 
 /// Lists the contact lines of all pairs.
@@ -197,6 +209,7 @@ fn lines<'a>(problem: &'a ContactProblem, iterate: &'a Iterate) -> impl Iterator
         interface: &of.interface,
         force: &iterate.contact.normal_reaction[block.clone()],
         opening: &iterate.opening[block],
+        points: problem.bodies[of.bodies[0]].mesh().points(),
     })
 }
 
@@ -207,9 +220,17 @@ impl<'a> Line<'a> {
     }
 
     fn results(&self) -> PairResults {
-        let forces = self.interface.pairs().iter().zip(self.force);
+        let pairs = || self.interface.pairs().iter().zip(self.force);
+        let place = |k: usize| self.points[self.interface.pairs()[k].nodes[0]];
+        let whole: f64 = self.force.iter().sum();
+        let weighted: Vector = pairs().enumerate().map(|(k, (_, r))| *r * place(k)).sum();
+        let pressures: Vec<f64> = self.pressures().collect();
+        let most = (0..pressures.len()).max_by(|a, b| pressures[*a].total_cmp(&pressures[*b]));
         PairResults {
-            resultant: forces.map(|(pair, r)| -r * pair.normal).sum(),
+            resultant: pairs().map(|(pair, r)| -r * pair.normal).sum(),
+            moment: pairs().enumerate().map(|(k, (pair, r))| cross(place(k), -r * pair.normal)).sum(),
+            centre: (whole > 0.0).then(|| 1.0 / whole * weighted),
+            max_pressure_at: most.filter(|k| pressures[*k] > 0.0).map(place),
             contact_force: self.force.iter().sum(),
             contact_intervals: self.intervals(),
             max_pressure: largest(self.pressures()),
@@ -236,6 +257,8 @@ impl<'a> Line<'a> {
                     pairs: 0,
                     length: 0.0,
                     contact_force: 0.0,
+                    resultant: Vector::zeros(),
+                    moment: 0.0,
                     max_pressure: 0.0,
                     max_edge_pressure: 0.0,
                     min_opening: f64::INFINITY,
@@ -246,6 +269,9 @@ impl<'a> Line<'a> {
                 last.s[1] = p.arc_length;
                 last.pairs += 1;
                 last.contact_force += self.force[k];
+                let force = -self.force[k] * p.normal;
+                last.resultant += force;
+                last.moment += cross(self.points[p.nodes[0]], force);
                 last.max_pressure = last.max_pressure.max(self.force[k] / p.tributary_length);
                 last.min_opening = last.min_opening.min(self.opening[k]);
             }

@@ -6,6 +6,7 @@ use case_io::Case;
 use case_io::report::Report;
 use certified_contact::{Row, Step};
 use fem_core::interface::ContactProblem;
+use nndd_report::words::counted;
 use nndd_report::{Failure, Solved, adaptive_row, notes, report, verdict, without_bound};
 use serde_json::{Value, json};
 use std::time::Instant;
@@ -130,7 +131,7 @@ impl Printer {
                 if verbose {
                     text += &console::choices(case, solved);
                 }
-                text += &format!("wrote {directory}: {}\n", written.join(" "));
+                text += &wrote(directory, written);
                 console::print(&text)?;
                 let new = report.notes.iter().filter(|note| !self.said.contains(note));
                 console::notes(&new.cloned().collect::<Vec<_>>());
@@ -151,3 +152,15 @@ impl Printer {
         Ok(console::print(&format!("{event}\n"))?)
     }
 }
+/// Names the directory and the files to open first: the page, the numbers, a body for ParaView.
+fn wrote(directory: &str, written: &[String]) -> String {
+    let is_body = |name: &&String| name.ends_with(".vtu") && !name.starts_with("contact") && !name.contains('/');
+    let first = ["report.html", "report.json"].into_iter().filter(|name| written.iter().any(|w| w == name));
+    let first: Vec<&str> = first.chain(written.iter().find(is_body).map(String::as_str)).collect();
+    let more = match written.len().saturating_sub(first.len()) {
+        0 => String::new(),
+        more => format!(" and {}", counted(more, "more file")),
+    };
+    format!("wrote {directory}: {}{more}\n", first.join(", "))
+}
+

@@ -216,7 +216,17 @@ fn results(page: &mut String, case: &Case, report: &Report) {
     for (body, a) in report.bodies.iter().zip(energies) {
         row(&format!("energy norm² of {}", body.name), Some(*a), true);
     }
-    row("contact force", r.contact_force, true);
+    for contact in &report.contact {
+        let of = if report.contact.len() > 1 { format!(" of {}", contact.name) } else { String::new() };
+        let [x, y] = contact.resultant.map_or([None; 2], |force| force.map(Some));
+        row(&format!("resultant x of the contact{of}, on the first body"), x, true);
+        row(&format!("resultant y of the contact{of}, on the first body"), y, true);
+        if let Some([x, y]) = contact.centre {
+            row(&format!("centre of pressure{of}, x"), Some(x), false);
+            row(&format!("centre of pressure{of}, y"), Some(y), false);
+        }
+    }
+    row("integral of the pressure, ∫ p ds", r.contact_force, true);
     row("largest nodal pressure", r.max_pressure, false);
     row("largest mean pressure of an edge", r.max_edge_pressure, false);
     row("smallest opening", r.min_opening, false);

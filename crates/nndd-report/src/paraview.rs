@@ -235,8 +235,19 @@ fn contact_data(solution: &CertifiedSolution, estimate: &Estimate, pair: usize) 
         let [a, b] = ends.map(|k| points[k as usize]);
         squared / norm(b - a)
     });
+    let of = &solution.problem.contacts[pair];
+    let vectors = |name: &str, at: &dyn Fn(usize) -> Vector| {
+        let all: Vec<Vector> = (0..points.len()).map(|k| at(pair_of(k))).collect();
+        VtuArray::vectors(name, &all)
+    };
+    let displacement = &estimate.pair.bodies[of.bodies[0]].displacement;
+    let normal = |k: usize| interface.pairs()[k].normal;
     let data = VtuData {
         point: vec![
+            // Of the first body, so that the line is warped with it.
+            vectors("displacement", &|k| displacement[interface.pairs()[k].nodes[0]]),
+            vectors("normal", &normal),
+            vectors("traction", &|k| -rows[k].pressure * normal(k)),
             scalars("gap", &|k| rows[k].gap),
             VtuArray::scalars("opening", (0..points.len()).map(opening).collect()),
             scalars("contact_pressure", &|k| rows[k].pressure),

@@ -4,7 +4,9 @@ mod building;
 mod data;
 mod faults;
 mod mesh_files;
+
 mod numbers;
+mod sides;
 
 use super::*;
 

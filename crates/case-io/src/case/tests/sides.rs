@@ -1,0 +1,80 @@
+//! Sides by their place, and lists of names.
+
+use crate::Case;
+use fem_core::mesh::TriMesh;
+
+fn case(body: &str, contact: &str) -> String {
+    format!(
+        "schema = 1\n{contact}\n[materials.m]\nyoung = 1.0\npoisson = 0.3\n[[body]]\nname = \"a\"\nmaterial = \"m\"\n{body}"
+    )
+}
+
+fn mesh(body: &str) -> TriMesh {
+    let case = Case::parse(&case(body, "contact = []"), "case.toml", &[]).unwrap();
+    case.build_bodies().unwrap()[0].mesh().clone()
+}
+
+fn refused(body: &str) -> String {
+    let text = case(body, "contact = []");
+    match Case::parse(&text, "case.toml", &[]) {
+        Ok(case) => case.build_bodies().unwrap_err().to_string(),
+        Err(error) => error.to_string(),
+    }
+}
+
+const BLOCK: &str = "generator = { kind = \"block\", size = [2.0, 1.0], cells = [4, 2] }\n";
+
+#[test]
+fn sides_are_selected_by_box_direction_and_circle() {
+    let sides = "[[body.side]]\nname = \"low\"\nfacing = [0.0, -2.0]\n\
+                 [[body.side]]\nname = \"right half\"\nfacing = [0.0, 1.0]\nwithin = 1.0\nbox = { x = [1.0, 3.0] }\n\
+                 [[body.side]]\nname = \"lower part\"\nbox = { y = [-1.0, 0.5] }\n";
+    let mesh = mesh(&(BLOCK.to_owned() + sides));
+    assert_eq!(mesh.group("low"), mesh.group("bottom"));
+    assert_eq!(mesh.group("right half").unwrap().len(), 2);
+    // The bottom, and half of each of the two sides.
+    assert_eq!(mesh.group("lower part").unwrap().len(), 6);
+    let ring = "generator = { kind = \"ring\", radii = [1.0, 2.0], cells = [24, 2] }\n\
+                [[body.side]]\nname = \"hole\"\ncircle = { centre = [0.0, 0.0], radius = 1.0 }\n\
+                [[body.side]]\nname = \"upper rim\"\ncircle = { centre = [0.0, 0.0], radius = 2.0 }\nfacing = [0.0, 1.0]\nwithin = 45.0\n";
+    let mesh = self::mesh(ring);
+    assert_eq!(mesh.group("hole"), mesh.group("inner"));
+    assert_eq!(mesh.group("upper rim").unwrap().len(), 6);
+}
+
+#[test]
+fn a_list_of_names_is_a_side() {
+    let text = BLOCK.to_owned()
+        + "[[body.displacement]]\non = [\"left\", \"bottom\"]\nfixed = true\n[[body.traction]]\non = [\"top\"]\npressure = 1.0\n";
+    let case = Case::parse(&case(&text, "contact = []"), "case.toml", &[]).unwrap();
+    let bodies = case.build_bodies().unwrap();
+    assert_eq!(bodies[0].supports()[0].nodes.len(), 4 + 3);
+    assert_eq!(case.bodies[0].displacements[0].on, "left + bottom");
+    assert_eq!(case.bodies[0].tractions[0].on, "top");
+}
+
+#[test]
+fn a_contact_may_join_sides() {
+    let two = "[[body]]\nname = \"b\"\nmaterial = \"m\"\ngenerator = { kind = \"block\", origin = [0.0, -1.0], size = [2.0, 1.0], \
+               cells = [4, 2] }\n[[body.displacement]]\non = \"bottom\"\nfixed = true\n\
+               [[body.side]]\nname = \"first\"\nbox = { x = [0.0, 1.0] }\nfacing = [0.0, 1.0]\n\
+               [[body.side]]\nname = \"second\"\nbox = { x = [1.0, 2.0] }\nfacing = [0.0, 1.0]\n\
+               [contact]\nsurfaces = [\"bottom\", [\"first\", \"second\"]]\n";
+    let text = case(&(BLOCK.to_owned() + two), "");
+    let mut case = Case::parse(&text, "case.toml", &[]).unwrap();
+    let problem = case.build_problem().unwrap();
+    assert_eq!(problem.contacts[0].interface.pairs().len(), 5);
+}
+
+#[test]
+fn faults_of_sides_have_their_places() {
+    let side = |text: &str| refused(&format!("{BLOCK}[[body.side]]\n{text}"));
+    assert!(side("name = \"x\"\n").contains("this side takes no edges"));
+    assert!(side("name = \"top\"\nfacing = [0.0, 1.0]\n").contains("its mesh has a side \"top\""));
+    assert!(side("name = \"x\"\nfacing = [0.0, 0.0]\n").contains("has no direction"));
+    assert!(side("name = \"x\"\nwithin = 10.0\nbox = { x = [0.0, 1.0] }\n").contains("angle about `facing`"));
+    let off = side("name = \"x\"\ncircle = { centre = [1.0, 0.5], radius = 0.4 }\n");
+    assert!(off.contains("no boundary edge") && off.contains("off the circle"), "{off}");
+    let unknown = refused(&format!("{BLOCK}[[body.traction]]\non = [\"top\", \"lft\"]\npressure = 1.0\n"));
+    assert!(unknown.contains("there is no side \"lft\"") && unknown.contains("\"left\""), "{unknown}");
+}

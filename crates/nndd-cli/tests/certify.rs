@@ -1,0 +1,106 @@
+//! `nndd certify`: displacements of other codes.
+
+// All of this is test code: a failed unwrap is a failed test.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use case_io::report::Report;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn nndd(arguments: &[&str], directory: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_nndd")).args(arguments).current_dir(directory).output().unwrap()
+}
+
+fn case(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/cases").join(name)
+}
+
+/// Solves a case, and returns its report.
+fn solved(name: &str, directory: &Path) -> Report {
+    let output = nndd(&["solve", case(name).to_str().unwrap(), "--out", "out", "--force"], directory);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    Report::from_json(&std::fs::read_to_string(directory.join("out/report.json")).unwrap()).unwrap()
+}
+
+/// Certifies files for a case; returns the status and the numbers.
+fn certified(name: &str, files: &[&str], directory: &Path) -> (i32, serde_json::Value, String) {
+    let path = case(name);
+    let mut arguments = vec!["certify", path.to_str().unwrap(), "--format", "json", "--displacement"];
+    arguments.extend(files);
+    let output = nndd(&arguments, directory);
+    let numbers = serde_json::from_slice(&output.stdout).unwrap_or_default();
+    (output.status.code().unwrap(), numbers, String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+#[test]
+fn a_field_of_its_own_has_about_the_bound_of_its_run() {
+    let temp = tempfile::tempdir().unwrap();
+    for (name, files) in [
+        ("paper.toml", ["out/upper.vtu", "out/lower.vtu"]),
+        // The meshes of the run have more nodes than those of the case.
+        ("nonmatching.toml", ["out/upper.vtu", "out/lower.vtu"]),
+        ("plate.toml", ["out/block.vtu", "out/base.vtu"]),
+    ] {
+        let report = solved(name, temp.path());
+        let (status, numbers, said) = certified(name, &files, temp.path());
+        assert_eq!(status, 0, "{name}: {said}");
+        let (own, found) = (report.certificate.e_cre.unwrap(), numbers["bound"].as_f64().unwrap());
+        assert!((found / own - 1.0).abs() < 0.02, "{name}: {found} {own}");
+    }
+}
+
+#[test]
+fn poor_fields_have_large_bounds_and_wrong_ones_none() {
+    let temp = tempfile::tempdir().unwrap();
+    solved("paper.toml", temp.path());
+    let (_, good, _) = certified("paper.toml", &["out/upper.vtu", "out/lower.vtu"], temp.path());
+    // A table of a few digits, which penetrates a little.
+    let (nodes, h) = (19, 1.0 / 9.0);
+    let table = |body: usize, sink: f64| {
+        let y0 = [1.0, 0.0][body];
+        let mut text = "x,y,ux,uy\n".to_owned();
+        for j in 0..10 {
+            for i in 0..nodes {
+                let (x, y) = (f64::from(i) * h, y0 + f64::from(j) * h);
+                let uy = [-0.02, -0.01 * y + sink][body];
+                text += &format!("{x:.7},{y:.7},0.0,{:.4}\n", if j == 0 && body == 1 { 0.0 } else { uy });
+            }
+        }
+        text
+    };
+    for (name, sink) in [("sound.csv", -0.01), ("deep.csv", 0.01)] {
+        std::fs::write(temp.path().join(name), table(1, sink)).unwrap();
+    }
+    std::fs::write(temp.path().join("upper.csv"), table(0, 0.0)).unwrap();
+    let (status, poor, said) = certified("paper.toml", &["upper.csv", "sound.csv"], temp.path());
+    assert_eq!(status, 0, "{said}");
+    assert!(poor["bound"].as_f64().unwrap() > 2.0 * good["bound"].as_f64().unwrap(), "{poor}");
+    let (status, deep, said) = certified("paper.toml", &["upper.csv", "deep.csv"], temp.path());
+    assert_eq!(status, 0, "{said}");
+    assert!(deep["penetration"].as_f64().unwrap() > 0.0 && deep["change"].as_f64().unwrap() > 0.0, "{deep}");
+    // Twice the imposed displacement violates the support.
+    let wrong = table(0, 0.0).replace("-0.0200", "-0.0400");
+    std::fs::write(temp.path().join("wrong.csv"), wrong).unwrap();
+    let (status, numbers, _) = certified("paper.toml", &["wrong.csv", "sound.csv"], temp.path());
+    assert_eq!((status, &numbers["valid"]), (6, &serde_json::Value::Bool(false)), "{numbers}");
+    assert!(numbers["bound"].is_null() && numbers["failed_checks"]["imposed_displacement"].is_number());
+}
+
+#[test]
+fn files_that_do_not_fit_are_refused() {
+    let temp = tempfile::tempdir().unwrap();
+    solved("paper.toml", temp.path());
+    let refused = |files: &[&str], code: i32, words: &str| {
+        let (status, _, said) = certified("paper.toml", files, temp.path());
+        assert_eq!(status, code, "{files:?}: {said}");
+        assert!(said.contains(words) && said.contains("expected"), "{files:?}: {said}");
+    };
+    refused(&["out/lower.vtu", "out/upper.vtu"], 3, "has a node at");
+    refused(&["out/lower.vtu"], 2, "1 files of displacements");
+    refused(&["out/none.vtu", "out/lower.vtu"], 7, "cannot be read");
+    refused(&["out/report.json", "out/lower.vtu"], 3, "not an unstructured grid");
+    std::fs::write(temp.path().join("bad.csv"), "x,y,ux\n0,0,0\n").unwrap();
+    refused(&["bad.csv", "out/lower.vtu"], 3, "no column uy");
+    std::fs::write(temp.path().join("nan.csv"), "x,y,ux,uy\n0,0,0,nan\n").unwrap();
+    refused(&["nan.csv", "out/lower.vtu"], 3, "\"nan\" is not a finite number");
+}
