@@ -33,7 +33,7 @@ pub struct FieldCertificate {
 
 impl FieldCertificate {
     /// Returns the bound of the energy norm of the given field's error, `e_CRE` of the changed field plus the change; `None` if a check
-    /// of admissibility fails: then there is none.
+    /// of admissibility fails: then there is no bound.
     pub fn bound(&self) -> Option<f64> {
         Some(self.estimate.certificate()?.e_cre + self.change)
     }

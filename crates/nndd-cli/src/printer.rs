@@ -154,7 +154,8 @@ impl Printer {
 }
 /// Names the directory and the files to open first: the page, the numbers, a body for ParaView.
 fn wrote(directory: &str, written: &[String]) -> String {
-    let is_body = |name: &&String| name.ends_with(".vtu") && !name.starts_with("contact") && !name.contains('/');
+    let is_body =
+        |name: &&String| name.ends_with(".vtu") && !name.starts_with("contact") && !name.contains('/');
     let first = ["report.html", "report.json"].into_iter().filter(|name| written.iter().any(|w| w == name));
     let first: Vec<&str> = first.chain(written.iter().find(is_body).map(String::as_str)).collect();
     let more = match written.len().saturating_sub(first.len()) {
@@ -163,4 +164,3 @@ fn wrote(directory: &str, written: &[String]) -> String {
     };
     format!("wrote {directory}: {}{more}\n", first.join(", "))
 }
-

@@ -94,7 +94,7 @@ pub enum MeshSource {
     File {
         /// The file, relative to the case file.
         file: String,
-        /// The groups of cells; all cells if there are none.
+        /// The groups of cells; all cells if no name is given.
         #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "one_or_list")]
         region: Vec<String>,
         /// Whether nodes at one place become one node.

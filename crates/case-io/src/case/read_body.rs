@@ -213,20 +213,7 @@ fn block(mut r: Reader<'_>) -> Option<MeshSource> {
 /// Reads `on`: the name of a side, or a list of names, which becomes a side of its own.
 fn on(r: &mut Reader<'_>, sides: &mut Vec<SideCase>) -> String {
     r.require(&["on"]);
-    joined(r.names("on").unwrap_or_default(), sides)
-}
-
-/// Returns the name of the only side, or of a side that several make.
-pub(super) fn joined(mut names: Vec<String>, sides: &mut Vec<SideCase>) -> String {
-    if names.len() < 2 {
-        return names.pop().unwrap_or_default();
-    }
-    let union = SideCase::union(names);
-    let name = union.name.clone();
-    if !sides.contains(&union) {
-        sides.push(union);
-    }
-    name
+    side::joined(r.names("on").unwrap_or_default(), sides)
 }
 
 fn displacement(mut r: Reader<'_>, sides: &mut Vec<SideCase>) -> Displacement {

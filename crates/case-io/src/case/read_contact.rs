@@ -2,7 +2,7 @@
 
 use super::body::file_stem;
 use super::contact::{CircleSide, Contact, Obstacle, Rigid, Shape};
-use super::read_body::joined;
+use super::side::joined;
 use super::{BodyCase, Imposed, Value};
 use crate::case_file::{NodeValue, Reader};
 use crate::diagnostic::{Diagnostic, code, did_you_mean, excerpt};

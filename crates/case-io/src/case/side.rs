@@ -54,6 +54,19 @@ impl SideCase {
     }
 }
 
+/// Returns the name of the only side, or of a side that several make.
+pub(super) fn joined(mut names: Vec<String>, sides: &mut Vec<SideCase>) -> String {
+    if names.len() < 2 {
+        return names.pop().unwrap_or_default();
+    }
+    let union = SideCase::union(names);
+    let name = union.name.clone();
+    if !sides.contains(&union) {
+        sides.push(union);
+    }
+    name
+}
+
 /// Reads `[[body.side]]`.
 pub(super) fn sides(r: &mut Reader<'_>) -> Vec<SideCase> {
     let mut found: Vec<SideCase> = Vec::new();
