@@ -68,7 +68,8 @@ fn keys_and_their_order_are_the_contract() {
     assert_eq!(keys(&value["bodies"][0]), "name nodes triangles unknowns floating free_motions");
     assert_eq!(
         keys(&value["contact"][0]),
-        "name kind bodies imposed pairs length resultant contact_force contact_intervals max_pressure active min_opening"
+        "name kind bodies imposed pairs length resultant moment centre max_pressure_at contact_force contact_intervals \
+         max_pressure active min_opening"
     );
     assert_eq!(
         keys(&value["iterations"][0]),
