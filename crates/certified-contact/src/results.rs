@@ -19,7 +19,8 @@ pub struct Reaction {
     pub body: usize,
     /// The supported edge group.
     pub on: String,
-    /// Force of the support on the body, N/m. If supports share a node and direction, it counts for the first.
+    /// Force of the support on the body, N/m: that of a roller along its normal. If supports share a node and direction, it counts for the
+    /// first.
     pub force: Vector,
 }
 
@@ -433,18 +434,20 @@ fn support_reactions(
         }
         rigid_sides.push(rigid_side(body, b, side, displacement, &mut residual));
     }
-    let mut counted = vec![[false; 2]; residual.len()];
     for support in body.supports() {
         let mut force = Vector::zeros();
-        for &node in &support.nodes {
+        for (place, &node) in support.nodes.iter().enumerate() {
             let node = node.index();
-            let mut held = Vector::zeros();
-            for c in 0..2 {
-                if support.components[c] && !counted[node][c] {
-                    counted[node][c] = true;
-                    held[c] = residual[node][c];
+            let rest = residual[node];
+            // A roller has no force along itself; what it leaves at a shared node goes to the other support.
+            let held = match &support.normals {
+                Some(normals) => normals[place].dot(&rest) * normals[place],
+                None => {
+                    let [x, y] = support.components.map(|imposed| f64::from(u8::from(imposed)));
+                    Vector::new(x * rest[0], y * rest[1])
                 }
-            }
+            };
+            residual[node] -= held;
             force += held;
             if !rigid[node] {
                 balance.add(arm(node), held);

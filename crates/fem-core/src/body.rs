@@ -68,7 +68,7 @@ pub struct EdgeCondition {
 }
 
 /// The nodes of one displacement condition.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct SupportSet {
     /// The edge group the condition names.
     pub group: String,
@@ -76,6 +76,8 @@ pub struct SupportSet {
     pub nodes: Vec<NodeId>,
     /// Which Cartesian components it imposes; both for a condition along the normal.
     pub components: [bool; 2],
+    /// For a condition along the normal, the unit normal of its edges at each node.
+    pub normals: Option<Vec<Vector>>,
 }
 
 /// The list that contains a condition, for error messages.

@@ -174,12 +174,17 @@ fn nearly_incompressible(case: &Case) -> bool {
 fn bent_contact(solution: &CertifiedSolution) -> Option<String> {
     let estimate = solution.estimate.as_ref()?;
     let lifts = estimate.pair.contacts.iter().map(|contact| contact.lift.largest());
-    solution.problem.contacts.iter().any(|pair| pair.interface.has_bent_edges()).then(|| {
-        format!(
-            "the contact line bends: the bound is for the meshed polygons with normals averaged at their nodes, and the \
-             difference to a curved line is outside it; to avoid penetration between the nodes, the contact nodes of one \
-             body were moved by at most {:.1e}",
-            lifts.fold(0.0, f64::max)
-        )
-    })
+    if !solution.problem.contacts.iter().any(|pair| pair.interface.has_bent_edges()) {
+        return None;
+    }
+    let mut text = "the contact line bends: the bound is for the meshed polygons with normals averaged at their nodes, and the \
+                    difference to a curved line is outside it"
+        .to_owned();
+    let largest = lifts.fold(0.0, f64::max);
+    if largest > 0.0 {
+        text += &format!(
+            "; to avoid penetration between the nodes, the contact nodes of one body were moved by at most {largest:.1e}"
+        );
+    }
+    Some(text)
 }

@@ -121,12 +121,18 @@ impl Evaluation<'_> {
                 None => self.select(place, &condition.edges)?,
             };
             let nodes = self.impose(place, &edges, &condition.support)?;
+            let normals = matches!(condition.support, Support::Normal(_)).then(|| {
+                let all = self.roller_normals(&edges);
+                let mean =
+                    |node: &NodeId| all.get(node).map_or(Vector::zeros(), |n| n.iter().sum::<Vector>());
+                nodes.iter().map(|node| mean(node).try_normalize(0.0).unwrap_or_default()).collect()
+            });
             selected.push(edges);
             let components = match &condition.support {
                 Support::Components(values) => [values[0].is_some(), values[1].is_some()],
                 Support::Normal(_) => [true; 2],
             };
-            supports.push(SupportSet { group: condition.edges.on.clone(), nodes, components });
+            supports.push(SupportSet { group: condition.edges.on.clone(), nodes, components, normals });
         }
         Ok((selected, supports))
     }
