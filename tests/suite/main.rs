@@ -25,6 +25,7 @@ mod mesh_files;
 mod non_matching;
 mod paper;
 mod patch;
+mod reactions;
 mod refusals;
 mod resume;
 mod sharpness;

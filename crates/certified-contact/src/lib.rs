@@ -64,6 +64,7 @@ mod defect_correction;
 mod error;
 mod history;
 mod observer;
+mod reactions;
 mod refine;
 mod results;
 mod settings;

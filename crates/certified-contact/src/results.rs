@@ -1,15 +1,11 @@
 //! The quantities of interest: forces, pressures, openings, reactions.
 
+use crate::reactions::{nodal_forces, support_reactions};
 use cre_estimator::{AdmissibleBody, Estimate};
-use fem_core::body::{Body, RigidMotion, RigidSide};
-use fem_core::double_double::DoubleDouble;
-use fem_core::field;
+use fem_core::body::{Body, RigidMotion};
 use fem_core::geometry::{Vector, cross, norm};
 use fem_core::interface::{ContactEdge, ContactInterface, ContactProblem};
-use fem_core::mesh::TriMesh;
-use fem_core::mesh::id::NodeId;
 use fem_core::prepared::PreparedProblem;
-use fem_core::residual::{self, SplitField};
 use nndd::Iterate;
 
 /// The reaction of one support.
@@ -19,8 +15,8 @@ pub struct Reaction {
     pub body: usize,
     /// The supported edge group.
     pub on: String,
-    /// Force of the support on the body, N/m: that of a roller along its normal. If supports share a node and direction, it counts for the
-    /// first.
+    /// Force of the support on the body, N/m: that of a roller along its normal. If supports share a node and a direction, it counts for
+    /// the first; two rollers with different normals take the components along their normals.
     pub force: Vector,
 }
 
@@ -34,7 +30,8 @@ pub struct RigidSideResults {
     pub on: String,
     /// Its motion, about the point of its condition.
     pub motion: RigidMotion,
-    /// Resultant on the body, N/m: the given one along free components. Supports that share a node with the side come first.
+    /// Resultant on the body, N/m: the given one along the components that its condition leaves free. Supports at its nodes have their
+    /// own reaction.
     pub force: Vector,
     /// Moment about that point, N.
     pub moment: f64,
@@ -51,7 +48,7 @@ pub struct Balance {
 
 impl Balance {
     /// Adds a force at a point; `arm` is the vector from the centroid to it.
-    fn add(&mut self, arm: Vector, force: Vector) {
+    pub(crate) fn add(&mut self, arm: Vector, force: Vector) {
         self.force += force;
         self.moment += cross(arm, force);
     }
@@ -90,7 +87,7 @@ pub struct PairResults {
     pub resultant: Vector,
     /// Its moment about the origin of the coordinates, N, positive counter-clockwise.
     pub moment: f64,
-    /// The mean of the contact nodes weighted by their forces, m: where the resultant acts on a straight line; `None` without a force.
+    /// The mean of the contact nodes weighted by their forces, m; on a straight line the resultant acts there. `None` without a force.
     pub centre: Option<Vector>,
     /// The node of the first body with the largest pressure, m; `None` without a force.
     pub max_pressure_at: Option<Vector>,
@@ -223,18 +220,18 @@ impl<'a> Line<'a> {
     fn results(&self) -> PairResults {
         let pairs = || self.interface.pairs().iter().zip(self.force);
         let place = |k: usize| self.points[self.interface.pairs()[k].nodes[0]];
-        let whole: f64 = self.force.iter().sum();
+        let contact_force: f64 = self.force.iter().sum();
         let weighted: Vector = pairs().enumerate().map(|(k, (_, r))| *r * place(k)).sum();
         let pressures: Vec<f64> = self.pressures().collect();
         let most = (0..pressures.len()).max_by(|a, b| pressures[*a].total_cmp(&pressures[*b]));
         PairResults {
             resultant: pairs().map(|(pair, r)| -r * pair.normal).sum(),
             moment: pairs().enumerate().map(|(k, (pair, r))| cross(place(k), -r * pair.normal)).sum(),
-            centre: (whole > 0.0).then(|| 1.0 / whole * weighted),
+            centre: (contact_force > 0.0).then(|| 1.0 / contact_force * weighted),
             max_pressure_at: most.filter(|k| pressures[*k] > 0.0).map(place),
-            contact_force: self.force.iter().sum(),
+            contact_force,
             contact_intervals: self.intervals(),
-            max_pressure: largest(self.pressures()),
+            max_pressure: largest(pressures),
             active: self.force.iter().filter(|r| **r > 0.0).count(),
             min_opening: self.opening.iter().copied().fold(f64::INFINITY, f64::min),
         }
@@ -338,122 +335,4 @@ fn joined(interface: &ContactInterface) -> Vec<bool> {
         }
     }
     joined
-}
-
-/// Computes the centroid of a mesh.
-fn centroid(mesh: &TriMesh) -> Vector {
-    let mut sum = Vector::zeros();
-    let mut area = 0.0;
-    // Relative to a point of the mesh, to avoid cancellation far from the origin.
-    let origin = mesh.points()[0];
-    for (t, corners) in mesh.triangles().iter().enumerate() {
-        let middle: Vector = corners.iter().map(|&v| mesh.points()[v] - origin).sum();
-        sum += mesh.area(t) / 3.0 * middle;
-        area += mesh.area(t);
-    }
-    origin + 1.0 / area * sum
-}
-
-/// Computes `K u − f` at every node, N/m: without rounding if the displacement was corrected; `low` are then the
-/// low-order parts of the displacement.
-fn nodal_forces(body: &Body, displacement: &[Vector], low: Option<&Vec<Vector>>) -> Vec<Vector> {
-    let Some(low) = low else { return field::nodal_residual(body, displacement) };
-    let split = SplitField { high: displacement.to_vec(), low: low.clone() };
-    residual::of_field(body, &split).iter().map(|r| r.map(DoubleDouble::rounded).into()).collect()
-}
-
-/// Computes the motion of a rigid side and the force that moves it, and moves what supports take of it to the nodes that they share
-/// with the side.
-///
-/// * `displacement`: of all nodes, m; `forces`: `K u − f` without contact, N/m.
-fn rigid_side(
-    body: &Body,
-    b: usize,
-    side: &RigidSide,
-    displacement: &[Vector],
-    forces: &mut [Vector],
-) -> RigidSideResults {
-    let points = body.mesh().points();
-    let mut whole = vec![Vector::zeros(); points.len()];
-    for (node, load) in side.nodes.iter().zip(&side.forces) {
-        whole[*node] = std::mem::take(&mut forces[*node]) + load;
-    }
-    let (mut force, mut moment) = side.resultant_of(points, &whole);
-    let (motion, _) = side.motion_of(points, displacement);
-    let supported = |node: &&NodeId| body.supports().iter().any(|s| s.nodes.binary_search(node).is_ok());
-    let shared: Vec<NodeId> = side.nodes.iter().filter(supported).copied().collect();
-    if !shared.is_empty() {
-        // Along what its own condition leaves free the side has its load, and supports take the rest.
-        let total = force;
-        for c in (0..2).filter(|c| !side.imposes[*c]) {
-            force[c] = side.force[c];
-        }
-        let share = 1.0 / shared.len() as f64 * (total - force);
-        for node in &shared {
-            forces[*node] = share;
-            moment -= cross(points[*node] - side.about, share);
-        }
-        if !side.imposes[2] {
-            moment = side.moment;
-        }
-    }
-    RigidSideResults { body: b, on: side.group.clone(), motion, force, moment }
-}
-
-/// Adds the reactions of a body's supports and of its rigid sides, and returns its balance.
-fn support_reactions(
-    prepared: &PreparedProblem,
-    iterate: &Iterate,
-    (b, displacement): (usize, &[Vector]),
-    mut residual: Vec<Vector>,
-    (reactions, rigid_sides): (&mut Vec<Reaction>, &mut Vec<RigidSideResults>),
-) -> Balance {
-    let problem = prepared.problem();
-    let body: &Body = &problem.bodies[b];
-    let centroid = centroid(body.mesh());
-    let arm = |node: usize| body.mesh().points()[node] - centroid;
-    let mut balance = Balance::default();
-    for (pair, block) in problem.contacts.iter().zip(iterate.blocks(problem)) {
-        let Some(side) = pair.side_of(b) else { continue };
-        let forces = &iterate.forces()[pair.roles.of_side(side)][block];
-        for (pair_of_nodes, r) in pair.interface.pairs().iter().zip(forces) {
-            let force = pair.roles.sign() * r * pair_of_nodes.normal;
-            let node = pair_of_nodes.nodes[side].index();
-            residual[node] -= force;
-            balance.add(arm(node), force);
-        }
-    }
-    for (node, force) in prepared.external_forces()[b].iter().enumerate() {
-        balance.add(arm(node), *force);
-    }
-    let mut rigid = vec![false; residual.len()];
-    for side in body.rigid_sides() {
-        for node in side.nodes.iter().map(|n| n.index()) {
-            balance.add(arm(node), residual[node]);
-            rigid[node] = true;
-        }
-        rigid_sides.push(rigid_side(body, b, side, displacement, &mut residual));
-    }
-    for support in body.supports() {
-        let mut force = Vector::zeros();
-        for (place, &node) in support.nodes.iter().enumerate() {
-            let node = node.index();
-            let rest = residual[node];
-            // A roller has no force along itself; what it leaves at a shared node goes to the other support.
-            let held = match &support.normals {
-                Some(normals) => normals[place].dot(&rest) * normals[place],
-                None => {
-                    let [x, y] = support.components.map(|imposed| f64::from(u8::from(imposed)));
-                    Vector::new(x * rest[0], y * rest[1])
-                }
-            };
-            residual[node] -= held;
-            force += held;
-            if !rigid[node] {
-                balance.add(arm(node), held);
-            }
-        }
-        reactions.push(Reaction { body: b, on: support.group.clone(), force });
-    }
-    balance
 }

@@ -168,7 +168,7 @@ fn corrected(
 }
 
 /// The exact solution of an assembly has converged if its η_NNDD is below this fraction of the mesh error.
-const FREE_MOTIONS: f64 = 1.0;
+const FREE_MOTIONS: f64 = 0.1;
 
 /// Stores the measured η_NNDD and checks whether the criterion still holds with it.
 fn conclude(nndd: &mut NnddSolution, rows: &mut [Row], estimate: &Estimate, settings: &Settings) {

@@ -67,17 +67,15 @@ pub struct EdgeCondition {
     pub traction: [Vector; 2],
 }
 
-/// The nodes of one displacement condition.
+/// The nodes of one displacement condition, and how it holds them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SupportSet {
     /// The edge group the condition names.
     pub group: String,
     /// Nodes, ascending.
     pub nodes: Vec<NodeId>,
-    /// Which Cartesian components it imposes; both for a condition along the normal.
-    pub components: [bool; 2],
-    /// For a condition along the normal, the unit normal of its edges at each node.
-    pub normals: Option<Vec<Vector>>,
+    /// The directions in which it holds each node.
+    pub reactions: Vec<EdgeReaction>,
 }
 
 /// The list that contains a condition, for error messages.

@@ -10,7 +10,7 @@ use crate::geometry::{self, Vector, cross};
 use crate::material::Materials;
 use crate::mesh::TriMesh;
 use crate::mesh::id::{EdgeId, NodeId};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::OnceLock;
 
 /// Two directions closer than this (sine of the angle) are the same.
@@ -107,7 +107,7 @@ struct Imposed<'a> {
 }
 
 impl Evaluation<'_> {
-    /// Imposes all displacement conditions; returns the edges and the nodes of each.
+    /// Imposes all displacement conditions; returns the edges of each and what it holds.
     fn impose_all(
         &mut self,
         conditions: &BoundaryConditions,
@@ -116,23 +116,11 @@ impl Evaluation<'_> {
         let (mut selected, mut supports) = (Vec::new(), Vec::new());
         for (index, condition) in conditions.displacements.iter().enumerate() {
             let place = ConditionPlace { list: ConditionList::Displacement, index };
-            let edges = match inherited {
-                Some(known) => known.displacements[index].clone(),
-                None => self.select(place, &condition.edges)?,
-            };
-            let nodes = self.impose(place, &edges, &condition.support)?;
-            let normals = matches!(condition.support, Support::Normal(_)).then(|| {
-                let all = self.roller_normals(&edges);
-                let mean =
-                    |node: &NodeId| all.get(node).map_or(Vector::zeros(), |n| n.iter().sum::<Vector>());
-                nodes.iter().map(|node| mean(node).try_normalize(0.0).unwrap_or_default()).collect()
-            });
+            let edges =
+                self.edges_of(place, &condition.edges, inherited.map(|known| &known.displacements))?;
+            let (nodes, reactions) = self.impose(place, &edges, &condition.support)?.into_iter().unzip();
+            supports.push(SupportSet { group: condition.edges.on.clone(), nodes, reactions });
             selected.push(edges);
-            let components = match &condition.support {
-                Support::Components(values) => [values[0].is_some(), values[1].is_some()],
-                Support::Normal(_) => [true; 2],
-            };
-            supports.push(SupportSet { group: condition.edges.on.clone(), nodes, components, normals });
         }
         Ok((selected, supports))
     }
@@ -146,10 +134,7 @@ impl Evaluation<'_> {
         let (mut selected, mut sides) = (Vec::new(), Vec::new());
         for (index, condition) in conditions.rigid.iter().enumerate() {
             let place = ConditionPlace { list: ConditionList::Rigid, index };
-            let edges = match inherited {
-                Some(known) => known.rigid[index].clone(),
-                None => self.select(place, &condition.edges)?,
-            };
+            let edges = self.edges_of(place, &condition.edges, inherited.map(|known| &known.rigid))?;
             sides.push(self.stiffen(place, &edges, condition)?);
             selected.push(edges);
         }
@@ -226,14 +211,21 @@ impl Evaluation<'_> {
         let mut selected = Vec::new();
         for (index, condition) in conditions.tractions.iter().enumerate() {
             let place = ConditionPlace { list: ConditionList::Traction, index };
-            let edges = match inherited {
-                Some(known) => known.tractions[index].clone(),
-                None => self.select(place, &condition.edges)?,
-            };
+            let edges = self.edges_of(place, &condition.edges, inherited.map(|known| &known.tractions))?;
             self.load(place, &edges, &condition.load)?;
             selected.push(edges);
         }
         Ok(selected)
+    }
+
+    /// Returns the edges of a condition: those known from a coarser mesh, or the selected ones.
+    fn edges_of(
+        &self,
+        place: ConditionPlace,
+        selection: &EdgeSelection,
+        known: Option<&Vec<Vec<EdgeId>>>,
+    ) -> Result<Vec<EdgeId>, BodyError> {
+        known.map_or_else(|| self.select(place, selection), |known| Ok(known[place.index].clone()))
     }
 
     /// Selects boundary edges.
@@ -269,13 +261,14 @@ impl Evaluation<'_> {
         edges.iter().map(|&edge| (edge, self.mesh.topology().boundary_place(edge)))
     }
 
+    /// Imposes one condition; returns the directions in which it holds each node.
     fn impose(
         &mut self,
         place: ConditionPlace,
         edges: &[EdgeId],
         support: &Support,
-    ) -> Result<Vec<NodeId>, BodyError> {
-        let mut nodes = Vec::new();
+    ) -> Result<BTreeMap<NodeId, EdgeReaction>, BodyError> {
+        let mut holds = BTreeMap::new();
         let rollers = match support {
             Support::Normal(_) => self.roller_normals(edges),
             Support::Components(_) => HashMap::new(),
@@ -303,13 +296,12 @@ impl Evaluation<'_> {
                     if sine > 0.0 {
                         self.turned.push(Turned { node, normal: direction, value, sine });
                     }
-                    nodes.push(node);
+                    let reaction = holds.entry(node).or_insert(EdgeReaction::None);
+                    *reaction = add_reaction(*reaction, held);
                 }
             }
         }
-        nodes.sort_unstable();
-        nodes.dedup();
-        Ok(nodes)
+        Ok(holds)
     }
 
     /// Lists the normals of a roller's edges at each of their nodes, times the edges' lengths.

@@ -239,15 +239,6 @@ impl RigidSide {
         let found = self.prevented(&motion).zip(self.prevented(&self.imposed));
         found.map(|(found, imposed)| (found - imposed).abs()).fold(largest, f64::max)
     }
-
-    /// Computes resultant and moment about [`Self::about`] of nodal forces on the side, N/m and N.
-    ///
-    /// * `forces`: on all nodes of the body, N/m.
-    pub fn resultant_of(&self, points: &[Vector], forces: &[Vector]) -> (Vector, f64) {
-        let force = self.nodes.iter().map(|n| forces[*n]).sum();
-        let moment = self.nodes.iter().map(|n| cross(points[*n] - self.about, forces[*n])).sum();
-        (force, moment)
-    }
 }
 
 /// Computes the length of the side that belongs to each of its nodes, m.

@@ -1,0 +1,193 @@
+//! Reactions of supports and rigid sides, and the balance of each body.
+
+use crate::results::{Balance, Reaction, RigidSideResults};
+use fem_core::body::{Body, EdgeReaction, RigidSide, SupportSet};
+use fem_core::double_double::DoubleDouble;
+use fem_core::field;
+use fem_core::geometry::{Vector, cross, norm};
+use fem_core::mesh::TriMesh;
+use fem_core::mesh::id::NodeId;
+use fem_core::prepared::PreparedProblem;
+use fem_core::residual::{self, SplitField};
+use nalgebra::{Matrix3, Vector3};
+use nndd::Iterate;
+
+/// Computes the centroid of a mesh.
+fn centroid(mesh: &TriMesh) -> Vector {
+    let mut sum = Vector::zeros();
+    let mut area = 0.0;
+    // Relative to a point of the mesh, to avoid cancellation far from the origin.
+    let origin = mesh.points()[0];
+    for (t, corners) in mesh.triangles().iter().enumerate() {
+        let middle: Vector = corners.iter().map(|&v| mesh.points()[v] - origin).sum();
+        sum += mesh.area(t) / 3.0 * middle;
+        area += mesh.area(t);
+    }
+    origin + 1.0 / area * sum
+}
+
+/// Computes `K u − f` at every node, N/m: without rounding if the displacement was corrected; `low` are then the
+/// low-order parts of the displacement.
+pub(crate) fn nodal_forces(body: &Body, displacement: &[Vector], low: Option<&Vec<Vector>>) -> Vec<Vector> {
+    let Some(low) = low else { return field::nodal_residual(body, displacement) };
+    let split = SplitField { high: displacement.to_vec(), low: low.clone() };
+    residual::of_field(body, &split).iter().map(|r| r.map(DoubleDouble::rounded).into()).collect()
+}
+
+/// Computes the motion of a rigid side and the force that moves it. What supports at its nodes take of it is left in `forces` at those nodes.
+///
+/// The condition of the side takes what it imposes. Supports take the rest, as the smallest forces along the directions that they hold.
+///
+/// * `displacement`: of all nodes, m; `forces`: `K u − f` without contact, N/m.
+/// * `holders`: the supports of each node.
+fn rigid_side(
+    (body, b): (&Body, usize),
+    side: &RigidSide,
+    displacement: &[Vector],
+    forces: &mut [Vector],
+    holders: &[Vec<Holder>],
+) -> RigidSideResults {
+    let points = body.mesh().points();
+    let mut force = Vector::zeros();
+    let mut moment = 0.0;
+    for (node, load) in side.nodes.iter().zip(&side.forces) {
+        let on_side = std::mem::take(&mut forces[*node]) + load;
+        force += on_side;
+        moment += cross(points[*node] - side.about, on_side);
+    }
+    let (motion, _) = side.motion_of(points, displacement);
+    let size = side.nodes.iter().map(|n| norm(points[*n] - side.about)).fold(f64::MIN_POSITIVE, f64::max);
+    // The equations that the side's own condition leaves to supports: two forces, and the moment over the side's size.
+    let left: Vector3<f64> = Vector3::from_fn(|c, _| f64::from(u8::from(!side.imposes[c])));
+    let rest =
+        Vector3::new(force[0] - side.force[0], force[1] - side.force[1], (moment - side.moment) / size);
+    let columns: Vec<(NodeId, Vector, Vector3<f64>)> = side
+        .nodes
+        .iter()
+        .flat_map(|&node| held_directions(&holders[node.index()]).map(move |d| (node, d)))
+        .map(|(node, d)| {
+            let turns = cross(points[node] - side.about, d) / size;
+            (node, d, Vector3::new(d[0], d[1], turns).component_mul(&left))
+        })
+        .collect();
+    let normal: Matrix3<f64> = columns.iter().map(|(_, _, a)| a * a.transpose()).sum();
+    let inverse = normal.pseudo_inverse(DEPENDENT * normal.trace()).unwrap_or_default();
+    let factors = inverse * rest.component_mul(&left);
+    for (node, direction, equation) in columns {
+        let taken = equation.dot(&factors) * direction;
+        forces[node] += taken;
+        force -= taken;
+        moment -= cross(points[node] - side.about, taken);
+    }
+    RigidSideResults { body: b, on: side.group.clone(), motion, force, moment }
+}
+
+/// Directions with a smaller sine, or a smaller relative pivot, are dependent.
+const DEPENDENT: f64 = 1e-9;
+
+/// A support, and the directions in which it holds a node.
+#[derive(Clone, Copy)]
+struct Holder {
+    /// Place of the support in the body.
+    support: usize,
+    holds: EdgeReaction,
+}
+
+/// Lists one or two unit vectors that span what the supports of a node hold.
+fn held_directions(holders: &[Holder]) -> impl Iterator<Item = Vector> + use<> {
+    let mut span = EdgeReaction::None;
+    for holder in holders {
+        span = match (span, holder.holds) {
+            (known, EdgeReaction::None) | (EdgeReaction::None, known) => known,
+            (EdgeReaction::Along(d), EdgeReaction::Along(e)) if cross(d, e).abs() <= DEPENDENT => span,
+            _ => EdgeReaction::Both,
+        };
+    }
+    let (first, second) = match span {
+        EdgeReaction::None => (None, None),
+        EdgeReaction::Along(d) => (Some(d), None),
+        EdgeReaction::Both => (Some(Vector::x()), Some(Vector::y())),
+    };
+    first.into_iter().chain(second)
+}
+
+/// Splits the force on a node between its supports: along the directions of the first, then of the next that holds another direction.
+///
+/// Two rollers with different normals take the components along their normals. Without a second support the part across the first is no
+/// reaction; the balance shows it.
+fn shares(force: Vector, holders: &[Holder]) -> impl Iterator<Item = (usize, Vector)> + use<> {
+    let along = |d: Vector, e: Option<Vector>| match e {
+        Some(e) => cross(force, e) / cross(d, e) * d,
+        None => force.dot(&d) * d,
+    };
+    let mut held = holders.iter().filter(|holder| holder.holds != EdgeReaction::None);
+    let first = held.next();
+    let (first, second) = match first.map(|holder| (holder.support, holder.holds)) {
+        None | Some((_, EdgeReaction::None)) => (None, None),
+        Some((support, EdgeReaction::Both)) => (Some((support, force)), None),
+        Some((support, EdgeReaction::Along(d))) => {
+            let other = held.find_map(|holder| match holder.holds {
+                EdgeReaction::Both => Some((holder.support, None)),
+                EdgeReaction::Along(e) if cross(d, e).abs() > DEPENDENT => Some((holder.support, Some(e))),
+                _ => None,
+            });
+            let part = along(d, other.and_then(|(_, e)| e));
+            (Some((support, part)), other.map(|(support, _)| (support, force - part)))
+        }
+    };
+    first.into_iter().chain(second)
+}
+
+/// Adds the reactions of a body's supports and of its rigid sides, and returns its balance.
+pub(crate) fn support_reactions(
+    prepared: &PreparedProblem,
+    iterate: &Iterate,
+    (b, displacement): (usize, &[Vector]),
+    mut residual: Vec<Vector>,
+    (reactions, rigid_sides): (&mut Vec<Reaction>, &mut Vec<RigidSideResults>),
+) -> Balance {
+    let problem = prepared.problem();
+    let body: &Body = &problem.bodies[b];
+    let centroid = centroid(body.mesh());
+    let arm = |node: usize| body.mesh().points()[node] - centroid;
+    let mut balance = Balance::default();
+    for (pair, block) in problem.contacts.iter().zip(iterate.blocks(problem)) {
+        let Some(side) = pair.side_of(b) else { continue };
+        let forces = &iterate.forces()[pair.roles.of_side(side)][block];
+        for (pair_of_nodes, r) in pair.interface.pairs().iter().zip(forces) {
+            let force = pair.roles.sign() * r * pair_of_nodes.normal;
+            let node = pair_of_nodes.nodes[side].index();
+            residual[node] -= force;
+            balance.add(arm(node), force);
+        }
+    }
+    for (node, force) in prepared.external_forces()[b].iter().enumerate() {
+        balance.add(arm(node), *force);
+    }
+    let mut holders: Vec<Vec<Holder>> = vec![Vec::new(); residual.len()];
+    for (support, set) in body.supports().iter().enumerate() {
+        for (node, &holds) in set.nodes.iter().zip(&set.reactions) {
+            holders[node.index()].push(Holder { support, holds });
+        }
+    }
+    let mut rigid = vec![false; residual.len()];
+    for side in body.rigid_sides() {
+        for node in side.nodes.iter().map(|n| n.index()) {
+            balance.add(arm(node), residual[node]);
+            rigid[node] = true;
+        }
+        rigid_sides.push(rigid_side((body, b), side, displacement, &mut residual, &holders));
+    }
+    let begin = reactions.len();
+    let unloaded = |set: &SupportSet| Reaction { body: b, on: set.group.clone(), force: Vector::zeros() };
+    reactions.extend(body.supports().iter().map(unloaded));
+    for (node, holders) in holders.iter().enumerate() {
+        for (support, part) in shares(residual[node], holders) {
+            reactions[begin + support].force += part;
+            if !rigid[node] {
+                balance.add(arm(node), part);
+            }
+        }
+    }
+    balance
+}
