@@ -124,11 +124,16 @@ impl ContactProblem {
         }
     }
 
-    /// Returns the only pair of two bodies whose supports hold them, and leave every contact node free along the normal: the
-    /// problem of the paper.
+    /// Returns the only pair of two bodies, if supports leave all of its nodes free along the normal.
+    pub fn only_pair_without_held_nodes(&self) -> Option<&ContactPair> {
+        self.only_pair().filter(|pair| !self.has_held_nodes(pair))
+    }
+
+    /// Returns the pair of [`Self::only_pair_without_held_nodes`], if supports hold both of its bodies: the problem of
+    /// the paper.
     pub fn held_pair(&self) -> Option<&ContactPair> {
-        let held = || self.bodies.iter().all(|body| body.free_motion().is_none());
-        self.only_pair().filter(|pair| !self.has_held_nodes(pair) && held())
+        let held = |_: &&ContactPair| self.bodies.iter().all(|body| body.free_motion().is_none());
+        self.only_pair_without_held_nodes().filter(held)
     }
 
     /// Tells whether a support holds a contact node of one of the bodies along the normal.
