@@ -4,7 +4,7 @@
 use crate::balance::{self, Pressure};
 use crate::equilibrated::EquilibratedStress;
 use crate::error::EstimatorError;
-use crate::lift::{self, Lift};
+use crate::lift::{self, Lift, side_sign};
 use crate::pressure;
 use crate::star_relaxation::{Relaxation, RelaxationReport, StarRelaxation, relax_with_stars};
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
@@ -68,7 +68,8 @@ pub struct AdmissibleContact {
     pub pressure: Vec<f64>,
     /// `p`, the pressure common to both bodies at the two ends of each contact edge, ≥ 0, Pa, see [`crate::pressure::edge_pressure`].
     pub edge_pressure: Vec<[f64; 2]>,
-    /// Nodal forces `∫ p n φ_i ds` of this pressure at each pair of nodes, Cartesian, N/m: on the second body; those on the first are opposite.
+    /// Nodal forces `∫ p n φ_i ds` of this pressure at each pair of nodes, Cartesian, N/m: on the second
+    /// body; those on the first are opposite.
     pub pressure_force: Vec<Vector>,
 }
 
@@ -221,11 +222,6 @@ fn neumann_stress(
             residual::stresses(body, &field)
         }
     }
-}
-
-/// The sign of the pressure's forces on a side: −1 on the first, from which the normal points.
-fn side_sign(side: usize) -> f64 {
-    if side == 0 { -1.0 } else { 1.0 }
 }
 
 /// Lists the nodal forces of the pressures on a body, Cartesian, N/m.

@@ -60,16 +60,14 @@ pub(crate) fn pressure(
     };
     // A little pressure where the bodies are far apart costs much in 2∫ p o.
     let cost = |pressure: &[f64]| -> f64 {
-        let by_pair = split(prepared, pressure);
-        let of_pair = |k: usize| -> f64 {
-            let (p, opening) = (&by_pair[k], state.contacts[k].opening);
-            let work = |edge: &ContactEdge| {
-                let ends = edge.openings(opening);
-                edge.work(edge.pressure(p), ends, 0.5 * (ends[0] + ends[1]))
-            };
-            contacts[k].interface.edges().iter().map(work).sum()
+        let of_pair = |(k, p): (usize, Vec<f64>)| -> f64 {
+            let (interface, opening) = (&contacts[k].interface, state.contacts[k].opening);
+            let mean = |edge: &ContactEdge| 0.5 * edge.openings(opening).iter().sum::<f64>();
+            let middle: Vec<f64> = interface.edges().iter().map(mean).collect();
+            let edge_pressure = pressure::edge_pressure(interface, &p);
+            pressure::contact_terms(interface, &edge_pressure, opening, &middle).iter().sum()
         };
-        (0..contacts.len()).map(of_pair).sum()
+        split(prepared, pressure).into_iter().enumerate().map(of_pair).sum()
     };
     let loaded: Vec<bool> = target.iter().map(|p| *p > 0.0).collect();
     if cost(&found.values) > DEAR * cost(&target)

@@ -3,11 +3,11 @@
 use crate::admissible::{check_finite, check_length};
 use crate::error::EstimatorError;
 use crate::estimate::{Estimate, estimate_with};
-use crate::lift;
+use crate::lift::{self, side_sign};
 use crate::star_relaxation::Relaxation;
 use fem_core::body::{Body, NodeConstraint};
 use fem_core::field::nodal_residual;
-use fem_core::geometry::{Vector, norm, perpendicular};
+use fem_core::geometry::{Vector, norm};
 use fem_core::interface::{ContactPair, ContactProblem, ContactState, NodePair, PairState};
 use fem_core::norm::energy_distance_squared;
 use fem_core::prepared::PreparedProblem;
@@ -191,8 +191,7 @@ fn part_pair(problem: &ContactProblem, pair: &ContactPair, fields: &mut [Vec<Vec
         let mut field = vec![Vector::zeros(); fields[b].len()];
         for (p, depth) in pair.interface.pairs().iter().zip(depths) {
             if let Some(direction) = lift::direction(&problem.bodies[b], side, p) {
-                let sign = if side == 0 { -1.0 } else { 1.0 };
-                field[p.nodes[side]] = sign * depth * direction;
+                field[p.nodes[side]] = side_sign(side) * depth * direction;
             }
         }
         field
@@ -209,9 +208,8 @@ fn part_pair(problem: &ContactProblem, pair: &ContactPair, fields: &mut [Vec<Vec
             .iter()
             .find_map(|(_, (side, b))| Some((*side, *b, lift::direction(&problem.bodies[*b], *side, p)?)));
         if let Some((side, b, direction)) = movable {
-            let sign = if side == 0 { -1.0 } else { 1.0 };
             // A little more than needed, for the rounding of the sum.
-            fields[b][p.nodes[side]] += sign * (1.0 + 4.0 * f64::EPSILON) * *depth * direction;
+            fields[b][p.nodes[side]] += side_sign(side) * (1.0 + 4.0 * f64::EPSILON) * *depth * direction;
         }
     }
 }
@@ -232,17 +230,9 @@ fn contact_forces(problem: &ContactProblem, fields: &[Vec<Vector>]) -> Vec<Vec<f
     let force = |pair: &ContactPair, p: &NodePair| {
         let of_side = |(side, b): (usize, usize)| {
             let node = p.nodes[side];
-            let sign = if side == 0 { -1.0 } else { 1.0 };
-            let along = match problem.bodies[b].node_constraints()[node] {
-                NodeConstraint::Free => p.normal,
-                // The support takes the rest.
-                NodeConstraint::Along { direction, .. } => {
-                    let free = perpendicular(direction);
-                    1.0 / free.dot(&p.normal) * free
-                }
-                NodeConstraint::Fixed { .. } | NodeConstraint::Rigid { .. } => return None,
-            };
-            (uses[b][node] == 1).then(|| sign * residuals[b][node].dot(&along))
+            // A support takes what is not along its free direction.
+            let along = lift::direction(&problem.bodies[b], side, p)?;
+            (uses[b][node] == 1).then(|| side_sign(side) * residuals[b][node].dot(&along))
         };
         let found: Vec<f64> = problem.bodies_of(pair).filter_map(of_side).collect();
         (found.iter().sum::<f64>() / found.len().max(1) as f64).max(0.0)

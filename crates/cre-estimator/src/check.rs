@@ -241,12 +241,11 @@ fn rotation(body: &Body, displacement: &[Vector]) -> f64 {
 /// Compares the tractions on the rigid sides of a body with the loads of these sides: the largest difference of the work
 /// along a free motion, over the sum of the sizes of all its terms.
 fn rigid_sides(body: &Body, fields: &AdmissibleBody) -> f64 {
+    if body.rigid_sides().is_empty() {
+        return 0.0;
+    }
     let stress = &fields.equilibrated;
-    let noise = if body.rigid_sides().is_empty() {
-        0.0
-    } else {
-        force_noise(body, &fields.displacement) / FORCE_TOLERANCE
-    };
+    let noise = force_noise(body, &fields.displacement) / FORCE_TOLERANCE;
     let mesh = body.mesh();
     let topology = mesh.topology();
     let mut largest = 0.0;
@@ -262,8 +261,8 @@ fn rigid_sides(body: &Body, fields: &AdmissibleBody) -> f64 {
             }
             for &edge in &side.edges {
                 let t = topology.edge_triangles()[edge][0] as usize;
-                let forces = cell(body, &stress.cell(body, t), t).1[topology.edge_in(t, edge)];
                 let k = topology.edge_in(t, edge);
+                let forces = cell(body, &stress.cell(body, t), t).1[k];
                 let corners = mesh.corners(t);
                 let [a, b] = [corners[k], corners[(k + 1) % 3]].map(|x| motion.at(x));
                 // ∫ F·u of linear functions, from the tractions times length.

@@ -41,7 +41,7 @@ impl Lift {
     ///
     /// * `interface`: of the pair.
     pub fn field(&self, problem: &ContactProblem, interface: &ContactInterface) -> Vec<(NodeId, Vector)> {
-        let sign = if self.side == 0 { -1.0 } else { 1.0 };
+        let sign = side_sign(self.side);
         let pairs = interface.pairs().iter().zip(&self.by_pair).filter(|(_, lift)| **lift > 0.0);
         pairs
             .filter_map(|(pair, lift)| {
@@ -150,6 +150,11 @@ pub(crate) fn find(
     };
     let found = problem.bodies_of(pair).map(of_side).reduce(better);
     found.map_or_else(Lift::default, |found| found.0)
+}
+
+/// The sign of the pressure's forces on a side: −1 on the first, from which the normal points.
+pub(crate) fn side_sign(side: usize) -> f64 {
+    if side == 0 { -1.0 } else { 1.0 }
 }
 
 /// Returns the direction in which the node of a body moves to open its pair by one, `d·n = 1`: along the normal, or

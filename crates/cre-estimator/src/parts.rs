@@ -2,7 +2,7 @@
 
 use crate::admissible::AdmissiblePair;
 use crate::cre::Cre;
-use crate::lift;
+use crate::lift::{self, side_sign};
 use crate::pressure;
 use fem_core::condensation::CondensedBody;
 use fem_core::interface::{ContactEdge, ContactProblem, ContactState};
@@ -103,8 +103,7 @@ fn lumping(prepared: &PreparedProblem, forces: &[Vec<f64>], pair: &AdmissiblePai
     let differences: Vec<Vec<f64>> = (0..problem.contacts.len()).map(difference).collect();
     let energy = |(b, body): (usize, &CondensedBody)| {
         let signed = |(k, side): (usize, usize)| -> Vec<f64> {
-            let sign = if side == 0 { -1.0 } else { 1.0 };
-            differences[k].iter().map(|d| sign * d).collect()
+            differences[k].iter().map(|d| side_sign(side) * d).collect()
         };
         let load = body.dofs().interface_forces(&problem.sides_of(b).map(signed).collect::<Vec<_>>());
         let mut w = vec![0.0; load.len()];
