@@ -1,6 +1,6 @@
 //! The unknowns of a body: node frames, imposed values, and their number in the order of elimination.
 
-use crate::body::{Body, NodeConstraint, RigidMotion, RigidSide};
+use crate::body::{Body, NodeConstraint, RigidMotion};
 use crate::cholesky::Front;
 use crate::geometry::{PARALLEL, Vector, cross, perpendicular};
 use crate::interface::{InterfaceSide, Retained};
@@ -47,13 +47,13 @@ struct RigidUnknowns {
     motions: Vec<(RigidMotion, u32)>,
     /// The nodes of all sides, ascending: place and side.
     nodes: Vec<(NodeId, Vector, u32)>,
-    sides: Vec<RigidSide>,
 }
 
 impl RigidUnknowns {
     fn new(body: &Body, first: usize) -> Self {
-        let mut found = Self { first, sides: body.rigid_sides().to_vec(), ..Self::default() };
-        for (k, side) in found.sides.iter().enumerate().filter(|(_, side)| !side.motions.is_empty()) {
+        let mut found = Self { first, ..Self::default() };
+        let sides = body.rigid_sides().iter().enumerate();
+        for (k, side) in sides.filter(|(_, side)| !side.motions.is_empty()) {
             found.motions.extend(side.motions.iter().map(|motion| (*motion, k as u32)));
             let points = body.mesh().points();
             found.nodes.extend(side.nodes.iter().map(|n| (*n, points[*n], k as u32)));
@@ -115,7 +115,7 @@ impl DofMap {
         }
         let rigid = RigidUnknowns::new(body, unknowns.len());
         for (k, (_, side)) in rigid.motions.iter().enumerate() {
-            unknowns.push((2 * rigid.sides[*side as usize].nodes[0].index() + k % 2) as u32);
+            unknowns.push((2 * body.rigid_sides()[*side as usize].nodes[0].index() + k % 2) as u32);
         }
         fronts.above(unknowns.len());
         let interior = unknowns.len();

@@ -179,8 +179,8 @@ pub struct ContactInterface {
 
 impl ContactInterface {
     /// Pairs the contact surfaces of two bodies node by node. A pair at an end of a straight line that both bodies
-    /// clamp is removed, and its edge takes the pressure of its other end. Paired nodes face each other along the contact normal to
-    /// round-off; for non-matching surfaces see [`common_refinement::common_refinement`].
+    /// clamp is removed, and its edge takes the pressure of its other end. Paired nodes face each other along the
+    /// contact normal to round-off; for non-matching surfaces see [`common_refinement::common_refinement`].
     ///
     /// * `surfaces`: the edge group of the first and of the second body.
     /// * `gap`: the initial gap along the normal.
@@ -322,12 +322,9 @@ impl ContactInterface {
         assert!(found == expected, "the pressure has {found} entries, the interface {expected} edges");
         let mut forces = vec![Vector::zeros(); self.pairs.len()];
         for (edge, p) in self.edges.iter().zip(edge_pressure) {
-            let [i, j] = edge.pairs.map(|k| k as usize);
-            let [a, b] = [p[0] * self.pairs[i].normal, p[1] * self.pairs[j].normal];
-            for (end, (k, near, far)) in [(i, a, b), (j, b, a)].into_iter().enumerate() {
-                if edge.free_ends().any(|free| free == end) {
-                    forces[k] += edge.length / 6.0 * (2.0 * near + far);
-                }
+            let ends = [0, 1].map(|end: usize| p[end] * self.pairs[edge.pairs[end] as usize].normal);
+            for end in edge.free_ends() {
+                forces[edge.pairs[end] as usize] += edge.length / 6.0 * (2.0 * ends[end] + ends[1 - end]);
             }
         }
         forces
