@@ -3,6 +3,7 @@
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use fem_core::geometry::Vector;
+use miniz_oxide::inflate::decompress_to_vec_zlib_with_limit;
 use std::collections::HashMap;
 use std::path::Path;
 use thiserror::Error;
@@ -67,8 +68,8 @@ pub fn point_vectors(path: &Path, names: &[&str]) -> Result<PointVectors, FieldE
             let known: Vec<&str> = piece.arrays.iter().map(|array| array.name.as_str()).collect();
             return Err(FieldError::NoSuchArray { wanted: names.join(", "), known: known.join(", ") });
         };
-        let (places, values) = (file.numbers(points)?, file.numbers(array)?);
-        let expected = [3 * piece.count, array.components * piece.count];
+        let expected = [3, array.components].map(|each| piece.count.saturating_mul(each));
+        let (places, values) = (file.numbers(points, expected[0])?, file.numbers(array, expected[1])?);
         if [places.len(), values.len()] != expected {
             let found = format!("{} coordinates and {} values", places.len(), values.len());
             return Err(fault(format!("it has {found} for {} points", piece.count)));
@@ -211,35 +212,33 @@ impl<'a> Document<'a> {
     }
 
     /// Decodes an array.
-    fn numbers(&self, array: &Array) -> Result<Vec<f64>, FieldError> {
+    ///
+    /// * `expected`: how many numbers; compressed data that are longer are not inflated further.
+    fn numbers(&self, array: &Array, expected: usize) -> Result<Vec<f64>, FieldError> {
+        let most = expected.saturating_mul(size_of::<f64>());
         let bytes = match &array.source {
             Source::Text(text) => {
                 let number =
                     |word: &str| word.parse().map_err(|_| fault(format!("\"{word}\" is not a number")));
                 return text.split_whitespace().map(number).collect();
             }
-            Source::Base64(text) => self.payload(&decoded(text.as_bytes())?)?,
+            Source::Base64(text) => self.payload(&decoded(text.as_bytes())?, most)?,
             Source::Appended(offset) => {
                 let rest = self
                     .appended
                     .get(*offset..)
                     .ok_or_else(|| fault("an array begins behind the end of the file"))?;
-                if self.appended_is_raw { self.payload(rest)? } else { self.payload(&decoded(rest)?)? }
+                if self.appended_is_raw {
+                    self.payload(rest, most)?
+                } else {
+                    self.payload(&decoded(rest)?, most)?
+                }
             }
         };
-        let read = |size: usize, one: &dyn Fn(&[u8]) -> f64| -> Vec<f64> {
-            let ordered = |word: &[u8]| {
-                let mut word = word.to_vec();
-                if self.big_endian {
-                    word.reverse();
-                }
-                one(&word)
-            };
-            bytes.chunks_exact(size).map(ordered).collect()
-        };
+        let words = |size: usize| bytes.chunks_exact(size).map(|word| self.whole(word));
         match array.kind.as_str() {
-            "Float64" => Ok(read(8, &|b| f64::from_bits(whole(b)))),
-            "Float32" => Ok(read(4, &|b| f64::from(f32::from_bits(whole(b) as u32)))),
+            "Float64" => Ok(words(8).map(f64::from_bits).collect()),
+            "Float32" => Ok(words(4).map(|bits| f64::from(f32::from_bits(bits as u32))).collect()),
             other => Err(fault(format!(
                 "the array \"{}\" is of type {other}; Float32 or Float64 are read",
                 array.name
@@ -252,15 +251,19 @@ impl<'a> Document<'a> {
         let word = bytes
             .get(at * self.header..(at + 1) * self.header)
             .ok_or_else(|| fault("the data are cut off"))?;
-        let mut word = word.to_vec();
-        if self.big_endian {
-            word.reverse();
-        }
-        usize::try_from(whole(&word)).map_err(|_| fault("the data are cut off"))
+        usize::try_from(self.whole(word)).map_err(|_| fault("the data are cut off"))
+    }
+
+    /// Returns the whole number that up to eight bytes are.
+    fn whole(&self, bytes: &[u8]) -> u64 {
+        let join = |sum: u64, byte: &u8| sum << 8 | u64::from(*byte);
+        if self.big_endian { bytes.iter().fold(0, join) } else { bytes.iter().rev().fold(0, join) }
     }
 
     /// Takes the data behind their sizes, and inflates them.
-    fn payload(&self, bytes: &[u8]) -> Result<Vec<u8>, FieldError> {
+    ///
+    /// * `most`: how many bytes compressed data may become.
+    fn payload(&self, bytes: &[u8], most: usize) -> Result<Vec<u8>, FieldError> {
         let cut = || fault("the data are cut off");
         if !self.compressed {
             let size = self.size(bytes, 0)?;
@@ -277,7 +280,7 @@ impl<'a> Document<'a> {
         for block in 0..blocks {
             let end = at.checked_add(self.size(bytes, 3 + block)?).ok_or_else(cut)?;
             let packed = bytes.get(at..end).ok_or_else(cut)?;
-            let inflated = miniz_oxide::inflate::decompress_to_vec_zlib(packed);
+            let inflated = decompress_to_vec_zlib_with_limit(packed, most - data.len());
             data.extend(
                 inflated.map_err(|error| fault(format!("its compressed data are damaged: {error}")))?,
             );
@@ -285,11 +288,6 @@ impl<'a> Document<'a> {
         }
         Ok(data)
     }
-}
-
-/// The number of up to eight bytes, the lowest first.
-fn whole(bytes: &[u8]) -> u64 {
-    bytes.iter().rev().fold(0, |sum, byte| sum << 8 | u64::from(*byte))
 }
 
 /// Decodes base64 text up to the first other character; parts that are encoded for themselves follow each other.
@@ -373,15 +371,37 @@ mod tests {
             let file = text("binary", "", [&plain(&points, apart), &plain(&values, apart)]);
             assert_eq!(read(file.as_bytes()).unwrap(), expected);
         }
-        let packed = |numbers: &[f64]| {
-            let data = miniz_oxide::deflate::compress_to_vec_zlib(&bytes(numbers), 6);
-            let sizes = [1u32, 1 << 15, 8 * numbers.len() as u32, data.len() as u32];
-            let sizes: Vec<u8> = sizes.iter().flat_map(|x| x.to_le_bytes()).collect();
-            STANDARD.encode(sizes) + &STANDARD.encode(data)
-        };
-        let file =
-            text("binary", " compressor=\"vtkZLibDataCompressor\"", [&packed(&points), &packed(&values)]);
+        let file = text("binary", ZLIB, [&packed(&bytes(&points)), &packed(&bytes(&values))]);
         assert_eq!(read(file.as_bytes()).unwrap(), expected);
+        let swapped = |numbers: &[f64]| -> String {
+            let data: Vec<u8> = numbers.iter().flat_map(|x| x.to_be_bytes()).collect();
+            STANDARD.encode([&(data.len() as u32).to_be_bytes()[..], &data].concat())
+        };
+        let file = text("binary", "", [&swapped(&points), &swapped(&values)]);
+        assert_eq!(read(file.replace("LittleEndian", "BigEndian").as_bytes()).unwrap(), expected);
+    }
+
+    const ZLIB: &str = " compressor=\"vtkZLibDataCompressor\"";
+
+    /// One compressed block behind its sizes.
+    fn packed(bytes: &[u8]) -> String {
+        let data = miniz_oxide::deflate::compress_to_vec_zlib(bytes, 6);
+        let sizes = [1u32, 1 << 15, bytes.len() as u32, data.len() as u32];
+        let sizes: Vec<u8> = sizes.iter().flat_map(|x| x.to_le_bytes()).collect();
+        STANDARD.encode(sizes) + &STANDARD.encode(data)
+    }
+
+    #[test]
+    fn more_data_than_points_and_counts_that_overflow_are_refused() {
+        let file = text("binary", ZLIB, [&packed(&[0; 6 * 8]), &packed(&[0; 1 << 20])]);
+        let error = read(file.as_bytes()).unwrap_err().to_string();
+        assert!(error.contains("compressed data"), "{error}");
+        // Three times this number is 2⁶⁴ + 2.
+        let count = format!("NumberOfPoints=\"{}\"", u64::MAX / 3 + 1);
+        let file = text("ascii", "", ["0 0", "0 0"]).replace("NumberOfPoints=\"2\"", &count);
+        let file = file.replace("NumberOfComponents=\"2\"", "NumberOfComponents=\"3\"");
+        let error = read(file.as_bytes()).unwrap_err().to_string();
+        assert!(error.contains("2 coordinates and 2 values"), "{error}");
     }
 
     #[test]
