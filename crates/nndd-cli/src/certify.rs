@@ -3,13 +3,11 @@
 use crate::args::{Certify, Format};
 use crate::console;
 use crate::machine::Machine;
+use nndd_report::failure::NOT_CERTIFIED;
 use nndd_report::words::{at_most, short};
 use nndd_report::{Failure, certify, run};
 use serde_json::json;
 use std::fmt::Write as _;
-
-/// Exit status: the certificate is not valid.
-const NOT_VALID: u8 = 6;
 
 pub(crate) fn command(options: &Certify) -> Result<u8, Failure> {
     let mut case = run::read_case(&options.case.case, &run::overrides(&options.case.set)?)?;
@@ -32,7 +30,7 @@ pub(crate) fn command(options: &Certify) -> Result<u8, Failure> {
             "failed_checks": checks,
         });
         console::print(&format!("{object}\n"))?;
-        return Ok(if found.bound().is_some() { 0 } else { NOT_VALID });
+        return Ok(if found.bound().is_some() { 0 } else { NOT_CERTIFIED });
     }
     let mut text = String::new();
     if found.change > 0.0 {
@@ -68,7 +66,7 @@ pub(crate) fn command(options: &Certify) -> Result<u8, Failure> {
                  mended",
                 checks.join(", ")
             );
-            NOT_VALID
+            NOT_CERTIFIED
         }
     };
     console::print(&text)?;

@@ -6,7 +6,7 @@ use case_io::Case;
 use certified_contact::SolveError;
 use cre_estimator::{FieldCertificate, Relaxation};
 use fem_core::body::Body;
-use fem_core::geometry::{Vector, bounding_box, norm, shown};
+use fem_core::geometry::{Vector, cross, diagonal, norm, shown};
 use fem_core::interface::ContactProblem;
 use fem_core::mesh::TriMesh;
 use fem_core::prepared::PreparedProblem;
@@ -152,8 +152,7 @@ impl<'a> Places<'a> {
 }
 
 fn tolerance(mesh: &TriMesh) -> f64 {
-    let [low, high] = bounding_box(mesh.points());
-    SAME * norm(high - low)
+    SAME * diagonal(mesh.points())
 }
 
 /// Takes the value at every node of a mesh, or the first node without one, and its distance from the nearest point.
@@ -183,7 +182,6 @@ fn interpolated(mesh: &TriMesh, field: &[Vector], point: Vector) -> Vector {
     let mut best = (f64::NEG_INFINITY, Vector::zeros());
     for (t, nodes) in mesh.triangles().iter().enumerate() {
         let [a, b, c] = mesh.corners(t);
-        let cross = |u: Vector, v: Vector| u[0] * v[1] - u[1] * v[0];
         let whole = cross(b - a, c - a);
         let (s, r) = (cross(point - a, c - a) / whole, cross(b - a, point - a) / whole);
         let weights = [1.0 - s - r, s, r];
@@ -194,4 +192,21 @@ fn interpolated(mesh: &TriMesh, field: &[Vector], point: Vector) -> Vector {
         }
     }
     best.1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_names_the_line_of_a_fault() {
+        for end in ["\n", "\r\n"] {
+            let rows = ["node, X ,\"Y\",ux,uy", "1,0,1,2,3", "", "2,1,1e0, 5,7"].join(end);
+            let found = table(&rows).unwrap();
+            assert_eq!(found.points, [Vector::new(0.0, 1.0), Vector::new(1.0, 1.0)]);
+            assert_eq!(found.values, [Vector::new(2.0, 3.0), Vector::new(5.0, 7.0)]);
+            let fault = table(&format!("{rows}{end}{end}3,0,0,0,inf{end}")).unwrap_err();
+            assert_eq!(fault, "line 6: \"inf\" is not a finite number", "{end:?}");
+        }
+    }
 }

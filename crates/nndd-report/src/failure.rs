@@ -40,7 +40,7 @@ pub const INVALID_INPUT: u8 = 3;
 /// Exit status: no unique solution.
 pub const NO_UNIQUE_SOLUTION: u8 = 4;
 /// Exit status: a target that was missed, or a certificate that is not valid.
-pub(crate) const NOT_CERTIFIED: u8 = 6;
+pub const NOT_CERTIFIED: u8 = 6;
 /// Exit status: something cannot be read or written.
 pub const FILES: u8 = 7;
 /// Exit status: too little memory or time.
