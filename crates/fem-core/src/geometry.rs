@@ -94,6 +94,24 @@ pub fn diagonal(points: &[Vector]) -> f64 {
     if points.is_empty() { 0.0 } else { norm(high - low) }
 }
 
+/// Cuts off the part of a convex polygon in which `inside` is negative.
+///
+/// * `inside`: linear, such as the signed distance from a line, m.
+pub fn clipped(polygon: &[Vector], inside: impl Fn(Vector) -> f64) -> Vec<Vector> {
+    let mut kept = Vec::with_capacity(polygon.len() + 1);
+    for (k, &a) in polygon.iter().enumerate() {
+        let b = polygon[(k + 1) % polygon.len()];
+        let (p, q) = (inside(a), inside(b));
+        if p >= 0.0 {
+            kept.push(a);
+        }
+        if (p > 0.0 && q < 0.0) || (p < 0.0 && q > 0.0) {
+            kept.push(a + p / (p - q) * (b - a));
+        }
+    }
+    kept
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

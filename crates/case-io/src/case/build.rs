@@ -92,12 +92,15 @@ impl Case {
     /// # Errors
     /// A mesh that cannot be generated, or a file that was not read or holds no sound mesh.
     pub(crate) fn build_mesh(&self, body: usize) -> Result<TriMesh, CaseError> {
+        let mut mesh = self.mesh_as_made(body)?;
+        self.add_sides(body, &mut mesh)?;
+        Ok(mesh)
+    }
+
+    /// Makes the mesh of one body without the sides of `[[body.side]]`.
+    fn mesh_as_made(&self, body: usize) -> Result<TriMesh, CaseError> {
         let made = match self.bodies[body].mesh {
-            MeshSource::File { .. } => {
-                let mut mesh = self.mesh_of_file(body)?;
-                self.add_sides(body, &mut mesh)?;
-                return Ok(mesh);
-            }
+            MeshSource::File { .. } => return self.mesh_of_file(body),
             MeshSource::Block { origin, size, cells } => generate::block(origin, size, cells),
             MeshSource::Ring { centre, radii, angles, cells } => generate::ring(centre, radii, angles, cells),
             MeshSource::Disc { centre, radius, cells, start } => generate::disc(centre, radius, cells, start),
@@ -105,9 +108,7 @@ impl Case {
                 generate::half_disc(pole, radius, facing, half_width, cells)
             }
         };
-        let mut mesh = made.map_err(|error| CaseError::from(self.mesh_diagnostic(body, &error)))?;
-        self.add_sides(body, &mut mesh)?;
-        Ok(mesh)
+        made.map_err(|error| self.mesh_diagnostic(body, &error).into())
     }
 
     /// Pairs the contact surfaces of two bodies, which must match node by node.

@@ -4,7 +4,7 @@ use super::regions::cells_in;
 use super::{Case, CellSelection, Part};
 use crate::diagnostic::significant;
 use fem_core::body::Body;
-use fem_core::geometry::{Vector, cross, norm};
+use fem_core::geometry::{Vector, clipped, cross, norm};
 use fem_core::mesh::TriMesh;
 use mesh_io::words::counted;
 
@@ -117,29 +117,13 @@ fn in_body(mesh: &TriMesh, part: Part) -> Cover {
     for t in 0..mesh.triangles().len() {
         let mut polygon = mesh.corners(t).to_vec();
         for inside in limits(part, tolerance) {
-            polygon = clipped(&polygon, &inside);
+            polygon = clipped(&polygon, inside);
         }
         let covered = area(&polygon);
         cover.written += covered;
         cover.cut += usize::from((SHARE..1.0 - SHARE).contains(&(covered / mesh.area(t))));
     }
     cover
-}
-
-/// Cuts a convex polygon at a line.
-fn clipped(polygon: &[Vector], inside: &impl Fn(Vector) -> f64) -> Vec<Vector> {
-    let mut kept = Vec::with_capacity(polygon.len() + 1);
-    for (k, &a) in polygon.iter().enumerate() {
-        let b = polygon[(k + 1) % polygon.len()];
-        let (p, q) = (inside(a), inside(b));
-        if p >= 0.0 {
-            kept.push(a);
-        }
-        if (p >= 0.0) != (q >= 0.0) {
-            kept.push(a + p / (p - q) * (b - a));
-        }
-    }
-    kept
 }
 
 fn area(polygon: &[Vector]) -> f64 {

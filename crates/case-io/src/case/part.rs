@@ -1,7 +1,7 @@
 //! Boxes along the axes: `part` of a side, `box` of a region.
 
 use crate::case_file::Reader;
-use fem_core::geometry;
+use fem_core::geometry::{Vector, diagonal};
 use fem_core::mesh::TriMesh;
 use serde::Serialize;
 
@@ -23,7 +23,16 @@ pub struct Part {
 impl Part {
     /// How far beyond its limits a point may be.
     pub(super) fn tolerance(mesh: &TriMesh) -> f64 {
-        TOLERANCE * geometry::diagonal(mesh.points())
+        TOLERANCE * diagonal(mesh.points())
+    }
+
+    /// Returns the test whether a point of the mesh's plane lies in the closed box, to [`Self::tolerance`].
+    pub(super) fn contains(self, mesh: &TriMesh) -> impl Fn(Vector) -> bool {
+        let tolerance = Self::tolerance(mesh);
+        let within = move |x: f64, limits: Option<[f64; 2]>| {
+            limits.is_none_or(|[low, high]| x >= low - tolerance && x <= high + tolerance)
+        };
+        move |point| within(point[0], self.x) && within(point[1], self.y)
     }
 
     /// Whether it has no limits.

@@ -3,6 +3,7 @@
 use super::{BodyCase, Case, Material, Part};
 use crate::case_file::Reader;
 use crate::diagnostic::{CaseError, Diagnostic, code, did_you_mean, excerpt};
+use fem_core::geometry::Vector;
 use fem_core::material::Materials;
 use fem_core::mesh::TriMesh;
 use mesh_io::words::listed;
@@ -187,14 +188,7 @@ impl Case {
 
 /// Finds the cells whose centroids lie in a box.
 pub(super) fn cells_in(mesh: &TriMesh, part: Part) -> Vec<usize> {
-    let tolerance = Part::tolerance(mesh);
-    let limits = [part.x, part.y];
-    let inside = |t: &usize| {
-        let corners = mesh.corners(*t);
-        (0..2).all(|c| {
-            let centroid = (corners[0][c] + corners[1][c] + corners[2][c]) / 3.0;
-            limits[c].is_none_or(|[low, high]| centroid >= low - tolerance && centroid <= high + tolerance)
-        })
-    };
-    (0..mesh.triangles().len()).filter(inside).collect()
+    let inside = part.contains(mesh);
+    let centroid = |t: usize| mesh.corners(t).iter().sum::<Vector>() / 3.0;
+    (0..mesh.triangles().len()).filter(|t| inside(centroid(*t))).collect()
 }

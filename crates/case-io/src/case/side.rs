@@ -163,17 +163,12 @@ impl Case {
 
 /// Lists the boundary edges that satisfy all conditions of a side.
 fn select(mesh: &TriMesh, side: &SideCase) -> Vec<EdgeId> {
-    let tolerance = Part::tolerance(mesh);
+    let inside = side.part.contains(mesh);
     let cosine = side.within.unwrap_or(WITHIN).to_radians().cos();
     let direction = side.facing.map(|d| {
         let d = Vector::from(d);
         1.0 / norm(d) * d
     });
-    let inside = |point: Vector| {
-        [side.part.x, side.part.y].into_iter().enumerate().all(|(c, limits)| {
-            limits.is_none_or(|[low, high]| point[c] >= low - tolerance && point[c] <= high + tolerance)
-        })
-    };
     let on_circle = |point: Vector| {
         side.circle.is_none_or(|circle| off_circle(point, &circle) <= ON_CIRCLE * circle.radius)
     };

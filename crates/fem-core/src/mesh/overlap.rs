@@ -1,7 +1,7 @@
 //! Finds cells that overlap: a mesh may be valid edge by edge and still cover an area twice.
 
 use super::TriMesh;
-use crate::geometry::{self, Vector, cross, norm};
+use crate::geometry::{self, Vector, clipped, cross, norm};
 use rayon::prelude::*;
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
@@ -98,7 +98,8 @@ fn common(a: [Vector; 3], b: [Vector; 3], width: f64) -> Option<(Vector, f64)> {
     let [a, b] = [a, b].map(|t| t.map(|p| p - origin));
     let mut polygon = a.to_vec();
     for k in 0..3 {
-        polygon = clipped(&polygon, b[k], b[(k + 1) % 3]);
+        let (from, along) = (b[k], b[(k + 1) % 3] - b[k]);
+        polygon = clipped(&polygon, |p| cross(along, p - from));
         if polygon.len() < 3 {
             return None;
         }
@@ -117,24 +118,6 @@ fn common(a: [Vector; 3], b: [Vector; 3], width: f64) -> Option<(Vector, f64)> {
     let smaller = geometry::signed_area(a).min(geometry::signed_area(b));
     let counts = area > width * extent || area > PART * smaller;
     (counts && area > 0.0).then(|| (origin + (first + 1.0 / area * moment), area))
-}
-
-/// Cuts off the part to the right of the line from `from` to `to`.
-fn clipped(polygon: &[Vector], from: Vector, to: Vector) -> Vec<Vector> {
-    let along = to - from;
-    let side = |p: Vector| cross(along, p - from);
-    let mut kept = Vec::with_capacity(polygon.len() + 1);
-    for (k, &p) in polygon.iter().enumerate() {
-        let q = polygon[(k + 1) % polygon.len()];
-        let (s, t) = (side(p), side(q));
-        if s >= 0.0 {
-            kept.push(p);
-        }
-        if (s > 0.0 && t < 0.0) || (s < 0.0 && t > 0.0) {
-            kept.push(p + s / (s - t) * (q - p));
-        }
-    }
-    kept
 }
 
 #[cfg(test)]
