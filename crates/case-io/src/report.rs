@@ -148,7 +148,7 @@ pub struct ContactSummary {
     /// Its moment about the origin of the coordinates, N, positive counter-clockwise.
     #[serde(default)]
     pub moment: Option<f64>,
-    /// The mean of the contact nodes weighted by their forces, m: where the resultant acts on a straight line.
+    /// The mean of the contact nodes weighted by their forces, m. On a straight line the resultant acts there.
     #[serde(default)]
     pub centre: Option<[f64; 2]>,
     /// The node of the first body with the largest pressure, m.

@@ -1,8 +1,9 @@
 //! Any number of bodies and pairs, floating bodies among them: the two steps in the rows of all pairs.
 //!
-//! Each pair has its λ, the trace of the body, or the obstacle, that carries it. A body may carry λ in some pairs and be unilateral in others, so no
-//! order or colouring of the bodies is needed. All bodies answer to λ at the same time (step 1) and correct it at the same time
-//! (step 2): preconditioned descent on a convex function of λ whose gradient is the imbalance.
+//! Each pair has its λ, the trace of the body, or the obstacle, that carries it. A body may carry λ in some pairs and
+//! be unilateral in others, so no order or colouring of the bodies is needed. All bodies answer to λ at the same time
+//! (step 1) and correct it at the same time (step 2): preconditioned descent on a convex function of λ whose gradient
+//! is the imbalance.
 
 mod correction;
 mod exact;

@@ -108,9 +108,9 @@ pub enum Acceleration {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct NnddSettings {
-    /// The interface Newton method, for an assembly the exact solution, to use if the iteration stalls, diverges or uses all its iterations; `None`: no other
-    /// method. It is not used either if θ is given, or if the criterion never stops, see
-    /// [`crate::stopping::StoppingCriterion::can_stop`].
+    /// The interface Newton method, for an assembly the exact solution, to use if the iteration stalls,
+    /// diverges or uses all its iterations; `None`: no other method. It is not used either if θ is given, or
+    /// if the criterion never stops, see [`crate::stopping::StoppingCriterion::can_stop`].
     pub newton: Option<NewtonSettings>,
     /// The operators; default condensed.
     pub path: Path,

@@ -124,7 +124,7 @@ pub(super) fn against_obstacle(error: &InterfaceError) -> Option<(String, Cure)>
         ),
         InterfaceError::Distance { point, gap, spacing } => (
             format!(
-                "{} {:.3e} at {}, where the edges are {spacing:.3e} long, but the gap is given",
+                "{} {:.3e} at {} (the edges there are {spacing:.3e} long), but the gap is given",
                 if *gap > 0.0 { "is apart from the obstacle by" } else { "overlaps the obstacle by" },
                 gap.abs(),
                 at(point)

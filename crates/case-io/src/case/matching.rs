@@ -33,8 +33,9 @@ struct Meshes {
 }
 
 impl Case {
-    /// Makes the contact problem, bodies in the file's order. A corner of the contact line gets a note. Contact surfaces that do not match node by node get a common
-    /// refinement, and the case a note that says what that changed.
+    /// Makes the contact problem, bodies in the file's order. A corner of the contact line gets a note.
+    /// Contact surfaces that do not match node by node get a common refinement, and the case a note that says
+    /// what that changed.
     ///
     /// # Errors
     /// See [`Case::build_bodies`] and [`Case::build_interface`]; surfaces without a common refinement.

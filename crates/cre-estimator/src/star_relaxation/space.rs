@@ -35,7 +35,7 @@ pub(super) struct EdgeBasis {
 /// * whole traction given: `∇φ` is constant along the edge; together with the stars' outer edges, zero;
 /// * traction unknown along `d` only: `d·∇φ` is constant along the edge, that is zero, also in the mean;
 /// * traction unknown: no condition;
-/// * rigid side: no condition between its ends, where value and gradient are zero, so that resultant and moment do not
+/// * rigid side: no condition between its ends. At the ends `φ` and `∇φ` are zero, so that resultant and moment do not
 ///   change.
 pub(super) struct Space<'a> {
     body: &'a Body,

@@ -116,8 +116,9 @@ impl Sum {
 impl Body {
     /// Measures how far the imposed displacements and loads are from the linear ones that the body carries.
     ///
-    /// This is a check by sampling, see [`SAMPLES`]. Returns the data that differ by more than round-off, relative to their largest values, in the order of the
-    /// conditions: numbers, and functions that are linear along each edge, are not included.
+    /// This is a check by sampling, see [`SAMPLES`]. Returns the data that differ by more than round-off,
+    /// relative to their largest values, in the order of the conditions: numbers, and functions that are
+    /// linear along each edge, are not included.
     pub fn interpolated_data(&self) -> Vec<DataDifference> {
         let mut found = Vec::new();
         let mut push = |list, index, component, sum: &Sum| {

@@ -67,7 +67,7 @@ pub enum InterfaceError {
     },
     /// The gap is given, but the surfaces do not coincide.
     #[error(
-        "the surfaces do not match: the gap is given, but at ({}, {}) the bodies {} {:.3e}, where the edges are \
+        "the surfaces do not match: the gap is given, but at ({}, {}) the bodies {} {:.3e}; the edges there are \
          {spacing:.3e} long",
         shown(point[0]), shown(point[1]), if *gap > 0.0 { "are apart by" } else { "overlap by" }, gap.abs()
     )]
@@ -159,7 +159,7 @@ pub enum InterfaceError {
     },
     /// The bodies overlap before anything is loaded.
     #[error(
-        "the bodies overlap: deepest by {depth:.3e} at ({}, {}), where the edges are {spacing:.3e} long; the gap along the \
+        "the bodies overlap: deepest by {depth:.3e} at ({}, {}) (the edges there are {spacing:.3e} long); the gap along the \
          contact normal must be >= 0",
         shown(point[0]), shown(point[1])
     )]

@@ -44,7 +44,8 @@ pub(super) fn is_clamped(bodies: [&Body; 2], pair: &NodePair) -> bool {
 }
 
 impl Line {
-    /// Decides which edges are bent, and creates the interface of the line without clamped pairs at its ends. Also returns, for each pair of the line, its number among the remaining ones, or [`NONE`].
+    /// Decides which edges are bent, and creates the interface of the line without clamped pairs at its ends. Also
+    /// returns, for each pair of the line, its number among the remaining ones, or [`NONE`].
     ///
     /// # Errors
     /// Clamped pairs inside the line, at curved edges, or with supports that press the bodies into each other.

@@ -168,7 +168,8 @@ fn turns(pairs: &[NodePair], edges: &[ContactEdge]) -> Vec<f64> {
 }
 
 /// On a curved line, turns the normal of a pair whose node is supported in one direction into the free direction.
-/// Rejects nodes on rollers whose normal displacement is imposed, or nearly so. Otherwise the normal is the line's, and the node's frame is not orthogonal, see [`crate::dof::DofMap`].
+/// Rejects nodes on rollers whose normal displacement is imposed, or nearly so. Otherwise the normal is the line's,
+/// and the node's frame is not orthogonal, see [`crate::dof::DofMap`].
 fn free_direction(bodies: [&Body; 2], pair: &mut NodePair, turn: f64) -> Result<(), InterfaceError> {
     let constraint = |b: usize| bodies[b].node_constraints()[pair.nodes[b]];
     let refused = |b: usize| {

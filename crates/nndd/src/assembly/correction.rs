@@ -4,9 +4,10 @@
 //! w = M j, \qquad j = P^1 - P^2, \qquad
 //! M = \sum_α σ_α D_α \tilde Φ_α D_α σ_α + Z (Z^T S_0 Z)^+ Z^T, \qquad S_0 = \sum_α σ_α S_α σ_α
 //! ```
-//! `σ` is + in the rows where a body carries λ and − in the others, `D` shares the imbalance `j` between the two bodies of a row.
-//! Against an obstacle `σ` is 0. A held body has `Φ̃ = S⁻¹`. A floating one is put on springs that see rigid motions only, `Φ̃ = (S + s̄ Q Qᵀ)⁻¹` with
-//! `s̄ = tr S/n`; without the coarse space of its motions (Mandel 1993), `Z = [σ_α D_α Q_α]`, a load would pass one body per iteration.
+//! `σ` is + in the rows where a body carries λ and − in the others, `D` shares the imbalance `j` between the two bodies
+//! of a row. Against an obstacle `σ` is 0. A held body has `Φ̃ = S⁻¹`. A floating one is put on springs that see rigid
+//! motions only, `Φ̃ = (S + s̄ Q Qᵀ)⁻¹` with `s̄ = tr S/n`. Without the coarse space of its motions (Mandel 1993),
+//! `Z = [σ_α D_α Q_α]`, a load would pass one body per iteration.
 
 use super::subdomain::Subdomain;
 use crate::settings::Weights;

@@ -136,8 +136,8 @@ impl<'a> Assembly<'a> {
         found
     }
 
-    /// Computes `η² = Σ_α (P̃ − P^α)ᵀ Φ_α (P̃ − P^α) + 2 P̃ᵀ o` with the forces `P̃ ≥ 0` in balance that are nearest, as pressures, to those of
-    /// the unilateral bodies; infinite if no forces are in balance.
+    /// Computes `η² = Σ_α (P̃ − P^α)ᵀ Φ_α (P̃ − P^α) + 2 P̃ᵀ o` with the forces `P̃ ≥ 0` in balance that are
+    /// nearest, as pressures, to those of the unilateral bodies; infinite if no forces are in balance.
     fn eta_nndd(&self, responses: &[Response], answers: &Answers) -> Result<f64, NnddError> {
         let Answers { unilateral, opening, .. } = answers;
         let loaded: Vec<bool> = unilateral.iter().map(|p| *p > 0.0).collect();

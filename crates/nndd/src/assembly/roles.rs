@@ -9,10 +9,11 @@ use fem_core::prepared::PreparedProblem;
 /// A body counts as stiffer if it is so by more than this fraction.
 const STIFFER: f64 = 1e-6;
 
-/// Chooses for each pair the stiffer body to carry λ, floating or not, by the mean diagonal of `S` in the rows of the pair; of two
-/// equal ones the first. With the softer body the iteration takes many times as long or does not converge.
+/// Chooses for each pair the stiffer body to carry λ, floating or not, by the mean diagonal of `S` in the rows of the
+/// pair; of two equal ones the first. With the softer body the iteration takes many times as long or does not converge.
 ///
-/// An obstacle always carries λ. Pairs of a body whose rows depend on each other, which the iteration does not allow, keep [`Roles::FIRST`].
+/// An obstacle always carries λ. Pairs of a body whose rows depend on each other, which the iteration does not allow,
+/// keep [`Roles::FIRST`].
 pub fn stiffer_roles(problem: &PreparedProblem) -> Vec<Roles> {
     let rows = Rows::new(problem);
     let diagonals = each_body(problem.bodies().len(), |b| {

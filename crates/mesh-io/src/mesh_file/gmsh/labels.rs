@@ -33,7 +33,7 @@ impl Labels {
             v.progress(done, count, "names");
             let line = v.record_begin()?;
             let first = v.int("a dimension from 0 to 3")?;
-            // In old files the number of the group stands alone.
+            // Old files have no dimension in front of the number of the group.
             let bare = v.next_is(b'"');
             let (dimension, tag) =
                 if bare { (0, first) } else { (first, v.int("the number of a physical group")?) };
