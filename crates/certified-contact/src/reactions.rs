@@ -1,7 +1,6 @@
 //! Reactions of supports and rigid sides, and the balance of each body.
 
-use crate::results::{Balance, Reaction, RigidSideResults};
-use fem_core::body::{Body, EdgeReaction, RigidSide, SupportSet};
+use fem_core::body::{Body, EdgeReaction, RigidMotion, RigidSide, SupportSet};
 use fem_core::double_double::DoubleDouble;
 use fem_core::field;
 use fem_core::geometry::{Vector, cross, norm};
@@ -11,6 +10,52 @@ use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
 use nalgebra::{Matrix3, Vector3};
 use nndd::Iterate;
+
+/// The reaction of one support.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reaction {
+    /// The body, in the order of [`crate::Results`].
+    pub body: usize,
+    /// The supported edge group.
+    pub on: String,
+    /// Force of the support on the body, N/m: that of a roller along its normal. If supports share a node and a direction, it counts for
+    /// the first; two rollers with different normals take the components along their normals.
+    pub force: Vector,
+}
+
+/// The motion of a rigid side, and the force that moves it.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct RigidSideResults {
+    /// The body, in the order of [`crate::Results`].
+    pub body: usize,
+    /// The edge group.
+    pub on: String,
+    /// Its motion, about the point of its condition.
+    pub motion: RigidMotion,
+    /// Resultant on the body, N/m: the given one along the components that its condition leaves free. Supports at its nodes have their
+    /// own reaction.
+    pub force: Vector,
+    /// Moment about that point, N.
+    pub moment: f64,
+}
+
+/// Sum of all forces on one body.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Balance {
+    /// Their sum, N/m.
+    pub force: Vector,
+    /// Their moment about the body's centroid, N, positive counter-clockwise.
+    pub moment: f64,
+}
+
+impl Balance {
+    /// Adds a force at a point; `arm` is the vector from the centroid to it.
+    fn add(&mut self, arm: Vector, force: Vector) {
+        self.force += force;
+        self.moment += cross(arm, force);
+    }
+}
 
 /// Computes the centroid of a mesh.
 fn centroid(mesh: &TriMesh) -> Vector {

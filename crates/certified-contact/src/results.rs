@@ -1,58 +1,12 @@
 //! The quantities of interest: forces, pressures, openings, reactions.
 
-use crate::reactions::{nodal_forces, support_reactions};
+use crate::reactions::{Balance, Reaction, RigidSideResults, nodal_forces, support_reactions};
 use cre_estimator::{AdmissibleBody, Estimate};
-use fem_core::body::{Body, RigidMotion};
+use fem_core::body::Body;
 use fem_core::geometry::{Vector, cross, norm};
 use fem_core::interface::{ContactEdge, ContactInterface, ContactProblem};
 use fem_core::prepared::PreparedProblem;
 use nndd::Iterate;
-
-/// The reaction of one support.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Reaction {
-    /// The body, in the order of [`Results`].
-    pub body: usize,
-    /// The supported edge group.
-    pub on: String,
-    /// Force of the support on the body, N/m: that of a roller along its normal. If supports share a node and a direction, it counts for
-    /// the first; two rollers with different normals take the components along their normals.
-    pub force: Vector,
-}
-
-/// The motion of a rigid side, and the force that moves it.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct RigidSideResults {
-    /// The body, in the order of [`Results`].
-    pub body: usize,
-    /// The edge group.
-    pub on: String,
-    /// Its motion, about the point of its condition.
-    pub motion: RigidMotion,
-    /// Resultant on the body, N/m: the given one along the components that its condition leaves free. Supports at its nodes have their
-    /// own reaction.
-    pub force: Vector,
-    /// Moment about that point, N.
-    pub moment: f64,
-}
-
-/// Sum of all forces on one body.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Balance {
-    /// Their sum, N/m.
-    pub force: Vector,
-    /// Their moment about the body's centroid, N, positive counter-clockwise.
-    pub moment: f64,
-}
-
-impl Balance {
-    /// Adds a force at a point; `arm` is the vector from the centroid to it.
-    pub(crate) fn add(&mut self, arm: Vector, force: Vector) {
-        self.force += force;
-        self.moment += cross(arm, force);
-    }
-}
 
 /// One connected part of a contact line.
 #[derive(Clone, Copy, Debug, PartialEq)]
