@@ -1,8 +1,15 @@
 //! Assemblies: the exact solution of the discrete problem, with floating bodies.
 
 use contact_qp::QpSettings;
-use fem_core::boundary::BoundaryConditions;
-use fem_core::interface::{ContactProblem, Roles};
+use fem_core::body::Body;
+use fem_core::boundary::{BoundaryConditions, ScalarData};
+use fem_core::geometry::{Vector, cross};
+use fem_core::interface::{ContactInterface, ContactNormal, ContactProblem, Gap, Roles};
+use fem_core::material::{Hypothesis, LinearElastic};
+use fem_core::mesh::TriMesh;
+use fem_core::mesh::generate::{block, disc, ring};
+use fem_core::mesh::id::EdgeId;
+use fem_core::mesh::refine::RefinementEdges;
 use fem_core::norm::energy_norm_squared;
 use nndd::stopping::Never;
 use nndd::{ExactSolution, NewtonSettings, NnddError, NnddSettings, NnddStatus, Recovery, solve_exactly};
@@ -10,6 +17,7 @@ use tests::assemblies::{
     FOUR, FOUR_FORCES, STACK, STACK_FORCE, THREE, THREE_FORCES, four, pressed, stack, three, tower,
 };
 use tests::prepare;
+use tests::run::paired_in_common;
 
 fn energies(problem: &ContactProblem, solution: &ExactSolution) -> Vec<f64> {
     problem.bodies.iter().zip(&solution.displacement).map(|(body, u)| energy_norm_squared(body, u)).collect()
@@ -105,4 +113,96 @@ fn what_nothing_holds_is_named_with_its_motion() {
     let lifted = motion(up, BoundaryConditions::new());
     assert_eq!(lifted.bodies.iter().map(|(b, _)| *b).collect::<Vec<_>>(), [2]);
     assert!((lifted.bodies[0].1.translation[1] - 1.0).abs() < 1e-9, "{lifted:?}");
+}
+
+/// A roller of radius 1 about (0, 1), a disc of 24 edges, whose lowest and highest edge are contact sides, on a block and under
+/// one; both blocks are as wide as these edges. A torque acts on the rest of its rim.
+fn twisted_roller() -> ContactProblem {
+    let centre = Vector::new(0.0, 1.0);
+    let mesh = disc(centre, 1.0, 4, -97.5).unwrap();
+    let rim = |edge: &EdgeId| mesh.topology().edges()[*edge];
+    let middle = |edge: &EdgeId| mesh.edge_middle(*edge) - centre;
+    let side = |wanted: &dyn Fn(Vector) -> bool| -> Vec<_> {
+        mesh.group("rim").unwrap().iter().filter(|edge| wanted(middle(edge))).map(rim).collect()
+    };
+    let groups = vec![
+        ("low".to_owned(), side(&|x| x[1] < -0.99)),
+        ("high".to_owned(), side(&|x| x[1] > 0.99)),
+        ("rest".to_owned(), side(&|x| x[1].abs() < 0.99)),
+    ];
+    assert_eq!(groups.iter().map(|(_, edges)| edges.len()).collect::<Vec<_>>(), [1, 1, 22]);
+    let (height, half) = (7.5f64.to_radians().cos(), 7.5f64.to_radians().sin());
+    let roller = TriMesh::new(mesh.points().to_vec(), mesh.triangles().to_vec(), groups).unwrap();
+    let torque = |c: usize| ScalarData::function(move |x: Vector| [1.0 - x[1], x[0]][c]);
+    let steel = || LinearElastic::isotropic(1000.0, 0.3, Hypothesis::PlaneStrain).unwrap();
+    let twisted = BoundaryConditions::new().traction("rest", [torque(0), torque(1)]);
+    let plate = |y: f64, held: &str| {
+        let mesh = block([-half, y], [2.0 * half, 0.2], [1, 1]).unwrap();
+        Body::new(mesh, steel(), &BoundaryConditions::new().fix(held)).unwrap()
+    };
+    let bodies = [
+        Body::new(roller, steel(), &twisted).unwrap(),
+        plate(0.8 - height, "bottom"),
+        plate(1.0 + height, "top"),
+    ];
+    let gap = Gap::Given(0.0.into());
+    let below = ContactInterface::pair(&bodies[0], &bodies[1], ["low", "top"], &gap).unwrap();
+    let above = ContactInterface::pair(&bodies[0], &bodies[2], ["high", "bottom"], &gap).unwrap();
+    ContactProblem::new(bodies.into()).contact([0, 1], below).contact([0, 2], above)
+}
+
+#[test]
+fn a_torque_on_a_roller_is_not_held_by_the_ends_of_its_contact_lines() {
+    let problem = twisted_roller();
+    for contact in &problem.contacts {
+        for pair in contact.interface.pairs() {
+            let arm = problem.bodies[0].mesh().points()[pair.nodes[0]] - Vector::new(0.0, 1.0);
+            assert!(cross(arm, pair.normal).abs() < 1e-14, "{pair:?}");
+        }
+    }
+    let refused = solve_exactly(&prepare(&problem), &QpSettings::default());
+    let Err(NnddError::NotHeld { motion }) = refused else { panic!("{refused:?}") };
+    let (body, moved) = &motion.bodies[0];
+    assert!(*body == 0 && moved.spin > 0.0, "{moved:?}");
+}
+
+#[test]
+fn a_roller_in_a_bore_turns_freely_on_every_mesh() {
+    let centre = Vector::new(0.3, -0.2);
+    let steel = || LinearElastic::isotropic(1000.0, 0.3, Hypothesis::PlaneStrain).unwrap();
+    let held = BoundaryConditions::new().fix("outer");
+    // Nodes that coincide, and nodes that are carried over and snapped.
+    for count in [24, 31] {
+        let roller =
+            Body::new(disc(centre, 1.0, 4, 0.0).unwrap(), steel(), &BoundaryConditions::new()).unwrap();
+        let bore =
+            Body::new(ring(centre, [1.0, 1.5], [0.0, 360.0], [count, 2]).unwrap(), steel(), &held).unwrap();
+        let gap = Gap::Geometric;
+        let mut problem = if count == 24 {
+            let interface = ContactInterface::pair(&roller, &bore, ["rim", "inner"], &gap).unwrap();
+            ContactProblem::between([roller, bore], interface)
+        } else {
+            paired_in_common([roller, bore], ["rim", "inner"], &gap, ContactNormal::Averaged).unwrap().0
+        };
+        for mesh in 0..3 {
+            let interface = &problem.contacts[0].interface;
+            let points = problem.bodies[0].mesh().points();
+            let arm = |k: usize| points[interface.pairs()[k].nodes[0]] - centre;
+            for (k, pair) in interface.pairs().iter().enumerate() {
+                // The normal is the arm over the radius.
+                assert!((pair.normal - arm(k)).norm() < 1e-12, "{count} {mesh}: {pair:?} {}", arm(k));
+            }
+            // So no pressure on any edge has a moment.
+            let pressure: Vec<[f64; 2]> =
+                (0..interface.edges().len()).map(|k| [1.0 + (k % 3) as f64; 2]).collect();
+            let forces = interface.pressure_forces(&pressure);
+            let moment: f64 = forces.iter().enumerate().map(|(k, force)| cross(arm(k), *force)).sum();
+            assert!(moment.abs() < 1e-12, "{count} {mesh}: {moment}");
+            let edges: Vec<RefinementEdges> =
+                problem.bodies.iter().map(|body| RefinementEdges::longest(body.mesh())).collect();
+            let all: Vec<Vec<bool>> =
+                problem.bodies.iter().map(|body| vec![true; body.mesh().topology().edges().len()]).collect();
+            problem = problem.refined(&edges, &all).unwrap().problem;
+        }
+    }
 }

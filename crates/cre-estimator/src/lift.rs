@@ -157,11 +157,11 @@ pub(crate) fn side_sign(side: usize) -> f64 {
     if side == 0 { -1.0 } else { 1.0 }
 }
 
-/// Returns the direction in which the node of a body moves to open its pair by one, `d·n = 1`: along the normal, or
+/// Returns the direction `d` in which the node of a body moves to open its pair by one, `d·n = 1`: along the normal, or
 /// along the free direction of its support; `None` if it is clamped.
 pub(crate) fn direction(body: &Body, side: usize, pair: &NodePair) -> Option<Vector> {
     match body.node_constraints()[pair.nodes[side]] {
-        NodeConstraint::Free => Some(pair.normal),
+        NodeConstraint::Free => Some(1.0 / pair.normal.dot(&pair.normal) * pair.normal),
         NodeConstraint::Along { direction, .. } => {
             let free = perpendicular(direction);
             Some(1.0 / free.dot(&pair.normal) * free)

@@ -2,7 +2,7 @@
 
 use crate::body::{Body, NodeConstraint, RigidMotion};
 use crate::cholesky::Front;
-use crate::geometry::{PARALLEL, Vector, cross, perpendicular};
+use crate::geometry::{PARALLEL, Vector, cross, norm, perpendicular};
 use crate::interface::{InterfaceSide, Retained};
 use crate::mesh::id::NodeId;
 use crate::ordering::{self, ROOT};
@@ -14,12 +14,15 @@ pub const IMPOSED: u32 = u32::MAX;
 /// A product of an axis and a direction that is this close to a whole number is that number.
 const DUAL: f64 = 1e-14;
 
+/// An axis whose length is this close to one is of length one.
+const UNIT: f64 = 1e-14;
+
 /// Maps displacement components to unknowns.
 ///
 /// Each node has an orthonormal frame `(a, a⊥)`: Cartesian, or rotated into the direction of a roller or
 /// of the contact normal. A contact node with normal `n` that is fixed along `d`, not perpendicular to `n`, has the
 /// frame dual to the two: `e₀·n = e₁·d = 1`, `e₀·d = e₁·n = 0`. Its unknown is also the normal trace `u·n`, and its
-/// force is that of a pressure along `n`. A node with two retained directions has the frame dual to these. The nodes of a
+/// force is that of a pressure along `n`. A free node whose normal is not of length one has `e₀ = n/|n|²`. A node with two retained directions has the frame dual to these. The nodes of a
 /// rigid side follow the free motions of the side, one unknown each. Unknowns are numbered in the order of elimination: those
 /// of the nodes, of the rigid sides, and of the interface, in the order of the retained directions.
 #[derive(Clone, Debug)]
@@ -348,6 +351,7 @@ impl Frames {
             frames.make_dual(node, direction);
         }
         frames.oblique.sort_unstable_by_key(|(node, _)| *node);
+        frames.scale(side);
         frames
     }
 
@@ -385,6 +389,25 @@ impl Frames {
                 self.imposed[node] = value.into();
             }
         }
+    }
+
+    /// Divides the first axes that are retained directions by their length squared: the unknown is the trace along the direction.
+    fn scale(&mut self, side: &InterfaceSide) {
+        let mut nodes: Vec<NodeId> = side.retained().iter().map(|retained| retained.node).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        let mut scaled = Vec::new();
+        for node in nodes {
+            let place = node.index();
+            let (axis, length) = (self.axes[place], norm(self.axes[place]));
+            let unit = (length - 1.0).abs() <= UNIT || !self.kept[place][0];
+            if !unit && self.oblique.binary_search_by_key(&node, |o| o.0).is_err() {
+                self.axes[place] = 1.0 / (length * length) * axis;
+                scaled.push((node, 1.0 / length * perpendicular(axis)));
+            }
+        }
+        self.oblique.extend(scaled);
+        self.oblique.sort_unstable_by_key(|(node, _)| *node);
     }
 
     /// Gives a free node the frame dual to its two retained directions.

@@ -43,9 +43,10 @@ const STRAIGHT: f64 = 1e-6;
 pub struct NodePair {
     /// Node of the first and of the second body; against an obstacle the number of the pair instead of the second.
     pub nodes: [NodeId; 2],
-    /// Unit normal out of the first body, into the second.
+    /// Normal `n` out of the first body, into the second. Its length is one at the nodes of the first meshes. Between these the
+    /// normal is linear, so it is shorter if the line is bent.
     pub normal: Vector,
-    /// Initial gap `g ≥ 0` along the normal, m.
+    /// Initial gap `g ≥ 0`, m: the distance along the normal times `|n|`.
     pub gap: f64,
     /// `ℓ = ∫ φ ds`, m.
     pub tributary_length: f64,

@@ -204,7 +204,7 @@ fn reactions(solution: &CertifiedSolution, estimate: &Estimate, model: &Body, bo
         for pair in solution.problem.contacts[k].interface.pairs() {
             let node = pair.nodes[side].index();
             forces[node] = match model.node_constraints()[node] {
-                NodeConstraint::Free => along(pair.normal, residual[node]),
+                NodeConstraint::Free => along(pair.normal / norm(pair.normal), residual[node]),
                 _ => residual[node],
             };
         }

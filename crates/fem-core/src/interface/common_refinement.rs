@@ -73,8 +73,8 @@ pub struct Changes {
 pub struct Facing {
     /// Node of the first and of the second body.
     pub nodes: [NodeId; 2],
-    /// Unit normal out of the first body: that of the surface on which both are measured, linear between the averages at its
-    /// nodes before the cuts.
+    /// Normal out of the first body: that of the surface on which both are measured, linear between the unit averages at its
+    /// nodes before the cuts, so at most of length one.
     pub normal: Vector,
     /// Distance along the normal, m, negative where the surfaces overlap: of smooth curves through the nodes that each surface
     /// had before the cuts. Between polygons it would be wrong by the square of their edges.
@@ -155,7 +155,8 @@ pub fn common_refinement(
         free: [free_0, free_1],
     };
     let nothing = changes.added == [0; 2] && changes.snapped == [0; 2] && changes.free == [0.0; 2];
-    let facing = overlaps.iter().flat_map(Overlap::facing).collect();
+    let measured_on = (&bodies[reference], nodes[reference]);
+    let facing = overlaps.iter().flat_map(|overlap| overlap.facing(measured_on)).collect();
     let between = overlaps.iter().flat_map(Overlap::between).collect();
     let measured = Measured { facing, between };
     Ok(CommonRefinement { bodies, measured, changes: (!nothing).then_some(changes) })

@@ -61,7 +61,8 @@ impl Drawn {
             if !(offset <= FACING * spacing + rounded + turn) {
                 return Err(InterfaceError::Offset { point, offset, spacing });
             }
-            gaps.push(found.map_or_else(|| distance.dot(&pair.normal), |f| f.gap));
+            let along = || distance.dot(&pair.normal) / norm(pair.normal);
+            gaps.push(found.map_or_else(along, |f| f.gap));
             uncertainty.push(found.map_or(0.0, |f| f.uncertainty));
         }
         Ok(Self { gaps, uncertainty, spacing, size })
@@ -77,7 +78,7 @@ impl Drawn {
         let change = |(pair, drawn): (&NodePair, &f64)| GapChange {
             point: points[pair.nodes[0]],
             drawn: *drawn,
-            used: pair.gap,
+            used: pair.gap / norm(pair.normal),
         };
         let size = |c: &GapChange| (c.used - c.drawn).abs();
         let largest = pairs.iter().zip(&self.gaps).map(change).max_by(|a, b| size(a).total_cmp(&size(b)));
@@ -150,7 +151,7 @@ impl Surfaces<'_> {
             _ => {}
         }
         for (pair, gap) in pairs.iter_mut().zip(&self.drawn.gaps) {
-            pair.gap = gap.max(0.0);
+            pair.gap = gap.max(0.0) * norm(pair.normal);
         }
         Ok(())
     }

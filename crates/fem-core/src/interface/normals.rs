@@ -4,7 +4,7 @@
 //! matching polygons interlock at their corners under linearised kinematics.
 
 use super::common_refinement::Facing;
-use super::common_refinement::curve::turns_into;
+use super::common_refinement::curve::{smooth_beyond, turns_into};
 use super::matching::Stretch;
 use super::{ContactEdge, ContactNormal, InterfaceError, NodePair, STRAIGHT, held};
 use crate::body::{Body, NodeConstraint};
@@ -118,9 +118,9 @@ fn frozen(body: &Body, pairs: &mut [NodePair], edges: &[ContactEdge], facing: &H
     }
 }
 
-/// Averages the edge normals at the nodes of one stretch; a straight one has a single normal. At a free end of a
-/// curved one the normal is the neighbour's mirrored at the last edge, which is exact for a circle, as with a common
-/// refinement.
+/// Averages the edge normals at the nodes of one stretch; a straight one has a single normal. If the outline goes on smoothly at
+/// an end, the edge beyond it counts; otherwise the normal at the end of a curved stretch is the neighbour's mirrored at the last edge, which is exact
+/// for a circle, as with a common refinement.
 fn averaged(
     body: &Body,
     pairs: &mut [NodePair],
@@ -129,7 +129,12 @@ fn averaged(
 ) -> Result<(), InterfaceError> {
     let of = |edge: &ContactEdge| body.mesh().edge_normal(edge.edges[0]);
     let common = of(&edges[0]);
-    if edges.iter().all(|e| cross(common, of(e)).abs() <= STRAIGHT && common.dot(&of(e)) > 0.0) {
+    let (first, last) = (stretch.start, stretch.end - 1);
+    let beyond =
+        if edges.len() == last - first { edges_beyond(body, &pairs[first..=last], edges) } else { [None; 2] };
+    let is_common = |e: &ContactEdge| cross(common, of(e)).abs() <= STRAIGHT && common.dot(&of(e)) > 0.0;
+    // A single edge may be part of a curve.
+    if edges.iter().all(is_common) && (edges.len() > 1 || beyond == [None; 2]) {
         pairs[stretch].iter_mut().for_each(|p| p.normal = common);
         return Ok(());
     }
@@ -140,19 +145,38 @@ fn averaged(
             pair.normal += edge.length * of(edge);
         }
     }
-    let (first, last) = (stretch.start, stretch.end - 1);
+    for (end, beyond) in [first, last].into_iter().zip(beyond) {
+        if let Some(edge) = beyond {
+            pairs[end].normal += body.mesh().edge_length(edge) * body.mesh().edge_normal(edge);
+        }
+    }
     for pair in &mut pairs[stretch] {
         pair.normal = 1.0 / norm(pair.normal) * pair.normal;
     }
     if edges.len() == last - first && edges.len() > 1 {
-        for (end, neighbour, edge) in
-            [(first, first + 1, &edges[0]), (last, last - 1, &edges[edges.len() - 1])]
+        let ends = [(first, first + 1, &edges[0]), (last, last - 1, &edges[edges.len() - 1])];
+        for ((end, neighbour, edge), _) in ends.into_iter().zip(beyond).filter(|(_, beyond)| beyond.is_none())
         {
             let (own, next) = (of(edge), pairs[neighbour].normal);
             pairs[end].normal = 2.0 * next.dot(&own) * own - next;
         }
     }
     Ok(())
+}
+
+/// Finds the edges beyond the two ends of an open stretch at which the outline goes on smoothly.
+fn edges_beyond(body: &Body, pairs: &[NodePair], edges: &[ContactEdge]) -> [Option<EdgeId>; 2] {
+    let (mesh, last) = (body.mesh(), pairs.len() - 1);
+    let node = |k: usize| pairs[k].nodes[0];
+    let ends = |k: usize| [node(k), node(last - k)].map(|n| mesh.points()[n]);
+    let found = [(node(0), &edges[0]), (node(last), &edges[edges.len() - 1])]
+        .map(|(end, edge)| Some((end, mesh.topology().boundary_beyond(edge.edges[0], end)?)));
+    let points = found.map(|found| {
+        let (end, edge) = found?;
+        mesh.topology().edges()[edge].into_iter().find(|n| *n != end).map(|n| mesh.points()[n])
+    });
+    let smooth = smooth_beyond([ends(0), ends(1)], (last > 1).then(|| ends(2)), points);
+    [0, 1].map(|e| smooth[e].and(found[e]).map(|(_, edge)| edge))
 }
 
 /// Computes by how much the line turns at each pair: the largest angle to a neighbour's normal, in radians.
@@ -197,7 +221,7 @@ fn free_direction(bodies: [&Body; 2], pair: &mut NodePair, turn: f64) -> Result<
     }
     for b in 0..2 {
         if let NodeConstraint::Along { direction, .. } = constraint(b)
-            && direction.dot(&normal).abs() > SUPPORT
+            && direction.dot(&normal).abs() > SUPPORT * norm(normal)
         {
             return refused(b);
         }
@@ -209,7 +233,7 @@ fn free_direction(bodies: [&Body; 2], pair: &mut NodePair, turn: f64) -> Result<
 /// Rejects lines whose normals turn too much along an edge, or are too far from the edge's own.
 fn check_turns(bodies: [&Body; 2], pairs: &[NodePair], edges: &[ContactEdge]) -> Result<(), InterfaceError> {
     for edge in edges {
-        let [a, b] = edge.pairs.map(|k| pairs[k as usize].normal);
+        let [a, b] = edge.pairs.map(|k| pairs[k as usize].normal).map(|n| 1.0 / norm(n) * n);
         let own = bodies[0].mesh().edge_normal(edge.edges[0]);
         let other = -bodies[1].mesh().edge_normal(edge.edges[1]);
         let worst = [a.dot(&b), a.dot(&own), b.dot(&own)].into_iter().fold(1.0, f64::min);

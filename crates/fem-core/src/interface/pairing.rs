@@ -7,7 +7,7 @@ use super::matching::{self, Stretch};
 use super::{ContactEdge, ContactInterface, ContactNormal, Gap, InterfaceError, NodePair, normals, profile};
 use crate::body::{Body, EdgeReaction};
 use crate::boundary::ScalarData;
-use crate::geometry::Vector;
+use crate::geometry::{Vector, norm};
 use crate::mesh::id::{EdgeId, NodeId};
 use std::collections::HashMap;
 
@@ -128,7 +128,7 @@ fn given_gap(points: &[Vector], pairs: &mut [NodePair], data: &ScalarData) -> Re
         if !(value >= 0.0 && value.is_finite()) {
             return Err(InterfaceError::BadGap { point, value });
         }
-        pair.gap = value;
+        pair.gap = value * norm(pair.normal);
     }
     Ok(())
 }

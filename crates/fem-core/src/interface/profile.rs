@@ -56,7 +56,7 @@ pub(super) fn profiles(
     between: &[Option<Between>],
 ) -> Vec<Option<Profile>> {
     let profile = |(edge, between): (&ContactEdge, &Option<Between>)| {
-        let [i, j] = edge.pairs.map(|k| pairs[k as usize].gap);
+        let [i, j] = edge.pairs.map(|k| pairs[k as usize]).map(|pair| pair.gap / norm(pair.normal));
         let [p, q] = (*between)?.gaps;
         Profile::through([i, p, q, j], edge.length)
     };

@@ -113,9 +113,9 @@ impl ContactProblem {
     ///
     /// The parts of an edge inherit its conditions. New nodes on contact edges become new pairs. Functions, including
     /// the gap, are evaluated at the new nodes; a measured gap is evaluated between smooth curves through the nodes
-    /// of the first meshes. If the normal changes along an edge, the new normal is the normal field at its middle,
-    /// scaled to length one. This changes the field between the nodes by the cube of the angle. Between the nodes of
-    /// coarser edges a gap is wider by the square of the angle, see [`ContactProblem::interpolated_gaps`].
+    /// of the first meshes. If the normal changes along an edge, the new normal is the mean of the two at its ends, which is
+    /// shorter than one: the normal field is the same on all meshes. On a circle's polygon it stays proportional to the arm from
+    /// the centre, so rotations about the centre remain free.
     ///
     /// # Errors
     /// Meshes that become too large or too small, functions that are not finite at new nodes, a negative gap there.
@@ -216,7 +216,7 @@ impl ContactInterface {
 
     /// Maps two neighbouring pairs of the whole line to pairs of the contact problem: a clamped one to the other, two
     /// clamped ones to the first pair of all.
-    fn numbers(&self, parents: [u32; 2]) -> [u32; 2] {
+    pub(super) fn numbers(&self, parents: [u32; 2]) -> [u32; 2] {
         let Some(whole) = &self.whole else { return parents };
         let number = |k: u32| Some(whole.number[k as usize]).filter(|n| *n != NONE);
         match parents.map(number) {
@@ -238,21 +238,19 @@ impl ContactInterface {
         let [i, j] = edge.pairs.map(|k| &pairs[k as usize]);
         let point = bodies[self.measured_on].mesh().points()[nodes[self.measured_on]];
         let normal = 0.5 * (i.normal + j.normal);
-        // Shorter than one if the normal changes. Dividing normal and gap by its length keeps the condition at the
-        // nodes.
         let length = if edge.bent { norm(normal) } else { 1.0 };
         let gap = match (&self.gap, profile) {
             (Gap::Touching, _) => 0.0,
-            (Gap::Given(data), _) => data.at(point),
-            (Gap::Geometric, Some(profile)) => profile.at(0.5),
-            (Gap::Geometric, None) => 0.5 * (i.gap + j.gap) / length,
+            (Gap::Given(data), _) => data.at(point) * length,
+            (Gap::Geometric, Some(profile)) => profile.at(0.5) * length,
+            (Gap::Geometric, None) => 0.5 * (i.gap + j.gap),
         };
         if !(gap >= 0.0 && gap.is_finite()) {
             return Err(InterfaceError::BadGap { point, value: gap });
         }
         Ok(NodePair {
             nodes,
-            normal: 1.0 / length * normal,
+            normal,
             gap,
             tributary_length: 0.0,
             arc_length: i.arc_length + 0.5 * edge.length,

@@ -9,7 +9,7 @@ use std::ops::Range;
 pub struct Retained {
     /// The node.
     pub node: NodeId,
-    /// The direction in which traces and forces are positive, of length one.
+    /// The direction `d` in which traces and forces are positive: the trace is `u·d`, the force `r d`.
     pub direction: Vector,
 }
 

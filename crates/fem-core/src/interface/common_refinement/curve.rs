@@ -30,16 +30,33 @@ impl Curve {
     /// Creates the curve through at least two points; normals are the means of the edges' right normals, weighted by
     /// length.
     pub(in crate::interface) fn new(points: Vec<Vector>) -> Self {
-        let normals = nodal_normals(&points, |edge| edge);
+        Self::continued(points, [None; 2])
+    }
+
+    /// [`Self::new`] of a part of an outline: an end at which the outline goes on smoothly has the normal of an inner node, the
+    /// mean over all its edges.
+    ///
+    /// * `beyond`: the next points of the outline before and after an open line.
+    pub(in crate::interface) fn continued(points: Vec<Vector>, beyond: [Option<Vector>; 2]) -> Self {
         let n = points.len();
+        let ends = |k: usize| [points[k], points[n - 1 - k]];
+        let beyond = if points[0] == points[n - 1] {
+            [None; 2]
+        } else {
+            smooth_beyond([ends(0), ends(1)], (n > 2).then(|| ends(2)), beyond)
+        };
+        let (before, after) = (beyond[0].as_slice(), beyond[1].as_slice());
+        let outline = [before, &points, after].concat();
+        let inner = |all: Vec<Vector>| all[before.len()..before.len() + n].to_vec();
+        let normals = inner(nodal_normals(&outline, |edge| edge));
         // Weighted by the length of the *other* edge, the mean is the normal of the circle through the three points.
-        let mut smooth_normals = nodal_normals(&points, |edge| 1.0 / edge);
+        let mut smooth_normals = inner(nodal_normals(&outline, |edge| 1.0 / edge));
         if n > 3 && points[0] != points[n - 1] {
             // Beside a corner the edge at a free end is straight: no circle continues beyond the corner.
-            if is_corner([3, 2, 1, 0].map(|k| points[k])) {
+            if before.is_empty() && is_corner([3, 2, 1, 0].map(|k| points[k])) {
                 smooth_normals[0] = right_normal(points[0], points[1]);
             }
-            if is_corner([n - 4, n - 3, n - 2, n - 1].map(|k| points[k])) {
+            if after.is_empty() && is_corner([n - 4, n - 3, n - 2, n - 1].map(|k| points[k])) {
                 smooth_normals[n - 1] = right_normal(points[n - 2], points[n - 1]);
             }
         }
@@ -57,7 +74,6 @@ impl Curve {
         let before = norm(seam - from);
         let t = before / norm(to - from);
         let normal = (1.0 - t) * self.normals[n - 2] + t * self.normals[n - 1];
-        let normal = 1.0 / norm(normal) * normal;
         let around = |all: &[Vector], first: Vector| [&[first], &all[..n - 1], &[first]].concat();
         let offset = self.length() - self.arc[n - 2] - before;
         let arc = self.arc[..n - 1].iter().map(|s| s + offset);
@@ -302,6 +318,32 @@ fn is_corner(points: [Vector; 4]) -> bool {
     // On a circle the turn is half the length of both edges over the radius, however long they are.
     let curvature = |k: usize| angle_between(edge(k - 1), edge(k)) / (norm(edge(k - 1)) + norm(edge(k)));
     curvature(2) > CORNER * curvature(1)
+}
+
+/// Cosine of the largest turn of a smooth outline at a node, 30 degrees.
+const SMOOTH: f64 = 0.866;
+
+/// Returns the points beyond the two ends of a line at which the outline goes on smoothly: it turns by at most 30 degrees there,
+/// and not much more than at the next node.
+///
+/// * `ends`: the two ends, and the points next to them; `next`: the third points, `None` if the line is a single edge.
+/// * `beyond`: the points beyond the ends.
+pub(in crate::interface) fn smooth_beyond(
+    ends: [[Vector; 2]; 2],
+    next: Option<[Vector; 2]>,
+    beyond: [Option<Vector>; 2],
+) -> [Option<Vector>; 2] {
+    let at = |e: usize| {
+        let (end, inner) = (ends[0][e], ends[1][e]);
+        // The next node of a single edge is its other end.
+        let third = next.map_or(beyond[1 - e], |next| Some(next[e]))?;
+        let goes_on = |out: &Vector| {
+            let [a, b] = [end - inner, *out - end];
+            a.dot(&b) >= SMOOTH * norm(a) * norm(b) && !is_corner([third, inner, end, *out])
+        };
+        beyond[e].filter(goes_on)
+    };
+    [at(0), at(1)]
 }
 
 /// Tells whether a normal should be turned into the direction that a support leaves free: if that direction is within

@@ -39,7 +39,7 @@ impl<'a> Line<'a> {
         // A node inserted to open the line changes neither its normals nor its shape.
         let uncut = match own.inserted {
             true => Curve::new([&points[1..inner], &points[1..2]].concat()),
-            false => Curve::new(points.clone()),
+            false => Curve::continued(points.clone(), beyond(body, &own.nodes)),
         };
         let mut curve = if own.inserted { uncut.begun_at(points[0]) } else { uncut.clone() };
         let offset = if own.inserted { curve.arc()[1] } else { 0.0 };
@@ -71,6 +71,16 @@ impl Opposite {
         let nodes: Vec<NodeId> = chain.nodes.iter().rev().copied().collect();
         Self { points: points_of(body, &nodes), nodes, closed: chain.is_closed() }
     }
+}
+
+/// Returns the points of the outline before and after an open stretch.
+fn beyond(body: &Body, nodes: &[NodeId]) -> [Option<Vector>; 2] {
+    let (mesh, last) = (body.mesh(), nodes.len() - 1);
+    [[nodes[0], nodes[1]], [nodes[last], nodes[last - 1]]].map(|[end, inner]| {
+        let edge = mesh.topology().find_edge(end, inner)?;
+        let ends = mesh.topology().edges()[mesh.topology().boundary_beyond(edge, end)?];
+        Some(mesh.points()[if ends[0] == end { ends[1] } else { ends[0] }])
+    })
 }
 
 fn points_of(body: &Body, nodes: &[NodeId]) -> Vec<Vector> {

@@ -67,9 +67,43 @@ impl Overlap {
     }
 
     /// Lists the nodes that face each other on the common range, after the cuts.
-    pub(super) fn facing(&self) -> impl Iterator<Item = Facing> + '_ {
+    ///
+    /// * `reference`: the body on whose surface `s` is measured, and the number of its nodes before the cuts.
+    pub(super) fn facing<'a>(
+        &'a self,
+        (body, nodes): (&'a Body, usize),
+    ) -> impl Iterator<Item = Facing> + use<'a> {
         let inside = |b: usize| self.sites[b].iter().filter(|x| self.contains(x.s));
-        inside(0).zip(inside(1)).map(|(x, y)| self.facing_at([x.node, y.node], x.s))
+        let lengths = self.normal_lengths(body, nodes);
+        let first = self.sites[self.reference].iter().position(|x| self.contains(x.s)).unwrap_or(0);
+        inside(0).zip(inside(1)).zip(lengths.into_iter().skip(first)).map(|((x, y), length)| {
+            let facing = self.facing_at([x.node, y.node], x.s);
+            Facing { normal: length * facing.normal, ..facing }
+        })
+    }
+
+    /// Computes the length of the normal at every site of the reference: one at the nodes that it had before the cuts, between them
+    /// that of the linear normal.
+    fn normal_lengths(&self, body: &Body, nodes: usize) -> Vec<f64> {
+        let sites = &self.sites[self.reference];
+        let points = body.mesh().points();
+        let old = |k: &usize| sites[*k].node.index() < nodes;
+        let normal = |k: usize| self.curve.at(sites[k].s).1;
+        let unit = |k: usize| 1.0 / norm(normal(k)) * normal(k);
+        let mut lengths = vec![1.0; sites.len()];
+        for k in (0..sites.len()).filter(|k| !old(k)) {
+            let around = (0..k).rev().find(old).zip((k + 1..sites.len()).find(old));
+            lengths[k] = match around {
+                Some((i, j)) => {
+                    let [from, to, at] = [i, j, k].map(|k| points[sites[k].node]);
+                    let t = (at - from).dot(&(to - from)) / (to - from).dot(&(to - from));
+                    norm((1.0 - t) * unit(i) + t * unit(j))
+                }
+                // Beside the node at which a closed line was opened.
+                None => norm(normal(k)),
+            };
+        }
+        lengths
     }
 
     /// Measures the gap between neighbouring nodes of the first body on the common range.
