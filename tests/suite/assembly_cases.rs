@@ -190,6 +190,56 @@ fixed = true
 surfaces = [\"bottom\", \"top\"]
 ";
 
+/// A block that is clamped on its left and lies on a rigid plane, from its clamped corner on.
+const CLAMPED_ON_OBSTACLE: &str = "schema = 1
+[materials.m]
+young = 1000.0
+poisson = 0.3
+[[body]]
+name = \"block\"
+material = \"m\"
+generator = { kind = \"block\", size = [2.0, 1.0], cells = [18, 9] }
+[[body.displacement]]
+on = \"left\"
+ux = 0.0
+uy = 0.0
+[[body.traction]]
+on = \"top\"
+pressure = 3.0
+[[contact]]
+bodies = [\"block\"]
+surfaces = [\"bottom\"]
+obstacle = { kind = \"plane\", point = [0.0, 0.0], normal = [0.0, 1.0] }
+motion = [0.0, 0.0]
+";
+
+#[test]
+fn a_clamped_node_on_an_obstacle_is_checked_on_its_data() {
+    let set = |up: f64| [("contact.0.motion", format!("[0.0, {up:?}]"))];
+    for (up, opening) in [(0.0, 0.0), (-0.001, 0.001)] {
+        let problem = problem(CLAMPED_ON_OBSTACLE, &set(up));
+        let interface = &problem.contacts[0].interface;
+        assert_eq!((interface.pairs().len(), interface.edges().len()), (18, 18));
+        let clamped: Vec<_> = interface.edges().iter().filter_map(|edge| edge.clamped).collect();
+        assert!(clamped.len() == 1 && (clamped[0].opening - opening).abs() < 1e-15, "{clamped:?}");
+        let [bound, error] = bound_and_error(problem);
+        assert!(bound >= error, "{up}: {bound} {error}");
+    }
+    // Raised, the obstacle would have to pass through the clamped corner.
+    let set: Vec<_> = set(0.001).into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
+    let refused = Case::parse(CLAMPED_ON_OBSTACLE, "case.toml", &set).unwrap().build_problem();
+    let said = format!("{}", refused.unwrap_err());
+    assert!(said.contains("is clamped at (0, 0)") && said.contains("1.000e-3"), "{said}");
+    // Only a held obstacle leaves the opening known.
+    let free = CLAMPED_ON_OBSTACLE.replace(
+        "[0.0, 1.0] }\nmotion = [0.0, 0.0]",
+        "[0.0, 1.0], ux = 0.0, rotation = 0.0, force = [0.0, 5.0] }",
+    );
+    let refused = Case::parse(&free, "case.toml", &[]).unwrap().build_problem();
+    let said = format!("{}", refused.unwrap_err());
+    assert!(said.contains("in two directions"), "{said}");
+}
+
 #[test]
 fn a_rigid_side_moves_as_one_under_its_resultants() {
     let solution = solved(problem(include_str!("../cases/plate.toml"), &[]));
@@ -290,6 +340,7 @@ fn the_bound_is_above_the_distance_from_a_finer_solution() {
         ("plate", include_str!("../cases/plate.toml"), 1.35),
         ("lug", LUG, 4.0),
         ("node clamped in one body", CLAMPED_IN_ONE, 1.5),
+        ("node clamped on an obstacle", CLAMPED_ON_OBSTACLE, 1.5),
     ];
     let regular = regular.map(|(name, text, most)| (name, problem(text, &[]), most));
     for (name, problem, most) in regular.into_iter().chain([("wedge", wedge(), 1.35)]) {

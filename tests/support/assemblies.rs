@@ -169,7 +169,7 @@ pub fn four() -> Made<ContactProblem> {
     let c = body([1.0, 1.0], 2000.0, c)?;
     let d = body([0.0, 1.0], 800.0, loads("top", zero(), (-12.0).into()))?;
     let wall = RigidLine::Plane { point: Vector::zeros(), normal: Vector::x() };
-    let against = ContactInterface::against(&d, "left", &wall, None)?;
+    let against = ContactInterface::against(&d, "left", &Obstacle::fixed(wall), None)?;
     let pairs = [
         ([0, 1], touching(&a, &b, ["right", "left"])?),
         ([2, 1], touching(&c, &b, ["bottom", "top"])?),
@@ -190,7 +190,7 @@ pub fn stamped() -> Made<ContactProblem> {
     let sideways = BoundaryConditions::new().displace("left", Some(0.0.into()), None);
     let problem = stack(&[1000.0, 1500.0, 2000.0], [18, 9], &BoundaryConditions::new(), &sideways)?;
     let line = RigidLine::Plane { point: Vector::new(1.0, 3.0), normal: -Vector::y() };
-    let interface = ContactInterface::against(&problem.bodies[2], "top", &line, None)?;
     let stamp = Obstacle::fixed(line).stamp(([Some(0.0), None], None), ([0.0, -20.0], 3.0), [1.0, 3.0]);
+    let interface = ContactInterface::against(&problem.bodies[2], "top", &stamp, None)?;
     Ok(problem.obstacle(2, interface, stamp))
 }

@@ -27,7 +27,7 @@ fn certified() -> Result<AdaptiveSolution, Box<dyn Error>> {
     };
     let (lower, upper) = (touch(0, 1)?, touch(1, 2)?);
     let floor = RigidLine::Plane { point: Vector::zeros(), normal: Vector::y() };
-    let on_floor = ContactInterface::against(&bodies[0], "bottom", &floor, None)?;
+    let on_floor = ContactInterface::against(&bodies[0], "bottom", &Obstacle::fixed(floor), None)?;
     let problem = ContactProblem::new(bodies).contact([0, 1], lower).contact([1, 2], upper).obstacle(
         0,
         on_floor,

@@ -112,7 +112,7 @@
 //! let upper = Body::new(block([0.0, 1.0], [2.0, 1.0], [16, 8])?, steel()?, &pressed)?;
 //! let between = ContactInterface::pair(&lower, &upper, ["top", "bottom"], &Gap::Touching)?;
 //! let floor = RigidLine::Plane { point: Vector::zeros(), normal: Vector::y() };
-//! let on_floor = ContactInterface::against(&lower, "bottom", &floor, None)?;
+//! let on_floor = ContactInterface::against(&lower, "bottom", &Obstacle::fixed(floor), None)?;
 //! let problem = ContactProblem::new(vec![lower, upper])
 //!     .contact([0, 1], between)
 //!     .obstacle(0, on_floor, Obstacle::fixed(floor));

@@ -69,7 +69,8 @@ pub struct ContactEdge {
     pub clamped: Option<ClampedEnd>,
 }
 
-/// An end of a contact edge at which both bodies are clamped: no unknown is there, and its pressure is that of the other end.
+/// An end of a contact edge at which both bodies are clamped, or the body against an obstacle: no unknown is there, and its
+/// pressure is that of the other end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClampedEnd {
     /// Which end, 0 or 1.

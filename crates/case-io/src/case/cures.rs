@@ -141,8 +141,19 @@ pub(super) fn against_obstacle(error: &InterfaceError) -> Option<(String, Cure)>
                 at(point)
             ),
             (
-                "contact nodes that can move along the obstacle's normal",
+                "contact nodes that can move along the obstacle's normal, or ends of a straight side that are clamped, if the obstacle \
+                 is fixed or its motion is imposed",
                 "end the contact surface or the support one edge earlier",
+            ),
+        ),
+        InterfaceError::ClampedOverlap { point, depth } => (
+            format!(
+                "is clamped at {}, an end of its contact side, and its support presses it {depth:.3e} into the obstacle there",
+                at(point)
+            ),
+            (
+                "imposed displacements that leave the clamped end outside the obstacle",
+                "change the displacement or the obstacle's motion, or end the contact surface one edge earlier",
             ),
         ),
         _ => return None,

@@ -218,7 +218,7 @@ impl Case {
             (Some(obstacle), [a], [side]) => {
                 let given = self.is_given(&format!("{}.gap", given.path));
                 let gap = given.then_some(&gap);
-                ContactInterface::against(&meshes.bodies[*a], side, &obstacle.shape.of_core(), gap)
+                ContactInterface::against(&meshes.bodies[*a], side, &obstacle.of_core(), gap)
             }
             _ => unreachable!("the reader has refused a pair of {:?}", given.bodies),
         }

@@ -184,9 +184,9 @@ pub enum InterfaceError {
         /// Diagonal of the smaller body.
         size: f64,
     },
-    /// The supports of both bodies press clamped contact nodes into each other.
+    /// Supports press clamped contact nodes into each other, or a clamped node into an obstacle.
     #[error(
-        "both bodies are clamped at the end ({}, {}) of the contact line, and their supports press them {depth:.3e} into each \
+        "both sides are clamped at the end ({}, {}) of the contact line, and their supports press them {depth:.3e} into each \
          other there",
         shown(point[0]), shown(point[1])
     )]

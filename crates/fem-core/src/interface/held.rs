@@ -1,4 +1,4 @@
-//! Contact nodes that both bodies clamp at the ends of the line: their pairs are removed.
+//! Contact nodes that both bodies clamp at the ends of the line, or one body against an obstacle: their pairs are removed.
 //!
 //! A clamped pair has no unknown. Its opening is known, and along its edge the opening is linear from there to the next pair,
 //! so it is nowhere negative if both ends are not. Its pressure is free, since the supports take the forces there: that of the next
@@ -50,8 +50,21 @@ impl Line {
     /// # Errors
     /// Clamped pairs inside the line, at curved edges, or with supports that press the bodies into each other.
     pub(super) fn into_interface(
-        mut self,
+        self,
         bodies: [&Body; 2],
+        gap: Gap,
+        measured_on: usize,
+    ) -> Result<(ContactInterface, Vec<u32>), InterfaceError> {
+        self.without_clamped(bodies[0], |pair| clamped(bodies, pair), gap, measured_on)
+    }
+
+    /// [`Self::into_interface`] of a line on a body, the first one of two.
+    ///
+    /// * `clamped`: what is imposed on the two sides of a clamped pair, m.
+    pub(super) fn without_clamped(
+        mut self,
+        body: &Body,
+        clamped: impl Fn(&NodePair) -> Option<[Vector; 2]>,
         gap: Gap,
         measured_on: usize,
     ) -> Result<(ContactInterface, Vec<u32>), InterfaceError> {
@@ -63,8 +76,8 @@ impl Line {
         let mut pairs = Vec::with_capacity(self.pairs.len());
         let mut openings = vec![0.0; self.pairs.len()];
         for (k, pair) in self.pairs.iter().enumerate() {
-            match clamped(bodies, pair) {
-                Some(imposed) => openings[k] = self.check(bodies, k, imposed)?,
+            match clamped(pair) {
+                Some(imposed) => openings[k] = self.check(body, k, imposed)?,
                 None => {
                     number[k] = pairs.len() as u32;
                     pairs.push(NodePair { tributary_length: 0.0, ..*pair });
@@ -72,7 +85,7 @@ impl Line {
             }
         }
         if pairs.is_empty() {
-            return Err(self.refused(bodies, 0));
+            return Err(self.refused(body, 0));
         }
         let all = pairs.len() == self.pairs.len();
         let (mut edges, mut profiles) = (Vec::new(), Vec::new());
@@ -106,23 +119,23 @@ impl Line {
     /// Checks that the clamped pair `k` may be removed, and returns its opening, ≥ 0, m.
     ///
     /// * `imposed`: on its nodes, m.
-    fn check(&self, bodies: [&Body; 2], k: usize, imposed: [Vector; 2]) -> Result<f64, InterfaceError> {
+    fn check(&self, body: &Body, k: usize, imposed: [Vector; 2]) -> Result<f64, InterfaceError> {
         let mut edges = self.edges.iter().filter(|e| e.pairs.contains(&(k as u32)));
         if !matches!((edges.next(), edges.next()), (Some(edge), None) if !edge.bent) {
-            return Err(self.refused(bodies, k));
+            return Err(self.refused(body, k));
         }
         let pair = &self.pairs[k];
         let opening = pair.gap - (imposed[0] - imposed[1]).dot(&pair.normal);
         let size = pair.gap + norm(imposed[0]) + norm(imposed[1]);
         if opening < -ROUND_OFF * size {
-            let point = bodies[0].mesh().points()[pair.nodes[0]];
+            let point = body.mesh().points()[pair.nodes[0]];
             return Err(InterfaceError::ClampedOverlap { point, depth: -opening });
         }
         Ok(opening.max(0.0))
     }
 
-    fn refused(&self, bodies: [&Body; 2], k: usize) -> InterfaceError {
-        let point = bodies[0].mesh().points()[self.pairs[k].nodes[0]];
+    fn refused(&self, body: &Body, k: usize) -> InterfaceError {
+        let point = body.mesh().points()[self.pairs[k].nodes[0]];
         InterfaceError::SupportedNode { body: 0, point }
     }
 }

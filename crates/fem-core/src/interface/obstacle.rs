@@ -1,10 +1,12 @@
 //! Rigid obstacles: lines that do not deform, held or moved, or free to move under a force.
 
+use super::held::Line;
 use super::matching::{TOLERANCE, walk};
 use super::{ContactEdge, ContactInterface, Gap, GapChange, InterfaceError, NodePair, pairing};
 use crate::body::{Body, NodeConstraint, RigidMotion};
 use crate::geometry::{self, Vector, cross, norm, perpendicular};
 use crate::mesh::id::{EdgeId, NodeId};
+use crate::mesh::topology::NONE;
 use std::collections::HashMap;
 
 /// Cosine of the largest angle between a contact edge and the obstacle: 60 degrees.
@@ -123,9 +125,28 @@ impl Obstacle {
 
     /// Computes the imposed displacement of each of its points, m: zero along free components.
     pub fn imposed(&self) -> Vec<Vector> {
+        self.points.iter().map(|p| self.imposed_at(*p)).collect()
+    }
+
+    fn imposed_at(&self, point: Vector) -> Vector {
         let [x, y] = self.translation.map(|t| t.unwrap_or(0.0));
-        let spin = self.rotation.unwrap_or(0.0);
-        self.points.iter().map(|p| Vector::new(x, y) + spin * perpendicular(p - self.about)).collect()
+        Vector::new(x, y) + self.rotation.unwrap_or(0.0) * perpendicular(point - self.about)
+    }
+
+    /// Tells whether its motion is imposed.
+    fn is_held(&self) -> bool {
+        self.rotation.is_some() && self.translation.iter().all(Option::is_some)
+    }
+
+    /// Returns what is imposed on a node of a body and on the obstacle's point that faces it, if a support clamps the node, m.
+    fn clamped(&self, body: &Body, pair: &NodePair) -> Option<[Vector; 2]> {
+        let NodeConstraint::Fixed { value } = body.node_constraints()[pair.nodes[0]] else { return None };
+        Some([value, self.imposed_at(self.point_facing(body, pair))])
+    }
+
+    fn point_facing(&self, body: &Body, pair: &NodePair) -> Vector {
+        let point = body.mesh().points()[pair.nodes[0]];
+        point + self.line.distance(point).0 * pair.normal
     }
 
     /// Lists its free motions with the load along each: the load is that of a unit of the motion.
@@ -157,31 +178,31 @@ impl Obstacle {
 
     /// Takes the points that face the contact nodes of its body.
     pub(super) fn facing(mut self, body: &Body, interface: &ContactInterface) -> Self {
-        let at = |pair: &NodePair| {
-            let point = body.mesh().points()[pair.nodes[0]];
-            point + self.line.distance(point).0 * pair.normal
-        };
-        self.points = interface.pairs().iter().map(at).collect();
+        self.points = interface.pairs().iter().map(|pair| self.point_facing(body, pair)).collect();
         self
     }
 }
 
 impl ContactInterface {
     /// Pairs a side of a body with a rigid obstacle: each node with the nearest point of the line. Edges that do not face the
-    /// line, by more than 60 degrees, are free. The gap is linear along the edges.
+    /// line, by more than 60 degrees, are free. The gap is linear along the edges. A node at an end of a straight side that a
+    /// support clamps has no pair if the obstacle's motion is imposed: the opening there is known, and its edge takes the pressure of
+    /// its other end.
     ///
-    /// * `surface`: the edge group.
+    /// * `surface`: the edge group; `obstacle`: the one that the pair is made with.
     /// * `gap`: overrides the distance from the line, which is then at most 5 % of an edge; `None`: the distance, ≥ 0 to rounding of
     ///   the mesh.
     ///
     /// # Errors
-    /// A side that does not face the line, overlaps it, or is held or loaded, see [`InterfaceError`].
+    /// A side that does not face the line, overlaps it, or is held or loaded, a clamped node that is pressed into the obstacle, see
+    /// [`InterfaceError`].
     pub fn against(
         body: &Body,
         surface: &str,
-        line: &RigidLine,
+        obstacle: &Obstacle,
         gap: Option<&Gap>,
     ) -> Result<Self, InterfaceError> {
+        let line = &obstacle.line;
         let mesh = body.mesh();
         let all = mesh.group(surface).ok_or_else(|| {
             let known = mesh.groups().keys().map(String::as_str).collect::<Vec<_>>().join(", ");
@@ -200,15 +221,14 @@ impl ContactInterface {
         pairing::check_free(body, 0, surface, &edges)?;
         let chain = walk(body, &edges);
         check_apart(body, line, &edges, gap)?;
-        let mut line_of_nodes = Chained::default();
+        let mut line_of_nodes = Chained { may_be_clamped: obstacle.is_held(), ..Chained::default() };
         for stretch in &chain {
             line_of_nodes.add(body, line, stretch.nodes.as_slice(), &stretch.edges, gap)?;
         }
-        let Chained { pairs, edges, .. } = line_of_nodes;
-        let gap_change = gap.and_then(|_| change(body, line, &pairs));
+        let gap_change = gap.and_then(|_| change(body, line, &line_of_nodes.pairs));
         let gap = gap.cloned().unwrap_or(Gap::Geometric);
-        let (gap, measured_on, profiles) = (gap, 0, vec![None; edges.len()]);
-        Ok(Self { pairs, edges, gap, measured_on, profiles, gap_change, whole: None })
+        let (interface, _) = line_of_nodes.into_interface(body, obstacle, gap)?;
+        Ok(Self { gap_change, ..interface })
     }
 
     /// Creates the interface of a refined body against the same obstacle, and the parents of its pairs.
@@ -218,15 +238,17 @@ impl ContactInterface {
         &self,
         body: &Body,
         middle: &[NodeId],
-        line: &RigidLine,
+        obstacle: &Obstacle,
     ) -> Result<(Self, Vec<[u32; 2]>), InterfaceError> {
+        let line = &obstacle.line;
+        let (old_pairs, old_edges, _) = self.line();
         let gap = if matches!(self.gap, Gap::Geometric) { None } else { Some(&self.gap) };
-        let mut starting = vec![None; self.pairs.len()];
-        self.edges.iter().for_each(|edge| starting[edge.pairs[0] as usize] = Some(edge));
-        let mut found = Chained::default();
+        let mut starting = vec![None; old_pairs.len()];
+        old_edges.iter().for_each(|edge| starting[edge.pairs[0] as usize] = Some(edge));
+        let mut found = Chained { may_be_clamped: obstacle.is_held(), ..Chained::default() };
         let mut parents = Vec::new();
-        let mut number = vec![0; self.pairs.len()];
-        for (k, pair) in self.pairs.iter().enumerate() {
+        let mut number = vec![0; old_pairs.len()];
+        for (k, pair) in old_pairs.iter().enumerate() {
             number[k] = found.pairs.len() as u32;
             found.pairs.push(NodePair { tributary_length: 0.0, ..*pair });
             parents.push([k as u32; 2]);
@@ -237,7 +259,7 @@ impl ContactInterface {
                 parents.push(edge.pairs);
             }
         }
-        for edge in &self.edges {
+        for edge in old_edges {
             let [i, j] = edge.pairs.map(|k| number[k as usize]);
             let ends = match middle[edge.edges[0].index()] {
                 NodeId::NONE => vec![[i, j]],
@@ -250,18 +272,9 @@ impl ContactInterface {
                 }
             }
         }
-        found.pairs.iter_mut().enumerate().for_each(|(k, pair)| pair.nodes[1] = NodeId::new(k));
-        let Chained { pairs, edges, .. } = found;
-        let profiles = vec![None; edges.len()];
-        let interface = Self {
-            pairs,
-            edges,
-            profiles,
-            gap: self.gap.clone(),
-            measured_on: 0,
-            gap_change: None,
-            whole: None,
-        };
+        let (interface, numbers) = found.into_interface(body, obstacle, self.gap.clone())?;
+        let kept = parents.into_iter().zip(numbers).filter(|(_, n)| *n != NONE);
+        let parents = kept.map(|(parents, _)| self.numbers(parents)).collect();
         Ok((interface, parents))
     }
 }
@@ -311,9 +324,26 @@ struct Chained {
     pairs: Vec<NodePair>,
     edges: Vec<ContactEdge>,
     arc_length: f64,
+    /// Whether a support may clamp a node: the obstacle's motion is imposed.
+    may_be_clamped: bool,
 }
 
 impl Chained {
+    /// Makes the interface without clamped pairs, and lists the number of each pair in it, or [`NONE`].
+    fn into_interface(
+        self,
+        body: &Body,
+        obstacle: &Obstacle,
+        gap: Gap,
+    ) -> Result<(ContactInterface, Vec<u32>), InterfaceError> {
+        let profiles = vec![None; self.edges.len()];
+        let line = Line { pairs: self.pairs, edges: self.edges, profiles };
+        let (mut interface, numbers) =
+            line.without_clamped(body, |pair| obstacle.clamped(body, pair), gap, 0)?;
+        interface.pairs.iter_mut().enumerate().for_each(|(k, pair)| pair.nodes[1] = NodeId::new(k));
+        Ok((interface, numbers))
+    }
+
     /// Adds a stretch.
     fn add(
         &mut self,
@@ -355,7 +385,8 @@ impl Chained {
             NodeConstraint::Along { direction, .. } => {
                 direction.dot(&normal).abs() > std::f64::consts::FRAC_1_SQRT_2
             }
-            NodeConstraint::Fixed { .. } | NodeConstraint::Rigid { .. } => true,
+            NodeConstraint::Fixed { .. } => !self.may_be_clamped,
+            NodeConstraint::Rigid { .. } => true,
         };
         if blocked {
             return Err(InterfaceError::SupportedNode { body: 0, point });

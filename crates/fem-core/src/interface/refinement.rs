@@ -150,7 +150,7 @@ impl ContactProblem {
                 Some(k) => {
                     let (body, middle) = (&bodies[first], &refinements[first].middle);
                     let (finer, parents) =
-                        pair.interface.refined_against(body, middle, &self.obstacles[k].line)?;
+                        pair.interface.refined_against(body, middle, &self.obstacles[k])?;
                     obstacles[k] = self.obstacles[k].clone().facing(body, &finer);
                     (finer, parents)
                 }
