@@ -1,11 +1,15 @@
 //! Random assemblies: which are held, and the exact solution against Clarabel.
 
 use contact_qp::{QpMethod, QpSettings};
+use faer::linalg::solvers::Solve;
+use faer::sparse::{SparseColMat, Triplet};
 use fem_core::body::Body;
 use fem_core::boundary::{BoundaryConditions, ScalarData};
+use fem_core::geometry::Vector;
 use fem_core::interface::{ContactInterface, ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
+use fem_core::mesh::id::NodeId;
 use fem_core::norm::energy_norm_squared;
 use nndd::{NnddError, solve_exactly, support};
 use tests::prepare;
@@ -92,6 +96,166 @@ fn two_hundred_assemblies_that_nothing_holds_are_refused() {
             assert!(matches!(refused, Err(NnddError::NotHeld { .. })));
         }
     }
+}
+
+/// Everything of a pile in one system, without condensation: `K u + Bᵀ P = f`, assembled here.
+struct Full {
+    /// Entries of `K`, and of a row that keeps one node of each floating block from sliding, which no load drives.
+    entries: Vec<Triplet<usize, usize, f64>>,
+    /// `f`, then zeros for the rows of the gauge.
+    load: Vec<f64>,
+    /// The two unknowns of each row of `B`, along y: of the upper block and of the lower one; `None`: clamped.
+    rows: Vec<[Option<usize>; 2]>,
+}
+
+impl Full {
+    fn new(problem: &ContactProblem, load: Load) -> Self {
+        let mut number: Vec<Vec<Option<usize>>> = Vec::new();
+        let mut count = 0;
+        for (k, body) in problem.bodies.iter().enumerate() {
+            let clamped = |x: &Vector| k == 0 && x[1] == 0.0;
+            let mut next = |x: &Vector| {
+                if clamped(x) {
+                    return None;
+                }
+                count += 2;
+                Some(count - 2)
+            };
+            number.push(body.mesh().points().iter().map(&mut next).collect());
+        }
+        let mut entries = Vec::new();
+        for (body, number) in problem.bodies.iter().zip(&number) {
+            for (t, nodes) in body.mesh().triangles().iter().enumerate() {
+                let x = nodes.map(|n| body.mesh().points()[n]);
+                let twice = (x[1] - x[0])[0] * (x[2] - x[0])[1] - (x[1] - x[0])[1] * (x[2] - x[0])[0];
+                // Strains (xx, yy, 2xy) of the unknown `c` at corner `i`.
+                let strain = |i: usize, c: usize| {
+                    let across = x[(i + 2) % 3] - x[(i + 1) % 3];
+                    let [dx, dy] = [-across[1] / twice, across[0] / twice];
+                    if c == 0 { [dx, 0.0, dy] } else { [0.0, dy, dx] }
+                };
+                let stiffness = body.material(t).stiffness();
+                for (i, c) in (0..3).flat_map(|i| [(i, 0), (i, 1)]) {
+                    for (j, d) in (0..3).flat_map(|j| [(j, 0), (j, 1)]) {
+                        let (Some(row), Some(column)) = (number[nodes[i].index()], number[nodes[j].index()])
+                        else {
+                            continue;
+                        };
+                        let (a, b) = (strain(i, c), strain(j, d));
+                        let work: f64 = (0..3)
+                            .flat_map(|m| (0..3).map(move |n| (m, n)))
+                            .map(|(m, n)| a[m] * stiffness[(m, n)] * b[n])
+                            .sum();
+                        entries.push(Triplet::new(row + c, column + d, 0.5 * twice * work));
+                    }
+                }
+            }
+        }
+        let mut forces = vec![0.0; count];
+        let last = problem.bodies.len() - 1;
+        let (mean, slope) = (0.5 * load.down, 1.5 * load.down * (load.at - 1.0));
+        let top: Vec<(usize, f64)> = problem.bodies[last]
+            .mesh()
+            .points()
+            .iter()
+            .enumerate()
+            .filter(|(_, x)| x[1] == last as f64 + 1.0)
+            .filter_map(|(n, x)| Some((number[last][n]?, x[0])))
+            .collect();
+        for (n, x) in &top {
+            for (_, y) in top.iter().filter(|(_, y)| (x - y).abs() > 0.1 && (x - y).abs() < 0.4) {
+                // ∫ φ_n q over the edge, q linear.
+                let pressure = |x: f64| mean + slope * (x - 1.0);
+                forces[n + 1] -= (x - y).abs() / 6.0 * (2.0 * pressure(*x) + pressure(*y));
+            }
+        }
+        for number in &number[1..] {
+            let first = number.iter().flatten().next().copied().unwrap_or_default();
+            let gauge = forces.len();
+            entries.push(Triplet::new(gauge, first, 1.0));
+            entries.push(Triplet::new(first, gauge, 1.0));
+            forces.push(0.0);
+        }
+        let rows = problem.contacts.iter().flat_map(|contact| {
+            let of = |side: usize, node: NodeId| number[contact.bodies[side]][node.index()].map(|n| n + 1);
+            contact
+                .interface
+                .pairs()
+                .iter()
+                .map(move |pair| [0, 1].map(|side: usize| of(side, pair.nodes[side])))
+        });
+        let rows = rows.collect();
+        Self { entries, load: forces, rows }
+    }
+
+    /// Solves with the pairs of a set closed; returns the contact forces and the openings.
+    fn solve(&self, closed: &[bool]) -> Option<(Vec<f64>, Vec<f64>)> {
+        let mut entries = self.entries.clone();
+        let mut right = self.load.clone();
+        let mut place = vec![None; closed.len()];
+        for (row, unknowns) in self.rows.iter().enumerate().filter(|(row, _)| closed[*row]) {
+            // The normal points down, out of the upper block.
+            for (unknown, value) in unknowns.iter().zip([-1.0, 1.0]) {
+                if let Some(unknown) = *unknown {
+                    entries.push(Triplet::new(unknown, right.len(), value));
+                    entries.push(Triplet::new(right.len(), unknown, value));
+                }
+            }
+            place[row] = Some(right.len());
+            right.push(0.0);
+        }
+        let n = right.len();
+        let matrix = SparseColMat::try_new_from_triplets(n, n, &entries).ok()?;
+        let factor = matrix.sp_lu().ok()?;
+        let mut x = vec![0.0; n];
+        for _ in 0..3 {
+            let mut residual = right.clone();
+            entries.iter().for_each(|e| residual[e.row] -= e.val * x[e.col]);
+            let step = factor.solve(faer::ColRef::from_slice(&residual));
+            x.iter_mut().zip(step.iter()).for_each(|(x, s)| *x += s);
+        }
+        let forces = place.iter().map(|place| place.map_or(0.0, |k: usize| x[k])).collect();
+        let at = |unknown: Option<usize>| unknown.map_or(0.0, |k| x[k]);
+        let opening = self.rows.iter().map(|[upper, lower]| at(*upper) - at(*lower)).collect();
+        x.iter().all(|x| x.is_finite()).then_some((forces, opening))
+    }
+
+    /// Runs the active set from full contact; `None` if a set comes back or leaves a block free.
+    fn active_set(&self) -> Option<Vec<f64>> {
+        let mut closed = vec![true; self.rows.len()];
+        let mut seen = Vec::new();
+        while !seen.contains(&closed) {
+            let (forces, opening) = self.solve(&closed)?;
+            let largest = |values: &[f64]| values.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+            let (force, apart) = (1e-12 * largest(&forces), 1e-12 * largest(&opening));
+            let next: Vec<bool> = (0..closed.len())
+                .map(|k| if closed[k] { forces[k] > -force } else { opening[k] < -apart })
+                .collect();
+            if next == closed {
+                return Some(forces);
+            }
+            seen.push(std::mem::replace(&mut closed, next));
+        }
+        None
+    }
+}
+
+#[test]
+fn five_hundred_exact_solutions_agree_with_the_active_set_of_the_full_system() {
+    let mut random = Random::new(18);
+    let mut compared = 0;
+    for k in 0..520 {
+        let load = carried(&mut random);
+        let problem = pile(&mut random, load);
+        let found = solve_exactly(&prepare(&problem), &QpSettings::default()).unwrap();
+        let Some(judge) = Full::new(&problem, load).active_set() else { continue };
+        compared += 1;
+        for (p, q) in found.contact_force.iter().flatten().zip(&judge) {
+            assert!((p - q).abs() <= 1e-10 * load.down, "{k}: {p} {q}");
+        }
+    }
+    println!("{compared} of 520 compared");
+    assert!(compared >= 500, "{compared}");
 }
 
 #[test]
