@@ -20,9 +20,10 @@ pub enum NnddError {
         /// Number of pairs.
         expected: usize,
     },
-    /// The iteration is not possible for these bodies and pairs.
+    /// Full-size solves are possible for two bodies with one pair only, both held by their supports.
     #[error(
-        "{bodies} bodies with {pairs} contact pairs are given; the iteration needs two held bodies with one pair"
+        "path = \"literal\" solves two bodies with one contact pair, both held by their supports; bodies given: {bodies}, pairs: \
+         {pairs}"
     )]
     Unsupported {
         /// Number of bodies.
