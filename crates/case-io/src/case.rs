@@ -37,7 +37,7 @@ mod warnings;
 mod tests;
 
 pub use crate::expression::Value;
-pub use body::{BodyCase, Displacement, Imposition, Load, MeshSource, RigidCase, Traction};
+pub use body::{BodyCase, CurveCase, Displacement, Imposition, Load, MeshSource, RigidCase, Traction};
 pub use choices::{Acceleration, Criterion, Imposed, Method, Path, QpChoice, Weights};
 pub use contact::{CircleSide, Contact, Obstacle, Rigid, Shape};
 pub use materials::{Material, MaterialLaw};

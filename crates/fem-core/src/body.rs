@@ -1,6 +1,7 @@
 //! A body: mesh, material and the boundary conditions evaluated on the mesh.
 
 mod conditions;
+mod curves;
 mod interpolation;
 mod motion;
 mod rigid;
@@ -15,6 +16,7 @@ use std::fmt;
 use std::sync::OnceLock;
 use thiserror::Error;
 
+pub use curves::{CurveKind, CurvedSide};
 pub(crate) use interpolation::Sum as DifferenceSum;
 pub use interpolation::{DataDifference, Difference, SAMPLES};
 pub use motion::{FreeMotion, RigidMotion};
@@ -87,6 +89,8 @@ pub enum ConditionList {
     Traction,
     /// `BoundaryConditions::rigid`.
     Rigid,
+    /// The sides of [`Body::with_curves`].
+    Curve,
 }
 
 /// One condition by its list and its place in it.
@@ -101,11 +105,12 @@ pub struct ConditionPlace {
 impl fmt::Display for ConditionPlace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let list = match self.list {
-            ConditionList::Displacement => "displacement",
-            ConditionList::Traction => "traction",
-            ConditionList::Rigid => "rigid side",
+            ConditionList::Displacement => "displacement condition",
+            ConditionList::Traction => "traction condition",
+            ConditionList::Rigid => "rigid side condition",
+            ConditionList::Curve => "curved side",
         };
-        write!(f, "{list} condition {}", self.index + 1)
+        write!(f, "{list} {}", self.index + 1)
     }
 }
 
@@ -188,6 +193,46 @@ pub enum BodyError {
         /// Where.
         point: Vector,
     },
+    /// A side that is declared as an arc is straight, or a part of it has a single edge.
+    #[error(
+        "{place}: no arc passes through the nodes of the part that begins at ({}, {}): it has {edges} edges and is straight, or has \
+         fewer than two",
+        shown(point[0]), shown(point[1])
+    )]
+    NoArc {
+        /// The curved side.
+        place: ConditionPlace,
+        /// Its first node.
+        point: Vector,
+        /// Its edges.
+        edges: usize,
+    },
+    /// A node of a side that is declared as an arc is off the circle through three of its nodes.
+    #[error(
+        "{place}: the node at ({}, {}) is {distance:.3e} off the circle through three nodes of this part, with the centre \
+         ({}, {}) and the radius {}",
+        shown(point[0]), shown(point[1]), shown(centre[0]), shown(centre[1]), shown(*radius)
+    )]
+    OffArc {
+        /// The curved side.
+        place: ConditionPlace,
+        /// The node that is farthest off.
+        point: Vector,
+        /// How far, m.
+        distance: f64,
+        /// Centre of the circle.
+        centre: Vector,
+        /// Its radius, m.
+        radius: f64,
+    },
+    /// An edge belongs to two curves.
+    #[error("{place} has an edge at ({}, {}) that is on an earlier curve", shown(point[0]), shown(point[1]))]
+    CurvedTwice {
+        /// The later curved side.
+        place: ConditionPlace,
+        /// Middle of the edge.
+        point: Vector,
+    },
     /// The body force is infinite or NaN.
     #[error("the body force is ({}, {}); finite numbers are needed", shown(force[0]), shown(force[1]))]
     BodyForce {
@@ -221,6 +266,7 @@ pub struct Body {
     /// The conditions and their edges, to evaluate them again on a finer mesh.
     conditions: BoundaryConditions,
     selected: conditions::Selected,
+    curves: curves::Curves,
     /// Computed on the first request: the checks before a run and the assembly both need it.
     free_motion: OnceLock<Option<FreeMotion>>,
 }
@@ -243,7 +289,7 @@ impl Body {
         conditions::evaluate(mesh, materials.into(), conditions, None)
     }
 
-    /// Creates the same body on a finer mesh: the parts of an edge inherit its conditions, the selections are not
+    /// Creates the same body on a finer mesh: the parts of an edge inherit its conditions and its curve, the selections are not
     /// evaluated again, and functions are evaluated at the new nodes.
     ///
     /// * `refinement`: of this body's mesh.
@@ -263,7 +309,9 @@ impl Body {
             rigid: self.selected.rigid.iter().map(finer).collect(),
         };
         let materials = self.materials.inherited(&refinement.parent_cell);
-        conditions::evaluate(refinement.mesh.clone(), materials, &self.conditions, Some(selected))
+        let finer =
+            conditions::evaluate(refinement.mesh.clone(), materials, &self.conditions, Some(selected))?;
+        Ok(Self { curves: self.curves.refined(&self.mesh, refinement), ..finer })
     }
 
     /// Evaluates the parts of sides again, after nodes were put into the mesh: a part may end at a new node. What a condition
@@ -281,7 +329,9 @@ impl Body {
             return Ok(self.clone());
         }
         let again = |known: Option<_>| {
-            conditions::evaluate(self.mesh.clone(), self.materials.clone(), &self.conditions, known)
+            let again =
+                conditions::evaluate(self.mesh.clone(), self.materials.clone(), &self.conditions, known)?;
+            Ok::<_, BodyError>(Self { curves: self.curves.clone(), ..again })
         };
         // A part that has lost all its edges keeps the old ones.
         let Ok(found) = again(None) else { return Ok(self.clone()) };

@@ -20,6 +20,7 @@ use crate::body::Body;
 use crate::boundary::ScalarData;
 use crate::geometry::Vector;
 use crate::mesh::id::{EdgeId, NodeId};
+use crate::smooth::STRAIGHT;
 use common_refinement::{CommonRefinement, Measured};
 use held::Whole;
 use profile::Profile;
@@ -34,9 +35,6 @@ pub use side::{InterfaceSide, Retained};
 
 /// Normals whose difference is shorter are the same, to round-off.
 const SAME_NORMAL: f64 = 1e-12;
-
-/// A line whose edge normals differ by at most this (sine of the angle) is straight.
-const STRAIGHT: f64 = 1e-6;
 
 /// Two facing nodes, one of each body.
 #[derive(Clone, Copy, Debug, PartialEq)]

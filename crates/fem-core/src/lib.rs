@@ -72,6 +72,7 @@ pub mod prepared;
 pub mod quadrature;
 pub mod residual;
 pub mod room;
+mod smooth;
 pub mod sparse;
 pub mod tensor;
 

@@ -1,6 +1,7 @@
 //! `[[body]]`: mesh, material, supports and loads of one body.
 
 use super::{MaterialRegion, Part, Rigid, SideCase, Value};
+use fem_core::body::CurveKind;
 use fem_core::mesh::generate::Facing;
 use serde::Serialize;
 
@@ -26,6 +27,8 @@ pub struct BodyCase {
     pub sides: Vec<SideCase>,
     /// Rigid sides in the file's order.
     pub rigid: Vec<RigidCase>,
+    /// Curved sides in the file's order.
+    pub curves: Vec<CurveCase>,
 }
 
 impl BodyCase {
@@ -168,6 +171,17 @@ pub struct RigidCase {
     /// Its motion, and its load.
     #[serde(flatten)]
     pub rigid: Rigid,
+}
+
+/// `[[body.curve]]`: a side whose new nodes on finer meshes lie on a curve.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct CurveCase {
+    /// The edge group.
+    pub on: String,
+    /// Which curve.
+    #[serde(serialize_with = "super::read_body::curve_name")]
+    pub kind: CurveKind,
 }
 
 /// What a `[[body.traction]]` applies.

@@ -1,8 +1,8 @@
 //! Bodies and the interface of a case, with fem-core's errors at the places of their keys.
 
-use super::{Case, MeshSource, cures, materials};
+use super::{Case, CurveCase, MeshSource, cures, materials};
 use crate::diagnostic::{CaseError, Diagnostic, code, did_you_mean};
-use fem_core::body::{Body, BodyError, ConditionList, ConditionPlace};
+use fem_core::body::{Body, BodyError, ConditionList, ConditionPlace, CurvedSide};
 use fem_core::boundary::BoundaryConditions;
 use fem_core::interface::{ContactInterface, ContactNormal, Gap, InterfaceError};
 use fem_core::material::MaterialError;
@@ -84,7 +84,9 @@ impl Case {
         let mesh = self.build_mesh(body)?;
         let materials = self.build_materials(body, &mesh)?;
         let conditions = self.boundary_conditions(body);
-        Body::new(mesh, materials, &conditions).map_err(|error| self.body_diagnostic(body, &error).into())
+        let curves: Vec<CurvedSide> = self.bodies[body].curves.iter().map(curved_side).collect();
+        let made = Body::new(mesh, materials, &conditions).and_then(|made| made.with_curves(&curves));
+        made.map_err(|error| self.body_diagnostic(body, &error).into())
     }
 
     /// Makes the mesh of one body.
@@ -148,6 +150,7 @@ impl Case {
                 ConditionList::Displacement => "displacement",
                 ConditionList::Traction => "traction",
                 ConditionList::Rigid => "rigid",
+                ConditionList::Curve => "curve",
             };
             format!("body.{body}.{list}.{}{key}", place.index)
         };
@@ -160,7 +163,8 @@ impl Case {
                     .or_else(|| did_you_mean(group, known.split(", "), '"'));
                 of(place, ".on")
             }
-            BodyError::InteriorEdge { place, .. } => of(place, ".on"),
+            BodyError::InteriorEdge { place, .. } | BodyError::CurvedTwice { place, .. } => of(place, ".on"),
+            BodyError::NoArc { place, .. } | BodyError::OffArc { place, .. } => of(place, ".kind"),
             BodyError::EmptySelection { place, .. } if self.is_given(&of(place, ".part")) => {
                 of(place, ".part")
             }
@@ -317,4 +321,8 @@ impl Case {
             .help(help)
             .fix(fix)
     }
+}
+
+fn curved_side(given: &CurveCase) -> CurvedSide {
+    CurvedSide { on: given.on.clone(), kind: given.kind }
 }

@@ -40,6 +40,18 @@ pub(super) fn of_body(error: &BodyError) -> Cure {
             "a rigid side of one piece, without other conditions and apart from other rigid sides",
             "take the other condition out, or end one of the two sides earlier with `part`",
         ),
+        BodyError::NoArc { .. } => (
+            "a bent side with three nodes or more",
+            "take this [[body.curve]] out, or write `kind = \"smooth\"`",
+        ),
+        BodyError::OffArc { .. } => (
+            "nodes on one circle, to 1e-6 of its radius",
+            "write `kind = \"smooth\"`, name only the edges of the arc, or write the nodes of the mesh with more digits",
+        ),
+        BodyError::CurvedTwice { .. } => (
+            "one curve for every edge",
+            "take one of the two [[body.curve]] out, or the edge out of one of the sides",
+        ),
         BodyError::BodyForce { .. } => ("two finite numbers", "write the numbers themselves"),
         BodyError::Materials { .. } => {
             ("a material for every cell", "give every [[body.region]] a material that is there")

@@ -125,7 +125,7 @@ impl Case {
                 (&condition.on, key, value)
             }
             // Its data are numbers, not functions.
-            ConditionList::Rigid => return String::new(),
+            ConditionList::Rigid | ConditionList::Curve => return String::new(),
         };
         format!("body \"{}\", {key} = {} on \"{on}\"", given.name, quoted(value))
     }

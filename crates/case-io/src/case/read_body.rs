@@ -3,11 +3,13 @@
 use super::body::file_stem;
 use super::regions::regions;
 use super::{
-    BodyCase, Displacement, Imposition, Load, MeshSource, Part, RigidCase, SideCase, Traction, Value,
+    BodyCase, CurveCase, Displacement, Imposition, Load, MeshSource, Part, RigidCase, SideCase, Traction,
+    Value,
 };
 use super::{read_contact, side};
 use crate::case_file::Reader;
 use crate::diagnostic::{Diagnostic, code, excerpt};
+use fem_core::body::CurveKind;
 use fem_core::mesh::generate::Facing;
 
 /// Reads the bodies.
@@ -44,7 +46,8 @@ fn body(r: &mut Reader<'_>, others: &[BodyCase]) -> BodyCase {
         r.tables("displacement").unwrap_or_default().into_iter().map(|r| displacement(r, s)).collect();
     let tractions = r.tables("traction").unwrap_or_default().into_iter().map(|r| traction(r, s)).collect();
     let rigid = r.tables("rigid").unwrap_or_default().into_iter().map(|r| rigid(r, s)).collect();
-    BodyCase { name, material, regions, mesh, body_force, displacements, tractions, sides, rigid }
+    let curves = r.tables("curve").unwrap_or_default().into_iter().filter_map(|r| curve(r, s)).collect();
+    BodyCase { name, material, regions, mesh, body_force, displacements, tractions, sides, rigid, curves }
 }
 
 /// Bytes of the name of a body, at most: it also names files.
@@ -257,6 +260,21 @@ fn rigid(mut r: Reader<'_>, sides: &mut Vec<SideCase>) -> RigidCase {
     let rigid = read_contact::rigid(&mut r);
     r.finish();
     RigidCase { on, part, rigid }
+}
+
+const CURVES: &[(&str, CurveKind)] = &[("arc", CurveKind::Arc), ("smooth", CurveKind::Smooth)];
+
+/// Writes the word of a curve.
+pub(super) fn curve_name<S: serde::Serializer>(kind: &CurveKind, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(CURVES.iter().find(|(_, k)| k == kind).map_or("", |(name, _)| name))
+}
+
+fn curve(mut r: Reader<'_>, sides: &mut Vec<SideCase>) -> Option<CurveCase> {
+    let on = on(&mut r, sides);
+    r.require(&["kind"]);
+    let kind = if r.has("kind") { r.choice("kind", CURVES) } else { None };
+    r.finish();
+    Some(CurveCase { on, kind: kind? })
 }
 
 fn traction(mut r: Reader<'_>, sides: &mut Vec<SideCase>) -> Traction {

@@ -102,6 +102,9 @@ fn body(body: &BodyCase) -> Json {
     if !body.rigid.is_empty() {
         settings["rigid"] = json!(body.rigid);
     }
+    if !body.curves.is_empty() {
+        settings["curve"] = json!(body.curves);
+    }
     if !body.regions.is_empty() {
         settings["region"] = json!(body.regions);
     }

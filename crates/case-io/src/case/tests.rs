@@ -91,6 +91,7 @@ fn the_example_of_the_contract_is_read() {
         material: "stiff".into(),
         regions: vec![],
         mesh: MeshSource::Block { origin: [0.0, 1.0], size: [2.0, 1.0], cells: [18, 9] },
+        curves: vec![],
         body_force: [0.0; 2],
         displacements: vec![
             Displacement {

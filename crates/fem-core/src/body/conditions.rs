@@ -75,6 +75,7 @@ pub(super) fn evaluate(
         roller_turn,
         conditions,
         selected,
+        curves: Default::default(),
         free_motion,
     })
 }

@@ -21,7 +21,8 @@
 //! On curved surfaces the normals are those of the line on which both are measured, before the cuts (the cut polygon has
 //! edges in a row, whose averaged normals would be edge normals and lock), and gaps are measured between smooth curves
 //! through the nodes: two polygons on one circle are apart by the square of their edge length, more than the
-//! deformation of the bodies. A node slides along the smooth curve of its surface.
+//! deformation of the bodies. A node slides along the smooth curve of its surface. On a side that is declared as a curve
+//! ([`Body::with_curves`]) the inserted nodes lie on that curve, and on an arc the normals are the arc's own.
 //!
 //! Source: the common refinement of Jiao and Heath 2004, here by insertion into the meshes themselves, so that the pairs
 //! match and the constitutive relation error remains a bound.

@@ -2,6 +2,7 @@
 
 use super::held::Line;
 use super::matching::{TOLERANCE, walk};
+use super::refinement::measure_arc;
 use super::{ContactEdge, ContactInterface, Gap, GapChange, InterfaceError, NodePair, pairing};
 use crate::body::{Body, NodeConstraint, RigidMotion};
 use crate::geometry::{self, Vector, cross, norm, perpendicular};
@@ -271,6 +272,9 @@ impl ContactInterface {
                     found.join(body, ends, edge);
                 }
             }
+        }
+        if body.has_curves() {
+            measure_arc(&mut found.pairs, &found.edges);
         }
         let (interface, numbers) = found.into_interface(body, obstacle, self.gap.clone())?;
         let kept = parents.into_iter().zip(numbers).filter(|(_, n)| *n != NONE);

@@ -5,11 +5,13 @@ use super::profile::Profile;
 use super::{ContactEdge, ContactInterface, ContactPair, ContactProblem, Gap, InterfaceError, NodePair};
 use crate::body::{Body, BodyError};
 use crate::each_body::try_each_body;
-use crate::geometry::norm;
+use crate::geometry::{Vector, norm};
 use crate::mesh::MeshError;
-use crate::mesh::id::NodeId;
+use crate::mesh::id::{EdgeId, NodeId};
 use crate::mesh::refine::{self, Refinement, RefinementEdges};
 use crate::mesh::topology::NONE;
+use crate::smooth::is_off_chord;
+use std::collections::HashMap;
 use thiserror::Error;
 
 /// Why a problem cannot be refined.
@@ -109,13 +111,16 @@ impl ContactProblem {
         }
     }
 
-    /// Halves the marked edges of all bodies, after [`ContactProblem::close`]: the same problem on finer meshes.
+    /// Halves the marked edges of all bodies, after [`ContactProblem::close`]: the same problem on finer meshes, but for nodes
+    /// that are moved onto declared curves ([`Body::with_curves`]).
     ///
     /// The parts of an edge inherit its conditions. New nodes on contact edges become new pairs. Functions, including
-    /// the gap, are evaluated at the new nodes; a measured gap is evaluated between smooth curves through the nodes
-    /// of the first meshes. If the normal changes along an edge, the new normal is the mean of the two at its ends, which is
-    /// shorter than one: the normal field is the same on all meshes. On a circle's polygon it stays proportional to the arm from
-    /// the centre, so rotations about the centre remain free.
+    /// the gap, are evaluated at the new nodes; a measured gap is evaluated between the declared curves, or if a side is not
+    /// declared, between smooth curves through the nodes of the first meshes. If the normal changes along an edge, the new
+    /// normal is the mean of the two at its ends, which is shorter than one: the normal field is the same on all meshes. On a
+    /// circle's polygon it stays proportional to the arm from the centre, so rotations about the centre remain free. At a node
+    /// that is moved onto a curve its length is one, for the same reason. A new node stays on the chord of its edge if a cell
+    /// would turn over ([`Body::nodes_on_chords`]).
     ///
     /// # Errors
     /// Meshes that become too large or too small, functions that are not finite at new nodes, a negative gap there.
@@ -129,10 +134,13 @@ impl ContactProblem {
     ) -> Result<RefinedProblem, RefineError> {
         let mut marked = marked.to_vec();
         self.close(refinement_edges, &mut marked);
+        let Curved { places, gaps } = self.on_curves(&marked);
         let refine = |b: usize| -> Result<(Refinement, Body), RefineError> {
             let old = &self.bodies[b];
-            let refinement = refine::refine(old.mesh(), &refinement_edges[b], &marked[b])
-                .map_err(|source| RefineError::Mesh { body: b, source })?;
+            let curve = |edge| places[b].get(&edge).copied();
+            let refinement =
+                refine::refine_onto(old.mesh(), &refinement_edges[b], &marked[b], |_| None, curve)
+                    .map_err(|source| RefineError::Mesh { body: b, source })?;
             let body = old.refined(&refinement).map_err(|source| RefineError::Body { body: b, source })?;
             Ok((refinement, body))
         };
@@ -140,12 +148,13 @@ impl ContactProblem {
             try_each_body(self.bodies.len(), refine)?.into_iter().unzip();
         let (mut contacts, mut pairs) = (Vec::new(), Vec::new());
         let mut obstacles = self.obstacles.clone();
-        for pair in &self.contacts {
+        for (pair, gaps) in self.contacts.iter().zip(&gaps) {
             let [first, second] = pair.bodies;
             let (interface, parents) = match second.checked_sub(bodies.len()) {
                 None => pair.interface.refined(
                     [&bodies[first], &bodies[second]],
                     [&refinements[first], &refinements[second]],
+                    gaps,
                 )?,
                 Some(k) => {
                     let (body, middle) = (&bodies[first], &refinements[first].middle);
@@ -160,14 +169,62 @@ impl ContactProblem {
         }
         Ok(RefinedProblem { problem: Self { bodies, obstacles, contacts }, refinements, pairs })
     }
+
+    /// Finds the places of the new nodes on declared curves. If both sides of a contact edge are curves, the second body's
+    /// node lies on the contact normal of the first one's, and the gap is the distance between the two.
+    fn on_curves(&self, marked: &[Vec<bool>]) -> Curved {
+        let own = |(body, marked): (&Body, &Vec<bool>)| -> HashMap<EdgeId, Vector> {
+            if !body.has_curves() {
+                return HashMap::new();
+            }
+            let edges = (0..marked.len()).map(EdgeId::new).filter(|e| marked[*e]);
+            edges.filter_map(|e| Some((e, body.curve_middle(e)?))).collect()
+        };
+        let mut places: Vec<HashMap<EdgeId, Vector>> = self.bodies.iter().zip(marked).map(own).collect();
+        let mut gaps = Vec::with_capacity(self.contacts.len());
+        for pair in &self.contacts {
+            let mut measured = HashMap::new();
+            for edge in pair.interface.line().1.iter().filter(|_| self.obstacle_of(pair).is_none()) {
+                // Gaps are measured on one of the bodies.
+                let (m, o) = (pair.interface.measured_on, 1 - pair.interface.measured_on);
+                let (own, other) = (edge.edges[m], edge.edges[o]);
+                let (Some(&point), Some(curve)) =
+                    (places[pair.bodies[m]].get(&own), self.bodies[pair.bodies[o]].curve(other))
+                else {
+                    continue;
+                };
+                let [i, j] = edge.pairs.map(|k| pair.interface.line().0[k as usize].normal);
+                let normal = 1.0 / norm(i + j) * (i + j);
+                let ends = self.bodies[pair.bodies[o]].mesh().edge_ends(other);
+                if let Some(found) = curve.crossing(ends, point, normal) {
+                    places[pair.bodies[o]].insert(other, found);
+                    let apart = (found - point).dot(&normal) * if m == 0 { 1.0 } else { -1.0 };
+                    measured.insert(own, apart.max(0.0));
+                }
+            }
+            gaps.push(measured);
+        }
+        Curved { places, gaps }
+    }
+}
+
+/// New nodes on declared curves.
+struct Curved {
+    /// For each body, the place of the node on an edge.
+    places: Vec<HashMap<EdgeId, Vector>>,
+    /// For each pair, the gap measured at the node on an edge of the body that measures, m.
+    gaps: Vec<HashMap<EdgeId, f64>>,
 }
 
 impl ContactInterface {
     /// Creates the interface of the refined bodies, and the parents of its pairs.
+    ///
+    /// * `gaps`: measured between curves at new nodes, see [`Curved::gaps`].
     fn refined(
         &self,
         bodies: [&Body; 2],
         refinements: [&Refinement; 2],
+        gaps: &HashMap<EdgeId, f64>,
     ) -> Result<(Self, Vec<[u32; 2]>), InterfaceError> {
         let (old_pairs, old_edges, old_profiles) = self.line();
         let mut starting = vec![None; old_pairs.len()];
@@ -186,7 +243,7 @@ impl ContactInterface {
             let halved = starting[k].map(|(edge, profile)| (edge, profile, nodes(edge)));
             if let Some((edge, profile, nodes)) = halved.filter(|(.., n)| *n != [NodeId::NONE; 2]) {
                 middle[k] = pairs.len() as u32;
-                pairs.push(self.middle_pair(old_pairs, edge, profile, nodes, bodies)?);
+                pairs.push(self.middle_pair(old_pairs, (edge, profile), gaps, nodes, bodies)?);
                 parents.push(edge.pairs);
             }
         }
@@ -206,6 +263,9 @@ impl ContactInterface {
                     profiles.push(profile);
                 }
             }
+        }
+        if bodies[self.measured_on].has_curves() {
+            measure_arc(&mut pairs, &edges);
         }
         let line = Line { pairs, edges, profiles };
         let (interface, numbers) = line.into_interface(bodies, self.gap.clone(), self.measured_on)?;
@@ -230,8 +290,8 @@ impl ContactInterface {
     fn middle_pair(
         &self,
         pairs: &[NodePair],
-        edge: &ContactEdge,
-        profile: Option<&Profile>,
+        (edge, profile): (&ContactEdge, Option<&Profile>),
+        gaps: &HashMap<EdgeId, f64>,
         nodes: [NodeId; 2],
         bodies: [&Body; 2],
     ) -> Result<NodePair, InterfaceError> {
@@ -239,18 +299,25 @@ impl ContactInterface {
         let point = bodies[self.measured_on].mesh().points()[nodes[self.measured_on]];
         let normal = 0.5 * (i.normal + j.normal);
         let length = if edge.bent { norm(normal) } else { 1.0 };
-        let gap = match (&self.gap, profile) {
-            (Gap::Touching, _) => 0.0,
-            (Gap::Given(data), _) => data.at(point) * length,
-            (Gap::Geometric, Some(profile)) => profile.at(0.5) * length,
-            (Gap::Geometric, None) => 0.5 * (i.gap + j.gap),
-        };
+        let points = bodies[self.measured_on].mesh().points();
+        let ends = [i, j].map(|pair| points[pair.nodes[self.measured_on]]);
+        // A node on a curve is as far from its centre as its neighbours.
+        let scale = if is_off_chord(point, ends) { 1.0 } else { length };
+        let between = gaps.get(&edge.edges[self.measured_on]);
+        let gap = scale
+            * match (&self.gap, between, profile) {
+                (Gap::Touching, ..) => 0.0,
+                (Gap::Given(data), ..) => data.at(point),
+                (Gap::Geometric, Some(gap), _) => *gap,
+                (Gap::Geometric, None, Some(profile)) => profile.at(0.5),
+                (Gap::Geometric, None, None) => 0.5 * (i.gap + j.gap) / length,
+            };
         if !(gap >= 0.0 && gap.is_finite()) {
             return Err(InterfaceError::BadGap { point, value: gap });
         }
         Ok(NodePair {
             nodes,
-            normal,
+            normal: scale / length * normal,
             gap,
             tributary_length: 0.0,
             arc_length: i.arc_length + 0.5 * edge.length,
@@ -267,6 +334,17 @@ impl ContactInterface {
             pairs[k as usize].tributary_length += 0.5 * length;
         }
         Some(ContactEdge { pairs: ends, edges, length, bent: false, clamped: None })
+    }
+}
+
+/// Sets the arc lengths of pairs from the lengths of their edges: nodes on curves make edges longer than their parts were.
+pub(super) fn measure_arc(pairs: &mut [NodePair], edges: &[ContactEdge]) {
+    let mut after = vec![0.0; pairs.len()];
+    edges.iter().for_each(|edge| after[edge.pairs[0] as usize] = edge.length);
+    let mut arc_length = 0.0;
+    for (pair, after) in pairs.iter_mut().zip(after) {
+        pair.arc_length = arc_length;
+        arc_length += after;
     }
 }
 

@@ -18,8 +18,9 @@
 
 use super::topology::NONE;
 use super::{MeshError, TriMesh};
-use crate::geometry::Vector;
+use crate::geometry::{Vector, signed_area};
 use crate::mesh::id::{EdgeId, NodeId};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The refinement edge of every triangle, by its place 0, 1 or 2 in the triangle.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -84,10 +85,12 @@ pub struct Refinement {
     pub parent_nodes: Vec<[NodeId; 2]>,
     /// The new node on each old edge, [`NodeId::NONE`] if the edge is not cut.
     pub middle: Vec<NodeId>,
+    /// New nodes that [`refine_onto`] left on the chord.
+    pub on_chord: Vec<NodeId>,
 }
 
 impl Refinement {
-    /// Transfers a P1 field exactly.
+    /// Transfers a P1 field: exactly, unless nodes were moved onto curves.
     ///
     /// # Panics
     /// If the field does not have one entry per old node.
@@ -171,17 +174,38 @@ pub fn refine_at(
     marked: &[bool],
     place: impl Fn(EdgeId) -> Option<Vector>,
 ) -> Result<Refinement, MeshError> {
+    refine_onto(mesh, refinement_edges, marked, place, |_| None)
+}
+
+/// Cuts like [`refine_at`], and then moves the new nodes to the points that `curve` gives for their edges. A node stays where
+/// it is if a triangle would keep less than [`LEAST_AREA`] of its area: [`Refinement::on_chord`] lists it.
+///
+/// # Errors
+/// See [`refine_at`].
+///
+/// # Panics
+/// See [`close`].
+pub fn refine_onto(
+    mesh: &TriMesh,
+    refinement_edges: &RefinementEdges,
+    marked: &[bool],
+    place: impl Fn(EdgeId) -> Option<Vector>,
+    curve: impl Fn(EdgeId) -> Option<Vector>,
+) -> Result<Refinement, MeshError> {
     let mut marked = marked.to_vec();
     close(mesh, refinement_edges, &mut marked);
     let topology = mesh.topology();
     let mut points = mesh.points().to_vec();
     let mut middle = vec![NodeId::NONE; marked.len()];
     let mut parent_nodes = Vec::new();
+    let mut moves = BTreeMap::new();
     for (edge, _) in marked.iter().enumerate().filter(|(_, m)| **m) {
         let ends = topology.edges()[edge];
         let [a, b] = ends.map(|n| points[n]);
-        middle[edge] = NodeId::new(points.len());
+        let new = NodeId::new(points.len());
+        middle[edge] = new;
         points.push(place(EdgeId::new(edge)).unwrap_or_else(|| 0.5 * (a + b)));
+        moves.extend(curve(EdgeId::new(edge)).map(|to| (new, to)));
         parent_nodes.push(ends);
     }
     let mut children = Children::default();
@@ -189,6 +213,10 @@ pub fn refine_at(
         children.parent = triangle as u32;
         let edges = topology.triangle_edges()[triangle].map(|e| middle[e]);
         children.cut(*corners, edges, usize::from(refinement_edges.0[triangle]));
+    }
+    let on_chord = stay(&points, &children.triangles, &mut moves);
+    for (node, to) in moves {
+        points[node] = to;
     }
     let groups = mesh.groups().iter().map(|(name, edges)| {
         let halves = edges.iter().flat_map(|&e| {
@@ -207,7 +235,36 @@ pub fn refine_at(
         parent_cell: children.parents,
         parent_nodes,
         middle,
+        on_chord,
     })
+}
+
+/// A triangle keeps at least this part of its area if nodes move.
+const LEAST_AREA: f64 = 0.3;
+
+/// Takes out the moves with which a triangle would turn over or keep less than [`LEAST_AREA`] of its area, and returns their nodes.
+fn stay(points: &[Vector], triangles: &[[NodeId; 3]], moves: &mut BTreeMap<NodeId, Vector>) -> Vec<NodeId> {
+    let mut on_chord = Vec::new();
+    let mut waiting: Vec<[NodeId; 3]> =
+        triangles.iter().filter(|t| t.iter().any(|n| moves.contains_key(n))).copied().collect();
+    loop {
+        let area = |corners: &[NodeId; 3], moves: &BTreeMap<NodeId, Vector>| {
+            signed_area(corners.map(|n| moves.get(&n).copied().unwrap_or(points[n])))
+        };
+        let none = BTreeMap::new();
+        let bad = |t: &&[NodeId; 3]| !(area(t, moves) >= LEAST_AREA * area(t, &none));
+        let nodes: BTreeSet<NodeId> =
+            waiting.iter().filter(bad).flatten().filter(|n| moves.contains_key(n)).copied().collect();
+        if nodes.is_empty() {
+            return on_chord;
+        }
+        for node in nodes {
+            moves.remove(&node);
+            on_chord.push(node);
+        }
+        // The others may have gained by the moves of these.
+        waiting.retain(|t| t.iter().any(|n| moves.contains_key(n)));
+    }
 }
 
 /// The triangles of the finer mesh in the order of their creation.

@@ -1,7 +1,7 @@
 //! The line on which both surfaces are measured: one side's polygon with its averaged normals, frozen.
 
 use crate::geometry::{Vector, angle_between, cross, norm, perpendicular, right_normal};
-use crate::interface::STRAIGHT;
+use crate::smooth::{Arch, is_corner, nodal_normals, smooth_normals};
 
 /// The gap between two neighbouring pairs, measured between smooth curves.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,17 +49,7 @@ impl Curve {
         let outline = [before, &points, after].concat();
         let inner = |all: Vec<Vector>| all[before.len()..before.len() + n].to_vec();
         let normals = inner(nodal_normals(&outline, |edge| edge));
-        // Weighted by the length of the *other* edge, the mean is the normal of the circle through the three points.
-        let mut smooth_normals = inner(nodal_normals(&outline, |edge| 1.0 / edge));
-        if n > 3 && points[0] != points[n - 1] {
-            // Beside a corner the edge at a free end is straight: no circle continues beyond the corner.
-            if before.is_empty() && is_corner([3, 2, 1, 0].map(|k| points[k])) {
-                smooth_normals[0] = right_normal(points[0], points[1]);
-            }
-            if after.is_empty() && is_corner([n - 4, n - 3, n - 2, n - 1].map(|k| points[k])) {
-                smooth_normals[n - 1] = right_normal(points[n - 2], points[n - 1]);
-            }
-        }
+        let smooth_normals = inner(smooth_normals(&outline));
         let mut arc = vec![0.0];
         for k in 1..n {
             arc.push(arc[k - 1] + norm(points[k] - points[k - 1]));
@@ -91,6 +81,14 @@ impl Curve {
         let unit = 1.0 / norm(direction) * direction;
         if self.points.windows(2).all(|w| unit.dot(&right_normal(w[0], w[1])) >= 0.5) {
             self.normals.fill(unit);
+        }
+        self
+    }
+
+    /// Replaces the normals at the nodes for which there is another one.
+    pub(in crate::interface) fn with_normals(mut self, at: impl Fn(usize) -> Option<Vector>) -> Self {
+        for (k, normal) in self.normals.iter_mut().enumerate() {
+            *normal = at(k).unwrap_or(*normal);
         }
         self
     }
@@ -139,24 +137,9 @@ impl Curve {
 
     /// Computes the point of a smooth curve through the nodes over edge `k`, at a fraction `t` of the edge: for
     /// points of a circle this is the circle, otherwise nearly a cubic that is normal to the circles' normals at the
-    /// nodes. If these turn unequally, as beside a corner of a straight line, the larger slope is limited to twice
-    /// the smaller.
+    /// nodes, see [`Arch`].
     pub(in crate::interface) fn smooth(&self, k: usize, t: f64) -> Vector {
-        let [a, b] = self.slopes(k);
-        let [a, b] = if a * b > 0.0 {
-            let limit = 2.0 * a.abs().min(b.abs());
-            [a, b].map(|x| x.clamp(-limit, limit))
-        } else {
-            [0.0; 2]
-        };
-        let (from, to) = (self.points[k], self.points[k + 1]);
-        let cubic = t * (1.0 - t) * ((1.0 - t) * a + t * b);
-        // The height of the arc with the mean slope, over that of its cubic: 1 in the middle of the edge.
-        let squared = (0.25 * (a + b)).powi(2);
-        let arc = 0.25 * (1.0 + squared).powi(2) - squared * (2.0 * t - 1.0).powi(2);
-        let round = if squared < 0.5 { 1.0 / (arc.sqrt() + 0.5 * (1.0 - squared)) } else { 1.0 };
-        let height = norm(to - from) * cubic * round;
-        (1.0 - t) * from + t * to + height * right_normal(from, to)
+        self.arch(k).at(t)
     }
 
     /// Computes the point of the smooth curve over edge `k` that lies on the normal of `line` at its arc length `s`.
@@ -196,13 +179,14 @@ impl Curve {
         [Some(k), before, after].into_iter().flatten().map(own).fold(0.0, f64::max)
     }
 
-    /// The slopes of the curve at the two ends of an edge, each positive where it rises towards the edge's middle: `2 tan φ/2`
-    /// for normals turned by `φ` against the edge's, with which the cubic has the height of a circle's arc.
+    /// Returns the piece of the smooth curve over edge `k`.
+    fn arch(&self, k: usize) -> Arch {
+        Arch::new([k, k + 1].map(|k| self.points[k]), [k, k + 1].map(|k| self.smooth_normals[k]))
+    }
+
+    /// Returns the slopes of that piece.
     fn slopes(&self, k: usize) -> [f64; 2] {
-        let (from, to) = (self.points[k], self.points[k + 1]);
-        let (along, across) = (1.0 / norm(to - from) * (to - from), right_normal(from, to));
-        let slope = |n: Vector| 2.0 * n.dot(&along) / (n.dot(&across) + norm(n));
-        [-slope(self.smooth_normals[k]), slope(self.smooth_normals[k + 1])]
+        self.arch(k).slopes()
     }
 
     /// Returns the arc length of each node, m.
@@ -277,47 +261,6 @@ impl Curve {
         let (r, n) = self.at(s);
         cross(r - a, n) / cross(b - a, n)
     }
-}
-
-/// Computes unit normals at the points of a polygon: means of the right normals of the two edges, weighted as `weight` says by
-/// their lengths. At a free end of a curved line the normal is the neighbour's mirrored at the last edge, which is
-/// exact for a circle.
-fn nodal_normals(points: &[Vector], weight: impl Fn(f64) -> f64) -> Vec<Vector> {
-    let n = points.len();
-    let closed = n > 3 && points[0] == points[n - 1];
-    let weighted = |k: usize| {
-        let [a, b] = [points[k], points[k + 1]];
-        weight(norm(b - a)) * right_normal(a, b)
-    };
-    let unit = |v: Vector| 1.0 / norm(v) * v;
-    let seam = if closed { Some(unit(weighted(n - 2) + weighted(0))) } else { None };
-    let end = |edge: usize, neighbour: usize| {
-        let own = unit(weighted(edge));
-        let next = unit(weighted(neighbour - 1) + weighted(neighbour));
-        let mirrored = 2.0 * next.dot(&own) * own - next;
-        if cross(own, next).abs() > STRAIGHT { mirrored } else { own }
-    };
-    let normals = (0..n).map(|k| match k {
-        _ if k == 0 || k + 1 == n => match seam {
-            Some(normal) => normal,
-            None if n == 2 => unit(weighted(0)),
-            None if k == 0 => end(0, 1),
-            None => end(n - 2, n - 2),
-        },
-        k => unit(weighted(k - 1) + weighted(k)),
-    });
-    normals.collect()
-}
-
-/// A node at which a line turns this many times as much over its length as at the next one is a corner.
-const CORNER: f64 = 4.0;
-
-/// Tells whether the third of four points in a row is a corner: the line turns there, and much less at the second.
-fn is_corner(points: [Vector; 4]) -> bool {
-    let edge = |k: usize| points[k + 1] - points[k];
-    // On a circle the turn is half the length of both edges over the radius, however long they are.
-    let curvature = |k: usize| angle_between(edge(k - 1), edge(k)) / (norm(edge(k - 1)) + norm(edge(k)));
-    curvature(2) > CORNER * curvature(1)
 }
 
 /// Cosine of the largest turn of a smooth outline at a node, 30 degrees.

@@ -1,10 +1,11 @@
 //! Cuts contact edges at the other side's nodes: inwards by bisection first where a fan would be too thin.
 
 use super::chain::Motion;
+use super::curve::Curve;
 use super::error::CommonRefinementError;
 use super::overlap::{Overlap, Site};
 use crate::body::Body;
-use crate::geometry::{self, Vector};
+use crate::geometry::{self, Vector, norm};
 use crate::mesh::id::{EdgeId, NodeId};
 use crate::mesh::refine::{self, RefinementEdges};
 use std::collections::HashMap;
@@ -14,6 +15,8 @@ const THIN: f64 = 8.0;
 /// A bisected contact edge is cut at the other side's node nearest to its middle if that lies within this fraction of its
 /// ends; in the middle otherwise.
 const CENTRAL: f64 = 0.25;
+/// A declared curve is at most this part of an edge away from it.
+const NEAR: f64 = 0.5;
 /// Each pass halves edges; after 60 passes edges have 2⁻⁶⁰ of their length, below round-off.
 const PASSES: usize = 120;
 
@@ -28,6 +31,22 @@ pub(super) struct Side {
 struct Cut {
     s: f64,
     point: Vector,
+    /// The point of the declared curve over the edge.
+    on_curve: Option<Vector>,
+}
+
+impl Cut {
+    /// Finds the point of the edge between sites `k` and `k + 1` at an arc length.
+    fn new(
+        body: &Body,
+        overlap: &Overlap,
+        (b, k): (usize, usize),
+        s: f64,
+        edge: EdgeId,
+    ) -> Result<Self, CommonRefinementError> {
+        let point = point_at(body, overlap, b, k, s)?;
+        Ok(Self { s, point, on_curve: on_curve(body, &overlap.curve, edge, s, point) })
+    }
 }
 
 /// Cuts until the nodes of both sides on every overlap are the same.
@@ -108,6 +127,13 @@ fn point_at(
     Ok((1.0 - t) * from + t * to)
 }
 
+/// Finds the point of the declared curve over an edge on the normal of the common line at an arc length; `None` if there is no
+/// curve, or none near the edge.
+pub(super) fn on_curve(body: &Body, line: &Curve, edge: EdgeId, s: f64, on_chord: Vector) -> Option<Vector> {
+    let found = body.curve(edge)?.meet(on_chord, line.at(s).1)?;
+    (norm(found - on_chord) <= NEAR * body.mesh().edge_length(edge)).then_some(found)
+}
+
 /// Tells whether the fan that the other side's nodes make of a contact cell has too small an angle.
 fn is_thin(
     body: &Body,
@@ -163,7 +189,7 @@ fn bisect(
             let near = nearest(overlap, b, k).filter(|s| (s - middle).abs() <= (0.5 - CENTRAL) * (to - from));
             if near.is_some() || !cuts.contains_key(&edge) {
                 let s = near.unwrap_or(middle);
-                cuts.insert(edge, Cut { s, point: point_at(&side.body, overlap, b, k, s)? });
+                cuts.insert(edge, Cut::new(&side.body, overlap, (b, k), s, edge)?);
             }
         }
     }
@@ -182,7 +208,7 @@ fn split(side: &mut Side, overlaps: &mut [Overlap], b: usize) -> Result<(), Comm
             if let Some(s) = nearest(overlap, b, k) {
                 let edge = edge_of(&side.body, overlap, b, k)?;
                 marked[edge] = true;
-                cuts.insert(edge, Cut { s, point: point_at(&side.body, overlap, b, k, s)? });
+                cuts.insert(edge, Cut::new(&side.body, overlap, (b, k), s, edge)?);
             }
         }
     }
@@ -208,7 +234,11 @@ fn apply(
     cuts: &HashMap<EdgeId, Cut>,
 ) -> Result<(), CommonRefinementError> {
     let old = side.body.mesh();
-    let refinement = refine::refine_at(old, edges, marked, |e| cuts.get(&e).map(|c| c.point))
+    let curve = |e: EdgeId| match cuts.get(&e) {
+        Some(cut) => cut.on_curve,
+        None => side.body.curve_middle(e),
+    };
+    let refinement = refine::refine_onto(old, edges, marked, |e| cuts.get(&e).map(|c| c.point), curve)
         .map_err(|source| CommonRefinementError::Mesh { body: b, source })?;
     for overlap in overlaps {
         let mut sites = Vec::with_capacity(overlap.sites[b].len());

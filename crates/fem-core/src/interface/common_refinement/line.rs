@@ -5,7 +5,7 @@ use super::curve::Curve;
 use crate::body::{Body, NodeConstraint};
 use crate::geometry::{Vector, bounding_box, norm, perpendicular};
 use crate::interface::ContactNormal;
-use crate::mesh::id::NodeId;
+use crate::mesh::id::{EdgeId, NodeId};
 
 /// A surface as it was before it was cut: its polygon, and the place of each node on the common line.
 #[derive(Clone, Debug)]
@@ -41,7 +41,9 @@ impl<'a> Line<'a> {
             true => Curve::new([&points[1..inner], &points[1..2]].concat()),
             false => Curve::continued(points.clone(), beyond(body, &own.nodes)),
         };
-        let mut curve = if own.inserted { uncut.begun_at(points[0]) } else { uncut.clone() };
+        let curve = if own.inserted { uncut.begun_at(points[0]) } else { uncut.clone() };
+        // On a declared arc the normals are the arc's own.
+        let mut curve = curve.with_normals(|k| body.arc_normal(own.nodes[k], &edges_at(body, own, k)));
         let offset = if own.inserted { curve.arc()[1] } else { 0.0 };
         let uncut = Uncut { s: uncut.arc().iter().map(|s| s + offset).collect(), curve: uncut };
         if let ContactNormal::Fixed(direction) = normal {
@@ -81,6 +83,15 @@ fn beyond(body: &Body, nodes: &[NodeId]) -> [Option<Vector>; 2] {
         let ends = mesh.topology().edges()[mesh.topology().boundary_beyond(edge, end)?];
         Some(mesh.points()[if ends[0] == end { ends[1] } else { ends[0] }])
     })
+}
+
+/// Lists the edges of a stretch that meet at its node `k`.
+fn edges_at(body: &Body, chain: &Chain, k: usize) -> Vec<EdgeId> {
+    let (nodes, last) = (&chain.nodes, chain.nodes.len() - 1);
+    let before = if k > 0 { Some(k - 1) } else { chain.is_closed().then(|| last - 1) };
+    let after = if k < last { Some(k) } else { chain.is_closed().then_some(0) };
+    let edge = |k: usize| body.mesh().topology().find_edge(nodes[k], nodes[k + 1]);
+    [before, after].into_iter().flatten().filter_map(edge).collect()
 }
 
 fn points_of(body: &Body, nodes: &[NodeId]) -> Vec<Vector> {

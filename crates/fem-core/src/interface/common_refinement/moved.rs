@@ -61,6 +61,7 @@ pub(super) fn replaced(
         parent_cell: (0..mesh.triangles().len() as u32).collect(),
         parent_nodes: Vec::new(),
         middle: vec![NodeId::NONE; edges.len()],
+        on_chord: Vec::new(),
         mesh: changed,
     };
     body.refined(&same).map_err(|source| CommonRefinementError::Body { body: number, source })

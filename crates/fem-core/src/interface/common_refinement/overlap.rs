@@ -9,6 +9,7 @@ use crate::body::Body;
 use crate::geometry::{Vector, norm, right_normal};
 use crate::interface::ContactNormal;
 use crate::mesh::id::NodeId;
+use crate::smooth::is_off_chord;
 use std::collections::HashMap;
 
 /// Ends, corners and other fixed nodes are moved by at most this fraction of the smaller adjacent edge.
@@ -96,6 +97,10 @@ impl Overlap {
             lengths[k] = match around {
                 Some((i, j)) => {
                     let [from, to, at] = [i, j, k].map(|k| points[sites[k].node]);
+                    // A node on a declared arc is as far from its centre as the old ones.
+                    if is_off_chord(at, [from, to]) {
+                        continue;
+                    }
                     let t = (at - from).dot(&(to - from)) / (to - from).dot(&(to - from));
                     norm((1.0 - t) * unit(i) + t * unit(j))
                 }

@@ -1,6 +1,7 @@
 //! Opens closed contact lines: both begin at one point, where a node of each faces a node of the other.
 
 use super::chain::{self, Chain, Motion};
+use super::cut::on_curve;
 use super::error::CommonRefinementError;
 use super::line::{Line, Opposite};
 use super::moved::{Moves, with_moved};
@@ -8,7 +9,7 @@ use super::overlap::{self, Overlap, ROUND_OFF, SAME, SNAP};
 use crate::body::Body;
 use crate::geometry::norm;
 use crate::interface::ContactNormal;
-use crate::mesh::id::NodeId;
+use crate::mesh::id::{EdgeId, NodeId};
 use crate::mesh::refine::{self, RefinementEdges};
 use std::collections::HashMap;
 
@@ -180,7 +181,9 @@ fn insert(
     let t = overlap.curve.crossing(s, from, to);
     let point = (1.0 - t) * from + t * to;
     let edges = RefinementEdges::preferring(mesh, &marked);
-    let refinement = refine::refine_at(mesh, &edges, &marked, |e| (e == edge).then_some(point))
+    let curve = on_curve(&bodies[reference], &overlap.curve, edge, s, point);
+    let here = |e: EdgeId| (e == edge).then_some(point);
+    let refinement = refine::refine_onto(mesh, &edges, &marked, here, |e| curve.filter(|_| e == edge))
         .map_err(|source| CommonRefinementError::Mesh { body: reference, source })?;
     seam[reference] = refinement.middle[edge];
     let place = own.nodes.windows(2).position(|w| w == ends).map_or(own.nodes.len() - 1, |k| k + 1);
