@@ -1,6 +1,6 @@
 //! Checkpoints of adaptive runs: what an interrupted run needs to be resumed.
 //!
-//! A file holds one line, `nndd checkpoint 3` and the SHA-256 of the rest, and then JSON. Two are kept, the newest and
+//! A file holds one line, `nndd checkpoint 4` and the SHA-256 of the rest, and then JSON. Two are kept, the newest and
 //! the one before it, each written under a temporary name and renamed: whenever a process is killed, one is whole. A
 //! file that was damaged afterwards is recognised by its hash, and the older one is used.
 
@@ -14,7 +14,7 @@ use thiserror::Error;
 pub use crate::output::{CHECKPOINT as NEWEST, CHECKPOINT_BEFORE as PREVIOUS};
 
 /// How files of this version begin.
-const HEAD: &str = "nndd checkpoint 3 ";
+const HEAD: &str = "nndd checkpoint 4 ";
 
 /// A run, and how far it has come.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -66,6 +66,8 @@ pub struct Step {
     pub iterations: usize,
     /// `a(u, u)` of all bodies, J/m.
     pub energy_norm_squared: Option<f64>,
+    /// Largest von Mises stress of the recovered stress, Pa.
+    pub peak_stress: Option<f64>,
     /// When it had been solved, in seconds of work since the start.
     pub seconds: f64,
 }
@@ -233,6 +235,7 @@ mod tests {
             certified: true,
             iterations: 3,
             energy_norm_squared: Some(f64::MIN_POSITIVE),
+            peak_stress: Some(0.3),
             seconds: 0.0,
         };
         let progress = Progress { imposed: vec![1], compliance: None, meshes: vec![mesh], steps: vec![step] };

@@ -340,8 +340,26 @@ pub struct Results {
     pub balance: Option<Vec<[f64; 3]>>,
     /// Largest displacement, m.
     pub max_displacement: Option<f64>,
-    /// Largest equivalent stress, Pa.
+    /// Largest equivalent stress of a cell, Pa: that of the displacements.
     pub max_von_mises: Option<f64>,
+    /// Largest equivalent stress of the recovered stress.
+    #[serde(default)]
+    pub peak_stress: Option<PeakStress>,
+}
+
+/// The largest equivalent stress of the recovered stress, and where it is.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PeakStress {
+    /// The stress, Pa.
+    pub von_mises: f64,
+    /// Name of the body.
+    pub body: String,
+    /// First coordinate of the node, m.
+    pub x: f64,
+    /// Second coordinate.
+    pub y: f64,
+    /// Its change from the mesh before to the last one, over the former; `None` if there is one mesh.
+    pub change: Option<f64>,
 }
 
 /// One stretch of the contact line.
@@ -399,6 +417,9 @@ pub struct AdaptiveRow {
     pub iterations: usize,
     /// `a(u, u)` of both bodies.
     pub energy_norm_squared: f64,
+    /// Largest equivalent stress of the recovered stress, Pa.
+    #[serde(default)]
+    pub peak_stress: Option<f64>,
 }
 
 /// Disjoint wall times that add up to `total`, s.

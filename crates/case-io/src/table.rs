@@ -25,8 +25,8 @@ const HISTORY_COLUMNS: [&str; 12] = [
 const CONTACT_COLUMNS: [&str; 7] = ["s", "x", "y", "gap", "opening", "pressure", "active"];
 
 /// The columns of adaptive.csv: the keys of `adaptive` in report.json.
-const ADAPTIVE_COLUMNS: [&str; 7] =
-    ["step", "nodes", "pairs", "e_cre", "relative", "iterations", "energy_norm_squared"];
+const ADAPTIVE_COLUMNS: [&str; 8] =
+    ["step", "nodes", "pairs", "e_cre", "relative", "iterations", "energy_norm_squared", "peak_stress"];
 
 /// Why a table cannot be written.
 #[derive(Debug, Error)]
@@ -182,7 +182,7 @@ mod tests {
         let keys: Vec<String> =
             serde_json::to_value(&row).unwrap().as_object().unwrap().keys().cloned().collect();
         assert_eq!(keys, ADAPTIVE_COLUMNS);
-        assert_eq!(adaptive_csv(&[row]).unwrap().lines().nth(1), Some("2,900,0,0.25,,0,0.0"));
+        assert_eq!(adaptive_csv(&[row]).unwrap().lines().nth(1), Some("2,900,0,0.25,,0,0.0,"));
     }
 
     #[test]

@@ -88,6 +88,16 @@ pub struct AdaptiveSolution {
     pub end: AdaptiveEnd,
 }
 
+impl AdaptiveSolution {
+    /// Computes the change of the largest von Mises stress ([`crate::PeakStress`]) from the mesh before to that of the solution,
+    /// relative to the former; `None` on the first mesh.
+    pub fn peak_change(&self) -> Option<f64> {
+        let peak = |step: usize| self.history.get(step.checked_sub(1)?)?.peak_stress;
+        let (before, now) = (peak(self.step.checked_sub(1)?)?, peak(self.step)?);
+        (before > 0.0).then(|| (now - before) / before)
+    }
+}
+
 /// Solves a contact problem on finer and finer meshes until the certified relative error is at most the target.
 ///
 /// * `problem`: bodies in the user's order, on their first meshes; every finer mesh poses the same problem,

@@ -57,4 +57,6 @@ pub struct Step {
     pub iterations: usize,
     /// `a(u, u)` of all bodies together, J/m.
     pub energy_norm_squared: Option<f64>,
+    /// Largest von Mises stress of the recovered stress, Pa, if it is known.
+    pub peak_stress: Option<f64>,
 }

@@ -84,7 +84,7 @@ pub use history::{Row, Step};
 pub use nndd;
 pub use observer::{Observer, Phase, Silent};
 pub use reactions::{Balance, Reaction, RigidSideResults};
-pub use results::{PairResults, Results, Stretch};
+pub use results::{PairResults, PeakStress, Results, Stretch};
 pub use settings::{Criterion, Imposed, Settings};
 pub use solution::{CertifiedSolution, RoleReason};
 pub use solve::solve;

@@ -1,7 +1,7 @@
 //! The quantities of interest: forces, pressures, openings, reactions.
 
 use crate::reactions::{Balance, Reaction, RigidSideResults, nodal_forces, support_reactions};
-use cre_estimator::{AdmissibleBody, Estimate};
+use cre_estimator::{AdmissibleBody, Estimate, RecoveredStress};
 use fem_core::body::Body;
 use fem_core::geometry::{Vector, cross, norm};
 use fem_core::interface::{ContactEdge, ContactInterface, ContactProblem};
@@ -57,6 +57,18 @@ pub struct PairResults {
     pub min_opening: f64,
 }
 
+/// The largest von Mises stress of the recovered stress.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct PeakStress {
+    /// The stress, Pa.
+    pub von_mises: f64,
+    /// The body, in the order of [`Results`].
+    pub body: usize,
+    /// Where, m: a node.
+    pub point: Vector,
+}
+
 /// The results of a run; arrays by body in the order of the problem passed to [`crate::solve`].
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -87,6 +99,10 @@ pub struct Results {
     pub max_displacement: f64,
     /// Largest von Mises stress of the displacements, Pa; `None` if the out-of-plane stress of a material is unknown.
     pub max_von_mises: Option<f64>,
+    /// The recovered stress of each body: continuous, one value per node and material.
+    pub recovered: Vec<RecoveredStress>,
+    /// Its largest von Mises stress; `None` if the out-of-plane stress of a material is unknown.
+    pub peak_stress: Option<PeakStress>,
 }
 
 /// Computes the results of an iteration.
@@ -113,6 +129,10 @@ pub(crate) fn results(
         values.collect::<Option<Vec<f64>>>().map(largest)
     };
     let lines = || lines(problem, iterate);
+    let fields = problem.bodies.iter().zip(&pair.bodies);
+    let recovered: Vec<RecoveredStress> =
+        fields.map(|(body, fields)| RecoveredStress::new(body, &fields.equilibrated)).collect();
+    let peak_stress = peak_stress(problem, &recovered);
     Results {
         energy_norm_squared: estimate.energy_norm_squared.clone(),
         contact_force: iterate.contact_force(),
@@ -135,7 +155,19 @@ pub(crate) fn results(
             .map(von_mises)
             .collect::<Option<Vec<f64>>>()
             .map(largest),
+        recovered,
+        peak_stress,
     }
+}
+
+/// Finds the largest von Mises stress of all bodies.
+fn peak_stress(problem: &ContactProblem, recovered: &[RecoveredStress]) -> Option<PeakStress> {
+    let of_body = |(b, (body, stress)): (usize, (&Body, &RecoveredStress))| {
+        let (von_mises, node) = stress.largest_von_mises(body)?;
+        Some(PeakStress { von_mises, body: b, point: body.mesh().points()[node] })
+    };
+    let all = problem.bodies.iter().zip(recovered).enumerate().map(of_body).collect::<Option<Vec<_>>>()?;
+    all.into_iter().max_by(|a, b| a.von_mises.total_cmp(&b.von_mises))
 }
 
 fn largest(values: impl IntoIterator<Item = f64>) -> f64 {

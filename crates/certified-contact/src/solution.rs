@@ -105,6 +105,7 @@ impl CertifiedSolution {
             certified: self.is_certified(),
             iterations: self.rows.len(),
             energy_norm_squared: estimate.map(|e| e.energy_norm_squared.iter().sum()),
+            peak_stress: self.results.as_ref().and_then(|r| r.peak_stress).map(|peak| peak.von_mises),
         }
     }
 }

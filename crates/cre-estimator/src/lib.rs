@@ -36,6 +36,7 @@
 //! | residuals of admissibility, as numbers | [`check()`] |
 //! | `e_CRE` and the split | [`cre`] |
 //! | `η_dis` | [`indicators`] |
+//! | a continuous stress for pictures and peaks | [`RecoveredStress`] |
 //! | where to refine | [`marking`] |
 //!
 //! [`estimate_with()`] does all of it for a [`fem_core::interface::ContactState`] and returns an [`Estimate`];
@@ -79,6 +80,7 @@ pub mod lift;
 pub mod marking;
 pub mod parts;
 pub mod pressure;
+mod recovered;
 mod round_off;
 mod star;
 pub mod star_relaxation;
@@ -93,6 +95,7 @@ pub use estimate::{Estimate, Indicators, ROUND_OFF_SHARE, estimate, estimate_wit
 pub use fem_core;
 pub use lift::Lift;
 pub use parts::Parts;
+pub use recovered::RecoveredStress;
 pub use star_relaxation::{Relaxation, RelaxationReport, StarRelaxation, relax};
 
 /// The examples of README.md, run as tests.

@@ -125,7 +125,7 @@ impl Printer {
         match self.format {
             _ if self.quiet => Ok(()),
             Format::Human => {
-                let mut text = verdict::verdict(report);
+                let mut text = verdict::verdict(report) + &verdict::peak(report);
                 let remark = console::remark(case, report).filter(|_| self.every_iteration);
                 text.extend(remark.map(|remark| format!("note: {remark}\n")));
                 if verbose {

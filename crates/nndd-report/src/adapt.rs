@@ -1,6 +1,7 @@
 //! An adaptive run: one row and one set of ParaView files per mesh.
 
 use crate::convert;
+use crate::curves;
 use crate::failure::{Failure, LIMIT, NOT_CERTIFIED};
 use crate::follower::Follower;
 use crate::host::Event;
@@ -33,6 +34,7 @@ pub fn adaptive_row(step: &Step) -> Option<AdaptiveRow> {
         relative: step.relative,
         iterations: step.iterations,
         energy_norm_squared: step.energy_norm_squared?,
+        peak_stress: step.peak_stress,
     })
 }
 
@@ -46,6 +48,7 @@ pub fn without_bound(step: &Step) -> Value {
         "relative": null,
         "iterations": step.iterations,
         "energy_norm_squared": step.energy_norm_squared,
+        "peak_stress": step.peak_stress,
     })
 }
 
@@ -79,6 +82,7 @@ pub(crate) fn solve(
         memory: None,
     };
     let solver = convert::settings(case);
+    let undeclared = curves::undeclared(&problem);
     let answer = match checkpoint {
         Some(checkpoint) => resume_adaptively(problem, checkpoint, &solver, &settings, &mut steps),
         None => solve_adaptively(problem, &solver, &settings, &mut steps),
@@ -91,7 +95,9 @@ pub(crate) fn solve(
     let status = judge(case, adapt, &answer, follower.ended, memory.as_deref());
     let adaptive = answer.history.iter().filter_map(adaptive_row).collect();
     let longest_step = follower.longest;
-    Ok(Solved { solution: answer.solution, status, adaptive, step_seconds: seconds, longest_step })
+    let (peak_change, notes) = (answer.peak_change(), curves::refined(case, &undeclared, &answer.solution));
+    let solution = answer.solution;
+    Ok(Solved { solution, status, adaptive, peak_change, notes, step_seconds: seconds, longest_step })
 }
 
 /// Follows the run, writes each mesh's files, and keeps it within the memory limit.

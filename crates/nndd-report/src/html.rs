@@ -232,7 +232,15 @@ fn results(page: &mut String, case: &Case, report: &Report) {
     row("smallest opening", r.min_opening, false);
     row("largest displacement", r.max_displacement, false);
     if r.max_von_mises.is_some() {
-        row("largest von Mises stress", r.max_von_mises, false);
+        row("largest von Mises stress of a cell", r.max_von_mises, false);
+    }
+    if let Some(peak) = &r.peak_stress {
+        row(&format!("largest recovered von Mises stress, in {}", peak.body), Some(peak.von_mises), false);
+        row("its place, x", Some(peak.x), false);
+        row("its place, y", Some(peak.y), false);
+        if peak.change.is_some() {
+            row("its relative change from the mesh before", peak.change, false);
+        }
     }
     for reaction in r.reactions.iter().flatten() {
         row(&format!("reaction x of {} on {}", reaction.on, reaction.body), Some(reaction.fx), true);

@@ -2,6 +2,7 @@
 
 use crate::check;
 use crate::convert;
+use crate::curves;
 use crate::outcome;
 use case_io::Case;
 use case_io::case::{BodyCase, MaterialLaw, Method};
@@ -63,6 +64,7 @@ pub(crate) fn of_solution(case: &Case, solution: &CertifiedSolution) -> Vec<Stri
     let problem = &solution.problem;
     let mut notes = of_problem(case, problem);
     notes.extend(bent_contact(solution));
+    notes.extend(curves::of_solution(case, solution));
     let Some(estimate) = &solution.estimate else { return notes };
     if matches!(solution.nndd.status, NnddStatus::Diverged { .. }) {
         // The last iterate says nothing about the bodies.

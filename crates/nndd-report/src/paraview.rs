@@ -165,10 +165,19 @@ fn body_data(
     ];
     let von_mises: Option<Vec<f64>> = cells.clone().map(|t| model.material(t).von_mises(stress[t])).collect();
     cell.extend(von_mises.map(|values| VtuArray::scalars("von_mises", values)));
-    let point = vec![
+    let recovered = solution.results.as_ref().and_then(|results| results.recovered.get(body));
+    let recovered = recovered.map(|stress| {
+        let known = |(m, s): (usize, SymTensor2)| {
+            six(s, model.materials().list()[m].out_of_plane_stress(s).unwrap_or(0.0))
+        };
+        let values: Vec<[f64; 6]> = stress.by_node(model).into_iter().map(known).collect();
+        VtuArray::tensors("stress_recovered", &values)
+    });
+    let mut point = vec![
         VtuArray::vectors("displacement", &pair.bodies[body].displacement),
         VtuArray::vectors("reaction", &reactions(solution, estimate, model, body)),
     ];
+    point.extend(recovered);
     let grid = VtuMesh::from(mesh);
     (grid, VtuData { point, cell, field: Vec::new() })
 }

@@ -5,7 +5,7 @@ use crate::solved::Solved;
 use case_io::Case;
 use case_io::report::{
     BodySummary, Bounds, Certificate, Checks, ContactStretch, ContactSummary, FreeMotion, IterationRow,
-    Reaction, Report, Results, RigidSideSummary, SCHEMA, Split, Timings,
+    PeakStress, Reaction, Report, Results, RigidSideSummary, SCHEMA, Split, Timings,
 };
 use case_io::table::ContactRow;
 use certified_contact::cre_estimator::Parts;
@@ -76,9 +76,9 @@ pub(crate) fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> R
         contact: contact.collect(),
         iterations: solution.rows.iter().map(iteration_row).collect(),
         certificate: certificate(solution),
-        results: results(case, solution),
+        results: results(case, solution, solved.peak_change),
         adaptive: solved.adaptive.clone(),
-        notes: [notes::of_case(case), notes::of_solution(case, solution)].concat(),
+        notes: [notes::of_case(case), notes::of_solution(case, solution), solved.notes.clone()].concat(),
         timings: Timings::default(),
         run,
     }
@@ -153,7 +153,7 @@ fn bounds(solution: &CertifiedSolution) -> Bounds {
     }
 }
 
-fn results(case: &Case, solution: &CertifiedSolution) -> Results {
+fn results(case: &Case, solution: &CertifiedSolution, change: Option<f64>) -> Results {
     let Some(r) = &solution.results else { return Results::default() };
     let reactions = r.reactions.iter().map(|reaction| Reaction {
         body: case.bodies[reaction.body].name.clone(),
@@ -184,6 +184,13 @@ fn results(case: &Case, solution: &CertifiedSolution) -> Results {
         balance: Some(r.balance.iter().map(|b| [b.force[0], b.force[1], b.moment]).collect()),
         max_displacement: Some(r.max_displacement),
         max_von_mises: r.max_von_mises,
+        peak_stress: r.peak_stress.map(|peak| PeakStress {
+            von_mises: peak.von_mises,
+            body: case.bodies[peak.body].name.clone(),
+            x: peak.point[0],
+            y: peak.point[1],
+            change,
+        }),
     }
 }
 

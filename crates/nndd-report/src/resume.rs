@@ -153,6 +153,7 @@ pub(crate) fn write(
         certified: step.certified,
         iterations: step.iterations,
         energy_norm_squared: step.energy_norm_squared,
+        peak_stress: step.peak_stress,
         seconds,
     };
     let progress = Progress {
@@ -180,6 +181,7 @@ pub(crate) fn read(progress: &Progress) -> certified_contact::Checkpoint {
         certified: step.certified,
         iterations: step.iterations,
         energy_norm_squared: step.energy_norm_squared,
+        peak_stress: step.peak_stress,
     };
     certified_contact::Checkpoint {
         roles: progress

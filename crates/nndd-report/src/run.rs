@@ -94,5 +94,13 @@ pub(crate) fn solve_once(
         .map_err(|e| follower.failure(case, &e))?;
     let status = outcome::judge(case, &solution, follower.ended);
     let longest_step = follower.longest;
-    Ok(Solved { solution, status, adaptive: Vec::new(), step_seconds: Vec::new(), longest_step })
+    Ok(Solved {
+        solution,
+        status,
+        adaptive: Vec::new(),
+        peak_change: None,
+        notes: Vec::new(),
+        step_seconds: Vec::new(),
+        longest_step,
+    })
 }

@@ -44,6 +44,26 @@ pub fn verdict(report: &Report) -> String {
     text
 }
 
+/// Writes the line about the largest von Mises stress of an adaptive run, and how far it still moves; empty for one mesh.
+pub fn peak(report: &Report) -> String {
+    let Some(peak) = &report.results.peak_stress else { return String::new() };
+    let Some(change) = peak.change else { return String::new() };
+    format!(
+        "largest recovered von Mises stress {} in \"{}\" at ({}, {}), {}{} % against the mesh before; no bound\n",
+        words::short(significant(peak.von_mises)),
+        words::one_line(&peak.body),
+        words::seven(peak.x),
+        words::seven(peak.y),
+        if change < 0.0 { "" } else { "+" },
+        words::short((1e4 * change).round() / 100.0)
+    )
+}
+
+/// Rounds to five digits.
+fn significant(x: f64) -> f64 {
+    format!("{x:.4e}").parse().unwrap_or(x)
+}
+
 /// The other parts of the bound, as far as they are a noticeable share of it.
 fn other_parts(parts: &Parts, e_cre: f64, percent: impl Fn(f64) -> String) -> String {
     let others = [

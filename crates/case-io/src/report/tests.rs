@@ -85,7 +85,7 @@ fn keys_and_their_order_are_the_contract() {
     let bounds = keys(&value["certificate"]["bounds"]);
     assert_eq!(bounds, "energy_norm potential_energy contact_force");
     let step = serde_json::to_value(AdaptiveRow::default()).unwrap();
-    assert_eq!(keys(&step), "step nodes pairs e_cre relative iterations energy_norm_squared");
+    assert_eq!(keys(&step), "step nodes pairs e_cre relative iterations energy_norm_squared peak_stress");
     assert_eq!(
         keys(&value["certificate"]["checks"]),
         "equilibrium traction_jump boundary_traction penetration pressure_sign supports imposed_displacement \
@@ -94,7 +94,7 @@ fn keys_and_their_order_are_the_contract() {
     assert_eq!(
         keys(&value["results"]),
         "energy_norm_squared contact_force contact_intervals contact_stretches max_pressure max_edge_pressure \
-         min_opening reactions balance max_displacement max_von_mises"
+         min_opening reactions balance max_displacement max_von_mises peak_stress"
     );
     assert_eq!(keys(&value["results"]["reactions"][0]), "body on fx fy");
     assert_eq!(keys(&value["timings"]), "mesh assembly factorisation iterations estimate write total");

@@ -26,7 +26,15 @@ fn solved() -> (Case, CertifiedSolution) {
 fn reported(case: &Case, solution: CertifiedSolution) -> (Report, String) {
     let status = judge(case, &solution, None);
     let adaptive: Vec<AdaptiveRow> = Vec::new();
-    let solved = solved::Solved { solution, status, adaptive, step_seconds: Vec::new(), longest_step: None };
+    let solved = solved::Solved {
+        solution,
+        status,
+        adaptive,
+        peak_change: None,
+        notes: Vec::new(),
+        step_seconds: Vec::new(),
+        longest_step: None,
+    };
     let report = report::report(case, &solved, Default::default());
     let said = verdict::verdict(&report);
     (report, said)
