@@ -13,6 +13,7 @@ mod bounds;
 mod certificate;
 mod curved;
 mod curved_non_matching;
+mod curved_sides;
 mod data;
 mod effectivity;
 mod elasticity;

@@ -4,10 +4,11 @@ use certified_contact::{
     AdaptSettings, AdaptiveEnd, AdaptiveSolution, Checkpoint, Criterion, Observer, Settings, SolveError,
     resume_adaptively, solve_adaptively,
 };
+use fem_core::body::CurveKind;
 use fem_core::interface::ContactProblem;
 use nndd::NnddSettings;
 use tests::blocks::Blocks;
-use tests::{heavy, paper};
+use tests::{heavy, paper, pin};
 
 /// Keeps the checkpoints of a run, and may end it.
 #[derive(Default)]
@@ -67,8 +68,11 @@ fn same(found: &AdaptiveSolution, expected: &AdaptiveSolution) {
 fn every_checkpoint_leads_to_the_same_end() {
     let half_open = Blocks::half_open(20.0).problem().unwrap();
     let soft_above = Blocks::contrast(0.1).problem().unwrap();
-    for (problem, target) in [(heavy::problem(0.3, 6).unwrap(), 0.04), (half_open, 0.06), (soft_above, 0.03)]
-    {
+    // Its new nodes are moved onto the arcs.
+    let curved = pin::problem(16, [4, 2], Some(CurveKind::Arc)).unwrap();
+    let problems =
+        [(heavy::problem(0.3, 6).unwrap(), 0.04), (half_open, 0.06), (soft_above, 0.03), (curved, 0.1)];
+    for (problem, target) in problems {
         let mut record = Record::default();
         let whole = run(&problem, target, &mut record);
         assert!(record.checkpoints.len() >= 2 && record.checkpoints.len() + 1 == whole.history.len());
