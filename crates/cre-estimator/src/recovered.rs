@@ -93,7 +93,7 @@ impl RecoveredStress {
     }
 }
 
-/// Lists the cells around a node, ascending: at least [`FEWEST`], if there are so many within two cells.
+/// Lists the cells around a node, ascending: at least [`FEWEST`], if there are this many within two cells.
 ///
 /// * `belongs`: whether a cell has the material.
 fn patch(mesh: &TriMesh, node: NodeId, belongs: impl Fn(u32) -> bool) -> Vec<u32> {
