@@ -31,6 +31,7 @@ mod read_contact;
 mod regions;
 mod settings;
 mod side;
+mod units;
 mod warnings;
 
 #[cfg(test)]
@@ -44,6 +45,7 @@ pub use materials::{Material, MaterialLaw};
 pub use part::Part;
 pub use regions::{CellSelection, MaterialRegion};
 pub use side::{Circle, SideCase};
+pub use units::Units;
 
 use crate::case_file;
 use crate::diagnostic::{CaseError, Diagnostic, Place};
@@ -61,6 +63,8 @@ pub const SCHEMA: u32 = 1;
 pub struct Case {
     /// What the user calls it; empty by default.
     pub title: String,
+    /// `[units]`, if the labels of results shall name them.
+    pub units: Option<Units>,
     /// `[model]`.
     pub model: Model,
     /// `[materials.*]` in the file's order.

@@ -4,7 +4,7 @@ use super::{
     Acceleration, Case, Criterion, Estimator, Imposed, Limit, Limits, Method, Model, Output, Path, QpChoice,
     RelaxUntil, SCHEMA, Solver, Theta, Weights,
 };
-use super::{materials, read_adapt, read_body, read_contact, regions};
+use super::{materials, read_adapt, read_body, read_contact, regions, units};
 use crate::case_file::{self, Document, Findings, NodeValue, Reader};
 use crate::diagnostic::{CaseError, Diagnostic, code, excerpt};
 use fem_core::material::Hypothesis;
@@ -25,6 +25,7 @@ pub(super) fn case(document: &Document, file_name: &str) -> Result<Case, CaseErr
     schema(&mut root)?;
     root.require(&["body", "contact", "materials"]);
     let title = root.string("title").unwrap_or_default();
+    let units = units::units(root.table("units"));
     let model = model(root.table("model"));
     let materials =
         root.table("materials").map(|r| materials::materials(r, model.hypothesis)).unwrap_or_default();
@@ -41,6 +42,7 @@ pub(super) fn case(document: &Document, file_name: &str) -> Result<Case, CaseErr
     match diagnostics.is_empty() {
         true => Ok(Case {
             title,
+            units,
             model,
             materials,
             bodies,

@@ -25,6 +25,9 @@ impl Case {
             "solver": self.solver,
             "estimator": self.estimator_json(),
         });
+        if let Some(units) = &self.units {
+            settings["units"] = json!(units);
+        }
         if let Some(adapt) = &self.adapt {
             settings["adapt"] = json!(adapt);
         }
@@ -36,12 +39,12 @@ impl Case {
         settings
     }
 
-    /// Returns what decides every number that a run computes: the settings less title, output and limits, and the contents
+    /// Returns what decides every number that a run computes: the settings less title, units, output and limits, and the contents
     /// of the mesh files that were read, by their SHA-256.
     pub fn identity(&self) -> Json {
         let mut settings = self.settings_json();
         if let Some(settings) = settings.as_object_mut() {
-            for key in ["title", "output", "limits"] {
+            for key in ["title", "units", "output", "limits"] {
                 settings.remove(key);
             }
         }

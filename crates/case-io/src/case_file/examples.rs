@@ -19,6 +19,8 @@ pub(super) fn example(path: &str) -> Option<&'static str> {
         "material" => "material = \"steel\"",
         "young" => "young = 210e9",
         "poisson" => "poisson = 0.3",
+        "length" => "length = \"mm\"",
+        "force" if path.starts_with("units") => "force = \"N\"",
         "thickness" => "thickness = 1.0",
         "surfaces" => "surfaces = [\"bottom\", \"top\"]",
         "bodies" => "bodies = [\"upper\", \"lower\"]",
