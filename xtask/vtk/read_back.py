@@ -15,7 +15,8 @@ import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
-POINT = {"displacement": 3, "reaction": 3}
+POINT = {"displacement": 3, "reaction": 3, "stress_nodal": 6}
+WHOLE = {"material_id", "element_id", "body_id", "active"}
 CELL = {
     "stress": 6, "stress_equilibrated": 6, "strain": 6, "error_density": 1, "error_density_mesh": 1,
     "error_density_iteration": 1, "material_id": 1, "element_id": 1, "body_id": 1,
@@ -64,6 +65,8 @@ class Grid:
             size = arrays[name].shape
             self.expect(size == ((rows,) if components == 1 else (rows, components)), f"{name} has shape {size}")
             self.expect(np.isfinite(arrays[name]).all(), f"{name} is not finite everywhere")
+            whole = np.issubdtype(arrays[name].dtype, np.integer)
+            self.expect(whole == (name in WHOLE), f"{name} is of type {arrays[name].dtype}")
 
 
 def body(path, nodes, triangles):

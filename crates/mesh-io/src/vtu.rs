@@ -73,23 +73,31 @@ pub struct VtuArray {
     pub components: usize,
     /// Entry after entry.
     pub values: Vec<f64>,
+    /// Whether the values are whole numbers, such as numbers of materials, and are written as `Int64`.
+    pub whole: bool,
 }
 
 impl VtuArray {
     /// Makes a field of numbers.
     pub fn scalars(name: &str, values: Vec<f64>) -> Self {
-        Self { name: name.to_owned(), components: 1, values }
+        Self { name: name.to_owned(), components: 1, values, whole: false }
+    }
+
+    /// Makes a field of whole numbers, exact up to 2⁵³.
+    pub fn integers(name: &str, values: Vec<usize>) -> Self {
+        let values = values.into_iter().map(|v| v as f64).collect();
+        Self { whole: true, ..Self::scalars(name, values) }
     }
 
     /// Makes a field of plane vectors with a third component 0, so that ParaView can warp by it.
     pub fn vectors(name: &str, values: &[impl Copy + Into<Vector>]) -> Self {
         let values = values.iter().map(|v| (*v).into()).flat_map(|v| [v[0], v[1], 0.0]).collect();
-        Self { name: name.to_owned(), components: 3, values }
+        Self { name: name.to_owned(), components: 3, values, whole: false }
     }
 
     /// Makes a field of symmetric tensors, each as XX, YY, ZZ, XY, YZ, XZ.
     pub fn tensors(name: &str, values: &[[f64; 6]]) -> Self {
-        Self { name: name.to_owned(), components: 6, values: values.as_flattened().to_vec() }
+        Self { name: name.to_owned(), components: 6, values: values.as_flattened().to_vec(), whole: false }
     }
 }
 
@@ -169,7 +177,10 @@ pub fn write(out: &mut dyn Write, mesh: &VtuMesh, data: &VtuData) -> Result<(), 
     out.write_all(xml.as_bytes())?;
     let fields = |out: &mut dyn Write, arrays: &[VtuArray]| -> io::Result<()> {
         let mut arrays = arrays.iter().rev();
-        arrays.try_for_each(|a| block(out, a.values.len(), a.values.iter().map(|v| v.to_le_bytes())))
+        arrays.try_for_each(|a| {
+            let bytes = |v: &f64| if a.whole { (*v as i64).to_le_bytes() } else { v.to_le_bytes() };
+            block(out, a.values.len(), a.values.iter().map(bytes))
+        })
     };
     // Against the order of the header.
     let (corners, kind) = mesh.cells.corners_and_type();
@@ -251,8 +262,8 @@ impl Layout {
                 1 => String::new(),
                 n => format!(" NumberOfComponents=\"{n}\""),
             };
-            let attributes =
-                format!("type=\"Float64\" Name=\"{}\"{components}{tuples}", escaped(&array.name));
+            let kind = if array.whole { "Int64" } else { "Float64" };
+            let attributes = format!("type=\"{kind}\" Name=\"{}\"{components}{tuples}", escaped(&array.name));
             self.array(xml, &attributes, 8 * array.values.len());
         }
         let _ = writeln!(xml, "      </{tag}>");

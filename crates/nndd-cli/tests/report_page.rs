@@ -76,10 +76,10 @@ fn the_page_needs_nothing_but_itself() {
     for reference in references(&page) {
         assert!(out.join(reference).is_file(), "\"{reference}\" is not beside the page");
     }
-    // Every figure has an alternative text; the fifth title is the page's.
+    // Every figure has an alternative text; the seventh title is the page's.
     let figures = page.matches("<figure>").count();
-    assert_eq!((figures, page.matches("role=\"img\" aria-label=").count()), (4, 4));
-    assert_eq!((page.matches("<title>").count(), page.matches("<desc>").count()), (5, 4));
+    assert_eq!((figures, page.matches("role=\"img\" aria-label=").count()), (6, 6));
+    assert_eq!((page.matches("<title>").count(), page.matches("<desc>").count()), (7, 6));
     assert!(page.contains("@page{size:A4"));
     // The gap is drawn as it is, so displacements are not magnified.
     assert!(page.contains("displacements × 1)"));
@@ -110,6 +110,11 @@ fn the_page_says_how_to_come_to_it_again() {
     let digest: String =
         Sha256::digest(std::fs::read(file).unwrap()).iter().map(|byte| format!("{byte:02x}")).collect();
     assert_eq!(page.matches(&format!("<td>meshes/blocks.msh</td><td>{digest}</td>")).count(), 1);
+    // The settings are a case file.
+    assert!(
+        page.contains("schema = 1\n") && page.contains("[solver]\n") && page.contains("\ntheta = 0.5\n"),
+        "{page}"
+    );
     for head in ["<th>unknowns</th>", "<th>smallest angle</th>", "stiff: E 2000  nu 0.3"] {
         assert!(page.contains(head), "{head}");
     }
@@ -137,7 +142,7 @@ fn a_browser_shows_the_verdict_without_complaint() {
         let profile = temp.path().join(format!("profile-{width}"));
         let (dom, log) = looked_at(&browser, &out.join("report.html"), &profile, width);
         assert!(dom.contains("certified error &lt;= 18."), "{log}");
-        assert_eq!(dom.matches("<figure>").count(), 4, "{log}");
+        assert_eq!(dom.matches("<figure>").count(), 6, "{log}");
         assert!(!log.contains("CONSOLE"), "{log}");
     }
 }

@@ -1,7 +1,9 @@
 //! The figures of a run, drawn by [`crate::plot`].
 
+use crate::nodal::{self, NodalPatch};
 use crate::plot::{
-    self, BodyPicture, Closing, Held, Motion, ObstaclePicture, SketchBody, SketchEdge, SketchLoad,
+    self, BodyPicture, Closing, Field, Held, Labels, Motion, ObstaclePicture, Quantity, SketchBody,
+    SketchEdge, SketchLoad,
 };
 use crate::words::{contact_parts, one_line};
 use case_io::Case;
@@ -9,6 +11,7 @@ use case_io::case::BodyCase;
 use case_io::report::Report;
 use case_io::table::ContactRow;
 use certified_contact::CertifiedSolution;
+use cre_estimator::{AdmissibleBody, Estimate};
 use fem_core::body::{Body, EdgeReaction, NodeConstraint, RigidSide};
 use fem_core::geometry::{Vector, cross, norm};
 use fem_core::interface::{ContactPair, NodePair};
@@ -39,54 +42,125 @@ pub(crate) fn of_solve(
     contact: &[(&str, Vec<ContactRow>)],
     report: &Report,
 ) -> Vec<Picture> {
-    let name = one_line(if case.title.is_empty() { case.file_name() } else { &case.title });
-    let mut pictures = vec![problem(case, solution, &format!("{name}: the problem"))];
+    let labels = Labels { units: case.units.clone() };
+    let mut pictures = vec![problem(case, solution, &labels)];
     if let Some(estimate) = &solution.estimate {
-        let count = solution.problem.bodies.len();
-        let densities: Vec<Vec<f64>> = (0..count).map(|b| error_density(solution, b)).collect();
-        let picture = |b: usize| BodyPicture {
-            name: &case.bodies[b].name,
-            mesh: solution.problem.bodies[b].mesh(),
-            displacement: &estimate.pair.bodies[b].displacement,
-            density: &densities[b],
-        };
-        let bodies: Vec<BodyPicture<'_>> = (0..count).map(picture).collect();
-        pictures.push(Picture {
-            name: "deformed".into(),
-            svg: plot::deformed(&format!("{name}: error density"), &bodies, &obstacles(solution), &closing(solution)),
-            caption: "The certified squared error of each cell over its area. Large values show which cells to refine.",
-            numbers: None,
-        });
-        for ((pair, rows), part) in contact.iter().zip(contact_parts(case)) {
+        pictures.extend(of_fields(case, solution, estimate, &labels));
+        for (k, ((pair, rows), part)) in contact.iter().zip(contact_parts(case)).enumerate() {
             let line = match contact.len() {
-                1 => "contact line".to_owned(),
-                _ => format!("contact line of {}", one_line(pair)),
+                1 => "Contact line".to_owned(),
+                _ => format!("Contact line of {}", one_line(pair)),
             };
+            let (rows, start) = opened(rows, &solution.problem.contacts[k]);
             pictures.push(Picture {
                 name: part,
-                svg: plot::contact(&format!("{name}: {line}"), rows),
-                caption: "The opening is zero where there is pressure; the pressure is zero where the bodies are apart.",
+                svg: plot::contact(&line, &rows, start, &labels),
+                caption: "The opening is zero where there is pressure; the pressure is zero where the bodies are apart. A peak at \
+                          a corner grows with every refinement: its value is written.",
                 numbers: Some("contact.csv"),
             });
         }
+        let count = solution.problem.bodies.len();
+        let densities: Vec<Vec<f64>> = (0..count).map(|b| error_density(solution, b)).collect();
+        let fields: Vec<Field<'_>> = densities.iter().map(|density| Field::Cells(density)).collect();
+        pictures.push(Picture {
+            name: "deformed".into(),
+            svg: of_bodies(case, solution, estimate, "Error density", Quantity::ErrorDensity, &fields, &labels),
+            caption: "The certified squared error of each cell over its area. Large values show which cells to refine.",
+            numbers: None,
+        });
     }
-    pictures.push(Picture {
+    // A single solution, as that of the exact method, has nothing to converge.
+    if report.iterations.len() != 1 {
+        pictures.push(Picture {
         name: "convergence".into(),
-        svg: plot::convergence(&format!("{name}: errors against the iteration"), &report.iterations),
+        svg: plot::convergence("Errors against the iteration", &report.iterations),
         caption: "The error of the iteration (eta_nndd) falls below that of the mesh (eta_dis); e_cre bounds both together.",
         numbers: Some("history.csv"),
     });
+    }
     if let Some(adapt) = &case.adapt {
         let steps: Vec<_> = report.adaptive.iter().map(|row| (row.nodes, row.relative)).collect();
-        let title = format!("{name}: certified error against the number of nodes");
         pictures.push(Picture {
             name: "adaptive".into(),
-            svg: plot::adaptive(&title, &steps, adapt.target_relative_error),
+            svg: plot::adaptive("Certified error against the nodes", &steps, adapt.target_relative_error),
             caption: "Linear triangles cannot converge faster than the slope of the dashed line.",
             numbers: Some("adaptive.csv"),
         });
     }
     pictures
+}
+
+/// The stress and the displacement on the deformed bodies.
+fn of_fields(
+    case: &Case,
+    solution: &CertifiedSolution,
+    estimate: &Estimate,
+    labels: &Labels,
+) -> Vec<Picture> {
+    let bodies = || solution.problem.bodies.iter().zip(&estimate.pair.bodies);
+    let picture = |name: &str, title: &str, quantity, patches: &[Vec<NodalPatch>], caption| {
+        let fields: Vec<Field<'_>> = patches.iter().map(|of| Field::Nodes(of)).collect();
+        let svg = of_bodies(case, solution, estimate, title, quantity, &fields, labels);
+        Picture { name: name.into(), svg, caption, numbers: None }
+    };
+    let stress: Option<Vec<_>> = bodies().map(|(body, of)| nodal::von_mises(body, &of.stress)).collect();
+    let stress = stress.map(|patches| {
+        let caption = "Stresses of the cells, averaged at the nodes of each material. In a sharp corner the stress grows with every \
+                       refinement: the scale ends below such a peak, and a ring shows it.";
+        picture("von_mises", "Von Mises stress", Quantity::VonMises, &patches, caption)
+    });
+    let size = |(body, of): (&Body, &AdmissibleBody)| {
+        let values = of.displacement.iter().map(|u| norm(*u)).collect();
+        vec![NodalPatch { triangles: body.mesh().triangles().to_vec(), values }]
+    };
+    let sizes: Vec<Vec<NodalPatch>> = bodies().map(size).collect();
+    let caption = "The size of the displacement from the bodies at rest.";
+    let displacement = picture("displacement", "Displacement", Quantity::Displacement, &sizes, caption);
+    stress.into_iter().chain([displacement]).collect()
+}
+
+/// Draws the deformed bodies with a field for each.
+fn of_bodies(
+    case: &Case,
+    solution: &CertifiedSolution,
+    estimate: &Estimate,
+    title: &str,
+    quantity: Quantity,
+    fields: &[Field<'_>],
+    labels: &Labels,
+) -> String {
+    let bodies = fields.iter().enumerate().map(|(b, field)| BodyPicture {
+        name: &case.bodies[b].name,
+        mesh: solution.problem.bodies[b].mesh(),
+        displacement: &estimate.pair.bodies[b].displacement,
+        field: *field,
+    });
+    let bodies: Vec<BodyPicture<'_>> = bodies.collect();
+    plot::deformed(title, quantity, &bodies, &obstacles(solution), &closing(solution), labels)
+}
+
+/// Opens a closed contact line in the middle of the longest stretch without pressure, so that no contact zone is cut in two;
+/// the arc length at which it was opened, if it was.
+fn opened(rows: &[ContactRow], pair: &ContactPair) -> (Vec<ContactRow>, Option<f64>) {
+    let (n, edges) = (rows.len(), pair.interface.edges());
+    let closed = n > 2
+        && edges.len() == n
+        && edges.iter().enumerate().all(|(k, edge)| edge.pairs == [k as u32, ((k + 1) % n) as u32]);
+    let apart = |k: usize| rows[k % n].pressure <= 0.0;
+    if !closed {
+        return (rows.to_vec(), None);
+    }
+    // The node that has the most nodes without pressure around it on both sides.
+    let around = |k: usize| (0..n).take_while(|d| apart(k + d) && apart(k + n - d)).count();
+    let start = (0..n).max_by_key(|k| (around(*k), n - k)).filter(|k| around(*k) > 0).unwrap_or(0);
+    let length = pair.interface.length();
+    let turn = |k: usize| {
+        let row = &rows[(start + k) % n];
+        let turned = row.s - rows[start].s + if start + k >= n { length } else { 0.0 };
+        ContactRow { s: turned, ..row.clone() }
+    };
+    ((0..=n).map(turn).collect(), (start > 0).then(|| rows[start].s))
 }
 
 /// The distances of the contact nodes at rest, and by how much the displacements bring them together.
@@ -114,7 +188,7 @@ fn closing(solution: &CertifiedSolution) -> Vec<Closing> {
 }
 
 /// Draws the problem of the last mesh.
-fn problem<'a>(case: &'a Case, solution: &'a CertifiedSolution, title: &str) -> Picture {
+fn problem<'a>(case: &'a Case, solution: &'a CertifiedSolution, labels: &Labels) -> Picture {
     let sketch = |(given, body): (&'a BodyCase, &'a Body)| SketchBody {
         name: &given.name,
         mesh: body.mesh(),
@@ -132,7 +206,7 @@ fn problem<'a>(case: &'a Case, solution: &'a CertifiedSolution, title: &str) -> 
     let contact: Vec<[Vector; 2]> = solution.problem.contacts.iter().flat_map(line).collect();
     Picture {
         name: "problem".into(),
-        svg: plot::sketch(title, &bodies, &obstacles(solution), &contact),
+        svg: plot::sketch("The problem", &bodies, &obstacles(solution), &contact, labels),
         caption: "Supports, loads and imposed displacements as the program read them.",
         numbers: None,
     }

@@ -1,25 +1,35 @@
 //! report.html: one page with everything, for people. No network, no script.
 
 use crate::figures::Picture;
-use crate::words::{self, one_line, plain};
+use crate::settings;
+use crate::words::{self, one_line, plain, with_digits};
 use case_io::Case;
+use case_io::case::Units;
 use case_io::report::Report;
 use serde_json::Value;
 use std::fmt::Write as _;
 
-const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:64rem;margin:1rem auto;padding:0 .75rem;color:#222}\
+const STYLE: &str = ":root{color-scheme:light dark}\
+body{font:16px/1.5 system-ui,sans-serif;max-width:64rem;margin:1rem auto;padding:0 .75rem;color:#222;background:#fff}\
 table{border-collapse:collapse;font-variant-numeric:tabular-nums;display:block;overflow-x:auto}\
-td,th{padding:.15rem .6rem;text-align:right;border-bottom:1px solid #ddd;white-space:nowrap}\
-th{background:#f4f4f4}td:first-child,th:first-child{text-align:left}\
+td,th{padding:.15rem .6rem;text-align:right;border-bottom:1px solid #8884;white-space:nowrap}\
+th{background:#8881}td:first-child,th:first-child{text-align:left}\
 h1,h2{line-height:1.25}\
 .verdict{border:2px solid;padding:.6rem 1rem;border-radius:.4rem;margin:1rem 0}\
 .ok{border-color:#0072b2}.no{border-color:#d55e00}.verdict p{margin:.2rem 0}.verdict p:nth-child(2){font-weight:bold}\
-.figures{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,27rem),1fr));gap:1rem;align-items:start}\
-figure{margin:0}figure svg{width:100%;height:auto}figcaption{font-size:.875rem;color:#555;padding:0 .5rem}\
-p,li{overflow-wrap:anywhere}pre{overflow-x:auto;background:#f7f7f7;padding:.6rem}\
+.figures{columns:27rem 2;column-gap:1rem}\
+figure{margin:0 0 1rem;break-inside:avoid}figure svg{display:block;width:100%;height:auto}\
+figcaption{font-size:.875rem;opacity:.8;padding:0 .5rem}\
+p,li{overflow-wrap:anywhere}pre{overflow-x:auto;background:#8881;padding:.6rem}\
 @page{size:A4;margin:15mm}\
-@media print{body{max-width:none;margin:0;padding:0;font-size:10pt}h2{break-after:avoid}\
-.figures{grid-template-columns:1fr 1fr;gap:.5rem}figure svg{max-height:78mm}figcaption{font-size:8pt;line-height:1.3}figure,tr,.verdict{break-inside:avoid}\
+@media screen and (prefers-color-scheme:dark){body{color:#ddd;background:#16181b}a{color:#7ab8e6}.ok{border-color:#56b4e9}\
+svg [fill='#FFFFFF']{fill:#16181b}svg [stroke='#FFFFFF']{stroke:#16181b}\
+svg [fill='#191919']{fill:#e4e4e4}svg [stroke='#191919']{stroke:#e4e4e4}\
+svg [fill='#6E6E6E']{fill:#a0a0a0}svg [stroke='#6E6E6E']{stroke:#a0a0a0}\
+svg [fill='#0072B2']{fill:#56b4e9}svg [stroke='#0072B2']{stroke:#56b4e9}\
+svg [fill='#F9EAC7']{fill:#463c22}svg [stroke='#F9EAC7']{stroke:#463c22}svg [fill='#DCE6EE']{fill:#2c3742}}\
+@media print{:root{color-scheme:light}body{max-width:none;margin:0;padding:0;font-size:10pt}h2{break-after:avoid}\
+.figures{columns:2;column-gap:5mm}figcaption{font-size:8pt;line-height:1.3}tr,.verdict{break-inside:avoid}\
 table{display:table;font-size:8pt}td,th{white-space:normal;padding:.1rem .3rem}\
 pre{white-space:pre-wrap;overflow-wrap:anywhere;font-size:8pt}}";
 
@@ -45,7 +55,7 @@ pub(crate) fn page(case: &Case, report: &Report, angles: &[f64], pictures: &[Pic
     bounds(&mut page, report);
     steps(&mut page, report);
     iterations(&mut page, report);
-    let settings = serde_json::to_string_pretty(&report.case).unwrap_or_default();
+    let settings = settings::toml(&report.case);
     let _ = writeln!(page, "<h2>Settings</h2>\n<pre>{}</pre>", escape(&settings));
     reproduce(&mut page, case, report);
     page.push_str("</body></html>\n");
@@ -124,7 +134,10 @@ fn bodies(page: &mut String, case: &Case, report: &Report, angles: &[f64]) {
         };
         let mut cells = vec![contact.name.clone(), partners, contact.pairs.to_string()];
         cells.push(contact.active.map_or_else(|| number(None), |active| active.to_string()));
-        cells.extend([Some(contact.length), contact.contact_force, contact.max_pressure].map(number));
+        cells.push(number(Some(contact.length)));
+        let digits = words::certified_digits(certified(report));
+        let shown = |x: Option<f64>| x.map_or_else(|| number(None), |x| with_digits(x, digits));
+        cells.extend([contact.contact_force, contact.max_pressure].map(shown));
         cells
     });
     if !report.contact.is_empty() {
@@ -199,7 +212,9 @@ fn parts(page: &mut String, report: &Report) {
 
 fn checks(page: &mut String, report: &Report) {
     let checks = report.certificate.checks.named();
-    let rows = checks.into_iter().map(|(key, value)| vec![key.replace('_', " "), number(value)]);
+    let rows = checks.into_iter().map(|(key, value)| {
+        vec![key.replace('_', " "), value.map_or_else(|| number(None), |x| with_digits(x, 2))]
+    });
     table(page, "Checks of the certificate", &["residual", "relative"], rows);
 }
 
@@ -208,64 +223,119 @@ fn results(page: &mut String, case: &Case, report: &Report) {
     let t = case.model.thickness;
     // Without a solution nothing of it is known.
     let Some(energies) = &r.energy_norm_squared else { return };
+    let digits = words::certified_digits(certified(report));
+    let unit = |of: fn(&Units) -> String| case.units.as_ref().map(of).unwrap_or_default();
+    let [length, stress, line_force] =
+        [unit(|u| u.length.clone()), unit(Units::stress), unit(Units::line_force)];
+    let (force, moment) = (unit(|u| u.force.clone()), unit(Units::moment));
     let mut rows = vec![];
-    let mut row = |name: &str, value: Option<f64>, by_thickness: bool| {
-        let whole = value.filter(|_| by_thickness).map(|x| x * t);
-        rows.push(vec![name.to_owned(), number(value), number(whole)]);
+    // Per unit thickness, and times the thickness for what is a force or an energy, each with its unit.
+    let mut push = |name: &str, value: Option<f64>, digits: usize, unit: &str, whole: Option<&str>| {
+        let shown = |value: Option<f64>, unit: &str| match value {
+            Some(value) => format!("{} {unit}", with_digits(value, digits)).trim_end().to_owned(),
+            None => number(None),
+        };
+        let times = whole.map_or_else(|| number(None), |unit| shown(value.map(|x| x * t), unit));
+        rows.push(vec![name.to_owned(), shown(value, unit), times]);
+    };
+    let mut row = |name: &str, value: Option<f64>, kind: Kind| {
+        let (unit, whole) = match kind {
+            Kind::Force => (&line_force, Some(force.as_str())),
+            // An energy per unit thickness has the unit of a force; so has a moment per unit thickness.
+            Kind::Energy | Kind::Moment => (&force, Some(moment.as_str())),
+            Kind::Length => (&length, None),
+            Kind::Stress => (&stress, None),
+            Kind::Number => (&String::new(), None),
+        };
+        push(name, value, digits, unit, whole);
     };
     for (body, a) in report.bodies.iter().zip(energies) {
-        row(&format!("energy norm² of {}", body.name), Some(*a), true);
+        row(&format!("energy norm² of {}", body.name), Some(*a), Kind::Energy);
     }
     for contact in &report.contact {
         let of = if report.contact.len() > 1 { format!(" of {}", contact.name) } else { String::new() };
         let [x, y] = contact.resultant.map_or([None; 2], |force| force.map(Some));
-        row(&format!("resultant x of the contact{of}, on the first body"), x, true);
-        row(&format!("resultant y of the contact{of}, on the first body"), y, true);
+        row(&format!("resultant x of the contact{of}, on the first body"), x, Kind::Force);
+        row(&format!("resultant y of the contact{of}, on the first body"), y, Kind::Force);
         if let Some([x, y]) = contact.centre {
-            row(&format!("centre of pressure{of}, x"), Some(x), false);
-            row(&format!("centre of pressure{of}, y"), Some(y), false);
+            row(&format!("centre of pressure{of}, x"), Some(x), Kind::Length);
+            row(&format!("centre of pressure{of}, y"), Some(y), Kind::Length);
         }
     }
-    row("integral of the pressure, ∫ p ds", r.contact_force, true);
-    row("largest nodal pressure", r.max_pressure, false);
-    row("largest mean pressure of an edge", r.max_edge_pressure, false);
-    row("smallest opening", r.min_opening, false);
-    row("largest displacement", r.max_displacement, false);
+    row("integral of the pressure, ∫ p ds", r.contact_force, Kind::Force);
+    row("largest nodal pressure", r.max_pressure, Kind::Stress);
+    row("largest mean pressure of an edge", r.max_edge_pressure, Kind::Stress);
+    row("smallest opening", r.min_opening, Kind::Length);
+    row("largest displacement", r.max_displacement, Kind::Length);
     if r.max_von_mises.is_some() {
-        row("largest von Mises stress of a cell", r.max_von_mises, false);
+        row("largest von Mises stress of a cell", r.max_von_mises, Kind::Stress);
     }
     if let Some(peak) = &r.peak_stress {
-        row(&format!("largest recovered von Mises stress, in {}", peak.body), Some(peak.von_mises), false);
-        row("its place, x", Some(peak.x), false);
-        row("its place, y", Some(peak.y), false);
+        row(
+            &format!("largest recovered von Mises stress, in {}", peak.body),
+            Some(peak.von_mises),
+            Kind::Stress,
+        );
+        row("its place, x", Some(peak.x), Kind::Length);
+        row("its place, y", Some(peak.y), Kind::Length);
         if peak.change.is_some() {
-            row("its relative change from the mesh before", peak.change, false);
+            row("its relative change from the mesh before", peak.change, Kind::Number);
         }
     }
     for reaction in r.reactions.iter().flatten() {
-        row(&format!("reaction x of {} on {}", reaction.on, reaction.body), Some(reaction.fx), true);
-        row(&format!("reaction y of {} on {}", reaction.on, reaction.body), Some(reaction.fy), true);
+        row(&format!("reaction x of {} on {}", reaction.on, reaction.body), Some(reaction.fx), Kind::Force);
+        row(&format!("reaction y of {} on {}", reaction.on, reaction.body), Some(reaction.fy), Kind::Force);
     }
     for body in &report.bodies {
         for side in &body.rigid_sides {
             let of = format!("of the rigid side {} of {}", side.on, body.name);
-            for (what, value) in ["ux", "uy", "rotation"].into_iter().zip(side.motion) {
-                row(&format!("{what} {of}"), Some(value), false);
+            let motion = [("ux", Kind::Length), ("uy", Kind::Length), ("rotation", Kind::Number)];
+            for ((what, kind), value) in motion.into_iter().zip(side.motion) {
+                row(&format!("{what} {of}"), Some(value), kind);
             }
             let [fx, fy] = side.force;
-            for (what, value) in [("force x", fx), ("force y", fy), ("moment", side.moment)] {
-                row(&format!("{what} {of}"), Some(value), true);
-            }
-        }
-    }
-    for (body, balance) in report.bodies.iter().zip(r.balance.iter().flatten()) {
-        let quantities = ["force x", "force y", "moment about the centroid"];
-        for (quantity, sum) in quantities.into_iter().zip(balance) {
-            row(&format!("balance of {}: {quantity}", body.name), Some(*sum), true);
+            row(&format!("force x {of}"), Some(fx), Kind::Force);
+            row(&format!("force y {of}"), Some(fy), Kind::Force);
+            row(&format!("moment {of}"), Some(side.moment), Kind::Moment);
         }
     }
     let whole = format!("for the thickness {}", words::short(t));
     table(page, "Results", &["quantity", "per unit thickness", &whole], rows);
+    let _ = match certified(report) {
+        Some(_) => writeln!(
+            page,
+            "<p>{digits} digits, as many as the certified error leaves; <a href=\"report.json\">report.json</a> has all.</p>"
+        ),
+        None => writeln!(page, "<p>All digits are in <a href=\"report.json\">report.json</a>.</p>"),
+    };
+    balance(page, report);
+}
+
+/// The forces on each body added up, which are round-off.
+fn balance(page: &mut String, report: &Report) {
+    let balances = report.bodies.iter().zip(report.results.balance.iter().flatten());
+    let rows = balances.map(|(body, sums)| {
+        std::iter::once(body.name.clone()).chain(sums.iter().map(|sum| with_digits(*sum, 2))).collect()
+    });
+    let heads = ["body", "force x", "force y", "moment about the centroid"];
+    table(page, "Sum of all forces on each body", &heads, rows);
+}
+
+/// What a value of the table of results is, for its unit.
+#[derive(Clone, Copy)]
+enum Kind {
+    Length,
+    /// Without a unit.
+    Number,
+    Stress,
+    Force,
+    Energy,
+    Moment,
+}
+
+/// The certified relative error, if the certificate is valid.
+fn certified(report: &Report) -> Option<f64> {
+    report.certificate.relative.filter(|_| report.certificate.valid)
 }
 
 /// What the certificate says about other quantities.
@@ -317,7 +387,7 @@ fn iterations(page: &mut String, report: &Report) {
     let rows = report.iterations.iter().map(|row| {
         let mut cells = vec![row.iteration.to_string()];
         cells.extend([row.theta, row.precision, row.eta_nndd, row.eta_dis].map(number));
-        cells.push(row.e_cre.map_or_else(|| number(None), words::at_most));
+        cells.push(row.e_cre.map_or_else(|| number(None), words::rounded_up));
         cells.push(row.contact_nodes.to_string());
         cells.extend(row.contact_forces.map(number));
         cells.push(format!("{} {}", row.qp_path.as_deref().unwrap_or("–"), row.qp_iterations));
@@ -326,13 +396,11 @@ fn iterations(page: &mut String, report: &Report) {
     table(page, "Iterations", &heads, rows);
 }
 
+/// Digits of indicators and other numbers that are no results.
+const DIGITS: usize = 4;
+
 fn number(value: Option<f64>) -> String {
-    match value {
-        None => "–".into(),
-        Some(0.0) => "0".into(),
-        Some(x) if (1e-3..1e5).contains(&x.abs()) => format!("{x:.6}"),
-        Some(x) => format!("{x:.5e}"),
-    }
+    value.map_or_else(|| "–".into(), |x| with_digits(x, DIGITS))
 }
 
 fn escape(text: &str) -> String {

@@ -7,6 +7,7 @@ use crate::outcome;
 use case_io::Case;
 use case_io::case::{BodyCase, MaterialLaw, Method};
 use certified_contact::CertifiedSolution;
+use cre_estimator::Estimate;
 use fem_core::body::{Body, NodeConstraint};
 use fem_core::geometry::{Vector, bounding_box, diagonal, norm};
 use fem_core::interface::ContactProblem;
@@ -59,24 +60,24 @@ pub fn of_problem(case: &Case, problem: &ContactProblem) -> Vec<String> {
     notes
 }
 
-/// Lists what can be said of a solution and its problem.
+/// Lists what can be said of a solution and its problem: first what limits the use of the answer, then how the case was read.
 pub(crate) fn of_solution(case: &Case, solution: &CertifiedSolution) -> Vec<String> {
-    let problem = &solution.problem;
-    let mut notes = of_problem(case, problem);
+    let diverged = matches!(solution.nndd.status, NnddStatus::Diverged { .. });
+    // The last iterate of a run that diverged says nothing about the bodies.
+    let mut notes = match &solution.estimate {
+        Some(estimate) if !diverged => of_answer(case, solution, estimate),
+        _ => vec![],
+    };
     notes.extend(bent_contact(solution));
     notes.extend(curves::of_solution(case, solution));
-    let Some(estimate) = &solution.estimate else { return notes };
-    if matches!(solution.nndd.status, NnddStatus::Diverged { .. }) {
-        // The last iterate says nothing about the bodies.
-        return notes;
-    }
-    // Without [adapt] the reason of the status says so.
-    let switch = solution.nndd.switch.filter(|_| case.adapt.is_some());
-    notes.extend(
-        switch
-            .map(|s| format!("on the last mesh {}; method newton was used", outcome::given_up(solution, s))),
-    );
-    notes.extend(what_dominates(case, solution));
+    notes.extend(of_problem(case, &solution.problem));
+    notes
+}
+
+/// Lists what can be said of the displacements that were found.
+fn of_answer(case: &Case, solution: &CertifiedSolution, estimate: &Estimate) -> Vec<String> {
+    let problem = &solution.problem;
+    let mut notes = what_dominates(case, solution);
     if !problem.contacts.is_empty() && solution.last().contact.normal_reaction.iter().all(|r| *r <= 0.0) {
         notes.push("no contact: no force passes between the bodies".to_owned());
     }
@@ -100,6 +101,12 @@ pub(crate) fn of_solution(case: &Case, solution: &CertifiedSolution) -> Vec<Stri
             ));
         }
     }
+    // Without [adapt] the reason of the status says so.
+    let switch = solution.nndd.switch.filter(|_| case.adapt.is_some());
+    notes.extend(
+        switch
+            .map(|s| format!("on the last mesh {}; method newton was used", outcome::given_up(solution, s))),
+    );
     notes
 }
 

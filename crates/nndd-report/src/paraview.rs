@@ -2,6 +2,7 @@
 
 use crate::failure::Failure;
 use crate::figures;
+use crate::nodal;
 use crate::report;
 use crate::words;
 use case_io::Case;
@@ -139,6 +140,8 @@ fn body_data(
     };
     let scalars =
         |name: &str, of: &dyn Fn(usize) -> f64| VtuArray::scalars(name, cells.clone().map(of).collect());
+    let integers =
+        |name: &str, of: &dyn Fn(usize) -> usize| VtuArray::integers(name, cells.clone().map(of).collect());
     // Not known for a given plane stiffness in plane strain.
     let with_zz = |t: usize, s: SymTensor2| six(s, model.material(t).out_of_plane_stress(s).unwrap_or(0.0));
     let stress = &pair.bodies[body].stress;
@@ -159,9 +162,9 @@ fn body_data(
             let d = equilibrated.finite_element[t].minus(stress[t]);
             model.material(t).complementary(d, d)
         }),
-        scalars("material_id", &|t| places[model.materials().index(t)] as f64),
-        scalars("element_id", &|t| numbers.map_or(t as f64, |numbers| numbers[t] as f64)),
-        scalars("body_id", &|_| body as f64),
+        integers("material_id", &|t| places[model.materials().index(t)]),
+        integers("element_id", &|t| numbers.map_or(t, |numbers| numbers[t] as usize)),
+        integers("body_id", &|_| body),
     ];
     let von_mises: Option<Vec<f64>> = cells.clone().map(|t| model.material(t).von_mises(stress[t])).collect();
     cell.extend(von_mises.map(|values| VtuArray::scalars("von_mises", values)));
@@ -173,11 +176,22 @@ fn body_data(
         let values: Vec<[f64; 6]> = stress.by_node(model).into_iter().map(known).collect();
         VtuArray::tensors("stress_recovered", &values)
     });
+    let nodal = nodal::stress(model, stress);
+    // The material of one of the cells at a node: ZZ and von Mises' stress of the mean.
+    let mut cell_at = vec![0; nodal.len()];
+    for t in cells.clone() {
+        mesh.triangles()[t].iter().for_each(|node| cell_at[node.index()] = t);
+    }
+    let tensors: Vec<[f64; 6]> = nodal.iter().zip(&cell_at).map(|(s, t)| with_zz(*t, *s)).collect();
     let mut point = vec![
         VtuArray::vectors("displacement", &pair.bodies[body].displacement),
         VtuArray::vectors("reaction", &reactions(solution, estimate, model, body)),
+        VtuArray::tensors("stress_nodal", &tensors),
     ];
     point.extend(recovered);
+    let von_mises: Option<Vec<f64>> =
+        nodal.iter().zip(&cell_at).map(|(s, t)| model.material(*t).von_mises(*s)).collect();
+    point.extend(von_mises.map(|values| VtuArray::scalars("von_mises_nodal", values)));
     let grid = VtuMesh::from(mesh);
     (grid, VtuData { point, cell, field: Vec::new() })
 }
@@ -260,7 +274,10 @@ fn contact_data(solution: &CertifiedSolution, estimate: &Estimate, pair: usize) 
             scalars("gap", &|k| rows[k].gap),
             VtuArray::scalars("opening", (0..points.len()).map(opening).collect()),
             scalars("contact_pressure", &|k| rows[k].pressure),
-            scalars("active", &|k| f64::from(rows[k].active)),
+            VtuArray::integers(
+                "active",
+                (0..points.len()).map(|k| usize::from(rows[pair_of(k)].active)).collect(),
+            ),
             scalars("lambda", &|k| last.lambda[first + k]),
             scalars("traction_1", &of_first),
             scalars("traction_2", &of_second),

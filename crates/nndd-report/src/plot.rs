@@ -1,5 +1,5 @@
 //! Figures of a run as SVG text: the problem, indicators against a swept value, the convergence history, the adaptive one, the deformed
-//! bodies coloured by error density, and pressure and opening along the contact.
+//! bodies coloured by a field, and pressure and opening along the contact.
 //!
 //! Every function returns a whole SVG document. Numbers that cannot be drawn (not
 //! finite, or not positive on a logarithmic axis) are left out; if nothing is left the figure says
@@ -8,17 +8,20 @@
 
 mod adaptive;
 mod axis;
+mod bands;
 mod cells;
 mod colour;
 mod contact;
 mod convergence;
 mod deformed;
+mod labels;
 mod legend;
 mod lines;
 mod look;
 mod names;
 mod obstacle;
 mod outline;
+mod scale;
 mod sheet;
 mod sketch;
 mod sweep;
@@ -28,7 +31,9 @@ mod tests;
 pub(crate) use adaptive::adaptive;
 pub(crate) use contact::contact;
 pub(crate) use convergence::convergence;
-pub(crate) use deformed::{BodyPicture, Closing, deformed};
+pub(crate) use deformed::{Closing, deformed};
+pub(crate) use labels::Labels;
 pub(crate) use obstacle::{Motion, ObstaclePicture};
+pub(crate) use scale::{BodyPicture, Field, Quantity};
 pub(crate) use sketch::{Held, SketchBody, SketchEdge, SketchLoad, sketch};
 pub(crate) use sweep::sweep;

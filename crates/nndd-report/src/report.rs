@@ -78,7 +78,7 @@ pub(crate) fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> R
         certificate: certificate(solution),
         results: results(case, solution, solved.peak_change),
         adaptive: solved.adaptive.clone(),
-        notes: [notes::of_case(case), notes::of_solution(case, solution), solved.notes.clone()].concat(),
+        notes: [notes::of_solution(case, solution), solved.notes.clone(), notes::of_case(case)].concat(),
         timings: Timings::default(),
         run,
     }

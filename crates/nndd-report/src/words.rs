@@ -45,6 +45,33 @@ pub fn rounded_up(x: f64) -> String {
     format!("{value:.digits$}")
 }
 
+/// How many digits of a result the certified relative error leaves: one more than are certain, at least 2 and at most 6; 3 if
+/// nothing is certified.
+///
+/// `d = ⌈−log₁₀ ε⌉ + 1`: 2.7 % leaves 3 digits.
+pub fn certified_digits(relative: Option<f64>) -> usize {
+    match relative {
+        Some(relative) if relative > 0.0 => (1.0 - relative.log10()).ceil().clamp(2.0, 6.0) as usize,
+        Some(_) => 6,
+        None => 3,
+    }
+}
+
+/// Writes a number with this many significant digits, with an exponent if it would have others, or many zeros.
+pub fn with_digits(x: f64, digits: usize) -> String {
+    let digits = digits.max(1);
+    let text = format!("{x:.*e}", digits - 1);
+    let exponent = text.split_once('e').and_then(|(_, e)| e.parse::<i32>().ok());
+    match exponent {
+        _ if x == 0.0 => "0".into(),
+        Some(e) if e >= -3 && e < digits.max(3) as i32 => {
+            let rounded = text.parse::<f64>().unwrap_or(x);
+            format!("{rounded:.*}", (digits as i32 - 1 - e).max(0) as usize)
+        }
+        _ => text,
+    }
+}
+
 /// Seven significant digits of a lower bound, rounded down.
 pub(crate) fn at_least(x: f64) -> String {
     short(outward(x, 7, false))
@@ -145,6 +172,17 @@ mod tests {
             assert!(low <= x && x <= high && high - low <= 2e-6 * x.abs(), "{low} {x} {high}");
             x *= 2.371;
         }
+    }
+
+    #[test]
+    fn a_result_has_the_digits_that_its_bound_leaves() {
+        let of = |relative| certified_digits(Some(relative));
+        assert_eq!([0.5, 0.2368, 0.1, 0.027, 0.01, 1e-3, 1e-9, 0.0].map(of), [2, 2, 2, 3, 3, 4, 6, 6]);
+        assert_eq!(certified_digits(None), 3);
+        let written =
+            [91_900.35, 919.0, 26.236, 0.012_774, 4.335e6, -1.25e-8, 0.0, 9.996].map(|x| with_digits(x, 3));
+        assert_eq!(written, ["9.19e4", "919", "26.2", "0.0128", "4.33e6", "-1.25e-8", "0", "10.0"]);
+        assert_eq!([919.0, 26.236, 0.276].map(|x| with_digits(x, 2)), ["920", "26", "0.28"]);
     }
 
     #[test]

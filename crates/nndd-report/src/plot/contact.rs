@@ -2,6 +2,7 @@
 
 use super::axis::{Axis, drawable, extent, short};
 use super::colour::{BLUE, VERMILLION};
+use super::labels::Labels;
 use super::lines::{self, LinePanel, Series, THICK};
 use super::look::{Look, Marker};
 use super::sheet::PIXEL;
@@ -17,11 +18,21 @@ const NONE: f64 = 1e-9;
 /// Zones that the description lists.
 const MOST_LISTED: usize = 6;
 
-/// Draws the pressure above and the opening below, over a common axis, with the contact zone shaded.
+/// The pressure axis ends at the largest pressure unless that is this many times larger than on nearly all of the contact.
+const PEAK: f64 = 1.8;
+/// The part of the contact's length on which the pressure may be beyond the axis.
+const BEYOND: f64 = 0.04;
+/// How far the axis goes beyond the pressures that it shows, if it does not show all.
+const ABOVE: f64 = 1.2;
+
+/// Draws the pressure above and the opening below, over a common axis, with the contact zone shaded; the pressure alone
+/// if the opening is zero everywhere.
 ///
 /// A node with pressure shades half of the way to its neighbours. Nodes with a value that is not finite are
-/// left out; nodes need not come in order.
-pub(crate) fn contact(title: &str, rows: &[ContactRow]) -> String {
+/// left out; nodes need not come in order. A peak on a small part of the contact is cut, and its value written.
+///
+/// * `start`: the arc length at which a closed line was opened, if it is not its first node.
+pub(crate) fn contact(title: &str, rows: &[ContactRow], start: Option<f64>, labels: &Labels) -> String {
     let mut nodes: Vec<[f64; 3]> = rows
         .iter()
         .map(|r| [r.s, r.pressure, r.opening])
@@ -39,20 +50,66 @@ pub(crate) fn contact(title: &str, rows: &[ContactRow]) -> String {
         nodes.len(),
         written(&zones)
     );
-    let axes = ends.map(upwards);
-    let series = [(PRESSURE, 1), (OPENING, 2)].map(|(look, c)| {
-        [Series { look, points: nodes.iter().map(|n| Some(Vector::new(n[0], n[c]))).collect() }]
-    });
-    let labels = [
-        ["", "pressure (stress units)"],
-        ["s along the first body's surface (length units)", "opening (length units)"],
+    let cap = cap(&nodes);
+    let axes = [(ends[0].0, cap.unwrap_or(ends[0].1)), ends[1]].map(upwards);
+    let points = |c: usize| nodes.iter().map(|n| Vector::new(n[0], n[c])).collect::<Vec<_>>();
+    let series = [
+        [Series { look: PRESSURE, points: below(&points(1), axes[0].ends().1) }],
+        [Series { look: OPENING, points: points(2).into_iter().map(Some).collect() }],
     ];
-    let panels = [0, 1].map(|k| LinePanel {
+    let places = match start {
+        Some(s) => format!("s along the first body's surface, from {}", short(s)),
+        None => "s along the first body's surface".to_owned(),
+    };
+    let [s, pressure] = [labels.length(&places), labels.stress("pressure", "stress units")];
+    let opening = labels.length("opening");
+    // Where the bodies touch everywhere, or nothing is known, there is no opening to see.
+    let open = ends[1] != (0.0, 0.0);
+    let count = if open { 2 } else { 1 };
+    let label = [[if open { "" } else { &s }, pressure.as_str()], [&s, &opening]];
+    let peak = nodes.iter().copied().max_by(|a, b| a[1].total_cmp(&b[1])).filter(|_| cap.is_some());
+    let panels = (0..count).map(|k| LinePanel {
         bands: &zones,
         remark: (ends[k] == (0.0, 0.0)).then(|| format!("{} is zero everywhere", series[k][0].look.name)),
-        ..LinePanel::new(labels[k], [&x_axis, &axes[k]], &series[k])
+        peak: peak.filter(|_| k == 0).map(|n| (n[0], format!("peak {}", short(three(n[1]))))),
+        ..LinePanel::new(label[k], [&x_axis, &axes[k]], &series[k])
     });
-    lines::figure(title, &description, HEIGHT, &panels)
+    lines::figure(title, &description, HEIGHT, &panels.collect::<Vec<_>>())
+}
+
+/// Where the axis of the pressures ends if a peak on a small part of the contact must be cut.
+fn cap(nodes: &[[f64; 3]]) -> Option<f64> {
+    let last = nodes.len().checked_sub(1)?;
+    let length = |i: usize| 0.5 * (nodes[(i + 1).min(last)][0] - nodes[i.saturating_sub(1)][0]);
+    let pressed = (0..nodes.len()).filter(|i| nodes[*i][1] > 0.0);
+    let mut all: Vec<[f64; 2]> = pressed.map(|i| [nodes[i][1], length(i)]).collect();
+    all.sort_by(|a, b| b[0].total_cmp(&a[0]));
+    let mut left = BEYOND * all.iter().map(|n| n[1]).sum::<f64>();
+    let found = all.iter().find(|n| {
+        left -= n[1];
+        left < 0.0
+    });
+    let (nearly_all, largest) = (found?[0], all[0][0]);
+    (largest > PEAK * nearly_all).then_some(ABOVE * nearly_all)
+}
+
+/// The part of a line that is not above a level, with the places where it passes the level.
+fn below(points: &[Vector], level: f64) -> Vec<Option<Vector>> {
+    let mut kept = vec![];
+    for (k, p) in points.iter().enumerate() {
+        if let Some(q) = k.checked_sub(1).map(|j| points[j])
+            && (q[1] > level) != (p[1] > level)
+        {
+            kept.push(Some(q + (level - q[1]) / (p[1] - q[1]) * (p - q)));
+        }
+        kept.push(Some(*p).filter(|p| p[1] <= level));
+    }
+    kept
+}
+
+/// A number to three significant digits.
+fn three(value: f64) -> f64 {
+    format!("{value:.2e}").parse().unwrap_or(value)
 }
 
 /// An axis from 0 (or the least value, if that is negative) to a little above the largest.

@@ -1,29 +1,20 @@
-//! The deformed bodies, cells coloured by error density.
+//! The deformed bodies, coloured by a field: constant in the cells, or linear between the nodes.
 
 use super::axis::{Axis, drawable, drawable_log, extent, power_of_ten, short};
+use super::bands;
 use super::cells::{self, Cell};
 use super::colour::{GREY, INK};
+use super::labels::Labels;
 use super::legend;
 use super::look::{Look, Marker};
-use super::names::{self, ABOVE, BESIDE};
+use super::names;
 use super::obstacle::{self, OBSTACLE, ObstaclePicture};
 use super::outline::outline;
-use super::sheet::{self, FINE, Frame, LEFT, PIXEL, Panel, Sheet, WIDTH, rectangle};
+use super::scale::{BAR, BodyPicture, Field, Quantity, Scale, three};
+use super::sheet::{self, FINE, Frame, LEFT, PIXEL, Panel, RIGHT, Sheet, WIDTH};
+use crate::nodal::{self, NodalPatch};
 use fem_core::geometry::{Vector, cross, norm};
-use fem_core::mesh::TriMesh;
 use fem_core::mesh::id::NodeId;
-
-/// One body of [`deformed`].
-pub(crate) struct BodyPicture<'a> {
-    /// Its name.
-    pub(crate) name: &'a str,
-    /// Its mesh.
-    pub(crate) mesh: &'a TriMesh,
-    /// The displacement of each point.
-    pub(crate) displacement: &'a [Vector],
-    /// Error density of each triangle (squared error over area), ≥ 0.
-    pub(crate) density: &'a [f64],
-}
 
 /// Two contact nodes that face each other, for [`deformed`].
 #[derive(Clone, Copy, Debug)]
@@ -34,45 +25,44 @@ pub(crate) struct Closing {
     pub(crate) approach: f64,
 }
 
-/// Height of the colour bar.
-const BAR: f64 = 14.0 * PIXEL;
+/// Height of the line below the bar.
+const REMARK: f64 = 16.0 * PIXEL;
 /// The largest displacement in the picture, as a part of the bodies' size.
 const LARGEST: f64 = 0.08;
 /// How far, as a part of the bodies' size, the bodies may overlap in the picture: less than its lines are thick.
 const HAIR: f64 = 1e-3;
 /// Room for the hatches of obstacles, as a part of the bodies' size.
 const ROOM: f64 = 0.04;
-/// Decades of density shown below the largest.
-const DECADES: f64 = 1e-4;
-/// The part of the area that may have a density below the scale.
-const BELOW_SCALE: f64 = 0.05;
+/// The radius of the ring around a largest value that the scale does not reach.
+const RING: f64 = 6.0 * PIXEL;
 /// Height of a panel over its width.
 const RATIOS: [f64; 2] = [0.3, 1.2];
-/// Ticks of the colour bar.
-const TICKS: usize = 6;
 /// The least distance of ticks on axes on which bodies are drawn.
 const TICK_DISTANCE: f64 = 75.0 * PIXEL;
-/// Labels of axes on which bodies are drawn.
-pub(super) const PLANE: [&str; 2] = ["x (length units)", "y (length units)"];
-
 const UNDEFORMED: Look = Look::new("undeformed", GREY, PIXEL, Marker::None);
 const DEFORMED: Look = Look::new("deformed", INK, 1.5 * PIXEL, Marker::None);
 
-/// Draws the bodies deformed, on axes of equal scale, with cells coloured by error density on one common
-/// logarithmic scale and undeformed outlines in grey.
+/// The labels of axes on which bodies are drawn.
+pub(super) fn plane(labels: &Labels) -> [String; 2] {
+    ["x", "y"].map(|what| labels.length(what))
+}
+
+/// Draws the bodies deformed, on axes of equal scale, coloured by a field on one common scale, with undeformed outlines in grey.
 ///
 /// Displacements are multiplied by 1, 2 or 5 times a power of ten such that the largest is at most 8 % of the
 /// size of the bodies, and no pair of contact nodes passes each other: a gap is drawn as it is, so displacements that
-/// close it must not be magnified. The title says the factor. Densities smaller than 1e-4 of the largest, zero among them, have
-/// the colour of the lower end. Points with a displacement that is not finite are left out with
-/// their triangles. Many small cells are drawn as squares with the mean of the cells in them.
+/// close it must not be magnified. The title says the factor. The scale ends below a peak that few points have; the bar then says
+/// the largest value, and a ring shows its place. Points with a displacement that is not finite are left out with
+/// their triangles. Values of many small cells are averaged at the nodes.
 ///
 /// Obstacles are drawn where their motion, multiplied by the same factor, takes them.
 pub(crate) fn deformed(
     title: &str,
+    quantity: Quantity,
     bodies: &[BodyPicture<'_>],
     obstacles: &[ObstaclePicture<'_>],
     closing: &[Closing],
+    labels: &Labels,
 ) -> String {
     let points = |factors: &[f64]| {
         factors.iter().flat_map(|f| bodies.iter().flat_map(|b| places(b, *f))).flatten().collect()
@@ -90,30 +80,72 @@ pub(crate) fn deformed(
     let known = extents(drawn.into_iter().chain(lines.iter().flatten().map(|[p, n]| p + ROOM * size * n)));
     let looks = [DEFORMED, UNDEFORMED, OBSTACLE];
     let looks = if lines.iter().all(Vec::is_empty) { &looks[..2] } else { &looks[..] };
-    let (frame, axes) = equal_scale(known, legend::end(looks) + ABOVE, WIDTH - LEFT - BESIDE, RATIOS);
-    let scale = density_scale(bodies);
+    let top = legend::end(looks) + 8.0 * PIXEL;
+    let (frame, axes) = equal_scale(known, top, WIDTH - LEFT - 1.5 * RIGHT, RATIOS);
+    let scale = Scale::of(quantity, bodies);
     let heading = match known {
         None => title.to_owned(),
         Some(_) if largest > 0.0 => format!("{title} (displacements × {})", short(factor)),
         Some(_) => format!("{title} (no displacement)"),
     };
-    let height = frame.bottom() + 2.0 * sheet::BELOW + BAR + 2.0 * sheet::MARGIN;
-    let mut sheet = Sheet::new(height, &heading, &description(bodies, factor, &scale));
+    let remark = if scale.remark().is_some() { REMARK } else { 0.0 };
+    let height = frame.bottom() + 2.0 * sheet::BELOW + BAR + remark + 2.0 * sheet::MARGIN;
+    let mut sheet = Sheet::new(height, &heading, &description(bodies, factor, quantity, &scale));
     legend::draw(&mut sheet, looks);
     let panel = Panel { frame, axes: axes.each_ref() };
-    panel.draw(&mut sheet, PLANE);
-    let drawn: Vec<_> = bodies.iter().map(|b| (b.name, cells_of(b, factor, &panel))).collect();
-    if drawn.iter().all(|(_, cells)| cells.is_empty()) {
+    panel.draw(&mut sheet, plane(labels).each_ref().map(String::as_str));
+    let on_sheet =
+        |b: &BodyPicture<'_>| places(b, factor).map(|p| p.map(|p| panel.place(p))).collect::<Vec<_>>();
+    let drawn: Vec<Vec<Option<Vector>>> = bodies.iter().map(on_sheet).collect();
+    if drawn.iter().flatten().all(Option::is_none) {
         frame.remark(&mut sheet, "no data");
     } else {
-        colour_bar(&mut sheet, &scale, frame);
+        scale.bar(&mut sheet, frame, quantity, labels);
     }
-    let cells: Vec<&Cell> = drawn.iter().flat_map(|(_, cells)| cells).collect();
-    sheet.add(&cells::elements(&cells, |density| scale.position(density)));
+    fill(&mut sheet, bodies, &drawn, &scale);
     bodies.iter().for_each(|b| outlines(&mut sheet, &panel, b, factor));
     lines.iter().for_each(|line| obstacle::hatched(&mut sheet, &panel, line));
-    names::names(&mut sheet, frame, &drawn);
+    if let Some((body, node)) = scale.peak {
+        let at = drawn.get(body).and_then(|places| places.get(node).copied().flatten());
+        at.iter().for_each(|at| sheet.ring(*at, RING, INK, FINE));
+    }
+    for (body, places) in bodies.iter().zip(&drawn) {
+        names::write(&mut sheet, body.name, body.mesh, places);
+    }
     sheet.finished()
+}
+
+/// Fills the bodies with their colours, and draws the edges of the cells if there are few.
+fn fill(sheet: &mut Sheet, bodies: &[BodyPicture<'_>], places: &[Vec<Option<Vector>>], scale: &Scale) {
+    let count: usize = bodies.iter().map(|b| b.mesh.triangles().len()).sum();
+    let cells: Vec<Cell> = match count <= cells::MOST_CELLS {
+        true => bodies.iter().zip(places).flat_map(|(b, places)| cells_of(b, places)).collect(),
+        false => vec![],
+    };
+    let means: Vec<Vec<NodalPatch>> = bodies.iter().map(means).collect();
+    let mut patches: Vec<(&NodalPatch, &[Option<Vector>])> = vec![];
+    for ((body, places), means) in bodies.iter().zip(places).zip(&means) {
+        match body.field {
+            Field::Nodes(of) => patches.extend(of.iter().map(|patch| (patch, places.as_slice()))),
+            Field::Cells(_) if count > cells::MOST_CELLS => {
+                patches.extend(means.iter().map(|patch| (patch, places.as_slice())));
+            }
+            Field::Cells(_) => {}
+        }
+    }
+    match patches.is_empty() {
+        true => sheet.add(&cells::elements(&cells, |value| scale.position(value))),
+        false => sheet.add(&bands::elements(&patches, |value| scale.position(value))),
+    }
+    sheet.add(&cells::edges(&cells));
+}
+
+/// The field of a body's cells as means at the nodes.
+fn means(body: &BodyPicture<'_>) -> Vec<NodalPatch> {
+    let Field::Cells(values) = body.field else { return vec![] };
+    let known = (0..values.len()).filter(|t| values[*t].is_finite());
+    let values = nodal::averaged(body.mesh, known, |t| values[t]);
+    vec![NodalPatch { triangles: body.mesh.triangles().to_vec(), values }]
 }
 
 /// Where the points of a body go, `None` for those that cannot be drawn.
@@ -174,57 +206,16 @@ pub(super) fn equal_scale(
     (frame, [around(extents[0], frame.width), around(extents[1], frame.height)])
 }
 
-/// The colour scale, and what is special about it.
-struct Scale {
-    axis: Axis,
-    /// Some cells are below the lower end.
-    cut: bool,
-    /// No cell has a density above zero.
-    empty: bool,
-}
-
-impl Scale {
-    fn position(&self, density: f64) -> f64 {
-        if self.empty || !drawable_log(density) { 0.0 } else { self.axis.position(density) }
-    }
-}
-
-fn density_scale(bodies: &[BodyPicture<'_>]) -> Scale {
-    let all = || bodies.iter().flat_map(|b| b.density.iter().copied());
-    match extent(all().filter(|d| drawable_log(*d))) {
-        None => Scale { axis: Axis::log(0.1, 10.0, TICKS), cut: false, empty: true },
-        Some((lo, hi)) => {
-            // Below the usual range only if much of the picture lies there: near singularities cells are tiny.
-            let from = lo.max((hi * DECADES).min(low_density(bodies)).max(hi * DECADES * DECADES));
-            let from = if hi / from < 10.0 { hi / 10.0 } else { from };
-            Scale { axis: Axis::log(from, hi, TICKS), cut: all().any(|d| d < from), empty: false }
-        }
-    }
-}
-
-/// Finds the density that a small part of the bodies' area lies below.
-fn low_density(bodies: &[BodyPicture<'_>]) -> f64 {
-    let of = |b: &BodyPicture<'_>| -> Vec<(f64, f64)> {
-        b.density.iter().enumerate().map(|(t, d)| (*d, b.mesh.area(t))).collect()
+fn cells_of(body: &BodyPicture<'_>, places: &[Option<Vector>]) -> Vec<Cell> {
+    let values: &[f64] = match body.field {
+        Field::Cells(values) => values,
+        Field::Nodes(_) => &[],
     };
-    let mut cells: Vec<(f64, f64)> = bodies.iter().flat_map(of).collect();
-    cells.retain(|(density, area)| drawable_log(*density) && drawable(*area));
-    cells.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut left = BELOW_SCALE * cells.iter().map(|c| c.1).sum::<f64>();
-    let found = cells.iter().find(|c| {
-        left -= c.1;
-        left < 0.0
-    });
-    found.map_or(f64::INFINITY, |c| c.0)
-}
-
-fn cells_of(body: &BodyPicture<'_>, factor: f64, panel: &Panel<'_>) -> Vec<Cell> {
-    let places: Vec<Option<Vector>> = places(body, factor).map(|p| Some(panel.place(p?))).collect();
-    let cell = |(t, density): (&[NodeId; 3], &f64)| {
-        let [a, b, c] = t.map(|v| places.get(v.index()).copied().flatten());
-        Some(Cell { corners: [a?, b?, c?], density: *density })
+    let cell = |(t, nodes): (usize, &[NodeId; 3])| {
+        let [a, b, c] = nodes.map(|v| places.get(v.index()).copied().flatten());
+        Some(Cell { corners: [a?, b?, c?], value: values.get(t).copied().unwrap_or(0.0) })
     };
-    body.mesh.triangles().iter().zip(body.density).filter_map(cell).collect()
+    body.mesh.triangles().iter().enumerate().filter_map(cell).collect()
 }
 
 fn outlines(sheet: &mut Sheet, panel: &Panel<'_>, body: &BodyPicture<'_>, factor: f64) {
@@ -257,24 +248,7 @@ fn straightened(path: impl Iterator<Item = Vector>) -> Vec<Vector> {
     kept
 }
 
-fn colour_bar(sheet: &mut Sheet, scale: &Scale, panel: Frame) {
-    let frame = Frame { top: panel.bottom() + sheet::BELOW + sheet::MARGIN, height: BAR, ..panel };
-    if scale.empty {
-        return frame.remark(sheet, "error density zero everywhere");
-    }
-    let (left, right, bottom) = (frame.left, frame.right(), frame.bottom());
-    for k in 0..cells::SHADES {
-        // Each shade covers the bar from its left edge to the right; the next covers the rest: no seams.
-        let x = left + k as f64 / cells::SHADES as f64 * frame.width;
-        sheet.fill(&rectangle([x, right], [frame.top, bottom]), &cells::colour_of(k));
-    }
-    let cut = if scale.cut { "; left end: or less" } else { "" };
-    let label = format!("error density (energy / area{cut})");
-    sheet.axis(&scale.axis, [left, bottom], [right, bottom], &label);
-    sheet.stroke(&rectangle([left, right], [frame.top, bottom]), INK, FINE);
-}
-
-fn description(bodies: &[BodyPicture<'_>], factor: f64, scale: &Scale) -> String {
+fn description(bodies: &[BodyPicture<'_>], factor: f64, quantity: Quantity, scale: &Scale) -> String {
     let mut text = format!("Deformed bodies, displacements multiplied by {}.", short(factor));
     for b in bodies {
         text.push_str(&format!(
@@ -284,16 +258,13 @@ fn description(bodies: &[BodyPicture<'_>], factor: f64, scale: &Scale) -> String
             short(largest_displacement(b))
         ));
     }
-    let (lo, hi) = scale.axis.ends();
+    let ((lo, hi), name) = (scale.axis.ends(), quantity.name());
     if scale.empty {
-        text.push_str(" The error density is zero everywhere.");
-    } else {
-        text.push_str(&format!(
-            " Cells coloured by error density, energy per area, on a logarithmic scale from {}{} to {}.",
-            short(lo),
-            if scale.cut { " or less" } else { "" },
-            short(hi)
-        ));
+        text.push_str(&format!(" The {name} is zero everywhere."));
+        return text;
     }
-    text
+    let kind = if scale.logarithmic { "logarithmic" } else { "linear" };
+    let less = if scale.cut { " or less" } else { "" };
+    let more = scale.largest.map_or_else(String::new, |v| format!(" or more, at most {}", three(v)));
+    text + &format!(" Coloured by {name}, on a {kind} scale from {}{less} to {}{more}.", short(lo), short(hi))
 }

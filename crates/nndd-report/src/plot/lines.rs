@@ -1,7 +1,7 @@
 //! Figures of lines: panels with series, one below the other, under one legend.
 
 use super::axis::{Axis, extent};
-use super::colour::PALE_ORANGE;
+use super::colour::{INK, PALE_ORANGE};
 use super::legend;
 use super::look::{Look, Marker};
 use super::sheet::{self, Frame, MARGIN, PIXEL, Panel, SMALL, Sheet, WIDTH, Words};
@@ -49,12 +49,14 @@ pub(super) struct LinePanel<'a> {
     pub(super) bands: &'a [[f64; 2]],
     /// What is remarkable about the data.
     pub(super) remark: Option<String>,
+    /// A place of the horizontal axis at which the values go beyond the vertical one, and what is written there.
+    pub(super) peak: Option<(f64, String)>,
 }
 
 impl<'a> LinePanel<'a> {
     /// A panel with series alone.
     pub(super) fn new(labels: [&'a str; 2], axes: [&'a Axis; 2], series: &'a [Series]) -> Self {
-        Self { heading: None, labels, axes, series, bands: &[], remark: None }
+        Self { heading: None, labels, axes, series, bands: &[], remark: None, peak: None }
     }
 }
 
@@ -95,6 +97,18 @@ impl LinePanel<'_> {
             frame.remark(sheet, "no data");
         } else if let Some(remark) = &self.remark {
             frame.remark(sheet, remark);
+        }
+        if let Some((x, text)) = &self.peak {
+            let at = Vector::new(panel.place([*x, 0.0])[0], frame.top);
+            let [l, r] = [-1.0, 1.0].map(|side| at + PIXEL * Vector::new(5.0 * side, 8.0));
+            sheet.fill(&sheet::path(&[at, l, r]), INK);
+            // Beside the arrow, on the side where there is room.
+            let words = Words::new(SMALL).with_halo();
+            let (words, side) = match at[0] < 0.5 * WIDTH {
+                true => (words.flush_left(), 1.0),
+                false => (words.flush_right(), -1.0),
+            };
+            words.write(sheet, text, at + PIXEL * Vector::new(9.0 * side, 7.0));
         }
     }
 

@@ -99,6 +99,15 @@ impl Sheet {
         self.add(&format!("<circle cx=\"{x:.0}\" cy=\"{y:.0}\" r=\"{radius}\" fill=\"{colour}\"/>"));
     }
 
+    /// Draws a ring.
+    pub(super) fn ring(&mut self, at: Vector, radius: f64, colour: &str, thickness: f64) {
+        let [x, y] = at.into();
+        self.add(&format!(
+            "<circle cx=\"{x:.0}\" cy=\"{y:.0}\" r=\"{radius}\" fill=\"none\" stroke=\"{colour}\" \
+             stroke-width=\"{thickness}\"/>"
+        ));
+    }
+
     /// Draws an axis from one place to another, with its labels left of it if it is vertical, and below it otherwise.
     pub(super) fn axis(&mut self, axis: &Axis, from: impl Into<Vector>, to: impl Into<Vector>, label: &str) {
         let (from, to): (Vector, Vector) = (from.into(), to.into());
@@ -161,6 +170,7 @@ pub(super) struct Words {
     size: f64,
     bold: bool,
     upright: bool,
+    halo: bool,
     colour: &'static str,
     anchor: &'static str,
 }
@@ -168,18 +178,22 @@ pub(super) struct Words {
 impl Words {
     /// Centred dark text of this size.
     pub(super) fn new(size: f64) -> Words {
-        Words { size, bold: false, upright: false, colour: INK, anchor: "middle" }
+        Words { size, bold: false, upright: false, halo: false, colour: INK, anchor: "middle" }
     }
     /// The same in bold.
     pub(super) fn bold(self) -> Words {
         Words { bold: true, ..self }
+    }
+    /// The same with a light line around the letters, to be read on any colour.
+    pub(super) fn with_halo(self) -> Words {
+        Words { halo: true, ..self }
     }
     /// The same starting at the given place.
     pub(super) fn flush_left(self) -> Words {
         Words { anchor: "start", ..self }
     }
     /// The same ending at the given place.
-    fn flush_right(self) -> Words {
+    pub(super) fn flush_right(self) -> Words {
         Words { anchor: "end", ..self }
     }
     /// The same upwards.
@@ -202,12 +216,16 @@ impl Words {
             _ => WIDTH - x,
         };
         let text = escaped(&cut(&one_line(text), size, room));
+        let halo = match self.halo {
+            true => format!(" stroke=\"#FFFFFF\" stroke-width=\"{}\" paint-order=\"stroke\"", 0.28 * size),
+            false => String::new(),
+        };
         let bold = if self.bold { " font-weight=\"bold\"" } else { "" };
         let turn =
             if self.upright { format!(" transform=\"rotate(-90 {x:.0} {y:.0})\"") } else { String::new() };
         sheet.add(&format!(
             "<text x=\"{x:.0}\" y=\"{y:.0}\" dy=\".35em\" text-anchor=\"{anchor}\" font-size=\"{size}\" \
-             fill=\"{colour}\"{bold}{turn}>{text}</text>"
+             fill=\"{colour}\"{halo}{bold}{turn}>{text}</text>"
         ));
     }
 }

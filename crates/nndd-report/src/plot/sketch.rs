@@ -1,14 +1,16 @@
 //! The problem as it is given: bodies, supports, loads, obstacles and the contact line.
 
-use super::axis::{drawable, extent};
+use super::axis::drawable;
 use super::cells::{Cell, WITH_EDGES};
 use super::colour::{BLUE, GREEN, GREY, INK, ORANGE, PALE_BLUE, VERMILLION};
-use super::deformed::{PLANE, equal_scale, extents};
+use super::deformed::{equal_scale, extents, plane};
+use super::labels::Labels;
 use super::legend;
 use super::look::{Look, Marker};
+use super::names;
 use super::obstacle::{self, OBSTACLE, ObstaclePicture};
 use super::outline::outline;
-use super::sheet::{self, FIRM, LEFT, MARGIN, PIXEL, Panel, RIGHT, SMALL, Sheet, WIDTH, Words, path};
+use super::sheet::{self, FIRM, LEFT, MARGIN, PIXEL, Panel, RIGHT, SMALL, Sheet, WIDTH, path};
 use fem_core::geometry::{Vector, norm, perpendicular};
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::id::NodeId;
@@ -98,10 +100,6 @@ const LEAST_LOAD: f64 = 0.05;
 const AROUND: f64 = 0.12;
 /// Height of a panel over its width.
 const RATIOS: [f64; 2] = [0.4, 1.2];
-/// Size of the bodies' names.
-const NAME: f64 = 15.0 * PIXEL;
-/// Triangles and points of the boundary tried in search of a place for a name.
-const MOST_TRIED: usize = 300;
 
 /// Draws the bodies at rest with how they are held, what is imposed, what is rigid, and where they may touch.
 ///
@@ -112,6 +110,7 @@ pub(crate) fn sketch(
     bodies: &[SketchBody<'_>],
     obstacles: &[ObstaclePicture<'_>],
     contact: &[[Vector; 2]],
+    labels: &Labels,
 ) -> String {
     let points = || bodies.iter().flat_map(|b| b.mesh.points()).copied();
     let size = largest_extent(extents(points().filter(|p| p.iter().all(|v| drawable(*v)))));
@@ -145,7 +144,7 @@ pub(crate) fn sketch(
     let mut sheet = Sheet::new(height, title, &description(bodies, obstacles));
     legend::draw(&mut sheet, &looks);
     let panel = Panel { frame, axes: axes.each_ref() };
-    panel.draw(&mut sheet, PLANE);
+    panel.draw(&mut sheet, plane(labels).each_ref().map(String::as_str));
     bodies.iter().for_each(|body| shape(&mut sheet, &panel, body));
     lines.iter().for_each(|line| obstacle::hatched(&mut sheet, &panel, line));
     contact.iter().for_each(|edge| sheet.line(&CONTACT, &edge.map(|p| panel.place(p))));
@@ -175,7 +174,7 @@ fn shape(sheet: &mut Sheet, panel: &Panel<'_>, body: &SketchBody<'_>) {
     let lines: String = outline(mesh).into_iter().map(closed).collect();
     sheet.fill(&lines, PALE_BLUE);
     if mesh.triangles().len() <= WITH_EDGES {
-        let cell = |t| Cell { corners: mesh.corners(t).map(|p| panel.place(p)), density: 0.0 }.path();
+        let cell = |t| Cell { corners: mesh.corners(t).map(|p| panel.place(p)), value: 0.0 }.path();
         let cells: String = (0..mesh.triangles().len()).map(cell).collect();
         sheet.stroke(&cells, "#FFFFFF", 2.0);
     }
@@ -277,32 +276,12 @@ impl Spaced {
     }
 }
 
-/// Writes the name of a body within it, near its middle.
+/// Writes the name of a body within it, with the arrow of its body force below it.
 fn name(sheet: &mut Sheet, panel: &Panel<'_>, body: &SketchBody<'_>) {
-    // Of some triangles the one farthest from the boundary, and of those alike the one nearest to the middle.
-    let step = |n: usize| (n / MOST_TRIED).max(1);
-    let (points, count) = (body.mesh.points(), body.mesh.triangles().len());
-    let edge = outline(body.mesh).concat();
-    let edge: Vec<Vector> = edge.iter().step_by(step(edge.len())).map(|v| points[*v]).collect();
-    let middle = |t| {
-        let [a, b, c] = body.mesh.corners(t);
-        (a + b + c) / 3.0
-    };
-    let tried: Vec<Vector> = (0..count).step_by(step(count)).map(middle).collect();
-    let centre = tried.iter().sum::<Vector>() / tried.len().max(1) as f64;
-    // Words are wider than high: what is beside them is nearer than it looks.
-    let aspect = (sheet::width_of(body.name, NAME) / NAME).max(1.0);
-    let distance = |a: Vector, b: Vector| ((a[0] - b[0]) / aspect).hypot(a[1] - b[1]);
-    let worth = |m: &Vector| {
-        let near = extent(edge.iter().map(|p| distance(*p, *m))).map_or(f64::INFINITY, |e| e.0);
-        near - 0.2 * norm(centre - *m)
-    };
-    let best = tried.iter().max_by(|a, b| worth(a).total_cmp(&worth(b)));
-    let Some(best) = best.filter(|m| m.iter().all(|v| drawable(*v))) else { return };
-    let at = panel.place(*best);
-    let room = 2.0 * at[0].min(WIDTH - at[0]) - MARGIN;
-    Words::new(sheet::fitting(body.name, NAME, room)).bold().write(sheet, body.name, at);
-    if let Some(way) = unit(flipped(body.body_force)) {
+    let places = body.mesh.points().iter();
+    let places: Vec<_> = places.map(|p| p.iter().all(|v| drawable(*v)).then(|| panel.place(*p))).collect();
+    let at = names::write(sheet, body.name, body.mesh, &places);
+    if let Some((at, way)) = at.zip(unit(flipped(body.body_force))) {
         arrow(sheet, at + SMALL * Vector::y(), way, way, ARROW, 0.0, &BODY_FORCE);
     }
 }

@@ -1,6 +1,7 @@
 use super::axis::{Axis, short};
 use super::outline::outline;
 use super::*;
+use crate::nodal::NodalPatch;
 use case_io::report::{IterationRow, SweepPanel, SweepRow};
 use case_io::table::ContactRow;
 use fem_core::geometry::Vector;
@@ -75,9 +76,27 @@ fn picture(n: usize, u: impl Fn([f64; 2]) -> [f64; 2], density: impl Fn(usize) -
         name: ["upper", "lower"][k],
         mesh: &meshes[k],
         displacement: &fields[k].0,
-        density: &fields[k].1,
+        field: Field::Cells(&fields[k].1),
     });
-    deformed("Two blocks", &bodies, &[], &[])
+    deformed("Two blocks", Quantity::ErrorDensity, &bodies, &[], &[], &Labels::default())
+}
+
+fn density(
+    title: &str,
+    bodies: &[BodyPicture<'_>],
+    obstacles: &[ObstaclePicture<'_>],
+    closing: &[Closing],
+) -> String {
+    deformed(title, Quantity::ErrorDensity, bodies, obstacles, closing, &Labels::default())
+}
+
+fn drawn(
+    title: &str,
+    bodies: &[SketchBody<'_>],
+    obstacles: &[ObstaclePicture<'_>],
+    contact: &[[Vector; 2]],
+) -> String {
+    sketch(title, bodies, obstacles, contact, &Labels::default())
 }
 
 const VALUES: [f64; 3] = [0.2, 0.4, 0.6];
@@ -90,7 +109,7 @@ fn constant(name: &str, value: Option<f64>) -> SweepPanel {
 
 fn profile<const N: usize>(s: [f64; N], opening: [f64; N], pressure: [f64; N]) -> String {
     let row = |k| ContactRow { s: s[k], opening: opening[k], pressure: pressure[k], ..ContactRow::default() };
-    contact("Contact", &(0..N).map(row).collect::<Vec<_>>())
+    contact("Contact", &(0..N).map(row).collect::<Vec<_>>(), None, &Labels::default())
 }
 
 #[test]
@@ -181,6 +200,54 @@ fn contact_of_odd_profiles() {
 }
 
 #[test]
+fn a_peak_of_the_pressure_is_cut_and_its_value_written() {
+    let s: [f64; 30] = std::array::from_fn(|k| k as f64);
+    let mut pressure = [1.0; 30];
+    let smooth = profile(s, [0.0; 30], pressure);
+    assert!(!smooth.contains(">peak"), "{smooth}");
+    pressure[0] = 40.0;
+    let cut = profile(s, [0.0; 30], pressure);
+    assert_whole(&cut);
+    assert!(cut.contains(">peak 40</text>"), "{cut}");
+    // What the axis shows ends a little above the others, and nothing is drawn above it.
+    assert!(!cut.contains(">20</text>") && !cut.contains(">2</text>"), "{cut}");
+    // A smooth maximum is no peak, however narrow its contact is.
+    let hertz: [f64; 30] = std::array::from_fn(|k| (1.0 - ((k as f64 - 14.5) / 15.0).powi(2)).sqrt());
+    assert!(!profile(s, [0.0; 30], hertz).contains(">peak"));
+}
+
+#[test]
+fn labels_have_the_units_of_the_case() {
+    let toml = "schema = 1\n[units]\nlength = \"mm\"\nforce = \"N\"\n";
+    let text = case_io::template::PAPER.replacen("schema = 1\n", toml, 1);
+    let labels = Labels { units: case_io::Case::parse(&text, "c.toml", &[]).unwrap().units };
+    let row = |k: usize| ContactRow { s: k as f64, pressure: 1.0, opening: 0.1, ..ContactRow::default() };
+    let svg = contact("Contact", &[row(0), row(1)], None, &labels);
+    assert_whole(&svg);
+    assert!(svg.contains("pressure [MPa]") && svg.contains("opening [mm]") && !svg.contains("units)"));
+}
+
+#[test]
+fn a_singular_peak_does_not_take_the_scale() {
+    let mesh = block(20, 0.0);
+    let still = vec![Vector::zeros(); mesh.points().len()];
+    let with = |peak: f64| {
+        let mut values: Vec<f64> = mesh.points().iter().map(|p| 1.0 + p[0]).collect();
+        values[0] = peak;
+        let patch = [NodalPatch { triangles: mesh.triangles().to_vec(), values }];
+        let body = BodyPicture { name: "b", mesh: &mesh, displacement: &still, field: Field::Nodes(&patch) };
+        deformed("d", Quantity::VonMises, &[body], &[], &[], &Labels::default())
+    };
+    let [smooth, peaked] = [with(1.0), with(1000.0)];
+    assert_whole(&peaked);
+    assert!(smooth.contains("linear scale from 0 to 3.") && !smooth.contains("or more"), "{smooth}");
+    assert!(peaked.contains("right end: or more, largest 1000"), "{peaked}");
+    assert!(peaked.contains("scale from 0 to 2.") || peaked.contains("scale from 0 to 3"), "{peaked}");
+    // A ring shows where it is.
+    assert!(peaked.contains("fill=\"none\" stroke=\"#191919\"") && peaked.matches("<circle").count() == 1);
+}
+
+#[test]
 fn deformed_says_its_factor_and_names() {
     let svg = picture(3, |p| [0.0, -0.02 * p[1]], |k| 1e-3 * (k + 1) as f64);
     assert_whole(&svg);
@@ -198,9 +265,9 @@ fn deformed_never_draws_bodies_into_each_other() {
             name: "b",
             mesh: &mesh,
             displacement: &vec![Vector::new(0.0, -0.02); mesh.points().len()],
-            density: &vec![1.0; mesh.triangles().len()],
+            field: Field::Cells(&vec![1.0; mesh.triangles().len()]),
         };
-        let svg = deformed("d", &[body], &[], &[Closing { gap, approach }]);
+        let svg = density("d", &[body], &[], &[Closing { gap, approach }]);
         svg.split("multiplied by ").nth(1).unwrap().split(". ").next().unwrap().parse::<f64>().unwrap()
     };
     assert_eq!(factor(0.02, 0.02), 1.0);
@@ -216,7 +283,7 @@ fn deformed_of_odd_bodies() {
     let still = picture(2, |_| [0.0; 2], |_| 0.0);
     assert_whole(&still);
     assert!(still.contains("no displacement") && still.contains("zero everywhere"));
-    assert!(deformed("Nothing", &[], &[], &[]).contains("no data"));
+    assert!(density("Nothing", &[], &[], &[]).contains("no data"));
     assert_whole(&picture(2, |_| [0.1; 2], |_| 3.0));
     for bad in BAD {
         assert_whole(&picture(2, |p| [if p[0] == 1.0 { bad } else { 0.1 }, 0.0], |_| 1.0));
@@ -316,14 +383,14 @@ fn sketch_says_what_is_imposed() {
         body_force: Vector::zeros(),
         rigid: vec![],
     };
-    let svg = sketch("Sketch", &[body(edges)], &[], &[[Vector::zeros(), 2.0 * Vector::x()]]);
+    let svg = drawn("Sketch", &[body(edges)], &[], &[[Vector::zeros(), 2.0 * Vector::x()]]);
     assert_whole(&svg);
     let words =
         ["block &lt;1&gt;", "held in one direction", "imposed displacement", "load", "possible contact"];
     for text in words {
         assert!(svg.contains(text), "{text}");
     }
-    let bare = sketch("Bare", &[body(vec![])], &[], &[]);
+    let bare = drawn("Bare", &[body(vec![])], &[], &[]);
     assert_whole(&bare);
     assert!(bare.contains("nothing imposed") && !bare.contains("possible contact"));
 }
@@ -346,13 +413,13 @@ fn sketch_shows_obstacles_and_what_moves_them() {
     let below = [Vector::zeros(), 2.0 * Vector::x()];
     let plane = RigidLine::Plane { point: -3.0 * Vector::x(), normal: 5.0 * Vector::y() };
     let still = (Vector::zeros(), 0.0);
-    let svg = sketch("Plane", &[body()], &[obstacle(plane, &below, still)], &[]);
+    let svg = drawn("Plane", &[body()], &[obstacle(plane, &below, still)], &[]);
     assert_whole(&svg);
     assert!(svg.contains("rigid obstacle</text>") && svg.contains("A rigid obstacle (hatched line)."));
     assert!(!svg.contains(">load</text>"), "{svg}");
     // From the force an arrow, from the moment a second one.
     let heads = |load| {
-        let svg = sketch("Circle", &[body()], &[obstacle(CIRCLE, &[Vector::new(1.0, 1.0)], load)], &[]);
+        let svg = drawn("Circle", &[body()], &[obstacle(CIRCLE, &[Vector::new(1.0, 1.0)], load)], &[]);
         assert_whole(&svg);
         svg.matches("fill=\"#0072B2\"").count()
     };
@@ -394,7 +461,8 @@ fn lines_of_obstacles_go_a_little_beyond_their_contact() {
 fn deformed_moves_obstacles_as_much_as_bodies() {
     let mesh = block(2, 0.0);
     let down = vec![Vector::new(0.0, -0.02); mesh.points().len()];
-    let body = || BodyPicture { name: "b", mesh: &mesh, displacement: &down, density: &[1.0; 16] };
+    let body =
+        || BodyPicture { name: "b", mesh: &mesh, displacement: &down, field: Field::Cells(&[1.0; 16]) };
     let points = [Vector::y(), Vector::new(2.0, 1.0)];
     let plane = RigidLine::Plane { point: Vector::y(), normal: -Vector::y() };
     let moving = ObstaclePicture {
@@ -402,11 +470,11 @@ fn deformed_moves_obstacles_as_much_as_bodies() {
         ..obstacle(plane, &points, (Vector::zeros(), 0.0))
     };
     let still = obstacle(plane, &points, (Vector::zeros(), 0.0));
-    let with = |o| deformed("d", &[body()], &[o], &[]);
+    let with = |o| density("d", &[body()], &[o], &[]);
     let [moving, still] = [with(moving), with(still)];
     assert_whole(&moving);
     assert!(moving.contains("rigid obstacle") && moving != still);
-    assert!(!deformed("d", &[body()], &[], &[]).contains("rigid obstacle"));
+    assert!(!density("d", &[body()], &[], &[]).contains("rigid obstacle"));
 }
 
 #[test]
@@ -428,17 +496,17 @@ fn rigid_sides_are_bars_with_their_loads() {
         body_force: Vector::zeros(),
         rigid,
     };
-    let bar = sketch("Bar", &[body(Held::Rigid, vec![load])], &[], &[]);
+    let bar = drawn("Bar", &[body(Held::Rigid, vec![load])], &[], &[]);
     assert_whole(&bar);
     assert!(bar.contains("rigid side</text>") && bar.contains("load</text>") && !bar.contains("held</text>"));
     assert!(bar.contains("1 boundary edges of rigid sides that are free to move"));
-    let clamped = sketch("Clamped", &[body(Held::Fixed, vec![])], &[], &[]);
+    let clamped = drawn("Clamped", &[body(Held::Fixed, vec![])], &[], &[]);
     assert!(clamped.contains("held</text>") && !clamped.contains("rigid side"));
 }
 
 #[test]
 fn sketch_of_odd_bodies() {
-    assert!(sketch("Nothing", &[], &[], &[]).contains("no data"));
+    assert!(drawn("Nothing", &[], &[], &[]).contains("no data"));
     for bad in BAD {
         let mesh = block(2, 0.0);
         let edges = vec![SketchEdge {
@@ -458,7 +526,7 @@ fn sketch_of_odd_bodies() {
             motion: Motion { spin: bad, ..rest() },
             ..obstacle(line, &points, (force, moment))
         });
-        assert_whole(&deformed("Odd", &[], &obstacles, &[]));
+        assert_whole(&density("Odd", &[], &obstacles, &[]));
         let body = SketchBody {
             name: "odd",
             mesh: &mesh,
@@ -466,7 +534,7 @@ fn sketch_of_odd_bodies() {
             body_force: Vector::repeat(bad),
             rigid: vec![load],
         };
-        assert_whole(&sketch("Odd", &[body], &obstacles, &[]));
+        assert_whole(&drawn("Odd", &[body], &obstacles, &[]));
     }
 }
 

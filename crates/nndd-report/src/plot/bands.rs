@@ -1,0 +1,224 @@
+//! A field that is linear in each triangle, as filled bands between equal steps of a colour scale.
+//!
+//! Band `k` is the region where the field is at least `k / BANDS`, drawn over the bands below it: so there are no seams, and the
+//! lines between the bands are those of the field itself. Inner edges of a region cancel; the file grows with
+//! the length of these lines, not with the number of triangles.
+
+use super::colour::viridis;
+use crate::nodal::NodalPatch;
+use fem_core::geometry::{Vector, cross};
+use fem_core::mesh::id::NodeId;
+use std::fmt::Write as _;
+
+/// Bands of the colour scale.
+pub(super) const BANDS: usize = 40;
+/// Points of a line nearer to each other than this are drawn as one, in units of the sheet.
+const FINE: f64 = 3.0;
+/// Closed lines around less than this are not drawn, in square units: a quarter of a square pixel.
+const SPECK: f64 = 4.0;
+
+/// A point of a band's boundary: a node, twice, or the place on an edge where the field passes the level.
+type Place = [u32; 2];
+
+/// The colour of a band.
+pub(super) fn colour_of(band: usize) -> String {
+    viridis((band as f64 + 0.5) / BANDS as f64)
+}
+
+/// Returns the SVG elements of some patches.
+///
+/// * `patches`: each with the places of the mesh's points on the sheet.
+/// * `position`: places a value on the colour scale, 0 to 1.
+pub(super) fn elements(
+    patches: &[(&NodalPatch, &[Option<Vector>])],
+    position: impl Fn(f64) -> f64,
+) -> String {
+    let mut paths = vec![String::new(); BANDS];
+    for (patch, places) in patches {
+        let heights: Vec<f64> = patch.values.iter().map(|v| position(*v).clamp(0.0, 1.0)).collect();
+        let surface = Surface::new(&patch.triangles, places, &heights);
+        for (band, path) in paths.iter_mut().enumerate() {
+            surface.above(band as f64 / BANDS as f64, path);
+        }
+    }
+    // A line of the same colour hides the seams between patches.
+    let mut out = "<g stroke-width=\"2\" stroke-linejoin=\"round\" fill-rule=\"evenodd\">\n".to_owned();
+    for (k, path) in paths.iter().enumerate().filter(|(_, p)| !p.is_empty()) {
+        let colour = colour_of(k);
+        let _ = writeln!(out, "<path fill=\"{colour}\" stroke=\"{colour}\" d=\"{path}\"/>");
+    }
+    out + "</g>\n"
+}
+
+/// The triangles of a patch that can be drawn, with the heights of their nodes.
+struct Surface<'a> {
+    triangles: Vec<[u32; 3]>,
+    /// The edges of one triangle only, in its direction.
+    rim: Vec<Place>,
+    places: &'a [Option<Vector>],
+    heights: &'a [f64],
+}
+
+impl<'a> Surface<'a> {
+    fn new(triangles: &[[NodeId; 3]], places: &'a [Option<Vector>], heights: &'a [f64]) -> Self {
+        let known = |v: &u32| places[*v as usize].is_some() && heights[*v as usize].is_finite();
+        let triangles: Vec<[u32; 3]> =
+            triangles.iter().map(|t| t.map(|v| v.index() as u32)).filter(|t| t.iter().all(known)).collect();
+        let mut edges: Vec<Place> =
+            triangles.iter().flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]]).collect();
+        edges.sort_unstable();
+        let rim = edges.iter().filter(|[a, b]| edges.binary_search(&[*b, *a]).is_err()).copied().collect();
+        Self { triangles, rim, places, heights }
+    }
+
+    /// Adds the region where the field is at least `level` to a path.
+    fn above(&self, level: f64, path: &mut String) {
+        let inside = |v: u32| self.heights[v as usize] >= level;
+        let between = |a: u32, b: u32| [a.min(b), a.max(b)];
+        // Where each piece of the boundary begins and ends.
+        let mut pieces: Vec<(Place, Place)> = Vec::new();
+        for [a, b] in self.rim.iter().copied() {
+            match (inside(a), inside(b)) {
+                (true, true) => pieces.push(([a, a], [b, b])),
+                (true, false) => pieces.push(([a, a], between(a, b))),
+                (false, true) => pieces.push((between(a, b), [b, b])),
+                (false, false) => {}
+            }
+        }
+        for [a, b, c] in &self.triangles {
+            let edges = [[*a, *b], [*b, *c], [*c, *a]];
+            let leaves = edges.iter().find(|[v, w]| inside(*v) && !inside(*w));
+            let enters = edges.iter().find(|[v, w]| !inside(*v) && inside(*w));
+            if let (Some([v, w]), Some([x, y])) = (leaves, enters) {
+                pieces.push((between(*v, *w), between(*x, *y)));
+            }
+        }
+        pieces.sort_unstable();
+        let mut used = vec![false; pieces.len()];
+        for first in 0..pieces.len() {
+            if used[first] {
+                continue;
+            }
+            let (mut line, mut at) = (Vec::new(), Some(first));
+            while let Some(k) = at {
+                used[k] = true;
+                line.push(self.place(pieces[k].0, level));
+                let (start, end) = (pieces.partition_point(|p| p.0 < pieces[k].1), pieces[k].1);
+                at = (start..pieces.len()).take_while(|j| pieces[*j].0 == end).find(|j| !used[*j]);
+            }
+            if line.len() > 1 {
+                closed(path, &line);
+            }
+        }
+    }
+
+    fn place(&self, [a, b]: Place, level: f64) -> Vector {
+        let of = |v: u32| self.places[v as usize].unwrap_or_default();
+        let [low, high] = [a, b].map(|v| self.heights[v as usize]);
+        if a == b || low == high {
+            return of(a);
+        }
+        of(a) + ((level - low) / (high - low)).clamp(0.0, 1.0) * (of(b) - of(a))
+    }
+}
+
+/// Adds a closed line to a path, its points rounded to whole units.
+fn closed(path: &mut String, line: &[Vector]) {
+    let mut kept: Vec<Vector> = Vec::new();
+    for p in line.iter().map(|p| p.map(f64::round)) {
+        if kept.last().is_none_or(|q| (p - q).amax() >= FINE) {
+            if let [.., a, b] = kept[..]
+                && cross(b - a, p - b) == 0.0
+                && (b - a).dot(&(p - b)) > 0.0
+            {
+                kept.pop();
+            }
+            kept.push(p);
+        }
+    }
+    let Some(first) = kept.first().copied() else { return };
+    let twice: f64 = kept.windows(2).map(|w| cross(w[0] - first, w[1] - first)).sum();
+    if twice.abs() < 2.0 * SPECK {
+        return;
+    }
+    let _ = write!(path, "M{} {}l", first[0], first[1]);
+    for (k, pair) in kept.windows(2).enumerate() {
+        let d = pair[1] - pair[0];
+        let _ = write!(path, "{}{} {}", if k == 0 { "" } else { " " }, d[0], d[1]);
+    }
+    path.push('z');
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fem_core::mesh::TriMesh;
+
+    /// A square of `n × n` cells on 400 × 400 units.
+    fn square(n: usize) -> (Vec<[NodeId; 3]>, Vec<Option<Vector>>) {
+        let at = |k: usize| 400.0 * k as f64 / n as f64;
+        let id = |i: usize, j: usize| (j * (n + 1) + i) as u32;
+        let points: Vec<[f64; 2]> = (0..=n).flat_map(|j| (0..=n).map(move |i| [at(i), at(j)])).collect();
+        let cells = (0..n * n).map(|k| (k % n, k / n)).flat_map(|(i, j)| {
+            [[id(i, j), id(i + 1, j), id(i + 1, j + 1)], [id(i, j), id(i + 1, j + 1), id(i, j + 1)]]
+        });
+        let mesh = TriMesh::new(points, cells.collect(), vec![]).unwrap();
+        (mesh.triangles().to_vec(), mesh.points().iter().map(|p| Some(*p)).collect())
+    }
+
+    /// The area inside the closed lines of a path.
+    fn area(path: &str) -> f64 {
+        let of = |line: &str| {
+            let (start, steps) = line.trim_end_matches('z').split_once('l').unwrap();
+            let numbers = |text: &str| -> Vec<f64> { text.split(' ').map(|n| n.parse().unwrap()).collect() };
+            let mut at = Vector::from_column_slice(&numbers(start));
+            let first = at;
+            let mut twice = 0.0;
+            for step in numbers(steps).chunks(2) {
+                let next = at + Vector::new(step[0], step[1]);
+                twice += cross(at - first, next - first);
+                at = next;
+            }
+            0.5 * twice
+        };
+        path.split('M').skip(1).map(of).sum()
+    }
+
+    #[test]
+    fn a_band_is_the_region_above_its_level() {
+        let (triangles, places) = square(10);
+        let heights: Vec<f64> = places.iter().flatten().map(|p| p[0] / 400.0).collect();
+        let surface = Surface::new(&triangles, &places, &heights);
+        for level in [0.0, 0.25, 0.5, 0.73] {
+            let mut path = String::new();
+            surface.above(level, &mut path);
+            assert_eq!(path.matches('M').count(), 1);
+            assert!((area(&path) - 160_000.0 * (1.0 - level)).abs() < 200.0, "{level}: {}", area(&path));
+        }
+    }
+
+    #[test]
+    fn holes_and_hills_are_closed_lines() {
+        let (triangles, places) = square(20);
+        let ring = |p: &Vector| 1.0 - ((p - Vector::new(200.0, 200.0)).norm() / 100.0 - 1.0).abs();
+        let heights: Vec<f64> = places.iter().flatten().map(ring).collect();
+        let mut path = String::new();
+        Surface::new(&triangles, &places, &heights).above(0.5, &mut path);
+        assert_eq!(path.matches('M').count(), 2);
+        // Between the radii 50 and 150, up to the cells.
+        let exact = std::f64::consts::PI * (150.0f64.powi(2) - 50.0f64.powi(2));
+        assert!((area(&path) / exact - 1.0).abs() < 0.02, "{} {exact}", area(&path));
+    }
+
+    #[test]
+    fn what_is_not_known_is_left_out() {
+        let (triangles, mut places) = square(4);
+        places[12] = None;
+        let mut heights = vec![0.5; places.len()];
+        heights[0] = f64::NAN;
+        let mut path = String::new();
+        Surface::new(&triangles, &places, &heights).above(0.0, &mut path);
+        // 32 triangles of 5000 less six around the middle and two at the corner.
+        assert!((area(&path) - 24.0 * 5000.0).abs() < 1.0, "{}", area(&path));
+    }
+}

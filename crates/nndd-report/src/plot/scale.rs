@@ -1,0 +1,209 @@
+//! The colour scale of a field on some bodies: its ends by quantiles, what lies beyond them, and its bar.
+
+use super::axis::{Axis, drawable, drawable_log, short};
+use super::bands;
+use super::colour::INK;
+use super::labels::Labels;
+use super::sheet::{self, FINE, Frame, PIXEL, SMALL, Sheet, Words, rectangle};
+use crate::nodal::NodalPatch;
+use fem_core::geometry::{Vector, cross};
+use fem_core::mesh::TriMesh;
+use fem_core::mesh::id::NodeId;
+
+/// One body of a picture.
+pub(crate) struct BodyPicture<'a> {
+    /// Its name.
+    pub(crate) name: &'a str,
+    /// Its mesh.
+    pub(crate) mesh: &'a TriMesh,
+    /// The displacement of each point.
+    pub(crate) displacement: &'a [Vector],
+    /// What its colours show.
+    pub(crate) field: Field<'a>,
+}
+
+/// A field of a body.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Field<'a> {
+    /// One value for each triangle.
+    Cells(&'a [f64]),
+    /// Linear in the triangles of each patch; the patches make the whole body.
+    Nodes(&'a [NodalPatch]),
+}
+
+/// What the colours of a picture show.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Quantity {
+    /// The certified squared error over the area, on a logarithmic scale.
+    ErrorDensity,
+    /// Von Mises' stress.
+    VonMises,
+    /// The size of the displacement.
+    Displacement,
+}
+
+impl Quantity {
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::ErrorDensity => "error density",
+            Self::VonMises => "von Mises stress",
+            Self::Displacement => "displacement",
+        }
+    }
+
+    fn label(self, labels: &Labels) -> String {
+        match self {
+            Self::ErrorDensity => labels.stress(self.name(), "energy / area"),
+            Self::VonMises => labels.stress(self.name(), "stress units"),
+            Self::Displacement => labels.length(self.name()),
+        }
+    }
+}
+
+/// Height of the colour bar.
+pub(super) const BAR: f64 = 14.0 * PIXEL;
+/// The part of the area that may lie beyond the upper end of the scale, and beyond the lower end of a logarithmic one.
+const BEYOND: f64 = 0.005;
+const BELOW: f64 = 0.05;
+/// The scale ends at the largest value unless that is this many times larger than nearly all others.
+const PEAK: [f64; 2] = [1.4, 4.0];
+/// The longest and the shortest logarithmic scale, as a ratio of its ends.
+const LOGARITHMIC: [f64; 2] = [1e6, 10.0];
+/// Ticks of the colour bar.
+const TICKS: usize = 6;
+/// The colour scale, and what is special about it.
+pub(super) struct Scale {
+    pub(super) axis: Axis,
+    pub(super) logarithmic: bool,
+    /// Some values are below the lower end.
+    pub(super) cut: bool,
+    /// The largest value, if it is above the upper end.
+    pub(super) largest: Option<f64>,
+    /// The body and the node of that value.
+    pub(super) peak: Option<(usize, usize)>,
+    /// There is no value to show, or no positive one on a logarithmic scale.
+    pub(super) empty: bool,
+}
+
+impl Scale {
+    pub(super) fn of(quantity: Quantity, bodies: &[BodyPicture<'_>]) -> Scale {
+        let logarithmic = quantity == Quantity::ErrorDensity;
+        let usable = |v: f64| if logarithmic { drawable_log(v) } else { drawable(v) };
+        let mut samples: Vec<[f64; 2]> = bodies.iter().flat_map(samples).collect();
+        let below = |samples: &[[f64; 2]], least: f64| samples.iter().any(|s| s[0] < least);
+        let all = samples.clone();
+        samples.retain(|[value, area]| usable(*value) && drawable(*area));
+        samples.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        let found = largest_value(bodies).filter(|(value, ..)| usable(*value));
+        let Some((largest, place)) = found.filter(|(largest, _)| !samples.is_empty() && *largest > 0.0)
+        else {
+            let axis = if logarithmic { Axis::log(0.1, 10.0, TICKS) } else { Axis::linear(0.0, 1.0, TICKS) };
+            return Scale { axis, logarithmic, cut: false, largest: None, peak: None, empty: true };
+        };
+        let nearly_all = quantile(&samples, 1.0 - BEYOND);
+        let clipped = largest > PEAK[usize::from(logarithmic)] * nearly_all;
+        let hi = if clipped { nearly_all } else { largest };
+        let least = samples[0][0];
+        let axis = match logarithmic {
+            true => {
+                let lo = quantile(&samples, BELOW).max(hi / LOGARITHMIC[0]);
+                Axis::log(lo.min(hi / LOGARITHMIC[1]), hi, TICKS)
+            }
+            // From zero, unless all values are far from it.
+            false => Axis::linear(if least > 0.5 * hi { least } else { 0.0 }, hi, TICKS),
+        };
+        let cut = logarithmic && below(&all, axis.ends().0);
+        let largest = clipped.then_some(largest);
+        Scale { axis, logarithmic, cut, largest, peak: place.filter(|_| clipped), empty: false }
+    }
+
+    pub(super) fn position(&self, value: f64) -> f64 {
+        match value {
+            _ if self.empty || value.is_infinite() => 0.0,
+            _ if value.is_nan() => f64::NAN,
+            _ if self.logarithmic && !drawable_log(value) => 0.0,
+            _ => self.axis.position(value),
+        }
+    }
+
+    /// Draws the bar below a panel.
+    pub(super) fn bar(&self, sheet: &mut Sheet, panel: Frame, quantity: Quantity, labels: &Labels) {
+        let frame = Frame { top: panel.bottom() + sheet::BELOW + sheet::MARGIN, height: BAR, ..panel };
+        if self.empty {
+            return frame.remark(sheet, &format!("{} zero everywhere", quantity.name()));
+        }
+        let (left, right, bottom) = (frame.left, frame.right(), frame.bottom());
+        for k in 0..bands::BANDS {
+            // Each shade covers the bar from its left edge to the right; the next covers the rest: no seams.
+            let x = left + k as f64 / bands::BANDS as f64 * frame.width;
+            sheet.fill(&rectangle([x, right], [frame.top, bottom]), &bands::colour_of(k));
+        }
+        sheet.axis(&self.axis, [left, bottom], [right, bottom], &quantity.label(labels));
+        if let Some(remark) = self.remark() {
+            let below = bottom + sheet::BELOW + 4.0 * PIXEL;
+            Words::new(SMALL).grey().write(sheet, &remark, [0.5 * (left + right), below]);
+        }
+        sheet.stroke(&rectangle([left, right], [frame.top, bottom]), INK, FINE);
+    }
+}
+
+impl Scale {
+    /// Says what the ends of the scale leave out, if they do.
+    pub(super) fn remark(&self) -> Option<String> {
+        let more = self.largest.map(|largest| format!("right end: or more, largest {}", three(largest)));
+        let less = self.cut.then(|| "left end: or less".to_owned());
+        let parts: Vec<String> = less.into_iter().chain(more).collect();
+        (!parts.is_empty()).then(|| parts.join("; "))
+    }
+}
+
+/// A number with three significant digits.
+pub(super) fn three(value: f64) -> String {
+    short(format!("{value:.2e}").parse().unwrap_or(value))
+}
+
+/// The values of a body's triangles, each with its area.
+fn samples(body: &BodyPicture<'_>) -> Vec<[f64; 2]> {
+    match body.field {
+        Field::Cells(values) => values.iter().enumerate().map(|(t, v)| [*v, body.mesh.area(t)]).collect(),
+        Field::Nodes(patches) => {
+            let of = |patch: &NodalPatch| -> Vec<[f64; 2]> {
+                let sample = |t: &[NodeId; 3]| {
+                    let [a, b, c] = t.map(|v| body.mesh.points()[v]);
+                    let mean = t.map(|v| patch.values[v.index()]).iter().sum::<f64>() / 3.0;
+                    [mean, 0.5 * cross(b - a, c - a).abs()]
+                };
+                patch.triangles.iter().map(sample).collect()
+            };
+            patches.iter().flat_map(of).collect()
+        }
+    }
+}
+
+/// The value that a part of the area lies below; the samples are in the order of their values.
+fn quantile(samples: &[[f64; 2]], part: f64) -> f64 {
+    let mut left = part * samples.iter().map(|s| s[1]).sum::<f64>();
+    let found = samples.iter().find(|s| {
+        left -= s[1];
+        left < 0.0
+    });
+    found.or(samples.last()).map_or(0.0, |s| s[0])
+}
+
+/// The largest value, with the body and the node that have it.
+fn largest_value(bodies: &[BodyPicture<'_>]) -> Option<(f64, Option<(usize, usize)>)> {
+    let of = |(k, body): (usize, &BodyPicture<'_>)| -> Vec<(f64, Option<(usize, usize)>)> {
+        let node = |t: usize| body.mesh.triangles()[t][0].index();
+        match body.field {
+            Field::Cells(values) => {
+                values.iter().enumerate().map(|(t, v)| (*v, Some((k, node(t))))).collect()
+            }
+            Field::Nodes(patches) => {
+                let values = patches.iter().flat_map(|patch| patch.values.iter().enumerate());
+                values.map(|(node, v)| (*v, Some((k, node)))).collect()
+            }
+        }
+    };
+    let all = bodies.iter().enumerate().flat_map(of).filter(|(v, _)| drawable(*v));
+    all.max_by(|a, b| a.0.total_cmp(&b.0))
+}
