@@ -50,6 +50,7 @@ impl Command {
     pub(crate) fn is_for_programs(&self) -> bool {
         match self {
             Self::Solve(options) => options.format == Format::Json,
+            Self::Check(options) => options.format == Format::Json,
             Self::Mesh(options) => options.format == Format::Json,
             Self::Certify(options) => options.format == Format::Json,
             _ => false,
@@ -122,6 +123,9 @@ pub(crate) struct Solve {
 pub(crate) struct Check {
     #[command(flatten)]
     pub(crate) case: CaseOptions,
+    /// How to print the result.
+    #[arg(long, help_heading = "Output", value_enum, default_value_t = Format::Human)]
+    pub(crate) format: Format,
 }
 
 #[derive(Args, Clone, Debug)]

@@ -1,11 +1,15 @@
 //! `nndd check`: every check that needs no factorisation.
 
-use crate::args::Check;
+use crate::args::{Check, Format};
 use crate::console;
 use crate::machine::Machine;
+use case_io::Case;
+use fem_core::interface::ContactProblem;
+use nndd_report::check::CheckedBody;
 use nndd_report::memory::{self, mebibytes};
 use nndd_report::words::counted;
 use nndd_report::{Failure, notes, run};
+use serde_json::{Value, json};
 use std::fmt::Write as _;
 
 pub(crate) fn command(options: &Check) -> Result<u8, Failure> {
@@ -15,6 +19,10 @@ pub(crate) fn command(options: &Check) -> Result<u8, Failure> {
     console::notes(case.notes());
     console::notes(&notes::of_problem(&case, &problem));
     let bodies = nndd_report::check::check(&case, &problem)?;
+    if options.format == Format::Json {
+        console::print(&format!("{}\n", object(&case, &problem, &bodies)))?;
+        return Ok(0);
+    }
     let mut text = console::header(&case, &problem, &case.output_directory());
     for body in bodies {
         let sides: Vec<String> =
@@ -56,4 +64,45 @@ pub(crate) fn command(options: &Check) -> Result<u8, Failure> {
     text += "  ok: no problem found\n";
     console::print(&text)?;
     Ok(0)
+}
+
+/// Makes the one object of `--format json`.
+fn object(case: &Case, problem: &ContactProblem, bodies: &[CheckedBody]) -> Value {
+    let body = |(k, body): (usize, &CheckedBody)| {
+        let mesh = problem.bodies[k].mesh();
+        let sides: serde_json::Map<String, Value> =
+            body.sides.iter().map(|(name, edges)| (name.clone(), json!(edges))).collect();
+        json!({
+            "name": body.name,
+            "nodes": mesh.points().len(),
+            "triangles": mesh.triangles().len(),
+            "sides": sides,
+            "supports": body.supports,
+            "held_nodes": body.held_nodes,
+            "rigid_sides": body.rigid_sides,
+            "loads": body.loads,
+            "smallest_angle": body.smallest_angle,
+            "floating": problem.bodies[k].free_motion().is_some(),
+        })
+    };
+    let contact = case.contacts.iter().zip(&problem.contacts).map(|(given, pair)| {
+        json!({
+            "name": given.name,
+            "bodies": given.bodies.iter().map(|b| &case.bodies[*b].name).collect::<Vec<_>>(),
+            "surfaces": given.surfaces,
+            "obstacle": given.obstacle.is_some(),
+            "pairs": pair.interface.pairs().len(),
+            "length": pair.interface.length(),
+        })
+    });
+    let notes = [notes::of_case(case), notes::of_problem(case, problem)].concat();
+    json!({
+        "event": "checked",
+        "case": case.file_name(),
+        "bodies": bodies.iter().enumerate().map(body).collect::<Vec<_>>(),
+        "contact": contact.collect::<Vec<_>>(),
+        "memory_bytes": memory::estimate(problem).round() as u64,
+        "notes": notes,
+        "warnings": case.warnings().iter().map(ToString::to_string).collect::<Vec<_>>(),
+    })
 }

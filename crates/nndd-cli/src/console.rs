@@ -134,6 +134,18 @@ pub(crate) fn header(case: &Case, problem: &ContactProblem, output: &str) -> Str
             seven(interface.length())
         );
     }
+    if let Some(units) = &case.units {
+        let _ = writeln!(
+            text,
+            "  {:<10} lengths {}, forces {}, stresses {}; forces and energies per thickness {} and {}",
+            "units",
+            units.length,
+            units.force,
+            units.stress(),
+            units.line_force(),
+            units.force
+        );
+    }
     let _ = writeln!(text, "  {:<10} about {} of memory", "needs", mebibytes(memory::estimate(problem)));
     text += &solver_lines(case, output);
     if let Some(adapt) = &case.adapt {
@@ -185,13 +197,16 @@ fn solver_lines(case: &Case, output: &str) -> String {
     text
 }
 
-/// The head of the table of an adaptive run.
-pub(crate) const STEP_HEAD: &str = "
-step     nodes   pairs  iterations      e_cre     certified
-";
+/// The head of the table of an adaptive run, with a column of times or without one.
+pub(crate) fn step_head(timed: bool) -> String {
+    let time = if timed { "  time [s]" } else { "" };
+    format!("\nstep     nodes   pairs  iterations      e_cre     certified{time}\n")
+}
 
 /// One mesh of an adaptive run.
-pub(crate) fn step(step: &Step) -> String {
+///
+/// * `seconds`: since the program began, if times are shown.
+pub(crate) fn step(step: &Step, seconds: Option<f64>) -> String {
     let e_cre = step.e_cre.map_or_else(|| format!("{:>10}", "-"), |x| scientific_up(x, 10, 3));
     let certified = match step.relative {
         _ if !step.certified => "not valid".to_string(),
@@ -199,8 +214,12 @@ pub(crate) fn step(step: &Step) -> String {
         None => "-".to_string(),
     };
     format!(
-        "{:>4} {:>9} {:>7} {:>11} {e_cre} {certified:>13}\n",
-        step.step, step.nodes, step.pairs, step.iterations
+        "{:>4} {:>9} {:>7} {:>11} {e_cre} {certified:>13}{}\n",
+        step.step,
+        step.nodes,
+        step.pairs,
+        step.iterations,
+        seconds.map_or_else(String::new, |seconds| format!(" {seconds:>9.2}"))
     )
 }
 

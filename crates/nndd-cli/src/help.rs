@@ -70,7 +70,11 @@ pub(crate) const FILES: [(&str, &str); 14] = [
     ("adaptive.csv", "one row per mesh of an adaptive run"),
     ("sweep.json, sweep.csv, sweep-2.csv", "rows of a sweep, and of its further panels"),
     ("figures/NAME.svg", "the figures of the page"),
-    ("BODY.vtu", "a body for ParaView: displacement, reaction, stress, strain, density of the error"),
+    (
+        "BODY.vtu",
+        "a body for ParaView: displacement, reaction, stress, strain, density of the error. Open those of all bodies and press \
+         Apply; choose von_mises_nodal in place of Solid Color; add the filter Warp By Vector",
+    ),
     (
         "contact.vtu",
         "the contact line for ParaView: initial gap, opening, pressure, tractions, its part of the error",

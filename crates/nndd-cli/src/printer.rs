@@ -96,8 +96,10 @@ impl Printer {
         let result = match self.format {
             _ if self.quiet => Ok(()),
             Format::Human => {
-                let head = if self.steps == 0 || self.every_iteration { console::STEP_HEAD } else { "" };
-                console::print(&format!("{head}{}", console::step(step))).map_err(Failure::from)
+                let first = self.steps == 0 || self.every_iteration;
+                let head = if first { console::step_head(self.timed) } else { String::new() };
+                let seconds = self.timed.then(|| self.started.elapsed().as_secs_f64());
+                console::print(&format!("{head}{}", console::step(step, seconds))).map_err(Failure::from)
             }
             Format::Json => {
                 // A mesh without bound has no row in the report; here it still has an event.

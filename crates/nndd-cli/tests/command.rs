@@ -100,6 +100,8 @@ fn the_papers_case_gives_a_complete_result() {
         "figures/problem.svg",
         "figures/convergence.svg",
         "figures/deformed.svg",
+        "figures/von_mises.svg",
+        "figures/displacement.svg",
         "figures/contact.svg",
     ];
     for file in files {
@@ -170,6 +172,46 @@ fn templates_are_cases_that_solve() {
         assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
         assert!(output.stdout.is_empty());
     }
+}
+
+#[test]
+fn check_describes_a_case_as_one_object() {
+    let temp = tempfile::tempdir().unwrap();
+    let paper = cases().join("paper.toml");
+    let checked = nndd(&["check", paper.to_str().unwrap(), "--format", "json"], temp.path());
+    assert_eq!(checked.status.code(), Some(0));
+    let object: serde_json::Value = serde_json::from_str(&text(&checked.stdout)).unwrap();
+    assert_eq!(object["event"], "checked");
+    assert_eq!((&object["bodies"][0]["nodes"], &object["contact"][0]["pairs"]), (&190.into(), &19.into()));
+    assert!(object["memory_bytes"].as_u64().is_some_and(|bytes| bytes > 0), "{object}");
+    let wrong = nndd(&["check", "absent.toml", "--format", "json"], temp.path());
+    assert_eq!(wrong.status.code(), Some(7));
+    assert_eq!(serde_json::from_str::<serde_json::Value>(&text(&wrong.stdout)).unwrap()["event"], "failed");
+}
+
+#[test]
+fn units_label_and_change_no_number() {
+    let temp = tempfile::tempdir().unwrap();
+    let paper = cases().join("paper.toml");
+    let units = ["--set", "units.length=\"mm\"", "--set", "units.force=\"N\""];
+    let bare = solve(&paper, &temp.path().join("bare"), &[]);
+    let labelled = solve(&paper, &temp.path().join("mm"), &units);
+    assert_eq!((bare.status.code(), labelled.status.code()), (Some(0), Some(0)));
+    assert!(text(&labelled.stdout).contains("lengths mm, forces N, stresses MPa"));
+    let read =
+        |folder: &str, file: &str| std::fs::read_to_string(temp.path().join(folder).join(file)).unwrap();
+    let report =
+        |folder: &str| serde_json::from_str::<serde_json::Value>(&read(folder, "report.json")).unwrap();
+    let [bare, labelled] = [report("bare"), report("mm")];
+    for key in ["results", "certificate", "iterations"] {
+        assert_eq!(bare[key], labelled[key]);
+    }
+    assert_eq!(bare["run"]["case_hash"], labelled["run"]["case_hash"]);
+    assert!(
+        read("mm", "report.html").contains("x [mm]") && !read("mm", "report.html").contains("length units")
+    );
+    let refused = solve(&paper, &temp.path().join("no"), &["--set", "units.length=\"a long name\""]);
+    assert_eq!(refused.status.code(), Some(3));
 }
 
 #[test]
