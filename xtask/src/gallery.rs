@@ -16,34 +16,56 @@ struct Exhibit {
     figures: &'static [&'static str],
 }
 
-const EXHIBITS: [Exhibit; 6] = [
+const EXHIBITS: [Exhibit; 9] = [
     Exhibit {
         case: "paper",
         title: "Two blocks that lose contact",
         text: "The paper's problem: the upper block is pushed down on its left half and lifts off on its right.",
         set: &[],
-        figures: &["problem", "deformed", "contact"],
+        figures: &["problem", "von_mises", "displacement", "contact", "deformed"],
+    },
+    Exhibit {
+        case: "gears",
+        title: "A gear pair",
+        text: "Involute teeth, refined adaptively to more than 40,000 nodes; fine meshes are drawn as fields without lines.",
+        set: &["adapt.target_relative_error=0.03"],
+        figures: &["problem", "von_mises", "displacement", "contact", "deformed"],
+    },
+    Exhibit {
+        case: "punch_corner",
+        title: "A corner that presses",
+        text: "The pressure and the stress at the corner grow with every refinement: scales end below such a peak, and its \
+               value is written.",
+        set: &[],
+        figures: &["problem", "von_mises", "contact", "deformed"],
+    },
+    Exhibit {
+        case: "roller_half",
+        title: "A roller on a block",
+        text: "Half of it by symmetry, refined adaptively.",
+        set: &[],
+        figures: &["problem", "von_mises", "contact", "deformed"],
     },
     Exhibit {
         case: "hertz",
         title: "Hertz: two cylinders",
         text: "Half discs pressed together; the gap is measured on the meshes, and drawn as it is.",
         set: &[],
-        figures: &["problem", "deformed", "contact"],
+        figures: &["problem", "von_mises", "contact", "deformed"],
     },
     Exhibit {
         case: "rings",
         title: "Nested rings",
         text: "A curved line of contact with normals averaged at its nodes, rollers on the axes of symmetry.",
         set: &[],
-        figures: &["problem", "deformed"],
+        figures: &["problem", "von_mises", "deformed"],
     },
     Exhibit {
         case: "nonmatching",
         title: "Meshes that do not match",
         text: "The surfaces are cut differently and face each other only in part; both are refined in common.",
         set: &[],
-        figures: &["problem", "deformed"],
+        figures: &["problem", "von_mises", "deformed"],
     },
     Exhibit {
         case: "singular",
@@ -51,14 +73,14 @@ const EXHIBITS: [Exhibit; 6] = [
         text: "Where the supports end the stress grows without bound: the meshes are refined there until the certified \
                error is small enough.",
         set: &[],
-        figures: &["problem", "deformed", "adaptive"],
+        figures: &["problem", "von_mises", "deformed", "adaptive"],
     },
     Exhibit {
         case: "materials",
         title: "Several materials",
         text: "Regions of other stiffness, and one that is orthotropic.",
         set: &[],
-        figures: &["problem", "deformed"],
+        figures: &["problem", "von_mises", "deformed"],
     },
 ];
 
@@ -72,8 +94,8 @@ pub(crate) fn run(workspace: &Workspace) -> Outcome<()> {
     let commit =
         output(Command::new("git").args(["rev-parse", "--short", "HEAD"]).current_dir(&workspace.root))?;
     let mut page = format!(
-        "# Gallery\n\nSix cases, solved and certified by the program; figures and numbers come from its output folders. \
-         Written by `cargo xtask gallery` at commit {}. Colours show the density of the certified squared error.\n",
+        "# Gallery\n\nNine cases, solved and certified by the program; figures and numbers come from its output folders. \
+         Written by `cargo xtask gallery` at commit {}. They look like this on the page of a run too.\n",
         commit.trim()
     );
     for exhibit in &EXHIBITS {
@@ -111,7 +133,7 @@ fn show(workspace: &Workspace, exhibit: &Exhibit, folder: &Path) -> Outcome<Stri
         let drawn = read(&from)?;
         let alternative = between(&drawn, "<title>", "</title>").unwrap_or(title);
         std::fs::write(folder.join(&to), &drawn).map_err(|e| format!("{to}: {e}"))?;
-        let _ = writeln!(page, "![{alternative}]({to})");
+        let _ = writeln!(page, "![{title}: {alternative}]({to})");
     }
     Ok(page)
 }
