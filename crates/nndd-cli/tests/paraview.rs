@@ -336,10 +336,18 @@ fn the_largest_pressure_is_the_same_number_on_the_page_and_in_the_tables() {
         let page = std::fs::read_to_string(out.join("report.html")).unwrap();
         let after = |name: &str| {
             let rest = page.split(&format!("<td>{name}</td><td>")).nth(1).unwrap();
-            rest.split('<').next().unwrap().parse::<f64>().unwrap()
+            rest.split('<').next().unwrap().to_owned()
         };
-        near(after("largest nodal pressure"), largest, 1e-5, case);
-        near(after("largest mean pressure of an edge"), of_edges, 1e-5, case);
+        // Rounded to the digits that the certified error leaves: 2 at 18.8 %, 3 at 2.7 %.
+        let digits = if case == "paper" { 2 } else { 3 };
+        let rounded = |x: f64| format!("{x:.*e}", digits - 1).parse::<f64>().unwrap();
+        for (name, exact) in
+            [("largest nodal pressure", largest), ("largest mean pressure of an edge", of_edges)]
+        {
+            let shown = after(name);
+            assert_eq!(shown.parse::<f64>().unwrap(), rounded(exact), "{case}: {name}");
+            assert_eq!(shown.replace('.', "").trim_start_matches('0').len(), digits, "{case}: {shown}");
+        }
         assert!(page.contains("<td>smallest opening</td>"), "{case}");
         let checks = &serde_json::to_value(&report.certificate.checks).unwrap();
         for key in ["supports", "imposed_displacement"] {
