@@ -13,9 +13,12 @@ use std::fmt::Write as _;
 /// Bands of the colour scale.
 pub(super) const BANDS: usize = 40;
 /// Points of a line nearer to each other than this are drawn as one, in units of the sheet.
-const FINE: f64 = 3.0;
-/// Closed lines around less than this are not drawn, in square units: a quarter of a square pixel.
-const SPECK: f64 = 4.0;
+const FINE: f64 = 4.0;
+/// Closed lines around less than this are not drawn, in square units: a square pixel.
+const SPECK: f64 = 16.0;
+
+/// Above this length, in bytes, fewer bands are drawn.
+const LARGEST: usize = 1_000_000;
 
 /// A point of a band's boundary: a node, twice, or the place on an edge where the field passes the level.
 type Place = [u32; 2];
@@ -33,19 +36,28 @@ pub(super) fn elements(
     patches: &[(&NodalPatch, &[Option<Vector>])],
     position: impl Fn(f64) -> f64,
 ) -> String {
-    let mut paths = vec![String::new(); BANDS];
-    for (patch, places) in patches {
-        let heights: Vec<f64> = patch.values.iter().map(|v| position(*v).clamp(0.0, 1.0)).collect();
-        let surface = Surface::new(&patch.triangles, places, &heights);
-        for (band, path) in paths.iter_mut().enumerate() {
-            surface.above(band as f64 / BANDS as f64, path);
+    let height = |value: &f64| position(*value).clamp(0.0, 1.0);
+    let heights: Vec<Vec<f64>> =
+        patches.iter().map(|(patch, _)| patch.values.iter().map(height).collect()).collect();
+    let both = patches.iter().zip(&heights);
+    let surfaces: Vec<Surface<'_>> =
+        both.map(|((patch, places), heights)| Surface::new(&patch.triangles, places, heights)).collect();
+    // The lines of a field that is mere noise fill the picture: then fewer bands are drawn.
+    let mut out = String::new();
+    for step in [1, 2, 4, 8] {
+        // A line of the same colour hides the seams between patches.
+        out = "<g stroke-width=\"2\" stroke-linejoin=\"round\" fill-rule=\"evenodd\">\n".to_owned();
+        for band in (0..BANDS).step_by(step) {
+            let mut path = String::new();
+            surfaces.iter().for_each(|surface| surface.above(band as f64 / BANDS as f64, &mut path));
+            if !path.is_empty() {
+                let colour = colour_of(band + step / 2);
+                let _ = writeln!(out, "<path fill=\"{colour}\" stroke=\"{colour}\" d=\"{path}\"/>");
+            }
         }
-    }
-    // A line of the same colour hides the seams between patches.
-    let mut out = "<g stroke-width=\"2\" stroke-linejoin=\"round\" fill-rule=\"evenodd\">\n".to_owned();
-    for (k, path) in paths.iter().enumerate().filter(|(_, p)| !p.is_empty()) {
-        let colour = colour_of(k);
-        let _ = writeln!(out, "<path fill=\"{colour}\" stroke=\"{colour}\" d=\"{path}\"/>");
+        if out.len() <= LARGEST {
+            break;
+        }
     }
     out + "</g>\n"
 }
