@@ -150,12 +150,15 @@ fn measured(report: &Value) -> Outcome<String> {
         0 => String::new(),
         n => format!(" on the last of {n} meshes"),
     };
+    let iterations = match count("iterations") {
+        1 => "1 iteration".to_owned(),
+        n => format!("{n} iterations"),
+    };
     // A bound is rounded up.
     let percent = (100.0 * percent).ceil() / 100.0;
     Ok(format!(
-        "Certified error at most **{percent:.2} %** of the energy norm; {nodes} nodes, {} iterations{meshes}; contact force {:.5} \
+        "Certified error at most **{percent:.2} %** of the energy norm; {nodes} nodes, {iterations}{meshes}; contact force {:.5} \
          per unit thickness.",
-        count("iterations"),
         report["results"]["contact_force"].as_f64().unwrap_or(f64::NAN)
     ))
 }

@@ -45,7 +45,7 @@ fn below(value: &Value) -> bool {
     }
 }
 
-/// Writes a value on one line; `None` if there is none.
+/// Writes a value on one line; `None` for null.
 fn inline(value: &Value) -> Option<String> {
     Some(match value {
         Value::Null => return None,
