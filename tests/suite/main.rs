@@ -18,6 +18,7 @@ mod data;
 mod effectivity;
 mod elasticity;
 mod facing;
+mod friction;
 mod honesty;
 mod iteration;
 mod key_page;

@@ -132,7 +132,7 @@ pub fn iterates(
     tolerance: f64,
 ) -> Result<(NnddSolution, Vec<Iterate>), NnddError> {
     let mut recorder = Recorder { inner: EtaNndd::new(tolerance), iterates: Vec::new() };
-    let lambda = vec![0.0; prepared.node_pairs()];
+    let lambda = vec![0.0; prepared.rows()];
     let mut settings = settings.clone();
     settings.newton = None;
     let solution = nndd::solve(prepared, lambda, &settings, &mut recorder)?;
@@ -154,7 +154,7 @@ pub fn pair_of(prepared: &PreparedProblem, lambda: Vec<f64>) -> Result<Iterate, 
 /// # Errors
 /// None, for sound problems.
 pub fn newton(prepared: &PreparedProblem) -> Result<Iterate, NnddError> {
-    let lambda = vec![0.0; prepared.node_pairs()];
+    let lambda = vec![0.0; prepared.rows()];
     Ok(nndd::solve(prepared, lambda, NewtonSettings::default(), &mut Never)?.last)
 }
 

@@ -94,7 +94,7 @@ impl Bounds {
 const CANCELLED: f64 = 1e-3;
 
 fn contact_force(problem: &PreparedProblem, iterate: &Iterate, estimate: &Estimate) -> Option<[f64; 2]> {
-    let only = problem.problem().only_pair_without_held_nodes()?;
+    let only = problem.problem().plain_pair()?;
     let pairs = only.interface.pairs();
     let straight = pairs.iter().all(|p| p.normal == pairs[0].normal);
     let stiffness = |b: usize| {

@@ -52,7 +52,7 @@ pub(crate) fn correct(
     if matches!(method, Method::Nndd(NnddSettings { path: Path::Literal, .. })) {
         return Ok(None);
     }
-    let Some(pair) = problem.problem().only_pair_without_held_nodes() else { return Ok(None) };
+    let Some(pair) = problem.problem().plain_pair() else { return Ok(None) };
     let gaps: Vec<f64> = pair.interface.pairs().iter().map(|p| p.gap).collect();
     let loads: Vec<Vec<f64>> = problem.bodies().iter().map(|body| body.condensed_load().to_vec()).collect();
     let pair = pair.clone();
@@ -157,6 +157,7 @@ impl Correction<'_> {
             eta_nndd: found.eta_nndd,
             recovery: found.recovery,
             motions: found.motions,
+            tangential: found.tangential,
         }
     }
 }

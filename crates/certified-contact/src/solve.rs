@@ -214,7 +214,7 @@ fn prepare(problem: ContactProblem, observer: &mut dyn Observer) -> Result<Prepa
 fn choose_roles(problem: &PreparedProblem, settings: &Settings) -> (Vec<Roles>, RoleReason) {
     let contacts = &problem.problem().contacts;
     let of_pair = |k: usize| settings.imposed_by_pair.get(k).copied().flatten().unwrap_or(settings.imposed);
-    let only = problem.problem().only_pair_without_held_nodes();
+    let only = problem.problem().plain_pair();
     if let (Some(pair), Imposed::Auto) = (only, of_pair(0)) {
         let force: Vec<f64> = pair.interface.pairs().iter().map(|p| p.tributary_length).collect();
         let compliance = pair.bodies.map(|b| {

@@ -121,7 +121,7 @@ fn force_round_off(problem: &PreparedProblem, iterate: &Iterate) -> f64 {
         let products = columns.map(|(column, v)| v.abs() * column.iter().map(|s| s.abs()).sum::<f64>());
         products.sum::<f64>() + body.condensed_load().iter().map(|g| g.abs()).sum::<f64>()
     };
-    if problem.problem().only_pair().is_none() {
+    if problem.problem().only_pair().is_none_or(|pair| pair.friction.acts()) {
         let sizes: f64 = iterate.forces().into_iter().flatten().map(|force| force.abs()).sum();
         return iterate.lambda.len() as f64 * f64::EPSILON * sizes;
     }
@@ -179,10 +179,15 @@ pub(crate) fn estimate_of(
     displacement: Vec<&[Vector]>,
     settings: &Settings,
 ) -> Result<Estimate, EstimatorError> {
-    let blocks = iterate.blocks(problem.problem());
+    let blocks = iterate.blocks(problem.problem()).zip(iterate.tangential_blocks(problem.problem()));
     let (force, opening) = (&iterate.contact.normal_reaction, &iterate.opening);
-    let contacts =
-        blocks.map(|pairs| PairState { contact_force: &force[pairs.clone()], opening: &opening[pairs] });
+    let (friction, slip) = (&iterate.tangential.force, &iterate.tangential.slip);
+    let contacts = blocks.map(|(pairs, tangents)| PairState {
+        contact_force: &force[pairs.clone()],
+        opening: &opening[pairs],
+        friction_force: &friction[tangents.clone()],
+        slip: &slip[tangents],
+    });
     let state = ContactState { displacement, contacts: contacts.collect() };
     estimate_with(problem, &state, settings.relaxation)
 }

@@ -1,4 +1,4 @@
-//! Non-negative numbers in balance: least squares, and the nearest ones to given numbers.
+//! Numbers within bounds and in balance: least squares, and the nearest ones to given numbers.
 
 use crate::dense::{SemiDefinite, dot, least_squares, norm};
 use crate::error::QpError;
@@ -30,72 +30,174 @@ const MOST_STEPS: usize = 200;
 /// # Errors
 /// [`QpError::Length`], [`QpError::NotFinite`].
 pub fn nonnegative_least_squares(rows: &[f64], right_side: &[f64]) -> Result<(Vec<f64>, Vec<f64>), QpError> {
+    let n = rows.len().checked_div(right_side.len()).unwrap_or(0);
+    bounded_least_squares(rows, right_side, [&vec![0.0; n], &vec![f64::INFINITY; n]])
+}
+
+/// Solves `min |G x − e|` subject to `l ≤ x ≤ u` by the active set of [`nonnegative_least_squares`], and returns `x` and `e − G x`.
+///
+/// The residual is zero if and only if some `x` within the bounds has `G x = e`; otherwise no such `x` reduces the load `e` along it:
+/// `(e − G x)·(e − G z) ≥ |e − G x|²` for every admissible `z`.
+///
+/// * `bounds`: l, finite, and u, which may be infinite, n entries each.
+///
+/// # Errors
+/// [`QpError::Length`], [`QpError::NotFinite`], [`QpError::Bounds`].
+pub fn bounded_least_squares(
+    rows: &[f64],
+    right_side: &[f64],
+    [lower, upper]: [&[f64]; 2],
+) -> Result<(Vec<f64>, Vec<f64>), QpError> {
     let m = right_side.len();
     let n = rows.len().checked_div(m).unwrap_or(0);
     check("rows", n * m, rows)?;
     check("right_side", m, right_side)?;
-    // Columns of length one: their lengths are positive, so that signs do not change.
-    let column = |j: usize| (0..m).map(|k| rows[k * n + j]).collect::<Vec<f64>>();
-    let lengths: Vec<f64> = (0..n).map(|j| norm(&column(j))).collect();
-    let columns: Vec<Vec<f64>> =
-        (0..n).map(|j| column(j).iter().map(|g| g / lengths[j].max(f64::MIN_POSITIVE)).collect()).collect();
-    let mut x = vec![0.0; n];
-    let mut passive: Vec<usize> = Vec::new();
-    let mut residual = right_side.to_vec();
-    let size = norm(right_side);
-    // Every step lowers the residual; the limit is only for round-off.
-    for _ in 0..3 * n.max(m) + 10 {
-        let gradient = |j: usize| dot(&columns[j], &residual);
-        let open = (0..n).filter(|j| lengths[*j] > 0.0 && !passive.contains(j));
-        let Some(best) = open.max_by(|i, j| gradient(*i).total_cmp(&gradient(*j))) else { break };
-        // As many columns as rows leave nothing but round-off.
-        if gradient(best) <= ROUND_OFF * size || passive.len() >= m {
-            break;
+    check("lower", n, lower)?;
+    check_length("upper", n, upper.len())?;
+    if let Some(place) = (0..n).find(|j| !(lower[*j] <= upper[*j])) {
+        return Err(QpError::Bounds { place, lower: lower[place], upper: upper[place] });
+    }
+    let mut problem = LeastSquares::new(rows, right_side, [lower, upper]);
+    problem.solve();
+    Ok(problem.solution(lower, upper))
+}
+
+/// Bounded least squares, with each unknown counted from the bound that it is at: `0 ≤ x ≤ room`.
+struct LeastSquares {
+    /// Columns of length one: their lengths are positive, so that signs do not change. Turned if counted from the upper bound.
+    columns: Vec<Vec<f64>>,
+    lengths: Vec<f64>,
+    /// What is left of `e` with all unknowns at their bounds, and the size of its terms.
+    target: Vec<f64>,
+    size: f64,
+    room: Vec<f64>,
+    turned: Vec<bool>,
+    x: Vec<f64>,
+    residual: Vec<f64>,
+}
+
+impl LeastSquares {
+    fn new(rows: &[f64], right_side: &[f64], [lower, upper]: [&[f64]; 2]) -> Self {
+        let (m, n) = (right_side.len(), lower.len());
+        let column = |j: usize| (0..m).map(|k| rows[k * n + j]).collect::<Vec<f64>>();
+        let lengths: Vec<f64> = (0..n).map(|j| norm(&column(j))).collect();
+        let columns: Vec<Vec<f64>> = (0..n)
+            .map(|j| column(j).iter().map(|g| g / lengths[j].max(f64::MIN_POSITIVE)).collect())
+            .collect();
+        let mut target = right_side.to_vec();
+        let mut size = norm(right_side);
+        for j in (0..n).filter(|j| lower[*j] != 0.0) {
+            target.iter_mut().zip(&columns[j]).for_each(|(t, g)| *t -= lower[j] * lengths[j] * g);
+            size = size.max((lower[j] * lengths[j]).abs());
         }
-        passive.push(best);
-        loop {
-            let used: Vec<&[f64]> = passive.iter().map(|j| columns[*j].as_slice()).collect();
-            let trial = least_squares(&used, right_side);
-            if passive.last() == Some(&best) && trial.last().is_some_and(|t| *t <= 0.0) {
-                // By round-off: the column depends on the others.
-                passive.pop();
-                return Ok(unscaled(x, &lengths, residual));
-            }
-            let blocking = passive.iter().zip(&trial).filter(|(_, t)| **t <= 0.0);
-            let ratio = |(j, t): (&usize, &f64)| x[*j] / (x[*j] - t);
-            let Some(step) = blocking.map(ratio).reduce(f64::min) else {
-                x.fill(0.0);
-                passive.iter().zip(&trial).for_each(|(j, t)| x[*j] = *t);
-                break;
-            };
-            for (j, t) in passive.iter().zip(&trial) {
-                x[*j] += step * (t - x[*j]);
-            }
-            let least = passive.iter().zip(&trial).filter(|(_, t)| **t <= 0.0).map(|(j, _)| x[*j]);
-            let least = least.fold(f64::INFINITY, f64::min).max(0.0);
-            let leaves = |j: &usize| x[*j] <= least;
-            let gone: Vec<usize> = passive.iter().copied().filter(leaves).collect();
-            gone.iter().for_each(|j| x[*j] = 0.0);
-            passive.retain(|j| !gone.contains(j));
-        }
-        residual = right_side.to_vec();
-        for &j in &passive {
-            residual.iter_mut().zip(&columns[j]).for_each(|(r, g)| *r -= x[j] * g);
+        Self {
+            room: (0..n).map(|j| (upper[j] - lower[j]) * lengths[j]).collect(),
+            columns,
+            lengths,
+            residual: target.clone(),
+            target,
+            size,
+            turned: vec![false; n],
+            x: vec![0.0; n],
         }
     }
-    Ok(unscaled(x, &lengths, residual))
+
+    fn solve(&mut self) {
+        let (n, m) = (self.x.len(), self.target.len());
+        let mut passive: Vec<usize> = Vec::new();
+        // Every step lowers the residual; the limit is only for round-off.
+        for _ in 0..3 * n.max(m) + 10 {
+            let gradient = |j: usize| dot(&self.columns[j], &self.residual);
+            let open =
+                (0..n).filter(|j| self.lengths[*j] > 0.0 && self.room[*j] > 0.0 && !passive.contains(j));
+            let Some(best) = open.max_by(|i, j| gradient(*i).total_cmp(&gradient(*j))) else { break };
+            // As many columns as rows leave nothing but round-off.
+            if gradient(best) <= ROUND_OFF * self.size || passive.len() >= m {
+                break;
+            }
+            passive.push(best);
+            let settled = self.settle(&mut passive, best);
+            self.residual.clone_from(&self.target);
+            for &j in &passive {
+                let x = self.x[j];
+                self.residual.iter_mut().zip(&self.columns[j]).for_each(|(r, g)| *r -= x * g);
+            }
+            if !settled {
+                break;
+            }
+        }
+    }
+
+    /// Moves the passive unknowns to the least squares on them; those that meet a bound on the way stay there. Returns false if the
+    /// newest depends on the others.
+    fn settle(&mut self, passive: &mut Vec<usize>, newest: usize) -> bool {
+        loop {
+            let used: Vec<&[f64]> = passive.iter().map(|j| self.columns[*j].as_slice()).collect();
+            let trial = least_squares(&used, &self.target);
+            if passive.last() == Some(&newest) && trial.last().is_some_and(|t| *t <= 0.0) {
+                // By round-off: the column depends on the others.
+                passive.pop();
+                return false;
+            }
+            let ratio = |(j, t): (&usize, &f64)| {
+                let (x, room) = (self.x[*j], self.room[*j]);
+                match *t {
+                    t if t <= 0.0 => Some(x / (x - t)),
+                    t if t >= room => Some((room - x) / (t - x)),
+                    _ => None,
+                }
+            };
+            let Some(step) = passive.iter().zip(&trial).filter_map(ratio).reduce(f64::min) else {
+                self.x.fill(0.0);
+                passive.iter().zip(&trial).for_each(|(j, t)| self.x[*j] = *t);
+                return true;
+            };
+            let full =
+                passive.iter().zip(&trial).find(|of| *of.1 >= self.room[*of.0] && ratio(*of) == Some(step));
+            let full = full.map(|(j, _)| *j);
+            for (j, t) in passive.iter().zip(&trial) {
+                self.x[*j] += step * (t - self.x[*j]);
+            }
+            if let Some(j) = full {
+                self.turn(j);
+                passive.retain(|k| *k != j);
+                continue;
+            }
+            let least = passive.iter().zip(&trial).filter(|(_, t)| **t <= 0.0).map(|(j, _)| self.x[*j]);
+            let least = least.fold(f64::INFINITY, f64::min).max(0.0);
+            let gone: Vec<usize> = passive.iter().copied().filter(|j| self.x[*j] <= least).collect();
+            gone.iter().for_each(|j| self.x[*j] = 0.0);
+            passive.retain(|j| !gone.contains(j));
+        }
+    }
+
+    /// Counts an unknown from its other bound, where it is.
+    fn turn(&mut self, j: usize) {
+        let room = self.room[j];
+        self.target.iter_mut().zip(&self.columns[j]).for_each(|(t, g)| *t -= room * g);
+        self.columns[j].iter_mut().for_each(|g| *g = -*g);
+        (self.turned[j], self.x[j]) = (!self.turned[j], 0.0);
+    }
+
+    /// Returns `x` and `e − G x`.
+    fn solution(mut self, lower: &[f64], upper: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        self.x.iter_mut().zip(&self.lengths).filter(|(x, _)| **x > 0.0).for_each(|(x, length)| *x /= length);
+        for (j, x) in self.x.iter_mut().enumerate() {
+            if self.turned[j] {
+                *x = (upper[j] - *x).max(lower[j]);
+            } else if lower[j] != 0.0 {
+                *x = (lower[j] + *x).min(upper[j]);
+            }
+        }
+        (self.x, self.residual)
+    }
 }
 
-fn unscaled(mut x: Vec<f64>, lengths: &[f64], residual: Vec<f64>) -> (Vec<f64>, Vec<f64>) {
-    x.iter_mut().zip(lengths).filter(|(x, _)| **x > 0.0).for_each(|(x, length)| *x /= length);
-    (x, residual)
-}
-
-/// The non-negative numbers in balance that are nearest to given ones.
+/// The numbers in balance and within bounds that are nearest to given ones.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Balanced {
-    /// `p ≥ 0`, with `C p = e`.
+    /// `l ≤ p ≤ u`, with `C p = e`.
     pub values: Vec<f64>,
     /// The multipliers of the rows.
     pub row_multipliers: Vec<f64>,
@@ -103,33 +205,36 @@ pub struct Balanced {
     pub steps: usize,
 }
 
-/// Finds `min Σ w_i (p_i − t_i)²` subject to `p ≥ 0`, `C p = e`; `None` if no `p ≥ 0` is in balance.
+/// Finds `min Σ w_i (p_i − t_i)²` subject to `l ≤ p ≤ u`, `C p = e`; `None` if no `p` within the bounds is in balance.
 ///
-/// The solution is `p = max(0, t + W⁻¹ Cᵀ a)`; `a` minimises the convex `½ Σ w p² − a·e`, by a semi-smooth Newton method with
-/// a line search, or from Clarabel's multipliers.
+/// The solution is `p = min(u, max(l, x))` with `x = t + W⁻¹ Cᵀ a`; `a` minimises the convex `½ Σ w p (2x − p) − a·e`, by a semi-smooth
+/// Newton method with a line search, or from Clarabel's multipliers.
 ///
 /// * `target`: t, n entries; `weights`: w > 0, n entries.
+/// * `bounds`: l and u, n entries each; they may be infinite.
 /// * `rows`: C, row after row, m·n entries; `right_side`: e, m entries, few.
-/// * `allowed`: which numbers may be positive; `None`: all.
 ///
 /// # Errors
-/// [`QpError::Length`], [`QpError::NotFinite`], and data that Clarabel rejects.
+/// [`QpError::Length`], [`QpError::NotFinite`], [`QpError::Bounds`], and data that Clarabel rejects.
 pub fn nearest_balanced(
     target: &[f64],
     weights: &[f64],
+    bounds: [&[f64]; 2],
     rows: &[f64],
     right_side: &[f64],
-    allowed: Option<&[bool]>,
 ) -> Result<Option<Balanced>, QpError> {
     let (n, m) = (target.len(), right_side.len());
     check("target", n, target)?;
     check("weights", n, weights)?;
     check("rows", n * m, rows)?;
     check("right_side", m, right_side)?;
-    if let Some(found) = allowed.map(<[bool]>::len).filter(|found| *found != n) {
-        return Err(QpError::Length { what: "allowed", expected: n, found });
+    let [lower, upper] = bounds;
+    check_length("lower", n, lower.len())?;
+    check_length("upper", n, upper.len())?;
+    if let Some(place) = (0..n).find(|i| !(lower[*i] <= upper[*i])) {
+        return Err(QpError::Bounds { place, lower: lower[place], upper: upper[place] });
     }
-    let problem = Projection { target, weights, rows, right_side, allowed };
+    let problem = Projection { target, weights, lower, upper, rows, right_side };
     if let Some(found) = problem.newton(vec![0.0; m]) {
         return Ok(Some(found));
     }
@@ -142,7 +247,8 @@ struct Projection<'a> {
     weights: &'a [f64],
     rows: &'a [f64],
     right_side: &'a [f64],
-    allowed: Option<&'a [bool]>,
+    lower: &'a [f64],
+    upper: &'a [f64],
 }
 
 impl Projection<'_> {
@@ -150,18 +256,19 @@ impl Projection<'_> {
         &self.rows[k * self.target.len()..(k + 1) * self.target.len()]
     }
 
-    fn may_be_positive(&self, i: usize) -> bool {
-        self.allowed.is_none_or(|allowed| allowed[i])
-    }
-
-    /// `max(0, t + W⁻¹ Cᵀ a)`.
-    fn values(&self, a: &[f64]) -> Vec<f64> {
+    /// `x = t + W⁻¹ Cᵀ a`.
+    fn unbounded(&self, a: &[f64]) -> Vec<f64> {
         let mut shift = vec![0.0; self.target.len()];
         for (k, a) in a.iter().enumerate().filter(|(_, a)| **a != 0.0) {
             shift.iter_mut().zip(self.row(k)).for_each(|(s, c)| *s += c * a);
         }
-        let value = |i: usize| (self.target[i] + shift[i] / self.weights[i]).max(0.0);
-        (0..self.target.len()).map(|i| if self.may_be_positive(i) { value(i) } else { 0.0 }).collect()
+        (0..self.target.len()).map(|i| self.target[i] + shift[i] / self.weights[i]).collect()
+    }
+
+    /// `min(u, max(l, x))`.
+    fn values(&self, a: &[f64]) -> Vec<f64> {
+        let within = |(i, x): (usize, f64)| x.max(self.lower[i]).min(self.upper[i]);
+        self.unbounded(a).into_iter().enumerate().map(within).collect()
     }
 
     /// `C p − e`, and the sizes of its terms.
@@ -174,9 +281,10 @@ impl Projection<'_> {
         (0..self.right_side.len()).map(of_row).unzip()
     }
 
-    /// `½ Σ w p² − a·e`.
+    /// `½ Σ w p (2x − p) − a·e`.
     fn dual(&self, p: &[f64], a: &[f64]) -> f64 {
-        0.5 * self.weights.iter().zip(p).map(|(w, p)| w * p * p).sum::<f64>() - dot(a, self.right_side)
+        let terms = self.weights.iter().zip(p).zip(self.unbounded(a));
+        0.5 * terms.map(|((w, p), x)| w * p * (2.0 * x - p)).sum::<f64>() - dot(a, self.right_side)
     }
 
     fn newton(&self, mut a: Vec<f64>) -> Option<Balanced> {
@@ -218,12 +326,13 @@ impl Projection<'_> {
         None
     }
 
-    /// The Newton step of the multipliers, on the positive values.
+    /// The Newton step of the multipliers, on the values between their bounds.
     fn step(&self, p: &[f64], defect: &[f64]) -> Option<Vec<f64>> {
-        let positive: Vec<usize> = (0..p.len()).filter(|i| p[*i] > 0.0).collect();
+        let between = |i: &usize| p[*i] > self.lower[*i] && p[*i] < self.upper[*i];
+        let free: Vec<usize> = (0..p.len()).filter(between).collect();
         let entry = |i: usize, j: usize| {
             let (first, second) = (self.row(i), self.row(j));
-            positive.iter().map(|&k| first[k] * second[k] / self.weights[k]).sum::<f64>()
+            free.iter().map(|&k| first[k] * second[k] / self.weights[k]).sum::<f64>()
         };
         Some(SemiDefinite::new(defect.len(), entry, DEPENDENT)?.solve(defect).0)
     }
@@ -235,13 +344,11 @@ impl Projection<'_> {
         let matrix =
             MatrixView::SparseUpper { n, column_starts: &starts, row_indices: &places, values: self.weights };
         let linear: Vec<f64> = self.target.iter().zip(self.weights).map(|(t, w)| -w * t).collect();
-        let upper: Vec<f64> =
-            (0..n).map(|i| if self.may_be_positive(i) { f64::INFINITY } else { 0.0 }).collect();
         let boxed = Boxed {
             matrix,
             linear: &linear,
-            lower: &vec![0.0; n],
-            upper: &upper,
+            lower: self.lower,
+            upper: self.upper,
             rows: self.rows,
             right_side: self.right_side,
         };

@@ -72,7 +72,8 @@ fn clearly_off(qp: &BoxQp<'_>, x: &[f64], places: &[Place], fraction: f64) -> Ve
 
 /// Solves `min ½ xᵀP x + qᵀx` subject to `l ≤ x ≤ u`, `G x = e`, exactly on its active set.
 ///
-/// * `start`: the place of each unknown on the first set that is tried, n entries; `None`: all between their bounds.
+/// * `start`: the place of each unknown on the first set that is tried, n entries; `None`: all between their bounds, or at them if these
+///   are equal.
 ///
 /// An active set that comes back, or on which the rows cannot hold, calls Clarabel, whose solution is polished.
 ///
@@ -92,7 +93,8 @@ pub fn solve_box(
     }
     let system = System::new(qp);
     if settings.method != QpMethod::Clarabel {
-        let start = start.map_or_else(|| vec![Place::Free; n], <[Place]>::to_vec);
+        let fixed = |i: usize| if qp.lower[i] == qp.upper[i] { Place::Lower } else { Place::Free };
+        let start = start.map_or_else(|| (0..n).map(fixed).collect(), <[Place]>::to_vec);
         let (found, steps) = system.active_set(start, settings.step_limit());
         if let Some(candidate) = found {
             let path = if steps == 1 { QpPath::WarmStart } else { QpPath::ActiveSet };

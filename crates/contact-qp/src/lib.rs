@@ -87,7 +87,7 @@ mod solution;
 mod solve;
 
 pub use active_set::ActiveSet;
-pub use balance::{Balanced, nearest_balanced, nonnegative_least_squares};
+pub use balance::{Balanced, bounded_least_squares, nearest_balanced, nonnegative_least_squares};
 pub use box_qp::{BoxQp, BoxResiduals, BoxSolution, box_residuals, solve_box};
 pub use error::QpError;
 pub use independent::IndependentRows;

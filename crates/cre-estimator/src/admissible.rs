@@ -4,6 +4,7 @@
 use crate::balance::{self, Pressure};
 use crate::equilibrated::EquilibratedStress;
 use crate::error::EstimatorError;
+use crate::friction::{check_friction, edge_slips};
 use crate::lift::{self, Lift, side_sign};
 use crate::pressure;
 use crate::star_relaxation::{Relaxation, RelaxationReport, StarRelaxation, relax_with_stars};
@@ -11,7 +12,7 @@ use fem_core::body::{Body, EdgeCondition, EdgeReaction};
 use fem_core::condensation::CondensedBody;
 use fem_core::each_body;
 use fem_core::field;
-use fem_core::geometry::Vector;
+use fem_core::geometry::{Vector, perpendicular};
 use fem_core::interface::{ContactInterface, ContactProblem, ContactState};
 use fem_core::mesh::id::NodeId;
 use fem_core::prepared::PreparedProblem;
@@ -68,9 +69,17 @@ pub struct AdmissibleContact {
     pub pressure: Vec<f64>,
     /// `p`, the pressure common to both bodies at the two ends of each contact edge, ≥ 0, Pa, see [`crate::pressure::edge_pressure`].
     pub edge_pressure: Vec<[f64; 2]>,
-    /// Nodal forces `∫ p n φ_i ds` of this pressure at each pair of nodes, Cartesian, N/m: on the second
-    /// body; those on the first are opposite.
+    /// Nodal forces `∫ (p n + q t) φ_i ds` of pressure and friction at each pair of nodes, Cartesian, N/m: on
+    /// the second body; those on the first are opposite.
     pub pressure_force: Vec<Vector>,
+    /// Friction `q` at each pair, at most its limit, linear along the edges, Pa; empty without friction.
+    pub friction: Vec<f64>,
+    /// The limit `s` of friction at each pair, Pa: the given one, or `μ p` of this pressure; empty without friction.
+    pub friction_limit: Vec<f64>,
+    /// The slip that was given with the state at each pair, m; empty without friction.
+    pub slip: Vec<f64>,
+    /// The slip of the displacements at the two ends of each contact edge, m; empty without friction.
+    pub edge_slip: Vec<[f64; 2]>,
 }
 
 impl AdmissiblePair {
@@ -124,11 +133,12 @@ pub(crate) fn pair_and_stars<'a>(
     accuracy: Accuracy,
 ) -> Result<(AdmissiblePair, Option<KeptStars<'a>>), EstimatorError> {
     let problem = prepared.problem();
-    let Pressure { by_pair, shift, imbalance } = balance::pressure(prepared, state)?;
+    let Pressure { by_pair, friction, limit, shift, imbalance } = balance::pressure(prepared, state)?;
     let contacts: Vec<AdmissibleContact> = by_pair
         .into_iter()
+        .zip(friction.into_iter().zip(limit))
         .enumerate()
-        .map(|(k, pressure)| AdmissibleContact::new(problem, k, state, pressure))
+        .map(|(k, (pressure, friction))| AdmissibleContact::new(problem, k, state, pressure, friction))
         .collect();
     let recovered =
         each_body(problem.bodies.len(), |b| recover(prepared, b, state.displacement[b], &contacts, accuracy));
@@ -152,12 +162,25 @@ pub(crate) fn pair_and_stars<'a>(
 
 impl AdmissibleContact {
     /// Computes the openings of pair `k` and what belongs to its pressure.
-    fn new(problem: &ContactProblem, k: usize, state: &ContactState<'_>, pressure: Vec<f64>) -> Self {
+    ///
+    /// * `friction`: friction and its limit at the pairs, Pa.
+    fn new(
+        problem: &ContactProblem,
+        k: usize,
+        state: &ContactState<'_>,
+        pressure: Vec<f64>,
+        (friction, friction_limit): (Vec<f64>, Vec<f64>),
+    ) -> Self {
         let (pair, given) = (&problem.contacts[k], &state.contacts[k]);
         let interface = &pair.interface;
         let displacement = pair.bodies.map(|b| state.displacement[b]);
         let edge_pressure = pressure::edge_pressure(interface, &pressure);
-        let pressure_force = pressure::nodal_forces(interface, &pressure, &edge_pressure);
+        let mut pressure_force = pressure::nodal_forces(interface, &pressure, &edge_pressure);
+        if !friction.is_empty() {
+            let forces = interface.pairs().iter().zip(interface.mass(&friction));
+            let forces = forces.map(|(pair, force)| force * perpendicular(pair.normal));
+            pressure_force.iter_mut().zip(forces).for_each(|(sum, force)| *sum += force);
+        }
         let found = lift::middle_openings(interface, displacement);
         let lift = lift::find(problem, pair, displacement, &found);
         let middle_opening = if lift.energy > 0.0 {
@@ -167,7 +190,18 @@ impl AdmissibleContact {
         };
         // Fields that are recovered from forces have these openings to round-off, which the checks measure.
         let opening = given.opening.iter().zip(&lift.by_pair).map(|(o, l)| o + l).collect();
-        Self { opening, middle_opening, lift, pressure, edge_pressure, pressure_force }
+        Self {
+            opening,
+            middle_opening,
+            lift,
+            pressure,
+            edge_pressure,
+            pressure_force,
+            friction,
+            friction_limit,
+            slip: given.slip.to_vec(),
+            edge_slip: edge_slips(problem, pair, displacement),
+        }
     }
 }
 
@@ -208,7 +242,7 @@ fn neumann_stress(
         condensed.displacement_from_nodal_forces(&forces)
     } else {
         let load = |(k, side): (usize, usize)| {
-            let mass = problem.contacts[k].interface.mass(&contacts[k].pressure);
+            let mass = consistent_forces(&problem.contacts[k].interface, &contacts[k]);
             mass.iter().map(|f| side_sign(side) * f).collect()
         };
         let loads: Vec<Vec<f64>> = problem.sides_of(b).map(load).collect();
@@ -222,6 +256,15 @@ fn neumann_stress(
             residual::stresses(body, &field)
         }
     }
+}
+
+/// Computes the consistent loads of pressure and friction on a straight contact line, by row, N/m.
+pub(crate) fn consistent_forces(interface: &ContactInterface, contact: &AdmissibleContact) -> Vec<f64> {
+    let mut forces = interface.mass(&contact.pressure);
+    if !contact.friction.is_empty() {
+        forces.extend(interface.mass(&contact.friction));
+    }
+    forces
 }
 
 /// Lists the nodal forces of the pressures on a body, Cartesian, N/m.
@@ -249,7 +292,7 @@ pub(crate) fn on_body<'a>(
     all
 }
 
-/// Applies the contact pressures to a body's contact edges: traction `−p n` on the first body of a pair, `+p n` on the
+/// Applies pressures and friction to a body's contact edges: traction `−p n − q t` on the first body of a pair, `+p n + q t` on the
 /// second, per length of the contact line, scaled to the length of the body's own edge.
 fn with_pressure(problem: &ContactProblem, b: usize, contacts: &[AdmissibleContact]) -> Vec<EdgeCondition> {
     let body = &problem.bodies[b];
@@ -262,7 +305,11 @@ fn with_pressure(problem: &ContactProblem, b: usize, contacts: &[AdmissibleConta
             let stretch = edge.length / body.mesh().edge_length(edge.edges[side]);
             let end = |e: usize| {
                 let normal = interface.pairs()[edge.pairs[e] as usize].normal;
-                sign * contacts[k].edge_pressure[contact][e] * stretch * normal
+                let pressure = sign * contacts[k].edge_pressure[contact][e] * stretch * normal;
+                match contacts[k].friction.get(edge.pairs[e] as usize) {
+                    None => pressure,
+                    Some(friction) => pressure + sign * friction * stretch * perpendicular(normal),
+                }
             };
             let traction = if reversed { [end(1), end(0)] } else { [end(0), end(1)] };
             // An edge may be in two pairs.
@@ -274,8 +321,8 @@ fn with_pressure(problem: &ContactProblem, b: usize, contacts: &[AdmissibleConta
     conditions
 }
 
-/// Sets the conditions of an imposed normal displacement on all contact edges of a body: the normal traction is a
-/// reaction, the tangential one is zero.
+/// Sets the conditions of an imposed λ on all contact edges of a body: the normal traction is a reaction, the tangential one is zero, or a
+/// reaction as well if there is friction.
 pub(crate) fn with_imposed_normal(problem: &ContactProblem, b: usize) -> Vec<EdgeCondition> {
     let body = &problem.bodies[b];
     let mut conditions = body.edge_conditions().to_vec();
@@ -283,8 +330,9 @@ pub(crate) fn with_imposed_normal(problem: &ContactProblem, b: usize) -> Vec<Edg
         let interface = &problem.contacts[k].interface;
         for_contact_edges(body, interface, side, |place, contact, _| {
             let normal = interface.pairs()[interface.edges()[contact].pairs[0] as usize].normal;
-            conditions[place] =
-                EdgeCondition { reaction: EdgeReaction::Along(normal), traction: [Vector::zeros(); 2] };
+            let friction = problem.contacts[k].friction.acts();
+            let reaction = if friction { EdgeReaction::Both } else { EdgeReaction::Along(normal) };
+            conditions[place] = EdgeCondition { reaction, traction: [Vector::zeros(); 2] };
         });
     }
     conditions
@@ -314,6 +362,7 @@ pub(crate) fn check_state(
     state: &ContactState<'_>,
 ) -> Result<(), EstimatorError> {
     let problem = prepared.problem();
+    check_friction(problem)?;
     let counts = [
         ("the fields", state.displacement.len(), problem.bodies.len() + problem.obstacles.len()),
         ("the contact lines", state.contacts.len(), problem.contacts.len()),
@@ -331,9 +380,16 @@ pub(crate) fn check_state(
     let several = problem.contacts.len() > 1;
     for (k, (given, pair)) in state.contacts.iter().zip(&problem.contacts).enumerate() {
         let pairs = pair.interface.pairs().len();
-        for (what, numbers) in [("the contact force", given.contact_force), ("the opening", given.opening)] {
+        let tangents = pair.row_count() - pairs;
+        let arrays = [
+            ("the contact force", given.contact_force, pairs),
+            ("the opening", given.opening, pairs),
+            ("the friction force", given.friction_force, tangents),
+            ("the slip", given.slip, tangents),
+        ];
+        for (what, numbers, expected) in arrays {
             let what = || if several { format!("{what} of pair {}", k + 1) } else { what.into() };
-            check_length(what, numbers.len(), pairs)?;
+            check_length(what, numbers.len(), expected)?;
             check_finite(what, numbers)?;
         }
     }

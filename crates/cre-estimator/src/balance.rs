@@ -10,9 +10,9 @@
 
 use crate::error::EstimatorError;
 use crate::pressure;
-use contact_qp::{IndependentRows, nearest_balanced};
-use fem_core::geometry::Vector;
-use fem_core::interface::{ContactEdge, ContactState};
+use contact_qp::{BoxQp, IndependentRows, QpSettings, nearest_balanced, solve_box};
+use fem_core::geometry::{Vector, perpendicular};
+use fem_core::interface::{ContactEdge, ContactInterface, ContactPair, ContactState, PairState};
 use fem_core::prepared::PreparedProblem;
 
 /// Forces on a body below this fraction of those on another one are not resolved beyond it: the balance is checked to 1e-10.
@@ -22,19 +22,60 @@ const LIGHTLY_LOADED: f64 = 1e-6;
 /// times larger.
 const DEAR: f64 = 2.0;
 
-/// The pressure of an admissible stress at the pairs of each contact line.
+/// The pressure and friction of an admissible stress at the pairs of each contact line.
 #[derive(Clone, Debug)]
 pub(crate) struct Pressure {
     /// At each pair, ≥ 0, Pa.
     pub(crate) by_pair: Vec<Vec<f64>>,
+    /// Friction at each pair, at most its limit, Pa; empty without friction.
+    pub(crate) friction: Vec<Vec<f64>>,
+    /// The limit of friction at each pair, ≥ 0, Pa: the given one, or `μ p` of this pressure.
+    pub(crate) limit: Vec<Vec<f64>>,
     /// Its change against `r²_i/ℓ_i`, relative, in the norm of (31); 0 if nothing floats.
     pub(crate) shift: f64,
     /// The largest resultant that is left on a floating body, relative to the forces on it; 0 if nothing floats.
     pub(crate) imbalance: f64,
 }
 
+impl Pressure {
+    /// Takes the tractions of all rows, Pa.
+    fn new(prepared: &PreparedProblem, tractions: &[f64], [shift, imbalance]: [f64; 2]) -> Self {
+        let contacts = &prepared.problem().contacts;
+        let (mut by_pair, mut friction, mut limit) = (Vec::new(), Vec::new(), Vec::new());
+        for (of, mut pressure) in contacts.iter().zip(split(prepared, tractions)) {
+            let mut q = pressure.split_off(of.interface.pairs().len());
+            let s = limits(prepared, of, &pressure);
+            // At the limit but for rounding.
+            q.iter_mut().zip(&s).for_each(|(q, s)| *q = q.max(-s).min(*s));
+            by_pair.push(pressure);
+            friction.push(q);
+            limit.push(s);
+        }
+        Self { by_pair, friction, limit, shift, imbalance }
+    }
+}
+
+/// Computes the limit of friction at the pairs of a contact line, Pa: the given one, or `μ p`; nothing without friction.
+fn limits(prepared: &PreparedProblem, pair: &ContactPair, pressure: &[f64]) -> Vec<f64> {
+    if let Some(mu) = pair.friction.coulomb() {
+        return pressure.iter().map(|p| mu * p).collect();
+    }
+    pair.friction_limit(&prepared.problem().bodies[pair.bodies[0]]).unwrap_or_default()
+}
+
+/// Computes the limit of the friction force at the pairs of each contact line of a state, N/m: `ℓ s`, or `μ P` of the given forces.
+pub(crate) fn force_limits(prepared: &PreparedProblem, state: &ContactState<'_>) -> Vec<Vec<f64>> {
+    let of_pair = |(pair, given): (&ContactPair, &PairState<'_>)| -> Vec<f64> {
+        let nodes = pair.interface.pairs();
+        let pressure = pressure::nodal_pressure(&pair.interface, given.contact_force);
+        let limits = limits(prepared, pair, &pressure);
+        nodes.iter().zip(limits).map(|(node, s)| node.tributary_length * s).collect()
+    };
+    prepared.problem().contacts.iter().zip(&state.contacts).map(of_pair).collect()
+}
+
 /// Computes the admissible pressure of a state: `r²_i/ℓ_i`, or the nearest one in balance, (31). If nothing is in balance, it is
-/// `r²_i/ℓ_i` with its imbalance.
+/// `r²_i/ℓ_i` with its imbalance. Friction `Q_i/ℓ_i` is at most its limit, and part of the balance.
 ///
 /// # Errors
 /// A programme that is rejected.
@@ -43,21 +84,77 @@ pub(crate) fn pressure(
     state: &ContactState<'_>,
 ) -> Result<Pressure, EstimatorError> {
     let contacts = &prepared.problem().contacts;
-    let of_pair =
-        |k: usize| pressure::nodal_pressure(&contacts[k].interface, state.contacts[k].contact_force);
-    let by_pair: Vec<Vec<f64>> = (0..contacts.len()).map(of_pair).collect();
-    if prepared.rigid_motions().is_empty() {
-        return Ok(Pressure { by_pair, shift: 0.0, imbalance: 0.0 });
-    }
-    let target: Vec<f64> = by_pair.iter().flatten().copied().collect();
-    let weights = lengths(prepared);
-    let rows = Rows::new(prepared, |k, traction| pressure_work(&contacts[k].interface, traction));
-    let independent = IndependentRows::new(&rows.matrix, &rows.loads);
-    let IndependentRows { rows: matrix, right_side, .. } = &independent;
-    let found = nearest_balanced(&target, &weights, matrix, right_side, None)?;
-    let Some(mut found) = found else {
-        return Ok(Pressure { by_pair, shift: 0.0, imbalance: rows.imbalance(prepared, &target) });
+    let of_pair = |k: usize| -> Vec<f64> {
+        let mut tractions = pressure::nodal_pressure(&contacts[k].interface, state.contacts[k].contact_force);
+        let limits = limits(prepared, &contacts[k], &tractions);
+        let friction = pressure::nodal_pressure(&contacts[k].interface, state.contacts[k].friction_force);
+        tractions.extend(friction.iter().zip(limits).map(|(q, s)| q.max(-s).min(s)));
+        tractions
     };
+    let target: Vec<f64> = (0..contacts.len()).flat_map(of_pair).collect();
+    if prepared.rigid_motions().is_empty() {
+        return Ok(Pressure::new(prepared, &target, [0.0; 2]));
+    }
+    let weights = lengths(prepared);
+    let work = |k: usize, motion: &[Vector]| {
+        let interface = &contacts[k].interface;
+        let mut work = traction_work(interface, motion, |normal| normal);
+        if contacts[k].friction.acts() {
+            work.extend(traction_work(interface, motion, perpendicular));
+        }
+        work
+    };
+    let rows = Rows::new(prepared, work);
+    let independent = IndependentRows::new(&rows.matrix, &rows.loads);
+    let found = if contacts.iter().any(|pair| pair.friction.coulomb().is_some()) {
+        nearest_in_cones(prepared, (&target, &weights), &independent)?
+    } else {
+        nearest(prepared, state, (&target, &weights), &independent)?
+    };
+    let Some(found) = found else {
+        return Ok(Pressure::new(prepared, &target, [0.0, rows.imbalance(prepared, &target)]));
+    };
+    let size = |values: &mut dyn Iterator<Item = f64>| {
+        values.zip(&weights).map(|(v, w)| w * v * v).sum::<f64>().sqrt()
+    };
+    let change = size(&mut found.iter().zip(&target).map(|(p, t)| p - t));
+    let whole = size(&mut target.iter().copied());
+    let shift = if change > 0.0 { change / whole.max(change) } else { 0.0 };
+    let imbalance = rows.imbalance(prepared, &found);
+    Ok(Pressure::new(prepared, &found, [shift, imbalance]))
+}
+
+/// The bounds of pressure and friction by row, Pa, or of their forces, N/m.
+///
+/// * `limits`: of friction, by pair; `allowed`: which rows along normals may be positive; `None`: all.
+fn bounds(prepared: &PreparedProblem, limits: &[Vec<f64>], allowed: Option<&[bool]>) -> [Vec<f64>; 2] {
+    let (mut lower, mut upper): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
+    for (pair, limits) in prepared.problem().contacts.iter().zip(limits) {
+        for _ in pair.interface.pairs() {
+            let open = allowed.is_some_and(|allowed| !allowed[lower.len()]);
+            lower.push(0.0);
+            upper.push(if open { 0.0 } else { f64::INFINITY });
+        }
+        lower.extend(limits.iter().map(|s| -s));
+        upper.extend(limits);
+    }
+    [lower, upper]
+}
+
+/// Finds the nearest tractions in balance within given limits of friction, (31), by row; `None` if nothing is in balance.
+fn nearest(
+    prepared: &PreparedProblem,
+    state: &ContactState<'_>,
+    (target, weights): (&[f64], &[f64]),
+    IndependentRows { rows: matrix, right_side, .. }: &IndependentRows,
+) -> Result<Option<Vec<f64>>, EstimatorError> {
+    let contacts = &prepared.problem().contacts;
+    let limits: Vec<Vec<f64>> = contacts.iter().map(|pair| limits(prepared, pair, &[])).collect();
+    let near = |allowed: Option<&[bool]>| {
+        let [lower, upper] = bounds(prepared, &limits, allowed);
+        nearest_balanced(target, weights, [&lower, &upper], matrix, right_side)
+    };
+    let Some(mut found) = near(None)? else { return Ok(None) };
     // A little pressure where the bodies are far apart costs much in 2∫ p o.
     let cost = |pressure: &[f64]| -> f64 {
         let of_pair = |(k, p): (usize, Vec<f64>)| -> f64 {
@@ -70,25 +167,63 @@ pub(crate) fn pressure(
         split(prepared, pressure).into_iter().enumerate().map(of_pair).sum()
     };
     let loaded: Vec<bool> = target.iter().map(|p| *p > 0.0).collect();
-    if cost(&found.values) > DEAR * cost(&target)
-        && let Some(near) = nearest_balanced(&target, &weights, matrix, right_side, Some(&loaded))?
+    if cost(&found.values) > DEAR * cost(target)
+        && let Some(near) = near(Some(&loaded))?
         && cost(&found.values) > DEAR * cost(&near.values)
     {
         found = near;
     }
-    let size = |values: &mut dyn Iterator<Item = f64>| {
-        values.zip(&weights).map(|(v, w)| w * v * v).sum::<f64>().sqrt()
-    };
-    let change = size(&mut found.values.iter().zip(&target).map(|(p, t)| p - t));
-    let whole = size(&mut target.iter().copied());
-    Ok(Pressure {
-        shift: if change > 0.0 { change / whole.max(change) } else { 0.0 },
-        imbalance: rows.imbalance(prepared, &found.values),
-        by_pair: split(prepared, &found.values),
-    })
+    Ok(Some(found.values))
 }
 
-/// Computes the contact forces nearest to those of a state that balance the floating bodies, N/m: on the pairs that carry
+/// Finds the nearest tractions in balance within the cones of Coulomb friction: with `p = α + β`, `q = μ (α − β)` and `α, β ≥ 0` a
+/// programme with bounds. `None` if nothing is in balance.
+fn nearest_in_cones(
+    prepared: &PreparedProblem,
+    (target, weights): (&[f64], &[f64]),
+    independent: &IndependentRows,
+) -> Result<Option<Vec<f64>>, EstimatorError> {
+    let contacts = &prepared.problem().contacts;
+    let n = target.len();
+    let limits: Vec<Vec<f64>> = contacts
+        .iter()
+        .map(|pair| limits(prepared, pair, &vec![0.0; pair.interface.pairs().len()]))
+        .collect();
+    let [lower, mut upper] = bounds(prepared, &limits, None);
+    let (mut matrix, mut linear, mut rows) = (vec![0.0; n * n], vec![0.0; n], independent.rows.clone());
+    (0..n).for_each(|i| (matrix[i * n + i], linear[i]) = (weights[i], -weights[i] * target[i]));
+    let (mut start, mut cones) = (0, Vec::new());
+    for pair in contacts {
+        let nodes = pair.interface.pairs().len();
+        if let Some(mu) = pair.friction.coulomb().filter(|mu| *mu > 0.0) {
+            cones.extend((start..start + nodes).map(|i| (i, i + nodes, mu)));
+        }
+        start += pair.row_count();
+    }
+    for &(i, j, mu) in &cones {
+        upper[j] = f64::INFINITY;
+        let [p, q] = [weights[i], mu * mu * weights[j]];
+        (matrix[i * n + i], matrix[j * n + j]) = (p + q, p + q);
+        (matrix[i * n + j], matrix[j * n + i]) = (p - q, p - q);
+        (linear[i], linear[j]) = (linear[i] + mu * linear[j], linear[i] - mu * linear[j]);
+        for row in rows.chunks_exact_mut(n.max(1)) {
+            (row[i], row[j]) = (row[i] + mu * row[j], row[i] - mu * row[j]);
+        }
+    }
+    let right_side = &independent.right_side;
+    let qp =
+        BoxQp { matrix: &matrix, linear: &linear, lower: &lower, upper: &upper, rows: &rows, right_side };
+    let mut found = solve_box(&qp, None, &QpSettings::default())?;
+    if !found.status.is_solved() {
+        return Ok(None);
+    }
+    for &(i, j, mu) in &cones {
+        (found.x[i], found.x[j]) = (found.x[i] + found.x[j], mu * (found.x[i] - found.x[j]));
+    }
+    Ok(Some(found.x))
+}
+
+/// Computes the contact forces nearest to those of a state that balance the floating bodies, N/m, by row: on the pairs that carry
 /// a force, or on all pairs if those cannot. The given ones if nothing floats, or if no forces are in balance.
 ///
 /// # Errors
@@ -97,33 +232,43 @@ pub(crate) fn forces(
     prepared: &PreparedProblem,
     state: &ContactState<'_>,
 ) -> Result<Vec<Vec<f64>>, EstimatorError> {
-    let given: Vec<Vec<f64>> = state.contacts.iter().map(|pair| pair.contact_force.to_vec()).collect();
+    let limits = force_limits(prepared, state);
+    let given = |(pair, limits): (&PairState<'_>, &Vec<f64>)| -> Vec<f64> {
+        let friction = pair.friction_force.iter().zip(limits).map(|(q, s)| q.max(-s).min(*s));
+        pair.contact_force.iter().copied().chain(friction).collect()
+    };
+    let given: Vec<Vec<f64>> = state.contacts.iter().zip(&limits).map(given).collect();
     if prepared.rigid_motions().is_empty() {
         return Ok(given);
     }
     let contacts = &prepared.problem().contacts;
     let target: Vec<f64> = given.iter().flatten().copied().collect();
     let weights: Vec<f64> = lengths(prepared).iter().map(|l| 1.0 / l).collect();
-    let normal = |k: usize, motion: &[Vector]| -> Vec<f64> {
-        contacts[k].interface.pairs().iter().zip(motion).map(|(pair, u)| u.dot(&pair.normal)).collect()
+    let along = |k: usize, motion: &[Vector]| -> Vec<f64> {
+        contacts[k].rows().map(|row| motion[row.pair].dot(&row.direction)).collect()
     };
-    let rows = Rows::new(prepared, normal);
+    let rows = Rows::new(prepared, along);
     let independent = IndependentRows::new(&rows.matrix, &rows.loads);
     let IndependentRows { rows: matrix, right_side, .. } = &independent;
+    let near = |allowed: Option<&[bool]>| {
+        let [lower, upper] = bounds(prepared, &limits, allowed);
+        nearest_balanced(&target, &weights, [&lower, &upper], matrix, right_side)
+    };
     let loaded: Vec<bool> = target.iter().map(|p| *p > 0.0).collect();
-    let mut found = nearest_balanced(&target, &weights, matrix, right_side, Some(&loaded))?;
+    let mut found = near(Some(&loaded))?;
     if found.is_none() {
-        found = nearest_balanced(&target, &weights, matrix, right_side, None)?;
+        found = near(None)?;
     }
     Ok(found.map_or(given, |found| split(prepared, &found.values)))
 }
 
-/// Lists the tributary lengths of all pairs, m.
+/// Lists the tributary lengths of all rows, m.
 fn lengths(prepared: &PreparedProblem) -> Vec<f64> {
     let contacts = prepared.problem().contacts.iter();
-    contacts.flat_map(|of| of.interface.pairs().iter().map(|pair| pair.tributary_length)).collect()
+    contacts.flat_map(|of| of.rows().map(|row| of.interface.pairs()[row.pair].tributary_length)).collect()
 }
 
+/// Sorts one value per row by pair.
 fn split(prepared: &PreparedProblem, values: &[f64]) -> Vec<Vec<f64>> {
     let mut rest = values;
     let of_pair = |count: usize| {
@@ -131,17 +276,21 @@ fn split(prepared: &PreparedProblem, values: &[f64]) -> Vec<Vec<f64>> {
         rest = others;
         own.to_vec()
     };
-    prepared.problem().contacts.iter().map(|of| of.interface.pairs().len()).map(of_pair).collect()
+    prepared.problem().contacts.iter().map(ContactPair::row_count).map(of_pair).collect()
 }
 
-/// Computes the work of a unit pressure at each pair on a motion along the normals, per unit pressure.
+/// Computes the work of a unit traction at each pair on a motion, per unit traction.
 ///
-/// * `motion`: at the pairs, m.
-fn pressure_work(interface: &fem_core::interface::ContactInterface, motion: &[Vector]) -> Vec<f64> {
+/// * `motion`: at the pairs, m; `direction`: of the traction, from the normal.
+fn traction_work(
+    interface: &ContactInterface,
+    motion: &[Vector],
+    direction: impl Fn(Vector) -> Vector,
+) -> Vec<f64> {
     let mut work = vec![0.0; motion.len()];
     for edge in interface.edges() {
         let [i, j] = edge.pairs.map(|k| k as usize);
-        let [a, b] = [i, j].map(|k| interface.pairs()[k].normal);
+        let [a, b] = [i, j].map(|k| direction(interface.pairs()[k].normal));
         let mut moved = [motion[i], motion[j]];
         if let Some(clamped) = edge.clamped {
             moved[clamped.end] = Vector::zeros();
@@ -161,7 +310,7 @@ fn pressure_work(interface: &fem_core::interface::ContactInterface, motion: &[Ve
 
 /// The rows of the balance: one per rigid motion of a floating body.
 struct Rows {
-    /// Row after row: the work on the motion's body of a unit value at each pair, signs reversed.
+    /// Line after line: the work on the motion's body of a unit value in each row, signs reversed.
     matrix: Vec<f64>,
     /// `e`, the work of the loads.
     loads: Vec<f64>,
@@ -169,7 +318,7 @@ struct Rows {
 }
 
 impl Rows {
-    /// * `work`: of unit values at the pairs of contact line `k` on a motion of the contact nodes.
+    /// * `work`: of unit values in the rows of contact line `k` on a motion of the contact nodes.
     fn new(prepared: &PreparedProblem, work: impl Fn(usize, &[Vector]) -> Vec<f64>) -> Self {
         let problem = prepared.problem();
         let (mut matrix, mut loads) = (Vec::new(), Vec::new());
@@ -178,7 +327,7 @@ impl Rows {
             for (k, contact) in problem.contacts.iter().enumerate() {
                 let pairs = contact.interface.pairs();
                 let Some(side) = contact.side_of(of.body) else {
-                    matrix.extend(std::iter::repeat_n(0.0, pairs.len()));
+                    matrix.extend(std::iter::repeat_n(0.0, contact.row_count()));
                     continue;
                 };
                 let motion: Vec<Vector> = pairs.iter().map(|pair| moved[pair.nodes[side]]).collect();
@@ -188,12 +337,12 @@ impl Rows {
             }
             loads.push(of.load);
         }
-        Self { matrix, loads, count: prepared.node_pairs() }
+        Self { matrix, loads, count: prepared.rows() }
     }
 
     /// Computes the largest resultant of a floating body, over the sum of the sizes of all forces on it.
     ///
-    /// * `pressure`: at all pairs, Pa.
+    /// * `pressure`: pressure and friction by row, Pa.
     fn imbalance(&self, prepared: &PreparedProblem, pressure: &[f64]) -> f64 {
         let problem = prepared.problem();
         let lengths = lengths(prepared);
@@ -206,13 +355,13 @@ impl Rows {
             });
             let mut first = 0;
             for contact in &problem.contacts {
-                let pairs = contact.interface.pairs();
                 if let Some(side) = contact.side_of(of.body) {
                     let forces = lengths[first..].iter().zip(&pressure[first..]);
-                    let terms = pairs.iter().zip(forces);
-                    size += terms.map(|(pair, (l, p))| l * p * moved[pair.nodes[side]].norm()).sum::<f64>();
+                    let terms = contact.rows().zip(forces);
+                    size +=
+                        terms.map(|(row, (l, p))| l * p.abs() * moved[row.nodes[side]].norm()).sum::<f64>();
                 }
-                first += pairs.len();
+                first += contact.row_count();
             }
             let rest = (row.iter().zip(pressure).map(|(c, p)| c * p).sum::<f64>() - load).abs();
             found.push((rest, size));

@@ -59,7 +59,7 @@ impl FieldCertificate {
 /// * `pressures`: at the pairs of each contact line, Pa; `None`: from the equilibrium of the field.
 ///
 /// # Errors
-/// Arrays of the wrong length, values that are not finite, an obstacle that is free to move, a lack of memory.
+/// Arrays of the wrong length, values that are not finite, an obstacle that is free to move, friction, a lack of memory.
 pub fn certify(
     prepared: &PreparedProblem,
     displacements: &[Vec<Vector>],
@@ -67,6 +67,9 @@ pub fn certify(
     relaxation: Relaxation,
 ) -> Result<FieldCertificate, EstimatorError> {
     let problem = prepared.problem();
+    if let Some(pair) = problem.contacts.iter().position(|pair| pair.friction.acts()) {
+        return Err(EstimatorError::FrictionOfField { pair });
+    }
     check_fields(problem, displacements)?;
     if let Some(pressures) = pressures {
         check_length(|| "the pressure".into(), pressures.len(), problem.contacts.len())?;
@@ -95,7 +98,7 @@ pub fn certify(
     let contacts = forces.iter().zip(&openings);
     let state = ContactState {
         displacement: fields.iter().map(Vec::as_slice).collect(),
-        contacts: contacts.map(|(force, opening)| PairState { contact_force: force, opening }).collect(),
+        contacts: contacts.map(|(force, opening)| PairState::frictionless(force, opening)).collect(),
     };
     let estimate = estimate_with(prepared, &state, relaxation)?;
     let squared = problem.bodies.iter().zip(displacements).zip(&fields);

@@ -8,7 +8,7 @@ use crate::round_off::{force_noise, larger, largest_displacement};
 use fem_core::body::{Body, EdgeReaction, NodeConstraint, RigidMotion, RigidSide};
 use fem_core::each_body;
 use fem_core::geometry::{Vector, perpendicular};
-use fem_core::interface::{ContactInterface, ContactProblem};
+use fem_core::interface::{ContactInterface, ContactPair, ContactProblem};
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::id::EdgeId;
 use rayon::prelude::*;
@@ -42,6 +42,9 @@ pub struct Admissibility {
     pub penetration: f64,
     /// Largest negative pressure.
     pub pressure_sign: f64,
+    /// The part of the friction beyond its limit, relative to the largest limit, and the difference of the given slip from that of the fields,
+    /// relative to the largest displacement of the two bodies.
+    pub friction_cone: f64,
     /// Sine of the largest angle between an edge on a roller and the direction in which its nodes are fixed: on curved
     /// sides the displacements violate the roller between the nodes, so `e_CRE` is not a bound.
     pub supports: f64,
@@ -55,7 +58,7 @@ pub struct Admissibility {
 
 impl Admissibility {
     /// Lists every residual with its name and the largest value that is round-off.
-    pub fn checks(&self) -> [(&'static str, f64, f64); 9] {
+    pub fn checks(&self) -> [(&'static str, f64, f64); 10] {
         [
             ("supports", self.supports, SAME_DIRECTION),
             ("equilibrium", self.equilibrium, FORCE_TOLERANCE),
@@ -63,6 +66,7 @@ impl Admissibility {
             ("boundary_traction", self.boundary_traction, FORCE_TOLERANCE),
             ("penetration", self.penetration, SIGN_TOLERANCE),
             ("pressure_sign", self.pressure_sign, SIGN_TOLERANCE),
+            ("friction_cone", self.friction_cone, SIGN_TOLERANCE),
             ("imposed_displacement", self.imposed_displacement, SIGN_TOLERANCE),
             ("rigid_balance", self.rigid_balance, FORCE_TOLERANCE),
             ("rotation", self.rotation, LARGEST_ROTATION),
@@ -83,6 +87,7 @@ impl Admissibility {
             boundary_traction: larger(self.boundary_traction, other.boundary_traction),
             penetration: larger(self.penetration, other.penetration),
             pressure_sign: larger(self.pressure_sign, other.pressure_sign),
+            friction_cone: larger(self.friction_cone, other.friction_cone),
             supports: larger(self.supports, other.supports),
             imposed_displacement: larger(self.imposed_displacement, other.imposed_displacement),
             rigid_balance: larger(self.rigid_balance, other.rigid_balance),
@@ -184,6 +189,7 @@ pub(crate) fn check_and_visit<T: Send>(
         let largest = edge_pressure.iter().fold(0.0, |m, p| larger(m, p.abs()));
         let negative = edge_pressure.iter().fold(0.0, |m, p| larger(m, -p));
         found.pressure_sign = larger(found.pressure_sign, relative(negative, largest));
+        found.friction_cone = larger(found.friction_cone, friction_cone(of, contact, displacement));
     }
     (found, visited)
 }
@@ -216,6 +222,24 @@ fn penetration(
         }
     }
     relative(penetration, trace)
+}
+
+/// Computes by how much friction is beyond its limit, and the given slip differs from that of the fields, both relative.
+///
+/// * `displacement`: of the first and the second body of the pair, m.
+fn friction_cone(pair: &ContactPair, contact: &AdmissibleContact, displacement: [&[Vector]; 2]) -> f64 {
+    let friction = || contact.friction.iter().zip(&contact.friction_limit);
+    let largest = friction().fold(0.0, |m, (q, s)| larger(m, larger(q.abs(), *s)));
+    let beyond = friction().fold(0.0, |m, (q, s)| larger(m, q.abs() - s));
+    let negative = friction().fold(0.0, |m, (_, s)| larger(m, -s));
+    let trace = larger(largest_displacement(displacement[0]), largest_displacement(displacement[1]));
+    let mut difference = 0.0;
+    for (edge, slips) in pair.interface.edges().iter().zip(&contact.edge_slip) {
+        for end in edge.free_ends() {
+            difference = larger(difference, (slips[end] - contact.slip[edge.pairs[end] as usize]).abs());
+        }
+    }
+    larger(relative(larger(beyond, negative), largest), relative(difference, trace))
 }
 
 /// Computes the mean rotation of a body that its supports leave free to move, radians; 0 for a held one.

@@ -3,6 +3,7 @@
 //! Sources: for contact, Coorevits, Hild and Pelle 2000; for contact solved by domain decomposition, Gallimard and Sassi 2010.
 
 use crate::admissible::{AdmissibleBody, AdmissibleContact, AdmissiblePair};
+use crate::friction::friction_terms;
 use crate::johnson_mercier::{self, CellStress};
 use crate::pressure;
 use fem_core::body::Body;
@@ -17,7 +18,7 @@ use rayon::prelude::*;
 /// ```math
 /// e_{CRE}^2 = \sum ‖τ - σ(v)‖^2 + 2 ∫ p\,o = \sum ‖τ - \hat σ‖^2 + \Bigl[ \sum ‖\hat σ - σ(v)‖^2 + 2 ∫ p\,o \Bigr]
 /// ```
-/// On curved contact lines `o` is the opening with the lift `l`, and `‖l‖²` is added: (26).
+/// On curved contact lines `o` is the opening with the lift `l`, and `‖l‖²` is added: (26). With friction (32) is added to both sides.
 #[derive(Clone, Debug)]
 pub struct Cre {
     /// `e_CRE²`, a bound of `‖u − v‖² + ‖σ − τ‖²`.
@@ -26,8 +27,10 @@ pub struct Cre {
     pub by_cell: Vec<Vec<f64>>,
     /// Part of the mesh in every triangle of each body, `‖τ − σ̂‖²`: the part that refinement can reduce.
     pub discretisation_by_cell: Vec<Vec<f64>>,
-    /// Contribution of every contact edge of each pair, `2∫ p o` and its share of `‖l‖²`.
+    /// Contribution of every contact edge of each pair: `2∫ p o`, its share of `‖l‖²`, and what friction adds.
     pub by_contact_edge: Vec<Vec<f64>>,
+    /// What friction adds on every contact edge of each pair, (32); empty without friction.
+    pub friction_by_contact_edge: Vec<Vec<f64>>,
     /// `Σ‖τ − σ̂‖²`: the part of the mesh.
     pub discretisation_squared: f64,
     /// `Σ‖σ̂ − σ(v)‖² + 2∫ p o + ‖l‖²`: the part of the iteration and of the contact law, which holds only at nodes.
@@ -77,7 +80,15 @@ impl Cre {
         pair: &AdmissiblePair,
         distances: &[Vec<[f64; 2]>],
     ) -> Self {
-        let by_contact_edge = contact_terms(problem, pair);
+        let mut by_contact_edge = contact_terms(problem, pair);
+        let friction = |(of, contact): (&ContactPair, &AdmissibleContact)| {
+            friction_terms(of, &contact.friction, &contact.friction_limit, &contact.edge_slip)
+        };
+        let friction_by_contact_edge: Vec<Vec<f64>> =
+            problem.contacts.iter().zip(&pair.contacts).map(friction).collect();
+        for (sums, terms) in by_contact_edge.iter_mut().zip(&friction_by_contact_edge) {
+            sums.iter_mut().zip(terms).for_each(|(sum, term)| *sum += term);
+        }
         let contact: f64 = by_contact_edge.iter().flatten().sum();
         let algebraic = |(body, fields): (&Body, &AdmissibleBody)| {
             distance_squared(body, &fields.equilibrated.finite_element, &fields.stress)
@@ -94,10 +105,16 @@ impl Cre {
             by_cell,
             discretisation_by_cell,
             by_contact_edge,
+            friction_by_contact_edge,
         }
     }
 
-    /// Sums up `2∫ p o + ‖l‖²` of all pairs, J/m.
+    /// Sums up what friction adds on all pairs, (32), J/m.
+    pub fn friction_squared(&self) -> f64 {
+        self.friction_by_contact_edge.iter().flatten().sum()
+    }
+
+    /// Sums up `2∫ p o + ‖l‖²` of all pairs and what friction adds, J/m.
     pub fn contact_squared(&self) -> f64 {
         self.by_contact_edge.iter().flatten().sum()
     }

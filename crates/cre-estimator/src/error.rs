@@ -45,6 +45,18 @@ pub enum EstimatorError {
         /// The obstacle, from 0.
         obstacle: usize,
     },
+    /// Friction on a contact line along which the normal changes has no bound yet.
+    #[error("pair {} has friction on a bent contact line, which is not supported yet; use straight contact lines", pair + 1)]
+    BentFriction {
+        /// The pair, from 0.
+        pair: usize,
+    },
+    /// Fields of other codes are certified without friction only.
+    #[error("pair {} has friction; fields of other programs are certified without friction only", pair + 1)]
+    FrictionOfField {
+        /// The pair, from 0.
+        pair: usize,
+    },
     /// The pressure that keeps the floating bodies in balance could not be computed.
     #[error("the pressure in balance: {0}")]
     Balance(#[from] QpError),

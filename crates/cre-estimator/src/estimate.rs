@@ -44,6 +44,8 @@ pub struct Estimate {
     /// `a(u, u)` of the state's displacements in each body, J/m.
     pub energy_norm_squared: Vec<f64>,
     indicators: Indicators,
+    /// Whether a limit of friction is `μ p` of the estimate itself.
+    coulomb: bool,
 }
 
 /// The numbers that are bounds if the checks pass, square root of J/m.
@@ -66,12 +68,19 @@ impl Estimate {
         self.energy_norm_squared.iter().sum::<f64>().sqrt()
     }
 
-    /// Returns the bounds; `None` if a check of admissibility fails: then they are not bounds.
+    /// Returns the bounds; `None` if a check of admissibility fails: then they are not bounds. Also `None` with Coulomb friction, for which no
+    /// bound is known.
     pub fn certificate(&self) -> Option<&Indicators> {
-        self.admissibility.is_valid().then_some(&self.indicators)
+        (self.admissibility.is_valid() && !self.coulomb).then_some(&self.indicators)
     }
 
-    /// Returns the same numbers even if the checks fail. They are not bounds unless [`Admissibility::is_valid`].
+    /// Returns the bounds of the problem with Tresca friction whose limit is the `μ p` of this estimate; they are **not** bounds of the problem
+    /// with Coulomb friction. `None` if a check fails, and if the problem has no Coulomb friction: then see [`Self::certificate`].
+    pub fn for_frozen_limit(&self) -> Option<&Indicators> {
+        (self.admissibility.is_valid() && self.coulomb).then_some(&self.indicators)
+    }
+
+    /// Returns the same numbers even if they are not bounds: see [`Self::certificate`].
     pub fn unchecked(&self) -> &Indicators {
         &self.indicators
     }
@@ -166,7 +175,8 @@ fn estimate_once(
         return Err(EstimatorError::NotFinite { what: "the estimate".into() });
     }
     let residual = residuals.iter().sum::<f64>() + rounding.sqrt();
-    let estimate = Estimate { pair, cre, admissibility, round_off, energy_norm_squared, indicators };
+    let coulomb = problem.contacts.iter().any(|pair| pair.friction.coulomb().is_some());
+    let estimate = Estimate { pair, cre, admissibility, round_off, energy_norm_squared, indicators, coulomb };
     Ok(Measured { estimate, residual })
 }
 

@@ -1,6 +1,7 @@
 //! The indicators: of the mesh, for a frozen λ_p, and of the iteration.
 
 use crate::admissible::{Accuracy, AdmissibleBody, AdmissiblePair, KeptStars, on_body, with_imposed_normal};
+use crate::balance;
 use crate::check::{Admissibility, check_stress_and_visit};
 use crate::cre::{CellMeasure, Cre, of_cells};
 use crate::equilibrated::EquilibratedStress;
@@ -10,7 +11,7 @@ use crate::star_relaxation::{Relaxation, StarRelaxation, relax};
 use fem_core::each_body;
 use fem_core::field;
 use fem_core::geometry::Vector;
-use fem_core::interface::{ContactPair, ContactState};
+use fem_core::interface::{ContactPair, ContactState, PairState};
 use fem_core::norm::sum_over_triangles;
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
@@ -133,7 +134,9 @@ fn frozen(
 /// exact arithmetic `R` vanishes except for the imbalance at the interface of Ω₁, and this is (22). It includes the
 /// rounding of the displacements.
 ///
-/// * `balanced`: the forces `r`, in balance with the loads of floating bodies, N/m.
+/// Friction adds `2 Σ (S|w| − Q w)`, with `|Q| ≤ S` and the given slip `w`.
+///
+/// * `balanced`: the forces `r` by row, in balance with the loads of floating bodies, N/m.
 ///
 /// Returns the squares, J/m: the part on the interface, and the remainder, which is rounding.
 pub(crate) fn eta_nndd_squared(
@@ -143,11 +146,12 @@ pub(crate) fn eta_nndd_squared(
     accuracy: Accuracy,
 ) -> [f64; 2] {
     let (problem, bodies) = (prepared.problem(), prepared.bodies());
-    let normal_forces = |(pair, forces): (&ContactPair, &Vec<f64>)| -> Vec<Vector> {
-        let pairs = pair.interface.pairs().iter().zip(forces);
-        pairs.map(|(p, r)| *r * p.normal).collect()
+    let nodal_forces = |(pair, forces): (&ContactPair, &Vec<f64>)| -> Vec<Vector> {
+        let mut sums = vec![Vector::zeros(); pair.interface.pairs().len()];
+        pair.rows().zip(forces).for_each(|(row, r)| sums[row.pair] += *r * row.direction);
+        sums
     };
-    let forces: Vec<_> = problem.contacts.iter().zip(balanced).map(normal_forces).collect();
+    let forces: Vec<_> = problem.contacts.iter().zip(balanced).map(nodal_forces).collect();
     let of_body = |b: usize| {
         let (body, u) = (&problem.bodies[b], state.displacement[b]);
         let forces = on_body(problem, b, |k| &forces[k]);
@@ -168,5 +172,11 @@ pub(crate) fn eta_nndd_squared(
     let pairs =
         state.contacts.iter().zip(balanced).flat_map(|(pair, forces)| forces.iter().zip(pair.opening));
     let work: f64 = pairs.map(|(r, o)| (r * o).max(0.0)).sum();
+    let sliding = |((pair, forces), limits): ((&PairState<'_>, &Vec<f64>), &Vec<f64>)| -> f64 {
+        let terms = forces[pair.opening.len()..].iter().zip(limits).zip(pair.slip);
+        terms.map(|((q, s), w)| (s * w.abs() - q * w).max(0.0)).sum()
+    };
+    let limits = balance::force_limits(prepared, state);
+    let work = work + state.contacts.iter().zip(balanced).zip(&limits).map(sliding).sum::<f64>();
     [interface + 2.0 * work, interior]
 }

@@ -28,6 +28,7 @@
 //! | step | module |
 //! |---|---|
 //! | pressure `p_i = r²_i/ℓ_i` and the contact term | [`pressure`] |
+//! | the term of friction | [`friction`] |
 //! | Neumann problems `σ̂`, the admissible pair | [`admissible`] |
 //! | edge tractions in equilibrium with `σ̂` | [`eet`] |
 //! | local stresses with these tractions | [`johnson_mercier`] |
@@ -74,6 +75,7 @@ pub mod eet;
 pub mod equilibrated;
 mod error;
 mod estimate;
+pub mod friction;
 pub mod indicators;
 pub mod johnson_mercier;
 pub mod lift;

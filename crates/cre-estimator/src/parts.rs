@@ -1,6 +1,6 @@
 //! The parts of the bound.
 
-use crate::admissible::AdmissiblePair;
+use crate::admissible::{AdmissiblePair, consistent_forces};
 use crate::cre::Cre;
 use crate::lift::{self, side_sign};
 use crate::pressure;
@@ -28,7 +28,7 @@ pub struct Parts {
     pub lift: f64,
     /// Of gaps that curved edges cannot represent: the opening beyond the linear one between closed nodes.
     pub gap_data: f64,
-    /// Of friction: zero without it.
+    /// Of friction, (32): zero without it, and where the slip keeps its sign and friction its limit.
     pub friction: f64,
     /// The allowance for round-off.
     pub round_off: f64,
@@ -65,7 +65,7 @@ struct ContactTerm {
 
 /// Splits a bound into its parts.
 ///
-/// * `balanced`: the contact forces of the state, in balance with the loads of floating bodies, N/m.
+/// * `balanced`: the contact forces of the state by row, in balance with the loads of floating bodies, N/m.
 /// * `eta_nndd`: `η_NNDD` of the state, square root of J/m.
 pub(crate) fn parts(
     prepared: &PreparedProblem,
@@ -81,23 +81,29 @@ pub(crate) fn parts(
     let lumping = lumping(prepared, balanced, pair);
     let share = if eta_squared > 0.0 { eta_squared / (eta_squared + lumping) } else { 0.0 };
     let iteration = (fields * share).min(eta_squared);
-    let squares =
-        [cre.discretisation_squared, iteration, fields - iteration + term.contact, term.lift, term.gap_data];
+    let squares = [
+        cre.discretisation_squared,
+        iteration,
+        fields - iteration + term.contact,
+        term.lift,
+        term.gap_data,
+        cre.friction_squared(),
+    ];
     // The two sides of the split differ by rounding errors.
     let sum: f64 = squares.iter().sum();
     let factor = if sum > 0.0 { cre.e_cre_squared.max(0.0) / sum } else { 0.0 };
-    let [mesh, iteration, contact, lift, gap_data] = squares.map(|x| (x * factor).sqrt());
+    let [mesh, iteration, contact, lift, gap_data, friction] = squares.map(|x| (x * factor).sqrt());
     // The root of a square may be off by one digit.
     let iteration = iteration.min(eta_nndd);
-    Parts { mesh, iteration, contact, lift, gap_data, friction: 0.0, round_off }
+    Parts { mesh, iteration, contact, lift, gap_data, friction, round_off }
 }
 
 /// Computes `‖a‖²`, J/m: the energy of the difference between the consistent loads of the pressures and the nodal forces,
-/// along the normals.
+/// by row.
 fn lumping(prepared: &PreparedProblem, forces: &[Vec<f64>], pair: &AdmissiblePair) -> f64 {
     let problem = prepared.problem();
     let difference = |k: usize| -> Vec<f64> {
-        let consistent = problem.contacts[k].interface.mass(&pair.contacts[k].pressure);
+        let consistent = consistent_forces(&problem.contacts[k].interface, &pair.contacts[k]);
         consistent.iter().zip(&forces[k]).map(|(m, r)| m - r).collect()
     };
     let differences: Vec<Vec<f64>> = (0..problem.contacts.len()).map(difference).collect();
@@ -130,9 +136,11 @@ fn contact_terms(
             pressure::contact_terms(interface, &pair.contacts[k].edge_pressure, opening, middle)
         };
         let (found, linear) = (terms(&found), terms(&linear));
-        for ((all, found), linear) in cre.by_contact_edge[k].iter().zip(found).zip(linear) {
-            let contact = linear.min(*all).max(0.0);
-            let gap_data = (found.min(*all) - contact).max(0.0);
+        let friction = cre.friction_by_contact_edge[k].iter().chain(std::iter::repeat(&0.0));
+        let without = cre.by_contact_edge[k].iter().zip(friction).map(|(all, friction)| all - friction);
+        for ((all, found), linear) in without.zip(found).zip(linear) {
+            let contact = linear.min(all).max(0.0);
+            let gap_data = (found.min(all) - contact).max(0.0);
             sum.contact += contact;
             sum.gap_data += gap_data;
             sum.lift += (all - contact - gap_data).max(0.0);

@@ -4,6 +4,7 @@ pub mod common_refinement;
 mod drawn;
 mod error;
 mod facing;
+mod friction;
 mod held;
 mod interpolation;
 mod matching;
@@ -27,6 +28,7 @@ use profile::Profile;
 
 pub use error::InterfaceError;
 pub use facing::facing_edges;
+pub use friction::{ContactRow, Friction};
 pub use obstacle::{Obstacle, RigidLine};
 pub use problem::{ContactPair, ContactProblem, ContactState, PairState};
 pub use refinement::{RefineError, RefinedPair, RefinedProblem};

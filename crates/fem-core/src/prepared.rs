@@ -138,6 +138,11 @@ impl PreparedProblem {
         self.problem.node_pairs()
     }
 
+    /// Counts the rows of all pairs, see [`ContactProblem::rows`].
+    pub fn rows(&self) -> usize {
+        self.problem.rows()
+    }
+
     /// Gives the bodies of a pair other roles. No body changes, and no factor.
     ///
     /// # Panics

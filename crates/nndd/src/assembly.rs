@@ -16,6 +16,7 @@ mod subdomain;
 
 use crate::balance::Balance;
 use crate::error::NnddError;
+use crate::exact::refuse_coulomb;
 use crate::iteration::{Start, explain, iterate, successor, switch};
 use crate::rows::Rows;
 use crate::settings::{Method, NnddSettings, Path};
@@ -54,12 +55,16 @@ fn iteration(
     stop: &mut dyn StoppingCriterion,
 ) -> Result<NnddSolution, NnddError> {
     let contact = problem.problem();
+    refuse_coulomb(problem)?;
+    if settings.path == Path::Literal && contact.has_friction() {
+        return Err(NnddError::LiteralFriction);
+    }
     if settings.path == Path::Literal {
         return Err(NnddError::Unsupported { bodies: contact.bodies.len(), pairs: contact.contacts.len() });
     }
-    let rows = Rows::new(problem);
+    let rows = Rows::new(contact);
     let balance = Balance::new(contact, problem.rigid_motions());
-    balance.check_held(contact)?;
+    balance.check_held(contact, rows.limits())?;
     let bodies = try_each_body(contact.bodies.len(), |b| Subdomain::new(problem, &rows, b))?;
     let correction = Correction::new(&bodies, rows.len(), settings.weights, settings.coarse);
     let estimate = || spectrum::of_product(rows.len(), |v| correction.operator(v), |j| correction.apply(j));

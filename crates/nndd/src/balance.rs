@@ -3,14 +3,18 @@
 //! With `R` the rigid motions that the supports leave free, `G = (B R)ᵀ` and their loads `e = Rᵀ f`, forces are in balance if
 //! `G P = e`. There is a solution `P ≥ 0` if and only if no motion that opens or keeps all pairs, `B R a ≤ 0`, has a load
 //! `e·a > 0` (Farkas). The residual of `min |G P − e|, P ≥ 0` is such a motion, if it is not zero.
+//!
+//! The forces of friction are bounded on both sides, and the residual is what they leave of the load. With the law of Coulomb the forces of
+//! a pair of nodes are in a cone, whose two edges take the place of its rows.
 
 use crate::error::NnddError;
+use crate::rows::Rows;
 use crate::rows::sign;
 use crate::unheld::UnheldMotion;
-use contact_qp::{IndependentRows, nonnegative_least_squares};
+use contact_qp::{IndependentRows, bounded_least_squares};
 use fem_core::assembly::external_forces;
 use fem_core::body::RigidMotion;
-use fem_core::interface::ContactProblem;
+use fem_core::interface::{ContactProblem, ContactRow};
 use fem_core::prepared::BodyMotion;
 
 /// A load of a motion below this fraction of all loads is round-off.
@@ -40,7 +44,8 @@ pub struct Support {
 pub fn support(problem: &ContactProblem) -> Result<Support, NnddError> {
     let motions = problem.rigid_motions();
     let balance = Balance::new(problem, &motions);
-    let unheld = balance.unheld(problem)?;
+    let unheld = balance.unheld(problem, Rows::new(problem).limits())?;
+    let unheld = unheld.map(|(motion, _)| motion);
     let free = balance.independent.kernel().iter().chain(balance.independent.weak()).map(|amounts| {
         let bodies = combined(problem, &motions, amounts);
         let most = bodies.iter().map(|of| largest(problem, of)).fold(0.0, f64::max);
@@ -64,17 +69,19 @@ pub(crate) struct Balance {
 
 impl Balance {
     pub(crate) fn new(problem: &ContactProblem, motions: &[BodyMotion]) -> Self {
-        let mut rows = Vec::with_capacity(motions.len() * problem.node_pairs());
+        let limits = Rows::new(problem);
+        let limits = limits.limits();
+        let mut rows = Vec::with_capacity(motions.len() * limits.len());
         for of in motions {
-            let moved = problem.moved_by(of);
+            let (moved, mut limits) = (problem.moved_by(of), limits.iter());
             for contact in &problem.contacts {
-                let pairs = contact.interface.pairs().iter();
-                match contact.side_of(of.body) {
-                    None => rows.extend(pairs.map(|_| 0.0)),
-                    Some(side) => {
-                        rows.extend(pairs.map(|pair| sign(side) * moved[pair.nodes[side]].dot(&pair.normal)));
-                    }
-                }
+                let side = contact.side_of(of.body);
+                let entry = |(row, limit): (ContactRow, &f64)| match side {
+                    // A row that has no force resists nothing.
+                    Some(side) if *limit > 0.0 => sign(side) * moved[row.nodes[side]].dot(&row.direction),
+                    _ => 0.0,
+                };
+                rows.extend(contact.rows().zip(limits.by_ref()).map(entry));
             }
         }
         let loads: Vec<f64> = motions.iter().map(|of| of.load).collect();
@@ -82,16 +89,57 @@ impl Balance {
         Self { motions: motions.to_vec(), rows, loads, independent }
     }
 
-    /// Checks that the assembly is held.
-    ///
-    /// # Errors
-    /// [`NnddError::NotHeld`] with the motion that the loads cause and nothing resists.
-    pub(crate) fn check_held(&self, problem: &ContactProblem) -> Result<(), NnddError> {
-        self.unheld(problem)?.map_or(Ok(()), |motion| Err(NnddError::NotHeld { motion }))
+    /// Tells whether no motion changes a row, but for rounding.
+    pub(crate) fn leaves_alone(&self, row: usize) -> bool {
+        let count = self.rows.len().checked_div(self.loads.len()).unwrap_or(0);
+        let alone = |line: &[f64]| {
+            line[row].abs() <= NO_TRACE * line.iter().fold(0.0f64, |most, entry| most.max(entry.abs()))
+        };
+        self.rows.chunks_exact(count.max(1)).all(alone)
     }
 
-    /// Finds the motion that the loads cause and nothing resists; `None` if the assembly is held.
-    fn unheld(&self, problem: &ContactProblem) -> Result<Option<UnheldMotion>, NnddError> {
+    /// Checks that the assembly is held.
+    ///
+    /// * `limits`: of the forces by row, infinite along normals, N/m.
+    ///
+    /// # Errors
+    /// [`NnddError::NotHeld`] with the motion that the loads cause and nothing resists; [`NnddError::OutsideCones`].
+    pub(crate) fn check_held(&self, problem: &ContactProblem, limits: &[f64]) -> Result<(), NnddError> {
+        match self.unheld(problem, limits)? {
+            None => Ok(()),
+            // The motion of the cone is not the true one.
+            Some((UnheldMotion { load, .. }, true)) => Err(NnddError::OutsideCones { load }),
+            Some((motion, false)) => Err(NnddError::NotHeld { motion }),
+        }
+    }
+
+    /// Lists the forces that can balance the loads: `G` in them, and their bounds. With the law of Coulomb and an infinite limit they are
+    /// along the edges of the cones, `P n ± μ P t`.
+    fn forces(&self, problem: &ContactProblem, limits: &[f64]) -> (Vec<f64>, [Vec<f64>; 2], bool) {
+        let rows = Rows::new(problem);
+        let (mut matrix, mut bounds, mut cones) = (self.rows.clone(), rows.bounds(limits), false);
+        let count = limits.len();
+        for (k, pair) in problem.contacts.iter().enumerate() {
+            let Some(mu) = pair.friction.coulomb() else { continue };
+            for (n, t) in rows.normal(k).zip(rows.tangential(k)).filter(|(_, t)| limits[*t] == f64::INFINITY)
+            {
+                cones = true;
+                bounds[0][t] = 0.0;
+                for line in matrix.chunks_exact_mut(count.max(1)) {
+                    (line[n], line[t]) = (line[n] + mu * line[t], line[n] - mu * line[t]);
+                }
+            }
+        }
+        (matrix, bounds, cones)
+    }
+
+    /// Finds the motion that the loads cause and nothing resists, and whether cones of friction were taken into account; `None` if the
+    /// assembly is held.
+    fn unheld(
+        &self,
+        problem: &ContactProblem,
+        limits: &[f64],
+    ) -> Result<Option<(UnheldMotion, bool)>, NnddError> {
         let motions = &self.motions;
         if motions.is_empty() {
             return Ok(None);
@@ -100,7 +148,8 @@ impl Balance {
         // themselves, so that only bodies move that must.
         let unbalanced = self.independent.unbalanced(&self.loads);
         let loads: Vec<f64> = self.loads.iter().zip(&unbalanced).map(|(e, part)| e - part).collect();
-        let (_, mut free) = nonnegative_least_squares(&self.rows, &loads)?;
+        let (matrix, [lower, upper], cones) = self.forces(problem, limits);
+        let (forces, mut free) = bounded_least_squares(&matrix, &loads, [&lower, &upper])?;
         free.iter_mut().zip(&unbalanced).for_each(|(a, part)| *a += part);
         let of_body = |body| external_forces(body).iter().map(|f| f.norm()).sum::<f64>();
         let on_bodies: f64 = problem.bodies.iter().map(of_body).sum();
@@ -118,8 +167,13 @@ impl Balance {
             motion.spin /= most;
             (of.body, motion)
         };
-        let work: f64 = self.loads.iter().zip(&free).map(|(e, a)| e * a).sum();
-        Ok(Some(UnheldMotion { bodies: moved.map(unit).collect(), load: work / most }))
+        let mut work: f64 = self.loads.iter().zip(&free).map(|(e, a)| e * a).sum();
+        // Friction at its limit resists a part of the load.
+        for (i, force) in forces.iter().enumerate().filter(|(i, force)| lower[*i] < 0.0 && **force != 0.0) {
+            let lines = matrix.chunks_exact(limits.len().max(1)).zip(&free);
+            work -= force * lines.map(|(line, a)| line[i] * a).sum::<f64>();
+        }
+        Ok(Some((UnheldMotion { bodies: moved.map(unit).collect(), load: work / most }, cones)))
     }
 }
 

@@ -11,13 +11,13 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum NnddError {
     /// The sizes of problem, condensed bodies and λ do not match.
-    #[error("{what} has {found} interface unknowns; the interface has {expected} pairs")]
+    #[error("{what} has {found} interface unknowns; {expected} are needed")]
     Length {
         /// What has the wrong size.
         what: &'static str,
         /// Its size.
         found: usize,
-        /// Number of pairs.
+        /// Number of rows: of pairs, and with friction of their tangents.
         expected: usize,
     },
     /// Full-size solves are possible for two bodies with one pair only, both held by their supports.
@@ -44,6 +44,23 @@ pub enum NnddError {
         /// The motion.
         motion: UnheldMotion,
     },
+    /// No forces within the cones of Coulomb friction balance the loads.
+    #[error(
+        "the load is not balanced within the friction cones: a load of {load:e} is left; hold the bodies, or raise the coefficients of friction"
+    )]
+    OutsideCones {
+        /// The load that is left, N/m.
+        load: f64,
+    },
+    /// The law of Coulomb is not a programme.
+    #[error("pair {} has Coulomb friction; solve it with `solve_coulomb`", pair + 1)]
+    Coulomb {
+        /// The pair, from 0.
+        pair: usize,
+    },
+    /// The literal path has no friction.
+    #[error("the literal path does not support friction; use the condensed path")]
+    LiteralFriction,
     /// θ is not a positive number.
     #[error("theta is {found}; it must be a positive, finite number")]
     Theta {

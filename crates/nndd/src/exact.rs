@@ -8,15 +8,25 @@
 //! ```
 //! `G P = e` is the balance of the floating bodies, its multiplier `a` their rigid motion, and the gradient `F P + q − Gᵀ a` the
 //! opening. `u_α = K_α⁺ (f_α − B_αᵀ P) + R_α a`.
+//!
+//! # Friction
+//! With friction each pair of nodes has a second row along its tangent, with a force `Q` within `−S ≤ Q ≤ S`, `S = ℓ s`, and no gap. The
+//! gradient there is the slip with the opposite sign: `Q = S` if it slips forwards, `−S` if backwards, and zero slip between. Rows that
+//! supports impose in both bodies have no force.
 
 use crate::balance::Balance;
 use crate::error::NnddError;
+use crate::friction::{NodeState, PairFriction};
 use crate::recovery;
 use crate::rows::{Rows, sign};
-use contact_qp::{BoxQp, BoxResiduals, QpPath, QpSettings, QpStatus, solve_box};
+use contact_qp::{BoxQp, BoxResiduals, Place, QpPath, QpSettings, QpStatus, solve_box};
 use fem_core::body::RigidMotion;
 use fem_core::geometry::Vector;
+use fem_core::interface::{ContactProblem, ContactState, PairState};
 use fem_core::prepared::PreparedProblem;
+
+/// A row along a tangent whose own flexibility is below this fraction of the largest one is imposed on both sides.
+const IMPOSED: f64 = 1e-20;
 
 /// The exact solution of the discrete problem.
 #[derive(Clone, Debug)]
@@ -28,6 +38,8 @@ pub struct ExactSolution {
     pub contact_force: Vec<Vec<f64>>,
     /// Opening at the pairs of nodes of each pair, ≥ 0, exactly 0 where there is a force, m.
     pub opening: Vec<Vec<f64>>,
+    /// Friction of each pair.
+    pub friction: Vec<PairFriction>,
     /// The rigid motions of the floating bodies: body, motion, and by how much.
     pub motions: Vec<(usize, RigidMotion, f64)>,
     /// How the programme ended.
@@ -42,41 +54,144 @@ pub struct ExactSolution {
     pub kkt: BoxResiduals,
 }
 
-/// Solves the discrete contact problem.
+impl ExactSolution {
+    /// Returns the fields and forces, for an estimate of their error.
+    pub fn state(&self) -> ContactState<'_> {
+        let pairs = self.contact_force.iter().zip(&self.opening).zip(&self.friction);
+        let contacts = pairs.map(|((contact_force, opening), friction)| PairState {
+            contact_force,
+            opening,
+            friction_force: &friction.force,
+            slip: &friction.slip,
+        });
+        let displacement = self.displacement.iter().map(Vec::as_slice).collect();
+        ContactState { displacement, contacts: contacts.collect() }
+    }
+}
+
+/// Solves the discrete contact problem, without friction or with that of Tresca.
 ///
 /// # Errors
-/// [`NnddError::NotHeld`] if the loads move bodies that nothing holds, with the motion; a programme that is rejected.
+/// [`NnddError::NotHeld`] if the loads move bodies that nothing holds, with the motion; [`NnddError::Coulomb`]; a programme that is
+/// rejected.
 pub fn solve_exactly(problem: &PreparedProblem, settings: &QpSettings) -> Result<ExactSolution, NnddError> {
-    let rows = Rows::new(problem);
-    let balance = Balance::new(problem.problem(), problem.rigid_motions());
-    balance.check_held(problem.problem())?;
-    let (flexibility, linear) = programme(problem, &rows);
-    let n = linear.len();
-    let qp = BoxQp {
-        matrix: &flexibility,
-        linear: &linear,
-        lower: &vec![0.0; n],
-        upper: &vec![f64::INFINITY; n],
-        rows: &balance.independent.rows,
-        right_side: &balance.independent.right_side,
-    };
-    let found = solve_box(&qp, None, settings)?;
-    let contact_force = rows.by_pair(&found.x);
-    let motions = balance.motions.iter().zip(balance.independent.expanded(&found.row_multipliers));
-    let motions: Vec<(usize, RigidMotion, f64)> = motions.map(|(of, a)| (of.body, of.motion, a)).collect();
-    let force = |k: usize, side: usize| contact_force[k].iter().map(|p| -sign(side) * p).collect();
-    let displacement = recovery::displacements(problem, force, &motions);
-    Ok(ExactSolution {
-        displacement,
-        opening: rows.by_pair(&found.multipliers),
-        contact_force,
-        motions,
-        status: found.status,
-        path: found.path,
-        iterations: found.iterations,
-        clarabel_calls: found.clarabel_calls,
-        kkt: found.kkt,
-    })
+    refuse_coulomb(problem)?;
+    let programme = Programme::new(problem)?;
+    Ok(programme.solve(programme.rows.limits(), None, settings)?.0)
+}
+
+/// Refuses the law of Coulomb, which is no programme.
+pub(crate) fn refuse_coulomb(problem: &PreparedProblem) -> Result<(), NnddError> {
+    match problem.problem().contacts.iter().position(|pair| pair.friction.coulomb().is_some()) {
+        Some(pair) => Err(NnddError::Coulomb { pair }),
+        None => Ok(()),
+    }
+}
+
+/// The programme of the forces of all rows.
+pub(crate) struct Programme<'a> {
+    problem: &'a PreparedProblem,
+    pub(crate) rows: Rows,
+    balance: Balance,
+    /// `F`, column-major, and `q`.
+    flexibility: Vec<f64>,
+    linear: Vec<f64>,
+    /// Rows along tangents that are imposed on both sides.
+    imposed: Vec<bool>,
+}
+
+impl<'a> Programme<'a> {
+    /// Sets up the programme of an assembly.
+    ///
+    /// # Errors
+    /// Those of [`Balance::check_held`].
+    pub(crate) fn new(problem: &'a PreparedProblem) -> Result<Self, NnddError> {
+        let rows = Rows::new(problem.problem());
+        let balance = Balance::new(problem.problem(), problem.rigid_motions());
+        balance.check_held(problem.problem(), rows.limits())?;
+        let (flexibility, linear) = programme(problem, &rows);
+        let count = rows.len();
+        let own = |i: usize| flexibility[i * (count + 1)];
+        let largest = (0..count).map(own).fold(0.0, f64::max);
+        let imposed =
+            |i: usize| rows.is_tangential(i) && own(i) <= IMPOSED * largest && balance.leaves_alone(i);
+        let imposed = (0..count).map(imposed).collect();
+        Ok(Self { problem, rows, balance, flexibility, linear, imposed })
+    }
+
+    /// Returns the problem.
+    pub(crate) fn problem(&self) -> &ContactProblem {
+        self.problem.problem()
+    }
+
+    /// Returns the balance of the floating bodies.
+    pub(crate) fn balance(&self) -> &Balance {
+        &self.balance
+    }
+
+    /// Solves it, and returns the place of each row.
+    ///
+    /// * `limits`: `S` by row, infinite along normals, N/m; `start`: see [`solve_box`].
+    pub(crate) fn solve(
+        &self,
+        limits: &[f64],
+        start: Option<&[Place]>,
+        settings: &QpSettings,
+    ) -> Result<(ExactSolution, Vec<Place>), NnddError> {
+        let Self { problem, rows, balance, .. } = self;
+        let limits: Vec<f64> =
+            limits.iter().zip(&self.imposed).map(|(s, imposed)| if *imposed { 0.0 } else { *s }).collect();
+        let [lower, upper] = rows.bounds(&limits);
+        let qp = BoxQp {
+            matrix: &self.flexibility,
+            linear: &self.linear,
+            lower: &lower,
+            upper: &upper,
+            rows: &balance.independent.rows,
+            right_side: &balance.independent.right_side,
+        };
+        let found = solve_box(&qp, start, settings)?;
+        let motions = balance.motions.iter().zip(balance.independent.expanded(&found.row_multipliers));
+        let motions: Vec<(usize, RigidMotion, f64)> =
+            motions.map(|(of, a)| (of.body, of.motion, a)).collect();
+        let force = |k: usize, side: usize| {
+            let forces = &found.x[rows.normal(k).start..rows.tangential(k).end];
+            forces.iter().map(|p| -sign(side) * p).collect()
+        };
+        let displacement = recovery::displacements(problem, force, &motions);
+        let solution = ExactSolution {
+            displacement,
+            opening: rows.by_pair(&found.multipliers),
+            contact_force: rows.by_pair(&found.x),
+            friction: (0..problem.problem().contacts.len())
+                .map(|k| self.friction(k, &limits, &found.x, &found.multipliers, &found.places))
+                .collect(),
+            motions,
+            status: found.status,
+            path: found.path,
+            iterations: found.iterations,
+            clarabel_calls: found.clarabel_calls,
+            kkt: found.kkt,
+        };
+        Ok((solution, found.places))
+    }
+
+    /// Takes what belongs to the friction of a pair.
+    fn friction(&self, k: usize, limits: &[f64], x: &[f64], y: &[f64], places: &[Place]) -> PairFriction {
+        let (normal, tangential) = (self.rows.normal(k), self.rows.tangential(k));
+        let state = |(n, t): (usize, usize)| match (places[n], places[t]) {
+            (Place::Lower, _) => NodeState::Open,
+            (_, Place::Free) => NodeState::Stick,
+            _ if self.imposed[t] => NodeState::Stick,
+            _ => NodeState::Slip,
+        };
+        PairFriction {
+            force: x[tangential.clone()].to_vec(),
+            slip: y[tangential.clone()].iter().map(|y| 0.0 - y).collect(),
+            limit: limits[tangential.clone()].to_vec(),
+            state: normal.zip(tangential).map(state).collect(),
+        }
+    }
 }
 
 /// Computes `F`, column-major, and `q`.

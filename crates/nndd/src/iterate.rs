@@ -80,6 +80,25 @@ pub struct Iterate {
     /// The rigid motions of the floating bodies: body, motion, and by how much. Part of the displacements if they are
     /// recovered from forces.
     pub motions: Vec<(usize, RigidMotion, f64)>,
+    /// What belongs to friction; empty without it.
+    pub tangential: Tangential,
+}
+
+/// The tangential part of an iterate: one entry per pair of nodes of each pair with friction, pair after pair, see
+/// [`Iterate::tangential_blocks`]. The tangent is `(−n_y, n_x)`.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Tangential {
+    /// The imposed trace λ of Ω₁ along the tangent that goes with its outward normal, m.
+    pub lambda: Vec<f64>,
+    /// Reaction of Ω₁ to it: at the discrete solution the friction force with the opposite sign, N/m.
+    pub reaction: Vec<f64>,
+    /// Friction force `Q` of Ω₂, `|Q| ≤ S`: `−Q t` on the first body of the pair and `+Q t` on the second, N/m.
+    pub force: Vec<f64>,
+    /// Slip `w` of the first body of the pair against the second, exactly 0 where friction is below its limit, m.
+    pub slip: Vec<f64>,
+    /// The limit `S` of the friction force, N/m.
+    pub limit: Vec<f64>,
 }
 
 impl Iterate {
@@ -119,12 +138,16 @@ impl Iterate {
 
     fn displacements_from_forces(&self, problem: &PreparedProblem) -> Vec<Vec<Vector>> {
         let blocks: Vec<Range<usize>> = self.blocks(problem.problem()).collect();
-        let along_normal = |k: usize, side: usize| {
+        let tangential: Vec<Range<usize>> = self.tangential_blocks(problem.problem()).collect();
+        let on_side = |k: usize, side: usize| {
             let roles = problem.problem().contacts[k].roles;
-            let forces = &self.forces()[roles.of_side(side)][blocks[k].clone()];
-            forces.iter().map(|force| roles.sign() * force).collect()
+            let role = roles.of_side(side);
+            let forces = self.forces()[role][blocks[k].clone()].iter();
+            let along_tangent =
+                &[&self.tangential.reaction, &self.tangential.force][role][tangential[k].clone()];
+            forces.chain(along_tangent).map(|force| roles.sign() * force).collect()
         };
-        recovery::displacements(problem, along_normal, &self.motions)
+        recovery::displacements(problem, on_side, &self.motions)
     }
 
     /// Lists where the values of each pair are in the arrays.
@@ -133,6 +156,15 @@ impl Iterate {
         problem.contacts.iter().map(move |pair| {
             let end = start + pair.interface.pairs().len();
             debug_assert!(end <= self.lambda.len(), "the problem is another one than that of the iterate");
+            std::mem::replace(&mut start, end)..end
+        })
+    }
+
+    /// Lists where the values of each pair are in the arrays of [`Self::tangential`]; nothing for pairs without friction.
+    pub fn tangential_blocks(&self, problem: &ContactProblem) -> impl Iterator<Item = Range<usize>> {
+        let mut start = 0;
+        problem.contacts.iter().map(move |pair| {
+            let end = start + pair.row_count() - pair.interface.pairs().len();
             std::mem::replace(&mut start, end)..end
         })
     }

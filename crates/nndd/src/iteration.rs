@@ -13,7 +13,8 @@ use contact_qp::{ActiveSet, QpStatus};
 /// The initial values of an iteration.
 #[derive(Clone, Debug)]
 pub struct Start {
-    /// The normal trace λ of each Ω₁ at its pairs of nodes, pair after pair, m.
+    /// The normal trace λ of each Ω₁ at its pairs of nodes, pair after pair, m; with friction each pair's tangential traces follow its
+    /// normal ones.
     pub lambda: Vec<f64>,
     /// The active set of the contact problem of each Ω₂, if one is known, in the same order: it is tried before Clarabel.
     pub active: Option<ActiveSet>,
@@ -23,6 +24,8 @@ pub struct Start {
 pub(crate) struct Pass {
     /// The iterate, whose number and θ are not known yet.
     pub(crate) iterate: Iterate,
+    /// λ in all rows, m.
+    pub(crate) lambda: Vec<f64>,
     /// The direction of the update of λ, m.
     pub(crate) direction: Vec<f64>,
 }
@@ -40,10 +43,10 @@ pub(crate) fn iterate(
     let mut monitor = Monitor::default();
     let (mut history, mut clarabel_calls) = (Vec::new(), 0);
     loop {
-        let Pass { iterate: mut last, direction } = pass(lambda)?;
+        let Pass { iterate: mut last, lambda: imposed, direction } = pass(lambda)?;
         clarabel_calls += last.contact.clarabel_calls;
         // The update: λ ← λ + θ (w¹ − w²)·n.
-        let step = update.step(&last.lambda, direction, last.eta_nndd);
+        let step = update.step(&imposed, direction, last.eta_nndd);
         (last.iteration, last.theta) = (history.len() + 1, step.theta);
         history.push(IterationRow::from(&last));
         // Stop, or give up?

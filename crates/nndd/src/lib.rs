@@ -43,6 +43,11 @@
 //! preconditioner with a coarse space of the rigid motions: `src/assembly/correction.rs`; step 1 is in `src/assembly/response.rs`, both in
 //! `src/assembly/pass.rs`. [`stiffer_roles`] says who should carry λ. The reference is the exact solution, [`solve_exactly`].
 //!
+//! # Friction
+//! A pair with friction ([`fem_core::interface::Friction`]) has a second row per pair of nodes, along its tangent. λ has both components, and
+//! in step 1 `−S ≤ Q_i ≤ S` in the tangential rows of unilateral bodies, with the limit `S` of Tresca's law. The bound gains `2 Σ (S|w| − Q̃ w)`
+//! with the slip `w`. The law of Coulomb is a fixed point of such problems: [`solve_coulomb`].
+//!
 //! # Types, in the order one meets them
 //! [`NnddSettings`], a [`stopping::StoppingCriterion`], [`solve`],
 //! [`NnddSolution`] with its [`NnddStatus`], [`IterationRow`]s and last [`Iterate`], whose [`Recovery`] says what its fields come from.
@@ -76,8 +81,10 @@
 mod acceleration;
 mod assembly;
 mod balance;
+mod coulomb;
 mod error;
 mod exact;
+mod friction;
 mod iterate;
 mod iteration;
 mod literal;
@@ -98,10 +105,12 @@ mod weights;
 pub use assembly::stiffer_roles;
 pub use balance::{Support, support};
 pub use contact_qp;
+pub use coulomb::{CoulombSettings, CoulombSolution, CoulombStatus, solve_coulomb};
 pub use error::NnddError;
 pub use exact::{ExactSolution, solve_exactly};
 pub use fem_core;
-pub use iterate::{ContactAnswer, Iterate, IterationRow, Programme, Recovery};
+pub use friction::{NodeState, PairFriction};
+pub use iterate::{ContactAnswer, Iterate, IterationRow, Programme, Recovery, Tangential};
 pub use iteration::Start;
 pub use settings::{Acceleration, Method, NewtonSettings, NnddSettings, Path, Weights};
 pub use solution::{NnddSolution, NnddStatus, Switch};

@@ -1,22 +1,26 @@
-//! The rows of an assembly: one per pair of nodes, pair after pair.
+//! The rows of an assembly, pair after pair: one per pair of nodes along the normal, then, with friction, one along the tangent.
 
-use fem_core::interface::ContactPair;
+use fem_core::interface::{ContactPair, ContactProblem};
 use fem_core::prepared::PreparedProblem;
+use std::ops::Range;
 
 /// The sign of a side in the rows: the normal points out of the first body. So a row is the trace of each body along its own
-/// outward normal.
+/// outward normal, and along the tangent that goes with it.
 pub(crate) fn sign(side: usize) -> f64 {
     if side == 0 { 1.0 } else { -1.0 }
 }
 
 /// The rows of all pairs.
 pub(crate) struct Rows {
-    /// Where the rows of each pair begin.
-    starts: Vec<usize>,
-    count: usize,
+    /// Where the rows of each pair begin, and its pairs of nodes.
+    pairs: Vec<(usize, usize)>,
+    /// The limit of the force in each row, N/m: infinite along normals, where the force is not negative, and for the law of Coulomb, whose
+    /// limit is not known.
+    limits: Vec<f64>,
+    tangential: Vec<bool>,
 }
 
-/// A row of one body: the trace `Σ a_k x_k + c` along its outward normal, in its interface unknowns `x`.
+/// A row of one body: the trace `Σ a_k x_k + c` along its outward normal or the tangent, in its interface unknowns `x`.
 pub(crate) struct BodyRow {
     /// Number of the row among those of the assembly.
     pub(crate) row: usize,
@@ -34,51 +38,127 @@ impl BodyRow {
 }
 
 impl Rows {
-    pub(crate) fn new(problem: &PreparedProblem) -> Self {
-        let (mut starts, mut count) = (Vec::new(), 0);
-        for pair in &problem.problem().contacts {
-            starts.push(count);
-            count += pair.interface.pairs().len();
+    pub(crate) fn new(problem: &ContactProblem) -> Self {
+        let mut rows = Self { pairs: Vec::new(), limits: Vec::new(), tangential: Vec::new() };
+        for pair in &problem.contacts {
+            let nodes = pair.interface.pairs();
+            rows.pairs.push((rows.limits.len(), nodes.len()));
+            rows.limits.extend(nodes.iter().map(|_| f64::INFINITY));
+            if let Some(mu) = pair.friction.coulomb() {
+                let limit = if mu > 0.0 { f64::INFINITY } else { 0.0 };
+                rows.limits.extend(nodes.iter().map(|_| limit));
+            } else if let Some(body) = problem.bodies.get(pair.bodies[0])
+                && let Some(limits) = pair.friction_limit(body)
+            {
+                rows.limits.extend(nodes.iter().zip(limits).map(|(node, s)| node.tributary_length * s));
+            }
+            rows.tangential.resize(rows.pairs.last().map_or(0, |(start, count)| start + count), false);
+            rows.tangential.resize(rows.limits.len(), true);
         }
-        Self { starts, count }
+        rows
     }
 
     /// Returns the number of rows.
     pub(crate) fn len(&self) -> usize {
-        self.count
+        self.limits.len()
     }
 
-    /// Returns the number of the row of a pair of nodes.
-    pub(crate) fn at(&self, pair: usize, nodes: usize) -> usize {
-        self.starts[pair] + nodes
+    /// Returns the number of a row of a pair.
+    pub(crate) fn at(&self, pair: usize, row: usize) -> usize {
+        self.pairs[pair].0 + row
     }
 
-    /// Returns the initial gaps, m.
+    /// Tells whether a row is along a tangent.
+    pub(crate) fn is_tangential(&self, row: usize) -> bool {
+        self.tangential[row]
+    }
+
+    /// Returns the limits of the forces by row, N/m, see [`Self::bounds`].
+    pub(crate) fn limits(&self) -> &[f64] {
+        &self.limits
+    }
+
+    /// Returns the lower and upper bounds of the forces: `0 ≤ P`, `−S ≤ Q ≤ S`.
+    ///
+    /// * `limits`: `S` by row, infinite along normals, N/m.
+    pub(crate) fn bounds(&self, limits: &[f64]) -> [Vec<f64>; 2] {
+        let lower = limits
+            .iter()
+            .zip(&self.tangential)
+            .map(|(s, tangential)| if *tangential { 0.0 - s } else { 0.0 });
+        [lower.collect(), limits.to_vec()]
+    }
+
+    /// Returns the rows of a pair along its normals.
+    pub(crate) fn normal(&self, pair: usize) -> Range<usize> {
+        let (start, count) = self.pairs[pair];
+        start..start + count
+    }
+
+    /// Returns the rows of a pair along its tangents; none without friction.
+    pub(crate) fn tangential(&self, pair: usize) -> Range<usize> {
+        let (start, count) = self.pairs[pair];
+        let end = self.pairs.get(pair + 1).map_or(self.len(), |next| next.0);
+        start + count..end
+    }
+
+    /// Takes the values of all rows along normals.
+    pub(crate) fn normals<T: Copy>(&self, values: &[T]) -> Vec<T> {
+        self.select(values, false)
+    }
+
+    /// Takes the values of all rows along tangents.
+    pub(crate) fn tangentials<T: Copy>(&self, values: &[T]) -> Vec<T> {
+        self.select(values, true)
+    }
+
+    fn select<T: Copy>(&self, values: &[T], tangential: bool) -> Vec<T> {
+        let of = values.iter().zip(&self.tangential).filter(|(_, is)| **is == tangential);
+        of.map(|(value, _)| *value).collect()
+    }
+
+    /// Joins values along normals and tangents to those of all rows.
+    pub(crate) fn joined<T: Copy>(&self, normals: &[T], tangentials: &[T]) -> Vec<T> {
+        let (mut normals, mut tangentials) = (normals.iter(), tangentials.iter());
+        let next = |is: &bool| if *is { tangentials.next() } else { normals.next() };
+        self.tangential.iter().filter_map(next).copied().collect()
+    }
+
+    /// Returns the initial gaps, m; 0 along tangents.
     pub(crate) fn gaps(&self, problem: &PreparedProblem) -> Vec<f64> {
-        let pairs = problem.problem().contacts.iter().flat_map(|pair| pair.interface.pairs());
-        pairs.map(|pair| pair.gap).collect()
+        let mut gaps = vec![0.0; self.len()];
+        for (k, pair) in problem.problem().contacts.iter().enumerate() {
+            let nodes = pair.interface.pairs().iter();
+            gaps[self.normal(k)].iter_mut().zip(nodes).for_each(|(gap, node)| *gap = node.gap);
+        }
+        gaps
     }
 
-    /// Returns the imposed trace of the obstacle of each row along its outward normal, m; `None` in rows of two bodies.
+    /// Returns the tributary length of each row, m.
+    pub(crate) fn lengths(&self, problem: &PreparedProblem) -> Vec<f64> {
+        let of_pair = |pair: &ContactPair| -> Vec<f64> {
+            pair.rows().map(|row| pair.interface.pairs()[row.pair].tributary_length).collect()
+        };
+        problem.problem().contacts.iter().flat_map(of_pair).collect()
+    }
+
+    /// Returns the imposed trace of the obstacle of each row along its outward normal or tangent, m; `None` in rows of two bodies.
     pub(crate) fn obstacles(&self, problem: &PreparedProblem) -> Vec<Option<f64>> {
         let of_pair = |pair: &ContactPair| -> Vec<Option<f64>> {
-            let pairs = pair.interface.pairs();
             match problem.problem().obstacle_of(pair) {
-                None => vec![None; pairs.len()],
-                Some(obstacle) => pairs
-                    .iter()
-                    .zip(obstacle.imposed())
-                    .map(|(p, u)| Some(sign(1) * u.dot(&p.normal)))
-                    .collect(),
+                None => vec![None; pair.row_count()],
+                Some(obstacle) => {
+                    let imposed = obstacle.imposed();
+                    pair.rows().map(|row| Some(sign(1) * imposed[row.pair].dot(&row.direction))).collect()
+                }
             }
         };
         problem.problem().contacts.iter().flat_map(of_pair).collect()
     }
 
-    /// Sorts one value per row by pair.
-    pub(crate) fn by_pair(&self, values: &[f64]) -> Vec<Vec<f64>> {
-        let ends = self.starts.iter().skip(1).chain([&self.count]);
-        self.starts.iter().zip(ends).map(|(start, end)| values[*start..*end].to_vec()).collect()
+    /// Sorts one value per row by pair, those along the normals.
+    pub(crate) fn by_pair<T: Copy>(&self, values: &[T]) -> Vec<Vec<T>> {
+        (0..self.pairs.len()).map(|k| values[self.normal(k)].to_vec()).collect()
     }
 
     /// Lists the rows of a body, side after side.

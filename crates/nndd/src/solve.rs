@@ -4,7 +4,7 @@ mod newton;
 
 use crate::assembly;
 use crate::error::NnddError;
-use crate::iterate::{ContactAnswer, Iterate, Programme, Recovery, precision};
+use crate::iterate::{ContactAnswer, Iterate, Programme, Recovery, Tangential, precision};
 use crate::iteration::{Pass, Start, explain, iterate, successor, switch};
 use crate::literal::LiteralSteps;
 use crate::settings::{Method, NnddSettings, Path, Weights};
@@ -31,7 +31,8 @@ impl Run<'_> {
         // The indicators: η_NNDD (22), ε_t (24).
         let eta_nndd = self.eta_nndd(&imbalance, &w1);
         let direction = self.weights.update([&w1, &w2]);
-        Ok(Pass { iterate: self.iterate_of(eta_nndd, lambda, reaction, contact), direction })
+        let iterate = self.iterate_of(eta_nndd, lambda.clone(), reaction, contact);
+        Ok(Pass { iterate, lambda, direction })
     }
 
     /// Step 1: imposes λ on Ω₁ (8) and solves Ω₂'s contact problem (9).
@@ -85,6 +86,7 @@ impl Run<'_> {
             programme,
             recovery,
             motions,
+            tangential: Tangential::default(),
         }
     }
 }
@@ -117,8 +119,8 @@ impl<'a> Run<'a> {
 /// Two held bodies with one pair have an algorithm of their own. Anything else is an assembly: see the page of this crate; the
 /// interface Newton method is then [`crate::solve_exactly`], whose solution is the only iterate.
 ///
-/// * `lambda`: the initial normal trace λ of each Ω₁ at its pairs of nodes, pair after pair, m; the Newton method does not
-///   use it.
+/// * `lambda`: the initial normal trace λ of each Ω₁ at its pairs of nodes, pair after pair, m; with friction each pair's tangential
+///   traces follow its normal ones. The Newton method does not use it.
 /// * `method`: settings of either, such as [`NnddSettings::default`].
 /// * `stop`: called after every iteration.
 ///
@@ -210,13 +212,14 @@ fn check(
     Start { lambda, active }: &Start,
     method: &Method,
 ) -> Result<(), NnddError> {
-    let (expected, found) = (problem.node_pairs(), lambda.len());
+    let (expected, found) = (problem.rows(), lambda.len());
     if found != expected {
         return Err(NnddError::Length { what: "lambda", found, expected });
     }
     if let Some(pair) = lambda.iter().position(|l| !l.is_finite()) {
         return Err(NnddError::Lambda { pair, found: lambda[pair] });
     }
+    let expected = problem.node_pairs();
     let found = active.as_ref().map_or(expected, ActiveSet::len);
     if found != expected {
         return Err(NnddError::Length { what: "the active set at the start", found, expected });

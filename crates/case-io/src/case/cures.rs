@@ -106,6 +106,9 @@ pub(super) fn of_interface(error: &InterfaceError) -> Cure {
         InterfaceError::BadGap { .. } => {
             ("a finite number >= 0", "change the expression; `gap = \"geometric\"` measures the gap")
         }
+        InterfaceError::BadFrictionLimit { .. } | InterfaceError::BadFrictionCoefficient { .. } => {
+            ("a finite number >= 0", "change the law of friction")
+        }
         InterfaceError::NotMatching { .. }
         | InterfaceError::EdgeWithoutPartner { .. }
         | InterfaceError::Counts { .. }

@@ -2,8 +2,8 @@
 
 use crate::support::Random;
 use contact_qp::{
-    BoxQp, Place, QpMethod, QpSettings, QpStatus, box_residuals, nearest_balanced, nonnegative_least_squares,
-    solve_box,
+    BoxQp, Place, QpMethod, QpSettings, QpStatus, bounded_least_squares, box_residuals, nearest_balanced,
+    nonnegative_least_squares, solve_box,
 };
 
 /// A random programme that has a solution: `e = G x` of some `x` within the bounds.
@@ -226,6 +226,53 @@ fn least_squares_residuals_separate_what_is_held_from_what_is_not() {
 }
 
 #[test]
+fn bounded_least_squares_are_the_projection_on_what_the_bounds_allow() {
+    let mut random = Random::new(11);
+    let (mut held, mut free) = (0, 0);
+    for case in 0..400 {
+        let (m, n) = (1 + case % 4, 1 + case % 17);
+        let rows: Vec<f64> = (0..m * n).map(|_| random.number()).collect();
+        let ends: Vec<[f64; 2]> = (0..n)
+            .map(|i| match i % 3 {
+                0 => [0.0, f64::INFINITY],
+                1 => [-0.3 * random.number().abs(), 0.3 * random.number().abs()],
+                _ => [0.2; 2],
+            })
+            .collect();
+        let (lower, upper): (Vec<f64>, Vec<f64>) = ends.iter().map(|[l, u]| (*l, *u)).unzip();
+        let inside: Vec<f64> = (0..n).map(|i| random.number().clamp(lower[i], upper[i])).collect();
+        let times = |x: &[f64]| -> Vec<f64> {
+            (0..m).map(|k| (0..n).map(|i| rows[k * n + i] * x[i]).sum()).collect()
+        };
+        let possible = case % 2 == 0;
+        let e = if possible { times(&inside) } else { (0..m).map(|_| 3.0 * random.number()).collect() };
+        let (x, residual) = bounded_least_squares(&rows, &e, [&lower, &upper]).unwrap();
+        assert!((0..n).all(|i| lower[i] <= x[i] && x[i] <= upper[i]), "case {case}: {x:?}");
+        for (found, (r, e)) in times(&x).iter().zip(residual.iter().zip(&e)) {
+            assert!((e - found - r).abs() <= 1e-12, "case {case}");
+        }
+        let left = residual.iter().map(|r| r * r).sum::<f64>().sqrt();
+        // The gradient: nothing within the bounds comes nearer.
+        for i in 0..n {
+            let gain: f64 = (0..m).map(|k| rows[k * n + i] * residual[k]).sum();
+            assert!(gain <= 1e-12 || x[i] >= upper[i] - 1e-12, "case {case}: {gain}");
+            assert!(gain >= -1e-12 || x[i] <= lower[i] + 1e-12, "case {case}: {gain}");
+        }
+        if possible {
+            held += 1;
+            assert!(left <= 1e-12, "case {case}: {left}");
+        } else if left > 1e-8 {
+            free += 1;
+        }
+    }
+    assert!(held == 200 && free > 50, "{held} {free}");
+    // Ten pushers of at most 0.1 against a load of 1.5 leave half of it; bounds that exclude each other are refused.
+    let (_, left) = bounded_least_squares(&[1.0; 10], &[1.5], [&[-0.1; 10], &[0.1; 10]]).unwrap();
+    assert!((left[0] - 0.5).abs() < 1e-14, "{left:?}");
+    assert!(bounded_least_squares(&[1.0], &[1.0], [&[1.0], &[0.0]]).is_err());
+}
+
+#[test]
 fn the_nearest_balanced_numbers_are_the_solution_of_the_programme() {
     let mut random = Random::new(17);
     for case in 0..200 {
@@ -233,20 +280,17 @@ fn the_nearest_balanced_numbers_are_the_solution_of_the_programme() {
         let target: Vec<f64> = (0..n).map(|_| random.number()).collect();
         let weights: Vec<f64> = (0..n).map(|_| 0.1 + (0.5 * (1.0 + random.number()))).collect();
         let rows: Vec<f64> = (0..n * m).map(|_| random.number()).collect();
-        let inside: Vec<f64> = (0..n).map(|_| random.number().max(0.0)).collect();
+        // Every other programme has bounds on both sides for some of its unknowns.
+        let two = |i: usize| case % 2 == 1 && i % 2 == 1;
+        let lower: Vec<f64> = (0..n).map(|i| if two(i) { -0.4 } else { 0.0 }).collect();
+        let upper: Vec<f64> = (0..n).map(|i| if two(i) { 0.3 } else { f64::INFINITY }).collect();
+        let inside: Vec<f64> = (0..n).map(|i| random.number().clamp(lower[i], upper[i])).collect();
         let e: Vec<f64> = (0..m).map(|k| (0..n).map(|i| rows[k * n + i] * inside[i]).sum()).collect();
-        let found = nearest_balanced(&target, &weights, &rows, &e, None).unwrap().unwrap();
+        let found = nearest_balanced(&target, &weights, [&lower, &upper], &rows, &e).unwrap().unwrap();
         let mut matrix = vec![0.0; n * n];
         (0..n).for_each(|i| matrix[i * n + i] = weights[i]);
         let linear: Vec<f64> = target.iter().zip(&weights).map(|(t, w)| -t * w).collect();
-        let programme = Programme {
-            matrix,
-            linear,
-            lower: vec![0.0; n],
-            upper: vec![f64::INFINITY; n],
-            rows: rows.clone(),
-            right_side: e.clone(),
-        };
+        let programme = Programme { matrix, linear, lower, upper, rows: rows.clone(), right_side: e.clone() };
         let expected = solve_box(&programme.qp(), None, &QpSettings::default()).unwrap();
         assert_eq!(expected.status, QpStatus::Solved, "case {case}: {:?}", expected.kkt);
         for (a, b) in found.values.iter().zip(&expected.x) {
@@ -254,8 +298,9 @@ fn the_nearest_balanced_numbers_are_the_solution_of_the_programme() {
         }
     }
     // Nothing that is not negative adds up to a negative number.
-    assert_eq!(nearest_balanced(&[1.0, 1.0], &[1.0; 2], &[1.0, 1.0], &[-1.0], None).unwrap(), None);
-    // Only allowed numbers are used.
-    let only = nearest_balanced(&[0.0; 2], &[1.0; 2], &[1.0, 1.0], &[1.0], Some(&[false, true]));
+    let all = [&[0.0; 2][..], &[f64::INFINITY; 2]];
+    assert_eq!(nearest_balanced(&[1.0, 1.0], &[1.0; 2], all, &[1.0, 1.0], &[-1.0]).unwrap(), None);
+    // Bounds may exclude a number.
+    let only = nearest_balanced(&[0.0; 2], &[1.0; 2], [&[0.0; 2], &[0.0, 5.0]], &[1.0, 1.0], &[1.0]);
     assert_eq!(only.unwrap().unwrap().values, [0.0, 1.0]);
 }

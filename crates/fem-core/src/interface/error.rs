@@ -217,6 +217,20 @@ pub enum InterfaceError {
         /// What was found.
         value: f64,
     },
+    /// The limit of Tresca's friction is negative or not finite.
+    #[error("the friction limit at ({}, {}) is {}; it must be a finite number >= 0", shown(point[0]), shown(point[1]), shown(*value))]
+    BadFrictionLimit {
+        /// The node of the first body.
+        point: Vector,
+        /// What was found, Pa.
+        value: f64,
+    },
+    /// The coefficient of Coulomb's friction is negative or not finite.
+    #[error("the coefficient of friction is {}; it must be a finite number >= 0", shown(*value))]
+    BadFrictionCoefficient {
+        /// What was found.
+        value: f64,
+    },
 }
 
 impl InterfaceError {
@@ -267,6 +281,7 @@ mod tests {
             InterfaceError::TooFar { point, distance: 1e300, size: 1e-300 },
             InterfaceError::SupportedNode { body: 0, point },
             InterfaceError::BadGap { point, value: -1e300 },
+            InterfaceError::BadFrictionLimit { point, value: -1e300 },
         ] {
             let said = error.to_string();
             assert!(said.contains("(1e300, -1e-300)") && !said.contains("00000"), "{said}");

@@ -1,6 +1,8 @@
 //! Bodies, the pairs in which they touch, and a state of both.
 
-use super::{ContactInterface, InterfaceSide, Obstacle, RigidLine, Roles};
+use super::{
+    ContactInterface, Friction, InterfaceError, InterfaceSide, Obstacle, Retained, RigidLine, Roles,
+};
 use crate::body::{Body, Difference, NodeConstraint};
 use crate::geometry::Vector;
 
@@ -15,12 +17,14 @@ pub struct ContactPair {
     pub interface: ContactInterface,
     /// Who carries λ in an iteration.
     pub roles: Roles,
+    /// The law of friction.
+    pub friction: Friction,
 }
 
 impl ContactPair {
-    /// Joins two bodies; the first one carries λ.
+    /// Joins two bodies without friction; the first one carries λ.
     pub fn new(bodies: [usize; 2], interface: ContactInterface) -> Self {
-        Self { bodies, interface, roles: Roles::default() }
+        Self { bodies, interface, roles: Roles::default(), friction: Friction::None }
     }
 
     /// Returns the body that carries λ, Ω₁; an obstacle always does.
@@ -92,6 +96,26 @@ impl ContactProblem {
         self
     }
 
+    /// Gives a pair a law of friction.
+    ///
+    /// # Errors
+    /// A limit or a coefficient that is negative or not finite.
+    ///
+    /// # Panics
+    /// If there is no such pair.
+    pub fn with_friction(mut self, pair: usize, friction: Friction) -> Result<Self, InterfaceError> {
+        let count = self.contacts.len();
+        assert!(pair < count, "friction for pair {pair}, and {count} pairs");
+        self.contacts[pair].friction = friction;
+        self.contacts[pair].check_friction(&self.bodies[self.contacts[pair].bodies[0]])?;
+        Ok(self)
+    }
+
+    /// Tells whether a pair has a law of friction.
+    pub fn has_friction(&self) -> bool {
+        self.contacts.iter().any(|pair| pair.friction.acts())
+    }
+
     /// Returns the obstacle of a pair, if it has one.
     pub fn obstacle_of(&self, pair: &ContactPair) -> Option<&Obstacle> {
         self.obstacles.get(pair.bodies[1].checked_sub(self.bodies.len())?)
@@ -124,16 +148,15 @@ impl ContactProblem {
         }
     }
 
-    /// Returns the only pair of two bodies, if supports leave all of its nodes free along the normal.
-    pub fn only_pair_without_held_nodes(&self) -> Option<&ContactPair> {
-        self.only_pair().filter(|pair| !self.has_held_nodes(pair))
+    /// Returns the only pair of two bodies, if it has no friction and no support holds a contact node of it along the normal.
+    pub fn plain_pair(&self) -> Option<&ContactPair> {
+        self.only_pair().filter(|pair| !pair.friction.acts() && !self.has_held_nodes(pair))
     }
 
-    /// Returns the pair of [`Self::only_pair_without_held_nodes`], if supports hold both of its bodies: the problem of
-    /// the paper.
+    /// Returns the pair of [`Self::plain_pair`], if the supports hold both bodies: the problem of the paper.
     pub fn held_pair(&self) -> Option<&ContactPair> {
-        let held = |_: &&ContactPair| self.bodies.iter().all(|body| body.free_motion().is_none());
-        self.only_pair_without_held_nodes().filter(held)
+        let held = || self.bodies.iter().all(|body| body.free_motion().is_none());
+        self.plain_pair().filter(|_| held())
     }
 
     /// Tells whether a support holds a contact node of one of the bodies along the normal.
@@ -151,11 +174,12 @@ impl ContactProblem {
         self.contacts.iter().enumerate().filter_map(move |(k, pair)| Some((k, pair.side_of(body)?)))
     }
 
-    /// Lists the normals that a body retains as interface unknowns: one block per side, in the order of
-    /// [`Self::sides_of`].
+    /// Lists the directions that a body retains as interface unknowns: one block per side, in the order of
+    /// [`Self::sides_of`], each with the rows of its pair.
     pub fn side(&self, body: usize) -> InterfaceSide {
         self.sides_of(body).fold(InterfaceSide::default(), |all, (k, side)| {
-            all.with_block(self.contacts[k].interface.retained(side))
+            let rows = self.contacts[k].rows();
+            all.with_block(rows.map(|row| Retained { node: row.nodes[side], direction: row.direction }))
         })
     }
 
@@ -197,6 +221,11 @@ impl ContactProblem {
     pub fn node_pairs(&self) -> usize {
         self.contacts.iter().map(|pair| pair.interface.pairs().len()).sum()
     }
+
+    /// Counts the rows of all pairs: without friction one per node pair, with friction two.
+    pub fn rows(&self) -> usize {
+        self.contacts.iter().map(ContactPair::row_count).sum()
+    }
 }
 
 /// Displacement fields with their nodal contact forces, whatever their source.
@@ -215,11 +244,23 @@ pub struct PairState<'a> {
     pub contact_force: &'a [f64],
     /// Opening `o_i = g_i − (v¹_i − v²_i) ≥ 0` at each pair of nodes, m.
     pub opening: &'a [f64],
+    /// Friction force `Q_i` at each pair of nodes, N/m, along the tangent on the second body; empty without friction.
+    pub friction_force: &'a [f64],
+    /// Slip `w_i = (u^a_i − u^b_i)·t_i` at each pair of nodes, exactly zero where they stick, m; empty without friction.
+    pub slip: &'a [f64],
+}
+
+impl<'a> PairState<'a> {
+    /// Takes forces and openings of a pair without friction.
+    pub fn frictionless(contact_force: &'a [f64], opening: &'a [f64]) -> Self {
+        Self { contact_force, opening, friction_force: &[], slip: &[] }
+    }
 }
 
 impl<'a> ContactState<'a> {
-    /// Takes the fields of two bodies with one pair.
+    /// Takes the fields of two bodies with one pair without friction.
     pub fn between(displacement: [&'a [Vector]; 2], contact_force: &'a [f64], opening: &'a [f64]) -> Self {
-        Self { displacement: displacement.into(), contacts: vec![PairState { contact_force, opening }] }
+        let contacts = vec![PairState::frictionless(contact_force, opening)];
+        Self { displacement: displacement.into(), contacts }
     }
 }

@@ -164,7 +164,14 @@ impl ContactProblem {
                     (finer, parents)
                 }
             };
-            contacts.push(ContactPair { interface, ..*pair });
+            let finer = ContactPair {
+                interface,
+                bodies: pair.bodies,
+                roles: pair.roles,
+                friction: pair.friction.clone(),
+            };
+            finer.check_friction(&bodies[first])?;
+            contacts.push(finer);
             pairs.push(RefinedPair { parents, old: pair.interface.pairs.len() });
         }
         Ok(RefinedProblem { problem: Self { bodies, obstacles, contacts }, refinements, pairs })

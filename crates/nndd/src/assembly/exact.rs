@@ -2,8 +2,10 @@
 
 use crate::error::NnddError;
 use crate::exact::{ExactSolution, solve_exactly};
-use crate::iterate::{ContactAnswer, Iterate, Programme, Recovery};
+use crate::friction::PairFriction;
+use crate::iterate::{ContactAnswer, Iterate, Programme, Recovery, Tangential};
 use crate::iteration::Exact;
+use crate::rows::Rows;
 use crate::settings::NewtonSettings;
 use contact_qp::{ActiveSet, BoxResiduals, KktResiduals};
 use fem_core::geometry::Vector;
@@ -26,9 +28,9 @@ pub(super) fn solve(
 /// Converts the exact solution into the iterate with the given number. Its `η_NNDD` is the energy of the rounding errors
 /// `δ` of the openings, `√(Σ S_ii δ_i²)`.
 fn iterate(solution: ExactSolution, problem: &PreparedProblem, number: usize) -> Iterate {
-    let pairs = problem.problem().contacts.iter().enumerate();
-    let (mut lambda, mut normal_trace, mut squared) = (Vec::new(), Vec::new(), 0.0);
-    for (k, pair) in pairs {
+    let rows = Rows::new(problem.problem());
+    let (mut lambda, mut second_trace, mut squared) = (Vec::new(), Vec::new(), 0.0);
+    for (k, pair) in problem.problem().contacts.iter().enumerate() {
         let sides = pair.roles.sides();
         // An obstacle has no stiffness of its own.
         let elastic = problem.problem().bodies_of(pair).map(|(side, _)| side);
@@ -37,18 +39,31 @@ fn iterate(solution: ExactSolution, problem: &PreparedProblem, number: usize) ->
             k,
             elastic.min_by_key(|side| pair.roles.of_side(*side)).unwrap_or_default(),
         );
-        for (i, nodes) in pair.interface.pairs().iter().enumerate() {
+        let normal = pair.interface.pairs().iter().zip(&solution.opening[k]).map(|(node, o)| (node.gap, *o));
+        let known = normal.chain(solution.friction[k].slip.iter().map(|w| (0.0, -w)));
+        for ((row, (gap, opening)), stiffness) in pair.rows().zip(known).zip(stiffness) {
             let trace = |side: usize| {
-                let u: Vector = solution.displacement[pair.bodies[side]][nodes.nodes[side].index()];
-                pair.roles.sign() * u.dot(&nodes.normal)
+                let u: Vector = solution.displacement[pair.bodies[side]][row.nodes[side].index()];
+                pair.roles.sign() * u.dot(&row.direction)
             };
             let [first, second] = sides.map(trace);
-            let defect = nodes.gap - (first - second) - solution.opening[k][i];
-            squared += stiffness[i] * defect * defect;
+            let defect = gap - (first - second) - opening;
+            squared += stiffness * defect * defect;
             lambda.push(first);
-            normal_trace.push(second);
+            second_trace.push(second);
         }
     }
+    let of_pairs =
+        |take: fn(&PairFriction) -> &Vec<f64>| solution.friction.iter().flat_map(take).copied().collect();
+    let friction: Vec<f64> = of_pairs(|of| &of.force);
+    let tangential = Tangential {
+        lambda: rows.tangentials(&lambda),
+        reaction: friction.iter().map(|q| 0.0 - q).collect(),
+        force: friction,
+        slip: of_pairs(|of| &of.slip),
+        limit: of_pairs(|of| &of.limit),
+    };
+    let (lambda, normal_trace) = (rows.normals(&lambda), rows.normals(&second_trace));
     let force = solution.contact_force.concat();
     let opening = solution.opening.concat();
     Iterate {
@@ -61,6 +76,7 @@ fn iterate(solution: ExactSolution, problem: &PreparedProblem, number: usize) ->
         eta_nndd: from_squared(squared),
         recovery: Recovery::Forces,
         motions: solution.motions,
+        tangential,
         contact: ContactAnswer {
             normal_trace,
             normal_reaction: force,

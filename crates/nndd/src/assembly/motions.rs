@@ -31,19 +31,18 @@ impl Motions {
             let moved = problem.moved_by(of);
             for (k, _) in contact.sides_of(body) {
                 let pair = &contact.contacts[k];
-                let pairs = pair.interface.pairs().iter();
                 match pair.side_of(of.body) {
-                    None => matrix.extend(pairs.map(|_| 0.0)),
-                    Some(side) => {
-                        matrix.extend(pairs.map(|p| sign(side) * moved[p.nodes[side]].dot(&p.normal)));
-                    }
+                    None => matrix.extend(pair.rows().map(|_| 0.0)),
+                    Some(side) => matrix.extend(
+                        pair.rows().map(|row| sign(side) * moved[row.nodes[side]].dot(&row.direction)),
+                    ),
                 }
             }
             numbers.push(number);
             loads.push(of.load);
         }
         let rows = IndependentRows::new(&matrix, &loads);
-        let count = contact.sides_of(body).map(|(k, _)| contact.contacts[k].interface.pairs().len()).sum();
+        let count = contact.sides_of(body).map(|(k, _)| contact.contacts[k].row_count()).sum();
         let basis = DMatrix::from_column_slice(count, rows.right_side.len(), &rows.rows);
         Self { numbers, rows, basis }
     }

@@ -6,7 +6,7 @@ use super::response::{Response, Unilateral, imposed};
 use super::subdomain::{Carrier, Subdomain};
 use crate::balance::Balance;
 use crate::error::NnddError;
-use crate::iterate::{ContactAnswer, Iterate, Programme, Recovery, precision};
+use crate::iterate::{ContactAnswer, Iterate, Programme, Recovery, Tangential, precision};
 use crate::iteration::Pass;
 use crate::rows::Rows;
 use crate::vector::{add, dot};
@@ -27,9 +27,12 @@ pub(super) struct Assembly<'a> {
     bodies: &'a [Subdomain<'a>],
     correction: &'a Correction<'a>,
     qp: &'a QpSettings,
-    /// Initial gaps and tributary lengths, by row, m.
+    rows: &'a Rows,
+    /// Initial gaps by row, m, and the inverse tributary lengths, 1/m.
     gaps: Vec<f64>,
     weights: Vec<f64>,
+    /// The bounds of the unilateral forces by row, N/m.
+    bounds: [Vec<f64>; 2],
     /// The imposed trace of the obstacle of each row, m.
     obstacles: Vec<Option<f64>>,
     programmes: Vec<Option<Unilateral>>,
@@ -42,6 +45,7 @@ struct Answers {
     /// Forces that press on the bodies that carry λ, and on the others, N/m.
     carried: Vec<f64>,
     unilateral: Vec<f64>,
+    /// Along tangents the slip with the opposite sign.
     opening: Vec<f64>,
     active: Vec<bool>,
 }
@@ -49,31 +53,36 @@ struct Answers {
 impl<'a> Assembly<'a> {
     pub(super) fn new(
         problem: &'a PreparedProblem,
-        rows: &Rows,
+        rows: &'a Rows,
         balance: &'a Balance,
         bodies: &'a [Subdomain<'a>],
         correction: &'a Correction<'a>,
         qp: &'a QpSettings,
     ) -> Self {
-        let pairs = problem.problem().contacts.iter().flat_map(|pair| pair.interface.pairs());
+        let bounds = rows.bounds(rows.limits());
         Self {
             problem,
             balance,
             bodies,
             correction,
             qp,
+            rows,
             gaps: rows.gaps(problem),
-            weights: pairs.map(|pair| 1.0 / pair.tributary_length).collect(),
+            weights: rows.lengths(problem).iter().map(|length| 1.0 / length).collect(),
             obstacles: rows.obstacles(problem),
-            programmes: each_body(bodies.len(), |b| Unilateral::new(&bodies[b])),
+            programmes: each_body(bodies.len(), |b| Unilateral::new(&bodies[b], &bounds)),
+            bounds,
             places: vec![None; bodies.len()],
         }
     }
 
-    /// Starts with a known active set of all rows.
+    /// Starts with a known active set of all rows along normals, and full stick.
     pub(super) fn start_from(&mut self, active: &ActiveSet) {
+        let normal: Vec<bool> = (0..active.len()).map(|i| active.is_active(i)).collect();
+        let stick: Vec<bool> = self.rows.tangentials(self.rows.limits()).iter().map(|s| *s > 0.0).collect();
+        let free = self.rows.joined(&normal, &stick);
         let place = |(carrier, row): (&Carrier, &usize)| {
-            let free = *carrier == Carrier::Itself || active.is_active(*row);
+            let free = *carrier == Carrier::Itself || free[*row];
             if free { Place::Free } else { Place::Lower }
         };
         let of_body = |body: &Subdomain<'_>| Some(body.carriers.iter().zip(&body.rows).map(place).collect());
@@ -92,7 +101,10 @@ impl<'a> Assembly<'a> {
             answers.carried.iter().zip(&answers.unilateral).map(|(first, second)| first - second).collect();
         let direction = self.correction.apply(&imbalance);
         let eta_nndd = self.eta_nndd(&responses, &answers)?;
-        Ok(Pass { iterate: self.iterate_of(eta_nndd, lambda, &responses, answers), direction })
+        let motions = self.motions(&responses);
+        self.move_obstacles(&motions, &mut lambda);
+        let iterate = self.iterate_of(eta_nndd, &lambda, (&responses, motions), answers);
+        Ok(Pass { iterate, lambda, direction })
     }
 
     fn step_1(&mut self, lambda: &[f64]) -> Result<Vec<Response>, NnddError> {
@@ -137,13 +149,18 @@ impl<'a> Assembly<'a> {
     }
 
     /// Computes `η² = Σ_α (P̃ − P^α)ᵀ Φ_α (P̃ − P^α) + 2 P̃ᵀ o` with the forces `P̃ ≥ 0` in balance that are
-    /// nearest, as pressures, to those of the unilateral bodies; infinite if no forces are in balance.
+    /// nearest, as pressures, to those of the unilateral bodies; infinite if no forces are in balance. Friction adds
+    /// `2 Σ (S|w| − Q̃ w)`, with `|Q̃| ≤ S`.
     fn eta_nndd(&self, responses: &[Response], answers: &Answers) -> Result<f64, NnddError> {
         let Answers { unilateral, opening, .. } = answers;
         let loaded: Vec<bool> = unilateral.iter().map(|p| *p > 0.0).collect();
+        let [lower, upper] = &self.bounds;
         let nearest = |allowed: Option<&[bool]>| {
+            let open = |i: usize| allowed.is_some_and(|allowed| !allowed[i] && !self.rows.is_tangential(i));
+            let upper: Vec<f64> =
+                upper.iter().enumerate().map(|(i, u)| if open(i) { 0.0 } else { *u }).collect();
             let balance = &self.balance.independent;
-            nearest_balanced(unilateral, &self.weights, &balance.rows, &balance.right_side, allowed)
+            nearest_balanced(unilateral, &self.weights, [lower, &upper], &balance.rows, &balance.right_side)
         };
         let distance = |forces: &[f64]| -> f64 {
             let change = forces.iter().zip(unilateral).zip(&self.weights);
@@ -161,31 +178,47 @@ impl<'a> Assembly<'a> {
             let change = body.gather(&forces) - DVector::from_column_slice(&responses[b].force);
             change.dot(&body.flexibility(&change))
         });
-        Ok(from_squared(squares.iter().sum::<f64>() + 2.0 * dot(&forces, opening)))
+        let work = dot(&forces, opening) + self.sliding(opening);
+        Ok(from_squared(squares.iter().sum::<f64>() + 2.0 * work))
+    }
+
+    /// Computes `Σ S|w|`, J/m.
+    fn sliding(&self, opening: &[f64]) -> f64 {
+        let limits = self.rows.tangentials(self.rows.limits());
+        self.rows.tangentials(opening).iter().zip(limits).map(|(y, limit)| limit * y.abs()).sum()
     }
 
     fn iterate_of(
         &self,
         eta_nndd: f64,
-        mut lambda: Vec<f64>,
-        responses: &[Response],
+        lambda: &[f64],
+        (responses, motions): (&[Response], Vec<(usize, RigidMotion, f64)>),
         answers: Answers,
     ) -> Iterate {
-        let motions = self.motions(responses);
-        self.move_obstacles(&motions, &mut lambda);
+        let rows = self.rows;
         let reaction: Vec<f64> = answers.carried.iter().map(|p| 0.0 - p).collect();
+        let tangential = Tangential {
+            lambda: rows.tangentials(lambda),
+            reaction: rows.tangentials(&reaction),
+            force: rows.tangentials(&answers.unilateral),
+            slip: rows.tangentials(&answers.opening).iter().map(|y| 0.0 - y).collect(),
+            limit: rows.tangentials(rows.limits()),
+        };
+        let (lambda, reaction) = (rows.normals(lambda), rows.normals(&reaction));
+        let [force, opening] = [&answers.unilateral, &answers.opening].map(|values| rows.normals(values));
         let pairs = self.problem.problem().contacts.iter().flat_map(|pair| pair.interface.pairs());
-        let bound: Vec<f64> = lambda.iter().zip(&self.gaps).map(|(l, g)| l - g).collect();
+        let gaps = rows.normals(&self.gaps);
+        let bound: Vec<f64> = lambda.iter().zip(gaps).map(|(l, g)| l - g).collect();
         let unsolved = responses.iter().map(|r| r.status).find(|status| !status.is_solved());
         let contact = ContactAnswer {
-            normal_trace: add(&bound, &answers.opening),
-            active: ActiveSet::new(answers.active),
+            normal_trace: add(&bound, &opening),
+            active: ActiveSet::new(rows.normals(&answers.active)),
             status: unsolved.unwrap_or(QpStatus::Solved),
             path: slowest(responses),
             iterations: responses.iter().map(|r| r.iterations).max().unwrap_or(0),
             clarabel_calls: responses.iter().map(|r| r.clarabel_calls).sum(),
             kkt: exact::residuals(&worst(responses)),
-            normal_reaction: answers.unilateral,
+            normal_reaction: force,
         };
         Iterate {
             iteration: 0,
@@ -194,11 +227,12 @@ impl<'a> Assembly<'a> {
             eta_nndd,
             lambda,
             reaction,
-            opening: answers.opening,
+            opening,
             programme: Programme { path: contact.path, iterations: contact.iterations },
             contact,
             recovery: Recovery::Forces,
             motions,
+            tangential,
         }
     }
 
@@ -218,15 +252,14 @@ impl<'a> Assembly<'a> {
     fn move_obstacles(&self, motions: &[(usize, RigidMotion, f64)], lambda: &mut [f64]) {
         let mut start = 0;
         for pair in &self.problem.problem().contacts {
-            let nodes = pair.interface.pairs();
             for (_, motion, amount) in
                 motions.iter().filter(|of| of.0 == pair.bodies[1] && of.0 >= self.bodies.len())
             {
                 let moved = self.problem.moved_by(&BodyMotion::new(pair.bodies[1], *motion));
-                let pairs = lambda[start..start + nodes.len()].iter_mut().zip(nodes);
-                pairs.for_each(|(l, pair)| *l -= amount * moved[pair.nodes[1]].dot(&pair.normal));
+                let rows = lambda[start..start + pair.row_count()].iter_mut().zip(pair.rows());
+                rows.for_each(|(l, row)| *l -= amount * moved[row.nodes[1]].dot(&row.direction));
             }
-            start += nodes.len();
+            start += pair.row_count();
         }
     }
 }

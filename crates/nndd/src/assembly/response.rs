@@ -7,6 +7,8 @@
 //! ```
 //! whose gradient is the opening `c − v`, and whose multipliers are the rigid motions. Against an obstacle `λ` is what is imposed on
 //! it; what is free is one more rigid motion, since no other body touches it.
+//!
+//! With friction `−S ≤ P_i ≤ S` in the tangential rows, whose gap is zero, and the gradient is the slip with the opposite sign.
 
 use super::subdomain::{Carrier, Subdomain};
 use crate::error::NnddError;
@@ -39,16 +41,21 @@ pub(super) struct Unilateral {
 
 impl Unilateral {
     /// Sets up the programme; `None` if the body carries λ in all its rows.
-    pub(super) fn new(body: &Subdomain<'_>) -> Option<Self> {
+    ///
+    /// * `bounds`: of the forces in the unilateral rows, by row of the assembly, N/m.
+    pub(super) fn new(body: &Subdomain<'_>, [lower, upper]: &[Vec<f64>; 2]) -> Option<Self> {
         let carries = |carrier: &Carrier| *carrier == Carrier::Itself;
         if body.carriers.iter().all(carries) {
             return None;
         }
-        let lower = body.carriers.iter().map(|of| if carries(of) { f64::NEG_INFINITY } else { 0.0 });
+        let of_rows = |bounds: &[f64], none: f64| {
+            let bound = |(of, row): (&Carrier, &usize)| if carries(of) { none } else { bounds[*row] };
+            body.carriers.iter().zip(&body.rows).map(bound).collect()
+        };
         Some(Self {
             flexibility: body.flexibility_matrix(),
-            lower: lower.collect(),
-            upper: vec![f64::INFINITY; body.len()],
+            lower: of_rows(lower, f64::NEG_INFINITY),
+            upper: of_rows(upper, f64::INFINITY),
         })
     }
 

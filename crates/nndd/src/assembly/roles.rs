@@ -15,7 +15,7 @@ const STIFFER: f64 = 1e-6;
 /// An obstacle always carries λ. Pairs of a body whose rows depend on each other, which the iteration does not allow,
 /// keep [`Roles::FIRST`].
 pub fn stiffer_roles(problem: &PreparedProblem) -> Vec<Roles> {
-    let rows = Rows::new(problem);
+    let rows = Rows::new(problem.problem());
     let diagonals = each_body(problem.bodies().len(), |b| {
         let body = Subdomain::new(problem, &rows, b).ok()?;
         let mut by_row = vec![0.0; rows.len()];

@@ -67,7 +67,7 @@ impl<'a> Subdomain<'a> {
             } else {
                 Carrier::Other
             };
-            repeat_n(carrier, pair.interface.pairs().len())
+            repeat_n(carrier, pair.row_count())
         });
         Ok(Self {
             rows: of_body.iter().map(|row| row.row).collect(),

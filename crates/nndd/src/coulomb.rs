@@ -1,0 +1,166 @@
+//! Coulomb friction: a fixed point of problems with the friction of Tresca.
+//!
+//! ```math
+//! S^{k+1} = μ P(S^k), \qquad P(S) \text{ of the exact solution with } |Q| ≤ S
+//! ```
+//! from full stick, `S⁰ = ∞`, each step from the active set of the last one. A limit that is too small to balance the loads of a floating
+//! body is doubled, a few times at most. The existence and the uniqueness of solutions for large μ are open: what is found is *one* solution.
+
+use crate::error::NnddError;
+use crate::exact::{ExactSolution, Programme};
+use contact_qp::{Place, QpSettings};
+use fem_core::prepared::PreparedProblem;
+
+/// The balance of the floating bodies holds if the residual of its rows is at most this fraction of their terms.
+const BALANCED: f64 = 1e-10;
+
+/// Limits that are too small to balance the loads are doubled this many times.
+const MOST_RESTARTS: usize = 3;
+
+/// Settings of [`solve_coulomb`].
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct CoulombSettings {
+    /// Ends with `‖s_k − s_{k−1}‖ ≤ tolerance · ‖s_k‖`, in the norm `Σ ℓ s²`; default 1e-6.
+    pub tolerance: f64,
+    /// Maximum number of steps; default 50.
+    pub max_steps: usize,
+    /// How each problem with the friction of Tresca is solved.
+    pub qp: QpSettings,
+}
+
+impl Default for CoulombSettings {
+    fn default() -> Self {
+        Self { tolerance: 1e-6, max_steps: 50, qp: QpSettings::default() }
+    }
+}
+
+/// How the fixed point ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum CoulombStatus {
+    /// The change is at most the tolerance.
+    Converged,
+    /// All steps were used.
+    MaxSteps,
+    /// The limits were too small to balance the loads, again and again.
+    TooSmall,
+    /// A step was not solved, or its forces do not balance the loads.
+    Unsolved,
+}
+
+/// The result of [`solve_coulomb`]: one solution of the discrete problem with Coulomb friction, if it converged.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct CoulombSolution {
+    /// The exact solution of the last step, with the limits of that step.
+    pub exact: ExactSolution,
+    /// How it ended.
+    pub status: CoulombStatus,
+    /// Problems with the friction of Tresca that were solved.
+    pub steps: usize,
+    /// `‖s_k − s_{k−1}‖ / ‖s_k‖` of each step after the first.
+    pub changes: Vec<f64>,
+    /// How often limits that were too small were doubled.
+    pub restarts: usize,
+}
+
+/// Solves the discrete contact problem with the friction of Coulomb; pairs with another law keep it.
+///
+/// # Errors
+/// [`NnddError::OutsideCones`] if no forces within the cones of friction balance the loads; a programme that is rejected.
+pub fn solve_coulomb(
+    problem: &PreparedProblem,
+    settings: &CoulombSettings,
+) -> Result<CoulombSolution, NnddError> {
+    let programme = Programme::new(problem)?;
+    let mut limits = programme.rows.limits().to_vec();
+    let (mut exact, mut places) = programme.solve(&limits, None, &settings.qp)?;
+    let (mut steps, mut restarts, mut changes) = (1, 0, Vec::new());
+    let status = loop {
+        if !exact.status.is_solved() || !(exact.kkt.rows <= BALANCED) {
+            break CoulombStatus::Unsolved;
+        }
+        let mut next = programme.coulomb_limits(&limits, &exact);
+        let change = programme.change(&limits, &next);
+        if steps > 1 {
+            changes.push(change);
+        }
+        if change <= settings.tolerance {
+            break CoulombStatus::Converged;
+        }
+        if steps >= settings.max_steps {
+            break CoulombStatus::MaxSteps;
+        }
+        let mut held = programme.is_held(&next)?;
+        while !held && restarts < MOST_RESTARTS {
+            restarts += 1;
+            programme.double_coulomb(&mut next);
+            held = programme.is_held(&next)?;
+        }
+        if !held {
+            break CoulombStatus::TooSmall;
+        }
+        let start = within(&places, &limits, &next);
+        limits = next;
+        (exact, places) = programme.solve(&limits, Some(&start), &settings.qp)?;
+        steps += 1;
+    };
+    Ok(CoulombSolution { exact, status, steps, changes, restarts })
+}
+
+/// The places to start from with other limits: rows whose limit is zero are fixed, those whose limit was zero are free.
+fn within(places: &[Place], before: &[f64], limits: &[f64]) -> Vec<Place> {
+    let place = |((place, before), limit): ((&Place, &f64), &f64)| match *limit {
+        0.0 => Place::Lower,
+        _ if *before == 0.0 => Place::Free,
+        _ => *place,
+    };
+    places.iter().zip(before).zip(limits).map(place).collect()
+}
+
+impl Programme<'_> {
+    /// Returns the limits `S = μ P` of the pairs with Coulomb friction, and the given ones of all other rows.
+    fn coulomb_limits(&self, limits: &[f64], exact: &ExactSolution) -> Vec<f64> {
+        let mut next = limits.to_vec();
+        for (k, pair) in self.problem().contacts.iter().enumerate() {
+            if let Some(mu) = pair.friction.coulomb() {
+                let forces = next[self.rows.tangential(k)].iter_mut().zip(&exact.contact_force[k]);
+                forces.for_each(|(limit, force)| *limit = mu * force);
+            }
+        }
+        next
+    }
+
+    /// Computes `‖s − s'‖/‖s'‖` over the rows with Coulomb friction; infinite from full stick, 0 if all are zero.
+    fn change(&self, limits: &[f64], next: &[f64]) -> f64 {
+        let (mut difference, mut size) = (0.0, 0.0);
+        for (k, pair) in self.problem().contacts.iter().enumerate() {
+            if pair.friction.coulomb().is_some() {
+                for (row, node) in self.rows.tangential(k).zip(pair.interface.pairs()) {
+                    // ℓ s² of a nodal limit S = ℓ s.
+                    difference += (next[row] - limits[row]).powi(2) / node.tributary_length;
+                    size += next[row].powi(2) / node.tributary_length;
+                }
+            }
+        }
+        if difference == 0.0 { 0.0 } else { (difference / size).sqrt() }
+    }
+
+    fn double_coulomb(&self, limits: &mut [f64]) {
+        for (k, pair) in self.problem().contacts.iter().enumerate() {
+            if pair.friction.coulomb().is_some() {
+                limits[self.rows.tangential(k)].iter_mut().for_each(|limit| *limit *= 2.0);
+            }
+        }
+    }
+
+    /// Tells whether forces within limits can balance the loads.
+    fn is_held(&self, limits: &[f64]) -> Result<bool, NnddError> {
+        match self.balance().check_held(self.problem(), limits) {
+            Ok(()) => Ok(true),
+            Err(NnddError::NotHeld { .. } | NnddError::OutsideCones { .. }) => Ok(false),
+            Err(other) => Err(other),
+        }
+    }
+}

@@ -1,0 +1,26 @@
+//! Results of friction at the contact nodes.
+
+/// What a pair of nodes with friction does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NodeState {
+    /// No contact force.
+    Open,
+    /// Contact, and friction below its limit.
+    Stick,
+    /// Contact, and friction at its limit.
+    Slip,
+}
+
+/// Friction forces, slips and states at the pairs of nodes of one pair; empty without friction.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct PairFriction {
+    /// Friction force `Q`, `|Q| ≤ S`, N/m.
+    pub force: Vec<f64>,
+    /// Slip `w = (u^a − u^b)·t`, exactly 0 where the nodes stick, m.
+    pub slip: Vec<f64>,
+    /// The limit `S = ℓ s` of the friction force, N/m.
+    pub limit: Vec<f64>,
+    /// The state, from the active set.
+    pub state: Vec<NodeState>,
+}
