@@ -19,6 +19,7 @@ mod effectivity;
 mod elasticity;
 mod facing;
 mod friction;
+mod friction_bound;
 mod honesty;
 mod iteration;
 mod key_page;

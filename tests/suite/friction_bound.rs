@@ -1,0 +1,158 @@
+//! The bound with Tresca friction, and the residual with Coulomb's.
+
+use contact_qp::QpSettings;
+use cre_estimator::{Estimate, Relaxation, estimate_with};
+use fem_core::boundary::ScalarData;
+use fem_core::geometry::Vector;
+use fem_core::interface::{ContactProblem, Friction, Roles};
+use fem_core::mesh::refine::RefinementEdges;
+use fem_core::norm::energy_distance_squared;
+use nndd::{CoulombSettings, ExactSolution, solve_coulomb, solve_exactly};
+use tests::friction::{blocks, patch, pushed_middle, pushed_over_plane};
+use tests::prepare;
+use tests::random::Random;
+
+const BEST: Relaxation = Relaxation::Tolerance { tolerance: 1e-12, max_steps: 400 };
+
+fn near(found: f64, expected: f64, tolerance: f64) {
+    assert!((found - expected).abs() <= tolerance * expected.abs(), "{found} {expected}");
+}
+
+fn estimated(problem: &ContactProblem, relaxation: Relaxation) -> (ExactSolution, Estimate) {
+    let prepared = prepare(problem);
+    let exact = if problem.contacts.iter().any(|pair| pair.friction.coulomb().is_some()) {
+        let mut settings = CoulombSettings::default();
+        (settings.tolerance, settings.max_steps) = (1e-13, 80);
+        solve_coulomb(&prepared, &settings).unwrap().exact
+    } else {
+        solve_exactly(&prepared, &QpSettings::default()).unwrap()
+    };
+    let estimate = estimate_with(&prepared, &exact.state(), relaxation).unwrap();
+    assert!(estimate.admissibility.is_valid(), "{:?}", estimate.admissibility);
+    // The split of a bound of round-off is round-off.
+    let something = estimate.cre.e_cre() > 1e-5 * estimate.energy_norm();
+    assert!(!something || estimate.cre.split_defect() < 1e-12, "{:e}", estimate.cre.split_defect());
+    assert!(estimate.cre.friction_by_contact_edge.iter().flatten().all(|term| *term >= 0.0));
+    (exact, estimate)
+}
+
+#[test]
+fn the_bound_has_the_figures_of_an_independent_code() {
+    for (friction, [e, discretisation, algebraic]) in [
+        (Friction::tresca(1.0), [0.180289842531, 0.179386394605, 0.0180263349]),
+        (Friction::tresca(4.0), [0.169652101413, 0.168472891411, 0.0199679837]),
+        (Friction::tresca(8.0), [0.163245296348, 0.161955761633, 0.0204782337]),
+        (Friction::Coulomb { mu: 0.3 }, [0.182607249418, 0.181570347909, 0.0194323519]),
+        (Friction::Coulomb { mu: 0.6 }, [0.182720275607, 0.181411984118, 0.0218263862]),
+    ] {
+        let coulomb = friction.coulomb().is_some();
+        let (_, estimate) = estimated(&blocks([18, 9], friction).unwrap(), BEST);
+        let cre = &estimate.cre;
+        println!("{} {} {}", cre.e_cre(), cre.discretisation_squared.sqrt(), cre.algebraic_squared.sqrt());
+        near(cre.e_cre(), e, 1e-9);
+        near(cre.discretisation_squared.sqrt(), discretisation, 1e-9);
+        near(cre.algebraic_squared.sqrt(), algebraic, 1e-8);
+        // Nothing is certified with the law of Coulomb.
+        assert_eq!(estimate.certificate().is_none(), coulomb);
+        assert_eq!(estimate.for_frozen_limit().is_some(), coulomb);
+        if e == 0.169652101413 {
+            near(cre.friction_squared(), 2.9596776e-6, 1e-7);
+            near(cre.contact_squared() - cre.friction_squared(), 3.3689584e-4, 1e-7);
+            near(estimate.unchecked().parts.friction.powi(2), 2.9596776e-6, 1e-7);
+        }
+    }
+}
+
+#[test]
+fn a_patch_has_no_error() {
+    for friction in [Friction::tresca(3.0), Friction::Coulomb { mu: 0.3 }] {
+        let (_, estimate) = estimated(&patch(friction).unwrap(), Relaxation::default());
+        let relative = estimate.cre.e_cre() / estimate.energy_norm();
+        println!("{relative:e}");
+        assert!(relative < 3e-7, "{relative:e}");
+    }
+}
+
+#[test]
+fn without_a_limit_the_bound_is_the_frictionless_one_and_without_end_that_of_a_bond() {
+    let cells = [18, 9];
+    let (_, without) = estimated(&blocks(cells, Friction::None).unwrap(), Relaxation::Steps(2));
+    let (_, zero) = estimated(&blocks(cells, Friction::tresca(0.0)).unwrap(), Relaxation::Steps(2));
+    near(zero.cre.e_cre(), without.cre.e_cre(), 1e-12);
+    near(zero.unchecked().eta_nndd.max(1e-9), without.unchecked().eta_nndd.max(1e-9), 1e-3);
+    // Any large limit gives the same bound: full stick where the contact is closed.
+    let [a, b] =
+        [1e2, 1e4].map(|s| estimated(&blocks(cells, Friction::tresca(s)).unwrap(), Relaxation::Steps(2)).1);
+    near(a.cre.e_cre(), b.cre.e_cre(), 1e-9);
+    // Nothing slips, so that friction adds nothing.
+    assert!(a.cre.friction_squared() < 1e-12 * a.cre.e_cre_squared);
+}
+
+#[test]
+fn the_bound_of_bodies_that_friction_holds_is_in_balance() {
+    for push in [6.0, 14.0] {
+        let (_, estimate) = estimated(&pushed_middle(push, [18, 9], &Friction::tresca(4.0)).unwrap(), BEST);
+        println!("push {push}: {:e} {:e}", estimate.pair.pressure_shift, estimate.pair.rigid_balance);
+        assert!(estimate.certificate().is_some() && estimate.pair.rigid_balance < 1e-12);
+        // The pressure at the nodes alone is out of balance.
+        assert!(estimate.pair.pressure_shift > 1e-8);
+    }
+    for push in [2.0, 6.0] {
+        let coulomb = Friction::Coulomb { mu: 0.3 };
+        let (_, estimate) = estimated(&pushed_middle(push, [18, 9], &coulomb).unwrap(), Relaxation::Steps(2));
+        assert!(estimate.for_frozen_limit().is_some() && estimate.pair.rigid_balance < 1e-12);
+    }
+}
+
+#[test]
+fn the_residual_of_a_block_pushed_over_a_plane() {
+    // With q = 0 at the corner on the line of symmetry; the independent code printed five digits.
+    let problem = pushed_over_plane(16, Friction::Coulomb { mu: 1.0 }).unwrap();
+    let (_, estimate) = estimated(&problem, BEST);
+    println!("e_b {}", estimate.cre.e_cre());
+    near(estimate.cre.e_cre(), 0.51725, 1e-5);
+}
+
+/// Refines all cells, and takes displacements of the nodes with them.
+fn finer(problem: &ContactProblem, u: &[Vec<Vector>]) -> (ContactProblem, Vec<Vec<Vector>>) {
+    let edges: Vec<RefinementEdges> =
+        problem.bodies.iter().map(|body| RefinementEdges::longest(body.mesh())).collect();
+    let marked: Vec<Vec<bool>> =
+        problem.bodies.iter().map(|body| vec![true; body.mesh().topology().edges().len()]).collect();
+    let found = problem.refined(&edges, &marked).unwrap();
+    let u = found.refinements.iter().zip(u).map(|(refinement, u)| refinement.prolong(u)).collect();
+    (found.problem, u)
+}
+
+/// Returns the bound and the distance to a mesh with four times as many cells in each direction.
+fn bound_and_error(problem: &ContactProblem, relaxation: Relaxation) -> [f64; 2] {
+    let (exact, estimate) = estimated(problem, relaxation);
+    let mut finest = (problem.clone(), exact.displacement[..problem.bodies.len()].to_vec());
+    for _ in 0..2 {
+        finest = finer(&finest.0, &finest.1);
+    }
+    let (fine, u) = finest;
+    let (exact, _) = estimated(&fine, Relaxation::NONE);
+    let squared = fine.bodies.iter().zip(&u).zip(&exact.displacement);
+    let squared: f64 = squared.map(|((body, u), v)| energy_distance_squared(body, u, v)).sum();
+    [estimate.unchecked().e_cre, squared.sqrt()]
+}
+
+#[test]
+fn the_bound_is_above_the_error_on_random_problems() {
+    let mut random = Random::new(31);
+    for k in 0..12 {
+        let (a, b) = (8.0 * random.unit(), 8.0 * random.unit());
+        // Linear along the line, so that finer meshes have the same limit.
+        let limit = ScalarData::function(move |x: Vector| a + 0.5 * (b - a) * x[0]);
+        let friction = Friction::tresca(limit);
+        let problem = match k % 3 {
+            0 => blocks([6 + k, 4], friction).unwrap(),
+            1 => blocks([8, 4], friction).unwrap().with_roles(Roles::SECOND),
+            _ => pushed_middle(1.9 * (a + b) * random.unit(), [8, 4], &friction).unwrap(),
+        };
+        let [bound, error] = bound_and_error(&problem, Relaxation::Steps(2));
+        println!("{k}: {bound:.4e} {error:.4e} {:.3}", bound / error);
+        assert!(bound >= error && bound < 1.6 * error, "{k}: {bound} {error}");
+    }
+}
