@@ -1,6 +1,7 @@
 //! Friction: the exact solution with the laws of Tresca and Coulomb, against the figures of an independent code.
 
-use contact_qp::QpSettings;
+use contact_qp::{QpMethod, QpSettings};
+use fem_core::boundary::ScalarData;
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactProblem, Friction, Roles};
 use fem_core::norm::{energy_distance_squared, energy_norm_squared};
@@ -13,6 +14,7 @@ use nndd::{
 use tests::friction::{
     PATCH, PATCH_SLIP, PATCH_TRACTION, blocks, patch, pushed_middle, pushed_over_plane, slope,
 };
+use tests::random::Random;
 use tests::{iterates, prepare};
 
 const CELLS: [usize; 2] = [18, 9];
@@ -188,6 +190,15 @@ fn friction_holds_a_floating_body_up_to_its_capacity() {
 
 #[test]
 fn a_block_stays_on_a_slope_below_its_angle_of_friction() {
+    // A body between two others: its friction is far from proportional to the pressure.
+    for push in [2.0, 6.0, 9.0] {
+        let problem = pushed_middle(push, CELLS, &coulomb(0.3)).unwrap();
+        let found = converged(&problem);
+        obeys_the_law(&found.exact);
+        println!("push {push}: {} steps, {} restarts", found.steps, found.restarts);
+        let forces: Vec<f64> = found.exact.friction.iter().map(|of| of.force.iter().sum()).collect();
+        near(forces[1] - forces[0], -push, 1e-9);
+    }
     for (tangent, mu) in [(0.2, 0.5), (0.45, 0.5), (0.49, 0.5)] {
         let problem = slope(tangent, [12, 6], coulomb(mu)).unwrap();
         let found = converged(&problem);
@@ -329,4 +340,30 @@ fn what_friction_does_not_support_is_refused() {
         let error = blocks([8, 4], friction).unwrap_err().to_string();
         assert!(error.contains(said), "{error}");
     }
+}
+
+#[test]
+fn sixty_exact_solutions_agree_with_an_interior_point_method() {
+    let mut random = Random::new(41);
+    let mut without = 0;
+    for k in 0..60 {
+        let [a, b] = [10.0 * random.unit(), 10.0 * random.unit()];
+        let friction = Friction::tresca(ScalarData::function(move |x: Vector| a + 0.5 * (b - a) * x[0]));
+        let problem = match k % 2 {
+            0 => blocks([6 + k / 4, 4], friction).unwrap(),
+            // The lines of 2 resist a + b each.
+            _ => pushed_middle(1.99 * (a + b) * random.unit(), [6 + k / 4, 4], &friction).unwrap(),
+        };
+        let prepared = prepare(&problem);
+        let found = solve_exactly(&prepared, &QpSettings::default()).unwrap();
+        let judge = QpSettings::default().with_method(QpMethod::Clarabel);
+        let judge = solve_exactly(&prepared, &judge).unwrap();
+        assert!(found.status.is_solved() && judge.status.is_solved(), "{k}");
+        obeys_the_law(&found);
+        without += usize::from(found.clarabel_calls == 0);
+        let (u, v) = (found.displacement.iter().flatten(), judge.displacement.iter().flatten());
+        assert!(u.zip(v).all(|(u, v)| (u - v).norm() < 1e-9), "{k}");
+    }
+    println!("{without} of 60 without Clarabel");
+    assert!(without >= 57, "{without}");
 }

@@ -8,7 +8,7 @@ use fem_core::interface::{ContactProblem, Friction, Roles};
 use fem_core::mesh::refine::RefinementEdges;
 use fem_core::norm::energy_distance_squared;
 use nndd::{CoulombSettings, ExactSolution, solve_coulomb, solve_exactly};
-use tests::friction::{blocks, patch, pushed_middle, pushed_over_plane};
+use tests::friction::{blocks, patch, pushed_middle, pushed_over_plane, rings};
 use tests::prepare;
 use tests::random::Random;
 
@@ -155,4 +155,29 @@ fn the_bound_is_above_the_error_on_random_problems() {
         println!("{k}: {bound:.4e} {error:.4e} {:.3}", bound / error);
         assert!(bound >= error && bound < 1.6 * error, "{k}: {bound} {error}");
     }
+}
+
+#[test]
+fn the_bound_holds_on_bent_lines() {
+    let mut random = Random::new(32);
+    let (mut lifted, mut slipped) = (0, 0);
+    for k in 0..8 {
+        let s = 1.2 * random.unit() + 0.05;
+        let turn = 0.01 * (2.0 * random.unit() - 1.0);
+        let problem = rings(turn, [12 + k, 4], Friction::tresca(s)).unwrap();
+        let (exact, estimate) = estimated(&problem, Relaxation::Steps(2));
+        let contact = &estimate.pair.contacts[0];
+        lifted += usize::from(contact.lift.largest() > 0.0);
+        slipped += usize::from(exact.friction[0].slip.iter().any(|w| *w != 0.0));
+        // Constant friction on each edge, at most the limit.
+        assert!(contact.edge_friction.friction.iter().all(|[a, b]| a == b && a.abs() <= s));
+        let [bound, error] = bound_and_error(&problem, Relaxation::Steps(2));
+        println!("{k}: {bound:.4e} {error:.4e} {:.3}, {lifted} lifted, {slipped} slip", bound / error);
+        assert!(bound >= error && bound < 2.0 * error, "{k}: {bound} {error}");
+    }
+    assert!(slipped >= 6);
+    // With the law of Coulomb on a bent line: a residual, and no certificate.
+    let (_, estimate) =
+        estimated(&rings(0.01, [14, 4], Friction::Coulomb { mu: 0.3 }).unwrap(), Relaxation::Steps(2));
+    assert!(estimate.certificate().is_none() && estimate.for_frozen_limit().is_some());
 }

@@ -17,7 +17,7 @@ use fem_core::boundary::BoundaryConditions;
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactInterface, ContactProblem, Friction, Gap, Obstacle, RigidLine};
 use fem_core::material::{Hypothesis, LinearElastic};
-use fem_core::mesh::generate::block;
+use fem_core::mesh::generate::{block, ring};
 use std::error::Error;
 
 type Made<T> = Result<T, Box<dyn Error>>;
@@ -120,4 +120,20 @@ pub fn pushed_middle(push: f64, cells: [usize; 2], friction: &Friction) -> Made<
     let top = BoundaryConditions::new().displace("top", Some(0.0.into()), Some((-0.02).into()));
     let problem = crate::assemblies::stack(&[1000.0, 1500.0, 2000.0], cells, &middle, &top)?;
     Ok(problem.with_friction(0, friction.clone())?.with_friction(1, friction.clone())?)
+}
+
+/// Quarters of two rings: the inner one is turned and pushed against the outer one, so that it slips along a bent line.
+///
+/// * `turn`: the displacement of the inner side along x; `cells`: around and across.
+///
+/// # Errors
+/// None.
+pub fn rings(turn: f64, cells: [usize; 2], friction: Friction) -> Made<ContactProblem> {
+    let moved = BoundaryConditions::new().displace("inner", Some(turn.into()), Some(0.004.into()));
+    let quarter = |radii: [f64; 2]| ring([0.0, 0.0], radii, [20.0, 110.0], cells);
+    let inside = Body::new(quarter([1.0, 1.5])?, material(2000.0, 0.3)?, &moved)?;
+    let outside =
+        Body::new(quarter([1.5, 2.0])?, material(1000.0, 0.3)?, &BoundaryConditions::new().fix("outer"))?;
+    let interface = ContactInterface::pair(&inside, &outside, ["outer", "inner"], &Gap::Given(0.0.into()))?;
+    Ok(ContactProblem::between([inside, outside], interface).with_friction(0, friction)?)
 }

@@ -125,7 +125,7 @@ impl AdaptiveSolution {
 /// ```
 ///
 /// # Errors
-/// The first mesh cannot be solved. Later failures are reported in [`AdaptiveSolution::end`], with the best
+/// The first mesh cannot be solved, or a pair has friction. Later failures are reported in [`AdaptiveSolution::end`], with the best
 /// certificate.
 pub fn solve_adaptively(
     problem: ContactProblem,
@@ -133,9 +133,18 @@ pub fn solve_adaptively(
     adapt: &AdaptSettings,
     observer: &mut dyn Observer,
 ) -> Result<AdaptiveSolution, SolveError> {
+    refuse_friction(&problem)?;
     let solution = solve(problem, settings, observer)?;
     let course = Course::new(solution);
     follow(course, None, settings, adapt, observer)
+}
+
+/// Refuses friction, whose adaptive runs have not been tried.
+fn refuse_friction(problem: &ContactProblem) -> Result<(), SolveError> {
+    match problem.contacts.iter().position(|pair| pair.friction.acts()) {
+        Some(pair) => Err(SolveError::AdaptiveFriction { pair }),
+        None => Ok(()),
+    }
 }
 
 /// Resumes an interrupted adaptive run. The result is that of an uninterrupted run.
@@ -154,6 +163,7 @@ pub fn resume_adaptively(
     adapt: &AdaptSettings,
     observer: &mut dyn Observer,
 ) -> Result<AdaptiveSolution, SolveError> {
+    refuse_friction(&problem)?;
     let mut record = checkpoint;
     if record.history.len() != record.meshes.len() {
         return Err(SolveError::Checkpoint { what: "it does not have one row per mesh solved" });

@@ -1,6 +1,6 @@
 //! Bounds of other quantities of the exact solution, from the bound of the energy error.
 
-use cre_estimator::Estimate;
+use cre_estimator::{Estimate, friction};
 use fem_core::norm;
 use fem_core::prepared::PreparedProblem;
 use nndd::Iterate;
@@ -24,7 +24,8 @@ use nndd::Iterate;
 ///   In the same identity with `u` in place of `v` the left side is not negative: `J(u) ≥ −J*(τ, p)`. So
 ///   `J(v) − ½ e² ≤ J(u) ≤ J(v)`. On a roller or under one imposed component only that component of `u_D` and the
 ///   reaction along it count; the rest of the traction is given and part of `ℓ`. On a curved contact line `v` is
-///   admissible only with its lift `l`: then `J(u) ≤ J(v + l)`.
+///   admissible only with its lift `l`: then `J(u) ≤ J(v + l)`. With the friction of Tresca `J` gains `∫ s|w|`, `w` the slip, and the
+///   identities hold with `½ e²` that contains `∫ (s|w| − q w)`.
 /// * **Contact force** `N = ∫ p_ex`. In each body take the displacement `w` of least energy with `w·n = ∓1` on Γ_C
 ///   that vanishes where displacements are imposed, `‖w‖² = s = 1ᵀ S 1`. Virtual work gives
 ///   `N = ∫ σ : ε(w) − ℓ(w)` in either body, the same with `τ` gives `∫ p`, and with `σ(v)` the computed reaction. Both
@@ -67,7 +68,12 @@ impl Bounds {
                 size += (amount * of.load).abs();
             }
         }
-        let potential = 0.5 * energy - work;
+        let mut potential = 0.5 * energy - work;
+        for (pair, contact) in problem.problem().contacts.iter().zip(&estimate.pair.contacts) {
+            let sliding = friction::sliding_work(pair, &contact.edge_friction);
+            potential += sliding;
+            size += sliding;
+        }
         // The admissible displacement is v + l: J(v + l) = J(v) + (K v − f)·l + ½ ‖l‖².
         let mut lifted = 0.0;
         let blocks = iterate.blocks(problem.problem());
@@ -77,6 +83,7 @@ impl Bounds {
             let role = of.roles.of_side(contact.lift.side);
             let (forces, sign) = (&iterate.forces()[role][block], [-1.0, 1.0][role]);
             lifted += contact.lift.by_pair.iter().zip(forces).map(|(l, r)| sign * l * r).sum::<f64>();
+            lifted += friction::work_of_lift(of, &contact.edge_friction);
         }
         let upper = potential + (lifted + 0.5 * estimate.pair.lift_energy).max(0.0);
         // Rounding of the displacements affects the energies as well as the bound.

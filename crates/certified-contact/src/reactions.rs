@@ -196,12 +196,15 @@ pub(crate) fn support_reactions(
     let centroid = centroid(body.mesh());
     let arm = |node: usize| body.mesh().points()[node] - centroid;
     let mut balance = Balance::default();
-    for (pair, block) in problem.contacts.iter().zip(iterate.blocks(problem)) {
+    let blocks = iterate.blocks(problem).zip(iterate.tangential_blocks(problem));
+    for (pair, (block, tangents)) in problem.contacts.iter().zip(blocks) {
         let Some(side) = pair.side_of(b) else { continue };
-        let forces = &iterate.forces()[pair.roles.of_side(side)][block];
-        for (pair_of_nodes, r) in pair.interface.pairs().iter().zip(forces) {
-            let force = pair.roles.sign() * r * pair_of_nodes.normal;
-            let node = pair_of_nodes.nodes[side].index();
+        let role = pair.roles.of_side(side);
+        let along_tangents = &[&iterate.tangential.reaction, &iterate.tangential.force][role][tangents];
+        let forces = iterate.forces()[role][block].iter().chain(along_tangents);
+        for (row, r) in pair.rows().zip(forces) {
+            let force = pair.roles.sign() * r * row.direction;
+            let node = row.nodes[side].index();
             residual[node] -= force;
             balance.add(arm(node), force);
         }

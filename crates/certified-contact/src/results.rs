@@ -3,7 +3,7 @@
 use crate::reactions::{Balance, Reaction, RigidSideResults, nodal_forces, support_reactions};
 use cre_estimator::{AdmissibleBody, Estimate, RecoveredStress};
 use fem_core::body::Body;
-use fem_core::geometry::{Vector, cross, norm};
+use fem_core::geometry::{Vector, cross, norm, perpendicular};
 use fem_core::interface::{ContactEdge, ContactInterface, ContactProblem};
 use fem_core::prepared::PreparedProblem;
 use nndd::Iterate;
@@ -21,7 +21,7 @@ pub struct Stretch {
     pub length: f64,
     /// `Σ r²_i`, N/m.
     pub contact_force: f64,
-    /// The force of the contact on the first body, N/m.
+    /// The force of the contact on the first body, friction included, N/m.
     pub resultant: Vector,
     /// Its moment about the origin of the coordinates, N, positive counter-clockwise.
     pub moment: f64,
@@ -37,7 +37,7 @@ pub struct Stretch {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PairResults {
-    /// The force of the contact on the first body, N/m.
+    /// The force of the contact on the first body, friction included, N/m.
     pub resultant: Vector,
     /// Its moment about the origin of the coordinates, N, positive counter-clockwise.
     pub moment: f64,
@@ -55,6 +55,22 @@ pub struct PairResults {
     pub active: usize,
     /// Smallest opening, m.
     pub min_opening: f64,
+    /// What friction does; `None` without it.
+    pub friction: Option<FrictionResults>,
+}
+
+/// The results of friction along a pair.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct FrictionResults {
+    /// `Σ Q_i`, N/m: on the second body along the tangent `(−n_y, n_x)`, on the first against it.
+    pub force: f64,
+    /// Largest slip `|w|`, m.
+    pub max_slip: f64,
+    /// Intervals of arc length that are in contact and stick, m.
+    pub stick_intervals: Vec<[f64; 2]>,
+    /// Intervals of arc length that are in contact and slip, m.
+    pub slip_intervals: Vec<[f64; 2]>,
 }
 
 /// The largest von Mises stress of the recovered stress.
@@ -182,17 +198,22 @@ struct Line<'a> {
     force: &'a [f64],
     /// Of the iteration, m.
     opening: &'a [f64],
+    /// Friction forces, N/m, and slips, m; empty without friction.
+    friction: &'a [f64],
+    slip: &'a [f64],
     /// The nodes of the first body, m.
     points: &'a [Vector],
 }
 
 /// Lists the contact lines of all pairs.
 fn lines<'a>(problem: &'a ContactProblem, iterate: &'a Iterate) -> impl Iterator<Item = Line<'a>> {
-    let blocks = iterate.blocks(problem);
-    problem.contacts.iter().zip(blocks).map(|(of, block)| Line {
+    let blocks = iterate.blocks(problem).zip(iterate.tangential_blocks(problem));
+    problem.contacts.iter().zip(blocks).map(|(of, (block, tangents))| Line {
         interface: &of.interface,
         force: &iterate.contact.normal_reaction[block.clone()],
         opening: &iterate.opening[block],
+        friction: &iterate.tangential.force[tangents.clone()],
+        slip: &iterate.tangential.slip[tangents],
         points: problem.bodies[of.bodies[0]].mesh().points(),
     })
 }
@@ -203,6 +224,24 @@ impl<'a> Line<'a> {
         self.interface.pairs().iter().zip(self.force).map(|(pair, r)| r / pair.tributary_length)
     }
 
+    /// Returns the force of pair `k` on the first body, N/m.
+    fn on_first(&self, k: usize) -> Vector {
+        let normal = self.interface.pairs()[k].normal;
+        let pressed = -self.force[k] * normal;
+        self.friction.get(k).map_or(pressed, |q| pressed - *q * perpendicular(normal))
+    }
+
+    /// Computes the results of friction; `None` without it.
+    fn friction(&self) -> Option<FrictionResults> {
+        let sticks = |k: usize| self.slip[k] == 0.0;
+        (!self.friction.is_empty()).then(|| FrictionResults {
+            force: self.friction.iter().sum(),
+            max_slip: largest(self.slip.iter().map(|w| w.abs())),
+            stick_intervals: self.intervals_of(|k| self.force[k] > 0.0 && sticks(k)),
+            slip_intervals: self.intervals_of(|k| self.force[k] > 0.0 && !sticks(k)),
+        })
+    }
+
     fn results(&self) -> PairResults {
         let pairs = || self.interface.pairs().iter().zip(self.force);
         let place = |k: usize| self.points[self.interface.pairs()[k].nodes[0]];
@@ -211,8 +250,8 @@ impl<'a> Line<'a> {
         let pressures: Vec<f64> = self.pressures().collect();
         let most = (0..pressures.len()).max_by(|a, b| pressures[*a].total_cmp(&pressures[*b]));
         PairResults {
-            resultant: pairs().map(|(pair, r)| -r * pair.normal).sum(),
-            moment: pairs().enumerate().map(|(k, (pair, r))| cross(place(k), -r * pair.normal)).sum(),
+            resultant: (0..self.force.len()).map(|k| self.on_first(k)).sum(),
+            moment: (0..self.force.len()).map(|k| cross(place(k), self.on_first(k))).sum(),
             centre: (contact_force > 0.0).then(|| 1.0 / contact_force * weighted),
             max_pressure_at: most.filter(|k| pressures[*k] > 0.0).map(place),
             contact_force,
@@ -220,6 +259,7 @@ impl<'a> Line<'a> {
             max_pressure: largest(pressures),
             active: self.force.iter().filter(|r| **r > 0.0).count(),
             min_opening: self.opening.iter().copied().fold(f64::INFINITY, f64::min),
+            friction: self.friction(),
         }
     }
 
@@ -253,7 +293,7 @@ impl<'a> Line<'a> {
                 last.s[1] = p.arc_length;
                 last.pairs += 1;
                 last.contact_force += self.force[k];
-                let force = -self.force[k] * p.normal;
+                let force = self.on_first(k);
                 last.resultant += force;
                 last.moment += cross(self.points[p.nodes[0]], force);
                 last.max_pressure = last.max_pressure.max(self.force[k] / p.tributary_length);
@@ -274,9 +314,13 @@ impl<'a> Line<'a> {
 
     /// Finds the intervals of arc length whose nodes carry a contact force; they may cross the edge that closes a line.
     fn intervals(&self) -> Vec<[f64; 2]> {
+        self.intervals_of(|k| self.force[k] > 0.0)
+    }
+
+    /// Finds the intervals of arc length whose nodes have a property.
+    fn intervals_of(&self, carries: impl Fn(usize) -> bool) -> Vec<[f64; 2]> {
         let pairs = self.interface.pairs();
         let joined = joined(self.interface);
-        let carries = |k: usize| self.force[k] > 0.0;
         let mut found: Vec<[f64; 2]> = Vec::new();
         let mut open = false;
         for (k, pair) in pairs.iter().enumerate() {

@@ -19,10 +19,11 @@ use nndd::{Iterate, Method, NnddSolution, NnddStatus, Recovery, Start};
 
 /// Solves a contact problem and certifies the solution.
 ///
-/// * `problem`: bodies in the user's order; the settings choose which of them carries λ.
+/// * `problem`: bodies in the user's order; the settings choose which of them carries λ. Its pairs may have the friction of Tresca; for that of
+///   Coulomb see [`crate::solve_coulomb`].
 ///
 /// # Errors
-/// A body without unique solution, or invalid settings. No convergence is a status in `nndd.status`, not an error; the
+/// A body without unique solution, or invalid settings; Coulomb friction. No convergence is a status in `nndd.status`, not an error; the
 /// certificate is then that of the last iterate.
 pub fn solve(
     problem: ContactProblem,
@@ -39,15 +40,17 @@ pub fn solve(
     iterate(problem, reason, start, settings, observer)
 }
 
-/// Evaluates the initial λ at the nodes of the body that carries it, m.
+/// Evaluates the initial λ at the nodes of the body that carries it, m; zero along tangents.
 fn initial_lambda(problem: &ContactProblem, lambda: &ScalarData) -> Vec<f64> {
     let of_pair = |pair: &ContactPair| -> Vec<f64> {
         // An obstacle moves as it is told.
         let Some(carrier) = problem.bodies.get(pair.imposed()) else {
-            return vec![0.0; pair.interface.pairs().len()];
+            return vec![0.0; pair.row_count()];
         };
         let nodes = pair.interface.pairs().iter().map(|p| p.nodes[pair.roles.imposed()]);
-        nodes.map(|node| lambda.at(carrier.mesh().points()[node])).collect()
+        let mut found: Vec<f64> = nodes.map(|node| lambda.at(carrier.mesh().points()[node])).collect();
+        found.resize(pair.row_count(), 0.0);
+        found
     };
     problem.contacts.iter().flat_map(of_pair).collect()
 }
@@ -189,7 +192,10 @@ fn conclude(nndd: &mut NnddSolution, rows: &mut [Row], estimate: &Estimate, sett
 }
 
 /// Assembles and factorises all bodies, in parallel.
-fn prepare(problem: ContactProblem, observer: &mut dyn Observer) -> Result<PreparedProblem, SolveError> {
+pub(crate) fn prepare(
+    problem: ContactProblem,
+    observer: &mut dyn Observer,
+) -> Result<PreparedProblem, SolveError> {
     let mut started = false;
     let found = PreparedProblem::prepare(problem, |stage| {
         // The order belongs to the factorisation.

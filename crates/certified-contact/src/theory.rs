@@ -170,6 +170,52 @@
 //! ```
 //! in [`Parts`](cre_estimator::Parts); the part of the iteration is at most `η_NNDD²`.
 //!
+//! # Friction
+//! With the tangent `t = (−n_y, n_x)` the slip is `w = (u^1 − u^2)·t`, and the tractions are `−p n − q t` on the first body, `+p n + q t` on the
+//! second. In place of (7), with a limit `s` that is given (Tresca) or `μ p` (Coulomb):
+//! ```math
+//! |q| ≤ s, \qquad q\,w = s\,|w| \quad \text{on } Γ_C
+//! ```
+//! For Tresca, let `v` satisfy (4) and `o ≥ 0`, and `τ` (2), (3) with tractions `p ≥ 0`, `|q| ≤ s` common to both bodies. Then
+//! ```math
+//! e_{CRE}^2 = \sum_α ‖τ^α - σ(v^α)‖^2 + 2 ∫ p\,o + 2 ∫ (s|w| - q\,w)                                              \qquad (32)
+//! ```
+//! ```math
+//! e_{CRE}^2 = ‖u - v‖^2 + ‖σ - τ‖^2 + 2 ∫ (p\,o_{ex} + p_{ex}\,o) + 2 ∫ \bigl[ (s|w_{ex}| - q\,w_{ex}) + (s|w| - q_{ex}\,w) \bigr] \; ≥ \; ‖u - v‖^2 + ‖σ - τ‖^2 \qquad (33)
+//! ```
+//! (33): as for (16), the cross term is now `2∫ [(p − p_ex)(o_ex − o) − (q − q_ex)(w_ex − w)]`; use `p_ex o_ex = 0` and `q_ex w_ex = s|w_ex|`. All
+//! brackets are ≥ 0, since `|q|, |q_ex| ≤ s`. On straight lines `p`, `q` and `s` are linear between the nodes, `p_i = P_i/ℓ_i`, `q_i = Q_i/ℓ_i`,
+//! so that `|q| ≤ s` holds between them as well; other limits are interpolated, and the certified problem is the interpolated one. (17) holds,
+//! with (32) in its second part. Bounds of the potential energy gain `∫ s|w|`, see [`Bounds`](crate::Bounds).
+//!
+//! If the normal changes along an edge, `p` and `q` are constant there, `|q|` at most the smaller limit of its ends, so that the traction is
+//! linear, and the slip is a quadratic. (33) does not use the length of `n` and `t`, and holds for openings of any sign of `v`. A lift `l` adds
+//! the opening `l_n` and the slip `l_t`, and the bound for the displacements is
+//! ```math
+//! ‖u - v‖^2 \; ≤ \; e_{CRE}^2 = \sum_α ‖τ^α - σ(v^α)‖^2 + 2 ∫ p\,(o + l_n) + ‖l‖^2 + 2 ∫ (s|w| - q\,w) + 2 ∫ (s|l_t| - q\,l_t)  \qquad (36)
+//! ```
+//! (36): in (33) `−2∫ p_ex o ≤ 2∫ p_ex l_n = 2∫ p l_n + 2∫ (p_ex − p) l_n`. The virtual work of `σ − τ` on `l` is
+//! `∫ (σ − τ) : ε(l) = ∫ (p_ex − p) l_n − ∫ (q_ex − q) l_t`, whichever body is lifted. So the last term is
+//! `2∫ (σ − τ) : ε(l) + 2∫ (q_ex − q) l_t ≤ ‖σ − τ‖² + ‖l‖² + 2∫ (s|l_t| − q l_t)`, since `q_ex l_t ≤ s|l_t|`.
+//!
+//! For Coulomb `s` is `μ p` of the stress itself, and the same number `e_b` is zero only for an exact solution. With any exact solution
+//! ```math
+//! e_b^2 = ‖u - v‖^2 + ‖σ - τ‖^2 + 2 ∫ (p\,o_{ex} + p_{ex}\,o)
+//!   + 2 ∫ \bigl[ (μ p|w_{ex}| - q\,w_{ex}) + (μ p_{ex}|w| - q_{ex}\,w) \bigr] + 2 μ ∫ (p - p_{ex})(|w| - |w_{ex}|)      \qquad (34)
+//! ```
+//! The last term has no sign, so that `e_b` is **no bound** of the error, only of the distance to the problem with the limit `μ p`. If the slips
+//! `w` and `w_ex` have one common sign on each pair, open parts included, the last term is at least `−2 c ‖σ − τ‖ ‖u − v‖`, and for `c < 1`
+//! ```math
+//! ‖u - v‖ ≤ \frac{e_b}{\sqrt{1 - c^2}}, \qquad c = \sup_{π, ω} \frac{∫ μ\,π\,ω}{|||π|||\;|||ω|||}                        \qquad (35)
+//! ```
+//! by `A² + B² − 2 c A B ≥ (1 − c²) A²`. The `c` at hand is that of the mesh, so that this is an estimate.
+//! | formula | where |
+//! |---|---|
+//! | the nodal law | [`Friction`](fem_core::interface::Friction), [`nndd::solve_exactly`]; Coulomb: [`nndd::solve_coulomb`] |
+//! | (32), (36) | [`friction`](cre_estimator::friction), [`Cre::friction_squared`](cre_estimator::Cre::friction_squared) |
+//! | (33) | its conditions: `friction_cone` of [`check()`](cre_estimator::check()) |
+//! | (34), (35) | [`CoulombResult`](crate::CoulombResult); `c`: [`nndd::coulomb_coupling`] |
+//!
 //! # The percentage
 //! The percentage that the program prints is relative to the norm of the computed displacements. A guaranteed bound
 //! of the error over the norm of the *exact* ones follows, because `‖u‖ ≥ ‖v‖ − e_CRE`:

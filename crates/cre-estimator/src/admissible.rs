@@ -4,7 +4,7 @@
 use crate::balance::{self, Pressure};
 use crate::equilibrated::EquilibratedStress;
 use crate::error::EstimatorError;
-use crate::friction::{check_friction, edge_slips};
+use crate::friction::EdgeFriction;
 use crate::lift::{self, Lift, side_sign};
 use crate::pressure;
 use crate::star_relaxation::{Relaxation, RelaxationReport, StarRelaxation, relax_with_stars};
@@ -72,14 +72,14 @@ pub struct AdmissibleContact {
     /// Nodal forces `∫ (p n + q t) φ_i ds` of pressure and friction at each pair of nodes, Cartesian, N/m: on
     /// the second body; those on the first are opposite.
     pub pressure_force: Vec<Vector>,
-    /// Friction `q` at each pair, at most its limit, linear along the edges, Pa; empty without friction.
+    /// Friction at each pair, at most its limit, Pa; empty without friction.
     pub friction: Vec<f64>,
     /// The limit `s` of friction at each pair, Pa: the given one, or `μ p` of this pressure; empty without friction.
     pub friction_limit: Vec<f64>,
     /// The slip that was given with the state at each pair, m; empty without friction.
     pub slip: Vec<f64>,
-    /// The slip of the displacements at the two ends of each contact edge, m; empty without friction.
-    pub edge_slip: Vec<[f64; 2]>,
+    /// Friction, its limit and the slip of the displacements along the contact edges.
+    pub edge_friction: EdgeFriction,
 }
 
 impl AdmissiblePair {
@@ -176,11 +176,6 @@ impl AdmissibleContact {
         let displacement = pair.bodies.map(|b| state.displacement[b]);
         let edge_pressure = pressure::edge_pressure(interface, &pressure);
         let mut pressure_force = pressure::nodal_forces(interface, &pressure, &edge_pressure);
-        if !friction.is_empty() {
-            let forces = interface.pairs().iter().zip(interface.mass(&friction));
-            let forces = forces.map(|(pair, force)| force * perpendicular(pair.normal));
-            pressure_force.iter_mut().zip(forces).for_each(|(sum, force)| *sum += force);
-        }
         let found = lift::middle_openings(interface, displacement);
         let lift = lift::find(problem, pair, displacement, &found);
         let middle_opening = if lift.energy > 0.0 {
@@ -188,6 +183,12 @@ impl AdmissibleContact {
         } else {
             found
         };
+        let tractions = [&friction[..], &friction_limit];
+        let edge_friction = EdgeFriction::new(problem, pair, tractions, &edge_pressure, displacement, &lift);
+        if pair.friction.acts() {
+            let forces = edge_friction.nodal_forces(interface);
+            pressure_force.iter_mut().zip(forces).for_each(|(sum, force)| *sum += force);
+        }
         // Fields that are recovered from forces have these openings to round-off, which the checks measure.
         let opening = given.opening.iter().zip(&lift.by_pair).map(|(o, l)| o + l).collect();
         Self {
@@ -200,7 +201,7 @@ impl AdmissibleContact {
             friction,
             friction_limit,
             slip: given.slip.to_vec(),
-            edge_slip: edge_slips(problem, pair, displacement),
+            edge_friction,
         }
     }
 }
@@ -306,9 +307,9 @@ fn with_pressure(problem: &ContactProblem, b: usize, contacts: &[AdmissibleConta
             let end = |e: usize| {
                 let normal = interface.pairs()[edge.pairs[e] as usize].normal;
                 let pressure = sign * contacts[k].edge_pressure[contact][e] * stretch * normal;
-                match contacts[k].friction.get(edge.pairs[e] as usize) {
+                match contacts[k].edge_friction.friction.get(contact) {
                     None => pressure,
-                    Some(friction) => pressure + sign * friction * stretch * perpendicular(normal),
+                    Some(friction) => pressure + sign * friction[e] * stretch * perpendicular(normal),
                 }
             };
             let traction = if reversed { [end(1), end(0)] } else { [end(0), end(1)] };
@@ -362,7 +363,6 @@ pub(crate) fn check_state(
     state: &ContactState<'_>,
 ) -> Result<(), EstimatorError> {
     let problem = prepared.problem();
-    check_friction(problem)?;
     let counts = [
         ("the fields", state.displacement.len(), problem.bodies.len() + problem.obstacles.len()),
         ("the contact lines", state.contacts.len(), problem.contacts.len()),

@@ -46,13 +46,29 @@ impl Pressure {
             let mut q = pressure.split_off(of.interface.pairs().len());
             let s = limits(prepared, of, &pressure);
             // At the limit but for rounding.
-            q.iter_mut().zip(&s).for_each(|(q, s)| *q = q.max(-s).min(*s));
+            let most = admissible_limits(prepared, of, &pressure);
+            q.iter_mut().zip(most).for_each(|(q, s)| *q = q.max(-s).min(s));
             by_pair.push(pressure);
             friction.push(q);
             limit.push(s);
         }
         Self { by_pair, friction, limit, shift, imbalance }
     }
+}
+
+/// Computes the largest friction of an admissible stress at the pairs of a contact line, Pa: on a bent edge, where friction is the mean of its
+/// ends, at most the smaller limit of its ends.
+fn admissible_limits(prepared: &PreparedProblem, pair: &ContactPair, pressure: &[f64]) -> Vec<f64> {
+    let mut found = limits(prepared, pair, pressure);
+    // Means of `|q| ≤ μ p` are within `μ` times the mean of `p`.
+    if pair.friction.coulomb().is_none() && !found.is_empty() {
+        let given = found.clone();
+        for edge in pair.interface.edges().iter().filter(|edge| edge.bent) {
+            let least = edge.ends(&given).into_iter().fold(f64::INFINITY, f64::min);
+            edge.pairs.iter().for_each(|k| found[*k as usize] = found[*k as usize].min(least));
+        }
+    }
+    found
 }
 
 /// Computes the limit of friction at the pairs of a contact line, Pa: the given one, or `μ p`; nothing without friction.
@@ -86,7 +102,7 @@ pub(crate) fn pressure(
     let contacts = &prepared.problem().contacts;
     let of_pair = |k: usize| -> Vec<f64> {
         let mut tractions = pressure::nodal_pressure(&contacts[k].interface, state.contacts[k].contact_force);
-        let limits = limits(prepared, &contacts[k], &tractions);
+        let limits = admissible_limits(prepared, &contacts[k], &tractions);
         let friction = pressure::nodal_pressure(&contacts[k].interface, state.contacts[k].friction_force);
         tractions.extend(friction.iter().zip(limits).map(|(q, s)| q.max(-s).min(s)));
         tractions
@@ -149,7 +165,7 @@ fn nearest(
     IndependentRows { rows: matrix, right_side, .. }: &IndependentRows,
 ) -> Result<Option<Vec<f64>>, EstimatorError> {
     let contacts = &prepared.problem().contacts;
-    let limits: Vec<Vec<f64>> = contacts.iter().map(|pair| limits(prepared, pair, &[])).collect();
+    let limits: Vec<Vec<f64>> = contacts.iter().map(|pair| admissible_limits(prepared, pair, &[])).collect();
     let near = |allowed: Option<&[bool]>| {
         let [lower, upper] = bounds(prepared, &limits, allowed);
         nearest_balanced(target, weights, [&lower, &upper], matrix, right_side)
@@ -187,7 +203,7 @@ fn nearest_in_cones(
     let n = target.len();
     let limits: Vec<Vec<f64>> = contacts
         .iter()
-        .map(|pair| limits(prepared, pair, &vec![0.0; pair.interface.pairs().len()]))
+        .map(|pair| admissible_limits(prepared, pair, &vec![0.0; pair.interface.pairs().len()]))
         .collect();
     let [lower, mut upper] = bounds(prepared, &limits, None);
     let (mut matrix, mut linear, mut rows) = (vec![0.0; n * n], vec![0.0; n], independent.rows.clone());

@@ -228,15 +228,16 @@ fn penetration(
 ///
 /// * `displacement`: of the first and the second body of the pair, m.
 fn friction_cone(pair: &ContactPair, contact: &AdmissibleContact, displacement: [&[Vector]; 2]) -> f64 {
-    let friction = || contact.friction.iter().zip(&contact.friction_limit);
+    let edges = &contact.edge_friction;
+    let friction = || edges.friction.as_flattened().iter().zip(edges.limit.as_flattened());
     let largest = friction().fold(0.0, |m, (q, s)| larger(m, larger(q.abs(), *s)));
     let beyond = friction().fold(0.0, |m, (q, s)| larger(m, q.abs() - s));
     let negative = friction().fold(0.0, |m, (_, s)| larger(m, -s));
     let trace = larger(largest_displacement(displacement[0]), largest_displacement(displacement[1]));
     let mut difference = 0.0;
-    for (edge, slips) in pair.interface.edges().iter().zip(&contact.edge_slip) {
+    for (edge, slip) in pair.interface.edges().iter().zip(&edges.slip) {
         for end in edge.free_ends() {
-            difference = larger(difference, (slips[end] - contact.slip[edge.pairs[end] as usize]).abs());
+            difference = larger(difference, (slip[2 * end] - contact.slip[edge.pairs[end] as usize]).abs());
         }
     }
     larger(relative(larger(beyond, negative), largest), relative(difference, trace))

@@ -3,7 +3,6 @@
 //! Sources: for contact, Coorevits, Hild and Pelle 2000; for contact solved by domain decomposition, Gallimard and Sassi 2010.
 
 use crate::admissible::{AdmissibleBody, AdmissibleContact, AdmissiblePair};
-use crate::friction::friction_terms;
 use crate::johnson_mercier::{self, CellStress};
 use crate::pressure;
 use fem_core::body::Body;
@@ -18,7 +17,7 @@ use rayon::prelude::*;
 /// ```math
 /// e_{CRE}^2 = \sum ‖τ - σ(v)‖^2 + 2 ∫ p\,o = \sum ‖τ - \hat σ‖^2 + \Bigl[ \sum ‖\hat σ - σ(v)‖^2 + 2 ∫ p\,o \Bigr]
 /// ```
-/// On curved contact lines `o` is the opening with the lift `l`, and `‖l‖²` is added: (26). With friction (32) is added to both sides.
+/// On curved contact lines `o` is the opening with the lift `l`, and `‖l‖²` is added: (26). With friction (32) is added to both sides, and (36) with a lift.
 #[derive(Clone, Debug)]
 pub struct Cre {
     /// `e_CRE²`, a bound of `‖u − v‖² + ‖σ − τ‖²`.
@@ -81,9 +80,8 @@ impl Cre {
         distances: &[Vec<[f64; 2]>],
     ) -> Self {
         let mut by_contact_edge = contact_terms(problem, pair);
-        let friction = |(of, contact): (&ContactPair, &AdmissibleContact)| {
-            friction_terms(of, &contact.friction, &contact.friction_limit, &contact.edge_slip)
-        };
+        let friction =
+            |(of, contact): (&ContactPair, &AdmissibleContact)| contact.edge_friction.terms(&of.interface);
         let friction_by_contact_edge: Vec<Vec<f64>> =
             problem.contacts.iter().zip(&pair.contacts).map(friction).collect();
         for (sums, terms) in by_contact_edge.iter_mut().zip(&friction_by_contact_edge) {

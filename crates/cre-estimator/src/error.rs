@@ -45,12 +45,6 @@ pub enum EstimatorError {
         /// The obstacle, from 0.
         obstacle: usize,
     },
-    /// Friction on a contact line along which the normal changes has no bound yet.
-    #[error("pair {} has friction on a bent contact line, which is not supported yet; use straight contact lines", pair + 1)]
-    BentFriction {
-        /// The pair, from 0.
-        pair: usize,
-    },
     /// Fields of other codes are certified without friction only.
     #[error("pair {} has friction; fields of other programs are certified without friction only", pair + 1)]
     FrictionOfField {

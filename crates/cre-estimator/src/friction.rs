@@ -3,50 +3,104 @@
 //! ```math
 //! 2 ∫_{Γ_C} (s|w| - q\,w), \qquad |q| ≤ s                                                                     \qquad (32)
 //! ```
-//! with the slip `w = (u^a − u^b)·t`, the friction `q` and its limit `s`, all linear along the edges of a straight contact line.
+//! with the slip `w = (u^a − u^b)·t`, the friction `q` and its limit `s`. On straight edges all are linear. If the normal changes along an
+//! edge, `q` is constant there, as the pressure is, so that `q t` is linear, and the slip is a quadratic.
 
-use crate::error::EstimatorError;
+use crate::lift::Lift;
 use fem_core::body::Body;
 use fem_core::geometry::{Vector, perpendicular};
-use fem_core::interface::{ContactEdge, ContactPair, ContactProblem};
+use fem_core::interface::{ContactEdge, ContactInterface, ContactPair, ContactProblem};
 
-/// Refuses friction that has no bound yet.
-///
-/// # Errors
-/// [`EstimatorError::BentFriction`].
-pub fn check_friction(problem: &ContactProblem) -> Result<(), EstimatorError> {
-    let bent = |pair: &ContactPair| pair.friction.acts() && pair.interface.has_bent_edges();
-    match problem.contacts.iter().position(bent) {
-        Some(pair) => Err(EstimatorError::BentFriction { pair }),
-        None => Ok(()),
+/// Friction on the edges of a contact line; empty without friction.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct EdgeFriction {
+    /// `q` at the two ends of each contact edge, Pa.
+    pub friction: Vec<[f64; 2]>,
+    /// Its limit `s` there, Pa: `|q| ≤ s`.
+    pub limit: Vec<[f64; 2]>,
+    /// Bernstein coefficients of the slip `w` along each contact edge: at its first end, in the middle, at its second end, m.
+    pub slip: Vec<[f64; 3]>,
+    /// The slip that the lift adds, likewise; empty without a lift.
+    pub lifted: Vec<[f64; 3]>,
+}
+
+impl EdgeFriction {
+    /// Takes friction and slip of a pair.
+    ///
+    /// * `friction`, `limit`: at the pairs of nodes, Pa; empty without friction. `edge_pressure`: at the ends of the edges, Pa.
+    /// * `displacement`: of the bodies of the pair, or of the points of an obstacle, m.
+    pub(crate) fn new(
+        problem: &ContactProblem,
+        pair: &ContactPair,
+        [friction, limit]: [&[f64]; 2],
+        edge_pressure: &[[f64; 2]],
+        displacement: [&[Vector]; 2],
+        lift: &Lift,
+    ) -> Self {
+        if !pair.friction.acts() {
+            return Self::default();
+        }
+        let edges = pair.interface.edges();
+        let limit_of = |(edge, p): (&ContactEdge, &[f64; 2])| match pair.friction.coulomb() {
+            Some(mu) => p.map(|p| mu * p),
+            None => edge.ends(limit),
+        };
+        let limit: Vec<[f64; 2]> = edges.iter().zip(edge_pressure).map(limit_of).collect();
+        let friction_of = |(edge, s): (&ContactEdge, &[f64; 2])| {
+            let q = edge.pressure(friction);
+            let s = if edge.bent { [s[0].min(s[1]); 2] } else { *s };
+            [0, 1].map(|end: usize| q[end].max(-s[end]).min(s[end]))
+        };
+        let lifted = if lift.largest() > 0.0 {
+            let rest: Vec<Vector> = vec![Vector::zeros(); displacement[lift.side].len()];
+            let moved = lift.added_to(problem, &pair.interface, &rest);
+            let still = vec![Vector::zeros(); displacement[1 - lift.side].len()];
+            let both = if lift.side == 0 { [&moved[..], &still[..]] } else { [&still[..], &moved[..]] };
+            slips(problem, pair, both)
+        } else {
+            Vec::new()
+        };
+        let friction = edges.iter().zip(&limit).map(friction_of).collect();
+        Self { friction, slip: slips(problem, pair, displacement), limit, lifted }
+    }
+
+    /// Computes the nodal forces `∫ q t φ_i ds` at the pairs, Cartesian, N/m; zero without friction.
+    pub(crate) fn nodal_forces(&self, interface: &ContactInterface) -> Vec<Vector> {
+        // t is n turned by a right angle.
+        interface.pressure_forces(&self.friction).into_iter().map(perpendicular).collect()
+    }
+
+    /// Computes what friction adds to the bound on every contact edge, J/m, (32) and (36); nothing without friction.
+    pub(crate) fn terms(&self, interface: &ContactInterface) -> Vec<f64> {
+        let mut terms = work(interface, &self.limit, &self.friction, &self.slip);
+        let lifted = work(interface, &self.limit, &self.friction, &self.lifted);
+        terms.iter_mut().zip(lifted).for_each(|(sum, term)| *sum += term);
+        terms
     }
 }
 
-/// Computes the slip of displacement fields at the two ends of every contact edge, m; nothing without friction.
-///
-/// * `displacement`: of the bodies of the pair, or of the points of an obstacle, m.
-pub(crate) fn edge_slips(
-    problem: &ContactProblem,
-    pair: &ContactPair,
-    displacement: [&[Vector]; 2],
-) -> Vec<[f64; 2]> {
-    if !pair.friction.acts() {
-        return Vec::new();
-    }
+/// Computes the Bernstein coefficients of the slip of displacement fields along every contact edge, m.
+fn slips(problem: &ContactProblem, pair: &ContactPair, displacement: [&[Vector]; 2]) -> Vec<[f64; 3]> {
     let pairs = pair.interface.pairs();
-    let slip = |edge: &ContactEdge, end: usize| {
-        let of = &pairs[edge.pairs[end] as usize];
-        let node = |side: usize| match edge.clamped {
-            // Obstacles have no clamped nodes.
-            Some(clamped) if clamped.end == end => {
-                other_node(&problem.bodies[pair.bodies[side]], edge, side, of.nodes[side].index())
-            }
-            _ => of.nodes[side].index(),
+    let of_edge = |edge: &ContactEdge| {
+        let tangents = edge.pairs.map(|k| perpendicular(pairs[k as usize].normal));
+        let jump = |end: usize| {
+            let of = &pairs[edge.pairs[end] as usize];
+            let node = |side: usize| match edge.clamped {
+                // Obstacles have no clamped nodes.
+                Some(clamped) if clamped.end == end => {
+                    other_node(&problem.bodies[pair.bodies[side]], edge, side, of.nodes[side].index())
+                }
+                _ => of.nodes[side].index(),
+            };
+            let [first, second] = [0, 1].map(|side: usize| displacement[side][node(side)]);
+            first - second
         };
-        let [first, second] = [0, 1].map(|side: usize| displacement[side][node(side)]);
-        (first - second).dot(&perpendicular(of.normal))
+        let [i, j] = [jump(0), jump(1)];
+        [i.dot(&tangents[0]), 0.5 * (i.dot(&tangents[1]) + j.dot(&tangents[0])), j.dot(&tangents[1])]
     };
-    pair.interface.edges().iter().map(|edge| [0, 1].map(|end| slip(edge, end))).collect()
+    pair.interface.edges().iter().map(of_edge).collect()
 }
 
 /// Returns the node of a contact edge that is not the given one.
@@ -55,48 +109,76 @@ fn other_node(body: &Body, edge: &ContactEdge, side: usize, node: usize) -> usiz
     if a == node { b } else { a }
 }
 
-/// Computes `2 ∫ (s|w| − q w) ds` on every contact edge, J/m, (32).
-///
-/// * `friction`: q, `limit`: s, at the pairs, Pa. `slips`: w at the ends of every edge, m; nothing without friction.
-pub(crate) fn friction_terms(
-    pair: &ContactPair,
-    friction: &[f64],
-    limit: &[f64],
-    slips: &[[f64; 2]],
-) -> Vec<f64> {
-    let term = |(edge, w): (&ContactEdge, &[f64; 2])| {
-        2.0 * edge.length * mean(edge.ends(limit), edge.ends(friction), *w)
-    };
-    pair.interface.edges().iter().zip(slips).map(term).collect()
+/// Computes `∫ s|w| ds` along a contact line, J/m: what friction at its limit takes of the potential energy; 0 without friction.
+pub fn sliding_work(pair: &ContactPair, friction: &EdgeFriction) -> f64 {
+    let EdgeFriction { limit, slip, .. } = friction;
+    let none = vec![[0.0; 2]; slip.len()];
+    0.5 * work(&pair.interface, limit, &none, slip).iter().sum::<f64>()
 }
 
-/// Computes the mean of `s|w| − q w` along an edge of linear data by their values at its ends: exact, by Simpson's rule on the two sides of
-/// the root of `w`.
-fn mean(s: [f64; 2], q: [f64; 2], w: [f64; 2]) -> f64 {
+/// Bounds the work that friction takes of a lift, `∫ s|w_l| ds + Σ ℓ_i s_i |w_l|_i` with the slip `w_l` of the lift, J/m: the change of what
+/// slides, and the work of the nodal forces. 0 without friction and on straight lines.
+pub fn work_of_lift(pair: &ContactPair, friction: &EdgeFriction) -> f64 {
+    let EdgeFriction { limit, lifted, .. } = friction;
+    let none = vec![[0.0; 2]; lifted.len()];
+    let edges = pair.interface.edges().iter().zip(limit).zip(lifted);
+    let nodal = edges.map(|((edge, s), w)| 0.5 * edge.length * (s[0] * w[0].abs() + s[1] * w[2].abs()));
+    0.5 * work(&pair.interface, limit, &none, lifted).iter().sum::<f64>() + nodal.sum::<f64>()
+}
+
+/// Computes `2 ∫ (s|w| − q w) ds` on every contact edge, J/m.
+fn work(interface: &ContactInterface, s: &[[f64; 2]], q: &[[f64; 2]], w: &[[f64; 3]]) -> Vec<f64> {
+    let edges = interface.edges().iter().zip(s).zip(q).zip(w);
+    edges.map(|(((edge, s), q), w)| 2.0 * edge.length * mean(*s, *q, *w)).collect()
+}
+
+/// Computes the mean of `s|w| − q w` along an edge with linear `s` and `q`, by their values at the ends, and a quadratic `w`, by its Bernstein
+/// coefficients: exact if `w` is linear or `q` constant, by Simpson's rule between the roots of `w`.
+fn mean(s: [f64; 2], q: [f64; 2], w: [f64; 3]) -> f64 {
     let at = |ends: [f64; 2], x: f64| ends[0] + x * (ends[1] - ends[0]);
+    let slip = |x: f64| at([at([w[0], w[1]], x), at([w[1], w[2]], x)], x);
     let simpson = |from: f64, to: f64| {
-        let sign = if at(w, 0.5 * (from + to)) < 0.0 { -1.0 } else { 1.0 };
-        let f = |x: f64| (at(s, x) - sign * at(q, x)) * (sign * at(w, x)).max(0.0);
+        let sign = if slip(0.5 * (from + to)) < 0.0 { -1.0 } else { 1.0 };
+        let f = |x: f64| (at(s, x) - sign * at(q, x)).max(0.0) * (sign * slip(x)).max(0.0);
         (to - from) / 6.0 * (f(from) + 4.0 * f(0.5 * (from + to)) + f(to))
     };
-    if w[0] * w[1] < 0.0 {
-        let root = w[0] / (w[0] - w[1]);
-        return simpson(0.0, root) + simpson(root, 1.0);
+    let mut ends = vec![0.0];
+    ends.extend(roots(w));
+    ends.push(1.0);
+    ends.windows(2).map(|piece| simpson(piece[0], piece[1])).sum()
+}
+
+/// Finds the roots of a quadratic inside an edge, ascending.
+fn roots(w: [f64; 3]) -> Vec<f64> {
+    // w₀ (1 − x)² + 2 w₁ x (1 − x) + w₂ x² = a x² + 2 b x + c.
+    let (a, b, c) = (w[0] - 2.0 * w[1] + w[2], w[1] - w[0], w[0]);
+    let discriminant = b * b - a * c;
+    if !(discriminant > 0.0) {
+        return Vec::new();
     }
-    simpson(0.0, 1.0)
+    // Without cancellation; a root that overflows is outside.
+    let sum = -(b + discriminant.sqrt().copysign(b));
+    let mut found: Vec<f64> = [sum / a, c / sum].into_iter().filter(|x| *x > 0.0 && *x < 1.0).collect();
+    found.sort_by(f64::total_cmp);
+    found
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn the_mean_is_that_of_a_fine_sum_and_never_negative() {
+    /// Numbers from 0 to 1.
+    fn random() -> impl FnMut() -> f64 {
         let mut state = 1u64;
-        let mut random = move || {
+        move || {
             state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
             (state >> 11) as f64 / (1u64 << 53) as f64
-        };
+        }
+    }
+
+    #[test]
+    fn the_mean_is_that_of_a_fine_sum_and_never_negative() {
+        let mut random = random();
         for _ in 0..200 {
             let s = [random(), random()];
             let q = s.map(|s| s * (2.0 * random() - 1.0));
@@ -109,11 +191,32 @@ mod tests {
                     (s * w.abs() - q * w) / f64::from(n)
                 })
                 .sum();
-            let found = mean(s, q, w);
+            let found = mean(s, q, [w[0], 0.5 * (w[0] + w[1]), w[1]]);
             assert!(found >= 0.0 && (found - sum).abs() < 1e-6, "{found} {sum}");
         }
         // Friction at its limit against the slip.
-        assert_eq!(mean([2.0, 3.0], [2.0, 3.0], [0.0, 1.0]), 0.0);
-        assert_eq!(mean([2.0, 2.0], [0.0, 0.0], [-1.0, 1.0]), 1.0);
+        assert_eq!(mean([2.0, 3.0], [2.0, 3.0], [0.0, 0.5, 1.0]), 0.0);
+        assert_eq!(mean([2.0, 2.0], [0.0, 0.0], [-1.0, 0.0, 1.0]), 1.0);
+    }
+
+    #[test]
+    fn the_mean_of_a_quadratic_slip_with_constant_friction_is_that_of_a_fine_sum() {
+        let mut random = random();
+        let mut twice = 0;
+        for _ in 0..200 {
+            let s = [random(), random()];
+            let q = [s[0].min(s[1]) * (2.0 * random() - 1.0); 2];
+            let w = [2.0 * random() - 1.0, 4.0 * random() - 2.0, 2.0 * random() - 1.0];
+            let n = 4000;
+            let of_part = |k: i32| {
+                let x = (f64::from(k) + 0.5) / f64::from(n);
+                let w = w[0] * (1.0 - x) * (1.0 - x) + 2.0 * w[1] * x * (1.0 - x) + w[2] * x * x;
+                ((s[0] + x * (s[1] - s[0])) * w.abs() - q[0] * w) / f64::from(n)
+            };
+            let (found, sum) = (mean(s, q, w), (0..n).map(of_part).sum::<f64>());
+            assert!(found >= 0.0 && (found - sum).abs() < 2e-6, "{found} {sum}");
+            twice += usize::from(roots(w).len() == 2);
+        }
+        assert!(twice > 5, "{twice}");
     }
 }

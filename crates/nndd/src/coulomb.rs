@@ -8,8 +8,9 @@
 
 use crate::error::NnddError;
 use crate::exact::{ExactSolution, Programme};
-use contact_qp::{Place, QpSettings};
+use contact_qp::{IndependentRows, Place, QpSettings};
 use fem_core::prepared::PreparedProblem;
+use nalgebra::DMatrix;
 
 /// The balance of the floating bodies holds if the residual of its rows is at most this fraction of their terms.
 const BALANCED: f64 = 1e-10;
@@ -162,5 +163,80 @@ impl Programme<'_> {
             Err(NnddError::NotHeld { .. } | NnddError::OutsideCones { .. }) => Ok(false),
             Err(other) => Err(other),
         }
+    }
+}
+
+/// Computes the coupling `c` between pressure and slip with Coulomb friction, on the mesh:
+/// ```math
+/// c = \sup_{π, ω} \frac{∫ μ θ\,π ω}{|||π|||\;|||ω|||}, \qquad
+/// c^2 = \max \operatorname{eig} \bigl( Θ F_{tt} Θ, \; F_{nn} - F_{nt} F_{tt}^{-1} F_{tn} \bigr), \qquad Θ = \operatorname{diag}(μ θ)
+/// ```
+/// π is the normal traction of a self-equilibrated stress, its energy least over the friction, ω a slip with the normal free. For
+/// one pair `c = μ κ`. With floating bodies both are in balance by themselves: `G_n π = 0`, `G_t q = 0`. It is a value of the mesh, which may
+/// grow as the mesh is refined.
+///
+/// * `signs`: θ of each pair, the sign of its slips; 0 for pairs that do not count.
+///
+/// Returns `None` if the matrices are singular.
+///
+/// # Errors
+/// See [`solve_coulomb`].
+///
+/// # Panics
+/// If there is not one sign per pair.
+pub fn coulomb_coupling(problem: &PreparedProblem, signs: &[f64]) -> Result<Option<f64>, NnddError> {
+    let pairs = &problem.problem().contacts;
+    assert!(signs.len() == pairs.len(), "{} signs, and {} pairs", signs.len(), pairs.len());
+    let programme = Programme::new(problem)?;
+    let rows = &programme.rows;
+    let normal: Vec<usize> = (0..rows.len()).filter(|i| !rows.is_tangential(*i)).collect();
+    let tangential: Vec<usize> =
+        (0..rows.len()).filter(|i| rows.is_tangential(*i) && rows.limits()[*i] > 0.0).collect();
+    let tangential: Vec<usize> = tangential.into_iter().filter(|i| !programme.is_imposed(*i)).collect();
+    let block =
+        |a: &[usize], b: &[usize]| DMatrix::from_fn(a.len(), b.len(), |i, j| programme.entry(a[i], b[j]));
+    // Self-equilibrated: within the kernels of the rows of the balance.
+    let (of_n, of_t) = (programme.kernel(&normal), programme.kernel(&tangential));
+    let across = block(&tangential, &normal);
+    let Some(factor) = (of_t.transpose() * block(&tangential, &tangential) * &of_t).cholesky() else {
+        return Ok(None);
+    };
+    let slipping = of_t.transpose() * &across * &of_n;
+    let least =
+        of_n.transpose() * block(&normal, &normal) * &of_n - slipping.transpose() * factor.solve(&slipping);
+    let mut weights = DMatrix::zeros(tangential.len(), normal.len());
+    for (k, pair) in pairs.iter().enumerate() {
+        let Some(mu) = pair.friction.coulomb() else { continue };
+        for (n, t) in rows.normal(k).zip(rows.tangential(k)) {
+            if let (Ok(i), Ok(j)) = (tangential.binary_search(&t), normal.binary_search(&n)) {
+                weights[(i, j)] = mu * signs[k];
+            }
+        }
+    }
+    // (ZᵀF_tt Θ π)ᵀ (ZᵀF_tt Z)⁻¹ (ZᵀF_tt Θ π).
+    let pushed = of_t.transpose() * block(&tangential, &tangential) * weights * &of_n;
+    let largest = pushed.transpose() * factor.solve(&pushed);
+    let Some(least) = least.cholesky() else { return Ok(None) };
+    let Some(half) = least.l().solve_lower_triangular(&largest) else { return Ok(None) };
+    let Some(whole) = least.l().solve_lower_triangular(&half.transpose()) else { return Ok(None) };
+    let eigenvalues = (0.5 * (&whole + whole.transpose())).symmetric_eigenvalues();
+    let largest = eigenvalues.iter().copied().fold(0.0, f64::max);
+    Ok(Some(largest.sqrt()).filter(|c| c.is_finite()))
+}
+
+impl Programme<'_> {
+    /// Computes an orthonormal basis of the forces in some rows that are in balance by themselves.
+    fn kernel(&self, rows: &[usize]) -> DMatrix<f64> {
+        let (lines, count) = (&self.balance().independent.rows, self.rows.len());
+        let lines = lines.chunks_exact(count.max(1));
+        let entries: Vec<f64> = lines.flat_map(|line| rows.iter().map(|i| line[*i])).collect();
+        let zero = vec![0.0; entries.len().checked_div(rows.len()).unwrap_or(0)];
+        let basis = IndependentRows::new(&entries, &zero).rows;
+        let span =
+            DMatrix::from_column_slice(rows.len(), basis.len().checked_div(rows.len()).unwrap_or(0), &basis);
+        let projector = DMatrix::identity(rows.len(), rows.len()) - &span * span.transpose();
+        let eigen = projector.symmetric_eigen();
+        let kept: Vec<usize> = (0..rows.len()).filter(|k| eigen.eigenvalues[*k] > 0.5).collect();
+        eigen.eigenvectors.select_columns(&kept)
     }
 }

@@ -124,6 +124,16 @@ impl<'a> Programme<'a> {
         self.problem.problem()
     }
 
+    /// Returns an entry of `F`.
+    pub(crate) fn entry(&self, i: usize, j: usize) -> f64 {
+        self.flexibility[j * self.rows.len() + i]
+    }
+
+    /// Tells whether supports impose a row in both bodies.
+    pub(crate) fn is_imposed(&self, row: usize) -> bool {
+        self.imposed[row]
+    }
+
     /// Returns the balance of the floating bodies.
     pub(crate) fn balance(&self) -> &Balance {
         &self.balance

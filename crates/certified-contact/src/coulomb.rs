@@ -1,0 +1,129 @@
+//! Coulomb friction: one solution of the discrete problem, and a residual. Nothing here is a certificate: no bound of the error is known.
+
+use crate::error::SolveError;
+use crate::observer::{Observer, Phase};
+use crate::solve::prepare;
+use cre_estimator::{Estimate, Relaxation, estimate_with};
+use fem_core::geometry::Vector;
+use fem_core::interface::{ContactPair, ContactProblem};
+use nndd::{CoulombSettings, CoulombSolution, NodeState, PairFriction, coulomb_coupling};
+
+/// The conditional estimate is not made beyond this coupling: near 1 it has no digits.
+const LARGEST_COUPLING: f64 = 0.9;
+
+/// One solution of a discrete problem with Coulomb friction, with the residual of its equations. See [`crate::theory`], (34) and (35).
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct CoulombResult {
+    /// The problem passed in.
+    pub problem: ContactProblem,
+    /// The solution of the discrete problem, and how the fixed point ended.
+    pub solution: CoulombSolution,
+    estimate: Estimate,
+    coupling: Option<f64>,
+}
+
+/// Solves a contact problem with Coulomb friction in one or more of its pairs. The other pairs keep their law.
+///
+/// * `relaxation`: how far the equilibrated stresses of the residual are relaxed.
+///
+/// # Errors
+/// A body without unique solution; loads that no forces within the cones of friction balance; a problem
+/// without Coulomb friction, which [`crate::solve`] certifies. No convergence is a status of the solution.
+pub fn solve_coulomb(
+    problem: ContactProblem,
+    settings: &CoulombSettings,
+    relaxation: Relaxation,
+    observer: &mut dyn Observer,
+) -> Result<CoulombResult, SolveError> {
+    if problem.contacts.iter().all(|pair| pair.friction.coulomb().is_none()) {
+        return Err(SolveError::NoCoulomb);
+    }
+    let prepared = prepare(problem, observer)?;
+    observer.phase(Phase::Iterations);
+    let solution = nndd::solve_coulomb(&prepared, settings)?;
+    let estimate = estimate_with(&prepared, &solution.exact.state(), relaxation)?;
+    let coupling = match signs(prepared.problem(), &solution.exact.friction) {
+        Some(signs) => coulomb_coupling(&prepared, &signs)?,
+        None => None,
+    };
+    Ok(CoulombResult { problem: prepared.into_problem(), solution, estimate, coupling })
+}
+
+/// Returns the common sign of all slips of each pair with Coulomb friction, open parts included, 0 for other pairs; `None` if a pair slips
+/// in both directions.
+fn signs(problem: &ContactProblem, friction: &[PairFriction]) -> Option<Vec<f64>> {
+    let of_pair = |(pair, friction): (&ContactPair, &PairFriction)| {
+        if pair.friction.coulomb().is_none() {
+            return Some(0.0);
+        }
+        let forwards = friction.slip.iter().any(|w| *w > 0.0);
+        let backwards = friction.slip.iter().any(|w| *w < 0.0);
+        (!forwards || !backwards).then_some(if backwards { -1.0 } else { 1.0 })
+    };
+    problem.contacts.iter().zip(friction).map(of_pair).collect()
+}
+
+impl CoulombResult {
+    /// Returns the displacements of each body, Cartesian, m.
+    pub fn displacement(&self) -> &[Vec<Vector>] {
+        &self.solution.exact.displacement[..self.problem.bodies.len()]
+    }
+
+    /// Returns the state of each pair of nodes.
+    pub fn states(&self) -> impl Iterator<Item = &[NodeState]> {
+        self.solution.exact.friction.iter().map(|of| of.state.as_slice())
+    }
+
+    /// Computes the energy norm of the displacements, square root of J/m.
+    pub fn energy_norm(&self) -> f64 {
+        self.estimate.energy_norm()
+    }
+
+    /// Returns the residual `e_b`, square root of J/m: zero only for an exact solution, and **no bound** of the error. `None` if a check of
+    /// its stresses failed.
+    pub fn residual(&self) -> Option<f64> {
+        self.estimate.for_frozen_limit().map(|found| found.e_cre)
+    }
+
+    /// Returns the residual over the energy norm; `None` without one, or without strain energy.
+    pub fn relative_residual(&self) -> Option<f64> {
+        self.residual()
+            .filter(|_| self.energy_norm() > self.estimate.round_off)
+            .map(|e_b| e_b / self.energy_norm())
+    }
+
+    /// Returns the bound of the distance to the solution of *another* problem: that with the friction of Tresca whose limit is
+    /// [`Self::frozen_limit`]. It is the same number as [`Self::residual`].
+    pub fn bound_for_frozen_limit(&self) -> Option<f64> {
+        self.residual()
+    }
+
+    /// Returns the limit of friction `s = μ p` at the pairs of nodes of each pair, Pa, for which [`Self::bound_for_frozen_limit`] holds; empty
+    /// without friction.
+    pub fn frozen_limit(&self) -> impl Iterator<Item = &[f64]> {
+        self.estimate.pair.contacts.iter().map(|contact| contact.friction_limit.as_slice())
+    }
+
+    /// Returns the coupling `c = μ κ_h` between pressure and slip, computed on this mesh; `None` if a pair slips in both directions.
+    pub fn coupling(&self) -> Option<f64> {
+        self.coupling
+    }
+
+    /// Returns `e_b/√(1 − c²)`, square root of J/m: an **estimate** of the error if the exact slips have the signs of the computed ones. It is no
+    /// bound, since `κ` is that of the mesh. `None` if a pair slips in both directions, or `c ≥ 0.9`.
+    pub fn conditional_estimate(&self) -> Option<f64> {
+        let c = self.coupling.filter(|c| *c < LARGEST_COUPLING)?;
+        Some(self.residual()? / (1.0 - c * c).sqrt())
+    }
+
+    /// Returns the residuals of the checks of the stresses, with their names and the largest values that are round-off.
+    pub fn checks(&self) -> [(&'static str, f64, f64); 10] {
+        self.estimate.admissibility.checks()
+    }
+
+    /// Returns the contributions to the square of the residual of every triangle of each body, J/m: where a finer mesh helps.
+    pub fn by_cell(&self) -> &[Vec<f64>] {
+        &self.estimate.cre.by_cell
+    }
+}
