@@ -20,6 +20,7 @@ mod elasticity;
 mod facing;
 mod friction;
 mod friction_bound;
+mod friction_case;
 mod friction_solve;
 mod honesty;
 mod iteration;

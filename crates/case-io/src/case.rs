@@ -40,7 +40,7 @@ mod tests;
 pub use crate::expression::Value;
 pub use body::{BodyCase, CurveCase, Displacement, Imposition, Load, MeshSource, RigidCase, Traction};
 pub use choices::{Acceleration, Criterion, Imposed, Method, Path, QpChoice, Weights};
-pub use contact::{CircleSide, Contact, Obstacle, Rigid, Shape};
+pub use contact::{CircleSide, Contact, Friction, Obstacle, Rigid, Shape};
 pub use materials::{Material, MaterialLaw};
 pub use part::Part;
 pub use regions::{CellSelection, MaterialRegion};

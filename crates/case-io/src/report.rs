@@ -169,6 +169,25 @@ pub struct ContactSummary {
     /// Smallest opening, m.
     #[serde(default)]
     pub min_opening: Option<f64>,
+    /// What friction does; left out without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<FrictionSummary>,
+}
+
+/// Friction along a contact interface.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FrictionSummary {
+    /// `tresca` or `coulomb`.
+    pub law: String,
+    /// The force along the tangent `(−n_y, n_x)`, with the normal `n` out of the first body: on the second body, N/m. That on the
+    /// first one is opposite.
+    pub tangential_force: f64,
+    /// Stretches in contact that stick, by arc length, m.
+    pub stick_intervals: Vec<[f64; 2]>,
+    /// Stretches in contact that slip, by arc length, m.
+    pub slip_intervals: Vec<[f64; 2]>,
+    /// Largest slip, m.
+    pub max_slip: f64,
 }
 
 /// One iteration.
@@ -204,7 +223,7 @@ pub struct IterationRow {
 pub struct Certificate {
     /// Whether all checks hold.
     pub valid: bool,
-    /// The problem that the bound is about: `frictionless`.
+    /// The problem that the bound is about: `frictionless` or `tresca`.
     #[serde(default)]
     pub problem: String,
     /// The bound of the energy error.
@@ -295,11 +314,14 @@ pub struct Checks {
     /// The largest rigid rotation of a floating body, radians; up to 0.1 displacements are small.
     #[serde(default)]
     pub rotation: Option<f64>,
+    /// Friction beyond its limit, relative to the largest limit.
+    #[serde(default)]
+    pub friction_cone: Option<f64>,
 }
 
 impl Checks {
     /// Lists the residuals by their keys, in their order.
-    pub fn named(&self) -> [(&'static str, Option<f64>); 9] {
+    pub fn named(&self) -> [(&'static str, Option<f64>); 10] {
         [
             ("equilibrium", self.equilibrium),
             ("traction_jump", self.traction_jump),
@@ -310,6 +332,7 @@ impl Checks {
             ("imposed_displacement", self.imposed_displacement),
             ("rigid_balance", self.rigid_balance),
             ("rotation", self.rotation),
+            ("friction_cone", self.friction_cone),
         ]
     }
 }

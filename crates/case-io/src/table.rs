@@ -24,6 +24,9 @@ const HISTORY_COLUMNS: [&str; 12] = [
 /// The columns of contact.csv.
 const CONTACT_COLUMNS: [&str; 7] = ["s", "x", "y", "gap", "opening", "pressure", "active"];
 
+/// The columns of contact.csv with friction.
+const FRICTION_COLUMNS: [&str; 4] = ["tangential", "slip", "limit", "state"];
+
 /// The columns of adaptive.csv: the keys of `adaptive` in report.json.
 const ADAPTIVE_COLUMNS: [&str; 8] =
     ["step", "nodes", "pairs", "e_cre", "relative", "iterations", "energy_norm_squared", "peak_stress"];
@@ -64,6 +67,22 @@ pub struct ContactRow {
     pub pressure: f64,
     /// 1 in contact, 0 open.
     pub active: u8,
+    /// What friction does there; `None` without it.
+    #[serde(skip)]
+    pub friction: Option<FrictionRow>,
+}
+
+/// Friction at one node pair of the interface.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FrictionRow {
+    /// Friction traction on the second body along the tangent `(−n_y, n_x)`, Pa.
+    pub tangential: f64,
+    /// Slip of the first body against the second along the tangent, m.
+    pub slip: f64,
+    /// Largest friction traction, Pa: the given one, or `μ p`.
+    pub limit: f64,
+    /// `stick`, `slip` or `open`.
+    pub state: String,
 }
 
 /// Writes history.csv.
@@ -81,11 +100,26 @@ pub fn history_csv(rows: &[IterationRow]) -> Result<String, TableError> {
 /// # Errors
 /// A number that is not finite.
 pub fn contact_csv(pairs: &[(&str, Vec<ContactRow>)]) -> Result<String, TableError> {
-    if let [(_, rows)] = pairs {
-        return write(&CONTACT_COLUMNS, rows);
-    }
-    let rows = pairs.iter().flat_map(|(name, rows)| rows.iter().map(move |row| (row, name)));
-    write(&[&CONTACT_COLUMNS[..], &["pair"]].concat(), &rows.collect::<Vec<_>>())
+    let several = pairs.len() > 1;
+    let with_friction = pairs.iter().flat_map(|(_, rows)| rows).any(|row| row.friction.is_some());
+    let mut columns = CONTACT_COLUMNS.to_vec();
+    columns.extend(several.then_some("pair"));
+    columns.extend(with_friction.then_some(FRICTION_COLUMNS).into_iter().flatten());
+    let cells = |(name, row): (&&str, &ContactRow)| {
+        // Pairs without friction leave its columns empty; an empty vector has no column.
+        let of = row.friction.as_ref();
+        let numbers = [of.map(|f| f.tangential), of.map(|f| f.slip), of.map(|f| f.limit)];
+        let state = of.map_or_else(String::new, |f| f.state.clone());
+        let if_any = |used: bool, text: String| if used { vec![text] } else { vec![] };
+        (
+            row.clone(),
+            if_any(several, (*name).to_owned()),
+            if with_friction { numbers.to_vec() } else { vec![] },
+            if_any(with_friction, state),
+        )
+    };
+    let rows = pairs.iter().flat_map(|(name, rows)| rows.iter().map(move |row| (name, row)));
+    write(&columns, &rows.map(cells).collect::<Vec<_>>())
 }
 
 /// Writes adaptive.csv.
@@ -169,10 +203,19 @@ mod tests {
             opening: 0.0,
             pressure: 1234.5678901234567,
             active: 1,
+            friction: None,
         };
         assert_eq!(
-            contact_csv(&[("", vec![row])]).unwrap(),
+            contact_csv(&[("", vec![row.clone()])]).unwrap(),
             "s,x,y,gap,opening,pressure,active\n0.5,0.5,1.0,0.25,0.0,1234.5678901234567,1\n"
+        );
+        let friction = FrictionRow { tangential: -1.5, slip: 0.0, limit: 4.0, state: "stick".into() };
+        let rubs = ContactRow { friction: Some(friction), ..row.clone() };
+        assert_eq!(
+            contact_csv(&[("a", vec![row]), ("b", vec![rubs])]).unwrap(),
+            "s,x,y,gap,opening,pressure,active,pair,tangential,slip,limit,state\n\
+             0.5,0.5,1.0,0.25,0.0,1234.5678901234567,1,a,,,,\n\
+             0.5,0.5,1.0,0.25,0.0,1234.5678901234567,1,b,-1.5,0.0,4.0,stick\n"
         );
     }
 

@@ -9,11 +9,12 @@ use case_io::Case;
 use case_io::case::MaterialLaw;
 use case_io::output::OutputDirectory;
 use case_io::report::AdaptiveRow;
+use case_io::table::FrictionRow;
 use certified_contact::CertifiedSolution;
 use cre_estimator::Estimate;
 use fem_core::body::{Body, NodeConstraint};
 use fem_core::field;
-use fem_core::geometry::{Vector, norm};
+use fem_core::geometry::{Vector, norm, perpendicular};
 use fem_core::interface::ContactEdge;
 use fem_core::material::Hypothesis;
 use fem_core::tensor::SymTensor2;
@@ -226,8 +227,9 @@ fn reactions(solution: &CertifiedSolution, estimate: &Estimate, model: &Body, bo
     for (k, side) in solution.problem.sides_of(body) {
         for pair in solution.problem.contacts[k].interface.pairs() {
             let node = pair.nodes[side].index();
+            let slides = !solution.problem.contacts[k].friction.acts();
             forces[node] = match model.node_constraints()[node] {
-                NodeConstraint::Free => along(pair.normal / norm(pair.normal), residual[node]),
+                NodeConstraint::Free if slides => along(pair.normal / norm(pair.normal), residual[node]),
                 _ => residual[node],
             };
         }
@@ -265,12 +267,15 @@ fn contact_data(solution: &CertifiedSolution, estimate: &Estimate, pair: usize) 
     };
     let displacement = &estimate.pair.bodies[of.bodies[0]].displacement;
     let normal = |k: usize| interface.pairs()[k].normal;
-    let data = VtuData {
+    let mut data = VtuData {
         point: vec![
             // Of the first body, so that the line is warped with it.
             vectors("displacement", &|k| displacement[interface.pairs()[k].nodes[0]]),
             vectors("normal", &normal),
-            vectors("traction", &|k| -rows[k].pressure * normal(k)),
+            vectors("traction", &|k| {
+                let friction = rows[k].friction.as_ref().map_or(0.0, |friction| friction.tangential);
+                -rows[k].pressure * normal(k) - friction * perpendicular(normal(k))
+            }),
             scalars("gap", &|k| rows[k].gap),
             VtuArray::scalars("opening", (0..points.len()).map(opening).collect()),
             scalars("contact_pressure", &|k| rows[k].pressure),
@@ -286,6 +291,21 @@ fn contact_data(solution: &CertifiedSolution, estimate: &Estimate, pair: usize) 
         cell: vec![VtuArray::scalars("error_density", density.collect())],
         field: Vec::new(),
     };
+    if rows.iter().any(|row| row.friction.is_some()) {
+        let friction = |name: &str, of: fn(&FrictionRow) -> f64| {
+            scalars(name, &|k| rows[k].friction.as_ref().map_or(0.0, of))
+        };
+        data.point.extend([
+            friction("friction_traction", |f| f.tangential),
+            friction("friction_limit", |f| f.limit),
+            friction("slip", |f| f.slip),
+            friction("friction_state", |f| match f.state.as_str() {
+                "stick" => 1.0,
+                "slip" => 2.0,
+                _ => 0.0,
+            }),
+        ]);
+    }
     let grid = VtuMesh { points, cells: VtuCells::Lines(ends) };
     (grid, data)
 }

@@ -4,10 +4,10 @@ use crate::notes;
 use crate::solved::Solved;
 use case_io::Case;
 use case_io::report::{
-    BodySummary, Bounds, Certificate, Checks, ContactStretch, ContactSummary, FreeMotion, IterationRow,
-    PeakStress, Reaction, Report, Results, RigidSideSummary, SCHEMA, Split, Timings,
+    BodySummary, Bounds, Certificate, Checks, ContactStretch, ContactSummary, FreeMotion, FrictionSummary,
+    IterationRow, PeakStress, Reaction, Report, Results, RigidSideSummary, SCHEMA, Split, Timings,
 };
-use case_io::table::ContactRow;
+use case_io::table::{ContactRow, FrictionRow};
 use certified_contact::cre_estimator::Parts;
 use certified_contact::{CertifiedSolution, RigidSideResults, Row};
 use serde_json::{Map, Value};
@@ -105,6 +105,13 @@ fn contact_summary(case: &Case, solution: &CertifiedSolution, k: usize) -> Conta
         max_pressure: found.map(|found| found.max_pressure),
         active: found.map(|found| found.active),
         min_opening: found.map(|found| found.min_opening),
+        friction: found.and_then(|found| found.friction.as_ref()).map(|found| FrictionSummary {
+            law: case.contacts[k].friction.as_ref().map_or("", |friction| friction.law()).to_owned(),
+            tangential_force: found.force,
+            stick_intervals: found.stick_intervals.clone(),
+            slip_intervals: found.slip_intervals.clone(),
+            max_slip: found.max_slip,
+        }),
     }
 }
 
@@ -127,7 +134,7 @@ fn certificate(solution: &CertifiedSolution) -> Certificate {
         eta_nndd: Some(found.eta_nndd.max(solution.last().eta_nndd)).filter(|eta| eta.is_finite()),
         split: Split { discretisation: Some(discretisation), algebraic: Some(algebraic) },
         parts: case_io::report::Parts { mesh, iteration, contact, lift, gap_data, friction, round_off },
-        problem: "frictionless".to_owned(),
+        problem: if solution.problem.has_friction() { "tresca" } else { "frictionless" }.to_owned(),
         pressure_shift: Some(estimate.pair.pressure_shift),
         bounds: bounds(solution),
         checks: Checks {
@@ -140,6 +147,7 @@ fn certificate(solution: &CertifiedSolution) -> Certificate {
             imposed_displacement: Some(a.imposed_displacement),
             rigid_balance: Some(a.rigid_balance),
             rotation: Some(a.rotation),
+            friction_cone: Some(a.friction_cone),
         },
     }
 }
@@ -197,6 +205,23 @@ fn results(case: &Case, solution: &CertifiedSolution, change: Option<f64>) -> Re
 /// Arc lengths, gaps, openings, pressures along the contact line of a pair; s runs along its first body.
 pub(crate) fn contact_rows(solution: &CertifiedSolution, pair: usize) -> Vec<ContactRow> {
     let first = solution.last().blocks(&solution.problem).nth(pair).map_or(0, |block| block.start);
+    let tangents = solution.last().tangential_blocks(&solution.problem).nth(pair).unwrap_or_default();
+    let tangential = &solution.last().tangential;
+    let friction = |k: usize, pressed: bool, length: f64| {
+        let row = tangents.clone().nth(k)?;
+        let slip = tangential.slip[row];
+        Some(FrictionRow {
+            tangential: tangential.force[row] / length,
+            slip,
+            limit: tangential.limit[row] / length,
+            state: match (pressed, slip == 0.0) {
+                (false, _) => "open",
+                (true, true) => "stick",
+                (true, false) => "slip",
+            }
+            .to_owned(),
+        })
+    };
     let pair = &solution.problem.contacts[pair];
     let points = solution.problem.bodies[pair.bodies[0]].mesh().points();
     let last = solution.last();
@@ -215,6 +240,7 @@ pub(crate) fn contact_rows(solution: &CertifiedSolution, pair: usize) -> Vec<Con
                 opening: last.opening[first + k],
                 pressure: force / pair.tributary_length,
                 active: u8::from(force > 0.0),
+                friction: friction(k, force > 0.0, pair.tributary_length),
             }
         })
         .collect()

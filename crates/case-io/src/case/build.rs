@@ -302,6 +302,7 @@ impl Case {
             | InterfaceError::Overlap { .. }
             | InterfaceError::TooFar { .. } => ("gap".to_owned(), None),
             InterfaceError::NormalAway { .. } => ("normal".to_owned(), None),
+            InterfaceError::BadFrictionLimit { .. } => ("friction.limit".to_owned(), None),
             _ => ("surfaces".to_owned(), None),
         };
         let (mut key, mut message) = (key, self.with_name(contact, error, side));

@@ -24,6 +24,8 @@ pub struct Contact {
     pub normal: Option<[f64; 2]>,
     /// Which body of this pair carries λ, if not the one that the solver chooses for all.
     pub imposed: Option<Imposed>,
+    /// The law of friction; `None`: the surfaces slide freely.
+    pub friction: Option<Friction>,
     /// The path of its table: `contact`, or `contact.` and its number.
     pub(crate) path: String,
 }
@@ -32,6 +34,34 @@ impl Contact {
     /// Returns its name as the stem of a file name, see [`super::BodyCase::file_stem`].
     pub fn file_stem(&self) -> String {
         super::body::file_stem(&self.name)
+    }
+}
+
+/// `friction`: how much traction along the contact line a pair resists.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "law", rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Friction {
+    /// A given limit.
+    Tresca {
+        /// Largest traction along the contact line, Pa, ≥ 0.
+        limit: Value,
+    },
+}
+
+impl Friction {
+    /// Returns the name of the law in the case file.
+    pub fn law(&self) -> &'static str {
+        match self {
+            Self::Tresca { .. } => "tresca",
+        }
+    }
+
+    /// Returns the law of fem-core.
+    pub(super) fn of_core(&self) -> interface::Friction {
+        match self {
+            Self::Tresca { limit } => interface::Friction::tresca(limit.scalar()),
+        }
     }
 }
 

@@ -107,7 +107,7 @@ pub(super) fn of_interface(error: &InterfaceError) -> Cure {
             ("a finite number >= 0", "change the expression; `gap = \"geometric\"` measures the gap")
         }
         InterfaceError::BadFrictionLimit { .. } | InterfaceError::BadFrictionCoefficient { .. } => {
-            ("a finite number >= 0", "change the law of friction")
+            ("a finite number >= 0", "change the number or the expression of `friction`")
         }
         InterfaceError::NotMatching { .. }
         | InterfaceError::EdgeWithoutPartner { .. }

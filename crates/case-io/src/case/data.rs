@@ -1,7 +1,7 @@
 //! Numbers and expressions as fem-core's data, and what the mesh makes of them.
 
 use super::pair_notes::PairNote;
-use super::{Case, MaterialLaw, Value};
+use super::{Case, Friction, MaterialLaw, Value};
 use crate::diagnostic::{CaseError, code};
 use fem_core::body::{Body, ConditionList, DataDifference, Difference, SAMPLES};
 use fem_core::geometry::shown;
@@ -52,6 +52,19 @@ impl Case {
             of_pairs.push(PairNote { contact: k, alone, shared });
         }
         notes.extend(self.joined(of_pairs));
+        for (given, pair) in self.contacts.iter().zip(&problem.contacts) {
+            let (Some(Friction::Tresca { limit }), Some(first)) =
+                (&given.friction, problem.bodies.get(pair.bodies[0]))
+            else {
+                continue;
+            };
+            if let Some(difference) = pair.interpolated_limit(first) {
+                notes.push(note(
+                    &format!("{}.friction.limit = {}", given.path, quoted(Some(limit))),
+                    difference,
+                ));
+            }
+        }
         notes
     }
 

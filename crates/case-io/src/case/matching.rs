@@ -153,6 +153,13 @@ impl Case {
                 _ => unreachable!("the reader has refused a pair of {:?}", given.bodies),
             };
         }
+        for (k, given) in self.contacts.iter().enumerate() {
+            if let Some(friction) = &given.friction {
+                problem = problem
+                    .with_friction(k, friction.of_core())
+                    .map_err(|error| CaseError::from(self.interface_diagnostic(k, &error)))?;
+            }
+        }
         Ok(problem)
     }
 

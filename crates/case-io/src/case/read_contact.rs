@@ -1,7 +1,7 @@
 //! The `[[contact]]` tables.
 
 use super::body::file_stem;
-use super::contact::{CircleSide, Contact, Obstacle, Rigid, Shape};
+use super::contact::{CircleSide, Contact, Friction, Obstacle, Rigid, Shape};
 use super::side::joined;
 use super::{BodyCase, Imposed, Value};
 use crate::case_file::{NodeValue, Reader};
@@ -123,6 +123,7 @@ fn contact(r: &mut Reader<'_>, bodies: &mut [BodyCase], only: bool, path: String
         );
     }
     let imposed = r.choice("imposed", Imposed::NAMES);
+    let friction = r.table("friction").and_then(friction);
     let motion = r.pair("motion");
     let obstacle = against_obstacle(r, obstacle, motion);
     let name = |b: &usize| bodies.get(*b).map_or("", |body| body.name.as_str());
@@ -136,7 +137,41 @@ fn contact(r: &mut Reader<'_>, bodies: &mut [BodyCase], only: bool, path: String
         None => names.concat(),
     };
     let surfaces = surfaces.unwrap_or_default().into_iter().enumerate().map(joined).collect();
-    Contact { name, bodies: members, surfaces, obstacle, gap, geometric, normal, imposed, path }
+    Contact { name, bodies: members, surfaces, obstacle, gap, geometric, normal, imposed, friction, path }
+}
+
+/// The laws of friction, by their words.
+#[derive(Clone, Copy)]
+enum Law {
+    Tresca,
+    Coulomb,
+}
+
+const LAWS: &[(&str, Law)] = &[("tresca", Law::Tresca), ("coulomb", Law::Coulomb)];
+
+fn friction(mut r: Reader<'_>) -> Option<Friction> {
+    r.require(&["law"]);
+    let law = match r.choice("law", LAWS) {
+        Some(Law::Tresca) => {
+            r.require(&["limit"]);
+            let limit = r.value("limit");
+            if limit.as_ref().and_then(Value::number).is_some_and(|limit| limit < 0.0) {
+                let message = format!("`{}` is negative", r.path_of("limit"));
+                r.refuse("limit", message, "a number >= 0, or an expression", "write its absolute value");
+            }
+            limit.map(|limit| Friction::Tresca { limit })
+        }
+        Some(Law::Coulomb) => {
+            let message = "Coulomb friction has no certificate, and case files do not support it yet";
+            let fix = "write `{ law = \"tresca\", limit = 4.0 }`, a limit in Pa; certified_contact::solve_coulomb solves it from Rust";
+            r.refuse("law", message, "`law = \"tresca\"`", fix);
+            r.number("mu");
+            None
+        }
+        None => None,
+    };
+    r.finish();
+    law
 }
 
 /// Checks what an obstacle excludes, and gives it its motion.

@@ -130,5 +130,8 @@ fn contact(given: &Contact, bodies: &[BodyCase]) -> Json {
     if let Some(imposed) = given.imposed {
         object["imposed"] = json!(imposed);
     }
+    if let Some(friction) = &given.friction {
+        object["friction"] = json!(friction);
+    }
     object
 }

@@ -89,7 +89,7 @@ fn keys_and_their_order_are_the_contract() {
     assert_eq!(
         keys(&value["certificate"]["checks"]),
         "equilibrium traction_jump boundary_traction penetration pressure_sign supports imposed_displacement \
-         rigid_balance rotation"
+         rigid_balance rotation friction_cone"
     );
     assert_eq!(
         keys(&value["results"]),

@@ -1,7 +1,7 @@
 //! Laws of friction along a pair: data alone.
 
 use super::{ContactPair, InterfaceError};
-use crate::body::Body;
+use crate::body::{Body, Difference, DifferenceSum};
 use crate::boundary::ScalarData;
 use crate::geometry::{Vector, perpendicular};
 use crate::mesh::id::NodeId;
@@ -82,6 +82,20 @@ impl ContactPair {
         let Friction::Tresca { limit } = &self.friction else { return None };
         let points = first.mesh().points();
         Some(self.interface.pairs().iter().map(|pair| limit.at(points[pair.nodes[0]])).collect())
+    }
+
+    /// Measures the difference between the limit of Tresca's law and its interpolant between the nodes, relative to its
+    /// largest value; `None` for other laws, or if the two are equal to round-off.
+    ///
+    /// * `first`: the first body of the pair.
+    pub fn interpolated_limit(&self, first: &Body) -> Option<Difference> {
+        let Friction::Tresca { limit } = &self.friction else { return None };
+        let points = first.mesh().points();
+        let sum = DifferenceSum::of(self.interface.edges(), |sum, edge| {
+            let ends = edge.pairs.map(|k| points[self.interface.pairs()[k as usize].nodes[0]]);
+            sum.edge(ends, ends.map(|end| limit.at(end)), |point| limit.at(point));
+        });
+        sum.difference()
     }
 
     /// Checks the data of the law of friction.
