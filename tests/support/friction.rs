@@ -88,8 +88,9 @@ pub fn slope(slope: f64, cells: [usize; 2], friction: Friction) -> Made<ContactP
     let weight = BoundaryConditions::new().body_force([10.0 * slope, -10.0]);
     let body = Body::new(block([0.0, 0.0], [2.0, 1.0], cells)?, material(1000.0, 0.3)?, &weight)?;
     let line = RigidLine::Plane { point: Vector::zeros(), normal: Vector::y() };
-    let interface = ContactInterface::against(&body, "bottom", &line, None)?;
-    let problem = ContactProblem::new(vec![body]).obstacle(0, interface, Obstacle::fixed(line));
+    let plane = Obstacle::fixed(line);
+    let interface = ContactInterface::against(&body, "bottom", &plane, None)?;
+    let problem = ContactProblem::new(vec![body]).obstacle(0, interface, plane);
     Ok(problem.with_friction(0, friction)?)
 }
 
@@ -105,8 +106,9 @@ pub fn pushed_over_plane(cells: usize, friction: Friction) -> Made<ContactProble
         .traction("top", [0.0.into(), (-50.0).into()]);
     let body = Body::new(block([0.0, 0.0], [40.0, 40.0], [cells; 2])?, material(130e3, 0.2)?, &pushed)?;
     let line = RigidLine::Plane { point: Vector::zeros(), normal: Vector::y() };
-    let interface = ContactInterface::against(&body, "bottom", &line, None)?;
-    let problem = ContactProblem::new(vec![body]).obstacle(0, interface, Obstacle::fixed(line));
+    let plane = Obstacle::fixed(line);
+    let interface = ContactInterface::against(&body, "bottom", &plane, None)?;
+    let problem = ContactProblem::new(vec![body]).obstacle(0, interface, plane);
     Ok(problem.with_friction(0, friction)?)
 }
 

@@ -118,7 +118,7 @@ fn frozen(body: &Body, pairs: &mut [NodePair], edges: &[ContactEdge], facing: &H
     }
 }
 
-/// Averages the edge normals at the nodes of one stretch; a straight one has a single normal. If the outline goes on
+/// Averages the edge normals at the nodes of one stretch; a straight one has a single normal. If the outline continues
 /// smoothly at an end, the edge beyond it counts. Otherwise the normal at the end of a curved stretch is the neighbour's
 /// mirrored at the last edge, which is exact for a circle, as with a common refinement. On a declared arc the normals are
 /// the arc's own.
@@ -168,7 +168,7 @@ fn averaged(
     Ok(())
 }
 
-/// Finds the edges beyond the two ends of an open stretch at which the outline goes on smoothly.
+/// Finds the edges beyond the two ends of an open stretch at which the outline continues smoothly.
 fn edges_beyond(body: &Body, pairs: &[NodePair], edges: &[ContactEdge]) -> [Option<EdgeId>; 2] {
     let (mesh, last) = (body.mesh(), pairs.len() - 1);
     let node = |k: usize| pairs[k].nodes[0];

@@ -130,7 +130,7 @@ impl Topology {
         self.edge_triangles[edge][1] == NONE
     }
 
-    /// Finds the edge with which the boundary goes on at a node of a boundary edge; `None` if the boundary crosses itself there.
+    /// Finds the edge with which the boundary continues at a node of a boundary edge; `None` if the boundary crosses itself there.
     pub fn boundary_beyond(&self, edge: EdgeId, node: NodeId) -> Option<EdgeId> {
         let around = self.triangles_around(node).iter().flat_map(|t| self.triangle_edges[*t as usize]);
         let beyond = |e: &EdgeId| *e != edge && self.edges[*e].contains(&node) && self.is_boundary(*e);

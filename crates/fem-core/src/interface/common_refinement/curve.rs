@@ -33,7 +33,7 @@ impl Curve {
         Self::continued(points, [None; 2])
     }
 
-    /// [`Self::new`] of a part of an outline: an end at which the outline goes on smoothly has the normal of an inner node, the
+    /// [`Self::new`] of a part of an outline: an end at which the outline continues smoothly has the normal of an inner node, the
     /// mean over all its edges.
     ///
     /// * `beyond`: the next points of the outline before and after an open line.
@@ -266,7 +266,7 @@ impl Curve {
 /// Cosine of the largest turn of a smooth outline at a node, 30 degrees.
 const SMOOTH: f64 = 0.866;
 
-/// Returns the points beyond the two ends of a line at which the outline goes on smoothly: it turns by at most 30 degrees there,
+/// Returns the points beyond the two ends of a line at which the outline continues smoothly: it turns by at most 30 degrees there,
 /// and not much more than at the next node.
 ///
 /// * `ends`: the two ends, and the points next to them; `next`: the third points, `None` if the line is a single edge.
