@@ -261,6 +261,11 @@ fn results(page: &mut String, case: &Case, report: &Report) {
             row(&format!("centre of pressure{of}, x"), Some(x), Kind::Length);
             row(&format!("centre of pressure{of}, y"), Some(y), Kind::Length);
         }
+        if let Some(friction) = &contact.friction {
+            let force = Some(friction.tangential_force);
+            row(&format!("friction force{of}, on the second body along the tangent"), force, Kind::Force);
+            row(&format!("largest slip{of}"), Some(friction.max_slip), Kind::Length);
+        }
     }
     row("integral of the pressure, ∫ p ds", r.contact_force, Kind::Force);
     row("largest nodal pressure", r.max_pressure, Kind::Stress);

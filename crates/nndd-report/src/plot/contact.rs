@@ -1,9 +1,9 @@
 //! Pressure and opening along the contact.
 
 use super::axis::{Axis, drawable, extent, short};
-use super::colour::{BLUE, VERMILLION};
+use super::colour::{BLUE, GREEN, GREY, VERMILLION};
 use super::labels::Labels;
-use super::lines::{self, LinePanel, Series, THICK};
+use super::lines::{self, LinePanel, Series, THICK, THIN};
 use super::look::{Look, Marker};
 use super::sheet::PIXEL;
 use case_io::table::ContactRow;
@@ -11,6 +11,8 @@ use fem_core::geometry::Vector;
 
 const PRESSURE: Look = Look::new("pressure", BLUE, THICK, Marker::Disc);
 const OPENING: Look = Look::new("opening", VERMILLION, THICK, Marker::Square);
+const FRICTION: Look = Look::new("friction", GREEN, THICK, Marker::Disc);
+const LIMIT: Look = Look::new("its limit", GREY, THIN, Marker::None);
 const HEIGHT: f64 = 170.0 * PIXEL;
 const TICKS: usize = 5;
 /// Pressures below this part of the largest count as zero.
@@ -66,15 +68,51 @@ pub(crate) fn contact(title: &str, rows: &[ContactRow], start: Option<f64>, labe
     // Where the bodies touch everywhere, or nothing is known, there is no opening to see.
     let open = ends[1] != (0.0, 0.0);
     let count = if open { 2 } else { 1 };
-    let label = [[if open { "" } else { &s }, pressure.as_str()], [&s, &opening]];
+    let rubs = friction(rows);
+    let reach = extent(rubs.iter().flatten().flat_map(|series| series.points.iter().flatten().map(|p| p[1])));
+    let friction_axis = both_ways(reach.unwrap_or_default());
+    let friction_label = labels.stress("friction", "stress units");
+    // The arc length is written below the last panel.
+    let last = if rubs.is_some() { 2 } else { count - 1 };
+    let below_panel = |k: usize| if k == last { s.as_str() } else { "" };
+    let label = [[below_panel(0), pressure.as_str()], [below_panel(1), &opening]];
     let peak = nodes.iter().copied().max_by(|a, b| a[1].total_cmp(&b[1])).filter(|_| cap.is_some());
+    let friction = rubs.as_ref().map(|series| LinePanel {
+        bands: &zones,
+        ..LinePanel::new([below_panel(2), &friction_label], [&x_axis, &friction_axis], series)
+    });
     let panels = (0..count).map(|k| LinePanel {
         bands: &zones,
         remark: (ends[k] == (0.0, 0.0)).then(|| format!("{} is zero everywhere", series[k][0].look.name)),
         peak: peak.filter(|_| k == 0).map(|n| (n[0], format!("peak {}", short(three(n[1]))))),
         ..LinePanel::new(label[k], [&x_axis, &axes[k]], &series[k])
     });
-    lines::figure(title, &description, HEIGHT, &panels.collect::<Vec<_>>())
+    lines::figure(title, &description, HEIGHT, &panels.chain(friction).collect::<Vec<_>>())
+}
+
+/// The friction on the second body, and its limit in both directions; `None` without friction.
+fn friction(rows: &[ContactRow]) -> Option<[Series; 3]> {
+    let mut nodes: Vec<[f64; 3]> = rows
+        .iter()
+        .filter_map(|r| r.friction.as_ref().map(|f| [r.s, f.tangential, f.limit]))
+        .filter(|n| n.iter().all(|v| drawable(*v)))
+        .collect();
+    nodes.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let line = |look: Look, value: fn(&[f64; 3]) -> f64| Series {
+        look,
+        points: nodes.iter().map(|n| Some(Vector::new(n[0], value(n)))).collect(),
+    };
+    let all = [line(FRICTION, |n| n[1]), line(LIMIT, |n| n[2]), line(LIMIT, |n| -n[2])];
+    (!nodes.is_empty()).then_some(all)
+}
+
+/// An axis a little beyond the smallest and the largest value.
+fn both_ways((lo, hi): (f64, f64)) -> Axis {
+    if hi - lo <= 0.0 {
+        return Axis::linear(-1.0, 1.0, TICKS);
+    }
+    let margin = 0.06 * (hi - lo);
+    Axis::linear(lo - margin, hi + margin, TICKS)
 }
 
 /// Where the axis of the pressures ends if a peak on a small part of the contact must be cut.

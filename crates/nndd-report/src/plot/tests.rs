@@ -3,7 +3,7 @@ use super::outline::outline;
 use super::*;
 use crate::nodal::NodalPatch;
 use case_io::report::{IterationRow, SweepPanel, SweepRow};
-use case_io::table::ContactRow;
+use case_io::table::{ContactRow, FrictionRow};
 use fem_core::geometry::Vector;
 use fem_core::interface::RigidLine;
 use fem_core::mesh::TriMesh;
@@ -225,6 +225,23 @@ fn labels_have_the_units_of_the_case() {
     let svg = contact("Contact", &[row(0), row(1)], None, &labels);
     assert_whole(&svg);
     assert!(svg.contains("pressure [MPa]") && svg.contains("opening [mm]") && !svg.contains("units)"));
+}
+
+#[test]
+fn friction_has_a_panel_with_its_limit() {
+    let row = |k: usize, friction: Option<FrictionRow>| ContactRow {
+        s: k as f64,
+        pressure: 1.0,
+        friction,
+        ..ContactRow::default()
+    };
+    let rubs =
+        |tangential: f64| Some(FrictionRow { tangential, slip: 0.0, limit: 4.0, state: "stick".into() });
+    let drawn = |rows: &[ContactRow]| contact("Contact", rows, None, &Labels::default());
+    let svg = drawn(&[row(0, rubs(-1.0)), row(1, rubs(4.0)), row(2, rubs(f64::NAN))]);
+    assert_whole(&svg);
+    assert!(svg.contains("its limit") && svg.contains("friction (stress units)"), "{svg}");
+    assert!(!drawn(&[row(0, None), row(1, None)]).contains("friction"));
 }
 
 #[test]
