@@ -6,7 +6,7 @@
 mod finite;
 mod sweep;
 
-pub(crate) use finite::check as check_finite;
+pub(crate) use finite::{NotFinite, check as check_finite};
 pub use sweep::{SWEEP_SCHEMA, SweepPanel, SweepReport, SweepRow};
 
 use serde::{Deserialize, Serialize};

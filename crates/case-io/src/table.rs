@@ -1,7 +1,7 @@
 //! The CSV files: history, contact, adaptive steps and sweep. Numbers are in the shortest form that reads back
 //! exactly; an unknown value is an empty field.
 
-use crate::report::{AdaptiveRow, IterationRow, SweepPanel, check_finite};
+use crate::report::{AdaptiveRow, IterationRow, NotFinite, SweepPanel, check_finite};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -100,6 +100,11 @@ pub fn history_csv(rows: &[IterationRow]) -> Result<String, TableError> {
 /// # Errors
 /// A number that is not finite.
 pub fn contact_csv(pairs: &[(&str, Vec<ContactRow>)]) -> Result<String, TableError> {
+    // Under the names of their columns.
+    for (k, row) in pairs.iter().flat_map(|(_, rows)| rows).enumerate() {
+        finite(k, row)?;
+        finite(k, &row.friction)?;
+    }
     let several = pairs.len() > 1;
     let with_friction = pairs.iter().flat_map(|(_, rows)| rows).any(|row| row.friction.is_some());
     let mut columns = CONTACT_COLUMNS.to_vec();
@@ -145,16 +150,19 @@ pub fn sweep_csv(key: &str, panel: &SweepPanel) -> Result<String, TableError> {
     write(&columns, &tuples)
 }
 
+/// Checks the numbers of row `k`, from 0.
+fn finite<T: Serialize>(k: usize, row: &T) -> Result<(), TableError> {
+    let fault =
+        |fault: NotFinite| TableError::NotFinite { row: k + 1, field: fault.field, value: fault.value };
+    check_finite(row).map_err(fault)
+}
+
 /// Writes the columns first, so that a table without rows has them too.
 fn write<T: Serialize>(columns: &[&str], rows: &[T]) -> Result<String, TableError> {
     let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
     writer.write_record(columns)?;
     for (k, row) in rows.iter().enumerate() {
-        check_finite(row).map_err(|fault| TableError::NotFinite {
-            row: k + 1,
-            field: fault.field,
-            value: fault.value,
-        })?;
+        finite(k, row)?;
         writer.serialize(row)?;
     }
     let bytes = writer.into_inner().map_err(|error| csv::Error::from(error.into_error()))?;
@@ -244,5 +252,9 @@ mod tests {
         let row = ContactRow { gap: f64::NAN, ..ContactRow::default() };
         let error = contact_csv(&[("", vec![ContactRow::default(), row])]).unwrap_err();
         assert!(error.to_string().starts_with("row 2 of the table: gap is NaN"), "{error}");
+        let friction = Some(FrictionRow { slip: f64::INFINITY, ..FrictionRow::default() });
+        let row = ContactRow { friction, ..ContactRow::default() };
+        let error = contact_csv(&[("", vec![row])]).unwrap_err();
+        assert!(error.to_string().starts_with("row 1 of the table: slip is inf"), "{error}");
     }
 }

@@ -14,18 +14,18 @@ const ABOUT: &str = "about = [1.1, 2.0]\n";
 const DISC: &str = "radius = 5.0, cells = 32";
 
 const PAIRS: &[Fault] = &[
-    ("press", TOP, "surfaces = [\"top\"]\nfriction = 0.3\n", &["`contact.0.friction`", "a table"]),
+    ("press", TOP, "surfaces = [\"top\"]\nfriction = 0.3\n", &["`contact.1.friction`", "a table"]),
     (
         "press",
         TOP,
         "surfaces = [\"top\"]\nfriction = {}\n",
-        &["`contact.0.friction.law` is missing", "law = \"tresca\""],
+        &["`contact.1.friction.law` is missing", "law = \"tresca\""],
     ),
     (
         "press",
         TOP,
         "surfaces = [\"top\"]\nfriction = { law = \"stick\" }\n",
-        &["`contact.0.friction.law` is \"stick\"", "\"tresca\""],
+        &["`contact.1.friction.law` is \"stick\"", "\"tresca\""],
     ),
     (
         "press",
@@ -37,13 +37,13 @@ const PAIRS: &[Fault] = &[
         "press",
         TOP,
         "surfaces = [\"top\"]\nfriction = { law = \"tresca\" }\n",
-        &["`contact.0.friction.limit` is missing", "limit = 4.0"],
+        &["`contact.1.friction.limit` is missing", "limit = 4.0"],
     ),
     (
         "press",
         TOP,
         "surfaces = [\"top\"]\nfriction = { law = \"tresca\", limit = -1.0 }\n",
-        &["`contact.0.friction.limit` is negative", "a number >= 0"],
+        &["`contact.1.friction.limit` is negative", "a number >= 0"],
     ),
     (
         "press",
