@@ -5,17 +5,16 @@ use crate::geometry::{self, Vector, norm};
 use crate::mesh::TriMesh;
 use crate::mesh::id::EdgeId;
 
-/// Cosine of the largest angle between the normals of two facing edges, and between a normal and the way to the other side, 35
-/// degrees: the normals at the nodes of coarse rims are up to half a turn farther, and must stay within the 45 degrees from the
-/// contact line that a support may hold, and the 60 degrees that pairing allows.
-const FACING: f64 = 0.819;
+/// Cosine of the largest angle between the normals of two facing edges, and between a normal and the way to the other side: a
+/// little less than the 60 degrees that pairing allows, so that rounding does not decide.
+const FACING: f64 = 0.501;
 /// Two points closer than this fraction of the smaller body's diagonal are the same.
 const TOUCHING: f64 = 1e-6;
 /// Points of an edge that are looked at, both ends among them.
 const SAMPLES: usize = 9;
 
-/// Selects the edges of two sides that face each other: somewhere on the edge the nearest point of the other side lies within 35
-/// degrees of the edge's normal, and the normals are opposite within 35 degrees. So a roller's rim takes part in a contact only
+/// Selects the edges of two sides that face each other: somewhere on the edge the nearest point of the other side lies within 60
+/// degrees of the edge's normal, and the normals are opposite within 60 degrees. So a roller's rim takes part in a contact only
 /// near the other body, and a long side only near what lies on it.
 ///
 /// * `surfaces`: the edge group of the first and of the second body; a missing one has no edges.
