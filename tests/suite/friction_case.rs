@@ -32,3 +32,19 @@ fn a_limit_that_is_not_linear_is_noted() {
     let problem = case.build_problem().unwrap();
     assert!(case.data_notes(&problem).is_empty());
 }
+
+#[test]
+fn what_does_not_support_friction_yet_is_refused_in_the_case_file() {
+    let text = include_str!("../cases/tresca.toml");
+    let refused = |text: &str, words: &str| {
+        let error = Case::parse(text, "tresca.toml", &[]).unwrap_err();
+        let found = &error.diagnostics[0];
+        assert!(found.message.contains(words) && found.message.contains("upper-lower"), "{}", found.message);
+        assert!(found.place.is_some() && found.expected.is_some(), "{found:?}");
+    };
+    refused(
+        &format!("{text}[adapt]\ntarget_relative_error = 0.05\n"),
+        "adaptive runs do not support friction",
+    );
+    refused(&format!("{text}[solver]\npath = \"literal\"\n"), "\"literal\" does not support friction");
+}

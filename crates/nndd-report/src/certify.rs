@@ -33,6 +33,16 @@ pub fn certify(case: &Case, problem: ContactProblem, files: &[PathBuf]) -> Resul
              order of the case file\n  fix: write `--displacement A.vtu B.vtu …`"
         )));
     }
+    if let Some(pair) = case.contacts.iter().find(|contact| contact.friction.is_some()) {
+        return Err(Failure::plain(
+            INVALID_INPUT,
+            format!(
+                "the pair \"{}\" has friction, and displacements of other programs are certified without friction only\n  expected: \
+                 pairs without friction\n  fix: solve the case with nndd",
+                pair.name
+            ),
+        ));
+    }
     let bodies = case.build_bodies()?;
     let mut fields = Vec::with_capacity(files.len());
     for (b, (file, body)) in files.iter().zip(&bodies).enumerate() {

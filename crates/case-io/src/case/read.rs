@@ -1,8 +1,8 @@
 //! From the document to a [`Case`]: every section with its defaults and checks, except the bodies'.
 
 use super::{
-    Acceleration, Case, Criterion, Estimator, Imposed, Limit, Limits, Method, Model, Output, Path, QpChoice,
-    RelaxUntil, SCHEMA, Solver, Theta, Weights,
+    Acceleration, Case, Contact, Criterion, Estimator, Imposed, Limit, Limits, Method, Model, Output, Path,
+    QpChoice, RelaxUntil, SCHEMA, Solver, Theta, Weights,
 };
 use super::{materials, read_adapt, read_body, read_contact, regions, units};
 use crate::case_file::{self, Document, Findings, NodeValue, Reader};
@@ -35,6 +35,7 @@ pub(super) fn case(document: &Document, file_name: &str) -> Result<Case, CaseErr
     let solver = solver(root.table("solver"));
     let estimator = estimator(root.table("estimator"));
     let adapt = read_adapt::adapt(&mut root);
+    refuse_with_friction(&root, &contacts, &solver, adapt.is_some());
     let output = output(root.table("output"));
     let limits = root.table("limits").map(limits).unwrap_or_default();
     root.finish();
@@ -85,6 +86,22 @@ fn schema(root: &mut Reader<'_>) -> Result<(), CaseError> {
         )),
         NodeValue::Integer(found) => Err(fault(code::VALUE, root, format!("`schema` is {found}"))),
         ref other => Err(fault(code::TYPE, root, format!("`schema` is {}", other.type_name()))),
+    }
+}
+
+/// Refuses what friction is not supported with.
+fn refuse_with_friction(root: &Reader<'_>, contacts: &[Contact], solver: &Solver, adaptive: bool) {
+    let Some(pair) = contacts.iter().find(|contact| contact.friction.is_some()) else { return };
+    let fix = format!("take it out, or `{}.friction`", pair.path);
+    let refuse = |key: &str, what: &str, expected: &str| {
+        let message = format!("{what}, and the pair {} has friction", excerpt(&pair.name));
+        root.refuse(key, message, expected, &fix);
+    };
+    if adaptive {
+        refuse("adapt", "adaptive runs do not support friction yet", "no `[adapt]`: a given mesh");
+    }
+    if solver.path == Path::Literal {
+        refuse("solver", "`solver.path` = \"literal\" does not support friction", "`path = \"condensed\"`");
     }
 }
 
