@@ -178,7 +178,7 @@ pub fn refine_at(
 }
 
 /// Cuts like [`refine_at`], and then moves the new nodes to the points that `curve` gives for their edges. A node stays where
-/// it is if a triangle would keep less than [`LEAST_AREA`] of its area: [`Refinement::on_chord`] lists it.
+/// it is if a triangle would keep less than 30 % of its area: [`Refinement::on_chord`] lists it.
 ///
 /// # Errors
 /// See [`refine_at`].
@@ -242,7 +242,7 @@ pub fn refine_onto(
 /// A triangle keeps at least this part of its area if nodes move.
 const LEAST_AREA: f64 = 0.3;
 
-/// Takes out the moves with which a triangle would turn over or keep less than [`LEAST_AREA`] of its area, and returns their nodes.
+/// Takes out the moves with which a triangle would turn over or keep less than 30 % of its area, and returns their nodes.
 fn stay(points: &[Vector], triangles: &[[NodeId; 3]], moves: &mut BTreeMap<NodeId, Vector>) -> Vec<NodeId> {
     let mut on_chord = Vec::new();
     let mut waiting: Vec<[NodeId; 3]> =
