@@ -80,7 +80,7 @@ fn without_a_limit_the_bound_is_the_frictionless_one_and_without_end_that_of_a_b
     let (_, zero) = estimated(&blocks(cells, Friction::tresca(0.0)).unwrap(), Relaxation::Steps(2));
     near(zero.cre.e_cre(), without.cre.e_cre(), 1e-12);
     near(zero.unchecked().eta_nndd.max(1e-9), without.unchecked().eta_nndd.max(1e-9), 1e-3);
-    // Any large limit gives the same bound: full stick where the contact is closed.
+    // Any large limit gives the same bound: full stick on closed contact.
     let [a, b] =
         [1e2, 1e4].map(|s| estimated(&blocks(cells, Friction::tresca(s)).unwrap(), Relaxation::Steps(2)).1);
     near(a.cre.e_cre(), b.cre.e_cre(), 1e-9);

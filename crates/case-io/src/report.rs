@@ -370,7 +370,7 @@ pub struct Results {
     pub peak_stress: Option<PeakStress>,
 }
 
-/// The largest equivalent stress of the recovered stress, and where it is.
+/// The largest equivalent stress of the recovered stress, and its place.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PeakStress {
     /// The stress, Pa.

@@ -122,7 +122,7 @@ impl CoulombResult {
         self.estimate.admissibility.checks()
     }
 
-    /// Returns the contributions to the square of the residual of every triangle of each body, J/m: where a finer mesh helps.
+    /// Returns the contributions to the square of the residual of every triangle of each body, J/m: a finer mesh helps in the largest ones.
     pub fn by_cell(&self) -> &[Vec<f64>] {
         &self.estimate.cre.by_cell
     }

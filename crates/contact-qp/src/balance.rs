@@ -171,7 +171,7 @@ impl LeastSquares {
         }
     }
 
-    /// Counts an unknown from its other bound, where it is.
+    /// Counts an unknown that is at its other bound from there.
     fn turn(&mut self, j: usize) {
         let room = self.room[j];
         self.target.iter_mut().zip(&self.columns[j]).for_each(|(t, g)| *t -= room * g);

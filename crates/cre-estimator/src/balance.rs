@@ -56,7 +56,7 @@ impl Pressure {
     }
 }
 
-/// Computes the largest friction of an admissible stress at the pairs of a contact line, Pa: on a bent edge, where friction is the mean of its
+/// Computes the largest friction of an admissible stress at the pairs of a contact line, Pa: on a bent edge, on which friction is the mean of its
 /// ends, at most the smaller limit of its ends.
 fn admissible_limits(prepared: &PreparedProblem, pair: &ContactPair, pressure: &[f64]) -> Vec<f64> {
     let mut found = limits(prepared, pair, pressure);

@@ -28,7 +28,7 @@ pub struct Parts {
     pub lift: f64,
     /// Of gaps that curved edges cannot represent: the opening beyond the linear one between closed nodes.
     pub gap_data: f64,
-    /// Of friction, (32): zero without it, and where the slip keeps its sign and friction its limit.
+    /// Of friction, (32): zero without it, and if the slip keeps its sign and friction its limit.
     pub friction: f64,
     /// The allowance for round-off.
     pub round_off: f64,

@@ -10,7 +10,7 @@ use fem_core::mesh::id::{EdgeId, NodeId};
 use mesh_io::words::{counted, listed};
 use std::collections::BTreeSet;
 
-/// Lists the edges of each body on a first mesh that seem to stand for a curve and are not declared.
+/// Lists the edges of each body on a first mesh that seem to approximate a curve and are not declared.
 pub(crate) fn undeclared(problem: &ContactProblem) -> Vec<Vec<[NodeId; 2]>> {
     problem.bodies.iter().map(Body::undeclared_curves).collect()
 }

@@ -32,13 +32,13 @@ pub(crate) fn averaged(
     sums.into_iter().map(|[sum, area]| sum / area).collect()
 }
 
-/// Averages the stress of the cells at the nodes of a body, over all cells at a node: where materials meet it is a mean of
+/// Averages the stress of the cells at the nodes of a body, over all cells at a node: between materials it is a mean of
 /// stresses that may jump.
 pub(crate) fn stress(body: &Body, stress: &[SymTensor2]) -> Vec<SymTensor2> {
     averaged_stress(body, stress, |_| true)
 }
 
-/// Von Mises' stress of the averaged stress, for each material by itself, since stresses jump where materials meet; `None` if the
+/// Von Mises' stress of the averaged stress, for each material separately, since stresses jump between materials; `None` if the
 /// constants of a material do not say it.
 pub(crate) fn von_mises(body: &Body, stress: &[SymTensor2]) -> Option<Vec<NodalPatch>> {
     let mesh = body.mesh();

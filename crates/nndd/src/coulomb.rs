@@ -172,7 +172,7 @@ impl Programme<'_> {
 /// c^2 = \max \operatorname{eig} \bigl( Θ F_{tt} Θ, \; F_{nn} - F_{nt} F_{tt}^{-1} F_{tn} \bigr), \qquad Θ = \operatorname{diag}(μ θ)
 /// ```
 /// π is the normal traction of a self-equilibrated stress, its energy least over the friction, ω a slip with the normal free. For
-/// one pair `c = μ κ`. With floating bodies both are in balance by themselves: `G_n π = 0`, `G_t q = 0`. It is a value of the mesh, which may
+/// one pair `c = μ κ`. With floating bodies each is in balance on its own: `G_n π = 0`, `G_t q = 0`. It is a value of the mesh, which may
 /// grow as the mesh is refined.
 ///
 /// * `signs`: θ of each pair, the sign of its slips; 0 for pairs that do not count.
@@ -225,7 +225,7 @@ pub fn coulomb_coupling(problem: &PreparedProblem, signs: &[f64]) -> Result<Opti
 }
 
 impl Programme<'_> {
-    /// Computes an orthonormal basis of the forces in some rows that are in balance by themselves.
+    /// Computes an orthonormal basis of the forces in some rows that are in balance on their own.
     fn kernel(&self, rows: &[usize]) -> DMatrix<f64> {
         let (lines, count) = (&self.balance().independent.rows, self.rows.len());
         let lines = lines.chunks_exact(count.max(1));

@@ -95,7 +95,7 @@ pub struct Tangential {
     pub reaction: Vec<f64>,
     /// Friction force `Q` of Ω₂, `|Q| ≤ S`: `−Q t` on the first body of the pair and `+Q t` on the second, N/m.
     pub force: Vec<f64>,
-    /// Slip `w` of the first body of the pair against the second, exactly 0 where friction is below its limit, m.
+    /// Slip `w` of the first body of the pair against the second, exactly 0 if friction is below its limit, m.
     pub slip: Vec<f64>,
     /// The limit `S` of the friction force, N/m.
     pub limit: Vec<f64>,

@@ -14,7 +14,7 @@ pub(crate) fn sign(side: usize) -> f64 {
 pub(crate) struct Rows {
     /// Where the rows of each pair begin, and its pairs of nodes.
     pairs: Vec<(usize, usize)>,
-    /// The limit of the force in each row, N/m: infinite along normals, where the force is not negative, and for the law of Coulomb, whose
+    /// The limit of the force in each row, N/m: infinite along normals, whose forces are not negative, and for the law of Coulomb, whose
     /// limit is not known.
     limits: Vec<f64>,
     tangential: Vec<bool>,

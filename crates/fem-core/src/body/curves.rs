@@ -1,4 +1,4 @@
-//! Curved sides: where the new nodes of a finer mesh lie.
+//! Curved sides: the places of the new nodes of a finer mesh.
 //!
 //! A side is declared as an arc or as a smooth curve, and every edge of it gets a piece of that curve, which the parts of the edge
 //! inherit. A new node lies on the piece, so finer meshes approach the curve; nodes of the first mesh do not move.
@@ -15,7 +15,7 @@ use std::collections::{BTreeMap, HashMap};
 const ON_ARC: f64 = 1e-6;
 /// Three nodes whose triangle has less than this fraction of its squared size lie on a straight line.
 const STRAIGHT: f64 = 1e-9;
-/// A smooth curve ends where a side turns by more: cosine of 30 degrees.
+/// A smooth curve ends at a node at which a side turns by more: cosine of 30 degrees.
 const CORNER: f64 = 0.866;
 /// A polygon may be a curve if it turns at a node by at least this: sine of 0.1 degrees.
 const BENT: f64 = 1.7e-3;
@@ -82,7 +82,7 @@ impl Piece {
         let found = self.meet(point, direction)?;
         let allowed = CENTRAL * norm(ends[1] - ends[0]);
         let off = ends.map(|end| norm(self.offset(end)));
-        // A curve that is drawn off by a node is not met where it was.
+        // A curve that is drawn off by a node has another place.
         let is_near = off == [0.0; 2] && norm(found - self.middle(ends)) <= allowed;
         is_near.then_some(found)
     }
@@ -207,7 +207,7 @@ impl Body {
         Some(out * arm)
     }
 
-    /// Lists the ends of the boundary edges that seem to stand for a curve and are not declared as one: at both ends the
+    /// Lists the ends of the boundary edges that seem to approximate a curve and are not declared as one: at both ends the
     /// boundary turns the same way, by 0.1 to 30 degrees.
     pub fn undeclared_curves(&self) -> Vec<[NodeId; 2]> {
         let (mesh, topology) = (&self.mesh, self.mesh.topology());

@@ -14,7 +14,7 @@ pub enum Friction {
     /// None: the surfaces slide freely.
     #[default]
     None,
-    /// Tresca: `|q| ≤ s` and `q w = s|w|`, with a given limit. It acts where the contact is open as well.
+    /// Tresca: `|q| ≤ s` and `q w = s|w|`, with a given limit. It acts on open contact as well.
     Tresca {
         /// `s ≥ 0`, Pa, evaluated at the nodes of the first body.
         limit: ScalarData,

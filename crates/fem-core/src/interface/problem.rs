@@ -246,7 +246,7 @@ pub struct PairState<'a> {
     pub opening: &'a [f64],
     /// Friction force `Q_i` at each pair of nodes, N/m, along the tangent on the second body; empty without friction.
     pub friction_force: &'a [f64],
-    /// Slip `w_i = (u^a_i − u^b_i)·t_i` at each pair of nodes, exactly zero where they stick, m; empty without friction.
+    /// Slip `w_i = (u^a_i − u^b_i)·t_i` at each pair of nodes, exactly zero if they stick, m; empty without friction.
     pub slip: &'a [f64],
 }
 
