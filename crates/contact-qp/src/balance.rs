@@ -134,16 +134,18 @@ impl LeastSquares {
         loop {
             let used: Vec<&[f64]> = passive.iter().map(|j| self.columns[*j].as_slice()).collect();
             let trial = least_squares(&used, &self.target);
-            if passive.last() == Some(&newest) && trial.last().is_some_and(|t| *t <= 0.0) {
+            let no_better = passive.last() == Some(&newest) && trial.last().is_some_and(|t| *t <= 0.0);
+            if no_better && self.x[newest] == 0.0 {
                 // By round-off: the column depends on the others.
                 passive.pop();
                 return false;
             }
             let ratio = |(j, t): (&usize, &f64)| {
                 let (x, room) = (self.x[*j], self.room[*j]);
+                // 0/0 if it is at its bound already: then this step is none, and takes it out.
                 match *t {
-                    t if t <= 0.0 => Some(x / (x - t)),
-                    t if t >= room => Some((room - x) / (t - x)),
+                    t if t <= 0.0 => Some((x / (x - t)).max(0.0)),
+                    t if t >= room => Some(((room - x) / (t - x)).max(0.0)),
                     _ => None,
                 }
             };

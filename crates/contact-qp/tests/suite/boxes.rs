@@ -226,6 +226,28 @@ fn least_squares_residuals_separate_what_is_held_from_what_is_not() {
 }
 
 #[test]
+fn bounded_least_squares_end_if_two_unknowns_meet_their_bounds_at_once() {
+    #[rustfmt::skip]
+    let rows = [
+        0.0, -1.0, 0.0, 1.0, 0.0, -1.0,
+        1.0, 0.0, -1.0, 0.0, 1.0, 0.0,
+        -1.5, 0.0, -0.5, 0.0, 0.0, 0.0,
+        0.0, 0.0, 0.0, -1.0, 0.0, 0.0,
+        0.0, 0.0, 1.0, 0.0, 0.0, 0.0,
+        0.0, 0.0, 0.5, 0.0, 0.0, 0.0,
+    ];
+    let e = [-1.0, 4.0, -4.0, -2.0, 3.0, 0.0];
+    let (lower, upper) =
+        ([0.0, -2.0, 0.0, -1.0, 0.0, 0.0], [f64::INFINITY, 2.0, f64::INFINITY, 1.0, f64::INFINITY, 0.0]);
+    let (x, residual) = bounded_least_squares(&rows, &e, [&lower, &upper]).unwrap();
+    for i in 0..6 {
+        let gain: f64 = (0..6).map(|k| rows[k * 6 + i] * residual[k]).sum();
+        assert!(gain <= 1e-12 || x[i] >= upper[i] - 1e-12, "{i}: {gain}");
+        assert!(gain >= -1e-12 || x[i] <= lower[i] + 1e-12, "{i}: {gain}");
+    }
+}
+
+#[test]
 fn bounded_least_squares_are_the_projection_on_what_the_bounds_allow() {
     let mut random = Random::new(11);
     let (mut held, mut free) = (0, 0);
