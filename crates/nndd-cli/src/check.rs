@@ -17,10 +17,11 @@ pub(crate) fn command(options: &Check) -> Result<u8, Failure> {
     let problem = run::build(&mut case, &Machine::start())?;
     console::warnings(&case.warnings());
     console::notes(case.notes());
-    console::notes(&notes::of_problem(&case, &problem));
+    let said = notes::of_problem(&case, &problem);
+    console::notes(&said);
     let bodies = nndd_report::check::check(&case, &problem)?;
     if options.format == Format::Json {
-        console::print(&format!("{}\n", object(&case, &problem, &bodies)))?;
+        console::print(&format!("{}\n", object(&case, &problem, &bodies, &said)))?;
         return Ok(0);
     }
     let mut text = console::header(&case, &problem, &case.output_directory());
@@ -67,7 +68,7 @@ pub(crate) fn command(options: &Check) -> Result<u8, Failure> {
 }
 
 /// Makes the one object of `--format json`.
-fn object(case: &Case, problem: &ContactProblem, bodies: &[CheckedBody]) -> Value {
+fn object(case: &Case, problem: &ContactProblem, bodies: &[CheckedBody], said: &[String]) -> Value {
     let body = |(k, body): (usize, &CheckedBody)| {
         let mesh = problem.bodies[k].mesh();
         let sides: serde_json::Map<String, Value> =
@@ -91,11 +92,12 @@ fn object(case: &Case, problem: &ContactProblem, bodies: &[CheckedBody]) -> Valu
             "bodies": given.bodies.iter().map(|b| &case.bodies[*b].name).collect::<Vec<_>>(),
             "surfaces": given.surfaces,
             "obstacle": given.obstacle.is_some(),
+            "free_motions": problem.obstacle_of(pair).map_or(0, |obstacle| obstacle.free_motions().len()),
             "pairs": pair.interface.pairs().len(),
             "length": pair.interface.length(),
         })
     });
-    let notes = [notes::of_case(case), notes::of_problem(case, problem)].concat();
+    let notes = [case.notes(), said].concat();
     json!({
         "event": "checked",
         "case": case.file_name(),

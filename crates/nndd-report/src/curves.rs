@@ -63,10 +63,9 @@ pub(crate) fn of_solution(case: &Case, solution: &CertifiedSolution) -> Vec<Stri
     let bodies = || case.bodies.iter().zip(&solution.problem.bodies);
     let curved: Vec<&str> =
         bodies().filter(|(_, body)| body.has_curves()).map(|(given, _)| given.name.as_str()).collect();
-    if !curved.is_empty() {
+    if !curved.is_empty() && solution.is_certified() {
         notes.push(format!(
-            "the new nodes of curved sides lie on the declared curves ({}): the bound is for the polygons of the last mesh, and the \
-             difference to the curves is outside it",
+            "curved sides ({}): the bound is for the polygons of the last mesh; the difference to the curves is outside it",
             listed(&curved)
         ));
     }

@@ -206,7 +206,9 @@ fn parts(page: &mut String, report: &Report) {
         ("round-off", parts.round_off, "nothing"),
     ];
     let rows = rows.into_iter().filter(|(_, value, _)| *value != Some(0.0));
-    let rows = rows.map(|(name, value, cure)| vec![name.into(), number(value), cure.into()]);
+    // Each is a bound.
+    let shown = |value: Option<f64>| value.map_or_else(|| number(None), words::rounded_up);
+    let rows = rows.map(|(name, value, cure)| vec![name.into(), shown(value), cure.into()]);
     table(page, "", &["part", "energy norm", "what lowers it"], rows);
 }
 
@@ -309,7 +311,8 @@ fn results(page: &mut String, case: &Case, report: &Report) {
     let _ = match certified(report) {
         Some(_) => writeln!(
             page,
-            "<p>{digits} digits, as many as the certified error leaves; <a href=\"report.json\">report.json</a> has all.</p>"
+            "<p>{digits} digits, chosen from the certified error in the energy norm. That error does not bound single forces, pressures, \
+             stresses or displacements. <a href=\"report.json\">report.json</a> has all digits.</p>"
         ),
         None => writeln!(page, "<p>All digits are in <a href=\"report.json\">report.json</a>.</p>"),
     };

@@ -29,9 +29,9 @@ impl Cell {
     }
 }
 
-/// The shade of a position between 0 and 1 on the scale.
-fn shade(position: f64) -> usize {
-    if position.is_finite() { ((position.clamp(0.0, 1.0) * BANDS as f64) as usize).min(BANDS - 1) } else { 0 }
+/// The shade of a position between 0 and 1 on the scale; `None` without a position.
+fn shade(position: f64) -> Option<usize> {
+    position.is_finite().then(|| ((position.clamp(0.0, 1.0) * BANDS as f64) as usize).min(BANDS - 1))
 }
 
 /// Returns the SVG elements of the cells; `position` places a value on the colour scale.
@@ -39,7 +39,9 @@ pub(super) fn elements(cells: &[Cell], position: impl Fn(f64) -> f64) -> String 
     let mut paths = vec![String::new(); BANDS];
     // If corners fall on one line, the line around the piece is all there is to see, and printers draw it to the edge.
     for cell in cells.iter().filter(|cell| cell.twice_area() != 0.0) {
-        paths[shade(position(cell.value))] += &cell.path();
+        if let Some(k) = shade(position(cell.value)) {
+            paths[k] += &cell.path();
+        }
     }
     // A line of the same colour around each piece hides the seams between them.
     let mut out = "<g stroke-width=\"2\" stroke-linejoin=\"round\">\n".to_owned();

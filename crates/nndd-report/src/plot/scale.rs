@@ -89,10 +89,14 @@ impl Scale {
     pub(super) fn of(quantity: Quantity, bodies: &[BodyPicture<'_>]) -> Scale {
         let logarithmic = quantity == Quantity::ErrorDensity;
         let usable = |v: f64| if logarithmic { drawable_log(v) } else { drawable(v) };
-        let mut samples: Vec<[f64; 2]> = bodies.iter().flat_map(samples).collect();
-        let below = |samples: &[[f64; 2]], least: f64| samples.iter().any(|s| s[0] < least);
-        let all = samples.clone();
-        samples.retain(|[value, area]| usable(*value) && drawable(*area));
+        let of_body = |body: &BodyPicture<'_>| {
+            let mut samples = samples(body);
+            samples.retain(|[value, area]| usable(*value) && drawable(*area));
+            samples.sort_by(|a, b| a[0].total_cmp(&b[0]));
+            samples
+        };
+        let by_body: Vec<Vec<[f64; 2]>> = bodies.iter().map(of_body).collect();
+        let mut samples = by_body.concat();
         samples.sort_by(|a, b| a[0].total_cmp(&b[0]));
         let found = largest_value(bodies).filter(|(value, ..)| usable(*value));
         let Some((largest, place)) = found.filter(|(largest, _)| !samples.is_empty() && *largest > 0.0)
@@ -100,8 +104,9 @@ impl Scale {
             let axis = if logarithmic { Axis::log(0.1, 10.0, TICKS) } else { Axis::linear(0.0, 1.0, TICKS) };
             return Scale { axis, logarithmic, cut: false, largest: None, peak: None, empty: true };
         };
-        let nearly_all = quantile(&samples, 1.0 - BEYOND);
-        let clipped = largest > PEAK[usize::from(logarithmic)] * nearly_all;
+        // A small body must not be beyond the scale as a whole.
+        let nearly_all = by_body.iter().map(|body| quantile(body, 1.0 - BEYOND)).fold(0.0, f64::max);
+        let clipped = nearly_all > 0.0 && largest > PEAK[usize::from(logarithmic)] * nearly_all;
         let hi = if clipped { nearly_all } else { largest };
         let least = samples[0][0];
         let axis = match logarithmic {
@@ -112,16 +117,18 @@ impl Scale {
             // From zero, unless all values are far from it.
             false => Axis::linear(if least > 0.5 * hi { least } else { 0.0 }, hi, TICKS),
         };
-        let cut = logarithmic && below(&all, axis.ends().0);
+        let lower = axis.ends().0;
+        let cut = bodies.iter().any(|body| self::samples(body).iter().any(|[value, _]| *value < lower));
         let largest = clipped.then_some(largest);
         Scale { axis, logarithmic, cut, largest, peak: place.filter(|_| clipped), empty: false }
     }
 
     pub(super) fn position(&self, value: f64) -> f64 {
         match value {
-            _ if self.empty || value.is_infinite() => 0.0,
-            _ if value.is_nan() => f64::NAN,
-            _ if self.logarithmic && !drawable_log(value) => 0.0,
+            _ if self.empty => 0.0,
+            // Zero is below every logarithmic scale.
+            _ if self.logarithmic && value.is_finite() && value <= 0.0 => 0.0,
+            _ if !drawable(value) || (self.logarithmic && !drawable_log(value)) => f64::NAN,
             _ => self.axis.position(value),
         }
     }
@@ -162,18 +169,17 @@ pub(super) fn three(value: f64) -> String {
     short(format!("{value:.2e}").parse().unwrap_or(value))
 }
 
-/// The values of a body's triangles, each with its area.
+/// The values of a body's triangles, or of their corners, each with its area.
 fn samples(body: &BodyPicture<'_>) -> Vec<[f64; 2]> {
     match body.field {
         Field::Cells(values) => values.iter().enumerate().map(|(t, v)| [*v, body.mesh.area(t)]).collect(),
         Field::Nodes(patches) => {
             let of = |patch: &NodalPatch| -> Vec<[f64; 2]> {
-                let sample = |t: &[NodeId; 3]| {
+                let corners = |t: &[NodeId; 3]| {
                     let [a, b, c] = t.map(|v| body.mesh.points()[v]);
-                    let mean = t.map(|v| patch.values[v.index()]).iter().sum::<f64>() / 3.0;
-                    [mean, 0.5 * cross(b - a, c - a).abs()]
+                    t.map(|v| [patch.values[v.index()], cross(b - a, c - a).abs() / 6.0])
                 };
-                patch.triangles.iter().map(sample).collect()
+                patch.triangles.iter().flat_map(corners).collect()
             };
             patches.iter().flat_map(of).collect()
         }
