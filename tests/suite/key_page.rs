@@ -12,6 +12,8 @@ fn collect(settings: &Value, keys: &mut BTreeSet<String>) {
             for (key, value) in object {
                 keys.insert(key.clone());
                 match (key.as_str(), value) {
+                    // Names that users give.
+                    ("factors", _) => {}
                     ("materials", Value::Object(materials)) => {
                         materials.values().for_each(|m| collect(m, keys))
                     }

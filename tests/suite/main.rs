@@ -26,6 +26,7 @@ mod honesty;
 mod iteration;
 mod key_page;
 mod limit;
+mod load_steps;
 mod mesh_files;
 mod non_matching;
 mod paper;

@@ -78,6 +78,33 @@ pub fn patch(friction: Friction) -> Made<ContactProblem> {
     Ok(two_blocks([8, 4], &top, &bottom)?.with_friction(0, friction)?)
 }
 
+/// The blocks of [`patch`] for load steps: the first condition of the upper one moves its top sideways by the slip and the shear of both
+/// blocks, the second one down; of the tractions of both, the first two confine and the others shear.
+///
+/// * `cells`: of each block.
+///
+/// # Errors
+/// None.
+pub fn sheared(cells: [usize; 2], friction: Friction) -> Made<ContactProblem> {
+    let [p, s] = PATCH_TRACTION;
+    let sideways = -0.3 / 0.7 * p;
+    let down = -p * (1.3 * 0.4 / 0.7) * (1.0 / 2000.0 + 1.0 / 1000.0);
+    let sides = |conditions: BoundaryConditions| {
+        conditions
+            .traction("right", [sideways.into(), 0.0.into()])
+            .traction("left", [(-sideways).into(), 0.0.into()])
+            .traction("right", [0.0.into(), s.into()])
+            .traction("left", [0.0.into(), (-s).into()])
+    };
+    let top = BoundaryConditions::new().displace("top", Some((SHEARED_BY + PATCH_SLIP).into()), None);
+    let top = sides(top.displace("top", None, Some(down.into())));
+    let bottom = sides(BoundaryConditions::new().fix("bottom"));
+    Ok(two_blocks(cells, &top, &bottom)?.with_friction(0, friction)?)
+}
+
+/// By how much a friction of 3 shears both blocks of [`patch`] together.
+pub const SHEARED_BY: f64 = 3.0 * 2.6 * (1.0 / 2000.0 + 1.0 / 1000.0);
+
 /// A block on a rigid slope under its own weight, turned so that the slope is horizontal: the weight has a part along it.
 ///
 /// * `slope`: the tangent of its angle.

@@ -31,6 +31,7 @@ mod read_contact;
 mod regions;
 mod settings;
 mod side;
+mod steps;
 mod units;
 mod warnings;
 
@@ -45,6 +46,7 @@ pub use materials::{Material, MaterialLaw};
 pub use part::Part;
 pub use regions::{CellSelection, MaterialRegion};
 pub use side::{Circle, SideCase};
+pub use steps::{Factors, StepCase};
 pub use units::Units;
 
 use crate::case_file;
@@ -79,6 +81,8 @@ pub struct Case {
     pub estimator: Estimator,
     /// `[adapt]`, if an adaptive run is wanted.
     pub adapt: Option<Adapt>,
+    /// `[[step]]` in the file's order; none: one step from rest.
+    pub steps: Vec<StepCase>,
     /// `[output]`.
     pub output: Output,
     /// `[limits]`.

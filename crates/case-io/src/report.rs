@@ -57,6 +57,9 @@ pub struct Report {
     pub results: Results,
     /// One row per adaptive step; empty if the run was not adaptive.
     pub adaptive: Vec<AdaptiveRow>,
+    /// The load steps that were solved, the last of which is the answer.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub steps: Vec<StepSummary>,
     /// What is worth knowing about how the case was read, such as cells that were split.
     #[serde(default)]
     pub notes: Vec<String>,
@@ -64,6 +67,23 @@ pub struct Report {
     pub timings: Timings,
     /// Host, threads, version, start, flags, the hash of the case; free of form.
     pub run: Map<String, Value>,
+}
+
+/// A load step.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StepSummary {
+    /// Its number, from 1.
+    pub step: usize,
+    /// The factors of the named conditions at its end.
+    pub factors: Map<String, Value>,
+    /// How it ended.
+    pub status: Status,
+    /// The contact interfaces.
+    pub contact: Vec<ContactSummary>,
+    /// The numbers engineers ask for.
+    pub results: Results,
+    /// The bound of its increment.
+    pub certificate: Certificate,
 }
 
 /// How a run ended.

@@ -70,6 +70,9 @@ pub struct ContactRow {
     /// What friction does there; `None` without it.
     #[serde(skip)]
     pub friction: Option<FrictionRow>,
+    /// The load step, from 1; `None` without load steps.
+    #[serde(skip)]
+    pub step: Option<usize>,
 }
 
 /// Friction at one node pair of the interface.
@@ -95,7 +98,7 @@ pub fn history_csv(rows: &[IterationRow]) -> Result<String, TableError> {
 
 /// Writes contact.csv.
 ///
-/// * `pairs`: the rows of each pair, with its name, which is written if there are several.
+/// * `pairs`: the rows of each pair in each load step, with its name, which is written if there are several.
 ///
 /// # Errors
 /// A number that is not finite.
@@ -105,11 +108,13 @@ pub fn contact_csv(pairs: &[(&str, Vec<ContactRow>)]) -> Result<String, TableErr
         finite(k, row)?;
         finite(k, &row.friction)?;
     }
-    let several = pairs.len() > 1;
+    let several = pairs.iter().any(|(name, _)| *name != pairs[0].0);
     let with_friction = pairs.iter().flat_map(|(_, rows)| rows).any(|row| row.friction.is_some());
     let mut columns = CONTACT_COLUMNS.to_vec();
     columns.extend(several.then_some("pair"));
     columns.extend(with_friction.then_some(FRICTION_COLUMNS).into_iter().flatten());
+    let in_steps = pairs.iter().flat_map(|(_, rows)| rows).any(|row| row.step.is_some());
+    columns.extend(in_steps.then_some("step"));
     let cells = |(name, row): (&&str, &ContactRow)| {
         // Pairs without friction leave its columns empty; an empty vector has no column.
         let of = row.friction.as_ref();
@@ -121,6 +126,7 @@ pub fn contact_csv(pairs: &[(&str, Vec<ContactRow>)]) -> Result<String, TableErr
             if_any(several, (*name).to_owned()),
             if with_friction { numbers.to_vec() } else { vec![] },
             if_any(with_friction, state),
+            if in_steps { vec![row.step] } else { vec![] },
         )
     };
     let rows = pairs.iter().flat_map(|(name, rows)| rows.iter().map(move |row| (name, row)));
@@ -212,6 +218,7 @@ mod tests {
             pressure: 1234.5678901234567,
             active: 1,
             friction: None,
+            step: None,
         };
         assert_eq!(
             contact_csv(&[("", vec![row.clone()])]).unwrap(),

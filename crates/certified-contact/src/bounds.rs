@@ -77,13 +77,15 @@ impl Bounds {
         // The admissible displacement is v + l: J(v + l) = J(v) + (K v − f)·l + ½ ‖l‖².
         let mut lifted = 0.0;
         let blocks = iterate.blocks(problem.problem());
-        for ((of, contact), block) in
+        let blocks = blocks.zip(iterate.tangential_blocks(problem.problem()));
+        for ((of, contact), (block, tangents)) in
             problem.problem().contacts.iter().zip(&estimate.pair.contacts).zip(blocks)
         {
             let role = of.roles.of_side(contact.lift.side);
             let (forces, sign) = (&iterate.forces()[role][block], [-1.0, 1.0][role]);
             lifted += contact.lift.by_pair.iter().zip(forces).map(|(l, r)| sign * l * r).sum::<f64>();
-            lifted += friction::work_of_lift(of, &contact.edge_friction);
+            let tangential = [&iterate.tangential.reaction, &iterate.tangential.force][role];
+            lifted += friction::work_of_lift(of, &contact.edge_friction, &tangential[tangents]);
         }
         let upper = potential + (lifted + 0.5 * estimate.pair.lift_energy).max(0.0);
         // Rounding of the displacements affects the energies as well as the bound.

@@ -75,6 +75,11 @@ impl CoulombResult {
         self.solution.exact.friction.iter().map(|of| of.state.as_slice())
     }
 
+    /// Returns the fields and the parts of the residual, none of which is a bound of the error.
+    pub(crate) fn estimate(&self) -> &Estimate {
+        &self.estimate
+    }
+
     /// Computes the energy norm of the displacements, square root of J/m.
     pub fn energy_norm(&self) -> f64 {
         self.estimate.energy_norm()
@@ -94,9 +99,12 @@ impl CoulombResult {
     }
 
     /// Returns the bound of the distance to the solution of *another* problem: that with the friction of Tresca whose limit is
-    /// [`Self::frozen_limit`]. It is the same number as [`Self::residual`].
+    /// [`Self::frozen_limit`]. It is the same number as [`Self::residual`]. `None` if a contact line with Coulomb friction is bent: there
+    /// the limit of that problem is constant along each edge, and not given by its values at the pairs of nodes.
     pub fn bound_for_frozen_limit(&self) -> Option<f64> {
-        self.residual()
+        let coulomb = self.problem.contacts.iter().filter(|pair| pair.friction.coulomb().is_some());
+        let straight = coulomb.into_iter().all(|pair| !pair.interface.has_bent_edges());
+        self.residual().filter(|_| straight)
     }
 
     /// Returns the limit of friction `s = μ p` at the pairs of nodes of each pair, Pa, for which [`Self::bound_for_frozen_limit`] holds; empty

@@ -1,7 +1,7 @@
 //! Errors on the way from a problem to its certified solution.
 
 use cre_estimator::EstimatorError;
-use fem_core::interface::RefineError;
+use fem_core::interface::{FactorError, InterfaceError, RefineError};
 use fem_core::prepared::PrepareError;
 use nndd::NnddError;
 use thiserror::Error;
@@ -22,6 +22,12 @@ pub enum SolveError {
     /// The problem cannot be refined.
     #[error(transparent)]
     Refine(#[from] RefineError),
+    /// The conditions cannot be imposed with the factors of a load step.
+    #[error(transparent)]
+    Factors(#[from] FactorError),
+    /// The slip of a load step is not finite.
+    #[error(transparent)]
+    Slip(#[from] InterfaceError),
     /// Adaptive runs have no friction yet.
     #[error("pair {} has friction, which adaptive runs do not support yet; solve on a given mesh", pair + 1)]
     AdaptiveFriction {

@@ -71,6 +71,7 @@ mod results;
 mod settings;
 mod solution;
 mod solve;
+mod steps;
 mod stopping;
 pub mod theory;
 pub mod tutorial;
@@ -90,6 +91,7 @@ pub use results::{FrictionResults, PairResults, PeakStress, Results, Stretch};
 pub use settings::{Criterion, Imposed, Settings};
 pub use solution::{CertifiedSolution, RoleReason};
 pub use solve::solve;
+pub use steps::LoadSteps;
 
 /// The examples of README.md, run as tests.
 #[cfg(doctest)]

@@ -149,17 +149,17 @@ pub(crate) fn results(
     let recovered: Vec<RecoveredStress> =
         fields.map(|(body, fields)| RecoveredStress::new(body, &fields.equilibrated)).collect();
     let peak_stress = peak_stress(problem, &recovered);
+    let contacts: Vec<PairResults> = lines().map(|line| line.results()).collect();
+    let stretches: Vec<Stretch> = lines().flat_map(|line| line.stretches()).collect();
     Results {
         energy_norm_squared: estimate.energy_norm_squared.clone(),
-        contact_force: iterate.contact_force(),
-        contacts: lines().map(|line| line.results()).collect(),
+        contact_force: contacts.iter().map(|pair| pair.contact_force).sum(),
         contact_intervals: lines().next().map(|line| line.intervals()).unwrap_or_default(),
-        contact_stretches: lines().flat_map(|line| line.stretches()).collect(),
-        max_pressure: largest(lines().flat_map(|line| line.pressures().collect::<Vec<_>>())),
-        max_edge_pressure: largest(
-            lines().flat_map(|line| line.interface.edges().iter().map(move |e| line.mean(e))),
-        ),
-        min_opening: iterate.opening.iter().copied().reduce(f64::min).unwrap_or(0.0),
+        max_pressure: largest(contacts.iter().map(|pair| pair.max_pressure)),
+        max_edge_pressure: largest(stretches.iter().map(|stretch| stretch.max_edge_pressure)),
+        min_opening: contacts.iter().map(|pair| pair.min_opening).reduce(f64::min).unwrap_or(0.0),
+        contacts,
+        contact_stretches: stretches,
         reactions,
         rigid_sides,
         balance,
@@ -219,9 +219,19 @@ fn lines<'a>(problem: &'a ContactProblem, iterate: &'a Iterate) -> impl Iterator
 }
 
 impl<'a> Line<'a> {
-    /// Returns the pressure `r²_i/ℓ_i` at each pair, Pa.
+    /// Returns the pressure `|n_i| r²_i/ℓ_i` at each pair, Pa.
     fn pressures(&self) -> impl Iterator<Item = f64> + '_ {
-        self.interface.pairs().iter().zip(self.force).map(|(pair, r)| r / pair.tributary_length)
+        self.pressed().zip(self.interface.pairs()).map(|(r, pair)| r / pair.tributary_length)
+    }
+
+    /// Returns the sizes `|n_i| r²_i` of the normal forces, N/m.
+    fn pressed(&self) -> impl Iterator<Item = f64> + '_ {
+        self.interface.pairs().iter().zip(self.force).map(|(pair, r)| r * pair.normal_length())
+    }
+
+    /// Returns distances along the normals and tangents, from numbers over their lengths, m.
+    fn distances(&self, by_pair: &'a [f64]) -> impl Iterator<Item = f64> + '_ {
+        self.interface.pairs().iter().zip(by_pair).map(|(pair, o)| o / pair.normal_length())
     }
 
     /// Returns the force of pair `k` on the first body, N/m.
@@ -235,18 +245,23 @@ impl<'a> Line<'a> {
     fn friction(&self) -> Option<FrictionResults> {
         let sticks = |k: usize| self.slip[k] == 0.0;
         (!self.friction.is_empty()).then(|| FrictionResults {
-            force: self.friction.iter().sum(),
-            max_slip: largest(self.slip.iter().map(|w| w.abs())),
+            force: self
+                .interface
+                .pairs()
+                .iter()
+                .zip(self.friction)
+                .map(|(pair, q)| q * pair.normal_length())
+                .sum(),
+            max_slip: largest(self.distances(self.slip).map(f64::abs)),
             stick_intervals: self.intervals_of(|k| self.force[k] > 0.0 && sticks(k)),
             slip_intervals: self.intervals_of(|k| self.force[k] > 0.0 && !sticks(k)),
         })
     }
 
     fn results(&self) -> PairResults {
-        let pairs = || self.interface.pairs().iter().zip(self.force);
         let place = |k: usize| self.points[self.interface.pairs()[k].nodes[0]];
-        let contact_force: f64 = self.force.iter().sum();
-        let weighted: Vector = pairs().enumerate().map(|(k, (_, r))| *r * place(k)).sum();
+        let contact_force: f64 = self.pressed().sum();
+        let weighted: Vector = self.pressed().enumerate().map(|(k, r)| r * place(k)).sum();
         let pressures: Vec<f64> = self.pressures().collect();
         let most = (0..pressures.len()).max_by(|a, b| pressures[*a].total_cmp(&pressures[*b]));
         PairResults {
@@ -258,20 +273,22 @@ impl<'a> Line<'a> {
             contact_intervals: self.intervals(),
             max_pressure: largest(pressures),
             active: self.force.iter().filter(|r| **r > 0.0).count(),
-            min_opening: self.opening.iter().copied().fold(f64::INFINITY, f64::min),
+            min_opening: self.distances(self.opening).fold(f64::INFINITY, f64::min),
             friction: self.friction(),
         }
     }
 
     /// Computes the mean pressure of an edge, Pa.
-    fn mean(&self, edge: &ContactEdge) -> f64 {
-        let pressure = |k: u32| self.force[k as usize] / self.interface.pairs()[k as usize].tributary_length;
-        0.5 * edge.pairs.map(pressure).iter().sum::<f64>()
+    ///
+    /// * `pressures`: at the pairs, Pa.
+    fn mean(pressures: &[f64], edge: &ContactEdge) -> f64 {
+        0.5 * edge.pairs.map(|k| pressures[k as usize]).iter().sum::<f64>()
     }
 
     /// Adds up the forces of each connected part: consecutive pairs that are joined by edges.
     fn stretches(&self) -> Vec<Stretch> {
         let joined = joined(self.interface);
+        let pressures: Vec<f64> = self.pressures().collect();
         let mut number = Vec::with_capacity(joined.len());
         let mut found: Vec<Stretch> = Vec::new();
         for (k, p) in self.interface.pairs().iter().enumerate() {
@@ -292,12 +309,12 @@ impl<'a> Line<'a> {
             if let Some(last) = found.last_mut() {
                 last.s[1] = p.arc_length;
                 last.pairs += 1;
-                last.contact_force += self.force[k];
+                last.contact_force += pressures[k] * p.tributary_length;
                 let force = self.on_first(k);
                 last.resultant += force;
                 last.moment += cross(self.points[p.nodes[0]], force);
-                last.max_pressure = last.max_pressure.max(self.force[k] / p.tributary_length);
-                last.min_opening = last.min_opening.min(self.opening[k]);
+                last.max_pressure = last.max_pressure.max(pressures[k]);
+                last.min_opening = last.min_opening.min(self.opening[k] / p.normal_length());
             }
         }
         for edge in self.interface.edges() {
@@ -307,7 +324,7 @@ impl<'a> Line<'a> {
             if edge.clamped.is_none() && j <= i {
                 stretch.s[1] = self.interface.pairs()[i].arc_length + edge.length;
             }
-            stretch.max_edge_pressure = stretch.max_edge_pressure.max(self.mean(edge));
+            stretch.max_edge_pressure = stretch.max_edge_pressure.max(Self::mean(&pressures, edge));
         }
         found
     }

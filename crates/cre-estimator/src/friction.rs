@@ -3,11 +3,10 @@
 //! ```math
 //! 2 ∫_{Γ_C} (s|w| - q\,w), \qquad |q| ≤ s                                                                     \qquad (32)
 //! ```
-//! with the slip `w = (u^a − u^b)·t`, the friction `q` and its limit `s`. On straight edges all are linear. If the normal changes along an
+//! with the slip `w = (u^a − u^b)·t` of the load step, the friction `q` and its limit `s`. On straight edges all are linear. If the normal changes along an
 //! edge, `q` is constant there, as the pressure is, so that `q t` is linear, and the slip is a quadratic.
 
 use crate::lift::Lift;
-use fem_core::body::Body;
 use fem_core::geometry::{Vector, perpendicular};
 use fem_core::interface::{ContactEdge, ContactInterface, ContactPair, ContactProblem};
 
@@ -19,7 +18,8 @@ pub struct EdgeFriction {
     pub friction: Vec<[f64; 2]>,
     /// Its limit `s` there, Pa: `|q| ≤ s`.
     pub limit: Vec<[f64; 2]>,
-    /// Bernstein coefficients of the slip `w` along each contact edge: at its first end, in the middle, at its second end, m.
+    /// Bernstein coefficients of the slip `w` of this load step along each contact edge: at its first end, in the middle, at its
+    /// second end, m.
     pub slip: Vec<[f64; 3]>,
     /// The slip that the lift adds, likewise; empty without a lift.
     pub lifted: Vec<[f64; 3]>,
@@ -57,12 +57,17 @@ impl EdgeFriction {
             let moved = lift.added_to(problem, &pair.interface, &rest);
             let still = vec![Vector::zeros(); displacement[1 - lift.side].len()];
             let both = if lift.side == 0 { [&moved[..], &still[..]] } else { [&still[..], &moved[..]] };
-            slips(problem, pair, both)
+            slips(pair, both)
         } else {
             Vec::new()
         };
         let friction = edges.iter().zip(&limit).map(friction_of).collect();
-        Self { friction, slip: slips(problem, pair, displacement), limit, lifted }
+        let mut slip = slips(pair, displacement);
+        if let Some(before) = &pair.slip_before {
+            let step = slip.as_flattened_mut().iter_mut().zip(before.edges.as_flattened());
+            step.for_each(|(slip, before)| *slip -= before);
+        }
+        Self { friction, slip, limit, lifted }
     }
 
     /// Computes the nodal forces `∫ q t φ_i ds` at the pairs, Cartesian, N/m; zero without friction.
@@ -81,32 +86,22 @@ impl EdgeFriction {
 }
 
 /// Computes the Bernstein coefficients of the slip of displacement fields along every contact edge, m.
-fn slips(problem: &ContactProblem, pair: &ContactPair, displacement: [&[Vector]; 2]) -> Vec<[f64; 3]> {
+fn slips(pair: &ContactPair, displacement: [&[Vector]; 2]) -> Vec<[f64; 3]> {
     let pairs = pair.interface.pairs();
     let of_edge = |edge: &ContactEdge| {
         let tangents = edge.pairs.map(|k| perpendicular(pairs[k as usize].normal));
         let jump = |end: usize| {
+            if let Some(clamped) = edge.clamped.filter(|clamped| clamped.end == end) {
+                return clamped.jump;
+            }
             let of = &pairs[edge.pairs[end] as usize];
-            let node = |side: usize| match edge.clamped {
-                // Obstacles have no clamped nodes.
-                Some(clamped) if clamped.end == end => {
-                    other_node(&problem.bodies[pair.bodies[side]], edge, side, of.nodes[side].index())
-                }
-                _ => of.nodes[side].index(),
-            };
-            let [first, second] = [0, 1].map(|side: usize| displacement[side][node(side)]);
+            let [first, second] = [0, 1].map(|side: usize| displacement[side][of.nodes[side].index()]);
             first - second
         };
         let [i, j] = [jump(0), jump(1)];
         [i.dot(&tangents[0]), 0.5 * (i.dot(&tangents[1]) + j.dot(&tangents[0])), j.dot(&tangents[1])]
     };
     pair.interface.edges().iter().map(of_edge).collect()
-}
-
-/// Returns the node of a contact edge that is not the given one.
-fn other_node(body: &Body, edge: &ContactEdge, side: usize, node: usize) -> usize {
-    let [a, b] = body.mesh().topology().edges()[edge.edges[side]].map(|n| n.index());
-    if a == node { b } else { a }
 }
 
 /// Computes `∫ s|w| ds` along a contact line, J/m: what friction at its limit takes of the potential energy; 0 without friction.
@@ -116,14 +111,19 @@ pub fn sliding_work(pair: &ContactPair, friction: &EdgeFriction) -> f64 {
     0.5 * work(&pair.interface, limit, &none, slip).iter().sum::<f64>()
 }
 
-/// Bounds the work that friction takes of a lift, `∫ s|w_l| ds + Σ ℓ_i s_i |w_l|_i` with the slip `w_l` of the lift, J/m: the change of what
+/// Bounds the work that friction takes of a lift, `∫ s|w_l| ds + Σ |Q_i w_l,i|` with the slip `w_l` of the lift, J/m: the change of what
 /// slides, and the work of the nodal forces. 0 without friction and on straight lines.
-pub fn work_of_lift(pair: &ContactPair, friction: &EdgeFriction) -> f64 {
+///
+/// * `forces`: friction forces `Q` on the lifted body at the pairs of nodes, N/m.
+pub fn work_of_lift(pair: &ContactPair, friction: &EdgeFriction, forces: &[f64]) -> f64 {
     let EdgeFriction { limit, lifted, .. } = friction;
     let none = vec![[0.0; 2]; lifted.len()];
-    let edges = pair.interface.edges().iter().zip(limit).zip(lifted);
-    let nodal = edges.map(|((edge, s), w)| 0.5 * edge.length * (s[0] * w[0].abs() + s[1] * w[2].abs()));
-    0.5 * work(&pair.interface, limit, &none, lifted).iter().sum::<f64>() + nodal.sum::<f64>()
+    let mut nodal = vec![0.0; forces.len()];
+    for (edge, w) in pair.interface.edges().iter().zip(lifted) {
+        edge.free_ends().for_each(|end| nodal[edge.pairs[end] as usize] = w[2 * end]);
+    }
+    let nodal: f64 = nodal.iter().zip(forces).map(|(w, q)| (w * q).abs()).sum();
+    0.5 * work(&pair.interface, limit, &none, lifted).iter().sum::<f64>() + nodal
 }
 
 /// Computes `2 ∫ (s|w| − q w) ds` on every contact edge, J/m.

@@ -314,6 +314,19 @@ impl Body {
         Ok(Self { curves: self.curves.refined(&self.mesh, refinement), ..finer })
     }
 
+    /// Creates the same body with other amounts of what its conditions impose: displacements, tractions, and loads and motions of rigid sides.
+    ///
+    /// * `factor`: of each condition; the body force has none.
+    ///
+    /// # Errors
+    /// Values that are not finite, or contradict each other, see [`BodyError`].
+    pub fn with_factors(&self, factor: impl Fn(ConditionPlace) -> f64) -> Result<Self, BodyError> {
+        let scaled = self.conditions.scaled(factor);
+        let (mesh, materials) = (self.mesh.clone(), self.materials.clone());
+        let body = conditions::evaluate(mesh, materials, &scaled, Some(self.selected.clone()))?;
+        Ok(Self { curves: self.curves.clone(), ..body })
+    }
+
     /// Evaluates the parts of sides again, after nodes were put into the mesh: a part may end at a new node. What a condition
     /// had keeps it.
     ///

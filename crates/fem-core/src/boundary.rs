@@ -3,6 +3,7 @@
 //! A condition names an edge group and holds numbers or functions of the position. [`crate::body::Body`]
 //! evaluates it on the mesh.
 
+use crate::body::{ConditionList, ConditionPlace};
 use crate::geometry::Vector;
 use std::fmt;
 use std::sync::Arc;
@@ -27,6 +28,19 @@ impl ScalarData {
         match self {
             Self::Constant(value) => *value,
             Self::Function(f) => f(x.into()),
+        }
+    }
+
+    /// Returns the datum times a factor.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        match self {
+            _ if factor == 1.0 => self.clone(),
+            Self::Constant(value) => Self::Constant(factor * value),
+            Self::Function(f) => {
+                let f = f.clone();
+                Self::Function(Arc::new(move |x| factor * f(x)))
+            }
         }
     }
 
@@ -206,6 +220,39 @@ impl BoundaryConditions {
     pub fn rigid(mut self, condition: RigidCondition) -> Self {
         self.rigid.push(condition);
         self
+    }
+
+    /// Returns the conditions with other amounts of what they impose.
+    ///
+    /// * `factor`: of each condition; the body force has none.
+    #[must_use]
+    pub fn scaled(&self, factor: impl Fn(ConditionPlace) -> f64) -> Self {
+        let mut scaled = self.clone();
+        let of = |list, index| factor(ConditionPlace { list, index });
+        for (k, condition) in scaled.displacements.iter_mut().enumerate() {
+            let s = of(ConditionList::Displacement, k);
+            condition.support = match &condition.support {
+                Support::Components(all) => {
+                    Support::Components(all.each_ref().map(|data| data.as_ref().map(|data| data.scaled(s))))
+                }
+                Support::Normal(data) => Support::Normal(data.scaled(s)),
+            };
+        }
+        for (k, condition) in scaled.tractions.iter_mut().enumerate() {
+            let s = of(ConditionList::Traction, k);
+            condition.load = match &condition.load {
+                Load::Vector(all) => Load::Vector(all.each_ref().map(|data| data.scaled(s))),
+                Load::Pressure(data) => Load::Pressure(data.scaled(s)),
+            };
+        }
+        for (k, condition) in scaled.rigid.iter_mut().enumerate() {
+            let s = of(ConditionList::Rigid, k);
+            condition.translation = condition.translation.map(|u| u.map(|u| s * u));
+            condition.rotation = condition.rotation.map(|angle| s * angle);
+            condition.force *= s;
+            condition.moment *= s;
+        }
+        scaled
     }
 
     /// Sets the constant body force per unit area and thickness.

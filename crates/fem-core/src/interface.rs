@@ -19,7 +19,7 @@ mod side;
 
 use crate::body::Body;
 use crate::boundary::ScalarData;
-use crate::geometry::Vector;
+use crate::geometry::{Vector, norm};
 use crate::mesh::id::{EdgeId, NodeId};
 use crate::smooth::STRAIGHT;
 use common_refinement::{CommonRefinement, Measured};
@@ -28,9 +28,9 @@ use profile::Profile;
 
 pub use error::InterfaceError;
 pub use facing::facing_edges;
-pub use friction::{ContactRow, Friction};
+pub use friction::{ContactRow, Friction, SlipBefore};
 pub use obstacle::{Obstacle, RigidLine};
-pub use problem::{ContactPair, ContactProblem, ContactState, PairState};
+pub use problem::{ContactPair, ContactProblem, ContactState, FactorError, PairState};
 pub use refinement::{RefineError, RefinedPair, RefinedProblem};
 pub use roles::Roles;
 pub use side::{InterfaceSide, Retained};
@@ -52,6 +52,16 @@ pub struct NodePair {
     pub tributary_length: f64,
     /// Arc length along the surface of the body that was the first when they were paired, m; stretches are consecutive.
     pub arc_length: f64,
+}
+
+impl NodePair {
+    /// Returns the length of the normal. Distances along it are gaps, openings and slips over that length; tractions are pressures and
+    /// friction times that length.
+    pub fn normal_length(&self) -> f64 {
+        let length = norm(self.normal);
+        // Exactly one, but for round-off, at the nodes of the first meshes.
+        if (length - 1.0).abs() <= SAME_NORMAL { 1.0 } else { length }
+    }
 }
 
 /// Two facing edges, one of each body.
@@ -77,6 +87,8 @@ pub struct ClampedEnd {
     pub end: usize,
     /// The opening that the supports impose there, ≥ 0, m.
     pub opening: f64,
+    /// What they impose on the first side less what they impose on the second, m.
+    pub jump: Vector,
 }
 
 impl ContactEdge {

@@ -69,11 +69,13 @@ pub(crate) fn is_off_chord(node: Vector, [from, to]: [Vector; 2]) -> bool {
 }
 
 /// Computes unit normals of the smooth curve through the points of a polygon: of the circle through each and its neighbours.
-pub(crate) fn smooth_normals(points: &[Vector]) -> Vec<Vector> {
+///
+/// * `closed`: whether the line continues smoothly from its last point, which is then its first one.
+pub(crate) fn smooth_normals(points: &[Vector], closed: bool) -> Vec<Vector> {
     let n = points.len();
     // Weighted by the length of the *other* edge, the mean is the normal of the circle through the three points.
-    let mut normals = nodal_normals(points, |edge| 1.0 / edge);
-    if n > 3 && points[0] != points[n - 1] {
+    let mut normals = nodal_normals(points, closed, |edge| 1.0 / edge);
+    if n > 3 && !closed {
         // Beside a corner the edge at a free end is straight: no circle continues beyond the corner.
         if is_corner([3, 2, 1, 0].map(|k| points[k])) {
             normals[0] = right_normal(points[0], points[1]);
@@ -88,9 +90,10 @@ pub(crate) fn smooth_normals(points: &[Vector]) -> Vec<Vector> {
 /// Computes unit normals at the points of a polygon: means of the right normals of the two edges, weighted as `weight` says by
 /// their lengths. At a free end of a curved line the normal is the neighbour's mirrored at the last edge, which is
 /// exact for a circle.
-pub(crate) fn nodal_normals(points: &[Vector], weight: impl Fn(f64) -> f64) -> Vec<Vector> {
+///
+/// * `closed`: see [`smooth_normals`].
+pub(crate) fn nodal_normals(points: &[Vector], closed: bool, weight: impl Fn(f64) -> f64) -> Vec<Vector> {
     let n = points.len();
-    let closed = n > 3 && points[0] == points[n - 1];
     let weighted = |k: usize| {
         let [a, b] = [points[k], points[k + 1]];
         weight(norm(b - a)) * right_normal(a, b)

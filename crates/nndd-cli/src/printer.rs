@@ -4,9 +4,9 @@ use crate::args::{Format, Solve};
 use crate::console;
 use case_io::Case;
 use case_io::report::Report;
-use certified_contact::{Row, Step};
+use certified_contact::{CertifiedSolution, Row, Step};
 use fem_core::interface::ContactProblem;
-use nndd_report::words::counted;
+use nndd_report::words::{self, counted};
 use nndd_report::{Failure, Solved, adaptive_row, notes, report, verdict, without_bound};
 use serde_json::{Value, json};
 use std::time::Instant;
@@ -92,13 +92,16 @@ impl Printer {
     }
 
     /// Prints a mesh of an adaptive run.
-    pub(crate) fn step(&mut self, step: &Step) {
+    ///
+    /// * `at`: when it was solved, s; `None`: now.
+    pub(crate) fn step(&mut self, step: &Step, at: Option<f64>) {
         let result = match self.format {
             _ if self.quiet => Ok(()),
             Format::Human => {
                 let first = self.steps == 0 || self.every_iteration;
                 let head = if first { console::step_head(self.timed) } else { String::new() };
-                let seconds = self.timed.then(|| self.started.elapsed().as_secs_f64());
+                let seconds = at.unwrap_or_else(|| self.started.elapsed().as_secs_f64());
+                let seconds = self.timed.then_some(seconds);
                 console::print(&format!("{head}{}", console::step(step, seconds))).map_err(Failure::from)
             }
             Format::Json => {
@@ -111,6 +114,35 @@ impl Printer {
         self.steps += 1;
         // The next mesh has a table of iterations of its own.
         self.rows = 0;
+        // A console that cannot be written to must not cost the run its result.
+        drop(result);
+    }
+
+    /// Prints a load step.
+    pub(crate) fn load_step(&mut self, step: usize, of: usize, solution: &CertifiedSolution) {
+        let force = solution.results.as_ref().map(|results| results.contact_force);
+        let result = match self.format {
+            _ if self.quiet => Ok(()),
+            Format::Human => {
+                let bound = match solution.relative() {
+                    Some(relative) => format!(
+                        "certified error of the increment <= {} %",
+                        words::rounded_up(100.0 * relative)
+                    ),
+                    None => "no certificate".to_owned(),
+                };
+                let force = force
+                    .map_or_else(String::new, |f| format!("contact force {}, ", words::with_digits(f, 4)));
+                console::print(&format!("load step {step} of {of}: {force}{bound}\n")).map_err(Failure::from)
+            }
+            Format::Json => self.event(json!({
+                "event": "load_step",
+                "step": step,
+                "of": of,
+                "relative": solution.relative(),
+                "contact_force": force,
+            })),
+        };
         // A console that cannot be written to must not cost the run its result.
         drop(result);
     }

@@ -60,11 +60,15 @@ impl Show for Console {
                 self.printer.row(row);
                 self.progress.iteration(row);
             }
-            Event::EarlierStep(step) => self.printer.step(step),
+            Event::EarlierStep(step, seconds) => self.printer.step(step, Some(seconds)),
             Event::Step(step) => {
                 self.progress.clear();
-                self.printer.step(step);
+                self.printer.step(step, None);
                 self.progress.step(step);
+            }
+            Event::LoadStep { step, of, solution } => {
+                self.progress.clear();
+                self.printer.load_step(step, of, solution);
             }
             _ => {}
         }

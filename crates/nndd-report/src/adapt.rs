@@ -67,10 +67,10 @@ pub(crate) fn solve(
     resume::prepare(case, place)?;
     let Place { directory, progress, .. } = place;
     let checkpoint = progress.as_ref().map(resume::read);
-    for step in checkpoint.iter().flat_map(|c| &c.history) {
-        follower.tell(Event::EarlierStep(step));
-    }
     let seconds: Vec<f64> = progress.iter().flat_map(|p| &p.steps).map(|s| s.seconds).collect();
+    for (step, seconds) in checkpoint.iter().flat_map(|c| &c.history).zip(&seconds) {
+        follower.tell(Event::EarlierStep(step, *seconds));
+    }
     let mut steps = Steps {
         follower,
         case,
@@ -97,7 +97,8 @@ pub(crate) fn solve(
     let longest_step = follower.longest;
     let (peak_change, notes) = (answer.peak_change(), curves::refined(case, &undeclared, &answer.solution));
     let solution = answer.solution;
-    Ok(Solved { solution, status, adaptive, peak_change, notes, step_seconds: seconds, longest_step })
+    let answer = Solved::of(solution, status);
+    Ok(Solved { adaptive, peak_change, notes, step_seconds: seconds, longest_step, ..answer })
 }
 
 /// Follows the run, writes each mesh's files, and keeps it within the memory limit.

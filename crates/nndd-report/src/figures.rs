@@ -8,7 +8,7 @@ use crate::plot::{
 use crate::words::{contact_parts, one_line};
 use case_io::Case;
 use case_io::case::BodyCase;
-use case_io::report::Report;
+use case_io::report::{Report, StepSummary};
 use case_io::table::ContactRow;
 use certified_contact::CertifiedSolution;
 use cre_estimator::{AdmissibleBody, Estimate};
@@ -78,6 +78,23 @@ pub(crate) fn of_solve(
         caption: "The error of the iteration (eta_nndd) falls below that of the mesh (eta_dis); e_cre bounds both together.",
         numbers: Some("history.csv"),
     });
+    }
+    if !report.steps.is_empty() {
+        let of = |k: usize| {
+            let force = |step: &StepSummary| {
+                let pair = &step.contact[k];
+                [pair.contact_force, pair.friction.as_ref().map(|friction| friction.tangential_force)]
+            };
+            report.steps.iter().map(force).collect()
+        };
+        let forces: Vec<plot::Forces<'_>> =
+            contact.iter().enumerate().map(|(k, (pair, _))| (*pair, of(k))).collect();
+        pictures.push(Picture {
+            name: "steps".into(),
+            svg: plot::steps("Forces against the load step", &forces, &labels),
+            caption: "The integral of the pressure over each contact line, and that of the friction on its second body.",
+            numbers: Some("report.json"),
+        });
     }
     if let Some(adapt) = &case.adapt {
         let steps: Vec<_> = report.adaptive.iter().map(|row| (row.nodes, row.relative)).collect();

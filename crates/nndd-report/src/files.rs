@@ -93,8 +93,14 @@ fn write_files(
     let pairs = case.contacts.iter().enumerate();
     let contact: Vec<(&str, Vec<ContactRow>)> =
         pairs.map(|(k, pair)| (pair.name.as_str(), contact_rows(solution, k))).collect();
+    let in_steps = solved.steps.iter().flat_map(|step| {
+        let names = case.contacts.iter().map(|pair| pair.name.as_str());
+        names.zip(step.rows.iter().cloned())
+    });
+    let in_steps: Vec<(&str, Vec<ContactRow>)> = in_steps.collect();
+    let table = if in_steps.is_empty() { &contact } else { &in_steps };
     if solution.estimate.is_some() && !contact.is_empty() {
-        put("contact.csv", &table::contact_csv(&contact)?)?;
+        put("contact.csv", &table::contact_csv(table)?)?;
     }
     if !report.adaptive.is_empty() {
         put("adaptive.csv", &table::adaptive_csv(&report.adaptive)?)?;
@@ -106,7 +112,9 @@ fn write_files(
     let angles: Vec<f64> = solution.problem.bodies.iter().map(|body| body.mesh().smallest_angle()).collect();
     put("report.html", &html::page(case, report, &angles, &pictures))?;
     if case.output.vtu && solution.estimate.is_some() {
-        paraview::write(case, solution, &report.adaptive, directory)?;
+        let adaptive = report.adaptive.iter().map(|row| row.step).collect::<Vec<_>>();
+        let steps = report.steps.iter().map(|step| step.step).collect::<Vec<_>>();
+        paraview::write(case, solution, &[("adaptive.pvd", adaptive), ("steps.pvd", steps)], directory)?;
     }
     Ok(())
 }

@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use crate::solved::Solved;
 use case_io::Case;
 use case_io::case_file::Sweep;
-use certified_contact::{Phase, Row, Step};
+use certified_contact::{CertifiedSolution, Phase, Row, Step};
 
 /// The program around a run: its clock, its wish to end the run, its memory, and what it does when something happens.
 pub trait Host {
@@ -57,10 +57,19 @@ pub enum Event<'a> {
     Phase(Phase),
     /// An iteration on the present mesh has ended.
     Iteration(&'a Row),
-    /// A mesh of an adaptive run had been solved before the run was resumed.
-    EarlierStep(&'a Step),
+    /// A mesh of an adaptive run had been solved before the run was resumed, at this many seconds after the start.
+    EarlierStep(&'a Step, f64),
     /// A mesh of an adaptive run has been solved.
     Step(&'a Step),
+    /// A load step has been solved.
+    LoadStep {
+        /// Its number, from 1.
+        step: usize,
+        /// How many there are.
+        of: usize,
+        /// What was found.
+        solution: &'a CertifiedSolution,
+    },
     /// A panel of a sweep begins.
     Panel {
         /// Its name.

@@ -72,6 +72,7 @@ mod resume;
 pub mod run;
 mod settings;
 mod solved;
+mod steps;
 mod stopwatch;
 pub mod sweep;
 pub mod verdict;

@@ -8,7 +8,6 @@ use crate::words;
 use case_io::Case;
 use case_io::case::MaterialLaw;
 use case_io::output::OutputDirectory;
-use case_io::report::AdaptiveRow;
 use case_io::table::FrictionRow;
 use certified_contact::CertifiedSolution;
 use cre_estimator::Estimate;
@@ -26,23 +25,26 @@ pub(crate) fn parts(case: &Case) -> Vec<String> {
     case.bodies.iter().map(|body| body.file_stem()).chain(words::contact_parts(case)).collect()
 }
 
-/// The file of a part on a mesh of an adaptive run.
+/// The file of a part on a mesh of an adaptive run, or in a load step.
 pub(crate) fn step_file(part: &str, step: usize) -> String {
     format!("fields/{part}-step-{step:02}.vtu")
 }
 
-/// Writes bodies and contact line on the last mesh, and the collections of those on all meshes.
+/// Writes bodies and contact line on the last mesh, and the collections of those of all meshes or load steps.
+///
+/// * `collections`: names, with the numbers of the meshes or load steps; those without any are not written.
 pub(crate) fn write(
     case: &Case,
     solution: &CertifiedSolution,
-    steps: &[AdaptiveRow],
+    collections: &[(&str, Vec<usize>)],
     directory: &mut OutputDirectory,
 ) -> Result<(), Failure> {
     write_parts(case, solution, None, &|part| format!("{part}.vtu"), directory)?;
-    if steps.is_empty() { Ok(()) } else { write_collections(case, steps, directory) }
+    let mut some = collections.iter().filter(|(_, steps)| !steps.is_empty());
+    some.try_for_each(|(name, steps)| write_collections(case, name, steps, directory))
 }
 
-/// Writes bodies and contact line on one mesh of an adaptive run.
+/// Writes bodies and contact line on one mesh of an adaptive run, or in one load step.
 pub(crate) fn write_step(
     case: &Case,
     solution: &CertifiedSolution,
@@ -71,10 +73,11 @@ fn write_parts(
     Ok(())
 }
 
-/// Writes `adaptive.pvd` with all parts, and a series for each of them.
+/// Writes a collection with all parts, and a series for each of them.
 fn write_collections(
     case: &Case,
-    steps: &[AdaptiveRow],
+    collection: &str,
+    steps: &[usize],
     directory: &mut OutputDirectory,
 ) -> Result<(), Failure> {
     let lines = words::contact_parts(case);
@@ -82,19 +85,19 @@ fn write_collections(
     let names: Vec<&str> = bodies.chain(lines.iter().map(String::as_str)).collect();
     let parts = parts(case);
     let mut entries = Vec::new();
-    for row in steps {
+    for &step in steps {
         for (part, (name, file)) in names.iter().zip(&parts).enumerate() {
-            let (name, file) = ((*name).to_owned(), step_file(file, row.step));
-            entries.push(PvdEntry { timestep: row.step as f64, part, name, file });
+            let (name, file) = ((*name).to_owned(), step_file(file, step));
+            entries.push(PvdEntry { timestep: step as f64, part, name, file });
         }
     }
     let mut put = |name: &str, text: Result<String, VtuError>| {
         let text = text.map_err(|e| Failure::defect(format!("{name}: {e}")))?;
         directory.write(name, text.as_bytes()).map_err(Failure::from)
     };
-    put("adaptive.pvd", vtu::pvd(&entries))?;
+    put(collection, vtu::pvd(&entries))?;
     for part in &parts {
-        let files: Vec<_> = steps.iter().map(|row| (step_file(part, row.step), row.step as f64)).collect();
+        let files: Vec<_> = steps.iter().map(|step| (step_file(part, *step), *step as f64)).collect();
         put(&format!("{part}.vtu.series"), vtu::series(&files))?;
     }
     Ok(())

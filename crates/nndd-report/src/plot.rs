@@ -24,6 +24,7 @@ mod outline;
 mod scale;
 mod sheet;
 mod sketch;
+mod steps;
 mod sweep;
 #[cfg(test)]
 mod tests;
@@ -36,4 +37,5 @@ pub(crate) use labels::Labels;
 pub(crate) use obstacle::{Motion, ObstaclePicture};
 pub(crate) use scale::{BodyPicture, Field, Quantity};
 pub(crate) use sketch::{Held, SketchBody, SketchEdge, SketchLoad, sketch};
+pub(crate) use steps::{Forces, steps};
 pub(crate) use sweep::sweep;

@@ -3,9 +3,11 @@
 use crate::notes;
 use crate::solved::Solved;
 use case_io::Case;
+use case_io::case::Factors;
 use case_io::report::{
     BodySummary, Bounds, Certificate, Checks, ContactStretch, ContactSummary, FreeMotion, FrictionSummary,
-    IterationRow, PeakStress, Reaction, Report, Results, RigidSideSummary, SCHEMA, Split, Timings,
+    IterationRow, PeakStress, Reaction, Report, Results, RigidSideSummary, SCHEMA, Split, StepSummary,
+    Timings,
 };
 use case_io::table::{ContactRow, FrictionRow};
 use certified_contact::cre_estimator::Parts;
@@ -78,9 +80,23 @@ pub(crate) fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> R
         certificate: certificate(solution),
         results: results(case, solution, solved.peak_change),
         adaptive: solved.adaptive.clone(),
+        steps: solved.steps.iter().map(|step| step.summary.clone()).collect(),
         notes: [notes::of_solution(case, solution), solved.notes.clone(), notes::of_case(case)].concat(),
         timings: Timings::default(),
         run,
+    }
+}
+
+/// Makes the entry of a load step, from 1.
+pub(crate) fn step_summary(case: &Case, solved: &Solved, step: usize, factors: &Factors) -> StepSummary {
+    let solution = &solved.solution;
+    StepSummary {
+        step,
+        factors: factors.named.iter().map(|(name, factor)| (name.clone(), (*factor).into())).collect(),
+        status: solved.status.clone(),
+        contact: (0..solution.problem.contacts.len()).map(|k| contact_summary(case, solution, k)).collect(),
+        results: results(case, solution, None),
+        certificate: certificate(solution),
     }
 }
 
@@ -207,13 +223,13 @@ pub(crate) fn contact_rows(solution: &CertifiedSolution, pair: usize) -> Vec<Con
     let first = solution.last().blocks(&solution.problem).nth(pair).map_or(0, |block| block.start);
     let tangents = solution.last().tangential_blocks(&solution.problem).nth(pair).unwrap_or_default();
     let tangential = &solution.last().tangential;
-    let friction = |k: usize, pressed: bool, length: f64| {
+    let friction = |k: usize, pressed: bool, (length, normal): (f64, f64)| {
         let row = tangents.clone().nth(k)?;
         let slip = tangential.slip[row];
         Some(FrictionRow {
-            tangential: tangential.force[row] / length,
-            slip,
-            limit: tangential.limit[row] / length,
+            tangential: tangential.force[row] * normal / length,
+            slip: slip / normal,
+            limit: tangential.limit[row] * normal / length,
             state: match (pressed, slip == 0.0) {
                 (false, _) => "open",
                 (true, true) => "stick",
@@ -231,16 +247,18 @@ pub(crate) fn contact_rows(solution: &CertifiedSolution, pair: usize) -> Vec<Con
         .enumerate()
         .map(|(k, pair)| {
             let [x, y] = (points[pair.nodes[0]]).into();
+            let (length, normal) = (pair.tributary_length, pair.normal_length());
             let force = last.contact.normal_reaction[first + k];
             ContactRow {
                 s: pair.arc_length,
                 x,
                 y,
-                gap: pair.gap,
-                opening: last.opening[first + k],
-                pressure: force / pair.tributary_length,
+                gap: pair.gap / normal,
+                opening: last.opening[first + k] / normal,
+                pressure: force * normal / length,
                 active: u8::from(force > 0.0),
-                friction: friction(k, force > 0.0, pair.tributary_length),
+                step: None,
+                friction: friction(k, force > 0.0, (length, normal)),
             }
         })
         .collect()

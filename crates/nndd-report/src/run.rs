@@ -9,6 +9,7 @@ use crate::memory;
 use crate::outcome;
 use crate::resume::Place;
 use crate::solved::Solved;
+use crate::steps;
 use crate::stopwatch::Stopwatch;
 use case_io::Case;
 use case_io::case_file::split_override;
@@ -71,6 +72,7 @@ pub fn solve(
     host: &mut dyn Host,
 ) -> Result<Solved, Failure> {
     match &case.adapt {
+        None if !case.steps.is_empty() => steps::solve(case, problem, place, watch, host),
         None => solve_once(case, problem, place.presence(), watch, host),
         Some(adapt) => {
             let follower = Follower::new(case, watch, host, place.presence());
@@ -93,14 +95,5 @@ pub(crate) fn solve_once(
     let solution = certified_contact::solve(problem, &convert::settings(case), &mut follower)
         .map_err(|e| follower.failure(case, &e))?;
     let status = outcome::judge(case, &solution, follower.ended);
-    let longest_step = follower.longest;
-    Ok(Solved {
-        solution,
-        status,
-        adaptive: Vec::new(),
-        peak_change: None,
-        notes: Vec::new(),
-        step_seconds: Vec::new(),
-        longest_step,
-    })
+    Ok(Solved { longest_step: follower.longest, ..Solved::of(solution, status) })
 }

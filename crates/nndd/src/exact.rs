@@ -10,7 +10,7 @@
 //! opening. `u_α = K_α⁺ (f_α − B_αᵀ P) + R_α a`.
 //!
 //! # Friction
-//! With friction each pair of nodes has a second row along its tangent, with a force `Q` within `−S ≤ Q ≤ S`, `S = ℓ s`, and no gap. The
+//! With friction each pair of nodes has a second row along its tangent, with a force `Q` within `−S ≤ Q ≤ S`, `S = ℓ s`, and the slip before the load step for its gap, 0 from rest. The
 //! gradient there is the slip with the opposite sign: `Q = S` if it slips forwards, `−S` if backwards, and zero slip between. Rows that
 //! supports impose in both bodies have no force.
 
@@ -27,6 +27,9 @@ use fem_core::prepared::PreparedProblem;
 
 /// A row along a tangent whose own flexibility is below this fraction of the largest one is imposed on both sides.
 const IMPOSED: f64 = 1e-20;
+
+/// A slip that supports impose below this fraction of the largest displacement is none.
+const ROUND_OFF: f64 = 1e-12;
 
 /// The exact solution of the discrete problem.
 #[derive(Clone, Debug)]
@@ -149,9 +152,9 @@ impl<'a> Programme<'a> {
         settings: &QpSettings,
     ) -> Result<(ExactSolution, Vec<Place>), NnddError> {
         let Self { problem, rows, balance, .. } = self;
-        let limits: Vec<f64> =
+        let own: Vec<f64> =
             limits.iter().zip(&self.imposed).map(|(s, imposed)| if *imposed { 0.0 } else { *s }).collect();
-        let [lower, upper] = rows.bounds(&limits);
+        let [lower, upper] = rows.bounds(&own);
         let qp = BoxQp {
             matrix: &self.flexibility,
             linear: &self.linear,
@@ -169,12 +172,18 @@ impl<'a> Programme<'a> {
             forces.iter().map(|p| -sign(side) * p).collect()
         };
         let displacement = recovery::displacements(problem, force, &motions);
+        // What supports impose on both sides is equal but for round-off, or slips.
+        let largest = displacement.iter().flatten().fold(0.0f64, |m, u| m.max(u.amax()));
+        let mut opening = found.multipliers;
+        let equal = |y: &f64| y.abs() <= ROUND_OFF * largest;
+        let imposed = opening.iter_mut().zip(&self.imposed).filter(|(y, imposed)| **imposed && equal(y));
+        imposed.for_each(|(y, _)| *y = 0.0);
         let solution = ExactSolution {
             displacement,
-            opening: rows.by_pair(&found.multipliers),
+            opening: rows.by_pair(&opening),
             contact_force: rows.by_pair(&found.x),
             friction: (0..problem.problem().contacts.len())
-                .map(|k| self.friction(k, &limits, &found.x, &found.multipliers, &found.places))
+                .map(|k| self.friction(k, limits, &found.x, &opening, &found.places))
                 .collect(),
             motions,
             status: found.status,
@@ -192,7 +201,7 @@ impl<'a> Programme<'a> {
         let state = |(n, t): (usize, usize)| match (places[n], places[t]) {
             (Place::Lower, _) => NodeState::Open,
             (_, Place::Free) => NodeState::Stick,
-            _ if self.imposed[t] => NodeState::Stick,
+            _ if self.imposed[t] && y[t] == 0.0 => NodeState::Stick,
             _ => NodeState::Slip,
         };
         PairFriction {

@@ -17,7 +17,7 @@ pub enum NodeState {
 pub struct PairFriction {
     /// Friction force `Q`, `|Q| ≤ S`, N/m.
     pub force: Vec<f64>,
-    /// Slip `w = (u^a − u^b)·t`, exactly 0 if the nodes stick, m.
+    /// Slip `w = (u^a − u^b)·t` of this load step, exactly 0 if the nodes stick, m.
     pub slip: Vec<f64>,
     /// The limit `S = ℓ s` of the friction force, N/m.
     pub limit: Vec<f64>,

@@ -124,12 +124,15 @@ impl Rows {
         self.tangential.iter().filter_map(next).copied().collect()
     }
 
-    /// Returns the initial gaps, m; 0 along tangents.
+    /// Returns the initial gaps, m; along tangents the slip before this load step, 0 from rest.
     pub(crate) fn gaps(&self, problem: &PreparedProblem) -> Vec<f64> {
         let mut gaps = vec![0.0; self.len()];
         for (k, pair) in problem.problem().contacts.iter().enumerate() {
             let nodes = pair.interface.pairs().iter();
             gaps[self.normal(k)].iter_mut().zip(nodes).for_each(|(gap, node)| *gap = node.gap);
+            if let Some(before) = &pair.slip_before {
+                gaps[self.tangential(k)].iter_mut().zip(&before.nodes).for_each(|(gap, w)| *gap = *w);
+            }
         }
         gaps
     }

@@ -149,6 +149,9 @@ impl Serialize for Imposition {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Displacement {
+    /// What load steps call it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
     /// The edge group.
     pub on: String,
     /// The part of it.
@@ -163,6 +166,9 @@ pub struct Displacement {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct RigidCase {
+    /// What load steps call it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
     /// The edge group.
     pub on: String,
     /// The part of it.
@@ -198,6 +204,9 @@ pub enum Load {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Traction {
+    /// What load steps call it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
     /// The edge group.
     pub on: String,
     /// The part of it.

@@ -106,6 +106,9 @@ pub(super) fn of_interface(error: &InterfaceError) -> Cure {
         InterfaceError::BadGap { .. } => {
             ("a finite number >= 0", "change the expression; `gap = \"geometric\"` measures the gap")
         }
+        InterfaceError::BadSlip { .. } | InterfaceError::SlipOnCoarserMesh => {
+            ("load steps on one mesh", "leave [adapt] out of a case with [[step]]")
+        }
         InterfaceError::BadFrictionLimit { .. } | InterfaceError::BadFrictionCoefficient { .. } => {
             ("a finite number >= 0", "change the number or the expression of `friction`")
         }

@@ -4,7 +4,7 @@ use super::{
     Acceleration, Case, Contact, Criterion, Estimator, Imposed, Limit, Limits, Method, Model, Output, Path,
     QpChoice, RelaxUntil, SCHEMA, Solver, Theta, Weights,
 };
-use super::{materials, read_adapt, read_body, read_contact, regions, units};
+use super::{materials, read_adapt, read_body, read_contact, regions, steps, units};
 use crate::case_file::{self, Document, Findings, NodeValue, Reader};
 use crate::diagnostic::{CaseError, Diagnostic, code, excerpt};
 use fem_core::material::Hypothesis;
@@ -36,6 +36,7 @@ pub(super) fn case(document: &Document, file_name: &str) -> Result<Case, CaseErr
     let estimator = estimator(root.table("estimator"));
     let adapt = read_adapt::adapt(&mut root);
     refuse_with_friction(&root, &contacts, &solver, adapt.is_some());
+    let steps = steps::steps(&mut root, &bodies, adapt.is_some());
     let output = output(root.table("output"));
     let limits = root.table("limits").map(limits).unwrap_or_default();
     root.finish();
@@ -51,6 +52,7 @@ pub(super) fn case(document: &Document, file_name: &str) -> Result<Case, CaseErr
             solver,
             estimator,
             adapt,
+            steps,
             output,
             limits,
             meshes: Default::default(),

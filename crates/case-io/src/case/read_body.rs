@@ -220,6 +220,7 @@ fn on(r: &mut Reader<'_>, sides: &mut Vec<SideCase>) -> String {
 }
 
 fn displacement(mut r: Reader<'_>, sides: &mut Vec<SideCase>) -> Displacement {
+    let name = r.string("name");
     let on = on(&mut r, sides);
     let part = Part::read(&mut r, "part");
     let given: Vec<&str> = ["ux", "uy", "normal", "fixed"].into_iter().filter(|key| r.has(key)).collect();
@@ -251,15 +252,16 @@ fn displacement(mut r: Reader<'_>, sides: &mut Vec<SideCase>) -> Displacement {
         (None, Some(_)) => Imposition::Fixed,
         (None, None) => Imposition::Components(components),
     };
-    Displacement { on, part, imposition }
+    Displacement { name, on, part, imposition }
 }
 
 fn rigid(mut r: Reader<'_>, sides: &mut Vec<SideCase>) -> RigidCase {
+    let name = r.string("name");
     let on = on(&mut r, sides);
     let part = Part::read(&mut r, "part");
     let rigid = read_contact::rigid(&mut r);
     r.finish();
-    RigidCase { on, part, rigid }
+    RigidCase { name, on, part, rigid }
 }
 
 const CURVES: &[(&str, CurveKind)] = &[("arc", CurveKind::Arc), ("smooth", CurveKind::Smooth)];
@@ -278,6 +280,7 @@ fn curve(mut r: Reader<'_>, sides: &mut Vec<SideCase>) -> Option<CurveCase> {
 }
 
 fn traction(mut r: Reader<'_>, sides: &mut Vec<SideCase>) -> Traction {
+    let name = r.string("name");
     let on = on(&mut r, sides);
     let part = Part::read(&mut r, "part");
     let (vector, pressure) = (r.value_pair("vector"), r.value("pressure"));
@@ -297,5 +300,5 @@ fn traction(mut r: Reader<'_>, sides: &mut Vec<SideCase>) -> Traction {
         (Some(vector), _) => Load::Vector(vector),
         (None, pressure) => Load::Pressure(pressure.unwrap_or_else(Value::default)),
     };
-    Traction { on, part, load }
+    Traction { name, on, part, load }
 }

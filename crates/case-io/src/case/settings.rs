@@ -31,6 +31,9 @@ impl Case {
         if let Some(adapt) = &self.adapt {
             settings["adapt"] = json!(adapt);
         }
+        if !self.steps.is_empty() {
+            settings["step"] = json!(self.steps);
+        }
         settings["output"] = json!({ "directory": self.output_directory(), "vtu": self.output.vtu });
         settings["limits"] = json!({
             "memory": self.limits.memory.as_ref().map(|l| &l.written),

@@ -95,17 +95,20 @@ fn the_example_of_the_contract_is_read() {
         body_force: [0.0; 2],
         displacements: vec![
             Displacement {
+                name: None,
                 on: "left".into(),
                 part: Part::default(),
                 imposition: Imposition::Components([Some(Value::Number(0.0)), None]),
             },
             Displacement {
+                name: None,
                 on: "top".into(),
                 part: Part::default(),
                 imposition: Imposition::Components([None, Some(Value::Number(-0.02))]),
             },
         ],
         tractions: vec![Traction {
+            name: None,
             on: "right".into(),
             part: Part::default(),
             load: Load::Vector([Value::Number(0.0), Value::Number(30.0)]),

@@ -41,6 +41,7 @@ pub(crate) fn sample(hash: &str) -> Report {
             ..Results::default()
         },
         adaptive: vec![],
+        steps: vec![],
         notes: vec![],
         timings: Timings::default(),
         run,

@@ -13,6 +13,8 @@ use std::collections::{BTreeMap, HashMap};
 
 /// Nodes of an arc may be this fraction of its radius off its circle.
 const ON_ARC: f64 = 1e-6;
+/// A node may be this fraction of the chord off a smooth curve by round-off.
+const ON_CHORD: f64 = 1e-12;
 /// Three nodes whose triangle has less than this fraction of its squared size lie on a straight line.
 const STRAIGHT: f64 = 1e-9;
 /// A smooth curve ends at a node at which a side turns by more: cosine of 30 degrees.
@@ -63,13 +65,14 @@ impl Piece {
         }
     }
 
-    /// Computes by how much a node is off the curve, m: zero within the tolerance of an arc.
+    /// Computes by how much a node is off the curve, m: zero within the tolerance of an arc, and within round-off of a smooth curve.
     fn offset(&self, node: Vector) -> Vector {
         let off = node - self.project(node);
-        match *self {
-            Self::Arc { radius, .. } if norm(off) <= ON_ARC * radius => Vector::zeros(),
-            _ => off,
-        }
+        let allowed = match self {
+            Self::Arc { radius, .. } => ON_ARC * radius,
+            Self::Smooth(arch) => ON_CHORD * norm(arch.chord()),
+        };
+        if norm(off) <= allowed { Vector::zeros() } else { off }
     }
 
     /// Computes the point that halves the curve between two nodes. Nodes that stayed off the curve draw it with them.
@@ -101,15 +104,16 @@ impl Piece {
             }
             Self::Smooth(arch) => {
                 let span = cross(arch.chord(), direction);
-                let mut t = 0.5;
+                let (mut t, mut step) = (0.5, f64::INFINITY);
                 for _ in 0..ROUNDS {
-                    let step = cross(point - arch.at(t), direction) / span;
+                    step = cross(point - arch.at(t), direction) / span;
                     t += step;
                     if !(step.abs() > f64::EPSILON) {
                         break;
                     }
                 }
-                (-0.5..=1.5).contains(&t).then(|| arch.at(t))
+                let found = step.abs() <= ON_CHORD && (-0.5..=1.5).contains(&t);
+                found.then(|| arch.at(t))
             }
         }
     }
@@ -289,9 +293,10 @@ fn arc(mesh: &TriMesh, nodes: &[NodeId], place: ConditionPlace) -> Result<Vec<(E
 /// Creates the smooth curve through the nodes of a part, with its corners.
 fn smooth(mesh: &TriMesh, nodes: &[NodeId]) -> Vec<(EdgeId, Piece)> {
     let mut found = Vec::new();
-    for run in between_corners(mesh, nodes) {
+    let (runs, closed) = between_corners(mesh, nodes);
+    for run in runs {
         let points: Vec<Vector> = run.iter().map(|n| mesh.points()[*n]).collect();
-        let normals = smooth_normals(&points);
+        let normals = smooth_normals(&points, closed);
         let pieces = (0..points.len() - 1)
             .map(|k| Arch::new([points[k], points[k + 1]], [normals[k], normals[k + 1]]))
             .map(Piece::Smooth);
@@ -300,14 +305,16 @@ fn smooth(mesh: &TriMesh, nodes: &[NodeId]) -> Vec<(EdgeId, Piece)> {
     found
 }
 
-/// Cuts a part at its corners.
-fn between_corners(mesh: &TriMesh, nodes: &[NodeId]) -> Vec<Vec<NodeId>> {
+/// Cuts a part at its corners, and tells whether it is closed and has none.
+fn between_corners(mesh: &TriMesh, nodes: &[NodeId]) -> (Vec<Vec<NodeId>>, bool) {
     let edges: Vec<EdgeId> = edges_of(mesh, nodes).collect();
     let is_corner = |a: usize, b: usize| mesh.edge_normal(edges[a]).dot(&mesh.edge_normal(edges[b])) < CORNER;
     let last = nodes.len() - 1;
     let mut nodes = nodes.to_vec();
     let mut corners: Vec<usize> = (1..last).filter(|k| is_corner(k - 1, *k)).collect();
-    if nodes[0] == nodes[last] && (is_corner(last - 1, 0) || !corners.is_empty()) {
+    let ends_meet = nodes[0] == nodes[last];
+    let has_corners = !corners.is_empty() || (ends_meet && is_corner(last - 1, 0));
+    if ends_meet && has_corners {
         // A closed part with corners begins at one of them.
         let first = if is_corner(last - 1, 0) { 0 } else { corners[0] };
         nodes.pop();
@@ -316,7 +323,8 @@ fn between_corners(mesh: &TriMesh, nodes: &[NodeId]) -> Vec<Vec<NodeId>> {
         corners = corners.into_iter().map(|k| k - first).filter(|k| *k > 0).collect();
     }
     let bounds = [vec![0], corners, vec![last]].concat();
-    bounds.windows(2).map(|w| nodes[w[0]..=w[1]].to_vec()).collect()
+    let runs = bounds.windows(2).map(|w| nodes[w[0]..=w[1]].to_vec()).collect();
+    (runs, ends_meet && !has_corners)
 }
 
 #[cfg(test)]

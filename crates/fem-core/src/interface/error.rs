@@ -225,6 +225,23 @@ pub enum InterfaceError {
         /// What was found, Pa.
         value: f64,
     },
+    /// The slip of an earlier load step belongs to another contact line, or is not finite.
+    #[error(
+        "the slip of the step before has {found} finite values, and the contact line has {expected} {of}"
+    )]
+    BadSlip {
+        /// What there is one value of: pairs of nodes, or edges.
+        of: &'static str,
+        /// Finite values.
+        found: usize,
+        /// Their number on the contact line.
+        expected: usize,
+    },
+    /// A load step after the first is to be refined.
+    #[error(
+        "the slip of earlier load steps is known on their mesh only; refine the problem before its first step"
+    )]
+    SlipOnCoarserMesh,
     /// The coefficient of Coulomb's friction is negative or not finite.
     #[error("the coefficient of friction is {}; it must be a finite number >= 0", shown(*value))]
     BadFrictionCoefficient {

@@ -1,6 +1,6 @@
 //! Laws of friction along a pair: data alone.
 
-use super::{ContactPair, InterfaceError};
+use super::{ContactInterface, ContactPair, InterfaceError, NodePair};
 use crate::body::{Body, Difference, DifferenceSum};
 use crate::boundary::ScalarData;
 use crate::geometry::{Vector, perpendicular};
@@ -46,6 +46,36 @@ impl Friction {
     }
 }
 
+/// The slip `w₀` that earlier load steps left on a contact line: the next step has the law of friction for `w − w₀`.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct SlipBefore {
+    /// At each pair of nodes, m.
+    pub nodes: Vec<f64>,
+    /// Bernstein coefficients along each contact edge: at its first end, in the middle, at its second end, m.
+    pub edges: Vec<[f64; 3]>,
+}
+
+impl SlipBefore {
+    /// Takes slips at the pairs of nodes and along the contact edges, m.
+    pub fn new(nodes: Vec<f64>, edges: Vec<[f64; 3]>) -> Self {
+        Self { nodes, edges }
+    }
+
+    pub(super) fn check(&self, interface: &ContactInterface) -> Result<(), InterfaceError> {
+        let nodes = self.nodes.iter().filter(|w| w.is_finite()).count();
+        let edges = self.edges.iter().filter(|w| w.iter().all(|w| w.is_finite())).count();
+        let both = [
+            ("pairs of nodes", nodes, self.nodes.len(), interface.pairs().len()),
+            ("edges", edges, self.edges.len(), interface.edges().len()),
+        ];
+        match both.into_iter().find(|(_, finite, all, expected)| finite != expected || all != expected) {
+            Some((of, found, _, expected)) => Err(InterfaceError::BadSlip { of, found, expected }),
+            None => Ok(()),
+        }
+    }
+}
+
 /// A row of a pair: one direction at one pair of nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
@@ -54,7 +84,7 @@ pub struct ContactRow {
     pub pair: usize,
     /// Its nodes, see [`super::NodePair::nodes`].
     pub nodes: [NodeId; 2],
-    /// Normal or tangent, of length one.
+    /// Normal or tangent, of the length of the pair's normal.
     pub direction: Vector,
 }
 
@@ -75,13 +105,15 @@ impl ContactPair {
         along(|normal| normal).chain(tangents.into_iter().flatten())
     }
 
-    /// Evaluates the limit of Tresca's law at each pair of nodes, Pa; `None` for other laws.
+    /// Evaluates the limit of Tresca's law at each pair of nodes, Pa, for friction along `t`: over the length of the normal. `None` for
+    /// other laws.
     ///
     /// * `first`: the first body of the pair.
     pub fn friction_limit(&self, first: &Body) -> Option<Vec<f64>> {
         let Friction::Tresca { limit } = &self.friction else { return None };
         let points = first.mesh().points();
-        Some(self.interface.pairs().iter().map(|pair| limit.at(points[pair.nodes[0]])).collect())
+        let at = |pair: &NodePair| limit.at(points[pair.nodes[0]]) / pair.normal_length();
+        Some(self.interface.pairs().iter().map(at).collect())
     }
 
     /// Measures the difference between the limit of Tresca's law and its interpolant between the nodes, relative to its
@@ -107,7 +139,7 @@ impl ContactPair {
         match self.interface.pairs().iter().zip(limits).find(|(_, s)| !(*s >= 0.0 && s.is_finite())) {
             Some((pair, value)) => {
                 let point = first.mesh().points()[pair.nodes[0]];
-                Err(InterfaceError::BadFrictionLimit { point, value })
+                Err(InterfaceError::BadFrictionLimit { point, value: value * pair.normal_length() })
             }
             None => Ok(()),
         }

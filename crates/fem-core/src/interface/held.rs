@@ -30,7 +30,7 @@ pub(super) struct Whole {
 }
 
 /// Returns what is imposed on the two nodes of a pair that both bodies clamp.
-fn clamped(bodies: [&Body; 2], pair: &NodePair) -> Option<[Vector; 2]> {
+pub(super) fn clamped(bodies: [&Body; 2], pair: &NodePair) -> Option<[Vector; 2]> {
     let imposed = |b: usize| match bodies[b].node_constraints()[pair.nodes[b]] {
         NodeConstraint::Fixed { value } => Some(value),
         _ => None,
@@ -74,10 +74,10 @@ impl Line {
         }
         let mut number = vec![NONE; self.pairs.len()];
         let mut pairs = Vec::with_capacity(self.pairs.len());
-        let mut openings = vec![0.0; self.pairs.len()];
+        let mut known = vec![(0.0, Vector::zeros()); self.pairs.len()];
         for (k, pair) in self.pairs.iter().enumerate() {
             match clamped(pair) {
-                Some(imposed) => openings[k] = self.check(body, k, imposed)?,
+                Some(imposed) => known[k] = (self.check(body, k, imposed)?, imposed[0] - imposed[1]),
                 None => {
                     number[k] = pairs.len() as u32;
                     pairs.push(NodePair { tributary_length: 0.0, ..*pair });
@@ -91,7 +91,10 @@ impl Line {
         let (mut edges, mut profiles) = (Vec::new(), Vec::new());
         for (edge, profile) in self.edges.iter().zip(&self.profiles) {
             let ends = edge.pairs.map(|k| number[k as usize]);
-            let at = |end: usize| ClampedEnd { end, opening: openings[edge.pairs[end] as usize] };
+            let at = |end: usize| {
+                let (opening, jump) = known[edge.pairs[end] as usize];
+                ClampedEnd { end, opening, jump }
+            };
             let (ends, clamped) = match ends {
                 [NONE, NONE] => continue,
                 [NONE, k] => ([k; 2], Some(at(0))),
@@ -141,6 +144,21 @@ impl Line {
 }
 
 impl ContactInterface {
+    /// Creates the same interface of bodies whose supports impose other displacements: clamped ends open by another amount.
+    pub(super) fn with_supports(
+        &self,
+        first: &Body,
+        clamped: impl Fn(&NodePair) -> Option<[Vector; 2]>,
+    ) -> Result<Self, InterfaceError> {
+        let Some(whole) = &self.whole else { return Ok(self.clone()) };
+        let (found, _) =
+            whole.line.clone().without_clamped(first, clamped, self.gap.clone(), self.measured_on)?;
+        // Against an obstacle the second node is the number of the pair among the remaining ones.
+        let pairs =
+            found.pairs.iter().zip(&self.pairs).map(|(pair, old)| NodePair { nodes: old.nodes, ..*pair });
+        Ok(Self { pairs: pairs.collect(), gap_change: self.gap_change, ..found })
+    }
+
     /// Returns the whole line, with the removed pairs and edges.
     pub(super) fn line(&self) -> (&[NodePair], &[ContactEdge], &[Option<Profile>]) {
         match &self.whole {

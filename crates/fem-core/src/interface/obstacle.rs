@@ -140,7 +140,7 @@ impl Obstacle {
     }
 
     /// Returns what is imposed on a node of a body and on the obstacle's point that faces it, if a support clamps the node, m.
-    fn clamped(&self, body: &Body, pair: &NodePair) -> Option<[Vector; 2]> {
+    pub(super) fn clamped(&self, body: &Body, pair: &NodePair) -> Option<[Vector; 2]> {
         let NodeConstraint::Fixed { value } = body.node_constraints()[pair.nodes[0]] else { return None };
         Some([value, self.imposed_at(self.point_facing(body, pair))])
     }

@@ -2,9 +2,11 @@
 
 use super::{
     ContactInterface, Friction, InterfaceError, InterfaceSide, Obstacle, Retained, RigidLine, Roles,
+    SlipBefore,
 };
-use crate::body::{Body, Difference, NodeConstraint};
+use crate::body::{Body, BodyError, ConditionPlace, Difference, NodeConstraint};
 use crate::geometry::Vector;
+use thiserror::Error;
 
 /// Two bodies in contact, or a body and an obstacle, and where.
 #[derive(Clone, Debug)]
@@ -19,12 +21,14 @@ pub struct ContactPair {
     pub roles: Roles,
     /// The law of friction.
     pub friction: Friction,
+    /// What earlier load steps left; `None` in the first step, from rest.
+    pub slip_before: Option<SlipBefore>,
 }
 
 impl ContactPair {
     /// Joins two bodies without friction; the first one carries λ.
     pub fn new(bodies: [usize; 2], interface: ContactInterface) -> Self {
-        Self { bodies, interface, roles: Roles::default(), friction: Friction::None }
+        Self { bodies, interface, roles: Roles::default(), friction: Friction::None, slip_before: None }
     }
 
     /// Returns the body that carries λ, Ω₁; an obstacle always does.
@@ -41,6 +45,23 @@ impl ContactPair {
     pub fn side_of(&self, body: usize) -> Option<usize> {
         self.bodies.iter().position(|b| *b == body)
     }
+}
+
+/// Why conditions cannot be imposed with other amounts.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
+pub enum FactorError {
+    /// The conditions of a body.
+    #[error("body {}: {source}", body + 1)]
+    Body {
+        /// Its number, from 0.
+        body: usize,
+        /// What is wrong.
+        source: BodyError,
+    },
+    /// Clamped contact nodes.
+    #[error(transparent)]
+    Interface(#[from] InterfaceError),
 }
 
 /// Bodies, and the pairs in which they touch.
@@ -109,6 +130,48 @@ impl ContactProblem {
         self.contacts[pair].friction = friction;
         self.contacts[pair].check_friction(&self.bodies[self.contacts[pair].bodies[0]])?;
         Ok(self)
+    }
+
+    /// Starts a load step of a pair from the slip that earlier steps left: the law of friction then holds for the slip of this step.
+    ///
+    /// # Errors
+    /// Numbers that are not finite, or not one per pair of nodes and per contact edge.
+    ///
+    /// # Panics
+    /// If there is no such pair.
+    pub fn with_slip(mut self, pair: usize, before: SlipBefore) -> Result<Self, InterfaceError> {
+        let count = self.contacts.len();
+        assert!(pair < count, "slip of pair {pair}, and {count} pairs");
+        before.check(&self.contacts[pair].interface)?;
+        self.contacts[pair].slip_before = Some(before);
+        Ok(self)
+    }
+
+    /// Multiplies what the conditions of the bodies impose: the next load step on the same meshes. Gaps, obstacles and laws of friction
+    /// remain, and the slip before the step.
+    ///
+    /// * `factor`: of a condition of a body, dimensionless.
+    ///
+    /// # Errors
+    /// Conditions that contradict each other then, or press clamped nodes into each other.
+    pub fn with_factors(&self, factor: impl Fn(usize, ConditionPlace) -> f64) -> Result<Self, FactorError> {
+        let scaled = |(b, body): (usize, &Body)| {
+            body.with_factors(|place| factor(b, place))
+                .map_err(|source| FactorError::Body { body: b, source })
+        };
+        let bodies = self.bodies.iter().enumerate().map(scaled).collect::<Result<Vec<_>, _>>()?;
+        let mut contacts = self.contacts.clone();
+        for pair in &mut contacts {
+            let first = &bodies[pair.bodies[0]];
+            pair.interface = match self.obstacle_of(pair) {
+                Some(obstacle) => pair.interface.with_supports(first, |of| obstacle.clamped(first, of)),
+                None => {
+                    let both = pair.bodies.map(|b| &bodies[b]);
+                    pair.interface.with_supports(first, |of| super::held::clamped(both, of))
+                }
+            }?;
+        }
+        Ok(Self { bodies, obstacles: self.obstacles.clone(), contacts })
     }
 
     /// Tells whether a pair has a law of friction.

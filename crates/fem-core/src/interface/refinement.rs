@@ -132,6 +132,9 @@ impl ContactProblem {
         refinement_edges: &[RefinementEdges],
         marked: &[Vec<bool>],
     ) -> Result<RefinedProblem, RefineError> {
+        if self.contacts.iter().any(|pair| pair.slip_before.is_some()) {
+            return Err(InterfaceError::SlipOnCoarserMesh.into());
+        }
         let mut marked = marked.to_vec();
         self.close(refinement_edges, &mut marked);
         let Curved { places, gaps } = self.on_curves(&marked);
@@ -169,6 +172,7 @@ impl ContactProblem {
                 bodies: pair.bodies,
                 roles: pair.roles,
                 friction: pair.friction.clone(),
+                slip_before: None,
             };
             finer.check_friction(&bodies[first])?;
             contacts.push(finer);
@@ -311,21 +315,20 @@ impl ContactInterface {
         // A node on a curve is as far from its centre as its neighbours.
         let scale = if is_off_chord(point, ends) { 1.0 } else { length };
         let between = gaps.get(&edge.edges[self.measured_on]);
-        let gap = scale
-            * match (&self.gap, between, profile) {
-                (Gap::Touching, ..) => 0.0,
-                (Gap::Given(data), ..) => data.at(point),
-                (Gap::Geometric, Some(gap), _) => *gap,
-                (Gap::Geometric, None, Some(profile)) => profile.at(0.5),
-                (Gap::Geometric, None, None) => 0.5 * (i.gap + j.gap) / length,
-            };
-        if !(gap >= 0.0 && gap.is_finite()) {
-            return Err(InterfaceError::BadGap { point, value: gap });
+        let distance = match (&self.gap, between, profile) {
+            (Gap::Touching, ..) => 0.0,
+            (Gap::Given(data), ..) => data.at(point),
+            (Gap::Geometric, Some(gap), _) => *gap,
+            (Gap::Geometric, None, Some(profile)) => profile.at(0.5),
+            (Gap::Geometric, None, None) => 0.5 * (i.gap + j.gap) / length,
+        };
+        if !(distance >= 0.0 && distance.is_finite()) {
+            return Err(InterfaceError::BadGap { point, value: distance });
         }
         Ok(NodePair {
             nodes,
             normal: scale / length * normal,
-            gap,
+            gap: scale * distance,
             tributary_length: 0.0,
             arc_length: i.arc_length + 0.5 * edge.length,
         })

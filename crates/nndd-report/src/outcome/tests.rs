@@ -3,7 +3,7 @@
 use super::*;
 use crate::host::Host;
 use crate::{convert, report, run, solved, verdict};
-use case_io::report::{AdaptiveRow, Report};
+use case_io::report::Report;
 use certified_contact::Silent;
 use contact_qp::QpStatus;
 
@@ -25,16 +25,7 @@ fn solved() -> (Case, CertifiedSolution) {
 
 fn reported(case: &Case, solution: CertifiedSolution) -> (Report, String) {
     let status = judge(case, &solution, None);
-    let adaptive: Vec<AdaptiveRow> = Vec::new();
-    let solved = solved::Solved {
-        solution,
-        status,
-        adaptive,
-        peak_change: None,
-        notes: Vec::new(),
-        step_seconds: Vec::new(),
-        longest_step: None,
-    };
+    let solved = solved::Solved::of(solution, status);
     let report = report::report(case, &solved, Default::default());
     let said = verdict::verdict(&report);
     (report, said)

@@ -14,6 +14,11 @@ impl Labels {
         labelled(what, self.units.as_ref().map(|u| u.length.clone()), "length units")
     }
 
+    /// Labels a force per unit thickness.
+    pub(super) fn line_force(&self, what: &str) -> String {
+        labelled(what, self.units.as_ref().map(Units::line_force), "force / thickness")
+    }
+
     /// Labels a stress, or an energy per area and thickness, which has the same unit.
     pub(super) fn stress(&self, what: &str, otherwise: &str) -> String {
         labelled(what, self.units.as_ref().map(Units::stress), otherwise)

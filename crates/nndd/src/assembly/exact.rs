@@ -29,6 +29,7 @@ pub(super) fn solve(
 /// `δ` of the openings, `√(Σ S_ii δ_i²)`.
 fn iterate(solution: ExactSolution, problem: &PreparedProblem, number: usize) -> Iterate {
     let rows = Rows::new(problem.problem());
+    let gaps = rows.gaps(problem);
     let (mut lambda, mut second_trace, mut squared) = (Vec::new(), Vec::new(), 0.0);
     for (k, pair) in problem.problem().contacts.iter().enumerate() {
         let sides = pair.roles.sides();
@@ -39,8 +40,9 @@ fn iterate(solution: ExactSolution, problem: &PreparedProblem, number: usize) ->
             k,
             elastic.min_by_key(|side| pair.roles.of_side(*side)).unwrap_or_default(),
         );
-        let normal = pair.interface.pairs().iter().zip(&solution.opening[k]).map(|(node, o)| (node.gap, *o));
-        let known = normal.chain(solution.friction[k].slip.iter().map(|w| (0.0, -w)));
+        let openings =
+            solution.opening[k].iter().copied().chain(solution.friction[k].slip.iter().map(|w| -w));
+        let known = gaps[rows.at(k, 0)..].iter().zip(openings);
         for ((row, (gap, opening)), stiffness) in pair.rows().zip(known).zip(stiffness) {
             let trace = |side: usize| {
                 let u: Vector = solution.displacement[pair.bodies[side]][row.nodes[side].index()];

@@ -147,6 +147,29 @@ fn nodes_of_a_smooth_curve_approach_an_ellipse_by_the_third_power_and_keep_corne
 }
 
 #[test]
+fn a_closed_smooth_side_keeps_its_only_corner() {
+    // A drop: a circle of 270 degrees and two straight sides that meet at a right angle.
+    let angles = (0..=18).map(|k| (f64::from(k) * 15.0 - 45.0).to_radians());
+    let mut outline: Vec<Vector> = angles.map(|a| Vector::new(a.cos(), a.sin())).collect();
+    let (from, to, tip) = (outline[18], outline[0], Vector::new(0.0, -2f64.sqrt()));
+    let between = |a: Vector, b: Vector| (1..4).map(move |k| a + f64::from(k) / 4.0 * (b - a));
+    outline.extend(between(from, tip).chain([tip]).chain(between(tip, to)));
+    let count = outline.len();
+    let mut points = outline;
+    points.push(Vector::zeros());
+    let node = NodeId::new;
+    let triangles = (0..count).map(|k| [node(count), node(k), node((k + 1) % count)]).collect();
+    let edges = (0..count).map(|k| [node(k), node((k + 1) % count)]).collect();
+    let mesh = TriMesh::new(points, triangles, vec![("rim".into(), edges)]).unwrap();
+    let drop = body(mesh, &[side("rim", CurveKind::Smooth)]).unwrap();
+    let fine = refined(ContactProblem::new(vec![drop]), 2).bodies.remove(0);
+    // The edges that meet at the tip are straight.
+    for p in nodes_of(&fine, "rim").into_iter().filter(|p| p[1] < -1.1) {
+        assert!((p[1] + 2f64.sqrt() - p[0].abs()).abs() < 1e-12, "{p}");
+    }
+}
+
+#[test]
 fn polygons_that_seem_to_be_curves_are_listed_unless_they_are_declared() {
     let mesh = || ring([0.0; 2], [1.0, 2.0], [0.0, 90.0], [6, 2]).unwrap();
     // The edges at the ends of an arc turn at one end only.
@@ -158,9 +181,9 @@ fn polygons_that_seem_to_be_curves_are_listed_unless_they_are_declared() {
 }
 
 /// A pin in a hole, and the contact line between them.
-fn pin(centre: [f64; 2], radii: [f64; 2], cells: [usize; 2]) -> ContactProblem {
-    let pin = curved_ring(centre, [0.5, radii[0]], [cells[0], 2], CurveKind::Arc);
-    let hole = curved_ring([0.0; 2], [radii[1], 2.0], [cells[1], 2], CurveKind::Arc);
+fn pin(centre: [f64; 2], radii: [f64; 2], cells: [usize; 2], kind: CurveKind) -> ContactProblem {
+    let pin = curved_ring(centre, [0.5, radii[0]], [cells[0], 2], kind);
+    let hole = curved_ring([0.0; 2], [radii[1], 2.0], [cells[1], 2], kind);
     let interface = |bodies: [&Body; 2]| {
         ContactInterface::pair(bodies[0], bodies[1], ["outer", "inner"], &Gap::Geometric)
     };
@@ -176,15 +199,17 @@ fn pin(centre: [f64; 2], radii: [f64; 2], cells: [usize; 2]) -> ContactProblem {
 }
 
 #[test]
-fn pairs_on_two_arcs_face_each_other_and_their_gap_is_that_of_the_circles() {
+fn pairs_on_two_curves_face_each_other_and_their_gap_is_that_of_the_circles() {
     let cases = [
-        ([0.0; 2], [0.99, 1.0], [24, 24]),
-        ([0.0; 2], [0.99, 1.0], [20, 33]),
-        ([0.004, -0.003], [0.99, 1.0], [24, 24]),
-        ([0.004, -0.003], [0.99, 1.0], [36, 25]),
+        ([0.0; 2], [0.99, 1.0], [24, 24], CurveKind::Arc),
+        ([0.0; 2], [0.99, 1.0], [20, 33], CurveKind::Arc),
+        ([0.004, -0.003], [0.99, 1.0], [24, 24], CurveKind::Arc),
+        ([0.004, -0.003], [0.99, 1.0], [36, 25], CurveKind::Arc),
+        ([0.0; 2], [0.99, 1.0], [24, 24], CurveKind::Smooth),
+        ([0.004, -0.003], [0.99, 1.0], [36, 25], CurveKind::Smooth),
     ];
-    for (centre, radii, cells) in cases {
-        let fine = refined(pin(centre, radii, cells), 3);
+    for (centre, radii, cells, kind) in cases {
+        let fine = refined(pin(centre, radii, cells, kind), 3);
         let pair = &fine.contacts[0].interface;
         let points = [0, 1].map(|b| fine.bodies[b].mesh().points());
         assert!(pair.pairs().len() >= 160);

@@ -48,8 +48,9 @@ impl Curve {
         let (before, after) = (beyond[0].as_slice(), beyond[1].as_slice());
         let outline = [before, &points, after].concat();
         let inner = |all: Vec<Vector>| all[before.len()..before.len() + n].to_vec();
-        let normals = inner(nodal_normals(&outline, |edge| edge));
-        let smooth_normals = inner(smooth_normals(&outline));
+        let closed = outline.len() > 3 && outline[0] == outline[outline.len() - 1];
+        let normals = inner(nodal_normals(&outline, closed, |edge| edge));
+        let smooth_normals = inner(smooth_normals(&outline, closed));
         let mut arc = vec![0.0];
         for k in 1..n {
             arc.push(arc[k - 1] + norm(points[k] - points[k - 1]));

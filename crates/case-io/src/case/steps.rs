@@ -1,0 +1,166 @@
+//! `[[step]]`: load steps, which scale the conditions that have a name.
+
+use super::{BodyCase, Case};
+use crate::case_file::{NodeValue, Reader};
+use crate::diagnostic::excerpt;
+use fem_core::body::{ConditionList, ConditionPlace};
+use serde::{Serialize, Serializer};
+
+/// Increments of all steps together, at most.
+const MOST: usize = 10_000;
+
+/// `[[step]]`: what the named conditions have at its end.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct StepCase {
+    /// The factors of the conditions with these names at the end of the step; other names keep theirs.
+    #[serde(serialize_with = "factors")]
+    pub factors: Vec<(String, f64)>,
+    /// Equal increments.
+    pub count: usize,
+}
+
+fn factors<S: Serializer>(factors: &[(String, f64)], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(factors.iter().map(|(name, factor)| (name, factor)))
+}
+
+/// The factors of all named conditions at the end of an increment.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[serde(transparent)]
+pub struct Factors {
+    /// Names with their factors, in the order of their first use in a step.
+    #[serde(serialize_with = "factors")]
+    pub named: Vec<(String, f64)>,
+}
+
+impl Factors {
+    /// Returns the factor of a condition: 1 without a name, 0 with one that no step has named.
+    pub fn of(&self, name: Option<&str>) -> f64 {
+        let Some(name) = name else { return 1.0 };
+        self.named.iter().find(|(known, _)| known == name).map_or(0.0, |(_, factor)| *factor)
+    }
+}
+
+impl BodyCase {
+    /// Returns the name of a condition, if it has one.
+    pub fn condition_name(&self, place: ConditionPlace) -> Option<&str> {
+        let name = match place.list {
+            ConditionList::Displacement => self.displacements.get(place.index).map(|c| &c.name),
+            ConditionList::Traction => self.tractions.get(place.index).map(|c| &c.name),
+            ConditionList::Rigid => self.rigid.get(place.index).map(|c| &c.name),
+            ConditionList::Curve => None,
+        };
+        name?.as_deref()
+    }
+
+    /// Lists the names of its conditions.
+    fn condition_names(&self) -> impl Iterator<Item = &str> {
+        let displacements = self.displacements.iter().map(|c| &c.name);
+        let tractions = self.tractions.iter().map(|c| &c.name);
+        let names = displacements.chain(tractions).chain(self.rigid.iter().map(|c| &c.name));
+        names.filter_map(|name| name.as_deref())
+    }
+}
+
+impl Case {
+    /// Lists the factors at the end of each increment: linear from those of the step before, at first 0. Nothing without steps.
+    pub fn increments(&self) -> Vec<Factors> {
+        let mut all = Vec::new();
+        let mut now = Factors::default();
+        for step in &self.steps {
+            for (name, _) in &step.factors {
+                if !now.named.iter().any(|(known, _)| known == name) {
+                    now.named.push((name.clone(), 0.0));
+                }
+            }
+            let before = now.clone();
+            for k in 1..=step.count {
+                let part = k as f64 / step.count as f64;
+                for ((name, factor), (_, from)) in now.named.iter_mut().zip(&before.named) {
+                    if let Some((_, to)) = step.factors.iter().find(|(known, _)| known == name) {
+                        // Exactly the given factor at the end.
+                        *factor = if k == step.count { *to } else { from + part * (to - from) };
+                    }
+                }
+                all.push(now.clone());
+            }
+        }
+        all
+    }
+}
+
+/// Reads the steps.
+///
+/// * `adaptive`: whether there is an `[adapt]`.
+pub(super) fn steps(root: &mut Reader<'_>, bodies: &[BodyCase], adaptive: bool) -> Vec<StepCase> {
+    let Some(readers) = root.tables("step") else { return Vec::new() };
+    let mut steps = Vec::with_capacity(readers.len());
+    for r in readers {
+        steps.push(step(r, bodies));
+    }
+    if adaptive && !steps.is_empty() {
+        root.refuse(
+            "step",
+            "load steps are solved on one mesh, and there is an `[adapt]`",
+            "either [[step]] or `[adapt]`",
+            "take `[adapt]` out, and refine the mesh of the bodies",
+        );
+    }
+    let total = steps.iter().map(|step| step.count).fold(0, usize::saturating_add);
+    if total > MOST {
+        let message = format!("the steps have {total} increments together");
+        root.refuse("step", message, &format!("at most {MOST}"), "make `count` smaller");
+    }
+    steps
+}
+
+fn step(mut r: Reader<'_>, bodies: &[BodyCase]) -> StepCase {
+    r.require(&["factors"]);
+    let mut factors = Vec::new();
+    if let Some(r) = r.table("factors") {
+        let known: Vec<&str> = bodies.iter().flat_map(BodyCase::condition_names).collect();
+        if r.entries().is_empty() {
+            r.refuse(
+                "",
+                "this step names no condition",
+                "a factor or more",
+                "write `factors = { push = 1.0 }`",
+            );
+        }
+        for entry in r.entries() {
+            let name = entry.key.as_str();
+            if !known.contains(&name) {
+                let message = format!("no condition is called {}", excerpt(name));
+                let (expected, fix) = match known.is_empty() {
+                    true => (
+                        "the `name` of a condition".to_owned(),
+                        format!(
+                            "write `name = \"{}\"` into a \
+                        [[body.displacement]], a [[body.traction]] or a [[body.rigid]]",
+                            name.escape_debug()
+                        ),
+                    ),
+                    false => (
+                        format!("one of the names {}", known.join(", ")),
+                        "write one of these names, or name the condition".to_owned(),
+                    ),
+                };
+                r.refuse(name, message, &expected, &fix);
+            }
+            let value = match entry.node.value {
+                NodeValue::Float(value) => value,
+                NodeValue::Integer(value) => value as f64,
+                _ => f64::NAN,
+            };
+            if value.is_finite() {
+                factors.push((name.to_owned(), value));
+            } else {
+                let message = format!("the factor of {} is not a finite number", excerpt(name));
+                r.refuse(name, message, "a finite number", "write the number itself, such as 1.0");
+            }
+        }
+    }
+    let count = r.count("count", 1).unwrap_or(1);
+    r.finish();
+    StepCase { factors, count }
+}

@@ -1,0 +1,90 @@
+//! Load steps of a case: one solve after another, each from the slip that the last one left.
+
+use crate::convert;
+use crate::failure::Failure;
+use crate::follower::Follower;
+use crate::host::{Event, Host};
+use crate::outcome;
+use crate::paraview;
+use crate::report::{contact_rows, step_summary};
+use crate::resume::Place;
+use crate::solved::{Solved, SolvedStep};
+use crate::stopwatch::{Activity, Stopwatch};
+use case_io::Case;
+use case_io::report::Status;
+use certified_contact::LoadSteps;
+use fem_core::body::ConditionPlace;
+use fem_core::interface::ContactProblem;
+
+/// Solves all increments, until one fails; earlier ones remain.
+pub(crate) fn solve(
+    case: &Case,
+    problem: ContactProblem,
+    place: &mut Place,
+    watch: &mut Stopwatch,
+    host: &mut dyn Host,
+) -> Result<Solved, Failure> {
+    let presence = place.presence();
+    let mut follower = Follower::new(case, watch, host, presence);
+    let mut load_steps = LoadSteps::new(problem);
+    let increments = case.increments();
+    let of = |k: usize| format!("load step {k} of {}", increments.len());
+    let mut steps: Vec<SolvedStep> = Vec::new();
+    let mut found: Option<Solved> = None;
+    for (k, factors) in (1..).zip(&increments) {
+        let factor = |body: usize, place: ConditionPlace| {
+            factors.of(case.bodies.get(body).and_then(|body| body.condition_name(place)))
+        };
+        let solution = match load_steps.solve(factor, &convert::settings(case), &mut follower) {
+            Ok(solution) => solution,
+            Err(error) => {
+                let failure = follower.failure(case, &error);
+                let Some(mut solved) = found else { return Err(failure) };
+                solved.status = failed(failure, &of(k));
+                found = Some(solved);
+                break;
+            }
+        };
+        let mut status = outcome::judge(case, &solution, follower.ended);
+        status.reason = format!("{}: {}", of(k), status.reason);
+        follower.tell(Event::LoadStep { step: k, of: increments.len(), solution: &solution });
+        follower.switch(Activity::Write);
+        if case.output.vtu {
+            paraview::write_step(case, &solution, k, &mut place.directory)?;
+        }
+        let rows = (0..case.contacts.len()).map(|pair| {
+            let mut rows = contact_rows(&solution, pair);
+            rows.iter_mut().for_each(|row| row.step = Some(k));
+            rows
+        });
+        let rows = rows.collect();
+        let mut solved = Solved::of(solution, status);
+        steps.push(SolvedStep { summary: step_summary(case, &solved, k, factors), rows });
+        solved.longest_step = follower.longest;
+        let ended = solved.status.code != 0;
+        found = Some(solved);
+        if ended {
+            break;
+        }
+    }
+    let mut solved = found.ok_or_else(|| Failure::defect("a case without load steps has none to solve"))?;
+    solved.notes.push(
+        "the certificate of a load step is that of its increment, from the computed slip before it: the error that the steps accumulate \
+         has no bound"
+            .into(),
+    );
+    solved.steps = steps;
+    Ok(solved)
+}
+
+/// Makes the status of a run whose next step could not be solved.
+fn failed(failure: Failure, step: &str) -> Status {
+    let said = failure.diagnostics.first().map(|diagnostic| diagnostic.message.clone());
+    let reason = failure.message.or(said).unwrap_or_default();
+    let first = reason.lines().next().unwrap_or_default();
+    outcome::word(
+        "step_failed",
+        failure.code,
+        format!("{step}: {first}; the results are those of the step before"),
+    )
+}
