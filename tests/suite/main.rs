@@ -36,4 +36,5 @@ mod refusals;
 mod resume;
 mod sharpness;
 mod solve;
+mod step_case;
 mod threads;

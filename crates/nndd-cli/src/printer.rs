@@ -32,7 +32,8 @@ impl Printer {
     /// Prepares for a case: the iterations of an adaptive run are shown if they are asked for.
     pub(crate) fn new(options: &Solve, case: &Case, started: Instant) -> Self {
         let format = options.format;
-        let every_iteration = case.adapt.is_none() || options.run.verbose || format == Format::Json;
+        let one_solve = case.adapt.is_none() && case.steps.is_empty();
+        let every_iteration = one_solve || options.run.verbose || format == Format::Json;
         let timed = options.run.verbose || console::width().is_some();
         let quiet = options.run.quiet;
         Self { format, quiet, every_iteration, started, timed, rows: 0, steps: 0, said: Vec::new() }
