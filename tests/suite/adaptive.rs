@@ -133,7 +133,7 @@ fn the_bound_of_every_mesh_is_at_least_the_distance_to_a_nested_finer_solution()
     let coarse = first.estimate.as_ref().unwrap();
     let mut fields: Vec<_> = coarse.pair.bodies.iter().map(|b| b.displacement.clone()).collect();
     for _ in 0..3 {
-        let finer = tests::quadratic::halve(&problem).unwrap();
+        let finer = tests::finer::halve(&problem).unwrap();
         fields = finer.refinements.iter().zip(&fields).map(|(r, u)| r.prolong(u)).collect();
         problem = finer.problem;
     }

@@ -9,13 +9,13 @@ use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::generate::{block, disc, ring};
 use fem_core::mesh::id::EdgeId;
-use fem_core::mesh::refine::RefinementEdges;
 use fem_core::norm::energy_norm_squared;
 use nndd::stopping::Never;
 use nndd::{ExactSolution, NewtonSettings, NnddError, NnddSettings, NnddStatus, Recovery, solve_exactly};
 use tests::assemblies::{
     FOUR, FOUR_FORCES, STACK, STACK_FORCE, THREE, THREE_FORCES, four, pressed, stack, three, tower,
 };
+use tests::finer::halve;
 use tests::prepare;
 use tests::run::paired_in_common;
 
@@ -198,11 +198,7 @@ fn a_roller_in_a_bore_turns_freely_on_every_mesh() {
             let forces = interface.pressure_forces(&pressure);
             let moment: f64 = forces.iter().enumerate().map(|(k, force)| cross(arm(k), *force)).sum();
             assert!(moment.abs() < 1e-12, "{count} {mesh}: {moment}");
-            let edges: Vec<RefinementEdges> =
-                problem.bodies.iter().map(|body| RefinementEdges::longest(body.mesh())).collect();
-            let all: Vec<Vec<bool>> =
-                problem.bodies.iter().map(|body| vec![true; body.mesh().topology().edges().len()]).collect();
-            problem = problem.refined(&edges, &all).unwrap().problem;
+            problem = halve(&problem).unwrap().problem;
         }
     }
 }

@@ -1,9 +1,10 @@
 //! Bent and closed contact lines whose meshes do not match: Lamé's rings, sliding arcs, Hertz.
 
-use crate::curved::{TWO, finer, relaxed};
+use crate::curved::{TWO, relaxed};
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactNormal, ContactProblem, Gap};
 use fem_core::norm::energy_error_squared;
+use tests::finer::finer;
 use tests::rings::{self, Lame};
 use tests::run::{newton, norm_and_distance, paired_in_common, rate};
 use tests::{displacements, hertz, prepare};
@@ -101,7 +102,8 @@ fn the_bound_holds_where_arcs_overlap_in_part_and_slide() {
         let prepared = prepare(&problem);
         let e = relaxed(&prepared, &newton(&prepared).unwrap());
         let (fine, u) =
-            finer(problem.clone(), e.pair.bodies.iter().map(|b| b.displacement.clone()).collect(), 3);
+            finer(problem.clone(), e.pair.bodies.iter().map(|b| b.displacement.clone()).collect(), 3)
+                .unwrap();
         let fine_prepared = prepare(&fine);
         let reference = displacements(&fine_prepared, &newton(&fine_prepared).unwrap());
         let [norm, error] = norm_and_distance(&fine, &reference, &u);

@@ -6,7 +6,7 @@ use certified_contact::{
 use fem_core::body::CurveKind;
 use fem_core::geometry::{Vector, norm};
 use fem_core::interface::ContactProblem;
-use fem_core::mesh::refine::RefinementEdges;
+use tests::finer::halve;
 use tests::{kirsch, pin};
 
 fn run(problem: ContactProblem, target: f64) -> AdaptiveSolution {
@@ -52,16 +52,9 @@ fn the_bound_holds_on_the_polygon_of_every_mesh() {
         };
         // The same polygon on a finer mesh: its curves are not declared any more.
         let polygon = solution.problem.bodies[0].clone().with_curves(&[]).unwrap();
-        let mut finer = ContactProblem::new(vec![polygon]);
-        let mut edges: Vec<RefinementEdges> =
-            finer.bodies.iter().map(|b| RefinementEdges::longest(b.mesh())).collect();
-        for _ in 0..2 {
-            let all = [vec![true; finer.bodies[0].mesh().topology().edges().len()]];
-            let found = finer.refined(&edges, &all).unwrap();
-            edges = found.refinements.into_iter().map(|r| r.refinement_edges).collect();
-            finer = found.problem;
-        }
-        let reference = solve(finer, &Settings::default(), &mut Silent).unwrap();
+        let polygon = ContactProblem::new(vec![polygon]);
+        let finer = halve(&halve(&polygon).unwrap().problem).unwrap();
+        let reference = solve(finer.problem, &Settings::default(), &mut Silent).unwrap();
         // Loads are the same up to their interpolation, far below the error; supports are at rest.
         let error = (energy(&reference) - energy(solution)).sqrt();
         let bound = solution.estimate.as_ref().unwrap().certificate().unwrap().e_cre;

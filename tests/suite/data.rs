@@ -157,7 +157,7 @@ fn refined(
 ) -> (ContactProblem, Vec<Vec<Vector>>) {
     let mut problem = problem.clone();
     for _ in 0..times {
-        let finer = tests::quadratic::halve(&problem).unwrap();
+        let finer = tests::finer::halve(&problem).unwrap();
         u = finer.refinements.iter().zip(&u).map(|(r, u)| r.prolong(u)).collect();
         problem = finer.problem;
     }

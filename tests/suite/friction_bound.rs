@@ -5,9 +5,9 @@ use cre_estimator::{Estimate, Relaxation, estimate_with};
 use fem_core::boundary::ScalarData;
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactProblem, Friction, Roles};
-use fem_core::mesh::refine::RefinementEdges;
 use fem_core::norm::energy_distance_squared;
 use nndd::{CoulombSettings, ExactSolution, solve_coulomb, solve_exactly};
+use tests::finer::finer;
 use tests::friction::{blocks, patch, pushed_middle, pushed_over_plane, rings};
 use tests::prepare;
 use tests::random::Random;
@@ -113,25 +113,11 @@ fn the_residual_of_a_block_pushed_over_a_plane() {
     near(estimate.cre.e_cre(), 0.51725, 1e-5);
 }
 
-/// Refines all cells, and takes displacements of the nodes with them.
-fn finer(problem: &ContactProblem, u: &[Vec<Vector>]) -> (ContactProblem, Vec<Vec<Vector>>) {
-    let edges: Vec<RefinementEdges> =
-        problem.bodies.iter().map(|body| RefinementEdges::longest(body.mesh())).collect();
-    let marked: Vec<Vec<bool>> =
-        problem.bodies.iter().map(|body| vec![true; body.mesh().topology().edges().len()]).collect();
-    let found = problem.refined(&edges, &marked).unwrap();
-    let u = found.refinements.iter().zip(u).map(|(refinement, u)| refinement.prolong(u)).collect();
-    (found.problem, u)
-}
-
 /// Returns the bound and the distance to a mesh with four times as many cells in each direction.
 fn bound_and_error(problem: &ContactProblem, relaxation: Relaxation) -> [f64; 2] {
     let (exact, estimate) = estimated(problem, relaxation);
-    let mut finest = (problem.clone(), exact.displacement[..problem.bodies.len()].to_vec());
-    for _ in 0..2 {
-        finest = finer(&finest.0, &finest.1);
-    }
-    let (fine, u) = finest;
+    let u = exact.displacement[..problem.bodies.len()].to_vec();
+    let (fine, u) = finer(problem.clone(), u, 2).unwrap();
     let (exact, _) = estimated(&fine, Relaxation::NONE);
     let squared = fine.bodies.iter().zip(&u).zip(&exact.displacement);
     let squared: f64 = squared.map(|((body, u), v)| energy_distance_squared(body, u, v)).sum();

@@ -10,6 +10,7 @@ pub mod columns;
 pub mod cook;
 pub mod corner;
 pub mod effectivity;
+pub mod finer;
 pub mod friction;
 pub mod goursat;
 pub mod heavy;

@@ -7,14 +7,14 @@
 //! The potential energy `J(u) = ½ a(u, u) − ℓ(u)` of its solutions on finer and finer meshes is extrapolated. Of a field `v`
 //! that touches along the whole line as well, `‖u − v‖² = 2 (J(v) − J(u))`: nothing else of the reference is needed.
 
+use crate::finer::halve;
 use faer::Side;
 use faer::linalg::solvers::Solve;
 use faer::sparse::{SparseColMat, Triplet};
 use fem_core::body::{Body, EdgeReaction, NodeConstraint};
 use fem_core::element::Triangle;
 use fem_core::geometry::Vector;
-use fem_core::interface::{ContactProblem, RefinedProblem};
-use fem_core::mesh::refine::RefinementEdges;
+use fem_core::interface::ContactProblem;
 use fem_core::tensor::SymTensor2;
 use std::collections::HashMap;
 use std::error::Error;
@@ -247,17 +247,6 @@ fn share(problem: &ContactProblem, bodies: &mut [Quadratic<'_>; 2]) -> Result<Ve
         bodies[1].components[second][1] = Component::Shared(first);
     }
     Ok(middles.iter().map(|m| m[0]).collect())
-}
-
-/// The same problem, every triangle cut in four.
-///
-/// # Errors
-/// None, for sound problems.
-pub fn halve(problem: &ContactProblem) -> Result<RefinedProblem, Box<dyn Error>> {
-    let meshes = || problem.bodies.iter().map(Body::mesh);
-    let edges: Vec<RefinementEdges> = meshes().map(RefinementEdges::longest).collect();
-    let marked: Vec<Vec<bool>> = meshes().map(|mesh| vec![true; mesh.topology().edges().len()]).collect();
-    Ok(problem.refined(&edges, &marked)?)
 }
 
 /// Extrapolates the potential energy on four meshes, the given one and three times halved: `J₃ − d²/(1 − d)·…` by Aitken, from

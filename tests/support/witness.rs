@@ -13,8 +13,8 @@
 //! opening is that of the coarse problem, with its frozen normals, and `d` is corrected until it is nowhere negative. Products
 //! are computed in double-double arithmetic. The noise is what rounding of the loads and of `v` at supports and contact does.
 
+use crate::finer::halve;
 use crate::precise::{Cell, Precise, energy_product, minus, precise, product, rounded};
-use crate::quadratic::halve;
 use fem_core::body::{Body, EdgeReaction, NodeConstraint};
 use fem_core::field::nodal_residual;
 use fem_core::geometry::{Vector, norm, perpendicular};

@@ -1,4 +1,4 @@
-//! `report.json`: what a run found, with the exact keys and their order.
+//! `report.json`: what a run found, with the exact keys and their order. [`JSON_SCHEMA`] describes them for other programs.
 //!
 //! JSON has no NaN: serde_json would write `null` without a word. [`Report::to_json`] therefore refuses a number
 //! that is not finite and names its place. If a value may be unknown its type is an [`Option`], written as `null`.
@@ -15,6 +15,9 @@ use thiserror::Error;
 
 /// The version of report.json that this crate writes.
 pub const SCHEMA: u32 = 1;
+
+/// The JSON Schema (2020-12) of report.json, with the unit of each number as `x-unit`.
+pub const JSON_SCHEMA: &str = include_str!("../report.schema.json");
 
 /// The key of `run` under which the hash of the case is kept, see [`crate::Case::hash`].
 pub const CASE_HASH: &str = "case_hash";

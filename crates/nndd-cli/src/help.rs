@@ -73,7 +73,7 @@ pub(crate) const FILES: [(&str, &str); 14] = [
     (
         "BODY.vtu",
         "a body for ParaView: displacement, reaction, stress, strain, density of the error. Open those of all bodies and press \
-         Apply; choose von_mises_nodal in place of Solid Color; add the filter Warp By Vector",
+         Apply; choose von_mises_recovered in place of Solid Color; add the filter Warp By Vector",
     ),
     (
         "contact.vtu",

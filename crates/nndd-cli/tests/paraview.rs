@@ -126,6 +126,15 @@ fn the_files_hold_the_squared_bound() {
             near(energy, report.results.energy_norm_squared.as_ref().unwrap()[b], 1e-9, case);
             assert!(grid.at("body_id").iter().all(|id| *id == b as f64));
         }
+        // One nodal stress, and its largest value is that of the report.
+        let nodal = grids.iter().flat_map(|grid| {
+            assert_eq!(grid.at("stress_recovered").len(), 6 * grid.points.len());
+            assert_eq!(grid.at("von_mises_recovered").len(), grid.points.len());
+            assert!(!grid.fields.contains_key("stress_nodal"));
+            grid.at("von_mises_recovered")
+        });
+        let largest = nodal.copied().fold(0.0, f64::max);
+        assert_eq!(largest, report.results.peak_stress.as_ref().unwrap().von_mises, "{case}");
         for grid in grids.iter().chain([&contact]) {
             assert_eq!(grid.at("certified"), [1.0], "{case}");
             assert_eq!(grid.at("e_cre"), [e_cre], "{case}");

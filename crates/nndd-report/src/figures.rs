@@ -121,9 +121,12 @@ fn of_fields(
         let svg = of_bodies(case, solution, estimate, title, quantity, &fields, labels);
         Picture { name: name.into(), svg, caption, numbers: None }
     };
-    let stress: Option<Vec<_>> = bodies().map(|(body, of)| nodal::von_mises(body, &of.stress)).collect();
+    let recovered =
+        solution.results.as_ref().map(|results| solution.problem.bodies.iter().zip(&results.recovered));
+    let stress: Option<Vec<_>> =
+        recovered.and_then(|bodies| bodies.map(|(body, stress)| nodal::von_mises(body, stress)).collect());
     let stress = stress.map(|patches| {
-        let caption = "Stresses of the cells, averaged at the nodes of each material. In a sharp corner the stress grows with every \
+        let caption = "The recovered stress: a smooth picture of the stress in equilibrium, for each material. In a sharp corner the stress grows with every \
                        refinement: the scale ends below such a peak, and a ring shows it.";
         picture("von_mises", "Von Mises stress", Quantity::VonMises, &patches, caption)
     });

@@ -1,9 +1,10 @@
-//! Values at the nodes from values that are constant in the cells: means weighted by the cells' areas.
+//! Values at the nodes for figures: von Mises' stress of the recovered stress, and means of values that are constant in the cells.
 
+use cre_estimator::RecoveredStress;
 use fem_core::body::Body;
+use fem_core::material::LinearElastic;
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::id::NodeId;
-use fem_core::tensor::SymTensor2;
 
 /// Some triangles of a mesh with a value at each of their nodes.
 #[derive(Clone, Debug)]
@@ -32,44 +33,21 @@ pub(crate) fn averaged(
     sums.into_iter().map(|[sum, area]| sum / area).collect()
 }
 
-/// Averages the stress of the cells at the nodes of a body, over all cells at a node: between materials it is a mean of
-/// stresses that may jump.
-pub(crate) fn stress(body: &Body, stress: &[SymTensor2]) -> Vec<SymTensor2> {
-    averaged_stress(body, stress, |_| true)
-}
-
-/// Von Mises' stress of the averaged stress, for each material separately, since stresses jump between materials; `None` if the
-/// constants of a material do not say it.
-pub(crate) fn von_mises(body: &Body, stress: &[SymTensor2]) -> Option<Vec<NodalPatch>> {
+/// Lists von Mises' stress of the recovered stress for each material separately, since stresses jump between materials; `None` if
+/// the constants of a material do not say it.
+pub(crate) fn von_mises(body: &Body, stress: &RecoveredStress) -> Option<Vec<NodalPatch>> {
     let mesh = body.mesh();
-    let count = mesh.triangles().len();
-    let mut materials: Vec<usize> = (0..count).map(|t| body.materials().index(t)).collect();
-    materials.sort_unstable();
-    materials.dedup();
-    let patch = |material: usize| {
-        let of = |t: &usize| body.materials().index(*t) == material;
-        let first = (0..count).find(of)?;
-        let nodal = averaged_stress(body, stress, |t| of(&t));
-        let one = |s: SymTensor2| match s.xx.is_nan() {
-            true => Some(f64::NAN),
-            false => body.material(first).von_mises(s),
-        };
-        let values: Option<Vec<f64>> = nodal.into_iter().map(one).collect();
-        Some(NodalPatch {
-            triangles: (0..count).filter(of).map(|t| mesh.triangles()[t]).collect(),
-            values: values?,
-        })
+    let of_material =
+        |material: usize| (0..mesh.triangles().len()).filter(move |t| body.materials().index(*t) == material);
+    let patch = |(material, law): (usize, &LinearElastic)| {
+        let mut values = vec![f64::NAN; mesh.points().len()];
+        for (node, _, stress) in stress.values().filter(|(_, of, _)| *of == material) {
+            values[node.index()] = law.von_mises(stress)?;
+        }
+        Some(NodalPatch { triangles: of_material(material).map(|t| mesh.triangles()[t]).collect(), values })
     };
-    materials.into_iter().map(patch).collect()
-}
-
-fn averaged_stress(body: &Body, stress: &[SymTensor2], cells: impl Fn(usize) -> bool) -> Vec<SymTensor2> {
-    let components = [|s: SymTensor2| s.xx, |s: SymTensor2| s.yy, |s: SymTensor2| s.xy];
-    let [xx, yy, xy] = components.map(|component| {
-        let of = (0..stress.len()).filter(|t| cells(*t));
-        averaged(body.mesh(), of, |t| component(stress[t]))
-    });
-    xx.into_iter().zip(yy).zip(xy).map(|((xx, yy), xy)| SymTensor2 { xx, yy, xy }).collect()
+    let used = body.materials().list().iter().enumerate().filter(|(m, _)| of_material(*m).next().is_some());
+    used.map(patch).collect()
 }
 
 #[cfg(test)]

@@ -2,7 +2,6 @@
 
 use crate::failure::Failure;
 use crate::figures;
-use crate::nodal;
 use crate::report;
 use crate::words;
 use case_io::Case;
@@ -15,7 +14,7 @@ use fem_core::body::{Body, NodeConstraint};
 use fem_core::field;
 use fem_core::geometry::{Vector, norm, perpendicular};
 use fem_core::interface::ContactEdge;
-use fem_core::material::Hypothesis;
+use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::tensor::SymTensor2;
 use mesh_io::vtu::{self, PvdEntry, VtuArray, VtuCells, VtuData, VtuError, VtuMesh};
 use std::io;
@@ -172,30 +171,19 @@ fn body_data(
     ];
     let von_mises: Option<Vec<f64>> = cells.clone().map(|t| model.material(t).von_mises(stress[t])).collect();
     cell.extend(von_mises.map(|values| VtuArray::scalars("von_mises", values)));
-    let recovered = solution.results.as_ref().and_then(|results| results.recovered.get(body));
-    let recovered = recovered.map(|stress| {
-        let known = |(m, s): (usize, SymTensor2)| {
-            six(s, model.materials().list()[m].out_of_plane_stress(s).unwrap_or(0.0))
-        };
-        let values: Vec<[f64; 6]> = stress.by_node(model).into_iter().map(known).collect();
-        VtuArray::tensors("stress_recovered", &values)
-    });
-    let nodal = nodal::stress(model, stress);
-    // The material of one of the cells at a node: ZZ and von Mises' stress of the mean.
-    let mut cell_at = vec![0; nodal.len()];
-    for t in cells.clone() {
-        mesh.triangles()[t].iter().for_each(|node| cell_at[node.index()] = t);
-    }
-    let tensors: Vec<[f64; 6]> = nodal.iter().zip(&cell_at).map(|(s, t)| with_zz(*t, *s)).collect();
     let mut point = vec![
         VtuArray::vectors("displacement", &pair.bodies[body].displacement),
         VtuArray::vectors("reaction", &reactions(solution, estimate, model, body)),
-        VtuArray::tensors("stress_nodal", &tensors),
     ];
-    point.extend(recovered);
-    let von_mises: Option<Vec<f64>> =
-        nodal.iter().zip(&cell_at).map(|(s, t)| model.material(*t).von_mises(*s)).collect();
-    point.extend(von_mises.map(|values| VtuArray::scalars("von_mises_nodal", values)));
+    if let Some(recovered) = solution.results.as_ref().and_then(|results| results.recovered.get(body)) {
+        let nodal: Vec<(&LinearElastic, SymTensor2)> =
+            recovered.by_node(model).into_iter().map(|(m, s)| (&model.materials().list()[m], s)).collect();
+        let tensor =
+            |(of, s): &(&LinearElastic, SymTensor2)| six(*s, of.out_of_plane_stress(*s).unwrap_or(0.0));
+        point.push(VtuArray::tensors("stress_recovered", &nodal.iter().map(tensor).collect::<Vec<_>>()));
+        let von_mises: Option<Vec<f64>> = nodal.iter().map(|(of, s)| of.von_mises(*s)).collect();
+        point.extend(von_mises.map(|values| VtuArray::scalars("von_mises_recovered", values)));
+    }
     let grid = VtuMesh::from(mesh);
     (grid, VtuData { point, cell, field: Vec::new() })
 }

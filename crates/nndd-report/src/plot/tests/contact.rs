@@ -1,0 +1,83 @@
+//! Pressure, opening and friction along a contact line.
+
+use super::*;
+use case_io::table::{ContactRow, FrictionRow};
+
+fn profile<const N: usize>(s: [f64; N], opening: [f64; N], pressure: [f64; N]) -> String {
+    let row = |k| ContactRow { s: s[k], opening: opening[k], pressure: pressure[k], ..ContactRow::default() };
+    contact("Contact", &(0..N).map(row).collect::<Vec<_>>(), None, &Labels::default())
+}
+
+#[test]
+fn contact_shades_where_there_is_pressure() {
+    let svg = profile([0.0, 0.5, 1.0, 1.5, 2.0], [0.0, 0.0, 0.0, 0.1, 0.3], [3.0, 2.0, 1.0, 0.0, 0.0]);
+    assert_whole(&svg);
+    assert!(svg.contains("Contact zone: 0 to 1.25."), "{svg}");
+    for text in ["pressure", "opening", "contact zone", "length units"] {
+        assert!(svg.contains(text), "{text}");
+    }
+}
+
+#[test]
+fn contact_of_odd_profiles() {
+    let empty = profile([], [], []);
+    assert_whole(&empty);
+    assert!(empty.contains("no data"));
+    assert_whole(&profile([1.0], [0.0], [2.0]));
+    assert!(profile([0.0, 1.0], [1.0; 2], [0.0; 2]).contains("pressure is zero everywhere"));
+    for bad in BAD {
+        let values = [1.0, bad, 2.0];
+        for (s, opening, pressure) in [
+            ([0.0, bad, 1.0], [0.0; 3], [1.0; 3]),
+            ([0.0, 0.5, 1.0], values, [1.0; 3]),
+            ([0.0; 3], [0.0; 3], values),
+        ] {
+            assert_whole(&profile(s, opening, pressure));
+        }
+    }
+}
+
+#[test]
+fn a_peak_of_the_pressure_is_cut_and_its_value_written() {
+    let s: [f64; 30] = std::array::from_fn(|k| k as f64);
+    let mut pressure = [1.0; 30];
+    let smooth = profile(s, [0.0; 30], pressure);
+    assert!(!smooth.contains(">peak"), "{smooth}");
+    pressure[0] = 40.0;
+    let cut = profile(s, [0.0; 30], pressure);
+    assert_whole(&cut);
+    assert!(cut.contains(">peak 40</text>"), "{cut}");
+    // What the axis shows ends a little above the others, and nothing is drawn above it.
+    assert!(cut.contains(">1.0</text>") && !cut.contains(">40</text>"), "{cut}");
+    // A smooth maximum is no peak, however narrow its contact is.
+    let hertz: [f64; 30] = std::array::from_fn(|k| (1.0 - ((k as f64 - 14.5) / 15.0).powi(2)).sqrt());
+    assert!(!profile(s, [0.0; 30], hertz).contains(">peak"));
+}
+
+#[test]
+fn labels_have_the_units_of_the_case() {
+    let units = [("units.length", "mm"), ("units.force", "N")].map(|(key, name)| (key.into(), name.into()));
+    let labels =
+        Labels { units: case_io::Case::parse(case_io::template::PAPER, "c.toml", &units).unwrap().units };
+    let row = |k: usize| ContactRow { s: k as f64, pressure: 1.0, opening: 0.1, ..ContactRow::default() };
+    let svg = contact("Contact", &[row(0), row(1)], None, &labels);
+    assert_whole(&svg);
+    assert!(svg.contains("pressure [MPa]") && svg.contains("opening [mm]") && !svg.contains("units)"));
+}
+
+#[test]
+fn friction_has_a_panel_with_its_limit() {
+    let row = |k: usize, friction: Option<FrictionRow>| ContactRow {
+        s: k as f64,
+        pressure: 1.0,
+        friction,
+        ..ContactRow::default()
+    };
+    let rubs =
+        |tangential: f64| Some(FrictionRow { tangential, slip: 0.0, limit: 4.0, state: "stick".into() });
+    let drawn = |rows: &[ContactRow]| contact("Contact", rows, None, &Labels::default());
+    let svg = drawn(&[row(0, rubs(-1.0)), row(1, rubs(4.0)), row(2, rubs(f64::NAN))]);
+    assert_whole(&svg);
+    assert!(svg.contains("its limit") && svg.contains("friction (stress units)"), "{svg}");
+    assert!(!drawn(&[row(0, None), row(1, None)]).contains("friction"));
+}

@@ -1,0 +1,37 @@
+//! The same problem on finer meshes, with displacements that are carried along.
+
+use fem_core::body::Body;
+use fem_core::geometry::Vector;
+use fem_core::interface::{ContactProblem, RefinedProblem};
+use fem_core::mesh::refine::RefinementEdges;
+use std::error::Error;
+
+/// The same problem, every triangle cut in four.
+///
+/// # Errors
+/// None, for sound problems.
+pub fn halve(problem: &ContactProblem) -> Result<RefinedProblem, Box<dyn Error>> {
+    let meshes = || problem.bodies.iter().map(Body::mesh);
+    let edges: Vec<RefinementEdges> = meshes().map(RefinementEdges::longest).collect();
+    let marked: Vec<Vec<bool>> = meshes().map(|mesh| vec![true; mesh.topology().edges().len()]).collect();
+    Ok(problem.refined(&edges, &marked)?)
+}
+
+/// The same problem, every triangle cut in four `times` times, with the displacements of its nodes.
+///
+/// * `u`: of each body, m.
+///
+/// # Errors
+/// None, for sound problems.
+pub fn finer(
+    mut problem: ContactProblem,
+    mut u: Vec<Vec<Vector>>,
+    times: usize,
+) -> Result<(ContactProblem, Vec<Vec<Vector>>), Box<dyn Error>> {
+    for _ in 0..times {
+        let refined = halve(&problem)?;
+        u = refined.refinements.iter().zip(&u).map(|(refinement, u)| refinement.prolong(u)).collect();
+        problem = refined.problem;
+    }
+    Ok((problem, u))
+}
