@@ -189,7 +189,8 @@
 //! with (32) in its second part. Bounds of the potential energy gain `∫ s|w|`, see [`Bounds`](crate::Bounds).
 //!
 //! If the normal changes along an edge, `p` and `q` are constant there, `|q|` at most the smaller limit of its ends, so that the traction is
-//! linear, and the slip is a quadratic. (33) does not use the length of `n` and `t`, and holds for openings of any sign of `v`. A lift `l` adds
+//! linear, and the slip is a quadratic. (33) does not use the length of `n` and `t`, and holds for openings of any sign of `v`; the limit along
+//! `t` is `s/|n|` at the nodes, so that the traction there is at most `s`, and linear between. A lift `l` adds
 //! the opening `l_n` and the slip `l_t`, and the bound for the displacements is
 //! ```math
 //! ‖u - v‖^2 \; ≤ \; e_{CRE}^2 = \sum_α ‖τ^α - σ(v^α)‖^2 + 2 ∫ p\,(o + l_n) + ‖l‖^2 + 2 ∫ (s|w| - q\,w) + 2 ∫ (s|l_t| - q\,l_t)  \qquad (36)
@@ -197,6 +198,13 @@
 //! (36): in (33) `−2∫ p_ex o ≤ 2∫ p_ex l_n = 2∫ p l_n + 2∫ (p_ex − p) l_n`. The virtual work of `σ − τ` on `l` is
 //! `∫ (σ − τ) : ε(l) = ∫ (p_ex − p) l_n − ∫ (q_ex − q) l_t`, whichever body is lifted. So the last term is
 //! `2∫ (σ − τ) : ε(l) + 2∫ (q_ex − q) l_t ≤ ‖σ − τ‖² + ‖l‖² + 2∫ (s|l_t| − q l_t)`, since `q_ex l_t ≤ s|l_t|`.
+//!
+//! In load step `k` the law holds for the slip since the step before, with the computed `w_{k−1}` as a datum:
+//! ```math
+//! |q| ≤ s, \qquad q\,(w - w_{k-1}) = s\,|w - w_{k-1}|                                                                  \qquad (37)
+//! ```
+//! (32) to (36) hold with `w − w_{k−1}` in place of `w`, since the datum cancels in every difference of slips. The certificate is that of the
+//! increment: the error of `w_{k−1}` itself, which the steps accumulate, has no bound.
 //!
 //! For Coulomb `s` is `μ p` of the stress itself, and the same number `e_b` is zero only for an exact solution. With any exact solution
 //! ```math
@@ -214,6 +222,7 @@
 //! | the nodal law | [`Friction`](fem_core::interface::Friction), [`nndd::solve_exactly`]; Coulomb: [`nndd::solve_coulomb`] |
 //! | (32), (36) | [`friction`](cre_estimator::friction), [`Cre::friction_squared`](cre_estimator::Cre::friction_squared) |
 //! | (33) | its conditions: `friction_cone` of [`check()`](cre_estimator::check()) |
+//! | (37) | [`LoadSteps`](crate::LoadSteps), [`SlipBefore`](fem_core::interface::SlipBefore) |
 //! | (34), (35) | [`CoulombResult`](crate::CoulombResult); `c`: [`nndd::coulomb_coupling`] |
 //!
 //! # The percentage
