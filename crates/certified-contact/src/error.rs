@@ -22,12 +22,6 @@ pub enum SolveError {
     /// The problem cannot be refined.
     #[error(transparent)]
     Refine(#[from] RefineError),
-    /// Adaptive runs have no friction yet.
-    #[error("pair {} has friction, which adaptive runs do not support yet; solve on a given mesh", pair + 1)]
-    AdaptiveFriction {
-        /// The pair, from 0.
-        pair: usize,
-    },
     /// A problem without Coulomb friction.
     #[error("no pair has Coulomb friction; solve the problem with `solve`, which certifies the solution")]
     NoCoulomb,

@@ -17,6 +17,8 @@ pub(crate) struct Printer {
     quiet: bool,
     /// Whether the iterations of an adaptive run are shown too.
     every_iteration: bool,
+    /// Whether Coulomb friction leaves a residual in place of a bound.
+    residual: bool,
     /// When the program began.
     started: Instant,
     /// Whether times are shown: only on a terminal. What goes to a file is the same in every run, unless more is
@@ -35,7 +37,8 @@ impl Printer {
         let every_iteration = case.adapt.is_none() || options.run.verbose || format == Format::Json;
         let timed = options.run.verbose || console::width().is_some();
         let quiet = options.run.quiet;
-        Self { format, quiet, every_iteration, started, timed, rows: 0, steps: 0, said: Vec::new() }
+        let (residual, said) = (case.coulomb_pair().is_some(), Vec::new());
+        Self { format, quiet, every_iteration, residual, started, timed, rows: 0, steps: 0, said }
     }
 
     /// Prints what is known before the run begins.
@@ -97,7 +100,7 @@ impl Printer {
             _ if self.quiet => Ok(()),
             Format::Human => {
                 let first = self.steps == 0 || self.every_iteration;
-                let head = if first { console::step_head(self.timed) } else { String::new() };
+                let head = if first { console::step_head(self.residual, self.timed) } else { String::new() };
                 let seconds = self.timed.then(|| self.started.elapsed().as_secs_f64());
                 console::print(&format!("{head}{}", console::step(step, seconds))).map_err(Failure::from)
             }
@@ -144,6 +147,7 @@ impl Printer {
                 "notes": report.notes,
                 "status": report.status,
                 "certificate": report.certificate,
+                "coulomb": report.coulomb,
                 "timings": report.timings,
                 "files": written,
             })),
