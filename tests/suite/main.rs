@@ -19,6 +19,7 @@ mod effectivity;
 mod elasticity;
 mod facing;
 mod friction;
+mod friction_adaptive;
 mod friction_bound;
 mod friction_case;
 mod friction_solve;

@@ -5,10 +5,10 @@ use certified_contact::{
     resume_adaptively, solve_adaptively,
 };
 use fem_core::body::CurveKind;
-use fem_core::interface::ContactProblem;
+use fem_core::interface::{ContactProblem, Friction};
 use nndd::NnddSettings;
 use tests::blocks::Blocks;
-use tests::{heavy, paper, pin};
+use tests::{friction, heavy, paper, pin};
 
 /// Keeps the checkpoints of a run, and may end it.
 #[derive(Default)]
@@ -52,6 +52,7 @@ fn bits(a: &AdaptiveSolution) -> Vec<u64> {
     fields
         .chain(meshes)
         .chain(&a.solution.last().lambda)
+        .chain(&a.solution.last().tangential.lambda)
         .chain(estimate.cre.by_cell.iter().flatten())
         .map(|x| x.to_bits())
         .collect()
@@ -78,6 +79,32 @@ fn every_checkpoint_leads_to_the_same_end() {
         assert!(record.checkpoints.len() >= 2 && record.checkpoints.len() + 1 == whole.history.len());
         for checkpoint in &record.checkpoints {
             same(&resume(&problem, checkpoint, target, &mut Record::default()).unwrap(), &whole);
+        }
+    }
+}
+
+#[test]
+fn every_checkpoint_of_a_run_with_friction_leads_to_the_same_end() {
+    // Two blocks, and a body that only friction holds.
+    let sliding = friction::blocks([8, 4], Friction::tresca(4.0)).unwrap();
+    let pushed = friction::pushed_middle(6.0, [6, 3], &Friction::tresca(4.0)).unwrap();
+    let settings = [Settings::default(), Settings::default().with_method(NnddSettings::default())];
+    for (problem, target) in [(sliding, 0.06), (pushed, 0.04)] {
+        for settings in &settings {
+            let adapt = AdaptSettings::new(target);
+            let mut record = Record::default();
+            let whole = solve_adaptively(problem.clone(), settings, &adapt, &mut record).unwrap();
+            assert!(matches!(whole.end, AdaptiveEnd::TargetMet), "{:?}", whole.end);
+            assert!(record.checkpoints.len() >= 2 && record.checkpoints.len() + 1 == whole.history.len());
+            for checkpoint in record.checkpoints {
+                // λ along the tangents is part of the state.
+                let start = &checkpoint.meshes.last().unwrap().start;
+                assert_eq!(start.lambda.len(), 2 * start.active.as_ref().unwrap().len());
+                let mut record = Record::default();
+                let found =
+                    resume_adaptively(problem.clone(), checkpoint, settings, &adapt, &mut record).unwrap();
+                same(&found, &whole);
+            }
         }
     }
 }

@@ -179,11 +179,18 @@ fn expected_exit(text: &str) -> Outcome<i32> {
     number.ok_or_else(|| format!("found `# expect:{asked}`, expected `# expect: exit N`"))
 }
 
-/// Checks that a report is JSON, says the status it ended with, and holds a valid certificate for status 0.
+/// Checks that a report is JSON, says the status it ended with, and holds a valid certificate for status 0; with Coulomb friction none, and
+/// a residual.
 fn check_report(text: &str, code: i32) -> Outcome<()> {
     let report: Value = serde_json::from_str(text).map_err(|e| format!("report.json: {e}"))?;
     if report["status"]["code"].as_i64() != Some(i64::from(code)) {
         return Err(format!("report.json: found status.code {}, expected {code}", report["status"]["code"]));
+    }
+    if report["problem"] == "coulomb" {
+        if !report["certificate"].is_null() || code == 0 && !report["coulomb"]["e_b"].is_number() {
+            return Err("report.json: expected a residual and no certificate with Coulomb friction".into());
+        }
+        return Ok(());
     }
     let valid = &report["certificate"]["valid"];
     if code == 0 && *valid != Value::Bool(true) {
@@ -214,6 +221,14 @@ mod tests {
         assert!(check_report(&report(0, "false"), 0).is_err());
         assert!(check_report(&report(0, "true"), 5).is_err());
         assert!(check_report(r#"{"status": {"code": 0}, "certificate": null}"#, 0).is_err());
+        let coulomb = |certificate: &str, e_b: &str| {
+            format!(
+                r#"{{"status": {{"code": 0}}, "problem": "coulomb", "certificate": {certificate}, "coulomb": {{"e_b": {e_b}}}}}"#
+            )
+        };
+        assert!(check_report(&coulomb("null", "0.1"), 0).is_ok());
+        assert!(check_report(&coulomb("null", "null"), 0).is_err());
+        assert!(check_report(&coulomb(r#"{"valid": true}"#, "0.1"), 0).is_err());
         assert!(check_report(r#"{"status": {"code": NaN}}"#, 0).is_err());
     }
 }

@@ -50,7 +50,7 @@ pub use steps::{Factors, StepCase};
 pub use units::Units;
 
 use crate::case_file;
-use crate::diagnostic::{CaseError, Diagnostic, Place};
+use crate::diagnostic::{CaseError, Diagnostic, Place, code, excerpt};
 use fem_core::material::Hypothesis;
 use fem_core::mesh::generate;
 use serde::{Serialize, Serializer};
@@ -145,6 +145,10 @@ pub struct Solver {
     pub lambda: Value,
     /// Iterations at most; 0 is allowed.
     pub max_iterations: usize,
+    /// The fixed point of Coulomb friction ends if its limit changes by at most this part.
+    pub friction_tolerance: f64,
+    /// Steps of the fixed point at most.
+    pub friction_steps: usize,
     /// `[solver.stop]`.
     pub stop: Stop,
 }
@@ -204,14 +208,43 @@ impl Default for RelaxUntil {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Adapt {
-    /// The certified relative error to reach.
-    pub target_relative_error: f64,
+    /// What to reach.
+    #[serde(flatten)]
+    pub target: Target,
     /// Meshes at most.
     pub max_steps: usize,
     /// Nodes at most.
     pub max_nodes: usize,
     /// Share of the squared error that is refined, in (0, 1].
     pub fraction: f64,
+}
+
+/// What an adaptive run is to reach.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub enum Target {
+    /// `target_relative_error`: a certified relative error.
+    #[serde(rename = "target_relative_error")]
+    RelativeError(f64),
+    /// `target_coulomb_residual`: with Coulomb friction a relative residual, which bounds no error.
+    #[serde(rename = "target_coulomb_residual")]
+    CoulombResidual(f64),
+}
+
+impl Target {
+    /// Returns the number.
+    pub fn value(self) -> f64 {
+        match self {
+            Self::RelativeError(value) | Self::CoulombResidual(value) => value,
+        }
+    }
+
+    /// Returns the key of the case file.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::RelativeError(_) => "target_relative_error",
+            Self::CoulombResidual(_) => "target_coulomb_residual",
+        }
+    }
 }
 
 /// `[output]`.
@@ -287,6 +320,25 @@ impl Case {
     /// Says whether a key is in the file or in an override, rather than having its default.
     pub(crate) fn is_given(&self, path: &str) -> bool {
         self.places.contains_key(path)
+    }
+
+    /// Returns the number of the first pair with Coulomb friction.
+    pub fn coulomb_pair(&self) -> Option<usize> {
+        let is_coulomb = |contact: &Contact| matches!(contact.friction, Some(Friction::Coulomb { .. }));
+        self.contacts.iter().position(is_coulomb)
+    }
+
+    /// Refuses Coulomb friction, at the law of the pair that has it.
+    ///
+    /// * `what`: why; `fix`: what helps.
+    ///
+    /// # Errors
+    /// A case with Coulomb friction.
+    pub fn refuse_coulomb(&self, what: &str, fix: &str) -> Result<(), CaseError> {
+        let Some(pair) = self.coulomb_pair().map(|pair| &self.contacts[pair]) else { return Ok(()) };
+        let message = format!("{what}, and the pair {} has it", excerpt(&pair.name));
+        let diagnostic = self.diagnostic(code::VALUE, &format!("{}.friction.law", pair.path), message);
+        Err(diagnostic.expected("no pair with `law = \"coulomb\"`").fix(fix).into())
     }
 
     /// Returns the name that messages use for the case file.

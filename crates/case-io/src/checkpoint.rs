@@ -43,7 +43,7 @@ pub struct Progress {
 pub struct FinerMesh {
     /// Round by round the cells of each body that were refined.
     pub rounds: Vec<Vec<Vec<u32>>>,
-    /// λ at each pair, m.
+    /// λ at each pair, m; with friction each pair's tangential part follows.
     pub lambda: Vec<f64>,
     /// Whether each pair touched, if that is known.
     pub active: Option<Vec<bool>>,
@@ -62,6 +62,12 @@ pub struct Step {
     pub relative: Option<f64>,
     /// Whether the checks of the bound hold.
     pub certified: bool,
+    /// With Coulomb friction the residual.
+    #[serde(default)]
+    pub e_b: Option<f64>,
+    /// The residual over the energy norm.
+    #[serde(default)]
+    pub relative_residual: Option<f64>,
     /// Iterations on this mesh.
     pub iterations: usize,
     /// `a(u, u)` of all bodies, J/m.
@@ -233,6 +239,8 @@ mod tests {
             e_cre: Some(0.1 + 0.2),
             relative: None,
             certified: true,
+            e_b: None,
+            relative_residual: None,
             iterations: 3,
             energy_norm_squared: Some(f64::MIN_POSITIVE),
             peak_stress: Some(0.3),

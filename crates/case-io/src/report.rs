@@ -54,8 +54,14 @@ pub struct Report {
     pub contact: Vec<ContactSummary>,
     /// One row per iteration.
     pub iterations: Vec<IterationRow>,
-    /// The bound of the last row.
-    pub certificate: Certificate,
+    /// The law that the run solved: `frictionless`, `tresca` or `coulomb`.
+    #[serde(default)]
+    pub problem: String,
+    /// The bound of the last row; `None` with Coulomb friction, for which no bound is known.
+    pub certificate: Option<Certificate>,
+    /// What stands in its place with Coulomb friction; left out without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub coulomb: Option<Coulomb>,
     /// The numbers engineers ask for, of the last row.
     pub results: Results,
     /// One row per adaptive step; empty if the run was not adaptive.
@@ -85,8 +91,11 @@ pub struct StepSummary {
     pub contact: Vec<ContactSummary>,
     /// The numbers engineers ask for.
     pub results: Results,
-    /// The bound of its increment.
-    pub certificate: Certificate,
+    /// The bound of its increment; `None` with Coulomb friction.
+    pub certificate: Option<Certificate>,
+    /// What stands in its place with Coulomb friction; left out without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub coulomb: Option<Coulomb>,
 }
 
 /// How a run ended.
@@ -202,6 +211,9 @@ pub struct ContactSummary {
 pub struct FrictionSummary {
     /// `tresca` or `coulomb`.
     pub law: String,
+    /// The coefficient of Coulomb's law; left out with Tresca's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mu: Option<f64>,
     /// The force along the tangent `(−n_y, n_x)`, with the normal `n` out of the first body: on the second body, N/m. That on the
     /// first one is opposite.
     pub tangential_force: f64,
@@ -271,6 +283,34 @@ pub struct Certificate {
     pub checks: Checks,
     /// What the bound says about the exact solution, if it is valid.
     pub bounds: Bounds,
+}
+
+/// The residual of one solution with Coulomb friction: an indicator, and no bound of the error.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Coulomb {
+    /// The residual; `None` if a check of its stresses failed. It bounds the distance to the solution with the friction of Tresca whose
+    /// limit is that of contact.csv.
+    pub e_b: Option<f64>,
+    /// Relative to the energy norm of the computed solution; `None` if the bodies hold no strain energy.
+    pub relative: Option<f64>,
+    /// The coupling between pressure and slip on the last mesh, without the coefficients of friction; `None` unless [`Self::one_sign`].
+    pub kappa: Option<f64>,
+    /// Whether all slips of each pair with Coulomb friction have one sign.
+    pub one_sign: bool,
+    /// `e_b/√(1 − c²)`: an estimate of the error if the exact slip has the same sign; `None` unless [`Self::one_sign`], and if `c ≥ 0.9`.
+    pub estimate: Option<f64>,
+    /// That estimate relative to the energy norm of the computed solution.
+    pub relative_estimate: Option<f64>,
+    /// The coupling `c` with the coefficients of friction: `c = μ κ` if they are equal.
+    pub coupling: Option<f64>,
+    /// Steps of the fixed point.
+    pub steps: usize,
+    /// The relative change of the limit of friction in the last step; `None` if there was one step.
+    pub change: Option<f64>,
+    /// How often limits that were too small were doubled.
+    pub restarts: usize,
+    /// What the stresses of the residual satisfy.
+    pub checks: Checks,
 }
 
 /// Lower and upper bounds of quantities of the exact solution, both bodies together.
@@ -455,11 +495,17 @@ pub struct AdaptiveRow {
     pub nodes: usize,
     /// Node pairs on the interface.
     pub pairs: usize,
-    /// The bound.
-    pub e_cre: f64,
+    /// The bound; `None` with Coulomb friction.
+    pub e_cre: Option<f64>,
     /// The bound relative to the energy norm.
     pub relative: Option<f64>,
-    /// Iterations of this step.
+    /// With Coulomb friction the residual.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub e_b: Option<f64>,
+    /// The residual relative to the energy norm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub relative_residual: Option<f64>,
+    /// Iterations of this step; with Coulomb friction the steps of the fixed point.
     pub iterations: usize,
     /// `a(u, u)` of both bodies.
     pub energy_norm_squared: f64,
@@ -502,6 +548,11 @@ impl Report {
     /// Not JSON, or not a report.
     pub fn from_json(text: &str) -> Result<Self, ReportError> {
         Ok(serde_json::from_str(text)?)
+    }
+
+    /// Returns the certificate, if there is one and its checks hold.
+    pub fn valid_certificate(&self) -> Option<&Certificate> {
+        self.certificate.as_ref().filter(|certificate| certificate.valid)
     }
 
     /// Returns the hash of the case, if the report carries one.

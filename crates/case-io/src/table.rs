@@ -133,12 +133,25 @@ pub fn contact_csv(pairs: &[(&str, Vec<ContactRow>)]) -> Result<String, TableErr
     write(&columns, &rows.map(cells).collect::<Vec<_>>())
 }
 
-/// Writes adaptive.csv.
+/// Writes adaptive.csv, with Coulomb friction with the residual in place of the bound.
 ///
 /// # Errors
 /// A number that is not finite.
 pub fn adaptive_csv(rows: &[AdaptiveRow]) -> Result<String, TableError> {
-    write(&ADAPTIVE_COLUMNS, rows)
+    let residuals = rows.iter().any(|row| row.e_b.is_some());
+    let of_row = |row: &AdaptiveRow| {
+        let [error, relative] =
+            if residuals { [row.e_b, row.relative_residual] } else { [row.e_cre, row.relative] };
+        let sizes = (row.step, row.nodes, row.pairs);
+        (sizes, error, relative, row.iterations, row.energy_norm_squared, row.peak_stress)
+    };
+    let mut columns = ADAPTIVE_COLUMNS;
+    if residuals {
+        [columns[3], columns[4]] = ["e_b", "relative_residual"];
+    }
+    // Under the names of their columns.
+    rows.iter().enumerate().try_for_each(|(k, row)| finite(k, row))?;
+    write(&columns, &rows.iter().map(of_row).collect::<Vec<_>>())
 }
 
 /// Writes sweep.csv: the swept key, `status`, the keys of `iterations` of each run's last iteration, and then which panel
@@ -236,11 +249,15 @@ mod tests {
 
     #[test]
     fn adaptive_steps_have_the_keys_of_the_report() {
-        let row = AdaptiveRow { step: 2, nodes: 900, e_cre: 0.25, ..AdaptiveRow::default() };
+        let row = AdaptiveRow { step: 2, nodes: 900, e_cre: Some(0.25), ..AdaptiveRow::default() };
         let keys: Vec<String> =
             serde_json::to_value(&row).unwrap().as_object().unwrap().keys().cloned().collect();
         assert_eq!(keys, ADAPTIVE_COLUMNS);
         assert_eq!(adaptive_csv(&[row]).unwrap().lines().nth(1), Some("2,900,0,0.25,,0,0.0,"));
+        let row = AdaptiveRow { step: 1, e_b: Some(0.5), ..AdaptiveRow::default() };
+        let text = adaptive_csv(&[row]).unwrap();
+        assert!(text.starts_with("step,nodes,pairs,e_b,relative_residual,iterations,"), "{text}");
+        assert_eq!(text.lines().nth(1), Some("1,0,0,0.5,,0,0.0,"));
     }
 
     #[test]

@@ -1,17 +1,18 @@
-//! The certified loop: solve, estimate, mark, refine, until the bound is at most the target.
+//! The certified loop: solve, estimate, mark, refine, until the bound is at most the target; with Coulomb friction the residual.
 
 use crate::checkpoint::{Checkpoint, FinerMesh};
+use crate::coulomb::{CoulombResult, solve_coulomb};
 use crate::error::SolveError;
 use crate::history::Step;
 use crate::observer::{Observer, Phase, Silent};
 use crate::refine::{self, Finer, Refined};
 use crate::settings::{Criterion, Settings};
-use crate::solution::CertifiedSolution;
+use crate::solution::{CertifiedSolution, RoleReason};
 use crate::solve::{solve, solve_again};
-use cre_estimator::EstimatorError;
+use cre_estimator::{Estimate, EstimatorError, Relaxation};
 use fem_core::interface::ContactProblem;
 use fem_core::mesh::refine::RefinementEdges;
-use nndd::NnddStatus;
+use nndd::{CoulombSettings, CoulombStatus, Iterate, NnddStatus, Start};
 
 /// Refining is worthwhile if the mesh contributes at least this share of the squared bound.
 const LEAST_SHARE: f64 = 0.1;
@@ -21,7 +22,8 @@ const LEAST_SHARE: f64 = 0.1;
 #[non_exhaustive]
 pub struct AdaptSettings {
     /// The certified relative error to reach, of [`CertifiedSolution::relative`]; if the bodies have no strain
-    /// energy, a bound of zero to round-off is the target.
+    /// energy, a bound of zero to round-off is the target. With Coulomb friction the relative residual, of
+    /// [`CoulombResult::relative_residual`].
     pub target: f64,
     /// Maximum number of meshes, including the first; default 30.
     pub max_steps: usize,
@@ -42,7 +44,7 @@ impl AdaptSettings {
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum AdaptiveEnd {
-    /// The certified relative error is at most the target.
+    /// The certified relative error is at most the target; with Coulomb friction the relative residual is.
     TargetMet,
     /// All allowed meshes were used.
     MaxSteps,
@@ -55,6 +57,8 @@ pub enum AdaptiveEnd {
     },
     /// The iteration on the last mesh did not meet its criterion: see [`nndd::NnddSolution::status`].
     Iteration(NnddStatus),
+    /// The fixed point of Coulomb friction on the last mesh did not converge.
+    FixedPoint(CoulombStatus),
     /// Nearly all of the last mesh's bound is the iteration's error, which a finer mesh does not lower: the iteration
     /// was stopped too early.
     IterationError,
@@ -77,9 +81,9 @@ pub enum AdaptiveEnd {
 /// The result of an adaptive run.
 #[derive(Debug)]
 #[non_exhaustive]
-pub struct AdaptiveSolution {
-    /// The solution with the smallest valid bound: normally that of the last mesh.
-    pub solution: CertifiedSolution,
+pub struct AdaptiveSolution<S = CertifiedSolution> {
+    /// The solution with the smallest valid bound, with Coulomb friction with the smallest residual: normally that of the last mesh.
+    pub solution: S,
     /// Its step in `history`, from 1.
     pub step: usize,
     /// One entry per mesh solved.
@@ -88,7 +92,7 @@ pub struct AdaptiveSolution {
     pub end: AdaptiveEnd,
 }
 
-impl AdaptiveSolution {
+impl<S> AdaptiveSolution<S> {
     /// Computes the change of the largest von Mises stress ([`crate::PeakStress`]) from the mesh before to that of the solution,
     /// relative to the former; `None` on the first mesh.
     pub fn peak_change(&self) -> Option<f64> {
@@ -125,26 +129,44 @@ impl AdaptiveSolution {
 /// ```
 ///
 /// # Errors
-/// The first mesh cannot be solved, or a pair has friction. Later failures are reported in [`AdaptiveSolution::end`], with the best
-/// certificate.
+/// The first mesh cannot be solved. Later failures are reported in [`AdaptiveSolution::end`], with the best certificate.
 pub fn solve_adaptively(
     problem: ContactProblem,
     settings: &Settings,
     adapt: &AdaptSettings,
     observer: &mut dyn Observer,
 ) -> Result<AdaptiveSolution, SolveError> {
-    refuse_friction(&problem)?;
-    let solution = solve(problem, settings, observer)?;
-    let course = Course::new(solution);
-    follow(course, None, settings, adapt, observer)
+    begin(problem, settings, adapt, observer)
 }
 
-/// Refuses friction, whose adaptive runs have not been tried.
-fn refuse_friction(problem: &ContactProblem) -> Result<(), SolveError> {
-    match problem.contacts.iter().position(|pair| pair.friction.acts()) {
-        Some(pair) => Err(SolveError::AdaptiveFriction { pair }),
-        None => Ok(()),
-    }
+/// Solves a contact problem with Coulomb friction on finer and finer meshes until the relative residual is at most the target. The
+/// residual is no bound of the error: see [`CoulombResult`].
+///
+/// # Errors
+/// See [`crate::solve_coulomb`], of the first mesh. Later failures are reported in [`AdaptiveSolution::end`].
+pub fn solve_coulomb_adaptively(
+    problem: ContactProblem,
+    settings: &CoulombSettings,
+    relaxation: Relaxation,
+    adapt: &AdaptSettings,
+    observer: &mut dyn Observer,
+) -> Result<AdaptiveSolution<CoulombResult>, SolveError> {
+    begin(problem, &(settings.clone(), relaxation), adapt, observer)
+}
+
+/// Resumes an interrupted run of [`solve_coulomb_adaptively`], see [`resume_adaptively`].
+///
+/// # Errors
+/// See [`solve_coulomb_adaptively`]; [`SolveError::Checkpoint`] if the checkpoint belongs to another problem.
+pub fn resume_coulomb_adaptively(
+    problem: ContactProblem,
+    checkpoint: Checkpoint,
+    settings: &CoulombSettings,
+    relaxation: Relaxation,
+    adapt: &AdaptSettings,
+    observer: &mut dyn Observer,
+) -> Result<AdaptiveSolution<CoulombResult>, SolveError> {
+    resume(problem, checkpoint, &(settings.clone(), relaxation), adapt, observer)
 }
 
 /// Resumes an interrupted adaptive run. The result is that of an uninterrupted run.
@@ -163,7 +185,28 @@ pub fn resume_adaptively(
     adapt: &AdaptSettings,
     observer: &mut dyn Observer,
 ) -> Result<AdaptiveSolution, SolveError> {
-    refuse_friction(&problem)?;
+    resume(problem, checkpoint, settings, adapt, observer)
+}
+
+/// Starts a run on its first mesh.
+fn begin<M: Meshwise>(
+    problem: ContactProblem,
+    method: &M,
+    adapt: &AdaptSettings,
+    observer: &mut dyn Observer,
+) -> Result<AdaptiveSolution<M::Solution>, SolveError> {
+    let solution = method.solve(problem, observer)?;
+    follow(Course::new::<M>(solution), None, method, adapt, observer)
+}
+
+/// Resumes a run with the last mesh of its checkpoint that can be solved.
+fn resume<M: Meshwise>(
+    problem: ContactProblem,
+    checkpoint: Checkpoint,
+    method: &M,
+    adapt: &AdaptSettings,
+    observer: &mut dyn Observer,
+) -> Result<AdaptiveSolution<M::Solution>, SolveError> {
     let mut record = checkpoint;
     if record.history.len() != record.meshes.len() {
         return Err(SolveError::Checkpoint { what: "it does not have one row per mesh solved" });
@@ -174,10 +217,10 @@ pub fn resume_adaptively(
         let (finer, edges) = record.replay(&problem, step)?;
         if observer.has_room_for(&finer) {
             let start = record.start_of(step)?.clone();
-            match solve_again(finer, record.role_reason, start, settings, observer) {
+            match method.solve_again(finer, record.role_reason, start, observer) {
                 Ok(solution) => {
                     let course = Course { solution, edges, record, best: None };
-                    return follow(course, Some(&problem), settings, adapt, observer);
+                    return follow(course, Some(&problem), method, adapt, observer);
                 }
                 Err(SolveError::Stopped) => return Err(SolveError::Stopped),
                 Err(_) => {}
@@ -185,24 +228,25 @@ pub fn resume_adaptively(
         }
         record.step_back();
     }
-    solve_adaptively(problem, settings, adapt, observer)
+    begin(problem, method, adapt, observer)
 }
 
 /// An adaptive run whose current mesh has just been solved.
-struct Course {
-    solution: CertifiedSolution,
+struct Course<S> {
+    solution: S,
     edges: Vec<RefinementEdges>,
     /// History of the meshes before the current one.
     record: Checkpoint,
     /// An earlier solution that is better than all later ones, and its step.
-    best: Option<(usize, CertifiedSolution)>,
+    best: Option<(usize, S)>,
 }
 
-impl Course {
+impl<S> Course<S> {
     /// Starts with the solution on the first mesh.
-    fn new(solution: CertifiedSolution) -> Self {
-        let edges = refine::longest_edges(&solution.problem);
-        let (roles, role_reason) = (solution.roles(), solution.role_reason);
+    fn new<M: Meshwise<Solution = S>>(solution: S) -> Self {
+        let (problem, ..) = M::parts(&solution);
+        let (edges, roles) = (refine::longest_edges(problem), problem.roles());
+        let role_reason = M::role_reason(&solution);
         let record = Checkpoint { roles, role_reason, meshes: Vec::new(), history: Vec::new() };
         Self { solution, edges, record, best: None }
     }
@@ -211,26 +255,26 @@ impl Course {
 /// Refines and solves until there is a reason to end.
 ///
 /// * `first`: the problem on its first mesh, if the run was resumed.
-fn follow(
-    course: Course,
+fn follow<M: Meshwise>(
+    course: Course<M::Solution>,
     first: Option<&ContactProblem>,
-    settings: &Settings,
+    method: &M,
     adapt: &AdaptSettings,
     observer: &mut dyn Observer,
-) -> Result<AdaptiveSolution, SolveError> {
+) -> Result<AdaptiveSolution<M::Solution>, SolveError> {
     let Course { mut solution, mut edges, mut record, mut best } = course;
     let end = loop {
-        let step = solution.step(record.history.len() + 1);
+        let step = M::step(&solution, record.history.len() + 1);
         record.history.push(step);
-        observer.step(&step, &solution);
-        if let Some(end) = ended(&step, &solution, settings, adapt, observer) {
+        M::tell(observer, &step, &solution);
+        if let Some(end) = ended(&step, &solution, method, adapt, observer) {
             break end;
         }
         // Mark and refine; carry λ and the active set over.
         observer.phase(Phase::Refinement);
-        let wanted = refine::next_size(step.nodes, step.relative, adapt.target, adapt.max_nodes);
+        let wanted = refine::next_size(step.nodes, step.measured(), adapt.target, adapt.max_nodes);
         let Finer { problem, refinement_edges, rounds, start } =
-            match refine::refine(&solution, &edges, adapt.fraction, wanted, adapt.max_nodes) {
+            match refine::refine(M::parts(&solution), &edges, adapt.fraction, wanted, adapt.max_nodes) {
                 Ok(Refined::Finer(finer)) => *finer,
                 Ok(Refined::NothingToRefine) => break AdaptiveEnd::IterationError,
                 Ok(Refined::NoRoom) => break AdaptiveEnd::MaxNodes,
@@ -246,21 +290,23 @@ fn follow(
             break AdaptiveEnd::Interrupted;
         }
         // Solve and estimate.
-        let finer = match solve_again(problem, record.role_reason, start, settings, observer) {
+        let finer = match method.solve_again(problem, record.role_reason, start, observer) {
             Ok(finer) => finer,
             Err(SolveError::Stopped) => break AdaptiveEnd::Interrupted,
             Err(error) => break AdaptiveEnd::Failed(error),
         };
         edges = refinement_edges;
         let coarser = std::mem::replace(&mut solution, finer);
-        let next = solution.step(step.step + 1);
+        let next = M::step(&solution, step.step + 1);
         if best_step(record.history.iter().chain([&next])) == Some(step.step) {
             best = Some((step.step, coarser));
         }
     };
     let end = match end {
-        AdaptiveEnd::MaxNodes | AdaptiveEnd::IterationError if !solution.is_certified() => {
-            AdaptiveEnd::NotCertified { failed: failed_checks(&solution) }
+        AdaptiveEnd::MaxNodes | AdaptiveEnd::IterationError
+            if record.history.last().is_none_or(|step| !step.is_sound()) =>
+        {
+            AdaptiveEnd::NotCertified { failed: failed_checks(M::parts(&solution).1) }
         }
         end => end,
     };
@@ -269,31 +315,31 @@ fn follow(
         _ if step == record.history.len() => solution,
         (Some((kept, better)), _) if kept == step => better,
         // It was solved before the run was resumed.
-        (_, Some(first)) => solve_step(first, &record, step, settings)?,
+        (_, Some(first)) => solve_step(first, &record, step, method)?,
         _ => solution,
     };
     Ok(AdaptiveSolution { solution, step, history: record.history, end })
 }
 
 /// Solves the mesh of an earlier step again.
-fn solve_step(
+fn solve_step<M: Meshwise>(
     first: &ContactProblem,
     record: &Checkpoint,
     step: usize,
-    settings: &Settings,
-) -> Result<CertifiedSolution, SolveError> {
+    method: &M,
+) -> Result<M::Solution, SolveError> {
     if step == 1 {
-        return solve(first.clone(), settings, &mut Silent);
+        return method.solve(first.clone(), &mut Silent);
     }
     let (problem, _) = record.replay(first, step)?;
-    solve_again(problem, record.role_reason, record.start_of(step)?.clone(), settings, &mut Silent)
+    method.solve_again(problem, record.role_reason, record.start_of(step)?.clone(), &mut Silent)
 }
 
-/// Finds the first step with the smallest valid bound.
+/// Finds the first step with the smallest valid bound or residual.
 fn best_step<'a>(history: impl IntoIterator<Item = &'a Step>) -> Option<usize> {
     let mut best: Option<(usize, f64)> = None;
     for step in history {
-        let bound = step.relative.or(step.e_cre).filter(|_| step.certified);
+        let bound = step.measured().or(step.e_cre).or(step.e_b).filter(|_| step.is_sound());
         if let Some(bound) = bound
             && best.is_none_or(|(_, least)| bound < least)
         {
@@ -303,34 +349,36 @@ fn best_step<'a>(history: impl IntoIterator<Item = &'a Step>) -> Option<usize> {
     best.map(|(step, _)| step)
 }
 
-/// Tells whether the bound is zero to round-off: it is at most twice its allowance for round-off.
-fn bound_is_round_off(solution: &CertifiedSolution) -> bool {
-    solution.estimate.as_ref().is_some_and(|e| e.unchecked().e_cre <= 2.0 * e.round_off)
+/// Tells whether the bound or the residual is zero to round-off: it is at most twice its allowance for round-off.
+fn is_round_off(estimate: Option<&Estimate>) -> bool {
+    estimate.is_some_and(|e| e.unchecked().e_cre <= 2.0 * e.round_off)
+}
+
+/// Computes the allowance for round-off over the energy norm; 0 without either.
+fn floor(estimate: Option<&Estimate>) -> f64 {
+    let relative = estimate.map(|e| e.round_off / e.energy_norm());
+    relative.filter(|floor| floor.is_finite()).unwrap_or(0.0)
 }
 
 /// Lists the checks of the bound that fail; none if there is no bound.
-fn failed_checks(solution: &CertifiedSolution) -> Vec<(&'static str, f64)> {
-    let estimate = solution.estimate.as_ref();
+fn failed_checks(estimate: Option<&Estimate>) -> Vec<(&'static str, f64)> {
     estimate.map(|e| e.admissibility.failed().collect()).unwrap_or_default()
 }
 
 /// Decides whether the mesh just solved is the last one.
-fn ended(
+fn ended<M: Meshwise>(
     step: &Step,
-    solution: &CertifiedSolution,
-    settings: &Settings,
+    solution: &M::Solution,
+    method: &M,
     adapt: &AdaptSettings,
     observer: &mut dyn Observer,
 ) -> Option<AdaptiveEnd> {
-    if let Some(error @ EstimatorError::OutOfMemory { .. }) = &solution.no_estimate {
-        return Some(AdaptiveEnd::Failed(error.clone().into()));
+    let (problem, estimate, _) = M::parts(solution);
+    if let Some(end) = M::cut_short(solution) {
+        return Some(end);
     }
-    // The result of an interrupted run must not depend on the moment of the interruption.
-    if solution.nndd.status == NnddStatus::Interrupted {
-        return Some(AdaptiveEnd::Interrupted);
-    }
-    if !step.certified {
-        let failed = failed_checks(solution);
+    if !step.is_sound() {
+        let failed = failed_checks(estimate);
         // On these meshes no pressure keeps a body in balance; on finer ones there may be one.
         // Then the stress is not in equilibrium either.
         let of_stress = ["rigid_balance", "boundary_traction", "equilibrium", "traction_jump"];
@@ -342,21 +390,19 @@ fn ended(
         }
         return Some(AdaptiveEnd::NotCertified { failed });
     }
-    let met = step.relative.map_or_else(|| bound_is_round_off(solution), |found| found <= adapt.target);
-    if met {
+    if step.measured().map_or_else(|| is_round_off(estimate), |found| found <= adapt.target)
+        && method.may_meet_target(solution)
+    {
         return Some(AdaptiveEnd::TargetMet);
     }
-    match solution.nndd.status {
-        NnddStatus::StoppedByCriterion => {}
-        NnddStatus::MaxIterations | NnddStatus::Stalled { .. }
-            if settings.criterion == Criterion::Iterations => {}
-        status => return Some(AdaptiveEnd::Iteration(status)),
+    if let Some(end) = method.unsolved(solution) {
+        return Some(end);
     }
-    let floor = solution.round_off();
+    let floor = floor(estimate);
     if floor > adapt.target {
         return Some(AdaptiveEnd::RoundOff { floor });
     }
-    if refine::mesh_share(solution) < LEAST_SHARE {
+    if refine::mesh_share(problem, estimate) < LEAST_SHARE {
         return Some(AdaptiveEnd::IterationError);
     }
     if step.step >= adapt.max_steps {
@@ -366,4 +412,159 @@ fn ended(
         return Some(AdaptiveEnd::MaxNodes);
     }
     observer.should_stop().then_some(AdaptiveEnd::Interrupted)
+}
+
+/// How the problem of one mesh is solved, and what the loop needs of the solution: certified, or with Coulomb friction a residual.
+trait Meshwise {
+    type Solution;
+
+    /// Solves the problem of the first mesh.
+    fn solve(
+        &self,
+        problem: ContactProblem,
+        observer: &mut dyn Observer,
+    ) -> Result<Self::Solution, SolveError>;
+
+    /// Solves the problem of a finer mesh.
+    fn solve_again(
+        &self,
+        problem: ContactProblem,
+        reason: RoleReason,
+        start: Start,
+        observer: &mut dyn Observer,
+    ) -> Result<Self::Solution, SolveError>;
+
+    /// Returns the problem, the estimate, and the last iterate.
+    fn parts(solution: &Self::Solution) -> (&ContactProblem, Option<&Estimate>, &Iterate);
+
+    fn role_reason(solution: &Self::Solution) -> RoleReason;
+
+    /// Sums up the solution as a step.
+    fn step(solution: &Self::Solution, number: usize) -> Step;
+
+    fn tell(observer: &mut dyn Observer, step: &Step, solution: &Self::Solution);
+
+    /// Returns the end of a run whose solve had no time or memory to end on its own.
+    fn cut_short(solution: &Self::Solution) -> Option<AdaptiveEnd>;
+
+    /// Tells whether a number below the target counts, however the solve ended.
+    fn may_meet_target(&self, solution: &Self::Solution) -> bool;
+
+    /// Returns the end of a run whose discrete problem was not solved.
+    fn unsolved(&self, solution: &Self::Solution) -> Option<AdaptiveEnd>;
+}
+
+impl Meshwise for Settings {
+    type Solution = CertifiedSolution;
+
+    fn solve(
+        &self,
+        problem: ContactProblem,
+        observer: &mut dyn Observer,
+    ) -> Result<CertifiedSolution, SolveError> {
+        solve(problem, self, observer)
+    }
+
+    fn solve_again(
+        &self,
+        problem: ContactProblem,
+        reason: RoleReason,
+        start: Start,
+        observer: &mut dyn Observer,
+    ) -> Result<CertifiedSolution, SolveError> {
+        solve_again(problem, reason, start, self, observer)
+    }
+
+    fn parts(solution: &CertifiedSolution) -> (&ContactProblem, Option<&Estimate>, &Iterate) {
+        (&solution.problem, solution.estimate.as_ref(), solution.last())
+    }
+
+    fn role_reason(solution: &CertifiedSolution) -> RoleReason {
+        solution.role_reason
+    }
+
+    fn step(solution: &CertifiedSolution, number: usize) -> Step {
+        solution.step(number)
+    }
+
+    fn tell(observer: &mut dyn Observer, step: &Step, solution: &CertifiedSolution) {
+        observer.step(step, solution);
+    }
+
+    fn cut_short(solution: &CertifiedSolution) -> Option<AdaptiveEnd> {
+        if let Some(error @ EstimatorError::OutOfMemory { .. }) = &solution.no_estimate {
+            return Some(AdaptiveEnd::Failed(error.clone().into()));
+        }
+        // The result of an interrupted run must not depend on the moment of the interruption.
+        (solution.nndd.status == NnddStatus::Interrupted).then_some(AdaptiveEnd::Interrupted)
+    }
+
+    fn may_meet_target(&self, _: &CertifiedSolution) -> bool {
+        true
+    }
+
+    fn unsolved(&self, solution: &CertifiedSolution) -> Option<AdaptiveEnd> {
+        match solution.nndd.status {
+            NnddStatus::StoppedByCriterion => None,
+            NnddStatus::MaxIterations | NnddStatus::Stalled { .. }
+                if self.criterion == Criterion::Iterations =>
+            {
+                None
+            }
+            status => Some(AdaptiveEnd::Iteration(status)),
+        }
+    }
+}
+
+impl Meshwise for (CoulombSettings, Relaxation) {
+    type Solution = CoulombResult;
+
+    fn solve(
+        &self,
+        problem: ContactProblem,
+        observer: &mut dyn Observer,
+    ) -> Result<CoulombResult, SolveError> {
+        solve_coulomb(problem, &self.0, self.1, observer)
+    }
+
+    /// The fixed point starts from full stick on every mesh.
+    fn solve_again(
+        &self,
+        problem: ContactProblem,
+        _: RoleReason,
+        _: Start,
+        observer: &mut dyn Observer,
+    ) -> Result<CoulombResult, SolveError> {
+        solve_coulomb(problem, &self.0, self.1, observer)
+    }
+
+    fn parts(solution: &CoulombResult) -> (&ContactProblem, Option<&Estimate>, &Iterate) {
+        (&solution.problem, Some(solution.estimate()), &solution.last)
+    }
+
+    fn role_reason(_: &CoulombResult) -> RoleReason {
+        RoleReason::Given
+    }
+
+    fn step(solution: &CoulombResult, number: usize) -> Step {
+        solution.step(number)
+    }
+
+    fn tell(observer: &mut dyn Observer, step: &Step, solution: &CoulombResult) {
+        observer.coulomb_step(step, solution);
+    }
+
+    fn cut_short(_: &CoulombResult) -> Option<AdaptiveEnd> {
+        None
+    }
+
+    /// The residual of a pair that is no solution says nothing of the target.
+    fn may_meet_target(&self, solution: &CoulombResult) -> bool {
+        self.unsolved(solution).is_none()
+    }
+
+    fn unsolved(&self, solution: &CoulombResult) -> Option<AdaptiveEnd> {
+        let status = solution.solution.status;
+        (status != CoulombStatus::Converged).then_some(AdaptiveEnd::FixedPoint(status))
+    }
 }

@@ -66,9 +66,9 @@ impl Checkpoint {
             edges = finer.refinements.into_iter().map(|r| r.refinement_edges).collect();
             problem = finer.problem;
         }
-        let pairs = problem.node_pairs();
+        let (rows, pairs) = (problem.rows(), problem.node_pairs());
         let start = self.start_of(step)?;
-        if start.lambda.len() != pairs || start.active.as_ref().is_some_and(|a| a.len() != pairs) {
+        if start.lambda.len() != rows || start.active.as_ref().is_some_and(|a| a.len() != pairs) {
             return Err(SolveError::Checkpoint { what: "its interface has another number of pairs" });
         }
         Ok((problem, edges))

@@ -1,12 +1,15 @@
 //! Coulomb friction: one solution of the discrete problem, and a residual. Nothing here is a certificate: no bound of the error is known.
 
 use crate::error::SolveError;
+use crate::history::{Row, Step};
 use crate::observer::{Observer, Phase};
+use crate::results::{Results, results};
 use crate::solve::prepare;
 use cre_estimator::{Estimate, Relaxation, estimate_with};
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactPair, ContactProblem};
-use nndd::{CoulombSettings, CoulombSolution, NodeState, PairFriction, coulomb_coupling};
+use fem_core::prepared::PreparedProblem;
+use nndd::{CoulombSettings, CoulombSolution, Iterate, NnddError, NodeState, PairFriction, coulomb_coupling};
 
 /// The conditional estimate is not made beyond this coupling: near 1 it has no digits.
 const LARGEST_COUPLING: f64 = 0.9;
@@ -19,7 +22,15 @@ pub struct CoulombResult {
     pub problem: ContactProblem,
     /// The solution of the discrete problem, and how the fixed point ended.
     pub solution: CoulombSolution,
+    /// The solution as an iterate.
+    pub last: Iterate,
+    /// The quantities of interest.
+    pub results: Results,
+    /// Unknowns of each body.
+    pub unknowns: Vec<usize>,
     estimate: Estimate,
+    one_sign: bool,
+    kappa: Option<f64>,
     coupling: Option<f64>,
 }
 
@@ -42,12 +53,40 @@ pub fn solve_coulomb(
     let prepared = prepare(problem, observer)?;
     observer.phase(Phase::Iterations);
     let solution = nndd::solve_coulomb(&prepared, settings)?;
+    if observer.must_stop() {
+        return Err(SolveError::Stopped);
+    }
+    observer.phase(Phase::Estimate);
     let estimate = estimate_with(&prepared, &solution.exact.state(), relaxation)?;
-    let coupling = match signs(prepared.problem(), &solution.exact.friction) {
-        Some(signs) => coulomb_coupling(&prepared, &signs)?,
-        None => None,
+    let signs = signs(prepared.problem(), &solution.exact.friction);
+    let (kappa, coupling) = match &signs {
+        Some(signs) => couplings(&prepared, signs)?,
+        None => (None, None),
     };
-    Ok(CoulombResult { problem: prepared.into_problem(), solution, estimate, coupling })
+    let last = solution.exact.iterate(&prepared);
+    let results = results(&prepared, &last, &estimate, None);
+    let unknowns = prepared.bodies().iter().map(|body| body.dofs().len()).collect();
+    let (problem, one_sign) = (prepared.into_problem(), signs.is_some());
+    Ok(CoulombResult { problem, solution, last, results, unknowns, estimate, one_sign, kappa, coupling })
+}
+
+/// Computes the coupling between pressure and slip without and with the coefficients of friction, `κ_h` and `c`.
+fn couplings(problem: &PreparedProblem, signs: &[f64]) -> Result<(Option<f64>, Option<f64>), NnddError> {
+    let coupling = coulomb_coupling(problem, signs)?;
+    let of_pairs = problem.problem().contacts.iter().map(|pair| pair.friction.coulomb().unwrap_or(0.0));
+    let coefficients: Vec<f64> = of_pairs.collect();
+    let mut acting = coefficients.iter().copied().filter(|mu| *mu > 0.0);
+    let kappa = match acting.next() {
+        None => None,
+        // c = μ κ.
+        Some(mu) if acting.all(|other| other == mu) => coupling.map(|c| c / mu),
+        Some(_) => {
+            let unweighted = coefficients.iter().zip(signs);
+            let unweighted = unweighted.map(|(mu, sign)| if *mu > 0.0 { sign / mu } else { 0.0 });
+            coulomb_coupling(problem, &unweighted.collect::<Vec<_>>())?
+        }
+    };
+    Ok((kappa, coupling))
 }
 
 /// Returns the common sign of all slips of each pair with Coulomb friction, open parts included, 0 for other pairs; `None` if a pair slips
@@ -75,9 +114,33 @@ impl CoulombResult {
         self.solution.exact.friction.iter().map(|of| of.state.as_slice())
     }
 
-    /// Returns the fields and the parts of the residual, none of which is a bound of the error.
-    pub(crate) fn estimate(&self) -> &Estimate {
+    /// Returns the equilibrated stresses and the admissible pair behind the residual. There is no [`Estimate::certificate`] of it.
+    pub fn estimate(&self) -> &Estimate {
         &self.estimate
+    }
+
+    /// Returns the solution as the only row of a history, without a bound.
+    pub fn row(&self) -> Row {
+        Row::new(&self.last, &self.problem)
+    }
+
+    /// Sums up the solution as a step of an adaptive run.
+    ///
+    /// * `step`: its number, from 1.
+    pub(crate) fn step(&self, step: usize) -> Step {
+        Step {
+            step,
+            nodes: self.problem.nodes(),
+            pairs: self.problem.node_pairs(),
+            e_cre: None,
+            relative: None,
+            certified: false,
+            e_b: self.residual(),
+            relative_residual: self.relative_residual(),
+            iterations: self.solution.steps,
+            energy_norm_squared: Some(self.estimate.energy_norm_squared.iter().sum()),
+            peak_stress: self.results.peak_stress.map(|peak| peak.von_mises),
+        }
     }
 
     /// Computes the energy norm of the displacements, square root of J/m.
@@ -113,7 +176,18 @@ impl CoulombResult {
         self.estimate.pair.contacts.iter().map(|contact| contact.friction_limit.as_slice())
     }
 
-    /// Returns the coupling `c = μ κ_h` between pressure and slip, computed on this mesh; `None` if a pair slips in both directions.
+    /// Tells whether all slips of each pair with Coulomb friction have one sign, open parts included.
+    pub fn has_one_sign(&self) -> bool {
+        self.one_sign
+    }
+
+    /// Returns the coupling `κ_h` between pressure and slip without the coefficients of friction, computed on this mesh; `None` if a pair
+    /// slips in both directions, or no coefficient is positive.
+    pub fn kappa(&self) -> Option<f64> {
+        self.kappa
+    }
+
+    /// Returns the coupling `c` with the coefficients of friction, `c = μ κ_h` if they are equal, between pressure and slip, computed on this mesh; `None` if a pair slips in both directions.
     pub fn coupling(&self) -> Option<f64> {
         self.coupling
     }

@@ -28,12 +28,6 @@ pub enum SolveError {
     /// The slip of a load step is not finite.
     #[error(transparent)]
     Slip(#[from] InterfaceError),
-    /// Adaptive runs have no friction yet.
-    #[error("pair {} has friction, which adaptive runs do not support yet; solve on a given mesh", pair + 1)]
-    AdaptiveFriction {
-        /// The pair, from 0.
-        pair: usize,
-    },
     /// A problem without Coulomb friction.
     #[error("no pair has Coulomb friction; solve the problem with `solve`, which certifies the solution")]
     NoCoulomb,

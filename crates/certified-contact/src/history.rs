@@ -53,10 +53,26 @@ pub struct Step {
     pub relative: Option<f64>,
     /// Whether the checks of the bound pass.
     pub certified: bool,
+    /// With Coulomb friction, which has no bound: the residual of [`crate::CoulombResult::residual`], if there is one.
+    pub e_b: Option<f64>,
+    /// That residual over the energy norm.
+    pub relative_residual: Option<f64>,
     /// Iterations on this mesh.
     pub iterations: usize,
     /// `a(u, u)` of all bodies together, J/m.
     pub energy_norm_squared: Option<f64>,
     /// Largest von Mises stress of the recovered stress, Pa, if it is known.
     pub peak_stress: Option<f64>,
+}
+
+impl Step {
+    /// Tells whether the checks of the stresses pass, so that the bound or the residual is one.
+    pub(crate) fn is_sound(&self) -> bool {
+        self.certified || self.e_b.is_some()
+    }
+
+    /// Returns the relative number that a target is compared with: the bound, with Coulomb friction the residual.
+    pub(crate) fn measured(&self) -> Option<f64> {
+        self.relative.or(self.relative_residual)
+    }
 }

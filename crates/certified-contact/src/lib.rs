@@ -76,7 +76,10 @@ mod stopping;
 pub mod theory;
 pub mod tutorial;
 
-pub use adapt::{AdaptSettings, AdaptiveEnd, AdaptiveSolution, resume_adaptively, solve_adaptively};
+pub use adapt::{
+    AdaptSettings, AdaptiveEnd, AdaptiveSolution, resume_adaptively, resume_coulomb_adaptively,
+    solve_adaptively, solve_coulomb_adaptively,
+};
 pub use bounds::Bounds;
 pub use checkpoint::{Checkpoint, FinerMesh};
 pub use coulomb::{CoulombResult, solve_coulomb};

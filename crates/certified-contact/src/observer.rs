@@ -1,6 +1,7 @@
 //! How a run reports its progress. The library itself neither prints nor reads the clock.
 
 use crate::checkpoint::Checkpoint;
+use crate::coulomb::CoulombResult;
 use crate::history::{Row, Step};
 use crate::solution::CertifiedSolution;
 use fem_core::interface::ContactProblem;
@@ -30,6 +31,9 @@ pub trait Observer {
 
     /// A mesh of an adaptive run has been solved.
     fn step(&mut self, _step: &Step, _solution: &CertifiedSolution) {}
+
+    /// A mesh of an adaptive run with Coulomb friction has been solved.
+    fn coulomb_step(&mut self, _step: &Step, _result: &CoulombResult) {}
 
     /// Called before a finer mesh of an adaptive run is solved: returns whether there is enough memory for it. The
     /// bodies are in the order of the iteration.

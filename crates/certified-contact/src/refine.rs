@@ -1,12 +1,12 @@
 //! Where the meshes of an adaptive run become finer, and by how much.
 
-use crate::solution::CertifiedSolution;
 use contact_qp::ActiveSet;
+use cre_estimator::Estimate;
 use cre_estimator::marking::{self, Contribution};
 use fem_core::body::Body;
 use fem_core::interface::{ContactProblem, RefineError, RefinedProblem};
 use fem_core::mesh::refine::RefinementEdges;
-use nndd::Start;
+use nndd::{Iterate, Start};
 
 /// A mesh grows by at most about this factor in one step. Growing faster skips the error information of the
 /// intermediate mesh.
@@ -38,10 +38,10 @@ pub(crate) fn has_room(nodes: usize, limit: usize) -> bool {
     limit as f64 >= SMALLEST_GROWTH * nodes as f64
 }
 
-/// Computes the share of the mesh in the squared bound, from 0 to 1.
-pub(crate) fn mesh_share(solution: &CertifiedSolution) -> f64 {
-    let Some(estimate) = &solution.estimate else { return 0.0 };
-    let contributions = marking::contributions(&solution.problem, estimate);
+/// Computes the share of the mesh in the squared bound or residual, from 0 to 1; 0 without an estimate.
+pub(crate) fn mesh_share(problem: &ContactProblem, estimate: Option<&Estimate>) -> f64 {
+    let Some(estimate) = estimate else { return 0.0 };
+    let contributions = marking::contributions(problem, estimate);
     contributions.iter().flatten().sum::<f64>() / estimate.unchecked().e_cre.powi(2)
 }
 
@@ -70,22 +70,24 @@ pub(crate) struct Finer {
 ///
 /// A cell of area `A` contributes about in proportion to `A²` where the solution is smooth; near singularities the
 /// prediction is too good, and the next step corrects it.
+///
+/// * `problem`, `estimate`, `last`: the problem on the present mesh, its estimate and the last iterate.
 pub(crate) fn refine(
-    solution: &CertifiedSolution,
+    (problem, estimate, last): (&ContactProblem, Option<&Estimate>, &Iterate),
     refinement_edges: &[RefinementEdges],
     fraction: f64,
     wanted: usize,
     limit: usize,
 ) -> Result<Refined, RefineError> {
-    let Some(estimate) = &solution.estimate else { return Ok(Refined::NothingToRefine) };
-    let mut contributions = marking::contributions(&solution.problem, estimate);
-    let last = solution.last();
-    let mut start = Start { lambda: last.lambda.clone(), active: Some(last.contact.active.clone()) };
+    let Some(estimate) = estimate else { return Ok(Refined::NothingToRefine) };
+    let mut contributions = marking::contributions(problem, estimate);
+    let lambda = last.lambda_by_row(problem);
+    let mut start = Start { lambda, active: Some(last.contact.active.clone()) };
     let mut edges = refinement_edges.to_vec();
     let mut rounds = Vec::new();
     let mut finer: Option<RefinedProblem> = None;
     loop {
-        let problem = finer.as_ref().map_or(&solution.problem, |f| &f.problem);
+        let problem = finer.as_ref().map_or(problem, |f| &f.problem);
         let ranked = rank(problem, &contributions);
         let least = (LEAST_ROUND * ranked.len() as f64).ceil() as usize;
         let bulk = marking::bulk(&ranked, fraction).max(least);
@@ -199,17 +201,21 @@ fn predict(old: &ContactProblem, finer: &RefinedProblem, contributions: &[Vec<f6
     (0..contributions.len()).map(of_body).collect()
 }
 
-/// Transfers λ and the active set: a new pair is in contact if both its neighbours are.
+/// Transfers λ, with friction its tangential part as well, and the active set: a new pair is in contact if both its neighbours are.
 fn prolong(finer: &RefinedProblem, start: &Start) -> Start {
-    let (mut lambda, mut flags, mut first) = (Vec::new(), Vec::new(), 0);
-    for pair in &finer.pairs {
+    let (mut lambda, mut flags, mut first, mut row) = (Vec::new(), Vec::new(), 0, 0);
+    for (of, pair) in finer.problem.contacts.iter().zip(&finer.pairs) {
         let block = first..first + pair.old();
         first = block.end;
         if let Some(active) = &start.active {
             let both = |p: &[u32; 2]| p.iter().all(|&k| active.is_active(block.start + k as usize));
             flags.extend(pair.parents.iter().map(both));
         }
-        lambda.extend(pair.prolong(&start.lambda[block]));
+        let directions = if of.friction.acts() { 2 } else { 1 };
+        for _ in 0..directions {
+            lambda.extend(pair.prolong(&start.lambda[row..row + pair.old()]));
+            row += pair.old();
+        }
     }
     Start { lambda, active: start.active.as_ref().map(|_| ActiveSet::new(flags)) }
 }

@@ -103,6 +103,8 @@ impl CertifiedSolution {
             e_cre: estimate.map(|e| e.unchecked().e_cre),
             relative: self.relative(),
             certified: self.is_certified(),
+            e_b: None,
+            relative_residual: None,
             iterations: self.rows.len(),
             energy_norm_squared: estimate.map(|e| e.energy_norm_squared.iter().sum()),
             peak_stress: self.results.as_ref().and_then(|r| r.peak_stress).map(|peak| peak.von_mises),

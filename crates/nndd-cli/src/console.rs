@@ -6,14 +6,14 @@ mod remark;
 mod table;
 
 use case_io::Case;
-use case_io::case::Material;
+use case_io::case::{Material, Target};
 use case_io::diagnostic::Diagnostic;
 use certified_contact::{RoleReason, Step};
 use fem_core::geometry::bounding_box;
 use fem_core::interface::{ContactPair, ContactProblem};
 use nndd_report::memory::{self, mebibytes};
-use nndd_report::words::{self, blanked, one_line, plain, seven, short};
-use nndd_report::{Failure, Solved};
+use nndd_report::words::{self, blanked, counted, one_line, plain, seven, short};
+use nndd_report::{Answer, Failure, Solved};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::io::{self, IsTerminal, Write};
@@ -149,10 +149,14 @@ pub(crate) fn header(case: &Case, problem: &ContactProblem, output: &str) -> Str
     let _ = writeln!(text, "  {:<10} about {} of memory", "needs", mebibytes(memory::estimate(problem)));
     text += &solver_lines(case, output);
     if let Some(adapt) = &case.adapt {
+        let what = match adapt.target {
+            Target::RelativeError(_) => "certified relative error",
+            Target::CoulombResidual(_) => "relative residual, which is no bound,",
+        };
         let _ = writeln!(
             text,
-            "  adapt      until the certified relative error <= {}; at most {} meshes, {} nodes; fraction {}",
-            short(adapt.target_relative_error),
+            "  adapt      until the {what} <= {}; at most {} meshes, {} nodes; fraction {}",
+            short(adapt.target.value()),
             adapt.max_steps,
             adapt.max_nodes,
             short(adapt.fraction)
@@ -165,6 +169,15 @@ pub(crate) fn header(case: &Case, problem: &ContactProblem, output: &str) -> Str
 fn solver_lines(case: &Case, output: &str) -> String {
     let mut text = String::new();
     let solver = &case.solver;
+    if case.coulomb_pair().is_some() {
+        let text = format!(
+            "  solver     exact, a fixed point of the limit of Coulomb friction: change <= {}, at most {} steps; qp {}\n",
+            short(solver.friction_tolerance),
+            solver.friction_steps,
+            solver.qp
+        );
+        return text + &format!("  residual   {}\n", relaxation_and_output(case, output));
+    }
     let theta = match solver.theta {
         case_io::case::Theta::Auto => "auto".to_string(),
         case_io::case::Theta::Value(theta) => short(theta),
@@ -185,36 +198,48 @@ fn solver_lines(case: &Case, output: &str) -> String {
     };
     let _ = writeln!(
         text,
-        "  stop       {} {bound}, at most {} iterations; relaxation {}; threads {}; output {output}",
+        "  stop       {} {bound}, at most {} iterations; {}",
         stop.criterion,
         solver.max_iterations,
+        relaxation_and_output(case, output)
+    );
+    text
+}
+
+fn relaxation_and_output(case: &Case, output: &str) -> String {
+    format!(
+        "relaxation {}; threads {}; output {output}",
         match case.estimator.until {
             None => case.estimator.relaxation.to_string(),
             Some(until) => format!("until less than {} is left to gain", short(until.tolerance)),
         },
         rayon::current_num_threads()
-    );
-    text
+    )
 }
 
 /// The head of the table of an adaptive run, with a column of times or without one.
-pub(crate) fn step_head(timed: bool) -> String {
+///
+/// * `residual`: whether its numbers are residuals, which bound nothing.
+pub(crate) fn step_head(residual: bool, timed: bool) -> String {
     let time = if timed { "  time [s]" } else { "" };
-    format!("\nstep     nodes   pairs  iterations      e_cre     certified{time}\n")
+    let columns =
+        if residual { "     steps        e_b      residual" } else { "iterations      e_cre     certified" };
+    format!("\nstep     nodes   pairs  {columns}{time}\n")
 }
 
 /// One mesh of an adaptive run.
 ///
 /// * `seconds`: since the program began, if times are shown.
 pub(crate) fn step(step: &Step, seconds: Option<f64>) -> String {
-    let e_cre = step.e_cre.map_or_else(|| format!("{:>10}", "-"), |x| scientific_up(x, 10, 3));
-    let certified = match step.relative {
-        _ if !step.certified => "not valid".to_string(),
+    let error = step.e_cre.or(step.e_b);
+    let error = error.map_or_else(|| format!("{:>10}", "-"), |x| scientific_up(x, 10, 3));
+    let relative = match step.relative.or(step.relative_residual) {
+        _ if !step.certified && step.e_b.is_none() => "not valid".to_string(),
         Some(relative) => format!("{} %", words::rounded_up(100.0 * relative)),
         None => "-".to_string(),
     };
     format!(
-        "{:>4} {:>9} {:>7} {:>11} {e_cre} {certified:>13}{}\n",
+        "{:>4} {:>9} {:>7} {:>11} {error} {relative:>13}{}\n",
         step.step,
         step.nodes,
         step.pairs,
@@ -246,8 +271,22 @@ fn scientific(x: f64, width: usize, digits: usize) -> String {
 
 /// What was chosen and why, for `--verbose`.
 pub(crate) fn choices(case: &Case, solved: &Solved) -> String {
-    let solution = &solved.solution;
     let mut text = String::new();
+    let solution = match &solved.answer {
+        Answer::Certified(solution) => solution,
+        Answer::Coulomb(result) => {
+            let found = &result.solution;
+            let changes: Vec<String> = found.changes.iter().map(|change| format!("{change:.1e}")).collect();
+            let _ = writeln!(
+                text,
+                "  {} of the fixed point, {} restarts; changes of the friction limit: {}",
+                counted(found.steps, "step"),
+                found.restarts,
+                changes.join(" ")
+            );
+            return text;
+        }
+    };
     let Some(pair) = solution.problem.contacts.first() else { return text };
     let name = |b: usize| case.bodies.get(b).map_or("the obstacle", |body| body.name.as_str());
     let names = pair.bodies.map(name);

@@ -8,12 +8,13 @@ use clap_mangen::roff::{Roff, bold, roman};
 use std::io;
 
 const DESCRIPTION: [&str; 3] = [
-    "nndd solves frictionless unilateral contact between elastic bodies in the plane by the Neumann-Neumann domain \
+    "nndd solves unilateral contact, with friction or without, between elastic bodies in the plane by the Neumann-Neumann domain \
      decomposition, and certifies the answer: it prints a guaranteed bound of the error in the energy norm, split into \
      what the mesh and what the iteration contribute.",
     "A case file, in TOML, names bodies, materials, supports, loads and the two sides in contact. Every key that is not \
      required has a default of its own; those of a template from nndd new are commented. With adapt.target_relative_error set, both meshes are \
-     refined until that error is certified.",
+     refined until that error is certified. Friction is that of Tresca, with a given limit, or of Coulomb, which has a residual in place of a \
+     bound, since none is known.",
     "Results go to stdout, progress and errors to stderr. Errors name the file, line and column, what was found, what was \
      expected, and one thing to do.",
 ];

@@ -4,10 +4,10 @@ use crate::args::{Format, Solve};
 use crate::console;
 use case_io::Case;
 use case_io::report::Report;
-use certified_contact::{CertifiedSolution, Row, Step};
+use certified_contact::{CertifiedSolution, CoulombResult, Row, Step};
 use fem_core::interface::ContactProblem;
 use nndd_report::words::{self, counted};
-use nndd_report::{Failure, Solved, adaptive_row, notes, report, verdict, without_bound};
+use nndd_report::{Answer, Failure, Solved, adaptive_row, notes, report, verdict, without_bound};
 use serde_json::{Value, json};
 use std::time::Instant;
 
@@ -17,6 +17,8 @@ pub(crate) struct Printer {
     quiet: bool,
     /// Whether the iterations of an adaptive run are shown too.
     every_iteration: bool,
+    /// Whether Coulomb friction leaves a residual in place of a bound.
+    residual: bool,
     /// When the program began.
     started: Instant,
     /// Whether times are shown: only on a terminal. What goes to a file is the same in every run, unless more is
@@ -36,7 +38,8 @@ impl Printer {
         let every_iteration = one_solve || options.run.verbose || format == Format::Json;
         let timed = options.run.verbose || console::width().is_some();
         let quiet = options.run.quiet;
-        Self { format, quiet, every_iteration, started, timed, rows: 0, steps: 0, said: Vec::new() }
+        let (residual, said) = (case.coulomb_pair().is_some(), Vec::new());
+        Self { format, quiet, every_iteration, residual, started, timed, rows: 0, steps: 0, said }
     }
 
     /// Prints what is known before the run begins.
@@ -100,7 +103,7 @@ impl Printer {
             _ if self.quiet => Ok(()),
             Format::Human => {
                 let first = self.steps == 0 || self.every_iteration;
-                let head = if first { console::step_head(self.timed) } else { String::new() };
+                let head = if first { console::step_head(self.residual, self.timed) } else { String::new() };
                 let seconds = at.unwrap_or_else(|| self.started.elapsed().as_secs_f64());
                 let seconds = self.timed.then_some(seconds);
                 console::print(&format!("{head}{}", console::step(step, seconds))).map_err(Failure::from)
@@ -120,27 +123,34 @@ impl Printer {
     }
 
     /// Prints a load step.
-    pub(crate) fn load_step(&mut self, step: usize, of: usize, solution: &CertifiedSolution) {
-        let force = solution.results.as_ref().map(|results| results.contact_force);
+    pub(crate) fn load_step(&mut self, step: usize, of: usize, answer: &Answer) {
+        let force = answer.contact_force();
+        let relative = answer.certified().and_then(CertifiedSolution::relative);
+        let residual = answer.coulomb().and_then(CoulombResult::relative_residual);
+        let percent = |x: f64| words::rounded_up(100.0 * x);
         let result = match self.format {
             _ if self.quiet => Ok(()),
             Format::Human => {
-                let bound = match solution.relative() {
-                    Some(relative) => format!(
-                        "certified error of the increment <= {} %",
-                        words::rounded_up(100.0 * relative)
-                    ),
-                    None => "no certificate".to_owned(),
+                let error = match (relative, residual) {
+                    (Some(relative), _) => {
+                        format!("certified error of the increment <= {} %", percent(relative))
+                    }
+                    (None, Some(residual)) => {
+                        format!("residual e_b = {} % of the energy norm, no bound", percent(residual))
+                    }
+                    (None, None) if answer.certified().is_some() => "no certificate".to_owned(),
+                    (None, None) => "no residual".to_owned(),
                 };
                 let force = force
                     .map_or_else(String::new, |f| format!("contact force {}, ", words::with_digits(f, 4)));
-                console::print(&format!("load step {step} of {of}: {force}{bound}\n")).map_err(Failure::from)
+                console::print(&format!("load step {step} of {of}: {force}{error}\n")).map_err(Failure::from)
             }
             Format::Json => self.event(json!({
                 "event": "load_step",
                 "step": step,
                 "of": of,
-                "relative": solution.relative(),
+                "relative": relative,
+                "relative_residual": residual,
                 "contact_force": force,
             })),
         };
@@ -177,6 +187,7 @@ impl Printer {
                 "notes": report.notes,
                 "status": report.status,
                 "certificate": report.certificate,
+                "coulomb": report.coulomb,
                 "timings": report.timings,
                 "files": written,
             })),

@@ -15,7 +15,7 @@ const ALL_MESHES: f64 = 1.5;
 pub(crate) struct Goal {
     /// `eta_nndd / eta_dis` at which the iteration ends, if that is the criterion.
     pub(crate) ratio: Option<f64>,
-    /// The certified relative error at which an adaptive run ends.
+    /// The certified relative error, or the residual, at which an adaptive run ends.
     pub(crate) relative: Option<f64>,
 }
 
@@ -63,7 +63,7 @@ impl Progress {
             Phase::Assembly => "assembling",
             Phase::Factorisation => "factorising",
             Phase::Iterations => "iterating",
-            Phase::Estimate => "certifying",
+            Phase::Estimate => "estimating",
             Phase::Refinement => "refining",
         };
         self.show(what);
@@ -93,8 +93,11 @@ impl Progress {
     pub(crate) fn step(&mut self, step: &Step) {
         let now = Instant::now();
         let took = (now - self.mesh).as_secs_f64();
-        self.end =
-            self.goal.relative.zip(step.relative).map(|(goal, found)| (now, took * work_left(goal, found)));
+        self.end = self
+            .goal
+            .relative
+            .zip(step.relative.or(step.relative_residual))
+            .map(|(goal, found)| (now, took * work_left(goal, found)));
         self.mesh = now;
         (self.iterations, self.rows, self.last, self.rate) = (None, 0, None, None);
     }

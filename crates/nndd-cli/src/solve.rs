@@ -28,7 +28,7 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
     let stop = &case.solver.stop;
     let goal = Goal {
         ratio: (stop.criterion == Criterion::Estimator).then_some(stop.ratio),
-        relative: case.adapt.as_ref().map(|adapt| adapt.target_relative_error),
+        relative: case.adapt.as_ref().map(|adapt| adapt.target.value()),
     };
     let progress = Progress::start(goal, !options.run.quiet && options.format == Format::Human);
     let mut host = Showing { machine, display: Console { printer, progress } };
@@ -66,9 +66,9 @@ impl Show for Console {
                 self.printer.step(step, None);
                 self.progress.step(step);
             }
-            Event::LoadStep { step, of, solution } => {
+            Event::LoadStep { step, of, answer } => {
                 self.progress.clear();
-                self.printer.load_step(step, of, solution);
+                self.printer.load_step(step, of, answer);
             }
             _ => {}
         }

@@ -63,7 +63,8 @@ impl Show for Table<'_> {
             }
             Event::Value { value, case, solved } => {
                 let width = self.width;
-                if let Some(row) = solved.solution.rows.last().filter(|_| !self.options.run.quiet) {
+                let last = solved.answer.certified().and_then(|solution| solution.rows.last());
+                if let Some(row) = last.filter(|_| !self.options.run.quiet) {
                     console::print(&format!("{value:>width$} {}", layout.row(row, 0.0)))?;
                 }
                 if self.options.run.verbose {

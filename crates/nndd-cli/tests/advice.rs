@@ -167,7 +167,7 @@ fn printed_bounds_of_iterations_and_meshes_are_not_below_the_numbers() {
         let bounds: Vec<f64> = if report.adaptive.is_empty() {
             report.iterations.iter().filter_map(|row| row.e_cre).collect()
         } else {
-            report.adaptive.iter().map(|row| row.e_cre).collect()
+            report.adaptive.iter().map(|row| row.e_cre.unwrap()).collect()
         };
         // The column of the console by its head; adaptive tables have it last but two words, "x %".
         let head = text.lines().find(|line| line.contains("e_cre")).unwrap();

@@ -146,11 +146,16 @@ fn a_run_that_switches_to_newton_on_every_mesh_resumes_to_the_same_numbers() {
 
 #[test]
 fn killed_runs_of_assemblies_go_on_to_the_same_numbers() {
-    // A stamp that moves freely, and a rigid side that does.
-    for case in ["press.toml", "plate.toml"] {
+    // A stamp that moves freely, a rigid side that does, and friction.
+    for (case, setting) in [
+        ("press.toml", "adapt.target_relative_error=0.008"),
+        ("plate.toml", "adapt.target_relative_error=0.008"),
+        ("tresca.toml", "adapt.target_relative_error=0.012"),
+        ("coulomb.toml", "adapt.target_coulomb_residual=0.012"),
+    ] {
         let temp = tempfile::tempdir().unwrap();
         let (whole, killed_run) = (temp.path().join("whole"), temp.path().join("killed"));
-        let settings = ["adapt.target_relative_error=0.008"];
+        let settings = [setting];
         let run = |out: &Path, more: &[&str]| command(case, out, &settings, more).output().unwrap();
         let output = run(&whole, &[]);
         assert_eq!(output.status.code(), Some(0), "{}", said(&output));

@@ -9,29 +9,33 @@ use crate::memory;
 use crate::outcome::{self, Ended, NOT_CONVERGED, word};
 use crate::paraview;
 use crate::resume::{self, Place};
-use crate::solved::Solved;
+use crate::solved::{Answer, Fields, Solved};
 use crate::stopwatch::Activity;
 use crate::words::{self, short};
 use case_io::Case;
-use case_io::case::{Adapt, Criterion};
+use case_io::case::{Adapt, Criterion, Target};
 use case_io::output::OutputDirectory;
 use case_io::report::{AdaptiveRow, Status};
 use certified_contact::{
-    AdaptSettings, AdaptiveEnd, AdaptiveSolution, CertifiedSolution, Checkpoint, Observer, Phase, Row,
-    SolveError, Step, resume_adaptively, solve_adaptively,
+    AdaptSettings, AdaptiveEnd, AdaptiveSolution, CertifiedSolution, Checkpoint, CoulombResult, Observer,
+    Phase, Row, SolveError, Step, resume_adaptively, resume_coulomb_adaptively, solve_adaptively,
+    solve_coulomb_adaptively,
 };
 use fem_core::interface::ContactProblem;
 use nndd::NnddStatus;
 use serde_json::{Value, json};
 
-/// Makes a row of `adaptive` in report.json; `None` for a mesh without bound.
+/// Makes a row of `adaptive` in report.json; `None` for a mesh without bound or residual.
 pub fn adaptive_row(step: &Step) -> Option<AdaptiveRow> {
+    step.e_cre.or(step.e_b)?;
     Some(AdaptiveRow {
         step: step.step,
         nodes: step.nodes,
         pairs: step.pairs,
-        e_cre: step.e_cre?,
+        e_cre: step.e_cre,
         relative: step.relative,
+        e_b: step.e_b,
+        relative_residual: step.relative_residual,
         iterations: step.iterations,
         energy_norm_squared: step.energy_norm_squared?,
         peak_stress: step.peak_stress,
@@ -60,7 +64,7 @@ pub(crate) fn solve(
     mut follower: Follower<'_>,
     place: &mut Place,
 ) -> Result<Solved, Failure> {
-    let mut settings = AdaptSettings::new(adapt.target_relative_error);
+    let mut settings = AdaptSettings::new(adapt.target.value());
     settings.max_steps = adapt.max_steps;
     settings.max_nodes = adapt.max_nodes;
     settings.fraction = adapt.fraction;
@@ -81,24 +85,91 @@ pub(crate) fn solve(
         nodes: 0,
         memory: None,
     };
-    let solver = convert::settings(case);
     let undeclared = curves::undeclared(&problem);
-    let answer = match checkpoint {
-        Some(checkpoint) => resume_adaptively(problem, checkpoint, &solver, &settings, &mut steps),
-        None => solve_adaptively(problem, &solver, &settings, &mut steps),
+    let answer = match adapt.target {
+        Target::RelativeError(_) => {
+            let solver = convert::settings(case);
+            let found = match checkpoint {
+                Some(checkpoint) => resume_adaptively(problem, checkpoint, &solver, &settings, &mut steps),
+                None => solve_adaptively(problem, &solver, &settings, &mut steps),
+            };
+            found.map(|found| Course::new(found, Answer::Certified))
+        }
+        Target::CoulombResidual(_) => {
+            let (solver, relaxation) = (convert::coulomb(case), convert::relaxation(case));
+            let found = match checkpoint {
+                Some(checkpoint) => {
+                    resume_coulomb_adaptively(problem, checkpoint, &solver, relaxation, &settings, &mut steps)
+                }
+                None => solve_coulomb_adaptively(problem, &solver, relaxation, &settings, &mut steps),
+            };
+            found.map(|found| Course::new(found, Answer::Coulomb))
+        }
     };
     let Steps { follower, failure, seconds, memory, directory, .. } = steps;
     if let Some(failure) = failure {
         return Err(resume::after_failure(failure, directory));
     }
-    let answer = answer.map_err(|e| follower.failure(case, &e))?;
-    let status = judge(case, adapt, &answer, follower.ended, memory.as_deref());
-    let adaptive = answer.history.iter().filter_map(adaptive_row).collect();
+    let course = answer.map_err(|e| follower.failure(case, &e))?;
+    let status = judge(case, adapt, &course, follower.ended, memory.as_deref());
+    let adaptive = course.history.iter().filter_map(adaptive_row).collect();
     let longest_step = follower.longest;
-    let (peak_change, notes) = (answer.peak_change(), curves::refined(case, &undeclared, &answer.solution));
-    let solution = answer.solution;
-    let answer = Solved::of(solution, status);
-    Ok(Solved { adaptive, peak_change, notes, step_seconds: seconds, longest_step, ..answer })
+    let notes = curves::refined(case, &undeclared, course.answer.fields().problem);
+    let Course { answer, peak_change, .. } = course;
+    let solved = Solved::of(answer, status);
+    Ok(Solved { adaptive, peak_change, notes, step_seconds: seconds, longest_step, ..solved })
+}
+
+/// An adaptive run that has ended, with or without a certificate.
+struct Course {
+    answer: Answer,
+    /// The mesh of the answer, from 1.
+    step: usize,
+    history: Vec<Step>,
+    end: AdaptiveEnd,
+    peak_change: Option<f64>,
+}
+
+impl Course {
+    fn new<S>(found: AdaptiveSolution<S>, answer: fn(Box<S>) -> Answer) -> Self {
+        let peak_change = found.peak_change();
+        let AdaptiveSolution { solution, step, history, end, .. } = found;
+        Self { answer: answer(Box::new(solution)), step, history, end, peak_change }
+    }
+
+    /// Returns the relative number that the target is about.
+    fn relative(&self) -> Option<f64> {
+        match &self.answer {
+            Answer::Certified(solution) => solution.relative(),
+            Answer::Coulomb(result) => result.relative_residual(),
+        }
+    }
+
+    fn holds_no_energy(&self) -> bool {
+        match &self.answer {
+            Answer::Certified(solution) => solution.holds_no_energy(),
+            Answer::Coulomb(result) => result.residual().is_some() && result.relative_residual().is_none(),
+        }
+    }
+
+    /// Computes the allowance for round-off over the energy norm.
+    fn round_off(&self) -> f64 {
+        match &self.answer {
+            Answer::Certified(solution) => solution.round_off(),
+            Answer::Coulomb(result) => {
+                let found = Some(result.estimate().round_off / result.energy_norm());
+                found.filter(|floor| floor.is_finite()).unwrap_or(0.0)
+            }
+        }
+    }
+
+    /// Judges the solve on the mesh of the answer.
+    fn judge_last(&self, case: &Case, ended: Option<Ended>) -> Status {
+        match &self.answer {
+            Answer::Certified(solution) => outcome::judge(case, solution, ended),
+            Answer::Coulomb(result) => outcome::judge_coulomb(case, result),
+        }
+    }
 }
 
 /// Follows the run, writes each mesh's files, and keeps it within the memory limit.
@@ -118,6 +189,20 @@ struct Steps<'a, 'h> {
     memory: Option<String>,
 }
 
+impl Steps<'_, '_> {
+    /// Tells of a mesh that has been solved, and writes its files.
+    fn solved(&mut self, step: &Step, fields: &Fields<'_>) {
+        self.follower.switch(Activity::Write);
+        self.nodes = step.nodes;
+        self.seconds.truncate(step.step - 1);
+        self.seconds.push(self.before + self.follower.elapsed());
+        self.follower.tell(Event::Step(step));
+        if self.case.output.vtu && adaptive_row(step).is_some() {
+            self.failure = paraview::write_step(self.case, fields, step.step, self.directory).err();
+        }
+    }
+}
+
 impl Observer for Steps<'_, '_> {
     fn phase(&mut self, phase: Phase) {
         self.follower.phase(phase);
@@ -128,14 +213,12 @@ impl Observer for Steps<'_, '_> {
     }
 
     fn step(&mut self, step: &Step, solution: &CertifiedSolution) {
-        self.follower.switch(Activity::Write);
-        self.nodes = step.nodes;
-        self.seconds.truncate(step.step - 1);
-        self.seconds.push(self.before + self.follower.elapsed());
-        self.follower.tell(Event::Step(step));
-        if self.case.output.vtu && step.e_cre.is_some() {
-            self.failure = paraview::write_step(self.case, solution, step.step, self.directory).err();
-        }
+        self.solved(step, &Fields::certified(solution));
+    }
+
+    fn coulomb_step(&mut self, step: &Step, result: &CoulombResult) {
+        self.follower.tell(Event::Iteration(&result.row()));
+        self.solved(step, &Fields::coulomb(result));
     }
 
     fn has_room_for(&mut self, problem: &ContactProblem) -> bool {
@@ -162,18 +245,12 @@ impl Observer for Steps<'_, '_> {
 /// Judges a finished run.
 ///
 /// * `memory`: why there is not enough memory for the next mesh.
-fn judge(
-    case: &Case,
-    adapt: &Adapt,
-    answer: &AdaptiveSolution,
-    ended: Option<Ended>,
-    memory: Option<&str>,
-) -> Status {
+fn judge(case: &Case, adapt: &Adapt, answer: &Course, ended: Option<Ended>, memory: Option<&str>) -> Status {
     // The best certificate may be that of an earlier mesh.
     let last = answer.step == answer.history.len();
     let mut status = match &answer.end {
-        AdaptiveEnd::Iteration(_) | AdaptiveEnd::NotCertified { .. } if last => {
-            outcome::judge(case, &answer.solution, ended)
+        AdaptiveEnd::Iteration(_) | AdaptiveEnd::FixedPoint(_) | AdaptiveEnd::NotCertified { .. } if last => {
+            answer.judge_last(case, ended)
         }
         AdaptiveEnd::Interrupted => outcome::interrupted(ended, &format!("mesh {}", answer.history.len())),
         AdaptiveEnd::NoRoom { nodes } => {
@@ -189,32 +266,36 @@ fn judge(
         _ => "",
     };
     if !last {
-        status.reason += &format!("; the certificate is that of mesh {}", answer.step);
+        let what = if answer.answer.certified().is_some() { "certificate" } else { "residual" };
+        status.reason += &format!("; the {what} is that of mesh {}", answer.step);
     }
     status
 }
 
-/// Says how small the certified error is.
-fn reached(answer: &AdaptiveSolution) -> String {
-    answer.solution.relative().map_or_else(
-        || "the bound".into(),
-        |relative| format!("certified relative error {}", words::rounded_up(relative)),
-    )
+/// Says how small the certified error, or the residual, is.
+fn reached(answer: &Course) -> String {
+    let [alone, named] = match answer.answer {
+        Answer::Certified(_) => ["the bound", "certified relative error"],
+        Answer::Coulomb(_) => ["the residual", "relative residual"],
+    };
+    answer
+        .relative()
+        .map_or_else(|| alone.into(), |relative| format!("{named} {}", words::rounded_up(relative)))
 }
 
 /// What to say of a target if the bodies hold no strain energy.
 const NO_ENERGY: &str = "the bodies hold no strain energy, and a relative target has no meaning here";
 
-fn missed(adapt: &Adapt, answer: &AdaptiveSolution, reason: &str) -> Status {
-    let target = short(adapt.target_relative_error);
-    if answer.solution.holds_no_energy() {
+fn missed(adapt: &Adapt, answer: &Course, reason: &str) -> Status {
+    let target = short(adapt.target.value());
+    if answer.holds_no_energy() {
         return word("target_missed", NOT_CERTIFIED, format!("{NO_ENERGY}; {reason}"));
     }
     word("target_missed", NOT_CERTIFIED, format!("{} > {target}: {reason}", reached(answer)))
 }
 
 /// Judges a run whose next mesh cannot be solved.
-fn failed(case: &Case, adapt: &Adapt, answer: &AdaptiveSolution, error: &SolveError) -> Status {
+fn failed(case: &Case, adapt: &Adapt, answer: &Course, error: &SolveError) -> Status {
     let failure = Failure::solve(case, error);
     let reason = failure.message.unwrap_or_else(|| error.to_string());
     match failure.code {
@@ -232,26 +313,30 @@ const ABOVE_FLOOR: f64 = 10.0;
 /// Names the target that a run at its round-off can be given.
 ///
 /// * `floor`: the allowance for round-off over the energy norm.
-fn attainable(answer: &AdaptiveSolution, floor: f64) -> String {
-    let near = answer.solution.relative().filter(|relative| *relative <= NEAR_ROUND_OFF * floor);
+fn attainable(adapt: &Adapt, answer: &Course, floor: f64) -> String {
+    let near = answer.relative().filter(|relative| *relative <= NEAR_ROUND_OFF * floor);
     let least = words::raised(near.unwrap_or(ABOVE_FLOOR * floor), 2);
     if least >= 1.0 {
         return "no target can be met; leave out [adapt], and check the units".into();
     }
-    format!("set adapt.target_relative_error to {} or more", short(least))
+    format!("set adapt.{} to {} or more", adapt.target.key(), short(least))
 }
 
 /// Judges a run that was not interrupted.
-fn of_end(case: &Case, adapt: &Adapt, answer: &AdaptiveSolution) -> Status {
+fn of_end(case: &Case, adapt: &Adapt, answer: &Course) -> Status {
     let meshes = answer.history.len();
-    let target = short(adapt.target_relative_error);
+    let target = short(adapt.target.value());
     match &answer.end {
         AdaptiveEnd::TargetMet => {
-            let found = match answer.solution.relative() {
-                Some(_) => format!("{} <= {target}", reached(answer)),
-                None => format!("{NO_ENERGY}: the bound is zero to round-off"),
+            let met = match adapt.target {
+                Target::RelativeError(_) => "converged",
+                Target::CoulombResidual(_) => "residual_reached",
             };
-            word("converged", 0, format!("{found} on mesh {meshes}"))
+            let found = match answer.relative() {
+                Some(_) => format!("{} <= {target}", reached(answer)),
+                None => format!("{NO_ENERGY}: {} is zero to round-off", reached(answer)),
+            };
+            word(met, 0, format!("{found} on mesh {meshes}"))
         }
         AdaptiveEnd::MaxSteps => missed(
             adapt,
@@ -263,7 +348,7 @@ fn of_end(case: &Case, adapt: &Adapt, answer: &AdaptiveSolution) -> Status {
             answer,
             &format!("adapt.max_nodes = {} is too small for another useful mesh; raise it", adapt.max_nodes),
         ),
-        AdaptiveEnd::RoundOff { .. } if answer.solution.holds_no_energy() => {
+        AdaptiveEnd::RoundOff { .. } if answer.holds_no_energy() => {
             word("stalled", NOT_CONVERGED, format!("{NO_ENERGY}; leave out [adapt]"))
         }
         AdaptiveEnd::RoundOff { floor } => word(
@@ -271,7 +356,7 @@ fn of_end(case: &Case, adapt: &Adapt, answer: &AdaptiveSolution) -> Status {
             NOT_CONVERGED,
             format!(
                 "the target {target} lies below the attainable floor {floor:.1e}, the round-off of this problem; {}",
-                attainable(answer, *floor)
+                attainable(adapt, answer, *floor)
             ),
         ),
         AdaptiveEnd::Iteration(status) => {
@@ -282,6 +367,20 @@ fn of_end(case: &Case, adapt: &Adapt, answer: &AdaptiveSolution) -> Status {
             };
             word(failed, NOT_CONVERGED, format!("the iteration on mesh {meshes} did not meet its criterion"))
         }
+        AdaptiveEnd::FixedPoint(_) => word(
+            "stalled",
+            NOT_CONVERGED,
+            format!("the fixed point of Coulomb friction on mesh {meshes} did not converge"),
+        ),
+        AdaptiveEnd::IterationError if answer.answer.certified().is_none() => word(
+            "stalled",
+            NOT_CONVERGED,
+            format!(
+                "{} > {target}, and nearly all of it is not the mesh's, so that no finer mesh lowers it; {}",
+                reached(answer),
+                attainable(adapt, answer, answer.round_off())
+            ),
+        ),
         AdaptiveEnd::IterationError => word(
             "stalled",
             NOT_CONVERGED,
@@ -289,7 +388,7 @@ fn of_end(case: &Case, adapt: &Adapt, answer: &AdaptiveSolution) -> Status {
                 "{} > {target}, and nearly all of it is the iteration's error, which no finer mesh lowers; {}",
                 reached(answer),
                 match case.solver.stop.criterion {
-                    Criterion::Estimator => attainable(answer, answer.solution.round_off()),
+                    Criterion::Estimator => attainable(adapt, answer, answer.round_off()),
                     _ => "use solver.stop.criterion = \"estimator\", or more iterations".into(),
                 }
             ),
@@ -298,10 +397,14 @@ fn of_end(case: &Case, adapt: &Adapt, answer: &AdaptiveSolution) -> Status {
             let names: Vec<String> =
                 failed.iter().map(|(name, found)| format!("{name} {found:.1e}")).collect();
             let which = if names.is_empty() { "does not exist".into() } else { names.join(", ") };
+            let [name, what] = match answer.answer {
+                Answer::Certified(_) => ["not_certified", "bound"],
+                Answer::Coulomb(_) => ["no_residual", "residual"],
+            };
             word(
-                "not_certified",
+                name,
                 NOT_CERTIFIED,
-                format!("the bound of mesh {meshes} does not pass its checks: {which}"),
+                format!("the {what} of mesh {meshes} does not pass its checks: {which}"),
             )
         }
         _ => missed(adapt, answer, "the run ended in an unknown way"),

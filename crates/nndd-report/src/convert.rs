@@ -6,7 +6,7 @@ use certified_contact::{Criterion, Imposed, Settings};
 use contact_qp::QpMethod;
 use cre_estimator::Relaxation;
 use fem_core::interface::ContactProblem;
-use nndd::{Acceleration, NewtonSettings, NnddSettings, Path, Weights};
+use nndd::{Acceleration, CoulombSettings, NewtonSettings, NnddSettings, Path, Weights};
 
 /// Makes the settings of a solve from those of a case.
 pub fn settings(case: &Case) -> Settings {
@@ -23,10 +23,7 @@ pub fn settings(case: &Case) -> Settings {
         case::Criterion::EtaNndd => Criterion::EtaNndd { tolerance: solver.stop.tolerance },
         case::Criterion::Iterations => Criterion::Iterations,
     };
-    settings.relaxation = match case.estimator.until {
-        None => Relaxation::Steps(case.estimator.relaxation),
-        Some(until) => Relaxation::Tolerance { tolerance: until.tolerance, max_steps: until.max_steps },
-    };
+    settings.relaxation = relaxation(case);
     settings.estimate_every = case.estimator.every;
     settings.imposed_by_pair = case.contacts.iter().map(|contact| contact.imposed.map(imposed)).collect();
     let exact = newton(solver, solver.max_iterations);
@@ -39,6 +36,23 @@ pub fn settings(case: &Case) -> Settings {
             settings
         }
     }
+}
+
+/// Returns how far a case relaxes the stresses.
+pub fn relaxation(case: &Case) -> Relaxation {
+    match case.estimator.until {
+        None => Relaxation::Steps(case.estimator.relaxation),
+        Some(until) => Relaxation::Tolerance { tolerance: until.tolerance, max_steps: until.max_steps },
+    }
+}
+
+/// Makes the settings of a solve with Coulomb friction from those of a case.
+pub fn coulomb(case: &Case) -> CoulombSettings {
+    let mut settings = CoulombSettings::default();
+    settings.tolerance = case.solver.friction_tolerance;
+    settings.max_steps = case.solver.friction_steps;
+    settings.qp.method = qp(&case.solver);
+    settings
 }
 
 /// Tells whether a case is solved by the exact solution of the assembly, which has no iteration.

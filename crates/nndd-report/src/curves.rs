@@ -1,7 +1,7 @@
 //! Notes about curved sides.
 
+use crate::solved::Fields;
 use case_io::Case;
-use certified_contact::CertifiedSolution;
 use fem_core::body::Body;
 use fem_core::geometry::{Vector, shown};
 use fem_core::interface::ContactProblem;
@@ -18,13 +18,9 @@ pub(crate) fn undeclared(problem: &ContactProblem) -> Vec<Vec<[NodeId; 2]>> {
 /// Says which undeclared curves were refined as polygons.
 ///
 /// * `undeclared`: of [`undeclared`], on the first mesh, whose nodes keep their numbers.
-pub(crate) fn refined(
-    case: &Case,
-    undeclared: &[Vec<[NodeId; 2]>],
-    solution: &CertifiedSolution,
-) -> Vec<String> {
+pub(crate) fn refined(case: &Case, undeclared: &[Vec<[NodeId; 2]>], problem: &ContactProblem) -> Vec<String> {
     let mut notes = Vec::new();
-    for ((given, body), edges) in case.bodies.iter().zip(&solution.problem.bodies).zip(undeclared) {
+    for ((given, body), edges) in case.bodies.iter().zip(&problem.bodies).zip(undeclared) {
         let (mesh, topology) = (body.mesh(), body.mesh().topology());
         let mut halved = edges.iter().filter(|[a, b]| topology.find_edge(*a, *b).is_none());
         let Some(first) = halved.next() else { continue };
@@ -58,15 +54,16 @@ fn sides_at<'a>(mesh: &'a TriMesh, edges: &[[NodeId; 2]]) -> Vec<&'a str> {
 }
 
 /// Says what the bound of a problem with declared curves is a bound of, and which nodes are not on them.
-pub(crate) fn of_solution(case: &Case, solution: &CertifiedSolution) -> Vec<String> {
+pub(crate) fn of_solution(case: &Case, solution: &Fields<'_>) -> Vec<String> {
     let mut notes = Vec::new();
     let bodies = || case.bodies.iter().zip(&solution.problem.bodies);
     let curved: Vec<&str> =
         bodies().filter(|(_, body)| body.has_curves()).map(|(given, _)| given.name.as_str()).collect();
-    if !curved.is_empty() && solution.is_certified() {
+    if !curved.is_empty() && (solution.is_certified || solution.is_residual()) {
         notes.push(format!(
-            "curved sides ({}): the bound is for the polygons of the last mesh; the difference to the curves is outside it",
-            listed(&curved)
+            "curved sides ({}): {} is for the polygons of the last mesh; the difference to the curves is outside it",
+            listed(&curved),
+            solution.what()
         ));
     }
     for (given, body) in bodies() {

@@ -175,6 +175,23 @@ impl Failure {
                 Self::plain(LIMIT, source.to_string())
             }
             SolveError::Nndd(NnddError::NotHeld { motion }) => Self::not_held(case, motion),
+            SolveError::Nndd(NnddError::OutsideCones { load }) => Self::plain(
+                NO_UNIQUE_SOLUTION,
+                format!(
+                    "no unique solution: the load is not balanced within the friction cones (load {} is left)\n  expected: loads that \
+                     contact forces with |q| <= mu p balance\n  fix: raise mu, add a [[body.displacement]] that holds the body, or \
+                     change the load",
+                    significant(*load)
+                ),
+            ),
+            SolveError::Estimator(
+                source @ (EstimatorError::NotFinite { .. } | EstimatorError::TooSmall { .. }),
+            ) => Self::plain(
+                INVALID_INPUT,
+                format!(
+                    "{source}\n  expected: coordinates, moduli and loads of which sums of squares are finite\n  fix: check their units"
+                ),
+            ),
             SolveError::Nndd(e @ (NnddError::DependentRows { .. } | NnddError::Unsupported { .. })) => {
                 Self::plain(
                     INVALID_INPUT,

@@ -2,15 +2,15 @@
 
 use crate::nodal::{self, NodalPatch};
 use crate::plot::{
-    self, BodyPicture, Closing, Field, Held, Labels, Motion, ObstaclePicture, Quantity, SketchBody,
+    self, BodyPicture, Closing, Field, Held, Labels, Measure, Motion, ObstaclePicture, Quantity, SketchBody,
     SketchEdge, SketchLoad,
 };
+use crate::solved::Fields;
 use crate::words::{contact_parts, one_line};
 use case_io::Case;
-use case_io::case::BodyCase;
-use case_io::report::{Report, StepSummary};
+use case_io::case::{BodyCase, Target};
+use case_io::report::{AdaptiveRow, Report, StepSummary};
 use case_io::table::ContactRow;
-use certified_contact::CertifiedSolution;
 use cre_estimator::{AdmissibleBody, Estimate};
 use fem_core::body::{Body, EdgeReaction, NodeConstraint, RigidSide};
 use fem_core::geometry::{Vector, cross, norm};
@@ -29,22 +29,22 @@ pub(crate) struct Picture {
 }
 
 /// Computes the error density (squared error over area) in the triangles of a body.
-pub(crate) fn error_density(solution: &CertifiedSolution, body: usize) -> Vec<f64> {
+pub(crate) fn error_density(solution: &Fields<'_>, body: usize) -> Vec<f64> {
     let mesh = solution.problem.bodies[body].mesh();
-    let Some(estimate) = &solution.estimate else { return vec![0.0; mesh.triangles().len()] };
+    let Some(estimate) = solution.estimate else { return vec![0.0; mesh.triangles().len()] };
     estimate.cre.by_cell[body].iter().enumerate().map(|(t, e)| e / mesh.area(t)).collect()
 }
 
 /// Draws the figures of a solve.
 pub(crate) fn of_solve(
     case: &Case,
-    solution: &CertifiedSolution,
+    solution: &Fields<'_>,
     contact: &[(&str, Vec<ContactRow>)],
     report: &Report,
 ) -> Vec<Picture> {
     let labels = Labels { units: case.units.clone() };
     let mut pictures = vec![problem(case, solution, &labels)];
-    if let Some(estimate) = &solution.estimate {
+    if let Some(estimate) = solution.estimate {
         pictures.extend(of_fields(case, solution, estimate, &labels));
         for (k, ((pair, rows), part)) in contact.iter().zip(contact_parts(case)).enumerate() {
             let line = match contact.len() {
@@ -63,10 +63,14 @@ pub(crate) fn of_solve(
         let count = solution.problem.bodies.len();
         let densities: Vec<Vec<f64>> = (0..count).map(|b| error_density(solution, b)).collect();
         let fields: Vec<Field<'_>> = densities.iter().map(|density| Field::Cells(density)).collect();
+        let density = if solution.is_residual() { "Density of the residual" } else { "Error density" };
         pictures.push(Picture {
             name: "deformed".into(),
-            svg: of_bodies(case, solution, estimate, "Error density", Quantity::ErrorDensity, &fields, &labels),
-            caption: "The certified squared error of each cell over its area. Large values show which cells to refine.",
+            svg: of_bodies(case, solution, estimate, density, Quantity::ErrorDensity, &fields, &labels),
+            caption: match solution.is_residual() {
+                true => "The squared residual of each cell over its area. Large values show which cells to refine.",
+                false => "The certified squared error of each cell over its area. Large values show which cells to refine.",
+            },
             numbers: None,
         });
     }
@@ -97,10 +101,15 @@ pub(crate) fn of_solve(
         });
     }
     if let Some(adapt) = &case.adapt {
-        let steps: Vec<_> = report.adaptive.iter().map(|row| (row.nodes, row.relative)).collect();
+        let measured = |row: &AdaptiveRow| row.relative.or(row.relative_residual);
+        let steps: Vec<_> = report.adaptive.iter().map(|row| (row.nodes, measured(row))).collect();
+        let kind = match adapt.target {
+            Target::RelativeError(_) => Measure::CertifiedError,
+            Target::CoulombResidual(_) => Measure::Residual,
+        };
         pictures.push(Picture {
             name: "adaptive".into(),
-            svg: plot::adaptive("Certified error against the nodes", &steps, adapt.target_relative_error),
+            svg: plot::adaptive(kind, &steps, adapt.target.value()),
             caption: "Linear triangles cannot converge faster than the slope of the dashed line.",
             numbers: Some("adaptive.csv"),
         });
@@ -109,12 +118,7 @@ pub(crate) fn of_solve(
 }
 
 /// The stress and the displacement on the deformed bodies.
-fn of_fields(
-    case: &Case,
-    solution: &CertifiedSolution,
-    estimate: &Estimate,
-    labels: &Labels,
-) -> Vec<Picture> {
+fn of_fields(case: &Case, solution: &Fields<'_>, estimate: &Estimate, labels: &Labels) -> Vec<Picture> {
     let bodies = || solution.problem.bodies.iter().zip(&estimate.pair.bodies);
     let picture = |name: &str, title: &str, quantity, patches: &[Vec<NodalPatch>], caption| {
         let fields: Vec<Field<'_>> = patches.iter().map(|of| Field::Nodes(of)).collect();
@@ -143,7 +147,7 @@ fn of_fields(
 /// Draws the deformed bodies with a field for each.
 fn of_bodies(
     case: &Case,
-    solution: &CertifiedSolution,
+    solution: &Fields<'_>,
     estimate: &Estimate,
     title: &str,
     quantity: Quantity,
@@ -184,8 +188,8 @@ fn opened(rows: &[ContactRow], pair: &ContactPair) -> (Vec<ContactRow>, Option<f
 }
 
 /// The distances of the contact nodes at rest, and by how much the displacements bring them together.
-fn closing(solution: &CertifiedSolution) -> Vec<Closing> {
-    let Some(estimate) = &solution.estimate else { return vec![] };
+fn closing(solution: &Fields<'_>) -> Vec<Closing> {
+    let Some(estimate) = solution.estimate else { return vec![] };
     let problem = &solution.problem;
     let displacements = estimate.pair.displacements();
     let of_pair = |pair: &ContactPair| -> Vec<Closing> {
@@ -208,7 +212,7 @@ fn closing(solution: &CertifiedSolution) -> Vec<Closing> {
 }
 
 /// Draws the problem of the last mesh.
-fn problem<'a>(case: &'a Case, solution: &'a CertifiedSolution, labels: &Labels) -> Picture {
+fn problem<'a>(case: &'a Case, solution: &Fields<'a>, labels: &Labels) -> Picture {
     let sketch = |(given, body): (&'a BodyCase, &'a Body)| SketchBody {
         name: &given.name,
         mesh: body.mesh(),
@@ -233,8 +237,8 @@ fn problem<'a>(case: &'a Case, solution: &'a CertifiedSolution, labels: &Labels)
 }
 
 /// The obstacles, with the motion that was found.
-fn obstacles(solution: &CertifiedSolution) -> Vec<ObstaclePicture<'_>> {
-    let found = solution.estimate.as_ref().map_or(&[][..], |estimate| &estimate.pair.obstacles);
+fn obstacles<'a>(solution: &Fields<'a>) -> Vec<ObstaclePicture<'a>> {
+    let found = solution.estimate.map_or(&[][..], |estimate| &estimate.pair.obstacles);
     let obstacles = solution.problem.obstacles.iter().enumerate();
     let pictures = obstacles.map(|(k, obstacle)| ObstaclePicture {
         line: obstacle.line,

@@ -67,7 +67,9 @@ fn describe(case: &Case, solved: &Solved) -> Map<String, Value> {
     run_info.insert(CASE_HASH.into(), case.hash().into());
     run_info.insert("version".into(), env!("CARGO_PKG_VERSION").into());
     run_info.insert("case_file".into(), case.file_name().into());
-    run_info.insert("clarabel_calls".into(), solved.solution.nndd.clarabel_calls.into());
+    if let Some(solution) = solved.answer.certified() {
+        run_info.insert("clarabel_calls".into(), solution.nndd.clarabel_calls.into());
+    }
     if solved.status.word == "limit"
         && let Some((step, seconds)) = solved.longest_step
     {
@@ -89,7 +91,7 @@ fn write_files(
 ) -> Result<(), Failure> {
     let mut put = |name: &str, text: &str| directory.write(name, text.as_bytes());
     put("history.csv", &table::history_csv(&report.iterations)?)?;
-    let solution = &solved.solution;
+    let solution = &solved.answer.fields();
     let pairs = case.contacts.iter().enumerate();
     let contact: Vec<(&str, Vec<ContactRow>)> =
         pairs.map(|(k, pair)| (pair.name.as_str(), contact_rows(solution, k))).collect();

@@ -1,10 +1,10 @@
 //! What a run needs from the program around it.
 
 use crate::failure::Failure;
-use crate::solved::Solved;
+use crate::solved::{Answer, Solved};
 use case_io::Case;
 use case_io::case_file::Sweep;
-use certified_contact::{CertifiedSolution, Phase, Row, Step};
+use certified_contact::{Phase, Row, Step};
 
 /// The program around a run: its clock, its wish to end the run, its memory, and what it does when something happens.
 pub trait Host {
@@ -68,7 +68,7 @@ pub enum Event<'a> {
         /// How many there are.
         of: usize,
         /// What was found.
-        solution: &'a CertifiedSolution,
+        answer: &'a Answer,
     },
     /// A panel of a sweep begins.
     Panel {

@@ -5,7 +5,7 @@ use crate::settings;
 use crate::words::{self, one_line, plain, with_digits};
 use case_io::Case;
 use case_io::case::Units;
-use case_io::report::Report;
+use case_io::report::{Certificate, Checks, Coulomb, Report};
 use serde_json::Value;
 use std::fmt::Write as _;
 
@@ -47,9 +47,14 @@ pub(crate) fn page(case: &Case, report: &Report, angles: &[f64], pictures: &[Pic
     notes(&mut page, report);
     figures(&mut page, pictures);
     bodies(&mut page, case, report, angles);
-    if report.certificate.e_cre.is_some() {
-        parts(&mut page, report);
-        checks(&mut page, report);
+    if let Some(certificate) = report.certificate.as_ref().filter(|found| found.e_cre.is_some()) {
+        parts(&mut page, certificate);
+        checks(&mut page, "Checks of the certificate", &certificate.checks);
+        results(&mut page, case, report);
+    }
+    if let Some(coulomb) = &report.coulomb {
+        fixed_point(&mut page, coulomb);
+        checks(&mut page, "Checks of the stresses of the residual", &coulomb.checks);
         results(&mut page, case, report);
     }
     bounds(&mut page, report);
@@ -147,12 +152,13 @@ fn bodies(page: &mut String, case: &Case, report: &Report, angles: &[f64]) {
 }
 
 fn verdict(page: &mut String, report: &Report) {
-    let class = if report.certificate.valid && report.status.code == 0 { "ok" } else { "no" };
+    let valid = report.valid_certificate();
+    let class = if valid.is_some() && report.status.code == 0 { "ok" } else { "no" };
     let text = crate::verdict::verdict(report);
     let lines: Vec<String> = text.lines().filter(|l| !l.is_empty()).map(escape).collect();
     let _ = writeln!(page, "<div class=\"verdict {class}\"><p>{}</p></div>", lines.join("</p><p>"));
-    if report.certificate.valid && report.certificate.relative.is_some() {
-        let exact = report.certificate.relative_guaranteed.map_or_else(String::new, |relative| {
+    if let Some(certificate) = valid.filter(|found| found.relative.is_some()) {
+        let exact = certificate.relative_guaranteed.map_or_else(String::new, |relative| {
             format!(
                 "; over that of the exact ones the error is at most {} %",
                 words::rounded_up(100.0 * relative)
@@ -190,12 +196,12 @@ fn figures(page: &mut String, pictures: &[Picture]) {
 }
 
 /// What the bound is made of.
-fn parts(page: &mut String, report: &Report) {
+fn parts(page: &mut String, certificate: &Certificate) {
     page.push_str(
         "<h2>Parts of the bound</h2>\n<p>The squares of all but round-off add up to the square of the bound without \
          round-off.</p>\n",
     );
-    let parts = &report.certificate.parts;
+    let parts = &certificate.parts;
     let rows = [
         ("mesh", parts.mesh, "a finer mesh"),
         ("iteration, at most eta_nndd", parts.iteration, "more iterations"),
@@ -212,12 +218,27 @@ fn parts(page: &mut String, report: &Report) {
     table(page, "", &["part", "energy norm", "what lowers it"], rows);
 }
 
-fn checks(page: &mut String, report: &Report) {
-    let checks = report.certificate.checks.named();
-    let rows = checks.into_iter().map(|(key, value)| {
+/// How the limit of Coulomb friction was found, and what is known of the residual.
+fn fixed_point(page: &mut String, coulomb: &Coulomb) {
+    let signs = if coulomb.one_sign { "one sign in each pair" } else { "both signs in a pair" };
+    let rows = [
+        ("residual e_b, an indicator and no bound", number(coulomb.e_b)),
+        ("over the energy norm", number(coulomb.relative)),
+        ("steps of the fixed point", coulomb.steps.to_string()),
+        ("relative change of the friction limit in the last step", number(coulomb.change)),
+        ("slips", signs.to_owned()),
+        ("coupling between pressure and slip on this mesh, without the coefficients", number(coulomb.kappa)),
+        ("with the coefficients", number(coulomb.coupling)),
+    ];
+    let rows = rows.into_iter().map(|(name, value)| vec![name.to_owned(), value]);
+    table(page, "Coulomb friction", &["quantity", "value"], rows);
+}
+
+fn checks(page: &mut String, title: &str, checks: &Checks) {
+    let rows = checks.named().into_iter().map(|(key, value)| {
         vec![key.replace('_', " "), value.map_or_else(|| number(None), |x| with_digits(x, 2))]
     });
-    table(page, "Checks of the certificate", &["residual", "relative"], rows);
+    table(page, title, &["residual", "relative"], rows);
 }
 
 fn results(page: &mut String, case: &Case, report: &Report) {
@@ -343,12 +364,12 @@ enum Kind {
 
 /// The certified relative error, if the certificate is valid.
 fn certified(report: &Report) -> Option<f64> {
-    report.certificate.relative.filter(|_| report.certificate.valid)
+    report.valid_certificate()?.relative
 }
 
 /// What the certificate says about other quantities.
 fn bounds(page: &mut String, report: &Report) {
-    let b = &report.certificate.bounds;
+    let Some(b) = report.certificate.as_ref().map(|found| &found.bounds) else { return };
     let rows = [
         ("energy norm", b.energy_norm),
         ("potential energy", b.potential_energy),
@@ -376,12 +397,14 @@ fn steps(page: &mut String, report: &Report) {
         return;
     }
     let rows = report.adaptive.iter().map(|row| {
-        let relative = row.relative.map_or_else(|| number(None), words::rounded_up);
+        let shown = |x: Option<f64>| x.map_or_else(|| number(None), words::rounded_up);
+        let (error, relative) = (row.e_cre.or(row.e_b), row.relative.or(row.relative_residual));
         let [step, nodes, pairs, iterations] =
             [row.step, row.nodes, row.pairs, row.iterations].map(|n| n.to_string());
-        vec![step, nodes, pairs, words::rounded_up(row.e_cre), relative, iterations]
+        vec![step, nodes, pairs, shown(error), shown(relative), iterations]
     });
-    table(page, "Meshes", &["step", "nodes", "pairs", "e_cre", "relative", "iterations"], rows);
+    let error = if report.coulomb.is_some() { "e_b" } else { "e_cre" };
+    table(page, "Meshes", &["step", "nodes", "pairs", error, "relative", "iterations"], rows);
 }
 
 fn iterations(page: &mut String, report: &Report) {

@@ -40,7 +40,7 @@
 //! let mut place = Place::open(&case, out, false)?;
 //! let solved = run::solve(&case, problem, &mut place, &mut watch, &mut host)?;
 //! let written = files::write(&case, &solved, place, serde_json::Map::new(), &mut watch, &host)?;
-//! assert_eq!((written.report.status.word.as_str(), written.report.certificate.valid), ("converged", true));
+//! assert_eq!((written.report.status.word.as_str(), written.report.valid_certificate().is_some()), ("converged", true));
 //! assert!(written.files.contains(&"report.html".to_owned()));
 //! # Ok(()) }
 //! # let folder = tempfile::tempdir().unwrap();
@@ -83,5 +83,5 @@ pub use failure::Failure;
 pub use host::{Event, Host, Room};
 pub use outcome::NOT_CONVERGED;
 pub use resume::Place;
-pub use solved::Solved;
+pub use solved::{Answer, Solved, SolvedStep};
 pub use stopwatch::Stopwatch;

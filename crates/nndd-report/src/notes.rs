@@ -4,6 +4,7 @@ use crate::check;
 use crate::convert;
 use crate::curves;
 use crate::outcome;
+use crate::solved::{Answer, Fields};
 use case_io::Case;
 use case_io::case::{BodyCase, MaterialLaw, Method};
 use certified_contact::CertifiedSolution;
@@ -31,11 +32,14 @@ pub fn of_problem(case: &Case, problem: &ContactProblem) -> Vec<String> {
     let mut notes = case.data_notes(problem);
     let unused = case.given_iteration_settings();
     if case.solver.method == Method::Auto && convert::is_exact(case, problem) && !unused.is_empty() {
-        notes.push(format!(
-            "the exact solution of an assembly uses only `max_iterations` and `qp`; it ignores `{}`; method = \"nndd\" asks for the \
-             iteration",
-            unused.join("`, `")
-        ));
+        let [what, advice] = match case.coulomb_pair() {
+            None => [
+                "the exact solution of an assembly uses only `max_iterations` and `qp`",
+                "; method = \"nndd\" asks for the iteration",
+            ],
+            Some(_) => ["Coulomb friction uses only `friction_tolerance`, `friction_steps` and `qp`", ""],
+        };
+        notes.push(format!("{what}; it ignores `{}`{advice}", unused.join("`, `")));
     }
     for motion in check::held(case, problem).unwrap_or_default() {
         notes.push(format!("free motion: {motion}; no load drives it, and it stays at zero"));
@@ -61,24 +65,31 @@ pub fn of_problem(case: &Case, problem: &ContactProblem) -> Vec<String> {
 }
 
 /// Lists what can be said of a solution and its problem: first what limits the use of the answer, then how the case was read.
-pub(crate) fn of_solution(case: &Case, solution: &CertifiedSolution) -> Vec<String> {
-    let diverged = matches!(solution.nndd.status, NnddStatus::Diverged { .. });
+pub(crate) fn of_answer(case: &Case, answer: &Answer) -> Vec<String> {
+    let (fields, certified) = (answer.fields(), answer.certified());
     // The last iterate of a run that diverged says nothing about the bodies.
-    let mut notes = match &solution.estimate {
-        Some(estimate) if !diverged => of_answer(case, solution, estimate),
-        _ => vec![],
-    };
-    notes.extend(bent_contact(solution));
-    notes.extend(curves::of_solution(case, solution));
-    notes.extend(of_problem(case, &solution.problem));
+    let diverged = |solution: &CertifiedSolution| matches!(solution.nndd.status, NnddStatus::Diverged { .. });
+    let mut notes = Vec::new();
+    if let Some(estimate) = fields.estimate.filter(|_| !certified.is_some_and(diverged)) {
+        notes.extend(certified.into_iter().flat_map(|solution| what_dominates(case, solution)));
+        notes.extend(of_fields(case, &fields, estimate));
+        // Without [adapt] the reason of the status says so.
+        let switch = certified.filter(|_| case.adapt.is_some()).and_then(|s| Some((s, s.nndd.switch?)));
+        notes.extend(switch.map(|(solution, switch)| {
+            format!("on the last mesh {}; method newton was used", outcome::given_up(solution, switch))
+        }));
+    }
+    notes.extend(bent_contact(&fields));
+    notes.extend(curves::of_solution(case, &fields));
+    notes.extend(of_problem(case, fields.problem));
     notes
 }
 
 /// Lists what can be said of the displacements that were found.
-fn of_answer(case: &Case, solution: &CertifiedSolution, estimate: &Estimate) -> Vec<String> {
-    let problem = &solution.problem;
-    let mut notes = what_dominates(case, solution);
-    if !problem.contacts.is_empty() && solution.last().contact.normal_reaction.iter().all(|r| *r <= 0.0) {
+fn of_fields(case: &Case, fields: &Fields<'_>, estimate: &Estimate) -> Vec<String> {
+    let problem = fields.problem;
+    let mut notes = Vec::new();
+    if !problem.contacts.is_empty() && fields.last.contact.normal_reaction.iter().all(|r| *r <= 0.0) {
         notes.push("no contact: no force passes between the bodies".to_owned());
     }
     for (body, given) in case.bodies.iter().enumerate() {
@@ -101,12 +112,6 @@ fn of_answer(case: &Case, solution: &CertifiedSolution, estimate: &Estimate) -> 
             ));
         }
     }
-    // Without [adapt] the reason of the status says so.
-    let switch = solution.nndd.switch.filter(|_| case.adapt.is_some());
-    notes.extend(
-        switch
-            .map(|s| format!("on the last mesh {}; method newton was used", outcome::given_up(solution, s))),
-    );
     notes
 }
 
@@ -179,16 +184,18 @@ fn nearly_incompressible(case: &Case) -> bool {
         )
 }
 
-/// Says what the bound of a bent contact line is a bound of.
-fn bent_contact(solution: &CertifiedSolution) -> Option<String> {
-    let estimate = solution.estimate.as_ref()?;
+/// Says what the bound, or the residual, of a bent contact line is one of.
+fn bent_contact(solution: &Fields<'_>) -> Option<String> {
+    let estimate = solution.estimate?;
     let lifts = estimate.pair.contacts.iter().map(|contact| contact.lift.largest());
     if !solution.problem.contacts.iter().any(|pair| pair.interface.has_bent_edges()) {
         return None;
     }
-    let mut text = "the contact line bends: the bound is for the meshed polygons with normals averaged at their nodes, and the \
-                    difference to a curved line is outside it"
-        .to_owned();
+    let mut text = format!(
+        "the contact line bends: {} is for the meshed polygons with normals averaged at their nodes, and the difference to a curved \
+         line is outside it",
+        solution.what()
+    );
     let largest = lifts.fold(0.0, f64::max);
     if largest > 0.0 {
         text += &format!(

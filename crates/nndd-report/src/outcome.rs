@@ -6,10 +6,10 @@ use case_io::Case;
 use case_io::case::{Acceleration, Criterion, Imposed, Method, QpChoice, Theta, Weights};
 use case_io::diagnostic::significant;
 use case_io::report::Status;
-use certified_contact::{CertifiedSolution, Row};
+use certified_contact::{CertifiedSolution, CoulombResult, Row};
 use contact_qp::QpStatus;
-use cre_estimator::EstimatorError;
-use nndd::{NnddStatus, Recovery, Switch};
+use cre_estimator::{Estimate, EstimatorError};
+use nndd::{CoulombSolution, CoulombStatus, NnddStatus, Recovery, Switch};
 
 /// The exit status of a run that did not converge.
 pub const NOT_CONVERGED: u8 = 5;
@@ -37,11 +37,67 @@ pub(crate) fn judge(case: &Case, solution: &CertifiedSolution, ended: Option<End
     status
 }
 
+/// Judges a finished run with Coulomb friction.
+pub(crate) fn judge_coulomb(case: &Case, result: &CoulombResult) -> Status {
+    let CoulombSolution { status, steps, changes, restarts, .. } = &result.solution;
+    let counted = counted(*steps, "step");
+    let tolerance = short(case.solver.friction_tolerance);
+    let change =
+        changes.last().map_or_else(|| "it".to_owned(), |change| format!("its last change {change:.1e}"));
+    match status {
+        CoulombStatus::Converged if result.residual().is_none() => {
+            let reason = failed_checks(result.estimate(), "the residual would mean nothing");
+            word("no_residual", NOT_CERTIFIED, reason)
+        }
+        CoulombStatus::Converged => word(
+            "converged",
+            0,
+            match changes.last() {
+                Some(change) => format!(
+                    "one solution found: the friction limit changed by {change:.1e} <= {tolerance} of itself in step {steps}"
+                ),
+                None => {
+                    "one solution found: no force passes through the pairs with Coulomb friction".to_owned()
+                }
+            },
+        ),
+        CoulombStatus::MaxSteps => word(
+            "max_iterations",
+            NOT_CONVERGED,
+            format!(
+                "the friction limit did not converge to {tolerance} in {counted}, {change}; raise solver.friction_steps, or \
+                 lower mu"
+            ),
+        ),
+        CoulombStatus::TooSmall => word(
+            "stalled",
+            NOT_CONVERGED,
+            format!(
+                "after {counted} the friction limits are too small to balance the loads, although they were doubled {restarts} \
+                 times; raise mu, hold the bodies, or change the loads"
+            ),
+        ),
+        _ => word(
+            "stalled",
+            NOT_CONVERGED,
+            format!(
+                "the problem of step {steps} with a given friction limit was not solved: {}; try another solver.qp",
+                result.solution.exact.status
+            ),
+        ),
+    }
+}
+
 /// Names the checks that fail, and what helps.
 fn uncertified(solution: &CertifiedSolution) -> String {
     let Some(estimate) = &solution.estimate else {
         return "no certificate could be computed; check the units of the data, which are too large or too small".into();
     };
+    failed_checks(estimate, "the bound would not be valid")
+}
+
+/// Names the checks of an estimate that fail, and what helps.
+fn failed_checks(estimate: &Estimate, so: &str) -> String {
     let failed: Vec<_> = estimate.admissibility.failed().collect();
     // What explains the others comes first.
     let first = failed.iter().find(|(name, _)| *name == "rigid_balance").or(failed.first());
@@ -66,10 +122,7 @@ fn uncertified(solution: &CertifiedSolution) -> String {
     };
     let names: Vec<String> = failed.iter().map(|(name, found)| format!("{name} ({found:.1e})")).collect();
     let (checks, verb) = if names.len() == 1 { ("check", "fails") } else { ("checks", "fail") };
-    format!(
-        "the {checks} {} {verb} by more than round-off, so the bound would not be valid; {fix}",
-        names.join(", ")
-    )
+    format!("the {checks} {} {verb} by more than round-off, so {so}; {fix}", names.join(", "))
 }
 
 /// Makes a status.

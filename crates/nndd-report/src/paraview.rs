@@ -3,12 +3,12 @@
 use crate::failure::Failure;
 use crate::figures;
 use crate::report;
+use crate::solved::Fields;
 use crate::words;
 use case_io::Case;
 use case_io::case::MaterialLaw;
 use case_io::output::OutputDirectory;
 use case_io::table::FrictionRow;
-use certified_contact::CertifiedSolution;
 use cre_estimator::Estimate;
 use fem_core::body::{Body, NodeConstraint};
 use fem_core::field;
@@ -34,7 +34,7 @@ pub(crate) fn step_file(part: &str, step: usize) -> String {
 /// * `collections`: names, with the numbers of the meshes or load steps; those without any are not written.
 pub(crate) fn write(
     case: &Case,
-    solution: &CertifiedSolution,
+    solution: &Fields<'_>,
     collections: &[(&str, Vec<usize>)],
     directory: &mut OutputDirectory,
 ) -> Result<(), Failure> {
@@ -46,7 +46,7 @@ pub(crate) fn write(
 /// Writes bodies and contact line on one mesh of an adaptive run, or in one load step.
 pub(crate) fn write_step(
     case: &Case,
-    solution: &CertifiedSolution,
+    solution: &Fields<'_>,
     step: usize,
     directory: &mut OutputDirectory,
 ) -> Result<(), Failure> {
@@ -55,12 +55,12 @@ pub(crate) fn write_step(
 
 fn write_parts(
     case: &Case,
-    solution: &CertifiedSolution,
+    solution: &Fields<'_>,
     step: Option<usize>,
     name: &dyn Fn(&str) -> String,
     directory: &mut OutputDirectory,
 ) -> Result<(), Failure> {
-    let Some(estimate) = &solution.estimate else { return Ok(()) };
+    let Some(estimate) = solution.estimate else { return Ok(()) };
     for (part, file) in parts(case).iter().enumerate() {
         let (grid, mut data) = match part.checked_sub(case.bodies.len()) {
             None => body_data(case, solution, estimate, part),
@@ -102,22 +102,25 @@ fn write_collections(
     Ok(())
 }
 
-/// What the whole state has: `(e_cre − round_off)²` is the integral of `error_density` over bodies and contact line. An
+/// What the whole state has: `(e_cre − round_off)²`, with Coulomb friction `(e_b − round_off)²`, is the integral of `error_density` over bodies and contact line. An
 /// iteration without θ has none here, and only a mesh of a series has a time.
-fn field_data(solution: &CertifiedSolution, estimate: &Estimate, step: Option<usize>) -> Vec<VtuArray> {
-    let last = solution.last();
+fn field_data(solution: &Fields<'_>, estimate: &Estimate, step: Option<usize>) -> Vec<VtuArray> {
+    let last = solution.last;
     let one = |name: &str, value: f64| VtuArray::scalars(name, vec![value]);
     let theta = Some(last.theta).filter(|theta| theta.is_finite() && *theta > 0.0);
-    let mut data = vec![
-        one("iteration", last.iteration as f64),
-        one("e_cre", estimate.unchecked().e_cre),
-        one("round_off", estimate.round_off),
-        one("eta_dis", estimate.unchecked().eta_dis),
-        one("eta_nndd", estimate.unchecked().eta_nndd),
-        one("certified", f64::from(u8::from(solution.is_certified()))),
-    ];
-    let parts = estimate.unchecked().parts.list().into_iter().filter(|(name, _)| *name != "round_off");
-    data.extend(parts.map(|(name, value)| one(&format!("part_{name}"), value)));
+    let found = estimate.unchecked();
+    let mut data = vec![one("iteration", last.iteration as f64)];
+    if solution.is_residual() {
+        // No bound, and nothing of what bounds consist of.
+        data.push(one("e_b", found.e_cre));
+    } else {
+        let bounds = [("e_cre", found.e_cre), ("eta_dis", found.eta_dis), ("eta_nndd", found.eta_nndd)];
+        data.extend(bounds.map(|(name, value)| one(name, value)));
+        let parts = found.parts.list().into_iter().filter(|(name, _)| *name != "round_off");
+        data.extend(parts.map(|(name, value)| one(&format!("part_{name}"), value)));
+    }
+    data.push(one("round_off", estimate.round_off));
+    data.push(one("certified", f64::from(u8::from(solution.is_certified))));
     data.extend(theta.map(|theta| one("theta", theta)));
     data.extend(step.map(|step| one("TimeValue", step as f64)));
     data
@@ -128,12 +131,7 @@ fn six(t: SymTensor2, zz: f64) -> [f64; 6] {
     [t.xx, t.yy, zz, t.xy, 0.0, 0.0]
 }
 
-fn body_data(
-    case: &Case,
-    solution: &CertifiedSolution,
-    estimate: &Estimate,
-    body: usize,
-) -> (VtuMesh, VtuData) {
+fn body_data(case: &Case, solution: &Fields<'_>, estimate: &Estimate, body: usize) -> (VtuMesh, VtuData) {
     let model = &solution.problem.bodies[body];
     let mesh = model.mesh();
     let pair = &estimate.pair;
@@ -201,7 +199,7 @@ fn out_of_plane_strain(case: &Case, material: usize, stress: SymTensor2) -> f64 
 
 /// The forces of supports and contact on the nodes, N/m: what the loads leave of `K u − f`, in the directions that are
 /// held or in contact, so that nothing but round-off is left out.
-fn reactions(solution: &CertifiedSolution, estimate: &Estimate, model: &Body, body: usize) -> Vec<Vector> {
+fn reactions(solution: &Fields<'_>, estimate: &Estimate, model: &Body, body: usize) -> Vec<Vector> {
     let residual = field::nodal_residual(model, &estimate.pair.bodies[body].displacement);
     let along = |direction: Vector, force: Vector| direction.dot(&force) * direction;
     let held = model.node_constraints().iter().zip(&residual).map(|(constraint, force)| match constraint {
@@ -228,11 +226,11 @@ fn reactions(solution: &CertifiedSolution, estimate: &Estimate, model: &Body, bo
     forces
 }
 
-fn contact_data(solution: &CertifiedSolution, estimate: &Estimate, pair: usize) -> (VtuMesh, VtuData) {
+fn contact_data(solution: &Fields<'_>, estimate: &Estimate, pair: usize) -> (VtuMesh, VtuData) {
     let rows = report::contact_rows(solution, pair);
     let interface = &solution.problem.contacts[pair].interface;
-    let last = solution.last();
-    let first = last.blocks(&solution.problem).nth(pair).map_or(0, |block| block.start);
+    let last = solution.last;
+    let first = last.blocks(solution.problem).nth(pair).map_or(0, |block| block.start);
     let of_first = |k: usize| last.reaction[first + k] / interface.pairs()[k].tributary_length;
     let of_second =
         |k: usize| last.contact.normal_reaction[first + k] / interface.pairs()[k].tributary_length;
@@ -305,7 +303,7 @@ fn contact_data(solution: &CertifiedSolution, estimate: &Estimate, pair: usize) 
 type DrawnEnds = (Vec<[u32; 2]>, Vec<(usize, f64)>);
 
 /// Lists the ends of the contact edges among the points of the pairs, and adds the points of clamped ends.
-fn drawn_ends(solution: &CertifiedSolution, pair: usize, points: &mut Vec<Vector>) -> DrawnEnds {
+fn drawn_ends(solution: &Fields<'_>, pair: usize, points: &mut Vec<Vector>) -> DrawnEnds {
     let mut clamped_ends = Vec::new();
     let of = &solution.problem.contacts[pair];
     let mesh = solution.problem.bodies[of.bodies[0]].mesh();

@@ -29,7 +29,7 @@ mod sweep;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use adaptive::adaptive;
+pub(crate) use adaptive::{Measure, adaptive};
 pub(crate) use contact::contact;
 pub(crate) use convergence::convergence;
 pub(crate) use deformed::{Closing, deformed};

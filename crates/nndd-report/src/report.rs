@@ -1,17 +1,18 @@
 //! From a solution to the rows and tables of report.json.
 
 use crate::notes;
-use crate::solved::Solved;
+use crate::solved::{Fields, Solved};
 use case_io::Case;
 use case_io::case::Factors;
 use case_io::report::{
-    BodySummary, Bounds, Certificate, Checks, ContactStretch, ContactSummary, FreeMotion, FrictionSummary,
-    IterationRow, PeakStress, Reaction, Report, Results, RigidSideSummary, SCHEMA, Split, StepSummary,
-    Timings,
+    BodySummary, Bounds, Certificate, Checks, ContactStretch, ContactSummary, Coulomb, FreeMotion,
+    FrictionSummary, IterationRow, PeakStress, Reaction, Report, Results, RigidSideSummary, SCHEMA, Split,
+    StepSummary, Timings,
 };
 use case_io::table::{ContactRow, FrictionRow};
-use certified_contact::cre_estimator::Parts;
-use certified_contact::{CertifiedSolution, RigidSideResults, Row};
+use certified_contact::cre_estimator::{Admissibility, Parts};
+use certified_contact::{CertifiedSolution, CoulombResult, RigidSideResults, Row};
+use fem_core::interface::ContactProblem;
 use serde_json::{Map, Value};
 
 /// Makes a row of `iterations` in report.json.
@@ -33,7 +34,7 @@ pub fn iteration_row(row: &Row) -> IterationRow {
     }
 }
 
-fn rigid_sides(solution: &CertifiedSolution, body: usize) -> Vec<RigidSideSummary> {
+fn rigid_sides(solution: &Fields<'_>, body: usize) -> Vec<RigidSideSummary> {
     let results = solution.results.iter().flat_map(|r| &r.rigid_sides).filter(|side| side.body == body);
     let summary = |side: &RigidSideResults| RigidSideSummary {
         on: side.on.clone(),
@@ -47,10 +48,10 @@ fn rigid_sides(solution: &CertifiedSolution, body: usize) -> Vec<RigidSideSummar
 
 /// Collects the report; its timings are filled in when everything else is written.
 pub(crate) fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> Report {
-    let solution = &solved.solution;
+    let solution = &solved.answer.fields();
     let name = |b: usize| case.bodies[b].name.clone();
-    let free = nndd::support(&solution.problem).map(|support| support.free_motions).unwrap_or_default();
-    let bodies = solution.problem.bodies.iter().zip(&solution.unknowns).enumerate();
+    let free = nndd::support(solution.problem).map(|support| support.free_motions).unwrap_or_default();
+    let bodies = solution.problem.bodies.iter().zip(solution.unknowns).enumerate();
     let bodies = bodies.map(|(b, (body, &unknowns))| {
         let mesh = body.mesh();
         let own = free.iter().flatten().filter(|(of, _)| *of == b);
@@ -77,11 +78,13 @@ pub(crate) fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> R
         bodies: bodies.collect(),
         contact: contact.collect(),
         iterations: solution.rows.iter().map(iteration_row).collect(),
-        certificate: certificate(solution),
+        problem: law(solution.problem).to_owned(),
+        certificate: solved.answer.certified().map(certificate),
+        coulomb: solved.answer.coulomb().map(coulomb),
         results: results(case, solution, solved.peak_change),
         adaptive: solved.adaptive.clone(),
         steps: solved.steps.iter().map(|step| step.summary.clone()).collect(),
-        notes: [notes::of_solution(case, solution), solved.notes.clone(), notes::of_case(case)].concat(),
+        notes: [notes::of_answer(case, &solved.answer), solved.notes.clone(), notes::of_case(case)].concat(),
         timings: Timings::default(),
         run,
     }
@@ -89,21 +92,22 @@ pub(crate) fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> R
 
 /// Makes the entry of a load step, from 1.
 pub(crate) fn step_summary(case: &Case, solved: &Solved, step: usize, factors: &Factors) -> StepSummary {
-    let solution = &solved.solution;
+    let solution = &solved.answer.fields();
     StepSummary {
         step,
         factors: factors.named.iter().map(|(name, factor)| (name.clone(), (*factor).into())).collect(),
         status: solved.status.clone(),
         contact: (0..solution.problem.contacts.len()).map(|k| contact_summary(case, solution, k)).collect(),
         results: results(case, solution, None),
-        certificate: certificate(solution),
+        certificate: solved.answer.certified().map(certificate),
+        coulomb: solved.answer.coulomb().map(coulomb),
     }
 }
 
-fn contact_summary(case: &Case, solution: &CertifiedSolution, k: usize) -> ContactSummary {
+fn contact_summary(case: &Case, solution: &Fields<'_>, k: usize) -> ContactSummary {
     let pair = &solution.problem.contacts[k];
     let name = |b: usize| case.bodies.get(b).map(|body| body.name.clone());
-    let found = solution.results.as_ref().and_then(|results| results.contacts.get(k));
+    let found = solution.results.and_then(|results| results.contacts.get(k));
     let kind = if solution.problem.obstacle_of(pair).is_some() { "obstacle" } else { "bodies" };
     ContactSummary {
         name: case.contacts[k].name.clone(),
@@ -123,6 +127,7 @@ fn contact_summary(case: &Case, solution: &CertifiedSolution, k: usize) -> Conta
         min_opening: found.map(|found| found.min_opening),
         friction: found.and_then(|found| found.friction.as_ref()).map(|found| FrictionSummary {
             law: case.contacts[k].friction.as_ref().map_or("", |friction| friction.law()).to_owned(),
+            mu: pair.friction.coulomb(),
             tangential_force: found.force,
             stick_intervals: found.stick_intervals.clone(),
             slip_intervals: found.slip_intervals.clone(),
@@ -150,21 +155,52 @@ fn certificate(solution: &CertifiedSolution) -> Certificate {
         eta_nndd: Some(found.eta_nndd.max(solution.last().eta_nndd)).filter(|eta| eta.is_finite()),
         split: Split { discretisation: Some(discretisation), algebraic: Some(algebraic) },
         parts: case_io::report::Parts { mesh, iteration, contact, lift, gap_data, friction, round_off },
-        problem: if solution.problem.has_friction() { "tresca" } else { "frictionless" }.to_owned(),
+        problem: law(&solution.problem).to_owned(),
         pressure_shift: Some(estimate.pair.pressure_shift),
         bounds: bounds(solution),
-        checks: Checks {
-            equilibrium: Some(a.equilibrium),
-            traction_jump: Some(a.traction_jump),
-            boundary_traction: Some(a.boundary_traction),
-            penetration: Some(a.penetration),
-            pressure_sign: Some(a.pressure_sign),
-            supports: Some(a.supports),
-            imposed_displacement: Some(a.imposed_displacement),
-            rigid_balance: Some(a.rigid_balance),
-            rotation: Some(a.rotation),
-            friction_cone: Some(a.friction_cone),
-        },
+        checks: checks(a),
+    }
+}
+
+fn checks(a: &Admissibility) -> Checks {
+    Checks {
+        equilibrium: Some(a.equilibrium),
+        traction_jump: Some(a.traction_jump),
+        boundary_traction: Some(a.boundary_traction),
+        penetration: Some(a.penetration),
+        pressure_sign: Some(a.pressure_sign),
+        supports: Some(a.supports),
+        imposed_displacement: Some(a.imposed_displacement),
+        rigid_balance: Some(a.rigid_balance),
+        rotation: Some(a.rotation),
+        friction_cone: Some(a.friction_cone),
+    }
+}
+
+/// Names the law of a problem: Coulomb's if any pair has it.
+fn law(problem: &ContactProblem) -> &'static str {
+    match problem.contacts.iter().any(|pair| pair.friction.coulomb().is_some()) {
+        true => "coulomb",
+        false if problem.has_friction() => "tresca",
+        false => "frictionless",
+    }
+}
+
+/// Makes what stands in place of a certificate with Coulomb friction.
+fn coulomb(result: &CoulombResult) -> Coulomb {
+    let (norm, estimate) = (result.energy_norm(), result.conditional_estimate());
+    Coulomb {
+        e_b: result.residual(),
+        relative: result.relative_residual(),
+        kappa: result.kappa(),
+        one_sign: result.has_one_sign(),
+        estimate,
+        relative_estimate: result.relative_residual().and(estimate).map(|estimate| estimate / norm),
+        coupling: result.coupling(),
+        steps: result.solution.steps,
+        change: result.solution.changes.last().copied().filter(|change| change.is_finite()),
+        restarts: result.solution.restarts,
+        checks: checks(&result.estimate().admissibility),
     }
 }
 
@@ -177,8 +213,8 @@ fn bounds(solution: &CertifiedSolution) -> Bounds {
     }
 }
 
-fn results(case: &Case, solution: &CertifiedSolution, change: Option<f64>) -> Results {
-    let Some(r) = &solution.results else { return Results::default() };
+fn results(case: &Case, solution: &Fields<'_>, change: Option<f64>) -> Results {
+    let Some(r) = solution.results else { return Results::default() };
     let reactions = r.reactions.iter().map(|reaction| Reaction {
         body: case.bodies[reaction.body].name.clone(),
         on: reaction.on.clone(),
@@ -219,17 +255,20 @@ fn results(case: &Case, solution: &CertifiedSolution, change: Option<f64>) -> Re
 }
 
 /// Arc lengths, gaps, openings, pressures along the contact line of a pair; s runs along its first body.
-pub(crate) fn contact_rows(solution: &CertifiedSolution, pair: usize) -> Vec<ContactRow> {
-    let first = solution.last().blocks(&solution.problem).nth(pair).map_or(0, |block| block.start);
-    let tangents = solution.last().tangential_blocks(&solution.problem).nth(pair).unwrap_or_default();
-    let tangential = &solution.last().tangential;
+pub(crate) fn contact_rows(solution: &Fields<'_>, pair: usize) -> Vec<ContactRow> {
+    let first = solution.last.blocks(solution.problem).nth(pair).map_or(0, |block| block.start);
+    let tangents = solution.last.tangential_blocks(solution.problem).nth(pair).unwrap_or_default();
+    let tangential = &solution.last.tangential;
+    // The bound for another problem is that of this limit.
+    let given = solution.problem.contacts[pair].friction.coulomb().is_none();
+    let frozen = solution.frozen_limit.as_ref().filter(|_| !given).map(|limits| limits[pair]);
     let friction = |k: usize, pressed: bool, (length, normal): (f64, f64)| {
         let row = tangents.clone().nth(k)?;
         let slip = tangential.slip[row];
         Some(FrictionRow {
             tangential: tangential.force[row] * normal / length,
             slip: slip / normal,
-            limit: tangential.limit[row] * normal / length,
+            limit: normal * frozen.map_or(tangential.limit[row] / length, |frozen| frozen[k]),
             state: match (pressed, slip == 0.0) {
                 (false, _) => "open",
                 (true, true) => "stick",
@@ -240,7 +279,7 @@ pub(crate) fn contact_rows(solution: &CertifiedSolution, pair: usize) -> Vec<Con
     };
     let pair = &solution.problem.contacts[pair];
     let points = solution.problem.bodies[pair.bodies[0]].mesh().points();
-    let last = solution.last();
+    let last = solution.last;
     pair.interface
         .pairs()
         .iter()

@@ -4,11 +4,11 @@ use crate::adapt;
 use crate::convert;
 use crate::failure::Failure;
 use crate::follower::Follower;
-use crate::host::Host;
+use crate::host::{Event, Host};
 use crate::memory;
 use crate::outcome;
 use crate::resume::Place;
-use crate::solved::Solved;
+use crate::solved::{Answer, Solved};
 use crate::steps;
 use crate::stopwatch::Stopwatch;
 use case_io::Case;
@@ -92,8 +92,18 @@ pub(crate) fn solve_once(
     host: &mut dyn Host,
 ) -> Result<Solved, Failure> {
     let mut follower = Follower::new(case, watch, host, output);
-    let solution = certified_contact::solve(problem, &convert::settings(case), &mut follower)
-        .map_err(|e| follower.failure(case, &e))?;
-    let status = outcome::judge(case, &solution, follower.ended);
-    Ok(Solved { longest_step: follower.longest, ..Solved::of(solution, status) })
+    let (answer, status) = if case.coulomb_pair().is_some() {
+        let (settings, relaxation) = (convert::coulomb(case), convert::relaxation(case));
+        let found = certified_contact::solve_coulomb(problem, &settings, relaxation, &mut follower);
+        let result = found.map_err(|e| follower.failure(case, &e))?;
+        follower.tell(Event::Iteration(&result.row()));
+        let status = outcome::judge_coulomb(case, &result);
+        (Answer::Coulomb(Box::new(result)), status)
+    } else {
+        let found = certified_contact::solve(problem, &convert::settings(case), &mut follower);
+        let solution = found.map_err(|e| follower.failure(case, &e))?;
+        let status = outcome::judge(case, &solution, follower.ended);
+        (Answer::Certified(Box::new(solution)), status)
+    };
+    Ok(Solved { longest_step: follower.longest, ..Solved::of(answer, status) })
 }

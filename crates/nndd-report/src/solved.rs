@@ -2,14 +2,17 @@
 
 use case_io::report::{AdaptiveRow, Status, StepSummary};
 use case_io::table::ContactRow;
-use certified_contact::CertifiedSolution;
+use certified_contact::{CertifiedSolution, CoulombResult, Results, Row};
+use cre_estimator::Estimate;
+use fem_core::interface::ContactProblem;
+use nndd::Iterate;
 
 /// A solved case.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Solved {
-    /// The answer, with its certificate.
-    pub solution: CertifiedSolution,
+    /// The answer.
+    pub answer: Answer,
     /// How the run ended.
     pub status: Status,
     /// One row per mesh of an adaptive run.
@@ -38,9 +41,9 @@ pub struct SolvedStep {
 
 impl Solved {
     /// Takes the answer of one solve.
-    pub(crate) fn of(solution: CertifiedSolution, status: Status) -> Self {
+    pub(crate) fn of(answer: Answer, status: Status) -> Self {
         Self {
-            solution,
+            answer,
             status,
             adaptive: Vec::new(),
             peak_change: None,
@@ -49,5 +52,98 @@ impl Solved {
             steps: Vec::new(),
             longest_step: None,
         }
+    }
+}
+
+/// What was found: a solution with its certificate, or with Coulomb friction one without.
+#[derive(Clone, Debug)]
+pub enum Answer {
+    /// A solution with its certificate.
+    Certified(Box<CertifiedSolution>),
+    /// One solution with Coulomb friction, with a residual that bounds no error.
+    Coulomb(Box<CoulombResult>),
+}
+
+impl Answer {
+    /// Returns the solution with its certificate; `None` with Coulomb friction.
+    pub fn certified(&self) -> Option<&CertifiedSolution> {
+        match self {
+            Self::Certified(solution) => Some(solution),
+            Self::Coulomb(_) => None,
+        }
+    }
+
+    /// Returns the solution with Coulomb friction, if it is that.
+    pub fn coulomb(&self) -> Option<&CoulombResult> {
+        match self {
+            Self::Certified(_) => None,
+            Self::Coulomb(result) => Some(result),
+        }
+    }
+
+    /// Returns the integral of the pressure over all contact lines, N/m; `None` without results.
+    pub fn contact_force(&self) -> Option<f64> {
+        self.fields().results.map(|results| results.contact_force)
+    }
+
+    /// Returns the fields of the solution.
+    pub(crate) fn fields(&self) -> Fields<'_> {
+        match self {
+            Self::Certified(solution) => Fields::certified(solution),
+            Self::Coulomb(result) => Fields::coulomb(result),
+        }
+    }
+}
+
+/// What tables, figures and ParaView files show of a solution, whether it is certified or not.
+#[derive(Clone)]
+pub(crate) struct Fields<'a> {
+    pub(crate) problem: &'a ContactProblem,
+    pub(crate) last: &'a Iterate,
+    pub(crate) rows: Vec<Row>,
+    /// Its stresses and its density of the squared error, or of the squared residual.
+    pub(crate) estimate: Option<&'a Estimate>,
+    pub(crate) results: Option<&'a Results>,
+    pub(crate) unknowns: &'a [usize],
+    pub(crate) is_certified: bool,
+    /// With Coulomb friction the limit of friction of the residual, at the pairs of nodes of each pair, Pa.
+    pub(crate) frozen_limit: Option<Vec<&'a [f64]>>,
+}
+
+impl<'a> Fields<'a> {
+    pub(crate) fn certified(solution: &'a CertifiedSolution) -> Self {
+        Self {
+            problem: &solution.problem,
+            last: solution.last(),
+            rows: solution.rows.clone(),
+            estimate: solution.estimate.as_ref(),
+            results: solution.results.as_ref(),
+            unknowns: &solution.unknowns,
+            is_certified: solution.is_certified(),
+            frozen_limit: None,
+        }
+    }
+
+    pub(crate) fn coulomb(result: &'a CoulombResult) -> Self {
+        Self {
+            problem: &result.problem,
+            last: &result.last,
+            rows: vec![result.row()],
+            estimate: Some(result.estimate()),
+            results: Some(&result.results),
+            unknowns: &result.unknowns,
+            is_certified: false,
+            frozen_limit: Some(result.frozen_limit().collect()),
+        }
+    }
+
+    /// Names what the estimate is.
+    pub(crate) fn what(&self) -> &'static str {
+        if self.is_residual() { "the residual" } else { "the bound" }
+    }
+
+    /// Tells whether the estimate is the residual of Coulomb friction, which bounds no error.
+    pub(crate) fn is_residual(&self) -> bool {
+        self.frozen_limit.is_some()
     }
 }

@@ -8,7 +8,7 @@ use crate::outcome;
 use crate::paraview;
 use crate::report::{contact_rows, step_summary};
 use crate::resume::Place;
-use crate::solved::{Solved, SolvedStep};
+use crate::solved::{Answer, Solved, SolvedStep};
 use crate::stopwatch::{Activity, Stopwatch};
 use case_io::Case;
 use case_io::report::Status;
@@ -35,8 +35,19 @@ pub(crate) fn solve(
         let factor = |body: usize, place: ConditionPlace| {
             factors.of(case.bodies.get(body).and_then(|body| body.condition_name(place)))
         };
-        let solution = match load_steps.solve(factor, &convert::settings(case), &mut follower) {
-            Ok(solution) => solution,
+        let next = match case.coulomb_pair() {
+            Some(_) => {
+                let (settings, relaxation) = (convert::coulomb(case), convert::relaxation(case));
+                let found = load_steps.solve_coulomb(factor, &settings, relaxation, &mut follower);
+                found.map(|result| Answer::Coulomb(Box::new(result)))
+            }
+            None => {
+                let found = load_steps.solve(factor, &convert::settings(case), &mut follower);
+                found.map(|solution| Answer::Certified(Box::new(solution)))
+            }
+        };
+        let answer = match next {
+            Ok(answer) => answer,
             Err(error) => {
                 let failure = follower.failure(case, &error);
                 let Some(mut solved) = found else { return Err(failure) };
@@ -45,20 +56,25 @@ pub(crate) fn solve(
                 break;
             }
         };
-        let mut status = outcome::judge(case, &solution, follower.ended);
+        let mut status = match &answer {
+            Answer::Certified(solution) => outcome::judge(case, solution, follower.ended),
+            Answer::Coulomb(result) => outcome::judge_coulomb(case, result),
+        };
         status.reason = format!("{}: {}", of(k), status.reason);
-        follower.tell(Event::LoadStep { step: k, of: increments.len(), solution: &solution });
+        follower.tell(Event::LoadStep { step: k, of: increments.len(), answer: &answer });
         follower.switch(Activity::Write);
+        let fields = answer.fields();
         if case.output.vtu {
-            paraview::write_step(case, &solution, k, &mut place.directory)?;
+            paraview::write_step(case, &fields, k, &mut place.directory)?;
         }
         let rows = (0..case.contacts.len()).map(|pair| {
-            let mut rows = contact_rows(&solution, pair);
+            let mut rows = contact_rows(&fields, pair);
             rows.iter_mut().for_each(|row| row.step = Some(k));
             rows
         });
         let rows = rows.collect();
-        let mut solved = Solved::of(solution, status);
+        drop(fields);
+        let mut solved = Solved::of(answer, status);
         steps.push(SolvedStep { summary: step_summary(case, &solved, k, factors), rows });
         solved.longest_step = follower.longest;
         let ended = solved.status.code != 0;
@@ -68,11 +84,13 @@ pub(crate) fn solve(
         }
     }
     let mut solved = found.ok_or_else(|| Failure::defect("a case without load steps has none to solve"))?;
-    solved.notes.push(
-        "the certificate of a load step is that of its increment, from the computed slip before it: the error that the steps accumulate \
-         has no bound"
-            .into(),
-    );
+    if solved.answer.certified().is_some() {
+        solved.notes.push(
+            "the certificate of a load step is that of its increment, from the computed slip before it: the error that the steps \
+             accumulate has no bound"
+                .into(),
+        );
+    }
     solved.steps = steps;
     Ok(solved)
 }

@@ -225,6 +225,10 @@ fn fill_panel(
                 "a sweep compares runs on one mesh, and this case has [adapt]; leave that table out",
             ));
         };
+        case.refuse_coulomb(
+            "a sweep compares eta_nndd and e_cre, which do not exist with Coulomb friction",
+            "run the values one by one with `nndd solve --set`",
+        )?;
         if convert::is_exact(&case, &problem)
             && case.iteration_settings().iter().any(|key| sweep.key == format!("solver.{key}"))
         {
@@ -247,7 +251,7 @@ fn fill_panel(
         if host.interrupted().is_some() {
             break;
         }
-        let row = solved.solution.rows.last();
+        let row = solved.answer.certified().and_then(|solution| solution.rows.last());
         host.event(Event::Value { value, case: &case, solved: &solved })?;
         let iteration = row.map_or_else(IterationRow::default, report::iteration_row);
         panel.rows.push(SweepRow { value: value.clone(), status: solved.status.word, iteration });

@@ -1,7 +1,7 @@
 //! The sentence about a run, and the one about its certificate.
 
 use crate::words;
-use case_io::report::{Parts, Report, Status};
+use case_io::report::{Certificate, Coulomb, Parts, Report, Status};
 use std::fmt::Write as _;
 
 /// A part of the bound is shown if its share is at least this.
@@ -11,7 +11,11 @@ const NOTICEABLE: f64 = 0.1;
 pub fn verdict(report: &Report) -> String {
     let Status { word, reason, .. } = &report.status;
     let mut text = format!("\n{word}: {reason}\n");
-    let certificate = &report.certificate;
+    if let Some(coulomb) = &report.coulomb {
+        return text + &without_bound(coulomb);
+    }
+    let none = Certificate::default();
+    let certificate = report.certificate.as_ref().unwrap_or(&none);
     let parts = &certificate.parts;
     match (certificate.e_cre, parts.mesh, parts.iteration) {
         (Some(e_cre), Some(mesh), Some(iteration)) if certificate.valid => {
@@ -40,6 +44,33 @@ pub fn verdict(report: &Report) -> String {
             text.push('\n');
         }
         _ => text += "no certificate: the numbers are too large or too small for one\n",
+    }
+    text
+}
+
+/// Writes the lines of a solution with Coulomb friction, for which no bound exists.
+fn without_bound(coulomb: &Coulomb) -> String {
+    const NONE: &str = "no bound exists for Coulomb friction";
+    let Some(e_b) = coulomb.e_b else {
+        let mut text = format!("{NONE}; there is no residual either, since its checks fail:");
+        for (name, value) in coulomb.checks.named() {
+            let _ = write!(text, " {name} {:.1e}", value.unwrap_or(f64::NAN));
+        }
+        return text + "\n";
+    };
+    let shown = |absolute: f64, relative: Option<f64>| match relative {
+        Some(relative) => format!("{} %", words::rounded_up(100.0 * relative)),
+        None => words::rounded_up(absolute),
+    };
+    let size = shown(e_b, coulomb.relative);
+    let of = if coulomb.relative.is_some() { "of the energy norm" } else { "in the energy norm" };
+    let mut text = format!(
+        "{NONE}; residual e_b = {size} {of} (an indicator, zero only for an exact solution)\n\
+         bound if the friction limit were the given one of contact.csv: {size}\n"
+    );
+    if let Some(estimate) = coulomb.estimate {
+        let size = shown(estimate, coulomb.relative_estimate);
+        let _ = writeln!(text, "estimate, if the exact slip has the same sign: {size}");
     }
     text
 }

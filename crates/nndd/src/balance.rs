@@ -40,12 +40,13 @@ pub struct Support {
 /// Tells how an assembly is held, without solving anything.
 ///
 /// # Errors
-/// Numbers that are not finite.
+/// Numbers that are not finite; [`NnddError::OutsideCones`] if no forces within the cones of Coulomb friction balance the loads.
 pub fn support(problem: &ContactProblem) -> Result<Support, NnddError> {
     let motions = problem.rigid_motions();
     let balance = Balance::new(problem, &motions);
     let unheld = balance.unheld(problem, Rows::new(problem).limits())?;
-    let unheld = unheld.map(|(motion, _)| motion);
+    let unheld =
+        unheld.map(|(motion, cones)| if cones { Err(outside(&motion)) } else { Ok(motion) }).transpose()?;
     let free = balance.independent.kernel().iter().chain(balance.independent.weak()).map(|amounts| {
         let bodies = combined(problem, &motions, amounts);
         let most = bodies.iter().map(|of| largest(problem, of)).fold(0.0, f64::max);
@@ -107,8 +108,7 @@ impl Balance {
     pub(crate) fn check_held(&self, problem: &ContactProblem, limits: &[f64]) -> Result<(), NnddError> {
         match self.unheld(problem, limits)? {
             None => Ok(()),
-            // The motion of the cone is not the true one.
-            Some((UnheldMotion { load, .. }, true)) => Err(NnddError::OutsideCones { load }),
+            Some((motion, true)) => Err(outside(&motion)),
             Some((motion, false)) => Err(NnddError::NotHeld { motion }),
         }
     }
@@ -175,6 +175,11 @@ impl Balance {
         }
         Ok(Some((UnheldMotion { bodies: moved.map(unit).collect(), load: work / most }, cones)))
     }
+}
+
+/// Says that the loads are outside the cones of friction: the motion of the cone is not the true one.
+fn outside(motion: &UnheldMotion) -> NnddError {
+    NnddError::OutsideCones { load: motion.load }
 }
 
 /// Adds up the motions of each piece of each body.

@@ -169,6 +169,15 @@ impl Iterate {
         })
     }
 
+    /// Returns λ in the rows of all pairs, as [`crate::Start::lambda`] has it, m.
+    pub fn lambda_by_row(&self, problem: &ContactProblem) -> Vec<f64> {
+        let blocks = self.blocks(problem).zip(self.tangential_blocks(problem));
+        let of_pair = |(pairs, tangents): (Range<usize>, Range<usize>)| {
+            [&self.lambda[pairs], &self.tangential.lambda[tangents]].concat()
+        };
+        blocks.flat_map(of_pair).collect()
+    }
+
     /// Computes the contact force `Σ r²_i`, N/m.
     pub fn contact_force(&self) -> f64 {
         self.contact.normal_reaction.iter().sum()

@@ -303,6 +303,7 @@ impl Case {
             | InterfaceError::TooFar { .. } => ("gap".to_owned(), None),
             InterfaceError::NormalAway { .. } => ("normal".to_owned(), None),
             InterfaceError::BadFrictionLimit { .. } => ("friction.limit".to_owned(), None),
+            InterfaceError::BadFrictionCoefficient { .. } => ("friction.mu".to_owned(), None),
             _ => ("surfaces".to_owned(), None),
         };
         let (mut key, mut message) = (key, self.with_name(contact, error, side));

@@ -47,6 +47,11 @@ pub enum Friction {
         /// Largest traction along the contact line, Pa, ≥ 0.
         limit: Value,
     },
+    /// A limit in proportion to the pressure.
+    Coulomb {
+        /// The coefficient, ≥ 0.
+        mu: f64,
+    },
 }
 
 impl Friction {
@@ -54,6 +59,7 @@ impl Friction {
     pub fn law(&self) -> &'static str {
         match self {
             Self::Tresca { .. } => "tresca",
+            Self::Coulomb { .. } => "coulomb",
         }
     }
 
@@ -61,6 +67,7 @@ impl Friction {
     pub(super) fn of_core(&self) -> interface::Friction {
         match self {
             Self::Tresca { limit } => interface::Friction::tresca(limit.scalar()),
+            Self::Coulomb { mu } => interface::Friction::Coulomb { mu: *mu },
         }
     }
 }

@@ -1,8 +1,8 @@
 //! From the document to a [`Case`]: every section with its defaults and checks, except the bodies'.
 
 use super::{
-    Acceleration, Case, Contact, Criterion, Estimator, Imposed, Limit, Limits, Method, Model, Output, Path,
-    QpChoice, RelaxUntil, SCHEMA, Solver, Theta, Weights,
+    Acceleration, Case, Contact, Criterion, Estimator, Friction, Imposed, Limit, Limits, Method, Model,
+    Output, Path, QpChoice, RelaxUntil, SCHEMA, Solver, Theta, Weights,
 };
 use super::{materials, read_adapt, read_body, read_contact, regions, steps, units};
 use crate::case_file::{self, Document, Findings, NodeValue, Reader};
@@ -34,8 +34,8 @@ pub(super) fn case(document: &Document, file_name: &str) -> Result<Case, CaseErr
     let contacts = read_contact::contacts(&mut root, &mut bodies);
     let solver = solver(root.table("solver"));
     let estimator = estimator(root.table("estimator"));
-    let adapt = read_adapt::adapt(&mut root);
-    refuse_with_friction(&root, &contacts, &solver, adapt.is_some());
+    let adapt = read_adapt::adapt(&mut root, &contacts);
+    refuse_with_friction(&root, &contacts, &solver);
     let steps = steps::steps(&mut root, &bodies, adapt.is_some());
     let output = output(root.table("output"));
     let limits = root.table("limits").map(limits).unwrap_or_default();
@@ -92,18 +92,27 @@ fn schema(root: &mut Reader<'_>) -> Result<(), CaseError> {
 }
 
 /// Refuses what friction is not supported with.
-fn refuse_with_friction(root: &Reader<'_>, contacts: &[Contact], solver: &Solver, adaptive: bool) {
-    let Some(pair) = contacts.iter().find(|contact| contact.friction.is_some()) else { return };
-    let fix = format!("take it out, or `{}.friction`", pair.path);
-    let refuse = |key: &str, what: &str, expected: &str| {
-        let message = format!("{what}, and the pair {} has friction", excerpt(&pair.name));
-        root.refuse(key, message, expected, &fix);
+fn refuse_with_friction(root: &Reader<'_>, contacts: &[Contact], solver: &Solver) {
+    let refuse = |key: &str, what: &str, (law, pair): (&str, &Contact), expected: &str| {
+        let message = format!("{what}, and the pair {} has {law}", excerpt(&pair.name));
+        let place = root.findings().place(key);
+        let diagnostic = Diagnostic::new(code::VALUE, place, message).expected(expected);
+        root.findings().push(diagnostic.fix(format!("take it out, or `{}.friction`", pair.path)));
     };
-    if adaptive {
-        refuse("adapt", "adaptive runs do not support friction yet", "no `[adapt]`: a given mesh");
+    let literal = solver.path == Path::Literal;
+    if let Some(pair) = contacts.iter().find(|contact| contact.friction.is_some() && literal) {
+        let what = "`solver.path` = \"literal\" does not support friction";
+        refuse("solver.path", what, ("friction", pair), "`path = \"condensed\"`");
     }
-    if solver.path == Path::Literal {
-        refuse("solver", "`solver.path` = \"literal\" does not support friction", "`path = \"condensed\"`");
+    let coulomb = contacts.iter().find(|contact| matches!(contact.friction, Some(Friction::Coulomb { .. })));
+    let Some(pair) = coulomb.filter(|_| !literal) else { return };
+    if solver.method == Method::Nndd {
+        let what = "`solver.method` = \"nndd\" does not support Coulomb friction";
+        refuse("solver.method", what, ("it", pair), "`method = \"auto\"`");
+    }
+    if let Theta::Value(_) = solver.theta {
+        let what = "`solver.theta` belongs to the iteration, which does not support Coulomb friction";
+        refuse("solver.theta", what, ("it", pair), "no `theta`, or `theta = \"auto\"`");
     }
 }
 
@@ -133,9 +142,18 @@ fn model(reader: Option<Reader<'_>>) -> Model {
 
 /// Iterations at most, by default.
 const MAX_ITERATIONS: usize = 50;
+/// Change of the limit of friction at the end, by default, and steps at most.
+const FRICTION_TOLERANCE: f64 = 1e-6;
+const FRICTION_STEPS: usize = 50;
 
 fn solver(reader: Option<Reader<'_>>) -> Solver {
-    let mut solver = Solver { coarse: true, max_iterations: MAX_ITERATIONS, ..Solver::default() };
+    let mut solver = Solver {
+        coarse: true,
+        max_iterations: MAX_ITERATIONS,
+        friction_tolerance: FRICTION_TOLERANCE,
+        friction_steps: FRICTION_STEPS,
+        ..Solver::default()
+    };
     let Some(mut r) = reader else { return solver };
     solver.method = r.choice("method", Method::NAMES).unwrap_or_default();
     solver.imposed = r.choice("imposed", Imposed::NAMES).unwrap_or_default();
@@ -147,6 +165,9 @@ fn solver(reader: Option<Reader<'_>>) -> Solver {
     solver.lambda = r.value("lambda").unwrap_or_default();
     solver.coarse = r.boolean("coarse").unwrap_or(true);
     solver.max_iterations = r.count("max_iterations", 0).unwrap_or(solver.max_iterations);
+    let tolerance = r.number_where("friction_tolerance", positive, "a number > 0");
+    solver.friction_tolerance = tolerance.unwrap_or(solver.friction_tolerance);
+    solver.friction_steps = r.count("friction_steps", 1).unwrap_or(solver.friction_steps);
     if let Some(mut r) = r.table("stop") {
         let stop = &mut solver.stop;
         stop.criterion = r.choice("criterion", Criterion::NAMES).unwrap_or_default();

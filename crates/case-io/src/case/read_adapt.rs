@@ -1,7 +1,8 @@
 //! `[adapt]`, and how far the estimator relaxes: from the document to values, with defaults and checks.
 
-use super::{Adapt, RelaxUntil};
+use super::{Adapt, Contact, Friction, RelaxUntil, Target};
 use crate::case_file::Reader;
+use crate::diagnostic::excerpt;
 
 const FRACTION: &str = "a number > 0 and < 1";
 
@@ -10,11 +11,39 @@ fn proper(value: f64) -> bool {
 }
 
 /// Reads `[adapt]`, if it is there.
-pub(super) fn adapt(root: &mut Reader<'_>) -> Option<Adapt> {
+///
+/// * `contacts`: the pairs, which say what there is to reach: with Coulomb friction there is no certificate.
+pub(super) fn adapt(root: &mut Reader<'_>, contacts: &[Contact]) -> Option<Adapt> {
     let mut r = root.table("adapt")?;
-    r.require(&["target_relative_error"]);
+    let coulomb = contacts.iter().find(|contact| matches!(contact.friction, Some(Friction::Coulomb { .. })));
+    let [error, residual] = ["target_relative_error", "target_coulomb_residual"];
+    match coulomb {
+        Some(pair) if r.has(error) => {
+            let message = format!(
+                "no certificate exists with Coulomb friction, which the pair {} has, so that `adapt.{error}` cannot be reached",
+                excerpt(&pair.name)
+            );
+            r.refuse(error, message, "`target_coulomb_residual`", "use target_coulomb_residual");
+        }
+        Some(_) => r.require(&[residual]),
+        None if r.has(residual) => {
+            let message = format!("`adapt.{residual}` is for Coulomb friction, and no pair has it");
+            r.refuse(
+                residual,
+                message,
+                "`target_relative_error`",
+                "use target_relative_error, which is certified",
+            );
+        }
+        None => r.require(&[error]),
+    }
+    let [error, residual] =
+        [r.number_where(error, proper, FRACTION), r.number_where(residual, proper, FRACTION)];
     let adapt = Adapt {
-        target_relative_error: r.number_where("target_relative_error", proper, FRACTION).unwrap_or_default(),
+        target: match coulomb {
+            None => Target::RelativeError(error.unwrap_or_default()),
+            Some(_) => Target::CoulombResidual(residual.unwrap_or_default()),
+        },
         max_steps: r.count("max_steps", 1).unwrap_or(30),
         max_nodes: r.count("max_nodes", 1).unwrap_or(2_000_000),
         fraction: r.number_where("fraction", |f| f > 0.0 && f <= 1.0, "a number > 0 and <= 1").unwrap_or(0.5),

@@ -162,11 +162,10 @@ fn friction(mut r: Reader<'_>) -> Option<Friction> {
             limit.map(|limit| Friction::Tresca { limit })
         }
         Some(Law::Coulomb) => {
-            let message = "Coulomb friction has no certificate, and case files do not support it yet";
-            let fix = "write `{ law = \"tresca\", limit = 4.0 }`, a limit in Pa; certified_contact::solve_coulomb solves it from Rust";
-            r.refuse("law", message, "`law = \"tresca\"`", fix);
-            r.number("mu");
-            None
+            r.require(&["mu"]);
+            let mu = r.number_where("mu", |mu| mu >= 0.0, "a number >= 0");
+            // Without it the case is refused, and the law still counts.
+            Some(Friction::Coulomb { mu: mu.unwrap_or_default() })
         }
         None => None,
     };

@@ -56,6 +56,8 @@ fn every_key_has_its_own_default() {
         coarse: true,
         lambda: Value::Number(0.0),
         max_iterations: 50,
+        friction_tolerance: 1e-6,
+        friction_steps: 50,
         stop: Stop {
             criterion: Criterion::Estimator,
             ratio: 0.01,
@@ -130,6 +132,8 @@ fn the_example_of_the_contract_is_read() {
         coarse: true,
         lambda: Value::Number(0.0),
         max_iterations: 50,
+        friction_tolerance: 1e-6,
+        friction_steps: 50,
         stop: Stop { criterion: Criterion::Estimator, ratio: 0.1, force_balance: None, tolerance: 1e-8 },
     };
     assert_eq!(case.solver, solver);

@@ -34,7 +34,9 @@ pub(crate) fn sample(hash: &str) -> Report {
             ..ContactSummary::default()
         }],
         iterations: vec![row],
-        certificate: Certificate { valid: true, e_cre: Some(0.1), ..Certificate::default() },
+        problem: "frictionless".into(),
+        certificate: Some(Certificate { valid: true, e_cre: Some(0.1), ..Certificate::default() }),
+        coulomb: None,
         results: Results {
             contact_intervals: Some(vec![[0.0, 1.6666666666666667]]),
             reactions: Some(vec![Reaction { body: "upper".into(), on: "left".into(), fx: 1.0, fy: -0.5 }]),
@@ -63,7 +65,7 @@ fn keys_and_their_order_are_the_contract() {
     let keys = |v: &Value| v.as_object().unwrap().keys().cloned().collect::<Vec<_>>().join(" ");
     assert_eq!(
         keys(&value),
-        "schema status case bodies contact iterations certificate results adaptive notes timings run"
+        "schema status case bodies contact iterations problem certificate results adaptive notes timings run"
     );
     assert_eq!(keys(&value["status"]), "word code reason");
     assert_eq!(keys(&value["bodies"][0]), "name nodes triangles unknowns floating free_motions");
@@ -103,6 +105,18 @@ fn keys_and_their_order_are_the_contract() {
 }
 
 #[test]
+fn with_coulomb_friction_there_is_no_certificate() {
+    let mut report = sample("abc");
+    (report.certificate, report.coulomb) = (None, Some(Coulomb::default()));
+    let text = report.to_json().unwrap();
+    assert_eq!(Report::from_json(&text).unwrap(), report);
+    let value: Value = serde_json::from_str(&text).unwrap();
+    assert!(value["certificate"].is_null() && report.valid_certificate().is_none());
+    let keys: Vec<&String> = value["coulomb"].as_object().unwrap().keys().collect();
+    assert_eq!(keys[..5], ["e_b", "relative", "kappa", "one_sign", "estimate"]);
+}
+
+#[test]
 fn lists_are_null_where_nothing_is_known_and_empty_where_there_is_none() {
     let unknown = serde_json::to_value(Results::default()).unwrap();
     assert!(unknown.as_object().unwrap().values().all(serde_json::Value::is_null), "{unknown}");
@@ -120,7 +134,7 @@ fn numbers_that_are_not_finite_are_named_and_refused() {
             other => panic!("{other:?}"),
         }
     };
-    assert_eq!(field(&|r| r.certificate.e_cre = Some(f64::NAN)), "certificate.e_cre");
+    assert_eq!(field(&|r| r.certificate.as_mut().unwrap().e_cre = Some(f64::NAN)), "certificate.e_cre");
     assert_eq!(field(&|r| r.iterations[0].theta = Some(f64::INFINITY)), "iterations.0.theta");
     assert_eq!(
         field(&|r| r.results.contact_intervals = Some(vec![[0.0, 1.0], [0.0, f64::NEG_INFINITY]])),

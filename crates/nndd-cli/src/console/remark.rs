@@ -17,7 +17,7 @@ pub(crate) fn remark(case: &Case, report: &Report) -> Option<String> {
     let norm = report.results.energy_norm_squared.as_ref()?.iter().sum::<f64>().sqrt();
     let stop = &case.solver.stop;
     let last = report.iterations.last()?;
-    let comparable = report.status.code == 0 && report.certificate.valid && norm > 0.0;
+    let comparable = report.status.code == 0 && report.valid_certificate().is_some() && norm > 0.0;
     let level = (stop.criterion == Criterion::Estimator).then_some(stop.ratio);
     let level = level.zip(last.eta_dis).map(|(ratio, eta_dis)| ratio * eta_dis / norm);
     comparable.then(|| compare(&report.iterations, norm, level)).flatten()

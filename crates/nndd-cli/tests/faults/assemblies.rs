@@ -30,8 +30,20 @@ const PAIRS: &[Fault] = &[
     (
         "press",
         TOP,
-        "surfaces = [\"top\"]\nfriction = { law = \"coulomb\", mu = 0.3 }\n",
-        &["Coulomb friction has no certificate", "law = \"tresca\"", "solve_coulomb"],
+        "surfaces = [\"top\"]\nfriction = { law = \"coulomb\" }\n",
+        &["`contact.1.friction.mu` is missing", "mu = 0.3"],
+    ),
+    (
+        "press",
+        TOP,
+        "surfaces = [\"top\"]\nfriction = { law = \"coulomb\", mu = -0.3 }\n",
+        &["`contact.1.friction.mu` is -0.3", "a number >= 0"],
+    ),
+    (
+        "press",
+        TOP,
+        "surfaces = [\"top\"]\nfriction = { law = \"coulomb\", mu = nan }\n",
+        &["`contact.1.friction.mu` is "],
     ),
     (
         "press",

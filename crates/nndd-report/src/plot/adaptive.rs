@@ -7,15 +7,25 @@ use super::look::{Look, Marker};
 use super::sheet::PIXEL;
 
 const ERROR: Look = Look::new("certified relative error", INK, THICK, Marker::Disc);
+const RESIDUAL: Look = Look::new("relative residual, no bound", INK, THICK, Marker::Disc);
 const RATE: Look = Look::new("N^(-1/2)", GREY, THIN, Marker::None).dashed("36 24");
 const TARGET: Look = Look::new("target", VERMILLION, THIN, Marker::None).dashed("12 16");
 const HEIGHT: f64 = 280.0 * PIXEL;
+
+/// What an adaptive run measures.
+#[derive(Clone, Copy)]
+pub(crate) enum Measure {
+    /// A certified relative error.
+    CertifiedError,
+    /// With Coulomb friction a relative residual.
+    Residual,
+}
 
 /// Draws the steps (nodes, relative error) on logarithmic scales, a line of the slope −½ through the last one, and the
 /// target.
 ///
 /// Steps without a relative error, or with one that cannot be drawn on a logarithmic axis, are left out.
-pub(crate) fn adaptive(title: &str, steps: &[(usize, Option<f64>)], target: f64) -> String {
+pub(crate) fn adaptive(measure: Measure, steps: &[(usize, Option<f64>)], target: f64) -> String {
     let points = steps.iter().filter_map(|(n, e)| Some([*n as f64, (*e)?]));
     let points: Vec<[f64; 2]> = points.filter(|p| p.iter().all(|v| drawable_log(*v))).collect();
     let ends = points.first().zip(points.last()).map(|(a, b)| [*a, *b]);
@@ -25,10 +35,16 @@ pub(crate) fn adaptive(title: &str, steps: &[(usize, Option<f64>)], target: f64)
         look,
         points: points.iter().map(|p| Some((*p).into())).collect(),
     };
+    let (look, title, label) = match measure {
+        Measure::CertifiedError => {
+            (ERROR, "Certified error against the nodes", "bound of the error / energy norm")
+        }
+        Measure::Residual => (RESIDUAL, "Residual against the nodes", "residual / energy norm"),
+    };
     let all = [
         line(TARGET, wanted.as_ref().map_or(&[], |e| &e[..])),
         line(RATE, rate.as_ref().map_or(&[], |e| &e[..])),
-        line(ERROR, &points),
+        line(look, &points),
     ];
     let [x_axis, y_axis] = lines::extents(all.iter()).map(lines::log_axis);
     let description = match ends {
@@ -39,7 +55,7 @@ pub(crate) fn adaptive(title: &str, steps: &[(usize, Option<f64>)], target: f64)
             format!("Logarithmic scales. {a}, {b}.{target}")
         }
     };
-    let labels = ["nodes of both bodies", "bound of the error / energy norm"];
+    let labels = ["nodes of both bodies", label];
     let panel = LinePanel::new(labels, [&x_axis, &y_axis], &all);
     lines::figure(title, &description, HEIGHT, &[panel])
 }

@@ -322,7 +322,8 @@ fn refused_too(rest: &str, expected: &str) {
 #[test]
 fn adaptive_runs_have_their_defaults() {
     let case = Case::parse(&minimal("[adapt]\ntarget_relative_error = 0.02\n"), "c", &[]).unwrap();
-    let expected = Adapt { target_relative_error: 0.02, max_steps: 30, max_nodes: 2_000_000, fraction: 0.5 };
+    let target = Target::RelativeError(0.02);
+    let expected = Adapt { target, max_steps: 30, max_nodes: 2_000_000, fraction: 0.5 };
     assert_eq!(case.adapt, Some(expected));
 }
 

@@ -80,4 +80,10 @@ fn friction_has_a_panel_with_its_limit() {
     assert_whole(&svg);
     assert!(svg.contains("its limit") && svg.contains("friction (stress units)"), "{svg}");
     assert!(!drawn(&[row(0, None), row(1, None)]).contains("friction"));
+    // What sticks and what slips have two shades; without friction there is one.
+    let slips = rubs(4.0).map(|of| FrictionRow { slip: 0.1, state: "slip".into(), ..of });
+    let svg = drawn(&[row(0, rubs(1.0)), row(1, rubs(2.0)), row(2, slips.clone()), row(3, slips)]);
+    assert!(svg.contains("It sticks: 0 to 1.5. It slips: 1.5 to 3."), "{svg}");
+    assert!(svg.contains(">sticks<") && svg.contains(">slips<") && !svg.contains(">contact zone<"), "{svg}");
+    assert!(drawn(&[row(0, None), row(1, None)]).contains(">contact zone<"));
 }
