@@ -4,9 +4,8 @@ use case_io::Case;
 use certified_contact::{CertifiedSolution, Settings, Silent, solve};
 use fem_core::geometry::Vector;
 use fem_core::interface::ContactProblem;
-use fem_core::mesh::refine::RefinementEdges;
-use fem_core::norm::energy_norm_squared;
 use nndd::NewtonSettings;
+use tests::finer::{Outcome, outcome};
 
 fn problem(text: &str, set: &[(&str, String)]) -> ContactProblem {
     let set: Vec<_> = set.iter().map(|(key, value)| ((*key).to_owned(), value.clone())).collect();
@@ -111,35 +110,13 @@ fn nested_rings_under_pressure_outside_have_the_same_stress_on_every_radius() {
     assert!((mean / exact - 1.0).abs() < 0.02, "{mean} {exact}");
 }
 
-/// Refines all cells, and takes displacements of the nodes with them.
-fn finer(problem: &ContactProblem, u: &[Vec<Vector>]) -> (ContactProblem, Vec<Vec<Vector>>) {
-    let edges: Vec<RefinementEdges> =
-        problem.bodies.iter().map(|body| RefinementEdges::longest(body.mesh())).collect();
-    let marked: Vec<Vec<bool>> =
-        problem.bodies.iter().map(|body| vec![true; body.mesh().topology().edges().len()]).collect();
-    let found = problem.refined(&edges, &marked).unwrap();
-    let u = found.refinements.iter().zip(u).map(|(refinement, u)| refinement.prolong(u)).collect();
-    (found.problem, u)
-}
-
 /// Returns the bound on a mesh, and the distance of its displacements from those on a mesh with four times as many cells
 /// in each direction.
 fn bound_and_error(coarse: ContactProblem) -> [f64; 2] {
-    let solution = solved(coarse.clone());
-    let estimate = solution.estimate.as_ref().unwrap();
-    assert!(solution.is_certified(), "{:?}", estimate.admissibility);
-    let mut u: Vec<Vec<Vector>> = estimate.pair.bodies.iter().map(|body| body.displacement.clone()).collect();
-    let mut problem = coarse;
-    for _ in 0..2 {
-        (problem, u) = finer(&problem, &u);
+    match outcome(coarse, 2).unwrap() {
+        Outcome::Certified { bound, error } => [bound, error],
+        other => panic!("{other:?}"),
     }
-    let fine = solved(problem);
-    let fields = &fine.estimate.as_ref().unwrap().pair.bodies;
-    let squared = fine.problem.bodies.iter().zip(fields).zip(&u).map(|((body, fields), u)| {
-        let difference: Vec<Vector> = fields.displacement.iter().zip(u).map(|(a, b)| a - b).collect();
-        energy_norm_squared(body, &difference)
-    });
-    [estimate.unchecked().e_cre, squared.sum::<f64>().sqrt()]
 }
 
 /// A ring whose bore stays rigid, pushed into a groove of two planes.
