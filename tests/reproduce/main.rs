@@ -8,6 +8,7 @@ mod adversarial;
 mod effectivity;
 mod exact;
 mod figure;
+mod friction;
 mod iterations;
 mod page;
 mod relaxation;
@@ -20,7 +21,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let quick = arguments.iter().any(|a| a == "--quick");
     let [study, folder, ..] = arguments.as_slice() else {
         return Err(
-            "expected: reproduce iterations|effectivity|adaptivity|adversarial FOLDER [--quick]".into()
+            "expected: reproduce iterations|effectivity|adaptivity|adversarial|friction FOLDER [--quick]"
+                .into(),
         );
     };
     let folder = PathBuf::from(folder);
@@ -29,9 +31,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "effectivity" => effectivity::page(&folder, quick),
         "adaptivity" => adaptivity::page(&folder, quick),
         "adversarial" => adversarial::page(&folder, quick),
-        other => {
-            Err(format!("no study is named {other:?}: iterations, effectivity, adaptivity or adversarial")
-                .into())
-        }
+        "friction" => friction::page(&folder, quick),
+        other => Err(format!(
+            "no study is named {other:?}: iterations, effectivity, adaptivity, adversarial or friction"
+        )
+        .into()),
     }
 }

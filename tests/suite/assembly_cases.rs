@@ -4,9 +4,8 @@ use case_io::Case;
 use certified_contact::{CertifiedSolution, Settings, Silent, solve};
 use fem_core::geometry::Vector;
 use fem_core::interface::ContactProblem;
-use fem_core::norm::energy_norm_squared;
 use nndd::NewtonSettings;
-use tests::finer::finer;
+use tests::distance::{Outcome, outcome};
 
 fn problem(text: &str, set: &[(&str, String)]) -> ContactProblem {
     let set: Vec<_> = set.iter().map(|(key, value)| ((*key).to_owned(), value.clone())).collect();
@@ -114,18 +113,10 @@ fn nested_rings_under_pressure_outside_have_the_same_stress_on_every_radius() {
 /// Returns the bound on a mesh, and the distance of its displacements from those on a mesh with four times as many cells
 /// in each direction.
 fn bound_and_error(coarse: ContactProblem) -> [f64; 2] {
-    let solution = solved(coarse.clone());
-    let estimate = solution.estimate.as_ref().unwrap();
-    assert!(solution.is_certified(), "{:?}", estimate.admissibility);
-    let u: Vec<Vec<Vector>> = estimate.pair.bodies.iter().map(|body| body.displacement.clone()).collect();
-    let (problem, u) = finer(coarse, u, 2).unwrap();
-    let fine = solved(problem);
-    let fields = &fine.estimate.as_ref().unwrap().pair.bodies;
-    let squared = fine.problem.bodies.iter().zip(fields).zip(&u).map(|((body, fields), u)| {
-        let difference: Vec<Vector> = fields.displacement.iter().zip(u).map(|(a, b)| a - b).collect();
-        energy_norm_squared(body, &difference)
-    });
-    [estimate.unchecked().e_cre, squared.sum::<f64>().sqrt()]
+    match outcome(coarse, 2).unwrap() {
+        Outcome::Certified { bound, error } => [bound, error],
+        other => panic!("{other:?}"),
+    }
 }
 
 /// A ring whose bore stays rigid, pushed into a groove of two planes.

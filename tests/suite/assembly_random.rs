@@ -12,8 +12,10 @@ use fem_core::mesh::generate::block;
 use fem_core::mesh::id::NodeId;
 use fem_core::norm::energy_norm_squared;
 use nndd::{NnddError, solve_exactly, support};
-use tests::prepare;
+use tests::distance::{Outcome, outcome};
 use tests::random::Random;
+use tests::rollers::Roller;
+use tests::{prepare, random_assemblies};
 
 /// What acts on the top block of a pile.
 #[derive(Clone, Copy)]
@@ -282,4 +284,57 @@ fn five_hundred_exact_solutions_agree_with_an_interior_point_method() {
     }
     println!("{without} of 500 without Clarabel");
     assert!(without >= 480, "{without}");
+}
+
+/// Tells whether a random problem is certified, or its data give the reason why not.
+fn has_a_reason(found: &Outcome) -> bool {
+    match found {
+        Outcome::Certified { .. } => true,
+        // Rigid rotations that are not small.
+        Outcome::NotValid { checks } => checks.iter().all(|(check, _)| *check == "rotation"),
+        Outcome::Refused(said) => said.contains("is not held") || said.contains("too close to stay separate"),
+    }
+}
+
+#[test]
+fn no_bound_of_a_random_assembly_is_below_the_distance_to_a_finer_mesh() {
+    let mut certified = 0;
+    for number in 0..150 {
+        let kind = random_assemblies::case(number).0;
+        let found = random_assemblies::trial(number, 1).unwrap();
+        println!("{number}, {kind}: {found:?}");
+        assert!(has_a_reason(&found) || number == 100, "{number}, {kind}: {found:?}");
+        if let Outcome::Certified { bound, error } = found {
+            certified += 1;
+            assert!(bound >= error, "{number}, {kind}: {bound} {error}");
+        }
+    }
+    println!("{certified} of 150 certified");
+    assert!(certified >= 125, "{certified}");
+}
+
+#[test]
+fn random_coarse_rollers_are_certified_or_refused_for_a_reason() {
+    let mut counts = [0; 3];
+    // In the last ones a few nodes carry the roller: the forces are nearly a vertex of what is in balance.
+    for number in (0..60).chain([247, 442, 551, 902, 915, 1035, 1181, 2317, 2497, 2995]) {
+        let roller = Roller::new(number, number % 2 == 1).unwrap();
+        let found = match roller.problem() {
+            Ok(problem) => outcome(problem, 2).unwrap(),
+            Err(error) => Outcome::Refused(error.to_string()),
+        };
+        let edges = roller.edges;
+        println!("{number}: {edges} edges, vertical normals {}: {found:?}", roller.vertical);
+        assert!(has_a_reason(&found), "{number}: {found:?}");
+        match found {
+            Outcome::Certified { bound, error } => {
+                counts[0] += 1;
+                assert!(bound >= error, "{number}: {bound} {error}");
+            }
+            Outcome::NotValid { .. } => counts[1] += 1,
+            Outcome::Refused(_) => counts[2] += 1,
+        }
+    }
+    println!("{counts:?}: certified, not valid, refused");
+    assert!(counts[0] >= 64, "{counts:?}");
 }

@@ -2,15 +2,18 @@
 
 use contact_qp::QpSettings;
 use cre_estimator::{Estimate, Relaxation, estimate_with};
-use fem_core::boundary::ScalarData;
+use fem_core::body::Body;
+use fem_core::boundary::{BoundaryConditions, ScalarData};
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactProblem, Friction, Roles};
-use fem_core::norm::energy_distance_squared;
+use fem_core::material::{Hypothesis, LinearElastic, Materials};
+use fem_core::mesh::generate::block;
 use nndd::{CoulombSettings, ExactSolution, solve_coulomb, solve_exactly};
-use tests::finer::finer;
+use tests::distance::{Outcome, distance, outcome};
 use tests::friction::{blocks, patch, pushed_middle, pushed_over_plane, rings};
 use tests::prepare;
 use tests::random::Random;
+use tests::tresca;
 
 const BEST: Relaxation = Relaxation::Tolerance { tolerance: 1e-12, max_steps: 400 };
 
@@ -116,12 +119,8 @@ fn the_residual_of_a_block_pushed_over_a_plane() {
 /// Returns the bound and the distance to a mesh with four times as many cells in each direction.
 fn bound_and_error(problem: &ContactProblem, relaxation: Relaxation) -> [f64; 2] {
     let (exact, estimate) = estimated(problem, relaxation);
-    let u = exact.displacement[..problem.bodies.len()].to_vec();
-    let (fine, u) = finer(problem.clone(), u, 2).unwrap();
-    let (exact, _) = estimated(&fine, Relaxation::NONE);
-    let squared = fine.bodies.iter().zip(&u).zip(&exact.displacement);
-    let squared: f64 = squared.map(|((body, u), v)| energy_distance_squared(body, u, v)).sum();
-    [estimate.unchecked().e_cre, squared.sqrt()]
+    let u = &exact.displacement[..problem.bodies.len()];
+    [estimate.unchecked().e_cre, distance(problem, u, 2).unwrap()]
 }
 
 #[test]
@@ -166,4 +165,67 @@ fn the_bound_holds_on_bent_lines() {
     let (_, estimate) =
         estimated(&rings(0.01, [14, 4], Friction::Coulomb { mu: 0.3 }).unwrap(), Relaxation::Steps(2));
     assert!(estimate.certificate().is_none() && estimate.for_frozen_limit().is_some());
+}
+
+/// Random problems that every run of the tests solves; `cargo xtask reproduce friction` solves 560.
+const SHARE: u64 = 42;
+
+#[test]
+fn the_bound_is_above_the_error_on_a_share_of_the_random_problems() {
+    let mut certified = 0;
+    for number in 0..SHARE {
+        let (kind, text) = tresca::case(number);
+        let found = tresca::trial(number, 1).unwrap();
+        println!("{number}, {kind}: {found:?}");
+        match found {
+            Outcome::Certified { bound, error } => {
+                certified += 1;
+                assert!(bound >= error, "{number}, {kind}: {bound} {error}\n{text}");
+            }
+            Outcome::NotValid { .. } | Outcome::Refused(_) => {}
+        }
+    }
+    assert!(10 * certified >= 9 * SHARE, "{certified} of {SHARE}");
+}
+
+#[test]
+fn the_bound_of_the_default_settings_is_within_a_fifth_of_the_error() {
+    for s in [1.0, 4.0, 8.0] {
+        let problem = blocks([18, 9], Friction::tresca(s)).unwrap();
+        let Outcome::Certified { bound, error } = outcome(problem, 3).unwrap() else { panic!("s = {s}") };
+        println!("s = {s}: bound {bound:.6}, error {error:.6}, effectivity {:.4}", bound / error);
+        assert!(bound >= error && bound <= 1.2 * error, "s = {s}: {bound} {error}");
+    }
+}
+
+#[test]
+fn closed_contact_that_sticks_is_a_bond() {
+    let of = |young: f64| LinearElastic::isotropic(young, 0.3, Hypothesis::PlaneStrain).unwrap();
+    // The same cells as those of the two blocks on each other.
+    let mesh = block([0.0, 0.0], [2.0, 2.0], [12, 12]).unwrap();
+    let above = |t: usize| mesh.corners(t).iter().map(|x| x[1]).sum::<f64>() > 3.0;
+    let of_triangle = (0..mesh.triangles().len()).map(|t| u32::from(above(t))).collect();
+    let materials = Materials::by_triangle(vec![of(1000.0), of(2000.0)], of_triangle);
+    let moved = || Some(ScalarData::from(0.004));
+    let down = || Some(ScalarData::function(|x: Vector| -0.02 - 0.002 * x[0]));
+    let top = BoundaryConditions::new().displace("top", moved(), down());
+    let bonded = Body::new(mesh, materials, &top.clone().fix("bottom")).unwrap();
+    let whole = tests::run::solve_alone(&bonded);
+    let problem =
+        tests::friction::two_blocks([12, 6], &top, &BoundaryConditions::new().fix("bottom")).unwrap();
+    for s in [1e3, 1e6, 1e12] {
+        let problem = problem.clone().with_friction(0, Friction::tresca(s)).unwrap();
+        let (exact, estimate) = estimated(&problem, Relaxation::Steps(2));
+        assert!(exact.contact_force[0].iter().all(|p| *p > 0.0), "the contact is closed");
+        assert!(estimate.certificate().is_some());
+        let mut apart = 0.0f64;
+        for (body, u) in problem.bodies.iter().zip(&exact.displacement) {
+            for (x, u) in body.mesh().points().iter().zip(u) {
+                let node = bonded.mesh().points().iter().position(|y| (x - y).norm() < 1e-12).unwrap();
+                apart = apart.max((u - whole[node]).norm());
+            }
+        }
+        println!("s = {s:e}: {apart:e} apart");
+        assert!(apart <= 1e-9 * 0.024, "s = {s}: {apart:e}");
+    }
 }

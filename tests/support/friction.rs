@@ -26,7 +26,11 @@ fn material(young: f64, poisson: f64) -> Made<LinearElastic> {
     Ok(LinearElastic::isotropic(young, poisson, Hypothesis::PlaneStrain)?)
 }
 
-fn two_blocks(
+/// Two blocks of 2 × 1 on each other, moduli 2000 above and 1000 below, with the same cells.
+///
+/// # Errors
+/// Conditions that do not fit.
+pub fn two_blocks(
     cells: [usize; 2],
     top: &BoundaryConditions,
     bottom: &BoundaryConditions,

@@ -7,7 +7,7 @@ use std::process::Command;
 /// What `reproduce` can be asked.
 #[derive(Args)]
 pub(crate) struct Arguments {
-    /// Only this study: iterations, effectivity, adaptivity or adversarial
+    /// Only this study: iterations, effectivity, adaptivity, adversarial or friction
     study: Option<String>,
     /// Fewer and smaller meshes
     #[arg(long)]
@@ -21,7 +21,7 @@ struct Page {
     text: &'static str,
 }
 
-const PAGES: [Page; 4] = [
+const PAGES: [Page; 5] = [
     Page {
         study: "iterations",
         title: "Iterations to reduce eta_nndd by 1e-10",
@@ -70,6 +70,18 @@ const PAGES: [Page; 4] = [
                - The last table is of problems on which a stress is hard to make sharp (`tests/support/sharp.rs`), against the potential \
                energy by quadratic triangles on the same mesh and three finer ones, extrapolated (`tests/support/quadratic.rs`).\n\n\
                Every problem: `adversarial.csv` and `exact.csv`. The study fails if anything is violated.",
+    },
+    Page {
+        study: "friction",
+        title: "The bound with friction of Tresca",
+        text: "Random problems (`tests/support/tresca.rs`): limits from zero to stick, moduli up to 1e4 apart, meshes that do not match, bent \
+               and closed contact lines, bodies that only contact and friction hold. Each certified bound is compared with the distance to \
+               the solution of a finer mesh, with twice as many cells in each direction, four times as many for every tenth problem: it \
+               must not be larger (`tests/support/finer.rs`).\n\n\
+               Effectivities are smallest / middle / largest of the bound over this distance, which is smaller than the true error. The \
+               second table is for two blocks of 18 × 9 cells with the default settings, against a mesh with eight times as many cells in \
+               each direction.\n\n\
+               Every problem: `friction.csv`. The study fails if a bound is below the distance.",
     },
 ];
 

@@ -1,5 +1,6 @@
 //! Numbers within bounds and in balance: least squares, and the nearest ones to given numbers.
 
+use crate::box_qp::{BoxQp, solve_box};
 use crate::dense::{SemiDefinite, dot, least_squares, norm};
 use crate::error::QpError;
 use crate::interior_point::{self, Boxed};
@@ -62,12 +63,17 @@ pub fn bounded_least_squares(
     Ok(problem.solution(lower, upper))
 }
 
-/// Bounded least squares, with each unknown counted from the bound that it is at: `0 ≤ x ≤ room`.
+/// Bounded least squares, `0 ≤ x ≤ room`: each unknown is counted from the admissible number nearest to zero, by one column upwards and by
+/// one downwards. Counted from far bounds the loads would be lost in rounding.
 struct LeastSquares {
+    /// The unknown of each column, and its sign.
+    unknowns: Vec<(usize, f64)>,
+    /// The number that each unknown is counted from.
+    from: Vec<f64>,
     /// Columns of length one: their lengths are positive, so that signs do not change. Turned if counted from the upper bound.
     columns: Vec<Vec<f64>>,
     lengths: Vec<f64>,
-    /// What is left of `e` with all unknowns at their bounds, and the size of its terms.
+    /// What is left of `e` with all unknowns where they are counted from, and the size of its terms.
     target: Vec<f64>,
     size: f64,
     room: Vec<f64>,
@@ -79,37 +85,50 @@ struct LeastSquares {
 impl LeastSquares {
     fn new(rows: &[f64], right_side: &[f64], [lower, upper]: [&[f64]; 2]) -> Self {
         let (m, n) = (right_side.len(), lower.len());
-        let column = |j: usize| (0..m).map(|k| rows[k * n + j]).collect::<Vec<f64>>();
-        let lengths: Vec<f64> = (0..n).map(|j| norm(&column(j))).collect();
-        let columns: Vec<Vec<f64>> = (0..n)
-            .map(|j| column(j).iter().map(|g| g / lengths[j].max(f64::MIN_POSITIVE)).collect())
-            .collect();
+        let of_unknown: Vec<Vec<f64>> = (0..n).map(|j| (0..m).map(|k| rows[k * n + j]).collect()).collect();
+        let from: Vec<f64> = lower.iter().zip(upper).map(|(l, u)| 0f64.max(*l).min(*u)).collect();
         let mut target = right_side.to_vec();
         let mut size = norm(right_side);
-        for j in (0..n).filter(|j| lower[*j] != 0.0) {
-            target.iter_mut().zip(&columns[j]).for_each(|(t, g)| *t -= lower[j] * lengths[j] * g);
-            size = size.max((lower[j] * lengths[j]).abs());
+        for (column, from) in of_unknown.iter().zip(&from).filter(|(_, from)| **from != 0.0) {
+            target.iter_mut().zip(column).for_each(|(t, g)| *t -= from * g);
+            size = size.max(from.abs() * norm(column));
         }
+        let has_room = |&(j, sign): &(usize, f64)| {
+            if sign > 0.0 { upper[j] > from[j] } else { lower[j] < from[j] }
+        };
+        let unknowns: Vec<(usize, f64)> =
+            (0..n).flat_map(|j| [(j, 1.0), (j, -1.0)]).filter(has_room).collect();
+        let lengths: Vec<f64> = unknowns.iter().map(|(j, _)| norm(&of_unknown[*j])).collect();
+        let unit = |(&(j, sign), length): (&(usize, f64), &f64)| {
+            of_unknown[j].iter().map(|g| sign * g / length.max(f64::MIN_POSITIVE)).collect()
+        };
+        let room = |(&(j, sign), length): (&(usize, f64), &f64)| {
+            length * if sign > 0.0 { upper[j] - from[j] } else { from[j] - lower[j] }
+        };
         Self {
-            room: (0..n).map(|j| (upper[j] - lower[j]) * lengths[j]).collect(),
-            columns,
-            lengths,
+            columns: unknowns.iter().zip(&lengths).map(unit).collect(),
+            room: unknowns.iter().zip(&lengths).map(room).collect(),
             residual: target.clone(),
             target,
             size,
-            turned: vec![false; n],
-            x: vec![0.0; n],
+            turned: vec![false; unknowns.len()],
+            x: vec![0.0; unknowns.len()],
+            unknowns,
+            from,
+            lengths,
         }
     }
 
     fn solve(&mut self) {
         let (n, m) = (self.x.len(), self.target.len());
         let mut passive: Vec<usize> = Vec::new();
+        // Columns that depend on the passive ones, to rounding.
+        let mut dependent: Vec<usize> = Vec::new();
         // Every step lowers the residual; the limit is only for round-off.
         for _ in 0..3 * n.max(m) + 10 {
             let gradient = |j: usize| dot(&self.columns[j], &self.residual);
-            let open =
-                (0..n).filter(|j| self.lengths[*j] > 0.0 && self.room[*j] > 0.0 && !passive.contains(j));
+            let taken = |j: &usize| passive.contains(j) || dependent.contains(j);
+            let open = (0..n).filter(|j| self.lengths[*j] > 0.0 && self.room[*j] > 0.0 && !taken(j));
             let Some(best) = open.max_by(|i, j| gradient(*i).total_cmp(&gradient(*j))) else { break };
             // As many columns as rows leave nothing but round-off.
             if gradient(best) <= ROUND_OFF * self.size || passive.len() >= m {
@@ -122,8 +141,10 @@ impl LeastSquares {
                 let x = self.x[j];
                 self.residual.iter_mut().zip(&self.columns[j]).for_each(|(r, g)| *r -= x * g);
             }
-            if !settled {
-                break;
+            if settled {
+                dependent.clear();
+            } else {
+                dependent.push(best);
             }
         }
     }
@@ -182,16 +203,18 @@ impl LeastSquares {
     }
 
     /// Returns `x` and `e − G x`.
-    fn solution(mut self, lower: &[f64], upper: &[f64]) -> (Vec<f64>, Vec<f64>) {
-        self.x.iter_mut().zip(&self.lengths).filter(|(x, _)| **x > 0.0).for_each(|(x, length)| *x /= length);
-        for (j, x) in self.x.iter_mut().enumerate() {
-            if self.turned[j] {
-                *x = (upper[j] - *x).max(lower[j]);
-            } else if lower[j] != 0.0 {
-                *x = (lower[j] + *x).min(upper[j]);
-            }
+    fn solution(self, lower: &[f64], upper: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let mut x = self.from;
+        for (c, &(j, sign)) in self.unknowns.iter().enumerate() {
+            let part = if self.x[c] > 0.0 { self.x[c] / self.lengths[c] } else { 0.0 };
+            x[j] = match (self.turned[c], sign > 0.0) {
+                (true, true) => upper[j] - part,
+                (true, false) => lower[j] + part,
+                (false, _) => x[j] + sign * part,
+            };
+            x[j] = x[j].max(lower[j]).min(upper[j]);
         }
-        (self.x, self.residual)
+        (x, self.residual)
     }
 }
 
@@ -241,7 +264,10 @@ pub fn nearest_balanced(
         return Ok(Some(found));
     }
     let multipliers = problem.clarabel()?;
-    Ok(multipliers.and_then(|a| problem.newton(a)))
+    match multipliers.and_then(|a| problem.newton(a)) {
+        Some(found) => Ok(Some(found)),
+        None => problem.on_its_active_set(),
+    }
 }
 
 struct Projection<'a> {
@@ -337,6 +363,21 @@ impl Projection<'_> {
             free.iter().map(|&k| first[k] * second[k] / self.weights[k]).sum::<f64>()
         };
         Some(SemiDefinite::new(defect.len(), entry, DEPENDENT)?.solve(defect).0)
+    }
+
+    /// Solves it as a programme with bounds: where the solution is nearly a vertex, the multipliers grow, and the steps of Newton's method
+    /// are lost in rounding.
+    fn on_its_active_set(&self) -> Result<Option<Balanced>, QpError> {
+        let n = self.target.len();
+        let mut matrix = vec![0.0; n * n];
+        (0..n).for_each(|i| matrix[i * n + i] = self.weights[i]);
+        let linear: Vec<f64> = self.target.iter().zip(self.weights).map(|(t, w)| -w * t).collect();
+        let &Self { lower, upper, rows, right_side, .. } = self;
+        let qp = BoxQp { matrix: &matrix, linear: &linear, lower, upper, rows, right_side };
+        let found = solve_box(&qp, None, &QpSettings::default())?;
+        let balanced =
+            Balanced { values: found.x, row_multipliers: found.row_multipliers, steps: found.iterations };
+        Ok(found.status.is_solved().then_some(balanced))
     }
 
     /// The multipliers of the rows by Clarabel; `None` if it finds that nothing is in balance.

@@ -75,7 +75,8 @@ fn clearly_off(qp: &BoxQp<'_>, x: &[f64], places: &[Place], fraction: f64) -> Ve
 /// * `start`: the place of each unknown on the first set that is tried, n entries; `None`: all between their bounds, or at them if these
 ///   are equal.
 ///
-/// An active set that comes back, or on which the rows cannot hold, calls Clarabel, whose solution is polished.
+/// An active set that comes back, or on which the rows cannot hold, calls Clarabel, whose solution is polished; if that fails, the
+/// objective is lowered step by step from a vertex at which the rows hold.
 ///
 /// # Errors
 /// Those of [`BoxQp::check`]; a `start` of the wrong length, settings out of range, and data that Clarabel rejects. No
@@ -133,7 +134,8 @@ pub fn solve_box(
             found.or_else(|| system.with_fitting_multipliers(&places).and_then(polished))
         })
     };
-    if let Some(answer) = found.or_else(descended).or_else(fitting).or_else(clear) {
+    let from_vertex = || system.descend_from_vertex(MOST_DESCENTS + 4 * n).and_then(polished);
+    if let Some(answer) = found.or_else(descended).or_else(fitting).or_else(clear).or_else(from_vertex) {
         return Ok(answer);
     }
     let candidate = Candidate { x: guess.x, a: guess.row_multipliers, places: guess.places };

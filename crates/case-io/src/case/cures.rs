@@ -154,7 +154,7 @@ pub(super) fn against_obstacle(error: &InterfaceError) -> Option<(String, Cure)>
         ),
         InterfaceError::SupportedNode { point, .. } => (
             format!(
-                "has a contact node at {} that a support holds along the normal of the obstacle, within 45 degrees, or in two \
+                "has a contact node at {} that a support holds along the normal of the obstacle, within 30 degrees, or in two \
                  directions",
                 at(point)
             ),

@@ -1,7 +1,7 @@
 //! Active sets: the solution on one of them, and the one that its signs ask for.
 
 use super::programme::BoxQp;
-use crate::balance::nonnegative_least_squares;
+use crate::balance::{bounded_least_squares, nonnegative_least_squares};
 use crate::cholesky::Factor;
 use crate::dense::{SemiDefinite, dot, norm};
 use crate::kkt::largest;
@@ -150,6 +150,21 @@ impl<'a> System<'a> {
             }
         }
         None
+    }
+
+    /// [`Self::descend`] from a vertex: a point within the bounds at which the rows hold, with at most as many unknowns between their
+    /// bounds as rows. `None` if there is none, or if an unknown has no lower bound.
+    pub(super) fn descend_from_vertex(&self, limit: usize) -> Option<Candidate> {
+        let Self { qp, rows, lengths, .. } = self;
+        let right_side: Vec<f64> = qp.right_side.iter().zip(lengths).map(|(e, length)| e / length).collect();
+        let (x, _) = bounded_least_squares(rows, &right_side, [qp.lower, qp.upper]).ok()?;
+        let place = |i: usize| match x[i] {
+            x if x <= qp.lower[i] => Place::Lower,
+            x if x >= qp.upper[i] => Place::Upper,
+            _ => Place::Free,
+        };
+        let places: Vec<Place> = (0..x.len()).map(place).collect();
+        self.descend(&x, &places, limit)
     }
 
     /// Solves on one set; `None` if the rows cannot hold on it, or if it leaves a direction without stiffness.

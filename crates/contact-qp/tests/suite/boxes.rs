@@ -292,6 +292,11 @@ fn bounded_least_squares_are_the_projection_on_what_the_bounds_allow() {
     let (_, left) = bounded_least_squares(&[1.0; 10], &[1.5], [&[-0.1; 10], &[0.1; 10]]).unwrap();
     assert!((left[0] - 0.5).abs() < 1e-14, "{left:?}");
     assert!(bounded_least_squares(&[1.0], &[1.0], [&[1.0], &[0.0]]).is_err());
+    // Far bounds leave no rounding of their own.
+    let far = [&[-1e12, -3e11, 0.0][..], &[1e12, 3e11, f64::INFINITY]];
+    let rows = [0.3, -0.7, 0.1, 0.9, 0.2, -0.4];
+    let (_, left) = bounded_least_squares(&rows, &[1e-3, 2e-3], far).unwrap();
+    assert!(left.iter().all(|r| r.abs() < 1e-17), "{left:?}");
 }
 
 #[test]

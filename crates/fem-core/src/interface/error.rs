@@ -198,7 +198,7 @@ pub enum InterfaceError {
     },
     /// The normal displacement of a contact node is imposed by a support.
     #[error(
-        "the contact node of body {body} at ({}, {}) is held by a support along the contact normal, within 45 degrees, or \
+        "the contact node of body {body} at ({}, {}) is held by a support along the contact normal, within 30 degrees, or \
          in two directions; only nodes at the ends of a straight line may be, if both bodies are clamped there: end the \
          contact surface or the support one edge earlier",
         shown(point[0]), shown(point[1])

@@ -2,6 +2,7 @@
 
 use super::held::Line;
 use super::matching::{TOLERANCE, walk};
+use super::normals::SUPPORT;
 use super::refinement::measure_arc;
 use super::{ContactEdge, ContactInterface, Gap, GapChange, InterfaceError, NodePair, pairing};
 use crate::body::{Body, NodeConstraint, RigidMotion};
@@ -386,9 +387,7 @@ impl Chained {
         let (distance, normal) = line.distance(point);
         let blocked = match body.node_constraints()[node] {
             NodeConstraint::Free => false,
-            NodeConstraint::Along { direction, .. } => {
-                direction.dot(&normal).abs() > std::f64::consts::FRAC_1_SQRT_2
-            }
+            NodeConstraint::Along { direction, .. } => direction.dot(&normal).abs() > SUPPORT,
             NodeConstraint::Fixed { .. } => !self.may_be_clamped,
             NodeConstraint::Rigid { .. } => true,
         };
