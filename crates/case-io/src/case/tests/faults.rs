@@ -29,7 +29,8 @@ fn unknown_keys_get_the_nearest_name() {
     refused(
         "[solver]\ntheata = 1",
         "c.toml:16:1: unknown key `theata` in `solver`; expected only the keys `method`, `imposed`, `path`, `qp`, `theta`, \
-         `weights`, `acceleration`, `lambda`, `coarse`, `max_iterations`, `stop`; help: did you mean `theta`?",
+         `weights`, `acceleration`, `lambda`, `coarse`, `max_iterations`, `friction_tolerance`, \
+         `friction_steps`, `stop`; help: did you mean `theta`?",
     );
     refused(
         "[solvr]\n",
