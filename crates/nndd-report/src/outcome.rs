@@ -1,14 +1,15 @@
 //! The status word, exit status and reason of a run.
 
 use crate::failure::{FILES, INTERRUPTED, LIMIT, NOT_CERTIFIED};
-use crate::words::{counted, raised, short};
+use crate::words::{counted, one_line, raised, short, with_digits};
 use case_io::Case;
 use case_io::case::{Acceleration, Criterion, Imposed, Method, QpChoice, Theta, Weights};
 use case_io::diagnostic::significant;
 use case_io::report::Status;
-use certified_contact::{CertifiedSolution, Row};
+use certified_contact::{CertifiedSolution, Reaction, Row};
 use contact_qp::QpStatus;
 use cre_estimator::EstimatorError;
+use fem_core::geometry::norm;
 use nndd::{NnddStatus, Recovery, Switch};
 
 /// The exit status of a run that did not converge.
@@ -43,6 +44,7 @@ fn uncertified(solution: &CertifiedSolution) -> String {
         return "no certificate could be computed; check the units of the data, which are too large or too small".into();
     };
     let failed: Vec<_> = estimate.admissibility.failed().collect();
+    let pin = loaded_node(solution);
     // What explains the others comes first.
     let first = failed.iter().find(|(name, _)| *name == "rigid_balance").or(failed.first());
     let fix = match first {
@@ -58,6 +60,9 @@ fn uncertified(solution: &CertifiedSolution) -> String {
             "a body that only contact holds turns so far that small displacements are no longer a fair assumption: hold it, \
              or lower the loads"
         }
+        _ if failed.iter().any(|(name, _)| *name == "boundary_traction") && pin.is_some() => {
+            pin.as_deref().unwrap_or("")
+        }
         Some(("equilibrium" | "traction_jump" | "boundary_traction", ..)) => {
             "round-off is too large for these materials and cells: make the moduli more alike, the cells less thin, or lower \
              Poisson's ratio to 0.49"
@@ -70,6 +75,26 @@ fn uncertified(solution: &CertifiedSolution) -> String {
         "the {checks} {} {verb} by more than round-off, so the bound would not be valid; {fix}",
         names.join(", ")
     )
+}
+
+/// Says which support on a single node carries the largest force; `None` if there is no such support.
+fn loaded_node(solution: &CertifiedSolution) -> Option<String> {
+    let reactions = &solution.results.as_ref()?.reactions;
+    let on_node = |reaction: &&Reaction| {
+        let supports = solution.problem.bodies[reaction.body].supports();
+        supports.iter().any(|set| set.group == reaction.on && set.nodes.len() == 1)
+    };
+    let size = |reaction: &Reaction| norm(reaction.force);
+    let most = reactions.iter().filter(on_node).max_by(|a, b| size(a).total_cmp(&size(b)))?;
+    (size(most) > 0.0).then(|| {
+        format!(
+            "the support \"{}\" on a single node carries the force ({}, {}), and a point holds nothing in an elastic body: hold a \
+             side with edges, or let the loads balance",
+            one_line(&most.on),
+            with_digits(most.force[0], 3),
+            with_digits(most.force[1], 3)
+        )
+    })
 }
 
 /// Makes a status.
