@@ -17,6 +17,9 @@ pub fn halve(problem: &ContactProblem) -> Result<RefinedProblem, Box<dyn Error>>
     Ok(problem.refined(&edges, &marked)?)
 }
 
+/// A problem, and the displacements of the nodes of each body, m.
+pub type Finer = (ContactProblem, Vec<Vec<Vector>>);
+
 /// The same problem, every triangle cut in four `times` times, with the displacements of its nodes.
 ///
 /// * `u`: of each body, m.
@@ -27,7 +30,7 @@ pub fn finer(
     mut problem: ContactProblem,
     mut u: Vec<Vec<Vector>>,
     times: usize,
-) -> Result<(ContactProblem, Vec<Vec<Vector>>), Box<dyn Error>> {
+) -> Result<Finer, Box<dyn Error>> {
     for _ in 0..times {
         let refined = halve(&problem)?;
         u = refined.refinements.iter().zip(&u).map(|(refinement, u)| refinement.prolong(u)).collect();
