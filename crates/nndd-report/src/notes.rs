@@ -2,6 +2,7 @@
 
 use crate::check;
 use crate::convert;
+use crate::corners;
 use crate::curves;
 use crate::outcome;
 use case_io::Case;
@@ -101,6 +102,7 @@ fn of_answer(case: &Case, solution: &CertifiedSolution, estimate: &Estimate) -> 
             ));
         }
     }
+    notes.extend(corners::of_solution(case, solution));
     // Without [adapt] the reason of the status says so.
     let switch = solution.nndd.switch.filter(|_| case.adapt.is_some());
     notes.extend(
