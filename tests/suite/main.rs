@@ -32,6 +32,7 @@ mod mesh_files;
 mod non_matching;
 mod paper;
 mod patch;
+mod point_supports;
 mod reactions;
 mod refusals;
 mod resume;

@@ -17,7 +17,7 @@ pub fn halve(problem: &ContactProblem) -> Result<RefinedProblem, Box<dyn Error>>
     Ok(problem.refined(&edges, &marked)?)
 }
 
-/// A problem, and the displacements of each body, m.
+/// A problem, and the displacements of the nodes of each body, m.
 pub type Finer = (ContactProblem, Vec<Vec<Vector>>);
 
 /// The same problem, every triangle cut in four `times` times, with the displacements of its nodes.

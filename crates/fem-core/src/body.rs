@@ -69,7 +69,7 @@ pub struct EdgeCondition {
     pub traction: [Vector; 2],
 }
 
-/// The nodes of one displacement condition, and how it holds them.
+/// The nodes of one displacement condition, and how it holds them. A support on a single node has one node, any other at least two.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SupportSet {
     /// The edge group the condition names.
@@ -134,6 +134,27 @@ pub enum BodyError {
         place: ConditionPlace,
         /// The group.
         group: String,
+    },
+    /// No boundary node is at the place of a support on a single node.
+    #[error(
+        "{place}: no boundary node is at ({}, {}); the nearest one is at ({}, {})",
+        shown(point[0]), shown(point[1]), shown(nearest[0]), shown(nearest[1])
+    )]
+    NoNode {
+        /// The condition.
+        place: ConditionPlace,
+        /// The place.
+        point: Vector,
+        /// The nearest boundary node.
+        nearest: Vector,
+    },
+    /// A condition on a single node is not made of Cartesian components of a displacement.
+    #[error(
+        "{place} is on a single node, which has neither a length nor a normal: it takes `ux` and `uy` of a displacement only"
+    )]
+    SingleNode {
+        /// The condition.
+        place: ConditionPlace,
     },
     /// The group has an edge inside the body.
     #[error(
@@ -305,6 +326,7 @@ impl Body {
         };
         let selected = conditions::Selected {
             displacements: self.selected.displacements.iter().map(finer).collect(),
+            nodes: self.selected.nodes.clone(),
             tractions: self.selected.tractions.iter().map(finer).collect(),
             rigid: self.selected.rigid.iter().map(finer).collect(),
         };
@@ -359,6 +381,7 @@ impl Body {
         };
         again(Some(conditions::Selected {
             displacements: both(&self.selected.displacements, &found.selected.displacements),
+            nodes: self.selected.nodes.clone(),
             tractions: both(&self.selected.tractions, &found.selected.tractions),
             rigid: both(&self.selected.rigid, &found.selected.rigid),
         }))

@@ -68,7 +68,7 @@ impl fmt::Debug for ScalarData {
     }
 }
 
-/// The edges a condition applies to: those of a named group, or a part of them.
+/// The edges a condition applies to: those of a named group, or a part of them; or a single node.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EdgeSelection {
     /// Name of the edge group.
@@ -76,12 +76,24 @@ pub struct EdgeSelection {
     /// If given, only edges with both ends in the closed box `[[x0, x1], [y0, y1]]` (with a
     /// tolerance of 1e-9 body diagonals); infinite limits do not restrict a direction.
     pub part: Option<[[f64; 2]; 2]>,
+    /// If given, the boundary node at this place, to 1e-6 of the body's diagonal, and no edge; see [`EdgeSelection::node`].
+    pub node: Option<Vector>,
 }
 
 impl EdgeSelection {
+    /// Selects a single boundary node, for Cartesian components of a displacement.
+    ///
+    /// In the plane a point holds no elastic body: forces on it do infinite work. Such a support may remove rigid motions that no
+    /// load drives. If it carries a force, no bound of the error is valid (`boundary_traction` of the checks).
+    ///
+    /// * `name`: of the support.
+    pub fn node(name: impl Into<String>, at: impl Into<Vector>) -> Self {
+        Self { on: name.into(), part: None, node: Some(at.into()) }
+    }
+
     /// Selects a whole group.
     pub fn group(name: impl Into<String>) -> Self {
-        Self { on: name.into(), part: None }
+        Self { on: name.into(), part: None, node: None }
     }
 
     /// Restricts the selection to the edges within `[[x0, x1], [y0, y1]]`.

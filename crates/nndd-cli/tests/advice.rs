@@ -186,3 +186,49 @@ fn printed_bounds_of_iterations_and_meshes_are_not_below_the_numbers() {
         }
     }
 }
+
+/// Solves a case with settings; returns its report.
+fn reported(case: &str, settings: &[&str]) -> Report {
+    let temp = tempfile::tempdir().unwrap();
+    let path = cases().join(case);
+    let mut arguments = vec!["solve", path.to_str().unwrap(), "--out", "out", "--quiet"];
+    settings.iter().for_each(|setting| arguments.extend(["--set", setting]));
+    nndd(temp.path(), &arguments);
+    Report::from_json(&std::fs::read_to_string(temp.path().join("out/report.json")).unwrap()).unwrap()
+}
+
+fn notes_of_growth(report: &Report) -> Vec<&str> {
+    report.notes.iter().map(String::as_str).filter(|note| note.contains("grows without limit")).collect()
+}
+
+#[test]
+fn a_stress_that_is_said_to_grow_does_and_another_does_not() {
+    // The roller of the upper block ends in the middle of its top.
+    let stress = |cells: &str| {
+        let cells = [format!("body.0.generator.cells={cells}"), format!("body.1.generator.cells={cells}")];
+        let report = reported("singular.toml", &[&cells[0], &cells[1], "adapt.max_steps=1"]);
+        let notes = notes_of_growth(&report).join("\n");
+        assert!(
+            notes.contains("the largest stress is at the end of a support of body \"upper\" at (1, 1)"),
+            "{notes}"
+        );
+        report.results.peak_stress.unwrap().von_mises
+    };
+    let found = ["[16, 8]", "[32, 16]", "[64, 32]"].map(stress);
+    // Like 1/√h.
+    assert!(found[1] > 1.25 * found[0] && found[2] > 1.25 * found[1], "{found:?}");
+    for smooth in ["kirsch.toml", "patch.toml", "points.toml"] {
+        let report = reported(smooth, &[]);
+        assert!(notes_of_growth(&report).is_empty(), "{smooth}: {:?}", report.notes);
+    }
+}
+
+#[test]
+fn a_pressure_that_is_said_to_grow_is_at_a_sharp_edge() {
+    let report = reported("punch_corner.toml", &[]);
+    let notes = notes_of_growth(&report);
+    let found = notes.iter().find(|note| note.contains("the largest pressure is at a sharp contact edge"));
+    assert!(found.is_some_and(|note| note.contains("of body \"upper\"")), "{notes:?}");
+    let curved = reported("hertz.toml", &[]);
+    assert!(!notes_of_growth(&curved).iter().any(|note| note.contains("pressure")), "{:?}", curved.notes);
+}

@@ -275,15 +275,41 @@ fn rigid_load(body: &Body, side: &RigidSide) -> Option<SketchLoad> {
     (force != Vector::zeros() || moment != 0.0).then_some(SketchLoad { at, normal, force, moment })
 }
 
-/// What is imposed on the boundary edges of a body.
-fn sketch_edges(body: &Body) -> Vec<SketchEdge> {
-    let mesh = body.mesh();
-    let nodes_of = mesh.topology().edges();
-    let imposed = |node: NodeId| match body.node_constraints()[node] {
+/// The displacement that is imposed on a node.
+fn imposed_on(body: &Body, node: NodeId) -> Vector {
+    match body.node_constraints()[node] {
         NodeConstraint::Free => Vector::zeros(),
         NodeConstraint::Along { direction, value } => value * direction,
         NodeConstraint::Fixed { value } | NodeConstraint::Rigid { value, .. } => value,
-    };
+    }
+}
+
+/// The supports on single nodes of a body, as edges without length.
+fn sketch_nodes(body: &Body) -> impl Iterator<Item = SketchEdge> + '_ {
+    let (mesh, topology) = (body.mesh(), body.mesh().topology());
+    body.supports().iter().filter_map(move |set| {
+        let ([node], [reaction]) = (&set.nodes[..], &set.reactions[..]) else { return None };
+        let around = topology.boundary_edges().iter().filter(|edge| topology.edges()[**edge].contains(node));
+        let held = match reaction {
+            EdgeReaction::None => Held::Free,
+            EdgeReaction::Along(_) => Held::Roller,
+            EdgeReaction::Both => Held::Fixed,
+        };
+        Some(SketchEdge {
+            ends: [mesh.points()[*node]; 2],
+            normal: around.map(|edge| mesh.edge_normal(*edge)).sum(),
+            held,
+            displacement: imposed_on(body, *node),
+            traction: Vector::zeros(),
+        })
+    })
+}
+
+/// What is imposed on the boundary edges of a body, and on single nodes.
+fn sketch_edges(body: &Body) -> Vec<SketchEdge> {
+    let mesh = body.mesh();
+    let nodes_of = mesh.topology().edges();
+    let imposed = |node: NodeId| imposed_on(body, node);
     let mean = |[a, b]: [Vector; 2]| 0.5 * (a + b);
     let free = |side: &&RigidSide| !side.motions.is_empty();
     let rigid: BTreeSet<EdgeId> =
@@ -315,5 +341,6 @@ fn sketch_edges(body: &Body) -> Vec<SketchEdge> {
                 traction: mean(condition.traction),
             })
         })
+        .chain(sketch_nodes(body))
         .collect()
 }

@@ -53,6 +53,7 @@ mod adapt;
 pub mod certify;
 pub mod check;
 pub mod convert;
+mod corners;
 mod curves;
 pub mod failure;
 mod figures;

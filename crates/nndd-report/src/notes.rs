@@ -2,6 +2,7 @@
 
 use crate::check;
 use crate::convert;
+use crate::corners;
 use crate::curves;
 use crate::outcome;
 use crate::solved::{Answer, Fields};
@@ -112,6 +113,7 @@ fn of_fields(case: &Case, fields: &Fields<'_>, estimate: &Estimate) -> Vec<Strin
             ));
         }
     }
+    notes.extend(corners::of_fields(case, fields));
     notes
 }
 

@@ -1,14 +1,16 @@
 //! The status word, exit status and reason of a run.
 
 use crate::failure::{FILES, INTERRUPTED, LIMIT, NOT_CERTIFIED};
-use crate::words::{counted, raised, short};
+use crate::words::{counted, one_line, raised, short, with_digits};
 use case_io::Case;
 use case_io::case::{Acceleration, Criterion, Imposed, Method, QpChoice, Theta, Weights};
 use case_io::diagnostic::significant;
 use case_io::report::Status;
-use certified_contact::{CertifiedSolution, CoulombResult, Row};
+use certified_contact::{CertifiedSolution, CoulombResult, Reaction, Results, Row};
 use contact_qp::QpStatus;
 use cre_estimator::{Estimate, EstimatorError};
+use fem_core::geometry::norm;
+use fem_core::interface::ContactProblem;
 use nndd::{CoulombSolution, CoulombStatus, NnddStatus, Recovery, Switch};
 
 /// The exit status of a run that did not converge.
@@ -46,7 +48,11 @@ pub(crate) fn judge_coulomb(case: &Case, result: &CoulombResult) -> Status {
         changes.last().map_or_else(|| "it".to_owned(), |change| format!("its last change {change:.1e}"));
     match status {
         CoulombStatus::Converged if result.residual().is_none() => {
-            let reason = failed_checks(result.estimate(), "the residual would mean nothing");
+            let reason = failed_checks(
+                (&result.problem, Some(&result.results)),
+                result.estimate(),
+                "the residual would mean nothing",
+            );
             word("no_residual", NOT_CERTIFIED, reason)
         }
         CoulombStatus::Converged => word(
@@ -93,12 +99,13 @@ fn uncertified(solution: &CertifiedSolution) -> String {
     let Some(estimate) = &solution.estimate else {
         return "no certificate could be computed; check the units of the data, which are too large or too small".into();
     };
-    failed_checks(estimate, "the bound would not be valid")
+    failed_checks((&solution.problem, solution.results.as_ref()), estimate, "the bound would not be valid")
 }
 
 /// Names the checks of an estimate that fail, and what helps.
-fn failed_checks(estimate: &Estimate, so: &str) -> String {
+fn failed_checks(found: (&ContactProblem, Option<&Results>), estimate: &Estimate, so: &str) -> String {
     let failed: Vec<_> = estimate.admissibility.failed().collect();
+    let pin = loaded_node(found);
     // What explains the others comes first.
     let first = failed.iter().find(|(name, _)| *name == "rigid_balance").or(failed.first());
     let fix = match first {
@@ -114,6 +121,9 @@ fn failed_checks(estimate: &Estimate, so: &str) -> String {
             "a body that only contact holds turns so far that small displacements are no longer a fair assumption: hold it, \
              or lower the loads"
         }
+        _ if failed.iter().any(|(name, _)| *name == "boundary_traction") && pin.is_some() => {
+            pin.as_deref().unwrap_or("")
+        }
         Some(("equilibrium" | "traction_jump" | "boundary_traction", ..)) => {
             "round-off is too large for these materials and cells: make the moduli more alike, the cells less thin, or lower \
              Poisson's ratio to 0.49"
@@ -123,6 +133,26 @@ fn failed_checks(estimate: &Estimate, so: &str) -> String {
     let names: Vec<String> = failed.iter().map(|(name, found)| format!("{name} ({found:.1e})")).collect();
     let (checks, verb) = if names.len() == 1 { ("check", "fails") } else { ("checks", "fail") };
     format!("the {checks} {} {verb} by more than round-off, so {so}; {fix}", names.join(", "))
+}
+
+/// Says which support on a single node carries the largest force; `None` if there is no such support.
+fn loaded_node((problem, results): (&ContactProblem, Option<&Results>)) -> Option<String> {
+    let reactions = &results?.reactions;
+    let on_node = |reaction: &&Reaction| {
+        let supports = problem.bodies[reaction.body].supports();
+        supports.iter().any(|set| set.group == reaction.on && set.nodes.len() == 1)
+    };
+    let size = |reaction: &Reaction| norm(reaction.force);
+    let most = reactions.iter().filter(on_node).max_by(|a, b| size(a).total_cmp(&size(b)))?;
+    (size(most) > 0.0).then(|| {
+        format!(
+            "the support \"{}\" on a single node carries the force ({}, {}), and a point holds nothing in an elastic body: hold a \
+             side with edges, or let the loads balance",
+            one_line(&most.on),
+            with_digits(most.force[0], 3),
+            with_digits(most.force[1], 3)
+        )
+    })
 }
 
 /// Makes a status.

@@ -164,6 +164,12 @@ impl Case {
                 of(place, ".on")
             }
             BodyError::InteriorEdge { place, .. } | BodyError::CurvedTwice { place, .. } => of(place, ".on"),
+            BodyError::NoNode { place, .. } => {
+                let on = self.bodies[body].displacements.get(place.index).map(|given| &given.on);
+                let side = self.bodies[body].sides.iter().position(|side| Some(&side.name) == on);
+                side.map_or_else(|| of(place, ".on"), |k| format!("body.{body}.side.{k}.point"))
+            }
+            BodyError::SingleNode { place } => of(place, ".on"),
             BodyError::NoArc { place, .. } | BodyError::OffArc { place, .. } => of(place, ".kind"),
             BodyError::EmptySelection { place, .. } if self.is_given(&of(place, ".part")) => {
                 of(place, ".part")

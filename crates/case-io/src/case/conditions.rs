@@ -8,7 +8,14 @@ impl Case {
     pub(crate) fn boundary_conditions(&self, body: usize) -> BoundaryConditions {
         let given = &self.bodies[body];
         let mut conditions = BoundaryConditions::new().body_force(given.body_force);
-        conditions.displacements.extend(given.displacements.iter().map(displacement));
+        let point = |on: &str| given.sides.iter().find(|side| side.name == on)?.point;
+        for wanted in &given.displacements {
+            let mut condition = displacement(wanted);
+            if let Some(point) = point(&wanted.on) {
+                condition.edges = EdgeSelection::node(&wanted.on, point);
+            }
+            conditions.displacements.push(condition);
+        }
         conditions.tractions.extend(given.tractions.iter().map(traction));
         conditions.rigid.extend(given.rigid.iter().map(rigid));
         conditions

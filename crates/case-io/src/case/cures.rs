@@ -24,6 +24,11 @@ pub(super) fn of_body(error: &BodyError) -> Cure {
             ("a part that holds both ends of an edge", "make `part` larger, or leave it out")
         }
         BodyError::InteriorEdge { .. } => BOUNDARY,
+        BodyError::NoNode { .. } => (
+            "a boundary node of the first mesh, to 1e-6 of the body's diagonal",
+            "write the coordinates of the nearest one, or put a node of the mesh there",
+        ),
+        BodyError::SingleNode { .. } => ("`ux`, `uy` or `fixed` on a single node", "name a side with edges"),
         BodyError::NotFinite { .. } => (
             "an expression that is finite at every node of the side",
             "change the expression where it divides by zero or leaves its range",

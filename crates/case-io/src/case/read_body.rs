@@ -216,12 +216,38 @@ fn block(mut r: Reader<'_>) -> Option<MeshSource> {
 /// Reads `on`: the name of a side, or a list of names, which becomes a side of its own.
 fn on(r: &mut Reader<'_>, sides: &mut Vec<SideCase>) -> String {
     r.require(&["on"]);
-    side::joined(r.names("on").unwrap_or_default(), sides)
+    let names = r.names("on").unwrap_or_default();
+    if side::has_point(&names, sides) {
+        r.refuse("on", ON_POINT, "a side with edges", "name a side, or select one with `box` or `facing`");
+    }
+    side::joined(names, sides)
+}
+
+/// Why a single node is refused.
+const ON_POINT: &str =
+    "a single node (`point` of a side) takes a [[body.displacement]] only: it has no length";
+
+/// Reads `on` of a displacement: a side, a list of sides, or a single node.
+fn on_displaced(r: &mut Reader<'_>, sides: &mut Vec<SideCase>) -> String {
+    r.require(&["on"]);
+    let names = r.names("on").unwrap_or_default();
+    if side::has_point(&names, sides) {
+        let expected = "`ux`, `uy` or `fixed` on it alone";
+        if names.len() > 1 {
+            let message = "a single node (`point` of a side) is in a list of sides";
+            r.refuse("on", message, expected, "write a [[body.displacement]] of its own for it");
+        }
+        for key in ["normal", "part"].into_iter().filter(|key| r.has(key)) {
+            let message = format!("a single node (`point` of a side) has no `{key}`");
+            r.refuse(key, message, expected, &format!("take `{key}` out"));
+        }
+    }
+    side::joined(names, sides)
 }
 
 fn displacement(mut r: Reader<'_>, sides: &mut Vec<SideCase>) -> Displacement {
     let name = r.string("name");
-    let on = on(&mut r, sides);
+    let on = on_displaced(&mut r, sides);
     let part = Part::read(&mut r, "part");
     let given: Vec<&str> = ["ux", "uy", "normal", "fixed"].into_iter().filter(|key| r.has(key)).collect();
     let components = [r.value("ux"), r.value("uy")];

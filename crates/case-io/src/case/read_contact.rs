@@ -2,7 +2,7 @@
 
 use super::body::file_stem;
 use super::contact::{CircleSide, Contact, Friction, Obstacle, Rigid, Shape};
-use super::side::joined;
+use super::side::{has_point, joined};
 use super::{BodyCase, Imposed, Value};
 use crate::case_file::{NodeValue, Reader};
 use crate::diagnostic::{Diagnostic, code, did_you_mean, excerpt};
@@ -133,7 +133,14 @@ fn contact(r: &mut Reader<'_>, bodies: &mut [BodyCase], only: bool, path: String
         _ => String::new(),
     };
     let joined = |(entry, names): (usize, Vec<String>)| match members.get(entry) {
-        Some(body) => joined(names, &mut bodies[*body].sides),
+        Some(body) => {
+            let sides = &mut bodies[*body].sides;
+            if has_point(&names, sides) {
+                let message = "a single node (`point` of a side) is no contact surface: it has no length";
+                r.refuse("surfaces", message, "sides with edges", "name the sides that touch");
+            }
+            joined(names, sides)
+        }
         None => names.concat(),
     };
     let surfaces = surfaces.unwrap_or_default().into_iter().enumerate().map(joined).collect();

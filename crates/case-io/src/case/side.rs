@@ -15,7 +15,7 @@ const WITHIN: f64 = 30.0;
 /// Nodes are on a circle if they are closer to it than this fraction of its radius.
 const ON_CIRCLE: f64 = 1e-3;
 
-/// `[[body.side]]`: the boundary edges that satisfy all given conditions.
+/// `[[body.side]]`: the boundary edges that satisfy all given conditions, or a single boundary node.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct SideCase {
@@ -36,6 +36,9 @@ pub struct SideCase {
     /// Both ends lie on this circle.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub circle: Option<Circle>,
+    /// The boundary node at this place, m, and no edge: for a `[[body.displacement]]` with `ux`, `uy` or `fixed`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub point: Option<[f64; 2]>,
 }
 
 /// `circle` of a side.
@@ -52,6 +55,11 @@ impl SideCase {
     pub(super) fn union(names: Vec<String>) -> Self {
         Self { name: names.join(" + "), of: names, ..Self::default() }
     }
+}
+
+/// Tells whether one of the names is that of a single node.
+pub(super) fn has_point(names: &[String], sides: &[SideCase]) -> bool {
+    names.iter().any(|name| sides.iter().any(|side| side.name == *name && side.point.is_some()))
 }
 
 /// Returns the name of the only side, or of a side that several make.
@@ -98,11 +106,17 @@ fn side(r: &mut Reader<'_>) -> SideCase {
         r.refuse("within", "`within` is the angle about `facing`", expected, "add `facing = [0.0, 1.0]`");
     }
     let circle = r.table("circle").and_then(circle);
-    if !["box", "facing", "circle"].iter().any(|key| r.has(key)) {
-        let expected = "`box = { x = [low, high] }`, `facing = [0.0, 1.0]`, or `circle = { centre, radius }`";
+    let point = r.pair("point");
+    let of_edges: Vec<&str> = ["box", "facing", "circle"].into_iter().filter(|key| r.has(key)).collect();
+    if of_edges.is_empty() && !r.has("point") {
+        let expected = "`box = { x = [low, high] }`, `facing = [0.0, 1.0]`, `circle = { centre, radius }`, or `point = [x, y]`";
         r.refuse("", "this side takes no edges", expected, "write `facing = [0.0, 1.0]`");
     }
-    SideCase { name, of: Vec::new(), part, facing, within, circle }
+    if let Some(key) = of_edges.first().filter(|_| r.has("point")) {
+        let message = format!("`point` is a single node, and `{key}` takes edges");
+        r.refuse("point", message, "one of the two", &format!("take `{key}` out"));
+    }
+    SideCase { name, of: Vec::new(), part, facing, within, circle, point }
 }
 
 fn circle(mut r: Reader<'_>) -> Option<Circle> {
@@ -126,6 +140,9 @@ impl Case {
                 let message = format!("body \"{}\": its mesh has a side \"{}\"", given.name, side.name);
                 let fault = self.diagnostic(code::DUPLICATE, &format!("{path}.name"), message);
                 return Err(fault.expected("another name").fix("rename this side").into());
+            }
+            if side.point.is_some() {
+                continue;
             }
             let edges = if side.of.is_empty() { select(mesh, side) } else { self.union(body, mesh, side)? };
             if edges.is_empty() {

@@ -23,10 +23,15 @@ const SAME_VALUE: f64 = 1e-12;
 /// differ by more, they clamp it.
 const SMOOTH: f64 = 30.0;
 
+/// A support on a single node is at a boundary node that is closer to the given place than this, over the diagonal of the body.
+const AT_NODE: f64 = 1e-6;
+
 /// The edges that each condition applies to, in the order of the conditions.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Selected {
     pub(super) displacements: Vec<Vec<EdgeId>>,
+    /// The node of each displacement condition that is on a single one; it has no edge.
+    pub(super) nodes: Vec<Option<NodeId>>,
     pub(super) tractions: Vec<Vec<EdgeId>>,
     pub(super) rigid: Vec<Vec<EdgeId>>,
 }
@@ -57,10 +62,11 @@ pub(super) fn evaluate(
         mesh: &mesh,
     };
     let inherited = inherited.as_ref();
-    let (displacements, supports) = work.impose_all(conditions, inherited)?;
-    let (rigid, rigid_sides) = work.stiffen_all(conditions, inherited)?;
-    let tractions = work.load_all(conditions, inherited)?;
-    let selected = Selected { displacements, tractions, rigid };
+    let mut selected = Selected::default();
+    let supports = work.impose_all(conditions, inherited, &mut selected)?;
+    let rigid_sides;
+    (selected.rigid, rigid_sides) = work.stiffen_all(conditions, inherited)?;
+    selected.tractions = work.load_all(conditions, inherited)?;
     let roller_turn = work.roller_turn();
     let (node_constraints, edge_conditions) = (work.constraints, work.edges);
     let conditions = conditions.clone();
@@ -108,22 +114,69 @@ struct Imposed<'a> {
 }
 
 impl Evaluation<'_> {
-    /// Imposes all displacement conditions; returns the edges of each and what it holds.
+    /// Imposes all displacement conditions; adds the edges or the node of each, and returns what it holds.
     fn impose_all(
         &mut self,
         conditions: &BoundaryConditions,
         inherited: Option<&Selected>,
-    ) -> Result<(Vec<Vec<EdgeId>>, Vec<SupportSet>), BodyError> {
-        let (mut selected, mut supports) = (Vec::new(), Vec::new());
+        selected: &mut Selected,
+    ) -> Result<Vec<SupportSet>, BodyError> {
+        let mut supports = Vec::new();
         for (index, condition) in conditions.displacements.iter().enumerate() {
             let place = ConditionPlace { list: ConditionList::Displacement, index };
-            let edges =
-                self.edges_of(place, &condition.edges, inherited.map(|known| &known.displacements))?;
-            let (nodes, reactions) = self.impose(place, &edges, &condition.support)?.into_iter().unzip();
+            let (edges, node, held) = match condition.edges.node {
+                Some(at) => {
+                    let known = inherited.and_then(|known| known.nodes[index]);
+                    let node = known.map_or_else(|| self.node_at(place, at), Ok)?;
+                    (Vec::new(), Some(node), self.impose_at(place, node, &condition.support)?)
+                }
+                None => {
+                    let known = inherited.map(|known| &known.displacements);
+                    let edges = self.edges_of(place, &condition.edges, known)?;
+                    let held = self.impose(place, &edges, &condition.support)?;
+                    (edges, None, held)
+                }
+            };
+            let (nodes, reactions) = held.into_iter().unzip();
             supports.push(SupportSet { group: condition.edges.on.clone(), nodes, reactions });
-            selected.push(edges);
+            selected.displacements.push(edges);
+            selected.nodes.push(node);
         }
-        Ok((selected, supports))
+        Ok(supports)
+    }
+
+    /// Finds the boundary node at a place.
+    fn node_at(&self, place: ConditionPlace, at: Vector) -> Result<NodeId, BodyError> {
+        finite(place, at, at[0] + at[1])?;
+        let (points, topology) = (self.mesh.points(), self.mesh.topology());
+        let nodes = topology.boundary_edges().iter().flat_map(|&edge| topology.edges()[edge]);
+        let distance = |node: &NodeId| geometry::norm(points[*node] - at);
+        let nearest = nodes.min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let tolerance = AT_NODE * geometry::diagonal(points);
+        match nearest {
+            Some(node) if distance(&node) <= tolerance => Ok(node),
+            Some(node) => Err(BodyError::NoNode { place, point: at, nearest: points[node] }),
+            None => Err(BodyError::NoNode { place, point: at, nearest: at }),
+        }
+    }
+
+    /// Imposes a condition on a single node; returns the directions in which it holds it. No edge has a reaction: what the node
+    /// carries is missing in the equilibrium of the edges around it.
+    fn impose_at(
+        &mut self,
+        place: ConditionPlace,
+        node: NodeId,
+        support: &Support,
+    ) -> Result<BTreeMap<NodeId, EdgeReaction>, BodyError> {
+        let Support::Components(components) = support else { return Err(BodyError::SingleNode { place }) };
+        let mut held = EdgeReaction::None;
+        for (direction, data) in [Vector::x(), Vector::y()].into_iter().zip(components) {
+            let Some(data) = data else { continue };
+            let magnitude = data.at(self.mesh.points()[node]).abs();
+            self.constrain(place, node, &Imposed { direction, data, magnitude })?;
+            held = add_reaction(held, direction);
+        }
+        Ok(BTreeMap::from([(node, held)]))
     }
 
     /// Makes sides rigid; returns the edges of each.
@@ -231,6 +284,9 @@ impl Evaluation<'_> {
 
     /// Selects boundary edges.
     fn select(&self, place: ConditionPlace, selection: &EdgeSelection) -> Result<Vec<EdgeId>, BodyError> {
+        if selection.node.is_some() {
+            return Err(BodyError::SingleNode { place });
+        }
         let group = selection.on.clone();
         let Some(edges) = self.mesh.group(&group) else {
             let names: Vec<&str> = self.mesh.groups().keys().map(String::as_str).collect();

@@ -67,6 +67,36 @@ fn a_contact_may_join_sides() {
 }
 
 #[test]
+fn a_side_may_be_a_single_node() {
+    let pin = "[[body.side]]\nname = \"pin\"\npoint = [2.0, 1.0]\n";
+    let on = |condition: &str| format!("{BLOCK}{pin}{condition}");
+    let held = on("[[body.displacement]]\non = \"pin\"\nux = 0.5\n");
+    let bodies = Case::parse(&case(&held, "contact = []"), "case.toml", &[]).unwrap().build_bodies().unwrap();
+    let nodes = &bodies[0].supports()[0].nodes;
+    assert_eq!(nodes.len(), 1);
+    assert_eq!(<[f64; 2]>::from(bodies[0].mesh().points()[nodes[0]]), [2.0, 1.0]);
+    assert!(bodies[0].mesh().group("pin").is_none());
+    for (condition, words) in [
+        ("[[body.traction]]\non = \"pin\"\npressure = 1.0\n", "takes a [[body.displacement]] only"),
+        ("[[body.rigid]]\non = \"pin\"\n", "takes a [[body.displacement]] only"),
+        ("[[body.curve]]\non = \"pin\"\nkind = \"arc\"\n", "takes a [[body.displacement]] only"),
+        ("[[body.displacement]]\non = \"pin\"\nnormal = 0.0\n", "has no `normal`"),
+        ("[[body.displacement]]\non = \"pin\"\nfixed = true\npart = { x = [0, 1] }\n", "has no `part`"),
+        ("[[body.displacement]]\non = [\"left\", \"pin\"]\nfixed = true\n", "is in a list of sides"),
+        ("[[body.side]]\nname = \"x\"\npoint = [0, 0]\nfacing = [0, 1]\n", "`facing` takes edges"),
+    ] {
+        let found = refused(&on(condition));
+        assert!(found.contains(words), "{found}");
+    }
+    let surface = case(
+        &on(""),
+        "contact = { bodies = [\"a\"], surfaces = [\"pin\"], obstacle = { kind = \"plane\" } }",
+    );
+    let found = Case::parse(&surface, "case.toml", &[]).unwrap_err().to_string();
+    assert!(found.contains("is no contact surface"), "{found}");
+}
+
+#[test]
 fn faults_of_sides_have_their_places() {
     let side = |text: &str| refused(&format!("{BLOCK}[[body.side]]\n{text}"));
     assert!(side("name = \"x\"\n").contains("this side takes no edges"));
