@@ -148,30 +148,29 @@ fn what_dominates(case: &Case, solution: &CertifiedSolution) -> Vec<String> {
     let mut notes = Vec::new();
     match found.parts.largest() {
         "iteration" if stopped => notes.push(
-            "the iteration contributes more to the bound than the mesh, although its criterion is met: more iterations would \
-             lower the bound; use a smaller solver.stop.ratio or tolerance"
+            "the iteration contributes more to the bound than the mesh, although its criterion is met: lower solver.stop.ratio or \
+             solver.stop.tolerance"
                 .to_owned(),
         ),
         "contact" => notes.push(
-            "most of the bound comes from the contact law, which holds at the nodes only: more iterations do not lower it; a \
-             finer mesh at the contact line does"
+            "most of the bound comes from the contact law between the nodes, which only a finer mesh at the contact line lowers"
                 .to_owned(),
         ),
         "lift" | "gap_data" => notes.push(
-            "most of the bound comes from the bent contact line: a finer mesh at the contact line lowers it".to_owned(),
+            "most of the bound comes from the bent contact line, and a finer mesh there lowers it".to_owned(),
         ),
         _ => {}
     }
     if found.e_cre > 0.0 && found.parts.round_off >= ROUND_OFF_SHARE * found.e_cre {
         notes.push(format!(
-            "round-off is {:.0} % of the bound: a finer mesh or more iterations lower the remainder only",
+            "round-off is {:.0} % of the bound, which no finer mesh lowers",
             100.0 * found.parts.round_off / found.e_cre
         ));
     }
     if found.e_cre > LOCKING_BOUND * estimate.energy_norm() && nearly_incompressible(case) {
         notes.push(
-            "a material is nearly incompressible: triangles with linear displacements lock, so the displacements are too small and the \
-             bound is large; use a finer mesh ([adapt] target_relative_error), a smaller Poisson's ratio, or elements made for it"
+            "a material is nearly incompressible, so the displacements are too small and the bound is large: use a finer mesh \
+             ([adapt] target_relative_error) or a smaller Poisson's ratio"
                 .to_owned(),
         );
     }
@@ -186,23 +185,21 @@ fn nearly_incompressible(case: &Case) -> bool {
         )
 }
 
-/// Says what the bound, or the residual, of a bent contact line is one of.
-fn bent_contact(solution: &Fields<'_>) -> Option<String> {
-    let estimate = solution.estimate?;
-    let lifts = estimate.pair.contacts.iter().map(|contact| contact.lift.largest());
+/// Says what the bound, or the residual, of a bent contact line is one of, and by how much its nodes were moved.
+fn bent_contact(solution: &Fields<'_>) -> Vec<String> {
+    let Some(estimate) = solution.estimate else { return Vec::new() };
     if !solution.problem.contacts.iter().any(|pair| pair.interface.has_bent_edges()) {
-        return None;
+        return Vec::new();
     }
-    let mut text = format!(
-        "the contact line bends: {} is for the meshed polygons with normals averaged at their nodes, and the difference to a curved \
-         line is outside it",
+    let mut notes = vec![format!(
+        "the contact line bends: {} is for the meshed polygons with normals averaged at their nodes, not for a curved line",
         solution.what()
-    );
-    let largest = lifts.fold(0.0, f64::max);
+    )];
+    let largest = estimate.pair.contacts.iter().map(|contact| contact.lift.largest()).fold(0.0, f64::max);
     if largest > 0.0 {
-        text += &format!(
-            "; to avoid penetration between the nodes, the contact nodes of one body were moved by at most {largest:.1e}"
-        );
+        notes.push(format!(
+            "the contact nodes of one body were moved by at most {largest:.1e}, so that bent edges do not penetrate between them"
+        ));
     }
-    Some(text)
+    notes
 }

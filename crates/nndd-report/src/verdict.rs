@@ -79,20 +79,16 @@ fn without_bound(coulomb: &Coulomb) -> String {
 pub fn peak(report: &Report) -> String {
     let Some(peak) = &report.results.peak_stress else { return String::new() };
     let Some(change) = peak.change else { return String::new() };
+    let certified = report.certificate.relative.filter(|_| report.certificate.valid);
     format!(
         "largest recovered von Mises stress {} in \"{}\" at ({}, {}), {}{} % against the mesh before; no bound\n",
-        words::short(significant(peak.von_mises)),
+        words::with_digits(peak.von_mises, words::certified_digits(certified)),
         words::one_line(&peak.body),
         words::seven(peak.x),
         words::seven(peak.y),
         if change < 0.0 { "" } else { "+" },
         words::short((1e4 * change).round() / 100.0)
     )
-}
-
-/// Rounds to five digits.
-fn significant(x: f64) -> f64 {
-    format!("{x:.4e}").parse().unwrap_or(x)
 }
 
 /// The other parts of the bound, as far as they are a noticeable share of it.

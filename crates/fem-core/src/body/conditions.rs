@@ -1,5 +1,7 @@
 //! Evaluates boundary conditions on a mesh: nodal constraints and edge tractions.
 
+mod single_node;
+
 use super::interpolation::{gauss_points, linear_by_moments};
 use super::rigid::{Equation, Given, RigidSide};
 use super::{
@@ -22,9 +24,6 @@ const SAME_VALUE: f64 = 1e-12;
 /// If the normals of rollers on neighbouring edges differ by at most this, they fix a node along their mean; if they
 /// differ by more, they clamp it.
 const SMOOTH: f64 = 30.0;
-
-/// A support on a single node is at a boundary node that is closer to the given place than this, over the diagonal of the body.
-const AT_NODE: f64 = 1e-6;
 
 /// The edges that each condition applies to, in the order of the conditions.
 #[derive(Clone, Debug, Default)]
@@ -143,40 +142,6 @@ impl Evaluation<'_> {
             selected.nodes.push(node);
         }
         Ok(supports)
-    }
-
-    /// Finds the boundary node at a place.
-    fn node_at(&self, place: ConditionPlace, at: Vector) -> Result<NodeId, BodyError> {
-        finite(place, at, at[0] + at[1])?;
-        let (points, topology) = (self.mesh.points(), self.mesh.topology());
-        let nodes = topology.boundary_edges().iter().flat_map(|&edge| topology.edges()[edge]);
-        let distance = |node: &NodeId| geometry::norm(points[*node] - at);
-        let nearest = nodes.min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        let tolerance = AT_NODE * geometry::diagonal(points);
-        match nearest {
-            Some(node) if distance(&node) <= tolerance => Ok(node),
-            Some(node) => Err(BodyError::NoNode { place, point: at, nearest: points[node] }),
-            None => Err(BodyError::NoNode { place, point: at, nearest: at }),
-        }
-    }
-
-    /// Imposes a condition on a single node; returns the directions in which it holds it. No edge has a reaction: what the node
-    /// carries is missing in the equilibrium of the edges around it.
-    fn impose_at(
-        &mut self,
-        place: ConditionPlace,
-        node: NodeId,
-        support: &Support,
-    ) -> Result<BTreeMap<NodeId, EdgeReaction>, BodyError> {
-        let Support::Components(components) = support else { return Err(BodyError::SingleNode { place }) };
-        let mut held = EdgeReaction::None;
-        for (direction, data) in [Vector::x(), Vector::y()].into_iter().zip(components) {
-            let Some(data) = data else { continue };
-            let magnitude = data.at(self.mesh.points()[node]).abs();
-            self.constrain(place, node, &Imposed { direction, data, magnitude })?;
-            held = add_reaction(held, direction);
-        }
-        Ok(BTreeMap::from([(node, held)]))
     }
 
     /// Makes sides rigid; returns the edges of each.

@@ -85,6 +85,9 @@ pub(crate) fn deformed(
     let scale = Scale::of(quantity, bodies);
     let heading = match known {
         None => title.to_owned(),
+        Some(_) if largest > 0.0 && quantity == Quantity::Displacement => {
+            format!("{title} (drawn × {})", short(factor))
+        }
         Some(_) if largest > 0.0 => format!("{title} (displacements × {})", short(factor)),
         Some(_) => format!("{title} (no displacement)"),
     };

@@ -122,3 +122,14 @@ fn deformed_moves_obstacles_as_much_as_bodies() {
     assert!(moving.contains("rigid obstacle") && moving != still);
     assert!(!density("d", &[body()], &[], &[]).contains("rigid obstacle"));
 }
+
+#[test]
+fn the_title_of_the_displacement_says_the_word_once() {
+    let mesh = block(2, 0.0);
+    let moved = vec![Vector::new(0.0, -0.02); mesh.points().len()];
+    let values = vec![0.02; mesh.points().len()];
+    let patch = [NodalPatch { triangles: mesh.triangles().to_vec(), values }];
+    let body = BodyPicture { name: "b", mesh: &mesh, displacement: &moved, field: Field::Nodes(&patch) };
+    let svg = deformed("Displacement", Quantity::Displacement, &[body], &[], &[], &Labels::default());
+    assert!(svg.contains("<title>Displacement (drawn × 5)</title>"), "{svg}");
+}
