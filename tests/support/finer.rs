@@ -33,14 +33,14 @@ pub enum Outcome {
     Refused(String),
 }
 
+/// A problem, and displacements of the nodes of each of its bodies, m.
+pub type Fields = (ContactProblem, Vec<Vec<Vector>>);
+
 /// Refines all cells of a problem once, and takes displacements of the nodes with them.
 ///
 /// # Errors
 /// A problem that cannot be refined.
-pub fn finer(
-    problem: &ContactProblem,
-    u: &[Vec<Vector>],
-) -> Result<(ContactProblem, Vec<Vec<Vector>>), Box<dyn Error>> {
+pub fn finer(problem: &ContactProblem, u: &[Vec<Vector>]) -> Result<Fields, Box<dyn Error>> {
     let edges: Vec<RefinementEdges> =
         problem.bodies.iter().map(|body| RefinementEdges::longest(body.mesh())).collect();
     let marked: Vec<Vec<bool>> =
