@@ -299,17 +299,17 @@ fn has_a_reason(found: &Outcome) -> bool {
 #[test]
 fn no_bound_of_a_random_assembly_is_below_the_distance_to_a_finer_mesh() {
     let mut certified = 0;
-    for number in 0..150 {
+    for number in (0..150).chain([274, 292, 430, 568, 1108, 1192, 1246]) {
         let kind = random_assemblies::case(number).0;
         let found = random_assemblies::trial(number, 1).unwrap();
         println!("{number}, {kind}: {found:?}");
-        assert!(has_a_reason(&found) || number == 100, "{number}, {kind}: {found:?}");
+        assert!(has_a_reason(&found), "{number}, {kind}: {found:?}");
         if let Outcome::Certified { bound, error } = found {
             certified += 1;
             assert!(bound >= error, "{number}, {kind}: {bound} {error}");
         }
     }
-    println!("{certified} of 150 certified");
+    println!("{certified} of 157 certified");
     assert!(certified >= 125, "{certified}");
 }
 

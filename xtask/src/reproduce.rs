@@ -81,6 +81,8 @@ const PAGES: [Page; 5] = [
                Effectivities are smallest / middle / largest of the bound over this distance, which is smaller than the true error. The \
                second table is for two blocks of 18 × 9 cells with the default settings, against a mesh with eight times as many cells in \
                each direction.\n\n\
+               On bent lines a limit far above the friction costs sharpness: the lift of a contact node lets it slip a little, and the limit \
+               times this slip enters the bound. Limits of 1e6 times the stress there give the largest effectivities.\n\n\
                Every problem: `friction.csv`. The study fails if a bound is below the distance.",
     },
 ];

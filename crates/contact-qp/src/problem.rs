@@ -113,6 +113,12 @@ pub(crate) fn check_length(what: &'static str, expected: usize, found: usize) ->
     if found == expected { Ok(()) } else { Err(QpError::Length { what, expected, found }) }
 }
 
+/// Checks the length of some values, and that they are finite.
+pub(crate) fn check_values(what: &'static str, expected: usize, values: &[f64]) -> Result<(), QpError> {
+    check_length(what, expected, values.len())?;
+    check_finite(what, values)
+}
+
 pub(crate) fn check_finite(what: &'static str, values: &[f64]) -> Result<(), QpError> {
     // Without an early exit the sweep vectorises, so valid data are checked quickly.
     if values.iter().fold(true, |all, value| all & value.is_finite()) {

@@ -193,7 +193,7 @@ fn part_pair(problem: &ContactProblem, pair: &ContactPair, fields: &mut [Vec<Vec
     let moved = |side: usize, b: usize| -> Vec<Vector> {
         let mut field = vec![Vector::zeros(); fields[b].len()];
         for (p, depth) in pair.interface.pairs().iter().zip(depths) {
-            if let Some(direction) = lift::direction(&problem.bodies[b], side, p) {
+            if let Some(direction) = lift::direction(problem, b, side, p) {
                 field[p.nodes[side]] = side_sign(side) * depth * direction;
             }
         }
@@ -209,7 +209,7 @@ fn part_pair(problem: &ContactProblem, pair: &ContactPair, fields: &mut [Vec<Vec
     for (p, depth) in pair.interface.pairs().iter().zip(depths).filter(|(_, depth)| **depth > 0.0) {
         let movable = order
             .iter()
-            .find_map(|(_, (side, b))| Some((*side, *b, lift::direction(&problem.bodies[*b], *side, p)?)));
+            .find_map(|(_, (side, b))| Some((*side, *b, lift::direction(problem, *b, *side, p)?)));
         if let Some((side, b, direction)) = movable {
             // A little more than needed, for the rounding of the sum.
             fields[b][p.nodes[side]] += side_sign(side) * (1.0 + 4.0 * f64::EPSILON) * *depth * direction;
@@ -234,7 +234,7 @@ fn contact_forces(problem: &ContactProblem, fields: &[Vec<Vector>]) -> Vec<Vec<f
         let of_side = |(side, b): (usize, usize)| {
             let node = p.nodes[side];
             // A support takes what is not along its free direction.
-            let along = lift::direction(&problem.bodies[b], side, p)?;
+            let along = lift::direction(problem, b, side, p)?;
             (uses[b][node] == 1).then(|| side_sign(side) * residuals[b][node].dot(&along))
         };
         let found: Vec<f64> = problem.bodies_of(pair).filter_map(of_side).collect();

@@ -10,13 +10,16 @@
 
 use fem_core::body::{Body, NodeConstraint};
 use fem_core::element::Triangle;
-use fem_core::geometry::{Vector, perpendicular};
+use fem_core::geometry::{Vector, cross, perpendicular};
 use fem_core::interface::{ContactEdge, ContactInterface, ContactPair, ContactProblem, NodePair};
 use fem_core::mesh::id::NodeId;
 
 /// A node whose motion opens the edge by less than this fraction is not moved; the checks reject a remaining
 /// penetration.
 const SMALLEST_GAIN: f64 = 0.1;
+
+/// Directions are parallel up to this sine of their angle.
+const PARALLEL: f64 = 1e-9;
 
 /// The lift of the contact nodes of one body.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -45,7 +48,7 @@ impl Lift {
         let pairs = interface.pairs().iter().zip(&self.by_pair).filter(|(_, lift)| **lift > 0.0);
         pairs
             .filter_map(|(pair, lift)| {
-                let direction = direction(&problem.bodies[self.body], self.side, pair)?;
+                let direction = direction(problem, self.body, self.side, pair)?;
                 Some((pair.nodes[self.side], sign * lift * direction))
             })
             .collect()
@@ -130,7 +133,7 @@ pub(crate) fn find(
         return Lift { body: pair.bodies[0], by_pair: none, ..Lift::default() };
     }
     let of_side = |(side, body): (usize, usize)| {
-        let by_pair = by_pair(&problem.bodies[body], interface, side, middle);
+        let by_pair = by_pair(problem, body, (interface, side), middle);
         let mut lift = Lift { body, side, by_pair, energy: 0.0 };
         lift.energy = energy(&problem.bodies[body], &lift.field(problem, interface));
         let opened = lifted_middle_openings(problem, pair, displacement, &lift);
@@ -157,21 +160,48 @@ pub(crate) fn side_sign(side: usize) -> f64 {
     if side == 0 { -1.0 } else { 1.0 }
 }
 
-/// Returns the direction `d` in which the node of a body moves to open its pair by one, `d·n = 1`: along the normal, or
-/// along the free direction of its support; `None` if it is clamped.
-pub(crate) fn direction(body: &Body, side: usize, pair: &NodePair) -> Option<Vector> {
-    match body.node_constraints()[pair.nodes[side]] {
-        NodeConstraint::Free => Some(1.0 / pair.normal.dot(&pair.normal) * pair.normal),
-        NodeConstraint::Along { direction, .. } => {
-            let free = perpendicular(direction);
-            Some(1.0 / free.dot(&pair.normal) * free)
+/// Returns the direction `d` in which the node of a body moves to open its pair by one, `d·n = 1`: along the normal, along the free
+/// direction of its support, or along the other contact line of which it is a node, whose opening then remains; `None` if it cannot move.
+pub(crate) fn direction(
+    problem: &ContactProblem,
+    body: usize,
+    side: usize,
+    pair: &NodePair,
+) -> Option<Vector> {
+    let (node, normal) = (pair.nodes[side], pair.normal);
+    let along = |free: Vector| 1.0 / free.dot(&normal) * free;
+    let other = other_normal(problem, body, node, normal);
+    match (problem.bodies[body].node_constraints()[node], other) {
+        (NodeConstraint::Free, None) => Some(1.0 / normal.dot(&normal) * normal),
+        (NodeConstraint::Free, Some(other)) => Some(along(perpendicular(other))),
+        (NodeConstraint::Along { direction, .. }, None) => Some(along(perpendicular(direction))),
+        (NodeConstraint::Along { direction, .. }, Some(other))
+            if cross(direction, other).abs() <= PARALLEL =>
+        {
+            Some(along(perpendicular(direction)))
         }
-        NodeConstraint::Fixed { .. } | NodeConstraint::Rigid { .. } => None,
+        _ => None,
     }
 }
 
+/// Finds the normal of another contact line at a node of a body, unless it is parallel to the given one.
+fn other_normal(problem: &ContactProblem, body: usize, node: NodeId, normal: Vector) -> Option<Vector> {
+    problem.sides_of(body).find_map(|(k, side)| {
+        let mut pairs = problem.contacts[k].interface.pairs().iter();
+        pairs
+            .find(|pair| pair.nodes[side] == node)
+            .map(|pair| pair.normal)
+            .filter(|other| cross(*other, normal).abs() > PARALLEL)
+    })
+}
+
 /// Computes the required added opening of each pair, `ε ≥ 0`, m. Zero on straight edges.
-fn by_pair(body: &Body, interface: &ContactInterface, side: usize, middle: &[f64]) -> Vec<f64> {
+fn by_pair(
+    problem: &ContactProblem,
+    body: usize,
+    (interface, side): (&ContactInterface, usize),
+    middle: &[f64],
+) -> Vec<f64> {
     let pairs = interface.pairs();
     let mut lift = vec![0.0f64; pairs.len()];
     for (edge, &middle) in interface.edges().iter().zip(middle) {
@@ -181,7 +211,7 @@ fn by_pair(body: &Body, interface: &ContactInterface, side: usize, middle: &[f64
         let [i, j] = edge.pairs.map(|k| k as usize);
         // The coefficient grows by ½ (ε_i d_i·n_j + ε_j d_j·n_i).
         let gain = |k: usize, other: usize| {
-            direction(body, side, &pairs[k]).map_or(0.0, |d| d.dot(&pairs[other].normal))
+            direction(problem, body, side, &pairs[k]).map_or(0.0, |d| d.dot(&pairs[other].normal))
         };
         let gains = [gain(i, j), gain(j, i)].map(|g| if g > SMALLEST_GAIN { g } else { 0.0 });
         // If one node cannot move, the other one moves by the whole amount.
@@ -243,7 +273,7 @@ mod tests {
         for penetrating in 0..edges {
             let middle: Vec<f64> = (0..edges).map(|k| if k == penetrating { -1e-3 } else { 0.0 }).collect();
             for side in [0, 1] {
-                let by_pair = by_pair(&problem.bodies[side], &pair.interface, side, &middle);
+                let by_pair = by_pair(&problem, side, (&pair.interface, side), &middle);
                 let lift = Lift { body: side, side, by_pair, energy: 0.0 };
                 let opened = lifted_middle_openings(&problem, pair, [&nodes[0], &nodes[1]], &lift);
                 assert!((opened[penetrating] - 1e-3).abs() < 1e-12, "{penetrating}: {opened:?}");

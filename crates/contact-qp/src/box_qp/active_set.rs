@@ -1,10 +1,10 @@
 //! Active sets: the solution on one of them, and the one that its signs ask for.
 
 use super::programme::BoxQp;
-use crate::balance::{bounded_least_squares, nonnegative_least_squares};
 use crate::cholesky::Factor;
 use crate::dense::{SemiDefinite, dot, norm};
 use crate::kkt::largest;
+use crate::least_squares::{bounded_least_squares, nonnegative_least_squares};
 use crate::place::Place;
 use crate::problem::MatrixView;
 use std::collections::HashSet;
@@ -153,7 +153,7 @@ impl<'a> System<'a> {
     }
 
     /// [`Self::descend`] from a vertex: a point within the bounds at which the rows hold, with at most as many unknowns between their
-    /// bounds as rows. `None` if there is none, or if an unknown has no lower bound.
+    /// bounds as rows. `None` if the rows do not hold within the bounds, or if an unknown has no lower bound.
     pub(super) fn descend_from_vertex(&self, limit: usize) -> Option<Candidate> {
         let Self { qp, rows, lengths, .. } = self;
         let right_side: Vec<f64> = qp.right_side.iter().zip(lengths).map(|(e, length)| e / length).collect();

@@ -14,8 +14,8 @@ use std::collections::{BTreeMap, HashMap};
 
 /// Cosine of the largest angle between neighbouring normals: 60 degrees.
 const TURN: f64 = 0.5;
-/// Sine of the largest angle between a support's direction and the contact line: a little more than the 60 degrees that an edge may have to
-/// the normals at its ends, so that a support along the edge is none along the normal.
+/// Sine of the largest angle between a support's direction and the contact line: a little more than the 60 degrees that an edge may be from
+/// the normals at its ends, so that a support along the edge is accepted.
 pub(super) const SUPPORT: f64 = 0.867;
 
 /// Sets tributary lengths and normals of all pairs.
