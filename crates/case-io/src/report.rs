@@ -288,8 +288,7 @@ pub struct Certificate {
 /// The residual of one solution with Coulomb friction: an indicator, and no bound of the error.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Coulomb {
-    /// The residual; `None` if a check of its stresses failed. It bounds the distance to the solution with the friction of Tresca whose
-    /// limit is that of contact.csv.
+    /// The residual; `None` if a check of its stresses failed.
     pub e_b: Option<f64>,
     /// Relative to the energy norm of the computed solution; `None` if the bodies hold no strain energy.
     pub relative: Option<f64>,
@@ -301,6 +300,9 @@ pub struct Coulomb {
     pub estimate: Option<f64>,
     /// That estimate relative to the energy norm of the computed solution.
     pub relative_estimate: Option<f64>,
+    /// The same number as a bound of the distance to the solution with the friction of Tresca whose limit is that of contact.csv; `None` on
+    /// bent contact lines.
+    pub frozen_bound: Option<f64>,
     /// The coupling `c` with the coefficients of friction: `c = μ κ` if they are equal.
     pub coupling: Option<f64>,
     /// Steps of the fixed point.

@@ -1,7 +1,7 @@
 //! The certified loop: solve, estimate, mark, refine, until the bound is at most the target; with Coulomb friction the residual.
 
 use crate::checkpoint::{Checkpoint, FinerMesh};
-use crate::coulomb::{CoulombResult, solve_coulomb};
+use crate::coulomb::CoulombResult;
 use crate::error::SolveError;
 use crate::history::Step;
 use crate::observer::{Observer, Phase, Silent};
@@ -9,6 +9,7 @@ use crate::refine::{self, Finer, Refined};
 use crate::settings::{Criterion, Settings};
 use crate::solution::{CertifiedSolution, RoleReason};
 use crate::solve::{solve, solve_again};
+use crate::solve_coulomb::solve_coulomb;
 use cre_estimator::{Estimate, EstimatorError, Relaxation};
 use fem_core::interface::ContactProblem;
 use fem_core::mesh::refine::RefinementEdges;

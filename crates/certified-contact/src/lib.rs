@@ -71,6 +71,7 @@ mod results;
 mod settings;
 mod solution;
 mod solve;
+mod solve_coulomb;
 mod steps;
 mod stopping;
 pub mod theory;
@@ -82,7 +83,7 @@ pub use adapt::{
 };
 pub use bounds::Bounds;
 pub use checkpoint::{Checkpoint, FinerMesh};
-pub use coulomb::{CoulombResult, solve_coulomb};
+pub use coulomb::CoulombResult;
 pub use cre_estimator;
 pub use error::SolveError;
 pub use fem_core;
@@ -94,6 +95,7 @@ pub use results::{FrictionResults, PairResults, PeakStress, Results, Stretch};
 pub use settings::{Criterion, Imposed, Settings};
 pub use solution::{CertifiedSolution, RoleReason};
 pub use solve::solve;
+pub use solve_coulomb::solve_coulomb;
 pub use steps::LoadSteps;
 
 /// The examples of README.md, run as tests.

@@ -3,12 +3,13 @@
 //! In every step the law of friction holds for the slip of that step, `w − w₀`, with the slip `w₀` that the earlier steps left. All else is as in
 //! one step. So the bound holds for the increment of its step, from the computed `w₀`: the error that the steps accumulate has no bound.
 
-use crate::coulomb::{CoulombResult, solve_coulomb};
+use crate::coulomb::CoulombResult;
 use crate::error::SolveError;
 use crate::observer::Observer;
 use crate::settings::Settings;
 use crate::solution::CertifiedSolution;
 use crate::solve::solve;
+use crate::solve_coulomb::solve_coulomb;
 use cre_estimator::{Estimate, Relaxation};
 use fem_core::body::ConditionPlace;
 use fem_core::interface::{ContactProblem, SlipBefore};

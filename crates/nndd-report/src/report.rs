@@ -191,6 +191,7 @@ fn coulomb(result: &CoulombResult) -> Coulomb {
     let (norm, estimate) = (result.energy_norm(), result.conditional_estimate());
     Coulomb {
         e_b: result.residual(),
+        frozen_bound: result.bound_for_frozen_limit(),
         relative: result.relative_residual(),
         kappa: result.kappa(),
         one_sign: result.has_one_sign(),

@@ -19,11 +19,12 @@ pub fn verdict(report: &Report) -> String {
     let parts = &certificate.parts;
     match (certificate.e_cre, parts.mesh, parts.iteration) {
         (Some(e_cre), Some(mesh), Some(iteration)) if certificate.valid => {
+            let of = if report.steps.is_empty() { "" } else { " of the last increment" };
             text += &match certificate.relative {
                 Some(relative) if e_cre > 0.0 => {
                     let percent = |x: f64| words::rounded_up(100.0 * relative * x / e_cre);
                     format!(
-                        "certified error <= {} % of the energy norm (discretisation {} %, iteration {} %{})\n",
+                        "certified error{of} <= {} % of the energy norm (discretisation {} %, iteration {} %{})\n",
                         words::rounded_up(100.0 * relative),
                         percent(mesh),
                         percent(iteration),
@@ -31,7 +32,7 @@ pub fn verdict(report: &Report) -> String {
                     )
                 }
                 _ => format!(
-                    "certified error <= {} in the energy norm; the bodies hold no strain energy, so there is no percentage\n",
+                    "certified error{of} <= {} in the energy norm; the bodies hold no strain energy, so there is no percentage\n",
                     words::rounded_up(e_cre)
                 ),
             };
@@ -64,10 +65,11 @@ fn without_bound(coulomb: &Coulomb) -> String {
     };
     let size = shown(e_b, coulomb.relative);
     let of = if coulomb.relative.is_some() { "of the energy norm" } else { "in the energy norm" };
-    let mut text = format!(
-        "{NONE}; residual e_b = {size} {of} (an indicator, zero only for an exact solution)\n\
-         bound if the friction limit were the given one of contact.csv: {size}\n"
-    );
+    let mut text =
+        format!("{NONE}; residual e_b = {size} {of} (an indicator, zero only for an exact solution)\n");
+    if coulomb.frozen_bound.is_some() {
+        let _ = writeln!(text, "bound if the friction limit were the given one of contact.csv: {size}");
+    }
     if let Some(estimate) = coulomb.estimate {
         let size = shown(estimate, coulomb.relative_estimate);
         let _ = writeln!(text, "estimate, if the exact slip has the same sign: {size}");
@@ -79,7 +81,7 @@ fn without_bound(coulomb: &Coulomb) -> String {
 pub fn peak(report: &Report) -> String {
     let Some(peak) = &report.results.peak_stress else { return String::new() };
     let Some(change) = peak.change else { return String::new() };
-    let certified = report.certificate.relative.filter(|_| report.certificate.valid);
+    let certified = report.valid_certificate().and_then(|certificate| certificate.relative);
     format!(
         "largest recovered von Mises stress {} in \"{}\" at ({}, {}), {}{} % against the mesh before; no bound\n",
         words::with_digits(peak.von_mises, words::certified_digits(certified)),

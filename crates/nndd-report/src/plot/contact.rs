@@ -1,9 +1,9 @@
 //! Pressure and opening along the contact.
 
 use super::axis::{Axis, drawable, extent, short};
-use super::colour::{BLUE, GREEN, GREY, VERMILLION};
+use super::colour::{BLUE, GREEN, GREY, PALE_BLUE, PALE_ORANGE, VERMILLION};
 use super::labels::Labels;
-use super::lines::{self, LinePanel, Series, THICK, THIN};
+use super::lines::{self, Band, LinePanel, Series, THICK, THIN};
 use super::look::{Look, Marker};
 use super::sheet::PIXEL;
 use case_io::table::ContactRow;
@@ -27,31 +27,41 @@ const BEYOND: f64 = 0.04;
 /// How far the axis goes beyond the pressures that it shows, if it does not show all.
 const ABOVE: f64 = 1.2;
 
-/// Draws the pressure above and the opening below, over a common axis, with the contact zone shaded; the pressure alone
-/// if the opening is zero everywhere.
+/// Draws the pressure above and the opening below, over a common axis, with the contact zone shaded, with friction in two shades for what
+/// sticks and what slips; the pressure alone if the opening is zero everywhere.
 ///
 /// A node with pressure shades half of the way to its neighbours. Nodes with a value that is not finite are
 /// left out; nodes need not come in order. A peak on a small part of the contact is cut, and its value written.
 ///
 /// * `start`: the arc length at which a closed line was opened, if it is not its first node.
 pub(crate) fn contact(title: &str, rows: &[ContactRow], start: Option<f64>, labels: &Labels) -> String {
-    let mut nodes: Vec<[f64; 3]> = rows
+    let mut all: Vec<([f64; 3], Option<bool>)> = rows
         .iter()
-        .map(|r| [r.s, r.pressure, r.opening])
-        .filter(|n| n.iter().all(|v| drawable(*v)))
+        .map(|r| ([r.s, r.pressure, r.opening], r.friction.as_ref().map(|f| f.state == "slip")))
+        .filter(|(n, _)| n.iter().all(|v| drawable(*v)))
         .collect();
-    nodes.sort_by(|a, b| a[0].total_cmp(&b[0]));
-    let zones = zones(&nodes);
+    all.sort_by(|a, b| a.0[0].total_cmp(&b.0[0]));
+    let (nodes, slips): (Vec<[f64; 3]>, Vec<Option<bool>>) = all.into_iter().unzip();
+    let touching = zones(&nodes, |_| true);
+    let [stick, slip] = [false, true].map(|state| zones(&nodes, |i| slips[i] == Some(state)));
+    let friction_zones = match slips.iter().any(Option::is_some) {
+        true => format!(" It sticks: {}. It slips: {}.", written(&stick), written(&slip)),
+        false => String::new(),
+    };
     let x_axis = lines::linear_axis(extent(nodes.iter().map(|n| n[0])));
     let ends = [1, 2].map(|c| extent(nodes.iter().map(|n| n[c]).chain([0.0])).unwrap_or_default());
     let description = format!(
         "Above the contact pressure, at most {}; below the opening, at most {}, along the contact at {} nodes. \
-         Contact zone: {}.",
+         Contact zone: {}.{friction_zones}",
         short(ends[0].1),
         short(ends[1].1),
         nodes.len(),
-        written(&zones)
+        written(&touching)
     );
+    let bands = match friction_zones.is_empty() {
+        true => vec![Band::new("contact zone", PALE_ORANGE, touching)],
+        false => vec![Band::new("sticks", PALE_BLUE, stick), Band::new("slips", PALE_ORANGE, slip)],
+    };
     let cap = cap(&nodes);
     let axes = [(ends[0].0, cap.unwrap_or(ends[0].1)), ends[1]].map(upwards);
     let points = |c: usize| nodes.iter().map(|n| Vector::new(n[0], n[c])).collect::<Vec<_>>();
@@ -78,11 +88,11 @@ pub(crate) fn contact(title: &str, rows: &[ContactRow], start: Option<f64>, labe
     let label = [[below_panel(0), pressure.as_str()], [below_panel(1), &opening]];
     let peak = nodes.iter().copied().max_by(|a, b| a[1].total_cmp(&b[1])).filter(|_| cap.is_some());
     let friction = rubs.as_ref().map(|series| LinePanel {
-        bands: &zones,
+        bands: &bands,
         ..LinePanel::new([below_panel(2), &friction_label], [&x_axis, &friction_axis], series)
     });
     let panels = (0..count).map(|k| LinePanel {
-        bands: &zones,
+        bands: &bands,
         remark: (ends[k] == (0.0, 0.0)).then(|| format!("{} is zero everywhere", series[k][0].look.name)),
         peak: peak.filter(|_| k == 0).map(|n| (n[0], format!("peak {}", short(three(n[1]))))),
         ..LinePanel::new(label[k], [&x_axis, &axes[k]], &series[k])
@@ -159,12 +169,12 @@ fn upwards((lo, hi): (f64, f64)) -> Axis {
     Axis::linear(lo - 0.4 * margin, hi + margin, TICKS)
 }
 
-/// The intervals of contact: around each node with pressure, half of the way to its neighbours.
-fn zones(nodes: &[[f64; 3]]) -> Vec<[f64; 2]> {
+/// The intervals of contact: around each node with pressure that is one of `which`, half of the way to its neighbours.
+fn zones(nodes: &[[f64; 3]], which: impl Fn(usize) -> bool) -> Vec<[f64; 2]> {
     let least = NONE * nodes.iter().map(|n| n[1]).fold(0.0, f64::max);
     let middle = |i: usize, j: usize| 0.5 * nodes[i][0] + 0.5 * nodes[j][0];
     let mut zones: Vec<[f64; 2]> = vec![];
-    for i in (0..nodes.len()).filter(|i| nodes[*i][1] > least) {
+    for i in (0..nodes.len()).filter(|i| nodes[*i][1] > least && which(*i)) {
         let (from, to) = (middle(i.saturating_sub(1), i), middle(i, (i + 1).min(nodes.len() - 1)));
         match zones.last_mut() {
             Some(zone) if zone[1] >= from => zone[1] = to,

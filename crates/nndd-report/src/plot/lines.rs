@@ -1,7 +1,7 @@
 //! Figures of lines: panels with series, one below the other, under one legend.
 
 use super::axis::{Axis, extent};
-use super::colour::{INK, PALE_ORANGE};
+use super::colour::INK;
 use super::legend;
 use super::look::{Look, Marker};
 use super::sheet::{self, Frame, MARGIN, PIXEL, Panel, SMALL, Sheet, WIDTH, Words};
@@ -19,8 +19,17 @@ pub(super) const TICKS: usize = 8;
 /// Room above a panel with a heading and without one.
 const HEADING: f64 = 30.0 * PIXEL;
 const NO_HEADING: f64 = 14.0 * PIXEL;
-/// The intervals that are shaded.
-const BAND: Look = Look::new("contact zone", PALE_ORANGE, 12.0 * PIXEL, Marker::None);
+/// Intervals of the horizontal axis that are shaded, as the legend calls them.
+pub(super) struct Band {
+    pub(super) look: Look,
+    pub(super) intervals: Vec<[f64; 2]>,
+}
+
+impl Band {
+    pub(super) fn new(name: &'static str, colour: &'static str, intervals: Vec<[f64; 2]>) -> Self {
+        Self { look: Look::new(name, colour, 12.0 * PIXEL, Marker::None), intervals }
+    }
+}
 
 /// A series: its points in order; `None` breaks the line.
 pub(super) struct Series {
@@ -45,8 +54,7 @@ pub(super) struct LinePanel<'a> {
     pub(super) labels: [&'a str; 2],
     pub(super) axes: [&'a Axis; 2],
     pub(super) series: &'a [Series],
-    /// Intervals of the horizontal axis that are shaded.
-    pub(super) bands: &'a [[f64; 2]],
+    pub(super) bands: &'a [Band],
     /// What is remarkable about the data.
     pub(super) remark: Option<String>,
     /// A place of the horizontal axis at which the values go beyond the vertical one, and what is written there.
@@ -68,7 +76,11 @@ pub(super) fn figure(title: &str, description: &str, height: f64, panels: &[Line
             looks.push(s.look);
         }
     }
-    looks.extend(panels.iter().any(|p| !p.bands.is_empty()).then_some(BAND));
+    for band in panels.iter().flat_map(|p| p.bands).filter(|band| !band.intervals.is_empty()) {
+        if looks.iter().all(|look| look.name != band.look.name) {
+            looks.push(band.look);
+        }
+    }
     let above = |p: &LinePanel<'_>| if p.heading.is_some() { HEADING } else { NO_HEADING };
     let mut top = legend::end(&looks);
     let whole = top + panels.iter().map(|p| above(p) + height + sheet::BELOW).sum::<f64>() + MARGIN;
@@ -113,17 +125,19 @@ impl LinePanel<'_> {
     }
 
     fn shade(&self, sheet: &mut Sheet, panel: &Panel<'_>) {
-        let (mut drawn, mut end) = (String::new(), f64::NEG_INFINITY);
         for band in self.bands {
-            let [a, b] = band.map(|x| panel.place([x, 0.0])[0]);
-            let b = b.max(a + 1.0);
-            // A great many bands narrower than a unit are drawn once.
-            if b > end {
-                drawn += &sheet::rectangle([a, b], [panel.frame.top, panel.frame.bottom()]);
-                end = b;
+            let (mut drawn, mut end) = (String::new(), f64::NEG_INFINITY);
+            for interval in &band.intervals {
+                let [a, b] = interval.map(|x| panel.place([x, 0.0])[0]);
+                let b = b.max(a + 1.0);
+                // A great many intervals narrower than a unit are drawn once.
+                if b > end {
+                    drawn += &sheet::rectangle([a, b], [panel.frame.top, panel.frame.bottom()]);
+                    end = b;
+                }
             }
+            sheet.fill(&drawn, band.look.colour);
         }
-        sheet.fill(&drawn, BAND.colour);
     }
 }
 

@@ -1,0 +1,80 @@
+//! The steps from a problem with Coulomb friction to one solution of it, with its residual.
+
+use crate::coulomb::CoulombResult;
+use crate::error::SolveError;
+use crate::observer::{Observer, Phase};
+use crate::results::results;
+use crate::solve::prepare;
+use cre_estimator::{Relaxation, estimate_with};
+use fem_core::interface::{ContactPair, ContactProblem};
+use fem_core::prepared::PreparedProblem;
+use nndd::{CoulombSettings, NnddError, PairFriction, coulomb_coupling};
+
+/// Solves a contact problem with Coulomb friction in one or more of its pairs. The other pairs keep their law.
+///
+/// * `relaxation`: how far the equilibrated stresses of the residual are relaxed.
+///
+/// # Errors
+/// A body without unique solution; loads that no forces within the cones of friction balance; a problem
+/// without Coulomb friction, which [`crate::solve`] certifies. No convergence is a status of the solution.
+pub fn solve_coulomb(
+    problem: ContactProblem,
+    settings: &CoulombSettings,
+    relaxation: Relaxation,
+    observer: &mut dyn Observer,
+) -> Result<CoulombResult, SolveError> {
+    if problem.contacts.iter().all(|pair| pair.friction.coulomb().is_none()) {
+        return Err(SolveError::NoCoulomb);
+    }
+    let prepared = prepare(problem, observer)?;
+    observer.phase(Phase::Iterations);
+    let solution = nndd::solve_coulomb(&prepared, settings)?;
+    if observer.must_stop() {
+        return Err(SolveError::Stopped);
+    }
+    observer.phase(Phase::Estimate);
+    let estimate = estimate_with(&prepared, &solution.exact.state(), relaxation)?;
+    let signs = signs(prepared.problem(), &solution.exact.friction);
+    let (kappa, coupling) = match &signs {
+        Some(signs) => couplings(&prepared, signs)?,
+        None => (None, None),
+    };
+    let last = solution.exact.iterate(&prepared);
+    let results = results(&prepared, &last, &estimate, None);
+    let unknowns = prepared.bodies().iter().map(|body| body.dofs().len()).collect();
+    let (problem, one_sign) = (prepared.into_problem(), signs.is_some());
+    Ok(CoulombResult { problem, solution, last, results, unknowns, estimate, one_sign, kappa, coupling })
+}
+
+/// Computes the coupling between pressure and slip without and with the coefficients of friction, `κ_h` and `c`.
+fn couplings(problem: &PreparedProblem, signs: &[f64]) -> Result<(Option<f64>, Option<f64>), NnddError> {
+    let coupling = coulomb_coupling(problem, signs)?;
+    let of_pairs = problem.problem().contacts.iter().map(|pair| pair.friction.coulomb().unwrap_or(0.0));
+    let coefficients: Vec<f64> = of_pairs.collect();
+    let mut acting = coefficients.iter().copied().filter(|mu| *mu > 0.0);
+    let kappa = match acting.next() {
+        None => None,
+        // c = μ κ.
+        Some(mu) if acting.all(|other| other == mu) => coupling.map(|c| c / mu),
+        Some(_) => {
+            let unweighted = coefficients.iter().zip(signs);
+            let unweighted = unweighted.map(|(mu, sign)| if *mu > 0.0 { sign / mu } else { 0.0 });
+            coulomb_coupling(problem, &unweighted.collect::<Vec<_>>())?
+        }
+    };
+    Ok((kappa, coupling))
+}
+
+/// Returns the common sign of all slips of each pair with Coulomb friction, open parts included, 0 for other pairs; `None` if a pair slips
+/// in both directions.
+fn signs(problem: &ContactProblem, friction: &[PairFriction]) -> Option<Vec<f64>> {
+    let of_pair = |(pair, friction): (&ContactPair, &PairFriction)| {
+        if pair.friction.coulomb().is_none() {
+            return Some(0.0);
+        }
+        let forwards = friction.slip.iter().any(|w| *w > 0.0);
+        let backwards = friction.slip.iter().any(|w| *w < 0.0);
+        (!forwards || !backwards).then_some(if backwards { -1.0 } else { 1.0 })
+    };
+    problem.contacts.iter().zip(friction).map(of_pair).collect()
+}
