@@ -150,7 +150,7 @@ impl LeastSquares {
             }
             let ratio = |(j, t): (&usize, &f64)| {
                 let (x, room) = (self.x[*j], self.room[*j]);
-                // 0/0 if it is at its bound already: then this step is none, and takes it out.
+                // 0/0 if it is at its bound already: then the step has no length, and takes it out.
                 match *t {
                     t if t <= 0.0 => Some((x / (x - t)).max(0.0)),
                     t if t >= room => Some(((room - x) / (t - x)).max(0.0)),

@@ -12,10 +12,10 @@ use crate::material::{LinearElastic, Materials};
 use crate::mesh::TriMesh;
 use crate::mesh::id::{EdgeId, NodeId};
 use crate::mesh::refine::Refinement;
-use std::fmt;
 use std::sync::OnceLock;
 use thiserror::Error;
 
+pub use crate::boundary::{ConditionList, ConditionPlace};
 pub use curves::{CurveKind, CurvedSide};
 pub(crate) use interpolation::Sum as DifferenceSum;
 pub use interpolation::{DataDifference, Difference, SAMPLES};
@@ -78,40 +78,6 @@ pub struct SupportSet {
     pub nodes: Vec<NodeId>,
     /// The directions in which it holds each node.
     pub reactions: Vec<EdgeReaction>,
-}
-
-/// The list that contains a condition, for error messages.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ConditionList {
-    /// `BoundaryConditions::displacements`.
-    Displacement,
-    /// `BoundaryConditions::tractions`.
-    Traction,
-    /// `BoundaryConditions::rigid`.
-    Rigid,
-    /// The sides of [`Body::with_curves`].
-    Curve,
-}
-
-/// One condition by its list and its place in it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ConditionPlace {
-    /// Which list.
-    pub list: ConditionList,
-    /// Place in the list, from 0.
-    pub index: usize,
-}
-
-impl fmt::Display for ConditionPlace {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let list = match self.list {
-            ConditionList::Displacement => "displacement condition",
-            ConditionList::Traction => "traction condition",
-            ConditionList::Rigid => "rigid side condition",
-            ConditionList::Curve => "curved side",
-        };
-        write!(f, "{list} {}", self.index + 1)
-    }
 }
 
 /// Why boundary conditions are invalid on a mesh.

@@ -3,7 +3,6 @@
 //! A condition names an edge group and holds numbers or functions of the position. [`crate::body::Body`]
 //! evaluates it on the mesh.
 
-use crate::body::{ConditionList, ConditionPlace};
 use crate::geometry::Vector;
 use std::fmt;
 use std::sync::Arc;
@@ -116,6 +115,40 @@ pub enum Support {
     Components([Option<ScalarData>; 2]),
     /// The component along the outward normal of the side (0 is a roller); the tangential one is free.
     Normal(ScalarData),
+}
+
+/// The list that contains a condition, for error messages.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ConditionList {
+    /// `BoundaryConditions::displacements`.
+    Displacement,
+    /// `BoundaryConditions::tractions`.
+    Traction,
+    /// `BoundaryConditions::rigid`.
+    Rigid,
+    /// The curved sides of a body.
+    Curve,
+}
+
+/// One condition by its list and its place in it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ConditionPlace {
+    /// Which list.
+    pub list: ConditionList,
+    /// Place in the list, from 0.
+    pub index: usize,
+}
+
+impl fmt::Display for ConditionPlace {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let list = match self.list {
+            ConditionList::Displacement => "displacement condition",
+            ConditionList::Traction => "traction condition",
+            ConditionList::Rigid => "rigid side condition",
+            ConditionList::Curve => "curved side",
+        };
+        write!(f, "{list} {}", self.index + 1)
+    }
 }
 
 /// A displacement imposed on a part of the boundary.

@@ -28,7 +28,7 @@ use fem_core::prepared::PreparedProblem;
 /// A row along a tangent whose own flexibility is below this fraction of the largest one is imposed on both sides.
 const IMPOSED: f64 = 1e-20;
 
-/// A slip that supports impose below this fraction of the largest displacement is none.
+/// A slip that supports impose below this fraction of the largest displacement is zero.
 const ROUND_OFF: f64 = 1e-12;
 
 /// The exact solution of the discrete problem.
