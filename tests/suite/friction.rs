@@ -52,7 +52,7 @@ fn solved(problem: &ContactProblem) -> ExactSolution {
 fn converged(problem: &ContactProblem) -> CoulombSolution {
     let mut settings = CoulombSettings::default();
     (settings.tolerance, settings.max_steps) = (1e-13, 80);
-    let found = solve_coulomb(&prepare(problem), &settings).unwrap();
+    let found = solve_coulomb(&prepare(problem), &settings, None, || true).unwrap();
     assert_eq!(found.status, CoulombStatus::Converged, "{:?}", found.changes);
     found
 }
@@ -208,7 +208,7 @@ fn a_block_stays_on_a_slope_below_its_angle_of_friction() {
         near(found.exact.friction[0].force.iter().sum(), 20.0 * tangent, 1e-10);
     }
     let steep = slope(0.6, [12, 6], coulomb(0.5)).unwrap();
-    match solve_coulomb(&prepare(&steep), &CoulombSettings::default()) {
+    match solve_coulomb(&prepare(&steep), &CoulombSettings::default(), None, || true) {
         // No forces in the cones balance it.
         Err(NnddError::OutsideCones { load }) => assert!(load > 0.0),
         Ok(found) => panic!("{:?}", found.status),

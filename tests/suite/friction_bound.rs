@@ -5,9 +5,9 @@ use cre_estimator::{Estimate, Relaxation, estimate_with};
 use fem_core::body::Body;
 use fem_core::boundary::{BoundaryConditions, ScalarData};
 use fem_core::geometry::Vector;
-use fem_core::interface::{ContactProblem, Friction, Roles};
+use fem_core::interface::{ContactInterface, ContactProblem, Friction, Gap, Obstacle, RigidLine, Roles};
 use fem_core::material::{Hypothesis, LinearElastic, Materials};
-use fem_core::mesh::generate::block;
+use fem_core::mesh::generate::{block, ring};
 use nndd::{CoulombSettings, ExactSolution, solve_coulomb, solve_exactly};
 use tests::distance::{Outcome, distance, outcome};
 use tests::friction::{blocks, patch, pushed_middle, pushed_over_plane, rings};
@@ -26,7 +26,7 @@ fn estimated(problem: &ContactProblem, relaxation: Relaxation) -> (ExactSolution
     let exact = if problem.contacts.iter().any(|pair| pair.friction.coulomb().is_some()) {
         let mut settings = CoulombSettings::default();
         (settings.tolerance, settings.max_steps) = (1e-13, 80);
-        solve_coulomb(&prepared, &settings).unwrap().exact
+        solve_coulomb(&prepared, &settings, None, || true).unwrap().exact
     } else {
         solve_exactly(&prepared, &QpSettings::default()).unwrap()
     };
@@ -89,6 +89,41 @@ fn without_a_limit_the_bound_is_the_frictionless_one_and_without_end_that_of_a_b
     near(a.cre.e_cre(), b.cre.e_cre(), 1e-9);
     // Nothing slips, so that friction adds nothing.
     assert!(a.cre.friction_squared() < 1e-12 * a.cre.e_cre_squared);
+}
+
+/// A sector of a ring within another one, pressed outwards and onto a plane with friction at its end: its outer line, which bends, and the
+/// straight one meet at a node.
+fn sector_on_plane(cells: [usize; 2], friction: &Friction) -> ContactProblem {
+    let steel = || LinearElastic::isotropic(1000.0, 0.3, Hypothesis::PlaneStrain).unwrap();
+    let part = |radii, conditions: &BoundaryConditions| {
+        Body::new(ring([0.0; 2], radii, [0.0, 60.0], cells).unwrap(), steel(), conditions).unwrap()
+    };
+    let inner = BoundaryConditions::new().pressure("inner", 20.0).pressure("end", 60.0);
+    let bodies = vec![part([1.0, 1.5], &inner), part([1.5, 2.0], &BoundaryConditions::new().fix("outer"))];
+    let line = ContactInterface::pair(&bodies[0], &bodies[1], ["outer", "inner"], &Gap::Geometric).unwrap();
+    let plane = Obstacle::fixed(RigidLine::Plane { point: Vector::zeros(), normal: Vector::y() });
+    let foot = ContactInterface::against(&bodies[0], "start", &plane, None).unwrap();
+    let problem = ContactProblem::new(bodies).contact([0, 1], line).obstacle(0, foot, plane);
+    problem.with_friction(1, friction.clone()).unwrap()
+}
+
+#[test]
+fn the_bound_counts_the_slip_that_the_lift_of_another_contact_line_adds() {
+    let problem = sector_on_plane([8, 3], &Friction::tresca(5.0));
+    let (_, estimate) = estimated(&problem, Relaxation::Steps(2));
+    let [bent, straight] = &estimate.pair.contacts[..] else { panic!("two pairs") };
+    let field = bent.lift.field(&problem, &problem.contacts[0].interface);
+    let foot = problem.contacts[1].interface.pairs();
+    let shared = field.iter().find(|(node, _)| foot.iter().any(|pair| pair.nodes[0] == *node));
+    let (_, l) = shared.expect("the lift does not move the node of both lines");
+    // It moves along the plane.
+    assert!(l[0].abs() > 1e-9 && l[1].abs() < 1e-15, "{l:?}");
+    let largest = straight.edge_friction.lifted[0].iter().flatten().fold(0.0f64, |m, w| m.max(w.abs()));
+    assert!((largest - l[0].abs()).abs() < 1e-15, "{largest} {l:?}");
+    // And the bound holds.
+    let Outcome::Certified { bound, error } = outcome(problem, 2).unwrap() else { panic!("not certified") };
+    println!("bound {bound} error {error}");
+    assert!(error <= bound, "{error} {bound}");
 }
 
 #[test]

@@ -4,11 +4,14 @@ use certified_contact::nndd::{CoulombSettings, CoulombStatus};
 use certified_contact::{CertifiedSolution, LoadSteps, Settings, Silent, SolveError, solve};
 use cre_estimator::Relaxation;
 use fem_core::body::{ConditionList, ConditionPlace};
+use fem_core::boundary::BoundaryConditions;
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactProblem, FactorError, Friction, InterfaceError, SlipBefore};
 use fem_core::mesh::refine::RefinementEdges;
 use fem_core::norm::energy_distance_squared;
+use fem_core::prepared::{PreparedProblem, Stage};
 use tests::friction::{PATCH_SLIP, SHEARED_BY, blocks, pushed_over_plane, rings, sheared};
+use tests::prepare;
 
 /// Factors of [`sheared`]: how far the top is moved of what shears and slips, and the shear on the sides.
 fn shear(moved: f64, traction: f64) -> impl Fn(usize, ConditionPlace) -> f64 {
@@ -249,4 +252,47 @@ fn slip_that_does_not_fit_and_refinement_of_a_later_step_are_refused() {
     let wrong = steps.solve(|_, _| f64::NAN, &Settings::default(), &mut Silent).unwrap_err();
     assert!(matches!(wrong, SolveError::Factors(FactorError::Body { body: 0, .. })), "{wrong}");
     assert_eq!(steps.count(), 0);
+}
+
+#[test]
+fn bodies_with_other_loads_are_those_factorised_anew() {
+    let problems = [
+        blocks([8, 4], Friction::tresca(4.0)).unwrap(),
+        rings(0.02, [12, 3], Friction::tresca(4.0)).unwrap(),
+        pushed_over_plane(8, Friction::Coulomb { mu: 0.5 }).unwrap(),
+        tests::assemblies::stamped().unwrap(),
+    ];
+    for problem in problems {
+        let other = problem.with_factors(|_, place| if place.index == 0 { 0.37 } else { -1.5 }).unwrap();
+        let (_, bodies) = prepare(&problem).into_parts();
+        let again = PreparedProblem::prepare_again(other.clone(), bodies, |stage| {
+            assert_ne!(stage, Stage::Factorisation);
+            true
+        });
+        let (again, anew) = (again.unwrap(), prepare(&other));
+        for (one, two) in again.bodies().iter().zip(anew.bodies()) {
+            assert_eq!(one.condensed_load(), two.condensed_load());
+            let none = vec![0.0; one.len()];
+            assert_eq!(one.displacement_from_force(&none), two.displacement_from_force(&none));
+            assert_eq!(one.dofs().traces(&none), two.dofs().traces(&none));
+        }
+        assert_eq!(again.external_forces(), anew.external_forces());
+    }
+}
+
+#[test]
+fn bodies_with_other_supports_are_factorised_anew() {
+    let (_, bodies) = prepare(&blocks([8, 4], Friction::None).unwrap()).into_parts();
+    let mut stages = Vec::new();
+    let held = BoundaryConditions::new().fix("left");
+    let free = tests::friction::two_blocks([8, 4], &held, &BoundaryConditions::new().fix("bottom")).unwrap();
+    let again = PreparedProblem::prepare_again(free.clone(), bodies, |stage| {
+        stages.push(stage);
+        true
+    });
+    let (again, anew) = (again.unwrap(), prepare(&free));
+    assert!(stages.contains(&Stage::Factorisation));
+    for (one, two) in again.bodies().iter().zip(anew.bodies()) {
+        assert_eq!(one.schur(), two.schur());
+    }
 }

@@ -51,6 +51,15 @@ fn wrong_steps_are_refused_with_their_place() {
         assert!(found.contains(said), "{to}:\n{found}");
         assert!(found.contains("case.toml:"), "{found}");
     }
+    // A condition that no step names has no effect, and that is probably not meant.
+    let named = SHEAR.replacen(
+        "[[step]]",
+        "[[body.traction]]\nname = \"weight\"\non = \"top\"\npressure = 1.0\n[[step]]",
+        1,
+    );
+    let warnings = Case::parse(&named, "case.toml", &[]).unwrap().warnings();
+    assert!(warnings.iter().any(|w| w.message.contains("no load step names the condition \"weight\"")));
+    assert!(Case::parse(SHEAR, "case.toml", &[]).unwrap().warnings().is_empty());
     // Names without any step are fine: all conditions then act whole.
     let (without, _) = SHEAR.split_once("[[step]]").unwrap();
     assert!(Case::parse(without, "case.toml", &[]).unwrap().increments().is_empty());

@@ -42,10 +42,25 @@ fn root(z: Vector) -> Vector {
     Vector::new(r * angle.cos(), r * angle.sin())
 }
 
-/// `√(1 − z²)` on the upper half-plane.
-fn branch(z: Vector) -> Vector {
+/// `f = √(1 − z²) + i z`, its derivative and its integral, on the upper half-plane: `Re f` is `√(1 − x²)` on the real axis, and 0 outside of
+/// the contact. At the ends of the contact the derivative is infinite; there it is given as 0.
+pub(crate) fn unit(z: Vector) -> [Vector; 3] {
     let w = times(root(Vector::new(z[0] - 1.0, z[1])), root(Vector::new(z[0] + 1.0, z[1])));
-    Vector::new(w[1], -w[0])
+    let w = Vector::new(w[1], -w[0]);
+    let value = Vector::new(w[0] - z[1], w[1] + z[0]);
+    // f' = i − z/w
+    let size = w[0] * w[0] + w[1] * w[1];
+    let slope = if size > 0.0 {
+        let ratio = times(z, Vector::new(w[0] / size, -w[1] / size));
+        Vector::new(-ratio[0], 1.0 - ratio[1])
+    } else {
+        Vector::zeros()
+    };
+    // asin z = −i ln(i z + w); F = ½ (z w + asin z + i z²)
+    let arcsine = [value[1].atan2(value[0]), -value[0].hypot(value[1]).ln()];
+    let (zw, zz) = (times(z, w), times(z, z));
+    let integral = 0.5 * Vector::new(zw[0] + arcsine[0] - zz[1], zw[1] + arcsine[1] + zz[0]);
+    [value, slope, integral]
 }
 
 impl Exact {
@@ -60,16 +75,7 @@ impl Exact {
     /// The exact stress; at the ends of the contact, where its derivatives are infinite, along y = 0.
     pub fn stress(&self, x: Vector) -> SymTensor2 {
         let (z, mirror) = self.mirrored(x);
-        let w = branch(z);
-        // Z = −(w + i z), Z' = −(i − z/w)
-        let value = [-(w[0] - z[1]), -(w[1] + z[0])];
-        let size = w[0] * w[0] + w[1] * w[1];
-        let slope = if size > 0.0 {
-            let ratio = times(z, Vector::new(w[0] / size, -w[1] / size));
-            [ratio[0], ratio[1] - 1.0]
-        } else {
-            [0.0; 2]
-        };
+        let [value, slope, _] = unit(z).map(|part| -part);
         let y = z[1];
         SymTensor2::new(value[0] - y * slope[1], value[0] + y * slope[1], mirror * (-y * slope[0]))
     }
@@ -77,13 +83,7 @@ impl Exact {
     /// The exact displacement.
     pub fn displacement(&self, x: Vector) -> Vector {
         let (z, mirror) = self.mirrored(x);
-        let w = branch(z);
-        let value = [-(w[0] - z[1]), -(w[1] + z[0])];
-        // asin z = −i ln(i z + w); Ẑ = −½ (z w + asin z + i z²)
-        let inner = [w[0] - z[1], w[1] + z[0]];
-        let arcsine = [inner[1].atan2(inner[0]), -inner[0].hypot(inner[1]).ln()];
-        let (zw, zz) = (times(z, w), times(z, z));
-        let integral = [-0.5 * (zw[0] + arcsine[0] - zz[1]), -0.5 * (zw[1] + arcsine[1] + zz[0])];
+        let [value, _, integral] = unit(z).map(|part| -part);
         let (young, poisson) = self.material;
         let (kappa, mu) = (3.0 - 4.0 * poisson, young / (2.0 * (1.0 + poisson)));
         let ux = (0.5 * (kappa - 1.0) * integral[0] - z[1] * value[1]) / (2.0 * mu);

@@ -6,6 +6,7 @@
 pub mod adversarial;
 pub mod assemblies;
 pub mod blocks;
+pub mod cattaneo;
 pub mod columns;
 pub mod cook;
 pub mod corner;

@@ -1,19 +1,20 @@
 //! The certified loop: solve, estimate, mark, refine, until the bound is at most the target; with Coulomb friction the residual.
 
+mod meshwise;
+
 use crate::checkpoint::{Checkpoint, FinerMesh};
 use crate::coulomb::CoulombResult;
 use crate::error::SolveError;
 use crate::history::Step;
 use crate::observer::{Observer, Phase, Silent};
 use crate::refine::{self, Finer, Refined};
-use crate::settings::{Criterion, Settings};
-use crate::solution::{CertifiedSolution, RoleReason};
-use crate::solve::{solve, solve_again};
-use crate::solve_coulomb::solve_coulomb;
-use cre_estimator::{Estimate, EstimatorError, Relaxation};
+use crate::settings::Settings;
+use crate::solution::CertifiedSolution;
+use cre_estimator::{Estimate, Relaxation};
 use fem_core::interface::ContactProblem;
 use fem_core::mesh::refine::RefinementEdges;
-use nndd::{CoulombSettings, CoulombStatus, Iterate, NnddStatus, Start};
+use meshwise::Meshwise;
+use nndd::{CoulombSettings, CoulombStatus, NnddStatus};
 
 /// Refining is worthwhile if the mesh contributes at least this share of the squared bound.
 const LEAST_SHARE: f64 = 0.1;
@@ -196,7 +197,7 @@ fn begin<M: Meshwise>(
     adapt: &AdaptSettings,
     observer: &mut dyn Observer,
 ) -> Result<AdaptiveSolution<M::Solution>, SolveError> {
-    let solution = method.solve(problem, observer)?;
+    let solution = method.solve(problem, None, observer)?;
     follow(Course::new::<M>(solution), None, method, adapt, observer)
 }
 
@@ -218,7 +219,7 @@ fn resume<M: Meshwise>(
         let (finer, edges) = record.replay(&problem, step)?;
         if observer.has_room_for(&finer) {
             let start = record.start_of(step)?.clone();
-            match method.solve_again(finer, record.role_reason, start, observer) {
+            match method.solve(finer, Some((record.role_reason, start)), observer) {
                 Ok(solution) => {
                     let course = Course { solution, edges, record, best: None };
                     return follow(course, Some(&problem), method, adapt, observer);
@@ -291,7 +292,7 @@ fn follow<M: Meshwise>(
             break AdaptiveEnd::Interrupted;
         }
         // Solve and estimate.
-        let finer = match method.solve_again(problem, record.role_reason, start, observer) {
+        let finer = match method.solve(problem, Some((record.role_reason, start)), observer) {
             Ok(finer) => finer,
             Err(SolveError::Stopped) => break AdaptiveEnd::Interrupted,
             Err(error) => break AdaptiveEnd::Failed(error),
@@ -330,10 +331,11 @@ fn solve_step<M: Meshwise>(
     method: &M,
 ) -> Result<M::Solution, SolveError> {
     if step == 1 {
-        return method.solve(first.clone(), &mut Silent);
+        return method.solve(first.clone(), None, &mut Silent);
     }
     let (problem, _) = record.replay(first, step)?;
-    method.solve_again(problem, record.role_reason, record.start_of(step)?.clone(), &mut Silent)
+    let start = record.start_of(step)?.clone();
+    method.solve(problem, Some((record.role_reason, start)), &mut Silent)
 }
 
 /// Finds the first step with the smallest valid bound or residual.
@@ -413,159 +415,4 @@ fn ended<M: Meshwise>(
         return Some(AdaptiveEnd::MaxNodes);
     }
     observer.should_stop().then_some(AdaptiveEnd::Interrupted)
-}
-
-/// How the problem of one mesh is solved, and what the loop needs of the solution: certified, or with Coulomb friction a residual.
-trait Meshwise {
-    type Solution;
-
-    /// Solves the problem of the first mesh.
-    fn solve(
-        &self,
-        problem: ContactProblem,
-        observer: &mut dyn Observer,
-    ) -> Result<Self::Solution, SolveError>;
-
-    /// Solves the problem of a finer mesh.
-    fn solve_again(
-        &self,
-        problem: ContactProblem,
-        reason: RoleReason,
-        start: Start,
-        observer: &mut dyn Observer,
-    ) -> Result<Self::Solution, SolveError>;
-
-    /// Returns the problem, the estimate, and the last iterate.
-    fn parts(solution: &Self::Solution) -> (&ContactProblem, Option<&Estimate>, &Iterate);
-
-    fn role_reason(solution: &Self::Solution) -> RoleReason;
-
-    /// Sums up the solution as a step.
-    fn step(solution: &Self::Solution, number: usize) -> Step;
-
-    fn tell(observer: &mut dyn Observer, step: &Step, solution: &Self::Solution);
-
-    /// Returns the end of a run whose solve had no time or memory to end on its own.
-    fn cut_short(solution: &Self::Solution) -> Option<AdaptiveEnd>;
-
-    /// Tells whether a number below the target counts, however the solve ended.
-    fn may_meet_target(&self, solution: &Self::Solution) -> bool;
-
-    /// Returns the end of a run whose discrete problem was not solved.
-    fn unsolved(&self, solution: &Self::Solution) -> Option<AdaptiveEnd>;
-}
-
-impl Meshwise for Settings {
-    type Solution = CertifiedSolution;
-
-    fn solve(
-        &self,
-        problem: ContactProblem,
-        observer: &mut dyn Observer,
-    ) -> Result<CertifiedSolution, SolveError> {
-        solve(problem, self, observer)
-    }
-
-    fn solve_again(
-        &self,
-        problem: ContactProblem,
-        reason: RoleReason,
-        start: Start,
-        observer: &mut dyn Observer,
-    ) -> Result<CertifiedSolution, SolveError> {
-        solve_again(problem, reason, start, self, observer)
-    }
-
-    fn parts(solution: &CertifiedSolution) -> (&ContactProblem, Option<&Estimate>, &Iterate) {
-        (&solution.problem, solution.estimate.as_ref(), solution.last())
-    }
-
-    fn role_reason(solution: &CertifiedSolution) -> RoleReason {
-        solution.role_reason
-    }
-
-    fn step(solution: &CertifiedSolution, number: usize) -> Step {
-        solution.step(number)
-    }
-
-    fn tell(observer: &mut dyn Observer, step: &Step, solution: &CertifiedSolution) {
-        observer.step(step, solution);
-    }
-
-    fn cut_short(solution: &CertifiedSolution) -> Option<AdaptiveEnd> {
-        if let Some(error @ EstimatorError::OutOfMemory { .. }) = &solution.no_estimate {
-            return Some(AdaptiveEnd::Failed(error.clone().into()));
-        }
-        // The result of an interrupted run must not depend on the moment of the interruption.
-        (solution.nndd.status == NnddStatus::Interrupted).then_some(AdaptiveEnd::Interrupted)
-    }
-
-    fn may_meet_target(&self, _: &CertifiedSolution) -> bool {
-        true
-    }
-
-    fn unsolved(&self, solution: &CertifiedSolution) -> Option<AdaptiveEnd> {
-        match solution.nndd.status {
-            NnddStatus::StoppedByCriterion => None,
-            NnddStatus::MaxIterations | NnddStatus::Stalled { .. }
-                if self.criterion == Criterion::Iterations =>
-            {
-                None
-            }
-            status => Some(AdaptiveEnd::Iteration(status)),
-        }
-    }
-}
-
-impl Meshwise for (CoulombSettings, Relaxation) {
-    type Solution = CoulombResult;
-
-    fn solve(
-        &self,
-        problem: ContactProblem,
-        observer: &mut dyn Observer,
-    ) -> Result<CoulombResult, SolveError> {
-        solve_coulomb(problem, &self.0, self.1, observer)
-    }
-
-    /// The fixed point starts from full stick on every mesh.
-    fn solve_again(
-        &self,
-        problem: ContactProblem,
-        _: RoleReason,
-        _: Start,
-        observer: &mut dyn Observer,
-    ) -> Result<CoulombResult, SolveError> {
-        solve_coulomb(problem, &self.0, self.1, observer)
-    }
-
-    fn parts(solution: &CoulombResult) -> (&ContactProblem, Option<&Estimate>, &Iterate) {
-        (&solution.problem, Some(solution.estimate()), &solution.last)
-    }
-
-    fn role_reason(_: &CoulombResult) -> RoleReason {
-        RoleReason::Given
-    }
-
-    fn step(solution: &CoulombResult, number: usize) -> Step {
-        solution.step(number)
-    }
-
-    fn tell(observer: &mut dyn Observer, step: &Step, solution: &CoulombResult) {
-        observer.coulomb_step(step, solution);
-    }
-
-    fn cut_short(_: &CoulombResult) -> Option<AdaptiveEnd> {
-        None
-    }
-
-    /// The residual of a pair that is no solution says nothing of the target.
-    fn may_meet_target(&self, solution: &CoulombResult) -> bool {
-        self.unsolved(solution).is_none()
-    }
-
-    fn unsolved(&self, solution: &CoulombResult) -> Option<AdaptiveEnd> {
-        let status = solution.solution.status;
-        (status != CoulombStatus::Converged).then_some(AdaptiveEnd::FixedPoint(status))
-    }
 }

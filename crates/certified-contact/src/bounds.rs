@@ -84,8 +84,9 @@ impl Bounds {
             let role = of.roles.of_side(contact.lift.side);
             let (forces, sign) = (&iterate.forces()[role][block], [-1.0, 1.0][role]);
             lifted += contact.lift.by_pair.iter().zip(forces).map(|(l, r)| sign * l * r).sum::<f64>();
-            let tangential = [&iterate.tangential.reaction, &iterate.tangential.force][role];
-            lifted += friction::work_of_lift(of, &contact.edge_friction, &tangential[tangents]);
+            let by_role = [&iterate.tangential.reaction, &iterate.tangential.force];
+            let by_side = [0, 1].map(|side| &by_role[of.roles.of_side(side)][tangents.clone()]);
+            lifted += friction::work_of_lift(of, &contact.edge_friction, by_side);
         }
         let upper = potential + (lifted + 0.5 * estimate.pair.lift_energy).max(0.0);
         // Rounding of the displacements affects the energies as well as the bound.

@@ -114,7 +114,8 @@ impl CoulombResult {
         self.kappa
     }
 
-    /// Returns the coupling `c` with the coefficients of friction, `c = μ κ_h` if they are equal, between pressure and slip, computed on this mesh; `None` if a pair slips in both directions.
+    /// Returns the coupling `c` with the coefficients of friction, `c = μ κ_h` if they are equal, computed on this mesh; `None` if a pair
+    /// slips in both directions.
     pub fn coupling(&self) -> Option<f64> {
         self.coupling
     }

@@ -11,6 +11,7 @@ use crate::solution::{CertifiedSolution, RoleReason};
 use crate::stopping::{Follow, enough, estimate_of};
 use cre_estimator::{Estimate, ROUND_OFF_SHARE};
 use fem_core::boundary::ScalarData;
+use fem_core::condensation::CondensedBody;
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactPair, ContactProblem, Roles};
 use fem_core::prepared::{PrepareError, PreparedProblem, Stage};
@@ -30,13 +31,38 @@ pub fn solve(
     settings: &Settings,
     observer: &mut dyn Observer,
 ) -> Result<CertifiedSolution, SolveError> {
-    let mut problem = prepare(problem, observer)?;
+    Ok(solve_step(problem, Previous::default(), settings, observer)?.0)
+}
+
+/// What a load step leaves to the next one: the factorised bodies, and where to start.
+#[derive(Clone, Debug)]
+pub(crate) struct Previous<S> {
+    /// None before the first step.
+    pub(crate) bodies: Vec<CondensedBody>,
+    pub(crate) start: Option<S>,
+}
+
+impl<S> Default for Previous<S> {
+    fn default() -> Self {
+        Self { bodies: Vec::new(), start: None }
+    }
+}
+
+/// Solves and certifies a load step, and returns the factorised bodies as well.
+pub(crate) fn solve_step(
+    problem: ContactProblem,
+    previous: Previous<Start>,
+    settings: &Settings,
+    observer: &mut dyn Observer,
+) -> Result<(CertifiedSolution, Vec<CondensedBody>), SolveError> {
+    let mut problem = prepare(problem, previous.bodies, observer)?;
     let settings = &settings.for_problem(&problem);
     let (roles, reason) = choose_roles(&problem, settings);
     for (pair, roles) in roles.into_iter().enumerate() {
         problem.set_roles(pair, roles);
     }
-    let start = Start { lambda: initial_lambda(problem.problem(), &settings.lambda), active: None };
+    let first = || Start { lambda: initial_lambda(problem.problem(), &settings.lambda), active: None };
+    let start = previous.start.unwrap_or_else(first);
     iterate(problem, reason, start, settings, observer)
 }
 
@@ -63,9 +89,9 @@ pub(crate) fn solve_again(
     settings: &Settings,
     observer: &mut dyn Observer,
 ) -> Result<CertifiedSolution, SolveError> {
-    let problem = prepare(problem, observer)?;
+    let problem = prepare(problem, Vec::new(), observer)?;
     let settings = &settings.for_problem(&problem);
-    iterate(problem, reason, start, settings, observer)
+    Ok(iterate(problem, reason, start, settings, observer)?.0)
 }
 
 /// Iterates, certifies the last iterate, and computes the results; all in the order of the iteration.
@@ -75,7 +101,7 @@ fn iterate(
     start: Start,
     settings: &Settings,
     observer: &mut dyn Observer,
-) -> Result<CertifiedSolution, SolveError> {
+) -> Result<(CertifiedSolution, Vec<CondensedBody>), SolveError> {
     observer.phase(Phase::Iterations);
     let mut follow = Follow::new(&problem, settings, observer);
     let mut nndd = nndd::solve_from(&problem, start, &settings.method, &mut follow)?;
@@ -112,8 +138,8 @@ fn iterate(
     let results = estimate.as_ref().map(|e| results::results(&problem, last, e, low));
     let bounds = estimate.as_ref().map(|e| Bounds::new(&problem, last, e));
     let unknowns = problem.bodies().iter().map(|body| body.dofs().len()).collect();
-    let problem = problem.into_problem();
-    Ok(CertifiedSolution {
+    let (problem, bodies) = problem.into_parts();
+    let solution = CertifiedSolution {
         role_reason,
         method: settings.method.clone(),
         nndd,
@@ -124,7 +150,8 @@ fn iterate(
         results,
         unknowns,
         problem,
-    })
+    };
+    Ok((solution, bodies))
 }
 
 /// Tells whether rounding of the solution is a noticeable part of its bound.
@@ -192,12 +219,15 @@ fn conclude(nndd: &mut NnddSolution, rows: &mut [Row], estimate: &Estimate, sett
 }
 
 /// Assembles and factorises all bodies, in parallel.
+///
+/// * `factorised`: the bodies with other loads, if an earlier load step has factorised them.
 pub(crate) fn prepare(
     problem: ContactProblem,
+    factorised: Vec<CondensedBody>,
     observer: &mut dyn Observer,
 ) -> Result<PreparedProblem, SolveError> {
     let mut started = false;
-    let found = PreparedProblem::prepare(problem, |stage| {
+    let found = PreparedProblem::prepare_again(problem, factorised, |stage| {
         // The order belongs to the factorisation.
         let phase = match stage {
             Stage::Ordering | Stage::Factorisation => Some(Phase::Factorisation),

@@ -4,11 +4,12 @@ use crate::coulomb::CoulombResult;
 use crate::error::SolveError;
 use crate::observer::{Observer, Phase};
 use crate::results::results;
-use crate::solve::prepare;
+use crate::solve::{Previous, prepare};
 use cre_estimator::{Relaxation, estimate_with};
+use fem_core::condensation::CondensedBody;
 use fem_core::interface::{ContactPair, ContactProblem};
 use fem_core::prepared::PreparedProblem;
-use nndd::{CoulombSettings, NnddError, PairFriction, coulomb_coupling};
+use nndd::{CoulombSettings, CoulombStart, NnddError, PairFriction, coulomb_coupling};
 
 /// Solves a contact problem with Coulomb friction in one or more of its pairs. The other pairs keep their law.
 ///
@@ -23,12 +24,24 @@ pub fn solve_coulomb(
     relaxation: Relaxation,
     observer: &mut dyn Observer,
 ) -> Result<CoulombResult, SolveError> {
+    Ok(solve_coulomb_step(problem, Previous::default(), settings, relaxation, observer)?.0)
+}
+
+/// Solves a load step with Coulomb friction, and returns the factorised bodies as well.
+pub(crate) fn solve_coulomb_step(
+    problem: ContactProblem,
+    previous: Previous<CoulombStart>,
+    settings: &CoulombSettings,
+    relaxation: Relaxation,
+    observer: &mut dyn Observer,
+) -> Result<(CoulombResult, Vec<CondensedBody>), SolveError> {
     if problem.contacts.iter().all(|pair| pair.friction.coulomb().is_none()) {
         return Err(SolveError::NoCoulomb);
     }
-    let prepared = prepare(problem, observer)?;
+    let prepared = prepare(problem, previous.bodies, observer)?;
     observer.phase(Phase::Iterations);
-    let solution = nndd::solve_coulomb(&prepared, settings)?;
+    let proceed = || !observer.should_stop() && !observer.must_stop();
+    let solution = nndd::solve_coulomb(&prepared, settings, previous.start, proceed)?;
     if observer.must_stop() {
         return Err(SolveError::Stopped);
     }
@@ -42,8 +55,11 @@ pub fn solve_coulomb(
     let last = solution.exact.iterate(&prepared);
     let results = results(&prepared, &last, &estimate, None);
     let unknowns = prepared.bodies().iter().map(|body| body.dofs().len()).collect();
-    let (problem, one_sign) = (prepared.into_problem(), signs.is_some());
-    Ok(CoulombResult { problem, solution, last, results, unknowns, estimate, one_sign, kappa, coupling })
+    let (problem, bodies) = prepared.into_parts();
+    let one_sign = signs.is_some();
+    let result =
+        CoulombResult { problem, solution, last, results, unknowns, estimate, one_sign, kappa, coupling };
+    Ok((result, bodies))
 }
 
 /// Computes the coupling between pressure and slip without and with the coefficients of friction, `κ_h` and `c`.

@@ -8,12 +8,13 @@ use crate::error::SolveError;
 use crate::observer::Observer;
 use crate::settings::Settings;
 use crate::solution::CertifiedSolution;
-use crate::solve::solve;
-use crate::solve_coulomb::solve_coulomb;
+use crate::solve::{Previous, solve_step};
+use crate::solve_coulomb::solve_coulomb_step;
 use cre_estimator::{Estimate, Relaxation};
 use fem_core::body::ConditionPlace;
+use fem_core::condensation::CondensedBody;
 use fem_core::interface::{ContactProblem, SlipBefore};
-use nndd::{CoulombSettings, CoulombStatus};
+use nndd::{CoulombSettings, CoulombStart, CoulombStatus, Start};
 
 /// Load steps on one mesh. Each begins with the slip that the solved ones left; a step that fails changes nothing.
 ///
@@ -39,10 +40,16 @@ use nndd::{CoulombSettings, CoulombStatus};
 /// assert!(pressed.is_certified() && pushed.is_certified() && steps.count() == 2);
 /// # Ok(()) }
 /// ```
+///
+/// The bodies are factorised once, as long as their supports are the same. Each step starts from the solution of the one before.
 #[derive(Clone, Debug)]
 pub struct LoadSteps {
     problem: ContactProblem,
     count: usize,
+    /// Of the last step that was solved.
+    bodies: Vec<CondensedBody>,
+    start: Option<Start>,
+    coulomb_start: Option<CoulombStart>,
 }
 
 impl LoadSteps {
@@ -50,7 +57,7 @@ impl LoadSteps {
     ///
     /// * `problem`: its conditions with the factor 1.
     pub fn new(problem: ContactProblem) -> Self {
-        Self { problem, count: 0 }
+        Self { problem, count: 0, bodies: Vec::new(), start: None, coulomb_start: None }
     }
 
     /// Counts the steps that were solved.
@@ -63,17 +70,23 @@ impl LoadSteps {
     /// * `factor`: of each condition of each body at the end of the step; gaps, obstacles and body forces have none.
     ///
     /// # Errors
-    /// See [`solve`]; conditions that contradict each other with these factors.
+    /// See [`crate::solve`]; conditions that contradict each other with these factors.
     pub fn solve(
         &mut self,
         factor: impl Fn(usize, ConditionPlace) -> f64,
         settings: &Settings,
         observer: &mut dyn Observer,
     ) -> Result<CertifiedSolution, SolveError> {
-        let solution = solve(self.next(factor)?, settings, observer)?;
+        let problem = self.next(factor)?;
+        let previous = Previous { bodies: std::mem::take(&mut self.bodies), start: self.start.clone() };
+        let (solution, bodies) = solve_step(problem, previous, settings, observer)?;
+        self.bodies = bodies;
         if let (true, Some(estimate)) = (solution.is_certified(), &solution.estimate) {
-            let slip = &solution.last().tangential.slip;
-            self.take(estimate, solution.last().tangential_blocks(&solution.problem).map(|of| &slip[of]))?;
+            let last = solution.last();
+            let lambda = last.lambda_by_row(&solution.problem);
+            self.start = Some(Start { lambda, active: Some(last.contact.active.clone()) });
+            let slip = &last.tangential.slip;
+            self.take(estimate, last.tangential_blocks(&solution.problem).map(|of| &slip[of]))?;
         }
         Ok(solution)
     }
@@ -83,7 +96,7 @@ impl LoadSteps {
     /// * `factor`: as in [`Self::solve`].
     ///
     /// # Errors
-    /// See [`solve_coulomb`]; conditions that contradict each other with these factors.
+    /// See [`crate::solve_coulomb`]; conditions that contradict each other with these factors.
     pub fn solve_coulomb(
         &mut self,
         factor: impl Fn(usize, ConditionPlace) -> f64,
@@ -91,8 +104,13 @@ impl LoadSteps {
         relaxation: Relaxation,
         observer: &mut dyn Observer,
     ) -> Result<CoulombResult, SolveError> {
-        let result = solve_coulomb(self.next(factor)?, settings, relaxation, observer)?;
+        let problem = self.next(factor)?;
+        let bodies = std::mem::take(&mut self.bodies);
+        let previous = Previous { bodies, start: self.coulomb_start.clone() };
+        let (result, bodies) = solve_coulomb_step(problem, previous, settings, relaxation, observer)?;
+        self.bodies = bodies;
         if result.solution.status == CoulombStatus::Converged {
+            self.coulomb_start = Some(result.solution.start.clone());
             let slip = result.solution.exact.friction.iter().map(|of| of.slip.as_slice());
             self.take(result.estimate(), slip)?;
         }

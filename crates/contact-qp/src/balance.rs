@@ -4,6 +4,7 @@ use crate::box_qp::{BoxQp, solve_box};
 use crate::dense::{SemiDefinite, dot, norm};
 use crate::error::QpError;
 use crate::interior_point::{self, Boxed};
+use crate::least_squares::bounded_least_squares;
 use crate::problem::{MatrixView, check_length, check_values};
 use crate::settings::QpSettings;
 use crate::solution::QpStatus;
@@ -13,6 +14,9 @@ const DEPENDENT: f64 = 1e-12;
 
 /// The rows are in balance if they hold to this fraction of their terms.
 const BALANCED: f64 = 1e-13;
+
+/// A load of which more than this fraction is left is out of balance.
+const FAR: f64 = 1e-9;
 
 /// Maximum number of Newton steps of [`nearest_balanced`].
 const MOST_STEPS: usize = 200;
@@ -65,6 +69,7 @@ pub fn nearest_balanced(
     let multipliers = problem.clarabel()?;
     match multipliers.and_then(|a| problem.newton(a)) {
         Some(found) => Ok(Some(found)),
+        None if problem.is_out_of_balance()? => Ok(None),
         None => problem.on_its_active_set(),
     }
 }
@@ -106,6 +111,15 @@ impl Projection<'_> {
             (terms().sum::<f64>() - e, terms().map(f64::abs).sum::<f64>() + e.abs())
         };
         (0..self.right_side.len()).map(of_row).unzip()
+    }
+
+    /// Tells whether no `p` within the bounds is in balance, by far. If a lower bound is infinite it is not asked.
+    fn is_out_of_balance(&self) -> Result<bool, QpError> {
+        if self.lower.iter().any(|l| l.is_infinite()) {
+            return Ok(false);
+        }
+        let (_, left) = bounded_least_squares(self.rows, self.right_side, [self.lower, self.upper])?;
+        Ok(norm(&left) > FAR * norm(self.right_side))
     }
 
     /// `½ Σ w p (2x − p) − a·e`.
@@ -164,7 +178,7 @@ impl Projection<'_> {
         Some(SemiDefinite::new(defect.len(), entry, DEPENDENT)?.solve(defect).0)
     }
 
-    /// Solves it as a programme with bounds: where the solution is nearly a vertex, the multipliers grow, and the steps of Newton's method
+    /// Solves it as a programme with bounds: if the solution is nearly a vertex, the multipliers grow, and the steps of Newton's method
     /// are lost in rounding.
     fn on_its_active_set(&self) -> Result<Option<Balanced>, QpError> {
         let n = self.target.len();

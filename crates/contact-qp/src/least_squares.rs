@@ -114,7 +114,11 @@ impl LeastSquares {
         // Every step lowers the residual; the limit is only for round-off.
         for _ in 0..3 * n.max(m) + 10 {
             let gradient = |j: usize| dot(&self.columns[j], &self.residual);
-            let taken = |j: &usize| passive.contains(j) || dependent.contains(j);
+            // An unknown that is not where it is counted from moves by one of its two columns only.
+            let moved = |j: usize| self.turned[j] || passive.contains(&j);
+            let taken = |j: &usize| {
+                passive.contains(j) || dependent.contains(j) || self.mirror(*j).is_some_and(moved)
+            };
             let open = (0..n).filter(|j| self.lengths[*j] > 0.0 && self.room[*j] > 0.0 && !taken(j));
             let Some(best) = open.max_by(|i, j| gradient(*i).total_cmp(&gradient(*j))) else { break };
             // As many columns as rows leave nothing but round-off.
@@ -179,6 +183,12 @@ impl LeastSquares {
             gone.iter().for_each(|j| self.x[*j] = 0.0);
             passive.retain(|j| !gone.contains(j));
         }
+    }
+
+    /// Returns the other column of the unknown of a column, if it has two.
+    fn mirror(&self, j: usize) -> Option<usize> {
+        let same = |k: &usize| self.unknowns.get(*k).is_some_and(|of| of.0 == self.unknowns[j].0);
+        [j.wrapping_sub(1), j + 1].into_iter().find(same)
     }
 
     /// Counts an unknown that is at its other bound from there.

@@ -13,11 +13,12 @@ use fem_core::condensation::CondensedBody;
 use fem_core::each_body;
 use fem_core::field;
 use fem_core::geometry::{Vector, perpendicular};
-use fem_core::interface::{ContactInterface, ContactProblem, ContactState};
+use fem_core::interface::{ContactInterface, ContactPair, ContactProblem, ContactState};
 use fem_core::mesh::id::NodeId;
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
 use fem_core::tensor::SymTensor2;
+use std::borrow::Cow;
 
 /// An admissible pair `(û, τ)` for the error in the constitutive relation: displacements `û = u + l`, with which the bodies
 /// satisfy their supports and penetrate nowhere, and stresses `τ` in equilibrium with the loads and with one pressure
@@ -134,15 +135,20 @@ pub(crate) fn pair_and_stars<'a>(
 ) -> Result<(AdmissiblePair, Option<KeptStars<'a>>), EstimatorError> {
     let problem = prepared.problem();
     let Pressure { by_pair, friction, limit, shift, imbalance } = balance::pressure(prepared, state)?;
+    let lifts: Vec<Lift> = problem.contacts.iter().map(|pair| lift_of(problem, pair, state)).collect();
+    let moved = lift::sums(problem, &lifts);
+    let lift_energy = lift::total_energy(problem, &lifts, &moved);
     let contacts: Vec<AdmissibleContact> = by_pair
         .into_iter()
         .zip(friction.into_iter().zip(limit))
+        .zip(lifts)
         .enumerate()
-        .map(|(k, (pressure, friction))| AdmissibleContact::new(problem, k, state, pressure, friction))
+        .map(|(k, ((pressure, friction), lift))| {
+            AdmissibleContact::new(problem, k, state, pressure, friction, (lift, &moved))
+        })
         .collect();
     let recovered =
         each_body(problem.bodies.len(), |b| recover(prepared, b, state.displacement[b], &contacts, accuracy));
-    let lift_energy = lift::total_energy(problem, contacts.iter().map(|contact| &contact.lift));
     let (pressure_shift, rigid_balance) = (shift, imbalance);
     let obstacles = state.displacement[problem.bodies.len()..].iter().map(|u| u.to_vec()).collect();
     let mut pair =
@@ -160,31 +166,39 @@ pub(crate) fn pair_and_stars<'a>(
     Ok((pair, kept))
 }
 
+/// Finds the lift of a pair.
+fn lift_of(problem: &ContactProblem, pair: &ContactPair, state: &ContactState<'_>) -> Lift {
+    let displacement = pair.bodies.map(|b| state.displacement[b]);
+    lift::find(problem, pair, displacement, &lift::middle_openings(&pair.interface, displacement))
+}
+
 impl AdmissibleContact {
     /// Computes the openings of pair `k` and what belongs to its pressure.
     ///
     /// * `friction`: friction and its limit at the pairs, Pa.
+    /// * `lift`: of the pair, and [`lift::sums`].
     fn new(
         problem: &ContactProblem,
         k: usize,
         state: &ContactState<'_>,
         pressure: Vec<f64>,
         (friction, friction_limit): (Vec<f64>, Vec<f64>),
+        (lift, moved): (Lift, &[Option<Vec<Vector>>]),
     ) -> Self {
         let (pair, given) = (&problem.contacts[k], &state.contacts[k]);
         let interface = &pair.interface;
         let displacement = pair.bodies.map(|b| state.displacement[b]);
         let edge_pressure = pressure::edge_pressure(interface, &pressure);
         let mut pressure_force = pressure::nodal_forces(interface, &pressure, &edge_pressure);
-        let found = lift::middle_openings(interface, displacement);
-        let lift = lift::find(problem, pair, displacement, &found);
-        let middle_opening = if lift.energy > 0.0 {
-            lift::lifted_middle_openings(problem, pair, displacement, &lift)
-        } else {
-            found
-        };
+        // The lifts of other pairs move nodes of this one, too.
+        let moved = pair.bodies.map(|b| moved.get(b).and_then(Option::as_deref));
+        let lifted = [0, 1].map(|side: usize| match moved[side] {
+            Some(l) => Cow::from(displacement[side].iter().zip(l).map(|(u, l)| u + l).collect::<Vec<_>>()),
+            None => Cow::from(displacement[side]),
+        });
+        let middle_opening = lift::middle_openings(interface, [&lifted[0], &lifted[1]]);
         let tractions = [&friction[..], &friction_limit];
-        let edge_friction = EdgeFriction::new(problem, pair, tractions, &edge_pressure, displacement, &lift);
+        let edge_friction = EdgeFriction::new(pair, tractions, &edge_pressure, displacement, moved);
         if pair.friction.acts() {
             let forces = edge_friction.nodal_forces(interface);
             pressure_force.iter_mut().zip(forces).for_each(|(sum, force)| *sum += force);

@@ -6,9 +6,9 @@
 //! with the slip `w = (u^a − u^b)·t` of the load step, the friction `q` and its limit `s`. On straight edges all are linear. If the normal changes along an
 //! edge, `q` is constant there, as the pressure is, so that `q t` is linear, and the slip is a quadratic.
 
-use crate::lift::Lift;
+use crate::lift::side_sign;
 use fem_core::geometry::{Vector, perpendicular};
-use fem_core::interface::{ContactEdge, ContactInterface, ContactPair, ContactProblem};
+use fem_core::interface::{ContactEdge, ContactInterface, ContactPair, NodePair};
 
 /// Friction on the edges of a contact line; empty without friction.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -21,8 +21,8 @@ pub struct EdgeFriction {
     /// Bernstein coefficients of the slip `w` of this load step along each contact edge: at its first end, in the middle, at its
     /// second end, m.
     pub slip: Vec<[f64; 3]>,
-    /// The slip that the lift adds, likewise; empty without a lift.
-    pub lifted: Vec<[f64; 3]>,
+    /// The slips that the lifts of the first and of the second body add, likewise; empty without a lift.
+    pub lifted: [Vec<[f64; 3]>; 2],
 }
 
 impl EdgeFriction {
@@ -30,13 +30,13 @@ impl EdgeFriction {
     ///
     /// * `friction`, `limit`: at the pairs of nodes, Pa; empty without friction. `edge_pressure`: at the ends of the edges, Pa.
     /// * `displacement`: of the bodies of the pair, or of the points of an obstacle, m.
+    /// * `moved`: the lifts of these bodies, if there are any, m.
     pub(crate) fn new(
-        problem: &ContactProblem,
         pair: &ContactPair,
         [friction, limit]: [&[f64]; 2],
         edge_pressure: &[[f64; 2]],
         displacement: [&[Vector]; 2],
-        lift: &Lift,
+        moved: [Option<&[Vector]>; 2],
     ) -> Self {
         if !pair.friction.acts() {
             return Self::default();
@@ -52,17 +52,18 @@ impl EdgeFriction {
             let s = if edge.bent { [s[0].min(s[1]); 2] } else { *s };
             [0, 1].map(|end: usize| q[end].max(-s[end]).min(s[end]))
         };
-        let lifted = if lift.largest() > 0.0 {
-            let rest: Vec<Vector> = vec![Vector::zeros(); displacement[lift.side].len()];
-            let moved = lift.added_to(problem, &pair.interface, &rest);
-            let still = vec![Vector::zeros(); displacement[1 - lift.side].len()];
-            let both = if lift.side == 0 { [&moved[..], &still[..]] } else { [&still[..], &moved[..]] };
-            slips(pair, both)
-        } else {
-            Vec::new()
-        };
+        let lifted = [0, 1].map(|side: usize| match moved[side] {
+            Some(l) => slips(pair, |of, clamped| match clamped {
+                Some(_) => Vector::zeros(),
+                None => side_sign(1 - side) * l[of.nodes[side].index()],
+            }),
+            None => Vec::new(),
+        });
         let friction = edges.iter().zip(&limit).map(friction_of).collect();
-        let mut slip = slips(pair, displacement);
+        let mut slip = slips(pair, |of, clamped| match clamped {
+            Some(jump) => jump,
+            None => displacement[0][of.nodes[0].index()] - displacement[1][of.nodes[1].index()],
+        });
         if let Some(before) = &pair.slip_before {
             let step = slip.as_flattened_mut().iter_mut().zip(before.edges.as_flattened());
             step.for_each(|(slip, before)| *slip -= before);
@@ -79,26 +80,26 @@ impl EdgeFriction {
     /// Computes what friction adds to the bound on every contact edge, J/m, (32) and (36); nothing without friction.
     pub(crate) fn terms(&self, interface: &ContactInterface) -> Vec<f64> {
         let mut terms = work(interface, &self.limit, &self.friction, &self.slip);
-        let lifted = work(interface, &self.limit, &self.friction, &self.lifted);
-        terms.iter_mut().zip(lifted).for_each(|(sum, term)| *sum += term);
+        for lifted in &self.lifted {
+            let lifted = work(interface, &self.limit, &self.friction, lifted);
+            terms.iter_mut().zip(lifted).for_each(|(sum, term)| *sum += term);
+        }
         terms
     }
 }
 
-/// Computes the Bernstein coefficients of the slip of displacement fields along every contact edge, m.
-fn slips(pair: &ContactPair, displacement: [&[Vector]; 2]) -> Vec<[f64; 3]> {
+/// Computes the Bernstein coefficients of the slip along every contact edge, m.
+///
+/// * `jump`: `u^a − u^b` at a pair of nodes, m; at a clamped end it is given what the supports impose.
+fn slips(pair: &ContactPair, jump: impl Fn(&NodePair, Option<Vector>) -> Vector) -> Vec<[f64; 3]> {
     let pairs = pair.interface.pairs();
     let of_edge = |edge: &ContactEdge| {
         let tangents = edge.pairs.map(|k| perpendicular(pairs[k as usize].normal));
-        let jump = |end: usize| {
-            if let Some(clamped) = edge.clamped.filter(|clamped| clamped.end == end) {
-                return clamped.jump;
-            }
-            let of = &pairs[edge.pairs[end] as usize];
-            let [first, second] = [0, 1].map(|side: usize| displacement[side][of.nodes[side].index()]);
-            first - second
+        let at = |end: usize| {
+            let clamped = edge.clamped.filter(|clamped| clamped.end == end);
+            jump(&pairs[edge.pairs[end] as usize], clamped.map(|clamped| clamped.jump))
         };
-        let [i, j] = [jump(0), jump(1)];
+        let [i, j] = [at(0), at(1)];
         [i.dot(&tangents[0]), 0.5 * (i.dot(&tangents[1]) + j.dot(&tangents[0])), j.dot(&tangents[1])]
     };
     pair.interface.edges().iter().map(of_edge).collect()
@@ -114,16 +115,18 @@ pub fn sliding_work(pair: &ContactPair, friction: &EdgeFriction) -> f64 {
 /// Bounds the work that friction takes of a lift, `∫ s|w_l| ds + Σ |Q_i w_l,i|` with the slip `w_l` of the lift, J/m: the change of what
 /// slides, and the work of the nodal forces. 0 without friction and on straight lines.
 ///
-/// * `forces`: friction forces `Q` on the lifted body at the pairs of nodes, N/m.
-pub fn work_of_lift(pair: &ContactPair, friction: &EdgeFriction, forces: &[f64]) -> f64 {
-    let EdgeFriction { limit, lifted, .. } = friction;
-    let none = vec![[0.0; 2]; lifted.len()];
-    let mut nodal = vec![0.0; forces.len()];
-    for (edge, w) in pair.interface.edges().iter().zip(lifted) {
-        edge.free_ends().for_each(|end| nodal[edge.pairs[end] as usize] = w[2 * end]);
-    }
-    let nodal: f64 = nodal.iter().zip(forces).map(|(w, q)| (w * q).abs()).sum();
-    0.5 * work(&pair.interface, limit, &none, lifted).iter().sum::<f64>() + nodal
+/// * `forces`: friction forces `Q` on each body of the pair at the pairs of nodes, N/m.
+pub fn work_of_lift(pair: &ContactPair, friction: &EdgeFriction, forces: [&[f64]; 2]) -> f64 {
+    let of_side = |(lifted, forces): (&Vec<[f64; 3]>, &[f64])| {
+        let none = vec![[0.0; 2]; lifted.len()];
+        let mut nodal = vec![0.0; forces.len()];
+        for (edge, w) in pair.interface.edges().iter().zip(lifted) {
+            edge.free_ends().for_each(|end| nodal[edge.pairs[end] as usize] = w[2 * end]);
+        }
+        let nodal: f64 = nodal.iter().zip(forces).map(|(w, q)| (w * q).abs()).sum();
+        0.5 * work(&pair.interface, &friction.limit, &none, lifted).iter().sum::<f64>() + nodal
+    };
+    friction.lifted.iter().zip(forces).map(of_side).sum()
 }
 
 /// Computes `2 ∫ (s|w| − q w) ds` on every contact edge, J/m.

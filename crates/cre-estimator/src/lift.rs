@@ -71,27 +71,35 @@ impl Lift {
     }
 }
 
-/// Computes `‖l‖²` of the lifts of all contact lines together, J/m: those of two lines may move neighbouring nodes.
+/// Adds up the lifts of all contact lines: the displacement of all nodes of each body, m; `None` for a body that no lift moves. The lift
+/// of one line moves the nodes that it shares with another one along that.
 ///
 /// * `lifts`: one per pair.
-pub(crate) fn total_energy<'a>(problem: &ContactProblem, lifts: impl Iterator<Item = &'a Lift>) -> f64 {
-    let lifts: Vec<_> = problem.contacts.iter().zip(lifts).filter(|(_, lift)| lift.energy > 0.0).collect();
-    if let [(_, lift)] = lifts.as_slice() {
+pub(crate) fn sums(problem: &ContactProblem, lifts: &[Lift]) -> Vec<Option<Vec<Vector>>> {
+    let mut sums: Vec<Option<Vec<Vector>>> = vec![None; problem.bodies.len()];
+    for (pair, lift) in problem.contacts.iter().zip(lifts).filter(|(_, lift)| lift.largest() > 0.0) {
+        let nodes = problem.bodies[lift.body].mesh().points().len();
+        let sum = sums[lift.body].get_or_insert_with(|| vec![Vector::zeros(); nodes]);
+        for (node, l) in lift.field(problem, &pair.interface) {
+            sum[node] += l;
+        }
+    }
+    sums
+}
+
+/// Computes `‖l‖²` of the lifts of all contact lines together, J/m: those of two lines may move neighbouring nodes.
+///
+/// * `lifts`: one per pair; `sums`: see [`sums`].
+pub(crate) fn total_energy(problem: &ContactProblem, lifts: &[Lift], sums: &[Option<Vec<Vector>>]) -> f64 {
+    let lifts: Vec<_> = lifts.iter().filter(|lift| lift.energy > 0.0).collect();
+    if let [lift] = lifts.as_slice() {
         return lift.energy;
     }
-    let of_body = |b: usize| {
-        let mut field: Vec<(NodeId, Vector)> = Vec::new();
-        for (pair, lift) in lifts.iter().filter(|(_, lift)| lift.body == b) {
-            for (node, l) in lift.field(problem, &pair.interface) {
-                match field.iter_mut().find(|(n, _)| *n == node) {
-                    Some((_, sum)) => *sum += l,
-                    None => field.push((node, l)),
-                }
-            }
-        }
-        energy(&problem.bodies[b], &field)
+    let of_body = |(body, sum): (&Body, &Option<Vec<Vector>>)| {
+        let moved = sum.iter().flatten().enumerate().filter(|(_, l)| **l != Vector::zeros());
+        energy(body, &moved.map(|(node, l)| (NodeId::new(node), *l)).collect::<Vec<_>>())
     };
-    (0..problem.bodies.len()).map(of_body).sum()
+    problem.bodies.iter().zip(sums).map(of_body).sum()
 }
 
 /// Computes the middle Bernstein coefficient of the opening along every contact edge, m.
@@ -186,6 +194,8 @@ pub(crate) fn direction(
 
 /// Finds the normal of another contact line at a node of a body, unless it is parallel to the given one.
 fn other_normal(problem: &ContactProblem, body: usize, node: NodeId, normal: Vector) -> Option<Vector> {
+    // A body with one contact line has no other.
+    problem.sides_of(body).nth(1)?;
     problem.sides_of(body).find_map(|(k, side)| {
         let mut pairs = problem.contacts[k].interface.pairs().iter();
         pairs

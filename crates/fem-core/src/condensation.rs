@@ -114,16 +114,43 @@ impl CondensedBody {
                 schur[j * n_c + i] = schur[i * n_c + j];
             }
         }
-        let mut forward_load = load;
-        factor.forward(&mut forward_load);
+        let none = Self {
+            dofs,
+            factor,
+            forward_load: Vec::new(),
+            interface_factor,
+            schur,
+            condensed_load: vec![0.0; n_c],
+        };
+        Ok(none.under(load))
+    }
+
+    /// Replaces what supports impose and what the body carries; its stiffness is the same. No factorisation.
+    ///
+    /// * `system`: in the same unknowns, see [`DofMap::with_imposed`].
+    ///
+    /// # Panics
+    /// If the system has other unknowns.
+    pub fn with_loads(self, system: System) -> Self {
+        let System { dofs, load, .. } = system;
+        let (found, expected) = (dofs.len(), self.dofs.len());
+        assert!(found == expected, "a load of {found} unknowns, and a factor of {expected}");
+        Self { dofs, ..self }.under(load)
+    }
+
+    /// Condenses a load.
+    fn under(mut self, load: Vec<f64>) -> Self {
+        self.forward_load = load;
+        self.factor.forward(&mut self.forward_load);
+        let n_c = self.dofs.interface_len();
         let mut condensed_load = vec![0.0; n_c];
-        let y = &forward_load[dofs.len() - n_c..];
+        let y = &self.forward_load[self.dofs.len() - n_c..];
         for (j, yj) in y.iter().enumerate() {
             for i in j..n_c {
-                condensed_load[i] += interface_factor[j * n_c + i] * yj;
+                condensed_load[i] += self.interface_factor[j * n_c + i] * yj;
             }
         }
-        Ok(Self { dofs, factor, forward_load, interface_factor, schur, condensed_load })
+        Self { condensed_load, ..self }
     }
 
     /// Returns the unknowns of the body.

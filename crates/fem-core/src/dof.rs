@@ -42,7 +42,7 @@ pub struct DofMap {
 }
 
 /// The unknowns of the rigid sides that are free to move.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 struct RigidUnknowns {
     /// The number of the first one; the others follow.
     first: usize,
@@ -133,9 +133,32 @@ impl DofMap {
         debug_assert_eq!(fronts.last().map_or(0, |f| f.columns.end as usize), unknowns.len());
         let rows = Vec::new();
         let mut map = Self { axes, oblique, numbers, imposed, unknowns, interface, rows, fronts, rigid };
-        let blocks = (0..side.blocks()).map(|block| &side.retained()[side.block(block)]);
-        map.rows = blocks.map(|block| block.iter().map(|retained| map.row(retained)).collect()).collect();
+        map.rows = map.rows_of(side);
         map
+    }
+
+    /// Returns the same unknowns with the values that the supports of `body` impose now; `None` if its supports, its rigid sides or its
+    /// retained directions are not those of this map.
+    ///
+    /// * `body`: on the same mesh.
+    pub fn with_imposed(&self, body: &Body, side: &InterfaceSide) -> Option<Self> {
+        let Frames { axes, oblique, fixed, imposed, kept } = Frames::new(body, side);
+        let rigid = RigidUnknowns::new(body, self.rigid.first);
+        let first = (self.unknowns.len() - self.interface) as u32;
+        let known = |number: u32, fixed: bool, kept: bool| match number {
+            IMPOSED => fixed,
+            number => !fixed && kept == (number >= first),
+        };
+        let mut flags = self.numbers.iter().zip(fixed.iter().zip(&kept));
+        let same = self.numbers.len() == fixed.len()
+            && flags.all(|(numbers, (fixed, kept))| (0..2).all(|c| known(numbers[c], fixed[c], kept[c])))
+            && (&axes, &oblique, &rigid) == (&self.axes, &self.oblique, &self.rigid);
+        if !same {
+            return None;
+        }
+        let mut map = Self { imposed, ..self.clone() };
+        map.rows = map.rows_of(side);
+        Some(map)
     }
 
     /// Returns the number of unknowns.
@@ -195,6 +218,12 @@ impl DofMap {
             }
         }
         sum
+    }
+
+    /// Expresses the traces along all retained directions in the interface unknowns, block by block.
+    fn rows_of(&self, side: &InterfaceSide) -> Vec<Vec<Row>> {
+        let blocks = (0..side.blocks()).map(|block| &side.retained()[side.block(block)]);
+        blocks.map(|block| block.iter().map(|retained| self.row(retained)).collect()).collect()
     }
 
     /// Expresses the trace along a retained direction in the interface unknowns.

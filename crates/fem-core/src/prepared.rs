@@ -93,9 +93,44 @@ impl PreparedProblem {
         };
         let bodies = each_of(systems, factorise)?;
         before(Stage::Ready)?;
-        let external_forces = each_body(count, |b| external_forces(&problem.bodies[b]));
+        Ok(Self::of(problem, bodies))
+    }
+
+    /// Prepares a problem whose bodies differ from factorised ones in the amounts of what their conditions impose, see
+    /// [`ContactProblem::with_factors`]: nothing is factorised, unless the supports of a body are others.
+    ///
+    /// * `factorised`: as [`Self::into_parts`] returns them; with none this is [`Self::prepare`].
+    ///
+    /// # Errors
+    /// See [`Self::prepare`].
+    pub fn prepare_again(
+        problem: ContactProblem,
+        factorised: Vec<CondensedBody>,
+        mut proceed: impl FnMut(Stage) -> bool,
+    ) -> Result<Self, PrepareError> {
+        let known = |(b, body): (usize, &CondensedBody)| {
+            body.dofs().with_imposed(problem.bodies.get(b)?, &problem.side(b))
+        };
+        let dofs: Option<Vec<DofMap>> = factorised.iter().enumerate().map(known).collect();
+        let Some(dofs) = dofs.filter(|dofs| dofs.len() == problem.bodies.len()) else {
+            return Self::prepare(problem, proceed);
+        };
+        let mut before = |stage| if proceed(stage) { Ok(()) } else { Err(PrepareError::Stopped) };
+        before(Stage::Assembly)?;
+        let load = |(b, (body, dofs)): (usize, (CondensedBody, DofMap))| {
+            let system = System::with_springs(&problem.bodies[b], dofs)
+                .map_err(|source| PrepareError::Assembly { body: b, source })?;
+            Ok(body.with_loads(system))
+        };
+        let bodies = each_of(factorised.into_iter().zip(dofs).collect(), load)?;
+        before(Stage::Ready)?;
+        Ok(Self::of(problem, bodies))
+    }
+
+    fn of(problem: ContactProblem, bodies: Vec<CondensedBody>) -> Self {
+        let external_forces = each_body(bodies.len(), |b| external_forces(&problem.bodies[b]));
         let rigid_motions = problem.rigid_motions_under(&external_forces);
-        Ok(Self { problem, bodies, external_forces, rigid_motions })
+        Self { problem, bodies, external_forces, rigid_motions }
     }
 
     /// Returns the problem.
@@ -103,9 +138,9 @@ impl PreparedProblem {
         &self.problem
     }
 
-    /// Returns the problem alone.
-    pub fn into_problem(self) -> ContactProblem {
-        self.problem
+    /// Returns the problem and its factorised bodies.
+    pub fn into_parts(self) -> (ContactProblem, Vec<CondensedBody>) {
+        (self.problem, self.bodies)
     }
 
     /// Returns the factorised bodies.

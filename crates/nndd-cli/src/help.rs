@@ -62,7 +62,7 @@ pub(crate) const EXIT_STATUS: [(&str, &str); 10] = [
 ];
 
 /// The files of an output directory.
-pub(crate) const FILES: [(&str, &str); 14] = [
+pub(crate) const FILES: [(&str, &str); 15] = [
     ("report.json", "everything: status, certificate, results, settings, timings; written last"),
     ("report.html", "the same for people: one page with figures, without network or script"),
     ("history.csv", "one row per iteration"),
@@ -79,9 +79,16 @@ pub(crate) const FILES: [(&str, &str); 14] = [
         "contact.vtu",
         "the contact line for ParaView: initial gap, opening, pressure, tractions, its part of the error",
     ),
-    ("fields/BODY-step-NN.vtu, fields/contact-step-NN.vtu", "the same on every mesh of an adaptive run"),
+    (
+        "fields/BODY-step-NN.vtu, fields/contact-step-NN.vtu",
+        "the same on every mesh of an adaptive run, or in every load step",
+    ),
     ("adaptive.pvd", "all meshes of an adaptive run, bodies and contact line, for ParaView"),
-    ("BODY.vtu.series, contact.vtu.series", "one body, or the contact line, on all meshes"),
+    ("steps.pvd", "all load steps, bodies and contact line, for ParaView"),
+    (
+        "BODY.vtu.series, contact.vtu.series",
+        "one body, or the contact line, on all meshes or in all load steps",
+    ),
     ("checkpoint.nndd, checkpoint-previous.nndd", "the state from which --resume continues an adaptive run"),
     (".nndd.lock, .nndd-tmp-run", "lock of a run that is writing there; its files until it ends"),
 ];

@@ -128,6 +128,10 @@ impl Printer {
         let relative = answer.certified().and_then(CertifiedSolution::relative);
         let residual = answer.coulomb().and_then(CoulombResult::relative_residual);
         let percent = |x: f64| words::rounded_up(100.0 * x);
+        // Without strain energy the numbers are absolute.
+        let estimate = answer.certified().and_then(|solution| solution.estimate.as_ref());
+        let bound = estimate.and_then(|estimate| Some(estimate.certificate()?.e_cre));
+        let absolute = answer.coulomb().and_then(CoulombResult::residual);
         let result = match self.format {
             _ if self.quiet => Ok(()),
             Format::Human => {
@@ -138,8 +142,16 @@ impl Printer {
                     (None, Some(residual)) => {
                         format!("residual e_b = {} % of the energy norm, no bound", percent(residual))
                     }
-                    (None, None) if answer.certified().is_some() => "no certificate".to_owned(),
-                    (None, None) => "no residual".to_owned(),
+                    (None, None) => match (bound, absolute) {
+                        (Some(bound), _) => {
+                            format!("certified error of the increment <= {}", words::rounded_up(bound))
+                        }
+                        (None, Some(residual)) => {
+                            format!("residual e_b = {}, no bound", words::rounded_up(residual))
+                        }
+                        (None, None) if answer.certified().is_some() => "no certificate".to_owned(),
+                        (None, None) => "no residual".to_owned(),
+                    },
                 };
                 let force = force
                     .map_or_else(String::new, |f| format!("contact force {}, ", words::with_digits(f, 4)));

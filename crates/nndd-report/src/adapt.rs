@@ -167,7 +167,7 @@ impl Course {
     fn judge_last(&self, case: &Case, ended: Option<Ended>) -> Status {
         match &self.answer {
             Answer::Certified(solution) => outcome::judge(case, solution, ended),
-            Answer::Coulomb(result) => outcome::judge_coulomb(case, result),
+            Answer::Coulomb(result) => outcome::judge_coulomb(case, result, ended),
         }
     }
 }

@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use crate::motion::{member, moves};
 use case_io::Case;
 use certified_contact::SolveError;
-use fem_core::body::{NodeConstraint, RigidMotion};
+use fem_core::body::{ConditionPlace, NodeConstraint, RigidMotion};
 use fem_core::interface::ContactProblem;
 use nndd::NnddError;
 
@@ -58,6 +58,20 @@ const MOST_NAMED: usize = 3;
 /// # Errors
 /// The bodies that move, with their motions and the load; a body that moves without strain where a load acts.
 pub fn held(case: &Case, problem: &ContactProblem) -> Result<Vec<String>, Failure> {
+    // Loads are linear in the factors: what holds at the ends of the load steps holds between them.
+    let mut free = None;
+    for factors in case.step_ends() {
+        let factor = |body: usize, place: ConditionPlace| {
+            factors.of(case.bodies.get(body).and_then(|body| body.condition_name(place)))
+        };
+        let loaded = problem.with_factors(factor);
+        let loaded = loaded.map_err(|error| Failure::solve(case, &SolveError::Factors(error)))?;
+        free = Some(held_under(case, &loaded)?);
+    }
+    free.map_or_else(|| held_under(case, problem), Ok)
+}
+
+fn held_under(case: &Case, problem: &ContactProblem) -> Result<Vec<String>, Failure> {
     let support = nndd::support(problem).map_err(|error| Failure::solve(case, &SolveError::Nndd(error)))?;
     if let Some(motion) = support.unheld {
         return Err(Failure::solve(case, &SolveError::Nndd(NnddError::NotHeld { motion })));

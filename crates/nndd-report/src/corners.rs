@@ -64,14 +64,17 @@ pub(crate) fn of_fields(case: &Case, fields: &Fields<'_>) -> Vec<String> {
     let note = |what: &str, (body, node, cause): (usize, NodeId, Cause)| {
         let at = problem.bodies[body].mesh().points()[node];
         format!(
-            "the largest {what} is at {} of body \"{}\" at ({}, {}), where it grows without limit as the mesh gets finer",
+            "the largest {what} is at {} of body \"{}\" at ({}, {}), and grows without limit as the mesh gets finer",
             cause.words(),
             case.bodies[body].name,
             shown(at[0]),
             shown(at[1])
         )
     };
-    let stress = results.peak_stress.and_then(|peak| near_point(problem, peak.body, peak.point));
+    let stress = results
+        .peak_stress
+        .filter(|peak| peak.von_mises > 0.0)
+        .and_then(|peak| near_point(problem, peak.body, peak.point));
     notes.extend(stress.map(|found| note("stress", found)));
     let pair =
         results.contacts.iter().enumerate().find(|(_, pair)| pair.max_pressure == results.max_pressure);

@@ -13,6 +13,7 @@ use fem_core::assembly::AssemblyError;
 use fem_core::cholesky::CholeskyError;
 use fem_core::condensation::FactorError;
 use fem_core::geometry::shown;
+use fem_core::interface::FactorError as LoadError;
 use fem_core::prepared::PrepareError;
 use mesh_io::{MeshFault, MeshFileError};
 use nndd::{NnddError, UnheldMotion};
@@ -203,6 +204,21 @@ impl Failure {
             }
             SolveError::Nndd(e @ (NnddError::Theta { .. } | NnddError::Lambda { .. })) => {
                 Self::plain(INVALID_INPUT, e.to_string())
+            }
+            SolveError::Factors(e) => {
+                let fault = match e {
+                    LoadError::Body { body, source } => {
+                        format!("body \"{}\": {source}", case.bodies[*body].name)
+                    }
+                    other => other.to_string(),
+                };
+                Self::plain(
+                    INVALID_INPUT,
+                    format!(
+                        "{fault}, with the factors of a load step\n  expected: conditions that agree where they meet, whatever the \
+                         factors are\n  fix: give conditions that meet the same name, or impose them on one list of sides"
+                    ),
+                )
             }
             SolveError::Checkpoint { .. } => Self::plain(INVALID_INPUT, error.to_string()),
             other => Self::defect(other.to_string()),

@@ -100,9 +100,10 @@ fn write_files(
         names.zip(step.rows.iter().cloned())
     });
     let in_steps: Vec<(&str, Vec<ContactRow>)> = in_steps.collect();
-    let table = if in_steps.is_empty() { &contact } else { &in_steps };
-    if solution.estimate.is_some() && !contact.is_empty() {
-        put("contact.csv", &table::contact_csv(table)?)?;
+    if !in_steps.is_empty() {
+        put("contact.csv", &table::contact_csv(&in_steps)?)?;
+    } else if solution.estimate.is_some() && !contact.is_empty() {
+        put("contact.csv", &table::contact_csv(&contact)?)?;
     }
     if !report.adaptive.is_empty() {
         put("adaptive.csv", &table::adaptive_csv(&report.adaptive)?)?;
@@ -113,9 +114,11 @@ fn write_files(
     }
     let angles: Vec<f64> = solution.problem.bodies.iter().map(|body| body.mesh().smallest_angle()).collect();
     put("report.html", &html::page(case, report, &angles, &pictures))?;
-    if case.output.vtu && solution.estimate.is_some() {
-        let adaptive = report.adaptive.iter().map(|row| row.step).collect::<Vec<_>>();
-        let steps = report.steps.iter().map(|step| step.step).collect::<Vec<_>>();
+    if case.output.vtu {
+        let meshes = report.adaptive.iter().filter(|_| solution.estimate.is_some());
+        let adaptive = meshes.map(|row| row.step).collect::<Vec<_>>();
+        let steps = solved.steps.iter().filter(|step| step.has_fields);
+        let steps = steps.map(|step| step.summary.step).collect::<Vec<_>>();
         paraview::write(case, solution, &[("adaptive.pvd", adaptive), ("steps.pvd", steps)], directory)?;
     }
     Ok(())

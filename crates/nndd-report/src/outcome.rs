@@ -40,12 +40,11 @@ pub(crate) fn judge(case: &Case, solution: &CertifiedSolution, ended: Option<End
 }
 
 /// Judges a finished run with Coulomb friction.
-pub(crate) fn judge_coulomb(case: &Case, result: &CoulombResult) -> Status {
+pub(crate) fn judge_coulomb(case: &Case, result: &CoulombResult, ended: Option<Ended>) -> Status {
     let CoulombSolution { status, steps, changes, restarts, .. } = &result.solution;
     let counted = counted(*steps, "step");
     let tolerance = short(case.solver.friction_tolerance);
-    let change =
-        changes.last().map_or_else(|| "it".to_owned(), |change| format!("its last change {change:.1e}"));
+    let change = changes.last().map_or_else(String::new, |change| format!(", its last change {change:.1e}"));
     match status {
         CoulombStatus::Converged if result.residual().is_none() => {
             let reason = failed_checks(
@@ -62,19 +61,18 @@ pub(crate) fn judge_coulomb(case: &Case, result: &CoulombResult) -> Status {
                 Some(change) => format!(
                     "one solution found: the friction limit changed by {change:.1e} <= {tolerance} of itself in step {steps}"
                 ),
-                None => {
-                    "one solution found: no force passes through the pairs with Coulomb friction".to_owned()
-                }
+                None => "one solution found: the friction limit did not change".to_owned(),
             },
         ),
         CoulombStatus::MaxSteps => word(
             "max_iterations",
             NOT_CONVERGED,
             format!(
-                "the friction limit did not converge to {tolerance} in {counted}, {change}; raise solver.friction_steps, or \
+                "the friction limit did not converge to {tolerance} in {counted}{change}; raise solver.friction_steps, or \
                  lower mu"
             ),
         ),
+        CoulombStatus::Interrupted => interrupted(ended, &counted),
         CoulombStatus::TooSmall => word(
             "stalled",
             NOT_CONVERGED,
@@ -146,7 +144,7 @@ fn loaded_node((problem, results): (&ContactProblem, Option<&Results>)) -> Optio
     let most = reactions.iter().filter(on_node).max_by(|a, b| size(a).total_cmp(&size(b)))?;
     (size(most) > 0.0).then(|| {
         format!(
-            "the support \"{}\" on a single node carries the force ({}, {}), and a point holds nothing in an elastic body: hold a \
+            "the support \"{}\" on a single node carries the force ({}, {}), which a point of an elastic body cannot: hold a \
              side with edges, or let the loads balance",
             one_line(&most.on),
             with_digits(most.force[0], 3),

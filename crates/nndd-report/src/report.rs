@@ -186,7 +186,7 @@ fn law(problem: &ContactProblem) -> &'static str {
     }
 }
 
-/// Makes what stands in place of a certificate with Coulomb friction.
+/// Makes the summary of a residual, with Coulomb friction.
 fn coulomb(result: &CoulombResult) -> Coulomb {
     let (norm, estimate) = (result.energy_norm(), result.conditional_estimate());
     Coulomb {

@@ -97,7 +97,7 @@ pub(crate) fn solve_once(
         let found = certified_contact::solve_coulomb(problem, &settings, relaxation, &mut follower);
         let result = found.map_err(|e| follower.failure(case, &e))?;
         follower.tell(Event::Iteration(&result.row()));
-        let status = outcome::judge_coulomb(case, &result);
+        let status = outcome::judge_coulomb(case, &result, follower.ended);
         (Answer::Coulomb(Box::new(result)), status)
     } else {
         let found = certified_contact::solve(problem, &convert::settings(case), &mut follower);

@@ -37,6 +37,8 @@ pub struct SolvedStep {
     pub summary: StepSummary,
     /// The rows of contact.csv, pair by pair.
     pub rows: Vec<Vec<ContactRow>>,
+    /// Whether its fields were written for ParaView, if the case asks for that.
+    pub has_fields: bool,
 }
 
 impl Solved {

@@ -12,7 +12,7 @@ use crate::solved::{Answer, Solved, SolvedStep};
 use crate::stopwatch::{Activity, Stopwatch};
 use case_io::Case;
 use case_io::report::Status;
-use certified_contact::LoadSteps;
+use certified_contact::{LoadSteps, Observer};
 use fem_core::body::ConditionPlace;
 use fem_core::interface::ContactProblem;
 
@@ -58,7 +58,7 @@ pub(crate) fn solve(
         };
         let mut status = match &answer {
             Answer::Certified(solution) => outcome::judge(case, solution, follower.ended),
-            Answer::Coulomb(result) => outcome::judge_coulomb(case, result),
+            Answer::Coulomb(result) => outcome::judge_coulomb(case, result, follower.ended),
         };
         status.reason = format!("{}: {}", of(k), status.reason);
         follower.tell(Event::LoadStep { step: k, of: increments.len(), answer: &answer });
@@ -67,7 +67,8 @@ pub(crate) fn solve(
         if case.output.vtu {
             paraview::write_step(case, &fields, k, &mut place.directory)?;
         }
-        let rows = (0..case.contacts.len()).map(|pair| {
+        let has_fields = fields.estimate.is_some();
+        let rows = (0..case.contacts.len()).filter(|_| has_fields).map(|pair| {
             let mut rows = contact_rows(&fields, pair);
             rows.iter_mut().for_each(|row| row.step = Some(k));
             rows
@@ -75,8 +76,11 @@ pub(crate) fn solve(
         let rows = rows.collect();
         drop(fields);
         let mut solved = Solved::of(answer, status);
-        steps.push(SolvedStep { summary: step_summary(case, &solved, k, factors), rows });
+        steps.push(SolvedStep { summary: step_summary(case, &solved, k, factors), rows, has_fields });
         solved.longest_step = follower.longest;
+        if solved.status.code == 0 && k < increments.len() && follower.should_stop() {
+            solved.status = outcome::interrupted(follower.ended, &of(k));
+        }
         let ended = solved.status.code != 0;
         found = Some(solved);
         if ended {

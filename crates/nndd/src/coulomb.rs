@@ -3,7 +3,7 @@
 //! ```math
 //! S^{k+1} = μ P(S^k), \qquad P(S) \text{ of the exact solution with } |Q| ≤ S
 //! ```
-//! from full stick, `S⁰ = ∞`, each step from the active set of the last one. A limit that is too small to balance the loads of a floating
+//! from full stick, `S⁰ = ∞`, or from the limits of an earlier load step; each step from the active set of the last one. A limit that is too small to balance the loads of a floating
 //! body is doubled, a few times at most. The existence and the uniqueness of solutions for large μ are open: what is found is *one* solution.
 
 use crate::error::NnddError;
@@ -48,6 +48,15 @@ pub enum CoulombStatus {
     TooSmall,
     /// A step was not solved, or its forces do not balance the loads.
     Unsolved,
+    /// The caller ended it.
+    Interrupted,
+}
+
+/// Where the fixed point starts, instead of full stick.
+#[derive(Clone, Debug)]
+pub struct CoulombStart {
+    limits: Vec<f64>,
+    places: Vec<Place>,
 }
 
 /// The result of [`solve_coulomb`]: one solution of the discrete problem with Coulomb friction, if it converged.
@@ -64,19 +73,30 @@ pub struct CoulombSolution {
     pub changes: Vec<f64>,
     /// How often limits that were too small were doubled.
     pub restarts: usize,
+    /// Where the next load step starts.
+    pub start: CoulombStart,
 }
 
 /// Solves the discrete contact problem with the friction of Coulomb; pairs with another law keep it.
+///
+/// * `start`: that of an earlier load step of the same problem; from full stick without it, and if its limits cannot balance the loads.
+/// * `proceed`: asked after each step whether to continue.
 ///
 /// # Errors
 /// [`NnddError::OutsideCones`] if no forces within the cones of friction balance the loads; a programme that is rejected.
 pub fn solve_coulomb(
     problem: &PreparedProblem,
     settings: &CoulombSettings,
+    start: Option<CoulombStart>,
+    mut proceed: impl FnMut() -> bool,
 ) -> Result<CoulombSolution, NnddError> {
     let programme = Programme::new(problem)?;
-    let mut limits = programme.rows.limits().to_vec();
-    let (mut exact, mut places) = programme.solve(&limits, None, &settings.qp)?;
+    let known = start.filter(|start| start.limits.len() == programme.rows.len());
+    let (mut limits, places) = match known {
+        Some(start) if programme.is_held(&start.limits)? => (start.limits, Some(start.places)),
+        _ => (programme.rows.limits().to_vec(), None),
+    };
+    let (mut exact, mut places) = programme.solve(&limits, places.as_deref(), &settings.qp)?;
     let (mut steps, mut restarts, mut changes) = (1, 0, Vec::new());
     let status = loop {
         if !exact.status.is_solved() || !(exact.kkt.rows <= BALANCED) {
@@ -93,6 +113,9 @@ pub fn solve_coulomb(
         if steps >= settings.max_steps {
             break CoulombStatus::MaxSteps;
         }
+        if !proceed() {
+            break CoulombStatus::Interrupted;
+        }
         let mut held = programme.is_held(&next)?;
         while !held && restarts < MOST_RESTARTS {
             restarts += 1;
@@ -107,7 +130,7 @@ pub fn solve_coulomb(
         (exact, places) = programme.solve(&limits, Some(&start), &settings.qp)?;
         steps += 1;
     };
-    Ok(CoulombSolution { exact, status, steps, changes, restarts })
+    Ok(CoulombSolution { exact, status, steps, changes, restarts, start: CoulombStart { limits, places } })
 }
 
 /// The places to start from with other limits: rows whose limit is zero are fixed, those whose limit was zero are free.
@@ -232,6 +255,9 @@ impl Programme<'_> {
         let entries: Vec<f64> = lines.flat_map(|line| rows.iter().map(|i| line[*i])).collect();
         let zero = vec![0.0; entries.len().checked_div(rows.len()).unwrap_or(0)];
         let basis = IndependentRows::new(&entries, &zero).rows;
+        if basis.is_empty() {
+            return DMatrix::identity(rows.len(), rows.len());
+        }
         let span =
             DMatrix::from_column_slice(rows.len(), basis.len().checked_div(rows.len()).unwrap_or(0), &basis);
         let projector = DMatrix::identity(rows.len(), rows.len()) - &span * span.transpose();

@@ -105,7 +105,9 @@ mod weights;
 pub use assembly::stiffer_roles;
 pub use balance::{Support, support};
 pub use contact_qp;
-pub use coulomb::{CoulombSettings, CoulombSolution, CoulombStatus, coulomb_coupling, solve_coulomb};
+pub use coulomb::{
+    CoulombSettings, CoulombSolution, CoulombStart, CoulombStatus, coulomb_coupling, solve_coulomb,
+};
 pub use error::NnddError;
 pub use exact::{ExactSolution, solve_exactly};
 pub use fem_core;

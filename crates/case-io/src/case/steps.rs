@@ -54,7 +54,7 @@ impl BodyCase {
     }
 
     /// Lists the names of its conditions.
-    fn condition_names(&self) -> impl Iterator<Item = &str> {
+    pub(super) fn condition_names(&self) -> impl Iterator<Item = &str> {
         let displacements = self.displacements.iter().map(|c| &c.name);
         let tractions = self.tractions.iter().map(|c| &c.name);
         let names = displacements.chain(tractions).chain(self.rigid.iter().map(|c| &c.name));
@@ -63,6 +63,16 @@ impl BodyCase {
 }
 
 impl Case {
+    /// Lists the factors at the end of each step. Nothing without steps.
+    pub fn step_ends(&self) -> Vec<Factors> {
+        let increments = self.increments();
+        let ends = self.steps.iter().scan(0, |end, step| {
+            *end += step.count;
+            Some(*end)
+        });
+        ends.filter_map(|end: usize| increments.get(end.checked_sub(1)?).cloned()).collect()
+    }
+
     /// Lists the factors at the end of each increment: linear from those of the step before, at first 0. Nothing without steps.
     pub fn increments(&self) -> Vec<Factors> {
         let mut all = Vec::new();

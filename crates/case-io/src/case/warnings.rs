@@ -1,6 +1,6 @@
 //! What is allowed but probably not meant.
 
-use super::{Case, Criterion, Material, MaterialLaw, Method};
+use super::{BodyCase, Case, Criterion, Material, MaterialLaw, Method};
 use crate::diagnostic::{Diagnostic, MOST_DIAGNOSTICS, code};
 use std::collections::HashSet;
 
@@ -30,6 +30,7 @@ impl Case {
         let mut warnings = self.mesh_warnings();
         warnings.extend(self.material_warnings());
         warnings.extend(self.solver_warnings());
+        warnings.extend(self.step_warnings());
         let omitted = warnings.len().saturating_sub(MOST_DIAGNOSTICS);
         if omitted > 0 {
             warnings.truncate(MOST_DIAGNOSTICS);
@@ -67,6 +68,24 @@ impl Case {
             warnings.push(self.diagnostic(code::REFERENCE, &path, message));
         }
         warnings
+    }
+
+    /// Conditions with a name that no load step uses have the factor 0 throughout.
+    fn step_warnings(&self) -> Vec<Diagnostic> {
+        if self.steps.is_empty() {
+            return Vec::new();
+        }
+        let used: HashSet<&str> =
+            self.steps.iter().flat_map(|step| &step.factors).map(|(name, _)| name.as_str()).collect();
+        let mut unused = HashSet::new();
+        let names = self.bodies.iter().flat_map(BodyCase::condition_names);
+        let names: Vec<&str> = names.filter(|name| !used.contains(name) && unused.insert(*name)).collect();
+        let warn = |name: &str| {
+            let message =
+                format!("no load step names the condition \"{}\", so it never acts", name.escape_debug());
+            self.diagnostic(code::VALUE, "step", message)
+        };
+        names.into_iter().map(warn).collect()
     }
 
     fn solver_warnings(&self) -> Vec<Diagnostic> {

@@ -248,6 +248,24 @@ fn bounded_least_squares_end_if_two_unknowns_meet_their_bounds_at_once() {
 }
 
 #[test]
+fn bounded_least_squares_return_the_unknowns_of_their_residual() {
+    // Small whole numbers: unknowns meet both bounds, and come back from them.
+    let mut random = Random::new(5);
+    let mut whole = |most: i32| f64::from((random.number() * 1e6) as i32 % (most + 1));
+    for case in 0..4000 {
+        let rows: Vec<f64> = (0..9).map(|_| whole(3)).collect();
+        let e: Vec<f64> = (0..3).map(|_| whole(7)).collect();
+        let (lower, upper): (Vec<f64>, Vec<f64>) =
+            (0..3).map(|_| (-whole(3).abs(), 1.0 + whole(2).abs())).unzip();
+        let (x, residual) = bounded_least_squares(&rows, &e, [&lower, &upper]).unwrap();
+        for k in 0..3 {
+            let left = e[k] - (0..3).map(|i| rows[3 * k + i] * x[i]).sum::<f64>();
+            assert!((left - residual[k]).abs() < 1e-11, "{case}: {rows:?} {e:?} {lower:?} {upper:?}");
+        }
+    }
+}
+
+#[test]
 fn bounded_least_squares_are_the_projection_on_what_the_bounds_allow() {
     let mut random = Random::new(11);
     let (mut held, mut free) = (0, 0);

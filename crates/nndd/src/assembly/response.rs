@@ -8,7 +8,7 @@
 //! whose gradient is the opening `c − v`, and whose multipliers are the rigid motions. Against an obstacle `λ` is what is imposed on
 //! it; what is free is one more rigid motion, since no other body touches it.
 //!
-//! With friction `−S ≤ P_i ≤ S` in the tangential rows, whose gap is zero, and the gradient is the slip with the opposite sign.
+//! With friction `−S ≤ P_i ≤ S` in the tangential rows, whose gap is the slip before the load step, and the gradient is the slip with the opposite sign.
 
 use super::subdomain::{Carrier, Subdomain};
 use crate::error::NnddError;

@@ -1,0 +1,96 @@
+//! The contact interfaces of a report.
+
+use serde::{Deserialize, Serialize};
+
+/// A contact interface.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ContactSummary {
+    /// Its name.
+    #[serde(default)]
+    pub name: String,
+    /// `bodies`, or `obstacle` for a body and an obstacle.
+    #[serde(default)]
+    pub kind: String,
+    /// Names of the bodies, in the order of the pair.
+    pub bodies: Vec<String>,
+    /// Name of the body that carries λ; empty if that is an obstacle.
+    pub imposed: String,
+    /// Number of node pairs.
+    pub pairs: usize,
+    /// Length, m.
+    pub length: f64,
+    /// The force of the contact on the first body, N/m.
+    #[serde(default)]
+    pub resultant: Option<[f64; 2]>,
+    /// Its moment about the origin of the coordinates, N, positive counter-clockwise.
+    #[serde(default)]
+    pub moment: Option<f64>,
+    /// The mean of the contact nodes weighted by their forces, m. On a straight line the resultant acts there.
+    #[serde(default)]
+    pub centre: Option<[f64; 2]>,
+    /// The node of the first body with the largest pressure, m.
+    #[serde(default)]
+    pub max_pressure_at: Option<[f64; 2]>,
+    /// `Σ r²_i`, N/m.
+    #[serde(default)]
+    pub contact_force: Option<f64>,
+    /// Stretches in contact, by arc length, m.
+    #[serde(default)]
+    pub contact_intervals: Option<Vec<[f64; 2]>>,
+    /// Largest nodal pressure, Pa.
+    #[serde(default)]
+    pub max_pressure: Option<f64>,
+    /// Node pairs with a positive force.
+    #[serde(default)]
+    pub active: Option<usize>,
+    /// Smallest opening, m.
+    #[serde(default)]
+    pub min_opening: Option<f64>,
+    /// What friction does; left out without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<FrictionSummary>,
+}
+
+/// Friction along a contact interface.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FrictionSummary {
+    /// `tresca` or `coulomb`.
+    pub law: String,
+    /// The coefficient of Coulomb's law; left out with Tresca's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mu: Option<f64>,
+    /// The force along the tangent `(−n_y, n_x)`, with the normal `n` out of the first body: on the second body, N/m. That on the
+    /// first one is opposite.
+    pub tangential_force: f64,
+    /// Stretches in contact that stick, by arc length, m.
+    pub stick_intervals: Vec<[f64; 2]>,
+    /// Stretches in contact that slip, by arc length, m.
+    pub slip_intervals: Vec<[f64; 2]>,
+    /// Largest slip, m.
+    pub max_slip: f64,
+}
+
+/// One stretch of the contact line.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ContactStretch {
+    /// Arc length of its first and last pair, m.
+    pub s: [f64; 2],
+    /// Number of pairs.
+    pub pairs: usize,
+    /// Length, m.
+    pub length: f64,
+    /// `Σ r²_i` on it, N/m.
+    pub contact_force: f64,
+    /// The force on the first body, N/m.
+    #[serde(default)]
+    pub resultant: [f64; 2],
+    /// Its moment about the origin of the coordinates, N, positive counter-clockwise.
+    #[serde(default)]
+    pub moment: f64,
+    /// Largest nodal pressure, Pa.
+    pub max_pressure: f64,
+    /// Largest mean pressure of an edge, Pa.
+    pub max_edge_pressure: f64,
+    /// Smallest opening, m.
+    pub min_opening: f64,
+}

@@ -1,0 +1,65 @@
+//! The numbers engineers ask for.
+
+use super::ContactStretch;
+use serde::{Deserialize, Serialize};
+
+/// The numbers engineers ask for; [`Results::default`] is those of a run that ended before there were any: an
+/// empty list is a result, `null` means that there is no result.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Results {
+    /// `a(u, u)` of each body.
+    pub energy_norm_squared: Option<Vec<f64>>,
+    /// `Σ r²_i`, N/m.
+    pub contact_force: Option<f64>,
+    /// Stretches in contact, by arc length, m.
+    pub contact_intervals: Option<Vec<[f64; 2]>>,
+    /// Each stretch of the contact line.
+    #[serde(default)]
+    pub contact_stretches: Option<Vec<ContactStretch>>,
+    /// Largest nodal pressure, Pa: the largest of contact.csv.
+    pub max_pressure: Option<f64>,
+    /// Largest mean pressure of an interface edge, Pa.
+    pub max_edge_pressure: Option<f64>,
+    /// Smallest opening, m: the smallest of contact.csv.
+    pub min_opening: Option<f64>,
+    /// Reaction of each support.
+    pub reactions: Option<Vec<Reaction>>,
+    /// All forces on each body added up, in the file's order: fx, fy in N/m and their moment about the body's centroid
+    /// in N; zero to round-off.
+    pub balance: Option<Vec<[f64; 3]>>,
+    /// Largest displacement, m.
+    pub max_displacement: Option<f64>,
+    /// Largest equivalent stress of a cell, Pa: that of the displacements.
+    pub max_von_mises: Option<f64>,
+    /// Largest equivalent stress of the recovered stress.
+    #[serde(default)]
+    pub peak_stress: Option<PeakStress>,
+}
+
+/// The largest equivalent stress of the recovered stress, and its place.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PeakStress {
+    /// The stress, Pa.
+    pub von_mises: f64,
+    /// Name of the body.
+    pub body: String,
+    /// First coordinate of the node, m.
+    pub x: f64,
+    /// Second coordinate.
+    pub y: f64,
+    /// Its change from the mesh before to the last one, over the former; `None` if there is one mesh.
+    pub change: Option<f64>,
+}
+
+/// The reaction of one support, N/m.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Reaction {
+    /// Name of the body.
+    pub body: String,
+    /// The edge group.
+    pub on: String,
+    /// First component.
+    pub fx: f64,
+    /// Second component.
+    pub fy: f64,
+}

@@ -1,0 +1,148 @@
+//! What the adaptive loop needs of the problem solved on one mesh.
+
+use super::AdaptiveEnd;
+use crate::coulomb::CoulombResult;
+use crate::error::SolveError;
+use crate::history::Step;
+use crate::observer::Observer;
+use crate::settings::{Criterion, Settings};
+use crate::solution::{CertifiedSolution, RoleReason};
+use crate::solve::{solve, solve_again};
+use crate::solve_coulomb::solve_coulomb;
+use cre_estimator::{Estimate, EstimatorError, Relaxation};
+use fem_core::interface::ContactProblem;
+use nndd::{CoulombSettings, CoulombStatus, Iterate, NnddStatus, Start};
+
+/// How the problem of one mesh is solved, and what the loop needs of the solution: certified, or with Coulomb friction a residual.
+pub(super) trait Meshwise {
+    type Solution;
+
+    /// Solves the problem of one mesh.
+    ///
+    /// * `previous`: on a finer mesh, why the roles were chosen on the first one, and where to start.
+    fn solve(
+        &self,
+        problem: ContactProblem,
+        previous: Option<(RoleReason, Start)>,
+        observer: &mut dyn Observer,
+    ) -> Result<Self::Solution, SolveError>;
+
+    /// Returns the problem, the estimate, and the last iterate.
+    fn parts(solution: &Self::Solution) -> (&ContactProblem, Option<&Estimate>, &Iterate);
+
+    fn role_reason(solution: &Self::Solution) -> RoleReason;
+
+    /// Sums up the solution as a step.
+    fn step(solution: &Self::Solution, number: usize) -> Step;
+
+    fn tell(observer: &mut dyn Observer, step: &Step, solution: &Self::Solution);
+
+    /// Returns the end of a run whose solve had no time or memory to end on its own.
+    fn cut_short(solution: &Self::Solution) -> Option<AdaptiveEnd>;
+
+    /// Tells whether a number below the target counts, however the solve ended.
+    fn may_meet_target(&self, solution: &Self::Solution) -> bool;
+
+    /// Returns the end of a run whose discrete problem was not solved.
+    fn unsolved(&self, solution: &Self::Solution) -> Option<AdaptiveEnd>;
+}
+
+impl Meshwise for Settings {
+    type Solution = CertifiedSolution;
+
+    fn solve(
+        &self,
+        problem: ContactProblem,
+        previous: Option<(RoleReason, Start)>,
+        observer: &mut dyn Observer,
+    ) -> Result<CertifiedSolution, SolveError> {
+        match previous {
+            None => solve(problem, self, observer),
+            Some((reason, start)) => solve_again(problem, reason, start, self, observer),
+        }
+    }
+
+    fn parts(solution: &CertifiedSolution) -> (&ContactProblem, Option<&Estimate>, &Iterate) {
+        (&solution.problem, solution.estimate.as_ref(), solution.last())
+    }
+
+    fn role_reason(solution: &CertifiedSolution) -> RoleReason {
+        solution.role_reason
+    }
+
+    fn step(solution: &CertifiedSolution, number: usize) -> Step {
+        solution.step(number)
+    }
+
+    fn tell(observer: &mut dyn Observer, step: &Step, solution: &CertifiedSolution) {
+        observer.step(step, solution);
+    }
+
+    fn cut_short(solution: &CertifiedSolution) -> Option<AdaptiveEnd> {
+        if let Some(error @ EstimatorError::OutOfMemory { .. }) = &solution.no_estimate {
+            return Some(AdaptiveEnd::Failed(error.clone().into()));
+        }
+        // The result of an interrupted run must not depend on the moment of the interruption.
+        (solution.nndd.status == NnddStatus::Interrupted).then_some(AdaptiveEnd::Interrupted)
+    }
+
+    fn may_meet_target(&self, _: &CertifiedSolution) -> bool {
+        true
+    }
+
+    fn unsolved(&self, solution: &CertifiedSolution) -> Option<AdaptiveEnd> {
+        match solution.nndd.status {
+            NnddStatus::StoppedByCriterion => None,
+            NnddStatus::MaxIterations | NnddStatus::Stalled { .. }
+                if self.criterion == Criterion::Iterations =>
+            {
+                None
+            }
+            status => Some(AdaptiveEnd::Iteration(status)),
+        }
+    }
+}
+
+impl Meshwise for (CoulombSettings, Relaxation) {
+    type Solution = CoulombResult;
+
+    /// The fixed point starts from full stick on every mesh.
+    fn solve(
+        &self,
+        problem: ContactProblem,
+        _: Option<(RoleReason, Start)>,
+        observer: &mut dyn Observer,
+    ) -> Result<CoulombResult, SolveError> {
+        solve_coulomb(problem, &self.0, self.1, observer)
+    }
+
+    fn parts(solution: &CoulombResult) -> (&ContactProblem, Option<&Estimate>, &Iterate) {
+        (&solution.problem, Some(solution.estimate()), &solution.last)
+    }
+
+    fn role_reason(_: &CoulombResult) -> RoleReason {
+        RoleReason::Given
+    }
+
+    fn step(solution: &CoulombResult, number: usize) -> Step {
+        solution.step(number)
+    }
+
+    fn tell(observer: &mut dyn Observer, step: &Step, solution: &CoulombResult) {
+        observer.coulomb_step(step, solution);
+    }
+
+    fn cut_short(solution: &CoulombResult) -> Option<AdaptiveEnd> {
+        (solution.solution.status == CoulombStatus::Interrupted).then_some(AdaptiveEnd::Interrupted)
+    }
+
+    /// The residual of a pair that is no solution says nothing of the target.
+    fn may_meet_target(&self, solution: &CoulombResult) -> bool {
+        self.unsolved(solution).is_none()
+    }
+
+    fn unsolved(&self, solution: &CoulombResult) -> Option<AdaptiveEnd> {
+        let status = solution.solution.status;
+        (status != CoulombStatus::Converged).then_some(AdaptiveEnd::FixedPoint(status))
+    }
+}
