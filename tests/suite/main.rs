@@ -36,6 +36,7 @@ mod paper;
 mod patch;
 mod point_supports;
 mod reactions;
+mod recovered_pressure;
 mod refusals;
 mod resume;
 mod sharpness;

@@ -22,7 +22,7 @@ CELL = {
     "error_density_iteration": 1, "material_id": 1, "element_id": 1, "body_id": 1,
 }
 CONTACT = {
-    "gap", "opening", "contact_pressure", "active", "lambda", "traction_1", "traction_2", "traction_imbalance",
+    "gap", "opening", "contact_pressure", "contact_pressure_recovered", "active", "lambda", "traction_1", "traction_2", "traction_imbalance",
 }
 ROUND_OFF = 1e-9
 

@@ -67,6 +67,9 @@ pub struct ContactRow {
     pub pressure: f64,
     /// 1 in contact, 0 open.
     pub active: u8,
+    /// Pressure recovered on the nodes of the coarser side, Pa; `None` if the nodes matched from the first mesh on.
+    #[serde(skip)]
+    pub pressure_recovered: Option<f64>,
     /// What friction does there; `None` without it.
     #[serde(skip)]
     pub friction: Option<FrictionRow>,
@@ -107,12 +110,15 @@ pub fn contact_csv(pairs: &[(&str, Vec<ContactRow>)]) -> Result<String, TableErr
     for (k, row) in pairs.iter().flat_map(|(_, rows)| rows).enumerate() {
         finite(k, row)?;
         finite(k, &row.friction)?;
+        finite(k, &row.pressure_recovered)?;
     }
     let several = pairs.iter().any(|(name, _)| *name != pairs[0].0);
     let with_friction = pairs.iter().flat_map(|(_, rows)| rows).any(|row| row.friction.is_some());
     let mut columns = CONTACT_COLUMNS.to_vec();
     columns.extend(several.then_some("pair"));
     columns.extend(with_friction.then_some(FRICTION_COLUMNS).into_iter().flatten());
+    let recovered = pairs.iter().flat_map(|(_, rows)| rows).any(|row| row.pressure_recovered.is_some());
+    columns.extend(recovered.then_some("pressure_recovered"));
     let in_steps = pairs.iter().flat_map(|(_, rows)| rows).any(|row| row.step.is_some());
     columns.extend(in_steps.then_some("step"));
     let cells = |(name, row): (&&str, &ContactRow)| {
@@ -126,6 +132,7 @@ pub fn contact_csv(pairs: &[(&str, Vec<ContactRow>)]) -> Result<String, TableErr
             if_any(several, (*name).to_owned()),
             if with_friction { numbers.to_vec() } else { vec![] },
             if_any(with_friction, state),
+            if recovered { vec![row.pressure_recovered] } else { vec![] },
             if in_steps { vec![row.step] } else { vec![] },
         )
     };
@@ -230,6 +237,7 @@ mod tests {
             opening: 0.0,
             pressure: 1234.5678901234567,
             active: 1,
+            pressure_recovered: None,
             friction: None,
             step: None,
         };
@@ -238,12 +246,12 @@ mod tests {
             "s,x,y,gap,opening,pressure,active\n0.5,0.5,1.0,0.25,0.0,1234.5678901234567,1\n"
         );
         let friction = FrictionRow { tangential: -1.5, slip: 0.0, limit: 4.0, state: "stick".into() };
-        let rubs = ContactRow { friction: Some(friction), ..row.clone() };
+        let rubs = ContactRow { friction: Some(friction), pressure_recovered: Some(1230.0), ..row.clone() };
         assert_eq!(
             contact_csv(&[("a", vec![row]), ("b", vec![rubs])]).unwrap(),
-            "s,x,y,gap,opening,pressure,active,pair,tangential,slip,limit,state\n\
-             0.5,0.5,1.0,0.25,0.0,1234.5678901234567,1,a,,,,\n\
-             0.5,0.5,1.0,0.25,0.0,1234.5678901234567,1,b,-1.5,0.0,4.0,stick\n"
+            "s,x,y,gap,opening,pressure,active,pair,tangential,slip,limit,state,pressure_recovered\n\
+             0.5,0.5,1.0,0.25,0.0,1234.5678901234567,1,a,,,,,\n\
+             0.5,0.5,1.0,0.25,0.0,1234.5678901234567,1,b,-1.5,0.0,4.0,stick,1230.0\n"
         );
     }
 

@@ -1,6 +1,7 @@
 //! The quantities of interest: forces, pressures, openings, reactions.
 
 use crate::reactions::{Balance, Reaction, RigidSideResults, nodal_forces, support_reactions};
+use crate::recovered_pressure::recovered_pressure;
 use cre_estimator::{AdmissibleBody, Estimate, RecoveredStress};
 use fem_core::body::Body;
 use fem_core::geometry::{Vector, cross, norm, perpendicular};
@@ -51,6 +52,8 @@ pub struct PairResults {
     pub contact_intervals: Vec<[f64; 2]>,
     /// Largest nodal pressure, Pa.
     pub max_pressure: f64,
+    /// Largest pressure of [`recovered_pressure`], Pa.
+    pub max_recovered_pressure: f64,
     /// Pairs of nodes with a force.
     pub active: usize,
     /// Smallest opening, m.
@@ -193,6 +196,9 @@ fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
 /// One contact line with its forces and openings.
 #[derive(Clone, Copy)]
 struct Line<'a> {
+    problem: &'a ContactProblem,
+    /// The number of the pair.
+    pair: usize,
     interface: &'a ContactInterface,
     /// `r²_i`, N/m.
     force: &'a [f64],
@@ -208,7 +214,9 @@ struct Line<'a> {
 /// Lists the contact lines of all pairs.
 fn lines<'a>(problem: &'a ContactProblem, iterate: &'a Iterate) -> impl Iterator<Item = Line<'a>> {
     let blocks = iterate.blocks(problem).zip(iterate.tangential_blocks(problem));
-    problem.contacts.iter().zip(blocks).map(|(of, (block, tangents))| Line {
+    problem.contacts.iter().zip(blocks).enumerate().map(|(pair, (of, (block, tangents)))| Line {
+        problem,
+        pair,
         interface: &of.interface,
         force: &iterate.contact.normal_reaction[block.clone()],
         opening: &iterate.opening[block],
@@ -272,6 +280,10 @@ impl<'a> Line<'a> {
             contact_force,
             contact_intervals: self.intervals(),
             max_pressure: largest(pressures),
+            max_recovered_pressure: {
+                let forces: Vec<f64> = self.pressed().collect();
+                largest(recovered_pressure(self.problem, self.pair, &forces))
+            },
             active: self.force.iter().filter(|r| **r > 0.0).count(),
             min_opening: self.distances(self.opening).fold(f64::INFINITY, f64::min),
             friction: self.friction(),

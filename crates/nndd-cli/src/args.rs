@@ -160,7 +160,7 @@ pub(crate) struct Sweep {
 
 #[derive(Args, Clone, Debug)]
 pub(crate) struct Mesh {
-    /// The mesh file: Gmsh MSH 2 or 4.1, or an Abaqus-style input deck.
+    /// The mesh file: Gmsh MSH 1, 2 or 4, or an Abaqus-style input deck.
     #[arg(value_name = "FILE")]
     pub(crate) file: PathBuf,
     /// How to print.

@@ -9,6 +9,7 @@ use fem_core::body::Body;
 use fem_core::geometry::{Vector, cross, diagonal, norm, shown};
 use fem_core::interface::ContactProblem;
 use fem_core::mesh::TriMesh;
+use fem_core::mesh::id::NodeId;
 use fem_core::prepared::PreparedProblem;
 use mesh_io::vtu::{PointVectors, point_vectors};
 use std::collections::HashMap;
@@ -16,6 +17,8 @@ use std::path::{Path, PathBuf};
 
 /// Points closer than this fraction of the body's diagonal are the same.
 const SAME: f64 = 1e-6;
+/// A field is linear between its nodes up to this fraction of its largest value: numbers are written with few digits.
+const LINEAR: f64 = 1e-4;
 /// Names of the array of displacements, in the order in which they are looked for.
 const NAMES: [&str; 6] = ["displacement", "displacements", "disp", "u", "U", "Displacement"];
 
@@ -52,6 +55,7 @@ pub fn certify(case: &Case, problem: ContactProblem, files: &[PathBuf]) -> Resul
         if refined.points().len() > body.mesh().points().len()
             && let Ok(field) = at_nodes(&read, refined)
         {
+            check_others(&read, refined, &field).map_err(|point| other_field(case, b, file, point))?;
             fields.push(field);
             continue;
         }
@@ -70,6 +74,7 @@ pub fn certify(case: &Case, problem: ContactProblem, files: &[PathBuf]) -> Resul
                 ),
             )
         })?;
+        check_others(&read, body.mesh(), &own).map_err(|point| other_field(case, b, file, point))?;
         fields.push(on_mesh(body, &own, refined));
     }
     let prepared =
@@ -77,6 +82,22 @@ pub fn certify(case: &Case, problem: ContactProblem, files: &[PathBuf]) -> Resul
     let relaxation: Relaxation = convert::settings(case).relaxation;
     cre_estimator::certify(&prepared, &fields, None, relaxation)
         .map_err(|error| Failure::solve(case, &SolveError::Estimator(error)))
+}
+
+/// Says that a file has another field than that of the nodes of the mesh.
+fn other_field(case: &Case, b: usize, file: &Path, point: Vector) -> Failure {
+    Failure::plain(
+        INVALID_INPUT,
+        format!(
+            "{}: the value at the point ({}, {}) is not that of a linear field between the nodes of the mesh of body \"{}\"\n  expected: \
+             one value per node of the mesh of the case, and no points between them with other values\n  fix: write one file per body, on \
+             the mesh of the case; of quadratic elements keep the corner nodes",
+            file.display(),
+            shown(point[0]),
+            shown(point[1]),
+            case.bodies[b].name
+        ),
+    )
 }
 
 /// Reads a `.vtu` file, or a table with the columns x, y, ux, uy.
@@ -178,6 +199,70 @@ fn at_nodes(read: &PointVectors, mesh: &TriMesh) -> Result<Vec<Vector>, (usize, 
     mesh.points().iter().enumerate().map(value).collect()
 }
 
+/// Checks that all points of a file have the values of a field of a mesh; points outside the mesh are left out. Else another field
+/// than that of the file would be certified. Returns the first other point.
+fn check_others(read: &PointVectors, mesh: &TriMesh, field: &[Vector]) -> Result<(), Vector> {
+    let nodes = Places::new(mesh.points(), tolerance(mesh));
+    let cells = Cells::new(mesh);
+    let largest = field.iter().fold(0.0f64, |m, u| m.max(u.amax()));
+    for (point, value) in read.points.iter().zip(&read.values) {
+        let expected = match nodes.at(*point) {
+            Some(node) => Some(field[node]),
+            None => cells.around(*point).map(|(nodes, weights)| {
+                nodes.iter().zip(weights).map(|(n, w)| w * field[*n]).sum::<Vector>()
+            }),
+        };
+        if expected.is_some_and(|expected| !((value - expected).amax() <= LINEAR * largest)) {
+            return Err(*point);
+        }
+    }
+    Ok(())
+}
+
+/// The triangles of a mesh by the squares of a grid that they may meet.
+struct Cells<'a> {
+    mesh: &'a TriMesh,
+    size: f64,
+    by_square: HashMap<[i64; 2], Vec<u32>>,
+}
+
+impl<'a> Cells<'a> {
+    fn new(mesh: &'a TriMesh) -> Self {
+        let size = diagonal(mesh.points()) / (mesh.triangles().len() as f64).sqrt();
+        let mut by_square: HashMap<[i64; 2], Vec<u32>> = HashMap::new();
+        for t in 0..mesh.triangles().len() {
+            let corners = mesh.corners(t);
+            let low = corners.into_iter().reduce(|a, b| a.inf(&b)).unwrap_or_default();
+            let high = corners.into_iter().reduce(|a, b| a.sup(&b)).unwrap_or_default();
+            let [from, to] = [low, high].map(|corner| Places::cell(corner, size));
+            for i in from[0]..=to[0] {
+                for j in from[1]..=to[1] {
+                    by_square.entry([i, j]).or_default().push(t as u32);
+                }
+            }
+        }
+        Self { mesh, size, by_square }
+    }
+
+    /// Finds a triangle that contains a point: its nodes and their weights.
+    fn around(&self, point: Vector) -> Option<([NodeId; 3], [f64; 3])> {
+        let near = self.by_square.get(&Places::cell(point, self.size))?;
+        near.iter().find_map(|t| {
+            let weights = weights(self.mesh, *t as usize, point);
+            let inside = weights.iter().all(|w| *w >= -SAME);
+            inside.then(|| (self.mesh.triangles()[*t as usize], weights))
+        })
+    }
+}
+
+/// Computes the weights of the corners of a triangle at a point.
+fn weights(mesh: &TriMesh, t: usize, point: Vector) -> [f64; 3] {
+    let [a, b, c] = mesh.corners(t);
+    let whole = cross(b - a, c - a);
+    let (s, r) = (cross(point - a, c - a) / whole, cross(b - a, point - a) / whole);
+    [1.0 - s - r, s, r]
+}
+
 /// Evaluates a field of a body's mesh at the nodes of the mesh that a common refinement made of it.
 fn on_mesh(body: &Body, field: &[Vector], refined: &TriMesh) -> Vec<Vector> {
     let mesh = body.mesh();
@@ -191,10 +276,7 @@ fn on_mesh(body: &Body, field: &[Vector], refined: &TriMesh) -> Vec<Vector> {
 fn interpolated(mesh: &TriMesh, field: &[Vector], point: Vector) -> Vector {
     let mut best = (f64::NEG_INFINITY, Vector::zeros());
     for (t, nodes) in mesh.triangles().iter().enumerate() {
-        let [a, b, c] = mesh.corners(t);
-        let whole = cross(b - a, c - a);
-        let (s, r) = (cross(point - a, c - a) / whole, cross(b - a, point - a) / whole);
-        let weights = [1.0 - s - r, s, r];
+        let weights = weights(mesh, t, point);
         let least = weights.into_iter().fold(f64::INFINITY, f64::min);
         if least > best.0 {
             let value = nodes.iter().zip(weights).map(|(n, w)| w * field[*n]).sum();
@@ -207,6 +289,7 @@ fn interpolated(mesh: &TriMesh, field: &[Vector], point: Vector) -> Vector {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fem_core::mesh::generate::block;
 
     #[test]
     fn a_table_names_the_line_of_a_fault() {
@@ -217,6 +300,26 @@ mod tests {
             assert_eq!(found.values, [Vector::new(2.0, 3.0), Vector::new(5.0, 7.0)]);
             let fault = table(&format!("{rows}{end}{end}3,0,0,0,inf{end}")).unwrap_err();
             assert_eq!(fault, "line 6: \"inf\" is not a finite number", "{end:?}");
+        }
+    }
+
+    #[test]
+    fn points_that_are_no_nodes_must_have_the_values_of_the_field() {
+        let mesh = block([0.0, 0.0], [2.0, 1.0], [4, 2]).unwrap();
+        let field: Vec<Vector> = mesh.points().iter().map(|x| Vector::new(x[0] * x[1], 1.0 - x[0])).collect();
+        let mut read = PointVectors { points: mesh.points().to_vec(), values: field.clone() };
+        check_others(&read, &mesh, &field).unwrap();
+        // In the middle of an edge the field is linear; outside of the body there may be anything.
+        read.points.extend([Vector::new(0.25, 0.0), Vector::new(3.0, 0.5)]);
+        read.values.extend([Vector::new(0.0, 0.75), Vector::new(9.0, 9.0)]);
+        check_others(&read, &mesh, &field).unwrap();
+        // A node twice with two values, as on a contact line of two bodies in one file; a node of a finer or a quadratic mesh.
+        for (point, value) in [([2.0, 1.0], [2.0, 0.0]), ([0.25, 0.25], [0.07, 0.75])] {
+            read.points.push(point.into());
+            read.values.push(value.into());
+            assert_eq!(check_others(&read, &mesh, &field), Err(point.into()));
+            read.points.pop();
+            read.values.pop();
         }
     }
 }

@@ -6,10 +6,13 @@
 //! |---|---|
 //! | both free, or both held in both directions | `ω > 180°` |
 //! | a roller, and a free side or one held in both directions | `ω > 90°`: half of a corner of `2ω` |
+//! | two rollers | `ω > 90°`: `λ = π/ω − 1` |
 //! | a free side, and one held in both directions | `sin² ω > 1/(1 + ν)` in plane stress, and all larger angles |
 //!
-//! A sharp edge of angle `ω` that presses without friction on a straight side (Dundurs and Lee 1972): `ω ≥ 90°`, or
-//! `tan ω > ω + π c/c'` with the compliances `c` of the edge and `c'` of the side, and against a rigid side `ω > 90°`.
+//! A sharp edge of angle `ω` whose other side is free and that presses without friction on a straight side, both isotropic (Dundurs and Lee
+//! 1972): `ω ≥ 90°`, or `tan ω > ω + π c/c'` with the compliances `c` of the edge and `c'` of the side, `(1 − ν²)/E` in plane strain and
+//! `1/E` in plane stress, and against a rigid side `ω > 90°`. If the other side is held, any edge on an elastic side. An edge on an edge is
+//! not judged; for anisotropic materials the compliance along x is an approximation.
 
 use crate::solved::Fields;
 use case_io::Case;
@@ -129,6 +132,8 @@ fn cause(problem: &ContactProblem, b: usize, node: NodeId) -> Option<Cause> {
         [Held::Roller, Held::Free | Held::Clamped] | [Held::Free | Held::Clamped, Held::Roller] => {
             FRAC_PI_2 + 0.5 * TURN
         }
+        // One roller on a side that hardly turns is no corner.
+        [Held::Roller, Held::Roller] if angle < PI - TURN => FRAC_PI_2 + 0.5 * TURN,
         _ => return None,
     };
     (angle > limit + MARGIN).then_some(Cause::Support)
@@ -190,8 +195,11 @@ fn presses(problem: &ContactProblem, b: usize, node: NodeId, angle: f64, edges: 
         let straight = corner(other, opposite).is_some_and(|(angle, _)| (angle - PI).abs() < TURN);
         let compliance = |body: &Body, node| Some(uniaxial(material(body, node)?)[0]);
         let ratio = compliance(&problem.bodies[b], node).zip(compliance(other, opposite)).map(|(c, d)| c / d);
+        let is_held = |edge: &EdgeId| matches!(held(problem, b, *edge), Held::Roller | Held::Clamped);
         straight
-            && (angle >= FRAC_PI_2 - MARGIN || ratio.is_some_and(|ratio| angle.tan() > angle + PI * ratio))
+            && (edges.iter().any(is_held)
+                || angle >= FRAC_PI_2 - MARGIN
+                || ratio.is_some_and(|ratio| angle.tan() > angle + PI * ratio))
     })
 }
 
@@ -250,6 +258,15 @@ mod tests {
         let half = EdgeSelection::group("top").within([[0.0, 1.0], [1.0, 1.0]]);
         let rollers = square(0.3, BoundaryConditions::new().roller("left", 0.0).roller(half, 0.0));
         assert_eq!(at(&rollers, [0.0, 0.0]), None);
+        let trapezoid = TriMesh::new(
+            vec![[0.0, 0.0], [2.0, 0.0], [3.0, 1.7], [0.0, 1.7]],
+            vec![[0u32, 1, 2], [0, 2, 3]],
+            vec![("bottom".to_owned(), vec![[0u32, 1]]), ("right".to_owned(), vec![[1, 2]])],
+        );
+        // Two rollers at 120 degrees: λ = ½.
+        let both = BoundaryConditions::new().roller("bottom", 0.0).roller("right", 0.0);
+        let body = Body::new(trapezoid.unwrap(), elastic(0.3), &both).unwrap();
+        assert_eq!(at(&ContactProblem::new(vec![body]), [2.0, 0.0]), Some(Cause::Support));
         assert_eq!(at(&rollers, [1.0, 1.0]), Some(Cause::Support));
         let degrees =
             |hypothesis| clamped_free(&LinearElastic::isotropic(7.0, 0.3, hypothesis).unwrap()).to_degrees();

@@ -292,6 +292,9 @@ fn results(page: &mut String, case: &Case, report: &Report) {
     }
     row("integral of the pressure, ∫ p ds", r.contact_force, Kind::Force);
     row("largest nodal pressure", r.max_pressure, Kind::Stress);
+    if r.max_pressure_recovered.is_some() {
+        row("largest pressure, recovered on the coarser side", r.max_pressure_recovered, Kind::Stress);
+    }
     row("largest mean pressure of an edge", r.max_edge_pressure, Kind::Stress);
     row("smallest opening", r.min_opening, Kind::Length);
     row("largest displacement", r.max_displacement, Kind::Length);

@@ -268,6 +268,9 @@ fn contact_data(solution: &Fields<'_>, estimate: &Estimate, pair: usize) -> (Vtu
             scalars("gap", &|k| rows[k].gap),
             VtuArray::scalars("opening", (0..points.len()).map(opening).collect()),
             scalars("contact_pressure", &|k| rows[k].pressure),
+            scalars("contact_pressure_recovered", &|k| {
+                rows[k].pressure_recovered.unwrap_or(rows[k].pressure)
+            }),
             VtuArray::integers(
                 "active",
                 (0..points.len()).map(|k| usize::from(rows[pair_of(k)].active)).collect(),

@@ -11,7 +11,7 @@ use case_io::report::{
 };
 use case_io::table::{ContactRow, FrictionRow};
 use certified_contact::cre_estimator::{Admissibility, Parts};
-use certified_contact::{CertifiedSolution, CoulombResult, RigidSideResults, Row};
+use certified_contact::{CertifiedSolution, CoulombResult, RigidSideResults, Row, recovered_pressure};
 use fem_core::interface::ContactProblem;
 use serde_json::{Map, Value};
 
@@ -123,6 +123,9 @@ fn contact_summary(case: &Case, solution: &Fields<'_>, k: usize) -> ContactSumma
         contact_force: found.map(|found| found.contact_force),
         contact_intervals: found.map(|found| found.contact_intervals.clone()),
         max_pressure: found.map(|found| found.max_pressure),
+        max_pressure_recovered: found
+            .map(|found| found.max_recovered_pressure)
+            .filter(|p| found.is_some_and(|found| found.max_pressure != *p)),
         active: found.map(|found| found.active),
         min_opening: found.map(|found| found.min_opening),
         friction: found.and_then(|found| found.friction.as_ref()).map(|found| FrictionSummary {
@@ -239,6 +242,12 @@ fn results(case: &Case, solution: &Fields<'_>, change: Option<f64>) -> Results {
         contact_intervals: Some(r.contact_intervals.clone()),
         contact_stretches: Some(stretches.collect()),
         max_pressure: Some(r.max_pressure),
+        max_pressure_recovered: r
+            .contacts
+            .iter()
+            .map(|pair| pair.max_recovered_pressure)
+            .reduce(f64::max)
+            .filter(|p| *p != r.max_pressure),
         max_edge_pressure: Some(r.max_edge_pressure),
         min_opening: Some(r.min_opening),
         reactions: Some(reactions.collect()),
@@ -278,6 +287,15 @@ pub(crate) fn contact_rows(solution: &Fields<'_>, pair: usize) -> Vec<ContactRow
             .to_owned(),
         })
     };
+    let forces: Vec<f64> = {
+        let nodes = solution.problem.contacts[pair].interface.pairs().iter().enumerate();
+        nodes
+            .map(|(k, node)| node.normal_length() * solution.last.contact.normal_reaction[first + k])
+            .collect()
+    };
+    let recovered = recovered_pressure(solution.problem, pair, &forces);
+    let pressures = solution.problem.contacts[pair].interface.pairs().iter().zip(&forces);
+    let differs = pressures.zip(&recovered).any(|((node, f), p)| f / node.tributary_length != *p);
     let pair = &solution.problem.contacts[pair];
     let points = solution.problem.bodies[pair.bodies[0]].mesh().points();
     let last = solution.last;
@@ -297,6 +315,7 @@ pub(crate) fn contact_rows(solution: &Fields<'_>, pair: usize) -> Vec<ContactRow
                 opening: last.opening[first + k] / normal,
                 pressure: force * normal / length,
                 active: u8::from(force > 0.0),
+                pressure_recovered: differs.then_some(recovered[k]),
                 step: None,
                 friction: friction(k, force > 0.0, (length, normal)),
             }

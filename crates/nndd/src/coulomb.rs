@@ -125,7 +125,7 @@ pub fn solve_coulomb(
         if !held {
             break CoulombStatus::TooSmall;
         }
-        let start = within(&places, &limits, &next);
+        let start = programme.within(&places, &exact, &limits, &next);
         limits = next;
         (exact, places) = programme.solve(&limits, Some(&start), &settings.qp)?;
         steps += 1;
@@ -133,17 +133,25 @@ pub fn solve_coulomb(
     Ok(CoulombSolution { exact, status, steps, changes, restarts, start: CoulombStart { limits, places } })
 }
 
-/// The places to start from with other limits: rows whose limit is zero are fixed, those whose limit was zero are free.
-fn within(places: &[Place], before: &[f64], limits: &[f64]) -> Vec<Place> {
-    let place = |((place, before), limit): ((&Place, &f64), &f64)| match *limit {
-        0.0 => Place::Lower,
-        _ if *before == 0.0 => Place::Free,
-        _ => *place,
-    };
-    places.iter().zip(before).zip(limits).map(place).collect()
-}
-
 impl Programme<'_> {
+    /// Returns the places to start from with other limits: rows whose limit is zero are fixed, those whose limit was zero continue as they
+    /// slip.
+    fn within(&self, places: &[Place], exact: &ExactSolution, before: &[f64], limits: &[f64]) -> Vec<Place> {
+        let mut start = places.to_vec();
+        for (k, friction) in exact.friction.iter().enumerate() {
+            for (row, slip) in self.rows.tangential(k).zip(&friction.slip) {
+                start[row] = match limits[row] {
+                    0.0 => Place::Lower,
+                    _ if before[row] != 0.0 => places[row],
+                    _ if *slip > 0.0 => Place::Upper,
+                    _ if *slip < 0.0 => Place::Lower,
+                    _ => Place::Free,
+                };
+            }
+        }
+        start
+    }
+
     /// Returns the limits `S = μ P` of the pairs with Coulomb friction, and the given ones of all other rows.
     fn coulomb_limits(&self, limits: &[f64], exact: &ExactSolution) -> Vec<f64> {
         let mut next = limits.to_vec();

@@ -39,7 +39,7 @@ impl MeshFault {
                 "check the name: a file that another one includes is looked for beside that one",
             ),
             Self::Format => {
-                ("a plane mesh", "convert the file: meshio convert FILE mesh.msh --output-format gmsh")
+                ("a plane mesh", "convert the file: meshio convert FILE mesh.msh --output-format gmsh22")
             }
             Self::Syntax => {
                 ("what the format asks for", "export the mesh again, or correct this place by hand")

@@ -1,4 +1,4 @@
-//! Gmsh's mesh files: MSH 2.0, 2.1, 2.2 and 4.1, as text or in binary of either byte order.
+//! Gmsh's mesh files: MSH 1, 2.0, 2.1, 2.2, 4.0 and 4.1, as text or in binary of either byte order.
 //!
 //! The format is described in Gmsh's reference manual, chapter "Gmsh file formats" (MSH 4.1), and its section on
 //! legacy formats (MSH 2), <https://gmsh.info/doc/texinfo/gmsh.html>. What is read: `$PhysicalNames`, `$Entities`,
@@ -23,6 +23,7 @@
 
 mod elements;
 mod labels;
+mod msh1;
 mod msh2;
 mod msh4;
 mod values;
@@ -41,10 +42,20 @@ const CONVERT: &str = "convert it with Gmsh: gmsh old.msh -save -format msh41 -o
 /// The versions that are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Version {
+    One,
     /// 2.0 to 2.2.
     Two,
+    /// 4.0.
+    OldFour,
     /// 4.1.
     Four,
+}
+
+impl Version {
+    /// Says whether entities carry the groups.
+    fn has_entities(self) -> bool {
+        matches!(self, Self::OldFour | Self::Four)
+    }
 }
 
 /// Reads a mesh from the bytes of a `.msh` file.
@@ -59,30 +70,41 @@ pub fn parse(bytes: &[u8], name: &str) -> Result<MeshFile, MeshFileError> {
     let mut collector = Collector::new(name);
     let mut labels = Labels::default();
     let (mut nodes, mut elements) = (false, false);
+    let old = version == Version::OldFour;
+    if version == Version::One {
+        // Its head is the first line of this section.
+        v.enter("$NOD");
+        nodes = true;
+        msh2::nodes(&mut v, &mut collector, "$ENDNOD")?;
+    }
     while v.skip_blank() {
         let section = v.token()?;
-        if version == Version::Four && v.is_binary() && section != b"$PhysicalNames" {
+        if version.has_entities() && v.is_binary() && section != b"$PhysicalNames" {
             // The numbers begin right behind the line.
             v.rest_of_line();
         }
         match section {
             b"$PhysicalNames" => labels.read_names(&mut v)?,
-            b"$Entities" if version == Version::Four => msh4::entities(&mut v, &mut labels, false)?,
-            b"$PartitionedEntities" if version == Version::Four => {
-                msh4::entities(&mut v, &mut labels, true)?;
+            b"$Entities" if version.has_entities() => msh4::entities(&mut v, &mut labels, false, old)?,
+            b"$PartitionedEntities" if version.has_entities() => {
+                msh4::entities(&mut v, &mut labels, true, old)?;
+            }
+            b"$ELM" if version == Version::One => {
+                once(&v, &mut elements, "$ELM")?;
+                msh1::elements(&mut v, &mut collector, &mut labels)?;
             }
             b"$Nodes" => {
                 once(&v, &mut nodes, "$Nodes")?;
                 match version {
-                    Version::Two => msh2::nodes(&mut v, &mut collector)?,
-                    Version::Four => msh4::nodes(&mut v, &mut collector)?,
+                    Version::One | Version::Two => msh2::nodes(&mut v, &mut collector, "$EndNodes")?,
+                    Version::OldFour | Version::Four => msh4::nodes(&mut v, &mut collector, old)?,
                 }
             }
             b"$Elements" => {
                 once(&v, &mut elements, "$Elements")?;
                 match version {
-                    Version::Two => msh2::elements(&mut v, &mut collector, &mut labels)?,
-                    Version::Four => msh4::elements(&mut v, &mut collector, &labels)?,
+                    Version::One | Version::Two => msh2::elements(&mut v, &mut collector, &mut labels)?,
+                    Version::OldFour | Version::Four => msh4::elements(&mut v, &mut collector, &labels, old)?,
                 }
             }
             _ => skip(&mut v, section)?,
@@ -139,9 +161,7 @@ fn header(v: &mut Values<'_>) -> Result<(Version, &'static str), MeshFileError> 
     }
     match section {
         b"$MeshFormat" => {}
-        b"$NOD" => {
-            return Err(v.unsupported("this is Gmsh's MSH format 1").expected("MSH 2 or 4.1").help(CONVERT));
-        }
+        b"$NOD" => return Ok((Version::One, "1")),
         other => {
             let found = format!("the file begins with {}", shown(other));
             return Err(v.unsupported(found).expected("`$MeshFormat`, with which MSH files begin"));
@@ -155,12 +175,13 @@ fn header(v: &mut Values<'_>) -> Result<(Version, &'static str), MeshFileError> 
         (2.0, Version::Two, "2.0"),
         (2.1, Version::Two, "2.1"),
         (2.2, Version::Two, "2.2"),
+        (4.0, Version::OldFour, "4.0"),
         (4.1, Version::Four, "4.1"),
     ];
     let Some((_, known, text)) = all.into_iter().find(|(wanted, ..)| is(*wanted)) else {
         let named = number.filter(|n| (0.0..100.0).contains(n)).map(|n| format!("{n:.1}"));
         let found = format!("this is MSH version {}", named.unwrap_or_else(|| shown(version)));
-        return Err(v.unsupported(found).expected("2.0, 2.1, 2.2 or 4.1").help(CONVERT));
+        return Err(v.unsupported(found).expected("1, 2.0, 2.1, 2.2, 4.0 or 4.1").help(CONVERT));
     };
     let kind = v.int("0 for text or 1 for binary")?;
     let size = v.int("8, the size of a number")?;

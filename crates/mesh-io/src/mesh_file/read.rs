@@ -55,7 +55,7 @@ fn dispatch(bytes: &[u8], path: &Path, include: Includes<'_>) -> Result<MeshFile
     let name = path.to_string_lossy();
     let fault = |found: String| {
         MeshFileError::new(MeshFault::Format, &name, MeshPlace::File, found)
-            .expected("Gmsh's MSH 2 or 4.1, or an Abaqus-style input deck (.inp)")
+            .expected("Gmsh's MSH 1, 2 or 4, or an Abaqus-style input deck (.inp)")
     };
     let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
     let text = text.trim_ascii_start();
@@ -68,8 +68,29 @@ fn dispatch(bytes: &[u8], path: &Path, include: Includes<'_>) -> Result<MeshFile
             let found = format!("the file begins with {}", first_bytes(text));
             Err(fault(found).help("this looks like a web page or XML: download the mesh file itself"))
         }
-        Some(_) => Err(fault(format!("the file begins with {}", first_bytes(text)))
-            .help("other formats can be converted: meshio convert FILE mesh.msh --output-format gmsh")),
+        Some(_) => Err(fault(format!("the file begins with {}", first_bytes(text))).help(conversion(text))),
+    }
+}
+
+/// Says how a file of another program is converted; several of them have the endings `.msh` and `.inp` too.
+fn conversion(text: &[u8]) -> &'static str {
+    let mut lines = text.split(|b| *b == b'\n').map(<[u8]>::trim_ascii);
+    let first = lines.find(|line| !line.is_empty() && !line.starts_with(b"#")).unwrap_or_default();
+    let words = || first.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
+    let whole = words().all(|word| word.iter().all(u8::is_ascii_digit));
+    match words().count() {
+        5 if whole => {
+            "this looks like AVS UCD: meshio convert --input-format avsucd FILE mesh.msh --output-format gmsh22"
+        }
+        3 if whole => {
+            "this looks like a mesh of FreeFem: load \"iovtk\"; savevtk(\"mesh.vtu\", Th); and then \
+             meshio convert mesh.vtu mesh.msh --output-format gmsh22"
+        }
+        _ if first.get(..4).is_some_and(|word| word.eq_ignore_ascii_case(b"MESH")) => {
+            "this looks like a mesh of GiD: as a deck, write *NODE in place of Coordinates, *ELEMENT, TYPE=CPS3 (or \
+             the like) in place of Elements, and commas between the numbers"
+        }
+        _ => "other formats can be converted: meshio convert FILE mesh.msh --output-format gmsh22",
     }
 }
 

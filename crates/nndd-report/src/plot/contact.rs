@@ -35,15 +35,17 @@ const ABOVE: f64 = 1.2;
 ///
 /// * `start`: the arc length at which a closed line was opened, if it is not its first node.
 pub(crate) fn contact(title: &str, rows: &[ContactRow], start: Option<f64>, labels: &Labels) -> String {
-    let mut all: Vec<([f64; 3], Option<bool>)> = rows
-        .iter()
-        .map(|r| ([r.s, r.pressure, r.opening], r.friction.as_ref().map(|f| f.state == "slip")))
-        .filter(|(n, _)| n.iter().all(|v| drawable(*v)))
-        .collect();
-    all.sort_by(|a, b| a.0[0].total_cmp(&b.0[0]));
-    let (nodes, slips): (Vec<[f64; 3]>, Vec<Option<bool>>) = all.into_iter().unzip();
-    let touching = zones(&nodes, |_| true);
-    let [stick, slip] = [false, true].map(|state| zones(&nodes, |i| slips[i] == Some(state)));
+    let recovered = |r: &ContactRow| r.pressure_recovered.unwrap_or(r.pressure);
+    let numbers = |r: &&ContactRow| [r.s, r.pressure, recovered(r), r.opening];
+    let mut all: Vec<&ContactRow> = rows.iter().filter(|r| numbers(r).iter().all(|v| drawable(*v))).collect();
+    all.sort_by(|a, b| a.s.total_cmp(&b.s));
+    let slips: Vec<Option<bool>> =
+        all.iter().map(|r| r.friction.as_ref().map(|f| f.state == "slip")).collect();
+    // What touches is known by the forces; the pressure drawn is the recovered one.
+    let forces: Vec<[f64; 2]> = all.iter().map(|r| [r.s, r.pressure]).collect();
+    let nodes: Vec<[f64; 3]> = all.iter().map(|r| [r.s, recovered(r), r.opening]).collect();
+    let touching = zones(&forces, |_| true);
+    let [stick, slip] = [false, true].map(|state| zones(&forces, |i| slips[i] == Some(state)));
     let friction_zones = match slips.iter().any(Option::is_some) {
         true => format!(" It sticks: {}. It slips: {}.", written(&stick), written(&slip)),
         false => String::new(),
@@ -170,7 +172,7 @@ fn upwards((lo, hi): (f64, f64)) -> Axis {
 }
 
 /// The intervals of contact: around each node with pressure that is one of `which`, half of the way to its neighbours.
-fn zones(nodes: &[[f64; 3]], which: impl Fn(usize) -> bool) -> Vec<[f64; 2]> {
+fn zones(nodes: &[[f64; 2]], which: impl Fn(usize) -> bool) -> Vec<[f64; 2]> {
     let least = NONE * nodes.iter().map(|n| n[1]).fold(0.0, f64::max);
     let middle = |i: usize, j: usize| 0.5 * nodes[i][0] + 0.5 * nodes[j][0];
     let mut zones: Vec<[f64; 2]> = vec![];

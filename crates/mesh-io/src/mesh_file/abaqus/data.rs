@@ -53,6 +53,12 @@ impl<'a> Row<'a> {
         self.line.split(|b| *b == b',').map(<[u8]>::trim_ascii)
     }
 
+    /// Reads the first number of the line.
+    pub(super) fn number(&self) -> Result<u64, Fault> {
+        let first = self.fields().next().unwrap_or_default();
+        number(first).ok_or_else(|| Fault::new(format!("found {}", shown(first)), "a whole number"))
+    }
+
     /// Appends the whole numbers of the line.
     pub(super) fn numbers(&self, into: &mut Vec<u64>) -> Result<(), Fault> {
         for field in self.fields() {
@@ -175,6 +181,28 @@ pub(super) fn unquoted(text: &str) -> &str {
     text.strip_prefix('"').and_then(|t| t.strip_suffix('"')).unwrap_or(text)
 }
 
+/// Says whether elements of a type have two faces that fill the plane beside their edges.
+pub(super) fn is_shell(name: &str) -> bool {
+    ["S", "US", "M3D"].iter().any(|family| name.starts_with(family))
+}
+
+/// Says whether elements of a type, in upper case, are springs, dashpots or masses: part of a model, not of its mesh.
+pub(super) fn is_no_cell(name: &str) -> bool {
+    ["SPRING", "DASHPOT", "MASS", "ROTARYI", "GAP"].iter().any(|family| name.starts_with(family))
+}
+
+/// Says what to do about elements of a type that is not read.
+pub(super) fn advice(name: &str) -> &'static str {
+    let begins = |families: &[&str]| families.iter().any(|family| name.starts_with(family));
+    if begins(&["CAX", "CGAX", "MAX", "SAX", "ACAX", "DCAX", "COHAX"]) {
+        "these are axisymmetric elements: if a plane problem is meant, write CPE in place of CAX"
+    } else if begins(&["C3D", "AC3D", "DC3D", "COH3D", "F3D", "SC"]) {
+        "this is the mesh of a volume: mesh its plane section with CPE or CPS elements"
+    } else {
+        "write a plane type with as many nodes in its place, or take these elements out of the deck"
+    }
+}
+
 /// Finds the kind of an element type such as `CPS4R`, in upper case: a family, the number of nodes, and letters for
 /// the formulation, which does not matter here.
 pub(super) fn kind(name: &str) -> Option<ElementKind> {
@@ -193,7 +221,7 @@ pub(super) fn kind(name: &str) -> Option<ElementKind> {
     if let Some((_, kind)) = lines.iter().find(|(line, _)| *line == bare) {
         return Some(*kind);
     }
-    let rest = ["CPS", "CPE", "M3D", "S"].iter().find_map(|family| name.strip_prefix(family))?;
+    let rest = ["CPS", "CPE", "M3D", "US", "S"].iter().find_map(|family| name.strip_prefix(family))?;
     let digits = rest.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len());
     let (nodes, letters) = rest.split_at(digits);
     if !letters.chars().all(|c| c.is_ascii_alphabetic()) {

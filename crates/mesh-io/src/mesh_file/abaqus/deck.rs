@@ -47,6 +47,11 @@ enum Block {
         set: Option<usize>,
         pending: Vec<u64>,
     },
+    /// Springs and masses: only their numbers are kept, for sets that name them.
+    NoCells {
+        set: Option<usize>,
+        continued: bool,
+    },
     Set {
         of_nodes: bool,
         set: usize,
@@ -189,15 +194,20 @@ impl Deck {
             _ if REFUSED.contains(&name) => Err(self.refusal(name, spot)),
             _ if SILENT.iter().any(|word| name.split(' ').next() == Some(word)) => Ok(Block::None),
             _ => {
-                let known = self.ignored.iter().position(|(ignored, _)| ignored == name);
-                match known {
-                    Some(place) => self.ignored[place].1 += 1,
-                    // The rest is counted with the last of them.
-                    None if self.ignored.len() < MOST_IGNORED => self.ignored.push((name.to_owned(), 1)),
-                    None => self.ignored[MOST_IGNORED - 1].1 += 1,
-                }
+                self.ignore(name);
                 Ok(Block::None)
             }
+        }
+    }
+
+    /// Counts a keyword that does not describe the mesh.
+    fn ignore(&mut self, name: &str) {
+        let known = self.ignored.iter().position(|(ignored, _)| ignored == name);
+        match known {
+            Some(place) => self.ignored[place].1 += 1,
+            // The rest is counted with the last of them.
+            None if self.ignored.len() < MOST_IGNORED => self.ignored.push((name.to_owned(), 1)),
+            None => self.ignored[MOST_IGNORED - 1].1 += 1,
         }
     }
 
@@ -227,6 +237,11 @@ impl Deck {
                 .syntax(spot, "*ELEMENT has no TYPE")
                 .expected("*ELEMENT, TYPE=CPS3 or the like"));
         };
+        if data::is_no_cell(&name) {
+            let set = keyword.value("ELSET").map(|set| self.sets.elements.define(set));
+            self.ignore(&format!("ELEMENT, TYPE={name}"));
+            return Ok(Block::NoCells { set, continued: false });
+        }
         match data::kind(&name) {
             Some(kind) => {
                 let set = keyword.value("ELSET").map(|set| self.sets.elements.define(set));
@@ -242,9 +257,10 @@ impl Deck {
             Block::Refused { name, count, spot } => {
                 let mut error = self.syntax(spot, format!("{} of type {name}", counted(count, "element")));
                 error.fault = MeshFault::Format;
-                Err(error.expected(
+                let error = error.expected(
                     "plane elements (CPS3, CPE3, CPS4, CPE4, CPS6, CPE6, CPS8, CPE8 and the like) or line elements",
-                ))
+                );
+                Err(error.help(data::advice(&name)))
             }
             Block::Elements { pending, name, .. } if !pending.is_empty() => {
                 let found = format!(
@@ -265,6 +281,7 @@ impl Deck {
         let more = row.numbers(pending);
         let (kind, set, len) = (*kind, *set, pending.len());
         let numbers = if len >= needed { std::mem::take(pending) } else { Vec::new() };
+        let shell = data::is_shell(name);
         let name = if len == needed { String::new() } else { name.clone() };
         more.map_err(|fault| fault.at(self.syntax(spot, "")))?;
         if len > needed || (len < needed && !row.continues()) {
@@ -277,6 +294,9 @@ impl Deck {
             let reordered = if kind == ElementKind::Edge3 { ends_first(nodes).to_vec() } else { Vec::new() };
             let nodes = if reordered.is_empty() { nodes } else { &reordered };
             self.collector.element(number, kind, nodes, 0, spot);
+            if shell {
+                self.sets.shells.push(number);
+            }
             if let Some(set) = set {
                 self.sets.elements.add_number(set, number, spot);
             }
@@ -303,6 +323,18 @@ impl Deck {
                 Ok(())
             }
             Block::Elements { .. } => self.element(&row, spot),
+            Block::NoCells { set, continued } => {
+                let (set, first) = (*set, !*continued);
+                *continued = row.continues();
+                if first {
+                    let number = row.number().map_err(|fault| fault.at(self.syntax(spot, "")))?;
+                    self.sets.no_cells.push(number);
+                    if let Some(set) = set {
+                        self.sets.elements.add_number(set, number, spot);
+                    }
+                }
+                Ok(())
+            }
             Block::Set { of_nodes, set, generate } => {
                 let (of_nodes, set, generate) = (*of_nodes, *set, *generate);
                 let entries = set_entries(&row, generate).map_err(|f| f.at(self.syntax(spot, "")))?;

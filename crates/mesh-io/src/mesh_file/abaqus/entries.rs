@@ -1,7 +1,7 @@
 //! Lines of sets and surfaces.
 
 use super::data::{self, Row};
-use super::sets::{Entry, Target};
+use super::sets::{Entry, Face, Target};
 
 /// Reads a line of a set: numbers and names, or a range.
 pub(super) fn set_entries(row: &Row<'_>, generate: bool) -> Result<Vec<Entry>, data::Fault> {
@@ -32,7 +32,7 @@ pub(super) fn set_entries(row: &Row<'_>, generate: bool) -> Result<Vec<Entry>, d
 }
 
 /// Reads a line of a surface.
-pub(super) fn surface_entry(row: &Row<'_>, of_nodes: bool) -> Result<(Target, usize), data::Fault> {
+pub(super) fn surface_entry(row: &Row<'_>, of_nodes: bool) -> Result<(Target, Face), data::Fault> {
     let fields: Vec<&[u8]> = row.fields().collect();
     let Some((first, rest)) = fields.split_first() else {
         return Err(data::Fault::new("the line is empty".to_owned(), "a set or number and a face"));
@@ -42,17 +42,15 @@ pub(super) fn surface_entry(row: &Row<'_>, of_nodes: bool) -> Result<(Target, us
         None => Target::Name(data::unquoted(&data::text(first)).to_owned()),
     };
     if of_nodes {
-        return Ok((target, 0));
+        return Ok((target, Face::Whole));
     }
     let face = rest.first().map(|f| data::text(f).to_uppercase());
-    match face.as_deref() {
-        Some("S1") => Ok((target, 0)),
-        Some("S2") => Ok((target, 1)),
-        Some("S3") => Ok((target, 2)),
-        Some("S4") => Ok((target, 3)),
-        other => Err(data::Fault::new(
-            format!("the face of a surface is {}", other.map_or("missing".to_owned(), |f| format!("`{f}`"))),
-            "S1, S2, S3 or S4 after the element or set",
+    let face = face.as_deref();
+    match face.and_then(Face::parse) {
+        Some(face) => Ok((target, face)),
+        None => Err(data::Fault::new(
+            format!("the face of a surface is {}", face.map_or("missing".to_owned(), |f| format!("`{f}`"))),
+            "S1 to S4 after the element or set, for shells also E1 to E4",
         )),
     }
 }

@@ -4,6 +4,7 @@ use super::keyword::upper;
 use crate::mesh_file::{Group, MeshFault, MeshFile, MeshFileError, MeshPlace, NumberIndex, Spot};
 use crate::words::did_you_mean;
 use std::collections::{HashMap, HashSet};
+use std::fmt::{self, Display, Formatter};
 
 /// Members that all sets together may have: for each byte of the deck, and in addition.
 const MEMBERS_PER_BYTE: usize = 4;
@@ -59,15 +60,61 @@ pub(super) enum Target {
     Name(String),
 }
 
+/// The face of an element in a surface.
+#[derive(Clone, Copy)]
+pub(super) enum Face {
+    /// `S1` to `S6`: the sides of a plane element; of a shell its two faces, then its edges, as CalculiX counts.
+    Side(usize),
+    /// `E1` to `E4`: the edges of a shell, as Abaqus counts.
+    Edge(usize),
+    /// `SPOS`, `SNEG`: a face of a shell, no side.
+    Whole,
+}
+
+impl Face {
+    /// Reads a face in upper case.
+    pub(super) fn parse(text: &str) -> Option<Self> {
+        let number =
+            |digits: &str, most: usize| digits.parse::<usize>().ok().filter(|n| (1..=most).contains(n));
+        match text {
+            "SPOS" | "SNEG" => Some(Self::Whole),
+            _ => match text.split_at_checked(1)? {
+                ("S", digits) => number(digits, 6).map(Self::Side),
+                ("E", digits) => number(digits, 4).map(Self::Edge),
+                _ => None,
+            },
+        }
+    }
+
+    /// Returns the place of the side among those of its element; nothing for the face of a shell.
+    fn side(self, shell: bool) -> Option<usize> {
+        match self {
+            Self::Side(n) if shell => n.checked_sub(3),
+            Self::Side(n) | Self::Edge(n) => Some(n - 1),
+            Self::Whole => None,
+        }
+    }
+}
+
+impl Display for Face {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Side(n) => write!(f, "S{n}"),
+            Self::Edge(n) => write!(f, "E{n}"),
+            Self::Whole => f.write_str("SPOS"),
+        }
+    }
+}
+
 /// A surface: sides of elements, or nodes.
 pub(super) struct Surface {
     name: String,
     pub(super) of_nodes: bool,
-    entries: Vec<(Target, usize, Spot)>,
+    entries: Vec<(Target, Face, Spot)>,
 }
 
 impl Surface {
-    pub(super) fn add(&mut self, (target, face): (Target, usize), spot: Spot) {
+    pub(super) fn add(&mut self, (target, face): (Target, Face), spot: Spot) {
         self.entries.push((target, face, spot));
     }
 }
@@ -78,6 +125,10 @@ pub(super) struct Sets {
     pub(super) nodes: Registry,
     pub(super) elements: Registry,
     pub(super) surfaces: Vec<Surface>,
+    /// Numbers of shells, whose faces are counted differently.
+    pub(super) shells: Vec<u64>,
+    /// Numbers of springs, masses and the like.
+    pub(super) no_cells: Vec<u64>,
     surface_index: HashMap<(String, bool), usize>,
 }
 
@@ -98,7 +149,7 @@ impl Sets {
     ///
     /// * `bytes`: the size of the deck, which bounds how many members all sets together may have.
     pub(super) fn apply(
-        self,
+        mut self,
         mesh: &mut MeshFile,
         files: &[String],
         bytes: usize,
@@ -106,8 +157,10 @@ impl Sets {
         let mut work = Work { files, left: bytes.saturating_mul(MEMBERS_PER_BYTE).saturating_add(MEMBERS) };
         let node_numbers = mesh.node_numbers().to_vec();
         let (edge_numbers, cell_numbers) = (mesh.edge_numbers(), mesh.cell_numbers());
-        let mut element_numbers = [edge_numbers.as_slice(), &cell_numbers].concat();
+        let mut element_numbers = [edge_numbers.as_slice(), &cell_numbers, &self.no_cells].concat();
+        self.shells.sort_unstable();
         element_numbers.sort_unstable();
+        element_numbers.dedup();
         let node_sets = work.resolve(&self.nodes, &node_numbers, "node")?;
         let element_sets = work.resolve(&self.elements, &element_numbers, "element")?;
         let cells = NumberIndex::new(&cell_numbers);
@@ -149,12 +202,10 @@ impl Sets {
             };
             work.spend(numbers.len(), *spot)?;
             for number in numbers {
-                let Some(side) = cells.find(*number).and_then(|cell| mesh.push_side(cell, *face)) else {
-                    let found = format!(
-                        "surface \"{}\" takes the face S{} of element {number}",
-                        surface.name,
-                        face + 1
-                    );
+                let Some(place) = face.side(self.shells.binary_search(number).is_ok()) else { continue };
+                let Some(side) = cells.find(*number).and_then(|cell| mesh.push_side(cell, place)) else {
+                    let found =
+                        format!("surface \"{}\" takes the face {face} of element {number}", surface.name);
                     return Err(work.fault(*spot, found).expected("a plane element that has this face"));
                 };
                 members.push(side);

@@ -35,7 +35,7 @@ fn refusal(v: &Values<'_>, code: i32, count: u64, number: Option<u64>) -> MeshFi
             let help = if volume {
                 "this is the mesh of a volume: give the physical groups to surfaces only, or mesh in 2D (gmsh -2)"
             } else {
-                "set Mesh.ElementOrder = 1 in Gmsh"
+                "mesh again with Mesh.ElementOrder = 1 in Gmsh (gmsh -2 -order 1 mine.geo)"
             };
             v.unsupported(format!("the file has {}{first}", counted(many, what)))
                 .expected(expected)
@@ -52,9 +52,9 @@ fn name(code: i32) -> Option<(&'static str, bool)> {
         5 | 12 | 17 | 92 | 93 => ("hexahedron", true),
         6 | 13 | 18 => ("prism", true),
         7 | 14 | 19 => ("pyramid", true),
-        20..=25 => ("triangle of higher order", false),
-        26..=28 => ("edge of higher order", false),
-        36..=38 => ("quadrilateral of higher order", false),
+        20..=25 => ("higher-order triangle", false),
+        26..=28 => ("higher-order edge", false),
+        36..=41 => ("higher-order quadrilateral", false),
         _ => return None,
     })
 }

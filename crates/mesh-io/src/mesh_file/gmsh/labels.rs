@@ -147,9 +147,11 @@ impl Labels {
     }
 }
 
-/// Takes the text between the first and the last quote; names that are not UTF-8 keep what can be read.
+/// Takes the text between the first and the last quote, or all of it if there are none; names that are not UTF-8 keep what can be read.
 fn quoted(line: &[u8]) -> Option<String> {
-    let first = line.iter().position(|b| *b == b'"')?;
+    let Some(first) = line.iter().position(|b| *b == b'"') else {
+        return Some(String::from_utf8_lossy(line).trim().to_owned());
+    };
     let last = line.iter().rposition(|b| *b == b'"')?;
     Some(String::from_utf8_lossy(line.get(first + 1..last)?).trim().to_owned())
 }

@@ -10,7 +10,7 @@ const NODE: [usize; 2] = [8, 28];
 const ELEMENT: [usize; 2] = [8, 8];
 
 /// Reads the number of a node, element or tag list: an `int` that is not negative.
-fn number(v: &mut Values<'_>, what: &str) -> Result<u64, MeshFileError> {
+pub(super) fn number(v: &mut Values<'_>, what: &str) -> Result<u64, MeshFileError> {
     if !v.is_binary() {
         return v.size(what);
     }
@@ -18,8 +18,12 @@ fn number(v: &mut Values<'_>, what: &str) -> Result<u64, MeshFileError> {
     u64::try_from(found).map_err(|_| v.fault(format!("found {found}")).expected(what.to_owned()))
 }
 
-/// Reads `$Nodes`.
-pub(super) fn nodes(v: &mut Values<'_>, collector: &mut Collector) -> Result<(), MeshFileError> {
+/// Reads `$Nodes`, or `$NOD` of version 1.
+pub(super) fn nodes(
+    v: &mut Values<'_>,
+    collector: &mut Collector,
+    end: &'static str,
+) -> Result<(), MeshFileError> {
     v.enter("$Nodes");
     let count = v.text_count("the number of nodes")?;
     collector.reserve_nodes(v.capacity(count, NODE, "nodes")?);
@@ -35,7 +39,7 @@ pub(super) fn nodes(v: &mut Values<'_>, collector: &mut Collector) -> Result<(),
         v.record_end(line)?;
         collector.node(number, point, v.spot())?;
     }
-    v.end("$EndNodes")
+    v.end(end)
 }
 
 /// Reads `$Elements`.

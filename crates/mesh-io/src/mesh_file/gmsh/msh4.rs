@@ -1,7 +1,8 @@
-//! Version 4.1: entities carry the groups; nodes and elements come in blocks, one per entity.
+//! Versions 4.0 and 4.1: entities carry the groups; nodes and elements come in blocks, one per entity.
 
 use super::elements;
 use super::labels::Labels;
+use super::msh2;
 use super::values::Values;
 use crate::mesh_file::{Collector, MeshFileError};
 
@@ -10,6 +11,7 @@ pub(super) fn entities(
     v: &mut Values<'_>,
     labels: &mut Labels,
     partitioned: bool,
+    old: bool,
 ) -> Result<(), MeshFileError> {
     v.enter(if partitioned { "$PartitionedEntities" } else { "$Entities" });
     if partitioned {
@@ -35,8 +37,8 @@ pub(super) fn entities(
                     v.int("a partition")?;
                 }
             }
-            // A point has its coordinates, everything else the two corners of its bounding box.
-            for _ in 0..if dimension == 0 { 3 } else { 6 } {
+            // A point has its coordinates (not in 4.0), everything else the two corners of its bounding box.
+            for _ in 0..if dimension == 0 && !old { 3 } else { 6 } {
                 v.real("a coordinate")?;
             }
             let groups = v.size("the number of physical groups")?;
@@ -61,12 +63,15 @@ fn head(
     v: &mut Values<'_>,
     each: [usize; 2],
     what: &'static str,
+    old: bool,
 ) -> Result<(u64, u64, usize), MeshFileError> {
     let line = v.record_begin()?;
     let blocks = v.size("the number of blocks")?;
     let count = v.size("the number of items in all blocks")?;
-    v.size("the smallest number")?;
-    v.size("the largest number")?;
+    if !old {
+        v.size("the smallest number")?;
+        v.size("the largest number")?;
+    }
     v.record_end(line)?;
     Ok((blocks, count, v.capacity(count, each, what)?))
 }
@@ -88,18 +93,31 @@ fn check_total(v: &Values<'_>, done: u64, count: u64, what: &str) -> Result<(), 
     Err(v.fault(format!("the blocks hold {done} {what}, the head of the section says {count}")))
 }
 
+/// Reads dimension and number of the entity of a block, which 4.0 has in the other order.
+fn entity(v: &mut Values<'_>, old: bool) -> Result<(i32, i32), MeshFileError> {
+    let what = ["the dimension of an entity", "the number of an entity"];
+    let [a, b] = [v.int(what[usize::from(old)])?, v.int(what[usize::from(!old)])?];
+    Ok(if old { (b, a) } else { (a, b) })
+}
+
+/// Reads the number of a node or element: an `int` in 4.0, a `size_t` in 4.1.
+fn number(v: &mut Values<'_>, what: &str, old: bool) -> Result<u64, MeshFileError> {
+    if old { msh2::number(v, what) } else { v.size(what) }
+}
+
 /// Reads `$Nodes`.
-pub(super) fn nodes(v: &mut Values<'_>, collector: &mut Collector) -> Result<(), MeshFileError> {
+///
+/// * `old`: version 4.0, where a node's number is in front of its coordinates.
+pub(super) fn nodes(v: &mut Values<'_>, collector: &mut Collector, old: bool) -> Result<(), MeshFileError> {
     v.enter("$Nodes");
-    let (blocks, count, capacity) = head(v, [8, 32], "nodes")?;
+    let (blocks, count, capacity) = head(v, [8, if old { 28 } else { 32 }], "nodes", old)?;
     collector.reserve_nodes(capacity);
     let mut done = 0;
     let mut numbers = Vec::new();
     for _ in 0..blocks {
         v.progress(done, count, "nodes");
         let line = v.record_begin()?;
-        let dimension = v.int("the dimension of an entity")?;
-        v.int("the number of an entity")?;
+        let (dimension, _) = entity(v, old)?;
         let parametric = v.int("0 or 1 for parametric coordinates")?;
         let size = v.size("the number of nodes of a block")?;
         v.record_end(line)?;
@@ -110,20 +128,24 @@ pub(super) fn nodes(v: &mut Values<'_>, collector: &mut Collector) -> Result<(),
         }
         numbers.clear();
         numbers.reserve(capacity.min(usize::try_from(size).unwrap_or(capacity)));
-        for k in 0..size {
+        for k in 0..if old { 0 } else { size } {
             v.progress(done + k, count, "nodes");
             numbers.push(v.size("the number of a node")?);
         }
-        for &number in &numbers {
+        for k in 0..size {
             v.progress(done, count, "nodes");
             let line = v.record_begin()?;
+            let of_node = match numbers.get(k as usize) {
+                Some(number) => *number,
+                None => number(v, "the number of a node", old)?,
+            };
             let what = "a coordinate";
             let point = [v.real(what)?, v.real(what)?, v.real(what)?];
             for _ in 0..dimension * parametric {
                 v.real("a parametric coordinate")?;
             }
             v.record_end(line)?;
-            collector.node(number, point, v.spot())?;
+            collector.node(of_node, point, v.spot())?;
             done += 1;
         }
     }
@@ -136,16 +158,16 @@ pub(super) fn elements(
     v: &mut Values<'_>,
     collector: &mut Collector,
     labels: &Labels,
+    old: bool,
 ) -> Result<(), MeshFileError> {
     v.enter("$Elements");
-    let (blocks, count, capacity) = head(v, [4, 16], "elements")?;
+    let (blocks, count, capacity) = head(v, [4, if old { 8 } else { 16 }], "elements", old)?;
     collector.reserve_elements(capacity);
     let mut done = 0;
     for _ in 0..blocks {
         v.progress(done, count, "elements");
         let line = v.record_begin()?;
-        let dimension = v.int("the dimension of an entity")?;
-        let entity = v.int("the number of an entity")?;
+        let (dimension, entity) = entity(v, old)?;
         let code = v.int("the type of the elements")?;
         let size = v.size("the number of elements of a block")?;
         v.record_end(line)?;
@@ -159,13 +181,13 @@ pub(super) fn elements(
         for _ in 0..size {
             v.progress(done, count, "elements");
             let line = v.record_begin()?;
-            let number = v.size("the number of an element")?;
+            let of_element = number(v, "the number of an element", old)?;
             let mut nodes = [0u64; 9];
             for node in &mut nodes[..kind.nodes()] {
-                *node = v.size("the number of a node")?;
+                *node = number(v, "the number of a node", old)?;
             }
             v.record_end(line)?;
-            collector.element(number, kind, &nodes[..kind.nodes()], set, v.spot());
+            collector.element(of_element, kind, &nodes[..kind.nodes()], set, v.spot());
             done += 1;
         }
     }

@@ -106,13 +106,14 @@ impl<'a> Values<'a> {
         self.rest().iter().find(|b| !matches!(b, b' ' | b'\t')) == Some(&byte)
     }
 
-    /// Reads up to the next blank.
+    /// Reads up to the next blank, or to a quote that follows without one.
     pub(super) fn token(&mut self) -> Result<&'a [u8], MeshFileError> {
         if !self.skip_blank() {
             return Err(self.ended());
         }
         let rest = self.rest();
-        let len = rest.iter().position(|b| b.is_ascii_whitespace()).unwrap_or(rest.len());
+        let ends = |b: &u8| b.is_ascii_whitespace() || *b == b'"';
+        let len = rest.iter().skip(1).position(ends).map_or(rest.len(), |k| k + 1);
         self.at += len;
         self.token_line = self.line;
         Ok(&rest[..len])

@@ -1,0 +1,82 @@
+//! The pressure of meshes that do not match, against Westergaard's closed form of a wavy surface.
+
+use certified_contact::{CertifiedSolution, Settings, Silent, recovered_pressure, solve};
+use fem_core::body::Body;
+use fem_core::boundary::{BoundaryConditions, ScalarData};
+use fem_core::interface::{ContactNormal, Gap};
+use fem_core::material::{Hypothesis, LinearElastic};
+use fem_core::mesh::generate::block;
+use std::f64::consts::PI;
+use tests::run::paired_in_common;
+
+/// The load over the one that closes the gap.
+const LOAD: f64 = 0.15;
+const DEPTH: f64 = 0.01;
+
+fn solved(cells: [usize; 2]) -> CertifiedSolution {
+    let steel = LinearElastic::isotropic(1000.0, 0.3, Hypothesis::PlaneStrain).unwrap();
+    let part = |y: f64, cells, far: BoundaryConditions| {
+        let sides = far.displace("left", Some(0.0.into()), None).displace("right", Some(0.0.into()), None);
+        Body::new(block([-0.5, y], [1.0, 1.0], [cells, 24]).unwrap(), steel.clone(), &sides).unwrap()
+    };
+    let upper = part(0.0, cells[0], BoundaryConditions::new().pressure("top", LOAD * closing()));
+    let lower = part(-1.0, cells[1], BoundaryConditions::new().displace("bottom", None, Some(0.0.into())));
+    let gap = Gap::Given(ScalarData::function(|x| DEPTH * (1.0 - (2.0 * PI * x[0]).cos())));
+    let (problem, _) =
+        paired_in_common([upper, lower], ["bottom", "top"], &gap, ContactNormal::Averaged).unwrap();
+    solve(problem, &Settings::default(), &mut Silent).unwrap()
+}
+
+/// The pressure that closes the gap, `π E* Δ/λ`.
+fn closing() -> f64 {
+    PI * 1000.0 / (2.0 * 0.91) * DEPTH
+}
+
+fn exact(x: f64) -> f64 {
+    let left = LOAD - (PI * x).sin().powi(2);
+    2.0 * closing() * (PI * x).cos() * left.max(0.0).sqrt()
+}
+
+/// The largest deviations of the pressure at the nodes and of the recovered one, at the nodes and in the middles of the edges, over the peak;
+/// without the ends of the contact, where the slope of the exact one is infinite.
+fn deviations(cells: [usize; 2]) -> [f64; 2] {
+    let found = solved(cells);
+    let interface = &found.problem.contacts[0].interface;
+    let pairs = interface.pairs();
+    let forces = &found.last().contact.normal_reaction;
+    let recovered = recovered_pressure(&found.problem, 0, forces);
+    // No force is lost.
+    let sum: f64 = pairs.iter().zip(&recovered).map(|(pair, p)| pair.tributary_length * p).sum();
+    assert!((sum / forces.iter().sum::<f64>() - 1.0).abs() < 1e-12, "{sum}");
+    let nodal: Vec<f64> = pairs.iter().zip(forces).map(|(pair, p)| p / pair.tributary_length).collect();
+    let reach = 0.8 * LOAD.sqrt().asin() / PI;
+    let mut worst = [0.0f64; 2];
+    for edge in interface.edges() {
+        let ends = edge.pairs.map(|k| found.problem.bodies[0].mesh().points()[pairs[k as usize].nodes[0]][0]);
+        for t in [0.0, 0.5, 1.0] {
+            let x = ends[0] + t * (ends[1] - ends[0]);
+            for (worst, p) in worst.iter_mut().zip([&nodal, &recovered]).filter(|_| x.abs() < reach) {
+                let [a, b] = edge.ends(p);
+                *worst = worst.max((a + t * (b - a) - exact(x)).abs() / exact(0.0));
+            }
+        }
+    }
+    worst
+}
+
+#[test]
+fn the_recovered_pressure_of_meshes_that_do_not_match_is_as_good_as_that_of_matching_ones() {
+    let [matching, same] = deviations([24, 24]);
+    assert_eq!(matching, same);
+    for finer in [25, 31] {
+        let [alike, _] = deviations([finer, finer]);
+        for cells in [[24, finer], [finer, 24]] {
+            let [nodal, recovered] = deviations(cells);
+            println!(
+                "24 and {finer} cells: nodal {nodal:.4}, recovered {recovered:.4}, matching {matching:.4}, {alike:.4}"
+            );
+            assert!(recovered <= matching.max(alike), "{recovered} {matching} {alike}");
+            assert!(recovered < 0.5 * nodal, "{recovered} {nodal}");
+        }
+    }
+}
