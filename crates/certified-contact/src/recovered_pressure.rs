@@ -1,6 +1,6 @@
 //! The pressure along a contact line whose nodes did not match.
 //!
-//! A node that the common refinement puts into an edge of a body cuts one cell in two; the mesh behind it is as coarse as before. The nodal
+//! A node that the common refinement puts into an edge of a body cuts cells there; the mesh behind it is as coarse as before. The nodal
 //! forces `P_i` oscillate from such a node to the next, and so does `P_i/ℓ_i`. The forces on the hat functions `φ_j` of the side with the
 //! coarser mesh, without those nodes, do not:
 //! ```math
@@ -9,7 +9,6 @@
 //! linear between the nodes `j`. The sum of the forces remains: `Σ p(s_i) ℓ_i = Σ P_i`.
 
 use fem_core::interface::{ContactInterface, ContactProblem};
-use fem_core::mesh::id::NodeId;
 
 /// Computes the pressure that is recovered on the coarser side of a pair, at its pairs of nodes, Pa. If all nodes matched from the first mesh
 /// on, and against an obstacle, it is `P_i/ℓ_i`.
@@ -28,9 +27,8 @@ pub fn recovered_pressure(problem: &ContactProblem, pair: usize, forces: &[f64])
         return pressure;
     }
     let cuts = [0, 1].map(|side: usize| -> Vec<bool> {
-        let topology = problem.bodies[of.bodies[side]].mesh().topology();
-        let cuts_a_cell = |node: NodeId| topology.triangles_around(node).len() == 2;
-        pairs.iter().map(|pair| cuts_a_cell(pair.nodes[side])).collect()
+        let body = &problem.bodies[of.bodies[side]];
+        pairs.iter().map(|pair| body.is_inserted(pair.nodes[side])).collect()
     });
     let count = |side: usize| cuts[side].iter().filter(|cut| **cut).count();
     // The side with more nodes of the other one has fewer of its own.

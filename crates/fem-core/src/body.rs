@@ -254,6 +254,8 @@ pub struct Body {
     conditions: BoundaryConditions,
     selected: conditions::Selected,
     curves: curves::Curves,
+    /// See [`Body::is_inserted`]; ascending.
+    inserted: Vec<NodeId>,
     /// Computed on the first request: the checks before a run and the assembly both need it.
     free_motion: OnceLock<Option<FreeMotion>>,
 }
@@ -299,7 +301,11 @@ impl Body {
         let materials = self.materials.inherited(&refinement.parent_cell);
         let finer =
             conditions::evaluate(refinement.mesh.clone(), materials, &self.conditions, Some(selected))?;
-        Ok(Self { curves: self.curves.refined(&self.mesh, refinement), ..finer })
+        Ok(Self {
+            curves: self.curves.refined(&self.mesh, refinement),
+            inserted: self.inserted.clone(),
+            ..finer
+        })
     }
 
     /// Creates the same body with other amounts of what its conditions impose: displacements, tractions, and loads and motions of rigid sides.
@@ -312,7 +318,7 @@ impl Body {
         let scaled = self.conditions.scaled(factor);
         let (mesh, materials) = (self.mesh.clone(), self.materials.clone());
         let body = conditions::evaluate(mesh, materials, &scaled, Some(self.selected.clone()))?;
-        Ok(Self { curves: self.curves.clone(), ..body })
+        Ok(Self { curves: self.curves.clone(), inserted: self.inserted.clone(), ..body })
     }
 
     /// Evaluates the parts of sides again, after nodes were put into the mesh: a part may end at a new node. What a condition
@@ -332,7 +338,7 @@ impl Body {
         let again = |known: Option<_>| {
             let again =
                 conditions::evaluate(self.mesh.clone(), self.materials.clone(), &self.conditions, known)?;
-            Ok::<_, BodyError>(Self { curves: self.curves.clone(), ..again })
+            Ok::<_, BodyError>(Self { curves: self.curves.clone(), inserted: self.inserted.clone(), ..again })
         };
         // A part that has lost all its edges keeps the old ones.
         let Ok(found) = again(None) else { return Ok(self.clone()) };
@@ -351,6 +357,16 @@ impl Body {
             tractions: both(&self.selected.tractions, &found.selected.tractions),
             rigid: both(&self.selected.rigid, &found.selected.rigid),
         }))
+    }
+
+    /// Tells whether a common refinement put a node into this body so that it matches another one.
+    pub fn is_inserted(&self, node: NodeId) -> bool {
+        self.inserted.binary_search(&node).is_ok()
+    }
+
+    /// Notes that all nodes from a number on were put in by a common refinement.
+    pub(crate) fn note_inserted(&mut self, from: usize) {
+        self.inserted.extend((from..self.mesh.points().len()).map(NodeId::new));
     }
 
     /// Adds a group of edges to the mesh.

@@ -135,10 +135,16 @@ impl Failure {
                 ),
             ),
             PrepareError::Assembly { body, source } => {
-                use AssemblyError::{OutOfMemory, TooLarge};
+                use AssemblyError::{NothingUnknown, OutOfMemory, TooLarge};
                 let fault = format!("body \"{}\": {source}", name(*body));
                 match source {
                     TooLarge { .. } | OutOfMemory { .. } => Self::plain(LIMIT, fault),
+                    NothingUnknown => Self::plain(
+                        INVALID_INPUT,
+                        format!(
+                            "{fault}\n  expected: nodes that can move\n  fix: hold fewer sides, or make the mesh finer"
+                        ),
+                    ),
                     _ => Self::plain(
                         INVALID_INPUT,
                         format!(

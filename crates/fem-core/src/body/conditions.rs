@@ -81,6 +81,7 @@ pub(super) fn evaluate(
         conditions,
         selected,
         curves: Default::default(),
+        inserted: Vec::new(),
         free_motion,
     })
 }

@@ -146,7 +146,8 @@ pub fn common_refinement(
     let [first, second] = sides.map(|s| s.body);
     let (first, free_0) = restrict(first, 0, surfaces[0], &overlaps)?;
     let (second, free_1) = restrict(second, 1, surfaces[1], &overlaps)?;
-    let bodies = [first, second];
+    let mut bodies = [first, second];
+    bodies.iter_mut().zip(nodes).for_each(|(body, from)| body.note_inserted(from));
     let changes = Changes {
         added: [0, 1].map(|b| bodies[b].mesh().points().len() - nodes[b]),
         snapped: moves.count,

@@ -43,6 +43,21 @@ fn surfaces_sets_of_lines_and_sets_of_nodes_are_sides() {
 }
 
 #[test]
+fn faces_of_shells_are_counted_after_their_two_sides_and_springs_are_no_cells() {
+    let shells = DECK.replace("type=cps4r", "type=S4R");
+    let more = "*SURFACE, NAME=third\n1, S3\n*SURFACE, NAME=edge\n1, E1\n*SURFACE, NAME=whole\nPlate, SPOS\n\
+        *ELEMENT, TYPE=SPRINGA, ELSET=k\n9, 1, 2\n";
+    let file = parse_text(format!("{shells}{more}").as_bytes(), "d.inp").unwrap();
+    let mesh = file.region(Some("Plate"), RegionOptions::default()).unwrap().mesh().unwrap();
+    assert_eq!(side(&mesh, "third"), [[1, 2]]);
+    assert_eq!(side(&mesh, "edge"), [[1, 2]]);
+    assert!(side(&mesh, "whole").is_empty());
+    let axis = DECK.replace("type=cps4r", "type=CAX4");
+    let refused = parse_text(axis.as_bytes(), "d.inp").unwrap_err().to_string();
+    assert!(refused.contains("axisymmetric"), "{refused}");
+}
+
+#[test]
 fn sets_grow_and_contain_earlier_ones() {
     let file = read(
         "*ELSET, ELSET=one\n1\n*ELSET, ELSET=ONE\n2\n*ELSET, ELSET=more, GENERATE\n1, 999, 2\n*ELSET,ELSET=x\none, more\n",
