@@ -53,7 +53,7 @@ fn shoe(push: f64, moved: Option<f64>) -> ContactProblem {
         BoundaryConditions::new().pressure("top", 300.0).traction("left", [push.into(), 0.0.into()]);
     if let Some(moved) = moved {
         // Not down to the contact: there the support would take what friction does.
-        let above = EdgeSelection::group("right").within([[39.0, 2.4], [41.0, 21.0]]);
+        let above = EdgeSelection::group("right").within([[39.0, 41.0], [2.4, 21.0]]);
         conditions = conditions.displace(above, Some(moved.into()), None);
     }
     let steel = LinearElastic::isotropic(210e3, 0.3, Hypothesis::PlaneStrain).unwrap();

@@ -255,7 +255,7 @@ fn slip_that_does_not_fit_and_refinement_of_a_later_step_are_refused() {
 }
 
 #[test]
-fn bodies_with_other_loads_are_those_factorised_anew() {
+fn bodies_with_other_loads_are_those_of_a_fresh_factorisation() {
     let problems = [
         blocks([8, 4], Friction::tresca(4.0)).unwrap(),
         rings(0.02, [12, 3], Friction::tresca(4.0)).unwrap(),
@@ -269,19 +269,19 @@ fn bodies_with_other_loads_are_those_factorised_anew() {
             assert_ne!(stage, Stage::Factorisation);
             true
         });
-        let (again, anew) = (again.unwrap(), prepare(&other));
-        for (one, two) in again.bodies().iter().zip(anew.bodies()) {
+        let (again, fresh) = (again.unwrap(), prepare(&other));
+        for (one, two) in again.bodies().iter().zip(fresh.bodies()) {
             assert_eq!(one.condensed_load(), two.condensed_load());
             let none = vec![0.0; one.len()];
             assert_eq!(one.displacement_from_force(&none), two.displacement_from_force(&none));
             assert_eq!(one.dofs().traces(&none), two.dofs().traces(&none));
         }
-        assert_eq!(again.external_forces(), anew.external_forces());
+        assert_eq!(again.external_forces(), fresh.external_forces());
     }
 }
 
 #[test]
-fn bodies_with_other_supports_are_factorised_anew() {
+fn bodies_with_other_supports_are_factorised_again() {
     let (_, bodies) = prepare(&blocks([8, 4], Friction::None).unwrap()).into_parts();
     let mut stages = Vec::new();
     let held = BoundaryConditions::new().fix("left");
@@ -290,9 +290,9 @@ fn bodies_with_other_supports_are_factorised_anew() {
         stages.push(stage);
         true
     });
-    let (again, anew) = (again.unwrap(), prepare(&free));
+    let (again, fresh) = (again.unwrap(), prepare(&free));
     assert!(stages.contains(&Stage::Factorisation));
-    for (one, two) in again.bodies().iter().zip(anew.bodies()) {
+    for (one, two) in again.bodies().iter().zip(fresh.bodies()) {
         assert_eq!(one.schur(), two.schur());
     }
 }

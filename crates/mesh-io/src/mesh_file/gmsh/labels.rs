@@ -147,7 +147,7 @@ impl Labels {
     }
 }
 
-/// Takes the text between the first and the last quote, or all of it if there are none; names that are not UTF-8 keep what can be read.
+/// Takes the text between the first and the last quote, or all of it without quotes; names that are not UTF-8 keep what can be read.
 fn quoted(line: &[u8]) -> Option<String> {
     let Some(first) = line.iter().position(|b| *b == b'"') else {
         return Some(String::from_utf8_lossy(line).trim().to_owned());
