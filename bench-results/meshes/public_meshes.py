@@ -56,7 +56,7 @@ class Mesh:
 
     def __init__(self, form):
         self.form, self.nodes, self.elements, self.odd = form, {}, [], ""
-        self.order, self.shell_faces = 1, False
+        self.order = 1
 
     def add(self, dimension, corners, groups=()):
         self.elements.append((dimension, tuple(corners), tuple(groups)))
@@ -324,7 +324,6 @@ def deck(path, data):
 
     read(data, path.parent, 0)
     # Of a shell S1 and S2 are the two faces, S3 is the first edge (CalculiX); of a plane element S1 is the first edge.
-    mesh.shell_faces = any(re.match(r"(S|US|M3D)\d", kind) for kind in types) and any(re.match(r"S\d", f) for f in faces)
     mesh.form += " (" + ", ".join(sorted(types)[:4]) + ")" if types else ""
     return mesh
 

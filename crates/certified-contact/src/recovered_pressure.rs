@@ -10,21 +10,21 @@
 
 use fem_core::interface::{ContactInterface, ContactProblem};
 
-/// Computes the pressure that is recovered on the coarser side of a pair, at its pairs of nodes, Pa. If all nodes matched from the first mesh
-/// on, and against an obstacle, it is `P_i/ℓ_i`.
+/// Computes the pressure that is recovered on the coarser side of a pair, at its pairs of nodes, Pa. `None` if all nodes matched from the
+/// first mesh on, and against an obstacle: it is `P_i/ℓ_i` then.
 ///
 /// * `forces`: normal forces at the pairs of nodes, `|n_i| P_i`, N/m.
 ///
 /// # Panics
 /// If there is no such pair, or not one force per pair of nodes.
-pub fn recovered_pressure(problem: &ContactProblem, pair: usize, forces: &[f64]) -> Vec<f64> {
+pub fn recovered_pressure(problem: &ContactProblem, pair: usize, forces: &[f64]) -> Option<Vec<f64>> {
     let of = &problem.contacts[pair];
     let pairs = of.interface.pairs();
     assert!(forces.len() == pairs.len(), "{} forces, and {} pairs of nodes", forces.len(), pairs.len());
     let mut pressure: Vec<f64> =
         pairs.iter().zip(forces).map(|(pair, p)| p / pair.tributary_length).collect();
     if problem.obstacle_of(of).is_some() {
-        return pressure;
+        return None;
     }
     let cuts = [0, 1].map(|side: usize| -> Vec<bool> {
         let body = &problem.bodies[of.bodies[side]];
@@ -33,10 +33,13 @@ pub fn recovered_pressure(problem: &ContactProblem, pair: usize, forces: &[f64])
     let count = |side: usize| cuts[side].iter().filter(|cut| **cut).count();
     // The side with more nodes of the other one has fewer of its own.
     let own: Vec<bool> = cuts[usize::from(count(1) > count(0))].iter().map(|cut| !cut).collect();
+    if own.iter().all(|own| *own) {
+        return None;
+    }
     for chain in chains(&of.interface, &own) {
         recover(&chain, (&own, forces), &of.interface, &mut pressure);
     }
-    pressure
+    Some(pressure)
 }
 
 /// A run of pairs joined by edges, with their arc lengths; a closed one ends with its first pair.

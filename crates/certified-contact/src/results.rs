@@ -52,8 +52,8 @@ pub struct PairResults {
     pub contact_intervals: Vec<[f64; 2]>,
     /// Largest nodal pressure, Pa.
     pub max_pressure: f64,
-    /// Largest pressure of [`recovered_pressure`], Pa.
-    pub max_recovered_pressure: f64,
+    /// Largest pressure of [`recovered_pressure`], Pa, if there is one.
+    pub max_recovered_pressure: Option<f64>,
     /// Pairs of nodes with a force.
     pub active: usize,
     /// Smallest opening, m.
@@ -282,7 +282,7 @@ impl<'a> Line<'a> {
             max_pressure: largest(pressures),
             max_recovered_pressure: {
                 let forces: Vec<f64> = self.pressed().collect();
-                largest(recovered_pressure(self.problem, self.pair, &forces))
+                recovered_pressure(self.problem, self.pair, &forces).map(largest)
             },
             active: self.force.iter().filter(|r| **r > 0.0).count(),
             min_opening: self.distances(self.opening).fold(f64::INFINITY, f64::min),

@@ -135,16 +135,17 @@ pub(crate) fn pair_and_stars<'a>(
 ) -> Result<(AdmissiblePair, Option<KeptStars<'a>>), EstimatorError> {
     let problem = prepared.problem();
     let Pressure { by_pair, friction, limit, shift, imbalance } = balance::pressure(prepared, state)?;
-    let lifts: Vec<Lift> = problem.contacts.iter().map(|pair| lift_of(problem, pair, state)).collect();
+    let found = problem.contacts.iter().map(|pair| lift_of(problem, pair, state));
+    let (lifts, openings): (Vec<Lift>, Vec<Vec<f64>>) = found.unzip();
     let moved = lift::sums(problem, &lifts);
     let lift_energy = lift::total_energy(problem, &lifts, &moved);
     let contacts: Vec<AdmissibleContact> = by_pair
         .into_iter()
         .zip(friction.into_iter().zip(limit))
-        .zip(lifts)
+        .zip(lifts.into_iter().zip(openings))
         .enumerate()
-        .map(|(k, ((pressure, friction), lift))| {
-            AdmissibleContact::new(problem, k, state, pressure, friction, (lift, &moved))
+        .map(|(k, ((pressure, friction), (lift, opening)))| {
+            AdmissibleContact::new(problem, k, state, pressure, friction, (lift, opening, &moved))
         })
         .collect();
     let recovered =
@@ -166,24 +167,25 @@ pub(crate) fn pair_and_stars<'a>(
     Ok((pair, kept))
 }
 
-/// Finds the lift of a pair.
-fn lift_of(problem: &ContactProblem, pair: &ContactPair, state: &ContactState<'_>) -> Lift {
+/// Finds the lift of a pair, and the middle openings without it.
+fn lift_of(problem: &ContactProblem, pair: &ContactPair, state: &ContactState<'_>) -> (Lift, Vec<f64>) {
     let displacement = pair.bodies.map(|b| state.displacement[b]);
-    lift::find(problem, pair, displacement, &lift::middle_openings(&pair.interface, displacement))
+    let middle = lift::middle_openings(&pair.interface, displacement);
+    (lift::find(problem, pair, displacement, &middle), middle)
 }
 
 impl AdmissibleContact {
     /// Computes the openings of pair `k` and what belongs to its pressure.
     ///
     /// * `friction`: friction and its limit at the pairs, Pa.
-    /// * `lift`: of the pair, and [`lift::sums`].
+    /// * `lift`: of the pair, with the middle openings without it, and [`lift::sums`].
     fn new(
         problem: &ContactProblem,
         k: usize,
         state: &ContactState<'_>,
         pressure: Vec<f64>,
         (friction, friction_limit): (Vec<f64>, Vec<f64>),
-        (lift, moved): (Lift, &[Option<Vec<Vector>>]),
+        (lift, found, moved): (Lift, Vec<f64>, &[Option<Vec<Vector>>]),
     ) -> Self {
         let (pair, given) = (&problem.contacts[k], &state.contacts[k]);
         let interface = &pair.interface;
@@ -192,11 +194,17 @@ impl AdmissibleContact {
         let mut pressure_force = pressure::nodal_forces(interface, &pressure, &edge_pressure);
         // The lifts of other pairs move nodes of this one, too.
         let moved = pair.bodies.map(|b| moved.get(b).and_then(Option::as_deref));
-        let lifted = [0, 1].map(|side: usize| match moved[side] {
-            Some(l) => Cow::from(displacement[side].iter().zip(l).map(|(u, l)| u + l).collect::<Vec<_>>()),
-            None => Cow::from(displacement[side]),
-        });
-        let middle_opening = lift::middle_openings(interface, [&lifted[0], &lifted[1]]);
+        let middle_opening = if moved == [None, None] {
+            found
+        } else {
+            let lifted = [0, 1].map(|side: usize| match moved[side] {
+                Some(l) => {
+                    Cow::from(displacement[side].iter().zip(l).map(|(u, l)| u + l).collect::<Vec<_>>())
+                }
+                None => Cow::from(displacement[side]),
+            });
+            lift::middle_openings(interface, [&lifted[0], &lifted[1]])
+        };
         let tractions = [&friction[..], &friction_limit];
         let edge_friction = EdgeFriction::new(pair, tractions, &edge_pressure, displacement, moved);
         if pair.friction.acts() {

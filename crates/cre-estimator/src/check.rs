@@ -163,11 +163,10 @@ pub(crate) fn check_and_visit<T: Send>(
     };
     let (by_body, visited): (Vec<_>, Vec<_>) = each_body(problem.bodies.len(), of_body).into_iter().unzip();
     let mut displacement: Vec<Cow<'_, [Vector]>> = pair.displacements().into_iter().map(Cow::from).collect();
-    for (of, contact) in problem.contacts.iter().zip(&pair.contacts) {
-        let lift = &contact.lift;
-        if lift.largest() > 0.0 {
-            let lifted = lift.added_to(problem, &of.interface, &displacement[lift.body]);
-            displacement[lift.body] = lifted.into();
+    let moved = lift::sums(problem, pair.contacts.iter().map(|contact| &contact.lift));
+    for (u, l) in displacement.iter_mut().zip(&moved) {
+        if let Some(l) = l {
+            u.to_mut().iter_mut().zip(l).for_each(|(u, l)| *u += l);
         }
     }
     let mut found = by_body.into_iter().fold(Admissibility::default(), Admissibility::worst);

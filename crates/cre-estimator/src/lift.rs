@@ -75,7 +75,10 @@ impl Lift {
 /// of one line moves the nodes that it shares with another one along that.
 ///
 /// * `lifts`: one per pair.
-pub(crate) fn sums(problem: &ContactProblem, lifts: &[Lift]) -> Vec<Option<Vec<Vector>>> {
+pub(crate) fn sums<'a>(
+    problem: &ContactProblem,
+    lifts: impl IntoIterator<Item = &'a Lift>,
+) -> Vec<Option<Vec<Vector>>> {
     let mut sums: Vec<Option<Vec<Vector>>> = vec![None; problem.bodies.len()];
     for (pair, lift) in problem.contacts.iter().zip(lifts).filter(|(_, lift)| lift.largest() > 0.0) {
         let nodes = problem.bodies[lift.body].mesh().points().len();

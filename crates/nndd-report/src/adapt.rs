@@ -162,14 +162,6 @@ impl Course {
             }
         }
     }
-
-    /// Judges the solve on the mesh of the answer.
-    fn judge_last(&self, case: &Case, ended: Option<Ended>) -> Status {
-        match &self.answer {
-            Answer::Certified(solution) => outcome::judge(case, solution, ended),
-            Answer::Coulomb(result) => outcome::judge_coulomb(case, result, ended),
-        }
-    }
 }
 
 /// Follows the run, writes each mesh's files, and keeps it within the memory limit.
@@ -250,7 +242,7 @@ fn judge(case: &Case, adapt: &Adapt, answer: &Course, ended: Option<Ended>, memo
     let last = answer.step == answer.history.len();
     let mut status = match &answer.end {
         AdaptiveEnd::Iteration(_) | AdaptiveEnd::FixedPoint(_) | AdaptiveEnd::NotCertified { .. } if last => {
-            answer.judge_last(case, ended)
+            outcome::judge_answer(case, &answer.answer, ended)
         }
         AdaptiveEnd::Interrupted => outcome::interrupted(ended, &format!("mesh {}", answer.history.len())),
         AdaptiveEnd::NoRoom { nodes } => {

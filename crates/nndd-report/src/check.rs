@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use crate::motion::{member, moves};
 use case_io::Case;
 use certified_contact::SolveError;
-use fem_core::body::{ConditionPlace, NodeConstraint, RigidMotion};
+use fem_core::body::{NodeConstraint, RigidMotion};
 use fem_core::interface::ContactProblem;
 use nndd::NnddError;
 
@@ -61,10 +61,7 @@ pub fn held(case: &Case, problem: &ContactProblem) -> Result<Vec<String>, Failur
     // Loads are linear in the factors: what holds at the ends of the load steps holds between them.
     let mut free = None;
     for factors in case.step_ends() {
-        let factor = |body: usize, place: ConditionPlace| {
-            factors.of(case.bodies.get(body).and_then(|body| body.condition_name(place)))
-        };
-        let loaded = problem.with_factors(factor);
+        let loaded = problem.with_factors(|body, place| case.factor(&factors, body, place));
         let loaded = loaded.map_err(|error| Failure::solve(case, &SolveError::Factors(error)))?;
         free = Some(held_under(case, &loaded)?);
     }

@@ -1,6 +1,7 @@
 //! The status word, exit status and reason of a run.
 
 use crate::failure::{FILES, INTERRUPTED, LIMIT, NOT_CERTIFIED};
+use crate::solved::Answer;
 use crate::words::{counted, one_line, raised, short, with_digits};
 use case_io::Case;
 use case_io::case::{Acceleration, Criterion, Imposed, Method, QpChoice, Theta, Weights};
@@ -28,7 +29,7 @@ pub(crate) enum Ended {
 }
 
 /// Judges a finished run.
-pub(crate) fn judge(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>) -> Status {
+fn judge(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>) -> Status {
     if let Some(lack @ EstimatorError::OutOfMemory { .. }) = &solution.no_estimate {
         return word("limit", LIMIT, format!("{lack}; take fewer cells"));
     }
@@ -39,8 +40,15 @@ pub(crate) fn judge(case: &Case, solution: &CertifiedSolution, ended: Option<End
     status
 }
 
-/// Judges a finished run with Coulomb friction.
-pub(crate) fn judge_coulomb(case: &Case, result: &CoulombResult, ended: Option<Ended>) -> Status {
+/// Judges a finished run with any law.
+pub(crate) fn judge_answer(case: &Case, answer: &Answer, ended: Option<Ended>) -> Status {
+    match answer {
+        Answer::Certified(solution) => judge(case, solution, ended),
+        Answer::Coulomb(result) => judge_coulomb(case, result, ended),
+    }
+}
+
+fn judge_coulomb(case: &Case, result: &CoulombResult, ended: Option<Ended>) -> Status {
     let CoulombSolution { status, steps, changes, restarts, .. } = &result.solution;
     let counted = counted(*steps, "step");
     let tolerance = short(case.solver.friction_tolerance);

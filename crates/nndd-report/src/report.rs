@@ -11,7 +11,9 @@ use case_io::report::{
 };
 use case_io::table::{ContactRow, FrictionRow};
 use certified_contact::cre_estimator::{Admissibility, Parts};
-use certified_contact::{CertifiedSolution, CoulombResult, RigidSideResults, Row, recovered_pressure};
+use certified_contact::{
+    CertifiedSolution, CoulombResult, PairResults, RigidSideResults, Row, recovered_pressure,
+};
 use fem_core::interface::ContactProblem;
 use serde_json::{Map, Value};
 
@@ -123,9 +125,7 @@ fn contact_summary(case: &Case, solution: &Fields<'_>, k: usize) -> ContactSumma
         contact_force: found.map(|found| found.contact_force),
         contact_intervals: found.map(|found| found.contact_intervals.clone()),
         max_pressure: found.map(|found| found.max_pressure),
-        max_pressure_recovered: found
-            .map(|found| found.max_recovered_pressure)
-            .filter(|p| found.is_some_and(|found| found.max_pressure != *p)),
+        max_pressure_recovered: found.and_then(|found| found.max_recovered_pressure),
         active: found.map(|found| found.active),
         min_opening: found.map(|found| found.min_opening),
         friction: found.and_then(|found| found.friction.as_ref()).map(|found| FrictionSummary {
@@ -242,12 +242,7 @@ fn results(case: &Case, solution: &Fields<'_>, change: Option<f64>) -> Results {
         contact_intervals: Some(r.contact_intervals.clone()),
         contact_stretches: Some(stretches.collect()),
         max_pressure: Some(r.max_pressure),
-        max_pressure_recovered: r
-            .contacts
-            .iter()
-            .map(|pair| pair.max_recovered_pressure)
-            .reduce(f64::max)
-            .filter(|p| *p != r.max_pressure),
+        max_pressure_recovered: max_recovered(r),
         max_edge_pressure: Some(r.max_edge_pressure),
         min_opening: Some(r.min_opening),
         reactions: Some(reactions.collect()),
@@ -262,6 +257,13 @@ fn results(case: &Case, solution: &Fields<'_>, change: Option<f64>) -> Results {
             change,
         }),
     }
+}
+
+/// The largest pressure of all pairs, if any is recovered; the nodal ones of the others count.
+fn max_recovered(results: &certified_contact::Results) -> Option<f64> {
+    let recovered = results.contacts.iter().any(|pair| pair.max_recovered_pressure.is_some());
+    let largest = |pair: &PairResults| pair.max_recovered_pressure.unwrap_or(pair.max_pressure);
+    results.contacts.iter().map(largest).reduce(f64::max).filter(|_| recovered)
 }
 
 /// Arc lengths, gaps, openings, pressures along the contact line of a pair; s runs along its first body.
@@ -294,8 +296,6 @@ pub(crate) fn contact_rows(solution: &Fields<'_>, pair: usize) -> Vec<ContactRow
             .collect()
     };
     let recovered = recovered_pressure(solution.problem, pair, &forces);
-    let pressures = solution.problem.contacts[pair].interface.pairs().iter().zip(&forces);
-    let differs = pressures.zip(&recovered).any(|((node, f), p)| f / node.tributary_length != *p);
     let pair = &solution.problem.contacts[pair];
     let points = solution.problem.bodies[pair.bodies[0]].mesh().points();
     let last = solution.last;
@@ -315,7 +315,7 @@ pub(crate) fn contact_rows(solution: &Fields<'_>, pair: usize) -> Vec<ContactRow
                 opening: last.opening[first + k] / normal,
                 pressure: force * normal / length,
                 active: u8::from(force > 0.0),
-                pressure_recovered: differs.then_some(recovered[k]),
+                pressure_recovered: recovered.as_ref().map(|recovered| recovered[k]),
                 step: None,
                 friction: friction(k, force > 0.0, (length, normal)),
             }

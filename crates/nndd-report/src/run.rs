@@ -92,18 +92,17 @@ pub(crate) fn solve_once(
     host: &mut dyn Host,
 ) -> Result<Solved, Failure> {
     let mut follower = Follower::new(case, watch, host, output);
-    let (answer, status) = if case.coulomb_pair().is_some() {
+    let answer = if case.coulomb_pair().is_some() {
         let (settings, relaxation) = (convert::coulomb(case), convert::relaxation(case));
         let found = certified_contact::solve_coulomb(problem, &settings, relaxation, &mut follower);
         let result = found.map_err(|e| follower.failure(case, &e))?;
         follower.tell(Event::Iteration(&result.row()));
-        let status = outcome::judge_coulomb(case, &result, follower.ended);
-        (Answer::Coulomb(Box::new(result)), status)
+        Answer::Coulomb(Box::new(result))
     } else {
         let found = certified_contact::solve(problem, &convert::settings(case), &mut follower);
         let solution = found.map_err(|e| follower.failure(case, &e))?;
-        let status = outcome::judge(case, &solution, follower.ended);
-        (Answer::Certified(Box::new(solution)), status)
+        Answer::Certified(Box::new(solution))
     };
+    let status = outcome::judge_answer(case, &answer, follower.ended);
     Ok(Solved { longest_step: follower.longest, ..Solved::of(answer, status) })
 }

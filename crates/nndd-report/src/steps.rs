@@ -32,9 +32,7 @@ pub(crate) fn solve(
     let mut steps: Vec<SolvedStep> = Vec::new();
     let mut found: Option<Solved> = None;
     for (k, factors) in (1..).zip(&increments) {
-        let factor = |body: usize, place: ConditionPlace| {
-            factors.of(case.bodies.get(body).and_then(|body| body.condition_name(place)))
-        };
+        let factor = |body: usize, place: ConditionPlace| case.factor(factors, body, place);
         let next = match case.coulomb_pair() {
             Some(_) => {
                 let (settings, relaxation) = (convert::coulomb(case), convert::relaxation(case));
@@ -56,10 +54,7 @@ pub(crate) fn solve(
                 break;
             }
         };
-        let mut status = match &answer {
-            Answer::Certified(solution) => outcome::judge(case, solution, follower.ended),
-            Answer::Coulomb(result) => outcome::judge_coulomb(case, result, follower.ended),
-        };
+        let mut status = outcome::judge_answer(case, &answer, follower.ended);
         status.reason = format!("{}: {}", of(k), status.reason);
         follower.tell(Event::LoadStep { step: k, of: increments.len(), answer: &answer });
         follower.switch(Activity::Write);

@@ -63,37 +63,42 @@ impl BodyCase {
 }
 
 impl Case {
+    /// Returns the factor of a condition of a body.
+    pub fn factor(&self, factors: &Factors, body: usize, place: ConditionPlace) -> f64 {
+        factors.of(self.bodies.get(body).and_then(|body| body.condition_name(place)))
+    }
+
     /// Lists the factors at the end of each step. Nothing without steps.
     pub fn step_ends(&self) -> Vec<Factors> {
-        let increments = self.increments();
-        let ends = self.steps.iter().scan(0, |end, step| {
-            *end += step.count;
-            Some(*end)
-        });
-        ends.filter_map(|end: usize| increments.get(end.checked_sub(1)?).cloned()).collect()
+        let mut now = Factors::default();
+        let end = |step: &StepCase| {
+            for (name, to) in &step.factors {
+                match now.named.iter_mut().find(|(known, _)| known == name) {
+                    Some((_, factor)) => *factor = *to,
+                    None => now.named.push((name.clone(), *to)),
+                }
+            }
+            now.clone()
+        };
+        self.steps.iter().map(end).collect()
     }
 
     /// Lists the factors at the end of each increment: linear from those of the step before, at first 0. Nothing without steps.
     pub fn increments(&self) -> Vec<Factors> {
         let mut all = Vec::new();
-        let mut now = Factors::default();
-        for step in &self.steps {
-            for (name, _) in &step.factors {
-                if !now.named.iter().any(|(known, _)| known == name) {
-                    now.named.push((name.clone(), 0.0));
-                }
-            }
-            let before = now.clone();
-            for k in 1..=step.count {
+        let mut before = Factors::default();
+        for (step, end) in self.steps.iter().zip(self.step_ends()) {
+            for k in 1..step.count {
                 let part = k as f64 / step.count as f64;
-                for ((name, factor), (_, from)) in now.named.iter_mut().zip(&before.named) {
-                    if let Some((_, to)) = step.factors.iter().find(|(known, _)| known == name) {
-                        // Exactly the given factor at the end.
-                        *factor = if k == step.count { *to } else { from + part * (to - from) };
-                    }
-                }
-                all.push(now.clone());
+                let between = |(name, to): &(String, f64)| {
+                    let from = before.of(Some(name));
+                    (name.clone(), from + part * (to - from))
+                };
+                all.push(Factors { named: end.named.iter().map(between).collect() });
             }
+            // Exactly the given factors at the end.
+            all.push(end.clone());
+            before = end;
         }
         all
     }

@@ -107,7 +107,7 @@ fn number(v: &mut Values<'_>, what: &str, old: bool) -> Result<u64, MeshFileErro
 
 /// Reads `$Nodes`.
 ///
-/// * `old`: version 4.0, where a node's number is in front of its coordinates.
+/// * `old`: version 4.0, in which a node's number comes before its coordinates.
 pub(super) fn nodes(v: &mut Values<'_>, collector: &mut Collector, old: bool) -> Result<(), MeshFileError> {
     v.enter("$Nodes");
     let (blocks, count, capacity) = head(v, [8, if old { 28 } else { 32 }], "nodes", old)?;
