@@ -35,5 +35,9 @@ fn friction_and_stick_under_the_pressure_of_hertz_are_those_of_cattaneo_and_mind
         "friction {of_friction:.4}, worst {worst:.4} mu p0, force {force:.5}, stick {stick:?}, e_b {:?}",
         found.relative_residual()
     );
+    // It sticks for |x| < c a with a = 1: both ends to an edge.
+    let stuck: f64 = stick.iter().map(|[start, end]| end - start).sum();
+    let edge = nodes.iter().filter(|(x, ..)| x.abs() < 1.0).map(|(_, length, _)| *length).fold(0.0, f64::max);
+    assert!((stuck - 2.0 * STICK).abs() <= 2.0 * edge, "{stuck} instead of {}, edges of {edge}", 2.0 * STICK);
     assert!(of_friction < 0.02 && (force - 1.0).abs() < 0.02, "{of_friction} {force}");
 }

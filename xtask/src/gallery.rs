@@ -16,7 +16,7 @@ struct Exhibit {
     figures: &'static [&'static str],
 }
 
-const EXHIBITS: [Exhibit; 9] = [
+const EXHIBITS: [Exhibit; 12] = [
     Exhibit {
         case: "paper",
         title: "Two blocks that lose contact",
@@ -30,6 +30,29 @@ const EXHIBITS: [Exhibit; 9] = [
         text: "Involute teeth, refined adaptively to more than 40,000 nodes; fine meshes are drawn as fields without lines.",
         set: &["adapt.target_relative_error=0.03"],
         figures: &["problem", "von_mises", "displacement", "contact", "deformed"],
+    },
+    Exhibit {
+        case: "bearing",
+        title: "A roller bearing",
+        text: "Ten bodies and sixteen pairs with clearance: only contact holds the rollers and the outer ring, and a radial force \
+               drives them.",
+        set: &["adapt.target_relative_error=0.05"],
+        figures: &["problem", "von_mises", "deformed", "adaptive"],
+    },
+    Exhibit {
+        case: "tresca",
+        title: "Friction with a given limit",
+        text: "The law of Tresca: the friction is at most 4 per unit area, and the certificate holds with it. The contact line shows \
+               pressure, friction and its limit.",
+        set: &[],
+        figures: &["problem", "von_mises", "contact", "deformed"],
+    },
+    Exhibit {
+        case: "shear",
+        title: "A cycle of loads with friction",
+        text: "Pressed, then pushed to and fro in 51 increments: the force lags behind the displacement.",
+        set: &[],
+        figures: &["problem", "steps", "contact"],
     },
     Exhibit {
         case: "punch_corner",
@@ -94,7 +117,7 @@ pub(crate) fn run(workspace: &Workspace) -> Outcome<()> {
     let commit =
         output(Command::new("git").args(["rev-parse", "--short", "HEAD"]).current_dir(&workspace.root))?;
     let mut page = format!(
-        "# Gallery\n\nNine cases, solved and certified by the program; figures and numbers come from its output folders. \
+        "# Gallery\n\nTwelve cases, solved and certified by the program; figures and numbers come from its output folders. \
          Written by `cargo xtask gallery` at commit {}. They look like this on the page of a run too.\n",
         commit.trim()
     );

@@ -214,7 +214,10 @@ fn conclude(nndd: &mut NnddSolution, rows: &mut [Row], estimate: &Estimate, sett
         && nndd.status == NnddStatus::StoppedByCriterion
         && eta_nndd > enough(estimate, ratio)
     {
-        nndd.status = NnddStatus::Stalled { floor: eta_nndd, at_round_off: true };
+        nndd.status = match exact {
+            true => NnddStatus::BalanceError { eta_nndd },
+            false => NnddStatus::Stalled { floor: eta_nndd, at_round_off: true },
+        };
     }
 }
 

@@ -114,7 +114,7 @@ pub(crate) fn solve(
     let status = judge(case, adapt, &course, follower.ended, memory.as_deref());
     let adaptive = course.history.iter().filter_map(adaptive_row).collect();
     let longest_step = follower.longest;
-    let notes = curves::refined(case, &undeclared, course.answer.fields().problem);
+    let notes = curves::refined(case, &undeclared, course.answer.fields().problem).into_iter().collect();
     let Course { answer, peak_change, .. } = course;
     let solved = Solved::of(answer, status);
     Ok(Solved { adaptive, peak_change, notes, step_seconds: seconds, longest_step, ..solved })

@@ -49,8 +49,8 @@ pub fn check(case: &Case, problem: &ContactProblem) -> Result<Vec<CheckedBody>, 
         .collect())
 }
 
-/// Bodies of one motion that are named.
-const MOST_NAMED: usize = 3;
+/// Bodies of one motion, and motions, that are named.
+pub(crate) const MOST_NAMED: usize = 3;
 
 /// Refuses an assembly that the loads move and nothing holds, before anything is computed or written. Returns what the
 /// motions are that nothing resists and no load drives, in words.

@@ -1,5 +1,6 @@
 //! Notes about curved sides.
 
+use crate::check::MOST_NAMED;
 use crate::solved::Fields;
 use case_io::Case;
 use fem_core::body::Body;
@@ -18,8 +19,12 @@ pub(crate) fn undeclared(problem: &ContactProblem) -> Vec<Vec<[NodeId; 2]>> {
 /// Says which undeclared curves were refined as polygons.
 ///
 /// * `undeclared`: of [`undeclared`], on the first mesh, whose nodes keep their numbers.
-pub(crate) fn refined(case: &Case, undeclared: &[Vec<[NodeId; 2]>], problem: &ContactProblem) -> Vec<String> {
-    let mut notes = Vec::new();
+pub(crate) fn refined(
+    case: &Case,
+    undeclared: &[Vec<[NodeId; 2]>],
+    problem: &ContactProblem,
+) -> Option<String> {
+    let mut found = Vec::new();
     for ((given, body), edges) in case.bodies.iter().zip(&problem.bodies).zip(undeclared) {
         let (mesh, topology) = (body.mesh(), body.mesh().topology());
         let mut halved = edges.iter().filter(|[a, b]| topology.find_edge(*a, *b).is_none());
@@ -31,16 +36,28 @@ pub(crate) fn refined(case: &Case, undeclared: &[Vec<[NodeId; 2]>], problem: &Co
             true => "a side without a name".to_owned(),
             false => format!("on {}", listed(&sides)),
         };
-        notes.push(format!(
-            "body \"{}\": {} of what seems to be a curve ({of}, such as at ({}, {})) became finer as a polygon, whose corners raise the \
-             stress the more the finer the mesh is: declare the curve with [[body.curve]], kind = \"arc\" or \"smooth\"",
-            given.name,
+        found.push(format!(
+            "{} of body \"{}\" ({of}, such as at ({}, {}))",
             counted(count, "edge"),
+            given.name,
             shown(x),
             shown(y)
         ));
     }
-    notes
+    let more = found.len().saturating_sub(MOST_NAMED);
+    found.truncate(MOST_NAMED);
+    match more {
+        0 => {}
+        1 => found.push("some of one more body".to_owned()),
+        _ => found.push(format!("some of {more} more bodies")),
+    }
+    (!found.is_empty()).then(|| {
+        format!(
+            "{} became finer on what seems to be a curve, as a polygon whose corners raise the stress the more the finer the mesh is: \
+             declare the curve with [[body.curve]], kind = \"arc\" or \"smooth\"",
+            found.join(", ")
+        )
+    })
 }
 
 /// Lists the sides with an edge at two of the nodes of edges of the first mesh.

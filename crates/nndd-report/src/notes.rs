@@ -1,6 +1,6 @@
 //! Notes about settings that are allowed but perhaps not intended: it goes to stderr and into report.json.
 
-use crate::check;
+use crate::check::{self, MOST_NAMED};
 use crate::convert;
 use crate::corners;
 use crate::curves;
@@ -42,8 +42,18 @@ pub fn of_problem(case: &Case, problem: &ContactProblem) -> Vec<String> {
         };
         notes.push(format!("{what}; it ignores `{}`{advice}", unused.join("`, `")));
     }
-    for motion in check::held(case, problem).unwrap_or_default() {
-        notes.push(format!("free motion: {motion}; no load drives it, and it stays at zero"));
+    let free = check::held(case, problem).unwrap_or_default();
+    match free.as_slice() {
+        [] => {}
+        [motion] => notes.push(format!("free motion: {motion}; no load drives it, and it stays at zero")),
+        motions => notes.push(format!(
+            "free motions: {}{}; no load drives them, and they stay at zero",
+            motions.iter().take(MOST_NAMED).cloned().collect::<Vec<_>>().join("; "),
+            motions
+                .len()
+                .checked_sub(MOST_NAMED + 1)
+                .map_or_else(String::new, |more| format!("; {} more", more + 1))
+        )),
     }
     for (given, body) in case.bodies.iter().zip(&problem.bodies) {
         let imposed = body.node_constraints().iter().map(|constraint| match constraint {

@@ -212,6 +212,15 @@ fn of_iteration(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>)
                 }
             ),
         ),
+        NnddStatus::BalanceError { eta_nndd } => word(
+            "stalled",
+            NOT_CONVERGED,
+            format!(
+                "the discrete problem is solved, but pressures in balance on the meshed outline differ from its forces by eta_nndd = \
+                 {eta_nndd:.3e}: refine the meshes, or {}",
+                attainable(case, solution, eta_nndd)
+            ),
+        ),
         NnddStatus::ContactQpUnsolved(status) => {
             word("stalled", NOT_CONVERGED, unsolved(case, iterations, status))
         }

@@ -21,7 +21,7 @@ use fem_core::prepared::BodyMotion;
 const NO_LOAD: f64 = 1e-10;
 
 /// A motion without load is free if the pairs resist it by less than this fraction of what they resist best: normals of curved lines
-/// are no better than that.
+/// are no better than that. A body that moves by less than this fraction of the one that moves most does not count as part of it.
 const WEAK: f64 = 1e-3;
 
 /// A body whose motion is below this fraction of the largest one does not move.
@@ -33,7 +33,8 @@ const NO_TRACE: f64 = 1e-9;
 pub struct Support {
     /// The motion that the loads cause and nothing resists; `None` if the assembly is held.
     pub unheld: Option<UnheldMotion>,
-    /// The motions that no pair resists and no load drives: each with the bodies that move. They stay at zero.
+    /// The motions that no pair resists and no load drives: each with the bodies that move, the one that moves most (by 1 m) first.
+    /// They stay at zero.
     pub free_motions: Vec<Vec<(usize, RigidMotion)>>,
 }
 
@@ -50,10 +51,17 @@ pub fn support(problem: &ContactProblem) -> Result<Support, NnddError> {
     let free = balance.independent.kernel().iter().chain(balance.independent.weak()).map(|amounts| {
         let bodies = combined(problem, &motions, amounts);
         let most = bodies.iter().map(|of| largest(problem, of)).fold(0.0, f64::max);
-        let moved = bodies.iter().filter(|of| largest(problem, of) > NO_TRACE * most);
-        moved.map(|of| (of.body, of.motion)).collect()
+        let mut moved: Vec<(f64, &BodyMotion)> = bodies
+            .iter()
+            .map(|of| (largest(problem, of) / most, of))
+            .filter(|(size, _)| *size > WEAK)
+            .collect();
+        moved.sort_by(|a, b| b.0.total_cmp(&a.0));
+        moved.into_iter().map(|(_, of)| (of.body, of.motion.scaled(1.0 / most))).collect()
     });
-    Ok(Support { unheld, free_motions: free.collect() })
+    let mut free: Vec<Vec<(usize, RigidMotion)>> = free.collect();
+    free.sort_by_key(|bodies| bodies.first().map(|(body, _)| *body));
+    Ok(Support { unheld, free_motions: free })
 }
 
 /// `G P = e`: one line per rigid motion of a floating body.
@@ -161,12 +169,7 @@ impl Balance {
         let bodies = combined(problem, motions, &free);
         let most = bodies.iter().map(|of| largest(problem, of)).fold(0.0, f64::max);
         let moved = bodies.iter().filter(|of| largest(problem, of) > NO_LOAD * most);
-        let unit = |of: &BodyMotion| {
-            let mut motion = of.motion;
-            motion.translation /= most;
-            motion.spin /= most;
-            (of.body, motion)
-        };
+        let unit = |of: &BodyMotion| (of.body, of.motion.scaled(1.0 / most));
         let mut work: f64 = self.loads.iter().zip(&free).map(|(e, a)| e * a).sum();
         // Friction at its limit resists a part of the load.
         for (i, force) in forces.iter().enumerate().filter(|(i, force)| lower[*i] < 0.0 && **force != 0.0) {
@@ -186,9 +189,7 @@ fn outside(motion: &UnheldMotion) -> NnddError {
 fn combined(problem: &ContactProblem, motions: &[BodyMotion], amounts: &[f64]) -> Vec<BodyMotion> {
     let mut bodies: Vec<BodyMotion> = Vec::with_capacity(problem.bodies.len());
     for (of, a) in motions.iter().zip(amounts) {
-        let mut scaled = *of;
-        scaled.motion.translation *= *a;
-        scaled.motion.spin *= *a;
+        let scaled = BodyMotion::new(of.body, of.motion.scaled(*a));
         match bodies.iter_mut().find(|known| known.body == of.body && known.motion.piece == of.motion.piece) {
             Some(sum) => {
                 sum.motion.translation += scaled.motion.translation;

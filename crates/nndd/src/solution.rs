@@ -27,6 +27,12 @@ pub enum NnddStatus {
         /// Whether that floor is round-off, relative to the first iteration.
         at_round_off: bool,
     },
+    /// The discrete problem is solved, but the pressures that hold floating bodies in balance on the meshed outline differ from its
+    /// forces by more than the criterion allows. A finer mesh brings them together.
+    BalanceError {
+        /// The measured η_NNDD.
+        eta_nndd: f64,
+    },
     /// The caller ended it.
     Interrupted,
     /// Ω₂'s contact problem, or that of a body of an assembly, was not solved.

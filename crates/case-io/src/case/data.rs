@@ -1,7 +1,7 @@
 //! Numbers and expressions as fem-core's data, and what the mesh makes of them.
 
 use super::pair_notes::PairNote;
-use super::{Case, Friction, MaterialLaw, Value};
+use super::{Case, Contact, Friction, MaterialLaw, Value};
 use crate::diagnostic::{CaseError, code};
 use fem_core::body::{Body, ConditionList, DataDifference, Difference, SAMPLES};
 use fem_core::geometry::shown;
@@ -31,10 +31,23 @@ impl Case {
             }
         }
         let mut of_pairs = Vec::new();
-        for (k, difference) in problem.interpolated_gaps().into_iter().enumerate() {
-            let (Some(difference), Some(given)) = (difference, self.contacts.get(k)) else { continue };
-            let path = format!("{}.gap", given.path);
-            let measured = given.geometric || given.obstacle.is_some() && !self.is_given(&path);
+        let gaps = problem.interpolated_gaps();
+        let measured = |of: &Contact| {
+            of.geometric || of.obstacle.is_some() && !self.is_given(&format!("{}.gap", of.path))
+        };
+        // All measured gaps of a kind get one note, with the largest difference.
+        let worst = |given: &Contact| {
+            let alike = |of: &Contact| measured(of) && of.obstacle.is_some() == given.obstacle.is_some();
+            let of_kind =
+                self.contacts.iter().zip(&gaps).filter(|(of, _)| alike(of)).filter_map(|(_, found)| *found);
+            of_kind.fold(Difference { largest: 0.0, mean: 0.0 }, |worst, of| Difference {
+                largest: worst.largest.max(of.largest),
+                mean: worst.mean.max(of.mean),
+            })
+        };
+        for (k, difference) in gaps.iter().enumerate() {
+            let (Some(difference), Some(given)) = (*difference, self.contacts.get(k)) else { continue };
+            let measured = measured(given);
             let said = match (measured, given.obstacle.is_some()) {
                 (true, true) => ": the distance from it".to_owned(),
                 (true, false) => {
@@ -44,7 +57,7 @@ impl Case {
                 (false, _) => format!(" = {}", quoted(Some(&given.gap))),
             };
             let words = match measured {
-                true => measured_gap(&said, difference),
+                true => measured_gap(&said, worst(given)),
                 false => note(&said, difference),
             };
             let key = if measured && given.obstacle.is_some() { "obstacle" } else { "gap" };

@@ -92,7 +92,8 @@ impl Meshwise for Settings {
 
     fn unsolved(&self, solution: &CertifiedSolution) -> Option<AdaptiveEnd> {
         match solution.nndd.status {
-            NnddStatus::StoppedByCriterion => None,
+            // A finer mesh lowers it as it lowers the mesh error.
+            NnddStatus::StoppedByCriterion | NnddStatus::BalanceError { .. } => None,
             NnddStatus::MaxIterations | NnddStatus::Stalled { .. }
                 if self.criterion == Criterion::Iterations =>
             {

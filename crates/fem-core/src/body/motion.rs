@@ -75,6 +75,12 @@ impl RigidMotion {
         self.translation + self.spin * perpendicular(point - self.centre)
     }
 
+    /// Multiplies the motion by a factor.
+    #[must_use]
+    pub fn scaled(self, factor: f64) -> Self {
+        Self { translation: factor * self.translation, spin: factor * self.spin, ..self }
+    }
+
     /// Computes the displacement of every node of the body: zero at the nodes of its other pieces.
     ///
     /// * `body`: the one whose motion it is.
