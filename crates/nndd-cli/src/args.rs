@@ -6,7 +6,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use std::path::PathBuf;
 
-/// Solves frictionless unilateral contact between elastic bodies, and certifies the answer.
+/// Solves unilateral contact between elastic bodies, with or without friction, and certifies the answer.
 #[derive(Debug, Parser)]
 #[command(name = "nndd", version, after_help = help::of_program(), arg_required_else_help = true)]
 pub(crate) struct Arguments {

@@ -1,4 +1,4 @@
-//! The Neumann-Neumann domain decomposition of Choi, Gallimard and Sassi for frictionless unilateral contact.
+//! The Neumann-Neumann domain decomposition of Choi, Gallimard and Sassi for unilateral contact.
 //!
 //! # The algorithm
 //! Given a normal trace λ on the interface Γ_C, `n` out of Ω₁ into Ω₂:
