@@ -8,7 +8,8 @@ pub mod topology;
 
 use crate::geometry::{self, Vector, shown};
 use crate::mesh::id::{EdgeId, NodeId};
-use std::collections::BTreeMap;
+use std::cmp::Ordering;
+use std::collections::{BTreeMap, HashMap, HashSet};
 use thiserror::Error;
 use topology::Topology;
 
@@ -297,6 +298,36 @@ impl TriMesh {
     pub fn edge_normal(&self, edge: EdgeId) -> Vector {
         let [a, b] = self.topology.oriented_edge(edge, &self.triangles);
         geometry::right_normal(self.points[a], self.points[b])
+    }
+
+    /// Collects the connected parts of a side, each from end to end with the body on its left; a closed one ends with its first node.
+    ///
+    /// * `edges`: on the boundary; `order`: of nodes, decides which part comes first and where a closed one begins.
+    pub(crate) fn walks(
+        &self,
+        edges: &[EdgeId],
+        order: impl Fn(NodeId, NodeId) -> Ordering,
+    ) -> Vec<Vec<NodeId>> {
+        let oriented = || edges.iter().map(|edge| self.topology.oriented_edge(*edge, &self.triangles));
+        let mut next: HashMap<NodeId, NodeId> = oriented().map(|[a, b]| (a, b)).collect();
+        let entered: HashSet<NodeId> = oriented().map(|[_, b]| b).collect();
+        let mut starts: Vec<NodeId> = next.keys().copied().collect();
+        starts.sort_unstable_by(|&a, &b| order(a, b));
+        // Open parts begin at an end; what remains is closed.
+        starts.sort_by_key(|node| entered.contains(node));
+        let mut found = Vec::new();
+        for start in starts {
+            let mut nodes = vec![start];
+            let mut node = start;
+            while let Some(to) = next.remove(&node) {
+                nodes.push(to);
+                node = to;
+            }
+            if nodes.len() > 1 {
+                found.push(nodes);
+            }
+        }
+        found
     }
 
     /// Computes the smallest angle of all triangles, in degrees.

@@ -25,6 +25,13 @@ const SAME_VALUE: f64 = 1e-12;
 /// differ by more, they clamp it.
 const SMOOTH: f64 = 30.0;
 
+/// A roller has one direction on a part of a side whose nodes are within this fraction of its length of a straight line: coordinates
+/// in a file have few digits.
+const STRAIGHT: f64 = 1e-5;
+
+/// Cosine of the turn, 1 degree, from which two parts of a roller are told apart.
+const TURN: f64 = 0.99985;
+
 /// The edges that each condition applies to, in the order of the conditions.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Selected {
@@ -292,10 +299,11 @@ impl Evaluation<'_> {
         support: &Support,
     ) -> Result<BTreeMap<NodeId, EdgeReaction>, BodyError> {
         let mut holds = BTreeMap::new();
-        let rollers = match support {
-            Support::Normal(_) => self.roller_normals(edges),
+        let normals = match support {
+            Support::Normal(_) => self.straightened(edges),
             Support::Components(_) => HashMap::new(),
         };
+        let rollers = self.roller_normals(&normals);
         let magnitude = |data: &ScalarData| {
             let all = edges.iter().flat_map(|&e| self.mesh.topology().edges()[e]);
             all.fold(0.0f64, |largest, n| largest.max(data.at(self.mesh.points()[n]).abs()))
@@ -306,8 +314,7 @@ impl Evaluation<'_> {
         };
         let axes = [Vector::x(), Vector::y()];
         for (edge, position) in self.places(edges).collect::<Vec<_>>() {
-            let normal = self.mesh.edge_normal(edge);
-            let directions: &[Vector] = if matches!(support, Support::Normal(_)) { &[normal] } else { &axes };
+            let directions = normals.get(&edge).map_or(axes.as_slice(), std::slice::from_ref);
             for (&direction, known) in directions.iter().zip(magnitudes) {
                 let Some((data, magnitude)) = known else { continue };
                 let reaction = &mut self.edges[position].reaction;
@@ -327,16 +334,44 @@ impl Evaluation<'_> {
         Ok(holds)
     }
 
-    /// Lists the normals of a roller's edges at each of their nodes, times the edges' lengths.
-    fn roller_normals(&self, edges: &[EdgeId]) -> HashMap<NodeId, Vec<Vector>> {
-        let mut normals: HashMap<NodeId, Vec<Vector>> = HashMap::new();
-        for &edge in edges {
-            let weighted = self.mesh.edge_length(edge) * self.mesh.edge_normal(edge);
-            for node in self.mesh.topology().edges()[edge] {
-                normals.entry(node).or_default().push(weighted);
+    /// Finds the normal of each edge of a roller. On a straight part of the side all are that of the line through its ends.
+    fn straightened(&self, edges: &[EdgeId]) -> HashMap<EdgeId, Vector> {
+        let (points, topology) = (self.mesh.points(), self.mesh.topology());
+        let mut found: HashMap<EdgeId, Vector> =
+            edges.iter().map(|edge| (*edge, self.mesh.edge_normal(*edge))).collect();
+        for nodes in self.mesh.walks(edges, |a, b| a.cmp(&b)) {
+            let between = |w: &[NodeId]| topology.find_edge(w[0], w[1]);
+            let part: Vec<EdgeId> = nodes.windows(2).filter_map(between).collect();
+            let normals: Vec<Vector> = part.iter().map(|edge| self.mesh.edge_normal(*edge)).collect();
+            let mut first = 0;
+            for last in 0..part.len() {
+                if normals.get(last + 1).is_some_and(|next| next.dot(&normals[last]) > TURN) {
+                    continue;
+                }
+                let [start, end] = [points[nodes[first]], points[nodes[last + 1]]];
+                let chord = geometry::right_normal(start, end);
+                let limit = STRAIGHT * geometry::norm(end - start);
+                let line = &nodes[first..=last + 1];
+                if line.iter().all(|n| (points[*n] - start).dot(&chord).abs() <= limit) {
+                    found.extend(part[first..=last].iter().map(|edge| (*edge, chord)));
+                }
+                first = last + 1;
             }
         }
-        normals
+        found
+    }
+
+    /// Lists the normals of a roller's edges at each of their nodes, times the edges' lengths, in the order of the edges.
+    fn roller_normals(&self, normals: &HashMap<EdgeId, Vector>) -> HashMap<NodeId, Vec<Vector>> {
+        let mut edges: Vec<(&EdgeId, &Vector)> = normals.iter().collect();
+        edges.sort_unstable_by_key(|(edge, _)| **edge);
+        let mut found: HashMap<NodeId, Vec<Vector>> = HashMap::new();
+        for (edge, normal) in edges {
+            for node in self.mesh.topology().edges()[*edge] {
+                found.entry(node).or_default().push(self.mesh.edge_length(*edge) * normal);
+            }
+        }
+        found
     }
 
     /// Adds a condition to a node, and returns the imposed value.

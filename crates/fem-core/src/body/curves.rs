@@ -143,7 +143,7 @@ impl Curves {
             if edges.is_empty() {
                 return Err(BodyError::EmptySelection { place, group });
             }
-            for nodes in walks(mesh, edges) {
+            for nodes in mesh.walks(edges, |a, b| a.cmp(&b)) {
                 let found = match side.kind {
                     CurveKind::Arc => arc(mesh, &nodes, place)?,
                     CurveKind::Smooth => smooth(mesh, &nodes),
@@ -235,29 +235,6 @@ impl Body {
         };
         topology.boundary_edges().iter().filter(bent).map(|e| topology.edges()[*e]).collect()
     }
-}
-
-/// Collects the connected parts of a side, each from end to end; a closed one ends with its first node.
-fn walks(mesh: &TriMesh, edges: &[EdgeId]) -> Vec<Vec<NodeId>> {
-    let oriented = || edges.iter().map(|e| mesh.topology().oriented_edge(*e, mesh.triangles()));
-    let mut next: BTreeMap<NodeId, NodeId> = oriented().map(|[a, b]| (a, b)).collect();
-    let entered: BTreeMap<NodeId, NodeId> = oriented().map(|[a, b]| (b, a)).collect();
-    let mut starts: Vec<NodeId> = next.keys().copied().collect();
-    // Open parts begin at an end; what remains is closed.
-    starts.sort_by_key(|n| entered.contains_key(n));
-    let mut found = Vec::new();
-    for start in starts {
-        let mut nodes = vec![start];
-        let mut node = start;
-        while let Some(to) = next.remove(&node) {
-            nodes.push(to);
-            node = to;
-        }
-        if nodes.len() > 1 {
-            found.push(nodes);
-        }
-    }
-    found
 }
 
 /// Lists the edges between consecutive nodes.

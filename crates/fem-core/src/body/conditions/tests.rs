@@ -129,3 +129,28 @@ fn a_part_selects_edges_by_both_ends() {
     let b = body(&BoundaryConditions::new().fix(part)).unwrap();
     assert_eq!(b.supports()[0].nodes.len(), 3);
 }
+
+/// A block at 27 degrees whose coordinates have seven digits, on a roller.
+#[test]
+fn a_slanted_roller_has_one_direction_though_its_coordinates_are_rounded() {
+    let (sine, cosine) = 27.0f64.to_radians().sin_cos();
+    let rounded = |x: f64| (x * 1e6).round() / 1e6;
+    let at = |x: f64, y: f64| Vector::new(rounded(cosine * x - sine * y), rounded(sine * x + cosine * y));
+    let mut points: Vec<Vector> = (0..=20).map(|i| at(0.1 * f64::from(i), 0.0)).collect();
+    let above = points.len() as u32;
+    points.extend((0..=20).map(|i| at(0.1 * f64::from(i), 0.3)));
+    let cells = |i: u32| [[i, i + 1, above + i + 1], [i, above + i + 1, above + i]];
+    let groups = vec![("side".to_owned(), (0..20).map(|i| [i, i + 1]).collect())];
+    let mesh = TriMesh::new(points, (0..20).flat_map(cells).collect(), groups).unwrap();
+    let steel = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
+    let body = Body::new(mesh, steel, &BoundaryConditions::new().roller("side", 0.0)).unwrap();
+    assert_eq!(body.roller_turn(), 0.0);
+    let directions: Vec<Vector> = body.node_constraints()[..21]
+        .iter()
+        .map(|constraint| match constraint {
+            NodeConstraint::Along { direction, .. } => *direction,
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    assert!(directions.iter().all(|direction| *direction == directions[0]));
+}

@@ -27,32 +27,11 @@ impl Chain {
 /// Sorts the edges of a surface into stretches, the one with the smallest first point (x, y) first. `None` if an edge
 /// lies inside the body.
 pub(super) fn chains(mesh: &TriMesh, surface: &[EdgeId]) -> Option<Vec<Chain>> {
-    let mut next = HashMap::new();
-    let mut entered = HashMap::new();
-    for &edge in surface {
-        if !mesh.topology().is_boundary(edge) {
-            return None;
-        }
-        let [a, b] = mesh.topology().oriented_edge(edge, mesh.triangles());
-        next.insert(a, b);
-        entered.insert(b, a);
+    if surface.iter().any(|edge| !mesh.topology().is_boundary(*edge)) {
+        return None;
     }
-    let mut nodes: Vec<NodeId> = next.keys().copied().collect();
-    nodes.sort_unstable_by(|&a, &b| before(mesh, a, b));
-    // Open stretches begin at an end; the remaining edges form closed ones.
-    nodes.sort_by_key(|n| entered.contains_key(n));
-    let mut chains = Vec::new();
-    for start in nodes {
-        let mut chain = vec![start];
-        let mut node = start;
-        while let Some(to) = next.remove(&node) {
-            chain.push(to);
-            node = to;
-        }
-        if chain.len() > 1 {
-            chains.push(Chain { nodes: chain, inserted: false });
-        }
-    }
+    let walks = mesh.walks(surface, |a, b| before(mesh, a, b));
+    let mut chains: Vec<Chain> = walks.into_iter().map(|nodes| Chain { nodes, inserted: false }).collect();
     chains.sort_by(|a, b| before(mesh, a.nodes[0], b.nodes[0]));
     Some(chains)
 }
