@@ -9,15 +9,18 @@
 //! | two rollers | `ω > 90°`: `λ = π/ω − 1` |
 //! | a free side, and one held in both directions | `sin² ω > 1/(1 + ν)` in plane stress, and all larger angles |
 //!
+//! Between a roller and a free side at 90° it is infinite like `ln r` if a tangential load ends there: mirrored at the roller, the load jumps.
+//!
 //! A sharp edge of angle `ω` whose other side is free and that presses without friction on a straight side, both isotropic (Dundurs and Lee
 //! 1972): `ω ≥ 90°`, or `tan ω > ω + π c/c'` with the compliances `c` of the edge and `c'` of the side, `(1 − ν²)/E` in plane strain and
 //! `1/E` in plane stress, and against a rigid side `ω > 90°`. If the other side is held, any edge on an elastic side. An edge on an edge is
 //! not judged; for anisotropic materials the compliance along x is an approximation.
 
 use crate::solved::Fields;
+use crate::words::place;
 use case_io::Case;
 use fem_core::body::{Body, EdgeReaction};
-use fem_core::geometry::{Vector, cross, shown};
+use fem_core::geometry::{Vector, cross, diagonal, norm};
 use fem_core::interface::ContactProblem;
 use fem_core::material::LinearElastic;
 use fem_core::mesh::id::{EdgeId, NodeId};
@@ -38,6 +41,7 @@ enum Cause {
     Reentrant,
     Support,
     Contact,
+    Load,
 }
 
 impl Cause {
@@ -46,6 +50,7 @@ impl Cause {
             Self::Reentrant => "a reentrant corner",
             Self::Support => "the end of a support",
             Self::Contact => "a sharp contact edge",
+            Self::Load => "the end of a roller, where a tangential load ends,",
         }
     }
 }
@@ -62,22 +67,18 @@ enum Held {
 
 /// Says whether the largest stress and the largest pressure lie in such a corner, or beside it.
 pub(crate) fn of_fields(case: &Case, fields: &Fields<'_>) -> Vec<String> {
-    let Some(results) = fields.results else { return Vec::new() };
+    let Some(results) = fields.results.filter(|_| !is_exact(fields)) else { return Vec::new() };
     let (problem, mut notes) = (fields.problem, Vec::new());
     let note = |what: &str, (body, node, cause): (usize, NodeId, Cause)| {
-        let at = problem.bodies[body].mesh().points()[node];
+        let points = problem.bodies[body].mesh().points();
         format!(
-            "the largest {what} is at {} of body \"{}\" at ({}, {}), and grows without limit as the mesh gets finer",
+            "the largest {what} is at {} of body \"{}\" at {}, and grows without limit as the mesh gets finer",
             cause.words(),
             case.bodies[body].name,
-            shown(at[0]),
-            shown(at[1])
+            place(points[node], diagonal(points))
         )
     };
-    let stress = results
-        .peak_stress
-        .filter(|peak| peak.von_mises > 0.0)
-        .and_then(|peak| near_point(problem, peak.body, peak.point));
+    let stress = infinite_stress(fields);
     notes.extend(stress.map(|found| note("stress", found)));
     let pair =
         results.contacts.iter().enumerate().find(|(_, pair)| pair.max_pressure == results.max_pressure);
@@ -99,6 +100,24 @@ pub(crate) fn of_fields(case: &Case, fields: &Fields<'_>) -> Vec<String> {
     });
     notes.extend(pressure.map(|found| note("pressure", found)));
     notes
+}
+
+/// Below this relative error the exact stress is that of the mesh, so that it is not infinite anywhere.
+const EXACT: f64 = 1e-6;
+
+fn is_exact(fields: &Fields<'_>) -> bool {
+    fields.estimate.is_some_and(|found| found.unchecked().e_cre <= EXACT * found.energy_norm())
+}
+
+/// Tells whether the largest stress grows without limit as the mesh gets finer.
+pub(crate) fn has_infinite_stress(fields: &Fields<'_>) -> bool {
+    infinite_stress(fields).is_some()
+}
+
+/// Finds the corner of the largest stress.
+fn infinite_stress(fields: &Fields<'_>) -> Option<(usize, NodeId, Cause)> {
+    let peak = fields.results.filter(|_| !is_exact(fields))?.peak_stress?;
+    (peak.von_mises > 0.0).then(|| near_point(fields.problem, peak.body, peak.point))?
 }
 
 /// Finds a corner with infinite stress at a node of a body, or within two cells of it.
@@ -127,7 +146,14 @@ fn cause(problem: &ContactProblem, b: usize, node: NodeId) -> Option<Cause> {
     if presses(problem, b, node, angle, edges) {
         return Some(Cause::Contact);
     }
-    let limit = match edges.map(|edge| held(problem, b, edge)) {
+    let held = edges.map(|edge| held(problem, b, edge));
+    if let [Held::Roller, Held::Free] | [Held::Free, Held::Roller] = held
+        && (angle - FRAC_PI_2).abs() <= MARGIN
+        && edges.iter().any(|edge| has_tangential_load(body, *edge, node))
+    {
+        return Some(Cause::Load);
+    }
+    let limit = match held {
         [Held::Free, Held::Clamped] | [Held::Clamped, Held::Free] => clamped_free(material(body, node)?),
         [Held::Roller, Held::Free | Held::Clamped] | [Held::Free | Held::Clamped, Held::Roller] => {
             FRAC_PI_2 + 0.5 * TURN
@@ -137,6 +163,16 @@ fn cause(problem: &ContactProblem, b: usize, node: NodeId) -> Option<Cause> {
         _ => return None,
     };
     (angle > limit + MARGIN).then_some(Cause::Support)
+}
+
+/// Tells whether the load on a boundary edge has a part along it at one of its nodes.
+fn has_tangential_load(body: &Body, edge: EdgeId, node: NodeId) -> bool {
+    let (mesh, condition) = (body.mesh(), body.edge_condition(edge));
+    let end = usize::from(mesh.topology().edges()[edge][1] == node);
+    condition.is_some_and(|found| {
+        let load = found.traction[end];
+        cross(load, mesh.edge_normal(edge)).abs() > NORMAL * norm(load)
+    })
 }
 
 /// The angle inside the body between the two boundary edges at a node, radians, and these edges.
@@ -268,6 +304,15 @@ mod tests {
         let body = Body::new(trapezoid.unwrap(), elastic(0.3), &both).unwrap();
         assert_eq!(at(&ContactProblem::new(vec![body]), [2.0, 0.0]), Some(Cause::Support));
         assert_eq!(at(&rollers, [1.0, 1.0]), Some(Cause::Support));
+        // A tangential load that ends at the mirror jumps there; a normal one does not.
+        let loaded = |vector: [f64; 2]| {
+            let loads = vector.map(|component| component.into());
+            at(
+                &square(0.3, BoundaryConditions::new().roller("left", 0.0).traction("bottom", loads)),
+                [0.0, 0.0],
+            )
+        };
+        assert_eq!((loaded([1.0, 0.0]), loaded([0.0, 1.0])), (Some(Cause::Load), None));
         let degrees =
             |hypothesis| clamped_free(&LinearElastic::isotropic(7.0, 0.3, hypothesis).unwrap()).to_degrees();
         assert!((degrees(Hypothesis::PlaneStress) - 61.29).abs() < 0.01);

@@ -2,9 +2,10 @@
 
 use crate::check::MOST_NAMED;
 use crate::solved::Fields;
+use crate::words::place;
 use case_io::Case;
 use fem_core::body::Body;
-use fem_core::geometry::{Vector, shown};
+use fem_core::geometry::{Vector, diagonal, shown};
 use fem_core::interface::ContactProblem;
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::id::{EdgeId, NodeId};
@@ -30,19 +31,13 @@ pub(crate) fn refined(
         let mut halved = edges.iter().filter(|[a, b]| topology.find_edge(*a, *b).is_none());
         let Some(first) = halved.next() else { continue };
         let count = 1 + halved.count();
-        let [x, y] = mesh.points()[first[0]].into();
+        let at = place(mesh.points()[first[0]], diagonal(mesh.points()));
         let sides = sides_at(mesh, edges);
         let of = match sides.is_empty() {
             true => "a side without a name".to_owned(),
             false => format!("on {}", listed(&sides)),
         };
-        found.push(format!(
-            "{} of body \"{}\" ({of}, such as at ({}, {}))",
-            counted(count, "edge"),
-            given.name,
-            shown(x),
-            shown(y)
-        ));
+        found.push(format!("{} of body \"{}\" ({of}, such as at {at})", counted(count, "edge"), given.name));
     }
     let more = found.len().saturating_sub(MOST_NAMED);
     found.truncate(MOST_NAMED);

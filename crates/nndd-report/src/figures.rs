@@ -1,5 +1,6 @@
 //! The figures of a run, drawn by [`crate::plot`].
 
+use crate::corners;
 use crate::nodal::{self, NodalPatch};
 use crate::plot::{
     self, BodyPicture, Closing, Field, Held, Labels, Measure, Motion, ObstaclePicture, Quantity, SketchBody,
@@ -23,7 +24,7 @@ pub(crate) struct Picture {
     pub(crate) name: String,
     pub(crate) svg: String,
     /// What there is to see, for the page.
-    pub(crate) caption: &'static str,
+    pub(crate) caption: String,
     /// The file with its numbers.
     pub(crate) numbers: Option<&'static str>,
 }
@@ -51,14 +52,12 @@ pub(crate) fn of_solve(
                 1 => "Contact line".to_owned(),
                 _ => format!("Contact line of {}", one_line(pair)),
             };
+            if rows.iter().all(|row| row.pressure <= 0.0) && contact.len() > 1 {
+                continue;
+            }
             let (rows, start) = opened(rows, &solution.problem.contacts[k]);
-            pictures.push(Picture {
-                name: part,
-                svg: plot::contact(&line, &rows, start, &labels),
-                caption: "The opening is zero where there is pressure; the pressure is zero where the bodies are apart. A peak at \
-                          a corner grows with every refinement: its value is written.",
-                numbers: Some("contact.csv"),
-            });
+            let (svg, caption) = plot::contact(&line, &rows, start, &labels);
+            pictures.push(Picture { name: part, svg, caption, numbers: Some("contact.csv") });
         }
         let count = solution.problem.bodies.len();
         let densities: Vec<Vec<f64>> = (0..count).map(|b| error_density(solution, b)).collect();
@@ -66,11 +65,12 @@ pub(crate) fn of_solve(
         let density = if solution.is_residual() { "Density of the residual" } else { "Error density" };
         pictures.push(Picture {
             name: "deformed".into(),
-            svg: of_bodies(case, solution, estimate, density, Quantity::ErrorDensity, &fields, &labels),
+            svg: of_bodies(case, solution, estimate, (density, Quantity::ErrorDensity, false), &fields, &labels),
             caption: match solution.is_residual() {
                 true => "The squared residual of each cell over its area. Large values show which cells to refine.",
                 false => "The certified squared error of each cell over its area. Large values show which cells to refine.",
-            },
+            }
+            .into(),
             numbers: None,
         });
     }
@@ -78,8 +78,12 @@ pub(crate) fn of_solve(
     if report.iterations.len() != 1 {
         pictures.push(Picture {
         name: "convergence".into(),
-        svg: plot::convergence("Errors against the iteration", &report.iterations),
-        caption: "The error of the iteration (eta_nndd) falls below that of the mesh (eta_dis); e_cre bounds both together.",
+        svg: plot::convergence(match case.adapt {
+                Some(_) => "Errors against the iteration, last mesh",
+                None => "Errors against the iteration",
+            }, &report.iterations),
+        caption: "The iteration ends when its error (eta_nndd) is a small part of that of the mesh. eta_dis is the error of the mesh with λ \
+                  held fixed and may exceed e_cre, the bound of the whole error.".into(),
         numbers: Some("history.csv"),
     });
     }
@@ -96,7 +100,8 @@ pub(crate) fn of_solve(
         pictures.push(Picture {
             name: "steps".into(),
             svg: plot::steps("Forces against the load step", &forces, &labels),
-            caption: "The integral of the pressure over each contact line, and that of the friction on its second body.",
+            caption: "The integral of the pressure over each contact line, and that of the friction on its second body. All other figures show the last \
+                      step.".into(),
             numbers: Some("report.json"),
         });
     }
@@ -110,7 +115,8 @@ pub(crate) fn of_solve(
         pictures.push(Picture {
             name: "adaptive".into(),
             svg: plot::adaptive(kind, &steps, adapt.target.value()),
-            caption: "Linear triangles cannot converge faster than the slope of the dashed line.",
+            caption: "On fine meshes the error of linear triangles falls at best like the dashed line."
+                .into(),
             numbers: Some("adaptive.csv"),
         });
     }
@@ -120,18 +126,25 @@ pub(crate) fn of_solve(
 /// The stress and the displacement on the deformed bodies.
 fn of_fields(case: &Case, solution: &Fields<'_>, estimate: &Estimate, labels: &Labels) -> Vec<Picture> {
     let bodies = || solution.problem.bodies.iter().zip(&estimate.pair.bodies);
-    let picture = |name: &str, title: &str, quantity, patches: &[Vec<NodalPatch>], caption| {
+    let infinite = corners::has_infinite_stress(solution);
+    let picture = |name: &str, title: &str, quantity, patches: &[Vec<NodalPatch>], caption: &str| {
         let fields: Vec<Field<'_>> = patches.iter().map(|of| Field::Nodes(of)).collect();
-        let svg = of_bodies(case, solution, estimate, title, quantity, &fields, labels);
-        Picture { name: name.into(), svg, caption, numbers: None }
+        let infinite = infinite && quantity == Quantity::VonMises;
+        let svg = of_bodies(case, solution, estimate, (title, quantity, infinite), &fields, labels);
+        Picture { name: name.into(), svg, caption: caption.into(), numbers: None }
     };
     let recovered =
         solution.results.as_ref().map(|results| solution.problem.bodies.iter().zip(&results.recovered));
     let stress: Option<Vec<_>> =
         recovered.and_then(|bodies| bodies.map(|(body, stress)| nodal::von_mises(body, stress)).collect());
     let stress = stress.map(|patches| {
-        let caption = "The recovered stress: a smooth picture of the stress in equilibrium, for each material. In a sharp corner the stress grows with every \
-                       refinement: the scale ends below such a peak, and a ring shows it.";
+        let caption = match infinite {
+            true => {
+                "The recovered stress: a smooth picture of the stress in equilibrium, for each material. Its largest value is in a corner and \
+                 grows with every refinement; if the scale ends below it, a ring shows it."
+            }
+            false => "The recovered stress: a smooth picture of the stress in equilibrium, for each material.",
+        };
         picture("von_mises", "Von Mises stress", Quantity::VonMises, &patches, caption)
     });
     let size = |(body, of): (&Body, &AdmissibleBody)| {
@@ -149,8 +162,7 @@ fn of_bodies(
     case: &Case,
     solution: &Fields<'_>,
     estimate: &Estimate,
-    title: &str,
-    quantity: Quantity,
+    (title, quantity, infinite): (&str, Quantity, bool),
     fields: &[Field<'_>],
     labels: &Labels,
 ) -> String {
@@ -161,7 +173,7 @@ fn of_bodies(
         field: *field,
     });
     let bodies: Vec<BodyPicture<'_>> = bodies.collect();
-    plot::deformed(title, quantity, &bodies, &obstacles(solution), &closing(solution), labels)
+    plot::deformed(title, quantity, &bodies, &obstacles(solution), &closing(solution), infinite, labels)
 }
 
 /// Opens a closed contact line in the middle of the longest stretch without pressure, so that no contact zone is cut in two;
@@ -231,7 +243,7 @@ fn problem<'a>(case: &'a Case, solution: &Fields<'a>, labels: &Labels) -> Pictur
     Picture {
         name: "problem".into(),
         svg: plot::sketch("The problem", &bodies, &obstacles(solution), &contact, labels),
-        caption: "Supports, loads and imposed displacements as the program read them.",
+        caption: "Supports, loads and imposed displacements as the program read them.".into(),
         numbers: None,
     }
 }

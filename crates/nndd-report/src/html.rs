@@ -13,13 +13,14 @@ const STYLE: &str = ":root{color-scheme:light dark}\
 body{font:16px/1.5 system-ui,sans-serif;max-width:64rem;margin:1rem auto;padding:0 .75rem;color:#222;background:#fff}\
 table{border-collapse:collapse;font-variant-numeric:tabular-nums;display:block;overflow-x:auto}\
 td,th{padding:.15rem .6rem;text-align:right;border-bottom:1px solid #8884;white-space:nowrap}\
-th{background:#8881}td:first-child,th:first-child{text-align:left}\
+th{background:#8881;white-space:normal}td:first-child,th:first-child{text-align:left}\
 h1,h2{line-height:1.25}\
 .verdict{border:2px solid;padding:.6rem 1rem;border-radius:.4rem;margin:1rem 0}\
 .ok{border-color:#0072b2}.no{border-color:#d55e00}.verdict p{margin:.2rem 0}.verdict p:nth-child(2){font-weight:bold}\
-.figures{columns:27rem 2;column-gap:1rem}\
+.figures{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(27rem,100%),1fr));column-gap:1rem}\
 figure{margin:0 0 1rem;break-inside:avoid}figure svg{display:block;width:100%;height:auto}\
 figcaption{font-size:.875rem;opacity:.8;padding:0 .5rem}\
+@media (max-width:40rem){td:first-child{white-space:normal;min-width:8rem}td,th{padding:.15rem .3rem}}\
 p,li{overflow-wrap:anywhere}pre{overflow-x:auto;background:#8881;padding:.6rem}\
 @page{size:A4;margin:15mm}\
 @media screen and (prefers-color-scheme:dark){body{color:#ddd;background:#16181b}a{color:#7ab8e6}.ok{border-color:#56b4e9}\
@@ -27,10 +28,10 @@ svg [fill='#FFFFFF']{fill:#16181b}svg [stroke='#FFFFFF']{stroke:#16181b}\
 svg [fill='#191919']{fill:#e4e4e4}svg [stroke='#191919']{stroke:#e4e4e4}\
 svg [fill='#6E6E6E']{fill:#a0a0a0}svg [stroke='#6E6E6E']{stroke:#a0a0a0}\
 svg [fill='#0072B2']{fill:#56b4e9}svg [stroke='#0072B2']{stroke:#56b4e9}\
-svg [fill='#F9EAC7']{fill:#463c22}svg [stroke='#F9EAC7']{stroke:#463c22}svg [fill='#DCE6EE']{fill:#2c3742}}\
+svg [fill='#F9EAC7']{fill:#463c22}svg [stroke='#F9EAC7']{stroke:#463c22}svg [fill='#DCE6EE']{fill:#2c3742}svg [stroke='#DCE6EE']{stroke:#2c3742}}\
 @media print{:root{color-scheme:light}body{max-width:none;margin:0;padding:0;font-size:10pt}h2{break-after:avoid}\
-.figures{columns:2;column-gap:5mm}figcaption{font-size:8pt;line-height:1.3}tr,.verdict{break-inside:avoid}\
-table{display:table;font-size:8pt}td,th{white-space:normal;padding:.1rem .3rem}\
+.figures{grid-template-columns:1fr 1fr;column-gap:5mm}figcaption{font-size:8pt;line-height:1.3}tr,.verdict,.short{break-inside:avoid}\
+table{display:table;font-size:8pt}thead{display:table-header-group}td,th{white-space:normal;padding:.1rem .3rem}\
 pre{white-space:pre-wrap;overflow-wrap:anywhere;font-size:8pt}}";
 
 /// Writes the page.
@@ -96,19 +97,25 @@ fn shell_word(word: &str) -> String {
     }
 }
 
+/// Rows of a table that is not split over two sheets of paper.
+const MOST_ON_A_SHEET: usize = 20;
+
 /// Writes a table below a title, the cells of each row as text.
 fn table(page: &mut String, title: &str, heads: &[&str], rows: impl IntoIterator<Item = Vec<String>>) {
     let row = |kind: &str, cells: &mut dyn Iterator<Item = &str>| {
         let cells: String = cells.map(|cell| format!("<{kind}>{}</{kind}>", escape(cell))).collect();
         format!("<tr>{cells}</tr>\n")
     };
+    let rows: Vec<String> =
+        rows.into_iter().map(|cells| row("td", &mut cells.iter().map(String::as_str))).collect();
+    // A short table stays on one sheet with its title.
+    let class = if rows.len() <= MOST_ON_A_SHEET { " class=\"short\"" } else { "" };
+    let _ = writeln!(page, "<div{class}>");
     if !title.is_empty() {
         let _ = writeln!(page, "<h2>{title}</h2>");
     }
-    page.push_str("<table>");
-    page.push_str(&row("th", &mut heads.iter().copied()));
-    page.extend(rows.into_iter().map(|cells| row("td", &mut cells.iter().map(String::as_str))));
-    page.push_str("</table>\n");
+    let head = row("th", &mut heads.iter().copied());
+    let _ = writeln!(page, "<table><thead>{head}</thead><tbody>\n{}</tbody></table></div>", rows.concat());
 }
 
 /// The sizes of the bodies on the last mesh.
@@ -178,15 +185,25 @@ fn notes(page: &mut String, report: &Report) {
     }
     page.push_str("<h2>Notes</h2>\n<ul>");
     for note in &report.notes {
-        let _ = write!(page, "<li>{}</li>", escape(note));
+        let _ = write!(page, "<li>{}</li>", escape(&sentence(note)));
     }
     page.push_str("</ul>\n");
+}
+
+/// Writes a note as a sentence.
+fn sentence(note: &str) -> String {
+    let mut letters = note.chars();
+    // A key of the case file is written as it is.
+    let key = note.split([' ', ':']).next().is_some_and(|word| word.contains(['.', '_', '=', '[']));
+    let first = letters.next().map(|c| if key { c.to_string() } else { c.to_uppercase().to_string() });
+    let end = if note.ends_with('.') { "" } else { "." };
+    format!("{}{}{end}", first.unwrap_or_default(), letters.as_str())
 }
 
 fn figures(page: &mut String, pictures: &[Picture]) {
     page.push_str("<div class=\"figures\">\n");
     for picture in pictures {
-        let _ = write!(page, "<figure>{}<figcaption>{}", picture.svg, escape(picture.caption));
+        let _ = write!(page, "<figure>{}<figcaption>{}", picture.svg, escape(&picture.caption));
         if let Some(file) = picture.numbers {
             let _ = write!(page, " Numbers: <a href=\"{file}\">{file}</a>.");
         }
@@ -235,10 +252,17 @@ fn fixed_point(page: &mut String, coulomb: &Coulomb) {
 }
 
 fn checks(page: &mut String, title: &str, checks: &Checks) {
-    let rows = checks.named().into_iter().map(|(key, value)| {
-        vec![key.replace('_', " "), value.map_or_else(|| number(None), |x| with_digits(x, 2))]
-    });
+    let shown = |value: Option<f64>| value.map_or_else(|| number(None), |x| with_digits(x, 2));
+    let rows = checks.named().into_iter().filter(|(key, _)| *key != "rotation");
+    let rows = rows.map(|(key, value)| vec![key.replace('_', " "), shown(value)]);
     table(page, title, &["residual", "relative"], rows);
+    if checks.rotation.is_some_and(|angle| angle > 0.0) {
+        let _ = writeln!(
+            page,
+            "<p>The largest rigid rotation is {} radians; up to 0.1 displacements are small.</p>",
+            shown(checks.rotation)
+        );
+    }
 }
 
 fn results(page: &mut String, case: &Case, report: &Report) {
@@ -251,27 +275,8 @@ fn results(page: &mut String, case: &Case, report: &Report) {
     let [length, stress, line_force] =
         [unit(|u| u.length.clone()), unit(Units::stress), unit(Units::line_force)];
     let (force, moment) = (unit(|u| u.force.clone()), unit(Units::moment));
-    let mut rows = vec![];
-    // Per unit thickness, and times the thickness for what is a force or an energy, each with its unit.
-    let mut push = |name: &str, value: Option<f64>, digits: usize, unit: &str, whole: Option<&str>| {
-        let shown = |value: Option<f64>, unit: &str| match value {
-            Some(value) => format!("{} {unit}", with_digits(value, digits)).trim_end().to_owned(),
-            None => number(None),
-        };
-        let times = whole.map_or_else(|| number(None), |unit| shown(value.map(|x| x * t), unit));
-        rows.push(vec![name.to_owned(), shown(value, unit), times]);
-    };
-    let mut row = |name: &str, value: Option<f64>, kind: Kind| {
-        let (unit, whole) = match kind {
-            Kind::Force => (&line_force, Some(force.as_str())),
-            // An energy per unit thickness has the unit of a force; so has a moment per unit thickness.
-            Kind::Energy | Kind::Moment => (&force, Some(moment.as_str())),
-            Kind::Length => (&length, None),
-            Kind::Stress => (&stress, None),
-            Kind::Number => (&String::new(), None),
-        };
-        push(name, value, digits, unit, whole);
-    };
+    let mut found: Vec<(String, Option<f64>, Kind)> = vec![];
+    let mut row = |name: &str, value: Option<f64>, kind: Kind| found.push((name.to_owned(), value, kind));
     for (body, a) in report.bodies.iter().zip(energies) {
         row(&format!("energy norm² of {}", body.name), Some(*a), Kind::Energy);
     }
@@ -287,16 +292,19 @@ fn results(page: &mut String, case: &Case, report: &Report) {
         if let Some(friction) = &contact.friction {
             let force = Some(friction.tangential_force);
             row(&format!("friction force{of}, on the second body along the tangent"), force, Kind::Force);
-            row(&format!("largest slip{of}"), Some(friction.max_slip), Kind::Length);
+            let when = if report.steps.is_empty() { "" } else { " in the last step" };
+            row(&format!("largest slip{of}{when}"), Some(friction.max_slip), Kind::Length);
         }
     }
-    row("integral of the pressure, ∫ p ds", r.contact_force, Kind::Force);
-    row("largest nodal pressure", r.max_pressure, Kind::Stress);
-    if r.max_pressure_recovered.is_some() {
-        row("largest pressure, recovered on the coarser side", r.max_pressure_recovered, Kind::Stress);
+    if !report.contact.is_empty() {
+        row("integral of the pressure, ∫ p ds", r.contact_force, Kind::Force);
+        row("largest nodal pressure", r.max_pressure, Kind::Stress);
+        if r.max_pressure_recovered.is_some() {
+            row("largest pressure, recovered on the coarser side", r.max_pressure_recovered, Kind::Stress);
+        }
+        row("largest mean pressure of an edge", r.max_edge_pressure, Kind::Stress);
+        row("smallest opening", r.min_opening, Kind::Length);
     }
-    row("largest mean pressure of an edge", r.max_edge_pressure, Kind::Stress);
-    row("smallest opening", r.min_opening, Kind::Length);
     row("largest displacement", r.max_displacement, Kind::Length);
     if r.max_von_mises.is_some() {
         row("largest von Mises stress of a cell", r.max_von_mises, Kind::Stress);
@@ -313,9 +321,18 @@ fn results(page: &mut String, case: &Case, report: &Report) {
             row("its relative change from the mesh before", peak.change, Kind::Number);
         }
     }
+    // Two supports of a side hold it together.
+    let mut reactions: Vec<(String, [f64; 2])> = vec![];
     for reaction in r.reactions.iter().flatten() {
-        row(&format!("reaction x of {} on {}", reaction.on, reaction.body), Some(reaction.fx), Kind::Force);
-        row(&format!("reaction y of {} on {}", reaction.on, reaction.body), Some(reaction.fy), Kind::Force);
+        let of = format!("{} on {}", reaction.on, reaction.body);
+        match reactions.iter_mut().find(|(known, _)| *known == of) {
+            Some((_, [x, y])) => (*x, *y) = (*x + reaction.fx, *y + reaction.fy),
+            None => reactions.push((of, [reaction.fx, reaction.fy])),
+        }
+    }
+    for (of, [x, y]) in reactions {
+        row(&format!("reaction x of {of}"), Some(x), Kind::Force);
+        row(&format!("reaction y of {of}"), Some(y), Kind::Force);
     }
     for body in &report.bodies {
         for side in &body.rigid_sides {
@@ -330,6 +347,29 @@ fn results(page: &mut String, case: &Case, report: &Report) {
             row(&format!("moment {of}"), Some(side.moment), Kind::Moment);
         }
     }
+    let size = |kind: Kind| {
+        let alike = found.iter().filter(|(_, _, other)| *other == kind).filter_map(|(_, value, _)| *value);
+        alike.fold(0.0, |most, value| f64::max(most, value.abs()))
+    };
+    // Per unit thickness, and times the thickness for what is a force or an energy, each with its unit.
+    let rows = found.iter().map(|(name, value, kind)| {
+        let (unit, whole) = match kind {
+            Kind::Force => (&line_force, Some(&force)),
+            // An energy per unit thickness has the unit of a force; so has a moment per unit thickness.
+            Kind::Energy | Kind::Moment => (&force, Some(&moment)),
+            Kind::Length => (&length, None),
+            Kind::Stress => (&stress, None),
+            Kind::Number => (&String::new(), None),
+        };
+        let rounding = words::ROUNDING * size(*kind);
+        let value = value.map(|x| if x.abs() <= rounding { 0.0 } else { x });
+        let shown = |value: Option<f64>, unit: &str| match value {
+            Some(value) => format!("{} {unit}", with_digits(value, digits)).trim_end().to_owned(),
+            None => number(None),
+        };
+        let times = whole.map_or_else(|| number(None), |unit| shown(value.map(|x| x * t), unit));
+        vec![name.clone(), shown(value, unit), times]
+    });
     let whole = format!("for the thickness {}", words::short(t));
     table(page, "Results", &["quantity", "per unit thickness", &whole], rows);
     let _ = match certified(report) {
@@ -354,7 +394,7 @@ fn balance(page: &mut String, report: &Report) {
 }
 
 /// What a value of the table of results is, for its unit.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Length,
     /// Without a unit.

@@ -1,6 +1,7 @@
 //! Numbers and texts as people read them.
 
 use case_io::Case;
+use fem_core::geometry::Vector;
 use std::borrow::Cow;
 
 pub use mesh_io::words::counted;
@@ -56,6 +57,15 @@ pub fn certified_digits(relative: Option<f64>) -> usize {
         None => 3,
     }
 }
+
+/// Writes the place of a point with four digits; rounding beside the given size is zero.
+pub(crate) fn place(point: Vector, size: f64) -> String {
+    let [x, y] = <[f64; 2]>::from(point).map(|c| if c.abs() <= ROUNDING * size { 0.0 } else { c });
+    format!("({}, {})", with_digits(x, 4), with_digits(y, 4))
+}
+
+/// Numbers below this part of the largest of their kind are rounding.
+pub(crate) const ROUNDING: f64 = 1e-9;
 
 /// Writes a number with this many significant digits, with an exponent if it would have others, or many zeros.
 pub fn with_digits(x: f64, digits: usize) -> String {

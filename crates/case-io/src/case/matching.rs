@@ -311,23 +311,29 @@ impl Case {
 fn changes_note(names: [&str; 2], changes: &Changes, lengths: [f64; 2]) -> String {
     let body = |b: usize| {
         let (added, snapped) = (changes.added[b], changes.snapped[b]);
-        let mut text = format!("{} {} added, {snapped} snapped", names[b], counted(added, "node"));
+        let mut parts = Vec::new();
+        if added > 0 {
+            parts.push(format!("{} added", counted(added, "node")));
+        }
         if snapped > 0 {
-            text +=
-                &format!(" (moved along the surface by at most {})", significant(changes.largest_move[b]));
+            let furthest = significant(changes.largest_move[b]);
+            parts.push(format!("{snapped} snapped (moved along the surface by at most {furthest})"));
         }
         if changes.free[b] > 0.0 {
             let [free, whole] = [changes.free[b], lengths[b]].map(significant);
-            text += &format!(", a length of {free} of {whole} faces nothing and is free");
+            parts.push(format!("a length of {free} of {whole} faces nothing and is free"));
         }
-        text
+        (!parts.is_empty()).then(|| format!("{} {}", names[b], parts.join(", ")))
     };
+    let parts: Vec<String> = (0..2).filter_map(body).collect();
+    let parts = parts.join("; ");
+    if changes.added == [0; 2] && changes.snapped == [0; 2] {
+        return format!("the contact surfaces do not end together: {parts}");
+    }
     let [before, after] = [changes.angle_before, changes.smallest_angle].map(|a| a[0].min(a[1]));
     format!(
-        "the contact surfaces do not match and were refined in common: {}; {}; smallest angle there {after:.1} degrees \
-         (before: {before:.1})",
-        body(0),
-        body(1)
+        "the contact surfaces do not match and were refined in common: {parts}; smallest angle there {after:.1} degrees (before: \
+         {before:.1})"
     )
 }
 

@@ -55,7 +55,7 @@ pub(crate) fn adaptive(measure: Measure, steps: &[(usize, Option<f64>)], target:
             format!("Logarithmic scales. {a}, {b}.{target}")
         }
     };
-    let labels = ["nodes of both bodies", label];
+    let labels = ["nodes of all bodies", label];
     let panel = LinePanel::new(labels, [&x_axis, &y_axis], &all);
     lines::figure(title, &description, HEIGHT, &[panel])
 }

@@ -1,4 +1,4 @@
-//! One axis, linear or logarithmic, which knows its ticks and how to write them.
+//! One axis, linear, logarithmic or of square roots, which knows its ticks and how to write them.
 
 /// Magnitudes beyond this (or below its inverse, on a logarithmic axis) are not drawn.
 const LARGEST: f64 = 1e100;
@@ -32,12 +32,21 @@ enum Style {
     Exponent(usize),
 }
 
+/// How values become places on an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    Linear,
+    /// By the square root, from zero.
+    Root,
+    Log,
+}
+
 /// An axis with its ticks.
 #[derive(Clone, Debug)]
 pub(super) struct Axis {
     lo: f64,
     hi: f64,
-    log: bool,
+    kind: Kind,
     /// The values that carry a label, with it.
     major: Vec<(f64, String)>,
     minor: Vec<f64>,
@@ -56,7 +65,19 @@ impl Axis {
                 break;
             }
         }
-        Axis { lo, hi, log: false, major: style(lo, hi, exponent).labelled(major), minor: vec![] }
+        Axis { lo, hi, kind: Kind::Linear, major: style(lo, hi, exponent).labelled(major), minor: vec![] }
+    }
+
+    /// An axis of square roots from zero to `hi`, with one more label in its first step.
+    pub(super) fn root(hi: f64, ticks: usize) -> Axis {
+        let mut axis = Axis { kind: Kind::Root, ..Axis::linear(0.0, hi, ticks) };
+        if let [(zero, _), (first, _), ..] = axis.major[..]
+            && zero == 0.0
+        {
+            let (step, exponent) = nice_step(0.15 * first);
+            axis.major.insert(1, (step, style(0.0, step, exponent).write(step)));
+        }
+        axis
     }
 
     /// A linear axis over `lo..hi` with a margin of 4 % on both sides.
@@ -74,7 +95,7 @@ impl Axis {
         }
         let margin = (0.04 * (hi - lo)).max(0.25);
         let major = Style::Fixed(0).labelled(multiples(lo, hi, 1.0));
-        Axis { lo: lo - margin, hi: hi + margin, log: false, major, minor: vec![] }
+        Axis { lo: lo - margin, hi: hi + margin, kind: Kind::Linear, major, minor: vec![] }
     }
 
     /// A logarithmic axis over exactly `lo..hi`, both positive, widened if they (nearly) coincide.
@@ -101,7 +122,7 @@ impl Axis {
             let (step, exponent) = nice_step((hi - lo) / ticks.max(1) as f64);
             (multiples(lo, hi, step), vec![], exponent_style(hi, exponent))
         };
-        Axis { lo, hi, log: true, major: style.labelled(major), minor }
+        Axis { lo, hi, kind: Kind::Log, major: style.labelled(major), minor }
     }
 
     /// A logarithmic axis over `lo..hi` with a margin of 5 % of its length on both sides.
@@ -112,10 +133,10 @@ impl Axis {
 
     /// Where a value lies between the ends of the axis, 0 to 1 within it.
     pub(super) fn position(&self, v: f64) -> f64 {
-        let t = if self.log {
-            (v.max(LARGEST.recip()) / self.lo).ln() / (self.hi / self.lo).ln()
-        } else {
-            (v - self.lo) / (self.hi - self.lo)
+        let t = match self.kind {
+            Kind::Log => (v.max(LARGEST.recip()) / self.lo).ln() / (self.hi / self.lo).ln(),
+            Kind::Root => (v / self.hi).max(0.0).sqrt(),
+            Kind::Linear => (v - self.lo) / (self.hi - self.lo),
         };
         if t.is_finite() { t.clamp(-BEYOND, BEYOND) } else { 0.0 }
     }
@@ -129,6 +150,10 @@ impl Axis {
     pub(super) fn positions(&self, major: bool) -> Vec<f64> {
         let values = if major { self.major.iter().map(|m| m.0).collect() } else { self.minor.clone() };
         values.into_iter().map(|v| self.position(v)).collect()
+    }
+
+    pub(super) fn kind(&self) -> Kind {
+        self.kind
     }
 
     /// The two ends.

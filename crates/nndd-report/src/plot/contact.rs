@@ -12,7 +12,7 @@ use fem_core::geometry::Vector;
 const PRESSURE: Look = Look::new("pressure", BLUE, THICK, Marker::Disc);
 const OPENING: Look = Look::new("opening", VERMILLION, THICK, Marker::Square);
 const FRICTION: Look = Look::new("friction", GREEN, THICK, Marker::Disc);
-const LIMIT: Look = Look::new("its limit", GREY, THIN, Marker::None);
+const LIMIT: Look = Look::new("friction limit", GREY, THIN, Marker::None);
 const HEIGHT: f64 = 170.0 * PIXEL;
 const TICKS: usize = 5;
 /// Pressures below this part of the largest count as zero.
@@ -27,6 +27,12 @@ const BEYOND: f64 = 0.04;
 /// How far the axis goes beyond the pressures that it shows, if it does not show all.
 const ABOVE: f64 = 1.2;
 
+/// Only the part of the line around the contact zone is drawn if it is less than this part of the line; half of it is this many times
+/// the zone, and it has at least this many nodes.
+const SMALL_PART: f64 = 0.6;
+const WIDE: f64 = 1.5;
+const FEWEST: usize = 8;
+
 /// Draws the pressure above and the opening below, over a common axis, with the contact zone shaded, with friction in two shades for what
 /// sticks and what slips; the pressure alone if the opening is zero everywhere.
 ///
@@ -34,11 +40,19 @@ const ABOVE: f64 = 1.2;
 /// left out; nodes need not come in order. A peak on a small part of the contact is cut, and its value written.
 ///
 /// * `start`: the arc length at which a closed line was opened, if it is not its first node.
-pub(crate) fn contact(title: &str, rows: &[ContactRow], start: Option<f64>, labels: &Labels) -> String {
+/// Returns the figure, and what there is to see on it.
+pub(crate) fn contact(
+    title: &str,
+    rows: &[ContactRow],
+    start: Option<f64>,
+    labels: &Labels,
+) -> (String, String) {
     let recovered = |r: &ContactRow| r.pressure_recovered.unwrap_or(r.pressure);
     let numbers = |r: &&ContactRow| [r.s, r.pressure, recovered(r), r.opening];
     let mut all: Vec<&ContactRow> = rows.iter().filter(|r| numbers(r).iter().all(|v| drawable(*v))).collect();
     all.sort_by(|a, b| a.s.total_cmp(&b.s));
+    let near = around(&all.iter().map(|r| [r.s, r.pressure]).collect::<Vec<_>>());
+    all.retain(|r| near.is_none_or(|[from, to]| r.s >= from && r.s <= to));
     let slips: Vec<Option<bool>> =
         all.iter().map(|r| r.friction.as_ref().map(|f| f.state == "slip")).collect();
     // What touches is known by the forces; the pressure drawn is the recovered one.
@@ -80,7 +94,7 @@ pub(crate) fn contact(title: &str, rows: &[ContactRow], start: Option<f64>, labe
     // Where the bodies touch everywhere, or nothing is known, there is no opening to see.
     let open = ends[1] != (0.0, 0.0);
     let count = if open { 2 } else { 1 };
-    let rubs = friction(rows);
+    let rubs = friction(&all);
     let reach = extent(rubs.iter().flatten().flat_map(|series| series.points.iter().flatten().map(|p| p[1])));
     let friction_axis = both_ways(reach.unwrap_or_default());
     let friction_label = labels.stress("friction", "stress units");
@@ -99,11 +113,35 @@ pub(crate) fn contact(title: &str, rows: &[ContactRow], start: Option<f64>, labe
         peak: peak.filter(|_| k == 0).map(|n| (n[0], format!("peak {}", short(three(n[1]))))),
         ..LinePanel::new(label[k], [&x_axis, &axes[k]], &series[k])
     });
-    lines::figure(title, &description, HEIGHT, &panels.chain(friction).collect::<Vec<_>>())
+    let caption = [
+        ("The pressure is zero where the bodies are apart.", true),
+        ("The opening is zero where there is pressure.", open),
+        ("Only the part around the contact zone is drawn.", near.is_some()),
+        ("The pressure drawn is the recovered one.", all.iter().any(|row| row.pressure_recovered.is_some())),
+        ("A peak grows with every refinement: its value is written.", cap.is_some()),
+        ("Friction is that on the second body, between the two limits.", rubs.is_some()),
+    ];
+    let caption: Vec<&str> = caption.into_iter().filter(|(_, said)| *said).map(|(words, _)| words).collect();
+    let svg = lines::figure(title, &description, HEIGHT, &panels.chain(friction).collect::<Vec<_>>());
+    (svg, caption.join(" "))
+}
+
+/// The part of the line that is drawn if the contact zone is a small part of it; `None`: all of it.
+fn around(forces: &[[f64; 2]]) -> Option<[f64; 2]> {
+    let [first, last] = [forces.first()?[0], forces.last()?[0]];
+    let zones = zones(forces, |_| true);
+    let [from, to] = [zones.first()?[0], zones.last()?[1]];
+    let mut half = WIDE * (to - from);
+    let part = |half: f64| [0.5 * (from + to) - half, 0.5 * (from + to) + half];
+    let count = |[a, b]: [f64; 2]| forces.iter().filter(|[s, _]| *s >= a && *s <= b).count();
+    while half > 0.0 && half < last - first && count(part(half)) < FEWEST {
+        half *= WIDE;
+    }
+    (half > 0.0 && 2.0 * half < SMALL_PART * (last - first)).then(|| part(half))
 }
 
 /// The friction on the second body, and its limit in both directions; `None` without friction.
-fn friction(rows: &[ContactRow]) -> Option<[Series; 3]> {
+fn friction(rows: &[&ContactRow]) -> Option<[Series; 3]> {
     let mut nodes: Vec<[f64; 3]> = rows
         .iter()
         .filter_map(|r| r.friction.as_ref().map(|f| [r.s, f.tangential, f.limit]))

@@ -1,6 +1,6 @@
 //! The deformed bodies, coloured by a field: constant in the cells, or linear between the nodes.
 
-use super::axis::{Axis, drawable, drawable_log, extent, power_of_ten, short};
+use super::axis::{Axis, Kind, drawable, drawable_log, extent, power_of_ten, short};
 use super::bands;
 use super::cells::{self, Cell};
 use super::colour::{GREY, INK};
@@ -51,8 +51,8 @@ pub(super) fn plane(labels: &Labels) -> [String; 2] {
 ///
 /// Displacements are multiplied by 1, 2 or 5 times a power of ten such that the largest is at most 8 % of the
 /// size of the bodies, and no pair of contact nodes passes each other: a gap is drawn as it is, so displacements that
-/// close it must not be magnified. The title says the factor. The scale ends below a peak that few points have; the bar then says
-/// the largest value, and a ring shows its place. Points with a displacement that is not finite are left out with
+/// close it must not be magnified. The title says the factor. If the largest value is `infinite` (it grows with every refinement), the
+/// scale ends below a peak that few points have; the bar then says the largest value, and a ring shows its place. Points with a displacement that is not finite are left out with
 /// their triangles. Values of many small cells are averaged at the nodes.
 ///
 /// Obstacles are drawn where their motion, multiplied by the same factor, takes them.
@@ -62,6 +62,7 @@ pub(crate) fn deformed(
     bodies: &[BodyPicture<'_>],
     obstacles: &[ObstaclePicture<'_>],
     closing: &[Closing],
+    infinite: bool,
     labels: &Labels,
 ) -> String {
     let points = |factors: &[f64]| {
@@ -82,7 +83,7 @@ pub(crate) fn deformed(
     let looks = if lines.iter().all(Vec::is_empty) { &looks[..2] } else { &looks[..] };
     let top = legend::end(looks) + 8.0 * PIXEL;
     let (frame, axes) = equal_scale(known, top, WIDTH - LEFT - 1.5 * RIGHT, RATIOS);
-    let scale = Scale::of(quantity, bodies);
+    let scale = Scale::of(quantity, bodies, infinite);
     let heading = match known {
         None => title.to_owned(),
         Some(_) if largest > 0.0 && quantity == Quantity::Displacement => {
@@ -266,7 +267,11 @@ fn description(bodies: &[BodyPicture<'_>], factor: f64, quantity: Quantity, scal
         text.push_str(&format!(" The {name} is zero everywhere."));
         return text;
     }
-    let kind = if scale.logarithmic { "logarithmic" } else { "linear" };
+    let kind = match scale.axis.kind() {
+        Kind::Log => "logarithmic",
+        Kind::Linear => "linear",
+        Kind::Root => "square-root",
+    };
     let less = if scale.cut { " or less" } else { "" };
     let more = scale.largest.map_or_else(String::new, |v| format!(" or more, at most {}", three(v)));
     text + &format!(" Coloured by {name}, on a {kind} scale from {}{less} to {}{more}.", short(lo), short(hi))

@@ -1,6 +1,6 @@
 //! The colour scale of a field on some bodies: its ends by quantiles, what lies beyond them, and its bar.
 
-use super::axis::{Axis, drawable, drawable_log, short};
+use super::axis::{Axis, Kind, drawable, drawable_log, short};
 use super::bands;
 use super::colour::INK;
 use super::labels::Labels;
@@ -67,6 +67,8 @@ const BEYOND: f64 = 0.005;
 const BELOW: f64 = 0.05;
 /// The scale ends at the largest value unless that is this many times larger than nearly all others.
 const PEAK: [f64; 2] = [1.4, 4.0];
+/// The stress is on a scale of square roots if half of the area is below this part of its largest value.
+const SMALL_PART: f64 = 0.1;
 /// The longest and the shortest logarithmic scale, as a ratio of its ends.
 const LOGARITHMIC: [f64; 2] = [1e6, 10.0];
 /// Ticks of the colour bar.
@@ -74,7 +76,6 @@ const TICKS: usize = 6;
 /// The colour scale, and what is special about it.
 pub(super) struct Scale {
     pub(super) axis: Axis,
-    pub(super) logarithmic: bool,
     /// Some values are below the lower end.
     pub(super) cut: bool,
     /// The largest value, if it is above the upper end.
@@ -86,7 +87,10 @@ pub(super) struct Scale {
 }
 
 impl Scale {
-    pub(super) fn of(quantity: Quantity, bodies: &[BodyPicture<'_>]) -> Scale {
+    /// Chooses the scale for some bodies.
+    ///
+    /// * `infinite`: the largest value grows with every refinement, so that the scale may end below it. That of an error density always does.
+    pub(super) fn of(quantity: Quantity, bodies: &[BodyPicture<'_>], infinite: bool) -> Scale {
         let logarithmic = quantity == Quantity::ErrorDensity;
         let usable = |v: f64| if logarithmic { drawable_log(v) } else { drawable(v) };
         let of_body = |body: &BodyPicture<'_>| {
@@ -102,33 +106,36 @@ impl Scale {
         let Some((largest, place)) = found.filter(|(largest, _)| !samples.is_empty() && *largest > 0.0)
         else {
             let axis = if logarithmic { Axis::log(0.1, 10.0, TICKS) } else { Axis::linear(0.0, 1.0, TICKS) };
-            return Scale { axis, logarithmic, cut: false, largest: None, peak: None, empty: true };
+            return Scale { axis, cut: false, largest: None, peak: None, empty: true };
         };
         // A small body must not be beyond the scale as a whole.
         let nearly_all = by_body.iter().map(|body| quantile(body, 1.0 - BEYOND)).fold(0.0, f64::max);
-        let clipped = nearly_all > 0.0 && largest > PEAK[usize::from(logarithmic)] * nearly_all;
+        let clipped = (infinite || logarithmic)
+            && nearly_all > 0.0
+            && largest > PEAK[usize::from(logarithmic)] * nearly_all;
         let hi = if clipped { nearly_all } else { largest };
-        let least = samples[0][0];
+        let uneven = quantity == Quantity::VonMises && quantile(&samples, 0.5) < SMALL_PART * hi;
         let axis = match logarithmic {
             true => {
                 let lo = quantile(&samples, BELOW).max(hi / LOGARITHMIC[0]);
                 Axis::log(lo.min(hi / LOGARITHMIC[1]), hi, TICKS)
             }
-            // From zero, unless all values are far from it.
-            false => Axis::linear(if least > 0.5 * hi { least } else { 0.0 }, hi, TICKS),
+            false if uneven => Axis::root(hi, TICKS),
+            false => Axis::linear(0.0, hi, TICKS),
         };
         let lower = axis.ends().0;
         let cut = bodies.iter().any(|body| self::samples(body).iter().any(|[value, _]| *value < lower));
         let largest = clipped.then_some(largest);
-        Scale { axis, logarithmic, cut, largest, peak: place.filter(|_| clipped), empty: false }
+        Scale { axis, cut, largest, peak: place.filter(|_| clipped), empty: false }
     }
 
     pub(super) fn position(&self, value: f64) -> f64 {
+        let logarithmic = self.axis.kind() == Kind::Log;
         match value {
             _ if self.empty => 0.0,
             // Zero is below every logarithmic scale.
-            _ if self.logarithmic && value.is_finite() && value <= 0.0 => 0.0,
-            _ if !drawable(value) || (self.logarithmic && !drawable_log(value)) => f64::NAN,
+            _ if logarithmic && value.is_finite() && value <= 0.0 => 0.0,
+            _ if !drawable(value) || (logarithmic && !drawable_log(value)) => f64::NAN,
             _ => self.axis.position(value),
         }
     }
@@ -159,7 +166,8 @@ impl Scale {
     pub(super) fn remark(&self) -> Option<String> {
         let more = self.largest.map(|largest| format!("right end: or more, largest {}", three(largest)));
         let less = self.cut.then(|| "left end: or less".to_owned());
-        let parts: Vec<String> = less.into_iter().chain(more).collect();
+        let root = (self.axis.kind() == Kind::Root).then(|| "scale of square roots".to_owned());
+        let parts: Vec<String> = root.into_iter().chain(less).chain(more).collect();
         (!parts.is_empty()).then(|| parts.join("; "))
     }
 }

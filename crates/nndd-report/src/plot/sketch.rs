@@ -131,6 +131,7 @@ pub(crate) fn sketch(
             MOVED,
             edges().any(|e| norm(e.displacement) > 0.0) || obstacles.iter().any(|o| norm(o.imposed) > 0.0),
         ),
+        (BODY_FORCE, bodies.iter().any(|body| norm(body.body_force) > 0.0)),
         (LOAD, largest > 0.0 || loads().any(|(force, moment)| norm(force) > 0.0 || moment != 0.0)),
     ];
     let looks: Vec<Look> = there.into_iter().filter(|(_, there)| *there).map(|(look, _)| look).collect();

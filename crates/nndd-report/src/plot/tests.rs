@@ -61,7 +61,7 @@ fn density(
     obstacles: &[ObstaclePicture<'_>],
     closing: &[Closing],
 ) -> String {
-    deformed(title, Quantity::ErrorDensity, bodies, obstacles, closing, &Labels::default())
+    deformed(title, Quantity::ErrorDensity, bodies, obstacles, closing, false, &Labels::default())
 }
 
 const CIRCLE: RigidLine = RigidLine::Circle { centre: Vector::new(1.0, 3.0), radius: 2.0, inside: false };

@@ -5,7 +5,7 @@ use case_io::table::{ContactRow, FrictionRow};
 
 fn profile<const N: usize>(s: [f64; N], opening: [f64; N], pressure: [f64; N]) -> String {
     let row = |k| ContactRow { s: s[k], opening: opening[k], pressure: pressure[k], ..ContactRow::default() };
-    contact("Contact", &(0..N).map(row).collect::<Vec<_>>(), None, &Labels::default())
+    contact("Contact", &(0..N).map(row).collect::<Vec<_>>(), None, &Labels::default()).0
 }
 
 #[test]
@@ -60,7 +60,8 @@ fn labels_have_the_units_of_the_case() {
     let labels =
         Labels { units: case_io::Case::parse(case_io::template::PAPER, "c.toml", &units).unwrap().units };
     let row = |k: usize| ContactRow { s: k as f64, pressure: 1.0, opening: 0.1, ..ContactRow::default() };
-    let svg = contact("Contact", &[row(0), row(1)], None, &labels);
+    let (svg, caption) = contact("Contact", &[row(0), row(1)], None, &labels);
+    assert!(caption.contains("opening") && !caption.contains("riction"), "{caption}");
     assert_whole(&svg);
     assert!(svg.contains("pressure [MPa]") && svg.contains("opening [mm]") && !svg.contains("units)"));
 }
@@ -75,10 +76,10 @@ fn friction_has_a_panel_with_its_limit() {
     };
     let rubs =
         |tangential: f64| Some(FrictionRow { tangential, slip: 0.0, limit: 4.0, state: "stick".into() });
-    let drawn = |rows: &[ContactRow]| contact("Contact", rows, None, &Labels::default());
+    let drawn = |rows: &[ContactRow]| contact("Contact", rows, None, &Labels::default()).0;
     let svg = drawn(&[row(0, rubs(-1.0)), row(1, rubs(4.0)), row(2, rubs(f64::NAN))]);
     assert_whole(&svg);
-    assert!(svg.contains("its limit") && svg.contains("friction (stress units)"), "{svg}");
+    assert!(svg.contains("friction limit") && svg.contains("friction (stress units)"), "{svg}");
     assert!(!drawn(&[row(0, None), row(1, None)]).contains("friction"));
     // What sticks and what slips have two shades; without friction there is one.
     let slips = rubs(4.0).map(|of| FrictionRow { slip: 0.1, state: "slip".into(), ..of });
@@ -86,4 +87,19 @@ fn friction_has_a_panel_with_its_limit() {
     assert!(svg.contains("It sticks: 0 to 1.5. It slips: 1.5 to 3."), "{svg}");
     assert!(svg.contains(">sticks<") && svg.contains(">slips<") && !svg.contains(">contact zone<"), "{svg}");
     assert!(drawn(&[row(0, None), row(1, None)]).contains(">contact zone<"));
+}
+
+#[test]
+fn a_small_contact_zone_is_drawn_large() {
+    let s: [f64; 60] = std::array::from_fn(|k| k as f64);
+    let row = |k: usize| {
+        let pressure = if (30..34).contains(&k) { 2.0 } else { 0.0 };
+        ContactRow { s: s[k], pressure, opening: 0.1, ..ContactRow::default() }
+    };
+    let rows: Vec<ContactRow> = (0..60).map(row).collect();
+    let (svg, caption) = contact("Contact", &rows, None, &Labels::default());
+    assert_whole(&svg);
+    assert!(caption.contains("around the contact zone") && svg.contains("at 12 nodes"), "{svg}");
+    let (_, whole) = contact("Contact", &rows[28..37], None, &Labels::default());
+    assert!(!whole.contains("around the contact zone"), "{whole}");
 }

@@ -86,7 +86,7 @@ fn adaptive_shows_the_rate_and_the_target() {
     let steps = [(380, Some(0.19)), (1000, Some(0.06)), (4000, Some(0.029))];
     let svg = adaptive(Measure::CertifiedError, &steps, 0.03);
     assert_whole(&svg);
-    for text in ["certified relative error", "N^(-1/2)", "target", "nodes of both bodies"] {
+    for text in ["certified relative error", "N^(-1/2)", "target", "nodes of all bodies"] {
         assert!(svg.contains(text), "{text}");
     }
     let svg = adaptive(Measure::Residual, &steps, 0.03);

@@ -18,25 +18,27 @@ fn picture(n: usize, u: impl Fn([f64; 2]) -> [f64; 2], density: impl Fn(usize) -
         displacement: &fields[k].0,
         field: Field::Cells(&fields[k].1),
     });
-    deformed("Two blocks", Quantity::ErrorDensity, &bodies, &[], &[], &Labels::default())
+    deformed("Two blocks", Quantity::ErrorDensity, &bodies, &[], &[], false, &Labels::default())
 }
 
 #[test]
 fn a_singular_peak_does_not_take_the_scale() {
     let mesh = block(20, 0.0);
     let still = vec![Vector::zeros(); mesh.points().len()];
-    let with = |peak: f64| {
+    let with = |peak: f64, infinite: bool| {
         let mut values: Vec<f64> = mesh.points().iter().map(|p| 1.0 + p[0]).collect();
         values[0] = peak;
         let patch = [NodalPatch { triangles: mesh.triangles().to_vec(), values }];
         let body = BodyPicture { name: "b", mesh: &mesh, displacement: &still, field: Field::Nodes(&patch) };
-        deformed("d", Quantity::VonMises, &[body], &[], &[], &Labels::default())
+        deformed("d", Quantity::VonMises, &[body], &[], &[], infinite, &Labels::default())
     };
-    let [smooth, peaked] = [with(1.0), with(1000.0)];
+    let [smooth, peaked, finite] = [with(1.0, true), with(1000.0, true), with(1000.0, false)];
     assert_whole(&peaked);
     assert!(smooth.contains("linear scale from 0 to 3.") && !smooth.contains("or more"), "{smooth}");
     assert!(peaked.contains("right end: or more, largest 1000"), "{peaked}");
     assert!(peaked.contains("scale from 0 to 2.") || peaked.contains("scale from 0 to 3"), "{peaked}");
+    // A finite one does, and small values are still told apart.
+    assert!(finite.contains("square-root scale from 0 to 1000") && !finite.contains("<circle"), "{finite}");
     // A ring shows where it is.
     assert!(peaked.contains("fill=\"none\" stroke=\"#191919\"") && peaked.matches("<circle").count() == 1);
 }
@@ -130,6 +132,6 @@ fn the_title_of_the_displacement_says_the_word_once() {
     let values = vec![0.02; mesh.points().len()];
     let patch = [NodalPatch { triangles: mesh.triangles().to_vec(), values }];
     let body = BodyPicture { name: "b", mesh: &mesh, displacement: &moved, field: Field::Nodes(&patch) };
-    let svg = deformed("Displacement", Quantity::Displacement, &[body], &[], &[], &Labels::default());
+    let svg = deformed("Displacement", Quantity::Displacement, &[body], &[], &[], false, &Labels::default());
     assert!(svg.contains("<title>Displacement (drawn × 5)</title>"), "{svg}");
 }
