@@ -204,19 +204,23 @@ fn notes_of_growth(report: &Report) -> Vec<&str> {
 #[test]
 fn a_stress_that_is_said_to_grow_does_and_another_does_not() {
     // The roller of the upper block ends in the middle of its top.
-    let stress = |cells: &str| {
+    let stress = |case: &str, cells: &str, place: &str, more: &[&str]| {
         let cells = [format!("body.0.generator.cells={cells}"), format!("body.1.generator.cells={cells}")];
-        let report = reported("singular.toml", &[&cells[0], &cells[1], "adapt.max_steps=1"]);
+        let report = reported(case, &[&[cells[0].as_str(), &cells[1]], more].concat());
         let notes = notes_of_growth(&report).join("\n");
-        assert!(
-            notes.contains("the largest stress is at the end of a support of body \"upper\" at (1, 1)"),
-            "{notes}"
-        );
+        assert!(notes.contains(&format!("the largest stress is at the end of a {place}")), "{notes}");
         report.results.peak_stress.unwrap().von_mises
     };
-    let found = ["[16, 8]", "[32, 16]", "[64, 32]"].map(stress);
+    let place = "support of body \"upper\" at (1, 1)";
+    let found = ["[16, 8]", "[32, 16]", "[64, 32]"]
+        .map(|cells| stress("singular.toml", cells, place, &["adapt.max_steps=1"]));
     // Like 1/√h.
     assert!(found[1] > 1.25 * found[0] && found[2] > 1.25 * found[1], "{found:?}");
+    // Like −ln h where the tangential load of the right side ends at the roller.
+    let place = "roller, where a tangential load ends, of body \"upper\" at (2, 2)";
+    let found = ["[16, 8]", "[32, 16]", "[64, 32]"].map(|cells| stress("paper.toml", cells, place, &[]));
+    let steps = [found[1] - found[0], found[2] - found[1]];
+    assert!(steps[0] > 0.0 && steps[1] > 0.7 * steps[0], "{found:?}");
     for smooth in ["kirsch.toml", "patch.toml", "points.toml"] {
         let report = reported(smooth, &[]);
         assert!(notes_of_growth(&report).is_empty(), "{smooth}: {:?}", report.notes);

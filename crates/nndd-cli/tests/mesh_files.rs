@@ -33,7 +33,7 @@ fn solved(name: &str) -> (Report, String) {
 #[test]
 fn files_of_the_papers_mesh_give_the_generators_numbers() {
     let (paper, _) = solved("paper.toml");
-    assert_eq!(paper.notes, [""; 0]);
+    assert!(matches!(&paper.notes[..], [note] if note.contains("grows without limit")), "{:?}", paper.notes);
     for name in ["gmsh.toml", "abaqus.toml"] {
         let (report, said) = solved(name);
         assert_eq!(report.iterations, paper.iterations, "{name}");

@@ -1,7 +1,7 @@
 //! Numbers and texts as people read them.
 
 use case_io::Case;
-use fem_core::geometry::Vector;
+use fem_core::geometry::{Vector, shown};
 use std::borrow::Cow;
 
 pub use mesh_io::words::counted;
@@ -61,7 +61,8 @@ pub fn certified_digits(relative: Option<f64>) -> usize {
 /// Writes the place of a point with four digits; rounding beside the given size is zero.
 pub(crate) fn place(point: Vector, size: f64) -> String {
     let [x, y] = <[f64; 2]>::from(point).map(|c| if c.abs() <= ROUNDING * size { 0.0 } else { c });
-    format!("({}, {})", with_digits(x, 4), with_digits(y, 4))
+    let rounded = |c: f64| shown(with_digits(c, 4).parse().unwrap_or(c));
+    format!("({}, {})", rounded(x), rounded(y))
 }
 
 /// Numbers below this part of the largest of their kind are rounding.

@@ -91,7 +91,8 @@ fn a_reader_that_goes_away_costs_nothing() {
     drop(child.stdout.take());
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(0), "{}", said(&output));
-    assert!(output.stderr.is_empty(), "{}", said(&output));
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(errors.lines().all(|line| line.is_empty() || line.starts_with("note: ")), "{errors}");
     assert!(report(&out).certificate.as_ref().unwrap().valid);
 }
 
