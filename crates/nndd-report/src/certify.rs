@@ -1,4 +1,4 @@
-//! Certificates of displacements that another code computed, read from files.
+//! Certificates of displacements that another code computed, read from files or in memory.
 
 use crate::convert;
 use crate::failure::{FILES, Failure, INVALID_INPUT};
@@ -12,6 +12,7 @@ use fem_core::mesh::TriMesh;
 use fem_core::mesh::id::NodeId;
 use fem_core::prepared::PreparedProblem;
 use mesh_io::vtu::{PointVectors, point_vectors};
+use serde_json::{Map, Value, json};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
@@ -36,16 +37,7 @@ pub fn certify(case: &Case, problem: ContactProblem, files: &[PathBuf]) -> Resul
              order of the case file\n  fix: write `--displacement A.vtu B.vtu …`"
         )));
     }
-    if let Some(pair) = case.contacts.iter().find(|contact| contact.friction.is_some()) {
-        return Err(Failure::plain(
-            INVALID_INPUT,
-            format!(
-                "the pair \"{}\" has friction, and displacements of other programs are certified without friction only\n  expected: \
-                 pairs without friction\n  fix: solve the case with nndd",
-                pair.name
-            ),
-        ));
-    }
+    refuse_friction(case)?;
     let bodies = case.build_bodies()?;
     let mut fields = Vec::with_capacity(files.len());
     for (b, (file, body)) in files.iter().zip(&bodies).enumerate() {
@@ -77,11 +69,91 @@ pub fn certify(case: &Case, problem: ContactProblem, files: &[PathBuf]) -> Resul
         check_others(&read, body.mesh(), &own).map_err(|point| other_field(case, b, file, point))?;
         fields.push(on_mesh(body, &own, refined));
     }
+    bound(case, problem, &fields, None)
+}
+
+/// Certifies displacements in memory.
+///
+/// * `problem`: that of the case.
+/// * `fields`: at the nodes of each body's mesh as the case describes it, Cartesian, m.
+/// * `pressures`: for each pair, at the nodes of the mesh of its first body, Pa; `None`: from the equilibrium of the fields.
+///
+/// # Errors
+/// Fields of another length than the meshes, friction, a problem without a unique solution.
+pub fn of_fields(
+    case: &Case,
+    problem: ContactProblem,
+    fields: &[Vec<Vector>],
+    pressures: Option<&[Vec<f64>]>,
+) -> Result<FieldCertificate, Failure> {
+    refuse_friction(case)?;
+    let bodies = case.build_bodies()?;
+    let counted = |what: &str, found: usize, expected: usize| {
+        let said = format!(
+            "{what}: found {found}, and the case has {expected}\n  expected: as many, in the order of the case\n  fix: check the \
+             lists and the meshes they belong to"
+        );
+        if found == expected { Ok(()) } else { Err(Failure::invalid(said)) }
+    };
+    counted("fields of displacements", fields.len(), bodies.len())?;
+    for (field, (body, given)) in fields.iter().zip(bodies.iter().zip(&case.bodies)) {
+        counted(&format!("displacements of body \"{}\"", given.name), field.len(), body.mesh().points().len())?;
+    }
+    let refined = fields.iter().zip(&bodies).zip(&problem.bodies);
+    let refined: Vec<Vec<Vector>> =
+        refined.map(|((field, body), refined)| on_mesh(body, field, refined.mesh())).collect();
+    let Some(pressures) = pressures else { return bound(case, problem, &refined, None) };
+    counted("pressures", pressures.len(), case.contacts.len())?;
+    let mut at_pairs = Vec::with_capacity(pressures.len());
+    for (pressure, (given, pair)) in pressures.iter().zip(case.contacts.iter().zip(&problem.contacts)) {
+        let first = pair.bodies[0];
+        let mesh = bodies[first].mesh();
+        counted(&format!("pressures of the pair \"{}\"", given.name), pressure.len(), mesh.points().len())?;
+        let as_vectors: Vec<Vector> = pressure.iter().map(|p| Vector::new(*p, 0.0)).collect();
+        let field = on_mesh(&bodies[first], &as_vectors, problem.bodies[first].mesh());
+        at_pairs.push(pair.interface.pairs().iter().map(|p| field[p.nodes[0]][0]).collect());
+    }
+    bound(case, problem, &refined, Some(&at_pairs))
+}
+
+fn refuse_friction(case: &Case) -> Result<(), Failure> {
+    let Some(pair) = case.contacts.iter().find(|contact| contact.friction.is_some()) else { return Ok(()) };
+    Err(Failure::invalid(format!(
+        "the pair \"{}\" has friction, and displacements of other programs are certified without friction only\n  expected: \
+         pairs without friction\n  fix: solve the case with nndd",
+        pair.name
+    )))
+}
+
+/// * `fields`: at the nodes of the problem; `pressures`: at its pairs.
+fn bound(
+    case: &Case,
+    problem: ContactProblem,
+    fields: &[Vec<Vector>],
+    pressures: Option<&[Vec<f64>]>,
+) -> Result<FieldCertificate, Failure> {
     let prepared =
         PreparedProblem::new(problem).map_err(|error| Failure::solve(case, &SolveError::Prepare(error)))?;
     let relaxation: Relaxation = convert::settings(case).relaxation;
-    cre_estimator::certify(&prepared, &fields, None, relaxation)
+    cre_estimator::certify(&prepared, fields, pressures, relaxation)
         .map_err(|error| Failure::solve(case, &SolveError::Estimator(error)))
+}
+
+/// Makes one object of what was found.
+pub fn summary(found: &FieldCertificate) -> Value {
+    let failed = found.estimate.admissibility.failed();
+    let checks: Map<String, Value> = failed.map(|(name, value)| (name.to_owned(), json!(value))).collect();
+    json!({
+        "valid": found.bound().is_some(),
+        "bound": found.bound(),
+        "relative": found.relative(),
+        "e_cre": found.estimate.unchecked().e_cre,
+        "change": found.change,
+        "penetration": found.penetration,
+        "support_change": found.support_change,
+        "energy_norm": found.estimate.energy_norm(),
+        "failed_checks": checks,
+    })
 }
 
 /// Says that a file has another field than that of the nodes of the mesh.
@@ -266,6 +338,9 @@ fn weights(mesh: &TriMesh, t: usize, point: Vector) -> [f64; 3] {
 /// Evaluates a field of a body's mesh at the nodes of the mesh that a common refinement made of it.
 fn on_mesh(body: &Body, field: &[Vector], refined: &TriMesh) -> Vec<Vector> {
     let mesh = body.mesh();
+    if mesh.points() == refined.points() {
+        return field.to_vec();
+    }
     let places = Places::new(mesh.points(), tolerance(mesh));
     let at =
         |point: &Vector| places.at(*point).map_or_else(|| interpolated(mesh, field, *point), |k| field[k]);

@@ -131,7 +131,8 @@ fn six(t: SymTensor2, zz: f64) -> [f64; 6] {
     [t.xx, t.yy, zz, t.xy, 0.0, 0.0]
 }
 
-fn body_data(case: &Case, solution: &Fields<'_>, estimate: &Estimate, body: usize) -> (VtuMesh, VtuData) {
+/// Makes mesh and fields of a body.
+pub(crate) fn body_data(case: &Case, solution: &Fields<'_>, estimate: &Estimate, body: usize) -> (VtuMesh, VtuData) {
     let model = &solution.problem.bodies[body];
     let mesh = model.mesh();
     let pair = &estimate.pair;

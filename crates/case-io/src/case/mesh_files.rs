@@ -5,12 +5,15 @@ use crate::diagnostic::{CaseError, Diagnostic, code};
 use fem_core::geometry::shown;
 use fem_core::mesh::TriMesh;
 use mesh_io::{MeshFault, MeshFile, MeshFileError, Region, RegionOptions};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// What has been read of the mesh files of a case.
 #[derive(Clone, Debug, Default)]
 pub(super) struct MeshFiles {
+    /// Meshes that were given under names, until they are read.
+    given: Vec<(String, MeshFile)>,
     regions: Vec<Option<Arc<Region>>>,
     digests: Vec<Option<String>>,
     /// By body: the groups of cells that its material regions name, with the file's numbers of their cells.
@@ -19,6 +22,12 @@ pub(super) struct MeshFiles {
 }
 
 impl MeshFiles {
+    /// Keeps a mesh for the bodies whose file has this name; the last of a name counts.
+    pub(super) fn give(&mut self, name: &str, mesh: MeshFile) {
+        self.given.retain(|(other, _)| other != name);
+        self.given.push((name.to_owned(), mesh));
+    }
+
     pub(super) fn region(&self, body: usize) -> Option<&Region> {
         self.regions.get(body)?.as_deref()
     }
@@ -30,7 +39,7 @@ impl MeshFiles {
 }
 
 impl Case {
-    /// Reads the mesh files that the bodies name; bodies with a generator are skipped.
+    /// Reads the mesh files that the bodies name, and takes those of [`Case::give_mesh`]; bodies with a generator are skipped.
     ///
     /// * `folder`: what the names of mesh files are relative to: the folder of the case file.
     ///
@@ -38,10 +47,14 @@ impl Case {
     /// Files that cannot be read (with [`code::UNREADABLE`]), that hold no mesh or not the region asked for, and two
     /// bodies that share nodes or cells.
     pub fn read_mesh_files(&mut self, folder: &Path) -> Result<(), CaseError> {
-        let mut files: Vec<(PathBuf, Result<MeshFile, MeshFileError>)> = Vec::new();
+        let given = std::mem::take(&mut self.meshes.given);
+        let names: BTreeSet<String> = given.iter().map(|(name, _)| name.clone()).collect();
+        let mut files: Vec<(PathBuf, Result<MeshFile, MeshFileError>)> =
+            given.into_iter().map(|(name, mesh)| (name.into(), Ok(mesh))).collect();
         let mut faults = Vec::new();
         let count = self.bodies.len();
         let mut loaded = MeshFiles {
+            given: Vec::new(),
             regions: vec![None; count],
             digests: vec![None; count],
             groups: vec![Vec::new(); count],
@@ -49,7 +62,7 @@ impl Case {
         };
         for body in 0..count {
             let MeshSource::File { file, region, merge, .. } = &self.bodies[body].mesh else { continue };
-            let path = folder.join(file);
+            let path = if names.contains(file) { PathBuf::from(file) } else { folder.join(file) };
             let known = files.iter().position(|(other, _)| *other == path);
             let place = known.unwrap_or_else(|| {
                 let read = mesh_io::read(&path);

@@ -1,0 +1,125 @@
+//! Cases that a Python program keeps in memory.
+
+use case_io::Case;
+use case_io::case::{DataNodes, MeshSource};
+use case_io::case_file;
+use mesh_io::{MeshArrays, MeshFile};
+use nndd_report::Failure;
+use nndd_report::failure::{COMMAND_LINE, INVALID_INPUT};
+use nndd_report::run::Source;
+use numpy::{PyArray1, PyArrayMethods};
+use pyo3::prelude::*;
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+
+/// Data of a key, instead of a number.
+pub(crate) enum Given {
+    /// At the nodes of the body's mesh.
+    Values(Vec<f64>),
+    /// A function of two arrays of coordinates.
+    Function(Py<PyAny>),
+}
+
+/// The text of a case with the meshes and data that it names.
+pub(crate) struct Text {
+    pub(crate) text: String,
+    pub(crate) name: String,
+    pub(crate) folder: PathBuf,
+    pub(crate) meshes: Vec<(String, MeshArrays)>,
+    /// By dotted keys.
+    pub(crate) data: Vec<(String, Given)>,
+    /// What a function raised.
+    pub(crate) raised: Mutex<Option<PyErr>>,
+}
+
+impl Source for Text {
+    fn parse(&self, overrides: &[(String, String)]) -> Result<Case, Failure> {
+        Ok(Case::parse(&self.text, &self.name, overrides)?)
+    }
+
+    fn read(&self, overrides: &[(String, String)]) -> Result<Case, Failure> {
+        let mut case = self.parse(overrides)?;
+        for (name, arrays) in &self.meshes {
+            case.give_mesh(name, MeshFile::of_arrays(name, arrays)?);
+        }
+        case.read_mesh_files(&self.folder)?;
+        for (key, given) in &self.data {
+            let nodes = case.data_nodes(key)?;
+            let values = match given {
+                _ if nodes.points.is_empty() => continue,
+                Given::Values(values) => self.at_nodes(&case, key, &nodes, values)?,
+                Given::Function(function) => self.evaluated(key, &nodes, function)?,
+            };
+            case.set_data(key, &nodes, &values)?;
+        }
+        Ok(case)
+    }
+}
+
+impl Text {
+    /// Counts the nodes of the mesh that a body was given, those that no cell uses among them; `None` for a mesh file.
+    pub(crate) fn node_count(&self, case: &Case, body: usize) -> Option<usize> {
+        match &case.bodies[body].mesh {
+            MeshSource::File { file, .. } => {
+                let given = self.meshes.iter().find(|(name, _)| name == file)?;
+                Some(given.1.points.len())
+            }
+            _ => case.node_counts().get(body).map(|count| *count as usize),
+        }
+    }
+
+    /// Takes the values of some nodes from those of all nodes of a mesh.
+    fn at_nodes(&self, case: &Case, key: &str, nodes: &DataNodes, values: &[f64]) -> Result<Vec<f64>, Failure> {
+        let refused = |found: String, expected: &str, fix: &str| {
+            Failure::plain(INVALID_INPUT, format!("{key}: {found}\n  expected: {expected}\n  fix: {fix}"))
+        };
+        let body = &case.bodies[nodes.body].name;
+        match self.node_count(case, nodes.body) {
+            Some(count) if count == values.len() => {
+                Ok(nodes.numbers.iter().filter_map(|number| values.get(*number as usize)).copied().collect())
+            }
+            Some(count) => Err(refused(
+                format!("an array of {} values, and the mesh of body \"{body}\" has {count} nodes", values.len()),
+                "one value for each node of the body's mesh",
+                "give as many values as the mesh has points, or a function f(x, y)",
+            )),
+            None => Err(refused(
+                format!("an array of values, and the mesh of body \"{body}\" is a file"),
+                "a mesh in memory",
+                "read it with Mesh.read, or give a function f(x, y)",
+            )),
+        }
+    }
+
+    /// Calls a function with the coordinates of the nodes, once.
+    fn evaluated(&self, key: &str, nodes: &DataNodes, function: &Py<PyAny>) -> Result<Vec<f64>, Failure> {
+        let count = nodes.points.len();
+        let called = Python::attach(|py| -> PyResult<Vec<f64>> {
+            let [x, y] = [0, 1].map(|c| PyArray1::from_iter(py, nodes.points.iter().map(|p| p[c])));
+            let made = py.import("nndd._data")?.getattr("evaluated")?.call1((key, function, x, y))?;
+            Ok(made.cast::<PyArray1<f64>>()?.to_vec()?)
+        });
+        called.map_err(|error| {
+            *self.raised.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
+            Failure::plain(COMMAND_LINE, format!("{key}: the function raised at the {count} nodes of the side"))
+        })
+    }
+}
+
+/// A case file, read with all that lies beside it.
+pub(crate) struct File(pub(crate) PathBuf);
+
+impl Source for File {
+    fn parse(&self, overrides: &[(String, String)]) -> Result<Case, Failure> {
+        nndd_report::run::CaseFile::open(&self.0)?.parse(overrides)
+    }
+
+    fn read(&self, overrides: &[(String, String)]) -> Result<Case, Failure> {
+        nndd_report::run::CaseFile::open(&self.0)?.read(overrides)
+    }
+}
+
+/// Splits `KEY=VALUE`, as the option `--set` of the command has it.
+pub(crate) fn overrides(set: &[String]) -> Result<Vec<(String, String)>, Failure> {
+    set.iter().map(|argument| Ok(case_file::split_override(argument)?)).collect()
+}
