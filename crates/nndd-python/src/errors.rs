@@ -22,8 +22,9 @@ fn make(py: Python<'_>, code: u8, findings: &[Finding], keys: &[String]) -> PyRe
     let dict = |finding: &Finding| {
         let dict = PyDict::new(py);
         let place = finding.place.as_ref().map(|place| match keys.get(place.line.wrapping_sub(1)) {
-            Some(key) if !place.source.is_command_line() => key.clone(),
-            _ => place.to_string(),
+            _ if place.source.is_command_line() => place.file().trim_start_matches("--set ").to_owned(),
+            Some(key) => key.clone(),
+            None => place.to_string(),
         });
         dict.set_item("place", place)?;
         dict.set_item("found", &finding.found)?;

@@ -2,7 +2,6 @@
 
 use case_io::Case;
 use case_io::case::{DataNodes, MeshSource};
-use case_io::case_file;
 use mesh_io::{MeshArrays, MeshFile};
 use nndd_report::Failure;
 use nndd_report::failure::{COMMAND_LINE, INVALID_INPUT};
@@ -117,9 +116,4 @@ impl Source for File {
     fn read(&self, overrides: &[(String, String)]) -> Result<Case, Failure> {
         nndd_report::run::CaseFile::open(&self.0)?.read(overrides)
     }
-}
-
-/// Splits `KEY=VALUE`, as the option `--set` of the command has it.
-pub(crate) fn overrides(set: &[String]) -> Result<Vec<(String, String)>, Failure> {
-    set.iter().map(|argument| Ok(case_file::split_override(argument)?)).collect()
 }
