@@ -38,7 +38,7 @@ fn of_rows<T: numpy::Element + Copy + Default, const N: usize>(
     let array = array.as_array();
     if array.ncols() != N {
         let found = format!("an array has the shape {:?}", array.shape());
-        return Err(wrong(py, &found, &format!("rows of {N} numbers"), "check the shape of the array"));
+        return Err(wrong(py, None, &found, &format!("rows of {N} numbers"), "check the shape of the array"));
     }
     let row = |row: numpy::ndarray::ArrayView1<'_, T>| {
         let mut values = [T::default(); N];

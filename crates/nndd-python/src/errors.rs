@@ -13,9 +13,13 @@ pub(crate) fn exception(py: Python<'_>, failure: &Failure, keys: &[String]) -> P
     make(py, failure.code, &findings, keys).unwrap_or_else(|error| error)
 }
 
-/// Makes the exception of wrong arguments.
-pub(crate) fn wrong(py: Python<'_>, found: &str, expected: &str, fix: &str) -> PyErr {
-    exception(py, &Failure::plain(COMMAND_LINE, format!("{found}\n  expected: {expected}\n  fix: {fix}")), &[])
+/// Makes the exception of a wrong argument.
+pub(crate) fn wrong(py: Python<'_>, place: Option<&str>, found: &str, expected: &str, fix: &str) -> PyErr {
+    let refuse = py.import("nndd._errors").and_then(|errors| errors.getattr("refuse"));
+    match refuse.and_then(|refuse| refuse.call1((place, found, expected, fix))) {
+        Err(error) => error,
+        Ok(_) => exception(py, &Failure::plain(COMMAND_LINE, found), &[]),
+    }
 }
 
 fn make(py: Python<'_>, code: u8, findings: &[Finding], keys: &[String]) -> PyResult<PyErr> {

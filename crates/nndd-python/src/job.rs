@@ -9,6 +9,7 @@ use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use rayon::ThreadPoolBuilder;
 use serde_json::{Value, json};
+use std::cell::RefCell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -24,10 +25,33 @@ const STACK: usize = 8 << 20;
 /// The exit status of the command after Ctrl-C.
 const INTERRUPTED: u8 = 130;
 
+/// What the thread that called does for the work.
+type Call = Box<dyn FnOnce(Python<'_>) -> PyResult<()> + Send>;
+
 /// What the work tells the thread that called.
 enum Message<T> {
     Event(Value),
+    Call(Call),
     Done(Result<T, Failure>),
+}
+
+thread_local! {
+    /// On the thread of some work: how to ask the thread that called.
+    static ASK: RefCell<Option<Box<dyn Fn(Call)>>> = const { RefCell::new(None) };
+}
+
+/// Lets the thread that called do something and waits for it; `None` if it raised, which ends the work, or is not there any more.
+pub(crate) fn ask<R: Send + 'static>(
+    what: impl FnOnce(Python<'_>) -> PyResult<R> + Send + 'static,
+) -> Option<R> {
+    let (answer, answered) = channel();
+    let call: Call = Box::new(move |py| {
+        // The work waits as long as this exists.
+        let _ = answer.send(what(py)?);
+        Ok(())
+    });
+    ASK.with_borrow(|ask| ask.as_ref().map(|ask| ask(call)));
+    answered.recv().ok()
 }
 
 /// The program around a run, as the work sees it.
@@ -93,8 +117,8 @@ pub(crate) fn run<T: Send + 'static>(
     work: impl FnOnce(&mut Caller) -> Result<T, Failure> + Send + 'static,
 ) -> PyResult<T> {
     if threads > MOST_THREADS {
-        let found = format!("threads is {threads}");
-        return Err(wrong(py, &found, "a whole number from 0 to 1024", "lower it, or leave it out"));
+        let found = threads.to_string();
+        return Err(wrong(py, Some("threads"), &found, "a whole number from 0 to 1024", "lower it, or leave it out"));
     }
     let interrupted = Arc::new(AtomicBool::new(false));
     let (sender, receiver) = channel();
@@ -110,9 +134,14 @@ pub(crate) fn run<T: Send + 'static>(
     })?;
     pool.spawn(move || {
         let mut caller = caller;
+        let asker = sender.clone();
+        ASK.set(Some(Box::new(move |call| {
+            let _ = asker.send(Message::Call(call));
+        })));
         let done = catch_unwind(AssertUnwindSafe(|| work(&mut caller))).unwrap_or_else(|_| {
             Err(Failure::plain(failure::DEFECT, "a defect of this program: it panicked, see standard error"))
         });
+        ASK.set(None);
         // Nobody listens after the second Ctrl-C.
         let _ = sender.send(Message::Done(done));
     });
@@ -133,7 +162,7 @@ fn wait<T: Send>(
     callback: Option<&Bound<'_, PyAny>>,
     keys: &[String],
 ) -> PyResult<T> {
-    // What a callback raised.
+    // What a callback or a function raised.
     let mut raised = None;
     let mut by_signal = false;
     loop {
@@ -143,7 +172,8 @@ fn wait<T: Send>(
             Ok(Message::Event(value)) if raised.is_none() => {
                 callback.map_or(Ok(()), |callback| callback.call1((loads(py, &value)?,)).map(|_| ()))
             }
-            Ok(Message::Event(_)) | Err(RecvTimeoutError::Timeout) => Ok(()),
+            Ok(Message::Call(call)) if raised.is_none() => call(py),
+            Ok(Message::Event(_) | Message::Call(_)) | Err(RecvTimeoutError::Timeout) => Ok(()),
             Ok(Message::Done(done)) => {
                 return match (raised, done) {
                     (Some(raised), _) => Err(raised),

@@ -28,7 +28,7 @@ use pyo3::types::PyDict;
 use solution::Solution;
 use source::{File, Given, Text};
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 /// A case: a file, or text with meshes and data.
 #[pyclass(frozen, module = "nndd._nndd")]
@@ -41,7 +41,7 @@ struct Case {
 }
 
 impl Case {
-    /// Runs work on the case; what a function of its data raised comes first.
+    /// Runs work on the case.
     fn work<T: Send + 'static>(
         &self,
         py: Python<'_>,
@@ -50,9 +50,7 @@ impl Case {
         work: impl FnOnce(&dyn Source, &mut job::Caller) -> Result<T, Failure> + Send + 'static,
     ) -> PyResult<T> {
         let source = Arc::clone(&self.source);
-        let done = job::run(py, threads, callback, &self.keys, move |host| work(&*source, host));
-        let raised = || self.text.as_ref()?.raised.lock().unwrap_or_else(PoisonError::into_inner).take();
-        done.map_err(|error| raised().unwrap_or(error))
+        job::run(py, threads, callback, &self.keys, move |host| work(&*source, host))
     }
 }
 
@@ -74,13 +72,13 @@ impl Case {
             let values = given.cast::<PyArray1<f64>>().map(|array| array.to_vec());
             let given = match values {
                 Ok(values) => Given::Values(values?),
-                Err(_) => Given::Function(given.unbind()),
+                Err(_) => Given::Function(Arc::new(given.unbind())),
             };
             Ok((key, given))
         });
         let meshes = meshes.collect::<PyResult<_>>()?;
         let data = data.collect::<PyResult<_>>()?;
-        let text = Arc::new(Text { text, name, folder, meshes, data, raised: Mutex::new(None) });
+        let text = Arc::new(Text { text, name, folder, meshes, data });
         Ok(Self { source: text.clone(), text: Some(text), keys })
     }
 

@@ -1,5 +1,7 @@
 //! Cases that a Python program keeps in memory.
 
+use crate::errors::wrong;
+use crate::job;
 use case_io::Case;
 use case_io::case::{DataNodes, MeshSource};
 use mesh_io::{MeshArrays, MeshFile};
@@ -9,14 +11,14 @@ use nndd_report::run::Source;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use std::path::PathBuf;
-use std::sync::{Mutex, PoisonError};
+use std::sync::Arc;
 
 /// Data of a key, instead of a number.
 pub(crate) enum Given {
     /// At the nodes of the body's mesh.
     Values(Vec<f64>),
     /// A function of two arrays of coordinates.
-    Function(Py<PyAny>),
+    Function(Arc<Py<PyAny>>),
 }
 
 /// The text of a case with the meshes and data that it names.
@@ -27,8 +29,6 @@ pub(crate) struct Text {
     pub(crate) meshes: Vec<(String, MeshArrays)>,
     /// By dotted keys.
     pub(crate) data: Vec<(String, Given)>,
-    /// What a function raised.
-    pub(crate) raised: Mutex<Option<PyErr>>,
 }
 
 impl Source for Text {
@@ -69,8 +69,10 @@ impl Text {
 
     /// Takes the values of some nodes from those of all nodes of a mesh.
     fn at_nodes(&self, case: &Case, key: &str, nodes: &DataNodes, values: &[f64]) -> Result<Vec<f64>, Failure> {
-        let refused = |found: String, expected: &str, fix: &str| {
-            Failure::plain(INVALID_INPUT, format!("{key}: {found}\n  expected: {expected}\n  fix: {fix}"))
+        let refused = |found: String, expected: &'static str, fix: &'static str| {
+            let (key, said) = (key.to_owned(), found.clone());
+            let _ = job::ask(move |py| Err::<(), _>(wrong(py, Some(&key), &found, expected, fix)));
+            Failure::plain(INVALID_INPUT, said)
         };
         let body = &case.bodies[nodes.body].name;
         match self.node_count(case, nodes.body) {
@@ -90,18 +92,15 @@ impl Text {
         }
     }
 
-    /// Calls a function with the coordinates of the nodes, once.
-    fn evaluated(&self, key: &str, nodes: &DataNodes, function: &Py<PyAny>) -> Result<Vec<f64>, Failure> {
-        let count = nodes.points.len();
-        let called = Python::attach(|py| -> PyResult<Vec<f64>> {
-            let [x, y] = [0, 1].map(|c| PyArray1::from_iter(py, nodes.points.iter().map(|p| p[c])));
-            let made = py.import("nndd._data")?.getattr("evaluated")?.call1((key, function, x, y))?;
+    /// Calls a function with the coordinates of the nodes, once, on the thread that called the package.
+    fn evaluated(&self, key: &str, nodes: &DataNodes, function: &Arc<Py<PyAny>>) -> Result<Vec<f64>, Failure> {
+        let (name, points, function) = (key.to_owned(), nodes.points.clone(), Arc::clone(function));
+        let values = job::ask(move |py| {
+            let [x, y] = [0, 1].map(|c| PyArray1::from_iter(py, points.iter().map(|p| p[c])));
+            let made = py.import("nndd._data")?.getattr("evaluated")?.call1((name, &*function, x, y))?;
             Ok(made.cast::<PyArray1<f64>>()?.to_vec()?)
         });
-        called.map_err(|error| {
-            *self.raised.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
-            Failure::plain(COMMAND_LINE, format!("{key}: the function raised at the {count} nodes of the side"))
-        })
+        values.ok_or_else(|| Failure::plain(COMMAND_LINE, format!("{key}: the function raised an exception")))
     }
 }
 

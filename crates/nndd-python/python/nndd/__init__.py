@@ -5,8 +5,8 @@ objects and arrays; `certify` bounds the error of a field from anywhere. Results
 
 >>> import nndd
 >>> solution = nndd.solve("tests/cases/paper.toml")
->>> print(f"{solution.status}: certified error <= {100 * solution.relative:.2f} %")
-converged: certified error <= 18.84 %
+>>> print(f"{solution.status}: certified error <= {100 * solution.relative:.1f} %")
+converged: certified error <= 18.8 %
 """
 
 from ._errors import CaseWarning, Error, FileError, InvalidInput, LimitReached, NotSolvable

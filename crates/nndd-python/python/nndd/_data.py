@@ -37,11 +37,11 @@ def _array(value: Any, what: str, kinds: str, expected: str) -> npt.NDArray[Any]
     return array
 
 
-def floats(value: Any, what: str, shape: tuple[Optional[int], ...]) -> Floats:
-    """Make a contiguous array of finite numbers of a given shape; `None` is any length."""
-    expected = f"finite real numbers, shape {_shown(shape)}"
+def floats(value: Any, what: str, *shapes: tuple[Optional[int], ...]) -> Floats:
+    """Make a contiguous array of finite numbers of one of some shapes; `None` is any length."""
+    expected = f"finite real numbers, shape {' or '.join(_shown(shape) for shape in shapes)}"
     array = _array(value, what, "fiu", expected)
-    if not _fits(array.shape, shape):
+    if not any(_fits(array.shape, shape) for shape in shapes):
         refuse(what, f"the shape is {array.shape}", expected, "check rows and columns")
     made = np.ascontiguousarray(array, dtype=np.float64)
     if not np.isfinite(made).all():

@@ -103,6 +103,4 @@ def of_failure(code: int, findings: Sequence[Mapping[str, Optional[str]]]) -> Er
 
 def refuse(place: Optional[str], found: str, expected: str, fix: str) -> NoReturn:
     """Raise the exception of a wrong argument."""
-    raise InvalidInput(
-        _WRONG_ARGUMENTS, [{"place": place, "found": found, "expected": expected, "fix": fix}]
-    )
+    raise InvalidInput(_WRONG_ARGUMENTS, [{"place": place, "found": found, "expected": expected, "fix": fix}])

@@ -39,7 +39,7 @@ def arrays(mesh: Any) -> tuple[Floats, Integers, dict[str, Integers], dict[str, 
     named = _groups(mesh, places)
     every_edge = np.concatenate(edges) if edges else np.zeros((0, 2), dtype=np.int64)
     sides = {name: every_edge[cells] for name, cells in named[1].items()}
-    return _used(points, np.concatenate(triangles), sides) + (named[2],)
+    return (*_used(points, np.concatenate(triangles), sides), named[2])
 
 
 def _halves(points: Floats, quads: Integers) -> list[Integers]:
@@ -74,9 +74,7 @@ def _groups(mesh: Any, places: list[tuple[int, list[Integers]]]) -> dict[int, di
     return {d: {name: np.unique(np.concatenate(all_)) for name, all_ in of.items() if all_} for d, of in found.items()}
 
 
-def _used(
-    points: Floats, triangles: Integers, sides: dict[str, Integers]
-) -> tuple[Floats, Integers, dict[str, Integers]]:
+def _used(points: Floats, triangles: Integers, sides: dict[str, Integers]) -> tuple[Floats, Integers, dict[str, Integers]]:
     """Leave out the nodes that no triangle has, such as those in the middle of quadratic cells."""
     nodes = np.unique(triangles)
     number = np.full(len(points), -1, dtype=np.int64)

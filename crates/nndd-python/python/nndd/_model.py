@@ -135,15 +135,10 @@ class Mesh:
         sides: Optional[Mapping[str, npt.ArrayLike]] = None,
         regions: Optional[Mapping[str, npt.ArrayLike]] = None,
     ) -> None:
-        columns = 3 if np.ndim(points) == 2 and np.shape(points)[1] == 3 else 2
-        self._points = _fixed(floats(points, "points", (None, columns)))
+        self._points = _fixed(floats(points, "points", (None, 2), (None, 3)))
         self._triangles = _fixed(integers(triangles, "triangles", (None, 3)))
-        self._sides = {
-            name: _fixed(integers(edges, f"sides[{name!r}]", (None, 2))) for name, edges in (sides or {}).items()
-        }
-        self._regions = {
-            name: _fixed(integers(cells, f"regions[{name!r}]", (None,))) for name, cells in (regions or {}).items()
-        }
+        self._sides = {name: _fixed(integers(edges, f"sides[{name!r}]", (None, 2))) for name, edges in (sides or {}).items()}
+        self._regions = {name: _fixed(integers(cells, f"regions[{name!r}]", (None,))) for name, cells in (regions or {}).items()}
         self._generator: Optional[dict[str, Any]] = None
 
     @classmethod
@@ -247,9 +242,7 @@ class Mesh:
         cells : int
             From the pole to the end of contact.
         """
-        return cls._generated(
-            kind="half_disc", pole=pole, radius=radius, facing=facing, half_width=half_width, cells=cells
-        )
+        return cls._generated(kind="half_disc", pole=pole, radius=radius, facing=facing, half_width=half_width, cells=cells)
 
     @classmethod
     def _generated(cls, **generator: Any) -> Mesh:
@@ -306,8 +299,8 @@ def _fixed(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
 class Body:
     """A body: mesh, material, supports and loads. Its methods return the body, so that they can be chained.
 
-    Sides that are not named are free. A `part` is ``{"x": (low, high)}``, ``{"y": …}`` or both: only the edges within count. A `name`
-    of a condition is what load steps call it.
+    Sides that are not named are free. A `part` is ``{"x": (low, high)}``, ``{"y": …}`` or both: only the edges within count. A
+    `name` of a condition is what load steps call it.
 
     Parameters
     ----------
@@ -356,8 +349,8 @@ class Body:
         self._options = {"merge": merge or None, "duplicate_interface": duplicate_interface or None}
         self._lists: dict[str, list[dict[str, Any]]] = {}
 
-    def _add(self, kind: str, **keys: Any) -> Body:
-        self._lists.setdefault(kind, []).append(keys)
+    def _add(self, table: str, **keys: Any) -> Body:
+        self._lists.setdefault(table, []).append(keys)
         return self
 
     def fix(self, on: Sides, *, part: Optional[Range] = None, name: Optional[str] = None) -> Body:
@@ -668,7 +661,9 @@ class Contact:
         members = [body for body in (self.first, self.second) if isinstance(body, Body)]
         for body in members:
             if id(body) not in names:
-                refuse("contact", f"{body!r} is not a body of the problem", "bodies of the problem", "add it to the list of bodies")
+                refuse(
+                    "contact", f"{body!r} is not a body of the problem", "bodies of the problem", "add it to the list of bodies"
+                )
         return {
             "name": self.name,
             "bodies": [names[id(body)] for body in members],
@@ -805,8 +800,8 @@ class Problem:
         Parameters
         ----------
         target : float, optional
-            Refine the meshes until this relative error is certified, such as 0.02. With Coulomb friction it is the relative residual,
-            which bounds no error.
+            Refine the meshes until this relative error is certified, such as 0.02. With Coulomb friction it is the relative
+            residual, which bounds no error.
         on_iteration, threads, **overrides
             See `nndd.solve`.
 
@@ -842,4 +837,3 @@ class Problem:
 
     def __repr__(self) -> str:
         return f"<Problem: {len(self.bodies)} bodies, {len(self.contacts)} contacts>"
-

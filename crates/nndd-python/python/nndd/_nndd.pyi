@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable, Sequence
-from typing import Any, Optional, Union
+from typing import Any, Optional, Union, final
 
 import numpy.typing as npt
 
@@ -10,6 +10,7 @@ from ._data import Floats, Function, GivenMesh
 
 __version__: str
 
+@final
 class Case:
     @staticmethod
     def text(
@@ -22,9 +23,7 @@ class Case:
     ) -> Case: ...
     @staticmethod
     def file(path: str) -> Case: ...
-    def solve(
-        self, set: Sequence[str], threads: int, callback: Optional[Callable[[dict[str, Any]], object]]
-    ) -> Solution: ...
+    def solve(self, set: Sequence[str], threads: int, callback: Optional[Callable[[dict[str, Any]], object]]) -> Solution: ...
     def check(self, set: Sequence[str], threads: int) -> dict[str, Any]: ...
     def sweep(
         self,
@@ -46,6 +45,7 @@ class Case:
     ) -> tuple[dict[str, Any], list[tuple[dict[str, Any], Floats]]]: ...
     def mesh(self, body: int) -> dict[str, Any]: ...
 
+@final
 class Solution:
     def report(self) -> str: ...
     def verdict(self) -> str: ...

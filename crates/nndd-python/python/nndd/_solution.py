@@ -49,7 +49,7 @@ class Status(str):
         return type(self), (str(self), self.code, self.reason)
 
 
-def _table(rows: Sequence[Mapping[str, Any]], key: Optional[str] = None) -> npt.NDArray[Any]:
+def _table(rows: Sequence[Mapping[str, Any]]) -> npt.NDArray[Any]:
     """Make a structured array of rows; what is unknown is NaN, and a pair has two columns."""
     columns: dict[str, list[Any]] = {}
     for name in rows[0] if rows else []:
@@ -224,7 +224,7 @@ class Solution:
     >>> solution
     <Solution: converged, certified error <= 18.84 % of the energy norm>
     >>> solution.bodies[0].displacement.shape, round(float(solution.contacts[0].pressure.max()), 1)
-    ((190, 2), 123.9)
+    ((190, 2), 16.8)
     """
 
     def __init__(self, solution: _nndd.Solution) -> None:
@@ -265,7 +265,7 @@ class Solution:
 
     @property
     def bounds(self) -> dict[str, tuple[float, float]]:
-        """Lower and upper bounds of the exact ``energy_norm``, ``potential_energy`` and ``contact_force``; empty unless `valid`."""
+        """Lower and upper bounds of the exact energy_norm, potential_energy and contact_force; empty unless `valid`."""
         found = self._certificate.get("bounds", {})
         return {name: (pair[0], pair[1]) for name, pair in found.items() if pair is not None}
 
@@ -361,9 +361,7 @@ class Solution:
         for pair in self._report["contact"]:
             numbers = ["" if pair[key] is None else f"{pair[key]:.4g}" for key in ("max_pressure", "contact_force")]
             rows.append((pair["name"], pair["pairs"], numbers[0], numbers[1]))
-        cells = "".join(
-            "<tr>" + "".join(f"<td>{html.escape(str(cell))}</td>" for cell in row) + "</tr>" for row in rows
-        )
+        cells = "".join("<tr>" + "".join(f"<td>{html.escape(str(cell))}</td>" for cell in row) + "</tr>" for row in rows)
         return f"<p><b>{lines[0]}</b></p>" + "".join(f"<p>{line}</p>" for line in lines[1:]) + f"<table>{cells}</table>"
 
 
@@ -429,7 +427,11 @@ class Sweep:
     @cached_property
     def panels(self) -> dict[str, npt.NDArray[Any]]:
         """For each panel by its name a structured array with a row for each value, as ``sweep.csv`` has it."""
-        return {panel["name"]: _table(panel["rows"]) for panel in self._record["panels"]}
+
+        def flat(row: Mapping[str, Any]) -> dict[str, Any]:
+            return {"value": row["value"], "status": row["status"], **row["iteration"]}
+
+        return {panel["name"]: _table([flat(row) for row in panel["rows"]]) for panel in self._record["panels"]}
 
     def report(self) -> dict[str, Any]:
         """Return the contents of sweep.json."""
@@ -450,8 +452,8 @@ def solve(
     Parameters
     ----------
     case : path, dict or Problem
-        A case file, or a dict of the same keys. In a dict, ``mesh`` or ``mesh["file"]`` may be a `Mesh`, and data on sides may be arrays
-        with a value at each node of the body's mesh, or functions of the arrays x and y, which are called once.
+        A case file, or a dict of the same keys. In a dict, ``mesh`` or ``mesh["file"]`` may be a `Mesh`, and data on sides may
+        be arrays with a value at each node of the body's mesh, or functions of the arrays x and y, which are called once.
     on_iteration : callable, optional
         Is called with a dict after each iteration (``event = "iteration"``), mesh of an adaptive run (``"mesh"``) and load step
         (``"load_step"``). If it raises, the run ends and the exception passes through.
@@ -550,7 +552,7 @@ def sweep(
     Examples
     --------
     >>> found = sweep("tests/cases/paper.toml", "solver.theta=[0.4, 0.5]")
-    >>> [row["value"] for row in found.panels["380 nodes"]]
+    >>> found.panels["380 nodes"]["value"].tolist()
     ['0.4', '0.5']
     """
     directory = None if out is None else os.fspath(out)
@@ -577,8 +579,8 @@ def certify(
     displacements : sequence of (n, 2) array_like
         For each body the displacements of the nodes of its mesh, m, in the order of `Mesh.points`.
     pressures : sequence of (n,) array_like, optional
-        For each contact the pressure at the nodes of the mesh of its first body, Pa; values away from the contact side do not count.
-        By default they are the forces that the equilibrium of the field lacks.
+        For each contact the pressure at the nodes of the mesh of its first body, Pa; values away from the contact side do not
+        count. By default they are the forces that the equilibrium of the field lacks.
     threads : int, optional
         One per core by default.
     **overrides
