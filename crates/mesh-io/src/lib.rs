@@ -41,6 +41,6 @@ pub mod words;
 
 pub use links::BrokenLink;
 pub use mesh_file::{
-    ElementKind, GroupSummary, LARGEST_MESH_FILE, MeshArrays, MeshFault, MeshFile, MeshFileError, MeshPlace, Problem,
-    Quality, Region, RegionOptions, Remedy, Summary, abaqus, glued_nodes, gmsh, parse, read,
+    ElementKind, GroupSummary, LARGEST_MESH_FILE, MeshArrays, MeshFault, MeshFile, MeshFileError, MeshPlace,
+    Problem, Quality, Region, RegionOptions, Remedy, Summary, abaqus, glued_nodes, gmsh, parse, read,
 };

@@ -35,9 +35,12 @@ enum Message<T> {
     Done(Result<T, Failure>),
 }
 
+/// Brings a call to the thread that called.
+type Asker = Box<dyn Fn(Call)>;
+
 thread_local! {
     /// On the thread of some work: how to ask the thread that called.
-    static ASK: RefCell<Option<Box<dyn Fn(Call)>>> = const { RefCell::new(None) };
+    static ASK: RefCell<Option<Asker>> = const { RefCell::new(None) };
 }
 
 /// Lets the thread that called do something and waits for it; `None` if it raised, which ends the work, or is not there any more.
@@ -118,7 +121,13 @@ pub(crate) fn run<T: Send + 'static>(
 ) -> PyResult<T> {
     if threads > MOST_THREADS {
         let found = threads.to_string();
-        return Err(wrong(py, Some("threads"), &found, "a whole number from 0 to 1024", "lower it, or leave it out"));
+        return Err(wrong(
+            py,
+            Some("threads"),
+            &found,
+            "a whole number from 0 to 1024",
+            "lower it, or leave it out",
+        ));
     }
     let interrupted = Arc::new(AtomicBool::new(false));
     let (sender, receiver) = channel();
@@ -129,7 +138,9 @@ pub(crate) fn run<T: Send + 'static>(
     };
     let pool = ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK).build();
     let pool = pool.map_err(|error| {
-        let said = format!("cannot start the threads: {error}\n  expected: threads to compute with\n  fix: ask for fewer");
+        let said = format!(
+            "cannot start the threads: {error}\n  expected: threads to compute with\n  fix: ask for fewer"
+        );
         exception(py, &Failure::plain(failure::FILES, said), &[])
     })?;
     pool.spawn(move || {
@@ -183,7 +194,11 @@ fn wait<T: Send>(
                 };
             }
             Err(RecvTimeoutError::Disconnected) => {
-                return Err(exception(py, &Failure::plain(failure::DEFECT, "the work ended without a result"), &[]));
+                return Err(exception(
+                    py,
+                    &Failure::plain(failure::DEFECT, "the work ended without a result"),
+                    &[],
+                ));
             }
         };
         for error in [said, py.check_signals()].into_iter().filter_map(Result::err) {

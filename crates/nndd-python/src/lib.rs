@@ -21,14 +21,17 @@ use json::loads;
 use mesh_io::{MeshFile, RegionOptions};
 use nndd_report::run::{self, Source};
 use nndd_report::sweep::{SweepOptions, sweep_of};
-use nndd_report::{Failure, certify};
-use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray2};
+use nndd_report::{Failure, certify, view};
+use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use solution::Solution;
 use source::{File, Given, Text};
 use std::path::PathBuf;
 use std::sync::Arc;
+
+/// The mesh of a body, and the density of the squared error in its triangles.
+type Density<'py> = (Bound<'py, PyDict>, Bound<'py, PyAny>);
 
 /// A case: a file, or text with meshes and data.
 #[pyclass(frozen, module = "nndd._nndd")]
@@ -64,10 +67,10 @@ impl Case {
         name: String,
         folder: PathBuf,
         keys: Vec<String>,
-        meshes: Vec<(String, GivenMesh<'_>)>,
+        meshes: Vec<(String, GivenMesh)>,
         data: Vec<(String, Bound<'_, PyAny>)>,
     ) -> PyResult<Self> {
-        let meshes = meshes.iter().map(|(name, mesh)| Ok((name.clone(), mesh.read(py)?)));
+        let node_counts = meshes.iter().map(|(_, mesh)| mesh.node_count(py)).collect();
         let data = data.into_iter().map(|(key, given)| {
             let values = given.cast::<PyArray1<f64>>().map(|array| array.to_vec());
             let given = match values {
@@ -76,9 +79,8 @@ impl Case {
             };
             Ok((key, given))
         });
-        let meshes = meshes.collect::<PyResult<_>>()?;
-        let data = data.collect::<PyResult<_>>()?;
-        let text = Arc::new(Text { text, name, folder, meshes, data });
+        let (meshes, data) = (Arc::new(meshes), data.collect::<PyResult<_>>()?);
+        let text = Arc::new(Text { text, name, folder, meshes, node_counts, data });
         Ok(Self { source: text.clone(), text: Some(text), keys })
     }
 
@@ -97,8 +99,8 @@ impl Case {
         threads: usize,
         callback: Option<Bound<'_, PyAny>>,
     ) -> PyResult<Solution> {
-        let run =
-            self.work(py, threads, callback.as_ref(), move |source, host| solution::solve(source, &set, host))?;
+        let run = self
+            .work(py, threads, callback.as_ref(), move |source, host| solution::solve(source, &set, host))?;
         Ok(Solution::new(run))
     }
 
@@ -129,6 +131,7 @@ impl Case {
             (options.set, options.iterations, options.panel, options.force) = (set, iterations, panel, force);
             options.out = Some(out.unwrap_or_else(|| folder.path().to_owned()));
             let swept = sweep_of(source, &options, host)?;
+            swept.failure.map_or(Ok(()), Err)?;
             Ok(swept.record.to_json()?)
         })
     }
@@ -139,20 +142,28 @@ impl Case {
         &self,
         py: Python<'py>,
         set: Vec<String>,
-        displacements: Vec<PyReadonlyArray2<'py, f64>>,
+        displacements: Vec<Bound<'py, PyArray2<f64>>>,
         pressures: Option<Vec<Bound<'py, PyArray1<f64>>>>,
         threads: usize,
-    ) -> PyResult<(Bound<'py, PyAny>, Vec<(Bound<'py, PyDict>, Bound<'py, PyAny>)>)> {
-        let fields = displacements.iter().map(|field| arrays::read_vectors(py, field)).collect::<PyResult<Vec<_>>>()?;
-        let pressures = pressures
+    ) -> PyResult<(Bound<'py, PyAny>, Vec<Density<'py>>)> {
+        let mut fields = displacements
+            .iter()
+            .map(|field| arrays::read_vectors(py, field))
+            .collect::<PyResult<Vec<_>>>()?;
+        let mut pressures = pressures
             .map(|all| all.iter().map(|array| Ok(array.to_vec()?)).collect::<PyResult<Vec<Vec<f64>>>>())
             .transpose()?;
         let text = self.text.clone();
         let (found, problem) = self.work(py, threads, None, move |source, host| {
             let mut case = source.read(&run::overrides(&set)?)?;
             let problem = run::build(&mut case, host)?;
-            let fields = of_meshes(&case, text.as_deref(), fields, Vector::zeros())?;
-            let pressures = pressures.map(|all| of_first_bodies(&case, text.as_deref(), all)).transpose()?;
+            if let Some(text) = text {
+                let bodies = (0..).zip(&mut fields);
+                bodies.for_each(|(body, field)| text.to_mesh(&case, body, field, Vector::zeros()));
+                let firsts = case.contacts.iter().filter_map(|contact| contact.bodies.first());
+                let pairs = firsts.zip(pressures.iter_mut().flatten());
+                pairs.for_each(|(body, pressure)| text.to_mesh(&case, *body, pressure, 0.0));
+            }
             let found = certify::of_fields(&case, problem.clone(), &fields, pressures.as_deref())?;
             Ok((found, problem))
         })?;
@@ -168,43 +179,6 @@ impl Case {
     fn mesh<'py>(&self, py: Python<'py>, body: usize) -> PyResult<Bound<'py, PyDict>> {
         let mesh = self.work(py, 1, None, move |source, _| Ok(source.read(&[])?.mesh_of(body)?))?;
         arrays::mesh(py, &mesh)
-    }
-}
-
-/// Takes from values at all nodes that were given those at the nodes of each body's mesh.
-///
-/// A list of another length than the nodes that were given stays as it is, and is refused later.
-fn of_meshes<T: Copy>(
-    case: &case_io::Case,
-    text: Option<&Text>,
-    fields: Vec<Vec<T>>,
-    absent: T,
-) -> Result<Vec<Vec<T>>, Failure> {
-    let of_body = |(body, field): (usize, Vec<T>)| of_mesh(case, text, body, field, absent);
-    Ok(fields.into_iter().enumerate().map(of_body).collect())
-}
-
-fn of_first_bodies(
-    case: &case_io::Case,
-    text: Option<&Text>,
-    pressures: Vec<Vec<f64>>,
-) -> Result<Vec<Vec<f64>>, Failure> {
-    let first = |pair: usize| case.contacts.get(pair).and_then(|contact| contact.bodies.first()).copied();
-    let of_pair = |(pair, pressure): (usize, Vec<f64>)| match first(pair) {
-        Some(body) => of_mesh(case, text, body, pressure, 0.0),
-        None => pressure,
-    };
-    Ok(pressures.into_iter().enumerate().map(of_pair).collect())
-}
-
-fn of_mesh<T: Copy>(case: &case_io::Case, text: Option<&Text>, body: usize, field: Vec<T>, absent: T) -> Vec<T> {
-    let given = || {
-        let count = text?.node_count(case, case.bodies.get(body).map(|_| body)?)?;
-        case.node_numbers(body).filter(|_| count == field.len())
-    };
-    match given() {
-        Some(numbers) => numbers.iter().map(|n| field.get(*n as usize).copied().unwrap_or(absent)).collect(),
-        None => field,
     }
 }
 
@@ -254,6 +228,8 @@ fn whole(file: &MeshFile, names: &[String]) -> Result<mesh_io::Region, Failure> 
 #[pymodule]
 fn _nndd(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add("POINT_FIELDS", view::POINT_FIELDS)?;
+    module.add("CELL_FIELDS", view::CELL_FIELDS)?;
     module.add_class::<Case>()?;
     module.add_class::<Solution>()?;
     module.add_function(wrap_pyfunction!(read_mesh, module)?)

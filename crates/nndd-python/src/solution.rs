@@ -109,13 +109,11 @@ impl Solution {
         arrays::mesh(py, view::problem(&self.run.solved).bodies[body].mesh())
     }
 
-    /// Returns the fields of a body at its nodes and in its triangles; `None` without an estimate.
-    fn fields<'py>(&self, py: Python<'py>, body: usize) -> PyResult<Option<[Bound<'py, PyDict>; 2]>> {
+    /// Returns a field of a body; `None` without an estimate, and if it is unknown.
+    fn field<'py>(&self, py: Python<'py>, body: usize, name: String) -> PyResult<Option<Bound<'py, PyAny>>> {
         let run = Arc::clone(&self.run);
-        let made = job::run(py, 1, None, &[], move |_| {
-            Ok(view::body(&run.case, &run.solved, body).map(|(_, data)| data))
-        })?;
-        made.map(|data| arrays::fields(py, data)).transpose()
+        let made = job::run(py, 1, None, &[], move |_| Ok(view::field(&run.case, &run.solved, body, &name)))?;
+        made.map(|field| arrays::field(py, field)).transpose()
     }
 
     /// Returns the columns of contact.csv of a pair.

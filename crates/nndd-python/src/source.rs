@@ -1,10 +1,11 @@
 //! Cases that a Python program keeps in memory.
 
+use crate::arrays::GivenMesh;
 use crate::errors::wrong;
 use crate::job;
 use case_io::Case;
 use case_io::case::{DataNodes, MeshSource};
-use mesh_io::{MeshArrays, MeshFile};
+use mesh_io::MeshFile;
 use nndd_report::Failure;
 use nndd_report::failure::{COMMAND_LINE, INVALID_INPUT};
 use nndd_report::run::Source;
@@ -26,7 +27,9 @@ pub(crate) struct Text {
     pub(crate) text: String,
     pub(crate) name: String,
     pub(crate) folder: PathBuf,
-    pub(crate) meshes: Vec<(String, MeshArrays)>,
+    pub(crate) meshes: Arc<Vec<(String, GivenMesh)>>,
+    /// The number of points of each mesh.
+    pub(crate) node_counts: Vec<usize>,
     /// By dotted keys.
     pub(crate) data: Vec<(String, Given)>,
 }
@@ -38,8 +41,13 @@ impl Source for Text {
 
     fn read(&self, overrides: &[(String, String)]) -> Result<Case, Failure> {
         let mut case = self.parse(overrides)?;
-        for (name, arrays) in &self.meshes {
-            case.give_mesh(name, MeshFile::of_arrays(name, arrays)?);
+        for k in 0..self.meshes.len() {
+            // Arrays of Python are read with the lock on the interpreter, which the thread that called can take.
+            let meshes = Arc::clone(&self.meshes);
+            let arrays = job::ask(move |py| meshes[k].1.read(py));
+            let arrays = arrays.ok_or_else(|| Failure::plain(COMMAND_LINE, "a mesh cannot be read"))?;
+            let name = &self.meshes[k].0;
+            case.give_mesh(name, MeshFile::of_arrays(name, &arrays)?);
         }
         case.read_mesh_files(&self.folder)?;
         for (key, given) in &self.data {
@@ -57,18 +65,35 @@ impl Source for Text {
 
 impl Text {
     /// Counts the nodes of the mesh that a body was given, those that no cell uses among them; `None` for a mesh file.
-    pub(crate) fn node_count(&self, case: &Case, body: usize) -> Option<usize> {
+    fn node_count(&self, case: &Case, body: usize) -> Option<usize> {
         match &case.bodies[body].mesh {
             MeshSource::File { file, .. } => {
-                let given = self.meshes.iter().find(|(name, _)| name == file)?;
-                Some(given.1.points.len())
+                let given = self.meshes.iter().position(|(name, _)| name == file)?;
+                self.node_counts.get(given).copied()
             }
             _ => case.node_counts().get(body).map(|count| *count as usize),
         }
     }
 
+    /// Takes from values at all nodes that were given those at the nodes of a body's mesh. Another number of values is refused later.
+    ///
+    /// * `absent`: at nodes that are not there.
+    pub(crate) fn to_mesh<T: Copy>(&self, case: &Case, body: usize, values: &mut Vec<T>, absent: T) {
+        let is_body = body < case.bodies.len();
+        let given = is_body && self.node_count(case, body) == Some(values.len());
+        if let Some(numbers) = case.node_numbers(body).filter(|_| given) {
+            *values = numbers.iter().map(|n| values.get(*n as usize).copied().unwrap_or(absent)).collect();
+        }
+    }
+
     /// Takes the values of some nodes from those of all nodes of a mesh.
-    fn at_nodes(&self, case: &Case, key: &str, nodes: &DataNodes, values: &[f64]) -> Result<Vec<f64>, Failure> {
+    fn at_nodes(
+        &self,
+        case: &Case,
+        key: &str,
+        nodes: &DataNodes,
+        values: &[f64],
+    ) -> Result<Vec<f64>, Failure> {
         let refused = |found: String, expected: &'static str, fix: &'static str| {
             let (key, said) = (key.to_owned(), found.clone());
             let _ = job::ask(move |py| Err::<(), _>(wrong(py, Some(&key), &found, expected, fix)));
@@ -80,7 +105,10 @@ impl Text {
                 Ok(nodes.numbers.iter().filter_map(|number| values.get(*number as usize)).copied().collect())
             }
             Some(count) => Err(refused(
-                format!("an array of {} values, and the mesh of body \"{body}\" has {count} nodes", values.len()),
+                format!(
+                    "an array of {} values, and the mesh of body \"{body}\" has {count} nodes",
+                    values.len()
+                ),
                 "one value for each node of the body's mesh",
                 "give as many values as the mesh has points, or a function f(x, y)",
             )),
@@ -93,7 +121,12 @@ impl Text {
     }
 
     /// Calls a function with the coordinates of the nodes, once, on the thread that called the package.
-    fn evaluated(&self, key: &str, nodes: &DataNodes, function: &Arc<Py<PyAny>>) -> Result<Vec<f64>, Failure> {
+    fn evaluated(
+        &self,
+        key: &str,
+        nodes: &DataNodes,
+        function: &Arc<Py<PyAny>>,
+    ) -> Result<Vec<f64>, Failure> {
         let (name, points, function) = (key.to_owned(), nodes.points.clone(), Arc::clone(function));
         let values = job::ask(move |py| {
             let [x, y] = [0, 1].map(|c| PyArray1::from_iter(py, points.iter().map(|p| p[c])));

@@ -97,7 +97,11 @@ pub fn of_fields(
     };
     counted("fields of displacements", fields.len(), bodies.len())?;
     for (field, (body, given)) in fields.iter().zip(bodies.iter().zip(&case.bodies)) {
-        counted(&format!("displacements of body \"{}\"", given.name), field.len(), body.mesh().points().len())?;
+        counted(
+            &format!("displacements of body \"{}\"", given.name),
+            field.len(),
+            body.mesh().points().len(),
+        )?;
     }
     let refined = fields.iter().zip(&bodies).zip(&problem.bodies);
     let refined: Vec<Vec<Vector>> =
@@ -365,6 +369,62 @@ fn interpolated(mesh: &TriMesh, field: &[Vector], point: Vector) -> Vector {
 mod tests {
     use super::*;
     use fem_core::mesh::generate::block;
+
+    /// The paper's problem, and its displacements.
+    fn solved() -> (Case, ContactProblem, Vec<Vec<Vector>>) {
+        let mut case = Case::parse(case_io::template::PAPER, "paper.toml", &[]).unwrap();
+        let problem = case.build_problem().unwrap();
+        let settings = convert::settings(&case);
+        let found = certified_contact::solve(problem.clone(), &settings, &mut certified_contact::Silent);
+        let bodies = found.unwrap().estimate.unwrap().pair.bodies;
+        (case, problem, bodies.into_iter().map(|body| body.displacement).collect())
+    }
+
+    #[test]
+    fn fields_in_memory_are_certified_as_those_of_files() {
+        let (case, problem, fields) = solved();
+        let folder = tempfile::tempdir().unwrap();
+        let written = |(k, field): (usize, &Vec<Vector>)| {
+            let rows = problem.bodies[k].mesh().points().iter().zip(field);
+            let rows = rows.map(|(x, u)| format!("{:e},{:e},{:e},{:e}\n", x[0], x[1], u[0], u[1]));
+            let path = folder.path().join(format!("{k}.csv"));
+            std::fs::write(&path, format!("x,y,ux,uy\n{}", rows.collect::<String>())).unwrap();
+            path
+        };
+        let files: Vec<PathBuf> = fields.iter().enumerate().map(written).collect();
+        let of_files = certify(&case, problem.clone(), &files).unwrap();
+        let in_memory = of_fields(&case, problem.clone(), &fields, None).unwrap();
+        assert!(in_memory.bound().is_some());
+        assert_eq!(summary(&of_files), summary(&in_memory));
+        // Pressures of the nodes that are not in contact do not count.
+        let mut pressure = vec![f64::MAX; fields[0].len()];
+        let pair = &problem.contacts[0];
+        for node in pair.interface.pairs() {
+            pressure[node.nodes[0].index()] = 0.0;
+        }
+        let without = of_fields(&case, problem, &fields, Some(&[pressure])).unwrap();
+        assert!(without.estimate.unchecked().e_cre > in_memory.estimate.unchecked().e_cre);
+    }
+
+    #[test]
+    fn fields_of_other_lengths_are_refused() {
+        let (case, problem, mut fields) = solved();
+        let said = |fields: &[Vec<Vector>], pressures: Option<&[Vec<f64>]>| {
+            of_fields(&case, problem.clone(), fields, pressures).unwrap_err().message.unwrap()
+        };
+        assert!(said(&fields[..1], None).starts_with("fields of displacements: found 1, and the case has 2"));
+        assert!(said(&fields, Some(&[])).starts_with("pressures: found 0, and the case has 1"));
+        let short = said(&fields, Some(&[vec![0.0; 3]]));
+        assert!(
+            short.starts_with("pressures of the pair \"upper-lower\": found 3, and the case has 190"),
+            "{short}"
+        );
+        fields[1].pop();
+        assert!(
+            said(&fields, None)
+                .starts_with("displacements of body \"lower\": found 189, and the case has 190")
+        );
+    }
 
     #[test]
     fn a_table_names_the_line_of_a_fault() {

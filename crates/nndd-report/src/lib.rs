@@ -52,6 +52,7 @@
 //! ```
 
 mod adapt;
+mod body_fields;
 pub mod certify;
 pub mod check;
 pub mod convert;

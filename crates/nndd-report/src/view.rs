@@ -1,24 +1,30 @@
 //! Looks at a solution in memory: the arrays that the tables and the ParaView files have.
 
-use crate::paraview;
+use crate::body_fields::{AT_POINTS, BodyFields, IN_CELLS};
 use crate::report;
 use crate::solved::Solved;
 use case_io::Case;
 use case_io::table::ContactRow;
 use fem_core::interface::ContactProblem;
-use mesh_io::vtu::{VtuData, VtuMesh};
+use mesh_io::vtu::VtuArray;
+
+/// Names of the fields of a body at its nodes.
+pub const POINT_FIELDS: [&str; 4] = AT_POINTS;
+/// Names of the fields of a body in its triangles.
+pub const CELL_FIELDS: [&str; 10] = IN_CELLS;
 
 /// Returns the problem on the last mesh.
 pub fn problem(solved: &Solved) -> &ContactProblem {
     solved.answer.fields().problem
 }
 
-/// Makes mesh and fields of a body, those of its file for ParaView; `None` without an estimate.
+/// Makes a field of a body, as its file for ParaView has it; `None` without an estimate, and if it is unknown.
 ///
 /// * `body`: its number in the case file, from 0.
-pub fn body(case: &Case, solved: &Solved, body: usize) -> Option<(VtuMesh, VtuData)> {
-    let fields = solved.answer.fields();
-    Some(paraview::body_data(case, &fields, fields.estimate?, body))
+/// * `name`: one of [`POINT_FIELDS`] and [`CELL_FIELDS`].
+pub fn field(case: &Case, solved: &Solved, body: usize, name: &str) -> Option<VtuArray> {
+    let solution = &solved.answer.fields();
+    BodyFields { case, solution, estimate: solution.estimate?, body }.field(name)
 }
 
 /// Makes the rows of contact.csv of a pair; there are none without an estimate.

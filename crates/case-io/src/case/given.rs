@@ -51,22 +51,35 @@ impl Case {
     /// A key without data at nodes, and a mesh that cannot be made.
     pub fn data_nodes(&self, key: &str) -> Result<DataNodes, CaseError> {
         let Some((body, side)) = self.side_of_datum(key) else { return Err(self.no_datum(key)) };
-        let mesh = self.build_mesh(body)?;
-        let edges = mesh.group(side).unwrap_or_default();
-        let ends: Vec<[NodeId; 2]> = edges.iter().map(|edge| mesh.topology().edges()[*edge]).collect();
-        let nodes: BTreeSet<NodeId> = ends.as_flattened().iter().copied().collect();
-        let nodes: Vec<NodeId> = nodes.into_iter().collect();
-        let place = |node: NodeId| nodes.binary_search(&node).unwrap_or_default();
-        let number = |node: &NodeId| match self.node_numbers(body) {
-            Some(numbers) => numbers[node.index()],
-            None => node.index() as u64,
-        };
-        Ok(DataNodes {
+        let selected = self.bodies[body].sides.iter().any(|other| other.name == side);
+        match self.mesh_region(body).filter(|_| !selected) {
+            // To make the mesh takes longer, and is done later.
+            Some(region) => {
+                let edges =
+                    region.sides().find(|(name, _)| *name == side).map_or(&[][..], |(_, edges)| edges);
+                let edges = edges.iter().map(|ends| ends.map(|node| node as usize));
+                Ok(self.nodes_of(body, &edges.collect::<Vec<_>>(), region.points()))
+            }
+            None => {
+                let mesh = self.build_mesh(body)?;
+                let edges = mesh.group(side).unwrap_or_default().iter();
+                let ends = edges.map(|edge| mesh.topology().edges()[*edge].map(NodeId::index));
+                Ok(self.nodes_of(body, &ends.collect::<Vec<_>>(), mesh.points()))
+            }
+        }
+    }
+
+    fn nodes_of(&self, body: usize, ends: &[[usize; 2]], points: &[Vector]) -> DataNodes {
+        let nodes: BTreeSet<usize> = ends.as_flattened().iter().copied().collect();
+        let nodes: Vec<usize> = nodes.into_iter().collect();
+        let place = |node: usize| nodes.binary_search(&node).unwrap_or_default();
+        let number = |node: &usize| self.node_numbers(body).map_or(*node as u64, |numbers| numbers[*node]);
+        DataNodes {
             body,
             numbers: nodes.iter().map(number).collect(),
-            points: nodes.iter().map(|node| mesh.points()[*node]).collect(),
+            points: nodes.iter().map(|node| points[*node]).collect(),
             edges: ends.iter().map(|ends| ends.map(place)).collect(),
-        })
+        }
     }
 
     /// Replaces the number of a key by values at nodes, which are linear along the edges of the side.
@@ -93,7 +106,8 @@ impl Case {
     fn no_datum(&self, key: &str) -> CaseError {
         let message = format!("`{key}` takes no values at nodes");
         let fault = self.diagnostic(code::VALUE, key, message);
-        let fault = fault.expected("`ux`, `uy`, `normal`, `vector`, `pressure`, `gap` or `limit` on a side with edges");
+        let fault = fault
+            .expected("`ux`, `uy`, `normal`, `vector`, `pressure`, `gap` or `limit` on a side with edges");
         fault.fix("write a number there").into()
     }
 

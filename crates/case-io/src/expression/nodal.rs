@@ -8,12 +8,14 @@ use std::collections::HashMap;
 use std::fmt;
 use std::sync::Arc;
 
+/// An edge with the values at its two ends.
+type Edge = GeomWithData<Line<[f64; 2]>, [f64; 2]>;
+
 /// Values at the nodes of a side, linear along its edges.
 #[derive(Clone)]
 pub struct NodalData {
     at_nodes: Arc<HashMap<[u64; 2], f64>>,
-    /// Edges with the values at their two ends.
-    edges: Arc<RTree<GeomWithData<Line<[f64; 2]>, [f64; 2]>>>,
+    edges: Arc<RTree<Edge>>,
     digest: String,
 }
 
@@ -33,7 +35,9 @@ impl NodalData {
         };
         let mut hasher = Sha256::new();
         for (point, value) in nodes() {
-            [point[0], point[1], *value].iter().for_each(|number| hasher.update(number.to_bits().to_le_bytes()));
+            [point[0], point[1], *value]
+                .iter()
+                .for_each(|number| hasher.update(number.to_bits().to_le_bytes()));
         }
         Self {
             at_nodes: Arc::new(nodes().map(|(point, value)| (key(*point), *value)).collect()),
@@ -80,7 +84,8 @@ mod tests {
     #[test]
     fn nodes_have_their_values_and_edges_are_linear() {
         let points = [[0.0, 0.0], [0.1, 0.3], [2.0, 0.3]].map(Vector::from);
-        let data = NodalData::new(&[[points[0], points[1]], [points[1], points[2]]], &[[1.0, 0.7], [0.7, -3.0]]);
+        let data =
+            NodalData::new(&[[points[0], points[1]], [points[1], points[2]]], &[[1.0, 0.7], [0.7, -3.0]]);
         assert_eq!(points.map(|p| data.at(p)), [1.0, 0.7, -3.0]);
         assert_eq!(data.at([-0.0, 0.0]), 1.0);
         let middles = [data.at(0.5 * (points[0] + points[1])), data.at(0.5 * (points[1] + points[2]))];

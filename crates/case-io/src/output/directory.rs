@@ -190,7 +190,9 @@ impl OutputDirectory {
         for name in &other.written {
             let places = [other.collected(name), other.path.join(name)];
             let Some(from) = places.iter().find(|path| path.is_file()) else { continue };
-            self.write_with(&name.to_string_lossy(), |out| io::copy(&mut File::open(from)?, out).map(|_| ()))?;
+            self.write_with(&name.to_string_lossy(), |out| {
+                io::copy(&mut File::open(from)?, out).map(|_| ())
+            })?;
         }
         Ok(())
     }

@@ -93,15 +93,23 @@ impl MeshFile {
             let [a, b, c, _] = cell.corners;
             for edge in [[a, b], [b, c], [c, a]].map(sorted) {
                 let from = wanted.partition_point(|other| *other < edge);
-                wanted[from..].iter().zip(&mut there[from..]).take_while(|(other, _)| **other == edge).for_each(|(_, t)| *t = true);
+                wanted[from..]
+                    .iter()
+                    .zip(&mut there[from..])
+                    .take_while(|(other, _)| **other == edge)
+                    .for_each(|(_, t)| *t = true);
             }
         }
         let Some(stray) = there.iter().position(|there| !there).map(|k| wanted[k]) else { return Ok(()) };
         let owns = |group: &&Group| {
-            group.dimension == 1 && group.members.iter().any(|m| sorted(self.edges[*m as usize].nodes) == stray)
+            group.dimension == 1
+                && group.members.iter().any(|m| sorted(self.edges[*m as usize].nodes) == stray)
         };
         let side = self.groups.iter().find(owns).map_or("", |group| &group.name);
-        let found = format!("side \"{side}\" has the edge between nodes {} and {}, which no triangle has", stray[0], stray[1]);
+        let found = format!(
+            "side \"{side}\" has the edge between nodes {} and {}, which no triangle has",
+            stray[0], stray[1]
+        );
         Err(self.fault(MeshFault::Content, found).expected("edges of the triangles, each by its two nodes"))
     }
 }
@@ -163,12 +171,10 @@ mod tests {
         };
         let plain = digest(&|_| {});
         assert_eq!((plain.len(), &plain), (64, &digest(&|_| {})));
-        let changes: [&dyn Fn(&mut MeshArrays); 4] = [
-            &|a| a.points[1][0] = 1.5,
-            &|a| a.triangles.swap(0, 1),
-            &|a| a.sides[0].0.push('s'),
-            &|a| a.regions[1].1 = vec![0],
-        ];
+        let changes: [&dyn Fn(&mut MeshArrays); 4] =
+            [&|a| a.points[1][0] = 1.5, &|a| a.triangles.swap(0, 1), &|a| a.sides[0].0.push('s'), &|a| {
+                a.regions[1].1 = vec![0]
+            }];
         assert!(changes.iter().all(|change| digest(change) != plain));
     }
 
@@ -183,7 +189,10 @@ mod tests {
             (&|a| a.points[2][1] = f64::NAN, "square: node 2 has the coordinates (1, NaN, 0)"),
             (&|a| a.triangles[1][0] = 9, "element 1 (3-node triangle) uses node 9"),
             (&|a| a.triangles[1][0] = 2, "element 1 (3-node triangle) has the corners 2, 2, 0"),
-            (&|a| a.sides[1].1[1] = [1, 3], "side \"all\" has the edge between nodes 1 and 3, which no triangle has"),
+            (
+                &|a| a.sides[1].1[1] = [1, 3],
+                "side \"all\" has the edge between nodes 1 and 3, which no triangle has",
+            ),
             (&|a| a.sides[1].0 = "bottom".into(), "two sides are called \"bottom\""),
             (&|a| a.regions[1].0 = "a".into(), "two regions are called \"a\""),
             (&|a| a.regions[1].1[0] = 2, "region \"b\" has the triangle 2"),

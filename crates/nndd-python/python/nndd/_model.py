@@ -6,7 +6,6 @@ import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Optional, Union
 
-import numpy as np
 import numpy.typing as npt
 
 from . import _nndd
@@ -159,7 +158,7 @@ class Mesh:
             Physical curves, sets of nodes and surfaces are its sides, physical surfaces and sets of elements its regions.
         """
         arrays, _notes = _nndd.read_mesh(path)
-        return cls(arrays["points"], arrays["triangles"], arrays["sides"], arrays["regions"])
+        return cls._of(arrays)
 
     @classmethod
     def from_meshio(cls, mesh: Any) -> Mesh:
@@ -252,8 +251,7 @@ class Mesh:
             "body": [{"name": "body", "material": "m", "generator": generator}],
             "contact": [],
         }
-        arrays = native(case).mesh(0)
-        mesh = cls(arrays["points"], arrays["triangles"], arrays["sides"])
+        mesh = cls._of(native(case).mesh(0))
         mesh._generator = generator
         return mesh
 
@@ -278,10 +276,14 @@ class Mesh:
         return dict(self._regions)
 
     def _given(self) -> GivenMesh:
-        points = self._points
-        if points.shape[1] == 2:
-            points = np.column_stack([points, np.zeros(len(points))])
-        return GivenMesh(points, self._triangles, self._sides, self._regions)
+        return GivenMesh(self._points, self._triangles, self._sides, self._regions)
+
+    @classmethod
+    def _of(cls, arrays: Mapping[str, Any]) -> Mesh:
+        """Take arrays of the library, which nobody else has: they are not copied."""
+        for array in (arrays["points"], arrays["triangles"]):
+            array.flags.writeable = False
+        return cls(arrays["points"], arrays["triangles"], arrays["sides"], arrays.get("regions"))
 
     def __repr__(self) -> str:
         text = f"<Mesh: {len(self._points)} nodes, {len(self._triangles)} triangles"
@@ -291,7 +293,8 @@ class Mesh:
 
 
 def _fixed(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    made = array.view() if array.base is None and not array.flags.writeable else array.copy()
+    """Return an array that cannot be written to: a copy, unless nobody can write to it."""
+    made = array.copy() if array.flags.writeable else array
     made.flags.writeable = False
     return made
 
@@ -832,8 +835,7 @@ class Problem:
 
     def mesh(self, body: int) -> Mesh:
         """Return the mesh of a body as it is computed with: without unused nodes, with the sides of `Body.side`."""
-        arrays = native(self).mesh(body)
-        return Mesh(arrays["points"], arrays["triangles"], arrays["sides"])
+        return Mesh._of(native(self).mesh(body))
 
     def __repr__(self) -> str:
         return f"<Problem: {len(self.bodies)} bodies, {len(self.contacts)} contacts>"

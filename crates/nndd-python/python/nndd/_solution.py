@@ -86,67 +86,74 @@ class BodyResult:
     def __init__(self, solution: _nndd.Solution, number: int, name: str) -> None:
         self._solution = solution
         self._number = number
+        self._made: dict[str, Optional[npt.NDArray[Any]]] = {}
         self.name = name
 
     @cached_property
     def mesh(self) -> Mesh:
         """The last mesh; refined if the run was adaptive."""
-        arrays = self._solution.mesh(self._number)
-        return Mesh(arrays["points"], arrays["triangles"], arrays["sides"])
+        return Mesh._of(self._solution.mesh(self._number))
 
-    @cached_property
-    def _fields(self) -> tuple[dict[str, npt.NDArray[Any]], dict[str, npt.NDArray[Any]]]:
-        found = self._solution.fields(self._number)
+    def _field(self, name: str) -> Optional[npt.NDArray[Any]]:
+        if name not in self._made:
+            self._made[name] = self._solution.field(self._number, name)
+        return self._made[name]
+
+    def _known(self, name: str) -> npt.NDArray[Any]:
+        found = self._field(name)
         if found is None:
-            refuse(self.name, "no fields: the numbers are not finite", "a run with an estimate", "look at solution.status")
-        return found[0], found[1]
+            refuse(self.name, f"no {name}: the numbers are not finite", "a run with an estimate", "look at solution.status")
+        return found
+
+    def _all(self, names: Sequence[str]) -> dict[str, npt.NDArray[Any]]:
+        fields = {name: self._field(name) for name in names}
+        return {name: field for name, field in fields.items() if field is not None}
 
     @property
     def point_data(self) -> dict[str, npt.NDArray[Any]]:
         """All fields at the nodes, as the ParaView files have them: vectors (n, 3), tensors (n, 6) as XX, YY, ZZ, XY, YZ, XZ."""
-        return dict(self._fields[0])
+        return self._all(_nndd.POINT_FIELDS)
 
     @property
     def cell_data(self) -> dict[str, npt.NDArray[Any]]:
         """All fields in the triangles, as the ParaView files have them."""
-        return dict(self._fields[1])
+        return self._all(_nndd.CELL_FIELDS)
 
-    @cached_property
+    @property
     def displacement(self) -> Floats:
         """Displacements of the nodes, m: (n, 2)."""
-        return np.ascontiguousarray(self._fields[0]["displacement"][:, :2])
+        return self._known("displacement")[:, :2]
 
     @property
     def reaction(self) -> Floats:
         """Forces of supports and contact on the nodes, N/m: (n, 2)."""
-        return np.ascontiguousarray(self._fields[0]["reaction"][:, :2])
+        return self._known("reaction")[:, :2]
 
     @property
     def stress(self) -> Floats:
         """Stresses of the displacements in the triangles, Pa: (m, 3) as xx, yy, xy."""
-        return np.ascontiguousarray(self._fields[1]["stress"][:, [0, 1, 3]])
+        return self._known("stress")[:, [0, 1, 3]]
 
     @property
     def stress_recovered(self) -> Optional[Floats]:
         """A continuous stress at the nodes, Pa: (n, 3) as xx, yy, xy. It bounds nothing."""
-        found = self._fields[0].get("stress_recovered")
-        return None if found is None else np.ascontiguousarray(found[:, [0, 1, 3]])
+        found = self._field("stress_recovered")
+        return None if found is None else found[:, [0, 1, 3]]
 
     @property
     def von_mises(self) -> Optional[Floats]:
         """Von Mises stress in the triangles, Pa: (m,); `None` if the stress out of the plane is unknown."""
-        return self._fields[1].get("von_mises")
+        return self._field("von_mises")
 
     @property
     def von_mises_recovered(self) -> Optional[Floats]:
         """Von Mises stress of the recovered stress at the nodes, Pa: (n,); `None` if it is unknown."""
-        return self._fields[0].get("von_mises_recovered")
+        return self._field("von_mises_recovered")
 
     @property
     def error_density(self) -> Floats:
         """Each triangle's part of the squared bound over its area, Pa: (m,). With Coulomb friction, of the squared residual."""
-        found: Floats = self._fields[1]["error_density"]
-        return found
+        return self._known("error_density")
 
     def __repr__(self) -> str:
         return f"<BodyResult {self.name}: {len(self.mesh.points)} nodes>"
@@ -600,5 +607,5 @@ def certify(
     numbers, bodies = native(problem).certify(settings(overrides), fields, given, threads_of(threads))
     # JSON has no infinity.
     checks = {name: float("inf") if value is None else value for name, value in numbers.pop("failed_checks").items()}
-    meshes = [Mesh(arrays["points"], arrays["triangles"], arrays["sides"]) for arrays, _ in bodies]
+    meshes = [Mesh._of(arrays) for arrays, _ in bodies]
     return Certificate(**numbers, failed_checks=checks, meshes=meshes, error_density=[density for _, density in bodies])
