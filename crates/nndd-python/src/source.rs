@@ -41,14 +41,15 @@ impl Source for Text {
 
     fn read(&self, overrides: &[(String, String)]) -> Result<Case, Failure> {
         let mut case = self.parse(overrides)?;
-        for k in 0..self.meshes.len() {
-            // Arrays of Python are read with the lock on the interpreter, which the thread that called can take.
-            let meshes = Arc::clone(&self.meshes);
-            let arrays = job::ask(move |py| meshes[k].1.read(py));
-            let arrays = arrays.ok_or_else(|| Failure::plain(COMMAND_LINE, "a mesh cannot be read"))?;
-            let name = &self.meshes[k].0;
-            case.give_mesh(name, MeshFile::of_arrays(name, &arrays)?);
-        }
+        // Arrays of Python are read with the lock on the interpreter, which the thread that called can take.
+        let meshes = Arc::clone(&self.meshes);
+        let arrays =
+            job::ask(move |py| meshes.iter().map(|(_, mesh)| mesh.read(py)).collect::<PyResult<Vec<_>>>());
+        let arrays = arrays.ok_or_else(|| Failure::plain(COMMAND_LINE, "a mesh cannot be read"))?;
+        let name = |k: usize| self.meshes[k].0.as_str();
+        let made = fem_core::try_each_body(arrays.len(), |k| MeshFile::of_arrays(name(k), &arrays[k]))?;
+        made.into_iter().enumerate().for_each(|(k, mesh)| case.give_mesh(name(k), mesh));
+        drop(arrays);
         case.read_mesh_files(&self.folder)?;
         for (key, given) in &self.data {
             let nodes = case.data_nodes(key)?;

@@ -1,6 +1,7 @@
 //! Meshes that a program keeps in memory: arrays instead of a file.
 
-use super::{Collector, ElementKind, Group, MeshFault, MeshFile, MeshFileError, MeshPlace, Spot};
+use super::sides::{edges_among, key};
+use super::{Collector, Edge, ElementKind, Group, MeshFault, MeshFile, MeshFileError, MeshPlace, Spot};
 use sha2::{Digest, Sha256};
 
 /// Points, triangles and named parts of them. Everything is counted from 0, and so are the nodes and cells of messages.
@@ -85,31 +86,16 @@ impl MeshFile {
 
     /// Refuses an edge of a side that no triangle has. A file may have such edges, a program that gives them has counted wrong.
     fn check_edges_of_sides(&self) -> Result<(), MeshFileError> {
-        let sorted = |[a, b]: [u32; 2]| [a.min(b), a.max(b)];
-        let mut wanted: Vec<[u32; 2]> = self.edges.iter().map(|edge| sorted(edge.nodes)).collect();
-        wanted.sort_unstable();
-        let mut there = vec![false; wanted.len()];
-        for cell in &self.cells {
-            let [a, b, c, _] = cell.corners;
-            for edge in [[a, b], [b, c], [c, a]].map(sorted) {
-                let from = wanted.partition_point(|other| *other < edge);
-                wanted[from..]
-                    .iter()
-                    .zip(&mut there[from..])
-                    .take_while(|(other, _)| **other == edge)
-                    .for_each(|(_, t)| *t = true);
-            }
-        }
-        let Some(stray) = there.iter().position(|there| !there).map(|k| wanted[k]) else { return Ok(()) };
-        let owns = |group: &&Group| {
-            group.dimension == 1
-                && group.members.iter().any(|m| sorted(self.edges[*m as usize].nodes) == stray)
-        };
+        let triangles: Vec<[u32; 3]> =
+            self.cells.iter().map(|cell| [cell.corners[0], cell.corners[1], cell.corners[2]]).collect();
+        let wanted = self.edges.iter().map(|edge| key(edge.nodes[0], edge.nodes[1])).collect();
+        let there = edges_among(&triangles, self.points.len(), wanted);
+        let stray = |edge: &Edge| there.binary_search(&key(edge.nodes[0], edge.nodes[1])).is_err();
+        let Some(number) = self.edges.iter().position(stray) else { return Ok(()) };
+        let owns = |group: &&Group| group.dimension == 1 && group.members.contains(&(number as u32));
         let side = self.groups.iter().find(owns).map_or("", |group| &group.name);
-        let found = format!(
-            "side \"{side}\" has the edge between nodes {} and {}, which no triangle has",
-            stray[0], stray[1]
-        );
+        let [a, b] = self.edges[number].nodes;
+        let found = format!("side \"{side}\" has the edge between nodes {a} and {b}, which no triangle has");
         Err(self.fault(MeshFault::Content, found).expected("edges of the triangles, each by its two nodes"))
     }
 }
