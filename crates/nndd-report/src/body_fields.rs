@@ -49,7 +49,7 @@ impl BodyFields<'_> {
         names.iter().filter_map(|name| self.field(name)).collect()
     }
 
-    /// Makes a field; `None` if there is none of that name, or it is unknown.
+    /// Makes a field; `None` without a field of that name, or if it is unknown.
     pub(crate) fn field(&self, name: &str) -> Option<VtuArray> {
         let model = self.model();
         let mesh = model.mesh();

@@ -27,7 +27,7 @@ pub fn field(case: &Case, solved: &Solved, body: usize, name: &str) -> Option<Vt
     BodyFields { case, solution, estimate: solution.estimate?, body }.field(name)
 }
 
-/// Makes the rows of contact.csv of a pair; there are none without an estimate.
+/// Makes the rows of contact.csv of a pair; no rows without an estimate.
 ///
 /// * `pair`: its number in the case file, from 0.
 pub fn contact(solved: &Solved, pair: usize) -> Vec<ContactRow> {

@@ -12,7 +12,7 @@ material = "m"
 generator = { kind = "block", origin = [3.0, 0.0], size = [2, 1], cells = [4, 1] }
 [[body.side]]
 name = "corner"
-point = [3.0, 0.0]
+point = [5.0, 1.0]
 [[body.displacement]]
 on = "corner"
 ux = 0.0
