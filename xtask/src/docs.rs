@@ -8,6 +8,9 @@ const HEADER: &str = "crates/fem-core/katex.html";
 /// The typesetter, which the header looks for beside the pages.
 const KATEX: &str = "xtask/katex";
 
+/// Crates without a library that Rust can use.
+const UNDOCUMENTED: [&str; 2] = ["nndd-cli", "nndd-python"];
+
 /// Builds the documentation with warnings denied; returns whether there were none.
 pub(crate) fn run(workspace: &Workspace) -> Outcome<bool> {
     let pages = workspace.target.join("doc");
@@ -38,7 +41,8 @@ fn document(workspace: &Workspace, packages: &[&str]) -> Outcome<bool> {
 
 /// Lists the crates with a library, each after those it depends on.
 fn ordered(packages: &[Package]) -> Vec<&str> {
-    let mut rest: Vec<&Package> = packages.iter().filter(|p| p.is_crate() && p.name != "nndd-cli").collect();
+    let mut rest: Vec<&Package> =
+        packages.iter().filter(|p| p.is_crate() && !UNDOCUMENTED.contains(&p.name.as_str())).collect();
     let mut found: Vec<&str> = Vec::with_capacity(rest.len());
     while !rest.is_empty() {
         let (ready, later): (Vec<_>, Vec<_>) =

@@ -4,6 +4,7 @@
 //! - `docs` builds the documentation with its formulae typeset,
 //! - `tidy` checks what no compiler checks: the crate graph on the map, stray files, forbidden words,
 //! - `bench` runs the benchmark suites and writes `bench-results/`; with `--peers`, other programs beside this one,
+//! - `python` builds the wheel of the Python package and runs its tests,
 //! - `check-vtk` reads the ParaView files back by other programs,
 //! - `gallery` makes the pictures of `bench-results/gallery` again,
 //! - `reproduce` runs the studies whose tables are in `bench-results/`,
@@ -17,6 +18,7 @@ mod check_vtk;
 mod deep;
 mod docs;
 mod gallery;
+mod package;
 mod python;
 mod reproduce;
 mod tidy;
@@ -45,6 +47,8 @@ enum Task {
     Tidy,
     /// Run the benchmark suites and write a folder of bench-results
     Bench(bench::Arguments),
+    /// Build the Python package and check it: tests, examples, notebooks, types, style
+    Python,
     /// Read the ParaView files of some cases back by VTK and meshio
     CheckVtk(check_vtk::Arguments),
     /// Solve the gallery's cases and write their pictures to bench-results/gallery
@@ -62,6 +66,7 @@ fn main() -> ExitCode {
         Task::Docs => docs::run(&workspace),
         Task::Tidy => tidy::run(&workspace),
         Task::Bench(arguments) => bench::run(&workspace, &arguments).map(|()| true),
+        Task::Python => package::run(&workspace),
         Task::CheckVtk(arguments) => check_vtk::run(&workspace, &arguments),
         Task::Gallery => gallery::run(&workspace).map(|()| true),
         Task::Reproduce(arguments) => reproduce::run(&workspace, &arguments).map(|()| true),

@@ -12,6 +12,7 @@
 //! Numbers, `x`, `y`, `pi`, the operators `+ - * / ^`, parentheses, and the functions of [`FUNCTIONS`]. A power binds
 //! more strongly than a sign, `-x^2 = -(x^2)`, and has one exponent: `a^b^c` is refused.
 
+mod nodal;
 mod parse;
 #[cfg(test)]
 mod tests;
@@ -24,6 +25,7 @@ use std::ops::Range;
 use std::sync::Arc;
 use thiserror::Error;
 
+pub use nodal::NodalData;
 pub use value::Value;
 pub use words::FUNCTIONS;
 

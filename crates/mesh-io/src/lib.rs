@@ -9,6 +9,7 @@
 //! | to | use |
 //! |---|---|
 //! | read a mesh file, whatever its format | [`read`], or [`parse`] its bytes |
+//! | take arrays of a program instead | [`MeshFile::of_arrays`] |
 //! | look at what it holds | [`MeshFile::summary`] |
 //! | take the mesh of one body from it | [`MeshFile::region`], then [`Region::mesh`] |
 //! | say what is wrong with it, and where | [`MeshFileError`] |
@@ -40,6 +41,6 @@ pub mod words;
 
 pub use links::BrokenLink;
 pub use mesh_file::{
-    ElementKind, GroupSummary, LARGEST_MESH_FILE, MeshFault, MeshFile, MeshFileError, MeshPlace, Problem,
-    Quality, Region, RegionOptions, Remedy, Summary, abaqus, glued_nodes, gmsh, parse, read,
+    ElementKind, GroupSummary, LARGEST_MESH_FILE, MeshArrays, MeshFault, MeshFile, MeshFileError, MeshPlace,
+    Problem, Quality, Region, RegionOptions, Remedy, Summary, abaqus, glued_nodes, gmsh, parse, read,
 };

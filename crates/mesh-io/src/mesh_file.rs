@@ -1,9 +1,10 @@
 //! Mesh files: what one holds, and the bodies that can be taken from it.
 //!
-//! `gmsh` and `abaqus` fill a `Collector`, whose checked contents are the [`MeshFile`]; `region`, `sides` and `flat` take
+//! `gmsh`, `abaqus` and `arrays` fill a `Collector`, whose checked contents are the [`MeshFile`]; `region`, `sides` and `flat` take
 //! a [`Region`] from it, `faults` makes fem-core's mesh of one, `summary` looks at all of it.
 
 pub mod abaqus;
+mod arrays;
 mod collect;
 mod error;
 mod faults;
@@ -20,6 +21,7 @@ mod summary;
 #[cfg(test)]
 mod tests;
 
+pub use arrays::MeshArrays;
 pub use error::{MeshFault, MeshFileError, MeshPlace};
 pub use kind::ElementKind;
 pub use problem::{Problem, Remedy};

@@ -6,7 +6,6 @@ use crate::machine::Machine;
 use nndd_report::failure::NOT_CERTIFIED;
 use nndd_report::words::{at_most, short};
 use nndd_report::{Failure, certify, run};
-use serde_json::json;
 use std::fmt::Write as _;
 
 pub(crate) fn command(options: &Certify) -> Result<u8, Failure> {
@@ -14,22 +13,8 @@ pub(crate) fn command(options: &Certify) -> Result<u8, Failure> {
     let problem = run::build(&mut case, &Machine::start())?;
     let found = certify::certify(&case, problem, &options.displacement)?;
     let failed: Vec<(&str, f64)> = found.estimate.admissibility.failed().collect();
-    let numbers = found.estimate.unchecked();
     if options.format == Format::Json {
-        let checks: serde_json::Map<String, serde_json::Value> =
-            failed.iter().map(|(name, value)| ((*name).to_owned(), json!(value))).collect();
-        let object = json!({
-            "valid": found.bound().is_some(),
-            "bound": found.bound(),
-            "relative": found.relative(),
-            "e_cre": numbers.e_cre,
-            "change": found.change,
-            "penetration": found.penetration,
-            "support_change": found.support_change,
-            "energy_norm": found.estimate.energy_norm(),
-            "failed_checks": checks,
-        });
-        console::print(&format!("{object}\n"))?;
+        console::print(&format!("{}\n", certify::summary(&found)))?;
         return Ok(if found.bound().is_some() { 0 } else { NOT_CERTIFIED });
     }
     let mut text = String::new();

@@ -3,13 +3,10 @@
 use crate::args::{Check, Format};
 use crate::console;
 use crate::machine::Machine;
-use case_io::Case;
-use fem_core::interface::ContactProblem;
-use nndd_report::check::CheckedBody;
+use nndd_report::check::summary;
 use nndd_report::memory::{self, mebibytes};
 use nndd_report::words::counted;
 use nndd_report::{Failure, notes, run};
-use serde_json::{Value, json};
 use std::fmt::Write as _;
 
 pub(crate) fn command(options: &Check) -> Result<u8, Failure> {
@@ -21,7 +18,7 @@ pub(crate) fn command(options: &Check) -> Result<u8, Failure> {
     console::notes(&said);
     let bodies = nndd_report::check::check(&case, &problem)?;
     if options.format == Format::Json {
-        console::print(&format!("{}\n", object(&case, &problem, &bodies, &said)))?;
+        console::print(&format!("{}\n", summary(&case, &problem, &bodies, &said)))?;
         return Ok(0);
     }
     let mut text = console::header(&case, &problem, &case.output_directory());
@@ -65,46 +62,4 @@ pub(crate) fn command(options: &Check) -> Result<u8, Failure> {
     text += "  ok: no problem found\n";
     console::print(&text)?;
     Ok(0)
-}
-
-/// Makes the one object of `--format json`.
-fn object(case: &Case, problem: &ContactProblem, bodies: &[CheckedBody], said: &[String]) -> Value {
-    let body = |(k, body): (usize, &CheckedBody)| {
-        let mesh = problem.bodies[k].mesh();
-        let sides: serde_json::Map<String, Value> =
-            body.sides.iter().map(|(name, edges)| (name.clone(), json!(edges))).collect();
-        json!({
-            "name": body.name,
-            "nodes": mesh.points().len(),
-            "triangles": mesh.triangles().len(),
-            "sides": sides,
-            "supports": body.supports,
-            "held_nodes": body.held_nodes,
-            "rigid_sides": body.rigid_sides,
-            "loads": body.loads,
-            "smallest_angle": body.smallest_angle,
-            "floating": problem.bodies[k].free_motion().is_some(),
-        })
-    };
-    let contact = case.contacts.iter().zip(&problem.contacts).map(|(given, pair)| {
-        json!({
-            "name": given.name,
-            "bodies": given.bodies.iter().map(|b| &case.bodies[*b].name).collect::<Vec<_>>(),
-            "surfaces": given.surfaces,
-            "obstacle": given.obstacle.is_some(),
-            "free_motions": problem.obstacle_of(pair).map_or(0, |obstacle| obstacle.free_motions().len()),
-            "pairs": pair.interface.pairs().len(),
-            "length": pair.interface.length(),
-        })
-    });
-    let notes = [case.notes(), said].concat();
-    json!({
-        "event": "checked",
-        "case": case.file_name(),
-        "bodies": bodies.iter().enumerate().map(body).collect::<Vec<_>>(),
-        "contact": contact.collect::<Vec<_>>(),
-        "memory_bytes": memory::estimate(problem).round() as u64,
-        "notes": notes,
-        "warnings": case.warnings().iter().map(ToString::to_string).collect::<Vec<_>>(),
-    })
 }

@@ -1,4 +1,4 @@
-//! Certificates of displacements that another code computed, read from files.
+//! Certificates of displacements that another code computed, read from files or in memory.
 
 use crate::convert;
 use crate::failure::{FILES, Failure, INVALID_INPUT};
@@ -12,6 +12,7 @@ use fem_core::mesh::TriMesh;
 use fem_core::mesh::id::NodeId;
 use fem_core::prepared::PreparedProblem;
 use mesh_io::vtu::{PointVectors, point_vectors};
+use serde_json::{Map, Value, json};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
@@ -36,16 +37,7 @@ pub fn certify(case: &Case, problem: ContactProblem, files: &[PathBuf]) -> Resul
              order of the case file\n  fix: write `--displacement A.vtu B.vtu …`"
         )));
     }
-    if let Some(pair) = case.contacts.iter().find(|contact| contact.friction.is_some()) {
-        return Err(Failure::plain(
-            INVALID_INPUT,
-            format!(
-                "the pair \"{}\" has friction, and displacements of other programs are certified without friction only\n  expected: \
-                 pairs without friction\n  fix: solve the case with nndd",
-                pair.name
-            ),
-        ));
-    }
+    refuse_friction(case)?;
     let bodies = case.build_bodies()?;
     let mut fields = Vec::with_capacity(files.len());
     for (b, (file, body)) in files.iter().zip(&bodies).enumerate() {
@@ -77,11 +69,95 @@ pub fn certify(case: &Case, problem: ContactProblem, files: &[PathBuf]) -> Resul
         check_others(&read, body.mesh(), &own).map_err(|point| other_field(case, b, file, point))?;
         fields.push(on_mesh(body, &own, refined));
     }
+    bound(case, problem, &fields, None)
+}
+
+/// Certifies displacements in memory.
+///
+/// * `problem`: that of the case.
+/// * `fields`: at the nodes of each body's mesh as the case describes it, Cartesian, m.
+/// * `pressures`: for each pair, at the nodes of the mesh of its first body, Pa; `None`: from the equilibrium of the fields.
+///
+/// # Errors
+/// Fields of another length than the meshes, friction, a problem without a unique solution.
+pub fn of_fields(
+    case: &Case,
+    problem: ContactProblem,
+    fields: &[Vec<Vector>],
+    pressures: Option<&[Vec<f64>]>,
+) -> Result<FieldCertificate, Failure> {
+    refuse_friction(case)?;
+    let bodies = case.build_bodies()?;
+    let counted = |what: &str, found: usize, expected: usize| {
+        let said = format!(
+            "{what}: found {found}, and the case has {expected}\n  expected: as many, in the order of the case\n  fix: check the \
+             lists and the meshes they belong to"
+        );
+        if found == expected { Ok(()) } else { Err(Failure::invalid(said)) }
+    };
+    counted("fields of displacements", fields.len(), bodies.len())?;
+    for (field, (body, given)) in fields.iter().zip(bodies.iter().zip(&case.bodies)) {
+        counted(
+            &format!("displacements of body \"{}\"", given.name),
+            field.len(),
+            body.mesh().points().len(),
+        )?;
+    }
+    let refined = fields.iter().zip(&bodies).zip(&problem.bodies);
+    let refined: Vec<Vec<Vector>> =
+        refined.map(|((field, body), refined)| on_mesh(body, field, refined.mesh())).collect();
+    let Some(pressures) = pressures else { return bound(case, problem, &refined, None) };
+    counted("pressures", pressures.len(), case.contacts.len())?;
+    let mut at_pairs = Vec::with_capacity(pressures.len());
+    for (pressure, (given, pair)) in pressures.iter().zip(case.contacts.iter().zip(&problem.contacts)) {
+        let first = pair.bodies[0];
+        let mesh = bodies[first].mesh();
+        counted(&format!("pressures of the pair \"{}\"", given.name), pressure.len(), mesh.points().len())?;
+        let as_vectors: Vec<Vector> = pressure.iter().map(|p| Vector::new(*p, 0.0)).collect();
+        let field = on_mesh(&bodies[first], &as_vectors, problem.bodies[first].mesh());
+        at_pairs.push(pair.interface.pairs().iter().map(|p| field[p.nodes[0]][0]).collect());
+    }
+    bound(case, problem, &refined, Some(&at_pairs))
+}
+
+fn refuse_friction(case: &Case) -> Result<(), Failure> {
+    let Some(pair) = case.contacts.iter().find(|contact| contact.friction.is_some()) else { return Ok(()) };
+    Err(Failure::invalid(format!(
+        "the pair \"{}\" has friction, and displacements of other programs are certified without friction only\n  expected: \
+         pairs without friction\n  fix: solve the case with nndd",
+        pair.name
+    )))
+}
+
+/// * `fields`: at the nodes of the problem; `pressures`: at its pairs.
+fn bound(
+    case: &Case,
+    problem: ContactProblem,
+    fields: &[Vec<Vector>],
+    pressures: Option<&[Vec<f64>]>,
+) -> Result<FieldCertificate, Failure> {
     let prepared =
         PreparedProblem::new(problem).map_err(|error| Failure::solve(case, &SolveError::Prepare(error)))?;
     let relaxation: Relaxation = convert::settings(case).relaxation;
-    cre_estimator::certify(&prepared, &fields, None, relaxation)
+    cre_estimator::certify(&prepared, fields, pressures, relaxation)
         .map_err(|error| Failure::solve(case, &SolveError::Estimator(error)))
+}
+
+/// Makes one object of what was found.
+pub fn summary(found: &FieldCertificate) -> Value {
+    let failed = found.estimate.admissibility.failed();
+    let checks: Map<String, Value> = failed.map(|(name, value)| (name.to_owned(), json!(value))).collect();
+    json!({
+        "valid": found.bound().is_some(),
+        "bound": found.bound(),
+        "relative": found.relative(),
+        "e_cre": found.estimate.unchecked().e_cre,
+        "change": found.change,
+        "penetration": found.penetration,
+        "support_change": found.support_change,
+        "energy_norm": found.estimate.energy_norm(),
+        "failed_checks": checks,
+    })
 }
 
 /// Says that a file has another field than that of the nodes of the mesh.
@@ -266,6 +342,9 @@ fn weights(mesh: &TriMesh, t: usize, point: Vector) -> [f64; 3] {
 /// Evaluates a field of a body's mesh at the nodes of the mesh that a common refinement made of it.
 fn on_mesh(body: &Body, field: &[Vector], refined: &TriMesh) -> Vec<Vector> {
     let mesh = body.mesh();
+    if mesh.points() == refined.points() {
+        return field.to_vec();
+    }
     let places = Places::new(mesh.points(), tolerance(mesh));
     let at =
         |point: &Vector| places.at(*point).map_or_else(|| interpolated(mesh, field, *point), |k| field[k]);
@@ -290,6 +369,62 @@ fn interpolated(mesh: &TriMesh, field: &[Vector], point: Vector) -> Vector {
 mod tests {
     use super::*;
     use fem_core::mesh::generate::block;
+
+    /// The paper's problem, and its displacements.
+    fn solved() -> (Case, ContactProblem, Vec<Vec<Vector>>) {
+        let mut case = Case::parse(case_io::template::PAPER, "paper.toml", &[]).unwrap();
+        let problem = case.build_problem().unwrap();
+        let settings = convert::settings(&case);
+        let found = certified_contact::solve(problem.clone(), &settings, &mut certified_contact::Silent);
+        let bodies = found.unwrap().estimate.unwrap().pair.bodies;
+        (case, problem, bodies.into_iter().map(|body| body.displacement).collect())
+    }
+
+    #[test]
+    fn fields_in_memory_are_certified_as_those_of_files() {
+        let (case, problem, fields) = solved();
+        let folder = tempfile::tempdir().unwrap();
+        let written = |(k, field): (usize, &Vec<Vector>)| {
+            let rows = problem.bodies[k].mesh().points().iter().zip(field);
+            let rows = rows.map(|(x, u)| format!("{:e},{:e},{:e},{:e}\n", x[0], x[1], u[0], u[1]));
+            let path = folder.path().join(format!("{k}.csv"));
+            std::fs::write(&path, format!("x,y,ux,uy\n{}", rows.collect::<String>())).unwrap();
+            path
+        };
+        let files: Vec<PathBuf> = fields.iter().enumerate().map(written).collect();
+        let of_files = certify(&case, problem.clone(), &files).unwrap();
+        let in_memory = of_fields(&case, problem.clone(), &fields, None).unwrap();
+        assert!(in_memory.bound().is_some());
+        assert_eq!(summary(&of_files), summary(&in_memory));
+        // Pressures of the nodes that are not in contact do not count.
+        let mut pressure = vec![f64::MAX; fields[0].len()];
+        let pair = &problem.contacts[0];
+        for node in pair.interface.pairs() {
+            pressure[node.nodes[0].index()] = 0.0;
+        }
+        let without = of_fields(&case, problem, &fields, Some(&[pressure])).unwrap();
+        assert!(without.estimate.unchecked().e_cre > in_memory.estimate.unchecked().e_cre);
+    }
+
+    #[test]
+    fn fields_of_other_lengths_are_refused() {
+        let (case, problem, mut fields) = solved();
+        let said = |fields: &[Vec<Vector>], pressures: Option<&[Vec<f64>]>| {
+            of_fields(&case, problem.clone(), fields, pressures).unwrap_err().message.unwrap()
+        };
+        assert!(said(&fields[..1], None).starts_with("fields of displacements: found 1, and the case has 2"));
+        assert!(said(&fields, Some(&[])).starts_with("pressures: found 0, and the case has 1"));
+        let short = said(&fields, Some(&[vec![0.0; 3]]));
+        assert!(
+            short.starts_with("pressures of the pair \"upper-lower\": found 3, and the case has 190"),
+            "{short}"
+        );
+        fields[1].pop();
+        assert!(
+            said(&fields, None)
+                .starts_with("displacements of body \"lower\": found 189, and the case has 190")
+        );
+    }
 
     #[test]
     fn a_table_names_the_line_of_a_fault() {

@@ -1,12 +1,14 @@
 //! Every check of a case that needs no factorisation.
 
 use crate::failure::Failure;
+use crate::memory;
 use crate::motion::{member, moves};
 use case_io::Case;
 use certified_contact::SolveError;
 use fem_core::body::{NodeConstraint, RigidMotion};
 use fem_core::interface::ContactProblem;
 use nndd::NnddError;
+use serde_json::{Value, json};
 
 /// What a body of a case consists of.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,4 +84,48 @@ fn held_under(case: &Case, problem: &ContactProblem) -> Result<Vec<String>, Fail
         words.join(" and ")
     };
     Ok(support.free_motions.iter().map(of_motion).collect())
+}
+
+/// Makes one object of what a check found.
+///
+/// * `said`: notes about the problem, see [`crate::notes::of_problem`].
+pub fn summary(case: &Case, problem: &ContactProblem, bodies: &[CheckedBody], said: &[String]) -> Value {
+    let body = |(k, body): (usize, &CheckedBody)| {
+        let mesh = problem.bodies[k].mesh();
+        let sides: serde_json::Map<String, Value> =
+            body.sides.iter().map(|(name, edges)| (name.clone(), json!(edges))).collect();
+        json!({
+            "name": body.name,
+            "nodes": mesh.points().len(),
+            "triangles": mesh.triangles().len(),
+            "sides": sides,
+            "supports": body.supports,
+            "held_nodes": body.held_nodes,
+            "rigid_sides": body.rigid_sides,
+            "loads": body.loads,
+            "smallest_angle": body.smallest_angle,
+            "floating": problem.bodies[k].free_motion().is_some(),
+        })
+    };
+    let contact = case.contacts.iter().zip(&problem.contacts).map(|(given, pair)| {
+        json!({
+            "name": given.name,
+            "bodies": given.bodies.iter().map(|b| &case.bodies[*b].name).collect::<Vec<_>>(),
+            "surfaces": given.surfaces,
+            "obstacle": given.obstacle.is_some(),
+            "free_motions": problem.obstacle_of(pair).map_or(0, |obstacle| obstacle.free_motions().len()),
+            "pairs": pair.interface.pairs().len(),
+            "length": pair.interface.length(),
+        })
+    });
+    let notes = [case.notes(), said].concat();
+    json!({
+        "event": "checked",
+        "case": case.file_name(),
+        "bodies": bodies.iter().enumerate().map(body).collect::<Vec<_>>(),
+        "contact": contact.collect::<Vec<_>>(),
+        "memory_bytes": memory::estimate(problem).round() as u64,
+        "notes": notes,
+        "warnings": case.warnings().iter().map(ToString::to_string).collect::<Vec<_>>(),
+    })
 }

@@ -6,7 +6,7 @@ use case_io::diagnostic::{Diagnostic, code, significant};
 use case_io::output::OutputError;
 use case_io::report::ReportError;
 use case_io::table::TableError;
-use case_io::{BrokenLink, Case, CaseError};
+use case_io::{BrokenLink, Case, CaseError, Place};
 use certified_contact::SolveError;
 use cre_estimator::EstimatorError;
 use fem_core::assembly::AssemblyError;
@@ -32,6 +32,20 @@ pub struct Failure {
     pub message: Option<String>,
 }
 
+/// One thing that is wrong, in its parts.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Finding {
+    /// Where it is, if it is in a case.
+    pub place: Option<Place>,
+    /// What was found.
+    pub found: String,
+    /// What was expected there.
+    pub expected: Option<String>,
+    /// One fix.
+    pub fix: Option<String>,
+}
+
 /// Exit status: a defect of this program.
 pub const DEFECT: u8 = 1;
 /// Exit status: a wrong command line, or wrong arguments of a call.
@@ -53,6 +67,22 @@ impl Failure {
     /// Makes one without a place.
     pub fn plain(code: u8, message: impl Into<String>) -> Self {
         Self { code, diagnostics: Vec::new(), message: Some(message.into()) }
+    }
+
+    /// Lists what is wrong, each in its parts.
+    pub fn findings(&self) -> Vec<Finding> {
+        let of_case = self.diagnostics.iter().map(|diagnostic| Finding {
+            place: diagnostic.place.clone(),
+            found: diagnostic.message.clone(),
+            expected: diagnostic.expected.clone(),
+            fix: diagnostic.help.clone(),
+        });
+        let of_text = self.message.iter().map(|text| {
+            let (rest, fix) = parted(text, "\n  fix: ");
+            let (found, expected) = parted(rest, "\n  expected: ");
+            Finding { place: None, found: found.to_owned(), expected, fix }
+        });
+        of_case.chain(of_text).collect()
     }
 
     /// Makes it one of the command line, wherever it was found.
@@ -232,6 +262,11 @@ impl Failure {
     }
 }
 
+/// Splits a text at a mark.
+fn parted<'a>(text: &'a str, mark: &str) -> (&'a str, Option<String>) {
+    text.split_once(mark).map_or((text, None), |(before, after)| (before, Some(after.to_owned())))
+}
+
 impl From<OutputError> for Failure {
     fn from(error: OutputError) -> Self {
         let fix = match &error {
@@ -285,3 +320,20 @@ macro_rules! plain_failures {
 }
 
 plain_failures!(ReportError => DEFECT, TableError => DEFECT, CheckpointError => FILES, io::Error => FILES);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failure_is_listed_in_its_parts() {
+        let failure = Failure::plain(LIMIT, "too large\n  expected: less\n  fix: take fewer cells");
+        let [finding] = &failure.findings()[..] else { panic!("one finding") };
+        assert_eq!((finding.found.as_str(), finding.expected.as_deref()), ("too large", Some("less")));
+        assert_eq!(finding.fix.as_deref(), Some("take fewer cells"));
+        assert!(Failure::plain(DEFECT, "alone").findings()[0].fix.is_none());
+        let case = Case::parse("schema = 1\ntitle = 3\n", "a.toml", &[]).unwrap_err();
+        let listed = Failure::from(case).findings();
+        assert!(listed.len() > 1 && listed[0].place.as_ref().is_some_and(|place| place.file() == "a.toml"));
+    }
+}

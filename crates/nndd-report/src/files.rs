@@ -43,12 +43,11 @@ pub fn write(
     watch.switch(Activity::Write, host.elapsed());
     let resumed_on = place.resumed_on();
     let mut directory = place.directory;
-    let mut run_info = describe(case, solved);
-    run_info.extend(run);
+    let mut run = run;
     if let Some(mesh) = resumed_on {
-        run_info.insert("resumed_on_mesh".into(), mesh.into());
+        run.insert("resumed_on_mesh".into(), mesh.into());
     }
-    let mut report = report::report(case, solved, run_info);
+    let mut report = self::report(case, solved, run);
     write_files(case, solved, &report, &mut directory)?;
     report.timings = watch.read(host.elapsed());
     let text = report.to_json()?;
@@ -59,6 +58,15 @@ pub fn write(
     let files = directory.written().map(|p| p.display().to_string()).collect();
     directory.finish()?;
     Ok(Written { report, files })
+}
+
+/// Makes the contents of report.json, without times.
+///
+/// * `run`: what else `run` shall hold, such as the host.
+pub fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> Report {
+    let mut run_info = describe(case, solved);
+    run_info.extend(run);
+    report::report(case, solved, run_info)
 }
 
 /// Lists with what a case was solved: `run` of report.json, as far as it is known here.

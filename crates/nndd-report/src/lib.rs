@@ -12,8 +12,10 @@
 //! | choose the directory, or resume an adaptive run | [`Place::open`], [`Place::resume`] |
 //! | solve, adaptively if the case has a target | [`run::solve`] |
 //! | write everything, the report last | [`files::write`] |
+//! | look at the result in memory | [`files::report`], [`view`] |
 //! | say how it ended, in two sentences | [`verdict::verdict`] |
 //! | compare values of one setting | [`sweep::sweep`] |
+//! | bound the error of another code's field | [`certify::certify`], [`certify::of_fields`] |
 //! | make the library's settings of those of a case | [`convert::settings`] |
 //!
 //! Nothing is printed here, no signal and no clock is read, and the process is never ended. What a run needs from outside
@@ -50,6 +52,7 @@
 //! ```
 
 mod adapt;
+mod body_fields;
 pub mod certify;
 pub mod check;
 pub mod convert;
@@ -77,6 +80,7 @@ mod steps;
 mod stopwatch;
 pub mod sweep;
 pub mod verdict;
+pub mod view;
 pub mod words;
 
 pub use adapt::{adaptive_row, without_bound};

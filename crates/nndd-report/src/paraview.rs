@@ -1,21 +1,16 @@
 //! The files for ParaView: one per body and one of the contact line, on the last mesh and on each of an adaptive run.
 
+use crate::body_fields::{AT_POINTS, BodyFields, IN_CELLS};
 use crate::failure::Failure;
-use crate::figures;
 use crate::report;
 use crate::solved::Fields;
 use crate::words;
 use case_io::Case;
-use case_io::case::MaterialLaw;
 use case_io::output::OutputDirectory;
 use case_io::table::FrictionRow;
 use cre_estimator::Estimate;
-use fem_core::body::{Body, NodeConstraint};
-use fem_core::field;
 use fem_core::geometry::{Vector, norm, perpendicular};
 use fem_core::interface::ContactEdge;
-use fem_core::material::{Hypothesis, LinearElastic};
-use fem_core::tensor::SymTensor2;
 use mesh_io::vtu::{self, PvdEntry, VtuArray, VtuCells, VtuData, VtuError, VtuMesh};
 use std::io;
 
@@ -63,7 +58,12 @@ fn write_parts(
     let Some(estimate) = solution.estimate else { return Ok(()) };
     for (part, file) in parts(case).iter().enumerate() {
         let (grid, mut data) = match part.checked_sub(case.bodies.len()) {
-            None => body_data(case, solution, estimate, part),
+            None => {
+                let fields = BodyFields { case, solution, estimate, body: part };
+                let data =
+                    VtuData { point: fields.all(&AT_POINTS), cell: fields.all(&IN_CELLS), field: Vec::new() };
+                (VtuMesh::from(solution.problem.bodies[part].mesh()), data)
+            }
             Some(pair) => contact_data(solution, estimate, pair),
         };
         data.field = field_data(solution, estimate, step);
@@ -124,106 +124,6 @@ fn field_data(solution: &Fields<'_>, estimate: &Estimate, step: Option<usize>) -
     data.extend(theta.map(|theta| one("theta", theta)));
     data.extend(step.map(|step| one("TimeValue", step as f64)));
     data
-}
-
-/// A tensor in VTK's order.
-fn six(t: SymTensor2, zz: f64) -> [f64; 6] {
-    [t.xx, t.yy, zz, t.xy, 0.0, 0.0]
-}
-
-fn body_data(case: &Case, solution: &Fields<'_>, estimate: &Estimate, body: usize) -> (VtuMesh, VtuData) {
-    let model = &solution.problem.bodies[body];
-    let mesh = model.mesh();
-    let pair = &estimate.pair;
-    let cells = 0..mesh.triangles().len();
-    let tensors = |name: &str, of: &dyn Fn(usize) -> [f64; 6]| {
-        VtuArray::tensors(name, &cells.clone().map(of).collect::<Vec<_>>())
-    };
-    let scalars =
-        |name: &str, of: &dyn Fn(usize) -> f64| VtuArray::scalars(name, cells.clone().map(of).collect());
-    let integers =
-        |name: &str, of: &dyn Fn(usize) -> usize| VtuArray::integers(name, cells.clone().map(of).collect());
-    // Not known for a given plane stiffness in plane strain.
-    let with_zz = |t: usize, s: SymTensor2| six(s, model.material(t).out_of_plane_stress(s).unwrap_or(0.0));
-    let stress = &pair.bodies[body].stress;
-    let equilibrated = &pair.bodies[body].equilibrated;
-    let places = case.material_places(body);
-    let numbers = case.element_numbers(body, mesh);
-    let mut cell = vec![
-        tensors("stress", &|t| with_zz(t, stress[t])),
-        tensors("stress_equilibrated", &|t| with_zz(t, equilibrated.cell_mean(model, t))),
-        tensors("strain", &|t| {
-            let zz = out_of_plane_strain(case, places[model.materials().index(t)], stress[t]);
-            six(model.material(t).strain(stress[t]), zz)
-        }),
-        VtuArray::scalars("error_density", figures::error_density(solution, body)),
-        scalars("error_density_mesh", &|t| estimate.cre.discretisation_by_cell[body][t] / mesh.area(t)),
-        // Constant in the cell: its energy density.
-        scalars("error_density_iteration", &|t| {
-            let d = equilibrated.finite_element[t].minus(stress[t]);
-            model.material(t).complementary(d, d)
-        }),
-        integers("material_id", &|t| places[model.materials().index(t)]),
-        integers("element_id", &|t| numbers.map_or(t, |numbers| numbers[t] as usize)),
-        integers("body_id", &|_| body),
-    ];
-    let von_mises: Option<Vec<f64>> = cells.clone().map(|t| model.material(t).von_mises(stress[t])).collect();
-    cell.extend(von_mises.map(|values| VtuArray::scalars("von_mises", values)));
-    let mut point = vec![
-        VtuArray::vectors("displacement", &pair.bodies[body].displacement),
-        VtuArray::vectors("reaction", &reactions(solution, estimate, model, body)),
-    ];
-    if let Some(recovered) = solution.results.as_ref().and_then(|results| results.recovered.get(body)) {
-        let nodal: Vec<(&LinearElastic, SymTensor2)> =
-            recovered.by_node(model).into_iter().map(|(m, s)| (&model.materials().list()[m], s)).collect();
-        let tensor =
-            |(of, s): &(&LinearElastic, SymTensor2)| six(*s, of.out_of_plane_stress(*s).unwrap_or(0.0));
-        point.push(VtuArray::tensors("stress_recovered", &nodal.iter().map(tensor).collect::<Vec<_>>()));
-        let von_mises: Option<Vec<f64>> = nodal.iter().map(|(of, s)| of.von_mises(*s)).collect();
-        point.extend(von_mises.map(|values| VtuArray::scalars("von_mises_recovered", values)));
-    }
-    let grid = VtuMesh::from(mesh);
-    (grid, VtuData { point, cell, field: Vec::new() })
-}
-
-/// `ε_zz`: 0 in plane strain, `−ν/E (σ_xx + σ_yy)` in plane stress of an isotropic material; 0, too, if the plane
-/// constants do not say it.
-fn out_of_plane_strain(case: &Case, material: usize, stress: SymTensor2) -> f64 {
-    match (case.model.hypothesis, &case.materials[material].law) {
-        (Hypothesis::PlaneStress, MaterialLaw::Isotropic { young, poisson }) => {
-            -poisson / young * (stress.xx + stress.yy)
-        }
-        _ => 0.0,
-    }
-}
-
-/// The forces of supports and contact on the nodes, N/m: what the loads leave of `K u − f`, in the directions that are
-/// held or in contact, so that nothing but round-off is left out.
-fn reactions(solution: &Fields<'_>, estimate: &Estimate, model: &Body, body: usize) -> Vec<Vector> {
-    let residual = field::nodal_residual(model, &estimate.pair.bodies[body].displacement);
-    let along = |direction: Vector, force: Vector| direction.dot(&force) * direction;
-    let held = model.node_constraints().iter().zip(&residual).map(|(constraint, force)| match constraint {
-        NodeConstraint::Free => Vector::zeros(),
-        NodeConstraint::Along { direction, .. } => along(*direction, *force),
-        NodeConstraint::Fixed { .. } | NodeConstraint::Rigid { .. } => *force,
-    });
-    let mut forces: Vec<Vector> = held.collect();
-    for side in model.rigid_sides() {
-        for (node, load) in side.nodes.iter().zip(&side.forces) {
-            forces[*node] += load;
-        }
-    }
-    for (k, side) in solution.problem.sides_of(body) {
-        for pair in solution.problem.contacts[k].interface.pairs() {
-            let node = pair.nodes[side].index();
-            let slides = !solution.problem.contacts[k].friction.acts();
-            forces[node] = match model.node_constraints()[node] {
-                NodeConstraint::Free if slides => along(pair.normal / norm(pair.normal), residual[node]),
-                _ => residual[node],
-            };
-        }
-    }
-    forces
 }
 
 fn contact_data(solution: &Fields<'_>, estimate: &Estimate, pair: usize) -> (VtuMesh, VtuData) {

@@ -33,6 +33,14 @@ impl Place {
         Ok(Self { directory, progress: None, resumed: false, notes: Vec::new() })
     }
 
+    /// Copies what a run has written in another place so far: the fields of its earlier meshes or load steps, and its checkpoints.
+    ///
+    /// # Errors
+    /// Files that cannot be read or written.
+    pub fn copy_from(&mut self, run: &Place) -> Result<(), Failure> {
+        Ok(self.directory.copy_from(&run.directory)?)
+    }
+
     /// Finds the interrupted adaptive run of a case in a directory.
     ///
     /// # Errors

@@ -15,7 +15,7 @@ use case_io::Case;
 use case_io::case_file::split_override;
 use case_io::output::Presence;
 use fem_core::interface::ContactProblem;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Splits settings of the form `KEY=VALUE`.
 ///
@@ -25,24 +25,57 @@ pub fn overrides(set: &[String]) -> Result<Vec<(String, String)>, Failure> {
     set.iter().map(|argument| split_override(argument).map_err(Failure::from)).collect()
 }
 
+/// A case that is read several times with other overrides: a file, or what a program keeps in memory.
+pub trait Source {
+    /// Parses the case alone.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it.
+    fn parse(&self, overrides: &[(String, String)]) -> Result<Case, Failure>;
+
+    /// Parses the case and reads its meshes.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it, and with the meshes.
+    fn read(&self, overrides: &[(String, String)]) -> Result<Case, Failure>;
+}
+
+/// A case file, read once.
+pub struct CaseFile {
+    path: PathBuf,
+    bytes: Vec<u8>,
+}
+
+impl CaseFile {
+    /// Reads the bytes of a case file.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub fn open(path: &Path) -> Result<Self, Failure> {
+        let bytes = case_io::case_file::read(path).map_err(|e| Failure::unreadable(path, &e))?;
+        Ok(Self { path: path.to_owned(), bytes })
+    }
+}
+
+impl Source for CaseFile {
+    fn parse(&self, overrides: &[(String, String)]) -> Result<Case, Failure> {
+        Ok(Case::parse_bytes(&self.bytes, &self.path.to_string_lossy(), overrides)?)
+    }
+
+    fn read(&self, overrides: &[(String, String)]) -> Result<Case, Failure> {
+        let mut case = self.parse(overrides)?;
+        // Mesh files lie beside the case file.
+        case.read_mesh_files(self.path.parent().unwrap_or(Path::new("")))?;
+        Ok(case)
+    }
+}
+
 /// Reads a case file with overrides, and the mesh files that it names.
 ///
 /// # Errors
 /// Files that cannot be read, and everything that is wrong with them.
 pub fn read_case(file: &Path, overrides: &[(String, String)]) -> Result<Case, Failure> {
-    Ok(read_case_with_text(file, overrides)?.1)
-}
-
-/// Reads a case file as [`read_case`] does, and returns its text as well.
-pub(crate) fn read_case_with_text(
-    file: &Path,
-    overrides: &[(String, String)],
-) -> Result<(Vec<u8>, Case), Failure> {
-    let bytes = case_io::case_file::read(file).map_err(|e| Failure::unreadable(file, &e))?;
-    let mut case = Case::parse_bytes(&bytes, &file.to_string_lossy(), overrides)?;
-    // Mesh files lie beside the case file.
-    case.read_mesh_files(file.parent().unwrap_or(Path::new("")))?;
-    Ok((bytes, case))
+    CaseFile::open(file)?.read(overrides)
 }
 
 /// Makes the contact problem of a case, bodies in the file's order, if there is memory to solve it; the case may get notes.

@@ -52,7 +52,7 @@ impl Stopwatch {
     }
 
     /// Returns the times so far.
-    pub(crate) fn read(&mut self, now: f64) -> Timings {
+    pub fn read(&mut self, now: f64) -> Timings {
         self.switch(self.activity, now);
         let mut timings = self.timings.clone();
         timings.total = timings.mesh

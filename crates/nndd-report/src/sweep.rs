@@ -5,10 +5,9 @@ use crate::failure::Failure;
 use crate::host::{Event, Host};
 use crate::plot;
 use crate::report;
-use crate::run;
+use crate::run::{self, CaseFile, Source};
 use crate::stopwatch::Stopwatch;
 use crate::words::counted;
-use case_io::Case;
 use case_io::case_file::{Sweep, split_override};
 use case_io::output::{OutputDirectory, Presence, ResultKind};
 use case_io::report::{CASE_HASH, IterationRow, SWEEP_SCHEMA, SweepPanel, SweepReport, SweepRow};
@@ -76,6 +75,16 @@ impl Swept {
 /// # Errors
 /// Options, settings and values that make no sense, a first run that fails, and files that cannot be written.
 pub fn sweep(options: &SweepOptions, host: &mut dyn Host) -> Result<Swept, Failure> {
+    sweep_of(&CaseFile::open(&options.case)?, options, host)
+}
+
+/// Runs a sweep as [`sweep`] does, of a case from anywhere.
+///
+/// * `source`: the case, instead of the file of the options.
+///
+/// # Errors
+/// See [`sweep`].
+pub fn sweep_of(source: &dyn Source, options: &SweepOptions, host: &mut dyn Host) -> Result<Swept, Failure> {
     let sweep = Sweep::parse(&options.over).map_err(|e| Failure::from(e).on_command_line())?;
     let base = run::overrides(&options.set)?;
     let mut variants = vec![Vec::new()];
@@ -83,9 +92,9 @@ pub fn sweep(options: &SweepOptions, host: &mut dyn Host) -> Result<Swept, Failu
         let settings = panel.split(';').map(str::trim).filter(|s| !s.is_empty());
         variants.push(settings.map(split_override).collect::<Result<Vec<_>, _>>()?);
     }
-    let (bytes, case) = run::read_case_with_text(&options.case, &base)?;
+    let case = source.read(&base)?;
     for variant in &variants {
-        check_values(options, &sweep, &bytes, &[base.as_slice(), variant.as_slice()].concat())
+        check_values(options, &sweep, source, &[base.as_slice(), variant.as_slice()].concat())
             .map_err(|failure| of_panel(failure, variant))?;
     }
     let path = options.out.clone().unwrap_or_else(|| PathBuf::from(case.output_directory() + "-sweep"));
@@ -98,7 +107,8 @@ pub fn sweep(options: &SweepOptions, host: &mut dyn Host) -> Result<Swept, Failu
         let mut panel =
             SweepPanel { settings: written(&[&base[..], variant].concat()), ..SweepPanel::default() };
         let output = directory.presence();
-        let filled = fill_panel(&mut panel, options, &sweep, [&base, variant], &panels, &output, host);
+        let of = (options, source, &sweep);
+        let filled = fill_panel(&mut panel, of, [&base, variant], &panels, &output, host);
         panels.push(panel);
         failure = filled.err().map(|failed| of_panel(failed, variant));
         if failure.is_some() || host.interrupted().is_some() {
@@ -149,14 +159,12 @@ fn settings_of_run(
 fn check_values(
     options: &SweepOptions,
     sweep: &Sweep,
-    bytes: &[u8],
+    source: &dyn Source,
     overrides: &[(String, String)],
 ) -> Result<(), Failure> {
-    let file = options.case.to_string_lossy();
     for value in &sweep.values {
         let all = settings_of_run(options, sweep, overrides, value);
-        if let Err(error) = Case::parse_bytes(bytes, &file, &all) {
-            let mut failure = Failure::from(error);
+        if let Err(mut failure) = source.parse(&all) {
             failure.diagnostics.iter_mut().for_each(|d| d.given_by("--over", &sweep.key, value));
             return Err(failure);
         }
@@ -203,8 +211,7 @@ fn written(settings: &[(String, String)]) -> Vec<String> {
 /// * `output`: the directory that must stay until the end.
 fn fill_panel(
     panel: &mut SweepPanel,
-    options: &SweepOptions,
-    sweep: &Sweep,
+    (options, source, sweep): (&SweepOptions, &dyn Source, &Sweep),
     settings: [&[(String, String)]; 2],
     before: &[SweepPanel],
     output: &Presence,
@@ -212,7 +219,7 @@ fn fill_panel(
 ) -> Result<(), Failure> {
     for (k, value) in sweep.values.iter().enumerate() {
         let all = settings_of_run(options, sweep, &settings.concat(), value);
-        let read = run::read_case(&options.case, &all).and_then(|mut case| {
+        let read = source.read(&all).and_then(|mut case| {
             let problem = if case.adapt.is_none() { Some(run::build(&mut case, host)?) } else { None };
             Ok((case, problem))
         });

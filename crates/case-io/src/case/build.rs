@@ -15,8 +15,8 @@ impl Case {
     /// Everything that fem-core refuses of a body, at the place of the key that causes it.
     pub fn build_bodies(&self) -> Result<Vec<Body>, CaseError> {
         let (mut bodies, mut faults) = (Vec::new(), Vec::new());
-        for body in 0..self.bodies.len() {
-            match self.build_body(body) {
+        for body in fem_core::each_body(self.bodies.len(), |body| self.build_body(body)) {
+            match body {
                 Ok(body) => bodies.push(body),
                 Err(error) => faults.extend(error.diagnostics),
             }

@@ -12,6 +12,7 @@ use fem_core::material::Hypothesis;
 fn quoted(value: Option<&Value>) -> String {
     match value {
         Some(Value::Expression(expression)) => crate::diagnostic::excerpt(expression.text()),
+        Some(Value::Nodal(_)) => "values at nodes".to_owned(),
         _ => "a function".to_owned(),
     }
 }

@@ -5,12 +5,15 @@ use crate::diagnostic::{CaseError, Diagnostic, code};
 use fem_core::geometry::shown;
 use fem_core::mesh::TriMesh;
 use mesh_io::{MeshFault, MeshFile, MeshFileError, Region, RegionOptions};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// What has been read of the mesh files of a case.
 #[derive(Clone, Debug, Default)]
 pub(super) struct MeshFiles {
+    /// Meshes that were given under names, until they are read.
+    given: Vec<(String, MeshFile)>,
     regions: Vec<Option<Arc<Region>>>,
     digests: Vec<Option<String>>,
     /// By body: the groups of cells that its material regions name, with the file's numbers of their cells.
@@ -19,6 +22,12 @@ pub(super) struct MeshFiles {
 }
 
 impl MeshFiles {
+    /// Keeps a mesh for the bodies whose file has this name; the last of a name counts.
+    pub(super) fn give(&mut self, name: &str, mesh: MeshFile) {
+        self.given.retain(|(other, _)| other != name);
+        self.given.push((name.to_owned(), mesh));
+    }
+
     pub(super) fn region(&self, body: usize) -> Option<&Region> {
         self.regions.get(body)?.as_deref()
     }
@@ -30,7 +39,7 @@ impl MeshFiles {
 }
 
 impl Case {
-    /// Reads the mesh files that the bodies name; bodies with a generator are skipped.
+    /// Reads the mesh files that the bodies name, and takes those of [`Case::give_mesh`]; bodies with a generator are skipped.
     ///
     /// * `folder`: what the names of mesh files are relative to: the folder of the case file.
     ///
@@ -38,43 +47,49 @@ impl Case {
     /// Files that cannot be read (with [`code::UNREADABLE`]), that hold no mesh or not the region asked for, and two
     /// bodies that share nodes or cells.
     pub fn read_mesh_files(&mut self, folder: &Path) -> Result<(), CaseError> {
-        let mut files: Vec<(PathBuf, Result<MeshFile, MeshFileError>)> = Vec::new();
+        let given = std::mem::take(&mut self.meshes.given);
+        let names: BTreeSet<String> = given.iter().map(|(name, _)| name.clone()).collect();
+        let mut files: Vec<(PathBuf, Result<MeshFile, MeshFileError>)> =
+            given.into_iter().map(|(name, mesh)| (name.into(), Ok(mesh))).collect();
         let mut faults = Vec::new();
         let count = self.bodies.len();
         let mut loaded = MeshFiles {
+            given: Vec::new(),
             regions: vec![None; count],
             digests: vec![None; count],
             groups: vec![Vec::new(); count],
             notes: Vec::new(),
         };
-        for body in 0..count {
-            let MeshSource::File { file, region, merge, .. } = &self.bodies[body].mesh else { continue };
-            let path = folder.join(file);
+        // The place of each body's file among them.
+        let mut places = vec![None; count];
+        for (body, place) in places.iter_mut().enumerate() {
+            let MeshSource::File { file, .. } = &self.bodies[body].mesh else { continue };
+            let path = if names.contains(file) { PathBuf::from(file) } else { folder.join(file) };
             let known = files.iter().position(|(other, _)| *other == path);
-            let place = known.unwrap_or_else(|| {
+            *place = Some(known.unwrap_or_else(|| {
                 let read = mesh_io::read(&path);
                 files.push((path, read));
                 files.len() - 1
-            });
-            let options = RegionOptions::with_merge(*merge);
-            let taken = match &files[place].1 {
-                Ok(mesh) => {
-                    loaded.digests[body] = Some(mesh.digest().to_owned());
-                    for region in &self.bodies[body].regions {
-                        let CellSelection::Group(name) = &region.cells else { continue };
-                        let numbers = mesh.cells_of_group(name);
-                        loaded.groups[body].extend(numbers.map(|numbers| (name.clone(), numbers)));
-                    }
-                    let names: Vec<&str> = region.iter().map(String::as_str).collect();
-                    let sides = !self.bodies[body].sides.is_empty();
-                    let unnamed = |r: &Region| if sides { None } else { r.without_sides() };
-                    mesh.regions(&names, options).and_then(|r| unnamed(&r).map_or(Ok(r), Err))
+            }));
+        }
+        let file_of = |body: usize| places[body].map(|place: usize| &files[place].1);
+        let regions = fem_core::each_body(count, |body| {
+            let read = file_of(body)?;
+            Some(read.as_ref().map_err(Clone::clone).and_then(|mesh| self.region_of(body, mesh)))
+        });
+        for (body, region) in regions.into_iter().enumerate() {
+            if let Some(Ok(mesh)) = file_of(body) {
+                loaded.digests[body] = Some(mesh.digest().to_owned());
+                for region in &self.bodies[body].regions {
+                    let CellSelection::Group(name) = &region.cells else { continue };
+                    let numbers = mesh.cells_of_group(name);
+                    loaded.groups[body].extend(numbers.map(|numbers| (name.clone(), numbers)));
                 }
-                Err(error) => Err(error.clone()),
-            };
-            match taken {
-                Ok(region) => loaded.regions[body] = Some(Arc::new(region)),
-                Err(error) => faults.push(self.mesh_file_diagnostic(body, error)),
+            }
+            match region {
+                Some(Ok(region)) => loaded.regions[body] = Some(Arc::new(region)),
+                Some(Err(error)) => faults.push(self.mesh_file_diagnostic(body, error)),
+                None => {}
             }
         }
         for region in loaded.regions.iter().flatten() {
@@ -94,6 +109,17 @@ impl Case {
         }
         self.meshes = loaded;
         Ok(())
+    }
+
+    /// Takes the region that a body is from its file.
+    fn region_of(&self, body: usize, mesh: &MeshFile) -> Result<Region, MeshFileError> {
+        let MeshSource::File { region, merge, .. } = &self.bodies[body].mesh else {
+            return mesh.region(None, RegionOptions::default());
+        };
+        let names: Vec<&str> = region.iter().map(String::as_str).collect();
+        let region = mesh.regions(&names, RegionOptions::with_merge(*merge))?;
+        let selected = !self.bodies[body].sides.is_empty();
+        region.without_sides().filter(|_| !selected).map_or(Ok(region), Err)
     }
 
     /// Returns the mesh file of a body, 0 or 1, with the SHA-256 of its contents; `None` for a generated mesh.

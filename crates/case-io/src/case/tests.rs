@@ -3,6 +3,7 @@
 mod building;
 mod data;
 mod faults;
+mod given;
 mod mesh_files;
 
 mod numbers;

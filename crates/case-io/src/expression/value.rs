@@ -1,16 +1,18 @@
-//! A datum of a case: a number, or an expression.
+//! A datum of a case: a number, an expression, or values at nodes.
 
-use super::Expression;
+use super::{Expression, NodalData};
 use fem_core::boundary::ScalarData;
 use serde::{Serialize, Serializer};
 
-/// A number, or an expression in `x` and `y`.
+/// A number, an expression in `x` and `y`, or values at nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
     /// The same everywhere.
     Number(f64),
     /// To be evaluated at points.
     Expression(Expression),
+    /// Given by a program, see [`crate::Case::set_data`]; no text of a case file makes it.
+    Nodal(NodalData),
 }
 
 impl Value {
@@ -23,6 +25,10 @@ impl Value {
                 let expression = expression.clone();
                 ScalarData::function(move |point| expression.at(point))
             }
+            Self::Nodal(data) => {
+                let data = data.clone();
+                ScalarData::function(move |point| data.at(point))
+            }
         }
     }
 
@@ -30,7 +36,7 @@ impl Value {
     pub fn number(&self) -> Option<f64> {
         match self {
             Self::Number(value) => Some(*value),
-            Self::Expression(_) => None,
+            Self::Expression(_) | Self::Nodal(_) => None,
         }
     }
 }
@@ -41,6 +47,8 @@ impl Serialize for Value {
             // Zero has one sign here, so that `-0.0` is the same case.
             Self::Number(number) => serializer.serialize_f64(number + 0.0),
             Self::Expression(expression) => serializer.serialize_str(expression.text()),
+            // By its contents, which name the case.
+            Self::Nodal(data) => serializer.collect_map([("nodal", data.digest())]),
         }
     }
 }

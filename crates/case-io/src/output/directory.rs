@@ -182,6 +182,21 @@ impl OutputDirectory {
         Ok(())
     }
 
+    /// Writes copies of the files that another run has written so far, its checkpoints among them.
+    ///
+    /// # Errors
+    /// See [`OutputDirectory::write`].
+    pub fn copy_from(&mut self, other: &OutputDirectory) -> Result<(), OutputError> {
+        for name in &other.written {
+            let places = [other.collected(name), other.path.join(name)];
+            let Some(from) = places.iter().find(|path| path.is_file()) else { continue };
+            self.write_with(&name.to_string_lossy(), |out| {
+                io::copy(&mut File::open(from)?, out).map(|_| ())
+            })?;
+        }
+        Ok(())
+    }
+
     /// Renames a file to an older name, if it is there, and writes it at its place at once, not at the end of the run.
     ///
     /// * `pieces`: the content, one after the other.

@@ -78,6 +78,21 @@ impl Region {
         &self.node_numbers
     }
 
+    /// Returns the places of its nodes.
+    pub fn points(&self) -> &[Vector] {
+        &self.points
+    }
+
+    /// Returns the corners of its triangles, by places in the list of nodes.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// Lists its named sides: the edges by their two nodes.
+    pub fn sides(&self) -> impl Iterator<Item = (&str, &[[u32; 2]])> {
+        self.groups.iter().map(|(name, edges)| (name.as_str(), &edges[..]))
+    }
+
     /// Returns the number of triangles.
     pub fn triangle_count(&self) -> usize {
         self.triangles.len()

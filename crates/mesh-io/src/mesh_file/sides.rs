@@ -111,7 +111,7 @@ impl MeshFile {
 }
 
 /// Finds which of some edges the triangles have: ascending.
-fn edges_among(triangles: &[[u32; 3]], nodes: usize, mut wanted: Vec<Key>) -> Vec<Key> {
+pub(super) fn edges_among(triangles: &[[u32; 3]], nodes: usize, mut wanted: Vec<Key>) -> Vec<Key> {
     wanted.sort_unstable();
     wanted.dedup();
     let mut touched = vec![false; nodes];

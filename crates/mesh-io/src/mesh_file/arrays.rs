@@ -1,0 +1,190 @@
+//! Meshes that a program keeps in memory: arrays instead of a file.
+
+use super::sides::{edges_among, key};
+use super::{Collector, Edge, ElementKind, Group, MeshFault, MeshFile, MeshFileError, MeshPlace, Spot};
+use sha2::{Digest, Sha256};
+
+/// Points, triangles and named parts of them. Everything is counted from 0, and so are the nodes and cells of messages.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MeshArrays {
+    /// Coordinates of the nodes, z last.
+    pub points: Vec<[f64; 3]>,
+    /// The corners of each cell, in either direction.
+    pub triangles: Vec<[u64; 3]>,
+    /// Names of sides and their edges, each by its two nodes.
+    pub sides: Vec<(String, Vec<[u64; 2]>)>,
+    /// Names of regions and their triangles.
+    pub regions: Vec<(String, Vec<u64>)>,
+}
+
+impl MeshFile {
+    /// Takes arrays instead of the contents of a file.
+    ///
+    /// ```
+    /// use mesh_io::{MeshArrays, MeshFile, RegionOptions};
+    /// let arrays = MeshArrays {
+    ///     points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+    ///     triangles: vec![[0, 1, 2]],
+    ///     sides: vec![("base".into(), vec![[1, 0]])],
+    ///     regions: vec![("plate".into(), vec![0])],
+    /// };
+    /// let mesh = MeshFile::of_arrays("plate", &arrays)?.region(Some("plate"), RegionOptions::default())?.mesh()?;
+    /// assert_eq!(mesh.group("base").map(<[_]>::len), Some(1));
+    /// # Ok::<(), mesh_io::MeshFileError>(())
+    /// ```
+    ///
+    /// * `name`: what messages call the mesh.
+    ///
+    /// # Errors
+    /// Coordinates that are not finite; nodes and triangles that are not there; edges that no triangle has; two sides, or two
+    /// regions, of one name.
+    pub fn of_arrays(name: &str, arrays: &MeshArrays) -> Result<Self, MeshFileError> {
+        let fault = |found: String| MeshFileError::new(MeshFault::Content, name, MeshPlace::File, found);
+        let mut collector = Collector::new(name);
+        collector.reserve_nodes(arrays.points.len());
+        for (number, point) in (0..).zip(&arrays.points) {
+            collector.node(number, *point, Spot::default())?;
+        }
+        collector.reserve_elements(arrays.triangles.len());
+        for (number, corners) in (0..).zip(&arrays.triangles) {
+            collector.element(number, ElementKind::Triangle3, corners, 0, Spot::default());
+        }
+        // Edges are numbered behind the triangles.
+        let edges = arrays.sides.iter().flat_map(|(_, edges)| edges);
+        for (number, ends) in (arrays.triangles.len() as u64..).zip(edges) {
+            collector.element(number, ElementKind::Edge2, ends, 0, Spot::default());
+        }
+        let mut mesh = collector.finish("arrays".to_owned())?.mesh;
+        let mut first = 0;
+        for (side, edges) in &arrays.sides {
+            let next = first + edges.len() as u32;
+            mesh.take_group(1, side, (first..next).collect())?;
+            first = next;
+        }
+        for (region, cells) in &arrays.regions {
+            if let Some(cell) = cells.iter().find(|cell| **cell >= arrays.triangles.len() as u64) {
+                let found = format!("region \"{region}\" has the triangle {cell}");
+                return Err(fault(found).expected(format!("numbers below {}", arrays.triangles.len())));
+            }
+            mesh.take_group(2, region, cells.iter().map(|cell| *cell as u32).collect())?;
+        }
+        mesh.check_edges_of_sides()?;
+        mesh.digest = arrays.digest();
+        Ok(mesh)
+    }
+
+    /// Adds a group under a name that no other of its dimension has.
+    fn take_group(&mut self, dimension: u8, name: &str, members: Vec<u32>) -> Result<(), MeshFileError> {
+        if self.group_names(dimension).any(|other| other == name) {
+            let what = if dimension == 1 { "sides" } else { "regions" };
+            let found = format!("two {what} are called \"{name}\"");
+            return Err(self.fault(MeshFault::Content, found).expected("names that differ"));
+        }
+        self.push_group(Group { dimension, name: name.to_owned(), members });
+        Ok(())
+    }
+
+    /// Refuses an edge of a side that no triangle has. A file may have such edges, a program that gives them has counted wrong.
+    fn check_edges_of_sides(&self) -> Result<(), MeshFileError> {
+        let triangles: Vec<[u32; 3]> =
+            self.cells.iter().map(|cell| [cell.corners[0], cell.corners[1], cell.corners[2]]).collect();
+        let wanted = self.edges.iter().map(|edge| key(edge.nodes[0], edge.nodes[1])).collect();
+        let there = edges_among(&triangles, self.points.len(), wanted);
+        let stray = |edge: &Edge| there.binary_search(&key(edge.nodes[0], edge.nodes[1])).is_err();
+        let Some(number) = self.edges.iter().position(stray) else { return Ok(()) };
+        let owns = |group: &&Group| group.dimension == 1 && group.members.contains(&(number as u32));
+        let side = self.groups.iter().find(owns).map_or("", |group| &group.name);
+        let [a, b] = self.edges[number].nodes;
+        let found = format!("side \"{side}\" has the edge between nodes {a} and {b}, which no triangle has");
+        Err(self.fault(MeshFault::Content, found).expected("edges of the triangles, each by its two nodes"))
+    }
+}
+
+impl MeshArrays {
+    /// Computes the SHA-256 of everything, in hexadecimal.
+    fn digest(&self) -> String {
+        let mut hasher = Sha256::new();
+        // Lengths keep two meshes from being taken for one.
+        let mut numbers = |list: &[u64]| {
+            hasher.update((list.len() as u64).to_le_bytes());
+            list.iter().for_each(|number| hasher.update(number.to_le_bytes()));
+        };
+        for point in &self.points {
+            numbers(&point.map(f64::to_bits));
+        }
+        numbers(self.triangles.as_flattened());
+        for (name, edges) in &self.sides {
+            numbers(&name.bytes().map(u64::from).collect::<Vec<_>>());
+            numbers(edges.as_flattened());
+        }
+        for (name, cells) in &self.regions {
+            numbers(&name.bytes().map(u64::from).collect::<Vec<_>>());
+            numbers(cells);
+        }
+        hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square() -> MeshArrays {
+        MeshArrays {
+            points: [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| [x, y, 0.0]).to_vec(),
+            triangles: vec![[0, 1, 2], [3, 2, 0]],
+            sides: vec![("bottom".into(), vec![[1, 0]]), ("all".into(), vec![[0, 1], [1, 2]])],
+            regions: vec![("a".into(), vec![0]), ("b".into(), vec![1])],
+        }
+    }
+
+    #[test]
+    fn arrays_become_sides_and_regions_of_a_mesh() {
+        let file = MeshFile::of_arrays("square", &square()).unwrap();
+        let whole = file.regions(&["a", "b"], Default::default()).unwrap();
+        assert_eq!((whole.triangle_count(), whole.node_numbers()), (2, &[0, 1, 2, 3][..]));
+        let mesh = whole.mesh().unwrap();
+        assert_eq!(["bottom", "all"].map(|name| mesh.group(name).unwrap().len()), [1, 2]);
+        assert_eq!(file.region(Some("b"), Default::default()).unwrap().node_numbers(), [0, 2, 3]);
+    }
+
+    #[test]
+    fn the_digest_is_that_of_the_contents() {
+        let digest = |change: &dyn Fn(&mut MeshArrays)| {
+            let mut arrays = square();
+            change(&mut arrays);
+            MeshFile::of_arrays("square", &arrays).unwrap().digest().to_owned()
+        };
+        let plain = digest(&|_| {});
+        assert_eq!((plain.len(), &plain), (64, &digest(&|_| {})));
+        let changes: [&dyn Fn(&mut MeshArrays); 4] =
+            [&|a| a.points[1][0] = 1.5, &|a| a.triangles.swap(0, 1), &|a| a.sides[0].0.push('s'), &|a| {
+                a.regions[1].1 = vec![0]
+            }];
+        assert!(changes.iter().all(|change| digest(change) != plain));
+    }
+
+    #[test]
+    fn wrong_arrays_are_refused_with_their_numbers() {
+        let said = |change: &dyn Fn(&mut MeshArrays)| {
+            let mut arrays = square();
+            change(&mut arrays);
+            MeshFile::of_arrays("square", &arrays).unwrap_err().to_string()
+        };
+        let faults: [(&dyn Fn(&mut MeshArrays), &str); 7] = [
+            (&|a| a.points[2][1] = f64::NAN, "square: node 2 has the coordinates (1, NaN, 0)"),
+            (&|a| a.triangles[1][0] = 9, "element 1 (3-node triangle) uses node 9"),
+            (&|a| a.triangles[1][0] = 2, "element 1 (3-node triangle) has the corners 2, 2, 0"),
+            (
+                &|a| a.sides[1].1[1] = [1, 3],
+                "side \"all\" has the edge between nodes 1 and 3, which no triangle has",
+            ),
+            (&|a| a.sides[1].0 = "bottom".into(), "two sides are called \"bottom\""),
+            (&|a| a.regions[1].0 = "a".into(), "two regions are called \"a\""),
+            (&|a| a.regions[1].1[0] = 2, "region \"b\" has the triangle 2"),
+        ];
+        for (change, expected) in faults {
+            assert!(said(change).contains(expected), "{}", said(change));
+        }
+    }
+}

@@ -1,0 +1,106 @@
+"""Exceptions of the package, and the warning about a case."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NoReturn, Optional
+
+_WRONG_ARGUMENTS = 2
+
+
+class Error(Exception):
+    """Why there is no result.
+
+    Attributes
+    ----------
+    place : str or None
+        Where: the line of a case file, the dotted key of a dict or a problem (``body.0.displacement.1.ux``), or `None`.
+    found : str
+        What was found.
+    expected : str or None
+        What was expected there.
+    fix : str or None
+        One thing that helps.
+    code : int
+        The exit status of the command ``nndd`` for the same failure.
+    findings : list of dict
+        Everything that is wrong, each with ``place``, ``found``, ``expected`` and ``fix``; the first is that of the attributes.
+
+    Examples
+    --------
+    >>> import nndd
+    >>> try:
+    ...     nndd.solve({"schema": 1, "materials": {"steel": {"young": -1.0, "poisson": 0.3}}, "body": [], "contact": []})
+    ... except nndd.Error as error:
+    ...     print(type(error).__name__, error.code, error.findings[0]["place"])
+    InvalidInput 3 body
+    """
+
+    place: Optional[str]
+    found: str
+    expected: Optional[str]
+    fix: Optional[str]
+    code: int
+    findings: list[dict[str, Optional[str]]]
+
+    def __init__(self, code: int, findings: Sequence[Mapping[str, Optional[str]]]) -> None:
+        self.findings = [dict(finding) for finding in findings]
+        first = self.findings[0] if self.findings else {}
+        self.code = code
+        self.place = first.get("place")
+        self.found = first.get("found") or ""
+        self.expected = first.get("expected")
+        self.fix = first.get("fix")
+        super().__init__("\n".join(_sentence(finding) for finding in self.findings))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.code, self.findings)
+
+
+class InvalidInput(Error, ValueError):
+    """Arguments or a case that make no sense (codes 2 and 3)."""
+
+
+class NotSolvable(Error):
+    """A problem without a unique solution: a body can move freely, or its loads are outside the friction cones (code 4)."""
+
+
+class FileError(Error, OSError):
+    """Files that cannot be read or written (code 7)."""
+
+
+class LimitReached(Error):
+    """Too little memory or time for a first result (code 8)."""
+
+
+class CaseWarning(UserWarning):
+    """What a case allows and is probably not meant."""
+
+
+_CLASSES: dict[int, type[Error]] = {
+    2: InvalidInput,
+    3: InvalidInput,
+    4: NotSolvable,
+    7: FileError,
+    8: LimitReached,
+}
+
+
+def _sentence(finding: Mapping[str, Optional[str]]) -> str:
+    place, found = finding.get("place"), finding.get("found") or ""
+    text = f"{place}: {found}" if place else found
+    if finding.get("expected"):
+        text += f"\n  expected: {finding['expected']}"
+    if finding.get("fix"):
+        text += f"\n  fix: {finding['fix']}"
+    return text
+
+
+def of_failure(code: int, findings: Sequence[Mapping[str, Optional[str]]]) -> Error:
+    """Make the exception of a failure of the library."""
+    return _CLASSES.get(code, Error)(code, findings)
+
+
+def refuse(place: Optional[str], found: str, expected: str, fix: str) -> NoReturn:
+    """Raise the exception of a wrong argument."""
+    raise InvalidInput(_WRONG_ARGUMENTS, [{"place": place, "found": found, "expected": expected, "fix": fix}])

@@ -1,0 +1,841 @@
+"""Problems made of objects: each writes the keys of the case file that it is about."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Optional, Union
+
+import numpy.typing as npt
+
+from . import _nndd
+from ._case import native
+from ._data import Datum, Floats, GivenMesh, Integers, floats, integers
+from ._errors import refuse
+
+if TYPE_CHECKING:
+    from ._solution import Check, Solution, Sweep
+
+Pair = Union[tuple[float, float], Sequence[float], npt.NDArray[Any]]
+Sides = Union[str, Sequence[str]]
+Range = Mapping[str, Pair]
+Progress = Callable[[dict[str, Any]], object]
+
+
+class Material:
+    """An elastic material.
+
+    Parameters
+    ----------
+    young : float
+        Young's modulus, Pa.
+    poisson : float
+        Poisson's ratio.
+    name : str, optional
+        Its name in messages and reports.
+
+    Examples
+    --------
+    >>> Material(210e9, 0.3, name="steel")
+    Material(young=210000000000.0, poisson=0.3)
+    """
+
+    def __init__(self, young: float, poisson: float, *, name: Optional[str] = None) -> None:
+        self.name = name
+        self._keys: dict[str, Any] = {"young": young, "poisson": poisson}
+
+    @classmethod
+    def orthotropic(
+        cls,
+        young_1: float,
+        young_2: float,
+        poisson_12: float,
+        shear: float,
+        *,
+        angle: float = 0.0,
+        young_3: Optional[float] = None,
+        poisson_13: Optional[float] = None,
+        poisson_23: Optional[float] = None,
+        name: Optional[str] = None,
+    ) -> Material:
+        """Make an orthotropic material.
+
+        Parameters
+        ----------
+        young_1, young_2, young_3 : float
+            Moduli along the axes, Pa; the third one for plane strain.
+        poisson_12, poisson_13, poisson_23 : float
+            Poisson's ratios; the last two for plane strain.
+        shear : float
+            Shear modulus in the plane, Pa.
+        angle : float
+            From x to the first axis, degrees.
+        name : str, optional
+            Its name.
+        """
+        made = cls(0.0, 0.0, name=name)
+        made._keys = {
+            "young_1": young_1,
+            "young_2": young_2,
+            "poisson_12": poisson_12,
+            "shear": shear,
+            "angle": angle,
+            "young_3": young_3,
+            "poisson_13": poisson_13,
+            "poisson_23": poisson_23,
+        }
+        return made
+
+    @classmethod
+    def of_stiffness(cls, stiffness: npt.ArrayLike, *, name: Optional[str] = None) -> Material:
+        """Make a material of the stiffness of the plane problem.
+
+        Parameters
+        ----------
+        stiffness : (3, 3) array_like
+            From the strains (xx, yy, 2 xy) to the stresses (xx, yy, xy), Pa.
+        name : str, optional
+            Its name.
+        """
+        made = cls(0.0, 0.0, name=name)
+        made._keys = {"stiffness": floats(stiffness, "stiffness", (3, 3)).tolist()}
+        return made
+
+    def __repr__(self) -> str:
+        given = ", ".join(f"{key}={value}" for key, value in self._keys.items() if value is not None)
+        return f"Material({given})"
+
+
+class Mesh:
+    """A mesh of triangles with named sides and regions. Its arrays cannot be written to.
+
+    Parameters
+    ----------
+    points : (n, 2) or (n, 3) array_like of float
+        Coordinates of the nodes, m. A third column must be the same everywhere.
+    triangles : (m, 3) array_like of int
+        The nodes of each triangle, from 0, in either direction.
+    sides : mapping of str to (k, 2) array_like of int, optional
+        Edges by their two nodes, for supports, loads and contact.
+    regions : mapping of str to (k,) array_like of int, optional
+        Numbers of triangles, for `Body` and `Body.region`.
+
+    Examples
+    --------
+    >>> mesh = Mesh([[0, 0], [1, 0], [1, 1], [0, 1]], [[0, 1, 2], [0, 2, 3]], {"bottom": [[0, 1]]})
+    >>> mesh
+    <Mesh: 4 nodes, 2 triangles, sides: bottom>
+    """
+
+    def __init__(
+        self,
+        points: npt.ArrayLike,
+        triangles: npt.ArrayLike,
+        sides: Optional[Mapping[str, npt.ArrayLike]] = None,
+        regions: Optional[Mapping[str, npt.ArrayLike]] = None,
+    ) -> None:
+        self._points = _fixed(floats(points, "points", (None, 2), (None, 3)))
+        self._triangles = _fixed(integers(triangles, "triangles", (None, 3)))
+        self._sides = {name: _fixed(integers(edges, f"sides[{name!r}]", (None, 2))) for name, edges in (sides or {}).items()}
+        self._regions = {name: _fixed(integers(cells, f"regions[{name!r}]", (None,))) for name, cells in (regions or {}).items()}
+        self._generator: Optional[dict[str, Any]] = None
+
+    @classmethod
+    def read(cls, path: Union[str, os.PathLike[str]]) -> Mesh:
+        """Read a mesh file of Gmsh (.msh) or in the style of Abaqus (.inp).
+
+        Nodes and triangles are counted from 0, in the order of the file's numbers. Quadrilaterals are split, quadratic cells
+        reduced to their corners, and nodes without a cell left out.
+
+        Parameters
+        ----------
+        path : path
+            The file. If it has groups of cells, the cells without a group are left out.
+
+        Returns
+        -------
+        Mesh
+            Physical curves, sets of nodes and surfaces are its sides, physical surfaces and sets of elements its regions.
+        """
+        arrays, _notes = _nndd.read_mesh(path)
+        return cls._of(arrays)
+
+    @classmethod
+    def from_meshio(cls, mesh: Any) -> Mesh:
+        """Take a mesh of meshio.
+
+        Parameters
+        ----------
+        mesh : meshio.Mesh
+            With triangles or quadrilaterals, linear or quadratic. Its cell sets, or Gmsh's physical groups, become sides (of
+            lines) and regions (of cells).
+        """
+        from ._meshio import arrays
+
+        return cls(*arrays(mesh))
+
+    @classmethod
+    def block(cls, origin: Pair, size: Pair, cells: Sequence[int]) -> Mesh:
+        """Generate a rectangle with the sides bottom, right, top, left.
+
+        Parameters
+        ----------
+        origin : (2,) array_like
+            Lower left corner, m.
+        size : (2,) array_like
+            Width and height, m.
+        cells : (2,) sequence of int
+            Rectangles in each direction; each is cut in two triangles.
+
+        Examples
+        --------
+        >>> Mesh.block((0, 0), (2, 1), (18, 9))
+        <Mesh: 190 nodes, 324 triangles, sides: bottom, left, right, top>
+        """
+        return cls._generated(kind="block", origin=origin, size=size, cells=cells)
+
+    @classmethod
+    def ring(cls, centre: Pair, radii: Pair, cells: Sequence[int], *, angles: Pair = (0.0, 360.0)) -> Mesh:
+        """Generate a ring, or a sector of one, with the sides inner, outer, start, end.
+
+        Parameters
+        ----------
+        centre, radii : (2,) array_like
+            m.
+        cells : (2,) sequence of int
+            Around and across.
+        angles : (2,) array_like
+            Start and end, degrees.
+        """
+        return cls._generated(kind="ring", centre=centre, radii=radii, angles=angles, cells=cells)
+
+    @classmethod
+    def disc(cls, centre: Pair, radius: float, cells: int, *, start: float = 0.0) -> Mesh:
+        """Generate a full disc with the side rim.
+
+        Parameters
+        ----------
+        centre : (2,) array_like
+            m.
+        radius : float
+            m.
+        cells : int
+            From the centre to the rim, which has six times as many edges.
+        start : float
+            Direction of the first node of the rim, degrees.
+        """
+        return cls._generated(kind="disc", centre=centre, radius=radius, cells=cells, start=start)
+
+    @classmethod
+    def half_disc(cls, pole: Pair, radius: float, facing: str, half_width: float, cells: int) -> Mesh:
+        """Generate half a disc, fine near its pole, with the sides contact, arc, flat.
+
+        Parameters
+        ----------
+        pole : (2,) array_like
+            The middle of the arc, m.
+        radius, half_width : float
+            Of the disc, and of the side contact, m.
+        facing : {"down", "up"}
+            Direction of the pole.
+        cells : int
+            From the pole to the end of contact.
+        """
+        return cls._generated(kind="half_disc", pole=pole, radius=radius, facing=facing, half_width=half_width, cells=cells)
+
+    @classmethod
+    def _generated(cls, **generator: Any) -> Mesh:
+        case = {
+            "schema": 1,
+            "materials": {"m": {"young": 1.0, "poisson": 0.0}},
+            "body": [{"name": "body", "material": "m", "generator": generator}],
+            "contact": [],
+        }
+        mesh = cls._of(native(case).mesh(0))
+        mesh._generator = generator
+        return mesh
+
+    @property
+    def points(self) -> Floats:
+        """Coordinates of the nodes, m: (n, 2), or (n, 3) if they were given so."""
+        return self._points
+
+    @property
+    def triangles(self) -> Integers:
+        """The nodes of each triangle: (m, 3)."""
+        return self._triangles
+
+    @property
+    def sides(self) -> dict[str, Integers]:
+        """The edges of each side by their two nodes: (k, 2)."""
+        return dict(self._sides)
+
+    @property
+    def regions(self) -> dict[str, Integers]:
+        """The numbers of the triangles of each region: (k,)."""
+        return dict(self._regions)
+
+    def _given(self) -> GivenMesh:
+        return GivenMesh(self._points, self._triangles, self._sides, self._regions)
+
+    @classmethod
+    def _of(cls, arrays: Mapping[str, Any]) -> Mesh:
+        """Take arrays of the library, which nobody else has: they are not copied."""
+        for array in (arrays["points"], arrays["triangles"]):
+            array.flags.writeable = False
+        return cls(arrays["points"], arrays["triangles"], arrays["sides"], arrays.get("regions"))
+
+    def __repr__(self) -> str:
+        text = f"<Mesh: {len(self._points)} nodes, {len(self._triangles)} triangles"
+        for what, names in (("sides", self._sides), ("regions", self._regions)):
+            text += f", {what}: {', '.join(names)}" if names else ""
+        return text + ">"
+
+
+def _fixed(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Return an array that cannot be written to: a copy, unless nobody can write to it."""
+    made = array.copy() if array.flags.writeable else array
+    made.flags.writeable = False
+    return made
+
+
+class Body:
+    """A body: mesh, material, supports and loads. Its methods return the body, so that they can be chained.
+
+    Sides that are not named are free. A `part` is ``{"x": (low, high)}``, ``{"y": …}`` or both: only the edges within count. A
+    `name` of a condition is what load steps call it.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Its mesh.
+    material : Material
+        Its material.
+    name : str, optional
+        Its name in messages, reports and files.
+    region : str or sequence of str, optional
+        The regions of the mesh that it is made of; all triangles by default.
+    body_force : (2,) array_like, optional
+        Force per area and thickness, N/m³.
+    merge : bool
+        Whether nodes at one place become one node.
+    duplicate_interface : bool
+        Whether two bodies of one mesh may share nodes; each gets its own.
+
+    Examples
+    --------
+    >>> mesh = Mesh.block((0, 0), (1, 1), (4, 4))
+    >>> Body(mesh, Material(1000.0, 0.3), name="cube").fix("bottom").displace("top", uy=-0.1).load("right", (0, 30))
+    <Body cube: 25 nodes, 2 supports, 1 load>
+    """
+
+    def __init__(
+        self,
+        mesh: Mesh,
+        material: Material,
+        name: Optional[str] = None,
+        *,
+        region: Optional[Sides] = None,
+        body_force: Optional[Pair] = None,
+        merge: bool = False,
+        duplicate_interface: bool = False,
+    ) -> None:
+        if not isinstance(mesh, Mesh):
+            refuse("mesh", f"an object of type {type(mesh).__name__}", "a Mesh", "make one, or read it with Mesh.read")
+        if not isinstance(material, Material):
+            refuse("material", f"an object of type {type(material).__name__}", "a Material", "write Material(young, poisson)")
+        self.mesh = mesh
+        self.material = material
+        self.name = name
+        self._region = region
+        self._body_force = body_force
+        self._options = {"merge": merge or None, "duplicate_interface": duplicate_interface or None}
+        self._lists: dict[str, list[dict[str, Any]]] = {}
+
+    def _add(self, table: str, **keys: Any) -> Body:
+        self._lists.setdefault(table, []).append(keys)
+        return self
+
+    def fix(self, on: Sides, *, part: Optional[Range] = None, name: Optional[str] = None) -> Body:
+        """Hold both components of a side.
+
+        Parameters
+        ----------
+        on : str or sequence of str
+            The side, or several.
+        part, name : optional
+            See `Body`.
+        """
+        return self._add("displacement", name=name, on=on, part=part, fixed=True)
+
+    def displace(
+        self,
+        on: Sides,
+        *,
+        ux: Optional[Datum] = None,
+        uy: Optional[Datum] = None,
+        normal: Optional[Datum] = None,
+        part: Optional[Range] = None,
+        name: Optional[str] = None,
+    ) -> Body:
+        """Impose displacements on a side; components that are not given are free.
+
+        Parameters
+        ----------
+        on : str or sequence of str
+            The side, or several.
+        ux, uy : number, expression, (n,) array or function, optional
+            Components, m.
+        normal : number, expression, (n,) array or function, optional
+            Instead, the component along the outward normal, m: 0 is a roller.
+        part, name : optional
+            See `Body`.
+        """
+        return self._add("displacement", name=name, on=on, part=part, ux=ux, uy=uy, normal=normal)
+
+    def load(
+        self,
+        on: Sides,
+        vector: Optional[Union[Sequence[Datum], npt.NDArray[Any]]] = None,
+        *,
+        pressure: Optional[Datum] = None,
+        part: Optional[Range] = None,
+        name: Optional[str] = None,
+    ) -> Body:
+        """Load a side.
+
+        Parameters
+        ----------
+        on : str or sequence of str
+            The side, or several.
+        vector : two of number, expression, (n,) array or function; or (n, 2) array; optional
+            Traction, Pa.
+        pressure : number, expression, (n,) array or function, optional
+            Instead, a pressure onto the body, Pa.
+        part, name : optional
+            See `Body`.
+        """
+        return self._add("traction", name=name, on=on, part=part, vector=vector, pressure=pressure)
+
+    def rigid(
+        self,
+        on: Sides,
+        *,
+        ux: Optional[float] = None,
+        uy: Optional[float] = None,
+        rotation: Optional[float] = None,
+        force: Optional[Pair] = None,
+        moment: Optional[float] = None,
+        about: Optional[Pair] = None,
+        part: Optional[Range] = None,
+        name: Optional[str] = None,
+    ) -> Body:
+        """Keep a side rigid; what is neither imposed nor loaded is free.
+
+        Parameters
+        ----------
+        on : str or sequence of str
+            The side, or several.
+        ux, uy, rotation : float, optional
+            Imposed motion of the point `about`, m and radians.
+        force, moment : (2,) array_like and float, optional
+            Resultant, N/m, and moment about `about`, N.
+        about : (2,) array_like, optional
+            A point, m; the centroid of the side by default.
+        part, name : optional
+            See `Body`.
+        """
+        keys = {"ux": ux, "uy": uy, "rotation": rotation, "force": force, "moment": moment, "about": about}
+        return self._add("rigid", name=name, on=on, part=part, **keys)
+
+    def curve(self, on: Sides, kind: str) -> Body:
+        """Say that new nodes of a side on finer meshes lie on a curve.
+
+        Parameters
+        ----------
+        on : str or sequence of str
+            The side, or several.
+        kind : {"arc", "smooth"}
+            A circle through its nodes, or a smooth curve.
+        """
+        return self._add("curve", on=on, kind=kind)
+
+    def side(
+        self,
+        name: str,
+        *,
+        box: Optional[Range] = None,
+        facing: Optional[Pair] = None,
+        within: Optional[float] = None,
+        circle: Optional[tuple[Pair, float]] = None,
+        point: Optional[Pair] = None,
+    ) -> Body:
+        """Name the boundary edges at some place; all conditions that are given count.
+
+        Parameters
+        ----------
+        name : str
+            The name.
+        box : mapping, optional
+            Both ends lie in ``{"x": (low, high), "y": (low, high)}``, m.
+        facing, within : (2,) array_like and float, optional
+            The outward normal is within this angle of the direction, degrees; 30 by default.
+        circle : (centre, radius), optional
+            Both ends lie on it, m.
+        point : (2,) array_like, optional
+            Instead of these, the boundary node there, for `fix` and `displace`.
+        """
+        of_circle = None if circle is None else {"centre": circle[0], "radius": circle[1]}
+        return self._add("side", name=name, box=box, facing=facing, within=within, circle=of_circle, point=point)
+
+    def region(self, material: Material, *, group: Optional[str] = None, box: Optional[Range] = None) -> Body:
+        """Give a part of the body another material.
+
+        Parameters
+        ----------
+        material : Material
+            The material.
+        group : str, optional
+            A region of the mesh.
+        box : mapping, optional
+            Instead, the triangles with their centroids in ``{"x": (low, high), "y": (low, high)}``, m.
+        """
+        return self._add("region", material=material, group=group, box=box)
+
+    def __repr__(self) -> str:
+        supports, loads = (len(self._lists.get(kind, [])) for kind in ("displacement", "traction"))
+        words = [f"{count} {what}{'' if count == 1 else 's'}" for count, what in ((supports, "support"), (loads, "load"))]
+        return f"<Body {self.name or '(without a name)'}: {len(self.mesh.points)} nodes, {', '.join(words)}>"
+
+
+class Obstacle:
+    """A rigid line that a body touches. Make it with `plane` or `circle`."""
+
+    def __init__(self, keys: dict[str, Any]) -> None:
+        self._keys = keys
+
+    @classmethod
+    def plane(
+        cls,
+        point: Pair,
+        normal: Pair,
+        *,
+        ux: Optional[float] = None,
+        uy: Optional[float] = None,
+        rotation: Optional[float] = None,
+        force: Optional[Pair] = None,
+        moment: Optional[float] = None,
+        about: Optional[Pair] = None,
+    ) -> Obstacle:
+        """Make a straight line.
+
+        Parameters
+        ----------
+        point, normal : (2,) array_like
+            A point of it, m, and its normal out of the obstacle.
+        ux, uy, rotation : float, optional
+            Imposed motion, m and radians. Without any of these arguments it is fixed.
+        force, moment : (2,) array_like and float, optional
+            Its load, N/m and N; what is neither imposed nor loaded is free.
+        about : (2,) array_like, optional
+            The point about which it rotates, m.
+        """
+        rigid = {"ux": ux, "uy": uy, "rotation": rotation, "force": force, "moment": moment, "about": about}
+        return cls({"kind": "plane", "point": point, "normal": normal, **rigid})
+
+    @classmethod
+    def circle(
+        cls,
+        centre: Pair,
+        radius: float,
+        *,
+        side: str = "outside",
+        ux: Optional[float] = None,
+        uy: Optional[float] = None,
+        rotation: Optional[float] = None,
+        force: Optional[Pair] = None,
+        moment: Optional[float] = None,
+        about: Optional[Pair] = None,
+    ) -> Obstacle:
+        """Make a circle.
+
+        Parameters
+        ----------
+        centre, radius : (2,) array_like and float
+            m.
+        side : {"outside", "inside"}
+            On which side of it the body is.
+        ux, uy, rotation, force, moment, about : optional
+            See `plane`.
+        """
+        rigid = {"ux": ux, "uy": uy, "rotation": rotation, "force": force, "moment": moment, "about": about}
+        return cls({"kind": "circle", "centre": centre, "radius": radius, "side": side, **rigid})
+
+    def __repr__(self) -> str:
+        given = ", ".join(f"{key}={value!r}" for key, value in self._keys.items() if value is not None)
+        return f"Obstacle({given})"
+
+
+class Friction:
+    """A law of friction. Make it with `tresca` or `coulomb`."""
+
+    def __init__(self, keys: dict[str, Any]) -> None:
+        self._keys = keys
+
+    @classmethod
+    def tresca(cls, limit: Datum) -> Friction:
+        """Resist up to a given limit, also on open contact; solutions are certified.
+
+        Parameters
+        ----------
+        limit : number, expression, (n,) array or function
+            Largest traction along the contact line, Pa. An array has a value at each node of the first body's mesh.
+        """
+        return cls({"law": "tresca", "limit": limit})
+
+    @classmethod
+    def coulomb(cls, mu: float) -> Friction:
+        """Resist up to `mu` times the pressure. No bound of the error is known for this law.
+
+        Parameters
+        ----------
+        mu : float
+            The coefficient.
+        """
+        return cls({"law": "coulomb", "mu": mu})
+
+    def __repr__(self) -> str:
+        return f"Friction({', '.join(f'{key}={value!r}' for key, value in self._keys.items())})"
+
+
+class Contact:
+    """Two sides that may touch.
+
+    Parameters
+    ----------
+    first : Body
+        A body.
+    second : Body or Obstacle
+        Another body, or a rigid line.
+    surfaces : str or sequence
+        A side of each of the bodies; each may be a list of sides.
+    gap : number, expression, (n,) array, function or "geometric", optional
+        Initial gap, m: an array has a value at each node of the first body's mesh; "geometric" is measured between the meshes. By
+        default the surfaces must touch.
+    friction : Friction, optional
+        The law; by default the surfaces slide freely.
+    normal : (2,) array_like, optional
+        One direction of contact, out of the first body; averaged at the nodes by default.
+    imposed : {"first", "second", "auto"}, optional
+        The body of this pair that carries λ.
+    motion : (2,) array_like, optional
+        Moves the obstacle, m.
+    name : str, optional
+        Its name in messages, reports and files.
+    """
+
+    def __init__(
+        self,
+        first: Body,
+        second: Union[Body, Obstacle],
+        surfaces: Union[str, Sequence[Sides]],
+        *,
+        gap: Optional[Datum] = None,
+        friction: Optional[Friction] = None,
+        normal: Optional[Pair] = None,
+        imposed: Optional[str] = None,
+        motion: Optional[Pair] = None,
+        name: Optional[str] = None,
+    ) -> None:
+        for body in (first, second):
+            if not isinstance(body, (Body, Obstacle)):
+                refuse("contact", f"an object of type {type(body).__name__}", "a Body or an Obstacle", "check the arguments")
+        if friction is not None and not isinstance(friction, Friction):
+            fix = "write Friction.coulomb(mu) or Friction.tresca(limit)"
+            refuse("friction", f"an object of type {type(friction).__name__}", "a Friction", fix)
+        self.first = first
+        self.second = second
+        self.surfaces = [surfaces] if isinstance(surfaces, str) else list(surfaces)
+        self.friction = friction
+        self.name = name
+        self._keys: dict[str, Any] = {"gap": gap, "normal": normal, "imposed": imposed, "motion": motion}
+
+    def _table(self, names: Mapping[int, str]) -> dict[str, Any]:
+        members = [body for body in (self.first, self.second) if isinstance(body, Body)]
+        for body in members:
+            if id(body) not in names:
+                refuse(
+                    "contact", f"{body!r} is not a body of the problem", "bodies of the problem", "add it to the list of bodies"
+                )
+        return {
+            "name": self.name,
+            "bodies": [names[id(body)] for body in members],
+            "surfaces": self.surfaces,
+            "obstacle": self.second._keys if isinstance(self.second, Obstacle) else None,
+            "friction": self.friction._keys if self.friction else None,
+            **self._keys,
+        }
+
+    def __repr__(self) -> str:
+        return f"<Contact of {self.first!r} and {self.second!r}>"
+
+
+class Step:
+    """A load step: factors of named conditions at its end.
+
+    Parameters
+    ----------
+    factors : mapping of str to float
+        What the conditions of these names are multiplied by; other names keep their factors.
+    count : int
+        Equal increments, each with a result and a certificate of its own.
+    """
+
+    def __init__(self, factors: Mapping[str, float], count: int = 1) -> None:
+        self.factors = dict(factors)
+        self.count = count
+
+    def __repr__(self) -> str:
+        return f"Step({self.factors}, count={self.count})"
+
+
+class Problem:
+    """A contact problem.
+
+    Parameters
+    ----------
+    bodies : iterable of Body
+        The bodies; those without a name are called body1, body2, …
+    contacts : iterable of Contact
+        The pairs; may be empty.
+    steps : iterable of Step
+        Load steps; one step from rest by default.
+    hypothesis : {"plane_strain", "plane_stress"}
+        How the third direction behaves.
+    thickness : float, optional
+        m; it only converts results in report.html.
+    title : str, optional
+        One line.
+    units : (length, force), optional
+        Names for labels, such as ``("mm", "N")``; no number changes.
+
+    Examples
+    --------
+    >>> steel = Material(1000.0, 0.3)
+    >>> lower = Body(Mesh.block((0, 0), (2, 1), (6, 3)), steel, "lower").fix("bottom")
+    >>> upper = Body(Mesh.block((0, 1), (2, 1), (6, 3)), steel, "upper").displace("top", ux=0.0, uy=-0.01)
+    >>> problem = Problem([upper, lower], [Contact(upper, lower, ("bottom", "top"))])
+    >>> solution = problem.solve(threads=1)
+    >>> solution.status, solution.valid
+    ('converged', True)
+    """
+
+    def __init__(
+        self,
+        bodies: Iterable[Body],
+        contacts: Iterable[Contact] = (),
+        *,
+        steps: Iterable[Step] = (),
+        hypothesis: str = "plane_strain",
+        thickness: Optional[float] = None,
+        title: Optional[str] = None,
+        units: Optional[tuple[str, str]] = None,
+    ) -> None:
+        self.bodies = list(bodies)
+        self.contacts = list(contacts)
+        self.steps = list(steps)
+        self.hypothesis = hypothesis
+        self.thickness = thickness
+        self.title = title
+        self.units = units
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the keys of the case file, with meshes, arrays and functions as they are."""
+        names = {id(body): body.name or f"body{k}" for k, body in enumerate(self.bodies, 1)}
+        materials: dict[str, Material] = {}
+
+        def of(material: Material) -> str:
+            """Name a material; the same object has the same name."""
+            for name, other in materials.items():
+                if other is material:
+                    return name
+            name = material.name or f"material{len(materials) + 1}"
+            while name in materials:
+                name += "'"
+            materials[name] = material
+            return name
+
+        def table(body: Body) -> dict[str, Any]:
+            mesh = body.mesh
+            lists = {kind: [dict(entry) for entry in entries] for kind, entries in body._lists.items()}
+            made: dict[str, Any] = {"name": names[id(body)], "material": of(body.material)}
+            if mesh._generator is not None and body._region is None:
+                made["generator"] = mesh._generator
+            else:
+                made["mesh"] = {"file": mesh, "region": body._region, **body._options}
+            for region in lists.get("region", []):
+                region["material"] = of(region["material"])
+            return {**made, "body_force": body._body_force, **lists}
+
+        bodies = [table(body) for body in self.bodies]
+        units = None if self.units is None else {"length": self.units[0], "force": self.units[1]}
+        return {
+            "schema": 1,
+            "title": self.title,
+            "units": units,
+            "model": {"hypothesis": self.hypothesis, "thickness": self.thickness},
+            "materials": {name: material._keys for name, material in materials.items()},
+            "body": bodies,
+            "contact": [contact._table(names) for contact in self.contacts],
+            "step": [{"factors": step.factors, "count": step.count} for step in self.steps] or None,
+        }
+
+    def solve(
+        self,
+        target: Optional[float] = None,
+        *,
+        on_iteration: Optional[Progress] = None,
+        threads: Optional[int] = None,
+        **overrides: Any,
+    ) -> Solution:
+        """Solve and certify.
+
+        Parameters
+        ----------
+        target : float, optional
+            Refine the meshes until this relative error is certified, such as 0.02. With Coulomb friction it is the relative
+            residual, which bounds no error.
+        on_iteration, threads, **overrides
+            See `nndd.solve`.
+
+        Returns
+        -------
+        Solution
+            What was found, however the run ended.
+        """
+        from ._solution import solve
+
+        if target is not None:
+            laws = [contact.friction._keys["law"] for contact in self.contacts if contact.friction]
+            key = "target_coulomb_residual" if "coulomb" in laws else "target_relative_error"
+            overrides = {f"adapt.{key}": target, **overrides}
+        return solve(self, on_iteration=on_iteration, threads=threads, **overrides)
+
+    def check(self, *, threads: Optional[int] = None, **overrides: Any) -> Check:
+        """Check everything that needs no factorisation; see `nndd.check`."""
+        from ._solution import check
+
+        return check(self, threads=threads, **overrides)
+
+    def sweep(self, over: str, **options: Any) -> Sweep:
+        """Compare values of one setting; see `nndd.sweep`."""
+        from ._solution import sweep
+
+        return sweep(self, over, **options)
+
+    def mesh(self, body: int) -> Mesh:
+        """Return the mesh of a body as it is computed with: without unused nodes, with the sides of `Body.side`."""
+        return Mesh._of(native(self).mesh(body))
+
+    def __repr__(self) -> str:
+        return f"<Problem: {len(self.bodies)} bodies, {len(self.contacts)} contacts>"

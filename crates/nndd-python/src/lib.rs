@@ -1,0 +1,236 @@
+//! The native part of the Python package `nndd`: cases in, arrays out. It has no algorithm of its own.
+//!
+//! ```text
+//! python/nndd: dict, Problem ─ TOML text, meshes, data ─► source ─► case_io::Case ─► nndd_report::run ─► solution: arrays
+//!                                                          job: threads, callbacks, signals
+//! ```
+
+mod arrays;
+mod errors;
+mod job;
+mod json;
+// What the command knows of the memory of the machine.
+#[path = "../../nndd-cli/src/room.rs"]
+mod room;
+mod solution;
+mod source;
+
+use arrays::GivenMesh;
+use fem_core::geometry::Vector;
+use json::loads;
+use mesh_io::{MeshFile, RegionOptions};
+use nndd_report::run::{self, Source};
+use nndd_report::sweep::{SweepOptions, sweep_of};
+use nndd_report::{Failure, certify, view};
+use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use solution::Solution;
+use source::{File, Given, Text};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// The mesh of a body, and the density of the squared error in its triangles.
+type Density<'py> = (Bound<'py, PyDict>, Bound<'py, PyAny>);
+
+/// A case: a file, or text with meshes and data.
+#[pyclass(frozen, module = "nndd._nndd")]
+struct Case {
+    source: Arc<dyn Source + Send + Sync>,
+    /// The same source, if it is a text.
+    text: Option<Arc<Text>>,
+    /// The dotted key of each line of the text.
+    keys: Vec<String>,
+}
+
+impl Case {
+    /// Runs work on the case.
+    fn work<T: Send + 'static>(
+        &self,
+        py: Python<'_>,
+        threads: usize,
+        callback: Option<&Bound<'_, PyAny>>,
+        work: impl FnOnce(&dyn Source, &mut job::Caller) -> Result<T, Failure> + Send + 'static,
+    ) -> PyResult<T> {
+        let source = Arc::clone(&self.source);
+        job::run(py, threads, callback, &self.keys, move |host| work(&*source, host))
+    }
+}
+
+#[pymethods]
+impl Case {
+    /// Makes a case of a text.
+    #[staticmethod]
+    fn text(
+        py: Python<'_>,
+        text: String,
+        name: String,
+        folder: PathBuf,
+        keys: Vec<String>,
+        meshes: Vec<(String, GivenMesh)>,
+        data: Vec<(String, Bound<'_, PyAny>)>,
+    ) -> PyResult<Self> {
+        let node_counts = meshes.iter().map(|(_, mesh)| mesh.node_count(py)).collect();
+        let data = data.into_iter().map(|(key, given)| {
+            let values = given.cast::<PyArray1<f64>>().map(|array| array.to_vec());
+            let given = match values {
+                Ok(values) => Given::Values(values?),
+                Err(_) => Given::Function(Arc::new(given.unbind())),
+            };
+            Ok((key, given))
+        });
+        let (meshes, data) = (Arc::new(meshes), data.collect::<PyResult<_>>()?);
+        let text = Arc::new(Text { text, name, folder, meshes, node_counts, data });
+        Ok(Self { source: text.clone(), text: Some(text), keys })
+    }
+
+    /// Makes a case of a case file.
+    #[staticmethod]
+    fn file(path: PathBuf) -> Self {
+        Self { source: Arc::new(File(path)), text: None, keys: Vec::new() }
+    }
+
+    /// Solves it.
+    #[pyo3(signature = (set, threads, callback))]
+    fn solve(
+        &self,
+        py: Python<'_>,
+        set: Vec<String>,
+        threads: usize,
+        callback: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<Solution> {
+        let run = self
+            .work(py, threads, callback.as_ref(), move |source, host| solution::solve(source, &set, host))?;
+        Ok(Solution::new(run))
+    }
+
+    /// Checks it; returns what `nndd check --format json` prints.
+    fn check<'py>(&self, py: Python<'py>, set: Vec<String>, threads: usize) -> PyResult<Bound<'py, PyAny>> {
+        let found = self.work(py, threads, None, move |source, host| solution::check(source, &set, host))?;
+        loads(py, &found)
+    }
+
+    /// Compares values of one setting; returns the contents of sweep.json.
+    #[pyo3(signature = (over, set, iterations, panel, out, force, threads, callback))]
+    #[expect(clippy::too_many_arguments, reason = "the options of the command")]
+    fn sweep(
+        &self,
+        py: Python<'_>,
+        over: String,
+        set: Vec<String>,
+        iterations: usize,
+        panel: Vec<String>,
+        out: Option<PathBuf>,
+        force: bool,
+        threads: usize,
+        callback: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<String> {
+        self.work(py, threads, callback.as_ref(), move |source, host| {
+            let folder = tempfile::tempdir()?;
+            let mut options = SweepOptions::new("".as_ref(), &over);
+            (options.set, options.iterations, options.panel, options.force) = (set, iterations, panel, force);
+            options.out = Some(out.unwrap_or_else(|| folder.path().to_owned()));
+            let swept = sweep_of(source, &options, host)?;
+            swept.failure.map_or(Ok(()), Err)?;
+            Ok(swept.record.to_json()?)
+        })
+    }
+
+    /// Bounds the error of displacements; returns numbers, and by body the mesh and the density of the squared error.
+    #[pyo3(signature = (set, displacements, pressures, threads))]
+    fn certify<'py>(
+        &self,
+        py: Python<'py>,
+        set: Vec<String>,
+        displacements: Vec<Bound<'py, PyArray2<f64>>>,
+        pressures: Option<Vec<Bound<'py, PyArray1<f64>>>>,
+        threads: usize,
+    ) -> PyResult<(Bound<'py, PyAny>, Vec<Density<'py>>)> {
+        let mut fields = displacements
+            .iter()
+            .map(|field| arrays::read_vectors(py, field))
+            .collect::<PyResult<Vec<_>>>()?;
+        let mut pressures = pressures
+            .map(|all| all.iter().map(|array| Ok(array.to_vec()?)).collect::<PyResult<Vec<Vec<f64>>>>())
+            .transpose()?;
+        let text = self.text.clone();
+        let (found, problem) = self.work(py, threads, None, move |source, host| {
+            let mut case = source.read(&run::overrides(&set)?)?;
+            let problem = run::build(&mut case, host)?;
+            if let Some(text) = text {
+                let bodies = (0..).zip(&mut fields);
+                bodies.for_each(|(body, field)| text.to_mesh(&case, body, field, Vector::zeros()));
+                let firsts = case.contacts.iter().filter_map(|contact| contact.bodies.first());
+                let pairs = firsts.zip(pressures.iter_mut().flatten());
+                pairs.for_each(|(body, pressure)| text.to_mesh(&case, *body, pressure, 0.0));
+            }
+            let found = certify::of_fields(&case, problem.clone(), &fields, pressures.as_deref())?;
+            Ok((found, problem))
+        })?;
+        let densities = problem.bodies.iter().zip(&found.estimate.cre.by_cell).map(|(body, cells)| {
+            let mesh = body.mesh();
+            let density = cells.iter().enumerate().map(|(t, squared)| squared / mesh.area(t));
+            Ok((arrays::mesh(py, mesh)?, PyArray1::from_iter(py, density).into_any()))
+        });
+        Ok((loads(py, &certify::summary(&found))?, densities.collect::<PyResult<_>>()?))
+    }
+
+    /// Returns points, triangles and sides of the mesh of a body, as the case describes it.
+    fn mesh<'py>(&self, py: Python<'py>, body: usize) -> PyResult<Bound<'py, PyDict>> {
+        let mesh = self.work(py, 1, None, move |source, _| Ok(source.read(&[])?.mesh_of(body)?))?;
+        arrays::mesh(py, &mesh)
+    }
+}
+
+/// Reads a mesh file: points (n, 2), triangles (m, 3), edges by side, numbers of triangles by region, and notes.
+#[pyfunction]
+fn read_mesh(py: Python<'_>, path: PathBuf) -> PyResult<(Bound<'_, PyDict>, Vec<String>)> {
+    let (region, regions) = job::run(py, 1, None, &[], move |_| {
+        let file = mesh_io::read(&path)?;
+        let names: Vec<String> = file.group_names(2).map(str::to_owned).collect();
+        let region = whole(&file, &names)?;
+        let cells: Vec<(String, Vec<i64>)> = names
+            .into_iter()
+            .map(|name| {
+                let numbers = file.cells_of_group(&name).unwrap_or_default();
+                let is_inside = |t: &usize| numbers.binary_search(&region.cell_numbers()[*t]).is_ok();
+                let inside = (0..region.triangle_count()).filter(is_inside);
+                (name, inside.map(|t| t as i64).collect())
+            })
+            .collect();
+        Ok((region, cells))
+    })?;
+    let made = PyDict::new(py);
+    made.set_item("points", arrays::vectors(py, region.points())?)?;
+    let corners = region.triangles().as_flattened().iter().map(|n| i64::from(*n));
+    made.set_item("triangles", arrays::rows(py, corners.collect(), 3)?)?;
+    let sides = PyDict::new(py);
+    for (name, edges) in region.sides() {
+        let ends = edges.as_flattened().iter().map(|n| i64::from(*n));
+        sides.set_item(name, arrays::rows(py, ends.collect(), 2)?)?;
+    }
+    made.set_item("sides", sides)?;
+    let cells = PyDict::new(py);
+    for (name, numbers) in regions {
+        cells.set_item(name, PyArray1::from_vec(py, numbers))?;
+    }
+    made.set_item("regions", cells)?;
+    Ok((made, region.notes().to_vec()))
+}
+
+/// Takes all cells of a mesh file that are in a group; all cells if there is no group.
+fn whole(file: &MeshFile, names: &[String]) -> Result<mesh_io::Region, Failure> {
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    Ok(file.regions(&names, RegionOptions::default())?)
+}
+
+/// The native module.
+#[pymodule]
+fn _nndd(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add("POINT_FIELDS", view::POINT_FIELDS)?;
+    module.add("CELL_FIELDS", view::CELL_FIELDS)?;
+    module.add_class::<Case>()?;
+    module.add_class::<Solution>()?;
+    module.add_function(wrap_pyfunction!(read_mesh, module)?)
+}

@@ -1,0 +1,170 @@
+//! A solved case, and its arrays.
+
+use crate::arrays;
+use crate::job;
+use crate::room;
+use case_io::Case;
+use case_io::table::ContactRow;
+use nndd_report::run::{self, Source};
+use nndd_report::verdict::verdict;
+use nndd_report::{Failure, Host, Place, Solved, Stopwatch, check, files, memory, notes, view};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+use serde_json::{Map, Value};
+use std::path::PathBuf;
+use std::sync::Arc;
+use tempfile::TempDir;
+
+/// What a run found, and what is needed to write it down.
+pub(crate) struct Run {
+    case: Case,
+    solved: Solved,
+    watch: Stopwatch,
+    about: Map<String, Value>,
+    /// Contents of report.json.
+    report: String,
+    verdict: String,
+    warnings: Vec<String>,
+    kept: Kept,
+}
+
+/// What a run of several meshes or load steps wrote on its way. Another process that was forked does not remove it.
+struct Kept {
+    files: Option<(Place, TempDir)>,
+    process: u32,
+}
+
+impl Drop for Kept {
+    fn drop(&mut self) {
+        if self.process != std::process::id() {
+            std::mem::forget(self.files.take());
+        }
+    }
+}
+
+/// Solves a case as the command does, in a temporary directory.
+pub(crate) fn solve(source: &dyn Source, set: &[String], host: &mut dyn Host) -> Result<Run, Failure> {
+    let mut watch = Stopwatch::start(host.elapsed());
+    let started = humantime::format_rfc3339_nanos(std::time::SystemTime::now()).to_string();
+    let mut case = source.read(&run::overrides(set)?)?;
+    let problem = run::build(&mut case, host)?;
+    check::held(&case, &problem)?;
+    let warnings = case.warnings().iter().map(ToString::to_string).collect();
+    let mut about = Map::new();
+    about.insert("host".into(), machine().into());
+    about.insert("threads".into(), rayon::current_num_threads().into());
+    about.insert("overrides".into(), set.into());
+    about.insert("started".into(), started.into());
+    about.insert("memory_estimate".into(), memory::estimate(&problem).round().into());
+    let folder = tempfile::tempdir()?;
+    let mut place = Place::open(&case, folder.path(), false)?;
+    let solved = run::solve(&case, problem, &mut place, &mut watch, host)?;
+    about.insert("memory_peak".into(), room::peak().into());
+    let mut report = files::report(&case, &solved, about.clone());
+    report.timings = watch.read(host.elapsed());
+    let verdict = verdict(&report);
+    let report = report.to_json()?;
+    let in_parts = case.adapt.is_some() || !case.steps.is_empty();
+    let kept = Kept { files: in_parts.then_some((place, folder)), process: std::process::id() };
+    Ok(Run { case, solved, watch, about, report, verdict, warnings, kept })
+}
+
+fn machine() -> String {
+    let name = std::fs::read_to_string("/proc/sys/kernel/hostname");
+    name.map_or_else(|_| "unknown".into(), |name| name.trim().into())
+}
+
+/// A solved case.
+#[pyclass(frozen, module = "nndd._nndd")]
+pub(crate) struct Solution {
+    run: Arc<Run>,
+}
+
+impl Solution {
+    pub(crate) fn new(run: Run) -> Self {
+        Self { run: Arc::new(run) }
+    }
+}
+
+#[pymethods]
+impl Solution {
+    /// Returns the text of report.json.
+    fn report(&self) -> &str {
+        &self.run.report
+    }
+
+    /// Returns two sentences: how the run ended, and what is certified.
+    fn verdict(&self) -> &str {
+        self.run.verdict.trim()
+    }
+
+    /// Lists what is allowed in the case and probably not meant.
+    fn warnings(&self) -> Vec<String> {
+        self.run.warnings.clone()
+    }
+
+    /// Returns points, triangles and sides of the last mesh of a body.
+    fn mesh<'py>(&self, py: Python<'py>, body: usize) -> PyResult<Bound<'py, PyDict>> {
+        arrays::mesh(py, view::problem(&self.run.solved).bodies[body].mesh())
+    }
+
+    /// Returns a field of a body; `None` without an estimate, and if it is unknown.
+    fn field<'py>(&self, py: Python<'py>, body: usize, name: String) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let run = Arc::clone(&self.run);
+        let made = job::run(py, 1, None, &[], move |_| Ok(view::field(&run.case, &run.solved, body, &name)))?;
+        made.map(|field| arrays::field(py, field)).transpose()
+    }
+
+    /// Returns the columns of contact.csv of a pair.
+    fn contact<'py>(&self, py: Python<'py>, pair: usize) -> PyResult<Bound<'py, PyDict>> {
+        let run = Arc::clone(&self.run);
+        let rows = job::run(py, 1, None, &[], move |_| Ok(view::contact(&run.solved, pair)))?;
+        let dict = PyDict::new(py);
+        let put = |name: &str, of: &dyn Fn(&ContactRow) -> Option<f64>| {
+            let values: Option<Vec<f64>> = rows.iter().map(of).collect();
+            values.map_or(Ok(()), |values| dict.set_item(name, PyArray1::from_vec(py, values)))
+        };
+        put("s", &|row| Some(row.s))?;
+        put("x", &|row| Some(row.x))?;
+        put("y", &|row| Some(row.y))?;
+        put("gap", &|row| Some(row.gap))?;
+        put("opening", &|row| Some(row.opening))?;
+        put("pressure", &|row| Some(row.pressure))?;
+        put("pressure_recovered", &|row| row.pressure_recovered)?;
+        put("tangential", &|row| Some(row.friction.as_ref()?.tangential))?;
+        put("slip", &|row| Some(row.friction.as_ref()?.slip))?;
+        put("limit", &|row| Some(row.friction.as_ref()?.limit))?;
+        dict.set_item("active", PyArray1::from_iter(py, rows.iter().map(|row| row.active != 0)))?;
+        let states: Option<Vec<&str>> =
+            rows.iter().map(|row| Some(row.friction.as_ref()?.state.as_str())).collect();
+        if let Some(states) = states {
+            dict.set_item("state", PyList::new(py, states)?)?;
+        }
+        Ok(dict)
+    }
+
+    /// Writes what the command writes; returns the names of the files.
+    fn save(&self, py: Python<'_>, directory: PathBuf, force: bool) -> PyResult<Vec<String>> {
+        let run = Arc::clone(&self.run);
+        job::run(py, 0, None, &[], move |host| {
+            let mut place = Place::open(&run.case, &directory, force)?;
+            if let Some((earlier, _)) = &run.kept.files {
+                place.copy_from(earlier)?;
+            }
+            let mut about = run.about.clone();
+            about.insert("output".into(), directory.display().to_string().into());
+            let mut watch = run.watch.clone();
+            Ok(files::write(&run.case, &run.solved, place, about, &mut watch, host)?.files)
+        })
+    }
+}
+
+/// Checks a case; returns what `nndd check --format json` prints.
+pub(crate) fn check(source: &dyn Source, set: &[String], host: &dyn Host) -> Result<Value, Failure> {
+    let mut case = source.read(&run::overrides(set)?)?;
+    let problem = run::build(&mut case, host)?;
+    let said = notes::of_problem(&case, &problem);
+    let bodies = nndd_report::check::check(&case, &problem)?;
+    Ok(nndd_report::check::summary(&case, &problem, &bodies, &said))
+}

@@ -1,0 +1,123 @@
+"""Bounds of fields from elsewhere, held against their true errors."""
+
+from __future__ import annotations
+
+import nndd
+import numpy as np
+import pytest
+from conftest import arrays_of, blocks
+
+YOUNG, POISSON = 1000.0, 0.3
+
+
+def bent(cells: tuple[int, int]) -> tuple[nndd.Problem, np.ndarray, float]:
+    """Bend a plate in scikit-fem: a problem with an exact solution, its finite element displacements, and their true error.
+
+    The stress is c y in x and nothing else, so the loads are linear, and what linear triangles miss is known: the squared energy
+    norm of the error is that of the exact solution less that of the approximate one.
+    """
+    import skfem
+    from skfem.helpers import ddot, eye, sym_grad, trace
+    from skfem.models.elasticity import lame_parameters
+
+    lame, mu = lame_parameters(YOUNG, POISSON)
+    length, half, c = 2.0, 0.5, 10.0
+    grid = np.linspace(0, length, cells[0] + 1), np.linspace(-half, half, cells[1] + 1)
+    mesh = skfem.MeshTri.init_tensor(*grid).with_defaults()
+    basis = skfem.Basis(mesh, skfem.ElementVector(skfem.ElementTriP1()))
+
+    @skfem.BilinearForm
+    def form(u, v, w):  # type: ignore[no-untyped-def]
+        stress = 2 * mu * sym_grad(u) + lame * eye(trace(sym_grad(u)), 2)
+        return ddot(stress, sym_grad(v))
+
+    @skfem.LinearForm
+    def load(v, w):  # type: ignore[no-untyped-def]
+        return c * w.x[1] * v[0]
+
+    middle = np.flatnonzero((mesh.p[0] == 0) & (mesh.p[1] == 0))
+    held = np.concatenate([basis.get_dofs("left").nodal["u^1"], basis.nodal_dofs[1, middle]])
+    matrix, loads = form.assemble(basis), load.assemble(skfem.FacetBasis(mesh, basis.elem, facets="right"))
+    u = skfem.solve(*skfem.condense(matrix, loads, D=held))
+    energy = c**2 * (1 - POISSON**2) / YOUNG * length * 2 * half**3 / 3
+    error = float(np.sqrt(energy - u @ matrix @ u))
+
+    sides = {name: mesh.facets[:, facets].T for name, facets in mesh.boundaries.items()}
+    plate = nndd.Body(nndd.Mesh(mesh.p.T, mesh.t.T, sides), nndd.Material(YOUNG, POISSON), "plate")
+    plate.displace("left", ux=0.0).side("middle", point=(0, 0)).displace("middle", uy=0.0)
+    plate.load("right", (lambda x, y: c * y, 0.0))
+    return nndd.Problem([plate]), u[basis.nodal_dofs].T, error
+
+
+@pytest.mark.parametrize("cells", [(8, 4), (16, 8), (32, 16)])
+def test_a_field_of_scikit_fem_is_bounded(cells: tuple[int, int]) -> None:
+    problem, found, error = bent(cells)
+    certificate = nndd.certify(problem, [found])
+    assert certificate.valid
+    assert certificate.bound is not None
+    assert 0.0 < error <= certificate.bound <= 1.5 * error
+    # It is the field that this package finds on the same mesh.
+    assert problem.solve().bodies[0].displacement == pytest.approx(found, abs=1e-12)
+    # A worse field of the same mesh: the bound holds, whatever its source.
+    wrong = found + 1e-4 * problem.bodies[0].mesh.points[:, :1] * [[1.0, 0.0]]
+    poor = nndd.certify(problem, [wrong])
+    assert poor.bound is None or poor.bound > certificate.bound
+
+
+def test_a_certificate_of_the_solvers_own_field() -> None:
+    problem = blocks((12, 6))
+    solution = problem.solve()
+    fields = [body.displacement for body in solution.bodies]
+    certificate = nndd.certify(problem, fields)
+    assert certificate.valid
+    assert certificate.bound is not None
+    assert solution.certified_error is not None
+    assert certificate.bound == pytest.approx(solution.certified_error, rel=0.05)
+    [density, _] = certificate.error_density
+    assert density.shape == (len(problem.bodies[0].mesh.triangles),)
+    pressure = np.zeros(len(fields[0]))
+    [pair] = solution.contacts
+    nodes = {tuple(point): k for k, point in enumerate(problem.bodies[0].mesh.points.tolist())}
+    for point, value in zip(pair.points.tolist(), pair.pressure):
+        pressure[nodes[tuple(point)]] = value
+    by_pressure = nndd.certify(problem, fields, [pressure])
+    assert by_pressure.bound == pytest.approx(certificate.bound, rel=1e-3)
+
+
+def test_the_order_and_unused_nodes_of_a_mesh_do_not_matter() -> None:
+    problem = blocks((12, 6))
+    fields = [body.displacement for body in problem.solve().bodies]
+    plain = nndd.certify(problem, fields)
+    order = np.random.default_rng(1).permutation(len(fields[0]) + 1)
+    place = np.argsort(order)
+    given = problem.bodies[0].mesh
+    # One more node that no triangle has, and all of them shuffled.
+    points = np.vstack([given.points, [9.0, 9.0]])[order]
+    sides = {name: place[edges] for name, edges in given.sides.items()}
+    problem.bodies[0].mesh = nndd.Mesh(points, place[given.triangles], sides)
+    shuffled = np.vstack([fields[0], [0.0, 0.0]])[order]
+    found = nndd.certify(problem, [shuffled, fields[1]])
+    assert found.valid
+    assert found.bound == pytest.approx(plain.bound, rel=0.01)
+
+
+def test_a_wrong_field_gets_a_large_bound_and_no_false_one() -> None:
+    problem = blocks((12, 6))
+    fields = [1.1 * body.displacement for body in problem.solve().bodies]
+    poor = nndd.certify(problem, fields)
+    assert poor.bound is None or poor.bound > 0.05 * poor.energy_norm
+    assert poor.failed_checks or poor.valid
+    nothing = nndd.certify(problem, [np.zeros_like(u) for u in fields])
+    assert (nothing.valid, nothing.bound, nothing.relative) == (False, None, None)
+    assert "imposed_displacement" in nothing.failed_checks
+
+
+def test_meshes_that_do_not_match() -> None:
+    problem = blocks((12, 6))
+    problem.bodies[1].mesh = arrays_of(nndd.Mesh.block((0, 0), (2, 1), (9, 5)))
+    fields = [np.zeros((len(body.mesh.points), 2)) for body in problem.bodies]
+    for body, field in zip(problem.bodies, fields):
+        field[:, 1] = -0.005 * body.mesh.points[:, 1]
+    found = nndd.certify(problem, fields)
+    assert [len(mesh.points) >= len(field) for mesh, field in zip(found.meshes, fields)] == [True, True]
+    assert len(found.meshes[1].points) > len(fields[1])

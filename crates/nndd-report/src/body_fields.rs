@@ -1,0 +1,172 @@
+//! The fields of a body, each by its name: those of its file for ParaView.
+
+use crate::figures;
+use crate::solved::Fields;
+use case_io::Case;
+use case_io::case::MaterialLaw;
+use cre_estimator::Estimate;
+use fem_core::body::{Body, NodeConstraint};
+use fem_core::field;
+use fem_core::geometry::{Vector, norm};
+use fem_core::material::{Hypothesis, LinearElastic};
+use fem_core::tensor::SymTensor2;
+use mesh_io::vtu::VtuArray;
+
+/// Fields at the nodes, in the order of the files.
+pub(crate) const AT_POINTS: [&str; 4] =
+    ["displacement", "reaction", "stress_recovered", "von_mises_recovered"];
+
+/// Fields in the triangles, in the order of the files.
+pub(crate) const IN_CELLS: [&str; 10] = [
+    "stress",
+    "stress_equilibrated",
+    "strain",
+    "error_density",
+    "error_density_mesh",
+    "error_density_iteration",
+    "material_id",
+    "element_id",
+    "body_id",
+    "von_mises",
+];
+
+/// What the fields of a body are made of.
+pub(crate) struct BodyFields<'a> {
+    pub(crate) case: &'a Case,
+    pub(crate) solution: &'a Fields<'a>,
+    pub(crate) estimate: &'a Estimate,
+    /// Its number in the case file.
+    pub(crate) body: usize,
+}
+
+impl BodyFields<'_> {
+    fn model(&self) -> &Body {
+        &self.solution.problem.bodies[self.body]
+    }
+
+    /// Makes several fields, in their order; those that are unknown are left out.
+    pub(crate) fn all(&self, names: &[&str]) -> Vec<VtuArray> {
+        names.iter().filter_map(|name| self.field(name)).collect()
+    }
+
+    /// Makes a field; `None` without a field of that name, or if it is unknown.
+    pub(crate) fn field(&self, name: &str) -> Option<VtuArray> {
+        let model = self.model();
+        let mesh = model.mesh();
+        let fields = &self.estimate.pair.bodies[self.body];
+        let cells = 0..mesh.triangles().len();
+        let tensors = |of: &dyn Fn(usize) -> [f64; 6]| {
+            VtuArray::tensors(name, &cells.clone().map(of).collect::<Vec<_>>())
+        };
+        let scalars = |of: &dyn Fn(usize) -> f64| VtuArray::scalars(name, cells.clone().map(of).collect());
+        let integers =
+            |of: &dyn Fn(usize) -> usize| VtuArray::integers(name, cells.clone().map(of).collect());
+        // Not known for a given plane stiffness in plane strain.
+        let with_zz =
+            |t: usize, s: SymTensor2| six(s, model.material(t).out_of_plane_stress(s).unwrap_or(0.0));
+        let (stress, equilibrated) = (&fields.stress, &fields.equilibrated);
+        let place_of = |places: &[usize], t: usize| places[model.materials().index(t)];
+        Some(match name {
+            "displacement" => VtuArray::vectors(name, &fields.displacement),
+            "reaction" => VtuArray::vectors(name, &self.reactions()),
+            "stress_recovered" => {
+                let of = |(law, s): (&LinearElastic, SymTensor2)| {
+                    six(s, law.out_of_plane_stress(s).unwrap_or(0.0))
+                };
+                VtuArray::tensors(name, &self.recovered()?.into_iter().map(of).collect::<Vec<_>>())
+            }
+            "von_mises_recovered" => {
+                let values: Option<Vec<f64>> =
+                    self.recovered()?.into_iter().map(|(law, s)| law.von_mises(s)).collect();
+                VtuArray::scalars(name, values?)
+            }
+            "stress" => tensors(&|t| with_zz(t, stress[t])),
+            "stress_equilibrated" => tensors(&|t| with_zz(t, equilibrated.cell_mean(model, t))),
+            "strain" => {
+                let places = self.case.material_places(self.body);
+                tensors(&|t| {
+                    let zz = out_of_plane_strain(self.case, place_of(&places, t), stress[t]);
+                    six(model.material(t).strain(stress[t]), zz)
+                })
+            }
+            "error_density" => VtuArray::scalars(name, figures::error_density(self.solution, self.body)),
+            "error_density_mesh" => {
+                scalars(&|t| self.estimate.cre.discretisation_by_cell[self.body][t] / mesh.area(t))
+            }
+            // Constant in the cell: its energy density.
+            "error_density_iteration" => scalars(&|t| {
+                let d = equilibrated.finite_element[t].minus(stress[t]);
+                model.material(t).complementary(d, d)
+            }),
+            "material_id" => {
+                let places = self.case.material_places(self.body);
+                integers(&|t| place_of(&places, t))
+            }
+            "element_id" => {
+                let numbers = self.case.element_numbers(self.body, mesh);
+                integers(&|t| numbers.map_or(t, |numbers| numbers[t] as usize))
+            }
+            "body_id" => integers(&|_| self.body),
+            "von_mises" => {
+                let values: Option<Vec<f64>> =
+                    cells.clone().map(|t| model.material(t).von_mises(stress[t])).collect();
+                VtuArray::scalars(name, values?)
+            }
+            _ => return None,
+        })
+    }
+
+    /// Returns the recovered stress at each node, with the material it is that of.
+    fn recovered(&self) -> Option<Vec<(&LinearElastic, SymTensor2)>> {
+        let model = self.model();
+        let recovered = self.solution.results.as_ref()?.recovered.get(self.body)?;
+        Some(recovered.by_node(model).into_iter().map(|(m, s)| (&model.materials().list()[m], s)).collect())
+    }
+
+    /// The forces of supports and contact on the nodes, N/m: what the loads leave of `K u − f`, in the directions that are
+    /// held or in contact, so that nothing but round-off is left out.
+    fn reactions(&self) -> Vec<Vector> {
+        let (solution, model) = (self.solution, self.model());
+        let residual = field::nodal_residual(model, &self.estimate.pair.bodies[self.body].displacement);
+        let along = |direction: Vector, force: Vector| direction.dot(&force) * direction;
+        let held =
+            model.node_constraints().iter().zip(&residual).map(|(constraint, force)| match constraint {
+                NodeConstraint::Free => Vector::zeros(),
+                NodeConstraint::Along { direction, .. } => along(*direction, *force),
+                NodeConstraint::Fixed { .. } | NodeConstraint::Rigid { .. } => *force,
+            });
+        let mut forces: Vec<Vector> = held.collect();
+        for side in model.rigid_sides() {
+            for (node, load) in side.nodes.iter().zip(&side.forces) {
+                forces[*node] += load;
+            }
+        }
+        for (k, side) in solution.problem.sides_of(self.body) {
+            for pair in solution.problem.contacts[k].interface.pairs() {
+                let node = pair.nodes[side].index();
+                let slides = !solution.problem.contacts[k].friction.acts();
+                forces[node] = match model.node_constraints()[node] {
+                    NodeConstraint::Free if slides => along(pair.normal / norm(pair.normal), residual[node]),
+                    _ => residual[node],
+                };
+            }
+        }
+        forces
+    }
+}
+
+/// A tensor in VTK's order.
+fn six(t: SymTensor2, zz: f64) -> [f64; 6] {
+    [t.xx, t.yy, zz, t.xy, 0.0, 0.0]
+}
+
+/// `ε_zz`: 0 in plane strain, `−ν/E (σ_xx + σ_yy)` in plane stress of an isotropic material; 0, too, if the plane
+/// constants do not say it.
+fn out_of_plane_strain(case: &Case, material: usize, stress: SymTensor2) -> f64 {
+    match (case.model.hypothesis, &case.materials[material].law) {
+        (Hypothesis::PlaneStress, MaterialLaw::Isotropic { young, poisson }) => {
+            -poisson / young * (stress.xx + stress.yy)
+        }
+        _ => 0.0,
+    }
+}
