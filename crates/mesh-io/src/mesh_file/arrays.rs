@@ -59,6 +59,12 @@ impl MeshFile {
             notes: Vec::new(),
             digest: arrays.digest(),
         };
+        let edges = arrays.sides.iter().map(|(_, edges)| edges.len()).sum();
+        let counts = [(arrays.points.len(), "node"), (arrays.triangles.len(), "triangle"), (edges, "edge")];
+        if let Some((count, what)) = counts.into_iter().find(|(count, _)| *count > MOST) {
+            let found = format!("there are {}", counted(count, what));
+            return Err(mesh.fault(MeshFault::Content, found).expected(format!("at most {MOST}")));
+        }
         if let Some((node, point)) =
             arrays.points.iter().enumerate().find(|(_, p)| !p.iter().all(|x| x.is_finite()))
         {
@@ -182,6 +188,8 @@ impl MeshArrays {
 mod tests {
     use super::*;
 
+    type Change<'a> = &'a dyn Fn(&mut MeshArrays);
+
     fn square() -> MeshArrays {
         MeshArrays {
             points: [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| [x, y, 0.0]).to_vec(),
@@ -203,7 +211,7 @@ mod tests {
 
     #[test]
     fn the_digest_is_that_of_the_contents() {
-        let digest = |change: &dyn Fn(&mut MeshArrays)| {
+        let digest = |change: Change<'_>| {
             let mut arrays = square();
             change(&mut arrays);
             MeshFile::of_arrays("square", &arrays).unwrap().digest().to_owned()
@@ -219,12 +227,12 @@ mod tests {
 
     #[test]
     fn wrong_arrays_are_refused_with_their_numbers() {
-        let said = |change: &dyn Fn(&mut MeshArrays)| {
+        let said = |change: Change<'_>| {
             let mut arrays = square();
             change(&mut arrays);
             MeshFile::of_arrays("square", &arrays).unwrap_err().to_string()
         };
-        let faults: [(&dyn Fn(&mut MeshArrays), &str); 7] = [
+        let faults: [(Change<'_>, &str); 7] = [
             (&|a| a.points[2][1] = f64::NAN, "square: node 2 has the coordinates (1, NaN, 0)"),
             (&|a| a.triangles[1][0] = 9, "triangle 1 has the node 9; expected numbers below 4"),
             (&|a| a.triangles[1][0] = 2, "triangle 1 has the node 2 twice"),
