@@ -1,7 +1,7 @@
 //! Mesh files: what one holds, and the bodies that can be taken from it.
 //!
-//! `gmsh`, `abaqus` and `arrays` fill a `Collector`, whose checked contents are the [`MeshFile`]; `region`, `sides` and `flat` take
-//! a [`Region`] from it, `faults` makes fem-core's mesh of one, `summary` looks at all of it.
+//! `gmsh` and `abaqus` fill a `Collector`, whose checked contents are the [`MeshFile`]; `arrays` makes one of a program's arrays.
+//! `region`, `sides` and `flat` take a [`Region`] from it, `faults` makes fem-core's mesh of one, `summary` looks at all of it.
 
 pub mod abaqus;
 mod arrays;

@@ -107,7 +107,8 @@ fn described(event: &Event<'_>) -> Option<Value> {
 /// Does some work on new threads, without the lock on the interpreter. Each call has its own threads: a fork leaves none behind
 /// that a later call would wait for.
 ///
-/// After the first Ctrl-C the work ends with what it has; after the second, or if another handler of a signal raises, it is left alone.
+/// After the first Ctrl-C the work ends with what it has; after the second it is left alone. What a callback, a function or another
+/// handler of a signal raises ends the work, and passes through.
 ///
 /// * `threads`: 0 for one per core, or as many as `RAYON_NUM_THREADS` says.
 /// * `callback`: is told of each event; the work ends if it raises.

@@ -60,8 +60,8 @@ def test_arrays_of_a_mesh(changes: dict[str, Any], words: str) -> None:
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"triangles": [[0, 1, 9]]}, "uses node 9"),
-        ({"triangles": [[0, 1, 1]]}, "one node twice"),
+        ({"triangles": [[0, 1, 9]]}, "triangle 0 has the node 9"),
+        ({"triangles": [[0, 1, 1]]}, "triangle 0 has the node 1 twice"),
         ({"triangles": [[0, 1, 2], [0, 1, 2]]}, "edge"),
         ({"points": [[0, 0], [1, 0], [2, 0], [0, 1]]}, "has no area"),
         ({"points": [[0, 0, 0], [1, 0, 0], [1, 1, 1], [0, 1, 0]]}, "not plane"),
@@ -70,7 +70,7 @@ def test_arrays_of_a_mesh(changes: dict[str, Any], words: str) -> None:
         ({"sides": {}}, "has no named side"),
         ({"regions": {"a": [5]}}, 'region "a" has the triangle 5'),
         ({"triangles": np.zeros((0, 3), dtype=int), "sides": {}}, "no 2D elements"),
-        ({"triangles": [[0, 1, 2**40]]}, "uses node"),
+        ({"triangles": [[0, 1, 2**40]]}, "has the node 1099511627776"),
     ],
 )
 def test_meshes_that_make_no_sense(changes: dict[str, Any], words: str) -> None:

@@ -221,3 +221,14 @@ def test_obstacles_rigid_sides_and_steps() -> None:
     resultant = pressed.contacts[0].resultant
     assert resultant is not None
     assert resultant[1] == pytest.approx(-5.0)
+
+
+def test_a_target_is_a_bound_or_with_coulomb_friction_a_residual() -> None:
+    certified = blocks().solve(0.2)
+    assert certified.relative is not None
+    assert certified.relative <= 0.2
+    coulomb = blocks(friction=nndd.Friction.coulomb(0.3)).solve(0.3)
+    assert (coulomb.status, coulomb.valid) == ("residual_reached", False)
+    assert coulomb.coulomb is not None
+    assert coulomb.coulomb["relative"] <= 0.3
+    assert coulomb.adaptive["relative_residual"][-1] == coulomb.coulomb["relative"]

@@ -1,8 +1,16 @@
 //! Meshes that a program keeps in memory: arrays instead of a file.
 
 use super::sides::{edges_among, key};
-use super::{Collector, Edge, ElementKind, Group, MeshFault, MeshFile, MeshFileError, MeshPlace, Spot};
+use super::{Edge, ElementKind, Group, MeshCell, MeshFault, MeshFile, MeshFileError};
+use crate::words::counted;
+use fem_core::geometry::shown;
 use sha2::{Digest, Sha256};
+
+/// What fem-core can number, see `TriMesh`.
+const MOST: usize = (u32::MAX / 16) as usize;
+
+/// Bytes that are hashed at once.
+const BLOCK: usize = 1 << 16;
 
 /// Points, triangles and named parts of them. Everything is counted from 0, and so are the nodes and cells of messages.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -39,22 +47,41 @@ impl MeshFile {
     /// Coordinates that are not finite; nodes and triangles that are not there; edges that no triangle has; two sides, or two
     /// regions, of one name.
     pub fn of_arrays(name: &str, arrays: &MeshArrays) -> Result<Self, MeshFileError> {
-        let fault = |found: String| MeshFileError::new(MeshFault::Content, name, MeshPlace::File, found);
-        let mut collector = Collector::new(name);
-        collector.reserve_nodes(arrays.points.len());
-        for (number, point) in (0..).zip(&arrays.points) {
-            collector.node(number, *point, Spot::default())?;
+        let mut mesh = Self {
+            name: name.to_owned(),
+            format: "arrays".to_owned(),
+            node_numbers: (0..arrays.points.len() as u64).collect(),
+            points: arrays.points.clone(),
+            used: vec![false; arrays.points.len()],
+            edges: Vec::new(),
+            cells: Vec::with_capacity(arrays.triangles.len()),
+            groups: Vec::new(),
+            notes: Vec::new(),
+            digest: arrays.digest(),
+        };
+        let edges = arrays.sides.iter().map(|(_, edges)| edges.len()).sum();
+        let counts = [(arrays.points.len(), "node"), (arrays.triangles.len(), "triangle"), (edges, "edge")];
+        if let Some((count, what)) = counts.into_iter().find(|(count, _)| *count > MOST) {
+            let found = format!("there are {}", counted(count, what));
+            return Err(mesh.fault(MeshFault::Content, found).expected(format!("at most {MOST}")));
         }
-        collector.reserve_elements(arrays.triangles.len());
+        if let Some((node, point)) =
+            arrays.points.iter().enumerate().find(|(_, p)| !p.iter().all(|x| x.is_finite()))
+        {
+            let [x, y, z] = point.map(shown);
+            let found = format!("node {node} has the coordinates ({x}, {y}, {z})");
+            return Err(mesh.fault(MeshFault::Content, found).expected("finite numbers"));
+        }
         for (number, corners) in (0..).zip(&arrays.triangles) {
-            collector.element(number, ElementKind::Triangle3, corners, 0, Spot::default());
+            let [a, b, c] = mesh.nodes(corners, || format!("triangle {number}"))?;
+            mesh.cells.push(MeshCell { number, kind: ElementKind::Triangle3, corners: [a, b, c, c] });
         }
         // Edges are numbered behind the triangles.
-        let edges = arrays.sides.iter().flat_map(|(_, edges)| edges);
-        for (number, ends) in (arrays.triangles.len() as u64..).zip(edges) {
-            collector.element(number, ElementKind::Edge2, ends, 0, Spot::default());
+        let edges = arrays.sides.iter().flat_map(|(side, edges)| edges.iter().map(move |ends| (side, ends)));
+        for (number, (side, ends)) in (arrays.triangles.len() as u64..).zip(edges) {
+            let nodes = mesh.nodes(ends, || format!("side \"{side}\""))?;
+            mesh.edges.push(Edge { number, nodes });
         }
-        let mut mesh = collector.finish("arrays".to_owned())?.mesh;
         let mut first = 0;
         for (side, edges) in &arrays.sides {
             let next = first + edges.len() as u32;
@@ -64,13 +91,36 @@ impl MeshFile {
         for (region, cells) in &arrays.regions {
             if let Some(cell) = cells.iter().find(|cell| **cell >= arrays.triangles.len() as u64) {
                 let found = format!("region \"{region}\" has the triangle {cell}");
-                return Err(fault(found).expected(format!("numbers below {}", arrays.triangles.len())));
+                let expected = format!("numbers below {}", arrays.triangles.len());
+                return Err(mesh.fault(MeshFault::Content, found).expected(expected));
             }
             mesh.take_group(2, region, cells.iter().map(|cell| *cell as u32).collect())?;
         }
         mesh.check_edges_of_sides()?;
-        mesh.digest = arrays.digest();
         Ok(mesh)
+    }
+
+    /// Takes the nodes of a triangle or an edge, which are used then.
+    fn nodes<const N: usize>(
+        &mut self,
+        nodes: &[u64; N],
+        of: impl Fn() -> String,
+    ) -> Result<[u32; N], MeshFileError> {
+        for (k, node) in nodes.iter().enumerate() {
+            let used = usize::try_from(*node).ok().and_then(|node| self.used.get_mut(node));
+            let Some(used) = used else {
+                let found = format!("{} has the node {node}", of());
+                return Err(self
+                    .fault(MeshFault::Content, found)
+                    .expected(format!("numbers below {}", self.used.len())));
+            };
+            *used = true;
+            if nodes[..k].contains(node) {
+                let found = format!("{} has the node {node} twice", of());
+                return Err(self.fault(MeshFault::Content, found).expected("different nodes"));
+            }
+        }
+        Ok(nodes.map(|node| node as u32))
     }
 
     /// Adds a group under a name that no other of its dimension has.
@@ -105,20 +155,29 @@ impl MeshArrays {
     fn digest(&self) -> String {
         let mut hasher = Sha256::new();
         // Lengths keep two meshes from being taken for one.
-        let mut numbers = |list: &[u64]| {
-            hasher.update((list.len() as u64).to_le_bytes());
-            list.iter().for_each(|number| hasher.update(number.to_le_bytes()));
+        let mut bytes = |count: usize, list: &mut dyn Iterator<Item = [u8; 8]>| {
+            hasher.update((count as u64).to_le_bytes());
+            let mut block = Vec::with_capacity(BLOCK);
+            for number in list {
+                block.extend(number);
+                if block.len() >= BLOCK {
+                    hasher.update(&block);
+                    block.clear();
+                }
+            }
+            hasher.update(&block);
         };
-        for point in &self.points {
-            numbers(&point.map(f64::to_bits));
-        }
+        let points = self.points.as_flattened();
+        bytes(points.len(), &mut points.iter().map(|x| x.to_bits().to_le_bytes()));
+        let mut numbers = |list: &[u64]| bytes(list.len(), &mut list.iter().map(|n| n.to_le_bytes()));
+        let name_of = |name: &str| name.bytes().map(u64::from).collect::<Vec<_>>();
         numbers(self.triangles.as_flattened());
         for (name, edges) in &self.sides {
-            numbers(&name.bytes().map(u64::from).collect::<Vec<_>>());
+            numbers(&name_of(name));
             numbers(edges.as_flattened());
         }
         for (name, cells) in &self.regions {
-            numbers(&name.bytes().map(u64::from).collect::<Vec<_>>());
+            numbers(&name_of(name));
             numbers(cells);
         }
         hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
@@ -128,6 +187,8 @@ impl MeshArrays {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    type Change<'a> = &'a dyn Fn(&mut MeshArrays);
 
     fn square() -> MeshArrays {
         MeshArrays {
@@ -150,7 +211,7 @@ mod tests {
 
     #[test]
     fn the_digest_is_that_of_the_contents() {
-        let digest = |change: &dyn Fn(&mut MeshArrays)| {
+        let digest = |change: Change<'_>| {
             let mut arrays = square();
             change(&mut arrays);
             MeshFile::of_arrays("square", &arrays).unwrap().digest().to_owned()
@@ -166,15 +227,15 @@ mod tests {
 
     #[test]
     fn wrong_arrays_are_refused_with_their_numbers() {
-        let said = |change: &dyn Fn(&mut MeshArrays)| {
+        let said = |change: Change<'_>| {
             let mut arrays = square();
             change(&mut arrays);
             MeshFile::of_arrays("square", &arrays).unwrap_err().to_string()
         };
-        let faults: [(&dyn Fn(&mut MeshArrays), &str); 7] = [
+        let faults: [(Change<'_>, &str); 7] = [
             (&|a| a.points[2][1] = f64::NAN, "square: node 2 has the coordinates (1, NaN, 0)"),
-            (&|a| a.triangles[1][0] = 9, "element 1 (3-node triangle) uses node 9"),
-            (&|a| a.triangles[1][0] = 2, "element 1 (3-node triangle) has the corners 2, 2, 0"),
+            (&|a| a.triangles[1][0] = 9, "triangle 1 has the node 9; expected numbers below 4"),
+            (&|a| a.triangles[1][0] = 2, "triangle 1 has the node 2 twice"),
             (
                 &|a| a.sides[1].1[1] = [1, 3],
                 "side \"all\" has the edge between nodes 1 and 3, which no triangle has",

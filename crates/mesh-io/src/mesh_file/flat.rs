@@ -172,12 +172,27 @@ pub(super) fn smallest_angle(p: [Vector; 3]) -> f64 {
     if sine.is_finite() { sine.min(1.0).asin().to_degrees() } else { 0.0 }
 }
 
+/// Returns an integer that is ordered as [`f64::total_cmp`] orders the number.
+fn ordered(x: f64) -> i64 {
+    let bits = x.to_bits() as i64;
+    bits ^ (((bits >> 63) as u64) >> 1) as i64
+}
+
+/// Tells whether a triangle certainly has no angle below a limit whose sine is given; in doubt it does not.
+pub(super) fn is_wide([a, b, c]: [Vector; 3], sine: f64) -> bool {
+    let mut squares = [b - a, c - b, a - c].map(|side| side.norm_squared());
+    squares.sort_by(f64::total_cmp);
+    // Twice the limit, for rounding; NaN and what overflows is in doubt.
+    (2.0 * geometry::signed_area([a, b, c])).powi(2) > 4.0 * sine * sine * squares[1] * squares[2]
+}
+
 /// Finds nodes at the same place: pairs of the place kept and the one that equals it.
 pub(super) fn coincident(points: &[Vector]) -> Vec<[u32; 2]> {
     let tolerance = SAME * geometry::diagonal(points);
-    let mut order: Vec<u32> = (0..points.len() as u32).collect();
     let at = |n: u32, c: usize| points[n as usize][c];
-    order.sort_by(|a, b| at(*a, 0).total_cmp(&at(*b, 0)));
+    let mut by_x: Vec<(i64, u32)> = (0..points.len() as u32).map(|n| (ordered(at(n, 0)), n)).collect();
+    by_x.sort_unstable();
+    let mut order: Vec<u32> = by_x.into_iter().map(|(_, n)| n).collect();
     let mut pairs = Vec::new();
     for run in order.chunk_by_mut(|a, b| at(*b, 0) - at(*a, 0) <= tolerance) {
         run.sort_by(|a, b| at(*a, 1).total_cmp(&at(*b, 1)).then(a.cmp(b)));
@@ -190,4 +205,28 @@ pub(super) fn coincident(points: &[Vector]) -> Vec<[u32; 2]> {
     }
     pairs.sort_unstable_by_key(|[a, b]| (*b, *a));
     pairs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn integers_are_ordered_as_their_numbers() {
+        let numbers = [f64::NEG_INFINITY, -2.0, -1e-300, -0.0, 0.0, 1e-300, 3.0, f64::INFINITY];
+        assert!(numbers.map(ordered).is_sorted_by(|a, b| a < b));
+    }
+
+    #[test]
+    fn only_triangles_without_doubt_are_wide() {
+        let triangle = |degrees: f64, size: f64| {
+            let (sine, cosine) = degrees.to_radians().sin_cos();
+            [[0.0, 0.0], [size, 0.0], [size * cosine, size * sine]].map(Vector::from)
+        };
+        let sine = 0.1f64.to_radians().sin();
+        let wide = |degrees, size| is_wide(triangle(degrees, size), sine);
+        assert!(wide(0.21, 1.0) && wide(60.0, 1e-3) && wide(0.21, 1e30));
+        // Below the limit, near it, and so small or large that squares are lost.
+        assert!(!wide(0.05, 1.0) && !wide(0.15, 1.0) && !wide(60.0, 1e-200) && !wide(60.0, 1e200));
+    }
 }

@@ -1,6 +1,6 @@
 //! A region of a mesh file: the triangles, points and named sides of one body.
 
-use super::flat::{Triangles, coincident, smallest_angle};
+use super::flat::{Triangles, coincident, is_wide, smallest_angle};
 use super::sides::free_edges;
 use super::{MeshFault, MeshFile, MeshFileError, Problem, Remedy};
 use crate::words::{counted, did_you_mean, listed};
@@ -311,8 +311,10 @@ impl Region {
     fn warn_of_slivers(&mut self) {
         let mut thin = Vec::new();
         let mut count = 0;
+        let sine = SLIVER.to_radians().sin();
         for (t, number) in self.triangles.iter().zip(&self.cell_numbers) {
-            if smallest_angle(t.map(|n| self.points[n as usize])) < SLIVER {
+            let corners = t.map(|n| self.points[n as usize]);
+            if !is_wide(corners, sine) && smallest_angle(corners) < SLIVER {
                 count += 1;
                 if thin.len() < MOST_SLIVERS {
                     thin.push(number.to_string());

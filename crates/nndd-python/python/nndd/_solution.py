@@ -238,7 +238,7 @@ class Solution:
         self._native = solution
         self._report: dict[str, Any] = json.loads(solution.report())
         for warning in solution.warnings():
-            warnings.warn(warning, CaseWarning, stacklevel=4)
+            warnings.warn(warning, CaseWarning, stacklevel=3)
         report = self._report
         bodies = enumerate(report["bodies"])
         self.bodies = tuple(BodyResult(solution, k, body["name"]) for k, body in bodies)
