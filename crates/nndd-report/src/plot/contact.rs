@@ -40,6 +40,7 @@ const FEWEST: usize = 8;
 /// left out; nodes need not come in order. A peak on a small part of the contact is cut, and its value written.
 ///
 /// * `start`: the arc length at which a closed line was opened, if it is not its first node.
+///
 /// Returns the figure, and what there is to see on it.
 pub(crate) fn contact(
     title: &str,
