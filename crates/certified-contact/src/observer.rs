@@ -15,7 +15,7 @@ pub enum Phase {
     Factorisation,
     /// The loop, its contact problems, and the recovery of displacements.
     Iterations,
-    /// All computations for certificates.
+    /// All computations for certificates, and the results: forces, reactions, recovered stress.
     Estimate,
     /// Marking and refining the meshes of an adaptive run.
     Refinement,

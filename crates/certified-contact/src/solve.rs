@@ -135,6 +135,7 @@ fn iterate(
         conclude(&mut nndd, &mut rows, found, settings);
     }
     let last = &nndd.last;
+    observer.phase(Phase::Estimate);
     let results = estimate.as_ref().map(|e| results::results(&problem, last, e, low));
     let bounds = estimate.as_ref().map(|e| Bounds::new(&problem, last, e));
     let unknowns = problem.bodies().iter().map(|body| body.dofs().len()).collect();

@@ -7,11 +7,14 @@ use fem_core::mesh::TriMesh;
 use fem_core::mesh::id::NodeId;
 use fem_core::tensor::SymTensor2;
 use nalgebra::{Matrix3, Vector3};
+use rayon::prelude::*;
 
 /// A patch of fewer cells is extended by the cells at its corners: boundary nodes have few.
 const FEWEST: usize = 5;
 /// Below this determinant of the scaled equations the cells of a patch lie on a line, and their mean is taken.
 const FLAT: f64 = 1e-3;
+/// Fewer cells or nodes are not worth a task of their own.
+const FEWEST_PER_TASK: usize = 1024;
 
 /// A continuous stress, linear in each cell, with a value of its own for each material that meets at a node, since the stress jumps
 /// there. The value at a node is that of the linear function which fits the equilibrated stress of the cells around it best.
@@ -39,21 +42,23 @@ impl RecoveredStress {
             let [a, b, c] = mesh.corners(t);
             Cell { centre: (a + b + c) / 3.0, area: mesh.area(t), stress: stress.cell_mean(body, t) }
         };
-        let cells: Vec<Cell> = (0..mesh.triangles().len()).map(cell).collect();
+        let count = mesh.triangles().len();
+        let cells: Vec<Cell> = (0..count).into_par_iter().with_min_len(FEWEST_PER_TASK).map(cell).collect();
         let material = |t: u32| body.materials().index(t as usize) as u32;
-        let mut values = Vec::with_capacity(mesh.points().len());
-        for node in (0..mesh.points().len()).map(NodeId::new) {
+        let at_node = |n: usize| {
+            let node = NodeId::new(n);
             let around = mesh.topology().triangles_around(node);
             let mut materials: Vec<u32> = around.iter().map(|t| material(*t)).collect();
             materials.sort_unstable();
             materials.dedup();
-            for m in materials {
+            let (point, cells) = (mesh.points()[node], &cells);
+            materials.into_iter().map(move |m| {
                 let patch = patch(mesh, node, |t| material(t) == m);
-                let patch: Vec<&Cell> = patch.into_iter().map(|t| &cells[t as usize]).collect();
-                values.push((node, m, fit(mesh.points()[node], &patch)));
-            }
-        }
-        Self { values }
+                (node, m, fit(point, patch.iter().map(|t| &cells[*t as usize])))
+            })
+        };
+        let nodes = (0..mesh.points().len()).into_par_iter().with_min_len(FEWEST_PER_TASK);
+        Self { values: nodes.flat_map_iter(at_node).collect() }
     }
 
     /// Lists the values: node, place of the material in the body's list, stress in Pa.
@@ -109,8 +114,8 @@ fn patch(mesh: &TriMesh, node: NodeId, belongs: impl Fn(u32) -> bool) -> Vec<u32
 }
 
 /// Computes the value at a point of the linear function that is nearest to the means of cells: least squares, weighted by areas.
-fn fit(point: Vector, cells: &[&Cell]) -> SymTensor2 {
-    let area: f64 = cells.iter().map(|cell| cell.area).sum();
+fn fit<'a>(point: Vector, cells: impl ExactSizeIterator<Item = &'a Cell> + Clone) -> SymTensor2 {
+    let area: f64 = cells.clone().map(|cell| cell.area).sum();
     let size = (area / cells.len() as f64).sqrt();
     let mut matrix = Matrix3::zeros();
     let mut sums = [Vector3::zeros(); 3];
@@ -146,11 +151,11 @@ mod tests {
         let places = [(0.1, 0.2, 0.5), (1.1, 0.1, 0.4), (0.9, 1.2, 0.7), (0.2, 0.8, 0.6), (2.0, 0.4, 0.1)];
         let cells: Vec<Cell> = places.map(cell).into();
         let point = Vector::new(-0.3, 0.1);
-        let found = fit(point, &cells.iter().collect::<Vec<_>>());
+        let found = fit(point, cells.iter());
         let off = found.minus(exact(point));
         assert!(off.xx.abs().max(off.yy.abs()).max(off.xy.abs()) < 1e-13, "{found:?}");
         let line: Vec<Cell> = [(0.0, 0.0, 1.0), (2.0, 0.0, 3.0)].map(cell).into();
-        let mean = fit(point, &line.iter().collect::<Vec<_>>());
+        let mean = fit(point, line.iter());
         assert!((mean.xx - 2.5).abs() < 1e-15, "{mean:?}");
     }
 }

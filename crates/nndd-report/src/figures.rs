@@ -17,6 +17,7 @@ use fem_core::body::{Body, EdgeReaction, NodeConstraint, RigidSide};
 use fem_core::geometry::{Vector, cross, norm};
 use fem_core::interface::{ContactPair, NodePair};
 use fem_core::mesh::id::{EdgeId, NodeId};
+use rayon::prelude::*;
 use std::collections::BTreeSet;
 
 /// A named figure.
@@ -43,118 +44,150 @@ pub(crate) fn of_solve(
     contact: &[(&str, Vec<ContactRow>)],
     report: &Report,
 ) -> Vec<Picture> {
-    let labels = Labels { units: case.units.clone() };
-    let mut pictures = vec![problem(case, solution, &labels)];
-    if let Some(estimate) = solution.estimate {
-        pictures.extend(of_fields(case, solution, estimate, &labels));
-        for (k, ((pair, rows), part)) in contact.iter().zip(contact_parts(case)).enumerate() {
-            let line = match contact.len() {
-                1 => "Contact line".to_owned(),
-                _ => format!("Contact line of {}", one_line(pair)),
-            };
-            if rows.iter().all(|row| row.pressure <= 0.0) && contact.len() > 1 {
-                continue;
-            }
-            let (rows, start) = opened(rows, &solution.problem.contacts[k]);
-            let (svg, caption) = plot::contact(&line, &rows, start, &labels);
-            pictures.push(Picture { name: part, svg, caption, numbers: Some("contact.csv") });
-        }
-        let count = solution.problem.bodies.len();
-        let densities: Vec<Vec<f64>> = (0..count).map(|b| error_density(solution, b)).collect();
-        let fields: Vec<Field<'_>> = densities.iter().map(|density| Field::Cells(density)).collect();
-        let density = if solution.is_residual() { "Density of the residual" } else { "Error density" };
-        pictures.push(Picture {
-            name: "deformed".into(),
-            svg: of_bodies(case, solution, estimate, (density, Quantity::ErrorDensity, false), &fields, &labels),
-            caption: match solution.is_residual() {
-                true => "The squared residual of each cell over its area. Large values show which cells to refine.",
-                false => "The certified squared error of each cell over its area. Large values show which cells to refine.",
-            }
-            .into(),
-            numbers: None,
-        });
-    }
-    // A single solution, as that of the exact method, has nothing to converge.
-    if report.iterations.len() != 1 {
-        pictures.push(Picture {
-        name: "convergence".into(),
-        svg: plot::convergence(match case.adapt {
-                Some(_) => "Errors against the iteration, last mesh",
-                None => "Errors against the iteration",
-            }, &report.iterations),
-        caption: "The iteration ends when its error (eta_nndd) is a small part of that of the mesh. eta_dis is the error of the mesh with λ \
-                  held fixed and may exceed e_cre, the bound of the whole error.".into(),
-        numbers: Some("history.csv"),
-    });
-    }
-    if !report.steps.is_empty() {
-        let of = |k: usize| {
-            let force = |step: &StepSummary| {
-                let pair = &step.contact[k];
-                [pair.contact_force, pair.friction.as_ref().map(|friction| friction.tangential_force)]
-            };
-            report.steps.iter().map(force).collect()
-        };
-        let forces: Vec<plot::Forces<'_>> =
-            contact.iter().enumerate().map(|(k, (pair, _))| (*pair, of(k))).collect();
-        pictures.push(Picture {
-            name: "steps".into(),
-            svg: plot::steps("Forces against the load step", &forces, &labels),
-            caption: "The integral of the pressure over each contact line, and that of the friction on its second body. All other figures show the last \
-                      step.".into(),
-            numbers: Some("report.json"),
-        });
-    }
-    if let Some(adapt) = &case.adapt {
-        let measured = |row: &AdaptiveRow| row.relative.or(row.relative_residual);
-        let steps: Vec<_> = report.adaptive.iter().map(|row| (row.nodes, measured(row))).collect();
-        let kind = match adapt.target {
-            Target::RelativeError(_) => Measure::CertifiedError,
-            Target::CoulombResidual(_) => Measure::Residual,
-        };
-        pictures.push(Picture {
-            name: "adaptive".into(),
-            svg: plot::adaptive(kind, &steps, adapt.target.value()),
-            caption: "On fine meshes the error of linear triangles falls at best like the dashed line."
-                .into(),
-            numbers: Some("adaptive.csv"),
-        });
-    }
-    pictures
+    let labels = &Labels { units: case.units.clone() };
+    let drawn: [&(dyn Fn() -> Vec<Picture> + Sync); 7] = [
+        &|| vec![problem(case, solution, labels)],
+        &|| von_mises(case, solution, labels).into_iter().collect(),
+        &|| displacement(case, solution, labels).into_iter().collect(),
+        &|| contact_lines(case, solution, contact, labels),
+        &|| density(case, solution, labels).into_iter().collect(),
+        &|| convergence(case, report).into_iter().collect(),
+        &|| steps(contact, report, labels).into_iter().chain(adaptive(case, report)).collect(),
+    ];
+    drawn.into_par_iter().flat_map_iter(|draw| draw()).collect()
 }
 
-/// The stress and the displacement on the deformed bodies.
-fn of_fields(case: &Case, solution: &Fields<'_>, estimate: &Estimate, labels: &Labels) -> Vec<Picture> {
-    let bodies = || solution.problem.bodies.iter().zip(&estimate.pair.bodies);
-    let infinite = corners::has_infinite_stress(solution);
-    let picture = |name: &str, title: &str, quantity, patches: &[Vec<NodalPatch>], caption: &str| {
-        let fields: Vec<Field<'_>> = patches.iter().map(|of| Field::Nodes(of)).collect();
-        let infinite = infinite && quantity == Quantity::VonMises;
-        let svg = of_bodies(case, solution, estimate, (title, quantity, infinite), &fields, labels);
-        Picture { name: name.into(), svg, caption: caption.into(), numbers: None }
-    };
-    let recovered =
-        solution.results.as_ref().map(|results| solution.problem.bodies.iter().zip(&results.recovered));
-    let stress: Option<Vec<_>> =
-        recovered.and_then(|bodies| bodies.map(|(body, stress)| nodal::von_mises(body, stress)).collect());
-    let stress = stress.map(|patches| {
-        let caption = match infinite {
-            true => {
-                "The recovered stress: a smooth picture of the stress in equilibrium, for each material. Its largest value is in a corner and \
-                 grows with every refinement; if the scale ends below it, a ring shows it."
-            }
-            false => "The recovered stress: a smooth picture of the stress in equilibrium, for each material.",
+/// The pressure along each contact line; if there are several, of those under pressure.
+fn contact_lines(
+    case: &Case,
+    solution: &Fields<'_>,
+    contact: &[(&str, Vec<ContactRow>)],
+    labels: &Labels,
+) -> Vec<Picture> {
+    let pressed = |rows: &[ContactRow]| contact.len() == 1 || rows.iter().any(|row| row.pressure > 0.0);
+    let lines = contact.iter().zip(contact_parts(case)).zip(&solution.problem.contacts);
+    let lines = lines.filter(|(((_, rows), _), _)| solution.estimate.is_some() && pressed(rows));
+    let picture = |(((pair, rows), name), of): ((&(&str, Vec<ContactRow>), String), &ContactPair)| {
+        let title = match contact.len() {
+            1 => "Contact line".to_owned(),
+            _ => format!("Contact line of {}", one_line(pair)),
         };
-        picture("von_mises", "Von Mises stress", Quantity::VonMises, &patches, caption)
-    });
+        let (rows, start) = opened(rows, of);
+        let (svg, caption) = plot::contact(&title, &rows, start, labels);
+        Picture { name, svg, caption, numbers: Some("contact.csv") }
+    };
+    lines.map(picture).collect()
+}
+
+/// The density of the error, or of the residual, on the deformed bodies.
+fn density(case: &Case, solution: &Fields<'_>, labels: &Labels) -> Option<Picture> {
+    let estimate = solution.estimate?;
+    let count = solution.problem.bodies.len();
+    let densities: Vec<Vec<f64>> = (0..count).map(|b| error_density(solution, b)).collect();
+    let fields: Vec<Field<'_>> = densities.iter().map(|density| Field::Cells(density)).collect();
+    let (title, what) = match solution.is_residual() {
+        true => ("Density of the residual", "The squared residual"),
+        false => ("Error density", "The certified squared error"),
+    };
+    Some(Picture {
+        name: "deformed".into(),
+        svg: of_bodies(case, solution, estimate, (title, Quantity::ErrorDensity, false), &fields, labels),
+        caption: format!("{what} of each cell over its area. Large values show which cells to refine."),
+        numbers: None,
+    })
+}
+
+/// The errors against the iteration. A single solution, as that of the exact method, has nothing to converge.
+fn convergence(case: &Case, report: &Report) -> Option<Picture> {
+    let title = match case.adapt {
+        Some(_) => "Errors against the iteration, last mesh",
+        None => "Errors against the iteration",
+    };
+    (report.iterations.len() != 1).then(|| Picture {
+        name: "convergence".into(),
+        svg: plot::convergence(title, &report.iterations),
+        caption: "The iteration ends when its error (eta_nndd) is a small part of that of the mesh. eta_dis is the error of the mesh \
+                  with λ held fixed and may exceed e_cre, the bound of the whole error."
+            .into(),
+        numbers: Some("history.csv"),
+    })
+}
+
+/// The forces against the load step.
+fn steps(contact: &[(&str, Vec<ContactRow>)], report: &Report, labels: &Labels) -> Option<Picture> {
+    let of = |k: usize| {
+        let force = |step: &StepSummary| {
+            let pair = &step.contact[k];
+            [pair.contact_force, pair.friction.as_ref().map(|friction| friction.tangential_force)]
+        };
+        report.steps.iter().map(force).collect()
+    };
+    let forces: Vec<plot::Forces<'_>> =
+        contact.iter().enumerate().map(|(k, (pair, _))| (*pair, of(k))).collect();
+    (!report.steps.is_empty()).then(|| Picture {
+        name: "steps".into(),
+        svg: plot::steps("Forces against the load step", &forces, labels),
+        caption: "The integral of the pressure over each contact line, and that of the friction on its second body. All other \
+                  figures show the last step."
+            .into(),
+        numbers: Some("report.json"),
+    })
+}
+
+/// The error against the nodes of the meshes of an adaptive run.
+fn adaptive(case: &Case, report: &Report) -> Option<Picture> {
+    let adapt = case.adapt.as_ref()?;
+    let measured = |row: &AdaptiveRow| row.relative.or(row.relative_residual);
+    let steps: Vec<_> = report.adaptive.iter().map(|row| (row.nodes, measured(row))).collect();
+    let kind = match adapt.target {
+        Target::RelativeError(_) => Measure::CertifiedError,
+        Target::CoulombResidual(_) => Measure::Residual,
+    };
+    Some(Picture {
+        name: "adaptive".into(),
+        svg: plot::adaptive(kind, &steps, adapt.target.value()),
+        caption: "On fine meshes the error of linear triangles falls at best like the dashed line.".into(),
+        numbers: Some("adaptive.csv"),
+    })
+}
+
+/// The recovered von Mises stress on the deformed bodies; `None` without it.
+fn von_mises(case: &Case, solution: &Fields<'_>, labels: &Labels) -> Option<Picture> {
+    let (estimate, results) = (solution.estimate?, solution.results?);
+    let bodies = solution.problem.bodies.iter().zip(&results.recovered);
+    let patches: Vec<Vec<NodalPatch>> =
+        bodies.map(|(body, stress)| nodal::von_mises(body, stress)).collect::<Option<_>>()?;
+    let fields: Vec<Field<'_>> = patches.iter().map(|of| Field::Nodes(of)).collect();
+    let infinite = corners::has_infinite_stress(solution);
+    let smooth = "The recovered stress: a smooth picture of the stress in equilibrium, for each material.";
+    let caption = match infinite {
+        true => format!(
+            "{smooth} Its largest value is in a corner and grows with every refinement; if the scale ends below it, a ring shows it."
+        ),
+        false => smooth.to_owned(),
+    };
+    let what = ("Von Mises stress", Quantity::VonMises, infinite);
+    let svg = of_bodies(case, solution, estimate, what, &fields, labels);
+    Some(Picture { name: "von_mises".into(), svg, caption, numbers: None })
+}
+
+/// The size of the displacement on the deformed bodies.
+fn displacement(case: &Case, solution: &Fields<'_>, labels: &Labels) -> Option<Picture> {
+    let estimate = solution.estimate?;
     let size = |(body, of): (&Body, &AdmissibleBody)| {
         let values = of.displacement.iter().map(|u| norm(*u)).collect();
         vec![NodalPatch { triangles: body.mesh().triangles().to_vec(), values }]
     };
-    let sizes: Vec<Vec<NodalPatch>> = bodies().map(size).collect();
-    let caption = "The size of the displacement from the bodies at rest.";
-    let displacement = picture("displacement", "Displacement", Quantity::Displacement, &sizes, caption);
-    stress.into_iter().chain([displacement]).collect()
+    let patches: Vec<Vec<NodalPatch>> =
+        solution.problem.bodies.iter().zip(&estimate.pair.bodies).map(size).collect();
+    let fields: Vec<Field<'_>> = patches.iter().map(|of| Field::Nodes(of)).collect();
+    let what = ("Displacement", Quantity::Displacement, false);
+    Some(Picture {
+        name: "displacement".into(),
+        svg: of_bodies(case, solution, estimate, what, &fields, labels),
+        caption: "The size of the displacement from the bodies at rest.".into(),
+        numbers: None,
+    })
 }
 
 /// Draws the deformed bodies with a field for each.

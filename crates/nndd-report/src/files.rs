@@ -116,18 +116,35 @@ fn write_files(
     if !report.adaptive.is_empty() {
         put("adaptive.csv", &table::adaptive_csv(&report.adaptive)?)?;
     }
-    let pictures = figures::of_solve(case, solution, &contact, report);
+    // The figures need no file, the fields need no figure.
+    let (pictures, fields) = rayon::join(
+        || figures::of_solve(case, solution, &contact, report),
+        || write_fields(case, solved, report, directory),
+    );
+    fields?;
+    let mut put = |name: &str, text: &str| directory.write(name, text.as_bytes());
     for picture in &pictures {
         put(&format!("figures/{}.svg", picture.name), &picture.svg)?;
     }
     let angles: Vec<f64> = solution.problem.bodies.iter().map(|body| body.mesh().smallest_angle()).collect();
     put("report.html", &html::page(case, report, &angles, &pictures))?;
-    if case.output.vtu {
-        let meshes = report.adaptive.iter().filter(|_| solution.estimate.is_some());
-        let adaptive = meshes.map(|row| row.step).collect::<Vec<_>>();
-        let steps = solved.steps.iter().filter(|step| step.has_fields);
-        let steps = steps.map(|step| step.summary.step).collect::<Vec<_>>();
-        paraview::write(case, solution, &[("adaptive.pvd", adaptive), ("steps.pvd", steps)], directory)?;
-    }
     Ok(())
+}
+
+/// Writes the files for ParaView, if the case asks for them.
+fn write_fields(
+    case: &Case,
+    solved: &Solved,
+    report: &Report,
+    directory: &mut OutputDirectory,
+) -> Result<(), Failure> {
+    if !case.output.vtu {
+        return Ok(());
+    }
+    let solution = &solved.answer.fields();
+    let meshes = report.adaptive.iter().filter(|_| solution.estimate.is_some());
+    let adaptive = meshes.map(|row| row.step).collect::<Vec<_>>();
+    let steps = solved.steps.iter().filter(|step| step.has_fields);
+    let steps = steps.map(|step| step.summary.step).collect::<Vec<_>>();
+    paraview::write(case, solution, &[("adaptive.pvd", adaptive), ("steps.pvd", steps)], directory)
 }

@@ -8,6 +8,7 @@ use super::colour::viridis;
 use crate::nodal::NodalPatch;
 use fem_core::geometry::{Vector, cross};
 use fem_core::mesh::id::NodeId;
+use rayon::prelude::*;
 use std::fmt::Write as _;
 
 /// Bands of the colour scale.
@@ -34,30 +35,29 @@ pub(super) fn colour_of(band: usize) -> String {
 /// * `position`: places a value on the colour scale, 0 to 1.
 pub(super) fn elements(
     patches: &[(&NodalPatch, &[Option<Vector>])],
-    position: impl Fn(f64) -> f64,
+    position: impl Fn(f64) -> f64 + Sync,
 ) -> String {
     let height = |value: &f64| position(*value).clamp(0.0, 1.0);
     let heights: Vec<Vec<f64>> =
         patches.iter().map(|(patch, _)| patch.values.iter().map(height).collect()).collect();
-    let both = patches.iter().zip(&heights);
-    let surfaces: Vec<Surface<'_>> =
-        both.map(|((patch, places), heights)| Surface::new(&patch.triangles, places, heights)).collect();
+    let surfaces: Vec<Surface<'_>> = patches
+        .par_iter()
+        .zip(&heights)
+        .map(|both| {
+            let ((patch, places), heights) = both;
+            Surface::new(&patch.triangles, places, heights)
+        })
+        .collect();
+    let path = |band: usize| -> String { surfaces.iter().map(|surface| surface.above(band)).collect() };
+    let paths: Vec<String> = (0..BANDS).into_par_iter().map(path).collect();
     // The lines of a field that is mere noise fill the picture: then fewer bands are drawn.
-    let mut out = String::new();
-    for step in [1, 2, 4, 8] {
-        // A line of the same colour hides the seams between patches.
-        out = "<g stroke-width=\"2\" stroke-linejoin=\"round\" fill-rule=\"evenodd\">\n".to_owned();
-        for band in (0..BANDS).step_by(step) {
-            let mut path = String::new();
-            surfaces.iter().for_each(|surface| surface.above(band as f64 / BANDS as f64, &mut path));
-            if !path.is_empty() {
-                let colour = colour_of(band + step / 2);
-                let _ = writeln!(out, "<path fill=\"{colour}\" stroke=\"{colour}\" d=\"{path}\"/>");
-            }
-        }
-        if out.len() <= LARGEST {
-            break;
-        }
+    let length = |step: usize| paths.iter().step_by(step).map(String::len).sum::<usize>();
+    let step = [1, 2, 4].into_iter().find(|step| length(*step) <= LARGEST).unwrap_or(8);
+    // A line of the same colour hides the seams between patches.
+    let mut out = "<g stroke-width=\"2\" stroke-linejoin=\"round\" fill-rule=\"evenodd\">\n".to_owned();
+    for (band, path) in paths.iter().enumerate().step_by(step).filter(|(_, path)| !path.is_empty()) {
+        let colour = colour_of(band + step / 2);
+        let _ = writeln!(out, "<path fill=\"{colour}\" stroke=\"{colour}\" d=\"{path}\"/>");
     }
     out + "</g>\n"
 }
@@ -69,6 +69,10 @@ struct Surface<'a> {
     rim: Vec<Place>,
     places: &'a [Option<Vector>],
     heights: &'a [f64],
+    /// The uppermost band that holds each node.
+    bands: Vec<u8>,
+    /// The lowest and the uppermost of them in each triangle.
+    spans: Vec<[u8; 2]>,
 }
 
 impl<'a> Surface<'a> {
@@ -76,16 +80,18 @@ impl<'a> Surface<'a> {
         let known = |v: &u32| places[*v as usize].is_some() && heights[*v as usize].is_finite();
         let triangles: Vec<[u32; 3]> =
             triangles.iter().map(|t| t.map(|v| v.index() as u32)).filter(|t| t.iter().all(known)).collect();
-        let mut edges: Vec<Place> =
-            triangles.iter().flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]]).collect();
-        edges.sort_unstable();
-        let rim = edges.iter().filter(|[a, b]| edges.binary_search(&[*b, *a]).is_err()).copied().collect();
-        Self { triangles, rim, places, heights }
+        let bands: Vec<u8> = heights.iter().map(|height| band_of(*height)).collect();
+        let span = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|v| bands[v as usize]);
+            [a.min(b).min(c), a.max(b).max(c)]
+        };
+        let spans = triangles.iter().map(span).collect();
+        Self { rim: rim(&triangles), triangles, places, heights, bands, spans }
     }
 
-    /// Adds the region where the field is at least `level` to a path.
-    fn above(&self, level: f64, path: &mut String) {
-        let inside = |v: u32| self.heights[v as usize] >= level;
+    /// Returns the region of a band and those above it as closed lines.
+    fn above(&self, band: usize) -> String {
+        let inside = |v: u32| usize::from(self.bands[v as usize]) >= band;
         let between = |a: u32, b: u32| [a.min(b), a.max(b)];
         // Where each piece of the boundary begins and ends.
         let mut pieces: Vec<(Place, Place)> = Vec::new();
@@ -97,7 +103,8 @@ impl<'a> Surface<'a> {
                 (false, false) => {}
             }
         }
-        for [a, b, c] in &self.triangles {
+        let passes = |[low, high]: [u8; 2]| usize::from(low) < band && band <= usize::from(high);
+        for ([a, b, c], _) in self.triangles.iter().zip(&self.spans).filter(|(_, span)| passes(**span)) {
             let edges = [[*a, *b], [*b, *c], [*c, *a]];
             let leaves = edges.iter().find(|[v, w]| inside(*v) && !inside(*w));
             let enters = edges.iter().find(|[v, w]| !inside(*v) && inside(*w));
@@ -106,7 +113,7 @@ impl<'a> Surface<'a> {
             }
         }
         pieces.sort_unstable();
-        let mut used = vec![false; pieces.len()];
+        let (mut path, mut used) = (String::new(), vec![false; pieces.len()]);
         for first in 0..pieces.len() {
             if used[first] {
                 continue;
@@ -114,14 +121,15 @@ impl<'a> Surface<'a> {
             let (mut line, mut at) = (Vec::new(), Some(first));
             while let Some(k) = at {
                 used[k] = true;
-                line.push(self.place(pieces[k].0, level));
+                line.push(self.place(pieces[k].0, level(band)));
                 let (start, end) = (pieces.partition_point(|p| p.0 < pieces[k].1), pieces[k].1);
                 at = (start..pieces.len()).take_while(|j| pieces[*j].0 == end).find(|j| !used[*j]);
             }
             if line.len() > 1 {
-                closed(path, &line);
+                closed(&mut path, &line);
             }
         }
+        path
     }
 
     fn place(&self, [a, b]: Place, level: f64) -> Vector {
@@ -132,6 +140,26 @@ impl<'a> Surface<'a> {
         }
         of(a) + ((level - low) / (high - low)).clamp(0.0, 1.0) * (of(b) - of(a))
     }
+}
+
+/// The height at which a band begins.
+fn level(band: usize) -> f64 {
+    band as f64 / BANDS as f64
+}
+
+/// The uppermost band whose level is at most a height.
+fn band_of(height: f64) -> u8 {
+    (1..BANDS).take_while(|band| height >= level(*band)).count() as u8
+}
+
+/// The edges that belong to one triangle only, in its direction.
+fn rim(triangles: &[[u32; 3]]) -> Vec<Place> {
+    let edges = triangles.iter().flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]]);
+    let mut edges: Vec<(Place, bool)> =
+        edges.map(|[a, b]| if a < b { ([a, b], false) } else { ([b, a], true) }).collect();
+    edges.par_sort_unstable();
+    let alone = edges.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() == 1).flatten();
+    alone.map(|([a, b], turned)| if *turned { [*b, *a] } else { [*a, *b] }).collect()
 }
 
 /// Adds a closed line to a path, its points rounded to whole units.
@@ -201,11 +229,10 @@ mod tests {
         let (triangles, places) = square(10);
         let heights: Vec<f64> = places.iter().flatten().map(|p| p[0] / 400.0).collect();
         let surface = Surface::new(&triangles, &places, &heights);
-        for level in [0.0, 0.25, 0.5, 0.73] {
-            let mut path = String::new();
-            surface.above(level, &mut path);
+        for band in [0, 10, 20, 29] {
+            let (path, below) = (surface.above(band), level(band));
             assert_eq!(path.matches('M').count(), 1);
-            assert!((area(&path) - 160_000.0 * (1.0 - level)).abs() < 200.0, "{level}: {}", area(&path));
+            assert!((area(&path) - 160_000.0 * (1.0 - below)).abs() < 200.0, "{band}: {}", area(&path));
         }
     }
 
@@ -214,8 +241,7 @@ mod tests {
         let (triangles, places) = square(20);
         let ring = |p: &Vector| 1.0 - ((p - Vector::new(200.0, 200.0)).norm() / 100.0 - 1.0).abs();
         let heights: Vec<f64> = places.iter().flatten().map(ring).collect();
-        let mut path = String::new();
-        Surface::new(&triangles, &places, &heights).above(0.5, &mut path);
+        let path = Surface::new(&triangles, &places, &heights).above(BANDS / 2);
         assert_eq!(path.matches('M').count(), 2);
         // Between the radii 50 and 150, up to the cells.
         let exact = std::f64::consts::PI * (150.0f64.powi(2) - 50.0f64.powi(2));
@@ -228,8 +254,7 @@ mod tests {
         places[12] = None;
         let mut heights = vec![0.5; places.len()];
         heights[0] = f64::NAN;
-        let mut path = String::new();
-        Surface::new(&triangles, &places, &heights).above(0.0, &mut path);
+        let path = Surface::new(&triangles, &places, &heights).above(0);
         // 32 triangles of 5000 less six around the middle and two at the corner.
         assert!((area(&path) - 24.0 * 5000.0).abs() < 1.0, "{}", area(&path));
     }

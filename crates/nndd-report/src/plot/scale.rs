@@ -8,7 +8,7 @@ use super::sheet::{self, FINE, Frame, PIXEL, SMALL, Sheet, Words, rectangle};
 use crate::nodal::NodalPatch;
 use fem_core::geometry::{Vector, cross};
 use fem_core::mesh::TriMesh;
-use fem_core::mesh::id::NodeId;
+use rayon::prelude::*;
 
 /// One body of a picture.
 pub(crate) struct BodyPicture<'a> {
@@ -93,15 +93,11 @@ impl Scale {
     pub(super) fn of(quantity: Quantity, bodies: &[BodyPicture<'_>], infinite: bool) -> Scale {
         let logarithmic = quantity == Quantity::ErrorDensity;
         let usable = |v: f64| if logarithmic { drawable_log(v) } else { drawable(v) };
-        let of_body = |body: &BodyPicture<'_>| {
-            let mut samples = samples(body);
-            samples.retain(|[value, area]| usable(*value) && drawable(*area));
-            samples.sort_by(|a, b| a[0].total_cmp(&b[0]));
-            samples
-        };
-        let by_body: Vec<Vec<[f64; 2]>> = bodies.iter().map(of_body).collect();
-        let mut samples = by_body.concat();
-        samples.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        let of_bodies: Vec<Vec<[f64; 2]>> = bodies.par_iter().map(samples).collect();
+        let known = |[value, area]: &[f64; 2]| usable(*value) && drawable(*area);
+        let by_body: Vec<Vec<[f64; 2]>> =
+            of_bodies.iter().map(|body| body.iter().copied().filter(known).collect()).collect();
+        let samples = by_body.concat();
         let found = largest_value(bodies).filter(|(value, ..)| usable(*value));
         let Some((largest, place)) = found.filter(|(largest, _)| !samples.is_empty() && *largest > 0.0)
         else {
@@ -109,12 +105,14 @@ impl Scale {
             return Scale { axis, cut: false, largest: None, peak: None, empty: true };
         };
         // A small body must not be beyond the scale as a whole.
-        let nearly_all = by_body.iter().map(|body| quantile(body, 1.0 - BEYOND)).fold(0.0, f64::max);
-        let clipped = (infinite || logarithmic)
-            && nearly_all > 0.0
-            && largest > PEAK[usize::from(logarithmic)] * nearly_all;
+        let nearly_all = match infinite || logarithmic {
+            true => by_body.iter().map(|body| quantile(body, 1.0 - BEYOND)).fold(0.0, f64::max),
+            false => largest,
+        };
+        let clipped = nearly_all > 0.0 && largest > PEAK[usize::from(logarithmic)] * nearly_all;
         let hi = if clipped { nearly_all } else { largest };
-        let uneven = quantity == Quantity::VonMises && quantile(&samples, 0.5) < SMALL_PART * hi;
+        let uneven = quantity == Quantity::VonMises
+            && area(samples.iter().filter(|[value, _]| *value < SMALL_PART * hi)) > 0.5 * area(&samples);
         let axis = match logarithmic {
             true => {
                 let lo = quantile(&samples, BELOW).max(hi / LOGARITHMIC[0]);
@@ -124,7 +122,7 @@ impl Scale {
             false => Axis::linear(0.0, hi, TICKS),
         };
         let lower = axis.ends().0;
-        let cut = bodies.iter().any(|body| self::samples(body).iter().any(|[value, _]| *value < lower));
+        let cut = of_bodies.iter().flatten().any(|[value, _]| *value < lower);
         let largest = clipped.then_some(largest);
         Scale { axis, cut, largest, peak: place.filter(|_| clipped), empty: false }
     }
@@ -177,26 +175,35 @@ pub(super) fn three(value: f64) -> String {
     short(format!("{value:.2e}").parse().unwrap_or(value))
 }
 
-/// The values of a body's triangles, or of their corners, each with its area.
+/// The values of a body's triangles or nodes, each with its area; a node has a third of the triangles around it.
 fn samples(body: &BodyPicture<'_>) -> Vec<[f64; 2]> {
     match body.field {
         Field::Cells(values) => values.iter().enumerate().map(|(t, v)| [*v, body.mesh.area(t)]).collect(),
         Field::Nodes(patches) => {
             let of = |patch: &NodalPatch| -> Vec<[f64; 2]> {
-                let corners = |t: &[NodeId; 3]| {
+                let mut samples: Vec<[f64; 2]> = patch.values.iter().map(|v| [*v, 0.0]).collect();
+                for t in &patch.triangles {
                     let [a, b, c] = t.map(|v| body.mesh.points()[v]);
-                    t.map(|v| [patch.values[v.index()], cross(b - a, c - a).abs() / 6.0])
-                };
-                patch.triangles.iter().flat_map(corners).collect()
+                    t.iter().for_each(|v| samples[v.index()][1] += cross(b - a, c - a).abs() / 6.0);
+                }
+                // The nodes of other patches have no area in this one.
+                samples.retain(|[_, area]| *area != 0.0);
+                samples
             };
             patches.iter().flat_map(of).collect()
         }
     }
 }
 
-/// The value that a part of the area lies below; the samples are in the order of their values.
+fn area<'a>(samples: impl IntoIterator<Item = &'a [f64; 2]>) -> f64 {
+    samples.into_iter().map(|[_, area]| area).sum()
+}
+
+/// The value that a part of the area lies below.
 fn quantile(samples: &[[f64; 2]], part: f64) -> f64 {
-    let mut left = part * samples.iter().map(|s| s[1]).sum::<f64>();
+    let mut samples = samples.to_vec();
+    samples.par_sort_unstable_by(|a, b| a[0].total_cmp(&b[0]));
+    let mut left = part * area(&samples);
     let found = samples.iter().find(|s| {
         left -= s[1];
         left < 0.0
