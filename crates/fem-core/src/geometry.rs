@@ -63,6 +63,18 @@ pub fn signed_area(corners: [Vector; 3]) -> f64 {
     0.5 * cross(corners[1] - corners[0], corners[2] - corners[0])
 }
 
+/// The smallest area over the squared longest side of a triangle whose sign is not round-off.
+const FLAT: f64 = 1e-14;
+
+/// Computes the signed area of a triangle; `None` if its sign is round-off, or if it is not finite.
+#[inline]
+pub fn sure_area(corners: [Vector; 3]) -> Option<f64> {
+    let area = signed_area(corners);
+    let square = |k: usize| (corners[(k + 1) % 3] - corners[k]).norm_squared();
+    let longest = square(0).max(square(1)).max(square(2));
+    (area.is_finite() && area.abs() > FLAT * longest).then_some(area)
+}
+
 /// Computes the smallest angle of a triangle, in degrees; not positive when its corners run clockwise.
 #[inline]
 pub fn smallest_angle(corners: [Vector; 3]) -> f64 {

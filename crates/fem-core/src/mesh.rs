@@ -360,10 +360,8 @@ fn check_triangles(points: &[Vector], triangles: &[[NodeId; 3]]) -> Result<(), M
             return Err(MeshError::NoSuchNode { triangle, node: node.index(), nodes: points.len() });
         }
         let p = corners.map(|n| points[n]);
-        let area = geometry::signed_area(p);
-        // Below this fraction of its squared size the sign of the area is round-off.
-        let size = (0..3).map(|k| geometry::norm(p[(k + 1) % 3] - p[k])).fold(0.0, f64::max);
-        if !(area > 1e-14 * size * size) || !area.is_finite() {
+        if geometry::sure_area(p).is_none_or(|area| area < 0.0) {
+            let area = geometry::signed_area(p);
             let x = (p[0][0] + p[1][0] + p[2][0]) / 3.0;
             let y = (p[0][1] + p[1][1] + p[2][1]) / 3.0;
             return Err(MeshError::Area { triangle, area, x, y });

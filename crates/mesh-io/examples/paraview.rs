@@ -24,7 +24,7 @@ fn write(directory: &Path) -> Result<(), Box<dyn Error>> {
     let body = VtuMesh::from(&mesh);
     let data = VtuData {
         point: vec![VtuArray::vectors("displacement", &displacement)],
-        cell: vec![VtuArray::tensors("stress", &stress), VtuArray::scalars("area", area)],
+        cell: vec![VtuArray::tensors("stress", stress), VtuArray::scalars("area", area)],
         field: vec![VtuArray::scalars("iteration", vec![7.0])],
     };
     save(&directory.join("body.vtu"), &body, &data)?;

@@ -91,13 +91,14 @@ impl VtuArray {
 
     /// Makes a field of plane vectors with a third component 0, so that ParaView can warp by it.
     pub fn vectors(name: &str, values: &[impl Copy + Into<Vector>]) -> Self {
-        let values = values.iter().map(|v| (*v).into()).flat_map(|v| [v[0], v[1], 0.0]).collect();
+        let vectors = values.iter().map(|v| (*v).into()).map(|v: Vector| [v[0], v[1], 0.0]);
+        let values = vectors.collect::<Vec<_>>().into_flattened();
         Self { name: name.to_owned(), components: 3, values, whole: false }
     }
 
     /// Makes a field of symmetric tensors, each as XX, YY, ZZ, XY, YZ, XZ.
-    pub fn tensors(name: &str, values: &[[f64; 6]]) -> Self {
-        Self { name: name.to_owned(), components: 6, values: values.as_flattened().to_vec(), whole: false }
+    pub fn tensors(name: &str, values: Vec<[f64; 6]>) -> Self {
+        Self { name: name.to_owned(), components: 6, values: values.into_flattened(), whole: false }
     }
 }
 

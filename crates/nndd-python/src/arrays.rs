@@ -3,6 +3,7 @@
 use crate::errors::wrong;
 use fem_core::geometry::Vector;
 use fem_core::mesh::TriMesh;
+use fem_core::mesh::id::NodeId;
 use mesh_io::MeshArrays;
 use mesh_io::vtu::VtuArray;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
@@ -22,29 +23,33 @@ pub(crate) fn rows<'py, T: numpy::Element>(
 
 /// Makes an array of vectors, one per row.
 pub(crate) fn vectors<'py>(py: Python<'py>, values: &[Vector]) -> PyResult<Bound<'py, PyAny>> {
-    rows(py, values.iter().flat_map(|v| [v[0], v[1]]).collect(), 2)
+    rows(py, values.iter().map(|v| [v[0], v[1]]).collect::<Vec<_>>().into_flattened(), 2)
 }
 
 /// Reads vectors, one per row.
 pub(crate) fn read_vectors(py: Python<'_>, array: &Bound<'_, PyArray2<f64>>) -> PyResult<Vec<Vector>> {
-    Ok(of_rows(py, array)?.into_iter().map(|[x, y]| Vector::new(x, y)).collect())
+    of_rows(py, array, |[x, y]| Vector::new(x, y))
 }
 
-/// Reads an array with a fixed number of columns.
-fn of_rows<T: numpy::Element + Copy + Default, const N: usize>(
+/// Reads an array with a fixed number of columns, and makes something of each row.
+fn of_rows<T: numpy::Element + Copy + Default, const N: usize, R>(
     py: Python<'_>,
     array: &Bound<'_, PyArray2<T>>,
-) -> PyResult<Vec<[T; N]>> {
+    make: impl Fn([T; N]) -> R,
+) -> PyResult<Vec<R>> {
     let array = array.try_readonly()?;
     let array = array.as_array();
     if array.ncols() != N {
         let found = format!("an array has the shape {:?}", array.shape());
         return Err(wrong(py, None, &found, &format!("rows of {N} numbers"), "check the shape of the array"));
     }
+    if let Some(values) = array.as_slice() {
+        return Ok(values.as_chunks().0.iter().map(|row| make(*row)).collect());
+    }
     let row = |row: numpy::ndarray::ArrayView1<'_, T>| {
         let mut values = [T::default(); N];
         values.iter_mut().zip(row).for_each(|(to, from)| *to = *from);
-        values
+        make(values)
     };
     Ok(array.rows().into_iter().map(row).collect())
 }
@@ -70,21 +75,19 @@ impl GivenMesh {
         let number = |n: i64| u64::try_from(n).unwrap_or(u64::MAX);
         let points = self.points.bind(py);
         let points = match points.dims()[1] {
-            2 => of_rows::<f64, 2>(py, points)?.into_iter().map(|[x, y]| [x, y, 0.0]).collect(),
-            _ => of_rows::<f64, 3>(py, points)?,
+            2 => of_rows(py, points, |[x, y]| [x, y, 0.0])?,
+            _ => of_rows(py, points, |point: [f64; 3]| point)?,
         };
         let sides = self.sides.iter().map(|(name, edges)| {
-            let edges = of_rows::<i64, 2>(py, edges.bind(py))?.into_iter().map(|edge| edge.map(number));
-            Ok((name.clone(), edges.collect()))
+            Ok((name.clone(), of_rows(py, edges.bind(py), |edge: [i64; 2]| edge.map(number))?))
         });
         let regions = self.regions.iter().map(|(name, cells)| {
             let cells = cells.bind(py).try_readonly()?;
             Ok((name.clone(), cells.as_array().iter().map(|cell| number(*cell)).collect()))
         });
-        let triangles = of_rows::<i64, 3>(py, self.triangles.bind(py))?;
         Ok(MeshArrays {
             points,
-            triangles: triangles.into_iter().map(|corners| corners.map(number)).collect(),
+            triangles: of_rows(py, self.triangles.bind(py), |corners: [i64; 3]| corners.map(number))?,
             sides: sides.collect::<PyResult<_>>()?,
             regions: regions.collect::<PyResult<_>>()?,
         })
@@ -93,7 +96,7 @@ impl GivenMesh {
 
 /// Makes points (n, 2), triangles (m, 3) and the edges (k, 2) of each side.
 pub(crate) fn mesh<'py>(py: Python<'py>, mesh: &TriMesh) -> PyResult<Bound<'py, PyDict>> {
-    let node = |n: fem_core::mesh::id::NodeId| n.index() as i64;
+    let node = |n: NodeId| n.index() as i64;
     let sides = PyDict::new(py);
     for (name, edges) in mesh.groups() {
         let ends = edges.iter().flat_map(|edge| mesh.topology().edges()[*edge].map(node));
@@ -101,7 +104,8 @@ pub(crate) fn mesh<'py>(py: Python<'py>, mesh: &TriMesh) -> PyResult<Bound<'py, 
     }
     let made = PyDict::new(py);
     made.set_item("points", vectors(py, mesh.points())?)?;
-    made.set_item("triangles", rows(py, mesh.triangles().iter().flat_map(|t| t.map(node)).collect(), 3)?)?;
+    let triangles: Vec<[i64; 3]> = mesh.triangles().iter().map(|t| t.map(node)).collect();
+    made.set_item("triangles", rows(py, triangles.into_flattened(), 3)?)?;
     made.set_item("sides", sides)?;
     Ok(made)
 }

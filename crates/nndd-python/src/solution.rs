@@ -112,7 +112,7 @@ impl Solution {
     /// Returns a field of a body; `None` without an estimate, and if it is unknown.
     fn field<'py>(&self, py: Python<'py>, body: usize, name: String) -> PyResult<Option<Bound<'py, PyAny>>> {
         let run = Arc::clone(&self.run);
-        let made = job::run(py, 1, None, &[], move |_| Ok(view::field(&run.case, &run.solved, body, &name)))?;
+        let made = job::run(py, 0, None, &[], move |_| Ok(view::field(&run.case, &run.solved, body, &name)))?;
         made.map(|field| arrays::field(py, field)).transpose()
     }
 

@@ -214,8 +214,11 @@ def test_arguments() -> None:
 def test_a_directory_of_something_else_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "mine.txt").write_text("mine")
     solution = blocks().solve()
-    with pytest.raises(nndd.FileError, match=r"mine\.txt"):
+    with pytest.raises(nndd.FileError, match=r"mine\.txt") as caught:
         solution.save(tmp_path)
+    # Arguments of the package, not options of the command.
+    assert "force=True" in str(caught.value)
+    assert "--" not in str(caught.value)
     solution.save(tmp_path, force=True)
     assert (tmp_path / "mine.txt").read_text() == "mine"
 

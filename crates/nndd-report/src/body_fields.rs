@@ -11,6 +11,10 @@ use fem_core::geometry::{Vector, norm};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::tensor::SymTensor2;
 use mesh_io::vtu::VtuArray;
+use rayon::prelude::*;
+
+/// Fewer cells are not worth a task of their own.
+const FEWEST_PER_TASK: usize = 4096;
 
 /// Fields at the nodes, in the order of the files.
 pub(crate) const AT_POINTS: [&str; 4] =
@@ -54,13 +58,14 @@ impl BodyFields<'_> {
         let model = self.model();
         let mesh = model.mesh();
         let fields = &self.estimate.pair.bodies[self.body];
-        let cells = 0..mesh.triangles().len();
-        let tensors = |of: &dyn Fn(usize) -> [f64; 6]| {
-            VtuArray::tensors(name, &cells.clone().map(of).collect::<Vec<_>>())
+        let cells = (0..mesh.triangles().len()).into_par_iter().with_min_len(FEWEST_PER_TASK);
+        let tensors = |of: &(dyn Fn(usize) -> [f64; 6] + Sync)| {
+            VtuArray::tensors(name, cells.clone().map(of).collect())
         };
-        let scalars = |of: &dyn Fn(usize) -> f64| VtuArray::scalars(name, cells.clone().map(of).collect());
+        let scalars =
+            |of: &(dyn Fn(usize) -> f64 + Sync)| VtuArray::scalars(name, cells.clone().map(of).collect());
         let integers =
-            |of: &dyn Fn(usize) -> usize| VtuArray::integers(name, cells.clone().map(of).collect());
+            |of: &(dyn Fn(usize) -> usize + Sync)| VtuArray::integers(name, cells.clone().map(of).collect());
         // Not known for a given plane stiffness in plane strain.
         let with_zz =
             |t: usize, s: SymTensor2| six(s, model.material(t).out_of_plane_stress(s).unwrap_or(0.0));
@@ -73,7 +78,7 @@ impl BodyFields<'_> {
                 let of = |(law, s): (&LinearElastic, SymTensor2)| {
                     six(s, law.out_of_plane_stress(s).unwrap_or(0.0))
                 };
-                VtuArray::tensors(name, &self.recovered()?.into_iter().map(of).collect::<Vec<_>>())
+                VtuArray::tensors(name, self.recovered()?.into_iter().map(of).collect())
             }
             "von_mises_recovered" => {
                 let values: Option<Vec<f64>> =

@@ -10,6 +10,8 @@ use rstar::{AABB, RTree};
 const WIDTH: f64 = 1e-6;
 /// An overlap that covers this fraction of the smaller cell counts, however small the cell is.
 const PART: f64 = 0.01;
+/// Triangles whose common box is compared with the cells first.
+const TOGETHER: usize = 64;
 
 /// Two cells that overlap.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,7 +42,7 @@ impl TriMesh {
         outer.dedup();
         let tree = tree(self, &outer);
         let width = WIDTH * geometry::diagonal(self.points());
-        (0..self.triangles().len()).into_par_iter().find_map_first(|t| {
+        first_near(&tree, self, |t| {
             let near = overlapping(&tree, self, self.corners(t), width);
             let found = near.filter(|found| found.0 != t).map(|(other, point, area)| CellOverlap {
                 triangles: [t.min(other), t.max(other)],
@@ -57,12 +59,28 @@ impl TriMesh {
     pub fn overlap_with(&self, cells: &[u32], other: &Self) -> Option<CellOverlap> {
         let tree = tree(self, cells);
         let width = WIDTH * geometry::diagonal(self.points()).min(geometry::diagonal(other.points()));
-        (0..other.triangles().len()).into_par_iter().find_map_first(|t| {
+        first_near(&tree, other, |t| {
             let near = overlapping(&tree, self, other.corners(t), width);
             let found = near.map(|(own, point, area)| CellOverlap { triangles: [own, t], point, area });
             found.min_by_key(|found| found.triangles)
         })
     }
+}
+
+/// Returns what is found first among the triangles of a mesh that are near the cells of a tree.
+fn first_near(
+    tree: &RTree<Cell>,
+    mesh: &TriMesh,
+    found: impl Fn(usize) -> Option<CellOverlap> + Sync,
+) -> Option<CellOverlap> {
+    let count = mesh.triangles().len();
+    (0..count.div_ceil(TOGETHER)).into_par_iter().find_map_first(|k| {
+        let together = k * TOGETHER..count.min((k + 1) * TOGETHER);
+        // Neighbours have numbers near each other: most of these boxes are away from all cells of the tree.
+        let corners: Vec<Vector> = together.clone().flat_map(|t| mesh.corners(t)).collect();
+        let mut near = tree.locate_in_envelope_intersecting(&envelope(&corners));
+        near.next().and_then(|_| together.into_iter().find_map(&found))
+    })
 }
 
 /// A cell by its bounding box.
@@ -76,6 +94,11 @@ fn tree(mesh: &TriMesh, cells: &[u32]) -> RTree<Cell> {
     RTree::bulk_load(boxes.collect())
 }
 
+fn envelope(points: &[Vector]) -> AABB<[f64; 2]> {
+    let [low, high] = geometry::bounding_box(points).map(Into::into);
+    AABB::from_corners(low, high)
+}
+
 /// Lists the cells of a tree that overlap a triangle: number, a common point and the common area.
 fn overlapping<'a>(
     tree: &'a RTree<Cell>,
@@ -83,8 +106,7 @@ fn overlapping<'a>(
     corners: [Vector; 3],
     width: f64,
 ) -> impl Iterator<Item = (usize, Vector, f64)> + 'a {
-    let [low, high] = geometry::bounding_box(&corners).map(Into::into);
-    let near = tree.locate_in_envelope_intersecting(&AABB::from_corners(low, high));
+    let near = tree.locate_in_envelope_intersecting(&envelope(&corners));
     near.filter_map(move |cell| {
         let (point, area) = common(corners, mesh.corners(cell.data), width)?;
         Some((cell.data, point, area))

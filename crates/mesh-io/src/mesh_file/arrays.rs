@@ -9,8 +9,8 @@ use sha2::{Digest, Sha256};
 /// What fem-core can number, see `TriMesh`.
 const MOST: usize = (u32::MAX / 16) as usize;
 
-/// Bytes that are hashed at once.
-const BLOCK: usize = 1 << 16;
+/// Points or cells that are hashed at once.
+const BLOCK: usize = 1 << 12;
 
 /// Points, triangles and named parts of them. Everything is counted from 0, and so are the nodes and cells of messages.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -57,7 +57,7 @@ impl MeshFile {
             cells: Vec::with_capacity(arrays.triangles.len()),
             groups: Vec::new(),
             notes: Vec::new(),
-            digest: arrays.digest(),
+            digest: String::new(),
         };
         let edges = arrays.sides.iter().map(|(_, edges)| edges.len()).sum();
         let counts = [(arrays.points.len(), "node"), (arrays.triangles.len(), "triangle"), (edges, "edge")];
@@ -97,6 +97,7 @@ impl MeshFile {
             mesh.take_group(2, region, cells.iter().map(|cell| *cell as u32).collect())?;
         }
         mesh.check_edges_of_sides()?;
+        mesh.digest = mesh.digest_of_contents();
         Ok(mesh)
     }
 
@@ -134,6 +135,35 @@ impl MeshFile {
         Ok(())
     }
 
+    /// Computes the SHA-256 of points, triangles and groups, in hexadecimal.
+    fn digest_of_contents(&self) -> String {
+        let mut hasher = Sha256::new();
+        // Lengths keep two meshes from being taken for one.
+        let mut take = |bytes: &[u8]| {
+            hasher.update((bytes.len() as u64).to_le_bytes());
+            hasher.update(bytes);
+        };
+        let of_points = |points: &[[f64; 3]]| -> Vec<[u8; 8]> {
+            points.as_flattened().iter().map(|x| x.to_bits().to_le_bytes()).collect()
+        };
+        let of_cells = |cells: &[MeshCell]| -> Vec<[[u8; 4]; 3]> {
+            cells.iter().map(|cell| [0, 1, 2].map(|k| cell.corners[k].to_le_bytes())).collect()
+        };
+        self.points.chunks(BLOCK).for_each(|block| take(of_points(block).as_flattened()));
+        self.cells.chunks(BLOCK).for_each(|block| take(of_cells(block).as_flattened().as_flattened()));
+        for group in &self.groups {
+            let edge = |member: &u32| self.edges[*member as usize].nodes;
+            let members: Vec<u32> = match group.dimension {
+                1 => group.members.iter().flat_map(edge).collect(),
+                _ => group.members.clone(),
+            };
+            take(&[group.dimension]);
+            take(group.name.as_bytes());
+            take(members.iter().map(|member| member.to_le_bytes()).collect::<Vec<_>>().as_flattened());
+        }
+        hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+
     /// Refuses an edge of a side that no triangle has. A file may have such edges, a program that gives them has counted wrong.
     fn check_edges_of_sides(&self) -> Result<(), MeshFileError> {
         let triangles: Vec<[u32; 3]> =
@@ -147,40 +177,6 @@ impl MeshFile {
         let [a, b] = self.edges[number].nodes;
         let found = format!("side \"{side}\" has the edge between nodes {a} and {b}, which no triangle has");
         Err(self.fault(MeshFault::Content, found).expected("edges of the triangles, each by its two nodes"))
-    }
-}
-
-impl MeshArrays {
-    /// Computes the SHA-256 of everything, in hexadecimal.
-    fn digest(&self) -> String {
-        let mut hasher = Sha256::new();
-        // Lengths keep two meshes from being taken for one.
-        let mut bytes = |count: usize, list: &mut dyn Iterator<Item = [u8; 8]>| {
-            hasher.update((count as u64).to_le_bytes());
-            let mut block = Vec::with_capacity(BLOCK);
-            for number in list {
-                block.extend(number);
-                if block.len() >= BLOCK {
-                    hasher.update(&block);
-                    block.clear();
-                }
-            }
-            hasher.update(&block);
-        };
-        let points = self.points.as_flattened();
-        bytes(points.len(), &mut points.iter().map(|x| x.to_bits().to_le_bytes()));
-        let mut numbers = |list: &[u64]| bytes(list.len(), &mut list.iter().map(|n| n.to_le_bytes()));
-        let name_of = |name: &str| name.bytes().map(u64::from).collect::<Vec<_>>();
-        numbers(self.triangles.as_flattened());
-        for (name, edges) in &self.sides {
-            numbers(&name_of(name));
-            numbers(edges.as_flattened());
-        }
-        for (name, cells) in &self.regions {
-            numbers(&name_of(name));
-            numbers(cells);
-        }
-        hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
     }
 }
 

@@ -7,9 +7,6 @@ use fem_core::geometry::{self, Vector, shown};
 /// Coordinates that differ by less than this part of the mesh's size are the same.
 pub(super) const SAME: f64 = 1e-9;
 
-/// The smallest area over squared size of a cell that counts as one, as in fem-core.
-const FLAT: f64 = 1e-14;
-
 /// Triangles of a region and what was done to get them.
 #[derive(Default)]
 pub(super) struct Triangles {
@@ -58,13 +55,14 @@ impl MeshFile {
                 out.split += 1;
                 self.split(corners)
             } else {
-                self.turn([corners[0], corners[1], corners[2]]).map(|(t, turned)| (vec![t], turned))
+                self.turn([corners[0], corners[1], corners[2]]).map(|(t, turned)| ([t; 2], turned))
             };
             match done {
                 Some((triangles, turned)) => {
                     out.turned += usize::from(turned);
-                    for triangle in triangles {
-                        out.corners.push(triangle);
+                    // Two of a quadrilateral, one of a triangle.
+                    for triangle in &triangles[..cell.kind.corners() - 2] {
+                        out.corners.push(*triangle);
                         out.cells.push(cell.number);
                     }
                 }
@@ -84,12 +82,12 @@ impl MeshFile {
 
     /// Turns a triangle counter-clockwise; nothing for one without an area.
     fn turn(&self, t: [u32; 3]) -> Option<([u32; 3], bool)> {
-        let area = sense(t.map(|n| self.xy(n)))?;
+        let area = geometry::sure_area(t.map(|n| self.xy(n)))?;
         Some(if area > 0.0 { (t, false) } else { ([t[0], t[2], t[1]], true) })
     }
 
     /// Splits a quadrilateral along its shorter diagonal, or along the other one if that one lies outside.
-    fn split(&self, corners: [u32; 4]) -> Option<(Vec<[u32; 3]>, bool)> {
+    fn split(&self, corners: [u32; 4]) -> Option<([[u32; 3]; 2], bool)> {
         let p = corners.map(|n| self.xy(n));
         let diagonals = [p[2] - p[0], p[3] - p[1]];
         let turned = geometry::cross(diagonals[0], diagonals[1]) < 0.0;
@@ -101,9 +99,9 @@ impl MeshFile {
         let first_is_shorter = geometry::norm(diagonals[0]) <= (1.0 + SAME) * geometry::norm(diagonals[1]);
         let order = if first_is_shorter { [first, second] } else { [second, first] };
         let sound = |pair: &[[u32; 3]; 2]| {
-            pair.iter().all(|t| sense(t.map(|n| self.xy(n))).is_some_and(|area| area > 0.0))
+            pair.iter().all(|t| geometry::sure_area(t.map(|n| self.xy(n))).is_some_and(|area| area > 0.0))
         };
-        order.into_iter().find(sound).map(|pair| (pair.to_vec(), turned))
+        order.into_iter().find(sound).map(|pair| (pair, turned))
     }
 
     /// Computes the two corners of the box around some nodes.
@@ -154,13 +152,6 @@ impl MeshFile {
         };
         Err(self.fault(MeshFault::Content, found).expected("one value of z for all nodes").help(help))
     }
-}
-
-/// Computes the signed area of a triangle; nothing if its sign is round-off.
-pub(super) fn sense(p: [Vector; 3]) -> Option<f64> {
-    let area = geometry::signed_area(p);
-    let size = (0..3).map(|k| geometry::norm(p[(k + 1) % 3] - p[k])).fold(0.0, f64::max);
-    (area.is_finite() && area.abs() > FLAT * size * size).then_some(area)
 }
 
 /// Computes the smallest angle of a triangle, degrees.

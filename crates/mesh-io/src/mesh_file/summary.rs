@@ -1,6 +1,6 @@
 //! What a mesh file holds, for people who want to look before they use it.
 
-use super::flat::{coincident, sense, smallest_angle};
+use super::flat::{coincident, smallest_angle};
 use super::region::{WHOLE, title_of};
 use super::sides::{Key, free_edges, key, keys_of};
 use super::{ElementKind, MeshFile, Problem, Remedy};
@@ -127,7 +127,7 @@ impl MeshFile {
         for (t, cell) in made.corners.iter().zip(&made.cells) {
             let p = t.map(|n| self.xy(n));
             let angle = smallest_angle(p);
-            if sense(p).is_some() && worst.as_ref().is_none_or(|w| angle < w.smallest_angle) {
+            if geometry::sure_area(p).is_some() && worst.as_ref().is_none_or(|w| angle < w.smallest_angle) {
                 let at = p[0] / 3.0 + p[1] / 3.0 + p[2] / 3.0;
                 worst = Some(Quality { smallest_angle: angle, cell: *cell, at });
             }

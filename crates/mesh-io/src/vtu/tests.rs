@@ -10,7 +10,10 @@ fn sample() -> (VtuMesh, VtuData) {
     let data = VtuData {
         point: vec![VtuArray::vectors("displacement", &[[0.1, -0.2], [0.3, 0.4], [0.5, 0.6], [0.7, 0.8]])],
         cell: vec![
-            VtuArray::tensors("stress", &[[1.0, 2.0, 3.0, 4.0, 5.0, 6.0], [7.0, 8.0, 9.0, 10.0, 11.0, 12.0]]),
+            VtuArray::tensors(
+                "stress",
+                vec![[1.0, 2.0, 3.0, 4.0, 5.0, 6.0], [7.0, 8.0, 9.0, 10.0, 11.0, 12.0]],
+            ),
             VtuArray::scalars("a <\"b\"> & c", vec![0.25, 1e-300]),
         ],
         field: vec![VtuArray::scalars("iteration", vec![7.0])],

@@ -44,7 +44,7 @@ class Error(Exception):
     findings: list[dict[str, Optional[str]]]
 
     def __init__(self, code: int, findings: Sequence[Mapping[str, Optional[str]]]) -> None:
-        self.findings = [dict(finding) for finding in findings]
+        self.findings = [{key: text and of_python(text) for key, text in finding.items()} for finding in findings]
         first = self.findings[0] if self.findings else {}
         self.code = code
         self.place = first.get("place")
@@ -84,6 +84,25 @@ _CLASSES: dict[int, type[Error]] = {
     7: FileError,
     8: LimitReached,
 }
+
+
+#: What fixes say of options of the command, and what it is here.
+_OPTIONS = [
+    ("continue it with --resume, or start again with --force", "start again with force=True"),
+    ("use --out DIR", "use another directory"),
+    (" with --out", ""),
+    ("--force", "force=True"),
+    ("--set solver.method=nndd", 'solver__method="nndd"'),
+    ("; raise the limit and continue with --resume", "; raise the limit"),
+    ("; continue with --resume", ""),
+]
+
+
+def of_python(text: str) -> str:
+    """Name arguments of the package instead of options of the command."""
+    for option, here in _OPTIONS:
+        text = text.replace(option, here)
+    return text
 
 
 def _sentence(finding: Mapping[str, Optional[str]]) -> str:

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from . import _nndd
 from ._case import native, settings, threads_of
 from ._data import Floats, floats
-from ._errors import CaseWarning, refuse
+from ._errors import CaseWarning, of_python, refuse
 from ._model import Mesh, Progress
 
 if TYPE_CHECKING:
@@ -248,7 +248,7 @@ class Solution:
     def status(self) -> Status:
         """How the run ended."""
         status = self._report["status"]
-        return Status(status["word"], status["code"], status["reason"])
+        return Status(status["word"], status["code"], of_python(status["reason"]))
 
     @property
     def _certificate(self) -> dict[str, Any]:
