@@ -5,6 +5,8 @@ use crate::problem::MatrixView;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;
 use faer::linalg::matmul::matmul;
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::prelude::ReborrowMut;
 use faer::sparse::linalg::cholesky as sparse_cholesky;
 use faer::sparse::linalg::cholesky::{SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
@@ -19,7 +21,7 @@ pub(crate) enum Factor {
 }
 
 impl Factor {
-    /// Factorises the rows and columns `free` (sorted, unique) of `matrix`, on the calling thread alone.
+    /// Factorises the rows and columns `free` (sorted, unique) of `matrix`.
     ///
     /// # Errors
     /// [`QpError::NotPositiveDefinite`] with the unknown, numbered in the whole matrix.
@@ -89,19 +91,66 @@ fn factorise_dense(n: usize, values: &[f64], free: &[usize]) -> Result<Factor, Q
             lower[(i, j)] = source[row];
         }
     }
-    let scratch = llt::factor::cholesky_in_place_scratch::<f64>(size, Par::Seq, Default::default());
-    let mut memory = MemBuffer::new(scratch);
-    llt::factor::cholesky_in_place(
-        lower.as_mut(),
-        Default::default(),
-        Par::Seq,
-        MemStack::new(&mut memory),
-        Default::default(),
-    )
-    .map_err(|llt::factor::LltError::NonPositivePivot { index }| QpError::NotPositiveDefinite {
-        index: free[index],
-    })?;
+    factorise_blocks(lower.as_mut()).map_err(|index| QpError::NotPositiveDefinite { index: free[index] })?;
     Ok(Factor::Dense(lower))
+}
+
+/// Columns that are factorised at once; the rows below them, and the columns after them, are shared out in pieces of this size.
+const BLOCK: usize = 192;
+
+/// Overwrites the lower triangle of a matrix with its Cholesky factor: block of columns after block of columns,
+/// `L₂₁ = A₂₁ L₁₁⁻ᵀ` and `A₂₂ − L₂₁ L₂₁ᵀ` by all threads. The result does not depend on their number. An error is the pivot that is
+/// not positive.
+fn factorise_blocks(matrix: MatMut<'_, f64>) -> Result<(), usize> {
+    let mut first = 0;
+    let mut rest = matrix;
+    while rest.nrows() > 0 {
+        let width = if rest.nrows() > 2 * BLOCK { BLOCK } else { rest.nrows() };
+        let (mut diagonal, _, mut below, mut trailing) = rest.split_at_mut(width, width);
+        let scratch = llt::factor::cholesky_in_place_scratch::<f64>(width, Par::Seq, Default::default());
+        llt::factor::cholesky_in_place(
+            diagonal.rb_mut(),
+            Default::default(),
+            Par::Seq,
+            MemStack::new(&mut MemBuffer::new(scratch)),
+            Default::default(),
+        )
+        .map_err(|llt::factor::LltError::NonPositivePivot { index }| first + index)?;
+        each_rows(below.rb_mut(), &|rows| {
+            solve_lower_triangular_in_place(diagonal.as_ref(), rows.transpose_mut(), Par::Seq);
+        });
+        subtract_products(trailing.rb_mut(), 0, below.as_ref());
+        first += width;
+        rest = trailing;
+    }
+    Ok(())
+}
+
+/// Does something with pieces of the rows of a matrix, in parallel.
+fn each_rows(matrix: MatMut<'_, f64>, act: &(dyn Fn(MatMut<'_, f64>) + Sync)) {
+    let pieces = matrix.nrows().div_ceil(BLOCK);
+    if pieces < 2 {
+        return act(matrix);
+    }
+    let (upper, lower) = matrix.split_at_row_mut(pieces / 2 * BLOCK);
+    rayon::join(|| each_rows(upper, act), || each_rows(lower, act));
+}
+
+/// Subtracts the lower triangle of `L Lᵀ` from that of a matrix, piece of columns by piece of columns, in parallel.
+///
+/// * `first`: the number of its first column in the whole matrix.
+fn subtract_products(matrix: MatMut<'_, f64>, first: usize, factor: MatRef<'_, f64>) {
+    let pieces = matrix.ncols().div_ceil(BLOCK);
+    if pieces < 2 {
+        let columns = factor.subrows(first, matrix.ncols());
+        // What is above the diagonal is not needed.
+        let (_, matrix) = matrix.split_at_row_mut(first);
+        let (_, rows) = factor.split_at_row(first);
+        return matmul(matrix, Accum::Add, rows, columns.transpose(), -1.0, Par::Seq);
+    }
+    let half = pieces / 2 * BLOCK;
+    let (left, right) = matrix.split_at_col_mut(half);
+    rayon::join(|| subtract_products(left, first, factor), || subtract_products(right, first + half, factor));
 }
 
 /// Upper triangle of `P_II` in compressed columns.
@@ -208,7 +257,7 @@ mod tests {
 
     #[test]
     fn the_failing_pivot_is_named_in_the_callers_numbering() {
-        for n in [3, 40, 130] {
+        for n in [3, 40, 130, 3 * BLOCK + 7] {
             for bad in [1, n / 2, n - 1] {
                 let full = with_bad_pivot(n, bad);
                 let free: Vec<usize> = (1..n).collect();
@@ -232,7 +281,12 @@ mod tests {
 
     #[test]
     fn solves_the_block_of_the_free_unknowns() {
-        let n = 60;
+        solves_the_block(60);
+        // In several blocks of columns.
+        solves_the_block(3 * BLOCK + 7);
+    }
+
+    fn solves_the_block(n: usize) {
         let full = with_bad_pivot(n, 7);
         let (starts, rows, values) = upper(n, &full, false);
         let sparse =

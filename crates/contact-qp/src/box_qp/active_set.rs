@@ -188,9 +188,11 @@ impl<'a> System<'a> {
             }
         };
         // H⁻¹ G_Fᵀ and G_F H⁻¹ G_Fᵀ.
-        let mut solved = rows.clone();
-        solved.iter_mut().for_each(|row| solve(row));
-        let entry = |i: usize, j: usize| 0.5 * (dot(&rows[i], &solved[j]) + dot(&rows[j], &solved[i]));
+        let (solved, product) = match &factor {
+            Some(factor) if m > 0 => factor.eliminate(rows.concat(), m),
+            _ => (Vec::new(), vec![0.0; m * m]),
+        };
+        let entry = |i: usize, j: usize| 0.5 * (product[j * m + i] + product[i * m + j]);
         let complement = SemiDefinite::new(m, entry, DEPENDENT)?;
         for _ in 0..=REFINEMENTS {
             let scaled: Vec<f64> = a.iter().zip(&self.lengths).map(|(a, length)| a / length).collect();
@@ -208,7 +210,7 @@ impl<'a> System<'a> {
             if contradiction > CONTRADICTION * scale {
                 return None;
             }
-            for (solved, change) in solved.iter().zip(&change) {
+            for (solved, change) in solved.chunks_exact(free.len().max(1)).zip(&change) {
                 step.iter_mut().zip(solved).for_each(|(s, v)| *s += v * change);
             }
             a.iter_mut().zip(&change).for_each(|(a, change)| *a += change);

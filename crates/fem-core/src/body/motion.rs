@@ -88,7 +88,7 @@ impl RigidMotion {
         let (piece_of, _) = body.mesh().topology().pieces();
         let points = body.mesh().points().iter().zip(piece_of);
         points
-            .map(|(point, piece)| if piece == self.piece { self.at(*point) } else { Vector::zeros() })
+            .map(|(point, piece)| if *piece == self.piece { self.at(*point) } else { Vector::zeros() })
             .collect()
     }
 }

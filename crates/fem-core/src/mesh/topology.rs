@@ -2,6 +2,7 @@
 
 use super::MeshError;
 use crate::mesh::id::{EdgeId, NodeId};
+use std::sync::OnceLock;
 
 /// Means 'no triangle' on the outer side of a boundary edge.
 pub const NONE: u32 = u32::MAX;
@@ -20,6 +21,8 @@ pub struct Topology {
     first_edge: Vec<u32>,
     node_starts: Vec<u32>,
     node_triangles: Vec<u32>,
+    /// The part of every node and the number of parts, once they are asked for.
+    pieces: OnceLock<(Vec<u32>, usize)>,
 }
 
 /// A half-edge in the bucket of its smaller node: the larger one, the triangle, its place there, and whether it runs from
@@ -97,6 +100,7 @@ impl Topology {
             first_edge,
             node_starts,
             node_triangles,
+            pieces: OnceLock::new(),
         })
     }
 
@@ -216,7 +220,12 @@ impl Topology {
     }
 
     /// Numbers the connected parts of the mesh: the part of every node, and the number of parts.
-    pub fn pieces(&self) -> (Vec<u32>, usize) {
+    pub fn pieces(&self) -> (&[u32], usize) {
+        let (piece_of, count) = self.pieces.get_or_init(|| self.number_pieces());
+        (piece_of, *count)
+    }
+
+    fn number_pieces(&self) -> (Vec<u32>, usize) {
         let (starts, neighbours) = self.node_neighbours();
         let nodes = starts.len() - 1;
         let mut piece = vec![NONE; nodes];
