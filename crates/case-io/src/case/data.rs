@@ -17,6 +17,9 @@ fn quoted(value: Option<&Value>) -> String {
     }
 }
 
+/// This many data that linear edges cannot represent, besides the worst one, are no longer described one by one.
+const MOST_ALONE: usize = 3;
+
 impl Case {
     /// Says what the reader of the results should know of the data: where the stress out of the plane is not known, and
     /// which data given by expressions linear edges cannot represent, and how much the data of this mesh differ from
@@ -25,11 +28,24 @@ impl Case {
     /// * `problem`: bodies in the file's order.
     pub fn data_notes(&self, problem: &ContactProblem) -> Vec<String> {
         let mut notes = self.stress_notes();
-        for (k, body) in problem.bodies.iter().enumerate() {
-            for found in body.interpolated_data() {
-                let what = self.datum(k, &found);
-                notes.push(note(&what, found.difference));
-            }
+        let of_body = |(k, body): (usize, &Body)| {
+            let found = body.interpolated_data().into_iter();
+            found.map(|found| (self.datum(k, &found), found.difference)).collect::<Vec<_>>()
+        };
+        let mut data: Vec<(String, Difference)> =
+            problem.bodies.iter().enumerate().flat_map(of_body).collect();
+        let others = data.len().saturating_sub(1);
+        if others < MOST_ALONE {
+            notes.extend(data.iter().map(|(what, difference)| note(what, *difference)));
+        } else {
+            // A datum without a finite value comes first.
+            data.sort_by(|a, b| b.1.largest.total_cmp(&a.1.largest));
+            let worst = data.first().map(|(what, difference)| note(what, *difference));
+            notes.extend(worst.map(|worst| {
+                format!(
+                    "{worst}; {others} other data are not linear along the edges either, and differ by less"
+                )
+            }));
         }
         let mut of_pairs = Vec::new();
         let gaps = problem.interpolated_gaps();

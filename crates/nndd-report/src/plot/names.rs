@@ -38,9 +38,19 @@ pub(super) fn write(
     let worth = |m: &Vector| near(*m) - 0.2 * norm(centre - *m);
     let best = tried.iter().max_by(|a, b| worth(a).total_cmp(&worth(b)));
     let at = *best.filter(|m| m.iter().all(|v| drawable(*v)))?;
-    // As large as fits into the body, if that can be read.
-    let inside = (1.8 * aspect * near(at)).max(sheet::width_of(name, 0.7 * NAME));
+    // As large as fits into the body, if that can be read; a name of several words on two lines if it must.
+    let inside = 1.8 * aspect * near(at);
+    let lines = match name.rsplit_once(' ') {
+        Some((first, second)) if sheet::width_of(name, NAME) > inside => vec![first, second],
+        _ => vec![name],
+    };
+    let widest = lines.iter().copied().max_by_key(|line| line.chars().count()).unwrap_or(name);
+    let inside = inside.max(sheet::width_of(widest, 0.7 * NAME));
     let room = (2.0 * at[0].min(WIDTH - at[0]) - MARGIN).min(inside);
-    Words::new(sheet::fitting(name, NAME, room)).bold().with_halo().write(sheet, name, at);
+    let size = sheet::fitting(widest, NAME, room);
+    for (k, line) in lines.iter().enumerate() {
+        let down = 1.1 * size * (k as f64 - 0.5 * (lines.len() - 1) as f64);
+        Words::new(size).bold().with_halo().write(sheet, line, at + down * Vector::y());
+    }
     Some(at)
 }

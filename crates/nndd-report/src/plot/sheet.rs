@@ -51,7 +51,7 @@ impl Sheet {
         let (name, text) = (escaped(&one_line(title)), escaped(&one_line(description)));
         let mut sheet = Sheet(format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}\" height=\"{pixels}\" viewBox=\"0 0 {WIDTH} {height}\" \
-             font-family=\"sans-serif\" role=\"img\" aria-label=\"{name}\">\n<title>{name}</title>\n<desc>{text}</desc>\n\
+             font-family=\"sans-serif\" stroke-linejoin=\"round\" role=\"img\" aria-label=\"{name}\">\n<title>{name}</title>\n<desc>{text}</desc>\n\
              <rect width=\"{WIDTH}\" height=\"{height}\" fill=\"#FFFFFF\"/>\n",
             WIDTH / PIXEL
         ));
@@ -87,6 +87,9 @@ impl Sheet {
 
     /// Draws the line of a path in dashes.
     pub(super) fn dashed(&mut self, d: &str, colour: &str, thickness: f64, dash: &str) {
+        if d.is_empty() {
+            return;
+        }
         let dash = if dash.is_empty() { "".into() } else { format!(" stroke-dasharray=\"{dash}\"") };
         self.add(&format!(
             "<path d=\"{d}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{thickness}\"{dash}/>"

@@ -14,6 +14,7 @@ use super::sheet::{self, FIRM, LEFT, MARGIN, PIXEL, Panel, RIGHT, SMALL, Sheet, 
 use fem_core::geometry::{Vector, norm, perpendicular};
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::id::NodeId;
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 /// One body of [`sketch`].
@@ -148,7 +149,8 @@ pub(crate) fn sketch(
     panel.draw(&mut sheet, plane(labels).each_ref().map(String::as_str));
     bodies.iter().for_each(|body| shape(&mut sheet, &panel, body));
     lines.iter().for_each(|line| obstacle::hatched(&mut sheet, &panel, line));
-    contact.iter().for_each(|edge| sheet.line(&CONTACT, &edge.map(|p| panel.place(p))));
+    let contact: Vec<[Vector; 2]> = contact.iter().map(|edge| edge.map(|p| panel.place(p))).collect();
+    sheet.stroke(&joined(&contact), CONTACT.colour, CONTACT.thickness);
     for body in bodies {
         marks(&mut sheet, &panel, body, largest);
         name(&mut sheet, &panel, body);
@@ -182,6 +184,39 @@ fn shape(sheet: &mut Sheet, panel: &Panel<'_>, body: &SketchBody<'_>) {
     sheet.stroke(&lines, INK, FIRM);
 }
 
+/// Joins edges that share an end to lines, for the attribute `d`: the corners of thick lines are then closed.
+fn joined(edges: &[[Vector; 2]]) -> String {
+    let key = |p: &Vector| [p[0] as i64, p[1] as i64];
+    let mut around: BTreeMap<[i64; 2], Vec<usize>> = BTreeMap::new();
+    let seen: Vec<usize> = (0..edges.len()).filter(|k| edges[*k][0] != edges[*k][1]).collect();
+    for k in &seen {
+        edges[*k].iter().for_each(|p| around.entry(key(p)).or_default().push(*k));
+    }
+    let mut used = vec![false; edges.len()];
+    // The ends of open lines first.
+    let (ends, others): (Vec<usize>, Vec<usize>) =
+        seen.iter().partition(|k| edges[**k].iter().any(|p| around[&key(p)].len() == 1));
+    let mut d = String::new();
+    for first in ends.into_iter().chain(others) {
+        if std::mem::replace(&mut used[first], true) {
+            continue;
+        }
+        let [a, b] = edges[first];
+        let mut line = if around[&key(&b)].len() == 1 { vec![b, a] } else { vec![a, b] };
+        while let Some(last) = line.last().copied()
+            && let Some(next) = around[&key(&last)].iter().copied().find(|k| !used[*k])
+        {
+            used[next] = true;
+            line.push(if edges[next][0] == last { edges[next][1] } else { edges[next][0] });
+        }
+        d += &path(&line);
+        if line.first() == line.last() {
+            d.push('z');
+        }
+    }
+    d
+}
+
 /// A direction of the plane on the sheet, on which downwards is positive.
 fn flipped(v: Vector) -> Vector {
     Vector::new(v[0], -v[1])
@@ -189,15 +224,15 @@ fn flipped(v: Vector) -> Vector {
 
 fn marks(sheet: &mut Sheet, panel: &Panel<'_>, body: &SketchBody<'_>, largest: f64) {
     let (mut supports, mut moves, mut loads) = (Spaced::default(), Spaced::default(), Spaced::default());
+    for (held, thickness) in [(Held::Fixed, 3.5 * PIXEL), (Held::Rigid, RIGID.thickness)] {
+        let edges = body.edges.iter().filter(|edge| edge.held == held);
+        let edges: Vec<[Vector; 2]> = edges.map(|edge| edge.ends.map(|p| panel.place(p))).collect();
+        sheet.stroke(&joined(&edges), INK, thickness);
+    }
     for edge in &body.edges {
         let [a, b] = edge.ends.map(|p| panel.place(p));
         let Some(out) = unit(flipped(edge.normal)) else { continue };
         let at = 0.5 * (a + b);
-        match edge.held {
-            Held::Fixed => sheet.stroke(&path(&[a, b]), INK, 3.5 * PIXEL),
-            Held::Rigid => sheet.stroke(&path(&[a, b]), INK, RIGID.thickness),
-            Held::Free | Held::Roller => {}
-        }
         if matches!(edge.held, Held::Fixed | Held::Roller) && supports.has_room(at) {
             if edge.held == Held::Fixed {
                 // A hatch: at 45 degrees to the side, outwards.
