@@ -37,7 +37,7 @@ mod tests;
 
 use crate::equilibrated::EquilibratedStress;
 use airy::Cell;
-use band::BAND;
+use band::band_size;
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
 use fem_core::mesh::id::NodeId;
 use fem_core::norm::sum_over_triangles;
@@ -246,11 +246,12 @@ impl<'a> StarRelaxation<'a> {
     /// Computes the negative gradient of half the energy, `−⟨τ − σ̂, τ_i⟩`, and the energy.
     fn residual(&self, stress: &EquilibratedStress) -> (Shared, f64) {
         let nodes = self.space.body().mesh().points().len();
+        let size = band_size(nodes);
         let r = Shared::zeros(self.space.len());
-        let energies: Vec<f64> = (0..nodes.div_ceil(BAND))
+        let energies: Vec<f64> = (0..nodes.div_ceil(size))
             .into_par_iter()
             .map(|k| {
-                let nodes = k * BAND..nodes.min((k + 1) * BAND);
+                let nodes = k * size..nodes.min((k + 1) * size);
                 pulp::Arch::new().dispatch(BandResidual { space: &self.space, nodes, stress, r: &r })
             })
             .collect();

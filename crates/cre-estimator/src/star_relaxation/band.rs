@@ -10,8 +10,10 @@ use fem_core::mesh::id::NodeId;
 use std::ops::Range;
 
 /// Vertices handled by one task: enough that most triangles around them have all their vertices among them, few enough
-/// that the forms of these triangles stay in the cache.
-pub(super) const BAND: usize = 4096;
+/// that the forms of these triangles stay in the cache, and that a small mesh gives work to several threads.
+pub(super) fn band_size(vertices: usize) -> usize {
+    (vertices / 8).clamp(256, 4096)
+}
 
 /// Couplings of one spoke with the unknowns outside the star: of the vertex's three unknowns with the ring
 /// vertex (3×3, rows first) and the outer edge after the spoke (3), and of the spoke's own unknown with the

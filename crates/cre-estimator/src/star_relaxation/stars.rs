@@ -1,6 +1,6 @@
 //! The vertex stars of a mesh, coloured, and the sweeps over them.
 
-use super::band::{BAND, Band, Work};
+use super::band::{Band, Work, band_size};
 use super::form::forms;
 use super::shared::Shared;
 use super::space::Space;
@@ -30,10 +30,11 @@ impl Stars {
         let unit = first.as_flattened().iter().fold(0.0, |unit: f64, x| unit.max(x.abs()));
         let unit = if unit > 0.0 { unit } else { 1.0 };
         let nodes = colour_of.len();
+        let size = band_size(nodes);
         let mut bands = used.map_or_else(Vec::new, |used| used.bands);
-        bands.resize_with(nodes.div_ceil(BAND), Band::default);
+        bands.resize_with(nodes.div_ceil(size), Band::default);
         bands.par_iter_mut().enumerate().for_each_init(Work::default, |work, (k, band)| {
-            band.renew(space, unit, &colour_of, colours, k * BAND..nodes.min((k + 1) * BAND), work);
+            band.renew(space, unit, &colour_of, colours, k * size..nodes.min((k + 1) * size), work);
         });
         Self { bands, colour_of, colours, unit }
     }
@@ -41,9 +42,10 @@ impl Stars {
     /// Assembles the stars of every band again in which one has changed.
     pub(super) fn update(&mut self, space: &Space<'_>, changed: &[bool]) {
         let Self { bands, colour_of, colours, unit } = self;
-        let marked = bands.par_iter_mut().zip(changed.par_chunks(BAND)).enumerate();
+        let size = band_size(colour_of.len());
+        let marked = bands.par_iter_mut().zip(changed.par_chunks(size)).enumerate();
         marked.filter(|(_, (_, changed))| changed.contains(&true)).for_each(|(k, (band, changed))| {
-            let nodes = k * BAND..k * BAND + changed.len();
+            let nodes = k * size..k * size + changed.len();
             band.renew(space, *unit, colour_of, *colours, nodes, &mut Work::default());
         });
     }

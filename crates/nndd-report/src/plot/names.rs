@@ -1,6 +1,6 @@
 //! The names of bodies, written within them.
 
-use super::axis::{drawable, extent};
+use super::axis::drawable;
 use super::outline::outline;
 use super::sheet::{self, MARGIN, PIXEL, Sheet, WIDTH, Words};
 use fem_core::geometry::{Vector, norm};
@@ -33,8 +33,8 @@ pub(super) fn write(
     let centre = tried.iter().sum::<Vector>() / tried.len().max(1) as f64;
     // Words are wider than high: what is beside them is nearer than it looks.
     let aspect = (sheet::width_of(name, NAME) / NAME).max(1.0);
-    let distance = |a: Vector, b: Vector| ((a[0] - b[0]) / aspect).hypot(a[1] - b[1]);
-    let near = |m: Vector| extent(edge.iter().map(|p| distance(*p, m))).map_or(f64::INFINITY, |e| e.0);
+    let squared = |a: Vector, b: Vector| ((a[0] - b[0]) / aspect).powi(2) + (a[1] - b[1]).powi(2);
+    let near = |m: Vector| edge.iter().map(|p| squared(*p, m)).fold(f64::INFINITY, f64::min).sqrt();
     let worth = |m: &Vector| near(*m) - 0.2 * norm(centre - *m);
     let best = tried.iter().max_by(|a, b| worth(a).total_cmp(&worth(b)));
     let at = *best.filter(|m| m.iter().all(|v| drawable(*v)))?;
