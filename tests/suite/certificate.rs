@@ -1,10 +1,12 @@
 //! The certificate of every iteration of the paper's problem: admissibility, the exact split, and the two indicators
 //! against the true errors.
 
-use cre_estimator::EquilibratedStress;
+use cre_estimator::{EquilibratedStress, estimate};
 use fem_core::body::Body;
 use fem_core::boundary::{BoundaryConditions, ScalarData};
 use fem_core::field::stresses;
+use fem_core::geometry::Vector;
+use fem_core::interface::ContactState;
 use fem_core::norm::{energy_distance_squared, energy_norm_squared};
 use nndd::NnddSettings;
 use tests::run::{newton, norm_and_distance, solve_alone};
@@ -29,6 +31,34 @@ fn every_iteration_is_admissible_and_splits_exactly() {
                 assert_eq!(r * o, 0.0);
             }
         }
+    }
+}
+
+#[test]
+fn openings_that_differ_from_those_of_the_displacements_are_replaced() {
+    let problem = paper::problem(paper::COARSE).unwrap();
+    let prepared = prepare(&problem);
+    let (_, all) = iterates(&prepared, &NnddSettings::default(), 1e-12).unwrap();
+    let last = all.last().unwrap();
+    let exact = certify(&prepared, last).unwrap();
+    let fields = displacements(&prepared, last);
+    // The upper body sinks into the lower one, or rises from it, by far more than round-off.
+    for motion in [-1e-7, 1e-7] {
+        let mut moved = fields.clone();
+        for pair in problem.contacts[0].interface.pairs().iter().skip(1) {
+            moved[0][pair.nodes[0]] += Vector::new(0.0, motion);
+        }
+        let openings = &last.opening;
+        let forces = &last.contact.normal_reaction;
+        let state = ContactState::between([&moved[0], &moved[1]], forces, openings);
+        let found = estimate(&prepared, &state).unwrap();
+        let bounds = found.certificate().unwrap();
+        assert!(found.pair.contacts[0].opening.iter().all(|o| *o >= 0.0));
+        assert_eq!(bounds.parts.lift > 0.0, motion < 0.0, "{:?}", bounds.parts);
+        let distance = energy_distance_squared(&problem.bodies[0], &moved[0], &fields[0]).sqrt();
+        assert!(bounds.eta_nndd >= (1.0 - 1e-6) * distance, "{} {distance}", bounds.eta_nndd);
+        let change = bounds.e_cre / exact.unchecked().e_cre - 1.0;
+        assert!(change > -1e-3 && change < 1e-3, "{change}");
     }
 }
 

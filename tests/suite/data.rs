@@ -130,7 +130,8 @@ fn the_bound_by_expressions_holds_and_converges_with_rate_one() {
         let error = (squared(0) + squared(1)).sqrt();
         assert!(estimate.unchecked().e_cre >= error, "{n}: {} < {error}", estimate.unchecked().e_cre);
         let notes = case.data_notes(&problem);
-        assert_eq!(notes.len(), 12, "{notes:#?}");
+        let [note] = &notes[..] else { panic!("{notes:#?}") };
+        assert!(note.contains("11 other data"), "{note}");
         let worst = problem.bodies.iter().flat_map(|b| b.interpolated_data());
         let worst = worst.map(|d| d.difference.mean).fold(0.0, f64::max);
         let force: f64 = iterate.contact.normal_reaction.iter().sum();

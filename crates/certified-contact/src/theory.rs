@@ -74,7 +74,8 @@
 //! e_{CRE}^2 = \underbrace{\sum ‖τ - \hat σ‖^2}_{\text{mesh}}
 //!           + \underbrace{\sum ‖\hat σ - σ(v)‖^2 + 2 ∫ p\,o}_{\text{iteration}}                                \qquad (17)
 //! ```
-//! If the normal changes along an edge, the computed displacements may penetrate between the nodes. The lift `l`
+//! If the normal changes along an edge, the computed displacements may penetrate between the nodes; at the nodes they may by
+//! rounding, if stiffnesses are many orders of magnitude apart. The lift `l`
 //! removes the penetration; `l_n ≥ 0` is the opening that it adds. The bound holds for the computed displacements,
 //! without the lift:
 //! ```math

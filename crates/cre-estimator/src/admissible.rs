@@ -6,6 +6,7 @@ use crate::equilibrated::EquilibratedStress;
 use crate::error::EstimatorError;
 use crate::friction::EdgeFriction;
 use crate::lift::{self, Lift, side_sign};
+use crate::openings;
 use crate::pressure;
 use crate::star_relaxation::{Relaxation, RelaxationReport, StarRelaxation, relax_with_stars};
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
@@ -13,7 +14,7 @@ use fem_core::condensation::CondensedBody;
 use fem_core::each_body;
 use fem_core::field;
 use fem_core::geometry::{Vector, perpendicular};
-use fem_core::interface::{ContactInterface, ContactPair, ContactProblem, ContactState};
+use fem_core::interface::{ContactInterface, ContactPair, ContactProblem, ContactState, PairState};
 use fem_core::mesh::id::NodeId;
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
@@ -135,7 +136,11 @@ pub(crate) fn pair_and_stars<'a>(
 ) -> Result<(AdmissiblePair, Option<KeptStars<'a>>), EstimatorError> {
     let problem = prepared.problem();
     let Pressure { by_pair, friction, limit, shift, imbalance } = balance::pressure(prepared, state)?;
-    let found = problem.contacts.iter().map(|pair| lift_of(problem, pair, state));
+    let found = problem
+        .contacts
+        .iter()
+        .zip(&state.contacts)
+        .map(|(pair, given)| lift_of(problem, pair, state, given));
     let (lifts, openings): (Vec<Lift>, Vec<Vec<f64>>) = found.unzip();
     let moved = lift::sums(problem, &lifts);
     let lift_energy = lift::total_energy(problem, &lifts, &moved);
@@ -168,10 +173,17 @@ pub(crate) fn pair_and_stars<'a>(
 }
 
 /// Finds the lift of a pair, and the middle openings without it.
-fn lift_of(problem: &ContactProblem, pair: &ContactPair, state: &ContactState<'_>) -> (Lift, Vec<f64>) {
+fn lift_of(
+    problem: &ContactProblem,
+    pair: &ContactPair,
+    state: &ContactState<'_>,
+    given: &PairState<'_>,
+) -> (Lift, Vec<f64>) {
     let displacement = pair.bodies.map(|b| state.displacement[b]);
     let middle = lift::middle_openings(&pair.interface, displacement);
-    (lift::find(problem, pair, displacement, &middle), middle)
+    // The allowance for round-off covers what is smaller.
+    let opening = if openings::penetrate(pair, state, given) { given.opening } else { &[] };
+    (lift::find(problem, pair, displacement, (opening, &middle)), middle)
 }
 
 impl AdmissibleContact {

@@ -6,11 +6,12 @@ use crate::check::{Admissibility, check_and_visit};
 use crate::cre::{CellMeasure, Cre, cell_distances};
 use crate::error::EstimatorError;
 use crate::indicators::{eta_dis, eta_nndd_squared};
+use crate::openings;
 use crate::parts::{Parts, parts};
 use crate::round_off;
 use crate::star_relaxation::{Relaxation, bytes_of_stars};
 use fem_core::body::Body;
-use fem_core::interface::{ContactProblem, ContactState};
+use fem_core::interface::{ContactProblem, ContactState, PairState};
 use fem_core::norm::{from_squared, sum_over_triangles};
 use fem_core::prepared::PreparedProblem;
 use fem_core::room::has_room_for;
@@ -117,6 +118,11 @@ pub fn estimate_with(
             return Err(EstimatorError::OutOfMemory { bytes });
         }
     }
+    let own = openings::own(prepared.problem(), state);
+    let contacts = state.contacts.iter().zip(&own);
+    let contacts =
+        contacts.map(|(of, own)| PairState { opening: own.as_deref().unwrap_or(of.opening), ..*of });
+    let state = &ContactState { contacts: contacts.collect(), displacement: state.displacement.clone() };
     // The forces of the bound of the iteration are in balance as well; those of the pressure follow from the given ones.
     let balanced = balance::forces(prepared, state)?;
     let first = estimate_once(prepared, state, &balanced, (relaxation, Accuracy::Double))?;
@@ -164,10 +170,17 @@ fn estimate_once(
         dis.residuals.iter().zip(&residuals).map(|(own, all)| own.unwrap_or(*all)).collect();
     let [imbalance, rounding] = eta_nndd_squared(prepared, state, balanced, accuracy);
     // The rounding on the interface itself cannot be seen: the rounding elsewhere is added once more for it.
-    let eta_nndd = (1.0 + ROUNDING_OF_A_SUM) * (imbalance + rounding).sqrt() + rounding.sqrt();
+    let mut eta_nndd = (1.0 + ROUNDING_OF_A_SUM) * (imbalance + rounding).sqrt() + rounding.sqrt();
+    let mut eta_dis = from_squared(dis.squared) + allowance(&frozen);
+    let mut pairs = problem.contacts.iter().zip(&state.contacts);
+    if pairs.any(|(pair, given)| openings::penetrate(pair, state, given)) {
+        // Both are for displacements that penetrate at no node.
+        let lift = from_squared(pair.lift_energy);
+        (eta_nndd, eta_dis) = (eta_nndd + lift, eta_dis + lift);
+    }
     let indicators = Indicators {
         e_cre: cre.e_cre() + round_off,
-        eta_dis: from_squared(dis.squared) + allowance(&frozen),
+        eta_dis,
         eta_nndd,
         parts: parts(prepared, (state, balanced), (&pair, &cre), eta_nndd, round_off),
     };

@@ -80,6 +80,7 @@ pub mod indicators;
 pub mod johnson_mercier;
 pub mod lift;
 pub mod marking;
+mod openings;
 pub mod parts;
 pub mod pressure;
 mod recovered;

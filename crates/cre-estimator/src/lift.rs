@@ -1,9 +1,10 @@
-//! Makes the opening of a curved contact line nowhere negative.
+//! Makes the opening of a contact line nowhere negative.
 //!
 //! If the normal changes along an edge, the opening between two pairs that touch is a quadratic whose middle Bernstein
 //! coefficient can be negative, by the square of the edge length if the bodies slide. The lift `l` moves the contact nodes of one
 //! body back along their normals until no coefficient is negative; a supported node moves along its free
-//! direction. Only the bound uses the lift, the computed displacement is not changed:
+//! direction. So does a lift of nodes that penetrate by the rounding of displacements. Only the bound uses the lift, the computed
+//! displacement is not changed:
 //! ```math
 //! e_{CRE}^2 = \sum_α ‖τ^α - σ(v^α)‖^2 + 2 ∫ p\,(o + l_n) + ‖l‖^2 \; ≥ \; ‖u - v‖^2                            \qquad (26)
 //! ```
@@ -128,31 +129,39 @@ pub(crate) fn lifted_middle_openings(
     middle_openings(&pair.interface, fields)
 }
 
-/// Finds the lift of a pair for the middle openings of a displacement: it moves the body that costs less energy.
+/// Finds the lift of a pair for the openings of a displacement: it moves the body that costs less energy.
 ///
-/// * `displacement`: of the first and the second body of the pair.
+/// * `displacement`: of the first and the second body of the pair; `opening`: at its pairs of nodes, empty if none counts, `middle`: the middle ones along its
+///   edges, m.
 pub(crate) fn find(
     problem: &ContactProblem,
     pair: &ContactPair,
     displacement: [&[Vector]; 2],
-    middle: &[f64],
+    (opening, middle): (&[f64], &[f64]),
 ) -> Lift {
     let interface = &pair.interface;
     let penetrates = |(edge, middle): (&ContactEdge, &f64)| *middle < 0.0 && edge.bent;
-    if !interface.edges().iter().zip(middle).any(penetrates) {
+    if !interface.edges().iter().zip(middle).any(penetrates) && opening.iter().all(|o| *o >= 0.0) {
         let none = vec![0.0; interface.pairs().len()];
         return Lift { body: pair.bodies[0], by_pair: none, ..Lift::default() };
     }
     let of_side = |(side, body): (usize, usize)| {
-        let by_pair = by_pair(problem, body, (interface, side), middle);
+        let mut by_pair = by_pair(problem, body, (interface, side), middle);
+        let mut stuck = 0.0f64;
+        for ((lift, opening), of) in by_pair.iter_mut().zip(opening).zip(interface.pairs()) {
+            match direction(problem, body, side, of) {
+                Some(_) => *lift = lift.max(-opening),
+                None => stuck = stuck.max(-opening),
+            }
+        }
         let mut lift = Lift { body, side, by_pair, energy: 0.0 };
         lift.energy = energy(&problem.bodies[body], &lift.field(problem, interface));
         let opened = lifted_middle_openings(problem, pair, displacement, &lift);
         let edges = interface.edges().iter().zip(&opened);
-        let left = edges.filter(|(edge, _)| edge.bent).fold(0.0f64, |m, (_, o)| m.max(-o));
+        let left = edges.filter(|(edge, _)| edge.bent).fold(stuck, |m, (_, o)| m.max(-o));
         (lift, left)
     };
-    let size = middle.iter().fold(0.0f64, |m, o| m.max(-o));
+    let size = middle.iter().chain(opening).fold(0.0f64, |m, o| m.max(-o));
     // A body whose supports prevent it from opening every edge is used only if the other one is no better.
     let opens = |left: f64| left <= 1e-9 * size;
     let better = |first: (Lift, f64), second: (Lift, f64)| {

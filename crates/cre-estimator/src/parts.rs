@@ -24,7 +24,7 @@ pub struct Parts {
     /// Of the contact law, which holds only at the nodes: this part remains at the exact solution of the discrete
     /// problem.
     pub contact: f64,
-    /// Of the lift on curved contact lines, `√(‖l‖² + 2∫ p l_n)`.
+    /// Of the lift on curved contact lines, and of nodes that penetrate by rounding, `√(‖l‖² + 2∫ p l_n)`.
     pub lift: f64,
     /// Of gaps that curved edges cannot represent: the opening beyond the linear one between closed nodes.
     pub gap_data: f64,

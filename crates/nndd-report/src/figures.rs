@@ -17,6 +17,7 @@ use fem_core::body::{Body, EdgeReaction, NodeConstraint, RigidSide};
 use fem_core::geometry::{Vector, cross, norm};
 use fem_core::interface::{ContactPair, NodePair};
 use fem_core::mesh::id::{EdgeId, NodeId};
+use fem_core::mesh::topology::NONE;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 
@@ -261,6 +262,7 @@ fn problem<'a>(case: &'a Case, solution: &Fields<'a>, labels: &Labels) -> Pictur
     let sketch = |(given, body): (&'a BodyCase, &'a Body)| SketchBody {
         name: &given.name,
         mesh: body.mesh(),
+        materials: between_materials(body),
         edges: sketch_edges(body),
         body_force: body.body_force(),
         rigid: body.rigid_sides().iter().filter_map(|side| rigid_load(body, side)).collect(),
@@ -348,6 +350,17 @@ fn sketch_nodes(body: &Body) -> impl Iterator<Item = SketchEdge> + '_ {
             traction: Vector::zeros(),
         })
     })
+}
+
+/// The edges whose two cells have different materials.
+fn between_materials(body: &Body) -> Vec<[Vector; 2]> {
+    let (mesh, topology) = (body.mesh(), body.mesh().topology());
+    let differ = |cells: &[u32; 2]| {
+        let [a, b] = cells.map(|t| (t != NONE).then(|| body.materials().index(t as usize)));
+        a.zip(b).is_some_and(|(a, b)| a != b)
+    };
+    let edges = topology.edges().iter().zip(topology.edge_triangles()).filter(|(_, cells)| differ(cells));
+    edges.map(|(ends, _)| ends.map(|v| mesh.points()[v])).collect()
 }
 
 /// What is imposed on the boundary edges of a body, and on single nodes.

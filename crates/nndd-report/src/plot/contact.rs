@@ -121,10 +121,19 @@ pub(crate) fn contact(
         ("The pressure drawn is the recovered one.", all.iter().any(|row| row.pressure_recovered.is_some())),
         ("A peak grows with every refinement: its value is written.", cap.is_some()),
         ("Friction is that on the second body, between the two limits.", rubs.is_some()),
+        (
+            "Its limit is given, so that it acts where the bodies are apart, too.",
+            all.iter().any(|row| rubs_apart(row)),
+        ),
     ];
     let caption: Vec<&str> = caption.into_iter().filter(|(_, said)| *said).map(|(words, _)| words).collect();
     let svg = lines::figure(title, &description, HEIGHT, &panels.chain(friction).collect::<Vec<_>>());
     (svg, caption.join(" "))
+}
+
+/// Whether there is friction without pressure.
+fn rubs_apart(row: &ContactRow) -> bool {
+    row.pressure <= 0.0 && row.friction.as_ref().is_some_and(|friction| friction.tangential != 0.0)
 }
 
 /// The part of the line that is drawn if the contact zone is a small part of it; `None`: all of it.

@@ -23,6 +23,8 @@ pub(crate) struct SketchBody<'a> {
     pub(crate) name: &'a str,
     /// Its mesh.
     pub(crate) mesh: &'a TriMesh,
+    /// The edges between two materials.
+    pub(crate) materials: Vec<[Vector; 2]>,
     /// What is imposed on its boundary edges.
     pub(crate) edges: Vec<SketchEdge>,
     /// The body force on it; zero if there is no such force.
@@ -78,6 +80,7 @@ const RIGID: Look = Look::new("rigid side", INK, 7.0 * PIXEL, Marker::None);
 const MOVED: Look = Look::new("imposed displacement", VERMILLION, 7.0, Marker::Triangle);
 const LOAD: Look = Look::new("load", BLUE, 7.0, Marker::Triangle);
 const BODY_FORCE: Look = Look::new("body force", ORANGE, 7.0, Marker::Triangle);
+const MATERIALS: Look = Look::new("between materials", GREY, 1.5 * PIXEL, Marker::None).dashed("20 12");
 const CONTACT: Look = Look::new("possible contact", GREEN, 4.0 * PIXEL, Marker::None);
 /// Distance of two marks of a kind.
 const APART: f64 = 17.0 * PIXEL;
@@ -124,6 +127,7 @@ pub(crate) fn sketch(
     let loads = || of_rigid.clone().chain(obstacles.iter().map(|o| o.load));
     let there = [
         (CONTACT, !contact.is_empty()),
+        (MATERIALS, bodies.iter().any(|body| !body.materials.is_empty())),
         (FIXED, edges().any(|e| e.held == Held::Fixed)),
         (ROLLER, edges().any(|e| e.held == Held::Roller)),
         (RIGID, edges().any(|e| e.held == Held::Rigid)),
@@ -181,6 +185,8 @@ fn shape(sheet: &mut Sheet, panel: &Panel<'_>, body: &SketchBody<'_>) {
         let cells: String = (0..mesh.triangles().len()).map(cell).collect();
         sheet.stroke(&cells, "#FFFFFF", 2.0);
     }
+    let between: Vec<[Vector; 2]> = body.materials.iter().map(|edge| edge.map(|p| panel.place(p))).collect();
+    sheet.dashed(&joined(&between), MATERIALS.colour, MATERIALS.thickness, MATERIALS.dash);
     sheet.stroke(&lines, INK, FIRM);
 }
 
@@ -234,7 +240,11 @@ fn marks(sheet: &mut Sheet, panel: &Panel<'_>, body: &SketchBody<'_>, largest: f
         let Some(out) = unit(flipped(edge.normal)) else { continue };
         let at = 0.5 * (a + b);
         if matches!(edge.held, Held::Fixed | Held::Roller) && supports.has_room(at) {
-            if edge.held == Held::Fixed {
+            if a == b && edge.held == Held::Fixed {
+                // A single node: a triangle.
+                let [base, half] = [at + HATCH * out, 0.5 * HATCH * perpendicular(out)];
+                sheet.fill(&path(&[at, base + half, base - half]), INK);
+            } else if edge.held == Held::Fixed {
                 // A hatch: at 45 degrees to the side, outwards.
                 let way = std::f64::consts::FRAC_1_SQRT_2 * (out + perpendicular(out));
                 sheet.stroke(&path(&[at, at + HATCH * way]), INK, FIRM);

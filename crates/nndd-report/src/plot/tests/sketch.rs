@@ -29,6 +29,7 @@ fn sketch_says_what_is_imposed() {
     let body = |edges| SketchBody {
         name: "block <1>",
         mesh: &mesh,
+        materials: vec![],
         edges,
         body_force: Vector::zeros(),
         rigid: vec![],
@@ -48,8 +49,14 @@ fn sketch_says_what_is_imposed() {
 #[test]
 fn sketch_shows_obstacles_and_what_moves_them() {
     let mesh = block(3, 0.0);
-    let body =
-        || SketchBody { name: "b", mesh: &mesh, edges: vec![], body_force: Vector::zeros(), rigid: vec![] };
+    let body = || SketchBody {
+        name: "b",
+        mesh: &mesh,
+        materials: vec![],
+        edges: vec![],
+        body_force: Vector::zeros(),
+        rigid: vec![],
+    };
     let below = [Vector::zeros(), 2.0 * Vector::x()];
     let plane = RigidLine::Plane { point: -3.0 * Vector::x(), normal: 5.0 * Vector::y() };
     let still = (Vector::zeros(), 0.0);
@@ -112,6 +119,7 @@ fn rigid_sides_are_bars_with_their_loads() {
     let body = |held, rigid| SketchBody {
         name: "b",
         mesh: &mesh,
+        materials: vec![],
         edges: vec![edge(held)],
         body_force: Vector::zeros(),
         rigid,
@@ -150,6 +158,7 @@ fn sketch_of_odd_bodies() {
         let body = SketchBody {
             name: "odd",
             mesh: &mesh,
+            materials: vec![],
             edges,
             body_force: Vector::repeat(bad),
             rigid: vec![load],
