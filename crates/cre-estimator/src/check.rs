@@ -4,7 +4,9 @@ use crate::admissible::{AdmissibleBody, AdmissibleContact, AdmissiblePair};
 use crate::equilibrated::EquilibratedStress;
 use crate::johnson_mercier::{CellStress, part_divergence};
 use crate::lift;
-use crate::round_off::{force_noise, larger, largest_displacement};
+use crate::round_off::force_noise;
+pub use crate::size::SIGN_TOLERANCE;
+use crate::size::{larger, largest_displacement};
 use fem_core::body::{Body, EdgeReaction, NodeConstraint, RigidMotion, RigidSide};
 use fem_core::each_body;
 use fem_core::geometry::{Vector, perpendicular};
@@ -17,8 +19,6 @@ use std::ops::Range;
 
 /// Force residuals up to this are round-off; larger ones invalidate a certificate.
 pub const FORCE_TOLERANCE: f64 = 1e-10;
-/// Penetration, negative pressure and displaced supports up to this, relative, are round-off.
-pub const SIGN_TOLERANCE: f64 = 1e-12;
 /// A body that turns by more, in radians, is beyond small displacements.
 pub const LARGEST_ROTATION: f64 = 0.1;
 /// Directions of a roller that differ by less are the same.

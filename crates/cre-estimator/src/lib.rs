@@ -85,6 +85,7 @@ pub mod parts;
 pub mod pressure;
 mod recovered;
 mod round_off;
+mod size;
 mod star;
 pub mod star_relaxation;
 

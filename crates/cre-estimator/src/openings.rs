@@ -1,7 +1,6 @@
 //! The openings that displacements have themselves.
 
-use crate::check::SIGN_TOLERANCE;
-use crate::round_off::{larger, largest_displacement};
+use crate::size::{SIGN_TOLERANCE, larger, largest_displacement};
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactPair, ContactProblem, ContactState, NodePair, PairState};
 

@@ -3,12 +3,13 @@
 
 use crate::admissible::{Accuracy, AdmissibleContact, AdmissiblePair, pressure_forces};
 use crate::cre::{CellMeasure, means, rough_means};
+use crate::size::{larger, largest_displacement};
 use fem_core::body::Body;
 use fem_core::condensation::CondensedBody;
 use fem_core::double_double::PreciseVector;
 use fem_core::each_body;
 use fem_core::field;
-use fem_core::geometry::{Vector, norm};
+use fem_core::geometry::Vector;
 use fem_core::interface::{ContactInterface, ContactProblem};
 use fem_core::mesh::id::NodeId;
 use fem_core::norm::sum_over_triangles;
@@ -16,11 +17,6 @@ use fem_core::prepared::PreparedProblem;
 use fem_core::residual;
 use fem_core::tensor::SymTensor2;
 use rayon::prelude::*;
-
-/// The larger number, or NaN if one of them is NaN, so that it is not lost.
-pub(crate) fn larger(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
-}
 
 /// Rounding errors of a strain, in units of ε: of one term `u ∇φ` of its sum.
 ///
@@ -79,10 +75,6 @@ fn softness(body: &Body, t: usize) -> f64 {
         body.material(t).complementary(s, s)
     };
     unit(1.0, 0.0, 0.0) + unit(0.0, 1.0, 0.0) + unit(0.0, 0.0, 1.0)
-}
-
-pub(crate) fn largest_displacement(displacement: &[Vector]) -> f64 {
-    displacement.iter().fold(0.0, |m, u| larger(m, norm(*u)))
 }
 
 /// The quantities of a triangle that determine its rounding errors.

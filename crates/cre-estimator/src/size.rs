@@ -1,0 +1,16 @@
+//! The size of fields, and what is round-off compared with it.
+
+use fem_core::geometry::{Vector, norm};
+
+/// Penetration, negative pressure and displaced supports up to this, relative, are round-off.
+pub const SIGN_TOLERANCE: f64 = 1e-12;
+
+/// The larger number, or NaN if one of them is NaN, so that it is not lost.
+pub(crate) fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
+}
+
+/// Computes the largest displacement, m.
+pub(crate) fn largest_displacement(displacement: &[Vector]) -> f64 {
+    displacement.iter().fold(0.0, |m, u| larger(m, norm(*u)))
+}
