@@ -4,6 +4,7 @@ use crate::admissible::{AdmissibleBody, AdmissibleContact, AdmissiblePair};
 use crate::equilibrated::EquilibratedStress;
 use crate::johnson_mercier::{CellStress, part_divergence};
 use crate::lift;
+use crate::openings;
 use crate::round_off::force_noise;
 pub use crate::size::SIGN_TOLERANCE;
 use crate::size::{larger, largest_displacement};
@@ -202,13 +203,9 @@ fn penetration(
     contact: &AdmissibleContact,
     displacement: [&[Vector]; 2],
 ) -> f64 {
-    // The fields of a body are right to the rounding of its largest displacement.
-    let mut trace = larger(largest_displacement(displacement[0]), largest_displacement(displacement[1]));
     let mut penetration = 0.0;
     for (p, stated) in interface.pairs().iter().zip(&contact.opening) {
-        let u = [0, 1].map(|side: usize| displacement[side][p.nodes[side]]);
-        trace = larger(trace, p.gap);
-        let opening = p.gap - (u[0] - u[1]).dot(&p.normal);
+        let opening = openings::of_fields(p, displacement);
         penetration = larger(penetration, larger(-opening, -stated));
         penetration = larger(penetration, (opening - stated).abs());
     }
@@ -220,7 +217,7 @@ fn penetration(
             penetration = larger(penetration, (opening - stated).abs());
         }
     }
-    relative(penetration, trace)
+    relative(penetration, openings::size(interface, displacement))
 }
 
 /// Computes by how much friction is beyond its limit, and the given slip differs from that of the fields, both relative.

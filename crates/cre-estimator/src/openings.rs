@@ -2,7 +2,7 @@
 
 use crate::size::{SIGN_TOLERANCE, larger, largest_displacement};
 use fem_core::geometry::Vector;
-use fem_core::interface::{ContactPair, ContactProblem, ContactState, NodePair, PairState};
+use fem_core::interface::{ContactInterface, ContactPair, ContactProblem, ContactState, NodePair, PairState};
 
 /// Computes the openings `g − (v¹ − v²)·n` of a state's displacements, m, for each pair on which they differ from the given ones by more
 /// than round-off, or are negative by more than that; `None` for all others.
@@ -12,28 +12,35 @@ use fem_core::interface::{ContactPair, ContactProblem, ContactState, NodePair, P
 /// where they are negative.
 pub(crate) fn own(problem: &ContactProblem, state: &ContactState<'_>) -> Vec<Option<Vec<f64>>> {
     let of_pair = |(pair, given): (&ContactPair, &PairState<'_>)| {
-        let [first, second] = pair.bodies.map(|b| state.displacement[b]);
-        let pairs = pair.interface.pairs();
-        let opening = |p: &NodePair| p.gap - (first[p.nodes[0]] - second[p.nodes[1]]).dot(&p.normal);
-        let own: Vec<f64> = pairs.iter().map(opening).collect();
+        let displacement = pair.bodies.map(|b| state.displacement[b]);
+        let own: Vec<f64> = pair.interface.pairs().iter().map(|p| of_fields(p, displacement)).collect();
         let off = |(own, given): (&f64, &f64)| larger((own - given).abs(), larger(-own, -given));
         let worst = own.iter().zip(given.opening).map(off).fold(0.0, larger);
-        (worst > round_off(pair, [first, second])).then_some(own)
+        (worst > SIGN_TOLERANCE * size(&pair.interface, displacement)).then_some(own)
     };
     problem.contacts.iter().zip(&state.contacts).map(of_pair).collect()
 }
 
 /// Tells whether the given openings of a pair are negative by more than round-off.
 pub(crate) fn penetrate(pair: &ContactPair, state: &ContactState<'_>, given: &PairState<'_>) -> bool {
-    let least = -round_off(pair, pair.bodies.map(|b| state.displacement[b]));
-    given.opening.iter().any(|o| *o < least)
+    let deepest = given.opening.iter().fold(0.0f64, |m, o| m.max(-o));
+    let size = || size(&pair.interface, pair.bodies.map(|b| state.displacement[b]));
+    deepest > 0.0 && deepest > SIGN_TOLERANCE * size()
 }
 
-/// What counts as rounding of the openings of a pair, m, as for the check `penetration`.
+/// Computes the opening `g − (v¹ − v²)·n` of a pair of nodes, m.
 ///
 /// * `displacement`: of the first and the second body.
-fn round_off(pair: &ContactPair, displacement: [&[Vector]; 2]) -> f64 {
-    let gaps = pair.interface.pairs().iter().map(|p| p.gap);
+pub(crate) fn of_fields(pair: &NodePair, displacement: [&[Vector]; 2]) -> f64 {
+    let [first, second] = [0, 1].map(|side: usize| displacement[side][pair.nodes[side]]);
+    pair.gap - (first - second).dot(&pair.normal)
+}
+
+/// Computes the size that openings are compared with, m: the largest displacement of the two bodies, since their fields are right to its
+/// rounding, or the largest gap.
+///
+/// * `displacement`: of the first and the second body.
+pub(crate) fn size(interface: &ContactInterface, displacement: [&[Vector]; 2]) -> f64 {
     let [first, second] = displacement.map(largest_displacement);
-    SIGN_TOLERANCE * gaps.fold(larger(first, second), larger)
+    interface.pairs().iter().map(|p| p.gap).fold(larger(first, second), larger)
 }
