@@ -32,18 +32,23 @@ impl Case {
             let found = body.interpolated_data().into_iter();
             found.map(|found| (self.datum(k, &found), found.difference)).collect::<Vec<_>>()
         };
-        let mut data: Vec<(String, Difference)> =
-            problem.bodies.iter().enumerate().flat_map(of_body).collect();
+        let data = problem.bodies.iter().enumerate().flat_map(of_body);
+        let (mut data, endless): (Vec<_>, Vec<_>) =
+            data.partition(|(_, difference)| difference.largest.is_finite());
+        let described = |data: &[(String, Difference)]| -> Vec<String> {
+            data.iter().map(|(what, difference)| note(what, *difference)).collect()
+        };
+        // Each datum without a finite value is said.
+        notes.extend(described(&endless));
         let others = data.len().saturating_sub(1);
         if others < MOST_ALONE {
-            notes.extend(data.iter().map(|(what, difference)| note(what, *difference)));
+            notes.extend(described(&data));
         } else {
-            // A datum without a finite value comes first.
             data.sort_by(|a, b| b.1.largest.total_cmp(&a.1.largest));
-            let worst = data.first().map(|(what, difference)| note(what, *difference));
+            let worst = described(&data[..1]).pop();
             notes.extend(worst.map(|worst| {
                 format!(
-                    "{worst}; {others} other data are not linear along the edges either, and differ by less"
+                    "{worst}; {others} other data are not linear along the edges either, and differ by no more"
                 )
             }));
         }
