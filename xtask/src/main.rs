@@ -21,6 +21,7 @@ mod gallery;
 mod package;
 mod python;
 mod reproduce;
+mod steps;
 mod tidy;
 mod verify;
 mod workspace;

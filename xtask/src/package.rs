@@ -2,10 +2,10 @@
 //! there: tests, examples in its documentation, notebooks, types, style.
 
 use crate::python::last_line;
+use crate::steps::Steps;
 use crate::workspace::{Outcome, Workspace, output, stream};
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::time::Instant;
 
 /// The crate.
 const CRATE: &str = "crates/nndd-python";
@@ -28,9 +28,8 @@ pub(crate) fn run(workspace: &Workspace) -> Outcome<bool> {
     let test = environment(&folder.join("test"), &packages)?;
     let install = ["-m", "pip", "install", "--quiet", "--no-deps", "--force-reinstall"];
     output(Command::new(&test).args(install).arg(&wheel)).map_err(|e| last_line(&e).to_owned())?;
-    // The program that the package is compared with, as the tests build it: a plain build would compile everything again.
-    let program = ["test", "--workspace", "--release", "--no-run", "--quiet"];
-    if stream(&mut workspace.cargo(&program))? != Some(0) {
+    // The program that the package is compared with.
+    if !workspace.build_program()? {
         return Err("the program does not build".to_owned());
     }
     let python = |arguments: &[&str], folder: &Path| {
@@ -45,7 +44,7 @@ pub(crate) fn run(workspace: &Workspace) -> Outcome<bool> {
     let settings = format!("{CRATE}/pyproject.toml");
     let examples = ["-m", "pytest", "-q", "-p", "no:cacheprovider", "-c", &settings];
     let examples = [&examples[..], &["--doctest-modules", "--pyargs", "nndd"]].concat();
-    let steps: [(&str, &[&str], &Path); 7] = [
+    let steps: [(&'static str, &[&str], &Path); 7] = [
         ("style", &["-m", "ruff", "check", "--no-cache", "."], &package),
         ("format", &["-m", "ruff", "format", "--no-cache", "--check", "."], &package),
         ("types", &["-m", "mypy", "--cache-dir", NOWHERE, "python/nndd", "tests"], &package),
@@ -54,20 +53,11 @@ pub(crate) fn run(workspace: &Workspace) -> Outcome<bool> {
         ("tests", &["-m", "pytest", "-p", "no:cacheprovider", "--durations=5"], &package),
         ("import", &["-I", "-c", "import nndd; print(nndd.__version__)"], &folder),
     ];
-    let mut rows = vec![];
+    let mut run = Steps::default();
     for (name, arguments, folder) in steps {
-        println!("== {name}");
-        let start = Instant::now();
-        let passed = python(arguments, folder)?;
-        rows.push((name, passed, start.elapsed().as_secs_f64()));
+        run.run(name, || python(arguments, folder));
     }
-    println!("\n{:<10}{:<8}{:>9}", "step", "result", "seconds");
-    for (name, passed, seconds) in &rows {
-        println!("{name:<10}{:<8}{seconds:>9.1}", if *passed { "ok" } else { "FAILED" });
-    }
-    let failed = rows.iter().filter(|row| !row.1).count();
-    println!("python: {} passed, {failed} failed", rows.len() - failed);
-    Ok(failed == 0)
+    Ok(run.finish("python"))
 }
 
 /// Where mypy writes its cache: nowhere.

@@ -3,6 +3,7 @@
 mod alone;
 mod compiler;
 
+use crate::steps::Steps;
 use crate::workspace::{Outcome, Workspace, read, stream};
 use crate::{docs, tidy};
 use clap::{Args, ValueEnum};
@@ -78,30 +79,16 @@ impl Step {
 pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<bool> {
     let chosen =
         |s: &Step| (arguments.only.is_empty() || arguments.only.contains(s)) && !arguments.skip.contains(s);
-    let mut rows = vec![];
+    let mut steps = Steps::default();
     for step in Step::value_variants().iter().copied().filter(chosen) {
-        println!("== {}", step.name());
-        let start = Instant::now();
-        let passed = step.run(workspace).unwrap_or_else(|error| {
-            eprintln!("{}: {error}", step.name());
-            false
-        });
-        rows.push((step.name(), passed, start.elapsed().as_secs_f64()));
+        steps.run(step.name(), || step.run(workspace));
     }
-    println!("\n{:<10}{:<8}{:>9}", "step", "result", "seconds");
-    for (name, passed, seconds) in &rows {
-        println!("{name:<10}{:<8}{seconds:>9.1}", if *passed { "ok" } else { "FAILED" });
-    }
-    let failed = rows.iter().filter(|row| !row.1).count();
-    println!("verify: {} passed, {failed} failed", rows.len() - failed);
-    Ok(failed == 0)
+    Ok(steps.finish("verify"))
 }
 
 /// Builds the program and solves every case; says of each whether it ended as its file expects.
 fn cases(workspace: &Workspace) -> Outcome<bool> {
-    // As the tests build it: a plain build has fewer features switched on and would compile everything again.
-    let build = ["test", "--workspace", "--release", "--no-run", "--quiet"];
-    if stream(&mut workspace.cargo(&build))? != Some(0) {
+    if !workspace.build_program()? {
         return Ok(false);
     }
     let files = case_files(&workspace.root.join("tests").join("cases"))?;

@@ -76,6 +76,15 @@ impl Workspace {
         command
     }
 
+    /// Builds the program, as the tests build it: a plain build has fewer features switched on and would compile everything again.
+    ///
+    /// # Errors
+    /// Cargo that cannot be run.
+    pub(crate) fn build_program(&self) -> Outcome<bool> {
+        let build = ["test", "--workspace", "--release", "--no-run", "--quiet"];
+        Ok(stream(&mut self.cargo(&build))? == Some(0))
+    }
+
     /// The program `nndd`, where a release build puts it.
     pub(crate) fn nndd(&self) -> PathBuf {
         self.target.join("release").join(format!("nndd{}", std::env::consts::EXE_SUFFIX))
