@@ -84,8 +84,7 @@ pub struct Step {
 pub enum CheckpointError {
     /// No run was started there, or none that got as far as a checkpoint.
     #[error(
-        "nothing to resume: no adaptive run was ever started in {}, or it failed on its first mesh; run the case without \
-         --resume", directory.display()
+        "nothing to resume: no adaptive run was ever started in {}, or it failed on its first mesh", directory.display()
     )]
     NeverStarted {
         /// Where a checkpoint was looked for.
@@ -93,8 +92,7 @@ pub enum CheckpointError {
     },
     /// The run has finished.
     #[error(
-        "nothing to resume: the run in {} has finished ({word}) and its result is there; to compute it again, run the case \
-         without --resume", directory.display()
+        "nothing to resume: the run in {} has finished ({word}) and its result is there", directory.display()
     )]
     Finished {
         /// Where a checkpoint was looked for.
@@ -103,7 +101,7 @@ pub enum CheckpointError {
         word: String,
     },
     /// All checkpoints are damaged.
-    #[error("no checkpoint in {} can be used: {reason}; run the case without --resume, with --force", directory.display())]
+    #[error("no checkpoint in {} can be used: {reason}", directory.display())]
     Damaged {
         /// Where it was looked for.
         directory: PathBuf,

@@ -58,13 +58,13 @@ pub enum OutputError {
         path: PathBuf,
     },
     /// A symbolic link in the path is broken.
-    #[error("{} {link}; create what it points to, or choose another directory with --out", link.link.display())]
+    #[error("{} {link}", link.link.display())]
     BrokenLink {
         /// The link and its target.
         link: BrokenLink,
     },
     /// Another run writes there at this moment.
-    #[error("{} is in use by another run{}; wait for it, or choose another directory with --out", path.display(), holder.map(|p| format!(" (process {p})")).unwrap_or_default())]
+    #[error("{} is in use by another run{}", path.display(), holder.map(|p| format!(" (process {p})")).unwrap_or_default())]
     Locked {
         /// The directory.
         path: PathBuf,
@@ -72,13 +72,13 @@ pub enum OutputError {
         holder: Option<u32>,
     },
     /// The directory holds a run that was ended before it had a result.
-    #[error("{} holds an unfinished run; continue it with --resume, or start again with --force", path.display())]
+    #[error("{} holds an unfinished run", path.display())]
     Unfinished {
         /// The directory.
         path: PathBuf,
     },
     /// The directory holds something that is not a complete result.
-    #[error("{} is not empty and was not written by nndd (found \"{found}\"); use --out DIR, or --force to write anyway", path.display())]
+    #[error("{} is not empty and was not written by nndd (found \"{found}\")", path.display())]
     NotOurs {
         /// The directory.
         path: PathBuf,
@@ -86,7 +86,7 @@ pub enum OutputError {
         found: String,
     },
     /// The directory holds the result of another case.
-    #[error("{} holds the result of another case; choose another directory with --out, or replace it with --force", path.display())]
+    #[error("{} holds the result of another case", path.display())]
     OtherCase {
         /// The directory.
         path: PathBuf,

@@ -2,22 +2,17 @@
 
 use crate::error::QpError;
 use crate::problem::MatrixView;
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::llt;
-use faer::linalg::matmul::matmul;
-use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
-use faer::prelude::ReborrowMut;
-use faer::sparse::linalg::cholesky as sparse_cholesky;
-use faer::sparse::linalg::cholesky::{SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering};
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
-use faer::{Accum, Conj, Mat, MatMut, MatRef, Par, Side};
+use clarabel::algebra::CscMatrix;
+use clarabel::qdldl::{QDLDLFactorisation, QDLDLSettings};
+use dense_cholesky::NotPositiveDefinite;
+use nalgebra::DMatrixView;
 
 /// `L` with `P_II = L Lᵀ`.
 pub(crate) enum Factor {
-    /// Lower triangle of a full matrix.
-    Dense(Mat<f64>),
-    /// Pattern in an approximate minimum degree order, and values.
-    Sparse { symbolic: Box<SymbolicCholesky<usize>>, values: Vec<f64> },
+    /// Lower triangle of a full matrix, column by column, and its rows.
+    Dense { lower: Vec<f64>, n: usize },
+    /// `P_II = L D Lᵀ` in an approximate minimum degree order.
+    Sparse(Box<QDLDLFactorisation>),
 }
 
 impl Factor {
@@ -34,123 +29,65 @@ impl Factor {
         }
     }
 
-    /// Overwrites `rhs` with `P_II⁻¹ rhs`.
+    /// Overwrites the columns of `rhs`, each as long as `I`, with `P_II⁻¹ rhs`.
     pub(crate) fn solve(&self, rhs: &mut [f64]) {
-        let size = rhs.len();
-        self.solve_columns(MatMut::from_column_major_slice_mut(rhs, size, 1));
+        match self {
+            Self::Dense { lower, n } => {
+                dense_cholesky::forward(lower, *n, rhs);
+                dense_cholesky::backward(lower, *n, rhs);
+            }
+            Self::Sparse(factor) => {
+                rhs.chunks_exact_mut(factor.D.len().max(1)).for_each(|rhs| solve_sparse(factor, rhs));
+            }
+        }
     }
 
     /// Returns `P_II⁻¹ C` and `Cᵀ P_II⁻¹ C`, column by column.
     ///
     /// * `coupling`: C, column by column.
     /// * `columns`: of C, at least 1.
-    pub(crate) fn eliminate(&self, coupling: Vec<f64>, columns: usize) -> (Vec<f64>, Vec<f64>) {
+    pub(crate) fn eliminate(&self, coupling: &[f64], columns: usize) -> (Vec<f64>, Vec<f64>) {
         let size = coupling.len() / columns;
-        let mut solved = coupling.clone();
-        self.solve_columns(MatMut::from_column_major_slice_mut(&mut solved, size, columns));
-        let mut product = vec![0.0; columns * columns];
-        matmul(
-            MatMut::from_column_major_slice_mut(&mut product, columns, columns),
-            Accum::Replace,
-            MatRef::from_column_major_slice(&coupling, size, columns).transpose(),
-            MatRef::from_column_major_slice(&solved, size, columns),
-            1.0,
-            Par::Seq,
-        );
-        (solved, product)
-    }
-
-    fn solve_columns(&self, rhs: MatMut<'_, f64>) {
-        let (size, columns) = (rhs.nrows(), rhs.ncols());
-        match self {
-            Self::Dense(lower) => {
-                let scratch = llt::solve::solve_in_place_scratch::<f64>(size, columns, Par::Seq);
-                let mut memory = MemBuffer::new(scratch);
-                llt::solve::solve_in_place(lower.as_ref(), rhs, Par::Seq, MemStack::new(&mut memory));
-            }
-            Self::Sparse { symbolic, values } => {
-                let mut memory = MemBuffer::new(symbolic.solve_in_place_scratch::<f64>(columns, Par::Seq));
-                sparse_cholesky::LltRef::new(symbolic, values).solve_in_place_with_conj(
-                    Conj::No,
-                    rhs,
-                    Par::Seq,
-                    MemStack::new(&mut memory),
-                );
-            }
-        }
+        let mut solved = coupling.to_vec();
+        self.solve(&mut solved);
+        let [c, product] = [coupling, &solved].map(|values| DMatrixView::from_slice(values, size, columns));
+        let product = c.transpose() * product;
+        (solved, product.data.into())
     }
 }
 
 fn factorise_dense(n: usize, values: &[f64], free: &[usize]) -> Result<Factor, QpError> {
     let size = free.len();
-    let mut lower = Mat::<f64>::zeros(size, size);
+    let mut lower = vec![0.0; size * size];
     for (j, &column) in free.iter().enumerate() {
         let source = &values[column * n..(column + 1) * n];
         // Only the lower triangle is read by the factorisation.
         for (i, &row) in free.iter().enumerate().skip(j) {
-            lower[(i, j)] = source[row];
+            lower[j * size + i] = source[row];
         }
     }
-    factorise_blocks(lower.as_mut()).map_err(|index| QpError::NotPositiveDefinite { index: free[index] })?;
-    Ok(Factor::Dense(lower))
+    dense_cholesky::factorise(&mut lower, size)
+        .map_err(|NotPositiveDefinite { column }| QpError::NotPositiveDefinite { index: free[column] })?;
+    Ok(Factor::Dense { lower, n: size })
 }
 
-/// Columns that are factorised at once; the rows below them, and the columns after them, are shared out in pieces of this size.
-const BLOCK: usize = 192;
-
-/// Overwrites the lower triangle of a matrix with its Cholesky factor: block of columns after block of columns,
-/// `L₂₁ = A₂₁ L₁₁⁻ᵀ` and `A₂₂ − L₂₁ L₂₁ᵀ` by all threads. The result does not depend on their number. An error is the pivot that is
-/// not positive.
-fn factorise_blocks(matrix: MatMut<'_, f64>) -> Result<(), usize> {
-    let mut first = 0;
-    let mut rest = matrix;
-    while rest.nrows() > 0 {
-        let width = if rest.nrows() > 2 * BLOCK { BLOCK } else { rest.nrows() };
-        let (mut diagonal, _, mut below, mut trailing) = rest.split_at_mut(width, width);
-        let scratch = llt::factor::cholesky_in_place_scratch::<f64>(width, Par::Seq, Default::default());
-        llt::factor::cholesky_in_place(
-            diagonal.rb_mut(),
-            Default::default(),
-            Par::Seq,
-            MemStack::new(&mut MemBuffer::new(scratch)),
-            Default::default(),
-        )
-        .map_err(|llt::factor::LltError::NonPositivePivot { index }| first + index)?;
-        each_rows(below.rb_mut(), &|rows| {
-            solve_lower_triangular_in_place(diagonal.as_ref(), rows.transpose_mut(), Par::Seq);
-        });
-        subtract_products(trailing.rb_mut(), 0, below.as_ref());
-        first += width;
-        rest = trailing;
+/// Solves with `L D Lᵀ` and its order. Clarabel's own function needs the factor for itself.
+fn solve_sparse(factor: &QDLDLFactorisation, rhs: &mut [f64]) {
+    let (l, order) = (&factor.L, &factor.perm);
+    let mut x: Vec<f64> = order.iter().map(|&unknown| rhs[unknown]).collect();
+    let column = |j: usize| {
+        let entries = l.colptr[j]..l.colptr[j + 1];
+        l.rowval[entries.clone()].iter().zip(&l.nzval[entries])
+    };
+    for j in 0..x.len() {
+        let value = x[j];
+        column(j).for_each(|(&i, l)| x[i] -= l * value);
     }
-    Ok(())
-}
-
-/// Does something with pieces of the rows of a matrix, in parallel.
-fn each_rows(matrix: MatMut<'_, f64>, act: &(dyn Fn(MatMut<'_, f64>) + Sync)) {
-    let pieces = matrix.nrows().div_ceil(BLOCK);
-    if pieces < 2 {
-        return act(matrix);
+    for j in (0..x.len()).rev() {
+        let known: f64 = column(j).map(|(&i, l)| l * x[i]).sum();
+        x[j] = x[j] * factor.Dinv[j] - known;
     }
-    let (upper, lower) = matrix.split_at_row_mut(pieces / 2 * BLOCK);
-    rayon::join(|| each_rows(upper, act), || each_rows(lower, act));
-}
-
-/// Subtracts the lower triangle of `L Lᵀ` from that of a matrix, piece of columns by piece of columns, in parallel.
-///
-/// * `first`: the number of its first column in the whole matrix.
-fn subtract_products(matrix: MatMut<'_, f64>, first: usize, factor: MatRef<'_, f64>) {
-    let pieces = matrix.ncols().div_ceil(BLOCK);
-    if pieces < 2 {
-        let columns = factor.subrows(first, matrix.ncols());
-        // What is above the diagonal is not needed.
-        let (_, matrix) = matrix.split_at_row_mut(first);
-        let (_, rows) = factor.split_at_row(first);
-        return matmul(matrix, Accum::Add, rows, columns.transpose(), -1.0, Par::Seq);
-    }
-    let half = pieces / 2 * BLOCK;
-    let (left, right) = matrix.split_at_col_mut(half);
-    rayon::join(|| subtract_products(left, first, factor), || subtract_products(right, first + half, factor));
+    order.iter().zip(x).for_each(|(&unknown, x)| rhs[unknown] = x);
 }
 
 /// Upper triangle of `P_II` in compressed columns.
@@ -175,53 +112,33 @@ impl Block {
                     block.values.push(values[k]);
                 }
             }
+            // The factorisation expects all diagonal entries.
+            let first = block.column_starts[place[column]];
+            if block.row_indices[first..].last() != Some(&place[column]) {
+                block.row_indices.push(place[column]);
+                block.values.push(0.0);
+            }
             block.column_starts.push(block.values.len());
         }
         block
     }
 
-    fn factorise(&self, free: &[usize]) -> Result<Factor, QpError> {
-        let size = free.len();
-        let pattern =
-            SymbolicSparseColMatRef::new_checked(size, size, &self.column_starts, None, &self.row_indices);
-        let symbolic = sparse_cholesky::factorize_symbolic_cholesky(
-            pattern,
-            Side::Upper,
-            SymmetricOrdering::Amd,
-            Default::default(),
-        )
-        .map_err(library_error)?;
-        let mut values = vec![0.0; symbolic.len_val()];
-        let scratch = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default());
-        let mut memory = MemBuffer::new(scratch);
-        symbolic
-            .factorize_numeric_llt(
-                &mut values,
-                SparseColMatRef::new(pattern, &self.values),
-                Side::Upper,
-                Default::default(),
-                Par::Seq,
-                MemStack::new(&mut memory),
-                Default::default(),
-            )
-            .map_err(|error| pivot_error(error, &symbolic, free))?;
-        Ok(Factor::Sparse { symbolic: Box::new(symbolic), values })
+    fn factorise(self, free: &[usize]) -> Result<Factor, QpError> {
+        let n = free.len();
+        let matrix = CscMatrix::new(n, n, self.column_starts, self.row_indices, self.values);
+        // A pivot that is not positive becomes infinite, which marks it and removes its unknown from the others.
+        let settings = QDLDLSettings {
+            regularize_eps: 0.0,
+            regularize_delta: f64::INFINITY,
+            ..QDLDLSettings::default()
+        };
+        let factor = QDLDLFactorisation::new(&matrix, Some(settings))
+            .map_err(|error| QpError::Library { library: "clarabel", message: error.to_string() })?;
+        match factor.D.iter().position(|pivot| !pivot.is_finite()) {
+            Some(k) => Err(QpError::NotPositiveDefinite { index: free[factor.perm[k]] }),
+            None => Ok(Factor::Sparse(Box::new(factor))),
+        }
     }
-}
-
-fn pivot_error(error: llt::factor::LltError, symbolic: &SymbolicCholesky<usize>, free: &[usize]) -> QpError {
-    let llt::factor::LltError::NonPositivePivot { index } = error;
-    // faer counts from 1 in its simplicial form, from 0 in its supernodal form, and in the permuted order.
-    let permuted = match symbolic.raw() {
-        SymbolicCholeskyRaw::Simplicial(_) => index.saturating_sub(1),
-        SymbolicCholeskyRaw::Supernodal(_) => index,
-    };
-    let local = symbolic.perm().map_or(permuted, |order| order.arrays().0[permuted]);
-    QpError::NotPositiveDefinite { index: free[local] }
-}
-
-fn library_error(error: impl std::fmt::Debug) -> QpError {
-    QpError::Library { library: "faer", message: format!("{error:?}") }
 }
 
 #[cfg(test)]
@@ -257,7 +174,7 @@ mod tests {
 
     #[test]
     fn the_failing_pivot_is_named_in_the_callers_numbering() {
-        for n in [3, 40, 130, 3 * BLOCK + 7] {
+        for n in [3, 40, 130, 583] {
             for bad in [1, n / 2, n - 1] {
                 let full = with_bad_pivot(n, bad);
                 let free: Vec<usize> = (1..n).collect();
@@ -283,7 +200,7 @@ mod tests {
     fn solves_the_block_of_the_free_unknowns() {
         solves_the_block(60);
         // In several blocks of columns.
-        solves_the_block(3 * BLOCK + 7);
+        solves_the_block(583);
     }
 
     fn solves_the_block(n: usize) {

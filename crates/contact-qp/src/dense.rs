@@ -1,7 +1,9 @@
-//! Products of vectors, and small dense systems that may be singular. Besides `cholesky` the only file that uses faer.
+//! Products of vectors, and small dense systems that may be singular.
 
-use faer::linalg::solvers::{ColPivQr, SolveLstsq};
-use faer::{Mat, Side};
+use nalgebra::{ColPivQR, DMatrix, DVector, SymmetricEigen};
+
+/// Sweeps for each eigenvalue, of which two or three are usual.
+const SWEEPS: usize = 100;
 
 /// Computes `a·b`.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
@@ -13,14 +15,23 @@ pub(crate) fn norm(v: &[f64]) -> f64 {
     dot(v, v).sqrt()
 }
 
-/// Solves `min |Σ x_j c_j − b|` by a QR factorisation with pivots.
+/// Solves `min |Σ x_j c_j − b|` by a QR factorisation with pivots. Columns that depend on others to round-off are left out.
 ///
 /// * `columns`: c, each as long as `right_side`.
 pub(crate) fn least_squares(columns: &[&[f64]], right_side: &[f64]) -> Vec<f64> {
-    let matrix = Mat::from_fn(right_side.len(), columns.len(), |i, j| columns[j][i]);
-    let rhs = Mat::from_fn(right_side.len(), 1, |i, _| right_side[i]);
-    let solution = ColPivQr::new(matrix.as_ref()).solve_lstsq(rhs.as_ref());
-    (0..columns.len()).map(|j| solution[(j, 0)]).collect()
+    let qr = ColPivQR::new(DMatrix::from_fn(right_side.len(), columns.len(), |i, j| columns[j][i]));
+    let mut rotated = DVector::from_column_slice(right_side);
+    qr.q_tr_mul(&mut rotated);
+    let r = qr.r();
+    let size = |k: usize| r[(k, k)].abs();
+    let rank = (0..r.nrows()).take_while(|&k| size(k) > f64::EPSILON * size(0)).count();
+    let mut solution = DVector::zeros(columns.len());
+    for k in (0..rank).rev() {
+        let known: f64 = (k + 1..rank).map(|j| r[(k, j)] * solution[j]).sum();
+        solution[k] = (rotated[k] - known) / r[(k, k)];
+    }
+    qr.p().inv_permute_rows(&mut solution);
+    solution.as_slice().to_vec()
 }
 
 /// A small symmetric positive semi-definite matrix, by its eigenvectors and eigenvalues.
@@ -40,9 +51,10 @@ impl SemiDefinite {
         if size == 0 {
             return Some(Self { vectors: Vec::new(), values: Vec::new(), zero: 0.0 });
         }
-        let eigen = Mat::from_fn(size, size, entry).self_adjoint_eigen(Side::Lower).ok()?;
-        let vectors = (0..size).map(|k| (0..size).map(|i| eigen.U()[(i, k)]).collect()).collect();
-        let values: Vec<f64> = (0..size).map(|k| eigen.S().column_vector()[k]).collect();
+        let matrix = DMatrix::from_fn(size, size, |i, j| entry(i.max(j), i.min(j)));
+        let eigen = SymmetricEigen::try_new(matrix, f64::EPSILON, SWEEPS * size)?;
+        let vectors = eigen.eigenvectors.column_iter().map(|v| v.iter().copied().collect()).collect();
+        let values: Vec<f64> = eigen.eigenvalues.iter().copied().collect();
         let zero = dependent * values.iter().copied().fold(0.0, f64::max);
         Some(Self { vectors, values, zero })
     }
@@ -66,6 +78,20 @@ impl SemiDefinite {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn least_squares_with_dependent_columns_have_the_least_residual() {
+        let (a, b) = ([1.0, 2.0, 2.0], [0.0, 1.0, -1.0]);
+        let doubled = a.map(|x| 2.0 * x);
+        let right_side = [3.0, 7.0, 5.0];
+        for columns in [vec![&a[..], &b], vec![&a, &doubled, &b], vec![&b, &doubled]] {
+            let x = least_squares(&columns, &right_side);
+            let left = |i: usize| right_side[i] - columns.iter().zip(&x).map(|(c, x)| c[i] * x).sum::<f64>();
+            let left: Vec<f64> = (0..3).map(left).collect();
+            assert!(dot(&left, &a).abs() < 1e-13 && dot(&left, &b).abs() < 1e-13, "{left:?}");
+        }
+        assert!(least_squares(&[], &right_side).is_empty());
+    }
 
     #[test]
     fn a_singular_matrix_has_a_solution_of_least_norm_and_says_what_is_left() {

@@ -101,7 +101,7 @@ impl Reduced {
         coupling.extend(free.iter().map(|&i| qp.linear[i]));
 
         let factor = Factor::of_block(&qp.matrix, &free).ok()?;
-        let (solved, product) = factor.eliminate(coupling, size + 1);
+        let (solved, product) = factor.eliminate(&coupling, size + 1);
         for b in 0..size {
             for a in 0..=b {
                 matrix[b * size + a] -= product[b * (size + 1) + a];

@@ -28,7 +28,7 @@ use crate::solution::{QpPath, QpSolution, QpStatus};
 /// - those of [`BoundQp::check`], before anything is solved;
 /// - [`QpError::Length`] for a warm start of the wrong length, [`QpError::Setting`] for a setting out of range;
 /// - [`QpError::NotPositiveDefinite`] when `P` is not positive definite on the free unknowns;
-/// - [`QpError::Library`] when Clarabel or faer rejects data that passed the checks.
+/// - [`QpError::Library`] when Clarabel rejects data that passed the checks.
 ///
 /// No convergence is a [`QpStatus`], not an error.
 pub fn solve(

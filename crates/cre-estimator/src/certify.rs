@@ -9,6 +9,7 @@ use fem_core::body::{Body, NodeConstraint};
 use fem_core::field::nodal_residual;
 use fem_core::geometry::{Vector, norm};
 use fem_core::interface::{ContactPair, ContactProblem, ContactState, NodePair, PairState};
+use fem_core::mesh::id::NodeId;
 use fem_core::norm::energy_distance_squared;
 use fem_core::prepared::PreparedProblem;
 
@@ -29,6 +30,20 @@ pub struct FieldCertificate {
     pub support_change: f64,
     /// The largest penetration that was removed, m.
     pub penetration: f64,
+    /// The supported node that misses its support by most, if it is too much to be mended: then there is no bound.
+    pub missed_support: Option<MissedSupport>,
+}
+
+/// A supported node whose displacement is not the imposed one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct MissedSupport {
+    /// The body, from 0.
+    pub body: usize,
+    /// Where the node is, m.
+    pub point: Vector,
+    /// How far its displacement is from the imposed one, m.
+    pub distance: f64,
 }
 
 impl FieldCertificate {
@@ -80,8 +95,14 @@ pub fn certify(
         }
     }
     let mut fields = displacements.to_vec();
-    let held = problem.bodies.iter().zip(&mut fields).map(|(body, field)| hold(body, field));
-    let support_change = held.fold(0.0, f64::max);
+    let held: Vec<Held> =
+        problem.bodies.iter().zip(&mut fields).map(|(body, field)| hold(body, field)).collect();
+    let support_change = held.iter().map(|held| held.changed).fold(0.0, f64::max);
+    let missed = held.iter().enumerate().filter_map(|(body, held)| {
+        let (node, distance) = held.missed?;
+        Some(MissedSupport { body, point: problem.bodies[body].mesh().points()[node], distance })
+    });
+    let missed_support = missed.max_by(|a, b| a.distance.total_cmp(&b.distance));
     fields.extend(problem.obstacles.iter().map(|obstacle| obstacle.imposed()));
     let penetration = part(problem, &mut fields);
     let openings: Vec<Vec<f64>> = problem.contacts.iter().map(|pair| openings(pair, &fields)).collect();
@@ -103,7 +124,13 @@ pub fn certify(
     let estimate = estimate_with(prepared, &state, relaxation)?;
     let squared = problem.bodies.iter().zip(displacements).zip(&fields);
     let squared = squared.map(|((body, given), changed)| energy_distance_squared(body, given, changed));
-    Ok(FieldCertificate { estimate, change: squared.sum::<f64>().sqrt(), support_change, penetration })
+    Ok(FieldCertificate {
+        estimate,
+        change: squared.sum::<f64>().sqrt(),
+        support_change,
+        penetration,
+        missed_support,
+    })
 }
 
 fn check_fields(problem: &ContactProblem, displacements: &[Vec<Vector>]) -> Result<(), EstimatorError> {
@@ -119,8 +146,16 @@ fn check_fields(problem: &ContactProblem, displacements: &[Vec<Vector>]) -> Resu
     }
 }
 
-/// Puts supported nodes where their supports hold them, if they nearly are there; returns the largest change, m.
-fn hold(body: &Body, field: &mut [Vector]) -> f64 {
+/// What was done to the supported nodes of a body.
+struct Held {
+    /// The largest change, m.
+    changed: f64,
+    /// The node that misses its support by most, and by how much, m: too much to be changed.
+    missed: Option<(NodeId, f64)>,
+}
+
+/// Puts supported nodes where their supports hold them, if they nearly are there.
+fn hold(body: &Body, field: &mut [Vector]) -> Held {
     let size = field.iter().map(|u| norm(*u)).fold(0.0, f64::max);
     let imposed = body.node_constraints().iter().map(|constraint| match constraint {
         NodeConstraint::Free | NodeConstraint::Rigid { .. } => 0.0,
@@ -128,30 +163,35 @@ fn hold(body: &Body, field: &mut [Vector]) -> f64 {
         NodeConstraint::Fixed { value } => norm(*value),
     });
     let allowed = HELD * imposed.fold(size, f64::max);
-    let mut largest: f64 = 0.0;
-    let mut put = |u: &mut Vector, to: Vector| {
-        let change = norm(to - *u);
+    let mut held = Held { changed: 0.0, missed: None };
+    let mut put = |field: &mut [Vector], node: NodeId, to: Vector| {
+        let change = norm(to - field[node]);
         if change <= allowed {
-            *u = to;
-            largest = largest.max(change);
+            field[node] = to;
+            held.changed = held.changed.max(change);
+        } else if held.missed.is_none_or(|(_, most)| change > most) {
+            held.missed = Some((node, change));
         }
     };
-    for (u, constraint) in field.iter_mut().zip(body.node_constraints()) {
+    for (k, constraint) in body.node_constraints().iter().enumerate() {
+        let node = NodeId::new(k);
         let to = match *constraint {
             NodeConstraint::Free | NodeConstraint::Rigid { .. } => continue,
-            NodeConstraint::Along { direction, value } => *u + (value - u.dot(&direction)) * direction,
+            NodeConstraint::Along { direction, value } => {
+                field[node] + (value - field[node].dot(&direction)) * direction
+            }
             NodeConstraint::Fixed { value } => value,
         };
-        put(u, to);
+        put(field, node, to);
     }
     let points = body.mesh().points();
     for side in body.rigid_sides().iter().filter(|side| !side.motions.is_empty()) {
         let motion = side.allowed_near(points, field);
         for &node in &side.nodes {
-            put(&mut field[node], motion.at(points[node]));
+            put(field, node, motion.at(points[node]));
         }
     }
-    largest
+    held
 }
 
 /// Computes the openings at the pairs of a contact line, ≥ 0, m.

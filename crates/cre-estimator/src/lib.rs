@@ -90,7 +90,7 @@ mod star;
 pub mod star_relaxation;
 
 pub use admissible::{AdmissibleBody, AdmissibleContact, AdmissiblePair, admissible_pair};
-pub use certify::{FieldCertificate, certify};
+pub use certify::{FieldCertificate, MissedSupport, certify};
 pub use check::{Admissibility, check, check_stress};
 pub use cre::{Cre, constitutive_relation_error};
 pub use equilibrated::EquilibratedStress;

@@ -2,7 +2,7 @@
 //!
 //! The caller gives the order: [`crate::ordering`] computes a good one with the interface last, so that
 //! the trailing block of `L` is the factor of the interface's Schur complement. The dense algebra of the
-//! fronts is faer's; independent subtrees are factorised in parallel.
+//! fronts is that of [`dense_cholesky`]; independent subtrees are factorised in parallel.
 
 mod numeric;
 mod symbolic;

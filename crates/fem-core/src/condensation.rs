@@ -18,10 +18,6 @@ use crate::dof::{DofMap, IMPOSED};
 use crate::geometry::{Vector, shown};
 use crate::mesh::id::NodeId;
 use crate::room::has_room_for;
-use faer::linalg::matmul::matmul;
-use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
-use faer::prelude::ReborrowMut;
-use faer::{Accum, ColMut, ColRef, MatMut, MatRef, Par};
 use thiserror::Error;
 
 pub use oriented::OrientedBody;
@@ -105,10 +101,7 @@ impl CondensedBody {
         }
         let interface_factor = factor.trailing_block(n_c);
         let mut schur = vec![0.0; n_c * n_c];
-        let l = MatRef::from_column_major_slice(&interface_factor, n_c, n_c);
-        let s = MatMut::from_column_major_slice_mut(&mut schur, n_c, n_c);
-        matmul(s, Accum::Replace, l, l.transpose(), 1.0, Par::Seq);
-        // Round-off must not make S unsymmetric.
+        dense_cholesky::add_square(1.0, (&interface_factor, n_c), [n_c; 2], 0.0, (&mut schur, n_c), n_c);
         for j in 0..n_c {
             for i in 0..j {
                 schur[j * n_c + i] = schur[i * n_c + j];
@@ -204,12 +197,9 @@ impl CondensedBody {
     /// # Panics
     /// If `v` or `r` has not `n_c` entries.
     pub fn apply_schur(&self, v: &[f64], r: &mut [f64]) {
-        let n = self.len();
         self.check("the trace", v);
         self.check("the reaction", r);
-        let s = MatRef::from_column_major_slice(&self.schur, n, n);
-        let (v, r) = (ColRef::from_slice(v), ColMut::from_slice_mut(r));
-        matmul(r.as_mat_mut(), Accum::Replace, s, v.as_mat(), 1.0, Par::Seq);
+        dense_cholesky::multiply(&self.schur, v, r);
     }
 
     /// Computes the trace of a correction under a normal force, `w = S⁻¹ r` (m), by two triangular solves.
@@ -221,10 +211,8 @@ impl CondensedBody {
         self.check("the trace", w);
         w.copy_from_slice(r);
         let n = self.len();
-        let l = MatRef::from_column_major_slice(&self.interface_factor, n, n);
-        let mut w = ColMut::from_slice_mut(w).as_mat_mut();
-        solve_lower_triangular_in_place(l, w.rb_mut(), Par::Seq);
-        solve_upper_triangular_in_place(l.transpose(), w, Par::Seq);
+        dense_cholesky::forward(&self.interface_factor, n, w);
+        dense_cholesky::backward(&self.interface_factor, n, w);
     }
 
     /// Computes `S⁻¹`, column-major, m²/N: all traces under unit forces at once.
@@ -234,10 +222,8 @@ impl CondensedBody {
         for i in 0..n {
             inverse[i * n + i] = 1.0;
         }
-        let l = MatRef::from_column_major_slice(&self.interface_factor, n, n);
-        let mut x = MatMut::from_column_major_slice_mut(&mut inverse, n, n);
-        solve_lower_triangular_in_place(l, x.rb_mut(), Par::Seq);
-        solve_upper_triangular_in_place(l.transpose(), x, Par::Seq);
+        dense_cholesky::forward(&self.interface_factor, n, &mut inverse);
+        dense_cholesky::backward(&self.interface_factor, n, &mut inverse);
         inverse
     }
 
@@ -268,8 +254,7 @@ impl CondensedBody {
         let start = x.len() - self.len();
         let n = self.len();
         let mut y = r.to_vec();
-        let l = MatRef::from_column_major_slice(&self.interface_factor, n, n);
-        solve_lower_triangular_in_place(l, ColMut::from_slice_mut(&mut y).as_mat_mut(), Par::Seq);
+        dense_cholesky::forward(&self.interface_factor, n, &mut y);
         for (x, y) in x[start..].iter_mut().zip(&y) {
             *x += y;
         }

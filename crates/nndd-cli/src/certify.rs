@@ -3,6 +3,7 @@
 use crate::args::{Certify, Format};
 use crate::console;
 use crate::machine::Machine;
+use fem_core::geometry::shown;
 use nndd_report::failure::NOT_CERTIFIED;
 use nndd_report::words::{at_most, short};
 use nndd_report::{Failure, certify, run};
@@ -14,7 +15,7 @@ pub(crate) fn command(options: &Certify) -> Result<u8, Failure> {
     let found = certify::certify(&case, problem, &options.displacement)?;
     let failed: Vec<(&str, f64)> = found.estimate.admissibility.failed().collect();
     if options.format == Format::Json {
-        console::print(&format!("{}\n", certify::summary(&found)))?;
+        console::print(&format!("{}\n", certify::summary(&case, &found)))?;
         return Ok(if found.bound().is_some() { 0 } else { NOT_CERTIFIED });
     }
     let mut text = String::new();
@@ -45,12 +46,19 @@ pub(crate) fn command(options: &Certify) -> Result<u8, Failure> {
         (None, _) => {
             let checks: Vec<String> =
                 failed.iter().map(|(name, value)| format!("{name} {value:.1e}")).collect();
-            let _ = writeln!(
-                text,
-                "NOT certified, the bound is not valid: {}; the field violates supports, contact or balance by more than can be \
-                 mended",
-                checks.join(", ")
-            );
+            let reason = match found.missed_support {
+                Some(missed) => format!(
+                    "body \"{}\" misses its support at ({}, {}) by {}",
+                    case.bodies[missed.body].name,
+                    shown(missed.point[0]),
+                    shown(missed.point[1]),
+                    short(missed.distance)
+                ),
+                None => {
+                    "the field violates supports, contact or balance by more than can be mended".to_owned()
+                }
+            };
+            let _ = writeln!(text, "NOT certified, the bound is not valid: {}; {reason}", checks.join(", "));
             NOT_CERTIFIED
         }
     };

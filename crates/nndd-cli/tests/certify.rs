@@ -85,6 +85,13 @@ fn poor_fields_have_large_bounds_and_wrong_ones_none() {
     let (status, numbers, _) = certified("paper.toml", &["wrong.csv", "sound.csv"], temp.path());
     assert_eq!((status, &numbers["valid"]), (6, &serde_json::Value::Bool(false)), "{numbers}");
     assert!(numbers["bound"].is_null() && numbers["failed_checks"]["imposed_displacement"].is_number());
+    let missed = &numbers["missed_support"];
+    assert_eq!(
+        (missed["body"].as_str(), missed["point"][1].as_f64()),
+        (Some("upper"), Some(2.0)),
+        "{missed}"
+    );
+    assert!((missed["distance"].as_f64().unwrap() - 0.02).abs() < 1e-12, "{missed}");
 }
 
 #[test]

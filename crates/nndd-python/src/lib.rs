@@ -154,7 +154,7 @@ impl Case {
             .map(|all| all.iter().map(|array| Ok(array.to_vec()?)).collect::<PyResult<Vec<Vec<f64>>>>())
             .transpose()?;
         let text = self.text.clone();
-        let (found, problem) = self.work(py, threads, None, move |source, host| {
+        let (numbers, found, problem) = self.work(py, threads, None, move |source, host| {
             let mut case = source.read(&run::overrides(&set)?)?;
             let problem = run::build(&mut case, host)?;
             if let Some(text) = text {
@@ -165,14 +165,14 @@ impl Case {
                 pairs.for_each(|(body, pressure)| text.to_mesh(&case, *body, pressure, 0.0));
             }
             let found = certify::of_fields(&case, problem.clone(), &fields, pressures.as_deref())?;
-            Ok((found, problem))
+            Ok((certify::summary(&case, &found), found, problem))
         })?;
         let densities = problem.bodies.iter().zip(&found.estimate.cre.by_cell).map(|(body, cells)| {
             let mesh = body.mesh();
             let density = cells.iter().enumerate().map(|(t, squared)| squared / mesh.area(t));
             Ok((arrays::mesh(py, mesh)?, PyArray1::from_iter(py, density).into_any()))
         });
-        Ok((loads(py, &certify::summary(&found))?, densities.collect::<PyResult<_>>()?))
+        Ok((loads(py, &numbers)?, densities.collect::<PyResult<_>>()?))
     }
 
     /// Returns points, triangles and sides of the mesh of a body, as the case describes it.

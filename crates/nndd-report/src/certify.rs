@@ -144,7 +144,7 @@ fn bound(
 }
 
 /// Makes one object of what was found.
-pub fn summary(found: &FieldCertificate) -> Value {
+pub fn summary(case: &Case, found: &FieldCertificate) -> Value {
     let failed = found.estimate.admissibility.failed();
     let checks: Map<String, Value> = failed.map(|(name, value)| (name.to_owned(), json!(value))).collect();
     json!({
@@ -157,6 +157,11 @@ pub fn summary(found: &FieldCertificate) -> Value {
         "support_change": found.support_change,
         "energy_norm": found.estimate.energy_norm(),
         "failed_checks": checks,
+        "missed_support": found.missed_support.map(|missed| json!({
+            "body": case.bodies[missed.body].name,
+            "point": [missed.point[0], missed.point[1]],
+            "distance": missed.distance,
+        })),
     })
 }
 
@@ -395,7 +400,8 @@ mod tests {
         let of_files = certify(&case, problem.clone(), &files).unwrap();
         let in_memory = of_fields(&case, problem.clone(), &fields, None).unwrap();
         assert!(in_memory.bound().is_some());
-        assert_eq!(summary(&of_files), summary(&in_memory));
+        assert_eq!(summary(&case, &of_files), summary(&case, &in_memory));
+        assert_eq!(in_memory.missed_support, None);
         // Pressures of the nodes that are not in contact do not count.
         let mut pressure = vec![f64::MAX; fields[0].len()];
         let pair = &problem.contacts[0];

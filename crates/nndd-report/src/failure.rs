@@ -270,8 +270,25 @@ fn parted<'a>(text: &'a str, mark: &str) -> (&'a str, Option<String>) {
 impl From<OutputError> for Failure {
     fn from(error: OutputError) -> Self {
         let fix = match &error {
-            OutputError::NotADirectory { .. } | OutputError::BrokenLink { .. } => {
+            OutputError::NotADirectory { .. } => {
                 "\n  expected: a directory\n  fix: choose another with --out"
+            }
+            OutputError::BrokenLink { .. } => {
+                "\n  expected: a directory\n  fix: create what the link points to, or choose another with --out"
+            }
+            OutputError::Locked { .. } => {
+                "\n  expected: a directory that no other run uses\n  fix: wait for it, or choose another with --out"
+            }
+            OutputError::Unfinished { .. } => {
+                "\n  expected: an empty directory or a result\n  fix: continue it with --resume, or start again with --force"
+            }
+            OutputError::NotOurs { .. } => {
+                "\n  expected: an empty directory or a result of this case\n  fix: choose another with --out, or write anyway \
+                 with --force"
+            }
+            OutputError::OtherCase { .. } => {
+                "\n  expected: an empty directory or a result of this case\n  fix: choose another with --out, or replace it \
+                 with --force"
             }
             OutputError::Io { source, .. } if source.kind() == io::ErrorKind::PermissionDenied => {
                 "\n  expected: a directory that this user may write to\n  fix: allow it, or choose another with --out"
@@ -290,6 +307,19 @@ impl From<OutputError> for Failure {
             _ => "",
         };
         Self::plain(FILES, format!("{error}{fix}"))
+    }
+}
+
+impl From<CheckpointError> for Failure {
+    fn from(error: CheckpointError) -> Self {
+        let fix = match &error {
+            CheckpointError::NeverStarted { .. } | CheckpointError::Finished { .. } => {
+                "run the case without --resume"
+            }
+            CheckpointError::Damaged { .. } => "run the case without --resume, with --force",
+            _ => return Self::plain(FILES, error.to_string()),
+        };
+        Self::plain(FILES, format!("{error}\n  expected: a checkpoint of an unfinished run\n  fix: {fix}"))
     }
 }
 
@@ -319,7 +349,7 @@ macro_rules! plain_failures {
     };
 }
 
-plain_failures!(ReportError => DEFECT, TableError => DEFECT, CheckpointError => FILES, io::Error => FILES);
+plain_failures!(ReportError => DEFECT, TableError => DEFECT, io::Error => FILES);
 
 #[cfg(test)]
 mod tests {

@@ -290,7 +290,8 @@ fn attainable(case: &Case, solution: &CertifiedSolution, floor: f64) -> String {
     if !least.is_finite() {
         return "use criterion = \"iterations\"".into();
     }
-    format!("set {key} to {} or more", short(raised(least, 2)))
+    // Another run may be rounded otherwise.
+    format!("set {key} to {} or more", short(raised(2.0 * least, 2)))
 }
 
 /// Says which contact problem was not solved, and what may help.

@@ -26,8 +26,8 @@ struct Round {
 pub(super) fn run(workspace: &Workspace, command: &str, runs: u32) -> Outcome<()> {
     let load = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
     let load = load.split(' ').next().filter(|l| !l.is_empty()).unwrap_or("unknown").to_owned();
-    // faer's threads are a feature that no crate here asks for, so no other build has it.
-    let bench = ["bench", "--package", "fem-core", "--bench", SUITE, "--features", "faer/rayon"];
+    // Only tests use faer; its threads are a feature that they do not ask for, so no other build has it.
+    let bench = ["bench", "--package", "tests", "--bench", SUITE, "--features", "faer/rayon"];
     if stream(workspace.cargo(&bench).arg("--no-run"))? != Some(0) {
         return Err(format!("the benchmark {SUITE} does not build"));
     }

@@ -108,7 +108,7 @@ fn a_result_with_a_checkpoint_beside_it_is_not_complete() {
     let root = tempfile::tempdir().unwrap();
     run(root.path(), "h", false, &[CHECKPOINT_BEFORE]).unwrap();
     match run(root.path(), "h", false, &[]) {
-        Err(error @ OutputError::Unfinished { .. }) => assert!(error.to_string().contains("--resume")),
+        Err(error @ OutputError::Unfinished { .. }) => assert!(error.to_string().contains("unfinished")),
         other => panic!("{other:?}"),
     }
     assert!(matches!(run(root.path(), "other", false, &[]), Err(OutputError::OtherCase { .. })));

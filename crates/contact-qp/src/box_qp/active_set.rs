@@ -189,7 +189,7 @@ impl<'a> System<'a> {
         };
         // H⁻¹ G_Fᵀ and G_F H⁻¹ G_Fᵀ.
         let (solved, product) = match &factor {
-            Some(factor) if m > 0 => factor.eliminate(rows.concat(), m),
+            Some(factor) if m > 0 => factor.eliminate(&rows.concat(), m),
             _ => (Vec::new(), vec![0.0; m * m]),
         };
         let entry = |i: usize, j: usize| 0.5 * (product[j * m + i] + product[i * m + j]);

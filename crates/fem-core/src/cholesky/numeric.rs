@@ -8,15 +8,7 @@ use super::CholeskyError;
 use super::symbolic::{Layout, SymbolicCholesky, column_start};
 use super::workspace::{Run, Workspace};
 use crate::sparse::SymmetricCsc;
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::llt::factor::{LltError, LltRegularization, cholesky_in_place};
-use faer::linalg::matmul::matmul;
-use faer::linalg::matmul::triangular::{self, BlockStructure};
-use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
-use faer::{Accum, MatMut, MatRef, Par};
-
-/// Updates of at most this many rows are computed whole.
-const WHOLE: usize = 96;
+use dense_cholesky::NotPositiveDefinite;
 
 /// Subtrees of more than this share of all operations, divided by the number of threads, are separate tasks.
 const SHARE: f64 = 0.25;
@@ -63,7 +55,7 @@ impl Job<'_> {
         let (below, columns) = values.split_at_mut(layout.values.start - start);
         let floor = work.top[1 - side];
         let beside = self.children(s, below, work, 1 - side)?;
-        let Workspace { updates, top, runs, panel, scratch } = work;
+        let Workspace { updates, top, runs, panel } = work;
         let panel = &mut panel[..layout.height() * layout.width];
         let [even, odd] = updates;
         let (stack, held) = if side == 0 { (even, &*odd) } else { (odd, &*even) };
@@ -74,7 +66,11 @@ impl Job<'_> {
         for (child, update) in self.updates(s, from, other) {
             self.add_to_panel(child, update, layout, panel, runs);
         }
-        self.eliminate(layout, panel, scratch)?;
+        // L₁₁ L₁₁ᵀ = A₁₁, L₂₁ = A₂₁ L₁₁⁻ᵀ.
+        dense_cholesky::factorise(panel, layout.height()).map_err(|NotPositiveDefinite { column }| {
+            let (pivot, dimension) = (layout.first + column, self.symbolic.dimension());
+            CholeskyError::NotPositiveDefinite { pivot, dimension }
+        })?;
         store(layout, panel, columns);
         let b = layout.rows.len();
         let own = &mut stack[top[side]..top[side] + b * b];
@@ -214,27 +210,6 @@ impl Job<'_> {
             runs,
         );
     }
-
-    /// Eliminates the front's columns: `L₁₁ L₁₁ᵀ = A₁₁`, `L₂₁ = A₂₁ L₁₁⁻ᵀ`.
-    fn eliminate(
-        &self,
-        layout: &Layout,
-        panel: &mut [f64],
-        scratch: &mut MemBuffer,
-    ) -> Result<(), CholeskyError> {
-        let (w, b) = (layout.width, layout.rows.len());
-        let (mut top, bottom) = MatMut::from_column_major_slice_mut(panel, w + b, w).split_at_row_mut(w);
-        let memory = MemStack::new(scratch);
-        cholesky_in_place(top.as_mut(), LltRegularization::default(), Par::Seq, memory, Default::default())
-            .map_err(|LltError::NonPositivePivot { index }| CholeskyError::NotPositiveDefinite {
-            pivot: layout.first + index,
-            dimension: self.symbolic.dimension(),
-        })?;
-        if b > 0 {
-            solve_lower_triangular_in_place(top.as_ref(), bottom.transpose_mut(), Par::Seq);
-        }
-        Ok(())
-    }
 }
 
 /// Keeps the lower part of a panel.
@@ -249,16 +224,7 @@ fn store(layout: &Layout, panel: &[f64], columns: &mut [f64]) {
 /// Computes `U = −L₂₁ L₂₁ᵀ`, lower part.
 fn multiply(layout: &Layout, panel: &[f64], own: &mut [f64]) {
     let (w, b) = (layout.width, layout.rows.len());
-    if b == 0 {
-        return;
-    }
-    let l = MatRef::from_column_major_slice(panel, w + b, w).split_at_row(w).1;
-    let u = MatMut::from_column_major_slice_mut(own, b, b);
-    if b <= WHOLE {
-        // The upper half is not used; one call for the whole is cheaper than several for the lower half.
-        matmul(u, Accum::Replace, l, l.transpose(), -1.0, Par::Seq);
-    } else {
-        let (lower, whole) = (BlockStructure::TriangularLower, BlockStructure::Rectangular);
-        triangular::matmul(u, lower, Accum::Replace, l, whole, l.transpose(), whole, -1.0, Par::Seq);
+    if b > 0 {
+        dense_cholesky::add_square(-1.0, (&panel[w..], w + b), [b, w], 0.0, (own, b), b);
     }
 }

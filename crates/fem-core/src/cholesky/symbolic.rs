@@ -30,8 +30,6 @@ pub(super) struct Layout {
     /// Values of updates that exist at once while one thread factorises its subtree, on the stack of its own update
     /// and on that of its children's.
     pub(super) peak: [usize; 2],
-    /// The largest width in its subtree.
-    pub(super) widest: usize,
     /// The largest number of values of a front's columns, upper half of the diagonal block included, in its subtree.
     pub(super) largest: usize,
 }
@@ -150,14 +148,12 @@ impl SymbolicCholesky {
             subtree: s,
             flops: operations(width, rows.len()),
             peak: [0; 2],
-            widest: width,
             largest: width * height,
         };
         let mut held = 0;
         for child in self.children(s).iter().map(|&c| &self.layouts[c as usize]) {
             layout.flops += child.flops;
             layout.subtree = layout.subtree.min(child.subtree);
-            layout.widest = layout.widest.max(child.widest);
             layout.largest = layout.largest.max(child.largest);
             let [own, other] = child.peak;
             layout.peak = [layout.peak[0].max(other), layout.peak[1].max(held + own)];

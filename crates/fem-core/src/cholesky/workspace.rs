@@ -2,9 +2,6 @@
 
 use super::CholeskyError;
 use super::symbolic::SymbolicCholesky;
-use faer::Par;
-use faer::dyn_stack::MemBuffer;
-use faer::linalg::cholesky::llt::factor::cholesky_in_place_scratch;
 
 /// Two stacks of update matrices, one for fronts of even depth and one for odd depth. So a front's own update is never
 /// on top of the updates that it is computed from.
@@ -15,8 +12,6 @@ pub(super) struct Workspace {
     pub(super) runs: Vec<Run>,
     /// The columns of one front, `(width + rows) × width`, column-major.
     pub(super) panel: Vec<f64>,
-    /// Scratch memory of the dense factorisation.
-    pub(super) scratch: MemBuffer,
 }
 
 impl Workspace {
@@ -28,21 +23,18 @@ impl Workspace {
         side: usize,
     ) -> Result<Self, CholeskyError> {
         let dimension = symbolic.dimension();
-        let (mut peak, mut held, mut width, mut largest) = ([0; 2], 0, 0, 0);
+        let (mut peak, mut held, mut largest) = ([0; 2], 0, 0);
         for layout in fronts.iter().map(|&front| &symbolic.layouts()[front as usize]) {
             peak[side] = peak[side].max(held + layout.peak[0]);
             peak[1 - side] = peak[1 - side].max(layout.peak[1]);
             held += layout.rows.len().pow(2);
-            width = width.max(layout.widest);
             largest = largest.max(layout.largest);
         }
-        let scratch = cholesky_in_place_scratch::<f64>(width, Par::Seq, Default::default());
         Ok(Self {
             updates: [zeros(peak[0], dimension)?, zeros(peak[1], dimension)?],
             top: [0; 2],
             runs: Vec::new(),
             panel: zeros(largest, dimension)?,
-            scratch: MemBuffer::try_new(scratch).map_err(|_| CholeskyError::OutOfMemory { dimension })?,
         })
     }
 }

@@ -89,7 +89,6 @@ _CLASSES: dict[int, type[Error]] = {
 #: What fixes say of options of the command, and what it is here.
 _OPTIONS = [
     ("continue it with --resume, or start again with --force", "start again with force=True"),
-    ("use --out DIR", "use another directory"),
     (" with --out", ""),
     ("--force", "force=True"),
     ("--set solver.method=nndd", 'solver__method="nndd"'),

@@ -1,11 +1,11 @@
-//! The sparse Cholesky of this crate beside faer's, on the stiffness of the paper's lower body.
+//! The sparse Cholesky of fem-core beside faer's, on the stiffness of the paper's lower body.
 //!
 //! `cargo xtask bench --factor` runs it and writes the page. It is a plain program, since criterion records times only.
 //! Each line has the cells, the number of unknowns, the method, its threads, the seconds of order and analysis, of the
 //! factorisation and of one solve, and the number of values the factor stores.
 //!
 //! ```text
-//! cargo bench -p fem-core --bench factor --features faer/rayon -- ROUNDS
+//! cargo bench -p tests --bench factor --features faer/rayon -- ROUNDS
 //! ```
 //! Without the feature faer has one thread.
 #![allow(clippy::unwrap_used, clippy::print_stdout)] // The data are fixed and valid; the lines are for a reader.
@@ -132,7 +132,7 @@ fn check(matrix: &SymmetricCsc, solution: &[f64]) {
     assert!(worst <= TOLERANCE, "residual {worst:e}");
 }
 
-/// This crate's factor: nested dissection of the mesh, then the multifrontal method.
+/// The factor of fem-core: nested dissection of the mesh, then the multifrontal method.
 fn multifrontal(body: &Body, side: &InterfaceSide, matrix: &SymmetricCsc) -> Measured {
     let start = Instant::now();
     let dofs = DofMap::new(body, side);
