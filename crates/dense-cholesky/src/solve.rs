@@ -1,11 +1,14 @@
 //! Solutions with a factor and its transpose.
 
 use crate::product::{Block, BlockMut, block, block_mut};
+use rayon::prelude::*;
 
 /// Fewer right-hand sides are solved for one by one.
 const FEW: usize = 4;
 /// Rows of a factor that are solved for without products of blocks.
 const BLOCK: usize = 48;
+/// Right-hand sides that one thread solves for at once. Fewer would use the cache worse.
+const SHARE: usize = 48;
 
 /// Solves `L y = x` in place, for every column of `x`.
 ///
@@ -38,7 +41,7 @@ fn solve(factor: &[f64], n: usize, x: &mut [f64], by_columns: ByColumns, by_bloc
     if count < FEW {
         x.chunks_exact_mut(n.max(1)).for_each(|x| by_columns(lower, x));
     } else {
-        by_blocks(lower, block_mut(x, [n, count], n));
+        x.par_chunks_mut(n * SHARE).for_each(|x| by_blocks(lower, block_mut(x, [n, x.len() / n], n)));
     }
 }
 
