@@ -110,7 +110,8 @@ def test_a_wrong_field_gets_a_large_bound_and_no_false_one() -> None:
     nothing = nndd.certify(problem, [np.zeros_like(u) for u in fields])
     assert (nothing.valid, nothing.bound, nothing.relative) == (False, None, None)
     assert "imposed_displacement" in nothing.failed_checks
-    assert nothing.missed_support is not None and nothing.missed_support["body"] == "upper"
+    assert nothing.missed_support is not None
+    assert nothing.missed_support["body"] == "upper"
 
 
 def test_meshes_that_do_not_match() -> None:

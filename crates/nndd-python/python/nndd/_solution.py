@@ -398,7 +398,7 @@ class Certificate:
     support_change: float
     #: The checks that fail, with their residuals.
     failed_checks: dict[str, float]
-    #: The supported node that misses its support by most, with its body, place and distance in m, if that is too much to be mended.
+    #: The supported node that misses its support by most: its body, point and distance in m, if that is too much to be mended.
     missed_support: Optional[dict[str, Any]]
     #: The mesh of each body; contact surfaces that do not match were refined in common.
     meshes: list[Mesh]
