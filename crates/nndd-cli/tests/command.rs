@@ -210,6 +210,9 @@ fn units_label_and_change_no_number() {
     assert!(
         read("mm", "report.html").contains("x [mm]") && !read("mm", "report.html").contains("length units")
     );
+    for head in ["energy norm [√N]", "e_cre [√N]", "contact force of upper [N/mm]", "force x [N/mm]"] {
+        assert!(read("mm", "report.html").contains(head), "{head}");
+    }
     let refused = solve(&paper, &temp.path().join("no"), &["--set", "units.length=\"a long name\""]);
     assert_eq!(refused.status.code(), Some(3));
 }

@@ -49,7 +49,7 @@ pub(crate) fn page(case: &Case, report: &Report, angles: &[f64], pictures: &[Pic
     figures(&mut page, pictures);
     bodies(&mut page, case, report, angles);
     if let Some(certificate) = report.certificate.as_ref().filter(|found| found.e_cre.is_some()) {
-        parts(&mut page, certificate);
+        parts(&mut page, case, certificate);
         checks(&mut page, "Checks of the certificate", &certificate.checks);
         results(&mut page, case, report);
     }
@@ -58,9 +58,9 @@ pub(crate) fn page(case: &Case, report: &Report, angles: &[f64], pictures: &[Pic
         checks(&mut page, "Checks of the stresses of the residual", &coulomb.checks);
         results(&mut page, case, report);
     }
-    bounds(&mut page, report);
-    steps(&mut page, report);
-    iterations(&mut page, report);
+    bounds(&mut page, case, report);
+    steps(&mut page, case, report);
+    iterations(&mut page, case, report);
     let settings = settings::toml(&report.case);
     let _ = writeln!(page, "<h2>Settings</h2>\n<pre>{}</pre>", escape(&settings));
     reproduce(&mut page, case, report);
@@ -134,7 +134,9 @@ fn bodies(page: &mut String, case: &Case, report: &Report, angles: &[f64]) {
             page,
             "<p>Contact line: {} pairs, length {}; λ is carried by {}.</p>",
             contact.pairs,
-            number(Some(contact.length)),
+            escape(
+                format!("{} {}", number(Some(contact.length)), unit(case, |u| u.length.clone())).trim_end()
+            ),
             escape(&contact.imposed)
         );
         return;
@@ -153,7 +155,10 @@ fn bodies(page: &mut String, case: &Case, report: &Report, angles: &[f64]) {
         cells
     });
     if !report.contact.is_empty() {
-        let heads = ["pair", "of", "nodes", "in contact", "length", "contact force", "largest pressure"];
+        let length = with_unit(case, "length", |u| u.length.clone());
+        let force = with_unit(case, "contact force", Units::line_force);
+        let pressure = with_unit(case, "largest pressure", Units::stress);
+        let heads = ["pair", "of", "nodes", "in contact", &length, &force, &pressure];
         table(page, "Contact", &heads, rows);
     }
 }
@@ -213,7 +218,7 @@ fn figures(page: &mut String, pictures: &[Picture]) {
 }
 
 /// What the bound is made of.
-fn parts(page: &mut String, certificate: &Certificate) {
+fn parts(page: &mut String, case: &Case, certificate: &Certificate) {
     page.push_str(
         "<h2>Parts of the bound</h2>\n<p>The squares of all but round-off add up to the square of the bound without \
          round-off.</p>\n",
@@ -232,7 +237,7 @@ fn parts(page: &mut String, certificate: &Certificate) {
     // Each is a bound.
     let shown = |value: Option<f64>| value.map_or_else(|| number(None), words::rounded_up);
     let rows = rows.map(|(name, value, cure)| vec![name.into(), shown(value), cure.into()]);
-    table(page, "", &["part", "energy norm", "what lowers it"], rows);
+    table(page, "", &["part", &with_unit(case, "energy norm", Units::energy_norm), "what lowers it"], rows);
 }
 
 /// How the limit of Coulomb friction was found, and what is known of the residual.
@@ -271,7 +276,7 @@ fn results(page: &mut String, case: &Case, report: &Report) {
     // Without a solution nothing of it is known.
     let Some(energies) = &r.energy_norm_squared else { return };
     let digits = words::certified_digits(certified(report));
-    let unit = |of: fn(&Units) -> String| case.units.as_ref().map(of).unwrap_or_default();
+    let unit = |of: fn(&Units) -> String| unit(case, of);
     let [length, stress, line_force] =
         [unit(|u| u.length.clone()), unit(Units::stress), unit(Units::line_force)];
     let (force, moment) = (unit(|u| u.force.clone()), unit(Units::moment));
@@ -380,17 +385,28 @@ fn results(page: &mut String, case: &Case, report: &Report) {
         ),
         None => writeln!(page, "<p>All digits are in <a href=\"report.json\">report.json</a>.</p>"),
     };
-    balance(page, report);
+    balance(page, case, report);
 }
 
 /// The forces on each body added up, which are round-off.
-fn balance(page: &mut String, report: &Report) {
+fn balance(page: &mut String, case: &Case, report: &Report) {
     let balances = report.bodies.iter().zip(report.results.balance.iter().flatten());
     let rows = balances.map(|(body, sums)| {
         std::iter::once(body.name.clone()).chain(sums.iter().map(|sum| with_digits(*sum, 2))).collect()
     });
-    let heads = ["body", "force x", "force y", "moment about the centroid"];
-    table(page, "Sum of all forces on each body", &heads, rows);
+    let forces = ["force x", "force y"].map(|what| with_unit(case, what, Units::line_force));
+    let moment = with_unit(case, "moment about the centroid", |u| u.force.clone());
+    table(page, "Sum of all forces on each body", &["body", &forces[0], &forces[1], &moment], rows);
+}
+
+/// Returns a unit of the case; an empty text if it names none.
+fn unit(case: &Case, of: fn(&Units) -> String) -> String {
+    case.units.as_ref().map(of).unwrap_or_default()
+}
+
+/// Adds the unit to the name of a quantity, if the case names units.
+fn with_unit(case: &Case, what: &str, of: fn(&Units) -> String) -> String {
+    case.units.as_ref().map_or_else(|| what.to_owned(), |units| format!("{what} [{}]", of(units)))
 }
 
 /// What a value of the table of results is, for its unit.
@@ -411,19 +427,19 @@ fn certified(report: &Report) -> Option<f64> {
 }
 
 /// What the certificate says about other quantities.
-fn bounds(page: &mut String, report: &Report) {
+fn bounds(page: &mut String, case: &Case, report: &Report) {
     let Some(b) = report.certificate.as_ref().map(|found| &found.bounds) else { return };
     let rows = [
-        ("energy norm", b.energy_norm),
-        ("potential energy", b.potential_energy),
-        ("contact force", b.contact_force),
+        (with_unit(case, "energy norm", Units::energy_norm), b.energy_norm),
+        (with_unit(case, "potential energy", |u| u.force.clone()), b.potential_energy),
+        (with_unit(case, "contact force", Units::line_force), b.contact_force),
     ];
     if rows.iter().all(|(_, bounds)| bounds.is_none()) {
         return;
     }
     let rows = rows.into_iter().filter_map(|(name, bounds)| {
         let [low, high] = bounds?;
-        Some(vec![name.to_owned(), words::at_least(low), words::at_most(high)])
+        Some(vec![name, words::at_least(low), words::at_most(high)])
     });
     table(
         page,
@@ -435,7 +451,7 @@ fn bounds(page: &mut String, report: &Report) {
 }
 
 /// The meshes of an adaptive run.
-fn steps(page: &mut String, report: &Report) {
+fn steps(page: &mut String, case: &Case, report: &Report) {
     if report.adaptive.is_empty() {
         return;
     }
@@ -447,17 +463,21 @@ fn steps(page: &mut String, report: &Report) {
         vec![step, nodes, pairs, shown(error), shown(relative), iterations]
     });
     let error = if report.coulomb.is_some() { "e_b" } else { "e_cre" };
-    table(page, "Meshes", &["step", "nodes", "pairs", error, "relative", "iterations"], rows);
+    let error = with_unit(case, error, Units::energy_norm);
+    table(page, "Meshes", &["step", "nodes", "pairs", &error, "relative", "iterations"], rows);
 }
 
-fn iterations(page: &mut String, report: &Report) {
+fn iterations(page: &mut String, case: &Case, report: &Report) {
     let forces: Vec<String> = match report.bodies.as_slice() {
         [first, second] => [first, second].map(|body| format!("contact force of {}", body.name)).into(),
         _ => ["first", "second"].map(|side| format!("contact force of the {side} bodies")).into(),
     };
-    let mut heads = vec!["it", "theta", "precision", "eta_nndd", "eta_dis", "e_cre", "contact nodes"];
-    heads.extend(forces.iter().map(String::as_str));
-    heads.push("contact problem");
+    let mut heads: Vec<String> = ["it", "theta", "precision"].map(Into::into).into();
+    heads.extend(["eta_nndd", "eta_dis", "e_cre"].map(|what| with_unit(case, what, Units::energy_norm)));
+    heads.push("contact nodes".into());
+    heads.extend(forces.iter().map(|what| with_unit(case, what, Units::line_force)));
+    heads.push("contact problem".into());
+    let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
     let rows = report.iterations.iter().map(|row| {
         let mut cells = vec![row.iteration.to_string()];
         cells.extend([row.theta, row.precision, row.eta_nndd, row.eta_dis].map(number));

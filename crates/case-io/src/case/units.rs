@@ -42,6 +42,12 @@ impl Units {
         format!("{}/{}", self.force, self.length)
     }
 
+    /// Names the unit of energy norms per unit thickness, the root of a force: `√N`.
+    pub fn energy_norm(&self) -> String {
+        let Self { force, .. } = self;
+        if force.chars().all(char::is_alphanumeric) { format!("√{force}") } else { format!("√({force})") }
+    }
+
     /// Names the unit of moments: `N·mm`.
     pub fn moment(&self) -> String {
         format!("{}·{}", self.force, self.length)
