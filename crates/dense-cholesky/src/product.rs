@@ -24,6 +24,11 @@ pub(crate) fn block_mut(values: &mut [f64], [rows, columns]: [usize; 2], stride:
     BlockMut::from_slice_with_strides_generic(values, Dyn(rows), Dyn(columns), Const, Dyn(stride))
 }
 
+/// Makes the transpose of a block.
+fn transposed(values: &[f64], [rows, columns]: [usize; 2], stride: usize) -> Transposed<'_> {
+    Transposed::from_slice_with_strides_generic(values, Dyn(columns), Dyn(rows), Dyn(stride), Const)
+}
+
 /// Computes the first columns of `C ← β C + α B Bᵀ`, from the diagonal down.
 ///
 /// Entries above the diagonal are overwritten by numbers without meaning, as far as they are in one block with it.
@@ -83,6 +88,10 @@ impl Square<'_> {
         }
     }
 
+    /// Computes some rows of some columns.
+    ///
+    /// * `[from, end]`: the rows; `first`: the first column's number.
+    /// * `c`: from the first row of the first column on.
     fn rectangle(self, [from, end]: [usize; 2], first: usize, c: &mut [f64], columns: usize) {
         if from >= end || columns == 0 {
             return;
@@ -96,17 +105,10 @@ impl Square<'_> {
             );
             return;
         }
-        let transposed = &self.b[first..];
-        let transposed = Transposed::from_slice_with_strides_generic(
-            transposed,
-            Dyn(self.k),
-            Dyn(columns),
-            Dyn(self.stride),
-            Const,
-        );
-        let b = block(&self.b[from..], [end - from, self.k], self.stride);
+        let left = block(&self.b[from..], [end - from, self.k], self.stride);
+        let right = transposed(&self.b[first..], [columns, self.k], self.stride);
         let mut c = block_mut(c, [end - from, columns], self.c_stride);
-        c.gemm(self.alpha, &b, &transposed, self.beta);
+        c.gemm(self.alpha, &left, &right, self.beta);
     }
 }
 

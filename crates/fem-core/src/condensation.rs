@@ -102,6 +102,7 @@ impl CondensedBody {
         let interface_factor = factor.trailing_block(n_c);
         let mut schur = vec![0.0; n_c * n_c];
         dense_cholesky::add_square(1.0, (&interface_factor, n_c), [n_c; 2], 0.0, (&mut schur, n_c), n_c);
+        // Above the diagonal it has no meaning yet.
         for j in 0..n_c {
             for i in 0..j {
                 schur[j * n_c + i] = schur[i * n_c + j];

@@ -230,6 +230,7 @@ fn what_could_go_on_is_not_thrown_away() {
         let refused = solve(&out, settings, &[]);
         assert_eq!(refused.status.code(), Some(7), "{}", said(&refused));
         assert!(said(&refused).contains("holds an unfinished run"), "{}", said(&refused));
+        assert!(said(&refused).contains("fix: continue it with --resume"), "{}", said(&refused));
         let after: Vec<Vec<u8>> = files(&out).iter().map(|f| std::fs::read(f).unwrap()).collect();
         assert!(before == after);
     }

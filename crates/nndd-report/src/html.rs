@@ -1,11 +1,14 @@
 //! report.html: one page with everything, for people. No network, no script.
 
+mod results;
+
 use crate::figures::Picture;
 use crate::settings;
 use crate::words::{self, one_line, plain, with_digits};
 use case_io::Case;
 use case_io::case::Units;
 use case_io::report::{Certificate, Checks, Coulomb, Report};
+use results::results;
 use serde_json::Value;
 use std::fmt::Write as _;
 
@@ -270,135 +273,6 @@ fn checks(page: &mut String, title: &str, checks: &Checks) {
     }
 }
 
-fn results(page: &mut String, case: &Case, report: &Report) {
-    let r = &report.results;
-    let t = case.model.thickness;
-    // Without a solution nothing of it is known.
-    let Some(energies) = &r.energy_norm_squared else { return };
-    let digits = words::certified_digits(certified(report));
-    let unit = |of: fn(&Units) -> String| unit(case, of);
-    let [length, stress, line_force] =
-        [unit(|u| u.length.clone()), unit(Units::stress), unit(Units::line_force)];
-    let (force, moment) = (unit(|u| u.force.clone()), unit(Units::moment));
-    let mut found: Vec<(String, Option<f64>, Kind)> = vec![];
-    let mut row = |name: &str, value: Option<f64>, kind: Kind| found.push((name.to_owned(), value, kind));
-    for (body, a) in report.bodies.iter().zip(energies) {
-        row(&format!("energy norm² of {}", body.name), Some(*a), Kind::Energy);
-    }
-    for contact in &report.contact {
-        let of = if report.contact.len() > 1 { format!(" of {}", contact.name) } else { String::new() };
-        let [x, y] = contact.resultant.map_or([None; 2], |force| force.map(Some));
-        row(&format!("resultant x of the contact{of}, on the first body"), x, Kind::Force);
-        row(&format!("resultant y of the contact{of}, on the first body"), y, Kind::Force);
-        if let Some([x, y]) = contact.centre {
-            row(&format!("centre of pressure{of}, x"), Some(x), Kind::Length);
-            row(&format!("centre of pressure{of}, y"), Some(y), Kind::Length);
-        }
-        if let Some(friction) = &contact.friction {
-            let force = Some(friction.tangential_force);
-            row(&format!("friction force{of}, on the second body along the tangent"), force, Kind::Force);
-            let when = if report.steps.is_empty() { "" } else { " in the last step" };
-            row(&format!("largest slip{of}{when}"), Some(friction.max_slip), Kind::Length);
-        }
-    }
-    if !report.contact.is_empty() {
-        row("integral of the pressure, ∫ p ds", r.contact_force, Kind::Force);
-        row("largest nodal pressure", r.max_pressure, Kind::Stress);
-        if r.max_pressure_recovered.is_some() {
-            row("largest pressure, recovered on the coarser side", r.max_pressure_recovered, Kind::Stress);
-        }
-        row("largest mean pressure of an edge", r.max_edge_pressure, Kind::Stress);
-        row("smallest opening", r.min_opening, Kind::Length);
-    }
-    row("largest displacement", r.max_displacement, Kind::Length);
-    if r.max_von_mises.is_some() {
-        row("largest von Mises stress of a cell", r.max_von_mises, Kind::Stress);
-    }
-    if let Some(peak) = &r.peak_stress {
-        row(
-            &format!("largest recovered von Mises stress, in {}", peak.body),
-            Some(peak.von_mises),
-            Kind::Stress,
-        );
-        row("its place, x", Some(peak.x), Kind::Length);
-        row("its place, y", Some(peak.y), Kind::Length);
-        if peak.change.is_some() {
-            row("its relative change from the mesh before", peak.change, Kind::Number);
-        }
-    }
-    // Two supports of a side hold it together.
-    let mut reactions: Vec<(String, [f64; 2])> = vec![];
-    for reaction in r.reactions.iter().flatten() {
-        let of = format!("{} on {}", reaction.on, reaction.body);
-        match reactions.iter_mut().find(|(known, _)| *known == of) {
-            Some((_, [x, y])) => (*x, *y) = (*x + reaction.fx, *y + reaction.fy),
-            None => reactions.push((of, [reaction.fx, reaction.fy])),
-        }
-    }
-    for (of, [x, y]) in reactions {
-        row(&format!("reaction x of {of}"), Some(x), Kind::Force);
-        row(&format!("reaction y of {of}"), Some(y), Kind::Force);
-    }
-    for body in &report.bodies {
-        for side in &body.rigid_sides {
-            let of = format!("of the rigid side {} of {}", side.on, body.name);
-            let motion = [("ux", Kind::Length), ("uy", Kind::Length), ("rotation", Kind::Number)];
-            for ((what, kind), value) in motion.into_iter().zip(side.motion) {
-                row(&format!("{what} {of}"), Some(value), kind);
-            }
-            let [fx, fy] = side.force;
-            row(&format!("force x {of}"), Some(fx), Kind::Force);
-            row(&format!("force y {of}"), Some(fy), Kind::Force);
-            row(&format!("moment {of}"), Some(side.moment), Kind::Moment);
-        }
-    }
-    let size = |kind: Kind| {
-        let alike = found.iter().filter(|(_, _, other)| *other == kind).filter_map(|(_, value, _)| *value);
-        alike.fold(0.0, |most, value| f64::max(most, value.abs()))
-    };
-    // Per unit thickness, and times the thickness for what is a force or an energy, each with its unit.
-    let rows = found.iter().map(|(name, value, kind)| {
-        let (unit, whole) = match kind {
-            Kind::Force => (&line_force, Some(&force)),
-            // An energy per unit thickness has the unit of a force; so has a moment per unit thickness.
-            Kind::Energy | Kind::Moment => (&force, Some(&moment)),
-            Kind::Length => (&length, None),
-            Kind::Stress => (&stress, None),
-            Kind::Number => (&String::new(), None),
-        };
-        let rounding = words::ROUNDING * size(*kind);
-        let value = value.map(|x| if x.abs() <= rounding { 0.0 } else { x });
-        let shown = |value: Option<f64>, unit: &str| match value {
-            Some(value) => format!("{} {unit}", with_digits(value, digits)).trim_end().to_owned(),
-            None => number(None),
-        };
-        let times = whole.map_or_else(|| number(None), |unit| shown(value.map(|x| x * t), unit));
-        vec![name.clone(), shown(value, unit), times]
-    });
-    let whole = format!("for the thickness {}", words::short(t));
-    table(page, "Results", &["quantity", "per unit thickness", &whole], rows);
-    let _ = match certified(report) {
-        Some(_) => writeln!(
-            page,
-            "<p>{digits} digits, chosen from the certified error in the energy norm. That error does not bound single forces, pressures, \
-             stresses or displacements. <a href=\"report.json\">report.json</a> has all digits.</p>"
-        ),
-        None => writeln!(page, "<p>All digits are in <a href=\"report.json\">report.json</a>.</p>"),
-    };
-    balance(page, case, report);
-}
-
-/// The forces on each body added up, which are round-off.
-fn balance(page: &mut String, case: &Case, report: &Report) {
-    let balances = report.bodies.iter().zip(report.results.balance.iter().flatten());
-    let rows = balances.map(|(body, sums)| {
-        std::iter::once(body.name.clone()).chain(sums.iter().map(|sum| with_digits(*sum, 2))).collect()
-    });
-    let forces = ["force x", "force y"].map(|what| with_unit(case, what, Units::line_force));
-    let moment = with_unit(case, "moment about the centroid", |u| u.force.clone());
-    table(page, "Sum of all forces on each body", &["body", &forces[0], &forces[1], &moment], rows);
-}
-
 /// Returns a unit of the case; an empty text if it names none.
 fn unit(case: &Case, of: fn(&Units) -> String) -> String {
     case.units.as_ref().map(of).unwrap_or_default()
@@ -407,18 +281,6 @@ fn unit(case: &Case, of: fn(&Units) -> String) -> String {
 /// Adds the unit to the name of a quantity, if the case names units.
 fn with_unit(case: &Case, what: &str, of: fn(&Units) -> String) -> String {
     case.units.as_ref().map_or_else(|| what.to_owned(), |units| format!("{what} [{}]", of(units)))
-}
-
-/// What a value of the table of results is, for its unit.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Kind {
-    Length,
-    /// Without a unit.
-    Number,
-    Stress,
-    Force,
-    Energy,
-    Moment,
 }
 
 /// The certified relative error, if the certificate is valid.

@@ -274,6 +274,9 @@ fn other_settings(case: &Case) -> String {
     }
 }
 
+/// By this factor the round-off of another run may be larger.
+const OF_ANOTHER_RUN: f64 = 2.0;
+
 /// Says which value the criterion can be set to, when the iteration has reached its round-off.
 fn attainable(case: &Case, solution: &CertifiedSolution, floor: f64) -> String {
     let stop = &case.solver.stop;
@@ -290,8 +293,7 @@ fn attainable(case: &Case, solution: &CertifiedSolution, floor: f64) -> String {
     if !least.is_finite() {
         return "use criterion = \"iterations\"".into();
     }
-    // Another run may be rounded otherwise.
-    format!("set {key} to {} or more", short(raised(2.0 * least, 2)))
+    format!("set {key} to {} or more", short(raised(OF_ANOTHER_RUN * least, 2)))
 }
 
 /// Says which contact problem was not solved, and what may help.
