@@ -52,7 +52,7 @@ const EXHIBITS: [Exhibit; 12] = [
         title: "A cycle of loads with friction",
         text: "Pressed, then pushed to and fro in 51 increments: the force lags behind the displacement.",
         set: &[],
-        figures: &["problem", "steps", "contact"],
+        figures: &["problem", "path", "contact"],
     },
     Exhibit {
         case: "punch_corner",

@@ -3,8 +3,8 @@
 use crate::corners;
 use crate::nodal::{self, NodalPatch};
 use crate::plot::{
-    self, BodyPicture, Closing, Field, Held, Labels, Measure, Motion, ObstaclePicture, Quantity, SketchBody,
-    SketchEdge, SketchLoad,
+    self, Along, BodyPicture, Closing, Field, Held, Labels, Measure, Motion, ObstaclePicture, Quantity,
+    SketchBody, SketchEdge, SketchLoad,
 };
 use crate::solved::Fields;
 use crate::words::{contact_parts, one_line};
@@ -46,14 +46,15 @@ pub(crate) fn of_solve(
     report: &Report,
 ) -> Vec<Picture> {
     let labels = &Labels { units: case.units.clone() };
-    let drawn: [&(dyn Fn() -> Vec<Picture> + Sync); 7] = [
+    let drawn: [&(dyn Fn() -> Vec<Picture> + Sync); 8] = [
         &|| vec![problem(case, solution, labels)],
         &|| von_mises(case, solution, labels).into_iter().collect(),
         &|| displacement(case, solution, labels).into_iter().collect(),
         &|| contact_lines(case, solution, contact, labels),
         &|| density(case, solution, labels).into_iter().collect(),
         &|| convergence(case, report).into_iter().collect(),
-        &|| steps(contact, report, labels).into_iter().chain(adaptive(case, report)).collect(),
+        &|| steps(contact, report, labels),
+        &|| adaptive(case, report).into_iter().collect(),
     ];
     drawn.into_par_iter().flat_map_iter(|draw| draw()).collect()
 }
@@ -114,8 +115,11 @@ fn convergence(case: &Case, report: &Report) -> Option<Picture> {
     })
 }
 
-/// The forces against the load step.
-fn steps(contact: &[(&str, Vec<ContactRow>)], report: &Report, labels: &Labels) -> Option<Picture> {
+/// The forces against the load step, and against the factor that changes most often, if the two figures differ.
+fn steps(contact: &[(&str, Vec<ContactRow>)], report: &Report, labels: &Labels) -> Vec<Picture> {
+    if report.steps.is_empty() {
+        return vec![];
+    }
     let of = |k: usize| {
         let force = |step: &StepSummary| {
             let pair = &step.contact[k];
@@ -125,14 +129,41 @@ fn steps(contact: &[(&str, Vec<ContactRow>)], report: &Report, labels: &Labels) 
     };
     let forces: Vec<plot::Forces<'_>> =
         contact.iter().enumerate().map(|(k, (pair, _))| (*pair, of(k))).collect();
-    (!report.steps.is_empty()).then(|| Picture {
-        name: "steps".into(),
-        svg: plot::steps("Forces against the load step", &forces, labels),
-        caption: "The integral of the pressure over each contact line, and that of the friction on its second body. All other \
-                  figures show the last step."
-            .into(),
+    let figure = |name: &str, along: &Along<'_>, caption: &str| Picture {
+        name: name.into(),
+        svg: plot::steps(along, &forces, labels),
+        caption: caption.into(),
         numbers: Some("report.json"),
-    })
+    };
+    let caption = "The integral of the pressure over each contact line, and that of the friction on its second body. All other figures \
+                   show the last step.";
+    let mut figures = vec![figure("steps", &Along::Step, caption)];
+    if let Some((name, values)) = path(&report.steps) {
+        let caption = "The same forces against the factor of the load or the motion that changes most often. With friction, loading and \
+                       unloading follow different lines.";
+        figures.push(figure("path", &Along::Factor(name, &values), caption));
+    }
+    figures
+}
+
+/// The factor that changes in most steps, and its values; `None` if it grows or falls by equal amounts: then it is the number of the step.
+fn path(steps: &[StepSummary]) -> Option<(&str, Vec<f64>)> {
+    let changes = |values: &[f64]| values.windows(2).filter(|pair| pair[0] != pair[1]).count();
+    let mut most: Option<(&str, Vec<f64>)> = None;
+    for name in steps.first()?.factors.keys() {
+        let values: Option<Vec<f64>> = steps.iter().map(|step| step.factors.get(name)?.as_f64()).collect();
+        if let Some(values) = values
+            && changes(&values) > most.as_ref().map_or(0, |(_, values)| changes(values))
+        {
+            most = Some((name, values));
+        }
+    }
+    let (name, values) = most?;
+    let differences = || values.windows(2).map(|pair| pair[1] - pair[0]);
+    let first = differences().next()?;
+    let rounding = f64::EPSILON * values.iter().fold(0.0, |most, value| f64::max(most, value.abs()));
+    let even = differences().all(|difference| (difference - first).abs() <= 8.0 * rounding);
+    (!even).then_some((name, values))
 }
 
 /// The error against the nodes of the meshes of an adaptive run.
@@ -401,4 +432,27 @@ fn sketch_edges(body: &Body) -> Vec<SketchEdge> {
         })
         .chain(sketch_nodes(body))
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    fn step(factors: serde_json::Value) -> StepSummary {
+        StepSummary { factors: factors.as_object().cloned().unwrap_or_default(), ..StepSummary::default() }
+    }
+
+    #[test]
+    fn the_path_is_that_of_the_factor_that_changes_most_often() {
+        let steps: Vec<StepSummary> = [[0.5, 0.0], [1.0, 0.0], [1.0, 1.0], [1.0, 0.0]]
+            .map(|[p, q]| step(json!({"p": p, "q": q})))
+            .into();
+        assert_eq!(path(&steps), Some(("q", vec![0.0, 0.0, 1.0, 0.0])));
+        // Equal amounts are the number of the step.
+        let even: Vec<StepSummary> = (1..8).map(|k| step(json!({ "p": 0.1 * f64::from(k) }))).collect();
+        assert_eq!(path(&even), None);
+        assert_eq!(path(&[]), None);
+        assert_eq!(path(&[step(json!({"p": 1.0})), step(json!({"p": 1.0}))]), None);
+    }
 }

@@ -37,5 +37,5 @@ pub(crate) use labels::Labels;
 pub(crate) use obstacle::{Motion, ObstaclePicture};
 pub(crate) use scale::{BodyPicture, Field, Quantity};
 pub(crate) use sketch::{Held, SketchBody, SketchEdge, SketchLoad, sketch};
-pub(crate) use steps::{Forces, steps};
+pub(crate) use steps::{Along, Forces, steps};
 pub(crate) use sweep::sweep;

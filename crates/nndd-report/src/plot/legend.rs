@@ -38,10 +38,12 @@ pub(super) fn end(entries: &[Look]) -> f64 {
 
 /// Draws a legend below the title, from the left of the panels, in as many rows as it takes.
 pub(super) fn draw(sheet: &mut Sheet, entries: &[Look]) {
-    for (k, row) in rows(entries).into_iter().enumerate() {
-        let width: f64 = row.iter().map(entry_width).sum();
-        // Beside the axis labels if there is room, otherwise further left.
-        let mut x = LEFT.min(WIDTH - MARGIN - width).max(MARGIN);
+    let rows = rows(entries);
+    let width = |row: &&[Look]| row.iter().map(entry_width).sum::<f64>();
+    // Beside the axis labels if there is room for the widest row, otherwise further left.
+    let left = LEFT.min(WIDTH - MARGIN - rows.iter().map(width).fold(0.0, f64::max)).max(MARGIN);
+    for (k, row) in rows.into_iter().enumerate() {
+        let mut x = left;
         let y = TITLE + ROW * (k as f64 + 0.5);
         for entry in row {
             sheet.line(entry, &[Vector::new(x, y), Vector::new(x + SAMPLE, y)]);

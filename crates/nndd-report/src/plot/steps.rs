@@ -1,4 +1,4 @@
-//! Forces of the contact lines against the load step.
+//! Forces of the contact lines against the load step, or against the factor of a load.
 
 use super::axis::{Axis, drawable, short};
 use super::colour::{GREEN, INK};
@@ -15,18 +15,36 @@ const TICKS: usize = 10;
 /// The forces of a contact line: its name, and in each step the contact force and, with friction, the tangential one, N/m.
 pub(crate) type Forces<'a> = (&'a str, Vec<[Option<f64>; 2]>);
 
-/// Draws the forces of each pair in a panel of its own, from step 1.
-pub(crate) fn steps(title: &str, pairs: &[Forces<'_>], labels: &Labels) -> String {
+/// What the horizontal axis shows.
+pub(crate) enum Along<'a> {
+    /// The number of the step, from 1.
+    Step,
+    /// The factor of a condition: its name, and its value in each step.
+    Factor(&'a str, &'a [f64]),
+}
+
+/// Draws the forces of each pair in a panel of its own, in the order of the steps.
+pub(crate) fn steps(along: &Along<'_>, pairs: &[Forces<'_>], labels: &Labels) -> String {
+    let what = match along {
+        Along::Step => "load step".to_owned(),
+        Along::Factor(name, _) => format!("factor of {name}"),
+    };
+    let place = |k: usize| match along {
+        Along::Step => Some((k + 1) as f64),
+        Along::Factor(_, values) => values.get(k).copied().filter(|x| drawable(*x)),
+    };
     let of = |look: Look, values: &[[Option<f64>; 2]], which: usize| {
-        let point = |(k, v): (usize, &[Option<f64>; 2])| {
-            v[which].filter(|v| drawable(*v)).map(|v| [(k + 1) as f64, v].into())
-        };
+        let point =
+            |(k, v): (usize, &[Option<f64>; 2])| Some([place(k)?, v[which].filter(|v| drawable(*v))?].into());
         Series { look, points: values.iter().enumerate().map(point).collect() }
     };
     let series: Vec<[Series; 2]> =
         pairs.iter().map(|(_, values)| [of(NORMAL, values, 0), of(TANGENTIAL, values, 1)]).collect();
     let most = pairs.iter().map(|(_, values)| values.len()).max().unwrap_or(1);
-    let x_axis = Axis::whole(1, most.max(2), TICKS);
+    let x_axis = match along {
+        Along::Step => Axis::whole(1, most.max(2), TICKS),
+        Along::Factor(..) => lines::linear_axis(lines::extents(series.iter().flatten())[0]),
+    };
     let y_axes: Vec<Axis> = series
         .iter()
         .map(|both| {
@@ -36,7 +54,7 @@ pub(crate) fn steps(title: &str, pairs: &[Forces<'_>], labels: &Labels) -> Strin
         })
         .collect();
     let label = labels.line_force("force");
-    let mut description = "Against the load step.".to_owned();
+    let mut description = format!("Against the {what}.");
     for ((name, values), both) in pairs.iter().zip(&series) {
         let last =
             both.iter().filter_map(|s| Some(format!("{} {}", s.look.name, short(s.present().last()?[1]))));
@@ -44,7 +62,7 @@ pub(crate) fn steps(title: &str, pairs: &[Forces<'_>], labels: &Labels) -> Strin
     }
     let panels = pairs.iter().zip(&series).zip(&y_axes).map(|(((name, _), both), y_axis)| LinePanel {
         heading: (pairs.len() > 1).then_some(*name),
-        ..LinePanel::new(["load step", &label], [&x_axis, y_axis], both)
+        ..LinePanel::new([&what, &label], [&x_axis, y_axis], both)
     });
-    lines::figure(title, &description, HEIGHT, &panels.collect::<Vec<_>>())
+    lines::figure(&format!("Forces against the {what}"), &description, HEIGHT, &panels.collect::<Vec<_>>())
 }

@@ -123,3 +123,22 @@ fn words_are_large_enough_for_a_telephone() {
     let smallest = sizes.iter().copied().fold(f64::INFINITY, f64::min);
     assert!(smallest * 366.0 / sheet::WIDTH >= 9.5, "{smallest}");
 }
+
+#[test]
+fn forces_follow_the_factor_back_and_forth() {
+    let labels = Labels { units: None };
+    let forces: [Forces<'_>; 1] = [("line", [0.0, 2.0, 1.0].map(|f| [Some(4.0), Some(f)]).to_vec())];
+    let svg = steps(&Along::Factor("push", &[0.0, 1.0, 0.0]), &forces, &labels);
+    assert!(svg.contains("Forces against the factor of push"), "{svg}");
+    let by_step = steps(&Along::Step, &forces, &labels);
+    assert!(by_step.contains("Forces against the load step"), "{by_step}");
+    // The first and the third disc have the same place; the one before them is the legend's.
+    let places = |svg: &str| -> Vec<String> {
+        let discs = svg.split("<circle cx=\"").skip(2);
+        discs.map(|disc| disc.split('"').next().unwrap().to_owned()).collect()
+    };
+    let [a, b, c] = &places(&svg)[..] else { panic!("{svg}") };
+    assert!(a == c && a != b);
+    let [a, _, c] = &places(&by_step)[..] else { panic!("{by_step}") };
+    assert!(a != c);
+}
