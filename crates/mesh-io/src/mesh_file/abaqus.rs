@@ -6,6 +6,8 @@
 //! `GENERATE`, `*SURFACE` of elements (`S1` … `S4`) and of nodes, `*INCLUDE`. Keywords and set names may be written in
 //! any case; a keyword line that ends with a comma continues in the next one; lines with `**` are comments.
 //!
+//! - Parts are read once for each `*INSTANCE` of the `*ASSEMBLY`, at its place. All cells of an instance are a region of its name; a set
+//!   or surface `top` of its part is `instance.top`, one of the assembly keeps its name.
 //! - A set of cells is a region. A surface, a set of line elements or, failing those, a set of nodes is a group of
 //!   edges; a set of nodes means the free edges whose both ends are in it.
 //! - Keywords that make or move nodes and elements are refused by name, because leaving them out would change the

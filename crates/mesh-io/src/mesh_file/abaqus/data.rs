@@ -133,7 +133,7 @@ pub(super) fn number(field: &[u8]) -> Option<u64> {
 }
 
 /// Reads a number, also with Fortran's exponent `D`.
-fn real(field: &[u8]) -> Option<f64> {
+pub(super) fn real(field: &[u8]) -> Option<f64> {
     let text = std::str::from_utf8(field).ok()?;
     text.parse().ok().or_else(|| text.replace(['d', 'D'], "e").parse().ok())
 }
@@ -143,7 +143,8 @@ pub(super) fn text(field: &[u8]) -> Cow<'_, str> {
     String::from_utf8_lossy(field.trim_ascii())
 }
 
-fn shown(field: &[u8]) -> String {
+/// Quotes a field in a message.
+pub(super) fn shown(field: &[u8]) -> String {
     let text = String::from_utf8_lossy(&field[..field.len().min(40)]);
     format!("`{}`", text.escape_debug())
 }

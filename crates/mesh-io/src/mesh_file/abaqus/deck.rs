@@ -1,11 +1,14 @@
 //! The lines of a deck: comments, keywords with their continuations, included files, and the block data lines go to.
 
+mod instances;
+
 use super::data::{self, Row};
 use super::entries::{set_entries, surface_entry};
 use super::keyword::{Keyword, upper};
 use super::sets::{Sets, Surface};
 use crate::mesh_file::{Collector, ElementKind, Includes, MeshFault, MeshFile, MeshFileError, Spot};
 use crate::words::counted;
+use instances::{Frame, Motion, Part};
 use std::path::Path;
 
 /// Included files within included files, at most.
@@ -16,10 +19,7 @@ const MOST_FILES: usize = 1000;
 const MOST_IGNORED: usize = 50;
 const MOST_NAMED: usize = 6;
 /// Keywords that make, move or rename nodes and elements.
-const REFUSED: [&str; 13] = [
-    "PART",
-    "ASSEMBLY",
-    "INSTANCE",
+const REFUSED: [&str; 10] = [
     "SYSTEM",
     "NGEN",
     "NFILL",
@@ -56,9 +56,17 @@ enum Block {
         of_nodes: bool,
         set: usize,
         generate: bool,
+        /// Where its entries belong.
+        frame: Frame,
     },
     Surface {
         surface: usize,
+    },
+    /// The position of an instance: its lines so far.
+    Instance {
+        part: usize,
+        motion: Motion,
+        lines: usize,
     },
     /// Elements of a type that is not read: counted for the message.
     Refused {
@@ -73,15 +81,39 @@ pub(super) struct Deck {
     collector: Collector,
     sets: Sets,
     block: Block,
+    parts: Vec<Part>,
+    /// Where the lines being read belong.
+    frame: Frame,
+    /// The frame around an instance that has not ended.
+    outside: Option<Frame>,
+    /// The frames of the instances that have ended.
+    frames: Vec<Frame>,
+    in_assembly: bool,
+    /// The largest number of a node or an element.
+    largest: u64,
     /// Names of ignored keywords and how often they appeared.
     ignored: Vec<(String, usize)>,
     bytes: usize,
+    /// Bytes of the parts that instances repeat.
+    repeated: usize,
 }
 
 impl Deck {
     pub(super) fn new(name: &str) -> Self {
-        let (collector, sets) = (Collector::new(name), Sets::default());
-        Self { collector, sets, block: Block::None, ignored: Vec::new(), bytes: 0 }
+        Self {
+            collector: Collector::new(name),
+            sets: Sets::default(),
+            block: Block::None,
+            parts: Vec::new(),
+            frame: Frame::default(),
+            outside: None,
+            frames: Vec::new(),
+            in_assembly: false,
+            largest: 0,
+            ignored: Vec::new(),
+            bytes: 0,
+            repeated: 0,
+        }
     }
 
     /// Reads one file; those it includes are read in place.
@@ -95,9 +127,23 @@ impl Deck {
         let file = u16::try_from(self.collector.files.len() - 1).unwrap_or(u16::MAX);
         self.bytes += bytes.len();
         let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
-        let mut lines = bytes.split(|b| *b == b'\n').zip(1u32..).peekable();
+        self.lines(bytes, Spot { file, line: 1 }, path, depth, include)
+    }
+
+    /// Reads lines of a file.
+    ///
+    /// * `first`: the place of the first.
+    fn lines(
+        &mut self,
+        bytes: &[u8],
+        first: Spot,
+        path: &Path,
+        depth: usize,
+        include: Includes<'_>,
+    ) -> Result<(), MeshFileError> {
+        let mut lines = bytes.split(|b| *b == b'\n').zip(first.line..).peekable();
         while let Some((line, number)) = lines.next() {
-            let spot = Spot { file, line: number };
+            let spot = Spot { line: number, ..first };
             let line = line.trim_ascii();
             match line {
                 [] | [b'*', b'*', ..] => {}
@@ -112,8 +158,16 @@ impl Deck {
                     let keyword = Keyword::parse(&text);
                     if keyword.name == "INCLUDE" {
                         self.include(&keyword, path, depth, spot, include)?;
+                        continue;
+                    }
+                    if let Block::Instance { part, motion, .. } = self.block {
+                        self.block = Block::None;
+                        self.repeat(part, motion, depth, include)?;
+                    }
+                    self.end_block()?;
+                    if keyword.name == "PART" {
+                        self.keep_part(&keyword, &mut lines, path, spot)?;
                     } else {
-                        self.end_block()?;
                         self.block = self.begin(&keyword, spot)?;
                     }
                 }
@@ -174,8 +228,13 @@ impl Deck {
                         .expected(format!("*{name}, {name}=name")));
                 };
                 let of_nodes = name == "NSET";
-                let set = self.sets.registry(of_nodes).define(set);
-                Ok(Block::Set { of_nodes, set, generate: keyword.has("GENERATE") })
+                self.number_assembly();
+                let frame = match keyword.value("INSTANCE") {
+                    Some(instance) => self.instance(instance, spot)?.clone(),
+                    None => self.frame.clone(),
+                };
+                let set = self.sets.registry(of_nodes).define(&self.frame.name(set));
+                Ok(Block::Set { of_nodes, set, generate: keyword.has("GENERATE"), frame })
             }
             "SURFACE" => {
                 let Some(surface) = keyword.value("NAME") else {
@@ -189,7 +248,20 @@ impl Deck {
                         return Err(self.syntax(spot, found).expected("ELEMENT or NODE"));
                     }
                 };
-                Ok(Block::Surface { surface: self.sets.define_surface(surface, of_nodes) })
+                self.number_assembly();
+                let surface = self.frame.name(surface);
+                Ok(Block::Surface { surface: self.sets.define_surface(&surface, of_nodes) })
+            }
+            "ASSEMBLY" | "END ASSEMBLY" => {
+                self.in_assembly = name == "ASSEMBLY";
+                Ok(Block::None)
+            }
+            "INSTANCE" => self.begin_instance(keyword, spot),
+            "END INSTANCE" => {
+                if let Some(outside) = self.outside.take() {
+                    self.frames.push(std::mem::replace(&mut self.frame, outside));
+                }
+                Ok(Block::None)
             }
             _ if REFUSED.contains(&name) => Err(self.refusal(name, spot)),
             _ if SILENT.iter().any(|word| name.split(' ').next() == Some(word)) => Ok(Block::None),
@@ -214,12 +286,7 @@ impl Deck {
     fn refusal(&self, name: &str, spot: Spot) -> MeshFileError {
         let mut error = self.syntax(spot, format!("*{name} is not read"));
         error.fault = MeshFault::Format;
-        match name {
-            "PART" | "ASSEMBLY" | "INSTANCE" => error
-                .expected("a deck without parts and instances")
-                .help("in Abaqus/CAE set noPartsInputFile=ON, or export the mesh with meshio or PrePoMax"),
-            _ => error.expected("nodes and elements written out one by one"),
-        }
+        error.expected("nodes and elements written out one by one")
     }
 
     fn begin_nodes(&mut self, keyword: &Keyword, spot: Spot) -> Result<Block, MeshFileError> {
@@ -227,7 +294,8 @@ impl Deck {
             let found = "*NODE has a SYSTEM other than the rectangular one";
             return Err(self.syntax(spot, found).expected("Cartesian coordinates"));
         }
-        let set = keyword.value("NSET").map(|set| self.sets.nodes.define(set));
+        self.number_assembly();
+        let set = keyword.value("NSET").map(|set| self.sets.nodes.define(&self.frame.name(set)));
         Ok(Block::Nodes { set })
     }
 
@@ -237,14 +305,17 @@ impl Deck {
                 .syntax(spot, "*ELEMENT has no TYPE")
                 .expected("*ELEMENT, TYPE=CPS3 or the like"));
         };
+        self.number_assembly();
+        let set = keyword.value("ELSET").map(|set| self.frame.name(set));
+        let mut define = || set.as_deref().map(|set| self.sets.elements.define(set));
         if data::is_no_cell(&name) {
-            let set = keyword.value("ELSET").map(|set| self.sets.elements.define(set));
+            let set = define();
             self.ignore(&format!("ELEMENT, TYPE={name}"));
             return Ok(Block::NoCells { set, continued: false });
         }
         match data::kind(&name) {
             Some(kind) => {
-                let set = keyword.value("ELSET").map(|set| self.sets.elements.define(set));
+                let set = define();
                 Ok(Block::Elements { kind, name, set, pending: Vec::new() })
             }
             None => Ok(Block::Refused { name, count: 0, spot }),
@@ -288,7 +359,9 @@ impl Deck {
             let found = format!("an element of type {name} has {} nodes", len.saturating_sub(1));
             return Err(self.syntax(spot, found).expected(format!("{}", needed - 1)));
         }
+        let numbers: Vec<u64> = numbers.into_iter().map(|number| self.frame.number(number)).collect();
         if let Some((&number, nodes)) = numbers.split_first() {
+            self.largest = self.largest.max(number);
             // The ends of a quadratic line are its first and its last node.
             let ends_first = |n: &[u64]| [n[0], n[2], n[1]];
             let reordered = if kind == ElementKind::Edge3 { ends_first(nodes).to_vec() } else { Vec::new() };
@@ -297,7 +370,9 @@ impl Deck {
             if shell {
                 self.sets.shells.push(number);
             }
-            if let Some(set) = set {
+            // All elements of an instance are a set of its name.
+            let whole = self.frame.instance.as_ref().map(|instance| self.sets.elements.define(instance));
+            for set in [set, whole].into_iter().flatten() {
                 self.sets.elements.add_number(set, number, spot);
             }
         }
@@ -316,7 +391,9 @@ impl Deck {
             Block::Nodes { set } => {
                 let set = *set;
                 let (number, point) = row.node().map_err(|fault| fault.at(self.syntax(spot, "")))?;
-                self.collector.node(number, point, spot)?;
+                let number = self.frame.number(number);
+                self.largest = self.largest.max(number);
+                self.collector.node(number, self.frame.point(point), spot)?;
                 if let Some(set) = set {
                     self.sets.nodes.add_number(set, number, spot);
                 }
@@ -328,6 +405,8 @@ impl Deck {
                 *continued = row.continues();
                 if first {
                     let number = row.number().map_err(|fault| fault.at(self.syntax(spot, "")))?;
+                    let number = self.frame.number(number);
+                    self.largest = self.largest.max(number);
                     self.sets.no_cells.push(number);
                     if let Some(set) = set {
                         self.sets.elements.add_number(set, number, spot);
@@ -335,9 +414,11 @@ impl Deck {
                 }
                 Ok(())
             }
-            Block::Set { of_nodes, set, generate } => {
-                let (of_nodes, set, generate) = (*of_nodes, *set, *generate);
-                let entries = set_entries(&row, generate).map_err(|f| f.at(self.syntax(spot, "")))?;
+            Block::Set { of_nodes, set, generate, frame } => {
+                let (of_nodes, set) = (*of_nodes, *set);
+                let entries = set_entries(&row, *generate);
+                let entries = entries.map(|all| all.into_iter().map(|entry| frame.entry(entry)).collect());
+                let entries = entries.map_err(|fault| fault.at(self.syntax(spot, "")))?;
                 self.sets.registry(of_nodes).add(set, entries, spot);
                 Ok(())
             }
@@ -345,8 +426,14 @@ impl Deck {
                 let surface = *surface;
                 let of_nodes = self.sets.surfaces[surface].of_nodes;
                 let entry = surface_entry(&row, of_nodes).map_err(|fault| fault.at(self.syntax(spot, "")))?;
+                let entry = (self.frame.target(entry.0), entry.1);
                 Surface::add(&mut self.sets.surfaces[surface], entry, spot);
                 Ok(())
+            }
+            Block::Instance { motion, lines, .. } => {
+                let added = motion.add(&row, *lines);
+                *lines += 1;
+                added.map_err(|fault| fault.at(self.syntax(spot, "")))
             }
         }
     }
@@ -354,13 +441,26 @@ impl Deck {
     /// Puts everything together.
     pub(super) fn finish(mut self) -> Result<MeshFile, MeshFileError> {
         self.end_block()?;
+        if let (Some(_), Some(instance)) = (&self.outside, &self.frame.instance) {
+            let error = self.syntax(Spot::default(), format!("instance \"{instance}\" has no end"));
+            return Err(error.expected("*END INSTANCE"));
+        }
         if self.collector.element_count() == 0 {
             let error = self.syntax(Spot::default(), "the deck has no elements");
-            return Err(error.expected("*NODE and *ELEMENT with their data lines"));
+            let of_parts = "*INSTANCE of its parts in *ASSEMBLY, and *NODE and *ELEMENT in them";
+            let alone = "*NODE and *ELEMENT with their data lines";
+            return Err(error.expected(if self.parts.is_empty() { alone } else { of_parts }));
         }
         let files = self.collector.files.clone();
         let mut mesh = self.collector.finish("Abaqus input deck".to_owned())?.mesh;
-        self.sets.apply(&mut mesh, &files, self.bytes)?;
+        self.sets.apply(&mut mesh, &files, self.bytes.saturating_add(self.repeated))?;
+        let unused: Vec<&str> =
+            self.parts.iter().filter(|part| !part.used).map(|part| part.name.as_str()).collect();
+        if !unused.is_empty() {
+            let named = unused.iter().take(MOST_NAMED).copied().collect::<Vec<_>>().join(", ");
+            let dots = if unused.len() > MOST_NAMED { ", …" } else { "" };
+            mesh.push_note(format!("{} without an instance: {named}{dots}", counted(unused.len(), "part")));
+        }
         let total: usize = self.ignored.iter().map(|(_, count)| count).sum();
         if total > 0 {
             let names: Vec<&str> =

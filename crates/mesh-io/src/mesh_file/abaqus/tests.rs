@@ -81,7 +81,7 @@ fn other_keywords_are_ignored_and_counted() {
 
 #[test]
 fn what_would_change_the_mesh_is_refused() {
-    for keyword in ["NGEN", "NFILL", "ELGEN", "SYSTEM", "PART", "Instance", "NCOPY"] {
+    for keyword in ["NGEN", "NFILL", "ELGEN", "System", "NCOPY"] {
         let told = refused(&format!("*{keyword}, X=1\n"));
         assert!(told.starts_with(&format!("d.inp:16: *{} is not read", keyword.to_uppercase())), "{told}");
     }
@@ -163,4 +163,75 @@ fn decimal_commas_in_a_deck_are_refused_and_not_read_as_two_coordinates() {
     for line in ["2, 1D0, 0", "2, 1, 0", "2, 1, 0, 0", "2, 1, 0, 0, 0, 0, 1", "2, 1, 0, 0, 0, 0, 0"] {
         assert_eq!(deck(line), Ok(()), "{line}");
     }
+}
+
+/// Two parts, one of them twice: moved, and turned by a right angle about (1, 0).
+const PARTS: &str = "*Heading\n*Part, name=Plate\n*Node\n1, 0., 0.\n2, 1., 0.\n3, 1., 1.\n4, 0., 1.\n\
+    *Element, type=CPS4\n1, 1, 2, 3, 4\n*Elset, elset=all, generate\n1, 1\n*Surface, name=low, type=ELEMENT\nall, S1\n*End Part\n\
+    *Part, name=Wedge\n*Node\n1, 0., 0.\n2, 1., 0.\n3, 0., 1.\n*Element, type=CPS3\n7, 1, 2, 3\n*End Part\n\
+    *Assembly, name=A\n*Instance, name=Plate-1, part=plate\n*End Instance\n*Instance, name=Plate-2, part=Plate\n0., 2.\n\
+    1., 0., 0., 1., 0., 1., 90.\n*End Instance\n*Instance, name=Wedge-1, part=Wedge\n5., 0., 0.\n*End Instance\n\
+    *Node\n1, 9., 9.\n*Nset, nset=point\n1\n*Elset, elset=_top_S3, internal, instance=Plate-2\n1\n\
+    *Surface, type=ELEMENT, name=top\n_top_S3, S3\n*Surface, type=ELEMENT, name=bottom\nPlate-1.all, S1\n*End Assembly\n*Step\n*End Step\n";
+
+#[test]
+fn parts_are_read_once_for_each_of_their_instances() {
+    let file = parse_text(PARTS.as_bytes(), "parts.inp").unwrap();
+    let regions: Vec<&str> = file.group_names(2).collect();
+    assert_eq!(regions, ["Plate-1", "Plate-1.all", "Plate-2", "Plate-2.all", "Wedge-1", "_top_S3"]);
+    let body = |name| file.region(Some(name), RegionOptions::default()).unwrap().mesh().unwrap();
+    let corners = |mesh: &TriMesh| mesh.points().iter().map(|p| [p[0], p[1]]).collect::<Vec<_>>();
+    let [plate, turned] = [body("Plate-1"), body("Plate-2")];
+    assert_eq!(corners(&plate), [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
+    // (0, 0) goes to (0, 2) and then, about (1, 0), to (−1, −1).
+    let expected = [[-1.0, -1.0], [-1.0, 0.0], [-2.0, 0.0], [-2.0, -1.0]];
+    for (found, expected) in corners(&turned).iter().zip(expected) {
+        assert!((0..2).all(|k| (found[k] - expected[k]).abs() < 1e-14), "{found:?}");
+    }
+    assert_eq!(corners(&body("Wedge-1")), [[5.0, 0.0], [6.0, 0.0], [5.0, 1.0]]);
+    let ends = |mesh: &TriMesh, name: &str| -> Vec<[u32; 2]> {
+        mesh.group(name)
+            .unwrap_or_default()
+            .iter()
+            .map(|e| mesh.topology().edges()[*e].map(u32::from))
+            .collect()
+    };
+    assert_eq!(ends(&plate, "bottom"), [[0, 1]]);
+    assert_eq!(ends(&plate, "Plate-1.low"), [[0, 1]]);
+    assert_eq!(ends(&turned, "top"), [[2, 3]]);
+    assert_eq!(ends(&turned, "Plate-2.low"), [[0, 1]]);
+}
+
+#[test]
+fn wrong_parts_and_instances_are_found() {
+    let expect = |from: &str, to: &str, words: &str| {
+        assert!(PARTS.contains(from), "{from}");
+        let told = parse_text(PARTS.replacen(from, to, 1).as_bytes(), "p.inp").unwrap_err().to_string();
+        assert!(told.contains(words), "{told}");
+    };
+    expect("part=plate", "part=Plaat", "p.inp:24: there is no part \"Plaat\"");
+    expect("part=plate", "library=x", "*INSTANCE without its name or its part");
+    expect(
+        "name=Plate-2",
+        "name=plate-1",
+        "instance \"plate-1\" begins within another one, or a second time",
+    );
+    expect("*End Instance\n*Node", "*Node", "instance \"Wedge-1\" has no end");
+    expect("instance=Plate-2", "instance=Plate-3", "there is no instance \"Plate-3\"");
+    expect("1., 0., 0., 1., 0., 1., 90.", "1., 0., 0., 2., 0., 1., 90.", "a rotation about an axis along z");
+    expect(
+        "0., 2.\n",
+        "0., x\n",
+        "p.inp:27: found `x` in the position of an instance; expected a finite number",
+    );
+    expect("*End Part\n*Assembly", "*Assembly", "part \"Wedge\" has no end; expected *END PART");
+    expect("name=Wedge\n", "nam=Wedge\n", "*PART has no name");
+    // The place is that of the line in the part.
+    expect("7, 1, 2, 3", "7, 1, 2, 4", "p.inp:21: element 107 (3-node triangle) uses node 104");
+    let alone = &PARTS[..PARTS.find("*Assembly").unwrap()];
+    let told = parse_text(alone.as_bytes(), "p.inp").unwrap_err().to_string();
+    assert!(told.contains("expected *INSTANCE of its parts"), "{told}");
+    let unused = PARTS.replace("*Instance, name=Wedge-1, part=Wedge\n5., 0., 0.\n*End Instance\n", "");
+    let file = parse_text(unused.as_bytes(), "p.inp").unwrap();
+    assert_eq!(file.notes()[0], "1 part without an instance: Wedge");
 }
