@@ -1,4 +1,4 @@
-//! What the machine can do at most: products of dense matrices, and passes over memory.
+//! What the machine can do at most: products of dense matrices, passes over memory, and files.
 
 use nalgebra::DMatrix;
 use rayon::ThreadPool;
@@ -11,14 +11,19 @@ use std::time::Instant;
 const SIZE: usize = 1000;
 /// Entries of each of the three arrays: 512 MiB, more than a cache holds.
 const ENTRIES: usize = 64 << 20;
+/// Bytes of a file.
+const FILE: usize = 256 << 20;
 /// The fastest of this many repetitions is the peak.
 const REPETITIONS: usize = 12;
 
-/// Prints both peaks with all threads of a pool at work.
+/// Prints the peaks with all threads of a pool at work.
 pub(crate) fn measure(pool: &ThreadPool) {
     let threads = pool.current_num_threads();
     let (flops, bytes) = (multiplication(pool), streaming(pool));
-    println!("{}", json!({ "kind": "peak", "threads": threads, "flops": flops, "bytes": bytes }));
+    println!(
+        "{}",
+        json!({ "kind": "peak", "threads": threads, "flops": flops, "bytes": bytes, "written": writing() })
+    );
 }
 
 fn fastest(mut run: impl FnMut()) -> f64 {
@@ -61,4 +66,12 @@ fn streaming(pool: &ThreadPool) -> f64 {
         black_box(&mut a);
     });
     24.0 * ENTRIES as f64 / seconds
+}
+
+/// Measures bytes per second of a file that is written again each time, by one thread, without waiting for the disk.
+fn writing() -> f64 {
+    let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
+    let (path, content) = (folder.path().join("file"), vec![1u8; FILE]);
+    let seconds = fastest(|| std::fs::write(&path, &content).unwrap());
+    FILE as f64 / seconds
 }

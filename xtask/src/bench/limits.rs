@@ -17,6 +17,16 @@ const ROUNDS: usize = 3;
 /// A phase that takes less than this part of the time at the largest size is not named.
 const SHARE: f64 = 0.03;
 
+/// The estimate in one call, and its parts that the benchmark calls alone.
+const WHOLE: &str = "whole estimate";
+const PARTS: [&str; 6] = ["Neumann problems", "EET", "star set-up", "star residual", "star sweeps", "checks"];
+/// What takes the place of the estimate in one call: its time less that of these parts.
+const REST: &str = "rest of the estimate";
+/// Part of other phases, so no part of the sum.
+const INSIDE: &str = "Johnson-Mercier";
+/// Its bytes go to files, not to memory.
+const FILES: &str = "files";
+
 /// What the machine can do at most with some threads.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Peak {
@@ -24,6 +34,8 @@ struct Peak {
     /// Operations and bytes per second.
     flops: f64,
     bytes: f64,
+    /// Bytes per second that one thread writes to a file.
+    written: f64,
 }
 
 /// A phase of one problem.
@@ -37,6 +49,7 @@ struct Phase {
     seconds: [f64; 3],
     /// Zero: they are not counted.
     flops: f64,
+    /// Likewise.
     bytes: f64,
 }
 
@@ -54,6 +67,7 @@ struct Run {
 enum Resource {
     Multiplication,
     Memory,
+    Files,
 }
 
 /// Everything that was measured.
@@ -125,7 +139,20 @@ impl Measured {
             self.take_line(cells, line)
                 .ok_or_else(|| format!("{SUITE}: found `{line}`, expected one of its objects"))?;
         }
+        self.take_parts();
         Ok(())
+    }
+
+    /// Takes the measured parts from the estimates in one call.
+    fn take_parts(&mut self) {
+        while let Some(at) = self.phases.iter().position(|phase| phase.name == WHOLE) {
+            let mut whole = self.phases.remove(at);
+            let parts = PARTS.iter().filter_map(|name| self.phase(name, whole.cells, whole.threads));
+            let parts: f64 = parts.map(|part| part.seconds[0]).sum();
+            whole.seconds = whole.seconds.map(|seconds| seconds - parts);
+            whole.name = REST.to_owned();
+            self.phases.push(whole);
+        }
     }
 
     fn take_line(&mut self, cells: [usize; 2], line: &str) -> Option<()> {
@@ -134,10 +161,17 @@ impl Measured {
         let threads = value["threads"].as_u64()? as usize;
         match value["kind"].as_str()? {
             "peak" => {
-                let found = Peak { threads, flops: number("flops")?, bytes: number("bytes")? };
+                let found = Peak {
+                    threads,
+                    flops: number("flops")?,
+                    bytes: number("bytes")?,
+                    written: number("written")?,
+                };
                 match self.peaks.iter_mut().find(|peak| peak.threads == threads) {
                     Some(peak) => {
-                        (peak.flops, peak.bytes) = (peak.flops.max(found.flops), peak.bytes.max(found.bytes));
+                        peak.flops = peak.flops.max(found.flops);
+                        peak.bytes = peak.bytes.max(found.bytes);
+                        peak.written = peak.written.max(found.written);
                     }
                     None => self.peaks.push(found),
                 }
@@ -185,7 +219,7 @@ impl Measured {
                 names.push(&phase.name);
             }
         }
-        names.sort_by_key(|name| *name == "files");
+        names.sort_by_key(|name| *name == FILES);
         names
     }
 
@@ -193,11 +227,16 @@ impl Measured {
         self.phases.iter().find(|p| (p.name.as_str(), p.cells, p.threads) == (name, cells, threads))
     }
 
-    /// Seconds that a phase needs at least, and what limits it.
+    /// Seconds that a phase needs at least, and what limits it; `None` if nothing of it is counted.
     fn limit(&self, phase: &Phase) -> Option<(f64, Resource)> {
         let peak = self.peaks.iter().find(|peak| peak.threads == phase.threads)?;
         let [flops, bytes] = [phase.flops / peak.flops, phase.bytes / peak.bytes];
-        Some(if flops > bytes { (flops, Resource::Multiplication) } else { (bytes, Resource::Memory) })
+        let found = match phase.name.as_str() {
+            FILES => (phase.bytes / peak.written, Resource::Files),
+            _ if flops > bytes => (flops, Resource::Multiplication),
+            _ => (bytes, Resource::Memory),
+        };
+        Some(found).filter(|(seconds, _)| *seconds > 0.0)
     }
 
     /// The part of its time that a phase needs at least.
@@ -214,19 +253,23 @@ impl Measured {
         exponent(&[at(*meshes.first()?)?, at(*meshes.last()?)?])
     }
 
+    /// The phases of a mesh, without what is part of others.
+    fn of_mesh(&self, cells: [usize; 2], threads: usize) -> impl Iterator<Item = &Phase> {
+        let of_mesh = move |p: &&Phase| (p.cells, p.threads) == (cells, threads) && p.name != INSIDE;
+        self.phases.iter().filter(of_mesh)
+    }
+
     /// The median seconds of all phases of a mesh.
     fn total(&self, cells: [usize; 2], threads: usize) -> f64 {
-        let own = self.phases.iter().filter(|p| (p.cells, p.threads) == (cells, threads));
-        own.map(|p| p.seconds[0]).sum()
+        self.of_mesh(cells, threads).map(|p| p.seconds[0]).sum()
     }
 
     /// The phases of the largest mesh with the smallest fractions, the smallest first, and these.
     fn farthest(&self, threads: usize) -> Vec<(&Phase, f64)> {
         let Some(&(cells, _)) = self.meshes().last() else { return vec![] };
         let least = SHARE * self.total(cells, threads);
-        let own =
-            self.phases.iter().filter(|p| (p.cells, p.threads) == (cells, threads) && p.seconds[0] >= least);
-        let mut found: Vec<(&Phase, f64)> = own.filter_map(|p| Some((p, self.fraction(p)?))).collect();
+        let long = self.of_mesh(cells, threads).filter(|p| p.seconds[0] >= least);
+        let mut found: Vec<(&Phase, f64)> = long.filter_map(|p| Some((p, self.fraction(p)?))).collect();
         found.sort_by(|a, b| a.1.total_cmp(&b.1));
         found.truncate(3);
         found
@@ -244,7 +287,7 @@ impl Measured {
                 flops,
                 bytes,
             } = phase;
-            let limit = self.limit(phase).map_or(f64::NAN, |(limit, _)| limit);
+            let limit = self.limit(phase).map_or(String::new(), |(limit, _)| limit.to_string());
             let _ = writeln!(
                 text,
                 "{a}x{b},{unknowns},{threads},{name},{median},{least},{most},{flops},{bytes},{limit}"
@@ -260,18 +303,30 @@ mod tests {
 
     pub(super) fn measured() -> Measured {
         let mut measured = Measured::default();
-        measured.take([0; 2], r#"{"kind":"peak","threads":1,"flops":1e9,"bytes":1e8}"#).unwrap();
-        measured.take([0; 2], r#"{"kind":"peak","threads":1,"flops":1e10,"bytes":1e7}"#).unwrap();
+        measured
+            .take([0; 2], r#"{"kind":"peak","threads":1,"flops":1e9,"bytes":1e8,"written":1e7}"#)
+            .unwrap();
+        measured
+            .take([0; 2], r#"{"kind":"peak","threads":1,"flops":1e10,"bytes":1e7,"written":1e8}"#)
+            .unwrap();
         for (cells, scale) in [([4, 2], 1.0), ([8, 4], 4.0)] {
-            for (name, seconds, flops, bytes) in
-                [("files", 0.5, 0.0, 1e7), ("factorisation", 2.0, 1e10, 1e7), ("EET", 0.01, 0.0, 1e3)]
-            {
-                let line = serde_json::json!({ "kind": "phase", "threads": 1, "unknowns": 10.0 * scale, "phase": name,
-                    "seconds": [scale * seconds, 9.0 * scale * seconds, 0.0], "flops": scale * flops, "bytes": scale * bytes });
-                measured.take(cells, &line.to_string()).unwrap();
+            let phases = [
+                (FILES, 0.5, 0.0, 1e7),
+                ("factorisation", 2.0, 1e10, 1e7),
+                (WHOLE, 0.25, 0.0, 0.0),
+                (INSIDE, 4.0, 1.0, 0.0),
+                ("EET", 0.01, 0.0, 1e3),
+            ];
+            let mut lines = vec![
+                r#"{"kind":"run","threads":1,"iterations":7,"seconds":{"mesh":1.5,"total":2.5}}"#.to_owned(),
+            ];
+            for (name, seconds, flops, bytes) in phases {
+                let line = serde_json::json!({ "kind": "phase", "threads": 1, "unknowns": 10.0 * scale,
+                    "phase": name, "seconds": [scale * seconds, 9.0 * scale * seconds, 0.0],
+                    "flops": scale * flops, "bytes": scale * bytes });
+                lines.push(line.to_string());
             }
-            let run = r#"{"kind":"run","threads":1,"unknowns":10,"iterations":7,"seconds":{"mesh":1.5,"total":2.5}}"#;
-            measured.take(cells, run).unwrap();
+            measured.take(cells, &lines.join("\n")).unwrap();
         }
         measured
     }
@@ -284,20 +339,26 @@ mod tests {
         // The better of two peaks of each kind.
         assert_eq!(measured.limit(phase), Some((1.0, Resource::Multiplication)));
         assert_eq!(measured.fraction(phase), Some(0.5));
-        assert_eq!(
-            measured.limit(measured.phase("files", [4, 2], 1).unwrap()),
-            Some((0.1, Resource::Memory))
-        );
+        assert_eq!(measured.limit(measured.phase("files", [4, 2], 1).unwrap()), Some((0.1, Resource::Files)));
         assert!(measured.growth("EET", 1).is_some_and(|p| (p - 1.0).abs() < 1e-12));
-        assert_eq!(measured.names(), ["factorisation", "EET", "files"]);
+        assert_eq!(measured.names(), ["factorisation", INSIDE, "EET", REST, FILES]);
     }
 
     #[test]
     fn phases_without_weight_are_not_named() {
         let measured = measured();
         let names: Vec<&str> = measured.farthest(1).iter().map(|(phase, _)| phase.name.as_str()).collect();
-        assert_eq!(names, ["files", "factorisation"]);
-        assert_eq!(measured.csv().lines().count(), 7);
+        assert_eq!(names, [FILES, "factorisation"]);
+        assert_eq!(measured.csv().lines().count(), 11);
+    }
+
+    #[test]
+    fn the_rest_of_an_estimate_is_what_its_parts_leave() {
+        let measured = measured();
+        let rest = measured.phase(REST, [8, 4], 1).unwrap();
+        assert!((rest.seconds[0] - 0.96).abs() < 1e-12);
+        assert_eq!((measured.phase(WHOLE, [8, 4], 1), measured.fraction(rest)), (None, None));
+        assert!((measured.total([4, 2], 1) - 2.75).abs() < 1e-12);
     }
 
     #[test]
