@@ -251,7 +251,7 @@ fn of_stresses(record: &Recorder, problem: &ContactProblem, pair: &AdmissiblePai
     drop(stars);
 
     let (_, seconds) = record.time(|| (), |()| check(problem, pair));
-    record.print("checks", &seconds, of_mesh(counts::johnson_mercier));
+    record.print("checks", &seconds, of_mesh(counts::checks));
 }
 
 /// `‖τ − σ̂‖²` of a body: the Johnson-Mercier stress of every triangle.
