@@ -85,7 +85,8 @@ fn whole(case: &mut Case, rounds: usize) -> Whole {
         timings.get_or_insert(written.report.timings);
     });
     let run = json!({ "kind": "run", "threads": rayon::current_num_threads(), "unknowns": record.unknowns,
-        "iterations": solution.nndd.history.len(), "seconds": timings });
+        "iterations": solution.nndd.history.len(),
+        "estimates": solution.rows.iter().filter(|row| row.e_cre.is_some()).count(), "seconds": timings });
     println!("{run}");
     record.print("files", &seconds, Count { flops: 0.0, bytes: bytes_in(folder.path()) });
     let Answer::Certified(solution) = solved.answer else { panic!("the solution is not certified") };

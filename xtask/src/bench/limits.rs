@@ -59,6 +59,8 @@ struct Run {
     cells: [usize; 2],
     threads: usize,
     iterations: usize,
+    /// Iterations that were estimated.
+    estimates: usize,
     timings: Value,
 }
 
@@ -190,8 +192,15 @@ impl Measured {
                 });
             }
             "run" => {
-                let iterations = value["iterations"].as_u64()? as usize;
-                self.runs.push(Run { cells, threads, iterations, timings: value["seconds"].clone() });
+                let [iterations, estimates] = ["iterations", "estimates"].map(|key| value[key].as_u64());
+                let (iterations, estimates) = (iterations? as usize, estimates? as usize);
+                self.runs.push(Run {
+                    cells,
+                    threads,
+                    iterations,
+                    estimates,
+                    timings: value["seconds"].clone(),
+                });
             }
             _ => return None,
         }
@@ -318,7 +327,7 @@ mod tests {
                 ("EET", 0.01, 0.0, 1e3),
             ];
             let mut lines = vec![
-                r#"{"kind":"run","threads":1,"iterations":7,"seconds":{"mesh":1.5,"total":2.5}}"#.to_owned(),
+                r#"{"kind":"run","threads":1,"iterations":7,"estimates":2,"seconds":{"mesh":1.5,"total":2.5}}"#.to_owned(),
             ];
             for (name, seconds, flops, bytes) in phases {
                 let line = serde_json::json!({ "kind": "phase", "threads": 1, "unknowns": 10.0 * scale,

@@ -213,15 +213,16 @@ fn runs(measured: &Measured) -> String {
         ["mesh", "assembly", "factorisation", "iterations", "estimate", "write", "total"];
     let mut text = String::from(
         "\n## Whole runs\n\nThe same problem in one run without interruption, one time, by its report; its assembly contains the \
-         dissection, its factorisation the analysis and the condensation.\n\n| cells | threads | iterations |",
+         dissection, its factorisation the analysis and the condensation. Its criterion may ask for several estimates; the phases have one.\n\n\
+         | cells | threads | iterations | estimates |",
     );
     for part in PARTS {
         let _ = write!(text, " {part} |");
     }
-    let _ = writeln!(text, " sum of the phases |\n|---|---|---|{}", "---|".repeat(PARTS.len() + 1));
+    let _ = writeln!(text, " sum of the phases |\n|---|---|---|---|{}", "---|".repeat(PARTS.len() + 1));
     for run in &measured.runs {
         let [a, b] = run.cells;
-        let _ = write!(text, "| {a}x{b} | {} | {} |", run.threads, run.iterations);
+        let _ = write!(text, "| {a}x{b} | {} | {} | {} |", run.threads, run.iterations, run.estimates);
         for part in PARTS {
             let _ =
                 write!(text, " {} |", run.timings[part].as_f64().map_or("-".to_owned(), |s| time(1e9 * s)));
@@ -278,7 +279,7 @@ mod tests {
             "{text}"
         );
         assert!(text.contains("| factorisation | 10.0000 | 40.0000 | 0.0100 | 0.0400 |"), "{text}");
-        assert!(text.contains("| 8x4 | 1 | 7 | 1.500 s |"), "{text}");
+        assert!(text.contains("| 8x4 | 1 | 7 | 2 | 1.500 s |"), "{text}");
     }
 
     #[test]
