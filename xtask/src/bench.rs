@@ -5,6 +5,7 @@
 //! |---|---|
 //! | criterion suites | [`criterion`] |
 //! | the factorisation beside faer's | [`factor`] |
+//! | phases beside the limits of the machine | [`limits`] |
 //! | the program as a whole process | [`process`] |
 //! | a cold build of the program | [`build`] |
 //! | other programs on the same meshes | [`peers`] |
@@ -14,6 +15,7 @@
 mod build;
 mod criterion;
 mod factor;
+mod limits;
 mod machine;
 mod numbers;
 mod page;
@@ -42,6 +44,9 @@ pub(crate) struct Arguments {
     /// Time the factorisation beside that of faer, and nothing else
     #[arg(long, conflicts_with_all = ["peers", "build"])]
     factor: bool,
+    /// Time the phases of a solve beside the limits of the machine, and nothing else
+    #[arg(long, conflicts_with_all = ["peers", "build", "factor"])]
+    limits: bool,
     /// Runs of each process, after a discarded first run
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     runs: u32,
@@ -57,6 +62,7 @@ impl Arguments {
             (self.peers, " --peers"),
             (self.build, " --build"),
             (self.factor, " --factor"),
+            (self.limits, " --limits"),
             (self.quick, " --quick"),
             (self.large, " --large"),
         ];
@@ -74,6 +80,9 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<()> {
     }
     if arguments.factor {
         return factor::run(workspace, &arguments.command(), arguments.runs);
+    }
+    if arguments.limits {
+        return limits::run(workspace, &arguments.command(), arguments.large);
     }
     if arguments.peers {
         build_program(workspace)?;

@@ -4,6 +4,7 @@
 //! - `docs` builds the documentation with its formulae typeset,
 //! - `tidy` checks what no compiler checks: the crate graph on the map, stray files, forbidden words,
 //! - `bench` runs the benchmark suites and writes `bench-results/`; with `--peers`, other programs beside this one,
+//!   with `--limits`, the phases of a solve beside the limits of the machine,
 //! - `python` builds the wheel of the Python package and runs its tests,
 //! - `check-vtk` reads the ParaView files back by other programs,
 //! - `gallery` makes the pictures of `bench-results/gallery` again,

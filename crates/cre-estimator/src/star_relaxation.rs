@@ -188,6 +188,12 @@ impl<'a> StarRelaxation<'a> {
         self.reactions = conditions.iter().map(|c| c.reaction).collect();
     }
 
+    /// Returns the colour of every vertex: a sweep visits the stars colour by colour. For counts of operations and bytes.
+    #[doc(hidden)]
+    pub fn colours(&self) -> &[u32] {
+        self.stars.colours()
+    }
+
     /// Relaxes an equilibrated stress in place, see [`relax`].
     ///
     /// # Panics

@@ -50,6 +50,11 @@ impl Stars {
         });
     }
 
+    /// The colour of every vertex.
+    pub(super) fn colours(&self) -> &[u32] {
+        &self.colour_of
+    }
+
     /// Computes `y = A x`.
     pub(super) fn multiply(&self, x: &Shared, y: &Shared) {
         self.bands.par_iter().for_each(|band| band.multiply(x, self.unit, y));

@@ -208,6 +208,12 @@ impl SymbolicCholesky {
         self.roots().map(|root| self.layouts[root].flops).sum()
     }
 
+    /// Iterates over the fronts: how many columns each has, and how many rows below them. For counts of operations and bytes.
+    #[doc(hidden)]
+    pub fn front_sizes(&self) -> impl Iterator<Item = [usize; 2]> {
+        self.layouts.iter().map(|layout| [layout.width, layout.rows.len()])
+    }
+
     /// Iterates over the fronts that are not in another front's subtree, ascending.
     pub(super) fn roots(&self) -> impl Iterator<Item = usize> {
         self.roots.iter().map(|&root| root as usize)
