@@ -89,8 +89,8 @@ pub(super) struct Deck {
     /// The frames of the instances that have ended.
     frames: Vec<Frame>,
     in_assembly: bool,
-    /// The largest number of a node or an element.
-    largest: u64,
+    /// The largest number of a node or an element, in its part and in the deck.
+    largest: [u64; 2],
     /// Names of ignored keywords and how often they appeared.
     ignored: Vec<(String, usize)>,
     bytes: usize,
@@ -109,7 +109,7 @@ impl Deck {
             outside: None,
             frames: Vec::new(),
             in_assembly: false,
-            largest: 0,
+            largest: [0; 2],
             ignored: Vec::new(),
             bytes: 0,
             repeated: 0,
@@ -359,9 +359,10 @@ impl Deck {
             let found = format!("an element of type {name} has {} nodes", len.saturating_sub(1));
             return Err(self.syntax(spot, found).expected(format!("{}", needed - 1)));
         }
-        let numbers: Vec<u64> = numbers.into_iter().map(|number| self.frame.number(number)).collect();
         if let Some((&number, nodes)) = numbers.split_first() {
-            self.largest = self.largest.max(number);
+            let number = self.numbered(number);
+            let nodes: Vec<u64> = nodes.iter().map(|node| self.frame.number(*node)).collect();
+            let nodes = &nodes[..];
             // The ends of a quadratic line are its first and its last node.
             let ends_first = |n: &[u64]| [n[0], n[2], n[1]];
             let reordered = if kind == ElementKind::Edge3 { ends_first(nodes).to_vec() } else { Vec::new() };
@@ -391,8 +392,7 @@ impl Deck {
             Block::Nodes { set } => {
                 let set = *set;
                 let (number, point) = row.node().map_err(|fault| fault.at(self.syntax(spot, "")))?;
-                let number = self.frame.number(number);
-                self.largest = self.largest.max(number);
+                let number = self.numbered(number);
                 self.collector.node(number, self.frame.point(point), spot)?;
                 if let Some(set) = set {
                     self.sets.nodes.add_number(set, number, spot);
@@ -405,8 +405,7 @@ impl Deck {
                 *continued = row.continues();
                 if first {
                     let number = row.number().map_err(|fault| fault.at(self.syntax(spot, "")))?;
-                    let number = self.frame.number(number);
-                    self.largest = self.largest.max(number);
+                    let number = self.numbered(number);
                     self.sets.no_cells.push(number);
                     if let Some(set) = set {
                         self.sets.elements.add_number(set, number, spot);

@@ -227,11 +227,26 @@ fn wrong_parts_and_instances_are_found() {
     expect("*End Part\n*Assembly", "*Assembly", "part \"Wedge\" has no end; expected *END PART");
     expect("name=Wedge\n", "nam=Wedge\n", "*PART has no name");
     // The place is that of the line in the part.
-    expect("7, 1, 2, 3", "7, 1, 2, 4", "p.inp:21: element 107 (3-node triangle) uses node 104");
+    expect("7, 1, 2, 3", "7, 1, 2, 4", "p.inp:21: element 27 (3-node triangle) uses node 24");
     let alone = &PARTS[..PARTS.find("*Assembly").unwrap()];
     let told = parse_text(alone.as_bytes(), "p.inp").unwrap_err().to_string();
     assert!(told.contains("expected *INSTANCE of its parts"), "{told}");
     let unused = PARTS.replace("*Instance, name=Wedge-1, part=Wedge\n5., 0., 0.\n*End Instance\n", "");
     let file = parse_text(unused.as_bytes(), "p.inp").unwrap();
     assert_eq!(file.notes()[0], "1 part without an instance: Wedge");
+}
+
+#[test]
+fn hundreds_of_instances_have_numbers_of_their_own() {
+    let part = &PARTS[..PARTS.find("*Part, name=Wedge").unwrap()];
+    let instances: String =
+        (0..500).map(|k| format!("*Instance, name=I{k}, part=Plate\n{k}., 0.\n*End Instance\n")).collect();
+    let text = format!("{part}*Assembly, name=A\n{instances}*End Assembly\n");
+    let file = parse_text(text.as_bytes(), "many.inp").unwrap();
+    for k in [0, 1, 17, 499] {
+        let body = file.region(Some(&format!("I{k}")), RegionOptions::default()).unwrap().mesh().unwrap();
+        let x: Vec<f64> = body.points().iter().map(|p| p[0]).collect();
+        let k = f64::from(k);
+        assert_eq!(x, [k, k + 1.0, k + 1.0, k]);
+    }
 }

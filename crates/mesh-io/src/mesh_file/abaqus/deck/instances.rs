@@ -1,7 +1,7 @@
 //! Parts and their instances, as Abaqus/CAE writes them.
 //!
 //! The lines of a part are kept, and read once for each of its instances. Numbers of the first instance remain; those of the others
-//! begin above them at a power of ten. Names of sets and surfaces of a part get the name of the instance before them, `plate-1.top`.
+//! follow with a round offset. Names of sets and surfaces of a part get the name of the instance before them, `plate-1.top`.
 
 use super::super::data::{self, Row};
 use super::super::keyword::{Keyword, upper};
@@ -125,13 +125,6 @@ impl Frame {
     }
 }
 
-/// Returns the smallest power of ten above a number: the numbers of the next instance begin there.
-fn above(largest: u64) -> u64 {
-    std::iter::successors(Some(10u64), |power| power.checked_mul(10))
-        .find(|power| *power > largest)
-        .unwrap_or(u64::MAX)
-}
-
 /// Says whether the text behind a star is a keyword without parameters.
 fn is_keyword(text: &[u8], name: &str) -> bool {
     upper(&String::from_utf8_lossy(text)) == name
@@ -186,8 +179,7 @@ impl Deck {
                 None => error,
             });
         };
-        let offset = if self.largest == 0 { 0 } else { above(self.largest) };
-        let frame = Frame { instance: Some(name.to_owned()), offset, ..Frame::default() };
+        let frame = Frame { instance: Some(name.to_owned()), offset: self.next_offset(), ..Frame::default() };
         self.outside = Some(std::mem::replace(&mut self.frame, frame));
         Ok(Block::Instance { part: known, motion: Motion::default(), lines: 0 })
     }
@@ -233,8 +225,26 @@ impl Deck {
 
     /// Nodes of the assembly itself, such as reference points, have numbers of their own.
     pub(super) fn number_assembly(&mut self) {
-        if self.in_assembly && self.outside.is_none() && self.frame.offset == 0 && self.largest > 0 {
-            self.frame.offset = above(self.largest);
+        if self.in_assembly && self.outside.is_none() && self.frame.offset == 0 {
+            self.frame.offset = self.next_offset();
         }
+    }
+
+    /// Returns the number in the deck of a node or an element that begins here.
+    pub(super) fn numbered(&mut self, number: u64) -> u64 {
+        let in_deck = self.frame.number(number);
+        self.largest = [self.largest[0].max(number), self.largest[1].max(in_deck)];
+        in_deck
+    }
+
+    /// Returns the offset of the next instance: above all numbers so far, a multiple of a power of ten above those in the parts.
+    fn next_offset(&self) -> u64 {
+        let [in_part, in_deck] = self.largest;
+        if in_deck == 0 {
+            return 0;
+        }
+        let powers = std::iter::successors(Some(10u64), |power| power.checked_mul(10));
+        let step = powers.into_iter().find(|power| *power > in_part).unwrap_or(u64::MAX);
+        (in_deck / step + 1).saturating_mul(step)
     }
 }
