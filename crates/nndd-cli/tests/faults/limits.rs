@@ -212,7 +212,10 @@ fn an_output_directory_removed_in_mid_run_ends_it_at_once() {
 fn a_lost_terminal_ends_the_run_with_its_certificate_unless_it_is_ignored() {
     let temp = tempfile::tempdir().unwrap();
     let out = temp.path().join("out");
-    let mut child = long_run(&out);
+    // The tests themselves may run under nohup, which a program inherits.
+    let mut command = Command::new("env");
+    command.args(["--default-signal=HUP", env!("CARGO_BIN_EXE_nndd")]).stdin(Stdio::null());
+    let mut child = processes::long(command, &cases().join("paper.toml"), &out);
     wait_for_iterations(&mut child);
     signal(&child, "HUP");
     assert_eq!(child.wait().unwrap().code(), Some(129));

@@ -9,6 +9,7 @@ use super::sets::{Sets, Surface};
 use crate::mesh_file::{Collector, ElementKind, Includes, MeshFault, MeshFile, MeshFileError, Spot};
 use crate::words::counted;
 use instances::{Frame, Motion, Part};
+use std::collections::HashMap;
 use std::path::Path;
 
 /// Included files within included files, at most.
@@ -62,11 +63,10 @@ enum Block {
     Surface {
         surface: usize,
     },
-    /// The position of an instance: its lines so far.
+    /// The position of an instance.
     Instance {
         part: usize,
         motion: Motion,
-        lines: usize,
     },
     /// Elements of a type that is not read: counted for the message.
     Refused {
@@ -82,15 +82,20 @@ pub(super) struct Deck {
     sets: Sets,
     block: Block,
     parts: Vec<Part>,
+    /// Where parts are, by their names in upper case.
+    part_index: HashMap<String, usize>,
     /// Where the lines being read belong.
     frame: Frame,
-    /// The frame around an instance that has not ended.
-    outside: Option<Frame>,
+    /// The frame around an instance that has not ended, and where that began.
+    outside: Option<(Frame, Spot)>,
     /// The frames of the instances that have ended.
     frames: Vec<Frame>,
+    frame_index: HashMap<String, usize>,
     in_assembly: bool,
-    /// The largest number of a node or an element, in its part and in the deck.
-    largest: [u64; 2],
+    /// Whether lines of a part are read for an instance.
+    in_part: bool,
+    /// Whether there are nodes or elements outside parts and assembly.
+    numbers_outside: bool,
     /// Names of ignored keywords and how often they appeared.
     ignored: Vec<(String, usize)>,
     bytes: usize,
@@ -105,11 +110,14 @@ impl Deck {
             sets: Sets::default(),
             block: Block::None,
             parts: Vec::new(),
+            part_index: HashMap::new(),
             frame: Frame::default(),
             outside: None,
             frames: Vec::new(),
+            frame_index: HashMap::new(),
             in_assembly: false,
-            largest: [0; 2],
+            in_part: false,
+            numbers_outside: false,
             ignored: Vec::new(),
             bytes: 0,
             repeated: 0,
@@ -125,7 +133,11 @@ impl Deck {
         include: Includes<'_>,
     ) -> Result<(), MeshFileError> {
         let file = u16::try_from(self.collector.files.len() - 1).unwrap_or(u16::MAX);
-        self.bytes += bytes.len();
+        if self.in_part {
+            self.spend_repeated(bytes.len(), Spot { file, line: 0 })?;
+        } else {
+            self.bytes += bytes.len();
+        }
         let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
         self.lines(bytes, Spot { file, line: 1 }, path, depth, include)
     }
@@ -160,7 +172,8 @@ impl Deck {
                         self.include(&keyword, path, depth, spot, include)?;
                         continue;
                     }
-                    if let Block::Instance { part, motion, .. } = self.block {
+                    // The position of an instance is known now.
+                    if let Block::Instance { part, motion } = self.block {
                         self.block = Block::None;
                         self.repeat(part, motion, depth, include)?;
                     }
@@ -228,12 +241,12 @@ impl Deck {
                         .expected(format!("*{name}, {name}=name")));
                 };
                 let of_nodes = name == "NSET";
-                self.number_assembly();
                 let frame = match keyword.value("INSTANCE") {
                     Some(instance) => self.instance(instance, spot)?.clone(),
                     None => self.frame.clone(),
                 };
-                let set = self.sets.registry(of_nodes).define(&self.frame.name(set));
+                let set = self.set_name(set, spot)?;
+                let set = self.sets.registry(of_nodes).define(&set);
                 Ok(Block::Set { of_nodes, set, generate: keyword.has("GENERATE"), frame })
             }
             "SURFACE" => {
@@ -248,21 +261,13 @@ impl Deck {
                         return Err(self.syntax(spot, found).expected("ELEMENT or NODE"));
                     }
                 };
-                self.number_assembly();
-                let surface = self.frame.name(surface);
+                let surface = self.set_name(surface, spot)?;
                 Ok(Block::Surface { surface: self.sets.define_surface(&surface, of_nodes) })
             }
-            "ASSEMBLY" | "END ASSEMBLY" => {
-                self.in_assembly = name == "ASSEMBLY";
-                Ok(Block::None)
-            }
+            "ASSEMBLY" => self.begin_assembly(spot),
+            "END ASSEMBLY" if self.outside.is_some() => Err(self.no_end(spot)),
             "INSTANCE" => self.begin_instance(keyword, spot),
-            "END INSTANCE" => {
-                if let Some(outside) = self.outside.take() {
-                    self.frames.push(std::mem::replace(&mut self.frame, outside));
-                }
-                Ok(Block::None)
-            }
+            "END INSTANCE" => self.end_instance(spot),
             _ if REFUSED.contains(&name) => Err(self.refusal(name, spot)),
             _ if SILENT.iter().any(|word| name.split(' ').next() == Some(word)) => Ok(Block::None),
             _ => {
@@ -294,8 +299,8 @@ impl Deck {
             let found = "*NODE has a SYSTEM other than the rectangular one";
             return Err(self.syntax(spot, found).expected("Cartesian coordinates"));
         }
-        self.number_assembly();
-        let set = keyword.value("NSET").map(|set| self.sets.nodes.define(&self.frame.name(set)));
+        let set = keyword.value("NSET").map(|set| self.set_name(set, spot)).transpose()?;
+        let set = set.map(|set| self.sets.nodes.define(&set));
         Ok(Block::Nodes { set })
     }
 
@@ -305,8 +310,7 @@ impl Deck {
                 .syntax(spot, "*ELEMENT has no TYPE")
                 .expected("*ELEMENT, TYPE=CPS3 or the like"));
         };
-        self.number_assembly();
-        let set = keyword.value("ELSET").map(|set| self.frame.name(set));
+        let set = keyword.value("ELSET").map(|set| self.set_name(set, spot)).transpose()?;
         let mut define = || set.as_deref().map(|set| self.sets.elements.define(set));
         if data::is_no_cell(&name) {
             let set = define();
@@ -360,9 +364,9 @@ impl Deck {
             return Err(self.syntax(spot, found).expected(format!("{}", needed - 1)));
         }
         if let Some((&number, nodes)) = numbers.split_first() {
-            let number = self.numbered(number);
-            let nodes: Vec<u64> = nodes.iter().map(|node| self.frame.number(*node)).collect();
-            let nodes = &nodes[..];
+            let number = self.numbered(number, spot)?;
+            let nodes = nodes.iter().map(|node| self.frame.number(*node)).collect::<Result<Vec<u64>, _>>();
+            let nodes = &nodes.map_err(|fault| fault.at(self.syntax(spot, "")))?[..];
             // The ends of a quadratic line are its first and its last node.
             let ends_first = |n: &[u64]| [n[0], n[2], n[1]];
             let reordered = if kind == ElementKind::Edge3 { ends_first(nodes).to_vec() } else { Vec::new() };
@@ -372,12 +376,20 @@ impl Deck {
                 self.sets.shells.push(number);
             }
             // All elements of an instance are a set of its name.
-            let whole = self.frame.instance.as_ref().map(|instance| self.sets.elements.define(instance));
-            for set in [set, whole].into_iter().flatten() {
+            if let (Some(instance), None) = (&self.frame.instance, self.frame.whole) {
+                self.frame.whole = Some(self.sets.elements.define(instance));
+            }
+            for set in [set, self.frame.whole].into_iter().flatten() {
                 self.sets.elements.add_number(set, number, spot);
             }
         }
         Ok(())
+    }
+
+    /// Returns the number in the deck of a node or an element that begins here.
+    fn numbered(&mut self, number: u64, spot: Spot) -> Result<u64, MeshFileError> {
+        self.numbers_outside |= !self.in_assembly;
+        self.frame.number(number).map_err(|fault| fault.at(self.syntax(spot, "")))
     }
 
     /// Hands a data line to its block.
@@ -392,7 +404,7 @@ impl Deck {
             Block::Nodes { set } => {
                 let set = *set;
                 let (number, point) = row.node().map_err(|fault| fault.at(self.syntax(spot, "")))?;
-                let number = self.numbered(number);
+                let number = self.numbered(number, spot)?;
                 self.collector.node(number, self.frame.point(point), spot)?;
                 if let Some(set) = set {
                     self.sets.nodes.add_number(set, number, spot);
@@ -405,7 +417,7 @@ impl Deck {
                 *continued = row.continues();
                 if first {
                     let number = row.number().map_err(|fault| fault.at(self.syntax(spot, "")))?;
-                    let number = self.numbered(number);
+                    let number = self.numbered(number, spot)?;
                     self.sets.no_cells.push(number);
                     if let Some(set) = set {
                         self.sets.elements.add_number(set, number, spot);
@@ -414,24 +426,24 @@ impl Deck {
                 Ok(())
             }
             Block::Set { of_nodes, set, generate, frame } => {
-                let (of_nodes, set) = (*of_nodes, *set);
-                let entries = set_entries(&row, *generate);
-                let entries = entries.map(|all| all.into_iter().map(|entry| frame.entry(entry)).collect());
-                let entries = entries.map_err(|fault| fault.at(self.syntax(spot, "")))?;
+                let (of_nodes, set, frame) = (*of_nodes, *set, frame.clone());
+                let entries = set_entries(&row, *generate)
+                    .and_then(|all| all.into_iter().map(|entry| self.entry(&frame, entry)).collect())
+                    .map_err(|fault| fault.at(self.syntax(spot, "")))?;
                 self.sets.registry(of_nodes).add(set, entries, spot);
                 Ok(())
             }
             Block::Surface { surface } => {
                 let surface = *surface;
                 let of_nodes = self.sets.surfaces[surface].of_nodes;
-                let entry = surface_entry(&row, of_nodes).map_err(|fault| fault.at(self.syntax(spot, "")))?;
-                let entry = (self.frame.target(entry.0), entry.1);
+                let entry = surface_entry(&row, of_nodes)
+                    .and_then(|(target, face)| Ok((self.target(target)?, face)))
+                    .map_err(|fault| fault.at(self.syntax(spot, "")))?;
                 Surface::add(&mut self.sets.surfaces[surface], entry, spot);
                 Ok(())
             }
-            Block::Instance { motion, lines, .. } => {
-                let added = motion.add(&row, *lines);
-                *lines += 1;
+            Block::Instance { motion, .. } => {
+                let added = motion.add(&row);
                 added.map_err(|fault| fault.at(self.syntax(spot, "")))
             }
         }
@@ -440,9 +452,8 @@ impl Deck {
     /// Puts everything together.
     pub(super) fn finish(mut self) -> Result<MeshFile, MeshFileError> {
         self.end_block()?;
-        if let (Some(_), Some(instance)) = (&self.outside, &self.frame.instance) {
-            let error = self.syntax(Spot::default(), format!("instance \"{instance}\" has no end"));
-            return Err(error.expected("*END INSTANCE"));
+        if let Some((_, began)) = self.outside {
+            return Err(self.no_end(began));
         }
         if self.collector.element_count() == 0 {
             let error = self.syntax(Spot::default(), "the deck has no elements");

@@ -138,6 +138,15 @@ impl Sets {
         if of_nodes { &mut self.nodes } else { &mut self.elements }
     }
 
+    /// Tells whether a set or a surface has a name.
+    pub(super) fn has(&self, name: &str) -> bool {
+        let name = upper(name);
+        let surface =
+            [true, false].map(|of_nodes| self.surface_index.contains_key(&(name.clone(), of_nodes)));
+        [&self.nodes, &self.elements].iter().any(|sets| sets.index.contains_key(&name))
+            || surface.contains(&true)
+    }
+
     pub(super) fn define_surface(&mut self, name: &str, of_nodes: bool) -> usize {
         *self.surface_index.entry((upper(name), of_nodes)).or_insert_with(|| {
             self.surfaces.push(Surface { name: name.to_owned(), of_nodes, entries: Vec::new() });

@@ -211,23 +211,50 @@ fn wrong_parts_and_instances_are_found() {
     };
     expect("part=plate", "part=Plaat", "p.inp:24: there is no part \"Plaat\"");
     expect("part=plate", "library=x", "*INSTANCE without its name or its part");
-    expect(
-        "name=Plate-2",
-        "name=plate-1",
-        "instance \"plate-1\" begins within another one, or a second time",
-    );
-    expect("*End Instance\n*Node", "*Node", "instance \"Wedge-1\" has no end");
+    expect("name=Plate-2", "name=plate-1", "instance \"plate-1\" has the name of another one or of a set");
+    expect("*End Instance\n*Node", "*Node", "p.inp:42: instance \"Wedge-1\" has no end");
     expect("instance=Plate-2", "instance=Plate-3", "there is no instance \"Plate-3\"");
-    expect("1., 0., 0., 1., 0., 1., 90.", "1., 0., 0., 2., 0., 1., 90.", "a rotation about an axis along z");
+    expect(
+        "1., 0., 0., 1., 0., 1., 90.",
+        "1., 0., 0., 2., 0., 1., 90.",
+        "p.inp:28: the axis of an instance's rotation is not along z",
+    );
     expect(
         "0., 2.\n",
         "0., x\n",
         "p.inp:27: found `x` in the position of an instance; expected a finite number",
     );
-    expect("*End Part\n*Assembly", "*Assembly", "part \"Wedge\" has no end; expected *END PART");
+    expect(
+        "1., 0., 0., 1., 0., 1., 90.",
+        "1., 0., 0., 1.",
+        "the position of an instance has 4 numbers in a line",
+    );
+    expect(
+        "*End Part\n*Assembly",
+        "*Assembly",
+        "p.inp:22: *ASSEMBLY before the end of part \"Wedge\"; expected *END PART",
+    );
+    expect("name=Wedge\n", "name=plate\n", "p.inp:15: part \"plate\" begins a second time");
+    expect("*Assembly, name=A\n", "", "*INSTANCE outside an assembly");
+    expect("*End Instance\n*Instance", "*Instance", "instance \"Plate-1\" has no end");
+    expect("7, 1, 2, 3", "7, 1, 2, 3\n*End Instance", "*END INSTANCE before the end of part");
+    expect("nset=point", "nset=plate-2", "the name \"plate-2\" of a set is that of an instance");
+    expect("nset=point", "nset=Plate-2.x", "of a set is that of an instance or of a set in it");
+    // Numbers stay in their instance, and those of the assembly are its own.
+    expect("*Nset, nset=point\n1\n", "*Nset, nset=point\n2\n", "node set \"point\" names node 1000000000002");
+    expect("*Nset, nset=point\n1\n", "*Nset, nset=point, instance=Wedge-1\n4\n", "names node 3000000000004");
+    expect(
+        "1, 0., 0.\n",
+        "1000000000000, 0., 0.\n",
+        "found the number 1000000000000 in a part or an assembly",
+    );
     expect("name=Wedge\n", "nam=Wedge\n", "*PART has no name");
     // The place is that of the line in the part.
-    expect("7, 1, 2, 3", "7, 1, 2, 4", "p.inp:21: element 27 (3-node triangle) uses node 24");
+    expect(
+        "7, 1, 2, 3",
+        "7, 1, 2, 4",
+        "p.inp:21: element 3000000000007 (3-node triangle) uses node 3000000000004",
+    );
     let alone = &PARTS[..PARTS.find("*Assembly").unwrap()];
     let told = parse_text(alone.as_bytes(), "p.inp").unwrap_err().to_string();
     assert!(told.contains("expected *INSTANCE of its parts"), "{told}");
@@ -249,4 +276,24 @@ fn hundreds_of_instances_have_numbers_of_their_own() {
         let k = f64::from(k);
         assert_eq!(x, [k, k + 1.0, k + 1.0, k]);
     }
+}
+
+#[test]
+fn numbers_of_an_instance_do_not_reach_into_another_one() {
+    // Ranges go beyond what there is; sets of the assembly name numbers of instances.
+    let more = "*Elset, elset=far, instance=Plate-1, generate\n1, 999999999999999, 1\n*Elset, elset=named\nPlate-2.1\n\
+        *Surface, name=left, type=ELEMENT\nWedge-1.7, S3\n";
+    let text = PARTS.replace("1, 1\n*Surface, name=low", "1, 5000000000000\n*Surface, name=low");
+    let text = text.replace("*End Assembly\n", &format!("{more}*End Assembly\n*Nset, nset=after\n1\n"));
+    let file = parse_text(text.as_bytes(), "p.inp").unwrap();
+    let cells = |name| file.region(Some(name), RegionOptions::default()).unwrap().triangle_count();
+    assert_eq!([cells("far"), cells("named"), cells("Plate-1.all"), cells("Plate-2.all")], [2; 4]);
+    let wedge = file.region(Some("Wedge-1"), RegionOptions::default()).unwrap().mesh().unwrap();
+    assert_eq!(wedge.group("left").unwrap_or_default().len(), 1);
+    // A node of the assembly before the first instance is not one of it.
+    let first =
+        PARTS.replace("*Assembly, name=A\n", "*Assembly, name=A\n*Node\n2, 9., 8.\n*Nset, nset=early\n2\n");
+    let plate = parse_text(first.as_bytes(), "p.inp").unwrap();
+    let plate = plate.region(Some("Plate-1"), RegionOptions::default()).unwrap().mesh().unwrap();
+    assert_eq!(plate.points().len(), 4);
 }

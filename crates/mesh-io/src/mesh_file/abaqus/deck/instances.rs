@@ -1,7 +1,8 @@
 //! Parts and their instances, as Abaqus/CAE writes them.
 //!
-//! The lines of a part are kept, and read once for each of its instances. Numbers of the first instance remain; those of the others
-//! follow with a round offset. Names of sets and surfaces of a part get the name of the instance before them, `plate-1.top`.
+//! The lines of a part are kept, and read once for each of its instances. Every instance has a space of numbers of its own, and so has the
+//! assembly: node 7 of the second instance is 2000000000007 in messages, node 7 of the assembly 1000000000007. Numbers of the first instance
+//! remain. Names of sets and surfaces of a part get the name of the instance before them, `plate-1.top`.
 
 use super::super::data::{self, Row};
 use super::super::keyword::{Keyword, upper};
@@ -12,16 +13,23 @@ use crate::words::did_you_mean;
 use fem_core::geometry::Vector;
 use std::path::{Path, PathBuf};
 
-/// Bytes of parts that instances may repeat: a few lines could ask for any number of copies.
-const MOST_REPEATED: usize = 1 << 30;
+/// Bytes of parts that instances may repeat, and so many times those of the deck in addition: a few lines could ask for any number of copies.
+const MOST_REPEATED: usize = 1 << 26;
+const MOST_TIMES: usize = 8;
+/// Numbers of an instance are below this.
+const SPACE: u64 = 1_000_000_000_000;
+/// The space of the assembly. That of the first instance is 0, that of the others begins behind this one.
+const OF_ASSEMBLY: u64 = 1;
+/// An axis of rotation is along z if it turns away by at most this.
+const ALONG: f64 = 1e-9;
 
 /// The lines of a part.
 pub(super) struct Part {
     pub(super) name: String,
-    pub(super) text: Vec<u8>,
+    text: Vec<u8>,
     /// The file they are in, and the place of the first.
-    pub(super) path: PathBuf,
-    pub(super) first: Spot,
+    path: PathBuf,
+    first: Spot,
     pub(super) used: bool,
 }
 
@@ -35,12 +43,13 @@ pub(super) struct Motion {
 #[derive(Clone, Copy)]
 struct Turn {
     centre: Vector,
-    cosine_sine: [f64; 2],
+    cosine: f64,
+    sine: f64,
 }
 
 impl Motion {
-    /// Takes a data line of an instance: the first is a translation, the second a rotation.
-    pub(super) fn add(&mut self, row: &Row<'_>, line: usize) -> Result<(), data::Fault> {
+    /// Takes a data line of an instance: up to three numbers are a translation, more of them a rotation.
+    pub(super) fn add(&mut self, row: &Row<'_>) -> Result<(), data::Fault> {
         let mut values = Vec::new();
         for field in row.fields() {
             let value = if field.is_empty() { Some(0.0) } else { data::real(field) };
@@ -50,20 +59,15 @@ impl Motion {
             };
             values.push(value);
         }
-        let fault = |expected| data::Fault::new("the position of an instance".to_owned(), expected);
-        match (line, &values[..]) {
-            (0, [x, y]) => self.shift = [*x, *y, 0.0],
-            (0, [x, y, z]) => self.shift = [*x, *y, *z],
-            (1, [ax, ay, az, bx, by, bz, angle]) => {
-                if ax != bx || ay != by || az == bz {
-                    return Err(fault("a rotation about an axis along z: the mesh is plane"));
-                }
-                let (sine, cosine) = if bz > az { *angle } else { -angle }.to_radians().sin_cos();
-                self.turn = Some(Turn { centre: Vector::new(*ax, *ay), cosine_sine: [cosine, sine] });
-            }
-            _ => {
-                return Err(fault(
-                    "x, y, z of the translation, then two points of the axis and the angle in degrees",
+        let get = |k: usize| values.get(k).copied().unwrap_or(0.0);
+        match values.len() {
+            1..=3 => self.shift = [get(0), get(1), get(2)],
+            6 | 7 => self.turn = turn([get(0), get(1), get(2)], [get(3), get(4), get(5)], get(6))?,
+            count => {
+                let found = format!("the position of an instance has {count} numbers in a line");
+                return Err(data::Fault::new(
+                    found,
+                    "x, y, z; then two points of an axis and an angle in degrees",
                 ));
             }
         }
@@ -72,10 +76,34 @@ impl Motion {
 
     fn applied(&self, point: [f64; 3]) -> [f64; 3] {
         let moved: [f64; 3] = std::array::from_fn(|k| point[k] + self.shift[k]);
-        let Some(Turn { centre, cosine_sine: [c, s] }) = self.turn else { return moved };
+        let Some(Turn { centre, cosine, sine }) = self.turn else { return moved };
         let [x, y] = (Vector::new(moved[0], moved[1]) - centre).into();
-        [centre[0] + c * x - s * y, centre[1] + s * x + c * y, moved[2]]
+        [centre[0] + cosine * x - sine * y, centre[1] + sine * x + cosine * y, moved[2]]
     }
+}
+
+/// Makes a rotation by an angle in degrees about the axis from `a` to `b`.
+fn turn(a: [f64; 3], b: [f64; 3], angle: f64) -> Result<Option<Turn>, data::Fault> {
+    if angle == 0.0 {
+        return Ok(None);
+    }
+    let along = b[2] - a[2];
+    let away = (b[0] - a[0]).abs().max((b[1] - a[1]).abs());
+    if along == 0.0 || away > ALONG * along.abs() {
+        let found = "the axis of an instance's rotation is not along z".to_owned();
+        return Err(data::Fault::new(found, "two points with the same x and y: the mesh is plane"));
+    }
+    let angle = if along > 0.0 { angle } else { -angle };
+    // Right angles are exact.
+    let quarters = angle / 90.0;
+    let (sine, cosine) = match (quarters == quarters.round()).then(|| quarters.rem_euclid(4.0)) {
+        Some(0.0) => (0.0, 1.0),
+        Some(1.0) => (1.0, 0.0),
+        Some(2.0) => (0.0, -1.0),
+        Some(3.0) => (-1.0, 0.0),
+        _ => angle.to_radians().sin_cos(),
+    };
+    Ok(Some(Turn { centre: Vector::new(a[0], a[1]), cosine, sine }))
 }
 
 /// Where numbers, names and points of the lines that are read belong.
@@ -83,20 +111,25 @@ impl Motion {
 pub(super) struct Frame {
     /// The name of the instance; `None` in the assembly, and in a deck without parts.
     pub(super) instance: Option<String>,
-    pub(super) motion: Motion,
-    /// What is added to all numbers.
-    pub(super) offset: u64,
+    /// The set of all its elements.
+    pub(super) whole: Option<usize>,
+    motion: Motion,
+    space: u64,
+    /// Whether its numbers must stay in the space.
+    bounded: bool,
 }
 
 impl Frame {
-    /// Says whether it is that of an instance.
-    pub(super) fn is(&self, instance: &str) -> bool {
-        self.instance.as_ref().is_some_and(|name| upper(name) == upper(instance))
-    }
-
-    /// Returns the number in the deck. Numbers too large for that collide, which is found later.
-    pub(super) fn number(&self, number: u64) -> u64 {
-        number.saturating_add(self.offset)
+    /// Returns the number in the deck.
+    pub(super) fn number(&self, number: u64) -> Result<u64, data::Fault> {
+        match number {
+            number if !self.bounded => Ok(number),
+            number if number < SPACE => Ok(self.space * SPACE + number),
+            number => Err(data::Fault::new(
+                format!("found the number {number} in a part or an assembly"),
+                "numbers below 1000000000000",
+            )),
+        }
     }
 
     /// Returns the name in the deck.
@@ -107,27 +140,6 @@ impl Frame {
     pub(super) fn point(&self, point: [f64; 3]) -> [f64; 3] {
         self.motion.applied(point)
     }
-
-    pub(super) fn entry(&self, entry: Entry) -> Entry {
-        match entry {
-            Entry::Range { from, to, step } => {
-                Entry::Range { from: self.number(from), to: self.number(to), step }
-            }
-            Entry::Name(name) => Entry::Name(self.name(&name)),
-        }
-    }
-
-    pub(super) fn target(&self, target: Target) -> Target {
-        match target {
-            Target::Number(number) => Target::Number(self.number(number)),
-            Target::Name(name) => Target::Name(self.name(&name)),
-        }
-    }
-}
-
-/// Says whether the text behind a star is a keyword without parameters.
-fn is_keyword(text: &[u8], name: &str) -> bool {
-    upper(&String::from_utf8_lossy(text)) == name
 }
 
 impl Deck {
@@ -142,18 +154,34 @@ impl Deck {
         let Some(name) = keyword.value("NAME") else {
             return Err(self.syntax(spot, "*PART has no name").expected("*PART, NAME=name"));
         };
-        if self.outside.is_some() {
-            return Err(self.syntax(spot, "*PART within an instance").expected("parts before the assembly"));
+        if self.outside.is_some() || self.in_assembly {
+            return Err(self.syntax(spot, "*PART in an assembly").expected("parts before the assembly"));
+        }
+        if self.part_index.contains_key(&upper(name)) {
+            let error = self.syntax(spot, format!("part \"{name}\" begins a second time"));
+            return Err(error.expected("every name of a part once"));
         }
         let mut text = Vec::new();
         let mut first = None;
         for (line, number) in lines {
             let first = *first.get_or_insert(number);
-            if line.trim_ascii().strip_prefix(b"*").is_some_and(|rest| is_keyword(rest, "END PART")) {
-                let first = Spot { line: first, ..spot };
-                let part = Part { name: name.to_owned(), text, path: path.to_owned(), first, used: false };
-                self.parts.push(part);
-                return Ok(());
+            if let Some(keyword) = line.trim_ascii().strip_prefix(b"*") {
+                match Keyword::parse(&String::from_utf8_lossy(keyword)).name.as_str() {
+                    "END PART" => {
+                        let first = Spot { line: first, ..spot };
+                        self.part_index.insert(upper(name), self.parts.len());
+                        let part =
+                            Part { name: name.to_owned(), text, path: path.to_owned(), first, used: false };
+                        self.parts.push(part);
+                        return Ok(());
+                    }
+                    other @ ("PART" | "ASSEMBLY" | "INSTANCE" | "END INSTANCE" | "STEP") => {
+                        let spot = Spot { line: number, ..spot };
+                        let error = self.syntax(spot, format!("*{other} before the end of part \"{name}\""));
+                        return Err(error.expected("*END PART"));
+                    }
+                    _ => {}
+                }
             }
             text.extend_from_slice(line);
             text.push(b'\n');
@@ -161,16 +189,31 @@ impl Deck {
         Err(self.syntax(spot, format!("part \"{name}\" has no end")).expected("*END PART"))
     }
 
+    pub(super) fn begin_assembly(&mut self, spot: Spot) -> Result<Block, MeshFileError> {
+        if self.in_assembly || self.outside.is_some() {
+            return Err(self.syntax(spot, "*ASSEMBLY in an assembly").expected("one assembly"));
+        }
+        self.in_assembly = true;
+        self.frame = Frame { space: OF_ASSEMBLY, bounded: true, ..Frame::default() };
+        Ok(Block::None)
+    }
+
     pub(super) fn begin_instance(&mut self, keyword: &Keyword, spot: Spot) -> Result<Block, MeshFileError> {
         let (Some(name), Some(part)) = (keyword.value("NAME"), keyword.value("PART")) else {
             let error = self.syntax(spot, "*INSTANCE without its name or its part");
             return Err(error.expected("*INSTANCE, NAME=name, PART=part of this deck"));
         };
-        if self.outside.is_some() || self.frames.iter().any(|frame| frame.is(name)) {
-            let found = format!("instance \"{name}\" begins within another one, or a second time");
-            return Err(self.syntax(spot, found).expected("*END INSTANCE before it, and every name once"));
+        if !self.in_assembly {
+            return Err(self.syntax(spot, "*INSTANCE outside an assembly").expected("*ASSEMBLY before it"));
         }
-        let Some(known) = self.parts.iter().position(|known| upper(&known.name) == upper(part)) else {
+        if self.outside.is_some() {
+            return Err(self.no_end(spot));
+        }
+        if self.frame_index.contains_key(&upper(name)) || self.sets.has(name) {
+            let found = format!("instance \"{name}\" has the name of another one or of a set");
+            return Err(self.syntax(spot, found).expected("a name of its own"));
+        }
+        let Some(&known) = self.part_index.get(&upper(part)) else {
             let error = self.syntax(spot, format!("there is no part \"{part}\""));
             let error = error.expected("a part that the deck has before its assembly");
             let names = self.parts.iter().map(|part| part.name.as_str());
@@ -179,9 +222,34 @@ impl Deck {
                 None => error,
             });
         };
-        let frame = Frame { instance: Some(name.to_owned()), offset: self.next_offset(), ..Frame::default() };
-        self.outside = Some(std::mem::replace(&mut self.frame, frame));
-        Ok(Block::Instance { part: known, motion: Motion::default(), lines: 0 })
+        let space = match self.frames.len() as u64 {
+            0 if !self.numbers_outside => 0,
+            earlier => OF_ASSEMBLY + earlier.max(1),
+        };
+        let frame = Frame { instance: Some(name.to_owned()), space, bounded: true, ..Frame::default() };
+        self.outside = Some((std::mem::replace(&mut self.frame, frame), spot));
+        Ok(Block::Instance { part: known, motion: Motion::default() })
+    }
+
+    pub(super) fn end_instance(&mut self, spot: Spot) -> Result<Block, MeshFileError> {
+        match self.outside.take() {
+            Some((outside, _)) if !self.in_part => {
+                let ended = std::mem::replace(&mut self.frame, outside);
+                let name = ended.instance.as_deref().map(upper).unwrap_or_default();
+                self.frame_index.insert(name, self.frames.len());
+                self.frames.push(ended);
+                Ok(Block::None)
+            }
+            _ => {
+                Err(self.syntax(spot, "*END INSTANCE without its beginning").expected("*INSTANCE before it"))
+            }
+        }
+    }
+
+    /// Makes an error of an instance that was not ended before a place.
+    pub(super) fn no_end(&self, before: Spot) -> MeshFileError {
+        let name = self.frame.instance.as_deref().unwrap_or_default();
+        self.syntax(before, format!("instance \"{name}\" has no end")).expected("*END INSTANCE")
     }
 
     /// Reads the lines of a part for the instance that has begun.
@@ -196,55 +264,92 @@ impl Deck {
         let known = &mut self.parts[part];
         known.used = true;
         let (text, path, first) = (std::mem::take(&mut known.text), known.path.clone(), known.first);
-        self.repeated = self.repeated.saturating_add(text.len());
-        if self.repeated > MOST_REPEATED.max(self.bytes) {
-            let name = &self.parts[part].name;
-            let error = self.syntax(first, format!("the instances repeat part \"{name}\" too often"));
-            return Err(
-                error.expected(format!("at most {MOST_REPEATED} bytes of parts with all repetitions"))
-            );
-        }
+        self.spend_repeated(text.len(), first)?;
+        self.in_part = true;
         self.lines(&text, first, &path, depth, include)?;
         self.end_block()?;
+        self.in_part = false;
         self.parts[part].text = text;
         Ok(())
     }
 
+    /// Counts bytes that an instance repeats.
+    pub(super) fn spend_repeated(&mut self, bytes: usize, spot: Spot) -> Result<(), MeshFileError> {
+        self.repeated = self.repeated.saturating_add(bytes);
+        let most = MOST_REPEATED.saturating_add(self.bytes.saturating_mul(MOST_TIMES));
+        if self.repeated <= most {
+            return Ok(());
+        }
+        let error = self.syntax(spot, "the instances repeat their parts too often");
+        Err(error.expected(format!("at most {most} bytes of parts with all repetitions")))
+    }
+
     /// Finds an instance that has ended.
     pub(super) fn instance(&self, name: &str, spot: Spot) -> Result<&Frame, MeshFileError> {
-        self.frames.iter().find(|frame| frame.is(name)).ok_or_else(|| {
-            let names = self.frames.iter().filter_map(|frame| frame.instance.as_deref());
-            let error = self.syntax(spot, format!("there is no instance \"{name}\""));
-            let error = error.expected("an instance that the assembly has before it");
-            match did_you_mean(name, names, '"') {
-                Some(help) => error.help(help),
-                None => error,
-            }
+        if let Some(found) = self.frame_index.get(&upper(name)) {
+            return Ok(&self.frames[*found]);
+        }
+        if self.frame.instance.as_deref().is_some_and(|open| upper(open) == upper(name)) {
+            return Err(self.no_end(spot));
+        }
+        let error = self.syntax(spot, format!("there is no instance \"{name}\""));
+        let error = error.expected("an instance that the assembly has before it");
+        let names = self.frames.iter().filter_map(|frame| frame.instance.as_deref());
+        Err(match did_you_mean(name, names, '"') {
+            Some(help) => error.help(help),
+            None => error,
         })
     }
 
-    /// Nodes of the assembly itself, such as reference points, have numbers of their own.
-    pub(super) fn number_assembly(&mut self) {
-        if self.in_assembly && self.outside.is_none() && self.frame.offset == 0 {
-            self.frame.offset = self.next_offset();
+    /// Returns the name in the deck of a set or a surface that begins here; in an assembly it must not be read as that of an instance.
+    pub(super) fn set_name(&self, name: &str, spot: Spot) -> Result<String, MeshFileError> {
+        let first = name.split('.').next().unwrap_or_default();
+        let taken = |name: &str| self.frame_index.contains_key(&upper(name));
+        if self.frame.instance.is_none() && (taken(name) || taken(first)) {
+            let error = self.syntax(
+                spot,
+                format!("the name \"{name}\" of a set is that of an instance or of a set in it"),
+            );
+            return Err(error.expected("a name of its own"));
         }
+        Ok(self.frame.name(name))
     }
 
-    /// Returns the number in the deck of a node or an element that begins here.
-    pub(super) fn numbered(&mut self, number: u64) -> u64 {
-        let in_deck = self.frame.number(number);
-        self.largest = [self.largest[0].max(number), self.largest[1].max(in_deck)];
-        in_deck
+    /// Returns an entry of a set in a frame; `instance.number` is a number there.
+    pub(super) fn entry(&self, frame: &Frame, entry: Entry) -> Result<Entry, data::Fault> {
+        Ok(match entry {
+            Entry::Range { from, to, step } => {
+                // A range may go beyond what there is, but not into another instance.
+                let most = if frame.bounded { SPACE - 1 } else { u64::MAX };
+                let to = if from == to { to } else { to.min(most).max(from) };
+                Entry::Range { from: frame.number(from)?, to: frame.number(to)?, step }
+            }
+            Entry::Name(name) => match self.number_of(frame, &name) {
+                Some(number) => {
+                    let number = number?;
+                    Entry::Range { from: number, to: number, step: 1 }
+                }
+                None => Entry::Name(frame.name(&name)),
+            },
+        })
     }
 
-    /// Returns the offset of the next instance: above all numbers so far, a multiple of a power of ten above those in the parts.
-    fn next_offset(&self) -> u64 {
-        let [in_part, in_deck] = self.largest;
-        if in_deck == 0 {
-            return 0;
-        }
-        let powers = std::iter::successors(Some(10u64), |power| power.checked_mul(10));
-        let step = powers.into_iter().find(|power| *power > in_part).unwrap_or(u64::MAX);
-        (in_deck / step + 1).saturating_mul(step)
+    /// Returns what a line of a surface refers to.
+    pub(super) fn target(&self, target: Target) -> Result<Target, data::Fault> {
+        Ok(match target {
+            Target::Number(number) => Target::Number(self.frame.number(number)?),
+            Target::Name(name) => match self.number_of(&self.frame, &name) {
+                Some(number) => Target::Number(number?),
+                None => Target::Name(self.frame.name(&name)),
+            },
+        })
+    }
+
+    /// Reads `instance.number` in an assembly.
+    fn number_of(&self, frame: &Frame, name: &str) -> Option<Result<u64, data::Fault>> {
+        let (instance, number) = name.rsplit_once('.')?;
+        let number = data::number(number.as_bytes())?;
+        let known = self.frame_index.get(&upper(instance)).filter(|_| frame.instance.is_none())?;
+        Some(self.frames[*known].number(number))
     }
 }
