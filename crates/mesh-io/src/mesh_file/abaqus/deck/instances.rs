@@ -13,7 +13,7 @@ use crate::words::did_you_mean;
 use fem_core::geometry::Vector;
 use std::path::{Path, PathBuf};
 
-/// Bytes of parts that instances may repeat, and so many times those of the deck in addition: a few lines could ask for any number of copies.
+/// Bytes of parts that instances may repeat: this number, and this multiple of the deck. A few lines could ask for any number of copies.
 const MOST_REPEATED: usize = 1 << 26;
 const MOST_TIMES: usize = 8;
 /// Numbers of an instance are below this.
