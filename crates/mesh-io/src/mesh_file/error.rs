@@ -1,5 +1,6 @@
 //! What is wrong with a mesh file, and where in it.
 
+use crate::words::did_you_mean;
 use std::fmt;
 use thiserror::Error;
 
@@ -93,6 +94,12 @@ impl MeshFileError {
 
     pub(crate) fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
+        self
+    }
+
+    /// Adds the help "did you mean …?" if one of some names is near a wrong one.
+    pub(crate) fn or_similar<'a>(mut self, wrong: &str, names: impl IntoIterator<Item = &'a str>) -> Self {
+        self.help = did_you_mean(wrong, names, '"').or(self.help);
         self
     }
 

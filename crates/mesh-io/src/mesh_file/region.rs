@@ -3,7 +3,7 @@
 use super::flat::{Triangles, coincident, is_wide, smallest_angle};
 use super::sides::free_edges;
 use super::{MeshFault, MeshFile, MeshFileError, Problem, Remedy};
-use crate::words::{counted, did_you_mean, listed};
+use crate::words::{counted, listed};
 use fem_core::geometry::{Vector, shown};
 use std::collections::HashSet;
 
@@ -252,10 +252,7 @@ impl MeshFile {
         } else {
             error.expected(listed(&names))
         };
-        Err(match did_you_mean(name, names.iter().copied().take(MOST_COMPARED), '"') {
-            Some(help) => error.help(help),
-            None => error,
-        })
+        Err(error.or_similar(name, names.iter().copied().take(MOST_COMPARED)))
     }
 
     /// Lists the nodes that are corners of cells, in the order of their numbers.

@@ -57,8 +57,8 @@ enum Block {
         of_nodes: bool,
         set: usize,
         generate: bool,
-        /// Where its entries belong.
-        frame: Frame,
+        /// The instance that its entries belong to, if it is not the one being read.
+        instance: Option<usize>,
     },
     Surface {
         surface: usize,
@@ -86,12 +86,9 @@ pub(super) struct Deck {
     part_index: HashMap<String, usize>,
     /// Where the lines being read belong.
     frame: Frame,
-    /// The frame around an instance that has not ended, and where that began.
-    outside: Option<(Frame, Spot)>,
     /// The frames of the instances that have ended.
     frames: Vec<Frame>,
     frame_index: HashMap<String, usize>,
-    in_assembly: bool,
     /// Whether lines of a part are read for an instance.
     in_part: bool,
     /// Whether there are nodes or elements outside parts and assembly.
@@ -112,10 +109,8 @@ impl Deck {
             parts: Vec::new(),
             part_index: HashMap::new(),
             frame: Frame::default(),
-            outside: None,
             frames: Vec::new(),
             frame_index: HashMap::new(),
-            in_assembly: false,
             in_part: false,
             numbers_outside: false,
             ignored: Vec::new(),
@@ -241,13 +236,11 @@ impl Deck {
                         .expected(format!("*{name}, {name}=name")));
                 };
                 let of_nodes = name == "NSET";
-                let frame = match keyword.value("INSTANCE") {
-                    Some(instance) => self.instance(instance, spot)?.clone(),
-                    None => self.frame.clone(),
-                };
+                let instance = keyword.value("INSTANCE");
+                let instance = instance.map(|instance| self.instance(instance, spot)).transpose()?;
                 let set = self.set_name(set, spot)?;
                 let set = self.sets.registry(of_nodes).define(&set);
-                Ok(Block::Set { of_nodes, set, generate: keyword.has("GENERATE"), frame })
+                Ok(Block::Set { of_nodes, set, generate: keyword.has("GENERATE"), instance })
             }
             "SURFACE" => {
                 let Some(surface) = keyword.value("NAME") else {
@@ -265,7 +258,7 @@ impl Deck {
                 Ok(Block::Surface { surface: self.sets.define_surface(&surface, of_nodes) })
             }
             "ASSEMBLY" => self.begin_assembly(spot),
-            "END ASSEMBLY" if self.outside.is_some() => Err(self.no_end(spot)),
+            "END ASSEMBLY" if self.frame.instance.is_some() => Err(self.no_end(spot)),
             "INSTANCE" => self.begin_instance(keyword, spot),
             "END INSTANCE" => self.end_instance(spot),
             _ if REFUSED.contains(&name) => Err(self.refusal(name, spot)),
@@ -355,7 +348,7 @@ impl Deck {
         let needed = kind.nodes() + 1;
         let more = row.numbers(pending);
         let (kind, set, len) = (*kind, *set, pending.len());
-        let numbers = if len >= needed { std::mem::take(pending) } else { Vec::new() };
+        let mut numbers = if len >= needed { std::mem::take(pending) } else { Vec::new() };
         let shell = data::is_shell(name);
         let name = if len == needed { String::new() } else { name.clone() };
         more.map_err(|fault| fault.at(self.syntax(spot, "")))?;
@@ -363,10 +356,10 @@ impl Deck {
             let found = format!("an element of type {name} has {} nodes", len.saturating_sub(1));
             return Err(self.syntax(spot, found).expected(format!("{}", needed - 1)));
         }
+        for number in &mut numbers {
+            *number = self.numbered(*number, spot)?;
+        }
         if let Some((&number, nodes)) = numbers.split_first() {
-            let number = self.numbered(number, spot)?;
-            let nodes = nodes.iter().map(|node| self.frame.number(*node)).collect::<Result<Vec<u64>, _>>();
-            let nodes = &nodes.map_err(|fault| fault.at(self.syntax(spot, "")))?[..];
             // The ends of a quadratic line are its first and its last node.
             let ends_first = |n: &[u64]| [n[0], n[2], n[1]];
             let reordered = if kind == ElementKind::Edge3 { ends_first(nodes).to_vec() } else { Vec::new() };
@@ -386,9 +379,9 @@ impl Deck {
         Ok(())
     }
 
-    /// Returns the number in the deck of a node or an element that begins here.
+    /// Returns the number in the deck of a node or an element.
     fn numbered(&mut self, number: u64, spot: Spot) -> Result<u64, MeshFileError> {
-        self.numbers_outside |= !self.in_assembly;
+        self.numbers_outside |= !self.frame.in_assembly;
         self.frame.number(number).map_err(|fault| fault.at(self.syntax(spot, "")))
     }
 
@@ -425,10 +418,11 @@ impl Deck {
                 }
                 Ok(())
             }
-            Block::Set { of_nodes, set, generate, frame } => {
-                let (of_nodes, set, frame) = (*of_nodes, *set, frame.clone());
-                let entries = set_entries(&row, *generate)
-                    .and_then(|all| all.into_iter().map(|entry| self.entry(&frame, entry)).collect())
+            Block::Set { of_nodes, set, generate, instance } => {
+                let (of_nodes, set, generate, instance) = (*of_nodes, *set, *generate, *instance);
+                let frame = instance.map_or(&self.frame, |instance| &self.frames[instance]);
+                let entries = set_entries(&row, generate)
+                    .and_then(|all| all.into_iter().map(|entry| self.entry(frame, entry)).collect())
                     .map_err(|fault| fault.at(self.syntax(spot, "")))?;
                 self.sets.registry(of_nodes).add(set, entries, spot);
                 Ok(())
@@ -452,8 +446,8 @@ impl Deck {
     /// Puts everything together.
     pub(super) fn finish(mut self) -> Result<MeshFile, MeshFileError> {
         self.end_block()?;
-        if let Some((_, began)) = self.outside {
-            return Err(self.no_end(began));
+        if self.frame.instance.is_some() {
+            return Err(self.no_end(self.frame.began));
         }
         if self.collector.element_count() == 0 {
             let error = self.syntax(Spot::default(), "the deck has no elements");

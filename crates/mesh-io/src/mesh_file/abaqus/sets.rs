@@ -2,7 +2,6 @@
 
 use super::keyword::upper;
 use crate::mesh_file::{Group, MeshFault, MeshFile, MeshFileError, MeshPlace, NumberIndex, Spot};
-use crate::words::did_you_mean;
 use std::collections::{HashMap, HashSet};
 use std::fmt::{self, Display, Formatter};
 
@@ -298,10 +297,7 @@ impl Work<'_> {
         registry.index.get(&upper(name)).copied().ok_or_else(|| {
             let error = self.fault(spot, format!("there is no {what} set \"{name}\""));
             let names = registry.sets.iter().take(MOST_COMPARED).map(|s| s.name.as_str());
-            match did_you_mean(name, names, '"') {
-                Some(help) => error.help(help),
-                None => error.expected("the name of a set of the deck"),
-            }
+            error.expected("the name of a set of the deck").or_similar(name, names)
         })
     }
 

@@ -9,7 +9,6 @@ use super::super::keyword::{Keyword, upper};
 use super::super::sets::{Entry, Target};
 use super::{Block, Deck};
 use crate::mesh_file::{Includes, MeshFileError, Spot};
-use crate::words::did_you_mean;
 use fem_core::geometry::Vector;
 use std::path::{Path, PathBuf};
 
@@ -113,17 +112,23 @@ pub(super) struct Frame {
     pub(super) instance: Option<String>,
     /// The set of all its elements.
     pub(super) whole: Option<usize>,
+    /// Where the instance began.
+    pub(super) began: Spot,
     motion: Motion,
     space: u64,
-    /// Whether its numbers must stay in the space.
-    bounded: bool,
+    /// Whether it is the assembly or an instance in it: then its numbers must stay in the space.
+    pub(super) in_assembly: bool,
 }
 
 impl Frame {
+    fn of_assembly() -> Self {
+        Self { space: OF_ASSEMBLY, in_assembly: true, ..Self::default() }
+    }
+
     /// Returns the number in the deck.
     pub(super) fn number(&self, number: u64) -> Result<u64, data::Fault> {
         match number {
-            number if !self.bounded => Ok(number),
+            number if !self.in_assembly => Ok(number),
             number if number < SPACE => Ok(self.space * SPACE + number),
             number => Err(data::Fault::new(
                 format!("found the number {number} in a part or an assembly"),
@@ -154,7 +159,7 @@ impl Deck {
         let Some(name) = keyword.value("NAME") else {
             return Err(self.syntax(spot, "*PART has no name").expected("*PART, NAME=name"));
         };
-        if self.outside.is_some() || self.in_assembly {
+        if self.frame.in_assembly {
             return Err(self.syntax(spot, "*PART in an assembly").expected("parts before the assembly"));
         }
         if self.part_index.contains_key(&upper(name)) {
@@ -190,11 +195,10 @@ impl Deck {
     }
 
     pub(super) fn begin_assembly(&mut self, spot: Spot) -> Result<Block, MeshFileError> {
-        if self.in_assembly || self.outside.is_some() {
+        if self.frame.in_assembly {
             return Err(self.syntax(spot, "*ASSEMBLY in an assembly").expected("one assembly"));
         }
-        self.in_assembly = true;
-        self.frame = Frame { space: OF_ASSEMBLY, bounded: true, ..Frame::default() };
+        self.frame = Frame::of_assembly();
         Ok(Block::None)
     }
 
@@ -203,10 +207,10 @@ impl Deck {
             let error = self.syntax(spot, "*INSTANCE without its name or its part");
             return Err(error.expected("*INSTANCE, NAME=name, PART=part of this deck"));
         };
-        if !self.in_assembly {
+        if !self.frame.in_assembly {
             return Err(self.syntax(spot, "*INSTANCE outside an assembly").expected("*ASSEMBLY before it"));
         }
-        if self.outside.is_some() {
+        if self.frame.instance.is_some() {
             return Err(self.no_end(spot));
         }
         if self.frame_index.contains_key(&upper(name)) || self.sets.has(name) {
@@ -216,34 +220,24 @@ impl Deck {
         let Some(&known) = self.part_index.get(&upper(part)) else {
             let error = self.syntax(spot, format!("there is no part \"{part}\""));
             let error = error.expected("a part that the deck has before its assembly");
-            let names = self.parts.iter().map(|part| part.name.as_str());
-            return Err(match did_you_mean(part, names, '"') {
-                Some(help) => error.help(help),
-                None => error,
-            });
+            return Err(error.or_similar(part, self.parts.iter().map(|part| part.name.as_str())));
         };
         let space = match self.frames.len() as u64 {
             0 if !self.numbers_outside => 0,
             earlier => OF_ASSEMBLY + earlier.max(1),
         };
-        let frame = Frame { instance: Some(name.to_owned()), space, bounded: true, ..Frame::default() };
-        self.outside = Some((std::mem::replace(&mut self.frame, frame), spot));
+        self.frame = Frame { instance: Some(name.to_owned()), began: spot, space, ..Frame::of_assembly() };
         Ok(Block::Instance { part: known, motion: Motion::default() })
     }
 
     pub(super) fn end_instance(&mut self, spot: Spot) -> Result<Block, MeshFileError> {
-        match self.outside.take() {
-            Some((outside, _)) if !self.in_part => {
-                let ended = std::mem::replace(&mut self.frame, outside);
-                let name = ended.instance.as_deref().map(upper).unwrap_or_default();
-                self.frame_index.insert(name, self.frames.len());
-                self.frames.push(ended);
-                Ok(Block::None)
-            }
-            _ => {
-                Err(self.syntax(spot, "*END INSTANCE without its beginning").expected("*INSTANCE before it"))
-            }
-        }
+        let Some(name) = self.frame.instance.as_deref().filter(|_| !self.in_part) else {
+            let error = self.syntax(spot, "*END INSTANCE without its beginning");
+            return Err(error.expected("*INSTANCE before it"));
+        };
+        self.frame_index.insert(upper(name), self.frames.len());
+        self.frames.push(std::mem::replace(&mut self.frame, Frame::of_assembly()));
+        Ok(Block::None)
     }
 
     /// Makes an error of an instance that was not ended before a place.
@@ -285,27 +279,23 @@ impl Deck {
     }
 
     /// Finds an instance that has ended.
-    pub(super) fn instance(&self, name: &str, spot: Spot) -> Result<&Frame, MeshFileError> {
+    pub(super) fn instance(&self, name: &str, spot: Spot) -> Result<usize, MeshFileError> {
         if let Some(found) = self.frame_index.get(&upper(name)) {
-            return Ok(&self.frames[*found]);
+            return Ok(*found);
         }
         if self.frame.instance.as_deref().is_some_and(|open| upper(open) == upper(name)) {
             return Err(self.no_end(spot));
         }
         let error = self.syntax(spot, format!("there is no instance \"{name}\""));
         let error = error.expected("an instance that the assembly has before it");
-        let names = self.frames.iter().filter_map(|frame| frame.instance.as_deref());
-        Err(match did_you_mean(name, names, '"') {
-            Some(help) => error.help(help),
-            None => error,
-        })
+        Err(error.or_similar(name, self.frames.iter().filter_map(|frame| frame.instance.as_deref())))
     }
 
     /// Returns the name in the deck of a set or a surface that begins here; in an assembly it must not be read as that of an instance.
     pub(super) fn set_name(&self, name: &str, spot: Spot) -> Result<String, MeshFileError> {
-        let first = name.split('.').next().unwrap_or_default();
+        let mut owners = name.match_indices('.').map(|(end, _)| &name[..end]).chain([name]);
         let taken = |name: &str| self.frame_index.contains_key(&upper(name));
-        if self.frame.instance.is_none() && (taken(name) || taken(first)) {
+        if self.frame.instance.is_none() && owners.any(taken) {
             let error = self.syntax(
                 spot,
                 format!("the name \"{name}\" of a set is that of an instance or of a set in it"),
@@ -320,7 +310,7 @@ impl Deck {
         Ok(match entry {
             Entry::Range { from, to, step } => {
                 // A range may go beyond what there is, but not into another instance.
-                let most = if frame.bounded { SPACE - 1 } else { u64::MAX };
+                let most = if frame.in_assembly { SPACE - 1 } else { u64::MAX };
                 let to = if from == to { to } else { to.min(most).max(from) };
                 Entry::Range { from: frame.number(from)?, to: frame.number(to)?, step }
             }
