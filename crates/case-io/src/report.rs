@@ -17,7 +17,7 @@ pub(crate) use finite::{NotFinite, check as check_finite};
 pub use results::{PeakStress, Reaction, Results};
 pub use sweep::{SWEEP_SCHEMA, SweepPanel, SweepReport, SweepRow};
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use serde_json::{Map, Value};
 use thiserror::Error;
 
@@ -48,7 +48,8 @@ pub enum ReportError {
 }
 
 /// The whole report.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
 pub struct Report {
     /// [`SCHEMA`].
     pub schema: u32,
@@ -87,7 +88,8 @@ pub struct Report {
 }
 
 /// A load step.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
 pub struct StepSummary {
     /// Its number, from 1.
     pub step: usize,
@@ -107,7 +109,8 @@ pub struct StepSummary {
 }
 
 /// How a run ended.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
 pub struct Status {
     /// One word, such as `converged`.
     pub word: String,
@@ -118,7 +121,8 @@ pub struct Status {
 }
 
 /// One iteration.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
 pub struct IterationRow {
     /// From 1.
     pub iteration: usize,
@@ -146,7 +150,8 @@ pub struct IterationRow {
 }
 
 /// One adaptive step.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
 pub struct AdaptiveRow {
     /// From 1.
     pub step: usize,
@@ -174,7 +179,8 @@ pub struct AdaptiveRow {
 }
 
 /// Disjoint wall times that add up to `total`, s.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
 pub struct Timings {
     /// Reading or generating meshes.
     pub mesh: f64,
@@ -201,10 +207,11 @@ impl Report {
         to_json(self)
     }
 
-    /// Reads a report.
+    /// Reads a report, with the feature `read-report`.
     ///
     /// # Errors
     /// Not JSON, or not a report.
+    #[cfg(feature = "read-report")]
     pub fn from_json(text: &str) -> Result<Self, ReportError> {
         Ok(serde_json::from_str(text)?)
     }

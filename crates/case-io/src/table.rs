@@ -2,7 +2,7 @@
 //! exactly; an unknown value is an empty field.
 
 use crate::report::{AdaptiveRow, IterationRow, NotFinite, SweepPanel, check_finite};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use thiserror::Error;
 
 /// The columns of history.csv: the keys of `iterations` in report.json, of which `contact_forces` takes two columns.
@@ -51,7 +51,7 @@ pub enum TableError {
 }
 
 /// One node pair of the interface.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct ContactRow {
     /// Arc length along the first body's surface, m.
     pub s: f64,
@@ -79,7 +79,7 @@ pub struct ContactRow {
 }
 
 /// Friction at one node pair of the interface.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct FrictionRow {
     /// Friction traction on the second body along the tangent `(−n_y, n_x)`, Pa.
     pub tangential: f64,

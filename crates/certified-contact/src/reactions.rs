@@ -1,6 +1,7 @@
 //! Reactions of supports and rigid sides, and the balance of each body.
 
 use fem_core::body::{Body, EdgeReaction, RigidMotion, RigidSide, SupportSet};
+use fem_core::dense::pseudo_inverse;
 use fem_core::double_double::DoubleDouble;
 use fem_core::field;
 use fem_core::geometry::{Vector, cross, norm};
@@ -8,7 +9,7 @@ use fem_core::mesh::TriMesh;
 use fem_core::mesh::id::NodeId;
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{DMatrix, Matrix3, Vector3};
 use nndd::Iterate;
 
 /// The reaction of one support.
@@ -116,7 +117,9 @@ fn rigid_side(
         })
         .collect();
     let normal: Matrix3<f64> = columns.iter().map(|(_, _, a)| a * a.transpose()).sum();
-    let inverse = normal.pseudo_inverse(DEPENDENT * normal.trace()).unwrap_or_default();
+    let zero = DEPENDENT * normal.trace();
+    let inverse = pseudo_inverse(DMatrix::from_column_slice(3, 3, normal.as_slice()), zero);
+    let inverse = inverse.map_or_else(Matrix3::zeros, |found| Matrix3::from_column_slice(found.as_slice()));
     let factors = inverse * rest.component_mul(&left);
     for (node, direction, equation) in columns {
         let taken = equation.dot(&factors) * direction;

@@ -77,7 +77,7 @@ impl LoadSteps {
         settings: &Settings,
         observer: &mut dyn Observer,
     ) -> Result<CertifiedSolution, SolveError> {
-        let problem = self.next(factor)?;
+        let problem = self.next(&factor)?;
         let previous = Previous { bodies: std::mem::take(&mut self.bodies), start: self.start.clone() };
         let (solution, bodies) = solve_step(problem, previous, settings, observer)?;
         self.bodies = bodies;
@@ -104,7 +104,7 @@ impl LoadSteps {
         relaxation: Relaxation,
         observer: &mut dyn Observer,
     ) -> Result<CoulombResult, SolveError> {
-        let problem = self.next(factor)?;
+        let problem = self.next(&factor)?;
         let bodies = std::mem::take(&mut self.bodies);
         let previous = Previous { bodies, start: self.coulomb_start.clone() };
         let (result, bodies) = solve_coulomb_step(problem, previous, settings, relaxation, observer)?;
@@ -117,7 +117,7 @@ impl LoadSteps {
         Ok(result)
     }
 
-    fn next(&self, factor: impl Fn(usize, ConditionPlace) -> f64) -> Result<ContactProblem, SolveError> {
+    fn next(&self, factor: &dyn Fn(usize, ConditionPlace) -> f64) -> Result<ContactProblem, SolveError> {
         Ok(self.problem.with_factors(factor)?)
     }
 

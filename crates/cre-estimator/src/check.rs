@@ -14,7 +14,7 @@ use fem_core::geometry::{Vector, perpendicular};
 use fem_core::interface::{ContactInterface, ContactPair, ContactProblem};
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::id::EdgeId;
-use rayon::prelude::*;
+use fem_core::parallel::each_task;
 use std::borrow::Cow;
 use std::ops::Range;
 
@@ -345,13 +345,10 @@ fn forces<T: Send>(
     visit: impl Fn(usize, &CellStress) -> T + Sync,
 ) -> (Forces, Vec<T>) {
     let triangles = body.mesh().triangles().len();
-    let blocks: Vec<(Forces, Vec<T>)> = (0..triangles.div_ceil(BLOCK))
-        .into_par_iter()
-        .map(|k| {
-            let triangles = k * BLOCK..triangles.min((k + 1) * BLOCK);
-            pulp::Arch::new().dispatch(BlockForces { body, stress, triangles, visit: &visit })
-        })
-        .collect();
+    let blocks: Vec<(Forces, Vec<T>)> = each_task(triangles.div_ceil(BLOCK), |k| {
+        let triangles = k * BLOCK..triangles.min((k + 1) * BLOCK);
+        pulp::Arch::new().dispatch(BlockForces { body, stress, triangles, visit: &visit })
+    });
     let worst = blocks.iter().fold(Forces::default(), |worst, (found, _)| worst.max(*found));
     (worst, blocks.into_iter().flat_map(|(_, visited)| visited).collect())
 }

@@ -16,8 +16,8 @@ use fem_core::body::{Body, EdgeCondition, EdgeReaction};
 use fem_core::element::Triangle;
 use fem_core::geometry::{self, Vector, cross, perpendicular};
 use fem_core::mesh::id::{EdgeId, NodeId};
+use fem_core::parallel::each_task;
 use fem_core::tensor::SymTensor2;
-use rayon::prelude::*;
 
 /// Moments `∫_Γ F_Γ φ ds` about the two nodes of every edge, N/m. `F_Γ` acts on the edge's first triangle.
 pub type EdgeMoments = Vec<[Vector; 2]>;
@@ -44,17 +44,15 @@ pub fn edge_moments(body: &Body, stress: &[SymTensor2], conditions: &[EdgeCondit
     let chunks = nodes.div_ceil(CHUNK);
     let mut moments = vec![[Vector::zeros(); 2]; mesh.topology().edges().len()];
     for group in (0..chunks).step_by(GROUP) {
-        let found: Vec<Vec<(EdgeId, u8, Vector)>> = (group..chunks.min(group + GROUP))
-            .into_par_iter()
-            .map(|k| {
-                let mut found = Vec::with_capacity(8 * CHUNK);
-                let (mut star, mut relative) = (Star::default(), Vec::new());
-                for node in k * CHUNK..nodes.min((k + 1) * CHUNK) {
-                    recovery.vertex(NodeId::new(node), &mut star, &mut relative, &mut found);
-                }
-                found
-            })
-            .collect();
+        let found: Vec<Vec<(EdgeId, u8, Vector)>> = each_task(GROUP.min(chunks - group), |k| {
+            let mut found = Vec::with_capacity(8 * CHUNK);
+            let (mut star, mut relative) = (Star::default(), Vec::new());
+            let first = (group + k) * CHUNK;
+            for node in first..nodes.min(first + CHUNK) {
+                recovery.vertex(NodeId::new(node), &mut star, &mut relative, &mut found);
+            }
+            found
+        });
         for (edge, end, moment) in found.into_iter().flatten() {
             moments[edge][end as usize] = moment;
         }

@@ -9,13 +9,13 @@ use crate::indicators::{eta_dis, eta_nndd_squared};
 use crate::openings;
 use crate::parts::{Parts, parts};
 use crate::round_off;
+use crate::size::largest_of;
 use crate::star_relaxation::{Relaxation, bytes_of_stars};
 use fem_core::body::Body;
 use fem_core::interface::{ContactProblem, ContactState, PairState};
 use fem_core::norm::{from_squared, sum_over_triangles};
 use fem_core::prepared::PreparedProblem;
 use fem_core::room::has_room_for;
-use rayon::prelude::*;
 
 /// Rounding is relative to squares above this, and a product of two of their roundings does not underflow.
 const SMALLEST_SQUARE: f64 = 1e-250;
@@ -204,8 +204,10 @@ fn energies(problem: &ContactProblem, pair: &AdmissiblePair) -> Result<Vec<f64>,
     let energies: Vec<f64> = problem.bodies.iter().zip(&pair.bodies).map(energy).collect();
     // Squares of smaller numbers underflow, and the checks with them.
     let largest = |fields: &AdmissibleBody| {
-        let all = fields.stress.par_iter().with_min_len(4096);
-        all.map(|s| s.xx.abs().max(s.yy.abs()).max(s.xy.abs())).reduce(|| 0.0, f64::max)
+        largest_of(fields.stress.len(), |t| {
+            let s = fields.stress[t];
+            s.xx.abs().max(s.yy.abs()).max(s.xy.abs())
+        })
     };
     let stress = pair.bodies.iter().map(largest).fold(0.0, f64::max);
     let energy: f64 = energies.iter().sum();

@@ -129,11 +129,11 @@ fn fit<'a>(point: Vector, cells: impl ExactSizeIterator<Item = &'a Cell> + Clone
             *sum += weight * component * basis;
         }
     }
-    let inverse = if matrix.determinant() > FLAT { matrix.try_inverse() } else { None };
-    let [xx, yy, xy] = sums.map(|sum| match &inverse {
-        Some(inverse) => inverse.row(0).transpose().dot(&sum),
-        None => sum[0],
-    });
+    // The first row of the inverse, times the determinant.
+    let first = matrix.column(1).cross(&matrix.column(2));
+    let determinant = first.dot(&matrix.column(0));
+    let [xx, yy, xy] =
+        sums.map(|sum| if determinant > FLAT { first.dot(&sum) / determinant } else { sum[0] });
     SymTensor2::new(xx, yy, xy)
 }
 

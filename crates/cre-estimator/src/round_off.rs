@@ -3,7 +3,7 @@
 
 use crate::admissible::{Accuracy, AdmissibleContact, AdmissiblePair, pressure_forces};
 use crate::cre::{CellMeasure, means, rough_means};
-use crate::size::{larger, largest_displacement};
+use crate::size::{larger, largest_displacement, largest_of};
 use fem_core::body::Body;
 use fem_core::condensation::CondensedBody;
 use fem_core::double_double::PreciseVector;
@@ -16,7 +16,6 @@ use fem_core::norm::sum_over_triangles;
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual;
 use fem_core::tensor::SymTensor2;
-use rayon::prelude::*;
 
 /// Rounding errors of a strain, in units of ε: of one term `u ∇φ` of its sum.
 ///
@@ -37,14 +36,10 @@ const STRAIN_NOISE: f64 = STRAIN_ROUNDINGS * f64::EPSILON;
 /// has no other forces. `δ C |u| Σ|∇φ|` of stress on the longest edge of a triangle, with `Σ|∇φ|` its perimeter over
 /// twice its area, times its flatness.
 pub(crate) fn force_noise(body: &Body, displacement: &[Vector]) -> f64 {
-    let factor = (0..body.mesh().triangles().len())
-        .into_par_iter()
-        .with_min_len(512)
-        .map(|t| {
-            let shape = Shape::of(body, t);
-            shape.stiffness * shape.perimeter * shape.longest / (2.0 * shape.area) * shape.flatness()
-        })
-        .reduce(|| 0.0, larger);
+    let factor = largest_of(body.mesh().triangles().len(), |t| {
+        let shape = Shape::of(body, t);
+        shape.stiffness * shape.perimeter * shape.longest / (2.0 * shape.area) * shape.flatness()
+    });
     STRAIN_NOISE * largest_displacement(displacement) * factor
 }
 

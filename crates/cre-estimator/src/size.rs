@@ -1,6 +1,7 @@
 //! The size of fields, and what is round-off compared with it.
 
 use fem_core::geometry::{Vector, norm};
+use fem_core::parallel::each_task;
 
 /// Penetration, negative pressure and displaced supports up to this, relative, are round-off.
 pub const SIGN_TOLERANCE: f64 = 1e-12;
@@ -13,4 +14,13 @@ pub(crate) fn larger(a: f64, b: f64) -> f64 {
 /// Computes the largest displacement, m.
 pub(crate) fn largest_displacement(displacement: &[Vector]) -> f64 {
     displacement.iter().fold(0.0, |m, u| larger(m, norm(*u)))
+}
+
+/// Indices of [`largest_of`] in one task.
+const CHUNK: usize = 4096;
+
+/// Finds the largest of some numbers that are not negative, in parallel; NaN if one of them is.
+pub(crate) fn largest_of(count: usize, number: impl Fn(usize) -> f64 + Sync) -> f64 {
+    let of_chunk = |k: usize| (k * CHUNK..count.min((k + 1) * CHUNK)).map(&number).fold(0.0, larger);
+    each_task(count.div_ceil(CHUNK), of_chunk).into_iter().fold(0.0, larger)
 }

@@ -41,7 +41,7 @@ use band::band_size;
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
 use fem_core::mesh::id::NodeId;
 use fem_core::norm::sum_over_triangles;
-use rayon::prelude::*;
+use fem_core::parallel::each_task;
 pub(crate) use room::bytes_of_stars;
 use shared::Shared;
 use space::Space;
@@ -254,13 +254,10 @@ impl<'a> StarRelaxation<'a> {
         let nodes = self.space.body().mesh().points().len();
         let size = band_size(nodes);
         let r = Shared::zeros(self.space.len());
-        let energies: Vec<f64> = (0..nodes.div_ceil(size))
-            .into_par_iter()
-            .map(|k| {
-                let nodes = k * size..nodes.min((k + 1) * size);
-                pulp::Arch::new().dispatch(BandResidual { space: &self.space, nodes, stress, r: &r })
-            })
-            .collect();
+        let energies: Vec<f64> = each_task(nodes.div_ceil(size), |k| {
+            let nodes = k * size..nodes.min((k + 1) * size);
+            pulp::Arch::new().dispatch(BandResidual { space: &self.space, nodes, stress, r: &r })
+        });
         (r, energies.iter().sum())
     }
 }

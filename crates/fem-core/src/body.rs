@@ -314,7 +314,7 @@ impl Body {
     ///
     /// # Errors
     /// Values that are not finite, or contradict each other, see [`BodyError`].
-    pub fn with_factors(&self, factor: impl Fn(ConditionPlace) -> f64) -> Result<Self, BodyError> {
+    pub fn with_factors(&self, factor: &dyn Fn(ConditionPlace) -> f64) -> Result<Self, BodyError> {
         let scaled = self.conditions.scaled(factor);
         let (mesh, materials) = (self.mesh.clone(), self.materials.clone());
         let body = conditions::evaluate(mesh, materials, &scaled, Some(self.selected.clone()))?;

@@ -271,7 +271,7 @@ impl BoundaryConditions {
     ///
     /// * `factor`: of each condition; the body force has none.
     #[must_use]
-    pub fn scaled(&self, factor: impl Fn(ConditionPlace) -> f64) -> Self {
+    pub fn scaled(&self, factor: &dyn Fn(ConditionPlace) -> f64) -> Self {
         let mut scaled = self.clone();
         let of = |list, index| factor(ConditionPlace { list, index });
         for (k, condition) in scaled.displacements.iter_mut().enumerate() {

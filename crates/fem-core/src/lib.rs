@@ -56,9 +56,9 @@ pub mod body;
 pub mod boundary;
 pub mod cholesky;
 pub mod condensation;
+pub mod dense;
 pub mod dof;
 pub mod double_double;
-mod each_body;
 pub mod element;
 pub mod field;
 pub mod geometry;
@@ -68,6 +68,7 @@ pub mod mesh;
 mod motions;
 pub mod norm;
 pub mod ordering;
+pub mod parallel;
 pub mod prepared;
 pub mod quadrature;
 pub mod residual;
@@ -76,7 +77,7 @@ mod smooth;
 pub mod sparse;
 pub mod tensor;
 
-pub use each_body::{each_body, try_each_body};
+pub use parallel::{each_body, try_each_body};
 
 /// The examples of README.md, run as tests.
 #[cfg(doctest)]

@@ -4,20 +4,21 @@ use crate::body::Body;
 use crate::element::Triangle;
 use crate::geometry::{Vector, norm};
 use crate::mesh::TriMesh;
+use crate::parallel::each_task;
 use crate::quadrature::RADON7;
 use crate::tensor::SymTensor2;
-use rayon::prelude::*;
 
 /// Triangles summed by one task. Fixed, so that sums do not depend on the number of threads.
 const CHUNK: usize = 4096;
 
 /// Sums a quantity over the triangles in an order that does not depend on the number of threads.
 pub fn sum_over_triangles(count: usize, quantity: impl Fn(usize) -> f64 + Sync) -> f64 {
-    let partial: Vec<f64> = (0..count.div_ceil(CHUNK))
-        .into_par_iter()
-        .map(|k| (k * CHUNK..count.min((k + 1) * CHUNK)).map(&quantity).sum())
-        .collect();
-    partial.iter().sum()
+    let of_chunk = |k: usize| (k * CHUNK..count.min((k + 1) * CHUNK)).map(&quantity).sum();
+    sum_of_chunks(count.div_ceil(CHUNK), &of_chunk)
+}
+
+fn sum_of_chunks(chunks: usize, of_chunk: &(dyn Fn(usize) -> f64 + Sync)) -> f64 {
+    each_task(chunks, of_chunk).iter().sum()
 }
 
 /// Computes a norm from its square. A negative square is round-off and gives 0; NaN is returned unchanged, so that it

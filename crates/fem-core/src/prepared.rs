@@ -3,9 +3,9 @@
 use crate::assembly::{AssemblyError, System, external_forces};
 use crate::condensation::{CondensedBody, FactorError, OrientedBody};
 use crate::dof::DofMap;
-use crate::each_body::each_body;
 use crate::geometry::Vector;
 use crate::interface::{ContactProblem, Roles};
+use crate::parallel::each_body;
 
 pub use crate::motions::BodyMotion;
 use rayon::prelude::*;

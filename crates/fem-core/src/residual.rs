@@ -7,6 +7,7 @@
 use crate::body::Body;
 use crate::double_double::{DoubleDouble, PreciseVector};
 use crate::geometry::Vector;
+use crate::parallel::each_task;
 use crate::tensor::SymTensor2;
 use rayon::prelude::*;
 
@@ -154,13 +155,11 @@ fn residual(body: &Body, source: Source<'_>) -> Vec<PreciseVector> {
     let mut residual: Vec<PreciseVector> = external_forces(body).into_iter().map(|f| f.map(|x| -x)).collect();
     let chunks = triangles.len().div_ceil(CHUNK);
     for group in (0..chunks).step_by(GROUP) {
-        let forces: Vec<Vec<CellForces>> = (group..chunks.min(group + GROUP))
-            .into_par_iter()
-            .map(|k| {
-                let triangles = k * CHUNK..triangles.len().min((k + 1) * CHUNK);
-                pulp::Arch::new().dispatch(ChunkForces { body, triangles, source })
-            })
-            .collect();
+        let forces: Vec<Vec<CellForces>> = each_task(GROUP.min(chunks - group), |k| {
+            let first = (group + k) * CHUNK;
+            let triangles = first..triangles.len().min(first + CHUNK);
+            pulp::Arch::new().dispatch(ChunkForces { body, triangles, source })
+        });
         let first = group * CHUNK;
         for (corners, forces) in triangles[first..].iter().zip(forces.iter().flatten()) {
             for (&n, f) in corners.iter().zip(forces) {

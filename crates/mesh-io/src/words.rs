@@ -30,11 +30,15 @@ pub fn listed(names: &[&str]) -> String {
 /// assert_eq!(mesh_io::words::nearest("uper", ["upper", "lower"]), Some("upper"));
 /// ```
 pub fn nearest<'a>(found: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    nearest_of(found, &mut names.into_iter())
+}
+
+fn nearest_of<'a>(found: &str, names: &mut dyn Iterator<Item = &'a str>) -> Option<&'a str> {
     if found.len() > LONGEST_NAME {
         return None;
     }
     let distance = |name: &&str| strsim::damerau_levenshtein(&found.to_lowercase(), &name.to_lowercase());
-    let best = names.into_iter().min_by_key(distance)?;
+    let best = names.min_by_key(distance)?;
     let limit = 1 + found.chars().count().max(best.chars().count()) / 4;
     (distance(&best) <= limit).then_some(best)
 }

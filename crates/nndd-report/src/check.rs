@@ -63,7 +63,7 @@ pub fn held(case: &Case, problem: &ContactProblem) -> Result<Vec<String>, Failur
     // Loads are linear in the factors: what holds at the ends of the load steps holds between them.
     let mut free = None;
     for factors in case.step_ends() {
-        let loaded = problem.with_factors(|body, place| case.factor(&factors, body, place));
+        let loaded = problem.with_factors(&|body, place| case.factor(&factors, body, place));
         let loaded = loaded.map_err(|error| Failure::solve(case, &SolveError::Factors(error)))?;
         free = Some(held_under(case, &loaded)?);
     }

@@ -105,12 +105,15 @@ const MOST_ON_A_SHEET: usize = 20;
 
 /// Writes a table below a title, the cells of each row as text.
 fn table(page: &mut String, title: &str, heads: &[&str], rows: impl IntoIterator<Item = Vec<String>>) {
+    table_of(page, title, heads, &mut rows.into_iter());
+}
+
+fn table_of(page: &mut String, title: &str, heads: &[&str], rows: &mut dyn Iterator<Item = Vec<String>>) {
     let row = |kind: &str, cells: &mut dyn Iterator<Item = &str>| {
         let cells: String = cells.map(|cell| format!("<{kind}>{}</{kind}>", escape(cell))).collect();
         format!("<tr>{cells}</tr>\n")
     };
-    let rows: Vec<String> =
-        rows.into_iter().map(|cells| row("td", &mut cells.iter().map(String::as_str))).collect();
+    let rows: Vec<String> = rows.map(|cells| row("td", &mut cells.iter().map(String::as_str))).collect();
     // A short table stays on one sheet with its title.
     let class = if rows.len() <= MOST_ON_A_SHEET { " class=\"short\"" } else { "" };
     let _ = writeln!(page, "<div{class}>");

@@ -1,6 +1,7 @@
 //! The update of λ: the paper's relaxation, Aitken's, Anderson's.
 
 use crate::settings::Acceleration;
+use fem_core::dense::least_squares;
 use nalgebra::{DMatrix, DVector};
 
 /// Differences that Anderson's method keeps.
@@ -83,7 +84,7 @@ impl Accelerator {
         let scaled = DMatrix::from_fn(columns.nrows(), columns.ncols(), |i, j| columns[(i, j)] / scales[j]);
         let z = DVector::from_column_slice(direction);
         // Directions that are linearly dependent to round-off are ignored.
-        let gamma = scaled.svd(true, true).solve(&z, 1e-10).unwrap_or_else(|_| DVector::zeros(scales.len()));
+        let gamma = least_squares(scaled, &z, 1e-10).unwrap_or_else(|| DVector::zeros(scales.len()));
         (0..lambda.len())
             .map(|i| {
                 let mut next = lambda[i] + self.base * direction[i];

@@ -199,13 +199,17 @@ impl<'a> Reader<'a> {
     ) -> Option<f64> {
         let value = self.number(key)?;
         if !condition(value) {
-            let fix = example(&self.path_of(key)).map_or_else(
-                || format!("change `{key}`, or leave it out if it has a default"),
-                |line| format!("write it as in `{line}`"),
-            );
-            self.refuse(key, format!("`{}` is {}", self.path_of(key), shown(value)), expected, &fix);
+            self.refuse_number(key, value, expected);
         }
         Some(value)
+    }
+
+    fn refuse_number(&mut self, key: &'static str, value: f64, expected: &str) {
+        let fix = example(&self.path_of(key)).map_or_else(
+            || format!("change `{key}`, or leave it out if it has a default"),
+            |line| format!("write it as in `{line}`"),
+        );
+        self.refuse(key, format!("`{}` is {}", self.path_of(key), shown(value)), expected, &fix);
     }
 
     fn value_of(&self, path: &str, node: &Node) -> Option<Value> {
@@ -321,13 +325,18 @@ impl<'a> Reader<'a> {
         let text = self.string(key)?;
         let found = names.iter().find(|(name, _)| *name == text).map(|(_, choice)| *choice);
         if found.is_none() {
-            let words: Vec<String> = names.iter().map(|(name, _)| format!("\"{name}\"")).collect();
-            let message = format!("`{}` is {}", self.path_of(key), excerpt(&text));
-            let help = did_you_mean(&text, names.iter().map(|(name, _)| *name), '"');
-            let diagnostic = Diagnostic::new(code::VALUE, self.place_of(key), message).help(help);
-            self.findings.push(diagnostic.expected(words.join(" or ")).fix(fix(&text)));
+            let names: Vec<&str> = names.iter().map(|(name, _)| *name).collect();
+            self.unknown_word(key, &text, &names, fix(&text).into());
         }
         found
+    }
+
+    fn unknown_word(&mut self, key: &'static str, text: &str, names: &[&str], fix: String) {
+        let words: Vec<String> = names.iter().map(|name| format!("\"{name}\"")).collect();
+        let message = format!("`{}` is {}", self.path_of(key), excerpt(text));
+        let help = did_you_mean(text, names.iter().copied(), '"');
+        let diagnostic = Diagnostic::new(code::VALUE, self.place_of(key), message).help(help);
+        self.findings.push(diagnostic.expected(words.join(" or ")).fix(fix));
     }
 
     /// Opens a table.

@@ -1,9 +1,10 @@
 //! The bodies of a report.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// The size of a body.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
 pub struct BodySummary {
     /// Its name.
     pub name: String,
@@ -25,7 +26,8 @@ pub struct BodySummary {
 }
 
 /// The motion of a rigid side, and the force that moves it.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
 pub struct RigidSideSummary {
     /// The edge group.
     pub on: String,
@@ -40,7 +42,8 @@ pub struct RigidSideSummary {
 }
 
 /// The motion of one body: `u(x) = translation + rotation e_z × (x − centre)`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
 pub struct FreeMotion {
     /// Translation of the centre.
     pub translation: [f64; 2],

@@ -1,9 +1,10 @@
 //! The certified bound, or with Coulomb friction the residual.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// A certified bound; [`Certificate::default`] is the one of a run that ended before there was any.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
 pub struct Certificate {
     /// Whether all checks hold.
     pub valid: bool,
@@ -35,7 +36,8 @@ pub struct Certificate {
 }
 
 /// The residual of one solution with Coulomb friction: an indicator, and no bound of the error.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
 pub struct Coulomb {
     /// The residual; `None` if a check of its stresses failed.
     pub e_b: Option<f64>,
@@ -65,7 +67,8 @@ pub struct Coulomb {
 }
 
 /// Lower and upper bounds of quantities of the exact solution, both bodies together.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
 pub struct Bounds {
     /// `√a(u, u)`, the energy norm.
     pub energy_norm: Option<[f64; 2]>,
@@ -76,7 +79,8 @@ pub struct Bounds {
 }
 
 /// `discretisation² + algebraic² = e_cre²`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
 pub struct Split {
     /// The part of the mesh.
     pub discretisation: Option<f64>,
@@ -85,7 +89,8 @@ pub struct Split {
 }
 
 /// What `e_cre` is made of: the squares of all but `round_off` add up to `(e_cre − round_off)²`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
 pub struct Parts {
     /// Of the mesh: `split.discretisation`.
     pub mesh: Option<f64>,
@@ -104,7 +109,8 @@ pub struct Parts {
 }
 
 /// Residuals of admissibility, relative to the largest force.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
 pub struct Checks {
     /// Equilibrium in the triangles.
     pub equilibrium: Option<f64>,

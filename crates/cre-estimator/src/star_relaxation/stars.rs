@@ -5,6 +5,7 @@ use super::form::forms;
 use super::shared::Shared;
 use super::space::Space;
 use fem_core::mesh::TriMesh;
+use fem_core::parallel::for_each_task;
 use rayon::prelude::*;
 
 /// All stars of a mesh, one band of vertices after another. Stars of one colour share no edge, and no star
@@ -57,7 +58,7 @@ impl Stars {
 
     /// Computes `y = A x`.
     pub(super) fn multiply(&self, x: &Shared, y: &Shared) {
-        self.bands.par_iter().for_each(|band| band.multiply(x, self.unit, y));
+        for_each_task(self.bands.len(), &|k| self.bands[k].multiply(x, self.unit, y));
     }
 
     /// Computes `z = M⁻¹ r`: one sweep over all stars and one back, from zero.
@@ -67,7 +68,7 @@ impl Stars {
         z.update(|_, _| 0.0);
         let back = (0..self.colours).rev().skip(1);
         for colour in (0..self.colours).chain(back) {
-            self.bands.par_iter().for_each(|band| band.relax(colour, r, self.unit, z));
+            for_each_task(self.bands.len(), &|k| self.bands[k].relax(colour, r, self.unit, z));
         }
     }
 }

@@ -55,7 +55,7 @@ impl Line {
         gap: Gap,
         measured_on: usize,
     ) -> Result<(ContactInterface, Vec<u32>), InterfaceError> {
-        self.without_clamped(bodies[0], |pair| clamped(bodies, pair), gap, measured_on)
+        self.without_clamped(bodies[0], &|pair| clamped(bodies, pair), gap, measured_on)
     }
 
     /// [`Self::into_interface`] of a line on a body, the first one of two.
@@ -64,7 +64,7 @@ impl Line {
     pub(super) fn without_clamped(
         mut self,
         body: &Body,
-        clamped: impl Fn(&NodePair) -> Option<[Vector; 2]>,
+        clamped: &dyn Fn(&NodePair) -> Option<[Vector; 2]>,
         gap: Gap,
         measured_on: usize,
     ) -> Result<(ContactInterface, Vec<u32>), InterfaceError> {
@@ -148,7 +148,7 @@ impl ContactInterface {
     pub(super) fn with_supports(
         &self,
         first: &Body,
-        clamped: impl Fn(&NodePair) -> Option<[Vector; 2]>,
+        clamped: &dyn Fn(&NodePair) -> Option<[Vector; 2]>,
     ) -> Result<Self, InterfaceError> {
         let Some(whole) = &self.whole else { return Ok(self.clone()) };
         let (found, _) =

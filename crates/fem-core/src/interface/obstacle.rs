@@ -344,7 +344,7 @@ impl Chained {
         let profiles = vec![None; self.edges.len()];
         let line = Line { pairs: self.pairs, edges: self.edges, profiles };
         let (mut interface, numbers) =
-            line.without_clamped(body, |pair| obstacle.clamped(body, pair), gap, 0)?;
+            line.without_clamped(body, &|pair| obstacle.clamped(body, pair), gap, 0)?;
         interface.pairs.iter_mut().enumerate().for_each(|(k, pair)| pair.nodes[1] = NodeId::new(k));
         Ok((interface, numbers))
     }

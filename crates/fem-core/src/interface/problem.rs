@@ -154,9 +154,9 @@ impl ContactProblem {
     ///
     /// # Errors
     /// Conditions that contradict each other then, or press clamped nodes into each other.
-    pub fn with_factors(&self, factor: impl Fn(usize, ConditionPlace) -> f64) -> Result<Self, FactorError> {
+    pub fn with_factors(&self, factor: &dyn Fn(usize, ConditionPlace) -> f64) -> Result<Self, FactorError> {
         let scaled = |(b, body): (usize, &Body)| {
-            body.with_factors(|place| factor(b, place))
+            body.with_factors(&|place| factor(b, place))
                 .map_err(|source| FactorError::Body { body: b, source })
         };
         let bodies = self.bodies.iter().enumerate().map(scaled).collect::<Result<Vec<_>, _>>()?;
@@ -164,10 +164,10 @@ impl ContactProblem {
         for pair in &mut contacts {
             let first = &bodies[pair.bodies[0]];
             pair.interface = match self.obstacle_of(pair) {
-                Some(obstacle) => pair.interface.with_supports(first, |of| obstacle.clamped(first, of)),
+                Some(obstacle) => pair.interface.with_supports(first, &|of| obstacle.clamped(first, of)),
                 None => {
                     let both = pair.bodies.map(|b| &bodies[b]);
-                    pair.interface.with_supports(first, |of| super::held::clamped(both, of))
+                    pair.interface.with_supports(first, &|of| super::held::clamped(both, of))
                 }
             }?;
         }

@@ -1,0 +1,31 @@
+//! Least squares with dense matrices, compiled once for all crates.
+
+use nalgebra::{DMatrix, DVector};
+
+/// Computes the pseudo-inverse of a matrix; `None` if the singular values are not found.
+///
+/// * `zero`: singular values up to this are zero.
+pub fn pseudo_inverse(matrix: DMatrix<f64>, zero: f64) -> Option<DMatrix<f64>> {
+    matrix.pseudo_inverse(zero).ok()
+}
+
+/// Computes the `x` of least norm among those that minimise `|A x − b|`; `None` if the singular values are not found.
+///
+/// * `zero`: singular values up to this are zero.
+pub fn least_squares(matrix: DMatrix<f64>, right: &DVector<f64>, zero: f64) -> Option<DVector<f64>> {
+    matrix.svd(true, true).solve(right, zero).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_dependent_equation_changes_nothing() {
+        let matrix = DMatrix::from_row_slice(3, 2, &[1.0, 1.0, 2.0, 2.0, 0.0, 0.0]);
+        let right = DVector::from_vec(vec![2.0, 4.0, 1.0]);
+        let found = least_squares(matrix.clone(), &right, 1e-12).unwrap();
+        assert!((&found - DVector::from_vec(vec![1.0, 1.0])).amax() < 1e-14, "{found}");
+        assert!((pseudo_inverse(matrix, 1e-12).unwrap() * right - found).amax() < 1e-14);
+    }
+}
