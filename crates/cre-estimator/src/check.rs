@@ -1,6 +1,7 @@
 //! Checks of admissibility, as numbers: the basis of a certificate.
 
 use crate::admissible::{AdmissibleBody, AdmissibleContact, AdmissiblePair};
+use crate::cre::CellMeasure;
 use crate::equilibrated::EquilibratedStress;
 use crate::johnson_mercier::{CellStress, part_divergence};
 use crate::lift;
@@ -15,6 +16,7 @@ use fem_core::interface::{ContactInterface, ContactPair, ContactProblem};
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::id::EdgeId;
 use fem_core::parallel::each_task;
+use fem_core::tensor::SymTensor2;
 use std::borrow::Cow;
 use std::ops::Range;
 
@@ -148,21 +150,23 @@ fn norm(a: Vector) -> f64 {
 
 /// Checks an admissible pair.
 pub fn check(problem: &ContactProblem, pair: &AdmissiblePair) -> Admissibility {
-    check_and_visit(problem, pair, |_, _, _| ()).0
+    check_and_measure(problem, pair).0
 }
 
-/// [`check`], with the results of `visit` for body, triangle and stress, for every triangle of each body.
-pub(crate) fn check_and_visit<T: Send>(
+/// [`check`], with what the bound needs of every triangle of each body: the distances of [`cell_distances`].
+///
+/// [`cell_distances`]: crate::cre::cell_distances
+pub(crate) fn check_and_measure(
     problem: &ContactProblem,
     pair: &AdmissiblePair,
-    visit: impl Fn(usize, usize, &CellStress) -> T + Sync + Send,
-) -> (Admissibility, Vec<Vec<T>>) {
+) -> (Admissibility, Vec<Vec<CellMeasure>>) {
     let of_body = |b: usize| {
         let (body, fields) = (&problem.bodies[b], &pair.bodies[b]);
+        let against = [fields.stress.as_slice(), &fields.equilibrated.finite_element];
         // A lightly loaded body is compared with its own scale.
-        check_stress_and_visit(body, &fields.displacement, &fields.equilibrated, |t, tau| visit(b, t, tau))
+        check_stress_and_measure(body, &fields.displacement, &fields.equilibrated, against)
     };
-    let (by_body, visited): (Vec<_>, Vec<_>) = each_body(problem.bodies.len(), of_body).into_iter().unzip();
+    let (by_body, cells): (Vec<_>, Vec<_>) = each_body(problem.bodies.len(), of_body).into_iter().unzip();
     let mut displacement: Vec<Cow<'_, [Vector]>> = pair.displacements().into_iter().map(Cow::from).collect();
     let moved = lift::sums(problem, pair.contacts.iter().map(|contact| &contact.lift));
     for (u, l) in displacement.iter_mut().zip(&moved) {
@@ -191,7 +195,7 @@ pub(crate) fn check_and_visit<T: Send>(
         found.pressure_sign = larger(found.pressure_sign, relative(negative, largest));
         found.friction_cone = larger(found.friction_cone, friction_cone(of, contact, displacement));
     }
-    (found, visited)
+    (found, cells)
 }
 
 /// Computes the largest penetration along a contact line, and the largest difference between the openings of the bound
@@ -317,18 +321,20 @@ fn displaced_support(body: &Body, displacement: &[Vector]) -> f64 {
 /// Checks the equilibrium of one body's stress with its loads and given tractions; penetration and pressure
 /// are zero.
 pub fn check_stress(body: &Body, stress: &EquilibratedStress) -> Admissibility {
-    forces(body, stress, |_, _| ()).0.residuals(0.0)
+    forces(body, stress, [&[], &[]]).0.residuals(0.0)
 }
 
-/// [`check_stress`], with the scale of a displaced body, and the results of `visit` for every triangle and its stress.
-pub(crate) fn check_stress_and_visit<T: Send>(
+/// [`check_stress`], with the scale of a displaced body, and what the bound needs of every triangle.
+///
+/// * `against`: the stresses to which the distances are measured, Pa; an empty list measures nothing.
+pub(crate) fn check_stress_and_measure(
     body: &Body,
     displacement: &[Vector],
     stress: &EquilibratedStress,
-    visit: impl Fn(usize, &CellStress) -> T + Sync,
-) -> (Admissibility, Vec<T>) {
-    let (found, visited) = forces(body, stress, visit);
-    (found.residuals(force_noise(body, displacement)), visited)
+    against: [&[SymTensor2]; 2],
+) -> (Admissibility, Vec<CellMeasure>) {
+    let (found, cells) = forces(body, stress, against);
+    (found.residuals(force_noise(body, displacement)), cells)
 }
 
 fn relative(x: f64, scale: f64) -> f64 {
@@ -338,44 +344,44 @@ fn relative(x: f64, scale: f64) -> f64 {
 /// Triangles per block: most edges have both sides within a block, and its edge forces stay in the cache.
 const BLOCK: usize = 8192;
 
-/// Finds the force residuals of a body, block by block; `visit` is called once with each triangle and its stress.
-fn forces<T: Send>(
+/// Finds the force residuals of a body, block by block, and measures its triangles.
+fn forces(
     body: &Body,
     stress: &EquilibratedStress,
-    visit: impl Fn(usize, &CellStress) -> T + Sync,
-) -> (Forces, Vec<T>) {
+    against: [&[SymTensor2]; 2],
+) -> (Forces, Vec<CellMeasure>) {
     let triangles = body.mesh().triangles().len();
-    let blocks: Vec<(Forces, Vec<T>)> = each_task(triangles.div_ceil(BLOCK), |k| {
+    let blocks: Vec<(Forces, Vec<CellMeasure>)> = each_task(triangles.div_ceil(BLOCK), |k| {
         let triangles = k * BLOCK..triangles.min((k + 1) * BLOCK);
-        pulp::Arch::new().dispatch(BlockForces { body, stress, triangles, visit: &visit })
+        pulp::Arch::new().dispatch(BlockForces { body, stress, triangles, against })
     });
     let worst = blocks.iter().fold(Forces::default(), |worst, (found, _)| worst.max(*found));
-    (worst, blocks.into_iter().flat_map(|(_, visited)| visited).collect())
+    (worst, blocks.into_iter().flat_map(|(_, cells)| cells).collect())
 }
 
 /// The force residuals of a block.
-struct BlockForces<'a, V> {
+struct BlockForces<'a> {
     body: &'a Body,
     stress: &'a EquilibratedStress,
     triangles: Range<usize>,
-    visit: &'a V,
+    against: [&'a [SymTensor2]; 2],
 }
 
-impl<T, V: Fn(usize, &CellStress) -> T> pulp::NullaryFnOnce for BlockForces<'_, V> {
-    type Output = (Forces, Vec<T>);
+impl pulp::NullaryFnOnce for BlockForces<'_> {
+    type Output = (Forces, Vec<CellMeasure>);
 
     #[inline(always)]
-    fn call(self) -> (Forces, Vec<T>) {
-        let Self { body, stress, triangles, visit } = self;
+    fn call(self) -> (Forces, Vec<CellMeasure>) {
+        let Self { body, stress, triangles, against } = self;
         let mut worst = Forces::default();
         let mut cells = Vec::with_capacity(triangles.len());
-        let mut visited = Vec::with_capacity(triangles.len());
+        let mut measures = Vec::with_capacity(triangles.len());
         for t in triangles.clone() {
             let tau = stress.cell(body, t);
             let (found, forces) = cell(body, &tau, t);
             worst = worst.max(found);
             cells.push(forces);
-            visited.push(visit(t, &tau));
+            measures.push(CellMeasure::new(body, t, &tau, against));
         }
         let block = Block { body, stress, first: triangles.start, cells };
         for t in triangles {
@@ -383,7 +389,7 @@ impl<T, V: Fn(usize, &CellStress) -> T> pulp::NullaryFnOnce for BlockForces<'_, 
                 worst = worst.max(block.edge(t, k));
             }
         }
-        (worst, visited)
+        (worst, measures)
     }
 }
 
@@ -392,7 +398,7 @@ impl<T, V: Fn(usize, &CellStress) -> T> pulp::NullaryFnOnce for BlockForces<'_, 
 fn parts(corners: [Vector; 3]) -> [[Vector; 3]; 3] {
     let corners = corners.map(|c| c - corners[0]);
     let centre = 1.0 / 3.0 * (corners[0] + corners[1] + corners[2]);
-    std::array::from_fn(|k| [corners[k], corners[(k + 1) % 3], centre])
+    [0, 1, 2].map(|k| [corners[k], corners[(k + 1) % 3], centre])
 }
 
 #[inline(always)]

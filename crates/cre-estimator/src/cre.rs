@@ -66,6 +66,7 @@ pub fn constitutive_relation_error(problem: &ContactProblem, pair: &AdmissiblePa
 }
 
 /// Computes `‖τ − σ(v)‖²` and `‖τ − σ̂‖²` of one triangle, J/m.
+#[inline(always)]
 pub(crate) fn cell_distances(body: &Body, fields: &AdmissibleBody, t: usize, tau: &CellStress) -> [f64; 2] {
     let (area, material) = (body.mesh().area(t), body.material(t));
     [fields.stress[t], fields.equilibrated.finite_element[t]]
@@ -169,8 +170,17 @@ pub(crate) fn rough_means(cells: &[CellMeasure]) -> Vec<SymTensor2> {
 
 impl CellMeasure {
     /// Measures the stress of a triangle.
+    ///
+    /// * `against`: see [`crate::check::check_stress_and_measure`].
     #[inline(always)]
-    pub(crate) fn new(distances: [f64; 2], tau: &CellStress) -> Self {
+    pub(crate) fn new(body: &Body, t: usize, tau: &CellStress, against: [&[SymTensor2]; 2]) -> Self {
+        let mut distances = [0.0; 2];
+        for (distance, constants) in distances.iter_mut().zip(against) {
+            if let Some(constant) = constants.get(t) {
+                let (area, material) = (body.mesh().area(t), body.material(t));
+                *distance = johnson_mercier::distance_squared(tau, *constant, area, material);
+            }
+        }
         let mut sum = [DoubleDouble::ZERO; 3];
         for part in tau {
             for s in part {

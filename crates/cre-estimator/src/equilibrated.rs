@@ -29,15 +29,17 @@ impl EquilibratedStress {
     pub fn cell_loads(&self, body: &Body, triangle: usize) -> CellLoads {
         let topology = body.mesh().topology();
         let corners = body.mesh().triangles()[triangle];
-        std::array::from_fn(|k| {
+        let mut loads = CellLoads::default();
+        for (k, loads) in loads.iter_mut().enumerate() {
             let edge = topology.triangle_edges()[triangle][k];
             let [a, b] = self.edge_moments[edge];
             // |Γ| F_a = 4 b_a − 2 b_b
             let at = |near: Vector, far: Vector| 4.0 * near - 2.0 * far;
             let sign = if topology.edge_triangles()[edge][0] as usize == triangle { 1.0 } else { -1.0 };
             let ends = [sign * at(a, b), sign * at(b, a)];
-            if topology.edges()[edge][0] == corners[k] { ends } else { [ends[1], ends[0]] }
-        })
+            *loads = if topology.edges()[edge][0] == corners[k] { ends } else { [ends[1], ends[0]] };
+        }
+        loads
     }
 
     /// Computes the stress in a triangle.

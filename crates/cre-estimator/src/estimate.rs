@@ -2,8 +2,8 @@
 
 use crate::admissible::{Accuracy, AdmissibleBody, AdmissiblePair, check_state, pair_and_stars};
 use crate::balance;
-use crate::check::{Admissibility, check_and_visit};
-use crate::cre::{CellMeasure, Cre, cell_distances};
+use crate::check::{Admissibility, check_and_measure};
+use crate::cre::Cre;
 use crate::error::EstimatorError;
 use crate::indicators::{eta_dis, eta_nndd_squared};
 use crate::openings;
@@ -149,9 +149,7 @@ fn estimate_once(
     let problem = prepared.problem();
     let (pair, stars) = pair_and_stars(prepared, state, relaxation, accuracy)?;
     // A single pass over the cells.
-    let (mut admissibility, cells) = check_and_visit(problem, &pair, |b, t, tau| {
-        CellMeasure::new(cell_distances(&problem.bodies[b], &pair.bodies[b], t, tau), tau)
-    });
+    let (mut admissibility, cells) = check_and_measure(problem, &pair);
     let distances: Vec<Vec<[f64; 2]>> =
         cells.iter().map(|cells| cells.iter().map(|c| c.distances).collect()).collect();
     let cre = Cre::from_cells(problem, &pair, &distances);

@@ -2,10 +2,9 @@
 
 use crate::admissible::{Accuracy, AdmissibleBody, AdmissiblePair, KeptStars, on_body, with_imposed_normal};
 use crate::balance;
-use crate::check::{Admissibility, check_stress_and_visit};
-use crate::cre::{CellMeasure, Cre, of_cells};
+use crate::check::{Admissibility, check_stress_and_measure};
+use crate::cre::{Cre, of_cells};
 use crate::equilibrated::EquilibratedStress;
-use crate::johnson_mercier;
 use crate::round_off::{less, less_rough, stress_energy};
 use crate::star_relaxation::{Relaxation, StarRelaxation, relax};
 use fem_core::each_body;
@@ -115,12 +114,8 @@ fn frozen(
             relax(body, &mut recovered, relaxation);
         }
     }
-    let visit = |t: usize, tau: &johnson_mercier::CellStress| {
-        let (area, material) = (body.mesh().area(t), body.material(t));
-        let distance = johnson_mercier::distance_squared(tau, fields.stress[t], area, material);
-        CellMeasure::new([distance, 0.0], tau)
-    };
-    let (admissibility, cells) = check_stress_and_visit(body, &fields.displacement, &recovered, visit);
+    let against = [fields.stress.as_slice(), &[]];
+    let (admissibility, cells) = check_stress_and_measure(body, &fields.displacement, &recovered, against);
     let squared = sum_over_triangles(cells.len(), |t| cells[t].distances[0]);
     let [interior, _] = stress_energy(body, condensed, &cells, &[], accuracy);
     Frozen { squared, admissibility, residual: interior.sqrt() }

@@ -67,35 +67,37 @@ pub fn cell_stress(corners: [Vector; 3], loads: &CellLoads, body_force: Vector) 
 #[inline(always)]
 fn divergence_free(corners: [Vector; 3], loads: &CellLoads) -> CellStress {
     let (a, b) = (corners[1] - corners[0], corners[2] - corners[0]);
-    let jacobian = a[0] * b[1] - a[1] * b[0];
+    let inverse = 1.0 / (a[0] * b[1] - a[1] * b[0]);
     let mut reference = [0.0; 12];
     for k in 0..3 {
         for m in 0..2 {
             let g = loads[k][m];
-            reference[4 * k + 2 * m] = (b[1] * g[0] - b[0] * g[1]) / jacobian;
-            reference[4 * k + 2 * m + 1] = (a[0] * g[1] - a[1] * g[0]) / jacobian;
+            reference[4 * k + 2 * m] = inverse * (b[1] * g[0] - b[0] * g[1]);
+            reference[4 * k + 2 * m + 1] = inverse * (a[0] * g[1] - a[1] * g[0]);
         }
     }
-    let mut components = [0.0; 27];
+    let mut components = [[0.0; 9]; 3];
     for (column, g) in by_column().iter().zip(reference) {
-        for (component, r) in components.iter_mut().zip(column) {
+        for (component, r) in components.as_flattened_mut().iter_mut().zip(column.as_flattened()) {
             *component += r * g;
         }
     }
-    std::array::from_fn(|k| {
-        std::array::from_fn(|m| {
-            let row = 9 * k + 3 * m;
-            let (xx, yy, xy) = (components[row], components[row + 1], components[row + 2]);
+    // Plain loops, so that nothing of it is left to a call, which would not have the vectors of the caller.
+    let mut stress = CellStress::default();
+    for k in 0..3 {
+        for m in 0..3 {
+            let [xx, yy, xy] = components.map(|of| of[3 * k + m]);
             // F τ̂ Fᵀ with F = [a b].
             let fa = [a[0] * xx + b[0] * xy, a[1] * xx + b[1] * xy];
             let fb = [a[0] * xy + b[0] * yy, a[1] * xy + b[1] * yy];
-            SymTensor2::new(
-                (fa[0] * a[0] + fb[0] * b[0]) / jacobian,
-                (fa[1] * a[1] + fb[1] * b[1]) / jacobian,
-                (fa[0] * a[1] + fb[0] * b[1]) / jacobian,
-            )
-        })
-    })
+            stress[k][m] = SymTensor2 {
+                xx: inverse * (fa[0] * a[0] + fb[0] * b[0]),
+                yy: inverse * (fa[1] * a[1] + fb[1] * b[1]),
+                xy: inverse * (fa[0] * a[1] + fb[0] * b[1]),
+            };
+        }
+    }
+    stress
 }
 
 /// Computes `∫ (τ − σ) : E⁻¹ (τ − σ)` over a triangle of the given area for a constant σ, J/m.
@@ -107,14 +109,23 @@ pub fn distance_squared(
     material: &LinearElastic,
 ) -> f64 {
     // For linear d on a part of area A/3: ∫ d:C:d = A/36 (Σd : C : Σd + Σ d_m : C : d_m).
-    let mut sum = 0.0;
-    for part in stress {
-        let d = part.map(|s| s.minus(constant));
-        let total = d[0].plus(d[1]).plus(d[2]);
-        sum += total.contract(material.strain(total));
-        sum += d.iter().map(|d| d.contract(material.strain(*d))).sum::<f64>();
+    // The nine corners, then the sums of the three parts, side by side.
+    let mut d = [[0.0; 12]; 3];
+    for (k, part) in stress.iter().enumerate() {
+        for (m, s) in part.iter().enumerate() {
+            for (c, x) in [s.xx - constant.xx, s.yy - constant.yy, s.xy - constant.xy].into_iter().enumerate()
+            {
+                d[c][3 * k + m] = x;
+                d[c][9 + k] += x;
+            }
+        }
     }
-    area / 36.0 * sum
+    let mut energies = [0.0; 12];
+    for (i, energy) in energies.iter_mut().enumerate() {
+        let d = SymTensor2 { xx: d[0][i], yy: d[1][i], xy: d[2][i] };
+        *energy = d.contract(material.strain(d));
+    }
+    area / 36.0 * energies.iter().sum::<f64>()
 }
 
 /// Computes the gradient-weighted sum that is the divergence of one part's linear stress, N/m³.
@@ -146,12 +157,15 @@ pub(crate) fn recovery() -> &'static Recovery {
     })
 }
 
-/// The transpose of [`recovery`], to be added up column by column.
-fn by_column() -> &'static [[f64; 27]; 12] {
-    static MATRIX: OnceLock<[[f64; 27]; 12]> = OnceLock::new();
+/// The transpose of [`recovery`], to be added up column by column, with the components xx, yy and xy of the nine corners one after the
+/// other.
+fn by_column() -> &'static [[[f64; 9]; 3]; 12] {
+    static MATRIX: OnceLock<[[[f64; 9]; 3]; 12]> = OnceLock::new();
     MATRIX.get_or_init(|| {
         let rows = recovery();
-        std::array::from_fn(|column| std::array::from_fn(|row| rows[row][column]))
+        std::array::from_fn(|column| {
+            std::array::from_fn(|c| std::array::from_fn(|corner| rows[3 * corner + c][column]))
+        })
     })
 }
 
