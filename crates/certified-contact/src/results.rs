@@ -148,9 +148,8 @@ pub(crate) fn results(
         values.collect::<Option<Vec<f64>>>().map(largest)
     };
     let lines = || lines(problem, iterate);
-    let fields = problem.bodies.iter().zip(&pair.bodies);
-    let recovered: Vec<RecoveredStress> =
-        fields.map(|(body, fields)| RecoveredStress::new(body, &fields.equilibrated)).collect();
+    let means = problem.bodies.iter().zip(&estimate.mean_stress);
+    let recovered: Vec<RecoveredStress> = means.map(|(body, of)| RecoveredStress::new(body, of)).collect();
     let peak_stress = peak_stress(problem, &recovered);
     let contacts: Vec<PairResults> = lines().map(|line| line.results()).collect();
     let stretches: Vec<Stretch> = lines().flat_map(|line| line.stretches()).collect();

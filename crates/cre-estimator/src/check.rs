@@ -150,7 +150,7 @@ fn norm(a: Vector) -> f64 {
 
 /// Checks an admissible pair.
 pub fn check(problem: &ContactProblem, pair: &AdmissiblePair) -> Admissibility {
-    check_and_measure(problem, pair).0
+    checked(problem, pair, false).0
 }
 
 /// [`check`], with what the bound needs of every triangle of each body: the distances of [`cell_distances`].
@@ -160,9 +160,18 @@ pub(crate) fn check_and_measure(
     problem: &ContactProblem,
     pair: &AdmissiblePair,
 ) -> (Admissibility, Vec<Vec<CellMeasure>>) {
+    checked(problem, pair, true)
+}
+
+fn checked(
+    problem: &ContactProblem,
+    pair: &AdmissiblePair,
+    measured: bool,
+) -> (Admissibility, Vec<Vec<CellMeasure>>) {
     let of_body = |b: usize| {
         let (body, fields) = (&problem.bodies[b], &pair.bodies[b]);
-        let against = [fields.stress.as_slice(), &fields.equilibrated.finite_element];
+        let against = [&fields.stress, &fields.equilibrated.finite_element];
+        let against = against.map(|stress| measured.then_some(stress.as_slice()));
         // A lightly loaded body is compared with its own scale.
         check_stress_and_measure(body, &fields.displacement, &fields.equilibrated, against)
     };
@@ -321,17 +330,17 @@ fn displaced_support(body: &Body, displacement: &[Vector]) -> f64 {
 /// Checks the equilibrium of one body's stress with its loads and given tractions; penetration and pressure
 /// are zero.
 pub fn check_stress(body: &Body, stress: &EquilibratedStress) -> Admissibility {
-    forces(body, stress, [&[], &[]]).0.residuals(0.0)
+    forces(body, stress, [None; 2]).0.residuals(0.0)
 }
 
 /// [`check_stress`], with the scale of a displaced body, and what the bound needs of every triangle.
 ///
-/// * `against`: the stresses to which the distances are measured, Pa; an empty list measures nothing.
+/// * `against`: the stresses to which the distances are measured, Pa, one per triangle.
 pub(crate) fn check_stress_and_measure(
     body: &Body,
     displacement: &[Vector],
     stress: &EquilibratedStress,
-    against: [&[SymTensor2]; 2],
+    against: [Option<&[SymTensor2]>; 2],
 ) -> (Admissibility, Vec<CellMeasure>) {
     let (found, cells) = forces(body, stress, against);
     (found.residuals(force_noise(body, displacement)), cells)
@@ -344,11 +353,11 @@ fn relative(x: f64, scale: f64) -> f64 {
 /// Triangles per block: most edges have both sides within a block, and its edge forces stay in the cache.
 const BLOCK: usize = 8192;
 
-/// Finds the force residuals of a body, block by block, and measures its triangles.
+/// Finds the force residuals of a body, block by block, and measures its triangles if there is something to measure them against.
 fn forces(
     body: &Body,
     stress: &EquilibratedStress,
-    against: [&[SymTensor2]; 2],
+    against: [Option<&[SymTensor2]>; 2],
 ) -> (Forces, Vec<CellMeasure>) {
     let triangles = body.mesh().triangles().len();
     let blocks: Vec<(Forces, Vec<CellMeasure>)> = each_task(triangles.div_ceil(BLOCK), |k| {
@@ -364,7 +373,7 @@ struct BlockForces<'a> {
     body: &'a Body,
     stress: &'a EquilibratedStress,
     triangles: Range<usize>,
-    against: [&'a [SymTensor2]; 2],
+    against: [Option<&'a [SymTensor2]>; 2],
 }
 
 impl pulp::NullaryFnOnce for BlockForces<'_> {
@@ -381,7 +390,9 @@ impl pulp::NullaryFnOnce for BlockForces<'_> {
             let (found, forces) = cell(body, &tau, t);
             worst = worst.max(found);
             cells.push(forces);
-            measures.push(CellMeasure::new(body, t, &tau, against));
+            if against.iter().any(Option::is_some) {
+                measures.push(CellMeasure::new(body, t, &tau, against));
+            }
         }
         let block = Block { body, stress, first: triangles.start, cells };
         for t in triangles {

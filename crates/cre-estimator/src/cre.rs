@@ -165,7 +165,7 @@ pub(crate) fn rough_means(cells: &[CellMeasure]) -> Vec<SymTensor2> {
         let [xx, yy, xy] = c.sum.map(|s| s.high / 9.0);
         SymTensor2::new(xx, yy, xy)
     };
-    cells.iter().map(mean).collect()
+    cells.par_iter().with_min_len(4096).map(mean).collect()
 }
 
 impl CellMeasure {
@@ -173,12 +173,12 @@ impl CellMeasure {
     ///
     /// * `against`: see [`crate::check::check_stress_and_measure`].
     #[inline(always)]
-    pub(crate) fn new(body: &Body, t: usize, tau: &CellStress, against: [&[SymTensor2]; 2]) -> Self {
+    pub(crate) fn new(body: &Body, t: usize, tau: &CellStress, against: [Option<&[SymTensor2]>; 2]) -> Self {
         let mut distances = [0.0; 2];
         for (distance, constants) in distances.iter_mut().zip(against) {
-            if let Some(constant) = constants.get(t) {
+            if let Some(constants) = constants {
                 let (area, material) = (body.mesh().area(t), body.material(t));
-                *distance = johnson_mercier::distance_squared(tau, *constant, area, material);
+                *distance = johnson_mercier::distance_squared(tau, constants[t], area, material);
             }
         }
         let mut sum = [DoubleDouble::ZERO; 3];

@@ -59,10 +59,4 @@ impl EquilibratedStress {
             body.material(triangle),
         )
     }
-
-    /// Returns the mean stress in a triangle, for pictures.
-    pub fn cell_mean(&self, body: &Body, triangle: usize) -> SymTensor2 {
-        let stress = self.cell(body, triangle);
-        stress.iter().flatten().fold(SymTensor2::default(), |sum, s| sum.plus(*s)).scaled(1.0 / 9.0)
-    }
 }

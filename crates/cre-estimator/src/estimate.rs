@@ -3,7 +3,7 @@
 use crate::admissible::{Accuracy, AdmissibleBody, AdmissiblePair, check_state, pair_and_stars};
 use crate::balance;
 use crate::check::{Admissibility, check_and_measure};
-use crate::cre::Cre;
+use crate::cre::{Cre, rough_means};
 use crate::error::EstimatorError;
 use crate::indicators::{eta_dis, eta_nndd_squared};
 use crate::openings;
@@ -16,6 +16,7 @@ use fem_core::interface::{ContactProblem, ContactState, PairState};
 use fem_core::norm::{from_squared, sum_over_triangles};
 use fem_core::prepared::PreparedProblem;
 use fem_core::room::has_room_for;
+use fem_core::tensor::SymTensor2;
 
 /// Rounding is relative to squares above this, and a product of two of their roundings does not underflow.
 const SMALLEST_SQUARE: f64 = 1e-250;
@@ -44,6 +45,8 @@ pub struct Estimate {
     pub round_off: f64,
     /// `a(u, u)` of the state's displacements in each body, J/m.
     pub energy_norm_squared: Vec<f64>,
+    /// The mean of `τ` in every triangle of each body, Pa.
+    pub mean_stress: Vec<Vec<SymTensor2>>,
     indicators: Indicators,
     /// Whether a limit of friction is `μ p` of the estimate itself.
     coulomb: bool,
@@ -155,7 +158,9 @@ fn estimate_once(
     let cre = Cre::from_cells(problem, &pair, &distances);
     drop(distances);
     let energy_norm_squared = energies(problem, &pair)?;
-    let residuals = round_off::residuals(prepared, &pair, &cells, accuracy);
+    let mean_stress: Vec<Vec<SymTensor2>> = cells.iter().map(|cells| rough_means(cells)).collect();
+    let residuals = round_off::residuals(prepared, &pair, &cells, &mean_stress, accuracy);
+    drop(cells);
     let dis = eta_dis(prepared, &pair, &cre, (relaxation, accuracy), stars);
     admissibility = admissibility.worst(dis.admissibility);
     let model = round_off::model(problem, &pair);
@@ -187,7 +192,16 @@ fn estimate_once(
     }
     let residual = residuals.iter().sum::<f64>() + rounding.sqrt();
     let coulomb = problem.contacts.iter().any(|pair| pair.friction.coulomb().is_some());
-    let estimate = Estimate { pair, cre, admissibility, round_off, energy_norm_squared, indicators, coulomb };
+    let estimate = Estimate {
+        pair,
+        cre,
+        admissibility,
+        round_off,
+        energy_norm_squared,
+        mean_stress,
+        indicators,
+        coulomb,
+    };
     Ok(Measured { estimate, residual })
 }
 

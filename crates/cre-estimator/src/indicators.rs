@@ -3,7 +3,7 @@
 use crate::admissible::{Accuracy, AdmissibleBody, AdmissiblePair, KeptStars, on_body, with_imposed_normal};
 use crate::balance;
 use crate::check::{Admissibility, check_stress_and_measure};
-use crate::cre::{Cre, of_cells};
+use crate::cre::{Cre, of_cells, rough_means};
 use crate::equilibrated::EquilibratedStress;
 use crate::round_off::{less, less_rough, stress_energy};
 use crate::star_relaxation::{Relaxation, StarRelaxation, relax};
@@ -114,10 +114,10 @@ fn frozen(
             relax(body, &mut recovered, relaxation);
         }
     }
-    let against = [fields.stress.as_slice(), &[]];
+    let against = [Some(fields.stress.as_slice()), None];
     let (admissibility, cells) = check_stress_and_measure(body, &fields.displacement, &recovered, against);
     let squared = sum_over_triangles(cells.len(), |t| cells[t].distances[0]);
-    let [interior, _] = stress_energy(body, condensed, &cells, &[], accuracy);
+    let [interior, _] = stress_energy((body, condensed), (&cells, &rough_means(&cells)), &[], accuracy);
     Frozen { squared, admissibility, residual: interior.sqrt() }
 }
 

@@ -1,6 +1,5 @@
 //! The recovered stress: a continuous picture of the equilibrated one, with one value per node and material.
 
-use crate::equilibrated::EquilibratedStress;
 use fem_core::body::Body;
 use fem_core::geometry::Vector;
 use fem_core::mesh::TriMesh;
@@ -35,12 +34,14 @@ struct Cell {
 }
 
 impl RecoveredStress {
-    /// Fits an equilibrated stress.
-    pub fn new(body: &Body, stress: &EquilibratedStress) -> Self {
+    /// Fits the mean stresses of the triangles.
+    ///
+    /// * `means`: one per triangle, such as those of [`crate::Estimate::mean_stress`], Pa.
+    pub fn new(body: &Body, means: &[SymTensor2]) -> Self {
         let mesh = body.mesh();
         let cell = |t: usize| {
             let [a, b, c] = mesh.corners(t);
-            Cell { centre: (a + b + c) / 3.0, area: mesh.area(t), stress: stress.cell_mean(body, t) }
+            Cell { centre: (a + b + c) / 3.0, area: mesh.area(t), stress: means[t] }
         };
         let count = mesh.triangles().len();
         let cells: Vec<Cell> = (0..count).into_par_iter().with_min_len(FEWEST_PER_TASK).map(cell).collect();

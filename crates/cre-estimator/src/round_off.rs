@@ -2,7 +2,7 @@
 //! allowance of the bound for it.
 
 use crate::admissible::{Accuracy, AdmissibleContact, AdmissiblePair, pressure_forces};
-use crate::cre::{CellMeasure, means, rough_means};
+use crate::cre::{CellMeasure, means};
 use crate::size::{larger, largest_displacement, largest_of};
 use fem_core::body::Body;
 use fem_core::condensation::CondensedBody;
@@ -116,27 +116,28 @@ pub(crate) fn residuals(
     prepared: &PreparedProblem,
     pair: &AdmissiblePair,
     cells: &[Vec<CellMeasure>],
+    rough_means: &[Vec<SymTensor2>],
     accuracy: Accuracy,
 ) -> Vec<f64> {
     let (problem, bodies) = (prepared.problem(), prepared.bodies());
     let of_body = |b: usize| {
         let forces = pressure_forces(problem, b, &pair.contacts);
-        stress_energy(&problem.bodies[b], &bodies[b], &cells[b], &forces, accuracy).iter().sum::<f64>().sqrt()
+        let of_body = (&problem.bodies[b], &bodies[b]);
+        stress_energy(of_body, (&cells[b], &rough_means[b]), &forces, accuracy).iter().sum::<f64>().sqrt()
     };
     each_body(problem.bodies.len(), of_body)
 }
 
 /// Computes `Rᵀ K⁻¹ R` of a stress under the body's loads and further nodal forces, see [`CondensedBody::residual_energy`].
 pub(crate) fn stress_energy(
-    body: &Body,
-    condensed: &CondensedBody,
-    cells: &[CellMeasure],
+    (body, condensed): (&Body, &CondensedBody),
+    (cells, rough_means): (&[CellMeasure], &[SymTensor2]),
     forces: &[(NodeId, Vector)],
     accuracy: Accuracy,
 ) -> [f64; 2] {
     match accuracy {
         Accuracy::Double => {
-            let residual = field::stress_residual(body, &rough_means(cells));
+            let residual = field::stress_residual(body, rough_means);
             condensed.rough_residual_energy(&less_rough(residual, forces))
         }
         Accuracy::Refined => {

@@ -69,7 +69,7 @@ impl BodyFields<'_> {
         // Not known for a given plane stiffness in plane strain.
         let with_zz =
             |t: usize, s: SymTensor2| six(s, model.material(t).out_of_plane_stress(s).unwrap_or(0.0));
-        let (stress, equilibrated) = (&fields.stress, &fields.equilibrated);
+        let (stress, means) = (&fields.stress, &self.estimate.mean_stress[self.body]);
         let place_of = |places: &[usize], t: usize| places[model.materials().index(t)];
         Some(match name {
             "displacement" => VtuArray::vectors(name, &fields.displacement),
@@ -86,7 +86,7 @@ impl BodyFields<'_> {
                 VtuArray::scalars(name, values?)
             }
             "stress" => tensors(&|t| with_zz(t, stress[t])),
-            "stress_equilibrated" => tensors(&|t| with_zz(t, equilibrated.cell_mean(model, t))),
+            "stress_equilibrated" => tensors(&|t| with_zz(t, means[t])),
             "strain" => {
                 let places = self.case.material_places(self.body);
                 tensors(&|t| {
@@ -100,7 +100,7 @@ impl BodyFields<'_> {
             }
             // Constant in the cell: its energy density.
             "error_density_iteration" => scalars(&|t| {
-                let d = equilibrated.finite_element[t].minus(stress[t]);
+                let d = fields.equilibrated.finite_element[t].minus(stress[t]);
                 model.material(t).complementary(d, d)
             }),
             "material_id" => {

@@ -1,5 +1,6 @@
 //! Evaluates boundary conditions on a mesh: nodal constraints and edge tractions.
 
+mod rollers;
 mod single_node;
 
 use super::interpolation::{gauss_points, linear_by_moments};
@@ -20,17 +21,6 @@ const SAME_DIRECTION: f64 = 1e-9;
 
 /// Values that differ by less, relative to the largest that their conditions impose, are the same.
 const SAME_VALUE: f64 = 1e-12;
-
-/// If the normals of rollers on neighbouring edges differ by at most this, they fix a node along their mean; if they
-/// differ by more, they clamp it.
-const SMOOTH: f64 = 30.0;
-
-/// A roller has one direction on a part of a side whose nodes are within this fraction of its length of a straight line: coordinates
-/// in a file have few digits.
-const STRAIGHT: f64 = 1e-5;
-
-/// Cosine of the turn, 1 degree, from which two parts of a roller are told apart.
-const TURN: f64 = 0.99985;
 
 /// The edges that each condition applies to, in the order of the conditions.
 #[derive(Clone, Debug, Default)]
@@ -300,10 +290,10 @@ impl Evaluation<'_> {
     ) -> Result<BTreeMap<NodeId, EdgeReaction>, BodyError> {
         let mut holds = BTreeMap::new();
         let normals = match support {
-            Support::Normal(_) => self.straightened(edges),
+            Support::Normal(_) => rollers::straightened(self.mesh, edges),
             Support::Components(_) => HashMap::new(),
         };
-        let rollers = self.roller_normals(&normals);
+        let at_nodes = rollers::at_nodes(self.mesh, &normals);
         let magnitude = |data: &ScalarData| {
             let all = edges.iter().flat_map(|&e| self.mesh.topology().edges()[e]);
             all.fold(0.0f64, |largest, n| largest.max(data.at(self.mesh.points()[n]).abs()))
@@ -320,7 +310,7 @@ impl Evaluation<'_> {
                 let reaction = &mut self.edges[position].reaction;
                 *reaction = add_reaction(*reaction, direction);
                 for node in self.mesh.topology().edges()[edge] {
-                    let held = rollers.get(&node).map_or(direction, |all| mean_normal(all, direction));
+                    let held = at_nodes.get(&node).map_or(direction, |all| rollers::mean(all, direction));
                     let value = self.constrain(place, node, &Imposed { direction: held, data, magnitude })?;
                     let sine = cross(held, direction).abs();
                     if sine > 0.0 {
@@ -332,46 +322,6 @@ impl Evaluation<'_> {
             }
         }
         Ok(holds)
-    }
-
-    /// Finds the normal of each edge of a roller. On a straight part of the side all are that of the line through its ends.
-    fn straightened(&self, edges: &[EdgeId]) -> HashMap<EdgeId, Vector> {
-        let (points, topology) = (self.mesh.points(), self.mesh.topology());
-        let mut found: HashMap<EdgeId, Vector> =
-            edges.iter().map(|edge| (*edge, self.mesh.edge_normal(*edge))).collect();
-        for nodes in self.mesh.walks(edges, |a, b| a.cmp(&b)) {
-            let between = |w: &[NodeId]| topology.find_edge(w[0], w[1]);
-            let part: Vec<EdgeId> = nodes.windows(2).filter_map(between).collect();
-            let normals: Vec<Vector> = part.iter().map(|edge| self.mesh.edge_normal(*edge)).collect();
-            let mut first = 0;
-            for last in 0..part.len() {
-                if normals.get(last + 1).is_some_and(|next| next.dot(&normals[last]) > TURN) {
-                    continue;
-                }
-                let [start, end] = [points[nodes[first]], points[nodes[last + 1]]];
-                let chord = geometry::right_normal(start, end);
-                let limit = STRAIGHT * geometry::norm(end - start);
-                let line = &nodes[first..=last + 1];
-                if line.iter().all(|n| (points[*n] - start).dot(&chord).abs() <= limit) {
-                    found.extend(part[first..=last].iter().map(|edge| (*edge, chord)));
-                }
-                first = last + 1;
-            }
-        }
-        found
-    }
-
-    /// Lists the normals of a roller's edges at each of their nodes, times the edges' lengths, in the order of the edges.
-    fn roller_normals(&self, normals: &HashMap<EdgeId, Vector>) -> HashMap<NodeId, Vec<Vector>> {
-        let mut edges: Vec<(&EdgeId, &Vector)> = normals.iter().collect();
-        edges.sort_unstable_by_key(|(edge, _)| **edge);
-        let mut found: HashMap<NodeId, Vec<Vector>> = HashMap::new();
-        for (edge, normal) in edges {
-            for node in self.mesh.topology().edges()[*edge] {
-                found.entry(node).or_default().push(self.mesh.edge_length(*edge) * normal);
-            }
-        }
-        found
     }
 
     /// Adds a condition to a node, and returns the imposed value.
@@ -485,14 +435,6 @@ impl Evaluation<'_> {
         let [x, y] = values.map(linear_by_moments);
         Ok([Vector::new(x[0], y[0]), Vector::new(x[1], y[1])])
     }
-}
-
-/// The mean of those weighted normals that are within [`SMOOTH`] of the edge's own; on a straight side the edge's own.
-fn mean_normal(all: &[Vector], own: Vector) -> Vector {
-    let near = all.iter().filter(|n| n.dot(&own) >= SMOOTH.to_radians().cos() * geometry::norm(**n));
-    let mean = near.fold(Vector::zeros(), |sum, n| sum + n);
-    let mean = 1.0 / geometry::norm(mean) * mean;
-    if cross(mean, own).abs() <= SAME_DIRECTION { own } else { mean }
 }
 
 fn finite(place: ConditionPlace, point: Vector, value: f64) -> Result<f64, BodyError> {
