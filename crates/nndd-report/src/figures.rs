@@ -18,7 +18,7 @@ use fem_core::geometry::{Vector, cross, norm};
 use fem_core::interface::{ContactPair, NodePair};
 use fem_core::mesh::id::{EdgeId, NodeId};
 use fem_core::mesh::topology::NONE;
-use rayon::prelude::*;
+use fem_core::parallel::each_task;
 use std::collections::BTreeSet;
 
 /// A named figure.
@@ -56,7 +56,7 @@ pub(crate) fn of_solve(
         &|| steps(contact, report, labels),
         &|| adaptive(case, report).into_iter().collect(),
     ];
-    drawn.into_par_iter().flat_map_iter(|draw| draw()).collect()
+    each_task(drawn.len(), |k| drawn[k]()).into_iter().flatten().collect()
 }
 
 /// The pressure along each contact line; if there are several, of those under pressure.

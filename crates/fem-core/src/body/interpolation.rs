@@ -7,8 +7,8 @@ use super::{Body, ConditionList, ConditionPlace};
 use crate::boundary::{Load, ScalarData, Support};
 use crate::geometry::{self, Vector};
 use crate::mesh::id::EdgeId;
+use crate::parallel::each_task;
 use crate::quadrature::GAUSS5;
-use rayon::prelude::*;
 
 /// Below this part of the largest value a difference is round-off: the data are linear along the edges.
 const ROUND_OFF: f64 = 1e-12;
@@ -57,12 +57,11 @@ impl Sum {
     ///
     /// * `add`: adds one of them.
     pub(crate) fn of<T: Sync>(edges: &[T], add: impl Fn(&mut Self, &T) + Sync) -> Self {
-        let part = |edges: &[T]| {
+        let parts: Vec<Self> = each_task(edges.len().div_ceil(CHUNK), |k| {
             let mut sum = Self::default();
-            edges.iter().for_each(|edge| add(&mut sum, edge));
+            edges[k * CHUNK..edges.len().min((k + 1) * CHUNK)].iter().for_each(|edge| add(&mut sum, edge));
             sum
-        };
-        let parts: Vec<Self> = edges.par_chunks(CHUNK).map(part).collect();
+        });
         parts.into_iter().fold(Self::default(), |a, b| Self {
             scale: a.scale.max(b.scale),
             largest: a.largest.max(b.largest),

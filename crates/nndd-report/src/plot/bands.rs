@@ -8,6 +8,7 @@ use super::colour::viridis;
 use crate::nodal::NodalPatch;
 use fem_core::geometry::{Vector, cross};
 use fem_core::mesh::id::NodeId;
+use fem_core::parallel::each_task;
 use rayon::prelude::*;
 use std::fmt::Write as _;
 
@@ -40,16 +41,12 @@ pub(super) fn elements(
     let height = |value: &f64| position(*value).clamp(0.0, 1.0);
     let heights: Vec<Vec<f64>> =
         patches.iter().map(|(patch, _)| patch.values.iter().map(height).collect()).collect();
-    let surfaces: Vec<Surface<'_>> = patches
-        .par_iter()
-        .zip(&heights)
-        .map(|both| {
-            let ((patch, places), heights) = both;
-            Surface::new(&patch.triangles, places, heights)
-        })
-        .collect();
+    let surfaces: Vec<Surface<'_>> = each_task(patches.len(), |k| {
+        let (patch, places) = patches[k];
+        Surface::new(&patch.triangles, places, &heights[k])
+    });
     let path = |band: usize| -> String { surfaces.iter().map(|surface| surface.above(band)).collect() };
-    let paths: Vec<String> = (0..BANDS).into_par_iter().map(path).collect();
+    let paths: Vec<String> = each_task(BANDS, path);
     // The lines of a field that is mere noise fill the picture: then fewer bands are drawn.
     let length = |step: usize| paths.iter().step_by(step).map(String::len).sum::<usize>();
     let step = [1, 2, 4].into_iter().find(|step| length(*step) <= LARGEST).unwrap_or(8);

@@ -8,6 +8,7 @@ use super::sheet::{self, FINE, Frame, PIXEL, SMALL, Sheet, Words, rectangle};
 use crate::nodal::NodalPatch;
 use fem_core::geometry::{Vector, cross};
 use fem_core::mesh::TriMesh;
+use fem_core::parallel::each_task;
 use rayon::prelude::*;
 
 /// One body of a picture.
@@ -93,7 +94,7 @@ impl Scale {
     pub(super) fn of(quantity: Quantity, bodies: &[BodyPicture<'_>], infinite: bool) -> Scale {
         let logarithmic = quantity == Quantity::ErrorDensity;
         let usable = |v: f64| if logarithmic { drawable_log(v) } else { drawable(v) };
-        let of_bodies: Vec<Vec<[f64; 2]>> = bodies.par_iter().map(samples).collect();
+        let of_bodies: Vec<Vec<[f64; 2]>> = each_task(bodies.len(), |b| samples(&bodies[b]));
         let known = |[value, area]: &[f64; 2]| usable(*value) && drawable(*area);
         let by_body: Vec<Vec<[f64; 2]>> =
             of_bodies.iter().map(|body| body.iter().copied().filter(known).collect()).collect();
