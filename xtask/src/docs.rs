@@ -8,7 +8,7 @@ const HEADER: &str = "crates/fem-core/katex.html";
 /// The typesetter, which the header looks for beside the pages.
 const KATEX: &str = "xtask/katex";
 
-/// Crates without a library that Rust can use.
+/// Crates whose library is not for other Rust programs.
 const UNDOCUMENTED: [&str; 2] = ["nndd-cli", "nndd-python"];
 
 /// Builds the documentation with warnings denied; returns whether there were none.

@@ -353,13 +353,16 @@ fn relative(x: f64, scale: f64) -> f64 {
 /// Triangles per block: most edges have both sides within a block, and its edge forces stay in the cache.
 const BLOCK: usize = 8192;
 
-/// Finds the force residuals of a body, block by block, and measures its triangles if there is something to measure them against.
+/// Finds the force residuals of a body, block by block, and measures its triangles if `against` has a stress.
 fn forces(
     body: &Body,
     stress: &EquilibratedStress,
     against: [Option<&[SymTensor2]>; 2],
 ) -> (Forces, Vec<CellMeasure>) {
     let triangles = body.mesh().triangles().len();
+    for given in against.into_iter().flatten() {
+        assert!(given.len() == triangles, "a stress of {} triangles on {triangles}", given.len());
+    }
     let blocks: Vec<(Forces, Vec<CellMeasure>)> = each_task(triangles.div_ceil(BLOCK), |k| {
         let triangles = k * BLOCK..triangles.min((k + 1) * BLOCK);
         pulp::Arch::new().dispatch(BlockForces { body, stress, triangles, against })
@@ -384,13 +387,14 @@ impl pulp::NullaryFnOnce for BlockForces<'_> {
         let Self { body, stress, triangles, against } = self;
         let mut worst = Forces::default();
         let mut cells = Vec::with_capacity(triangles.len());
-        let mut measures = Vec::with_capacity(triangles.len());
+        let measured = against.iter().any(Option::is_some);
+        let mut measures = Vec::with_capacity(if measured { triangles.len() } else { 0 });
         for t in triangles.clone() {
             let tau = stress.cell(body, t);
             let (found, forces) = cell(body, &tau, t);
             worst = worst.max(found);
             cells.push(forces);
-            if against.iter().any(Option::is_some) {
+            if measured {
                 measures.push(CellMeasure::new(body, t, &tau, against));
             }
         }

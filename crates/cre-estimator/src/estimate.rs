@@ -9,7 +9,7 @@ use crate::indicators::{eta_dis, eta_nndd_squared};
 use crate::openings;
 use crate::parts::{Parts, parts};
 use crate::round_off;
-use crate::size::largest_of;
+use crate::size::{larger, largest_of};
 use crate::star_relaxation::{Relaxation, bytes_of_stars};
 use fem_core::body::Body;
 use fem_core::interface::{ContactProblem, ContactState, PairState};
@@ -218,10 +218,10 @@ fn energies(problem: &ContactProblem, pair: &AdmissiblePair) -> Result<Vec<f64>,
     let largest = |fields: &AdmissibleBody| {
         largest_of(fields.stress.len(), |t| {
             let s = fields.stress[t];
-            s.xx.abs().max(s.yy.abs()).max(s.xy.abs())
+            larger(s.xx.abs(), larger(s.yy.abs(), s.xy.abs()))
         })
     };
-    let stress = pair.bodies.iter().map(largest).fold(0.0, f64::max);
+    let stress = pair.bodies.iter().map(largest).fold(0.0, larger);
     let energy: f64 = energies.iter().sum();
     if stress > 0.0 && (stress * stress).min(energy) < SMALLEST_SQUARE {
         return Err(EstimatorError::TooSmall { stress, energy });

@@ -5,7 +5,7 @@ use crate::balance;
 use crate::check::{Admissibility, check_stress_and_measure};
 use crate::cre::{Cre, of_cells, rough_means};
 use crate::equilibrated::EquilibratedStress;
-use crate::round_off::{less, less_rough, stress_energy};
+use crate::round_off::{Means, less, less_rough, stress_energy};
 use crate::star_relaxation::{Relaxation, StarRelaxation, relax};
 use fem_core::each_body;
 use fem_core::field;
@@ -117,7 +117,10 @@ fn frozen(
     let against = [Some(fields.stress.as_slice()), None];
     let (admissibility, cells) = check_stress_and_measure(body, &fields.displacement, &recovered, against);
     let squared = sum_over_triangles(cells.len(), |t| cells[t].distances[0]);
-    let [interior, _] = stress_energy((body, condensed), (&cells, &rough_means(&cells)), &[], accuracy);
+    let [interior, _] = match accuracy {
+        Accuracy::Double => stress_energy(body, condensed, Means::Rough(&rough_means(&cells)), &[]),
+        Accuracy::Refined => stress_energy(body, condensed, Means::Exact(&cells), &[]),
+    };
     Frozen { squared, admissibility, residual: interior.sqrt() }
 }
 

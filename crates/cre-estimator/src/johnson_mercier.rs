@@ -82,7 +82,7 @@ fn divergence_free(corners: [Vector; 3], loads: &CellLoads) -> CellStress {
             *component += r * g;
         }
     }
-    // Plain loops, so that nothing of it is left to a call, which would not have the vectors of the caller.
+    // Plain loops: a closure that is not inlined would be compiled without the vectors of the caller.
     let mut stress = CellStress::default();
     for k in 0..3 {
         for m in 0..3 {
@@ -157,8 +157,7 @@ pub(crate) fn recovery() -> &'static Recovery {
     })
 }
 
-/// The transpose of [`recovery`], to be added up column by column, with the components xx, yy and xy of the nine corners one after the
-/// other.
+/// The transpose of [`recovery`], to be added up column by column. All xx of the nine corners come first, then yy, then xy.
 fn by_column() -> &'static [[[f64; 9]; 3]; 12] {
     static MATRIX: OnceLock<[[[f64; 9]; 3]; 12]> = OnceLock::new();
     MATRIX.get_or_init(|| {

@@ -37,13 +37,17 @@ impl RecoveredStress {
     /// Fits the mean stresses of the triangles.
     ///
     /// * `means`: one per triangle, such as those of [`crate::Estimate::mean_stress`], Pa.
+    ///
+    /// # Panics
+    /// If there is not one for every triangle.
     pub fn new(body: &Body, means: &[SymTensor2]) -> Self {
         let mesh = body.mesh();
+        let count = mesh.triangles().len();
+        assert!(means.len() == count, "{} stresses of {count} triangles", means.len());
         let cell = |t: usize| {
             let [a, b, c] = mesh.corners(t);
             Cell { centre: (a + b + c) / 3.0, area: mesh.area(t), stress: means[t] }
         };
-        let count = mesh.triangles().len();
         let cells: Vec<Cell> = (0..count).into_par_iter().with_min_len(FEWEST_PER_TASK).map(cell).collect();
         let material = |t: u32| body.materials().index(t as usize) as u32;
         let at_node = |n: usize| {

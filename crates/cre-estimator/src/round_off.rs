@@ -122,25 +122,34 @@ pub(crate) fn residuals(
     let (problem, bodies) = (prepared.problem(), prepared.bodies());
     let of_body = |b: usize| {
         let forces = pressure_forces(problem, b, &pair.contacts);
-        let of_body = (&problem.bodies[b], &bodies[b]);
-        stress_energy(of_body, (&cells[b], &rough_means[b]), &forces, accuracy).iter().sum::<f64>().sqrt()
+        let means = match accuracy {
+            Accuracy::Double => Means::Rough(&rough_means[b]),
+            Accuracy::Refined => Means::Exact(&cells[b]),
+        };
+        stress_energy(&problem.bodies[b], &bodies[b], means, &forces).iter().sum::<f64>().sqrt()
     };
     each_body(problem.bodies.len(), of_body)
 }
 
+/// The mean stresses of the triangles, in double precision or without rounding.
+pub(crate) enum Means<'a> {
+    Rough(&'a [SymTensor2]),
+    Exact(&'a [CellMeasure]),
+}
+
 /// Computes `Rᵀ K⁻¹ R` of a stress under the body's loads and further nodal forces, see [`CondensedBody::residual_energy`].
 pub(crate) fn stress_energy(
-    (body, condensed): (&Body, &CondensedBody),
-    (cells, rough_means): (&[CellMeasure], &[SymTensor2]),
+    body: &Body,
+    condensed: &CondensedBody,
+    stress: Means<'_>,
     forces: &[(NodeId, Vector)],
-    accuracy: Accuracy,
 ) -> [f64; 2] {
-    match accuracy {
-        Accuracy::Double => {
-            let residual = field::stress_residual(body, rough_means);
+    match stress {
+        Means::Rough(means) => {
+            let residual = field::stress_residual(body, means);
             condensed.rough_residual_energy(&less_rough(residual, forces))
         }
-        Accuracy::Refined => {
+        Means::Exact(cells) => {
             let residual = residual::of_stress(body, &means(cells));
             condensed.residual_energy(&less(residual, forces))
         }

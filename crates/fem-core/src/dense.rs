@@ -2,14 +2,14 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// Computes the pseudo-inverse of a matrix; `None` if the singular values are not found.
+/// Computes the pseudo-inverse of a matrix; `None` if `zero` is negative.
 ///
 /// * `zero`: singular values up to this are zero.
 pub fn pseudo_inverse(matrix: DMatrix<f64>, zero: f64) -> Option<DMatrix<f64>> {
     matrix.pseudo_inverse(zero).ok()
 }
 
-/// Computes the `x` of least norm among those that minimise `|A x − b|`; `None` if the singular values are not found.
+/// Computes the `x` of least norm among those that minimise `|A x − b|`; `None` if `zero` is negative.
 ///
 /// * `zero`: singular values up to this are zero.
 pub fn least_squares(matrix: DMatrix<f64>, right: &DVector<f64>, zero: f64) -> Option<DVector<f64>> {

@@ -1,4 +1,4 @@
-//! Tasks in parallel. The loops of rayon are compiled here once, not again for every closure in the crates above.
+//! Tasks in parallel. Their loop is compiled once, here, and not again for every closure.
 
 use rayon::prelude::*;
 use std::sync::{Mutex, PoisonError};
@@ -18,10 +18,12 @@ pub fn each_task<T: Send>(tasks: usize, of_task: impl Fn(usize) -> T + Sync) -> 
         let result = of_task(k);
         *results[k].lock().unwrap_or_else(PoisonError::into_inner) = Some(result);
     });
-    results
-        .into_iter()
-        .filter_map(|result| result.into_inner().unwrap_or_else(PoisonError::into_inner))
-        .collect()
+    let result = |(k, result): (usize, Mutex<Option<T>>)| match result.into_inner() {
+        Ok(Some(result)) => result,
+        // A task that panics has ended the loop above.
+        _ => unreachable!("task {k} has no result"),
+    };
+    results.into_iter().enumerate().map(result).collect()
 }
 
 /// Computes something of each body, in parallel: see [`each_task`].
@@ -44,7 +46,13 @@ pub fn try_each_body<T: Send, E: Send>(
 
 #[cfg(test)]
 mod tests {
-    use super::{each_body, try_each_body};
+    use super::{each_body, each_task, try_each_body};
+
+    #[test]
+    fn any_number_of_tasks_may_run() {
+        assert_eq!(each_task(0, |k| k), []);
+        assert!(each_task(1000, |k| 2 * k).into_iter().enumerate().all(|(k, twice)| twice == 2 * k));
+    }
 
     #[test]
     fn results_are_in_the_order_of_the_bodies() {

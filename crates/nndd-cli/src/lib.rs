@@ -1,5 +1,5 @@
-//! The command `nndd`: solves contact between elastic bodies and certifies the answer. A library, so that it is compiled
-//! beside the crates below it; the program is [`run`].
+//! The command `nndd`: solves contact between elastic bodies and certifies the answer. A library, so that
+//! Cargo compiles it at the same time as the crates that it uses; the program is [`run`].
 
 mod args;
 mod certify;

@@ -110,6 +110,8 @@ fn with_coulomb_friction_there_is_no_certificate() {
     let mut report = sample("abc");
     (report.certificate, report.coulomb) = (None, Some(Coulomb::default()));
     let text = report.to_json().unwrap();
+    #[cfg(feature = "read-report")]
+    assert_eq!(Report::from_json(&text).unwrap(), report);
     let value: Value = serde_json::from_str(&text).unwrap();
     assert!(value["certificate"].is_null() && report.valid_certificate().is_none());
     let keys: Vec<&String> = value["coulomb"].as_object().unwrap().keys().collect();

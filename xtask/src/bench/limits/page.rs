@@ -89,7 +89,7 @@ const PHASES: [(&str, &str, &str); 16] = [
         REST,
         "`estimate_with` less the Neumann problems, EET, the stars and the checks",
         "not counted: many small steps, of which none is public alone. Among them are a second relaxation of the body that carries λ for \
-         `η_dis`, `η_NNDD`, and the residual for round-off",
+         `η_dis`, `η_NNDD`, the distances and means of the triangles, and the residual for round-off",
     ),
     (FILES, "`files::write`, ParaView files included", "the bytes of the files, against the peak of files"),
 ];
