@@ -23,7 +23,7 @@ h1,h2{line-height:1.25}\
 .figures{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(27rem,100%),1fr));column-gap:1rem}\
 figure{margin:0 0 1rem;break-inside:avoid}figure svg{display:block;width:100%;height:auto}\
 figcaption{font-size:.875rem;opacity:.8;padding:0 .5rem}\
-@media (max-width:40rem){td:first-child{white-space:normal;min-width:8rem}td,th{padding:.15rem .3rem}}\
+@media (max-width:40rem){td{white-space:normal}td:first-child{min-width:8rem}td,th{padding:.15rem .3rem}}\
 p,li{overflow-wrap:anywhere}pre{overflow-x:auto;background:#8881;padding:.6rem}\
 @page{size:A4;margin:15mm}\
 @media screen and (prefers-color-scheme:dark){body{color:#ddd;background:#16181b}a{color:#7ab8e6}.ok{border-color:#56b4e9}\
