@@ -66,11 +66,14 @@ pub fn constitutive_relation_error(problem: &ContactProblem, pair: &AdmissiblePa
 }
 
 /// Computes `‖τ − σ(v)‖²` and `‖τ − σ̂‖²` of one triangle, J/m.
-#[inline(always)]
 pub(crate) fn cell_distances(body: &Body, fields: &AdmissibleBody, t: usize, tau: &CellStress) -> [f64; 2] {
-    let (area, material) = (body.mesh().area(t), body.material(t));
-    [fields.stress[t], fields.equilibrated.finite_element[t]]
-        .map(|constant| johnson_mercier::distance_squared(tau, constant, area, material))
+    [&fields.stress, &fields.equilibrated.finite_element].map(|stress| cell_distance(body, t, tau, stress))
+}
+
+/// Computes `‖τ − σ‖²` of one triangle for a stress that is constant in the triangles, J/m.
+#[inline(always)]
+fn cell_distance(body: &Body, t: usize, tau: &CellStress, stress: &[SymTensor2]) -> f64 {
+    johnson_mercier::distance_squared(tau, stress[t], body.mesh().area(t), body.material(t))
 }
 
 impl Cre {
@@ -175,10 +178,9 @@ impl CellMeasure {
     #[inline(always)]
     pub(crate) fn new(body: &Body, t: usize, tau: &CellStress, against: [Option<&[SymTensor2]>; 2]) -> Self {
         let mut distances = [0.0; 2];
-        for (distance, constants) in distances.iter_mut().zip(against) {
-            if let Some(constants) = constants {
-                let (area, material) = (body.mesh().area(t), body.material(t));
-                *distance = johnson_mercier::distance_squared(tau, constants[t], area, material);
+        for (distance, stress) in distances.iter_mut().zip(against) {
+            if let Some(stress) = stress {
+                *distance = cell_distance(body, t, tau, stress);
             }
         }
         let mut sum = [DoubleDouble::ZERO; 3];
