@@ -9,7 +9,6 @@ use crate::nodal::NodalPatch;
 use fem_core::geometry::{Vector, cross};
 use fem_core::mesh::id::NodeId;
 use fem_core::parallel::each_task;
-use rayon::prelude::*;
 use std::fmt::Write as _;
 
 /// Bands of the colour scale.
@@ -83,7 +82,7 @@ impl<'a> Surface<'a> {
             [a.min(b).min(c), a.max(b).max(c)]
         };
         let spans = triangles.iter().map(span).collect();
-        Self { rim: rim(&triangles), triangles, places, heights, bands, spans }
+        Self { rim: rim(&triangles, places.len()), triangles, places, heights, bands, spans }
     }
 
     /// Returns the region of a band and those above it as closed lines.
@@ -149,14 +148,30 @@ fn band_of(height: f64) -> u8 {
     (1..BANDS).take_while(|band| height >= level(*band)).count() as u8
 }
 
-/// The edges that belong to one triangle only, in its direction.
-fn rim(triangles: &[[u32; 3]]) -> Vec<Place> {
-    let edges = triangles.iter().flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]]);
-    let mut edges: Vec<(Place, bool)> =
-        edges.map(|[a, b]| if a < b { ([a, b], false) } else { ([b, a], true) }).collect();
-    edges.par_sort_unstable();
-    let alone = edges.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() == 1).flatten();
-    alone.map(|([a, b], turned)| if *turned { [*b, *a] } else { [*a, *b] }).collect()
+/// The edges that belong to one triangle only, in its direction and sorted by node.
+fn rim(triangles: &[[u32; 3]], nodes: usize) -> Vec<Place> {
+    let edges = || triangles.iter().flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]]);
+    // By their smaller node, with the larger one and whether the triangle has them the other way round.
+    let mut ends = vec![0; nodes + 1];
+    edges().for_each(|[a, b]| ends[a.min(b) as usize + 1] += 1);
+    for v in 0..nodes {
+        ends[v + 1] += ends[v];
+    }
+    let mut sorted = vec![(0, false); 3 * triangles.len()];
+    for [a, b] in edges() {
+        let next = &mut ends[a.min(b) as usize];
+        sorted[*next] = (a.max(b), b < a);
+        *next += 1;
+    }
+    let (mut alone, mut start) = (Vec::new(), 0);
+    for (a, end) in ends[..nodes].iter().enumerate() {
+        let of_node = &mut sorted[start..*end];
+        of_node.sort_unstable();
+        let single = of_node.chunk_by(|p, q| p.0 == q.0).filter(|same| same.len() == 1).flatten();
+        alone.extend(single.map(|(b, turned)| if *turned { [*b, a as u32] } else { [a as u32, *b] }));
+        start = *end;
+    }
+    alone
 }
 
 /// Adds a closed line to a path, its points rounded to whole units.

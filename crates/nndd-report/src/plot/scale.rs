@@ -9,7 +9,6 @@ use crate::nodal::NodalPatch;
 use fem_core::geometry::{Vector, cross};
 use fem_core::mesh::TriMesh;
 use fem_core::parallel::each_task;
-use rayon::prelude::*;
 
 /// One body of a picture.
 pub(crate) struct BodyPicture<'a> {
@@ -200,16 +199,24 @@ fn area<'a>(samples: impl IntoIterator<Item = &'a [f64; 2]>) -> f64 {
     samples.into_iter().map(|[_, area]| area).sum()
 }
 
-/// The value that a part of the area lies below.
+/// The value that a part of the area lies below: in time proportional to the number of samples, because each step halves them.
 fn quantile(samples: &[[f64; 2]], part: f64) -> f64 {
+    let mut left = part * area(samples);
     let mut samples = samples.to_vec();
-    samples.par_sort_unstable_by(|a, b| a[0].total_cmp(&b[0]));
-    let mut left = part * area(&samples);
-    let found = samples.iter().find(|s| {
-        left -= s[1];
-        left < 0.0
-    });
-    found.or(samples.last()).map_or(0.0, |s| s[0])
+    let mut rest = &mut samples[..];
+    while rest.len() > 1 {
+        let middle = rest.len() / 2;
+        rest.select_nth_unstable_by(middle, |a, b| a[0].total_cmp(&b[0]));
+        let (lower, upper) = rest.split_at_mut(middle);
+        let below = area(&*lower);
+        rest = if left < below {
+            lower
+        } else {
+            left -= below;
+            upper
+        };
+    }
+    rest.first().map_or(0.0, |s| s[0])
 }
 
 /// The largest value, with the body and the node that have it.
@@ -228,4 +235,27 @@ fn largest_value(bodies: &[BodyPicture<'_>]) -> Option<(f64, Option<(usize, usiz
     };
     let all = bodies.iter().enumerate().flat_map(of).filter(|(v, _)| drawable(*v));
     all.max_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quantile_is_the_first_sample_above_its_part_of_the_area() {
+        // Values 0 to 99 in mixed order; equal values occur, and some samples have no area.
+        let samples: Vec<[f64; 2]> = (0..300).map(|k| [f64::from(k * 37 % 100), f64::from(k % 3)]).collect();
+        let mut sorted = samples.clone();
+        sorted.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        for part in [0.0, 0.001, 0.3, 0.5, 0.98, 0.999] {
+            let mut left = part * area(&samples);
+            let expected = sorted.iter().find(|s| {
+                left -= s[1];
+                left < 0.0
+            });
+            assert_eq!(quantile(&samples, part), expected.unwrap()[0], "{part}");
+        }
+        assert_eq!(quantile(&samples, 1.0), 99.0);
+        assert_eq!(quantile(&[], 0.5), 0.0);
+    }
 }
