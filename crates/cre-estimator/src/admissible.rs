@@ -8,7 +8,7 @@ use crate::friction::EdgeFriction;
 use crate::lift::{self, Lift, side_sign};
 use crate::openings;
 use crate::pressure;
-use crate::star_relaxation::{Relaxation, RelaxationReport, StarRelaxation, relax_with_stars};
+use crate::star_relaxation::RelaxationReport;
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
 use fem_core::condensation::CondensedBody;
 use fem_core::each_body;
@@ -92,25 +92,6 @@ impl AdmissiblePair {
     }
 }
 
-/// Builds the admissible pair of a contact state.
-///
-/// The pressure is `p_i = r²_i/ℓ_i`, linear along straight contact edges, its mean on edges along which the normal changes.
-/// There a lift opens the bodies until they penetrate nowhere (theory: the contact line is a
-/// polygon with a frozen normal field, linear along the edges). One Neumann problem per body with the consistent load
-/// `∫ p n φ_i` gives an FE stress in FE equilibrium with exactly this pressure; EET and Johnson-Mercier make it equilibrated, and the
-/// relaxation sharpens it.
-///
-/// # Errors
-/// Arrays of the wrong length, values that are not finite.
-pub fn admissible_pair(
-    prepared: &PreparedProblem,
-    state: &ContactState<'_>,
-    relaxation: Relaxation,
-) -> Result<AdmissiblePair, EstimatorError> {
-    check_state(prepared, state)?;
-    Ok(pair_and_stars(prepared, state, relaxation, Accuracy::Double)?.0)
-}
-
 /// Accuracy of an estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Accuracy {
@@ -120,20 +101,12 @@ pub(crate) enum Accuracy {
     Refined,
 }
 
-/// The stars of a body, to relax another stress of it.
-pub(crate) struct KeptStars<'a> {
-    pub(crate) body: usize,
-    pub(crate) stars: StarRelaxation<'a>,
-}
-
-/// [`admissible_pair`] of a state that has been checked, with the stars of a body that carries λ; `None` without
-/// relaxation.
-pub(crate) fn pair_and_stars<'a>(
-    prepared: &'a PreparedProblem,
+/// Builds the admissible pair of a state that has been checked; its stresses are not yet relaxed.
+pub(crate) fn recovered_pair(
+    prepared: &PreparedProblem,
     state: &ContactState<'_>,
-    relaxation: Relaxation,
     accuracy: Accuracy,
-) -> Result<(AdmissiblePair, Option<KeptStars<'a>>), EstimatorError> {
+) -> Result<AdmissiblePair, EstimatorError> {
     let problem = prepared.problem();
     let Pressure { by_pair, friction, limit, shift, imbalance } = balance::pressure(prepared, state)?;
     let found = problem
@@ -157,19 +130,7 @@ pub(crate) fn pair_and_stars<'a>(
         each_body(problem.bodies.len(), |b| recover(prepared, b, state.displacement[b], &contacts, accuracy));
     let (pressure_shift, rigid_balance) = (shift, imbalance);
     let obstacles = state.displacement[problem.bodies.len()..].iter().map(|u| u.to_vec()).collect();
-    let mut pair =
-        AdmissiblePair { bodies: recovered, obstacles, contacts, lift_energy, pressure_shift, rigid_balance };
-    // One body after the other, each in parallel: only the stars of one body are in memory at a time, and those of a
-    // body that carries λ are the last.
-    let mut kept = None;
-    for b in problem.by_role().into_iter().rev() {
-        let used = kept.take().map(|kept: KeptStars<'a>| kept.stars);
-        let body = &mut pair.bodies[b];
-        let (stars, report) = relax_with_stars(&problem.bodies[b], &mut body.equilibrated, relaxation, used);
-        body.relaxation = report;
-        kept = stars.map(|stars| KeptStars { body: b, stars });
-    }
-    Ok((pair, kept))
+    Ok(AdmissiblePair { bodies: recovered, obstacles, contacts, lift_energy, pressure_shift, rigid_balance })
 }
 
 /// Finds the lift of a pair, and the middle openings without it.

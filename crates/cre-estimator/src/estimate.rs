@@ -1,6 +1,6 @@
 //! The whole computation of a certificate, in one call.
 
-use crate::admissible::{Accuracy, AdmissibleBody, AdmissiblePair, check_state, pair_and_stars};
+use crate::admissible::{Accuracy, AdmissibleBody, AdmissiblePair, check_state};
 use crate::balance;
 use crate::check::{Admissibility, check_and_measure};
 use crate::cre::{Cre, rough_means};
@@ -8,6 +8,7 @@ use crate::error::EstimatorError;
 use crate::indicators::{eta_dis, eta_nndd_squared};
 use crate::openings;
 use crate::parts::{Parts, parts};
+use crate::relaxed::pair_and_frozen;
 use crate::round_off;
 use crate::size::{larger, largest_of};
 use crate::star_relaxation::{Relaxation, bytes_of_stars};
@@ -150,7 +151,7 @@ fn estimate_once(
     (relaxation, accuracy): (Relaxation, Accuracy),
 ) -> Result<Measured, EstimatorError> {
     let problem = prepared.problem();
-    let (pair, stars) = pair_and_stars(prepared, state, relaxation, accuracy)?;
+    let (pair, frozen) = pair_and_frozen(prepared, state, (relaxation, accuracy))?;
     // A single pass over the cells.
     let (mut admissibility, cells) = check_and_measure(problem, &pair);
     let distances: Vec<Vec<[f64; 2]>> =
@@ -161,7 +162,7 @@ fn estimate_once(
     let mean_stress: Vec<Vec<SymTensor2>> = cells.iter().map(|cells| rough_means(cells)).collect();
     let residuals = round_off::residuals(prepared, &pair, &cells, &mean_stress, accuracy);
     drop(cells);
-    let dis = eta_dis(prepared, &pair, &cre, (relaxation, accuracy), stars);
+    let dis = eta_dis(prepared, &pair, &cre, (relaxation, accuracy), frozen);
     admissibility = admissibility.worst(dis.admissibility);
     let model = round_off::model(problem, &pair);
     let energy: f64 = energy_norm_squared.iter().sum();

@@ -1,19 +1,20 @@
 //! The indicators: of the mesh, for a frozen λ_p, and of the iteration.
 
-use crate::admissible::{Accuracy, AdmissibleBody, AdmissiblePair, KeptStars, on_body, with_imposed_normal};
+use crate::admissible::{Accuracy, AdmissibleBody, AdmissiblePair, on_body};
 use crate::balance;
 use crate::check::{Admissibility, check_stress_and_measure};
 use crate::cre::{Cre, of_cells, rough_means};
 use crate::equilibrated::EquilibratedStress;
+use crate::relaxed::{FrozenStresses, frozen_stress};
 use crate::round_off::{Means, less, less_rough, stress_energy};
-use crate::star_relaxation::{Relaxation, StarRelaxation, relax};
+use crate::star_relaxation::Relaxation;
 use fem_core::each_body;
 use fem_core::field;
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactPair, ContactState, PairState};
 use fem_core::norm::sum_over_triangles;
 use fem_core::prepared::PreparedProblem;
-use fem_core::residual::{self, SplitField};
+use fem_core::residual;
 
 /// The discretisation indicator, with the residuals of its stress.
 #[derive(Clone, Debug)]
@@ -40,14 +41,15 @@ pub(crate) struct EtaDis {
 /// linear along the edges. In this case the pressure of Ω₁ is frozen instead of λ, and its part is `‖τ¹ − σ̂¹‖²`. The
 /// same holds for a body that carries λ in one pair and is unilateral in another.
 ///
-/// The squares are summed up from the stress, cell by cell, and body by body. `relaxation` applies to Ω₁ and should be
-/// that of the pair.
+/// The squares are summed up from the stress, cell by cell, and body by body.
+///
+/// * `frozen`: the stresses for a frozen λ. If one of them is not admissible, it is recovered again with refinement.
 pub(crate) fn eta_dis(
     prepared: &PreparedProblem,
     pair: &AdmissiblePair,
     cre: &Cre,
     (relaxation, accuracy): (Relaxation, Accuracy),
-    mut stars: Option<KeptStars<'_>>,
+    mut frozen: FrozenStresses,
 ) -> EtaDis {
     let problem = prepared.problem();
     let mut all = EtaDis {
@@ -56,17 +58,15 @@ pub(crate) fn eta_dis(
         residuals: vec![None; problem.bodies.len()],
     };
     for b in problem.by_role() {
-        let imposed = |(k, _): (usize, usize)| problem.contacts[k].imposed() == b;
-        let straight = |(k, _): (usize, usize)| !problem.contacts[k].interface.has_bent_edges();
         all.squared += if !problem.carries_lambda(b) {
             of_cells(&cre.by_cell[b])
-        } else if problem.sides_of(b).all(imposed) && problem.sides_of(b).all(straight) {
-            let mut kept = stars.as_mut().filter(|kept| kept.body == b).map(|kept| &mut kept.stars);
+        } else if let Some(stress) = frozen[b].take() {
             let of_body = (prepared, b, &pair.bodies[b]);
-            let mut found = frozen(of_body, (relaxation, accuracy), kept.as_deref_mut());
+            let mut found = measure(of_body, &stress, accuracy);
             // A displacement from another source may be in equilibrium to only a few digits.
             if accuracy == Accuracy::Double && !found.admissibility.is_valid() {
-                found = frozen(of_body, (relaxation, Accuracy::Refined), kept);
+                let stress = frozen_stress(of_body, (relaxation, Accuracy::Refined), None);
+                found = measure(of_body, &stress, Accuracy::Refined);
             }
             all.admissibility = all.admissibility.worst(found.admissibility);
             all.residuals[b] = Some(found.residual);
@@ -88,34 +88,15 @@ struct Frozen {
     residual: f64,
 }
 
-/// Recovers the stress of a body that carries λ in all its pairs, for a frozen λ.
-fn frozen(
+/// Measures the stress of a body for a frozen λ.
+fn measure(
     (prepared, b, fields): (&PreparedProblem, usize, &AdmissibleBody),
-    (relaxation, accuracy): (Relaxation, Accuracy),
-    stars: Option<&mut StarRelaxation<'_>>,
+    stress: &EquilibratedStress,
+    accuracy: Accuracy,
 ) -> Frozen {
     let (body, condensed) = (&prepared.problem().bodies[b], &prepared.bodies()[b]);
-    let stress = match accuracy {
-        Accuracy::Double => fields.stress.clone(),
-        Accuracy::Refined => {
-            let mut field = SplitField::new(fields.displacement.clone());
-            condensed.refine(body, &[], true, &mut field);
-            residual::stresses(body, &field)
-        }
-    };
-    let conditions = with_imposed_normal(prepared.problem(), b);
-    let mut recovered = EquilibratedStress::recover(body, stress, conditions);
-    match stars {
-        Some(stars) => {
-            stars.restate(&recovered.conditions);
-            stars.relax(&mut recovered, relaxation);
-        }
-        None => {
-            relax(body, &mut recovered, relaxation);
-        }
-    }
     let against = [Some(fields.stress.as_slice()), None];
-    let (admissibility, cells) = check_stress_and_measure(body, &fields.displacement, &recovered, against);
+    let (admissibility, cells) = check_stress_and_measure(body, &fields.displacement, stress, against);
     let squared = sum_over_triangles(cells.len(), |t| cells[t].distances[0]);
     let [interior, _] = match accuracy {
         Accuracy::Double => stress_energy(body, condensed, Means::Rough(&rough_means(&cells)), &[]),

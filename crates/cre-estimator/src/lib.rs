@@ -84,12 +84,13 @@ mod openings;
 pub mod parts;
 pub mod pressure;
 mod recovered;
+mod relaxed;
 mod round_off;
 mod size;
 mod star;
 pub mod star_relaxation;
 
-pub use admissible::{AdmissibleBody, AdmissibleContact, AdmissiblePair, admissible_pair};
+pub use admissible::{AdmissibleBody, AdmissibleContact, AdmissiblePair};
 pub use certify::{FieldCertificate, MissedSupport, certify};
 pub use check::{Admissibility, check, check_stress};
 pub use cre::{Cre, constitutive_relation_error};
@@ -100,6 +101,7 @@ pub use fem_core;
 pub use lift::Lift;
 pub use parts::Parts;
 pub use recovered::RecoveredStress;
+pub use relaxed::admissible_pair;
 pub use star_relaxation::{Relaxation, RelaxationReport, StarRelaxation, relax};
 
 /// The examples of README.md, run as tests.

@@ -1,0 +1,109 @@
+//! The admissible pair with relaxed stresses, and the stresses for a frozen λ.
+
+use crate::admissible::{
+    Accuracy, AdmissibleBody, AdmissiblePair, check_state, recovered_pair, with_imposed_normal,
+};
+use crate::equilibrated::EquilibratedStress;
+use crate::error::EstimatorError;
+use crate::star_relaxation::{Relaxation, StarRelaxation, relax, relax_with_stars};
+use fem_core::interface::{ContactProblem, ContactState};
+use fem_core::prepared::PreparedProblem;
+use fem_core::residual::{self, SplitField};
+
+/// The equilibrated stress of each body for a frozen λ; `None` if it has none.
+pub(crate) type FrozenStresses = Vec<Option<EquilibratedStress>>;
+
+/// Builds the admissible pair of a contact state.
+///
+/// The pressure is `p_i = r²_i/ℓ_i`, linear along straight contact edges, its mean on edges along which the normal changes.
+/// There a lift opens the bodies until they penetrate nowhere (theory: the contact line is a
+/// polygon with a frozen normal field, linear along the edges). One Neumann problem per body with the consistent load
+/// `∫ p n φ_i` gives an FE stress in FE equilibrium with exactly this pressure; EET and Johnson-Mercier make it equilibrated, and the
+/// relaxation sharpens it.
+///
+/// # Errors
+/// Arrays of the wrong length, values that are not finite.
+pub fn admissible_pair(
+    prepared: &PreparedProblem,
+    state: &ContactState<'_>,
+    relaxation: Relaxation,
+) -> Result<AdmissiblePair, EstimatorError> {
+    check_state(prepared, state)?;
+    let mut pair = recovered_pair(prepared, state, Accuracy::Double)?;
+    relax_bodies(prepared, &mut pair, relaxation, &mut |_, _, _| ());
+    Ok(pair)
+}
+
+/// [`admissible_pair`] of a state that has been checked, and the stresses for a frozen λ. The same stars relax both stresses of a body.
+pub(crate) fn pair_and_frozen(
+    prepared: &PreparedProblem,
+    state: &ContactState<'_>,
+    (relaxation, accuracy): (Relaxation, Accuracy),
+) -> Result<(AdmissiblePair, FrozenStresses), EstimatorError> {
+    let mut pair = recovered_pair(prepared, state, accuracy)?;
+    let mut frozen: FrozenStresses = vec![None; pair.bodies.len()];
+    relax_bodies(prepared, &mut pair, relaxation, &mut |b, fields, stars| {
+        if freezes_lambda(prepared.problem(), b) {
+            frozen[b] = Some(frozen_stress((prepared, b, fields), (relaxation, accuracy), stars));
+        }
+    });
+    Ok((pair, frozen))
+}
+
+/// Relaxes the stresses of one body after the other, each in parallel, and calls `then` with the body and its stars. Only the stars of one body
+/// are in memory at a time, in the place of those of the body before.
+fn relax_bodies(
+    prepared: &PreparedProblem,
+    pair: &mut AdmissiblePair,
+    relaxation: Relaxation,
+    then: &mut dyn FnMut(usize, &AdmissibleBody, Option<&mut StarRelaxation<'_>>),
+) {
+    let problem = prepared.problem();
+    let mut used = None;
+    for b in problem.by_role().into_iter().rev() {
+        let body = &mut pair.bodies[b];
+        let (mut stars, report) =
+            relax_with_stars(&problem.bodies[b], &mut body.equilibrated, relaxation, used.take());
+        body.relaxation = report;
+        then(b, body, stars.as_mut());
+        used = stars;
+    }
+}
+
+/// Tells whether a body carries λ in all its pairs, along straight edges: then its stress for a frozen λ counts.
+fn freezes_lambda(problem: &ContactProblem, b: usize) -> bool {
+    let imposed = |(k, _): (usize, usize)| problem.contacts[k].imposed() == b;
+    let straight = |(k, _): (usize, usize)| !problem.contacts[k].interface.has_bent_edges();
+    problem.carries_lambda(b) && problem.sides_of(b).all(imposed) && problem.sides_of(b).all(straight)
+}
+
+/// Recovers the stress of a body for a frozen λ, and relaxes it.
+///
+/// * `stars`: of the body, prepared for whatever reactions; without them they are made for this stress.
+pub(crate) fn frozen_stress(
+    (prepared, b, fields): (&PreparedProblem, usize, &AdmissibleBody),
+    (relaxation, accuracy): (Relaxation, Accuracy),
+    stars: Option<&mut StarRelaxation<'_>>,
+) -> EquilibratedStress {
+    let (body, condensed) = (&prepared.problem().bodies[b], &prepared.bodies()[b]);
+    let stress = match accuracy {
+        Accuracy::Double => fields.stress.clone(),
+        Accuracy::Refined => {
+            let mut field = SplitField::new(fields.displacement.clone());
+            condensed.refine(body, &[], true, &mut field);
+            residual::stresses(body, &field)
+        }
+    };
+    let conditions = with_imposed_normal(prepared.problem(), b);
+    let mut recovered = EquilibratedStress::recover(body, stress, conditions);
+    match stars {
+        Some(stars) => {
+            stars.restate(&recovered.conditions);
+            stars.relax(&mut recovered, relaxation);
+        }
+        None => {
+            relax(body, &mut recovered, relaxation);
+        }
+    }
+    recovered
+}
