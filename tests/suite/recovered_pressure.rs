@@ -37,9 +37,9 @@ fn exact(x: f64) -> f64 {
     2.0 * closing() * (PI * x).cos() * left.max(0.0).sqrt()
 }
 
-/// The largest deviations of the pressure at all nodes, and of the recovered one at the nodes of a mesh of 24 cells, over the peak; without the
-/// ends of the contact: the slope of the exact one is infinite there.
-fn deviations(cells: [usize; 2]) -> [f64; 2] {
+/// The largest deviations over the peak, of the pressure and of the recovered one at all nodes, and of the latter at those of a mesh of 24 cells;
+/// without the ends of the contact: the slope of the exact one is infinite there.
+fn deviations(cells: [usize; 2]) -> [f64; 3] {
     let found = solved(cells);
     let pairs = found.problem.contacts[0].interface.pairs();
     let forces = &found.last().contact.normal_reaction;
@@ -55,16 +55,18 @@ fn deviations(cells: [usize; 2]) -> [f64; 2] {
         nodes.map(|(x, p)| (p - exact(x)).abs() / exact(0.0)).fold(0.0, f64::max)
     };
     let of_24 = |x: f64| (24.0 * x - (24.0 * x).round()).abs() < 1e-9;
-    [worst(&nodal, &|_| true), worst(&recovered, &of_24)]
+    [worst(&nodal, &|_| true), worst(&recovered, &|_| true), worst(&recovered, &of_24)]
 }
 
 #[test]
 fn the_recovered_pressure_of_meshes_that_do_not_match_does_not_oscillate() {
-    let [matching, same] = deviations([24, 24]);
+    let [matching, same, _] = deviations([24, 24]);
     assert_eq!(matching, same);
     for cells in [[24, 25], [25, 24], [24, 31], [31, 24]] {
-        let [nodal, recovered] = deviations(cells);
-        println!("{cells:?} cells: nodal {nodal:.4}, recovered {recovered:.4}, matching {matching:.4}");
-        assert!(recovered < 0.04 && recovered < 0.5 * nodal, "{recovered} {nodal}");
+        let [nodal, recovered, of_24] = deviations(cells);
+        println!(
+            "{cells:?} cells: nodal {nodal:.4}, recovered {recovered:.4}, {of_24:.4} at nodes of 24, matching {matching:.4}"
+        );
+        assert!(recovered < 0.5 * nodal && of_24 < 0.035, "{recovered} {of_24} {nodal}");
     }
 }

@@ -67,7 +67,7 @@ pub struct ContactRow {
     pub pressure: f64,
     /// 1 in contact, 0 open.
     pub active: u8,
-    /// Pressure recovered on the nodes of the coarser side, Pa; `None` if the nodes matched from the first mesh on.
+    /// Pressure recovered over the cells of the coarser side, Pa; `None` if the nodes matched from the first mesh on.
     #[serde(skip)]
     pub pressure_recovered: Option<f64>,
     /// What friction does there; `None` without it.

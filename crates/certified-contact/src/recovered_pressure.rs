@@ -1,17 +1,23 @@
 //! The pressure along a contact line whose nodes did not match.
 //!
 //! A node that the common refinement puts into an edge of a body cuts cells there; the mesh behind it is as coarse as before. The nodal
-//! forces `P_i` oscillate from such a node to the next, and so does `P_i/ℓ_i`. The forces on the hat functions `φ_j` of the side with the
-//! coarser mesh, without those nodes, do not:
+//! forces `P_i` oscillate from such a node to the next, and so does `P_i/ℓ_i`. Their mean over the cells of the coarser side does not:
 //! ```math
-//! p_j = \frac{\sum_i φ_j(s_i) P_i}{\sum_i φ_j(s_i) ℓ_i}
+//! p_k = w_k \sum_i \max(0, 1 - |s_k - s_i|/h_{ki})\, w_i P_i
 //! ```
-//! linear between the nodes `j`. The sum of the forces remains: `Σ p(s_i) ℓ_i = Σ P_i`.
+//! with the arc lengths `s` and the length `h` of the uncut edges around the two nodes, that of the coarser side. The weights `w` are such that
+//! forces `P_i = ℓ_i` give a pressure of 1; then `Σ p_k ℓ_k = Σ P_i` as well. If the nodes of both sides match, it is `P_i/ℓ_i`.
 
 use fem_core::interface::{ContactInterface, ContactProblem};
 
-/// Computes the pressure that is recovered on the coarser side of a pair, at its pairs of nodes, Pa. `None` if all nodes matched from the
-/// first mesh on, and against an obstacle: it is `P_i/ℓ_i` then.
+/// Weights are found to this precision.
+const PRECISION: f64 = 1e-14;
+
+/// Iterations for the weights; 40 are enough for meshes of constant size.
+const MAX_ITERATIONS: usize = 200;
+
+/// Computes the pressure that is recovered over the cells of the coarser side of a pair, at its pairs of nodes, Pa. `None` if all nodes
+/// matched from the first mesh on, and against an obstacle: it is `P_i/ℓ_i` then.
 ///
 /// * `forces`: normal forces at the pairs of nodes, `|n_i| P_i`, N/m.
 ///
@@ -21,32 +27,44 @@ pub fn recovered_pressure(problem: &ContactProblem, pair: usize, forces: &[f64])
     let of = &problem.contacts[pair];
     let pairs = of.interface.pairs();
     assert!(forces.len() == pairs.len(), "{} forces, and {} pairs of nodes", forces.len(), pairs.len());
-    let mut pressure: Vec<f64> =
-        pairs.iter().zip(forces).map(|(pair, p)| p / pair.tributary_length).collect();
     if problem.obstacle_of(of).is_some() {
         return None;
     }
-    let cuts = [0, 1].map(|side: usize| -> Vec<bool> {
+    let own = [0, 1].map(|side: usize| -> Vec<bool> {
         let body = &problem.bodies[of.bodies[side]];
-        pairs.iter().map(|pair| body.is_inserted(pair.nodes[side])).collect()
+        pairs.iter().map(|pair| !body.is_inserted(pair.nodes[side])).collect()
     });
-    let count = |side: usize| cuts[side].iter().filter(|cut| **cut).count();
-    // The side with more nodes of the other one has fewer of its own.
-    let own: Vec<bool> = cuts[usize::from(count(1) > count(0))].iter().map(|cut| !cut).collect();
-    if own.iter().all(|own| *own) {
+    if own.iter().flatten().all(|own| *own) {
         return None;
     }
-    for chain in chains(&of.interface, &own) {
-        recover(&chain, (&own, forces), &of.interface, &mut pressure);
+    let mut pressure: Vec<f64> =
+        pairs.iter().zip(forces).map(|(pair, p)| p / pair.tributary_length).collect();
+    for chain in chains(&of.interface, &own[0]).into_iter().filter(|chain| chain.len() > 1) {
+        let lengths: Vec<f64> = chain.iter().map(|(k, _)| pairs[*k].tributary_length).collect();
+        let forces: Vec<f64> = chain.iter().map(|(k, _)| forces[*k]).collect();
+        for ((k, _), p) in chain.iter().zip(recover(&chain, &own, &lengths, &forces)) {
+            pressure[*k] = p;
+        }
     }
     Some(pressure)
 }
 
+/// Recovers the pressure at the pairs of a run.
+///
+/// * `lengths`, `forces`: at the pairs, in their order along the run.
+fn recover(chain: &Chain, own: &[Vec<bool>; 2], lengths: &[f64], forces: &[f64]) -> Vec<f64> {
+    let closed = chain[0].0 == chain[chain.len() - 1].0;
+    let near = neighbours(chain, closed, own);
+    let weights = weights(&near, &lengths[..chain.len() - usize::from(closed)]);
+    let weighted: Vec<f64> = weights.iter().zip(forces).map(|(w, force)| w * force).collect();
+    weights.iter().zip(sums(&near, &weighted)).map(|(w, sum)| w * sum).collect()
+}
+
 /// A run of pairs joined by edges, with their arc lengths; a closed one ends with its first pair.
-type Chain = Vec<(usize, f64)>;
+type Chain = [(usize, f64)];
 
 /// Lists the runs of a contact line, from an own node on if it is closed.
-fn chains(interface: &ContactInterface, own: &[bool]) -> Vec<Chain> {
+fn chains(interface: &ContactInterface, own: &[bool]) -> Vec<Box<Chain>> {
     let count = interface.pairs().len();
     let mut next = vec![None; count];
     let mut has_previous = vec![false; count];
@@ -74,48 +92,149 @@ fn chains(interface: &ContactInterface, own: &[bool]) -> Vec<Chain> {
             }
             last = pair;
         }
-        found.push(chain);
+        found.push(chain.into());
     }
     found
 }
 
-/// Recovers the pressure along one run.
-fn recover(
-    chain: &[(usize, f64)],
-    (own, forces): (&[bool], &[f64]),
-    interface: &ContactInterface,
-    pressure: &mut [f64],
-) {
-    let last = chain.len() - 1;
-    let kept: Vec<usize> = (0..chain.len()).filter(|i| *i == 0 || *i == last || own[chain[*i].0]).collect();
-    if kept.len() == chain.len() {
-        return;
-    }
-    let closed = chain[0].0 == chain[last].0;
-    // Forces and lengths on the hat functions of the kept nodes.
-    let mut sums = vec![[0.0; 2]; kept.len()];
-    let share = |i: usize, piece: usize| {
-        let [a, b] = [kept[piece], kept[piece + 1]].map(|k| chain[k].1);
-        (chain[i].1 - a) / (b - a)
-    };
-    let place = |i: usize| kept.partition_point(|k| *k <= i).saturating_sub(1).min(kept.len() - 2);
-    for i in 0..if closed { last } else { last + 1 } {
-        let (pair, piece) = (chain[i].0, place(i));
-        let x = share(i, piece);
-        for (k, part) in [(piece, 1.0 - x), (piece + 1, x)] {
-            sums[k][0] += part * forces[pair];
-            sums[k][1] += part * interface.pairs()[pair].tributary_length;
+/// Pairs of nodes of a run that are near each other, and their factor `max(0, 1 − |s_k − s_i|/h)`.
+struct Near {
+    places: [usize; 2],
+    factor: f64,
+}
+
+/// Lists the pairs of different nodes with a positive factor.
+fn neighbours(chain: &Chain, closed: bool, own: &[Vec<bool>; 2]) -> Vec<Near> {
+    let size = sizes(chain, closed, own);
+    let count = size.len();
+    let total = chain[chain.len() - 1].1;
+    let longest = size.iter().copied().fold(0.0, f64::max);
+    let mut found = Vec::new();
+    for i in 0..count {
+        for step in 1..count {
+            let j = (i + step) % count;
+            let around = j < i;
+            let distance = chain[j].1 - chain[i].1 + if around { total } else { 0.0 };
+            // The other way round a closed line is shorter: the pair is found from the other node.
+            if around && !closed || distance >= longest || closed && 2.0 * distance > total {
+                break;
+            }
+            let factor = 1.0 - 2.0 * distance / (size[i] + size[j]);
+            if factor > 0.0 {
+                found.push(Near { places: [i, j], factor });
+            }
         }
     }
-    if closed && let (Some(first), Some(end)) = (sums.first().copied(), sums.last().copied()) {
-        let both = [first[0] + end[0], first[1] + end[1]];
-        let ends = [0, kept.len() - 1];
-        ends.into_iter().for_each(|k| sums[k] = both);
+    found
+}
+
+/// Computes the mean length of the uncut edges at each node of a run, or the length of the one that it cuts: of the side on which it is longer.
+fn sizes(chain: &Chain, closed: bool, own: &[Vec<bool>; 2]) -> Vec<f64> {
+    let last = chain.len() - 1;
+    let mut sizes = vec![0.0_f64; chain.len()];
+    for own in own {
+        let mut of_side = vec![0.0; chain.len()];
+        let ends: Vec<usize> = (0..=last).filter(|i| *i == 0 || *i == last || own[chain[*i].0]).collect();
+        for piece in ends.windows(2) {
+            let length = chain[piece[1]].1 - chain[piece[0]].1;
+            of_side[piece[0] + 1..piece[1]].fill(length);
+            piece.iter().for_each(|end| of_side[*end] += 0.5 * length);
+        }
+        if closed {
+            of_side[0] += of_side[last];
+        } else {
+            of_side[0] *= 2.0;
+            of_side[last] *= 2.0;
+        }
+        sizes.iter_mut().zip(of_side).for_each(|(size, of_side)| *size = size.max(of_side));
     }
-    let at: Vec<f64> = sums.iter().map(|[force, length]| force / length).collect();
-    for i in 0..=last {
-        let piece = place(i);
-        let x = share(i, piece);
-        pressure[chain[i].0] = (1.0 - x) * at[piece] + x * at[piece + 1];
+    sizes.truncate(chain.len() - usize::from(closed));
+    sizes
+}
+
+/// Computes `Σ_i K_ki x_i`.
+fn sums(near: &[Near], x: &[f64]) -> Vec<f64> {
+    let mut sums = x.to_vec();
+    for Near { places: [i, j], factor } in near {
+        sums[*i] += factor * x[*j];
+        sums[*j] += factor * x[*i];
+    }
+    sums
+}
+
+/// Finds the weights with `w_k Σ_i K_ki w_i ℓ_i = 1`, by the iteration of Sinkhorn and Knopp in its symmetric form (Knight, Ruiz and Ucar 2014).
+fn weights(near: &[Near], lengths: &[f64]) -> Vec<f64> {
+    let mut weights = vec![1.0; lengths.len()];
+    for _ in 0..MAX_ITERATIONS {
+        let weighted: Vec<f64> = weights.iter().zip(lengths).map(|(w, l)| w * l).collect();
+        let mut largest = 0.0_f64;
+        for (w, sum) in weights.iter_mut().zip(sums(near, &weighted)) {
+            largest = largest.max((*w * sum - 1.0).abs());
+            *w = (*w / sum).sqrt();
+        }
+        if largest <= PRECISION {
+            break;
+        }
+    }
+    weights
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A closed line of eight pairs from pair `first` on; the first side has the even ones, the second one has 0, 3 and 5.
+    fn closed(first: usize) -> (Box<Chain>, [Vec<bool>; 2]) {
+        let mut s = 0.0;
+        let mut chain = Vec::new();
+        for k in 0..=8 {
+            let pair = (first + k) % 8;
+            chain.push((pair, s));
+            s += edge(pair);
+        }
+        (
+            chain.into(),
+            [(0..8).map(|k| k % 2 == 0).collect(), (0..8).map(|k| [0, 3, 5].contains(&k)).collect()],
+        )
+    }
+
+    /// The length of the edge from a pair to the next one.
+    fn edge(pair: usize) -> f64 {
+        1.0 + 0.3 * (pair as f64).sin()
+    }
+
+    /// The length that belongs to a pair.
+    fn length(pair: usize) -> f64 {
+        0.5 * (edge(pair) + edge((pair + 7) % 8))
+    }
+
+    /// The pressure by pair.
+    fn recovered(first: usize, force: impl Fn(usize) -> f64) -> Vec<f64> {
+        let (chain, own) = closed(first);
+        let [lengths, forces]: [Vec<f64>; 2] =
+            [&length as &dyn Fn(usize) -> f64, &force].map(|of| chain.iter().map(|(k, _)| of(*k)).collect());
+        let mut by_pair = vec![0.0; 8];
+        for ((k, _), p) in chain.iter().zip(recover(&chain, &own, &lengths, &forces)) {
+            by_pair[*k] = p;
+        }
+        by_pair
+    }
+
+    #[test]
+    fn a_constant_pressure_remains_and_no_force_is_lost() {
+        for p in recovered(0, |k| 3.0 * length(k)) {
+            assert!((p - 3.0).abs() < 1e-12, "{p}");
+        }
+        let force = |k: usize| (k * k) as f64;
+        let found = recovered(0, force);
+        let sums = (0..8).map(|k| [found[k] * length(k), force(k)]);
+        let [sum, expected] = sums.fold([0.0; 2], |[a, b], [x, y]| [a + x, b + y]);
+        assert!((sum - expected).abs() < 1e-12 * expected, "{sum} {expected}");
+        // It is a mean: a single force is spread to both sides.
+        let spread = recovered(0, |k| f64::from(u8::from(k == 4)));
+        assert!(
+            spread[3] > 0.0 && spread[5] > 0.0 && spread[4] < 1.0 / length(4) && spread[0] == 0.0,
+            "{spread:?}"
+        );
     }
 }

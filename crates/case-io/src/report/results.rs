@@ -19,7 +19,7 @@ pub struct Results {
     pub contact_stretches: Option<Vec<ContactStretch>>,
     /// Largest nodal pressure, Pa: the largest of contact.csv.
     pub max_pressure: Option<f64>,
-    /// Largest pressure recovered on the nodes of the coarser side, Pa; left out if the nodes of both sides matched.
+    /// Largest pressure recovered over the cells of the coarser side, Pa; left out if the nodes of both sides matched.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_pressure_recovered: Option<f64>,
     /// Largest mean pressure of an interface edge, Pa.

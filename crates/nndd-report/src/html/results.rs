@@ -43,7 +43,11 @@ pub(super) fn results(page: &mut String, case: &Case, report: &Report) {
         row("integral of the pressure, ∫ p ds", r.contact_force, Kind::Force);
         row("largest nodal pressure", r.max_pressure, Kind::Stress);
         if r.max_pressure_recovered.is_some() {
-            row("largest pressure, recovered on the coarser side", r.max_pressure_recovered, Kind::Stress);
+            row(
+                "largest pressure, recovered over the coarser side's cells",
+                r.max_pressure_recovered,
+                Kind::Stress,
+            );
         }
         row("largest mean pressure of an edge", r.max_edge_pressure, Kind::Stress);
         row("smallest opening", r.min_opening, Kind::Length);
