@@ -3,12 +3,16 @@
 //! A node that the common refinement puts into an edge of a body cuts cells there; the mesh behind it is as coarse as before. The nodal
 //! forces `P_i` oscillate from such a node to the next, and so does `P_i/ℓ_i`. Their mean over the cells of the coarser side does not:
 //! ```math
-//! p_k = w_k \sum_i \max(0, 1 - |s_k - s_i|/h_{ki})\, w_i P_i
+//! p_k = w_k \sum_i \max(0, 1 - |x_k - x_i|)\, w_i P_i, \qquad x(s) = ∫ ds / h
 //! ```
-//! with the arc lengths `s` and the length `h` of the uncut edges around the two nodes, that of the coarser side. The weights `w` are such that
-//! forces `P_i = ℓ_i` give a pressure of 1; then `Σ p_k ℓ_k = Σ P_i` as well. If the nodes of both sides match, it is `P_i/ℓ_i`.
+//! with the length `h` of the uncut edge at `s`, that of the coarser side: `x` counts its edges. The weights `w` are such that forces `P_i = ℓ_i`
+//! give a pressure of 1; then `Σ p_k ℓ_k = Σ P_i` as well. Where the nodes of both sides match, it is `P_i/ℓ_i`. At the end of a line an
+//! edge that goes on beyond it counts as cut.
 
 use fem_core::interface::{ContactInterface, ContactProblem};
+
+/// Nodes nearer to the next uncut edge than this, in edges, are at its end.
+const ROUND_OFF: f64 = 1e-12;
 
 /// Weights are found to this precision.
 const PRECISION: f64 = 1e-14;
@@ -97,67 +101,64 @@ fn chains(interface: &ContactInterface, own: &[bool]) -> Vec<Box<Chain>> {
     found
 }
 
-/// Pairs of nodes of a run that are near each other, and their factor `max(0, 1 − |s_k − s_i|/h)`.
+/// Pairs of nodes of a run that are less than an edge apart, and their factor `1 − |x_k − x_i|`.
 struct Near {
-    places: [usize; 2],
+    places: [u32; 2],
     factor: f64,
 }
 
 /// Lists the pairs of different nodes with a positive factor.
 fn neighbours(chain: &Chain, closed: bool, own: &[Vec<bool>; 2]) -> Vec<Near> {
-    let size = sizes(chain, closed, own);
-    let count = size.len();
-    let total = chain[chain.len() - 1].1;
-    let longest = size.iter().copied().fold(0.0, f64::max);
+    let x = edges_before(chain, closed, own);
+    let total = x[chain.len() - 1];
+    let count = chain.len() - usize::from(closed);
     let mut found = Vec::new();
     for i in 0..count {
         for step in 1..count {
             let j = (i + step) % count;
             let around = j < i;
-            let distance = chain[j].1 - chain[i].1 + if around { total } else { 0.0 };
-            // The other way round a closed line is shorter: the pair is found from the other node.
-            if around && !closed || distance >= longest || closed && 2.0 * distance > total {
+            let distance = x[j] - x[i] + if around { total } else { 0.0 };
+            // On a closed line the other way may be shorter: then the pair is found from the other node.
+            if around && !closed || distance >= 1.0 - ROUND_OFF || closed && 2.0 * distance > total {
                 break;
             }
-            let factor = 1.0 - 2.0 * distance / (size[i] + size[j]);
-            if factor > 0.0 {
-                found.push(Near { places: [i, j], factor });
-            }
+            found.push(Near { places: [i as u32, j as u32], factor: 1.0 - distance });
         }
     }
     found
 }
 
-/// Computes the mean length of the uncut edges at each node of a run, or the length of the one that it cuts: of the side on which it is longer.
-fn sizes(chain: &Chain, closed: bool, own: &[Vec<bool>; 2]) -> Vec<f64> {
+/// Computes `x` at the nodes of a run: the number of uncut edges before it, of the side on which they are longer.
+fn edges_before(chain: &Chain, closed: bool, own: &[Vec<bool>; 2]) -> Vec<f64> {
     let last = chain.len() - 1;
-    let mut sizes = vec![0.0_f64; chain.len()];
+    // A closed line goes on behind its end.
+    let arc = |i: usize| if i > last { chain[last].1 + chain[i - last].1 } else { chain[i].1 };
+    let mut uncut = vec![0.0_f64; last];
     for own in own {
-        let mut of_side = vec![0.0; chain.len()];
-        let ends: Vec<usize> = (0..=last).filter(|i| *i == 0 || *i == last || own[chain[*i].0]).collect();
-        for piece in ends.windows(2) {
-            let length = chain[piece[1]].1 - chain[piece[0]].1;
-            of_side[piece[0] + 1..piece[1]].fill(length);
-            piece.iter().for_each(|end| of_side[*end] += 0.5 * length);
+        let is_end = |i: usize| own[chain[i].0] || !closed && (i == 0 || i == last);
+        let mut ends: Vec<usize> = (0..last + usize::from(!closed)).filter(|i| is_end(*i)).collect();
+        if closed && let Some(first) = ends.first().copied() {
+            ends.push(first + last);
         }
-        if closed {
-            of_side[0] += of_side[last];
-        } else {
-            of_side[0] *= 2.0;
-            of_side[last] *= 2.0;
+        for edge in ends.windows(2) {
+            let length = arc(edge[1]) - arc(edge[0]);
+            (edge[0]..edge[1]).for_each(|i| uncut[i % last] = uncut[i % last].max(length));
         }
-        sizes.iter_mut().zip(of_side).for_each(|(size, of_side)| *size = size.max(of_side));
     }
-    sizes.truncate(chain.len() - usize::from(closed));
-    sizes
+    let mut x = vec![0.0; last + 1];
+    for i in 0..last {
+        x[i + 1] = x[i] + (chain[i + 1].1 - chain[i].1) / uncut[i];
+    }
+    x
 }
 
 /// Computes `Σ_i K_ki x_i`.
 fn sums(near: &[Near], x: &[f64]) -> Vec<f64> {
     let mut sums = x.to_vec();
-    for Near { places: [i, j], factor } in near {
-        sums[*i] += factor * x[*j];
-        sums[*j] += factor * x[*i];
+    for Near { places, factor } in near {
+        let [i, j] = places.map(|place| place as usize);
+        sums[i] += factor * x[j];
+        sums[j] += factor * x[i];
     }
     sums
 }
@@ -230,11 +231,35 @@ mod tests {
         let sums = (0..8).map(|k| [found[k] * length(k), force(k)]);
         let [sum, expected] = sums.fold([0.0; 2], |[a, b], [x, y]| [a + x, b + y]);
         assert!((sum - expected).abs() < 1e-12 * expected, "{sum} {expected}");
-        // It is a mean: a single force is spread to both sides.
+        // A single force is spread to both sides.
         let spread = recovered(0, |k| f64::from(u8::from(k == 4)));
-        assert!(
-            spread[3] > 0.0 && spread[5] > 0.0 && spread[4] < 1.0 / length(4) && spread[0] == 0.0,
-            "{spread:?}"
-        );
+        assert!(spread[3] > 0.0 && spread[5] > 0.0 && spread[4] < 1.0 / length(4), "{spread:?}");
+    }
+
+    #[test]
+    fn the_start_of_a_closed_line_does_not_matter() {
+        let force = |k: usize| (k * 3 % 7) as f64;
+        let expected = recovered(0, force);
+        // Both sides have pair 0, only the first one has 2 and 4.
+        for first in [2, 4] {
+            for (p, expected) in recovered(first, force).iter().zip(&expected) {
+                assert!((p - expected).abs() < 1e-12, "{first}: {p} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn nodes_that_match_keep_their_pressure_on_graded_edges() {
+        // Edges of 1, 1, 0.5, 0.25 and 0.125; the second side has no node 1.
+        let s = [0.0, 1.0, 2.0, 2.5, 2.75, 2.875];
+        let chain: Vec<(usize, f64)> = s.into_iter().enumerate().collect();
+        let own = [vec![true; 6], vec![true, false, true, true, true, true]];
+        let lengths = [0.5, 1.0, 0.75, 0.375, 0.1875, 0.0625];
+        let forces = [1.0, 0.0, 0.0, 3.0, 0.0, 1.0];
+        let found = recover(&chain, &own, &lengths, &forces);
+        for k in 3..6 {
+            assert!((found[k] - forces[k] / lengths[k]).abs() < 1e-12, "{k}: {found:?}");
+        }
+        assert!(found[0] < 2.0 && found[1] > 0.0, "{found:?}");
     }
 }

@@ -5,7 +5,7 @@ use crate::balance;
 use crate::check::{Admissibility, check_stress_and_measure};
 use crate::cre::{Cre, of_cells, rough_means};
 use crate::equilibrated::EquilibratedStress;
-use crate::relaxed::{FrozenStresses, frozen_stress};
+use crate::relaxed::{FrozenStresses, freezes_lambda, frozen_stress};
 use crate::round_off::{Means, less, less_rough, stress_energy};
 use crate::star_relaxation::Relaxation;
 use fem_core::each_body;
@@ -43,7 +43,7 @@ pub(crate) struct EtaDis {
 ///
 /// The squares are summed up from the stress, cell by cell, and body by body.
 ///
-/// * `frozen`: the stresses for a frozen λ. If one of them is not admissible, it is recovered again with refinement.
+/// * `frozen`: the stresses for a frozen λ that are known already. If one of them is not admissible, it is recovered again with refinement.
 pub(crate) fn eta_dis(
     prepared: &PreparedProblem,
     pair: &AdmissiblePair,
@@ -60,13 +60,15 @@ pub(crate) fn eta_dis(
     for b in problem.by_role() {
         all.squared += if !problem.carries_lambda(b) {
             of_cells(&cre.by_cell[b])
-        } else if let Some(stress) = frozen[b].take() {
+        } else if freezes_lambda(problem, b) {
             let of_body = (prepared, b, &pair.bodies[b]);
+            let of_accuracy = |accuracy| frozen_stress(of_body, (relaxation, accuracy), None);
+            let stress = frozen[b].take().unwrap_or_else(|| of_accuracy(accuracy));
             let mut found = measure(of_body, &stress, accuracy);
+            drop(stress);
             // A displacement from another source may be in equilibrium to only a few digits.
             if accuracy == Accuracy::Double && !found.admissibility.is_valid() {
-                let stress = frozen_stress(of_body, (relaxation, Accuracy::Refined), None);
-                found = measure(of_body, &stress, Accuracy::Refined);
+                found = measure(of_body, &of_accuracy(Accuracy::Refined), Accuracy::Refined);
             }
             all.admissibility = all.admissibility.worst(found.admissibility);
             all.residuals[b] = Some(found.residual);

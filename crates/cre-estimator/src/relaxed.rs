@@ -10,7 +10,7 @@ use fem_core::interface::{ContactProblem, ContactState};
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
 
-/// The equilibrated stress of each body for a frozen λ; `None` if it has none.
+/// The equilibrated stress of each body for a frozen λ; `None` if it has none, or if it is not known yet.
 pub(crate) type FrozenStresses = Vec<Option<EquilibratedStress>>;
 
 /// Builds the admissible pair of a contact state.
@@ -34,7 +34,8 @@ pub fn admissible_pair(
     Ok(pair)
 }
 
-/// [`admissible_pair`] of a state that has been checked, and the stresses for a frozen λ. The same stars relax both stresses of a body.
+/// [`admissible_pair`] of a state that has been checked, and, if there are stars, the stresses for a frozen λ: the same stars relax both stresses
+/// of a body.
 pub(crate) fn pair_and_frozen(
     prepared: &PreparedProblem,
     state: &ContactState<'_>,
@@ -43,7 +44,7 @@ pub(crate) fn pair_and_frozen(
     let mut pair = recovered_pair(prepared, state, accuracy)?;
     let mut frozen: FrozenStresses = vec![None; pair.bodies.len()];
     relax_bodies(prepared, &mut pair, relaxation, &mut |b, fields, stars| {
-        if freezes_lambda(prepared.problem(), b) {
+        if stars.is_some() && freezes_lambda(prepared.problem(), b) {
             frozen[b] = Some(frozen_stress((prepared, b, fields), (relaxation, accuracy), stars));
         }
     });
@@ -71,7 +72,7 @@ fn relax_bodies(
 }
 
 /// Tells whether a body carries λ in all its pairs, along straight edges: then its stress for a frozen λ counts.
-fn freezes_lambda(problem: &ContactProblem, b: usize) -> bool {
+pub(crate) fn freezes_lambda(problem: &ContactProblem, b: usize) -> bool {
     let imposed = |(k, _): (usize, usize)| problem.contacts[k].imposed() == b;
     let straight = |(k, _): (usize, usize)| !problem.contacts[k].interface.has_bent_edges();
     problem.carries_lambda(b) && problem.sides_of(b).all(imposed) && problem.sides_of(b).all(straight)
