@@ -67,6 +67,6 @@ fn the_recovered_pressure_of_meshes_that_do_not_match_does_not_oscillate() {
         println!(
             "{cells:?} cells: nodal {nodal:.4}, recovered {recovered:.4}, {of_24:.4} at nodes of 24, matching {matching:.4}"
         );
-        assert!(recovered < 0.5 * nodal && of_24 < 0.035, "{recovered} {of_24} {nodal}");
+        assert!(recovered < 0.5 * nodal && of_24 < 0.04, "{recovered} {of_24} {nodal}");
     }
 }

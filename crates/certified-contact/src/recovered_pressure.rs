@@ -7,7 +7,7 @@
 //! ```
 //! with the length `h` of the uncut edge at `s`, that of the coarser side: `x` counts its edges. The weights `w` are such that forces `P_i = ℓ_i`
 //! give a pressure of 1; then `Σ p_k ℓ_k = Σ P_i` as well. Where the nodes of both sides match, it is `P_i/ℓ_i`. At the end of a line an
-//! edge that goes on beyond it counts as cut.
+//! edge that continues beyond it counts as cut.
 
 use fem_core::interface::{ContactInterface, ContactProblem};
 
@@ -131,7 +131,7 @@ fn neighbours(chain: &Chain, closed: bool, own: &[Vec<bool>; 2]) -> Vec<Near> {
 /// Computes `x` at the nodes of a run: the number of uncut edges before it, of the side on which they are longer.
 fn edges_before(chain: &Chain, closed: bool, own: &[Vec<bool>; 2]) -> Vec<f64> {
     let last = chain.len() - 1;
-    // A closed line goes on behind its end.
+    // A closed line continues behind its end.
     let arc = |i: usize| if i > last { chain[last].1 + chain[i - last].1 } else { chain[i].1 };
     let mut uncut = vec![0.0_f64; last];
     for own in own {
