@@ -1,15 +1,18 @@
 //! Checks of admissibility, as numbers: the basis of a certificate.
 
 use crate::admissible::{AdmissibleBody, AdmissibleContact, AdmissiblePair};
+use crate::cells::{Cells, Gathered, Residuals, load_tensor, set_tensor};
 use crate::cre::CellMeasure;
 use crate::equilibrated::EquilibratedStress;
-use crate::johnson_mercier::{CellStress, part_divergence};
+use crate::johnson_mercier::CellStress;
+use crate::lanes::{MOST_LANES, Row};
 use crate::lift;
 use crate::openings;
 use crate::round_off::force_noise;
 pub use crate::size::SIGN_TOLERANCE;
 use crate::size::{larger, largest_displacement};
 use fem_core::body::{Body, EdgeReaction, NodeConstraint, RigidMotion, RigidSide};
+use fem_core::double_double::DoubleDouble;
 use fem_core::each_body;
 use fem_core::geometry::{Vector, perpendicular};
 use fem_core::interface::{ContactInterface, ContactPair, ContactProblem};
@@ -17,6 +20,7 @@ use fem_core::mesh::TriMesh;
 use fem_core::mesh::id::EdgeId;
 use fem_core::parallel::each_task;
 use fem_core::tensor::SymTensor2;
+use pulp::Simd;
 use std::borrow::Cow;
 use std::ops::Range;
 
@@ -296,7 +300,7 @@ fn rigid_sides(body: &Body, fields: &AdmissibleBody) -> f64 {
             for &edge in &side.edges {
                 let t = topology.edge_triangles()[edge][0] as usize;
                 let k = topology.edge_in(t, edge);
-                let forces = cell(body, &stress.cell(body, t), t).1[k];
+                let forces = edge_tractions(body, &stress.cell(body, t), t)[k];
                 let corners = mesh.corners(t);
                 let [a, b] = [corners[k], corners[(k + 1) % 3]].map(|x| motion.at(x));
                 // ∫ F·u of linear functions, from the tractions times length.
@@ -379,23 +383,56 @@ struct BlockForces<'a> {
     against: [Option<&'a [SymTensor2]>; 2],
 }
 
-impl pulp::NullaryFnOnce for BlockForces<'_> {
+/// The triangles that are side by side, and the stresses to which their distances are measured.
+#[derive(Default)]
+struct Gathering {
+    cells: Gathered,
+    against: [[Row; 3]; 2],
+}
+
+impl pulp::WithSimd for BlockForces<'_> {
     type Output = (Forces, Vec<CellMeasure>);
 
     #[inline(always)]
-    fn call(self) -> (Forces, Vec<CellMeasure>) {
+    fn with_simd<S: Simd>(self, simd: S) -> (Forces, Vec<CellMeasure>) {
         let Self { body, stress, triangles, against } = self;
+        let load = body.body_force();
         let mut worst = Forces::default();
-        let mut cells = Vec::with_capacity(triangles.len());
+        let mut cells: Vec<CellForces> = Vec::with_capacity(triangles.len());
         let measured = against.iter().any(Option::is_some);
         let mut measures = Vec::with_capacity(if measured { triangles.len() } else { 0 });
-        for t in triangles.clone() {
-            let tau = stress.cell(body, t);
-            let (found, forces) = cell(body, &tau, t);
-            worst = worst.max(found);
-            cells.push(forces);
+        let mut gathering = Gathering::default();
+        for first in triangles.clone().step_by(S::F64_LANES) {
+            let group = first..triangles.end.min(first + S::F64_LANES);
+            // Lanes without a triangle keep the one that they had before, whose results are not read.
+            for (lane, t) in group.clone().enumerate() {
+                gathering.cells.set(lane, body, stress, t);
+                for (rows, given) in gathering.against.iter_mut().zip(against) {
+                    if let Some(given) = given {
+                        set_tensor(rows, lane, given[t]);
+                    }
+                }
+            }
+            let found = Cells::new(simd, &gathering.cells, load);
+            let Residuals { equilibrium, forces } = found.residuals(load);
+            let mut rows = [[0.0; MOST_LANES]; 1 + 12];
+            equilibrium.store(&mut rows[0]);
+            for (pair, force) in rows[1..].chunks_exact_mut(2).zip(forces.as_flattened()) {
+                force[0].store(&mut pair[0]);
+                force[1].store(&mut pair[1]);
+            }
+            for (lane, t) in group.clone().enumerate() {
+                let area = body.mesh().area(t);
+                worst.equilibrium = larger(worst.equilibrium, rows[0][lane]);
+                worst.scale = larger(worst.scale, square(area * load));
+                let mut forces = CellForces::default();
+                for (force, pair) in forces.as_flattened_mut().iter_mut().zip(rows[1..].chunks_exact(2)) {
+                    *force = Vector::new(pair[0][lane], pair[1][lane]);
+                }
+                cells.push(forces);
+            }
             if measured {
-                measures.push(CellMeasure::new(body, t, &tau, against));
+                measure(simd, &found, (&gathering.against, against), group.len(), &mut measures);
             }
         }
         let block = Block { body, stress, first: triangles.start, cells };
@@ -408,36 +445,42 @@ impl pulp::NullaryFnOnce for BlockForces<'_> {
     }
 }
 
-/// The corners of the three parts of a triangle, relative to its first corner: far from the origin their differences
-/// would be round-off.
-fn parts(corners: [Vector; 3]) -> [[Vector; 3]; 3] {
-    let corners = corners.map(|c| c - corners[0]);
-    let centre = 1.0 / 3.0 * (corners[0] + corners[1] + corners[2]);
-    [0, 1, 2].map(|k| [corners[k], corners[(k + 1) % 3], centre])
+/// Measures the first `count` of some triangles.
+#[inline(always)]
+fn measure<S: Simd>(
+    simd: S,
+    cells: &Cells<S>,
+    (rows, against): (&[[Row; 3]; 2], [Option<&[SymTensor2]>; 2]),
+    count: usize,
+    measures: &mut Vec<CellMeasure>,
+) {
+    let mut distances = [[0.0; MOST_LANES]; 2];
+    for k in 0..2 {
+        if against[k].is_some() {
+            cells.distance_squared(load_tensor(simd, &rows[k])).store(&mut distances[k]);
+        }
+    }
+    let mut sums = [[[0.0; MOST_LANES]; 3]; 2];
+    for (rows, parts) in sums.as_flattened_mut().iter_mut().zip(cells.sum().as_flattened()) {
+        parts.store(rows);
+    }
+    for lane in 0..count {
+        let sum = |c: usize| DoubleDouble { high: sums[0][c][lane], low: sums[1][c][lane] };
+        measures.push(CellMeasure {
+            distances: [distances[0][lane], distances[1][lane]],
+            sum: [sum(0), sum(1), sum(2)],
+        });
+    }
 }
 
-#[inline(always)]
-fn cell(body: &Body, tau: &CellStress, t: usize) -> (Forces, CellForces) {
+/// Computes the tractions times length on the edges of a triangle.
+fn edge_tractions(body: &Body, tau: &CellStress, t: usize) -> CellForces {
     let corners = body.mesh().corners(t);
-    let area = body.mesh().area(t);
-    let load = area * body.body_force();
-    let mut worst = Forces { scale: square(load), ..Forces::default() };
-    let mut outer = CellForces::default();
-    for (k, points) in parts(corners).iter().enumerate() {
-        let divergence = part_divergence(*points, &tau[k]) + body.body_force();
-        worst.equilibrium = larger(worst.equilibrium, square(area / 3.0 * divergence));
-        // The inner edge at corner k, between part k and the part before it.
-        let inner = points[2] - points[0];
-        let normal = Vector::new(inner[1], -inner[0]);
-        let other = &tau[(k + 2) % 3];
-        for (s, o) in [(tau[k][0], other[1]), (tau[k][2], other[2])] {
-            worst.equilibrium = larger(worst.equilibrium, square(s.minus(o).apply(normal)));
-        }
-        let along = points[1] - points[0];
+    [0, 1, 2].map(|k| {
+        let along = corners[(k + 1) % 3] - corners[k];
         let normal = Vector::new(along[1], -along[0]);
-        outer[k] = [tau[k][0].apply(normal), tau[k][1].apply(normal)];
-    }
-    (worst, outer)
+        [tau[k][0].apply(normal), tau[k][1].apply(normal)]
+    })
 }
 
 /// Consecutive triangles with the forces on their edges.
@@ -491,7 +534,7 @@ impl Block<'_> {
         let k = topology.edge_in(t, edge);
         let forces = match self.cells.get(t.wrapping_sub(self.first)) {
             Some(forces) => forces[k],
-            None => cell(self.body, &self.stress.cell(self.body, t), t).1[k],
+            None => edge_tractions(self.body, &self.stress.cell(self.body, t), t)[k],
         };
         let first = topology.edges()[edge][0] == mesh.triangles()[t][k];
         if first { forces } else { [forces[1], forces[0]] }

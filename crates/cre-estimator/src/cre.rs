@@ -151,7 +151,7 @@ fn contact_terms(problem: &ContactProblem, pair: &AdmissiblePair) -> Vec<Vec<f64
 /// The results of one triangle in a pass over the cells.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CellMeasure {
-    /// See [`cell_distances`].
+    /// `‖τ − σ‖²` for the stresses of [`crate::check::check_stress_and_measure`], J/m.
     pub(crate) distances: [f64; 2],
     /// Sum of the nine stresses of [`CellStress`] xx, yy, xy without rounding, Pa.
     pub(crate) sum: [DoubleDouble; 3],
@@ -169,30 +169,6 @@ pub(crate) fn rough_means(cells: &[CellMeasure]) -> Vec<SymTensor2> {
         SymTensor2::new(xx, yy, xy)
     };
     cells.par_iter().with_min_len(4096).map(mean).collect()
-}
-
-impl CellMeasure {
-    /// Measures the stress of a triangle.
-    ///
-    /// * `against`: see [`crate::check::check_stress_and_measure`].
-    #[inline(always)]
-    pub(crate) fn new(body: &Body, t: usize, tau: &CellStress, against: [Option<&[SymTensor2]>; 2]) -> Self {
-        let mut distances = [0.0; 2];
-        for (distance, stress) in distances.iter_mut().zip(against) {
-            if let Some(stress) = stress {
-                *distance = cell_distance(body, t, tau, stress);
-            }
-        }
-        let mut sum = [DoubleDouble::ZERO; 3];
-        for part in tau {
-            for s in part {
-                sum[0] = sum[0] + s.xx;
-                sum[1] = sum[1] + s.yy;
-                sum[2] = sum[2] + s.xy;
-            }
-        }
-        Self { distances, sum }
-    }
 }
 
 /// Computes `‖σ − τ‖²` for two stresses constant in the triangles, J/m.

@@ -11,21 +11,21 @@
 //! system has one free vector. Conditions at the ends of an open star fix it completely or partly; the rest
 //! is a weighted mean. This needs no matrix and no rank decision.
 
+use crate::shared::Shared;
 use crate::star::{self, Star};
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
 use fem_core::element::Triangle;
-use fem_core::geometry::{self, Vector, cross, perpendicular};
+use fem_core::geometry::{Vector, cross, perpendicular};
 use fem_core::mesh::id::{EdgeId, NodeId};
-use fem_core::parallel::each_task;
+use fem_core::parallel::for_each_task;
 use fem_core::tensor::SymTensor2;
+use rayon::prelude::*;
 
 /// Moments `∫_Γ F_Γ φ ds` about the two nodes of every edge, N/m. `F_Γ` acts on the edge's first triangle.
 pub type EdgeMoments = Vec<[Vector; 2]>;
 
 /// Vertices handled by one task.
 const CHUNK: usize = 1024;
-/// Chunks whose moments are kept before they are stored in their places.
-const GROUP: usize = 16;
 
 /// Computes edge moments in equilibrium with the FE stress `stress` (one per triangle, Pa): around every vertex `i`
 /// ```math
@@ -41,23 +41,18 @@ pub fn edge_moments(body: &Body, stress: &[SymTensor2], conditions: &[EdgeCondit
     let mesh = body.mesh();
     let recovery = Recovery { body, stress, conditions };
     let nodes = mesh.points().len();
-    let chunks = nodes.div_ceil(CHUNK);
-    let mut moments = vec![[Vector::zeros(); 2]; mesh.topology().edges().len()];
-    for group in (0..chunks).step_by(GROUP) {
-        let found: Vec<Vec<(EdgeId, u8, Vector)>> = each_task(GROUP.min(chunks - group), |k| {
-            let mut found = Vec::with_capacity(8 * CHUNK);
-            let (mut star, mut relative) = (Star::default(), Vec::new());
-            let first = (group + k) * CHUNK;
-            for node in first..nodes.min(first + CHUNK) {
-                recovery.vertex(NodeId::new(node), &mut star, &mut relative, &mut found);
-            }
-            found
-        });
-        for (edge, end, moment) in found.into_iter().flatten() {
-            moments[edge][end as usize] = moment;
+    let edges = mesh.topology().edges().len();
+    // Each number is written from one vertex.
+    let found = Shared::zeros(4 * edges);
+    for_each_task(nodes.div_ceil(CHUNK), &|k| {
+        let (mut star, mut relative) = (Star::default(), Vec::new());
+        for node in k * CHUNK..nodes.min((k + 1) * CHUNK) {
+            recovery.vertex(NodeId::new(node), &mut star, &mut relative, &found);
         }
-    }
-    moments
+    });
+    let moments =
+        |e: usize| [0, 2].map(|end| Vector::new(found.get(4 * e + end), found.get(4 * e + end + 1)));
+    (0..edges).into_par_iter().with_min_len(CHUNK).map(moments).collect()
 }
 
 struct Recovery<'a> {
@@ -68,13 +63,7 @@ struct Recovery<'a> {
 
 impl Recovery<'_> {
     /// Finds the moments about a vertex. `star` and `relative` are working space.
-    fn vertex(
-        &self,
-        node: NodeId,
-        star: &mut Star,
-        relative: &mut Vec<Vector>,
-        found: &mut Vec<(EdgeId, u8, Vector)>,
-    ) {
+    fn vertex(&self, node: NodeId, star: &mut Star, relative: &mut Vec<Vector>, found: &Shared) {
         star.walk(self.body.mesh(), node);
         self.differences(node, star, relative);
         let mean = self.mean(node, star, relative);
@@ -86,8 +75,9 @@ impl Recovery<'_> {
             let is_first =
                 j < star.triangles.len() && topology.edge_triangles()[edge][0] == star.triangles[j];
             let moment = if is_first { after } else { -after };
-            let end = u8::from(topology.edges()[edge][1] == node);
-            found.push((edge, end, moment));
+            let place = 4 * edge.index() + 2 * usize::from(topology.edges()[edge][1] == node);
+            found.set(place, moment[0]);
+            found.set(place + 1, moment[1]);
         }
     }
 
@@ -119,9 +109,9 @@ impl Recovery<'_> {
             let [a, b] = mesh.topology().edges()[edge];
             assert!(a == node || b == node, "edge {edge} from {a} to {b} does not start at node {node}");
             let (from, to) = (mesh.points()[node], mesh.points()[if a == node { b } else { a }]);
-            let length = geometry::norm(to - from);
-            // Outward normal of the triangle after the spoke, which lies to its left.
-            let normal = geometry::right_normal(from, to);
+            let along = to - from;
+            // Outward normal of the triangle after the spoke, which lies to its left, times the length.
+            let normal = Vector::new(along[1], -along[0]);
             let closed = star.is_closed();
             let after = if j < count { Some(star.triangles[j]) } else { None };
             let before = match j {
@@ -137,8 +127,9 @@ impl Recovery<'_> {
                 found += 1.0;
             }
             // b̄ = |Γ|/2 F̄, weight 1/|Γ|
-            let average = 0.5 * length / found * traction;
-            let weight = 1.0 / length;
+            let average = 0.5 / found * traction;
+            // Without the guard of `hypot` against overflow.
+            let weight = 1.0 / along.dot(&along).sqrt();
             sum += weight * (average - relative[j]);
             weights += weight;
         }

@@ -68,6 +68,7 @@
 
 pub mod admissible;
 mod balance;
+mod cells;
 mod certify;
 pub mod check;
 pub mod cre;
@@ -78,6 +79,7 @@ mod estimate;
 pub mod friction;
 pub mod indicators;
 pub mod johnson_mercier;
+mod lanes;
 pub mod lift;
 pub mod marking;
 mod openings;
@@ -86,6 +88,7 @@ pub mod pressure;
 mod recovered;
 mod relaxed;
 mod round_off;
+mod shared;
 mod size;
 mod star;
 pub mod star_relaxation;

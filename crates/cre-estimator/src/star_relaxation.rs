@@ -27,23 +27,24 @@ mod airy;
 mod band;
 mod form;
 mod inverse;
-mod lanes;
 mod room;
-mod shared;
 mod space;
 mod stars;
 #[cfg(test)]
 mod tests;
 
+use crate::cells::{self, Cells, load_tensor, set_tensor};
 use crate::equilibrated::EquilibratedStress;
-use airy::Cell;
+use crate::lanes::{MOST_LANES, Row};
+use crate::shared::Shared;
+use airy::{Gathered, Map, UNKNOWNS};
 use band::band_size;
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
 use fem_core::mesh::id::NodeId;
 use fem_core::norm::sum_over_triangles;
 use fem_core::parallel::each_task;
+use pulp::Simd;
 pub(crate) use room::bytes_of_stars;
-use shared::Shared;
 use space::Space;
 use stars::Stars;
 use std::ops::Range;
@@ -270,37 +271,63 @@ struct BandResidual<'a> {
     r: &'a Shared,
 }
 
-impl pulp::NullaryFnOnce for BandResidual<'_> {
+/// What the residual of some triangles side by side is computed from.
+#[derive(Default)]
+struct Gathering {
+    cells: cells::Gathered,
+    map: Gathered,
+    finite_element: [Row; 3],
+}
+
+impl pulp::WithSimd for BandResidual<'_> {
     type Output = f64;
 
     /// Adds it to `r`, and returns the energy of the triangles of which these nodes are the smallest. The triangles
     /// between two bands belong to both.
     #[inline(always)]
-    fn call(self) -> f64 {
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
         let Self { space, nodes, stress, r } = self;
-        let mesh = space.body().mesh();
+        let body = space.body();
+        let mesh = body.mesh();
         let topology = mesh.topology();
         let is_own = |n: NodeId| nodes.contains(&n.index());
+        let mut triangles = Vec::with_capacity(2 * nodes.len());
+        for n in nodes.clone().map(NodeId::new) {
+            // Each triangle at the first of its own corners.
+            let first = |t: &&u32| !mesh.triangles()[**t as usize].iter().any(|&m| is_own(m) && m < n);
+            triangles.extend(topology.triangles_around(n).iter().filter(first).map(|&t| t as usize));
+        }
         let add = |i: usize, g: f64| r.set(i, r.get(i) - g);
         let mut energy = 0.0;
-        for n in nodes.clone().map(NodeId::new) {
-            for &t in topology.triangles_around(n) {
-                let corners = mesh.triangles()[t as usize];
-                if corners.iter().any(|&m| is_own(m) && m < n) {
-                    continue;
-                }
-                let (gradient, of_cell) = Cell::new(space, t as usize).gradient(space, stress);
+        let mut gathering = Gathering::default();
+        let mut rows = [[0.0; MOST_LANES]; UNKNOWNS + 1];
+        for group in triangles.chunks(S::F64_LANES) {
+            for (lane, &t) in group.iter().enumerate() {
+                gathering.cells.set(lane, body, stress, t);
+                gathering.map.set(lane, space, t);
+                set_tensor(&mut gathering.finite_element, lane, stress.finite_element[t]);
+            }
+            let cells = Cells::new(simd, &gathering.cells, body.body_force());
+            let map = Map::new(simd, &gathering.map, space.length());
+            let (gradient, energies) =
+                map.gradient(simd, &cells, load_tensor(simd, &gathering.finite_element));
+            for (row, lanes) in rows.iter_mut().zip(gradient) {
+                lanes.store(row);
+            }
+            energies.store(&mut rows[UNKNOWNS]);
+            for (lane, &t) in group.iter().enumerate() {
+                let corners = mesh.triangles()[t];
                 for k in 0..3 {
                     if is_own(corners[k]) {
-                        (0..3).for_each(|c| add(3 * corners[k].index() + c, gradient[3 * k + c]));
+                        (0..3).for_each(|c| add(3 * corners[k].index() + c, rows[3 * k + c][lane]));
                     }
-                    let edge = topology.triangle_edges()[t as usize][k];
+                    let edge = topology.triangle_edges()[t][k];
                     if is_own(topology.edges()[edge][0]) {
-                        add(space.edge_unknown(edge), gradient[9 + k]);
+                        add(space.edge_unknown(edge), rows[9 + k][lane]);
                     }
                 }
-                if corners.iter().all(|&m| m >= n) {
-                    energy += of_cell;
+                if corners.iter().min().is_some_and(|&n| is_own(n)) {
+                    energy += rows[UNKNOWNS][lane];
                 }
             }
         }

@@ -183,6 +183,13 @@ impl LinearElastic {
         )
     }
 
+    /// Returns the entries of `D⁻¹`, the upper half by rows, 1/Pa.
+    #[inline]
+    pub fn compliance_entries(&self) -> [f64; 6] {
+        let c = &self.compliance;
+        [c.m11, c.m12, c.m13, c.m22, c.m23, c.m33]
+    }
+
     /// Computes the strain of a stress, `ε = E⁻¹ σ`.
     #[inline]
     pub fn strain(&self, stress: SymTensor2) -> SymTensor2 {

@@ -8,10 +8,10 @@
 //! follows from the edge moments of `R∇φ` by the same matrix as any other stress.
 
 use super::space::Space;
-use crate::equilibrated::EquilibratedStress;
+use crate::cells::{Cells, Compliance, set_compliance};
 use crate::johnson_mercier;
-use fem_core::geometry::{Vector, cross};
-use fem_core::tensor::SymTensor2;
+use crate::lanes::{Lanes, Pair, Row, Tensor, contract, cross, dot, less, load_pair, turned};
+use pulp::Simd;
 use std::sync::OnceLock;
 
 /// Unknowns of one triangle: `[φ, x₁, x₂]` at its corners, then one per edge.
@@ -41,8 +41,6 @@ pub(super) const PLACES: [[usize; UNKNOWNS]; UNKNOWNS] = {
 
 /// The reference triangle's matrices. Columns: `∇φ` at the three corners, then its mean on the three edges.
 pub(super) struct Reference {
-    /// `R ∇²φ Rᵀ`; rows: part, corner, component as in [`johnson_mercier`].
-    stress: [[f64; 12]; 27],
     /// `∫ s_p s_q` of the components xx, yy, xy, pairs of different ones include the transposed term.
     pub(super) mass: [[f64; PACKED]; 6],
 }
@@ -73,88 +71,149 @@ pub(super) fn reference() -> &'static Reference {
             }
             form
         });
-        Reference { stress, mass }
+        Reference { mass }
     })
 }
 
+/// `R ∇²φ Rᵀ`; rows: part, corner, component as in [`johnson_mercier`].
 fn reference_stress() -> [[f64; 12]; 27] {
-    // Loads (traction times length) on edge k from corner k: |Γ| F_a = 4 b_a − 2 b_b with b_a = R(m − g_a) and
-    // b_b = R(g_b − m).
-    let mut loads = [[0.0; 12]; 12];
-    for k in 0..3 {
-        let (a, b, m) = (2 * k, 2 * ((k + 1) % 3), 6 + 2 * k);
-        for (end, weights) in [(0, [-4.0, -2.0, 6.0]), (1, [2.0, 4.0, -6.0])] {
-            for (from, weight) in [a, b, m].into_iter().zip(weights) {
-                loads[4 * k + 2 * end][from + 1] += weight;
-                loads[4 * k + 2 * end + 1][from] -= weight;
+    let recovery = johnson_mercier::recovery();
+    std::array::from_fn(|row| {
+        let mut stress = [0.0; 12];
+        for (factor, weights) in recovery[row].iter().zip(&LOADS) {
+            for (place, weight) in weights {
+                stress[*place] += factor * weight;
+            }
+        }
+        stress
+    })
+}
+
+/// The load (traction times length) `4 k + 2 end + c` on edge `k` from corner `k`, by the gradients that it depends on:
+/// `|Γ| F_a = 4 b_a − 2 b_b` with `b_a = R(m − g_a)` and `b_b = R(g_b − m)`.
+const LOADS: [[(usize, f64); 3]; 12] = {
+    let mut loads = [[(0, 0.0); 3]; 12];
+    let mut k = 0;
+    while k < 3 {
+        let from = [2 * k, 2 * ((k + 1) % 3), 6 + 2 * k];
+        let weights = [[-4.0, -2.0, 6.0], [2.0, 4.0, -6.0]];
+        let mut i = 0;
+        while i < 6 {
+            let (end, place) = (i / 3, i % 3);
+            loads[4 * k + 2 * end][place] = (from[place] + 1, weights[end][place]);
+            loads[4 * k + 2 * end + 1][place] = (from[place], -weights[end][place]);
+            i += 1;
+        }
+        k += 1;
+    }
+    loads
+};
+
+/// Some triangles, gathered from a mesh: their edges and material, and how the space restricts their unknowns.
+#[derive(Default)]
+pub(super) struct Gathered {
+    /// From corner 0 to corners 1 and 2, m.
+    edges: [[Row; 2]; 2],
+    compliance: [Row; 6],
+    /// Per edge: [`Space::restriction`].
+    restrictions: [[Row; 2]; 3],
+    /// Per corner: the basis of its node.
+    values: [Row; 3],
+    slopes: [[[Row; 2]; 2]; 3],
+}
+
+impl Gathered {
+    #[inline(always)]
+    pub(super) fn set(&mut self, lane: usize, space: &Space<'_>, triangle: usize) {
+        let mesh = space.body().mesh();
+        let corners = mesh.corners(triangle);
+        for (rows, edge) in self.edges.iter_mut().zip([corners[1] - corners[0], corners[2] - corners[0]]) {
+            (rows[0][lane], rows[1][lane]) = (edge[0], edge[1]);
+        }
+        set_compliance(&mut self.compliance, lane, space.body().material(triangle));
+        let (nodes, edges) = (mesh.triangles()[triangle], mesh.topology().triangle_edges()[triangle]);
+        for k in 0..3 {
+            let restriction = space.restriction(edges[k], triangle);
+            (self.restrictions[k][0][lane], self.restrictions[k][1][lane]) = (restriction[0], restriction[1]);
+            let basis = space.node(nodes[k].index());
+            self.values[k][lane] = basis.value;
+            for (rows, slope) in self.slopes[k].iter_mut().zip(basis.slopes) {
+                (rows[0][lane], rows[1][lane]) = (slope[0], slope[1]);
             }
         }
     }
-    let recovery = johnson_mercier::recovery();
-    std::array::from_fn(|row| {
-        std::array::from_fn(|u| (0..12).map(|l| recovery[row][l] * loads[l][u]).sum::<f64>())
-    })
 }
 
-/// One triangle: the map from its unknowns to the reference gradients, and its geometry.
+/// Some triangles side by side: the map from their unknowns to the reference gradients, and their geometry.
 ///
 /// The reference gradients are the products of `∇φ` with the two edge vectors at corner 0: two rows per corner, then
 /// two per edge.
-pub(super) struct Cell {
+pub(super) struct Map<S: Simd> {
     /// Per edge: the two rows of its mean gradient under a unit of `φ_b − φ_a`.
-    pub(super) along: [Vector; 3],
+    along: [Pair<S>; 3],
     /// Per edge: the two rows of its mean gradient under its own unknown.
-    pub(super) across: [Vector; 3],
+    across: [Pair<S>; 3],
     /// Per corner: the factor of `φ`.
-    pub(super) values: [f64; 3],
+    values: [Lanes<S>; 3],
     /// Per corner and slope: the two rows of its gradient.
-    pub(super) slopes: [[Vector; 2]; 3],
-    /// `a⊗a`, `b⊗b`, `a⊗b + b⊗a` of the two edge vectors at corner 0.
-    dyads: [SymTensor2; 3],
-    /// `a × b`, twice the area.
-    jacobian: f64,
-    triangle: usize,
+    slopes: [[Pair<S>; 2]; 3],
+    /// The two edge vectors at corner 0.
+    edges: [Pair<S>; 2],
+    compliance: Compliance<S>,
 }
 
-impl Cell {
-    pub(super) fn new(space: &Space<'_>, triangle: usize) -> Self {
-        let mesh = space.body().mesh();
-        let corners = mesh.corners(triangle);
-        let nodes = mesh.triangles()[triangle].map(|n| space.node(n.index()));
-        let edges = mesh.topology().triangle_edges()[triangle];
-        let (a, b) = (corners[1] - corners[0], corners[2] - corners[0]);
-        let rows = |v: Vector| Vector::new(a.dot(&v), b.dot(&v));
-        let bases: [_; 3] =
-            std::array::from_fn(|k| space.edge(edges[k], triangle, corners[k], corners[(k + 1) % 3]));
-        let dyads = [
-            SymTensor2::new(a[0] * a[0], a[1] * a[1], a[0] * a[1]),
-            SymTensor2::new(b[0] * b[0], b[1] * b[1], b[0] * b[1]),
-            SymTensor2::new(2.0 * a[0] * b[0], 2.0 * a[1] * b[1], a[0] * b[1] + a[1] * b[0]),
-        ];
-        Self {
-            along: bases.map(|basis| rows(basis.along)),
-            across: bases.map(|basis| rows(basis.across)),
-            values: nodes.map(|node| node.value),
-            slopes: nodes.map(|node| node.slopes.map(rows)),
-            dyads,
-            jacobian: cross(a, b),
-            triangle,
+impl<S: Simd> Map<S> {
+    #[inline(always)]
+    pub(super) fn new(simd: S, gathered: &Gathered, length: f64) -> Self {
+        let zero = Lanes::splat(simd, 0.0);
+        let [a, b] = [0, 1].map(|e: usize| load_pair(simd, &gathered.edges[e]));
+        let rows = |v: Pair<S>| -> Pair<S> { [dot(a, v), dot(b, v)] };
+        let sides = [a, less(b, a), [zero - b[0], zero - b[1]]];
+        let inverse_length = 1.0 / length;
+        let (mut along, mut across) = ([[zero; 2]; 3], [[zero; 2]; 3]);
+        let (mut values, mut slopes) = ([zero; 3], [[[zero; 2]; 2]; 3]);
+        for k in 0..3 {
+            let t = sides[k];
+            let turned = turned(simd, t);
+            let [tilt, sense] = load_pair(simd, &gathered.restrictions[k]);
+            let scale = Lanes::splat(simd, 1.0).over(dot(t, t));
+            along[k] = rows([scale * t[0] + tilt * turned[0], scale * t[1] + tilt * turned[1]]);
+            let normal = sense * Lanes::splat(simd, inverse_length);
+            across[k] = rows([normal * turned[0], normal * turned[1]]);
+            values[k] = Lanes::load(simd, &gathered.values[k]);
+            for m in 0..2 {
+                slopes[k][m] = rows(load_pair(simd, &gathered.slopes[k][m]));
+            }
         }
+        let compliance = Compliance::load(simd, &gathered.compliance);
+        Self { along, across, values, slopes, edges: [a, b], compliance }
     }
 
     /// Computes the factors of [`Reference::mass`] in `∫ τ_i : E⁻¹ τ_j`; `τ = F s Fᵀ/J²` with the reference stress `s`.
-    pub(super) fn factors(&self, space: &Space<'_>) -> [f64; 6] {
-        let material = space.body().material(self.triangle);
-        let strains = self.dyads.map(|dyad| material.strain(dyad));
-        let scale = 1.0 / (self.jacobian * self.jacobian * self.jacobian);
-        PAIRS.map(|(p, q)| scale * self.dyads[p].contract(strains[q]))
+    #[inline(always)]
+    pub(super) fn factors(&self, simd: S) -> [Lanes<S>; 6] {
+        let [a, b] = self.edges;
+        // `a⊗a`, `b⊗b`, `a⊗b + b⊗a`.
+        let dyads = [
+            [a[0] * a[0], a[1] * a[1], a[0] * a[1]],
+            [b[0] * b[0], b[1] * b[1], b[0] * b[1]],
+            [2.0 * (a[0] * b[0]), 2.0 * (a[1] * b[1]), a[0] * b[1] + a[1] * b[0]],
+        ];
+        let jacobian = cross(a, b);
+        let scale = Lanes::splat(simd, 1.0).over(jacobian * jacobian * jacobian);
+        let mut factors = [Lanes::splat(simd, 0.0); 6];
+        for (factor, (p, q)) in factors.iter_mut().zip(PAIRS) {
+            *factor = scale * contract(dyads[p], self.compliance.strain(dyads[q]));
+        }
+        factors
     }
 
     /// Maps values on the reference gradients to the twelve unknowns, `Tᵀ g`.
-    fn unknowns(&self, gradients: &[f64; 12]) -> [f64; UNKNOWNS] {
-        let pair = |k: usize, v: Vector| gradients[2 * k] * v[0] + gradients[2 * k + 1] * v[1];
-        let along = [0, 1, 2].map(|k| pair(3 + k, self.along[k]));
-        let mut unknowns = [0.0; UNKNOWNS];
+    #[inline(always)]
+    pub(super) fn unknowns(&self, gradients: &[Lanes<S>; 12]) -> [Lanes<S>; UNKNOWNS] {
+        let pair = |k: usize, v: Pair<S>| gradients[2 * k] * v[0] + gradients[2 * k + 1] * v[1];
+        let along = [pair(3, self.along[0]), pair(4, self.along[1]), pair(5, self.along[2])];
+        let mut unknowns = *gradients;
         for k in 0..3 {
             // Corner k ends edge k + 2 and starts edge k.
             unknowns[3 * k] = self.values[k] * (along[(k + 2) % 3] - along[k]);
@@ -166,33 +225,27 @@ impl Cell {
     }
 
     /// Computes `⟨τ − σ̂, τ_i⟩` of the twelve unknowns, and `‖τ − σ̂‖²`.
+    ///
+    /// * `constant`: `σ̂`, Pa.
     #[inline(always)]
-    pub(super) fn gradient(&self, space: &Space<'_>, stress: &EquilibratedStress) -> ([f64; UNKNOWNS], f64) {
-        let body = space.body();
-        let material = body.material(self.triangle);
-        let tau = stress.cell(body, self.triangle);
-        let constant = stress.finite_element[self.triangle];
-        let reference = reference();
-        let (mut energy, mut gradients) = (0.0, [0.0; 12]);
-        for (k, part) in tau.iter().enumerate() {
-            let d = part.map(|s| s.minus(constant));
-            let total = d[0].plus(d[1]).plus(d[2]);
-            energy += total.contract(material.strain(total));
-            for (m, d) in d.into_iter().enumerate() {
-                let strain = material.strain(d.plus(total));
-                energy += d.contract(material.strain(d));
-                for (c, dyad) in self.dyads.iter().enumerate() {
-                    let weight = strain.contract(*dyad);
-                    for (g, s) in gradients.iter_mut().zip(&reference.stress[9 * k + 3 * m + c]) {
-                        *g += weight * s;
-                    }
-                }
+    pub(super) fn gradient(
+        &self,
+        simd: S,
+        cells: &Cells<S>,
+        constant: Tensor<S>,
+    ) -> ([Lanes<S>; UNKNOWNS], Lanes<S>) {
+        let (energy, loads) = cells.gradient(&cells.less(constant));
+        let mut gradients = [Lanes::splat(simd, 0.0); 12];
+        for (load, weights) in LOADS.iter().enumerate() {
+            for (place, weight) in weights {
+                gradients[*place] += *weight * loads[load];
             }
         }
-        // ∫ over a part of a third of the area: see [`johnson_mercier::distance_squared`].
-        let scale = 0.5 * self.jacobian / 36.0;
-        let gradients = gradients.map(|g| scale / (self.jacobian * self.jacobian) * g);
-        (self.unknowns(&gradients), scale * energy)
+        let inverse = Lanes::splat(simd, 1.0).over(cells.jacobian);
+        for gradient in &mut gradients {
+            *gradient = inverse * *gradient;
+        }
+        (self.unknowns(&gradients), energy)
     }
 }
 
@@ -200,6 +253,7 @@ impl Cell {
 mod tests {
     use super::*;
     use crate::johnson_mercier::REFERENCE;
+    use fem_core::geometry::Vector;
 
     /// Reference gradients of a polynomial φ with the given gradient, at most quadratic along the edges.
     fn gradients(of: impl Fn(Vector) -> Vector) -> [f64; 12] {
@@ -232,11 +286,11 @@ mod tests {
         };
         let u = gradients(gradient);
         let centre = Vector::repeat(1.0 / 3.0);
+        let stress_of = reference_stress();
         for k in 0..3 {
             for (m, x) in [REFERENCE[k], REFERENCE[(k + 1) % 3], centre].into_iter().enumerate() {
                 for (c, exact) in stress(x).into_iter().enumerate() {
-                    let found: f64 =
-                        reference().stress[9 * k + 3 * m + c].iter().zip(&u).map(|(s, u)| s * u).sum();
+                    let found: f64 = stress_of[9 * k + 3 * m + c].iter().zip(&u).map(|(s, u)| s * u).sum();
                     assert!((found - exact).abs() < 1e-12, "{found} {exact}");
                 }
             }

@@ -3,8 +3,8 @@
 use super::airy::{PLACES, packed};
 use super::form::{Form, forms};
 use super::inverse::Inverter;
-use super::shared::Shared;
 use super::space::Space;
+use crate::shared::Shared;
 use crate::star::{self, Star, corner};
 use fem_core::mesh::id::NodeId;
 use std::ops::Range;
@@ -15,10 +15,13 @@ pub(super) fn band_size(vertices: usize) -> usize {
     (vertices / 8).clamp(256, 4096)
 }
 
-/// Couplings of one spoke with the unknowns outside the star: of the vertex's three unknowns with the ring
-/// vertex (3×3, rows first) and the outer edge after the spoke (3), and of the spoke's own unknown with the
-/// ring vertex at its end (3), the one before (3), the one after (3), and the outer edges before and after.
-type Outer = [f32; 23];
+/// Couplings of one spoke with the unknowns outside the star, column by column: of the vertex's three unknowns and of the spoke's own with the
+/// ring vertex at its end (three columns) and with the outer edge after the spoke; then, of the spoke's own alone, with the ring vertex before
+/// and the outer edge before, and with the ring vertex after.
+type Outer = [[f32; 4]; 6];
+
+/// [`Outer`] in double precision, before it is stored.
+type OuterSum = [[f64; 4]; 6];
 
 /// One star: its vertex, and where its spokes and its blocks begin in the band.
 #[derive(Clone, Copy, Default)]
@@ -107,7 +110,7 @@ pub(super) struct Work {
     /// One star in double precision, before it is stored.
     star: Star,
     inner: Vec<f64>,
-    outer: Vec<[f64; 23]>,
+    outer: Vec<OuterSum>,
     inverter: Inverter,
 }
 
@@ -166,7 +169,7 @@ impl Band {
         }
         // All entries are overwritten.
         self.spokes.resize(spokes as usize, Spoke::default());
-        self.outer.resize(spokes as usize, [0.0; 23]);
+        self.outer.resize(spokes as usize, Outer::default());
         self.inner.resize(entries as usize, 0.0);
         self.inverse.resize(entries as usize, 0.0);
     }
@@ -181,7 +184,7 @@ impl Band {
         let (count, size) = (place.spokes as usize, place.size());
         let spokes = &mut self.spokes[place.first_spoke as usize..][..count];
         outer.clear();
-        outer.resize(count, [0.0; 23]);
+        outer.resize(count, OuterSum::default());
         inner.clear();
         inner.resize(size * (size + 1) / 2, 0.0);
         for (spoke, &edge) in spokes.iter_mut().zip(&star.spokes) {
@@ -212,22 +215,22 @@ impl Band {
 
             for row in 0..3 {
                 for k in 0..3 {
-                    outer[j][3 * row + k] += at(3 * c + row, near + k);
-                    outer[after][3 * row + k] += at(3 * c + row, far + k);
+                    outer[j][k][row] += at(3 * c + row, near + k);
+                    outer[after][k][row] += at(3 * c + row, far + k);
                 }
-                outer[j][9 + row] = at(3 * c + row, rim);
+                outer[j][3][row] = at(3 * c + row, rim);
             }
             for k in 0..3 {
-                outer[j][12 + k] += at(before, near + k);
-                outer[j][18 + k] = at(before, far + k);
-                outer[after][12 + k] += at(next, far + k);
-                outer[after][15 + k] = at(next, near + k);
+                outer[j][k][3] += at(before, near + k);
+                outer[j][5][k] = at(before, far + k);
+                outer[after][k][3] += at(next, far + k);
+                outer[after][4][k] += at(next, near + k);
             }
-            outer[j][22] = at(before, rim);
-            outer[after][21] = at(next, rim);
+            outer[j][3][3] = at(before, rim);
+            outer[after][4][3] = at(next, rim);
         }
         for (stored, spoke) in self.outer[place.first_spoke as usize..].iter_mut().zip(outer) {
-            *stored = spoke.map(|x| x as f32);
+            *stored = spoke.map(|column| column.map(|x| x as f32));
         }
         let first = place.first_entry as usize;
         for (stored, x) in self.inner[first..].iter_mut().zip(inner.iter()) {
@@ -242,44 +245,48 @@ impl Band {
     }
 
     /// Computes the part of `A x` in a star's rows that comes from the unknowns outside the star.
+    #[inline(always)]
     fn outside(&self, place: &Place, x: &Shared, rows: &mut Vec<f64>) {
         let first = place.first_spoke as usize;
         let count = place.spokes as usize;
         let spokes = &self.spokes[first..first + count];
         let outer = &self.outer[first..first + count];
-        let ring = |j: usize| {
-            let i = spokes[j].ring as usize;
-            [x.get(i), x.get(i + 1), x.get(i + 2)]
+        // The ring vertex at the end of a spoke, and the outer edge after it.
+        let beyond = |spoke: &Spoke| {
+            let ring = spoke.ring as usize;
+            [x.get(ring), x.get(ring + 1), x.get(ring + 2), x.get(spoke.rim as usize)]
         };
-        let rim = |j: usize| x.get(spokes[j].rim as usize);
         rows.clear();
         rows.resize(3, 0.0);
         let last = count - 1;
         // An open star has no triangle before its first spoke and after its last: zero couplings.
-        let (mut before, mut rim_before) =
-            if place.closed { (ring(last), rim(last)) } else { ([0.0; 3], 0.0) };
-        let first_ring = ring(0);
-        let mut near = first_ring;
+        let mut before = if place.closed { beyond(&spokes[last]) } else { [0.0; 4] };
+        let first = beyond(&spokes[0]);
+        let mut near = first;
         let mut total = [0.0; 3];
-        for j in 0..count {
-            let after = if j < last { ring(j + 1) } else { first_ring };
-            let rim_after = rim(j);
-            let o = outer[j].map(f64::from);
-            for row in 0..3 {
-                let c = &o[3 * row..3 * row + 3];
-                total[row] += c[0] * near[0] + c[1] * near[1] + c[2] * near[2] + o[9 + row] * rim_after;
+        for (j, columns) in outer.iter().enumerate() {
+            let after = if j < last { beyond(&spokes[j + 1]) } else { first };
+            let mut sums = [0.0; 4];
+            for (column, x) in columns[..4].iter().zip(near) {
+                for (sum, c) in sums.iter_mut().zip(column) {
+                    *sum += f64::from(*c) * x;
+                }
             }
-            let mut sum = o[21] * rim_before + o[22] * rim_after;
-            for k in 0..3 {
-                sum += o[12 + k] * near[k] + o[15 + k] * before[k] + o[18 + k] * after[k];
+            let mut own = [0.0; 4];
+            for k in 0..4 {
+                own[k] = f64::from(columns[4][k]) * before[k] + f64::from(columns[5][k]) * after[k];
             }
-            rows.push(sum);
-            (before, near, rim_before) = (near, after, rim_after);
+            for (total, sum) in total.iter_mut().zip(sums) {
+                *total += sum;
+            }
+            rows.push(sums[3] + ((own[0] + own[1]) + (own[2] + own[3])));
+            (before, near) = (near, after);
         }
         rows[..3].copy_from_slice(&total);
     }
 
     /// Unknown of a star's row.
+    #[inline(always)]
     fn unknown(&self, place: &Place, row: usize) -> usize {
         match row {
             0..3 => 3 * place.node.index() + row,
@@ -288,38 +295,83 @@ impl Band {
     }
 
     /// Minimises over each star of a colour: `x_star = A_ss⁻¹ (r − A_so x_outside)`.
-    pub(super) fn relax(&self, colour: usize, r: &Shared, unit: f64, x: &Shared) {
-        let (mut rows, mut solution) = (Vec::with_capacity(16), Vec::with_capacity(16));
-        for place in self.of_colour(colour) {
-            self.outside(place, x, &mut rows);
-            for (row, value) in rows.iter_mut().enumerate() {
-                *value = r.get(self.unknown(place, row)) / unit - *value;
-            }
-            solution.clear();
-            solution.resize(rows.len(), 0.0);
-            multiply_symmetric(&self.inverse[place.first_entry as usize..], &rows, &mut solution);
-            for (row, value) in solution.iter().enumerate() {
-                x.set(self.unknown(place, row), *value);
-            }
-        }
+    ///
+    /// * `from_zero`: whether `x` is still zero everywhere.
+    pub(super) fn relax(&self, colour: usize, (r, unit): (&Shared, f64), x: &Shared, from_zero: bool) {
+        pulp::Arch::new().dispatch(Relaxation { band: self, colour, r, unit, x, from_zero });
     }
 
     /// Computes the rows of `A x` of each star's vertex and of the spokes of which it is the first node.
     pub(super) fn multiply(&self, x: &Shared, unit: f64, y: &Shared) {
+        pulp::Arch::new().dispatch(Product { band: self, x, unit, y });
+    }
+}
+
+/// [`Band::relax`], for [`pulp`] to compile for every kind of processor.
+struct Relaxation<'a> {
+    band: &'a Band,
+    colour: usize,
+    r: &'a Shared,
+    unit: f64,
+    x: &'a Shared,
+    from_zero: bool,
+}
+
+impl pulp::NullaryFnOnce for Relaxation<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { band, colour, r, unit, x, from_zero } = self;
+        let (mut rows, mut solution) = (Vec::with_capacity(16), Vec::with_capacity(16));
+        for place in band.of_colour(colour) {
+            if from_zero {
+                rows.clear();
+                rows.resize(place.size(), 0.0);
+            } else {
+                band.outside(place, x, &mut rows);
+            }
+            for (row, value) in rows.iter_mut().enumerate() {
+                *value = r.get(band.unknown(place, row)) / unit - *value;
+            }
+            solution.clear();
+            solution.resize(rows.len(), 0.0);
+            multiply_symmetric(&band.inverse[place.first_entry as usize..], &rows, &mut solution);
+            for (row, value) in solution.iter().enumerate() {
+                x.set(band.unknown(place, row), *value);
+            }
+        }
+    }
+}
+
+/// [`Band::multiply`], for [`pulp`] to compile for every kind of processor.
+struct Product<'a> {
+    band: &'a Band,
+    x: &'a Shared,
+    unit: f64,
+    y: &'a Shared,
+}
+
+impl pulp::NullaryFnOnce for Product<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { band, x, unit, y } = self;
         let (mut rows, mut own) = (Vec::with_capacity(16), Vec::with_capacity(16));
-        for place in &self.places {
-            self.outside(place, x, &mut rows);
+        for place in &band.places {
+            band.outside(place, x, &mut rows);
             own.clear();
-            own.extend((0..rows.len()).map(|row| x.get(self.unknown(place, row))));
-            multiply_symmetric(&self.inner[place.first_entry as usize..], &own, &mut rows);
+            own.extend((0..rows.len()).map(|row| x.get(band.unknown(place, row))));
+            multiply_symmetric(&band.inner[place.first_entry as usize..], &own, &mut rows);
             for (row, value) in rows.iter().enumerate() {
                 let other = if row < 3 {
                     u32::MAX
                 } else {
-                    self.spokes[place.first_spoke as usize + row - 3].ring / 3
+                    band.spokes[place.first_spoke as usize + row - 3].ring / 3
                 };
                 if u32::from(place.node) < other {
-                    y.set(self.unknown(place, row), unit * value);
+                    y.set(band.unknown(place, row), unit * value);
                 }
             }
         }
@@ -327,6 +379,7 @@ impl Band {
 }
 
 /// Adds `A x` to `y`, with the lower half of a symmetric matrix by rows.
+#[inline(always)]
 fn multiply_symmetric(lower: &[f32], x: &[f64], y: &mut [f64]) {
     let mut rest = lower;
     for i in 0..x.len() {

@@ -1,7 +1,14 @@
 //! Inverses of the stars' blocks, several of one size at a time.
 
 use super::airy::packed;
-use super::lanes::{LANES, Lanes, ZERO, minus, times};
+
+/// Blocks that are inverted at a time.
+const LANES: usize = 8;
+
+/// One number per block.
+type Lanes = [f64; LANES];
+
+const ZERO: Lanes = [0.0; LANES];
 
 /// A pivot below this fraction of its diagonal entry is round-off: its unknown is omitted from the star.
 const PIVOT_FLOOR: f64 = 1e-12;
@@ -74,6 +81,18 @@ impl pulp::NullaryFnOnce for Inversion<'_> {
     fn call(self) {
         invert(self.blocks, self.size, self.columns);
     }
+}
+
+/// Computes `a − b c`.
+#[inline(always)]
+fn minus(a: Lanes, b: Lanes, c: Lanes) -> Lanes {
+    std::array::from_fn(|l| a[l] - b[l] * c[l])
+}
+
+/// Computes `a b`.
+#[inline(always)]
+fn times(a: Lanes, b: Lanes) -> Lanes {
+    std::array::from_fn(|l| a[l] * b[l])
 }
 
 /// Computes `a − Σ b c`.

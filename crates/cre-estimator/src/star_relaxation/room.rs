@@ -8,7 +8,7 @@ use fem_core::mesh::TriMesh;
 /// of each spoke. The conjugate gradients have four vectors of three unknowns per vertex and one per edge.
 pub(crate) fn bytes_of_stars(mesh: &TriMesh) -> usize {
     const PLACE: usize = 20;
-    const SPOKE: usize = 12 + 23 * size_of::<f32>();
+    const SPOKE: usize = 12 + 24 * size_of::<f32>();
     const VECTORS: usize = 4 * size_of::<f64>();
     let topology = mesh.topology();
     let mut spokes = vec![0usize; mesh.points().len()];

@@ -24,9 +24,9 @@ pub(super) struct NodeBasis {
 /// The mean gradient on an edge from node `a` to node `b`, `m = along (φ_b − φ_a) + across q`; the edge's
 /// unknown `q` is the mean normal derivative over the edge's length, times the space's typical length.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct EdgeBasis {
-    pub(super) along: Vector,
-    pub(super) across: Vector,
+struct EdgeBasis {
+    along: Vector,
+    across: Vector,
 }
 
 /// The admissible Airy functions: three unknowns per node, then one per edge (its mean normal derivative).
@@ -144,19 +144,31 @@ impl<'a> Space<'a> {
         3 * self.basis_of.len() + edge.index()
     }
 
-    /// Basis of an edge in the direction of the triangle `triangle`, from `a` to `b`.
-    pub(super) fn edge(&self, edge: EdgeId, triangle: usize, a: Vector, b: Vector) -> EdgeBasis {
+    /// The factor `κ` of an edge's tilt, and the sense of its own unknown in the direction of the triangle: 1 or −1, and 0 if the boundary allows
+    /// no change.
+    #[inline(always)]
+    pub(super) fn restriction(&self, edge: EdgeId, triangle: usize) -> [f64; 2] {
         let topology = self.body.mesh().topology();
-        let t = b - a;
-        let along = 1.0 / t.dot(&t) * t;
-        let normal = 1.0 / self.length * rotated(t);
-        if !topology.is_boundary(edge) {
-            let first = topology.edge_triangles()[edge][0] as usize == triangle;
-            return EdgeBasis { along, across: if first { normal } else { -normal } };
+        if topology.is_boundary(edge) {
+            return self.boundary[topology.boundary_place(edge)];
         }
-        let place = topology.boundary_place(edge);
-        let [tilt, free] = self.boundary[place];
-        EdgeBasis { along: along + tilt * rotated(t), across: free * normal }
+        let first = topology.edge_triangles()[edge][0] as usize == triangle;
+        [0.0, if first { 1.0 } else { -1.0 }]
+    }
+
+    /// Basis of an edge in the direction of the triangle `triangle`, from `a` to `b`.
+    fn edge(&self, edge: EdgeId, triangle: usize, a: Vector, b: Vector) -> EdgeBasis {
+        let t = b - a;
+        let [tilt, sense] = self.restriction(edge, triangle);
+        EdgeBasis {
+            along: 1.0 / t.dot(&t) * t + tilt * rotated(t),
+            across: sense * (1.0 / self.length) * rotated(t),
+        }
+    }
+
+    /// A typical length of the cells.
+    pub(super) fn length(&self) -> f64 {
+        self.length
     }
 
     /// Adds the edge moments of an Airy function: `b_a = R(m − ∇φ_a)`, `b_b = R(∇φ_b − m)`, `R(x, y) = (y, −x)`.

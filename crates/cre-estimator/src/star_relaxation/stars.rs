@@ -2,8 +2,8 @@
 
 use super::band::{Band, Work, band_size};
 use super::form::forms;
-use super::shared::Shared;
 use super::space::Space;
+use crate::shared::Shared;
 use fem_core::mesh::TriMesh;
 use fem_core::parallel::for_each_task;
 use rayon::prelude::*;
@@ -67,8 +67,8 @@ impl Stars {
     pub(super) fn precondition(&self, r: &Shared, z: &Shared) {
         z.update(|_, _| 0.0);
         let back = (0..self.colours).rev().skip(1);
-        for colour in (0..self.colours).chain(back) {
-            for_each_task(self.bands.len(), &|k| self.bands[k].relax(colour, r, self.unit, z));
+        for (visit, colour) in (0..self.colours).chain(back).enumerate() {
+            for_each_task(self.bands.len(), &|k| self.bands[k].relax(colour, (r, self.unit), z, visit == 0));
         }
     }
 }

@@ -11,35 +11,35 @@ const CHUNK: usize = 4096;
 ///
 /// The stars of one colour write scattered entries, and no two write the same one. Relaxed atomic loads and stores are
 /// plain loads and stores on the machine and make that safe without a copy.
-pub(super) struct Shared(Vec<AtomicU64>);
+pub(crate) struct Shared(Vec<AtomicU64>);
 
 impl Shared {
     /// Creates a vector of zeros.
-    pub(super) fn zeros(len: usize) -> Self {
+    pub(crate) fn zeros(len: usize) -> Self {
         Self((0..len).into_par_iter().with_min_len(CHUNK).map(|_| AtomicU64::new(0)).collect())
     }
 
-    pub(super) fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.0.len()
     }
 
-    pub(super) fn get(&self, i: usize) -> f64 {
+    pub(crate) fn get(&self, i: usize) -> f64 {
         f64::from_bits(self.0[i].load(Relaxed))
     }
 
-    pub(super) fn set(&self, i: usize, value: f64) {
+    pub(crate) fn set(&self, i: usize, value: f64) {
         self.0[i].store(value.to_bits(), Relaxed);
     }
 
     /// Replaces every entry `x` by `f(i, x)`.
-    pub(super) fn update(&self, f: impl Fn(usize, f64) -> f64 + Sync) {
+    pub(crate) fn update(&self, f: impl Fn(usize, f64) -> f64 + Sync) {
         self.0.par_iter().enumerate().with_min_len(CHUNK).for_each(|(i, x)| {
             x.store(f(i, f64::from_bits(x.load(Relaxed))).to_bits(), Relaxed);
         });
     }
 
     /// Computes the scalar product, in an order that does not depend on the number of threads.
-    pub(super) fn dot(&self, other: &Self) -> f64 {
+    pub(crate) fn dot(&self, other: &Self) -> f64 {
         sum_over_triangles(self.len(), |i| self.get(i) * other.get(i))
     }
 }

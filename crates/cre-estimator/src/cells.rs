@@ -1,0 +1,346 @@
+//! The Johnson-Mercier stresses of several triangles side by side, and what the bound and its checks need of them.
+
+use crate::equilibrated::EquilibratedStress;
+use crate::johnson_mercier::{blocks, loads_at, without_body_force};
+use crate::lanes::{Lanes, Pair, Row, Tensor, apply, contract, cross, dot, less, load_pair, turned};
+use fem_core::body::Body;
+use fem_core::geometry::Vector;
+use fem_core::material::LinearElastic;
+use fem_core::tensor::SymTensor2;
+use pulp::Simd;
+
+/// Nodes of the stress of a triangle: corner `m` of part `k` is node `2k + m`, and the barycentre of all parts the last.
+pub(crate) const NODES: usize = 7;
+const CENTRE: usize = 6;
+
+/// The edges of some triangles, the loads on them, and their materials, gathered from the mesh.
+#[derive(Default)]
+pub(crate) struct Gathered {
+    /// From corner 0 to corners 1 and 2, m.
+    edges: [[Row; 2]; 2],
+    /// Loads on the edges without what carries the body force, N/m: edge, end, component.
+    loads: [Row; 12],
+    /// `E⁻¹` in Voigt form, the upper half by rows, 1/Pa.
+    compliance: [Row; 6],
+}
+
+impl Gathered {
+    #[inline(always)]
+    pub(crate) fn set(&mut self, lane: usize, body: &Body, stress: &EquilibratedStress, t: usize) {
+        let corners = body.mesh().corners(t);
+        let edges = [corners[1] - corners[0], corners[2] - corners[0]];
+        for (rows, edge) in self.edges.iter_mut().zip(edges) {
+            (rows[0][lane], rows[1][lane]) = (edge[0], edge[1]);
+        }
+        let mut loads = stress.cell_loads(body, t);
+        if body.body_force() != Vector::zeros() {
+            loads = without_body_force(corners, &loads, body.body_force());
+        }
+        for (rows, load) in self.loads.chunks_exact_mut(2).zip(loads.as_flattened()) {
+            (rows[0][lane], rows[1][lane]) = (load[0], load[1]);
+        }
+        set_compliance(&mut self.compliance, lane, body.material(t));
+    }
+}
+
+#[inline(always)]
+pub(crate) fn set_compliance(rows: &mut [Row; 6], lane: usize, material: &LinearElastic) {
+    for (row, c) in rows.iter_mut().zip(material.compliance_entries()) {
+        row[lane] = c;
+    }
+}
+
+/// `E⁻¹` of a material per lane.
+#[derive(Clone, Copy)]
+pub(crate) struct Compliance<S: Simd>([Lanes<S>; 6]);
+
+impl<S: Simd> Compliance<S> {
+    #[inline(always)]
+    pub(crate) fn load(simd: S, rows: &[Row; 6]) -> Self {
+        let mut entries = [Lanes::splat(simd, 0.0); 6];
+        for (entry, row) in entries.iter_mut().zip(rows) {
+            *entry = Lanes::load(simd, row);
+        }
+        Self(entries)
+    }
+
+    /// Computes the strain of a stress.
+    #[inline(always)]
+    pub(crate) fn strain(&self, s: Tensor<S>) -> Tensor<S> {
+        let [c11, c12, c13, c22, c23, c33] = self.0;
+        [
+            c11 * s[0] + c12 * s[1] + c13 * s[2],
+            c12 * s[0] + c22 * s[1] + c23 * s[2],
+            0.5 * (c13 * s[0] + c23 * s[1] + c33 * s[2]),
+        ]
+    }
+
+    /// Computes `σ : E⁻¹ σ`.
+    #[inline(always)]
+    fn energy(&self, s: Tensor<S>) -> Lanes<S> {
+        contract(s, self.strain(s))
+    }
+}
+
+/// The stresses of some triangles.
+pub(crate) struct Cells<S: Simd> {
+    simd: S,
+    /// From corner 0 to corners 1 and 2, m.
+    pub(crate) edges: [Pair<S>; 2],
+    /// Twice the area, m².
+    pub(crate) jacobian: Lanes<S>,
+    pub(crate) compliance: Compliance<S>,
+    /// At the [`NODES`], Pa.
+    pub(crate) stress: [Tensor<S>; NODES],
+}
+
+/// The residuals of some triangles and the forces on their edges.
+pub(crate) struct Residuals<S: Simd> {
+    /// The largest square of a force without balance inside the triangle, N²/m²; NaN if one of them is.
+    pub(crate) equilibrium: Lanes<S>,
+    /// Tractions times length at the two ends of each edge, N/m.
+    pub(crate) forces: [[Pair<S>; 2]; 3],
+}
+
+impl<S: Simd> Cells<S> {
+    /// Computes the stresses, see [`crate::johnson_mercier::cell_stress`].
+    #[inline(always)]
+    pub(crate) fn new(simd: S, gathered: &Gathered, body_force: Vector) -> Self {
+        let zero = Lanes::splat(simd, 0.0);
+        let [a, b] = [0, 1].map(|e: usize| load_pair(simd, &gathered.edges[e]));
+        let jacobian = cross(a, b);
+        let inverse = Lanes::splat(simd, 1.0).over(jacobian);
+        // The loads on the reference triangle.
+        let mut reference = [zero; 12];
+        for i in 0..6 {
+            let g =
+                [Lanes::load(simd, &gathered.loads[2 * i]), Lanes::load(simd, &gathered.loads[2 * i + 1])];
+            reference[2 * i] = inverse * (b[1] * g[0] - b[0] * g[1]);
+            reference[2 * i + 1] = inverse * (a[0] * g[1] - a[1] * g[0]);
+        }
+        let blocks = blocks();
+        let mut stress = [[zero; 3]; NODES];
+        for v in 0..3 {
+            let loads = loads_at(v);
+            let nodes = [2 * v, 2 * ((v + 2) % 3) + 1];
+            for i in 0..6 {
+                let row = &blocks.corners[v][i];
+                let mut sum = row[0] * reference[loads[0]];
+                for l in 1..4 {
+                    sum += row[l] * reference[loads[l]];
+                }
+                stress[nodes[i / 3]][i % 3] = sum;
+            }
+        }
+        for c in 0..3 {
+            let row = &blocks.centre[c];
+            let mut sum = row[0] * reference[0];
+            for l in 1..12 {
+                sum += row[l] * reference[l];
+            }
+            stress[CENTRE][c] = sum;
+        }
+        // F τ̂ Fᵀ with F = [a b].
+        for s in &mut stress {
+            let [xx, yy, xy] = *s;
+            let fa = [a[0] * xx + b[0] * xy, a[1] * xx + b[1] * xy];
+            let fb = [a[0] * xy + b[0] * yy, a[1] * xy + b[1] * yy];
+            *s = [
+                inverse * (fa[0] * a[0] + fb[0] * b[0]),
+                inverse * (fa[1] * a[1] + fb[1] * b[1]),
+                inverse * (fa[0] * a[1] + fb[0] * b[1]),
+            ];
+        }
+        let compliance = Compliance::load(simd, &gathered.compliance);
+        let mut cells = Self { simd, edges: [a, b], jacobian, compliance, stress };
+        if body_force != Vector::zeros() {
+            cells.carry(body_force);
+        }
+        cells
+    }
+
+    /// Adds the stress that carries the body force; it vanishes at the barycentre.
+    #[inline(always)]
+    fn carry(&mut self, body_force: Vector) {
+        let (corners, centre) = (self.corners(), self.centre());
+        for k in 0..3 {
+            for m in 0..2 {
+                let d = less(corners[(k + m) % 3], centre);
+                for c in 0..2 {
+                    self.stress[2 * k + m][c] += -body_force[c] * d[c];
+                }
+            }
+        }
+    }
+
+    /// The corners relative to the first one: far from the origin their differences would be round-off.
+    #[inline(always)]
+    fn corners(&self) -> [Pair<S>; 3] {
+        [[Lanes::splat(self.simd, 0.0); 2], self.edges[0], self.edges[1]]
+    }
+
+    #[inline(always)]
+    fn centre(&self) -> Pair<S> {
+        let [a, b] = self.edges;
+        [1.0 / 3.0 * (a[0] + b[0]), 1.0 / 3.0 * (a[1] + b[1])]
+    }
+
+    /// Checks the equilibrium inside the triangles. At the barycentre all parts have the same stress by construction.
+    #[inline(always)]
+    pub(crate) fn residuals(&self, body_force: Vector) -> Residuals<S> {
+        let zero = Lanes::splat(self.simd, 0.0);
+        let (corners, centre) = (self.corners(), self.centre());
+        // The sum of the squares tells whether one of them is NaN.
+        let (mut largest, mut sum) = (zero, zero);
+        let mut take = |force: Pair<S>| {
+            let square = dot(force, force);
+            largest = largest.max(square);
+            sum += square;
+        };
+        let third = 1.0 / 6.0 * self.jacobian;
+        let load = [body_force[0] * third, body_force[1] * third];
+        let mut forces = [[[zero; 2]; 2]; 3];
+        for k in 0..3 {
+            let (p, q) = (corners[k], corners[(k + 1) % 3]);
+            let own = [self.stress[2 * k], self.stress[2 * k + 1]];
+            // The divergence times the area of the part: half the stress at each corner on the side opposite to it.
+            let mut balance = load;
+            let opposite =
+                [(own[0], less(centre, q)), (own[1], less(p, centre)), (self.stress[CENTRE], less(q, p))];
+            for (s, side) in opposite {
+                let force = apply(s, turned(self.simd, side));
+                balance = [balance[0] - 0.5 * force[0], balance[1] - 0.5 * force[1]];
+            }
+            take(balance);
+            // The inner edge at corner k, between part k and the part before it.
+            let before = self.stress[2 * ((k + 2) % 3) + 1];
+            let jump = [own[0][0] - before[0], own[0][1] - before[1], own[0][2] - before[2]];
+            take(apply(jump, turned(self.simd, less(centre, p))));
+            let normal = turned(self.simd, less(q, p));
+            forces[k] = [apply(own[0], normal), apply(own[1], normal)];
+        }
+        Residuals { equilibrium: largest + 0.0 * sum, forces }
+    }
+
+    /// Computes `∫ (τ − σ) : E⁻¹ (τ − σ)` for a constant σ, J/m.
+    #[inline(always)]
+    pub(crate) fn distance_squared(&self, constant: Tensor<S>) -> Lanes<S> {
+        self.energy(&self.less(constant))
+    }
+
+    /// Computes `τ − σ` at the nodes for a constant σ.
+    #[inline(always)]
+    pub(crate) fn less(&self, constant: Tensor<S>) -> [Tensor<S>; NODES] {
+        let mut d = self.stress;
+        for s in &mut d {
+            for c in 0..3 {
+                s[c] = s[c] - constant[c];
+            }
+        }
+        d
+    }
+
+    /// Computes `∫ d : E⁻¹ d` of a stress by its values at the nodes, J/m: see [`crate::johnson_mercier::distance_squared`].
+    #[inline(always)]
+    fn energy(&self, d: &[Tensor<S>; NODES]) -> Lanes<S> {
+        let mut sum = 3.0 * self.compliance.energy(d[CENTRE]);
+        for k in 0..3 {
+            sum += self.compliance.energy(d[2 * k]) + self.compliance.energy(d[2 * k + 1]);
+            sum += self.compliance.energy(self.total(d, k));
+        }
+        0.5 / 36.0 * (self.jacobian * sum)
+    }
+
+    /// Adds up a stress at the corners of part `k`.
+    #[inline(always)]
+    fn total(&self, d: &[Tensor<S>; NODES], k: usize) -> Tensor<S> {
+        let add = |c: usize| d[2 * k][c] + d[2 * k + 1][c] + d[CENTRE][c];
+        [add(0), add(1), add(2)]
+    }
+
+    /// Computes `∫ d : E⁻¹ d`, J/m, and its derivative by the loads on the reference triangle, halved.
+    #[inline(always)]
+    pub(crate) fn gradient(&self, d: &[Tensor<S>; NODES]) -> (Lanes<S>, [Lanes<S>; 12]) {
+        let zero = Lanes::splat(self.simd, 0.0);
+        let [a, b] = self.edges;
+        let dyads = [
+            [a[0] * a[0], a[1] * a[1], a[0] * a[1]],
+            [b[0] * b[0], b[1] * b[1], b[0] * b[1]],
+            [2.0 * (a[0] * b[0]), 2.0 * (a[1] * b[1]), a[0] * b[1] + a[1] * b[0]],
+        ];
+        let scale = Lanes::splat(self.simd, 0.5 / 36.0);
+        let weight = |strain: Tensor<S>| -> Tensor<S> {
+            [contract(strain, dyads[0]), contract(strain, dyads[1]), contract(strain, dyads[2])]
+        };
+        let mut energy = zero;
+        let mut weights = [[zero; 3]; NODES];
+        // Three times the stress at the barycentre, once in each part, and the sums of all parts.
+        let mut middle = [3.0 * d[CENTRE][0], 3.0 * d[CENTRE][1], 3.0 * d[CENTRE][2]];
+        energy += 3.0 * self.compliance.energy(d[CENTRE]);
+        for k in 0..3 {
+            let total = self.total(d, k);
+            energy += self.compliance.energy(total);
+            for c in 0..3 {
+                middle[c] += total[c];
+            }
+            for m in 0..2 {
+                let own = d[2 * k + m];
+                energy += self.compliance.energy(own);
+                let sum = [own[0] + total[0], own[1] + total[1], own[2] + total[2]];
+                weights[2 * k + m] = weight(self.compliance.strain(sum));
+            }
+        }
+        weights[CENTRE] = weight(self.compliance.strain(middle));
+        let blocks = blocks();
+        let mut loads = [zero; 12];
+        for (c, row) in blocks.centre.iter().enumerate() {
+            for l in 0..12 {
+                loads[l] += row[l] * weights[CENTRE][c];
+            }
+        }
+        for v in 0..3 {
+            let nodes = [2 * v, 2 * ((v + 2) % 3) + 1];
+            for (l, load) in loads_at(v).into_iter().enumerate() {
+                for i in 0..6 {
+                    loads[load] += blocks.corners[v][i][l] * weights[nodes[i / 3]][i % 3];
+                }
+            }
+        }
+        // τ = F τ̂ Fᵀ/J, and the integral has the factor J/72.
+        for load in &mut loads {
+            *load = scale * *load;
+        }
+        (scale * self.jacobian * energy, loads)
+    }
+
+    /// Adds up the nine stresses of the three parts in double-double numbers, Pa: high parts, then low ones.
+    #[inline(always)]
+    pub(crate) fn sum(&self) -> [Tensor<S>; 2] {
+        let mut high = self.stress[CENTRE];
+        let mut low = [Lanes::splat(self.simd, 0.0); 3];
+        let centre = self.stress[CENTRE];
+        let twice = [2.0 * centre[0], 2.0 * centre[1], 2.0 * centre[2]];
+        for term in self.stress[..CENTRE].iter().chain([&twice]) {
+            for c in 0..3 {
+                let (a, b) = (high[c], term[c]);
+                let sum = a + b;
+                let share = sum - a;
+                let rest = low[c] + ((a - (sum - share)) + (b - share));
+                high[c] = sum + rest;
+                low[c] = rest - (high[c] - sum);
+            }
+        }
+        [high, low]
+    }
+}
+
+/// A constant stress per triangle, gathered from the mesh.
+#[inline(always)]
+pub(crate) fn load_tensor<S: Simd>(simd: S, rows: &[Row; 3]) -> Tensor<S> {
+    [Lanes::load(simd, &rows[0]), Lanes::load(simd, &rows[1]), Lanes::load(simd, &rows[2])]
+}
+
+#[inline(always)]
+pub(crate) fn set_tensor(rows: &mut [Row; 3], lane: usize, s: SymTensor2) {
+    (rows[0][lane], rows[1][lane], rows[2][lane]) = (s.xx, s.yy, s.xy);
+}

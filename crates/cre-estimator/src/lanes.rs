@@ -1,0 +1,138 @@
+//! Several triangles side by side, one in each lane of the processor's vectors.
+
+use pulp::Simd;
+use std::ops::{Add, AddAssign, Mul, Sub};
+
+/// No processor has more lanes.
+pub(crate) const MOST_LANES: usize = 8;
+
+/// One number per triangle, as it is gathered from a mesh; only the lanes that the processor has are used.
+pub(crate) type Row = [f64; MOST_LANES];
+
+/// One number per lane. Every operation rounds as the same one of `f64`, so results do not depend on the number of lanes.
+#[derive(Clone, Copy)]
+pub(crate) struct Lanes<S: Simd> {
+    simd: S,
+    numbers: S::f64s,
+}
+
+/// A vector per lane.
+pub(crate) type Pair<S> = [Lanes<S>; 2];
+
+/// A symmetric tensor per lane: xx, yy, xy.
+pub(crate) type Tensor<S> = [Lanes<S>; 3];
+
+impl<S: Simd> Lanes<S> {
+    /// Puts the same number into every lane.
+    #[inline(always)]
+    pub(crate) fn splat(simd: S, x: f64) -> Self {
+        Self { simd, numbers: simd.splat_f64s(x) }
+    }
+
+    #[inline(always)]
+    pub(crate) fn load(simd: S, row: &Row) -> Self {
+        Self { simd, numbers: S::as_simd_f64s(row).0[0] }
+    }
+
+    #[inline(always)]
+    pub(crate) fn store(self, row: &mut Row) {
+        S::as_mut_simd_f64s(row).0[0] = self.numbers;
+    }
+
+    /// Returns the larger one of two numbers, either one if one of them is NaN.
+    #[inline(always)]
+    pub(crate) fn max(self, other: Self) -> Self {
+        Self { simd: self.simd, numbers: self.simd.max_f64s(self.numbers, other.numbers) }
+    }
+
+    /// Divides.
+    #[inline(always)]
+    pub(crate) fn over(self, other: Self) -> Self {
+        Self { simd: self.simd, numbers: self.simd.div_f64s(self.numbers, other.numbers) }
+    }
+}
+
+impl<S: Simd> Add for Lanes<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self { simd: self.simd, numbers: self.simd.add_f64s(self.numbers, other.numbers) }
+    }
+}
+
+impl<S: Simd> Sub for Lanes<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self { simd: self.simd, numbers: self.simd.sub_f64s(self.numbers, other.numbers) }
+    }
+}
+
+impl<S: Simd> Mul for Lanes<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Self { simd: self.simd, numbers: self.simd.mul_f64s(self.numbers, other.numbers) }
+    }
+}
+
+impl<S: Simd> Mul<Lanes<S>> for f64 {
+    type Output = Lanes<S>;
+
+    #[inline(always)]
+    fn mul(self, other: Lanes<S>) -> Lanes<S> {
+        Lanes::splat(other.simd, self) * other
+    }
+}
+
+impl<S: Simd> AddAssign for Lanes<S> {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+/// Loads a vector.
+#[inline(always)]
+pub(crate) fn load_pair<S: Simd>(simd: S, rows: &[Row; 2]) -> Pair<S> {
+    [Lanes::load(simd, &rows[0]), Lanes::load(simd, &rows[1])]
+}
+
+/// Computes `a · b`.
+#[inline(always)]
+pub(crate) fn dot<S: Simd>(a: Pair<S>, b: Pair<S>) -> Lanes<S> {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+/// Computes `a − b`.
+#[inline(always)]
+pub(crate) fn less<S: Simd>(a: Pair<S>, b: Pair<S>) -> Pair<S> {
+    [a[0] - b[0], a[1] - b[1]]
+}
+
+/// Computes `a × b`.
+#[inline(always)]
+pub(crate) fn cross<S: Simd>(a: Pair<S>, b: Pair<S>) -> Lanes<S> {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+/// Applies a symmetric tensor to a vector.
+#[inline(always)]
+pub(crate) fn apply<S: Simd>(t: Tensor<S>, n: Pair<S>) -> Pair<S> {
+    [t[0] * n[0] + t[2] * n[1], t[2] * n[0] + t[1] * n[1]]
+}
+
+/// Computes `s : t`.
+#[inline(always)]
+pub(crate) fn contract<S: Simd>(s: Tensor<S>, t: Tensor<S>) -> Lanes<S> {
+    s[0] * t[0] + s[1] * t[1] + 2.0 * s[2] * t[2]
+}
+
+/// Turns by −90 degrees: the outward normal of a side, times its length, from its direction.
+#[inline(always)]
+pub(crate) fn turned<S: Simd>(simd: S, a: Pair<S>) -> Pair<S> {
+    [a[1], Lanes::splat(simd, 0.0) - a[0]]
+}
