@@ -6,8 +6,10 @@ use crate::lanes::{Lanes, Pair, Row, Tensor, apply, contract, cross, dot, less, 
 use fem_core::body::Body;
 use fem_core::geometry::Vector;
 use fem_core::material::LinearElastic;
+use fem_core::parallel::each_task;
 use fem_core::tensor::SymTensor2;
 use pulp::Simd;
+use std::ops::Range;
 
 /// Nodes of the stress of a triangle: corner `m` of part `k` is node `2k + m`, and the barycentre of all parts the last.
 pub(crate) const NODES: usize = 7;
@@ -343,4 +345,48 @@ pub(crate) fn load_tensor<S: Simd>(simd: S, rows: &[Row; 3]) -> Tensor<S> {
 #[inline(always)]
 pub(crate) fn set_tensor(rows: &mut [Row; 3], lane: usize, s: SymTensor2) {
     (rows[0][lane], rows[1][lane], rows[2][lane]) = (s.xx, s.yy, s.xy);
+}
+
+/// Triangles of one task.
+const CHUNK: usize = 4096;
+
+/// Computes `‖τ − σ̂‖²` of a body, J/m. The result does not depend on the number of threads.
+pub(crate) fn distance_squared(body: &Body, stress: &EquilibratedStress) -> f64 {
+    let triangles = stress.finite_element.len();
+    let sums = each_task(triangles.div_ceil(CHUNK), |k| {
+        let triangles = k * CHUNK..triangles.min((k + 1) * CHUNK);
+        pulp::Arch::new().dispatch(Distance { body, stress, triangles })
+    });
+    sums.iter().sum()
+}
+
+/// [`distance_squared`] of some triangles.
+struct Distance<'a> {
+    body: &'a Body,
+    stress: &'a EquilibratedStress,
+    triangles: Range<usize>,
+}
+
+impl pulp::WithSimd for Distance<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        let Self { body, stress, triangles } = self;
+        let (mut gathered, mut finite_element) = (Gathered::default(), [Row::default(); 3]);
+        let mut sum = 0.0;
+        for first in triangles.clone().step_by(S::F64_LANES) {
+            let group = first..triangles.end.min(first + S::F64_LANES);
+            for (lane, t) in group.clone().enumerate() {
+                gathered.set(lane, body, stress, t);
+                set_tensor(&mut finite_element, lane, stress.finite_element[t]);
+            }
+            let cells = Cells::new(simd, &gathered, body.body_force());
+            let mut distances = Row::default();
+            cells.distance_squared(load_tensor(simd, &finite_element)).store(&mut distances);
+            // One by one: the sum does not depend on the number of lanes.
+            distances[..group.len()].iter().for_each(|distance| sum += distance);
+        }
+        sum
+    }
 }

@@ -31,12 +31,33 @@ impl<S: Simd> Lanes<S> {
 
     #[inline(always)]
     pub(crate) fn load(simd: S, row: &Row) -> Self {
-        Self { simd, numbers: S::as_simd_f64s(row).0[0] }
+        Self::load_part(simd, row, 0)
     }
 
     #[inline(always)]
     pub(crate) fn store(self, row: &mut Row) {
-        S::as_mut_simd_f64s(row).0[0] = self.numbers;
+        self.store_part(row, 0);
+    }
+
+    /// Loads the numbers of the group `part` of lanes.
+    #[inline(always)]
+    pub(crate) fn load_part(simd: S, row: &Row, part: usize) -> Self {
+        Self { simd, numbers: S::as_simd_f64s(row).0[part] }
+    }
+
+    /// Loads numbers in single precision.
+    #[inline(always)]
+    pub(crate) fn load_single(simd: S, row: &[f32; MOST_LANES], part: usize) -> Self {
+        let mut numbers = Row::default();
+        for (x, single) in numbers.iter_mut().zip(&row[part * S::F64_LANES..][..S::F64_LANES]) {
+            *x = f64::from(*single);
+        }
+        Self::load(simd, &numbers)
+    }
+
+    #[inline(always)]
+    pub(crate) fn store_part(self, row: &mut Row, part: usize) {
+        S::as_mut_simd_f64s(row).0[part] = self.numbers;
     }
 
     /// Returns the larger one of two numbers, either one if one of them is NaN.

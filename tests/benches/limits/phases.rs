@@ -8,7 +8,6 @@ use cre_estimator::{
     AdmissiblePair, EquilibratedStress, Relaxation, StarRelaxation, admissible_pair, check, estimate_with,
 };
 use fem_core::assembly::System;
-use fem_core::body::Body;
 use fem_core::cholesky::{Cholesky, SymbolicCholesky};
 use fem_core::condensation::CondensedBody;
 use fem_core::dof::DofMap;
@@ -24,9 +23,6 @@ use std::hint::black_box;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
-
-/// Triangles whose stresses one task computes.
-const BLOCK: usize = 8192;
 
 /// The clock of a whole run.
 struct Clock(Instant);
@@ -224,7 +220,7 @@ fn of_stresses(record: &Recorder, problem: &ContactProblem, pair: &AdmissiblePai
     );
     record.print("EET", &seconds, of_mesh(counts::eet));
 
-    let energy = |b: usize| energy(&bodies[b], stress(b));
+    let energy = |b: usize| black_box(stress(b).distance_squared(&bodies[b]));
     let (_, seconds) = record.time(|| (), |()| each_body(bodies.len(), energy));
     record.print("Johnson-Mercier", &seconds, of_mesh(counts::johnson_mercier));
 
@@ -253,36 +249,4 @@ fn of_stresses(record: &Recorder, problem: &ContactProblem, pair: &AdmissiblePai
 
     let (_, seconds) = record.time(|| (), |()| check(problem, pair));
     record.print("checks", &seconds, of_mesh(counts::checks));
-}
-
-/// `‖τ − σ̂‖²` of a body: the Johnson-Mercier stress of every triangle.
-fn energy(body: &Body, stress: &EquilibratedStress) -> f64 {
-    let triangles = stress.finite_element.len();
-    let blocks = (0..triangles.div_ceil(BLOCK)).into_par_iter().map(|k| {
-        let triangles = k * BLOCK..triangles.min((k + 1) * BLOCK);
-        pulp::Arch::new().dispatch(Energy { body, stress, triangles })
-    });
-    black_box(blocks.sum())
-}
-
-/// The energy of some triangles, compiled for every kind of processor as in the estimate.
-struct Energy<'a> {
-    body: &'a Body,
-    stress: &'a EquilibratedStress,
-    triangles: std::ops::Range<usize>,
-}
-
-impl pulp::NullaryFnOnce for Energy<'_> {
-    type Output = f64;
-
-    #[inline(always)]
-    fn call(self) -> f64 {
-        let Self { body, stress, triangles } = self;
-        let of_triangle = |t| {
-            let (cell, mean) = (stress.cell(body, t), stress.finite_element[t]);
-            let (area, material) = (body.mesh().area(t), body.material(t));
-            cre_estimator::johnson_mercier::distance_squared(&cell, mean, area, material)
-        };
-        triangles.map(of_triangle).sum()
-    }
 }

@@ -1,12 +1,15 @@
-//! Stars of consecutive vertices: their blocks of the complementary energy, assembled, inverted and applied.
+//! Stars of consecutive vertices: their blocks of the complementary energy, assembled, inverted and applied, several stars side by side.
 
 use super::airy::{PLACES, packed};
 use super::form::{Form, forms};
-use super::inverse::Inverter;
+use super::inverse::invert;
 use super::space::Space;
+use crate::lanes::{Lanes, MOST_LANES, Row};
 use crate::shared::Shared;
 use crate::star::{self, Star, corner};
+use fem_core::mesh::TriMesh;
 use fem_core::mesh::id::NodeId;
+use pulp::Simd;
 use std::ops::Range;
 
 /// Vertices handled by one task: enough that most triangles around them have all their vertices among them, few enough
@@ -15,57 +18,67 @@ pub(super) fn band_size(vertices: usize) -> usize {
     (vertices / 8).clamp(256, 4096)
 }
 
-/// Couplings of one spoke with the unknowns outside the star, column by column: of the vertex's three unknowns and of the spoke's own with the
-/// ring vertex at its end (three columns) and with the outer edge after the spoke; then, of the spoke's own alone, with the ring vertex before
-/// and the outer edge before, and with the ring vertex after.
-type Outer = [[f32; 4]; 6];
+/// A coefficient of every star of a batch.
+type Coefficients = [f32; MOST_LANES];
 
-/// [`Outer`] in double precision, before it is stored.
-type OuterSum = [[f64; 4]; 6];
+/// Couplings of one spoke with the unknowns outside the star: of the vertex's three unknowns with the ring
+/// vertex (3×3, rows first) and the outer edge after the spoke (3), and of the spoke's own unknown with the
+/// ring vertex at its end (3), the one before (3), the one after (3), and the outer edges before and after.
+const COUPLINGS: usize = 23;
 
-/// One star: its vertex, and where its spokes and its blocks begin in the band.
-#[derive(Clone, Copy, Default)]
-struct Place {
-    node: NodeId,
-    first_spoke: u32,
-    spokes: u32,
-    first_entry: u32,
-    closed: bool,
-}
-
-impl Place {
-    /// Counts its unknowns: three of the vertex, then one per spoke.
-    fn size(&self) -> usize {
-        3 + self.spokes as usize
-    }
-}
-
-/// Unknowns around one spoke.
+/// Unknowns around one spoke of every star of a batch.
 #[derive(Clone, Copy, Default)]
 struct Spoke {
     /// Of the spoke itself.
-    own: u32,
+    own: [u32; MOST_LANES],
     /// The first of the vertex at its end.
-    ring: u32,
+    ring: [u32; MOST_LANES],
     /// Of the outer edge of the triangle after it.
-    rim: u32,
+    rim: [u32; MOST_LANES],
 }
 
-/// Stars of consecutive vertices, sorted by colour and stored in the order in which a sweep visits them.
+/// Stars of one colour with the same number of spokes, one in each lane, and where their spokes and blocks begin in the band.
+#[derive(Clone, Copy, Default)]
+struct Batch {
+    nodes: [NodeId; MOST_LANES],
+    stars: u32,
+    first_spoke: u32,
+    spokes: u32,
+    first_entry: u32,
+}
+
+impl Batch {
+    /// Counts the unknowns of a star: three of the vertex, then one per spoke.
+    fn size(&self) -> usize {
+        3 + self.spokes as usize
+    }
+
+    fn spokes(&self) -> Range<usize> {
+        let first = self.first_spoke as usize;
+        first..first + self.spokes as usize
+    }
+
+    fn entries(&self) -> Range<usize> {
+        let (first, size) = (self.first_entry as usize, self.size());
+        first..first + size * (size + 1) / 2
+    }
+}
+
+/// Stars of consecutive vertices in batches, sorted by colour and stored in the order in which a sweep visits them.
 ///
 /// The sweeps are limited by memory bandwidth: coefficients are stored in single precision, the unknowns in double.
 /// Direction and length of the steps are then accurate to 1e-7, but the added stresses are still in exact equilibrium.
 #[derive(Default)]
 pub(super) struct Band {
-    places: Vec<Place>,
-    /// Where each colour starts in `places`.
+    batches: Vec<Batch>,
+    /// Where each colour starts in `batches`.
     starts: Vec<u32>,
     spokes: Vec<Spoke>,
-    outer: Vec<Outer>,
+    outer: Vec<[Coefficients; COUPLINGS]>,
     /// The stars' own blocks, lower half by rows.
-    inner: Vec<f32>,
+    inner: Vec<Coefficients>,
     /// Their inverses, at the same places.
-    inverse: Vec<f32>,
+    inverse: Vec<Coefficients>,
 }
 
 /// The forms of the triangles around some vertices.
@@ -103,15 +116,25 @@ impl Forms {
     }
 }
 
+/// A batch that is being filled, in double precision.
+#[derive(Default)]
+struct Open {
+    nodes: [NodeId; MOST_LANES],
+    stars: usize,
+    spokes: Vec<Spoke>,
+    outer: Vec<[Row; COUPLINGS]>,
+    inner: Vec<Row>,
+    /// The batch of the band that it will be.
+    place: usize,
+}
+
 /// Working space for the assembly of stars, reused for the next band.
 #[derive(Default)]
 pub(super) struct Work {
     forms: Forms,
-    /// One star in double precision, before it is stored.
     star: Star,
-    inner: Vec<f64>,
-    outer: Vec<OuterSum>,
-    inverter: Inverter,
+    open: Vec<Open>,
+    columns: Vec<Row>,
 }
 
 impl Band {
@@ -126,172 +149,92 @@ impl Band {
         nodes: Range<usize>,
         work: &mut Work,
     ) {
-        self.place(space, colour_of, colours, nodes.clone());
+        let mesh = space.body().mesh();
+        let kind = |n: usize| [colour_of[n], spokes_of(mesh, NodeId::new(n))];
+        let kinds = self.place(colours, nodes.clone().map(kind), work);
         work.forms.renew(space, unit, nodes.clone());
-        let mut next = self.starts.clone();
+        let Work { forms, star, open, columns } = work;
         for n in nodes {
-            let place = &mut next[colour_of[n] as usize];
-            self.assemble(space, *place as usize, work);
-            *place += 1;
+            let Ok(k) = kinds.binary_search(&kind(n)) else { continue };
+            star.walk(mesh, NodeId::new(n));
+            open[k].assemble(space, NodeId::new(n), star, forms);
+            if open[k].stars == MOST_LANES {
+                self.close(&mut open[k], columns);
+            }
         }
-        work.inverter.finish(&mut self.inverse);
+        for open in &mut open[..kinds.len()] {
+            if open.stars > 0 {
+                self.close(open, columns);
+            }
+        }
     }
 
-    /// Computes the storage places of the stars of some vertices, and allocates them.
-    fn place(&mut self, space: &Space<'_>, colour_of: &[u32], colours: usize, nodes: Range<usize>) {
-        let mesh = space.body().mesh();
-        let starts = &mut self.starts;
-        starts.clear();
-        starts.resize(colours + 1, 0);
-        for n in nodes.clone() {
-            starts[colour_of[n] as usize + 1] += 1;
+    /// Computes the places of the batches of stars of the given kinds (colour and spokes), and allocates them. Returns the different kinds,
+    /// sorted; each has an empty batch in `work`.
+    fn place(
+        &mut self,
+        colours: usize,
+        stars: impl Iterator<Item = [u32; 2]>,
+        work: &mut Work,
+    ) -> Vec<[u32; 2]> {
+        let mut all: Vec<[u32; 2]> = stars.collect();
+        all.sort_unstable();
+        self.batches.clear();
+        self.starts.clear();
+        self.starts.resize(colours + 1, 0);
+        let mut kinds = Vec::new();
+        let (mut spokes_before, mut entries) = (0, 0);
+        for group in all.chunk_by(|a, b| a == b) {
+            let [colour, spokes] = group[0];
+            if work.open.len() == kinds.len() {
+                work.open.push(Open::default());
+            }
+            work.open[kinds.len()].renew(spokes as usize, self.batches.len());
+            kinds.push(group[0]);
+            for stars in group.chunks(MOST_LANES) {
+                let batch = Batch {
+                    stars: stars.len() as u32,
+                    first_spoke: spokes_before,
+                    spokes,
+                    first_entry: entries,
+                    ..Batch::default()
+                };
+                spokes_before += spokes;
+                entries += batch.entries().len() as u32;
+                self.batches.push(batch);
+            }
+            self.starts[colour as usize + 1] = self.batches.len() as u32;
         }
+        // Colours without a star.
         for c in 0..colours {
-            starts[c + 1] += starts[c];
-        }
-        let mut next = starts.clone();
-        self.places.clear();
-        self.places.resize(nodes.len(), Place::default());
-        for n in nodes {
-            let place = &mut next[colour_of[n] as usize];
-            self.places[*place as usize].node = NodeId::new(n);
-            *place += 1;
-        }
-        let (mut spokes, mut entries) = (0, 0);
-        for place in &mut self.places {
-            let node = place.node;
-            place.closed = star::is_closed(mesh, node);
-            // An open star has one spoke more than triangles.
-            place.spokes = (mesh.topology().triangles_around(node).len() + usize::from(!place.closed)) as u32;
-            (place.first_spoke, place.first_entry) = (spokes, entries);
-            spokes += place.spokes;
-            entries += (place.size() * (place.size() + 1) / 2) as u32;
+            self.starts[c + 1] = self.starts[c + 1].max(self.starts[c]);
         }
         // All entries are overwritten.
-        self.spokes.resize(spokes as usize, Spoke::default());
-        self.outer.resize(spokes as usize, Outer::default());
-        self.inner.resize(entries as usize, 0.0);
-        self.inverse.resize(entries as usize, 0.0);
+        self.spokes.resize(spokes_before as usize, Spoke::default());
+        self.outer.resize(spokes_before as usize, [[0.0; MOST_LANES]; COUPLINGS]);
+        self.inner.resize(entries as usize, [0.0; MOST_LANES]);
+        self.inverse.resize(entries as usize, [0.0; MOST_LANES]);
+        kinds
     }
 
-    /// Assembles one star from the forms of its triangles, in double precision first.
-    fn assemble(&mut self, space: &Space<'_>, place: usize, work: &mut Work) {
-        let mesh = space.body().mesh();
-        let place = self.places[place];
-        let node = place.node;
-        let Work { forms, star, inner, outer, inverter } = work;
-        star.walk(mesh, node);
-        let (count, size) = (place.spokes as usize, place.size());
-        let spokes = &mut self.spokes[place.first_spoke as usize..][..count];
-        outer.clear();
-        outer.resize(count, OuterSum::default());
-        inner.clear();
-        inner.resize(size * (size + 1) / 2, 0.0);
-        for (spoke, &edge) in spokes.iter_mut().zip(&star.spokes) {
-            let ends = mesh.topology().edges()[edge];
-            let other = if ends[0] == node { ends[1] } else { ends[0] };
-            let own = space.edge_unknown(edge) as u32;
-            // The last spoke of an open star has no triangle after it: its coupling with the rim is zero.
-            *spoke = Spoke { own, ring: 3 * u32::from(other), rim: own };
-        }
-        for (j, &t) in star.triangles.iter().enumerate() {
-            let form = forms.of(t);
-            let c = corner(mesh, t, node);
-            let after = if j + 1 == count { 0 } else { j + 1 };
-            // Places in the triangle: ring vertices, spokes before and after, outer edge.
-            let (near, far) = (3 * ((c + 1) % 3), 3 * ((c + 2) % 3));
-            let (before, next, rim) = (9 + c, 9 + (c + 2) % 3, 9 + (c + 1) % 3);
-            let edge = mesh.topology().triangle_edges()[t as usize][(c + 1) % 3];
-            spokes[j].rim = space.edge_unknown(edge) as u32;
-            let at = |a: usize, b: usize| form[PLACES[a][b]];
-
-            let own = [3 * c, 3 * c + 1, 3 * c + 2, before, next];
-            let place = [0, 1, 2, 3 + j, 3 + after];
-            for a in 0..5 {
-                for b in 0..=a {
-                    inner[packed(place[a], place[b])] += at(own[a], own[b]);
-                }
-            }
-
-            for row in 0..3 {
-                for k in 0..3 {
-                    outer[j][k][row] += at(3 * c + row, near + k);
-                    outer[after][k][row] += at(3 * c + row, far + k);
-                }
-                outer[j][3][row] = at(3 * c + row, rim);
-            }
-            for k in 0..3 {
-                outer[j][k][3] += at(before, near + k);
-                outer[j][5][k] = at(before, far + k);
-                outer[after][k][3] += at(next, far + k);
-                outer[after][4][k] += at(next, near + k);
-            }
-            outer[j][3][3] = at(before, rim);
-            outer[after][4][3] = at(next, rim);
-        }
-        for (stored, spoke) in self.outer[place.first_spoke as usize..].iter_mut().zip(outer) {
-            *stored = spoke.map(|column| column.map(|x| x as f32));
-        }
-        let first = place.first_entry as usize;
-        for (stored, x) in self.inner[first..].iter_mut().zip(inner.iter()) {
-            *stored = *x as f32;
-        }
-        inverter.push(inner, size, first, &mut self.inverse);
+    /// Stores a batch and its inverse, and empties it for the next stars of its kind.
+    fn close(&mut self, open: &mut Open, columns: &mut Vec<Row>) {
+        let batch = &mut self.batches[open.place];
+        batch.nodes = open.nodes;
+        let batch = *batch;
+        self.spokes[batch.spokes()].copy_from_slice(&open.spokes);
+        let outer = self.outer[batch.spokes()].as_flattened_mut();
+        store(open.outer.as_flattened(), outer);
+        store(&open.inner, &mut self.inner[batch.entries()]);
+        invert(&mut open.inner, batch.size(), columns);
+        store(&open.inner, &mut self.inverse[batch.entries()]);
+        open.stars = 0;
+        open.place += 1;
     }
 
-    /// The stars of one colour.
-    fn of_colour(&self, colour: usize) -> &[Place] {
-        &self.places[self.starts[colour] as usize..self.starts[colour + 1] as usize]
-    }
-
-    /// Computes the part of `A x` in a star's rows that comes from the unknowns outside the star.
-    #[inline(always)]
-    fn outside(&self, place: &Place, x: &Shared, rows: &mut Vec<f64>) {
-        let first = place.first_spoke as usize;
-        let count = place.spokes as usize;
-        let spokes = &self.spokes[first..first + count];
-        let outer = &self.outer[first..first + count];
-        // The ring vertex at the end of a spoke, and the outer edge after it.
-        let beyond = |spoke: &Spoke| {
-            let ring = spoke.ring as usize;
-            [x.get(ring), x.get(ring + 1), x.get(ring + 2), x.get(spoke.rim as usize)]
-        };
-        rows.clear();
-        rows.resize(3, 0.0);
-        let last = count - 1;
-        // An open star has no triangle before its first spoke and after its last: zero couplings.
-        let mut before = if place.closed { beyond(&spokes[last]) } else { [0.0; 4] };
-        let first = beyond(&spokes[0]);
-        let mut near = first;
-        let mut total = [0.0; 3];
-        for (j, columns) in outer.iter().enumerate() {
-            let after = if j < last { beyond(&spokes[j + 1]) } else { first };
-            let mut sums = [0.0; 4];
-            for (column, x) in columns[..4].iter().zip(near) {
-                for (sum, c) in sums.iter_mut().zip(column) {
-                    *sum += f64::from(*c) * x;
-                }
-            }
-            let mut own = [0.0; 4];
-            for k in 0..4 {
-                own[k] = f64::from(columns[4][k]) * before[k] + f64::from(columns[5][k]) * after[k];
-            }
-            for (total, sum) in total.iter_mut().zip(sums) {
-                *total += sum;
-            }
-            rows.push(sums[3] + ((own[0] + own[1]) + (own[2] + own[3])));
-            (before, near) = (near, after);
-        }
-        rows[..3].copy_from_slice(&total);
-    }
-
-    /// Unknown of a star's row.
-    #[inline(always)]
-    fn unknown(&self, place: &Place, row: usize) -> usize {
-        match row {
-            0..3 => 3 * place.node.index() + row,
-            _ => self.spokes[place.first_spoke as usize + row - 3].own as usize,
-        }
+    /// The batches of one colour.
+    fn of_colour(&self, colour: usize) -> &[Batch] {
+        &self.batches[self.starts[colour] as usize..self.starts[colour + 1] as usize]
     }
 
     /// Minimises over each star of a colour: `x_star = A_ss⁻¹ (r − A_so x_outside)`.
@@ -307,6 +250,175 @@ impl Band {
     }
 }
 
+/// Stores numbers in single precision.
+fn store(numbers: &[Row], stored: &mut [Coefficients]) {
+    for (stored, x) in stored.as_flattened_mut().iter_mut().zip(numbers.as_flattened()) {
+        *stored = *x as f32;
+    }
+}
+
+/// Counts the spokes of a star: an open one has one spoke more than triangles.
+fn spokes_of(mesh: &TriMesh, node: NodeId) -> u32 {
+    (mesh.topology().triangles_around(node).len() + usize::from(!star::is_closed(mesh, node))) as u32
+}
+
+impl Open {
+    /// Prepares it for stars of so many spokes.
+    fn renew(&mut self, spokes: usize, place: usize) {
+        let size = 3 + spokes;
+        (self.stars, self.place) = (0, place);
+        self.spokes.resize(spokes, Spoke::default());
+        self.outer.resize(spokes, [[0.0; MOST_LANES]; COUPLINGS]);
+        self.inner.resize(size * (size + 1) / 2, [0.0; MOST_LANES]);
+    }
+
+    /// Assembles one star from the forms of its triangles, in the next lane.
+    fn assemble(&mut self, space: &Space<'_>, node: NodeId, star: &Star, forms: &Forms) {
+        let mesh = space.body().mesh();
+        let lane = self.stars;
+        let Self { nodes, spokes, outer, inner, .. } = self;
+        let count = spokes.len();
+        nodes[lane] = node;
+        for row in outer.as_flattened_mut().iter_mut().chain(inner.iter_mut()) {
+            row[lane] = 0.0;
+        }
+        for (spoke, &edge) in spokes.iter_mut().zip(&star.spokes) {
+            let ends = mesh.topology().edges()[edge];
+            let other = if ends[0] == node { ends[1] } else { ends[0] };
+            let own = space.edge_unknown(edge) as u32;
+            // The last spoke of an open star has no triangle after it: its coupling with the rim is zero.
+            (spoke.own[lane], spoke.ring[lane], spoke.rim[lane]) = (own, 3 * u32::from(other), own);
+        }
+        for (j, &t) in star.triangles.iter().enumerate() {
+            let form = forms.of(t);
+            let c = corner(mesh, t, node);
+            let after = if j + 1 == count { 0 } else { j + 1 };
+            // Places in the triangle: ring vertices, spokes before and after, outer edge.
+            let (near, far) = (3 * ((c + 1) % 3), 3 * ((c + 2) % 3));
+            let (before, next, rim) = (9 + c, 9 + (c + 2) % 3, 9 + (c + 1) % 3);
+            let edge = mesh.topology().triangle_edges()[t as usize][(c + 1) % 3];
+            spokes[j].rim[lane] = space.edge_unknown(edge) as u32;
+            let at = |a: usize, b: usize| form[PLACES[a][b]];
+
+            let own = [3 * c, 3 * c + 1, 3 * c + 2, before, next];
+            let place = [0, 1, 2, 3 + j, 3 + after];
+            for a in 0..5 {
+                for b in 0..=a {
+                    inner[packed(place[a], place[b])][lane] += at(own[a], own[b]);
+                }
+            }
+
+            for row in 0..3 {
+                for k in 0..3 {
+                    outer[j][3 * row + k][lane] += at(3 * c + row, near + k);
+                    outer[after][3 * row + k][lane] += at(3 * c + row, far + k);
+                }
+                outer[j][9 + row][lane] = at(3 * c + row, rim);
+            }
+            for k in 0..3 {
+                outer[j][12 + k][lane] += at(before, near + k);
+                outer[j][18 + k][lane] = at(before, far + k);
+                outer[after][12 + k][lane] += at(next, far + k);
+                outer[after][15 + k][lane] = at(next, near + k);
+            }
+            outer[j][22][lane] = at(before, rim);
+            outer[after][21][lane] = at(next, rim);
+        }
+        self.stars += 1;
+    }
+}
+
+/// Working space for the stars of a batch: one number per row and star, and the unknowns beyond each spoke.
+#[derive(Default)]
+struct Side {
+    rows: Vec<Row>,
+    own: Vec<Row>,
+    /// The three unknowns of the ring vertex, and that of the outer edge after the spoke.
+    beyond: Vec<[Row; 4]>,
+}
+
+impl Side {
+    /// Reads the unknowns beyond the spokes.
+    #[inline(always)]
+    fn read_beyond(&mut self, spokes: &[Spoke], x: &Shared) {
+        self.beyond.clear();
+        for spoke in spokes {
+            let mut beyond = [Row::default(); 4];
+            for lane in 0..MOST_LANES {
+                let ring = spoke.ring[lane] as usize;
+                for k in 0..3 {
+                    beyond[k][lane] = x.get(ring + k);
+                }
+                beyond[3][lane] = x.get(spoke.rim[lane] as usize);
+            }
+            self.beyond.push(beyond);
+        }
+    }
+
+    /// Reads the stars' own unknowns, or entries of another vector at their places.
+    #[inline(always)]
+    fn read_own(&mut self, batch: &Batch, spokes: &[Spoke], x: &Shared) {
+        self.own.clear();
+        for k in 0..3 {
+            self.own.push(batch.nodes.map(|n| x.get(3 * n.index() + k)));
+        }
+        self.own.extend(spokes.iter().map(|spoke| spoke.own.map(|i| x.get(i as usize))));
+    }
+
+    /// Computes the part of `A x` in the stars' rows that comes from the unknowns outside.
+    #[inline(always)]
+    fn outside<S: Simd>(&mut self, simd: S, outer: &[[Coefficients; COUPLINGS]]) {
+        let Self { rows, beyond, .. } = self;
+        rows.clear();
+        rows.resize(3 + outer.len(), Row::default());
+        let last = outer.len() - 1;
+        for part in 0..MOST_LANES / S::F64_LANES {
+            let load = |row: &Row| Lanes::load_part(simd, row, part);
+            let zero = Lanes::splat(simd, 0.0);
+            let mut total = [zero; 3];
+            for (j, couplings) in outer.iter().enumerate() {
+                // An open star has no triangle before its first spoke and after its last: zero couplings.
+                let before = &beyond[if j > 0 { j - 1 } else { last }];
+                let after = &beyond[if j < last { j + 1 } else { 0 }];
+                let c = |k: usize| Lanes::load_single(simd, &couplings[k], part);
+                let near = [load(&beyond[j][0]), load(&beyond[j][1]), load(&beyond[j][2])];
+                let rim = load(&beyond[j][3]);
+                for row in 0..3 {
+                    total[row] += c(3 * row) * near[0]
+                        + c(3 * row + 1) * near[1]
+                        + c(3 * row + 2) * near[2]
+                        + c(9 + row) * rim;
+                }
+                let mut sum = c(21) * load(&before[3]) + c(22) * rim;
+                for k in 0..3 {
+                    sum += c(12 + k) * near[k] + c(15 + k) * load(&before[k]) + c(18 + k) * load(&after[k]);
+                }
+                sum.store_part(&mut rows[3 + j], part);
+            }
+            for (row, total) in rows.iter_mut().zip(total) {
+                total.store_part(row, part);
+            }
+        }
+    }
+
+    /// Computes the product of the symmetric blocks with `own`, by its lower half, in the rows; added to what is there if `add`.
+    #[inline(always)]
+    fn multiply_own<S: Simd>(&mut self, simd: S, lower: &[Coefficients], add: bool) {
+        let Self { rows, own, .. } = self;
+        rows.resize(own.len(), Row::default());
+        for part in 0..MOST_LANES / S::F64_LANES {
+            for (i, row) in rows.iter_mut().enumerate() {
+                let mut sum = if add { Lanes::load_part(simd, row, part) } else { Lanes::splat(simd, 0.0) };
+                for (j, own) in own.iter().enumerate() {
+                    let a = Lanes::load_single(simd, &lower[packed(i, j)], part);
+                    sum += a * Lanes::load_part(simd, own, part);
+                }
+                sum.store_part(row, part);
+            }
+        }
+    }
+}
+
 /// [`Band::relax`], for [`pulp`] to compile for every kind of processor.
 struct Relaxation<'a> {
     band: &'a Band,
@@ -317,28 +429,34 @@ struct Relaxation<'a> {
     from_zero: bool,
 }
 
-impl pulp::NullaryFnOnce for Relaxation<'_> {
+impl pulp::WithSimd for Relaxation<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn call(self) {
+    fn with_simd<S: Simd>(self, simd: S) {
         let Self { band, colour, r, unit, x, from_zero } = self;
-        let (mut rows, mut solution) = (Vec::with_capacity(16), Vec::with_capacity(16));
-        for place in band.of_colour(colour) {
-            if from_zero {
-                rows.clear();
-                rows.resize(place.size(), 0.0);
-            } else {
-                band.outside(place, x, &mut rows);
+        let mut side = Side::default();
+        for batch in band.of_colour(colour) {
+            let spokes = &band.spokes[batch.spokes()];
+            side.rows.clear();
+            side.rows.resize(batch.size(), Row::default());
+            if !from_zero {
+                side.read_beyond(spokes, x);
+                side.outside(simd, &band.outer[batch.spokes()]);
             }
-            for (row, value) in rows.iter_mut().enumerate() {
-                *value = r.get(band.unknown(place, row)) / unit - *value;
+            side.read_own(batch, spokes, r);
+            for (own, row) in side.own.iter_mut().zip(&side.rows) {
+                for lane in 0..MOST_LANES {
+                    own[lane] = own[lane] / unit - row[lane];
+                }
             }
-            solution.clear();
-            solution.resize(rows.len(), 0.0);
-            multiply_symmetric(&band.inverse[place.first_entry as usize..], &rows, &mut solution);
-            for (row, value) in solution.iter().enumerate() {
-                x.set(band.unknown(place, row), *value);
+            side.multiply_own(simd, &band.inverse[batch.entries()], false);
+            for lane in 0..batch.stars as usize {
+                let node = 3 * batch.nodes[lane].index();
+                (0..3).for_each(|k| x.set(node + k, side.rows[k][lane]));
+                for (spoke, row) in spokes.iter().zip(&side.rows[3..]) {
+                    x.set(spoke.own[lane] as usize, row[lane]);
+                }
             }
         }
     }
@@ -352,44 +470,28 @@ struct Product<'a> {
     y: &'a Shared,
 }
 
-impl pulp::NullaryFnOnce for Product<'_> {
+impl pulp::WithSimd for Product<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn call(self) {
+    fn with_simd<S: Simd>(self, simd: S) {
         let Self { band, x, unit, y } = self;
-        let (mut rows, mut own) = (Vec::with_capacity(16), Vec::with_capacity(16));
-        for place in &band.places {
-            band.outside(place, x, &mut rows);
-            own.clear();
-            own.extend((0..rows.len()).map(|row| x.get(band.unknown(place, row))));
-            multiply_symmetric(&band.inner[place.first_entry as usize..], &own, &mut rows);
-            for (row, value) in rows.iter().enumerate() {
-                let other = if row < 3 {
-                    u32::MAX
-                } else {
-                    band.spokes[place.first_spoke as usize + row - 3].ring / 3
-                };
-                if u32::from(place.node) < other {
-                    y.set(band.unknown(place, row), unit * value);
+        let mut side = Side::default();
+        for batch in &band.batches {
+            let spokes = &band.spokes[batch.spokes()];
+            side.read_beyond(spokes, x);
+            side.outside(simd, &band.outer[batch.spokes()]);
+            side.read_own(batch, spokes, x);
+            side.multiply_own(simd, &band.inner[batch.entries()], true);
+            for lane in 0..batch.stars as usize {
+                let node = batch.nodes[lane];
+                (0..3).for_each(|k| y.set(3 * node.index() + k, unit * side.rows[k][lane]));
+                for (spoke, row) in spokes.iter().zip(&side.rows[3..]) {
+                    if u32::from(node) < spoke.ring[lane] / 3 {
+                        y.set(spoke.own[lane] as usize, unit * row[lane]);
+                    }
                 }
             }
         }
-    }
-}
-
-/// Adds `A x` to `y`, with the lower half of a symmetric matrix by rows.
-#[inline(always)]
-fn multiply_symmetric(lower: &[f32], x: &[f64], y: &mut [f64]) {
-    let mut rest = lower;
-    for i in 0..x.len() {
-        let (row, below) = rest.split_at(i + 1);
-        let (xi, mut sum) = (x[i], f64::from(row[i]) * x[i]);
-        for ((a, xj), yj) in row[..i].iter().map(|a| f64::from(*a)).zip(x).zip(y.iter_mut()) {
-            sum += a * xj;
-            *yj += a * xi;
-        }
-        y[i] += sum;
-        rest = below;
     }
 }

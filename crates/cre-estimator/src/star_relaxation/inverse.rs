@@ -1,77 +1,24 @@
-//! Inverses of the stars' blocks, several of one size at a time.
+//! Inverses of the stars' blocks, one block of the same size in each lane.
 
 use super::airy::packed;
-
-/// Blocks that are inverted at a time.
-const LANES: usize = 8;
-
-/// One number per block.
-type Lanes = [f64; LANES];
-
-const ZERO: Lanes = [0.0; LANES];
+use crate::lanes::{MOST_LANES, Row};
 
 /// A pivot below this fraction of its diagonal entry is round-off: its unknown is omitted from the star.
 const PIVOT_FLOOR: f64 = 1e-12;
 
-/// Blocks that wait until a batch of their size is full, and working space.
-#[derive(Default)]
-pub(super) struct Inverter {
-    waiting: Vec<Batch>,
-    columns: Vec<Lanes>,
+/// Inverts positive semi-definite blocks in place, lower half by rows: on the unknowns with a valid pivot; rows and columns of the others become
+/// zero.
+///
+/// * `columns`: working space.
+pub(super) fn invert(blocks: &mut [Row], size: usize, columns: &mut Vec<Row>) {
+    pulp::Arch::new().dispatch(Inversion { blocks, size, columns });
 }
 
-/// Blocks of one size, lower half by rows, and where their inverses belong.
-#[derive(Default)]
-struct Batch {
-    blocks: Vec<Lanes>,
-    targets: Vec<usize>,
-}
-
-impl Inverter {
-    /// Takes a positive semi-definite block, lower half by rows. Its inverse is written to `inverses` from `target` on,
-    /// now or at [`Self::finish`]: on the unknowns with a valid pivot; rows and columns of the others become zero.
-    pub(super) fn push(&mut self, block: &[f64], size: usize, target: usize, inverses: &mut [f32]) {
-        if self.waiting.len() <= size {
-            self.waiting.resize_with(size + 1, Batch::default);
-        }
-        let batch = &mut self.waiting[size];
-        batch.blocks.resize(block.len(), ZERO);
-        let lane = batch.targets.len();
-        for (lanes, x) in batch.blocks.iter_mut().zip(block) {
-            lanes[lane] = *x;
-        }
-        batch.targets.push(target);
-        if batch.targets.len() == LANES {
-            batch.invert(size, &mut self.columns, inverses);
-        }
-    }
-
-    /// Inverts the remaining blocks.
-    pub(super) fn finish(&mut self, inverses: &mut [f32]) {
-        for (size, batch) in self.waiting.iter_mut().enumerate().filter(|(_, b)| !b.targets.is_empty()) {
-            // The content of idle lanes is inverted too and then ignored.
-            batch.invert(size, &mut self.columns, inverses);
-        }
-    }
-}
-
-impl Batch {
-    fn invert(&mut self, size: usize, columns: &mut Vec<Lanes>, inverses: &mut [f32]) {
-        pulp::Arch::new().dispatch(Inversion { blocks: &mut self.blocks, size, columns });
-        for (lane, target) in self.targets.drain(..).enumerate() {
-            let inverse = &mut inverses[target..target + self.blocks.len()];
-            for (x, lanes) in inverse.iter_mut().zip(&self.blocks) {
-                *x = lanes[lane] as f32;
-            }
-        }
-    }
-}
-
-/// [`invert`], for [`pulp`] to compile for every kind of processor.
+/// [`invert()`], for [`pulp`] to compile for every kind of processor.
 struct Inversion<'a> {
-    blocks: &'a mut [Lanes],
+    blocks: &'a mut [Row],
     size: usize,
-    columns: &'a mut Vec<Lanes>,
+    columns: &'a mut Vec<Row>,
 }
 
 impl pulp::NullaryFnOnce for Inversion<'_> {
@@ -79,31 +26,31 @@ impl pulp::NullaryFnOnce for Inversion<'_> {
 
     #[inline(always)]
     fn call(self) {
-        invert(self.blocks, self.size, self.columns);
+        invert_lanes(self.blocks, self.size, self.columns);
     }
 }
 
 /// Computes `a − b c`.
 #[inline(always)]
-fn minus(a: Lanes, b: Lanes, c: Lanes) -> Lanes {
+fn minus(a: Row, b: Row, c: Row) -> Row {
     std::array::from_fn(|l| a[l] - b[l] * c[l])
 }
 
 /// Computes `a b`.
 #[inline(always)]
-fn times(a: Lanes, b: Lanes) -> Lanes {
+fn times(a: Row, b: Row) -> Row {
     std::array::from_fn(|l| a[l] * b[l])
 }
 
 /// Computes `a − Σ b c`.
 #[inline(always)]
-fn less<'a>(a: Lanes, products: impl Iterator<Item = (&'a Lanes, &'a Lanes)>) -> Lanes {
+fn less<'a>(a: Row, products: impl Iterator<Item = (&'a Row, &'a Row)>) -> Row {
     products.fold(a, |a, (b, c)| minus(a, *b, *c))
 }
 
 /// Inverts blocks in place. `columns` is working space.
 #[inline(always)]
-fn invert(a: &mut [Lanes], size: usize, columns: &mut Vec<Lanes>) {
+fn invert_lanes(a: &mut [Row], size: usize, columns: &mut Vec<Row>) {
     // L, with the inverses of its pivots on the diagonal: zero, like their rows, for invalid ones.
     for i in 0..size {
         let (above, rest) = a.split_at_mut(packed(i, 0));
@@ -114,7 +61,7 @@ fn invert(a: &mut [Lanes], size: usize, columns: &mut Vec<Lanes>) {
         }
         let (before, diagonal) = row.split_at_mut(i);
         let pivot = less(diagonal[0], before.iter().zip(before.iter()));
-        let sound: [bool; LANES] = std::array::from_fn(|l| pivot[l] > PIVOT_FLOOR * diagonal[0][l]);
+        let sound: [bool; MOST_LANES] = std::array::from_fn(|l| pivot[l] > PIVOT_FLOOR * diagonal[0][l]);
         for x in before {
             *x = std::array::from_fn(|l| if sound[l] { x[l] } else { 0.0 });
         }
@@ -122,19 +69,19 @@ fn invert(a: &mut [Lanes], size: usize, columns: &mut Vec<Lanes>) {
     }
     // L⁻¹, column by column.
     columns.clear();
-    columns.resize(size * size, ZERO);
+    columns.resize(size * size, Row::default());
     for (j, column) in columns.chunks_exact_mut(size).enumerate() {
         column[j] = a[packed(j, j)];
         for i in j + 1..size {
             let row = &a[packed(i, 0)..=packed(i, i)];
-            column[i] = times(less(ZERO, row[j..i].iter().zip(&column[j..i])), row[i]);
+            column[i] = times(less(Row::default(), row[j..i].iter().zip(&column[j..i])), row[i]);
         }
     }
     // L⁻ᵀ L⁻¹
     for i in 0..size {
         let own = &columns[i * size + i..(i + 1) * size];
         for (entry, column) in a[packed(i, 0)..=packed(i, i)].iter_mut().zip(columns.chunks_exact(size)) {
-            *entry = less(ZERO, own.iter().zip(&column[i..])).map(|x| -x);
+            *entry = less(Row::default(), own.iter().zip(&column[i..])).map(|x| -x);
         }
     }
 }
@@ -164,32 +111,24 @@ mod tests {
     }
 
     #[test]
-    fn inverses_leave_out_what_has_no_pivot_whatever_waits_beside_them() {
-        // More than fit in the lanes, and others of another size between them.
-        let count = LANES + 3;
-        let (mut inverter, mut inverses) = (Inverter::default(), vec![0.0; 16 * count + count]);
-        for k in 0..count {
-            let full = singular(1.0 + k as f64);
-            let lower: Vec<f64> = (0..5).flat_map(|i| full[i][..=i].to_vec()).collect();
-            inverter.push(&lower, 5, 16 * k, &mut inverses);
-            inverter.push(&[2.0 + k as f64], 1, 16 * count + k, &mut inverses);
-        }
-        inverter.finish(&mut inverses);
-        for k in 0..count {
-            let full = singular(1.0 + k as f64);
-            let inverse = |i: usize, j: usize| f64::from(inverses[16 * k + packed(i, j)]);
+    fn inverses_leave_out_what_has_no_pivot_whatever_is_beside_them() {
+        let all: [_; MOST_LANES] = std::array::from_fn(|lane| singular(1.0 + lane as f64));
+        let lower = (0..5).flat_map(|i| (0..=i).map(move |j| (i, j)));
+        let mut blocks: Vec<Row> = lower.map(|(i, j)| std::array::from_fn(|lane| all[lane][i][j])).collect();
+        invert(&mut blocks, 5, &mut Vec::new());
+        for (lane, full) in all.iter().enumerate() {
+            let inverse = |i: usize, j: usize| blocks[packed(i, j)][lane];
             for i in 0..5 {
                 for j in 0..5 {
                     let product: f64 = (0..5).map(|m| inverse(i, m) * full[m][j]).sum();
                     let sound = |m: usize| [0, 2, 3].contains(&m);
                     if sound(i) && sound(j) {
-                        assert!((product - f64::from(u8::from(i == j))).abs() < 1e-6, "{i} {j} {product}");
+                        assert!((product - f64::from(u8::from(i == j))).abs() < 1e-12, "{i} {j} {product}");
                     } else if !sound(i) {
                         assert_eq!(inverse(i, j), 0.0);
                     }
                 }
             }
-            assert_eq!(inverses[16 * count + k], (1.0 / (2.0 + k as f64)) as f32);
         }
     }
 }

@@ -7,8 +7,9 @@ use fem_core::mesh::TriMesh;
 /// A star of `s = valence + 3` unknowns has two packed blocks of `s (s+1)/2` numbers in single precision, and the couplings
 /// of each spoke. The conjugate gradients have four vectors of three unknowns per vertex and one per edge.
 pub(crate) fn bytes_of_stars(mesh: &TriMesh) -> usize {
-    const PLACE: usize = 20;
-    const SPOKE: usize = 12 + 24 * size_of::<f32>();
+    // The share of a full batch.
+    const PLACE: usize = 6;
+    const SPOKE: usize = 12 + 23 * size_of::<f32>();
     const VECTORS: usize = 4 * size_of::<f64>();
     let topology = mesh.topology();
     let mut spokes = vec![0usize; mesh.points().len()];
