@@ -3,16 +3,27 @@
 //! A node that the common refinement puts into an edge of a body cuts cells there; the mesh behind it is as coarse as before. The nodal
 //! forces `P_i` oscillate from such a node to the next, and so does `P_i/ℓ_i`. Their mean over the cells of the coarser side does not:
 //! ```math
-//! p_k = w_k \sum_i \max(0, 1 - |x_k - x_i|)\, w_i P_i, \qquad x(s) = ∫ ds / h
+//! m_k = \sum_i K_{ki} P_i, \qquad K_{ki} = w_k \max(0, 1 - |x_k - x_i|)\, w_i, \qquad x(s) = ∫ ds / h
 //! ```
 //! with the length `h` of the uncut edge at `s`, that of the coarser side: `x` counts its edges. The weights `w` are such that forces `P_i = ℓ_i`
-//! give a pressure of 1; then `Σ p_k ℓ_k = Σ P_i` as well. Where the nodes of both sides match, it is `P_i/ℓ_i`. At the end of a line an
+//! give a mean of 1; then `Σ m_k ℓ_k = Σ P_i` as well. Where the nodes of both sides match, it is `P_i/ℓ_i`. At the end of a line an
 //! edge that continues beyond it counts as cut.
+//!
+//! The mean blurs the ends of contact: it carries force to open nodes, and what is in contact next to them has too little. A second mean shows how much:
+//! it would carry `ℓ_k K_{ki} ℓ_i (m_k − m_i)` from a node `k` in contact to an open node `i`. As much flows back, but no more than node `i` has:
+//! ```math
+//! p_k = m_k + \sum_{i\ \text{open}} t_i K_{ki} ℓ_i (m_k - m_i), \qquad p_i = m_i - t_i \sum_{k\ \text{in contact}} K_{ki} ℓ_k (m_k - m_i)
+//! ```
+//! with the largest `t_i ≤ 1` for which `p_i ≥ 0`. So `Σ p_k ℓ_k = Σ P_i`, and no pressure is negative. Between nodes that are all in contact a second mean
+//! only brings the oscillation back: there `p = m`.
 
 use fem_core::interface::{ContactInterface, ContactProblem};
 
 /// Nodes nearer to the next uncut edge than this, in edges, are at its end.
 const ROUND_OFF: f64 = 1e-12;
+
+/// Nodes with less than this part of the largest force are open.
+const OPEN: f64 = 1e-9;
 
 /// Weights are found to this precision.
 const PRECISION: f64 = 1e-14;
@@ -61,7 +72,37 @@ fn recover(chain: &Chain, own: &[Vec<bool>; 2], lengths: &[f64], forces: &[f64])
     let near = neighbours(chain, closed, own);
     let weights = weights(&near, &lengths[..chain.len() - usize::from(closed)]);
     let weighted: Vec<f64> = weights.iter().zip(forces).map(|(w, force)| w * force).collect();
-    weights.iter().zip(sums(&near, &weighted)).map(|(w, sum)| w * sum).collect()
+    let mean: Vec<f64> = weights.iter().zip(sums(&near, &weighted)).map(|(w, sum)| w * sum).collect();
+    let returned = returned(&near, &weights, lengths, forces, &mean);
+    mean.iter().zip(returned).map(|(mean, returned)| mean + returned).collect()
+}
+
+/// Computes what flows back from open nodes to those in contact, by length, Pa.
+fn returned(near: &[Near], weights: &[f64], lengths: &[f64], forces: &[f64], mean: &[f64]) -> Vec<f64> {
+    let largest = forces.iter().copied().fold(0.0, f64::max);
+    let open: Vec<bool> = forces.iter().map(|force| *force <= OPEN * largest).collect();
+    // Node in contact, open node, and the force between them.
+    let flows: Vec<(usize, usize, f64)> = near
+        .iter()
+        .filter_map(|Near { places, factor }| {
+            let [i, j] = places.map(|place| place as usize);
+            let (k, i) = if open[j] { (i, j) } else { (j, i) };
+            let force = lengths[k] * weights[k] * factor * weights[i] * lengths[i] * (mean[k] - mean[i]);
+            (open[i] && !open[k]).then_some((k, i, force))
+        })
+        .collect();
+    let mut leaving = vec![0.0; mean.len()];
+    for (_, i, force) in &flows {
+        leaving[*i] += force;
+    }
+    let mut returned = vec![0.0; mean.len()];
+    for (k, i, force) in flows {
+        let has = mean[i] * lengths[i];
+        let force = if leaving[i] > has { force * (has / leaving[i]) } else { force };
+        returned[k] += force / lengths[k];
+        returned[i] -= force / lengths[i];
+    }
+    returned
 }
 
 /// A run of pairs joined by edges, with their arc lengths; a closed one ends with its first pair.
@@ -234,6 +275,33 @@ mod tests {
         // A single force is spread to both sides.
         let spread = recovered(0, |k| f64::from(u8::from(k == 4)));
         assert!(spread[3] > 0.0 && spread[5] > 0.0 && spread[4] < 1.0 / length(4), "{spread:?}");
+    }
+
+    #[test]
+    fn what_the_mean_carries_to_open_nodes_flows_back() {
+        // Eight edges of length 1; the second side has no odd node. Nodes 5 to 8 are open.
+        let chain: Vec<(usize, f64)> = (0..9).map(|k| (k, k as f64)).collect();
+        let own = [vec![true; 9], (0..9).map(|k| k % 2 == 0).collect()];
+        let lengths: Vec<f64> = (0..9).map(|k| if k % 8 == 0 { 0.5 } else { 1.0 }).collect();
+        let forces = [0.5, 1.2, 0.8, 1.2, 0.8, 0.0, 0.0, 0.0, 0.0];
+        let found = recover(&chain, &own, &lengths, &forces);
+        let near = neighbours(&chain, false, &own);
+        let weights = weights(&near, &lengths);
+        let weighted: Vec<f64> = weights.iter().zip(forces).map(|(w, force)| w * force).collect();
+        let mean: Vec<f64> = weights.iter().zip(sums(&near, &weighted)).map(|(w, sum)| w * sum).collect();
+        // Node 4 is next to the end of contact, node 5 is open; all others are an edge away from it.
+        assert!(found[4] > mean[4] + 0.05 && (0.0..mean[5] - 0.05).contains(&found[5]), "{found:?} {mean:?}");
+        for k in [0, 1, 2, 3, 6, 7, 8] {
+            assert!((found[k] - mean[k]).abs() < 1e-12, "{k}: {found:?} {mean:?}");
+        }
+        let sum: f64 = found.iter().zip(&lengths).map(|(p, l)| p * l).sum();
+        assert!((sum - forces.iter().sum::<f64>()).abs() < 1e-12, "{sum}");
+        // An open node between two high pressures gives back what it has, and no more.
+        let forces = [0.5, 9.0, 0.0, 9.0, 1.0, 1.0, 1.0, 1.0, 0.5];
+        let found = recover(&chain, &own, &lengths, &forces);
+        assert!(found.iter().all(|p| *p >= -1e-12), "{found:?}");
+        let sum: f64 = found.iter().zip(&lengths).map(|(p, l)| p * l).sum();
+        assert!((sum - forces.iter().sum::<f64>()).abs() < 1e-12 * sum, "{sum}");
     }
 
     #[test]
