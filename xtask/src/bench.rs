@@ -22,7 +22,7 @@ mod page;
 mod peers;
 mod process;
 
-use crate::workspace::{Outcome, Workspace, stream};
+use crate::workspace::{Outcome, Workspace};
 use clap::Args;
 use machine::Machine;
 
@@ -85,7 +85,7 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<()> {
         return limits::run(workspace, &arguments.command(), arguments.large);
     }
     if arguments.peers {
-        build_program(workspace)?;
+        workspace.build_nndd()?;
         return peers::run(workspace, arguments);
     }
     let suites: Vec<&str> = workspace
@@ -97,7 +97,7 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<()> {
         .collect();
     let quick: &[&str] = if arguments.quick { &["--quick"] } else { &[] };
     let estimates = criterion::measure(workspace, &suites, quick)?;
-    build_program(workspace)?;
+    workspace.build_nndd()?;
     let processes = process::time_all(workspace, arguments.large, arguments.runs as usize)?;
     let machine = Machine::look();
     let readme = page::readme(workspace, &arguments.command(), &machine, &estimates, &processes)?;
@@ -115,11 +115,6 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<()> {
     factor::run(workspace, &arguments.command(), arguments.runs)
 }
 
-fn build_program(workspace: &Workspace) -> Outcome<()> {
-    let built = stream(&mut workspace.cargo(&["build", "--release", "--bin", "nndd"]))?;
-    if built == Some(0) { Ok(()) } else { Err("the program does not build".to_owned()) }
-}
-
 /// Today's date, as it is in the names of folders.
 fn today() -> String {
     let now = humantime::format_rfc3339_seconds(std::time::SystemTime::now()).to_string();
@@ -129,11 +124,5 @@ fn today() -> String {
 /// Writes files to the folder of this day and machine.
 fn write_all(workspace: &Workspace, machine: &Machine, files: &[(&str, String)]) -> Outcome<()> {
     let folder = workspace.root.join("bench-results").join(format!("{}-{}", today(), machine.slug()));
-    std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", workspace.shown(&folder)))?;
-    for (name, text) in files {
-        let path = folder.join(name);
-        std::fs::write(&path, text).map_err(|e| format!("{}: {e}", workspace.shown(&path)))?;
-        println!("wrote {}", workspace.shown(&path));
-    }
-    Ok(())
+    files.iter().try_for_each(|(name, text)| workspace.write(&folder.join(name), text))
 }

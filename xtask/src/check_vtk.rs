@@ -4,7 +4,7 @@
 use crate::python::{Environment, Group};
 use crate::workspace::{Outcome, Workspace, stream};
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// What `check-vtk` takes from the command line.
@@ -33,17 +33,13 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<bool>
         println!("check-vtk: skipped, {name}: {reason}");
         return Ok(true);
     }
-    if stream(&mut workspace.cargo(&["build", "--release", "--bin", "nndd"]))? != Some(0) {
-        return Err("the program does not build".to_owned());
-    }
+    workspace.build_nndd()?;
     let mut failed = 0;
     let cases = cases(workspace)?;
     for (k, case) in cases.iter().enumerate() {
         let out = workspace.target.join("check-vtk").join(case);
-        let mut command = Command::new(workspace.nndd());
-        command.current_dir(&workspace.root).arg("solve").arg(format!("tests/cases/{case}.toml"));
-        command.arg("--out").arg(&out).args(["--force", "--quiet"]);
-        let solved = stream(&mut command)? == Some(0);
+        let file = format!("tests/cases/{case}.toml");
+        let solved = workspace.solve(Path::new(&file), &[], &out)? == Some(0);
         let mut command = Command::new(environment.python());
         command.arg(workspace.root.join("xtask/vtk/read_back.py")).arg(&out);
         if let Some(picture) = arguments.picture.as_ref().filter(|_| k == 0) {

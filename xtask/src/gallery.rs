@@ -1,148 +1,46 @@
 //! `cargo xtask gallery`: solves the gallery's cases and writes `bench-results/gallery/`, pictures and page.
 
-use crate::workspace::{Outcome, Workspace, output, read, stream};
+use crate::workspace::{Outcome, Workspace, read};
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::path::Path;
-use std::process::Command;
 
-/// One case of the gallery.
-struct Exhibit {
-    case: &'static str,
-    title: &'static str,
-    text: &'static str,
-    /// Settings beside those of the case file, so that the pictures stay small.
-    set: &'static [&'static str],
-    figures: &'static [&'static str],
-}
-
-const EXHIBITS: [Exhibit; 12] = [
-    Exhibit {
-        case: "paper",
-        title: "Two blocks that lose contact",
-        text: "The paper's problem: the upper block is pushed down on its left half and lifts off on its right.",
-        set: &[],
-        figures: &["problem", "von_mises", "displacement", "contact", "deformed"],
-    },
-    Exhibit {
-        case: "gears",
-        title: "A gear pair",
-        text: "Involute teeth, refined adaptively to more than 40,000 nodes; fine meshes are drawn as fields without lines.",
-        set: &["adapt.target_relative_error=0.03"],
-        figures: &["problem", "von_mises", "displacement", "contact", "deformed"],
-    },
-    Exhibit {
-        case: "bearing",
-        title: "A roller bearing",
-        text: "Ten bodies and sixteen pairs with clearance: only contact holds the rollers and the outer ring, and a radial force \
-               drives them.",
-        set: &["adapt.target_relative_error=0.05"],
-        figures: &["problem", "von_mises", "deformed", "adaptive"],
-    },
-    Exhibit {
-        case: "tresca",
-        title: "Friction with a given limit",
-        text: "The law of Tresca: the friction is at most 4 per unit area, and the certificate holds with it. The contact line shows \
-               pressure, friction and its limit.",
-        set: &[],
-        figures: &["problem", "von_mises", "contact", "deformed"],
-    },
-    Exhibit {
-        case: "shear",
-        title: "A cycle of loads with friction",
-        text: "Pressed, then pushed to and fro in 51 increments: the force lags behind the displacement.",
-        set: &[],
-        figures: &["problem", "path", "contact"],
-    },
-    Exhibit {
-        case: "punch_corner",
-        title: "A corner that presses",
-        text: "The pressure and the stress at the corner grow with every refinement: scales end below such a peak, and its \
-               value is written.",
-        set: &[],
-        figures: &["problem", "von_mises", "contact", "deformed"],
-    },
-    Exhibit {
-        case: "roller_half",
-        title: "A roller on a block",
-        text: "Half of it by symmetry, refined adaptively.",
-        set: &[],
-        figures: &["problem", "von_mises", "contact", "deformed"],
-    },
-    Exhibit {
-        case: "hertz",
-        title: "Hertz: two cylinders",
-        text: "Half discs pressed together; the gap is measured on the meshes, and drawn as it is.",
-        set: &[],
-        figures: &["problem", "von_mises", "contact", "deformed"],
-    },
-    Exhibit {
-        case: "rings",
-        title: "Nested rings",
-        text: "A curved line of contact with normals averaged at its nodes, rollers on the axes of symmetry.",
-        set: &[],
-        figures: &["problem", "von_mises", "deformed"],
-    },
-    Exhibit {
-        case: "nonmatching",
-        title: "Meshes that do not match",
-        text: "The surfaces are cut differently and face each other only in part; both are refined in common.",
-        set: &[],
-        figures: &["problem", "von_mises", "deformed"],
-    },
-    Exhibit {
-        case: "singular",
-        title: "A singular corner, adaptively",
-        text: "Where the supports end the stress grows without bound: the meshes are refined there until the certified \
-               error is small enough.",
-        set: &[],
-        figures: &["problem", "von_mises", "deformed", "adaptive"],
-    },
-    Exhibit {
-        case: "materials",
-        title: "Several materials",
-        text: "Regions of other stiffness, and one that is orthotropic.",
-        set: &[],
-        figures: &["problem", "von_mises", "deformed"],
-    },
-];
+/// The exhibits: a case file, its title, a text, settings and figures.
+const EXHIBITS: &str = include_str!("gallery.toml");
 
 /// Solves the cases, copies their figures and writes the page.
 pub(crate) fn run(workspace: &Workspace) -> Outcome<()> {
-    if stream(&mut workspace.cargo(&["build", "--release", "--bin", "nndd"]))? != Some(0) {
-        return Err("the program does not build".to_owned());
-    }
+    workspace.build_nndd()?;
     let folder = workspace.root.join("bench-results").join("gallery");
     std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", workspace.shown(&folder)))?;
-    let commit =
-        output(Command::new("git").args(["rev-parse", "--short", "HEAD"]).current_dir(&workspace.root))?;
+    let exhibits: toml::Table = EXHIBITS.parse().map_err(|e| format!("gallery.toml: {e}"))?;
     let mut page = format!(
         "# Gallery\n\nTwelve cases, solved and certified by the program; figures and numbers come from its output folders. \
          Written by `cargo xtask gallery` at commit {}. They look like this on the page of a run too.\n",
-        commit.trim()
+        workspace.commit()?
     );
-    for exhibit in &EXHIBITS {
+    for exhibit in exhibits.values().filter_map(toml::Value::as_array).flatten() {
         page += &show(workspace, exhibit, &folder)?;
     }
     page += "\n## In ParaView's format\n\n![The paper's blocks, drawn from the ParaView files](paraview.png)\n\n\
              Drawn from `upper.vtu` and `lower.vtu` by `cargo xtask check-vtk --picture \
              bench-results/gallery/paraview.png`, which reads every field back by VTK and meshio.\n";
-    let path = folder.join("README.md");
-    std::fs::write(&path, page).map_err(|e| format!("{}: {e}", workspace.shown(&path)))?;
-    println!("wrote {}", workspace.shown(&path));
-    Ok(())
+    workspace.write(&folder.join("README.md"), &page)
 }
 
 /// Solves one case, copies its figures, and returns its part of the page.
-fn show(workspace: &Workspace, exhibit: &Exhibit, folder: &Path) -> Outcome<String> {
-    let Exhibit { case, title, text, set, figures } = exhibit;
+fn show(workspace: &Workspace, exhibit: &toml::Value, folder: &Path) -> Outcome<String> {
+    let text_of = |key: &str| exhibit.get(key).and_then(toml::Value::as_str).unwrap_or_default();
+    let list = |key: &str| -> Vec<&str> {
+        let items = exhibit.get(key).and_then(toml::Value::as_array);
+        items.into_iter().flatten().filter_map(toml::Value::as_str).collect()
+    };
+    let [case, title, text] = ["case", "title", "text"].map(text_of);
+    let set = list("set");
     let file = format!("tests/cases/{case}.toml");
     let out = workspace.target.join("gallery").join(case);
     let settings: Vec<&str> = set.iter().flat_map(|s| ["--set", *s]).collect();
-    let mut command = Command::new(workspace.nndd());
-    command.current_dir(&workspace.root).args(["solve", &file]).args(&settings);
-    command.arg("--out").arg(&out).args(["--force", "--quiet"]);
-    if stream(&mut command)? != Some(0) {
+    if workspace.solve(Path::new(&file), &settings, &out)? != Some(0) {
         return Err(format!("{file} does not end as it should"));
     }
     let report: Value =
@@ -151,7 +49,7 @@ fn show(workspace: &Workspace, exhibit: &Exhibit, folder: &Path) -> Outcome<Stri
     let typed: String = set.iter().map(|s| format!(" --set '{s}'")).collect();
     let _ =
         writeln!(page, "[`{file}`](../../{file}), `nndd solve {file}{typed}`\n\n{}\n", measured(&report)?);
-    for name in *figures {
+    for name in list("figures") {
         let (from, to) = (out.join("figures").join(format!("{name}.svg")), format!("{case}-{name}.svg"));
         let drawn = read(&from)?;
         let alternative = between(&drawn, "<title>", "</title>").unwrap_or(title);

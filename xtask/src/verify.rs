@@ -135,10 +135,7 @@ fn case(workspace: &Workspace, file: &Path) -> Outcome<i32> {
     if let Some(parent) = out.parent() {
         std::fs::create_dir_all(parent).map_err(|e| format!("{}: {e}", workspace.shown(parent)))?;
     }
-    let mut command = std::process::Command::new(workspace.nndd());
-    command.current_dir(&workspace.root).arg("solve").arg(file.strip_prefix(&workspace.root).unwrap_or(file));
-    command.arg("--out").arg(&out).args(["--force", "--quiet"]);
-    let code = stream(&mut command)?;
+    let code = workspace.solve(file.strip_prefix(&workspace.root).unwrap_or(file), &[], &out)?;
     if code != Some(expected) {
         let found = code.map_or("a signal".to_owned(), |c| format!("exit {c}"));
         return Err(format!("found {found}, expected exit {expected}"));

@@ -85,6 +85,38 @@ impl Workspace {
         Ok(stream(&mut self.cargo(&build))? == Some(0))
     }
 
+    /// Builds the program alone.
+    ///
+    /// # Errors
+    /// It does not compile.
+    pub(crate) fn build_nndd(&self) -> Outcome<()> {
+        match stream(&mut self.cargo(&["build", "--release", "--bin", "nndd"]))? {
+            Some(0) => Ok(()),
+            _ => Err("the program does not build".to_owned()),
+        }
+    }
+
+    /// Solves a case file of the workspace into a folder, and returns the exit status.
+    pub(crate) fn solve(&self, file: &Path, settings: &[&str], out: &Path) -> Outcome<Option<i32>> {
+        let mut command = Command::new(self.nndd());
+        command.current_dir(&self.root).arg("solve").arg(file).args(settings);
+        stream(command.arg("--out").arg(out).args(["--force", "--quiet"]))
+    }
+
+    /// Returns the short hash of the commit that is checked out.
+    pub(crate) fn commit(&self) -> Outcome<String> {
+        Ok(output(&mut self.git(&["rev-parse", "--short", "HEAD"]))?.trim().to_owned())
+    }
+
+    /// Writes a file, and the folder for it, and says so.
+    pub(crate) fn write(&self, path: &Path, text: &str) -> Outcome<()> {
+        let made = path.parent().map_or(Ok(()), std::fs::create_dir_all);
+        let written = made.and_then(|()| std::fs::write(path, text));
+        written.map_err(|e| format!("{}: {e}", self.shown(path)))?;
+        println!("wrote {}", self.shown(path));
+        Ok(())
+    }
+
     /// The program `nndd`, where a release build puts it.
     pub(crate) fn nndd(&self) -> PathBuf {
         self.target.join("release").join(format!("nndd{}", std::env::consts::EXE_SUFFIX))
@@ -163,6 +195,12 @@ pub(crate) fn output(command: &mut Command) -> Outcome<String> {
         return Err(format!("{}: {}: {}", described(command), out.status, said.trim()));
     }
     String::from_utf8(out.stdout).map_err(|_| format!("{}: its output is not UTF-8", described(command)))
+}
+
+/// Returns how busy the machine was in the last minute.
+pub(crate) fn load_average() -> String {
+    let table = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
+    table.split_whitespace().next().unwrap_or("unknown").to_owned()
 }
 
 /// Reads a text file.

@@ -12,30 +12,7 @@ use results::results;
 use serde_json::Value;
 use std::fmt::Write as _;
 
-const STYLE: &str = ":root{color-scheme:light dark}\
-body{font:16px/1.5 system-ui,sans-serif;max-width:64rem;margin:1rem auto;padding:0 .75rem;color:#222;background:#fff}\
-table{border-collapse:collapse;font-variant-numeric:tabular-nums;display:block;overflow-x:auto}\
-td,th{padding:.15rem .6rem;text-align:right;border-bottom:1px solid #8884;white-space:nowrap}\
-th{background:#8881;white-space:normal}td:first-child,th:first-child{text-align:left}\
-h1,h2{line-height:1.25}\
-.verdict{border:2px solid;padding:.6rem 1rem;border-radius:.4rem;margin:1rem 0}\
-.ok{border-color:#0072b2}.no{border-color:#d55e00}.verdict p{margin:.2rem 0}.verdict p:nth-child(2){font-weight:bold}\
-.figures{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(27rem,100%),1fr));column-gap:1rem}\
-figure{margin:0 0 1rem;break-inside:avoid}figure svg{display:block;width:100%;height:auto}\
-figcaption{font-size:.875rem;opacity:.8;padding:0 .5rem}\
-@media (max-width:40rem){td{white-space:normal}td:first-child{min-width:8rem}td,th{padding:.15rem .3rem}}\
-p,li{overflow-wrap:anywhere}pre{overflow-x:auto;background:#8881;padding:.6rem}\
-@page{size:A4;margin:15mm}\
-@media screen and (prefers-color-scheme:dark){body{color:#ddd;background:#16181b}a{color:#7ab8e6}.ok{border-color:#56b4e9}\
-svg [fill='#FFFFFF']{fill:#16181b}svg [stroke='#FFFFFF']{stroke:#16181b}\
-svg [fill='#191919']{fill:#e4e4e4}svg [stroke='#191919']{stroke:#e4e4e4}\
-svg [fill='#6E6E6E']{fill:#a0a0a0}svg [stroke='#6E6E6E']{stroke:#a0a0a0}\
-svg [fill='#0072B2']{fill:#56b4e9}svg [stroke='#0072B2']{stroke:#56b4e9}\
-svg [fill='#F9EAC7']{fill:#463c22}svg [stroke='#F9EAC7']{stroke:#463c22}svg [fill='#DCE6EE']{fill:#2c3742}svg [stroke='#DCE6EE']{stroke:#2c3742}}\
-@media print{:root{color-scheme:light}body{max-width:none;margin:0;padding:0;font-size:10pt}h2{break-after:avoid}\
-.figures{grid-template-columns:1fr 1fr;column-gap:5mm}figcaption{font-size:8pt;line-height:1.3}tr,.verdict,.short{break-inside:avoid}\
-table{display:table;font-size:8pt}thead{display:table-header-group}td,th{white-space:normal;padding:.1rem .3rem}\
-pre{white-space:pre-wrap;overflow-wrap:anywhere;font-size:8pt}}";
+const STYLE: &str = include_str!("html/style.css");
 
 /// Writes the page.
 ///

@@ -2,12 +2,13 @@
 
 use super::machine::{Machine, provenance};
 use super::numbers::{spread_of, time};
-use crate::workspace::{Outcome, Workspace, output, stream};
+use crate::workspace::{Outcome, Workspace, load_average, output, stream};
 use std::fmt::Write as _;
 
 /// The benchmark that measures; a plain program, no suite of criterion.
 pub(super) const SUITE: &str = "factor";
 const OURS: &str = "this project";
+const PAGE: &str = include_str!("factor.md");
 const HEADER: &str = "cells,unknowns,method,threads,symbolic_s,numeric_s,solve_s,values";
 
 /// One factorisation.
@@ -24,8 +25,7 @@ struct Round {
 
 /// Measures, and writes page and table.
 pub(super) fn run(workspace: &Workspace, command: &str, runs: u32) -> Outcome<()> {
-    let load = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
-    let load = load.split(' ').next().filter(|l| !l.is_empty()).unwrap_or("unknown").to_owned();
+    let load = load_average();
     // Only tests use faer; its threads are a feature that they do not ask for, so no other build has it.
     let bench = ["bench", "--package", "tests", "--bench", SUITE, "--features", "faer/rayon"];
     if stream(workspace.cargo(&bench).arg("--no-run"))? != Some(0) {
@@ -70,13 +70,7 @@ fn total(round: &Round) -> f64 {
 }
 
 fn page(rounds: &[Round]) -> String {
-    let mut text = String::from(
-        "The stiffness of the lower body of the paper's problem, factorised by `fem_core::cholesky` and by the sparse \
-         `LLT` of faer with its order by approximate minimum degree (AMD). Times are medians; the range is that of the \
-         single rounds. The last column is the sum of the times over that of this project with the same number of threads.\n\n\
-         | cells | unknowns | method | threads | symbolic | numeric | solve | sum | range of the sum | values | ratio |\n\
-         |---|---|---|---|---|---|---|---|---|---|---|\n",
-    );
+    let mut rows = String::new();
     let mut groups: Vec<Vec<&Round>> = vec![];
     for round in rounds {
         let same = |g: &&mut Vec<&Round>| {
@@ -99,26 +93,14 @@ fn page(rounds: &[Round]) -> String {
             .find(|g| (&g[0].cells, g[0].method.as_str(), g[0].threads) == (cells, OURS, *threads));
         let ratio = ours.map_or("-".to_owned(), |g| format!("{:.2}", sum / spread(g, &total)[0]));
         let _ = writeln!(
-            text,
+            rows,
             "| {cells} | {unknowns} | {method} | {threads} | {symbolic} | {numeric} | {solve} | {} | {} to {} | {stored} | {ratio} |",
             time(1e9 * sum),
             time(1e9 * least),
             time(1e9 * most),
         );
     }
-    text.push_str(
-        "\n- **symbolic**: the order and the analysis; here the nested dissection of the mesh with the contact line last, \
-         there AMD on the matrix in the order of the mesh's nodes. **numeric**: the factor, memory included. **solve**: one \
-         right-hand side.\n\
-         - **values**: what the factor stores, zeros that are stored included. The contact line is last in this project's \
-         order, which costs some values; its trailing block is what the contact solve needs.\n\
-         - faer chooses between single columns (simplicial, one thread in any case) and supernodes, whose dense algebra its \
-         threads share. The threads of this project work on subtrees, and its solve uses one.\n\
-         - Both answers must have a residual of at most 1e-9 of the right-hand side, or there is no page.\n\
-         - Not measured: other orders for faer, several right-hand sides, other programs at work on the same machine beyond \
-         what shows as range.\n\nRaw numbers: `factor.csv`, seconds.\n",
-    );
-    text
+    PAGE.replace("{rows}", &rows)
 }
 
 #[cfg(test)]

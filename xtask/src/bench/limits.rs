@@ -5,7 +5,7 @@ mod page;
 use super::machine::{Machine, provenance};
 use super::numbers::{exponent, spread_of};
 use super::process;
-use crate::workspace::{Outcome, Workspace, output, stream};
+use crate::workspace::{Outcome, Workspace, load_average, output, stream};
 use serde_json::Value;
 use std::fmt::Write as _;
 
@@ -84,8 +84,7 @@ struct Measured {
 ///
 /// * `large`: 1280x640 cells per body as well.
 pub(super) fn run(workspace: &Workspace, command: &str, large: bool) -> Outcome<()> {
-    let load = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
-    let load = load.split(' ').next().filter(|l| !l.is_empty()).unwrap_or("unknown").to_owned();
+    let load = load_average();
     let bench = ["bench", "--package", "tests", "--bench", SUITE];
     if stream(workspace.cargo(&bench).arg("--no-run"))? != Some(0) {
         return Err(format!("the benchmark {SUITE} does not build"));

@@ -8,13 +8,7 @@ use crate::workspace::{Outcome, Workspace};
 use std::fmt::Write as _;
 
 /// What a reader must not look for in these numbers.
-const NOT_MEASURED: &str = "\
-- compile times, which `cargo xtask bench --build` measures, and the first run after a build (one run is thrown away; files are in the page cache);
-- scaling with the number of threads: every run uses the program's default;
-- other machines, other compilers, other sizes than the cases named;
-- other programs, which `cargo xtask bench --peers` runs beside this one, and the factorisation of faer (`factor.md`);
-- other programs at work on the same machine, beyond what shows as spread.
-";
+const NOT_MEASURED: &str = include_str!("not_measured.md");
 /// Phases whose growth is fitted.
 const GROWING: [&str; 5] = ["assembly", "factorisation", "iterations", "estimate", "total"];
 /// Meshes with fewer unknowns say nothing of growth: starting threads and writing files take as long.

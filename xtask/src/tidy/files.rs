@@ -66,11 +66,8 @@ pub(super) fn of_manifest(file: &str, text: &str, of_crates: bool) -> Vec<Findin
         .collect();
     let readme = package.and_then(|p| p.get("readme")).and_then(|r| r.as_str());
     if of_crates && readme != Some("README.md") {
-        findings.push(Finding::new(
-            file,
-            line,
-            "found no page of its own, expected `readme = \"README.md\"`",
-        ));
+        let what = "found no page of its own, expected `readme = \"README.md\"`";
+        findings.push(Finding::new(file, line, what));
     }
     if !inherits(manifest.get("lints")) {
         findings.push(Finding::new(file, 1, "found no inherited lints, expected `lints.workspace = true`"));
@@ -81,42 +78,29 @@ pub(super) fn of_manifest(file: &str, text: &str, of_crates: bool) -> Vec<Findin
 /// Checks one tracked file: its size, its encoding if it is a case, and its words.
 pub(super) fn of_file(file: &str, bytes: &[u8]) -> Vec<Finding> {
     let mut findings = vec![];
+    let mut add = |line: usize, what: String| findings.push(Finding::new(file, line, what));
     if bytes.len() as u64 > LARGEST {
-        findings.push(Finding::new(
-            file,
-            1,
-            format!("found {} bytes, expected at most {LARGEST}", bytes.len()),
-        ));
+        add(1, format!("found {} bytes, expected at most {LARGEST}", bytes.len()));
     }
     let text = match std::str::from_utf8(bytes) {
         Ok(text) => text,
         Err(error) => {
             if file.starts_with("tests/cases/") {
                 let line = bytes[..error.valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
-                findings.push(Finding::new(file, line, "found bytes that are not UTF-8, expected text"));
+                add(line, "found bytes that are not UTF-8, expected text".to_owned());
             }
             return findings;
         }
     };
-    for (i, line) in text.lines().enumerate() {
-        if let Some(path) = MACHINE_PATHS.iter().find(|p| is_machine_path(line, p)) {
-            findings.push(Finding::new(
-                file,
-                i + 1,
-                format!("found a path below {path}, expected none of one machine"),
-            ));
+    for (line, text) in (1..).zip(text.lines()) {
+        if let Some(path) = MACHINE_PATHS.iter().find(|p| is_machine_path(text, p)) {
+            add(line, format!("found a path below {path}, expected none of one machine"));
         }
-        if line.contains(OUTSIDE) {
-            findings.push(Finding::new(
-                file,
-                i + 1,
-                format!("found {OUTSIDE}, expected nothing outside the repository"),
-            ));
+        if text.contains(OUTSIDE) {
+            add(line, format!("found {OUTSIDE}, expected nothing outside the repository"));
         }
-        if file.ends_with(".rs") {
-            for word in UNFINISHED.iter().filter(|w| has_mark(line, w)) {
-                findings.push(Finding::new(file, i + 1, format!("found {word}, expected finished work")));
-            }
+        for word in UNFINISHED.iter().filter(|w| file.ends_with(".rs") && has_mark(text, w)) {
+            add(line, format!("found {word}, expected finished work"));
         }
     }
     findings

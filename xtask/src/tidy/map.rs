@@ -13,24 +13,17 @@ type Graph = BTreeMap<String, (usize, BTreeSet<String>)>;
 
 /// Reads the crate graph of the map: the fenced block after the marker, lines `name -> name, name`.
 fn parse_graph(map: &str) -> Result<Graph, Finding> {
-    let mut lines = map.lines().enumerate().skip_while(|(_, l)| l.trim() != MARKER);
+    let fault = |line: usize, what: &str| Err(Finding::new(MAP, line, what));
+    let mut lines = (1..).zip(map.lines()).skip_while(|(_, l)| l.trim() != MARKER);
     let Some((at, _)) = lines.next() else {
-        return Err(Finding::new(
-            MAP,
-            1,
-            format!("found no line `{MARKER}`, expected one above the crate graph"),
-        ));
+        return fault(1, &format!("found no line `{MARKER}`, expected one above the crate graph"));
     };
     let fenced = |l: &str| l.trim_start().starts_with("```");
     if !lines.by_ref().find(|(_, l)| !l.trim().is_empty()).is_some_and(|(_, l)| fenced(l)) {
-        return Err(Finding::new(
-            MAP,
-            at + 1,
-            "found no fenced block below the marker, expected the crate graph",
-        ));
+        return fault(at, "found no fenced block below the marker, expected the crate graph");
     }
     let mut graph = Graph::new();
-    for (i, line) in lines {
+    for (number, line) in lines {
         if fenced(line) {
             return Ok(graph);
         }
@@ -40,22 +33,16 @@ fn parse_graph(map: &str) -> Result<Graph, Finding> {
             continue;
         }
         let words: Vec<&str> = needs.split(',').map(str::trim).filter(|w| !w.is_empty()).collect();
-        if name.is_empty()
-            || name.contains(char::is_whitespace)
-            || words.iter().any(|w| w.contains(char::is_whitespace))
-        {
-            return Err(Finding::new(
-                MAP,
-                i + 1,
-                format!("found `{}`, expected `crate -> crate, crate`", line.trim()),
-            ));
+        let has_blank = |word: &&str| word.contains(char::is_whitespace);
+        if name.is_empty() || words.iter().chain([&name]).any(has_blank) {
+            return fault(number, &format!("found `{}`, expected `crate -> crate, crate`", line.trim()));
         }
         let needs = words.into_iter().map(str::to_owned).collect();
-        if graph.insert(name.to_owned(), (i + 1, needs)).is_some() {
-            return Err(Finding::new(MAP, i + 1, format!("found `{name}` a second time, expected it once")));
+        if graph.insert(name.to_owned(), (number, needs)).is_some() {
+            return fault(number, &format!("found `{name}` a second time, expected it once"));
         }
     }
-    Err(Finding::new(MAP, at + 1, "found a fenced block without an end, expected ```"))
+    fault(at, "found a fenced block without an end, expected ```")
 }
 
 /// Compares the map with the packages: the graph, and the names of external dependencies.
@@ -63,50 +50,35 @@ fn parse_graph(map: &str) -> Result<Graph, Finding> {
 /// Every package of `crates/` must be in the graph; others may.
 pub(super) fn findings(map: &str, packages: &[Package]) -> Vec<Finding> {
     let mut findings = vec![];
+    let mut add = |line: usize, what: String| findings.push(Finding::new(MAP, line, what));
     match parse_graph(map) {
-        Err(finding) => findings.push(finding),
+        Err(Finding { line, what, .. }) => add(line, what),
         Ok(graph) => {
             for package in packages {
                 let real: BTreeSet<String> = package.internal.iter().cloned().collect();
+                let expected = edge(&package.name, &real);
                 match graph.get(&package.name) {
-                    None if package.is_crate() => findings.push(Finding::new(
-                        MAP,
-                        1,
-                        format!(
-                            "found no `{}` in the crate graph, expected `{}`",
-                            package.name,
-                            edge(&package.name, &real)
-                        ),
-                    )),
-                    Some((line, drawn)) if *drawn != real => findings.push(Finding::new(
-                        MAP,
-                        *line,
-                        format!(
-                            "found `{}`, expected `{}`",
-                            edge(&package.name, drawn),
-                            edge(&package.name, &real)
-                        ),
-                    )),
+                    None if package.is_crate() => {
+                        add(
+                            1,
+                            format!("found no `{}` in the crate graph, expected `{expected}`", package.name),
+                        );
+                    }
+                    Some((line, drawn)) if *drawn != real => {
+                        add(*line, format!("found `{}`, expected `{expected}`", edge(&package.name, drawn)));
+                    }
                     _ => {}
                 }
             }
             for (name, (line, _)) in graph.iter().filter(|(n, _)| !packages.iter().any(|p| p.name == **n)) {
-                findings.push(Finding::new(
-                    MAP,
-                    *line,
-                    format!("found `{name}`, expected a package of the workspace"),
-                ));
+                add(*line, format!("found `{name}`, expected a package of the workspace"));
             }
         }
     }
     let externals: BTreeSet<&String> =
         packages.iter().filter(|p| p.is_crate()).flat_map(|p| &p.external).collect();
     for name in externals.into_iter().filter(|n| !names(map, n)) {
-        findings.push(Finding::new(
-            MAP,
-            1,
-            format!("found no mention of the dependency `{name}`, expected its purpose"),
-        ));
+        add(1, format!("found no mention of the dependency `{name}`, expected its purpose"));
     }
     findings
 }

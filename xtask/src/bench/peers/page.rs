@@ -12,38 +12,10 @@ use std::fmt::Write as _;
 use std::process::Command;
 
 /// What is measured, and how.
-const HOW: &str = "\
-- **solve**: `assembly` + `factorisation` + `iterations` of report.json, from the mesh in memory to converged, \
-  recovered displacements, with the program's default settings, whose iteration ends at a hundredth of the \
-  mesh's error; **solve to 1e-8**: until eta_nndd has fallen by 1e-8, which is what the active set's answer, exact to round-off, is \
-  held against; **with certificate**: the default with `estimate` as well.
-- **PARDISO**, **CHOLMOD**, **SuperLU**: analysis, factorisation and one solve with the stiffnesses of both bodies \
-  (free unknowns) as one block-diagonal matrix that is in memory already: no assembly, no contact, no recovery. \
-  PARDISO runs for symmetric positive definite matrices on the upper triangle, in its default order and by minimum \
-  degree: the targets are set against the default one, and the other is given beside it. CHOLMOD chooses its order. A \
-  small system goes before, so that loading libraries is not measured.
-- **active set**: scikit-fem from assembly on: the primal-dual active set with tied pairs, factorised again in every \
-  step. CHOLMOD runs on the system's BLAS, and on MKL's, put in its place with one thread (more hinder CHOLMOD's own).
-- **CalculiX**: its whole process, that is reading the deck, solving and writing displacements; plane triangles, \
-  surface-to-surface contact by a penalty of 500 times the stiffer modulus. Compare it with our whole process.
-- **memory**: ours, the active set's and CalculiX's is the peak of the whole process. That of a linear solver is the \
-  peak of its process less what was resident before the matrix was read, libraries included: the matrix (its upper \
-  triangle), the wrapper's copies, and the solver's own memory. `own` is PARDISO's count of the latter alone \
-  (the larger of iparm 15 and 16 + 17). Ours counts everything, the mesh, the stresses of the certificate and the \
-  report too. The targets set it beside both: the peak of PARDISO's whole process, Python and matrix included, and \
-  that less what was there before.
-- Every round runs this program, then each peer once. Ratios are those of the medians; the range beside them is that of \
-  the single rounds.
-";
+const HOW: &str = include_str!("how.md");
 
 /// What a reader must not look for.
-const NOT_MEASURED: &str = "\
-- other numbers of threads, other machines; MKL is tuned for Intel's processors;
-- reading meshes from files, compile times, the start of Python;
-- iterative solvers, and PARDISO with other parameters than those named;
-- the certificate of the peers: they have none;
-- other programs at work on the same machine, beyond what shows as spread.
-";
+const NOT_MEASURED: &str = include_str!("not_measured.md");
 
 /// Spreads up to this many per cent are not named one by one.
 const QUIET: f64 = 10.0;
