@@ -10,18 +10,16 @@
 //! ```
 //! There are no reference values: an admissible field of a finer mesh ([`crate::witness`]) is what bounds are compared with.
 
+use crate::model::{
+    Body, BoundaryConditions, ContactProblem, Gap, Hypothesis, LinearElastic, Made, ScalarData, TriMesh,
+    Vector, pair, ring,
+};
 use crate::random::Random;
 use crate::rings::{A, B, C};
 use crate::run::paired_in_common;
 use crate::shapes::{moved, turn, unstructured};
-use fem_core::body::Body;
-use fem_core::boundary::{BoundaryConditions, ScalarData};
-use fem_core::geometry::Vector;
-use fem_core::interface::{ContactInterface, ContactNormal, ContactProblem, Gap};
-use fem_core::material::{Hypothesis, LinearElastic, Materials, Orthotropic};
-use fem_core::mesh::TriMesh;
-use fem_core::mesh::generate::ring;
-use std::error::Error;
+use fem_core::interface::ContactNormal;
+use fem_core::material::{Materials, Orthotropic};
 
 /// What is extreme about a problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,7 +89,7 @@ impl Family {
     ///
     /// # Errors
     /// A problem that makes no sense, which the program refuses as well.
-    pub fn problem(self, number: u64) -> Result<ContactProblem, Box<dyn Error>> {
+    pub fn problem(self, number: u64) -> Made<ContactProblem> {
         let mut random = Random::new(self as u64 * 1_000_003 + number * 7919);
         match self {
             Self::Bent => rings(&mut random, false),
@@ -104,10 +102,6 @@ impl Family {
 /// A random number between two, all factors alike.
 fn between(random: &mut Random, low: f64, high: f64) -> f64 {
     low * (high / low).powf(random.unit())
-}
-
-fn integer(random: &mut Random, low: usize, high: usize) -> usize {
-    low + (random.unit() * (high + 1 - low) as f64) as usize
 }
 
 /// What is done to the whole problem.
@@ -124,7 +118,7 @@ impl Frame {
         self.length * turn(self.angle, x) + self.shift
     }
 
-    fn mesh(&self, mesh: &TriMesh) -> Result<TriMesh, Box<dyn Error>> {
+    fn mesh(&self, mesh: &TriMesh) -> Made<TriMesh> {
         Ok(moved(mesh, |x| self.place(x))?)
     }
 
@@ -152,21 +146,21 @@ struct Blocks {
 
 impl Blocks {
     fn new(family: Family, random: &mut Random) -> Self {
-        let columns = integer(random, 3, 9);
+        let columns = random.integer(3, 9);
         let matching = family != Family::NonMatching;
-        let mut cells = [0, 1].map(|_| [columns, integer(random, 2, 6)]);
+        let mut cells = [0, 1].map(|_| [columns, random.integer(2, 6)]);
         if !matching {
-            cells[1][0] = integer(random, 3, 12);
+            cells[1][0] = random.integer(3, 12);
         }
         let mut size = [0, 1].map(|_| [2.0, between(random, 0.5, 2.0)]);
         if family == Family::Thin {
-            let b = integer(random, 0, 1);
+            let b = random.integer(0, 1);
             let ratio = between(random, 10.0, 100.0);
             if random.unit() < 0.5 {
                 size[b][1] = 2.0 / ratio;
             } else {
                 size[b][1] = 2.0 * ratio;
-                cells[b] = [columns.min(3), integer(random, 8, 40)];
+                cells[b] = [columns.min(3), random.integer(8, 40)];
                 cells[1 - b][0] = cells[b][0];
             }
         }
@@ -188,7 +182,7 @@ impl Blocks {
         Self { family, frame, cells, size, materials, strain }
     }
 
-    fn mesh(&self, b: usize, random: &mut Random) -> Result<TriMesh, Box<dyn Error>> {
+    fn mesh(&self, b: usize, random: &mut Random) -> Made<TriMesh> {
         let [width, height] = self.size[b];
         let low = if b == 0 { 0.0 } else { -height };
         let mesh = unstructured([0.0, low], [width, height], self.cells[b], 0.14, random)?;
@@ -205,7 +199,7 @@ impl Blocks {
         })?)
     }
 
-    fn body(&self, b: usize, random: &mut Random) -> Result<Body, Box<dyn Error>> {
+    fn body(&self, b: usize, random: &mut Random) -> Made<Body> {
         let mesh = self.mesh(b, random)?;
         let materials = &self.materials[b];
         let of_triangle =
@@ -237,10 +231,10 @@ impl Blocks {
         Ok(Body::new(frame.mesh(&mesh)?, materials, &conditions)?)
     }
 
-    fn problem(&self, random: &mut Random) -> Result<ContactProblem, Box<dyn Error>> {
+    fn problem(&self, random: &mut Random) -> Made<ContactProblem> {
         let bodies = [self.body(0, random)?, self.body(1, random)?];
         let open = self.strain * self.frame.length * random.unit();
-        let gap = match integer(random, 0, 2) {
+        let gap = match random.integer(0, 2) {
             0 => 0.0.into(),
             1 => open.into(),
             _ => {
@@ -255,8 +249,7 @@ impl Blocks {
         if self.family == Family::NonMatching {
             return Ok(paired_in_common(bodies, surfaces, &gap, ContactNormal::Averaged)?.0);
         }
-        let interface = ContactInterface::pair(&bodies[0], &bodies[1], surfaces, &gap)?;
-        Ok(ContactProblem::between(bodies, interface))
+        pair(bodies, surfaces, &gap)
     }
 }
 
@@ -283,7 +276,7 @@ fn materials(family: Family, stress: f64, random: &mut Random) -> Vec<LinearElas
 }
 
 /// Rings or sectors of rings, the outer one pushed.
-fn rings(random: &mut Random, closed: bool) -> Result<ContactProblem, Box<dyn Error>> {
+fn rings(random: &mut Random, closed: bool) -> Made<ContactProblem> {
     let angles = if closed {
         [0.0, 360.0]
     } else {
@@ -291,13 +284,13 @@ fn rings(random: &mut Random, closed: bool) -> Result<ContactProblem, Box<dyn Er
         let half = 15.0 + 50.0 * random.unit();
         [middle - half, middle + half]
     };
-    let around = if closed { integer(random, 12, 24) } else { integer(random, 4, 12) };
+    let around = if closed { random.integer(12, 24) } else { random.integer(4, 12) };
     let family = if random.unit() < 0.3 { Family::Incompressible } else { Family::Bent };
     let strain = between(random, 1e-4, 1e-2);
     let [a, b, e, f] = [0; 4].map(|_| strain * random.signed());
     let push = if closed { strain } else { strain * (0.5 + random.unit()) };
-    let mut body = |radii: [f64; 2], outer: bool| -> Result<Body, Box<dyn Error>> {
-        let mesh = ring([0.0, 0.0], radii, angles, [around, integer(random, 2, 4)])?;
+    let mut body = |radii: [f64; 2], outer: bool| -> Made<Body> {
+        let mesh = ring([0.0, 0.0], radii, angles, [around, random.integer(2, 4)])?;
         let conditions = if outer {
             // Drawn together if closed, else moved towards the other one; and sideways.
             let inwards = move |x: Vector, c: usize| match (closed, c) {
@@ -318,6 +311,5 @@ fn rings(random: &mut Random, closed: bool) -> Result<ContactProblem, Box<dyn Er
     };
     let bodies = [body([A, B], false)?, body([B, C], true)?];
     let surfaces = ["outer", "inner"];
-    let interface = ContactInterface::pair(&bodies[0], &bodies[1], surfaces, &Gap::Given(0.0.into()))?;
-    Ok(ContactProblem::between(bodies, interface))
+    pair(bodies, surfaces, &Gap::Given(0.0.into()))
 }

@@ -11,21 +11,10 @@
 //! Plane strain, ν = 0.3, cells cut from lower left to upper right, no gaps. The energies `a(u,u)` of each body and the contact
 //! forces are those of an independent code.
 
-use fem_core::body::Body;
-use fem_core::boundary::{BoundaryConditions, ScalarData};
-use fem_core::geometry::Vector;
-use fem_core::interface::{ContactInterface, ContactProblem, Gap, Obstacle, RigidLine};
-use fem_core::material::{Hypothesis, LinearElastic};
-use fem_core::mesh::TriMesh;
-use fem_core::mesh::generate::block;
-use fem_core::mesh::id::NodeId;
-use std::error::Error;
-
-type Made<T> = Result<T, Box<dyn Error>>;
-
-fn material(young: f64) -> Made<LinearElastic> {
-    Ok(LinearElastic::isotropic(young, 0.3, Hypothesis::PlaneStrain)?)
-}
+use crate::model::{
+    Body, BoundaryConditions, ContactInterface, ContactProblem, Gap, Made, NodeId, Obstacle, RigidLine,
+    ScalarData, TriMesh, Vector, block, isotropic,
+};
 
 fn touching(upper: &Body, lower: &Body, surfaces: [&str; 2]) -> Made<ContactInterface> {
     Ok(ContactInterface::pair(upper, lower, surfaces, &Gap::Given(0.0.into()))?)
@@ -68,7 +57,11 @@ pub fn stack(
         } else {
             middle
         };
-        bodies.push(Body::new(block([0.0, k as f64], [2.0, 1.0], cells)?, material(*young)?, conditions)?);
+        bodies.push(Body::new(
+            block([0.0, k as f64], [2.0, 1.0], cells)?,
+            isotropic(*young, 0.3)?,
+            conditions,
+        )?);
     }
     let mut problem = ContactProblem::new(bodies);
     for k in 1..=last {
@@ -135,9 +128,9 @@ pub fn three(shared: bool) -> Made<ContactProblem> {
     let a = named([0.0, 0.0], [1.0, 1.0], [10, 10], &[("side", "right", up), ("above", "top", left)])?;
     let b = named([1.0, 0.0], [1.0, 1.0], [10, 10], &[("side", "left", up), ("above", "top", right)])?;
     let c = named([0.0, 1.0], [2.0, 0.6], [20, 6], &[("on A", "bottom", left), ("on B", "bottom", right)])?;
-    let a = Body::new(a, material(1000.0)?, &pushed)?;
-    let b = Body::new(b, material(1500.0)?, &clamped)?;
-    let c = Body::new(c, material(2000.0)?, &heavy)?;
+    let a = Body::new(a, isotropic(1000.0, 0.3)?, &pushed)?;
+    let b = Body::new(b, isotropic(1500.0, 0.3)?, &clamped)?;
+    let c = Body::new(c, isotropic(2000.0, 0.3)?, &heavy)?;
     let pairs = [
         ([0, 1], touching(&a, &b, ["side", "side"])?),
         ([2, 0], touching(&c, &a, ["on A", "above"])?),
@@ -158,7 +151,7 @@ pub const FOUR_FORCES: [f64; 5] = [3.2916794160, 40.0, 14.0, 12.0, 14.0];
 /// None.
 pub fn four() -> Made<ContactProblem> {
     let body = |origin: [f64; 2], young: f64, conditions: BoundaryConditions| -> Made<Body> {
-        Ok(Body::new(block(origin, [1.0, 1.0], [10, 10])?, material(young)?, &conditions)?)
+        Ok(Body::new(block(origin, [1.0, 1.0], [10, 10])?, isotropic(young, 0.3)?, &conditions)?)
     };
     let loads = |side: &str, x: ScalarData, y: ScalarData| BoundaryConditions::new().traction(side, [x, y]);
     let zero = || ScalarData::from(0.0);

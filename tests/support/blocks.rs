@@ -11,11 +11,9 @@
 //! Plane strain, width 2. The paper's problem (`paper.rs`) is one member of the family, with
 //! `pressed = 2`, `pull = 30`. No reference values: problems for counts and for bounds.
 
-use fem_core::body::Body;
-use fem_core::boundary::{BoundaryConditions, EdgeSelection};
-use fem_core::interface::{ContactInterface, ContactProblem, Gap};
-use fem_core::material::{Hypothesis, LinearElastic};
-use fem_core::mesh::generate::block;
+use crate::model::{
+    Body, BoundaryConditions, ContactProblem, EdgeSelection, Made, block, isotropic, stacked,
+};
 
 /// One member of the family.
 #[derive(Clone, Copy, Debug)]
@@ -73,10 +71,9 @@ impl Blocks {
     ///
     /// # Errors
     /// None, for sensible numbers.
-    pub fn problem(&self) -> Result<ContactProblem, Box<dyn std::error::Error>> {
+    pub fn problem(&self) -> Made<ContactProblem> {
         let rows = |height: f64| ((self.cells as f64 * height / 2.0).round() as usize).max(2);
-        let material =
-            |b: usize| LinearElastic::isotropic(self.young[b], self.poisson[b], Hypothesis::PlaneStrain);
+        let material = |b: usize| isotropic(self.young[b], self.poisson[b]);
         let everywhere = [f64::NEG_INFINITY, f64::INFINITY];
         let pressed = EdgeSelection::group("top").within([[0.0, self.pressed], everywhere]);
         let mut conditions = BoundaryConditions::new().displace("left", Some(0.0.into()), None).displace(
@@ -99,7 +96,6 @@ impl Blocks {
             material(1)?,
             &BoundaryConditions::new().fix("bottom"),
         )?;
-        let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
-        Ok(ContactProblem::between([upper, lower], interface))
+        stacked([upper, lower])
     }
 }

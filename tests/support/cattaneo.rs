@@ -9,14 +9,11 @@
 //! Source: exact; Cattaneo (1938), Mindlin (1949), after Johnson, *Contact Mechanics*, section 7.2.
 
 use crate::hertz_box;
-use fem_core::body::Body;
-use fem_core::boundary::{BoundaryConditions, ScalarData};
-use fem_core::geometry::Vector;
-use fem_core::interface::{ContactInterface, ContactProblem, Friction, Gap};
-use fem_core::material::{Hypothesis, LinearElastic};
-use fem_core::mesh::TriMesh;
-use fem_core::mesh::generate::block;
-use fem_core::tensor::SymTensor2;
+use crate::model::{
+    Body, ContactProblem, Gap, Made, ScalarData, SymTensor2, TriMesh, Vector, block, cut_out, isotropic, pair,
+};
+use crate::shapes::moved;
+use fem_core::interface::Friction;
 
 /// Young's modulus and Poisson's ratio of both bodies.
 pub const MATERIAL: (f64, f64) = (1.0, 0.3);
@@ -62,38 +59,26 @@ pub fn exact(below: bool, x: Vector) -> (Vector, SymTensor2) {
 /// A block with cells that become finer towards the middle of the contact line.
 ///
 /// * `cells`: along half of the contact line; a quarter of them along its normal.
-fn graded(below: bool, cells: usize) -> Result<TriMesh, Box<dyn std::error::Error>> {
+fn graded(below: bool, cells: usize) -> Made<TriMesh> {
     let y = if below { -3.0 } else { 0.0 };
     let even = block([-3.0, y], [6.0, 3.0], [2 * cells, cells / 4])?;
     let finer = |t: f64, rate: f64| 3.0 * (rate * t / 3.0).sinh() / rate.sinh();
-    let points: Vec<Vector> =
-        even.points().iter().map(|x| Vector::new(finer(x[0], 2.0), finer(x[1], 3.5))).collect();
-    let edges = even.topology().edges();
-    let group = |(name, ids): (&String, &Vec<_>)| (name.clone(), ids.iter().map(|e| edges[*e]).collect());
-    let groups = even.groups().iter().map(group).collect();
-    Ok(TriMesh::new(points, even.triangles().to_vec(), groups)?)
+    Ok(moved(&even, |x| Vector::new(finer(x[0], 2.0), finer(x[1], 3.5)))?)
 }
 
 /// The problem: exact displacements on top and bottom, exact tractions on the lateral sides.
 ///
 /// # Errors
 /// None, for sensible numbers.
-pub fn problem(cells: usize, law: Friction) -> Result<ContactProblem, Box<dyn std::error::Error>> {
-    let body = |below: bool| -> Result<Body, Box<dyn std::error::Error>> {
-        let displacement = |c: usize| Some(ScalarData::function(move |x| exact(below, x).0[c]));
-        let traction = |n: f64| {
-            [0, 1].map(|c| ScalarData::function(move |x| exact(below, x).1.apply(Vector::new(n, 0.0))[c]))
-        };
-        let conditions = BoundaryConditions::new()
-            .displace(if below { "bottom" } else { "top" }, displacement(0), displacement(1))
-            .traction("left", traction(-1.0))
-            .traction("right", traction(1.0));
-        let material = LinearElastic::isotropic(MATERIAL.0, MATERIAL.1, Hypothesis::PlaneStrain)?;
-        Ok(Body::new(graded(below, cells)?, material, &conditions)?)
+pub fn problem(cells: usize, law: Friction) -> Made<ContactProblem> {
+    let body = |below: bool| -> Made<Body> {
+        let far = if below { "bottom" } else { "top" };
+        let material = isotropic(MATERIAL.0, MATERIAL.1)?;
+        let displacement = move |x| exact(below, x).0;
+        cut_out(graded(below, cells)?, material, far, displacement, move |x| exact(below, x).1)
     };
     let bodies = [body(false)?, body(true)?];
     let compliance = 2.0 * (1.0 - MATERIAL.1 * MATERIAL.1) / MATERIAL.0;
     let gap = Gap::Given(ScalarData::function(move |x| compliance * x[0] * x[0]));
-    let interface = ContactInterface::pair(&bodies[0], &bodies[1], ["bottom", "top"], &gap)?;
-    Ok(ContactProblem::between(bodies, interface).with_friction(0, law)?)
+    Ok(pair(bodies, ["bottom", "top"], &gap)?.with_friction(0, law)?)
 }

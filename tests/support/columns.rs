@@ -13,13 +13,9 @@
 //! Units: any consistent set. Exact: with the confined modulus `M = E(1−ν)/((1+ν)(1−2ν))`, `M u'' = b`, the stress
 //! `−p ± b·(distance from Γ_C)` is linear and u quadratic in y. Plane strain, width [`WIDTH`].
 
-use fem_core::body::Body;
-use fem_core::boundary::BoundaryConditions;
-use fem_core::geometry::Vector;
-use fem_core::interface::{ContactInterface, ContactProblem, Gap};
-use fem_core::material::{Hypothesis, LinearElastic};
-use fem_core::mesh::generate::block;
-use fem_core::tensor::SymTensor2;
+use crate::model::{
+    Body, BoundaryConditions, ContactProblem, Gap, Made, SymTensor2, Vector, block, isotropic, pair,
+};
 
 /// Width of the columns.
 pub const WIDTH: f64 = 2.0;
@@ -64,10 +60,10 @@ impl Columns {
     ///
     /// # Errors
     /// None, for sensible numbers.
-    pub fn problem(&self, n: usize) -> Result<ContactProblem, Box<dyn std::error::Error>> {
+    pub fn problem(&self, n: usize) -> Made<ContactProblem> {
         let material = |b: usize| {
             let (e, nu) = self.materials[b];
-            LinearElastic::isotropic(e, nu, Hypothesis::PlaneStrain)
+            isotropic(e, nu)
         };
         let walls = || BoundaryConditions::new().roller("left", 0.0).roller("right", 0.0);
         let upper = Body::new(
@@ -81,8 +77,7 @@ impl Columns {
             &walls().roller("bottom", 0.0).body_force([0.0, -self.weights[1]]),
         )?;
         let gap = Gap::Given(self.gap.into());
-        let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &gap)?;
-        Ok(ContactProblem::between([upper, lower], interface))
+        pair([upper, lower], ["bottom", "top"], &gap)
     }
 
     /// The exact stress of a body: `σ_yy = −p ± b·(distance from Γ_C)`, and what the walls add.

@@ -13,12 +13,8 @@
 //! side that the literature gives for fine meshes (23.96: Cook, Malkus, Plesha; 23.95 in dolfinx's demo of it).
 //! Kind: other codes, four digits.
 
+use crate::model::{Body, BoundaryConditions, Hypothesis, LinearElastic, Made, Vector, block};
 use crate::shapes::moved;
-use fem_core::body::Body;
-use fem_core::boundary::BoundaryConditions;
-use fem_core::geometry::Vector;
-use fem_core::material::{Hypothesis, LinearElastic};
-use fem_core::mesh::generate::block;
 
 /// Vertical displacement at (48, 52).
 pub const TIP: f64 = 23.96;
@@ -27,7 +23,7 @@ pub const TIP: f64 = 23.96;
 ///
 /// # Errors
 /// None for `n ≥ 1`.
-pub fn body(n: usize) -> Result<Body, Box<dyn std::error::Error>> {
+pub fn body(n: usize) -> Made<Body> {
     let mesh = moved(&block([0.0, 0.0], [1.0, 1.0], [n, n])?, |x| {
         Vector::new(48.0 * x[0], 44.0 * x[0] + x[1] * (44.0 - 28.0 * x[0]))
     })?;

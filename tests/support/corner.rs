@@ -13,11 +13,8 @@
 //! of order `r^{λ−1}`: uniform meshes converge with the rate λ in energy.
 
 use crate::goursat::{Goursat, Potentials};
+use crate::model::{Body, BoundaryConditions, Hypothesis, Made, Vector, components, isotropic};
 use crate::shapes::{l_shape, turned};
-use fem_core::body::Body;
-use fem_core::boundary::{BoundaryConditions, ScalarData};
-use fem_core::geometry::Vector;
-use fem_core::material::{Hypothesis, LinearElastic};
 use std::f64::consts::PI;
 
 /// The root of `sin(3πλ/2) = λ` between ½ and 1.
@@ -47,11 +44,11 @@ pub fn exact() -> Goursat {
 ///
 /// # Errors
 /// None for `n ≥ 1`.
-pub fn body(n: usize) -> Result<Body, Box<dyn std::error::Error>> {
+pub fn body(n: usize) -> Made<Body> {
     let field = exact();
-    let displacement = |c: usize| Some(ScalarData::function(move |x| field.displacement(x)[c]));
-    let material = LinearElastic::isotropic(MATERIAL.0, MATERIAL.1, Hypothesis::PlaneStrain)?;
-    let conditions = BoundaryConditions::new().displace("outer", displacement(0), displacement(1));
+    let [x, y] = components(move |x| field.displacement(x)).map(Some);
+    let material = isotropic(MATERIAL.0, MATERIAL.1)?;
+    let conditions = BoundaryConditions::new().displace("outer", x, y);
     // The missing quadrant is the lower right one, so the bisector is at 3π/4.
     Ok(Body::new(turned(&l_shape(n)?, -0.75 * PI)?, material, &conditions)?)
 }

@@ -5,14 +5,13 @@
 //! holds `u_h`. So its distance from `u_h` must not be larger than the bound.
 
 use crate::finer::finer;
+use crate::model::{ContactProblem, Made, Vector};
+use case_io::Case;
 use certified_contact::{Settings, Silent, solve};
 use contact_qp::QpSettings;
-use fem_core::geometry::Vector;
-use fem_core::interface::ContactProblem;
 use fem_core::norm::energy_distance_squared;
 use fem_core::prepared::PreparedProblem;
 use nndd::solve_exactly;
-use std::error::Error;
 
 /// How the bound of a problem ended.
 #[derive(Clone, Debug)]
@@ -37,7 +36,7 @@ pub enum Outcome {
 ///
 /// # Errors
 /// A finer problem that cannot be solved.
-pub fn distance(problem: &ContactProblem, u: &[Vec<Vector>], times: usize) -> Result<f64, Box<dyn Error>> {
+pub fn distance(problem: &ContactProblem, u: &[Vec<Vector>], times: usize) -> Made<f64> {
     let (problem, u) = finer(problem.clone(), u.to_vec(), times)?;
     let prepared = PreparedProblem::new(problem)?;
     let exact = solve_exactly(&prepared, &QpSettings::default())?;
@@ -52,7 +51,7 @@ pub fn distance(problem: &ContactProblem, u: &[Vec<Vector>], times: usize) -> Re
 ///
 /// # Errors
 /// A finer problem that cannot be solved.
-pub fn outcome(problem: ContactProblem, times: usize) -> Result<Outcome, Box<dyn Error>> {
+pub fn outcome(problem: ContactProblem, times: usize) -> Made<Outcome> {
     let solution = match solve(problem, &Settings::default(), &mut Silent) {
         Ok(solution) => solution,
         Err(error) => return Ok(Outcome::Refused(error.to_string())),
@@ -68,4 +67,15 @@ pub fn outcome(problem: ContactProblem, times: usize) -> Result<Outcome, Box<dyn
         bound: estimate.unchecked().e_cre,
         error: distance(&solution.problem, &u, times)?,
     })
+}
+
+/// [`outcome`] of the problem of a case file.
+///
+/// # Errors
+/// As [`outcome`].
+pub(crate) fn outcome_of_text(text: &str, times: usize) -> Made<Outcome> {
+    match Case::parse(text, "random.toml", &[]).and_then(|mut case| case.build_problem()) {
+        Ok(problem) => outcome(problem, times),
+        Err(error) => Ok(Outcome::Refused(error.to_string())),
+    }
 }

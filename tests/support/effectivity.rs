@@ -1,16 +1,13 @@
 //! The bound over the true error, at every iteration of a problem.
 
 use crate::columns::Columns;
+use crate::model::{ContactProblem, Made, SymTensor2, Vector};
 use crate::overkill::Overkill;
 use crate::run::{certify_with, displacements, iterates, prepare};
 use crate::signorini;
 use certified_contact::{Settings, Silent, solve};
 use cre_estimator::Relaxation;
-use fem_core::geometry::Vector;
-use fem_core::interface::ContactProblem;
 use fem_core::norm::energy_error_squared;
-use fem_core::tensor::SymTensor2;
-use std::error::Error;
 
 /// What every iteration is measured with: EET alone, the default, and until a step gains next to nothing.
 pub const RELAXATIONS: [Relaxation; 3] =
@@ -100,7 +97,7 @@ pub fn course(
     truth: &Truth<'_>,
     relaxations: &[Relaxation],
     which: Which,
-) -> Result<Course, Box<dyn Error>> {
+) -> Made<Course> {
     let nodes = problem.bodies.iter().map(|b| b.mesh().points().len()).sum();
     // The roles, and where the default criterion stops.
     let default = solve(problem, &Settings::default(), &mut Silent)?;

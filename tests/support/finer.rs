@@ -1,16 +1,14 @@
 //! The same problem on finer meshes, with displacements that are carried along.
 
-use fem_core::body::Body;
-use fem_core::geometry::Vector;
-use fem_core::interface::{ContactProblem, RefinedProblem};
+use crate::model::{Body, ContactProblem, Made, Vector};
+use fem_core::interface::RefinedProblem;
 use fem_core::mesh::refine::RefinementEdges;
-use std::error::Error;
 
 /// The same problem, every triangle cut in four.
 ///
 /// # Errors
 /// None, for sound problems.
-pub fn halve(problem: &ContactProblem) -> Result<RefinedProblem, Box<dyn Error>> {
+pub fn halve(problem: &ContactProblem) -> Made<RefinedProblem> {
     let meshes = || problem.bodies.iter().map(Body::mesh);
     let edges: Vec<RefinementEdges> = meshes().map(RefinementEdges::longest).collect();
     let marked: Vec<Vec<bool>> = meshes().map(|mesh| vec![true; mesh.topology().edges().len()]).collect();
@@ -26,11 +24,7 @@ pub type Finer = (ContactProblem, Vec<Vec<Vector>>);
 ///
 /// # Errors
 /// None, for sound problems.
-pub fn finer(
-    mut problem: ContactProblem,
-    mut u: Vec<Vec<Vector>>,
-    times: usize,
-) -> Result<Finer, Box<dyn Error>> {
+pub fn finer(mut problem: ContactProblem, mut u: Vec<Vec<Vector>>, times: usize) -> Made<Finer> {
     for _ in 0..times {
         let refined = halve(&problem)?;
         u = refined.refinements.iter().zip(&u).map(|(refinement, u)| refinement.prolong(u)).collect();

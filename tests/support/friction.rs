@@ -12,19 +12,11 @@
 //! ```
 //! Figures are those of an independent code, unless a test says otherwise.
 
-use fem_core::body::Body;
-use fem_core::boundary::BoundaryConditions;
-use fem_core::geometry::Vector;
-use fem_core::interface::{ContactInterface, ContactProblem, Friction, Gap, Obstacle, RigidLine};
-use fem_core::material::{Hypothesis, LinearElastic};
-use fem_core::mesh::generate::{block, ring};
-use std::error::Error;
-
-type Made<T> = Result<T, Box<dyn Error>>;
-
-fn material(young: f64, poisson: f64) -> Made<LinearElastic> {
-    Ok(LinearElastic::isotropic(young, poisson, Hypothesis::PlaneStrain)?)
-}
+use crate::model::{
+    Body, BoundaryConditions, ContactInterface, ContactProblem, Gap, Made, Obstacle, RigidLine, Vector,
+    block, isotropic, pair, ring, stacked,
+};
+use fem_core::interface::Friction;
 
 /// Two blocks of 2 × 1 on each other, moduli 2000 above and 1000 below, with the same cells.
 ///
@@ -35,10 +27,9 @@ pub fn two_blocks(
     top: &BoundaryConditions,
     bottom: &BoundaryConditions,
 ) -> Made<ContactProblem> {
-    let upper = Body::new(block([0.0, 1.0], [2.0, 1.0], cells)?, material(2000.0, 0.3)?, top)?;
-    let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], cells)?, material(1000.0, 0.3)?, bottom)?;
-    let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
-    Ok(ContactProblem::between([upper, lower], interface))
+    let upper = Body::new(block([0.0, 1.0], [2.0, 1.0], cells)?, isotropic(2000.0, 0.3)?, top)?;
+    let lower = Body::new(block([0.0, 0.0], [2.0, 1.0], cells)?, isotropic(1000.0, 0.3)?, bottom)?;
+    stacked([upper, lower])
 }
 
 /// The canonical case: the blocks of the paper, 2 × 1 each, the top moved by (0.004, −0.02), an upward traction of 30 on the right side of
@@ -117,7 +108,7 @@ pub const SHEARED_BY: f64 = 3.0 * 2.6 * (1.0 / 2000.0 + 1.0 / 1000.0);
 /// None.
 pub fn slope(slope: f64, cells: [usize; 2], friction: Friction) -> Made<ContactProblem> {
     let weight = BoundaryConditions::new().body_force([10.0 * slope, -10.0]);
-    let body = Body::new(block([0.0, 0.0], [2.0, 1.0], cells)?, material(1000.0, 0.3)?, &weight)?;
+    let body = Body::new(block([0.0, 0.0], [2.0, 1.0], cells)?, isotropic(1000.0, 0.3)?, &weight)?;
     let line = RigidLine::Plane { point: Vector::zeros(), normal: Vector::y() };
     let plane = Obstacle::fixed(line);
     let interface = ContactInterface::against(&body, "bottom", &plane, None)?;
@@ -135,7 +126,7 @@ pub fn pushed_over_plane(cells: usize, friction: Friction) -> Made<ContactProble
         .displace("right", Some(0.0.into()), None)
         .traction("left", [150.0.into(), 0.0.into()])
         .traction("top", [0.0.into(), (-50.0).into()]);
-    let body = Body::new(block([0.0, 0.0], [40.0, 40.0], [cells; 2])?, material(130e3, 0.2)?, &pushed)?;
+    let body = Body::new(block([0.0, 0.0], [40.0, 40.0], [cells; 2])?, isotropic(130e3, 0.2)?, &pushed)?;
     let line = RigidLine::Plane { point: Vector::zeros(), normal: Vector::y() };
     let plane = Obstacle::fixed(line);
     let interface = ContactInterface::against(&body, "bottom", &plane, None)?;
@@ -164,9 +155,8 @@ pub fn pushed_middle(push: f64, cells: [usize; 2], friction: &Friction) -> Made<
 pub fn rings(turn: f64, cells: [usize; 2], friction: Friction) -> Made<ContactProblem> {
     let moved = BoundaryConditions::new().displace("inner", Some(turn.into()), Some(0.004.into()));
     let quarter = |radii: [f64; 2]| ring([0.0, 0.0], radii, [20.0, 110.0], cells);
-    let inside = Body::new(quarter([1.0, 1.5])?, material(2000.0, 0.3)?, &moved)?;
+    let inside = Body::new(quarter([1.0, 1.5])?, isotropic(2000.0, 0.3)?, &moved)?;
     let outside =
-        Body::new(quarter([1.5, 2.0])?, material(1000.0, 0.3)?, &BoundaryConditions::new().fix("outer"))?;
-    let interface = ContactInterface::pair(&inside, &outside, ["outer", "inner"], &Gap::Given(0.0.into()))?;
-    Ok(ContactProblem::between([inside, outside], interface).with_friction(0, friction)?)
+        Body::new(quarter([1.5, 2.0])?, isotropic(1000.0, 0.3)?, &BoundaryConditions::new().fix("outer"))?;
+    Ok(pair([inside, outside], ["outer", "inner"], &Gap::Given(0.0.into()))?.with_friction(0, friction)?)
 }

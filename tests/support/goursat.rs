@@ -4,9 +4,7 @@
 //! `2µ (u_x + i u_y) = κ φ − z φ̄' − ψ̄`, `z = x + iy`, κ = 3 − 4ν in plane strain and (3 − ν)/(1 + ν) in plane
 //! stress. Source: Kolosov and Muskhelishvili; any φ, ψ satisfy equilibrium and compatibility exactly.
 
-use fem_core::geometry::Vector;
-use fem_core::material::Hypothesis;
-use fem_core::tensor::SymTensor2;
+use crate::model::{Hypothesis, SymTensor2, Vector};
 
 /// A complex number.
 pub type Complex = [f64; 2];

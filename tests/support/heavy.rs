@@ -13,15 +13,11 @@
 //! falling. Reference: only invariance
 //! (the answer does not depend on the angle) and equilibrium (reactions carry the loads), both exact.
 
+use crate::model::{
+    Body, BoundaryConditions, ContactProblem, EdgeSelection, Gap, Made, ScalarData, TriMesh, Vector, block,
+    isotropic, pair, sides,
+};
 use crate::shapes::{turn, turned};
-use fem_core::body::Body;
-use fem_core::boundary::{BoundaryConditions, EdgeSelection, ScalarData};
-use fem_core::geometry::Vector;
-use fem_core::interface::{ContactInterface, ContactProblem, Gap};
-use fem_core::material::{Hypothesis, LinearElastic};
-use fem_core::mesh::TriMesh;
-use fem_core::mesh::generate::block;
-use fem_core::mesh::id::NodeId;
 
 /// Body forces of the two bodies at the angle 0.
 pub const BODY_FORCES: [Vector; 2] = [Vector::new(2.0, -11.0), Vector::new(1.0, -14.0)];
@@ -34,8 +30,8 @@ pub const PRESSURE: f64 = 9.0;
 ///
 /// # Errors
 /// None for `n ≥ 2`.
-pub fn problem(angle: f64, n: usize) -> Result<ContactProblem, Box<dyn std::error::Error>> {
-    let material = |e| LinearElastic::isotropic(e, 0.3, Hypothesis::PlaneStrain);
+pub fn problem(angle: f64, n: usize) -> Made<ContactProblem> {
+    let material = |e| isotropic(e, 0.3);
     let upper = split_top(&block([0.0, 1.0], [2.0, 0.8], [2 * n, n])?)?;
     let upper = Body::new(
         turned(&upper, angle)?,
@@ -60,18 +56,13 @@ pub fn problem(angle: f64, n: usize) -> Result<ContactProblem, Box<dyn std::erro
         let along = turn(-angle, x)[0];
         0.02 * (along - 0.7).max(0.0)
     });
-    let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(gap))?;
-    Ok(ContactProblem::between([upper, lower], interface))
+    pair([upper, lower], ["bottom", "top"], &Gap::Given(gap))
 }
 
 /// Splits the group `top` at x = ½ into `held` and `pressed`.
-fn split_top(mesh: &TriMesh) -> Result<TriMesh, Box<dyn std::error::Error>> {
+fn split_top(mesh: &TriMesh) -> Made<TriMesh> {
     let edges = mesh.topology().edges();
-    let mut groups: Vec<(String, Vec<[NodeId; 2]>)> = mesh
-        .groups()
-        .iter()
-        .map(|(name, group)| (name.clone(), group.iter().map(|&e| edges[e]).collect()))
-        .collect();
+    let mut groups = sides(mesh);
     let top = mesh.group("top").unwrap_or_default().iter().map(|&e| edges[e]);
     let (held, pressed) = top.partition(|e| e.iter().all(|&i| mesh.points()[i][0] <= 0.5 + 1e-9));
     groups.push(("held".into(), held));

@@ -11,11 +11,10 @@
 //! Units: N, mm. Source: ANSYS verification manual VM191: P = 3200 N/mm, a = 1.1997 mm, p₀ = 1698.1 MPa, from the closed
 //! form for half-planes `a² = 4PR/(πE*)`, `p₀ = 2P/(πa)`.
 
-use fem_core::body::Body;
-use fem_core::boundary::BoundaryConditions;
-use fem_core::geometry::Vector;
-use fem_core::interface::{ContactInterface, ContactNormal, ContactProblem, Gap};
-use fem_core::material::{Hypothesis, LinearElastic};
+use crate::model::{
+    Body, BoundaryConditions, ContactInterface, ContactProblem, Gap, Made, Vector, isotropic,
+};
+use fem_core::interface::ContactNormal;
 use fem_core::mesh::generate::{Facing, half_disc};
 
 /// Young's modulus and Poisson's ratio of the upper and the lower body.
@@ -39,11 +38,7 @@ pub fn closed_form(force: f64) -> [f64; 2] {
 ///
 /// # Errors
 /// None, for sensible numbers.
-pub fn problem(
-    half_width: f64,
-    cells: usize,
-    push: f64,
-) -> Result<ContactProblem, Box<dyn std::error::Error>> {
+pub fn problem(half_width: f64, cells: usize, push: f64) -> Made<ContactProblem> {
     let [upper, lower] = bodies(half_width, [cells; 2], push)?;
     let normal = ContactNormal::Fixed(Vector::new(0.0, -1.0));
     let interface = ContactInterface::pair_along(&upper, &lower, ["contact"; 2], &Gap::Geometric, normal)?;
@@ -54,17 +49,10 @@ pub fn problem(
 ///
 /// # Errors
 /// None, for sensible numbers.
-pub fn bodies(
-    half_width: f64,
-    cells: [usize; 2],
-    push: f64,
-) -> Result<[Body; 2], Box<dyn std::error::Error>> {
-    let body = |b: usize,
-                facing,
-                conditions: BoundaryConditions|
-     -> Result<Body, Box<dyn std::error::Error>> {
+pub fn bodies(half_width: f64, cells: [usize; 2], push: f64) -> Made<[Body; 2]> {
+    let body = |b: usize, facing, conditions: BoundaryConditions| -> Made<Body> {
         let (young, poisson) = MATERIALS[b];
-        let material = LinearElastic::isotropic(young, poisson, Hypothesis::PlaneStrain)?;
+        let material = isotropic(young, poisson)?;
         Ok(Body::new(half_disc([0.0, 0.0], RADII[b], facing, half_width, cells[b])?, material, &conditions)?)
     };
     let pushed = BoundaryConditions::new().displace("flat", Some(0.0.into()), Some((-push).into()));

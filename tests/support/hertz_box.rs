@@ -13,13 +13,9 @@
 //!
 //! Source: exact. [`ENERGY`] is the energy norm² of one body for E = 1, ν = 0.3, by an independent code.
 
-use fem_core::body::Body;
-use fem_core::boundary::{BoundaryConditions, ScalarData};
-use fem_core::geometry::Vector;
-use fem_core::interface::{ContactInterface, ContactProblem, Gap};
-use fem_core::material::{Hypothesis, LinearElastic};
-use fem_core::mesh::generate::block;
-use fem_core::tensor::SymTensor2;
+use crate::model::{
+    Body, ContactProblem, Gap, Made, ScalarData, SymTensor2, Vector, block, cut_out, isotropic, pair,
+};
 
 /// Energy norm² of one body for E = 1, ν = 0.3; it falls with 1/E.
 pub const ENERGY: f64 = 2.29763557;
@@ -101,23 +97,16 @@ pub fn exact(materials: [(f64, f64); 2]) -> [Exact; 2] {
 ///
 /// # Errors
 /// None, for sensible numbers.
-pub fn problem(materials: [(f64, f64); 2], n: usize) -> Result<ContactProblem, Box<dyn std::error::Error>> {
-    let body = |e: Exact| -> Result<Body, Box<dyn std::error::Error>> {
-        let displacement = |c: usize| Some(ScalarData::function(move |x| e.displacement(x)[c]));
-        let traction =
-            |n: f64| [0, 1].map(|c| ScalarData::function(move |x| e.stress(x).apply(Vector::new(n, 0.0))[c]));
+pub fn problem(materials: [(f64, f64); 2], n: usize) -> Made<ContactProblem> {
+    let body = |e: Exact| -> Made<Body> {
         let (y, far) = if e.below { (-3.0, "bottom") } else { (0.0, "top") };
-        let conditions = BoundaryConditions::new()
-            .displace(far, displacement(0), displacement(1))
-            .traction("left", traction(-1.0))
-            .traction("right", traction(1.0));
-        let material = LinearElastic::isotropic(e.material.0, e.material.1, Hypothesis::PlaneStrain)?;
-        Ok(Body::new(block([-3.0, y], [6.0, 3.0], [6 * n, 3 * n])?, material, &conditions)?)
+        let (mesh, material) =
+            (block([-3.0, y], [6.0, 3.0], [6 * n, 3 * n])?, isotropic(e.material.0, e.material.1)?);
+        cut_out(mesh, material, far, move |x| e.displacement(x), move |x| e.stress(x))
     };
     let [first, second] = exact(materials);
     let bodies = [body(first)?, body(second)?];
     let compliance: f64 = materials.iter().map(|(e, nu)| (1.0 - nu * nu) / e).sum();
     let gap = Gap::Given(ScalarData::function(move |x| compliance * x[0] * x[0]));
-    let interface = ContactInterface::pair(&bodies[0], &bodies[1], ["bottom", "top"], &gap)?;
-    Ok(ContactProblem::between(bodies, interface))
+    pair(bodies, ["bottom", "top"], &gap)
 }

@@ -8,11 +8,8 @@
 //! ```
 //! Exact: Kirsch 1898. The largest stress is three times the tension, at (0, 1), along the hole.
 
-use fem_core::body::{Body, CurveKind, CurvedSide};
-use fem_core::boundary::{BoundaryConditions, ScalarData};
-use fem_core::geometry::Vector;
-use fem_core::material::{Hypothesis, LinearElastic};
-use fem_core::mesh::generate::ring;
+use crate::model::{Body, BoundaryConditions, Hypothesis, LinearElastic, Made, Vector, components, ring};
+use fem_core::body::{CurveKind, CurvedSide};
 
 /// The largest stress over the tension.
 pub const FACTOR: f64 = 3.0;
@@ -31,13 +28,12 @@ fn traction(x: Vector) -> Vector {
 ///
 /// # Errors
 /// None, for sensible numbers.
-pub fn plate(cells: [usize; 2], kind: Option<CurveKind>) -> Result<Body, Box<dyn std::error::Error>> {
+pub fn plate(cells: [usize; 2], kind: Option<CurveKind>) -> Made<Body> {
     let mesh = ring([0.0; 2], [1.0, 5.0], [0.0, 90.0], cells)?;
-    let along = |c: usize| ScalarData::function(move |x| traction(x)[c]);
     let conditions = BoundaryConditions::new()
         .roller("start", 0.0)
         .roller("end", 0.0)
-        .traction("outer", [along(0), along(1)]);
+        .traction("outer", components(traction));
     let material = LinearElastic::isotropic(1000.0, 0.3, Hypothesis::PlaneStress)?;
     let side = |kind| ["inner", "outer"].map(|on| CurvedSide { on: on.to_owned(), kind });
     let sides: Vec<CurvedSide> = kind.map(side).into_iter().flatten().collect();

@@ -14,13 +14,11 @@
 //! Units: any consistent set. Exact, by inspection: in each layer `σ = (s, −p, 0)` with `s` such that `ε_xx = e`, so
 //! `u_x = e x + ∫ 2ε_xy dy` and `u_y = ∫ ε_yy dy`, both 0 at the origin and continuous; `e_CRE = 0`.
 
-use fem_core::body::Body;
-use fem_core::boundary::{BoundaryConditions, EdgeSelection, ScalarData};
-use fem_core::geometry::Vector;
-use fem_core::interface::{ContactInterface, ContactProblem, Gap};
-use fem_core::material::{LinearElastic, Materials};
-use fem_core::mesh::generate::block;
-use fem_core::tensor::SymTensor2;
+use crate::model::{
+    Body, BoundaryConditions, ContactProblem, EdgeSelection, LinearElastic, Made, ScalarData, SymTensor2,
+    Vector, block, stacked,
+};
+use fem_core::material::Materials;
 
 /// The pressure p.
 pub const PRESSURE: f64 = 3.0;
@@ -62,8 +60,8 @@ pub fn energy(layers: &[LinearElastic]) -> f64 {
 ///
 /// # Errors
 /// None, for at least one layer each.
-pub fn problem(layers: [&[LinearElastic]; 2]) -> Result<ContactProblem, Box<dyn std::error::Error>> {
-    let body = |layers: &[LinearElastic], upper: bool| -> Result<Body, Box<dyn std::error::Error>> {
+pub fn problem(layers: [&[LinearElastic]; 2]) -> Made<ContactProblem> {
+    let body = |layers: &[LinearElastic], upper: bool| -> Made<Body> {
         let height = HEIGHT * layers.len() as f64;
         let low = if upper { 0.0 } else { -height };
         let mesh = block([0.0, low], [WIDTH, height], [5, 2 * layers.len()])?;
@@ -94,6 +92,5 @@ pub fn problem(layers: [&[LinearElastic]; 2]) -> Result<ContactProblem, Box<dyn 
     };
     let upper = body(layers[0], true)?;
     let lower = body(layers[1], false)?;
-    let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
-    Ok(ContactProblem::between([upper, lower], interface))
+    stacked([upper, lower])
 }

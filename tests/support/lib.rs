@@ -21,6 +21,7 @@ pub mod hertz_box;
 pub mod kirsch;
 pub mod layers;
 pub mod mesh_files;
+pub mod model;
 pub mod overkill;
 pub mod paper;
 pub mod patch;

@@ -3,8 +3,7 @@
 //! Several bodies go into one file: region `NAME`, its sides `NAME.SIDE`. Nodes and cells keep their order, so what
 //! comes back must be equal bit for bit. Formats: Gmsh's reference manual, chapter "Gmsh file formats".
 
-use fem_core::mesh::TriMesh;
-use fem_core::mesh::id::NodeId;
+use crate::model::{NodeId, TriMesh};
 use std::fmt::Write as _;
 
 /// The formats.

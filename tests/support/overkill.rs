@@ -10,16 +10,14 @@
 //! `‖u − u_f‖² + ‖σ − τ_f‖² ≤ e_f²` and the `w` of least energy this encloses the error nearly to the second order of
 //! `e_f/‖u − v‖`; the triangle inequality `‖u_f − v‖ ± e_f` would do so to the first order only.
 
+use crate::model::{ContactProblem, Made, TriMesh, Vector};
 use crate::run::prepare;
 use certified_contact::{AdaptSettings, CertifiedSolution, Settings, Silent, solve_adaptively};
 use cre_estimator::Estimate;
 use fem_core::condensation::CondensedBody;
 use fem_core::field::stresses;
-use fem_core::geometry::{Vector, bounding_box, norm, signed_area};
-use fem_core::interface::ContactProblem;
-use fem_core::mesh::TriMesh;
+use fem_core::geometry::{bounding_box, norm, signed_area};
 use fem_core::prepared::PreparedProblem;
-use std::error::Error;
 
 /// A finer solution, ready to measure fields on the coarse meshes it was refined from.
 pub struct Overkill {
@@ -39,7 +37,7 @@ impl Overkill {
     ///
     /// # Errors
     /// The problem cannot be solved, or the target is not met with at most 400 000 nodes.
-    pub fn new(coarse: ContactProblem, target: f64) -> Result<Self, Box<dyn Error>> {
+    pub fn new(coarse: ContactProblem, target: f64) -> Made<Self> {
         let mut settings = Settings::default();
         settings.imposed = certified_contact::Imposed::First;
         let mut adapt = AdaptSettings::new(target);
@@ -63,7 +61,7 @@ impl Overkill {
     ///
     /// # Errors
     /// None: [`Self::new`] makes sure that there is one.
-    fn estimate(&self) -> Result<&Estimate, Box<dyn Error>> {
+    fn estimate(&self) -> Made<&Estimate> {
         self.fine.estimate.as_ref().ok_or_else(|| "the finer solution has no estimate".into())
     }
 
@@ -83,7 +81,7 @@ impl Overkill {
     ///
     /// # Errors
     /// None, for arrays of the right length.
-    pub fn error(&self, v: [&[Vector]; 2], opening: &[f64]) -> Result<[f64; 2], Box<dyn Error>> {
+    pub fn error(&self, v: [&[Vector]; 2], opening: &[f64]) -> Made<[f64; 2]> {
         let estimate = self.estimate()?;
         let e_f = estimate.unchecked().e_cre;
         // ‖u_f − v‖² and C, triangle by triangle of the finer mesh.
@@ -125,7 +123,7 @@ impl Overkill {
 }
 
 /// Finds the coarse triangle in which each fine one lies, by its centroid.
-fn parents_of(fine: &TriMesh, coarse: &TriMesh) -> Result<Vec<u32>, Box<dyn Error>> {
+fn parents_of(fine: &TriMesh, coarse: &TriMesh) -> Made<Vec<u32>> {
     let [low, high] = bounding_box(coarse.points());
     let bins = ((coarse.triangles().len() as f64 / 2.0).sqrt().ceil() as usize).max(1);
     let bin = |x: f64, c: usize| {

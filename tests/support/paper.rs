@@ -15,11 +15,7 @@
 //! The values of [`ITERATIONS`], [`ENERGIES`] and [`FORCE`] come from an independent prototype in another
 //! language (18×9 cells per body, θ = 0.4).
 
-use fem_core::body::Body;
-use fem_core::boundary::BoundaryConditions;
-use fem_core::interface::{ContactInterface, ContactProblem, Gap};
-use fem_core::material::{Hypothesis, LinearElastic};
-use fem_core::mesh::generate::block;
+use crate::model::{Body, BoundaryConditions, ContactProblem, Gap, Made, block, isotropic, pair};
 
 /// Cells per body of the paper's coarse mesh, 380 nodes in all.
 pub const COARSE: [usize; 2] = [18, 9];
@@ -59,8 +55,8 @@ pub fn problem_with(
     traction: f64,
     push: f64,
     gap: f64,
-) -> Result<ContactProblem, Box<dyn std::error::Error>> {
-    let material = |e| LinearElastic::isotropic(e, 0.3, Hypothesis::PlaneStrain);
+) -> Made<ContactProblem> {
+    let material = |e| isotropic(e, 0.3);
     let upper = Body::new(
         block([0.0, 1.0], [2.0, 1.0], cells)?,
         material(young[0])?,
@@ -74,14 +70,13 @@ pub fn problem_with(
         material(young[1])?,
         &BoundaryConditions::new().fix("bottom"),
     )?;
-    let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(gap.into()))?;
-    Ok(ContactProblem::between([upper, lower], interface))
+    pair([upper, lower], ["bottom", "top"], &Gap::Given(gap.into()))
 }
 
 /// The paper's problem with its own moduli.
 ///
 /// # Errors
 /// None, for sensible numbers.
-pub fn problem(cells: [usize; 2]) -> Result<ContactProblem, Box<dyn std::error::Error>> {
+pub fn problem(cells: [usize; 2]) -> Made<ContactProblem> {
     problem_with(cells, YOUNG, TRACTION, PUSH, 0.0)
 }

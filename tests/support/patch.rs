@@ -11,12 +11,10 @@
 //! Units: any consistent set. Exact, by inspection: the uniaxial stress −p₀ along the pressed direction,
 //! everything else 0, `δ_α = p₀ h_α/E'_α`, the interface moves by δ₂, and `e_CRE = 0`.
 
+use crate::model::{
+    Body, BoundaryConditions, ContactProblem, Hypothesis, LinearElastic, Made, block, stacked,
+};
 use crate::shapes::turned;
-use fem_core::body::Body;
-use fem_core::boundary::BoundaryConditions;
-use fem_core::interface::{ContactInterface, ContactProblem, Gap};
-use fem_core::material::{Hypothesis, LinearElastic};
-use fem_core::mesh::generate::block;
 
 /// The pressure p₀.
 pub const PRESSURE: f64 = 7.0;
@@ -29,15 +27,9 @@ pub const HEIGHTS: [f64; 2] = [0.75, 1.0];
 ///
 /// # Errors
 /// None, for sensible numbers.
-pub fn problem(
-    materials: [(f64, f64); 2],
-    hypothesis: Hypothesis,
-    angle: f64,
-) -> Result<ContactProblem, Box<dyn std::error::Error>> {
+pub fn problem(materials: [(f64, f64); 2], hypothesis: Hypothesis, angle: f64) -> Made<ContactProblem> {
     let bodies = bodies(materials, hypothesis, angle, [[7, 3], [7, 5]])?;
-    let interface =
-        ContactInterface::pair(&bodies[0], &bodies[1], ["bottom", "top"], &Gap::Given(0.0.into()))?;
-    Ok(ContactProblem::between(bodies, interface))
+    stacked(bodies)
 }
 
 /// The two bodies of the patch, each with its own cells.
@@ -49,7 +41,7 @@ pub fn bodies(
     hypothesis: Hypothesis,
     angle: f64,
     cells: [[usize; 2]; 2],
-) -> Result<[Body; 2], Box<dyn std::error::Error>> {
+) -> Made<[Body; 2]> {
     let [first, second] = materials.map(|(e, nu)| LinearElastic::isotropic(e, nu, hypothesis));
     let push: f64 = compressions(materials, hypothesis).iter().sum();
     let upper = Body::new(

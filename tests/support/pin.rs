@@ -10,13 +10,13 @@
 //! Units: mm, N, MPa. Plane stress, steel in aluminium. There is no exact solution: peak stresses from different first meshes
 //! are compared.
 
-use fem_core::body::{Body, BodyError, CurveKind, CurvedSide};
-use fem_core::boundary::BoundaryConditions;
-use fem_core::geometry::{Vector, norm};
-use fem_core::interface::{ContactInterface, ContactProblem, Gap};
-use fem_core::material::{Hypothesis, LinearElastic};
-use fem_core::mesh::generate::ring;
-use fem_core::mesh::{MeshError, TriMesh};
+use crate::model::{
+    Body, BoundaryConditions, ContactProblem, Gap, Hypothesis, LinearElastic, Made, TriMesh, Vector, pair,
+    ring,
+};
+use fem_core::body::{BodyError, CurveKind, CurvedSide};
+use fem_core::geometry::norm;
+use fem_core::mesh::MeshError;
 use std::f64::consts::TAU;
 
 /// Radius of the pin.
@@ -32,11 +32,7 @@ const LUG: [f64; 2] = [90.0, 25.0];
 ///
 /// # Errors
 /// None, for sensible numbers.
-pub fn problem(
-    around: usize,
-    across: [usize; 2],
-    kind: Option<CurveKind>,
-) -> Result<ContactProblem, Box<dyn std::error::Error>> {
+pub fn problem(around: usize, across: [usize; 2], kind: Option<CurveKind>) -> Made<ContactProblem> {
     let curved = |body: Body, sides: &[&str]| -> Result<Body, BodyError> {
         let side = |kind| sides.iter().map(move |on| CurvedSide { on: (*on).to_owned(), kind });
         body.with_curves(&kind.map(side).into_iter().flatten().collect::<Vec<_>>())
@@ -47,8 +43,7 @@ pub fn problem(
     let pin = curved(Body::new(pin, steel, &BoundaryConditions::new().fix("inner"))?, &["inner", "outer"])?;
     let pulled = BoundaryConditions::new().displace("end", Some(0.2.into()), Some(0.0.into()));
     let lug = curved(Body::new(lug(around, across[0])?, aluminium, &pulled)?, &["hole", "round"])?;
-    let interface = ContactInterface::pair(&pin, &lug, ["outer", "hole"], &Gap::Geometric)?;
-    Ok(ContactProblem::between([pin, lug], interface))
+    pair([pin, lug], ["outer", "hole"], &Gap::Geometric)
 }
 
 /// The lug: rays from the hole to the outline, with cells that grow outwards.

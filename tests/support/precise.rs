@@ -4,9 +4,7 @@
 //! Data are the numbers that the program sees: coordinates, stiffnesses and tractions in double precision. All that is
 //! computed from them here has twice the digits.
 
-use fem_core::body::Body;
-use fem_core::geometry::Vector;
-use fem_core::material::LinearElastic;
+use crate::model::{Body, LinearElastic, Vector};
 use qd::Quad;
 
 /// A vector in double-double arithmetic.

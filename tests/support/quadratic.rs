@@ -8,16 +8,13 @@
 //! that touches along the whole line as well, `‖u − v‖² = 2 (J(v) − J(u))`: nothing else of the reference is needed.
 
 use crate::finer::halve;
+use crate::model::{Body, ContactProblem, Made, SymTensor2, Vector};
 use faer::Side;
 use faer::linalg::solvers::Solve;
 use faer::sparse::{SparseColMat, Triplet};
-use fem_core::body::{Body, EdgeReaction, NodeConstraint};
+use fem_core::body::{EdgeReaction, NodeConstraint};
 use fem_core::element::Triangle;
-use fem_core::geometry::Vector;
-use fem_core::interface::ContactProblem;
-use fem_core::tensor::SymTensor2;
 use std::collections::HashMap;
-use std::error::Error;
 
 /// What is known of one displacement component at a node.
 #[derive(Clone, Copy, Debug, Default)]
@@ -37,7 +34,7 @@ struct Quadratic<'a> {
 }
 
 impl<'a> Quadratic<'a> {
-    fn new(body: &'a Body) -> Result<Self, Box<dyn Error>> {
+    fn new(body: &'a Body) -> Made<Self> {
         let mesh = body.mesh();
         let (points, edges) = (mesh.points().len(), mesh.topology().edges());
         let mut components = vec![[Component::Free; 2]; points + edges.len()];
@@ -114,7 +111,7 @@ impl<'a> Quadratic<'a> {
     }
 }
 
-fn axis(direction: Vector) -> Result<usize, Box<dyn Error>> {
+fn axis(direction: Vector) -> Made<usize> {
     let found = (0..2).find(|&c| direction[1 - c].abs() < 1e-12);
     found.ok_or_else(|| format!("a support along {direction:?} is along no axis").into())
 }
@@ -134,7 +131,7 @@ fn strain(gradient: Vector, c: usize) -> SymTensor2 {
 ///
 /// # Errors
 /// A problem that is not of the kind described above, or whose bodies pull at each other somewhere.
-pub fn potential_energy(problem: &ContactProblem) -> Result<f64, Box<dyn Error>> {
+pub fn potential_energy(problem: &ContactProblem) -> Made<f64> {
     let mut bodies = [Quadratic::new(&problem.bodies[0])?, Quadratic::new(&problem.bodies[1])?];
     let contact = share(problem, &mut bodies)?;
     let offset = bodies[0].components.len();
@@ -231,7 +228,7 @@ fn for_entries(quadratic: &Quadratic<'_>, mut act: impl FnMut(&[usize; 6], [usiz
 }
 
 /// Makes the vertical displacements of facing nodes the same unknowns; returns the middles of the first body's contact edges.
-fn share(problem: &ContactProblem, bodies: &mut [Quadratic<'_>; 2]) -> Result<Vec<usize>, Box<dyn Error>> {
+fn share(problem: &ContactProblem, bodies: &mut [Quadratic<'_>; 2]) -> Made<Vec<usize>> {
     let mut facing: HashMap<usize, usize> = HashMap::new();
     for pair in problem.contacts[0].interface.pairs() {
         if pair.normal[0].abs() > 1e-12 || pair.gap != 0.0 {
@@ -256,7 +253,7 @@ fn share(problem: &ContactProblem, bodies: &mut [Quadratic<'_>; 2]) -> Result<Ve
 ///
 /// # Errors
 /// See [`potential_energy`].
-pub fn extrapolated(problem: &ContactProblem, halvings: usize) -> Result<(Vec<f64>, f64), Box<dyn Error>> {
+pub fn extrapolated(problem: &ContactProblem, halvings: usize) -> Made<(Vec<f64>, f64)> {
     let mut energies = vec![potential_energy(problem)?];
     let mut finer = problem.clone();
     for _ in 0..halvings {

@@ -23,4 +23,9 @@ impl Random {
     pub fn signed(&mut self) -> f64 {
         2.0 * self.unit() - 1.0
     }
+
+    /// Draws a whole number between two, both included.
+    pub fn integer(&mut self, low: usize, high: usize) -> usize {
+        low + (self.unit() * (high + 1 - low) as f64) as usize
+    }
 }

@@ -4,10 +4,9 @@
 //! There are no reference values: [`crate::distance::outcome`] holds the bound against a finer mesh. Some of the assemblies are not held, and
 //! are refused for it.
 
-use crate::distance::{Outcome, outcome};
+use crate::distance::{Outcome, outcome_of_text};
+use crate::model::Made;
 use crate::random::Random;
-use case_io::Case;
-use std::error::Error;
 use std::fmt::Write as _;
 
 /// Kinds of assemblies.
@@ -30,7 +29,7 @@ impl Text {
     }
 
     pub(crate) fn integer(&mut self, low: usize, high: usize) -> usize {
-        low + (self.random.unit() * (high + 1 - low) as f64) as usize
+        self.random.integer(low, high)
     }
 
     pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
@@ -110,13 +109,8 @@ pub(crate) fn traction(side: &str, x: &str, y: &str) -> String {
 ///
 /// # Errors
 /// A finer problem that cannot be solved.
-pub fn trial(number: u64, times: usize) -> Result<Outcome, Box<dyn Error>> {
-    let problem =
-        Case::parse(&case(number).1, "assembly.toml", &[]).and_then(|mut case| case.build_problem());
-    match problem {
-        Ok(problem) => outcome(problem, times),
-        Err(error) => Ok(Outcome::Refused(error.to_string())),
-    }
+pub fn trial(number: u64, times: usize) -> Made<Outcome> {
+    outcome_of_text(&case(number).1, times)
 }
 
 /// Writes the case with a number, and names its kind.

@@ -11,11 +11,9 @@
 //! ```
 //! Plane strain. No reference values: a problem on which the iteration is slow, as the contact nodes move far.
 
-use fem_core::body::Body;
-use fem_core::boundary::{BoundaryConditions, EdgeSelection};
-use fem_core::interface::{ContactInterface, ContactProblem, Gap};
-use fem_core::material::{Hypothesis, LinearElastic};
-use fem_core::mesh::generate::block;
+use crate::model::{
+    Body, BoundaryConditions, ContactProblem, EdgeSelection, Made, block, isotropic, stacked,
+};
 
 /// Makes the problem.
 ///
@@ -24,8 +22,8 @@ use fem_core::mesh::generate::block;
 ///
 /// # Errors
 /// None, for sensible numbers.
-pub fn problem(ratio: f64, cells: usize) -> Result<ContactProblem, Box<dyn std::error::Error>> {
-    let material = |young| LinearElastic::isotropic(young, 0.3, Hypothesis::PlaneStrain);
+pub fn problem(ratio: f64, cells: usize) -> Made<ContactProblem> {
+    let material = |young| isotropic(young, 0.3);
     let everywhere = [f64::NEG_INFINITY, f64::INFINITY];
     let pressed = EdgeSelection::group("top").within([[0.0, 1.0 / cells as f64], everywhere]);
     let symmetric = || BoundaryConditions::new().displace("left", Some(0.0.into()), None);
@@ -39,6 +37,5 @@ pub fn problem(ratio: f64, cells: usize) -> Result<ContactProblem, Box<dyn std::
         material(1.0)?,
         &symmetric().displace("bottom", None, Some(0.0.into())),
     )?;
-    let interface = ContactInterface::pair(&layer, &base, ["bottom", "top"], &Gap::Given(0.0.into()))?;
-    Ok(ContactProblem::between([layer, base], interface))
+    stacked([layer, base])
 }

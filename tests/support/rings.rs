@@ -9,13 +9,10 @@
 //! Units: any consistent set. Exact: Lamé's solution, `σ_r, σ_θ = A ∓ B/r²`. Plane strain. The rotation of the outer ring
 //! is a rigid one, since nothing rubs.
 
-use fem_core::body::Body;
-use fem_core::boundary::{BoundaryConditions, ScalarData};
-use fem_core::geometry::Vector;
-use fem_core::interface::{ContactInterface, ContactProblem, Gap};
-use fem_core::material::{Hypothesis, LinearElastic};
-use fem_core::mesh::generate::ring;
-use fem_core::tensor::SymTensor2;
+use crate::model::{
+    Body, BoundaryConditions, ContactProblem, Gap, Made, ScalarData, SymTensor2, Vector, isotropic, pair,
+    ring,
+};
 
 /// Radius of the hole.
 pub const A: f64 = 1.0;
@@ -77,12 +74,7 @@ pub fn exact(p: f64, hole: f64, outer: f64) -> [Lame; 2] {
 ///
 /// # Errors
 /// None, for sensible numbers.
-pub fn quarter(
-    materials: Materials,
-    hole: f64,
-    outer: f64,
-    cells: [usize; 2],
-) -> Result<ContactProblem, Box<dyn std::error::Error>> {
+pub fn quarter(materials: Materials, hole: f64, outer: f64, cells: [usize; 2]) -> Made<ContactProblem> {
     let [inner, outer] = quarter_bodies(materials, hole, outer, [cells; 2])?;
     paired(inner, outer)
 }
@@ -96,7 +88,7 @@ pub fn quarter_bodies(
     hole: f64,
     outer: f64,
     cells: [[usize; 2]; 2],
-) -> Result<[Body; 2], Box<dyn std::error::Error>> {
+) -> Made<[Body; 2]> {
     let rollers = || BoundaryConditions::new().roller("start", 0.0).roller("end", 0.0);
     let inner = body(materials[0], [A, B], [0.0, 90.0], cells[0], rollers().pressure("inner", hole))?;
     let outer = body(materials[1], [B, C], [0.0, 90.0], cells[1], rollers().pressure("outer", outer))?;
@@ -107,11 +99,7 @@ pub fn quarter_bodies(
 ///
 /// # Errors
 /// None, for sensible numbers.
-pub fn whole(
-    materials: Materials,
-    motion: [f64; 2],
-    cells: [usize; 2],
-) -> Result<ContactProblem, Box<dyn std::error::Error>> {
+pub fn whole(materials: Materials, motion: [f64; 2], cells: [usize; 2]) -> Made<ContactProblem> {
     let [inner, outer] = whole_bodies(materials, motion, [cells; 2], 0.0)?;
     paired(inner, outer)
 }
@@ -125,7 +113,7 @@ pub fn whole_bodies(
     [d, w]: [f64; 2],
     cells: [[usize; 2]; 2],
     turned: f64,
-) -> Result<[Body; 2], Box<dyn std::error::Error>> {
+) -> Made<[Body; 2]> {
     let moved = |c: usize| {
         let sign = if c == 0 { -1.0 } else { 1.0 };
         Some(ScalarData::function(move |x: Vector| -d * x[c] / C + sign * w * x[1 - c]))
@@ -156,7 +144,7 @@ pub fn sliding_bodies(
     push: [f64; 2],
     sectors: [[f64; 2]; 2],
     cells: [[usize; 2]; 2],
-) -> Result<[Body; 2], Box<dyn std::error::Error>> {
+) -> Made<[Body; 2]> {
     let inner = body(materials[0], [A, B], sectors[0], cells[0], BoundaryConditions::new().fix("inner"))?;
     let moved = BoundaryConditions::new().displace("outer", Some(push[0].into()), Some(push[1].into()));
     let outer = body(materials[1], [B, C], sectors[1], cells[1], moved)?;
@@ -183,11 +171,7 @@ pub fn whole_pressure(materials: Materials, d: f64) -> f64 {
 ///
 /// # Errors
 /// None, for sensible numbers.
-pub fn sliding(
-    materials: Materials,
-    push: [f64; 2],
-    cells: [usize; 2],
-) -> Result<ContactProblem, Box<dyn std::error::Error>> {
+pub fn sliding(materials: Materials, push: [f64; 2], cells: [usize; 2]) -> Made<ContactProblem> {
     let [inner, outer] = sliding_bodies(materials, push, [[40.0, 140.0]; 2], [cells; 2])?;
     paired(inner, outer)
 }
@@ -198,12 +182,11 @@ fn body(
     angles: [f64; 2],
     cells: [usize; 2],
     conditions: BoundaryConditions,
-) -> Result<Body, Box<dyn std::error::Error>> {
-    let material = LinearElastic::isotropic(young, poisson, Hypothesis::PlaneStrain)?;
+) -> Made<Body> {
+    let material = isotropic(young, poisson)?;
     Ok(Body::new(ring([0.0, 0.0], radii, angles, cells)?, material, &conditions)?)
 }
 
-fn paired(inner: Body, outer: Body) -> Result<ContactProblem, Box<dyn std::error::Error>> {
-    let interface = ContactInterface::pair(&inner, &outer, ["outer", "inner"], &Gap::Given(0.0.into()))?;
-    Ok(ContactProblem::between([inner, outer], interface))
+fn paired(inner: Body, outer: Body) -> Made<ContactProblem> {
+    pair([inner, outer], ["outer", "inner"], &Gap::Given(0.0.into()))
 }

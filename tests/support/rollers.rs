@@ -11,13 +11,10 @@
 //! There are no reference values: [`crate::distance::outcome`] holds the bound against a finer mesh of the same polygon.
 
 use crate::mesh_files::{Encoding, Format, write};
+use crate::model::{ContactProblem, Made, NodeId, TriMesh, Vector};
 use crate::random::Random;
 use case_io::Case;
-use fem_core::geometry::Vector;
-use fem_core::interface::ContactProblem;
-use fem_core::mesh::id::NodeId;
-use fem_core::mesh::{MeshError, TriMesh};
-use std::error::Error;
+use fem_core::mesh::MeshError;
 use std::f64::consts::TAU;
 
 /// Meshes a regular polygon with `edges` edges by rings of as many nodes; its side is named `rim`.
@@ -66,7 +63,7 @@ impl Roller {
     ///
     /// # Errors
     /// None.
-    pub fn new(number: u64, vertical: bool) -> Result<Self, Box<dyn Error>> {
+    pub fn new(number: u64, vertical: bool) -> Made<Self> {
         let mut random = Random::new(7000 + number);
         let edges = 8 + (17.0 * random.unit()) as usize;
         let mesh = polygon(Vector::new(0.0, 1.0), 1.0, edges, TAU * random.unit())?;
@@ -112,7 +109,7 @@ impl Roller {
     ///
     /// # Errors
     /// What the case file is refused for.
-    pub fn problem(&self) -> Result<ContactProblem, Box<dyn Error>> {
+    pub fn problem(&self) -> Made<ContactProblem> {
         let folder = tempfile::tempdir()?;
         let file = write(&[("roller", &self.mesh)], Format::Msh2(Encoding::Text));
         std::fs::write(folder.path().join("roller.msh"), file)?;

@@ -1,18 +1,15 @@
 //! The steps every test shares: factorise, iterate, recover, certify, measure.
 
+use crate::model::{Body, ContactInterface, ContactProblem, Gap, Made, SymTensor2, Vector, pair};
 use cre_estimator::{EquilibratedStress, Estimate, EstimatorError, Relaxation, estimate_with};
 use fem_core::assembly::System;
-use fem_core::body::Body;
 use fem_core::condensation::CondensedBody;
-use fem_core::geometry::{Vector, cross};
+use fem_core::geometry::cross;
 use fem_core::interface::common_refinement::{Changes, common_refinement};
-use fem_core::interface::{
-    ContactInterface, ContactNormal, ContactProblem, ContactState, Gap, InterfaceSide,
-};
+use fem_core::interface::{ContactNormal, ContactState, InterfaceSide};
 use fem_core::norm::energy_norm_squared;
 use fem_core::prepared::PreparedProblem;
 use fem_core::quadrature::RADON7;
-use fem_core::tensor::SymTensor2;
 use nndd::stopping::{Decision, EtaNndd, Never, StoppingCriterion};
 use nndd::{Iterate, NewtonSettings, NnddError, NnddSettings, NnddSolution};
 
@@ -21,11 +18,10 @@ use nndd::{Iterate, NewtonSettings, NnddError, NnddSettings, NnddSolution};
 /// # Panics
 /// If it is not.
 pub fn condense(body: &Body, side: &InterfaceSide) -> CondensedBody {
-    match System::assemble(body, side).map(|s| CondensedBody::factorise(s, body.mesh().points())) {
-        Ok(Ok(condensed)) => condensed,
-        Ok(Err(e)) => unreachable!("the reference body cannot be factorised: {e}"),
-        Err(e) => unreachable!("the reference body cannot be assembled: {e}"),
-    }
+    let system = System::assemble(body, side)
+        .unwrap_or_else(|e| unreachable!("the reference body cannot be assembled: {e}"));
+    CondensedBody::factorise(system, body.mesh().points())
+        .unwrap_or_else(|e| unreachable!("the reference body cannot be factorised: {e}"))
 }
 
 /// Pairs the bodies of a problem in the other order: the surface "top" first, "bottom" second. The gap is constant.
@@ -35,10 +31,8 @@ pub fn condense(body: &Body, side: &InterfaceSide) -> CondensedBody {
 pub fn exchanged(problem: ContactProblem) -> ContactProblem {
     let gap = Gap::Given(problem.contacts[0].interface.pairs()[0].gap.into());
     let Ok([first, second]) = <[Body; 2]>::try_from(problem.bodies) else { unreachable!("two bodies") };
-    match ContactInterface::pair(&second, &first, ["top", "bottom"], &gap) {
-        Ok(interface) => ContactProblem::between([second, first], interface),
-        Err(e) => unreachable!("the surfaces cannot be paired in the other order: {e}"),
-    }
+    pair([second, first], ["top", "bottom"], &gap)
+        .unwrap_or_else(|e| unreachable!("the surfaces cannot be paired in the other order: {e}"))
 }
 
 /// Prepares a reference problem.
@@ -46,10 +40,8 @@ pub fn exchanged(problem: ContactProblem) -> ContactProblem {
 /// # Panics
 /// If its bodies cannot be factorised.
 pub fn prepare(problem: &ContactProblem) -> PreparedProblem {
-    match PreparedProblem::new(problem.clone()) {
-        Ok(prepared) => prepared,
-        Err(e) => unreachable!("the reference problem cannot be prepared: {e}"),
-    }
+    PreparedProblem::new(problem.clone())
+        .unwrap_or_else(|e| unreachable!("the reference problem cannot be prepared: {e}"))
 }
 
 /// Solves a body without interface.
@@ -88,9 +80,7 @@ pub fn certify_with(
 ///
 /// # Errors
 /// Surfaces without a common refinement.
-pub fn refined_in_common(
-    bodies: [Body; 2],
-) -> Result<(ContactProblem, Option<Changes>), Box<dyn std::error::Error>> {
+pub fn refined_in_common(bodies: [Body; 2]) -> Made<(ContactProblem, Option<Changes>)> {
     paired_in_common(bodies, ["bottom", "top"], &Gap::Given(0.0.into()), ContactNormal::Averaged)
 }
 
@@ -103,7 +93,7 @@ pub fn paired_in_common(
     surfaces: [&str; 2],
     gap: &Gap,
     normal: ContactNormal,
-) -> Result<(ContactProblem, Option<Changes>), Box<dyn std::error::Error>> {
+) -> Made<(ContactProblem, Option<Changes>)> {
     let common = common_refinement(bodies, surfaces, normal)?;
     let interface = ContactInterface::pair_refined(&common, surfaces, gap, normal)?;
     Ok((ContactProblem::between(common.bodies, interface), common.changes))

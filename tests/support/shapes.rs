@@ -1,10 +1,10 @@
 //! Meshes of other shapes, made from structured blocks by moving their nodes or leaving out cells.
 
+use crate::model::{NodeId, TriMesh, Vector, block, sides};
 use crate::random::Random;
-use fem_core::geometry::{Vector, angle_between};
-use fem_core::mesh::generate::block;
-use fem_core::mesh::id::{EdgeId, NodeId};
-use fem_core::mesh::{MeshError, TriMesh};
+use fem_core::geometry::angle_between;
+use fem_core::mesh::MeshError;
+use fem_core::mesh::id::EdgeId;
 use std::collections::HashMap;
 use std::f64::consts::PI;
 
@@ -14,13 +14,7 @@ use std::f64::consts::PI;
 /// A motion that turns a triangle inside out.
 pub fn moved(mesh: &TriMesh, motion: impl Fn(Vector) -> Vector) -> Result<TriMesh, MeshError> {
     let points = mesh.points().iter().map(|x| motion(*x)).collect();
-    let edges = mesh.topology().edges();
-    let groups = mesh
-        .groups()
-        .iter()
-        .map(|(name, group)| (name.clone(), group.iter().map(|&e| edges[e]).collect()))
-        .collect();
-    TriMesh::new(points, mesh.triangles().to_vec(), groups)
+    TriMesh::new(points, mesh.triangles().to_vec(), sides(mesh))
 }
 
 /// Turns a vector by an angle, radians.
@@ -117,10 +111,7 @@ pub fn unstructured(
     }
     let triangles = delaunay(&points, squares.triangles().to_vec());
     let place = |x: &Vector| origin + Vector::new(size[0] * (x[0] / nx), size[1] * (x[1] / ny));
-    let edges = squares.topology().edges();
-    let groups = squares.groups().iter();
-    let groups = groups.map(|(name, group)| (name.clone(), group.iter().map(|&e| edges[e]).collect()));
-    TriMesh::new(points.iter().map(place).collect(), triangles, groups.collect())
+    TriMesh::new(points.iter().map(place).collect(), triangles, sides(&squares))
 }
 
 /// Exchanges diagonals of pairs of triangles until the angles opposite to each add up to at most 180 degrees.

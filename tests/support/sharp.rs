@@ -13,15 +13,14 @@
 //! ones, extrapolated ([`crate::quadratic`]): [`Sharp::reference`] was computed so, and `cargo xtask reproduce adversarial`
 //! computes it again.
 
+use crate::model::{
+    Body, BoundaryConditions, ContactProblem, Hypothesis, LinearElastic, Made, ScalarData, TriMesh, Vector,
+    stacked,
+};
 use crate::random::Random;
 use crate::shapes::unstructured;
 use fem_core::assembly::external_forces;
-use fem_core::body::Body;
-use fem_core::boundary::BoundaryConditions;
-use fem_core::geometry::Vector;
-use fem_core::interface::{ContactInterface, ContactProblem, Gap};
-use fem_core::material::{Hypothesis, LinearElastic, Orthotropic};
-use fem_core::mesh::TriMesh;
+use fem_core::material::Orthotropic;
 use fem_core::norm::energy_norm_squared;
 
 /// What is hard about the problem.
@@ -66,7 +65,7 @@ impl Sharp {
         }
     }
 
-    fn material(self, b: usize) -> Result<LinearElastic, Box<dyn std::error::Error>> {
+    fn material(self, b: usize) -> Made<LinearElastic> {
         let hypothesis = Hypothesis::PlaneStrain;
         Ok(match self {
             Self::Incompressible(nu) => LinearElastic::isotropic(1.0, nu, hypothesis)?,
@@ -78,7 +77,7 @@ impl Sharp {
         })
     }
 
-    fn mesh(self, b: usize) -> Result<TriMesh, Box<dyn std::error::Error>> {
+    fn mesh(self, b: usize) -> Made<TriMesh> {
         let (cells, height) = if self == Self::Flat { ([5, 27], 1.14) } else { ([15, 9], 1.0) };
         let mut random = Random::new(17 + b as u64);
         Ok(unstructured([0.0, -height * b as f64], [2.0, height], cells, 0.2, &mut random)?)
@@ -88,16 +87,15 @@ impl Sharp {
     ///
     /// # Errors
     /// None.
-    pub fn problem(self) -> Result<ContactProblem, Box<dyn std::error::Error>> {
+    pub fn problem(self) -> Made<ContactProblem> {
         let push = |x: Vector| -0.01 * (1.0 + 0.5 * x[0]);
-        let push = fem_core::boundary::ScalarData::function(push);
+        let push = ScalarData::function(push);
         let upper = BoundaryConditions::new()
             .displace("top", Some(0.0.into()), Some(push))
             .traction("right", [0.0.into(), 0.001.into()]);
         let upper = Body::new(self.mesh(0)?, self.material(0)?, &upper)?;
         let lower = Body::new(self.mesh(1)?, self.material(1)?, &BoundaryConditions::new().fix("bottom"))?;
-        let interface = ContactInterface::pair(&upper, &lower, ["bottom", "top"], &Gap::Given(0.0.into()))?;
-        Ok(ContactProblem::between([upper, lower], interface))
+        stacked([upper, lower])
     }
 
     /// Computes `‖v‖` and the error of `v`, `√(2 (J(v) − J(u)))`, which `e_CRE` bounds.

@@ -15,15 +15,10 @@
 //! Source: exact (equilibrium and contact conditions by inspection, displacements by finite differences).
 //! [`ENERGY`] is the energy norm² of one body for c = 1, ν = 0.3, E = 1, k = 0, by an independent code.
 
+use crate::model::{
+    Body, ContactProblem, Made, SymTensor2, TriMesh, Vector, block, cut_out, isotropic, stacked,
+};
 use crate::shapes::moved;
-use fem_core::body::Body;
-use fem_core::boundary::{BoundaryConditions, ScalarData};
-use fem_core::geometry::Vector;
-use fem_core::interface::{ContactInterface, ContactProblem, Gap};
-use fem_core::material::{Hypothesis, LinearElastic};
-use fem_core::mesh::TriMesh;
-use fem_core::mesh::generate::block;
-use fem_core::tensor::SymTensor2;
 
 /// Energy norm² of one body for E = 1, ν = 0.3, c = 1, k = 0; it falls with 1/E.
 pub const ENERGY: f64 = 1.29318076082452;
@@ -103,15 +98,9 @@ pub fn opening(materials: [(f64, f64); 2], x: f64) -> f64 {
 ///
 /// # Errors
 /// None, for sensible numbers.
-pub fn problem(
-    materials: [(f64, f64); 2],
-    k: f64,
-    cells: [usize; 2],
-) -> Result<ContactProblem, Box<dyn std::error::Error>> {
+pub fn problem(materials: [(f64, f64); 2], k: f64, cells: [usize; 2]) -> Made<ContactProblem> {
     let bodies = bodies(materials, k, [cells; 2], |x| x)?;
-    let interface =
-        ContactInterface::pair(&bodies[0], &bodies[1], ["bottom", "top"], &Gap::Given(0.0.into()))?;
-    Ok(ContactProblem::between(bodies, interface))
+    stacked(bodies)
 }
 
 /// The two bodies, each with its own cells; the lower one's nodes are moved by `motion`.
@@ -123,17 +112,10 @@ pub fn bodies(
     k: f64,
     cells: [[usize; 2]; 2],
     motion: impl Fn(Vector) -> Vector,
-) -> Result<[Body; 2], Box<dyn std::error::Error>> {
-    let body = |e: Exact, far: &str, mesh: TriMesh| -> Result<Body, Box<dyn std::error::Error>> {
-        let displacement = |c: usize| Some(ScalarData::function(move |x| e.displacement(x)[c]));
-        let traction =
-            |n: f64| [0, 1].map(|c| ScalarData::function(move |x| e.stress(x).apply(Vector::new(n, 0.0))[c]));
-        let conditions = BoundaryConditions::new()
-            .displace(far, displacement(0), displacement(1))
-            .traction("left", traction(-1.0))
-            .traction("right", traction(1.0));
-        let material = LinearElastic::isotropic(e.young, e.poisson, Hypothesis::PlaneStrain)?;
-        Ok(Body::new(mesh, material, &conditions)?)
+) -> Made<[Body; 2]> {
+    let body = |e: Exact, far: &str, mesh: TriMesh| {
+        let material = isotropic(e.young, e.poisson)?;
+        cut_out(mesh, material, far, move |x| e.displacement(x), move |x| e.stress(x))
     };
     let [first, second] = exact(materials, k);
     let upper = body(first, "top", block([-1.0, 0.0], [2.0, 1.0], cells[0])?)?;

@@ -10,13 +10,10 @@
 //! quadratic displacements of the stress `−diag(b_x x, b_y y)`, which carries b.
 
 use crate::goursat::{Goursat, Potentials, multiply};
+use crate::model::{
+    Body, BoundaryConditions, Hypothesis, LinearElastic, Made, ScalarData, SymTensor2, Vector, block,
+};
 use crate::shapes::moved;
-use fem_core::body::Body;
-use fem_core::boundary::{BoundaryConditions, ScalarData};
-use fem_core::geometry::Vector;
-use fem_core::material::{Hypothesis, LinearElastic};
-use fem_core::mesh::generate::block;
-use fem_core::tensor::SymTensor2;
 use std::f64::consts::PI;
 
 /// Young's modulus and Poisson's ratio.
@@ -70,7 +67,7 @@ impl Smooth {
 ///
 /// # Errors
 /// None for `n ≥ 1`.
-pub fn body(hypothesis: Hypothesis, n: usize) -> Result<Body, Box<dyn std::error::Error>> {
+pub fn body(hypothesis: Hypothesis, n: usize) -> Made<Body> {
     let exact = Smooth::new(hypothesis);
     let mesh = moved(&block([0.0, 0.0], [1.5, 1.0], [3 * n, 2 * n])?, |x| {
         let bubble = 0.06 * (PI * x[0] / 1.5).sin() * (PI * x[1]).sin();

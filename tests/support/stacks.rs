@@ -13,21 +13,18 @@
 //! Exact: the pressure is `p = d / Σ h/M` with the confined modulus `M`, the displacement linear in each layer. Heights are
 //! those of the nodes, `M` is the entry of the material's stiffness: both as the program sees them.
 
+use crate::model::{
+    Body, BoundaryConditions, ContactProblem, Gap, LinearElastic, Made, ScalarData, TriMesh, Vector, block,
+    isotropic, pair,
+};
 use crate::precise::{Precise, energy, minus, precise, rounded};
 use crate::random::Random;
 use crate::shapes::moved;
 use certified_contact::{Imposed, Settings, Silent, solve};
 use cre_estimator::Relaxation;
-use fem_core::body::Body;
-use fem_core::boundary::{BoundaryConditions, ScalarData};
-use fem_core::geometry::Vector;
-use fem_core::interface::{ContactInterface, ContactProblem, Gap};
-use fem_core::material::{Hypothesis, LinearElastic, Materials};
-use fem_core::mesh::TriMesh;
-use fem_core::mesh::generate::block;
+use fem_core::material::Materials;
 use nndd::NewtonSettings;
 use qd::Quad;
-use std::error::Error;
 
 /// A layer of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -150,7 +147,7 @@ impl Stack {
         if self.lying { x[0].abs() } else { x[1].abs() }
     }
 
-    fn mesh(&self, b: usize) -> Result<(TriMesh, Vec<u32>), Box<dyn Error>> {
+    fn mesh(&self, b: usize) -> Made<(TriMesh, Vec<u32>)> {
         let rows: usize = self.layers[b].iter().map(|l| l.rows).sum();
         let (nx, ny) = (self.columns, rows);
         let low = if b == 0 { 0.0 } else { -(ny as f64) };
@@ -191,16 +188,16 @@ impl Stack {
         Ok((mesh, of_triangle))
     }
 
-    fn material(&self, layer: &Layer) -> Result<LinearElastic, Box<dyn Error>> {
-        Ok(LinearElastic::isotropic(layer.young, self.poisson, Hypothesis::PlaneStrain)?)
+    fn material(&self, layer: &Layer) -> Made<LinearElastic> {
+        isotropic(layer.young, self.poisson)
     }
 
     /// Makes the problem.
     ///
     /// # Errors
     /// None, for sensible numbers.
-    pub fn problem(&self) -> Result<ContactProblem, Box<dyn Error>> {
-        let body = |b: usize| -> Result<Body, Box<dyn Error>> {
+    pub fn problem(&self) -> Made<ContactProblem> {
+        let body = |b: usize| -> Made<Body> {
             let (mesh, of_triangle) = self.mesh(b)?;
             let materials: Result<Vec<_>, _> = self.layers[b].iter().map(|l| self.material(l)).collect();
             let far = if b == 0 { "top" } else { "bottom" };
@@ -218,15 +215,14 @@ impl Stack {
         };
         let bodies = [body(0)?, body(1)?];
         let surfaces = ["bottom", "top"];
-        let interface = ContactInterface::pair(&bodies[0], &bodies[1], surfaces, &Gap::Given(0.0.into()))?;
-        Ok(ContactProblem::between(bodies, interface))
+        pair(bodies, surfaces, &Gap::Given(0.0.into()))
     }
 
     /// Computes what is exact.
     ///
     /// # Errors
     /// None, for sensible numbers.
-    pub fn exact(&self) -> Result<Exact, Box<dyn Error>> {
+    pub fn exact(&self) -> Made<Exact> {
         let mut compliance = Quad::ZERO;
         let mut layers = [vec![], vec![]];
         for b in 0..2 {
@@ -317,7 +313,7 @@ impl Measured {
     ///
     /// # Errors
     /// A stack that makes no problem.
-    pub fn new(stack: &Stack, settings: &Settings) -> Result<Option<Self>, Box<dyn Error>> {
+    pub fn new(stack: &Stack, settings: &Settings) -> Made<Option<Self>> {
         let exact = stack.exact()?;
         let Ok(found) = solve(stack.problem()?, settings, &mut Silent) else { return Ok(None) };
         let (Some(estimate), Some(bounds), true) = (&found.estimate, found.bounds, found.is_certified())

@@ -4,10 +4,9 @@
 //! There are no reference values: the bound is compared with the distance to the solution of a finer mesh. The limit is linear in x, so that
 //! every mesh has the same one.
 
-use crate::distance::{Outcome, outcome};
+use crate::distance::{Outcome, outcome_of_text};
+use crate::model::Made;
 use crate::random_assemblies::{CLAMPED, Text, traction};
-use case_io::Case;
-use std::error::Error;
 
 /// Kinds of problems.
 pub const KINDS: [&str; 7] = [
@@ -81,12 +80,8 @@ pub fn case(number: u64) -> (&'static str, String) {
 ///
 /// # Errors
 /// A finer problem that cannot be solved.
-pub fn trial(number: u64, times: usize) -> Result<Outcome, Box<dyn Error>> {
-    let problem = Case::parse(&case(number).1, "tresca.toml", &[]).and_then(|mut case| case.build_problem());
-    match problem {
-        Ok(problem) => outcome(problem, times),
-        Err(error) => Ok(Outcome::Refused(error.to_string())),
-    }
+pub fn trial(number: u64, times: usize) -> Made<Outcome> {
+    outcome_of_text(&case(number).1, times)
 }
 
 fn block(

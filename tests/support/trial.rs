@@ -1,6 +1,7 @@
 //! One random problem: solved, certified, and its certificate held against other solutions.
 
 use crate::adversarial::Family;
+use crate::model::{ContactProblem, Made};
 use crate::precise::{Precise, energy, minus, precise, rounded};
 use crate::random::Random;
 use crate::run::{certify_with, prepare};
@@ -9,9 +10,7 @@ use certified_contact::{
     AdaptSettings, CertifiedSolution, Criterion, Imposed, Settings, Silent, solve, solve_adaptively,
 };
 use cre_estimator::{AdmissiblePair, Relaxation};
-use fem_core::interface::ContactProblem;
 use nndd::NewtonSettings;
-use std::error::Error;
 
 /// Nodes up to which cells are halved twice.
 const SMALL: usize = 500;
@@ -43,8 +42,46 @@ impl Trial {
     ///
     /// # Errors
     /// None, for problems that are solved.
-    pub fn new(family: Family, number: u64) -> Result<Option<Self>, Box<dyn Error>> {
-        trial(family, number)
+    pub fn new(family: Family, number: u64) -> Made<Option<Self>> {
+        let Some(solution) = solved(family, number) else { return Ok(None) };
+        let (Some(estimate), Some(bounds)) = (&solution.estimate, &solution.bounds) else { return Ok(None) };
+        let problem = &solution.problem;
+        let prepared = prepare(problem);
+        let iterate = solution.last();
+        let two = certify_with(&prepared, iterate, Relaxation::Steps(2))?;
+        let nodes = problem.bodies.iter().map(|b| b.mesh().points().len()).sum();
+        let ladder = Ladder::new(problem, if nodes <= SMALL { 2 } else { 1 })?;
+        let mut settings = Settings::default();
+        settings.imposed = Imposed::First;
+        let fine = solve(ladder.finest().clone(), &settings, &mut Silent).ok();
+        let v = estimate.pair.displacements();
+        let finer = fine.as_ref().and_then(|f| f.estimate.as_ref());
+        let witness = finer.and_then(|finer| {
+            let w = finer.pair.displacements();
+            ladder.witness([v[0], v[1]], [w[0], w[1]], Law::Everywhere)
+        });
+        let discrete = discrete(problem, &estimate.pair, iterate.eta_nndd);
+        let apart = |a: [f64; 2], b: [f64; 2]| !(a[0] <= b[1] && b[0] <= a[1]);
+        let certified = fine.as_ref().filter(|f| f.is_certified()).and_then(|f| f.bounds);
+        let force = certified.and_then(|b| b.contact_force).zip(bounds.contact_force);
+        let relaxed = [two.unchecked().e_cre, estimate.unchecked().e_cre];
+        Ok(Some(Trial {
+            number,
+            nodes,
+            norm: estimate.energy_norm(),
+            bounds: relaxed,
+            error: witness.map(|w| w.error()),
+            largest: witness.zip(finer).map_or(f64::INFINITY, |(w, f)| w.error().hypot(f.unchecked().e_cre)),
+            eta: [iterate.eta_nndd, discrete.map_or(f64::NAN, |d| d.0)],
+            violations: [
+                witness.is_some_and(|w| w.refutes(relaxed[0])),
+                witness.is_some_and(|w| w.refutes(relaxed[1])),
+                discrete.is_some_and(|d| d.1),
+                certified.is_some_and(|b| apart(b.energy_norm, bounds.energy_norm)),
+                certified.is_some_and(|b| apart(b.potential_energy, bounds.potential_energy)),
+                force.is_some_and(|(a, b)| apart(a, b)),
+            ],
+        }))
     }
 
     /// Computes the effectivity: at most this, since the error is at least what the finer field proves.
@@ -80,48 +117,6 @@ fn solved(family: Family, number: u64) -> Option<CertifiedSolution> {
         solve(problem, &settings, &mut Silent).ok()?
     };
     solution.is_certified().then_some(solution)
-}
-
-fn trial(family: Family, number: u64) -> Result<Option<Trial>, Box<dyn Error>> {
-    let Some(solution) = solved(family, number) else { return Ok(None) };
-    let (Some(estimate), Some(bounds)) = (&solution.estimate, &solution.bounds) else { return Ok(None) };
-    let problem = &solution.problem;
-    let prepared = prepare(problem);
-    let iterate = solution.last();
-    let two = certify_with(&prepared, iterate, Relaxation::Steps(2))?;
-    let nodes = problem.bodies.iter().map(|b| b.mesh().points().len()).sum();
-    let ladder = Ladder::new(problem, if nodes <= SMALL { 2 } else { 1 })?;
-    let mut settings = Settings::default();
-    settings.imposed = Imposed::First;
-    let fine = solve(ladder.finest().clone(), &settings, &mut Silent).ok();
-    let v = estimate.pair.displacements();
-    let finer = fine.as_ref().and_then(|f| f.estimate.as_ref());
-    let witness = finer.and_then(|finer| {
-        let w = finer.pair.displacements();
-        ladder.witness([v[0], v[1]], [w[0], w[1]], Law::Everywhere)
-    });
-    let discrete = discrete(problem, &estimate.pair, iterate.eta_nndd);
-    let apart = |a: [f64; 2], b: [f64; 2]| !(a[0] <= b[1] && b[0] <= a[1]);
-    let certified = fine.as_ref().filter(|f| f.is_certified()).and_then(|f| f.bounds);
-    let force = certified.and_then(|b| b.contact_force).zip(bounds.contact_force);
-    let relaxed = [two.unchecked().e_cre, estimate.unchecked().e_cre];
-    Ok(Some(Trial {
-        number,
-        nodes,
-        norm: estimate.energy_norm(),
-        bounds: relaxed,
-        error: witness.map(|w| w.error()),
-        largest: witness.zip(finer).map_or(f64::INFINITY, |(w, f)| w.error().hypot(f.unchecked().e_cre)),
-        eta: [iterate.eta_nndd, discrete.map_or(f64::NAN, |d| d.0)],
-        violations: [
-            witness.is_some_and(|w| w.refutes(relaxed[0])),
-            witness.is_some_and(|w| w.refutes(relaxed[1])),
-            discrete.is_some_and(|d| d.1),
-            certified.is_some_and(|b| apart(b.energy_norm, bounds.energy_norm)),
-            certified.is_some_and(|b| apart(b.potential_energy, bounds.potential_energy)),
-            force.is_some_and(|(a, b)| apart(a, b)),
-        ],
-    }))
 }
 
 /// Holds `η_NNDD` of a pair against the discrete solution by Newton's method with the roles exchanged: how far the pair is from

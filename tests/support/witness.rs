@@ -14,13 +14,13 @@
 //! are computed in double-double arithmetic. The noise is what rounding of the loads and of `v` at supports and contact does.
 
 use crate::finer::halve;
+use crate::model::{Body, ContactProblem, Made, Vector};
 use crate::precise::{Cell, Precise, energy_product, minus, precise, product, rounded};
-use fem_core::body::{Body, EdgeReaction, NodeConstraint};
+use fem_core::body::{EdgeReaction, NodeConstraint};
 use fem_core::field::nodal_residual;
-use fem_core::geometry::{Vector, norm, perpendicular};
-use fem_core::interface::{ContactProblem, RefinedProblem};
+use fem_core::geometry::{norm, perpendicular};
+use fem_core::interface::RefinedProblem;
 use qd::Quad;
-use std::error::Error;
 
 /// Attempts to remove what penetrates.
 const ATTEMPTS: usize = 8;
@@ -76,7 +76,7 @@ impl Ladder {
     ///
     /// # Errors
     /// None, for sound problems.
-    pub fn new(coarse: &ContactProblem, halvings: usize) -> Result<Self, Box<dyn Error>> {
+    pub fn new(coarse: &ContactProblem, halvings: usize) -> Made<Self> {
         let mut steps: Vec<RefinedProblem> = Vec::new();
         let mut points = [0, 1].map(|b: usize| -> Vec<Precise> {
             coarse.bodies[b].mesh().points().iter().map(|x| precise(*x)).collect()
