@@ -6,7 +6,7 @@ use crate::failure::{Failure, LIMIT, NOT_CERTIFIED};
 use crate::follower::Follower;
 use crate::host::Event;
 use crate::memory;
-use crate::outcome::{self, Ended, NOT_CONVERGED, word};
+use crate::outcome::{self, Ended, NOT_CONVERGED, stalled, word};
 use crate::paraview;
 use crate::resume::{self, Place};
 use crate::solved::{Answer, Fields, Solved};
@@ -341,16 +341,12 @@ fn of_end(case: &Case, adapt: &Adapt, answer: &Course) -> Status {
             &format!("adapt.max_nodes = {} is too small for another useful mesh; raise it", adapt.max_nodes),
         ),
         AdaptiveEnd::RoundOff { .. } if answer.holds_no_energy() => {
-            word("stalled", NOT_CONVERGED, format!("{NO_ENERGY}; leave out [adapt]"))
+            stalled(format!("{NO_ENERGY}; leave out [adapt]"))
         }
-        AdaptiveEnd::RoundOff { floor } => word(
-            "stalled",
-            NOT_CONVERGED,
-            format!(
-                "the target {target} lies below the attainable floor {floor:.1e}, the round-off of this problem; {}",
-                attainable(adapt, answer, *floor)
-            ),
-        ),
+        AdaptiveEnd::RoundOff { floor } => stalled(format!(
+            "the target {target} lies below the attainable floor {floor:.1e}, the round-off of this problem; {}",
+            attainable(adapt, answer, *floor)
+        )),
         AdaptiveEnd::Iteration(status) => {
             let failed = match status {
                 NnddStatus::MaxIterations => "max_iterations",
@@ -359,32 +355,22 @@ fn of_end(case: &Case, adapt: &Adapt, answer: &Course) -> Status {
             };
             word(failed, NOT_CONVERGED, format!("the iteration on mesh {meshes} did not meet its criterion"))
         }
-        AdaptiveEnd::FixedPoint(_) => word(
-            "stalled",
-            NOT_CONVERGED,
-            format!("the fixed point of Coulomb friction on mesh {meshes} did not converge"),
-        ),
-        AdaptiveEnd::IterationError if answer.answer.certified().is_none() => word(
-            "stalled",
-            NOT_CONVERGED,
-            format!(
-                "{} > {target}, and nearly all of it is not the mesh's, so that no finer mesh lowers it; {}",
-                reached(answer),
-                attainable(adapt, answer, answer.round_off())
-            ),
-        ),
-        AdaptiveEnd::IterationError => word(
-            "stalled",
-            NOT_CONVERGED,
-            format!(
-                "{} > {target}, and nearly all of it is the iteration's error, which no finer mesh lowers; {}",
-                reached(answer),
-                match case.solver.stop.criterion {
-                    Criterion::Estimator => attainable(adapt, answer, answer.round_off()),
-                    _ => "use solver.stop.criterion = \"estimator\", or more iterations".into(),
-                }
-            ),
-        ),
+        AdaptiveEnd::FixedPoint(_) => {
+            stalled(format!("the fixed point of Coulomb friction on mesh {meshes} did not converge"))
+        }
+        AdaptiveEnd::IterationError if answer.answer.certified().is_none() => stalled(format!(
+            "{} > {target}, and nearly all of it is not the mesh's, so that no finer mesh lowers it; {}",
+            reached(answer),
+            attainable(adapt, answer, answer.round_off())
+        )),
+        AdaptiveEnd::IterationError => stalled(format!(
+            "{} > {target}, and nearly all of it is the iteration's error, which no finer mesh lowers; {}",
+            reached(answer),
+            match case.solver.stop.criterion {
+                Criterion::Estimator => attainable(adapt, answer, answer.round_off()),
+                _ => "use solver.stop.criterion = \"estimator\", or more iterations".into(),
+            }
+        )),
         AdaptiveEnd::NotCertified { failed } => {
             let names: Vec<String> =
                 failed.iter().map(|(name, found)| format!("{name} {found:.1e}")).collect();

@@ -53,9 +53,7 @@ pub fn certify(case: &Case, problem: ContactProblem, files: &[PathBuf]) -> Resul
         }
         let own = at_nodes(&read, body.mesh()).map_err(|(node, nearest)| {
             let [x, y] = body.mesh().points()[node].into();
-            Failure::plain(
-                INVALID_INPUT,
-                format!(
+            Failure::invalid(format!(
                     "{}: body \"{}\" has a node at ({}, {}), and the nearest point of the file is {} away\n  expected: a point at \
                      every node of the mesh of the case\n  fix: write the field on the same mesh, in the same units",
                     file.display(),
@@ -167,18 +165,15 @@ pub fn summary(case: &Case, found: &FieldCertificate) -> Value {
 
 /// Says that a file has another field than that of the nodes of the mesh.
 fn other_field(case: &Case, b: usize, file: &Path, point: Vector) -> Failure {
-    Failure::plain(
-        INVALID_INPUT,
-        format!(
-            "{}: the value at the point ({}, {}) is not that of a linear field between the nodes of the mesh of body \"{}\"\n  expected: \
+    Failure::invalid(format!(
+        "{}: the value at the point ({}, {}) is not that of a linear field between the nodes of the mesh of body \"{}\"\n  expected: \
              one value per node of the mesh of the case, and no points between them with other values\n  fix: write one file per body, on \
              the mesh of the case; of quadratic elements keep the corner nodes",
-            file.display(),
-            shown(point[0]),
-            shown(point[1]),
-            case.bodies[b].name
-        ),
-    )
+        file.display(),
+        shown(point[0]),
+        shown(point[1]),
+        case.bodies[b].name
+    ))
 }
 
 /// Reads a `.vtu` file, or a table with the columns x, y, ux, uy.

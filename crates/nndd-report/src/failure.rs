@@ -107,6 +107,10 @@ impl Failure {
         Self::plain(INVALID_INPUT, message)
     }
 
+    fn no_unique_solution(why: String) -> Self {
+        Self::plain(NO_UNIQUE_SOLUTION, format!("no unique solution: {why}"))
+    }
+
     pub(crate) fn unreadable(path: &Path, error: &io::Error) -> Self {
         if let Some(link) = BrokenLink::find(path) {
             let (name, fix) = (path.display(), BrokenLink::FIX);
@@ -130,76 +134,61 @@ impl Failure {
         });
         let moves = moves.collect::<Vec<_>>().join("; ");
         if !unheld.load.is_finite() {
-            return Self::plain(
-                INVALID_INPUT,
+            return Self::invalid(
                 "the loads are so large that the work of their sum overflows\n  expected: loads whose squares are finite numbers\n  \
-                 fix: check the units of the loads"
-                    .to_owned(),
+                 fix: check the units of the loads",
             );
         }
-        Self::plain(
-            NO_UNIQUE_SOLUTION,
-            format!(
-                "no unique solution: {moves} (load {} in that direction, nothing resists)\n  expected: supports or contacts that \
+        Self::no_unique_solution(format!(
+            "{moves} (load {} in that direction, nothing resists)\n  expected: supports or contacts that \
                  resist every motion that a load causes\n  fix: add a [[body.displacement]] or a [[contact]] that prevents this \
                  motion, or change the load",
-                significant(unheld.load)
-            ),
-        )
+            significant(unheld.load)
+        ))
     }
 
     /// Says why a body has no solution, with its name.
     fn prepare(case: &Case, error: &PrepareError) -> Self {
         let name = |body: usize| &case.bodies[body].name;
         match error {
-            PrepareError::Assembly { body, source: AssemblyError::Floating { motion } } => Self::plain(
-                NO_UNIQUE_SOLUTION,
-                format!(
-                    "no unique solution: body \"{}\" {motion} (piece at ({}, {})).\n  expected: supports that hold \
+            PrepareError::Assembly { body, source: AssemblyError::Floating { motion } } => {
+                Self::no_unique_solution(format!(
+                    "body \"{}\" {motion} (piece at ({}, {})).\n  expected: supports that hold \
                      every rigid motion of each body on its own, without the contact\n  fix: add a [[body.displacement]] \
                      to \"{}\" that prevents this motion",
                     name(*body),
                     shown(motion.near()[0]),
                     shown(motion.near()[1]),
                     name(*body)
-                ),
-            ),
+                ))
+            }
             PrepareError::Assembly { body, source } => {
                 use AssemblyError::{NothingUnknown, OutOfMemory, TooLarge};
                 let fault = format!("body \"{}\": {source}", name(*body));
                 match source {
-                    TooLarge { .. } | OutOfMemory { .. } => Self::plain(LIMIT, fault),
-                    NothingUnknown => Self::plain(
-                        INVALID_INPUT,
-                        format!(
-                            "{fault}\n  expected: nodes that can move\n  fix: hold fewer sides, or make the mesh finer"
-                        ),
-                    ),
-                    _ => Self::plain(
-                        INVALID_INPUT,
-                        format!(
-                            "{fault}\n  expected: coordinates, moduli and loads of which sums of squares are finite\n  fix: check their \
+                    TooLarge { .. } | OutOfMemory { .. } => Self::limit(fault),
+                    NothingUnknown => Self::invalid(format!(
+                        "{fault}\n  expected: nodes that can move\n  fix: hold fewer sides, or make the mesh finer"
+                    )),
+                    _ => Self::invalid(format!(
+                        "{fault}\n  expected: coordinates, moduli and loads of which sums of squares are finite\n  fix: check their \
                              units, and the points about which rigid sides rotate"
-                        ),
-                    ),
+                    )),
                 }
             }
             PrepareError::Factor { body, source: FactorError::Cholesky { source, .. } }
                 if matches!(source, CholeskyError::OutOfMemory { .. }) =>
             {
-                Self::plain(LIMIT, format!("body \"{}\": {source}", name(*body)))
+                Self::limit(format!("body \"{}\": {source}", name(*body)))
             }
             PrepareError::Factor { body, source: source @ FactorError::OutOfMemory { .. } } => {
-                Self::plain(LIMIT, format!("body \"{}\": {source}", name(*body)))
+                Self::limit(format!("body \"{}\": {source}", name(*body)))
             }
-            PrepareError::Factor { body, source } => Self::plain(
-                NO_UNIQUE_SOLUTION,
-                format!(
-                    "no unique solution: body \"{}\": {source}.\n  expected: supports and materials that leave no motion \
+            PrepareError::Factor { body, source } => Self::no_unique_solution(format!(
+                "body \"{}\": {source}.\n  expected: supports and materials that leave no motion \
                      nearly free\n  fix: support the body at points farther apart, or lower Poisson's ratio to 0.49",
-                    name(*body)
-                ),
-            ),
+                name(*body)
+            )),
             other => Self::defect(other.to_string()),
         }
     }
@@ -209,37 +198,28 @@ impl Failure {
         match error {
             SolveError::Prepare(error) => Self::prepare(case, error),
             SolveError::Estimator(source @ EstimatorError::OutOfMemory { .. }) => {
-                Self::plain(LIMIT, source.to_string())
+                Self::limit(source.to_string())
             }
             SolveError::Nndd(NnddError::NotHeld { motion }) => Self::not_held(case, motion),
-            SolveError::Nndd(NnddError::OutsideCones { load }) => Self::plain(
-                NO_UNIQUE_SOLUTION,
-                format!(
-                    "no unique solution: the load is not balanced within the friction cones (load {} is left)\n  expected: loads that \
+            SolveError::Nndd(NnddError::OutsideCones { load }) => Self::no_unique_solution(format!(
+                "the load is not balanced within the friction cones (load {} is left)\n  expected: loads that \
                      contact forces with |q| <= mu p balance\n  fix: raise mu, add a [[body.displacement]] that holds the body, or \
                      change the load",
-                    significant(*load)
-                ),
-            ),
+                significant(*load)
+            )),
             SolveError::Estimator(
                 source @ (EstimatorError::NotFinite { .. } | EstimatorError::TooSmall { .. }),
-            ) => Self::plain(
-                INVALID_INPUT,
-                format!(
-                    "{source}\n  expected: coordinates, moduli and loads of which sums of squares are finite\n  fix: check their units"
-                ),
-            ),
+            ) => Self::invalid(format!(
+                "{source}\n  expected: coordinates, moduli and loads of which sums of squares are finite\n  fix: check their units"
+            )),
             SolveError::Nndd(e @ (NnddError::DependentRows { .. } | NnddError::Unsupported { .. })) => {
-                Self::plain(
-                    INVALID_INPUT,
-                    format!(
-                        "{e}\n  expected: a problem that the iteration can solve\n  fix: leave solver.method and solver.path out, or use \
+                Self::invalid(format!(
+                    "{e}\n  expected: a problem that the iteration can solve\n  fix: leave solver.method and solver.path out, or use \
                      method = \"exact\""
-                    ),
-                )
+                ))
             }
             SolveError::Nndd(e @ (NnddError::Theta { .. } | NnddError::Lambda { .. })) => {
-                Self::plain(INVALID_INPUT, e.to_string())
+                Self::invalid(e.to_string())
             }
             SolveError::Factors(e) => {
                 let fault = match e {
@@ -248,15 +228,12 @@ impl Failure {
                     }
                     other => other.to_string(),
                 };
-                Self::plain(
-                    INVALID_INPUT,
-                    format!(
-                        "{fault}, with the factors of a load step\n  expected: conditions that agree where they meet, whatever the \
+                Self::invalid(format!(
+                    "{fault}, with the factors of a load step\n  expected: conditions that agree where they meet, whatever the \
                          factors are\n  fix: give conditions that meet the same name, or impose them on one list of sides"
-                    ),
-                )
+                ))
             }
-            SolveError::Checkpoint { .. } => Self::plain(INVALID_INPUT, error.to_string()),
+            SolveError::Checkpoint { .. } => Self::invalid(error.to_string()),
             other => Self::defect(other.to_string()),
         }
     }

@@ -81,22 +81,14 @@ fn judge_coulomb(case: &Case, result: &CoulombResult, ended: Option<Ended>) -> S
             ),
         ),
         CoulombStatus::Interrupted => interrupted(ended, &counted),
-        CoulombStatus::TooSmall => word(
-            "stalled",
-            NOT_CONVERGED,
-            format!(
-                "after {counted} the friction limits are too small to balance the loads, although they were doubled {restarts} \
+        CoulombStatus::TooSmall => stalled(format!(
+            "after {counted} the friction limits are too small to balance the loads, although they were doubled {restarts} \
                  times; raise mu, hold the bodies, or change the loads"
-            ),
-        ),
-        _ => word(
-            "stalled",
-            NOT_CONVERGED,
-            format!(
-                "the problem of step {steps} with a given friction limit was not solved: {}; try another solver.qp",
-                result.solution.exact.status
-            ),
-        ),
+        )),
+        _ => stalled(format!(
+            "the problem of step {steps} with a given friction limit was not solved: {}; try another solver.qp",
+            result.solution.exact.status
+        )),
     }
 }
 
@@ -166,6 +158,11 @@ pub(crate) fn word(word: &str, code: u8, reason: impl Into<String>) -> Status {
     Status { word: word.into(), code, reason: reason.into() }
 }
 
+/// The status of an iteration that no longer makes progress.
+pub(crate) fn stalled(reason: impl Into<String>) -> Status {
+    word("stalled", NOT_CONVERGED, reason)
+}
+
 fn of_iteration(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>) -> Status {
     let iterations = solution.rows.len();
     let counted = match case.solver.max_iterations {
@@ -192,40 +189,26 @@ fn of_iteration(case: &Case, solution: &CertifiedSolution, ended: Option<Ended>)
             word("max_iterations", NOT_CONVERGED, too_many(case, solution, &counted))
         }
         NnddStatus::Diverged { best, .. } => word("diverged", NOT_CONVERGED, diverged(case, solution, best)),
-        NnddStatus::Stalled { floor, at_round_off: true } => word(
-            "stalled",
-            NOT_CONVERGED,
-            format!(
-                "eta_nndd has reached its round-off floor {floor:.3e}, and {} is not met: {}",
-                criterion(case, solution),
-                attainable(case, solution, floor)
-            ),
-        ),
-        NnddStatus::Stalled { floor, at_round_off: false } => word(
-            "stalled",
-            NOT_CONVERGED,
-            format!(
-                "eta_nndd fell by less than 10 % in 60 iterations, to {floor:.3e} at best{}",
-                match theta_too_small(case, solution) {
-                    Some(advice) => format!("; {advice}"),
-                    None => format!("{}; {}", range_of_theta(case, solution), other_settings(case)),
-                }
-            ),
-        ),
-        NnddStatus::BalanceError { eta_nndd } => word(
-            "stalled",
-            NOT_CONVERGED,
-            format!(
-                "the discrete problem is solved, but pressures in balance on the meshed outline differ from its forces by eta_nndd = \
+        NnddStatus::Stalled { floor, at_round_off: true } => stalled(format!(
+            "eta_nndd has reached its round-off floor {floor:.3e}, and {} is not met: {}",
+            criterion(case, solution),
+            attainable(case, solution, floor)
+        )),
+        NnddStatus::Stalled { floor, at_round_off: false } => stalled(format!(
+            "eta_nndd fell by less than 10 % in 60 iterations, to {floor:.3e} at best{}",
+            match theta_too_small(case, solution) {
+                Some(advice) => format!("; {advice}"),
+                None => format!("{}; {}", range_of_theta(case, solution), other_settings(case)),
+            }
+        )),
+        NnddStatus::BalanceError { eta_nndd } => stalled(format!(
+            "the discrete problem is solved, but pressures in balance on the meshed outline differ from its forces by eta_nndd = \
                  {eta_nndd:.3e}: refine the meshes, or {}",
-                attainable(case, solution, eta_nndd)
-            ),
-        ),
-        NnddStatus::ContactQpUnsolved(status) => {
-            word("stalled", NOT_CONVERGED, unsolved(case, iterations, status))
-        }
+            attainable(case, solution, eta_nndd)
+        )),
+        NnddStatus::ContactQpUnsolved(status) => stalled(unsolved(case, iterations, status)),
         NnddStatus::Interrupted => interrupted(ended, &format!("iteration {iterations}")),
-        _ => word("stalled", NOT_CONVERGED, "the iteration ended in an unknown way"),
+        _ => stalled("the iteration ended in an unknown way"),
     };
     if let Some(Switch { newton, .. }) = solution.nndd.switch.filter(|switch| !switch.newton.is_solved()) {
         status.reason += &format!("; method newton, tried after it, did not converge either: {newton}");
