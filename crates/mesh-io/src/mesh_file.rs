@@ -40,7 +40,7 @@ use std::path::{Path, PathBuf};
 pub(crate) type Includes<'a> = &'a mut dyn FnMut(&Path, &str) -> Result<(PathBuf, Vec<u8>), Unreadable>;
 
 /// What a mesh file holds: nodes, edges, cells and named groups of them, by the file's own numbers.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct MeshFile {
     name: String,
     format: String,

@@ -53,11 +53,8 @@ impl MeshFile {
             node_numbers: (0..arrays.points.len() as u64).collect(),
             points: arrays.points.clone(),
             used: vec![false; arrays.points.len()],
-            edges: Vec::new(),
             cells: Vec::with_capacity(arrays.triangles.len()),
-            groups: Vec::new(),
-            notes: Vec::new(),
-            digest: String::new(),
+            ..Self::default()
         };
         let edges = arrays.sides.iter().map(|(_, edges)| edges.len()).sum();
         let counts = [(arrays.points.len(), "node"), (arrays.triangles.len(), "triangle"), (edges, "edge")];

@@ -27,6 +27,7 @@ struct Element {
 }
 
 /// What was read so far.
+#[derive(Default)]
 pub(crate) struct Collector {
     /// The names that spots refer to; the first is the file's own.
     pub(crate) files: Vec<String>,
@@ -51,7 +52,7 @@ impl Collected {
 
 impl Collector {
     pub(crate) fn new(file: &str) -> Self {
-        Self { files: vec![file.to_owned()], nodes: vec![], elements: vec![], connectivity: vec![] }
+        Self { files: vec![file.to_owned()], ..Self::default() }
     }
 
     /// Makes room for nodes that are known to be there.
@@ -140,9 +141,7 @@ impl Collector {
             used,
             edges,
             cells,
-            groups: Vec::new(),
-            notes: Vec::new(),
-            digest: String::new(),
+            ..MeshFile::default()
         };
         Ok(Collected { mesh, edge_sets, cell_sets })
     }

@@ -22,36 +22,33 @@ pub enum ElementKind {
 }
 
 impl ElementKind {
+    /// Nodes, corners, dimension and name.
+    fn properties(self) -> (usize, usize, u8, &'static str) {
+        match self {
+            Self::Point => (1, 1, 0, "point"),
+            Self::Edge2 => (2, 2, 1, "2-node edge"),
+            Self::Edge3 => (3, 2, 1, "3-node edge"),
+            Self::Triangle3 => (3, 3, 2, "3-node triangle"),
+            Self::Triangle6 => (6, 3, 2, "6-node triangle"),
+            Self::Quad4 => (4, 4, 2, "4-node quadrilateral"),
+            Self::Quad8 => (8, 4, 2, "8-node quadrilateral"),
+            Self::Quad9 => (9, 4, 2, "9-node quadrilateral"),
+        }
+    }
+
     /// Returns the number of nodes.
     pub fn nodes(self) -> usize {
-        match self {
-            Self::Point => 1,
-            Self::Edge2 => 2,
-            Self::Edge3 | Self::Triangle3 => 3,
-            Self::Quad4 => 4,
-            Self::Triangle6 => 6,
-            Self::Quad8 => 8,
-            Self::Quad9 => 9,
-        }
+        self.properties().0
     }
 
     /// Returns the number of corners.
     pub fn corners(self) -> usize {
-        match self {
-            Self::Point => 1,
-            Self::Edge2 | Self::Edge3 => 2,
-            Self::Triangle3 | Self::Triangle6 => 3,
-            Self::Quad4 | Self::Quad8 | Self::Quad9 => 4,
-        }
+        self.properties().1
     }
 
     /// Returns 0 for points, 1 for edges, 2 for cells.
     pub fn dimension(self) -> u8 {
-        match self {
-            Self::Point => 0,
-            Self::Edge2 | Self::Edge3 => 1,
-            _ => 2,
-        }
+        self.properties().2
     }
 
     /// Says whether there are nodes besides the corners.
@@ -61,15 +58,6 @@ impl ElementKind {
 
     /// Returns what people call it.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Point => "point",
-            Self::Edge2 => "2-node edge",
-            Self::Edge3 => "3-node edge",
-            Self::Triangle3 => "3-node triangle",
-            Self::Triangle6 => "6-node triangle",
-            Self::Quad4 => "4-node quadrilateral",
-            Self::Quad8 => "8-node quadrilateral",
-            Self::Quad9 => "9-node quadrilateral",
-        }
+        self.properties().3
     }
 }

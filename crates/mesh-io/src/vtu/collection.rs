@@ -2,6 +2,7 @@
 
 use super::VtuError;
 use crate::words::escaped;
+use serde_json::{Value, json};
 use std::fmt::Write as _;
 
 /// One file of a collection.
@@ -53,31 +54,6 @@ pub fn series(files: &[(String, f64)]) -> Result<String, VtuError> {
     if let Some((entry, (_, value))) = files.iter().enumerate().find(|(_, (_, time))| !time.is_finite()) {
         return Err(VtuError::NotFinite { name: "time".to_owned(), entry, value: *value });
     }
-    let mut text = String::from("{\n  \"file-series-version\": \"1.0\",\n  \"files\": [");
-    for (k, (name, time)) in files.iter().enumerate() {
-        let comma = if k > 0 { "," } else { "" };
-        let _ = write!(
-            text,
-            "{comma}\n    {{\n      \"name\": {},\n      \"time\": {time:?}\n    }}",
-            quoted(name)
-        );
-    }
-    text.push_str(if files.is_empty() { "]\n}\n" } else { "\n  ]\n}\n" });
-    Ok(text)
-}
-
-/// Writes a text as a JSON string.
-fn quoted(text: &str) -> String {
-    let mut out = String::from("\"");
-    for c in text.chars() {
-        match c {
-            '"' | '\\' => out.extend(['\\', c]),
-            c if c < ' ' => {
-                let _ = write!(out, "\\u{:04x}", u32::from(c));
-            }
-            c => out.push(c),
-        }
-    }
-    out.push('"');
-    out
+    let files: Vec<Value> = files.iter().map(|(name, time)| json!({ "name": name, "time": time })).collect();
+    Ok(format!("{:#}\n", json!({ "file-series-version": "1.0", "files": files })))
 }

@@ -36,8 +36,10 @@ const REFUSED: [&str; 10] = [
 const SILENT: [&str; 3] = ["HEADING", "PREPRINT", "END"];
 
 /// What the data lines belong to.
+#[derive(Default)]
 enum Block {
     /// A block that is not read.
+    #[default]
     None,
     Nodes {
         set: Option<usize>,
@@ -77,6 +79,7 @@ enum Block {
 }
 
 /// A deck while it is read.
+#[derive(Default)]
 pub(super) struct Deck {
     collector: Collector,
     sets: Sets,
@@ -102,21 +105,7 @@ pub(super) struct Deck {
 
 impl Deck {
     pub(super) fn new(name: &str) -> Self {
-        Self {
-            collector: Collector::new(name),
-            sets: Sets::default(),
-            block: Block::None,
-            parts: Vec::new(),
-            part_index: HashMap::new(),
-            frame: Frame::default(),
-            frames: Vec::new(),
-            frame_index: HashMap::new(),
-            in_part: false,
-            numbers_outside: false,
-            ignored: Vec::new(),
-            bytes: 0,
-            repeated: 0,
-        }
+        Self { collector: Collector::new(name), ..Self::default() }
     }
 
     /// Reads one file; those it includes are read in place.
@@ -321,7 +310,7 @@ impl Deck {
 
     /// Checks that a block is complete.
     fn end_block(&mut self) -> Result<(), MeshFileError> {
-        match std::mem::replace(&mut self.block, Block::None) {
+        match std::mem::take(&mut self.block) {
             Block::Refused { name, count, spot } => {
                 let mut error = self.syntax(spot, format!("{} of type {name}", counted(count, "element")));
                 error.fault = MeshFault::Format;
