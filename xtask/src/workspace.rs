@@ -1,7 +1,7 @@
 //! What cargo says about the workspace, and how its commands are run.
 
-use serde_json::Value;
-use std::collections::BTreeMap;
+use serde::Deserialize;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -52,12 +52,10 @@ impl Workspace {
 
     /// Reads the answer of `cargo metadata --no-deps`.
     pub(crate) fn parse(text: &str) -> Outcome<Workspace> {
-        let metadata: Value = serde_json::from_str(text).map_err(|e| format!("cargo metadata: {e}"))?;
-        let root = PathBuf::from(string(&metadata, "workspace_root")?);
-        let target = PathBuf::from(string(&metadata, "target_directory")?);
-        let listed = list(&metadata, "packages");
-        let names: Vec<&str> = listed.iter().filter_map(|p| p["name"].as_str()).collect();
-        let mut packages = listed.iter().map(|p| package(p, &root, &names)).collect::<Outcome<Vec<_>>>()?;
+        let Metadata { workspace_root: root, target_directory: target, packages } =
+            serde_json::from_str(text).map_err(|e| format!("cargo metadata: {e}"))?;
+        let names: Vec<&str> = packages.iter().map(|p| p.name.as_str()).collect();
+        let mut packages: Vec<Package> = packages.iter().map(|p| p.package(&root, &names)).collect();
         packages.sort_by(|a, b| a.name.cmp(&b.name));
         Ok(Workspace { root, target, packages })
     }
@@ -128,45 +126,61 @@ impl Workspace {
     }
 }
 
-fn package(package: &Value, root: &Path, names: &[&str]) -> Outcome<Package> {
-    let manifest = PathBuf::from(string(package, "manifest_path")?);
-    let manifest = manifest.strip_prefix(root).unwrap_or(&manifest).to_string_lossy().replace('\\', "/");
-    // A dependency without a kind is a normal one; the others are "dev" and "build".
-    let normal = list(package, "dependencies").iter().filter(|d| d["kind"].is_null());
-    let mut dependencies: Vec<String> =
-        normal.filter_map(|d| d["name"].as_str()).map(str::to_owned).collect();
-    dependencies.sort();
-    dependencies.dedup();
-    let (internal, external) = dependencies.into_iter().partition(|d| names.contains(&d.as_str()));
-    let targets = |kind: &'static str| {
-        let of_kind = move |t: &&Value| list(t, "kind").iter().any(|k| k.as_str() == Some(kind));
-        list(package, "targets").iter().filter(of_kind)
-    };
-    let names_of = |target: &Value| target["name"].as_str().map(str::to_owned);
-    let untested = targets("example").filter(|t| t["test"].as_bool() != Some(true));
-    Ok(Package {
-        name: string(package, "name")?.to_owned(),
-        manifest,
-        internal,
-        external,
-        features: features(&package["features"]),
-        benches: targets("bench").filter_map(names_of).collect(),
-        untested_examples: untested.filter_map(names_of).collect(),
-    })
+/// What is used of the output of `cargo metadata`.
+#[derive(Deserialize)]
+struct Metadata {
+    workspace_root: PathBuf,
+    target_directory: PathBuf,
+    packages: Vec<Described>,
 }
 
-fn features(value: &Value) -> BTreeMap<String, Vec<String>> {
-    let texts =
-        |v: &Value| v.as_array().into_iter().flatten().filter_map(Value::as_str).map(str::to_owned).collect();
-    value.as_object().into_iter().flatten().map(|(name, on)| (name.clone(), texts(on))).collect()
+/// A package there.
+#[derive(Deserialize)]
+struct Described {
+    name: String,
+    manifest_path: PathBuf,
+    dependencies: Vec<Dependency>,
+    #[serde(default)]
+    features: BTreeMap<String, Vec<String>>,
+    targets: Vec<Target>,
 }
 
-fn list<'a>(value: &'a Value, key: &str) -> &'a [Value] {
-    value[key].as_array().map_or(&[], Vec::as_slice)
+/// A dependency of a package; one without a kind is a normal one.
+#[derive(Deserialize)]
+struct Dependency {
+    name: String,
+    kind: Option<String>,
 }
 
-fn string<'a>(value: &'a Value, key: &str) -> Outcome<&'a str> {
-    value[key].as_str().ok_or_else(|| format!("cargo metadata: no text under {key}"))
+/// A library, program, example, test or benchmark of a package.
+#[derive(Deserialize)]
+struct Target {
+    name: String,
+    kind: Vec<String>,
+    #[serde(default)]
+    test: bool,
+}
+
+impl Described {
+    /// * `names`: those of all packages of the workspace.
+    fn package(&self, root: &Path, names: &[&str]) -> Package {
+        let manifest = self.manifest_path.strip_prefix(root).unwrap_or(&self.manifest_path);
+        let normal = self.dependencies.iter().filter(|d| d.kind.is_none());
+        let dependencies: BTreeSet<String> = normal.map(|d| d.name.clone()).collect();
+        let (internal, external) = dependencies.into_iter().partition(|d| names.contains(&d.as_str()));
+        let targets =
+            |kind: &'static str| self.targets.iter().filter(move |t| t.kind.iter().any(|k| k == kind));
+        let untested = targets("example").filter(|t| !t.test);
+        Package {
+            name: self.name.clone(),
+            manifest: manifest.to_string_lossy().replace('\\', "/"),
+            internal,
+            external,
+            features: self.features.clone(),
+            benches: targets("bench").map(|t| t.name.clone()).collect(),
+            untested_examples: untested.map(|t| t.name.clone()).collect(),
+        }
+    }
 }
 
 fn cargo() -> Command {

@@ -1,7 +1,7 @@
 //! `nndd man`: one manual page with every command, so that it refers to no other.
 
 use crate::args::Arguments;
-use crate::help::{EXAMPLES, EXIT_STATUS, FILES};
+use crate::help::{EXIT_STATUS, FILES, Pair, examples, rows};
 use clap::{Command, CommandFactory};
 use clap_mangen::Man;
 use clap_mangen::roff::{Roff, bold, roman};
@@ -44,10 +44,10 @@ pub(crate) fn page() -> String {
     page.extend(commands.iter().map(section));
     let mut roff = Roff::new();
     let environment = [("NO_COLOR", "if it is set, errors are shown without colour")];
-    pairs(&mut roff, "EXIT STATUS", EXIT_STATUS);
-    pairs(&mut roff, "FILES", FILES);
+    pairs(&mut roff, "EXIT STATUS", rows(EXIT_STATUS));
+    pairs(&mut roff, "FILES", rows(FILES));
     pairs(&mut roff, "ENVIRONMENT", environment);
-    pairs(&mut roff, "EXAMPLES", examples(""));
+    pairs(&mut roff, "EXAMPLES", examples("nndd"));
     page + &roff.to_roff()
 }
 
@@ -78,8 +78,6 @@ fn usage(command: &Command) -> String {
     command.clone().render_usage().to_string().trim_start_matches("Usage: ").to_owned()
 }
 
-type Pair = (&'static str, &'static str);
-
 fn pairs(roff: &mut Roff, head: &str, pairs: impl IntoIterator<Item = Pair>) {
     roff.control("SH", [head]);
     items(roff, pairs);
@@ -89,9 +87,4 @@ fn items(roff: &mut Roff, pairs: impl IntoIterator<Item = Pair>) {
     for (name, meaning) in pairs {
         roff.control("TP", []).text([bold(name)]).text([roman(meaning)]);
     }
-}
-
-/// The examples of a command, or of the program.
-fn examples(of: &str) -> impl Iterator<Item = Pair> {
-    EXAMPLES.iter().filter(move |example| example.of == of).map(|example| (example.line, example.meaning))
 }

@@ -6,6 +6,7 @@ use super::machine::{Machine, provenance};
 use super::numbers::{exponent, spread_of};
 use super::process;
 use crate::workspace::{Outcome, Workspace, load_average, output, stream};
+use serde::Deserialize;
 use serde_json::Value;
 use std::fmt::Write as _;
 
@@ -28,7 +29,7 @@ const INSIDE: &str = "Johnson-Mercier";
 const FILES: &str = "files";
 
 /// What the machine can do at most with some threads.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 struct Peak {
     threads: usize,
     /// Operations and bytes per second.
@@ -36,6 +37,15 @@ struct Peak {
     bytes: f64,
     /// Bytes per second that one thread writes to a file.
     written: f64,
+}
+
+/// A line of the benchmark.
+#[derive(Deserialize)]
+#[serde(tag = "kind", rename_all = "lowercase")]
+enum Line {
+    Peak(Peak),
+    Phase { phase: String, threads: usize, unknowns: f64, seconds: Vec<f64>, flops: f64, bytes: f64 },
+    Run { threads: usize, iterations: usize, estimates: usize, seconds: Value },
 }
 
 /// A phase of one problem.
@@ -157,51 +167,22 @@ impl Measured {
     }
 
     fn take_line(&mut self, cells: [usize; 2], line: &str) -> Option<()> {
-        let value: Value = serde_json::from_str(line).ok()?;
-        let number = |key: &str| value[key].as_f64();
-        let threads = value["threads"].as_u64()? as usize;
-        match value["kind"].as_str()? {
-            "peak" => {
-                let found = Peak {
-                    threads,
-                    flops: number("flops")?,
-                    bytes: number("bytes")?,
-                    written: number("written")?,
-                };
-                match self.peaks.iter_mut().find(|peak| peak.threads == threads) {
-                    Some(peak) => {
-                        peak.flops = peak.flops.max(found.flops);
-                        peak.bytes = peak.bytes.max(found.bytes);
-                        peak.written = peak.written.max(found.written);
-                    }
-                    None => self.peaks.push(found),
+        match serde_json::from_str(line).ok()? {
+            Line::Peak(found) => match self.peaks.iter_mut().find(|peak| peak.threads == found.threads) {
+                Some(peak) => {
+                    peak.flops = peak.flops.max(found.flops);
+                    peak.bytes = peak.bytes.max(found.bytes);
+                    peak.written = peak.written.max(found.written);
                 }
+                None => self.peaks.push(found),
+            },
+            Line::Phase { phase: name, threads, unknowns, seconds, flops, bytes } => {
+                let seconds = spread_of(seconds)?;
+                self.phases.push(Phase { name, cells, threads, unknowns, seconds, flops, bytes });
             }
-            "phase" => {
-                let seconds: Vec<f64> =
-                    value["seconds"].as_array()?.iter().map(Value::as_f64).collect::<Option<_>>()?;
-                self.phases.push(Phase {
-                    name: value["phase"].as_str()?.to_owned(),
-                    cells,
-                    threads,
-                    unknowns: number("unknowns")?,
-                    seconds: spread_of(seconds)?,
-                    flops: number("flops")?,
-                    bytes: number("bytes")?,
-                });
+            Line::Run { threads, iterations, estimates, seconds: timings } => {
+                self.runs.push(Run { cells, threads, iterations, estimates, timings });
             }
-            "run" => {
-                let [iterations, estimates] = ["iterations", "estimates"].map(|key| value[key].as_u64());
-                let (iterations, estimates) = (iterations? as usize, estimates? as usize);
-                self.runs.push(Run {
-                    cells,
-                    threads,
-                    iterations,
-                    estimates,
-                    timings: value["seconds"].clone(),
-                });
-            }
-            _ => return None,
         }
         Some(())
     }
