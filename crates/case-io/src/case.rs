@@ -55,7 +55,7 @@ use crate::case_file;
 use crate::diagnostic::{CaseError, Diagnostic, Place, code, excerpt};
 use fem_core::material::Hypothesis;
 use fem_core::mesh::generate;
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 use std::collections::BTreeMap;
 
 /// The version of the case file that this crate reads.
@@ -105,22 +105,15 @@ pub struct Model {
 }
 
 /// `theta`: the relaxation parameter.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Theta {
     /// Chosen by the solver.
     #[default]
     Auto,
     /// Given, > 0.
+    #[serde(untagged)]
     Value(f64),
-}
-
-impl Serialize for Theta {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Self::Auto => serializer.serialize_str("auto"),
-            Self::Value(theta) => serializer.serialize_f64(*theta),
-        }
-    }
 }
 
 /// `[solver]`.

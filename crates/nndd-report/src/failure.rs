@@ -246,44 +246,42 @@ fn parted<'a>(text: &'a str, mark: &str) -> (&'a str, Option<String>) {
 
 impl From<OutputError> for Failure {
     fn from(error: OutputError) -> Self {
-        let fix = match &error {
-            OutputError::NotADirectory { .. } => {
-                "\n  expected: a directory\n  fix: choose another with --out"
-            }
+        let (expected, fix) = match &error {
+            OutputError::NotADirectory { .. } => ("a directory", "choose another with --out"),
             OutputError::BrokenLink { .. } => {
-                "\n  expected: a directory\n  fix: create what the link points to, or choose another with --out"
+                ("a directory", "create what the link points to, or choose another with --out")
             }
             OutputError::Locked { .. } => {
-                "\n  expected: a directory that no other run uses\n  fix: wait for it, or choose another with --out"
+                ("a directory that no other run uses", "wait for it, or choose another with --out")
             }
             OutputError::Unfinished { .. } => {
-                "\n  expected: an empty directory or a result\n  fix: continue it with --resume, or start again with --force"
+                ("an empty directory or a result", "continue it with --resume, or start again with --force")
             }
-            OutputError::NotOurs { .. } => {
-                "\n  expected: an empty directory or a result of this case\n  fix: choose another with --out, or write anyway \
-                 with --force"
-            }
-            OutputError::OtherCase { .. } => {
-                "\n  expected: an empty directory or a result of this case\n  fix: choose another with --out, or replace it \
-                 with --force"
-            }
+            OutputError::NotOurs { .. } => (
+                "an empty directory or a result of this case",
+                "choose another with --out, or write anyway with --force",
+            ),
+            OutputError::OtherCase { .. } => (
+                "an empty directory or a result of this case",
+                "choose another with --out, or replace it with --force",
+            ),
             OutputError::Io { source, .. } if source.kind() == io::ErrorKind::PermissionDenied => {
-                "\n  expected: a directory that this user may write to\n  fix: allow it, or choose another with --out"
+                ("a directory that this user may write to", "allow it, or choose another with --out")
             }
             OutputError::Vanished { .. } => {
-                "\n  expected: the directory to stay until the run has ended\n  fix: run the case again"
+                ("the directory to stay until the run has ended", "run the case again")
             }
             OutputError::Io { what: "create" | "write" | "lock", source, .. }
                 if source.kind() == io::ErrorKind::FileTooLarge =>
             {
-                "\n  expected: files of any size\n  fix: raise the limit of the file size (ulimit -f)"
+                ("files of any size", "raise the limit of the file size (ulimit -f)")
             }
             OutputError::Io { what: "create" | "write" | "lock", .. } => {
-                "\n  expected: a directory that can be written to\n  fix: choose another with --out, or free space"
+                ("a directory that can be written to", "choose another with --out, or free space")
             }
-            _ => "",
+            _ => return Self::plain(FILES, error.to_string()),
         };
-        Self::plain(FILES, format!("{error}{fix}"))
+        Self::plain(FILES, format!("{error}\n  expected: {expected}\n  fix: {fix}"))
     }
 }
 

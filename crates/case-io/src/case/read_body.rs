@@ -121,17 +121,10 @@ fn mesh_file(mut r: Reader<'_>) -> Option<MeshSource> {
     Some(MeshSource::File { file: file?, region, merge, duplicate_interface })
 }
 
-/// The generators, by their words.
-#[derive(Clone, Copy)]
-enum Kind {
-    Block,
-    Ring,
-    Disc,
-    HalfDisc,
-}
-
-const KINDS: &[(&str, Kind)] =
-    &[("block", Kind::Block), ("ring", Kind::Ring), ("disc", Kind::Disc), ("half_disc", Kind::HalfDisc)];
+/// The generators, each with its reader.
+type Generator = fn(Reader<'_>) -> Option<MeshSource>;
+const KINDS: &[(&str, Generator)] =
+    &[("block", block), ("ring", ring), ("disc", disc), ("half_disc", half_disc)];
 
 const FACINGS: &[(&str, Facing)] = &[("down", Facing::Down), ("up", Facing::Up)];
 
@@ -142,13 +135,8 @@ pub(super) fn facing_name<S: serde::Serializer>(facing: &Facing, serializer: S) 
 
 fn generator(mut r: Reader<'_>) -> Option<MeshSource> {
     // Without a kind the keys of a block are expected.
-    let kind = if r.has("kind") { r.choice("kind", KINDS)? } else { Kind::Block };
-    match kind {
-        Kind::Block => block(r),
-        Kind::Ring => ring(r),
-        Kind::Disc => disc(r),
-        Kind::HalfDisc => half_disc(r),
-    }
+    let generator = if r.has("kind") { r.choice("kind", KINDS)? } else { block };
+    generator(r)
 }
 
 fn ring(mut r: Reader<'_>) -> Option<MeshSource> {

@@ -147,37 +147,31 @@ fn contact(r: &mut Reader<'_>, bodies: &mut [BodyCase], only: bool, path: String
     Contact { name, bodies: members, surfaces, obstacle, gap, geometric, normal, imposed, friction, path }
 }
 
-/// The laws of friction, by their words.
-#[derive(Clone, Copy)]
-enum Law {
-    Tresca,
-    Coulomb,
-}
-
-const LAWS: &[(&str, Law)] = &[("tresca", Law::Tresca), ("coulomb", Law::Coulomb)];
+/// The laws of friction, each with its reader.
+type Law = fn(&mut Reader<'_>) -> Option<Friction>;
+const LAWS: &[(&str, Law)] = &[("tresca", tresca), ("coulomb", coulomb)];
 
 fn friction(mut r: Reader<'_>) -> Option<Friction> {
     r.require(&["law"]);
-    let law = match r.choice("law", LAWS) {
-        Some(Law::Tresca) => {
-            r.require(&["limit"]);
-            let limit = r.value("limit");
-            if limit.as_ref().and_then(Value::number).is_some_and(|limit| limit < 0.0) {
-                let message = format!("`{}` is negative", r.path_of("limit"));
-                r.refuse("limit", message, "a number >= 0, or an expression", "write its absolute value");
-            }
-            limit.map(|limit| Friction::Tresca { limit })
-        }
-        Some(Law::Coulomb) => {
-            r.require(&["mu"]);
-            let mu = r.number_where("mu", |mu| mu >= 0.0, "a number >= 0");
-            // Without it the case is refused, and the law still counts.
-            Some(Friction::Coulomb { mu: mu.unwrap_or_default() })
-        }
-        None => None,
-    };
+    let law = r.choice("law", LAWS).and_then(|read| read(&mut r));
     r.finish();
     law
+}
+
+fn tresca(r: &mut Reader<'_>) -> Option<Friction> {
+    r.require(&["limit"]);
+    let limit = r.value("limit")?;
+    if limit.number().is_some_and(|limit| limit < 0.0) {
+        let message = format!("`{}` is negative", r.path_of("limit"));
+        r.refuse("limit", message, "a number >= 0, or an expression", "write its absolute value");
+    }
+    Some(Friction::Tresca { limit })
+}
+
+fn coulomb(r: &mut Reader<'_>) -> Option<Friction> {
+    r.require(&["mu"]);
+    let mu = r.number_where("mu", |mu| mu >= 0.0, "a number >= 0");
+    Some(Friction::Coulomb { mu: mu.unwrap_or_default() })
 }
 
 /// Checks what an obstacle excludes, and gives it its motion.
@@ -232,23 +226,14 @@ fn number(r: &Reader<'_>, bodies: &[BodyCase], entry: usize, name: &str) -> Opti
     found
 }
 
-/// The shapes, by their words.
-#[derive(Clone, Copy)]
-enum Kind {
-    Plane,
-    Circle,
-}
-
-const KINDS: &[(&str, Kind)] = &[("plane", Kind::Plane), ("circle", Kind::Circle)];
+/// The shapes of obstacles, each with its reader.
+type Kind = fn(&mut Reader<'_>) -> Option<Shape>;
+const KINDS: &[(&str, Kind)] = &[("plane", plane), ("circle", circle)];
 const SIDES: &[(&str, CircleSide)] = &[("outside", CircleSide::Outside), ("inside", CircleSide::Inside)];
 
 fn obstacle(mut r: Reader<'_>) -> Option<Obstacle> {
     r.require(&["kind"]);
-    let shape = match r.choice("kind", KINDS) {
-        Some(Kind::Plane) => plane(&mut r),
-        Some(Kind::Circle) => circle(&mut r),
-        None => None,
-    };
+    let shape = r.choice("kind", KINDS).and_then(|read| read(&mut r));
     let rigid = rigid(&mut r);
     r.finish();
     Some(Obstacle { shape: shape?, rigid })

@@ -1,6 +1,7 @@
 //! Every setting with its value, in the case file's own structure, and the hash that names a case.
 
 use super::{BodyCase, Case, Contact, MeshSource, SCHEMA, read, read_contact};
+use serde::Serialize;
 use serde_json::{Map, Value as Json, json};
 use sha2::{Digest, Sha256};
 
@@ -25,15 +26,9 @@ impl Case {
             "solver": self.solver,
             "estimator": self.estimator_json(),
         });
-        if let Some(units) = &self.units {
-            settings["units"] = json!(units);
-        }
-        if let Some(adapt) = &self.adapt {
-            settings["adapt"] = json!(adapt);
-        }
-        if !self.steps.is_empty() {
-            settings["step"] = json!(self.steps);
-        }
+        insert(&mut settings, "units", self.units.as_ref());
+        insert(&mut settings, "adapt", self.adapt.as_ref());
+        insert(&mut settings, "step", (!self.steps.is_empty()).then_some(&self.steps));
         settings["output"] = json!({ "directory": self.output_directory(), "vtu": self.output.vtu });
         settings["limits"] = json!({
             "memory": self.limits.memory.as_ref().map(|l| &l.written),
@@ -102,18 +97,10 @@ fn body(body: &BodyCase) -> Json {
         "displacement": body.displacements,
         "traction": body.tractions,
     });
-    if !body.sides.is_empty() {
-        settings["side"] = json!(body.sides);
-    }
-    if !body.rigid.is_empty() {
-        settings["rigid"] = json!(body.rigid);
-    }
-    if !body.curves.is_empty() {
-        settings["curve"] = json!(body.curves);
-    }
-    if !body.regions.is_empty() {
-        settings["region"] = json!(body.regions);
-    }
+    insert(&mut settings, "side", (!body.sides.is_empty()).then_some(&body.sides));
+    insert(&mut settings, "rigid", (!body.rigid.is_empty()).then_some(&body.rigid));
+    insert(&mut settings, "curve", (!body.curves.is_empty()).then_some(&body.curves));
+    insert(&mut settings, "region", (!body.regions.is_empty()).then_some(&body.regions));
     settings
 }
 
@@ -124,17 +111,16 @@ fn contact(given: &Contact, bodies: &[BodyCase]) -> Json {
         object["name"] = json!(given.name);
         object["bodies"] = given.bodies.iter().map(|b| json!(bodies[*b].name)).collect();
     }
-    if let Some(obstacle) = &given.obstacle {
-        object["obstacle"] = json!(obstacle);
-    }
-    if let Some(normal) = given.normal {
-        object["normal"] = json!(normal);
-    }
-    if let Some(imposed) = given.imposed {
-        object["imposed"] = json!(imposed);
-    }
-    if let Some(friction) = &given.friction {
-        object["friction"] = json!(friction);
-    }
+    insert(&mut object, "obstacle", given.obstacle.as_ref());
+    insert(&mut object, "normal", given.normal);
+    insert(&mut object, "imposed", given.imposed);
+    insert(&mut object, "friction", given.friction.as_ref());
     object
+}
+
+/// Adds an entry to an object, if there is one.
+fn insert(object: &mut Json, key: &str, value: Option<impl Serialize>) {
+    if let Some(value) = value {
+        object[key] = json!(value);
+    }
 }

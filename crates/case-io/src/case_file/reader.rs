@@ -83,6 +83,21 @@ impl<'a> Reader<'a> {
         Some(&entry.node)
     }
 
+    /// Returns the path of a key and what is there.
+    fn given(&mut self, key: &'static str) -> Option<(String, &'a Node)> {
+        let node = self.node(key)?;
+        Some((self.path_of(key), node))
+    }
+
+    /// Returns the entries of an array.
+    fn items<'b>(&self, path: &str, node: &'b Node, expected: &str) -> Option<&'b [Node]> {
+        let NodeValue::Array(items) = &node.value else {
+            self.wrong_type(path, node, expected);
+            return None;
+        };
+        Some(items)
+    }
+
     /// Reports required keys that are missing.
     pub(crate) fn require(&self, keys: &[&str]) {
         for key in keys.iter().filter(|key| !self.has(key)) {
@@ -254,8 +269,7 @@ impl<'a> Reader<'a> {
 
     /// Reads a number or an expression; the caller has already looked for the one word that is allowed too.
     pub(crate) fn value_beside(&mut self, key: &'static str, word: &'static str) -> Option<Value> {
-        let node = self.node(key)?;
-        let path = self.path_of(key);
+        let (path, node) = self.given(key)?;
         match &node.value {
             NodeValue::String(text) => self.expression(&path, node, text, Some(word)),
             _ => self.value_of(&path, node),
@@ -341,8 +355,7 @@ impl<'a> Reader<'a> {
 
     /// Opens a table.
     pub(crate) fn table(&mut self, key: &'static str) -> Option<Reader<'a>> {
-        let node = self.node(key)?;
-        let path = self.path_of(key);
+        let (path, node) = self.given(key)?;
         let NodeValue::Table(table) = &node.value else {
             self.wrong_type(&path, node, "a table");
             return None;
@@ -352,13 +365,9 @@ impl<'a> Reader<'a> {
 
     /// Opens the tables of an array; nothing if the key is missing or is not an array.
     pub(crate) fn tables(&mut self, key: &'static str) -> Option<Vec<Reader<'a>>> {
-        let node = self.node(key)?;
-        let path = self.path_of(key);
+        let (path, node) = self.given(key)?;
         let expected = format!("an array of tables, each under [[{key}]]");
-        let NodeValue::Array(items) = &node.value else {
-            self.wrong_type(&path, node, &expected);
-            return None;
-        };
+        let items = self.items(&path, node, &expected)?;
         let mut readers = Vec::with_capacity(items.len());
         for (k, item) in items.iter().enumerate() {
             let path = format!("{path}.{k}");

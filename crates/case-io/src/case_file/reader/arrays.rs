@@ -58,12 +58,8 @@ impl Reader<'_> {
 
     /// Reads any number of strings, or lists of them.
     pub(crate) fn lists_of_strings(&mut self, key: &'static str) -> Option<Vec<Vec<String>>> {
-        let node = self.node(key)?;
-        let path = self.path_of(key);
-        let NodeValue::Array(items) = &node.value else {
-            self.wrong_type(&path, node, "an array of strings");
-            return None;
-        };
+        let (path, node) = self.given(key)?;
+        let items = self.items(&path, node, "an array of strings")?;
         let one = |path: String, item: &Node| {
             self.findings.note(&path, &item.at);
             self.text(&path, item)
@@ -82,12 +78,8 @@ impl Reader<'_> {
 
     /// Reads any number of strings.
     pub(crate) fn strings(&mut self, key: &'static str) -> Option<Vec<String>> {
-        let node = self.node(key)?;
-        let path = self.path_of(key);
-        let NodeValue::Array(items) = &node.value else {
-            self.wrong_type(&path, node, "an array of strings");
-            return None;
-        };
+        let (path, node) = self.given(key)?;
+        let items = self.items(&path, node, "an array of strings")?;
         let read_one = |(k, item): (usize, &Node)| {
             let path = format!("{path}.{k}");
             self.findings.note(&path, &item.at);
@@ -100,8 +92,7 @@ impl Reader<'_> {
 
     /// Reads three rows of three finite numbers.
     pub(crate) fn matrix(&mut self, key: &'static str) -> Option<[[f64; 3]; 3]> {
-        let node = self.node(key)?;
-        let path = self.path_of(key);
+        let (path, node) = self.given(key)?;
         let mut matrix = [[0.0; 3]; 3];
         for (i, row) in self.three(&path, node, of_rows)?.iter().enumerate() {
             let path = format!("{path}.{i}");
@@ -115,11 +106,8 @@ impl Reader<'_> {
     /// * `fix`: what helps if there are this many entries instead of three.
     fn three<'b>(&self, path: &str, node: &'b Node, fix: fn(usize) -> &'static str) -> Option<&'b [Node; 3]> {
         let expected = "three rows of three numbers, `[[a, b, c], [b, d, e], [c, e, f]]`";
-        let NodeValue::Array(items) = &node.value else {
-            self.wrong_type(path, node, expected);
-            return None;
-        };
-        let three = <&[Node; 3]>::try_from(&items[..]).ok();
+        let items = self.items(path, node, expected)?;
+        let three = <&[Node; 3]>::try_from(items).ok();
         if three.is_none() {
             let message = format!("`{path}` has {} entries", items.len());
             let diagnostic = Diagnostic::new(code::VALUE, Some(node.at.place()), message);
@@ -134,13 +122,9 @@ impl Reader<'_> {
         expected: &str,
         read: impl Fn(&Self, &str, &Node) -> Option<T>,
     ) -> Option<[T; 2]> {
-        let node = self.node(key)?;
-        let path = self.path_of(key);
-        let NodeValue::Array(items) = &node.value else {
-            self.wrong_type(&path, node, expected);
-            return None;
-        };
-        let [a, b] = &items[..] else {
+        let (path, node) = self.given(key)?;
+        let items = self.items(&path, node, expected)?;
+        let [a, b] = items else {
             let whole = |node: &Node| matches!(node.value, NodeValue::Integer(_));
             let commas = expected.ends_with("numbers") && items.len() == 4 && items.iter().all(whole);
             let fix = match example(&path) {
