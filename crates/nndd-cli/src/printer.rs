@@ -135,23 +135,13 @@ impl Printer {
         let result = match self.format {
             _ if self.quiet => Ok(()),
             Format::Human => {
-                let error = match (relative, residual) {
-                    (Some(relative), _) => {
-                        format!("certified error of the increment <= {} %", percent(relative))
-                    }
-                    (None, Some(residual)) => {
-                        format!("residual e_b = {} % of the energy norm, no bound", percent(residual))
-                    }
-                    (None, None) => match (bound, absolute) {
-                        (Some(bound), _) => {
-                            format!("certified error of the increment <= {}", words::rounded_up(bound))
-                        }
-                        (None, Some(residual)) => {
-                            format!("residual e_b = {}, no bound", words::rounded_up(residual))
-                        }
-                        (None, None) if answer.certified().is_some() => "no certificate".to_owned(),
-                        (None, None) => "no residual".to_owned(),
-                    },
+                let bounded = relative.map(|x| format!("{} %", percent(x))).or(bound.map(words::rounded_up));
+                let left = residual.map(|x| format!("{} % of the energy norm", percent(x)));
+                let error = match (bounded, left.or(absolute.map(words::rounded_up))) {
+                    (Some(bound), _) => format!("certified error of the increment <= {bound}"),
+                    (None, Some(residual)) => format!("residual e_b = {residual}, no bound"),
+                    (None, None) if answer.certified().is_some() => "no certificate".to_owned(),
+                    (None, None) => "no residual".to_owned(),
                 };
                 let force = force
                     .map_or_else(String::new, |f| format!("contact force {}, ", words::with_digits(f, 4)));

@@ -35,25 +35,12 @@ const MARGIN: f64 = 1.0 / 180.0 * PI;
 /// A reaction along the normal, as the sine of the angle between the two.
 const NORMAL: f64 = 1e-6;
 
-/// Why the stress is infinite.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Cause {
-    Reentrant,
-    Support,
-    Contact,
-    Load,
-}
-
-impl Cause {
-    fn words(self) -> &'static str {
-        match self {
-            Self::Reentrant => "a reentrant corner",
-            Self::Support => "the end of a support",
-            Self::Contact => "a sharp contact edge",
-            Self::Load => "the end of a roller, where a tangential load ends,",
-        }
-    }
-}
+/// Why the stress is infinite, in words.
+type Cause = &'static str;
+const REENTRANT: Cause = "a reentrant corner";
+const SUPPORT: Cause = "the end of a support";
+const CONTACT: Cause = "a sharp contact edge";
+const LOAD: Cause = "the end of a roller, where a tangential load ends,";
 
 /// What holds a boundary edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,7 +60,7 @@ pub(crate) fn of_fields(case: &Case, fields: &Fields<'_>) -> Vec<String> {
         let points = problem.bodies[body].mesh().points();
         format!(
             "the largest {what} is at {} of body \"{}\" at {}, and grows without limit as the mesh gets finer",
-            cause.words(),
+            cause,
             case.bodies[body].name,
             place(points[node], diagonal(points))
         )
@@ -94,7 +81,7 @@ pub(crate) fn of_fields(case: &Case, fields: &Fields<'_>) -> Vec<String> {
             .flat_map(|k| pair.interface.pairs()[k as usize].nodes.into_iter().zip(pair.bodies));
         let bodies = nodes.filter(|(_, body)| *body < problem.bodies.len());
         bodies.map(|(node, body)| (body, node)).find_map(|(body, node)| {
-            let cause = cause(problem, body, node).filter(|cause| *cause == Cause::Contact)?;
+            let cause = cause(problem, body, node).filter(|cause| *cause == CONTACT)?;
             Some((body, node, cause))
         })
     });
@@ -141,17 +128,17 @@ fn cause(problem: &ContactProblem, b: usize, node: NodeId) -> Option<Cause> {
     let (angle, edges) = corner(body, node)?;
     let declared = edges.iter().all(|edge| body.curve_middle(*edge).is_some());
     if angle >= PI + TURN && !declared {
-        return Some(Cause::Reentrant);
+        return Some(REENTRANT);
     }
     if presses(problem, b, node, angle, edges) {
-        return Some(Cause::Contact);
+        return Some(CONTACT);
     }
     let held = edges.map(|edge| held(problem, b, edge));
     if let [Held::Roller, Held::Free] | [Held::Free, Held::Roller] = held
         && (angle - FRAC_PI_2).abs() <= MARGIN
         && edges.iter().any(|edge| has_tangential_load(body, *edge, node))
     {
-        return Some(Cause::Load);
+        return Some(LOAD);
     }
     let limit = match held {
         [Held::Free, Held::Clamped] | [Held::Clamped, Held::Free] => clamped_free(material(body, node)?),
@@ -162,7 +149,7 @@ fn cause(problem: &ContactProblem, b: usize, node: NodeId) -> Option<Cause> {
         [Held::Roller, Held::Roller] if angle < PI - TURN => FRAC_PI_2 + 0.5 * TURN,
         _ => return None,
     };
-    (angle > limit + MARGIN).then_some(Cause::Support)
+    (angle > limit + MARGIN).then_some(SUPPORT)
 }
 
 /// Tells whether the load on a boundary edge has a part along it at one of its nodes.
@@ -284,7 +271,7 @@ mod tests {
     #[test]
     fn supports_end_in_infinite_stress_by_williams_angles() {
         let fixed = square(0.3, BoundaryConditions::new().fix("bottom"));
-        assert_eq!(at(&fixed, [0.0, 0.0]), Some(Cause::Support));
+        assert_eq!(at(&fixed, [0.0, 0.0]), Some(SUPPORT));
         assert_eq!(at(&fixed, [0.0, 1.0]), None);
         assert_eq!(at(&fixed, [1.0, 0.0]), None);
         assert!(near_point(&fixed, 0, Vector::new(1.0, 1.0)).is_none());
@@ -302,8 +289,8 @@ mod tests {
         // Two rollers at 120 degrees: λ = ½.
         let both = BoundaryConditions::new().roller("bottom", 0.0).roller("right", 0.0);
         let body = Body::new(trapezoid.unwrap(), elastic(0.3), &both).unwrap();
-        assert_eq!(at(&ContactProblem::new(vec![body]), [2.0, 0.0]), Some(Cause::Support));
-        assert_eq!(at(&rollers, [1.0, 1.0]), Some(Cause::Support));
+        assert_eq!(at(&ContactProblem::new(vec![body]), [2.0, 0.0]), Some(SUPPORT));
+        assert_eq!(at(&rollers, [1.0, 1.0]), Some(SUPPORT));
         // A tangential load that ends at the mirror jumps there; a normal one does not.
         let loaded = |vector: [f64; 2]| {
             let loads = vector.map(|component| component.into());
@@ -312,7 +299,7 @@ mod tests {
                 [0.0, 0.0],
             )
         };
-        assert_eq!((loaded([1.0, 0.0]), loaded([0.0, 1.0])), (Some(Cause::Load), None));
+        assert_eq!((loaded([1.0, 0.0]), loaded([0.0, 1.0])), (Some(LOAD), None));
         let degrees =
             |hypothesis| clamped_free(&LinearElastic::isotropic(7.0, 0.3, hypothesis).unwrap()).to_degrees();
         assert!((degrees(Hypothesis::PlaneStress) - 61.29).abs() < 0.01);
@@ -327,13 +314,10 @@ mod tests {
         let mesh = TriMesh::new(points.to_vec(), triangles, vec![]).unwrap();
         let body = Body::new(mesh, elastic(0.3), &BoundaryConditions::new()).unwrap();
         let problem = ContactProblem::new(vec![body]);
-        let reentrant = |point: &[f64; 2]| at(&problem, *point) == Some(Cause::Reentrant);
+        let reentrant = |point: &[f64; 2]| at(&problem, *point) == Some(REENTRANT);
         assert_eq!(points.iter().filter(|p| reentrant(p)).collect::<Vec<_>>(), [&[1.0, 1.0]]);
         // Beside the corner it is found as well.
         let near = near_point(&problem, 0, Vector::new(1.0, 2.0)).unwrap();
-        assert_eq!(
-            (problem.bodies[0].mesh().points()[near.1], near.2),
-            (Vector::new(1.0, 1.0), Cause::Reentrant)
-        );
+        assert_eq!((problem.bodies[0].mesh().points()[near.1], near.2), (Vector::new(1.0, 1.0), REENTRANT));
     }
 }

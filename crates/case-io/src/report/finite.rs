@@ -2,21 +2,15 @@
 
 use serde::ser::{self, Serialize};
 use std::fmt;
+use thiserror::Error;
 
 /// A number that is infinite or NaN, and where.
-#[derive(Debug)]
+#[derive(Debug, Error)]
+#[error("{field} is {value}")]
 pub(crate) struct NotFinite {
     pub(crate) field: String,
     pub(crate) value: f64,
 }
-
-impl fmt::Display for NotFinite {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} is {}", self.field, self.value)
-    }
-}
-
-impl std::error::Error for NotFinite {}
 
 impl ser::Error for NotFinite {
     fn custom<T: fmt::Display>(message: T) -> Self {

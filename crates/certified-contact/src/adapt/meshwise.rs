@@ -30,7 +30,9 @@ pub(super) trait Meshwise {
     /// Returns the problem, the estimate, and the last iterate.
     fn parts(solution: &Self::Solution) -> (&ContactProblem, Option<&Estimate>, &Iterate);
 
-    fn role_reason(solution: &Self::Solution) -> RoleReason;
+    fn role_reason(_: &Self::Solution) -> RoleReason {
+        RoleReason::Given
+    }
 
     /// Sums up the solution as a step.
     fn step(solution: &Self::Solution, number: usize) -> Step;
@@ -41,7 +43,9 @@ pub(super) trait Meshwise {
     fn cut_short(solution: &Self::Solution) -> Option<AdaptiveEnd>;
 
     /// Tells whether a number below the target counts, however the solve ended.
-    fn may_meet_target(&self, solution: &Self::Solution) -> bool;
+    fn may_meet_target(&self, _: &Self::Solution) -> bool {
+        true
+    }
 
     /// Returns the end of a run whose discrete problem was not solved.
     fn unsolved(&self, solution: &Self::Solution) -> Option<AdaptiveEnd>;
@@ -86,10 +90,6 @@ impl Meshwise for Settings {
         (solution.nndd.status == NnddStatus::Interrupted).then_some(AdaptiveEnd::Interrupted)
     }
 
-    fn may_meet_target(&self, _: &CertifiedSolution) -> bool {
-        true
-    }
-
     fn unsolved(&self, solution: &CertifiedSolution) -> Option<AdaptiveEnd> {
         match solution.nndd.status {
             // A finer mesh lowers it as it lowers the mesh error.
@@ -119,10 +119,6 @@ impl Meshwise for (CoulombSettings, Relaxation) {
 
     fn parts(solution: &CoulombResult) -> (&ContactProblem, Option<&Estimate>, &Iterate) {
         (&solution.problem, Some(solution.estimate()), &solution.last)
-    }
-
-    fn role_reason(_: &CoulombResult) -> RoleReason {
-        RoleReason::Given
     }
 
     fn step(solution: &CoulombResult, number: usize) -> Step {

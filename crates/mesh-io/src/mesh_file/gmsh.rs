@@ -58,6 +58,13 @@ impl Version {
     }
 }
 
+/// A file while it is read, and what was read.
+struct Contents<'a> {
+    v: Values<'a>,
+    collector: Collector,
+    labels: Labels,
+}
+
 /// Reads a mesh from the bytes of a `.msh` file.
 ///
 /// * `name`: what messages call it.
@@ -67,64 +74,64 @@ impl Version {
 pub fn parse(bytes: &[u8], name: &str) -> Result<MeshFile, MeshFileError> {
     let mut v = Values::new(bytes, name);
     let (version, number) = header(&mut v)?;
-    let mut collector = Collector::new(name);
-    let mut labels = Labels::default();
+    let mut file = Contents { v, collector: Collector::new(name), labels: Labels::default() };
     let (mut nodes, mut elements) = (false, false);
     let old = version == Version::OldFour;
     if version == Version::One {
         // Its head is the first line of this section.
-        v.enter("$NOD");
+        file.v.enter("$NOD");
         nodes = true;
-        msh2::nodes(&mut v, &mut collector, "$ENDNOD")?;
+        msh2::nodes(&mut file, "$ENDNOD")?;
     }
-    while v.skip_blank() {
-        let section = v.token()?;
-        if version.has_entities() && v.is_binary() && section != b"$PhysicalNames" {
+    while file.v.skip_blank() {
+        let section = file.v.token()?;
+        if version.has_entities() && file.v.is_binary() && section != b"$PhysicalNames" {
             // The numbers begin right behind the line.
-            v.rest_of_line();
+            file.v.rest_of_line();
         }
         match section {
-            b"$PhysicalNames" => labels.read_names(&mut v)?,
-            b"$Entities" if version.has_entities() => msh4::entities(&mut v, &mut labels, false, old)?,
+            b"$PhysicalNames" => file.labels.read_names(&mut file.v)?,
+            b"$Entities" if version.has_entities() => msh4::entities(&mut file, false, old)?,
             b"$PartitionedEntities" if version.has_entities() => {
-                msh4::entities(&mut v, &mut labels, true, old)?;
+                msh4::entities(&mut file, true, old)?;
             }
             b"$ELM" if version == Version::One => {
-                once(&v, &mut elements, "$ELM")?;
-                msh1::elements(&mut v, &mut collector, &mut labels)?;
+                once(&file.v, &mut elements, "$ELM")?;
+                msh1::elements(&mut file)?;
             }
             b"$Nodes" => {
-                once(&v, &mut nodes, "$Nodes")?;
+                once(&file.v, &mut nodes, "$Nodes")?;
                 match version {
-                    Version::One | Version::Two => msh2::nodes(&mut v, &mut collector, "$EndNodes")?,
-                    Version::OldFour | Version::Four => msh4::nodes(&mut v, &mut collector, old)?,
+                    Version::One | Version::Two => msh2::nodes(&mut file, "$EndNodes")?,
+                    Version::OldFour | Version::Four => msh4::nodes(&mut file, old)?,
                 }
             }
             b"$Elements" => {
-                once(&v, &mut elements, "$Elements")?;
+                once(&file.v, &mut elements, "$Elements")?;
                 match version {
-                    Version::One | Version::Two => msh2::elements(&mut v, &mut collector, &mut labels)?,
-                    Version::OldFour | Version::Four => msh4::elements(&mut v, &mut collector, &labels, old)?,
+                    Version::One | Version::Two => msh2::elements(&mut file)?,
+                    Version::OldFour | Version::Four => msh4::elements(&mut file, old)?,
                 }
             }
-            _ => skip(&mut v, section)?,
+            _ => skip(&mut file.v, section)?,
         }
     }
     for (there, section) in [(nodes, "$Nodes"), (elements, "$Elements")] {
         if !there {
-            v.enter("the file");
-            return Err(v
+            file.v.enter("the file");
+            return Err(file
+                .v
                 .fault(format!("the file ends without a section {section}"))
                 .expected("a complete mesh; the file may have been cut while it was copied"));
         }
     }
-    let encoding = match v.mode {
+    let encoding = match file.v.mode {
         Mode::Ascii => "text",
         Mode::BinaryLittle => "binary",
         Mode::BinaryBig => "binary, big-endian",
     };
-    let mut collected = collector.finish(format!("Gmsh MSH {number}, {encoding}"))?;
-    let unnamed = labels.apply(&mut collected)?;
+    let mut collected = file.collector.finish(format!("Gmsh MSH {number}, {encoding}"))?;
+    let unnamed = file.labels.apply(&mut collected)?;
     let mut mesh = collected.mesh;
     if unnamed > 0 {
         let groups = counted(unnamed, "physical group");

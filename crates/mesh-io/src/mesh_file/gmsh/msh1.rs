@@ -1,19 +1,14 @@
 //! Version 1: `$NOD` as `$Nodes` of version 2, and `$ELM`, always text.
 
-use super::elements;
-use super::labels::Labels;
-use super::values::Values;
-use crate::mesh_file::{Collector, MeshFileError};
+use super::{Contents, elements};
+use crate::mesh_file::MeshFileError;
 
 /// The shortest element: in text with one digit per number; there is no binary one.
 const ELEMENT: [usize; 2] = [12, 12];
 
 /// Reads `$ELM`: number, type, physical group, elementary entity, number of nodes, nodes.
-pub(super) fn elements(
-    v: &mut Values<'_>,
-    collector: &mut Collector,
-    labels: &mut Labels,
-) -> Result<(), MeshFileError> {
+pub(super) fn elements(file: &mut Contents<'_>) -> Result<(), MeshFileError> {
+    let Contents { v, collector, labels } = file;
     v.enter("$ELM");
     let count = v.size("the number of elements")?;
     collector.reserve_elements(v.capacity(count, ELEMENT, "elements")?);

@@ -1,9 +1,8 @@
 //! Version 2: `$Nodes` and `$Elements`; the element carries its group.
 
-use super::elements;
-use super::labels::Labels;
 use super::values::Values;
-use crate::mesh_file::{Collector, MeshFileError};
+use super::{Contents, elements};
+use crate::mesh_file::{ElementKind, MeshFileError};
 
 /// The shortest node and element: in text with one digit per number, in binary.
 const NODE: [usize; 2] = [8, 28];
@@ -19,11 +18,8 @@ pub(super) fn number(v: &mut Values<'_>, what: &str) -> Result<u64, MeshFileErro
 }
 
 /// Reads `$Nodes`, or `$NOD` of version 1.
-pub(super) fn nodes(
-    v: &mut Values<'_>,
-    collector: &mut Collector,
-    end: &'static str,
-) -> Result<(), MeshFileError> {
+pub(super) fn nodes(file: &mut Contents<'_>, end: &'static str) -> Result<(), MeshFileError> {
+    let Contents { v, collector, .. } = file;
     v.enter("$Nodes");
     let count = v.text_count("the number of nodes")?;
     collector.reserve_nodes(v.capacity(count, NODE, "nodes")?);
@@ -43,54 +39,45 @@ pub(super) fn nodes(
 }
 
 /// Reads `$Elements`.
-pub(super) fn elements(
-    v: &mut Values<'_>,
-    collector: &mut Collector,
-    labels: &mut Labels,
-) -> Result<(), MeshFileError> {
-    v.enter("$Elements");
-    let count = v.text_count("the number of elements")?;
-    collector.reserve_elements(v.capacity(count, ELEMENT, "elements")?);
-    if v.is_binary() {
-        v.rest_of_line();
-        binary(v, collector, labels, count)?;
+pub(super) fn elements(file: &mut Contents<'_>) -> Result<(), MeshFileError> {
+    file.v.enter("$Elements");
+    let count = file.v.text_count("the number of elements")?;
+    file.collector.reserve_elements(file.v.capacity(count, ELEMENT, "elements")?);
+    if file.v.is_binary() {
+        file.v.rest_of_line();
+        binary(file, count)?;
     } else {
         for done in 0..count {
-            v.progress(done, count, "elements");
-            let line = v.record_begin()?;
-            let number = v.size("the number of an element")?;
-            let code = v.int("the type of an element")?;
-            let tags = v.size("the number of tags")?;
-            let kind = elements::kind(v, code, 1, Some(number))?;
-            element(v, collector, labels, number, kind, tags)?;
-            v.record_end(line)?;
+            file.v.progress(done, count, "elements");
+            let line = file.v.record_begin()?;
+            let number = file.v.size("the number of an element")?;
+            let code = file.v.int("the type of an element")?;
+            let tags = file.v.size("the number of tags")?;
+            let kind = elements::kind(&file.v, code, 1, Some(number))?;
+            element(file, number, kind, tags)?;
+            file.v.record_end(line)?;
         }
     }
-    v.end("$EndElements")
+    file.v.end("$EndElements")
 }
 
 /// Reads the binary blocks of elements of one type and number of tags.
-fn binary(
-    v: &mut Values<'_>,
-    collector: &mut Collector,
-    labels: &mut Labels,
-    count: u64,
-) -> Result<(), MeshFileError> {
+fn binary(file: &mut Contents<'_>, count: u64) -> Result<(), MeshFileError> {
     let mut done = 0;
     while done < count {
-        v.progress(done, count, "elements");
-        let code = v.int("the type of the elements")?;
-        let follow = number(v, "how many elements follow")?;
-        let tags = number(v, "the number of tags")?;
+        file.v.progress(done, count, "elements");
+        let code = file.v.int("the type of the elements")?;
+        let follow = number(&mut file.v, "how many elements follow")?;
+        let tags = number(&mut file.v, "the number of tags")?;
         if follow == 0 || follow > count - done {
             let found = format!("{follow} elements follow, of {} that are left", count - done);
-            return Err(v.fault(found).expected("at least one, and no more than are left"));
+            return Err(file.v.fault(found).expected("at least one, and no more than are left"));
         }
-        let kind = elements::kind(v, code, follow, None)?;
+        let kind = elements::kind(&file.v, code, follow, None)?;
         for _ in 0..follow {
-            v.progress(done, count, "elements");
-            let number = number(v, "the number of an element")?;
-            element(v, collector, labels, number, kind, tags)?;
+            file.v.progress(done, count, "elements");
+            let number = number(&mut file.v, "the number of an element")?;
+            element(file, number, kind, tags)?;
             done += 1;
         }
     }
@@ -99,13 +86,12 @@ fn binary(
 
 /// Reads tags and nodes of an element; the first tag is its physical group.
 fn element(
-    v: &mut Values<'_>,
-    collector: &mut Collector,
-    labels: &mut Labels,
+    file: &mut Contents<'_>,
     number_of_element: u64,
-    kind: crate::mesh_file::ElementKind,
+    kind: ElementKind,
     tags: u64,
 ) -> Result<(), MeshFileError> {
+    let Contents { v, collector, labels } = file;
     let mut group = 0;
     for k in 0..tags {
         let tag = v.int("a tag")?;

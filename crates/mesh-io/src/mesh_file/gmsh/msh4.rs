@@ -1,18 +1,13 @@
 //! Versions 4.0 and 4.1: entities carry the groups; nodes and elements come in blocks, one per entity.
 
-use super::elements;
-use super::labels::Labels;
 use super::msh2;
 use super::values::Values;
-use crate::mesh_file::{Collector, MeshFileError};
+use super::{Contents, elements};
+use crate::mesh_file::MeshFileError;
 
 /// Reads `$Entities` or `$PartitionedEntities`, of which only the groups matter.
-pub(super) fn entities(
-    v: &mut Values<'_>,
-    labels: &mut Labels,
-    partitioned: bool,
-    old: bool,
-) -> Result<(), MeshFileError> {
+pub(super) fn entities(file: &mut Contents<'_>, partitioned: bool, old: bool) -> Result<(), MeshFileError> {
+    let Contents { v, labels, .. } = file;
     v.enter(if partitioned { "$PartitionedEntities" } else { "$Entities" });
     if partitioned {
         v.size("the number of partitions")?;
@@ -108,7 +103,8 @@ fn number(v: &mut Values<'_>, what: &str, old: bool) -> Result<u64, MeshFileErro
 /// Reads `$Nodes`.
 ///
 /// * `old`: version 4.0, in which a node's number comes before its coordinates.
-pub(super) fn nodes(v: &mut Values<'_>, collector: &mut Collector, old: bool) -> Result<(), MeshFileError> {
+pub(super) fn nodes(file: &mut Contents<'_>, old: bool) -> Result<(), MeshFileError> {
+    let Contents { v, collector, .. } = file;
     v.enter("$Nodes");
     let (blocks, count, capacity) = head(v, [8, if old { 28 } else { 32 }], "nodes", old)?;
     collector.reserve_nodes(capacity);
@@ -154,12 +150,8 @@ pub(super) fn nodes(v: &mut Values<'_>, collector: &mut Collector, old: bool) ->
 }
 
 /// Reads `$Elements`.
-pub(super) fn elements(
-    v: &mut Values<'_>,
-    collector: &mut Collector,
-    labels: &Labels,
-    old: bool,
-) -> Result<(), MeshFileError> {
+pub(super) fn elements(file: &mut Contents<'_>, old: bool) -> Result<(), MeshFileError> {
+    let Contents { v, collector, labels } = file;
     v.enter("$Elements");
     let (blocks, count, capacity) = head(v, [4, if old { 8 } else { 16 }], "elements", old)?;
     collector.reserve_elements(capacity);
