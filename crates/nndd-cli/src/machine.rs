@@ -40,19 +40,13 @@ impl Host for Machine {
     }
 }
 
-/// Shows what happens in a run.
-pub(crate) trait Show {
-    /// Shows an event.
-    fn show(&mut self, event: Event<'_>) -> Result<(), Failure>;
-}
-
-/// This machine with something that shows what happens.
-pub(crate) struct Showing<S> {
+/// The machine, with what shows the events of a run.
+pub(crate) struct Showing<F> {
     pub(crate) machine: Machine,
-    pub(crate) display: S,
+    pub(crate) show: F,
 }
 
-impl<S: Show> Host for Showing<S> {
+impl<F: FnMut(Event<'_>) -> Result<(), Failure>> Host for Showing<F> {
     fn elapsed(&self) -> f64 {
         self.machine.elapsed()
     }
@@ -66,6 +60,6 @@ impl<S: Show> Host for Showing<S> {
     }
 
     fn event(&mut self, event: Event<'_>) -> Result<(), Failure> {
-        self.display.show(event)
+        (self.show)(event)
     }
 }

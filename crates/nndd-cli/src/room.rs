@@ -11,6 +11,12 @@ pub(crate) fn peak() -> Option<u64> {
     size(Path::new("/proc/self/status"), "VmHWM:")
 }
 
+/// Returns the name of the machine.
+pub(crate) fn host() -> String {
+    let name = fs::read_to_string("/proc/sys/kernel/hostname");
+    name.map_or_else(|_| "unknown".into(), |name| name.trim().into())
+}
+
 /// Finds the smallest room.
 ///
 /// * `threads`: that compute.

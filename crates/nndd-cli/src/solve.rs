@@ -1,7 +1,7 @@
 //! `nndd solve`: solves a case, certifies it, writes everything down.
 
 use crate::args::{Format, Solve};
-use crate::machine::{Machine, Show, Showing};
+use crate::machine::{Machine, Showing};
 use crate::printer::Printer;
 use crate::progress::{Goal, Progress};
 use crate::room;
@@ -30,10 +30,14 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
         ratio: (stop.criterion == Criterion::Estimator).then_some(stop.ratio),
         relative: case.adapt.as_ref().map(|adapt| adapt.target.value()),
     };
-    let progress = Progress::start(goal, !options.run.quiet && options.format == Format::Human);
-    let mut host = Showing { machine, display: Console { printer, progress } };
+    let mut progress = Progress::start(goal, !options.run.quiet && options.format == Format::Human);
+    let show = |event: Event<'_>| {
+        show(&mut printer, &mut progress, &event);
+        Ok(())
+    };
+    let mut host = Showing { machine, show };
     let solved = run::solve(&case, problem, &mut place, &mut watch, &mut host)?;
-    let Showing { machine, display: Console { printer, progress } } = host;
+    let Showing { machine, .. } = host;
     drop(progress);
     let mut about = describe(options);
     about.insert("started".into(), started.into());
@@ -45,48 +49,35 @@ pub(crate) fn command(options: &Solve) -> Result<u8, Failure> {
     Ok(report.status.code)
 }
 
-/// Shows on the console what happens in a run.
-struct Console {
-    printer: Printer,
-    progress: Progress,
-}
-
-impl Show for Console {
-    fn show(&mut self, event: Event<'_>) -> Result<(), Failure> {
-        match event {
-            Event::Phase(phase) => self.progress.phase(phase),
-            Event::Iteration(row) => {
-                self.progress.clear();
-                self.printer.row(row);
-                self.progress.iteration(row);
-            }
-            Event::EarlierStep(step, seconds) => self.printer.step(step, Some(seconds)),
-            Event::Step(step) => {
-                self.progress.clear();
-                self.printer.step(step, None);
-                self.progress.step(step);
-            }
-            Event::LoadStep { step, of, answer } => {
-                self.progress.clear();
-                self.printer.load_step(step, of, answer);
-            }
-            _ => {}
+/// Shows an event of the run.
+fn show(printer: &mut Printer, progress: &mut Progress, event: &Event<'_>) {
+    match *event {
+        Event::Phase(phase) => progress.phase(phase),
+        Event::Iteration(row) => {
+            progress.clear();
+            printer.row(row);
+            progress.iteration(row);
         }
-        Ok(())
+        Event::EarlierStep(step, seconds) => printer.step(step, Some(seconds)),
+        Event::Step(step) => {
+            progress.clear();
+            printer.step(step, None);
+            progress.step(step);
+        }
+        Event::LoadStep { step, of, answer } => {
+            progress.clear();
+            printer.load_step(step, of, answer);
+        }
+        _ => {}
     }
 }
 
 /// Lists with what a case was solved, as far as this program alone knows it.
 fn describe(options: &Solve) -> Map<String, Value> {
     let mut about = Map::new();
-    about.insert("host".into(), host().into());
+    about.insert("host".into(), room::host().into());
     about.insert("threads".into(), rayon::current_num_threads().into());
     about.insert("memory_peak".into(), room::peak().into());
     about.insert("overrides".into(), options.case.set.clone().into());
     about
-}
-
-fn host() -> String {
-    std::fs::read_to_string("/proc/sys/kernel/hostname")
-        .map_or_else(|_| "unknown".into(), |s| s.trim().into())
 }

@@ -2,7 +2,7 @@
 
 use crate::args::Sweep as Options;
 use crate::console;
-use crate::machine::{Machine, Show, Showing};
+use crate::machine::{Machine, Showing};
 use nndd_report::sweep::{self, SweepOptions};
 use nndd_report::{Event, Failure, Host, NOT_CONVERGED};
 
@@ -13,7 +13,9 @@ pub(crate) fn command(options: &Options) -> Result<u8, Failure> {
     of_library.panel.clone_from(&options.panel);
     of_library.out.clone_from(&options.run.out);
     of_library.force = options.run.force;
-    let mut host = Showing { machine: Machine::listen()?, display: Table { options, width: 0 } };
+    let mut width = 0;
+    let show = |event: Event<'_>| show(options, &mut width, event);
+    let mut host = Showing { machine: Machine::listen()?, show };
     let swept = sweep::sweep(&of_library, &mut host)?;
     let signal = host.interrupted();
     let record = &swept.record;
@@ -42,37 +44,31 @@ pub(crate) fn command(options: &Options) -> Result<u8, Failure> {
     }
 }
 
-/// Prints the runs as a table, while they are made.
-struct Table<'a> {
-    options: &'a Options,
-    /// Of the column of values.
-    width: usize,
-}
-
-impl Show for Table<'_> {
-    fn show(&mut self, event: Event<'_>) -> Result<(), Failure> {
-        let layout = console::Layout::default();
-        match event {
-            Event::Panel { name, sweep } => {
-                let texts = sweep.values.iter().chain([&sweep.key]);
-                self.width = texts.map(|text| text.chars().count()).max().unwrap_or(0).clamp(12, 40);
-                let (width, key, head) = (self.width, &sweep.key, &layout.head()[1..]);
-                if !self.options.run.quiet {
-                    console::print(&format!("\n{name}\n{key:>width$} {head}"))?;
-                }
+/// Shows an event of the sweep.
+///
+/// * `width`: that of the first column.
+fn show(options: &Options, width: &mut usize, event: Event<'_>) -> Result<(), Failure> {
+    let layout = console::Layout::default();
+    match event {
+        Event::Panel { name, sweep } => {
+            let texts = sweep.values.iter().chain([&sweep.key]);
+            *width = texts.map(|text| text.chars().count()).max().unwrap_or(0).clamp(12, 40);
+            let (width, key, head) = (*width, &sweep.key, &layout.head()[1..]);
+            if !options.run.quiet {
+                console::print(&format!("\n{name}\n{key:>width$} {head}"))?;
             }
-            Event::Value { value, case, solved } => {
-                let width = self.width;
-                let last = solved.answer.certified().and_then(|solution| solution.rows.last());
-                if let Some(row) = last.filter(|_| !self.options.run.quiet) {
-                    console::print(&format!("{value:>width$} {}", layout.row(row, 0.0)))?;
-                }
-                if self.options.run.verbose {
-                    console::print(&console::choices(case, solved))?;
-                }
-            }
-            _ => {}
         }
-        Ok(())
+        Event::Value { value, case, solved } => {
+            let width = *width;
+            let last = solved.answer.certified().and_then(|solution| solution.rows.last());
+            if let Some(row) = last.filter(|_| !options.run.quiet) {
+                console::print(&format!("{value:>width$} {}", layout.row(row, 0.0)))?;
+            }
+            if options.run.verbose {
+                console::print(&console::choices(case, solved))?;
+            }
+        }
+        _ => {}
     }
+    Ok(())
 }

@@ -3,7 +3,7 @@
 use crate::errors::wrong;
 use fem_core::geometry::Vector;
 use fem_core::mesh::TriMesh;
-use fem_core::mesh::id::NodeId;
+use fem_core::mesh::id::{EdgeId, NodeId};
 use mesh_io::MeshArrays;
 use mesh_io::vtu::VtuArray;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
@@ -97,16 +97,29 @@ impl GivenMesh {
 /// Makes points (n, 2), triangles (m, 3) and the edges (k, 2) of each side.
 pub(crate) fn mesh<'py>(py: Python<'py>, mesh: &TriMesh) -> PyResult<Bound<'py, PyDict>> {
     let node = |n: NodeId| n.index() as i64;
-    let sides = PyDict::new(py);
-    for (name, edges) in mesh.groups() {
-        let ends = edges.iter().flat_map(|edge| mesh.topology().edges()[*edge].map(node));
-        sides.set_item(name, rows(py, ends.collect(), 2)?)?;
+    let edges = mesh.topology().edges();
+    let side = |ids: &[EdgeId]| ids.iter().flat_map(|edge| edges[*edge].map(node)).collect();
+    let sides = mesh.groups().iter().map(|(name, ids)| (name.as_str(), side(ids)));
+    let triangles = mesh.triangles().as_flattened().iter().map(|n| node(*n));
+    of_parts(py, mesh.points(), triangles.collect(), sides)
+}
+
+/// Makes a dict of a mesh.
+///
+/// * `triangles`: three nodes each; `sides`: names, and the two nodes of each edge.
+pub(crate) fn of_parts<'py, 'a>(
+    py: Python<'py>,
+    points: &[Vector],
+    triangles: Vec<i64>,
+    sides: impl Iterator<Item = (&'a str, Vec<i64>)>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (made, by_name) = (PyDict::new(py), PyDict::new(py));
+    for (name, ends) in sides {
+        by_name.set_item(name, rows(py, ends, 2)?)?;
     }
-    let made = PyDict::new(py);
-    made.set_item("points", vectors(py, mesh.points())?)?;
-    let triangles: Vec<[i64; 3]> = mesh.triangles().iter().map(|t| t.map(node)).collect();
-    made.set_item("triangles", rows(py, triangles.into_flattened(), 3)?)?;
-    made.set_item("sides", sides)?;
+    made.set_item("points", vectors(py, points)?)?;
+    made.set_item("triangles", rows(py, triangles, 3)?)?;
+    made.set_item("sides", by_name)?;
     Ok(made)
 }
 

@@ -200,16 +200,10 @@ fn read_mesh(py: Python<'_>, path: PathBuf) -> PyResult<(Bound<'_, PyDict>, Vec<
             .collect();
         Ok((region, cells))
     })?;
-    let made = PyDict::new(py);
-    made.set_item("points", arrays::vectors(py, region.points())?)?;
-    let corners = region.triangles().as_flattened().iter().map(|n| i64::from(*n));
-    made.set_item("triangles", arrays::rows(py, corners.collect(), 3)?)?;
-    let sides = PyDict::new(py);
-    for (name, edges) in region.sides() {
-        let ends = edges.as_flattened().iter().map(|n| i64::from(*n));
-        sides.set_item(name, arrays::rows(py, ends.collect(), 2)?)?;
-    }
-    made.set_item("sides", sides)?;
+    let numbers = |nodes: &[u32]| nodes.iter().map(|n| i64::from(*n)).collect();
+    let sides = region.sides().map(|(name, edges)| (name, numbers(edges.as_flattened())));
+    let triangles = numbers(region.triangles().as_flattened());
+    let made = arrays::of_parts(py, region.points(), triangles, sides)?;
     let cells = PyDict::new(py);
     for (name, numbers) in regions {
         cells.set_item(name, PyArray1::from_vec(py, numbers))?;

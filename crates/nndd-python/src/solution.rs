@@ -52,7 +52,7 @@ pub(crate) fn solve(source: &dyn Source, set: &[String], host: &mut dyn Host) ->
     check::held(&case, &problem)?;
     let warnings = case.warnings().iter().map(ToString::to_string).collect();
     let mut about = Map::new();
-    about.insert("host".into(), machine().into());
+    about.insert("host".into(), room::host().into());
     about.insert("threads".into(), rayon::current_num_threads().into());
     about.insert("overrides".into(), set.into());
     about.insert("started".into(), started.into());
@@ -68,11 +68,6 @@ pub(crate) fn solve(source: &dyn Source, set: &[String], host: &mut dyn Host) ->
     let in_parts = case.adapt.is_some() || !case.steps.is_empty();
     let kept = Kept { files: in_parts.then_some((place, folder)), process: std::process::id() };
     Ok(Run { case, solved, watch, about, report, verdict, warnings, kept })
-}
-
-fn machine() -> String {
-    let name = std::fs::read_to_string("/proc/sys/kernel/hostname");
-    name.map_or_else(|_| "unknown".into(), |name| name.trim().into())
 }
 
 /// A solved case.

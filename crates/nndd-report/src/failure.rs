@@ -95,6 +95,12 @@ impl Failure {
         Self::plain(COMMAND_LINE, message)
     }
 
+    /// Says that an option of the command line gave a setting.
+    pub(crate) fn given_by(mut self, option: &str, key: &str, value: &str) -> Self {
+        self.diagnostics.iter_mut().for_each(|diagnostic| diagnostic.given_by(option, key, value));
+        self
+    }
+
     pub(crate) fn defect(message: impl Into<String>) -> Self {
         Self::plain(DEFECT, message)
     }

@@ -164,20 +164,14 @@ fn check_values(
 ) -> Result<(), Failure> {
     for value in &sweep.values {
         let all = settings_of_run(options, sweep, overrides, value);
-        if let Err(mut failure) = source.parse(&all) {
-            failure.diagnostics.iter_mut().for_each(|d| d.given_by("--over", &sweep.key, value));
-            return Err(failure);
-        }
+        source.parse(&all).map_err(|failure| failure.given_by("--over", &sweep.key, value))?;
     }
     Ok(())
 }
 
 /// Calls the settings of a panel by the option that they came with.
-fn of_panel(mut failure: Failure, settings: &[(String, String)]) -> Failure {
-    for (key, value) in settings {
-        failure.diagnostics.iter_mut().for_each(|d| d.given_by("--panel", key, value));
-    }
-    failure
+fn of_panel(failure: Failure, settings: &[(String, String)]) -> Failure {
+    settings.iter().fold(failure, |failure, (key, value)| failure.given_by("--panel", key, value))
 }
 
 /// Writes the tables and the picture, and sweep.json last: it makes the result complete.
@@ -223,10 +217,7 @@ fn fill_panel(
             let problem = if case.adapt.is_none() { Some(run::build(&mut case, host)?) } else { None };
             Ok((case, problem))
         });
-        let (case, problem) = read.map_err(|mut failure| {
-            failure.diagnostics.iter_mut().for_each(|d| d.given_by("--over", &sweep.key, value));
-            failure
-        })?;
+        let (case, problem) = read.map_err(|failure| failure.given_by("--over", &sweep.key, value))?;
         let Some(problem) = problem else {
             return Err(Failure::command_line(
                 "a sweep compares runs on one mesh, and this case has [adapt]; leave that table out",

@@ -37,6 +37,11 @@ impl BodyCase {
     pub fn file_stem(&self) -> String {
         file_stem(&self.name)
     }
+
+    /// Returns the names of its materials: its own, then those of its regions.
+    pub(super) fn material_names(&self) -> impl Iterator<Item = &String> {
+        std::iter::once(&self.material).chain(self.regions.iter().map(|region| &region.material))
+    }
 }
 
 pub(super) fn file_stem(name: &str) -> String {

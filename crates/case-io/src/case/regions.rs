@@ -92,8 +92,7 @@ pub(super) fn check_references(root: &Reader<'_>, materials: &[Material], bodies
 impl Case {
     /// Lists the materials of a body, 0 or 1: its own first, then those of its regions, each once.
     pub fn materials_of(&self, body: usize) -> Vec<&Material> {
-        let body = &self.bodies[body];
-        let names = std::iter::once(&body.material).chain(body.regions.iter().map(|r| &r.material));
+        let names = self.bodies[body].material_names();
         let by_name: HashMap<&str, &Material> = self.materials.iter().map(|m| (m.name.as_str(), m)).collect();
         let mut seen = HashSet::new();
         names
@@ -105,8 +104,7 @@ impl Case {
     /// Lists, for each entry of the list of materials that fem-core has of a body, 0 or 1, its place in
     /// [`Case::materials`]: the body's own first, then one entry per region.
     pub fn material_places(&self, body: usize) -> Vec<usize> {
-        let body = &self.bodies[body];
-        let names = std::iter::once(&body.material).chain(body.regions.iter().map(|r| &r.material));
+        let names = self.bodies[body].material_names();
         names.filter_map(|name| self.materials.iter().position(|m| m.name == *name)).collect()
     }
 
@@ -115,8 +113,7 @@ impl Case {
         let given = &self.bodies[body];
         let hypothesis = self.model.hypothesis;
         let mut list = Vec::with_capacity(1 + given.regions.len());
-        let names = std::iter::once(&given.material).chain(given.regions.iter().map(|r| &r.material));
-        for name in names {
+        for name in given.material_names() {
             let Some(material) = self.materials.iter().find(|m| m.name == *name) else {
                 let path = format!("body.{body}.material");
                 let message = format!("there is no material \"{name}\"");
