@@ -12,6 +12,7 @@ use results::results;
 use serde_json::Value;
 use std::fmt::Write as _;
 
+/// The style sheet; the page holds it on one line.
 const STYLE: &str = include_str!("html/style.css");
 
 /// Writes the page.
@@ -19,10 +20,11 @@ const STYLE: &str = include_str!("html/style.css");
 /// * `angles`: the smallest of each body's mesh, degrees.
 pub(crate) fn page(case: &Case, report: &Report, angles: &[f64], pictures: &[Picture]) -> String {
     let title = escape(&one_line(if case.title.is_empty() { case.file_name() } else { &case.title }));
+    let style = STYLE.replace('\n', "");
     let mut page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
-         <title>{title}</title><style>{STYLE}</style></head><body>\n<h1>{title}</h1>\n"
+         <title>{title}</title><style>{style}</style></head><body>\n<h1>{title}</h1>\n"
     );
     verdict(&mut page, report);
     notes(&mut page, report);
