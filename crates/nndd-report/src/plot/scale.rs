@@ -157,9 +157,7 @@ impl Scale {
         }
         sheet.stroke(&rectangle([left, right], [frame.top, bottom]), INK, FINE);
     }
-}
 
-impl Scale {
     /// Says what the ends of the scale leave out, if they do.
     pub(super) fn remark(&self) -> Option<String> {
         let more = self.largest.map(|largest| format!("right end: or more, largest {}", three(largest)));
