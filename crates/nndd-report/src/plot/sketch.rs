@@ -240,8 +240,8 @@ fn marks(sheet: &mut Sheet, panel: &Panel<'_>, body: &SketchBody<'_>, largest: f
         let Some(out) = unit(flipped(edge.normal)) else { continue };
         let at = 0.5 * (a + b);
         if matches!(edge.held, Held::Fixed | Held::Roller) && supports.has_room(at) {
-            if a == b && edge.held == Held::Fixed {
-                // A single node: a triangle.
+            if edge.ends[0] == edge.ends[1] && edge.held == Held::Fixed {
+                // A single node: a triangle. Edges of fine meshes are no longer than a point on the sheet, too.
                 let [base, half] = [at + HATCH * out, 0.5 * HATCH * perpendicular(out)];
                 sheet.fill(&path(&[at, base + half, base - half]), INK);
             } else if edge.held == Held::Fixed {
@@ -252,14 +252,14 @@ fn marks(sheet: &mut Sheet, panel: &Panel<'_>, body: &SketchBody<'_>, largest: f
                 sheet.disc(at + (ROLLER_RADIUS + 1.5 * PIXEL) * out, ROLLER_RADIUS, GREY);
             }
         }
+        let off = if edge.held == Held::Free { 0.0 } else { OFF };
         if let Some(way) = unit(flipped(edge.displacement)).filter(|_| moves.has_room(at)) {
-            let off = if edge.held == Held::Free { 0.0 } else { OFF };
             arrow(sheet, at, way, out, MOVED_ARROW, off, &MOVED);
         }
         let size = norm(edge.traction);
         let way = unit(flipped(edge.traction)).filter(|_| size >= LEAST_LOAD * largest);
         if let Some(way) = way.filter(|_| loads.has_room(at)) {
-            arrow(sheet, at, way, out, (ARROW * size / largest).max(SHORT_ARROW), 0.0, &LOAD);
+            arrow(sheet, at, way, out, (ARROW * size / largest).max(SHORT_ARROW), off, &LOAD);
         }
     }
     for load in &body.rigid {

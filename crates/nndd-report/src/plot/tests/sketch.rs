@@ -133,6 +133,59 @@ fn rigid_sides_are_bars_with_their_loads() {
 }
 
 #[test]
+fn a_load_keeps_off_the_rollers_below_it() {
+    let mesh = block(3, 0.0);
+    let of = |held| {
+        let edges = vec![SketchEdge {
+            ends: [[0.5, 1.0], [1.0, 1.0]].map(Vector::from),
+            normal: Vector::y(),
+            held,
+            displacement: Vector::zeros(),
+            traction: -Vector::y(),
+        }];
+        let body = SketchBody {
+            name: "b",
+            mesh: &mesh,
+            materials: vec![],
+            edges,
+            body_force: Vector::zeros(),
+            rigid: vec![],
+        };
+        let svg = drawn("Load", &[body], &[], &[]);
+        let head = svg.lines().rfind(|line| line.contains("fill=\"#0072B2\" fill-rule")).unwrap();
+        // The tip is the second point of the head; y grows downwards.
+        let tip = head.split_once('L').unwrap().1.split(' ').nth(1).unwrap();
+        tip.parse::<f64>().unwrap()
+    };
+    assert!(of(Held::Roller) + 40.0 <= of(Held::Free), "{} {}", of(Held::Roller), of(Held::Free));
+}
+
+#[test]
+fn a_triangle_is_a_single_node_and_not_a_short_edge() {
+    let mesh = block(3, 0.0);
+    let edge = |length: f64| SketchEdge {
+        ends: [[1.0, 1.0], [1.0 + length, 1.0]].map(Vector::from),
+        normal: Vector::y(),
+        held: Held::Fixed,
+        displacement: Vector::zeros(),
+        traction: Vector::zeros(),
+    };
+    let of = |length: f64| {
+        let body = SketchBody {
+            name: "b",
+            mesh: &mesh,
+            materials: vec![],
+            edges: vec![edge(length)],
+            body_force: Vector::zeros(),
+            rigid: vec![],
+        };
+        let svg = drawn("Held", &[body], &[], &[]);
+        svg.matches("fill=\"#191919\" fill-rule").count()
+    };
+    assert_eq!([of(0.0), of(1e-6), of(0.5)], [1, 0, 0]);
+}
+
+#[test]
 fn sketch_of_odd_bodies() {
     assert!(drawn("Nothing", &[], &[], &[]).contains("no data"));
     for bad in BAD {
