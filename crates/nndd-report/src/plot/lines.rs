@@ -68,6 +68,9 @@ impl<'a> LinePanel<'a> {
     }
 }
 
+/// Pixels beside the arrow of a peak within which its words keep off what is drawn.
+const NEAR_PEAK: f64 = 60.0;
+
 /// Draws a figure of panels of a height.
 pub(super) fn figure(title: &str, description: &str, height: f64, panels: &[LinePanel<'_>]) -> String {
     let mut looks: Vec<Look> = vec![];
@@ -120,7 +123,12 @@ impl LinePanel<'_> {
                 true => (words.flush_left(), 1.0),
                 false => (words.flush_right(), -1.0),
             };
-            words.write(sheet, text, at + PIXEL * Vector::new(9.0 * side, 7.0));
+            // Beyond what is drawn at the top there.
+            let places = self.series.iter().flat_map(Series::present).map(|p| panel.place(p));
+            let high = places.filter(|p| p[1] < at[1] + PIXEL * 16.0).map(|p| side * (p[0] - at[0]));
+            let high = high.filter(|away| (0.0..PIXEL * NEAR_PEAK).contains(away));
+            let away = high.fold(PIXEL * 9.0, |most, away| f64::max(most, away + PIXEL * 7.0));
+            words.write(sheet, text, at + Vector::new(away * side, PIXEL * 7.0));
         }
     }
 

@@ -49,6 +49,16 @@ fn a_peak_of_the_pressure_is_cut_and_its_value_written() {
     assert!(cut.contains(">peak 40</text>"), "{cut}");
     // What the axis shows ends a little above the others, and nothing is drawn above it.
     assert!(cut.contains(">1.0</text>") && !cut.contains(">40</text>"), "{cut}");
+    // Its words keep off the line that comes down from it.
+    let number = |text: &str, key: &str| -> f64 {
+        text.split_once(key).unwrap().1.split_once('"').unwrap().0.parse().unwrap()
+    };
+    let words = cut.lines().find(|line| line.contains(">peak")).unwrap();
+    let [x, y] = [" x=\"", " y=\""].map(|key| number(words, key));
+    let marks = cut.lines().filter(|line| line.contains("<circle cx"));
+    let mut beside = marks.map(|line| [number(line, " cx=\""), number(line, " cy=\"")]);
+    assert!(beside.any(|[cx, cy]| cx < x && (cy - y).abs() < 40.0) && x > 420.0, "{words}");
+    assert!(beside.all(|[cx, cy]| cx < x || (cy - y).abs() > 40.0), "{words}");
     // A smooth maximum is no peak, however narrow its contact is.
     let hertz: [f64; 30] = std::array::from_fn(|k| (1.0 - ((k as f64 - 14.5) / 15.0).powi(2)).sqrt());
     assert!(!profile(s, [0.0; 30], hertz).contains(">peak"));
