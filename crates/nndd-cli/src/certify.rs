@@ -5,9 +5,12 @@ use crate::console;
 use crate::machine::Machine;
 use fem_core::geometry::shown;
 use nndd_report::failure::NOT_CERTIFIED;
-use nndd_report::words::{at_most, short};
+use nndd_report::words::{rounded_up, with_digits};
 use nndd_report::{Failure, certify, run};
 use std::fmt::Write as _;
+
+/// Digits of what is printed for people.
+const DIGITS: usize = 4;
 
 pub(crate) fn command(options: &Certify) -> Result<u8, Failure> {
     let mut case = run::read_case(&options.case.case, &run::overrides(&options.case.set)?)?;
@@ -23,24 +26,24 @@ pub(crate) fn command(options: &Certify) -> Result<u8, Failure> {
         let _ = writeln!(
             text,
             "changed to be admissible: penetration up to {} removed, supports met by up to {}; energy norm of the change {}",
-            short(found.penetration),
-            short(found.support_change),
-            short(found.change)
+            with_digits(found.penetration, DIGITS),
+            with_digits(found.support_change, DIGITS),
+            rounded_up(found.change)
         );
     }
     let code = match (found.bound(), found.relative()) {
         (Some(bound), Some(relative)) => {
-            let percent = at_most(100.0 * relative);
+            let percent = rounded_up(100.0 * relative);
             let _ = writeln!(
                 text,
                 "certified error <= {percent} % of the energy norm: {} of {}",
-                short(bound),
-                short(found.estimate.energy_norm())
+                rounded_up(bound),
+                with_digits(found.estimate.energy_norm(), DIGITS)
             );
             0
         }
         (Some(bound), None) => {
-            let _ = writeln!(text, "certified error <= {} in the energy norm", short(bound));
+            let _ = writeln!(text, "certified error <= {} in the energy norm", rounded_up(bound));
             0
         }
         (None, _) => {
@@ -52,7 +55,7 @@ pub(crate) fn command(options: &Certify) -> Result<u8, Failure> {
                     case.bodies[missed.body].name,
                     shown(missed.point[0]),
                     shown(missed.point[1]),
-                    short(missed.distance)
+                    with_digits(missed.distance, DIGITS)
                 ),
                 None => {
                     "the field violates supports, contact or balance by more than can be mended".to_owned()

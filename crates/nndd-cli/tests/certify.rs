@@ -51,6 +51,20 @@ fn a_field_of_its_own_has_about_the_bound_of_its_run() {
 }
 
 #[test]
+fn people_read_four_digits() {
+    let temp = tempfile::tempdir().unwrap();
+    solved("paper.toml", temp.path());
+    let path = case("paper.toml");
+    let files = ["out/upper.vtu", "out/lower.vtu"];
+    let output =
+        nndd(&["certify", path.to_str().unwrap(), "--displacement", files[0], files[1]], temp.path());
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    let digits = |word: &str| word.chars().filter(char::is_ascii_digit).count();
+    assert!(said.starts_with("certified error <= 18.") && said.contains(" of 1.0"), "{said}");
+    assert!(said.split_whitespace().all(|word| digits(word) <= 5), "{said}");
+}
+
+#[test]
 fn poor_fields_have_large_bounds_and_wrong_ones_none() {
     let temp = tempfile::tempdir().unwrap();
     solved("paper.toml", temp.path());

@@ -55,7 +55,7 @@ pub fn certify(case: &Case, problem: ContactProblem, files: &[PathBuf]) -> Resul
             let [x, y] = body.mesh().points()[node].into();
             Failure::invalid(format!(
                     "{}: body \"{}\" has a node at ({}, {}), and the nearest point of the file is {} away\n  expected: a point at \
-                     every node of the mesh of the case\n  fix: write the field on the same mesh, in the same units",
+                     every node of the mesh of the case\n  fix: write the field on the same mesh, in the same units, and give the files in the order of the bodies",
                     file.display(),
                     case.bodies[b].name,
                     shown(x),
