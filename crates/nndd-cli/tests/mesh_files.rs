@@ -93,7 +93,7 @@ fn a_mesh_file_with_faults_is_shown_with_its_problems_or_refused() {
     };
     let expected = [
         ("only_edges.msh", 0, "problem: 4 edges and no 2D elements"),
-        ("only_cells.msh", 0, "problem: no group of edges"),
+        ("only_cells.msh", 0, "name the sides in the case file by their places, with [[body.side]]"),
         ("xz_plane.msh", 0, "x-z plane"),
         ("flat.msh", 0, "problem: 1 cell without an area, the first is element 6"),
         ("loose_part.msh", 0, "problem: region \"upper\" consists of 2 parts"),

@@ -182,7 +182,7 @@ impl MeshFile {
         }
         if self.group_names(1).next().is_none() && !self.groups.iter().any(|g| g.dimension == 0) {
             problems.push(
-                "no group of edges (Gmsh: Physical Curve): nothing can be supported, loaded or brought into contact".to_owned().into(),
+                "no group of edges (Gmsh: Physical Curve): name the sides in the case file by their places, with [[body.side]]".to_owned().into(),
             );
         }
         let mut parent = vec![u32::MAX; self.points.len()];
