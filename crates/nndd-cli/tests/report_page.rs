@@ -109,7 +109,10 @@ fn the_page_says_how_to_come_to_it_again() {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/cases/meshes/blocks.msh");
     let digest: String =
         Sha256::digest(std::fs::read(file).unwrap()).iter().map(|byte| format!("{byte:02x}")).collect();
-    assert_eq!(page.matches(&format!("<td>meshes/blocks.msh</td><td>{digest}</td>")).count(), 1);
+    assert_eq!(
+        page.matches(&format!("<td>meshes/blocks.msh</td><td class=\"long\">{digest}</td>")).count(),
+        1
+    );
     // The settings are a case file.
     assert!(
         page.contains("schema = 1\n") && page.contains("[solver]\n") && page.contains("\ntheta = 0.5\n"),
@@ -118,6 +121,31 @@ fn the_page_says_how_to_come_to_it_again() {
     for head in ["<th>unknowns</th>", "<th>smallest angle</th>", "stiff: E 2000  nu 0.3"] {
         assert!(page.contains(head), "{head}");
     }
+}
+
+#[test]
+fn the_page_has_the_results_first_and_each_by_its_name() {
+    let temp = tempfile::tempdir().unwrap();
+    let out = temp.path().join("out");
+    assert_eq!(run("rings", &out, &[]), Some(0));
+    let rings = page(&out);
+    let at = |what: &str| rings.find(what).unwrap();
+    assert!(at("<h2>Results</h2>") < at("<h2>Bodies</h2>") && at("</figure>") < at("<h2>Results</h2>"));
+    // The largest pressure has a place, and so has the largest stress.
+    assert_eq!(rings.matches("<td>its place, x</td>").count(), 2, "{rings}");
+    assert!(rings.contains("<td>moment about the origin</td>"));
+    // On a bent line it is said why the force has no bounds.
+    assert!(!rings.contains("<td>contact force") && rings.contains("The contact force has none here"));
+    let out = temp.path().join("stack");
+    assert_eq!(run("stack", &out, &[]), Some(0));
+    let stack = page(&out);
+    assert!(stack.contains("<th>∫ p ds</th>") && !stack.contains("<th>contact force</th>"));
+    assert!(stack.contains("<th>its place</th>"));
+    // The pin is in the middle of its hole: the contact has no moment about its centre, the origin.
+    let out = temp.path().join("pin");
+    assert_eq!(run("pin", &out, &[]), Some(0));
+    let pin = page(&out);
+    assert!(pin.contains("<td>moment about the origin</td><td>0</td><td>0</td>"), "{pin}");
 }
 
 #[test]

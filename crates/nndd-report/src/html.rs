@@ -29,16 +29,17 @@ pub(crate) fn page(case: &Case, report: &Report, angles: &[f64], pictures: &[Pic
     verdict(&mut page, report);
     notes(&mut page, report);
     figures(&mut page, pictures);
+    if report.certificate.as_ref().is_some_and(|found| found.e_cre.is_some()) || report.coulomb.is_some() {
+        results(&mut page, case, report);
+    }
     bodies(&mut page, case, report, angles);
     if let Some(certificate) = report.certificate.as_ref().filter(|found| found.e_cre.is_some()) {
         parts(&mut page, case, certificate);
         checks(&mut page, "Checks of the certificate", &certificate.checks);
-        results(&mut page, case, report);
     }
     if let Some(coulomb) = &report.coulomb {
         fixed_point(&mut page, coulomb);
         checks(&mut page, "Checks of the stresses of the residual", &coulomb.checks);
-        results(&mut page, case, report);
     }
     bounds(&mut page, case, report);
     steps(&mut page, case, report);
@@ -82,6 +83,9 @@ fn shell_word(word: &str) -> String {
 /// Rows of a table that is not split over two sheets of paper.
 const MOST_ON_A_SHEET: usize = 20;
 
+/// Characters of a cell that is not broken into lines, such as a number with its unit.
+const LONG: usize = 20;
+
 /// Writes a table below a title, the cells of each row as text.
 fn table(page: &mut String, title: &str, heads: &[&str], rows: impl IntoIterator<Item = Vec<String>>) {
     table_of(page, title, heads, &mut rows.into_iter());
@@ -89,7 +93,11 @@ fn table(page: &mut String, title: &str, heads: &[&str], rows: impl IntoIterator
 
 fn table_of(page: &mut String, title: &str, heads: &[&str], rows: &mut dyn Iterator<Item = Vec<String>>) {
     let row = |kind: &str, cells: &mut dyn Iterator<Item = &str>| {
-        let cells: String = cells.map(|cell| format!("<{kind}>{}</{kind}>", escape(cell))).collect();
+        let cell = |(k, cell): (usize, &str)| {
+            let long = k > 0 && kind == "td" && cell.chars().count() > LONG;
+            format!("<{kind}{}>{}</{kind}>", if long { " class=\"long\"" } else { "" }, escape(cell))
+        };
+        let cells: String = cells.enumerate().map(cell).collect();
         format!("<tr>{cells}</tr>\n")
     };
     let rows: Vec<String> = rows.map(|cells| row("td", &mut cells.iter().map(String::as_str))).collect();
@@ -137,13 +145,16 @@ fn bodies(page: &mut String, case: &Case, report: &Report, angles: &[f64]) {
         let digits = words::certified_digits(certified(report));
         let shown = |x: Option<f64>| x.map_or_else(|| number(None), |x| with_digits(x, digits));
         cells.extend([contact.contact_force, contact.max_pressure].map(shown));
+        let place = |[x, y]: [f64; 2]| format!("({}, {})", with_digits(x, digits), with_digits(y, digits));
+        cells.push(contact.max_pressure_at.map_or_else(|| number(None), place));
         cells
     });
     if !report.contact.is_empty() {
         let length = with_unit(case, "length", |u| u.length.clone());
-        let force = with_unit(case, "contact force", Units::line_force);
+        let force = with_unit(case, "∫ p ds", Units::line_force);
         let pressure = with_unit(case, "largest pressure", Units::stress);
-        let heads = ["pair", "of", "nodes", "in contact", &length, &force, &pressure];
+        let place = with_unit(case, "its place", |u| u.length.clone());
+        let heads = ["pair", "of", "nodes", "in contact", &length, &force, &pressure, &place];
         table(page, "Contact", &heads, rows);
     }
 }
@@ -270,13 +281,18 @@ fn certified(report: &Report) -> Option<f64> {
     report.valid_certificate()?.relative
 }
 
+/// Why the contact force has no bounds.
+const NO_FORCE: &str = " The contact force has none here: they need one motion of a body that moves every point of the \
+     contact by one and the same length along its normal. So they are known for two bodies with one straight contact \
+     line, without friction and without supports on it.";
+
 /// What the certificate says about other quantities.
 fn bounds(page: &mut String, case: &Case, report: &Report) {
     let Some(b) = report.certificate.as_ref().map(|found| &found.bounds) else { return };
     let rows = [
         (with_unit(case, "energy norm", Units::energy_norm), b.energy_norm),
         (with_unit(case, "potential energy", |u| u.force.clone()), b.potential_energy),
-        (with_unit(case, "contact force", Units::line_force), b.contact_force),
+        (with_unit(case, "contact force, ∫ p ds", Units::line_force), b.contact_force),
     ];
     if rows.iter().all(|(_, bounds)| bounds.is_none()) {
         return;
@@ -291,7 +307,8 @@ fn bounds(page: &mut String, case: &Case, report: &Report) {
         &["quantity, per unit thickness", "at least", "at most"],
         rows,
     );
-    page.push_str("<p>These bounds hold whenever the certified error bound holds.</p>\n");
+    let none = if b.contact_force.is_none() && !report.contact.is_empty() { NO_FORCE } else { "" };
+    let _ = writeln!(page, "<p>These bounds hold whenever the certified error bound holds.{none}</p>");
 }
 
 /// The meshes of an adaptive run.

@@ -74,7 +74,7 @@ pub struct Bounds {
     pub energy_norm: Option<[f64; 2]>,
     /// `½ a(u, u)` less the work of the loads, J/m.
     pub potential_energy: Option<[f64; 2]>,
-    /// The whole contact force, N/m; `None` on an interface that bends.
+    /// `∫ p ds`, N/m: for two bodies with one straight contact line, without friction and without supports on it.
     pub contact_force: Option<[f64; 2]>,
 }
 

@@ -5,6 +5,7 @@ use crate::words::{self, with_digits};
 use case_io::Case;
 use case_io::case::Units;
 use case_io::report::Report;
+use std::cmp::Ordering;
 use std::fmt::Write as _;
 
 /// Writes the table of results, and the sums of forces below it.
@@ -28,6 +29,9 @@ pub(super) fn results(page: &mut String, case: &Case, report: &Report) {
         let [x, y] = contact.resultant.map_or([None; 2], |force| force.map(Some));
         row(&format!("resultant x of the contact{of}, on the first body"), x, Kind::Force);
         row(&format!("resultant y of the contact{of}, on the first body"), y, Kind::Force);
+        if contact.moment.is_some() {
+            row(&format!("moment{of} about the origin"), contact.moment, Kind::Moment);
+        }
         if let Some([x, y]) = contact.centre {
             row(&format!("centre of pressure{of}, x"), Some(x), Kind::Length);
             row(&format!("centre of pressure{of}, y"), Some(y), Kind::Length);
@@ -42,6 +46,12 @@ pub(super) fn results(page: &mut String, case: &Case, report: &Report) {
     if !report.contact.is_empty() {
         row("integral of the pressure, ∫ p ds", r.contact_force, Kind::Force);
         row("largest nodal pressure", r.max_pressure, Kind::Stress);
+        let most = report.contact.iter().filter(|contact| contact.max_pressure.is_some());
+        let most = most.max_by(|a, b| a.max_pressure.partial_cmp(&b.max_pressure).unwrap_or(Ordering::Equal));
+        if let Some([x, y]) = most.and_then(|contact| contact.max_pressure_at) {
+            row("its place, x", Some(x), Kind::Length);
+            row("its place, y", Some(y), Kind::Length);
+        }
         if r.max_pressure_recovered.is_some() {
             row(
                 "largest pressure, recovered over the coarser side's cells",
@@ -108,7 +118,12 @@ pub(super) fn results(page: &mut String, case: &Case, report: &Report) {
             Kind::Stress => (&stress, None),
             Kind::Number => (&String::new(), None),
         };
-        let rounding = words::ROUNDING * size(*kind);
+        // A moment is rounding beside the forces with their arms.
+        let whole_size = match kind {
+            Kind::Moment => f64::max(size(Kind::Moment), size(Kind::Force) * size(Kind::Length)),
+            kind => size(*kind),
+        };
+        let rounding = words::ROUNDING * whole_size;
         let value = value.map(|x| if x.abs() <= rounding { 0.0 } else { x });
         let shown = |value: Option<f64>, unit: &str| match value {
             Some(value) => format!("{} {unit}", with_digits(value, digits)).trim_end().to_owned(),
