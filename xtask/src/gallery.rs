@@ -77,10 +77,13 @@ fn measured(report: &Value) -> Outcome<String> {
     };
     // A bound is rounded up.
     let percent = (100.0 * percent).ceil() / 100.0;
+    // As many digits as the page of the run has.
+    let digits = (3.0 - percent.log10()).ceil().clamp(2.0, 6.0) as usize;
+    let force = report["results"]["contact_force"].as_f64().unwrap_or(f64::NAN);
+    let force: f64 = format!("{force:.*e}", digits - 1).parse().unwrap_or(force);
     Ok(format!(
-        "Certified error at most **{percent:.2} %** of the energy norm; {nodes} nodes, {iterations}{meshes}; contact force {:.5} \
-         per unit thickness.",
-        report["results"]["contact_force"].as_f64().unwrap_or(f64::NAN)
+        "Certified error at most **{percent:.2} %** of the energy norm; {nodes} nodes, {iterations}{meshes}; ∫ p ds = {force} per \
+         unit thickness."
     ))
 }
 
@@ -97,12 +100,12 @@ mod tests {
     fn a_case_without_certificate_is_not_shown() {
         let report = |valid: bool| {
             serde_json::json!({ "certificate": { "valid": valid, "relative": 0.1876 }, "bodies": [{ "nodes": 190 }, { "nodes": 190 }],
-                "iterations": [1, 2], "adaptive": [], "results": { "contact_force": 26.1 } })
+                "iterations": [1, 2], "adaptive": [], "results": { "contact_force": 26.23618 } })
         };
         assert!(measured(&report(false)).is_err());
         let line = measured(&report(true)).unwrap();
         assert!(
-            line.contains("18.76 %") && line.contains("380 nodes, 2 iterations; contact force 26.1"),
+            line.contains("18.76 %") && line.contains("380 nodes, 2 iterations; ∫ p ds = 26 per unit"),
             "{line}"
         );
     }
