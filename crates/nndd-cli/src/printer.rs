@@ -53,7 +53,9 @@ impl Printer {
         notes: &[String],
     ) -> Result<(), Failure> {
         self.said = notes::of_case(case);
-        self.said.extend(notes::of_problem(case, problem));
+        // On the meshes of an adaptive run data are interpolated ever better: only the last mesh counts.
+        let later = if case.adapt.is_some() { case.data_notes(problem) } else { vec![] };
+        self.said.extend(notes::of_problem(case, problem).into_iter().filter(|note| !later.contains(note)));
         if !self.quiet {
             console::warnings(&case.warnings());
             console::notes(case.notes());

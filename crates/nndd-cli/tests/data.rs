@@ -64,6 +64,16 @@ fn the_report_says_that_the_bound_is_for_interpolated_data() {
 }
 
 #[test]
+fn an_adaptive_run_speaks_of_the_data_of_its_last_mesh_alone() {
+    let temp = tempfile::tempdir().unwrap();
+    let (said, report) = solve("kirsch.toml", &["adapt.target_relative_error=0.05"], temp.path());
+    assert!(report.adaptive.len() > 1);
+    let notes: Vec<&str> = said.lines().filter(|line| line.contains("interpolated data")).collect();
+    assert_eq!(notes.len(), interpolated(&report).len(), "{said}");
+    assert!(interpolated(&report).iter().all(|note| said.contains(note.as_str())), "{said}");
+}
+
+#[test]
 fn materials_of_every_kind_are_certified_without_notes() {
     let temp = tempfile::tempdir().unwrap();
     let (_, report) = solve("materials.toml", &[], temp.path());
