@@ -52,7 +52,7 @@ pub(crate) fn of_solve(
         &|| displacement(case, solution, labels).into_iter().collect(),
         &|| contact_lines(case, solution, contact, labels),
         &|| density(case, solution, labels).into_iter().collect(),
-        &|| convergence(case, report).into_iter().collect(),
+        &|| convergence(case, report, labels).into_iter().collect(),
         &|| steps(contact, report, labels),
         &|| adaptive(case, report).into_iter().collect(),
     ];
@@ -100,14 +100,14 @@ fn density(case: &Case, solution: &Fields<'_>, labels: &Labels) -> Option<Pictur
 }
 
 /// The errors against the iteration. A single solution, as that of the exact method, has nothing to converge.
-fn convergence(case: &Case, report: &Report) -> Option<Picture> {
+fn convergence(case: &Case, report: &Report, labels: &Labels) -> Option<Picture> {
     let title = match case.adapt {
         Some(_) => "Errors against the iteration, last mesh",
         None => "Errors against the iteration",
     };
     (report.iterations.len() != 1).then(|| Picture {
         name: "convergence".into(),
-        svg: plot::convergence(title, &report.iterations),
+        svg: plot::convergence(title, &report.iterations, labels),
         caption: "The iteration ends when its error (eta_nndd) is a small part of that of the mesh. eta_dis is the error of the mesh \
                   with λ held fixed and may exceed e_cre, the bound of the whole error."
             .into(),

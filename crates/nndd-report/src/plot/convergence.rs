@@ -2,6 +2,7 @@
 
 use super::axis::{Axis, drawable_log, short};
 use super::colour::GREEN;
+use super::labels::Labels;
 use super::lines::{self, LinePanel, Series, THICK};
 use super::look::{Look, Marker};
 use super::sheet::PIXEL;
@@ -16,7 +17,7 @@ const TICKS: usize = 10;
 /// there are any.
 ///
 /// Values that are missing, not finite or not positive are left out; the line continues to the next.
-pub(crate) fn convergence(title: &str, rows: &[IterationRow]) -> String {
+pub(crate) fn convergence(title: &str, rows: &[IterationRow], labels: &Labels) -> String {
     let of = |look: Look, value: fn(&IterationRow) -> Option<f64>| {
         let drawn = |r: &IterationRow| value(r).filter(|v| drawable_log(*v)).map(|v| [r.iteration as f64, v]);
         Series { look, points: rows.iter().filter_map(drawn).map(|p| Some(p.into())).collect() }
@@ -37,7 +38,7 @@ pub(crate) fn convergence(title: &str, rows: &[IterationRow]) -> String {
         let ends = ends.iter().flatten().map(|end| format!("{} at iteration {}", short(end[1]), end[0]));
         description += &format!(" {}: {}.", s.look.name, ends.collect::<Vec<_>>().join(", "));
     }
-    let labels = ["iteration", "indicators (energy^1/2), precision"];
-    let panel = LinePanel::new(labels, [&x_axis, &y_axis], &all);
+    let indicators = labels.energy_norm("indicators") + ", precision";
+    let panel = LinePanel::new(["iteration", &indicators], [&x_axis, &y_axis], &all);
     lines::figure(title, &description, HEIGHT, &[panel])
 }

@@ -19,6 +19,11 @@ impl Labels {
         labelled(what, self.units.as_ref().map(Units::line_force), "force / thickness")
     }
 
+    /// Labels an energy norm.
+    pub(super) fn energy_norm(&self, what: &str) -> String {
+        labelled(what, self.units.as_ref().map(Units::energy_norm), "energy^1/2")
+    }
+
     /// Labels a stress, or an energy per area and thickness, which has the same unit.
     pub(super) fn stress(&self, what: &str, otherwise: &str) -> String {
         labelled(what, self.units.as_ref().map(Units::stress), otherwise)

@@ -74,6 +74,7 @@ fn labels_have_the_units_of_the_case() {
     assert!(caption.contains("opening") && !caption.contains("riction"), "{caption}");
     assert_whole(&svg);
     assert!(svg.contains("pressure [MPa]") && svg.contains("opening [mm]") && !svg.contains("units)"));
+    assert!(convergence("Convergence", &[], &labels).contains("indicators [√N], precision"));
 }
 
 #[test]

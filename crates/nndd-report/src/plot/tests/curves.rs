@@ -53,7 +53,7 @@ fn sweep_of_nothing_says_so() {
 
 #[test]
 fn convergence_shows_only_what_was_computed() {
-    let svg = convergence("Convergence", &rows(12));
+    let svg = convergence("Convergence", &rows(12), &Labels::default());
     assert_whole(&svg);
     assert!(svg.contains("eta_nndd") && svg.contains("precision") && svg.contains("eta_dis"));
     assert!(!svg.contains("e_cre (total"), "a legend entry without data");
@@ -62,15 +62,15 @@ fn convergence_shows_only_what_was_computed() {
 
 #[test]
 fn convergence_of_odd_rows() {
-    assert!(convergence("None", &[]).contains("no data"));
-    assert_whole(&convergence("One", &rows(1)));
+    assert!(convergence("None", &[], &Labels::default()).contains("no data"));
+    assert_whole(&convergence("One", &rows(1), &Labels::default()));
     for bad in BAD.into_iter().chain([0.0, -1.0]) {
         let mut odd = rows(5);
         odd[2].eta_nndd = Some(bad);
         odd[3].precision = Some(bad);
         odd[1].eta_dis = Some(bad);
         odd[4].e_cre = Some(bad);
-        assert_whole(&convergence("Odd", &odd));
+        assert_whole(&convergence("Odd", &odd, &Labels::default()));
     }
     let mut many = rows(20_000);
     for (k, row) in many.iter_mut().enumerate() {
@@ -78,7 +78,7 @@ fn convergence_of_odd_rows() {
         row.precision = row.eta_nndd;
         row.e_cre = row.eta_nndd;
     }
-    assert_whole(&convergence("Many", &many));
+    assert_whole(&convergence("Many", &many, &Labels::default()));
 }
 
 #[test]
@@ -114,7 +114,7 @@ fn adaptive_of_odd_steps() {
 #[test]
 fn words_are_large_enough_for_a_telephone() {
     // At 390 pixels the page is 366 wide; 14 of 480 are then 10.7 pixels.
-    let svg = convergence("Convergence", &rows(12));
+    let svg = convergence("Convergence", &rows(12), &Labels::default());
     let sizes: Vec<f64> = svg
         .split("font-size=\"")
         .skip(1)
