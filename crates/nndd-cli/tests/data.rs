@@ -74,6 +74,17 @@ fn an_adaptive_run_speaks_of_the_data_of_its_last_mesh_alone() {
 }
 
 #[test]
+fn notes_are_worth_reading_and_the_important_ones_come_first() {
+    let temp = tempfile::tempdir().unwrap();
+    // A motion of 1e-7 to make the field admissible is nothing beside displacements of 0.03.
+    let (_, rings) = solve("rings.toml", &[], temp.path());
+    assert!(rings.notes.iter().all(|note| !note.contains("were moved by")), "{:#?}", rings.notes);
+    let (_, roller) = solve("roller_half.toml", &["adapt.target_relative_error=0.06"], temp.path());
+    let place = |words: &str| roller.notes.iter().position(|note| note.contains(words)).unwrap();
+    assert!(place("declare the curve") < place("the contact line bends"), "{:#?}", roller.notes);
+}
+
+#[test]
 fn materials_of_every_kind_are_certified_without_notes() {
     let temp = tempfile::tempdir().unwrap();
     let (_, report) = solve("materials.toml", &[], temp.path());

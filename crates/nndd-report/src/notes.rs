@@ -19,6 +19,9 @@ use nndd::NnddStatus;
 /// From this strain on the theory of small strains is doubtful.
 const STRAIN: f64 = 0.1;
 
+/// Contact nodes that were moved by less than this part of the largest displacement need no note.
+const MOVED: f64 = 1e-4;
+
 /// From this ratio of an imposed displacement to the body's size on, it is doubtful too.
 const DISPLACEMENT: f64 = 0.1;
 
@@ -75,8 +78,15 @@ pub fn of_problem(case: &Case, problem: &ContactProblem) -> Vec<String> {
     notes
 }
 
+/// Lists everything of a report, the important first.
+///
+/// * `run`: on the course of the run.
+pub(crate) fn of_report(case: &Case, answer: &Answer, run: &[String]) -> Vec<String> {
+    [of_answer(case, answer, run), of_case(case)].concat()
+}
+
 /// Lists what can be said of a solution and its problem: first what limits the use of the answer, then how the case was read.
-pub(crate) fn of_answer(case: &Case, answer: &Answer) -> Vec<String> {
+fn of_answer(case: &Case, answer: &Answer, run: &[String]) -> Vec<String> {
     let (fields, certified) = (answer.fields(), answer.certified());
     // The last iterate of a run that diverged says nothing about the bodies.
     let diverged = |solution: &CertifiedSolution| matches!(solution.nndd.status, NnddStatus::Diverged { .. });
@@ -90,6 +100,7 @@ pub(crate) fn of_answer(case: &Case, answer: &Answer) -> Vec<String> {
             format!("on the last mesh {}; method newton was used", outcome::given_up(solution, switch))
         }));
     }
+    notes.extend_from_slice(run);
     notes.extend(bent_contact(&fields));
     notes.extend(curves::of_solution(case, &fields));
     notes.extend(of_problem(case, fields.problem));
@@ -206,7 +217,8 @@ fn bent_contact(solution: &Fields<'_>) -> Vec<String> {
         solution.what()
     )];
     let largest = estimate.pair.contacts.iter().map(|contact| contact.lift.largest()).fold(0.0, f64::max);
-    if largest > 0.0 {
+    let displacements = estimate.pair.bodies.iter().flat_map(|body| &body.displacement);
+    if largest > MOVED * displacements.map(|u| norm(*u)).fold(0.0, f64::max) {
         notes.push(format!(
             "the contact nodes of one body were moved by at most {largest:.1e}, so that bent edges do not penetrate between them"
         ));

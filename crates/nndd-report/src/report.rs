@@ -86,7 +86,7 @@ pub(crate) fn report(case: &Case, solved: &Solved, run: Map<String, Value>) -> R
         results: results(case, solution, solved.peak_change),
         adaptive: solved.adaptive.clone(),
         steps: solved.steps.iter().map(|step| step.summary.clone()).collect(),
-        notes: [notes::of_answer(case, &solved.answer), solved.notes.clone(), notes::of_case(case)].concat(),
+        notes: notes::of_report(case, &solved.answer, &solved.notes),
         timings: Timings::default(),
         run,
     }
