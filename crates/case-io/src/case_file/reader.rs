@@ -109,6 +109,11 @@ impl<'a> Reader<'a> {
                 nearest(key, self.table.entries.iter().map(|e| e.key.as_str())),
             ) {
                 (_, Some(other)) => format!("is `{}` meant to be `{key}`?", excerpt(other).trim_matches('"')),
+                (Some(line), None) if path == "contact" => {
+                    format!(
+                        "write `{line}`, or `contact = []` above the first table for one body without contact"
+                    )
+                }
                 (Some(line), None) if self.path.is_empty() => format!("write `{line}`"),
                 (Some(line), None) => format!("write `{line}` into `{}`", self.path),
                 (None, None) => "see `nndd new paper` for a case that has it".to_owned(),
