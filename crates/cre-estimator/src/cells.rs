@@ -1,7 +1,7 @@
 //! The Johnson-Mercier stresses of several triangles side by side, and what the bound and its checks need of them.
 
 use crate::equilibrated::EquilibratedStress;
-use crate::johnson_mercier::{blocks, loads_at, without_body_force};
+use crate::johnson_mercier::{recovery, without_body_force};
 use crate::lanes::{Lanes, Pair, Row, Tensor, apply, contract, cross, dot, less, load_pair, turned};
 use fem_core::body::Body;
 use fem_core::geometry::Vector;
@@ -11,9 +11,8 @@ use fem_core::tensor::SymTensor2;
 use pulp::Simd;
 use std::ops::Range;
 
-/// Nodes of the stress of a triangle: corner `m` of part `k` is node `2k + m`, and the barycentre of all parts the last.
-pub(crate) const NODES: usize = 7;
-const CENTRE: usize = 6;
+/// Nodes of the stress of a triangle: corner `m` of part `k` is node `3k + m`, as in [`crate::johnson_mercier::CellStress`].
+const NODES: usize = 9;
 
 /// The edges of some triangles, the loads on them, and their materials, gathered from the mesh.
 #[derive(Default)]
@@ -71,9 +70,9 @@ impl<S: Simd> Compliance<S> {
     pub(crate) fn strain(&self, s: Tensor<S>) -> Tensor<S> {
         let [c11, c12, c13, c22, c23, c33] = self.0;
         [
-            c11 * s[0] + c12 * s[1] + c13 * s[2],
-            c12 * s[0] + c22 * s[1] + c23 * s[2],
-            0.5 * (c13 * s[0] + c23 * s[1] + c33 * s[2]),
+            (c11 * s[0]).plus(c12, s[1]).plus(c13, s[2]),
+            (c12 * s[0]).plus(c22, s[1]).plus(c23, s[2]),
+            0.5 * (c13 * s[0]).plus(c23, s[1]).plus(c33, s[2]),
         ]
     }
 
@@ -120,27 +119,14 @@ impl<S: Simd> Cells<S> {
             reference[2 * i] = inverse * (b[1] * g[0] - b[0] * g[1]);
             reference[2 * i + 1] = inverse * (a[0] * g[1] - a[1] * g[0]);
         }
-        let blocks = blocks();
+        let recovery = recovery();
         let mut stress = [[zero; 3]; NODES];
-        for v in 0..3 {
-            let loads = loads_at(v);
-            let nodes = [2 * v, 2 * ((v + 2) % 3) + 1];
-            for i in 0..6 {
-                let row = &blocks.corners[v][i];
-                let mut sum = row[0] * reference[loads[0]];
-                for l in 1..4 {
-                    sum += row[l] * reference[loads[l]];
-                }
-                stress[nodes[i / 3]][i % 3] = sum;
-            }
-        }
-        for c in 0..3 {
-            let row = &blocks.centre[c];
+        for (component, row) in stress.as_flattened_mut().iter_mut().zip(recovery) {
             let mut sum = row[0] * reference[0];
             for l in 1..12 {
-                sum += row[l] * reference[l];
+                sum = sum.plus_times(row[l], reference[l]);
             }
-            stress[CENTRE][c] = sum;
+            *component = sum;
         }
         // F τ̂ Fᵀ with F = [a b].
         for s in &mut stress {
@@ -169,7 +155,7 @@ impl<S: Simd> Cells<S> {
             for m in 0..2 {
                 let d = less(corners[(k + m) % 3], centre);
                 for c in 0..2 {
-                    self.stress[2 * k + m][c] += -body_force[c] * d[c];
+                    self.stress[3 * k + m][c] += -body_force[c] * d[c];
                 }
             }
         }
@@ -187,7 +173,7 @@ impl<S: Simd> Cells<S> {
         [1.0 / 3.0 * (a[0] + b[0]), 1.0 / 3.0 * (a[1] + b[1])]
     }
 
-    /// Checks the equilibrium inside the triangles. At the barycentre all parts have the same stress by construction.
+    /// Checks the equilibrium inside the triangles.
     #[inline(always)]
     pub(crate) fn residuals(&self, body_force: Vector) -> Residuals<S> {
         let zero = Lanes::splat(self.simd, 0.0);
@@ -204,20 +190,21 @@ impl<S: Simd> Cells<S> {
         let mut forces = [[[zero; 2]; 2]; 3];
         for k in 0..3 {
             let (p, q) = (corners[k], corners[(k + 1) % 3]);
-            let own = [self.stress[2 * k], self.stress[2 * k + 1]];
+            let own = [self.stress[3 * k], self.stress[3 * k + 1], self.stress[3 * k + 2]];
             // The divergence times the area of the part: half the stress at each corner on the side opposite to it.
             let mut balance = load;
-            let opposite =
-                [(own[0], less(centre, q)), (own[1], less(p, centre)), (self.stress[CENTRE], less(q, p))];
-            for (s, side) in opposite {
+            for (s, side) in own.into_iter().zip([less(centre, q), less(p, centre), less(q, p)]) {
                 let force = apply(s, turned(self.simd, side));
                 balance = [balance[0] - 0.5 * force[0], balance[1] - 0.5 * force[1]];
             }
             take(balance);
             // The inner edge at corner k, between part k and the part before it.
-            let before = self.stress[2 * ((k + 2) % 3) + 1];
-            let jump = [own[0][0] - before[0], own[0][1] - before[1], own[0][2] - before[2]];
-            take(apply(jump, turned(self.simd, less(centre, p))));
+            let inner = turned(self.simd, less(centre, p));
+            for (m, other) in [(0, 1), (2, 2)] {
+                let before = self.stress[3 * ((k + 2) % 3) + other];
+                let jump = [own[m][0] - before[0], own[m][1] - before[1], own[m][2] - before[2]];
+                take(apply(jump, inner));
+            }
             let normal = turned(self.simd, less(q, p));
             forces[k] = [apply(own[0], normal), apply(own[1], normal)];
         }
@@ -245,19 +232,14 @@ impl<S: Simd> Cells<S> {
     /// Computes `∫ d : E⁻¹ d` of a stress by its values at the nodes, J/m: see [`crate::johnson_mercier::distance_squared`].
     #[inline(always)]
     fn energy(&self, d: &[Tensor<S>; NODES]) -> Lanes<S> {
-        let mut sum = 3.0 * self.compliance.energy(d[CENTRE]);
+        let mut sum = Lanes::splat(self.simd, 0.0);
         for k in 0..3 {
-            sum += self.compliance.energy(d[2 * k]) + self.compliance.energy(d[2 * k + 1]);
-            sum += self.compliance.energy(self.total(d, k));
+            for m in 0..3 {
+                sum += self.compliance.energy(d[3 * k + m]);
+            }
+            sum += self.compliance.energy(total(d, k));
         }
         0.5 / 36.0 * (self.jacobian * sum)
-    }
-
-    /// Adds up a stress at the corners of part `k`.
-    #[inline(always)]
-    fn total(&self, d: &[Tensor<S>; NODES], k: usize) -> Tensor<S> {
-        let add = |c: usize| d[2 * k][c] + d[2 * k + 1][c] + d[CENTRE][c];
-        [add(0), add(1), add(2)]
     }
 
     /// Computes `∫ d : E⁻¹ d`, J/m, and its derivative by the loads on the reference triangle, halved.
@@ -271,40 +253,21 @@ impl<S: Simd> Cells<S> {
             [2.0 * (a[0] * b[0]), 2.0 * (a[1] * b[1]), a[0] * b[1] + a[1] * b[0]],
         ];
         let scale = Lanes::splat(self.simd, 0.5 / 36.0);
-        let weight = |strain: Tensor<S>| -> Tensor<S> {
-            [contract(strain, dyads[0]), contract(strain, dyads[1]), contract(strain, dyads[2])]
-        };
-        let mut energy = zero;
-        let mut weights = [[zero; 3]; NODES];
-        // Three times the stress at the barycentre, once in each part, and the sums of all parts.
-        let mut middle = [3.0 * d[CENTRE][0], 3.0 * d[CENTRE][1], 3.0 * d[CENTRE][2]];
-        energy += 3.0 * self.compliance.energy(d[CENTRE]);
+        let recovery = recovery();
+        let (mut energy, mut loads) = (zero, [zero; 12]);
         for k in 0..3 {
-            let total = self.total(d, k);
+            let total = total(d, k);
             energy += self.compliance.energy(total);
-            for c in 0..3 {
-                middle[c] += total[c];
-            }
-            for m in 0..2 {
-                let own = d[2 * k + m];
+            for node in 3 * k..3 * k + 3 {
+                let own = d[node];
                 energy += self.compliance.energy(own);
-                let sum = [own[0] + total[0], own[1] + total[1], own[2] + total[2]];
-                weights[2 * k + m] = weight(self.compliance.strain(sum));
-            }
-        }
-        weights[CENTRE] = weight(self.compliance.strain(middle));
-        let blocks = blocks();
-        let mut loads = [zero; 12];
-        for (c, row) in blocks.centre.iter().enumerate() {
-            for l in 0..12 {
-                loads[l] += row[l] * weights[CENTRE][c];
-            }
-        }
-        for v in 0..3 {
-            let nodes = [2 * v, 2 * ((v + 2) % 3) + 1];
-            for (l, load) in loads_at(v).into_iter().enumerate() {
-                for i in 0..6 {
-                    loads[load] += blocks.corners[v][i][l] * weights[nodes[i / 3]][i % 3];
+                let strain =
+                    self.compliance.strain([own[0] + total[0], own[1] + total[1], own[2] + total[2]]);
+                for (c, dyad) in dyads.into_iter().enumerate() {
+                    let weight = contract(strain, dyad);
+                    for (load, factor) in loads.iter_mut().zip(&recovery[3 * node + c]) {
+                        *load = load.plus_times(*factor, weight);
+                    }
                 }
             }
         }
@@ -318,11 +281,9 @@ impl<S: Simd> Cells<S> {
     /// Adds up the nine stresses of the three parts in double-double numbers, Pa: high parts, then low ones.
     #[inline(always)]
     pub(crate) fn sum(&self) -> [Tensor<S>; 2] {
-        let mut high = self.stress[CENTRE];
+        let mut high = self.stress[0];
         let mut low = [Lanes::splat(self.simd, 0.0); 3];
-        let centre = self.stress[CENTRE];
-        let twice = [2.0 * centre[0], 2.0 * centre[1], 2.0 * centre[2]];
-        for term in self.stress[..CENTRE].iter().chain([&twice]) {
+        for term in &self.stress[1..] {
             for c in 0..3 {
                 let (a, b) = (high[c], term[c]);
                 let sum = a + b;
@@ -334,6 +295,13 @@ impl<S: Simd> Cells<S> {
         }
         [high, low]
     }
+}
+
+/// Adds up a stress at the corners of part `k`.
+#[inline(always)]
+fn total<S: Simd>(d: &[Tensor<S>; NODES], k: usize) -> Tensor<S> {
+    let add = |c: usize| d[3 * k][c] + d[3 * k + 1][c] + d[3 * k + 2][c];
+    [add(0), add(1), add(2)]
 }
 
 /// A constant stress per triangle, gathered from the mesh.
@@ -350,17 +318,20 @@ pub(crate) fn set_tensor(rows: &mut [Row; 3], lane: usize, s: SymTensor2) {
 /// Triangles of one task.
 const CHUNK: usize = 4096;
 
-/// Computes `‖τ − σ̂‖²` of a body, J/m. The result does not depend on the number of threads.
-pub(crate) fn distance_squared(body: &Body, stress: &EquilibratedStress) -> f64 {
-    let triangles = stress.finite_element.len();
-    let sums = each_task(triangles.div_ceil(CHUNK), |k| {
-        let triangles = k * CHUNK..triangles.min((k + 1) * CHUNK);
-        pulp::Arch::new().dispatch(Distance { body, stress, triangles })
-    });
-    sums.iter().sum()
+impl EquilibratedStress {
+    /// Computes the distance² `‖τ − σ̂‖²` to the FE stress over the whole body, in the complementary norm, J/m. The result does not depend on the
+    /// number of threads.
+    pub fn distance_squared(&self, body: &Body) -> f64 {
+        let triangles = self.finite_element.len();
+        let sums = each_task(triangles.div_ceil(CHUNK), |k| {
+            let triangles = k * CHUNK..triangles.min((k + 1) * CHUNK);
+            pulp::Arch::new().dispatch(Distance { body, stress: self, triangles })
+        });
+        sums.iter().sum()
+    }
 }
 
-/// [`distance_squared`] of some triangles.
+/// `‖τ − σ̂‖²` of some triangles.
 struct Distance<'a> {
     body: &'a Body,
     stress: &'a EquilibratedStress,

@@ -1,6 +1,5 @@
 //! Stresses in exact equilibrium, stored as the moments of their edge tractions.
 
-use crate::cells;
 use crate::eet::{self, EdgeMoments};
 use crate::johnson_mercier::{self, CellLoads, CellStress};
 use fem_core::body::{Body, EdgeCondition};
@@ -59,11 +58,5 @@ impl EquilibratedStress {
             body.mesh().area(triangle),
             body.material(triangle),
         )
-    }
-
-    /// Computes the distance² `‖τ − σ̂‖²` to the FE stress over the whole body, in the complementary norm, J/m. The result does not depend on the
-    /// number of threads.
-    pub fn distance_squared(&self, body: &Body) -> f64 {
-        cells::distance_squared(body, self)
     }
 }

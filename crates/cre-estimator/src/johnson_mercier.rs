@@ -143,91 +143,24 @@ pub fn part_divergence(corners: [Vector; 3], part: &[SymTensor2; 3]) -> Vector {
     part.iter().zip(element.gradients).map(|(s, g)| s.apply(g)).sum()
 }
 
-/// What determines the stress of the reference triangle, computed once.
-///
-/// At corner `v` two parts meet; the tractions of both outer edges and continuity across the inner one determine both stresses there. At the
-/// barycentre continuity leaves one stress, which follows from the divergence.
-pub(crate) struct Blocks {
-    /// At each corner: of the two stresses, that of part `v` first, from the loads at this corner, those of edge `v` first.
-    pub(crate) corners: [[[f64; 4]; 6]; 3],
-    /// The stress at the barycentre, from all loads.
-    pub(crate) centre: [[f64; 12]; 3],
-}
-
-pub(crate) fn blocks() -> &'static Blocks {
-    static BLOCKS: OnceLock<Blocks> = OnceLock::new();
-    BLOCKS.get_or_init(|| {
-        let conditions = conditions();
-        // The tolerance separates singular values of order one from zero.
-        let inverse = |rows: &[usize], columns: &[Vec<usize>]| {
-            let entry = |i: usize, j: usize| columns[j].iter().map(|&c| conditions[(rows[i], c)]).sum();
-            let block = DMatrix::from_fn(rows.len(), columns.len(), entry);
-            match pseudo_inverse(block, 1e-10) {
-                Some(inverse) => inverse,
-                // The conditions are constants.
-                None => unreachable!("the reference triangle has no stress recovery"),
-            }
-        };
-        let column = |part: usize, corner: usize, c: usize| 9 * part + 3 * corner + c;
-        let mut corners = [[[0.0; 4]; 6]; 3];
-        for (v, corner) in corners.iter_mut().enumerate() {
-            let before = (v + 2) % 3;
-            let rows: Vec<usize> =
-                [4 * v, 4 * before + 2, OUTER + 4 * v].into_iter().flat_map(|r| [r, r + 1]).collect();
-            let columns: Vec<Vec<usize>> = [(v, 0), (before, 1)]
-                .into_iter()
-                .flat_map(|(k, m)| [0, 1, 2].map(|c| vec![column(k, m, c)]))
-                .collect();
-            let inverse = inverse(&rows, &columns);
-            for (i, row) in corner.iter_mut().enumerate() {
-                *row = std::array::from_fn(|j| inverse[(i, j)]);
-            }
-        }
-        let rows: Vec<usize> = (OUTER + INNER..conditions.nrows()).collect();
-        let columns: Vec<Vec<usize>> = (0..3).map(|c| (0..3).map(|k| column(k, 2, c)).collect()).collect();
-        let inverse = inverse(&rows, &columns);
-        // The divergence of what the loads cause at the corners.
-        let mut centre = [[0.0; 12]; 3];
-        for (v, corner) in corners.iter().enumerate() {
-            for (i, row) in corner.iter().enumerate() {
-                let (part, end) = if i < 3 { (v, 0) } else { ((v + 2) % 3, 1) };
-                for (load, factor) in loads_at(v).into_iter().zip(row) {
-                    for (c, centre) in centre.iter_mut().enumerate() {
-                        let divergence = rows
-                            .iter()
-                            .enumerate()
-                            .map(|(r, &row)| inverse[(c, r)] * conditions[(row, column(part, end, i % 3))]);
-                        centre[load] -= factor * divergence.sum::<f64>();
-                    }
-                }
-            }
-        }
-        Blocks { corners, centre }
-    })
-}
-
-/// The places of the four loads at corner `v`: those of edge `v`, then those of the edge before.
-pub(crate) const fn loads_at(v: usize) -> [usize; 4] {
-    let before = 4 * ((v + 2) % 3) + 2;
-    [4 * v, 4 * v + 1, before, before + 1]
-}
-
-/// The 27×12 matrix of the reference triangle, computed once: [`Blocks`] with the barycentre once in every part.
+/// The 27×12 matrix of the reference triangle, computed once: the pseudo-inverse of the conditions on the
+/// 27 nodal stresses (outer tractions, continuity across the three inner edges, no divergence).
 pub(crate) fn recovery() -> &'static Recovery {
     static MATRIX: OnceLock<Recovery> = OnceLock::new();
     MATRIX.get_or_init(|| {
-        let Blocks { corners, centre } = blocks();
+        let conditions = conditions();
         let mut matrix = [[0.0; 12]; 27];
-        for (v, corner) in corners.iter().enumerate() {
-            for (i, row) in corner.iter().enumerate() {
-                let first = if i < 3 { 9 * v } else { 9 * ((v + 2) % 3) + 3 };
-                for (load, factor) in loads_at(v).into_iter().zip(row) {
-                    matrix[first + i % 3][load] = *factor;
+        // The tolerance separates 27 singular values of order one from zero.
+        match pseudo_inverse(conditions, 1e-10) {
+            Some(inverse) => {
+                for (row, out) in matrix.iter_mut().enumerate() {
+                    for (column, value) in out.iter_mut().enumerate() {
+                        *value = inverse[(row, column)];
+                    }
                 }
             }
-        }
-        for part in 0..3 {
-            matrix[9 * part + 6..9 * part + 9].copy_from_slice(centre);
+            // The conditions are constants.
+            None => unreachable!("the reference triangle has no stress recovery"),
         }
         matrix
     })
@@ -244,12 +177,6 @@ fn by_column() -> &'static [[[f64; 9]; 3]; 12] {
     })
 }
 
-/// Rows of [`conditions`] for the tractions on the outer edges.
-const OUTER: usize = 12;
-/// Rows of [`conditions`] for the continuity across the inner edges.
-const INNER: usize = 12;
-
-/// The conditions on the 27 nodal stresses: outer tractions, continuity across the three inner edges, no divergence.
 fn conditions() -> DMatrix<f64> {
     let mut a = DMatrix::zeros(30, 27);
     let mut row = 0;

@@ -9,7 +9,7 @@ pub(crate) const MOST_LANES: usize = 8;
 /// One number per triangle, as it is gathered from a mesh; only the lanes that the processor has are used.
 pub(crate) type Row = [f64; MOST_LANES];
 
-/// One number per lane. Every operation rounds as the same one of `f64`, so results do not depend on the number of lanes.
+/// One number per lane. Every lane computes what it would alone, so results do not depend on the number of lanes.
 #[derive(Clone, Copy)]
 pub(crate) struct Lanes<S: Simd> {
     simd: S,
@@ -64,6 +64,18 @@ impl<S: Simd> Lanes<S> {
     #[inline(always)]
     pub(crate) fn max(self, other: Self) -> Self {
         Self { simd: self.simd, numbers: self.simd.max_f64s(self.numbers, other.numbers) }
+    }
+
+    /// Computes `self + a b`, with one rounding if the processor can.
+    #[inline(always)]
+    pub(crate) fn plus(self, a: Self, b: Self) -> Self {
+        Self { simd: self.simd, numbers: self.simd.mul_add_e_f64s(a.numbers, b.numbers, self.numbers) }
+    }
+
+    /// Computes `self + a b` for the same `a` in every lane.
+    #[inline(always)]
+    pub(crate) fn plus_times(self, a: f64, b: Self) -> Self {
+        self.plus(Self::splat(self.simd, a), b)
     }
 
     /// Divides.
@@ -125,7 +137,7 @@ pub(crate) fn load_pair<S: Simd>(simd: S, rows: &[Row; 2]) -> Pair<S> {
 /// Computes `a · b`.
 #[inline(always)]
 pub(crate) fn dot<S: Simd>(a: Pair<S>, b: Pair<S>) -> Lanes<S> {
-    a[0] * b[0] + a[1] * b[1]
+    (a[0] * b[0]).plus(a[1], b[1])
 }
 
 /// Computes `a − b`.
@@ -143,13 +155,13 @@ pub(crate) fn cross<S: Simd>(a: Pair<S>, b: Pair<S>) -> Lanes<S> {
 /// Applies a symmetric tensor to a vector.
 #[inline(always)]
 pub(crate) fn apply<S: Simd>(t: Tensor<S>, n: Pair<S>) -> Pair<S> {
-    [t[0] * n[0] + t[2] * n[1], t[2] * n[0] + t[1] * n[1]]
+    [(t[0] * n[0]).plus(t[2], n[1]), (t[2] * n[0]).plus(t[1], n[1])]
 }
 
 /// Computes `s : t`.
 #[inline(always)]
 pub(crate) fn contract<S: Simd>(s: Tensor<S>, t: Tensor<S>) -> Lanes<S> {
-    s[0] * t[0] + s[1] * t[1] + 2.0 * s[2] * t[2]
+    (s[0] * t[0]).plus(s[1], t[1]).plus(2.0 * s[2], t[2])
 }
 
 /// Turns by −90 degrees: the outward normal of a side, times its length, from its direction.

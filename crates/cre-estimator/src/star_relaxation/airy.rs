@@ -211,7 +211,7 @@ impl<S: Simd> Map<S> {
     /// Maps values on the reference gradients to the twelve unknowns, `Tᵀ g`.
     #[inline(always)]
     pub(super) fn unknowns(&self, gradients: &[Lanes<S>; 12]) -> [Lanes<S>; UNKNOWNS] {
-        let pair = |k: usize, v: Pair<S>| gradients[2 * k] * v[0] + gradients[2 * k + 1] * v[1];
+        let pair = |k: usize, v: Pair<S>| (gradients[2 * k] * v[0]).plus(gradients[2 * k + 1], v[1]);
         let along = [pair(3, self.along[0]), pair(4, self.along[1]), pair(5, self.along[2])];
         let mut unknowns = *gradients;
         for k in 0..3 {
@@ -238,7 +238,7 @@ impl<S: Simd> Map<S> {
         let mut gradients = [Lanes::splat(simd, 0.0); 12];
         for (load, weights) in LOADS.iter().enumerate() {
             for (place, weight) in weights {
-                gradients[*place] += *weight * loads[load];
+                gradients[*place] = gradients[*place].plus_times(*weight, loads[load]);
             }
         }
         let inverse = Lanes::splat(simd, 1.0).over(cells.jacobian);

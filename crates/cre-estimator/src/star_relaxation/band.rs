@@ -263,7 +263,7 @@ fn spokes_of(mesh: &TriMesh, node: NodeId) -> u32 {
 }
 
 impl Open {
-    /// Prepares it for stars of so many spokes.
+    /// Prepares it for stars of this many spokes.
     fn renew(&mut self, spokes: usize, place: usize) {
         let size = 3 + spokes;
         (self.stars, self.place) = (0, place);
@@ -384,14 +384,15 @@ impl Side {
                 let near = [load(&beyond[j][0]), load(&beyond[j][1]), load(&beyond[j][2])];
                 let rim = load(&beyond[j][3]);
                 for row in 0..3 {
-                    total[row] += c(3 * row) * near[0]
-                        + c(3 * row + 1) * near[1]
-                        + c(3 * row + 2) * near[2]
-                        + c(9 + row) * rim;
+                    for k in 0..3 {
+                        total[row] = total[row].plus(c(3 * row + k), near[k]);
+                    }
+                    total[row] = total[row].plus(c(9 + row), rim);
                 }
-                let mut sum = c(21) * load(&before[3]) + c(22) * rim;
+                let mut sum = (c(21) * load(&before[3])).plus(c(22), rim);
                 for k in 0..3 {
-                    sum += c(12 + k) * near[k] + c(15 + k) * load(&before[k]) + c(18 + k) * load(&after[k]);
+                    sum = sum.plus(c(12 + k), near[k]);
+                    sum = sum.plus(c(15 + k), load(&before[k])).plus(c(18 + k), load(&after[k]));
                 }
                 sum.store_part(&mut rows[3 + j], part);
             }
@@ -411,7 +412,7 @@ impl Side {
                 let mut sum = if add { Lanes::load_part(simd, row, part) } else { Lanes::splat(simd, 0.0) };
                 for (j, own) in own.iter().enumerate() {
                     let a = Lanes::load_single(simd, &lower[packed(i, j)], part);
-                    sum += a * Lanes::load_part(simd, own, part);
+                    sum = sum.plus(a, Lanes::load_part(simd, own, part));
                 }
                 sum.store_part(row, part);
             }

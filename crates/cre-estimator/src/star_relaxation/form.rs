@@ -11,7 +11,6 @@ pub(super) type Form = [f64; PACKED];
 /// Computes `⟨τ_i, τ_j⟩ = ∫ τ_i : E⁻¹ τ_j` of the twelve unknowns of each triangle, divided by `unit`.
 pub(super) fn forms(space: &Space<'_>, triangles: &[u32], unit: f64, forms: &mut Vec<Form>) {
     forms.resize(triangles.len(), [0.0; PACKED]);
-    // The same operations on every processor, with its widest vectors.
     pulp::Arch::new().dispatch(Computation { space, triangles, unit, forms });
 }
 
@@ -63,7 +62,7 @@ fn form<S: Simd>(simd: S, map: &Map<S>, scale: f64) -> [Lanes<S>; PACKED] {
             let place = PLACES[i][j];
             let mut g = mass[0][place] * factors[0];
             for p in 1..6 {
-                g += mass[p][place] * factors[p];
+                g = g.plus_times(mass[p][place], factors[p]);
             }
             gradients[i][j] = g;
             gradients[j][i] = g;
