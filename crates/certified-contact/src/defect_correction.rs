@@ -4,7 +4,7 @@
 //! have few correct digits or no correct digit. Defect correction repairs that: the forces of the current fields are
 //! evaluated without rounding, and the same contact problem is solved for the *increments* with the same operators,
 //! ```math
-//! r^α = r^α_0 + S_α x^α, \qquad r^α_0 = K u^α_0 - f, \qquad o = (g - [v_0]) - (x^1 - x^2) ≥ 0
+//! r^α = r₀^α + S_α x^α,   r₀^α = K u₀^α − f,   o = (g − [v₀]) − (x^1 − x^2) ≥ 0
 //! ```
 //! until the increments vanish: (28) of [`crate::theory`].
 

@@ -3,7 +3,7 @@
 //! # The bound
 //! For displacements `v` that satisfy supports and contact condition, and a stress `τ` in exact equilibrium whose pressure is `p ≥ 0`:
 //! ```math
-//! ‖u - v‖^2 + ‖σ - τ‖^2 \; ≤ \; e_{CRE}^2 = \sum_α ‖τ^α - σ(v^α)‖^2 + 2 ∫_{Γ_C} p\,o
+//! ‖u − v‖² + ‖σ − τ‖² ≤ e_CRE² = ∑_α ‖τ^α − σ(v^α)‖² + 2 ∫_Γ_C p o
 //! ```
 //! | symbol | what | where |
 //! |---|---|---|

@@ -3,16 +3,17 @@
 //! A node that the common refinement puts into an edge of a body cuts cells there; the mesh behind it is as coarse as before. The nodal
 //! forces `P_i` oscillate from such a node to the next, and so does `P_i/ℓ_i`. Their mean over the cells of the coarser side does not:
 //! ```math
-//! m_k = \sum_i K_{ki} P_i, \qquad K_{ki} = w_k \max(0, 1 - |x_k - x_i|)\, w_i, \qquad x(s) = ∫ ds / h
+//! m_k = ∑_i K_ki P_i,   K_ki = w_k max(0, 1 − |x_k − x_i|) w_i,   x(s) = ∫ ds/h
 //! ```
 //! with the length `h` of the uncut edge at `s`, that of the coarser side: `x` counts its edges. The weights `w` are such that forces `P_i = ℓ_i`
 //! give a mean of 1; then `Σ m_k ℓ_k = Σ P_i` as well. Where the nodes of both sides match, it is `P_i/ℓ_i`. At the end of a line an
 //! edge that continues beyond it counts as cut.
 //!
 //! The mean blurs the ends of contact: it carries force to open nodes, and what is in contact next to them has too little. A second mean shows how much:
-//! it would carry `ℓ_k K_{ki} ℓ_i (m_k − m_i)` from a node `k` in contact to an open node `i`. As much flows back, but no more than node `i` has:
+//! it would carry `ℓ_k K_ki ℓ_i (m_k − m_i)` from a node `k` in contact to an open node `i`. As much flows back, but no more than node `i` has:
 //! ```math
-//! p_k = m_k + \sum_{i\ \text{open}} t_i K_{ki} ℓ_i (m_k - m_i), \qquad p_i = m_i - t_i \sum_{k\ \text{in contact}} K_{ki} ℓ_k (m_k - m_i)
+//! p_k = m_k + ∑_{i open} t_i K_ki ℓ_i (m_k − m_i)
+//! p_i = m_i − t_i ∑_{k in contact} K_ki ℓ_k (m_k − m_i)
 //! ```
 //! with the largest `t_i ≤ 1` for which `p_i ≥ 0`. So `Σ p_k ℓ_k = Σ P_i`, and no pressure is negative. Between nodes that are all in contact a second mean
 //! only brings the oscillation back: there `p = m`.

@@ -7,14 +7,12 @@
 //! # The problem
 //! Two bodies Ω₁, Ω₂, the unit normal `n` out of the first on the contact line Γ_C, the initial gap `g ≥ 0`. For α = 1, 2:
 //! ```math
-//! \begin{aligned}
-//! σ^α &= \mathbb{E}^α ε(u^α)                                     && \text{in } Ω_α   && (1) \\
-//! \operatorname{div} σ^α + b^α &= 0                              && \text{in } Ω_α   && (2) \\
-//! σ^α n^α &= F^α                                                 && \text{on } Γ_N^α && (3) \\
-//! u^α &= u_D^α                                                   && \text{on } Γ_D^α && (4) \\
-//! o = g - (u^1 - u^2)·n ≥ 0, \quad p &≥ 0, \quad p\,o = 0        && \text{on } Γ_C   && (5) \\
-//! n·σ^α n &= -p, \quad t·σ^α n = 0                               && \text{on } Γ_C   && (6), (7)
-//! \end{aligned}
+//! σ^α = 𝔼^α ε(u^α)                             in Ω_α      (1)
+//! div σ^α + b^α = 0                            in Ω_α      (2)
+//! σ^α n^α = F^α                                on Γ_N^α    (3)
+//! u^α = u_D^α                                  on Γ_D^α    (4)
+//! o = g − (u^1 − u^2)·n ≥ 0, p ≥ 0, p o = 0    on Γ_C      (5)
+//! n·σ^α n = −p, t·σ^α n = 0                    on Γ_C      (6), (7)
 //! ```
 //! | formula | where |
 //! |---|---|
@@ -25,13 +23,11 @@
 //! # The iteration
 //! Given the normal trace λ on Γ_C, nodal forces `r` and the Steklov-Poincaré operators S₁, S₂:
 //! ```math
-//! \begin{aligned}
-//! \text{step 1:} && v^1 &= λ, \quad r^1 = S_1 λ - \tilde g^1                                              && (8) \\
-//!                && v^2 &= \operatorname{argmin}_{v ≥ λ - g} \; ½ v·S_2 v - \tilde g^2·v, \quad r^2 = S_2 v^2 - \tilde g^2 ≥ 0  && (9) \\
-//! \text{step 2:} && S_1 w^1 &= -½ (r^1 + r^2)                                                             && (10) \\
-//!                && S_2 w^2 &= +½ (r^1 + r^2)                                                             && (11) \\
-//! \text{update:} && λ &← λ + θ (w^1 - w^2)                                                                &&
-//! \end{aligned}
+//! step 1   v^1 = λ                                        r^1 = S₁ λ − g̃^1          (8)
+//!          v^2 = argmin ½ v·S₂ v − g̃^2·v over v ≥ λ − g   r^2 = S₂ v^2 − g̃^2 ≥ 0    (9)
+//! step 2   S₁ w^1 = −½ (r^1 + r^2)                                                  (10)
+//!          S₂ w^2 = +½ (r^1 + r^2)                                                  (11)
+//! update   λ ← λ + θ (w^1 − w^2)
 //! ```
 //! | formula | where |
 //! |---|---|
@@ -43,7 +39,7 @@
 //! `S` is a by-product of the factorisation `K = L Lᵀ` with the interface last. The displacement is recovered only on
 //! request:
 //! ```math
-//! S = L_{CC} L_{CC}^T, \qquad \tilde g = L_{CC} (L^{-1} f)_C, \qquad a(w, w) = w·S w                          \qquad (13)
+//! S = L_CC L_CCᵀ,   g̃ = L_CC (L⁻¹ f)_C,   a(w, w) = w·S w     (13)
 //! ```
 //! in [`CondensedBody::factorise`](fem_core::condensation::CondensedBody::factorise),
 //! [`displacement_from_trace`](fem_core::condensation::CondensedBody::displacement_from_trace).
@@ -51,7 +47,7 @@
 //! With `μ` the eigenvalues of `½(S₁⁻¹ + S₂⁻¹)(S₁ + S₂)` (full contact) the iteration converges for θ below the
 //! first value, and is fastest at the second:
 //! ```math
-//! θ < \frac{2}{μ_{max}}, \qquad θ = \frac{2}{μ_{min} + μ_{max}}                                               \qquad (14)
+//! θ < 2/μ_max,   θ = 2/(μ_min + μ_max)     (14)
 //! ```
 //! in [`Spectrum::theta_limit`](nndd::Spectrum::theta_limit), [`Spectrum::best_theta`](nndd::Spectrum::best_theta).
 //!
@@ -60,26 +56,27 @@
 //! (De Saxcé 1992) then vanish, and only the work of the pressure on the opening remains of the
 //! paper's (12):
 //! ```math
-//! φ(-[v]) + φ^*(t_c) + [v]·t_c + p\,g = p\,o ≥ 0, \text{ and } = 0 \text{ for the solution}                             \qquad (12)
+//! φ(−[v]) + φ^*(t_c) + [v]·t_c + p g = p o ≥ 0,   and = 0 for the solution     (12)
 //! ```
 //! ```math
-//! e_{CRE}^2 = \sum_α ‖τ^α - σ(v^α)‖^2 + 2 ∫_{Γ_C} p\,o, \qquad ‖τ‖^2 = ∫ τ : \mathbb{E}^{-1} τ                 \qquad (15)
+//! e_CRE² = ∑_α ‖τ^α − σ(v^α)‖² + 2 ∫_Γ_C p o,   ‖τ‖² = ∫ τ : 𝔼⁻¹ τ     (15)
 //! ```
 //! ```math
-//! e_{CRE}^2 = ‖u - v‖^2 + ‖σ - τ‖^2 + 2 ∫ p\,o_{ex} + 2 ∫ p_{ex}\,o \; ≥ \; ‖u - v‖^2                           \qquad (16)
+//! e_CRE² = ‖u − v‖² + ‖σ − τ‖² + 2 ∫ p o_ex + 2 ∫ p_ex o ≥ ‖u − v‖²     (16)
 //! ```
 //! (16): write `τ − σ(v) = (τ − σ) + (σ − σ(v))`; by equilibrium the cross term is `2∫ (p − p_ex)(o_ex − o)`, and `p_ex o_ex = 0`. It
 //! splits without a cross term, `σ̂` being the FE stress in equilibrium with `p`, since `τ − σ̂` is orthogonal to FE strains:
 //! ```math
-//! e_{CRE}^2 = \underbrace{\sum ‖τ - \hat σ‖^2}_{\text{mesh}}
-//!           + \underbrace{\sum ‖\hat σ - σ(v)‖^2 + 2 ∫ p\,o}_{\text{iteration}}                                \qquad (17)
+//! e_CRE²     = mesh + iteration     (17)
+//! mesh       = ∑ ‖τ − σ̂‖²
+//! iteration  = ∑ ‖σ̂ − σ(v)‖² + 2 ∫ p o
 //! ```
 //! If the normal changes along an edge, the computed displacements may penetrate between the nodes; at the nodes they may by
 //! rounding, if stiffnesses are many orders of magnitude apart. The lift `l`
 //! removes the penetration; `l_n ≥ 0` is the opening that it adds. The bound holds for the computed displacements,
 //! without the lift:
 //! ```math
-//! e_{CRE}^2 = \sum_α ‖τ^α - σ(v^α)‖^2 + 2 ∫ p\,(o + l_n) + ‖l‖^2 \; ≥ \; ‖u - v‖^2                            \qquad (26)
+//! e_CRE² = ∑_α ‖τ^α − σ(v^α)‖² + 2 ∫ p (o + l_n) + ‖l‖² ≥ ‖u − v‖²     (26)
 //! ```
 //! (26): the identity (16) holds for openings of any sign; `−2∫ p_ex o ≤ 2∫ p_ex l_n = 2∫ p l_n + 2∫ (σ − τ) : ε(l)`, and
 //! `2 ‖σ − τ‖ ‖l‖ ≤ ‖σ − τ‖² + ‖l‖²`. With a lift the bound covers the displacements alone.
@@ -93,17 +90,16 @@
 //!
 //! # A stress in exact equilibrium
 //! ```math
-//! p_i = r^2_i / ℓ_i, \qquad \int \hat σ^α : ε(v) = ℓ^α(v) ∓ ∫_{Γ_C} p\,n·v \quad \text{for all FE } v           \qquad (18)
+//! p_i = r^2_i/ℓ_i,   ∫ σ̂^α : ε(v) = ℓ^α(v) ∓ ∫_Γ_C p n·v   for all FE v     (18)
 //! ```
 //! ```math
-//! \sum_{Γ ∋ i} ± b_Γ = ∫_E \hat σ ∇φ_i - ∫_E b\,φ_i, \qquad b_Γ = ∫_Γ F_Γ φ_i, \qquad \sum \frac{|b_Γ - \bar b_Γ|^2}{|Γ|} \text{ least} \qquad (19)
+//! ∑_{Γ ∋ i} ± b_Γ = ∫_E σ̂ ∇φ_i − ∫_E b φ_i,   b_Γ = ∫_Γ F_Γ φ_i,   ∑ |b_Γ − b̄_Γ|²/|Γ| least     (19)
 //! ```
 //! ```math
-//! τ|_E: \; \text{linear on the three parts of } E, \text{ symmetric}, \; \operatorname{div} τ + b = 0, \; τ n = F_Γ, \qquad
-//! τ = \frac{1}{J} F \hat τ F^T                                                                              \qquad (20)
+//! τ linear on the three parts of E, symmetric,   div τ + b = 0,   τ n = F_Γ,   τ = (1/J) F τ̂ Fᵀ     (20)
 //! ```
 //! ```math
-//! \min_{φ} ‖τ_{EET} + R ∇^2 φ R^T - \hat σ‖^2, \qquad φ \text{ of Hsieh, Clough and Tocher}                    \qquad (21)
+//! min_φ ‖τ_EET + R ∇²φ Rᵀ − σ̂‖²,   φ of Hsieh, Clough and Tocher     (21)
 //! ```
 //! | formula | where |
 //! |---|---|
@@ -114,14 +110,15 @@
 //!
 //! # The indicators, and when to stop
 //! ```math
-//! η_{NNDD} = ‖\bar w‖, \quad S_1 \bar w = r^1 + r^2, \qquad ‖u_h - u_p‖ ≤ η_{NNDD}                              \qquad (22)
+//! η_NNDD = ‖w̄‖,   S₁ w̄ = r^1 + r^2,   ‖u_h − u_p‖ ≤ η_NNDD     (22)
 //! ```
 //! ```math
-//! η_{dis}^2 = ‖τ^1_λ - σ(u^1_p)‖^2 + ‖τ^2 - σ(u^2_p)‖^2 + 2 ∫ p\,o \quad \text{(the bound (15) of (8), (9) for frozen λ)} \qquad (23)
+//! η_dis² = ‖τ^1_λ − σ(u^1_p)‖² + ‖τ^2 − σ(u^2_p)‖² + 2 ∫ p o     (23)
 //! ```
+//! (23): the bound (15) of (8), (9) for frozen λ.
 //! ```math
-//! ε_t = \frac{2 \max |t^1 + t^2|}{\max |t^1| + \max |t^2|}, \quad t_i = r_i / ℓ_i, \qquad
-//! \text{stop:} \; η_{NNDD} ≤ γ\,η_{dis}, \; |F_1 - F_2| ≤ β \max |F_α|                                          \qquad (24)
+//! ε_t = 2 max |t^1 + t^2| / (max |t^1| + max |t^2|), t_i = r_i/ℓ_i
+//! stop if η_NNDD ≤ γ η_dis and |F₁ − F₂| ≤ β max |F_α|     (24)
 //! ```
 //! with the contact forces `F₁ = −Σ r¹_i`, `F₂ = Σ r²_i` of the two bodies, which are equal at the discrete solution.
 //! | formula | where |
@@ -137,7 +134,7 @@
 //! in exact equilibrium at a distance of at most the dual norm of `R`. The part of this norm on the FE space is
 //! measured:
 //! ```math
-//! R_i = ∫ \tilde τ : ε(φ_i) - f(φ_i), \qquad e_{CRE} ≤ e_{CRE}(\tilde τ) + 2 \sqrt{R · K^{-1} R}                 \qquad (27)
+//! R_i = ∫ τ̃ : ε(φ_i) − f(φ_i),   e_CRE ≤ e_CRE(τ̃) + 2 √(R·K⁻¹ R)     (27)
 //! ```
 //! A margin, not proven: the factor 2 covers the remainder of the dual norm (jumps between the nodes that are
 //! orthogonal to all FE functions) and the rounding of the factorised `K`. A model of the rounding of each triangle
@@ -146,15 +143,15 @@
 //! evaluated in double-double arithmetic.
 //!
 //! If rounding is more than 0.1 % of the bound, the solution is improved by defect correction: the forces of the
-//! current fields `u_0`, two numbers per component, are evaluated without rounding, and the contact problem is solved
+//! current fields `u₀`, two numbers per component, are evaluated without rounding, and the contact problem is solved
 //! for increments:
 //! ```math
-//! r^α = r^α_0 + S_α x^α, \qquad r_0^α = K u_0^α - f, \qquad o = (g - [v_0]) - (x^1 - x^2)                           \qquad (28)
+//! r^α = r₀^α + S_α x^α,   r₀^α = K u₀^α − f,   o = (g − [v₀]) − (x^1 − x^2)     (28)
 //! ```
 //! `η_NNDD` with its round-off is the constitutive relation error of the discrete problem, with `R` the residual of the printed
 //! displacements under the contact forces `r`; in exact arithmetic it is (22):
 //! ```math
-//! η_{NNDD}^2 = \sum_α R^α · K_α^{-1} R^α + 2 \sum_i r_i o_i                                                     \qquad (29)
+//! η_NNDD² = ∑_α R^α·K_α⁻¹ R^α + 2 ∑_i r_i o_i     (29)
 //! ```
 //! | formula | where |
 //! |---|---|
@@ -165,9 +162,12 @@
 //! # The parts
 //! With `K z = −R` of (29) and `K a` the difference between the consistent loads of `p` and the nodal forces, `û − v = z + a`:
 //! ```math
-//! (e_{CRE} - \text{round-off})^2 = \underbrace{\sum ‖τ - \hat σ‖^2}_{\text{mesh}} + \underbrace{s\,‖\hat σ - σ(v)‖^2}_{\text{iteration}}
-//!     + \underbrace{(1 - s)\,‖\hat σ - σ(v)‖^2 + 2 ∫ p\,o}_{\text{contact}} + \underbrace{‖l‖^2 + 2 ∫ p\,l_n}_{\text{lift}}, \quad
-//!     s = \frac{‖z‖^2}{‖z‖^2 + ‖a‖^2}                                                                       \qquad (30)
+//! (e_CRE − round-off)²  = mesh + iteration + contact + lift     (30)
+//! mesh                  = ∑ ‖τ − σ̂‖²
+//! iteration             = s ‖σ̂ − σ(v)‖²
+//! contact               = (1 − s) ‖σ̂ − σ(v)‖² + 2 ∫ p o
+//! lift                  = ‖l‖² + 2 ∫ p l_n
+//! s                     = ‖z‖²/(‖z‖² + ‖a‖²)
 //! ```
 //! in [`Parts`](cre_estimator::Parts); the part of the iteration is at most `η_NNDD²`.
 //!
@@ -175,14 +175,15 @@
 //! With the tangent `t = (−n_y, n_x)` the slip is `w = (u^1 − u^2)·t`, and the tractions are `−p n − q t` on the first body, `+p n + q t` on the
 //! second. In place of (7), with a limit `s` that is given (Tresca) or `μ p` (Coulomb):
 //! ```math
-//! |q| ≤ s, \qquad q\,w = s\,|w| \quad \text{on } Γ_C
+//! |q| ≤ s,   q w = s|w|   on Γ_C
 //! ```
 //! For Tresca, let `v` satisfy (4) and `o ≥ 0`, and `τ` (2), (3) with tractions `p ≥ 0`, `|q| ≤ s` common to both bodies. Then
 //! ```math
-//! e_{CRE}^2 = \sum_α ‖τ^α - σ(v^α)‖^2 + 2 ∫ p\,o + 2 ∫ (s|w| - q\,w)                                              \qquad (32)
+//! e_CRE² = ∑_α ‖τ^α − σ(v^α)‖² + 2 ∫ p o + 2 ∫ (s|w| − q w)     (32)
 //! ```
 //! ```math
-//! e_{CRE}^2 = ‖u - v‖^2 + ‖σ - τ‖^2 + 2 ∫ (p\,o_{ex} + p_{ex}\,o) + 2 ∫ \bigl[ (s|w_{ex}| - q\,w_{ex}) + (s|w| - q_{ex}\,w) \bigr] \; ≥ \; ‖u - v‖^2 + ‖σ - τ‖^2 \qquad (33)
+//! e_CRE²  = ‖u − v‖² + ‖σ − τ‖² + 2 ∫ (p o_ex + p_ex o) + 2 ∫ [(s|w_ex| − q w_ex) + (s|w| − q_ex w)]
+//!         ≥ ‖u − v‖² + ‖σ − τ‖²     (33)
 //! ```
 //! (33): as for (16), the cross term is now `2∫ [(p − p_ex)(o_ex − o) − (q − q_ex)(w_ex − w)]`; use `p_ex o_ex = 0` and `q_ex w_ex = s|w_ex|`. All
 //! brackets are ≥ 0, since `|q|, |q_ex| ≤ s`. On straight lines `p`, `q` and `s` are linear between the nodes, `p_i = P_i/ℓ_i`, `q_i = Q_i/ℓ_i`,
@@ -194,7 +195,8 @@
 //! `t` is `s/|n|` at the nodes, so that the traction there is at most `s`, and linear between. A lift `l` adds
 //! the opening `l_n` and the slip `l_t`, and the bound for the displacements is
 //! ```math
-//! ‖u - v‖^2 \; ≤ \; e_{CRE}^2 = \sum_α ‖τ^α - σ(v^α)‖^2 + 2 ∫ p\,(o + l_n) + ‖l‖^2 + 2 ∫ (s|w| - q\,w) + 2 ∫ (s|l_t| - q\,l_t)  \qquad (36)
+//! ‖u − v‖²  ≤ e_CRE²
+//!           = ∑_α ‖τ^α − σ(v^α)‖² + 2 ∫ p (o + l_n) + ‖l‖² + 2 ∫ (s|w| − q w) + 2 ∫ (s|l_t| − q l_t)     (36)
 //! ```
 //! (36): in (33) `−2∫ p_ex o ≤ 2∫ p_ex l_n = 2∫ p l_n + 2∫ (p_ex − p) l_n`. The virtual work of `σ − τ` on `l` is
 //! `∫ (σ − τ) : ε(l) = ∫ (p_ex − p) l_n − ∫ (q_ex − q) l_t`, whichever body is lifted. So the last term is
@@ -202,20 +204,20 @@
 //!
 //! In load step `k` the law holds for the slip since the step before, with the computed `w_{k−1}` as a datum:
 //! ```math
-//! |q| ≤ s, \qquad q\,(w - w_{k-1}) = s\,|w - w_{k-1}|                                                                  \qquad (37)
+//! |q| ≤ s,   q (w − w_{k−1}) = s|w − w_{k−1}|     (37)
 //! ```
 //! (32) to (36) hold with `w − w_{k−1}` in place of `w`, since the datum cancels in every difference of slips. The certificate is that of the
 //! increment: the error of `w_{k−1}` itself, which the steps accumulate, has no bound.
 //!
 //! For Coulomb `s` is `μ p` of the stress itself, and the same number `e_b` is zero only for an exact solution. With any exact solution
 //! ```math
-//! e_b^2 = ‖u - v‖^2 + ‖σ - τ‖^2 + 2 ∫ (p\,o_{ex} + p_{ex}\,o)
-//!   + 2 ∫ \bigl[ (μ p|w_{ex}| - q\,w_{ex}) + (μ p_{ex}|w| - q_{ex}\,w) \bigr] + 2 μ ∫ (p - p_{ex})(|w| - |w_{ex}|)      \qquad (34)
+//! e_b²  = ‖u − v‖² + ‖σ − τ‖² + 2 ∫ (p o_ex + p_ex o)
+//!       + 2 ∫ [(μ p|w_ex| − q w_ex) + (μ p_ex|w| − q_ex w)] + 2 μ ∫ (p − p_ex)(|w| − |w_ex|)     (34)
 //! ```
 //! The last term has no sign, so that `e_b` is **no bound** of the error, only of the distance to the problem with the limit `μ p`. If the slips
 //! `w` and `w_ex` have one common sign on each pair, open parts included, the last term is at least `−2 c ‖σ − τ‖ ‖u − v‖`, and for `c < 1`
 //! ```math
-//! ‖u - v‖ ≤ \frac{e_b}{\sqrt{1 - c^2}}, \qquad c = \sup_{π, ω} \frac{∫ μ\,π\,ω}{|||π|||\;|||ω|||}                        \qquad (35)
+//! ‖u − v‖ ≤ e_b/√(1 − c²),   c = sup (∫ μ π ω)/(|||π||| |||ω|||) over π, ω     (35)
 //! ```
 //! by `A² + B² − 2 c A B ≥ (1 − c²) A²`. The `c` at hand is that of the mesh, so that this is an estimate.
 //! | formula | where |
@@ -230,7 +232,7 @@
 //! The percentage that the program prints is relative to the norm of the computed displacements. A guaranteed bound
 //! of the error over the norm of the *exact* ones follows, because `‖u‖ ≥ ‖v‖ − e_CRE`:
 //! ```math
-//! ε = \frac{e_{CRE}}{‖v‖}, \qquad \frac{‖u - v‖}{‖u‖} ≤ \frac{e_{CRE}}{‖v‖ - e_{CRE}} = \frac{ε}{1 - ε}            \qquad (25)
+//! ε = e_CRE/‖v‖,   ‖u − v‖/‖u‖ ≤ e_CRE/(‖v‖ − e_CRE) = ε/(1 − ε)     (25)
 //! ```
 //! in [`CertifiedSolution::relative`](crate::CertifiedSolution::relative),
 //! [`relative_guaranteed`](crate::CertifiedSolution::relative_guaranteed).

@@ -2,15 +2,15 @@
 //! behind it.
 //!
 //! ```math
-//! \min_x \; ½ x^T P x + q^T x \qquad \text{subject to} \quad l ≤ x ≤ u, \quad G x = e
+//! min_x ½ xᵀ P x + qᵀ x   subject to   l ≤ x ≤ u,   G x = e
 //! ```
 //! `P` may be singular as long as `P + c GᵀG` is positive definite on the unknowns that are not at a bound, and rows may
 //! depend on each other. On a given set of unknowns at their bounds the rest `F` and the multipliers `a` solve
 //! ```math
-//! \begin{bmatrix} P_{FF} + c\,G_F^T G_F & -G_F^T \\ G_F & 0 \end{bmatrix} \begin{bmatrix} x_F \\ a \end{bmatrix}
-//! = \begin{bmatrix} -q_F - P_{FB} x_B + c\,G_F^T (e - G_B x_B) \\ e - G_B x_B \end{bmatrix}
+//! (P_FF + c G_Fᵀ G_F) x_F − G_Fᵀ a  = −q_F − P_FB x_B + c G_Fᵀ (e − G_B x_B)
+//! G_F x_F                           = e − G_B x_B
 //! ```
-//! by a Cholesky factor of the first block and the eigenvalues of the Schur complement, whose zeros are the dependent rows.
+//! by a Cholesky factor of `P_FF + c G_Fᵀ G_F` and the eigenvalues of the Schur complement, whose zeros are the dependent rows.
 //! The multipliers are then the ones of least norm. If the bounds leave `x` no room, such as in a single feasible point, these may
 //! have wrong signs although others are right: then those are found by a least distance programme.
 

@@ -1,7 +1,7 @@
 //! Convex quadratic programmes with lower bounds: Clarabel, an exact active-set polish, and verified warm starts.
 //!
 //! ```math
-//! \min_x \; ½ x^T P x + q^T x \qquad \text{subject to} \quad x_i ≥ l_i, \; i ∈ B
+//! min_x ½ xᵀ P x + qᵀ x   subject to   x_i ≥ l_i, i ∈ B
 //! ```
 //! | symbol | what | size |
 //! |---|---|---|
@@ -12,7 +12,7 @@
 //! The solution is the only pair of `x` (n) and multipliers `r` (m) that satisfies the KKT conditions
 //!
 //! ```math
-//! P x + q = \sum_{i ∈ B} r_i e_i, \qquad x_i ≥ l_i, \qquad r_i ≥ 0, \qquad r_i (x_i - l_i) = 0
+//! P x + q = ∑_{i ∈ B} r_i e_i,   x_i ≥ l_i,   r_i ≥ 0,   r_i (x_i − l_i) = 0
 //! ```
 //!
 //! In unilateral contact `P` is a stiffness, `−q` the loads, `l` the gaps and `r` the contact forces, but this
@@ -23,7 +23,7 @@
 //! other unknowns `I`,
 //!
 //! ```math
-//! x_A = l_A, \qquad P_{II} x_I = -q_I - P_{IA} l_A, \qquad r_A = (P x + q)_A
+//! x_A = l_A,   P_II x_I = −q_I − P_IA l_A,   r_A = (P x + q)_A
 //! ```
 //!
 //! with primal-dual active-set steps if a sign is wrong. So `x ≥ l`, `r ≥ 0` and `r (x − l) = 0` hold *exactly*

@@ -5,8 +5,7 @@
 //! are free then and are eliminated:
 //!
 //! ```math
-//! S = P_{KK} - P_{KF} P_{FF}^{-1} P_{FK}, \qquad t = q_K - P_{KF} P_{FF}^{-1} q_F, \qquad
-//! x_F = -P_{FF}^{-1} (q_F + P_{FK} x_K)
+//! S = P_KK − P_KF P_FF⁻¹ P_FK,   t = q_K − P_KF P_FF⁻¹ q_F,   x_F = −P_FF⁻¹ (q_F + P_FK x_K)
 //! ```
 //!
 //! The solution violates dropped bounds between active ones and no others, except near the end of a contact zone. So its

@@ -3,7 +3,7 @@
 //! A body that its supports do not hold is in equilibrium only if the pressure balances its loads exactly, moments
 //! included. `p_i = r²_i/ℓ_i` does not, since `ℓ ≠ M` at ends and on graded meshes. The nearest admissible pressure is
 //! ```math
-//! \min_p \sum_i ℓ_i (p_i - r^2_i/ℓ_i)^2, \qquad p ≥ 0, \qquad C p = e                                         \qquad (31)
+//! min_p ∑_i ℓ_i (p_i − r^2_i/ℓ_i)²,   p ≥ 0,   C p = e     (31)
 //! ```
 //! with one row per rigid motion `R` of a floating body: `C p` is the work of the pressure along it, `−e` that of the loads.
 //! Where the bodies are far apart, the pressure stays zero if the others can keep the balance.

@@ -66,7 +66,7 @@ impl FieldCertificate {
 /// largest one, and where the bodies penetrate each other, the nodes of one of them move back. Contact forces are those that its own
 /// equilibrium lacks, if no pressures are given. The bound is
 /// ```math
-/// ‖u - v‖ ≤ e_{CRE}(v') + ‖v' - v‖
+/// ‖u − v‖ ≤ e_CRE(v') + ‖v' − v‖
 /// ```
 /// with the given field `v` and the changed one `v'`. A poor field gets a large bound, never a false one.
 ///

@@ -15,7 +15,8 @@ use rayon::prelude::*;
 
 /// The constitutive relation error, J/m, (15), and its contributions, (17):
 /// ```math
-/// e_{CRE}^2 = \sum ‖τ - σ(v)‖^2 + 2 ∫ p\,o = \sum ‖τ - \hat σ‖^2 + \Bigl[ \sum ‖\hat σ - σ(v)‖^2 + 2 ∫ p\,o \Bigr]
+/// e_CRE²  = ∑ ‖τ − σ(v)‖² + 2 ∫ p o
+///         = ∑ ‖τ − σ̂‖² + [∑ ‖σ̂ − σ(v)‖² + 2 ∫ p o]
 /// ```
 /// On curved contact lines `o` is the opening with the lift `l`, and `‖l‖²` is added: (26). With friction (32) is added to both sides, and (36) with a lift.
 #[derive(Clone, Debug)]

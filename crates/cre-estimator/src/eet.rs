@@ -3,7 +3,7 @@
 //! For each vertex `i` the moments `b_Γ = ∫_Γ F_Γ φ_i ds` on the edges of its star satisfy, for every
 //! triangle `E` of the star,
 //! ```math
-//! \sum_{Γ ∋ i} ± b_Γ = ∫_E \hat σ ∇φ_i - ∫_E b\,φ_i
+//! ∑_{Γ ∋ i} ± b_Γ = ∫_E σ̂ ∇φ_i − ∫_E b φ_i
 //! ```
 //! The chosen solution is closest to the average FE traction (least `Σ |b − b̄|²/|Γ|`).
 //!
@@ -29,7 +29,7 @@ const CHUNK: usize = 1024;
 
 /// Computes edge moments in equilibrium with the FE stress `stress` (one per triangle, Pa): around every vertex `i`
 /// ```math
-/// \sum_{Γ ∋ i} ± b_Γ = ∫_E \hat σ ∇φ_i - ∫_E b\,φ_i, \qquad b_Γ = ∫_Γ F_Γ φ_i, \qquad \sum \frac{|b_Γ - \bar b_Γ|^2}{|Γ|} \text{ least} \qquad (19)
+/// ∑_{Γ ∋ i} ± b_Γ = ∫_E σ̂ ∇φ_i − ∫_E b φ_i,   b_Γ = ∫_Γ F_Γ φ_i,   ∑ |b_Γ − b̄_Γ|²/|Γ| least     (19)
 /// ```
 ///
 /// * `conditions`: the condition on each boundary edge, in the order of

@@ -1,7 +1,7 @@
 //! Friction in the bound: slips along the contact line, and the work that friction at its limit would do beyond the actual one.
 //!
 //! ```math
-//! 2 ∫_{Γ_C} (s|w| - q\,w), \qquad |q| ≤ s                                                                     \qquad (32)
+//! 2 ∫_Γ_C (s|w| − q w),   |q| ≤ s     (32)
 //! ```
 //! with the slip `w = (u^a − u^b)·t` of the load step, the friction `q` and its limit `s`. On straight edges all are linear. If the normal changes along an
 //! edge, `q` is constant there, as the pressure is, so that `q t` is linear, and the slip is a quadratic.

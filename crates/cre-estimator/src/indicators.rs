@@ -29,7 +29,7 @@ pub(crate) struct EtaDis {
 
 /// Computes `η_dis,p²`, J/m: the constitutive relation error of the second reference problem, λ_p frozen,
 /// ```math
-/// η_{dis}^2 = ‖τ^1_λ - σ(u^1_p)‖^2 + ‖τ^2 - σ(u^2_p)‖^2 + 2 ∫ p\,o                                             \qquad (23)
+/// η_dis² = ‖τ^1_λ − σ(u^1_p)‖² + ‖τ^2 − σ(u^2_p)‖² + 2 ∫ p o     (23)
 /// ```
 ///
 /// * Ω₁ has `v¹ = λ_p` imposed: recovery on `σ(u¹_p)` itself, the normal traction on Γ_C free and the
@@ -109,7 +109,7 @@ fn measure(
 
 /// Computes the distance of a state from the solution of the discrete problem, split into iteration and rounding.
 /// ```math
-/// η_{NNDD}^2 = \sum_α R^α · K_α^{-1} R^α + 2 \sum_i r_i\,o_i ≥ ‖u_h - u_p‖^2, \qquad R^α = K_α u^α_p - f^α ± r\,n
+/// η_NNDD² = ∑_α R^α·K_α⁻¹ R^α + 2 ∑_i r_i o_i ≥ ‖u_h − u_p‖²,   R^α = K_α u^α_p − f^α ± r n
 /// ```
 /// It is the constitutive relation error of the discrete problem: `u^α_p − K⁻¹R^α` is in FE equilibrium with the forces `r`. In
 /// exact arithmetic `R` vanishes except for the imbalance at the interface of Ω₁, and this is (22). It includes the

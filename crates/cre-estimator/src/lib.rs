@@ -4,15 +4,13 @@
 //! For displacements `v` that satisfy the contact condition, and stresses `τ` in exact equilibrium with one
 //! common pressure `p ≥ 0`, with the opening `o = g − (v¹−v²)·n ≥ 0`:
 //! ```math
-//! \begin{aligned}
-//! e_{CRE}^2 &= \sum_α ‖τ^α - σ(v^α)‖^2 + 2 ∫_{Γ_C} p\,o && (15) \\
-//!           &= ‖u - v‖^2 + ‖σ - τ‖^2 + 2 ∫ p\,o_{ex} + 2 ∫ p_{ex}\,o \; ≥ \; ‖u - v‖^2 + ‖σ - τ‖^2 && (16)
-//! \end{aligned}
+//! e_CRE²  = ∑_α ‖τ^α − σ(v^α)‖² + 2 ∫_Γ_C p o                                      (15)
+//!         = ‖u − v‖² + ‖σ − τ‖² + 2 ∫ p o_ex + 2 ∫ p_ex o ≥ ‖u − v‖² + ‖σ − τ‖²    (16)
 //! ```
 //! The bound contains no unknown constant and needs no assumption on the mesh. It splits without a cross term into the
 //! part of the mesh and that of the iteration:
 //! ```math
-//! e_{CRE}^2 = \sum ‖τ - \hat σ‖^2 + \Bigl[ \sum ‖\hat σ - σ(v)‖^2 + 2 ∫ p\,o \Bigr] \qquad (17)
+//! e_CRE² = ∑ ‖τ − σ̂‖² + [∑ ‖σ̂ − σ(v)‖² + 2 ∫ p o]     (17)
 //! ```
 //! Formulas have the numbers (1) to (12) of Choi, Gallimard and Sassi, and further ones in the order of a run.
 //!

@@ -6,7 +6,7 @@
 //! direction. So does a lift of nodes that penetrate by the rounding of displacements. Only the bound uses the lift, the computed
 //! displacement is not changed:
 //! ```math
-//! e_{CRE}^2 = \sum_α ‖τ^α - σ(v^α)‖^2 + 2 ∫ p\,(o + l_n) + ‖l‖^2 \; ≥ \; ‖u - v‖^2                            \qquad (26)
+//! e_CRE² = ∑_α ‖τ^α − σ(v^α)‖² + 2 ∫ p (o + l_n) + ‖l‖² ≥ ‖u − v‖²     (26)
 //! ```
 
 use fem_core::body::{Body, NodeConstraint};

@@ -3,7 +3,7 @@
 //! EET alone overestimates the error by a factor of several. Its edge moments are one choice among many in
 //! equilibrium; the best choice minimises the complementary energy
 //! ```math
-//! ‖τ - \hat σ‖^2 = ∫ (τ - \hat σ) : \mathbb{E}^{-1} (τ - \hat σ) \qquad \text{over} \quad τ = τ_{EET} + \operatorname{airy}(φ)
+//! ‖τ − σ̂‖² = ∫ (τ − σ̂) : 𝔼⁻¹ (τ − σ̂)   over   τ = τ_EET + airy(φ)
 //! ```
 //! * **Space.** `airy(φ) = R ∇²φ Rᵀ` of the Hsieh-Clough-Tocher functions `φ` are the self-equilibrated
 //!   Johnson-Mercier stresses. Three unknowns per vertex and one per edge; those of a vertex and its spokes
@@ -120,7 +120,7 @@ pub struct RelaxationReport {
 
 /// Relaxes an equilibrated stress in place: steps of
 /// ```math
-/// \min_{φ} ‖τ_{EET} + R ∇^2 φ R^T - \hat σ‖^2, \qquad φ \text{ of Hsieh, Clough and Tocher}                    \qquad (21)
+/// min_φ ‖τ_EET + R ∇²φ Rᵀ − σ̂‖²,   φ of Hsieh, Clough and Tocher     (21)
 /// ```
 ///
 /// * `stress`: as recovered by EET; on return with the edge moments of the last iterate, in exact equilibrium

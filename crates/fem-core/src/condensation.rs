@@ -2,8 +2,7 @@
 //!
 //! With the interface last,
 //! ```math
-//! K = L L^T, \qquad L = \begin{bmatrix} L_{II} & 0 \\ L_{CI} & L_{CC} \end{bmatrix}, \qquad S = L_{CC} L_{CC}^T, \qquad
-//! \tilde g = L_{CC} (L^{-1} f)_C \qquad (13)
+//! K = L Lᵀ,   L = [L_II, 0; L_CI, L_CC],   S = L_CC L_CCᵀ,   g̃ = L_CC (L⁻¹ f)_C     (13)
 //! ```
 //! is the Steklov-Poincaré operator with its load. [`CondensedBody::reaction`] gives the
 //! reaction `r = S v − g̃` to an imposed normal trace `v`, [`CondensedBody::trace_from_force`] the trace `w = S⁻¹ r` of a

@@ -2,11 +2,11 @@
 //!
 //! # The problem
 //! ```math
-//! u = u_D \text{ on } Γ_D, \qquad ∫_Ω \mathbb{E} ε(u) : ε(v) = ∫_Ω b·v + ∫_{Γ_N} F·v \quad \text{for every } v \text{ that vanishes on } Γ_D
+//! u = u_D on Γ_D,   ∫_Ω 𝔼 ε(u) : ε(v) = ∫_Ω b·v + ∫_Γ_N F·v   for every v that vanishes on Γ_D
 //! ```
 //! With the unknowns on the contact line last, one factorisation gives the solution and the operator on that line:
 //! ```math
-//! K = L L^T, \qquad S = L_{CC} L_{CC}^T
+//! K = L Lᵀ,   S = L_CC L_CCᵀ
 //! ```
 //! | symbol | what | size | type |
 //! |---|---|---|---|

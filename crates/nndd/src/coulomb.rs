@@ -1,7 +1,7 @@
 //! Coulomb friction: a fixed point of problems with the friction of Tresca.
 //!
 //! ```math
-//! S^{k+1} = μ P(S^k), \qquad P(S) \text{ of the exact solution with } |Q| ≤ S
+//! Sᵏ⁺¹ = μ P(Sᵏ),   P(S) of the exact solution with |Q| ≤ S
 //! ```
 //! from full stick, `S⁰ = ∞`, or from the limits of an earlier load step; each step from the active set of the last one. A limit that is too small to balance the loads of a floating
 //! body is doubled, a few times at most. The existence and the uniqueness of solutions for large μ are open: what is found is *one* solution.
@@ -199,8 +199,9 @@ impl Programme<'_> {
 
 /// Computes the coupling `c` between pressure and slip with Coulomb friction, on the mesh:
 /// ```math
-/// c = \sup_{π, ω} \frac{∫ μ θ\,π ω}{|||π|||\;|||ω|||}, \qquad
-/// c^2 = \max \operatorname{eig} \bigl( Θ F_{tt} Θ, \; F_{nn} - F_{nt} F_{tt}^{-1} F_{tn} \bigr), \qquad Θ = \operatorname{diag}(μ θ)
+/// c   = sup (∫ μ θ π ω)/(|||π||| |||ω|||) over π, ω
+/// c²  = max eig(Θ F_tt Θ, F_nn − F_nt F_tt⁻¹ F_tn)
+/// Θ   = diag(μ θ)
 /// ```
 /// π is the normal traction of a self-equilibrated stress, its energy least over the friction, ω a slip with the normal free. For
 /// one pair `c = μ κ`. With floating bodies each is in balance on its own: `G_n π = 0`, `G_t q = 0`. It is a value of the mesh, which may

@@ -3,8 +3,8 @@
 //! With one row per pair of nodes, `B_α` the normal trace of body α along the normals (+ for the first body of a pair,
 //! − for the second), `K_α⁺` an inverse that is exact for loads in balance, and `R` the rigid motions of the floating bodies:
 //! ```math
-//! \min_P \; ½ P^T F P + q^T P, \quad P ≥ 0, \quad G P = e, \qquad
-//! F = \sum_α B_α K_α^+ B_α^T, \quad q = g - \sum_α B_α K_α^+ f_α, \quad G = (B R)^T, \quad e = R^T f
+//! min_P ½ Pᵀ F P + qᵀ P,   P ≥ 0,                     G P = e
+//! F = ∑_α B_α K_α⁺ B_αᵀ,   q = g − ∑_α B_α K_α⁺ f_α,   G = (B R)ᵀ,   e = Rᵀ f
 //! ```
 //! `G P = e` is the balance of the floating bodies, its multiplier `a` their rigid motion, and the gradient `F P + q − Gᵀ a` the
 //! opening. `u_α = K_α⁺ (f_α − B_αᵀ P) + R_α a`.

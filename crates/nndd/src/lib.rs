@@ -3,17 +3,15 @@
 //! # The algorithm
 //! Given a normal trace λ on the interface Γ_C, `n` out of Ω₁ into Ω₂:
 //! ```math
-//! \begin{aligned}
-//! \text{step 1:} && v^1 &= λ \text{ imposed on } Ω_1       && → \text{ reaction } r^1           && (8) \\
-//!                && v^2 &≥ λ - g \text{ unilateral on } Ω_2 && → \text{ contact force } r^2 ≥ 0  && (9) \\
-//! \text{step 2:} && S_1 w^1 &= -½ (r^1 + r^2)              &&                                  && (10) \\
-//!                && S_2 w^2 &= +½ (r^1 + r^2)              &&                                  && (11) \\
-//! \text{update:} && λ &← λ + θ (w^1 - w^2)                 &&                                  &&
-//! \end{aligned}
+//! step 1   v^1 = λ imposed on Ω₁          → reaction r^1             (8)
+//!          v^2 ≥ λ − g unilateral on Ω₂   → contact force r^2 ≥ 0    (9)
+//! step 2   S₁ w^1 = −½ (r^1 + r^2)                                   (10)
+//!          S₂ w^2 = +½ (r^1 + r^2)                                   (11)
+//! update   λ ← λ + θ (w^1 − w^2)
 //! ```
 //! The first indicator bounds the iteration's error from above, at every iteration; the paper's precision does not:
 //! ```math
-//! ‖u_h - u_p‖ \; ≤ \; η_{NNDD} = ‖S_1^{-1} (r^1 + r^2)‖, \qquad ε_t = \frac{2 \max |t^1 + t^2|}{\max |t^1| + \max |t^2|}
+//! ‖u_h − u_p‖ ≤ η_NNDD = ‖S₁⁻¹ (r^1 + r^2)‖,   ε_t = 2 max |t^1 + t^2| / (max |t^1| + max |t^2|)
 //! ```
 //! | symbol | what | size |
 //! |---|---|---|
@@ -31,12 +29,10 @@
 //! a row. In each pair one body carries λ, the other one is unilateral; a body may be both, in different pairs. With `Φ_α` the
 //! flexibility of a body in its rows, `v_α` its traces under the loads alone, and `G_α P = e_α` its balance if it floats:
 //! ```math
-//! \begin{aligned}
-//! \text{step 1:} && P^α &= \arg\min_P \; ½ P^T Φ_α P + (c - v_α)^T P, \quad G_α P = e_α, \quad P_i ≥ 0 \text{ in unilateral rows} \\
-//! && c &= λ \text{ if the body carries it}, \quad c = g - λ \text{ if it is unilateral} \\
-//! \text{step 2:} && λ &← λ + θ M (P^1 - P^2), \qquad P^1 \text{ of the bodies that carry λ}, \; P^2 ≥ 0 \text{ of the others} \\
-//! \text{bound:} && η_{NNDD}^2 &= \sum_α (\tilde P - P^α)^T Φ_α (\tilde P - P^α) + 2 \tilde P^T o
-//! \end{aligned}
+//! step 1   P^α = argmin_P ½ Pᵀ Φ_α P + (c − v_α)ᵀ P            G_α P = e_α, P_i ≥ 0 in unilateral rows
+//!          c = λ if the body carries it                       c = g − λ if it is unilateral
+//! step 2   λ ← λ + θ M (P^1 − P^2)                            P^1 of the bodies that carry λ, P^2 ≥ 0 of the others
+//! bound    η_NNDD² = ∑_α (P̃ − P^α)ᵀ Φ_α (P̃ − P^α) + 2 P̃ᵀ o
 //! ```
 //! A rigid obstacle carries the λ that is imposed on it; what is free of it moves so that its load is balanced in step 1.
 //! `P̃ ≥ 0` are the forces nearest to `P²` that balance all floating bodies, `o` the openings. `M` is the Neumann-Neumann

@@ -1,8 +1,7 @@
 //! Step 2: the direction in which λ is updated.
 //!
 //! ```math
-//! w = M j, \qquad j = P^1 - P^2, \qquad
-//! M = \sum_α σ_α D_α \tilde Φ_α D_α σ_α + Z (Z^T S_0 Z)^+ Z^T, \qquad S_0 = \sum_α σ_α S_α σ_α
+//! w = M j,   j = P^1 − P^2,   M = ∑_α σ_α D_α Φ̃_α D_α σ_α + Z (Zᵀ S₀ Z)⁺ Zᵀ,   S₀ = ∑_α σ_α S_α σ_α
 //! ```
 //! `σ` is + in the rows where a body carries λ and − in the others, `D` shares the imbalance `j` between the two bodies
 //! of a row. Against an obstacle `σ` is 0. A held body has `Φ̃ = S⁻¹`. A floating one is put on springs that see rigid

@@ -3,7 +3,7 @@
 //! With `c = λ` in the rows where the body carries λ and `c = g − λ` in the others, its traces `v` satisfy `v = c` and `v ≤ c`.
 //! The forces that press on it solve the dual programme
 //! ```math
-//! \min_P \; ½ P^T Φ P + (c - B K^+ f)^T P, \qquad P_i ≥ 0 \text{ in unilateral rows}, \quad Q^T P = Q^T P_{balance}
+//! min_P ½ Pᵀ Φ P + (c − B K⁺ f)ᵀ P,   P_i ≥ 0 in unilateral rows,   Qᵀ P = Qᵀ P_balance
 //! ```
 //! whose gradient is the opening `c − v`, and whose multipliers are the rigid motions. Against an obstacle `λ` is what is imposed on
 //! it; what is free is one more rigid motion, since no other body touches it.
