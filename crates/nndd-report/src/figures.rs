@@ -7,7 +7,7 @@ use crate::plot::{
     SketchBody, SketchEdge, SketchLoad,
 };
 use crate::solved::Fields;
-use crate::words::{contact_parts, one_line};
+use crate::words::{certified_digits, contact_parts, one_line};
 use case_io::Case;
 use case_io::case::{BodyCase, Target};
 use case_io::report::{AdaptiveRow, Report, StepSummary};
@@ -50,7 +50,7 @@ pub(crate) fn of_solve(
         &|| vec![problem(case, solution, labels)],
         &|| von_mises(case, solution, labels).into_iter().collect(),
         &|| displacement(case, solution, labels).into_iter().collect(),
-        &|| contact_lines(case, solution, contact, labels),
+        &|| contact_lines(case, solution, contact, report, labels),
         &|| density(case, solution, labels).into_iter().collect(),
         &|| convergence(case, report, labels).into_iter().collect(),
         &|| steps(contact, report, labels),
@@ -64,8 +64,10 @@ fn contact_lines(
     case: &Case,
     solution: &Fields<'_>,
     contact: &[(&str, Vec<ContactRow>)],
+    report: &Report,
     labels: &Labels,
 ) -> Vec<Picture> {
+    let digits = certified_digits(report.valid_certificate().and_then(|found| found.relative));
     let pressed = |rows: &[ContactRow]| contact.len() == 1 || rows.iter().any(|row| row.pressure > 0.0);
     let lines = contact.iter().zip(contact_parts(case)).zip(&solution.problem.contacts);
     let lines = lines.filter(|(((_, rows), _), _)| solution.estimate.is_some() && pressed(rows));
@@ -75,7 +77,7 @@ fn contact_lines(
             _ => format!("Contact line of {}", one_line(pair)),
         };
         let (rows, start) = opened(rows, of);
-        let (svg, caption) = plot::contact(&title, &rows, start, labels);
+        let (svg, caption) = plot::contact(&title, &rows, start, digits, labels);
         Picture { name, svg, caption, numbers: Some("contact.csv") }
     };
     lines.map(picture).collect()

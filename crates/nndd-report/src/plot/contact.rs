@@ -6,10 +6,12 @@ use super::labels::Labels;
 use super::lines::{self, Band, LinePanel, Series, THICK, THIN};
 use super::look::{Look, Marker};
 use super::sheet::PIXEL;
+use crate::words::with_digits;
 use case_io::table::ContactRow;
 use fem_core::geometry::Vector;
 
 const PRESSURE: Look = Look::new("pressure", BLUE, THICK, Marker::Disc);
+const RECOVERED: Look = Look { name: "pressure, recovered over the cells of the coarser side", ..PRESSURE };
 const OPENING: Look = Look::new("opening", VERMILLION, THICK, Marker::Square);
 const FRICTION: Look = Look::new("friction", GREEN, THICK, Marker::Disc);
 const LIMIT: Look = Look::new("friction limit", GREY, THIN, Marker::None);
@@ -40,12 +42,14 @@ const FEWEST: usize = 8;
 /// left out; nodes need not come in order. A peak on a small part of the contact is cut, and its value written.
 ///
 /// * `start`: the arc length at which a closed line was opened, if it is not its first node.
+/// * `digits`: of the largest pressures, as in the tables.
 ///
 /// Returns the figure, and what there is to see on it.
 pub(crate) fn contact(
     title: &str,
     rows: &[ContactRow],
     start: Option<f64>,
+    digits: usize,
     labels: &Labels,
 ) -> (String, String) {
     let recovered = |r: &ContactRow| r.pressure_recovered.unwrap_or(r.pressure);
@@ -67,10 +71,17 @@ pub(crate) fn contact(
     };
     let x_axis = lines::linear_axis(extent(nodes.iter().map(|n| n[0])));
     let ends = [1, 2].map(|c| extent(nodes.iter().map(|n| n[c]).chain([0.0])).unwrap_or_default());
+    // The tables have the largest nodal pressure, the axis that of what is drawn: two numbers, if it is recovered.
+    let nodal = with_digits(forces.iter().map(|n| n[1]).fold(0.0, f64::max), digits);
+    let drawn = with_digits(ends[0].1, digits);
+    let is_recovered = all.iter().any(|row| row.pressure_recovered.is_some());
+    let (above, most) = match is_recovered {
+        true => (RECOVERED.name, format!("{drawn} (largest nodal pressure {nodal})")),
+        false => ("contact pressure", drawn.clone()),
+    };
     let description = format!(
-        "Above the contact pressure, at most {}; below the opening, at most {}, along the contact at {} nodes. \
+        "Above the {above}, at most {most}; below the opening, at most {}, along the contact at {} nodes. \
          Contact zone: {}.{friction_zones}",
-        short(ends[0].1),
         short(ends[1].1),
         nodes.len(),
         written(&touching)
@@ -82,8 +93,9 @@ pub(crate) fn contact(
     let cap = cap(&nodes);
     let axes = [(ends[0].0, cap.unwrap_or(ends[0].1)), ends[1]].map(upwards);
     let points = |c: usize| nodes.iter().map(|n| Vector::new(n[0], n[c])).collect::<Vec<_>>();
+    let look = if is_recovered && ends[0] != (0.0, 0.0) { RECOVERED } else { PRESSURE };
     let series = [
-        [Series { look: PRESSURE, points: below(&points(1), axes[0].ends().1) }],
+        [Series { look, points: below(&points(1), axes[0].ends().1) }],
         [Series { look: OPENING, points: points(2).into_iter().map(Some).collect() }],
     ];
     let places = match start {
@@ -104,6 +116,7 @@ pub(crate) fn contact(
     let below_panel = |k: usize| if k == last { s.as_str() } else { "" };
     let label = [[below_panel(0), pressure.as_str()], [below_panel(1), &opening]];
     let peak = nodes.iter().copied().max_by(|a, b| a[1].total_cmp(&b[1])).filter(|_| cap.is_some());
+    let peak_name = if is_recovered { "recovered peak" } else { "peak" };
     let friction = rubs.as_ref().map(|series| LinePanel {
         bands: &bands,
         ..LinePanel::new([below_panel(2), &friction_label], [&x_axis, &friction_axis], series)
@@ -111,14 +124,18 @@ pub(crate) fn contact(
     let panels = (0..count).map(|k| LinePanel {
         bands: &bands,
         remark: (ends[k] == (0.0, 0.0)).then(|| format!("{} is zero everywhere", series[k][0].look.name)),
-        peak: peak.filter(|_| k == 0).map(|n| (n[0], format!("peak {}", short(three(n[1]))))),
+        peak: peak.filter(|_| k == 0).map(|n| (n[0], format!("{peak_name} {}", with_digits(n[1], digits)))),
         ..LinePanel::new(label[k], [&x_axis, &axes[k]], &series[k])
     });
+    let of_recovered = format!(
+        "The pressure drawn is recovered over the cells of the coarser side, at most {drawn}. The largest nodal pressure, \
+         which the tables have, is {nodal}."
+    );
     let caption = [
         ("The pressure is zero where the bodies are apart.", true),
         ("The opening is zero where there is pressure.", open),
         ("Only the part around the contact zone is drawn.", near.is_some()),
-        ("The pressure drawn is the recovered one.", all.iter().any(|row| row.pressure_recovered.is_some())),
+        (of_recovered.as_str(), is_recovered),
         ("A peak grows with every refinement: its value is written.", cap.is_some()),
         ("Friction is that on the second body, between the two limits.", rubs.is_some()),
         (
@@ -203,11 +220,6 @@ fn below(points: &[Vector], level: f64) -> Vec<Option<Vector>> {
         kept.push(Some(*p).filter(|p| p[1] <= level));
     }
     kept
-}
-
-/// A number to three significant digits.
-fn three(value: f64) -> f64 {
-    format!("{value:.2e}").parse().unwrap_or(value)
 }
 
 /// An axis from 0 (or the least value, if that is negative) to a little above the largest.

@@ -5,7 +5,7 @@ use case_io::table::{ContactRow, FrictionRow};
 
 fn profile<const N: usize>(s: [f64; N], opening: [f64; N], pressure: [f64; N]) -> String {
     let row = |k| ContactRow { s: s[k], opening: opening[k], pressure: pressure[k], ..ContactRow::default() };
-    contact("Contact", &(0..N).map(row).collect::<Vec<_>>(), None, &Labels::default()).0
+    contact("Contact", &(0..N).map(row).collect::<Vec<_>>(), None, 2, &Labels::default()).0
 }
 
 #[test]
@@ -70,7 +70,7 @@ fn labels_have_the_units_of_the_case() {
     let labels =
         Labels { units: case_io::Case::parse(case_io::template::PAPER, "c.toml", &units).unwrap().units };
     let row = |k: usize| ContactRow { s: k as f64, pressure: 1.0, opening: 0.1, ..ContactRow::default() };
-    let (svg, caption) = contact("Contact", &[row(0), row(1)], None, &labels);
+    let (svg, caption) = contact("Contact", &[row(0), row(1)], None, 2, &labels);
     assert!(caption.contains("opening") && !caption.contains("riction"), "{caption}");
     assert_whole(&svg);
     assert!(svg.contains("pressure [MPa]") && svg.contains("opening [mm]") && !svg.contains("units)"));
@@ -87,7 +87,7 @@ fn friction_has_a_panel_with_its_limit() {
     };
     let rubs =
         |tangential: f64| Some(FrictionRow { tangential, slip: 0.0, limit: 4.0, state: "stick".into() });
-    let drawn = |rows: &[ContactRow]| contact("Contact", rows, None, &Labels::default()).0;
+    let drawn = |rows: &[ContactRow]| contact("Contact", rows, None, 2, &Labels::default()).0;
     let svg = drawn(&[row(0, rubs(-1.0)), row(1, rubs(4.0)), row(2, rubs(f64::NAN))]);
     assert_whole(&svg);
     assert!(svg.contains("friction limit") && svg.contains("friction (stress units)"), "{svg}");
@@ -108,9 +108,39 @@ fn a_small_contact_zone_is_drawn_large() {
         ContactRow { s: s[k], pressure, opening: 0.1, ..ContactRow::default() }
     };
     let rows: Vec<ContactRow> = (0..60).map(row).collect();
-    let (svg, caption) = contact("Contact", &rows, None, &Labels::default());
+    let (svg, caption) = contact("Contact", &rows, None, 2, &Labels::default());
     assert_whole(&svg);
     assert!(caption.contains("around the contact zone") && svg.contains("at 12 nodes"), "{svg}");
-    let (_, whole) = contact("Contact", &rows[28..37], None, &Labels::default());
+    let (_, whole) = contact("Contact", &rows[28..37], None, 2, &Labels::default());
     assert!(!whole.contains("around the contact zone"), "{whole}");
+}
+
+#[test]
+fn the_figure_says_which_pressure_it_draws() {
+    let row = |k: usize| ContactRow {
+        s: k as f64,
+        pressure: [4.0, 1.0][k % 2],
+        pressure_recovered: Some(2.5),
+        ..ContactRow::default()
+    };
+    let rows: Vec<ContactRow> = (0..6).map(row).collect();
+    let (svg, caption) = contact("Contact", &rows, None, 3, &Labels::default());
+    assert_whole(&svg);
+    assert!(svg.contains(">pressure, recovered over the cells of the coarser side</text>"), "{svg}");
+    assert!(svg.contains("at most 2.50 (largest nodal pressure 4.00)"), "{svg}");
+    assert!(
+        caption.contains(
+            "coarser side, at most 2.50. The largest nodal pressure, which the tables have, is 4.00."
+        )
+    );
+    // Its peak is not that of the tables either.
+    let mut peak: Vec<ContactRow> = (0..60).map(row).collect();
+    peak[0].pressure_recovered = Some(40.0);
+    assert!(contact("Contact", &peak, None, 3, &Labels::default()).0.contains(">recovered peak 40.0</text>"));
+    // Nodes that match have one pressure.
+    let matching: Vec<ContactRow> =
+        rows.into_iter().map(|row| ContactRow { pressure_recovered: None, ..row }).collect();
+    let (svg, caption) = contact("Contact", &matching, None, 3, &Labels::default());
+    assert!(svg.contains(">pressure</text>") && svg.contains("contact pressure, at most 4.00;"), "{svg}");
+    assert!(!svg.contains("recovered") && !caption.contains("recovered"), "{caption}");
 }
