@@ -67,6 +67,16 @@ fn each_stretch_of_a_contact_has_its_results() {
     assert_eq!(output.status.code(), Some(0), "{}", said(&output));
     // Half a metre each, a metre of free surface between them.
     assert_eq!(report(&out).results.contact_intervals.unwrap(), [[0.0, 0.5], [0.5, 1.0]]);
+    // The page has the force of each.
+    let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+    for what in ["resultant x", "resultant y", "∫ p ds"] {
+        for part in ["0 to 0.5000", "0.5000 to 1.000"] {
+            assert!(
+                page.contains(&format!("<td>{what} of the stretch s = {part}</td>")),
+                "{what} {part}: {page}"
+            );
+        }
+    }
 }
 
 #[test]

@@ -4,7 +4,7 @@ use super::{certified, number, table, unit, with_unit};
 use crate::words::{self, with_digits};
 use case_io::Case;
 use case_io::case::Units;
-use case_io::report::Report;
+use case_io::report::{ContactStretch, ContactSummary, Report};
 use std::cmp::Ordering;
 use std::fmt::Write as _;
 
@@ -24,7 +24,11 @@ pub(super) fn results(page: &mut String, case: &Case, report: &Report) {
     for (body, a) in report.bodies.iter().zip(energies) {
         row(&format!("energy norm² of {}", body.name), Some(*a), Kind::Energy);
     }
-    for contact in &report.contact {
+    for (contact, stretches) in report
+        .contact
+        .iter()
+        .zip(stretches(&report.contact, r.contact_stretches.as_deref().unwrap_or_default()))
+    {
         let of = if report.contact.len() > 1 { format!(" of {}", contact.name) } else { String::new() };
         let [x, y] = contact.resultant.map_or([None; 2], |force| force.map(Some));
         row(&format!("resultant x of the contact{of}, on the first body"), x, Kind::Force);
@@ -35,6 +39,15 @@ pub(super) fn results(page: &mut String, case: &Case, report: &Report) {
         if let Some([x, y]) = contact.centre {
             row(&format!("centre of pressure{of}, x"), Some(x), Kind::Length);
             row(&format!("centre of pressure{of}, y"), Some(y), Kind::Length);
+        }
+        // One stretch is the whole pair.
+        for stretch in stretches.iter().filter(|_| stretches.len() > 1) {
+            let [from, to] = stretch.s.map(|s| number(Some(s)));
+            let of = format!("of the stretch s = {from} to {to} {length}").trim_end().to_owned() + &of;
+            let [x, y] = stretch.resultant.map(Some);
+            row(&format!("resultant x {of}"), x, Kind::Force);
+            row(&format!("resultant y {of}"), y, Kind::Force);
+            row(&format!("∫ p ds {of}"), Some(stretch.contact_force), Kind::Force);
         }
         if let Some(friction) = &contact.friction {
             let force = Some(friction.tangential_force);
@@ -145,6 +158,22 @@ pub(super) fn results(page: &mut String, case: &Case, report: &Report) {
     balance(page, case, report);
 }
 
+/// The stretches of each pair; those of all pairs follow each other, each with its number of pairs of nodes.
+fn stretches<'a>(contacts: &[ContactSummary], all: &'a [ContactStretch]) -> Vec<&'a [ContactStretch]> {
+    let mut left = all;
+    let of_pair = |contact: &ContactSummary| {
+        let mut nodes = 0;
+        let is_inside = |stretch: &&ContactStretch| {
+            nodes += stretch.pairs;
+            nodes <= contact.pairs
+        };
+        let (own, others) = left.split_at(left.iter().take_while(is_inside).count());
+        left = others;
+        own
+    };
+    contacts.iter().map(of_pair).collect()
+}
+
 /// The forces on each body added up, which are round-off.
 fn balance(page: &mut String, case: &Case, report: &Report) {
     let balances = report.bodies.iter().zip(report.results.balance.iter().flatten());
@@ -166,4 +195,17 @@ enum Kind {
     Force,
     Energy,
     Moment,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_stretch_belongs_to_its_pair() {
+        let contacts = [3, 7, 2].map(|pairs| ContactSummary { pairs, ..ContactSummary::default() });
+        let all = [3, 4, 1, 2, 2].map(|pairs| ContactStretch { pairs, ..ContactStretch::default() });
+        assert_eq!(stretches(&contacts, &all), [&all[..1], &all[1..4], &all[4..]]);
+        assert_eq!(stretches(&contacts, &[]), [&[]; 3]);
+    }
 }
