@@ -9,6 +9,9 @@
 //! give a mean of 1; then `Σ m_k ℓ_k = Σ P_i` as well. Where the nodes of both sides match, it is `P_i/ℓ_i`. At the end of a line an
 //! edge that continues beyond it counts as cut.
 //!
+//! Nodes of later refinements are ends of uncut edges, so that the mean becomes as local as the mesh; a node of the common refinement still counts as a
+//! cut then, since the forces beside it still oscillate. On a mesh on which contact is narrower than such an edge, the mean is far below the largest nodal pressure.
+//!
 //! The mean blurs the ends of contact: it carries force to open nodes, and what is in contact next to them has too little. A second mean shows how much:
 //! it would carry `ℓ_k K_ki ℓ_i (m_k − m_i)` from a node `k` in contact to an open node `i`. As much flows back, but no more than node `i` has:
 //! ```math
@@ -225,6 +228,13 @@ fn weights(near: &[Near], lengths: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::refine::longest_edges;
+    use fem_core::body::Body;
+    use fem_core::boundary::BoundaryConditions;
+    use fem_core::interface::common_refinement::common_refinement;
+    use fem_core::interface::{ContactNormal, Gap};
+    use fem_core::material::{Hypothesis, LinearElastic};
+    use fem_core::mesh::generate::block;
 
     /// A closed line of eight pairs from pair `first` on; the first side has the even ones, the second one has 0, 3 and 5.
     fn closed(first: usize) -> (Box<Chain>, [Vec<bool>; 2]) {
@@ -315,6 +325,40 @@ mod tests {
                 assert!((p - expected).abs() < 1e-12, "{first}: {p} {expected}");
             }
         }
+    }
+
+    #[test]
+    fn nodes_of_later_refinements_are_ends_of_uncut_edges() {
+        let steel = LinearElastic::isotropic(1000.0, 0.3, Hypothesis::PlaneStrain).unwrap();
+        let part = |y: f64, cells: usize| {
+            let mesh = block([0.0, y], [1.0, 1.0], [cells, 3]).unwrap();
+            Body::new(mesh, steel.clone(), &BoundaryConditions::new()).unwrap()
+        };
+        let (surfaces, normal) = (["bottom", "top"], ContactNormal::Averaged);
+        let common = common_refinement([part(0.0, 3), part(-1.0, 4)], surfaces, normal).unwrap();
+        let gap = Gap::Given(0.0.into());
+        let interface = ContactInterface::pair_refined(&common, surfaces, &gap, normal).unwrap();
+        let mut problem = ContactProblem::between(common.bodies, interface);
+        // The pressure where a single force is, over that of the node.
+        let part_left = |problem: &ContactProblem, x: f64| {
+            let pairs = problem.contacts[0].interface.pairs();
+            let place = |k: usize| problem.bodies[0].mesh().points()[pairs[k].nodes[0]][0];
+            let at = (0..pairs.len()).find(|k| (place(*k) - x).abs() < 1e-9).unwrap();
+            let forces: Vec<f64> = (0..pairs.len()).map(|k| f64::from(u8::from(k == at))).collect();
+            recovered_pressure(problem, 0, &forces).unwrap()[at] * pairs[at].tributary_length
+        };
+        assert!(part_left(&problem, 0.25) < 0.7);
+        let mut edges = longest_edges(&problem);
+        for _ in 0..2 {
+            let marked: Vec<Vec<bool>> =
+                problem.bodies.iter().map(|body| vec![true; body.mesh().topology().edges().len()]).collect();
+            let finer = problem.refined(&edges, &marked).unwrap();
+            edges = finer.refinements.iter().map(|r| r.refinement_edges.clone()).collect();
+            problem = finer.problem;
+        }
+        // No edge beside 0.125 is cut; 0.25 is still a cut of the first body.
+        assert!((part_left(&problem, 0.125) - 1.0).abs() < 1e-12);
+        assert!(part_left(&problem, 0.25) < 0.7);
     }
 
     #[test]
