@@ -175,6 +175,7 @@ impl Printer {
             _ if self.quiet => Ok(()),
             Format::Human => {
                 let mut text = verdict::verdict(report) + &verdict::peak(report);
+                text += &verdict::key_results(case, report);
                 let remark = console::remark(case, report).filter(|_| self.every_iteration);
                 text.extend(remark.map(|remark| format!("note: {remark}\n")));
                 if verbose {

@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use case_io::report::Report;
+use nndd_report::words::{certified_digits, with_digits};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -198,6 +199,7 @@ fn units_label_and_change_no_number() {
     let labelled = solve(&paper, &temp.path().join("mm"), &units);
     assert_eq!((bare.status.code(), labelled.status.code()), (Some(0), Some(0)));
     assert!(text(&labelled.stdout).contains("lengths mm, forces N, stresses MPa"));
+    assert!(key_results(&text(&labelled.stdout)).unwrap().contains(" MPa, "));
     let read =
         |folder: &str, file: &str| std::fs::read_to_string(temp.path().join(folder).join(file)).unwrap();
     let report =
@@ -215,6 +217,35 @@ fn units_label_and_change_no_number() {
     }
     let refused = solve(&paper, &temp.path().join("no"), &["--set", "units.length=\"a long name\""]);
     assert_eq!(refused.status.code(), Some(3));
+}
+
+/// The line about the contact and the largest stress.
+fn key_results(said: &str) -> Option<&str> {
+    said.lines().find(|line| line.contains("integral of the pressure"))
+}
+
+#[test]
+fn a_run_ends_with_its_force_pressure_and_stress() {
+    let temp = tempfile::tempdir().unwrap();
+    let units = ["--set", "units.length=\"mm\"", "--set", "units.force=\"N\""];
+    let out = temp.path().join("out");
+    let said = text(&solve(&cases().join("paper.toml"), &out, &units).stdout);
+    let report = report(&out);
+    let (r, certificate) = (&report.results, report.certificate.as_ref().unwrap());
+    let digits = certified_digits(certificate.relative);
+    let shown = |x: Option<f64>| with_digits(x.unwrap(), digits);
+    let expected = format!(
+        "integral of the pressure {} N/mm, largest nodal pressure {} MPa, largest recovered von Mises stress {} MPa; no bounds",
+        shown(r.contact_force),
+        shown(r.max_pressure),
+        shown(r.peak_stress.as_ref().map(|peak| peak.von_mises))
+    );
+    assert_eq!(key_results(&said), Some(expected.as_str()), "{said}");
+    // Without a certificate nothing is said of its digits, and an adaptive run speaks of its peak.
+    let coulomb = text(&solve(&cases().join("coulomb.toml"), &temp.path().join("coulomb"), &[]).stdout);
+    assert!(coulomb.contains("no bound exists") && key_results(&coulomb).is_none(), "{coulomb}");
+    let adaptive = text(&solve(&cases().join("adaptive.toml"), &temp.path().join("adaptive"), &[]).stdout);
+    assert!(adaptive.contains("against the mesh before") && key_results(&adaptive).is_none(), "{adaptive}");
 }
 
 #[test]

@@ -1,6 +1,8 @@
 //! The sentence about a run, and the one about its certificate.
 
 use crate::words;
+use case_io::Case;
+use case_io::case::Units;
 use case_io::report::{Certificate, Coulomb, Parts, Report, Status};
 use std::fmt::Write as _;
 
@@ -91,6 +93,32 @@ pub fn peak(report: &Report) -> String {
         if change < 0.0 { "" } else { "+" },
         words::short((1e4 * change).round() / 100.0)
     )
+}
+
+/// A quantity of the console: its name, its value and its unit.
+type Quantity = (&'static str, Option<f64>, fn(&Units) -> String);
+
+/// Writes the line about the contact and the largest stress of a run without refinement; empty without a valid certificate.
+pub fn key_results(case: &Case, report: &Report) -> String {
+    let Some(certificate) = report.valid_certificate().filter(|_| case.adapt.is_none()) else {
+        return String::new();
+    };
+    let digits = words::certified_digits(certificate.relative);
+    let r = &report.results;
+    let of_contact = |value: Option<f64>| value.filter(|_| !report.contact.is_empty());
+    let stress = r.peak_stress.as_ref().map(|peak| peak.von_mises);
+    let quantities: [Quantity; 3] = [
+        ("integral of the pressure", of_contact(r.contact_force), Units::line_force),
+        ("largest nodal pressure", of_contact(r.max_pressure), Units::stress),
+        ("largest recovered von Mises stress", stress, Units::stress),
+    ];
+    let shown = quantities.into_iter().filter_map(|(name, value, unit)| {
+        let unit = case.units.as_ref().map_or_else(String::new, |units| format!(" {}", unit(units)));
+        Some(format!("{name} {}{unit}", words::with_digits(value?, digits)))
+    });
+    let shown: Vec<String> = shown.collect();
+    let when = if report.steps.is_empty() { "" } else { "last step: " };
+    if shown.is_empty() { String::new() } else { format!("{when}{}; no bounds\n", shown.join(", ")) }
 }
 
 /// The other parts of the bound, as far as they are a noticeable share of it.
