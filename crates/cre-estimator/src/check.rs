@@ -1,28 +1,23 @@
 //! Checks of admissibility, as numbers: the basis of a certificate.
 
+mod forces;
+
 use crate::admissible::{AdmissibleBody, AdmissibleContact, AdmissiblePair};
-use crate::cells::{Cells, Gathered, Residuals, load_tensor, set_tensor};
 use crate::cre::CellMeasure;
 use crate::equilibrated::EquilibratedStress;
-use crate::johnson_mercier::CellStress;
-use crate::lanes::{MOST_LANES, Row};
 use crate::lift;
 use crate::openings;
 use crate::round_off::force_noise;
 pub use crate::size::SIGN_TOLERANCE;
 use crate::size::{larger, largest_displacement};
-use fem_core::body::{Body, EdgeReaction, NodeConstraint, RigidMotion, RigidSide};
-use fem_core::double_double::DoubleDouble;
+use fem_core::body::{Body, NodeConstraint, RigidMotion, RigidSide};
 use fem_core::each_body;
-use fem_core::geometry::{Vector, perpendicular};
+use fem_core::geometry::Vector;
 use fem_core::interface::{ContactInterface, ContactPair, ContactProblem};
 use fem_core::mesh::TriMesh;
-use fem_core::mesh::id::EdgeId;
-use fem_core::parallel::each_task;
 use fem_core::tensor::SymTensor2;
-use pulp::Simd;
+use forces::{edge_tractions, forces};
 use std::borrow::Cow;
-use std::ops::Range;
 
 /// Force residuals up to this are round-off; larger ones invalidate a certificate.
 pub const FORCE_TOLERANCE: f64 = 1e-10;
@@ -108,48 +103,9 @@ impl Admissibility {
     }
 }
 
-/// Squares of the force residuals of one body and of the scale they are compared with, N²/m²; one square root at the
-/// end.
-#[derive(Clone, Copy, Debug, Default)]
-struct Forces {
-    equilibrium: f64,
-    jump: f64,
-    boundary: f64,
-    scale: f64,
-}
-
-impl Forces {
-    fn max(self, other: Self) -> Self {
-        Self {
-            equilibrium: larger(self.equilibrium, other.equilibrium),
-            jump: larger(self.jump, other.jump),
-            boundary: larger(self.boundary, other.boundary),
-            scale: larger(self.scale, other.scale),
-        }
-    }
-
-    /// Relates the residuals to the scale, or to one at which `noise` alone just passes.
-    fn residuals(self, noise: f64) -> Admissibility {
-        let scale = larger(self.scale.sqrt(), noise / FORCE_TOLERANCE);
-        Admissibility {
-            equilibrium: relative(self.equilibrium.sqrt(), scale),
-            traction_jump: relative(self.jump.sqrt(), scale),
-            boundary_traction: relative(self.boundary.sqrt(), scale),
-            ..Admissibility::default()
-        }
-    }
-}
-
-/// Tractions times length on the edges of a triangle, from its stress: edge `k` at corners `k`, `k+1`.
-type CellForces = [[Vector; 2]; 3];
-
-fn square(a: Vector) -> f64 {
-    a.dot(&a)
-}
-
 /// Length of a vector by its square: the guard of `hypot` against overflow costs more than the whole check.
 fn norm(a: Vector) -> f64 {
-    square(a).sqrt()
+    a.dot(&a).sqrt()
 }
 
 /// Checks an admissible pair.
@@ -352,191 +308,4 @@ pub(crate) fn check_stress_and_measure(
 
 fn relative(x: f64, scale: f64) -> f64 {
     if x == 0.0 { 0.0 } else { x / scale }
-}
-
-/// Triangles per block: most edges have both sides within a block, and its edge forces stay in the cache.
-const BLOCK: usize = 8192;
-
-/// Finds the force residuals of a body, block by block, and measures its triangles if `against` has a stress.
-fn forces(
-    body: &Body,
-    stress: &EquilibratedStress,
-    against: [Option<&[SymTensor2]>; 2],
-) -> (Forces, Vec<CellMeasure>) {
-    let triangles = body.mesh().triangles().len();
-    for given in against.into_iter().flatten() {
-        assert!(given.len() == triangles, "a stress of {} triangles on {triangles}", given.len());
-    }
-    let blocks: Vec<(Forces, Vec<CellMeasure>)> = each_task(triangles.div_ceil(BLOCK), |k| {
-        let triangles = k * BLOCK..triangles.min((k + 1) * BLOCK);
-        pulp::Arch::new().dispatch(BlockForces { body, stress, triangles, against })
-    });
-    let worst = blocks.iter().fold(Forces::default(), |worst, (found, _)| worst.max(*found));
-    (worst, blocks.into_iter().flat_map(|(_, cells)| cells).collect())
-}
-
-/// The force residuals of a block.
-struct BlockForces<'a> {
-    body: &'a Body,
-    stress: &'a EquilibratedStress,
-    triangles: Range<usize>,
-    against: [Option<&'a [SymTensor2]>; 2],
-}
-
-/// The triangles that are side by side, and the stresses to which their distances are measured.
-#[derive(Default)]
-struct Gathering {
-    cells: Gathered,
-    against: [[Row; 3]; 2],
-}
-
-impl pulp::WithSimd for BlockForces<'_> {
-    type Output = (Forces, Vec<CellMeasure>);
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> (Forces, Vec<CellMeasure>) {
-        let Self { body, stress, triangles, against } = self;
-        let load = body.body_force();
-        let mut worst = Forces::default();
-        let mut cells: Vec<CellForces> = Vec::with_capacity(triangles.len());
-        let measured = against.iter().any(Option::is_some);
-        let mut measures = Vec::with_capacity(if measured { triangles.len() } else { 0 });
-        let mut gathering = Gathering::default();
-        for first in triangles.clone().step_by(S::F64_LANES) {
-            let group = first..triangles.end.min(first + S::F64_LANES);
-            // Lanes without a triangle keep the one that they had before, whose results are not read.
-            for (lane, t) in group.clone().enumerate() {
-                gathering.cells.set(lane, body, stress, t);
-                for (rows, given) in gathering.against.iter_mut().zip(against) {
-                    if let Some(given) = given {
-                        set_tensor(rows, lane, given[t]);
-                    }
-                }
-            }
-            let found = Cells::new(simd, &gathering.cells, load);
-            let Residuals { equilibrium, forces } = found.residuals(load);
-            let mut rows = [[0.0; MOST_LANES]; 1 + 12];
-            equilibrium.store(&mut rows[0]);
-            for (pair, force) in rows[1..].chunks_exact_mut(2).zip(forces.as_flattened()) {
-                force[0].store(&mut pair[0]);
-                force[1].store(&mut pair[1]);
-            }
-            for (lane, t) in group.clone().enumerate() {
-                let area = body.mesh().area(t);
-                worst.equilibrium = larger(worst.equilibrium, rows[0][lane]);
-                worst.scale = larger(worst.scale, square(area * load));
-                let mut forces = CellForces::default();
-                for (force, pair) in forces.as_flattened_mut().iter_mut().zip(rows[1..].chunks_exact(2)) {
-                    *force = Vector::new(pair[0][lane], pair[1][lane]);
-                }
-                cells.push(forces);
-            }
-            if measured {
-                measure(simd, &found, (&gathering.against, against), group.len(), &mut measures);
-            }
-        }
-        let block = Block { body, stress, first: triangles.start, cells };
-        for t in triangles {
-            for k in 0..3 {
-                worst = worst.max(block.edge(t, k));
-            }
-        }
-        (worst, measures)
-    }
-}
-
-/// Measures the first `count` of some triangles.
-#[inline(always)]
-fn measure<S: Simd>(
-    simd: S,
-    cells: &Cells<S>,
-    (rows, against): (&[[Row; 3]; 2], [Option<&[SymTensor2]>; 2]),
-    count: usize,
-    measures: &mut Vec<CellMeasure>,
-) {
-    let mut distances = [[0.0; MOST_LANES]; 2];
-    for k in 0..2 {
-        if against[k].is_some() {
-            cells.distance_squared(load_tensor(simd, &rows[k])).store(&mut distances[k]);
-        }
-    }
-    let mut sums = [[[0.0; MOST_LANES]; 3]; 2];
-    for (rows, parts) in sums.as_flattened_mut().iter_mut().zip(cells.sum().as_flattened()) {
-        parts.store(rows);
-    }
-    for lane in 0..count {
-        let sum = |c: usize| DoubleDouble { high: sums[0][c][lane], low: sums[1][c][lane] };
-        measures.push(CellMeasure {
-            distances: [distances[0][lane], distances[1][lane]],
-            sum: [sum(0), sum(1), sum(2)],
-        });
-    }
-}
-
-/// Computes the tractions times length on the edges of a triangle.
-fn edge_tractions(body: &Body, tau: &CellStress, t: usize) -> CellForces {
-    let corners = body.mesh().corners(t);
-    [0, 1, 2].map(|k| {
-        let along = corners[(k + 1) % 3] - corners[k];
-        let normal = Vector::new(along[1], -along[0]);
-        [tau[k][0].apply(normal), tau[k][1].apply(normal)]
-    })
-}
-
-/// Consecutive triangles with the forces on their edges.
-struct Block<'a> {
-    body: &'a Body,
-    stress: &'a EquilibratedStress,
-    first: usize,
-    cells: Vec<CellForces>,
-}
-
-impl Block<'_> {
-    /// Compares the forces on edge `k` of triangle `t` from both sides, or with the given ones. Each edge is checked
-    /// once, by its first triangle.
-    fn edge(&self, t: usize, k: usize) -> Forces {
-        let mesh = self.body.mesh();
-        let topology = mesh.topology();
-        let edge = topology.triangle_edges()[t][k];
-        let [owner, other] = topology.edge_triangles()[edge].map(|t| t as usize);
-        let mut worst = Forces::default();
-        if owner != t {
-            return worst;
-        }
-        let own = self.edge_forces(t, edge);
-        worst.scale = larger(square(own[0]), square(own[1]));
-        if !topology.is_boundary(edge) {
-            for (a, b) in own.into_iter().zip(self.edge_forces(other, edge)) {
-                worst.jump = larger(worst.jump, square(a + b));
-            }
-            return worst;
-        }
-        let condition = &self.stress.conditions[topology.boundary_place(edge)];
-        let length = mesh.edge_length(edge);
-        for (force, traction) in own.into_iter().zip(condition.traction) {
-            let given = length * traction;
-            worst.scale = larger(worst.scale, square(given));
-            let difference = force - given;
-            let residual = match condition.reaction {
-                EdgeReaction::None => square(difference),
-                EdgeReaction::Along(d) => difference.dot(&perpendicular(d)).powi(2),
-                EdgeReaction::Both => 0.0,
-            };
-            worst.boundary = larger(worst.boundary, residual);
-        }
-        worst
-    }
-
-    /// Tractions times length at the ends of an edge, in its own order, from triangle `t`.
-    fn edge_forces(&self, t: usize, edge: EdgeId) -> [Vector; 2] {
-        let mesh = self.body.mesh();
-        let topology = mesh.topology();
-        let k = topology.edge_in(t, edge);
-        let forces = match self.cells.get(t.wrapping_sub(self.first)) {
-            Some(forces) => forces[k],
-            None => edge_tractions(self.body, &self.stress.cell(self.body, t), t)[k],
-        };
-        let first = topology.edges()[edge][0] == mesh.triangles()[t][k];
-        if first { forces } else { [forces[1], forces[0]] }
-    }
 }
