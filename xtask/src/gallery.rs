@@ -75,10 +75,10 @@ fn measured(report: &Value) -> Outcome<String> {
         1 => "1 iteration".to_owned(),
         n => format!("{n} iterations"),
     };
-    // A bound is rounded up.
-    let percent = (100.0 * percent).ceil() / 100.0;
     // As many digits as the page of the run has.
     let digits = (3.0 - percent.log10()).ceil().clamp(2.0, 6.0) as usize;
+    // A bound is rounded up.
+    let percent = (100.0 * percent).ceil() / 100.0;
     let force = report["results"]["contact_force"].as_f64().unwrap_or(f64::NAN);
     let force: f64 = format!("{force:.*e}", digits - 1).parse().unwrap_or(force);
     Ok(format!(

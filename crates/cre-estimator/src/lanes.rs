@@ -9,7 +9,8 @@ pub(crate) const MOST_LANES: usize = 8;
 /// One number per triangle, as it is gathered from a mesh; only the lanes that the processor has are used.
 pub(crate) type Row = [f64; MOST_LANES];
 
-/// One number per lane. Every lane computes what it would alone, so results do not depend on the number of lanes.
+/// One number per lane. Every lane computes what it would alone, so results do not depend on the number of lanes; a processor that cannot
+/// fuse products and sums rounds differently.
 #[derive(Clone, Copy)]
 pub(crate) struct Lanes<S: Simd> {
     simd: S,
@@ -42,6 +43,7 @@ impl<S: Simd> Lanes<S> {
     /// Loads the numbers of the group `part` of lanes.
     #[inline(always)]
     pub(crate) fn load_part(simd: S, row: &Row, part: usize) -> Self {
+        const { assert!(MOST_LANES.is_multiple_of(S::F64_LANES)) }
         Self { simd, numbers: S::as_simd_f64s(row).0[part] }
     }
 

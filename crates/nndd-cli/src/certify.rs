@@ -26,8 +26,8 @@ pub(crate) fn command(options: &Certify) -> Result<u8, Failure> {
         let _ = writeln!(
             text,
             "changed to be admissible: penetration up to {} removed, supports met by up to {}; energy norm of the change {}",
-            with_digits(found.penetration, DIGITS),
-            with_digits(found.support_change, DIGITS),
+            rounded_up(found.penetration),
+            rounded_up(found.support_change),
             rounded_up(found.change)
         );
     }

@@ -235,7 +235,7 @@ fn a_run_ends_with_its_force_pressure_and_stress() {
     let digits = certified_digits(certificate.relative);
     let shown = |x: Option<f64>| with_digits(x.unwrap(), digits);
     let expected = format!(
-        "integral of the pressure {} N/mm, largest nodal pressure {} MPa, largest recovered von Mises stress {} MPa; no bounds",
+        "integral of the pressure {} N/mm, largest nodal pressure {} MPa, largest recovered von Mises stress {} MPa; these are not bounds",
         shown(r.contact_force),
         shown(r.max_pressure),
         shown(r.peak_stress.as_ref().map(|peak| peak.von_mises))

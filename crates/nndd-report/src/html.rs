@@ -8,6 +8,7 @@ use crate::words::{self, one_line, plain, with_digits};
 use case_io::Case;
 use case_io::case::Units;
 use case_io::report::{Certificate, Checks, Coulomb, Report};
+use fem_core::geometry::Vector;
 use results::results;
 use serde_json::Value;
 use std::fmt::Write as _;
@@ -145,7 +146,7 @@ fn bodies(page: &mut String, case: &Case, report: &Report, angles: &[f64]) {
         let digits = words::certified_digits(certified(report));
         let shown = |x: Option<f64>| x.map_or_else(|| number(None), |x| with_digits(x, digits));
         cells.extend([contact.contact_force, contact.max_pressure].map(shown));
-        let place = |[x, y]: [f64; 2]| format!("({}, {})", with_digits(x, digits), with_digits(y, digits));
+        let place = |[x, y]: [f64; 2]| words::place(Vector::new(x, y), x.abs().max(y.abs()));
         cells.push(contact.max_pressure_at.map_or_else(|| number(None), place));
         cells
     });

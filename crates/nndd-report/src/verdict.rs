@@ -118,7 +118,11 @@ pub fn key_results(case: &Case, report: &Report) -> String {
     });
     let shown: Vec<String> = shown.collect();
     let when = if report.steps.is_empty() { "" } else { "last step: " };
-    if shown.is_empty() { String::new() } else { format!("{when}{}; no bounds\n", shown.join(", ")) }
+    if shown.is_empty() {
+        String::new()
+    } else {
+        format!("{when}{}; these are not bounds\n", shown.join(", "))
+    }
 }
 
 /// The other parts of the bound, as far as they are a noticeable share of it.

@@ -263,7 +263,8 @@ fn spokes_of(mesh: &TriMesh, node: NodeId) -> u32 {
 }
 
 impl Open {
-    /// Prepares it for stars of this many spokes.
+    /// Prepares it for stars of this many spokes. Lanes without a star keep what was there: nodes and edges of the same mesh, and numbers whose
+    /// results are not read.
     fn renew(&mut self, spokes: usize, place: usize) {
         let size = 3 + spokes;
         (self.stars, self.place) = (0, place);

@@ -1,14 +1,19 @@
 //! The memory of the stars, computed before it is allocated.
 
+use super::band::band_size;
+use crate::lanes::{MOST_LANES, Row};
 use fem_core::mesh::TriMesh;
+use std::collections::BTreeMap;
+
+/// Batches of a band that are not full, for each number of spokes: some of its colours.
+const PARTLY_FILLED: usize = 3;
 
 /// Counts the bytes of the stars of a mesh and of the vectors of a relaxation.
 ///
 /// A star of `s = valence + 3` unknowns has two packed blocks of `s (s+1)/2` numbers in single precision, and the couplings
-/// of each spoke. The conjugate gradients have four vectors of three unknowns per vertex and one per edge.
+/// of each spoke; its batch has room for [`MOST_LANES`] of them. The conjugate gradients have four vectors of three unknowns per vertex and one
+/// per edge. Each thread inverts a batch of the largest stars in double precision.
 pub(crate) fn bytes_of_stars(mesh: &TriMesh) -> usize {
-    // The share of a full batch.
-    const PLACE: usize = 6;
     const SPOKE: usize = 12 + 23 * size_of::<f32>();
     const VECTORS: usize = 4 * size_of::<f64>();
     let topology = mesh.topology();
@@ -16,12 +21,19 @@ pub(crate) fn bytes_of_stars(mesh: &TriMesh) -> usize {
     for n in topology.edges().as_flattened() {
         spokes[*n] += 1;
     }
-    let stars: usize = spokes
-        .into_iter()
-        .map(|spokes| {
+    let mut stars = 0;
+    for band in spokes.chunks(band_size(spokes.len()).max(1)) {
+        let mut kinds: BTreeMap<usize, usize> = BTreeMap::new();
+        band.iter().for_each(|spokes| *kinds.entry(*spokes).or_default() += 1);
+        for (spokes, count) in kinds {
+            let batches = count.div_ceil(MOST_LANES) + PARTLY_FILLED.min(count - 1);
             let size = spokes + 3;
-            PLACE + spokes * SPOKE + size * (size + 1) * size_of::<f32>()
-        })
-        .sum();
-    stars + VECTORS * (3 * mesh.points().len() + topology.edges().len())
+            stars += batches * MOST_LANES * (spokes * SPOKE + size * (size + 1) * size_of::<f32>());
+        }
+    }
+    let largest = 3 + spokes.iter().copied().max().unwrap_or(0);
+    let working = (largest * (largest + 1) / 2 + largest * largest) * size_of::<Row>();
+    stars
+        + VECTORS * (3 * mesh.points().len() + topology.edges().len())
+        + working * rayon::current_num_threads()
 }

@@ -8,6 +8,9 @@ use case_io::report::{ContactStretch, ContactSummary, Report};
 use std::cmp::Ordering;
 use std::fmt::Write as _;
 
+/// Digits of a place, at least.
+const PLACE_DIGITS: usize = 4;
+
 /// Writes the table of results, and the sums of forces below it.
 pub(super) fn results(page: &mut String, case: &Case, report: &Report) {
     let r = &report.results;
@@ -62,8 +65,8 @@ pub(super) fn results(page: &mut String, case: &Case, report: &Report) {
         let most = report.contact.iter().filter(|contact| contact.max_pressure.is_some());
         let most = most.max_by(|a, b| a.max_pressure.partial_cmp(&b.max_pressure).unwrap_or(Ordering::Equal));
         if let Some([x, y]) = most.and_then(|contact| contact.max_pressure_at) {
-            row("its place, x", Some(x), Kind::Length);
-            row("its place, y", Some(y), Kind::Length);
+            row("its place, x", Some(x), Kind::Place);
+            row("its place, y", Some(y), Kind::Place);
         }
         if r.max_pressure_recovered.is_some() {
             row(
@@ -127,7 +130,7 @@ pub(super) fn results(page: &mut String, case: &Case, report: &Report) {
             Kind::Force => (&line_force, Some(&force)),
             // An energy per unit thickness has the unit of a force; so has a moment per unit thickness.
             Kind::Energy | Kind::Moment => (&force, Some(&moment)),
-            Kind::Length => (&length, None),
+            Kind::Length | Kind::Place => (&length, None),
             Kind::Stress => (&stress, None),
             Kind::Number => (&String::new(), None),
         };
@@ -138,6 +141,8 @@ pub(super) fn results(page: &mut String, case: &Case, report: &Report) {
         };
         let rounding = words::ROUNDING * whole_size;
         let value = value.map(|x| if x.abs() <= rounding { 0.0 } else { x });
+        // A place is a node of the mesh, whatever the error.
+        let digits = if *kind == Kind::Place { digits.max(PLACE_DIGITS) } else { digits };
         let shown = |value: Option<f64>, unit: &str| match value {
             Some(value) => format!("{} {unit}", with_digits(value, digits)).trim_end().to_owned(),
             None => number(None),
@@ -189,6 +194,8 @@ fn balance(page: &mut String, case: &Case, report: &Report) {
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Length,
+    /// A coordinate of a node.
+    Place,
     /// Without a unit.
     Number,
     Stress,
