@@ -211,7 +211,8 @@ def test_a_second_ctrl_c_does_not_wait() -> None:
                 os.kill(os.getpid(), signal.SIGINT)
                 time.sleep(0.15)
 
-        problem = blocks((300, 150))
+        # Large: a fast machine must not end between the two signals.
+        problem = blocks((800, 400))
         threading.Timer(0.5, press).start()
         started = time.perf_counter()
         try:
