@@ -246,12 +246,7 @@ impl<S: Simd> Cells<S> {
     #[inline(always)]
     pub(crate) fn gradient(&self, d: &[Tensor<S>; NODES]) -> (Lanes<S>, [Lanes<S>; 12]) {
         let zero = Lanes::splat(self.simd, 0.0);
-        let [a, b] = self.edges;
-        let dyads = [
-            [a[0] * a[0], a[1] * a[1], a[0] * a[1]],
-            [b[0] * b[0], b[1] * b[1], b[0] * b[1]],
-            [2.0 * (a[0] * b[0]), 2.0 * (a[1] * b[1]), a[0] * b[1] + a[1] * b[0]],
-        ];
+        let dyads = dyads(self.edges);
         let scale = Lanes::splat(self.simd, 0.5 / 36.0);
         let recovery = recovery();
         let (mut energy, mut loads) = (zero, [zero; 12]);
@@ -295,6 +290,16 @@ impl<S: Simd> Cells<S> {
         }
         [high, low]
     }
+}
+
+/// Computes `a⊗a`, `b⊗b` and `a⊗b + b⊗a`.
+#[inline(always)]
+pub(crate) fn dyads<S: Simd>([a, b]: [Pair<S>; 2]) -> [Tensor<S>; 3] {
+    [
+        [a[0] * a[0], a[1] * a[1], a[0] * a[1]],
+        [b[0] * b[0], b[1] * b[1], b[0] * b[1]],
+        [2.0 * (a[0] * b[0]), 2.0 * (a[1] * b[1]), a[0] * b[1] + a[1] * b[0]],
+    ]
 }
 
 /// Adds up a stress at the corners of part `k`.

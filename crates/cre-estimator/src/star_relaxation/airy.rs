@@ -8,7 +8,7 @@
 //! follows from the edge moments of `R∇φ` by the same matrix as any other stress.
 
 use super::space::Space;
-use crate::cells::{Cells, Compliance, set_compliance};
+use crate::cells::{Cells, Compliance, dyads, set_compliance};
 use crate::johnson_mercier;
 use crate::lanes::{Lanes, Pair, Row, Tensor, contract, cross, dot, less, load_pair, turned};
 use pulp::Simd;
@@ -193,12 +193,7 @@ impl<S: Simd> Map<S> {
     #[inline(always)]
     pub(super) fn factors(&self, simd: S) -> [Lanes<S>; 6] {
         let [a, b] = self.edges;
-        // `a⊗a`, `b⊗b`, `a⊗b + b⊗a`.
-        let dyads = [
-            [a[0] * a[0], a[1] * a[1], a[0] * a[1]],
-            [b[0] * b[0], b[1] * b[1], b[0] * b[1]],
-            [2.0 * (a[0] * b[0]), 2.0 * (a[1] * b[1]), a[0] * b[1] + a[1] * b[0]],
-        ];
+        let dyads = dyads(self.edges);
         let jacobian = cross(a, b);
         let scale = Lanes::splat(simd, 1.0).over(jacobian * jacobian * jacobian);
         let mut factors = [Lanes::splat(simd, 0.0); 6];
