@@ -242,6 +242,12 @@ impl<S: Simd> Cells<S> {
         0.5 / 36.0 * (self.jacobian * sum)
     }
 
+    /// Computes `∫ σ : E⁻¹ σ` of a constant stress, J/m.
+    #[inline(always)]
+    pub(crate) fn energy_of(&self, constant: Tensor<S>) -> Lanes<S> {
+        0.5 * (self.jacobian * self.compliance.energy(constant))
+    }
+
     /// Computes `∫ d : E⁻¹ d`, J/m, and its derivative by the loads on the reference triangle, halved.
     #[inline(always)]
     pub(crate) fn gradient(&self, d: &[Tensor<S>; NODES]) -> (Lanes<S>, [Lanes<S>; 12]) {

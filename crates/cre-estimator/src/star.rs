@@ -42,13 +42,6 @@ impl Star {
     }
 }
 
-/// Tells whether a vertex lies inside the mesh: whether its triangles form a closed ring.
-pub(crate) fn is_closed(mesh: &TriMesh, node: NodeId) -> bool {
-    let topology = mesh.topology();
-    let before = |t: u32| topology.triangle_edges()[t as usize][corner(mesh, t, node)];
-    !topology.triangles_around(node).iter().any(|&t| topology.is_boundary(before(t)))
-}
-
 /// Finds which corner of a triangle a node is.
 pub(crate) fn corner(mesh: &TriMesh, triangle: u32, node: NodeId) -> usize {
     let corners = &mesh.triangles()[triangle as usize];

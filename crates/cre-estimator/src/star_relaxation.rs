@@ -25,8 +25,10 @@
 
 mod airy;
 mod band;
+mod equal;
 mod form;
 mod inverse;
+mod open;
 mod room;
 mod space;
 mod stars;
@@ -41,7 +43,6 @@ use airy::{Gathered, Map, UNKNOWNS};
 use band::band_size;
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
 use fem_core::mesh::id::NodeId;
-use fem_core::norm::sum_over_triangles;
 use fem_core::parallel::each_task;
 use pulp::Simd;
 pub(crate) use room::bytes_of_stars;
@@ -202,9 +203,9 @@ impl<'a> StarRelaxation<'a> {
         assert!(found == expected, "the stress has {found} edges, the prepared body {expected}");
         let same = stress.conditions.iter().map(|c| c.reaction).eq(self.reactions.iter().copied());
         assert!(same, "the reactions of the stress are not in the directions the stars were prepared for");
-        let (r, energy) = self.residual(stress);
+        let (r, [energy, of_elements]) = self.residual(stress);
         let mut report = RelaxationReport { energy_history: vec![energy], ..RelaxationReport::default() };
-        let floor = ROUND_OFF * (energy + energy_of(body, stress));
+        let floor = ROUND_OFF * (energy + of_elements);
         let unknowns = self.space.len();
         let [x, z, p] = std::array::from_fn(|_| Shared::zeros(unknowns));
         // Preconditioned conjugate gradients for A x = r.
@@ -230,7 +231,6 @@ impl<'a> StarRelaxation<'a> {
                 break;
             }
             x.update(|i, x| x + alpha * p.get(i));
-            r.update(|i, r| r - alpha * z.get(i));
             energy = (energy - alpha * descent).max(0.0);
             report.steps += 1;
             report.energy_history.push(energy);
@@ -240,6 +240,9 @@ impl<'a> StarRelaxation<'a> {
                     break;
                 }
             }
+            if report.steps < relaxation.max_steps() {
+                r.update(|i, r| r - alpha * z.get(i));
+            }
         }
         if report.steps > 0 {
             self.space.add_moments(|i| x.get(i), stress);
@@ -247,16 +250,16 @@ impl<'a> StarRelaxation<'a> {
         report
     }
 
-    /// Computes the negative gradient of half the energy, `−⟨τ − σ̂, τ_i⟩`, and the energy.
-    fn residual(&self, stress: &EquilibratedStress) -> (Shared, f64) {
+    /// Computes the negative gradient of half the energy, `−⟨τ − σ̂, τ_i⟩`, the energy `‖τ − σ̂‖²`, and `‖σ̂‖²`.
+    fn residual(&self, stress: &EquilibratedStress) -> (Shared, [f64; 2]) {
         let nodes = self.space.body().mesh().points().len();
         let size = band_size(nodes);
         let r = Shared::zeros(self.space.len());
-        let energies: Vec<f64> = each_task(nodes.div_ceil(size), |k| {
+        let energies: Vec<[f64; 2]> = each_task(nodes.div_ceil(size), |k| {
             let nodes = k * size..nodes.min((k + 1) * size);
             pulp::Arch::new().dispatch(BandResidual { space: &self.space, nodes, stress, r: &r })
         });
-        (r, energies.iter().sum())
+        (r, [0, 1].map(|k| energies.iter().map(|energies| energies[k]).sum()))
     }
 }
 
@@ -277,12 +280,12 @@ struct Gathering {
 }
 
 impl pulp::WithSimd for BandResidual<'_> {
-    type Output = f64;
+    type Output = [f64; 2];
 
-    /// Adds it to `r`, and returns the energy of the triangles of which these nodes are the smallest. The triangles
+    /// Adds it to `r`, and returns `‖τ − σ̂‖²` and `‖σ̂‖²` of the triangles of which these nodes are the smallest. The triangles
     /// between two bands belong to both.
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+    fn with_simd<S: Simd>(self, simd: S) -> [f64; 2] {
         let Self { space, nodes, stress, r } = self;
         let body = space.body();
         let mesh = body.mesh();
@@ -295,9 +298,9 @@ impl pulp::WithSimd for BandResidual<'_> {
             triangles.extend(topology.triangles_around(n).iter().filter(first).map(|&t| t as usize));
         }
         let add = |i: usize, g: f64| r.set(i, r.get(i) - g);
-        let mut energy = 0.0;
+        let mut sums = [0.0; 2];
         let mut gathering = Gathering::default();
-        let mut rows = [[0.0; MOST_LANES]; UNKNOWNS + 1];
+        let mut rows = [[0.0; MOST_LANES]; UNKNOWNS + 2];
         for group in triangles.chunks(S::F64_LANES) {
             for (lane, &t) in group.iter().enumerate() {
                 gathering.cells.set(lane, body, stress, t);
@@ -306,12 +309,13 @@ impl pulp::WithSimd for BandResidual<'_> {
             }
             let cells = Cells::new(simd, &gathering.cells, body.body_force());
             let map = Map::new(simd, &gathering.map, space.length());
-            let (gradient, energies) =
-                map.gradient(simd, &cells, load_tensor(simd, &gathering.finite_element));
+            let finite_element = load_tensor(simd, &gathering.finite_element);
+            let (gradient, energies) = map.gradient(simd, &cells, finite_element);
             for (row, lanes) in rows.iter_mut().zip(gradient) {
                 lanes.store(row);
             }
             energies.store(&mut rows[UNKNOWNS]);
+            cells.energy_of(finite_element).store(&mut rows[UNKNOWNS + 1]);
             for (lane, &t) in group.iter().enumerate() {
                 let corners = mesh.triangles()[t];
                 for k in 0..3 {
@@ -324,18 +328,12 @@ impl pulp::WithSimd for BandResidual<'_> {
                     }
                 }
                 if corners.iter().min().is_some_and(|&n| is_own(n)) {
-                    energy += rows[UNKNOWNS][lane];
+                    for (sum, row) in sums.iter_mut().zip(&rows[UNKNOWNS..]) {
+                        *sum += row[lane];
+                    }
                 }
             }
         }
-        energy
+        sums
     }
-}
-
-/// `‖σ̂‖²`, the scale of round-off.
-fn energy_of(body: &Body, stress: &EquilibratedStress) -> f64 {
-    sum_over_triangles(stress.finite_element.len(), |t| {
-        let s = stress.finite_element[t];
-        body.mesh().area(t) * body.material(t).complementary(s, s)
-    })
 }

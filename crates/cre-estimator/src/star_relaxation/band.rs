@@ -1,13 +1,12 @@
 //! Stars of consecutive vertices: their blocks of the complementary energy, assembled, inverted and applied, several stars side by side.
 
-use super::airy::{PLACES, packed};
-use super::form::{Form, forms};
+use super::airy::packed;
+use super::equal::{Forms, Walks};
 use super::inverse::invert;
+use super::open::Open;
 use super::space::Space;
 use crate::lanes::{Lanes, MOST_LANES, Row};
 use crate::shared::Shared;
-use crate::star::{self, Star, corner};
-use fem_core::mesh::TriMesh;
 use fem_core::mesh::id::NodeId;
 use pulp::Simd;
 use std::ops::Range;
@@ -24,27 +23,34 @@ type Coefficients = [f32; MOST_LANES];
 /// Couplings of one spoke with the unknowns outside the star: of the vertex's three unknowns with the ring
 /// vertex (3×3, rows first) and the outer edge after the spoke (3), and of the spoke's own unknown with the
 /// ring vertex at its end (3), the one before (3), the one after (3), and the outer edges before and after.
-const COUPLINGS: usize = 23;
+pub(super) const COUPLINGS: usize = 23;
 
 /// Unknowns around one spoke of every star of a batch.
 #[derive(Clone, Copy, Default)]
-struct Spoke {
+pub(super) struct Spoke {
     /// Of the spoke itself.
-    own: [u32; MOST_LANES],
+    pub(super) own: [u32; MOST_LANES],
     /// The first of the vertex at its end.
-    ring: [u32; MOST_LANES],
+    pub(super) ring: [u32; MOST_LANES],
     /// Of the outer edge of the triangle after it.
-    rim: [u32; MOST_LANES],
+    pub(super) rim: [u32; MOST_LANES],
 }
 
-/// Stars of one colour with the same number of spokes, one in each lane, and where their spokes and blocks begin in the band.
+/// Stars of one colour with the same number of spokes, one in each lane, and where their spokes and coefficients begin in the band.
 #[derive(Clone, Copy, Default)]
 struct Batch {
     nodes: [NodeId; MOST_LANES],
     stars: u32,
-    first_spoke: u32,
     spokes: u32,
-    first_entry: u32,
+    first_spoke: u32,
+    coefficients: Place,
+}
+
+/// Where the coefficients of a batch begin in the band. Batches of equal stars have the same place.
+#[derive(Clone, Copy, Default)]
+struct Place {
+    coupling: u32,
+    entry: u32,
 }
 
 impl Batch {
@@ -58,8 +64,13 @@ impl Batch {
         first..first + self.spokes as usize
     }
 
+    fn couplings(&self) -> Range<usize> {
+        let first = self.coefficients.coupling as usize;
+        first..first + self.spokes as usize
+    }
+
     fn entries(&self) -> Range<usize> {
-        let (first, size) = (self.first_entry as usize, self.size());
+        let (first, size) = (self.coefficients.entry as usize, self.size());
         first..first + size * (size + 1) / 2
     }
 }
@@ -81,61 +92,18 @@ pub(super) struct Band {
     inverse: Vec<Coefficients>,
 }
 
-/// The forms of the triangles around some vertices.
-#[derive(Default)]
-struct Forms {
-    first: u32,
-    /// Place of each triangle from `first` on in `forms`.
-    places: Vec<u32>,
-    triangles: Vec<u32>,
-    forms: Vec<Form>,
-}
-
-impl Forms {
-    /// Computes the forms, divided by `unit`, in the place of those of other vertices.
-    fn renew(&mut self, space: &Space<'_>, unit: f64, nodes: Range<usize>) {
-        let topology = space.body().mesh().topology();
-        let around = || nodes.clone().flat_map(|n| topology.triangles_around(NodeId::new(n)).iter().copied());
-        self.first = around().min().unwrap_or(0);
-        let end = around().max().map_or(self.first, |last| last + 1);
-        self.places.clear();
-        self.places.resize((end - self.first) as usize, u32::MAX);
-        self.triangles.clear();
-        for t in around() {
-            let place = &mut self.places[(t - self.first) as usize];
-            if *place == u32::MAX {
-                *place = self.triangles.len() as u32;
-                self.triangles.push(t);
-            }
-        }
-        forms(space, &self.triangles, unit, &mut self.forms);
-    }
-
-    fn of(&self, triangle: u32) -> &Form {
-        &self.forms[self.places[(triangle - self.first) as usize] as usize]
-    }
-}
-
-/// A batch that is being filled, in double precision.
-#[derive(Default)]
-struct Open {
-    nodes: [NodeId; MOST_LANES],
-    stars: usize,
-    spokes: Vec<Spoke>,
-    outer: Vec<[Row; COUPLINGS]>,
-    inner: Vec<Row>,
-    /// The batch of the band that it will be.
-    place: usize,
-}
-
 /// Working space for the assembly of stars, reused for the next band.
 #[derive(Default)]
 pub(super) struct Work {
     forms: Forms,
-    star: Star,
+    walks: Walks,
     open: Vec<Open>,
     columns: Vec<Row>,
 }
+
+/// What the stars of a batch have in common: colour, spokes, and the vertex whose coefficients they have if these are stored once (the number of
+/// the last vertex and one more if not).
+type Kind = [u32; 3];
 
 impl Band {
     /// Assembles and inverts the stars of some vertices. Neighbours are consecutive, so the forms they share are still
@@ -150,57 +118,78 @@ impl Band {
         work: &mut Work,
     ) {
         let mesh = space.body().mesh();
-        let kind = |n: usize| [colour_of[n], spokes_of(mesh, NodeId::new(n))];
-        let kinds = self.place(colours, nodes.clone().map(kind), work);
         work.forms.renew(space, unit, nodes.clone());
-        let Work { forms, star, open, columns } = work;
+        work.walks.renew(mesh, nodes.clone(), &work.forms);
+        let own = nodes.end as u32;
+        let walks = &work.walks;
+        let kind =
+            |n: usize| [colour_of[n], walks.star(n).spokes.len() as u32, walks.equal(n).unwrap_or(own)];
+        let kinds = self.place(colours, nodes.clone().map(kind), own, &mut work.open);
+        let Work { forms, open, columns, .. } = work;
         for n in nodes {
             let Ok(k) = kinds.binary_search(&kind(n)) else { continue };
-            star.walk(mesh, NodeId::new(n));
-            open[k].assemble(space, NodeId::new(n), star, forms);
-            if open[k].stars == MOST_LANES {
-                self.close(&mut open[k], columns);
+            let (open, [.., equal]) = (&mut open[k], kinds[k]);
+            let star = walks.star(n);
+            open.enter(space, NodeId::new(n), star);
+            if equal == own {
+                open.assemble(mesh, star, forms);
+            } else if !open.known && open.stars == 1 {
+                open.assemble(mesh, star, forms);
+                open.spread();
+            }
+            if open.stars == MOST_LANES {
+                self.close(open, equal != own, columns);
             }
         }
-        for open in &mut open[..kinds.len()] {
+        for (open, [.., equal]) in open.iter_mut().zip(&kinds) {
             if open.stars > 0 {
-                self.close(open, columns);
+                self.close(open, *equal != own, columns);
             }
         }
     }
 
-    /// Computes the places of the batches of stars of the given kinds (colour and spokes), and allocates them. Returns the different kinds,
-    /// sorted; each has an empty batch in `work`.
+    /// Computes the places of the batches of stars of the given kinds, and allocates them. Returns the different kinds,
+    /// sorted; each has an empty batch in `open`.
+    ///
+    /// * `own`: the last number of a kind whose stars have coefficients of their own.
     fn place(
         &mut self,
         colours: usize,
-        stars: impl Iterator<Item = [u32; 2]>,
-        work: &mut Work,
-    ) -> Vec<[u32; 2]> {
-        let mut all: Vec<[u32; 2]> = stars.collect();
+        stars: impl Iterator<Item = Kind>,
+        own: u32,
+        open: &mut Vec<Open>,
+    ) -> Vec<Kind> {
+        let mut all: Vec<Kind> = stars.collect();
         all.sort_unstable();
         self.batches.clear();
         self.starts.clear();
         self.starts.resize(colours + 1, 0);
         let mut kinds = Vec::new();
-        let (mut spokes_before, mut entries) = (0, 0);
+        let mut known: Vec<(u32, Place)> = Vec::new();
+        let (mut first_spoke, mut next) = (0, Place::default());
         for group in all.chunk_by(|a, b| a == b) {
-            let [colour, spokes] = group[0];
-            if work.open.len() == kinds.len() {
-                work.open.push(Open::default());
+            let [colour, spokes, equal] = group[0];
+            if open.len() == kinds.len() {
+                open.push(Open::default());
             }
-            work.open[kinds.len()].renew(spokes as usize, self.batches.len());
+            open[kinds.len()].renew(spokes as usize, self.batches.len());
             kinds.push(group[0]);
             for stars in group.chunks(MOST_LANES) {
+                let stored = known.iter().find(|(star, _)| *star == equal).map(|(_, place)| *place);
                 let batch = Batch {
                     stars: stars.len() as u32,
-                    first_spoke: spokes_before,
                     spokes,
-                    first_entry: entries,
+                    first_spoke,
+                    coefficients: stored.unwrap_or(next),
                     ..Batch::default()
                 };
-                spokes_before += spokes;
-                entries += batch.entries().len() as u32;
+                first_spoke += spokes;
+                if stored.is_none() {
+                    next = Place { coupling: next.coupling + spokes, entry: batch.entries().end as u32 };
+                    if equal != own {
+                        known.push((equal, batch.coefficients));
+                    }
+                }
                 self.batches.push(batch);
             }
             self.starts[colour as usize + 1] = self.batches.len() as u32;
@@ -210,26 +199,38 @@ impl Band {
             self.starts[c + 1] = self.starts[c + 1].max(self.starts[c]);
         }
         // All entries are overwritten.
-        self.spokes.resize(spokes_before as usize, Spoke::default());
-        self.outer.resize(spokes_before as usize, [[0.0; MOST_LANES]; COUPLINGS]);
-        self.inner.resize(entries as usize, [0.0; MOST_LANES]);
-        self.inverse.resize(entries as usize, [0.0; MOST_LANES]);
+        self.spokes.resize(first_spoke as usize, Spoke::default());
+        self.outer.resize(next.coupling as usize, [[0.0; MOST_LANES]; COUPLINGS]);
+        self.inner.resize(next.entry as usize, [0.0; MOST_LANES]);
+        self.inverse.resize(next.entry as usize, [0.0; MOST_LANES]);
         kinds
     }
 
-    /// Stores a batch and its inverse, and empties it for the next stars of its kind.
-    fn close(&mut self, open: &mut Open, columns: &mut Vec<Row>) {
+    /// Stores a batch, its coefficients and their inverse, and empties it for the next stars of its kind.
+    ///
+    /// * `same`: whether all batches of the kind have the same coefficients, which the first one has stored.
+    fn close(&mut self, open: &mut Open, same: bool, columns: &mut Vec<Row>) {
         let batch = &mut self.batches[open.place];
         batch.nodes = open.nodes;
         let batch = *batch;
         self.spokes[batch.spokes()].copy_from_slice(&open.spokes);
-        let outer = self.outer[batch.spokes()].as_flattened_mut();
+        open.stars = 0;
+        open.place += 1;
+        if open.known {
+            return;
+        }
+        open.known = same;
+        let outer = self.outer[batch.couplings()].as_flattened_mut();
         store(open.outer.as_flattened(), outer);
         store(&open.inner, &mut self.inner[batch.entries()]);
         invert(&mut open.inner, batch.size(), columns);
         store(&open.inner, &mut self.inverse[batch.entries()]);
-        open.stars = 0;
-        open.place += 1;
+    }
+
+    /// Counts the spokes of stars whose couplings are stored.
+    #[cfg(test)]
+    pub(super) fn stored_couplings(&self) -> usize {
+        MOST_LANES * self.outer.len()
     }
 
     /// The batches of one colour.
@@ -254,78 +255,6 @@ impl Band {
 fn store(numbers: &[Row], stored: &mut [Coefficients]) {
     for (stored, x) in stored.as_flattened_mut().iter_mut().zip(numbers.as_flattened()) {
         *stored = *x as f32;
-    }
-}
-
-/// Counts the spokes of a star: an open one has one spoke more than triangles.
-fn spokes_of(mesh: &TriMesh, node: NodeId) -> u32 {
-    (mesh.topology().triangles_around(node).len() + usize::from(!star::is_closed(mesh, node))) as u32
-}
-
-impl Open {
-    /// Prepares it for stars of this many spokes. Lanes without a star keep what was there: nodes and edges of the same mesh, and numbers whose
-    /// results are not read.
-    fn renew(&mut self, spokes: usize, place: usize) {
-        let size = 3 + spokes;
-        (self.stars, self.place) = (0, place);
-        self.spokes.resize(spokes, Spoke::default());
-        self.outer.resize(spokes, [[0.0; MOST_LANES]; COUPLINGS]);
-        self.inner.resize(size * (size + 1) / 2, [0.0; MOST_LANES]);
-    }
-
-    /// Assembles one star from the forms of its triangles, in the next lane.
-    fn assemble(&mut self, space: &Space<'_>, node: NodeId, star: &Star, forms: &Forms) {
-        let mesh = space.body().mesh();
-        let lane = self.stars;
-        let Self { nodes, spokes, outer, inner, .. } = self;
-        let count = spokes.len();
-        nodes[lane] = node;
-        for row in outer.as_flattened_mut().iter_mut().chain(inner.iter_mut()) {
-            row[lane] = 0.0;
-        }
-        for (spoke, &edge) in spokes.iter_mut().zip(&star.spokes) {
-            let ends = mesh.topology().edges()[edge];
-            let other = if ends[0] == node { ends[1] } else { ends[0] };
-            let own = space.edge_unknown(edge) as u32;
-            // The last spoke of an open star has no triangle after it: its coupling with the rim is zero.
-            (spoke.own[lane], spoke.ring[lane], spoke.rim[lane]) = (own, 3 * u32::from(other), own);
-        }
-        for (j, &t) in star.triangles.iter().enumerate() {
-            let form = forms.of(t);
-            let c = corner(mesh, t, node);
-            let after = if j + 1 == count { 0 } else { j + 1 };
-            // Places in the triangle: ring vertices, spokes before and after, outer edge.
-            let (near, far) = (3 * ((c + 1) % 3), 3 * ((c + 2) % 3));
-            let (before, next, rim) = (9 + c, 9 + (c + 2) % 3, 9 + (c + 1) % 3);
-            let edge = mesh.topology().triangle_edges()[t as usize][(c + 1) % 3];
-            spokes[j].rim[lane] = space.edge_unknown(edge) as u32;
-            let at = |a: usize, b: usize| form[PLACES[a][b]];
-
-            let own = [3 * c, 3 * c + 1, 3 * c + 2, before, next];
-            let place = [0, 1, 2, 3 + j, 3 + after];
-            for a in 0..5 {
-                for b in 0..=a {
-                    inner[packed(place[a], place[b])][lane] += at(own[a], own[b]);
-                }
-            }
-
-            for row in 0..3 {
-                for k in 0..3 {
-                    outer[j][3 * row + k][lane] += at(3 * c + row, near + k);
-                    outer[after][3 * row + k][lane] += at(3 * c + row, far + k);
-                }
-                outer[j][9 + row][lane] = at(3 * c + row, rim);
-            }
-            for k in 0..3 {
-                outer[j][12 + k][lane] += at(before, near + k);
-                outer[j][18 + k][lane] = at(before, far + k);
-                outer[after][12 + k][lane] += at(next, far + k);
-                outer[after][15 + k][lane] = at(next, near + k);
-            }
-            outer[j][22][lane] = at(before, rim);
-            outer[after][21][lane] = at(next, rim);
-        }
-        self.stars += 1;
     }
 }
 
@@ -444,7 +373,7 @@ impl pulp::WithSimd for Relaxation<'_> {
             side.rows.resize(batch.size(), Row::default());
             if !from_zero {
                 side.read_beyond(spokes, x);
-                side.outside(simd, &band.outer[batch.spokes()]);
+                side.outside(simd, &band.outer[batch.couplings()]);
             }
             side.read_own(batch, spokes, r);
             for (own, row) in side.own.iter_mut().zip(&side.rows) {
@@ -482,7 +411,7 @@ impl pulp::WithSimd for Product<'_> {
         for batch in &band.batches {
             let spokes = &band.spokes[batch.spokes()];
             side.read_beyond(spokes, x);
-            side.outside(simd, &band.outer[batch.spokes()]);
+            side.outside(simd, &band.outer[batch.couplings()]);
             side.read_own(batch, spokes, x);
             side.multiply_own(simd, &band.inner[batch.entries()], true);
             for lane in 0..batch.stars as usize {

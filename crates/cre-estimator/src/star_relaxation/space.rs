@@ -3,7 +3,7 @@
 use crate::equilibrated::EquilibratedStress;
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
 use fem_core::geometry::{Vector, cross, norm, perpendicular};
-use fem_core::mesh::id::EdgeId;
+use fem_core::mesh::id::{EdgeId, NodeId};
 use fem_core::norm::sum_over_triangles;
 use rayon::prelude::*;
 
@@ -137,6 +137,11 @@ impl<'a> Space<'a> {
 
     pub(super) fn node(&self, node: usize) -> NodeBasis {
         self.bases[self.basis_of[node] as usize]
+    }
+
+    /// Tells whether a node is in the interior of the body.
+    pub(super) fn is_interior(&self, node: NodeId) -> bool {
+        self.basis_of[node] == 0
     }
 
     /// Place of an edge's unknown.

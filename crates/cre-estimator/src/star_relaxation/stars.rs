@@ -56,6 +56,12 @@ impl Stars {
         &self.colour_of
     }
 
+    /// Counts the spokes whose couplings are stored.
+    #[cfg(test)]
+    pub(super) fn stored_couplings(&self) -> usize {
+        self.bands.iter().map(|band| band.stored_couplings()).sum()
+    }
+
     /// Computes `y = A x`.
     pub(super) fn multiply(&self, x: &Shared, y: &Shared) {
         for_each_task(self.bands.len(), &|k| self.bands[k].multiply(x, self.unit, y));

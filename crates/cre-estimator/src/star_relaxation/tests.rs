@@ -8,6 +8,7 @@ use fem_core::condensation::CondensedBody;
 use fem_core::field;
 use fem_core::geometry::{Vector, cross, perpendicular};
 use fem_core::interface::{ContactInterface, ContactProblem, ContactState, Gap, InterfaceSide};
+use fem_core::material::Materials;
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::generate::block;
@@ -356,5 +357,49 @@ fn a_zero_state_has_a_zero_certificate_at_every_stage() {
         let e = estimate_with(&problem, &state, relaxation).unwrap();
         let bound = e.certificate().unwrap();
         assert_eq!((bound.e_cre, bound.eta_dis, bound.eta_nndd), (0.0, 0.0, 0.0));
+    }
+}
+
+#[test]
+fn equal_stars_share_coefficients_that_are_right_for_all_of_them() {
+    let clamped = BoundaryConditions::new().fix("bottom");
+    let structured = block([0.1, 0.2], [3.0, 1.0], [60, 20]).unwrap();
+    // Two materials, so that stars of the same shape differ.
+    let stiff = LinearElastic::isotropic(50.0, 0.3, Hypothesis::PlaneStrain).unwrap();
+    let soft = LinearElastic::isotropic(10.0, 0.2, Hypothesis::PlaneStrain).unwrap();
+    let stiff_cells = structured.triangles().len() / 2;
+    let of_triangle = (0..structured.triangles().len()).map(|t| u32::from(t >= stiff_cells)).collect();
+    let materials = Materials::by_triangle(vec![stiff, soft], of_triangle);
+    for (mesh, share) in [(structured, true), (mesh([60, 20], 0.3), false)] {
+        let triangles: Vec<u32> = (0..mesh.triangles().len() as u32).collect();
+        let body = Body::new(mesh, materials.clone(), &clamped).unwrap();
+        let stars = StarRelaxation::new(&body, body.edge_conditions());
+        let spokes = 2 * body.mesh().topology().edges().len();
+        let stored = stars.stars.stored_couplings();
+        assert!(if share { stored < spokes / 2 } else { stored >= spokes }, "{stored} of {spokes}");
+        // x·A x, and the energy of every triangle by its own form.
+        let space = &stars.space;
+        let x = Shared::zeros(space.len());
+        x.update(|i, _| (1.7 * i as f64).sin());
+        let y = Shared::zeros(space.len());
+        stars.stars.multiply(&x, &y);
+        let mut forms = Vec::new();
+        form::forms(space, &triangles, 1.0, &mut forms);
+        let mut product = vec![0.0; space.len()];
+        for (t, form) in forms.iter().enumerate() {
+            let (nodes, edges) = (body.mesh().triangles()[t], body.mesh().topology().triangle_edges()[t]);
+            let place = |k: usize| {
+                if k < 9 { 3 * nodes[k / 3].index() + k % 3 } else { space.edge_unknown(edges[k - 9]) }
+            };
+            for i in 0..UNKNOWNS {
+                for j in 0..UNKNOWNS {
+                    product[place(i)] += form[airy::packed(i, j)] * x.get(place(j));
+                }
+            }
+        }
+        let largest = product.iter().fold(0.0, |most: f64, y| most.max(y.abs()));
+        for (i, product) in product.iter().enumerate() {
+            assert!((y.get(i) - product).abs() < SINGLE * largest, "{i}: {} {product}", y.get(i));
+        }
     }
 }

@@ -1,0 +1,174 @@
+//! Equal triangles and equal stars: structured and refined meshes have few different ones, whose coefficients are computed and stored once.
+
+use super::form::{Form, forms};
+use super::space::Space;
+use crate::star::{Star, corner};
+use fem_core::mesh::TriMesh;
+use fem_core::mesh::id::NodeId;
+use std::ops::Range;
+
+/// Two lengths of a triangle are equal if they agree to this power of two, relative to its longest side: more than what rounds differences of
+/// coordinates, and far less than single precision distinguishes.
+const DIGITS: i32 = 36;
+/// Slots of the table of hashes, a power of two.
+const SLOTS: usize = 1024;
+/// Fewer equal stars keep coefficients of their own: their batches would not be full.
+const FEWEST: u32 = 64;
+
+/// Finds an equal item among those before. It has one slot per remainder of the hash, so a look-up is cheap; an item whose slot another one has taken
+/// is not found again, and less is shared then.
+#[derive(Default)]
+struct Table(Vec<Option<u32>>);
+
+impl Table {
+    fn clear(&mut self) {
+        self.0.clear();
+        self.0.resize(SLOTS, None);
+    }
+
+    /// Returns the equal item; `new` if there is none, which takes the slot.
+    fn find(&mut self, words: impl Iterator<Item = u64>, new: u32, equal: impl Fn(u32) -> bool) -> u32 {
+        let mix = |hash: u64, word: u64| (hash.rotate_left(23) ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        let hash = words.fold(0, mix) >> (u64::BITS - SLOTS.trailing_zeros());
+        match &mut self.0[hash as usize] {
+            Some(known) if equal(*known) => *known,
+            slot => {
+                *slot = Some(new);
+                new
+            }
+        }
+    }
+}
+
+/// What the form of an interior triangle depends on: its edge vectors in units of `2^exponent`, exponent,
+/// senses of its edges, material.
+type Key = [i64; 6];
+
+/// Computes the key of a triangle without a boundary node; `None` for others, and for one that is not of finite size.
+fn key(space: &Space<'_>, triangle: usize) -> Option<Key> {
+    let mesh = space.body().mesh();
+    let nodes = mesh.triangles()[triangle];
+    if nodes.iter().any(|&n| !space.is_interior(n)) {
+        return None;
+    }
+    let [a, b, c] = mesh.corners(triangle);
+    let sides = [b[0] - a[0], b[1] - a[1], c[0] - a[0], c[1] - a[1]];
+    let longest = sides.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    // The exponent by its bits; it is lowered until a power of two has it.
+    let exponent = (longest.to_bits() >> 52) as i32 - 1023 - DIGITS;
+    if !(-1000..=900).contains(&exponent) {
+        return None;
+    }
+    let per_unit = f64::from_bits(((1023 - exponent) as u64) << 52);
+    let edges = mesh.topology().triangle_edges()[triangle];
+    let senses =
+        (0..3).fold(0, |bits, k| 2 * bits + i64::from(space.restriction(edges[k], triangle)[1] > 0.0));
+    let [x, y, z, w] = sides.map(|side| (side * per_unit).round() as i64);
+    let material = space.body().materials().index(triangle) as i64;
+    Some([x, y, z, w, 8 * i64::from(exponent) + senses, material])
+}
+
+/// The forms of the triangles around some vertices, one for all equal ones.
+#[derive(Default)]
+pub(super) struct Forms {
+    first: u32,
+    /// Place in `forms` of each triangle from `first` on.
+    places: Vec<u32>,
+    /// The first triangle of each place, and its key.
+    triangles: Vec<u32>,
+    keys: Vec<Option<Key>>,
+    forms: Vec<Form>,
+    table: Table,
+}
+
+impl Forms {
+    /// Computes the forms, divided by `unit`, in the place of those of other vertices.
+    pub(super) fn renew(&mut self, space: &Space<'_>, unit: f64, nodes: Range<usize>) {
+        let Self { first, places, triangles, keys, forms: all, table } = self;
+        let topology = space.body().mesh().topology();
+        let around = || nodes.clone().flat_map(|n| topology.triangles_around(NodeId::new(n)).iter().copied());
+        *first = around().min().unwrap_or(0);
+        let end = around().max().map_or(*first, |last| last + 1);
+        places.clear();
+        places.resize((end - *first) as usize, u32::MAX);
+        triangles.clear();
+        keys.clear();
+        table.clear();
+        for t in around() {
+            let place = &mut places[(t - *first) as usize];
+            if *place != u32::MAX {
+                continue;
+            }
+            let (new, key) = (triangles.len() as u32, key(space, t as usize));
+            *place = match key {
+                Some(key) => {
+                    table.find(key.iter().map(|x| *x as u64), new, |known| keys[known as usize] == Some(key))
+                }
+                None => new,
+            };
+            if *place == new {
+                triangles.push(t);
+                keys.push(key);
+            }
+        }
+        forms(space, triangles, unit, all);
+    }
+
+    /// The place of a triangle's form: equal triangles have the same.
+    fn place(&self, triangle: u32) -> u32 {
+        self.places[(triangle - self.first) as usize]
+    }
+
+    pub(super) fn of(&self, triangle: u32) -> &Form {
+        &self.forms[self.place(triangle) as usize]
+    }
+}
+
+/// The stars of some vertices, and which of them are equal.
+#[derive(Default)]
+pub(super) struct Walks {
+    first: usize,
+    stars: Vec<Star>,
+    /// Of each star: the first one that equals it; `None` if too few do.
+    equal: Vec<Option<u32>>,
+    counts: Vec<u32>,
+    table: Table,
+}
+
+impl Walks {
+    /// Collects the stars of other vertices.
+    pub(super) fn renew(&mut self, mesh: &TriMesh, nodes: Range<usize>, forms: &Forms) {
+        let Self { first, stars, equal, counts, table } = self;
+        *first = nodes.start;
+        stars.resize_with(nodes.len(), Star::default);
+        equal.clear();
+        counts.clear();
+        counts.resize(nodes.len(), 0);
+        table.clear();
+        for (k, n) in nodes.clone().map(NodeId::new).enumerate() {
+            stars[k].walk(mesh, n);
+            let words = |k: usize| words(mesh, NodeId::new(nodes.start + k), &stars[k], forms);
+            let known = table.find(words(k), k as u32, |known| words(k).eq(words(known as usize)));
+            counts[known as usize] += 1;
+            equal.push(Some(known));
+        }
+        for known in equal {
+            *known = known.filter(|known| counts[*known as usize] >= FEWEST);
+        }
+    }
+
+    /// Returns the star of a vertex.
+    pub(super) fn star(&self, node: usize) -> &Star {
+        &self.stars[node - self.first]
+    }
+
+    /// Finds the first vertex whose star has the same coefficients, if enough others do.
+    pub(super) fn equal(&self, node: usize) -> Option<u32> {
+        self.equal[node - self.first].map(|known| known + self.first as u32)
+    }
+}
+
+/// What the coefficients of a star depend on: the forms of its triangles, and which of their corners the vertex is.
+fn words(mesh: &TriMesh, node: NodeId, star: &Star, forms: &Forms) -> impl Iterator<Item = u64> {
+    star.triangles.iter().map(move |&t| 4 * u64::from(forms.place(t)) + corner(mesh, t, node) as u64)
+}

@@ -1,0 +1,106 @@
+//! A batch of stars that is being filled: the blocks of the complementary energy, assembled from the forms of triangles.
+
+use super::airy::{PLACES, packed};
+use super::band::{COUPLINGS, Spoke};
+use super::equal::Forms;
+use super::space::Space;
+use crate::lanes::{MOST_LANES, Row};
+use crate::star::{Star, corner};
+use fem_core::mesh::TriMesh;
+use fem_core::mesh::id::NodeId;
+
+/// A batch that is being filled, in double precision.
+#[derive(Default)]
+pub(super) struct Open {
+    pub(super) nodes: [NodeId; MOST_LANES],
+    pub(super) stars: usize,
+    pub(super) spokes: Vec<Spoke>,
+    pub(super) outer: Vec<[Row; COUPLINGS]>,
+    pub(super) inner: Vec<Row>,
+    /// The batch of the band that it will be.
+    pub(super) place: usize,
+    /// Whether its coefficients are stored already: all stars of its kind have the same.
+    pub(super) known: bool,
+}
+
+impl Open {
+    /// Prepares it for stars of this many spokes. Lanes without a star keep what was there: nodes and edges of the same mesh, and numbers whose
+    /// results are not read.
+    pub(super) fn renew(&mut self, spokes: usize, place: usize) {
+        let size = 3 + spokes;
+        (self.stars, self.place, self.known) = (0, place, false);
+        self.spokes.resize(spokes, Spoke::default());
+        self.outer.resize(spokes, [[0.0; MOST_LANES]; COUPLINGS]);
+        self.inner.resize(size * (size + 1) / 2, [0.0; MOST_LANES]);
+    }
+
+    /// Puts a star in the next lane: its vertex and the unknowns around it.
+    pub(super) fn enter(&mut self, space: &Space<'_>, node: NodeId, star: &Star) {
+        let mesh = space.body().mesh();
+        let lane = self.stars;
+        self.nodes[lane] = node;
+        for (spoke, &edge) in self.spokes.iter_mut().zip(&star.spokes) {
+            let ends = mesh.topology().edges()[edge];
+            let other = if ends[0] == node { ends[1] } else { ends[0] };
+            let own = space.edge_unknown(edge) as u32;
+            // The last spoke of an open star has no triangle after it: its coupling with the rim is zero.
+            (spoke.own[lane], spoke.ring[lane], spoke.rim[lane]) = (own, 3 * u32::from(other), own);
+        }
+        for (spoke, &t) in self.spokes.iter_mut().zip(&star.triangles) {
+            let outer = mesh.topology().triangle_edges()[t as usize][(corner(mesh, t, node) + 1) % 3];
+            spoke.rim[lane] = space.edge_unknown(outer) as u32;
+        }
+        self.stars += 1;
+    }
+
+    /// Assembles the coefficients of the star entered last from the forms of its triangles.
+    pub(super) fn assemble(&mut self, mesh: &TriMesh, star: &Star, forms: &Forms) {
+        let Self { outer, inner, .. } = self;
+        let lane = self.stars - 1;
+        let node = self.nodes[lane];
+        for row in outer.as_flattened_mut().iter_mut().chain(inner.iter_mut()) {
+            row[lane] = 0.0;
+        }
+        let count = star.spokes.len();
+        for (j, &t) in star.triangles.iter().enumerate() {
+            let form = forms.of(t);
+            let c = corner(mesh, t, node);
+            let after = if j + 1 == count { 0 } else { j + 1 };
+            // Places in the triangle: ring vertices, spokes before and after, outer edge.
+            let (near, far) = (3 * ((c + 1) % 3), 3 * ((c + 2) % 3));
+            let (before, next, rim) = (9 + c, 9 + (c + 2) % 3, 9 + (c + 1) % 3);
+            let at = |a: usize, b: usize| form[PLACES[a][b]];
+
+            let own = [3 * c, 3 * c + 1, 3 * c + 2, before, next];
+            let place = [0, 1, 2, 3 + j, 3 + after];
+            for a in 0..5 {
+                for b in 0..=a {
+                    inner[packed(place[a], place[b])][lane] += at(own[a], own[b]);
+                }
+            }
+
+            for row in 0..3 {
+                for k in 0..3 {
+                    outer[j][3 * row + k][lane] += at(3 * c + row, near + k);
+                    outer[after][3 * row + k][lane] += at(3 * c + row, far + k);
+                }
+                outer[j][9 + row][lane] += at(3 * c + row, rim);
+            }
+            for k in 0..3 {
+                outer[j][12 + k][lane] += at(before, near + k);
+                outer[j][18 + k][lane] += at(before, far + k);
+                outer[after][12 + k][lane] += at(next, far + k);
+                outer[after][15 + k][lane] += at(next, near + k);
+            }
+            outer[j][22][lane] += at(before, rim);
+            outer[after][21][lane] += at(next, rim);
+        }
+    }
+
+    /// Gives the first star's coefficients to all lanes.
+    pub(super) fn spread(&mut self) {
+        for row in self.outer.as_flattened_mut().iter_mut().chain(self.inner.iter_mut()) {
+            *row = [row[0]; MOST_LANES];
+        }
+    }
+}
