@@ -15,6 +15,7 @@ use fem_core::interface::{ContactPair, ContactState, PairState};
 use fem_core::norm::sum_over_triangles;
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual;
+use rayon::prelude::*;
 
 /// The discretisation indicator, with the residuals of its stress.
 #[derive(Clone, Debug)]
@@ -49,33 +50,40 @@ pub(crate) fn eta_dis(
     pair: &AdmissiblePair,
     cre: &Cre,
     (relaxation, accuracy): (Relaxation, Accuracy),
-    mut frozen: FrozenStresses,
+    frozen: FrozenStresses,
 ) -> EtaDis {
     let problem = prepared.problem();
-    let mut all = EtaDis {
-        squared: 0.0,
-        admissibility: Admissibility::default(),
-        residuals: vec![None; problem.bodies.len()],
-    };
-    for b in problem.by_role() {
-        all.squared += if !problem.carries_lambda(b) {
-            of_cells(&cre.by_cell[b])
+    let of_body = |(b, known): (usize, Option<EquilibratedStress>)| {
+        if !problem.carries_lambda(b) {
+            (of_cells(&cre.by_cell[b]), None)
         } else if freezes_lambda(problem, b) {
             let of_body = (prepared, b, &pair.bodies[b]);
             let of_accuracy = |accuracy| frozen_stress(of_body, (relaxation, accuracy), None);
-            let stress = frozen[b].take().unwrap_or_else(|| of_accuracy(accuracy));
+            let stress = known.unwrap_or_else(|| of_accuracy(accuracy));
             let mut found = measure(of_body, &stress, accuracy);
             drop(stress);
             // A displacement from another source may be in equilibrium to only a few digits.
             if accuracy == Accuracy::Double && !found.admissibility.is_valid() {
                 found = measure(of_body, &of_accuracy(Accuracy::Refined), Accuracy::Refined);
             }
-            all.admissibility = all.admissibility.worst(found.admissibility);
-            all.residuals[b] = Some(found.residual);
-            found.squared
+            (found.squared, Some(found))
         } else {
-            of_cells(&cre.discretisation_by_cell[b])
-        };
+            (of_cells(&cre.discretisation_by_cell[b]), None)
+        }
+    };
+    let mut found: Vec<(f64, Option<Frozen>)> = frozen.into_par_iter().enumerate().map(of_body).collect();
+    let mut all = EtaDis {
+        squared: 0.0,
+        admissibility: Admissibility::default(),
+        residuals: vec![None; problem.bodies.len()],
+    };
+    for b in problem.by_role() {
+        let (squared, frozen) = &mut found[b];
+        all.squared += *squared;
+        if let Some(Frozen { admissibility, residual, .. }) = frozen.take() {
+            all.admissibility = all.admissibility.worst(admissibility);
+            all.residuals[b] = Some(residual);
+        }
     }
     all.squared += cre.contact_squared();
     all

@@ -9,6 +9,7 @@ use crate::star_relaxation::{Relaxation, StarRelaxation, relax, relax_with_stars
 use fem_core::interface::{ContactProblem, ContactState};
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual::{self, SplitField};
+use rayon::prelude::*;
 
 /// The equilibrated stress of each body for a frozen λ; `None` if it has none, or if it is not known yet.
 pub(crate) type FrozenStresses = Vec<Option<EquilibratedStress>>;
@@ -30,7 +31,7 @@ pub fn admissible_pair(
 ) -> Result<AdmissiblePair, EstimatorError> {
     check_state(prepared, state)?;
     let mut pair = recovered_pair(prepared, state, Accuracy::Double)?;
-    relax_bodies(prepared, &mut pair, relaxation, &mut |_, _, _| ());
+    relax_bodies(prepared, &mut pair, relaxation, &|_, _, _| None);
     Ok(pair)
 }
 
@@ -42,33 +43,45 @@ pub(crate) fn pair_and_frozen(
     (relaxation, accuracy): (Relaxation, Accuracy),
 ) -> Result<(AdmissiblePair, FrozenStresses), EstimatorError> {
     let mut pair = recovered_pair(prepared, state, accuracy)?;
-    let mut frozen: FrozenStresses = vec![None; pair.bodies.len()];
-    relax_bodies(prepared, &mut pair, relaxation, &mut |b, fields, stars| {
-        if stars.is_some() && freezes_lambda(prepared.problem(), b) {
-            frozen[b] = Some(frozen_stress((prepared, b, fields), (relaxation, accuracy), stars));
-        }
+    let frozen = relax_bodies(prepared, &mut pair, relaxation, &|b, fields, stars| {
+        let counts = stars.is_some() && freezes_lambda(prepared.problem(), b);
+        counts.then(|| frozen_stress((prepared, b, fields), (relaxation, accuracy), stars))
     });
     Ok((pair, frozen))
 }
 
-/// Relaxes the stresses of one body after the other, each in parallel, and calls `then` with the body and its stars. Only the stars of one body
-/// are in memory at a time, in the place of those of the body before.
+/// Bodies with no more vertices than this are relaxed at the same time, each by one thread: their bands are too few for several.
+const SMALL: usize = 2048;
+
+/// Relaxes the stresses of each body, and calls `then` with it and its stars. Large bodies follow one after the other, each in parallel: only the
+/// stars of one of them are in memory at a time, in the place of those of the body before.
 fn relax_bodies(
     prepared: &PreparedProblem,
     pair: &mut AdmissiblePair,
     relaxation: Relaxation,
-    then: &mut dyn FnMut(usize, &AdmissibleBody, Option<&mut StarRelaxation<'_>>),
-) {
+    then: &(
+         dyn Fn(usize, &AdmissibleBody, Option<&mut StarRelaxation<'_>>) -> Option<EquilibratedStress> + Sync
+     ),
+) -> FrozenStresses {
     let problem = prepared.problem();
-    let mut used = None;
-    for b in problem.by_role().into_iter().rev() {
-        let body = &mut pair.bodies[b];
+    let is_small = |b: usize| problem.bodies[b].mesh().points().len() <= SMALL;
+    let relax = |b: usize, fields: &mut AdmissibleBody, used: Option<StarRelaxation<'_>>| {
         let (mut stars, report) =
-            relax_with_stars(&problem.bodies[b], &mut body.equilibrated, relaxation, used.take());
-        body.relaxation = report;
-        then(b, body, stars.as_mut());
-        used = stars;
+            relax_with_stars(&problem.bodies[b], &mut fields.equilibrated, relaxation, used);
+        fields.relaxation = report;
+        (then(b, fields, stars.as_mut()), stars)
+    };
+    let small = pair
+        .bodies
+        .par_iter_mut()
+        .enumerate()
+        .map(|(b, fields)| if is_small(b) { relax(b, fields, None).0 } else { None });
+    let mut frozen: FrozenStresses = small.collect();
+    let mut used = None;
+    for b in problem.by_role().into_iter().rev().filter(|b| !is_small(*b)) {
+        (frozen[b], used) = relax(b, &mut pair.bodies[b], used.take());
     }
+    frozen
 }
 
 /// Tells whether a body carries λ in all its pairs, along straight edges: then its stress for a frozen λ counts.
