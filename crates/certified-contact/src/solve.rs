@@ -8,8 +8,8 @@ use crate::observer::{Observer, Phase};
 use crate::results;
 use crate::settings::{Criterion, Imposed, Settings};
 use crate::solution::{CertifiedSolution, RoleReason};
-use crate::stopping::{Follow, enough, estimate_of};
-use cre_estimator::{Estimate, ROUND_OFF_SHARE};
+use crate::stopping::{Follow, enough, state_of};
+use cre_estimator::{Estimate, ROUND_OFF_SHARE, estimate_with};
 use fem_core::boundary::ScalarData;
 use fem_core::condensation::CondensedBody;
 use fem_core::geometry::Vector;
@@ -186,7 +186,8 @@ fn corrected(
     let found = defect_correction::correct(problem, &nndd.last, fields, &settings.method, advance)?;
     let Some(Corrected { iterate, fields }) = found else { return Ok(None) };
     let high = fields.iter().map(|field| field.high.as_slice()).collect();
-    let Ok(better) = estimate_of(problem, &iterate, high, settings) else {
+    let state = state_of(problem, &iterate, high);
+    let Ok(better) = estimate_with(problem, &state, settings.relaxation) else {
         return Ok(None);
     };
     let gains = better.unchecked().e_cre < estimate.unchecked().e_cre

@@ -3,7 +3,7 @@
 use crate::history::Row;
 use crate::observer::{Observer, Phase};
 use crate::settings::{Criterion, Settings};
-use cre_estimator::{Estimate, EstimatorError, estimate_with};
+use cre_estimator::{Estimate, Estimator, EstimatorError};
 use fem_core::condensation::OrientedBody;
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactState, PairState};
@@ -24,6 +24,7 @@ const NEAR_ROUND_OFF: f64 = 0.01;
 /// Follows the iteration, estimates when asked, and decides.
 pub(crate) struct Follow<'a> {
     problem: &'a PreparedProblem,
+    estimator: Estimator<'a>,
     settings: &'a Settings,
     observer: &'a mut dyn Observer,
     pub(crate) rows: Vec<Row>,
@@ -39,7 +40,8 @@ impl<'a> Follow<'a> {
         settings: &'a Settings,
         observer: &'a mut dyn Observer,
     ) -> Self {
-        Self { problem, settings, observer, rows: Vec::new(), latest: None, no_estimate: None }
+        let estimator = Estimator::new(problem, settings.relaxation);
+        Self { problem, estimator, settings, observer, rows: Vec::new(), latest: None, no_estimate: None }
     }
 
     /// Tells whether an iteration has been estimated, or there is still time for it.
@@ -59,7 +61,8 @@ impl<'a> Follow<'a> {
         let displacement = iterate.displacements(self.problem);
         self.observer.phase(Phase::Estimate);
         let fields = displacement.iter().map(Vec::as_slice).collect();
-        let estimate = estimate_of(self.problem, iterate, fields, self.settings)?;
+        let state = state_of(self.problem, iterate, fields);
+        let estimate = self.estimator.estimate(&state)?;
         if let Some(row) = self.rows.iter_mut().find(|row| row.iteration.iteration == iterate.iteration) {
             row.take(&estimate);
         }
@@ -177,13 +180,12 @@ pub(crate) fn enough(estimate: &Estimate, ratio: f64) -> f64 {
     floor.max(ratio * mesh)
 }
 
-/// Estimates the error of an iterate with its displacements.
-pub(crate) fn estimate_of(
+/// Puts an iterate together with its displacements.
+pub(crate) fn state_of<'a>(
     problem: &PreparedProblem,
-    iterate: &Iterate,
-    displacement: Vec<&[Vector]>,
-    settings: &Settings,
-) -> Result<Estimate, EstimatorError> {
+    iterate: &'a Iterate,
+    displacement: Vec<&'a [Vector]>,
+) -> ContactState<'a> {
     let blocks = iterate.blocks(problem.problem()).zip(iterate.tangential_blocks(problem.problem()));
     let (force, opening) = (&iterate.contact.normal_reaction, &iterate.opening);
     let (friction, slip) = (&iterate.tangential.force, &iterate.tangential.slip);
@@ -193,6 +195,5 @@ pub(crate) fn estimate_of(
         friction_force: &friction[tangents.clone()],
         slip: &slip[tangents],
     });
-    let state = ContactState { displacement, contacts: contacts.collect() };
-    estimate_with(problem, &state, settings.relaxation)
+    ContactState { displacement, contacts: contacts.collect() }
 }

@@ -8,7 +8,7 @@ use crate::error::EstimatorError;
 use crate::indicators::{eta_dis, eta_nndd_squared};
 use crate::openings;
 use crate::parts::{Parts, parts};
-use crate::relaxed::pair_and_frozen;
+use crate::relaxed::{KeptStars, pair_and_frozen};
 use crate::round_off;
 use crate::size::{larger, largest_of};
 use crate::star_relaxation::{Relaxation, bytes_of_stars};
@@ -100,13 +100,7 @@ pub fn estimate(prepared: &PreparedProblem, state: &ContactState<'_>) -> Result<
     estimate_with(prepared, state, Relaxation::NONE)
 }
 
-/// Estimates the error of a contact state, whatever its source.
-///
-/// * `relaxation`: how far the equilibrated stresses are relaxed. The bound is strict at every step; more
-///   steps make it sharper.
-///
-/// If rounding takes a noticeable share of the bound, the estimate is repeated with iterative refinement and
-/// residuals in double-double numbers.
+/// Estimates the error of a contact state, whatever its source: [`Estimator::estimate`] of a single state.
 ///
 /// # Errors
 /// Arrays of the wrong length, values that are not finite, a lack of memory.
@@ -115,95 +109,125 @@ pub fn estimate_with(
     state: &ContactState<'_>,
     relaxation: Relaxation,
 ) -> Result<Estimate, EstimatorError> {
-    check_state(prepared, state)?;
-    if relaxation.max_steps() > 0 {
-        let bytes = prepared.problem().bodies.iter().map(|body| bytes_of_stars(body.mesh())).sum();
-        if !has_room_for(bytes) {
-            return Err(EstimatorError::OutOfMemory { bytes });
+    Estimator::new(prepared, relaxation).estimate(state)
+}
+
+/// Estimates the errors of several states of one problem. It keeps the stars of the relaxation from the second estimate on.
+pub struct Estimator<'a> {
+    prepared: &'a PreparedProblem,
+    relaxation: Relaxation,
+    stars: KeptStars<'a>,
+}
+
+impl<'a> Estimator<'a> {
+    /// Creates an estimator.
+    ///
+    /// * `relaxation`: how far the equilibrated stresses are relaxed. The bound is strict at every step; more
+    ///   steps make it sharper.
+    pub fn new(prepared: &'a PreparedProblem, relaxation: Relaxation) -> Self {
+        Self { prepared, relaxation, stars: KeptStars::default() }
+    }
+
+    /// Estimates the error of a contact state, whatever its source. The result does not depend on the states before.
+    ///
+    /// If rounding takes a noticeable share of the bound, the estimate is repeated with iterative refinement and
+    /// residuals in double-double numbers.
+    ///
+    /// # Errors
+    /// Arrays of the wrong length, values that are not finite, a lack of memory.
+    pub fn estimate(&mut self, state: &ContactState<'_>) -> Result<Estimate, EstimatorError> {
+        let prepared = self.prepared;
+        check_state(prepared, state)?;
+        if self.relaxation.max_steps() > 0 && !self.stars.are_complete() {
+            let bytes = prepared.problem().bodies.iter().map(|body| bytes_of_stars(body.mesh())).sum();
+            if !has_room_for(bytes) {
+                return Err(EstimatorError::OutOfMemory { bytes });
+            }
         }
+        let own = openings::own(prepared.problem(), state);
+        let contacts = state.contacts.iter().zip(&own);
+        let contacts =
+            contacts.map(|(of, own)| PairState { opening: own.as_deref().unwrap_or(of.opening), ..*of });
+        let state = &ContactState { contacts: contacts.collect(), displacement: state.displacement.clone() };
+        // The forces of the bound of the iteration are in balance as well; those of the pressure follow from the given ones.
+        let balanced = balance::forces(prepared, state)?;
+        let first = self.estimate_once(state, &balanced, Accuracy::Double)?;
+        // Loads of a floating body add up to zero only to rounding.
+        let passes = prepared.rigid_motions().is_empty() || first.estimate.admissibility.is_valid();
+        if passes && first.residual <= ROUND_OFF_SHARE * first.estimate.unchecked().e_cre {
+            return Ok(first.estimate);
+        }
+        Ok(self.estimate_once(state, &balanced, Accuracy::Refined)?.estimate)
     }
-    let own = openings::own(prepared.problem(), state);
-    let contacts = state.contacts.iter().zip(&own);
-    let contacts =
-        contacts.map(|(of, own)| PairState { opening: own.as_deref().unwrap_or(of.opening), ..*of });
-    let state = &ContactState { contacts: contacts.collect(), displacement: state.displacement.clone() };
-    // The forces of the bound of the iteration are in balance as well; those of the pressure follow from the given ones.
-    let balanced = balance::forces(prepared, state)?;
-    let first = estimate_once(prepared, state, &balanced, (relaxation, Accuracy::Double))?;
-    // Loads of a floating body add up to zero only to rounding.
-    let passes = prepared.rigid_motions().is_empty() || first.estimate.admissibility.is_valid();
-    if passes && first.residual <= ROUND_OFF_SHARE * first.estimate.unchecked().e_cre {
-        return Ok(first.estimate);
+
+    fn estimate_once(
+        &mut self,
+        state: &ContactState<'_>,
+        balanced: &[Vec<f64>],
+        accuracy: Accuracy,
+    ) -> Result<Measured, EstimatorError> {
+        let Self { prepared, relaxation, ref mut stars } = *self;
+        let problem = prepared.problem();
+        let (pair, frozen) = pair_and_frozen(prepared, state, (relaxation, accuracy), stars)?;
+        // A single pass over the cells.
+        let (mut admissibility, cells) = check_and_measure(problem, &pair);
+        let distances: Vec<Vec<[f64; 2]>> =
+            cells.iter().map(|cells| cells.iter().map(|c| c.distances).collect()).collect();
+        let cre = Cre::from_cells(problem, &pair, &distances);
+        drop(distances);
+        let energy_norm_squared = energies(problem, &pair)?;
+        let mean_stress: Vec<Vec<SymTensor2>> = cells.iter().map(|cells| rough_means(cells)).collect();
+        let residuals = round_off::residuals(prepared, &pair, &cells, &mean_stress, accuracy);
+        drop(cells);
+        let dis = eta_dis(prepared, &pair, &cre, (relaxation, accuracy), frozen);
+        admissibility = admissibility.worst(dis.admissibility);
+        let model = round_off::model(problem, &pair);
+        let energy: f64 = energy_norm_squared.iter().sum();
+        let allowance = |residuals: &[f64]| {
+            round_off::allowance(problem, &pair, energy, model.iter().copied().zip(residuals))
+        };
+        let round_off = allowance(&residuals);
+        let frozen: Vec<f64> =
+            dis.residuals.iter().zip(&residuals).map(|(own, all)| own.unwrap_or(*all)).collect();
+        let [imbalance, rounding] = eta_nndd_squared(prepared, state, balanced, accuracy);
+        // The rounding on the interface itself cannot be seen: the rounding elsewhere is added once more for it.
+        let mut eta_nndd = (1.0 + ROUNDING_OF_A_SUM) * (imbalance + rounding).sqrt() + rounding.sqrt();
+        let mut eta_dis = from_squared(dis.squared) + allowance(&frozen);
+        let mut pairs = problem.contacts.iter().zip(&state.contacts);
+        if pairs.any(|(pair, given)| openings::penetrate(pair, state, given)) {
+            // Both are for displacements that penetrate at no node.
+            let lift = from_squared(pair.lift_energy);
+            (eta_nndd, eta_dis) = (eta_nndd + lift, eta_dis + lift);
+        }
+        let indicators = Indicators {
+            e_cre: cre.e_cre() + round_off,
+            eta_dis,
+            eta_nndd,
+            parts: parts(prepared, (state, balanced), (&pair, &cre), eta_nndd, round_off),
+        };
+        if ![indicators.e_cre, indicators.eta_dis, indicators.eta_nndd].iter().all(|x| x.is_finite()) {
+            return Err(EstimatorError::NotFinite { what: "the estimate".into() });
+        }
+        let residual = residuals.iter().sum::<f64>() + rounding.sqrt();
+        let coulomb = problem.contacts.iter().any(|pair| pair.friction.coulomb().is_some());
+        let estimate = Estimate {
+            pair,
+            cre,
+            admissibility,
+            round_off,
+            energy_norm_squared,
+            mean_stress,
+            indicators,
+            coulomb,
+        };
+        Ok(Measured { estimate, residual })
     }
-    Ok(estimate_once(prepared, state, &balanced, (relaxation, Accuracy::Refined))?.estimate)
 }
 
 /// An estimate, and the measured part of its round-off.
 struct Measured {
     estimate: Estimate,
     residual: f64,
-}
-
-fn estimate_once(
-    prepared: &PreparedProblem,
-    state: &ContactState<'_>,
-    balanced: &[Vec<f64>],
-    (relaxation, accuracy): (Relaxation, Accuracy),
-) -> Result<Measured, EstimatorError> {
-    let problem = prepared.problem();
-    let (pair, frozen) = pair_and_frozen(prepared, state, (relaxation, accuracy))?;
-    // A single pass over the cells.
-    let (mut admissibility, cells) = check_and_measure(problem, &pair);
-    let distances: Vec<Vec<[f64; 2]>> =
-        cells.iter().map(|cells| cells.iter().map(|c| c.distances).collect()).collect();
-    let cre = Cre::from_cells(problem, &pair, &distances);
-    drop(distances);
-    let energy_norm_squared = energies(problem, &pair)?;
-    let mean_stress: Vec<Vec<SymTensor2>> = cells.iter().map(|cells| rough_means(cells)).collect();
-    let residuals = round_off::residuals(prepared, &pair, &cells, &mean_stress, accuracy);
-    drop(cells);
-    let dis = eta_dis(prepared, &pair, &cre, (relaxation, accuracy), frozen);
-    admissibility = admissibility.worst(dis.admissibility);
-    let model = round_off::model(problem, &pair);
-    let energy: f64 = energy_norm_squared.iter().sum();
-    let allowance = |residuals: &[f64]| {
-        round_off::allowance(problem, &pair, energy, model.iter().copied().zip(residuals))
-    };
-    let round_off = allowance(&residuals);
-    let frozen: Vec<f64> =
-        dis.residuals.iter().zip(&residuals).map(|(own, all)| own.unwrap_or(*all)).collect();
-    let [imbalance, rounding] = eta_nndd_squared(prepared, state, balanced, accuracy);
-    // The rounding on the interface itself cannot be seen: the rounding elsewhere is added once more for it.
-    let mut eta_nndd = (1.0 + ROUNDING_OF_A_SUM) * (imbalance + rounding).sqrt() + rounding.sqrt();
-    let mut eta_dis = from_squared(dis.squared) + allowance(&frozen);
-    let mut pairs = problem.contacts.iter().zip(&state.contacts);
-    if pairs.any(|(pair, given)| openings::penetrate(pair, state, given)) {
-        // Both are for displacements that penetrate at no node.
-        let lift = from_squared(pair.lift_energy);
-        (eta_nndd, eta_dis) = (eta_nndd + lift, eta_dis + lift);
-    }
-    let indicators = Indicators {
-        e_cre: cre.e_cre() + round_off,
-        eta_dis,
-        eta_nndd,
-        parts: parts(prepared, (state, balanced), (&pair, &cre), eta_nndd, round_off),
-    };
-    if ![indicators.e_cre, indicators.eta_dis, indicators.eta_nndd].iter().all(|x| x.is_finite()) {
-        return Err(EstimatorError::NotFinite { what: "the estimate".into() });
-    }
-    let residual = residuals.iter().sum::<f64>() + rounding.sqrt();
-    let coulomb = problem.contacts.iter().any(|pair| pair.friction.coulomb().is_some());
-    let estimate = Estimate {
-        pair,
-        cre,
-        admissibility,
-        round_off,
-        energy_norm_squared,
-        mean_stress,
-        indicators,
-        coulomb,
-    };
-    Ok(Measured { estimate, residual })
 }
 
 /// Computes `a(u, u)` of each body.

@@ -39,7 +39,7 @@
 //! | where to refine | [`marking`] |
 //!
 //! [`estimate_with()`] does all of it for a [`fem_core::interface::ContactState`] and returns an [`Estimate`];
-//! [`estimate()`] omits the relaxation. `examples/certify.rs` certifies a displacement field read from a file.
+//! [`Estimator`] serves several states of one problem, [`estimate()`] omits the relaxation. `examples/certify.rs` certifies a displacement field read from a file.
 //! [`fem_core`], whose types appear in the signatures here, is re-exported.
 //!
 //! # Example
@@ -97,7 +97,7 @@ pub use check::{Admissibility, check, check_stress};
 pub use cre::{Cre, constitutive_relation_error};
 pub use equilibrated::EquilibratedStress;
 pub use error::EstimatorError;
-pub use estimate::{Estimate, Indicators, ROUND_OFF_SHARE, estimate, estimate_with};
+pub use estimate::{Estimate, Estimator, Indicators, ROUND_OFF_SHARE, estimate, estimate_with};
 pub use fem_core;
 pub use lift::Lift;
 pub use parts::Parts;

@@ -31,56 +31,80 @@ pub fn admissible_pair(
 ) -> Result<AdmissiblePair, EstimatorError> {
     check_state(prepared, state)?;
     let mut pair = recovered_pair(prepared, state, Accuracy::Double)?;
-    relax_bodies(prepared, &mut pair, relaxation, &|_, _, _| None);
+    relax_bodies(prepared, &mut pair, relaxation, &mut KeptStars::default(), &|_, _, _| None);
     Ok(pair)
 }
 
 /// [`admissible_pair`] of a state that has been checked, and, if there are stars, the stresses for a frozen λ: the same stars relax both stresses
 /// of a body.
-pub(crate) fn pair_and_frozen(
-    prepared: &PreparedProblem,
+///
+/// * `kept`: the stars of estimates before.
+pub(crate) fn pair_and_frozen<'a>(
+    prepared: &'a PreparedProblem,
     state: &ContactState<'_>,
     (relaxation, accuracy): (Relaxation, Accuracy),
+    kept: &mut KeptStars<'a>,
 ) -> Result<(AdmissiblePair, FrozenStresses), EstimatorError> {
     let mut pair = recovered_pair(prepared, state, accuracy)?;
-    let frozen = relax_bodies(prepared, &mut pair, relaxation, &|b, fields, stars| {
+    let frozen = relax_bodies(prepared, &mut pair, relaxation, kept, &|b, fields, stars| {
         let counts = stars.is_some() && freezes_lambda(prepared.problem(), b);
         counts.then(|| frozen_stress((prepared, b, fields), (relaxation, accuracy), stars))
     });
     Ok((pair, frozen))
 }
 
+/// The stars of each body of a problem, for several estimates. The first estimate keeps none: its large bodies share their memory, because the first access to
+/// new memory is slow, and most problems have one estimate.
+#[derive(Default)]
+pub(crate) struct KeptStars<'a> {
+    of_body: Vec<Option<StarRelaxation<'a>>>,
+    /// Whether an estimate has been made.
+    estimated: bool,
+}
+
+impl KeptStars<'_> {
+    /// Tells whether no more stars need memory.
+    pub(crate) fn are_complete(&self) -> bool {
+        !self.of_body.is_empty() && self.of_body.iter().all(Option::is_some)
+    }
+}
+
 /// Bodies with no more vertices than this are relaxed at the same time, each by one thread: their bands are too few for several.
 const SMALL: usize = 2048;
 
-/// Relaxes the stresses of each body, and calls `then` with it and its stars. Large bodies follow one after the other, each in parallel: only the
-/// stars of one of them are in memory at a time, in the place of those of the body before.
-fn relax_bodies(
-    prepared: &PreparedProblem,
+/// What [`relax_bodies`] calls with a body and its stars, if there are any.
+type Then<'t> =
+    dyn Fn(usize, &AdmissibleBody, Option<&mut StarRelaxation<'_>>) -> Option<EquilibratedStress> + Sync + 't;
+
+/// Relaxes the stresses of each body, and calls `then` with it. Large bodies follow one after the other, each in parallel.
+fn relax_bodies<'a>(
+    prepared: &'a PreparedProblem,
     pair: &mut AdmissiblePair,
     relaxation: Relaxation,
-    then: &(
-         dyn Fn(usize, &AdmissibleBody, Option<&mut StarRelaxation<'_>>) -> Option<EquilibratedStress> + Sync
-     ),
+    kept: &mut KeptStars<'a>,
+    then: &Then<'_>,
 ) -> FrozenStresses {
     let problem = prepared.problem();
     let is_small = |b: usize| problem.bodies[b].mesh().points().len() <= SMALL;
-    let relax = |b: usize, fields: &mut AdmissibleBody, used: Option<StarRelaxation<'_>>| {
-        let (mut stars, report) =
-            relax_with_stars(&problem.bodies[b], &mut fields.equilibrated, relaxation, used);
-        fields.relaxation = report;
-        (then(b, fields, stars.as_mut()), stars)
+    kept.of_body.resize_with(problem.bodies.len(), || None);
+    // Relaxes one body with its stars, which are made if there are none.
+    let relax = |b: usize, fields: &mut AdmissibleBody, stars: &mut Option<StarRelaxation<'a>>, used| {
+        fields.relaxation =
+            relax_with_stars(&problem.bodies[b], &mut fields.equilibrated, relaxation, stars, used);
+        then(b, fields, stars.as_mut())
     };
-    let small = pair
-        .bodies
-        .par_iter_mut()
-        .enumerate()
-        .map(|(b, fields)| if is_small(b) { relax(b, fields, None).0 } else { None });
+    let bodies = pair.bodies.par_iter_mut().zip(&mut kept.of_body).enumerate();
+    let small =
+        bodies.map(|(b, (fields, stars))| if is_small(b) { relax(b, fields, stars, None) } else { None });
     let mut frozen: FrozenStresses = small.collect();
     let mut used = None;
     for b in problem.by_role().into_iter().rev().filter(|b| !is_small(*b)) {
-        (frozen[b], used) = relax(b, &mut pair.bodies[b], used.take());
+        frozen[b] = relax(b, &mut pair.bodies[b], &mut kept.of_body[b], used.take());
+        if !kept.estimated {
+            used = kept.of_body[b].take();
+        }
     }
+    kept.estimated = true;
     frozen
 }
 

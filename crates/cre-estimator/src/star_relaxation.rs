@@ -130,24 +130,31 @@ pub struct RelaxationReport {
 /// If no reduction is possible (a body at rest, a uniform stress), it is not changed. To relax several stresses of
 /// one body under the same kind of conditions, prepare a [`StarRelaxation`] once.
 pub fn relax(body: &Body, stress: &mut EquilibratedStress, relaxation: Relaxation) -> RelaxationReport {
-    relax_with_stars(body, stress, relaxation, None).1
+    relax_with_stars(body, stress, relaxation, &mut None, None)
 }
 
-/// [`relax`] that also returns the stars for another stress; `None` if no step is requested.
+/// [`relax`] that leaves the stars for another stress, unless no step is requested.
 ///
+/// * `stars`: of the body, prepared for whatever reactions.
 /// * `used`: stars whose memory may be reused.
 pub(crate) fn relax_with_stars<'a>(
     body: &'a Body,
     stress: &mut EquilibratedStress,
     relaxation: Relaxation,
+    stars: &mut Option<StarRelaxation<'a>>,
     used: Option<StarRelaxation<'_>>,
-) -> (Option<StarRelaxation<'a>>, RelaxationReport) {
+) -> RelaxationReport {
     if relaxation.max_steps() == 0 {
-        return (None, RelaxationReport::unrelaxed(body, stress));
+        return RelaxationReport::unrelaxed(body, stress);
     }
-    let stars = StarRelaxation::in_memory_of(used, body, &stress.conditions);
-    let report = stars.relax(stress, relaxation);
-    (Some(stars), report)
+    match stars {
+        Some(stars) => stars.restate(&stress.conditions),
+        None => *stars = Some(StarRelaxation::in_memory_of(used, body, &stress.conditions)),
+    }
+    match stars {
+        Some(stars) => stars.relax(stress, relaxation),
+        None => RelaxationReport::unrelaxed(body, stress),
+    }
 }
 
 impl RelaxationReport {
