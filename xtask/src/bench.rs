@@ -19,7 +19,7 @@ mod limits;
 mod machine;
 mod numbers;
 mod page;
-mod peers;
+pub(crate) mod peers;
 mod process;
 
 use crate::workspace::{Outcome, Workspace};

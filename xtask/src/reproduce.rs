@@ -1,5 +1,7 @@
 //! `cargo xtask reproduce`: runs the studies of the package `tests` and writes their pages to `bench-results/`.
 
+mod peers;
+
 use crate::workspace::{Outcome, Workspace, load_average, output, stream};
 use clap::Args;
 use std::process::Command;
@@ -50,7 +52,12 @@ fn write(workspace: &Workspace, study: &str, page: &str, commit: &str, quick: bo
         command.arg("--quick");
     }
     let load = load();
-    let tables = output(&mut command)?;
+    let mut tables = output(&mut command)?;
+    if study == "adaptivity" {
+        let file = folder.join("adaptivity.csv");
+        let csv = std::fs::read_to_string(&file).map_err(|e| format!("{}: {e}", workspace.shown(&file)))?;
+        tables = format!("{}\n{}", tables.trim_end(), peers::section(workspace, &csv)?);
+    }
     let flag = if quick { " --quick" } else { "" };
     let (title, text) = page.split_once("\n\n").unwrap_or((page, ""));
     let text = format!(

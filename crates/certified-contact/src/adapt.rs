@@ -274,14 +274,20 @@ fn follow<M: Meshwise>(
         }
         // Mark and refine; carry λ and the active set over.
         observer.phase(Phase::Refinement);
-        let wanted = refine::next_size(step.nodes, step.measured(), adapt.target, adapt.max_nodes);
-        let Finer { problem, refinement_edges, rounds, start } =
-            match refine::refine(M::parts(&solution), &edges, adapt.fraction, wanted, adapt.max_nodes) {
-                Ok(Refined::Finer(finer)) => *finer,
-                Ok(Refined::NothingToRefine) => break AdaptiveEnd::IterationError,
-                Ok(Refined::NoRoom) => break AdaptiveEnd::MaxNodes,
-                Err(error) => break AdaptiveEnd::Failed(error.into()),
-            };
+        let (problem, estimate, last) = M::parts(&solution);
+        let wanted = refine::next_size((problem, estimate), step.measured(), adapt.target, adapt.max_nodes);
+        let Finer { problem, refinement_edges, rounds, start } = match refine::refine(
+            (problem, estimate, last),
+            &edges,
+            adapt.fraction,
+            wanted,
+            adapt.max_nodes,
+        ) {
+            Ok(Refined::Finer(finer)) => *finer,
+            Ok(Refined::NothingToRefine) => break AdaptiveEnd::IterationError,
+            Ok(Refined::NoRoom) => break AdaptiveEnd::MaxNodes,
+            Err(error) => break AdaptiveEnd::Failed(error.into()),
+        };
         if !observer.has_room_for(&problem) {
             let nodes = problem.nodes();
             break AdaptiveEnd::NoRoom { nodes };

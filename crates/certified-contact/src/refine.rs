@@ -10,27 +10,67 @@ use nndd::{Iterate, Start};
 
 /// A mesh grows by at most about this factor in one step. Growing faster skips the error information of the
 /// intermediate mesh.
-const LARGEST_GROWTH: f64 = 3.0;
+const LARGEST_GROWTH: f64 = 3.5;
 /// Smallest growth factor: a step that adds less costs more than it gains.
 const SMALLEST_GROWTH: f64 = 1.3;
 /// A round marks at least this share of the cells, however small `fraction` is, to bound the number of rounds.
 const LEAST_ROUND: f64 = 0.01;
-/// Safety factor on the number of nodes predicted by the convergence rate.
-const MARGIN: f64 = 1.08;
+/// A mesh made by halving edges has this many times the cells of the ideal one, see [`ideal_growth`]. Measured on meshes that meet
+/// their target exactly: 1.10 to 1.13 for the paper's problem and for Hertz, 1.15 to 1.25 with a strong singularity.
+const MARGIN: f64 = 1.25;
 
-/// Chooses the number of nodes of the next mesh.
-///
-/// The best rate of linear triangles is `e ~ N^(-1/2)`, so `(relative/target)²` times as many nodes are needed. They
-/// are reached in equal factors of at most [`LARGEST_GROWTH`], so that the last mesh is the only expensive one.
+/// Chooses the number of nodes of the next mesh. Those that the target needs are reached in equal factors of at most
+/// [`LARGEST_GROWTH`], so that the last mesh is the only expensive one.
 ///
 /// * `relative`: the certified error; `None` if there is no energy norm to divide by.
 /// * `limit`: the largest number of nodes allowed.
-pub(crate) fn next_size(nodes: usize, relative: Option<f64>, target: f64, limit: usize) -> usize {
-    let needed = relative.map_or(LARGEST_GROWTH, |r| (r / target).powi(2) * MARGIN);
-    let needed = needed.clamp(SMALLEST_GROWTH, (limit as f64 / nodes as f64).max(SMALLEST_GROWTH));
-    let steps = (needed.ln() / LARGEST_GROWTH.ln()).ceil().max(1.0);
-    let wanted = nodes as f64 * needed.powf(1.0 / steps);
+pub(crate) fn next_size(
+    (problem, estimate): (&ContactProblem, Option<&Estimate>),
+    relative: Option<f64>,
+    target: f64,
+    limit: usize,
+) -> usize {
+    let growth = relative.zip(estimate).map(|(relative, estimate)| {
+        let contributions = marking::contributions(problem, estimate);
+        MARGIN * ideal_growth(&contributions, (target / relative).powi(2))
+    });
+    size_after(problem.nodes(), growth.unwrap_or(LARGEST_GROWTH), limit)
+}
+
+/// Chooses the number of nodes of the next mesh if the last one has `growth` times as many as the present one.
+fn size_after(nodes: usize, growth: f64, limit: usize) -> usize {
+    let growth = growth.clamp(SMALLEST_GROWTH, (limit as f64 / nodes as f64).max(SMALLEST_GROWTH));
+    let steps = (growth.ln() / LARGEST_GROWTH.ln()).ceil().max(1.0);
+    let wanted = nodes as f64 * growth.powf(1.0 / steps);
     (wanted.ceil() as usize).min(limit)
+}
+
+/// Computes how many times as many cells the ideal mesh has whose squared error is `share` of the present one.
+///
+/// A cell that contributes `c` contributes `c/m` in `m` equal parts, see [`refine`]. With the least number of cells, those of
+/// more than `τ²` are divided into `m = √c/τ` parts, and `Σ min(c, τ √c) = share Σ c`. The sum is concave in `τ`, so Newton's
+/// iteration from 0 increases and ends after finitely many steps. If all cells contribute the same, the growth is `1/share`,
+/// the rate `e ~ N^(-1/2)`; the less even they are, the less it is.
+fn ideal_growth(contributions: &[Vec<f64>], share: f64) -> f64 {
+    let all = || contributions.iter().flatten().copied();
+    let goal = share * all().sum::<f64>();
+    let (mut tau, mut whole) = (0.0, None);
+    loop {
+        // Cells that stay whole: how many, and their contribution; of the others the sum of roots.
+        let (mut count, mut kept, mut roots) = (0_usize, 0.0, 0.0);
+        for c in all() {
+            let root = c.sqrt();
+            if root <= tau {
+                (count, kept) = (count + 1, kept + c);
+            } else {
+                roots += root;
+            }
+        }
+        if roots <= 0.0 || whole.is_some_and(|before| count <= before) {
+            return if tau > 0.0 { (count as f64 + roots / tau) / all().count() as f64 } else { 1.0 };
+        }
+        (tau, whole) = ((goal - kept) / roots, Some(count));
+    }
 }
 
 /// Tells whether refining a mesh of this many nodes can still pay off within the limit.
@@ -226,26 +266,41 @@ mod tests {
 
     #[test]
     fn sizes_lead_to_the_target_in_equal_factors() {
-        // Ten times too large: a hundred times as many nodes and the margin, in five steps.
-        let (mut nodes, mut relative) = (400, 0.2);
-        let mut sizes = Vec::new();
-        while relative > 0.02 {
-            let next = next_size(nodes, Some(relative), 0.02, usize::MAX >> 12);
-            relative *= (nodes as f64 / next as f64).sqrt();
-            nodes = next;
-            sizes.push(next);
+        // A hundred times as many nodes, in four steps.
+        let (mut nodes, mut sizes) = (400, Vec::new());
+        while nodes < 40_000 {
+            nodes = size_after(nodes, 40_000.0 / nodes as f64, usize::MAX >> 12);
+            sizes.push(nodes);
         }
-        assert_eq!(sizes.len(), 5, "{sizes:?}");
-        assert!((40_000..44_000).contains(&nodes), "{sizes:?}");
+        assert_eq!(sizes.len(), 4, "{sizes:?}");
+        assert!((40_000..40_100).contains(&nodes), "{sizes:?}");
         let growth: Vec<f64> = sizes.windows(2).map(|w| w[1] as f64 / w[0] as f64).collect();
-        assert!(growth.iter().all(|g| (2.0..3.0).contains(g)), "{growth:?}");
+        assert!(growth.iter().all(|g| (3.0..3.5).contains(g)), "{growth:?}");
     }
 
     #[test]
     fn sizes_stay_below_the_limit_and_above_the_smallest_growth() {
-        assert_eq!(next_size(1000, Some(0.5), 0.01, 2000), 2000);
-        assert_eq!(next_size(1000, Some(0.0101), 0.01, 10_000), 1300);
-        assert_eq!(next_size(1000, None, 0.01, 10_000), 3000);
+        assert_eq!(size_after(1000, 2500.0, 2000), 2000);
+        assert_eq!(size_after(1000, 1.02, 10_000), 1300);
+        assert_eq!(size_after(1000, LARGEST_GROWTH, 10_000), 3500);
         assert!(has_room(1000, 1300) && !has_room(1000, 1299));
+    }
+
+    #[test]
+    fn the_ideal_mesh_divides_cells_by_the_roots_of_their_contributions() {
+        // Equal cells: the rate 1/2.
+        assert!((ideal_growth(&[vec![2.0; 7], vec![2.0; 3]], 0.04) - 25.0).abs() < 1e-12);
+        // Four parts of the large cell contribute 16/4, and the small one its 1.
+        assert!((ideal_growth(&[vec![16.0], vec![1.0]], 5.0 / 17.0) - 5.0 / 2.0).abs() < 1e-12);
+        // By brute force: the least number of cells, parts being real numbers of at least one.
+        let (first, second, goal) = (9.0_f64, 4.0_f64, 3.25);
+        let parts = |m: f64| m + (second / (goal - first / m)).max(1.0);
+        let least = (0..9000).map(|k| parts(2.8 + 0.001 * f64::from(k))).filter(|n| *n > 0.0);
+        let least = least.fold(f64::INFINITY, f64::min);
+        let found = 2.0 * ideal_growth(&[vec![first, second]], goal / (first + second));
+        assert!((found - least).abs() < 1e-5, "{found} against {least}");
+        // Nothing to gain, or nothing there.
+        assert_eq!(ideal_growth(&[vec![1.0, 2.0]], 1.0), 1.0);
+        assert_eq!(ideal_growth(&[vec![0.0; 3], vec![]], 0.25), 1.0);
     }
 }

@@ -94,6 +94,22 @@ pub(super) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<()> {
     if wrong.is_empty() { Ok(()) } else { Err(wrong.join("; ")) }
 }
 
+/// Measures PARDISO, ordered by minimum degree, on two blocks of each of these cells: the median seconds, and the memory in bytes.
+pub(crate) fn minimum_degree(workspace: &Workspace, cells: &[[usize; 2]]) -> Outcome<Vec<(f64, f64)>> {
+    let environment = environment::make(workspace);
+    let (peers, skipped) = roster::muster(&environment);
+    let peer = peers.iter().find(|p| p.task == roster::Task::Linear("pardiso-minimum-degree"));
+    let peer = peer.ok_or_else(|| skipped.join("; "))?;
+    let median = |cells: &[usize; 2]| {
+        let runner = Runner { workspace, environment: &environment, cells: *cells };
+        runner.prepare(std::slice::from_ref(peer))?;
+        let mut answers = (0..3).map(|_| runner.run(peer)).collect::<Outcome<Vec<_>>>()?;
+        answers.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
+        Ok((answers[1].seconds, answers[1].memory.unwrap_or(f64::NAN)))
+    };
+    cells.iter().map(median).collect()
+}
+
 /// Runs this program and the peers on one mesh, round after round.
 fn on_mesh(runner: &Runner<'_>, peers: &[Peer], runs: usize, skipped: &mut Vec<String>) -> Outcome<OnMesh> {
     let [nx, ny] = runner.cells;
