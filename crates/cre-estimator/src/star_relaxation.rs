@@ -200,6 +200,12 @@ impl<'a> StarRelaxation<'a> {
         self.stars.colours()
     }
 
+    /// Counts the spokes whose couplings are stored; equal stars store them once. For counts of operations and bytes.
+    #[doc(hidden)]
+    pub fn stored_couplings(&self) -> usize {
+        self.stars.stored_couplings()
+    }
+
     /// Relaxes an equilibrated stress in place, see [`relax`].
     ///
     /// # Panics

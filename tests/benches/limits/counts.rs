@@ -147,6 +147,8 @@ pub(crate) fn checks(mesh: &TriMesh) -> Count {
 pub(crate) struct Stars {
     /// Spokes and colour of every vertex.
     stars: Vec<(f64, u32)>,
+    /// The share of stars with coefficients of their own.
+    own: f64,
     sizes: Sizes,
 }
 
@@ -156,7 +158,9 @@ impl Stars {
         for node in mesh.topology().edges().as_flattened() {
             spokes[*node] += 1.0;
         }
+        let own = prepared.stored_couplings() as f64 / spokes.iter().sum::<f64>();
         Self {
+            own,
             stars: spokes.into_iter().zip(prepared.colours().iter().copied()).collect(),
             sizes: Sizes::of(mesh),
         }
@@ -166,20 +170,22 @@ impl Stars {
         3.0 * self.sizes.nodes + self.sizes.edges
     }
 
-    /// One visit of a star: its share of a batch, 23 couplings and three numbers per spoke, and a packed block in single precision.
-    fn visit(spokes: f64) -> Count {
+    /// One visit of a star: its share of a batch and three numbers per spoke; if they are its own, 23 couplings per spoke and a packed block in
+    /// single precision.
+    fn visit(&self, spokes: f64) -> Count {
         let size = spokes + 3.0;
-        let bytes = 6.0 + (23.0 + 3.0) * 4.0 * spokes + 0.5 * size * (size + 1.0) * 4.0;
+        let coefficients = 23.0 * spokes + 0.5 * size * (size + 1.0);
+        let bytes = 6.0 + 3.0 * INDEX * spokes + self.own * 4.0 * coefficients;
         Count { flops: 45.0 * spokes + 2.0 * size * size, bytes }
     }
 
-    /// 1866 operations for the form of a triangle, `s³` for the inverse of a star of `s` unknowns; blocks are written.
+    /// 1866 operations for the form of a triangle, `s³` for the inverse of a star of `s` unknowns, if they are their own; blocks are written.
     pub(crate) fn set_up(&self) -> Count {
-        let mut count = Count { flops: 1866.0 * self.sizes.triangles, bytes: self.sizes.mesh() };
+        let mut count = Count { flops: self.own * 1866.0 * self.sizes.triangles, bytes: self.sizes.mesh() };
         for &(spokes, _) in &self.stars {
             let size = spokes + 3.0;
-            count.flops += size.powi(3);
-            count.bytes += Self::visit(spokes).bytes + 0.5 * size * (size + 1.0) * 4.0;
+            count.flops += self.own * size.powi(3);
+            count.bytes += self.visit(spokes).bytes + self.own * 0.5 * size * (size + 1.0) * 4.0;
         }
         count
     }
@@ -199,7 +205,7 @@ impl Stars {
         let last = self.stars.iter().map(|(_, colour)| *colour).max().unwrap_or(0);
         let visits = |colour: u32| if colour == last { 2.0 } else { 3.0 };
         let all = Count::sum(self.stars.iter().map(|&(spokes, colour)| {
-            let Count { flops, bytes } = Self::visit(spokes);
+            let Count { flops, bytes } = self.visit(spokes);
             Count { flops: visits(colour) * flops, bytes: visits(colour) * bytes }
         }));
         let (unknowns, steps) = (self.unknowns(), steps as f64);

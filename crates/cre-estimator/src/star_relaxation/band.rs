@@ -228,7 +228,6 @@ impl Band {
     }
 
     /// Counts the spokes of stars whose couplings are stored.
-    #[cfg(test)]
     pub(super) fn stored_couplings(&self) -> usize {
         MOST_LANES * self.outer.len()
     }

@@ -57,7 +57,6 @@ impl Stars {
     }
 
     /// Counts the spokes whose couplings are stored.
-    #[cfg(test)]
     pub(super) fn stored_couplings(&self) -> usize {
         self.bands.iter().map(|band| band.stored_couplings()).sum()
     }
