@@ -9,6 +9,7 @@ use super::symbolic::{Layout, SymbolicCholesky, column_start};
 use super::workspace::{Run, Workspace};
 use crate::sparse::SymmetricCsc;
 use dense_cholesky::NotPositiveDefinite;
+use std::sync::{Mutex, PoisonError};
 
 /// Subtrees of more than this share of all operations, divided by the number of threads, are separate tasks.
 const SHARE: f64 = 0.25;
@@ -110,13 +111,21 @@ impl Job<'_> {
         let (before, after) = children.split_at(last_large);
         let middle = self.symbolic.values_start(&layouts[after[0] as usize]);
         let (values_before, values_after) = values.split_at_mut(middle - base);
-        let mut beside = Workspace::new(self.symbolic, after, side)?;
-        let (first, second) = rayon::join(
-            || in_turn(before, values_before, base, work),
-            || in_turn(after, values_after, middle, &mut beside),
+        let work = Mutex::new(work);
+        let shared = || work.lock().unwrap_or_else(PoisonError::into_inner);
+        let (first, second) = rayon::join_context(
+            |_| in_turn(before, values_before, base, *shared()),
+            |context| {
+                // No other thread was free: the children before have finished.
+                if !context.migrated() {
+                    return in_turn(after, values_after, middle, *shared()).map(|()| None);
+                }
+                let mut beside = Workspace::new(self.symbolic, after, side)?;
+                in_turn(after, values_after, middle, &mut beside)?;
+                Ok(Some((last_large, beside)))
+            },
         );
-        first.and(second)?;
-        Ok(Some((last_large, beside)))
+        first.and(second)
     }
 
     /// Iterates over the updates of a front's children: the first ones are in `from`, one after another, those
