@@ -5,6 +5,7 @@
 //! fronts is that of [`dense_cholesky`]; independent subtrees are factorised in parallel.
 
 mod numeric;
+mod substitution;
 mod symbolic;
 mod workspace;
 
@@ -56,9 +57,9 @@ struct Panel<'a> {
     values: &'a [f64],
 }
 
-impl Panel<'_> {
+impl<'a> Panel<'a> {
     /// Returns a column: its pivot, the rest of the diagonal block's rows, and the rows below.
-    fn column(&self, k: usize) -> (f64, &[f64], &[f64]) {
+    fn column(&self, k: usize) -> (f64, &'a [f64], &'a [f64]) {
         let height = self.width + self.below.len();
         let start = symbolic::column_start(k, height);
         let (inside, below) = self.values[start..start + height - k].split_at(self.width - k);
@@ -125,26 +126,7 @@ impl Cholesky {
     /// # Panics
     /// If `x` is shorter than the dimension.
     pub fn forward(&self, x: &mut [f64]) {
-        let mut tail = Vec::new();
-        for panel in self.panels() {
-            tail.clear();
-            tail.resize(panel.below.len(), 0.0);
-            for k in 0..panel.width {
-                let (pivot, inside, below) = panel.column(k);
-                let value = x[panel.first + k] / pivot;
-                x[panel.first + k] = value;
-                let after = &mut x[panel.first + k + 1..panel.first + panel.width];
-                for (xi, l) in after.iter_mut().zip(inside) {
-                    *xi -= l * value;
-                }
-                for (t, l) in tail.iter_mut().zip(below) {
-                    *t += l * value;
-                }
-            }
-            for (&row, t) in panel.below.iter().zip(&tail) {
-                x[row as usize] -= t;
-            }
-        }
+        pulp::Arch::new().dispatch(substitution::Forward { factor: self, x });
     }
 
     /// Solves `Lᵀ x = y` in place, with the last `given` entries of `x` already known: then the leading
@@ -154,21 +136,7 @@ impl Cholesky {
     /// If `x` is shorter than the dimension.
     pub fn backward(&self, x: &mut [f64], given: usize) {
         let end = self.dimension() - given;
-        let mut tail = Vec::new();
-        for panel in self.panels().rev() {
-            let width = panel.width.min(end.saturating_sub(panel.first));
-            if width == 0 {
-                continue;
-            }
-            tail.clear();
-            tail.extend(panel.below.iter().map(|&row| x[row as usize]));
-            for k in (0..width).rev() {
-                let (pivot, inside, below) = panel.column(k);
-                let known =
-                    dot(&x[panel.first + k + 1..panel.first + panel.width], inside) + dot(&tail, below);
-                x[panel.first + k] = (x[panel.first + k] - known) / pivot;
-            }
-        }
+        pulp::Arch::new().dispatch(substitution::Backward { factor: self, x, end });
     }
 
     /// Solves `K x = b` in place.
@@ -197,20 +165,6 @@ impl Cholesky {
         }
         block
     }
-}
-
-/// Scalar product in four running sums, which the compiler turns into vector instructions.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 4];
-    let (fours, rest) = a.as_chunks::<4>();
-    let (others, other_rest) = b.as_chunks::<4>();
-    for (x, y) in fours.iter().zip(others) {
-        for c in 0..4 {
-            sums[c] += x[c] * y[c];
-        }
-    }
-    let rest: f64 = rest.iter().zip(other_rest).map(|(x, y)| x * y).sum();
-    sums[0] + sums[1] + sums[2] + sums[3] + rest
 }
 
 #[cfg(test)]
