@@ -47,6 +47,7 @@ pub enum CholeskyError {
 pub struct Cholesky {
     symbolic: Arc<SymbolicCholesky>,
     values: Vec<f64>,
+    smallest: workspace::SmallestPivot,
 }
 
 /// Columns `first..first+width` of `L`: a dense trapezium of the lower diagonal block and the rows `below`.
@@ -73,8 +74,8 @@ impl Cholesky {
     /// # Errors
     /// A matrix that is not positive definite (with the pivot), or too little memory.
     pub fn factorise(symbolic: Arc<SymbolicCholesky>, matrix: &SymmetricCsc) -> Result<Self, CholeskyError> {
-        let values = numeric::factorise(&symbolic, matrix)?;
-        Ok(Self { symbolic, values })
+        let (values, smallest) = numeric::factorise(&symbolic, matrix)?;
+        Ok(Self { symbolic, values, smallest })
     }
 
     /// Analyses and factorises a matrix in one call.
@@ -95,21 +96,10 @@ impl Cholesky {
         self.values.len()
     }
 
-    /// Finds the pivot `L_jj²` that is smallest relative to the diagonal entry `K_jj`: its number and that ratio.
+    /// Returns the pivot `L_jj²` that is smallest relative to the diagonal entry `K_jj`: its number and that ratio.
     /// A ratio near the machine precision means that the pivot is round-off.
-    pub fn smallest_pivot(&self, matrix: &SymmetricCsc) -> (usize, f64) {
-        let mut smallest = (0, f64::INFINITY);
-        for panel in self.panels() {
-            for k in 0..panel.width {
-                let j = panel.first + k;
-                let (pivot, ..) = panel.column(k);
-                let ratio = pivot * pivot / matrix.values[matrix.starts[j] as usize];
-                if !(ratio >= smallest.1) {
-                    smallest = (j, ratio);
-                }
-            }
-        }
-        smallest
+    pub fn smallest_pivot(&self) -> (usize, f64) {
+        (self.smallest.pivot, self.smallest.ratio)
     }
 
     fn panels(&self) -> impl DoubleEndedIterator<Item = Panel<'_>> {
@@ -206,6 +196,11 @@ mod tests {
             let c = Cholesky::new(&m, &chain(&widths)).unwrap();
             let exact: Vec<f64> = (0..40).map(|i| f64::from(i).sin()).collect();
             let b = m.multiply(&exact);
+            let (pivot, ratio) = c.smallest_pivot();
+            let own = |j: usize| m.values[m.starts[j] as usize];
+            let l = c.trailing_block(40);
+            let ratios: Vec<f64> = (0..40).map(|j| l[j * 41] * l[j * 41] / own(j)).collect();
+            assert!(ratios[pivot] == ratio && ratios.iter().all(|r| *r >= ratio));
             let mut x = b.clone();
             c.solve(&mut x);
             for (a, e) in x.iter().zip(&exact) {

@@ -12,6 +12,30 @@ pub(super) struct Workspace {
     pub(super) runs: Vec<Run>,
     /// The columns of one front, `(width + rows) × width`, column-major.
     pub(super) panel: Vec<f64>,
+    /// The smallest pivot of the fronts so far.
+    pub(super) smallest: SmallestPivot,
+}
+
+/// A pivot relative to the diagonal entry of the matrix.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SmallestPivot {
+    pub(super) pivot: usize,
+    pub(super) ratio: f64,
+}
+
+impl Default for SmallestPivot {
+    /// That of no pivots.
+    fn default() -> Self {
+        Self { pivot: 0, ratio: f64::INFINITY }
+    }
+}
+
+impl SmallestPivot {
+    /// Returns the smaller one of two; of equal ones the first in the order of elimination, whichever task found it.
+    pub(super) fn and(self, other: Self) -> Self {
+        let first = self.ratio < other.ratio || self.ratio == other.ratio && self.pivot <= other.pivot;
+        if first { self } else { other }
+    }
 }
 
 impl Workspace {
@@ -35,6 +59,7 @@ impl Workspace {
             top: [0; 2],
             runs: Vec::new(),
             panel: zeros(largest, dimension)?,
+            smallest: SmallestPivot::default(),
         })
     }
 }
