@@ -5,6 +5,7 @@
 //! fronts is that of [`dense_cholesky`]; independent subtrees are factorised in parallel.
 
 mod numeric;
+mod pages;
 mod substitution;
 mod symbolic;
 mod workspace;
@@ -46,7 +47,7 @@ pub enum CholeskyError {
 #[derive(Clone, Debug)]
 pub struct Cholesky {
     symbolic: Arc<SymbolicCholesky>,
-    values: Vec<f64>,
+    values: Arc<pages::Pages>,
     smallest: workspace::SmallestPivot,
 }
 
@@ -75,7 +76,7 @@ impl Cholesky {
     /// A matrix that is not positive definite (with the pivot), or too little memory.
     pub fn factorise(symbolic: Arc<SymbolicCholesky>, matrix: &SymmetricCsc) -> Result<Self, CholeskyError> {
         let (values, smallest) = numeric::factorise(&symbolic, matrix)?;
-        Ok(Self { symbolic, values, smallest })
+        Ok(Self { symbolic, values: Arc::new(values), smallest })
     }
 
     /// Analyses and factorises a matrix in one call.
