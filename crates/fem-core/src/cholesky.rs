@@ -5,6 +5,8 @@
 //! fronts is that of [`dense_cholesky`]; independent subtrees are factorised in parallel.
 
 mod numeric;
+mod pages;
+mod substitution;
 mod symbolic;
 mod workspace;
 
@@ -45,7 +47,8 @@ pub enum CholeskyError {
 #[derive(Clone, Debug)]
 pub struct Cholesky {
     symbolic: Arc<SymbolicCholesky>,
-    values: Vec<f64>,
+    values: Arc<pages::Pages>,
+    smallest: workspace::SmallestPivot,
 }
 
 /// Columns `first..first+width` of `L`: a dense trapezium of the lower diagonal block and the rows `below`.
@@ -56,9 +59,9 @@ struct Panel<'a> {
     values: &'a [f64],
 }
 
-impl Panel<'_> {
+impl<'a> Panel<'a> {
     /// Returns a column: its pivot, the rest of the diagonal block's rows, and the rows below.
-    fn column(&self, k: usize) -> (f64, &[f64], &[f64]) {
+    fn column(&self, k: usize) -> (f64, &'a [f64], &'a [f64]) {
         let height = self.width + self.below.len();
         let start = symbolic::column_start(k, height);
         let (inside, below) = self.values[start..start + height - k].split_at(self.width - k);
@@ -72,8 +75,8 @@ impl Cholesky {
     /// # Errors
     /// A matrix that is not positive definite (with the pivot), or too little memory.
     pub fn factorise(symbolic: Arc<SymbolicCholesky>, matrix: &SymmetricCsc) -> Result<Self, CholeskyError> {
-        let values = numeric::factorise(&symbolic, matrix)?;
-        Ok(Self { symbolic, values })
+        let (values, smallest) = numeric::factorise(&symbolic, matrix)?;
+        Ok(Self { symbolic, values: Arc::new(values), smallest })
     }
 
     /// Analyses and factorises a matrix in one call.
@@ -94,21 +97,10 @@ impl Cholesky {
         self.values.len()
     }
 
-    /// Finds the pivot `L_jj²` that is smallest relative to the diagonal entry `K_jj`: its number and that ratio.
+    /// Returns the pivot `L_jj²` that is smallest relative to the diagonal entry `K_jj`: its number and that ratio.
     /// A ratio near the machine precision means that the pivot is round-off.
-    pub fn smallest_pivot(&self, matrix: &SymmetricCsc) -> (usize, f64) {
-        let mut smallest = (0, f64::INFINITY);
-        for panel in self.panels() {
-            for k in 0..panel.width {
-                let j = panel.first + k;
-                let (pivot, ..) = panel.column(k);
-                let ratio = pivot * pivot / matrix.values[matrix.starts[j] as usize];
-                if !(ratio >= smallest.1) {
-                    smallest = (j, ratio);
-                }
-            }
-        }
-        smallest
+    pub fn smallest_pivot(&self) -> (usize, f64) {
+        (self.smallest.pivot, self.smallest.ratio)
     }
 
     fn panels(&self) -> impl DoubleEndedIterator<Item = Panel<'_>> {
@@ -125,26 +117,7 @@ impl Cholesky {
     /// # Panics
     /// If `x` is shorter than the dimension.
     pub fn forward(&self, x: &mut [f64]) {
-        let mut tail = Vec::new();
-        for panel in self.panels() {
-            tail.clear();
-            tail.resize(panel.below.len(), 0.0);
-            for k in 0..panel.width {
-                let (pivot, inside, below) = panel.column(k);
-                let value = x[panel.first + k] / pivot;
-                x[panel.first + k] = value;
-                let after = &mut x[panel.first + k + 1..panel.first + panel.width];
-                for (xi, l) in after.iter_mut().zip(inside) {
-                    *xi -= l * value;
-                }
-                for (t, l) in tail.iter_mut().zip(below) {
-                    *t += l * value;
-                }
-            }
-            for (&row, t) in panel.below.iter().zip(&tail) {
-                x[row as usize] -= t;
-            }
-        }
+        pulp::Arch::new().dispatch(substitution::Forward { factor: self, x });
     }
 
     /// Solves `Lᵀ x = y` in place, with the last `given` entries of `x` already known: then the leading
@@ -154,21 +127,7 @@ impl Cholesky {
     /// If `x` is shorter than the dimension.
     pub fn backward(&self, x: &mut [f64], given: usize) {
         let end = self.dimension() - given;
-        let mut tail = Vec::new();
-        for panel in self.panels().rev() {
-            let width = panel.width.min(end.saturating_sub(panel.first));
-            if width == 0 {
-                continue;
-            }
-            tail.clear();
-            tail.extend(panel.below.iter().map(|&row| x[row as usize]));
-            for k in (0..width).rev() {
-                let (pivot, inside, below) = panel.column(k);
-                let known =
-                    dot(&x[panel.first + k + 1..panel.first + panel.width], inside) + dot(&tail, below);
-                x[panel.first + k] = (x[panel.first + k] - known) / pivot;
-            }
-        }
+        pulp::Arch::new().dispatch(substitution::Backward { factor: self, x, end });
     }
 
     /// Solves `K x = b` in place.
@@ -197,20 +156,6 @@ impl Cholesky {
         }
         block
     }
-}
-
-/// Scalar product in four running sums, which the compiler turns into vector instructions.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 4];
-    let (fours, rest) = a.as_chunks::<4>();
-    let (others, other_rest) = b.as_chunks::<4>();
-    for (x, y) in fours.iter().zip(others) {
-        for c in 0..4 {
-            sums[c] += x[c] * y[c];
-        }
-    }
-    let rest: f64 = rest.iter().zip(other_rest).map(|(x, y)| x * y).sum();
-    sums[0] + sums[1] + sums[2] + sums[3] + rest
 }
 
 #[cfg(test)]
@@ -252,6 +197,11 @@ mod tests {
             let c = Cholesky::new(&m, &chain(&widths)).unwrap();
             let exact: Vec<f64> = (0..40).map(|i| f64::from(i).sin()).collect();
             let b = m.multiply(&exact);
+            let (pivot, ratio) = c.smallest_pivot();
+            let own = |j: usize| m.values[m.starts[j] as usize];
+            let l = c.trailing_block(40);
+            let ratios: Vec<f64> = (0..40).map(|j| l[j * 41] * l[j * 41] / own(j)).collect();
+            assert!(ratios[pivot] == ratio && ratios.iter().all(|r| *r >= ratio));
             let mut x = b.clone();
             c.solve(&mut x);
             for (a, e) in x.iter().zip(&exact) {

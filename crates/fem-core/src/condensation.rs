@@ -90,7 +90,7 @@ impl CondensedBody {
             };
             FactorError::Cholesky { point: place(pivot), source }
         })?;
-        let (pivot, ratio) = factor.smallest_pivot(&stiffness);
+        let (pivot, ratio) = factor.smallest_pivot();
         if !(ratio > PIVOT_FLOOR) {
             return Err(FactorError::NearlySingular { point: place(pivot), ratio });
         }

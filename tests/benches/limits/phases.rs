@@ -142,9 +142,8 @@ fn of_factors(record: &Recorder, problem: &ContactProblem) {
     record.print("condensation", &seconds, Count::sum(sizes));
 }
 
-/// The steps of [`CondensedBody::factorise`] after the factor: the smallest pivot, `S`, and the condensed load's substitution.
-fn condense(factor: &Cholesky, system: &System, mut load: Vec<f64>) -> (f64, Vec<f64>, Vec<f64>) {
-    let (_, ratio) = factor.smallest_pivot(&system.stiffness);
+/// The steps of [`CondensedBody::factorise`] after the factor: `S` and the condensed load's substitution.
+fn condense(factor: &Cholesky, system: &System, mut load: Vec<f64>) -> (Vec<f64>, Vec<f64>) {
     let n = system.dofs.interface_len();
     let block = factor.trailing_block(n);
     let mut schur = vec![0.0; n * n];
@@ -155,7 +154,7 @@ fn condense(factor: &Cholesky, system: &System, mut load: Vec<f64>) -> (f64, Vec
         }
     }
     factor.forward(&mut load);
-    (ratio, schur, load)
+    (schur, load)
 }
 
 /// The iteration, its fields, and the Neumann problems of the estimate.

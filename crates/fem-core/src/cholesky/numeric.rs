@@ -5,29 +5,35 @@
 //! parent.
 
 use super::CholeskyError;
+use super::pages::Pages;
 use super::symbolic::{Layout, SymbolicCholesky, column_start};
-use super::workspace::{Run, Workspace};
+use super::workspace::{Run, SmallestPivot, Workspace};
 use crate::sparse::SymmetricCsc;
 use dense_cholesky::NotPositiveDefinite;
+use std::sync::{Mutex, PoisonError};
 
 /// Subtrees of more than this share of all operations, divided by the number of threads, are separate tasks.
 const SHARE: f64 = 0.25;
 
+/// Computes the values of the factor and the smallest pivot.
 pub(super) fn factorise(
     symbolic: &SymbolicCholesky,
     matrix: &SymmetricCsc,
-) -> Result<Vec<f64>, CholeskyError> {
-    let mut values = super::workspace::zeros(symbolic.stored_values(), symbolic.dimension())?;
+) -> Result<(Pages, SmallestPivot), CholeskyError> {
+    let mut values = Pages::zeros(symbolic.stored_values(), symbolic.dimension())?;
     let threads = rayon::current_num_threads();
     // One thread needs no tasks; the values are the same in any case.
     let task = if threads == 1 { f64::INFINITY } else { SHARE * symbolic.operations() / threads as f64 };
     let job = Job { symbolic, matrix, task };
+    let mut smallest = SmallestPivot::default();
     for root in symbolic.roots() {
         let layout = &symbolic.layouts()[root];
         let own = &mut values[symbolic.values_start(layout)..layout.values.end];
-        job.subtree(root, own, &mut Workspace::new(symbolic, &[root as u32], 0)?, 0)?;
+        let mut work = Workspace::new(symbolic, &[root as u32], 0)?;
+        job.subtree(root, own, &mut work, 0)?;
+        smallest = smallest.and(work.smallest);
     }
-    Ok(values)
+    Ok((values, smallest))
 }
 
 struct Job<'a> {
@@ -55,12 +61,12 @@ impl Job<'_> {
         let (below, columns) = values.split_at_mut(layout.values.start - start);
         let floor = work.top[1 - side];
         let beside = self.children(s, below, work, 1 - side)?;
-        let Workspace { updates, top, runs, panel } = work;
+        let Workspace { updates, top, runs, panel, smallest } = work;
         let panel = &mut panel[..layout.height() * layout.width];
         let [even, odd] = updates;
-        let (stack, held) = if side == 0 { (even, &*odd) } else { (odd, &*even) };
+        let (stack, held) = if side == 0 { (even, odd) } else { (odd, even) };
         let from = &held[floor..];
-        let other = beside.as_ref().map(|(first, work)| (*first, work.updates[1 - side].as_slice()));
+        let other = beside.as_ref().map(|(first, work)| (*first, &*work.updates[1 - side]));
 
         self.gather(layout, panel);
         for (child, update) in self.updates(s, from, other) {
@@ -71,6 +77,10 @@ impl Job<'_> {
             let (pivot, dimension) = (layout.first + column, self.symbolic.dimension());
             CholeskyError::NotPositiveDefinite { pivot, dimension }
         })?;
+        if let Some((_, beside)) = &beside {
+            *smallest = smallest.and(beside.smallest);
+        }
+        *smallest = smallest.and(self.smallest(layout, panel));
         store(layout, panel, columns);
         let b = layout.rows.len();
         let own = &mut stack[top[side]..top[side] + b * b];
@@ -110,13 +120,21 @@ impl Job<'_> {
         let (before, after) = children.split_at(last_large);
         let middle = self.symbolic.values_start(&layouts[after[0] as usize]);
         let (values_before, values_after) = values.split_at_mut(middle - base);
-        let mut beside = Workspace::new(self.symbolic, after, side)?;
-        let (first, second) = rayon::join(
-            || in_turn(before, values_before, base, work),
-            || in_turn(after, values_after, middle, &mut beside),
+        let work = Mutex::new(work);
+        let shared = || work.lock().unwrap_or_else(PoisonError::into_inner);
+        let (first, second) = rayon::join_context(
+            |_| in_turn(before, values_before, base, *shared()),
+            |context| {
+                // No other thread was free: the children before have finished.
+                if !context.migrated() {
+                    return in_turn(after, values_after, middle, *shared()).map(|()| None);
+                }
+                let mut beside = Workspace::new(self.symbolic, after, side)?;
+                in_turn(after, values_after, middle, &mut beside)?;
+                Ok(Some((last_large, beside)))
+            },
         );
-        first.and(second)?;
-        Ok(Some((last_large, beside)))
+        first.and(second)
     }
 
     /// Iterates over the updates of a front's children: the first ones are in `from`, one after another, those
@@ -156,6 +174,16 @@ impl Job<'_> {
                 column[place] = value;
             }
         }
+    }
+
+    /// Finds the smallest pivot of a front.
+    fn smallest(&self, layout: &Layout, panel: &[f64]) -> SmallestPivot {
+        let SymmetricCsc { starts, values, .. } = self.matrix;
+        let diagonal = panel.iter().step_by(layout.height() + 1);
+        let pivots = diagonal.zip(&starts[layout.first..]).zip(layout.first..);
+        pivots.fold(SmallestPivot::default(), |smallest, ((root, start), pivot)| {
+            smallest.and(SmallestPivot { pivot, ratio: root * root / values[*start as usize] })
+        })
     }
 
     /// Adds the columns of a child's update that belong to the front.

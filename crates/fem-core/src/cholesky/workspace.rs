@@ -1,17 +1,42 @@
 //! The memory of one task of a factorisation, allocated once and reused for every front.
 
 use super::CholeskyError;
+use super::pages::Pages;
 use super::symbolic::SymbolicCholesky;
 
 /// Two stacks of update matrices, one for fronts of even depth and one for odd depth. So a front's own update is never
 /// on top of the updates that it is computed from.
 pub(super) struct Workspace {
-    pub(super) updates: [Vec<f64>; 2],
+    pub(super) updates: [Pages; 2],
     /// The end of each stack.
     pub(super) top: [usize; 2],
     pub(super) runs: Vec<Run>,
     /// The columns of one front, `(width + rows) × width`, column-major.
     pub(super) panel: Vec<f64>,
+    /// The smallest pivot of the fronts so far.
+    pub(super) smallest: SmallestPivot,
+}
+
+/// A pivot relative to the diagonal entry of the matrix.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SmallestPivot {
+    pub(super) pivot: usize,
+    pub(super) ratio: f64,
+}
+
+impl Default for SmallestPivot {
+    /// That of no pivots.
+    fn default() -> Self {
+        Self { pivot: 0, ratio: f64::INFINITY }
+    }
+}
+
+impl SmallestPivot {
+    /// Returns the smaller one of two; of equal ones the first in the order of elimination, whichever task found it.
+    pub(super) fn and(self, other: Self) -> Self {
+        let first = self.ratio < other.ratio || self.ratio == other.ratio && self.pivot <= other.pivot;
+        if first { self } else { other }
+    }
 }
 
 impl Workspace {
@@ -31,10 +56,11 @@ impl Workspace {
             largest = largest.max(layout.largest);
         }
         Ok(Self {
-            updates: [zeros(peak[0], dimension)?, zeros(peak[1], dimension)?],
+            updates: [Pages::zeros(peak[0], dimension)?, Pages::zeros(peak[1], dimension)?],
             top: [0; 2],
             runs: Vec::new(),
             panel: zeros(largest, dimension)?,
+            smallest: SmallestPivot::default(),
         })
     }
 }
@@ -79,7 +105,7 @@ impl Run {
 }
 
 /// Allocates zeros without touching them, after checking the available memory.
-pub(super) fn zeros(count: usize, dimension: usize) -> Result<Vec<f64>, CholeskyError> {
+fn zeros(count: usize, dimension: usize) -> Result<Vec<f64>, CholeskyError> {
     Vec::<f64>::new().try_reserve_exact(count).map_err(|_| CholeskyError::OutOfMemory { dimension })?;
     Ok(vec![0.0; count])
 }

@@ -1,0 +1,99 @@
+//! Forward and backward substitution, for [`pulp`] to compile for every kind of processor. Both are as fast as the memory that the
+//! factor is read from, as long as they read it in its order.
+
+use super::Cholesky;
+use pulp::Simd;
+
+/// Unknowns of a front that are solved for one by one. The others' parts are subtracted before, by scalar products.
+const GROUP: usize = 8;
+
+/// Solves `L y = x`.
+pub(super) struct Forward<'a> {
+    pub(super) factor: &'a Cholesky,
+    pub(super) x: &'a mut [f64],
+}
+
+impl pulp::NullaryFnOnce for Forward<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { factor, x } = self;
+        let mut tail = Vec::new();
+        for panel in factor.panels() {
+            tail.clear();
+            tail.resize(panel.below.len(), 0.0);
+            let own = &mut x[panel.first..panel.first + panel.width];
+            for k in 0..panel.width {
+                let (pivot, inside, below) = panel.column(k);
+                let value = own[k] / pivot;
+                own[k] = value;
+                own[k + 1..].iter_mut().zip(inside).for_each(|(x, l)| *x -= l * value);
+                tail.iter_mut().zip(below).for_each(|(t, l)| *t += l * value);
+            }
+            for (&row, t) in panel.below.iter().zip(&tail) {
+                x[row as usize] -= t;
+            }
+        }
+    }
+}
+
+/// Solves `Lᵀ x = y` for the unknowns before `end`; the others are known.
+pub(super) struct Backward<'a> {
+    pub(super) factor: &'a Cholesky,
+    pub(super) x: &'a mut [f64],
+    pub(super) end: usize,
+}
+
+impl pulp::WithSimd for Backward<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { factor, x, end } = self;
+        let mut tail = Vec::new();
+        for panel in factor.panels().rev() {
+            let width = panel.width.min(end.saturating_sub(panel.first));
+            tail.clear();
+            tail.extend(panel.below.iter().map(|&row| x[row as usize]));
+            let own = &mut x[panel.first..panel.first + panel.width];
+            // The columns in their order, as memory is read fastest.
+            for k in 0..width {
+                own[k] -= dot(simd, panel.column(k).2, &tail);
+            }
+            for first in (0..width).step_by(GROUP).rev() {
+                let last = (first + GROUP).min(width);
+                let (group, known) = own.split_at_mut(last);
+                for k in first..last {
+                    group[k] -= dot(simd, &panel.column(k).1[last - k - 1..], known);
+                }
+                for k in (first..last).rev() {
+                    let (pivot, inside, _) = panel.column(k);
+                    let (before, after) = group.split_at_mut(k + 1);
+                    let inverse = 1.0 / pivot;
+                    // The last one computed comes last, since the sum waits for it.
+                    let known = inside.iter().zip(&*after).rev().fold(before[k], |sum, (l, x)| sum - l * x);
+                    before[k] = known * inverse;
+                }
+            }
+        }
+    }
+}
+
+/// Scalar product.
+#[inline(always)]
+fn dot<S: Simd>(simd: S, a: &[f64], b: &[f64]) -> f64 {
+    let ((a, a_rest), (b, b_rest)) = (S::as_simd_f64s(a), S::as_simd_f64s(b));
+    let ((a, a_last), (b, b_last)) = (pulp::as_arrays::<2, _>(a), pulp::as_arrays::<2, _>(b));
+    let mut sums = [simd.splat_f64s(0.0); 2];
+    for (a, b) in a.iter().zip(b) {
+        for c in 0..2 {
+            sums[c] = simd.mul_add_e_f64s(a[c], b[c], sums[c]);
+        }
+    }
+    for (a, b) in a_last.iter().zip(b_last) {
+        sums[0] = simd.mul_add_e_f64s(*a, *b, sums[0]);
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    simd.reduce_sum_f64s(simd.add_f64s(sums[0], sums[1])) + rest
+}
