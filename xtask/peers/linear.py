@@ -1,8 +1,8 @@
 """One linear solve with the stiffness of both blocks of the paper's problem, as one block-diagonal matrix.
 
-linear.py matrix CELLS_X CELLS_Y FILE    assembles the matrix and writes it
-linear.py SOLVER FILE                    analysis, factorisation, one solve
-                                         SOLVER: pardiso, pardiso-minimum-degree, cholmod, superlu
+linear.py matrix CELLS_X CELLS_Y FILE [COPIES]    assembles the matrix, or several copies of it, and writes it
+linear.py SOLVER FILE                             analysis, factorisation, one solve
+                                                  SOLVER: pardiso, pardiso-minimum-degree, cholmod, superlu
 
 The matrix is made by a process of its own, so that the peak memory of a solver holds nothing of its assembly.
 Prints one JSON object: seconds, relative residual, and memory in bytes.
@@ -18,7 +18,7 @@ import scipy.sparse as sp
 import process
 
 
-def write_matrix(nx, ny, file):
+def write_matrix(nx, ny, file, copies=1):
     """Writes the upper triangle of the stiffness of the free unknowns, rows sorted, as three plain arrays."""
     import paper
 
@@ -26,7 +26,7 @@ def write_matrix(nx, ny, file):
     for block in paper.blocks(nx, ny):
         kept = np.setdiff1d(np.arange(len(block.f)), block.imposed)
         free.append(sp.csr_matrix(block.k)[kept][:, kept])
-    upper = sp.triu(sp.block_diag(free), format="csr")
+    upper = sp.triu(sp.block_diag(free * copies), format="csr")
     upper.sort_indices()
     np.savez(file, data=upper.data, indices=upper.indices.astype(np.int32), indptr=upper.indptr.astype(np.int32))
 
@@ -100,7 +100,7 @@ SOLVERS = {
 
 def main():
     if sys.argv[1] == "matrix":
-        return write_matrix(int(sys.argv[2]), int(sys.argv[3]), sys.argv[4])
+        return write_matrix(int(sys.argv[2]), int(sys.argv[3]), sys.argv[4], *map(int, sys.argv[5:]))
     solver, file = SOLVERS[sys.argv[1]], sys.argv[2]
     # A small system first: loading libraries and starting threads is no part of what is measured.
     small = sp.diags([2.0, -1.0], [0, 1], shape=(1000, 1000), format="csr")

@@ -9,9 +9,11 @@
 //! | the program as a whole process | [`process`] |
 //! | a cold build of the program | [`build`] |
 //! | other programs on the same meshes | [`peers`] |
+//! | assemblies and friction | [`assemblies`] |
 //! | machine, commit, compiler | [`machine`] |
 //! | the page of an ordinary run | [`page`] |
 
+mod assemblies;
 mod build;
 mod criterion;
 mod factor;
@@ -47,6 +49,9 @@ pub(crate) struct Arguments {
     /// Time the phases of a solve beside the limits of the machine, and nothing else
     #[arg(long, conflicts_with_all = ["peers", "build", "factor"])]
     limits: bool,
+    /// Time assemblies and pairs with friction beside a linear solve of PARDISO, and nothing else
+    #[arg(long, conflicts_with_all = ["peers", "build", "factor", "limits"])]
+    assemblies: bool,
     /// Runs of each process, after a discarded first run
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     runs: u32,
@@ -63,6 +68,7 @@ impl Arguments {
             (self.build, " --build"),
             (self.factor, " --factor"),
             (self.limits, " --limits"),
+            (self.assemblies, " --assemblies"),
             (self.quick, " --quick"),
             (self.large, " --large"),
         ];
@@ -83,6 +89,10 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Outcome<()> {
     }
     if arguments.limits {
         return limits::run(workspace, &arguments.command(), arguments.large);
+    }
+    if arguments.assemblies {
+        workspace.build_nndd()?;
+        return assemblies::run(workspace, &arguments.command(), arguments.runs as usize);
     }
     if arguments.peers {
         workspace.build_nndd()?;

@@ -171,10 +171,16 @@ impl Projection<'_> {
     fn step(&self, p: &[f64], defect: &[f64]) -> Option<Vec<f64>> {
         let between = |i: &usize| p[*i] > self.lower[*i] && p[*i] < self.upper[*i];
         let free: Vec<usize> = (0..p.len()).filter(between).collect();
-        let entry = |i: usize, j: usize| {
-            let (first, second) = (self.row(i), self.row(j));
-            free.iter().map(|&k| first[k] * second[k] / self.weights[k]).sum::<f64>()
+        let m = defect.len();
+        // C_F W_F^{-1/2}, column by column, and its product with its transpose.
+        let column = |&k: &usize| {
+            let root = self.weights[k].sqrt();
+            (0..m).map(move |i| self.row(i)[k] / root)
         };
+        let columns: Vec<f64> = free.iter().flat_map(column).collect();
+        let mut square = vec![0.0; m * m];
+        dense_cholesky::add_square(1.0, (&columns, m), [m, free.len()], 0.0, (&mut square, m), m);
+        let entry = |i: usize, j: usize| square[j * m + i];
         Some(SemiDefinite::new(defect.len(), entry, DEPENDENT)?.solve(defect).0)
     }
 

@@ -15,6 +15,7 @@
 //! have wrong signs although others are right: then those are found by a least distance programme.
 
 mod active_set;
+mod kept;
 mod programme;
 mod residuals;
 

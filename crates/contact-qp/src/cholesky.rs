@@ -4,13 +4,18 @@ use crate::error::QpError;
 use crate::problem::MatrixView;
 use clarabel::algebra::CscMatrix;
 use clarabel::qdldl::{QDLDLFactorisation, QDLDLSettings};
-use dense_cholesky::NotPositiveDefinite;
+use dense_cholesky::{NotPositiveDefinite, Profile};
 use nalgebra::DMatrixView;
+
+/// A pivot below this fraction of its diagonal entry may be round-off.
+const PIVOT_FLOOR: f64 = 1e-9;
 
 /// `L` with `P_II = L Lᵀ`.
 pub(crate) enum Factor {
     /// Lower triangle of a full matrix, column by column, and its rows.
     Dense { lower: Vec<f64>, n: usize },
+    /// The same, as far as its profile reaches.
+    Profile { lower: Vec<f64>, profile: Profile },
     /// `P_II = L D Lᵀ` in an approximate minimum degree order.
     Sparse(Box<QDLDLFactorisation>),
 }
@@ -29,6 +34,37 @@ impl Factor {
         }
     }
 
+    /// Factorises the rows and columns `free` of a full matrix, in this order.
+    ///
+    /// * `profile`: of the block.
+    ///
+    /// # Errors
+    /// As [`Self::of_block`]; also if only round-off makes a pivot positive.
+    pub(crate) fn of_profile(
+        n: usize,
+        values: &[f64],
+        free: &[usize],
+        profile: Profile,
+    ) -> Result<Self, QpError> {
+        let size = free.len();
+        let mut lower = vec![0.0; size * size];
+        for ((j, &column), end) in free.iter().enumerate().zip(profile.ends()) {
+            let source = &values[column * n..(column + 1) * n];
+            let target = &mut lower[j * size + j..j * size + end];
+            target.iter_mut().zip(&free[j..]).for_each(|(to, row)| *to = source[*row]);
+        }
+        let singular = |column: usize| QpError::NotPositiveDefinite { index: free[column] };
+        profile.factorise(&mut lower).map_err(|NotPositiveDefinite { column }| singular(column))?;
+        let round_off = |j: &usize| {
+            let (pivot, entry) = (lower[j * (size + 1)], values[free[*j] * (n + 1)]);
+            pivot * pivot <= PIVOT_FLOOR * entry
+        };
+        match (0..size).find(round_off) {
+            Some(column) => Err(singular(column)),
+            None => Ok(Self::Profile { lower, profile }),
+        }
+    }
+
     /// Overwrites the columns of `rhs`, each as long as `I`, with `P_II⁻¹ rhs`.
     pub(crate) fn solve(&self, rhs: &mut [f64]) {
         match self {
@@ -36,24 +72,33 @@ impl Factor {
                 dense_cholesky::forward(lower, *n, rhs);
                 dense_cholesky::backward(lower, *n, rhs);
             }
+            Self::Profile { lower, profile } => {
+                profile.forward(lower, rhs);
+                profile.backward(lower, rhs);
+            }
             Self::Sparse(factor) => {
                 rhs.chunks_exact_mut(factor.D.len().max(1)).for_each(|rhs| solve_sparse(factor, rhs));
             }
         }
     }
+}
 
-    /// Returns `P_II⁻¹ C` and `Cᵀ P_II⁻¹ C`, column by column.
-    ///
-    /// * `coupling`: C, column by column.
-    /// * `columns`: of C, at least 1.
-    pub(crate) fn eliminate(&self, coupling: &[f64], columns: usize) -> (Vec<f64>, Vec<f64>) {
-        let size = coupling.len() / columns;
-        let mut solved = coupling.to_vec();
-        self.solve(&mut solved);
-        let [c, product] = [coupling, &solved].map(|values| DMatrixView::from_slice(values, size, columns));
-        let product = c.transpose() * product;
-        (solved, product.data.into())
-    }
+/// Returns `P⁻¹ C` and `Cᵀ P⁻¹ C`, column by column.
+///
+/// * `solve`: overwrites columns with `P⁻¹` of them.
+/// * `coupling`: C, column by column.
+/// * `columns`: of C, at least 1.
+pub(crate) fn eliminate(
+    solve: impl Fn(&mut [f64]),
+    coupling: &[f64],
+    columns: usize,
+) -> (Vec<f64>, Vec<f64>) {
+    let size = coupling.len() / columns;
+    let mut solved = coupling.to_vec();
+    solve(&mut solved);
+    let [c, product] = [coupling, &solved].map(|values| DMatrixView::from_slice(values, size, columns));
+    let product = c.transpose() * product;
+    (solved, product.data.into())
 }
 
 fn factorise_dense(n: usize, values: &[f64], free: &[usize]) -> Result<Factor, QpError> {

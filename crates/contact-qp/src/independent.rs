@@ -47,14 +47,14 @@ impl IndependentRows {
         let unit = |k: usize| (0..m).map(|i| if i == k { 1.0 } else { 0.0 }).collect::<Vec<f64>>();
         let mut left: Vec<(Vec<f64>, Vec<f64>)> =
             (0..m).map(|k| (rows[k * n..(k + 1) * n].to_vec(), unit(k))).collect();
-        let longest = left.iter().map(|(row, _)| norm(row)).fold(0.0, f64::max);
+        let mut lengths: Vec<f64> = left.iter().map(|(row, _)| norm(row)).collect();
+        let longest = lengths.iter().copied().fold(0.0, f64::max);
         let mut found = Self::default();
-        while let Some(place) = (0..left.len()).max_by(|a, b| norm(&left[*a].0).total_cmp(&norm(&left[*b].0)))
-        {
-            let length = norm(&left[place].0);
-            if !(length > DEPENDENT * longest) {
+        while let Some(place) = (0..left.len()).max_by(|a, b| lengths[*a].total_cmp(&lengths[*b])) {
+            if !(lengths[place] > DEPENDENT * longest) {
                 break;
             }
+            let length = lengths.swap_remove(place);
             let (mut row, mut combination) = left.swap_remove(place);
             let load = dot(&combination, right_side).abs();
             let size = norm(&combination);
@@ -65,12 +65,15 @@ impl IndependentRows {
             }
             row.iter_mut().chain(&mut combination).for_each(|x| *x /= length);
             clear_rounding(&mut row);
-            for (other, of_other) in &mut left {
-                // Twice, so that the rows stay orthogonal to round-off.
+            for ((other, of_other), length) in left.iter_mut().zip(&mut lengths) {
+                // Twice, so that the rows stay orthogonal to round-off. Most motions of an assembly have no row in common.
                 for _ in 0..2 {
                     let part = dot(other, &row);
-                    subtract(other, part, &row);
-                    subtract(of_other, part, &combination);
+                    if part != 0.0 {
+                        subtract(other, part, &row);
+                        subtract(of_other, part, &combination);
+                        *length = norm(other);
+                    }
                 }
             }
             let terms = combination.iter().zip(right_side).map(|(a, b)| (a * b).abs()).sum::<f64>();

@@ -78,6 +78,7 @@ mod interior_point;
 mod kkt;
 mod least_squares;
 mod matrix;
+mod narrow;
 mod place;
 mod polish;
 mod primal_dual;

@@ -12,7 +12,7 @@
 //! active set, with the violated bounds, is a few primal-dual steps from the right one.
 
 use crate::active_set::ActiveSet;
-use crate::cholesky::Factor;
+use crate::cholesky::{Factor, eliminate};
 use crate::error::QpError;
 use crate::interior_point;
 use crate::kkt::CheckedMatrix;
@@ -100,7 +100,7 @@ impl Reduced {
         coupling.extend(free.iter().map(|&i| qp.linear[i]));
 
         let factor = Factor::of_block(&qp.matrix, &free).ok()?;
-        let (solved, product) = factor.eliminate(&coupling, size + 1);
+        let (solved, product) = eliminate(|rhs| factor.solve(rhs), &coupling, size + 1);
         for b in 0..size {
             for a in 0..=b {
                 matrix[b * size + a] -= product[b * (size + 1) + a];

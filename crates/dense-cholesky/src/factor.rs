@@ -35,7 +35,7 @@ pub fn factorise(columns: &mut [f64], n: usize) -> Result<(), NotPositiveDefinit
 ///
 /// * `columns`: from the diagonal entry of the first one on, each `stride` after the one before.
 /// * `rows`: from that entry down.
-fn eliminate(columns: &mut [f64], stride: usize, rows: usize, count: usize) -> Result<(), usize> {
+pub(crate) fn eliminate(columns: &mut [f64], stride: usize, rows: usize, count: usize) -> Result<(), usize> {
     if count <= NARROW {
         return pulp::Arch::new().dispatch(Narrow { columns, stride, rows, count });
     }

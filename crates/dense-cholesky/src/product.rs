@@ -1,11 +1,17 @@
 //! Products.
 
 use nalgebra::{Const, DMatrixView, DMatrixViewMut, Dyn, U1};
+use rayon::prelude::*;
 
 /// Columns of a square that are computed together, from their diagonal down.
 const PIECE: usize = 96;
 /// Squares of more rows are shared out to all threads.
 const LARGE: usize = 512;
+
+/// Rows and columns of a block of a triangle's square.
+const TILE: usize = 192;
+/// Rows and columns that are mirrored at once, so that both are in the cache.
+const MIRRORED: usize = 32;
 
 /// A block, whose columns are slices. Left factors of products have this type: for some sizes nalgebra 0.35 reads beyond the end of a
 /// left factor whose rows are not next to each other.
@@ -109,6 +115,60 @@ impl Square<'_> {
         let right = transposed(&self.b[first..], [columns, self.k], self.stride);
         let mut c = block_mut(c, [end - from, columns], self.c_stride);
         c.gemm(self.alpha, &left, &right, self.beta);
+    }
+}
+
+/// Which entries of a matrix are not zero.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Triangle {
+    /// Those from the diagonal down.
+    Lower,
+    /// Those from the diagonal up.
+    Upper,
+}
+
+/// Computes `T Tᵀ` of a triangular matrix, both triangles, column by column, in `n³/3` operations.
+///
+/// * `t`: T, `n` rows and columns. Its other triangle is zero.
+///
+/// # Panics
+/// If it has fewer entries.
+pub fn square_of_triangle(t: &[f64], n: usize, triangle: Triangle) -> Vec<f64> {
+    let mut square = vec![0.0; n * n];
+    square.par_chunks_mut((n * TILE).max(1)).enumerate().for_each(|(stripe, c)| {
+        let (first, columns) = (stripe * TILE, c.len() / n);
+        for from in (first..n).step_by(TILE) {
+            let rows = TILE.min(n - from);
+            // The columns of T in which both its rows and those of its transpose have entries.
+            let terms = match triangle {
+                Triangle::Lower => 0..first + columns,
+                Triangle::Upper => from..n,
+            };
+            let (start, k) = (terms.start * n, terms.len());
+            let left = block(&t[start + from..], [rows, k], n);
+            let right = transposed(&t[start + first..], [columns, k], n);
+            block_mut(&mut c[from..], [rows, columns], n).gemm(1.0, &left, &right, 0.0);
+        }
+    });
+    mirror(&mut square, n);
+    square
+}
+
+/// Overwrites the upper triangle of a matrix with the transpose of its lower one.
+///
+/// * `matrix`: column by column, `n` rows and columns.
+///
+/// # Panics
+/// If it has fewer entries.
+pub fn mirror(matrix: &mut [f64], n: usize) {
+    for first in (0..n).step_by(MIRRORED) {
+        for from in (first..n).step_by(MIRRORED) {
+            for j in first..n.min(first + MIRRORED) {
+                for i in from.max(j + 1)..n.min(from + MIRRORED) {
+                    matrix[i * n + j] = matrix[j * n + i];
+                }
+            }
+        }
     }
 }
 

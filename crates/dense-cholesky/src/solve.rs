@@ -1,14 +1,18 @@
 //! Solutions with a factor and its transpose.
 
-use crate::product::{Block, BlockMut, block, block_mut};
+use crate::product::{Block, BlockMut, Triangle, block, block_mut, square_of_triangle};
 use rayon::prelude::*;
 
 /// Fewer right-hand sides are solved for one by one.
-const FEW: usize = 4;
+pub(crate) const FEW: usize = 4;
 /// Rows of a factor that are solved for without products of blocks.
 const BLOCK: usize = 48;
 /// Right-hand sides that one thread solves for at once. Fewer would use the cache worse.
-const SHARE: usize = 48;
+pub(crate) const SHARE: usize = 48;
+/// The same of many right-hand sides: the factor is brought into the order of the products less often.
+const LARGE_SHARE: usize = 192;
+/// Right-hand sides from which on they are many.
+const MANY: usize = 8 * LARGE_SHARE;
 
 /// Solves `L y = x` in place, for every column of `x`.
 ///
@@ -37,38 +41,78 @@ type ByBlocks = fn(Lower<'_>, BlockMut<'_>);
 
 fn solve(factor: &[f64], n: usize, x: &mut [f64], by_columns: ByColumns, by_blocks: ByBlocks) {
     let count = x.len().checked_div(n).unwrap_or(0);
-    let lower = Lower { values: factor, stride: n, n };
+    let lower = Lower::trapezium(factor, n, [n; 2]);
     if count < FEW {
         x.chunks_exact_mut(n.max(1)).for_each(|x| by_columns(lower, x));
     } else {
-        x.par_chunks_mut(n * SHARE).for_each(|x| by_blocks(lower, block_mut(x, [n, x.len() / n], n)));
+        x.par_chunks_mut(n * share(count)).for_each(|x| by_blocks(lower, block_mut(x, [n, x.len() / n], n)));
     }
 }
 
-/// A lower triangle within a matrix.
+/// Returns how many of some right-hand sides one thread solves for at once.
+fn share(count: usize) -> usize {
+    if count < MANY { SHARE } else { LARGE_SHARE }
+}
+
+/// Computes `(L Lᵀ)⁻¹`, both triangles, column by column: `L⁻ᵀ` and its product with its transpose, in `2n³/3` operations.
+///
+/// * `factor`: L, `n` rows and columns, lower triangle.
+///
+/// # Panics
+/// If the factor has fewer entries.
+pub fn invert(factor: &[f64], n: usize) -> Vec<f64> {
+    let mut transpose = vec![0.0; n * n];
+    let share = share(n);
+    transpose.par_chunks_mut((n * share).max(1)).enumerate().for_each(|(chunk, columns)| {
+        let (first, count) = (chunk * share, columns.len() / n);
+        (0..count).for_each(|k| columns[k * n + first + k] = 1.0);
+        // Zero from there on.
+        let end = first + count;
+        let leading = Lower::trapezium(factor, n, [end; 2]);
+        backward_by_blocks(leading, block_mut(columns, [end, count], n));
+    });
+    square_of_triangle(&transpose, n, Triangle::Upper)
+}
+
+/// A lower triangle within a matrix, or a trapezium: a triangle with rows below it.
 #[derive(Clone, Copy)]
-struct Lower<'a> {
+pub(crate) struct Lower<'a> {
     /// From its first entry on.
     values: &'a [f64],
     stride: usize,
+    rows: usize,
+    /// Rows of the triangle, and columns.
     n: usize,
 }
 
 impl<'a> Lower<'a> {
+    pub(crate) fn trapezium(values: &'a [f64], stride: usize, [rows, n]: [usize; 2]) -> Self {
+        Self { values, stride, rows, n }
+    }
+
+    /// Returns the triangle without the rows below it.
+    pub(crate) fn triangle(self) -> Self {
+        Self { rows: self.n, ..self }
+    }
+
     /// Returns column `k` from the diagonal down.
     fn column(self, k: usize) -> &'a [f64] {
-        &self.values[k * self.stride + k..k * self.stride + self.n]
+        &self.values[k * self.stride + k..k * self.stride + self.rows]
     }
 
     /// Splits the triangle into one of `half` rows, one of the others, and the block below the first one, left of the other.
     fn split(self, half: usize) -> (Self, Self, Block<'a>) {
         let rest = &self.values[half * self.stride + half..];
         let below = block(&self.values[half..], [self.n - half, half], self.stride);
-        (Self { n: half, ..self }, Self { values: rest, n: self.n - half, ..self }, below)
+        (
+            Self::trapezium(self.values, self.stride, [half; 2]),
+            Self::trapezium(rest, self.stride, [self.n - half; 2]),
+            below,
+        )
     }
 }
 
-fn forward_by_blocks(lower: Lower<'_>, mut x: BlockMut<'_>) {
+pub(crate) fn forward_by_blocks(lower: Lower<'_>, mut x: BlockMut<'_>) {
     if lower.n <= BLOCK {
         return each_column(lower, x, forward_by_columns);
     }
@@ -80,7 +124,7 @@ fn forward_by_blocks(lower: Lower<'_>, mut x: BlockMut<'_>) {
     forward_by_blocks(second, rest);
 }
 
-fn backward_by_blocks(lower: Lower<'_>, mut x: BlockMut<'_>) {
+pub(crate) fn backward_by_blocks(lower: Lower<'_>, mut x: BlockMut<'_>) {
     if lower.n <= BLOCK {
         return each_column(lower, x, backward_by_columns);
     }
@@ -103,11 +147,11 @@ fn each_column(lower: Lower<'_>, mut x: BlockMut<'_>, solve: ByColumns) {
     }
 }
 
-fn forward_by_columns(lower: Lower<'_>, x: &mut [f64]) {
+pub(crate) fn forward_by_columns(lower: Lower<'_>, x: &mut [f64]) {
     pulp::Arch::new().dispatch(Forward { lower, x });
 }
 
-fn backward_by_columns(lower: Lower<'_>, x: &mut [f64]) {
+pub(crate) fn backward_by_columns(lower: Lower<'_>, x: &mut [f64]) {
     pulp::Arch::new().dispatch(Backward { lower, x });
 }
 

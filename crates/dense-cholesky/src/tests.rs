@@ -107,6 +107,59 @@ fn solutions_satisfy_their_systems() {
 }
 
 #[test]
+fn an_inverse_times_its_matrix_is_the_identity() {
+    for n in SIZES {
+        let mut l = lower(n);
+        let inverse = invert(&l, n);
+        (0..n).for_each(|j| l[j * n..j * n + j].fill(0.0));
+        let a = square_of_triangle(&l, n, Triangle::Lower);
+        let expected = square(&l, n);
+        for k in below(n) {
+            let (i, j) = (k % n, k / n);
+            assert!((a[k] - expected[k]).abs() < 1e-13 && a[i * n + j] == a[k], "n = {n}");
+            let entry: f64 = (0..n).map(|m| a[m * n + i] * inverse[j * n + m]).sum();
+            let of_identity = if i == j { 1.0 } else { 0.0 };
+            assert!(
+                (entry - of_identity).abs() < 1e-12 && inverse[i * n + j] == inverse[k],
+                "n = {n}: {entry}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_profile_reads_nothing_beyond_its_ends() {
+    for (n, width) in [(1, 1), (50, 7), (300, 40), (700, 130)] {
+        let profile = Profile::new((0..n).map(|j| (j + 1 + (width * 7 + j) % (2 * width)).min(n)));
+        let inside = |k: usize| k % n < profile.ends()[k / n];
+        let mut l = lower(n);
+        (0..n * n).filter(|k| !inside(*k)).for_each(|k| l[k] = 0.0);
+        let mut a = square(&l, n);
+        (0..n * n).filter(|k| !inside(*k)).for_each(|k| a[k] = f64::NAN);
+        let [mut whole, mut factor] = [a.clone(), a];
+        profile.factorise(&mut factor).unwrap();
+        below(n).filter(|k| !inside(*k)).for_each(|k| whole[k] = 0.0);
+        factorise(&mut whole, n).unwrap();
+        assert!(below(n).all(|k| if inside(k) {
+            (factor[k] - whole[k]).abs() < 1e-13
+        } else {
+            factor[k].is_nan()
+        }));
+        for count in [1, 3, 4, 52] {
+            let x: Vec<f64> = (0..n * count).map(|k| value(k, 3)).collect();
+            let [mut found, mut expected] = [x.clone(), x];
+            profile.forward(&factor, &mut found);
+            profile.backward(&factor, &mut found);
+            forward(&whole, n, &mut expected);
+            backward(&whole, n, &mut expected);
+            assert!(found.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-13), "n = {n}, {count}");
+        }
+    }
+    let mut indefinite = vec![1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0];
+    assert_eq!(Profile::new([1; 3]).factorise(&mut indefinite), Err(NotPositiveDefinite { column: 2 }));
+}
+
+#[test]
 fn products_with_vectors_are_sums_of_columns() {
     for (n, m) in [(0, 3), (3, 0), (1, 1), (7, 5), (64, 33)] {
         let a: Vec<f64> = (0..n * m).map(|k| value(k, 1)).collect();
@@ -131,7 +184,8 @@ fn the_number_of_threads_does_not_change_a_bit() {
         let mut x = a[..100 * n].to_vec();
         x.iter_mut().filter(|x| x.is_nan()).for_each(|x| *x = 1.0);
         pool.install(|| backward(&factor, n, &mut x));
-        below(n).map(|k| factor[k]).chain(x).map(f64::to_bits).collect::<Vec<_>>()
+        let inverse = pool.install(|| invert(&factor, n));
+        below(n).map(|k| factor[k]).chain(x).chain(inverse).map(f64::to_bits).collect::<Vec<_>>()
     });
     assert!(factors[0] == factors[1]);
 }

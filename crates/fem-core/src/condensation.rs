@@ -17,6 +17,7 @@ use crate::dof::{DofMap, IMPOSED};
 use crate::geometry::{Vector, shown};
 use crate::mesh::id::NodeId;
 use crate::room::has_room_for;
+use dense_cholesky::Triangle;
 use thiserror::Error;
 
 pub use oriented::OrientedBody;
@@ -99,14 +100,7 @@ impl CondensedBody {
             return Err(FactorError::OutOfMemory { pairs: n_c });
         }
         let interface_factor = factor.trailing_block(n_c);
-        let mut schur = vec![0.0; n_c * n_c];
-        dense_cholesky::add_square(1.0, (&interface_factor, n_c), [n_c; 2], 0.0, (&mut schur, n_c), n_c);
-        // Above the diagonal it has no meaning yet.
-        for j in 0..n_c {
-            for i in 0..j {
-                schur[j * n_c + i] = schur[i * n_c + j];
-            }
-        }
+        let schur = dense_cholesky::square_of_triangle(&interface_factor, n_c, Triangle::Lower);
         let none = Self {
             dofs,
             factor,
@@ -215,16 +209,9 @@ impl CondensedBody {
         dense_cholesky::backward(&self.interface_factor, n, w);
     }
 
-    /// Computes `S⁻¹`, column-major, m²/N: all traces under unit forces at once.
+    /// Computes `S⁻¹`, column-major, both triangles, m²/N: all traces under unit forces at once.
     pub fn flexibility(&self) -> Vec<f64> {
-        let n = self.len();
-        let mut inverse = vec![0.0; n * n];
-        for i in 0..n {
-            inverse[i * n + i] = 1.0;
-        }
-        dense_cholesky::forward(&self.interface_factor, n, &mut inverse);
-        dense_cholesky::backward(&self.interface_factor, n, &mut inverse);
-        inverse
+        dense_cholesky::invert(&self.interface_factor, self.len())
     }
 
     /// Recovers the displacement (Cartesian, m) with an imposed normal trace `v` and the body's loads: the

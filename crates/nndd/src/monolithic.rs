@@ -29,11 +29,6 @@ pub(crate) fn solve(
     let [mut flexibility, second] = each_role(|role| bodies[role].flexibility());
     flexibility.iter_mut().zip(&second).for_each(|(a, b)| *a += b);
     drop(second);
-    for j in 0..n {
-        for i in 0..j {
-            flexibility[j * n + i] = flexibility[i * n + j];
-        }
-    }
     let free = |b: &OrientedBody<'_>| {
         let mut v = vec![0.0; n];
         b.trace_from_force(&b.condensed_load(), &mut v);

@@ -146,13 +146,7 @@ fn of_factors(record: &Recorder, problem: &ContactProblem) {
 fn condense(factor: &Cholesky, system: &System, mut load: Vec<f64>) -> (Vec<f64>, Vec<f64>) {
     let n = system.dofs.interface_len();
     let block = factor.trailing_block(n);
-    let mut schur = vec![0.0; n * n];
-    dense_cholesky::add_square(1.0, (&block, n), [n; 2], 0.0, (&mut schur, n), n);
-    for j in 0..n {
-        for i in 0..j {
-            schur[j * n + i] = schur[i * n + j];
-        }
-    }
+    let schur = dense_cholesky::square_of_triangle(&block, n, dense_cholesky::Triangle::Lower);
     factor.forward(&mut load);
     (schur, load)
 }

@@ -12,11 +12,12 @@ use super::process::{self, CELLS};
 use super::{Arguments, criterion, machine::Machine, write_all};
 use crate::python::last_line;
 use crate::workspace::{Outcome, Workspace};
+pub(super) use roster::Pardiso;
 use roster::{Answer, Peer, Runner};
 use serde_json::Value;
 
 /// Threads of every program.
-const THREADS: usize = 2;
+pub(super) const THREADS: usize = 2;
 /// A peer whose first run took longer is not run again, seconds.
 const SLOW: f64 = 60.0;
 /// Largest relative difference to a peer that solves the same discrete problem.

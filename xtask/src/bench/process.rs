@@ -95,11 +95,22 @@ pub(super) fn settings([nx, ny]: [usize; 2]) -> Vec<String> {
     cells.chain(DEFAULTS.iter().map(|s| (*s).to_owned())).collect()
 }
 
-/// Solves the case with some settings, and returns the run and its report.json.
-///
-/// * `threads`: `None` for the program's default.
+/// Solves [`CASE`] with some settings, see [`solve_case`].
 pub(super) fn solve(
     workspace: &Workspace,
+    name: &str,
+    settings: &[String],
+    threads: Option<usize>,
+) -> Outcome<(Run, Value)> {
+    solve_case(workspace, Path::new(CASE), name, settings, threads)
+}
+
+/// Solves a case with some settings, and returns the run and its report.json.
+///
+/// * `threads`: `None` for the program's default.
+pub(super) fn solve_case(
+    workspace: &Workspace,
+    case: &Path,
     name: &str,
     settings: &[String],
     threads: Option<usize>,
@@ -109,7 +120,8 @@ pub(super) fn solve(
     let done = run(name, &workspace.nndd(), |command| {
         command
             .current_dir(&workspace.root)
-            .args(["solve", CASE])
+            .arg("solve")
+            .arg(case)
             .args(settings.iter().flat_map(|setting| ["--set", setting]))
             .arg("--out")
             .arg(&out)

@@ -1,12 +1,15 @@
 //! Active sets: the solution on one of them, and the one that its signs ask for.
 
+use super::kept::Kept;
 use super::programme::BoxQp;
-use crate::cholesky::Factor;
+use crate::cholesky::{Factor, eliminate};
 use crate::dense::{SemiDefinite, dot, norm};
 use crate::kkt::largest;
 use crate::least_squares::{bounded_least_squares, nonnegative_least_squares};
+use crate::narrow::Narrow;
 use crate::place::Place;
-use crate::problem::MatrixView;
+use std::borrow::Cow;
+use std::cell::{OnceCell, RefCell};
 use std::collections::HashSet;
 
 /// A sign or a bound is wrong beyond this fraction of the scale of the data.
@@ -21,11 +24,20 @@ const CONTRADICTION: f64 = 1e-9;
 /// Corrections of a solution on one set.
 const REFINEMENTS: usize = 2;
 
+/// Overwrites right-hand sides with the solutions on some rows.
+type Solver<'a> = Box<dyn Fn(&[usize], &mut [f64]) + 'a>;
+
 /// A programme with what all active sets share.
 pub(super) struct System<'a> {
     qp: &'a BoxQp<'a>,
-    /// `P + c GᵀG` with rows of length one.
-    matrix: Vec<f64>,
+    /// `P + c GᵀG` with rows of length one; `P` alone, and `c = 0`, if it is narrow.
+    matrix: Cow<'a, [f64]>,
+    /// Set if most entries of a large `P` are zero: `GᵀG` would fill it.
+    narrow: Option<Narrow>,
+    /// The system with `c GᵀG`, used from the first block of a narrow `P` on that is singular.
+    full: OnceCell<Box<Self>>,
+    /// The block that was factorised last.
+    kept: RefCell<Option<Kept>>,
     /// `G` with rows of length one, and the lengths.
     rows: Vec<f64>,
     lengths: Vec<f64>,
@@ -43,6 +55,10 @@ pub(super) struct Candidate {
 
 impl<'a> System<'a> {
     pub(super) fn new(qp: &'a BoxQp<'a>) -> Self {
+        Self::with(qp, Narrow::new(qp.linear.len(), qp.matrix))
+    }
+
+    fn with(qp: &'a BoxQp<'a>, narrow: Option<Narrow>) -> Self {
         let n = qp.linear.len();
         // A row of zeros stays one.
         let lengths: Vec<f64> = qp
@@ -55,12 +71,20 @@ impl<'a> System<'a> {
             row.iter_mut().for_each(|g| *g /= length);
         }
         let trace: f64 = (0..n).map(|i| qp.matrix[i * n + i]).sum();
-        let weight = if trace > 0.0 && !lengths.is_empty() { trace / lengths.len() as f64 } else { 1.0 };
-        let mut matrix = qp.matrix.to_vec();
-        for row in rows.chunks_exact(n.max(1)) {
-            for (j, g) in row.iter().enumerate().filter(|(_, g)| **g != 0.0) {
-                let column = &mut matrix[j * n..(j + 1) * n];
-                column.iter_mut().zip(row).for_each(|(p, other)| *p += weight * g * other);
+        let added = narrow.is_none() && !lengths.is_empty();
+        let weight = match added {
+            true if trace > 0.0 => trace / lengths.len() as f64,
+            true => 1.0,
+            false => 0.0,
+        };
+        let mut matrix = Cow::Borrowed(qp.matrix);
+        if added {
+            let matrix = matrix.to_mut();
+            for row in rows.chunks_exact(n.max(1)) {
+                for (j, g) in row.iter().enumerate().filter(|(_, g)| **g != 0.0) {
+                    let column = &mut matrix[j * n..(j + 1) * n];
+                    column.iter_mut().zip(row).for_each(|(p, other)| *p += weight * g * other);
+                }
             }
         }
         let finite = |v: &f64| if v.is_finite() { *v } else { 0.0 };
@@ -69,7 +93,26 @@ impl<'a> System<'a> {
             .max(largest(qp.right_side.iter().zip(&lengths).map(|(e, length)| e / length)))
             .max(largest(qp.lower.iter().chain(qp.upper).map(finite)));
         let y = largest(qp.linear.iter().copied());
-        Self { qp, matrix, rows, lengths, weight, size: [x, y] }
+        Self {
+            qp,
+            matrix,
+            narrow,
+            full: OnceCell::new(),
+            kept: RefCell::new(None),
+            rows,
+            lengths,
+            weight,
+            size: [x, y],
+        }
+    }
+
+    /// Computes `P x + q − Gᵀ a`.
+    fn gradient(&self, x: &[f64], a: &[f64]) -> Vec<f64> {
+        let Some(narrow) = &self.narrow else { return self.qp.gradient(x, a) };
+        let mut gradient = self.qp.linear.to_vec();
+        narrow.add_product(self.qp.matrix, x, &mut gradient);
+        self.qp.subtract_rows(a, &mut gradient);
+        gradient
     }
 
     /// Tries at most `limit` sets. Returns the solution, if it was found, and the number of sets tried.
@@ -132,7 +175,7 @@ impl<'a> System<'a> {
                 x[i] = self.qp.bound(i, place);
                 continue;
             }
-            let y = self.qp.gradient(&candidate.x, &candidate.a);
+            let y = self.gradient(&candidate.x, &candidate.a);
             let slack = WRONG * self.size[1].max(largest(y.iter().copied()));
             let wrong = |i: usize| match places[i] {
                 _ if lower[i] == upper[i] => 0.0,
@@ -169,34 +212,46 @@ impl<'a> System<'a> {
 
     /// Solves on one set; `None` if the rows cannot hold on it, or if it leaves a direction without stiffness.
     fn candidate(&self, places: &[Place]) -> Option<Candidate> {
+        if let Some(full) = self.full.get() {
+            return full.candidate(places);
+        }
         let (qp, n, m) = (self.qp, places.len(), self.lengths.len());
         let mut x: Vec<f64> = (0..n).map(|i| qp.bound(i, places[i])).collect();
         if x.iter().any(|x| x.is_infinite()) {
             return None;
         }
         let mut a = vec![0.0; m];
-        let free: Vec<usize> = (0..n).filter(|i| places[*i] == Place::Free).collect();
-        let factor = match free.len() {
-            0 => None,
-            _ => Some(Factor::of_block(&MatrixView::Dense { n, values: &self.matrix }, &free).ok()?),
+        let is_free = |i: usize| places[i] == Place::Free;
+        let mut kept = self.kept.borrow_mut();
+        let (free, solve): (Vec<usize>, Solver<'_>) = if let Some(narrow) = &self.narrow {
+            let (free, profile) = narrow.block(is_free);
+            let Ok(factor) = Factor::of_profile(n, &self.matrix, &free, profile) else {
+                return self.full.get_or_init(|| Box::new(Self::with(qp, None))).candidate(places);
+            };
+            (free, Box::new(move |_, rhs| factor.solve(rhs)))
+        } else {
+            let free: Vec<usize> = (0..n).filter(|i| is_free(*i)).collect();
+            let changes = kept.as_mut().and_then(|kept| kept.changes(&self.matrix, &free));
+            if changes.is_none() {
+                *kept = Kept::new(n, &self.matrix, &free);
+            }
+            let (kept, changes) = (kept.as_ref()?, changes.unwrap_or_default());
+            (free, Box::new(move |free, rhs| kept.solve(free, &changes, rhs)))
         };
+        let solve = |rhs: &mut [f64]| solve(&free, rhs);
         let row = |k: usize| -> Vec<f64> { free.iter().map(|i| self.rows[k * n + i]).collect() };
         let rows: Vec<Vec<f64>> = (0..m).map(row).collect();
-        let solve = |rhs: &mut [f64]| {
-            if let Some(factor) = &factor {
-                factor.solve(rhs);
-            }
-        };
         // H⁻¹ G_Fᵀ and G_F H⁻¹ G_Fᵀ.
-        let (solved, product) = match &factor {
-            Some(factor) if m > 0 => factor.eliminate(&rows.concat(), m),
-            _ => (Vec::new(), vec![0.0; m * m]),
+        let (solved, product) = if m > 0 && !free.is_empty() {
+            eliminate(solve, &rows.concat(), m)
+        } else {
+            (Vec::new(), vec![0.0; m * m])
         };
         let entry = |i: usize, j: usize| 0.5 * (product[j * m + i] + product[i * m + j]);
         let complement = SemiDefinite::new(m, entry, DEPENDENT)?;
         for _ in 0..=REFINEMENTS {
             let scaled: Vec<f64> = a.iter().zip(&self.lengths).map(|(a, length)| a / length).collect();
-            let gradient = qp.gradient(&x, &scaled);
+            let gradient = self.gradient(&x, &scaled);
             let defect: Vec<f64> =
                 qp.defect(&x).iter().zip(&self.lengths).map(|(d, length)| d / length).collect();
             let mut step: Vec<f64> = free.iter().map(|&i| -gradient[i]).collect();
@@ -240,7 +295,7 @@ impl<'a> System<'a> {
     /// distance programme of Lawson and Hanson 1974, chapter 23.
     fn fitting_multipliers(&self, candidate: &Candidate) -> Option<Vec<f64>> {
         let (n, m) = (candidate.x.len(), self.lengths.len());
-        let gradient = self.qp.gradient(&candidate.x, &vec![0.0; m]);
+        let gradient = self.gradient(&candidate.x, &vec![0.0; m]);
         let known: Vec<f64> = candidate.a.iter().zip(&self.lengths).map(|(a, length)| a * length).collect();
         let scale = largest(gradient.iter().copied()).max(norm(&known)).max(f64::MIN_POSITIVE);
         // s (Gᵀ a)_i ≥ s (P x + q)_i, one column for each s.
@@ -277,7 +332,7 @@ impl<'a> System<'a> {
     /// Returns the set that the signs of a candidate ask for.
     fn next(&self, candidate: &Candidate) -> Vec<Place> {
         let Candidate { x, a, places } = candidate;
-        let y = self.qp.gradient(x, a);
+        let y = self.gradient(x, a);
         let least = WRONG * largest(x.iter().copied()).max(self.size[0]);
         let slack = WRONG * self.size[1].max(largest(y.iter().copied()));
         let place = |i: usize| match places[i] {

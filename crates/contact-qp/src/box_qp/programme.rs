@@ -56,13 +56,17 @@ impl BoxQp<'_> {
 
     /// Computes `P x + q − Gᵀ a`.
     pub(super) fn gradient(&self, x: &[f64], a: &[f64]) -> Vec<f64> {
-        let n = x.len();
         let mut gradient = self.linear.to_vec();
-        MatrixView::Dense { n, values: self.matrix }.add_product(x, &mut gradient);
-        for (row, a) in self.rows.chunks_exact(n.max(1)).zip(a) {
-            gradient.iter_mut().zip(row).for_each(|(g, entry)| *g -= entry * a);
-        }
+        MatrixView::Dense { n: x.len(), values: self.matrix }.add_product(x, &mut gradient);
+        self.subtract_rows(a, &mut gradient);
         gradient
+    }
+
+    /// Subtracts `Gᵀ a`.
+    pub(super) fn subtract_rows(&self, a: &[f64], from: &mut [f64]) {
+        for (row, a) in self.rows.chunks_exact(from.len().max(1)).zip(a) {
+            from.iter_mut().zip(row).for_each(|(g, entry)| *g -= entry * a);
+        }
     }
 
     /// Computes `e − G x`.

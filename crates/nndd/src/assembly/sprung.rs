@@ -50,8 +50,7 @@ impl<'a> Sprung<'a> {
         let (inverse, size) = (self.condensed.flexibility(), self.condensed.len());
         let mut matrix = Vec::with_capacity(self.unknowns.len() * self.unknowns.len());
         for (q, b) in &self.unknowns {
-            // Of one triangle: round-off must not make it unsymmetric.
-            matrix.extend(self.unknowns.iter().map(|(p, a)| a * b * inverse[p.min(q) * size + p.max(q)]));
+            matrix.extend(self.unknowns.iter().map(|(p, a)| a * b * inverse[q * size + p]));
         }
         matrix
     }

@@ -113,6 +113,45 @@ pub(super) struct Answer {
     pub(super) details: Value,
 }
 
+/// One linear solve of PARDISO with the stiffnesses of any even number of blocks, each held by its supports, as one block-diagonal matrix.
+pub(in crate::bench) struct Pardiso<'a> {
+    workspace: &'a Workspace,
+    environment: Environment,
+}
+
+impl<'a> Pardiso<'a> {
+    /// Installs it; says why not if that fails.
+    pub(in crate::bench) fn new(workspace: &'a Workspace) -> Outcome<Self> {
+        let environment = super::environment::make(workspace);
+        match PEERS[0].hindrance(&environment) {
+            None => Ok(Self { workspace, environment }),
+            Some(reason) => Err(reason),
+        }
+    }
+
+    /// Writes the matrix of some blocks.
+    pub(in crate::bench) fn prepare(&self, cells: [usize; 2], bodies: usize) -> Outcome<()> {
+        let runner = self.runner(cells);
+        std::fs::create_dir_all(runner.folder()).map_err(|e| format!("the folder of PARDISO: {e}"))?;
+        runner.python("linear.py", None, |command| {
+            command.arg("matrix").args(cells.map(|n| n.to_string())).arg(runner.matrix());
+            command.arg((bodies / 2).to_string());
+        })?;
+        Ok(())
+    }
+
+    /// Solves once in each of its two orders, and returns the seconds.
+    pub(in crate::bench) fn run(&self, cells: [usize; 2]) -> Outcome<[f64; 2]> {
+        let runner = self.runner(cells);
+        let [first, second] = [0, 1].map(|k| runner.run(&PEERS[k]).map(|answer| answer.seconds));
+        Ok([first?, second?])
+    }
+
+    fn runner(&self, cells: [usize; 2]) -> Runner<'_> {
+        Runner { workspace: self.workspace, environment: &self.environment, cells }
+    }
+}
+
 /// Runs peers on one mesh.
 pub(super) struct Runner<'a> {
     pub(super) workspace: &'a Workspace,

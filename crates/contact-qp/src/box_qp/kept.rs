@@ -1,0 +1,145 @@
+//! The factor of one block of a full matrix, used for blocks that differ from it in few rows.
+//!
+//! With the factorised block `B`, rows `A` that join it and rows `R` that leave it, the solution of `K x = r` on the new block is
+//! ```math
+//! x_B = K_BB⁻¹ (r_B − C w),   (D − Cᵀ K_BB⁻¹ C) w = (r_A, 0) − Cᵀ K_BB⁻¹ r_B,   C = [K_BA, E_R],   D = [K_AA, 0; 0, 0]
+//! ```
+//! with `r_R = 0` and `w` of `x_A` and the forces that hold `x_R = 0`. The columns of `K_BB⁻¹ C` are kept as well.
+
+use crate::cholesky::Factor;
+use crate::dense::dot;
+use crate::problem::MatrixView;
+use nalgebra::{DMatrix, DVector, Dyn, LU};
+use std::collections::HashMap;
+
+/// Blocks of fewer rows are factorised each.
+const LARGE: usize = 512;
+
+/// A block that differs in more than this part of its rows is factorised.
+const DIFFERENT: usize = 32;
+
+/// No row of the block.
+const OUTSIDE: usize = usize::MAX;
+
+/// A factorised block.
+pub(super) struct Kept {
+    rows: Vec<usize>,
+    /// The place of each row of the matrix in the block.
+    places: Vec<usize>,
+    factor: Factor,
+    /// The columns of `C` and `K_BB⁻¹ C` of the rows in which the last block differed.
+    columns: HashMap<usize, (Vec<f64>, Vec<f64>)>,
+}
+
+/// The rows in which a block differs from the factorised one.
+#[derive(Default)]
+pub(super) struct Changes {
+    /// Those that join first.
+    rows: Vec<usize>,
+    small: Option<LU<f64, Dyn, Dyn>>,
+}
+
+impl Kept {
+    /// Factorises a block; `None` if it is not positive definite.
+    pub(super) fn new(n: usize, values: &[f64], rows: &[usize]) -> Option<Self> {
+        let factor = Factor::of_block(&MatrixView::Dense { n, values }, rows).ok()?;
+        let mut places = vec![OUTSIDE; n];
+        rows.iter().enumerate().for_each(|(place, row)| places[*row] = place);
+        Some(Self { rows: rows.to_vec(), places, factor, columns: HashMap::new() })
+    }
+
+    /// Prepares solutions on a block; `None` if it is better factorised.
+    pub(super) fn changes(&mut self, values: &[f64], block: &[usize]) -> Option<Changes> {
+        let (n, size) = (self.places.len(), self.rows.len());
+        let mut stays = vec![false; n];
+        block.iter().for_each(|row| stays[*row] = true);
+        let mut rows: Vec<usize> = block.iter().copied().filter(|row| self.places[*row] == OUTSIDE).collect();
+        let joined = rows.len();
+        rows.extend(self.rows.iter().filter(|row| !stays[**row]));
+        if rows.is_empty() {
+            return Some(Changes::default());
+        }
+        if size < LARGE || DIFFERENT * rows.len() > size {
+            return None;
+        }
+        self.columns.retain(|row, _| rows.contains(row));
+        let new: Vec<usize> = rows.iter().copied().filter(|row| !self.columns.contains_key(row)).collect();
+        let column = |row: &usize| -> Vec<f64> {
+            match self.places[*row] {
+                OUTSIDE => self.rows.iter().map(|i| values[row * n + i]).collect(),
+                place => (0..size).map(|i| if i == place { 1.0 } else { 0.0 }).collect(),
+            }
+        };
+        let columns: Vec<Vec<f64>> = new.iter().map(column).collect();
+        let mut solved = columns.concat();
+        self.factor.solve(&mut solved);
+        let solved = solved.chunks_exact(size).map(<[f64]>::to_vec);
+        self.columns.extend(new.iter().zip(columns.into_iter().zip(solved)).map(|(row, pair)| (*row, pair)));
+        let entry = |i: usize, j: usize| {
+            let own = if i < joined && j < joined { values[rows[j] * n + rows[i]] } else { 0.0 };
+            own - dot(&self.columns[&rows[i]].0, &self.columns[&rows[j]].1)
+        };
+        let small = DMatrix::from_fn(rows.len(), rows.len(), entry).lu();
+        small.is_invertible().then_some(Changes { rows, small: Some(small) })
+    }
+
+    /// Overwrites right-hand sides with the solutions on a block, in the order of its rows.
+    ///
+    /// * `changes`: of [`Self::changes`] for this block.
+    pub(super) fn solve(&self, block: &[usize], changes: &Changes, sides: &mut [f64]) {
+        let Some(small) = &changes.small else { return self.factor.solve(sides) };
+        let (size, count) = (self.rows.len(), block.len().max(1));
+        let mut inside = vec![0.0; sides.len() / count * size];
+        for (inside, side) in inside.chunks_exact_mut(size).zip(sides.chunks_exact(count)) {
+            for (row, value) in block.iter().zip(side).filter(|(row, _)| self.places[**row] != OUTSIDE) {
+                inside[self.places[*row]] = *value;
+            }
+        }
+        self.factor.solve(&mut inside);
+        for (inside, side) in inside.chunks_exact_mut(size).zip(sides.chunks_exact_mut(count)) {
+            let joins = block.iter().zip(&*side).filter(|(row, _)| self.places[**row] == OUTSIDE);
+            let mut forces = DVector::zeros(changes.rows.len());
+            forces.iter_mut().zip(joins).for_each(|(force, (_, value))| *force = *value);
+            for (row, force) in changes.rows.iter().zip(forces.iter_mut()) {
+                *force -= dot(&self.columns[row].0, inside);
+            }
+            small.solve_mut(&mut forces);
+            for (row, force) in changes.rows.iter().zip(forces.iter()) {
+                inside.iter_mut().zip(&self.columns[row].1).for_each(|(x, y)| *x -= force * y);
+            }
+            let mut joins = forces.iter();
+            for (row, value) in block.iter().zip(side) {
+                *value = match self.places[*row] {
+                    OUTSIDE => joins.next().copied().unwrap_or_default(),
+                    place => inside[place],
+                };
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_block_that_differs_in_few_rows_needs_no_factor() {
+        let n = 640;
+        let entry = |i: usize, j: usize| if i == j { 3.0 } else { (1.0 + i.abs_diff(j) as f64).powi(-2) };
+        let values: Vec<f64> = (0..n * n).map(|k| entry(k % n, k / n)).collect();
+        let block = |without: &[usize]| -> Vec<usize> { (0..n).filter(|i| !without.contains(i)).collect() };
+        let mut kept = Kept::new(n, &values, &block(&[3, 4, 600])).unwrap();
+        for without in [vec![3, 4, 600], vec![4, 20, 21, 639], vec![4, 20, 300], vec![], vec![0, 3, 4, 600]] {
+            let rows = block(&without);
+            let changes = kept.changes(&values, &rows).unwrap();
+            let sides: Vec<f64> = (0..2 * rows.len()).map(|k| (k as f64).sin()).collect();
+            let [mut found, mut expected] = [sides.clone(), sides];
+            kept.solve(&rows, &changes, &mut found);
+            Factor::of_block(&MatrixView::Dense { n, values: &values }, &rows).unwrap().solve(&mut expected);
+            assert!(found.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-13), "{without:?}");
+        }
+        assert!(kept.changes(&values, &block(&(0..40).collect::<Vec<_>>())).is_none());
+        let small = Kept::new(n, &values, &[0, 1, 2]);
+        assert!(small.is_some_and(|mut small| small.changes(&values, &[0, 1]).is_none()));
+    }
+}
