@@ -5,7 +5,6 @@
 //! fronts is that of [`dense_cholesky`]; independent subtrees are factorised in parallel.
 
 mod numeric;
-mod pages;
 mod substitution;
 mod symbolic;
 mod workspace;
@@ -47,7 +46,7 @@ pub enum CholeskyError {
 #[derive(Clone, Debug)]
 pub struct Cholesky {
     symbolic: Arc<SymbolicCholesky>,
-    values: Arc<pages::Pages>,
+    values: Vec<f64>,
     smallest: workspace::SmallestPivot,
 }
 
@@ -76,7 +75,7 @@ impl Cholesky {
     /// A matrix that is not positive definite (with the pivot), or too little memory.
     pub fn factorise(symbolic: Arc<SymbolicCholesky>, matrix: &SymmetricCsc) -> Result<Self, CholeskyError> {
         let (values, smallest) = numeric::factorise(&symbolic, matrix)?;
-        Ok(Self { symbolic, values: Arc::new(values), smallest })
+        Ok(Self { symbolic, values, smallest })
     }
 
     /// Analyses and factorises a matrix in one call.

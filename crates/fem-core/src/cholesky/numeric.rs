@@ -5,7 +5,6 @@
 //! parent.
 
 use super::CholeskyError;
-use super::pages::Pages;
 use super::symbolic::{Layout, SymbolicCholesky, column_start};
 use super::workspace::{Run, SmallestPivot, Workspace};
 use crate::sparse::SymmetricCsc;
@@ -19,8 +18,8 @@ const SHARE: f64 = 0.25;
 pub(super) fn factorise(
     symbolic: &SymbolicCholesky,
     matrix: &SymmetricCsc,
-) -> Result<(Pages, SmallestPivot), CholeskyError> {
-    let mut values = Pages::zeros(symbolic.stored_values(), symbolic.dimension())?;
+) -> Result<(Vec<f64>, SmallestPivot), CholeskyError> {
+    let mut values = super::workspace::zeros(symbolic.stored_values(), symbolic.dimension())?;
     let threads = rayon::current_num_threads();
     // One thread needs no tasks; the values are the same in any case.
     let task = if threads == 1 { f64::INFINITY } else { SHARE * symbolic.operations() / threads as f64 };
@@ -64,9 +63,9 @@ impl Job<'_> {
         let Workspace { updates, top, runs, panel, smallest } = work;
         let panel = &mut panel[..layout.height() * layout.width];
         let [even, odd] = updates;
-        let (stack, held) = if side == 0 { (even, odd) } else { (odd, even) };
+        let (stack, held) = if side == 0 { (even, &*odd) } else { (odd, &*even) };
         let from = &held[floor..];
-        let other = beside.as_ref().map(|(first, work)| (*first, &*work.updates[1 - side]));
+        let other = beside.as_ref().map(|(first, work)| (*first, work.updates[1 - side].as_slice()));
 
         self.gather(layout, panel);
         for (child, update) in self.updates(s, from, other) {

@@ -1,13 +1,12 @@
 //! The memory of one task of a factorisation, allocated once and reused for every front.
 
 use super::CholeskyError;
-use super::pages::Pages;
 use super::symbolic::SymbolicCholesky;
 
 /// Two stacks of update matrices, one for fronts of even depth and one for odd depth. So a front's own update is never
 /// on top of the updates that it is computed from.
 pub(super) struct Workspace {
-    pub(super) updates: [Pages; 2],
+    pub(super) updates: [Vec<f64>; 2],
     /// The end of each stack.
     pub(super) top: [usize; 2],
     pub(super) runs: Vec<Run>,
@@ -56,7 +55,7 @@ impl Workspace {
             largest = largest.max(layout.largest);
         }
         Ok(Self {
-            updates: [Pages::zeros(peak[0], dimension)?, Pages::zeros(peak[1], dimension)?],
+            updates: [zeros(peak[0], dimension)?, zeros(peak[1], dimension)?],
             top: [0; 2],
             runs: Vec::new(),
             panel: zeros(largest, dimension)?,
@@ -105,7 +104,7 @@ impl Run {
 }
 
 /// Allocates zeros without touching them, after checking the available memory.
-fn zeros(count: usize, dimension: usize) -> Result<Vec<f64>, CholeskyError> {
+pub(super) fn zeros(count: usize, dimension: usize) -> Result<Vec<f64>, CholeskyError> {
     Vec::<f64>::new().try_reserve_exact(count).map_err(|_| CholeskyError::OutOfMemory { dimension })?;
     Ok(vec![0.0; count])
 }
