@@ -51,10 +51,13 @@ impl Stack {
         (self.bodies - 1) * (self.cells[0] + 1) * if self.friction { 2 } else { 1 }
     }
 
-    /// The case: blocks of 2 m x 1 m; the lowest is clamped, the uppermost pressed down, guided on its left and pulled up on its right, the
-    /// others float. With friction the uppermost block is pushed aside, and its limit grows along the line, so that a part slips.
+    /// The case: blocks of 2 m x 1 m, or two strips with square cells. The lowest is clamped, the uppermost pressed down, guided on its left
+    /// and pulled up on its right, the others float. With friction the uppermost is pushed aside, and its limit grows along the line, so that
+    /// a part slips.
     fn case(self) -> String {
         let [nx, ny] = self.cells;
+        let height = if self.bodies == 2 { 2.0 * ny as f64 / nx as f64 } else { 1.0 };
+        let pressed = 0.02 * height;
         let mut text = "schema = 1\n".to_owned();
         for (name, young) in [("soft", 1000), ("middle", 1500), ("stiff", 2000)] {
             let _ = writeln!(text, "[materials.{name}]\nyoung = {young}.0\npoisson = 0.3");
@@ -71,17 +74,17 @@ impl Stack {
             let _ = writeln!(
                 text,
                 "[[body]]\nname = \"{body}\"\nmaterial = \"{material}\"\ngenerator = {{ kind = \"block\", \
-                 origin = [0.0, {body}.0], size = [2.0, 1.0], cells = [{nx}, {ny}] }}"
+                 origin = [0.0, {:?}], size = [2.0, {height:?}], cells = [{nx}, {ny}] }}",
+                body as f64 * height
             );
             if lowest {
                 text.push_str("[[body.displacement]]\non = \"bottom\"\nfixed = true\n");
             } else if uppermost {
-                text.push_str("[[body.displacement]]\non = \"top\"\nuy = -0.02\n");
-                text.push_str(if self.friction {
-                    "ux = 0.02\n"
-                } else {
-                    "[[body.displacement]]\non = \"left\"\nux = 0.0\n"
-                });
+                let guide = match self.friction {
+                    true => format!("ux = {pressed:?}"),
+                    false => "[[body.displacement]]\non = \"left\"\nux = 0.0".to_owned(),
+                };
+                let _ = writeln!(text, "[[body.displacement]]\non = \"top\"\nuy = -{pressed:?}\n{guide}");
                 text.push_str("[[body.traction]]\non = \"right\"\nvector = [0.0, 30.0]\n");
             }
         }
@@ -115,8 +118,8 @@ pub(super) fn run(workspace: &Workspace, command: &str, runs: usize) -> Outcome<
     let table = provenance(workspace, &machine, command, &[("rounds", runs.to_string())])?;
     let title = format!("# Assemblies and friction, {} on {}", super::today(), machine.slug());
     let page = format!(
-        "{title}\n\n{table}\nMedians of interleaved runs, {THREADS} threads, seconds. A stack of blocks of 2 m x 1 m; the lowest is \
-         clamped, the uppermost held, the others float. *Solve* is assembly, factorisation and iterations; *certified* has the certificate and \
+        "{title}\n\n{table}\nMedians of interleaved runs, {THREADS} threads, seconds. A stack of blocks of 2 m x 1 m, or two strips \
+         with square cells; the lowest is clamped, the uppermost held, the others float. *Solve* is assembly, factorisation and iterations; *certified* has the certificate and \
          the results with it, *whole* the process with its files. PARDISO: analysis, factorisation and one linear solve with the \
          stiffnesses of as many blocks with as many cells, all of them held, as one block-diagonal matrix, in the better of its two orders. *Sets*: active \
          sets that the exact method tried; *passes*: of the iteration, to 1 % of the mesh error.\n{text}"
