@@ -87,7 +87,7 @@ fn relax_bodies<'a>(
     let problem = prepared.problem();
     let is_small = |b: usize| problem.bodies[b].mesh().points().len() <= SMALL;
     kept.of_body.resize_with(problem.bodies.len(), || None);
-    // Relaxes one body with its stars, which are made if there are none.
+    // Relaxes one body with its stars, which are made if they are missing.
     let relax = |b: usize, fields: &mut AdmissibleBody, stars: &mut Option<StarRelaxation<'a>>, used| {
         fields.relaxation =
             relax_with_stars(&problem.bodies[b], &mut fields.equilibrated, relaxation, stars, used);

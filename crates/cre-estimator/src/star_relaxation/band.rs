@@ -3,7 +3,7 @@
 use super::airy::packed;
 use super::equal::{Forms, Walks};
 use super::inverse::invert;
-use super::open::Open;
+use super::open::{COUPLINGS, Open, Spoke};
 use super::space::Space;
 use crate::lanes::{Lanes, MOST_LANES, Row};
 use crate::shared::Shared;
@@ -19,22 +19,6 @@ pub(super) fn band_size(vertices: usize) -> usize {
 
 /// A coefficient of every star of a batch.
 type Coefficients = [f32; MOST_LANES];
-
-/// Couplings of one spoke with the unknowns outside the star: of the vertex's three unknowns with the ring
-/// vertex (3×3, rows first) and the outer edge after the spoke (3), and of the spoke's own unknown with the
-/// ring vertex at its end (3), the one before (3), the one after (3), and the outer edges before and after.
-pub(super) const COUPLINGS: usize = 23;
-
-/// Unknowns around one spoke of every star of a batch.
-#[derive(Clone, Copy, Default)]
-pub(super) struct Spoke {
-    /// Of the spoke itself.
-    pub(super) own: [u32; MOST_LANES],
-    /// The first of the vertex at its end.
-    pub(super) ring: [u32; MOST_LANES],
-    /// Of the outer edge of the triangle after it.
-    pub(super) rim: [u32; MOST_LANES],
-}
 
 /// Stars of one colour with the same number of spokes, one in each lane, and where their spokes and coefficients begin in the band.
 #[derive(Clone, Copy, Default)]

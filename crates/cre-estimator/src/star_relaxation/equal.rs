@@ -26,7 +26,7 @@ impl Table {
         self.0.resize(SLOTS, None);
     }
 
-    /// Returns the equal item; `new` if there is none, which takes the slot.
+    /// Returns the equal item, or else `new`, which takes the slot.
     fn find(&mut self, words: impl Iterator<Item = u64>, new: u32, equal: impl Fn(u32) -> bool) -> u32 {
         let mix = |hash: u64, word: u64| (hash.rotate_left(23) ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         let hash = words.fold(0, mix) >> (u64::BITS - SLOTS.trailing_zeros());

@@ -1,13 +1,28 @@
 //! A batch of stars that is being filled: the blocks of the complementary energy, assembled from the forms of triangles.
 
 use super::airy::{PLACES, packed};
-use super::band::{COUPLINGS, Spoke};
 use super::equal::Forms;
 use super::space::Space;
 use crate::lanes::{MOST_LANES, Row};
 use crate::star::{Star, corner};
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::id::NodeId;
+
+/// Couplings of one spoke with the unknowns outside the star: of the vertex's three unknowns with the ring
+/// vertex (3×3, rows first) and the outer edge after the spoke (3), and of the spoke's own unknown with the
+/// ring vertex at its end (3), the one before (3), the one after (3), and the outer edges before and after.
+pub(super) const COUPLINGS: usize = 23;
+
+/// Unknowns around one spoke of every star of a batch.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Spoke {
+    /// Of the spoke itself.
+    pub(super) own: [u32; MOST_LANES],
+    /// The first of the vertex at its end.
+    pub(super) ring: [u32; MOST_LANES],
+    /// Of the outer edge of the triangle after it.
+    pub(super) rim: [u32; MOST_LANES],
+}
 
 /// A batch that is being filled, in double precision.
 #[derive(Default)]
