@@ -116,6 +116,8 @@ fn iterate(
     let mut rows = std::mem::take(&mut follow.rows);
     let no_estimate = follow.no_estimate.take().filter(|_| !certified);
     let mut estimate = follow.latest.take().filter(|_| certified).map(|(_, estimate)| estimate);
+    // With the memory of its stars.
+    drop(follow);
     let mut low = None;
     if let Some(found) = &estimate
         && needs_correction(found, last.eta_nndd)

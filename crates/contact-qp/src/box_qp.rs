@@ -11,6 +11,8 @@
 //! G_F x_F                           = e − G_B x_B
 //! ```
 //! by a Cholesky factor of `P_FF + c G_Fᵀ G_F` and the eigenvalues of the Schur complement, whose zeros are the dependent rows.
+//! Large sets that differ in few unknowns from the last factorised one use its factor. If most entries of a large `P` are zero, as in a
+//! chain of bodies, `c = 0` keeps them so, and the factor stays within their profile, until a set is singular without `c`.
 //! The multipliers are then the ones of least norm. If the bounds leave `x` no room, such as in a single feasible point, these may
 //! have wrong signs although others are right: then those are found by a least distance programme.
 

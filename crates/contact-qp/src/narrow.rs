@@ -6,7 +6,7 @@ use std::ops::Range;
 /// Smaller matrices are treated as full.
 const LARGE: usize = 512;
 
-/// The order of the rows of a symmetric matrix, and where its entries are.
+/// The order of the rows of a symmetric matrix, and where its entries that are not zero are.
 pub(crate) struct Narrow {
     order: Vec<usize>,
     /// One past the last row, in the order, of each column that is not zero.
@@ -51,6 +51,10 @@ impl Narrow {
             let farthest = order[order.len() - 1];
             order.drain(from..).for_each(|node| seen[node] = false);
             visit(farthest, &neighbours, &mut seen, &mut order);
+        }
+        // If the zeros are not symmetric, a node may not be reached from one that it reaches.
+        if order.len() != n {
+            return None;
         }
         order.reverse();
         let mut place = vec![0; n];

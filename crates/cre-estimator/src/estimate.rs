@@ -112,7 +112,8 @@ pub fn estimate_with(
     Estimator::new(prepared, relaxation).estimate(state)
 }
 
-/// Estimates the errors of several states of one problem. It keeps the stars of the relaxation from the second estimate on.
+/// Estimates the errors of several states of one problem. It keeps the stars of the relaxation, those of large bodies
+/// from the second estimate on.
 pub struct Estimator<'a> {
     prepared: &'a PreparedProblem,
     relaxation: Relaxation,
@@ -138,9 +139,11 @@ impl<'a> Estimator<'a> {
     pub fn estimate(&mut self, state: &ContactState<'_>) -> Result<Estimate, EstimatorError> {
         let prepared = self.prepared;
         check_state(prepared, state)?;
-        if self.relaxation.max_steps() > 0 && !self.stars.are_complete() {
-            let bytes = prepared.problem().bodies.iter().map(|body| bytes_of_stars(body.mesh())).sum();
-            if !has_room_for(bytes) {
+        if self.relaxation.max_steps() > 0 {
+            let bodies = prepared.problem().bodies.iter().enumerate();
+            let missing = bodies.filter(|(b, _)| !self.stars.has(*b));
+            let bytes: usize = missing.map(|(_, body)| bytes_of_stars(body.mesh())).sum();
+            if bytes > 0 && !has_room_for(bytes) {
                 return Err(EstimatorError::OutOfMemory { bytes });
             }
         }

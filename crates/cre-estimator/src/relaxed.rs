@@ -53,8 +53,8 @@ pub(crate) fn pair_and_frozen<'a>(
     Ok((pair, frozen))
 }
 
-/// The stars of each body of a problem, for several estimates. The first estimate keeps none: its large bodies share their memory, because the first access to
-/// new memory is slow, and most problems have one estimate.
+/// The stars of each body of a problem, for several estimates. Large bodies keep theirs from the second one on: in the first one they share
+/// their memory, because the first access to new memory is slow, and most problems have one estimate.
 #[derive(Default)]
 pub(crate) struct KeptStars<'a> {
     of_body: Vec<Option<StarRelaxation<'a>>>,
@@ -63,9 +63,9 @@ pub(crate) struct KeptStars<'a> {
 }
 
 impl KeptStars<'_> {
-    /// Tells whether no more stars need memory.
-    pub(crate) fn are_complete(&self) -> bool {
-        !self.of_body.is_empty() && self.of_body.iter().all(Option::is_some)
+    /// Tells whether a body has its stars.
+    pub(crate) fn has(&self, body: usize) -> bool {
+        self.of_body.get(body).is_some_and(Option::is_some)
     }
 }
 

@@ -185,7 +185,7 @@ impl<'a> StarRelaxation<'a> {
         Self { space, stars, reactions: conditions.iter().map(|c| c.reaction).collect() }
     }
 
-    /// Prepares the stars for other conditions of the same body: only those near a boundary edge whose
+    /// Prepares the stars for other conditions of the same body: only the bands near a boundary edge whose
     /// reactions have other directions are assembled again.
     pub fn restate(&mut self, conditions: &[EdgeCondition]) {
         let space = Space::new(self.space.body(), conditions);

@@ -111,19 +111,21 @@ impl Square<'_> {
             );
             return;
         }
-        let left = block(&self.b[from..], [end - from, self.k], self.stride);
-        let right = transposed(&self.b[first..], [columns, self.k], self.stride);
+        // Without columns B may have no entry at all.
+        let rows_from = |row: usize| if self.k == 0 { &[] } else { &self.b[row..] };
+        let left = block(rows_from(from), [end - from, self.k], self.stride);
+        let right = transposed(rows_from(first), [columns, self.k], self.stride);
         let mut c = block_mut(c, [end - from, columns], self.c_stride);
         c.gemm(self.alpha, &left, &right, self.beta);
     }
 }
 
-/// Which entries of a matrix are not zero.
+/// The kind of a triangular matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Triangle {
-    /// Those from the diagonal down.
+    /// Entries above the diagonal are zero.
     Lower,
-    /// Those from the diagonal up.
+    /// Entries below the diagonal are zero.
     Upper,
 }
 

@@ -189,3 +189,11 @@ fn the_number_of_threads_does_not_change_a_bit() {
     });
     assert!(factors[0] == factors[1]);
 }
+
+#[test]
+fn products_without_columns_are_zero() {
+    let n = 300;
+    let mut c = vec![1.0; n * n];
+    add_square(1.0, (&[], n), [n, 0], 0.0, (&mut c, n), n);
+    assert!((0..n).all(|j| c[j * n + j..(j + 1) * n].iter().all(|x| *x == 0.0)));
+}

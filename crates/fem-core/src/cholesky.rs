@@ -247,6 +247,45 @@ mod tests {
     }
 
     #[test]
+    fn a_branch_that_fails_leaves_the_other_one_alone() {
+        // Two branches of two fronts below a root; everything in a branch couples, and with the root. Indefinite in the first branch.
+        let branch = |i: usize| i / 20;
+        let mut m = SymmetricCsc { starts: vec![0], rows: vec![], values: vec![] };
+        for j in 0..50 {
+            for i in (j..50).filter(|i| branch(*i) == branch(j) || *i >= 40) {
+                m.rows.push(i as u32);
+                m.values.push(match (i == j, i) {
+                    (true, 15) => -1.0,
+                    (true, _) => 60.0,
+                    (false, _) => 1.0 / (1.0 + (i - j) as f64),
+                });
+            }
+            m.starts.push(m.rows.len() as u32);
+        }
+        let front = |k: u32, parent| Front { columns: 10 * k..10 * (k + 1), parent };
+        let fronts = [front(0, 1), front(1, 4), front(2, 3), front(3, 4), front(4, ROOT)];
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+        let over = std::sync::atomic::AtomicBool::new(false);
+        let order = std::sync::atomic::Ordering::SeqCst;
+        // The other thread is busy, so that one thread does both branches.
+        let (found, ()) = pool.install(|| {
+            rayon::join(
+                || {
+                    let found = Cholesky::new(&m, &fronts);
+                    over.store(true, order);
+                    found
+                },
+                || {
+                    while !over.load(order) {
+                        std::hint::spin_loop();
+                    }
+                },
+            )
+        });
+        assert_eq!(found.unwrap_err(), CholeskyError::NotPositiveDefinite { pivot: 15, dimension: 50 });
+    }
+
+    #[test]
     fn a_tree_of_another_matrix_is_refused() {
         let m = sample(10);
         assert!(matches!(Cholesky::new(&m, &chain(&[9])), Err(CholeskyError::Tree { .. })));

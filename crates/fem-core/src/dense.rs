@@ -9,7 +9,7 @@ pub fn pseudo_inverse(matrix: DMatrix<f64>, zero: f64) -> Option<DMatrix<f64>> {
     matrix.pseudo_inverse(zero).ok()
 }
 
-/// Computes `(AᵀA)⁻¹ Aᵀ` of a matrix of full column rank by its QR factors; `None` if its rank is less.
+/// Computes `(AᵀA)⁻¹ Aᵀ` of a matrix of full column rank by its QR factors; `None` if one of its pivots is zero.
 pub fn left_inverse(matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
     let (q, r) = matrix.qr().unpack();
     r.solve_upper_triangular(&q.transpose())

@@ -147,7 +147,7 @@ pub(crate) fn checks(mesh: &TriMesh) -> Count {
 pub(crate) struct Stars {
     /// Spokes and colour of every vertex.
     stars: Vec<(f64, u32)>,
-    /// The share of stars with coefficients of their own.
+    /// The share of coefficients that are stored, lanes of batches that are not full included.
     own: f64,
     sizes: Sizes,
 }
@@ -158,7 +158,7 @@ impl Stars {
         for node in mesh.topology().edges().as_flattened() {
             spokes[*node] += 1.0;
         }
-        let own = prepared.stored_couplings() as f64 / spokes.iter().sum::<f64>();
+        let own = (prepared.stored_couplings() as f64 / spokes.iter().sum::<f64>()).min(1.0);
         Self {
             own,
             stars: spokes.into_iter().zip(prepared.colours().iter().copied()).collect(),

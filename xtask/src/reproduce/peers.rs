@@ -8,6 +8,9 @@ use std::fmt::Write as _;
 const TARGETS: [&str; 2] = ["0.02", "0.005"];
 const PROBLEMS: [(&str, &str); 2] = [("paper", "the paper's problem"), ("hertz", "Hertz")];
 
+/// No mesh has more nodes.
+const LARGEST: f64 = 1e9;
+
 /// One mesh of `adaptivity.csv`.
 struct Mesh<'a> {
     problem: &'a str,
@@ -40,7 +43,8 @@ fn uniform_nodes(meshes: &[Mesh<'_>], problem: &str, relative: f64) -> Option<f6
         meshes.iter().filter(|m| m.problem == problem && m.target.is_empty()).collect();
     let [.., a, b] = uniform.as_slice() else { return None };
     let rate = (a.relative / b.relative).ln() / (b.nodes / a.nodes).ln();
-    Some(b.nodes * (b.relative / relative).powf(1.0 / rate))
+    let nodes = b.nodes * (b.relative / relative).powf(1.0 / rate);
+    (rate > 0.0 && nodes < LARGEST).then_some(nodes)
 }
 
 /// Writes the section of the page.

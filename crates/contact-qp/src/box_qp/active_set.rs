@@ -36,7 +36,7 @@ pub(super) struct System<'a> {
     narrow: Option<Narrow>,
     /// The system with `c GᵀG`, used from the first block of a narrow `P` on that is singular.
     full: OnceCell<Box<Self>>,
-    /// The block that was factorised last.
+    /// The block that was factorised last, unless the matrix is narrow.
     kept: RefCell<Option<Kept>>,
     /// `G` with rows of length one, and the lengths.
     rows: Vec<f64>,

@@ -1,6 +1,6 @@
 //! The factor of one block of a full matrix, used for blocks that differ from it in few rows.
 //!
-//! With the factorised block `B`, rows `A` that join it and rows `R` that leave it, the solution of `K x = r` on the new block is
+//! Rows `A` join the factorised block `B`, and rows `R` leave it. The solution of `K x = r` on the new block is
 //! ```math
 //! x_B = K_BB⁻¹ (r_B − C w),   (D − Cᵀ K_BB⁻¹ C) w = (r_A, 0) − Cᵀ K_BB⁻¹ r_B,   C = [K_BA, E_R],   D = [K_AA, 0; 0, 0]
 //! ```
@@ -12,11 +12,14 @@ use crate::problem::MatrixView;
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 use std::collections::HashMap;
 
-/// Blocks of fewer rows are factorised each.
+/// Smaller blocks are always factorised.
 const LARGE: usize = 512;
 
 /// A block that differs in more than this part of its rows is factorised.
 const DIFFERENT: usize = 32;
+
+/// A pivot of the rows that join below this fraction of their diagonal entry may be round-off.
+const PIVOT_FLOOR: f64 = 1e-9;
 
 /// No row of the block.
 const OUTSIDE: usize = usize::MAX;
@@ -79,7 +82,18 @@ impl Kept {
             let own = if i < joined && j < joined { values[rows[j] * n + rows[i]] } else { 0.0 };
             own - dot(&self.columns[&rows[i]].0, &self.columns[&rows[j]].1)
         };
-        let small = DMatrix::from_fn(rows.len(), rows.len(), entry).lu();
+        let small = DMatrix::from_fn(rows.len(), rows.len(), entry);
+        // Positive definite with the rows that join, and so without those that leave.
+        let mut joining: Vec<f64> = small.view((0, 0), (joined, joined)).iter().copied().collect();
+        dense_cholesky::factorise(&mut joining, joined).ok()?;
+        let round_off = |j: usize| {
+            let pivot = joining[j * (joined + 1)];
+            pivot * pivot <= PIVOT_FLOOR * values[rows[j] * (n + 1)]
+        };
+        if (0..joined).any(round_off) {
+            return None;
+        }
+        let small = small.lu();
         small.is_invertible().then_some(Changes { rows, small: Some(small) })
     }
 
@@ -139,6 +153,19 @@ mod tests {
             assert!(found.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-13), "{without:?}");
         }
         assert!(kept.changes(&values, &block(&(0..40).collect::<Vec<_>>())).is_none());
+        // A row that is the double of another leaves a direction without stiffness.
+        let mut singular = values.clone();
+        let twice = |i: usize| if i == 4 { 2.0 } else { 1.0 };
+        for k in 0..n * n {
+            let (i, j) = (k % n, k / n);
+            let source = |i: usize| if i == 4 { 5 } else { i };
+            singular[k] = twice(i) * twice(j) * entry(source(i), source(j));
+        }
+        let mut kept = Kept::new(n, &singular, &block(&[4])).unwrap();
+        assert!(
+            kept.changes(&singular, &block(&[])).is_none()
+                && kept.changes(&singular, &block(&[4, 7])).is_some()
+        );
         let small = Kept::new(n, &values, &[0, 1, 2]);
         assert!(small.is_some_and(|mut small| small.changes(&values, &[0, 1]).is_none()));
     }

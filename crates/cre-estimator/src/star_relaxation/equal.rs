@@ -7,9 +7,11 @@ use fem_core::mesh::TriMesh;
 use fem_core::mesh::id::NodeId;
 use std::ops::Range;
 
-/// Two lengths of a triangle are equal if they agree to this power of two, relative to its longest side: more than what rounds differences of
-/// coordinates, and far less than single precision distinguishes.
+/// Two components of sides are equal if they agree to this power of two, relative to the largest one: more than what rounds differences of
+/// coordinates, and less than single precision distinguishes in a triangle that is not [`FLAT`].
 const DIGITS: i32 = 36;
+/// Triangles with a smaller ratio of twice the area to the square of the largest component keep forms of their own.
+const FLAT: f64 = 1e-3;
 /// Slots of the table of hashes, a power of two.
 const SLOTS: usize = 1024;
 /// Fewer equal stars keep coefficients of their own: their batches would not be full.
@@ -40,11 +42,11 @@ impl Table {
     }
 }
 
-/// What the form of an interior triangle depends on: its edge vectors in units of `2^exponent`, exponent,
-/// senses of its edges, material.
+/// What the form of an interior triangle depends on: two edge vectors in units of `2^exponent`, exponent and senses of its edges in one
+/// number, material.
 type Key = [i64; 6];
 
-/// Computes the key of a triangle without a boundary node; `None` for others, and for one that is not of finite size.
+/// Computes the key of a triangle without a boundary node; `None` for others, and for one that is flat or not finite.
 fn key(space: &Space<'_>, triangle: usize) -> Option<Key> {
     let mesh = space.body().mesh();
     let nodes = mesh.triangles()[triangle];
@@ -54,6 +56,10 @@ fn key(space: &Space<'_>, triangle: usize) -> Option<Key> {
     let [a, b, c] = mesh.corners(triangle);
     let sides = [b[0] - a[0], b[1] - a[1], c[0] - a[0], c[1] - a[1]];
     let longest = sides.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let area = sides[0] * sides[3] - sides[1] * sides[2];
+    if !(area > FLAT * longest * longest) {
+        return None;
+    }
     // The exponent by its bits; it is lowered until a power of two has it.
     let exponent = (longest.to_bits() >> 52) as i32 - 1023 - DIGITS;
     if !(-1000..=900).contains(&exponent) {

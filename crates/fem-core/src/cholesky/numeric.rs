@@ -9,6 +9,7 @@ use super::symbolic::{Layout, SymbolicCholesky, column_start};
 use super::workspace::{Run, SmallestPivot, Workspace};
 use crate::sparse::SymmetricCsc;
 use dense_cholesky::NotPositiveDefinite;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::{Mutex, PoisonError};
 
 /// Subtrees of more than this share of all operations, divided by the number of threads, are separate tasks.
@@ -121,11 +122,15 @@ impl Job<'_> {
         let (values_before, values_after) = values.split_at_mut(middle - base);
         let work = Mutex::new(work);
         let shared = || work.lock().unwrap_or_else(PoisonError::into_inner);
+        let failed = AtomicBool::new(false);
         let (first, second) = rayon::join_context(
-            |_| in_turn(before, values_before, base, *shared()),
+            |_| in_turn(before, values_before, base, *shared()).inspect_err(|_| failed.store(true, Relaxed)),
             |context| {
-                // No other thread was free: the children before have finished.
+                // No other thread was free: the children before have finished, or left updates behind.
                 if !context.migrated() {
+                    if failed.load(Relaxed) {
+                        return Ok(None);
+                    }
                     return in_turn(after, values_after, middle, *shared()).map(|()| None);
                 }
                 let mut beside = Workspace::new(self.symbolic, after, side)?;

@@ -24,17 +24,18 @@ pub(super) struct SmallestPivot {
 }
 
 impl Default for SmallestPivot {
-    /// That of no pivots.
+    /// Of no pivot at all: larger than any.
     fn default() -> Self {
         Self { pivot: 0, ratio: f64::INFINITY }
     }
 }
 
 impl SmallestPivot {
-    /// Returns the smaller one of two; of equal ones the first in the order of elimination, whichever task found it.
+    /// Returns the smaller one of two, NaN before all others; of equal ones the first in the order of elimination, whichever task found it.
     pub(super) fn and(self, other: Self) -> Self {
-        let first = self.ratio < other.ratio || self.ratio == other.ratio && self.pivot <= other.pivot;
-        if first { self } else { other }
+        let ratio = |of: &Self| if of.ratio.is_nan() { f64::NEG_INFINITY } else { of.ratio };
+        let order = ratio(&self).total_cmp(&ratio(&other)).then(self.pivot.cmp(&other.pivot));
+        if order.is_le() { self } else { other }
     }
 }
 
