@@ -40,7 +40,7 @@ struct Timed {
 }
 
 impl Stack {
-    /// The stack with about so many rows; `None` if its blocks would be too coarse.
+    /// The stack with about this many rows; `None` if its blocks would be too coarse.
     fn new(bodies: usize, rows: usize, friction: bool) -> Option<Self> {
         let of_pair = rows / (bodies - 1) / if friction { 2 } else { 1 };
         let along = of_pair.saturating_sub(1) / 2 * 2;
