@@ -41,7 +41,7 @@ const fn peer(name: &'static str, task: Task, finest: usize) -> Peer {
 /// PARDISO is first, so that it runs right after this program.
 const PEERS: [Peer; 8] = [
     peer("PARDISO", Task::Linear("pardiso"), usize::MAX),
-    peer("PARDISO, minimum degree", Task::Linear("pardiso-minimum-degree"), 640),
+    peer("PARDISO, minimum degree", Task::Linear("pardiso-minimum-degree"), 1280),
     peer("CHOLMOD", Task::Linear("cholmod"), 640),
     peer("SuperLU", Task::Linear("superlu"), 320),
     peer("active set, CHOLMOD", Task::ActiveSet("cholmod"), 320),
