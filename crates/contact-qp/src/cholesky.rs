@@ -8,7 +8,7 @@ use dense_cholesky::{NotPositiveDefinite, Profile};
 use nalgebra::DMatrixView;
 
 /// A pivot below this fraction of its diagonal entry may be round-off.
-const PIVOT_FLOOR: f64 = 1e-9;
+pub(crate) const PIVOT_FLOOR: f64 = 1e-9;
 
 /// `L` with `P_II = L Lᵀ`.
 pub(crate) enum Factor {

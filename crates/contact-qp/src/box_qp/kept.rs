@@ -6,7 +6,7 @@
 //! ```
 //! with `r_R = 0` and `w` of `x_A` and the forces that hold `x_R = 0`. The columns of `K_BB⁻¹ C` are kept as well.
 
-use crate::cholesky::Factor;
+use crate::cholesky::{Factor, PIVOT_FLOOR};
 use crate::dense::dot;
 use crate::problem::MatrixView;
 use nalgebra::{DMatrix, DVector, Dyn, LU};
@@ -17,9 +17,6 @@ const LARGE: usize = 512;
 
 /// A block that differs in more than this part of its rows is factorised.
 const DIFFERENT: usize = 32;
-
-/// A pivot of the rows that join below this fraction of their diagonal entry may be round-off.
-const PIVOT_FLOOR: f64 = 1e-9;
 
 /// No row of the block.
 const OUTSIDE: usize = usize::MAX;
