@@ -2,21 +2,20 @@
 
 mod forces;
 
-use crate::admissible::{AdmissibleBody, AdmissibleContact, AdmissiblePair};
-use crate::cre::CellMeasure;
+use crate::admissible::{Accuracy, AdmissibleBody, AdmissibleContact, AdmissiblePair};
+use crate::cre::CellMeasures;
 use crate::equilibrated::EquilibratedStress;
 use crate::lift;
 use crate::openings;
-use crate::round_off::force_noise;
+use crate::round_off::Noise;
 pub use crate::size::SIGN_TOLERANCE;
-use crate::size::{larger, largest_displacement};
+use crate::size::{larger, largest_displacement, largest_of};
 use fem_core::body::{Body, NodeConstraint, RigidMotion, RigidSide};
 use fem_core::each_body;
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactInterface, ContactPair, ContactProblem};
 use fem_core::mesh::TriMesh;
-use fem_core::tensor::SymTensor2;
-use forces::{edge_tractions, forces};
+use forces::{Against, edge_tractions, forces};
 use std::borrow::Cow;
 
 /// Force residuals up to this are round-off; larger ones invalidate a certificate.
@@ -110,7 +109,7 @@ fn norm(a: Vector) -> f64 {
 
 /// Checks an admissible pair.
 pub fn check(problem: &ContactProblem, pair: &AdmissiblePair) -> Admissibility {
-    checked(problem, pair, false).0
+    checked(problem, pair, &Noise::of_bodies(problem), None).0
 }
 
 /// [`check`], with what the bound needs of every triangle of each body: the distances of [`cell_distances`].
@@ -119,23 +118,18 @@ pub fn check(problem: &ContactProblem, pair: &AdmissiblePair) -> Admissibility {
 pub(crate) fn check_and_measure(
     problem: &ContactProblem,
     pair: &AdmissiblePair,
-) -> (Admissibility, Vec<Vec<CellMeasure>>) {
-    checked(problem, pair, true)
+    noise: &[Noise],
+    accuracy: Accuracy,
+) -> (Admissibility, Vec<CellMeasures>) {
+    checked(problem, pair, noise, Some(accuracy))
 }
 
 fn checked(
     problem: &ContactProblem,
     pair: &AdmissiblePair,
-    measured: bool,
-) -> (Admissibility, Vec<Vec<CellMeasure>>) {
-    let of_body = |b: usize| {
-        let (body, fields) = (&problem.bodies[b], &pair.bodies[b]);
-        let against = [&fields.stress, &fields.equilibrated.finite_element];
-        let against = against.map(|stress| measured.then_some(stress.as_slice()));
-        // A lightly loaded body is compared with its own scale.
-        check_stress_and_measure(body, &fields.displacement, &fields.equilibrated, against)
-    };
-    let (by_body, cells): (Vec<_>, Vec<_>) = each_body(problem.bodies.len(), of_body).into_iter().unzip();
+    noise: &[Noise],
+    measured: Option<Accuracy>,
+) -> (Admissibility, Vec<CellMeasures>) {
     let mut displacement: Vec<Cow<'_, [Vector]>> = pair.displacements().into_iter().map(Cow::from).collect();
     let moved = lift::sums(problem, pair.contacts.iter().map(|contact| &contact.lift));
     for (u, l) in displacement.iter_mut().zip(&moved) {
@@ -143,18 +137,26 @@ fn checked(
             u.to_mut().iter_mut().zip(l).for_each(|(u, l)| *u += l);
         }
     }
+    let of_body = |b: usize| {
+        let (body, fields) = (&problem.bodies[b], &pair.bodies[b]);
+        let against = [&fields.stress, &fields.equilibrated.finite_element];
+        let against = against.map(|stress| measured.map(|_| stress.as_slice()));
+        // A lightly loaded body is compared with its own scale.
+        let displaced = (fields.displacement.as_slice(), noise[b]);
+        let (forces, cells) =
+            check_stress_and_measure(body, displaced, &fields.equilibrated, (against, measured));
+        let found = Admissibility {
+            rigid_balance: rigid_sides(body, fields, noise[b]),
+            rotation: rotation(body, &fields.displacement),
+            supports: body.roller_turn(),
+            imposed_displacement: displaced_support(body, &displacement[b]),
+            ..forces
+        };
+        (found, cells)
+    };
+    let (by_body, cells): (Vec<_>, Vec<_>) = each_body(problem.bodies.len(), of_body).into_iter().unzip();
     let mut found = by_body.into_iter().fold(Admissibility::default(), Admissibility::worst);
-    found.rigid_balance = pair.rigid_balance;
-    for (body, fields) in problem.bodies.iter().zip(&pair.bodies) {
-        found.rigid_balance = larger(found.rigid_balance, rigid_sides(body, fields));
-    }
-    for (body, fields) in problem.bodies.iter().zip(&pair.bodies) {
-        found.rotation = larger(found.rotation, rotation(body, &fields.displacement));
-    }
-    for (body, u) in problem.bodies.iter().zip(&displacement) {
-        found.supports = larger(found.supports, body.roller_turn());
-        found.imposed_displacement = larger(found.imposed_displacement, displaced_support(body, u));
-    }
+    found.rigid_balance = larger(found.rigid_balance, pair.rigid_balance);
     for (of, contact) in problem.contacts.iter().zip(&pair.contacts) {
         let displacement = of.bodies.map(|b| &*displacement[b]);
         found.penetration = larger(found.penetration, penetration(&of.interface, contact, displacement));
@@ -234,12 +236,12 @@ fn rotation(body: &Body, displacement: &[Vector]) -> f64 {
 
 /// Compares the tractions on the rigid sides of a body with the loads of these sides: the largest difference of the work
 /// along a free motion, over the sum of the sizes of all its terms.
-fn rigid_sides(body: &Body, fields: &AdmissibleBody) -> f64 {
+fn rigid_sides(body: &Body, fields: &AdmissibleBody, noise: Noise) -> f64 {
     if body.rigid_sides().is_empty() {
         return 0.0;
     }
     let stress = &fields.equilibrated;
-    let noise = force_noise(body, &fields.displacement) / FORCE_TOLERANCE;
+    let noise = noise.force(&fields.displacement) / FORCE_TOLERANCE;
     let mesh = body.mesh();
     let topology = mesh.topology();
     let mut largest = 0.0;
@@ -277,33 +279,34 @@ fn motion_size(motion: &RigidMotion, side: &RigidSide, mesh: &TriMesh) -> f64 {
 /// Compares a displacement with the values that the supports impose: the largest difference over the largest
 /// displacement.
 fn displaced_support(body: &Body, displacement: &[Vector]) -> f64 {
-    let difference = |(u, constraint): (&Vector, &NodeConstraint)| match *constraint {
+    let difference = |n: usize| match body.node_constraints()[n] {
         NodeConstraint::Free | NodeConstraint::Rigid { .. } => 0.0,
-        NodeConstraint::Along { direction, value } => (u.dot(&direction) - value).abs(),
-        NodeConstraint::Fixed { value } => norm(*u - value),
+        NodeConstraint::Along { direction, value } => (displacement[n].dot(&direction) - value).abs(),
+        NodeConstraint::Fixed { value } => norm(displacement[n] - value),
     };
-    let all = displacement.iter().zip(body.node_constraints()).map(difference);
+    let nodes = largest_of(displacement.len(), difference);
     let sides = body.rigid_sides().iter().map(|side| side.violation(body.mesh().points(), displacement));
-    relative(all.chain(sides).fold(0.0, larger), largest_displacement(displacement))
+    relative(sides.fold(nodes, larger), largest_displacement(displacement))
 }
 
 /// Checks the equilibrium of one body's stress with its loads and given tractions; penetration and pressure
 /// are zero.
 pub fn check_stress(body: &Body, stress: &EquilibratedStress) -> Admissibility {
-    forces(body, stress, [None; 2]).0.residuals(0.0)
+    forces(body, stress, [None; 2], None).0.residuals(0.0)
 }
 
 /// [`check_stress`], with the scale of a displaced body, and what the bound needs of every triangle.
 ///
-/// * `against`: the stresses to which the distances are measured, Pa, one per triangle.
+/// * `displacement`: of the body, with the effects of its rounding.
+/// * `against`: the stresses to which the distances are measured, Pa, one per triangle; and how accurate the means are.
 pub(crate) fn check_stress_and_measure(
     body: &Body,
-    displacement: &[Vector],
+    (displacement, noise): (&[Vector], Noise),
     stress: &EquilibratedStress,
-    against: [Option<&[SymTensor2]>; 2],
-) -> (Admissibility, Vec<CellMeasure>) {
-    let (found, cells) = forces(body, stress, against);
-    (found.residuals(force_noise(body, displacement)), cells)
+    (against, measured): (Against<'_>, Option<Accuracy>),
+) -> (Admissibility, CellMeasures) {
+    let (found, cells) = forces(body, stress, against, measured);
+    (found.residuals(noise.force(displacement)), cells)
 }
 
 fn relative(x: f64, scale: f64) -> f64 {

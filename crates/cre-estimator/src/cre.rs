@@ -57,13 +57,12 @@ impl Cre {
 pub fn constitutive_relation_error(problem: &ContactProblem, pair: &AdmissiblePair) -> Cre {
     let of_body = |b: usize| {
         let (body, fields) = (&problem.bodies[b], &pair.bodies[b]);
-        (0..body.mesh().triangles().len())
-            .into_par_iter()
-            .with_min_len(512)
-            .map(|t| cell_distances(body, fields, t, &fields.equilibrated.cell(body, t)))
-            .collect()
+        let of_cell = |t: usize| cell_distances(body, fields, t, &fields.equilibrated.cell(body, t)).into();
+        let (distances, others) =
+            (0..body.mesh().triangles().len()).into_par_iter().with_min_len(512).map(of_cell).unzip();
+        [distances, others]
     };
-    Cre::from_cells(problem, pair, &each_body(problem.bodies.len(), of_body))
+    Cre::from_cells(problem, pair, each_body(problem.bodies.len(), of_body))
 }
 
 /// Computes `‖τ − σ(v)‖²` and `‖τ − σ̂‖²` of one triangle, J/m.
@@ -82,7 +81,7 @@ impl Cre {
     pub(crate) fn from_cells(
         problem: &ContactProblem,
         pair: &AdmissiblePair,
-        distances: &[Vec<[f64; 2]>],
+        distances: Vec<[Vec<f64>; 2]>,
     ) -> Self {
         let mut by_contact_edge = contact_terms(problem, pair);
         let friction =
@@ -96,10 +95,8 @@ impl Cre {
         let algebraic = |(body, fields): (&Body, &AdmissibleBody)| {
             distance_squared(body, &fields.equilibrated.finite_element, &fields.stress)
         };
-        let column = |k: usize| -> Vec<Vec<f64>> {
-            distances.iter().map(|cells| cells.iter().map(|x| x[k]).collect()).collect()
-        };
-        let (by_cell, discretisation_by_cell) = (column(0), column(1));
+        let (by_cell, discretisation_by_cell): (Vec<_>, Vec<_>) =
+            distances.into_iter().map(<(Vec<f64>, Vec<f64>)>::from).unzip();
         let total = |bodies: &[Vec<f64>]| bodies.iter().map(|cells| of_cells(cells)).sum::<f64>();
         Self {
             e_cre_squared: total(&by_cell) + contact,
@@ -149,27 +146,15 @@ fn contact_terms(problem: &ContactProblem, pair: &AdmissiblePair) -> Vec<Vec<f64
     terms
 }
 
-/// The results of one triangle in a pass over the cells.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct CellMeasure {
-    /// `‖τ − σ‖²` for the stresses of [`crate::check::check_stress_and_measure`], J/m.
-    pub(crate) distances: [f64; 2],
-    /// Sum of the nine stresses of [`CellStress`] xx, yy, xy without rounding, Pa.
-    pub(crate) sum: [DoubleDouble; 3],
-}
-
-/// Mean stresses of the triangles.
-pub(crate) fn means(cells: &[CellMeasure]) -> Vec<[DoubleDouble; 3]> {
-    cells.par_iter().with_min_len(4096).map(|c| c.sum.map(|s| s / DoubleDouble::from(9.0))).collect()
-}
-
-/// [`means`] in double precision.
-pub(crate) fn rough_means(cells: &[CellMeasure]) -> Vec<SymTensor2> {
-    let mean = |c: &CellMeasure| {
-        let [xx, yy, xy] = c.sum.map(|s| s.high / 9.0);
-        SymTensor2::new(xx, yy, xy)
-    };
-    cells.par_iter().with_min_len(4096).map(mean).collect()
+/// The results of a pass over the triangles of a body.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct CellMeasures {
+    /// `‖τ − σ‖²` for the stresses of [`crate::check::check_stress_and_measure`], J/m; empty for one that is not given.
+    pub(crate) distances: [Vec<f64>; 2],
+    /// Mean of τ, Pa.
+    pub(crate) mean: Vec<SymTensor2>,
+    /// The same without rounding, xx, yy, xy; empty in double precision.
+    pub(crate) exact_mean: Vec<[DoubleDouble; 3]>,
 }
 
 /// Computes `‖σ − τ‖²` for two stresses constant in the triangles, J/m.

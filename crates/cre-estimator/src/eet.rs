@@ -12,11 +12,10 @@
 //! is a weighted mean. This needs no matrix and no rank decision.
 
 use crate::shared::Shared;
-use crate::star::{self, Star};
+use crate::star::{Spoke, Star};
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
-use fem_core::element::Triangle;
 use fem_core::geometry::{Vector, cross, perpendicular};
-use fem_core::mesh::id::{EdgeId, NodeId};
+use fem_core::mesh::id::NodeId;
 use fem_core::parallel::for_each_task;
 use fem_core::tensor::SymTensor2;
 use rayon::prelude::*;
@@ -45,9 +44,9 @@ pub fn edge_moments(body: &Body, stress: &[SymTensor2], conditions: &[EdgeCondit
     // Each number is written from one vertex.
     let found = Shared::zeros(4 * edges);
     for_each_task(nodes.div_ceil(CHUNK), &|k| {
-        let (mut star, mut relative) = (Star::default(), Vec::new());
+        let mut work = Work::default();
         for node in k * CHUNK..nodes.min((k + 1) * CHUNK) {
-            recovery.vertex(NodeId::new(node), &mut star, &mut relative, &found);
+            recovery.vertex(NodeId::new(node), &mut work, &found);
         }
     });
     let moments =
@@ -61,38 +60,61 @@ struct Recovery<'a> {
     conditions: &'a [EdgeCondition],
 }
 
+/// What the moments about a vertex are computed from, reused for the next vertex.
+#[derive(Default)]
+struct Work {
+    star: Star,
+    /// The other end of each spoke, m.
+    ends: Vec<Vector>,
+    /// The stress of each triangle, Pa.
+    stress: Vec<SymTensor2>,
+    /// The moment on each spoke, acting on the triangle after it, less that on the first one, N/m.
+    relative: Vec<Vector>,
+}
+
+impl Work {
+    fn gather(&mut self, recovery: &Recovery<'_>, node: NodeId) {
+        let Self { star, ends, stress, .. } = self;
+        let mesh = recovery.body.mesh();
+        star.walk(mesh, node);
+        ends.clear();
+        ends.extend(star.spokes.iter().map(|spoke| mesh.points()[spoke.ring]));
+        stress.clear();
+        stress.extend(star.triangles.iter().map(|sector| recovery.stress[sector.triangle as usize]));
+    }
+}
+
 impl Recovery<'_> {
-    /// Finds the moments about a vertex. `star` and `relative` are working space.
-    fn vertex(&self, node: NodeId, star: &mut Star, relative: &mut Vec<Vector>, found: &Shared) {
-        star.walk(self.body.mesh(), node);
-        self.differences(node, star, relative);
-        let mean = self.mean(node, star, relative);
-        let first = if star.is_closed() { mean } else { self.fit_ends(node, star, relative, mean) };
-        let topology = self.body.mesh().topology();
-        for (j, &edge) in star.spokes.iter().enumerate() {
-            let after = first + relative[j];
+    /// Finds the moments about a vertex.
+    fn vertex(&self, node: NodeId, work: &mut Work, found: &Shared) {
+        work.gather(self, node);
+        self.differences(node, work);
+        let mean = self.mean(node, work);
+        let Work { star, relative, .. } = work;
+        let first = if star.is_closed() { mean } else { self.fit_ends(star, relative, mean) };
+        for (spoke, relative) in star.spokes.iter().zip(relative) {
+            let after = first + *relative;
             // The moment acts on the edge's first triangle.
-            let is_first =
-                j < star.triangles.len() && topology.edge_triangles()[edge][0] == star.triangles[j];
-            let moment = if is_first { after } else { -after };
-            let place = 4 * edge.index() + 2 * usize::from(topology.edges()[edge][1] == node);
+            let moment = if spoke.is_before_first { after } else { -after };
+            // An edge begins at its smaller node.
+            let place = 4 * spoke.edge.index() + 2 * usize::from(spoke.ring < node);
             found.set(place, moment[0]);
             found.set(place + 1, moment[1]);
         }
     }
 
     /// Moment `c_{j+1} = c_j − Q_j` on each spoke, acting on the triangle after it, relative to the first.
-    fn differences(&self, node: NodeId, star: &Star, relative: &mut Vec<Vector>) {
-        let mesh = self.body.mesh();
+    fn differences(&self, node: NodeId, work: &mut Work) {
+        let Work { star, ends, stress, relative } = work;
+        let (own, body_force) = (self.body.mesh().points()[node], self.body.body_force());
         relative.clear();
         let mut c = Vector::zeros();
         relative.push(c);
-        for &t in &star.triangles {
-            let corner = star::corner(mesh, t, node);
-            let t = t as usize;
-            let element = Triangle::new(mesh.corners(t));
-            let internal = element.internal_forces(self.stress[t])[corner];
-            let load = element.area / 3.0 * self.body.body_force();
+        for (j, stress) in stress.iter().enumerate() {
+            let (a, b) = (ends[j], ends[if j + 1 < ends.len() { j + 1 } else { 0 }]);
+            // ∫ σ̂ ∇φ: half the opposite edge, turned inwards, is area times gradient.
+            let internal = stress.apply(0.5 * perpendicular(b - a));
+            let load = cross(a - own, b - own) / 6.0 * body_force;
             c -= internal - load;
             relative.push(c);
         }
@@ -100,48 +122,37 @@ impl Recovery<'_> {
     }
 
     /// The first moment for which all moments are closest to the average FE tractions, without conditions at the ends.
-    fn mean(&self, node: NodeId, star: &Star, relative: &[Vector]) -> Vector {
-        let mesh = self.body.mesh();
-        let count = star.triangles.len();
-        let mut sum = Vector::zeros();
-        let mut weights = 0.0;
-        for (j, &edge) in star.spokes.iter().enumerate() {
-            let [a, b] = mesh.topology().edges()[edge];
-            assert!(a == node || b == node, "edge {edge} from {a} to {b} does not start at node {node}");
-            let (from, to) = (mesh.points()[node], mesh.points()[if a == node { b } else { a }]);
-            let along = to - from;
-            // Outward normal of the triangle after the spoke, which lies to its left, times the length.
-            let normal = Vector::new(along[1], -along[0]);
-            let closed = star.is_closed();
-            let after = if j < count { Some(star.triangles[j]) } else { None };
-            let before = match j {
-                0 if closed => Some(star.triangles[count - 1]),
-                0 => None,
-                _ => Some(star.triangles[j - 1]),
+    fn mean(&self, node: NodeId, work: &Work) -> Vector {
+        let Work { star, ends, stress, relative } = work;
+        let own = self.body.mesh().points()[node];
+        let (mut sum, mut weights) = (Vector::zeros(), 0.0);
+        let mut before = if star.is_closed() { stress.last() } else { None };
+        for (j, (end, relative)) in ends.iter().zip(relative).enumerate() {
+            let along = end - own;
+            let after = stress.get(j);
+            // The mean stress of its triangles; only the ends of an open star have a single one.
+            let stress = match (before, after) {
+                (Some(before), Some(after)) => before.plus(*after).scaled(0.5),
+                (Some(stress), None) | (None, Some(stress)) => *stress,
+                (None, None) => SymTensor2::default(),
             };
-            let sides = [after, before].into_iter().flatten();
-            let mut traction = Vector::zeros();
-            let mut found = 0.0;
-            for t in sides {
-                traction += self.stress[t as usize].apply(normal);
-                found += 1.0;
-            }
-            // b̄ = |Γ|/2 F̄, weight 1/|Γ|
-            let average = 0.5 / found * traction;
+            before = after;
+            // b̄ = |Γ|/2 F̄ with the outward normal of the triangle after the spoke, which lies to its left; weight 1/|Γ|
+            let average = stress.apply(-0.5 * perpendicular(along));
             // Without the guard of `hypot` against overflow.
             let weight = 1.0 / along.dot(&along).sqrt();
-            sum += weight * (average - relative[j]);
+            sum += weight * (average - relative);
             weights += weight;
         }
         1.0 / weights * sum
     }
 
     /// Changes the mean so that it satisfies the conditions on the two boundary edges of an open star.
-    fn fit_ends(&self, node: NodeId, star: &Star, relative: &[Vector], mean: Vector) -> Vector {
+    fn fit_ends(&self, star: &Star, relative: &[Vector], mean: Vector) -> Vector {
         let last = star.spokes.len() - 1;
         let mut given: Vec<(Vector, f64)> = Vec::with_capacity(4);
         for (spoke, sign) in [(0, 1.0), (last, -1.0)] {
-            let (reaction, moment) = self.boundary(node, star.spokes[spoke]);
+            let (reaction, moment) = self.boundary(star.spokes[spoke]);
             // On the last spoke the triangle lies before it, so that the moment on it is −c.
             let value = sign * moment - relative[spoke];
             match reaction {
@@ -166,13 +177,13 @@ impl Recovery<'_> {
         }
     }
 
-    /// Returns the condition on a boundary edge: directions of reaction, and the moment about `node`.
-    fn boundary(&self, node: NodeId, edge: EdgeId) -> (EdgeReaction, Vector) {
+    /// Returns the condition on a boundary edge: directions of reaction, and the moment about the vertex.
+    fn boundary(&self, Spoke { edge, ring, .. }: Spoke) -> (EdgeReaction, Vector) {
         let mesh = self.body.mesh();
         let place = mesh.topology().boundary_place(edge);
         let condition = &self.conditions[place];
         let [a, b] = condition.traction;
-        let first = mesh.topology().edges()[edge][0] == node;
+        let first = mesh.topology().edges()[edge][1] == ring;
         let (near, far) = if first { (a, b) } else { (b, a) };
         let moment = mesh.edge_length(edge) / 6.0 * (2.0 * near + far);
         (condition.reaction, moment)

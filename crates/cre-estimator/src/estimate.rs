@@ -3,13 +3,13 @@
 use crate::admissible::{Accuracy, AdmissibleBody, AdmissiblePair, check_state};
 use crate::balance;
 use crate::check::{Admissibility, check_and_measure};
-use crate::cre::{Cre, rough_means};
+use crate::cre::Cre;
 use crate::error::EstimatorError;
 use crate::indicators::{eta_dis, eta_nndd_squared};
 use crate::openings;
 use crate::parts::{Parts, parts};
 use crate::relaxed::{KeptStars, pair_and_frozen};
-use crate::round_off;
+use crate::round_off::{self, Noise};
 use crate::size::{larger, largest_of};
 use crate::star_relaxation::{Relaxation, bytes_of_stars};
 use fem_core::body::Body;
@@ -117,6 +117,7 @@ pub fn estimate_with(
 pub struct Estimator<'a> {
     prepared: &'a PreparedProblem,
     relaxation: Relaxation,
+    noise: Vec<Noise>,
     stars: KeptStars<'a>,
 }
 
@@ -126,7 +127,8 @@ impl<'a> Estimator<'a> {
     /// * `relaxation`: how far the equilibrated stresses are relaxed. The bound is strict at every step; more
     ///   steps make it sharper.
     pub fn new(prepared: &'a PreparedProblem, relaxation: Relaxation) -> Self {
-        Self { prepared, relaxation, stars: KeptStars::default() }
+        let noise = Noise::of_bodies(prepared.problem());
+        Self { prepared, relaxation, noise, stars: KeptStars::default() }
     }
 
     /// Estimates the error of a contact state, whatever its source. The result does not depend on the states before.
@@ -169,22 +171,19 @@ impl<'a> Estimator<'a> {
         balanced: &[Vec<f64>],
         accuracy: Accuracy,
     ) -> Result<Measured, EstimatorError> {
-        let Self { prepared, relaxation, ref mut stars } = *self;
+        let Self { prepared, relaxation, ref noise, ref mut stars } = *self;
         let problem = prepared.problem();
         let (pair, frozen) = pair_and_frozen(prepared, state, (relaxation, accuracy), stars)?;
         // A single pass over the cells.
-        let (mut admissibility, cells) = check_and_measure(problem, &pair);
-        let distances: Vec<Vec<[f64; 2]>> =
-            cells.iter().map(|cells| cells.iter().map(|c| c.distances).collect()).collect();
-        let cre = Cre::from_cells(problem, &pair, &distances);
-        drop(distances);
+        let (mut admissibility, mut cells) = check_and_measure(problem, &pair, noise, accuracy);
+        let distances = cells.iter_mut().map(|cells| std::mem::take(&mut cells.distances)).collect();
+        let cre = Cre::from_cells(problem, &pair, distances);
         let energy_norm_squared = energies(problem, &pair)?;
-        let mean_stress: Vec<Vec<SymTensor2>> = cells.iter().map(|cells| rough_means(cells)).collect();
-        let residuals = round_off::residuals(prepared, &pair, &cells, &mean_stress, accuracy);
-        drop(cells);
-        let dis = eta_dis(prepared, &pair, &cre, (relaxation, accuracy), frozen);
+        let residuals = round_off::residuals(prepared, &pair, &cells, accuracy);
+        let mean_stress = cells.into_iter().map(|cells| cells.mean).collect();
+        let dis = eta_dis(prepared, &pair, &cre, (relaxation, accuracy), frozen, noise);
         admissibility = admissibility.worst(dis.admissibility);
-        let model = round_off::model(problem, &pair);
+        let model = round_off::model(noise, &pair);
         let energy: f64 = energy_norm_squared.iter().sum();
         let allowance = |residuals: &[f64]| {
             round_off::allowance(problem, &pair, energy, model.iter().copied().zip(residuals))

@@ -3,16 +3,15 @@
 use crate::admissible::{Accuracy, AdmissibleBody, AdmissiblePair, on_body};
 use crate::balance;
 use crate::check::{Admissibility, check_stress_and_measure};
-use crate::cre::{Cre, of_cells, rough_means};
+use crate::cre::{Cre, of_cells};
 use crate::equilibrated::EquilibratedStress;
 use crate::relaxed::{FrozenStresses, freezes_lambda, frozen_stress};
-use crate::round_off::{Means, less, less_rough, stress_energy};
+use crate::round_off::{Noise, less, less_rough, stress_energy};
 use crate::star_relaxation::Relaxation;
 use fem_core::each_body;
 use fem_core::field;
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactPair, ContactState, PairState};
-use fem_core::norm::sum_over_triangles;
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual;
 use rayon::prelude::*;
@@ -44,6 +43,7 @@ pub(crate) struct EtaDis {
 ///
 /// The squares are summed up from the stress, cell by cell, and body by body.
 ///
+/// * `noise`: of each body.
 /// * `frozen`: the stresses for a frozen λ that are known already. If one of them is not admissible, it is recovered again with refinement.
 pub(crate) fn eta_dis(
     prepared: &PreparedProblem,
@@ -51,6 +51,7 @@ pub(crate) fn eta_dis(
     cre: &Cre,
     (relaxation, accuracy): (Relaxation, Accuracy),
     frozen: FrozenStresses,
+    noise: &[Noise],
 ) -> EtaDis {
     let problem = prepared.problem();
     let of_body = |(b, known): (usize, Option<EquilibratedStress>)| {
@@ -60,11 +61,11 @@ pub(crate) fn eta_dis(
             let of_body = (prepared, b, &pair.bodies[b]);
             let of_accuracy = |accuracy| frozen_stress(of_body, (relaxation, accuracy), None);
             let stress = known.unwrap_or_else(|| of_accuracy(accuracy));
-            let mut found = measure(of_body, &stress, accuracy);
+            let mut found = measure(of_body, &stress, accuracy, noise[b]);
             drop(stress);
             // A displacement from another source may be in equilibrium to only a few digits.
             if accuracy == Accuracy::Double && !found.admissibility.is_valid() {
-                found = measure(of_body, &of_accuracy(Accuracy::Refined), Accuracy::Refined);
+                found = measure(of_body, &of_accuracy(Accuracy::Refined), Accuracy::Refined, noise[b]);
             }
             (found.squared, Some(found))
         } else {
@@ -103,15 +104,14 @@ fn measure(
     (prepared, b, fields): (&PreparedProblem, usize, &AdmissibleBody),
     stress: &EquilibratedStress,
     accuracy: Accuracy,
+    noise: Noise,
 ) -> Frozen {
     let (body, condensed) = (&prepared.problem().bodies[b], &prepared.bodies()[b]);
     let against = [Some(fields.stress.as_slice()), None];
-    let (admissibility, cells) = check_stress_and_measure(body, &fields.displacement, stress, against);
-    let squared = sum_over_triangles(cells.len(), |t| cells[t].distances[0]);
-    let [interior, _] = match accuracy {
-        Accuracy::Double => stress_energy(body, condensed, Means::Rough(&rough_means(&cells)), &[]),
-        Accuracy::Refined => stress_energy(body, condensed, Means::Exact(&cells), &[]),
-    };
+    let displaced = (fields.displacement.as_slice(), noise);
+    let (admissibility, cells) = check_stress_and_measure(body, displaced, stress, (against, Some(accuracy)));
+    let squared = of_cells(&cells.distances[0]);
+    let [interior, _] = stress_energy(body, condensed, (&cells, accuracy), &[]);
     Frozen { squared, admissibility, residual: interior.sqrt() }
 }
 

@@ -2,8 +2,8 @@
 //! allowance of the bound for it.
 
 use crate::admissible::{Accuracy, AdmissibleContact, AdmissiblePair, pressure_forces};
-use crate::cre::{CellMeasure, means};
-use crate::size::{larger, largest_displacement, largest_of};
+use crate::cre::CellMeasures;
+use crate::size::{larger, largest_displacement};
 use fem_core::body::Body;
 use fem_core::condensation::CondensedBody;
 use fem_core::double_double::PreciseVector;
@@ -12,7 +12,7 @@ use fem_core::field;
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactInterface, ContactProblem};
 use fem_core::mesh::id::NodeId;
-use fem_core::norm::sum_over_triangles;
+use fem_core::parallel::each_task;
 use fem_core::prepared::PreparedProblem;
 use fem_core::residual;
 use fem_core::tensor::SymTensor2;
@@ -32,35 +32,60 @@ const STRAIN_ROUNDINGS: f64 = 32.0;
 /// Bounds the relative error of each term of a strain by rounding alone.
 const STRAIN_NOISE: f64 = STRAIN_ROUNDINGS * f64::EPSILON;
 
-/// Computes the edge forces that rounding of the displacements causes: a body that is moved without strain
-/// has no other forces. `δ C |u| Σ|∇φ|` of stress on the longest edge of a triangle, with `Σ|∇φ|` its perimeter over
-/// twice its area, times its flatness.
-pub(crate) fn force_noise(body: &Body, displacement: &[Vector]) -> f64 {
-    let factor = largest_of(body.mesh().triangles().len(), |t| {
-        let shape = Shape::of(body, t);
-        shape.stiffness * shape.perimeter * shape.longest / (2.0 * shape.area) * shape.flatness()
-    });
-    STRAIN_NOISE * largest_displacement(displacement) * factor
+/// Triangles of one task. Fixed, so that sums do not depend on the number of threads.
+const CHUNK: usize = 4096;
+
+/// Effects of rounding of a body's displacements, per metre of the largest one.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Noise {
+    force: f64,
+    energy: f64,
 }
 
-/// Bounds the energy norm of the error that rounding of the displacements may hide in a body's bound, square root of
-/// J/m.
-///
-/// A stress that violates equilibrium by `R` gives a bound up to `√(Rᵀ K⁻¹ R)`. For independent `R_i` of the size of
-/// [`force_noise`] the expected square is their sum over the diagonal of `K⁻¹`: in the plane `(1 + ln N)` times the
-/// contribution of each triangle alone, `(δ C |u| Σ|∇φ|)² A tr C⁻¹`: forces as large as the stiffest direction makes
-/// them, on the softest one, which matters if a material is nearly incompressible. In flat triangles the `R_i` are
-/// larger by the flatness, and their squares by the flatness over the diagonal of `K` that goes with the area: its
-/// third power in all.
-fn energy_noise(body: &Body, displacement: &[Vector]) -> f64 {
-    let triangles = body.mesh().triangles().len();
-    let sum = sum_over_triangles(triangles, |t| {
-        let shape = Shape::of(body, t);
-        let stiffness = shape.stiffness * shape.stiffness * softness(body, t);
-        stiffness * shape.perimeter * shape.perimeter / (4.0 * shape.area) * shape.flatness().powi(3)
-    });
-    let spread = 1.0 + (triangles as f64).ln();
-    STRAIN_NOISE * largest_displacement(displacement) * (spread * sum).sqrt()
+impl Noise {
+    pub(crate) fn of(body: &Body) -> Self {
+        let triangles = body.mesh().triangles().len();
+        let chunks = each_task(triangles.div_ceil(CHUNK), |k| {
+            let (mut force, mut energy) = (0.0, 0.0);
+            for t in k * CHUNK..triangles.min((k + 1) * CHUNK) {
+                let shape = Shape::of(body, t);
+                let flatness = shape.flatness();
+                let traction = shape.stiffness * shape.perimeter;
+                force = larger(force, traction * shape.longest / (2.0 * shape.area) * flatness);
+                energy += traction * traction * softness(body, t) / (4.0 * shape.area) * flatness.powi(3);
+            }
+            (force, energy)
+        });
+        let force = chunks.iter().fold(0.0, |m, (force, _)| larger(m, *force));
+        let energy: f64 = chunks.iter().map(|(_, energy)| energy).sum();
+        let spread = 1.0 + (triangles as f64).ln();
+        Self { force, energy: (spread * energy).sqrt() }
+    }
+
+    /// [`Self::of`] each body of a problem.
+    pub(crate) fn of_bodies(problem: &ContactProblem) -> Vec<Self> {
+        problem.bodies.iter().map(Self::of).collect()
+    }
+
+    /// Computes the edge forces that rounding of the displacements causes, N/m: a body that is moved without strain
+    /// has no other forces. `δ C |u| Σ|∇φ|` of stress on the longest edge of a triangle, with `Σ|∇φ|` its perimeter over
+    /// twice its area, times its flatness.
+    pub(crate) fn force(self, displacement: &[Vector]) -> f64 {
+        STRAIN_NOISE * largest_displacement(displacement) * self.force
+    }
+
+    /// Bounds the energy norm of the error that rounding of the displacements may hide in a body's bound, square root of
+    /// J/m.
+    ///
+    /// A stress that violates equilibrium by `R` gives a bound up to `√(Rᵀ K⁻¹ R)`. For independent `R_i` of the size of
+    /// [`Self::force`] the expected square is their sum over the diagonal of `K⁻¹`: in the plane `(1 + ln N)` times the
+    /// contribution of each triangle alone, `(δ C |u| Σ|∇φ|)² A tr C⁻¹`: forces as large as the stiffest direction makes
+    /// them, on the softest one, which matters if a material is nearly incompressible. In flat triangles the `R_i` are
+    /// larger by the flatness, and their squares by the flatness over the diagonal of `K` that goes with the area: its
+    /// third power in all.
+    fn energy(self, displacement: &[Vector]) -> f64 {
+        STRAIN_NOISE * largest_displacement(displacement) * self.energy
+    }
 }
 
 /// Computes the trace of the compliance in a triangle, 1/Pa: at least that of the softest direction.
@@ -115,42 +140,31 @@ const MARGIN: f64 = 2.0;
 pub(crate) fn residuals(
     prepared: &PreparedProblem,
     pair: &AdmissiblePair,
-    cells: &[Vec<CellMeasure>],
-    rough_means: &[Vec<SymTensor2>],
+    cells: &[CellMeasures],
     accuracy: Accuracy,
 ) -> Vec<f64> {
     let (problem, bodies) = (prepared.problem(), prepared.bodies());
     let of_body = |b: usize| {
         let forces = pressure_forces(problem, b, &pair.contacts);
-        let means = match accuracy {
-            Accuracy::Double => Means::Rough(&rough_means[b]),
-            Accuracy::Refined => Means::Exact(&cells[b]),
-        };
-        stress_energy(&problem.bodies[b], &bodies[b], means, &forces).iter().sum::<f64>().sqrt()
+        stress_energy(&problem.bodies[b], &bodies[b], (&cells[b], accuracy), &forces).iter().sum::<f64>().sqrt()
     };
     each_body(problem.bodies.len(), of_body)
 }
 
-/// The mean stresses of the triangles, in double precision or without rounding.
-pub(crate) enum Means<'a> {
-    Rough(&'a [SymTensor2]),
-    Exact(&'a [CellMeasure]),
-}
-
-/// Computes `Rᵀ K⁻¹ R` of a stress under the body's loads and further nodal forces, see [`CondensedBody::residual_energy`].
+/// Computes `Rᵀ K⁻¹ R` of a measured stress under the body's loads and further nodal forces, see [`CondensedBody::residual_energy`].
 pub(crate) fn stress_energy(
     body: &Body,
     condensed: &CondensedBody,
-    stress: Means<'_>,
+    (cells, accuracy): (&CellMeasures, Accuracy),
     forces: &[(NodeId, Vector)],
 ) -> [f64; 2] {
-    match stress {
-        Means::Rough(means) => {
-            let residual = field::stress_residual(body, means);
+    match accuracy {
+        Accuracy::Double => {
+            let residual = field::stress_residual(body, &cells.mean);
             condensed.rough_residual_energy(&less_rough(residual, forces))
         }
-        Means::Exact(cells) => {
-            let residual = residual::of_stress(body, &means(cells));
+        Accuracy::Refined => {
+            let residual = residual::of_stress(body, &cells.exact_mean);
             condensed.residual_energy(&less(residual, forces))
         }
     }
@@ -173,10 +187,9 @@ pub(crate) fn less_rough(mut residual: Vec<Vector>, forces: &[(NodeId, Vector)])
     residual
 }
 
-/// Models the rounding in each body, see [`energy_noise`].
-pub(crate) fn model(problem: &ContactProblem, pair: &AdmissiblePair) -> Vec<f64> {
-    let bodies = problem.bodies.iter().zip(&pair.bodies);
-    bodies.map(|(body, fields)| energy_noise(body, &fields.displacement)).collect()
+/// Models the rounding in each body, see [`Noise::energy`].
+pub(crate) fn model(noise: &[Noise], pair: &AdmissiblePair) -> Vec<f64> {
+    noise.iter().zip(&pair.bodies).map(|(noise, fields)| noise.energy(&fields.displacement)).collect()
 }
 
 /// Bounds the amount by which round-off may have lowered `e_CRE`, so that the printed number is still a bound:

@@ -11,9 +11,10 @@ pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }
 
-/// Computes the largest displacement, m.
+/// Computes the largest displacement, m: by squares, which are cheap, unless they underflow or overflow.
 pub(crate) fn largest_displacement(displacement: &[Vector]) -> f64 {
-    displacement.iter().fold(0.0, |m, u| larger(m, norm(*u)))
+    let square = largest_of(displacement.len(), |n| displacement[n].dot(&displacement[n]));
+    if square.is_normal() { square.sqrt() } else { largest_of(displacement.len(), |n| norm(displacement[n])) }
 }
 
 /// Indices of [`largest_of`] in one task.

@@ -8,8 +8,28 @@ use fem_core::mesh::topology::NONE;
 /// at a boundary edge and has one spoke more than triangles.
 #[derive(Default)]
 pub(crate) struct Star {
-    pub(crate) triangles: Vec<u32>,
-    pub(crate) spokes: Vec<EdgeId>,
+    pub(crate) triangles: Vec<Sector>,
+    pub(crate) spokes: Vec<Spoke>,
+}
+
+/// A triangle of a star.
+#[derive(Clone, Copy)]
+pub(crate) struct Sector {
+    pub(crate) triangle: u32,
+    /// Which of its corners the vertex is.
+    pub(crate) corner: u8,
+    /// The edge opposite to the vertex.
+    pub(crate) rim: EdgeId,
+}
+
+/// An edge of a star that begins at the vertex.
+#[derive(Clone, Copy)]
+pub(crate) struct Spoke {
+    pub(crate) edge: EdgeId,
+    /// The node at its other end.
+    pub(crate) ring: NodeId,
+    /// Whether the triangle after it is the edge's first one.
+    pub(crate) is_before_first: bool,
 }
 
 impl Star {
@@ -17,22 +37,45 @@ impl Star {
     pub(crate) fn walk(&mut self, mesh: &TriMesh, node: NodeId) {
         let topology = mesh.topology();
         let around = topology.triangles_around(node);
-        let before = |t: u32| topology.triangle_edges()[t as usize][corner(mesh, t, node)];
-        let after = |t: u32| topology.triangle_edges()[t as usize][(corner(mesh, t, node) + 2) % 3];
-        let start = around.iter().copied().find(|&t| topology.is_boundary(before(t)));
-        self.triangles.clear();
-        self.spokes.clear();
-        let mut current = start.unwrap_or(around[0]);
-        for _ in 0..around.len() {
-            self.triangles.push(current);
-            self.spokes.push(before(current));
-            let [a, b] = topology.edge_triangles()[after(current)];
-            let next = if a == current { b } else { a };
-            if next == NONE {
-                self.spokes.push(after(current));
-                break;
+        if self.follow(mesh, node, around[0]) {
+            return;
+        }
+        // An open star begins at the boundary.
+        let begins = |t: &u32| {
+            let k = corner(&mesh.triangles()[*t as usize], *t, node);
+            topology.is_boundary(topology.triangle_edges()[*t as usize][k])
+        };
+        if let Some(start) = around.iter().copied().find(begins) {
+            self.follow(mesh, node, start);
+        }
+    }
+
+    /// Follows the triangles around a vertex from one of them on. Returns whether they lead back to it.
+    fn follow(&mut self, mesh: &TriMesh, node: NodeId, start: u32) -> bool {
+        let Self { triangles, spokes } = self;
+        let topology = mesh.topology();
+        triangles.clear();
+        spokes.clear();
+        let mut current = start;
+        let mut is_before_first = true;
+        loop {
+            let corners = &mesh.triangles()[current as usize];
+            let edges = &topology.triangle_edges()[current as usize];
+            let k = corner(corners, current, node);
+            let (next, last) = ((k + 1) % 3, (k + 2) % 3);
+            spokes.push(Spoke { edge: edges[k], ring: corners[next], is_before_first });
+            triangles.push(Sector { triangle: current, corner: k as u8, rim: edges[next] });
+            let [a, b] = topology.edge_triangles()[edges[last]];
+            is_before_first = a != current;
+            current = if is_before_first { a } else { b };
+            if current == NONE {
+                spokes.push(Spoke { edge: edges[last], ring: corners[last], is_before_first: false });
+                return false;
             }
-            current = next;
+            if current == start {
+                spokes[0].is_before_first = is_before_first;
+                return true;
+            }
         }
     }
 
@@ -43,8 +86,7 @@ impl Star {
 }
 
 /// Finds which corner of a triangle a node is.
-pub(crate) fn corner(mesh: &TriMesh, triangle: u32, node: NodeId) -> usize {
-    let corners = &mesh.triangles()[triangle as usize];
+fn corner(corners: &[NodeId; 3], triangle: u32, node: NodeId) -> usize {
     match corners.iter().position(|&n| n == node) {
         Some(corner) => corner,
         None => unreachable!("node {node} is not one of the corners {corners:?} of triangle {triangle}"),

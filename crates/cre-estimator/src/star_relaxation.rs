@@ -47,7 +47,7 @@ use fem_core::parallel::each_task;
 use pulp::Simd;
 pub(crate) use room::bytes_of_stars;
 use space::Space;
-use stars::Stars;
+use stars::{Stars, colour};
 use std::ops::Range;
 
 /// A gain below this fraction of the energies at hand is round-off: the gradient has vanished.
@@ -180,8 +180,8 @@ impl<'a> StarRelaxation<'a> {
     }
 
     fn in_memory_of(used: Option<StarRelaxation<'_>>, body: &'a Body, conditions: &[EdgeCondition]) -> Self {
-        let space = Space::new(body, conditions);
-        let stars = Stars::new(&space, used.map(|used| used.stars));
+        let (space, colour_of) = rayon::join(|| Space::new(body, conditions), || colour(body.mesh()));
+        let stars = Stars::new(&space, colour_of, used.map(|used| used.stars));
         Self { space, stars, reactions: conditions.iter().map(|c| c.reaction).collect() }
     }
 

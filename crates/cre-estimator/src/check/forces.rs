@@ -1,8 +1,9 @@
 //! The force residuals of a body, and in the same pass what the bound needs of its triangles.
 
 use super::{Admissibility, FORCE_TOLERANCE, relative};
+use crate::admissible::Accuracy;
 use crate::cells::{Cells, Gathered, Residuals, load_tensor, set_tensor};
-use crate::cre::CellMeasure;
+use crate::cre::CellMeasures;
 use crate::equilibrated::EquilibratedStress;
 use crate::johnson_mercier::CellStress;
 use crate::lanes::{MOST_LANES, Row};
@@ -58,22 +59,34 @@ fn square(a: Vector) -> f64 {
 /// Triangles per block: most edges have both sides within a block, and its edge forces stay in the cache.
 const BLOCK: usize = 8192;
 
-/// Finds the force residuals of a body, block by block, and measures its triangles if `against` has a stress.
+/// The stresses to which the distances of a stress are measured.
+pub(crate) type Against<'a> = [Option<&'a [SymTensor2]>; 2];
+
+/// Finds the force residuals of a body, block by block, and measures its triangles if `measured` says how accurately.
 pub(super) fn forces(
     body: &Body,
     stress: &EquilibratedStress,
-    against: [Option<&[SymTensor2]>; 2],
-) -> (Forces, Vec<CellMeasure>) {
+    against: Against<'_>,
+    measured: Option<Accuracy>,
+) -> (Forces, CellMeasures) {
     let triangles = body.mesh().triangles().len();
     for given in against.into_iter().flatten() {
         assert!(given.len() == triangles, "a stress of {} triangles on {triangles}", given.len());
     }
-    let blocks: Vec<(Forces, Vec<CellMeasure>)> = each_task(triangles.div_ceil(BLOCK), |k| {
+    let blocks: Vec<(Forces, CellMeasures)> = each_task(triangles.div_ceil(BLOCK), |k| {
         let triangles = k * BLOCK..triangles.min((k + 1) * BLOCK);
-        pulp::Arch::new().dispatch(BlockForces { body, stress, triangles, against })
+        pulp::Arch::new().dispatch(BlockForces { body, stress, triangles, against, measured })
     });
     let worst = blocks.iter().fold(Forces::default(), |worst, (found, _)| worst.max(*found));
-    (worst, blocks.into_iter().flat_map(|(_, cells)| cells).collect())
+    let distances = [0, 1].map(|k| joined(&blocks, |cells| &cells.distances[k]));
+    let (mean, exact_mean) = (joined(&blocks, |cells| &cells.mean), joined(&blocks, |cells| &cells.exact_mean));
+    (worst, CellMeasures { distances, mean, exact_mean })
+}
+
+/// Joins what the blocks found.
+fn joined<T: Copy>(blocks: &[(Forces, CellMeasures)], of: impl Fn(&CellMeasures) -> &Vec<T>) -> Vec<T> {
+    let parts: Vec<&[T]> = blocks.iter().map(|(_, cells)| of(cells).as_slice()).collect();
+    parts.concat()
 }
 
 /// The force residuals of a block.
@@ -81,7 +94,8 @@ struct BlockForces<'a> {
     body: &'a Body,
     stress: &'a EquilibratedStress,
     triangles: Range<usize>,
-    against: [Option<&'a [SymTensor2]>; 2],
+    against: Against<'a>,
+    measured: Option<Accuracy>,
 }
 
 /// The triangles that are side by side, and the stresses to which their distances are measured.
@@ -92,16 +106,19 @@ struct Gathering {
 }
 
 impl pulp::WithSimd for BlockForces<'_> {
-    type Output = (Forces, Vec<CellMeasure>);
+    type Output = (Forces, CellMeasures);
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> (Forces, Vec<CellMeasure>) {
-        let Self { body, stress, triangles, against } = self;
+    fn with_simd<S: Simd>(self, simd: S) -> (Forces, CellMeasures) {
+        let Self { body, stress, triangles, against, measured } = self;
         let load = body.body_force();
         let mut worst = Forces::default();
         let mut cells: Vec<CellForces> = Vec::with_capacity(triangles.len());
-        let measured = against.iter().any(Option::is_some);
-        let mut measures = Vec::with_capacity(if measured { triangles.len() } else { 0 });
+        let mut measures = CellMeasures::default();
+        if measured.is_some() {
+            measures.distances = against.map(|given| Vec::with_capacity(given.map_or(0, |_| triangles.len())));
+            measures.mean.reserve_exact(triangles.len());
+        }
         let mut gathering = Gathering::default();
         for first in triangles.clone().step_by(S::F64_LANES) {
             let group = first..triangles.end.min(first + S::F64_LANES);
@@ -132,14 +149,14 @@ impl pulp::WithSimd for BlockForces<'_> {
                 }
                 cells.push(forces);
             }
-            if measured {
-                measure(simd, &found, (&gathering.against, against), group.len(), &mut measures);
+            if let Some(accuracy) = measured {
+                measure(simd, &found, (&gathering.against, against), (group.len(), accuracy), &mut measures);
             }
         }
         let block = Block { body, stress, first: triangles.start, cells };
         for t in triangles {
             for k in 0..3 {
-                worst = worst.max(block.edge(t, k));
+                block.edge(t, k, &mut worst);
             }
         }
         (worst, measures)
@@ -151,14 +168,15 @@ impl pulp::WithSimd for BlockForces<'_> {
 fn measure<S: Simd>(
     simd: S,
     cells: &Cells<S>,
-    (rows, against): (&[[Row; 3]; 2], [Option<&[SymTensor2]>; 2]),
-    count: usize,
-    measures: &mut Vec<CellMeasure>,
+    (rows, against): (&[[Row; 3]; 2], Against<'_>),
+    (count, accuracy): (usize, Accuracy),
+    measures: &mut CellMeasures,
 ) {
-    let mut distances = [[0.0; MOST_LANES]; 2];
     for k in 0..2 {
         if against[k].is_some() {
-            cells.distance_squared(load_tensor(simd, &rows[k])).store(&mut distances[k]);
+            let mut distances = [0.0; MOST_LANES];
+            cells.distance_squared(load_tensor(simd, &rows[k])).store(&mut distances);
+            measures.distances[k].extend_from_slice(&distances[..count]);
         }
     }
     let mut sums = [[[0.0; MOST_LANES]; 3]; 2];
@@ -166,11 +184,12 @@ fn measure<S: Simd>(
         parts.store(rows);
     }
     for lane in 0..count {
-        let sum = |c: usize| DoubleDouble { high: sums[0][c][lane], low: sums[1][c][lane] };
-        measures.push(CellMeasure {
-            distances: [distances[0][lane], distances[1][lane]],
-            sum: [sum(0), sum(1), sum(2)],
-        });
+        let mean = |c: usize| sums[0][c][lane] / 9.0;
+        measures.mean.push(SymTensor2::new(mean(0), mean(1), mean(2)));
+        if accuracy == Accuracy::Refined {
+            let sum = |c: usize| DoubleDouble { high: sums[0][c][lane], low: sums[1][c][lane] };
+            measures.exact_mean.push([0, 1, 2].map(|c| sum(c) / DoubleDouble::from(9.0)));
+        }
     }
 }
 
@@ -193,24 +212,23 @@ struct Block<'a> {
 }
 
 impl Block<'_> {
-    /// Compares the forces on edge `k` of triangle `t` from both sides, or with the given ones. Each edge is checked
-    /// once, by its first triangle.
-    fn edge(&self, t: usize, k: usize) -> Forces {
+    /// Compares the forces on edge `k` of triangle `t` from both sides, or with the given ones, for the largest differences. Each edge is
+    /// checked once, by its first triangle.
+    fn edge(&self, t: usize, k: usize, worst: &mut Forces) {
         let mesh = self.body.mesh();
         let topology = mesh.topology();
         let edge = topology.triangle_edges()[t][k];
         let [owner, other] = topology.edge_triangles()[edge].map(|t| t as usize);
-        let mut worst = Forces::default();
         if owner != t {
-            return worst;
+            return;
         }
         let own = self.edge_forces(t, edge);
-        worst.scale = larger(square(own[0]), square(own[1]));
+        worst.scale = larger(worst.scale, larger(square(own[0]), square(own[1])));
         if !topology.is_boundary(edge) {
             for (a, b) in own.into_iter().zip(self.edge_forces(other, edge)) {
                 worst.jump = larger(worst.jump, square(a + b));
             }
-            return worst;
+            return;
         }
         let condition = &self.stress.conditions[topology.boundary_place(edge)];
         let length = mesh.edge_length(edge);
@@ -225,7 +243,6 @@ impl Block<'_> {
             };
             worst.boundary = larger(worst.boundary, residual);
         }
-        worst
     }
 
     /// Tractions times length at the ends of an edge, in its own order, from triangle `t`.

@@ -116,9 +116,9 @@ impl Band {
             let star = walks.star(n);
             open.enter(space, NodeId::new(n), star);
             if equal == own {
-                open.assemble(mesh, star, forms);
+                open.assemble(star, forms);
             } else if !open.known && open.stars == 1 {
-                open.assemble(mesh, star, forms);
+                open.assemble(star, forms);
                 open.spread();
             }
             if open.stars == MOST_LANES {

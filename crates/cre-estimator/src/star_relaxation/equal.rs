@@ -2,7 +2,7 @@
 
 use super::form::{Form, forms};
 use super::space::Space;
-use crate::star::{Star, corner};
+use crate::star::{Sector, Star};
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::id::NodeId;
 use std::ops::Range;
@@ -69,7 +69,8 @@ fn key(space: &Space<'_>, triangle: usize) -> Option<Key> {
     let edges = mesh.topology().triangle_edges()[triangle];
     let senses =
         (0..3).fold(0, |bits, k| 2 * bits + i64::from(space.restriction(edges[k], triangle)[1] > 0.0));
-    let [x, y, z, w] = sides.map(|side| (side * per_unit).round() as i64);
+    // Rounded without `round`, which older processors do not have.
+    let [x, y, z, w] = sides.map(|side| (side * per_unit + 0.5f64.copysign(side)) as i64);
     let material = space.body().materials().index(triangle) as i64;
     Some([x, y, z, w, 8 * i64::from(exponent) + senses, material])
 }
@@ -138,14 +139,19 @@ pub(super) struct Walks {
     /// Of each star: the first one that equals it; `None` if too few do.
     equal: Vec<Option<u32>>,
     counts: Vec<u32>,
+    /// What the coefficients of each star depend on: the forms of its triangles, and which of their corners the vertex is.
+    words: Vec<u64>,
+    ends: Vec<usize>,
     table: Table,
 }
 
 impl Walks {
     /// Collects the stars of other vertices.
     pub(super) fn renew(&mut self, mesh: &TriMesh, nodes: Range<usize>, forms: &Forms) {
-        let Self { first, stars, equal, counts, table } = self;
+        let Self { first, stars, equal, counts, words, ends, table } = self;
         *first = nodes.start;
+        words.clear();
+        ends.clear();
         stars.resize_with(nodes.len(), Star::default);
         equal.clear();
         counts.clear();
@@ -153,8 +159,13 @@ impl Walks {
         table.clear();
         for (k, n) in nodes.clone().map(NodeId::new).enumerate() {
             stars[k].walk(mesh, n);
-            let words = |k: usize| words(mesh, NodeId::new(nodes.start + k), &stars[k], forms);
-            let known = table.find(words(k), k as u32, |known| words(k).eq(words(known as usize)));
+            let start = words.len();
+            let word = |of: &Sector| 4 * u64::from(forms.place(of.triangle)) + u64::from(of.corner);
+            words.extend(stars[k].triangles.iter().map(word));
+            ends.push(words.len());
+            let of = |k: usize| &words[if k > 0 { ends[k - 1] } else { 0 }..ends[k]];
+            let own = &words[start..];
+            let known = table.find(own.iter().copied(), k as u32, |known| of(known as usize) == own);
             counts[known as usize] += 1;
             equal.push(Some(known));
         }
@@ -172,9 +183,4 @@ impl Walks {
     pub(super) fn equal(&self, node: usize) -> Option<u32> {
         self.equal[node - self.first].map(|known| known + self.first as u32)
     }
-}
-
-/// What the coefficients of a star depend on: the forms of its triangles, and which of their corners the vertex is.
-fn words(mesh: &TriMesh, node: NodeId, star: &Star, forms: &Forms) -> impl Iterator<Item = u64> {
-    star.triangles.iter().map(move |&t| 4 * u64::from(forms.place(t)) + corner(mesh, t, node) as u64)
 }

@@ -4,8 +4,7 @@ use super::airy::{PLACES, packed};
 use super::equal::Forms;
 use super::space::Space;
 use crate::lanes::{MOST_LANES, Row};
-use crate::star::{Star, corner};
-use fem_core::mesh::TriMesh;
+use crate::star::Star;
 use fem_core::mesh::id::NodeId;
 
 /// Couplings of one spoke with the unknowns outside the star: of the vertex's three unknowns with the ring
@@ -51,35 +50,29 @@ impl Open {
 
     /// Puts a star in the next lane: its vertex and the unknowns around it.
     pub(super) fn enter(&mut self, space: &Space<'_>, node: NodeId, star: &Star) {
-        let mesh = space.body().mesh();
         let lane = self.stars;
         self.nodes[lane] = node;
-        for (spoke, &edge) in self.spokes.iter_mut().zip(&star.spokes) {
-            let ends = mesh.topology().edges()[edge];
-            let other = if ends[0] == node { ends[1] } else { ends[0] };
-            let own = space.edge_unknown(edge) as u32;
+        for (j, (spoke, of)) in self.spokes.iter_mut().zip(&star.spokes).enumerate() {
             // The last spoke of an open star has no triangle after it: its coupling with the rim is zero.
-            (spoke.own[lane], spoke.ring[lane], spoke.rim[lane]) = (own, 3 * u32::from(other), own);
-        }
-        for (spoke, &t) in self.spokes.iter_mut().zip(&star.triangles) {
-            let outer = mesh.topology().triangle_edges()[t as usize][(corner(mesh, t, node) + 1) % 3];
-            spoke.rim[lane] = space.edge_unknown(outer) as u32;
+            let rim = star.triangles.get(j).map_or(of.edge, |sector| sector.rim);
+            spoke.own[lane] = space.edge_unknown(of.edge) as u32;
+            spoke.ring[lane] = 3 * u32::from(of.ring);
+            spoke.rim[lane] = space.edge_unknown(rim) as u32;
         }
         self.stars += 1;
     }
 
     /// Assembles the coefficients of the star entered last from the forms of its triangles.
-    pub(super) fn assemble(&mut self, mesh: &TriMesh, star: &Star, forms: &Forms) {
+    pub(super) fn assemble(&mut self, star: &Star, forms: &Forms) {
         let Self { outer, inner, .. } = self;
         let lane = self.stars - 1;
-        let node = self.nodes[lane];
         for row in outer.as_flattened_mut().iter_mut().chain(inner.iter_mut()) {
             row[lane] = 0.0;
         }
         let count = star.spokes.len();
-        for (j, &t) in star.triangles.iter().enumerate() {
-            let form = forms.of(t);
-            let c = corner(mesh, t, node);
+        for (j, sector) in star.triangles.iter().enumerate() {
+            let form = forms.of(sector.triangle);
+            let c = usize::from(sector.corner);
             let after = if j + 1 == count { 0 } else { j + 1 };
             // Places in the triangle: ring vertices, spokes before and after, outer edge.
             let (near, far) = (3 * ((c + 1) % 3), 3 * ((c + 2) % 3));

@@ -5,6 +5,7 @@ use super::form::forms;
 use super::space::Space;
 use crate::shared::Shared;
 use fem_core::mesh::TriMesh;
+use fem_core::mesh::id::NodeId;
 use fem_core::parallel::for_each_task;
 use rayon::prelude::*;
 
@@ -22,9 +23,9 @@ pub(super) struct Stars {
 impl Stars {
     /// Assembles and inverts the blocks of all stars.
     ///
+    /// * `colour_of`: see [`colour`].
     /// * `used`: stars whose memory is reused, because the first access to new memory is slow.
-    pub(super) fn new(space: &Space<'_>, used: Option<Self>) -> Self {
-        let colour_of = colour(space.body().mesh());
+    pub(super) fn new(space: &Space<'_>, colour_of: Vec<u32>, used: Option<Self>) -> Self {
         let colours = colour_of.iter().max().map_or(0, |&c| c as usize + 1);
         let mut first = Vec::new();
         forms(space, &[0], 1.0, &mut first);
@@ -79,15 +80,17 @@ impl Stars {
 }
 
 /// Colours the vertices greedily in their order. Two vertices of one colour share no edge.
-fn colour(mesh: &TriMesh) -> Vec<u32> {
-    let (starts, neighbours) = mesh.topology().node_neighbours();
+pub(super) fn colour(mesh: &TriMesh) -> Vec<u32> {
     let nodes = mesh.points().len();
     let mut colours = vec![u32::MAX; nodes];
     let mut used: Vec<u32> = Vec::new();
     for i in 0..nodes {
-        for &j in &neighbours[starts[i] as usize..starts[i + 1] as usize] {
-            if let Some(mark) = used.get_mut(colours[j] as usize) {
-                *mark = i as u32;
+        // The vertex itself has no colour yet.
+        for &t in mesh.topology().triangles_around(NodeId::new(i)) {
+            for &j in &mesh.triangles()[t as usize] {
+                if let Some(mark) = used.get_mut(colours[j] as usize) {
+                    *mark = i as u32;
+                }
             }
         }
         let free = used.iter().position(|&mark| mark != i as u32).unwrap_or(used.len());
