@@ -5,7 +5,6 @@ use crate::johnson_mercier::{recovery, without_body_force};
 use crate::lanes::{Lanes, Pair, Row, Tensor, apply, contract, cross, dot, less, load_pair, turned};
 use fem_core::body::Body;
 use fem_core::geometry::Vector;
-use fem_core::material::LinearElastic;
 use fem_core::parallel::each_task;
 use fem_core::tensor::SymTensor2;
 use pulp::Simd;
@@ -14,40 +13,62 @@ use std::ops::Range;
 /// Nodes of the stress of a triangle: corner `m` of part `k` is node `3k + m`, as in [`crate::johnson_mercier::CellStress`].
 const NODES: usize = 9;
 
-/// The edges of some triangles, the loads on them, and their materials, gathered from the mesh.
+/// The edges of some triangles and their materials, gathered from the mesh.
 #[derive(Default)]
-pub(crate) struct Gathered {
+pub(crate) struct Geometry {
     /// From corner 0 to corners 1 and 2, m.
     edges: [[Row; 2]; 2],
-    /// Loads on the edges without what carries the body force, N/m: edge, end, component.
-    loads: [Row; 12],
     /// `E⁻¹` in Voigt form, the upper half by rows, 1/Pa.
     compliance: [Row; 6],
 }
 
-impl Gathered {
+impl Geometry {
     #[inline(always)]
-    pub(crate) fn set(&mut self, lane: usize, body: &Body, stress: &EquilibratedStress, t: usize) {
+    pub(crate) fn set(&mut self, lane: usize, body: &Body, t: usize) {
         let corners = body.mesh().corners(t);
         let edges = [corners[1] - corners[0], corners[2] - corners[0]];
         for (rows, edge) in self.edges.iter_mut().zip(edges) {
             (rows[0][lane], rows[1][lane]) = (edge[0], edge[1]);
         }
+        for (row, c) in self.compliance.iter_mut().zip(body.material(t).compliance_entries()) {
+            row[lane] = c;
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn edges<S: Simd>(&self, simd: S) -> [Pair<S>; 2] {
+        [load_pair(simd, &self.edges[0]), load_pair(simd, &self.edges[1])]
+    }
+
+    #[inline(always)]
+    pub(crate) fn compliance<S: Simd>(&self, simd: S) -> Compliance<S> {
+        let mut entries = [Lanes::splat(simd, 0.0); 6];
+        for (entry, row) in entries.iter_mut().zip(&self.compliance) {
+            *entry = Lanes::load(simd, row);
+        }
+        Compliance(entries)
+    }
+}
+
+/// Some triangles and the loads on their edges.
+#[derive(Default)]
+pub(crate) struct Gathered {
+    pub(crate) geometry: Geometry,
+    /// Loads on the edges without what carries the body force, N/m: edge, end, component.
+    loads: [Row; 12],
+}
+
+impl Gathered {
+    #[inline(always)]
+    pub(crate) fn set(&mut self, lane: usize, body: &Body, stress: &EquilibratedStress, t: usize) {
+        self.geometry.set(lane, body, t);
         let mut loads = stress.cell_loads(body, t);
         if body.body_force() != Vector::zeros() {
-            loads = without_body_force(corners, &loads, body.body_force());
+            loads = without_body_force(body.mesh().corners(t), &loads, body.body_force());
         }
         for (rows, load) in self.loads.chunks_exact_mut(2).zip(loads.as_flattened()) {
             (rows[0][lane], rows[1][lane]) = (load[0], load[1]);
         }
-        set_compliance(&mut self.compliance, lane, body.material(t));
-    }
-}
-
-#[inline(always)]
-pub(crate) fn set_compliance(rows: &mut [Row; 6], lane: usize, material: &LinearElastic) {
-    for (row, c) in rows.iter_mut().zip(material.compliance_entries()) {
-        row[lane] = c;
     }
 }
 
@@ -56,14 +77,6 @@ pub(crate) fn set_compliance(rows: &mut [Row; 6], lane: usize, material: &Linear
 pub(crate) struct Compliance<S: Simd>([Lanes<S>; 6]);
 
 impl<S: Simd> Compliance<S> {
-    #[inline(always)]
-    pub(crate) fn load(simd: S, rows: &[Row; 6]) -> Self {
-        let mut entries = [Lanes::splat(simd, 0.0); 6];
-        for (entry, row) in entries.iter_mut().zip(rows) {
-            *entry = Lanes::load(simd, row);
-        }
-        Self(entries)
-    }
 
     /// Computes the strain of a stress.
     #[inline(always)]
@@ -108,7 +121,7 @@ impl<S: Simd> Cells<S> {
     #[inline(always)]
     pub(crate) fn new(simd: S, gathered: &Gathered, body_force: Vector) -> Self {
         let zero = Lanes::splat(simd, 0.0);
-        let [a, b] = [0, 1].map(|e: usize| load_pair(simd, &gathered.edges[e]));
+        let [a, b] = gathered.geometry.edges(simd);
         let jacobian = cross(a, b);
         let inverse = Lanes::splat(simd, 1.0).over(jacobian);
         // The loads on the reference triangle.
@@ -139,7 +152,7 @@ impl<S: Simd> Cells<S> {
                 inverse * (fa[0] * a[1] + fb[0] * b[1]),
             ];
         }
-        let compliance = Compliance::load(simd, &gathered.compliance);
+        let compliance = gathered.geometry.compliance(simd);
         let mut cells = Self { simd, edges: [a, b], jacobian, compliance, stress };
         if body_force != Vector::zeros() {
             cells.carry(body_force);
@@ -311,8 +324,9 @@ pub(crate) fn dyads<S: Simd>([a, b]: [Pair<S>; 2]) -> [Tensor<S>; 3] {
 /// Adds up a stress at the corners of part `k`.
 #[inline(always)]
 fn total<S: Simd>(d: &[Tensor<S>; NODES], k: usize) -> Tensor<S> {
-    let add = |c: usize| d[3 * k][c] + d[3 * k + 1][c] + d[3 * k + 2][c];
-    [add(0), add(1), add(2)]
+    let [a, b, c] = [d[3 * k], d[3 * k + 1], d[3 * k + 2]];
+    // Not by a closure: it would be compiled for the oldest processor.
+    [a[0] + b[0] + c[0], a[1] + b[1] + c[1], a[2] + b[2] + c[2]]
 }
 
 /// A constant stress per triangle, gathered from the mesh.

@@ -12,7 +12,7 @@
 //! is a weighted mean. This needs no matrix and no rank decision.
 
 use crate::shared::Shared;
-use crate::star::{Spoke, Star};
+use crate::star::{Spoke, Star, StarList};
 use fem_core::body::{Body, EdgeCondition, EdgeReaction};
 use fem_core::geometry::{Vector, cross, perpendicular};
 use fem_core::mesh::id::NodeId;
@@ -63,7 +63,7 @@ struct Recovery<'a> {
 /// What the moments about a vertex are computed from, reused for the next vertex.
 #[derive(Default)]
 struct Work {
-    star: Star,
+    stars: StarList,
     /// The other end of each spoke, m.
     ends: Vec<Vector>,
     /// The stress of each triangle, Pa.
@@ -74,9 +74,11 @@ struct Work {
 
 impl Work {
     fn gather(&mut self, recovery: &Recovery<'_>, node: NodeId) {
-        let Self { star, ends, stress, .. } = self;
+        let Self { stars, ends, stress, .. } = self;
         let mesh = recovery.body.mesh();
-        star.walk(mesh, node);
+        stars.clear();
+        stars.walk(mesh, node);
+        let star = stars.get(0);
         ends.clear();
         ends.extend(star.spokes.iter().map(|spoke| mesh.points()[spoke.ring]));
         stress.clear();
@@ -90,7 +92,7 @@ impl Recovery<'_> {
         work.gather(self, node);
         self.differences(node, work);
         let mean = self.mean(node, work);
-        let Work { star, relative, .. } = work;
+        let (star, relative) = (work.stars.get(0), &work.relative);
         let first = if star.is_closed() { mean } else { self.fit_ends(star, relative, mean) };
         for (spoke, relative) in star.spokes.iter().zip(relative) {
             let after = first + *relative;
@@ -105,7 +107,7 @@ impl Recovery<'_> {
 
     /// Moment `c_{j+1} = c_j − Q_j` on each spoke, acting on the triangle after it, relative to the first.
     fn differences(&self, node: NodeId, work: &mut Work) {
-        let Work { star, ends, stress, relative } = work;
+        let Work { stars, ends, stress, relative } = work;
         let (own, body_force) = (self.body.mesh().points()[node], self.body.body_force());
         relative.clear();
         let mut c = Vector::zeros();
@@ -118,15 +120,15 @@ impl Recovery<'_> {
             c -= internal - load;
             relative.push(c);
         }
-        relative.truncate(star.spokes.len());
+        relative.truncate(stars.get(0).spokes.len());
     }
 
     /// The first moment for which all moments are closest to the average FE tractions, without conditions at the ends.
     fn mean(&self, node: NodeId, work: &Work) -> Vector {
-        let Work { star, ends, stress, relative } = work;
+        let Work { stars, ends, stress, relative } = work;
         let own = self.body.mesh().points()[node];
         let (mut sum, mut weights) = (Vector::zeros(), 0.0);
-        let mut before = if star.is_closed() { stress.last() } else { None };
+        let mut before = if stars.get(0).is_closed() { stress.last() } else { None };
         for (j, (end, relative)) in ends.iter().zip(relative).enumerate() {
             let along = end - own;
             let after = stress.get(j);
@@ -148,7 +150,7 @@ impl Recovery<'_> {
     }
 
     /// Changes the mean so that it satisfies the conditions on the two boundary edges of an open star.
-    fn fit_ends(&self, star: &Star, relative: &[Vector], mean: Vector) -> Vector {
+    fn fit_ends(&self, star: Star<'_>, relative: &[Vector], mean: Vector) -> Vector {
         let last = star.spokes.len() - 1;
         let mut given: Vec<(Vector, f64)> = Vec::with_capacity(4);
         for (spoke, sign) in [(0, 1.0), (last, -1.0)] {

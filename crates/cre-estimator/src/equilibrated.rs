@@ -37,7 +37,8 @@ impl EquilibratedStress {
             let at = |near: Vector, far: Vector| 4.0 * near - 2.0 * far;
             let sign = if topology.edge_triangles()[edge][0] as usize == triangle { 1.0 } else { -1.0 };
             let ends = [sign * at(a, b), sign * at(b, a)];
-            *loads = if topology.edges()[edge][0] == corners[k] { ends } else { [ends[1], ends[0]] };
+            // An edge begins at its smaller node.
+            *loads = if corners[k] < corners[(k + 1) % 3] { ends } else { [ends[1], ends[0]] };
         }
         loads
     }

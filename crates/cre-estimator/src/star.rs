@@ -1,4 +1,4 @@
-//! The star of a vertex: its triangles and the edges between them, in order.
+//! Stars of vertices: their triangles and the edges between them, in order.
 
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::id::{EdgeId, NodeId};
@@ -6,10 +6,19 @@ use fem_core::mesh::topology::NONE;
 
 /// The star of a vertex, counter-clockwise: spoke `j` comes before triangle `j`. An open star begins and ends
 /// at a boundary edge and has one spoke more than triangles.
+#[derive(Clone, Copy)]
+pub(crate) struct Star<'a> {
+    pub(crate) triangles: &'a [Sector],
+    pub(crate) spokes: &'a [Spoke],
+}
+
+/// The stars of some vertices, one after another.
 #[derive(Default)]
-pub(crate) struct Star {
-    pub(crate) triangles: Vec<Sector>,
-    pub(crate) spokes: Vec<Spoke>,
+pub(crate) struct StarList {
+    triangles: Vec<Sector>,
+    spokes: Vec<Spoke>,
+    /// The ends of each star's triangles and spokes.
+    ends: Vec<[usize; 2]>,
 }
 
 /// A triangle of a star.
@@ -32,30 +41,54 @@ pub(crate) struct Spoke {
     pub(crate) is_before_first: bool,
 }
 
-impl Star {
-    /// Collects the star of a vertex.
+impl Star<'_> {
+    /// Tells whether the vertex lies inside the mesh.
+    pub(crate) fn is_closed(&self) -> bool {
+        self.spokes.len() == self.triangles.len()
+    }
+}
+
+impl StarList {
+    pub(crate) fn clear(&mut self) {
+        self.triangles.clear();
+        self.spokes.clear();
+        self.ends.clear();
+    }
+
+    fn starts(&self, k: usize) -> [usize; 2] {
+        k.checked_sub(1).map_or([0; 2], |before| self.ends[before])
+    }
+
+    /// Returns a star by its number.
+    pub(crate) fn get(&self, k: usize) -> Star<'_> {
+        let ([triangle, spoke], [last_triangle, last_spoke]) = (self.starts(k), self.ends[k]);
+        Star { triangles: &self.triangles[triangle..last_triangle], spokes: &self.spokes[spoke..last_spoke] }
+    }
+
+    /// Appends the star of a vertex.
     pub(crate) fn walk(&mut self, mesh: &TriMesh, node: NodeId) {
         let topology = mesh.topology();
         let around = topology.triangles_around(node);
-        if self.follow(mesh, node, around[0]) {
-            return;
+        if !self.follow(mesh, node, around[0]) {
+            // An open star begins at the boundary.
+            let begins = |t: &u32| {
+                let k = corner(&mesh.triangles()[*t as usize], *t, node);
+                topology.is_boundary(topology.triangle_edges()[*t as usize][k])
+            };
+            if let Some(start) = around.iter().copied().find(begins) {
+                self.follow(mesh, node, start);
+            }
         }
-        // An open star begins at the boundary.
-        let begins = |t: &u32| {
-            let k = corner(&mesh.triangles()[*t as usize], *t, node);
-            topology.is_boundary(topology.triangle_edges()[*t as usize][k])
-        };
-        if let Some(start) = around.iter().copied().find(begins) {
-            self.follow(mesh, node, start);
-        }
+        self.ends.push([self.triangles.len(), self.spokes.len()]);
     }
 
     /// Follows the triangles around a vertex from one of them on. Returns whether they lead back to it.
     fn follow(&mut self, mesh: &TriMesh, node: NodeId, start: u32) -> bool {
-        let Self { triangles, spokes } = self;
+        let [triangle, spoke] = self.starts(self.ends.len());
+        let Self { triangles, spokes, .. } = self;
         let topology = mesh.topology();
-        triangles.clear();
-        spokes.clear();
+        triangles.truncate(triangle);
+        spokes.truncate(spoke);
         let mut current = start;
         let mut is_before_first = true;
         loop {
@@ -73,15 +106,10 @@ impl Star {
                 return false;
             }
             if current == start {
-                spokes[0].is_before_first = is_before_first;
+                spokes[spoke].is_before_first = is_before_first;
                 return true;
             }
         }
-    }
-
-    /// Tells whether the vertex lies inside the mesh.
-    pub(crate) fn is_closed(&self) -> bool {
-        self.spokes.len() == self.triangles.len()
     }
 }
 

@@ -8,9 +8,9 @@
 //! follows from the edge moments of `R∇φ` by the same matrix as any other stress.
 
 use super::space::Space;
-use crate::cells::{Cells, Compliance, dyads, set_compliance};
+use crate::cells::{Cells, Compliance, Geometry, dyads};
 use crate::johnson_mercier;
-use crate::lanes::{Lanes, Pair, Row, Tensor, contract, cross, dot, less, load_pair, turned};
+use crate::lanes::{Lanes, MOST_LANES, Pair, Row, Tensor, contract, cross, dot, less, load_pair, turned};
 use pulp::Simd;
 use std::sync::OnceLock;
 
@@ -109,32 +109,33 @@ const LOADS: [[(usize, f64); 3]; 12] = {
     loads
 };
 
-/// Some triangles, gathered from a mesh: their edges and material, and how the space restricts their unknowns.
+/// How the space restricts the unknowns of some triangles.
 #[derive(Default)]
 pub(super) struct Gathered {
-    /// From corner 0 to corners 1 and 2, m.
-    edges: [[Row; 2]; 2],
-    compliance: [Row; 6],
     /// Per edge: [`Space::restriction`].
     restrictions: [[Row; 2]; 3],
     /// Per corner: the basis of its node.
     values: [Row; 3],
     slopes: [[[Row; 2]; 2]; 3],
+    /// Whether all corners of the triangle in the lane are in the interior: they have the same basis.
+    are_interior: [bool; MOST_LANES],
 }
 
 impl Gathered {
     #[inline(always)]
     pub(super) fn set(&mut self, lane: usize, space: &Space<'_>, triangle: usize) {
         let mesh = space.body().mesh();
-        let corners = mesh.corners(triangle);
-        for (rows, edge) in self.edges.iter_mut().zip([corners[1] - corners[0], corners[2] - corners[0]]) {
-            (rows[0][lane], rows[1][lane]) = (edge[0], edge[1]);
-        }
-        set_compliance(&mut self.compliance, lane, space.body().material(triangle));
         let (nodes, edges) = (mesh.triangles()[triangle], mesh.topology().triangle_edges()[triangle]);
+        for (rows, edge) in self.restrictions.iter_mut().zip(edges) {
+            let restriction = space.restriction(edge, triangle);
+            (rows[0][lane], rows[1][lane]) = (restriction[0], restriction[1]);
+        }
+        let before = self.are_interior[lane];
+        self.are_interior[lane] = nodes.iter().all(|&n| space.is_interior(n));
+        if before && self.are_interior[lane] {
+            return;
+        }
         for k in 0..3 {
-            let restriction = space.restriction(edges[k], triangle);
-            (self.restrictions[k][0][lane], self.restrictions[k][1][lane]) = (restriction[0], restriction[1]);
             let basis = space.node(nodes[k].index());
             self.values[k][lane] = basis.value;
             for (rows, slope) in self.slopes[k].iter_mut().zip(basis.slopes) {
@@ -164,9 +165,9 @@ pub(super) struct Map<S: Simd> {
 
 impl<S: Simd> Map<S> {
     #[inline(always)]
-    pub(super) fn new(simd: S, gathered: &Gathered, length: f64) -> Self {
+    pub(super) fn new(simd: S, geometry: &Geometry, gathered: &Gathered, length: f64) -> Self {
         let zero = Lanes::splat(simd, 0.0);
-        let [a, b] = [0, 1].map(|e: usize| load_pair(simd, &gathered.edges[e]));
+        let [a, b] = geometry.edges(simd);
         let rows = |v: Pair<S>| -> Pair<S> { [dot(a, v), dot(b, v)] };
         let sides = [a, less(b, a), [zero - b[0], zero - b[1]]];
         let inverse_length = 1.0 / length;
@@ -185,7 +186,7 @@ impl<S: Simd> Map<S> {
                 slopes[k][m] = rows(load_pair(simd, &gathered.slopes[k][m]));
             }
         }
-        let compliance = Compliance::load(simd, &gathered.compliance);
+        let compliance = geometry.compliance(simd);
         Self { along, across, values, slopes, edges: [a, b], compliance }
     }
 

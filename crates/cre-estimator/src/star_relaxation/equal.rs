@@ -2,7 +2,7 @@
 
 use super::form::{Form, forms};
 use super::space::Space;
-use crate::star::{Sector, Star};
+use crate::star::{Sector, Star, StarList};
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::id::NodeId;
 use std::ops::Range;
@@ -135,7 +135,7 @@ impl Forms {
 #[derive(Default)]
 pub(super) struct Walks {
     first: usize,
-    stars: Vec<Star>,
+    stars: StarList,
     /// Of each star: the first one that equals it; `None` if too few do.
     equal: Vec<Option<u32>>,
     counts: Vec<u32>,
@@ -152,16 +152,16 @@ impl Walks {
         *first = nodes.start;
         words.clear();
         ends.clear();
-        stars.resize_with(nodes.len(), Star::default);
+        stars.clear();
         equal.clear();
         counts.clear();
         counts.resize(nodes.len(), 0);
         table.clear();
         for (k, n) in nodes.clone().map(NodeId::new).enumerate() {
-            stars[k].walk(mesh, n);
+            stars.walk(mesh, n);
             let start = words.len();
             let word = |of: &Sector| 4 * u64::from(forms.place(of.triangle)) + u64::from(of.corner);
-            words.extend(stars[k].triangles.iter().map(word));
+            words.extend(stars.get(k).triangles.iter().map(word));
             ends.push(words.len());
             let of = |k: usize| &words[if k > 0 { ends[k - 1] } else { 0 }..ends[k]];
             let own = &words[start..];
@@ -175,8 +175,8 @@ impl Walks {
     }
 
     /// Returns the star of a vertex.
-    pub(super) fn star(&self, node: usize) -> &Star {
-        &self.stars[node - self.first]
+    pub(super) fn star(&self, node: usize) -> Star<'_> {
+        self.stars.get(node - self.first)
     }
 
     /// Finds the first vertex whose star has the same coefficients, if enough others do.

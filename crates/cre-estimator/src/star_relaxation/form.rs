@@ -2,6 +2,7 @@
 
 use super::airy::{Gathered, Map, PACKED, PLACES, UNKNOWNS, reference};
 use super::space::Space;
+use crate::cells::Geometry;
 use crate::lanes::{Lanes, MOST_LANES};
 use pulp::Simd;
 
@@ -27,13 +28,14 @@ impl pulp::WithSimd for Computation<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { space, triangles, unit, forms } = self;
-        let mut gathered = Gathered::default();
+        let (mut geometry, mut gathered) = (Geometry::default(), Gathered::default());
         let mut rows = [[0.0; MOST_LANES]; PACKED];
         for (triangles, forms) in triangles.chunks(S::F64_LANES).zip(forms.chunks_mut(S::F64_LANES)) {
             for (lane, &t) in triangles.iter().enumerate() {
+                geometry.set(lane, space.body(), t as usize);
                 gathered.set(lane, space, t as usize);
             }
-            let map = Map::new(simd, &gathered, space.length());
+            let map = Map::new(simd, &geometry, &gathered, space.length());
             let lanes = form(simd, &map, 1.0 / unit);
             for (row, lanes) in rows.iter_mut().zip(lanes) {
                 lanes.store(row);

@@ -49,10 +49,10 @@ impl Open {
     }
 
     /// Puts a star in the next lane: its vertex and the unknowns around it.
-    pub(super) fn enter(&mut self, space: &Space<'_>, node: NodeId, star: &Star) {
+    pub(super) fn enter(&mut self, space: &Space<'_>, node: NodeId, star: Star<'_>) {
         let lane = self.stars;
         self.nodes[lane] = node;
-        for (j, (spoke, of)) in self.spokes.iter_mut().zip(&star.spokes).enumerate() {
+        for (j, (spoke, of)) in self.spokes.iter_mut().zip(star.spokes).enumerate() {
             // The last spoke of an open star has no triangle after it: its coupling with the rim is zero.
             let rim = star.triangles.get(j).map_or(of.edge, |sector| sector.rim);
             spoke.own[lane] = space.edge_unknown(of.edge) as u32;
@@ -63,7 +63,7 @@ impl Open {
     }
 
     /// Assembles the coefficients of the star entered last from the forms of its triangles.
-    pub(super) fn assemble(&mut self, star: &Star, forms: &Forms) {
+    pub(super) fn assemble(&mut self, star: Star<'_>, forms: &Forms) {
         let Self { outer, inner, .. } = self;
         let lane = self.stars - 1;
         for row in outer.as_flattened_mut().iter_mut().chain(inner.iter_mut()) {
