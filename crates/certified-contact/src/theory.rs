@@ -155,7 +155,7 @@
 //! ```
 //! | formula | where |
 //! |---|---|
-//! | (27) | [`Estimate`](cre_estimator::Estimate), `round_off`; [`residual::of_stress`](fem_core::residual::of_stress), [`CondensedBody::residual_energy`](fem_core::condensation::CondensedBody::residual_energy), [`CondensedBody::refine`](fem_core::condensation::CondensedBody::refine) |
+//! | (27) | [`Estimate`](cre_estimator::Estimate), `round_off`; [`residual::of_stress`](fem_core::residual::of_stress), [`CondensedBody::residual_energies`](fem_core::condensation::CondensedBody::residual_energies), [`CondensedBody::refine`](fem_core::condensation::CondensedBody::refine) |
 //! | (28) | [`solve`](crate::solve()), after the iteration |
 //! | (29) | [`Indicators::eta_nndd`](cre_estimator::Indicators::eta_nndd) |
 //!

@@ -5,7 +5,7 @@ use crate::balance;
 use crate::check::{Admissibility, check_and_measure};
 use crate::cre::Cre;
 use crate::error::EstimatorError;
-use crate::indicators::{eta_dis, eta_nndd_squared};
+use crate::indicators::{eta_dis, eta_nndd_squared, state_residuals};
 use crate::openings;
 use crate::parts::{Parts, parts};
 use crate::relaxed::{KeptStars, pair_and_frozen};
@@ -13,11 +13,13 @@ use crate::round_off::{self, Noise};
 use crate::size::{larger, largest_of};
 use crate::star_relaxation::{Relaxation, bytes_of_stars};
 use fem_core::body::Body;
+use fem_core::condensation::CondensedBody;
 use fem_core::interface::{ContactProblem, ContactState, PairState};
 use fem_core::norm::{from_squared, sum_over_triangles};
 use fem_core::prepared::PreparedProblem;
 use fem_core::room::has_room_for;
 use fem_core::tensor::SymTensor2;
+use rayon::prelude::*;
 
 /// Rounding is relative to squares above this, and a product of two of their roundings does not underflow.
 const SMALLEST_SQUARE: f64 = 1e-250;
@@ -188,10 +190,14 @@ impl<'a> Estimator<'a> {
         let allowance = |residuals: &[f64]| {
             round_off::allowance(problem, &pair, energy, model.iter().copied().zip(residuals))
         };
+        let Energies { residuals, frozen, state: of_state } = Energies::new(
+            prepared,
+            residuals,
+            dis.residuals,
+            state_residuals(prepared, state, balanced, accuracy),
+        );
         let round_off = allowance(&residuals);
-        let frozen: Vec<f64> =
-            dis.residuals.iter().zip(&residuals).map(|(own, all)| own.unwrap_or(*all)).collect();
-        let [imbalance, rounding] = eta_nndd_squared(prepared, state, balanced, accuracy);
+        let [imbalance, rounding] = eta_nndd_squared(prepared, state, balanced, of_state);
         // The rounding on the interface itself cannot be seen: the rounding elsewhere is added once more for it.
         let mut eta_nndd = (1.0 + ROUNDING_OF_A_SUM) * (imbalance + rounding).sqrt() + rounding.sqrt();
         let mut eta_dis = from_squared(dis.squared) + allowance(&frozen);
@@ -223,6 +229,39 @@ impl<'a> Estimator<'a> {
             coulomb,
         };
         Ok(Measured { estimate, residual })
+    }
+}
+
+/// Energies `R·K⁻¹ R` of residuals.
+struct Energies {
+    /// `√(R·K⁻¹ R)` of the stress of the bound in each body.
+    residuals: Vec<f64>,
+    /// The same of the stress of `η_dis`.
+    frozen: Vec<f64>,
+    /// Of the given displacements of all bodies together, J/m: interior and interface.
+    state: [f64; 2],
+}
+
+impl Energies {
+    /// Computes them from the residuals of each body, with one substitution for all of a body.
+    ///
+    /// * `frozen`: `None` in bodies where the stress of the bound is that of `η_dis`.
+    fn new(
+        prepared: &PreparedProblem,
+        stress: Vec<Vec<f64>>,
+        frozen: Vec<Option<Vec<f64>>>,
+        state: Vec<Vec<f64>>,
+    ) -> Self {
+        let all: Vec<_> = stress.into_iter().zip(state).zip(frozen).collect();
+        let of_body = |(body, ((stress, state), frozen)): (&CondensedBody, ((_, _), Option<_>))| {
+            body.residual_energies([stress, state].into_iter().chain(frozen).collect())
+        };
+        let all: Vec<Vec<[f64; 2]>> = prepared.bodies().par_iter().zip(all).with_max_len(1).map(of_body).collect();
+        let residuals: Vec<f64> = all.iter().map(|of| of[0].iter().sum::<f64>().sqrt()).collect();
+        // In the stress for a frozen λ, the interface has reactions.
+        let frozen = |(of, bound): (&Vec<[f64; 2]>, &f64)| of.get(2).map_or(*bound, |[interior, _]| interior.sqrt());
+        let sum = |part: usize| all.iter().map(|of| of[1][part]).sum();
+        Self { frozen: all.iter().zip(&residuals).map(frozen).collect(), state: [sum(0), sum(1)], residuals }
     }
 }
 

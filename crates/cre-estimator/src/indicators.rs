@@ -6,7 +6,7 @@ use crate::check::{Admissibility, check_stress_and_measure};
 use crate::cre::{Cre, of_cells};
 use crate::equilibrated::EquilibratedStress;
 use crate::relaxed::{FrozenStresses, freezes_lambda, frozen_stress};
-use crate::round_off::{Noise, less, less_rough, stress_energy};
+use crate::round_off::{Noise, less, less_rough, stress_residual};
 use crate::star_relaxation::Relaxation;
 use fem_core::each_body;
 use fem_core::field;
@@ -23,8 +23,8 @@ pub(crate) struct EtaDis {
     pub(crate) squared: f64,
     /// Residuals of its own stress; zero if that is the stress of the bound.
     pub(crate) admissibility: Admissibility,
-    /// `√(Rᵀ K⁻¹ R)` of its stress in each body; `None` if that is the stress of the bound.
-    pub(crate) residuals: Vec<Option<f64>>,
+    /// The residual of its stress in each body, [`stress_residual`]; `None` if that is the stress of the bound.
+    pub(crate) residuals: Vec<Option<Vec<f64>>>,
 }
 
 /// Computes `η_dis,p²`, J/m: the constitutive relation error of the second reference problem, λ_p frozen,
@@ -95,8 +95,8 @@ struct Frozen {
     /// `‖τ − σ(u)‖²` of this body, J/m.
     squared: f64,
     admissibility: Admissibility,
-    /// `√(Rᵀ K⁻¹ R)` of the stress.
-    residual: f64,
+    /// [`stress_residual`].
+    residual: Vec<f64>,
 }
 
 /// Measures the stress of a body for a frozen λ.
@@ -111,29 +111,19 @@ fn measure(
     let displaced = (fields.displacement.as_slice(), noise);
     let (admissibility, cells) = check_stress_and_measure(body, displaced, stress, (against, Some(accuracy)));
     let squared = of_cells(&cells.distances[0]);
-    let [interior, _] = stress_energy(body, condensed, (&cells, accuracy), &[]);
-    Frozen { squared, admissibility, residual: interior.sqrt() }
+    let residual = stress_residual(body, condensed, (&cells, accuracy), &[]);
+    Frozen { squared, admissibility, residual }
 }
 
-/// Computes the distance of a state from the solution of the discrete problem, split into iteration and rounding.
-/// ```math
-/// η_NNDD² = ∑_α R^α·K_α⁻¹ R^α + 2 ∑_i r_i o_i ≥ ‖u_h − u_p‖²,   R^α = K_α u^α_p − f^α ± r n
-/// ```
-/// It is the constitutive relation error of the discrete problem: `u^α_p − K⁻¹R^α` is in FE equilibrium with the forces `r`. In
-/// exact arithmetic `R` vanishes except for the imbalance at the interface of Ω₁, and this is (22). It includes the
-/// rounding of the displacements.
-///
-/// Friction adds `2 Σ (S|w| − Q w)`, with `|Q| ≤ S` and the given slip `w`.
+/// Computes the residuals of which `η_NNDD` consists, `R^α = K_α u^α_p − f^α ± r n` along the unknowns of each body, N/m.
 ///
 /// * `balanced`: the forces `r` by row, in balance with the loads of floating bodies, N/m.
-///
-/// Returns the squares, J/m: the part on the interface, and the remainder, which is rounding.
-pub(crate) fn eta_nndd_squared(
+pub(crate) fn state_residuals(
     prepared: &PreparedProblem,
     state: &ContactState<'_>,
     balanced: &[Vec<f64>],
     accuracy: Accuracy,
-) -> [f64; 2] {
+) -> Vec<Vec<f64>> {
     let (problem, bodies) = (prepared.problem(), prepared.bodies());
     let nodal_forces = |(pair, forces): (&ContactPair, &Vec<f64>)| -> Vec<Vector> {
         let mut sums = vec![Vector::zeros(); pair.interface.pairs().len()];
@@ -146,18 +136,35 @@ pub(crate) fn eta_nndd_squared(
         let forces = on_body(problem, b, |k| &forces[k]);
         match accuracy {
             Accuracy::Double => {
-                bodies[b].rough_residual_energy(&less_rough(field::nodal_residual(body, u), &forces))
+                bodies[b].rough_along_unknowns(&less_rough(field::nodal_residual(body, u), &forces))
             }
             Accuracy::Refined => {
-                bodies[b].residual_energy(&less(residual::of_displacement(body, u), &forces))
+                bodies[b].along_unknowns(&less(residual::of_displacement(body, u), &forces))
             }
         }
     };
-    let [mut interior, mut interface] = [0.0; 2];
-    for [i, c] in each_body(problem.bodies.len(), of_body) {
-        interior += i;
-        interface += c;
-    }
+    each_body(problem.bodies.len(), of_body)
+}
+
+/// Computes the distance of a state from the solution of the discrete problem, split into iteration and rounding.
+/// ```math
+/// η_NNDD² = ∑_α R^α·K_α⁻¹ R^α + 2 ∑_i r_i o_i ≥ ‖u_h − u_p‖²
+/// ```
+/// It is the constitutive relation error of the discrete problem: `u^α_p − K⁻¹R^α` is in FE equilibrium with the forces `r`. In
+/// exact arithmetic `R` vanishes except for the imbalance at the interface of Ω₁, and this is (22). It includes the
+/// rounding of the displacements.
+///
+/// Friction adds `2 Σ (S|w| − Q w)`, with `|Q| ≤ S` and the given slip `w`.
+///
+/// * `energies`: `R·K⁻¹ R` of [`state_residuals`] of all bodies, J/m: the interior, and the interface.
+///
+/// Returns the squares, J/m: the part on the interface, and the remainder, which is rounding.
+pub(crate) fn eta_nndd_squared(
+    prepared: &PreparedProblem,
+    state: &ContactState<'_>,
+    balanced: &[Vec<f64>],
+    [interior, interface]: [f64; 2],
+) -> [f64; 2] {
     let pairs =
         state.contacts.iter().zip(balanced).flat_map(|(pair, forces)| forces.iter().zip(pair.opening));
     let work: f64 = pairs.map(|(r, o)| (r * o).max(0.0)).sum();

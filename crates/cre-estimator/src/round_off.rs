@@ -132,40 +132,39 @@ impl Shape {
 /// jumps of the stress between the nodes are not included.
 const MARGIN: f64 = 2.0;
 
-/// Computes `√(Rᵀ K⁻¹ R)` of the equilibrated stress of each body, square root of J/m: the energy norm of the
-/// residual of its FE equilibrium, of which the bound gets `2 √(Rᵀ K⁻¹ R)` (27).
-///
-/// `R_i = ∫ τ : ε(φ_i) − f(φ_i)` is evaluated from the stress itself, as computed: in double-double numbers if the solves were
-/// refined, and before that in double precision, whose own rounding makes it larger.
+/// Computes the residual of the FE equilibrium of each body's equilibrated stress, along its unknowns, N/m. The bound gets `2 √(Rᵀ K⁻¹ R)` of
+/// it (27), square root of J/m.
 pub(crate) fn residuals(
     prepared: &PreparedProblem,
     pair: &AdmissiblePair,
     cells: &[CellMeasures],
     accuracy: Accuracy,
-) -> Vec<f64> {
+) -> Vec<Vec<f64>> {
     let (problem, bodies) = (prepared.problem(), prepared.bodies());
     let of_body = |b: usize| {
         let forces = pressure_forces(problem, b, &pair.contacts);
-        stress_energy(&problem.bodies[b], &bodies[b], (&cells[b], accuracy), &forces).iter().sum::<f64>().sqrt()
+        stress_residual(&problem.bodies[b], &bodies[b], (&cells[b], accuracy), &forces)
     };
     each_body(problem.bodies.len(), of_body)
 }
 
-/// Computes `Rᵀ K⁻¹ R` of a measured stress under the body's loads and further nodal forces, see [`CondensedBody::residual_energy`].
-pub(crate) fn stress_energy(
+/// Computes `R_i = ∫ τ : ε(φ_i) − f(φ_i)` of a measured stress under the body's loads and further nodal forces, along the unknowns, N/m: from the
+/// stress itself, in double-double numbers if the solves were refined, and before that in double precision, whose own rounding
+/// makes it larger.
+pub(crate) fn stress_residual(
     body: &Body,
     condensed: &CondensedBody,
     (cells, accuracy): (&CellMeasures, Accuracy),
     forces: &[(NodeId, Vector)],
-) -> [f64; 2] {
+) -> Vec<f64> {
     match accuracy {
         Accuracy::Double => {
             let residual = field::stress_residual(body, &cells.mean);
-            condensed.rough_residual_energy(&less_rough(residual, forces))
+            condensed.rough_along_unknowns(&less_rough(residual, forces))
         }
         Accuracy::Refined => {
             let residual = residual::of_stress(body, &cells.exact_mean);
-            condensed.residual_energy(&less(residual, forces))
+            condensed.along_unknowns(&less(residual, forces))
         }
     }
 }
@@ -197,7 +196,7 @@ pub(crate) fn model(noise: &[Noise], pair: &AdmissiblePair) -> Vec<f64> {
 /// than the tolerance of the checks.
 ///
 /// * `energy`: of all bodies, J/m.
-/// * `noise`: for each body [`model`] and [`residuals`]. The larger one is used.
+/// * `noise`: for each body [`model`] and `√(Rᵀ K⁻¹ R)` of [`residuals`]. The larger one is used.
 pub(crate) fn allowance<'a>(
     problem: &ContactProblem,
     pair: &AdmissiblePair,

@@ -116,7 +116,15 @@ impl Cholesky {
     /// # Panics
     /// If `x` is shorter than the dimension.
     pub fn forward(&self, x: &mut [f64]) {
-        pulp::Arch::new().dispatch(substitution::Forward { factor: self, x });
+        self.forward_all(&mut [x]);
+    }
+
+    /// [`Self::forward`] for several right-hand sides: it reads the factor once.
+    ///
+    /// # Panics
+    /// If a column is shorter than the dimension.
+    pub fn forward_all(&self, columns: &mut [&mut [f64]]) {
+        pulp::Arch::new().dispatch(substitution::Forward { factor: self, columns });
     }
 
     /// Solves `Lᵀ x = y` in place, with the last `given` entries of `x` already known: then the leading

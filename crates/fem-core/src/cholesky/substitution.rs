@@ -7,32 +7,38 @@ use pulp::Simd;
 /// Unknowns of a front that are solved for one by one. The others' parts are subtracted before, by scalar products.
 const GROUP: usize = 8;
 
-/// Solves `L y = x`.
-pub(super) struct Forward<'a> {
+/// Solves `L y = x` for every column `x`.
+pub(super) struct Forward<'a, 'x> {
     pub(super) factor: &'a Cholesky,
-    pub(super) x: &'a mut [f64],
+    pub(super) columns: &'a mut [&'x mut [f64]],
 }
 
-impl pulp::NullaryFnOnce for Forward<'_> {
+impl pulp::NullaryFnOnce for Forward<'_, '_> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
-        let Self { factor, x } = self;
-        let mut tail = Vec::new();
+        let Self { factor, columns } = self;
+        let mut tails = vec![Vec::new(); columns.len()];
         for panel in factor.panels() {
-            tail.clear();
-            tail.resize(panel.below.len(), 0.0);
-            let own = &mut x[panel.first..panel.first + panel.width];
+            for tail in &mut tails {
+                tail.clear();
+                tail.resize(panel.below.len(), 0.0);
+            }
             for k in 0..panel.width {
                 let (pivot, inside, below) = panel.column(k);
-                let value = own[k] / pivot;
-                own[k] = value;
-                own[k + 1..].iter_mut().zip(inside).for_each(|(x, l)| *x -= l * value);
-                tail.iter_mut().zip(below).for_each(|(t, l)| *t += l * value);
+                for (x, tail) in columns.iter_mut().zip(&mut tails) {
+                    let own = &mut x[panel.first..panel.first + panel.width];
+                    let value = own[k] / pivot;
+                    own[k] = value;
+                    own[k + 1..].iter_mut().zip(inside).for_each(|(x, l)| *x -= l * value);
+                    tail.iter_mut().zip(below).for_each(|(t, l)| *t += l * value);
+                }
             }
-            for (&row, t) in panel.below.iter().zip(&tail) {
-                x[row as usize] -= t;
+            for (x, tail) in columns.iter_mut().zip(&tails) {
+                for (&row, t) in panel.below.iter().zip(tail) {
+                    x[row as usize] -= t;
+                }
             }
         }
     }

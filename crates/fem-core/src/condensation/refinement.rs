@@ -13,17 +13,26 @@ const WORTHWHILE: f64 = 0.7;
 const MOST_REFINEMENTS: usize = 40;
 
 impl CondensedBody {
-    /// Computes `Rᵀ K⁻¹ R`, J/m, of a residual by one forward solve: the energy of the displacement under these forces, in two
-    /// parts. The first one is that of the other unknowns with fixed interface normals, the second the contribution
-    /// of the interface.
+    /// Computes `Rᵀ K⁻¹ R`, J/m, of some residuals by one forward solve, which reads the factor once: the energy of the displacement under
+    /// these forces, in two parts. The first one is that of the other unknowns with fixed interface normals, the second the
+    /// contribution of the interface.
     ///
-    /// * `residual`: by node, Cartesian, N/m.
-    pub fn residual_energy(&self, residual: &[PreciseVector]) -> [f64; 2] {
-        self.energy_of(self.along_unknowns(residual))
+    /// * `residuals`: along the unknowns, see [`Self::along_unknowns`], N/m.
+    ///
+    /// # Panics
+    /// If a residual is shorter than the number of unknowns.
+    pub fn residual_energies(&self, mut residuals: Vec<Vec<f64>>) -> Vec<[f64; 2]> {
+        let mut columns: Vec<&mut [f64]> = residuals.iter_mut().map(Vec::as_mut_slice).collect();
+        self.factor.forward_all(&mut columns);
+        let energies = |y: Vec<f64>| {
+            let (interior, interface) = y.split_at(y.len() - self.len());
+            [interior, interface].map(|y| y.iter().map(|y| y * y).sum())
+        };
+        residuals.into_iter().map(energies).collect()
     }
 
-    /// [`Self::residual_energy`] of a residual in double precision, including its own rounding.
-    pub fn rough_residual_energy(&self, residual: &[Vector]) -> [f64; 2] {
+    /// [`Self::along_unknowns`] of forces in double precision.
+    pub fn rough_along_unknowns(&self, residual: &[Vector]) -> Vec<f64> {
         let along = |j: usize| {
             if self.dofs.is_rigid(j) {
                 return self.dofs.moved(j).map(|(node, per_unit)| residual[node].dot(&per_unit)).sum();
@@ -31,13 +40,7 @@ impl CondensedBody {
             let (node, c) = self.dofs.unknown(j);
             residual[node].dot(&self.dofs.axis(node, c))
         };
-        self.energy_of((0..self.dofs.len()).map(along).collect())
-    }
-
-    fn energy_of(&self, mut y: Vec<f64>) -> [f64; 2] {
-        self.factor.forward(&mut y);
-        let (interior, interface) = y.split_at(y.len() - self.len());
-        [interior, interface].map(|y| y.iter().map(|y| y * y).sum())
+        (0..self.dofs.len()).map(along).collect()
     }
 
     /// Corrects a displacement by the residual of its equilibrium until the residual stops falling: iterative
@@ -114,7 +117,10 @@ impl CondensedBody {
         std::mem::replace(&mut self.condensed_load, load)
     }
 
-    fn along_unknowns(&self, residual: &[PreciseVector]) -> Vec<f64> {
+    /// Computes the parts of nodal forces along the unknowns, N/m.
+    ///
+    /// * `residual`: by node, Cartesian, N/m.
+    pub fn along_unknowns(&self, residual: &[PreciseVector]) -> Vec<f64> {
         (0..self.dofs.len()).map(|j| self.along_unknown(residual, j)).collect()
     }
 
