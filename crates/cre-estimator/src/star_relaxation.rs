@@ -219,6 +219,9 @@ impl<'a> StarRelaxation<'a> {
         let (r, [energy, of_elements]) = self.residual(stress);
         let mut report = RelaxationReport { energy_history: vec![energy], ..RelaxationReport::default() };
         let floor = ROUND_OFF * (energy + of_elements);
+        // Energies and gradients are divided by it.
+        let unit = self.stars.unit();
+        r.update(|_, r| r / unit);
         let unknowns = self.space.len();
         let [x, z, p] = std::array::from_fn(|_| Shared::zeros(unknowns));
         // Preconditioned conjugate gradients for A x = r.
@@ -227,7 +230,7 @@ impl<'a> StarRelaxation<'a> {
         let mut calm = 0;
         while report.steps < relaxation.max_steps() {
             self.stars.precondition(&r, &z);
-            let next = r.dot(&z);
+            let next = unit * r.dot(&z);
             // Also if it is NaN.
             if !(next > floor) {
                 report.stationary = true;
@@ -238,7 +241,7 @@ impl<'a> StarRelaxation<'a> {
             descent = next;
             // z is no longer needed: its memory takes A p.
             self.stars.multiply(&p, &z);
-            let alpha = descent / p.dot(&z);
+            let alpha = descent / (unit * p.dot(&z));
             if !(alpha > 0.0 && alpha.is_finite()) {
                 report.stationary = true;
                 break;

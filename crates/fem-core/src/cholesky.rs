@@ -60,6 +60,7 @@ struct Panel<'a> {
 
 impl<'a> Panel<'a> {
     /// Returns a column: its pivot, the rest of the diagonal block's rows, and the rows below.
+    #[inline(always)]
     fn column(&self, k: usize) -> (f64, &'a [f64], &'a [f64]) {
         let height = self.width + self.below.len();
         let start = symbolic::column_start(k, height);

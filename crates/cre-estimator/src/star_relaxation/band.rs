@@ -224,13 +224,13 @@ impl Band {
     /// Minimises over each star of a colour: `x_star = A_ss⁻¹ (r − A_so x_outside)`.
     ///
     /// * `from_zero`: whether `x` is still zero everywhere.
-    pub(super) fn relax(&self, colour: usize, (r, unit): (&Shared, f64), x: &Shared, from_zero: bool) {
-        pulp::Arch::new().dispatch(Relaxation { band: self, colour, r, unit, x, from_zero });
+    pub(super) fn relax(&self, colour: usize, r: &Shared, x: &Shared, from_zero: bool) {
+        pulp::Arch::new().dispatch(Relaxation { band: self, colour, r, x, from_zero });
     }
 
     /// Computes the rows of `A x` of each star's vertex and of the spokes of which it is the first node.
-    pub(super) fn multiply(&self, x: &Shared, unit: f64, y: &Shared) {
-        pulp::Arch::new().dispatch(Product { band: self, x, unit, y });
+    pub(super) fn multiply(&self, x: &Shared, y: &Shared) {
+        pulp::Arch::new().dispatch(Product { band: self, x, y });
     }
 }
 
@@ -254,9 +254,9 @@ impl Side {
     /// Reads the unknowns beyond the spokes.
     #[inline(always)]
     fn read_beyond(&mut self, spokes: &[Spoke], x: &Shared) {
-        self.beyond.clear();
-        for spoke in spokes {
-            let mut beyond = [Row::default(); 4];
+        // All entries are overwritten.
+        self.beyond.resize(spokes.len(), [Row::default(); 4]);
+        for (spoke, beyond) in spokes.iter().zip(&mut self.beyond) {
             for lane in 0..MOST_LANES {
                 let ring = spoke.ring[lane] as usize;
                 for k in 0..3 {
@@ -264,18 +264,24 @@ impl Side {
                 }
                 beyond[3][lane] = x.get(spoke.rim[lane] as usize);
             }
-            self.beyond.push(beyond);
         }
     }
 
     /// Reads the stars' own unknowns, or entries of another vector at their places.
     #[inline(always)]
     fn read_own(&mut self, batch: &Batch, spokes: &[Spoke], x: &Shared) {
-        self.own.clear();
-        for k in 0..3 {
-            self.own.push(batch.nodes.map(|n| x.get(3 * n.index() + k)));
+        self.own.resize(batch.size(), Row::default());
+        let (vertex, of_spokes) = self.own.split_at_mut(3);
+        for (k, row) in vertex.iter_mut().enumerate() {
+            for (x_of, n) in row.iter_mut().zip(batch.nodes) {
+                *x_of = x.get(3 * n.index() + k);
+            }
         }
-        self.own.extend(spokes.iter().map(|spoke| spoke.own.map(|i| x.get(i as usize))));
+        for (row, spoke) in of_spokes.iter_mut().zip(spokes) {
+            for (x_of, i) in row.iter_mut().zip(spoke.own) {
+                *x_of = x.get(i as usize);
+            }
+        }
     }
 
     /// Computes the part of `A x` in the stars' rows that comes from the unknowns outside.
@@ -338,7 +344,6 @@ struct Relaxation<'a> {
     band: &'a Band,
     colour: usize,
     r: &'a Shared,
-    unit: f64,
     x: &'a Shared,
     from_zero: bool,
 }
@@ -348,7 +353,7 @@ impl pulp::WithSimd for Relaxation<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { band, colour, r, unit, x, from_zero } = self;
+        let Self { band, colour, r, x, from_zero } = self;
         let mut side = Side::default();
         for batch in band.of_colour(colour) {
             let spokes = &band.spokes[batch.spokes()];
@@ -360,9 +365,7 @@ impl pulp::WithSimd for Relaxation<'_> {
             }
             side.read_own(batch, spokes, r);
             for (own, row) in side.own.iter_mut().zip(&side.rows) {
-                for lane in 0..MOST_LANES {
-                    own[lane] = own[lane] / unit - row[lane];
-                }
+                own.iter_mut().zip(row).for_each(|(own, row)| *own -= row);
             }
             side.multiply_own(simd, &band.inverse[batch.entries()], false);
             for lane in 0..batch.stars as usize {
@@ -380,7 +383,6 @@ impl pulp::WithSimd for Relaxation<'_> {
 struct Product<'a> {
     band: &'a Band,
     x: &'a Shared,
-    unit: f64,
     y: &'a Shared,
 }
 
@@ -389,7 +391,7 @@ impl pulp::WithSimd for Product<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { band, x, unit, y } = self;
+        let Self { band, x, y } = self;
         let mut side = Side::default();
         for batch in &band.batches {
             let spokes = &band.spokes[batch.spokes()];
@@ -399,10 +401,10 @@ impl pulp::WithSimd for Product<'_> {
             side.multiply_own(simd, &band.inner[batch.entries()], true);
             for lane in 0..batch.stars as usize {
                 let node = batch.nodes[lane];
-                (0..3).for_each(|k| y.set(3 * node.index() + k, unit * side.rows[k][lane]));
+                (0..3).for_each(|k| y.set(3 * node.index() + k, side.rows[k][lane]));
                 for (spoke, row) in spokes.iter().zip(&side.rows[3..]) {
                     if u32::from(node) < spoke.ring[lane] / 3 {
-                        y.set(spoke.own[lane] as usize, unit * row[lane]);
+                        y.set(spoke.own[lane] as usize, row[lane]);
                     }
                 }
             }

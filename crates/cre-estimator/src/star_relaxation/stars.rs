@@ -16,7 +16,7 @@ pub(super) struct Stars {
     /// The colour of every vertex, and how many there are.
     colour_of: Vec<u32>,
     colours: usize,
-    /// Divisor of the coefficients, so that they fit single precision in any units.
+    /// `A` is divided by it, so that its coefficients fit single precision in any units.
     unit: f64,
 }
 
@@ -62,19 +62,26 @@ impl Stars {
         self.bands.iter().map(|band| band.stored_couplings()).sum()
     }
 
-    /// Computes `y = A x`.
+    /// Returns the number by which the energy and its gradient are divided here.
+    pub(super) fn unit(&self) -> f64 {
+        self.unit
+    }
+
+    /// Computes `y = A x`, divided by [`Self::unit`].
     pub(super) fn multiply(&self, x: &Shared, y: &Shared) {
-        for_each_task(self.bands.len(), &|k| self.bands[k].multiply(x, self.unit, y));
+        for_each_task(self.bands.len(), &|k| self.bands[k].multiply(x, y));
     }
 
     /// Computes `z = M⁻¹ r`: one sweep over all stars and one back, from zero.
+    ///
+    /// * `r`: divided by [`Self::unit`].
     ///
     /// The last colour is not repeated: its stars are at their minimum. So `M` is symmetric and positive.
     pub(super) fn precondition(&self, r: &Shared, z: &Shared) {
         z.update(|_, _| 0.0);
         let back = (0..self.colours).rev().skip(1);
         for (visit, colour) in (0..self.colours).chain(back).enumerate() {
-            for_each_task(self.bands.len(), &|k| self.bands[k].relax(colour, (r, self.unit), z, visit == 0));
+            for_each_task(self.bands.len(), &|k| self.bands[k].relax(colour, r, z, visit == 0));
         }
     }
 }
