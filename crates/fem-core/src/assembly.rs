@@ -104,7 +104,8 @@ impl System {
             return Err(AssemblyError::NothingUnknown);
         }
         let external = external_forces(body);
-        let columns = Columns { body, dofs: &dofs, external: &external };
+        let (first, neighbours) = body.mesh().topology().node_neighbours();
+        let columns = Columns { body, dofs: &dofs, external: &external, first, neighbours };
         let starts = columns.starts()?;
         debug_assert!(starts.is_sorted(), "the columns of the stiffness overlap");
         let entries = starts[dofs.len()] as usize;
@@ -188,30 +189,32 @@ struct Columns<'a> {
     body: &'a Body,
     dofs: &'a DofMap,
     external: &'a [Vector],
+    /// The nodes joined to each node by an edge, ascending, and where they begin.
+    first: Vec<u32>,
+    neighbours: Vec<NodeId>,
 }
 
 /// Columns handled as one unit of parallel work.
 const CHUNK: usize = 2048;
 
 impl Columns<'_> {
-    /// Nodes joined to `node` by a triangle, itself included, in a fixed order.
-    fn neighbours(&self, node: usize, list: &mut Vec<NodeId>) {
-        let mesh = self.body.mesh();
-        list.clear();
-        for &t in mesh.topology().triangles_around(NodeId::new(node)) {
-            list.extend_from_slice(&mesh.triangles()[t as usize]);
-        }
-        list.sort_unstable();
-        list.dedup();
+    /// The nodes joined to `node` by an edge.
+    fn beside(&self, node: usize) -> &[NodeId] {
+        &self.neighbours[self.first[node] as usize..self.first[node + 1] as usize]
     }
 
-    /// Lists the unknowns of rigid sides that some of these nodes follow, ascending.
-    fn followed(&self, nodes: &[NodeId]) -> Vec<usize> {
+    /// The nodes joined to `node` by an edge, and the node itself.
+    fn around(&self, node: usize) -> impl Iterator<Item = usize> + '_ {
+        self.beside(node).iter().map(|n| n.index()).chain([node])
+    }
+
+    /// Lists the unknowns of rigid sides that a node or one beside it follows, ascending.
+    fn followed(&self, node: usize) -> Vec<usize> {
         if !self.dofs.has_rigid() {
             return Vec::new();
         }
         let mut all: Vec<usize> =
-            nodes.iter().flat_map(|n| self.dofs.followed(n.index()).map(|(i, _)| i)).collect();
+            self.around(node).flat_map(|n| self.dofs.followed(n).map(|(i, _)| i)).collect();
         all.sort_unstable();
         all.dedup();
         all
@@ -220,12 +223,10 @@ impl Columns<'_> {
     /// Lists the rows from the diagonal on in the column of a rigid side's unknown.
     fn below_rigid(&self, j: usize) -> Vec<usize> {
         let mut all = Vec::new();
-        let mut list = Vec::new();
         for (node, _) in self.dofs.moved(j) {
-            self.neighbours(node, &mut list);
-            let numbers = list.iter().flat_map(|n| [0, 1].map(|c| self.dofs.number(n.index(), c)));
+            let numbers = self.around(node).flat_map(|n| [0, 1].map(|c| self.dofs.number(n, c)));
             all.extend(numbers.filter(|i| *i != IMPOSED).map(|i| i as usize));
-            all.extend(self.followed(&list));
+            all.extend(self.followed(node));
         }
         all.sort_unstable();
         all.dedup();
@@ -237,17 +238,17 @@ impl Columns<'_> {
         let counts: Vec<u32> = (0..self.dofs.len())
             .into_par_iter()
             .with_min_len(CHUNK)
-            .map_init(Vec::new, |list, j| {
+            .map(|j| {
                 if self.dofs.is_rigid(j) {
                     return self.below_rigid(j).len() as u32;
                 }
-                self.neighbours(self.dofs.unknown(j).0, list);
-                let rigid = self.followed(list).into_iter().filter(|i| *i >= j).count() as u32;
-                let below = |n: &NodeId, c| {
-                    let i = self.dofs.number(n.index(), c);
+                let node = self.dofs.unknown(j).0;
+                let rigid = self.followed(node).into_iter().filter(|i| *i >= j).count() as u32;
+                let below = |n: usize, c| {
+                    let i = self.dofs.number(n, c);
                     u32::from(i != IMPOSED && i as usize >= j)
                 };
-                rigid + list.iter().map(|n| below(n, 0) + below(n, 1)).sum::<u32>()
+                rigid + self.around(node).map(|n| below(n, 0) + below(n, 1)).sum::<u32>()
             })
             .collect();
         let entries: usize = counts.iter().map(|&c| c as usize).sum();
@@ -304,7 +305,7 @@ impl Columns<'_> {
 #[derive(Default)]
 struct Gather {
     node: Option<usize>,
-    neighbours: Vec<NodeId>,
+    /// In the order of [`Columns::around`].
     blocks: Vec<Matrix2<f64>>,
     entries: Vec<(u32, f64)>,
 }
@@ -316,9 +317,9 @@ impl Gather {
             return;
         }
         self.node = Some(node);
-        columns.neighbours(node, &mut self.neighbours);
+        let beside = columns.beside(node);
         self.blocks.clear();
-        self.blocks.resize(self.neighbours.len(), Matrix2::zeros());
+        self.blocks.resize(beside.len() + 1, Matrix2::zeros());
         let mesh = columns.body.mesh();
         for &t in mesh.topology().triangles_around(NodeId::new(node)) {
             let t = t as usize;
@@ -328,11 +329,10 @@ impl Gather {
             let Some(column) = corners.iter().position(|&n| n.index() == node) else {
                 unreachable!("node {node} is not one of the corners {corners:?} of triangle {t}")
             };
-            for (row, n) in corners.iter().enumerate() {
-                let Ok(place) = self.neighbours.binary_search(n) else {
-                    unreachable!("node {n} of triangle {t} is not a neighbour of node {node}")
-                };
-                self.blocks[place] += element.stiffness_block(material, row, column);
+            for (row, block) in element.stiffness_column(material, column).iter().enumerate() {
+                // The node itself comes last.
+                let place = beside.iter().position(|n| *n == corners[row]).unwrap_or(beside.len());
+                self.blocks[place] += block;
             }
         }
     }
@@ -342,17 +342,16 @@ impl Gather {
         self.node(columns, node);
         let dofs = columns.dofs;
         let mut load = columns.external[node].dot(&axis);
-        for (&n, block) in self.neighbours.iter().zip(&self.blocks) {
-            let n = n.index();
+        for (n, block) in columns.around(node).zip(&self.blocks) {
             let force = Vector::new(
                 block[(0, 0)] * axis[0] + block[(0, 1)] * axis[1],
                 block[(1, 0)] * axis[0] + block[(1, 1)] * axis[1],
             );
             for d in 0..2 {
-                let entry = dofs.axis(n, d).dot(&force);
+                let entry = || dofs.axis(n, d).dot(&force);
                 match dofs.number(n, d) {
-                    IMPOSED => load -= entry * dofs.imposed(n, d),
-                    i if i as usize >= j => self.entries.push((i, entry)),
+                    IMPOSED => load -= entry() * dofs.imposed(n, d),
+                    i if i as usize >= j => self.entries.push((i, entry())),
                     _ => {}
                 }
             }

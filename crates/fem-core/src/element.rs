@@ -3,7 +3,7 @@
 use crate::geometry::{Vector, signed_area};
 use crate::material::LinearElastic;
 use crate::tensor::SymTensor2;
-use nalgebra::{Matrix2, Matrix3x2};
+use nalgebra::Matrix2;
 
 /// Area and the constant gradients of the three shape functions of a triangle.
 #[derive(Clone, Copy, Debug)]
@@ -41,14 +41,18 @@ impl Triangle {
         e
     }
 
-    /// Computes the 2×2 block of `K_e = A Bᵀ D B` for the corners `a` (rows) and `b` (columns), Pa.
+    /// Computes the 2×2 blocks of `K_e = A Bᵀ D B` for the three corners (rows) and the corner `b` (columns), Pa.
     #[inline]
-    pub fn stiffness_block(&self, material: &LinearElastic, a: usize, b: usize) -> Matrix2<f64> {
-        let strain_matrix = |k: usize| {
-            let [x, y] = self.gradients[k].into();
-            Matrix3x2::new(x, 0.0, 0.0, y, y, x)
-        };
-        (strain_matrix(a).transpose() * material.stiffness()) * strain_matrix(b) * self.area
+    pub fn stiffness_column(&self, material: &LinearElastic, b: usize) -> [Matrix2<f64>; 3] {
+        let d = material.stiffness();
+        let [x, y] = (self.area * self.gradients[b]).into();
+        // A D B: the stress, times the area, of a unit displacement of the corner along each axis.
+        let stress = [0, 1, 2].map(|i| [d[(i, 0)] * x + d[(i, 2)] * y, d[(i, 1)] * y + d[(i, 2)] * x]);
+        self.gradients.map(|g| {
+            let force = |c: usize| [g[0] * stress[0][c] + g[1] * stress[2][c], g[1] * stress[1][c] + g[0] * stress[2][c]];
+            let [[xx, yx], [xy, yy]] = [force(0), force(1)];
+            Matrix2::new(xx, xy, yx, yy)
+        })
     }
 
     /// Computes `∫ σ ∇φ_k`, the nodal forces of a constant stress, N/m.
@@ -70,10 +74,11 @@ mod tests {
         let t = Triangle::new([[0.1, 0.2], [1.3, 0.1], [0.4, 0.9]].map(Vector::from));
         let u = [[0.3, -0.1], [0.2, 0.7], [-0.5, 0.4]].map(Vector::from);
         let forces = t.internal_forces(material.stress(t.strain(u)));
+        let columns = [0, 1, 2].map(|b| t.stiffness_column(&material, b));
         for a in 0..3 {
             let mut f = Vector::zeros();
             for b in 0..3 {
-                f += t.stiffness_block(&material, a, b) * u[b];
+                f += columns[b][a] * u[b];
             }
             assert!((f[0] - forces[a][0]).abs() < 1e-14 && (f[1] - forces[a][1]).abs() < 1e-14);
         }
