@@ -3,7 +3,7 @@
 //! The mesh is cut recursively at the median of its longer direction; the nodes on a cut are eliminated
 //! after both halves. The tree of cuts is the tree of fronts of the factorisation.
 
-use crate::geometry::{Vector, bounding_box};
+use crate::geometry::Vector;
 use crate::mesh::TriMesh;
 use crate::mesh::id::NodeId;
 use std::ops::Range;
@@ -35,9 +35,13 @@ pub struct Dissection {
 /// Orders the nodes of a mesh for elimination.
 pub fn dissect(mesh: &TriMesh) -> Dissection {
     let (starts, neighbours) = mesh.topology().node_neighbours();
+    let points = mesh.points();
+    let extents = mesh.topology().edges().iter().map(|[a, b]| (points[*a] - points[*b]).abs());
+    let reach = extents.fold(Vector::zeros(), |most, extent| most.sup(&extent));
     let mut nodes: Vec<NodeId> = (0..mesh.points().len()).map(NodeId::new).collect();
     let mut work = Work {
-        points: mesh.points(),
+        points,
+        reach: 1.001 * reach,
         starts: &starts,
         neighbours: &neighbours,
         side: vec![Side::Outside; nodes.len()],
@@ -57,6 +61,8 @@ enum Side {
 
 struct Work<'a> {
     points: &'a [Vector],
+    /// No edge is longer along the axes.
+    reach: Vector,
     starts: &'a [u32],
     neighbours: &'a [NodeId],
     side: Vec<Side>,
@@ -74,8 +80,10 @@ impl Work<'_> {
         if part.len() <= LEAF {
             return vec![self.finish(part, &[])];
         }
-        let corners: Vec<Vector> = part.iter().map(|&n| self.points[n]).collect();
-        let [low, high] = bounding_box(&corners);
+        let [low, high] = part.iter().fold([self.points[part[0]]; 2], |[low, high], &n| {
+            let point = &self.points[n];
+            [low.inf(point), high.sup(point)]
+        });
         let axis = usize::from(high[1] - low[1] > high[0] - low[0]);
         let points = self.points;
         let coordinate = |n: NodeId| points[n][axis];
@@ -89,7 +97,8 @@ impl Work<'_> {
             self.side[n] = if is_left(n) { Side::Left } else { Side::Right };
         }
         let border = |from: Side, to: Side| -> Vec<NodeId> {
-            let on = |n: &NodeId| self.side[*n] == from && self.touches(*n, to);
+            let is_near = |n: NodeId| (coordinate(n) - line).abs() <= self.reach[axis];
+            let on = |n: &NodeId| self.side[*n] == from && is_near(*n) && self.touches(*n, to);
             part.iter().copied().filter(on).collect()
         };
         let (on_left, on_right) = (border(Side::Left, Side::Right), border(Side::Right, Side::Left));
