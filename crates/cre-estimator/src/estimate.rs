@@ -119,6 +119,7 @@ pub fn estimate_with(
 pub struct Estimator<'a> {
     prepared: &'a PreparedProblem,
     relaxation: Relaxation,
+    /// Of each body, from the first estimate on.
     noise: Vec<Noise>,
     stars: KeptStars<'a>,
 }
@@ -129,8 +130,7 @@ impl<'a> Estimator<'a> {
     /// * `relaxation`: how far the equilibrated stresses are relaxed. The bound is strict at every step; more
     ///   steps make it sharper.
     pub fn new(prepared: &'a PreparedProblem, relaxation: Relaxation) -> Self {
-        let noise = Noise::of_bodies(prepared.problem());
-        Self { prepared, relaxation, noise, stars: KeptStars::default() }
+        Self { prepared, relaxation, noise: Vec::new(), stars: KeptStars::default() }
     }
 
     /// Estimates the error of a contact state, whatever its source. The result does not depend on the states before.
@@ -150,6 +150,9 @@ impl<'a> Estimator<'a> {
             if bytes > 0 && !has_room_for(bytes) {
                 return Err(EstimatorError::OutOfMemory { bytes });
             }
+        }
+        if self.noise.is_empty() {
+            self.noise = Noise::of_bodies(prepared.problem());
         }
         let own = openings::own(prepared.problem(), state);
         let contacts = state.contacts.iter().zip(&own);
