@@ -188,10 +188,14 @@ impl<'a> StarRelaxation<'a> {
     /// Prepares the stars for other conditions of the same body: only the bands near a boundary edge whose
     /// reactions have other directions are assembled again.
     pub fn restate(&mut self, conditions: &[EdgeCondition]) {
+        let reactions = conditions.iter().map(|c| c.reaction);
+        if reactions.clone().eq(self.reactions.iter().copied()) {
+            return;
+        }
+        self.reactions = reactions.collect();
         let space = Space::new(self.space.body(), conditions);
         self.stars.update(&space, &space.differences(&self.space));
         self.space = space;
-        self.reactions = conditions.iter().map(|c| c.reaction).collect();
     }
 
     /// Returns the colour of every vertex: a sweep visits the stars colour by colour. For counts of operations and bytes.
