@@ -3,6 +3,7 @@
 linear.py matrix CELLS_X CELLS_Y FILE [COPIES]    assembles the matrix, or several copies of it, and writes it
 linear.py SOLVER FILE                             analysis, factorisation, one solve
                                                   SOLVER: pardiso, pardiso-minimum-degree, cholmod, superlu
+linear.py orders FILE                             values and operations of PARDISO's factor in both of its orders
 
 The matrix is made by a process of its own, so that the peak memory of a solver holds nothing of its assembly.
 Prints one JSON object: seconds, relative residual, and memory in bytes.
@@ -58,6 +59,23 @@ def pardiso(upper, rhs, minimum_degree=False):
     return x, times, {"own_bytes": max(analysis, kept + numeric)}
 
 
+def orders(upper, rhs):
+    """Values and operations of the factor by METIS and by minimum degree; counting them takes time of its own."""
+    from pypardiso import PyPardisoSolver
+
+    counts = {}
+    for name, order in (("metis", 2), ("minimum degree", 0)):
+        solver = PyPardisoSolver(mtype=2)
+        # -1 asks for the count.
+        for place, value in ((1, 1), (2, order), (18, -1), (19, -1)):
+            solver.set_iparm(place, value)
+        for phase in (11, 22):
+            solver.set_phase(phase)
+            solver._call_pardiso(upper, rhs)
+        counts[name] = {"values": int(solver.get_iparm(18)), "gflop": int(solver.get_iparm(19)) / 1000}
+    return counts
+
+
 def pardiso_minimum_degree(upper, rhs):
     return pardiso(upper, rhs, minimum_degree=True)
 
@@ -101,6 +119,9 @@ SOLVERS = {
 def main():
     if sys.argv[1] == "matrix":
         return write_matrix(int(sys.argv[2]), int(sys.argv[3]), sys.argv[4], *map(int, sys.argv[5:]))
+    if sys.argv[1] == "orders":
+        upper = read_matrix(sys.argv[2])
+        return print(json.dumps(orders(upper, np.ones(upper.shape[0]))))
     solver, file = SOLVERS[sys.argv[1]], sys.argv[2]
     # A small system first: loading libraries and starting threads is no part of what is measured.
     small = sp.diags([2.0, -1.0], [0, 1], shape=(1000, 1000), format="csr")

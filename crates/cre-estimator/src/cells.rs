@@ -77,7 +77,6 @@ impl Gathered {
 pub(crate) struct Compliance<S: Simd>([Lanes<S>; 6]);
 
 impl<S: Simd> Compliance<S> {
-
     /// Computes the strain of a stress.
     #[inline(always)]
     pub(crate) fn strain(&self, s: Tensor<S>) -> Tensor<S> {

@@ -112,7 +112,7 @@ pub fn check(problem: &ContactProblem, pair: &AdmissiblePair) -> Admissibility {
     checked(problem, pair, &Noise::of_bodies(problem), None).0
 }
 
-/// [`check`], with what the bound needs of every triangle of each body: the distances of [`cell_distances`].
+/// [`check`], with what the bound needs of every triangle of each body: the distances of [`cell_distances`], and the mean stress.
 ///
 /// [`cell_distances`]: crate::cre::cell_distances
 pub(crate) fn check_and_measure(
@@ -140,11 +140,15 @@ fn checked(
     let of_body = |b: usize| {
         let (body, fields) = (&problem.bodies[b], &pair.bodies[b]);
         let against = [&fields.stress, &fields.equilibrated.finite_element];
-        let against = against.map(|stress| measured.map(|_| stress.as_slice()));
+        let against = against.map(|stress| Some(stress.as_slice()));
         // A lightly loaded body is compared with its own scale.
         let displaced = (fields.displacement.as_slice(), noise[b]);
-        let (forces, cells) =
-            check_stress_and_measure(body, displaced, &fields.equilibrated, (against, measured));
+        let (forces, cells) = check_stress_and_measure(
+            body,
+            displaced,
+            &fields.equilibrated,
+            measured.map(|accuracy| (against, accuracy)),
+        );
         let found = Admissibility {
             rigid_balance: rigid_sides(body, fields, noise[b]),
             rotation: rotation(body, &fields.displacement),
@@ -292,20 +296,20 @@ fn displaced_support(body: &Body, displacement: &[Vector]) -> f64 {
 /// Checks the equilibrium of one body's stress with its loads and given tractions; penetration and pressure
 /// are zero.
 pub fn check_stress(body: &Body, stress: &EquilibratedStress) -> Admissibility {
-    forces(body, stress, [None; 2], None).0.residuals(0.0)
+    forces(body, stress, None).0.residuals(0.0)
 }
 
 /// [`check_stress`], with the scale of a displaced body, and what the bound needs of every triangle.
 ///
 /// * `displacement`: of the body, with the effects of its rounding.
-/// * `against`: the stresses to which the distances are measured, Pa, one per triangle; and how accurate the means are.
+/// * `measured`: the stresses to which the distances are measured, Pa, one per triangle, and how accurate the means are.
 pub(crate) fn check_stress_and_measure(
     body: &Body,
     (displacement, noise): (&[Vector], Noise),
     stress: &EquilibratedStress,
-    (against, measured): (Against<'_>, Option<Accuracy>),
+    measured: Option<(Against<'_>, Accuracy)>,
 ) -> (Admissibility, CellMeasures) {
-    let (found, cells) = forces(body, stress, against, measured);
+    let (found, cells) = forces(body, stress, measured);
     (found.residuals(noise.force(displacement)), cells)
 }
 

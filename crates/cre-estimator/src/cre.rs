@@ -58,9 +58,9 @@ pub fn constitutive_relation_error(problem: &ContactProblem, pair: &AdmissiblePa
     let of_body = |b: usize| {
         let (body, fields) = (&problem.bodies[b], &pair.bodies[b]);
         let of_cell = |t: usize| cell_distances(body, fields, t, &fields.equilibrated.cell(body, t)).into();
-        let (distances, others) =
+        let (to_given, to_finite_element) =
             (0..body.mesh().triangles().len()).into_par_iter().with_min_len(512).map(of_cell).unzip();
-        [distances, others]
+        [to_given, to_finite_element]
     };
     Cre::from_cells(problem, pair, each_body(problem.bodies.len(), of_body))
 }

@@ -90,14 +90,14 @@ impl Recovery<'_> {
     /// Finds the moments about a vertex.
     fn vertex(&self, node: NodeId, work: &mut Work, found: &Shared) {
         work.gather(self, node);
-        self.differences(node, work);
+        self.differences(work);
         let mean = self.mean(node, work);
         let (star, relative) = (work.stars.get(0), &work.relative);
         let first = if star.is_closed() { mean } else { self.fit_ends(star, relative, mean) };
         for (spoke, relative) in star.spokes.iter().zip(relative) {
             let after = first + *relative;
             // The moment acts on the edge's first triangle.
-            let moment = if spoke.is_before_first { after } else { -after };
+            let moment = if spoke.leads_to_first { after } else { -after };
             // An edge begins at its smaller node.
             let place = 4 * spoke.edge.index() + 2 * usize::from(spoke.ring < node);
             found.set(place, moment[0]);
@@ -106,21 +106,24 @@ impl Recovery<'_> {
     }
 
     /// Moment `c_{j+1} = c_j − Q_j` on each spoke, acting on the triangle after it, relative to the first.
-    fn differences(&self, node: NodeId, work: &mut Work) {
+    fn differences(&self, work: &mut Work) {
         let Work { stars, ends, stress, relative } = work;
-        let (own, body_force) = (self.body.mesh().points()[node], self.body.body_force());
+        let (mesh, body_force) = (self.body.mesh(), self.body.body_force());
+        let star = stars.get(0);
         relative.clear();
         let mut c = Vector::zeros();
         relative.push(c);
-        for (j, stress) in stress.iter().enumerate() {
+        for (j, (sector, stress)) in star.triangles.iter().zip(stress).enumerate() {
             let (a, b) = (ends[j], ends[if j + 1 < ends.len() { j + 1 } else { 0 }]);
             // ∫ σ̂ ∇φ: half the opposite edge, turned inwards, is area times gradient.
-            let internal = stress.apply(0.5 * perpendicular(b - a));
-            let load = cross(a - own, b - own) / 6.0 * body_force;
-            c -= internal - load;
+            c -= stress.apply(0.5 * perpendicular(b - a));
+            if body_force != Vector::zeros() {
+                // The same share at every corner, as in the FE load.
+                c += mesh.area(sector.triangle as usize) / 3.0 * body_force;
+            }
             relative.push(c);
         }
-        relative.truncate(stars.get(0).spokes.len());
+        relative.truncate(star.spokes.len());
     }
 
     /// The first moment for which all moments are closest to the average FE tractions, without conditions at the ends.
@@ -128,19 +131,18 @@ impl Recovery<'_> {
         let Work { stars, ends, stress, relative } = work;
         let own = self.body.mesh().points()[node];
         let (mut sum, mut weights) = (Vector::zeros(), 0.0);
-        let mut before = if stars.get(0).is_closed() { stress.last() } else { None };
+        let count = stress.len();
         for (j, (end, relative)) in ends.iter().zip(relative).enumerate() {
             let along = end - own;
-            let after = stress.get(j);
-            // The mean stress of its triangles; only the ends of an open star have a single one.
-            let stress = match (before, after) {
-                (Some(before), Some(after)) => before.plus(*after).scaled(0.5),
-                (Some(stress), None) | (None, Some(stress)) => *stress,
-                (None, None) => SymTensor2::default(),
+            // The mean stress of its triangles; at its ends an open star has one.
+            let mean = match j {
+                0 if !stars.get(0).is_closed() => stress[0],
+                0 => stress[count - 1].plus(stress[0]).scaled(0.5),
+                _ if j == count => stress[count - 1],
+                _ => stress[j - 1].plus(stress[j]).scaled(0.5),
             };
-            before = after;
             // b̄ = |Γ|/2 F̄ with the outward normal of the triangle after the spoke, which lies to its left; weight 1/|Γ|
-            let average = stress.apply(-0.5 * perpendicular(along));
+            let average = mean.apply(-0.5 * perpendicular(along));
             // Without the guard of `hypot` against overflow.
             let weight = 1.0 / along.dot(&along).sqrt();
             sum += weight * (average - relative);

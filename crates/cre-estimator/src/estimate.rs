@@ -193,13 +193,13 @@ impl<'a> Estimator<'a> {
         let allowance = |residuals: &[f64]| {
             round_off::allowance(problem, &pair, energy, model.iter().copied().zip(residuals))
         };
-        let Energies { residuals, frozen, state: of_state } = Energies::new(
+        let ResidualNorms { stress, frozen, state: of_state } = ResidualNorms::new(
             prepared,
             residuals,
             dis.residuals,
             state_residuals(prepared, state, balanced, accuracy),
         );
-        let round_off = allowance(&residuals);
+        let round_off = allowance(&stress);
         let [imbalance, rounding] = eta_nndd_squared(prepared, state, balanced, of_state);
         // The rounding on the interface itself cannot be seen: the rounding elsewhere is added once more for it.
         let mut eta_nndd = (1.0 + ROUNDING_OF_A_SUM) * (imbalance + rounding).sqrt() + rounding.sqrt();
@@ -219,7 +219,7 @@ impl<'a> Estimator<'a> {
         if ![indicators.e_cre, indicators.eta_dis, indicators.eta_nndd].iter().all(|x| x.is_finite()) {
             return Err(EstimatorError::NotFinite { what: "the estimate".into() });
         }
-        let residual = residuals.iter().sum::<f64>() + rounding.sqrt();
+        let residual = stress.iter().sum::<f64>() + rounding.sqrt();
         let coulomb = problem.contacts.iter().any(|pair| pair.friction.coulomb().is_some());
         let estimate = Estimate {
             pair,
@@ -235,17 +235,17 @@ impl<'a> Estimator<'a> {
     }
 }
 
-/// Energies `R·K⁻¹ R` of residuals.
-struct Energies {
-    /// `√(R·K⁻¹ R)` of the stress of the bound in each body.
-    residuals: Vec<f64>,
+/// Energy norms of residuals.
+struct ResidualNorms {
+    /// `√(R·K⁻¹ R)` of the stress of the bound in each body, square root of J/m.
+    stress: Vec<f64>,
     /// The same of the stress of `η_dis`.
     frozen: Vec<f64>,
-    /// Of the given displacements of all bodies together, J/m: interior and interface.
+    /// `R·K⁻¹ R` of the given displacements of all bodies together, J/m: interior and interface.
     state: [f64; 2],
 }
 
-impl Energies {
+impl ResidualNorms {
     /// Computes them from the residuals of each body, with one substitution for all of a body.
     ///
     /// * `frozen`: `None` in bodies where the stress of the bound is that of `η_dis`.
@@ -259,12 +259,14 @@ impl Energies {
         let of_body = |(body, ((stress, state), frozen)): (&CondensedBody, ((_, _), Option<_>))| {
             body.residual_energies([stress, state].into_iter().chain(frozen).collect())
         };
-        let all: Vec<Vec<[f64; 2]>> = prepared.bodies().par_iter().zip(all).with_max_len(1).map(of_body).collect();
-        let residuals: Vec<f64> = all.iter().map(|of| of[0].iter().sum::<f64>().sqrt()).collect();
-        // In the stress for a frozen λ, the interface has reactions.
-        let frozen = |(of, bound): (&Vec<[f64; 2]>, &f64)| of.get(2).map_or(*bound, |[interior, _]| interior.sqrt());
+        let all: Vec<Vec<[f64; 2]>> =
+            prepared.bodies().par_iter().zip(all).with_max_len(1).map(of_body).collect();
+        let stress: Vec<f64> = all.iter().map(|of| of[0].iter().sum::<f64>().sqrt()).collect();
+        // For a frozen λ the part of the interface is a reaction, not a residual.
+        let frozen =
+            |(of, bound): (&Vec<[f64; 2]>, &f64)| of.get(2).map_or(*bound, |[interior, _]| interior.sqrt());
         let sum = |part: usize| all.iter().map(|of| of[1][part]).sum();
-        Self { frozen: all.iter().zip(&residuals).map(frozen).collect(), state: [sum(0), sum(1)], residuals }
+        Self { frozen: all.iter().zip(&stress).map(frozen).collect(), state: [sum(0), sum(1)], stress }
     }
 }
 

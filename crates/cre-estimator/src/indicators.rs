@@ -109,13 +109,13 @@ fn measure(
     let (body, condensed) = (&prepared.problem().bodies[b], &prepared.bodies()[b]);
     let against = [Some(fields.stress.as_slice()), None];
     let displaced = (fields.displacement.as_slice(), noise);
-    let (admissibility, cells) = check_stress_and_measure(body, displaced, stress, (against, Some(accuracy)));
+    let (admissibility, cells) = check_stress_and_measure(body, displaced, stress, Some((against, accuracy)));
     let squared = of_cells(&cells.distances[0]);
     let residual = stress_residual(body, condensed, (&cells, accuracy), &[]);
     Frozen { squared, admissibility, residual }
 }
 
-/// Computes the residuals of which `η_NNDD` consists, `R^α = K_α u^α_p − f^α ± r n` along the unknowns of each body, N/m.
+/// Computes the residuals from which `η_NNDD` is computed, `R^α = K_α u^α_p − f^α ± r n` along the unknowns of each body, N/m.
 ///
 /// * `balanced`: the forces `r` by row, in balance with the loads of floating bodies, N/m.
 pub(crate) fn state_residuals(
@@ -138,9 +138,7 @@ pub(crate) fn state_residuals(
             Accuracy::Double => {
                 bodies[b].rough_along_unknowns(&less_rough(field::nodal_residual(body, u), &forces))
             }
-            Accuracy::Refined => {
-                bodies[b].along_unknowns(&less(residual::of_displacement(body, u), &forces))
-            }
+            Accuracy::Refined => bodies[b].along_unknowns(&less(residual::of_displacement(body, u), &forces)),
         }
     };
     each_body(problem.bodies.len(), of_body)
@@ -156,7 +154,7 @@ pub(crate) fn state_residuals(
 ///
 /// Friction adds `2 Σ (S|w| − Q w)`, with `|Q| ≤ S` and the given slip `w`.
 ///
-/// * `energies`: `R·K⁻¹ R` of [`state_residuals`] of all bodies, J/m: the interior, and the interface.
+/// * `interior`, `interface`: the parts of `R·K⁻¹ R` of all bodies' [`state_residuals`] `R^α`, J/m.
 ///
 /// Returns the squares, J/m: the part on the interface, and the remainder, which is rounding.
 pub(crate) fn eta_nndd_squared(

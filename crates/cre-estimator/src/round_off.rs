@@ -35,14 +35,17 @@ const STRAIN_NOISE: f64 = STRAIN_ROUNDINGS * f64::EPSILON;
 /// Triangles of one task. Fixed, so that sums do not depend on the number of threads.
 const CHUNK: usize = 4096;
 
-/// Effects of rounding of a body's displacements, per metre of the largest one.
+/// Effects of rounding of a body's displacements, per metre of the largest displacement.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Noise {
+    /// Of [`Self::force`], N/m².
     force: f64,
+    /// Of [`Self::energy`], square root of J/m³.
     energy: f64,
 }
 
 impl Noise {
+    /// Computes them from the triangles of a body.
     pub(crate) fn of(body: &Body) -> Self {
         let triangles = body.mesh().triangles().len();
         let chunks = each_task(triangles.div_ceil(CHUNK), |k| {
@@ -52,14 +55,15 @@ impl Noise {
                 let flatness = shape.flatness();
                 let traction = shape.stiffness * shape.perimeter;
                 force = larger(force, traction * shape.longest / (2.0 * shape.area) * flatness);
-                energy += traction * traction * softness(body, t) / (4.0 * shape.area) * flatness.powi(3);
+                // No partial product is much larger or smaller than the result.
+                energy += traction * softness(body, t) * traction / (4.0 * shape.area) * flatness.powi(3);
             }
             (force, energy)
         });
         let force = chunks.iter().fold(0.0, |m, (force, _)| larger(m, *force));
         let energy: f64 = chunks.iter().map(|(_, energy)| energy).sum();
         let spread = 1.0 + (triangles as f64).ln();
-        Self { force, energy: (spread * energy).sqrt() }
+        Self { force: STRAIN_NOISE * force, energy: STRAIN_NOISE * (spread * energy).sqrt() }
     }
 
     /// [`Self::of`] each body of a problem.
@@ -71,7 +75,7 @@ impl Noise {
     /// has no other forces. `δ C |u| Σ|∇φ|` of stress on the longest edge of a triangle, with `Σ|∇φ|` its perimeter over
     /// twice its area, times its flatness.
     pub(crate) fn force(self, displacement: &[Vector]) -> f64 {
-        STRAIN_NOISE * largest_displacement(displacement) * self.force
+        largest_displacement(displacement) * self.force
     }
 
     /// Bounds the energy norm of the error that rounding of the displacements may hide in a body's bound, square root of
@@ -84,7 +88,7 @@ impl Noise {
     /// larger by the flatness, and their squares by the flatness over the diagonal of `K` that goes with the area: its
     /// third power in all.
     fn energy(self, displacement: &[Vector]) -> f64 {
-        STRAIN_NOISE * largest_displacement(displacement) * self.energy
+        largest_displacement(displacement) * self.energy
     }
 }
 
@@ -132,8 +136,8 @@ impl Shape {
 /// jumps of the stress between the nodes are not included.
 const MARGIN: f64 = 2.0;
 
-/// Computes the residual of the FE equilibrium of each body's equilibrated stress, along its unknowns, N/m. The bound gets `2 √(Rᵀ K⁻¹ R)` of
-/// it (27), square root of J/m.
+/// Computes the residual of the FE equilibrium of each body's equilibrated stress, along its unknowns, N/m. The bound contains
+/// `2 √(Rᵀ K⁻¹ R)` (27), square root of J/m.
 pub(crate) fn residuals(
     prepared: &PreparedProblem,
     pair: &AdmissiblePair,

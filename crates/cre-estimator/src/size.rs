@@ -25,3 +25,18 @@ pub(crate) fn largest_of(count: usize, number: impl Fn(usize) -> f64 + Sync) -> 
     let of_chunk = |k: usize| (k * CHUNK..count.min((k + 1) * CHUNK)).map(&number).fold(0.0, larger);
     each_task(count.div_ceil(CHUNK), of_chunk).into_iter().fold(0.0, larger)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_largest_displacement_is_found_at_any_size() {
+        for size in [1e-200, 1e-160, 1.0, 1e160, 1e200] {
+            let field = [Vector::zeros(), size * Vector::new(3.0, -4.0), size * Vector::new(1.0, 2.0)];
+            assert!((largest_displacement(&field) / size - 5.0).abs() < 1e-14, "{size}");
+        }
+        assert_eq!(largest_displacement(&[Vector::zeros()]), 0.0);
+        assert!(largest_displacement(&[Vector::x(), Vector::new(0.0, f64::NAN), Vector::y()]).is_nan());
+    }
+}

@@ -38,7 +38,7 @@ pub(crate) struct Spoke {
     /// The node at its other end.
     pub(crate) ring: NodeId,
     /// Whether the triangle after it is the edge's first one.
-    pub(crate) is_before_first: bool,
+    pub(crate) leads_to_first: bool,
 }
 
 impl Star<'_> {
@@ -90,23 +90,23 @@ impl StarList {
         triangles.truncate(triangle);
         spokes.truncate(spoke);
         let mut current = start;
-        let mut is_before_first = true;
+        let mut leads_to_first = true;
         loop {
             let corners = &mesh.triangles()[current as usize];
             let edges = &topology.triangle_edges()[current as usize];
             let k = corner(corners, current, node);
             let (next, last) = ((k + 1) % 3, (k + 2) % 3);
-            spokes.push(Spoke { edge: edges[k], ring: corners[next], is_before_first });
+            spokes.push(Spoke { edge: edges[k], ring: corners[next], leads_to_first });
             triangles.push(Sector { triangle: current, corner: k as u8, rim: edges[next] });
             let [a, b] = topology.edge_triangles()[edges[last]];
-            is_before_first = a != current;
-            current = if is_before_first { a } else { b };
+            leads_to_first = a != current;
+            current = if leads_to_first { a } else { b };
             if current == NONE {
-                spokes.push(Spoke { edge: edges[last], ring: corners[last], is_before_first: false });
+                spokes.push(Spoke { edge: edges[last], ring: corners[last], leads_to_first: false });
                 return false;
             }
             if current == start {
-                spokes[spoke].is_before_first = is_before_first;
+                spokes[spoke].leads_to_first = leads_to_first;
                 return true;
             }
         }

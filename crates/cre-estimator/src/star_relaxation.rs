@@ -223,7 +223,7 @@ impl<'a> StarRelaxation<'a> {
         let (r, [energy, of_elements]) = self.residual(stress);
         let mut report = RelaxationReport { energy_history: vec![energy], ..RelaxationReport::default() };
         let floor = ROUND_OFF * (energy + of_elements);
-        // Energies and gradients are divided by it.
+        // The stars work with A and r divided by it.
         let unit = self.stars.unit();
         r.update(|_, r| r / unit);
         let unknowns = self.space.len();

@@ -104,8 +104,8 @@ impl System {
             return Err(AssemblyError::NothingUnknown);
         }
         let external = external_forces(body);
-        let (first, neighbours) = body.mesh().topology().node_neighbours();
-        let columns = Columns { body, dofs: &dofs, external: &external, first, neighbours };
+        let (first_beside, beside) = body.mesh().topology().node_neighbours();
+        let columns = Columns { body, dofs: &dofs, external: &external, first_beside, beside };
         let starts = columns.starts()?;
         debug_assert!(starts.is_sorted(), "the columns of the stiffness overlap");
         let entries = starts[dofs.len()] as usize;
@@ -189,9 +189,10 @@ struct Columns<'a> {
     body: &'a Body,
     dofs: &'a DofMap,
     external: &'a [Vector],
-    /// The nodes joined to each node by an edge, ascending, and where they begin.
-    first: Vec<u32>,
-    neighbours: Vec<NodeId>,
+    /// Where the list of each node begins in `beside`.
+    first_beside: Vec<u32>,
+    /// The nodes joined to each node by an edge, ascending.
+    beside: Vec<NodeId>,
 }
 
 /// Columns handled as one unit of parallel work.
@@ -200,7 +201,7 @@ const CHUNK: usize = 2048;
 impl Columns<'_> {
     /// The nodes joined to `node` by an edge.
     fn beside(&self, node: usize) -> &[NodeId] {
-        &self.neighbours[self.first[node] as usize..self.first[node + 1] as usize]
+        &self.beside[self.first_beside[node] as usize..self.first_beside[node + 1] as usize]
     }
 
     /// The nodes joined to `node` by an edge, and the node itself.
@@ -331,7 +332,13 @@ impl Gather {
             };
             for (row, block) in element.stiffness_column(material, column).iter().enumerate() {
                 // The node itself comes last.
-                let place = beside.iter().position(|n| *n == corners[row]).unwrap_or(beside.len());
+                let place = if row == column {
+                    beside.len()
+                } else if let Some(place) = beside.iter().position(|n| *n == corners[row]) {
+                    place
+                } else {
+                    unreachable!("node {} of triangle {t} is not beside node {node}", corners[row])
+                };
                 self.blocks[place] += block;
             }
         }

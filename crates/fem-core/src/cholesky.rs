@@ -227,6 +227,18 @@ mod tests {
     }
 
     #[test]
+    fn several_columns_are_solved_as_each_alone() {
+        let m = sample(40);
+        let c = Cholesky::new(&m, &chain(&[7, 3, 20, 10])).unwrap();
+        let columns: Vec<Vec<f64>> =
+            (1..4).map(|k| (0..40).map(|i| f64::from(k * i).cos()).collect()).collect();
+        let (mut all, mut alone) = (columns.clone(), columns);
+        c.forward_all(&mut all.iter_mut().map(Vec::as_mut_slice).collect::<Vec<_>>());
+        alone.iter_mut().for_each(|x| c.forward(x));
+        assert_eq!(all, alone);
+    }
+
+    #[test]
     fn trailing_block_is_the_factor_of_the_schur_complement() {
         let m = sample(12);
         let c = Cholesky::new(&m, &chain(&[5, 7])).unwrap();

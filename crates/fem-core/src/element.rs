@@ -49,7 +49,9 @@ impl Triangle {
         // A D B: the stress, times the area, of a unit displacement of the corner along each axis.
         let stress = [0, 1, 2].map(|i| [d[(i, 0)] * x + d[(i, 2)] * y, d[(i, 1)] * y + d[(i, 2)] * x]);
         self.gradients.map(|g| {
-            let force = |c: usize| [g[0] * stress[0][c] + g[1] * stress[2][c], g[1] * stress[1][c] + g[0] * stress[2][c]];
+            let force = |c: usize| {
+                [g[0] * stress[0][c] + g[1] * stress[2][c], g[1] * stress[1][c] + g[0] * stress[2][c]]
+            };
             let [[xx, yx], [xy, yy]] = [force(0), force(1)];
             Matrix2::new(xx, xy, yx, yy)
         })

@@ -41,7 +41,7 @@ pub fn dissect(mesh: &TriMesh) -> Dissection {
     let mut nodes: Vec<NodeId> = (0..mesh.points().len()).map(NodeId::new).collect();
     let mut work = Work {
         points,
-        reach: 1.001 * reach,
+        reach,
         starts: &starts,
         neighbours: &neighbours,
         side: vec![Side::Outside; nodes.len()],
@@ -61,7 +61,7 @@ enum Side {
 
 struct Work<'a> {
     points: &'a [Vector],
-    /// No edge is longer along the axes.
+    /// The largest extent of an edge along each axis.
     reach: Vector,
     starts: &'a [u32],
     neighbours: &'a [NodeId],

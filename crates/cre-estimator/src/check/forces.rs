@@ -62,31 +62,47 @@ const BLOCK: usize = 8192;
 /// The stresses to which the distances of a stress are measured.
 pub(crate) type Against<'a> = [Option<&'a [SymTensor2]>; 2];
 
-/// Finds the force residuals of a body, block by block, and measures its triangles if `measured` says how accurately.
+/// Finds the force residuals of a body, block by block, and measures its triangles if `measured` says against what and how accurately.
 pub(super) fn forces(
     body: &Body,
     stress: &EquilibratedStress,
-    against: Against<'_>,
-    measured: Option<Accuracy>,
+    measured: Option<(Against<'_>, Accuracy)>,
 ) -> (Forces, CellMeasures) {
     let triangles = body.mesh().triangles().len();
-    for given in against.into_iter().flatten() {
+    for given in measured.iter().flat_map(|(against, _)| against).flatten() {
         assert!(given.len() == triangles, "a stress of {} triangles on {triangles}", given.len());
     }
     let blocks: Vec<(Forces, CellMeasures)> = each_task(triangles.div_ceil(BLOCK), |k| {
         let triangles = k * BLOCK..triangles.min((k + 1) * BLOCK);
-        pulp::Arch::new().dispatch(BlockForces { body, stress, triangles, against, measured })
+        pulp::Arch::new().dispatch(BlockForces { body, stress, triangles, measured })
     });
-    let worst = blocks.iter().fold(Forces::default(), |worst, (found, _)| worst.max(*found));
-    let distances = [0, 1].map(|k| joined(&blocks, |cells| &cells.distances[k]));
-    let (mean, exact_mean) = (joined(&blocks, |cells| &cells.mean), joined(&blocks, |cells| &cells.exact_mean));
-    (worst, CellMeasures { distances, mean, exact_mean })
+    let mut all = CellMeasures::default();
+    if let Some((against, accuracy)) = measured {
+        all.reserve(triangles, against, accuracy);
+    }
+    let mut worst = Forces::default();
+    for (found, CellMeasures { distances, mean, exact_mean }) in blocks {
+        worst = worst.max(found);
+        for (all, part) in all.distances.iter_mut().zip(distances) {
+            all.extend_from_slice(&part);
+        }
+        all.mean.extend_from_slice(&mean);
+        all.exact_mean.extend_from_slice(&exact_mean);
+    }
+    (worst, all)
 }
 
-/// Joins what the blocks found.
-fn joined<T: Copy>(blocks: &[(Forces, CellMeasures)], of: impl Fn(&CellMeasures) -> &Vec<T>) -> Vec<T> {
-    let parts: Vec<&[T]> = blocks.iter().map(|(_, cells)| of(cells).as_slice()).collect();
-    parts.concat()
+impl CellMeasures {
+    /// Reserves memory for this many triangles.
+    fn reserve(&mut self, triangles: usize, against: Against<'_>, accuracy: Accuracy) {
+        for (distances, _) in self.distances.iter_mut().zip(against).filter(|(_, given)| given.is_some()) {
+            distances.reserve_exact(triangles);
+        }
+        self.mean.reserve_exact(triangles);
+        if accuracy == Accuracy::Refined {
+            self.exact_mean.reserve_exact(triangles);
+        }
+    }
 }
 
 /// The force residuals of a block.
@@ -94,8 +110,7 @@ struct BlockForces<'a> {
     body: &'a Body,
     stress: &'a EquilibratedStress,
     triangles: Range<usize>,
-    against: Against<'a>,
-    measured: Option<Accuracy>,
+    measured: Option<(Against<'a>, Accuracy)>,
 }
 
 /// The triangles that are side by side, and the stresses to which their distances are measured.
@@ -110,14 +125,13 @@ impl pulp::WithSimd for BlockForces<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> (Forces, CellMeasures) {
-        let Self { body, stress, triangles, against, measured } = self;
+        let Self { body, stress, triangles, measured } = self;
         let load = body.body_force();
         let mut worst = Forces::default();
         let mut cells: Vec<CellForces> = Vec::with_capacity(triangles.len());
         let mut measures = CellMeasures::default();
-        if measured.is_some() {
-            measures.distances = against.map(|given| Vec::with_capacity(given.map_or(0, |_| triangles.len())));
-            measures.mean.reserve_exact(triangles.len());
+        if let Some((against, accuracy)) = measured {
+            measures.reserve(triangles.len(), against, accuracy);
         }
         let mut gathering = Gathering::default();
         for first in triangles.clone().step_by(S::F64_LANES) {
@@ -125,6 +139,7 @@ impl pulp::WithSimd for BlockForces<'_> {
             // Lanes without a triangle keep the one that they had before, whose results are not read.
             for (lane, t) in group.clone().enumerate() {
                 gathering.cells.set(lane, body, stress, t);
+                let Some((against, _)) = measured else { continue };
                 for (rows, given) in gathering.against.iter_mut().zip(against) {
                     if let Some(given) = given {
                         set_tensor(rows, lane, given[t]);
@@ -149,7 +164,7 @@ impl pulp::WithSimd for BlockForces<'_> {
                 }
                 cells.push(forces);
             }
-            if let Some(accuracy) = measured {
+            if let Some((against, accuracy)) = measured {
                 measure(simd, &found, (&gathering.against, against), (group.len(), accuracy), &mut measures);
             }
         }
@@ -212,8 +227,8 @@ struct Block<'a> {
 }
 
 impl Block<'_> {
-    /// Compares the forces on edge `k` of triangle `t` from both sides, or with the given ones, for the largest differences. Each edge is
-    /// checked once, by its first triangle.
+    /// Compares the forces on edge `k` of triangle `t` from both sides, or with the given ones, and raises `worst` to their differences. Each edge
+    /// is checked once, by its first triangle.
     fn edge(&self, t: usize, k: usize, worst: &mut Forces) {
         let mesh = self.body.mesh();
         let topology = mesh.topology();

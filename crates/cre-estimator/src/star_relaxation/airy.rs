@@ -117,7 +117,7 @@ pub(super) struct Gathered {
     /// Per corner: the basis of its node.
     values: [Row; 3],
     slopes: [[[Row; 2]; 2]; 3],
-    /// Whether all corners of the triangle in the lane are in the interior: they have the same basis.
+    /// Whether all corners of the triangle in the lane are in the interior: then their basis is that of every such triangle.
     are_interior: [bool; MOST_LANES],
 }
 

@@ -221,14 +221,14 @@ impl Band {
         &self.batches[self.starts[colour] as usize..self.starts[colour + 1] as usize]
     }
 
-    /// Minimises over each star of a colour: `x_star = A_ss⁻¹ (r − A_so x_outside)`.
+    /// Minimises over each star of a colour: `x_star = A_ss⁻¹ (r − A_so x_outside)`, with `A` and `r` divided by the unit of the stars.
     ///
     /// * `from_zero`: whether `x` is still zero everywhere.
     pub(super) fn relax(&self, colour: usize, r: &Shared, x: &Shared, from_zero: bool) {
         pulp::Arch::new().dispatch(Relaxation { band: self, colour, r, x, from_zero });
     }
 
-    /// Computes the rows of `A x` of each star's vertex and of the spokes of which it is the first node.
+    /// Computes the rows of `A x`, divided by that unit, of each star's vertex and of the spokes of which it is the first node.
     pub(super) fn multiply(&self, x: &Shared, y: &Shared) {
         pulp::Arch::new().dispatch(Product { band: self, x, y });
     }

@@ -69,7 +69,7 @@ fn key(space: &Space<'_>, triangle: usize) -> Option<Key> {
     let edges = mesh.topology().triangle_edges()[triangle];
     let senses =
         (0..3).fold(0, |bits, k| 2 * bits + i64::from(space.restriction(edges[k], triangle)[1] > 0.0));
-    // Rounded without `round`, which older processors do not have.
+    // Rounded by hand: `round` is a call on processors without an instruction for it.
     let [x, y, z, w] = sides.map(|side| (side * per_unit + 0.5f64.copysign(side)) as i64);
     let material = space.body().materials().index(triangle) as i64;
     Some([x, y, z, w, 8 * i64::from(exponent) + senses, material])

@@ -20,8 +20,12 @@ impl CondensedBody {
     /// * `residuals`: along the unknowns, see [`Self::along_unknowns`], N/m.
     ///
     /// # Panics
-    /// If a residual is shorter than the number of unknowns.
+    /// If a residual has not one entry per unknown.
     pub fn residual_energies(&self, mut residuals: Vec<Vec<f64>>) -> Vec<[f64; 2]> {
+        let (unknowns, lengths) = (self.dofs.len(), residuals.iter().map(Vec::len));
+        lengths.for_each(|found| {
+            assert!(found == unknowns, "a residual of {found} entries on {unknowns} unknowns")
+        });
         let mut columns: Vec<&mut [f64]> = residuals.iter_mut().map(Vec::as_mut_slice).collect();
         self.factor.forward_all(&mut columns);
         let energies = |y: Vec<f64>| {
