@@ -33,6 +33,11 @@ impl Sizes {
         2.0 * REAL * self.nodes + 3.0 * INDEX * self.triangles
     }
 
+    /// The neighbours of all nodes: ends of edges are read, the list is written and read.
+    fn neighbours(&self) -> f64 {
+        3.0 * 2.0 * INDEX * self.edges
+    }
+
     /// The mesh, edges of triangles, ends and triangles of edges, moments of edges, and one stress per triangle.
     fn stress(&self) -> f64 {
         let edges = (2.0 + 2.0) * INDEX + 4.0 * REAL;
@@ -40,7 +45,8 @@ impl Sizes {
     }
 }
 
-/// Every cut reads number, point and neighbours of the nodes of its part, and writes their numbers.
+/// Every cut reads number and point of the nodes of its part, and writes their numbers; the list of neighbours is made from the edges, and
+/// read near the cuts.
 pub(crate) fn dissection(mesh: &TriMesh) -> Count {
     let parts = dissect(mesh).parts;
     let mut depth = vec![1.0; parts.len()];
@@ -52,18 +58,18 @@ pub(crate) fn dissection(mesh: &TriMesh) -> Count {
         }
         visits += depth[k] * part.nodes.len() as f64;
     }
-    let Sizes { nodes, edges, .. } = Sizes::of(mesh);
-    let visit = 2.0 * INDEX + 2.0 * REAL + INDEX * 2.0 * edges / nodes;
-    Count { flops: 0.0, bytes: visit * visits }
+    let visit = 2.0 * INDEX + 2.0 * REAL;
+    Count { flops: 0.0, bytes: visit * visits + Sizes::of(mesh).neighbours() }
 }
 
-/// Nine blocks `A Bᵀ D B` of 54 operations in each triangle; mesh and triangles around nodes are read, the matrix is written.
+/// Three columns `A Bᵀ D B` of 56 operations in each triangle; mesh, triangles around nodes and neighbours are read, the matrix is written.
 pub(crate) fn assembly(mesh: &TriMesh, system: &System) -> Count {
     let sizes = Sizes::of(mesh);
     let (n, entries) = (system.load.len() as f64, system.stiffness.values.len() as f64);
-    let read = sizes.mesh() + 3.0 * INDEX * sizes.triangles + 2.0 * INDEX * sizes.nodes;
+    let lists = 3.0 * INDEX * sizes.triangles + sizes.neighbours();
+    let read = sizes.mesh() + lists + 2.0 * INDEX * sizes.nodes;
     let written = (INDEX + REAL) * entries + (INDEX + REAL) * n;
-    Count { flops: 9.0 * 54.0 * sizes.triangles, bytes: read + written }
+    Count { flops: 3.0 * 56.0 * sizes.triangles, bytes: read + written }
 }
 
 /// Rows of the matrix are read; rows of the fronts are written once and read twice.
@@ -191,11 +197,11 @@ impl Stars {
     }
 
     /// The stress of each triangle with seven strains in each of three parts, and a 27×12 product of their sums. The moments
-    /// are read; the residual is written, and three vectors are made.
+    /// are read; the residual is written and divided by the unit of the stars, and three vectors are made.
     pub(crate) fn start(&self) -> Count {
         Count {
             flops: (CELL + 480.0 + 810.0) * self.sizes.triangles,
-            bytes: self.sizes.stress() + 4.0 * REAL * self.unknowns(),
+            bytes: self.sizes.stress() + 6.0 * REAL * self.unknowns(),
         }
     }
 
