@@ -20,9 +20,11 @@ use crate::polish::Prepared;
 use crate::problem::MatrixView;
 use crate::settings::QpSettings;
 
-/// Most unknowns of a dense programme that is not shrunk, and most bounds that are kept: Clarabel solves such a dense
-/// programme in a few hundredths of a second.
-const LARGEST: usize = 160;
+/// One in this many bounds is kept, but at least and at most so many: Clarabel solves a dense programme of the latter size in a hundredth of
+/// a second, and the steps from a coarser guess cost less than that. Smaller programmes are not shrunk.
+const BOUNDS_PER_KEPT: usize = 8;
+const FEWEST: usize = 48;
+const MOST: usize = 160;
 
 /// A sparse programme is shrunk if at most one unknown in this many has a bound. Otherwise the shrunk matrix would have
 /// more entries than the sparse one.
@@ -71,10 +73,10 @@ impl Reduced {
             MatrixView::Dense { .. } => true,
             MatrixView::SparseUpper { .. } => UNKNOWNS_PER_BOUND * bounds <= n,
         };
-        if n <= LARGEST || bounds == 0 || !few_bounds {
+        if n <= FEWEST || bounds == 0 || !few_bounds {
             return None;
         }
-        let kept = spread(bounds, LARGEST);
+        let kept = spread(bounds, (bounds / BOUNDS_PER_KEPT).clamp(FEWEST, MOST));
         let size = kept.len();
         let mut place = vec![None; n];
         for (local, &k) in kept.iter().enumerate() {
@@ -179,7 +181,7 @@ mod tests {
 
     #[test]
     fn without_contact_the_eliminated_unknowns_are_those_of_the_whole() {
-        let n = 2 * LARGEST;
+        let n = 320;
         let (starts, rows, values) = string(n);
         let matrix =
             MatrixView::SparseUpper { n, column_starts: &starts, row_indices: &rows, values: &values };
