@@ -20,10 +20,11 @@ use crate::polish::Prepared;
 use crate::problem::MatrixView;
 use crate::settings::QpSettings;
 
-/// One in this many bounds is kept, but at least and at most so many: Clarabel solves a dense programme of the latter size in a hundredth of
-/// a second, and the steps from a coarser guess cost less than that. Smaller programmes are not shrunk.
+/// One in this many bounds is kept.
 const BOUNDS_PER_KEPT: usize = 8;
+/// At least this many bounds are kept, and programmes with fewer unknowns are not shrunk.
 const FEWEST: usize = 48;
+/// At most this many bounds are kept: Clarabel solves such a dense programme in a hundredth of a second.
 const MOST: usize = 160;
 
 /// A sparse programme is shrunk if at most one unknown in this many has a bound. Otherwise the shrunk matrix would have
