@@ -1,9 +1,11 @@
 //! Assemblies: the Neumann-Neumann iteration, with floating bodies and any orientation of the pairs.
 
 use contact_qp::{QpPath, QpSettings};
+use fem_core::body::Body;
 use fem_core::boundary::BoundaryConditions;
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactProblem, Roles};
+use fem_core::mesh::generate::block;
 use fem_core::norm::energy_norm_squared;
 use fem_core::prepared::PreparedProblem;
 use nndd::stopping::{EtaNndd, Never};
@@ -12,6 +14,7 @@ use nndd::{
     stiffer_roles,
 };
 use tests::assemblies::{four, pressed, stack, stamped, three, tower};
+use tests::paper;
 use tests::run::pair_of;
 use tests::{iterates, prepare};
 
@@ -235,4 +238,37 @@ fn the_iteration_is_the_same_on_1_2_and_7_threads() {
     assert!(one.len() > 1000);
     assert_eq!(one, two);
     assert_eq!(one, seven);
+}
+
+/// The paper's problem with a third body that touches nothing, held or free.
+fn with_an_idle_body(held: bool) -> ContactProblem {
+    let mut problem = paper::problem(paper::COARSE).unwrap();
+    let mesh = block([10.0, 0.0], [1.0, 1.0], [2, 2]).unwrap();
+    let conditions = BoundaryConditions::new();
+    let conditions = if held { conditions.fix("bottom") } else { conditions };
+    let steel = problem.bodies[0].material(0).clone();
+    problem.bodies.push(Body::new(mesh, steel, &conditions).unwrap());
+    problem
+}
+
+#[test]
+fn a_body_that_touches_nothing_does_not_change_what_theta_means() {
+    let alone = paper::problem(paper::COARSE).unwrap();
+    for weights in [Weights::Half, Weights::Stiffness] {
+        for theta in [Some(0.4), None] {
+            let mut settings = NnddSettings::paper(0.4);
+            (settings.weights, settings.theta, settings.max_iterations) = (weights, theta, 8);
+            let (expected, _) = iterates(&prepare(&alone), &settings, 0.0).unwrap();
+            for held in [true, false] {
+                let (found, _) = iterates(&prepare(&with_an_idle_body(held)), &settings, 0.0).unwrap();
+                assert!((found.theta - expected.theta).abs() <= 1e-9 * expected.theta, "{}", found.theta);
+                assert_eq!(found.history.len(), 8);
+                for (found, expected) in found.history.iter().zip(&expected.history) {
+                    let differ = (found.eta_nndd - expected.eta_nndd).abs();
+                    assert!(differ <= 1e-10 * expected.eta_nndd, "{found:?} {expected:?}");
+                    assert_eq!(found.contact_nodes, expected.contact_nodes);
+                }
+            }
+        }
+    }
 }

@@ -249,8 +249,7 @@ fn iteration(weights: Weights, acceleration: Acceleration, theta: Option<f64>) -
 #[test]
 fn the_first_bounds_of_the_iteration_are_those_of_an_independent_code() {
     let prepared = prepare(&blocks(CELLS, Friction::tresca(4.0)).unwrap());
-    // θ of the paper is half of this one.
-    let settings = iteration(Weights::Half, Acceleration::None, Some(0.8));
+    let settings = iteration(Weights::Half, Acceleration::None, Some(0.4));
     let (_, all) = iterates(&prepared, &settings, 1e-2).unwrap();
     for (iterate, expected) in all.iter().zip([1.332691243, 0.3523267742, 0.2279476676, 0.1558286877]) {
         near(iterate.eta_nndd, expected, 1e-9);
@@ -262,7 +261,7 @@ fn the_first_bounds_of_the_iteration_are_those_of_an_independent_code() {
 fn the_iteration_converges_to_the_exact_solution_in_as_many_steps_as_an_independent_code() {
     let anderson = |weights| iteration(weights, Acceleration::Anderson, None);
     let plain = iteration(Weights::Stiffness, Acceleration::None, Some(1.0));
-    let paper = iteration(Weights::Half, Acceleration::None, Some(0.8));
+    let paper = iteration(Weights::Half, Acceleration::None, Some(0.4));
     for (s, counts) in [(1.0, [16, 23, 31, 87]), (4.0, [17, 21, 30, 104]), (8.0, [16, 19, 27, 106])] {
         for roles in [Roles::FIRST, Roles::SECOND] {
             let problem = blocks(CELLS, Friction::tresca(s)).unwrap().with_roles(roles);

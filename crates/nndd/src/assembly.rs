@@ -31,7 +31,7 @@ use subdomain::Subdomain;
 
 pub use roles::stiffer_roles;
 
-/// θ without a spectrum.
+/// θ without a spectrum, for weights by stiffness; half of it for the paper's weights, whose update is twice as long.
 const FALLBACK: f64 = 0.9;
 
 /// Solves the contact problem of an assembly.
@@ -68,7 +68,8 @@ fn iteration(
     let bodies = try_each_body(contact.bodies.len(), |b| Subdomain::new(problem, &rows, b))?;
     let correction = Correction::new(&bodies, rows.len(), settings.weights, settings.coarse);
     let estimate = || spectrum::of_product(rows.len(), |v| correction.operator(v), |j| correction.apply(j));
-    let (theta, chosen) = spectrum::choose_theta(settings.theta, FALLBACK, estimate);
+    let fallback = FALLBACK / correction.scale();
+    let (theta, chosen) = spectrum::choose_theta(settings.theta, fallback, estimate);
     let mut assembly = Assembly::new(problem, &rows, &balance, &bodies, &correction, &settings.qp);
     if let Some(active) = &start.active {
         assembly.start_from(active);

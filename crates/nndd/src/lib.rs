@@ -31,7 +31,7 @@
 //! ```math
 //! step 1   P^α = argmin_P ½ Pᵀ Φ_α P + (c − v_α)ᵀ P            G_α P = e_α, P_i ≥ 0 in unilateral rows
 //!          c = λ if the body carries it                       c = g − λ if it is unilateral
-//! step 2   λ ← λ + θ M (P^1 − P^2)                            P^1 of the bodies that carry λ, P^2 ≥ 0 of the others
+//! step 2   λ ← λ + θ M (P^1 − P^2), half weights: 2 M        P^1 of the bodies that carry λ, P^2 ≥ 0 of the others
 //! bound    η_NNDD² = ∑_α (P̃ − P^α)ᵀ Φ_α (P̃ − P^α) + 2 P̃ᵀ o
 //! ```
 //! A rigid obstacle carries the λ that is imposed on it; what is free of it moves so that its load is balanced in step 1.

@@ -85,7 +85,7 @@ pub enum Path {
 /// How the interface imbalance is shared between the two bodies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Weights {
-    /// Half each, and the update `w¹ − w²`: the paper's. For an assembly the update is `½ w¹ − ½ w²`.
+    /// Half each, and the update `w¹ − w²`: the paper's, of assemblies too.
     Half,
     /// `d_α = k_α/(k₁+k₂)` with the diagonals of `S_α`, and the update `d₁ w¹ − d₂ w²`.
     #[default]

@@ -4,7 +4,7 @@
 //! w = M j,   j = P^1 − P^2,   M = ∑_α σ_α D_α Φ̃_α D_α σ_α + Z (Zᵀ S₀ Z)⁺ Zᵀ,   S₀ = ∑_α σ_α S_α σ_α
 //! ```
 //! `σ` is + in the rows where a body carries λ and − in the others, `D` shares the imbalance `j` between the two bodies
-//! of a row. Against an obstacle `σ` is 0. A held body has `Φ̃ = S⁻¹`. A floating one is put on springs that see rigid
+//! of a row. With the paper's weights `D = ½`, whose update is `w¹ − w²` and not `½ w¹ − ½ w²`, the direction is `2 M j`: θ is the paper's. Against an obstacle `σ` is 0. A held body has `Φ̃ = S⁻¹`. A floating one is put on springs that see rigid
 //! motions only, `Φ̃ = (S + s̄ Q Qᵀ)⁻¹` with `s̄ = tr S/n`. Without the coarse space of its motions (Mandel 1993),
 //! `Z = [σ_α D_α Q_α]`, a load would pass one body per iteration.
 
@@ -25,6 +25,8 @@ pub(super) struct Correction<'a> {
     /// `1/s̄` of each body.
     springs: Vec<f64>,
     coarse: Option<Coarse>,
+    /// The factor of `M j` in the update of λ, dimensionless.
+    scale: f64,
 }
 
 /// The coarse space: `Z`, one column per motion, and `(ZᵀS_0Z)⁺`.
@@ -47,14 +49,23 @@ impl<'a> Correction<'a> {
         };
         let shares = bodies.iter().zip(&diagonals).map(share);
         let springs = diagonals.iter().map(|diagonal| 1.0 / diagonal.mean()).collect();
-        let mut made = Self { bodies, shares: shares.collect(), springs, coarse: None };
+        let scale = match weights {
+            Weights::Half => 2.0,
+            Weights::Stiffness => 1.0,
+        };
+        let mut made = Self { bodies, shares: shares.collect(), springs, coarse: None, scale };
         if coarse {
             made.coarse = made.coarse_space(rows);
         }
         made
     }
 
-    /// Computes `M j`.
+    /// Returns the factor of `M j` in the update of λ.
+    pub(super) fn scale(&self) -> f64 {
+        self.scale
+    }
+
+    /// Computes the direction of the update, `M j` times its factor.
     pub(super) fn apply(&self, imbalance: &[f64]) -> Vec<f64> {
         let of_body = |b: usize| {
             let (body, share) = (&self.bodies[b], &self.shares[b]);
@@ -72,6 +83,7 @@ impl<'a> Correction<'a> {
                 sum.iter_mut().zip(column).for_each(|(w, z)| *w += amount * z);
             }
         }
+        sum.iter_mut().for_each(|w| *w *= self.scale);
         sum
     }
 
