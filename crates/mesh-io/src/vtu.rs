@@ -9,7 +9,7 @@ mod fields;
 pub use collection::{PvdEntry, pvd, series};
 pub use fields::{FieldError, PointVectors, point_vectors};
 
-use crate::words::escaped;
+use crate::words::attribute;
 use fem_core::geometry::Vector;
 use fem_core::mesh::TriMesh;
 use std::fmt::Write as _;
@@ -264,7 +264,8 @@ impl Layout {
                 n => format!(" NumberOfComponents=\"{n}\""),
             };
             let kind = if array.whole { "Int64" } else { "Float64" };
-            let attributes = format!("type=\"{kind}\" Name=\"{}\"{components}{tuples}", escaped(&array.name));
+            let attributes =
+                format!("type=\"{kind}\" Name=\"{}\"{components}{tuples}", attribute(&array.name));
             self.array(xml, &attributes, 8 * array.values.len());
         }
         let _ = writeln!(xml, "      </{tag}>");

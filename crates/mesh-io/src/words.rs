@@ -5,9 +5,30 @@ pub fn counted(count: usize, what: &str) -> String {
     if count == 1 { format!("1 {what}") } else { format!("{count} {what}s") }
 }
 
-/// Writes the special characters of HTML and XML as these ask for.
+/// Writes a text as the content of an element of XML or HTML. Characters that XML 1.0 cannot hold at all, such as U+0001 and
+/// U+FFFE, are written by their codes: `\u{fffe}`.
 pub fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out += "&amp;",
+            '<' => out += "&lt;",
+            '>' => out += "&gt;",
+            '"' => out += "&quot;",
+            // A reader of XML makes a line feed of it.
+            '\r' => out += "&#13;",
+            '\n' | '\t' => out.push(c),
+            '\0'..='\u{1f}' | '\u{fffe}' | '\u{ffff}' => out.extend(c.escape_unicode()),
+            _ => out.push(c),
+        }
+    }
+    out
+}
+
+/// Writes a text as the value of an attribute of XML or HTML, see [`escaped`]: a reader of XML makes a blank of a line feed
+/// that is not a reference.
+pub fn attribute(text: &str) -> String {
+    escaped(text).replace('\n', "&#10;").replace('\t', "&#9;")
 }
 
 /// Names that a message lists.
@@ -54,7 +75,14 @@ pub fn did_you_mean<'a>(
 
 #[cfg(test)]
 mod tests {
-    use super::nearest;
+    use super::{attribute, escaped, nearest};
+
+    #[test]
+    fn xml_holds_any_text() {
+        assert_eq!(escaped("a&b<c>\"d\"\n\r"), "a&amp;b&lt;c&gt;&quot;d&quot;\n&#13;");
+        assert_eq!(escaped("\0\u{1}\u{1f}\u{fffe}\u{ffff}"), "\\u{0}\\u{1}\\u{1f}\\u{fffe}\\u{ffff}");
+        assert_eq!(attribute("a\tb\nc'\u{202e}Ü\u{7f}"), "a&#9;b&#10;c'\u{202e}Ü\u{7f}");
+    }
 
     #[test]
     fn only_near_names_are_offered() {

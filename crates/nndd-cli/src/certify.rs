@@ -18,7 +18,7 @@ pub(crate) fn command(options: &Certify) -> Result<u8, Failure> {
     let found = certify::certify(&case, problem, &options.displacement)?;
     let failed: Vec<(&str, f64)> = found.estimate.admissibility.failed().collect();
     if options.format == Format::Json {
-        console::print(&format!("{}\n", certify::summary(&case, &found)))?;
+        console::print_json(&certify::summary(&case, &found))?;
         return Ok(if found.bound().is_some() { 0 } else { NOT_CERTIFIED });
     }
     let mut text = String::new();

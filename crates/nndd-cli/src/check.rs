@@ -18,7 +18,7 @@ pub(crate) fn command(options: &Check) -> Result<u8, Failure> {
     console::notes(&said);
     let bodies = nndd_report::check::check(&case, &problem)?;
     if options.format == Format::Json {
-        console::print(&format!("{}\n", summary(&case, &problem, &bodies, &said)))?;
+        console::print_json(&summary(&case, &problem, &bodies, &said))?;
         return Ok(0);
     }
     let mut text = console::header(&case, &problem, &case.output_directory());

@@ -30,6 +30,11 @@ pub(crate) fn print(text: &str) -> io::Result<()> {
     }
 }
 
+/// Prints one JSON object on a line to stdout.
+pub(crate) fn print_json(value: &Value) -> io::Result<()> {
+    print(&format!("{}\n", words::json(value)))
+}
+
 /// Says that standard output cannot be written to.
 pub(crate) fn full(error: io::Error) -> io::Error {
     let what = format!("cannot write to standard output: {error}; redirect it to a disk with free space");

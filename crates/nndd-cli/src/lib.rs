@@ -34,7 +34,7 @@ pub fn run() -> ExitCode {
         Err(failure) => {
             if arguments.command.is_for_programs() {
                 // If stdout itself failed, only the text on stderr remains.
-                let _ = console::print(&format!("{}\n", console::failed(&failure)));
+                let _ = console::print_json(&console::failed(&failure));
             }
             console::failure(&failure);
             ExitCode::from(failure.code)

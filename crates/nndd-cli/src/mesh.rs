@@ -14,7 +14,7 @@ pub(crate) fn command(options: &Mesh) -> Result<u8, Failure> {
     let summary = file.summary();
     match options.format {
         Format::Human => console::print(&human(&file, &summary))?,
-        Format::Json => console::print(&format!("{}\n", object(&file, &summary)))?,
+        Format::Json => console::print_json(&object(&file, &summary))?,
     }
     Ok(0)
 }

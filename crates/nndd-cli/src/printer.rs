@@ -65,7 +65,7 @@ impl Printer {
         match self.format {
             _ if self.quiet => Ok(()),
             Format::Human => Ok(console::print(&console::header(case, problem, output))?),
-            Format::Json => self.event(json!({
+            Format::Json => self.event(&json!({
                 "event": "started",
                 "case": case.file_name(),
                 "nodes": problem.bodies.iter().map(|b| b.mesh().points().len()).collect::<Vec<_>>(),
@@ -89,7 +89,7 @@ impl Printer {
             Format::Json => {
                 let mut object = json!(report::iteration_row(row));
                 object["event"] = "iteration".into();
-                self.event(object)
+                self.event(&object)
             }
         };
         self.rows += 1;
@@ -114,7 +114,7 @@ impl Printer {
                 // A mesh without bound has no row in the report; here it still has an event.
                 let mut object = adaptive_row(step).map_or_else(|| without_bound(step), |row| json!(row));
                 object["event"] = "step".into();
-                self.event(object)
+                self.event(&object)
             }
         };
         self.steps += 1;
@@ -149,7 +149,7 @@ impl Printer {
                     .map_or_else(String::new, |f| format!("contact force {}, ", words::with_digits(f, 4)));
                 console::print(&format!("load step {step} of {of}: {force}{error}\n")).map_err(Failure::from)
             }
-            Format::Json => self.event(json!({
+            Format::Json => self.event(&json!({
                 "event": "load_step",
                 "step": step,
                 "of": of,
@@ -187,7 +187,7 @@ impl Printer {
                 console::notes(&new.cloned().collect::<Vec<_>>());
                 Ok(())
             }
-            Format::Json => self.event(json!({
+            Format::Json => self.event(&json!({
                 "event": "finished",
                 "notes": report.notes,
                 "status": report.status,
@@ -199,8 +199,8 @@ impl Printer {
         }
     }
 
-    fn event(&self, event: Value) -> Result<(), Failure> {
-        Ok(console::print(&format!("{event}\n"))?)
+    fn event(&self, event: &Value) -> Result<(), Failure> {
+        Ok(console::print_json(event)?)
     }
 }
 /// Names the directory and the files to open first: the page, the numbers, a body for ParaView.

@@ -11,6 +11,8 @@ mod assemblies;
 mod files;
 #[path = "faults/limits.rs"]
 mod limits;
+#[path = "faults/names.rs"]
+mod names;
 #[path = "faults/processes.rs"]
 mod processes;
 #[path = "faults/results.rs"]

@@ -1,5 +1,6 @@
 //! The settings of a run as a case file in TOML.
 
+use crate::words::json;
 use serde_json::{Map, Value};
 use std::fmt::Write as _;
 
@@ -59,14 +60,14 @@ fn inline(value: &Value) -> Option<String> {
             format!("{{ {} }}", entries.join(", "))
         }
         // Strings of JSON are strings of TOML: the escapes of the one are escapes of the other.
-        other => other.to_string(),
+        other => json(other),
     })
 }
 
 /// A key, in quotes if it must be.
 fn bare(key: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "_-".contains(c);
-    if !key.is_empty() && key.chars().all(plain) { key.to_owned() } else { Value::from(key).to_string() }
+    if !key.is_empty() && key.chars().all(plain) { key.to_owned() } else { json(&Value::from(key)) }
 }
 
 #[cfg(test)]

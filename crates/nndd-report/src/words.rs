@@ -2,6 +2,7 @@
 
 use case_io::Case;
 use fem_core::geometry::{Vector, shown};
+use serde_json::Value;
 use std::borrow::Cow;
 
 pub use mesh_io::words::counted;
@@ -100,7 +101,7 @@ fn commands(c: char) -> bool {
 
 /// Says whether a character turns the direction of the text after it, or is not allowed in XML.
 fn turns(c: char) -> bool {
-    matches!(c, '\u{fffe}' | '\u{ffff}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    matches!(c, '\u{fffe}' | '\u{ffff}' | '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
 /// Writes control characters by their codes, line ends among them: a title or a name is one line.
@@ -120,6 +121,17 @@ fn by_code(text: &str, which: fn(char) -> bool) -> Cow<'_, str> {
     }
     let shown = |c: char| if which(c) { c.escape_default().to_string() } else { c.to_string() };
     text.chars().map(shown).collect::<String>().into()
+}
+
+/// Writes JSON, without characters that would command a terminal: in its strings these are written as `\u202e`, which readers of
+/// JSON and of TOML take for the character.
+pub fn json(value: &Value) -> String {
+    let mut text = String::new();
+    for c in value.to_string().chars() {
+        // All of them lie below U+10000, where one code is enough.
+        if commands(c) { text += &format!("\\u{:04x}", u32::from(c)) } else { text.push(c) }
+    }
+    text
 }
 
 /// Replaces such characters by blanks, each byte by one, so that places in the text stay where they are.
@@ -194,6 +206,16 @@ mod tests {
             [91_900.35, 919.0, 26.236, 0.012_774, 4.336e6, -1.25e-8, 0.0, 9.996].map(|x| with_digits(x, 3));
         assert_eq!(written, ["9.19e4", "919", "26.2", "0.0128", "4.34e6", "-1.25e-8", "0", "10.0"]);
         assert_eq!([919.0, 26.236, 0.276].map(|x| with_digits(x, 2)), ["920", "26", "0.28"]);
+    }
+
+    #[test]
+    fn json_without_commands_is_the_same_json() {
+        for c in (0..0x3000).chain(0xd000..0x11000).filter_map(char::from_u32) {
+            let value = serde_json::json!({ format!("a{c}\"\\"): [format!("{c}{c}"), 1.5, null] });
+            let text = json(&value);
+            assert_eq!(serde_json::from_str::<Value>(&text).unwrap(), value, "{text}");
+            assert_eq!(plain(&text), text);
+        }
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Collections of files over time: `.pvd` with all parts, and `.vtu.series` of one part.
 
 use super::VtuError;
-use crate::words::escaped;
+use crate::words::attribute;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 
@@ -36,8 +36,8 @@ pub fn pvd(entries: &[PvdEntry]) -> Result<String, VtuError> {
             "    <DataSet timestep=\"{}\" group=\"\" part=\"{}\" name=\"{}\" file=\"{}\"/>",
             e.timestep,
             e.part,
-            escaped(&e.name),
-            escaped(&e.file)
+            attribute(&e.name),
+            attribute(&e.file)
         );
     }
     xml.push_str("  </Collection>\n</VTKFile>\n");
