@@ -161,18 +161,19 @@ pub fn adaptive_csv(rows: &[AdaptiveRow]) -> Result<String, TableError> {
     write(&columns, &rows.iter().map(of_row).collect::<Vec<_>>())
 }
 
-/// Writes sweep.csv: the swept key, `status`, the keys of `iterations` of each run's last iteration, and then which panel
+/// Writes sweep.csv: the swept key, `status`, `valid`, the keys of `iterations` of each run's last iteration, and then which panel
 /// it is, the same in every row: its name and its settings.
 ///
 /// # Errors
 /// A number that is not finite.
 pub fn sweep_csv(key: &str, panel: &SweepPanel) -> Result<String, TableError> {
-    let mut columns = vec![key, "status"];
+    let mut columns = vec![key, "status", "valid"];
     columns.extend(HISTORY_COLUMNS);
     columns.extend(["panel", "settings"]);
     let settings = panel.settings.join("; ");
+    let rows = panel.rows.iter();
     let tuples: Vec<_> =
-        panel.rows.iter().map(|r| (&r.value, &r.status, &r.iteration, &panel.name, &settings)).collect();
+        rows.map(|r| (&r.value, &r.status, r.valid, &r.iteration, &panel.name, &settings)).collect();
     write(&columns, &tuples)
 }
 
@@ -274,8 +275,8 @@ mod tests {
         let settings = vec!["a=[1,2]".to_owned(), "b=3".to_owned()];
         let panel = SweepPanel { settings, name: "9 nodes".into(), nodes: 9, rows: vec![row] };
         let text = sweep_csv("solver.theta", &panel).unwrap();
-        assert!(text.starts_with("solver.theta,status,iteration,theta,"), "{text}");
-        assert!(text.contains("\n0.1,completed,0,,"), "{text}");
+        assert!(text.starts_with("solver.theta,status,valid,iteration,theta,"), "{text}");
+        assert!(text.contains("\n0.1,completed,false,0,,"), "{text}");
         assert!(text.ends_with(",9 nodes,\"a=[1,2]; b=3\"\n"), "{text}");
     }
 

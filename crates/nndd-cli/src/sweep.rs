@@ -3,6 +3,7 @@
 use crate::args::Sweep as Options;
 use crate::console;
 use crate::machine::{Machine, Showing};
+use nndd_report::failure::NOT_CERTIFIED;
 use nndd_report::sweep::{self, SweepOptions};
 use nndd_report::{Event, Failure, Host, NOT_CONVERGED};
 
@@ -23,24 +24,27 @@ pub(crate) fn command(options: &Options) -> Result<u8, Failure> {
         for panel in &record.panels {
             console::print(&sweep::best(&record.key, panel))?;
         }
-        let runs = || record.panels.iter().flat_map(|panel| &panel.rows);
         if !swept.has_value() && swept.failure.is_none() && signal.is_none() {
-            let word = runs().map(|row| row.status.as_str()).next().unwrap_or("stalled");
+            let word = swept.rows().map(|row| row.status.as_str()).next().unwrap_or("stalled");
             console::print(&format!(
                 "{word}: no run of this sweep has an eta_nndd; try other values of {}\n",
                 record.key
             ))?;
         }
         if signal.is_some() {
-            let (done, all) = (runs().count(), swept.asked);
+            let (done, all) = (swept.rows().count(), swept.asked);
             console::print(&format!("interrupted: by a signal after {done} of {all} runs\n"))?;
         }
         console::print(&format!("wrote {}: {}\n", swept.path.display(), swept.files.join(" ")))?;
     }
-    let has_value = swept.has_value();
+    let code = match (swept.has_valid(), swept.has_value()) {
+        (true, _) => 0,
+        (false, true) => NOT_CERTIFIED,
+        (false, false) => NOT_CONVERGED,
+    };
     match swept.failure {
         Some(failure) => Err(failure),
-        None => Ok(signal.unwrap_or(if has_value { 0 } else { NOT_CONVERGED })),
+        None => Ok(signal.unwrap_or(code)),
     }
 }
 
@@ -60,9 +64,8 @@ fn show(options: &Options, width: &mut usize, event: Event<'_>) -> Result<(), Fa
         }
         Event::Value { value, case, solved } => {
             let width = *width;
-            let last = solved.answer.certified().and_then(|solution| solution.rows.last());
-            if let Some(row) = last.filter(|_| !options.run.quiet) {
-                console::print(&format!("{value:>width$} {}", layout.row(row, 0.0)))?;
+            if let Some(row) = sweep::last_row(solved).filter(|_| !options.run.quiet) {
+                console::print(&format!("{value:>width$} {}", layout.row(&row, 0.0)))?;
             }
             if options.run.verbose {
                 console::print(&console::choices(case, solved))?;

@@ -142,6 +142,52 @@ fn one_iteration_is_the_least() {
     assert_eq!(column(&out, "sweep.csv", "iteration"), ["1"]);
 }
 
+/// Sweeps θ of a case of `tests/cases/true_numbers`.
+fn sweep_of(name: &str, out: &Path, more: &[&str]) -> Output {
+    let case = paper().with_file_name("true_numbers").join(name);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_nndd"));
+    command.arg("sweep").arg(case).args(["--over", "solver.theta=0.3:0.5:0.1", "--out"]).arg(out);
+    command.args(more).output().unwrap()
+}
+
+#[test]
+fn a_sweep_prints_no_bound_that_is_not_valid() {
+    let temp = tempfile::tempdir().unwrap();
+    let out = temp.path().join("out");
+    let output = sweep_of("sweep-invalid.toml", &out, &[]);
+    let said = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(6), "{said}");
+    assert!(said.contains("no value; the certificate of 3 of 3 runs is not valid"), "{said}");
+    assert_eq!(column(&out, "sweep.csv", "valid"), ["false"; 3]);
+    for bound in ["e_cre", "eta_dis"] {
+        assert_eq!(column(&out, "sweep.csv", bound), [""; 3]);
+    }
+    let record = std::fs::read_to_string(out.join("sweep.json")).unwrap();
+    let record: serde_json::Value = serde_json::from_str(&record).unwrap();
+    let rows = record["panels"][0]["rows"].as_array().unwrap();
+    assert!(rows.iter().all(|row| row["valid"] == false && row["iteration"]["e_cre"].is_null()), "{record}");
+    let svg = std::fs::read_to_string(out.join("figures/sweep.svg")).unwrap();
+    assert!(svg.contains("no data") && svg.contains("3 of 3 left out"), "{svg}");
+    let output = sweep(&out, "solver.theta=0.3:0.5:0.1", &["--force"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stdout));
+    assert_eq!(column(&out, "sweep.csv", "valid"), ["true"; 3]);
+    assert!(column(&out, "sweep.csv", "e_cre").iter().all(|e| e.parse::<f64>().unwrap() > 0.0));
+}
+
+#[test]
+fn a_sweep_uses_the_last_factors_of_load_steps() {
+    let temp = tempfile::tempdir().unwrap();
+    let e_cre = |name: &str, more: &[&str]| {
+        let out = temp.path().join(format!("{}{}", name.replace('/', "-"), more.len()));
+        let output = sweep_of(name, &out, more);
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        column(&out, "sweep.csv", "e_cre")
+    };
+    let in_steps = e_cre("certify-steps/case.toml", &[]);
+    assert_eq!(in_steps, e_cre("certify-steps/full.toml", &["--set", "body.0.traction.0.vector=[0.0, 0.3]"]));
+    assert_ne!(in_steps, e_cre("certify-steps/full.toml", &[]));
+}
+
 #[test]
 fn a_run_without_value_is_a_dash_and_a_sweep_of_such_runs_is_not_converged() {
     let temp = tempfile::tempdir().unwrap();

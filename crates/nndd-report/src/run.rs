@@ -89,6 +89,17 @@ pub fn build(case: &mut Case, host: &dyn Host) -> Result<ContactProblem, Failure
     Ok(problem)
 }
 
+/// Makes the contact problem of a case as [`build`] does, with the factors at the end of its last load step.
+///
+/// # Errors
+/// See [`build`]; conditions that contradict each other with these factors.
+pub fn build_last(case: &mut Case, host: &dyn Host) -> Result<ContactProblem, Failure> {
+    let problem = build(case, host)?;
+    let Some(factors) = case.step_ends().pop() else { return Ok(problem) };
+    let scaled = problem.with_factors(&|body, place| case.factor(&factors, body, place));
+    scaled.map_err(|error| Failure::solve(case, &error.into()))
+}
+
 /// Solves a case, adaptively if it has a target.
 ///
 /// * `problem`: that of [`build`].

@@ -6,12 +6,14 @@ use crate::host::{Event, Host};
 use crate::plot;
 use crate::report;
 use crate::run::{self, CaseFile, Source};
+use crate::solved::Solved;
 use crate::stopwatch::Stopwatch;
 use crate::words::counted;
 use case_io::case_file::{Sweep, split_override};
 use case_io::output::{OutputDirectory, Presence, ResultKind};
 use case_io::report::{CASE_HASH, IterationRow, SWEEP_SCHEMA, SweepPanel, SweepReport, SweepRow};
 use case_io::table;
+use certified_contact::{CertifiedSolution, Row};
 use serde_json::Map;
 use std::path::{Path, PathBuf};
 
@@ -66,7 +68,17 @@ pub struct Swept {
 impl Swept {
     /// Says whether any run has a number to compare by.
     pub fn has_value(&self) -> bool {
-        self.record.panels.iter().flat_map(|panel| &panel.rows).any(|row| row.iteration.eta_nndd.is_some())
+        self.rows().any(|row| row.iteration.eta_nndd.is_some())
+    }
+
+    /// Says whether the certificate of any run is valid.
+    pub fn has_valid(&self) -> bool {
+        self.rows().any(|row| row.valid)
+    }
+
+    /// Lists the runs of all panels.
+    pub fn rows(&self) -> impl Iterator<Item = &SweepRow> {
+        self.record.panels.iter().flat_map(|panel| &panel.rows)
     }
 }
 
@@ -214,7 +226,7 @@ fn fill_panel(
     for (k, value) in sweep.values.iter().enumerate() {
         let all = settings_of_run(options, sweep, &settings.concat(), value);
         let read = source.read(&all).and_then(|mut case| {
-            let problem = if case.adapt.is_none() { Some(run::build(&mut case, host)?) } else { None };
+            let problem = if case.adapt.is_none() { Some(run::build_last(&mut case, host)?) } else { None };
             Ok((case, problem))
         });
         let (case, problem) = read.map_err(|failure| failure.given_by("--over", &sweep.key, value))?;
@@ -249,19 +261,38 @@ fn fill_panel(
         if host.interrupted().is_some() {
             break;
         }
-        let row = solved.answer.certified().and_then(|solution| solution.rows.last());
         host.event(Event::Value { value, case: &case, solved: &solved })?;
-        let iteration = row.map_or_else(IterationRow::default, report::iteration_row);
-        panel.rows.push(SweepRow { value: value.clone(), status: solved.status.word, iteration });
+        let iteration = last_row(&solved).as_ref().map_or_else(IterationRow::default, report::iteration_row);
+        let valid = solved.answer.certified().is_some_and(CertifiedSolution::is_certified);
+        panel.rows.push(SweepRow { value: value.clone(), status: solved.status.word, valid, iteration });
     }
     Ok(())
 }
 
-/// Says where the iteration's error is smallest.
+/// Returns the last iteration of a run, without the bounds unless its certificate is valid.
+pub fn last_row(solved: &Solved) -> Option<Row> {
+    let solution = solved.answer.certified()?;
+    let mut row = solution.rows.last()?.clone();
+    if !solution.is_certified() {
+        (row.eta_dis, row.e_cre) = (None, None);
+    }
+    Some(row)
+}
+
+/// Says for which valid run the iteration's error is smallest, and how many are not valid.
 pub fn best(key: &str, panel: &SweepPanel) -> String {
-    let known = panel.rows.iter().filter_map(|row| Some((row.iteration.eta_nndd?, &row.value)));
+    let valid = panel.rows.iter().filter(|row| row.valid);
+    let known = valid.clone().filter_map(|row| Some((row.iteration.eta_nndd?, &row.value)));
+    let failed = panel.rows.len() - valid.count();
+    let lost = if failed > 0 {
+        format!("; the certificate of {failed} of {} runs is not valid", panel.rows.len())
+    } else {
+        String::new()
+    };
     match known.min_by(|a, b| a.0.total_cmp(&b.0)) {
-        Some((eta, value)) => format!("{}: smallest eta_nndd {eta:.3e} at {key} = {value}\n", panel.name),
-        None => format!("{}: no value\n", panel.name),
+        Some((eta, value)) => {
+            format!("{}: smallest eta_nndd {eta:.3e} at {key} = {value}{lost}\n", panel.name)
+        }
+        None => format!("{}: no value{lost}\n", panel.name),
     }
 }

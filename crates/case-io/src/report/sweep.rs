@@ -15,7 +15,10 @@ pub struct SweepRow {
     pub value: String,
     /// The status word of the run.
     pub status: String,
-    /// Its last iteration.
+    /// Tells if the certificate of its last iteration is valid.
+    #[serde(default)]
+    pub valid: bool,
+    /// Its last iteration; without `e_cre` and `eta_dis` if they are not bounds.
     pub iteration: IterationRow,
 }
 

@@ -438,7 +438,7 @@ class Sweep:
         """For each panel by its name a structured array with a row for each value, as ``sweep.csv`` has it."""
 
         def flat(row: Mapping[str, Any]) -> dict[str, Any]:
-            return {"value": row["value"], "status": row["status"], **row["iteration"]}
+            return {"value": row["value"], "status": row["status"], "valid": row["valid"], **row["iteration"]}
 
         return {panel["name"]: _table([flat(row) for row in panel["rows"]]) for panel in self._record["panels"]}
 

@@ -20,8 +20,8 @@ const HEIGHT: f64 = 230.0 * PIXEL;
 /// Draws the indicators against a swept setting, one panel below the other, on a common logarithmic scale.
 ///
 /// `values` are those of the setting; an interrupted sweep has no row for the last ones. Values that are missing, not
-/// finite or not positive are left out and break the line, and so are runs that diverged; the heading of a
-/// panel says how many values of the setting have no η_NNDD, and where η_NNDD is smallest.
+/// finite or not positive are left out and break the line, and so are runs that diverged or whose certificate is not valid; the
+/// heading of a panel says how many values are left out, and where η_NNDD is smallest.
 pub(crate) fn sweep(title: &str, key: &str, values: &[f64], panels: &[SweepPanel]) -> String {
     let drawn: Vec<[Series; 3]> = panels.iter().map(|p| series_of(p, values)).collect();
     let [x, y] = lines::extents(drawn.iter().flatten());
@@ -42,9 +42,9 @@ pub(crate) fn sweep(title: &str, key: &str, values: &[f64], panels: &[SweepPanel
     lines::figure(title, &description, HEIGHT, &all)
 }
 
-/// An indicator of a run, unless it diverged.
+/// An indicator of a run, unless it diverged or its certificate is not valid.
 fn value(row: &SweepRow, of: fn(&IterationRow) -> Option<f64>) -> Option<f64> {
-    of(&row.iteration).filter(|v| v.is_finite() && row.status != "diverged")
+    of(&row.iteration).filter(|v| v.is_finite() && row.valid && row.status != "diverged")
 }
 
 fn series_of(panel: &SweepPanel, values: &[f64]) -> [Series; 3] {
@@ -67,7 +67,7 @@ fn heading(key: &str, panel: &SweepPanel, eta_nndd: &Series) -> String {
     }
     let lost = panel.rows.iter().filter(|row| value(row, |r| r.eta_nndd).is_none()).count();
     if lost > 0 {
-        text += &format!("; {lost} of {} diverged, left out", panel.rows.len());
+        text += &format!("; {lost} of {} left out: diverged or not valid", panel.rows.len());
     }
     text
 }

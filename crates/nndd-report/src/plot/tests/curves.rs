@@ -19,7 +19,7 @@ const VALUES: [f64; 3] = [0.2, 0.4, 0.6];
 
 fn constant(name: &str, value: Option<f64>) -> SweepPanel {
     let iteration = IterationRow { eta_nndd: value, eta_dis: value, e_cre: value, ..IterationRow::default() };
-    let row = SweepRow { iteration, ..SweepRow::default() };
+    let row = SweepRow { valid: true, iteration, ..SweepRow::default() };
     SweepPanel { name: name.into(), rows: vec![row; 3], ..SweepPanel::default() }
 }
 
@@ -34,7 +34,16 @@ fn sweep_names_its_panels_series_and_losses() {
     for text in ["coarse", "fine &lt;5994&gt; &amp; more", "eta_nndd", "eta_dis", "e_cre", "energy^1/2"] {
         assert!(svg.contains(text), "{text}");
     }
-    assert!(svg.contains("smallest eta_nndd at solver.theta = 0.4") && svg.contains("1 of 3 diverged"));
+    assert!(svg.contains("smallest eta_nndd at solver.theta = 0.4") && svg.contains("1 of 3 left out"));
+}
+
+#[test]
+fn sweep_draws_no_point_of_a_run_that_is_not_valid() {
+    let mut panel = constant("mesh", Some(0.2));
+    let drawn = sweep("Sweep", "solver.theta", &VALUES, &[panel.clone()]);
+    panel.rows.iter_mut().for_each(|row| row.valid = false);
+    let none = sweep("Sweep", "solver.theta", &VALUES, &[panel]);
+    assert!(!drawn.contains("no data") && none.contains("no data") && none.contains("3 of 3 left out"));
 }
 
 #[test]
