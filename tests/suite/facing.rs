@@ -80,10 +80,11 @@ fn contact_nodes_clamped_at_the_end_of_the_line_give_a_bound() {
     let fine = solved(32);
     for cells in [2, 4, 8] {
         let found = solved(cells);
+        // No displacement of one body moves the clamped end.
+        assert!(found.contact_force.is_err());
         for (what, coarse, fine) in [
             ("norm", found.energy_norm, fine.energy_norm),
             ("energy", found.potential_energy, fine.potential_energy),
-            ("force", found.contact_force.unwrap(), fine.contact_force.unwrap()),
         ] {
             println!("{cells} cells, {what}: {coarse:?} {fine:?}");
             // Both hold the exact value.

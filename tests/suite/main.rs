@@ -12,6 +12,7 @@ mod bound;
 mod bounds;
 mod cattaneo;
 mod certificate;
+mod contact_force;
 mod curved;
 mod curved_non_matching;
 mod curved_sides;

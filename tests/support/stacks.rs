@@ -323,7 +323,7 @@ impl Measured {
         let squared = |b: usize| {
             exact.error_squared(b, &found.problem.bodies[b], &estimate.pair.bodies[b].displacement)
         };
-        let force = bounds.contact_force.ok_or("a straight line without a bound of its force")?;
+        let force = bounds.contact_force?;
         Ok(Some(Self {
             error: rounded((squared(0) + squared(1)).sqrt()),
             norm: rounded(exact.energy_norm),

@@ -63,7 +63,7 @@ impl Trial {
         let discrete = discrete(problem, &estimate.pair, iterate.eta_nndd);
         let apart = |a: [f64; 2], b: [f64; 2]| !(a[0] <= b[1] && b[0] <= a[1]);
         let certified = fine.as_ref().filter(|f| f.is_certified()).and_then(|f| f.bounds);
-        let force = certified.and_then(|b| b.contact_force).zip(bounds.contact_force);
+        let force = certified.and_then(|b| b.contact_force.ok()).zip(bounds.contact_force.ok());
         let relaxed = [two.unchecked().e_cre, estimate.unchecked().e_cre];
         Ok(Some(Trial {
             number,

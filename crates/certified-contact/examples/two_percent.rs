@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let percent = (1e4 * step.relative.unwrap_or(f64::NAN)).ceil() / 100.0;
         println!("mesh {}: {:6} nodes, certified error <= {percent:.2} %", step.step, step.nodes);
     }
-    if let Some([low, high]) = answer.solution.bounds.and_then(|b| b.contact_force) {
+    if let Some([low, high]) = answer.solution.bounds.and_then(|b| b.contact_force.ok()) {
         println!("contact force between {low:.4} and {high:.4}, whatever the mesh");
     }
     Ok(())

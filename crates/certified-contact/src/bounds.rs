@@ -1,7 +1,7 @@
 //! Bounds of other quantities of the exact solution, from the bound of the energy error.
 
+use crate::contact_force::{NoContactForce, contact_force};
 use cre_estimator::{Estimate, friction};
-use fem_core::norm;
 use fem_core::prepared::PreparedProblem;
 use nndd::Iterate;
 
@@ -26,15 +26,9 @@ use nndd::Iterate;
 ///   reaction along it count; the rest of the traction is given and part of `ℓ`. On a curved contact line `v` is
 ///   admissible only with its lift `l`: then `J(u) ≤ J(v + l)`. With the friction of Tresca `J` gains `∫ s|w|`, `w` the slip, and the
 ///   identities hold with `½ e²` that contains `∫ (s|w| − q w)`.
-/// * **Contact force** `N = ∫ p_ex`. In each body take the displacement `w` of least energy with `w·n = ∓1` on Γ_C
-///   that vanishes where displacements are imposed, `‖w‖² = s = 1ᵀ S 1`. Virtual work gives
-///   `N = ∫ σ : ε(w) − ℓ(w)` in either body, the same with `τ` gives `∫ p`, and with `σ(v)` the computed reaction. Both
-///   bodies with the weights `s₂/(s₁+s₂)`, `s₁/(s₁+s₂)` give the least energy `s₁ s₂/(s₁+s₂)`. The mean of the two
-///   stresses is nearer to the exact one than either:
-///   ```text
-///   ‖σ − ½(τ + σ(v))‖² = ¼ (‖σ−τ‖² + ‖σ−σ(v)‖² − 2∫ p o_ex − 2∫ p_ex o + 2∫ p o)  ≤  ¼ (e² + 2∫ p o)
-///   ```
-///   so `|N − N_mean| ≤ ½ √(e² + 2∫ p o) √(s₁ s₂/(s₁+s₂))`. This needs one normal for the whole interface.
+/// * **Contact force** `N = ∫ p_ex` of all pairs: by virtual work on a displacement of one body that moves a whole contact line by one length
+///   along its normal, with the mean of `τ` and `σ(v)` as the stress: `|N − ½(∫ p + W)| ≤ ½ √(e² + 2∫ p o) ‖w‖`. A body that is free to move
+///   rigidly along that normal knows its force by equilibrium. Derivation: `src/contact_force.rs`.
 ///
 /// Source: Prager and Synge 1947 for the mean; the identities are derived here.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,8 +38,8 @@ pub struct Bounds {
     pub energy_norm: [f64; 2],
     /// `J(u) = ½ a(u, u) − ℓ(u)`, J/m.
     pub potential_energy: [f64; 2],
-    /// `∫ p_ex ds`, N/m; `None` if the interface is not straight, or not the only one.
-    pub contact_force: Option<[f64; 2]>,
+    /// `∫ p_ex ds` of all pairs, N/m; an error says why there are no bounds.
+    pub contact_force: Result<[f64; 2], NoContactForce>,
 }
 
 impl Bounds {
@@ -95,43 +89,7 @@ impl Bounds {
         Self {
             energy_norm: [(norm - e - round_off).max(0.0), norm + e + round_off],
             potential_energy: [potential - 0.5 * e * e - noise, upper + noise],
-            contact_force: contact_force(problem, iterate, estimate),
+            contact_force: contact_force(problem, estimate),
         }
     }
-}
-
-/// A sum below this fraction of its terms has lost digits.
-const CANCELLED: f64 = 1e-3;
-
-fn contact_force(problem: &PreparedProblem, iterate: &Iterate, estimate: &Estimate) -> Option<[f64; 2]> {
-    let only = problem.problem().plain_pair()?;
-    let pairs = only.interface.pairs();
-    let straight = pairs.iter().all(|p| p.normal == pairs[0].normal);
-    let stiffness = |b: usize| {
-        let condensed = &problem.bodies()[b];
-        let mut force = vec![0.0; pairs.len()];
-        condensed.apply_schur(&vec![1.0; pairs.len()], &mut force);
-        let (sum, size) = force.iter().fold((0.0, 0.0), |(sum, size), f| (sum + f, size + f.abs()));
-        let largest = condensed.schur().iter().fold(0.0f64, |m, s| m.max(s.abs()));
-        if sum > CANCELLED * size.max(largest) {
-            return sum;
-        }
-        // If a soft part supports a stiff one, the rows of S add up to round-off. Any displacement with that trace is
-        // valid: its energy comes from its strains.
-        let w = condensed.correction_from_trace(&vec![1.0; pairs.len()]);
-        norm::energy_norm_squared(&problem.problem().bodies[b], &w)
-    };
-    let s = [only.imposed(), only.unilateral()].map(stiffness);
-    let sum = |r: &[f64]| r.iter().sum::<f64>();
-    let [first, second] = iterate.forces();
-    let (first, second) = (-sum(first), sum(second));
-    let share = s[1] / (s[0] + s[1]);
-    // The pressure adds up to the force of Ω₂, whichever body it is integrated on.
-    let mean = 0.5 * (second + share * first + (1.0 - share) * second);
-    let contact = estimate.cre.contact_squared();
-    let radius = 0.5 * (estimate.unchecked().e_cre.powi(2) + contact.max(0.0)).sqrt() * (share * s[0]).sqrt();
-    let noise = 64.0 * f64::EPSILON * (first.abs() + second.abs())
-        + estimate.round_off * s[0].max(s[1]).max(0.0).sqrt();
-    let bounds = [(mean - radius - noise).max(0.0), mean + radius + noise];
-    (straight && bounds.iter().all(|x| x.is_finite())).then_some(bounds)
 }

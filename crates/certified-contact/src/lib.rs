@@ -60,6 +60,7 @@
 mod adapt;
 mod bounds;
 mod checkpoint;
+mod contact_force;
 mod coulomb;
 mod defect_correction;
 mod error;
@@ -84,6 +85,7 @@ pub use adapt::{
 };
 pub use bounds::Bounds;
 pub use checkpoint::{Checkpoint, FinerMesh};
+pub use contact_force::NoContactForce;
 pub use coulomb::CoulombResult;
 pub use cre_estimator;
 pub use error::SolveError;

@@ -56,7 +56,7 @@
 //! let deepest = estimate.pair.bodies[1].displacement.iter().map(|u| u[1]).fold(0.0, f64::min);
 //! assert!(deepest < 0.0);
 //! // Quantities of the exact solution, from both sides.
-//! let [low, high] = answer.bounds.and_then(|b| b.contact_force).ok_or("no interval")?;
+//! let [low, high] = answer.bounds.and_then(|b| b.contact_force.ok()).ok_or("no interval")?;
 //! let force = answer.results.as_ref().ok_or("no results")?.contact_force;
 //! assert!(low < force && force < high);
 //! # Ok(()) }

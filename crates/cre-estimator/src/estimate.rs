@@ -1,8 +1,8 @@
 //! The whole computation of a certificate, in one call.
 
-use crate::admissible::{Accuracy, AdmissibleBody, AdmissiblePair, check_state};
+use crate::admissible::{Accuracy, AdmissibleBody, AdmissibleContact, AdmissiblePair, check_state};
 use crate::balance;
-use crate::check::{Admissibility, check_and_measure};
+use crate::check::{Admissibility, FORCE_TOLERANCE, check_and_measure};
 use crate::cre::Cre;
 use crate::error::EstimatorError;
 use crate::indicators::{eta_dis, eta_nndd_squared, state_residuals};
@@ -14,7 +14,7 @@ use crate::size::{larger, largest_of};
 use crate::star_relaxation::{Relaxation, bytes_of_stars};
 use fem_core::body::Body;
 use fem_core::condensation::CondensedBody;
-use fem_core::interface::{ContactProblem, ContactState, PairState};
+use fem_core::interface::{ContactPair, ContactProblem, ContactState, PairState};
 use fem_core::norm::{from_squared, sum_over_triangles};
 use fem_core::prepared::PreparedProblem;
 use fem_core::room::has_room_for;
@@ -73,6 +73,28 @@ impl Estimate {
     /// Computes the energy norm of the state's displacements, `√Σ a`, square root of J/m.
     pub fn energy_norm(&self) -> f64 {
         self.energy_norm_squared.iter().sum::<f64>().sqrt()
+    }
+
+    /// Tells why there is no certificate: `lift` if the bodies penetrate each other and no lift parts them, `pressure` if no pressure balances
+    /// the floating bodies, `rotation`, or the name of another check; `None` if all checks hold.
+    pub fn reason(&self) -> Option<&'static str> {
+        let (name, _) = self.admissibility.failed().next()?;
+        Some(match name {
+            "penetration" => "lift",
+            "rigid_balance" if !(self.pair.rigid_balance <= FORCE_TOLERANCE) => "pressure",
+            name => name,
+        })
+    }
+
+    /// Computes `∫ p ds` of the pressure of the equilibrated stress along each contact line, N/m.
+    ///
+    /// * `problem`: the one that was estimated.
+    pub fn pressure_forces(&self, problem: &ContactProblem) -> Vec<f64> {
+        let of_pair = |(of, contact): (&ContactPair, &AdmissibleContact)| -> f64 {
+            let edges = of.interface.edges().iter().zip(&contact.edge_pressure);
+            edges.map(|(edge, [p, q])| 0.5 * edge.length * (p + q)).sum()
+        };
+        problem.contacts.iter().zip(&self.pair.contacts).map(of_pair).collect()
     }
 
     /// Returns the bounds; `None` if a check of admissibility fails: then they are not bounds. Also `None` with Coulomb friction, for which no

@@ -251,6 +251,11 @@ impl ContactInterface {
         pairing::pair(bodies, surfaces, gap, normal, Some(measured))
     }
 
+    /// Tells whether no pair was removed at an end that both bodies clamp.
+    pub fn is_whole(&self) -> bool {
+        self.whole.is_none()
+    }
+
     /// Returns the pairs by increasing arc length.
     pub fn pairs(&self) -> &[NodePair] {
         &self.pairs

@@ -282,11 +282,6 @@ fn certified(report: &Report) -> Option<f64> {
     report.valid_certificate()?.relative
 }
 
-/// Why the contact force has no bounds.
-const NO_FORCE: &str = " The contact force has none here: they need one motion of a body that moves every point of the \
-     contact by one and the same length along its normal. So they are known for two bodies with one straight contact \
-     line, without friction and without supports on it.";
-
 /// What the certificate says about other quantities.
 fn bounds(page: &mut String, case: &Case, report: &Report) {
     let Some(b) = report.certificate.as_ref().map(|found| &found.bounds) else { return };
@@ -308,7 +303,9 @@ fn bounds(page: &mut String, case: &Case, report: &Report) {
         &["quantity, per unit thickness", "at least", "at most"],
         rows,
     );
-    let none = if b.contact_force.is_none() && !report.contact.is_empty() { NO_FORCE } else { "" };
+    let reason = b.contact_force_reason.as_ref().filter(|_| !report.contact.is_empty());
+    let none =
+        reason.map(|reason| format!(" The contact force has none: {}.", escape(reason))).unwrap_or_default();
     let _ = writeln!(page, "<p>These bounds hold whenever the certified error bound holds.{none}</p>");
 }
 

@@ -151,6 +151,7 @@ fn certificate(solution: &CertifiedSolution) -> Certificate {
     let [mesh, iteration, contact, lift, gap_data, friction, round_off] = parts;
     Certificate {
         valid: solution.is_certified(),
+        reason: estimate.reason().map(str::to_owned),
         e_cre: Some(found.e_cre),
         relative: solution.relative(),
         relative_guaranteed: solution.relative_guaranteed(),
@@ -213,7 +214,8 @@ fn bounds(solution: &CertifiedSolution) -> Bounds {
     Bounds {
         energy_norm: Some(bounds.energy_norm),
         potential_energy: Some(bounds.potential_energy),
-        contact_force: bounds.contact_force,
+        contact_force: bounds.contact_force.ok(),
+        contact_force_reason: bounds.contact_force.err().map(|reason| reason.to_string()),
     }
 }
 

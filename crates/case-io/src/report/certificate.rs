@@ -8,6 +8,9 @@ use serde::Serialize;
 pub struct Certificate {
     /// Whether all checks hold.
     pub valid: bool,
+    /// Why it is not valid: `lift`, `pressure`, `rotation`, or the name of a check; `None` if it is, and without an estimate.
+    #[serde(default)]
+    pub reason: Option<String>,
     /// The problem that the bound is about: `frictionless` or `tresca`.
     #[serde(default)]
     pub problem: String,
@@ -74,8 +77,11 @@ pub struct Bounds {
     pub energy_norm: Option<[f64; 2]>,
     /// `½ a(u, u)` less the work of the loads, J/m.
     pub potential_energy: Option<[f64; 2]>,
-    /// `∫ p ds`, N/m: for two bodies with one straight contact line, without friction and without supports on it.
+    /// `∫ p ds` of all pairs, N/m.
     pub contact_force: Option<[f64; 2]>,
+    /// Why there are no bounds of the contact force.
+    #[serde(default)]
+    pub contact_force_reason: Option<String>,
 }
 
 /// `discretisation² + algebraic² = e_cre²`.

@@ -81,13 +81,13 @@ fn keys_and_their_order_are_the_contract() {
     );
     assert_eq!(
         keys(&value["certificate"]),
-        "valid problem e_cre relative relative_guaranteed eta_dis eta_nndd split parts pressure_shift checks bounds"
+        "valid reason problem e_cre relative relative_guaranteed eta_dis eta_nndd split parts pressure_shift checks bounds"
     );
     assert_eq!(keys(&value["certificate"]["split"]), "discretisation algebraic");
     let parts = keys(&value["certificate"]["parts"]);
     assert_eq!(parts, "mesh iteration contact lift gap_data friction round_off");
     let bounds = keys(&value["certificate"]["bounds"]);
-    assert_eq!(bounds, "energy_norm potential_energy contact_force");
+    assert_eq!(bounds, "energy_norm potential_energy contact_force contact_force_reason");
     let step = serde_json::to_value(AdaptiveRow::default()).unwrap();
     assert_eq!(keys(&step), "step nodes pairs e_cre relative iterations energy_norm_squared peak_stress");
     assert_eq!(

@@ -274,7 +274,7 @@ class Solution:
     def bounds(self) -> dict[str, tuple[float, float]]:
         """Lower and upper bounds of the exact energy_norm, potential_energy and contact_force; empty unless `valid`."""
         found = self._certificate.get("bounds", {})
-        return {name: (pair[0], pair[1]) for name, pair in found.items() if pair is not None}
+        return {name: (pair[0], pair[1]) for name, pair in found.items() if isinstance(pair, list)}
 
     @property
     def coulomb(self) -> Optional[dict[str, Any]]:

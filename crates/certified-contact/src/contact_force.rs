@@ -1,0 +1,290 @@
+//! Bounds of the contact force, `N = ∫ p_ex ds`, from the two stresses of the certificate.
+//!
+//! Take a displacement `w` of one body that vanishes where displacements are imposed, has `w·n = ∓1` on the **whole** contact line (− on the
+//! first body, from which `n` points) and does no work on the other contact lines of the body. Virtual work gives
+//! ```math
+//! N = ∫ σ : ε(w) − ℓ(w),   ∫ p = ∫ τ : ε(w) − ℓ(w),   W = ∫ σ(v) : ε(w) − ℓ(w)
+//! ```
+//! for the exact stress, the equilibrated one with its own pressure, and the computed one, whether or not it is in equilibrium. The mean of
+//! the last two is near the exact stress:
+//! ```math
+//! ‖σ − ½(τ + σ(v))‖² = ¼ (‖σ−τ‖² + ‖σ−σ(v)‖² − 2∫ p o_ex − 2∫ p_ex o + 2∫ p o)  ≤  ¼ (e² + 2∫ p o)
+//! |N − ½(∫ p + W)| ≤ ½ √(e² + 2∫ p o) ‖w‖
+//! ```
+//! With friction `∫ p o` is joined by the terms of (32), and `w` has no part along the tangent. With a lift `l` the admissible displacement is
+//! `v + l`, so `‖τ − σ(v)‖` and the distance to the mean grow by `‖l‖` and `½ ‖l‖`. Two bodies with the shares `s₂/(s₁+s₂)`, `s₁/(s₁+s₂)` of
+//! their `w`, `s = ‖w‖²`, have the least energy `s₁ s₂/(s₁+s₂)`. A rigid motion has none: the force is then known by equilibrium.
+//!
+//! A line on which the normal changes has no such P1 displacement, nor has one with a node that supports hold in both bodies.
+
+use cre_estimator::Estimate;
+use fem_core::each_body;
+use fem_core::element::Triangle;
+use fem_core::geometry::Vector;
+use fem_core::interface::ContactPair;
+use fem_core::norm::{energy_norm_squared, from_squared, sum_over_triangles};
+use fem_core::prepared::{BodyMotion, PreparedProblem};
+use nalgebra::{DMatrix, DVector};
+use thiserror::Error;
+
+/// A displacement whose traces are off by more than this is none of the wanted ones. What is less goes to the allowance for round-off.
+const TRACE: f64 = 1e-9;
+/// Eigenvalues below this fraction of the largest one are zero.
+const FREE: f64 = 1e-12;
+/// Each `w` takes a solve with the whole body: a body with more contact lines is used only if the other one cannot be.
+const FEW_LINES: usize = 8;
+
+/// Why the contact force has no bounds.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum NoContactForce {
+    /// There are no pairs.
+    #[error("there is no contact line")]
+    NoLine,
+    /// The normal changes along a contact line.
+    #[error("contact line {} is bent: no displacement moves all of it by one length along its normal", pair + 1)]
+    Bent {
+        /// The pair, from 0.
+        pair: usize,
+    },
+    /// Neither body can move the whole line along its normal.
+    #[error(
+        "neither body can move all of contact line {} by one length along its normal: supports or other contact lines hold a node of it",
+        pair + 1
+    )]
+    Held {
+        /// The pair, from 0.
+        pair: usize,
+    },
+    /// The bound of the error overflows.
+    #[error("the bound of the error is not finite")]
+    NotFinite,
+}
+
+/// The displacement `w` of one body.
+#[derive(Clone, Copy, Debug)]
+struct Displacement {
+    /// `‖w‖²`, J/m.
+    squared: f64,
+    /// `W`, N/m, and the sum of the sizes of its terms.
+    work: f64,
+    size: f64,
+    /// The largest difference from the wanted traces, dimensionless.
+    defect: f64,
+}
+
+/// Bounds the sum of the contact forces of all pairs, N/m.
+///
+/// # Errors
+/// A pair whose force has no bounds.
+pub(crate) fn contact_force(
+    problem: &PreparedProblem,
+    estimate: &Estimate,
+) -> Result<[f64; 2], NoContactForce> {
+    let contacts = &problem.problem().contacts;
+    if contacts.is_empty() {
+        return Err(NoContactForce::NoLine);
+    }
+    let motions: Vec<Motions> = (0..problem.problem().bodies.len() + problem.problem().obstacles.len())
+        .map(|b| Motions::new(problem, b))
+        .collect();
+    let forces = estimate.pressure_forces(problem.problem());
+    let mut sum = [0.0; 2];
+    for pair in 0..contacts.len() {
+        let found = of_pair(problem, estimate, (&motions, &forces), pair)?;
+        sum.iter_mut().zip(found).for_each(|(sum, bound)| *sum += bound);
+    }
+    if sum.iter().all(|x| x.is_finite()) { Ok(sum) } else { Err(NoContactForce::NotFinite) }
+}
+
+/// Bounds the contact force of one pair, N/m.
+fn of_pair(
+    problem: &PreparedProblem,
+    estimate: &Estimate,
+    (motions, forces): (&[Motions], &[f64]),
+    k: usize,
+) -> Result<[f64; 2], NoContactForce> {
+    let pair = &problem.problem().contacts[k];
+    let held = NoContactForce::Held { pair: k };
+    if pair.interface.has_bent_edges() || pair.interface.pairs().iter().any(|p| p.normal_length() != 1.0) {
+        return Err(NoContactForce::Bent { pair: k });
+    }
+    // At a removed end both bodies are clamped.
+    if !pair.interface.is_whole() {
+        return Err(held);
+    }
+    let rigid = pair.bodies.iter().filter_map(|b| motions[*b].along(problem, *b, k));
+    let shares: Vec<(f64, Displacement)> = match rigid.min_by(|a, b| a.size.total_cmp(&b.size)) {
+        Some(rigid) => vec![(1.0, rigid)],
+        None => shared(&elastic(problem, estimate, pair, k)),
+    };
+    if shares.is_empty() {
+        return Err(held);
+    }
+    Ok(interval(estimate, (forces, k), &shares))
+}
+
+/// Shares one `w` between the bodies of a pair so that its energy is least.
+fn shared(found: &[Displacement]) -> Vec<(f64, Displacement)> {
+    match *found {
+        [first, second] => {
+            let share = second.squared / (first.squared + second.squared);
+            vec![(share, first), (1.0 - share, second)]
+        }
+        _ => found.iter().map(|only| (1.0, *only)).collect(),
+    }
+}
+
+/// Computes the interval of a pair from the displacements `w` of its bodies and their shares.
+///
+/// * `forces`: `∫ p` of each pair, N/m.
+fn interval(estimate: &Estimate, (forces, k): (&[f64], usize), shares: &[(f64, Displacement)]) -> [f64; 2] {
+    let sum = |of: &dyn Fn(&Displacement) -> f64| shares.iter().map(|(share, w)| share * of(w)).sum::<f64>();
+    let squared: f64 = shares.iter().map(|(share, w)| share * share * w.squared).sum();
+    let norm = from_squared(squared);
+    let e_squared = estimate.unchecked().e_cre.powi(2);
+    let lift = from_squared(estimate.pair.lift_energy);
+    let contact = estimate.cre.contact_squared().max(0.0);
+    // ‖τ − σ(v + l)‖, and what contact and friction add without ‖l‖².
+    let stress = from_squared(e_squared - contact) + lift;
+    let laws = (contact - lift * lift).max(0.0);
+    let radius = 0.5 * ((stress * stress + 2.0 * laws).sqrt() + lift) * norm;
+    let (work, size) = (sum(&|w| w.work), sum(&|w| w.size));
+
+    // A rigid motion needs no pressure.
+    let (middle, of_pressure) =
+        if squared > 0.0 { (0.5 * (forces[k] + work), forces[k]) } else { (work, 0.0) };
+    let defect = sum(&|w| w.defect) * (forces.iter().sum::<f64>() + work.abs() + radius);
+    let noise = 64.0 * f64::EPSILON * (size + of_pressure) + estimate.round_off * norm + defect;
+    [(middle - radius - noise).max(0.0), middle + radius + noise]
+}
+
+/// Finds the displacements `w` of least energy of the bodies of a pair.
+fn elastic(
+    problem: &PreparedProblem,
+    estimate: &Estimate,
+    pair: &ContactPair,
+    k: usize,
+) -> Vec<Displacement> {
+    let mut bodies: Vec<usize> = problem.problem().bodies_of(pair).map(|(_, b)| b).collect();
+    let lines = |b: usize| problem.problem().sides_of(b).count();
+    bodies.sort_by_key(|b| lines(*b));
+    let of_body = |b: usize| of_trace(problem, estimate, b, k);
+    let few = bodies.iter().filter(|b| lines(**b) <= FEW_LINES).count();
+    let (near, far) = bodies.split_at(few);
+    let found: Vec<Displacement> =
+        each_body(near.len(), |i| of_body(near[i])).into_iter().flatten().collect();
+    if found.is_empty() { far.iter().find_map(|b| of_body(*b)).into_iter().collect() } else { found }
+}
+
+/// Lists the wanted traces of a body along the rows of its pairs: ∓1 along the normals of pair `k`, 0 along all others.
+fn wanted(problem: &PreparedProblem, b: usize, k: usize) -> Vec<Vec<f64>> {
+    let contacts = &problem.problem().contacts;
+    let of_side = |(line, side): (usize, usize)| {
+        let along = [-1.0, 1.0][side];
+        let normals = contacts[line].interface.pairs().len();
+        let trace = |row: usize| if line == k && row < normals { along } else { 0.0 };
+        (0..contacts[line].row_count()).map(trace).collect()
+    };
+    problem.problem().sides_of(b).map(of_side).collect()
+}
+
+/// Computes the `w` of least energy with the wanted traces of a body; `None` if its supports do not allow them.
+fn of_trace(problem: &PreparedProblem, estimate: &Estimate, b: usize, k: usize) -> Option<Displacement> {
+    let (body, condensed) = (&problem.problem().bodies[b], &problem.bodies()[b]);
+    let wanted = wanted(problem, b, k);
+    let mut unknowns = vec![0.0; condensed.len()];
+    for (block, traces) in wanted.iter().enumerate() {
+        for (row, trace) in
+            condensed.dofs().rows(block).iter().zip(traces).filter(|(_, trace)| **trace != 0.0)
+        {
+            if let Some((unknown, factor)) = row.terms.iter().find(|(_, factor)| *factor != 0.0) {
+                unknowns[*unknown as usize] = trace / factor;
+            }
+        }
+    }
+    let mut defect: f64 = 0.0;
+    for (block, traces) in wanted.iter().enumerate() {
+        for (row, trace) in condensed.dofs().rows(block).iter().zip(traces) {
+            let found: f64 =
+                row.terms.iter().filter(|t| t.1 != 0.0).map(|(j, a)| a * unknowns[*j as usize]).sum();
+            defect = defect.max((found - trace).abs());
+        }
+    }
+    if !(defect <= TRACE) {
+        return None;
+    }
+    let w = condensed.correction_from_trace(&unknowns);
+    let (mesh, stress) = (body.mesh(), &estimate.pair.bodies[b].stress);
+    let inner = sum_over_triangles(mesh.triangles().len(), |t| {
+        let strain = Triangle::new(mesh.corners(t)).strain(mesh.triangles()[t].map(|n| w[n]));
+        mesh.area(t) * stress[t].contract(strain)
+    });
+    let squared = energy_norm_squared(body, &w).max(0.0);
+    let loads = || problem.external_forces()[b].iter().zip(&w).map(|(f, w)| f.dot(w));
+    let size =
+        (estimate.energy_norm_squared[b].max(0.0) * squared).sqrt() + loads().map(f64::abs).sum::<f64>();
+    Some(Displacement { squared, work: inner - loads().sum::<f64>(), size, defect })
+}
+
+/// The rigid motions of a body or of an obstacle: displacements of its nodes and the load along each.
+struct Motions(Vec<Motion>);
+
+struct Motion {
+    moved: Vec<Vector>,
+    load: f64,
+    /// The sum of the sizes of the terms of the load.
+    size: f64,
+}
+
+impl Motions {
+    fn new(problem: &PreparedProblem, b: usize) -> Self {
+        let of = |of: &BodyMotion| {
+            let moved = problem.moved_by(of);
+            let size = problem
+                .external_forces()
+                .get(b)
+                .map_or(of.load.abs(), |forces| forces.iter().zip(&moved).map(|(f, u)| f.dot(u).abs()).sum());
+            Motion { moved, load: of.load, size }
+        };
+        Self(problem.rigid_motions().iter().filter(|of| of.body == b).map(of).collect())
+    }
+
+    /// Finds the rigid motion with the wanted traces; `None` if there is none.
+    fn along(&self, problem: &PreparedProblem, b: usize, k: usize) -> Option<Displacement> {
+        if self.0.is_empty() {
+            return None;
+        }
+        let wanted = DVector::from_vec(wanted(problem, b, k).concat());
+        let contacts = &problem.problem().contacts;
+        let column = |motion: &Motion| -> Vec<f64> {
+            let sides = problem.problem().sides_of(b);
+            let rows = sides.flat_map(|(line, side)| contacts[line].rows().map(move |row| (row, side)));
+            rows.map(|(row, side)| motion.moved[row.nodes[side].index()].dot(&row.direction)).collect()
+        };
+        let columns: Vec<f64> = self.0.iter().flat_map(column).collect();
+        let columns = DMatrix::from_vec(wanted.len(), self.0.len(), columns);
+        let scale =
+            columns.column_iter().map(|column| column.amax()).map(|m| if m > 0.0 { 1.0 / m } else { 0.0 });
+        let scale = DMatrix::from_diagonal(&DVector::from_iterator(self.0.len(), scale));
+        let columns = columns * &scale;
+        let eigen = columns.tr_mul(&columns).symmetric_eigen();
+        let least = FREE * eigen.eigenvalues.max();
+        let inverse = eigen.eigenvalues.map(|value| if value > least { 1.0 / value } else { 0.0 });
+        let amounts = &eigen.eigenvectors
+            * DMatrix::from_diagonal(&inverse)
+            * eigen.eigenvectors.tr_mul(&columns.tr_mul(&wanted));
+        let defect = (&columns * &amounts - wanted).amax();
+        let amounts = scale * amounts;
+        let sum = |of: &dyn Fn(&Motion) -> f64| -> f64 {
+            self.0.iter().zip(&amounts).map(|(motion, amount)| amount * of(motion)).sum()
+        };
+        let size = self.0.iter().zip(&amounts).map(|(motion, amount)| amount.abs() * motion.size).sum();
+        (defect <= TRACE).then(|| Displacement {
+            squared: 0.0,
+            work: -sum(&|motion| motion.load),
+            size,
+            defect,
+        })
+    }
+}
