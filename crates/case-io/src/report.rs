@@ -47,6 +47,12 @@ pub enum ReportError {
     Json(#[from] serde_json::Error),
 }
 
+impl From<NotFinite> for ReportError {
+    fn from(NotFinite { field, value }: NotFinite) -> Self {
+        Self::NotFinite { field, value }
+    }
+}
+
 /// The whole report.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "read-report", derive(serde::Deserialize))]
@@ -106,6 +112,16 @@ pub struct StepSummary {
     /// The residual with Coulomb friction; left out without it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub coulomb: Option<Coulomb>,
+}
+
+impl StepSummary {
+    /// Checks that all of its numbers are finite.
+    ///
+    /// # Errors
+    /// [`ReportError::NotFinite`] with the place of the first one that is not.
+    pub fn check(&self) -> Result<(), ReportError> {
+        Ok(check_finite(self)?)
+    }
 }
 
 /// How a run ended.
@@ -229,7 +245,7 @@ impl Report {
 
 /// Writes JSON whose numbers are all finite, indented, with a line break at its end.
 fn to_json<T: Serialize>(value: &T) -> Result<String, ReportError> {
-    check_finite(value).map_err(|fault| ReportError::NotFinite { field: fault.field, value: fault.value })?;
+    check_finite(value)?;
     let mut text = serde_json::to_string_pretty(value)?;
     text.push('\n');
     Ok(text)

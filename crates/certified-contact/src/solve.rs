@@ -8,7 +8,7 @@ use crate::observer::{Observer, Phase};
 use crate::results;
 use crate::settings::{Criterion, Imposed, Settings};
 use crate::solution::{CertifiedSolution, RoleReason};
-use crate::stopping::{Follow, enough, state_of};
+use crate::stopping::{Follow, enough, rounding, state_of};
 use cre_estimator::{Estimate, ROUND_OFF_SHARE, estimate_with};
 use fem_core::boundary::ScalarData;
 use fem_core::condensation::CondensedBody;
@@ -206,6 +206,7 @@ const FREE_MOTIONS: f64 = 0.1;
 
 /// Stores the measured η_NNDD and checks whether the criterion still holds with it.
 fn conclude(nndd: &mut NnddSolution, rows: &mut [Row], estimate: &Estimate, settings: &Settings) {
+    let rounding = rounding(rows);
     let eta_nndd = nndd.last.eta_nndd.max(estimate.unchecked().eta_nndd);
     nndd.last.eta_nndd = eta_nndd;
     for row in rows.last_mut().map(|row| &mut row.iteration).into_iter().chain(nndd.history.last_mut()) {
@@ -216,7 +217,7 @@ fn conclude(nndd: &mut NnddSolution, rows: &mut [Row], estimate: &Estimate, sett
     if let Criterion::Estimator { ratio, .. } = settings.criterion
         && let ratio = if exact { ratio.max(FREE_MOTIONS) } else { ratio }
         && nndd.status == NnddStatus::StoppedByCriterion
-        && eta_nndd > enough(estimate, ratio)
+        && eta_nndd > enough(estimate, ratio, rounding)
     {
         nndd.status = match exact {
             true => NnddStatus::BalanceError { eta_nndd },

@@ -13,7 +13,7 @@ use crate::solve_coulomb::solve_coulomb_step;
 use cre_estimator::{Estimate, Relaxation};
 use fem_core::body::ConditionPlace;
 use fem_core::condensation::CondensedBody;
-use fem_core::interface::{ContactProblem, SlipBefore};
+use fem_core::interface::{ContactEdge, ContactProblem, SlipBefore};
 use nndd::{CoulombSettings, CoulombStart, CoulombStatus, Start};
 
 /// Load steps on one mesh. Each begins with the slip that the solved ones left; a step that fails changes nothing.
@@ -135,7 +135,11 @@ impl LoadSteps {
             if !pair.friction.acts() {
                 continue;
             }
-            let mut sum = SlipBefore::new(slip.to_vec(), contact.edge_friction.slip.clone());
+            let mut edges = contact.edge_friction.slip.clone();
+            for (edge, of_fields) in pair.interface.edges().iter().zip(&mut edges) {
+                settle(edge, slip, of_fields);
+            }
+            let mut sum = SlipBefore::new(slip.to_vec(), edges);
             if let Some(before) = &pair.slip_before {
                 sum.nodes.iter_mut().zip(&before.nodes).for_each(|(sum, w)| *sum += w);
                 let edges = sum.edges.as_flattened_mut().iter_mut().zip(before.edges.as_flattened());
@@ -147,4 +151,21 @@ impl LoadSteps {
         self.count += 1;
         Ok(())
     }
+}
+
+/// Gives the slip of the fields along an edge the one of the pairs of nodes at its ends: nodes that stick have none. The rounding of
+/// the fields would be all there is if the next step takes the loads off.
+///
+/// * `slip`: at the pairs of nodes, m; `of_fields`: Bernstein coefficients along the edge, m.
+fn settle(edge: &ContactEdge, slip: &[f64], of_fields: &mut [f64; 3]) {
+    let before = *of_fields;
+    for end in edge.free_ends() {
+        of_fields[2 * end] = slip[edge.pairs[end] as usize];
+    }
+    let [first, _, last] = *of_fields;
+    // The slip is linear along a straight edge.
+    of_fields[1] = match edge.bent {
+        true => before[1] + 0.5 * (first - before[0] + last - before[2]),
+        false => 0.5 * (first + last),
+    };
 }

@@ -4,7 +4,7 @@ use crate::history::Row;
 use crate::observer::{Observer, Phase};
 use crate::settings::{Criterion, Settings};
 use cre_estimator::{Estimate, Estimator, EstimatorError};
-use fem_core::condensation::OrientedBody;
+use fem_core::condensation::{CondensedBody, OrientedBody};
 use fem_core::geometry::Vector;
 use fem_core::interface::{ContactState, PairState};
 use fem_core::prepared::PreparedProblem;
@@ -20,6 +20,9 @@ const OVER_ROOT_OF_NODES: f64 = 2.0;
 
 /// If round-off is at least this fraction of the mesh error, an iteration error of its size is small enough.
 const NEAR_ROUND_OFF: f64 = 0.01;
+
+/// An η_NNDD below this fraction of the first one is rounding.
+const ROUND_OFF: f64 = 1e-14;
 
 /// Follows the iteration, estimates when asked, and decides.
 pub(crate) struct Follow<'a> {
@@ -98,10 +101,11 @@ impl<'a> Follow<'a> {
     /// An estimate costs as much as very many iterations: the first one waits until η_NNDD has fallen so far
     /// that it should be the last, or until the iterations run out.
     fn matches_mesh(&mut self, iterate: &Iterate, ratio: f64) -> Result<bool, EstimatorError> {
-        let small = |latest: &Option<(usize, Estimate)>| {
-            latest.as_ref().is_none_or(|(_, e)| iterate.eta_nndd <= enough(e, ratio))
-        };
         let first = self.rows[0].iteration.eta_nndd;
+        let rounding = rounding(&self.rows);
+        let small = |latest: &Option<(usize, Estimate)>| {
+            latest.as_ref().is_none_or(|(_, e)| iterate.eta_nndd <= enough(e, ratio, rounding))
+        };
         // If the initial λ cannot be improved, η_NNDD does not fall.
         let before = self.rows.iter().rev().nth(1).map_or(f64::INFINITY, |row| row.iteration.eta_nndd);
         let falls = iterate.eta_nndd < 0.9 * before;
@@ -129,13 +133,19 @@ fn force_round_off(problem: &PreparedProblem, iterate: &Iterate) -> f64 {
         let products = columns.map(|(column, v)| v.abs() * column.iter().map(|s| s.abs()).sum::<f64>());
         products.sum::<f64>() + body.condensed_load().iter().map(|g| g.abs()).sum::<f64>()
     };
+    let roundings = iterate.lambda.len() as f64 * f64::EPSILON;
     if problem.problem().only_pair().is_none_or(|pair| pair.friction.acts()) {
-        let sizes: f64 = iterate.forces().into_iter().flatten().map(|force| force.abs()).sum();
-        return iterate.lambda.len() as f64 * f64::EPSILON * sizes;
+        let [first, second] = iterate.traces();
+        let traces = first.iter().chain(second).chain(&iterate.tangential.lambda);
+        let largest = traces.fold(0.0f64, |most, v| most.max(v.abs()));
+        let of_body = |body: &CondensedBody| {
+            let stiffness: f64 = body.schur().iter().map(|s| s.abs()).sum();
+            largest * stiffness + body.condensed_load().iter().map(|g| g.abs()).sum::<f64>()
+        };
+        return roundings * problem.bodies().iter().map(of_body).sum::<f64>();
     }
     let ([first, second], [a, b]) = (problem.sides(0), iterate.traces());
-    let sizes = size(&first, a) + size(&second, b);
-    iterate.lambda.len() as f64 * f64::EPSILON * sizes
+    roundings * (size(&first, a) + size(&second, b))
 }
 
 impl StoppingCriterion for Follow<'_> {
@@ -148,7 +158,9 @@ impl StoppingCriterion for Follow<'_> {
         let first = self.rows[0].iteration.eta_nndd;
         let done = match self.settings.criterion {
             Criterion::Estimator { ratio, force_balance } => {
-                let agree = force_balance.is_none_or(|part| forces_agree(self.problem, iterate, part));
+                let agree = force_balance.is_none_or(|part| {
+                    iterate.eta_nndd <= rounding(&self.rows) || forces_agree(self.problem, iterate, part)
+                });
                 agree && self.matches_mesh(iterate, ratio)?
             }
             Criterion::Precision { tolerance } => iterate.precision <= tolerance,
@@ -170,14 +182,22 @@ impl StoppingCriterion for Follow<'_> {
     }
 }
 
+/// Returns an η_NNDD that is rounding of where the iteration started. Without loads η_NNDD, η_dis and the forces fall to zero
+/// together, and none of them is ever small beside another.
+pub(crate) fn rounding(rows: &[Row]) -> f64 {
+    rows.first().map_or(0.0, |row| ROUND_OFF * row.iteration.eta_nndd)
+}
+
 /// Returns the η_NNDD that is small enough compared with the mesh error. If round-off is at least a fraction
 /// [`NEAR_ROUND_OFF`] of that, an η_NNDD of the size of round-off is small enough.
-pub(crate) fn enough(estimate: &Estimate, ratio: f64) -> f64 {
+///
+/// * `rounding`: see [`rounding`].
+pub(crate) fn enough(estimate: &Estimate, ratio: f64, rounding: f64) -> f64 {
     let found = estimate.unchecked();
     // Far from the solution η_dis may exceed the whole bound; then it does not measure the mesh error.
     let mesh = found.eta_dis.min(found.e_cre);
     let floor = if estimate.round_off >= NEAR_ROUND_OFF * mesh { estimate.round_off } else { 0.0 };
-    floor.max(ratio * mesh)
+    floor.max(ratio * mesh).max(rounding)
 }
 
 /// Puts an iterate together with its displacements.

@@ -44,7 +44,7 @@ pub struct Admissibility {
     /// Largest negative pressure.
     pub pressure_sign: f64,
     /// The part of the friction beyond its limit, relative to the largest limit, and the difference of the given slip from that of the fields,
-    /// relative to the largest displacement of the two bodies.
+    /// relative to the largest displacement of the two bodies, or to the largest slip before the load step.
     pub friction_cone: f64,
     /// Sine of the largest angle between an edge on a roller and the direction in which its nodes are fixed: on curved
     /// sides the displacements violate the roller between the nodes, so `e_CRE` is not a bound.
@@ -208,14 +208,17 @@ fn friction_cone(pair: &ContactPair, contact: &AdmissibleContact, displacement: 
     let largest = friction().fold(0.0, |m, (q, s)| larger(m, larger(q.abs(), *s)));
     let beyond = friction().fold(0.0, |m, (q, s)| larger(m, q.abs() - s));
     let negative = friction().fold(0.0, |m, (_, s)| larger(m, -s));
-    let trace = larger(largest_displacement(displacement[0]), largest_displacement(displacement[1]));
+    let before = pair.slip_before.iter().flat_map(|before| before.edges.as_flattened());
+    // A body at rest has the slip before with the opposite sign, and its rounding.
+    let size = displacement.into_iter().map(largest_displacement).chain(before.map(|w| w.abs()));
+    let size = size.fold(0.0, larger);
     let mut difference = 0.0;
     for (edge, slip) in pair.interface.edges().iter().zip(&edges.slip) {
         for end in edge.free_ends() {
             difference = larger(difference, (slip[2 * end] - contact.slip[edge.pairs[end] as usize]).abs());
         }
     }
-    larger(relative(larger(beyond, negative), largest), relative(difference, trace))
+    larger(relative(larger(beyond, negative), largest), relative(difference, size))
 }
 
 /// Computes the mean rotation of a body that its supports leave free to move, radians; 0 for a held one.

@@ -44,21 +44,27 @@ pub(crate) fn solve(
                 found.map(|solution| Answer::Certified(Box::new(solution)))
             }
         };
-        let answer = match next {
-            Ok(answer) => answer,
-            Err(error) => {
-                let failure = follower.failure(case, &error);
+        let judged = next.map_err(|error| follower.failure(case, &error)).and_then(|answer| {
+            let mut status = outcome::judge_answer(case, &answer, follower.ended);
+            status.reason = format!("{}: {}", of(k), status.reason);
+            let solved = Solved::of(answer, status);
+            let summary = step_summary(case, &solved, k, factors);
+            // A number that cannot be written must not cost the steps before.
+            summary.check()?;
+            Ok((solved, summary))
+        });
+        let (mut solved, summary) = match judged {
+            Ok(judged) => judged,
+            Err(failure) => {
                 let Some(mut solved) = found else { return Err(failure) };
                 solved.status = failed(failure, &of(k));
                 found = Some(solved);
                 break;
             }
         };
-        let mut status = outcome::judge_answer(case, &answer, follower.ended);
-        status.reason = format!("{}: {}", of(k), status.reason);
-        follower.tell(Event::LoadStep { step: k, of: increments.len(), answer: &answer });
+        follower.tell(Event::LoadStep { step: k, of: increments.len(), answer: &solved.answer });
         follower.switch(Activity::Write);
-        let fields = answer.fields();
+        let fields = solved.answer.fields();
         if case.output.vtu {
             paraview::write_step(case, &fields, k, &mut place.directory)?;
         }
@@ -70,8 +76,7 @@ pub(crate) fn solve(
         });
         let rows = rows.collect();
         drop(fields);
-        let mut solved = Solved::of(answer, status);
-        steps.push(SolvedStep { summary: step_summary(case, &solved, k, factors), rows, has_fields });
+        steps.push(SolvedStep { summary, rows, has_fields });
         solved.longest_step = follower.longest;
         if solved.status.code == 0 && k < increments.len() && follower.should_stop() {
             solved.status = outcome::interrupted(follower.ended, &of(k));

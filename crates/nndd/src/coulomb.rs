@@ -15,6 +15,9 @@ use nalgebra::DMatrix;
 /// The balance of the floating bodies holds if the residual of its rows is at most this fraction of their terms.
 const BALANCED: f64 = 1e-10;
 
+/// Forces below this fraction of the ones that the data have are rounding: pairs that carry nothing would never agree.
+const ROUND_OFF: f64 = 1e-14;
+
 /// Limits that are too small to balance the loads are doubled this many times.
 const MOST_RESTARTS: usize = 3;
 
@@ -164,19 +167,21 @@ impl Programme<'_> {
         next
     }
 
-    /// Computes `‖s − s'‖/‖s'‖` over the rows with Coulomb friction; infinite from full stick, 0 if all are zero.
+    /// Computes `‖s − s'‖/‖s'‖` over the rows with Coulomb friction; infinite from full stick, 0 if both differ by rounding alone.
     fn change(&self, limits: &[f64], next: &[f64]) -> f64 {
-        let (mut difference, mut size) = (0.0, 0.0);
+        let (mut difference, mut size, mut rounding) = (0.0, 0.0, 0.0);
+        let noise = ROUND_OFF * self.force_size();
         for (k, pair) in self.problem().contacts.iter().enumerate() {
-            if pair.friction.coulomb().is_some() {
+            if let Some(mu) = pair.friction.coulomb() {
                 for (row, node) in self.rows.tangential(k).zip(pair.interface.pairs()) {
                     // ℓ s² of a nodal limit S = ℓ s.
                     difference += (next[row] - limits[row]).powi(2) / node.tributary_length;
                     size += next[row].powi(2) / node.tributary_length;
+                    rounding += (mu * noise).powi(2) / node.tributary_length;
                 }
             }
         }
-        if difference == 0.0 { 0.0 } else { (difference / size).sqrt() }
+        if difference <= rounding { 0.0 } else { (difference / size).sqrt() }
     }
 
     fn double_coulomb(&self, limits: &mut [f64]) {

@@ -137,6 +137,14 @@ impl<'a> Programme<'a> {
         self.imposed[row]
     }
 
+    /// Computes the size of the forces that the data have, N/m: the largest one that alone would keep the gap of its row as the loads leave
+    /// it, `|q_i| / F_ii`, or the loads of the floating bodies.
+    pub(crate) fn force_size(&self) -> f64 {
+        let own = |i: usize| (self.linear[i].abs(), self.entry(i, i));
+        let alone = (0..self.rows.len()).map(own).filter(|(_, f)| *f > 0.0).map(|(q, f)| q / f);
+        alone.chain(self.balance.independent.right_side.iter().map(|e| e.abs())).fold(0.0, f64::max)
+    }
+
     /// Returns the balance of the floating bodies.
     pub(crate) fn balance(&self) -> &Balance {
         &self.balance

@@ -143,3 +143,15 @@ fn numbers_that_are_not_finite_are_named_and_refused() {
         "results.contact_intervals.1.1"
     );
 }
+
+#[test]
+fn a_load_step_is_checked_before_it_takes_the_place_of_the_one_before() {
+    let mut step = StepSummary {
+        results: Results { max_pressure: Some(1.0), ..Results::default() },
+        ..Default::default()
+    };
+    assert!(step.check().is_ok());
+    step.results.max_pressure = Some(f64::INFINITY);
+    let Err(ReportError::NotFinite { field, .. }) = step.check() else { panic!("{step:?}") };
+    assert_eq!(field, "results.max_pressure");
+}
