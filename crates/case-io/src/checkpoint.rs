@@ -146,7 +146,7 @@ pub fn remove(directory: &mut OutputDirectory) -> Result<(), OutputError> {
 pub fn read(directory: &Path) -> Result<(Checkpoint, Option<String>), CheckpointError> {
     let mut damaged = Vec::new();
     for name in [NEWEST, PREVIOUS] {
-        match std::fs::read(directory.join(name)) {
+        match read_file(&directory.join(name)) {
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => {}
             Err(error) => damaged.push(format!("{name} cannot be read ({error})")),
             Ok(bytes) => match decode(&bytes) {
@@ -168,9 +168,17 @@ pub fn read(directory: &Path) -> Result<(Checkpoint, Option<String>), Checkpoint
     Err(CheckpointError::Damaged { directory, reason: damaged.join(", ") })
 }
 
+/// Reads a file, and nothing that would not come to an end, such as a pipe or a device.
+fn read_file(path: &Path) -> std::io::Result<Vec<u8>> {
+    if !std::fs::metadata(path)?.is_file() {
+        return Err(std::io::Error::other("it is no file"));
+    }
+    std::fs::read(path)
+}
+
 /// Reads the status word of the result in a directory.
 fn recorded_word(directory: &Path) -> Option<String> {
-    let bytes = std::fs::read(directory.join(ResultKind::Solve.record())).ok()?;
+    let bytes = read_file(&directory.join(ResultKind::Solve.record())).ok()?;
     let report: Value = serde_json::from_slice(&bytes).ok()?;
     Some(report.get("status")?.get("word")?.as_str()?.to_owned())
 }

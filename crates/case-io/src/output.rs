@@ -63,6 +63,12 @@ pub enum OutputError {
         /// The link and its target.
         link: BrokenLink,
     },
+    /// Something in the directory is a link, and files would be written elsewhere.
+    #[error("{} is a link, which is not followed", path.display())]
+    Link {
+        /// The link.
+        path: PathBuf,
+    },
     /// Another run writes there at this moment.
     #[error("{} is in use by another run{}", path.display(), holder.map(|p| format!(" (process {p})")).unwrap_or_default())]
     Locked {

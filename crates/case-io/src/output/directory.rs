@@ -78,6 +78,10 @@ impl OutputDirectory {
         fs::create_dir_all(path).map_err(failed("create", path))?;
         directory.presence = Presence::of(path);
         directory.lock = Some(Lock::take(path)?);
+        if let Err(link) = directory.without_links() {
+            directory.keeps_collected = true;
+            return Err(link);
+        }
         directory.before = match inspect(path, kind, case_hash)? {
             Ok(before) => before,
             Err(_) if force && ResultKind::ALL.iter().any(|k| path.join(k.record()).is_file()) => {
@@ -107,6 +111,11 @@ impl OutputDirectory {
         let mut directory = Self::new(path, Vec::new());
         directory.keeps_collected = true;
         directory.lock = Some(Lock::take(path)?);
+        directory.without_links()?;
+        let staging = path.join(STAGING);
+        if is_link(&staging) {
+            return Err(OutputError::Link { path: staging });
+        }
         directory.before = Before::SameCase;
         Ok(directory)
     }
@@ -280,6 +289,7 @@ impl OutputDirectory {
         let places: Vec<&PathBuf> =
             self.written.iter().filter(|name| self.collected(name).is_file()).collect();
         // What may still fail comes first, while the earlier result is whole.
+        self.without_links()?;
         for parent in places.iter().filter_map(|name| name.parent()) {
             let parent = self.path.join(parent);
             fs::create_dir_all(&parent).map_err(failed("create", &parent))?;
@@ -312,6 +322,14 @@ impl OutputDirectory {
     /// The place of a file until the end of the run.
     fn collected(&self, name: &Path) -> PathBuf {
         self.path.join(STAGING).join(name)
+    }
+
+    /// Refuses directories for results that are links: files would be written, and old ones removed, where they lead.
+    fn without_links(&self) -> Result<(), OutputError> {
+        match BELOW.iter().map(|below| self.path.join(below)).find(|path| is_link(path)) {
+            Some(path) => Err(OutputError::Link { path }),
+            None => Ok(()),
+        }
     }
 
     fn check_presence(&self) -> Result<(), OutputError> {
@@ -362,6 +380,10 @@ impl Drop for OutputDirectory {
         // Only an empty directory can be removed like this.
         let _ = self.created.iter().try_for_each(fs::remove_dir);
     }
+}
+
+fn is_link(path: &Path) -> bool {
+    fs::symlink_metadata(path).is_ok_and(|found| found.is_symlink())
 }
 
 fn remove(path: &Path) -> Result<(), OutputError> {

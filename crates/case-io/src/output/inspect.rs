@@ -83,6 +83,8 @@ pub(super) fn inspect(
 
 /// Reads the hash of the case that a record is of; `None` if it is not a record.
 fn recorded_hash(record: &Path) -> Option<String> {
-    let record: serde_json::Value = serde_json::from_slice(&fs::read(record).ok()?).ok()?;
+    // A device or a pipe would not come to an end.
+    let bytes = record.is_file().then(|| fs::read(record).ok()).flatten()?;
+    let record: serde_json::Value = serde_json::from_slice(&bytes).ok()?;
     Some(record.get("run")?.get(CASE_HASH)?.as_str()?.to_owned())
 }

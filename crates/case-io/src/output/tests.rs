@@ -210,3 +210,118 @@ fn results_have_the_usual_permissions() {
     let mode = |name: &str| fs::metadata(root.path().join(name)).unwrap().permissions().mode();
     assert_eq!(mode("a"), mode("b"));
 }
+
+#[cfg(unix)]
+mod links {
+    use super::*;
+    use std::os::unix::fs::symlink;
+
+    /// A directory of results beside a file that is somebody else's.
+    fn with_victim() -> (tempfile::TempDir, PathBuf, PathBuf) {
+        let root = tempfile::tempdir().unwrap();
+        let (victim, results) = (root.path().join("victim"), root.path().join("d"));
+        fs::write(&victim, "mine").unwrap();
+        fs::create_dir(&results).unwrap();
+        (root, results, victim)
+    }
+
+    #[test]
+    fn a_lock_that_is_a_link_is_not_followed() {
+        let (_root, results, victim) = with_victim();
+        let lock = results.join(LOCK_FILE);
+        symlink("../victim", &lock).unwrap();
+        for force in [false, true] {
+            let error = run(&results, "h", force, &[]).unwrap_err();
+            assert!(matches!(error, OutputError::Io { .. }), "{error}");
+        }
+        assert_eq!(fs::read_to_string(&victim).unwrap(), "mine");
+        assert!(lock.is_symlink());
+        // Nor is a file made where a broken link leads, or another name of a file written to.
+        fs::remove_file(&lock).unwrap();
+        symlink("../nothing", &lock).unwrap();
+        assert!(run(&results, "h", true, &[]).is_err());
+        assert!(!results.join("../nothing").exists());
+        fs::remove_file(&lock).unwrap();
+        fs::hard_link(&victim, &lock).unwrap();
+        assert!(run(&results, "h", true, &[]).is_err());
+        assert_eq!(fs::read_to_string(&victim).unwrap(), "mine");
+        // What a killed run left behind is taken over.
+        fs::remove_file(&lock).unwrap();
+        fs::write(&lock, "123456789\n").unwrap();
+        run(&results, "h", false, &[]).unwrap();
+        assert_eq!(names(&results), ["report.json"]);
+    }
+
+    #[test]
+    fn no_directory_of_results_is_a_link() {
+        for below in ["figures", "fields"] {
+            let (root, results, _) = with_victim();
+            let elsewhere = root.path().join("elsewhere");
+            fs::create_dir(&elsewhere).unwrap();
+            fs::write(elsewhere.join("a.svg"), "mine").unwrap();
+            fs::write(elsewhere.join("a.vtu"), "mine").unwrap();
+            run(&results, "h", false, &["upper.vtu"]).unwrap();
+            symlink("../elsewhere", results.join(below)).unwrap();
+            for force in [false, true] {
+                let refused = run(&results, "h", force, &[&format!("{below}/a.svg")]);
+                assert!(matches!(refused, Err(OutputError::Link { .. })), "{refused:?}");
+            }
+            assert!(matches!(OutputDirectory::reopen(&results), Err(OutputError::Link { .. })));
+            // A link that appears while the run goes on.
+            fs::remove_file(results.join(below)).unwrap();
+            let mut output = OutputDirectory::open(&results, ResultKind::Solve, "h", false).unwrap();
+            output.write(&format!("{below}/a.svg"), b"new").unwrap();
+            symlink("../elsewhere", results.join(below)).unwrap();
+            assert!(matches!(output.finish(), Err(OutputError::Link { .. })));
+            assert_eq!(names(&elsewhere), ["a.svg", "a.vtu"]);
+            assert_eq!(fs::read_to_string(elsewhere.join("a.svg")).unwrap(), "mine");
+        }
+    }
+
+    #[test]
+    fn collected_files_do_not_go_where_a_link_leads() {
+        let (root, results, _) = with_victim();
+        let elsewhere = root.path().join("elsewhere");
+        fs::create_dir(&elsewhere).unwrap();
+        fs::write(elsewhere.join("a.txt"), "mine").unwrap();
+        symlink("../elsewhere", results.join(STAGING)).unwrap();
+        assert!(matches!(OutputDirectory::reopen(&results), Err(OutputError::Link { .. })));
+        // A run that begins removes the link, and nothing behind it.
+        run(&results, "h", false, &["upper.vtu"]).unwrap();
+        assert_eq!(names(&elsewhere), ["a.txt"]);
+        assert_eq!(names(&results), ["report.json", "upper.vtu"]);
+    }
+
+    #[test]
+    fn files_that_are_links_are_replaced_themselves() {
+        let (_root, results, victim) = with_victim();
+        run(&results, "h", false, &["upper.vtu"]).unwrap();
+        for name in ["report.json", "upper.vtu"] {
+            let kept = fs::read(results.join(name)).unwrap();
+            fs::write(&victim, &kept).unwrap();
+            fs::remove_file(results.join(name)).unwrap();
+            symlink("../victim", results.join(name)).unwrap();
+            run(&results, "h", true, &["upper.vtu", "new.vtu"]).unwrap();
+            assert_eq!(fs::read(&victim).unwrap(), kept);
+            assert!(!results.join(name).is_symlink());
+        }
+        // Checkpoints are renamed and written likewise.
+        fs::write(&victim, "mine").unwrap();
+        symlink("../victim", results.join(CHECKPOINT)).unwrap();
+        let mut output = OutputDirectory::reopen(&results).unwrap();
+        for _ in 0..3 {
+            output.write_after_renaming(CHECKPOINT, CHECKPOINT_BEFORE, &[b"state"]).unwrap();
+            assert_eq!(fs::read_to_string(&victim).unwrap(), "mine");
+        }
+    }
+
+    #[test]
+    fn a_record_that_has_no_end_is_not_read() {
+        let (_root, results, _) = with_victim();
+        symlink("/dev/zero", results.join("report.json")).unwrap();
+        symlink("/dev/zero", results.join(CHECKPOINT)).unwrap();
+        assert!(matches!(run(&results, "h", false, &[]), Err(OutputError::NotOurs { .. })));
+        assert!(crate::checkpoint::read(&results).is_err());
+        run(&results, "h", true, &[]).unwrap();
+    }
+}
