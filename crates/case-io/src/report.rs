@@ -34,7 +34,7 @@ pub const CASE_HASH: &str = "case_hash";
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ReportError {
-    /// A number that is infinite or NaN: a defect of the program, never written.
+    /// A number that is infinite or NaN, since the data are extreme; never written.
     #[error("the report's {field} is {value}; only finite numbers are written")]
     NotFinite {
         /// Dotted path of the number.

@@ -46,6 +46,22 @@ pub enum MeshError {
         /// Second coordinate.
         y: f64,
     },
+    /// A coordinate or an edge is so large or small that areas and moments would overflow or underflow.
+    #[error(
+        "node {node} has the coordinates ({}, {}){}; coordinates of at most {LARGEST_COORDINATE:e} and edges of at least \
+         {SHORTEST_EDGE:e} are needed",
+        shown(*x), shown(*y), if *edge > 0.0 { format!(" and an edge of length {}", shown(*edge)) } else { String::new() }
+    )]
+    Scale {
+        /// Node number, from 0.
+        node: usize,
+        /// First coordinate.
+        x: f64,
+        /// Second coordinate.
+        y: f64,
+        /// Largest component of an edge of the node that is too short, m; 0 if a coordinate is too large.
+        edge: f64,
+    },
     /// A triangle names a node that does not exist.
     #[error("triangle {triangle} uses node {node}, but the mesh has {nodes} nodes")]
     NoSuchNode {
@@ -337,6 +353,12 @@ impl TriMesh {
     }
 }
 
+/// Largest coordinate, m: its cube, the size of a moment of an area, is finite.
+const LARGEST_COORDINATE: f64 = 1e100;
+
+/// Shortest edge, m: the inverse of its square, the size of a stiffness over a modulus, and its cube are finite and not zero.
+const SHORTEST_EDGE: f64 = 1e-100;
+
 fn check_sizes(points: &[Vector], triangles: &[[NodeId; 3]]) -> Result<(), MeshError> {
     if points.is_empty() || triangles.is_empty() {
         return Err(MeshError::Empty { points: points.len(), triangles: triangles.len() });
@@ -349,7 +371,11 @@ fn check_sizes(points: &[Vector], triangles: &[[NodeId; 3]]) -> Result<(), MeshE
         }
     }
     match points.iter().position(|p| !(p[0].is_finite() && p[1].is_finite())) {
-        Some(node) => Err(MeshError::NotFinite { node, x: points[node][0], y: points[node][1] }),
+        Some(node) => return Err(MeshError::NotFinite { node, x: points[node][0], y: points[node][1] }),
+        None => {}
+    }
+    match points.iter().position(|p| p.amax() > LARGEST_COORDINATE) {
+        Some(node) => Err(MeshError::Scale { node, x: points[node][0], y: points[node][1], edge: 0.0 }),
         None => Ok(()),
     }
 }
@@ -360,6 +386,12 @@ fn check_triangles(points: &[Vector], triangles: &[[NodeId; 3]]) -> Result<(), M
             return Err(MeshError::NoSuchNode { triangle, node: node.index(), nodes: points.len() });
         }
         let p = corners.map(|n| points[n]);
+        for k in 0..3 {
+            let edge = (p[(k + 1) % 3] - p[k]).amax();
+            if edge > 0.0 && edge < SHORTEST_EDGE {
+                return Err(MeshError::Scale { node: corners[k].index(), x: p[k][0], y: p[k][1], edge });
+            }
+        }
         if geometry::sure_area(p).is_none_or(|area| area < 0.0) {
             let area = geometry::signed_area(p);
             let x = (p[0][0] + p[1][0] + p[2][0]) / 3.0;

@@ -97,7 +97,7 @@ pub(crate) struct RunOptions {
     /// Number of threads, at most 1024; 0 for one per core.
     #[arg(long, help_heading = "Running", value_name = "N", default_value_t = 0, value_parser = thread_count)]
     pub(crate) threads: usize,
-    /// Print only errors.
+    /// Print only errors, and the reason if the result is not what was asked for.
     #[arg(long, short, help_heading = "Output", conflicts_with = "verbose")]
     pub(crate) quiet: bool,
     /// Print more about every automatic choice.

@@ -73,6 +73,11 @@ pub(crate) fn failure(failure: &Failure) {
     complain(&text);
 }
 
+/// Prints to stderr why a run without further output ended as it did.
+pub(crate) fn reason(text: &str) {
+    complain(&plain(text.trim_start()));
+}
+
 /// Prints warnings about a case.
 pub(crate) fn warnings(diagnostics: &[Diagnostic]) {
     for diagnostic in diagnostics {

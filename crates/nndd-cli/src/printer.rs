@@ -17,6 +17,8 @@ pub(crate) struct Printer {
     quiet: bool,
     /// Whether the iterations of an adaptive run are shown too.
     every_iteration: bool,
+    /// The name of the contact force.
+    force: String,
     /// Whether Coulomb friction leaves a residual in place of a bound.
     residual: bool,
     /// When the program began.
@@ -39,7 +41,8 @@ impl Printer {
         let timed = options.run.verbose || console::width().is_some();
         let quiet = options.run.quiet;
         let (residual, said) = (case.coulomb_pair().is_some(), Vec::new());
-        Self { format, quiet, every_iteration, residual, started, timed, rows: 0, steps: 0, said }
+        let force = verdict::contact_force(case.contacts.len(), "contact force");
+        Self { format, quiet, every_iteration, force, residual, started, timed, rows: 0, steps: 0, said }
     }
 
     /// Prints what is known before the run begins.
@@ -146,7 +149,7 @@ impl Printer {
                     (None, None) => "no residual".to_owned(),
                 };
                 let force = force
-                    .map_or_else(String::new, |f| format!("contact force {}, ", words::with_digits(f, 4)));
+                    .map_or_else(String::new, |f| format!("{} {}, ", self.force, words::with_digits(f, 4)));
                 console::print(&format!("load step {step} of {of}: {force}{error}\n")).map_err(Failure::from)
             }
             Format::Json => self.event(&json!({
@@ -172,7 +175,12 @@ impl Printer {
         written: &[String],
     ) -> Result<(), Failure> {
         match self.format {
-            _ if self.quiet => Ok(()),
+            _ if self.quiet => {
+                if report.status.code != 0 {
+                    console::reason(&verdict::verdict(report));
+                }
+                Ok(())
+            }
             Format::Human => {
                 let mut text = verdict::verdict(report) + &verdict::peak(report);
                 text += &verdict::key_results(case, report);

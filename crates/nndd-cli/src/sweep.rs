@@ -4,7 +4,7 @@ use crate::args::Sweep as Options;
 use crate::console;
 use crate::machine::{Machine, Showing};
 use nndd_report::failure::NOT_CERTIFIED;
-use nndd_report::sweep::{self, SweepOptions};
+use nndd_report::sweep::{self, SweepOptions, Swept};
 use nndd_report::{Event, Failure, Host, NOT_CONVERGED};
 
 pub(crate) fn command(options: &Options) -> Result<u8, Failure> {
@@ -20,21 +20,14 @@ pub(crate) fn command(options: &Options) -> Result<u8, Failure> {
     let swept = sweep::sweep(&of_library, &mut host)?;
     let signal = host.interrupted();
     let record = &swept.record;
-    if !options.run.quiet {
+    let why = reason(&swept, signal);
+    if options.run.quiet {
+        why.iter().for_each(|why| console::reason(why));
+    } else {
         for panel in &record.panels {
             console::print(&sweep::best(&record.key, panel))?;
         }
-        if !swept.has_value() && swept.failure.is_none() && signal.is_none() {
-            let word = swept.rows().map(|row| row.status.as_str()).next().unwrap_or("stalled");
-            console::print(&format!(
-                "{word}: no run of this sweep has an eta_nndd; try other values of {}\n",
-                record.key
-            ))?;
-        }
-        if signal.is_some() {
-            let (done, all) = (swept.rows().count(), swept.asked);
-            console::print(&format!("interrupted: by a signal after {done} of {all} runs\n"))?;
-        }
+        why.iter().try_for_each(|why| console::print(why))?;
         console::print(&format!("wrote {}: {}\n", swept.path.display(), swept.files.join(" ")))?;
     }
     let code = match (swept.has_valid(), swept.has_value()) {
@@ -46,6 +39,23 @@ pub(crate) fn command(options: &Options) -> Result<u8, Failure> {
         Some(failure) => Err(failure),
         None => Ok(signal.unwrap_or(code)),
     }
+}
+
+/// Says why a sweep has no value, or not all of them; `None` if it has them, and for a failure, which says so itself.
+fn reason(swept: &Swept, signal: Option<u8>) -> Option<String> {
+    let record = &swept.record;
+    if signal.is_some() {
+        let (done, all) = (swept.rows().count(), swept.asked);
+        return Some(format!("interrupted: by a signal after {done} of {all} runs\n"));
+    }
+    if swept.has_valid() || swept.failure.is_some() {
+        return None;
+    }
+    if swept.has_value() {
+        return Some("not certified: no run of this sweep has a valid bound\n".to_owned());
+    }
+    let word = swept.rows().map(|row| row.status.as_str()).next().unwrap_or("stalled");
+    Some(format!("{word}: no run of this sweep has an eta_nndd; try other values of {}\n", record.key))
 }
 
 /// Shows an event of the sweep.

@@ -460,3 +460,64 @@ fn newton_takes_active_set_steps_and_names_its_limit() {
     assert_eq!(report.status.word, "stalled");
     assert!(report.status.reason.contains("raise solver.max_iterations"), "{}", report.status.reason);
 }
+
+#[test]
+fn check_counts_every_load_and_prints_the_resultant() {
+    let temp = tempfile::tempdir().unwrap();
+    let case = "schema = 1\n[materials.m]\nyoung = 6.0\npoisson = 0.4\n[[body]]\nname = \"block\"\nmaterial = \"m\"\n\
+         body_force = [0.5, -2.0]\n\
+         generator = { kind = \"block\", origin = [0.0, 0.0], size = [4.0, 2.0], cells = [8, 4] }\n\
+         [[body.displacement]]\non = \"left\"\nux = 0.0\n\
+         [[body.traction]]\non = \"right\"\npressure = 3.0\n\
+         [[contact]]\nname = \"table\"\nbodies = [\"block\"]\nsurfaces = [\"bottom\"]\n\
+         obstacle = { kind = \"plane\", point = [0.0, 0.0], normal = [0.0, 1.0] }\n\
+         [[contact]]\nname = \"stamp\"\nbodies = [\"block\"]\nsurfaces = [\"top\"]\n\
+         obstacle = { kind = \"circle\", centre = [2.0, 7.0], radius = 5.0, ux = 0.0, rotation = 0.0, force = [0.0, -0.8] }\n";
+    std::fs::write(temp.path().join("case.toml"), case).unwrap();
+    let shown = text(&nndd(&["check", "case.toml"], temp.path()).stdout);
+    // 8 square units under the body force, 2 units of length under the pressure.
+    assert!(shown.contains("    loads           2 conditions, resultant (-2, -16)\n"), "{shown}");
+    assert!(
+        shown.contains("  all loads       resultant (-2, -16.8), 1 loaded obstacle included\n"),
+        "{shown}"
+    );
+    let object: serde_json::Value =
+        serde_json::from_str(&text(&nndd(&["check", "case.toml", "--format", "json"], temp.path()).stdout))
+            .unwrap();
+    assert_eq!(object["bodies"][0]["loads"], 2);
+    let resultants = [&object["resultant"], &object["bodies"][0]["resultant"]];
+    for (resultant, expected) in resultants.into_iter().zip([[-2.0, -16.8], [-2.0, -16.0]]) {
+        let found: [f64; 2] = serde_json::from_value(resultant.clone()).unwrap();
+        assert!(found.iter().zip(expected).all(|(a, b): (&f64, f64)| (a - b).abs() < 1e-12), "{object}");
+    }
+    // Two contact forces have no common direction.
+    let solved = text(&nndd(&["solve", "case.toml"], temp.path()).stdout);
+    assert!(solved.contains("sum of the contact forces of 2 pairs "), "{solved}");
+    assert!(!solved.contains("integral of the pressure"), "{solved}");
+}
+
+#[test]
+fn a_quiet_run_says_on_stderr_why_it_missed_what_was_asked_for() {
+    let temp = tempfile::tempdir().unwrap();
+    let case = cases().join("paper.toml");
+    let case = case.to_str().unwrap();
+    let set = |more: &[&str]| {
+        let out = temp.path().join(more.concat().replace(['[', ']', '=', '.', ' ', '{', '}'], "_"));
+        let mut arguments = vec!["solve", "-q", case, "--out", out.to_str().unwrap()];
+        arguments.extend(more.iter().flat_map(|setting| ["--set", setting]));
+        let output = nndd(&arguments, temp.path());
+        assert!(output.stdout.is_empty());
+        (output.status.code(), text(&output.stderr))
+    };
+    let (code, said) = set(&["solver.max_iterations=1", "solver.method='nndd'"]);
+    assert_eq!(code, Some(5));
+    assert!(
+        said.starts_with("max_iterations: eta_nndd <= 0.1 eta_dis not met after 1 iteration"),
+        "{said:?}"
+    );
+    let (code, said) = set(&["adapt={ target_relative_error = 0.01, max_steps = 1 }"]);
+    assert_eq!(code, Some(6));
+    assert!(said.starts_with("target_missed: "), "{said:?}");
+    let (code, said) = set(&[]);
+    assert_eq!((code, said.as_str()), (Some(0), ""));
+}

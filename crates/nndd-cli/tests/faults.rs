@@ -17,6 +17,8 @@ mod names;
 mod processes;
 #[path = "faults/results.rs"]
 mod results;
+#[path = "faults/scales.rs"]
+mod scales;
 #[path = "faults/text.rs"]
 mod text;
 

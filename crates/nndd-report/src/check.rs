@@ -3,10 +3,15 @@
 use crate::failure::Failure;
 use crate::memory;
 use crate::motion::{member, moves};
+use crate::words::ROUNDING;
 use case_io::Case;
+use case_io::case::BodyCase;
 use certified_contact::SolveError;
-use fem_core::body::{NodeConstraint, RigidMotion};
+use fem_core::assembly::{AssemblyError, external_forces};
+use fem_core::body::{Body, NodeConstraint, RigidMotion, RigidSide};
+use fem_core::geometry::Vector;
 use fem_core::interface::ContactProblem;
+use fem_core::prepared::PrepareError;
 use nndd::NnddError;
 use serde_json::{Value, json};
 
@@ -24,8 +29,10 @@ pub struct CheckedBody {
     pub rigid_sides: usize,
     /// Number of nodes that are held in some direction, by supports or rigid sides that cannot move.
     pub held_nodes: usize,
-    /// Number of conditions that load it.
+    /// Number of conditions that load it: tractions, rigid sides with a force or a moment, and a body force.
     pub loads: usize,
+    /// Resultant of its loads, N/m.
+    pub resultant: Vector,
     /// The smallest angle of its mesh, degrees.
     pub smallest_angle: f64,
 }
@@ -37,18 +44,39 @@ pub struct CheckedBody {
 pub fn check(case: &Case, problem: &ContactProblem) -> Result<Vec<CheckedBody>, Failure> {
     self::held(case, problem)?;
     let held = |c: &NodeConstraint| !matches!(c, NodeConstraint::Free | NodeConstraint::Rigid { .. });
-    let bodies = case.bodies.iter().zip(&problem.bodies);
-    Ok(bodies
-        .map(|(body, model)| CheckedBody {
+    let checked = |(k, (body, model)): (usize, (&BodyCase, &Body))| {
+        let loaded = |side: &&RigidSide| side.force != Vector::zeros() || side.moment != 0.0;
+        Ok(CheckedBody {
             name: body.name.clone(),
             sides: model.mesh().groups().iter().map(|(name, edges)| (name.clone(), edges.len())).collect(),
             supports: model.supports().len(),
             rigid_sides: model.rigid_sides().len(),
             held_nodes: model.node_constraints().iter().filter(|c| held(c)).count(),
-            loads: body.tractions.len(),
+            loads: body.tractions.len()
+                + model.rigid_sides().iter().filter(loaded).count()
+                + usize::from(model.body_force() != Vector::zeros()),
+            resultant: resultant_of(&external_forces(model)).ok_or_else(|| {
+                let source = AssemblyError::NotFinite { what: "the load" };
+                Failure::solve(case, &SolveError::Prepare(PrepareError::Assembly { body: k, source }))
+            })?,
             smallest_angle: model.mesh().smallest_angle(),
         })
-        .collect())
+    };
+    case.bodies.iter().zip(&problem.bodies).enumerate().map(checked).collect()
+}
+
+/// Adds forces, N/m; a component that is rounding is zero. `None` if they are too large.
+fn resultant_of(forces: &[Vector]) -> Option<Vector> {
+    let size: f64 = forces.iter().map(Vector::amax).sum();
+    let sum: Vector = forces.iter().sum();
+    let exact = sum.map(|c| if c.abs() <= ROUNDING * size { 0.0 } else { c });
+    size.is_finite().then_some(exact)
+}
+
+/// Computes the resultant of all loads of a case, those of obstacles among them, N/m.
+pub fn resultant(problem: &ContactProblem, bodies: &[CheckedBody]) -> Vector {
+    let of_obstacles = problem.obstacles.iter().map(|obstacle| obstacle.force);
+    bodies.iter().map(|body| body.resultant).chain(of_obstacles).sum()
 }
 
 /// Bodies of one motion, and motions, that are named.
@@ -103,6 +131,7 @@ pub fn summary(case: &Case, problem: &ContactProblem, bodies: &[CheckedBody], sa
             "held_nodes": body.held_nodes,
             "rigid_sides": body.rigid_sides,
             "loads": body.loads,
+            "resultant": <[f64; 2]>::from(body.resultant),
             "smallest_angle": body.smallest_angle,
             "floating": problem.bodies[k].free_motion().is_some(),
         })
@@ -124,6 +153,7 @@ pub fn summary(case: &Case, problem: &ContactProblem, bodies: &[CheckedBody], sa
         "case": case.file_name(),
         "bodies": bodies.iter().enumerate().map(body).collect::<Vec<_>>(),
         "contact": contact.collect::<Vec<_>>(),
+        "resultant": <[f64; 2]>::from(resultant(problem, bodies)),
         "memory_bytes": memory::estimate(problem).round() as u64,
         "notes": notes,
         "warnings": case.warnings().iter().map(ToString::to_string).collect::<Vec<_>>(),

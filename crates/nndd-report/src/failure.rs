@@ -8,6 +8,7 @@ use case_io::report::ReportError;
 use case_io::table::TableError;
 use case_io::{BrokenLink, Case, CaseError, Place};
 use certified_contact::SolveError;
+use contact_qp::QpError;
 use cre_estimator::EstimatorError;
 use fem_core::assembly::AssemblyError;
 use fem_core::cholesky::CholeskyError;
@@ -103,6 +104,13 @@ impl Failure {
 
     pub(crate) fn defect(message: impl Into<String>) -> Self {
         Self::plain(DEFECT, message)
+    }
+
+    /// Says that numbers of a problem leave those that the machine has.
+    pub(crate) fn overflow(error: &dyn std::error::Error) -> Self {
+        Self::invalid(format!(
+            "{error}\n  expected: coordinates, moduli and loads of which sums of squares are finite\n  fix: check their units"
+        ))
     }
 
     pub(crate) fn limit(message: impl Into<String>) -> Self {
@@ -214,10 +222,11 @@ impl Failure {
                 significant(*load)
             )),
             SolveError::Estimator(
-                source @ (EstimatorError::NotFinite { .. } | EstimatorError::TooSmall { .. }),
-            ) => Self::invalid(format!(
-                "{source}\n  expected: coordinates, moduli and loads of which sums of squares are finite\n  fix: check their units"
-            )),
+                source @ (EstimatorError::NotFinite { .. }
+                | EstimatorError::TooSmall { .. }
+                | EstimatorError::Balance(QpError::NotFinite { .. })),
+            ) => Self::overflow(source),
+            SolveError::Nndd(source @ NnddError::Qp(QpError::NotFinite { .. })) => Self::overflow(source),
             SolveError::Nndd(e @ (NnddError::DependentRows { .. } | NnddError::Unsupported { .. })) => {
                 Self::invalid(format!(
                     "{e}\n  expected: a problem that the iteration can solve\n  fix: leave solver.method and solver.path out, or use \
@@ -256,6 +265,9 @@ impl From<OutputError> for Failure {
             OutputError::NotADirectory { .. } => ("a directory", "choose another with --out"),
             OutputError::BrokenLink { .. } => {
                 ("a directory", "create what the link points to, or choose another with --out")
+            }
+            OutputError::Link { .. } => {
+                ("a directory of results without links", "remove the link, or choose another with --out")
             }
             OutputError::Locked { .. } => {
                 ("a directory that no other run uses", "wait for it, or choose another with --out")
@@ -320,17 +332,30 @@ impl From<MeshFileError> for Failure {
     }
 }
 
-macro_rules! plain_failures {
-    ($($error:ty => $code:expr),+) => {
-        $(impl From<$error> for Failure {
-            fn from(error: $error) -> Self {
-                Self::plain($code, error.to_string())
-            }
-        })+
-    };
+impl From<io::Error> for Failure {
+    fn from(error: io::Error) -> Self {
+        Self::plain(FILES, error.to_string())
+    }
 }
 
-plain_failures!(ReportError => DEFECT, TableError => DEFECT, io::Error => FILES);
+impl From<ReportError> for Failure {
+    fn from(error: ReportError) -> Self {
+        match error {
+            // Products of extreme data overflow in the results at the latest.
+            ReportError::NotFinite { .. } => Self::overflow(&error),
+            other => Self::defect(other.to_string()),
+        }
+    }
+}
+
+impl From<TableError> for Failure {
+    fn from(error: TableError) -> Self {
+        match error {
+            TableError::NotFinite { .. } => Self::overflow(&error),
+            other => Self::defect(other.to_string()),
+        }
+    }
+}
 
 #[cfg(test)]
 mod tests {

@@ -236,13 +236,13 @@ fn write_vtu(
         vtu::write(out, grid, data).map_err(|e| match e {
             VtuError::Io(e) => e,
             other => {
-                refused = Some(other.to_string());
+                refused = Some(Failure::overflow(&other));
                 io::Error::other("refused")
             }
         })
     });
     match refused {
-        Some(reason) => Err(Failure::defect(format!("{name}: {reason}"))),
+        Some(failure) => Err(failure),
         None => Ok(written?),
     }
 }

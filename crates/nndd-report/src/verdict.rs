@@ -96,7 +96,7 @@ pub fn peak(report: &Report) -> String {
 }
 
 /// A quantity of the console: its name, its value and its unit.
-type Quantity = (&'static str, Option<f64>, fn(&Units) -> String);
+type Quantity<'a> = (&'a str, Option<f64>, fn(&Units) -> String);
 
 /// Writes the line about the contact and the largest stress of a run without refinement; empty without a valid certificate.
 pub fn key_results(case: &Case, report: &Report) -> String {
@@ -107,8 +107,9 @@ pub fn key_results(case: &Case, report: &Report) -> String {
     let r = &report.results;
     let of_contact = |value: Option<f64>| value.filter(|_| !report.contact.is_empty());
     let stress = r.peak_stress.as_ref().map(|peak| peak.von_mises);
-    let quantities: [Quantity; 3] = [
-        ("integral of the pressure", of_contact(r.contact_force), Units::line_force),
+    let integral = contact_force(report.contact.len(), "integral of the pressure");
+    let quantities: [Quantity<'_>; 3] = [
+        (&integral, of_contact(r.contact_force), Units::line_force),
         ("largest nodal pressure", of_contact(r.max_pressure), Units::stress),
         ("largest recovered von Mises stress", stress, Units::stress),
     ];
@@ -122,6 +123,16 @@ pub fn key_results(case: &Case, report: &Report) -> String {
         String::new()
     } else {
         format!("{when}{}; these are not bounds\n", shown.join(", "))
+    }
+}
+
+/// Names `results.contact_force`. Forces on several lines have no common direction: it is the sum of their sizes.
+///
+/// * `alone`: its name if there is one pair.
+pub fn contact_force(pairs: usize, alone: &str) -> String {
+    match pairs {
+        0 | 1 => alone.to_owned(),
+        pairs => format!("sum of the contact forces of {pairs} pairs"),
     }
 }
 

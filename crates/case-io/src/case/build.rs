@@ -252,7 +252,13 @@ impl Case {
     /// Attributes an error of a body's mesh to its generator.
     pub(crate) fn mesh_diagnostic(&self, body: usize, error: &MeshError) -> Diagnostic {
         let message = format!("body \"{}\": {error}", self.bodies[body].name);
-        self.diagnostic(code::MESH, &format!("body.{body}.generator"), message)
+        let fault = self.diagnostic(code::MESH, &format!("body.{body}.generator"), message);
+        if let MeshError::Scale { .. } = error {
+            return fault
+                .expected("lengths whose cubes are numbers too")
+                .fix("check the unit of the lengths");
+        }
+        fault
             .expected("a shape with an area, and cells that fit into it")
             .fix("check the numbers of this generator; `nndd new paper` and `nndd new hertz` show sound ones")
     }

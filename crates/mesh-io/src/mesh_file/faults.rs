@@ -59,6 +59,9 @@ impl Region {
                 let number = self.cell_numbers.get(*triangle).copied().unwrap_or_default();
                 fault(format!("{}: element {number} has no area", self.title))
             }
+            MeshError::Scale { .. } => fault(format!("{}: {error}", self.title))
+                .expected("lengths whose cubes are numbers too")
+                .help("check the unit of the lengths"),
             other => fault(format!("{}: {other}", self.title)),
         }
     }

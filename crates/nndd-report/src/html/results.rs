@@ -1,6 +1,7 @@
 //! The tables of forces, pressures, displacements and stresses.
 
 use super::{certified, number, table, unit, with_unit};
+use crate::verdict::contact_force;
 use crate::words::{self, with_digits};
 use case_io::Case;
 use case_io::case::Units;
@@ -60,7 +61,8 @@ pub(super) fn results(page: &mut String, case: &Case, report: &Report) {
         }
     }
     if !report.contact.is_empty() {
-        row("integral of the pressure, ∫ p ds", r.contact_force, Kind::Force);
+        let sum = contact_force(report.contact.len(), "integral of the pressure");
+        row(&format!("{sum}, ∫ p ds"), r.contact_force, Kind::Force);
         row("largest nodal pressure", r.max_pressure, Kind::Stress);
         let most = report.contact.iter().filter(|contact| contact.max_pressure.is_some());
         let most = most.max_by(|a, b| a.max_pressure.partial_cmp(&b.max_pressure).unwrap_or(Ordering::Equal));
