@@ -43,4 +43,5 @@ mod resume;
 mod sharpness;
 mod solve;
 mod step_case;
+mod terms;
 mod threads;

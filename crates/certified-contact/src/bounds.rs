@@ -75,9 +75,11 @@ impl Bounds {
         for ((of, contact), (block, tangents)) in
             problem.problem().contacts.iter().zip(&estimate.pair.contacts).zip(blocks)
         {
-            let role = of.roles.of_side(contact.lift.side);
-            let (forces, sign) = (&iterate.forces()[role][block], [-1.0, 1.0][role]);
-            lifted += contact.lift.by_pair.iter().zip(forces).map(|(l, r)| sign * l * r).sum::<f64>();
+            for (side, added) in contact.added.iter().enumerate() {
+                let role = of.roles.of_side(side);
+                let (forces, sign) = (&iterate.forces()[role][block.clone()], [-1.0, 1.0][role]);
+                lifted += added.iter().zip(forces).map(|(l, r)| sign * l * r).sum::<f64>();
+            }
             let by_role = [&iterate.tangential.reaction, &iterate.tangential.force];
             let by_side = [0, 1].map(|side| &by_role[of.roles.of_side(side)][tangents.clone()]);
             lifted += friction::work_of_lift(of, &contact.edge_friction, by_side);

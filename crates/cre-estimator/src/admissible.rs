@@ -63,7 +63,9 @@ pub struct AdmissibleBody {
 pub struct AdmissibleContact {
     /// `o`, the opening at each pair of nodes with the lift, ≥ 0, m.
     pub opening: Vec<f64>,
-    /// Middle Bernstein coefficient of the opening along each contact edge with the lift, ≥ 0, m.
+    /// What the lifts of the first and of the second body add to it, those of other contact lines among them, ≥ 0, m; empty without a lift.
+    pub added: [Vec<f64>; 2],
+    /// Middle Bernstein coefficient of the opening along each contact edge with the lift, m: `≥ −√(o_i o_j)`.
     pub middle_opening: Vec<f64>,
     /// `l`, the required motion of the contact nodes of one body back along the normals; zero on a straight contact line.
     pub lift: Lift,
@@ -115,7 +117,7 @@ pub(crate) fn recovered_pair(
         .zip(&state.contacts)
         .map(|(pair, given)| lift_of(problem, pair, state, given));
     let (lifts, openings): (Vec<Lift>, Vec<Vec<f64>>) = found.unzip();
-    let moved = lift::sums(problem, &lifts);
+    let moved = lift::joined(problem, &lifts);
     let lift_energy = lift::total_energy(problem, &lifts, &moved);
     let contacts: Vec<AdmissibleContact> = by_pair
         .into_iter()
@@ -143,15 +145,15 @@ fn lift_of(
     let displacement = pair.bodies.map(|b| state.displacement[b]);
     let middle = lift::middle_openings(&pair.interface, displacement);
     // The allowance for round-off covers what is smaller.
-    let opening = if openings::penetrate(pair, state, given) { given.opening } else { &[] };
-    (lift::find(problem, pair, displacement, (opening, &middle)), middle)
+    let penetrates = openings::penetrate(pair, state, given);
+    (lift::find(problem, pair, displacement, (given.opening, penetrates, &middle)), middle)
 }
 
 impl AdmissibleContact {
     /// Computes the openings of pair `k` and what belongs to its pressure.
     ///
     /// * `friction`: friction and its limit at the pairs, Pa.
-    /// * `lift`: of the pair, with the middle openings without it, and [`lift::sums`].
+    /// * `lift`: of the pair, with the middle openings without it, and [`lift::joined`].
     fn new(
         problem: &ContactProblem,
         k: usize,
@@ -185,9 +187,14 @@ impl AdmissibleContact {
             pressure_force.iter_mut().zip(forces).for_each(|(sum, force)| *sum += force);
         }
         // Fields that are recovered from forces have these openings to round-off, which the checks measure.
-        let opening = given.opening.iter().zip(&lift.by_pair).map(|(o, l)| o + l).collect();
+        let mut opening = given.opening.to_vec();
+        let added = [0, 1].map(|side: usize| lift::added(interface, side, moved[side]));
+        for added in &added {
+            opening.iter_mut().zip(added).for_each(|(opening, added)| *opening += added);
+        }
         Self {
             opening,
+            added,
             middle_opening,
             lift,
             pressure,

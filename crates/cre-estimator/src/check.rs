@@ -131,7 +131,7 @@ fn checked(
     measured: Option<Accuracy>,
 ) -> (Admissibility, Vec<CellMeasures>) {
     let mut displacement: Vec<Cow<'_, [Vector]>> = pair.displacements().into_iter().map(Cow::from).collect();
-    let moved = lift::sums(problem, pair.contacts.iter().map(|contact| &contact.lift));
+    let moved = lift::joined(problem, pair.contacts.iter().map(|contact| &contact.lift));
     for (u, l) in displacement.iter_mut().zip(&moved) {
         if let Some(l) = l {
             u.to_mut().iter_mut().zip(l).for_each(|(u, l)| *u += l);
@@ -192,7 +192,8 @@ fn penetration(
     let middle = lift::middle_openings(interface, displacement);
     for ((edge, opening), stated) in interface.edges().iter().zip(middle).zip(&contact.middle_opening) {
         if edge.bent {
-            penetration = larger(penetration, larger(-opening, -stated));
+            let ends = edge.openings(&contact.opening);
+            penetration = larger(penetration, larger(lift::depth(opening, ends), lift::depth(*stated, ends)));
             penetration = larger(penetration, (opening - stated).abs());
         }
     }

@@ -49,7 +49,6 @@ impl EdgeFriction {
         let limit: Vec<[f64; 2]> = edges.iter().zip(edge_pressure).map(limit_of).collect();
         let friction_of = |(edge, s): (&ContactEdge, &[f64; 2])| {
             let q = edge.pressure(friction);
-            let s = if edge.bent { [s[0].min(s[1]); 2] } else { *s };
             [0, 1].map(|end: usize| q[end].max(-s[end]).min(s[end]))
         };
         let lifted = [0, 1].map(|side: usize| match moved[side] {
@@ -169,6 +168,59 @@ fn roots(w: [f64; 3]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fem_core::body::Body;
+    use fem_core::boundary::BoundaryConditions;
+    use fem_core::interface::{ContactProblem, Friction, Gap};
+    use fem_core::material::{Hypothesis, LinearElastic};
+    use fem_core::mesh::generate::ring;
+
+    /// Two rings that slide on each other on a bent line, with the limit 0.5.
+    fn bent() -> ContactProblem {
+        let body = |radii| {
+            let material = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
+            let mesh = ring([0.0; 2], radii, [0.0, 60.0], [4, 1]).unwrap();
+            Body::new(mesh, material, &BoundaryConditions::new()).unwrap()
+        };
+        let bodies = [body([1.0, 1.5]), body([1.5, 2.0])];
+        let gap = Gap::Geometric;
+        let interface = ContactInterface::pair(&bodies[0], &bodies[1], ["outer", "inner"], &gap).unwrap();
+        ContactProblem::between(bodies, interface).with_friction(0, Friction::tresca(0.5)).unwrap()
+    }
+
+    #[test]
+    fn the_slip_in_the_middle_of_a_bent_edge_is_that_of_jump_and_tangent_there() {
+        let problem = bent();
+        let pair = &problem.contacts[0];
+        let jump = |of: &NodePair| Vector::new(of.arc_length.sin(), 1.0 + of.arc_length * of.arc_length);
+        let found = slips(pair, |of, _| jump(of));
+        for (edge, w) in pair.interface.edges().iter().zip(found) {
+            let [a, b] = edge.pairs.map(|k| &pair.interface.pairs()[k as usize]);
+            let jump = 0.5 * (jump(a) + jump(b));
+            let tangent = 0.5 * (perpendicular(a.normal) + perpendicular(b.normal));
+            let middle = 0.25 * (w[0] + 2.0 * w[1] + w[2]);
+            assert!((middle - jump.dot(&tangent)).abs() < 1e-14, "{w:?}");
+        }
+    }
+
+    #[test]
+    fn the_bound_counts_the_slip_of_a_lift() {
+        let problem = bent();
+        let pair = &problem.contacts[0];
+        let edges = pair.interface.edges().len();
+        let mut friction = EdgeFriction {
+            friction: vec![[0.1; 2]; edges],
+            limit: vec![[0.5; 2]; edges],
+            slip: vec![[0.0; 3]; edges],
+            ..EdgeFriction::default()
+        };
+        assert_eq!(friction.terms(&pair.interface), vec![0.0; edges]);
+        friction.lifted = [vec![[0.02; 3]; edges], vec![[-0.03; 3]; edges]];
+        // 2 ℓ (s|w| − q w) of each body.
+        for (edge, found) in pair.interface.edges().iter().zip(friction.terms(&pair.interface)) {
+            let expected = 2.0 * edge.length * (0.4 * 0.02 + 0.6 * 0.03);
+            assert!((found - expected).abs() < 1e-15, "{found} {expected}");
+        }
+    }
 
     /// Numbers from 0 to 1.
     fn random() -> impl FnMut() -> f64 {

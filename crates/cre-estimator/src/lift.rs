@@ -1,26 +1,36 @@
 //! Makes the opening of a contact line nowhere negative.
 //!
-//! If the normal changes along an edge, the opening between two pairs that touch is a quadratic whose middle Bernstein
-//! coefficient can be negative, by the square of the edge length if the bodies slide. The lift `l` moves the contact nodes of one
-//! body back along their normals until no coefficient is negative; a supported node moves along its free
-//! direction. So does a lift of nodes that penetrate by the rounding of displacements. Only the bound uses the lift, the computed
+//! If the normal changes along an edge, the opening between two pairs that touch is a quadratic with the Bernstein coefficients `o_i`, `o_m`,
+//! `o_j`. It is nowhere negative if and only if
+//! ```math
+//! o_i ≥ 0,   o_j ≥ 0,   o_m ≥ −√(o_i o_j)
+//! ```
+//! (the matrix of the quadratic form is copositive, Hadeler 1983). The middle one can be lower, by the square of the edge length if the bodies
+//! slide. The lift `l` moves contact nodes of one body back until the condition holds on every edge: `l = −ε D`, with the shortest free
+//! displacement `D` that opens **every** pair of the node by at least one, `ν_k·D ≥ 1`, `ν_k` outward from the moving body. A node that several
+//! pairs move takes the largest `ε`. Nodes that penetrate by the rounding of displacements are lifted, too. Only the bound uses the lift, the computed
 //! displacement is not changed:
 //! ```math
 //! e_CRE² = ∑_α ‖τ^α − σ(v^α)‖² + 2 ∫ p (o + l_n) + ‖l‖² ≥ ‖u − v‖²     (26)
 //! ```
+//! All lines are tested on the final displacements by [`crate::check`].
 
+use crate::size::larger;
 use fem_core::body::{Body, NodeConstraint};
 use fem_core::element::Triangle;
-use fem_core::geometry::{Vector, cross, perpendicular};
+use fem_core::geometry::{Vector, cross, norm, perpendicular};
 use fem_core::interface::{ContactEdge, ContactInterface, ContactPair, ContactProblem, NodePair};
 use fem_core::mesh::id::NodeId;
 
-/// A node whose motion opens the edge by less than this fraction is not moved; the checks reject a remaining
+/// A node whose motion opens one of its edges by less than this fraction is not moved; the checks reject a remaining
 /// penetration.
 const SMALLEST_GAIN: f64 = 0.1;
-
-/// Directions are parallel up to this sine of their angle.
-const PARALLEL: f64 = 1e-9;
+/// A node that would have to move by more than this multiple of the opening is not moved.
+const LONGEST: f64 = 100.0;
+/// An opening below one by less than this is one.
+const ONE: f64 = 1e-9;
+/// The lift that makes all coefficients positive is twice the least one at most. From its half it grows by this factor.
+const GROWTH: f64 = 1.05;
 
 /// The lift of the contact nodes of one body.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -72,29 +82,46 @@ impl Lift {
     }
 }
 
-/// Adds up the lifts of all contact lines: the displacement of all nodes of each body, m; `None` for a body that no lift moves. The lift
-/// of one line moves the nodes that it shares with another one along that.
+/// Joins the lifts of all contact lines: the displacement of all nodes of each body, m; `None` for a body that no lift moves. A node that
+/// several lines move has one direction, and the largest of their amounts.
 ///
 /// * `lifts`: one per pair.
-pub(crate) fn sums<'a>(
+pub(crate) fn joined<'a>(
     problem: &ContactProblem,
     lifts: impl IntoIterator<Item = &'a Lift>,
 ) -> Vec<Option<Vec<Vector>>> {
-    let mut sums: Vec<Option<Vec<Vector>>> = vec![None; problem.bodies.len()];
+    let mut joined: Vec<Option<Vec<Vector>>> = vec![None; problem.bodies.len()];
     for (pair, lift) in problem.contacts.iter().zip(lifts).filter(|(_, lift)| lift.largest() > 0.0) {
         let nodes = problem.bodies[lift.body].mesh().points().len();
-        let sum = sums[lift.body].get_or_insert_with(|| vec![Vector::zeros(); nodes]);
+        let all = joined[lift.body].get_or_insert_with(|| vec![Vector::zeros(); nodes]);
         for (node, l) in lift.field(problem, &pair.interface) {
-            sum[node] += l;
+            if l.dot(&l) > all[node].dot(&all[node]) {
+                all[node] = l;
+            }
         }
     }
-    sums
+    joined
+}
+
+/// Computes the opening that the lifts of one side add at each pair of nodes, m; empty without a lift.
+///
+/// * `moved`: of the body of that side, see [`joined`].
+pub(crate) fn added(interface: &ContactInterface, side: usize, moved: Option<&[Vector]>) -> Vec<f64> {
+    let of = |l: &[Vector], pair: &NodePair| side_sign(side) * l[pair.nodes[side].index()].dot(&pair.normal);
+    moved.map(|l| interface.pairs().iter().map(|pair| of(l, pair)).collect()).unwrap_or_default()
+}
+
+/// Computes by how much a bent edge penetrates between its ends, m: `−o_m − √(o_i o_j)`, negative if it does not.
+///
+/// * `ends`: the openings at its ends.
+pub(crate) fn depth(middle: f64, ends: [f64; 2]) -> f64 {
+    -middle - (ends[0].max(0.0) * ends[1].max(0.0)).sqrt()
 }
 
 /// Computes `‖l‖²` of the lifts of all contact lines together, J/m: those of two lines may move neighbouring nodes.
 ///
-/// * `lifts`: one per pair; `sums`: see [`sums`].
-pub(crate) fn total_energy(problem: &ContactProblem, lifts: &[Lift], sums: &[Option<Vec<Vector>>]) -> f64 {
+/// * `lifts`: one per pair; `joined`: see [`joined`].
+pub(crate) fn total_energy(problem: &ContactProblem, lifts: &[Lift], joined: &[Option<Vec<Vector>>]) -> f64 {
     let lifts: Vec<_> = lifts.iter().filter(|lift| lift.energy > 0.0).collect();
     if let [lift] = lifts.as_slice() {
         return lift.energy;
@@ -103,7 +130,7 @@ pub(crate) fn total_energy(problem: &ContactProblem, lifts: &[Lift], sums: &[Opt
         let moved = sum.iter().flatten().enumerate().filter(|(_, l)| **l != Vector::zeros());
         energy(body, &moved.map(|(node, l)| (NodeId::new(node), *l)).collect::<Vec<_>>())
     };
-    problem.bodies.iter().zip(sums).map(of_body).sum()
+    problem.bodies.iter().zip(joined).map(of_body).sum()
 }
 
 /// Computes the middle Bernstein coefficient of the opening along every contact edge, m.
@@ -131,35 +158,44 @@ pub(crate) fn lifted_middle_openings(
 
 /// Finds the lift of a pair for the openings of a displacement: it moves the body that costs less energy.
 ///
-/// * `displacement`: of the first and the second body of the pair; `opening`: at its pairs of nodes, empty if none counts, `middle`: the middle ones along its
-///   edges, m.
+/// * `displacement`: of the first and the second body of the pair; `opening`: at its pairs of nodes, `middle`: the middle ones along its
+///   edges, m; `penetrates`: whether openings at nodes are negative by more than round-off.
 pub(crate) fn find(
     problem: &ContactProblem,
     pair: &ContactPair,
     displacement: [&[Vector]; 2],
-    (opening, middle): (&[f64], &[f64]),
+    (opening, penetrates, middle): (&[f64], bool, &[f64]),
 ) -> Lift {
     let interface = &pair.interface;
-    let penetrates = |(edge, middle): (&ContactEdge, &f64)| *middle < 0.0 && edge.bent;
-    if !interface.edges().iter().zip(middle).any(penetrates) && opening.iter().all(|o| *o >= 0.0) {
+    let deepest = depth_between(interface, opening, middle);
+    if !(deepest > 0.0) && !penetrates {
         let none = vec![0.0; interface.pairs().len()];
         return Lift { body: pair.bodies[0], by_pair: none, ..Lift::default() };
     }
+    let least: Vec<f64> = opening.iter().map(|o| if penetrates { (-o).max(0.0) } else { 0.0 }).collect();
+    let mut moves: Vec<bool> = least.iter().map(|least| *least > 0.0).collect();
+    let negative = interface.edges().iter().zip(middle).filter(|(edge, middle)| edge.bent && **middle < 0.0);
+    for (edge, _) in negative {
+        edge.pairs.iter().for_each(|k| moves[*k as usize] = true);
+    }
     let of_side = |(side, body): (usize, usize)| {
-        let mut by_pair = by_pair(problem, body, (interface, side), middle);
+        let all = interface.pairs().iter().zip(&moves);
+        let directions: Vec<Option<Vector>> =
+            all.map(|(of, moves)| if *moves { direction(problem, body, side, of) } else { None }).collect();
         let mut stuck = 0.0f64;
-        for ((lift, opening), of) in by_pair.iter_mut().zip(opening).zip(interface.pairs()) {
-            match direction(problem, body, side, of) {
-                Some(_) => *lift = lift.max(-opening),
-                None => stuck = stuck.max(-opening),
+        let mut most = by_pair(interface, &directions, middle);
+        for ((lift, least), direction) in most.iter_mut().zip(&least).zip(&directions) {
+            match direction {
+                Some(_) => *lift = lift.max(*least),
+                None => stuck = stuck.max(*least),
             }
         }
+        let by_pair = sharpened(interface, &directions, (opening, middle), (&least, most));
         let mut lift = Lift { body, side, by_pair, energy: 0.0 };
         lift.energy = energy(&problem.bodies[body], &lift.field(problem, interface));
         let opened = lifted_middle_openings(problem, pair, displacement, &lift);
-        let edges = interface.edges().iter().zip(&opened);
-        let left = edges.filter(|(edge, _)| edge.bent).fold(stuck, |m, (_, o)| m.max(-o));
-        (lift, left)
+        let ends: Vec<f64> = opening.iter().zip(&lift.by_pair).map(|(o, l)| o + l).collect();
+        (lift, stuck.max(depth_between(interface, &ends, &opened)))
     };
     let size = middle.iter().chain(opening).fold(0.0f64, |m, o| m.max(-o));
     // A body whose supports prevent it from opening every edge is used only if the other one is no better.
@@ -175,76 +211,123 @@ pub(crate) fn find(
     found.map_or_else(Lift::default, |found| found.0)
 }
 
+/// Computes the largest [`depth`] along the bent edges of a line, m.
+fn depth_between(interface: &ContactInterface, opening: &[f64], middle: &[f64]) -> f64 {
+    let edges = interface.edges().iter().zip(middle).filter(|(edge, _)| edge.bent);
+    edges.fold(0.0, |most, (edge, middle)| larger(most, depth(*middle, edge.openings(opening))))
+}
+
 /// The sign of the pressure's forces on a side: −1 on the first, from which the normal points.
 pub(crate) fn side_sign(side: usize) -> f64 {
     if side == 0 { -1.0 } else { 1.0 }
 }
 
-/// Returns the direction `d` in which the node of a body moves to open its pair by one, `d·n = 1`: along the normal, along the free
-/// direction of its support, or along the other contact line of which it is a node, whose opening then remains; `None` if it cannot move.
+/// Returns the direction `d` in which the node of a body moves to open its pair, `d·n ≥ 1`, with the sign of the normal: the shortest one
+/// that its supports leave free and that opens every pair of the node by at least one. `None` if it cannot move, or if that would close a bent
+/// edge of the node: nodes of rigid sides, and those held along the normal.
 pub(crate) fn direction(
     problem: &ContactProblem,
     body: usize,
     side: usize,
     pair: &NodePair,
 ) -> Option<Vector> {
-    let (node, normal) = (pair.nodes[side], pair.normal);
-    let along = |free: Vector| 1.0 / free.dot(&normal) * free;
-    let other = other_normal(problem, body, node, normal);
-    match (problem.bodies[body].node_constraints()[node], other) {
-        (NodeConstraint::Free, None) => Some(1.0 / normal.dot(&normal) * normal),
-        (NodeConstraint::Free, Some(other)) => Some(along(perpendicular(other))),
-        (NodeConstraint::Along { direction, .. }, None) => Some(along(perpendicular(direction))),
-        (NodeConstraint::Along { direction, .. }, Some(other))
-            if cross(direction, other).abs() <= PARALLEL =>
-        {
-            Some(along(perpendicular(direction)))
+    let node = pair.nodes[side];
+    let (mut normals, mut beside) = (Vec::new(), Vec::new());
+    for (k, side) in problem.sides_of(body) {
+        let interface = &problem.contacts[k].interface;
+        let (pairs, outward) = (interface.pairs(), -side_sign(side));
+        normals.extend(pairs.iter().filter(|of| of.nodes[side] == node).map(|of| outward * of.normal));
+        for edge in interface.edges().iter().filter(|edge| edge.bent) {
+            let [i, j] = edge.pairs.map(|k| &pairs[k as usize]);
+            for (of, other) in [(i, j), (j, i)] {
+                if of.nodes[side] == node {
+                    beside.push(outward * other.normal);
+                }
+            }
         }
-        _ => None,
     }
+    let away = shortest(&normals, &problem.bodies[body].node_constraints()[node])?;
+    beside.iter().all(|n| away.dot(n) > SMALLEST_GAIN).then(|| -side_sign(side) * away)
 }
 
-/// Finds the normal of another contact line at a node of a body, unless it is parallel to the given one.
-fn other_normal(problem: &ContactProblem, body: usize, node: NodeId, normal: Vector) -> Option<Vector> {
-    // A body with one contact line has no other.
-    problem.sides_of(body).nth(1)?;
-    problem.sides_of(body).find_map(|(k, side)| {
-        let mut pairs = problem.contacts[k].interface.pairs().iter();
-        pairs
-            .find(|pair| pair.nodes[side] == node)
-            .map(|pair| pair.normal)
-            .filter(|other| cross(*other, normal).abs() > PARALLEL)
-    })
+/// Finds the shortest displacement that a support leaves free with a part of at least one along all normals.
+fn shortest(normals: &[Vector], constraint: &NodeConstraint) -> Option<Vector> {
+    let candidates: Vec<Vector> = match *constraint {
+        NodeConstraint::Free => {
+            let alone = normals.iter().map(|n| 1.0 / n.dot(n) * n);
+            let crossings = normals.iter().enumerate().flat_map(|(k, a)| {
+                normals[k + 1..].iter().map(|b| 1.0 / cross(*a, *b) * Vector::new(b[1] - a[1], a[0] - b[0]))
+            });
+            alone.chain(crossings).collect()
+        }
+        NodeConstraint::Along { direction, .. } => {
+            let free = perpendicular(direction);
+            normals.iter().map(|n| 1.0 / free.dot(n) * free).collect()
+        }
+        NodeConstraint::Fixed { .. } | NodeConstraint::Rigid { .. } => Vec::new(),
+    };
+    let opens = |d: &Vector| normals.iter().all(|n| n.dot(d) >= 1.0 - ONE) && norm(*d) <= LONGEST;
+    candidates.into_iter().filter(opens).min_by(|a, b| a.dot(a).total_cmp(&b.dot(b)))
 }
 
-/// Computes the required added opening of each pair, `ε ≥ 0`, m. Zero on straight edges.
-fn by_pair(
-    problem: &ContactProblem,
-    body: usize,
-    (interface, side): (&ContactInterface, usize),
-    middle: &[f64],
-) -> Vec<f64> {
-    let pairs = interface.pairs();
-    let mut lift = vec![0.0f64; pairs.len()];
+/// Computes the added opening of each pair, `ε ≥ 0`, m, that makes all Bernstein coefficients non-negative. Zero on straight edges.
+///
+/// * `directions`: in which the nodes move, see [`direction`].
+fn by_pair(interface: &ContactInterface, directions: &[Option<Vector>], middle: &[f64]) -> Vec<f64> {
+    let mut lift = vec![0.0f64; directions.len()];
     for (edge, &middle) in interface.edges().iter().zip(middle) {
         if middle >= 0.0 || !edge.bent {
             continue;
         }
-        let [i, j] = edge.pairs.map(|k| k as usize);
-        // The coefficient grows by ½ (ε_i d_i·n_j + ε_j d_j·n_i).
-        let gain = |k: usize, other: usize| {
-            direction(problem, body, side, &pairs[k]).map_or(0.0, |d| d.dot(&pairs[other].normal))
-        };
-        let gains = [gain(i, j), gain(j, i)].map(|g| if g > SMALLEST_GAIN { g } else { 0.0 });
+        let gains = gains(interface, directions, edge);
         // If one node cannot move, the other one moves by the whole amount.
         let movable = gains.iter().filter(|g| **g > 0.0).count() as f64;
-        for (k, gain) in [(i, gains[0]), (j, gains[1])] {
-            if gain > 0.0 {
-                lift[k] = lift[k].max(-2.0 * middle / (movable * gain));
-            }
+        for (k, gain) in edge.pairs.iter().zip(gains).filter(|(_, gain)| *gain > 0.0) {
+            let lift = &mut lift[*k as usize];
+            *lift = lift.max(-2.0 * middle / (movable * gain));
         }
     }
     lift
+}
+
+/// Computes by how much the middle coefficient of an edge grows per lift of its ends, twice: it grows by `½ (ε_i d_i·n_j + ε_j d_j·n_i)`. Zero
+/// for a node that does not move.
+fn gains(interface: &ContactInterface, directions: &[Option<Vector>], edge: &ContactEdge) -> [f64; 2] {
+    let [i, j] = edge.pairs.map(|k| k as usize);
+    [(i, j), (j, i)].map(|(k, other)| directions[k].map_or(0.0, |d| d.dot(&interface.pairs()[other].normal)))
+}
+
+/// Lessens a lift that makes all Bernstein coefficients non-negative to one with which no edge penetrates: it grows from its half where an edge
+/// still does.
+///
+/// * `opening`, `middle`: without a lift, m; `least`: what nodes need that penetrate themselves; `most`: the lift.
+fn sharpened(
+    interface: &ContactInterface,
+    directions: &[Option<Vector>],
+    (opening, middle): (&[f64], &[f64]),
+    (least, most): (&[f64], Vec<f64>),
+) -> Vec<f64> {
+    let mut lift: Vec<f64> =
+        most.iter().zip(least).map(|(most, least)| (0.5 * most).max(*least).min(*most)).collect();
+    loop {
+        let mut grows = vec![false; lift.len()];
+        for (edge, middle) in interface.edges().iter().zip(middle).filter(|(edge, _)| edge.bent) {
+            let [i, j] = edge.pairs.map(|k| k as usize);
+            let [gain_i, gain_j] = gains(interface, directions, edge);
+            let middle = middle + 0.5 * (lift[i] * gain_i + lift[j] * gain_j);
+            if depth(middle, [i, j].map(|k| opening[k] + lift[k])) > 0.0 {
+                (grows[i], grows[j]) = (true, true);
+            }
+        }
+        let mut grown = false;
+        for ((lift, most), _) in lift.iter_mut().zip(&most).zip(&grows).filter(|(_, grows)| **grows) {
+            grown |= *lift < *most;
+            *lift = (GROWTH * *lift).min(*most);
+        }
+        if !grown {
+            return lift;
+        }
+    }
 }
 
 /// Computes `‖l‖²` of a P1 field that vanishes at all nodes but the given ones, J/m.
@@ -272,9 +355,10 @@ mod tests {
     use super::*;
     use fem_core::body::Body;
     use fem_core::boundary::BoundaryConditions;
-    use fem_core::interface::{ContactInterface, Gap};
+    use fem_core::interface::{ContactInterface, Gap, Obstacle, RigidLine};
     use fem_core::material::{Hypothesis, LinearElastic};
-    use fem_core::mesh::generate::ring;
+    use fem_core::mesh::generate::{block, ring};
+    use fem_core::norm::energy_norm_squared;
 
     #[test]
     fn the_lift_closes_what_penetrates_where_a_support_is_oblique_too() {
@@ -295,7 +379,8 @@ mod tests {
         for penetrating in 0..edges {
             let middle: Vec<f64> = (0..edges).map(|k| if k == penetrating { -1e-3 } else { 0.0 }).collect();
             for side in [0, 1] {
-                let by_pair = by_pair(&problem, side, (&pair.interface, side), &middle);
+                let all = pair.interface.pairs().iter().map(|of| direction(&problem, side, side, of));
+                let by_pair = by_pair(&pair.interface, &all.collect::<Vec<_>>(), &middle);
                 let lift = Lift { body: side, side, by_pair, energy: 0.0 };
                 let opened = lifted_middle_openings(&problem, pair, [&nodes[0], &nodes[1]], &lift);
                 assert!((opened[penetrating] - 1e-3).abs() < 1e-12, "{penetrating}: {opened:?}");
@@ -308,5 +393,92 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// A block whose bottom and left side lie in two circles: the node at the corner belongs to both lines. Two gaps per node are open or closed
+    /// under a random displacement.
+    fn groove(random: &mut impl FnMut() -> f64, inside: bool, held: bool) -> (ContactProblem, Vec<Vector>) {
+        let steel = LinearElastic::isotropic(1.0, 0.3, Hypothesis::PlaneStrain).unwrap();
+        let mesh = block([0.0, 0.0], [1.0, 1.0], [4, 4]).unwrap();
+        let mut conditions = BoundaryConditions::new();
+        if held {
+            conditions = conditions.displace("right", Some(0.0.into()), None);
+        }
+        let body = Body::new(mesh, steel, &conditions).unwrap();
+        let out = if inside { 20.0 } else { -20.0 };
+        let mut problem = ContactProblem::new(vec![body.clone()]);
+        for (name, centre) in [("bottom", Vector::new(0.5, out)), ("left", Vector::new(out, 0.5))] {
+            let line = RigidLine::Circle { centre, radius: 20.0, inside };
+            let obstacle = Obstacle::fixed(line);
+            let gap = Gap::Given(0.0.into());
+            let interface = ContactInterface::against(&body, name, &obstacle, Some(&gap)).unwrap();
+            problem = problem.obstacle(0, interface, obstacle);
+        }
+        let u: Vec<Vector> =
+            body.mesh().points().iter().map(|_| Vector::new(random() - 0.5, random() - 0.5)).collect();
+        for pair in &mut problem.contacts {
+            let mut opening = || if random() < 0.6 { 0.0 } else { 0.1 * random() };
+            let gaps: Vec<f64> =
+                pair.interface.pairs().iter().map(|p| u[p.nodes[0]].dot(&p.normal)).collect();
+            let gaps: Vec<f64> = gaps.iter().map(|g| g + opening()).collect();
+            pair.interface.replace_gaps(&gaps);
+        }
+        (problem, u)
+    }
+
+    #[test]
+    fn a_node_of_two_lines_leaves_both_and_the_lift_is_at_most_that_of_bernstein() {
+        let mut state = 1u64;
+        let mut random = move || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 11) as f64 / (1u64 << 53) as f64
+        };
+        let (mut corners, mut smaller) = (0, 0);
+        for number in 0..200 {
+            let (problem, u) = groove(&mut random, number % 2 == 0, number % 3 == 0);
+            let rest: Vec<Vec<Vector>> =
+                problem.obstacles.iter().map(|o| vec![Vector::zeros(); o.imposed().len()]).collect();
+            let fields =
+                |pair: &ContactPair, moved: &[Vector]| [moved.to_vec(), rest[pair.bodies[1] - 1].clone()];
+            let lifts: Vec<Lift> = problem
+                .contacts
+                .iter()
+                .map(|pair| {
+                    let [a, b] = fields(pair, &u);
+                    let middle = middle_openings(&pair.interface, [&a, &b]);
+                    let of = |p: &NodePair| p.gap - u[p.nodes[0]].dot(&p.normal);
+                    let opening: Vec<f64> = pair.interface.pairs().iter().map(|p| of(p).max(0.0)).collect();
+                    let lift = find(&problem, pair, [&a, &b], (&opening, false, &middle));
+                    let all = pair.interface.pairs().iter().map(|of| direction(&problem, 0, 0, of));
+                    let whole = by_pair(&pair.interface, &all.collect::<Vec<_>>(), &middle);
+                    assert!(lift.by_pair.iter().zip(&whole).all(|(l, w)| *l <= *w && *l >= 0.5 * w));
+                    smaller += usize::from(lift.by_pair.iter().zip(&whole).any(|(l, w)| *l < 0.9 * w));
+                    lift
+                })
+                .collect();
+            let corner = |lift: &Lift, k: usize| lift.by_pair.get(k).is_some_and(|l| *l > 0.0);
+            let joined = joined(&problem, &lifts);
+            let moved: Vec<Vector> = match &joined[0] {
+                Some(l) => u.iter().zip(l).map(|(u, l)| u + l).collect(),
+                None => u.clone(),
+            };
+            // Of all nodes together: the lifts of both lines move the corner, or neighbours of it.
+            let exact = joined[0].as_ref().map_or(0.0, |l| energy_norm_squared(&problem.bodies[0], l));
+            assert!((total_energy(&problem, &lifts, &joined) - exact).abs() <= 1e-12 * exact, "{number}");
+            corners += usize::from(lifts.iter().any(|lift| {
+                let last = lift.by_pair.len().saturating_sub(1);
+                corner(lift, 0) || corner(lift, last)
+            }));
+            for pair in &problem.contacts {
+                let [a, b] = fields(pair, &moved);
+                let opening: Vec<f64> =
+                    pair.interface.pairs().iter().map(|p| p.gap - a[p.nodes[0]].dot(&p.normal)).collect();
+                assert!(opening.iter().all(|o| *o >= -1e-14), "{number}: {opening:?}");
+                let deepest =
+                    depth_between(&pair.interface, &opening, &middle_openings(&pair.interface, [&a, &b]));
+                assert!(deepest <= 1e-8, "{number}: {deepest:e}");
+            }
+        }
+        assert!(corners > 50 && smaller > 50, "{corners} {smaller}");
     }
 }

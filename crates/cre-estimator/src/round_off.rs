@@ -3,6 +3,7 @@
 
 use crate::admissible::{Accuracy, AdmissibleContact, AdmissiblePair, pressure_forces};
 use crate::cre::CellMeasures;
+use crate::lift;
 use crate::size::{larger, largest_displacement};
 use fem_core::body::Body;
 use fem_core::condensation::CondensedBody;
@@ -221,7 +222,9 @@ fn work_of_penetration(interface: &ContactInterface, contact: &AdmissibleContact
     let edges = interface.edges().iter().zip(&contact.middle_opening).zip(&contact.edge_pressure);
     let between: f64 = edges
         .filter(|((edge, _), _)| edge.bent)
-        .map(|((edge, o), p)| (-o).max(0.0) * p[0].abs() * edge.length)
+        .map(|((edge, o), p)| {
+            lift::depth(*o, edge.openings(&contact.opening)).max(0.0) * p[0].abs() * edge.length
+        })
         .sum();
     at_pairs + between
 }
