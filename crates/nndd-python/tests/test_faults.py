@@ -240,3 +240,66 @@ def test_fields_to_certify() -> None:
         nndd.certify(problem, zeros, [np.zeros(28), np.zeros(28)])
     with pytest.raises(nndd.InvalidInput, match="friction"):
         nndd.certify(blocks(friction=nndd.Friction.tresca(1.0)), zeros)
+
+
+def test_masks_are_refused() -> None:
+    masked = np.ma.masked_array(POINTS, mask=[[False, False], [True, False], [False, False], [False, False]], dtype=float)
+    with pytest.raises(nndd.InvalidInput, match="a masked array"):
+        square(points=masked)
+    with pytest.raises(nndd.InvalidInput, match="a masked array"):
+        square(triangles=np.ma.masked_array(TRIANGLES, mask=False))
+    problem = blocks()
+    for hidden in (np.ma.masked_array(np.zeros(28), mask=True), np.ma.masked_array(np.zeros(28))):
+        problem.bodies[0]._lists["displacement"][0]["uy"] = hidden
+        assert "a masked array" in str(refused(problem))
+    with pytest.raises(nndd.InvalidInput, match="a masked array"):
+        nndd.solve(CASES / "paper.toml", body__0__generator__cells=np.ma.masked_array([36, 18], mask=[True, False]))
+    solution = blocks().solve()
+    fields = [np.ma.masked_array(body.displacement) for body in solution.bodies]
+    with pytest.raises(nndd.InvalidInput, match="a masked array"):
+        nndd.certify(blocks(), fields)
+    with pytest.raises(nndd.InvalidInput, match="a masked array"):
+        blocks(gap=lambda x, y: np.ma.masked_array(0.0 * x, mask=x > 0.5)).solve()
+
+
+def test_every_wrong_argument_is_an_error_of_the_package(tmp_path: Path) -> None:
+    case = CASES / "paper.toml"
+    circle: dict[str, Any] = {"schema": 1}
+    circle["body"] = [circle]
+    solution = blocks().solve()
+    wrong: list[Any] = [
+        lambda: nndd.solve(case, on_iteration=5),  # type: ignore[arg-type]
+        lambda: nndd.solve({"schema": 1, "title": "\ud800"}),
+        lambda: nndd.solve(circle),
+        lambda: nndd.solve({"schema": np.ma.masked}),
+        lambda: nndd.solve(case, threads=10**30),
+        lambda: nndd.solve(case, solver__theta=10**400),
+        lambda: nndd.solve(case, title="\ud800"),
+        lambda: nndd.solve(5),  # type: ignore[arg-type]
+        lambda: nndd.solve("a\0b"),
+        lambda: nndd.check(None),  # type: ignore[arg-type]
+        lambda: nndd.sweep(case, 5),  # type: ignore[arg-type]
+        lambda: nndd.sweep(case, "solver.theta=[0.4]", iterations="3"),  # type: ignore[arg-type]
+        lambda: nndd.sweep(case, "solver.theta=[0.4]", iterations=-1),
+        lambda: nndd.sweep(case, "solver.theta=[0.4]", panels=5),  # type: ignore[arg-type]
+        lambda: nndd.sweep(case, "solver.theta=[0.4]", panels=[5]),  # type: ignore[list-item]
+        lambda: nndd.certify(blocks(), 5),  # type: ignore[arg-type]
+        lambda: nndd.certify(blocks(), None),  # type: ignore[arg-type]
+        lambda: nndd.certify(blocks(), [np.zeros((28, 2))] * 2, 7),  # type: ignore[arg-type]
+        lambda: nndd.Mesh.read(5),  # type: ignore[arg-type]
+        lambda: solution.save(5),  # type: ignore[arg-type]
+        lambda: solution.save(tmp_path, force="yes"),  # type: ignore[arg-type]
+    ]
+    for number, ask in enumerate(wrong):
+        with pytest.raises(nndd.Error) as caught:
+            ask()
+        assert caught.value.expected, number
+
+
+def test_what_a_callback_raises_passes_through() -> None:
+    def raising(event: dict[str, Any]) -> None:
+        raise ValueError("mine")
+
+    with pytest.raises(ValueError, match=r"^mine$") as caught:
+        blocks().solve(on_iteration=raising)
+    assert not isinstance(caught.value, nndd.Error)

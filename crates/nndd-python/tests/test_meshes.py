@@ -139,6 +139,8 @@ def test_the_plot_shows_bodies_and_pressure() -> None:
     assert bodies.get_title() == "displacements × 10"
     assert len(pressure.lines) == 1
     figure.canvas.draw()
+    # A notebook shows it, without a backend for notebooks.
+    assert figure._repr_png_().startswith(b"\x89PNG")
 
 
 def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -232,3 +232,17 @@ def test_a_target_is_a_bound_or_with_coulomb_friction_a_residual() -> None:
     assert coulomb.coulomb is not None
     assert coulomb.coulomb["relative"] <= 0.3
     assert coulomb.adaptive["relative_residual"][-1] == coulomb.coulomb["relative"]
+
+
+def test_results_cannot_be_written_to() -> None:
+    solution = blocks().solve()
+    [body, _] = solution.bodies
+    [pair] = solution.contacts
+    arrays: list[Any] = [solution.iterations, pair.points, pair.resultant, *pair.columns.values()]
+    arrays += [*body.point_data.values(), *body.cell_data.values(), body.displacement, body.reaction, body.stress]
+    arrays += [body.stress_recovered, body.von_mises, body.von_mises_recovered, body.error_density, body.mesh.points]
+    certificate = nndd.certify(blocks(), [body.displacement for body in solution.bodies])
+    for array in arrays + certificate.error_density:
+        assert not array.flags.writeable
+        with pytest.raises(ValueError, match="read-only"):
+            array.flat[0] = array.flat[0]

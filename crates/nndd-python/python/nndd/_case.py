@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Optional, Union
 import numpy as np
 
 from . import _nndd
-from ._data import floats
+from ._data import floats, is_masked
 from ._errors import refuse
 
 if TYPE_CHECKING:
@@ -136,6 +136,8 @@ class _Writer:
 
 
 def _nodal(value: Any, path: str) -> Any:
+    if is_masked(value):
+        floats(value, path, (None,))
     array = np.asarray(value)
     if array.dtype.kind not in "fiu" or array.ndim != 1:
         floats(value, path, (None,))
@@ -167,6 +169,8 @@ def _inline(value: Any, path: str) -> str:
     if isinstance(value, os.PathLike):
         return _quoted(str(os.fspath(value)))
     if isinstance(value, np.ndarray):
+        if is_masked(value):
+            refuse(path, "a masked array", "numbers", "fill it with numbers first, such as by filled(0.0)")
         return _inline(value.tolist(), path)
     if isinstance(value, Mapping):
         entries = [f"{_key(str(key))} = {_inline(entry, path)}" for key, entry in value.items()]

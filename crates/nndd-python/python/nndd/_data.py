@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, Optional, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._errors import refuse
+from ._errors import of_caller, refuse
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -27,7 +27,22 @@ class GivenMesh(NamedTuple):
     regions: dict[str, Integers]
 
 
+def is_masked(value: Any) -> bool:
+    """Say whether an array, or an array in a sequence, has a mask: what it hides would be used as if it were not hidden."""
+    if isinstance(value, (list, tuple)):
+        return any(is_masked(entry) for entry in value)
+    return isinstance(value, np.ma.MaskedArray)
+
+
+def fixed(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Make an array of results read-only."""
+    array.flags.writeable = False
+    return array
+
+
 def _array(value: Any, what: str, kinds: str, expected: str) -> npt.NDArray[Any]:
+    if is_masked(value):
+        refuse(what, "a masked array", expected, "fill it with numbers first, such as by filled(0.0)")
     try:
         array = np.asarray(value)
     except (TypeError, ValueError) as error:
@@ -67,7 +82,7 @@ def integers(value: Any, what: str, shape: tuple[Optional[int], ...]) -> Integer
 
 def evaluated(key: str, function: Function, x: Floats, y: Floats) -> Floats:
     """Call a function with the coordinates of nodes; what it raises passes through."""
-    value = function(x, y)
+    value = of_caller(function)(x, y)
     expected = f"one finite number for each of the {x.size} nodes"
     array = _array(value, f"{key}: the function's result", "fiu", expected)
     if array.shape not in ((), x.shape):

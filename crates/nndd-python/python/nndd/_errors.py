@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, NoReturn, Optional
+import functools
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NoReturn, Optional, TypeVar, cast
 
 _WRONG_ARGUMENTS = 2
+#: Exceptions with this attribute were raised by a function of the caller.
+_PASSES = "_raised_by_caller"
+_Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
 class Error(Exception):
@@ -117,6 +121,44 @@ def _sentence(finding: Mapping[str, Optional[str]]) -> str:
 def of_failure(code: int, findings: Sequence[Mapping[str, Optional[str]]]) -> Error:
     """Make the exception of a failure of the library."""
     return _CLASSES.get(code, Error)(code, findings)
+
+
+def of_caller(function: _Function) -> _Function:
+    """Mark what a function of the caller raises: it passes through."""
+
+    @functools.wraps(function)
+    def called(*arguments: Any) -> Any:
+        try:
+            return function(*arguments)
+        except Exception as error:
+            error.__dict__[_PASSES] = True
+            raise
+
+    return cast(_Function, called)
+
+
+def refusing(function: _Function) -> _Function:
+    """Make an `Error` of what Python says of arguments that cannot be converted."""
+
+    @functools.wraps(function)
+    def called(*arguments: Any, **options: Any) -> Any:
+        try:
+            return function(*arguments, **options)
+        except Error:
+            raise
+        except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError) as error:
+            if _PASSES in error.__dict__:
+                raise
+            said = str(error) or type(error).__name__
+            finding = {
+                "place": None,
+                "found": said,
+                "expected": "arguments of the types that the documentation names",
+                "fix": f"see help(nndd.{function.__qualname__})",
+            }
+            raise InvalidInput(_WRONG_ARGUMENTS, [finding]) from error
+
+    return cast(_Function, called)
 
 
 def refuse(place: Optional[str], found: str, expected: str, fix: str) -> NoReturn:

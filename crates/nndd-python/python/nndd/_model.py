@@ -11,7 +11,7 @@ import numpy.typing as npt
 from . import _nndd
 from ._case import native
 from ._data import Datum, Floats, GivenMesh, Integers, floats, integers
-from ._errors import refuse
+from ._errors import refuse, refusing
 
 if TYPE_CHECKING:
     from ._solution import Check, Solution, Sweep
@@ -141,6 +141,7 @@ class Mesh:
         self._generator: Optional[dict[str, Any]] = None
 
     @classmethod
+    @refusing
     def read(cls, path: Union[str, os.PathLike[str]]) -> Mesh:
         """Read a mesh file of Gmsh (.msh) or in the style of Abaqus (.inp).
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from typing import TYPE_CHECKING, Any, Optional
 
 import numpy as np
@@ -21,10 +22,20 @@ def _needs(package: str, error: ImportError) -> ImportError:
 def draw(solution: Solution, scale: Optional[float]) -> Any:
     """Draw deformed bodies and pressures."""
     try:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.collections import PolyCollection
-        from matplotlib.figure import Figure
+        from matplotlib.figure import Figure as Plain
     except ImportError as error:
         raise _needs("matplotlib", error) from error
+
+    class Figure(Plain):
+        """A figure that a notebook shows, whatever backend is chosen there."""
+
+        def _repr_png_(self) -> bytes:
+            out = io.BytesIO()
+            FigureCanvasAgg(self).print_png(out)
+            return out.getvalue()
+
     meshes = [(body, body.mesh.points[:, :2], body.displacement) for body in solution.bodies]
     every = np.concatenate([points for _, points, _ in meshes])
     largest = max(float(np.abs(u).max()) for _, _, u in meshes)

@@ -16,8 +16,8 @@ import numpy.typing as npt
 
 from . import _nndd
 from ._case import native, settings, threads_of
-from ._data import Floats, floats
-from ._errors import CaseWarning, of_python, refuse
+from ._data import Floats, fixed, floats
+from ._errors import CaseWarning, of_caller, of_python, refuse, refusing
 from ._model import Mesh, Progress
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ def _table(rows: Sequence[Mapping[str, Any]]) -> npt.NDArray[Any]:
     made = np.zeros(len(rows), dtype=[(name, array.dtype) for name, array in arrays.items()])
     for name, array in arrays.items():
         made[name] = array
-    return made
+    return fixed(made)
 
 
 def _column(values: Sequence[Any]) -> npt.NDArray[Any]:
@@ -96,7 +96,8 @@ class BodyResult:
 
     def _field(self, name: str) -> Optional[npt.NDArray[Any]]:
         if name not in self._made:
-            self._made[name] = self._solution.field(self._number, name)
+            found = self._solution.field(self._number, name)
+            self._made[name] = None if found is None else fixed(found)
         return self._made[name]
 
     def _known(self, name: str) -> npt.NDArray[Any]:
@@ -132,13 +133,13 @@ class BodyResult:
     @property
     def stress(self) -> Floats:
         """Stresses of the displacements in the triangles, Pa: (m, 3) as xx, yy, xy."""
-        return self._known("stress")[:, [0, 1, 3]]
+        return fixed(self._known("stress")[:, [0, 1, 3]])
 
     @property
     def stress_recovered(self) -> Optional[Floats]:
         """A continuous stress at the nodes, Pa: (n, 3) as xx, yy, xy. It bounds nothing."""
         found = self._field("stress_recovered")
-        return None if found is None else found[:, [0, 1, 3]]
+        return None if found is None else fixed(found[:, [0, 1, 3]])
 
     @property
     def von_mises(self) -> Optional[Floats]:
@@ -179,7 +180,7 @@ class ContactResult:
     @cached_property
     def columns(self) -> dict[str, npt.NDArray[Any]]:
         """The columns of contact.csv, (k,) each; with friction ``tangential``, ``slip``, ``limit`` and ``state`` among them."""
-        return {name: np.asarray(values) for name, values in self._solution.contact(self._number).items()}
+        return {name: fixed(np.asarray(values)) for name, values in self._solution.contact(self._number).items()}
 
     @property
     def s(self) -> Floats:
@@ -189,7 +190,7 @@ class ContactResult:
     @property
     def points(self) -> Floats:
         """The nodes of the first body, m: (k, 2)."""
-        return np.column_stack([self.columns["x"], self.columns["y"]])
+        return fixed(np.column_stack([self.columns["x"], self.columns["y"]]))
 
     @property
     def gap(self) -> Floats:
@@ -215,7 +216,7 @@ class ContactResult:
     def resultant(self) -> Optional[Floats]:
         """The force of the contact on the first body, N/m: (2,)."""
         found = self.summary["resultant"]
-        return None if found is None else np.array(found)
+        return None if found is None else fixed(np.array(found))
 
     def __repr__(self) -> str:
         return f"<ContactResult {self.name}: {len(self.s)} pairs of nodes>"
@@ -274,7 +275,7 @@ class Solution:
     def bounds(self) -> dict[str, tuple[float, float]]:
         """Lower and upper bounds of the exact energy_norm, potential_energy and contact_force; empty unless `valid`."""
         found = self._certificate.get("bounds", {})
-        return {name: (pair[0], pair[1]) for name, pair in found.items() if isinstance(pair, list)}
+        return {name: (pair[0], pair[1]) for name, pair in found.items() if pair is not None}
 
     @property
     def coulomb(self) -> Optional[dict[str, Any]]:
@@ -306,6 +307,7 @@ class Solution:
         report: dict[str, Any] = json.loads(self._native.report())
         return report
 
+    @refusing
     def save(self, directory: Path, *, force: bool = False) -> list[str]:
         """Write what the command writes: report.json, report.html, tables, figures and ParaView files.
 
@@ -323,6 +325,7 @@ class Solution:
         """
         return self._native.save(os.fspath(directory), force)
 
+    @refusing
     def plot(self, *, scale: Optional[float] = None) -> Any:
         """Draw the deformed bodies by their von Mises stress, and the contact pressure, with matplotlib.
 
@@ -334,7 +337,7 @@ class Solution:
         Returns
         -------
         matplotlib.figure.Figure
-            The figure.
+            The figure; a notebook shows it.
         """
         from ._plot import draw
 
@@ -438,7 +441,7 @@ class Sweep:
         """For each panel by its name a structured array with a row for each value, as ``sweep.csv`` has it."""
 
         def flat(row: Mapping[str, Any]) -> dict[str, Any]:
-            return {"value": row["value"], "status": row["status"], "valid": row["valid"], **row["iteration"]}
+            return {"value": row["value"], "status": row["status"], **row["iteration"]}
 
         return {panel["name"]: _table([flat(row) for row in panel["rows"]]) for panel in self._record["panels"]}
 
@@ -450,6 +453,15 @@ class Sweep:
         return f"<Sweep of {self.key}: {', '.join(self.panels)}>"
 
 
+def _told(on_iteration: Optional[Progress]) -> Optional[Progress]:
+    if on_iteration is None:
+        return None
+    if not callable(on_iteration):
+        refuse("on_iteration", f"a value of type {type(on_iteration).__name__}", "a function of one dict", "leave it out")
+    return of_caller(on_iteration)
+
+
+@refusing
 def solve(
     case: CaseLike, *, on_iteration: Optional[Progress] = None, threads: Optional[int] = None, **overrides: Any
 ) -> Solution:
@@ -487,10 +499,11 @@ def solve(
     >>> solution.status, len(solution.iterations)
     ('converged', 4)
     """
-    made = native(case).solve(settings(overrides), threads_of(threads), on_iteration)
+    made = native(case).solve(settings(overrides), threads_of(threads), _told(on_iteration))
     return Solution(made)
 
 
+@refusing
 def check(case: CaseLike, *, threads: Optional[int] = None, **overrides: Any) -> Check:
     """Check everything of a case that needs no factorisation.
 
@@ -522,6 +535,7 @@ def check(case: CaseLike, *, threads: Optional[int] = None, **overrides: Any) ->
     return Check(found["bodies"], found["contact"], found["memory_bytes"], found["notes"], found["warnings"])
 
 
+@refusing
 def sweep(
     case: CaseLike,
     over: str,
@@ -566,11 +580,12 @@ def sweep(
     """
     directory = None if out is None else os.fspath(out)
     text = native(case).sweep(
-        over, settings(overrides), iterations, list(panels), directory, force, threads_of(threads), on_iteration
+        over, settings(overrides), iterations, list(panels), directory, force, threads_of(threads), _told(on_iteration)
     )
     return Sweep(json.loads(text))
 
 
+@refusing
 def certify(
     problem: CaseLike,
     displacements: Sequence[npt.ArrayLike],
@@ -610,4 +625,4 @@ def certify(
     # JSON has no infinity.
     checks = {name: float("inf") if value is None else value for name, value in numbers.pop("failed_checks").items()}
     meshes = [Mesh._of(arrays) for arrays, _ in bodies]
-    return Certificate(**numbers, failed_checks=checks, meshes=meshes, error_density=[density for _, density in bodies])
+    return Certificate(**numbers, failed_checks=checks, meshes=meshes, error_density=[fixed(density) for _, density in bodies])
