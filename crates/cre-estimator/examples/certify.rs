@@ -24,6 +24,7 @@ use fem_core::geometry::{Vector, norm};
 use fem_core::interface::{ContactInterface, ContactProblem, Gap};
 use fem_core::material::{Hypothesis, LinearElastic};
 use fem_core::mesh::generate::block;
+use fem_core::mesh_field::MeshField;
 use fem_core::prepared::PreparedProblem;
 use std::error::Error;
 use std::path::PathBuf;
@@ -89,7 +90,9 @@ fn certify(
     for (body, displacement) in prepared.problem().bodies.iter().zip(displacement) {
         check_supports(body, displacement)?;
     }
-    Ok(cre_estimator::certify(prepared, displacement, None, relaxation)?)
+    let given = prepared.problem().bodies.iter().zip(displacement);
+    let given: Vec<_> = given.map(|(body, u)| MeshField::new(body.mesh(), u)).collect();
+    Ok(cre_estimator::certify(prepared, &given, None, relaxation)?)
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -161,7 +164,8 @@ mod tests {
         let half = good.each_ref().map(|u| u.iter().map(|u| 0.5 * *u).collect::<Vec<Vector>>());
         let error = certify(&prepared, &half, Relaxation::NONE).unwrap_err().to_string();
         assert!(error.contains("is held at"), "{error}");
-        let found = cre_estimator::certify(&prepared, &half, None, Relaxation::NONE).unwrap();
+        let given = [0, 1].map(|b| MeshField::new(problem.bodies[b].mesh(), &half[b]));
+        let found = cre_estimator::certify(&prepared, &given, None, Relaxation::NONE).unwrap();
         let checks = found.estimate.admissibility;
         assert!(checks.imposed_displacement > 0.4 && found.bound().is_none(), "{checks:?}");
     }

@@ -10,6 +10,7 @@ use fem_core::field::nodal_residual;
 use fem_core::geometry::{Vector, norm};
 use fem_core::interface::{ContactPair, ContactProblem, ContactState, NodePair, PairState};
 use fem_core::mesh::id::NodeId;
+use fem_core::mesh_field::MeshField;
 use fem_core::norm::energy_distance_squared;
 use fem_core::prepared::PreparedProblem;
 
@@ -24,7 +25,8 @@ const ROUNDS: usize = 4;
 pub struct FieldCertificate {
     /// The estimate of the changed field.
     pub estimate: Estimate,
-    /// Energy norm of the change that made the field admissible, square root of J/m.
+    /// Energy norm of the difference between the given field and the admissible one, square root of J/m: supports and penetrations that
+    /// were mended, and nodes that were moved so that contact surfaces match.
     pub change: f64,
     /// The largest displacement of a supported node that was changed, m.
     pub support_change: f64,
@@ -32,6 +34,8 @@ pub struct FieldCertificate {
     pub penetration: f64,
     /// The supported node that misses its support by most, if it is too much to be mended: then there is no bound.
     pub missed_support: Option<MissedSupport>,
+    /// The number of unknowns of each body.
+    pub unknowns: Vec<usize>,
 }
 
 /// A supported node whose displacement is not the imposed one.
@@ -53,6 +57,13 @@ impl FieldCertificate {
         Some(self.estimate.certificate()?.e_cre + self.change)
     }
 
+    /// Counts a further difference between the given field and the admissible one.
+    ///
+    /// * `by`: a bound of its energy norm, square root of J/m.
+    pub fn widen(&mut self, by: f64) {
+        self.change += by;
+    }
+
     /// Returns [`Self::bound`] over the energy norm of the changed field; `None` if that is zero.
     pub fn relative(&self) -> Option<f64> {
         let norm = self.estimate.energy_norm();
@@ -60,24 +71,26 @@ impl FieldCertificate {
     }
 }
 
-/// Certifies displacements that another code computed, on the meshes of the problem: with few digits, by a penalty, or wrong ones.
+/// Certifies displacements that another code computed: with few digits, by a penalty, or wrong ones.
 ///
-/// The field is made admissible first: supported nodes get their imposed displacements if they miss them by at most 1e-4 of the
+/// The field is given on meshes of its own; those of the problem may have further nodes, and others that were moved so that the contact
+/// surfaces match. It is evaluated at the nodes of the problem, and made admissible there: supported nodes get their imposed displacements if they miss them by at most 1e-4 of the
 /// largest one, and where the bodies penetrate each other, the nodes of one of them move back. Contact forces are those that its own
 /// equilibrium lacks, if no pressures are given. The bound is
 /// ```math
 /// ‖u − v‖ ≤ e_CRE(v') + ‖v' − v‖
 /// ```
-/// with the given field `v` and the changed one `v'`. A poor field gets a large bound, never a false one.
+/// with the given field `v` and the changed one `v'`; the norm of their difference is exact, over the common parts of the cells of both
+/// meshes. A poor field gets a large bound, never a false one.
 ///
-/// * `displacements`: of the nodes of each body, Cartesian, m.
+/// * `displacements`: the field of each body, Cartesian, m.
 /// * `pressures`: at the pairs of each contact line, Pa; `None`: from the equilibrium of the field.
 ///
 /// # Errors
 /// Arrays of the wrong length, values that are not finite, an obstacle that is free to move, friction, a lack of memory.
 pub fn certify(
     prepared: &PreparedProblem,
-    displacements: &[Vec<Vector>],
+    displacements: &[MeshField<'_>],
     pressures: Option<&[Vec<f64>]>,
     relaxation: Relaxation,
 ) -> Result<FieldCertificate, EstimatorError> {
@@ -85,7 +98,7 @@ pub fn certify(
     if let Some(pair) = problem.contacts.iter().position(|pair| pair.friction.acts()) {
         return Err(EstimatorError::FrictionOfField { pair });
     }
-    check_fields(problem, displacements)?;
+    let mut fields = fields(problem, displacements)?;
     if let Some(pressures) = pressures {
         check_length(|| "the pressure".into(), pressures.len(), problem.contacts.len())?;
         for (k, (given, pair)) in pressures.iter().zip(&problem.contacts).enumerate() {
@@ -94,7 +107,6 @@ pub fn certify(
             check_finite(what, given)?;
         }
     }
-    let mut fields = displacements.to_vec();
     let held: Vec<Held> =
         problem.bodies.iter().zip(&mut fields).map(|(body, field)| hold(body, field)).collect();
     let support_change = held.iter().map(|held| held.changed).fold(0.0, f64::max);
@@ -123,26 +135,22 @@ pub fn certify(
     };
     let estimate = estimate_with(prepared, &state, relaxation)?;
     let squared = problem.bodies.iter().zip(displacements).zip(&fields);
-    let squared = squared.map(|((body, given), changed)| energy_distance_squared(body, given, changed));
-    Ok(FieldCertificate {
-        estimate,
-        change: squared.sum::<f64>().sqrt(),
-        support_change,
-        penetration,
-        missed_support,
-    })
+    let squared = squared.map(|((body, given), changed)| given.energy_distance_squared(body, changed));
+    let change = squared.sum::<f64>().sqrt();
+    check_finite(|| "the change of the field".into(), &[change])?;
+    let unknowns = prepared.bodies().iter().map(|body| body.dofs().len()).collect();
+    Ok(FieldCertificate { estimate, change, support_change, penetration, missed_support, unknowns })
 }
 
-fn check_fields(problem: &ContactProblem, displacements: &[Vec<Vector>]) -> Result<(), EstimatorError> {
-    check_length(|| "the fields".into(), displacements.len(), problem.bodies.len())?;
-    for (b, (u, body)) in displacements.iter().zip(&problem.bodies).enumerate() {
-        let what = || format!("the displacement of body {}", b + 1);
-        check_length(what, u.len(), body.mesh().points().len())?;
-        check_finite(what, u.iter().flatten())?;
+/// Evaluates the fields at the nodes of the problem.
+fn fields(problem: &ContactProblem, given: &[MeshField<'_>]) -> Result<Vec<Vec<Vector>>, EstimatorError> {
+    check_length(|| "the fields".into(), given.len(), problem.bodies.len())?;
+    for (b, field) in given.iter().enumerate() {
+        check_finite(|| format!("the displacement of body {}", b + 1), field.values().iter().flatten())?;
     }
     match problem.obstacles.iter().position(|obstacle| !obstacle.free_motions().is_empty()) {
         Some(obstacle) => Err(EstimatorError::FreeObstacle { obstacle }),
-        None => Ok(()),
+        None => Ok(given.iter().zip(&problem.bodies).map(|(field, body)| field.on(body.mesh())).collect()),
     }
 }
 

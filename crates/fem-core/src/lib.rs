@@ -65,6 +65,7 @@ pub mod geometry;
 pub mod interface;
 pub mod material;
 pub mod mesh;
+pub mod mesh_field;
 mod motions;
 pub mod norm;
 pub mod ordering;

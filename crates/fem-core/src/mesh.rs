@@ -1,5 +1,6 @@
 //! Triangle meshes: immutable, checked on creation, with named sets of edges.
 
+pub mod cell_tree;
 pub mod generate;
 pub mod id;
 mod overlap;

@@ -13,6 +13,7 @@
 //! | look at what it holds | [`MeshFile::summary`] |
 //! | take the mesh of one body from it | [`MeshFile::region`], then [`Region::mesh`] |
 //! | say what is wrong with it, and where | [`MeshFileError`] |
+//! | read a field of another program | [`read_point_vectors`] |
 //! | write meshes and fields for ParaView | [`vtu`] |
 //!
 //! A [`MeshFile`] keeps the file's own numbers of nodes and elements, so that every message can use them. Its
@@ -33,12 +34,14 @@
 //! # Ok::<(), mesh_io::MeshFileError>(())
 //! ```
 
+mod field_file;
 mod links;
 mod mesh_file;
 pub mod numeral;
 pub mod vtu;
 pub mod words;
 
+pub use field_file::read_point_vectors;
 pub use links::BrokenLink;
 pub use mesh_file::{
     ElementKind, GroupSummary, LARGEST_MESH_FILE, MeshArrays, MeshFault, MeshFile, MeshFileError, MeshPlace,

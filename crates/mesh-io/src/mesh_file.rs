@@ -32,7 +32,7 @@ pub use summary::{GroupSummary, Quality, Summary};
 pub(crate) use collect::{Collected, Collector, Spot};
 pub(crate) use error::first_bytes;
 pub(crate) use index::NumberIndex;
-pub(crate) use read::Unreadable;
+pub(crate) use read::{Unreadable, regular_file};
 
 use std::path::{Path, PathBuf};
 

@@ -136,6 +136,15 @@ pub(crate) struct Certify {
     /// y, ux, uy.
     #[arg(long, help_heading = "Input", value_name = "FILE", num_args = 1.., required = true)]
     pub(crate) displacement: Vec<PathBuf>,
+    /// Write report.json, report.html and a .vtu file of each body here; nothing is written by default.
+    #[arg(long, help_heading = "Output", value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Write even if the directory contains something else.
+    #[arg(long, help_heading = "Output", requires = "out")]
+    pub(crate) force: bool,
+    /// Number of threads, at most 1024; 0 for one per core.
+    #[arg(long, help_heading = "Running", value_name = "N", default_value_t = 0, value_parser = thread_count)]
+    pub(crate) threads: usize,
     /// How to print the result.
     #[arg(long, help_heading = "Output", value_enum, default_value_t = Format::Human)]
     pub(crate) format: Format,

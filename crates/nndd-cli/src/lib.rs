@@ -59,7 +59,7 @@ fn dispatch(arguments: &Arguments) -> Result<u8, Failure> {
         Command::Solve(options) => threads::run(options.run.threads, || solve::command(options)),
         Command::Check(options) => threads::run(0, || check::command(options)),
         Command::Sweep(options) => threads::run(options.run.threads, || sweep::command(options)),
-        Command::Certify(options) => threads::run(0, || certify::command(options)),
+        Command::Certify(options) => threads::run(options.threads, || certify::command(options)),
         Command::Mesh(options) => threads::run(0, || mesh::command(options)),
         Command::New { template } => {
             let text = case_io::template::find(template).ok_or_else(|| {

@@ -156,7 +156,7 @@ impl Case {
         let text = self.text.clone();
         let (numbers, found, problem) = self.work(py, threads, None, move |source, host| {
             let mut case = source.read(&run::overrides(&set)?)?;
-            let problem = run::build(&mut case, host)?;
+            let problem = run::build_last(&mut case, host)?;
             if let Some(text) = text {
                 let bodies = (0..).zip(&mut fields);
                 bodies.for_each(|(body, field)| text.to_mesh(&case, body, field, Vector::zeros()));
@@ -164,7 +164,7 @@ impl Case {
                 let pairs = firsts.zip(pressures.iter_mut().flatten());
                 pairs.for_each(|(body, pressure)| text.to_mesh(&case, *body, pressure, 0.0));
             }
-            let found = certify::of_fields(&case, problem.clone(), &fields, pressures.as_deref())?;
+            let found = certify::of_fields(&case, &problem, &fields, pressures.as_deref())?;
             Ok((certify::summary(&case, &found), found, problem))
         })?;
         let densities = problem.bodies.iter().zip(&found.estimate.cre.by_cell).map(|(body, cells)| {

@@ -1,35 +1,48 @@
 //! Certificates of displacements that another code computed, read from files or in memory.
 
+mod matched;
+mod output;
+
 use crate::convert;
 use crate::failure::{FILES, Failure, INVALID_INPUT};
+use crate::words::{rounded_up, with_digits};
 use case_io::Case;
 use certified_contact::SolveError;
 use cre_estimator::{FieldCertificate, Relaxation};
 use fem_core::body::Body;
-use fem_core::geometry::{Vector, cross, diagonal, norm, shown};
+use fem_core::geometry::{Vector, bounding_box, diagonal, shown};
 use fem_core::interface::ContactProblem;
 use fem_core::mesh::TriMesh;
 use fem_core::mesh::id::NodeId;
+use fem_core::mesh_field::MeshField;
 use fem_core::prepared::PreparedProblem;
-use mesh_io::vtu::{PointVectors, point_vectors};
+use fem_core::tensor::SymTensor2;
+use matched::{Matched, Mismatch, matched};
+use mesh_io::read_point_vectors;
+use mesh_io::vtu::{FieldError, PointVectors};
 use serde_json::{Map, Value, json};
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-/// Points closer than this fraction of the body's diagonal are the same.
-const SAME: f64 = 1e-6;
-/// A field is linear between its nodes up to this fraction of its largest value: numbers are written with few digits.
-const LINEAR: f64 = 1e-4;
+pub use output::write;
+
+/// A point is far from all bodies if it is outside of their common box by this fraction of its diagonal.
+const FAR: f64 = 0.01;
+/// Digits of what is printed for people.
+const DIGITS: usize = 4;
 /// Names of the array of displacements, in the order in which they are looked for.
 const NAMES: [&str; 6] = ["displacement", "displacements", "disp", "u", "U", "Displacement"];
 
 /// Certifies displacements of other codes.
 ///
-/// * `problem`: that of the case; `files`: one per body, in the order of the case file.
+/// * `problem`: see [`crate::run::build_last`]; `files`: one per body, in the order of the case file.
 ///
 /// # Errors
 /// Files that cannot be read, fields that do not have a value at every node of the meshes, a problem without a unique solution.
-pub fn certify(case: &Case, problem: ContactProblem, files: &[PathBuf]) -> Result<FieldCertificate, Failure> {
+pub fn certify(
+    case: &Case,
+    problem: &ContactProblem,
+    files: &[PathBuf],
+) -> Result<FieldCertificate, Failure> {
     if files.len() != case.bodies.len() {
         let (found, expected) = (files.len(), case.bodies.len());
         return Err(Failure::command_line(format!(
@@ -37,42 +50,98 @@ pub fn certify(case: &Case, problem: ContactProblem, files: &[PathBuf]) -> Resul
              order of the case file\n  fix: write `--displacement A.vtu B.vtu …`"
         )));
     }
-    refuse_friction(case)?;
-    let bodies = case.build_bodies()?;
-    let mut fields = Vec::with_capacity(files.len());
-    for (b, (file, body)) in files.iter().zip(&bodies).enumerate() {
+    refuse(case, &problem)?;
+    let meshes = meshes(case)?;
+    let mut all = Vec::with_capacity(files.len());
+    for (b, file) in files.iter().enumerate() {
         let read = read(file)?;
-        // Such as the files of a run of this program, on meshes that were made to match.
-        let refined = problem.bodies[b].mesh();
-        if refined.points().len() > body.mesh().points().len()
-            && let Ok(field) = at_nodes(&read, refined)
-        {
-            check_others(&read, refined, &field).map_err(|point| other_field(case, b, file, point))?;
-            fields.push(field);
-            continue;
-        }
-        let own = at_nodes(&read, body.mesh()).map_err(|(node, nearest)| {
-            let [x, y] = body.mesh().points()[node].into();
-            Failure::invalid(format!(
-                    "{}: body \"{}\" has a node at ({}, {}), and the nearest point of the file is {} away\n  expected: a point at \
-                     every node of the mesh of the case\n  fix: write the field on the same mesh, in the same units, and give the files in the order of the bodies",
-                    file.display(),
-                    case.bodies[b].name,
-                    shown(x),
-                    shown(y),
-                    shown(nearest)
-                ),
-            )
-        })?;
-        check_others(&read, body.mesh(), &own).map_err(|point| other_field(case, b, file, point))?;
-        fields.push(on_mesh(body, &own, refined));
+        refuse_far(file, &read, &meshes)?;
+        all.push(field_of(case, b, file, &read, [&meshes[b], problem.bodies[b].mesh()])?);
     }
-    bound(case, problem, &fields, None)
+    let spread =
+        all.iter().zip(&problem.bodies).map(|(of, body)| of.spread * largest_stiffness(body, of.spread));
+    let spread = spread.sum::<f64>().sqrt();
+    let given: Vec<MeshField<'_>> = all.iter().map(|of| MeshField::new(of.mesh, &of.field)).collect();
+    let prepared = prepare(case, problem.clone())?;
+    let mut found = bound(case, &prepared, &given, None)?;
+    found.widen(spread);
+    Ok(found)
+}
+
+/// Makes the meshes as the case describes them, before nodes are added and moved so that surfaces match.
+fn meshes(case: &Case) -> Result<Vec<TriMesh>, Failure> {
+    (0..case.bodies.len()).map(|b| Ok(case.mesh_of(b)?)).collect()
+}
+
+/// Finds the field of a file on one of two meshes: that of the case, or that of the problem, on which a run of this program writes it.
+fn field_of<'a>(
+    case: &Case,
+    b: usize,
+    file: &Path,
+    read: &PointVectors,
+    [own, refined]: [&'a TriMesh; 2],
+) -> Result<Matched<'a>, Failure> {
+    let changed = own.points() != refined.points();
+    if changed && refined.points().len() > own.points().len() {
+        match matched(read, refined) {
+            Err(Mismatch::Point(point)) => return Err(other_field(case, b, file, read.points[point])),
+            Ok(found) => return Ok(found),
+            Err(Mismatch::Node { .. }) => {}
+        }
+    }
+    match matched(read, own) {
+        Ok(found) => Ok(found),
+        Err(Mismatch::Point(point)) => Err(other_field(case, b, file, read.points[point])),
+        Err(Mismatch::Node { node, nearest }) => {
+            // Nodes were moved and none was added.
+            if let (true, Ok(found)) = (changed, matched(read, refined)) {
+                return Ok(found);
+            }
+            let [x, y] = [0, 1].map(|axis| shown(own.points()[NodeId::new(node)][axis]));
+            Err(Failure::invalid(format!(
+                "{}: body \"{}\" has a node at ({x}, {y}), and the nearest point of the file is {} away\n  expected: a point at \
+                 every node of the mesh of the case\n  fix: write the field on the same mesh, in the same units, and give the files in the order of the bodies",
+                file.display(),
+                case.bodies[b].name,
+                shown(nearest)
+            )))
+        }
+    }
+}
+
+/// Refuses points that are far from all bodies: damaged lines, other units.
+fn refuse_far(file: &Path, read: &PointVectors, meshes: &[TriMesh]) -> Result<(), Failure> {
+    let ends: Vec<Vector> = meshes.iter().flat_map(|mesh| bounding_box(mesh.points())).collect();
+    let [low, high] = bounding_box(&ends);
+    let margin = FAR * diagonal(&ends);
+    let is_far = |p: &Vector| (0..2).any(|k| !(p[k] >= low[k] - margin && p[k] <= high[k] + margin));
+    let Some(k) = read.points.iter().position(is_far) else { return Ok(()) };
+    let place = read.lines.get(k).map_or_else(|| format!("point {k}"), |line| format!("line {line}"));
+    let [x, y] = [0, 1].map(|axis| shown(read.points[k][axis]));
+    Err(Failure::invalid(format!(
+        "{}: {place}: the point ({x}, {y}) is far from all bodies\n  expected: points of the meshes of the case\n  fix: mend the line, \
+         or write the points in the units of the case",
+        file.display()
+    )))
+}
+
+/// Bounds the energy density over `|∇d|²`, Pa: the trace of the stiffness, the largest of all cells. Not computed if there is nothing to bound.
+fn largest_stiffness(body: &Body, spread: f64) -> f64 {
+    if spread == 0.0 {
+        return 0.0;
+    }
+    let units = [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 0.5f64.sqrt())];
+    let strains = units.map(|(xx, yy, xy)| SymTensor2 { xx, yy, xy });
+    let of_cell = |t: usize| {
+        let material = body.material(t);
+        strains.iter().map(|e| material.stress(*e).contract(*e)).sum::<f64>()
+    };
+    (0..body.mesh().triangles().len()).map(of_cell).fold(0.0, f64::max)
 }
 
 /// Certifies displacements in memory.
 ///
-/// * `problem`: that of the case.
+/// * `problem`: see [`crate::run::build_last`].
 /// * `fields`: at the nodes of each body's mesh as the case describes it, Cartesian, m.
 /// * `pressures`: for each pair, at the nodes of the mesh of its first body, Pa; `None`: from the equilibrium of the fields.
 ///
@@ -80,12 +149,12 @@ pub fn certify(case: &Case, problem: ContactProblem, files: &[PathBuf]) -> Resul
 /// Fields of another length than the meshes, friction, a problem without a unique solution.
 pub fn of_fields(
     case: &Case,
-    problem: ContactProblem,
+    problem: &ContactProblem,
     fields: &[Vec<Vector>],
     pressures: Option<&[Vec<f64>]>,
 ) -> Result<FieldCertificate, Failure> {
-    refuse_friction(case)?;
-    let bodies = case.build_bodies()?;
+    refuse(case, problem)?;
+    let meshes = meshes(case)?;
     let counted = |what: &str, found: usize, expected: usize| {
         let said = format!(
             "{what}: found {found}, and the case has {expected}\n  expected: as many, in the order of the case\n  fix: check the \
@@ -93,32 +162,43 @@ pub fn of_fields(
         );
         if found == expected { Ok(()) } else { Err(Failure::invalid(said)) }
     };
-    counted("fields of displacements", fields.len(), bodies.len())?;
-    for (field, (body, given)) in fields.iter().zip(bodies.iter().zip(&case.bodies)) {
-        counted(
-            &format!("displacements of body \"{}\"", given.name),
-            field.len(),
-            body.mesh().points().len(),
-        )?;
+    counted("fields of displacements", fields.len(), meshes.len())?;
+    for (field, (mesh, given)) in fields.iter().zip(meshes.iter().zip(&case.bodies)) {
+        counted(&format!("displacements of body \"{}\"", given.name), field.len(), mesh.points().len())?;
     }
-    let refined = fields.iter().zip(&bodies).zip(&problem.bodies);
-    let refined: Vec<Vec<Vector>> =
-        refined.map(|((field, body), refined)| on_mesh(body, field, refined.mesh())).collect();
-    let Some(pressures) = pressures else { return bound(case, problem, &refined, None) };
+    let given: Vec<MeshField<'_>> =
+        meshes.iter().zip(fields).map(|(mesh, field)| MeshField::new(mesh, field)).collect();
+    let prepared = prepare(case, problem.clone())?;
+    let Some(pressures) = pressures else { return bound(case, &prepared, &given, None) };
     counted("pressures", pressures.len(), case.contacts.len())?;
     let mut at_pairs = Vec::with_capacity(pressures.len());
     for (pressure, (given, pair)) in pressures.iter().zip(case.contacts.iter().zip(&problem.contacts)) {
         let first = pair.bodies[0];
-        let mesh = bodies[first].mesh();
+        let mesh = &meshes[first];
         counted(&format!("pressures of the pair \"{}\"", given.name), pressure.len(), mesh.points().len())?;
-        let as_vectors: Vec<Vector> = pressure.iter().map(|p| Vector::new(*p, 0.0)).collect();
-        let field = on_mesh(&bodies[first], &as_vectors, problem.bodies[first].mesh());
+        let mut on_side = vec![Vector::zeros(); pressure.len()];
+        let edges = mesh.group(&given.surfaces[0]).unwrap_or(&[]);
+        for node in edges.iter().flat_map(|edge| mesh.topology().edges()[*edge]) {
+            on_side[node.index()][0] = pressure[node.index()];
+        }
+        let field = MeshField::new(mesh, &on_side).on(problem.bodies[first].mesh());
         at_pairs.push(pair.interface.pairs().iter().map(|p| field[p.nodes[0]][0]).collect());
     }
-    bound(case, problem, &refined, Some(&at_pairs))
+    bound(case, &prepared, &given, Some(&at_pairs))
 }
 
-fn refuse_friction(case: &Case) -> Result<(), Failure> {
+/// Refuses problems whose fields are more than displacements of the bodies.
+fn refuse(case: &Case, problem: &ContactProblem) -> Result<(), Failure> {
+    let is_free = |of: &fem_core::interface::ContactPair| {
+        problem.obstacle_of(of).is_some_and(|obstacle| !obstacle.free_motions().is_empty())
+    };
+    if let Some(k) = problem.contacts.iter().position(is_free) {
+        return Err(Failure::invalid(format!(
+            "the obstacle of the pair \"{}\" is free to move, and its motion is not among the displacements of the bodies\n  expected: \
+             obstacles whose motion is imposed\n  fix: give its motion as ux, uy and rotation, or solve the case with nndd",
+            case.contacts[k].name
+        )));
+    }
     let Some(pair) = case.contacts.iter().find(|contact| contact.friction.is_some()) else { return Ok(()) };
     Err(Failure::invalid(format!(
         "the pair \"{}\" has friction, and displacements of other programs are certified without friction only\n  expected: \
@@ -127,18 +207,59 @@ fn refuse_friction(case: &Case) -> Result<(), Failure> {
     )))
 }
 
-/// * `fields`: at the nodes of the problem; `pressures`: at its pairs.
+fn prepare(case: &Case, problem: ContactProblem) -> Result<PreparedProblem, Failure> {
+    PreparedProblem::new(problem).map_err(|error| Failure::solve(case, &SolveError::Prepare(error)))
+}
+
+/// * `fields`: of the bodies; `pressures`: at the pairs of the problem.
 fn bound(
     case: &Case,
-    problem: ContactProblem,
-    fields: &[Vec<Vector>],
+    prepared: &PreparedProblem,
+    fields: &[MeshField<'_>],
     pressures: Option<&[Vec<f64>]>,
 ) -> Result<FieldCertificate, Failure> {
-    let prepared =
-        PreparedProblem::new(problem).map_err(|error| Failure::solve(case, &SolveError::Prepare(error)))?;
     let relaxation: Relaxation = convert::settings(case).relaxation;
-    cre_estimator::certify(&prepared, fields, pressures, relaxation)
+    cre_estimator::certify(prepared, fields, pressures, relaxation)
         .map_err(|error| Failure::solve(case, &SolveError::Estimator(error)))
+}
+
+/// Says in a line or two what was found.
+pub fn verdict(case: &Case, found: &FieldCertificate) -> String {
+    let mut text = String::new();
+    if found.change > 0.0 {
+        text += &format!(
+            "changed to be admissible: penetration up to {} removed, supports met by up to {}; energy norm of the change {}\n",
+            rounded_up(found.penetration),
+            rounded_up(found.support_change),
+            rounded_up(found.change)
+        );
+    }
+    text + &match (found.bound(), found.relative()) {
+        (Some(bound), Some(relative)) => format!(
+            "certified error <= {} % of the energy norm: {} of {}\n",
+            rounded_up(100.0 * relative),
+            rounded_up(bound),
+            with_digits(found.estimate.energy_norm(), DIGITS)
+        ),
+        (Some(bound), None) => format!("certified error <= {} in the energy norm\n", rounded_up(bound)),
+        (None, _) => {
+            let failed = found.estimate.admissibility.failed();
+            let checks: Vec<String> = failed.map(|(name, value)| format!("{name} {value:.1e}")).collect();
+            let reason = match found.missed_support {
+                Some(missed) => format!(
+                    "body \"{}\" misses its support at ({}, {}) by {}",
+                    case.bodies[missed.body].name,
+                    shown(missed.point[0]),
+                    shown(missed.point[1]),
+                    with_digits(missed.distance, DIGITS)
+                ),
+                None => {
+                    "the field violates supports, contact or balance by more than can be mended".to_owned()
+                }
+            };
+            format!("NOT certified, the bound is not valid: {}; {reason}\n", checks.join(", "))
+        }
+    }
 }
 
 /// Makes one object of what was found.
@@ -178,197 +299,24 @@ fn other_field(case: &Case, b: usize, file: &Path, point: Vector) -> Failure {
 
 /// Reads a `.vtu` file, or a table with the columns x, y, ux, uy.
 fn read(file: &Path) -> Result<PointVectors, Failure> {
-    let fault = |code: u8, reason: String, fix: &str| {
-        Failure::plain(
-            code,
-            format!(
-                "{}: {reason}\n  expected: a .vtu file with the array `displacement` at its points, or a .csv file with the columns x, \
-                 y, ux, uy\n  fix: {fix}",
-                file.display()
-            ),
-        )
-    };
-    if let Err(error) = std::fs::metadata(file) {
-        return Err(fault(FILES, format!("cannot be read: {error}"), "check its name"));
-    }
-    let is_table = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
-    if is_table {
-        let text = std::fs::read_to_string(file);
-        let text =
-            text.map_err(|error| fault(FILES, format!("cannot be read: {error}"), "check the file"))?;
-        return table(&text).map_err(|reason| fault(INVALID_INPUT, reason, "mend the line"));
-    }
-    point_vectors(file, &NAMES)
-        .map_err(|error| fault(INVALID_INPUT, error.to_string(), "write it again, for instance with meshio"))
-}
-
-/// Reads a table with a head; other columns are left out.
-fn table(text: &str) -> Result<PointVectors, String> {
-    let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
-    let (_, head) = lines.next().ok_or("the file is empty")?;
-    let names: Vec<String> =
-        head.split(',').map(|name| name.trim().trim_matches('"').to_lowercase()).collect();
-    let mut columns = [0; 4];
-    for (column, wanted) in columns.iter_mut().zip(["x", "y", "ux", "uy"]) {
-        let found = names.iter().position(|name| name == wanted);
-        *column = found.ok_or_else(|| format!("line 1 has no column {wanted}"))?;
-    }
-    let mut read = PointVectors::default();
-    for (k, line) in lines {
-        let cells: Vec<&str> = line.split(',').collect();
-        let mut numbers = [0.0; 4];
-        for (number, column) in numbers.iter_mut().zip(columns) {
-            let text = cells.get(column).map_or("", |cell| cell.trim());
-            let value = text.parse::<f64>().ok().filter(|value| value.is_finite());
-            *number = value.ok_or_else(|| format!("line {}: \"{text}\" is not a finite number", k + 1))?;
-        }
-        read.points.push(Vector::new(numbers[0], numbers[1]));
-        read.values.push(Vector::new(numbers[2], numbers[3]));
-    }
-    Ok(read)
-}
-
-/// Points by their places on a grid that is coarser than the tolerance.
-struct Places<'a> {
-    points: &'a [Vector],
-    size: f64,
-    by_cell: HashMap<[i64; 2], Vec<u32>>,
-}
-
-impl<'a> Places<'a> {
-    fn new(points: &'a [Vector], size: f64) -> Self {
-        let mut by_cell: HashMap<[i64; 2], Vec<u32>> = HashMap::new();
-        for (k, point) in points.iter().enumerate() {
-            by_cell.entry(Self::cell(*point, size)).or_default().push(k as u32);
-        }
-        Self { points, size, by_cell }
-    }
-
-    fn cell(point: Vector, size: f64) -> [i64; 2] {
-        [(point[0] / size).floor() as i64, (point[1] / size).floor() as i64]
-    }
-
-    /// Finds the nearest point within the tolerance.
-    fn at(&self, point: Vector) -> Option<usize> {
-        let [i, j] = Self::cell(point, self.size);
-        let cells = (-1..=1).flat_map(|a| (-1..=1).map(move |b| [i + a, j + b]));
-        let near = cells.filter_map(|cell| self.by_cell.get(&cell)).flatten().map(|k| *k as usize);
-        let distance = |k: &usize| norm(self.points[*k] - point);
-        near.filter(|k| distance(k) <= self.size).min_by(|a, b| distance(a).total_cmp(&distance(b)))
-    }
-}
-
-fn tolerance(mesh: &TriMesh) -> f64 {
-    SAME * diagonal(mesh.points())
-}
-
-/// Takes the value at every node of a mesh, or the first node without one, and its distance from the nearest point.
-fn at_nodes(read: &PointVectors, mesh: &TriMesh) -> Result<Vec<Vector>, (usize, f64)> {
-    let places = Places::new(&read.points, tolerance(mesh));
-    let value = |(node, point): (usize, &Vector)| match places.at(*point) {
-        Some(k) => Ok(read.values[k]),
-        None => {
-            let nearest = read.points.iter().map(|p| norm(p - point)).fold(f64::INFINITY, f64::min);
-            Err((node, nearest))
-        }
-    };
-    mesh.points().iter().enumerate().map(value).collect()
-}
-
-/// Checks that all points of a file have the values of a field of a mesh; points outside the mesh are left out. Else another field
-/// than that of the file would be certified. Returns the first other point.
-fn check_others(read: &PointVectors, mesh: &TriMesh, field: &[Vector]) -> Result<(), Vector> {
-    let nodes = Places::new(mesh.points(), tolerance(mesh));
-    let cells = Cells::new(mesh);
-    let largest = field.iter().fold(0.0f64, |m, u| m.max(u.amax()));
-    for (point, value) in read.points.iter().zip(&read.values) {
-        let expected = match nodes.at(*point) {
-            Some(node) => Some(field[node]),
-            None => cells.around(*point).map(|(nodes, weights)| {
-                nodes.iter().zip(weights).map(|(n, w)| w * field[*n]).sum::<Vector>()
-            }),
+    read_point_vectors(file, &NAMES).map_err(|error| {
+        let (code, fix) = match &error {
+            FieldError::Unreadable { .. } => (FILES, "check its name"),
+            FieldError::Line { .. } => (INVALID_INPUT, "mend the line"),
+            _ => (INVALID_INPUT, "write it again, for instance with meshio"),
         };
-        if expected.is_some_and(|expected| !((value - expected).amax() <= LINEAR * largest)) {
-            return Err(*point);
-        }
-    }
-    Ok(())
-}
-
-/// The triangles of a mesh by the squares of a grid that they may meet.
-struct Cells<'a> {
-    mesh: &'a TriMesh,
-    size: f64,
-    by_square: HashMap<[i64; 2], Vec<u32>>,
-}
-
-impl<'a> Cells<'a> {
-    fn new(mesh: &'a TriMesh) -> Self {
-        let size = diagonal(mesh.points()) / (mesh.triangles().len() as f64).sqrt();
-        let mut by_square: HashMap<[i64; 2], Vec<u32>> = HashMap::new();
-        for t in 0..mesh.triangles().len() {
-            let corners = mesh.corners(t);
-            let low = corners.into_iter().reduce(|a, b| a.inf(&b)).unwrap_or_default();
-            let high = corners.into_iter().reduce(|a, b| a.sup(&b)).unwrap_or_default();
-            let [from, to] = [low, high].map(|corner| Places::cell(corner, size));
-            for i in from[0]..=to[0] {
-                for j in from[1]..=to[1] {
-                    by_square.entry([i, j]).or_default().push(t as u32);
-                }
-            }
-        }
-        Self { mesh, size, by_square }
-    }
-
-    /// Finds a triangle that contains a point: its nodes and their weights.
-    fn around(&self, point: Vector) -> Option<([NodeId; 3], [f64; 3])> {
-        let near = self.by_square.get(&Places::cell(point, self.size))?;
-        near.iter().find_map(|t| {
-            let weights = weights(self.mesh, *t as usize, point);
-            let inside = weights.iter().all(|w| *w >= -SAME);
-            inside.then(|| (self.mesh.triangles()[*t as usize], weights))
-        })
-    }
-}
-
-/// Computes the weights of the corners of a triangle at a point.
-fn weights(mesh: &TriMesh, t: usize, point: Vector) -> [f64; 3] {
-    let [a, b, c] = mesh.corners(t);
-    let whole = cross(b - a, c - a);
-    let (s, r) = (cross(point - a, c - a) / whole, cross(b - a, point - a) / whole);
-    [1.0 - s - r, s, r]
-}
-
-/// Evaluates a field of a body's mesh at the nodes of the mesh that a common refinement made of it.
-fn on_mesh(body: &Body, field: &[Vector], refined: &TriMesh) -> Vec<Vector> {
-    let mesh = body.mesh();
-    if mesh.points() == refined.points() {
-        return field.to_vec();
-    }
-    let places = Places::new(mesh.points(), tolerance(mesh));
-    let at =
-        |point: &Vector| places.at(*point).map_or_else(|| interpolated(mesh, field, *point), |k| field[k]);
-    refined.points().iter().map(at).collect()
-}
-
-/// Evaluates a field in the triangle that contains a point, or is nearest to it.
-fn interpolated(mesh: &TriMesh, field: &[Vector], point: Vector) -> Vector {
-    let mut best = (f64::NEG_INFINITY, Vector::zeros());
-    for (t, nodes) in mesh.triangles().iter().enumerate() {
-        let weights = weights(mesh, t, point);
-        let least = weights.into_iter().fold(f64::INFINITY, f64::min);
-        if least > best.0 {
-            let value = nodes.iter().zip(weights).map(|(n, w)| w * field[*n]).sum();
-            best = (least, value);
-        }
-    }
-    best.1
+        let said = format!(
+            "{}: {error}\n  expected: a .vtu file with the array `displacement` at its points, or a .csv file with the columns x, y, \
+             ux, uy\n  fix: {fix}",
+            file.display()
+        );
+        Failure::plain(code, said)
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fem_core::mesh::generate::block;
 
     /// The paper's problem, and its displacements.
     fn solved() -> (Case, ContactProblem, Vec<Vec<Vector>>) {
@@ -392,8 +340,8 @@ mod tests {
             path
         };
         let files: Vec<PathBuf> = fields.iter().enumerate().map(written).collect();
-        let of_files = certify(&case, problem.clone(), &files).unwrap();
-        let in_memory = of_fields(&case, problem.clone(), &fields, None).unwrap();
+        let of_files = certify(&case, &problem, &files).unwrap();
+        let in_memory = of_fields(&case, &problem, &fields, None).unwrap();
         assert!(in_memory.bound().is_some());
         assert_eq!(summary(&case, &of_files), summary(&case, &in_memory));
         assert_eq!(in_memory.missed_support, None);
@@ -403,7 +351,7 @@ mod tests {
         for node in pair.interface.pairs() {
             pressure[node.nodes[0].index()] = 0.0;
         }
-        let without = of_fields(&case, problem, &fields, Some(&[pressure])).unwrap();
+        let without = of_fields(&case, &problem, &fields, Some(&[pressure])).unwrap();
         assert!(without.estimate.unchecked().e_cre > in_memory.estimate.unchecked().e_cre);
     }
 
@@ -411,7 +359,7 @@ mod tests {
     fn fields_of_other_lengths_are_refused() {
         let (case, problem, mut fields) = solved();
         let said = |fields: &[Vec<Vector>], pressures: Option<&[Vec<f64>]>| {
-            of_fields(&case, problem.clone(), fields, pressures).unwrap_err().message.unwrap()
+            of_fields(&case, &problem, fields, pressures).unwrap_err().message.unwrap()
         };
         assert!(said(&fields[..1], None).starts_with("fields of displacements: found 1, and the case has 2"));
         assert!(said(&fields, Some(&[])).starts_with("pressures: found 0, and the case has 1"));
@@ -427,35 +375,134 @@ mod tests {
         );
     }
 
+    /// Random numbers from 0 to 1.
+    struct Random(u64);
+
+    impl Random {
+        fn next(&mut self) -> f64 {
+            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (self.0 >> 11) as f64 / (1u64 << 53) as f64
+        }
+
+        fn pick<T: Copy>(&mut self, all: &[T]) -> T {
+            all[((self.next() * all.len() as f64) as usize).min(all.len() - 1)]
+        }
+    }
+
+    /// Two blocks under pressure whose meshes do not match: nodes of both are moved so that they do. The exact solution is linear.
+    fn unmatched() -> (Case, ContactProblem, Vec<Body>, PathBuf) {
+        let folder =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/cases/true_numbers/certify-snap");
+        let mut case = crate::run::read_case(&folder.join("case.toml"), &[]).unwrap();
+        let problem = case.build_problem().unwrap();
+        let bodies = case.build_bodies().unwrap();
+        (case, problem, bodies, folder)
+    }
+
+    fn exact(bodies: &[Body]) -> Vec<Vec<Vector>> {
+        let at = |x: &Vector| Vector::new(0.0039 * x[0], -0.0091 * x[1]);
+        bodies.iter().map(|body| body.mesh().points().iter().map(at).collect()).collect()
+    }
+
+    /// The energy norm of the error of fields on the meshes of the case.
+    fn true_error(bodies: &[Body], fields: &[Vec<Vector>]) -> f64 {
+        let all = bodies.iter().zip(fields).zip(exact(bodies));
+        let squared = all.map(|((body, u), v)| fem_core::norm::energy_distance_squared(body, u, &v));
+        squared.sum::<f64>().sqrt()
+    }
+
     #[test]
-    fn a_table_names_the_line_of_a_fault() {
-        for end in ["\n", "\r\n"] {
-            let rows = ["node, X ,\"Y\",ux,uy", "1,0,1,2,3", "", "2,1,1e0, 5,7"].join(end);
-            let found = table(&rows).unwrap();
-            assert_eq!(found.points, [Vector::new(0.0, 1.0), Vector::new(1.0, 1.0)]);
-            assert_eq!(found.values, [Vector::new(2.0, 3.0), Vector::new(5.0, 7.0)]);
-            let fault = table(&format!("{rows}{end}{end}3,0,0,0,inf{end}")).unwrap_err();
-            assert_eq!(fault, "line 6: \"inf\" is not a finite number", "{end:?}");
+    fn the_bound_is_for_the_field_of_the_file_though_nodes_are_moved() {
+        let (case, problem, bodies, folder) = unmatched();
+        let files = ["u.csv", "l.csv"].map(|name| folder.join(name));
+        let fields: Vec<Vec<Vector>> = files
+            .iter()
+            .zip(&bodies)
+            .map(|(file, body)| matched(&read(file).unwrap(), body.mesh()).ok().unwrap().field)
+            .collect();
+        let truth = true_error(&bodies, &fields);
+        assert!((truth - 1.592).abs() < 1e-3, "{truth}");
+        let found = certify(&case, &problem, &files).unwrap();
+        let bound = found.bound().unwrap();
+        assert!(bound >= truth && bound < 1.5 * truth, "{bound} {truth}");
+        // Without the change of the field there would be no bound.
+        assert!(found.estimate.unchecked().e_cre < truth && found.change > 0.0, "{}", found.change);
+    }
+
+    #[test]
+    fn no_field_and_no_pressure_gets_a_false_bound() {
+        let (case, problem, bodies, _) = unmatched();
+        let mut random = Random(7);
+        let mut valid = 0;
+        for k in 0..60 {
+            let amplitude = random.pick(&[0.0, 1e-9, 1e-5, 1e-3, 0.03, 10.0]);
+            let keeps_supports = k % 4 != 0;
+            let mut fields = exact(&bodies);
+            for (field, body) in fields.iter_mut().zip(&bodies) {
+                for (u, x) in field.iter_mut().zip(body.mesh().points()) {
+                    let free = [x[0] > 0.0 || !keeps_supports, x[1] > 0.0 || !keeps_supports];
+                    for c in (0..2).filter(|c| free[*c]) {
+                        u[c] += amplitude * (random.next() - 0.5);
+                    }
+                }
+            }
+            let size = random.pick(&[0.0, 1e-3, 10.0, 1e6]);
+            let kind = random.pick(&[0, 1, 2, 3]);
+            let nodes = bodies[0].mesh().points().len();
+            let pressures: Vec<f64> = (0..nodes).map(|_| size * (random.next() - 0.3)).collect();
+            let given = [vec![10.0; nodes], pressures];
+            let given = (kind > 0).then(|| &given[usize::from(kind > 1)..][..1]);
+            let found = of_fields(&case, &problem, &fields, given).unwrap();
+            let truth = true_error(&bodies, &fields);
+            if let Some(bound) = found.bound() {
+                assert!(bound >= truth, "{k}: amplitude {amplitude}, kind {kind}: {bound} {truth}");
+                valid += 1;
+            }
+        }
+        assert!(valid >= 30, "{valid}");
+    }
+
+    #[test]
+    fn numbers_that_are_not_finite_are_refused() {
+        let (case, problem, bodies, _) = unmatched();
+        for bad in [f64::NAN, f64::INFINITY, 1e300] {
+            let mut fields = exact(&bodies);
+            let mut pressure = vec![10.0; fields[0].len()];
+            let side = bodies[0].mesh().group("u_bottom").unwrap()[1];
+            pressure[bodies[0].mesh().topology().edges()[side][0].index()] = bad;
+            let found = of_fields(&case, &problem, &fields, Some(&[pressure]));
+            // A finite pressure is brought into balance.
+            let sound = found.as_ref().is_ok_and(|found| found.bound().is_none_or(f64::is_finite));
+            assert!(found.is_err() || (bad == 1e300 && sound), "{bad}");
+            fields[1][7][0] = bad;
+            assert!(of_fields(&case, &problem, &fields, None).is_err(), "{bad}");
         }
     }
 
     #[test]
-    fn points_that_are_no_nodes_must_have_the_values_of_the_field() {
-        let mesh = block([0.0, 0.0], [2.0, 1.0], [4, 2]).unwrap();
-        let field: Vec<Vector> = mesh.points().iter().map(|x| Vector::new(x[0] * x[1], 1.0 - x[0])).collect();
-        let mut read = PointVectors { points: mesh.points().to_vec(), values: field.clone() };
-        check_others(&read, &mesh, &field).unwrap();
-        // In the middle of an edge the field is linear; outside of the body there may be anything.
-        read.points.extend([Vector::new(0.25, 0.0), Vector::new(3.0, 0.5)]);
-        read.values.extend([Vector::new(0.0, 0.75), Vector::new(9.0, 9.0)]);
-        check_others(&read, &mesh, &field).unwrap();
-        // A node twice with two values, as on a contact line of two bodies in one file; a node of a finer or a quadratic mesh.
-        for (point, value) in [([2.0, 1.0], [2.0, 0.0]), ([0.25, 0.25], [0.07, 0.75])] {
-            read.points.push(point.into());
-            read.values.push(value.into());
-            assert_eq!(check_others(&read, &mesh, &field), Err(point.into()));
-            read.points.pop();
-            read.values.pop();
+    fn damaged_tables_are_refused_or_bounded() {
+        let (case, problem, _, folder) = unmatched();
+        let temp = tempfile::tempdir().unwrap();
+        let [upper, lower] =
+            ["u.csv", "l.csv"].map(|name| std::fs::read_to_string(folder.join(name)).unwrap());
+        let files = ["u.csv", "l.csv"].map(|name| temp.path().join(name));
+        std::fs::write(&files[1], lower).unwrap();
+        let mut random = Random(3);
+        for _ in 0..80 {
+            let mut lines: Vec<Vec<String>> =
+                upper.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect();
+            let at = 1 + (random.next() * (lines.len() - 1) as f64) as usize;
+            let column = random.pick(&[0, 1, 2, 3]);
+            let bad = ["nan", "inf", "1e308", "-1e308", "5e-324", "1e300", "9e999", "-0", "", "0x1", "1e17"];
+            let added = if random.next() < 0.5 { at } else { lines.len() };
+            let mut line = lines[at].clone();
+            line[column] = random.pick(&bad).to_owned();
+            lines.insert(added, line);
+            let text: Vec<String> = lines.iter().map(|cells| cells.join(",")).collect();
+            std::fs::write(&files[0], text.join("\n")).unwrap();
+            if let Ok(found) = certify(&case, &problem, &files) {
+                assert!(found.bound().is_none_or(|bound| bound >= 1.592), "{}", lines[added].join(","));
+            }
         }
     }
 }

@@ -8,6 +8,7 @@ use crate::words::{self, one_line, plain, with_digits};
 use case_io::Case;
 use case_io::case::Units;
 use case_io::report::{Certificate, Checks, Coulomb, Report};
+use cre_estimator::FieldCertificate;
 use fem_core::geometry::Vector;
 use results::results;
 use serde_json::Value;
@@ -16,17 +17,47 @@ use std::fmt::Write as _;
 /// The style sheet; the page holds it on one line.
 const STYLE: &str = include_str!("html/style.css");
 
+/// Writes the page of another code's field.
+///
+/// * `lines`: what was found; `files`: with the field.
+pub(crate) fn of_field(
+    case: &Case,
+    lines: &str,
+    found: &FieldCertificate,
+    picture: &Picture,
+    files: &[String],
+) -> String {
+    let mut page = head(case);
+    let class = if found.bound().is_some() { "ok" } else { "no" };
+    let lines: Vec<String> = lines.lines().map(escape).collect();
+    let _ = writeln!(page, "<div class=\"verdict {class}\"><p>{}</p></div>", lines.join("</p><p>"));
+    figures(&mut page, std::slice::from_ref(picture));
+    let valid = found.bound().is_some();
+    let e_cre = found.estimate.unchecked().e_cre;
+    let shown = |value: f64| words::rounded_up(value);
+    let rows = [
+        ("bound: the sum of the next two", found.bound().map_or_else(|| number(None), shown)),
+        ("bound for the admissible field", if valid { shown(e_cre) } else { number(None) }),
+        ("energy norm of what was changed to make it admissible", shown(found.change)),
+        ("energy norm of the admissible field", number(Some(found.estimate.energy_norm()))),
+    ];
+    let rows = rows.into_iter().map(|(name, value)| vec![name.to_owned(), value]);
+    table(&mut page, "Bound", &["part", &with_unit(case, "energy norm", Units::energy_norm)], rows);
+    let failed = found.estimate.admissibility.failed();
+    let failed: Vec<_> = failed.map(|(key, x)| vec![key.replace('_', " "), with_digits(x, 2)]).collect();
+    if !failed.is_empty() {
+        table(&mut page, "Checks that failed", &["residual", "relative"], failed);
+    }
+    table(&mut page, "Files", &["file of the field"], files.iter().map(|file| vec![file.clone()]));
+    page.push_str("</body></html>\n");
+    page
+}
+
 /// Writes the page.
 ///
 /// * `angles`: the smallest of each body's mesh, degrees.
 pub(crate) fn page(case: &Case, report: &Report, angles: &[f64], pictures: &[Picture]) -> String {
-    let title = escape(&one_line(if case.title.is_empty() { case.file_name() } else { &case.title }));
-    let style = STYLE.replace('\n', "");
-    let mut page = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
-         <title>{title}</title><style>{style}</style></head><body>\n<h1>{title}</h1>\n"
-    );
+    let mut page = head(case);
     verdict(&mut page, report);
     notes(&mut page, report);
     figures(&mut page, pictures);
@@ -50,6 +81,17 @@ pub(crate) fn page(case: &Case, report: &Report, angles: &[f64], pictures: &[Pic
     reproduce(&mut page, case, report);
     page.push_str("</body></html>\n");
     page
+}
+
+/// Begins a page with its title.
+fn head(case: &Case) -> String {
+    let title = escape(&one_line(if case.title.is_empty() { case.file_name() } else { &case.title }));
+    let style = STYLE.replace('\n', "");
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
+         <title>{title}</title><style>{style}</style></head><body>\n<h1>{title}</h1>\n"
+    )
 }
 
 /// What is needed to reproduce this page. Times and the machine are not on it, so that it is the same every time.

@@ -225,7 +225,7 @@ fn drawn_ends(solution: &Fields<'_>, pair: usize, points: &mut Vec<Vector>) -> D
     (ends, clamped_ends)
 }
 
-fn write_vtu(
+pub(crate) fn write_vtu(
     directory: &mut OutputDirectory,
     name: &str,
     grid: &VtuMesh,

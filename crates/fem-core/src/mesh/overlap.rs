@@ -84,9 +84,9 @@ fn first_near(
 }
 
 /// A cell by its bounding box.
-type Cell = GeomWithData<Rectangle<[f64; 2]>, usize>;
+pub(super) type Cell = GeomWithData<Rectangle<[f64; 2]>, usize>;
 
-fn tree(mesh: &TriMesh, cells: &[u32]) -> RTree<Cell> {
+pub(super) fn tree(mesh: &TriMesh, cells: &[u32]) -> RTree<Cell> {
     let boxes = cells.iter().map(|&t| {
         let [low, high] = geometry::bounding_box(&mesh.corners(t as usize)).map(Into::into);
         GeomWithData::new(Rectangle::from_corners(low, high), t as usize)
@@ -94,7 +94,7 @@ fn tree(mesh: &TriMesh, cells: &[u32]) -> RTree<Cell> {
     RTree::bulk_load(boxes.collect())
 }
 
-fn envelope(points: &[Vector]) -> AABB<[f64; 2]> {
+pub(super) fn envelope(points: &[Vector]) -> AABB<[f64; 2]> {
     let [low, high] = geometry::bounding_box(points).map(Into::into);
     AABB::from_corners(low, high)
 }
@@ -113,11 +113,10 @@ fn overlapping<'a>(
     })
 }
 
-/// Computes the centroid and the area of the intersection of two triangles, if it is wider than `width`.
-fn common(a: [Vector; 3], b: [Vector; 3], width: f64) -> Option<(Vector, f64)> {
-    // Relative to a corner, so that points far from the origin lose no digits.
-    let origin = a[0];
-    let [a, b] = [a, b].map(|t| t.map(|p| p - origin));
+/// Computes the polygon that two triangles have in common, relative to the first corner of the first one.
+pub(super) fn intersection(a: [Vector; 3], b: [Vector; 3]) -> Option<Vec<Vector>> {
+    // So points far from the origin lose no digits.
+    let [a, b] = [a, b].map(|t| t.map(|p| p - a[0]));
     let mut polygon = a.to_vec();
     for k in 0..3 {
         let (from, along) = (b[k], b[(k + 1) % 3] - b[k]);
@@ -126,6 +125,12 @@ fn common(a: [Vector; 3], b: [Vector; 3], width: f64) -> Option<(Vector, f64)> {
             return None;
         }
     }
+    Some(polygon)
+}
+
+/// Computes the centroid and the area of the intersection of two triangles, if it is wider than `width`.
+fn common(a: [Vector; 3], b: [Vector; 3], width: f64) -> Option<(Vector, f64)> {
+    let polygon = intersection(a, b)?;
     let (mut area, mut moment, mut extent) = (0.0, Vector::zeros(), 0.0f64);
     let first = polygon[0];
     for pair in polygon[1..].windows(2) {
@@ -139,7 +144,7 @@ fn common(a: [Vector; 3], b: [Vector; 3], width: f64) -> Option<(Vector, f64)> {
     }
     let smaller = geometry::signed_area(a).min(geometry::signed_area(b));
     let counts = area > width * extent || area > PART * smaller;
-    (counts && area > 0.0).then(|| (origin + (first + 1.0 / area * moment), area))
+    (counts && area > 0.0).then(|| (a[0] + (first + 1.0 / area * moment), area))
 }
 
 #[cfg(test)]

@@ -21,12 +21,12 @@ pub fn read(path: &Path) -> Result<MeshFile, MeshFileError> {
         why.fix.into_iter().fold(error, MeshFileError::help)
     };
     let mut left = LARGEST_MESH_FILE;
-    let bytes = bytes(path, &mut left).map_err(unreadable)?;
+    let bytes = regular_file(path, &mut left).map_err(unreadable)?;
     let mut hasher = Sha256::new();
     hasher.update(&bytes);
     let mut include = |from: &Path, file: &str| {
         let path = from.parent().unwrap_or(Path::new("")).join(file);
-        let found = self::bytes(&path, &mut left)?;
+        let found = regular_file(&path, &mut left)?;
         // The length keeps two files from being taken for one.
         hasher.update((found.len() as u64).to_le_bytes());
         hasher.update(&found);
@@ -120,7 +120,7 @@ impl Unreadable {
 }
 
 /// Reads a regular file whole, as far as it is no larger than what is left.
-fn bytes(path: &Path, left: &mut u64) -> Result<Vec<u8>, Unreadable> {
+pub(crate) fn regular_file(path: &Path, left: &mut u64) -> Result<Vec<u8>, Unreadable> {
     let of_system = |error: std::io::Error| Unreadable::of_system(path, &error);
     let found = std::fs::metadata(path).map_err(of_system)?;
     if found.is_dir() {

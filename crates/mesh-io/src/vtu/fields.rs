@@ -5,7 +5,6 @@ use base64::engine::general_purpose::STANDARD;
 use fem_core::geometry::Vector;
 use miniz_oxide::inflate::decompress_to_vec_zlib_with_limit;
 use std::collections::HashMap;
-use std::path::Path;
 use thiserror::Error;
 
 /// A vector at each point of a grid.
@@ -15,13 +14,29 @@ pub struct PointVectors {
     pub points: Vec<Vector>,
     /// The vectors, in the order of the points.
     pub values: Vec<Vector>,
+    /// The line of each point in a table, from 1; empty for a grid.
+    pub lines: Vec<usize>,
 }
 
 /// Why a field could not be read.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum FieldError {
-    /// The file cannot be read, or it is no unstructured grid of VTK XML.
+    /// The file cannot be read.
+    #[error("it cannot be read: {reason}")]
+    Unreadable {
+        /// Why.
+        reason: String,
+    },
+    /// A line of a table is wrong.
+    #[error("line {line}: {reason}")]
+    Line {
+        /// Its number, from 1.
+        line: usize,
+        /// What is wrong.
+        reason: String,
+    },
+    /// The file is neither a table nor an unstructured grid of VTK XML.
     #[error("{reason}")]
     File {
         /// Why.
@@ -49,15 +64,14 @@ fn fault(reason: impl Into<String>) -> FieldError {
     FieldError::File { reason: reason.into() }
 }
 
-/// Reads a vector at each point of a `.vtu` file.
+/// Reads a vector at each point from the bytes of a `.vtu` file.
 ///
 /// * `names`: of the array; the first that is there is read. A third component is left out.
 ///
 /// # Errors
 /// See [`FieldError`].
-pub fn point_vectors(path: &Path, names: &[&str]) -> Result<PointVectors, FieldError> {
-    let bytes = std::fs::read(path).map_err(|error| fault(format!("it cannot be read: {error}")))?;
-    let file = Document::new(&bytes)?;
+pub fn point_vectors(bytes: &[u8], names: &[&str]) -> Result<PointVectors, FieldError> {
+    let file = Document::new(bytes)?;
     let mut all = PointVectors::default();
     for piece in &file.pieces {
         let points = piece.points.as_ref().ok_or_else(|| fault("a piece has no points"))?;
@@ -312,12 +326,9 @@ fn decoded(text: &[u8]) -> Result<Vec<u8>, FieldError> {
 mod tests {
     use super::*;
     use crate::vtu::{VtuArray, VtuCells, VtuData, VtuMesh, write};
-    use std::io::Write;
 
     fn read(bytes: &[u8]) -> Result<PointVectors, FieldError> {
-        let mut file = tempfile::NamedTempFile::new().unwrap();
-        file.write_all(bytes).unwrap();
-        point_vectors(file.path(), &["displacement", "u"])
+        point_vectors(bytes, &["displacement", "u"])
     }
 
     #[test]
@@ -328,7 +339,7 @@ mod tests {
         let data = VtuData { point: vec![VtuArray::vectors("displacement", &values)], ..VtuData::default() };
         let mut bytes = Vec::new();
         write(&mut bytes, &mesh, &data).unwrap();
-        assert_eq!(read(&bytes).unwrap(), PointVectors { points, values });
+        assert_eq!(read(&bytes).unwrap(), PointVectors { points, values, lines: Vec::new() });
         // A file that ends early is refused, wherever.
         for end in (0..bytes.len()).step_by(37) {
             let _ = read(&bytes[..end]);
@@ -354,6 +365,7 @@ mod tests {
         let expected = PointVectors {
             points: vec![Vector::new(0.0, 0.0), Vector::new(1.0, 2.0)],
             values: vec![Vector::new(0.5, -0.5), Vector::new(1e-9, 4.0)],
+            lines: Vec::new(),
         };
         let words = |numbers: &[f64]| numbers.iter().map(|x| format!("{x:e} ")).collect::<String>();
         let ascii = text("ascii", "", [&words(&points), &words(&values)]);
@@ -402,6 +414,40 @@ mod tests {
         let file = file.replace("NumberOfComponents=\"2\"", "NumberOfComponents=\"3\"");
         let error = read(file.as_bytes()).unwrap_err().to_string();
         assert!(error.contains("2 coordinates and 2 values"), "{error}");
+    }
+
+    #[test]
+    fn damaged_files_are_refused_without_a_panic() {
+        let points = [0.0, 0.0, 0.0, 1.0, 2.0, 0.0];
+        let bytes: Vec<u8> = points.iter().flat_map(|x: &f64| x.to_le_bytes()).collect();
+        let binary = text("binary", ZLIB, [&packed(&bytes), &packed(&bytes[..32])]);
+        let ascii = text("ascii", "", ["0 0 0 1e308 -1e308 0", "1e-320 5e-324 1e308 -1.7e308"]);
+        assert!(read(ascii.as_bytes()).is_ok());
+        let mut state = 1u64;
+        let mut random = move |below: usize| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) as usize % below
+        };
+        for file in [ascii, binary] {
+            for _ in 0..2000 {
+                let mut damaged = file.clone().into_bytes();
+                for _ in 0..=random(3) {
+                    let at = random(damaged.len());
+                    match random(3) {
+                        0 => damaged[at] = random(256) as u8,
+                        1 => damaged.truncate(at.max(1)),
+                        _ => {
+                            let from = random(damaged.len());
+                            damaged[at] = damaged[from];
+                        }
+                    }
+                }
+                if let Ok(found) = read(&damaged) {
+                    assert_eq!(found.points.len(), found.values.len());
+                    assert!(found.points.iter().chain(&found.values).flatten().all(|x| x.is_finite()));
+                }
+            }
+        }
     }
 
     #[test]

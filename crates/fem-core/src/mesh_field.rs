@@ -1,0 +1,159 @@
+//! Displacements on a mesh of their own, compared with those of a body that has another mesh.
+
+use crate::body::Body;
+use crate::element::Triangle;
+use crate::geometry::Vector;
+use crate::mesh::TriMesh;
+use crate::mesh::cell_tree::{CellAt, CellTree};
+use crate::norm::{energy_distance_squared, sum_over_triangles};
+use crate::tensor::SymTensor2;
+use std::sync::OnceLock;
+
+/// A field that is linear in the triangles of its mesh, such as displacements, m.
+pub struct MeshField<'a> {
+    mesh: &'a TriMesh,
+    values: &'a [Vector],
+    tree: OnceLock<CellTree<'a>>,
+}
+
+impl<'a> MeshField<'a> {
+    /// Takes a field.
+    ///
+    /// * `values`: at the nodes of the mesh.
+    ///
+    /// # Panics
+    /// If there is not one value per node.
+    pub fn new(mesh: &'a TriMesh, values: &'a [Vector]) -> Self {
+        let nodes = mesh.points().len();
+        assert!(values.len() == nodes, "{} values on {nodes} nodes", values.len());
+        Self { mesh, values, tree: OnceLock::new() }
+    }
+
+    /// Returns the values at the nodes.
+    pub fn values(&self) -> &'a [Vector] {
+        self.values
+    }
+
+    /// Evaluates the field at the nodes of another mesh. Outside of its own mesh it continues as in a cell nearby.
+    pub fn on(&self, mesh: &TriMesh) -> Vec<Vector> {
+        if self.has_mesh(mesh) {
+            return self.values.to_vec();
+        }
+        let own = self.mesh.points();
+        let value = |(k, point): (usize, &Vector)| match own.get(k) {
+            Some(unmoved) if unmoved == point => self.values[k],
+            _ => self.tree().nearest(*point).map_or_else(Vector::zeros, |at| self.value(at)),
+        };
+        mesh.points().iter().enumerate().map(value).collect()
+    }
+
+    /// Computes `a(u − v, u − v)` for this field `u` and a field `v` of a body, J/m, exactly: over the common parts of the cells of
+    /// both meshes, on which both are linear. What only one of the meshes covers has no part in it.
+    ///
+    /// * `field`: `v`, at the nodes of the body's mesh.
+    ///
+    /// # Panics
+    /// If `field` does not have one entry per node.
+    pub fn energy_distance_squared(&self, body: &Body, field: &[Vector]) -> f64 {
+        let mesh = body.mesh();
+        if self.has_mesh(mesh) {
+            return energy_distance_squared(body, self.values, field);
+        }
+        sum_over_triangles(mesh.triangles().len(), |t| {
+            let nodes = mesh.triangles()[t];
+            let corners = mesh.corners(t);
+            if self.has_cell(mesh, t) {
+                let difference = nodes.map(|n| self.values[n] - field[n]);
+                let element = Triangle::new(corners);
+                return element.area * energy_density(body, t, element.strain(difference));
+            }
+            let strain = Triangle::new(corners).strain(nodes.map(|n| field[n]));
+            let part = |(cell, area): (usize, f64)| {
+                let own = self.mesh.triangles()[cell].map(|n| self.values[n]);
+                let own = Triangle::new(self.mesh.corners(cell)).strain(own);
+                area * energy_density(body, t, strain.minus(own))
+            };
+            self.tree().common_areas(corners).into_iter().map(part).sum()
+        })
+    }
+
+    fn has_mesh(&self, mesh: &TriMesh) -> bool {
+        std::ptr::eq(self.mesh, mesh)
+            || (self.mesh.points() == mesh.points() && self.mesh.triangles() == mesh.triangles())
+    }
+
+    /// Tells whether its mesh has the same triangle of the same nodes.
+    fn has_cell(&self, mesh: &TriMesh, t: usize) -> bool {
+        let nodes = mesh.triangles()[t];
+        let own = self.mesh.points();
+        let unmoved = nodes.iter().all(|n| own.get(n.index()).is_some_and(|p| *p == mesh.points()[*n]));
+        let mut around = if unmoved { self.mesh.topology().triangles_around(nodes[0]) } else { &[] }.iter();
+        around.any(|cell| self.mesh.triangles()[*cell as usize].iter().all(|n| nodes.contains(n)))
+    }
+
+    fn value(&self, at: CellAt) -> Vector {
+        let nodes = self.mesh.triangles()[at.triangle];
+        nodes.iter().zip(at.weights).map(|(n, weight)| weight * self.values[*n]).sum()
+    }
+
+    fn tree(&self) -> &CellTree<'a> {
+        self.tree.get_or_init(|| CellTree::new(self.mesh))
+    }
+}
+
+fn energy_density(body: &Body, t: usize, strain: SymTensor2) -> f64 {
+    body.material(t).stress(strain).contract(strain)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::boundary::BoundaryConditions;
+    use crate::material::{Hypothesis, LinearElastic};
+    use crate::mesh::generate::block;
+    use crate::norm::energy_norm_squared;
+
+    fn body(mesh: TriMesh) -> Body {
+        let material = LinearElastic::isotropic(1000.0, 0.3, Hypothesis::PlaneStrain).unwrap();
+        Body::new(mesh, material, &BoundaryConditions::new()).unwrap()
+    }
+
+    fn wave(mesh: &TriMesh) -> Vec<Vector> {
+        let at = |x: &Vector| Vector::new((3.0 * x[0]).sin() * x[1], 1.0 + x[0] * x[1] - x[1].cos());
+        mesh.points().iter().map(at).collect()
+    }
+
+    #[test]
+    fn a_field_on_a_nested_mesh_has_no_distance_from_itself() {
+        let coarse = block([0.0, 0.0], [2.0, 1.0], [4, 2]).unwrap();
+        let values = wave(&coarse);
+        let field = MeshField::new(&coarse, &values);
+        let fine = body(block([0.0, 0.0], [2.0, 1.0], [12, 6]).unwrap());
+        let same = field.on(fine.mesh());
+        let energy = energy_norm_squared(&fine, &same);
+        // Rounded corners of the cells reach into neighbours.
+        assert!(field.energy_distance_squared(&fine, &same) < 1e-14 * energy);
+        // Its distance from zero is its own norm, on whatever mesh.
+        let zero = vec![Vector::zeros(); same.len()];
+        let found = field.energy_distance_squared(&fine, &zero);
+        assert!((found / energy - 1.0).abs() < 1e-13, "{found} {energy}");
+    }
+
+    #[test]
+    fn a_moved_node_changes_the_field_by_the_norm_on_the_common_parts_of_the_cells() {
+        let before = block([0.0, 0.0], [2.0, 1.0], [4, 2]).unwrap();
+        let values = wave(&before);
+        let field = MeshField::new(&before, &values);
+        let mut points = before.points().to_vec();
+        points[1][0] += 0.07;
+        let after = body(TriMesh::new(points, before.triangles().to_vec(), Vec::new()).unwrap());
+        let moved = field.on(after.mesh());
+        let found = field.energy_distance_squared(&after, &moved);
+        // A mesh in which both are nearly linear says the same.
+        let fine = body(block([0.0, 0.0], [2.0, 1.0], [400, 200]).unwrap());
+        let on_after = MeshField::new(after.mesh(), &moved);
+        let sampled =
+            crate::norm::energy_distance_squared(&fine, &field.on(fine.mesh()), &on_after.on(fine.mesh()));
+        assert!(found > 0.01 && (sampled / found - 1.0).abs() < 0.03, "{found} {sampled}");
+    }
+}
