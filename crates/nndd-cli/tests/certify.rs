@@ -188,7 +188,7 @@ fn far_points_pipes_devices_and_free_obstacles_are_refused_at_once() {
         assert!(made.success());
         refused(&snap, "pipe.csv", 7, "it is not a regular file");
     }
-    let path = case("punch_force.toml");
+    let path = case("press.toml");
     let arguments = ["certify", path.to_str().unwrap(), "--displacement", "far.csv"];
     let output = nndd(&arguments, temp.path());
     let said = String::from_utf8_lossy(&output.stderr).into_owned();

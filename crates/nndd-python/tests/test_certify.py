@@ -123,3 +123,60 @@ def test_meshes_that_do_not_match() -> None:
     found = nndd.certify(problem, fields)
     assert [len(mesh.points) >= len(field) for mesh, field in zip(found.meshes, fields)] == [True, True]
     assert len(found.meshes[1].points) > len(fields[1])
+
+
+def test_fields_on_meshes_that_do_not_match_are_bounded_as_they_were_given() -> None:
+    """Hold random fields and pressures against the exact solution, which is linear: nodes are moved so that the surfaces match."""
+    steel = nndd.Material(YOUNG, POISSON)
+    upper = nndd.Body(arrays_of(nndd.Mesh.block((0, 1), (2, 1), (8, 4))), steel, "upper")
+    lower = nndd.Body(arrays_of(nndd.Mesh.block((0, 0), (2, 1), (9, 4))), steel, "lower")
+    upper.load("top", pressure=10.0).displace("left", ux=0.0)
+    lower.displace("bottom", uy=0.0).displace("left", ux=0.0)
+    problem = nndd.Problem([upper, lower], [nndd.Contact(upper, lower, ("bottom", "top"))])
+
+    def error(fields: list[np.ndarray]) -> float:
+        squared = 0.0
+        for body, u in zip((upper, lower), fields):
+            x, cells = np.asarray(body.mesh.points), np.asarray(body.mesh.triangles)
+            edges = x[cells][:, 1:] - x[cells][:, :1]
+            area = 0.5 * np.abs(np.linalg.det(edges))
+            gradient = np.linalg.solve(edges, u[cells][:, 1:] - u[cells][:, :1])
+            strain = 0.5 * (gradient + gradient.transpose(0, 2, 1)) - np.diag([0.0039, -0.0091])
+            mu = YOUNG / (2 * (1 + POISSON))
+            lame = 2 * mu * POISSON / (1 - 2 * POISSON)
+            trace = np.trace(strain, axis1=1, axis2=2)
+            squared += float(area @ (2 * mu * (strain**2).sum(axis=(1, 2)) + lame * trace**2))
+        return float(np.sqrt(squared))
+
+    random = np.random.default_rng(5)
+    valid = 0
+    for amplitude in (0.0, 1e-6, 1e-3, 0.03):
+        for size in (None, 0.0, 10.0, 1e4):
+            fields = [body.mesh.points * [0.0039, -0.0091] for body in (upper, lower)]
+            for body, u in zip((upper, lower), fields):
+                inside = (body.mesh.points[:, 0] > 0) & (body.mesh.points[:, 1] > 0)
+                u += amplitude * inside[:, None] * random.uniform(-1, 1, u.shape)
+            pressures = None if size is None else [size * random.uniform(-0.5, 1, len(fields[0]))]
+            found = nndd.certify(problem, fields, pressures)
+            valid += found.valid
+            assert found.bound is None or found.bound >= error(fields)
+    assert valid >= 8
+
+
+def test_arrays_that_are_no_fields_are_refused() -> None:
+    problem = blocks((12, 6))
+    fields = [body.displacement for body in problem.solve().bodies]
+    nodes = len(fields[0])
+    bad_fields = [
+        [fields[0][:-1], fields[1]],
+        [fields[0].T, fields[1]],
+        [fields[0].astype(complex) + 1j, fields[1]],
+        [np.full_like(fields[0], np.nan), fields[1]],
+        [fields[0]],
+    ]
+    for bad in bad_fields:
+        with pytest.raises((nndd.Error, TypeError, ValueError)):
+            nndd.certify(problem, bad)
+    for pressure in (np.zeros(nodes - 1), np.zeros((nodes, 2)), np.full(nodes, np.nan), ["a"] * nodes):
+        with pytest.raises((nndd.Error, TypeError, ValueError)):
+            nndd.certify(problem, fields, [pressure])
