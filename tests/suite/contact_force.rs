@@ -1,4 +1,4 @@
-//! Bounds of the contact force: what they must hold for, and when there are none.
+//! Bounds of the contact force: what they must hold for, and which lines have no bounds.
 
 use case_io::Case;
 use certified_contact::{Criterion, NoContactForce, Settings, Silent, solve};

@@ -27,7 +27,7 @@ use fem_core::prepared::{BodyMotion, PreparedProblem};
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
-/// A displacement whose traces are off by more than this is none of the wanted ones. What is less goes to the allowance for round-off.
+/// A displacement whose traces are off by more than this does not have the wanted ones. What is less goes to the allowance for round-off.
 const TRACE: f64 = 1e-9;
 /// Eigenvalues below this fraction of the largest one are zero.
 const FREE: f64 = 1e-12;
@@ -250,7 +250,7 @@ impl Motions {
         Self(problem.rigid_motions().iter().filter(|of| of.body == b).map(of).collect())
     }
 
-    /// Finds the rigid motion with the wanted traces; `None` if there is none.
+    /// Finds the rigid motion with the wanted traces; `None` if the body has no such motion.
     fn along(&self, problem: &PreparedProblem, b: usize, k: usize) -> Option<Displacement> {
         if self.0.is_empty() {
             return None;

@@ -5,7 +5,7 @@
 //! ```math
 //! o_i ≥ 0,   o_j ≥ 0,   o_m ≥ −√(o_i o_j)
 //! ```
-//! (the matrix of the quadratic form is copositive, Hadeler 1983). The middle one can be lower, by the square of the edge length if the bodies
+//! (the matrix of the quadratic form is copositive). The middle one can be lower, by the square of the edge length if the bodies
 //! slide. The lift `l` moves contact nodes of one body back until the condition holds on every edge: `l = −ε D`, with the shortest free
 //! displacement `D` that opens **every** pair of the node by at least one, `ν_k·D ≥ 1`, `ν_k` outward from the moving body. A node that several
 //! pairs move takes the largest `ε`. Nodes that penetrate by the rounding of displacements are lifted, too. Only the bound uses the lift, the computed
