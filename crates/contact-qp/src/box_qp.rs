@@ -4,8 +4,8 @@
 //! ```math
 //! min_x ½ xᵀ P x + qᵀ x   subject to   l ≤ x ≤ u,   G x = e
 //! ```
-//! `P` may be singular as long as `P + c GᵀG` is positive definite on the unknowns that are not at a bound, and rows may
-//! depend on each other. On a given set of unknowns at their bounds the rest `F` and the multipliers `a` solve
+//! `P` may be singular, and rows may depend on each other. If `P + c GᵀG` is singular on the unknowns that are not at a bound, some of
+//! them keep their values, and the solution is one of many. On a given set of unknowns at their bounds the rest `F` and the multipliers `a` solve
 //! ```math
 //! (P_FF + c G_Fᵀ G_F) x_F − G_Fᵀ a  = −q_F − P_FB x_B + c G_Fᵀ (e − G_B x_B)
 //! G_F x_F                           = e − G_B x_B
@@ -99,7 +99,7 @@ pub fn solve_box(
     if settings.method != QpMethod::Clarabel {
         let fixed = |i: usize| if qp.lower[i] == qp.upper[i] { Place::Lower } else { Place::Free };
         let start = start.map_or_else(|| (0..n).map(fixed).collect(), <[Place]>::to_vec);
-        let (found, steps) = system.active_set(start, settings.step_limit());
+        let (found, steps) = system.active_set(start, &vec![0.0; n], settings.step_limit());
         if let Some(candidate) = found {
             let path = if steps == 1 { QpPath::WarmStart } else { QpPath::ActiveSet };
             let answer = candidate.into_solution(qp, path, steps);
@@ -125,16 +125,17 @@ pub fn solve_box(
         let answer = clarabel(candidate.into_solution(qp, QpPath::Clarabel, guess.iterations));
         Some(answer).filter(|answer| answer.kkt.max() <= settings.kkt_tolerance)
     };
-    let (found, _) = system.active_set(guess.places.clone(), settings.max_iterations);
+    let (found, _) = system.active_set(guess.places.clone(), &guess.x, settings.max_iterations);
     let found = found.and_then(polished);
     let descended = || system.descend(&guess.x, &guess.places, MOST_DESCENTS + 4 * n).and_then(polished);
-    let fitting = || system.with_fitting_multipliers(&guess.places).and_then(polished);
+    let fitting = || system.with_fitting_multipliers(&guess.places, &guess.x).and_then(polished);
     // Where a set determines a vertex, sets about it follow each other without a step: the set of what is clearly off its bounds.
     let clear = || {
         CLEARLY.into_iter().find_map(|fraction| {
             let places = clearly_off(qp, &guess.x, &guess.places, fraction);
-            let found = system.active_set(places.clone(), settings.max_iterations).0.and_then(polished);
-            found.or_else(|| system.with_fitting_multipliers(&places).and_then(polished))
+            let found =
+                system.active_set(places.clone(), &guess.x, settings.max_iterations).0.and_then(polished);
+            found.or_else(|| system.with_fitting_multipliers(&places, &guess.x).and_then(polished))
         })
     };
     let from_vertex = || system.descend_from_vertex(MOST_DESCENTS + 4 * n).and_then(polished);
@@ -189,6 +190,42 @@ impl Candidate {
             iterations,
             clarabel_calls: 0,
             kkt,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn unknowns_that_depend_on_each_other_do_not_stall_the_active_set() {
+        // Unknown 2 acts like unknown 0 with the opposite sign, unknown 5 like 1 and 4 together.
+        let (n, rank) = (6, 4);
+        let mut state = 7u64;
+        let mut random = || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+        };
+        for _ in 0..200 {
+            let mut columns: Vec<Vec<f64>> = (0..n).map(|_| (0..rank).map(|_| random()).collect()).collect();
+            columns[2] = columns[0].iter().map(|c| -c).collect();
+            columns[5] = columns[1].iter().zip(&columns[4]).map(|(a, b)| a + b).collect();
+            let load: Vec<f64> = (0..rank).map(|_| random()).collect();
+            let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+            let matrix: Vec<f64> = (0..n * n).map(|k| product(&columns[k % n], &columns[k / n])).collect();
+            let linear: Vec<f64> = columns.iter().map(|c| product(c, &load)).collect();
+            let limit = random().abs();
+            let qp = BoxQp {
+                matrix: &matrix,
+                linear: &linear,
+                lower: &[0.0, 0.0, -limit, -limit, 0.0, -limit],
+                upper: &[f64::INFINITY, f64::INFINITY, limit, limit, f64::INFINITY, limit],
+                rows: &[],
+                right_side: &[],
+            };
+            let found = solve_box(&qp, None, &QpSettings::default()).unwrap();
+            assert!(found.status.is_solved() && found.kkt.max() <= 1e-12, "{found:?}");
         }
     }
 }

@@ -65,6 +65,16 @@ impl Factor {
         }
     }
 
+    /// Lists the diagonal of `L`; nothing of a sparse factor.
+    pub(crate) fn pivots(&self) -> impl Iterator<Item = f64> {
+        let (lower, n): (&[f64], usize) = match self {
+            Self::Dense { lower, n } => (lower, *n),
+            Self::Profile { lower, profile } => (lower, profile.ends().len()),
+            Self::Sparse(_) => (&[], 0),
+        };
+        (0..n).map(move |j| lower[j * (n + 1)])
+    }
+
     /// Overwrites the columns of `rhs`, each as long as `I`, with `P_II⁻¹ rhs`.
     pub(crate) fn solve(&self, rhs: &mut [f64]) {
         match self {

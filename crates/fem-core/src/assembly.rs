@@ -125,8 +125,12 @@ impl System {
     }
 }
 
+/// A node with two directions is chosen for a spring only if all others move by less than this fraction of it.
+const PREFERRED: f64 = 0.1;
+
 /// Chooses one unknown per rigid motion of a floating body, by elimination with pivots: the unknown that moves most, then
-/// the one that moves most in what the springs so far leave free.
+/// the one that moves most in what the springs so far leave free. If nearly all nodes have two directions, as at corners of two
+/// pairs, the others do not move in every motion.
 fn springs(body: &Body, dofs: &DofMap) -> Vec<usize> {
     let mut motions = body.rigid_motions();
     if motions.is_empty() {
@@ -136,13 +140,17 @@ fn springs(body: &Body, dofs: &DofMap) -> Vec<usize> {
     let points = body.mesh().points();
     let moved = |motion: &RigidMotion, unknown: usize| {
         let (node, c) = dofs.unknown(unknown);
-        let moves = piece_of[node] == motion.piece && dofs.is_orthogonal(node) && !dofs.is_rigid(unknown);
-        if moves { motion.at(points[node]).dot(&dofs.axis(node, c)) } else { 0.0 }
+        let moves = piece_of[node] == motion.piece && !dofs.is_rigid(unknown);
+        if moves { dofs.component(node, c, motion.at(points[node])) } else { 0.0 }
     };
     let mut chosen = Vec::new();
     while let Some(last) = motions.pop() {
         let most = |unknown: &usize| moved(&last, *unknown).abs();
-        let Some(unknown) = (0..dofs.len()).max_by(|i, j| most(i).total_cmp(&most(j))) else { break };
+        let weighted = |unknown: &usize| {
+            let preferred = dofs.is_orthogonal(dofs.unknown(*unknown).0);
+            most(unknown) * if preferred { 1.0 } else { PREFERRED }
+        };
+        let Some(unknown) = (0..dofs.len()).max_by(|i, j| weighted(i).total_cmp(&weighted(j))) else { break };
         chosen.push(unknown);
         // The other motions of the piece, combined with this one so that they do not move the unknown.
         for motion in motions.iter_mut().filter(|motion| motion.piece == last.piece) {

@@ -302,6 +302,15 @@ impl DofMap {
         perpendicular(self.axes[node])
     }
 
+    /// Returns component `c` of a displacement in a node's frame: the displacement is the sum of the axes times the components.
+    pub fn component(&self, node: usize, c: usize, displacement: Vector) -> f64 {
+        if self.is_orthogonal(node) {
+            return displacement.dot(&self.axis(node, c));
+        }
+        let [own, other] = [c, 1 - c].map(|c| self.axis(node, c));
+        displacement.perp(&other) / own.perp(&other)
+    }
+
     /// Tells whether the two axes of a node's frame are perpendicular to each other and of length one.
     pub fn is_orthogonal(&self, node: usize) -> bool {
         self.oblique.binary_search_by_key(&NodeId::new(node), |o| o.0).is_err()

@@ -78,3 +78,27 @@ fn the_iteration_stops_if_everything_falls_to_zero() {
         assert!(report.steps[1].results.energy_norm_squared.as_ref().unwrap().iter().all(|a| *a < 1e-25));
     }
 }
+
+#[test]
+fn friction_on_both_sides_of_a_corner_is_solved() {
+    let temp = tempfile::tempdir().unwrap();
+    let cells = |x: usize, y: usize| format!("body.0.generator.cells=[{x}, {y}]");
+    for (x, y) in [(2, 1), (1, 1), (3, 2), (4, 4)] {
+        for limit in [1e-5, 3e-4, 1e-2] {
+            let limit = format!("contact.1.friction={{ law = \"tresca\", limit = {limit:?} }}");
+            let settings = [cells(x, y), limit, "materials.m0.poisson=0.3".to_owned()];
+            let report = solve("stall-corner-151.toml", &settings, temp.path());
+            assert!(report.certificate.unwrap().valid, "{settings:?}");
+        }
+    }
+    assert!(solve("stall-corner-151.toml", &[], temp.path()).certificate.unwrap().valid);
+}
+
+#[test]
+fn a_floating_body_whose_nodes_are_all_in_contact_has_springs_against_every_motion() {
+    let temp = tempfile::tempdir().unwrap();
+    assert!(solve("held-tresca7.toml", &[], temp.path()).certificate.unwrap().valid);
+    // Nearly incompressible or not.
+    let settings = ["materials.m1.poisson=0.3".to_owned(), "materials.m5.poisson=0.3".to_owned()];
+    assert!(solve("held-tresca7.toml", &settings, temp.path()).certificate.unwrap().valid);
+}

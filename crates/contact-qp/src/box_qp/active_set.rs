@@ -1,6 +1,6 @@
 //! Active sets: the solution on one of them, and the one that its signs ask for.
 
-use super::kept::Kept;
+use super::kept::{DEPENDENT_COLUMN, Kept};
 use super::programme::BoxQp;
 use crate::cholesky::{Factor, eliminate};
 use crate::dense::{SemiDefinite, dot, norm};
@@ -116,13 +116,20 @@ impl<'a> System<'a> {
     }
 
     /// Tries at most `limit` sets. Returns the solution, if it was found, and the number of sets tried.
-    pub(super) fn active_set(&self, mut places: Vec<Place>, limit: usize) -> (Option<Candidate>, usize) {
+    ///
+    /// * `from`: a point, see [`Self::candidate`].
+    pub(super) fn active_set(
+        &self,
+        mut places: Vec<Place>,
+        from: &[f64],
+        limit: usize,
+    ) -> (Option<Candidate>, usize) {
         let mut visited = HashSet::new();
         for step in 1..=limit {
-            let Some(candidate) = self.candidate(&places) else { return (None, step) };
+            let Some(candidate) = self.candidate(&places, from) else { return (None, step) };
             let next = self.next(&candidate);
             if next == places {
-                return (Some(self.released(candidate)), step);
+                return (Some(self.released(candidate, from)), step);
             }
             if !visited.insert(std::mem::replace(&mut places, next)) {
                 return (None, step);
@@ -133,12 +140,12 @@ impl<'a> System<'a> {
 
     /// Puts free unknowns that are at a bound, to round-off, at that bound, if the signs stay right: rows that only they would determine
     /// then have the multipliers of least norm.
-    fn released(&self, candidate: Candidate) -> Candidate {
+    fn released(&self, candidate: Candidate, from: &[f64]) -> Candidate {
         let places = self.at_bounds(&candidate);
         if places == candidate.places {
             return candidate;
         }
-        self.candidate(&places).filter(|other| self.next(other) == places).unwrap_or(candidate)
+        self.candidate(&places, from).filter(|other| self.next(other) == places).unwrap_or(candidate)
     }
 
     /// Descends from a point within the bounds: the unknown that blocks a step stays at its bound, and the one whose multiplier is
@@ -153,7 +160,7 @@ impl<'a> System<'a> {
             })
             .collect();
         for _ in 0..limit {
-            let candidate = self.candidate(&places)?;
+            let candidate = self.candidate(&places, &x)?;
             let least = WRONG * largest(candidate.x.iter().copied()).max(self.size[0]);
             let blocks = |i: usize| {
                 let (from, to) = (x[i], candidate.x[i]);
@@ -185,7 +192,7 @@ impl<'a> System<'a> {
             };
             let worst = (0..x.len()).max_by(|a, b| wrong(*a).total_cmp(&wrong(*b)));
             match worst.filter(|i| wrong(*i) > slack) {
-                None => return Some(self.released(candidate)),
+                None => return Some(self.released(candidate, &x)),
                 Some(i) => {
                     places[i] = Place::Free;
                     x = candidate.x;
@@ -210,10 +217,13 @@ impl<'a> System<'a> {
         self.descend(&x, &places, limit)
     }
 
-    /// Solves on one set; `None` if the rows cannot hold on it, or if it leaves a direction without stiffness.
-    fn candidate(&self, places: &[Place]) -> Option<Candidate> {
+    /// Solves on one set; `None` if the rows cannot hold on it. If unknowns between their bounds depend on each other, the solution is
+    /// one of many, and some of them keep their values.
+    ///
+    /// * `from`: a point whose values they keep, within the bounds.
+    fn candidate(&self, places: &[Place], from: &[f64]) -> Option<Candidate> {
         if let Some(full) = self.full.get() {
-            return full.candidate(places);
+            return full.candidate(places, from);
         }
         let (qp, n, m) = (self.qp, places.len(), self.lengths.len());
         let mut x: Vec<f64> = (0..n).map(|i| qp.bound(i, places[i])).collect();
@@ -226,13 +236,20 @@ impl<'a> System<'a> {
         let (free, solve): (Vec<usize>, Solver<'_>) = if let Some(narrow) = &self.narrow {
             let (free, profile) = narrow.block(is_free);
             let Ok(factor) = Factor::of_profile(n, &self.matrix, &free, profile) else {
-                return self.full.get_or_init(|| Box::new(Self::with(qp, None))).candidate(places);
+                return self.full.get_or_init(|| Box::new(Self::with(qp, None))).candidate(places, from);
             };
             (free, Box::new(move |_, rhs| factor.solve(rhs)))
         } else {
-            let free: Vec<usize> = (0..n).filter(|i| is_free(*i)).collect();
+            let mut free: Vec<usize> = (0..n).filter(|i| is_free(*i)).collect();
             let changes = kept.as_mut().and_then(|kept| kept.changes(&self.matrix, &free));
             if changes.is_none() {
+                *kept = Kept::new(n, &self.matrix, &free);
+            }
+            if kept.is_none() {
+                for i in self.dependent(&free) {
+                    x[i] = from[i].max(qp.lower[i]).min(qp.upper[i]);
+                    free.retain(|j| *j != i);
+                }
                 *kept = Kept::new(n, &self.matrix, &free);
             }
             let (kept, changes) = (kept.as_ref()?, changes.unwrap_or_default());
@@ -278,14 +295,42 @@ impl<'a> System<'a> {
         Some(Candidate { x, a, places: places.to_vec() })
     }
 
+    /// Finds unknowns whose columns depend on those of others among some, by an elimination that skips them. In contact: at a corner
+    /// friction on one side acts along the normal of the other. Unknowns with two bounds come last, so that a pressure is determined
+    /// before a friction.
+    fn dependent(&self, free: &[usize]) -> Vec<usize> {
+        let n = self.qp.linear.len();
+        let (first, last): (Vec<usize>, Vec<usize>) =
+            free.iter().partition(|i| self.qp.upper[**i].is_infinite() || self.qp.lower[**i].is_infinite());
+        let order = [first, last].concat();
+        let (mut kept, mut skipped): (Vec<(usize, Vec<f64>)>, Vec<usize>) = (Vec::new(), Vec::new());
+        for (k, &i) in order.iter().enumerate() {
+            // The column of L below its pivot, in the order.
+            let mut column: Vec<f64> = order[k..].iter().map(|j| self.matrix[i * n + j]).collect();
+            for (start, earlier) in &kept {
+                let part = &earlier[k - start..];
+                let factor = part[0];
+                column.iter_mut().zip(part).for_each(|(c, l)| *c -= factor * l);
+            }
+            if column[0] <= DEPENDENT_COLUMN * self.matrix[i * (n + 1)] {
+                skipped.push(i);
+                continue;
+            }
+            let pivot = column[0].sqrt();
+            column.iter_mut().for_each(|c| *c /= pivot);
+            kept.push((k, column));
+        }
+        skipped
+    }
+
     /// Solves on one set, with multipliers of the rows for which all signs are right; `None` if no multipliers fit. These are not
     /// unique if the set determines `x` alone, as in a vertex, and then the ones of [`Self::candidate`] may have wrong signs.
-    pub(super) fn with_fitting_multipliers(&self, places: &[Place]) -> Option<Candidate> {
-        let mut candidate = self.candidate(places)?;
+    pub(super) fn with_fitting_multipliers(&self, places: &[Place], from: &[f64]) -> Option<Candidate> {
+        let mut candidate = self.candidate(places, from)?;
         // An unknown at its bound that is counted as free would ask for a multiplier of exactly zero.
         candidate.places = self.at_bounds(&candidate);
         if candidate.places != places {
-            candidate = self.candidate(&candidate.places)?;
+            candidate = self.candidate(&candidate.places, from)?;
         }
         candidate.a = self.fitting_multipliers(&candidate)?;
         Some(candidate)

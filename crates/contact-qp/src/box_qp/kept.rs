@@ -18,6 +18,9 @@ const LARGE: usize = 512;
 /// A block that differs in more than this part of its rows is factorised.
 const DIFFERENT: usize = 32;
 
+/// A column of which less than this fraction is left depends on others: rows of one node that are exactly dependent leave some ε.
+pub(super) const DEPENDENT_COLUMN: f64 = 1e-12;
+
 /// No row of the block.
 const OUTSIDE: usize = usize::MAX;
 
@@ -40,9 +43,13 @@ pub(super) struct Changes {
 }
 
 impl Kept {
-    /// Factorises a block; `None` if it is not positive definite.
+    /// Factorises a block; `None` if it is not positive definite, or by round-off alone.
     pub(super) fn new(n: usize, values: &[f64], rows: &[usize]) -> Option<Self> {
         let factor = Factor::of_block(&MatrixView::Dense { n, values }, rows).ok()?;
+        let depends = |(pivot, row): (f64, &usize)| pivot * pivot <= DEPENDENT_COLUMN * values[row * (n + 1)];
+        if factor.pivots().zip(rows).any(depends) {
+            return None;
+        }
         let mut places = vec![OUTSIDE; n];
         rows.iter().enumerate().for_each(|(place, row)| places[*row] = place);
         Some(Self { rows: rows.to_vec(), places, factor, columns: HashMap::new() })
